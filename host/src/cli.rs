@@ -1,0 +1,324 @@
+//! The command line: what can be typed, and nothing about what it does.
+
+use std::path::PathBuf;
+
+use clap::{Args, Parser, Subcommand, ValueHint};
+
+/// Evolves robot controllers in simulated lives, bit for bit the same on every device.
+///
+/// Data go to standard output, messages to standard error. Exit codes: 0 done, 1 failed, 2 usage,
+/// 3 configuration or input invalid, 4 no usable device, 5 data corrupt, 6 disk full or I/O,
+/// 75 stopped early and resumable, 130 aborted.
+#[derive(Debug, Parser)]
+#[command(name = "oneiro", version, propagate_version = true, max_term_width = 100)]
+pub(crate) struct Cli {
+    /// What every command takes.
+    #[command(flatten)]
+    pub(crate) output: Output,
+    /// What to do.
+    #[command(subcommand)]
+    pub(crate) command: Command,
+}
+
+/// How a command talks.
+#[derive(Args, Clone, Copy, Debug, Default)]
+pub(crate) struct Output {
+    /// Print data as JSON
+    #[arg(long, global = true, display_order = 900)]
+    pub(crate) json: bool,
+    /// No progress and no messages but errors
+    #[arg(long, short, global = true, display_order = 901)]
+    pub(crate) quiet: bool,
+}
+
+/// The commands.
+#[derive(Debug, Subcommand)]
+pub(crate) enum Command {
+    /// Write a commented experiment to start from
+    New(New),
+    /// Validate an experiment, summarise it and draw its arena
+    Check(Check),
+    /// Evolve: run an experiment, once or for many seeds
+    Run(Run),
+    /// Go on with a run that was stopped
+    Resume(Resume),
+    /// Give genomes of your own their fitness
+    Evaluate(Evaluate),
+    /// Live a run's champion again: its path and its trace
+    Replay(Replay),
+    /// Evaluate a share of a run's individuals again here and compare the bits
+    Audit(Audit),
+    /// Check a run's checksums and its result hash
+    Verify(Verify),
+    /// List the runs below a directory and their state
+    List(List),
+    /// List what can evaluate here, and whether it is exact
+    Devices,
+    /// Check this machine: operations, kernels, random numbers, throughput
+    Selftest(Selftest),
+    /// Measure robot-steps per second
+    Bench(Bench),
+    /// Show, convert and export sampled sensor and motor tables
+    Tables(Tables),
+    /// Print a completion script for a shell
+    Completions(Completions),
+}
+
+/// Where evaluations run.
+#[derive(Args, Clone, Debug)]
+pub(crate) struct Backend {
+    /// auto (a GPU if there is one, else the CPU), cpu, gpu, gpu:NAME, gpu:INDEX or pool
+    #[arg(long, value_name = "BACKEND", default_value = "auto")]
+    pub(crate) backend: String,
+    /// CPU threads, 1 to 1024 [default: one per processor]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
+    pub(crate) threads: Option<u16>,
+}
+
+/// `oneiro new`
+#[derive(Args, Debug)]
+pub(crate) struct New {
+    /// The experiment's name: NAME.toml is written, and never overwritten
+    pub(crate) name: String,
+}
+
+/// `oneiro check`
+#[derive(Args, Debug)]
+pub(crate) struct Check {
+    /// The experiment's TOML file
+    #[arg(value_hint = ValueHint::FilePath)]
+    pub(crate) experiment: PathBuf,
+    /// Change a value of the experiment, such as noise.sensor=[0.0,0.4]; may be repeated
+    #[arg(long = "set", value_name = "KEY=VALUE")]
+    pub(crate) set: Vec<String>,
+    /// Draw the arena there (SVG)
+    #[arg(long, value_name = "FILE.svg", value_hint = ValueHint::FilePath)]
+    pub(crate) out: Option<PathBuf>,
+}
+
+/// `oneiro run`
+#[derive(Args, Debug)]
+pub(crate) struct Run {
+    /// The experiment's TOML file
+    #[arg(value_hint = ValueHint::FilePath)]
+    pub(crate) experiment: PathBuf,
+    /// The run's seed [default: the experiment's]
+    #[arg(long, value_name = "N", conflicts_with = "seeds")]
+    pub(crate) seed: Option<u64>,
+    /// One run for each seed from A to B, both included
+    #[arg(long, value_name = "A..B", value_parser = seeds)]
+    pub(crate) seeds: Option<std::ops::RangeInclusive<u64>>,
+    /// Where evaluations run.
+    #[command(flatten)]
+    pub(crate) backend: Backend,
+    /// Change a value of the experiment, such as noise.sensor=[0.0,0.4]; may be repeated
+    #[arg(long = "set", value_name = "KEY=VALUE")]
+    pub(crate) set: Vec<String>,
+    /// The run's directory, or with --seeds the directory of the runs [default: runs/NAME-...]
+    #[arg(long, value_name = "DIR", value_hint = ValueHint::DirPath)]
+    pub(crate) out: Option<PathBuf>,
+}
+
+/// `oneiro resume`
+#[derive(Args, Debug)]
+pub(crate) struct Resume {
+    /// The run's directory, or a directory of runs
+    #[arg(value_hint = ValueHint::DirPath)]
+    pub(crate) run_dir: PathBuf,
+    /// Where evaluations run.
+    #[command(flatten)]
+    pub(crate) backend: Backend,
+}
+
+/// `oneiro evaluate`
+#[derive(Args, Debug)]
+pub(crate) struct Evaluate {
+    /// The experiment's TOML file
+    #[arg(value_hint = ValueHint::FilePath)]
+    pub(crate) experiment: PathBuf,
+    /// Genomes, one a row: .npy (f4 or f8, rows x genes) or .csv
+    #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath)]
+    pub(crate) genomes: PathBuf,
+    /// Seed of the lives [default: the experiment's]
+    #[arg(long, value_name = "N")]
+    pub(crate) seed: Option<u64>,
+    /// Lives of each genome [default: the experiment's]
+    #[arg(long, value_name = "K", value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
+    pub(crate) trials: Option<u32>,
+    /// Where evaluations run.
+    #[command(flatten)]
+    pub(crate) backend: Backend,
+    /// Change a value of the experiment, such as noise.sensor=[0.0,0.4]; may be repeated
+    #[arg(long = "set", value_name = "KEY=VALUE")]
+    pub(crate) set: Vec<String>,
+    /// Write there (.csv or .npy, never overwritten), or to standard output
+    #[arg(long, value_name = "FILE", default_value = "-", value_hint = ValueHint::FilePath)]
+    pub(crate) out: PathBuf,
+}
+
+/// `oneiro replay`
+#[derive(Args, Debug)]
+pub(crate) struct Replay {
+    /// The run's directory
+    #[arg(value_hint = ValueHint::DirPath)]
+    pub(crate) run_dir: PathBuf,
+    /// Where evaluations run.
+    #[command(flatten)]
+    pub(crate) backend: Backend,
+    /// Write replay.svg and replay.csv there [default: the run's directory]
+    #[arg(long, value_name = "DIR", value_hint = ValueHint::DirPath)]
+    pub(crate) out: Option<PathBuf>,
+    /// A line of the trace each so many cycles
+    #[arg(long, value_name = "CYCLES", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..))]
+    pub(crate) every: u32,
+}
+
+/// `oneiro audit`
+#[derive(Args, Debug)]
+pub(crate) struct Audit {
+    /// The run's directory
+    #[arg(value_hint = ValueHint::DirPath)]
+    pub(crate) run_dir: PathBuf,
+    /// Share of the recorded individuals, above 0 and up to 1
+    #[arg(long, value_name = "SHARE", default_value_t = 0.01, value_parser = share)]
+    pub(crate) share: f64,
+    /// Where evaluations run.
+    #[command(flatten)]
+    pub(crate) backend: Backend,
+}
+
+/// `oneiro verify`
+#[derive(Args, Debug)]
+pub(crate) struct Verify {
+    /// The run's directory
+    #[arg(value_hint = ValueHint::DirPath)]
+    pub(crate) run_dir: PathBuf,
+}
+
+/// `oneiro list`
+#[derive(Args, Debug)]
+pub(crate) struct List {
+    /// A directory of runs
+    #[arg(value_hint = ValueHint::DirPath, default_value = "runs")]
+    pub(crate) dir: PathBuf,
+}
+
+/// `oneiro selftest`
+#[derive(Args, Debug)]
+pub(crate) struct Selftest {
+    /// What is compared with the scalar CPU code: all, cpu, gpu, gpu:NAME or gpu:INDEX
+    #[arg(long, value_name = "BACKEND", default_value = "all")]
+    pub(crate) backend: String,
+    /// Rollouts of 500 cycles in each of the worlds
+    #[arg(long, value_name = "N", default_value_t = 1000, value_parser = clap::value_parser!(u32).range(64..=1_000_000))]
+    pub(crate) rollouts: u32,
+}
+
+/// `oneiro bench`
+#[derive(Args, Debug)]
+pub(crate) struct Bench {
+    /// Batch sizes [default: 1000,10000,100000,1000000, as far as the time allows]
+    #[arg(long, value_name = "N,..", value_delimiter = ',', value_parser = clap::value_parser!(u32).range(1..=16_777_216))]
+    pub(crate) rollouts: Vec<u32>,
+    /// A few seconds instead of minutes: smaller batches and fewer repetitions
+    #[arg(long)]
+    pub(crate) quick: bool,
+    /// Where to run: all, cpu, gpu, gpu:NAME or gpu:INDEX
+    #[arg(long, value_name = "BACKEND", default_value = "all")]
+    pub(crate) backend: String,
+}
+
+/// `oneiro tables`
+#[derive(Args, Debug)]
+pub(crate) struct Tables {
+    /// What to do.
+    #[command(subcommand)]
+    pub(crate) command: TablesCommand,
+}
+
+/// What can be done with sampled tables.
+#[derive(Debug, Subcommand)]
+pub(crate) enum TablesCommand {
+    /// Print a table's moments and draw it
+    Show {
+        /// A .sam or .sample file, or the name of a built-in table
+        #[arg(value_hint = ValueHint::FilePath)]
+        table: PathBuf,
+        /// Draw heat panels there (SVG)
+        #[arg(long, value_name = "FILE.svg", value_hint = ValueHint::FilePath)]
+        out: Option<PathBuf>,
+    },
+    /// Convert between .sam (integers) and .sample (shares of 1023)
+    Convert {
+        /// The table to read
+        #[arg(value_hint = ValueHint::FilePath)]
+        from: PathBuf,
+        /// The file to write, never overwritten; its extension names the format
+        #[arg(value_hint = ValueHint::FilePath)]
+        to: PathBuf,
+    },
+    /// Write a built-in table to a file
+    Export {
+        /// wall, round or motor
+        #[arg(long, value_name = "TABLE")]
+        builtin: String,
+        /// The file to write, never overwritten; its extension names the format
+        #[arg(value_hint = ValueHint::FilePath)]
+        to: PathBuf,
+    },
+}
+
+/// `oneiro completions`
+#[derive(Args, Debug)]
+pub(crate) struct Completions {
+    /// The shell
+    pub(crate) shell: clap_complete::Shell,
+}
+
+/// `A..B`, both included.
+fn seeds(text: &str) -> Result<std::ops::RangeInclusive<u64>, String> {
+    const ALLOWED: &str = "allowed: A..B with whole numbers A <= B, at most 1000000 seeds, such as 1..20";
+    let (first, last) = text.split_once("..").ok_or(ALLOWED)?;
+    let number = |text: &str| text.trim().parse::<u64>().map_err(|_| ALLOWED.to_owned());
+    let (first, last) = (number(first)?, number(last)?);
+    if first > last || last - first >= 1_000_000 {
+        return Err(ALLOWED.to_owned());
+    }
+    Ok(first..=last)
+}
+
+/// A number above 0 and up to 1.
+fn share(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(share) if share > 0.0 && share <= 1.0 => Ok(share),
+        _ => Err("allowed: a number above 0 and up to 1, such as 0.01".to_owned()),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use clap::CommandFactory;
+
+    #[test]
+    fn command_line_is_consistent() {
+        Cli::command().debug_assert();
+    }
+
+    #[test]
+    fn seeds_are_ranges() {
+        assert_eq!(seeds("3..7"), Ok(3..=7));
+        assert_eq!(seeds("5..5"), Ok(5..=5));
+        for wrong in ["", "3", "7..3", "a..b", "-1..2", "0..1000000", "1..2..3"] {
+            assert!(seeds(wrong).is_err(), "{wrong}");
+        }
+    }
+
+    #[test]
+    fn shares_are_above_nothing() {
+        assert_eq!(share("1"), Ok(1.0));
+        for wrong in ["0", "-0.1", "1.1", "nan", "x"] {
+            assert!(share(wrong).is_err(), "{wrong}");
+        }
+    }
+}

@@ -1,0 +1,184 @@
+//! How the program ends: exit codes, and the failure that carries one.
+
+use std::fmt::Display;
+use std::io;
+use std::path::Path;
+
+use oneiro::evaluator;
+use oneiro::world::Invalid;
+
+/// Exit codes other than 0; the README lists them for users.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[repr(u8)]
+pub(crate) enum Code {
+    /// A run, a check or a comparison failed.
+    Failed = 1,
+    /// The command line makes no sense.
+    Usage = 2,
+    /// A configuration or an input file is invalid or missing.
+    Input = 3,
+    /// No usable device.
+    Device = 4,
+    /// Recorded data are corrupt.
+    Corrupt = 5,
+    /// The disk is full, or reading or writing failed.
+    Storage = 6,
+    /// Stopped early; `resume` goes on.
+    Stopped = 75,
+    /// A second Ctrl-C.
+    Aborted = 130,
+}
+
+/// Why a command ended without what it was asked for.
+#[derive(Debug)]
+pub(crate) enum Failure {
+    /// Ends the program with a code and a message.
+    Exit(Code, anyhow::Error),
+    /// Nobody reads standard output any more: the program ends silently and well.
+    BrokenPipe,
+}
+
+/// What commands return.
+pub(crate) type Result<T = ()> = std::result::Result<T, Failure>;
+
+impl Failure {
+    fn new(code: Code, problem: impl Display) -> Self {
+        Self::Exit(code, anyhow::anyhow!("{problem}"))
+    }
+
+    /// Exit 1: a run, a check or a comparison failed.
+    pub(crate) fn failed(problem: impl Display) -> Self {
+        Self::new(Code::Failed, problem)
+    }
+
+    /// Exit 2: the command line makes no sense.
+    pub(crate) fn usage(problem: impl Display) -> Self {
+        Self::new(Code::Usage, problem)
+    }
+
+    /// Exit 3: what is wrong, where, and what is allowed.
+    pub(crate) fn input(problem: impl Display) -> Self {
+        Self::new(Code::Input, problem)
+    }
+
+    /// Exit 4: no usable device.
+    pub(crate) fn device(problem: impl Display) -> Self {
+        Self::new(Code::Device, problem)
+    }
+
+    /// Exit 5: recorded data are corrupt.
+    pub(crate) fn corrupt(problem: impl Display) -> Self {
+        Self::new(Code::Corrupt, problem)
+    }
+
+    /// Exit 75: stopped early; `resume` goes on.
+    pub(crate) fn stopped(message: impl Display) -> Self {
+        Self::new(Code::Stopped, message)
+    }
+
+    /// Exit 130: a second Ctrl-C.
+    pub(crate) fn aborted(message: impl Display) -> Self {
+        Self::new(Code::Aborted, message)
+    }
+
+    /// Exit 6, for a file that the program wanted to write (or to read back): the path and the system's words.
+    pub(crate) fn storage(path: &Path, error: &io::Error) -> Self {
+        let full = matches!(error.kind(), io::ErrorKind::StorageFull | io::ErrorKind::QuotaExceeded);
+        let hint = if full { "; free some space and try again" } else { "" };
+        Self::new(Code::Storage, format_args!("{}: {error}{hint}", path.display()))
+    }
+
+    /// For a file that the user named as input: exit 3 when it is not there or not readable as such, exit 6 else.
+    pub(crate) fn unreadable(path: &Path, error: &io::Error) -> Self {
+        match error.kind() {
+            io::ErrorKind::NotFound
+            | io::ErrorKind::PermissionDenied
+            | io::ErrorKind::IsADirectory
+            | io::ErrorKind::NotADirectory
+            | io::ErrorKind::InvalidData
+            | io::ErrorKind::InvalidInput
+            | io::ErrorKind::UnexpectedEof => Self::input(format_args!("{}: {error}", path.display())),
+            _ => Self::storage(path, error),
+        }
+    }
+
+    /// For standard output: silence when its reader has left, exit 6 else.
+    pub(crate) fn stdout(error: &io::Error) -> Self {
+        match error.kind() {
+            io::ErrorKind::BrokenPipe => Self::BrokenPipe,
+            _ => Self::storage(Path::new("standard output"), error),
+        }
+    }
+
+    /// The same failure with its place put before the message: `experiment.toml: noise.sensor: ...`.
+    pub(crate) fn at(self, place: impl Display) -> Self {
+        match self {
+            Self::Exit(code, error) => Self::Exit(code, anyhow::anyhow!("{place}: {error}")),
+            Self::BrokenPipe => Self::BrokenPipe,
+        }
+    }
+
+    /// The exit code.
+    pub(crate) fn code(&self) -> u8 {
+        match self {
+            Self::Exit(code, _) => *code as u8,
+            Self::BrokenPipe => 0,
+        }
+    }
+}
+
+impl Display for Failure {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Self::Exit(_, error) => write!(f, "{error:#}"),
+            Self::BrokenPipe => f.write_str("standard output was closed"),
+        }
+    }
+}
+
+impl From<Invalid> for Failure {
+    fn from(invalid: Invalid) -> Self {
+        Self::input(invalid)
+    }
+}
+
+impl From<evaluator::Error> for Failure {
+    fn from(error: evaluator::Error) -> Self {
+        match error {
+            evaluator::Error::NoDevice(_) | evaluator::Error::TooLarge(_) => Self::device(error),
+            _ => Self::failed(error),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn codes_are_those_of_the_readme() {
+        assert_eq!(Failure::failed("").code(), 1);
+        assert_eq!(Failure::usage("").code(), 2);
+        assert_eq!(Failure::input("").code(), 3);
+        assert_eq!(Failure::device("").code(), 4);
+        assert_eq!(Failure::corrupt("").code(), 5);
+        assert_eq!(
+            Failure::storage(Path::new("a"), &io::ErrorKind::StorageFull.into()).code(),
+            6
+        );
+        assert_eq!(Failure::stopped("").code(), 75);
+        assert_eq!(Failure::aborted("").code(), 130);
+        assert_eq!(Failure::stdout(&io::ErrorKind::BrokenPipe.into()).code(), 0);
+        assert_eq!(
+            Failure::unreadable(Path::new("a"), &io::ErrorKind::NotFound.into()).code(),
+            3
+        );
+    }
+
+    #[test]
+    fn a_place_goes_before_the_message() {
+        let failure = Failure::input("cycles: 0; allowed: 1 to 1000000").at("a.toml");
+        assert_eq!(failure.to_string(), "a.toml: cycles: 0; allowed: 1 to 1000000");
+        assert_eq!(failure.code(), 3);
+    }
+}

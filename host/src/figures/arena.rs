@@ -1,0 +1,377 @@
+//! An arena to scale, and the path of a life in it.
+
+use oneiro::arena::Arena;
+use oneiro::batch::Record;
+
+use super::svg::{Anchor, INK, SOFT_INK, Svg, number, ramp, tick_step};
+
+/// The longer side of the arena in a picture, in pixels.
+const SIDE: f64 = 880.0;
+/// Room around the arena, and below it for the words.
+const MARGIN: f64 = 28.0;
+const FOOT: f64 = 44.0;
+/// Colours of a path from its start to its end.
+const TIME: [[u8; 3]; 4] = [
+    [0x2b, 0x3a, 0x8f],
+    [0x8a, 0x3f, 0xa0],
+    [0xd9, 0x48, 0x5f],
+    [0xf4, 0xa2, 0x3b],
+];
+/// Pieces of one colour that a path is drawn in.
+const PIECES: usize = 64;
+/// Seconds of a cycle.
+const CYCLE: f64 = 0.1;
+
+/// An arena with a robot where there is most room, for scale. `body_radius` in mm.
+pub(crate) fn arena(arena: &Arena, body_radius: f32) -> String {
+    let sheet = Sheet::new(arena);
+    let title = format!(
+        "{}: {} x {} mm",
+        arena.name,
+        number_mm(arena.field.width),
+        number_mm(arena.field.height)
+    );
+    let mut svg = sheet.start(arena, &title);
+    sheet.robot(&mut svg, roomiest(arena), 0.0, f64::from(body_radius), SOFT_INK, 0.06);
+    sheet.foot(&mut svg, &title);
+    svg.finish()
+}
+
+/// The path of a life: `trace` in the order of its cycles, `every` cycles apart.
+pub(crate) fn life(arena: &Arena, body_radius: f32, title: &str, trace: &[Record], every: u32) -> String {
+    let sheet = Sheet::new(arena);
+    let mut svg = sheet.start(arena, title);
+    sheet.path(&mut svg, trace);
+    let body = f64::from(body_radius);
+    for (record, colour, label) in [
+        (trace.first(), TIME[0], "start"),
+        (trace.last(), TIME[TIME.len() - 1], "end"),
+    ] {
+        let Some(record) = record else { continue };
+        let at = (f64::from(record.x), f64::from(record.y));
+        let colour = ramp(&[colour], 0.0);
+        sheet.robot(&mut svg, at, f64::from(record.heading), body, &colour, 0.22);
+        let (x, y) = sheet.place(at);
+        let style = format!(
+            "fill=\"{colour}\" font-weight=\"600\" stroke=\"#ffffff\" stroke-width=\"3\" paint-order=\"stroke\""
+        );
+        let beside = body * sheet.scale + 6.0;
+        // On the side of the arena's middle, where there is room.
+        if x < 0.5 * sheet.width() {
+            svg.words((x + beside, y + 4.0), 13.0, Anchor::Start, &style, label);
+        } else {
+            svg.words((x - beside, y + 4.0), 13.0, Anchor::End, &style, label);
+        }
+    }
+    sheet.foot(&mut svg, title);
+    let seconds = trace.len().saturating_sub(1) as f64 * f64::from(every) * CYCLE;
+    sheet.clock(&mut svg, seconds);
+    svg.finish()
+}
+
+/// The point of a grid over the field that is farthest from all walls and obstacles; the first of equals.
+fn roomiest(arena: &Arena) -> (f64, f64) {
+    const GRID: u32 = 24;
+    let field = arena.field;
+    let place =
+        |i: u32, from: f32, size: f32| f64::from(from) + (f64::from(i) + 0.5) / f64::from(GRID) * f64::from(size);
+    let points = (0..GRID * GRID).map(|i| {
+        (
+            place(i % GRID, field.x, field.width),
+            place(i / GRID, field.y, field.height),
+        )
+    });
+    let mut best = ((f64::from(field.x), f64::from(field.y)), f64::NEG_INFINITY);
+    for point in points {
+        let room = clearance(arena, point);
+        if room > best.1 {
+            best = (point, room);
+        }
+    }
+    best.0
+}
+
+/// Distance from a point to the nearest wall or obstacle, mm; negative inside an obstacle.
+fn clearance(arena: &Arena, (x, y): (f64, f64)) -> f64 {
+    let walls = arena.walls.iter().map(|wall| {
+        let [from_x, from_y] = wall.from.map(f64::from);
+        let (along_x, along_y) = (f64::from(wall.to[0]) - from_x, f64::from(wall.to[1]) - from_y);
+        let squared = along_x * along_x + along_y * along_y;
+        let share = ((x - from_x) * along_x + (y - from_y) * along_y) / squared.max(f64::MIN_POSITIVE);
+        let share = share.clamp(0.0, 1.0);
+        let (dx, dy) = (from_x + share * along_x - x, from_y + share * along_y - y);
+        (dx * dx + dy * dy).sqrt()
+    });
+    let obstacles = arena.obstacles.iter().map(|obstacle| {
+        let (dx, dy) = (f64::from(obstacle.x) - x, f64::from(obstacle.y) - y);
+        (dx * dx + dy * dy).sqrt() - f64::from(obstacle.radius)
+    });
+    walls.chain(obstacles).fold(f64::INFINITY, f64::min)
+}
+
+/// How millimetres become pixels: x to the right, y up in the arena and down in the picture.
+struct Sheet {
+    left: f64,
+    top: f64,
+    size: (f64, f64),
+    scale: f64,
+}
+
+impl Sheet {
+    /// Holds the field and all that stands around it.
+    fn new(arena: &Arena) -> Self {
+        let field = arena.field;
+        let mut low = (f64::from(field.x), f64::from(field.y));
+        let mut high = (f64::from(field.x + field.width), f64::from(field.y + field.height));
+        let mut hold = |x: f32, y: f32, radius: f32| {
+            let (x, y, radius) = (f64::from(x), f64::from(y), f64::from(radius));
+            low = (low.0.min(x - radius), low.1.min(y - radius));
+            high = (high.0.max(x + radius), high.1.max(y + radius));
+        };
+        for wall in &arena.walls {
+            hold(wall.from[0], wall.from[1], 0.0);
+            hold(wall.to[0], wall.to[1], 0.0);
+        }
+        for obstacle in &arena.obstacles {
+            hold(obstacle.x, obstacle.y, obstacle.radius);
+        }
+        let size = ((high.0 - low.0).max(1.0), (high.1 - low.1).max(1.0));
+        Self {
+            left: low.0,
+            top: high.1,
+            size,
+            scale: SIDE / size.0.max(size.1),
+        }
+    }
+
+    fn width(&self) -> f64 {
+        // The words need room below narrow arenas too.
+        (self.size.0 * self.scale).max(0.6 * SIDE) + 2.0 * MARGIN
+    }
+
+    fn height(&self) -> f64 {
+        self.size.1 * self.scale + 2.0 * MARGIN + FOOT
+    }
+
+    /// A point of the arena in the picture.
+    fn place(&self, at: (f64, f64)) -> (f64, f64) {
+        (
+            MARGIN + (at.0 - self.left) * self.scale,
+            MARGIN + (self.top - at.1) * self.scale,
+        )
+    }
+
+    /// Floor, obstacles and walls.
+    fn start(&self, arena: &Arena, title: &str) -> Svg {
+        let mut svg = Svg::new(self.width(), self.height(), title);
+        let field = arena.field;
+        let corner = self.place((f64::from(field.x), f64::from(field.y + field.height)));
+        let size = (
+            f64::from(field.width) * self.scale,
+            f64::from(field.height) * self.scale,
+        );
+        svg.rectangle(corner, size, "fill=\"#f5f3ee\"");
+        for obstacle in &arena.obstacles {
+            let at = self.place((f64::from(obstacle.x), f64::from(obstacle.y)));
+            let radius = f64::from(obstacle.radius) * self.scale;
+            let hint = format!("{}, radius {} mm", obstacle.class, number_mm(obstacle.radius));
+            svg.circle(
+                at,
+                radius,
+                "fill=\"#c9ccd3\" stroke=\"#7c818c\" stroke-width=\"2\"",
+                &hint,
+            );
+        }
+        for wall in &arena.walls {
+            let from = self.place((f64::from(wall.from[0]), f64::from(wall.from[1])));
+            let to = self.place((f64::from(wall.to[0]), f64::from(wall.to[1])));
+            svg.line(
+                from,
+                to,
+                &format!("stroke=\"{INK}\" stroke-width=\"5\" stroke-linecap=\"round\""),
+            );
+        }
+        svg
+    }
+
+    /// A robot from above: body, wheels, and a line to its front. Heading in turns, counter-clockwise.
+    fn robot(&self, svg: &mut Svg, at: (f64, f64), heading: f64, radius: f64, colour: &str, filled: f64) {
+        let (x, y) = self.place(at);
+        let r = radius * self.scale;
+        svg.raw(&format!(
+            "<g transform=\"translate({} {}) rotate({})\" stroke=\"{colour}\" stroke-width=\"2\">",
+            number(x),
+            number(y),
+            number(-360.0 * heading),
+        ));
+        let body = format!("fill=\"{colour}\" fill-opacity=\"{}\"", number(filled));
+        svg.circle((0.0, 0.0), r, &body, "");
+        for side in [-0.86, 0.68] {
+            svg.rectangle(
+                (-0.28 * r, side * r),
+                (0.56 * r, 0.18 * r),
+                &format!("fill=\"{colour}\" stroke=\"none\""),
+            );
+        }
+        svg.line((0.0, 0.0), (r, 0.0), "stroke-linecap=\"round\"");
+        svg.raw("</g>");
+    }
+
+    /// The way of the robot's centre, coloured by time, and where it bumped into things.
+    fn path(&self, svg: &mut Svg, trace: &[Record]) {
+        let points: Vec<(f64, f64)> = trace
+            .iter()
+            .map(|record| self.place((f64::from(record.x), f64::from(record.y))))
+            .collect();
+        let piece = points.len().div_ceil(PIECES).max(2);
+        svg.raw("<g stroke-width=\"2.4\" stroke-linecap=\"round\" stroke-linejoin=\"round\">");
+        let mut first = 0;
+        while first + 1 < points.len() {
+            let last = (first + piece).min(points.len() - 1);
+            let share = 0.5 * (first + last) as f64 / (points.len() - 1) as f64;
+            let colour = ramp(&TIME, share);
+            svg.polyline(points[first..=last].iter().copied(), &format!("stroke=\"{colour}\""));
+            first = last;
+        }
+        svg.raw("</g>");
+        for (record, &(x, y)) in trace.iter().zip(&points) {
+            if record.collided > 0.0 {
+                svg.raw(&format!(
+                    "<path d=\"M{} {}l6 6m0 -6l-6 6\" stroke=\"#c1121f\" stroke-width=\"1.6\"/>",
+                    number(x - 3.0),
+                    number(y - 3.0)
+                ));
+            }
+        }
+    }
+
+    /// The title and a length for scale.
+    fn foot(&self, svg: &mut Svg, title: &str) {
+        let line = self.height() - 24.0;
+        svg.words((MARGIN, line), 15.0, Anchor::Start, &format!("fill=\"{INK}\""), title);
+        let length = tick_step(self.size.0.max(self.size.1), 8);
+        let right = self.width() - MARGIN;
+        let left = right - length * self.scale;
+        let style = format!("stroke=\"{INK}\" stroke-width=\"2\"");
+        svg.line((left, line - 8.0), (right, line - 8.0), &style);
+        for x in [left, right] {
+            svg.line((x, line - 12.0), (x, line - 4.0), &style);
+        }
+        let words = format!("{} mm", number(length));
+        let middle = 0.5 * (left + right);
+        svg.words(
+            (middle, line + 10.0),
+            12.0,
+            Anchor::Middle,
+            &format!("fill=\"{SOFT_INK}\""),
+            &words,
+        );
+    }
+
+    /// What the colours of a path mean.
+    fn clock(&self, svg: &mut Svg, seconds: f64) {
+        let line = self.height() - 24.0;
+        let scale_bar = tick_step(self.size.0.max(self.size.1), 8) * self.scale;
+        let right = self.width() - MARGIN - scale_bar - 70.0;
+        let width = 110.0;
+        svg.raw("<defs><linearGradient id=\"time\">");
+        for (i, &stop) in TIME.iter().enumerate() {
+            let share = i as f64 / (TIME.len() - 1) as f64;
+            let colour = ramp(&[stop], 0.0);
+            svg.raw(&format!("<stop offset=\"{}\" stop-color=\"{colour}\"/>", number(share)));
+        }
+        svg.raw("</linearGradient></defs>");
+        svg.rectangle(
+            (right - width, line - 11.0),
+            (width, 6.0),
+            "fill=\"url(#time)\" rx=\"3\"",
+        );
+        let style = format!("fill=\"{SOFT_INK}\"");
+        svg.words((right - width, line + 10.0), 12.0, Anchor::Middle, &style, "0 s");
+        svg.words(
+            (right, line + 10.0),
+            12.0,
+            Anchor::Middle,
+            &style,
+            &format!("{} s", number(seconds)),
+        );
+    }
+}
+
+/// Millimetres without needless decimals.
+fn number_mm(x: f32) -> String {
+    number(f64::from(x))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn trace(points: &[(f32, f32, f32)]) -> Vec<Record> {
+        points
+            .iter()
+            .map(|&(x, y, collided)| Record {
+                x,
+                y,
+                collided,
+                ..Record::default()
+            })
+            .collect()
+    }
+
+    #[test]
+    fn everything_in_an_arena_is_drawn() {
+        let miglino = Arena::miglino1995();
+        let text = arena(&miglino, 27.5);
+        assert_eq!(
+            text.matches("<line").count(),
+            miglino.walls.len() + 1 + 3,
+            "walls, front, scale"
+        );
+        assert_eq!(
+            text.matches("<circle").count(),
+            miglino.obstacles.len() + 1,
+            "obstacles, body"
+        );
+    }
+
+    #[test]
+    fn y_points_up() {
+        let sheet = Sheet::new(&Arena::rectangle(600.0, 300.0));
+        assert!(sheet.place((0.0, 300.0)).1 < sheet.place((0.0, 0.0)).1);
+        assert_eq!(sheet.place((0.0, 300.0)), (MARGIN, MARGIN));
+        let corner = sheet.place((600.0, 0.0));
+        assert!((corner.0 - MARGIN - SIDE).abs() < 1e-9 && (corner.1 - MARGIN - 0.5 * SIDE).abs() < 1e-9);
+    }
+
+    #[test]
+    fn the_robot_stands_where_there_is_room() {
+        let arena = Arena::miglino1995();
+        assert!(clearance(&arena, roomiest(&arena)) > 60.0);
+        assert_eq!(clearance(&arena, (300.0, 175.0)), -27.5);
+        assert_eq!(clearance(&arena, (30.0, 40.0)), 30.0);
+    }
+
+    #[test]
+    fn a_path_joins_all_its_points_and_marks_collisions() {
+        let trace = trace(&[
+            (100.0, 100.0, 0.0),
+            (200.0, 100.0, 1.0),
+            (200.0, 200.0, 0.0),
+            (100.0, 200.0, 1.0),
+        ]);
+        let text = life(&Arena::rectangle(600.0, 300.0), 27.5, "a < b", &trace, 1);
+        assert_eq!(text.matches("l6 6m0 -6l-6 6").count(), 2);
+        assert!(text.contains("a &lt; b"));
+        assert!(text.contains(">0.3 s<"));
+    }
+
+    #[test]
+    fn short_traces_draw_what_there_is() {
+        let arena = Arena::rectangle(600.0, 300.0);
+        assert_eq!(life(&arena, 27.5, "", &[], 1).matches("<g transform").count(), 0);
+        let one = life(&arena, 27.5, "", &trace(&[(100.0, 100.0, 0.0)]), 1);
+        assert_eq!(one.matches("<polyline").count(), 0);
+        assert_eq!(one.matches("<g transform").count(), 2);
+    }
+}

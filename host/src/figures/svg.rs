@@ -1,0 +1,212 @@
+//! Just enough SVG: elements with attributes, numbers of two decimals, escaped text.
+
+use std::fmt::Write;
+
+/// What letters are set in.
+const FONT: &str = "system-ui, -apple-system, 'Segoe UI', 'Helvetica Neue', 'DejaVu Sans', Arial, sans-serif";
+/// Words and axes.
+pub(super) const INK: &str = "#33363f";
+/// Words of less weight.
+pub(super) const SOFT_INK: &str = "#74777f";
+
+/// Where a text stands relative to its point.
+#[derive(Clone, Copy)]
+pub(super) enum Anchor {
+    Start,
+    Middle,
+    End,
+}
+
+/// A picture under construction, in pixels, y down.
+pub(super) struct Svg {
+    text: String,
+}
+
+impl Svg {
+    /// A white sheet; the title is read out to those who can't see the picture.
+    pub(super) fn new(width: f64, height: f64, title: &str) -> Self {
+        let mut text = String::new();
+        let (width, height) = (number(width), number(height));
+        // Writing to a string can't fail.
+        let _ = write!(
+            text,
+            "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{width}\" height=\"{height}\" \
+             viewBox=\"0 0 {width} {height}\" role=\"img\" font-family=\"{FONT}\">\n<title>{}</title>\n\
+             <rect width=\"{width}\" height=\"{height}\" fill=\"#ffffff\"/>\n",
+            escaped(title),
+        );
+        Self { text }
+    }
+
+    /// An element as it is, such as a `<g ..>` or its end.
+    pub(super) fn raw(&mut self, element: &str) {
+        self.text.push_str(element);
+        self.text.push('\n');
+    }
+
+    /// A straight line.
+    pub(super) fn line(&mut self, from: (f64, f64), to: (f64, f64), style: &str) {
+        self.raw(&format!(
+            "<line x1=\"{}\" y1=\"{}\" x2=\"{}\" y2=\"{}\" {style}/>",
+            number(from.0),
+            number(from.1),
+            number(to.0),
+            number(to.1),
+        ));
+    }
+
+    /// A rectangle by its upper left corner.
+    pub(super) fn rectangle(&mut self, at: (f64, f64), size: (f64, f64), style: &str) {
+        self.raw(&format!(
+            "<rect x=\"{}\" y=\"{}\" width=\"{}\" height=\"{}\" {style}/>",
+            number(at.0),
+            number(at.1),
+            number(size.0),
+            number(size.1),
+        ));
+    }
+
+    /// A circle, with a text that shows when it is pointed at.
+    pub(super) fn circle(&mut self, at: (f64, f64), radius: f64, style: &str, hint: &str) {
+        let (x, y, radius) = (number(at.0), number(at.1), number(radius));
+        if hint.is_empty() {
+            self.raw(&format!("<circle cx=\"{x}\" cy=\"{y}\" r=\"{radius}\" {style}/>"));
+        } else {
+            let hint = escaped(hint);
+            self.raw(&format!(
+                "<circle cx=\"{x}\" cy=\"{y}\" r=\"{radius}\" {style}><title>{hint}</title></circle>"
+            ));
+        }
+    }
+
+    /// A line through points, not filled.
+    pub(super) fn polyline(&mut self, points: impl IntoIterator<Item = (f64, f64)>, style: &str) {
+        let points: Vec<String> = points
+            .into_iter()
+            .map(|(x, y)| format!("{},{}", number(x), number(y)))
+            .collect();
+        self.raw(&format!(
+            "<polyline points=\"{}\" fill=\"none\" {style}/>",
+            points.join(" ")
+        ));
+    }
+
+    /// A line of text.
+    pub(super) fn words(&mut self, at: (f64, f64), size: f64, anchor: Anchor, style: &str, words: &str) {
+        let anchor = match anchor {
+            Anchor::Start => "start",
+            Anchor::Middle => "middle",
+            Anchor::End => "end",
+        };
+        self.raw(&format!(
+            "<text x=\"{}\" y=\"{}\" font-size=\"{}\" text-anchor=\"{anchor}\" {style}>{}</text>",
+            number(at.0),
+            number(at.1),
+            number(size),
+            escaped(words),
+        ));
+    }
+
+    /// The file.
+    pub(super) fn finish(mut self) -> String {
+        self.text.push_str("</svg>\n");
+        self.text
+    }
+}
+
+/// A number with at most two decimals; what is not finite has no place in a picture and becomes 0.
+pub(super) fn number(x: f64) -> String {
+    if !x.is_finite() {
+        return "0".to_owned();
+    }
+    let text = format!("{x:.2}");
+    let text = text.trim_end_matches('0').trim_end_matches('.');
+    if text == "-0" { "0".to_owned() } else { text.to_owned() }
+}
+
+/// Text as it may stand in an element.
+pub(super) fn escaped(text: &str) -> String {
+    text.chars().fold(String::with_capacity(text.len()), |mut escaped, c| {
+        match c {
+            '&' => escaped.push_str("&amp;"),
+            '<' => escaped.push_str("&lt;"),
+            '>' => escaped.push_str("&gt;"),
+            '"' => escaped.push_str("&quot;"),
+            c if c.is_control() => escaped.push(' '),
+            c => escaped.push(c),
+        }
+        escaped
+    })
+}
+
+/// The colour at `share` (0 to 1) of a row of evenly spaced red-green-blue stops.
+pub(super) fn ramp(stops: &[[u8; 3]], share: f64) -> String {
+    let Some(last) = stops.len().checked_sub(1) else {
+        return INK.to_owned();
+    };
+    let place = share.clamp(0.0, 1.0) * last as f64;
+    let below = (place.floor() as usize).min(last);
+    let above = (below + 1).min(last);
+    let part = place - below as f64;
+    let mixed = |i: usize| {
+        let (a, b) = (f64::from(stops[below][i]), f64::from(stops[above][i]));
+        (a + (b - a) * part).round() as u8
+    };
+    format!("#{:02x}{:02x}{:02x}", mixed(0), mixed(1), mixed(2))
+}
+
+/// A step of 1, 2 or 5 times a power of ten that divides a span into about `count` parts.
+pub(super) fn tick_step(span: f64, count: u32) -> f64 {
+    if !span.is_finite() || span <= 0.0 {
+        return 1.0;
+    }
+    let wanted = span / f64::from(count.max(1));
+    let mut power = 1.0_f64;
+    while power > wanted {
+        power /= 10.0;
+    }
+    while power * 10.0 <= wanted {
+        power *= 10.0;
+    }
+    [1.0, 2.0, 5.0]
+        .into_iter()
+        .map(|factor| factor * power)
+        .find(|&step| step >= wanted)
+        .unwrap_or(10.0 * power)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_are_short() {
+        assert_eq!(number(1.0), "1");
+        assert_eq!(number(-0.001), "0");
+        assert_eq!(number(2.346), "2.35");
+        assert_eq!(number(f64::NAN), "0");
+    }
+
+    #[test]
+    fn text_is_escaped() {
+        assert_eq!(escaped("a<b>&\"\u{7}"), "a&lt;b&gt;&amp;&quot; ");
+    }
+
+    #[test]
+    fn ramps_go_from_first_to_last() {
+        let stops = [[0, 0, 0], [10, 20, 30], [255, 255, 255]];
+        assert_eq!(ramp(&stops, -1.0), "#000000");
+        assert_eq!(ramp(&stops, 0.25), "#050a0f");
+        assert_eq!(ramp(&stops, 0.5), "#0a141e");
+        assert_eq!(ramp(&stops, 7.0), "#ffffff");
+    }
+
+    #[test]
+    fn ticks_are_round() {
+        assert_eq!(tick_step(500.0, 5), 100.0);
+        assert_eq!(tick_step(199.0, 6), 50.0);
+        assert_eq!(tick_step(0.9, 5), 0.2);
+        assert_eq!(tick_step(f64::INFINITY, 5), 1.0);
+        assert_eq!(tick_step(0.0, 5), 1.0);
+    }
+}

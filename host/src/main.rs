@@ -1,0 +1,30 @@
+//! `oneiro`: evolves robot controllers, and evaluates, replays, audits and measures them.
+
+use std::process::ExitCode;
+
+use clap::Parser;
+
+mod cli;
+mod commands;
+mod console;
+mod evolve;
+mod exit;
+mod experiment;
+mod figures;
+mod record;
+mod run;
+
+fn main() -> ExitCode {
+    let cli = cli::Cli::parse();
+    let console = console::Console::new(cli.output);
+    match commands::run(cli.command, console) {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(failure) => {
+            if !matches!(failure, exit::Failure::BrokenPipe) {
+                // Nothing is lost when standard error is closed.
+                let _ = std::io::Write::write_fmt(&mut std::io::stderr(), format_args!("oneiro: {failure}\n"));
+            }
+            ExitCode::from(failure.code())
+        }
+    }
+}

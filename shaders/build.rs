@@ -1,0 +1,108 @@
+//! Compiles the kernels of `wgsl/`. The catalogue is the place to add one.
+
+use std::fmt::Write;
+use std::path::{Path, PathBuf};
+use std::{env, fs};
+
+use oneiro_shader_compiler::{Compiled, Part, compile};
+
+/// A kernel: its constant's name, the module of its host structs, and its parts.
+struct Entry {
+    name: &'static str,
+    module: &'static str,
+    parts: &'static [&'static str],
+}
+
+/// What every life is made of besides its controller.
+macro_rules! life {
+    ($name:literal, $controller:literal) => {
+        Entry {
+            name: $name,
+            module: "life",
+            parts: &[
+                "lib/numerics",
+                "lib/random",
+                "lib/geometry",
+                "robot/differential",
+                "sensor/sampled",
+                $controller,
+                "task/avoidance",
+                "life",
+            ],
+        }
+    };
+}
+
+/// The catalogue of kernels: one part a slot (robot, sensor, controller, task).
+const CATALOGUE: &[Entry] = &[
+    life!("life_perceptron", "controller/perceptron"),
+    life!("life_hidden", "controller/hidden"),
+    life!("life_recurrent", "controller/recurrent"),
+];
+
+fn main() {
+    let wgsl = PathBuf::from(env::var("CARGO_MANIFEST_DIR").expect("cargo sets it")).join("wgsl");
+    println!("cargo::rerun-if-changed={}", wgsl.display());
+    let out = PathBuf::from(env::var("OUT_DIR").expect("cargo sets it"));
+    let mut text = String::from("use crate::kernel::{Binding, BindingKind, Kernel, Variant};\n");
+    let mut modules: Vec<(&str, String)> = Vec::new();
+    let mut failed = false;
+    for entry in CATALOGUE {
+        match compile(&parts(&wgsl, entry)) {
+            Ok(kernel) => {
+                write_kernel(&out, entry, &kernel, &mut text);
+                match modules.iter().find(|(name, _)| *name == entry.module) {
+                    Some((_, structs)) => assert_eq!(
+                        *structs, kernel.structs,
+                        "the kernels of module {} disagree about its structs",
+                        entry.module
+                    ),
+                    None => modules.push((entry.module, kernel.structs)),
+                }
+            }
+            Err(refusals) => {
+                failed = true;
+                for refusal in refusals {
+                    println!("cargo::error={}: wgsl/{refusal}", entry.name);
+                }
+            }
+        }
+    }
+    if failed {
+        std::process::exit(1);
+    }
+    for (name, structs) in modules {
+        let _ = writeln!(text, "/// Host structs of the buffers of `{name}` kernels.\npub mod {name} {{\n{structs}}}");
+    }
+    let names: Vec<_> = CATALOGUE.iter().map(|entry| format!("&{}", entry.name.to_uppercase())).collect();
+    let _ = writeln!(text, "/// Every kernel.\npub static KERNELS: &[&Kernel] = &[{}];", names.join(", "));
+    fs::write(out.join("kernels.rs"), text).expect("OUT_DIR is writable");
+}
+
+fn parts(wgsl: &Path, entry: &Entry) -> Vec<Part> {
+    let read = |name: &&str| {
+        let path = format!("{name}.wgsl");
+        let text = fs::read_to_string(wgsl.join(&path)).unwrap_or_else(|error| panic!("wgsl/{path}: {error}"));
+        Part { path, text }
+    };
+    entry.parts.iter().map(read).collect()
+}
+
+fn write_kernel(out: &Path, entry: &Entry, kernel: &Compiled, text: &mut String) {
+    let Entry { name, .. } = entry;
+    let words = kernel.spirv.iter().map(|word| format!("{word:#x},")).collect::<String>();
+    fs::write(out.join(format!("{name}.wgsl")), &kernel.wgsl).expect("OUT_DIR is writable");
+    fs::write(out.join(format!("{name}.spv.rs")), format!("&[{words}]")).expect("OUT_DIR is writable");
+    let _ = writeln!(
+        text,
+        "/// The kernel `{name}`.\npub static {constant}: Kernel = Kernel {{\n\
+         name: \"{name}\",\n\
+         wgsl: include_str!(concat!(env!(\"OUT_DIR\"), \"/{name}.wgsl\")),\n\
+         spirv: include!(concat!(env!(\"OUT_DIR\"), \"/{name}.spv.rs\")),\n\
+         entry_point: \"main\",\nworkgroup_size: {},\nbindings: &[{}],\nvariants: VARIANTS_{constant},\n}};\n\
+         static VARIANTS_{constant}: &[Variant] = &[];",
+        kernel.workgroup_size,
+        kernel.bindings,
+        constant = name.to_uppercase(),
+    );
+}

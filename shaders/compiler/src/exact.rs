@@ -1,0 +1,353 @@
+//! The exactness rules: a closed list of what comes out the same bits everywhere. Calls and float literals
+//! are checked in the source, since naga folds constants before its IR can be looked at; everything else on
+//! the IR, over every expression, used or not.
+
+use std::collections::BTreeSet;
+
+use naga::valid::{FunctionInfo, ModuleInfo};
+use naga::{
+    BinaryOperator, BuiltIn, Expression, Function, Handle, Literal, MathFunction, Module, ScalarKind, Statement,
+    TypeInner, UnaryOperator,
+};
+
+use crate::source::{Place, Refusal, Refusals, Source};
+
+/// Built-in functions that may be called.
+const CALLS: [&str; 8] = ["abs", "floor", "trunc", "select", "bitcast", "min", "max", "clamp"];
+/// Types that may be constructed.
+const CONSTRUCTORS: [&str; 8] = ["f32", "u32", "i32", "bool", "vec2", "vec3", "vec4", "array"];
+/// Words before a parenthesis that are no calls.
+const KEYWORDS: [&str; 7] = ["if", "for", "while", "switch", "return", "case", "var"];
+
+/// Checks a kernel's text: only functions on the list are called, and float literals carry their `f`.
+pub(crate) fn check_source(source: &Source) -> Result<(), Refusals> {
+    let text = blank_comments(&source.text);
+    let bytes = text.as_bytes();
+    let mut declared = BTreeSet::new();
+    let mut previous = "";
+    for (_, word) in words(&text) {
+        if matches!(previous, "fn" | "struct" | "alias") {
+            declared.insert(word);
+        }
+        previous = word;
+    }
+    let mut refusals = Vec::new();
+    let mut refuse = |at: usize, message: String| {
+        refusals.push(Refusal { place: source.place(at), function: None, message });
+    };
+    for (at, word) in words(&text) {
+        let attribute = at > 0 && bytes[at - 1] == b'@';
+        if word.starts_with(|c: char| c.is_ascii_digit()) {
+            let hex = word.starts_with("0x") || word.starts_with("0X");
+            let float = word.contains('.') || word.contains(if hex { ['p', 'P'] } else { ['e', 'E'] });
+            if float && !word.ends_with('f') {
+                refuse(at, format!("the float constant `{word}` has no suffix and would be folded in f64; write `{word}f`"));
+            }
+        } else if !attribute && is_call(&text[at + word.len()..]) {
+            let known = CALLS.contains(&word) || CONSTRUCTORS.contains(&word) || KEYWORDS.contains(&word);
+            if !known && !declared.contains(word) {
+                refuse(at, format!("`{word}` is not exact on every device; allowed are {}", CALLS.join(", ")));
+            }
+            if declared.contains(word) && CALLS.contains(&word) {
+                refuse(at, format!("`{word}` hides a built-in function; give it another name"));
+            }
+        }
+    }
+    if refusals.is_empty() { Ok(()) } else { Err(refusals) }
+}
+
+/// The text with comments turned to spaces, byte for byte.
+fn blank_comments(text: &str) -> String {
+    let mut bytes = text.as_bytes().to_vec();
+    let mut at = 0;
+    let mut depth = 0;
+    while at < bytes.len() {
+        if depth == 0 && bytes[at..].starts_with(b"//") {
+            while at < bytes.len() && bytes[at] != b'\n' {
+                bytes[at] = b' ';
+                at += 1;
+            }
+        } else if bytes[at..].starts_with(b"/*") {
+            depth += 1;
+            bytes[at..at + 2].fill(b' ');
+            at += 2;
+        } else if depth > 0 && bytes[at..].starts_with(b"*/") {
+            depth -= 1;
+            bytes[at..at + 2].fill(b' ');
+            at += 2;
+        } else {
+            if depth > 0 && bytes[at] != b'\n' {
+                bytes[at] = b' ';
+            }
+            at += 1;
+        }
+    }
+    String::from_utf8_lossy(&bytes).into_owned()
+}
+
+/// Identifiers and numbers with their places.
+fn words(text: &str) -> impl Iterator<Item = (usize, &str)> {
+    let mut rest = 0;
+    std::iter::from_fn(move || {
+        let start = rest + text[rest..].find(|c: char| c.is_alphanumeric() || c == '_')?;
+        let number = text[start..].starts_with(|c: char| c.is_ascii_digit());
+        let mut before = ' ';
+        let length = text[start..]
+            .find(|c: char| {
+                let exponent_sign = number && matches!(c, '+' | '-') && matches!(before, 'e' | 'E' | 'p' | 'P');
+                let hex_e = text[start..].starts_with("0x") && matches!(before, 'e' | 'E');
+                let inside = c.is_alphanumeric() || c == '_' || (number && c == '.') || (exponent_sign && !hex_e);
+                before = c;
+                !inside
+            })
+            .unwrap_or(text.len() - start);
+        rest = start + length;
+        Some((start, &text[start..rest]))
+    })
+}
+
+/// Whether what follows a word makes it a call: `(`, or template arguments and `(`.
+fn is_call(after: &str) -> bool {
+    let after = after.trim_start();
+    if !after.starts_with('<') {
+        return after.starts_with('(');
+    }
+    let mut depth = 0;
+    for (at, c) in after.char_indices() {
+        match c {
+            '<' => depth += 1,
+            '>' => depth -= 1,
+            c if c.is_alphanumeric() || matches!(c, '_' | ',' | ' ') => {}
+            _ => return false,
+        }
+        if depth == 0 {
+            return after[at + 1..].trim_start().starts_with('(');
+        }
+    }
+    false
+}
+
+/// Checks a kernel's IR against the closed list.
+pub(crate) fn check_module(source: &Source, module: &Module, info: &ModuleInfo) -> Result<(), Refusals> {
+    let mut refusals = Vec::new();
+    let mut refuse = |span, message: &str| {
+        refusals.push(Refusal { place: source.place_of(span), function: None, message: message.into() });
+    };
+    for (handle, ty) in module.types.iter() {
+        let refused = match &ty.inner {
+            TypeInner::Scalar(scalar) | TypeInner::Vector { scalar, .. } => !is_allowed(*scalar),
+            TypeInner::Pointer { .. } | TypeInner::ValuePointer { .. } => false,
+            TypeInner::Array { .. } | TypeInner::Struct { .. } => false,
+            _ => true,
+        };
+        if refused {
+            refuse(module.types.get_span(handle), "this type is not supported; allowed are f32, i32, u32, bool, their vectors, arrays and structs");
+        }
+    }
+    for (handle, _) in module.overrides.iter() {
+        refuse(module.overrides.get_span(handle), "override constants are not supported");
+    }
+    for (handle, expression) in module.global_expressions.iter() {
+        if let Expression::Literal(literal) = expression
+            && let Some(message) = refused_literal(*literal)
+        {
+            refuse(module.global_expressions.get_span(handle), message);
+        }
+    }
+    for (handle, variable) in module.global_variables.iter() {
+        use naga::AddressSpace::{Private, Storage, Uniform};
+        if !matches!(variable.space, Private | Storage { .. } | Uniform) {
+            refuse(
+                module.global_variables.get_span(handle),
+                "this address space is not supported; allowed are private, uniform and storage",
+            );
+        }
+    }
+    for (handle, function) in module.functions.iter() {
+        Checker { source, module, function, info: &info[handle], refusals: &mut refusals }.check();
+    }
+    for (index, entry) in module.entry_points.iter().enumerate() {
+        let mut checker = Checker {
+            source,
+            module,
+            function: &entry.function,
+            info: info.get_entry_point(index),
+            refusals: &mut refusals,
+        };
+        checker.check();
+        for argument in &entry.function.arguments {
+            use BuiltIn::{GlobalInvocationId, LocalInvocationId, LocalInvocationIndex, WorkGroupId};
+            let allowed = matches!(
+                argument.binding,
+                Some(naga::Binding::BuiltIn(
+                    WorkGroupId | LocalInvocationIndex | LocalInvocationId | GlobalInvocationId
+                ))
+            );
+            if !allowed {
+                checker.refuse(
+                    naga::Span::UNDEFINED,
+                    "an entry point may only take workgroup_id, local_invocation_index, local_invocation_id and \
+                     global_invocation_id: other built-in values depend on how the work was cut",
+                );
+            }
+        }
+    }
+    if refusals.is_empty() { Ok(()) } else { Err(refusals) }
+}
+
+fn is_allowed(scalar: naga::Scalar) -> bool {
+    scalar.kind == ScalarKind::Bool || scalar.width == 4
+}
+
+fn refused_literal(literal: Literal) -> Option<&'static str> {
+    match literal {
+        Literal::F32(x) if x.is_nan() || x.is_infinite() => Some("a constant is not finite"),
+        Literal::F32(x) if x.is_subnormal() => Some("a constant is subnormal"),
+        Literal::F32(_) | Literal::I32(_) | Literal::U32(_) | Literal::Bool(_) => None,
+        _ => Some("a constant is neither f32, i32, u32 nor bool"),
+    }
+}
+
+struct Checker<'a> {
+    source: &'a Source,
+    module: &'a Module,
+    function: &'a Function,
+    info: &'a FunctionInfo,
+    refusals: &'a mut Refusals,
+}
+
+impl Checker<'_> {
+    fn refuse(&mut self, span: naga::Span, message: &str) {
+        let place = if span.is_defined() { self.source.place_of(span) } else { self.function_place() };
+        self.refusals.push(Refusal { place, function: self.function.name.clone(), message: message.into() });
+    }
+
+    fn function_place(&self) -> Place {
+        let first = self.function.body.span_iter().next().map(|(_, span)| *span);
+        self.source.place_of(first.unwrap_or(naga::Span::UNDEFINED))
+    }
+
+    fn check(&mut self) {
+        for (handle, expression) in self.function.expressions.iter() {
+            if let Some(message) = self.refused(expression) {
+                self.refuse(self.function.expressions.get_span(handle), message);
+            }
+        }
+        let function = self.function;
+        self.check_block(&function.body);
+    }
+
+    fn kind(&self, expression: Handle<Expression>) -> Option<ScalarKind> {
+        self.info[expression].ty.inner_with(&self.module.types).scalar_kind()
+    }
+
+    fn refused(&self, expression: &Expression) -> Option<&'static str> {
+        match expression {
+            Expression::Literal(literal) => refused_literal(*literal),
+            Expression::Unary { op, expr } => match (op, self.kind(*expr)?) {
+                (UnaryOperator::Negate, ScalarKind::Float | ScalarKind::Sint)
+                | (UnaryOperator::LogicalNot, ScalarKind::Bool)
+                | (UnaryOperator::BitwiseNot, ScalarKind::Sint | ScalarKind::Uint) => None,
+                _ => Some("this unary operation is not on the list"),
+            },
+            Expression::Binary { op, left, right } => self.refused_binary(*op, *left, *right),
+            Expression::Math { fun, arg, .. } => {
+                let kind = self.kind(*arg)?;
+                match fun {
+                    MathFunction::Abs | MathFunction::Min | MathFunction::Max | MathFunction::Clamp => None,
+                    MathFunction::Floor | MathFunction::Trunc if kind == ScalarKind::Float => None,
+                    _ => Some("this function is not exact on every device; allowed are abs, floor, trunc, min, max, clamp"),
+                }
+            }
+            Expression::As { convert, .. } if convert.is_none_or(|width| width == 4 || width == 1) => None,
+            Expression::As { .. } => Some("only conversions between f32, i32, u32 and bool are on the list"),
+            Expression::Constant(_)
+            | Expression::ZeroValue(_)
+            | Expression::Compose { .. }
+            | Expression::Access { .. }
+            | Expression::AccessIndex { .. }
+            | Expression::Splat { .. }
+            | Expression::Swizzle { .. }
+            | Expression::FunctionArgument(_)
+            | Expression::GlobalVariable(_)
+            | Expression::LocalVariable(_)
+            | Expression::Load { .. }
+            | Expression::Select { .. }
+            | Expression::CallResult(_) => None,
+            Expression::ArrayLength(_) => Some("`arrayLength` depends on how a buffer was made, not on what is in it"),
+            Expression::Relational { .. } => Some("`all`, `any` and tests for NaN are not on the list"),
+            Expression::AtomicResult { .. } => Some("atomic operations have no fixed order"),
+            _ => Some("this expression is not on the list"),
+        }
+    }
+
+    fn refused_binary(
+        &self,
+        op: BinaryOperator,
+        left: Handle<Expression>,
+        right: Handle<Expression>,
+    ) -> Option<&'static str> {
+        use BinaryOperator as Op;
+        let kind = self.kind(left)?;
+        match op {
+            Op::Add | Op::Subtract | Op::Multiply => None,
+            Op::Divide if kind == ScalarKind::Float => {
+                Some("float division is not correctly rounded on every device; use `reciprocal` of lib/numerics.wgsl")
+            }
+            Op::Modulo if kind == ScalarKind::Float => Some("float remainder is not exact on every device"),
+            Op::Divide | Op::Modulo if kind == ScalarKind::Sint => {
+                Some("signed division and remainder differ between devices; use unsigned integers")
+            }
+            Op::ShiftLeft | Op::ShiftRight => {
+                let expressions = &self.function.expressions;
+                let below_32 = |handle: Handle<Expression>| match expressions[handle] {
+                    Expression::Literal(Literal::U32(count)) => count < 32,
+                    _ => false,
+                };
+                let safe = match expressions[right] {
+                    Expression::Binary { op: Op::And, left, right } => below_32(left) || below_32(right),
+                    Expression::Splat { value, .. } => below_32(value),
+                    Expression::Compose { ref components, .. } => components.iter().all(|c| below_32(*c)),
+                    _ => below_32(right),
+                };
+                (!safe).then_some("a shift's count must be a constant below 32, or masked with `& 31u`")
+            }
+            _ => None,
+        }
+    }
+
+    fn check_block(&mut self, block: &naga::Block) {
+        for (statement, span) in block.span_iter() {
+            match statement {
+                Statement::Emit(_)
+                | Statement::Break
+                | Statement::Continue
+                | Statement::Return { .. }
+                | Statement::Store { .. }
+                | Statement::Call { .. } => {}
+                Statement::Block(inner) => self.check_block(inner),
+                Statement::If { accept, reject, .. } => {
+                    self.check_block(accept);
+                    self.check_block(reject);
+                }
+                Statement::Switch { cases, .. } => {
+                    for case in cases {
+                        if case.fall_through && !case.body.is_empty() {
+                            self.refuse(*span, "a case that falls through is not supported");
+                        }
+                        self.check_block(&case.body);
+                    }
+                }
+                Statement::Loop { body, continuing, .. } => {
+                    self.check_block(body);
+                    self.check_block(continuing);
+                }
+                Statement::ControlBarrier(_) | Statement::MemoryBarrier(_) | Statement::WorkGroupUniformLoad { .. } => {
+                    self.refuse(*span, "barriers are not supported: lanes of one workgroup run in separate calls");
+                }
+                Statement::Atomic { .. } => self.refuse(*span, "atomic operations have no fixed order"),
+                _ => self.refuse(*span, "this statement is not on the list"),
+            }
+        }
+    }
+}

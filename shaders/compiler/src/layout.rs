@@ -1,0 +1,115 @@
+//! Host structs from WGSL structs, so that no layout is stated twice.
+
+use std::fmt::Write;
+
+use naga::{AddressSpace, Handle, Module, ScalarKind, Type, TypeInner};
+
+/// What a binding holds, as the host sees it.
+#[derive(Clone, Debug)]
+pub(crate) struct Bound {
+    pub(crate) binding: u32,
+    pub(crate) name: String,
+    pub(crate) kind: &'static str,
+    pub(crate) stride: u32,
+}
+
+/// A kernel's bindings in ascending order.
+///
+/// # Errors
+/// A group other than 0, or a gap.
+pub(crate) fn bindings(module: &Module) -> Result<Vec<Bound>, String> {
+    let mut bound = Vec::new();
+    for (_, variable) in module.global_variables.iter() {
+        let Some(binding) = variable.binding else { continue };
+        let name = variable.name.clone().unwrap_or_default();
+        if binding.group != 0 {
+            return Err(format!("`{name}` is in group {}; all bindings are in group 0", binding.group));
+        }
+        let kind = match variable.space {
+            AddressSpace::Uniform => "Uniform",
+            AddressSpace::Storage { access } if access.contains(naga::StorageAccess::STORE) => "ReadWrite",
+            _ => "Read",
+        };
+        let stride = match &module.types[variable.ty].inner {
+            TypeInner::Array { stride, .. } => *stride,
+            other => other.size(module.to_ctx()),
+        };
+        bound.push(Bound { binding: binding.binding, name, kind, stride });
+    }
+    bound.sort_by_key(|b| b.binding);
+    for (index, b) in bound.iter().enumerate() {
+        if b.binding as usize != index {
+            return Err(format!("`{}` is binding {}, but {index} comes next", b.name, b.binding));
+        }
+    }
+    Ok(bound)
+}
+
+/// Rust structs for every struct that a binding holds.
+///
+/// # Errors
+/// A struct whose WGSL layout Rust's `repr(C)` doesn't have.
+pub(crate) fn structs(module: &Module) -> Result<String, String> {
+    let mut out = String::new();
+    for (_, variable) in module.global_variables.iter() {
+        if variable.binding.is_none() {
+            continue;
+        }
+        let ty = match module.types[variable.ty].inner {
+            TypeInner::Array { base, .. } => base,
+            _ => variable.ty,
+        };
+        if let TypeInner::Struct { .. } = module.types[ty].inner {
+            one(module, ty, &mut out)?;
+        }
+    }
+    Ok(out)
+}
+
+fn one(module: &Module, ty: Handle<Type>, out: &mut String) -> Result<(), String> {
+    let TypeInner::Struct { members, span } = &module.types[ty].inner else { return Ok(()) };
+    let name = module.types[ty].name.clone().unwrap_or_default();
+    let mut fields = String::new();
+    let mut names = Vec::new();
+    let mut offset = 0;
+    for member in members {
+        let field = member.name.clone().unwrap_or_default();
+        let inner = &module.types[member.ty].inner;
+        let (scalar, rust) = match inner {
+            TypeInner::Scalar(scalar) => (*scalar, rust_scalar(*scalar)),
+            TypeInner::Vector { size, scalar } => (*scalar, format!("[{}; {}]", rust_scalar(*scalar), *size as u32)),
+            _ => return Err(format!("`{name}.{field}`: host structs hold only scalars and vectors")),
+        };
+        if scalar.kind == ScalarKind::Bool {
+            return Err(format!("`{name}.{field}`: a bool has no layout"));
+        }
+        if member.offset != offset {
+            return Err(format!("`{name}.{field}` is preceded by padding; fill it with a named field"));
+        }
+        offset += inner.size(module.to_ctx());
+        let _ = writeln!(fields, "    /// `{field}` of the WGSL struct, at byte {}.\n    pub {field}: {rust},", member.offset);
+        names.push(format!("\"{field}\""));
+    }
+    if offset != *span {
+        return Err(format!("`{name}` ends in padding; fill it with a named field"));
+    }
+    let _ = write!(
+        out,
+        "/// The WGSL struct `{name}`, {span} bytes.\n\
+         #[derive(Clone, Copy, Debug, Default, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]\n\
+         #[repr(C)]\npub struct {name} {{\n{fields}}}\n\
+         impl {name} {{\n    /// Its fields' names, in order.\n    pub const FIELDS: [&'static str; {}] = [{}];\n}}\n",
+        names.len(),
+        names.join(", "),
+    );
+    Ok(())
+}
+
+fn rust_scalar(scalar: naga::Scalar) -> String {
+    match scalar.kind {
+        ScalarKind::Float => "f32",
+        ScalarKind::Sint => "i32",
+        _ => "u32",
+    }
+    .into()
+}

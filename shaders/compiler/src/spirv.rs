@@ -1,0 +1,94 @@
+//! SPIR-V that a driver may not re-associate, fuse or re-round.
+
+use naga::back::spv;
+use naga::proc::{BoundsCheckPolicies, BoundsCheckPolicy};
+use naga::valid::ModuleInfo;
+
+const OP_DECORATE: u32 = 71;
+const OP_TYPE_VOID: u32 = 19;
+const OP_TYPE_FORWARD_POINTER: u32 = 39;
+const NO_CONTRACTION: u32 = 42;
+
+/// Writes a module with every option pinned and `NoContraction` on every float arithmetic result.
+///
+/// # Errors
+/// What naga's writer says.
+pub(crate) fn write(module: &naga::Module, info: &ModuleInfo) -> Result<Vec<u32>, String> {
+    let options = spv::Options {
+        lang_version: (1, 3),
+        flags: spv::WriterFlags::empty(),
+        fake_missing_bindings: false,
+        binding_map: module.global_variables.iter().filter_map(|(_, v)| v.binding).map(own_place).collect(),
+        capabilities: None,
+        bounds_check_policies: BoundsCheckPolicies {
+            index: BoundsCheckPolicy::Restrict,
+            buffer: BoundsCheckPolicy::Restrict,
+            image_load: BoundsCheckPolicy::Restrict,
+            binding_array: BoundsCheckPolicy::Restrict,
+        },
+        zero_initialize_workgroup_memory: spv::ZeroInitializeWorkgroupMemoryMode::None,
+        force_loop_bounding: false,
+        ray_query_initialization_tracking: false,
+        trace_ray_argument_validation: false,
+        use_storage_input_output_16: false,
+        debug_info: None,
+        task_dispatch_limits: None,
+        mesh_shader_primitive_indices_clamp: false,
+        emit_int_div_checks: true,
+    };
+    let words = spv::write_vec(module, info, &options, None).map_err(|error| error.to_string())?;
+    Ok(without_contraction(&words, None))
+}
+
+/// Each binding keeps the number that the WGSL gives it.
+fn own_place(binding: naga::ResourceBinding) -> (naga::ResourceBinding, spv::BindingInfo) {
+    let info =
+        spv::BindingInfo { descriptor_set: binding.group, binding: binding.binding, binding_array_size: None };
+    (binding, info)
+}
+
+/// Decorates every float arithmetic result with `NoContraction`; all but the `except`-th, as a negative control.
+pub fn without_contraction(words: &[u32], except: Option<usize>) -> Vec<u32> {
+    let results = float_arithmetic(words);
+    let mut place = words.len();
+    for (at, opcode, _) in instructions(words) {
+        if opcode == OP_DECORATE || (OP_TYPE_VOID..=OP_TYPE_FORWARD_POINTER).contains(&opcode) {
+            place = at;
+            break;
+        }
+    }
+    let mut out = words[..place].to_vec();
+    for (index, id) in results.iter().enumerate() {
+        if Some(index) != except {
+            out.extend([3 << 16 | OP_DECORATE, *id, NO_CONTRACTION]);
+        }
+    }
+    out.extend_from_slice(&words[place..]);
+    out
+}
+
+/// The results of float arithmetic in a module, in order.
+pub fn float_arithmetic(words: &[u32]) -> Vec<u32> {
+    // FNegate, FAdd, FSub, FMul, FDiv, FRem, FMod, VectorTimesScalar .. Dot
+    let arithmetic = |opcode: u32| matches!(opcode, 127 | 129 | 131 | 133 | 136 | 140 | 141 | 142..=148);
+    instructions(words).filter(|(_, opcode, _)| arithmetic(*opcode)).map(|(at, _, _)| words[at + 2]).collect()
+}
+
+/// The results that carry `NoContraction`.
+pub fn decorated(words: &[u32]) -> Vec<u32> {
+    instructions(words)
+        .filter(|(at, opcode, length)| *opcode == OP_DECORATE && *length == 3 && words[at + 2] == NO_CONTRACTION)
+        .map(|(at, _, _)| words[at + 1])
+        .collect()
+}
+
+/// Each instruction's place, opcode and length in words.
+fn instructions(words: &[u32]) -> impl Iterator<Item = (usize, u32, usize)> {
+    let mut at = 5;
+    std::iter::from_fn(move || {
+        let word = *words.get(at)?;
+        let here = at;
+        at += (word >> 16).max(1) as usize;
+        Some((here, word & 0xffff, (word >> 16) as usize))
+    })
+}

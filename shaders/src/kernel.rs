@@ -1,0 +1,74 @@
+//! What a compiled kernel is: one program in three forms.
+
+/// How a kernel sees a buffer.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum BindingKind {
+    /// `var<uniform>`
+    Uniform,
+    /// `var<storage, read>`
+    Read,
+    /// `var<storage, read_write>`
+    ReadWrite,
+}
+
+/// A buffer that a kernel binds, in group 0.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Binding {
+    /// `@binding` number; bindings are listed in ascending order and have no gaps.
+    pub binding: u32,
+    /// Its name in the WGSL.
+    pub name: &'static str,
+    /// How it is bound.
+    pub kind: BindingKind,
+    /// Bytes of one element of its array, or of the whole buffer if it is no array.
+    pub stride: u32,
+}
+
+/// One kernel, compiled.
+#[derive(Debug)]
+pub struct Kernel {
+    /// Its name in the catalogue.
+    pub name: &'static str,
+    /// The concatenated WGSL, for adapters that take no SPIR-V.
+    pub wgsl: &'static str,
+    /// SPIR-V with `NoContraction` on every float arithmetic result, without float-control modes.
+    pub spirv: &'static [u32],
+    /// Always `main`.
+    pub entry_point: &'static str,
+    /// Invocations a workgroup (x; y and z are 1).
+    pub workgroup_size: u32,
+    /// Its buffers.
+    pub bindings: &'static [Binding],
+    /// The lane code, widest first; which of them run here, [`Variant::available`] says.
+    pub variants: &'static [Variant],
+}
+
+/// The lane code of a kernel for one instruction set and one number of lanes.
+#[derive(Clone, Copy, Debug)]
+pub struct Variant {
+    /// Such as `avx512x64`: instruction set, `x`, lanes.
+    pub name: &'static str,
+    /// Invocations that one call runs; divides the workgroup size.
+    pub lanes: u32,
+    /// Whether this processor can run it.
+    pub available: fn() -> bool,
+    /// Runs `lanes` invocations.
+    pub run: LaneFn,
+}
+
+/// Runs invocations `first_lane..first_lane + lanes` of one workgroup. The buffers are those of
+/// [`Kernel::bindings`], in that order, none of them empty.
+///
+/// # Safety
+/// The variant must be available on this processor; every buffer must be valid for reads, and read-write ones
+/// for writes, for its whole length; what one call writes, no other call may access at the same time.
+pub type LaneFn = unsafe fn(buffers: &[Words], workgroup: u32, first_lane: u32);
+
+/// A buffer as lane code sees it: 32-bit words.
+#[derive(Clone, Copy, Debug)]
+pub struct Words {
+    /// First word.
+    pub start: *mut u32,
+    /// Words.
+    pub len: usize,
+}

@@ -1,0 +1,35 @@
+// Random numbers by counter: a word is a function of who asks and when, never of what was asked before, so
+// that order, chunks, batches and threads cannot matter. The hash is pcg4d (Jarzynski and Olano, "Hash
+// Functions for GPU Rendering", JCGT 9(3), 2020): 128 bits in, 128 bits out, a bijection.
+
+const STREAM_START: u32 = 0u;
+const STREAM_SENSOR: u32 = 1u;
+const STREAM_ACTUATOR: u32 = 2u;
+const STREAM_ENVIRONMENT: u32 = 3u;
+const STREAM_BEHAVIOUR: u32 = 4u;
+
+// Four random words: the block-th four of a stream at a step (of the life, not of the chunk; block < 2^16).
+fn random_words(key: vec2<u32>, stream: u32, step: u32, block: u32) -> vec4<u32> {
+    var v = vec4<u32>(key.x, key.y, step, (stream << 16u) | block);
+    v = v * 1664525u + 1013904223u;
+    v.x += v.y * v.w;
+    v.y += v.z * v.x;
+    v.z += v.x * v.y;
+    v.w += v.y * v.z;
+    v = v ^ (v >> vec4<u32>(16u));
+    v.x += v.y * v.w;
+    v.y += v.z * v.x;
+    v.z += v.x * v.y;
+    v.w += v.y * v.z;
+    return v;
+}
+
+// A word as a number in [0, 1), a multiple of 2^-24.
+fn unit(word: u32) -> f32 {
+    return f32(word >> 8u) * 0x1p-24f;
+}
+
+// Four words as numbers in [0, 1).
+fn units(words: vec4<u32>) -> vec4<f32> {
+    return vec4<f32>(unit(words.x), unit(words.y), unit(words.z), unit(words.w));
+}

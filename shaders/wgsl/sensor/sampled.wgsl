@@ -1,0 +1,116 @@
+// Eight proximity sensors as they were sampled: for each class of object a table of readings over the
+// object's distance and bearing. The readings of all objects in reach are summed and clipped.
+
+// One value a sensor, in [0, 1].
+struct Readings {
+    first: vec4<f32>,
+    last: vec4<f32>,
+}
+
+// The readings that one object adds: eight 16-bit numbers, the even sensors in the low halves.
+fn sampled(world: u32, shape: u32, pose: vec3<f32>, shift: vec2<f32>) -> vec4<u32> {
+    let at = vec2<f32>(pose.x + shift.x, pose.y + shift.y);
+    var to = toward(shape, at);
+    var squared = squared_length(to);
+    var cell = vec4<u32>(0u);
+    if (squared < shapes[shape].reach_squared) {
+        var gap = squared * reciprocal_root(max(squared, 0x1p-60f)) - shapes[shape].contact;
+        if (worlds[world].walk_range > 0.0f) {
+            // A shift through a wall keeps the wall's bearing and stands at the nearest distance.
+            let unshifted = toward(shape, vec2<f32>(pose.x, pose.y));
+            if (unshifted.x * to.x + unshifted.y * to.y < 0.0f) {
+                to = vec2<f32>(-to.x, -to.y);
+                gap = 0.0f;
+            }
+        }
+        let row = u32(max((gap - worlds[world].nearest) * worlds[world].rows_per_mm, 0.0f));
+        if (row < worlds[world].rows) {
+            // Recordings count bearings clockwise, headings count the other way.
+            let clockwise = pose.z - direction(to);
+            let share = clockwise - floor(clockwise);
+            let bearing = min(u32(share * worlds[world].bearings_per_turn), worlds[world].bearings - 1u);
+            cell = tables[shapes[shape].table + row * worlds[world].bearings + bearing];
+        }
+    }
+    return cell;
+}
+
+// What the sensors read at a pose, before any noise is added. The shift displaces what is perceived only.
+fn sense(world: u32, pose: vec3<f32>, shift: vec2<f32>) -> Readings {
+    let first = worlds[world].first_shape;
+    let end = first + worlds[world].shapes;
+    var sums = vec4<u32>(0u);
+    for (var shape = first; shape < end; shape++) {
+        sums += sampled(world, shape, pose, shift);
+    }
+    let scale = worlds[world].reading_scale;
+    let even = sums & vec4<u32>(0xffffu);
+    let odd = sums >> vec4<u32>(16u);
+    return Readings(
+        vec4<f32>(activation(even.x, scale), activation(odd.x, scale), activation(even.y, scale), activation(odd.y, scale)),
+        vec4<f32>(activation(even.z, scale), activation(odd.z, scale), activation(even.w, scale), activation(odd.w, scale)),
+    );
+}
+
+// A sum of readings as an activation, clipped to 1.
+fn activation(sum: u32, scale: f32) -> f32 {
+    return min(f32(sum) * scale, 1.0f);
+}
+
+// The readings with the world's sensor noise: a uniform number is added to each, and the sum clipped.
+fn with_noise(life: Life, step: u32, readings: Readings) -> Readings {
+    let low = worlds[life.world].sensor_noise_low;
+    let span = worlds[life.world].sensor_noise_span;
+    var noisy = readings;
+    if (span > 0.0f) {
+        let a = units(random_words(life.key, STREAM_SENSOR, step, 0u));
+        let b = units(random_words(life.key, STREAM_SENSOR, step, 1u));
+        noisy.first = clamp(readings.first + (a * span + low), vec4<f32>(0.0f), vec4<f32>(1.0f));
+        noisy.last = clamp(readings.last + (b * span + low), vec4<f32>(0.0f), vec4<f32>(1.0f));
+    }
+    return noisy;
+}
+
+// One step of the walk that displaces what is perceived (conservative noise), reflected at its range.
+fn walked(life: Life, step: u32, shift: vec2<f32>) -> vec2<f32> {
+    let u = units(random_words(life.key, STREAM_ENVIRONMENT, step, 0u));
+    let size = worlds[life.world].walk_step;
+    let range = worlds[life.world].walk_range;
+    return vec2<f32>(
+        reflected(shift.x + (2.0f * u.x - 1.0f) * size, range),
+        reflected(shift.y + (2.0f * u.y - 1.0f) * size, range),
+    );
+}
+
+// Where the walk starts: uniform within its range.
+fn first_shift(life: Life) -> vec2<f32> {
+    let u = units(random_words(life.key, STREAM_ENVIRONMENT, 0u, 1u));
+    let range = worlds[life.world].walk_range;
+    return vec2<f32>((2.0f * u.x - 1.0f) * range, (2.0f * u.y - 1.0f) * range);
+}
+
+// A number folded back once at -range and range.
+fn reflected(x: f32, range: f32) -> f32 {
+    let below = select(x, -2.0f * range - x, x < -range);
+    return select(below, 2.0f * range - below, below > range);
+}
+
+// The greatest of eight readings.
+fn highest(r: Readings) -> f32 {
+    let a = max(max(r.first.x, r.first.y), max(r.first.z, r.first.w));
+    let b = max(max(r.last.x, r.last.y), max(r.last.z, r.last.w));
+    return max(a, b);
+}
+
+// The sum of eight readings, each times its gene; gene `index` weighs the first.
+fn weighed(life: Life, index: u32, r: Readings) -> f32 {
+    var sum = gene(life, index) * r.first.x;
+    sum += gene(life, index + 1u) * r.first.y;
+    sum += gene(life, index + 2u) * r.first.z;
+    sum += gene(life, index + 3u) * r.first.w;
+    sum += gene(life, index + 4u) * r.last.x;
+    sum += gene(life, index + 5u) * r.last.y;
+    sum += gene(life, index + 6u) * r.last.z;
+    sum += gene(life, index + 7u) * r.last.w;
+    return sum;
+}

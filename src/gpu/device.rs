@@ -1,0 +1,266 @@
+//! An open device: its kernels, its waits, and what went wrong on it.
+
+use std::collections::BTreeMap;
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::sync::{Arc, Mutex, PoisonError};
+use std::time::Duration;
+
+use oneiro_shaders::{Binding, BindingKind, Kernel};
+
+use super::adapter::Adapter;
+use super::spirv;
+use crate::evaluator::{Control, Error};
+
+/// In which form a device gets its kernels.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Path {
+    /// As exact SPIR-V.
+    Spirv,
+    /// As WGSL, which drivers may round as they like.
+    Wgsl,
+}
+
+/// Why a device gave no result.
+#[derive(Debug)]
+pub(super) enum Fault {
+    /// Asked for.
+    Cancelled,
+    /// It is gone, with what the driver said.
+    Lost(String),
+    /// A smaller batch might do.
+    OutOfMemory,
+    /// It can't do this at all.
+    TooLarge(String),
+    /// It doesn't take the kernel or its use.
+    Refused(String),
+}
+
+/// What wgpu told while nobody asked.
+#[derive(Debug, Default)]
+struct Told {
+    lost: Option<String>,
+    error: Option<wgpu::Error>,
+}
+
+/// A kernel that is ready to run.
+#[derive(Debug)]
+pub(super) struct Pipeline {
+    pub(super) kernel: &'static str,
+    pub(super) bindings: wgpu::BindGroupLayout,
+    pub(super) compute: wgpu::ComputePipeline,
+}
+
+/// An open device.
+#[derive(Debug)]
+pub(super) struct Device {
+    pub(super) device: wgpu::Device,
+    pub(super) queue: wgpu::Queue,
+    adapter: Adapter,
+    path: Path,
+    told: Arc<Mutex<Told>>,
+    /// By name and SPIR-V, so that an altered kernel is another one.
+    pipelines: BTreeMap<(&'static str, usize), Arc<Pipeline>>,
+}
+
+impl Device {
+    /// Opens a device.
+    ///
+    /// # Errors
+    /// [`Error::NoDevice`] if the adapter can't run the kernels, or takes no SPIR-V where that is the path.
+    pub(super) fn open(adapter: &Adapter, path: Path) -> Result<Self, Error> {
+        let refused = |problem: String| Error::NoDevice(format!("{}: {problem}", adapter.name()));
+        let (needed, has) = (8, adapter.limits().storage_buffers);
+        if has < needed {
+            return Err(refused(format!("binds {has} storage buffers in a kernel; {needed} are needed")));
+        }
+        let features = match path {
+            Path::Spirv if adapter.takes_spirv() => wgpu::Features::PASSTHROUGH_SHADERS,
+            Path::Spirv => return Err(refused(format!("{} takes no SPIR-V", adapter.backend()))),
+            Path::Wgsl => wgpu::Features::empty(),
+        };
+        let most = adapter.handle.limits();
+        let descriptor = wgpu::DeviceDescriptor {
+            label: Some("oneiro"),
+            required_features: features,
+            required_limits: wgpu::Limits {
+                max_storage_buffers_per_shader_stage: needed,
+                max_storage_buffer_binding_size: most.max_storage_buffer_binding_size,
+                max_buffer_size: most.max_buffer_size,
+                max_compute_workgroups_per_dimension: most.max_compute_workgroups_per_dimension,
+                ..wgpu::Limits::downlevel_defaults().or_worse_values_from(&most)
+            },
+            memory_hints: wgpu::MemoryHints::MemoryUsage,
+            ..Default::default()
+        };
+        let (device, queue) = pollster::block_on(adapter.handle.request_device(&descriptor))
+            .map_err(|error| refused(error.to_string()))?;
+
+        let told = Arc::new(Mutex::new(Told::default()));
+        let ear = Arc::clone(&told);
+        device.on_uncaptured_error(Arc::new(move |error| {
+            // The first error is the cause, those that follow are its consequences.
+            lock(&ear).error.get_or_insert(error);
+        }));
+        let ear = Arc::clone(&told);
+        device.set_device_lost_callback(move |reason, message| {
+            let said = if message.is_empty() { format!("{reason:?}").to_lowercase() } else { message };
+            lock(&ear).lost.get_or_insert(said);
+        });
+        Ok(Self { device, queue, adapter: adapter.clone(), path, told, pipelines: BTreeMap::new() })
+    }
+
+    /// The adapter it was opened on.
+    pub(super) fn adapter(&self) -> &Adapter {
+        &self.adapter
+    }
+
+    /// The form in which it gets its kernels.
+    pub(super) fn path(&self) -> Path {
+        self.path
+    }
+
+    /// A kernel, compiled when first asked for.
+    ///
+    /// # Errors
+    /// [`Fault::Refused`] if the driver doesn't take it, [`Fault::Lost`].
+    pub(super) fn pipeline(&mut self, kernel: &Kernel) -> Result<Arc<Pipeline>, Fault> {
+        let key = (kernel.name, kernel.spirv.as_ptr().addr());
+        if let Some(pipeline) = self.pipelines.get(&key) {
+            return Ok(Arc::clone(pipeline));
+        }
+        let pipeline = Arc::new(self.compile(kernel));
+        self.check()?;
+        self.pipelines.insert(key, Arc::clone(&pipeline));
+        Ok(pipeline)
+    }
+
+    fn compile(&self, kernel: &Kernel) -> Pipeline {
+        let label = Some(kernel.name);
+        let entries: Vec<_> = kernel.bindings.iter().map(layout_entry).collect();
+        let bindings = self
+            .device
+            .create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor { label, entries: &entries });
+        let layout = self.device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
+            label,
+            bind_group_layouts: &[Some(&bindings)],
+            immediate_size: 0,
+        });
+        let module = match self.path {
+            Path::Spirv => {
+                let words = spirv::with_modes(kernel.spirv, self.adapter.float_controls());
+                let descriptor = wgpu::ShaderModuleDescriptorPassthrough {
+                    label,
+                    entry_points: vec![wgpu::PassthroughShaderEntryPoint {
+                        name: kernel.entry_point.into(),
+                        workgroup_size: (kernel.workgroup_size, 1, 1),
+                    }]
+                    .into(),
+                    spirv: Some(words.into()),
+                    ..Default::default()
+                };
+                // SAFETY: the module was written by naga from a validated one, with every index clamped to its
+                // buffer and every loop ended by its own bound; the modes added are those the driver has.
+                unsafe { self.device.create_shader_module_passthrough(descriptor) }
+            }
+            Path::Wgsl => self.device.create_shader_module(wgpu::ShaderModuleDescriptor {
+                label,
+                source: wgpu::ShaderSource::Wgsl(kernel.wgsl.into()),
+            }),
+        };
+        let compute = self.device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
+            label,
+            layout: Some(&layout),
+            module: &module,
+            entry_point: Some(kernel.entry_point),
+            compilation_options: wgpu::PipelineCompilationOptions::default(),
+            cache: None,
+        });
+        Pipeline { kernel: kernel.name, bindings, compute }
+    }
+
+    /// Waits for a submission. Gives up soon after a cancel; the device then finishes on its own.
+    ///
+    /// # Errors
+    /// [`Fault::Cancelled`] and whatever befell the device.
+    pub(super) fn wait(&self, submission: &wgpu::SubmissionIndex, control: &Control) -> Result<(), Fault> {
+        const LOOK_UP: Duration = Duration::from_millis(20);
+        loop {
+            let wait = wgpu::PollType::Wait { submission_index: Some(submission.clone()), timeout: Some(LOOK_UP) };
+            match self.poll(wait) {
+                Err(wgpu::PollError::Timeout) => {}
+                // An index that was never submitted: the queue refused it, and why was told.
+                Err(wgpu::PollError::WrongSubmissionIndex(..)) => {
+                    self.check()?;
+                    return Err(Fault::Lost("it takes no more work".into()));
+                }
+                Ok(_) => return self.check(),
+            }
+            self.check()?;
+            if control.is_cancelled() {
+                return Err(Fault::Cancelled);
+            }
+        }
+    }
+
+    /// Whether all went well until now.
+    ///
+    /// # Errors
+    /// What befell the device since the last call.
+    pub(super) fn check(&self) -> Result<(), Fault> {
+        let mut told = lock(&self.told);
+        if let Some(reason) = &told.lost {
+            return Err(Fault::Lost(reason.clone()));
+        }
+        let Some(error) = told.error.take() else { return Ok(()) };
+        drop(told);
+        // Errors may be the first sign of a loss, which is told when somebody looks.
+        let _ = self.poll(wgpu::PollType::Poll);
+        if let Some(reason) = &lock(&self.told).lost {
+            return Err(Fault::Lost(reason.clone()));
+        }
+        Err(match error {
+            wgpu::Error::OutOfMemory { .. } => Fault::OutOfMemory,
+            wgpu::Error::Validation { description, .. } | wgpu::Error::Internal { description, .. } => {
+                Fault::Refused(description)
+            }
+        })
+    }
+
+    /// Looks after finished work, without wgpu's panic when the driver answers that the device is lost.
+    fn poll(&self, how: wgpu::PollType) -> Result<(), wgpu::PollError> {
+        match catch_unwind(AssertUnwindSafe(|| self.device.poll(how))) {
+            Ok(result) => result.map(|_| ()),
+            Err(panic) => {
+                let said = panic.downcast_ref::<String>().map_or("no reason given", |message| message.as_str());
+                lock(&self.told).lost.get_or_insert_with(|| said.to_owned());
+                Ok(())
+            }
+        }
+    }
+
+    /// Destroys the device, as a driver that resets does.
+    pub(super) fn lose(&self) {
+        self.device.destroy();
+    }
+}
+
+fn lock(told: &Mutex<Told>) -> std::sync::MutexGuard<'_, Told> {
+    told.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+fn layout_entry(binding: &Binding) -> wgpu::BindGroupLayoutEntry {
+    wgpu::BindGroupLayoutEntry {
+        binding: binding.binding,
+        visibility: wgpu::ShaderStages::COMPUTE,
+        ty: wgpu::BindingType::Buffer {
+            ty: match binding.kind {
+                BindingKind::Uniform => wgpu::BufferBindingType::Uniform,
+                BindingKind::Read => wgpu::BufferBindingType::Storage { read_only: true },
+                BindingKind::ReadWrite => wgpu::BufferBindingType::Storage { read_only: false },
+            },
+            has_dynamic_offset: false,
+            min_binding_size: wgpu::BufferSize::new(u64::from(binding.stride)),
+        },
+        count: None,
+    }
+}

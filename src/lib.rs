@@ -1,0 +1,15 @@
+//! Oneiro evaluates robot controllers in simulated lives, millions at a time, bit for bit the same on every
+//! device.
+
+pub mod arena;
+pub mod audit;
+pub mod backend;
+pub mod batch;
+pub mod cpu;
+pub mod evaluator;
+#[cfg(feature = "gpu")]
+pub mod gpu;
+pub mod pool;
+pub mod random;
+pub mod tables;
+pub mod world;

@@ -1,0 +1,341 @@
+//! Sampled tables: what a robot's sensors were measured to read, and its motors to do.
+//!
+//! [`SensorTables::khepera`] and [`MotorSamples::khepera`] are compiled in: a Khepera synthesised from published
+//! statistics, no recording. Recordings come in through [`SensorTables::read`] and [`MotorSamples::read`].
+
+mod sam;
+#[cfg(test)]
+mod synthesis;
+
+use std::path::{Path, PathBuf};
+use std::sync::{Arc, LazyLock};
+
+pub use sam::Format;
+
+/// Proximity sensors of a robot.
+pub const SENSORS: usize = 8;
+
+/// The greatest reading of a sensor: ten bits.
+pub const GREATEST_READING: u16 = 1023;
+
+/// Why a table could not be read or written: what, and where.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Error {
+    /// The file.
+    pub path: PathBuf,
+    /// Its line, counted from 1, where one line is to blame.
+    pub line: Option<usize>,
+    /// What is wrong, and what is allowed.
+    pub problem: String,
+}
+
+impl std::fmt::Display for Error {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "{}", self.path.display())?;
+        if let Some(line) = self.line {
+            write!(f, ", line {line}")?;
+        }
+        write!(f, ": {}", self.problem)
+    }
+}
+
+impl std::error::Error for Error {}
+
+/// What was read, and what is odd about it without being wrong.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Import<T> {
+    /// What was read.
+    pub table: T,
+    /// Sentences for the user, each naming its file.
+    pub warnings: Vec<String>,
+}
+
+/// The readings that objects of one class give, by distance and bearing.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SensorTable {
+    /// The class of object that was sampled, such as `wall` or `round`.
+    pub class: String,
+    /// Distances.
+    pub rows: u32,
+    /// Bearings in a full turn, clockwise from the heading: number k is the object at k / bearings turns.
+    pub bearings: u32,
+    /// Gap between the robot's rim and the nearest point of the object in the first row, mm.
+    pub nearest: f32,
+    /// From one row to the next, mm.
+    pub spacing: f32,
+    /// Eight readings a cell, 0 to 1023, at `row * bearings + bearing`.
+    pub readings: Vec<[u16; SENSORS]>,
+}
+
+impl SensorTable {
+    /// Reads a `.sam` or `.sample` file. The class is the file's name without its extension.
+    ///
+    /// A file begins with the line `sensors bearings rows nearest spacing`; then, for each row, come a line
+    /// `TURN row` and a line of readings for each bearing; `END` ends it. Readings are integers from 0 to 1023
+    /// in `.sam` and their 1023rd part in `.sample`.
+    ///
+    /// # Errors
+    /// The file can't be read; or the line that breaks the format, and what it allows.
+    pub fn read(path: impl AsRef<Path>) -> Result<Import<Self>, Error> {
+        let path = path.as_ref();
+        sam::parse_sensors(&sam::load(path)?, path, Format::of(path)?)
+    }
+
+    /// Writes a new `.sam` or `.sample` file, as the path's extension says.
+    ///
+    /// # Errors
+    /// The file exists already or can't be written; the extension is another.
+    pub fn write(&self, path: impl AsRef<Path>) -> Result<(), Error> {
+        let path = path.as_ref();
+        sam::save(path, &sam::print_sensors(self, Format::of(path)?))
+    }
+
+    /// From the rim, the gap beyond which an object is not sensed, mm.
+    pub fn reach(&self) -> f32 {
+        self.nearest + self.rows as f32 * self.spacing
+    }
+}
+
+/// A robot's sensor tables: one for each class of object.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SensorTables {
+    /// The tables, of equal shape.
+    pub classes: Vec<SensorTable>,
+    /// Activation of one unit of a reading: 1/1023. (Evorobot divides by 1024.)
+    pub reading_scale: f32,
+}
+
+impl SensorTables {
+    /// The Khepera compiled in, with the classes `wall` and `round`.
+    pub fn khepera() -> Arc<Self> {
+        static TABLES: LazyLock<Arc<SensorTables>> = LazyLock::new(|| {
+            let built_in = |path: &str, text| {
+                sam::parse_sensors(text, Path::new(path), Format::Sam)
+                    .expect("the tables compiled in are read by the tests")
+                    .table
+            };
+            Arc::new(SensorTables::new(vec![
+                built_in("wall.sam", include_str!("tables/khepera/wall.sam")),
+                built_in("round.sam", include_str!("tables/khepera/round.sam")),
+            ]))
+        });
+        Arc::clone(&TABLES)
+    }
+
+    /// Tables whose readings count as 1/1023 each.
+    pub fn new(classes: Vec<SensorTable>) -> Self {
+        Self { classes, reading_scale: 1.0 / f32::from(GREATEST_READING) }
+    }
+
+    /// Reads one file for each class, as [`SensorTable::read`] does, and warns of classes with equal readings.
+    ///
+    /// # Errors
+    /// As [`SensorTable::read`]; two files of one class; a shape other than the first file's.
+    pub fn read<P: AsRef<Path>>(paths: &[P]) -> Result<Import<Self>, Error> {
+        let mut warnings = Vec::new();
+        let mut classes: Vec<SensorTable> = Vec::new();
+        for path in paths {
+            let path = path.as_ref();
+            let import = SensorTable::read(path)?;
+            let error = |problem| Error { path: path.to_owned(), line: None, problem };
+            for (other, other_path) in classes.iter().zip(paths) {
+                if other.class == import.table.class {
+                    return Err(error(format!(
+                        "a second table of the class {}; allowed: one file a class, named after it",
+                        other.class
+                    )));
+                }
+                if shape(other) != shape(&import.table) {
+                    return Err(error(format!(
+                        "{}, but {} has {}; allowed: tables of one shape",
+                        shape(&import.table), other_path.as_ref().display(), shape(other)
+                    )));
+                }
+                if other.readings == import.table.readings {
+                    warnings.push(format!(
+                        "{} and {} hold the same readings: the robot can't tell {} from {}",
+                        other_path.as_ref().display(), path.display(), other.class, import.table.class
+                    ));
+                }
+            }
+            warnings.extend(import.warnings);
+            classes.push(import.table);
+        }
+        Ok(Import { table: Self::new(classes), warnings })
+    }
+
+    /// The index of a class.
+    pub fn class(&self, name: &str) -> Option<usize> {
+        self.classes.iter().position(|table| table.class == name)
+    }
+}
+
+/// A table's shape in words.
+fn shape(table: &SensorTable) -> String {
+    format!(
+        "{} rows of {} bearings, from {} mm in steps of {} mm",
+        table.rows, table.bearings, table.nearest, table.spacing
+    )
+}
+
+/// What a robot was measured to do in one cycle at each pair of wheel speeds.
+#[derive(Clone, Debug, PartialEq)]
+pub struct MotorSamples {
+    /// The speeds that were sampled, in the robot's own unit, ascending.
+    pub speeds: Vec<i32>,
+    /// For each pair at `left * speeds + right`: change of heading in degrees, clockwise positive.
+    pub degrees: Vec<f32>,
+    /// For each pair: displacement along the heading, cm.
+    pub centimetres: Vec<f32>,
+}
+
+impl MotorSamples {
+    /// The Khepera compiled in, speeds -12 to 12: in 100 ms a wheel goes 0.82 mm a unit of speed, and the wheels
+    /// work as if they stood 54.0 mm apart.
+    pub fn khepera() -> Self {
+        const MM_PER_UNIT: f64 = 0.82;
+        const WHEEL_BASE: f64 = 54.0;
+        let speeds: Vec<i32> = (-12..=12).collect();
+        let pairs = || speeds.iter().flat_map(|&left| speeds.iter().map(move |&right| (f64::from(left), f64::from(right))));
+        Self {
+            degrees: pairs()
+                .map(|(left, right)| ((left - right) * MM_PER_UNIT / WHEEL_BASE * (180.0 / std::f64::consts::PI)) as f32)
+                .collect(),
+            centimetres: pairs().map(|(left, right)| ((left + right) * (MM_PER_UNIT / 20.0)) as f32).collect(),
+            speeds,
+        }
+    }
+
+    /// Reads a motors' `.sam` file: as many lines of changes of heading, degrees clockwise, as there are speeds,
+    /// one line a speed of the left wheel and one column a speed of the right; then as many of displacements in
+    /// cm. An odd number of speeds n counts from -(n - 1)/2 to (n - 1)/2; an even number leaves out 0.
+    ///
+    /// # Errors
+    /// The file can't be read; or the line that breaks the format, and what it allows.
+    pub fn read(path: impl AsRef<Path>) -> Result<Self, Error> {
+        let path = path.as_ref();
+        sam::parse_motors(&sam::load(path)?, path)
+    }
+
+    /// Writes a new `.sam` file.
+    ///
+    /// # Errors
+    /// The file exists already or can't be written; or the speeds are none that [`MotorSamples::read`] would know.
+    pub fn write(&self, path: impl AsRef<Path>) -> Result<(), Error> {
+        let path = path.as_ref();
+        if self.speeds != sam::speeds(self.speeds.len()) {
+            return Err(Error {
+                path: path.to_owned(),
+                line: None,
+                problem: "can't hold these speeds; allowed: every integer from -n to n, with or without 0".into(),
+            });
+        }
+        sam::save(path, &sam::print_motors(self))
+    }
+}
+
+/// Which sampled speeds are a wheel's states, and how an output in `0..=1` selects one.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum MotorStates {
+    /// -10 to 10 without 0, state `floor(20 output)`: backwards is as fast as forwards.
+    #[default]
+    Symmetric20,
+    /// -10 to 9, state `floor(20 output)`.
+    Asymmetric20,
+    /// -10 to 10, state `round(20 output)`, as Evorobot has it.
+    Evorobot21,
+}
+
+impl MotorStates {
+    /// The speeds of the states, slowest (fastest backwards) first.
+    pub fn speeds(self) -> Vec<i32> {
+        match self {
+            Self::Symmetric20 => (-10..=-1).chain(1..=10).collect(),
+            Self::Asymmetric20 => (-10..=9).collect(),
+            Self::Evorobot21 => (-10..=10).collect(),
+        }
+    }
+}
+
+/// Sampled motions for each pair of motor states.
+#[derive(Clone, Debug, PartialEq)]
+pub struct MotorTable {
+    /// States of a wheel.
+    pub states: u32,
+    /// The motions, at `left * states + right`.
+    pub cells: Vec<MotorCell>,
+    /// With `offset`: the state of an output in `0..=1` is `floor(output * scale + offset)`, at most the last.
+    pub scale: f32,
+    /// See `scale`.
+    pub offset: f32,
+}
+
+/// What one pair of motor states does in one cycle.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct MotorCell {
+    /// Along the heading, mm.
+    pub displacement: f32,
+    /// Counter-clockwise, turns.
+    pub turn: f32,
+    /// The left wheel's signed speed as a share of the greatest, -1 to 1.
+    pub left: f32,
+    /// The right wheel's.
+    pub right: f32,
+}
+
+impl MotorTable {
+    /// The Khepera compiled in.
+    pub fn khepera(states: MotorStates) -> Arc<Self> {
+        let table = Self::new(&MotorSamples::khepera(), states);
+        Arc::new(table.expect("the speeds -12 to 12 have all states"))
+    }
+
+    /// Selects the states' speeds from samples.
+    ///
+    /// # Errors
+    /// The first speed that was not sampled.
+    pub fn new(samples: &MotorSamples, states: MotorStates) -> Result<Self, i32> {
+        let speeds = states.speeds();
+        let greatest = speeds.iter().fold(1, |greatest, speed| speed.abs().max(greatest)) as f32;
+        let columns = speeds
+            .iter()
+            .map(|speed| samples.speeds.iter().position(|sampled| sampled == speed).ok_or(*speed))
+            .collect::<Result<Vec<_>, _>>()?;
+        let mut cells = Vec::with_capacity(speeds.len() * speeds.len());
+        for (&left, &left_speed) in columns.iter().zip(&speeds) {
+            for (&right, &right_speed) in columns.iter().zip(&speeds) {
+                let sample = left * samples.speeds.len() + right;
+                cells.push(MotorCell {
+                    displacement: samples.centimetres[sample] * 10.0,
+                    turn: -samples.degrees[sample] / 360.0,
+                    left: left_speed as f32 / greatest,
+                    right: right_speed as f32 / greatest,
+                });
+            }
+        }
+        let (scale, offset) = match states {
+            MotorStates::Symmetric20 | MotorStates::Asymmetric20 => (20.0, 0.0),
+            MotorStates::Evorobot21 => (20.0, 0.5),
+        };
+        Ok(Self { states: speeds.len() as u32, cells, scale, offset })
+    }
+
+    /// Reads a motors' `.sam` file, as [`MotorSamples::read`], and selects the states' speeds.
+    ///
+    /// # Errors
+    /// As [`MotorSamples::read`]; a speed that was not sampled.
+    pub fn read(path: impl AsRef<Path>, states: MotorStates) -> Result<Self, Error> {
+        let path = path.as_ref();
+        let samples = MotorSamples::read(path)?;
+        Self::new(&samples, states).map_err(|speed| Error {
+            path: path.to_owned(),
+            line: None,
+            problem: format!(
+                "has no speed {speed}, but {} speeds; allowed: samples of all speeds from {} to {}",
+                samples.speeds.len(),
+                states.speeds()[0],
+                states.speeds().last().copied().unwrap_or_default()
+            ),
+        })
+    }
+}
