@@ -33,7 +33,11 @@ pub(crate) fn check_source(source: &Source) -> Result<(), Refusals> {
     }
     let mut refusals = Vec::new();
     let mut refuse = |at: usize, message: String| {
-        refusals.push(Refusal { place: source.place(at), function: None, message });
+        refusals.push(Refusal {
+            place: source.place(at),
+            function: None,
+            message,
+        });
     };
     for (at, word) in words(&text) {
         let attribute = at > 0 && bytes[at - 1] == b'@';
@@ -41,12 +45,21 @@ pub(crate) fn check_source(source: &Source) -> Result<(), Refusals> {
             let hex = word.starts_with("0x") || word.starts_with("0X");
             let float = word.contains('.') || word.contains(if hex { ['p', 'P'] } else { ['e', 'E'] });
             if float && !word.ends_with('f') {
-                refuse(at, format!("the float constant `{word}` has no suffix and would be folded in f64; write `{word}f`"));
+                refuse(
+                    at,
+                    format!("the float constant `{word}` has no suffix and would be folded in f64; write `{word}f`"),
+                );
             }
         } else if !attribute && is_call(&text[at + word.len()..]) {
             let known = CALLS.contains(&word) || CONSTRUCTORS.contains(&word) || KEYWORDS.contains(&word);
             if !known && !declared.contains(word) {
-                refuse(at, format!("`{word}` is not exact on every device; allowed are {}", CALLS.join(", ")));
+                refuse(
+                    at,
+                    format!(
+                        "`{word}` is not exact on every device; allowed are {}",
+                        CALLS.join(", ")
+                    ),
+                );
             }
             if declared.contains(word) && CALLS.contains(&word) {
                 refuse(at, format!("`{word}` hides a built-in function; give it another name"));
@@ -131,7 +144,11 @@ fn is_call(after: &str) -> bool {
 pub(crate) fn check_module(source: &Source, module: &Module, info: &ModuleInfo) -> Result<(), Refusals> {
     let mut refusals = Vec::new();
     let mut refuse = |span, message: &str| {
-        refusals.push(Refusal { place: source.place_of(span), function: None, message: message.into() });
+        refusals.push(Refusal {
+            place: source.place_of(span),
+            function: None,
+            message: message.into(),
+        });
     };
     for (handle, ty) in module.types.iter() {
         let refused = match &ty.inner {
@@ -141,11 +158,17 @@ pub(crate) fn check_module(source: &Source, module: &Module, info: &ModuleInfo) 
             _ => true,
         };
         if refused {
-            refuse(module.types.get_span(handle), "this type is not supported; allowed are f32, i32, u32, bool, their vectors, arrays and structs");
+            refuse(
+                module.types.get_span(handle),
+                "this type is not supported; allowed are f32, i32, u32, bool, their vectors, arrays and structs",
+            );
         }
     }
     for (handle, _) in module.overrides.iter() {
-        refuse(module.overrides.get_span(handle), "override constants are not supported");
+        refuse(
+            module.overrides.get_span(handle),
+            "override constants are not supported",
+        );
     }
     for (handle, expression) in module.global_expressions.iter() {
         if let Expression::Literal(literal) = expression
@@ -164,7 +187,14 @@ pub(crate) fn check_module(source: &Source, module: &Module, info: &ModuleInfo) 
         }
     }
     for (handle, function) in module.functions.iter() {
-        Checker { source, module, function, info: &info[handle], refusals: &mut refusals }.check();
+        Checker {
+            source,
+            module,
+            function,
+            info: &info[handle],
+            refusals: &mut refusals,
+        }
+        .check();
     }
     for (index, entry) in module.entry_points.iter().enumerate() {
         let mut checker = Checker {
@@ -218,8 +248,16 @@ struct Checker<'a> {
 
 impl Checker<'_> {
     fn refuse(&mut self, span: naga::Span, message: &str) {
-        let place = if span.is_defined() { self.source.place_of(span) } else { self.function_place() };
-        self.refusals.push(Refusal { place, function: self.function.name.clone(), message: message.into() });
+        let place = if span.is_defined() {
+            self.source.place_of(span)
+        } else {
+            self.function_place()
+        };
+        self.refusals.push(Refusal {
+            place,
+            function: self.function.name.clone(),
+            message: message.into(),
+        });
     }
 
     fn function_place(&self) -> Place {
@@ -256,7 +294,9 @@ impl Checker<'_> {
                 match fun {
                     MathFunction::Abs | MathFunction::Min | MathFunction::Max | MathFunction::Clamp => None,
                     MathFunction::Floor | MathFunction::Trunc if kind == ScalarKind::Float => None,
-                    _ => Some("this function is not exact on every device; allowed are abs, floor, trunc, min, max, clamp"),
+                    _ => Some(
+                        "this function is not exact on every device; allowed are abs, floor, trunc, min, max, clamp",
+                    ),
                 }
             }
             Expression::As { convert, .. } if convert.is_none_or(|width| width == 4 || width == 1) => None,
@@ -305,7 +345,11 @@ impl Checker<'_> {
                     _ => false,
                 };
                 let safe = match expressions[right] {
-                    Expression::Binary { op: Op::And, left, right } => below_32(left) || below_32(right),
+                    Expression::Binary {
+                        op: Op::And,
+                        left,
+                        right,
+                    } => below_32(left) || below_32(right),
                     Expression::Splat { value, .. } => below_32(value),
                     Expression::Compose { ref components, .. } => components.iter().all(|c| below_32(*c)),
                     _ => below_32(right),
@@ -343,7 +387,10 @@ impl Checker<'_> {
                     self.check_block(continuing);
                 }
                 Statement::ControlBarrier(_) | Statement::MemoryBarrier(_) | Statement::WorkGroupUniformLoad { .. } => {
-                    self.refuse(*span, "barriers are not supported: lanes of one workgroup run in separate calls");
+                    self.refuse(
+                        *span,
+                        "barriers are not supported: lanes of one workgroup run in separate calls",
+                    );
                 }
                 Statement::Atomic { .. } => self.refuse(*span, "atomic operations have no fixed order"),
                 _ => self.refuse(*span, "this statement is not on the list"),

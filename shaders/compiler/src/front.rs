@@ -10,24 +10,45 @@ use crate::source::{Refusal, Refusals, Source};
 /// What naga says, at the part's line.
 pub(crate) fn parse(source: &Source) -> Result<(naga::Module, ModuleInfo), Refusals> {
     let module = naga::front::wgsl::parse_str(&source.text).map_err(|error| {
-        let byte = error.labels().next().and_then(|(span, _)| span.to_range()).map_or(0, |range| range.start);
-        let labels: Vec<_> = error.labels().map(|(_, text)| text.to_owned()).filter(|text| !text.is_empty()).collect();
+        let byte = error
+            .labels()
+            .next()
+            .and_then(|(span, _)| span.to_range())
+            .map_or(0, |range| range.start);
+        let labels: Vec<_> = error
+            .labels()
+            .map(|(_, text)| text.to_owned())
+            .filter(|text| !text.is_empty())
+            .collect();
         let mut message = error.message().to_owned();
         if !labels.is_empty() {
             message = format!("{message} ({})", labels.join("; "));
         }
-        vec![Refusal { place: source.place(byte), function: None, message }]
+        vec![Refusal {
+            place: source.place(byte),
+            function: None,
+            message,
+        }]
     })?;
-    let info =
-        Validator::new(ValidationFlags::all(), Capabilities::empty()).validate(&module).map_err(|error| {
-            let byte = error.spans().next().and_then(|(span, _)| span.to_range()).map_or(0, |range| range.start);
+    let info = Validator::new(ValidationFlags::all(), Capabilities::empty())
+        .validate(&module)
+        .map_err(|error| {
+            let byte = error
+                .spans()
+                .next()
+                .and_then(|(span, _)| span.to_range())
+                .map_or(0, |range| range.start);
             let mut message = error.as_inner().to_string();
             let mut cause = std::error::Error::source(error.as_inner());
             while let Some(inner) = cause {
                 message = format!("{message}: {inner}");
                 cause = inner.source();
             }
-            vec![Refusal { place: source.place(byte), function: None, message }]
+            vec![Refusal {
+                place: source.place(byte),
+                function: None,
+                message,
+            }]
         })?;
     Ok((module, info))
 }

@@ -23,7 +23,10 @@ pub(crate) fn bindings(module: &Module) -> Result<Vec<Bound>, String> {
         let Some(binding) = variable.binding else { continue };
         let name = variable.name.clone().unwrap_or_default();
         if binding.group != 0 {
-            return Err(format!("`{name}` is in group {}; all bindings are in group 0", binding.group));
+            return Err(format!(
+                "`{name}` is in group {}; all bindings are in group 0",
+                binding.group
+            ));
         }
         let kind = match variable.space {
             AddressSpace::Uniform => "Uniform",
@@ -34,7 +37,12 @@ pub(crate) fn bindings(module: &Module) -> Result<Vec<Bound>, String> {
             TypeInner::Array { stride, .. } => *stride,
             other => other.size(module.to_ctx()),
         };
-        bound.push(Bound { binding: binding.binding, name, kind, stride });
+        bound.push(Bound {
+            binding: binding.binding,
+            name,
+            kind,
+            stride,
+        });
     }
     bound.sort_by_key(|b| b.binding);
     for (index, b) in bound.iter().enumerate() {
@@ -67,7 +75,9 @@ pub(crate) fn structs(module: &Module) -> Result<String, String> {
 }
 
 fn one(module: &Module, ty: Handle<Type>, out: &mut String) -> Result<(), String> {
-    let TypeInner::Struct { members, span } = &module.types[ty].inner else { return Ok(()) };
+    let TypeInner::Struct { members, span } = &module.types[ty].inner else {
+        return Ok(());
+    };
     let name = module.types[ty].name.clone().unwrap_or_default();
     let mut fields = String::new();
     let mut names = Vec::new();
@@ -84,10 +94,16 @@ fn one(module: &Module, ty: Handle<Type>, out: &mut String) -> Result<(), String
             return Err(format!("`{name}.{field}`: a bool has no layout"));
         }
         if member.offset != offset {
-            return Err(format!("`{name}.{field}` is preceded by padding; fill it with a named field"));
+            return Err(format!(
+                "`{name}.{field}` is preceded by padding; fill it with a named field"
+            ));
         }
         offset += inner.size(module.to_ctx());
-        let _ = writeln!(fields, "    /// `{field}` of the WGSL struct, at byte {}.\n    pub {field}: {rust},", member.offset);
+        let _ = writeln!(
+            fields,
+            "    /// `{field}` of the WGSL struct, at byte {}.\n    pub {field}: {rust},",
+            member.offset
+        );
         names.push(format!("\"{field}\""));
     }
     if offset != *span {

@@ -6,8 +6,13 @@
 mod exact;
 mod front;
 mod layout;
+mod lower;
+mod print;
 mod source;
 pub mod spirv;
+mod tidy;
+pub mod tree;
+pub mod uniform;
 
 pub use source::{Part, Place, Refusal, Refusals, Source};
 
@@ -32,19 +37,32 @@ pub struct Compiled {
 ///
 /// # Errors
 /// Everything that was refused, each with its place.
-pub fn compile(parts: &[Part]) -> Result<Compiled, Refusals> {
+pub fn compile(name: &str, parts: &[Part]) -> Result<Compiled, Refusals> {
     let source = Source::new(parts);
     exact::check_source(&source)?;
     let (module, info) = front::parse(&source)?;
     exact::check_module(&source, &module, &info)?;
-    let refuse = |message: String| vec![Refusal { place: source.place(source.text.len()), function: None, message }];
+    let refuse = |message: String| {
+        vec![Refusal {
+            place: source.place(source.text.len()),
+            function: None,
+            message,
+        }]
+    };
     let [entry] = module.entry_points.as_slice() else {
-        return Err(refuse(format!("a kernel has one entry point, this has {}", module.entry_points.len())));
+        return Err(refuse(format!(
+            "a kernel has one entry point, this has {}",
+            module.entry_points.len()
+        )));
     };
     if entry.name != "main" || entry.workgroup_size[1..] != [1, 1] {
-        return Err(refuse("the entry point must be `main` with a one-dimensional workgroup".into()));
+        return Err(refuse(
+            "the entry point must be `main` with a one-dimensional workgroup".into(),
+        ));
     }
     let workgroup_size = entry.workgroup_size[0];
+    let program = program(&source, &module, &info)?;
+    let shapes = uniform::analyse(&program, &|span| source.place_of(span))?;
     let bound = layout::bindings(&module).map_err(refuse)?;
     let bindings = bound
         .iter()
@@ -61,6 +79,23 @@ pub fn compile(parts: &[Part]) -> Result<Compiled, Refusals> {
         structs: layout::structs(&module).map_err(refuse)?,
         bindings,
         workgroup_size,
-        lanes: String::new(),
+        lanes: print::print(
+            &program,
+            &shapes,
+            name,
+            &bound.iter().map(|b| b.stride / 4).collect::<Vec<_>>(),
+        ),
     })
+}
+
+/// Lowers and tidies.
+fn program(source: &Source, module: &naga::Module, info: &naga::valid::ModuleInfo) -> Result<tree::Program, Refusals> {
+    let mut program = lower::lower(source, module, info)?;
+    tidy::carry_values_out(&mut program);
+    tidy::remove_unused(&mut program);
+    tidy::sink_declarations(&mut program);
+    let shapes = uniform::analyse(&program, &|span| source.place_of(span))?;
+    tidy::select_short_branches(&mut program, &shapes);
+    tidy::remove_unused(&mut program);
+    Ok(program)
 }

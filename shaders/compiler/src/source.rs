@@ -36,10 +36,21 @@ impl Source {
 
     /// Where a byte of the joined text comes from.
     pub fn place(&self, byte: usize) -> Place {
-        let line = self.text[..byte.min(self.text.len())].bytes().filter(|b| *b == b'\n').count();
-        let (path, first) =
-            self.parts.iter().rev().find(|(_, first)| *first <= line).cloned().unwrap_or_else(|| ("?".into(), 0));
-        Place { path, line: line - first + 1 }
+        let line = self.text[..byte.min(self.text.len())]
+            .bytes()
+            .filter(|b| *b == b'\n')
+            .count();
+        let (path, first) = self
+            .parts
+            .iter()
+            .rev()
+            .find(|(_, first)| *first <= line)
+            .cloned()
+            .unwrap_or_else(|| ("?".into(), 0));
+        Place {
+            path,
+            line: line - first + 1,
+        }
     }
 
     /// Where a span of naga's comes from; the start of the text if it has none.

@@ -18,7 +18,12 @@ pub(crate) fn write(module: &naga::Module, info: &ModuleInfo) -> Result<Vec<u32>
         lang_version: (1, 3),
         flags: spv::WriterFlags::empty(),
         fake_missing_bindings: false,
-        binding_map: module.global_variables.iter().filter_map(|(_, v)| v.binding).map(own_place).collect(),
+        binding_map: module
+            .global_variables
+            .iter()
+            .filter_map(|(_, v)| v.binding)
+            .map(own_place)
+            .collect(),
         capabilities: None,
         bounds_check_policies: BoundsCheckPolicies {
             index: BoundsCheckPolicy::Restrict,
@@ -42,8 +47,11 @@ pub(crate) fn write(module: &naga::Module, info: &ModuleInfo) -> Result<Vec<u32>
 
 /// Each binding keeps the number that the WGSL gives it.
 fn own_place(binding: naga::ResourceBinding) -> (naga::ResourceBinding, spv::BindingInfo) {
-    let info =
-        spv::BindingInfo { descriptor_set: binding.group, binding: binding.binding, binding_array_size: None };
+    let info = spv::BindingInfo {
+        descriptor_set: binding.group,
+        binding: binding.binding,
+        binding_array_size: None,
+    };
     (binding, info)
 }
 
@@ -71,7 +79,10 @@ pub fn without_contraction(words: &[u32], except: Option<usize>) -> Vec<u32> {
 pub fn float_arithmetic(words: &[u32]) -> Vec<u32> {
     // FNegate, FAdd, FSub, FMul, FDiv, FRem, FMod, VectorTimesScalar .. Dot
     let arithmetic = |opcode: u32| matches!(opcode, 127 | 129 | 131 | 133 | 136 | 140 | 141 | 142..=148);
-    instructions(words).filter(|(_, opcode, _)| arithmetic(*opcode)).map(|(at, _, _)| words[at + 2]).collect()
+    instructions(words)
+        .filter(|(_, opcode, _)| arithmetic(*opcode))
+        .map(|(at, _, _)| words[at + 2])
+        .collect()
 }
 
 /// The results that carry `NoContraction`.

@@ -1,0 +1,353 @@
+//! Passes that make a program smaller without changing what it does: unused values go, variables are declared
+//! where they are needed, values that are used outside a block that can be left become variables, and short
+//! varying branches become selections.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use crate::tree::{Array, Binary, Block, Label, Op, Program, Statement, Value, Variable, visit};
+use crate::uniform::Shapes;
+
+/// Removes values that nothing uses and writes that nothing reads.
+pub(crate) fn remove_unused(program: &mut Program) {
+    loop {
+        let mut used = BTreeSet::new();
+        let mut read = BTreeSet::new();
+        let mut read_arrays = BTreeSet::new();
+        visit(&program.body, &mut |statement| {
+            used.extend(statement.operands(program));
+            for result in statement.results() {
+                match program.op(*result) {
+                    Op::Read(variable) => _ = read.insert(variable),
+                    Op::ReadElement(array, _) => _ = read_arrays.insert(array),
+                    _ => {}
+                }
+            }
+        });
+        let mut removed = false;
+        let mut body = std::mem::take(&mut program.body);
+        sweep(&mut body, &mut |statement| {
+            let keep = match statement {
+                Statement::Let(value) => used.contains(value),
+                Statement::Load { targets, .. } => targets.iter().any(|target| used.contains(target)),
+                Statement::Write(variable, _) | Statement::Declare(variable) => read.contains(variable),
+                Statement::WriteElement { array, .. } | Statement::DeclareArray(array) => read_arrays.contains(array),
+                Statement::If { accept, reject, .. } => !accept.is_empty() || !reject.is_empty(),
+                Statement::Labeled { body, .. } => !body.is_empty(),
+                _ => true,
+            };
+            removed |= !keep;
+            keep
+        });
+        program.body = body;
+        if !removed {
+            return;
+        }
+    }
+}
+
+/// Keeps what a test says, inner blocks first.
+fn sweep(block: &mut Block, keep: &mut impl FnMut(&Statement) -> bool) {
+    for statement in block.iter_mut() {
+        for inner in statement.blocks_mut() {
+            sweep(inner, keep);
+        }
+    }
+    block.retain(|statement| keep(statement));
+}
+
+/// What a declaration declares.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+enum Local {
+    Variable(Variable),
+    Array(Array),
+}
+
+/// Moves each declaration to just before its first use, as deep as its uses allow: into a loop only if the
+/// variable is overwritten there before it is read, since it would start anew each time.
+pub(crate) fn sink_declarations(program: &mut Program) {
+    let mut declared = Vec::new();
+    visit(&program.body, &mut |statement| match statement {
+        Statement::Declare(variable) => declared.push(Local::Variable(*variable)),
+        Statement::DeclareArray(array) => declared.push(Local::Array(*array)),
+        _ => {}
+    });
+    let mut body = std::mem::take(&mut program.body);
+    for local in declared {
+        sink(program, &mut body, local);
+    }
+    program.body = body;
+}
+
+fn declaration(local: Local) -> Statement {
+    match local {
+        Local::Variable(variable) => Statement::Declare(variable),
+        Local::Array(array) => Statement::DeclareArray(array),
+    }
+}
+
+fn declares(statement: &Statement, local: Local) -> bool {
+    match (statement, local) {
+        (Statement::Declare(a), Local::Variable(b)) => *a == b,
+        (Statement::DeclareArray(a), Local::Array(b)) => *a == b,
+        _ => false,
+    }
+}
+
+/// Finds the block that declares a variable and moves the declaration within it.
+fn sink(program: &Program, block: &mut Block, local: Local) -> bool {
+    if let Some(at) = block.iter().position(|statement| declares(statement, local)) {
+        block.remove(at);
+        place(program, block, local);
+        return true;
+    }
+    block
+        .iter_mut()
+        .any(|statement| statement.blocks_mut().any(|inner| sink(program, inner, local)))
+}
+
+/// Puts a declaration into the deepest block that may hold it, just before the first use.
+fn place(program: &Program, block: &mut Block, local: Local) {
+    if !try_place(program, block, local, false) {
+        block.insert(0, declaration(local));
+    }
+}
+
+fn try_place(program: &Program, block: &mut Block, local: Local, in_loop: bool) -> bool {
+    let users: Vec<_> = (0..block.len())
+        .filter(|at| mentions(program, &block[*at], local))
+        .collect();
+    let Some(&first) = users.first() else { return false };
+    if users.len() == 1 {
+        let enters_loop = matches!(block[first], Statement::Loop { .. });
+        let mut inside = block[first]
+            .blocks_mut()
+            .filter(|inner| inner.iter().any(|s| mentions(program, s, local)));
+        if let (Some(inner), None) = (inside.next(), inside.next())
+            && try_place(program, inner, local, in_loop || enters_loop)
+        {
+            return true;
+        }
+    }
+    let overwrites = matches!((&block[first], local), (Statement::Write(v, _), Local::Variable(own)) if *v == own);
+    if in_loop && !overwrites {
+        return false;
+    }
+    block.insert(first, declaration(local));
+    true
+}
+
+/// Whether a statement, or one within it, uses a variable.
+fn mentions(program: &Program, statement: &Statement, local: Local) -> bool {
+    let own = match (statement, local) {
+        (Statement::Write(v, _), Local::Variable(own)) => *v == own,
+        (Statement::WriteElement { array, .. }, Local::Array(own)) => *array == own,
+        (Statement::Let(value), Local::Variable(own)) => program.op(*value) == Op::Read(own),
+        (Statement::Let(value), Local::Array(own)) => {
+            matches!(program.op(*value), Op::ReadElement(array, _) if array == own)
+        }
+        _ => false,
+    };
+    own || statement
+        .blocks()
+        .flatten()
+        .any(|inner| mentions(program, inner, local))
+}
+
+/// A value that is set in a block that can be left, and used after it, goes through a variable.
+pub(crate) fn carry_values_out(program: &mut Program) {
+    let mut exits = BTreeSet::new();
+    visit(&program.body, &mut |statement| {
+        if let Statement::Exit(label) = statement {
+            exits.insert(*label);
+        }
+    });
+    let mut body = std::mem::take(&mut program.body);
+    carry(program, &mut body, &exits);
+    program.body = body;
+}
+
+fn carry(program: &mut Program, block: &mut Block, exits: &BTreeSet<Label>) {
+    let mut at = 0;
+    while at < block.len() {
+        for inner in block[at].blocks_mut() {
+            carry(program, inner, exits);
+        }
+        let leaving = matches!(&block[at], Statement::Labeled { label, .. } if exits.contains(label));
+        if leaving {
+            let mut set = BTreeSet::new();
+            visit(&vec![block[at].clone()], &mut |statement| {
+                set.extend(statement.results().iter().copied())
+            });
+            let mut needed = BTreeSet::new();
+            for later in &block[at + 1..] {
+                visit(&vec![later.clone()], &mut |statement| {
+                    needed.extend(
+                        statement
+                            .operands(program)
+                            .into_iter()
+                            .filter(|value| set.contains(value)),
+                    );
+                });
+            }
+            for value in needed {
+                let ty = program.ty(value);
+                let name = program.values[value.0 as usize]
+                    .name
+                    .clone()
+                    .unwrap_or_else(|| "carried".into());
+                program.variables.push(crate::tree::VariableInfo { ty, init: 0, name });
+                let variable = Variable(program.variables.len() as u32 - 1);
+                let read = program.add(Op::Read(variable), ty);
+                for inner in block[at].blocks_mut() {
+                    write_after(inner, value, variable);
+                }
+                for later in &mut block[at + 1..] {
+                    substitute(program, later, &BTreeMap::from([(value, read)]));
+                }
+                block.insert(at + 1, Statement::Let(read));
+                block.insert(at, Statement::Declare(variable));
+                at += 1;
+            }
+        }
+        at += 1;
+    }
+}
+
+fn write_after(block: &mut Block, value: Value, variable: Variable) {
+    if let Some(at) = block.iter().position(|statement| statement.results().contains(&value)) {
+        block.insert(at + 1, Statement::Write(variable, value));
+        return;
+    }
+    for statement in block {
+        for inner in statement.blocks_mut() {
+            write_after(inner, value, variable);
+        }
+    }
+}
+
+/// Replaces values in a statement and all within it.
+fn substitute(program: &mut Program, statement: &mut Statement, with: &BTreeMap<Value, Value>) {
+    let new = |value: &mut Value| {
+        if let Some(other) = with.get(value) {
+            *value = *other;
+        }
+    };
+    match statement {
+        Statement::Let(value) => match &mut program.values[value.0 as usize].op {
+            Op::Unary(_, a) | Op::Convert(a) | Op::Bitcast(a) | Op::ReadElement(_, a) => new(a),
+            Op::Binary(_, a, b) => {
+                new(a);
+                new(b);
+            }
+            Op::Select {
+                condition,
+                accept,
+                reject,
+            } => {
+                new(condition);
+                new(accept);
+                new(reject);
+            }
+            Op::Constant(_) | Op::Lane | Op::Workgroup | Op::Read(_) | Op::Loaded => {}
+        },
+        Statement::Load { address, .. } => {
+            if let Some(element) = &mut address.element {
+                new(element);
+            }
+        }
+        Statement::Write(_, value) => new(value),
+        Statement::WriteElement { index, value, .. } => {
+            new(index);
+            new(value);
+        }
+        Statement::Store { address, value, .. } => {
+            if let Some(element) = &mut address.element {
+                new(element);
+            }
+            new(value);
+        }
+        Statement::If { condition, .. } => new(condition),
+        _ => {}
+    }
+    for block in statement.blocks_mut() {
+        for inner in block {
+            substitute(program, inner, with);
+        }
+    }
+}
+
+/// The greatest number of operations of a branch that becomes a selection.
+const SHORT: usize = 12;
+
+/// Turns short varying branches that only compute and assign into selections: `&&` and `||` arrive as such.
+pub(crate) fn select_short_branches(program: &mut Program, shapes: &Shapes) {
+    let mut body = std::mem::take(&mut program.body);
+    convert(program, shapes, &mut body);
+    program.body = body;
+}
+
+fn convert(program: &mut Program, shapes: &Shapes, block: &mut Block) {
+    let mut out = Vec::with_capacity(block.len());
+    for mut statement in std::mem::take(block) {
+        for inner in statement.blocks_mut() {
+            convert(program, shapes, inner);
+        }
+        match statement {
+            Statement::If {
+                condition,
+                accept,
+                reject,
+            } if !shapes.is_uniform(condition) && is_short(program, &accept) && is_short(program, &reject) => {
+                let mut assigned: BTreeMap<Variable, [Option<Value>; 2]> = BTreeMap::new();
+                for (side, branch) in [accept, reject].into_iter().enumerate() {
+                    for statement in branch {
+                        match statement {
+                            Statement::Write(variable, value) => {
+                                assigned.entry(variable).or_default()[side] = Some(value);
+                            }
+                            other => out.push(other),
+                        }
+                    }
+                }
+                for (variable, sides) in assigned {
+                    let ty = program.variables[variable.0 as usize].ty;
+                    let old = program.add(Op::Read(variable), ty);
+                    out.push(Statement::Let(old));
+                    let [accept, reject] = sides.map(|side| side.unwrap_or(old));
+                    let chosen = program.add(
+                        Op::Select {
+                            condition,
+                            accept,
+                            reject,
+                        },
+                        ty,
+                    );
+                    out.push(Statement::Let(chosen));
+                    out.push(Statement::Write(variable, chosen));
+                }
+            }
+            other => out.push(other),
+        }
+    }
+    *block = out;
+}
+
+/// Whether a branch only computes cheaply and assigns, and reads nothing that it has assigned.
+fn is_short(program: &Program, block: &Block) -> bool {
+    let mut written = BTreeSet::new();
+    block.len() <= SHORT
+        && block.iter().all(|statement| match statement {
+            Statement::Write(variable, _) => {
+                written.insert(*variable);
+                true
+            }
+            Statement::Let(value) => match program.op(*value) {
+                Op::Read(variable) => !written.contains(&variable),
+                Op::Binary(op, ..) => !matches!(op, Binary::Divide | Binary::Remainder),
+                // A conversion of a value that the branch was there to keep in range.
+                Op::Convert(_) | Op::ReadElement(..) | Op::Loaded => false,
+                _ => true,
+            },
+            _ => false,
+        })
+}
