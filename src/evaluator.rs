@@ -32,6 +32,10 @@ impl Control {
     pub fn add_steps(&self, steps: u64) {
         self.steps.fetch_add(steps, Ordering::Relaxed);
     }
+    /// Called by evaluators whose steps came to nothing and are done again, as after a lost device.
+    pub fn take_back_steps(&self, steps: u64) {
+        self.steps.fetch_sub(steps, Ordering::Relaxed);
+    }
 }
 
 /// Why an evaluation gave no result. Never the batch's content: that was checked when it was made.
@@ -102,6 +106,11 @@ pub trait Evaluator: Send {
     fn evaluate(&mut self, batch: &Batch, control: &Control) -> Result<Outcome, Error> {
         let result = self.evaluate_part(&batch.all(), control)?;
         Ok(batch.outcome(result))
+    }
+
+    /// What the user should know although the results are right, such as a device that was lost; oldest first.
+    fn warnings(&self) -> &[String] {
+        &[]
     }
 }
 

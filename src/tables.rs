@@ -307,7 +307,8 @@ impl MotorTable {
                 let sample = left * samples.speeds.len() + right;
                 cells.push(MotorCell {
                     displacement: samples.centimetres[sample] * 10.0,
-                    turn: -samples.degrees[sample] / 360.0,
+                    // Not a negation: zero has one sign.
+                    turn: 0.0 - samples.degrees[sample] / 360.0,
                     left: left_speed as f32 / greatest,
                     right: right_speed as f32 / greatest,
                 });

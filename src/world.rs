@@ -1,10 +1,17 @@
 //! What a rollout lives in: robot, arena, noise, controller, task and start, as plain data, and the validated
 //! [`World`] that is made from it.
 
+mod check;
+mod pack;
+
 use std::sync::Arc;
 
+use oneiro_shaders::{Kernel, life};
+
 use crate::arena::Arena;
-use crate::tables::{MotorTable, SensorTables};
+use crate::tables::{MotorStates, MotorTable, SensorTables};
+
+pub use check::Invalid;
 
 /// A robot on two wheels with sampled sensors and motors.
 #[derive(Clone, Debug, PartialEq)]
@@ -17,6 +24,18 @@ pub struct Robot {
     pub motors: Arc<MotorTable>,
     /// Share of a cycle's turn that is made before its displacement, 0 to 1. 0 moves along the old heading.
     pub turn_before_move: f32,
+}
+
+impl Robot {
+    /// The Khepera that is compiled in, with its symmetric motor states.
+    pub fn khepera() -> Self {
+        Self {
+            body_radius: 27.5,
+            sensors: SensorTables::khepera(),
+            motors: MotorTable::khepera(MotorStates::Symmetric20),
+            turn_before_move: 0.0,
+        }
+    }
 }
 
 /// The noise of a simulated life. All zero is the paper's "no noise".
@@ -33,6 +52,15 @@ pub struct Noise {
     pub motor: f32,
 }
 
+impl Noise {
+    /// The paper's condition without noise.
+    pub const NONE: Self = Self { sensor: (0.0, 0.0), walk_range: 0.0, walk_step: 0.0, motor: 0.0 };
+    /// The paper's sensor noise.
+    pub const SENSOR: Self = Self { sensor: (0.0, 0.4), ..Self::NONE };
+    /// The paper's conservative noise; it gives no size for the walk's step, so that is ours.
+    pub const CONSERVATIVE: Self = Self { walk_range: 30.0, walk_step: 1.5, ..Self::NONE };
+}
+
 /// How genes become wheel commands.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Controller {
@@ -45,6 +73,17 @@ pub enum Controller {
     },
     /// 8 inputs and the 2 previous outputs, 2 logistic outputs: 22 genes.
     Recurrent,
+}
+
+impl Controller {
+    /// How many genes it takes.
+    pub fn genes(self) -> usize {
+        match self {
+            Self::Perceptron => 18,
+            Self::Hidden { units } => 11 * units as usize + 2,
+            Self::Recurrent => 22,
+        }
+    }
 }
 
 /// How speed counts in equation 1.
@@ -90,6 +129,15 @@ pub enum Task {
     },
 }
 
+impl Task {
+    /// Equation 1 with unsigned V, the root of DV and the activation as it is.
+    pub const AVOIDANCE: Self = Self::Avoidance {
+        speed: Speed::Unsigned,
+        difference: Difference::Root,
+        activation: Activation::Real,
+    };
+}
+
 /// Where a life starts.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Start {
@@ -123,4 +171,92 @@ pub struct WorldSpec {
     pub start: Start,
     /// Length of a life in cycles of 100 ms, 1 to 1,000,000.
     pub cycles: u32,
+}
+
+impl WorldSpec {
+    /// The main conditions of Miglino et al. 1995, without noise: a Khepera, its arena with three obstacles, a
+    /// perceptron, 500 cycles from a random free pose.
+    pub fn miglino1995() -> Self {
+        Self {
+            robot: Robot::khepera(),
+            arena: Arena::miglino1995(),
+            noise: Noise::NONE,
+            controller: Controller::Perceptron,
+            task: Task::AVOIDANCE,
+            start: Start::Random,
+            cycles: 500,
+        }
+    }
+}
+
+/// A checked world, ready to be lived in. Cheap to clone.
+#[derive(Clone, Debug)]
+pub struct World(Arc<Checked>);
+
+#[derive(Debug)]
+struct Checked {
+    spec: WorldSpec,
+    packed: pack::Packed,
+}
+
+impl World {
+    /// Checks every number and prepares what the kernels need of it.
+    ///
+    /// ```
+    /// use oneiro::world::{World, WorldSpec};
+    ///
+    /// let world = World::new(WorldSpec { cycles: 100, ..WorldSpec::miglino1995() })?;
+    /// assert_eq!(world.genes(), 18);
+    ///
+    /// let error = World::new(WorldSpec { cycles: 0, ..WorldSpec::miglino1995() }).unwrap_err();
+    /// assert_eq!(error.to_string(), "cycles: is 0; allowed: 1 to 1000000");
+    /// # Ok::<(), oneiro::world::Invalid>(())
+    /// ```
+    ///
+    /// # Errors
+    /// The first value that is not allowed: its path, itself, and what is allowed.
+    pub fn new(spec: WorldSpec) -> Result<Self, Invalid> {
+        check::check(&spec)?;
+        let packed = pack::Packed::new(&spec)?;
+        Ok(Self(Arc::new(Checked { spec, packed })))
+    }
+
+    /// What it was made from.
+    pub fn spec(&self) -> &WorldSpec {
+        &self.0.spec
+    }
+
+    /// Genes of a controller that lives in it.
+    pub fn genes(&self) -> usize {
+        self.0.spec.controller.genes()
+    }
+
+    /// Cycles of a life.
+    pub fn cycles(&self) -> u32 {
+        self.0.spec.cycles
+    }
+
+    /// Estimated share of the field, 0 to 1, in which a robot's body touches nothing.
+    pub fn free_share(&self) -> f32 {
+        self.0.packed.free_share
+    }
+
+    /// The kernel that simulates it.
+    pub fn kernel(&self) -> &'static Kernel {
+        match self.0.spec.controller {
+            Controller::Perceptron => &oneiro_shaders::LIFE_PERCEPTRON,
+            Controller::Hidden { .. } => &oneiro_shaders::LIFE_HIDDEN,
+            Controller::Recurrent => &oneiro_shaders::LIFE_RECURRENT,
+        }
+    }
+
+    /// As the kernels read it; `first_shape` and `motor_table` are still 0.
+    pub(crate) fn packed(&self) -> &life::World {
+        &self.0.packed.world
+    }
+
+    /// Its objects; `table` is the index of a class of its sensor tables.
+    pub(crate) fn shapes(&self) -> &[life::Shape] {
+        &self.0.packed.shapes
+    }
 }

@@ -67,12 +67,15 @@ pub(crate) enum Command {
 /// Where evaluations run.
 #[derive(Args, Clone, Debug)]
 pub(crate) struct Backend {
-    /// auto (a GPU if there is one, else the CPU), cpu, gpu, gpu:NAME, gpu:INDEX or pool
-    #[arg(long, value_name = "BACKEND", default_value = "auto")]
-    pub(crate) backend: String,
+    /// auto (an exact GPU if there is one, else the CPU), cpu, gpu, gpu:NAME, gpu:INDEX, pool or pool:A+B
+    #[arg(id = "backend", long = "backend", value_name = "BACKEND", default_value = "auto")]
+    pub(crate) name: String,
     /// CPU threads, 1 to 1024 [default: one per processor]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
     pub(crate) threads: Option<u16>,
+    /// Share of a GPU's rollouts that is run again on the CPU and compared, 0 to 1
+    #[arg(long, value_name = "SHARE", default_value_t = 0.01, value_parser = share_or_none)]
+    pub(crate) recheck: f64,
 }
 
 /// `oneiro new`
@@ -168,6 +171,9 @@ pub(crate) struct Replay {
     /// Write replay.svg and replay.csv there [default: the run's directory]
     #[arg(long, value_name = "DIR", value_hint = ValueHint::DirPath)]
     pub(crate) out: Option<PathBuf>,
+    /// Which of the champion's lives to draw, from 0
+    #[arg(long, value_name = "K", default_value_t = 0)]
+    pub(crate) trial: u32,
     /// A line of the trace each so many cycles
     #[arg(long, value_name = "CYCLES", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..))]
     pub(crate) every: u32,
@@ -206,12 +212,15 @@ pub(crate) struct List {
 /// `oneiro selftest`
 #[derive(Args, Debug)]
 pub(crate) struct Selftest {
-    /// What is compared with the scalar CPU code: all, cpu, gpu, gpu:NAME or gpu:INDEX
+    /// What is compared with the scalar code of the CPU: all, cpu, gpu (every adapter), gpu:NAME or gpu:INDEX
     #[arg(long, value_name = "BACKEND", default_value = "all")]
     pub(crate) backend: String,
-    /// Rollouts of 500 cycles in each of the worlds
-    #[arg(long, value_name = "N", default_value_t = 1000, value_parser = clap::value_parser!(u32).range(64..=1_000_000))]
+    /// Rollouts of 500 cycles for each controller, in worlds of every kind
+    #[arg(long, value_name = "N", default_value_t = 10_000, value_parser = clap::value_parser!(u32).range(1000..=1_000_000))]
     pub(crate) rollouts: u32,
+    /// Sensor tables in place of the built-in ones: .sam or .sample files named after the classes wall and round
+    #[arg(long, value_name = "FILE,..", value_delimiter = ',', value_hint = ValueHint::FilePath)]
+    pub(crate) tables: Vec<PathBuf>,
 }
 
 /// `oneiro bench`
@@ -223,7 +232,7 @@ pub(crate) struct Bench {
     /// A few seconds instead of minutes: smaller batches and fewer repetitions
     #[arg(long)]
     pub(crate) quick: bool,
-    /// Where to run: all, cpu, gpu, gpu:NAME or gpu:INDEX
+    /// Where to run: all, cpu, gpu (every adapter), gpu:NAME or gpu:INDEX
     #[arg(long, value_name = "BACKEND", default_value = "all")]
     pub(crate) backend: String,
 }
@@ -287,6 +296,14 @@ fn seeds(text: &str) -> Result<std::ops::RangeInclusive<u64>, String> {
     Ok(first..=last)
 }
 
+/// A number from 0 to 1.
+fn share_or_none(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(share) if (0.0..=1.0).contains(&share) => Ok(share),
+        _ => Err("allowed: a number from 0 to 1, such as 0.01".to_owned()),
+    }
+}
+
 /// A number above 0 and up to 1.
 fn share(text: &str) -> Result<f64, String> {
     match text.parse::<f64>() {
@@ -317,6 +334,8 @@ mod tests {
     #[test]
     fn shares_are_above_nothing() {
         assert_eq!(share("1"), Ok(1.0));
+        assert_eq!(share_or_none("0"), Ok(0.0));
+        assert!(share_or_none("nan").is_err() && share_or_none("1.01").is_err());
         for wrong in ["0", "-0.1", "1.1", "nan", "x"] {
             assert!(share(wrong).is_err(), "{wrong}");
         }

@@ -88,6 +88,11 @@ impl Failure {
         Self::new(Code::Storage, format_args!("{}: {error}{hint}", path.display()))
     }
 
+    /// Exit 6, for a file that a library wanted to write: its own words, which name the path.
+    pub(crate) fn unwritten(problem: impl Display) -> Self {
+        Self::new(Code::Storage, problem)
+    }
+
     /// For a file that the user named as input: exit 3 when it is not there or not readable as such, exit 6 else.
     pub(crate) fn unreadable(path: &Path, error: &io::Error) -> Self {
         match error.kind() {

@@ -7,12 +7,18 @@ use clap::Parser;
 mod cli;
 mod commands;
 mod console;
+mod device;
 mod evolve;
 mod exit;
 mod experiment;
 mod figures;
+mod files;
+mod genomes;
+mod progress;
 mod record;
 mod run;
+mod watcher;
+mod workload;
 
 fn main() -> ExitCode {
     let cli = cli::Cli::parse();

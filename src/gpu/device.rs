@@ -58,6 +58,7 @@ pub(super) struct Device {
     adapter: Adapter,
     path: Path,
     told: Arc<Mutex<Told>>,
+    pub(super) doom: Doom,
     /// By name and SPIR-V, so that an altered kernel is another one.
     pipelines: BTreeMap<(&'static str, usize), Arc<Pipeline>>,
 }
@@ -106,7 +107,7 @@ impl Device {
             let said = if message.is_empty() { format!("{reason:?}").to_lowercase() } else { message };
             lock(&ear).lost.get_or_insert(said);
         });
-        Ok(Self { device, queue, adapter: adapter.clone(), path, told, pipelines: BTreeMap::new() })
+        Ok(Self { device, queue, adapter: adapter.clone(), path, told, doom: Doom::default(), pipelines: BTreeMap::new() })
     }
 
     /// The adapter it was opened on.
@@ -178,6 +179,15 @@ impl Device {
         Pipeline { kernel: kernel.name, bindings, compute }
     }
 
+    /// Submits commands.
+    pub(super) fn submit(&mut self, encoder: wgpu::CommandEncoder) -> wgpu::SubmissionIndex {
+        let submission = self.queue.submit([encoder.finish()]);
+        if self.doom.strikes() {
+            self.device.destroy();
+        }
+        submission
+    }
+
     /// Waits for a submission. Gives up soon after a cancel; the device then finishes on its own.
     ///
     /// # Errors
@@ -237,10 +247,29 @@ impl Device {
             }
         }
     }
+}
 
-    /// Destroys the device, as a driver that resets does.
-    pub(super) fn lose(&self) {
-        self.device.destroy();
+/// When a device is to be lost, in tests.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Doom {
+    dispatches: u32,
+    devices: u32,
+    passed: u32,
+}
+
+impl Doom {
+    /// After so many dispatches each, on so many devices in succession.
+    pub(super) fn after(dispatches: u32, devices: u32) -> Self {
+        Self { dispatches, devices, passed: 0 }
+    }
+    /// What awaits the device that replaces this one.
+    pub(super) fn next(self) -> Self {
+        Self::after(self.dispatches, self.devices.saturating_sub(1))
+    }
+    /// Whether the dispatch just submitted is the last.
+    fn strikes(&mut self) -> bool {
+        self.passed = self.passed.saturating_add(1);
+        self.devices > 0 && self.passed == self.dispatches
     }
 }
 

@@ -4,16 +4,38 @@ use crate::cli::Command;
 use crate::console::Console;
 use crate::exit::Result;
 
+mod audit;
+mod bench;
+mod check;
 mod completions;
+mod devices;
+mod evaluate;
+mod list;
+mod new;
+mod replay;
+mod report;
 mod resume;
 mod run;
+mod selftest;
+mod tables;
+mod verify;
 
 /// Does what was typed.
 pub(crate) fn run(command: Command, console: Console) -> Result {
     match command {
-        Command::Run(arguments) => run::run(arguments, console),
-        Command::Resume(arguments) => resume::run(arguments, console),
+        Command::New(arguments) => new::run(&arguments, console),
+        Command::Check(arguments) => check::run(&arguments, console),
+        Command::Run(arguments) => run::run(&arguments, console),
+        Command::Resume(arguments) => resume::run(&arguments, console),
+        Command::Evaluate(arguments) => evaluate::run(&arguments, console),
+        Command::Replay(arguments) => replay::run(&arguments, console),
+        Command::Audit(arguments) => audit::run(&arguments, console),
+        Command::Verify(arguments) => verify::run(&arguments, console),
+        Command::List(arguments) => list::run(&arguments, console),
+        Command::Devices => devices::run(console),
+        Command::Selftest(arguments) => selftest::run(&arguments, console),
+        Command::Bench(arguments) => bench::run(&arguments, console),
+        Command::Tables(arguments) => tables::run(&arguments, console),
         Command::Completions(arguments) => completions::run(&arguments, console),
-        _ => todo!(),
     }
 }

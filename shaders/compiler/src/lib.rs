@@ -5,6 +5,7 @@
 
 mod exact;
 mod front;
+pub mod instances;
 mod layout;
 mod lower;
 mod print;

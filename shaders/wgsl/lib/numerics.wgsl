@@ -1,70 +1,97 @@
-// Functions that kernels need and WGSL's own give no exact promise for, written from exactly rounded
-// operations only: an integer first guess and Newton steps, or a polynomial in Horner form. The greatest
-// errors below are measured by `cargo test -p oneiro --test numerics` over every float of the range, or
-// over the grid that it names.
+// Functions that kernels need and WGSL gives no exact promise for, written from exactly rounded operations
+// only. An error is the greatest over every float of the range, unless said otherwise; docs/numerics.md has
+// how the constants were found, and tests/numerics.rs measures the errors again. In its range no function
+// makes a NaN, an infinity or a subnormal number, not even on the way.
 
-// 1/x for x in [2^-100, 2^100].
+// 1/x for |x| in [2^-126, 0x1.ep125]. Relative error 1.19e-7; exact for powers of two.
+// The first guess subtracts the bits of x, which negates its exponent (within 5 %); a step with cubic
+// convergence, its coefficients fitted to the guess, and one of Newton's follow: y' = y (2 - x y).
 fn reciprocal(x: f32) -> f32 {
-    var y = bitcast<f32>(0x7ef311c3u - bitcast<u32>(x));
-    y = y * (2.0f - x * y);
-    y = y * (2.0f - x * y);
-    y = y * (2.0f - x * y);
-    return y;
+    let guess = bitcast<f32>(0x7ef33000u - bitcast<u32>(x));
+    let r = x * guess;
+    let y = guess * (3.0019267f + r * (r - 3.0018866f));
+    return y * (2.0f - x * y);
 }
 
-// 1/sqrt(x) for x in [2^-100, 2^100].
+// 1/sqrt(x) for x >= 2^-126. Relative error 1.6e-7; exact for powers of four.
+// The first guess halves the bits of x and subtracts them (Lomont, "Fast inverse square root", 2003). It is
+// made to converge to c y with c^3 = 1/2 in a fitted cubic step, so that Newton's y (1.5 - x y y / 2), which
+// is then y (3 c^2 - x y y), needs no halving.
 fn reciprocal_root(x: f32) -> f32 {
-    let half = 0.5f * x;
-    var y = bitcast<f32>(0x5f3759dfu - (bitcast<u32>(x) >> 1u));
-    y = y * (1.5f - half * y * y);
-    y = y * (1.5f - half * y * y);
-    y = y * (1.5f - half * y * y);
-    return y;
+    let guess = bitcast<f32>(0x5f098000u - (bitcast<u32>(x) >> 1u));
+    let r = x * guess * guess;
+    let y = guess * (1.8975086f + r * (r - 2.0548928f));
+    return y * (1.8898816f - x * y * y);
 }
 
-// sqrt(x) for x = 0 or in [2^-100, 2^100].
+// sqrt(x) for x = 0 or x >= 2^-100. Relative error 2.0e-7; exact for 0 and powers of four.
 fn root(x: f32) -> f32 {
     return x * reciprocal_root(max(x, 0x1p-100f));
 }
 
-// (cos, sin) of an angle in turns, in [-2^20, 2^20].
-fn cosine_sine(turns: f32) -> vec2<f32> {
-    let t = turns - floor(turns + 0.5f);
-    let a = abs(t);
-    // Fold onto [-1/4, 1/4] turns, where both series are short.
-    let folded = select(t, select(0.5f, -0.5f, t < 0.0f) - t, a > 0.25f);
-    let z = folded * 6.28318530718f;
-    let w = z * z;
-    let sine = z * (1.0f + w * (-0.16666667f + w * (0.008333333f + w * (-0.00019841270f + w * (2.7557319e-6f + w * -2.5052108e-8f)))));
-    let cosine = 1.0f + w * (-0.5f + w * (0.041666667f + w * (-0.0013888889f + w * (2.4801587e-5f + w * (-2.7557319e-7f + w * 2.0876757e-9f)))));
-    return vec2<f32>(select(cosine, -cosine, a > 0.25f), sine);
+// sin of t turns, |t| <= 1/4: an odd polynomial. What is squared is kept from underflow.
+fn quarter_sine(t: f32) -> f32 {
+    let bounded = max(abs(t), 0x1p-40f);
+    let w = bounded * bounded;
+    return t * (6.2831855f + w * (-41.34166f + w * (81.60074f + w * (-76.54295f + w * 39.485924f))));
 }
 
-// The direction of (x, y) in turns, in [0, 1); 0 for (0, 0). |x| and |y| in [2^-60, 2^60] or 0.
-fn direction(v: vec2<f32>) -> f32 {
-    let ax = abs(v.x);
-    let ay = abs(v.y);
-    let low = min(ax, ay);
-    let high = max(ax, ay);
-    let q = low * reciprocal(max(high, 0x1p-100f));
-    let w = q * q;
-    var t = q * (0.15915494f + w * (-0.05305165f + w * (0.03182f + w * (-0.02247f + w * (0.01639f + w * (-0.01014f + w * 0.0035f))))));
-    t = select(t, 0.25f - t, ay > ax);
+// (cos, sin) of an angle in turns, |turns| <= 2^23. Absolute error 1.4e-7; exact for quarters of a turn.
+fn cosine_sine(turns: f32) -> vec2<f32> {
+    let t = turns - floor(turns + 0.5f);
+    let size = abs(t);
+    let folded = select(t, select(0.5f, -0.5f, t < 0.0f) - t, size > 0.25f);
+    return vec2<f32>(quarter_sine(0.25f - size), quarter_sine(folded));
+}
+
+// The direction of v in turns, in [0, 1), given 1/length. |v.x| and |v.y| are 0 or in [2^-60, 2^60].
+// Absolute error 5e-7 with the inverse from reciprocal_root (dense grid). The arc sine of the shorter
+// component, an odd polynomial, then the reflections that lead from the first half quadrant to the rest.
+fn direction_by(v: vec2<f32>, inverse_length: f32) -> f32 {
+    let x = abs(v.x);
+    let y = abs(v.y);
+    let s = min(x, y) * inverse_length;
+    let bounded = max(s, 0x1p-40f);
+    let w = bounded * bounded;
+    var t = s * (0.15916061f + w * (0.02631778f + w * (0.014036615f + w * (-0.0011827025f + w * 0.017525312f))));
+    t = select(t, 0.25f - t, y > x);
     t = select(t, 0.5f - t, v.x < 0.0f);
-    t = select(t, 1.0f - t, v.y < 0.0f && t > 0.0f);
+    t = select(t, 1.0f - t, v.y < 0.0f);
     return select(t, 0.0f, t >= 1.0f);
 }
 
-// e^x for x in [-87, 88]; clamped to that range.
-fn exponential(x: f32) -> f32 {
-    let bounded = clamp(x, -87.0f, 88.0f);
-    let whole = floor(bounded * 1.44269504f + 0.5f);
-    let r = (bounded - whole * 0.693359375f) + whole * 2.12194440e-4f;
-    let p = 1.0f + r * (1.0f + r * (0.5f + r * (0.16666667f + r * (0.041666667f + r * (0.0083333333f + r * 0.0013888889f)))));
-    return p * bitcast<f32>(u32(i32(whole) + 127) << 23u);
+// The direction of v in turns, in [0, 1); range and error as of direction_by. Exact along the axes, and 0
+// for no direction, (0, 0).
+fn direction(v: vec2<f32>) -> f32 {
+    return direction_by(v, reciprocal_root(max(v.x * v.x + v.y * v.y, 0x1p-126f)));
 }
 
-// 1/(1 + e^-x), every x.
+// e^x, x clamped to [-87, 87]. Relative error 1.9e-7; exact for 0.
+// x = (k + 1/2) ln 2 + r, with ln 2 in two parts (Cody and Waite, 1980); a polynomial for sqrt(2) e^r in
+// [1, 2]; k is added to its exponent. Halves, since r then is never so small that its powers underflow.
+fn exponential(x: f32) -> f32 {
+    let bounded = clamp(x, -87.0f, 87.0f);
+    let k = floor(bounded * 1.442695f);
+    let half = k + 0.5f;
+    let r = (bounded - half * 0.69335938f) + half * 2.1219444e-4f;
+    let p = 1.4142137f + r * (1.414213f + r * (0.70708907f + r * (0.23571624f + r * (0.059303034f + r * 0.011750611f))));
+    return bitcast<f32>(bitcast<i32>(p) + (i32(k) << 23u));
+}
+
+// 1/(1 + e^-x), every x; it stays at its values for -87 and 87 beyond. Absolute error 1.2e-7; exact for 0.
 fn logistic(x: f32) -> f32 {
     return reciprocal(1.0f + exponential(-x));
+}
+
+// The natural logarithm of x >= 2^-126. Relative error 1e-7; exact for 1.
+// x = m 2^k with m in [sqrt(1/2), sqrt(2)) by its bits; ln m = g - g^2/2 + g^3 p(g), g = m - 1; ln 2 in two
+// parts.
+fn logarithm(x: f32) -> f32 {
+    let from_low = bitcast<u32>(x) - 0x3f3504f3u;
+    let k = f32(bitcast<i32>(from_low) >> 23u);
+    let g = bitcast<f32>((from_low & 0x7fffffu) + 0x3f3504f3u) - 1.0f;
+    let w = g * g;
+    let p = 0.33333907f + g * (-0.25001344f + g * (0.19963022f + g * (-0.16577557f + g * (0.14914769f + g * (-0.14267488f + g * 0.08703363f)))));
+    let rest = (g * w * p - k * 2.1219444e-4f) - 0.5f * w;
+    return (g + rest) + k * 0.69335938f;
 }

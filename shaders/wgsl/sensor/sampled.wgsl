@@ -7,41 +7,60 @@ struct Readings {
     last: vec4<f32>,
 }
 
-// The readings that one object adds: eight 16-bit numbers, the even sensors in the low halves.
-fn sampled(world: u32, shape: u32, pose: vec3<f32>, shift: vec2<f32>) -> vec4<u32> {
-    let at = vec2<f32>(pose.x + shift.x, pose.y + shift.y);
-    var to = toward(shape, at);
-    var squared = squared_length(to);
+// The readings that an object adds: eight 16-bit numbers, the even sensors in the low halves. It lies in the
+// direction `to` (mm, from the robot's centre to the object's axis), and touches the robot at `contact` mm.
+fn sampled(world: u32, heading: f32, to: vec2<f32>, contact: f32, table: u32) -> vec4<u32> {
+    let squared = squared_length(to);
+    let gap = squared * reciprocal_root(max(squared, 0x1p-60f)) - contact;
+    let row = u32(max((gap - worlds[world].nearest) * worlds[world].rows_per_mm, 0.0f));
+    // Recordings count bearings clockwise, headings count the other way.
+    let clockwise = heading - direction(to);
+    let share = clockwise - floor(clockwise);
+    let bearing = min(u32(share * worlds[world].bearings_per_turn), worlds[world].bearings - 1u);
     var cell = vec4<u32>(0u);
-    if (squared < shapes[shape].reach_squared) {
-        var gap = squared * reciprocal_root(max(squared, 0x1p-60f)) - shapes[shape].contact;
-        if (worlds[world].walk_range > 0.0f) {
-            // A shift through a wall keeps the wall's bearing and stands at the nearest distance.
-            let unshifted = toward(shape, vec2<f32>(pose.x, pose.y));
-            if (unshifted.x * to.x + unshifted.y * to.y < 0.0f) {
-                to = vec2<f32>(-to.x, -to.y);
-                gap = 0.0f;
-            }
-        }
-        let row = u32(max((gap - worlds[world].nearest) * worlds[world].rows_per_mm, 0.0f));
-        if (row < worlds[world].rows) {
-            // Recordings count bearings clockwise, headings count the other way.
-            let clockwise = pose.z - direction(to);
-            let share = clockwise - floor(clockwise);
-            let bearing = min(u32(share * worlds[world].bearings_per_turn), worlds[world].bearings - 1u);
-            cell = tables[shapes[shape].table + row * worlds[world].bearings + bearing];
-        }
+    if (row < worlds[world].rows) {
+        cell = tables[table + row * worlds[world].bearings + bearing];
     }
     return cell;
 }
 
 // What the sensors read at a pose, before any noise is added. The shift displaces what is perceived only.
+//
+// The objects come in layers: from nowhere are two of one layer in reach. So it is enough to look up one object
+// a layer, which lanes that stand near different objects then do together.
 fn sense(world: u32, pose: vec3<f32>, shift: vec2<f32>) -> Readings {
+    let at = vec2<f32>(pose.x + shift.x, pose.y + shift.y);
     let first = worlds[world].first_shape;
     let end = first + worlds[world].shapes;
     var sums = vec4<u32>(0u);
+    var in_reach = false;
+    var to = vec2<f32>(0.0f, 0.0f);
+    var contact = 0.0f;
+    var table = 0u;
     for (var shape = first; shape < end; shape++) {
-        sums += sampled(world, shape, pose, shift);
+        var candidate = toward(shape, at);
+        var touching = shapes[shape].contact;
+        let near = squared_length(candidate) < shapes[shape].reach_squared;
+        if (worlds[world].walk_range > 0.0f) {
+            // A shift through a wall keeps the wall's bearing and stands at the nearest distance.
+            let unshifted = toward(shape, vec2<f32>(pose.x, pose.y));
+            let crossed = unshifted.x * candidate.x + unshifted.y * candidate.y < 0.0f;
+            candidate.x = select(candidate.x, -candidate.x, crossed);
+            candidate.y = select(candidate.y, -candidate.y, crossed);
+            touching = select(touching, 0x1p20f, crossed);
+        }
+        if (near) {
+            in_reach = true;
+            to = candidate;
+            contact = touching;
+            table = shapes[shape].table;
+        }
+        if (shapes[shape].ends_layer != 0u) {
+            if (in_reach) {
+                sums += sampled(world, pose.z, to, contact, table);
+            }
+            in_reach = false;
+        }
     }
     let scale = worlds[world].reading_scale;
     let even = sums & vec4<u32>(0xffffu);

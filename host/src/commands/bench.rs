@@ -1,0 +1,285 @@
+//! `oneiro bench`: robot-steps per second, of everything that can evaluate here.
+
+use std::fmt::Write;
+use std::time::{Duration, Instant};
+
+use oneiro::batch::{Batch, Rollout};
+use oneiro::evaluator::{Control, Evaluator};
+use oneiro::random::Key;
+use oneiro::world::{World, WorldSpec};
+use serde_json::json;
+
+use crate::cli::Bench;
+use crate::console::{Console, columns};
+use crate::device::{self, Candidate};
+use crate::exit::Result;
+use crate::workload;
+
+/// Batch sizes, and how long to measure.
+pub(crate) struct Plan {
+    /// Rollouts a batch.
+    pub(crate) sizes: Vec<u32>,
+    /// What is expected to take longer for one batch is left out.
+    pub(crate) longest: Duration,
+    /// For all repetitions of one batch size on all devices, about.
+    pub(crate) whole: Duration,
+    /// Fewest and most repetitions.
+    pub(crate) repetitions: (usize, usize),
+}
+
+impl Plan {
+    /// Some minutes.
+    fn thorough() -> Self {
+        Self {
+            sizes: vec![1000, 10_000, 100_000, 1_000_000],
+            longest: Duration::from_secs(12),
+            whole: Duration::from_secs(25),
+            repetitions: (3, 15),
+        }
+    }
+
+    /// Some seconds.
+    pub(crate) fn quick() -> Self {
+        Self {
+            sizes: vec![1000, 10_000],
+            longest: Duration::from_secs(2),
+            whole: Duration::from_secs(3),
+            repetitions: (3, 7),
+        }
+    }
+}
+
+/// What one device did with one batch size.
+#[derive(Clone, Debug, serde::Serialize)]
+pub(crate) struct Cell {
+    pub(crate) device: String,
+    pub(crate) threads: Option<usize>,
+    pub(crate) exact: bool,
+    pub(crate) rollouts: u32,
+    pub(crate) robot_steps: u64,
+    /// Median of the repetitions.
+    pub(crate) seconds: f64,
+    pub(crate) repetitions: usize,
+    pub(crate) steps_per_second: f64,
+    /// Times the scalar code on one thread, at the same batch size, or at the largest that it was given.
+    pub(crate) ratio: Option<f64>,
+    /// Rollouts of the batch that `ratio` compares with.
+    pub(crate) ratio_rollouts: Option<u32>,
+}
+
+/// From before a device is opened to its first result.
+#[derive(Clone, Debug, serde::Serialize)]
+pub(crate) struct First {
+    pub(crate) device: String,
+    pub(crate) threads: Option<usize>,
+    pub(crate) rollouts: u32,
+    pub(crate) seconds: f64,
+}
+
+/// Measures and prints a table.
+pub(crate) fn run(arguments: &Bench, console: Console) -> Result {
+    let mut plan = if arguments.quick { Plan::quick() } else { Plan::thorough() };
+    if !arguments.rollouts.is_empty() {
+        plan.sizes.clone_from(&arguments.rollouts);
+        plan.sizes.sort_unstable();
+        plan.sizes.dedup();
+    }
+    let (cells, firsts) = measure(&timed(&arguments.backend)?, &plan, console)?;
+    if console.json() {
+        return console.json_data(&json!({
+            "world": "miglino1995",
+            "controller": "perceptron",
+            "cycles": workload::CYCLES,
+            "cells": cells,
+            "first_results": firsts,
+        }));
+    }
+    let mut text = format!(
+        "Million robot-steps per second, and times the scalar code on one thread.\n\
+         Khepera, 8-2 perceptron with random genes, arena miglino1995, no noise, {} cycles a rollout.\n\n{}\n",
+        workload::CYCLES,
+        table(&cells),
+    );
+    for First { device, rollouts, seconds, .. } in firsts.iter().filter(|first| first.threads.is_none()) {
+        // Writing to a string can't fail.
+        let _ = writeln!(text, "{device}: first result, of {rollouts} rollouts, {seconds:.2} s after opening it");
+    }
+    console.data(text)
+}
+
+/// What is timed: all that was asked for, and the scalar code as the measure.
+///
+/// # Errors
+/// Exit 4: there is no such device.
+pub(crate) fn timed(which: &str) -> Result<Vec<Candidate>> {
+    let mut candidates = device::candidates(which)?;
+    candidates.retain(|candidate| !candidate.is_checked());
+    if !candidates.iter().any(Candidate::is_scalar) {
+        candidates.insert(0, Candidate::scalar(1));
+    }
+    Ok(candidates)
+}
+
+/// Times every candidate at every batch size: in turn, so that what slows the machine for a while slows all alike.
+///
+/// # Errors
+/// Exit 4: a device can't be opened, or is lost.
+pub(crate) fn measure(candidates: &[Candidate], plan: &Plan, console: Console) -> Result<(Vec<Cell>, Vec<First>)> {
+    let world = World::new(WorldSpec { cycles: workload::CYCLES, ..WorldSpec::miglino1995() })?;
+    let smallest = batch(&world, plan.sizes.first().copied().unwrap_or(1000))?;
+    let mut firsts = Vec::new();
+    let mut evaluators = Vec::new();
+    // Seconds a robot-step, as last seen.
+    let mut paces = Vec::new();
+    for candidate in candidates {
+        let start = Instant::now();
+        let mut evaluator = candidate.open(None)?;
+        evaluator.evaluate(&smallest, &Control::new())?;
+        let seconds = start.elapsed().as_secs_f64();
+        firsts.push(First {
+            device: candidate.name.clone(),
+            threads: candidate.threads,
+            rollouts: smallest.rollouts() as u32,
+            seconds,
+        });
+        let again = time(evaluator.as_mut(), &smallest)?;
+        paces.push(again / smallest.steps() as f64);
+        evaluators.push(evaluator);
+    }
+
+    let mut cells: Vec<Cell> = Vec::new();
+    for &size in &plan.sizes {
+        console.say(format!("timing batches of {size} rollouts"));
+        let batch = batch(&world, size)?;
+        let steps = batch.steps() as f64;
+        let affordable = |pace: &f64| pace * steps <= plan.longest.as_secs_f64();
+        let taking_part: Vec<usize> = (0..candidates.len()).filter(|&i| affordable(&paces[i])).collect();
+        let round: f64 = taking_part.iter().map(|&i| paces[i] * steps).sum();
+        let (fewest, most) = plan.repetitions;
+        let repetitions = ((plan.whole.as_secs_f64() / round.max(1e-6)) as usize).clamp(fewest, most);
+        let mut times = vec![Vec::with_capacity(repetitions); candidates.len()];
+        for &i in &taking_part {
+            // The first batch of a size makes its buffers.
+            time(evaluators[i].as_mut(), &batch)?;
+        }
+        for _ in 0..repetitions {
+            for &i in &taking_part {
+                times[i].push(time(evaluators[i].as_mut(), &batch)?);
+            }
+        }
+        for &i in &taking_part {
+            let seconds = median(&mut times[i]);
+            paces[i] = seconds / steps;
+            cells.push(Cell {
+                device: candidates[i].name.clone(),
+                threads: candidates[i].threads,
+                exact: candidates[i].exact,
+                rollouts: size,
+                robot_steps: batch.steps(),
+                seconds,
+                repetitions,
+                steps_per_second: steps / seconds,
+                ratio: None,
+                ratio_rollouts: None,
+            });
+        }
+    }
+    let scalar = Candidate::scalar(1);
+    let references: Vec<(u32, f64)> = cells
+        .iter()
+        .filter(|cell| cell.device == scalar.name && cell.threads == scalar.threads)
+        .map(|cell| (cell.rollouts, cell.steps_per_second))
+        .collect();
+    for cell in &mut cells {
+        let reference = references.iter().rfind(|(rollouts, _)| *rollouts <= cell.rollouts);
+        cell.ratio = reference.map(|(_, rate)| cell.steps_per_second / rate);
+        cell.ratio_rollouts = reference.map(|(rollouts, _)| *rollouts);
+    }
+    Ok((cells, firsts))
+}
+
+/// Random genomes from -1 to 1 in one world.
+fn batch(world: &World, rollouts: u32) -> Result<Batch> {
+    let genomes: Vec<Vec<f32>> =
+        (0..rollouts).map(|index| workload::genome(world.genes(), 1.0, 1, index)).collect();
+    let rollouts: Vec<Rollout<'_>> = (0..)
+        .zip(&genomes)
+        .map(|(index, genes)| Rollout { world: 0, genes, key: Key::rollout(1, 0, index, 0) })
+        .collect();
+    Ok(Batch::new(std::slice::from_ref(world), &rollouts, None)?)
+}
+
+/// Seconds of one evaluation.
+fn time(evaluator: &mut dyn Evaluator, batch: &Batch) -> Result<f64> {
+    let start = Instant::now();
+    evaluator.evaluate(batch, &Control::new())?;
+    Ok(start.elapsed().as_secs_f64())
+}
+
+/// The middle one, or the mean of the two in the middle; 0 of none.
+fn median(values: &mut [f64]) -> f64 {
+    values.sort_by(f64::total_cmp);
+    match (values.len(), values.len() / 2) {
+        (0, _) => 0.0,
+        (length, middle) if length % 2 == 1 => values[middle],
+        (_, middle) => 0.5 * (values[middle - 1] + values[middle]),
+    }
+}
+
+/// A row a device, a column a batch size.
+pub(crate) fn table(cells: &[Cell]) -> String {
+    let mut sizes: Vec<u32> = cells.iter().map(|cell| cell.rollouts).collect();
+    sizes.sort_unstable();
+    sizes.dedup();
+    let mut devices: Vec<(&str, Option<usize>)> = Vec::new();
+    for cell in cells {
+        let device = (cell.device.as_str(), cell.threads);
+        if !devices.contains(&device) {
+            devices.push(device);
+        }
+    }
+    let heads: Vec<String> = sizes.iter().map(|size| format!("{size} rollouts")).collect();
+    let mut head = vec!["device", "threads"];
+    head.extend(heads.iter().map(String::as_str));
+    let rows: Vec<Vec<String>> = devices
+        .iter()
+        .map(|&(device, threads)| {
+            let mut row = vec![device.to_owned(), threads.map_or("-".to_owned(), |threads| threads.to_string())];
+            row.extend(sizes.iter().map(|&size| {
+                cells
+                    .iter()
+                    .find(|cell| (cell.device.as_str(), cell.threads, cell.rollouts) == (device, threads, size))
+                    .map_or("-".to_owned(), |cell| {
+                        let ratio = cell.ratio.map_or(String::new(), |ratio| format!(" {ratio:>5.2}x"));
+                        format!("{:.1}{ratio}", cell.steps_per_second / 1e6)
+                    })
+            }));
+            row
+        })
+        .collect();
+    columns(&head, &rows)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn medians() {
+        assert_eq!(median(&mut [3.0, 1.0, 2.0]), 2.0);
+        assert_eq!(median(&mut [4.0, 1.0, 2.0, 3.0]), 2.5);
+        assert_eq!(median(&mut []), 0.0);
+    }
+
+    #[test]
+    fn the_scalar_code_is_the_measure() {
+        let plan = Plan { sizes: vec![64], repetitions: (2, 2), ..Plan::quick() };
+        let console = Console::new(crate::cli::Output { json: false, quiet: true });
+        let (cells, firsts) = measure(&[Candidate::scalar(1)], &plan, console).unwrap();
+        assert_eq!((cells.len(), firsts.len()), (1, 1));
+        assert_eq!(cells[0].ratio, Some(1.0));
+        assert_eq!(cells[0].robot_steps, 64 * 500);
+        assert_eq!(cells[0].repetitions, 2);
+        assert!(table(&cells).contains("1.00x"));
+    }
+}

@@ -1,0 +1,129 @@
+//! `oneiro devices`: what can evaluate here, and whether it is exact.
+
+use std::thread;
+
+use oneiro::cpu::Cpu;
+use serde_json::{Value, json};
+
+use crate::console::Console;
+use crate::exit::Result;
+
+/// Prints the CPU's instruction sets and the adapters.
+pub(crate) fn run(console: Console) -> Result {
+    let lanes: Vec<&str> = Cpu::variants().into_iter().filter(|name| !name.starts_with("checked")).collect();
+    let threads = thread::available_parallelism().map_or(1, usize::from);
+    let adapters = adapters();
+    if console.json() {
+        return console.json_data(&json!({
+            "cpu": { "lane_codes": lanes, "threads": threads, "exact": true },
+            "adapters": adapters.iter().map(Adapter::value).collect::<Vec<_>>(),
+        }));
+    }
+    let mut text = format!("cpu: exact; {threads} threads; lane codes, widest first: {}\n", lanes.join(", "));
+    for adapter in &adapters {
+        text += &adapter.text();
+    }
+    if adapters.is_empty() {
+        text += if cfg!(feature = "gpu") {
+            "no adapter: no Vulkan, Metal, DirectX 12 or OpenGL driver was found\n"
+        } else {
+            "no adapter: this program was built without the feature `gpu`\n"
+        };
+    }
+    console.data(text)
+}
+
+/// A device that a driver offers, as it is told.
+struct Adapter {
+    index: usize,
+    name: String,
+    interface: &'static str,
+    driver: String,
+    software: bool,
+    /// Why it is not exact, if it is not.
+    inexact: Option<String>,
+    /// Name, value.
+    limits: Vec<(&'static str, u64)>,
+    float_controls: Vec<(&'static str, bool)>,
+}
+
+impl Adapter {
+    fn text(&self) -> String {
+        let Self { index, name, interface, driver, software, inexact, .. } = self;
+        let exact = inexact.as_ref().map_or("exact".to_owned(), |why| format!("not exact: {why}"));
+        let kind = if *software { "software, used only when it is named" } else { "hardware" };
+        let limits: Vec<String> =
+            self.limits.iter().map(|(name, value)| format!("{} {value}", name.replace('_', " "))).collect();
+        let modes: Vec<&str> =
+            self.float_controls.iter().filter(|(_, has)| *has).map(|(name, _)| *name).collect();
+        let modes = if modes.is_empty() { "none".to_owned() } else { modes.join(", ").replace('_', " ") };
+        format!(
+            "gpu:{index}: {name}\n  {exact}\n  {interface}, {kind}; driver: {driver}\n  limits: {}\n  float modes: {modes}\n",
+            limits.join(", ")
+        )
+    }
+
+    fn value(&self) -> Value {
+        let table = |rows: &[(&'static str, Value)]| -> Value {
+            rows.iter().map(|(name, value)| ((*name).to_owned(), value.clone())).collect::<serde_json::Map<_, _>>().into()
+        };
+        json!({
+            "index": self.index,
+            "name": self.name,
+            "interface": self.interface,
+            "driver": self.driver,
+            "software": self.software,
+            "exact": self.inexact.is_none(),
+            "why_not_exact": self.inexact,
+            "limits": table(&self.limits.iter().map(|&(name, value)| (name, value.into())).collect::<Vec<_>>()),
+            "float_controls": table(&self.float_controls.iter().map(|&(name, has)| (name, has.into())).collect::<Vec<_>>()),
+        })
+    }
+}
+
+#[cfg(feature = "gpu")]
+fn adapters() -> Vec<Adapter> {
+    oneiro::gpu::adapters().iter().map(adapter).collect()
+}
+
+#[cfg(feature = "gpu")]
+fn adapter(adapter: &oneiro::gpu::Adapter) -> Adapter {
+    use oneiro::evaluator::Evaluator;
+    use oneiro::gpu::{Gpu, Path};
+
+    let inexact = if adapter.takes_spirv() {
+        match Gpu::open_with(adapter, Path::Spirv) {
+            Ok(gpu) if gpu.device().exact => None,
+            Ok(_) => Some("its driver failed the check of operations; `oneiro selftest` shows which".to_owned()),
+            Err(error) => Some(error.to_string()),
+        }
+    } else {
+        Some(format!("{} takes no SPIR-V, so its compiler may reorder arithmetic", adapter.backend()))
+    };
+    let limits = adapter.limits();
+    let floats = adapter.float_controls();
+    Adapter {
+        index: adapter.index(),
+        name: adapter.name().to_owned(),
+        interface: adapter.backend(),
+        driver: adapter.driver(),
+        software: adapter.is_software(),
+        inexact,
+        limits: vec![
+            ("storage_buffers", limits.storage_buffers.into()),
+            ("binding_bytes", limits.binding_bytes),
+            ("buffer_bytes", limits.buffer_bytes),
+            ("workgroups", limits.workgroups.into()),
+        ],
+        float_controls: vec![
+            ("round_to_nearest", floats.round_to_nearest),
+            ("keep_special", floats.keep_special),
+            ("keep_subnormal", floats.keep_subnormal),
+        ],
+    }
+}
+
+#[cfg(not(feature = "gpu"))]
+fn adapters() -> Vec<Adapter> {
+    Vec::new()
+}

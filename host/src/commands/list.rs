@@ -1,0 +1,95 @@
+//! `oneiro list`: the runs below a directory and their state.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use serde_json::{Value, json};
+
+use crate::cli::List;
+use crate::console::{Console, columns};
+use crate::exit::{Failure, Result};
+use crate::record::{self, Done, SavedRun, State};
+
+/// Prints a line a run.
+pub(crate) fn run(arguments: &List, console: Console) -> Result {
+    let runs = runs(&arguments.dir)?;
+    if console.json() {
+        let runs: Vec<Value> = runs.iter().map(|directory| entry(directory)).collect();
+        return console.json_data(&runs);
+    }
+    let text = |value: &Value| match value {
+        Value::Null => "-".to_owned(),
+        Value::String(text) => text.clone(),
+        other => other.to_string(),
+    };
+    let rows: Vec<Vec<String>> = runs
+        .iter()
+        .map(|directory| {
+            let entry = entry(directory);
+            let hash: String = text(&entry["result"]).chars().take(12).collect();
+            let generations = format!("{}/{}", text(&entry["generation"]), text(&entry["generations"]));
+            let cells = [&entry["directory"], &entry["name"], &entry["seed"], &entry["state"], &entry["best"]].map(text);
+            let [directory, name, seed, state, best] = cells;
+            vec![directory, name, seed, state, generations, best, hash]
+        })
+        .collect();
+    console.data(columns(&["run", "experiment", "seed", "state", "generations", "best", "result"], &rows))
+}
+
+/// The runs that a directory holds, in the order of their names; or the directory itself if it is one.
+///
+/// # Errors
+/// Exit 3 when there is no such directory, or no run in it.
+pub(crate) fn runs(directory: &Path) -> Result<Vec<PathBuf>> {
+    if record::is_run(directory) {
+        return Ok(vec![directory.to_owned()]);
+    }
+    let entries = fs::read_dir(directory).map_err(|error| Failure::unreadable(directory, &error))?;
+    let mut runs = Vec::new();
+    for entry in entries {
+        let path = entry.map_err(|error| Failure::storage(directory, &error))?.path();
+        if record::is_run(&path) {
+            runs.push(path);
+        }
+    }
+    if runs.is_empty() {
+        return Err(Failure::input(format_args!(
+            "{}: is no run and holds none; allowed: what `oneiro run` wrote",
+            directory.display()
+        )));
+    }
+    runs.sort();
+    Ok(runs)
+}
+
+/// What a run amounts to. One that can't be read has that as its state.
+fn entry(directory: &Path) -> Value {
+    let read = || -> Result<Value> {
+        let run = SavedRun::open(directory)?;
+        let state = match run.state()? {
+            State::Done => "done",
+            State::Running => "running",
+            State::Stopped => "stopped",
+            State::Interrupted => "interrupted",
+        };
+        let rows = run.rows()?;
+        let best = rows.iter().map(|row| row.best).filter(|best| !best.is_nan()).reduce(f32::max);
+        Ok(json!({
+            "directory": directory.display().to_string(),
+            "name": run.experiment().name(),
+            "seed": run.seed(),
+            "state": state,
+            "generation": rows.len(),
+            "generations": run.experiment().settings().evolution.generations,
+            "best": best,
+            "result": Done::read(directory)?.map(|done| done.result),
+        }))
+    };
+    read().unwrap_or_else(|failure| {
+        json!({
+            "directory": directory.display().to_string(),
+            "state": "unreadable",
+            "problem": failure.to_string(),
+        })
+    })
+}

@@ -1,0 +1,83 @@
+//! `oneiro run`: evolves, once or for many seeds.
+
+use std::hash::BuildHasher;
+use std::path::{Path, PathBuf};
+use std::time::SystemTime;
+
+use super::report::{self, Report};
+use crate::cli;
+use crate::console::Console;
+use crate::device;
+use crate::exit::{Failure, Result};
+use crate::experiment::Experiment;
+use crate::record::{Session, Standing, standing};
+use crate::run::{Device, LOCKSTEP, Run, evolve};
+use crate::watcher::Watcher;
+
+/// Runs the experiment for each seed; what is done already is not done again.
+pub(crate) fn run(arguments: &cli::Run, console: Console) -> Result {
+    let experiment = Experiment::read(&arguments.experiment, &arguments.set)?;
+    for warning in experiment.warnings() {
+        console.say(format!("warning: {warning}"));
+    }
+    let mut done = Vec::new();
+    let mut new = Vec::new();
+    // Nothing begins before every place is known to be free.
+    for (seed, directory) in places(arguments, &experiment, console) {
+        match standing(&directory, experiment.identity(seed))? {
+            Standing::New => new.push((seed, directory)),
+            Standing::Done(result) => done.push(Report::read(&directory, &result)?),
+            Standing::Unfinished => {
+                let directory = directory.display();
+                return Err(Failure::input(format_args!(
+                    "{directory}: holds a run that is not finished, and nothing is overwritten; \
+                     go on with it: oneiro resume {directory}"
+                )));
+            }
+        }
+    }
+    if !done.is_empty() {
+        console.say(format!("{} of {} runs are done already", done.len(), done.len() + new.len()));
+    }
+    if !new.is_empty() {
+        let evaluator = device::open(&arguments.backend)?;
+        console.say(format!("{} on {}", experiment.name(), device::name(evaluator.as_ref())));
+        let session = Session::new(&arguments.backend.name, &evaluator.device());
+        let device = Device::new(evaluator);
+        let mut watcher = Watcher::new(console)?;
+        watcher.expect(&experiment, new.len() as u64 * u64::from(experiment.settings().evolution.generations));
+        for wave in new.chunks(LOCKSTEP) {
+            let start = |(seed, directory): &(u64, PathBuf)| Run::start(&experiment, *seed, directory, session.clone());
+            let runs = wave.iter().map(start).collect::<Result<Vec<_>>>()?;
+            let ended = evolve(&experiment, runs, &device, &mut watcher)?;
+            done.extend(ended.iter().filter_map(|(run, result)| Report::new(run, result)));
+        }
+        watcher.finish(&device.close());
+    }
+    done.sort_by_key(|report| report.seed);
+    report::print(&done, arguments.seeds.is_some(), console)
+}
+
+/// The seeds and their runs' directories.
+fn places(arguments: &cli::Run, experiment: &Experiment, console: Console) -> Vec<(u64, PathBuf)> {
+    let usual = |seed: u64| {
+        let identity = experiment.identity(seed).to_hex();
+        Path::new("runs").join(format!("{}-{seed}-{}", experiment.name(), &identity[..8]))
+    };
+    if let Some(seeds) = &arguments.seeds {
+        let own = |seed| arguments.out.as_ref().map(|out| out.join(format!("seed-{seed}")));
+        return seeds.clone().map(|seed| (seed, own(seed).unwrap_or_else(|| usual(seed)))).collect();
+    }
+    let seed = arguments.seed.or(experiment.settings().seed).unwrap_or_else(|| {
+        let seed = drawn_seed();
+        console.say(format!("seed {seed}, drawn"));
+        seed
+    });
+    vec![(seed, arguments.out.clone().unwrap_or_else(|| usual(seed)))]
+}
+
+/// A seed that nobody chose, below 2^53 so that every reader of JSON reads it right.
+fn drawn_seed() -> u64 {
+    // The system draws the keys of this hasher.
+    std::hash::RandomState::new().hash_one(SystemTime::now()) >> 11
+}

@@ -1,0 +1,253 @@
+//! `oneiro selftest`: whether this machine computes the same bits as every other.
+
+use std::sync::Arc;
+use std::thread;
+
+use oneiro::batch::{Batch, Outcome, TraceRequest};
+use oneiro::evaluator::{Control, Evaluator};
+use oneiro::random::{Key, pcg4d};
+use oneiro::tables::SensorTables;
+use oneiro::world::{Robot, World, WorldSpec};
+use serde::Serialize;
+use serde_json::json;
+
+use super::bench::{self, Plan};
+use crate::cli::Selftest;
+use crate::console::{Console, columns};
+use crate::device::{self, Candidate};
+use crate::exit::{Failure, Result};
+use crate::workload;
+
+/// Rollouts whose traces are compared, for each controller.
+const TRACED: u32 = 256;
+/// The seed of all genomes and keys.
+const SEED: u32 = 1995;
+
+/// One comparison.
+#[derive(Debug, Serialize)]
+struct Check {
+    what: String,
+    device: String,
+    /// Values whose bits were compared.
+    compared: u64,
+    /// How many of them differ.
+    different: u64,
+    verdict: Verdict,
+}
+
+/// What a comparison came to.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+enum Verdict {
+    /// No bit differs.
+    Same,
+    /// Some do, where none may.
+    Differs,
+    /// Some do, on a device that promises nothing.
+    NotExact,
+    /// A control that must differ does.
+    Caught,
+    /// A control that must differ doesn't: the comparison is worth nothing.
+    Missed,
+}
+
+impl Verdict {
+    fn is_good(self) -> bool {
+        !matches!(self, Self::Differs | Self::Missed)
+    }
+
+    fn words(self) -> &'static str {
+        match self {
+            Self::Same => "same bits",
+            Self::Differs => "DIFFERS",
+            Self::NotExact => "differs; not exact",
+            Self::Caught => "caught",
+            Self::Missed => "MISSED",
+        }
+    }
+}
+
+impl Check {
+    /// Bits that have to be the same where the device promises it.
+    fn same(what: impl Into<String>, device: &str, exact: bool, counts: (u64, u64)) -> Self {
+        let verdict = match counts.1 {
+            0 => Verdict::Same,
+            _ if exact => Verdict::Differs,
+            _ => Verdict::NotExact,
+        };
+        Self { what: what.into(), device: device.to_owned(), compared: counts.0, different: counts.1, verdict }
+    }
+
+    /// Bits of something else, some of which have to differ.
+    fn control(what: impl Into<String>, device: &str, counts: (u64, u64)) -> Self {
+        let verdict = if counts.1 > 0 { Verdict::Caught } else { Verdict::Missed };
+        Self { what: what.into(), device: device.to_owned(), compared: counts.0, different: counts.1, verdict }
+    }
+}
+
+/// Compares everything, prints a table, and fails if anything is not as it must be.
+pub(crate) fn run(arguments: &Selftest, console: Console) -> Result {
+    let candidates = compared(&arguments.backend)?;
+    let robot = robot(arguments, console)?;
+    let mut checks = vec![known_answers()];
+    for (name, controller) in workload::CONTROLLERS {
+        console.say(format!("lives of the {name}"));
+        let worlds = workload::worlds(controller, &robot)?;
+        let reference = Reference::new(name, &worlds, arguments.rollouts)?;
+        for candidate in &candidates {
+            reference.check(candidate, &mut checks)?;
+        }
+    }
+    let (cells, _) = bench::measure(&bench::timed(&arguments.backend)?, &Plan::quick(), console)?;
+
+    let bad = checks.iter().filter(|check| !check.verdict.is_good()).count();
+    if console.json() {
+        console.json_data(&json!({ "passed": bad == 0, "checks": checks, "throughput": cells }))?;
+    } else {
+        let rows: Vec<Vec<String>> = checks
+            .iter()
+            .map(|check| {
+                let Check { what, device, compared, different, verdict } = check;
+                vec![
+                    what.clone(),
+                    device.clone(),
+                    compared.to_string(),
+                    different.to_string(),
+                    verdict.words().to_owned(),
+                ]
+            })
+            .collect();
+        let table = columns(&["check", "device", "compared", "different", "verdict"], &rows);
+        console.data(format!("{table}\nMillion robot-steps per second\n\n{}", bench::table(&cells)))?;
+    }
+    if bad > 0 {
+        return Err(Failure::failed(format_args!("{bad} of {} checks failed on this machine", checks.len())));
+    }
+    console.say(format!("all {} checks passed", checks.len()));
+    Ok(())
+}
+
+/// Each lane code with all threads, and the adapters.
+fn compared(which: &str) -> Result<Vec<Candidate>> {
+    let all = thread::available_parallelism().map_or(1, usize::from);
+    let mut candidates = device::candidates(which)?;
+    candidates.retain(|candidate| candidate.threads.is_none_or(|threads| threads == all));
+    Ok(candidates)
+}
+
+/// The built-in Khepera, or one with the tables that were named.
+fn robot(arguments: &Selftest, console: Console) -> Result<Robot> {
+    let built_in = WorldSpec::miglino1995().robot;
+    if arguments.tables.is_empty() {
+        return Ok(built_in);
+    }
+    let import = SensorTables::read(&arguments.tables).map_err(Failure::input)?;
+    for warning in import.warnings {
+        console.say(format!("warning: {warning}"));
+    }
+    Ok(Robot { sensors: Arc::new(import.table), ..built_in })
+}
+
+/// The hash of the random numbers, worked out from its definition with integers of any size.
+fn known_answers() -> Check {
+    let hashes = [
+        ([0; 4], [0x0f02_f829, 0x2d56_8769, 0x32b0_c43b, 0xd325_48ea]),
+        ([1, 2, 3, 4], [0x3622_cd16, 0xf114_71d8, 0xe110_9b3f, 0x02b9_4c2f]),
+        ([u32::MAX; 4], [0x974e_d892, 0xc015_dc67, 0x9f95_5760, 0xa1bb_a208]),
+    ];
+    let keys = [
+        (Key::rollout(0, 0, 0, 0), Key([0x683e_e330, 0x8f0f_75b9])),
+        (Key::rollout(0x0123_4567_89ab_cdef, 199, 99, 3), Key([0xbe6a_10f3, 0xc7ca_ca06])),
+    ];
+    let wrong = hashes.iter().filter(|(words, hash)| pcg4d(*words) != *hash).count()
+        + keys.iter().filter(|(key, known)| key != known).count();
+    Check::same("random numbers: known answers", "host", true, ((hashes.len() + keys.len()) as u64, wrong as u64))
+}
+
+/// Lives as the scalar code lives them.
+struct Reference {
+    controller: &'static str,
+    batch: Batch,
+    outcome: Outcome,
+    traced: Batch,
+    traces: Outcome,
+    /// The same lives where one constant is another.
+    altered: Batch,
+}
+
+impl Reference {
+    fn new(controller: &'static str, worlds: &[World], rollouts: u32) -> Result<Self> {
+        let batch = workload::batch(worlds, rollouts, SEED, None)?;
+        let traced = workload::batch(worlds, TRACED, SEED, Some(TraceRequest { every: 3 }))?;
+        let altered = workload::batch(&altered(worlds)?, rollouts, SEED, None)?;
+        let mut scalar = Candidate::scalar(thread::available_parallelism().map_or(1, usize::from)).open(None)?;
+        let outcome = scalar.evaluate(&batch, &Control::new())?;
+        let traces = scalar.evaluate(&traced, &Control::new())?;
+        Ok(Self { controller, batch, outcome, traced, traces, altered })
+    }
+
+    /// Compares a device's lives with these: whole, cut into pieces, cycle by cycle, and altered.
+    fn check(&self, candidate: &Candidate, checks: &mut Vec<Check>) -> Result {
+        let Candidate { name, exact, .. } = candidate;
+        let controller = self.controller;
+        let control = Control::new();
+        let mut evaluator = candidate.open(None)?;
+        if !candidate.is_scalar() {
+            let lives = evaluator.evaluate(&self.batch, &control)?;
+            checks.push(Check::same(format!("{controller}: fitness"), name, *exact, self.fitness(&lives)));
+            let lives = evaluator.evaluate(&self.traced, &control)?;
+            checks.push(Check::same(format!("{controller}: traces"), name, *exact, self.trace(&lives)));
+        }
+        let mut cut = candidate.open(Some(CHUNK))?;
+        let lives = in_parts(cut.as_mut(), &self.batch)?;
+        let what = format!("{controller}: fitness, lives and batch cut");
+        checks.push(Check::same(what, name, *exact, self.fitness(&lives)));
+        let lives = evaluator.evaluate(&self.altered, &control)?;
+        let what = format!("{controller}: one constant 1 ulp up must show");
+        checks.push(Check::control(what, name, self.fitness(&lives)));
+        Ok(())
+    }
+
+    /// Rollouts compared, and those whose fitness has other bits.
+    fn fitness(&self, other: &Outcome) -> (u64, u64) {
+        let pairs = self.outcome.fitness.iter().zip(&other.fitness);
+        (self.outcome.fitness.len() as u64, pairs.filter(|(a, b)| a.to_bits() != b.to_bits()).count() as u64)
+    }
+
+    /// Records compared, and those of which any number differs. (Zero has one sign there, and a NaN differs from all.)
+    fn trace(&self, other: &Outcome) -> (u64, u64) {
+        let (here, there) = (self.traces.traces.concat(), other.traces.concat());
+        let different = here.iter().zip(&there).filter(|(a, b)| a != b).count() + here.len().abs_diff(there.len());
+        (here.len() as u64, different as u64)
+    }
+}
+
+/// Cycles in one dispatch, so that lives are cut into many.
+const CHUNK: u32 = 37;
+
+/// Evaluates a batch in three parts of different sizes.
+fn in_parts(evaluator: &mut dyn Evaluator, batch: &Batch) -> Result<Outcome> {
+    let groups = batch.groups();
+    let cuts = [0, 1, 1 + groups / 3, groups];
+    let mut whole = oneiro::evaluator::PartResult::default();
+    for pair in cuts.windows(2) {
+        if pair[0] < pair[1] {
+            let part = evaluator.evaluate_part(&batch.part(pair[0]..pair[1]), &Control::new())?;
+            whole.fitness.extend(part.fitness);
+        }
+    }
+    Ok(batch.outcome(whole))
+}
+
+/// The same worlds, but that one unit of a reading activates a sensor by the next greater number.
+fn altered(worlds: &[World]) -> Result<Vec<World>> {
+    let mut altered = Vec::new();
+    for world in worlds {
+        let mut spec = world.spec().clone();
+        let mut sensors = (*spec.robot.sensors).clone();
+        sensors.reading_scale = sensors.reading_scale.next_up();
+        spec.robot.sensors = Arc::new(sensors);
+        altered.push(World::new(spec)?);
+    }
+    Ok(altered)
+}

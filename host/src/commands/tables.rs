@@ -1,0 +1,273 @@
+//! `oneiro tables`: sampled sensor and motor tables, shown, converted and exported.
+
+use std::path::Path;
+
+use oneiro::tables::{self, Format, GREATEST_READING, MotorSamples, SENSORS, SensorTable, SensorTables};
+use serde::Serialize;
+
+use crate::cli::{Tables, TablesCommand};
+use crate::console::{Console, columns};
+use crate::exit::{Failure, Result};
+use crate::{figures, files};
+
+/// Does what was asked with a table.
+pub(crate) fn run(arguments: &Tables, console: Console) -> Result {
+    match &arguments.command {
+        TablesCommand::Show { table, out } => show(table, out.as_deref(), console),
+        TablesCommand::Convert { from, to } => write(&read(from, console)?, to, console),
+        TablesCommand::Export { builtin, to } => {
+            let table = built_in(builtin).ok_or_else(|| {
+                Failure::input(format_args!("--builtin {builtin}: no such table; allowed: {}", built_in_names()))
+            })?;
+            write(&table, to, console)
+        }
+    }
+}
+
+/// A table of either kind.
+enum Table {
+    Sensors(SensorTable),
+    Motors(MotorSamples),
+}
+
+/// The tables compiled in.
+fn built_in(name: &str) -> Option<Table> {
+    if name == "motor" {
+        return Some(Table::Motors(MotorSamples::khepera()));
+    }
+    let tables = SensorTables::khepera();
+    let class = tables.class(name)?;
+    Some(Table::Sensors(tables.classes[class].clone()))
+}
+
+fn built_in_names() -> String {
+    let mut names: Vec<String> = SensorTables::khepera().classes.iter().map(|table| table.class.clone()).collect();
+    names.push("motor".to_owned());
+    names.join(", ")
+}
+
+/// Reads a file; motors' files have no `TURN` lines, sensors' files do.
+fn read(path: &Path, console: Console) -> Result<Table> {
+    let is_motors = files::text(path)?.lines().all(|line| !line.trim_start().starts_with("TURN"));
+    if is_motors && Format::of(path).map_err(refused)? == Format::Sam {
+        return MotorSamples::read(path).map(Table::Motors).map_err(refused);
+    }
+    let import = SensorTable::read(path).map_err(refused)?;
+    for warning in import.warnings {
+        console.say(format!("warning: {warning}"));
+    }
+    Ok(Table::Sensors(import.table))
+}
+
+/// A table that can't be read, or a name that says no format: exit 3.
+fn refused(error: tables::Error) -> Failure {
+    Failure::input(error)
+}
+
+/// Writes a table to a new file.
+fn write(table: &Table, to: &Path, console: Console) -> Result {
+    let format = Format::of(to).map_err(refused)?;
+    files::must_be_new(to)?;
+    let written = match table {
+        Table::Sensors(table) => table.write(to),
+        Table::Motors(_) if format != Format::Sam => {
+            return Err(Failure::input(format_args!("{}: motors' samples have one format; allowed: .sam", to.display())));
+        }
+        Table::Motors(samples) => samples.write(to),
+    };
+    written.map_err(Failure::unwritten)?;
+    console.say(format!("wrote {}", to.display()));
+    Ok(())
+}
+
+fn show(name: &Path, out: Option<&Path>, console: Console) -> Result {
+    let built_in = if name.exists() { None } else { name.to_str().and_then(built_in) };
+    let table = match built_in {
+        Some(table) => table,
+        None if !name.exists() => {
+            let allowed = built_in_names();
+            return Err(Failure::input(format_args!(
+                "{}: no such file or built-in table; allowed: a .sam or .sample file, {allowed}",
+                name.display()
+            )));
+        }
+        None => read(name, console)?,
+    };
+    match table {
+        Table::Sensors(table) => show_sensors(&table, out, console),
+        Table::Motors(_) if out.is_some() => {
+            Err(Failure::input("--out: only sensor tables have a picture; show motors without it"))
+        }
+        Table::Motors(samples) => show_motors(&samples, console),
+    }
+}
+
+/// What one sensor of a table reads, in a few numbers.
+#[derive(Debug, Serialize)]
+struct Moments {
+    sensor: usize,
+    /// Centre of the bearings it sees, degrees clockwise.
+    bearing_degrees: f64,
+    /// Distance at which its highest reading falls below a half of the greatest.
+    half_mm: Option<f64>,
+    /// The same for one twentieth.
+    twentieth_mm: Option<f64>,
+    /// Width of the bearings that read at least a half, at three distances.
+    width_degrees: [f64; 3],
+}
+
+/// The distances of [`Moments::width_degrees`], mm.
+const WIDTHS_AT: [f32; 3] = [9.0, 15.0, 21.0];
+
+fn moments(table: &SensorTable, sensor: usize) -> Moments {
+    let bearings = table.bearings as usize;
+    let reading = |row: usize, bearing: usize| f64::from(table.readings[row * bearings + bearing][sensor]);
+    let rows = table.rows as usize;
+    let degrees = 360.0 / bearings as f64;
+    let half = 0.5 * f64::from(GREATEST_READING);
+
+    // The mean bearing, counted from the strongest so that it doesn't matter where a turn begins.
+    let profile: Vec<f64> = (0..bearings).map(|bearing| (0..rows).map(|row| reading(row, bearing)).sum()).collect();
+    let strongest = (0..bearings).fold(0, |best, bearing| if profile[bearing] > profile[best] { bearing } else { best });
+    let offset = |bearing: usize| {
+        ((bearing + bearings + bearings / 2 - strongest) % bearings) as f64 - (bearings / 2) as f64
+    };
+    let total: f64 = profile.iter().sum();
+    let weighed: f64 = (0..bearings).map(|bearing| profile[bearing] * offset(bearing)).sum();
+    let mean = strongest as f64 + if total > 0.0 { weighed / total } else { 0.0 };
+    let clockwise = mean * degrees;
+    let bearing_degrees = clockwise - 360.0 * ((clockwise + 180.0) / 360.0).floor();
+
+    let highest: Vec<f64> =
+        (0..rows).map(|row| (0..bearings).map(|bearing| reading(row, bearing)).fold(0.0, f64::max)).collect();
+    let falls_below = |level: f64| {
+        let row = highest.windows(2).position(|pair| pair[0] >= level && level > pair[1])?;
+        let part = (highest[row] - level) / (highest[row] - highest[row + 1]);
+        Some(f64::from(table.nearest) + f64::from(table.spacing) * (row as f64 + part))
+    };
+    let width = |at: f32| {
+        let row = ((at - table.nearest) / table.spacing).max(0.0) as usize;
+        if row >= rows {
+            return 0.0;
+        }
+        (0..bearings).filter(|&bearing| reading(row, bearing) >= half).count() as f64 * degrees
+    };
+    Moments {
+        sensor,
+        bearing_degrees,
+        half_mm: falls_below(half),
+        twentieth_mm: falls_below(0.1 * half),
+        width_degrees: WIDTHS_AT.map(width),
+    }
+}
+
+fn show_sensors(table: &SensorTable, out: Option<&Path>, console: Console) -> Result {
+    if let Some(path) = out {
+        files::write_new(path, figures::sensor_table(table).as_bytes())?;
+        console.say(format!("drew {}", path.display()));
+    }
+    let moments: Vec<Moments> = (0..SENSORS).map(|sensor| moments(table, sensor)).collect();
+    if console.json() {
+        return console.json_data(&serde_json::json!({
+            "class": table.class,
+            "rows": table.rows,
+            "bearings": table.bearings,
+            "nearest_mm": table.nearest,
+            "spacing_mm": table.spacing,
+            "widths_at_mm": WIDTHS_AT,
+            "sensors": moments,
+        }));
+    }
+    let number = |value: Option<f64>| value.map_or("-".to_owned(), |value| format!("{value:.1}"));
+    let rows: Vec<Vec<String>> = moments
+        .iter()
+        .map(|moments| {
+            let mut row = vec![
+                moments.sensor.to_string(),
+                format!("{:.0}", moments.bearing_degrees),
+                number(moments.half_mm),
+                number(moments.twentieth_mm),
+            ];
+            row.extend(moments.width_degrees.iter().map(|width| format!("{width:.0}")));
+            row
+        })
+        .collect();
+    let head = ["sensor", "bearing deg", "50 % mm", "5 % mm", "width at 9 mm", "15 mm", "21 mm"];
+    console.data(format!(
+        "{}: {} distances from {} mm in steps of {} mm, {} bearings\n\n{}",
+        table.class,
+        table.rows,
+        table.nearest,
+        table.spacing,
+        table.bearings,
+        columns(&head, &rows)
+    ))
+}
+
+fn show_motors(samples: &MotorSamples, console: Console) -> Result {
+    let count = samples.speeds.len();
+    let greatest = |values: &[f32]| values.iter().fold(0.0_f32, |greatest, value| greatest.max(value.abs()));
+    let (first, last) = (samples.speeds.first().copied().unwrap_or(0), samples.speeds.last().copied().unwrap_or(0));
+    let (degrees, centimetres) = (greatest(&samples.degrees), greatest(&samples.centimetres));
+    if console.json() {
+        return console.json_data(&serde_json::json!({
+            "speeds": samples.speeds,
+            "degrees": samples.degrees,
+            "centimetres": samples.centimetres,
+        }));
+    }
+    console.data(format!(
+        "motor: {count} x {count} pairs of speeds from {first} to {last}\n\
+         in one cycle at most {:.2} mm and {degrees:.2} degrees\n",
+        10.0 * centimetres
+    ))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// One sensor that sees from 80 to 100 degrees, fully at the nearest distance and half of it at the next.
+    fn table() -> SensorTable {
+        let mut readings = vec![[0; SENSORS]; 3 * 36];
+        for bearing in 8..=10 {
+            readings[bearing][2] = 1000;
+            readings[36 + bearing][2] = 500;
+        }
+        SensorTable { class: "wall".into(), rows: 3, bearings: 36, nearest: 5.0, spacing: 2.0, readings }
+    }
+
+    #[test]
+    fn moments_are_those_of_the_readings() {
+        let moments = moments(&table(), 2);
+        assert!((moments.bearing_degrees - 90.0).abs() < 1e-9, "{moments:?}");
+        let half = 5.0 + 2.0 * (1000.0 - 511.5) / 500.0;
+        assert!((moments.half_mm.unwrap() - half).abs() < 1e-9, "{moments:?}");
+        assert!((moments.twentieth_mm.unwrap() - (7.0 + 2.0 * (500.0 - 51.15) / 500.0)).abs() < 1e-9);
+        assert_eq!(moments.width_degrees, [0.0, 0.0, 0.0]);
+    }
+
+    #[test]
+    fn a_blind_sensor_has_no_distances() {
+        let moments = moments(&table(), 0);
+        assert_eq!((moments.half_mm, moments.twentieth_mm), (None, None));
+        assert!(moments.bearing_degrees.is_finite());
+    }
+
+    #[test]
+    fn bearings_across_the_back_have_their_mean_there() {
+        let mut table = table();
+        table.readings.fill([0; SENSORS]);
+        for bearing in [17, 18, 19] {
+            table.readings[bearing][6] = 900;
+        }
+        let moments = moments(&table, 6);
+        assert!((moments.bearing_degrees.abs() - 180.0).abs() < 1e-9, "{moments:?}");
+    }
+
+    #[test]
+    fn built_in_tables_have_names() {
+        assert_eq!(built_in_names(), "wall, round, motor");
+        assert!(built_in("wall").is_some() && built_in("motor").is_some() && built_in("lamp").is_none());
+    }
+}

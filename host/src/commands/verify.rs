@@ -1,0 +1,30 @@
+//! `oneiro verify`: whether a run's files are what was written, and what its results hash to.
+
+use serde_json::json;
+
+use super::list;
+use crate::cli::Verify;
+use crate::console::Console;
+use crate::exit::Result;
+use crate::record;
+
+/// Checks a run, or each run of a directory; stops at the first that is not as it should be.
+pub(crate) fn run(arguments: &Verify, console: Console) -> Result {
+    let mut verified = Vec::new();
+    for directory in list::runs(&arguments.run_dir)? {
+        let done = record::verify(&directory)?;
+        if !console.json() {
+            console.data(format!("{}  {}", done.result, directory.display()))?;
+        }
+        verified.push(json!({
+            "directory": directory.display().to_string(),
+            "result": done.result,
+            "experiment": done.experiment,
+            "files": done.files.len(),
+        }));
+    }
+    if console.json() {
+        console.json_data(&verified)?;
+    }
+    Ok(())
+}

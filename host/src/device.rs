@@ -1,0 +1,174 @@
+//! From names on the command line to evaluators.
+
+use std::thread;
+
+use oneiro::backend::{self, Options};
+use oneiro::cpu::Cpu;
+use oneiro::evaluator::Evaluator;
+
+use crate::cli::Backend;
+use crate::console::Console;
+use crate::exit::{Failure, Result};
+
+/// Opens what `--backend`, `--threads` and `--recheck` ask for.
+///
+/// # Errors
+/// Exit 4: there is no such device, with what there is.
+pub(crate) fn open(arguments: &Backend) -> Result<Box<dyn Evaluator>> {
+    let options = Options {
+        threads: arguments.threads.map(usize::from),
+        audit_share: arguments.recheck,
+        ..Options::default()
+    };
+    Ok(backend::open(&arguments.name, options)?)
+}
+
+/// A device in a few words.
+pub(crate) fn name(evaluator: &dyn Evaluator) -> String {
+    let device = evaluator.device();
+    let exact = if device.exact { "" } else { ", not exact" };
+    format!("{} ({}{exact})", device.name, device.detail)
+}
+
+/// Tells what a device went through although its results are right.
+pub(crate) fn tell_warnings(evaluator: &dyn Evaluator, console: Console) {
+    for warning in evaluator.warnings() {
+        console.say(format!("warning: {warning}"));
+    }
+}
+
+/// The lane code of one lane.
+const SCALAR: &str = "scalarx1";
+
+/// One way to evaluate on this machine, to be compared with others.
+pub(crate) struct Candidate {
+    /// Such as `cpu avx2x16` or `llvmpipe (LLVM 15.0.6, 256 bits)`.
+    pub(crate) name: String,
+    /// Threads of the CPU; none for an adapter.
+    pub(crate) threads: Option<usize>,
+    /// Whether its bits are promised.
+    pub(crate) exact: bool,
+    way: Way,
+}
+
+enum Way {
+    Cpu(&'static str),
+    #[cfg(feature = "gpu")]
+    Gpu(oneiro::gpu::Adapter),
+}
+
+impl Candidate {
+    /// The scalar code, which all others are compared with.
+    pub(crate) fn scalar(threads: usize) -> Self {
+        Self::cpu(SCALAR, threads)
+    }
+
+    fn cpu(lanes: &'static str, threads: usize) -> Self {
+        Self { name: format!("cpu {lanes}"), threads: Some(threads), exact: true, way: Way::Cpu(lanes) }
+    }
+
+    /// Whether it is the scalar code.
+    pub(crate) fn is_scalar(&self) -> bool {
+        matches!(self.way, Way::Cpu(SCALAR))
+    }
+
+    /// Whether it is the scalar code that traps what no life may compute: a check, and slow.
+    pub(crate) fn is_checked(&self) -> bool {
+        matches!(self.way, Way::Cpu(lanes) if lanes.starts_with("checked"))
+    }
+
+    /// Opens it: without audits, and without another device in its place when it is lost. `chunk` is the most cycles
+    /// that it does at once.
+    ///
+    /// # Errors
+    /// Exit 4: it can't run the kernels.
+    pub(crate) fn open(&self, chunk: Option<u32>) -> Result<Box<dyn Evaluator>> {
+        Ok(match &self.way {
+            Way::Cpu(lanes) => {
+                let cpu = Cpu::new(self.threads)?.with_variant(lanes)?;
+                Box::new(if let Some(cycles) = chunk { cpu.with_chunk(cycles) } else { cpu })
+            }
+            #[cfg(feature = "gpu")]
+            Way::Gpu(adapter) => {
+                let mut gpu = oneiro::gpu::Gpu::open_with(adapter, path(adapter))?;
+                if let Some(cycles) = chunk {
+                    gpu.set_bounds(oneiro::gpu::Bounds { cycles, ..oneiro::gpu::Bounds::default() });
+                }
+                Box::new(gpu)
+            }
+        })
+    }
+}
+
+/// Every way to evaluate that `which` names: `all`, `cpu`, `gpu` (every adapter, software ones too), `gpu:NAME` or
+/// `gpu:INDEX`. The CPU's come first, each instruction set with one thread and with all.
+///
+/// # Errors
+/// Exit 4: there is no such adapter, or no such name.
+pub(crate) fn candidates(which: &str) -> Result<Vec<Candidate>> {
+    let mut candidates = Vec::new();
+    if matches!(which, "all" | "cpu") {
+        let all = thread::available_parallelism().map_or(1, usize::from);
+        for variant in Cpu::variants().into_iter().rev() {
+            candidates.push(Candidate::cpu(variant, 1));
+            if all > 1 {
+                candidates.push(Candidate::cpu(variant, all));
+            }
+        }
+    }
+    match which.split_once(':') {
+        _ if which == "cpu" => {}
+        None if which == "all" => candidates.extend(adapters()),
+        None if which == "gpu" => {
+            candidates.extend(adapters());
+            if candidates.is_empty() {
+                return Err(Failure::device(
+                    "there is no adapter here; install your card's Vulkan driver, or a software one (Debian and Ubuntu: \
+                     mesa-vulkan-drivers)",
+                ));
+            }
+        }
+        Some(("gpu", name)) => candidates.push(adapter(name)?),
+        _ => {
+            return Err(Failure::device(format_args!(
+                "no backend `{which}`; allowed: all, cpu, gpu, gpu:NAME, gpu:INDEX"
+            )));
+        }
+    }
+    Ok(candidates)
+}
+
+#[cfg(feature = "gpu")]
+fn path(adapter: &oneiro::gpu::Adapter) -> oneiro::gpu::Path {
+    if adapter.takes_spirv() { oneiro::gpu::Path::Spirv } else { oneiro::gpu::Path::Wgsl }
+}
+
+#[cfg(feature = "gpu")]
+fn gpu(adapter: oneiro::gpu::Adapter) -> Candidate {
+    let name = format!("{} ({})", adapter.name(), adapter.backend());
+    Candidate { name, threads: None, exact: adapter.takes_spirv(), way: Way::Gpu(adapter) }
+}
+
+#[cfg(feature = "gpu")]
+fn adapters() -> Vec<Candidate> {
+    oneiro::gpu::adapters().into_iter().map(gpu).collect()
+}
+
+#[cfg(feature = "gpu")]
+fn adapter(name: &str) -> Result<Candidate> {
+    Ok(gpu(oneiro::gpu::find(&oneiro::gpu::Choice::Named(name.to_owned()))?))
+}
+
+#[cfg(not(feature = "gpu"))]
+fn adapters() -> Vec<Candidate> {
+    Vec::new()
+}
+
+#[cfg(not(feature = "gpu"))]
+fn adapter(name: &str) -> Result<Candidate> {
+    // The library says what is missing.
+    Err(Failure::from(match backend::open(&format!("gpu:{name}"), Options::default()) {
+        Err(error) => error,
+        Ok(_) => oneiro::evaluator::Error::NoDevice(format!("gpu:{name} can't be compared in this build")),
+    }))
+}

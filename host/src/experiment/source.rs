@@ -1,0 +1,223 @@
+//! Where an experiment's values stand: in its file, or in a `--set`. Both are one tree of values whose places count
+//! through all their texts, so that every error can say where.
+
+use std::fmt::Display;
+use std::ops::Range;
+
+use serde::Deserialize;
+use toml::Spanned;
+use toml::de::{DeTable, DeValue};
+
+use crate::exit::{Failure, Result};
+
+/// The texts that values came from, and the place of each key.
+#[derive(Debug)]
+pub(crate) struct Source {
+    texts: Vec<Text>,
+    keys: Vec<Key>,
+}
+
+/// The file or one `--set`.
+#[derive(Debug)]
+struct Text {
+    /// What messages call it.
+    name: String,
+    text: String,
+    /// Where it starts in the count through all texts.
+    start: usize,
+    /// Whether line and column tell anything.
+    has_lines: bool,
+}
+
+/// A key or an element of a list.
+#[derive(Debug)]
+struct Key {
+    /// Such as `arena.walls[2].class`.
+    path: String,
+    /// Of the key itself.
+    key: Range<usize>,
+    /// Of its value.
+    value: Range<usize>,
+}
+
+impl Source {
+    /// Reads values from the text of a file and from `key=value` settings that go before it.
+    ///
+    /// # Errors
+    /// Exit 3: the place, the key, and what is allowed; exit 2 for a setting without `=`.
+    pub(crate) fn read<T: for<'a> Deserialize<'a>>(name: &str, text: String, set: &[String]) -> Result<(T, Self)> {
+        let mut source = Self { texts: Vec::new(), keys: Vec::new() };
+        source.add(name.to_owned(), text, true);
+        for setting in set {
+            let Some((key, value)) = setting.split_once('=') else {
+                return Err(Failure::usage(format_args!("--set {setting}: allowed: KEY=VALUE, such as noise.motor=0.1")));
+            };
+            source.add(format!("--set {setting}"), toml_line(key, value), false);
+        }
+
+        let mut keys = Vec::new();
+        let values = {
+            let mut whole = source.parse(&source.texts[0])?;
+            for text in &source.texts[1..] {
+                merge(whole.get_mut(), source.parse(text)?.into_inner());
+            }
+            list(whole.get_ref(), "", &mut keys);
+            T::deserialize(toml::Deserializer::from(whole))
+        };
+        source.keys = keys;
+        match values {
+            Ok(values) => Ok((values, source)),
+            Err(error) => Err(source.refusal(&error)),
+        }
+    }
+
+    fn add(&mut self, name: String, text: String, has_lines: bool) {
+        let start = self.texts.last().map_or(0, |last| last.start + last.text.len() + 1);
+        self.texts.push(Text { name, text, start, has_lines });
+    }
+
+    /// A text's values, their places counted through all texts.
+    fn parse<'a>(&self, text: &'a Text) -> Result<Spanned<DeTable<'a>>> {
+        let table = DeTable::parse(&text.text).map_err(|error| {
+            let at = text.start + error.span().map_or(0, |span| span.start);
+            Failure::input(format_args!("{}: {}", self.place(at), error.message()))
+        })?;
+        Ok(Spanned::new(moved(&table.span(), text.start), moved_table(table.into_inner(), text.start)))
+    }
+
+    /// A value that is not allowed: `problem` says what it is and what is allowed. The place is that of the key, or of
+    /// the nearest table around it that is there.
+    pub(crate) fn invalid(&self, key: &str, problem: impl Display) -> Failure {
+        let mut prefix = key;
+        let place = loop {
+            if let Some(found) = self.keys.iter().find(|known| known.path == prefix) {
+                break self.place(if prefix == key { found.value.start } else { found.key.start });
+            }
+            match prefix.rfind(['.', '[']) {
+                Some(end) => prefix = &prefix[..end],
+                None => break self.texts[0].name.clone(),
+            }
+        };
+        Failure::input(format_args!("{place}: {key}: {problem}"))
+    }
+
+    /// What serde refuses, in this program's words.
+    fn refusal(&self, error: &toml::de::Error) -> Failure {
+        let Some(span) = error.span() else {
+            return Failure::input(format_args!("{}: {}", self.texts[0].name, plain(error.message())));
+        };
+        // The innermost key around the place.
+        let holds = |range: &Range<usize>| range.start <= span.start && span.end <= range.end;
+        let around = self.keys.iter().filter(|known| holds(&known.key) || holds(&known.value));
+        let key = around.max_by_key(|known| known.path.len()).map(|known| format!("{}: ", known.path));
+        let message = plain(error.message());
+        Failure::input(format_args!("{}: {}{message}", self.place(span.start), key.unwrap_or_default()))
+    }
+
+    /// `file:line:column`, or the setting.
+    fn place(&self, at: usize) -> String {
+        let text = self.texts.iter().rfind(|text| text.start <= at).unwrap_or(&self.texts[0]);
+        if !text.has_lines {
+            return text.name.clone();
+        }
+        let before = text.text.get(..at - text.start).unwrap_or(&text.text);
+        let line = before.matches('\n').count() + 1;
+        let column = before.rsplit('\n').next().unwrap_or_default().chars().count() + 1;
+        format!("{}:{line}:{column}", text.name)
+    }
+}
+
+/// `key = value` as TOML; a word that is no TOML value is a string without its quotes.
+fn toml_line(key: &str, value: &str) -> String {
+    let line = format!("{key}={value}");
+    let is_word = value.starts_with(|first: char| first.is_ascii_alphabetic() || "./_".contains(first))
+        && value.chars().all(|c| c.is_ascii_alphanumeric() || "._-/".contains(c));
+    if is_word && DeTable::parse(&line).is_err() { format!("{key}='{value}'") } else { line }
+}
+
+fn moved(range: &Range<usize>, by: usize) -> Range<usize> {
+    range.start + by..range.end + by
+}
+
+fn moved_table(table: DeTable<'_>, by: usize) -> DeTable<'_> {
+    table
+        .into_iter()
+        .map(|(key, value)| {
+            (Spanned::new(moved(&key.span(), by), key.into_inner()), moved_value(value, by))
+        })
+        .collect()
+}
+
+fn moved_value(value: Spanned<DeValue<'_>>, by: usize) -> Spanned<DeValue<'_>> {
+    let span = moved(&value.span(), by);
+    let value = match value.into_inner() {
+        DeValue::Table(table) => DeValue::Table(moved_table(table, by)),
+        DeValue::Array(array) => DeValue::Array(array.into_iter().map(|value| moved_value(value, by)).collect()),
+        other => other,
+    };
+    Spanned::new(span, value)
+}
+
+/// Puts the values of `over` in the place of those in `under`; tables are merged.
+fn merge<'a>(under: &mut DeTable<'a>, over: DeTable<'a>) {
+    for (key, value) in over {
+        match (under.get_mut(&**key.get_ref()).map(Spanned::get_mut), value) {
+            (Some(DeValue::Table(under)), value) if value.get_ref().is_table() => {
+                if let DeValue::Table(over) = value.into_inner() {
+                    merge(under, over);
+                }
+            }
+            (_, value) => {
+                // The key is replaced with the value, since it tells the place.
+                under.remove(&**key.get_ref());
+                under.insert(key, value);
+            }
+        }
+    }
+}
+
+/// Lists the keys of a table and their places.
+fn list(table: &DeTable<'_>, prefix: &str, keys: &mut Vec<Key>) {
+    for (key, value) in table {
+        let path = format!("{prefix}{}", key.get_ref());
+        list_value(path, &key.span(), value, keys);
+    }
+}
+
+fn list_value(path: String, key: &Range<usize>, value: &Spanned<DeValue<'_>>, keys: &mut Vec<Key>) {
+    match value.get_ref() {
+        DeValue::Table(table) => list(table, &format!("{path}."), keys),
+        DeValue::Array(array) => {
+            for (index, element) in array.iter().enumerate() {
+                list_value(format!("{path}[{index}]"), &element.span(), element, keys);
+            }
+        }
+        _ => (),
+    }
+    keys.push(Key { path, key: key.clone(), value: value.span() });
+}
+
+/// Serde's message without Rust's words.
+fn plain(message: &str) -> String {
+    let Some((problem, expected)) = message.split_once(", expected ") else {
+        return message.replace("missing field", "there is no key").replace("duplicate field", "a second key");
+    };
+    let allowed = match expected {
+        "f32" | "f64" => "a number",
+        "u32" => "a whole number from 0 to 4294967295",
+        "u64" => "a whole number from 0 to 9223372036854775807",
+        "a boolean" => "true or false",
+        "a sequence" => "a list",
+        other if other.starts_with("struct ") => "a table of keys",
+        other => other.strip_prefix("one of ").unwrap_or(other),
+    };
+    let problem = problem
+        .replace("unknown field", "unknown key")
+        .replace("unknown variant", "unknown choice")
+        .replace("invalid type: ", "is ")
+        .replace("invalid value: ", "is ")
+        .replace("floating point", "number")
+        .replace("map", "table")
+        .replace("sequence", "list");
+    format!("{problem}; allowed: {}", allowed.replace('`', ""))
+}

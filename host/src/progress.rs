@@ -1,0 +1,52 @@
+//! A line on standard error that shows how far an evaluation is.
+
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::thread;
+use std::time::Duration;
+
+use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use oneiro::evaluator::Control;
+
+use crate::console::Console;
+
+/// How often the line is drawn.
+const TICK: Duration = Duration::from_millis(100);
+
+/// A bar of robot-steps; hidden when the user wants quiet or standard error is no terminal.
+pub(crate) fn bar(steps: u64, label: &str, console: Console) -> ProgressBar {
+    let target = if console.quiet() { ProgressDrawTarget::hidden() } else { ProgressDrawTarget::stderr() };
+    let style = ProgressStyle::with_template("{prefix} {bar:32} {percent:>3} %  {per_sec}  {eta} left");
+    let bar = ProgressBar::with_draw_target(Some(steps.max(1)), target).with_prefix(label.to_owned());
+    match style {
+        Ok(style) => bar.with_style(style.with_key("per_sec", rate)),
+        Err(_) => bar,
+    }
+}
+
+/// Robot-steps per second in millions.
+fn rate(state: &indicatif::ProgressState, text: &mut dyn std::fmt::Write) {
+    // Writing to the bar's own text can't fail.
+    let _ = write!(text, "{:.1} M steps/s", state.per_sec() / 1e6);
+}
+
+/// Shows the steps that `control` counts for as long as `work` takes.
+pub(crate) fn watched<T>(steps: u64, label: &str, console: Console, control: &Control, work: impl FnOnce() -> T) -> T {
+    let bar = bar(steps, label, console);
+    if bar.is_hidden() {
+        return work();
+    }
+    let done = AtomicBool::new(false);
+    thread::scope(|scope| {
+        let watcher = scope.spawn(|| {
+            while !done.load(Ordering::Relaxed) {
+                bar.set_position(control.steps().min(steps));
+                thread::park_timeout(TICK);
+            }
+        });
+        let result = work();
+        done.store(true, Ordering::Relaxed);
+        watcher.thread().unpark();
+        bar.finish_and_clear();
+        result
+    })
+}

@@ -1,0 +1,47 @@
+//! Writing that a power cut can't tear.
+
+use std::fs::{self, File};
+use std::io::{self, Write};
+use std::path::{Path, PathBuf};
+
+use crate::exit::{Failure, Result};
+
+/// What unfinished files end in.
+pub(super) const TEMPORARY: &str = ".tmp";
+
+/// Writes a file whole or not at all, and waits until its content is on the disk; its name is there after
+/// [`sync_directory`].
+pub(super) fn write(path: &Path, bytes: &[u8]) -> Result {
+    let mut temporary = path.as_os_str().to_owned();
+    temporary.push(TEMPORARY);
+    let temporary = PathBuf::from(temporary);
+    let write = || -> io::Result<()> {
+        let mut file = File::create(&temporary)?;
+        file.write_all(bytes)?;
+        file.sync_all()?;
+        fs::rename(&temporary, path)
+    };
+    write().map_err(|error| Failure::storage(path, &error))
+}
+
+/// Waits until a directory's names are on the disk.
+pub(super) fn sync_directory(path: &Path) -> Result {
+    // Elsewhere a directory can't be opened as a file, and renaming is a matter of the file system's journal.
+    if cfg!(unix) {
+        File::open(path).and_then(|directory| directory.sync_all()).map_err(|error| Failure::storage(path, &error))?;
+    }
+    Ok(())
+}
+
+/// The bytes of a file that the program wrote itself.
+pub(super) fn read(path: &Path) -> Result<Vec<u8>> {
+    fs::read(path).map_err(|error| match error.kind() {
+        io::ErrorKind::NotFound => Failure::corrupt(format_args!("{}: is missing", path.display())),
+        _ => Failure::storage(path, &error),
+    })
+}
+
+/// The text of such a file.
+pub(super) fn read_text(path: &Path) -> Result<String> {
+    String::from_utf8(read(path)?).map_err(|_| Failure::corrupt(format_args!("{}: is no text any more", path.display())))
+}

@@ -1,0 +1,88 @@
+//! A file that only grows, and can be cut back to where a checkpoint saw it.
+
+use std::fs::{self, File, OpenOptions};
+use std::io::{self, Write};
+use std::path::{Path, PathBuf};
+use std::time::{Duration, Instant};
+
+use serde::{Deserialize, Serialize};
+
+use crate::exit::{Failure, Result};
+
+/// How much of a log there was, and its hash.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub(crate) struct Extent {
+    bytes: u64,
+    blake3: String,
+}
+
+/// Writes a log. Lines wait in memory: a crash takes back what follows the last checkpoint anyway.
+#[derive(Debug)]
+pub(super) struct Log {
+    path: PathBuf,
+    /// What is not written yet.
+    waiting: Vec<u8>,
+    /// Bytes that are.
+    written: u64,
+    hasher: blake3::Hasher,
+    flushed: Instant,
+}
+
+impl Log {
+    /// Starts an empty log.
+    pub(super) fn create(path: PathBuf) -> Result<Self> {
+        File::create(&path).map_err(|error| Failure::storage(&path, &error))?;
+        Ok(Self::new(path, 0, blake3::Hasher::new()))
+    }
+
+    fn new(path: PathBuf, written: u64, hasher: blake3::Hasher) -> Self {
+        Self { path, waiting: Vec::new(), written, hasher, flushed: Instant::now() }
+    }
+
+    /// Whether a file still begins with what there was of it; with its hash so far.
+    pub(super) fn matches(path: &Path, extent: &Extent) -> Option<blake3::Hasher> {
+        let bytes = fs::read(path).ok()?;
+        let start = bytes.get(..usize::try_from(extent.bytes).ok()?)?;
+        let mut hasher = blake3::Hasher::new();
+        hasher.update(start);
+        (hasher.finalize().to_hex().as_str() == extent.blake3).then_some(hasher)
+    }
+
+    /// Cuts a log back, and goes on from there; `hasher` is that of [`Log::matches`].
+    pub(super) fn cut_back(path: PathBuf, extent: &Extent, hasher: blake3::Hasher) -> Result<Self> {
+        let cut = OpenOptions::new().write(true).open(&path).and_then(|file| file.set_len(extent.bytes));
+        cut.map_err(|error| Failure::storage(&path, &error))?;
+        Ok(Self::new(path, extent.bytes, hasher))
+    }
+
+    /// Adds bytes at the end; they are in the file a second later, or when there are many.
+    pub(super) fn push(&mut self, bytes: &[u8]) -> Result {
+        const MANY: usize = 1 << 22;
+        const LATE: Duration = Duration::from_secs(1);
+        self.hasher.update(bytes);
+        self.waiting.extend_from_slice(bytes);
+        if self.waiting.len() >= MANY || self.flushed.elapsed() >= LATE {
+            self.flush(false)?;
+        }
+        Ok(())
+    }
+
+    /// Writes what waits, and waits until all is on the disk. How much there is then.
+    pub(super) fn sync(&mut self) -> Result<Extent> {
+        self.flush(true)?;
+        Ok(Extent { bytes: self.written, blake3: self.hasher.finalize().to_hex().to_string() })
+    }
+
+    fn flush(&mut self, sync: bool) -> Result {
+        let write = || -> io::Result<()> {
+            let mut file = OpenOptions::new().append(true).open(&self.path)?;
+            file.write_all(&self.waiting)?;
+            if sync { file.sync_all() } else { Ok(()) }
+        };
+        write().map_err(|error| Failure::storage(&self.path, &error))?;
+        self.written += self.waiting.len() as u64;
+        self.waiting.clear();
+        self.flushed = Instant::now();
+        Ok(())
+    }
+}

@@ -1,0 +1,136 @@
+//! What is no result of a run but worth knowing: who computed it, where and when.
+
+use std::path::Path;
+use std::time::{Duration, SystemTime};
+
+use oneiro::evaluator::Device;
+use serde::{Deserialize, Serialize};
+
+use super::{META, disk};
+use crate::exit::Result;
+
+/// `meta.json`
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub(crate) struct Meta {
+    /// The experiment's name.
+    pub(crate) name: String,
+    /// The run's seed.
+    pub(crate) seed: u64,
+    /// How far it is.
+    pub(crate) status: Status,
+    /// Generations that have lived, as of the last checkpoint or stop.
+    pub(crate) generation: u32,
+    /// Generations in all.
+    pub(crate) generations: u32,
+    /// The best score so far.
+    pub(crate) best: Option<f32>,
+    /// The processes that worked on it, the first first.
+    pub(crate) sessions: Vec<Session>,
+}
+
+/// How far a run is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub(crate) enum Status {
+    /// A process works on it, or was killed while it did.
+    Running,
+    /// Stopped at a checkpoint.
+    Stopped,
+    /// All generations have lived.
+    Done,
+}
+
+/// One process's work on a run.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub(crate) struct Session {
+    /// The program's version.
+    pub(crate) version: String,
+    /// What the command line asked for.
+    pub(crate) backend: String,
+    /// The device's name.
+    pub(crate) device: String,
+    /// Its instruction set or driver.
+    pub(crate) detail: String,
+    /// Whether it promises the bits that every other exact device gives.
+    pub(crate) exact: bool,
+    /// The first generation that lived in it.
+    pub(crate) from_generation: u32,
+    /// When it began, UTC.
+    pub(crate) started: String,
+    /// When it ended, UTC; nothing if it was killed.
+    pub(crate) ended: Option<String>,
+}
+
+impl Session {
+    /// Begins now.
+    pub(crate) fn new(backend: &str, device: &Device) -> Self {
+        Self {
+            version: env!("CARGO_PKG_VERSION").into(),
+            backend: backend.into(),
+            device: device.name.clone(),
+            detail: device.detail.clone(),
+            exact: device.exact,
+            from_generation: 0,
+            started: now(),
+            ended: None,
+        }
+    }
+}
+
+impl Meta {
+    /// Reads a run's; none if there is no readable one, since nothing depends on it.
+    pub(crate) fn read(directory: &Path) -> Option<Self> {
+        serde_json::from_slice(&std::fs::read(directory.join(META)).ok()?).ok()
+    }
+
+    /// Writes a run's.
+    pub(super) fn write(&self, directory: &Path) -> Result {
+        let mut text = serde_json::to_string_pretty(self).expect("numbers and words");
+        text.push('\n');
+        disk::write(&directory.join(META), text.as_bytes())
+    }
+}
+
+/// The time, UTC, to the second: `2026-11-21T02:00:00Z`.
+pub(crate) fn now() -> String {
+    let since = SystemTime::now().duration_since(SystemTime::UNIX_EPOCH).unwrap_or(Duration::ZERO);
+    utc(since.as_secs())
+}
+
+fn utc(seconds: u64) -> String {
+    let (days, second) = (seconds / 86_400, seconds % 86_400);
+    let mut year = 1970;
+    let mut day = days;
+    let is_leap = |year: u64| (year.is_multiple_of(4) && !year.is_multiple_of(100)) || year.is_multiple_of(400);
+    let length = |year| if is_leap(year) { 366 } else { 365 };
+    while day >= length(year) {
+        day -= length(year);
+        year += 1;
+    }
+    let february = if is_leap(year) { 29 } else { 28 };
+    let mut month = 1;
+    for days in [31, february, 31, 30, 31, 30, 31, 31, 30, 31, 30, 31] {
+        if day < days {
+            break;
+        }
+        day -= days;
+        month += 1;
+    }
+    let (hour, minute) = (second / 3600, second / 60 % 60);
+    format!("{year}-{month:02}-{:02}T{hour:02}:{minute:02}:{:02}Z", day + 1, second % 60)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::utc;
+
+    #[test]
+    fn times_are_right() {
+        assert_eq!(utc(0), "1970-01-01T00:00:00Z");
+        assert_eq!(utc(951_782_400), "2000-02-29T00:00:00Z");
+        assert_eq!(utc(951_868_799), "2000-02-29T23:59:59Z");
+        assert_eq!(utc(1_709_164_800), "2024-02-29T00:00:00Z");
+        assert_eq!(utc(1_735_689_599), "2024-12-31T23:59:59Z");
+        assert_eq!(utc(4_102_444_800), "2100-01-01T00:00:00Z");
+    }
+}

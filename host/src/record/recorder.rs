@@ -1,0 +1,366 @@
+//! The one writer of a run's directory.
+
+use std::fs::{self, File, OpenOptions, TryLockError};
+use std::path::{Path, PathBuf};
+
+use oneiro::batch::Record;
+use oneiro::random::Key;
+
+use super::log::Log;
+use super::{
+    CONFIG, Checkpoint, Done, FITNESS, GENERATIONS, INDIVIDUALS, Individuals, LEARNING_CURVE, LOCK, Meta, PATH,
+    POPULATION, Row, SavedRun, Session, Status, TRACE, champion, disk, now, npy, trace_csv,
+};
+use crate::evolve::{Champion, Evolution, Generation};
+use crate::exit::{Failure, Result};
+use crate::experiment::{Experiment, INPUTS};
+use crate::figures::{self, Series};
+
+/// What stands where a run is to go.
+#[derive(Debug)]
+pub(crate) enum Standing {
+    /// Nothing.
+    New,
+    /// A run that is not finished.
+    Unfinished,
+    /// This very run, finished.
+    Done(Done),
+}
+
+/// What stands in a directory where a run is to go.
+///
+/// # Errors
+/// Exit 3 when it is something else, which is never overwritten.
+pub(crate) fn standing(directory: &Path, identity: blake3::Hash) -> Result<Standing> {
+    let refused = |what: &str| {
+        Err(Failure::input(format_args!(
+            "{}: {what}, and nothing is overwritten; name another directory with --out",
+            directory.display()
+        )))
+    };
+    if !directory.try_exists().map_err(|error| Failure::unreadable(directory, &error))? {
+        return Ok(Standing::New);
+    }
+    if let Some(done) = Done::read(directory)? {
+        if done.experiment == identity.to_hex().as_str() {
+            return Ok(Standing::Done(done));
+        }
+        return refused("holds the run of another experiment or seed");
+    }
+    if super::is_run(directory) {
+        return Ok(Standing::Unfinished);
+    }
+    // What a run that was killed at once leaves behind is not in the way.
+    let entries = fs::read_dir(directory).map_err(|error| Failure::unreadable(directory, &error))?;
+    for entry in entries {
+        let name = entry.map_err(|error| Failure::storage(directory, &error))?.file_name();
+        if name != LOCK && name != INPUTS && !name.to_string_lossy().ends_with(disk::TEMPORARY) {
+            return refused("exists and holds other files");
+        }
+    }
+    Ok(Standing::New)
+}
+
+/// Writes a run's directory; as long as it lives, no other process does.
+#[derive(Debug)]
+pub(crate) struct Recorder {
+    directory: PathBuf,
+    _lock: File,
+    identity: blake3::Hash,
+    seed: u64,
+    parents: u32,
+    rows: Log,
+    individuals: Option<Log>,
+    meta: Meta,
+}
+
+/// What a finished run gave.
+#[derive(Debug)]
+pub(crate) struct Ended<'a> {
+    /// What it was a run of.
+    pub(crate) experiment: &'a Experiment,
+    /// Its last generation.
+    pub(crate) last: &'a Generation,
+    /// The best individual.
+    pub(crate) champion: &'a Champion,
+    /// The keys of the champion's lives.
+    pub(crate) keys: &'a [Key],
+    /// The first of them.
+    pub(crate) trace: &'a [Record],
+    /// Cycles from one record of the trace to the next.
+    pub(crate) every: u32,
+}
+
+impl Recorder {
+    /// Starts a run's directory.
+    ///
+    /// # Errors
+    /// Exit 3 when something stands there, or another process writes there; exit 6 when writing fails.
+    pub(crate) fn create(directory: &Path, experiment: &Experiment, seed: u64, session: Session) -> Result<Self> {
+        fs::create_dir_all(directory.join(INPUTS)).map_err(|error| Failure::storage(directory, &error))?;
+        let lock = lock(directory)?;
+        let identity = experiment.identity(seed);
+        // Another process may have been quicker.
+        if !matches!(standing(directory, identity)?, Standing::New) {
+            return Err(Failure::input(format_args!("{}: another process has begun this run", directory.display())));
+        }
+        for input in experiment.inputs() {
+            disk::write(&directory.join(&input.name), &input.bytes)?;
+        }
+        disk::sync_directory(&directory.join(INPUTS))?;
+        let evolution = &experiment.settings().evolution;
+        let mut recorder = Self {
+            directory: directory.to_owned(),
+            _lock: lock,
+            identity,
+            seed,
+            parents: evolution.parents,
+            rows: Log::create(directory.join(GENERATIONS))?,
+            individuals: if experiment.settings().record.individuals {
+                Some(Log::create(directory.join(INDIVIDUALS))?)
+            } else {
+                None
+            },
+            meta: Meta {
+                name: experiment.name().into(),
+                seed,
+                status: Status::Running,
+                generation: 0,
+                generations: evolution.generations,
+                best: None,
+                sessions: vec![session],
+            },
+        };
+        recorder.begin(experiment)?;
+        recorder.meta.write(directory)?;
+        // From here on it is a run, and can be resumed.
+        disk::write(&directory.join(CONFIG), experiment.resolved_toml(seed).as_bytes())?;
+        disk::sync_directory(directory)?;
+        Ok(recorder)
+    }
+
+    /// The heads of the tables.
+    fn begin(&mut self, experiment: &Experiment) -> Result {
+        self.rows.push(Row::HEAD.as_bytes())?;
+        match &mut self.individuals {
+            Some(individuals) => individuals.push(&Individuals::header(experiment)),
+            None => Ok(()),
+        }
+    }
+
+    /// Goes on with a run from its newest good checkpoint, or from the start when there was none yet. Lines behind the
+    /// checkpoint are cut off. The checkpoint, and what is to be told of those that are not good.
+    ///
+    /// # Errors
+    /// Exit 3 when another process writes there; exit 5 when there are checkpoints and none of them is good; exit 6
+    /// when writing fails.
+    pub(crate) fn resume(run: &SavedRun, mut session: Session) -> Result<(Self, Option<Checkpoint>, Vec<String>)> {
+        let directory = run.directory();
+        let experiment = run.experiment();
+        let lock = lock(directory)?;
+        let identity = experiment.identity(run.seed());
+        let mut warnings = Vec::new();
+        let mut from = None;
+        let checkpoints = Checkpoint::list(directory)?;
+        for (_, path) in &checkpoints {
+            match good(path, directory, experiment, identity) {
+                Ok(found) => {
+                    from = Some(found);
+                    break;
+                }
+                Err(problem) => warnings.push(format!("{}: {problem}; it is not used", path.display())),
+            }
+        }
+        if from.is_none() && !checkpoints.is_empty() {
+            return Err(Failure::corrupt(format_args!("no checkpoint of this run is good: {}", warnings.join("; "))));
+        }
+
+        let evolution = &experiment.settings().evolution;
+        let generation = from.as_ref().map_or(0, |(checkpoint, ..)| checkpoint.generation);
+        session.from_generation = generation;
+        let mut meta = Meta::read(directory).unwrap_or_else(|| Meta {
+            name: experiment.name().into(),
+            seed: run.seed(),
+            status: Status::Running,
+            generation,
+            generations: evolution.generations,
+            best: None,
+            sessions: Vec::new(),
+        });
+        meta.status = Status::Running;
+        meta.sessions.push(session);
+
+        let rows = directory.join(GENERATIONS);
+        let individuals = directory.join(INDIVIDUALS);
+        let is_new = from.is_none();
+        let (checkpoint, rows, individuals) = match from {
+            Some((checkpoint, rows_hash, individuals_hash)) => {
+                let rows = Log::cut_back(rows, &checkpoint.rows, rows_hash)?;
+                let individuals = match (&checkpoint.individuals, individuals_hash) {
+                    (Some(extent), Some(hash)) => Some(Log::cut_back(individuals, extent, hash)?),
+                    _ => None,
+                };
+                (Some(checkpoint), rows, individuals)
+            }
+            None if experiment.settings().record.individuals => {
+                (None, Log::create(rows)?, Some(Log::create(individuals)?))
+            }
+            None => (None, Log::create(rows)?, None),
+        };
+        let mut recorder = Self {
+            directory: directory.to_owned(),
+            _lock: lock,
+            identity,
+            seed: run.seed(),
+            parents: evolution.parents,
+            rows,
+            individuals,
+            meta,
+        };
+        if is_new {
+            recorder.begin(experiment)?;
+        }
+        recorder.meta.write(directory)?;
+        Ok((recorder, checkpoint, warnings))
+    }
+
+    /// Where it writes.
+    pub(crate) fn directory(&self) -> &Path {
+        &self.directory
+    }
+
+    /// Records a generation.
+    pub(crate) fn push(&mut self, generation: &Generation) -> Result {
+        self.rows.push(Row::new(generation, self.parents).line().as_bytes())?;
+        if let Some(individuals) = &mut self.individuals {
+            let each = generation.population.genomes().zip(&generation.fitness);
+            let values = each.flat_map(|(genome, fitness)| genome.iter().chain([fitness]));
+            individuals.push(&values.flat_map(|value| value.to_le_bytes()).collect::<Vec<u8>>())?;
+        }
+        Ok(())
+    }
+
+    /// Makes sure that a run can go on from here, whatever happens.
+    pub(crate) fn checkpoint(&mut self, evolution: &Evolution) -> Result {
+        let checkpoint = Checkpoint {
+            identity: self.identity,
+            generation: evolution.generation(),
+            population: evolution.ask().clone(),
+            champion: evolution.champion().cloned(),
+            rows: self.rows.sync()?,
+            individuals: self.individuals.as_mut().map(Log::sync).transpose()?,
+        };
+        checkpoint.save(&self.directory)
+    }
+
+    /// Writes a checkpoint and notes that the run was stopped.
+    pub(crate) fn stop(&mut self, evolution: &Evolution) -> Result {
+        self.checkpoint(evolution)?;
+        self.ended(Status::Stopped, evolution.generation(), evolution.champion())
+    }
+
+    fn ended(&mut self, status: Status, generation: u32, champion: Option<&Champion>) -> Result {
+        self.meta.status = status;
+        self.meta.generation = generation;
+        self.meta.best = champion.map(|champion| champion.fitness);
+        if let Some(session) = self.meta.sessions.last_mut() {
+            session.ended = Some(now());
+        }
+        self.meta.write(&self.directory)
+    }
+
+    /// Writes the results, and `DONE` when all of them are on the disk.
+    pub(crate) fn finish(&mut self, ended: &Ended<'_>) -> Result<Done> {
+        self.rows.sync()?;
+        let mut files = vec![CONFIG, GENERATIONS];
+        if let Some(individuals) = &mut self.individuals {
+            individuals.sync()?;
+            files.push(INDIVIDUALS);
+        }
+        files.extend(ended.experiment.inputs().iter().map(|input| input.name.as_str()));
+
+        let population = &ended.last.population;
+        let rows = super::saved::rows(&self.directory)?;
+        let [champion, champion_genes] = champion::files(ended.champion, self.seed, ended.keys);
+        let outputs = [
+            champion,
+            champion_genes,
+            (POPULATION, npy(&[population.len(), population.genes()], population.values())),
+            (FITNESS, npy(&[population.len()], &ended.last.fitness)),
+            (TRACE, trace_csv(ended.trace, ended.every).into_bytes()),
+            (PATH, self.path_svg(ended).into_bytes()),
+            (LEARNING_CURVE, self.learning_curve_svg(&rows).into_bytes()),
+        ];
+        for (name, bytes) in &outputs {
+            disk::write(&self.directory.join(name), bytes)?;
+            files.push(name);
+        }
+        disk::sync_directory(&self.directory)?;
+        let done = Done::of(&self.directory, self.identity, &files)?;
+        self.ended(Status::Done, self.meta.generations, Some(ended.champion))?;
+        done.write(&self.directory)?;
+        Ok(done)
+    }
+
+    fn path_svg(&self, ended: &Ended<'_>) -> String {
+        let world = ended.experiment.world().spec();
+        let Champion { generation, individual, .. } = ended.champion;
+        let name = ended.experiment.name();
+        let title = format!("{name}, seed {}: individual {individual} of generation {generation}", self.seed);
+        figures::life(&world.arena, world.robot.body_radius, &title, ended.trace, ended.every)
+    }
+
+    fn learning_curve_svg(&self, rows: &[Row]) -> String {
+        let series = |label, value: fn(&Row) -> f64| Series { label, values: rows.iter().map(value).collect() };
+        let title = format!("{}, seed {}", self.meta.name, self.seed);
+        let peak = format!("mean of the best {}", self.parents);
+        figures::learning_curve(&title, "fitness", &[
+            series("best", |row| f64::from(row.best)),
+            series(&peak, |row| row.peak),
+            series("mean", |row| row.mean),
+        ])
+    }
+}
+
+/// Keeps other processes from writing to a run's directory.
+fn lock(directory: &Path) -> Result<File> {
+    let path = directory.join(LOCK);
+    let file = OpenOptions::new().create(true).truncate(false).write(true).open(&path);
+    let file = file.map_err(|error| Failure::storage(&path, &error))?;
+    match file.try_lock() {
+        Ok(()) => Ok(file),
+        Err(TryLockError::WouldBlock) => Err(Failure::input(format_args!(
+            "{}: another process works on this run; allowed: one at a time",
+            directory.display()
+        ))),
+        Err(TryLockError::Error(error)) => Err(Failure::storage(&path, &error)),
+    }
+}
+
+/// A checkpoint that can be gone on from, and the hashes of the logs so far.
+fn good(
+    path: &Path,
+    directory: &Path,
+    experiment: &Experiment,
+    identity: blake3::Hash,
+) -> std::result::Result<(Checkpoint, blake3::Hasher, Option<blake3::Hasher>), String> {
+    let checkpoint = Checkpoint::load(path)?;
+    let evolution = &experiment.settings().evolution;
+    if checkpoint.identity != identity
+        || checkpoint.population.genes() != experiment.world().genes()
+        || checkpoint.population.len() != evolution.population as usize
+        || checkpoint.generation >= evolution.generations
+        || checkpoint.individuals.is_some() != experiment.settings().record.individuals
+    {
+        return Err(format!("belongs to another experiment than {CONFIG}"));
+    }
+    let changed = |name: &str| format!("{name} is not what it was then");
+    let rows = Log::matches(&directory.join(GENERATIONS), &checkpoint.rows).ok_or_else(|| changed(GENERATIONS))?;
+    let individuals = match &checkpoint.individuals {
+        Some(extent) => Some(
+            Log::matches(&directory.join(INDIVIDUALS), extent).ok_or_else(|| changed(INDIVIDUALS))?,
+        ),
+        None => None,
+    };
+    Ok((checkpoint, rows, individuals))
+}

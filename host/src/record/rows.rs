@@ -1,0 +1,137 @@
+//! The table of generations.
+
+use crate::evolve::Generation;
+
+/// One line of `generations.csv`: a generation in numbers. Scores that are NaN are counted, and left out of the rest;
+/// a number that none is left for is NaN.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Row {
+    /// Its number, from 0.
+    pub(crate) generation: u32,
+    /// The best score.
+    pub(crate) best: f32,
+    /// The mean score of those that become parents: of the best 20, in the paper.
+    pub(crate) peak: f64,
+    /// The mean score of all.
+    pub(crate) mean: f64,
+    /// The least score.
+    pub(crate) least: f32,
+    /// The standard deviation of all scores, divided by their number less one.
+    pub(crate) deviation: f64,
+    /// Index of the best.
+    pub(crate) individual: u32,
+    /// Scores that are NaN.
+    pub(crate) nan: u32,
+}
+
+impl Row {
+    /// The table's first line. `best_bits` is `best` as the 32 bits that it is, in hex.
+    pub(super) const HEAD: &str = "generation,best,peak,mean,least,deviation,individual,nan,best_bits\n";
+
+    /// Of a generation of which so many become parents.
+    pub(super) fn new(generation: &Generation, parents: u32) -> Self {
+        let score = |&individual: &u32| generation.fitness[individual as usize];
+        // NaN ranks last.
+        let numbers = generation.ranking.partition_point(|individual| !score(individual).is_nan());
+        let ranking = &generation.ranking[..numbers];
+        let mean = |ranking: &[u32]| {
+            ranking.iter().map(|individual| f64::from(score(individual))).sum::<f64>() / ranking.len() as f64
+        };
+        let all = mean(ranking);
+        let squares: f64 = ranking
+            .iter()
+            .map(|individual| f64::from(score(individual)) - all)
+            .map(|difference| difference * difference)
+            .sum();
+        Self {
+            generation: generation.number,
+            best: ranking.first().map_or(f32::NAN, score),
+            peak: mean(&ranking[..numbers.min(parents as usize)]),
+            mean: all,
+            least: ranking.last().map_or(f32::NAN, score),
+            deviation: if numbers == 1 { 0.0 } else { (squares / (numbers as f64 - 1.0)).sqrt() },
+            individual: generation.ranking.first().copied().unwrap_or_default(),
+            nan: (generation.ranking.len() - numbers) as u32,
+        }
+    }
+
+    /// As a line of the table.
+    pub(super) fn line(&self) -> String {
+        let Self { generation, best, peak, mean, least, deviation, individual, nan } = self;
+        let bits = best.to_bits();
+        format!("{generation},{best},{peak:.6},{mean:.6},{least},{deviation:.6},{individual},{nan},{bits:08x}\n")
+    }
+
+    /// Reads a table; what is wrong with it, and in which line.
+    pub(super) fn parse(text: &str) -> Result<Vec<Self>, String> {
+        let Some(lines) = text.strip_prefix(Self::HEAD) else {
+            return Err(format!("line 1: is not {}", Self::HEAD.trim_end()));
+        };
+        let rows = lines.lines().zip(2..).map(|(line, number)| {
+            Self::parse_line(line).ok_or_else(|| format!("line {number}: is not a generation's"))
+        });
+        rows.collect()
+    }
+
+    fn parse_line(line: &str) -> Option<Self> {
+        let cells: Vec<&str> = line.split(',').collect();
+        let [generation, _, peak, mean, least, deviation, individual, nan, bits] = cells[..] else {
+            return None;
+        };
+        Some(Self {
+            generation: generation.parse().ok()?,
+            best: f32::from_bits(u32::from_str_radix(bits, 16).ok()?),
+            peak: peak.parse().ok()?,
+            mean: mean.parse().ok()?,
+            least: least.parse().ok()?,
+            deviation: deviation.parse().ok()?,
+            individual: individual.parse().ok()?,
+            nan: nan.parse().ok()?,
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::evolve::Population;
+
+    fn generation(fitness: &[f32], ranking: &[u32]) -> Generation {
+        Generation {
+            number: 7,
+            population: Population::new(1, vec![0.0; fitness.len()]),
+            fitness: fitness.to_vec(),
+            ranking: ranking.to_vec(),
+        }
+    }
+
+    #[test]
+    fn a_row_sums_up_its_generation() {
+        let row = Row::new(&generation(&[1.0, 4.0, 2.0, 5.0], &[3, 1, 2, 0]), 2);
+        assert_eq!((row.generation, row.best, row.least, row.individual, row.nan), (7, 5.0, 1.0, 3, 0));
+        assert_eq!((row.peak, row.mean), (4.5, 3.0));
+        assert!((row.deviation - (10.0_f64 / 3.0).sqrt()).abs() < 1e-12);
+        assert_eq!(row.line(), "7,5,4.500000,3.000000,1,1.825742,3,0,40a00000\n");
+    }
+
+    #[test]
+    fn nan_is_counted_and_left_out() {
+        let row = Row::new(&generation(&[f32::NAN, 4.0, 2.0], &[1, 2, 0]), 3);
+        assert_eq!((row.best, row.least, row.peak, row.mean, row.nan), (4.0, 2.0, 3.0, 3.0, 1));
+        let none = Row::new(&generation(&[f32::NAN; 2], &[0, 1]), 1);
+        assert!(none.best.is_nan() && none.mean.is_nan() && none.peak.is_nan() && none.least.is_nan());
+        assert_eq!(none.nan, 2);
+    }
+
+    #[test]
+    fn a_table_reads_as_it_was_written() {
+        let rows: Vec<Row> =
+            [[0.1, -3.5], [1e-9, 0.0]].map(|fitness| Row::new(&generation(&fitness, &[0, 1]), 1)).to_vec();
+        let again = Row::parse(&(Row::HEAD.to_owned() + &rows[0].line() + &rows[1].line())).unwrap();
+        assert_eq!(again[0].best, 0.1);
+        assert_eq!(again[1].best, 1e-9);
+        assert_eq!(again.len(), 2);
+        assert!(Row::parse("").unwrap_err().contains("line 1"));
+        assert!(Row::parse(&format!("{}1,2\n", Row::HEAD)).unwrap_err().contains("line 2"));
+    }
+}

@@ -1,0 +1,64 @@
+//! A life as a table.
+
+use std::fmt::Write;
+
+use oneiro::batch::Record;
+
+/// A trace with a record each `every` cycles as CSV: a line a record.
+pub(crate) fn trace_csv(trace: &[Record], every: u32) -> String {
+    let mut text = String::with_capacity(trace.len() * 160);
+    text.push_str("cycle");
+    for (name, _) in COLUMNS {
+        text.push(',');
+        text.push_str(name);
+    }
+    text.push('\n');
+    for (index, record) in trace.iter().enumerate() {
+        // Writing to a string can't fail.
+        let _ = write!(text, "{}", index as u64 * u64::from(every));
+        for (_, value) in COLUMNS {
+            let _ = write!(text, ",{}", value(record));
+        }
+        text.push('\n');
+    }
+    text
+}
+
+type Column = (&'static str, fn(&Record) -> f32);
+
+/// The pose at the start of a cycle, what was perceived there, and what came of it.
+const COLUMNS: [Column; 18] = [
+    ("x_mm", |record| record.x),
+    ("y_mm", |record| record.y),
+    ("heading_turns", |record| record.heading),
+    ("sensor_0", |record| record.sensor_0),
+    ("sensor_1", |record| record.sensor_1),
+    ("sensor_2", |record| record.sensor_2),
+    ("sensor_3", |record| record.sensor_3),
+    ("sensor_4", |record| record.sensor_4),
+    ("sensor_5", |record| record.sensor_5),
+    ("sensor_6", |record| record.sensor_6),
+    ("sensor_7", |record| record.sensor_7),
+    ("output_left", |record| record.left),
+    ("output_right", |record| record.right),
+    ("speed_left", |record| record.speed_left),
+    ("speed_right", |record| record.speed_right),
+    ("collided", |record| record.collided),
+    ("reward", |record| record.reward),
+    ("fitness", |record| record.fitness),
+];
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_line_a_record() {
+        let record = Record { x: 1.5, fitness: 0.1, ..Record::default() };
+        let text = trace_csv(&[Record::default(), record], 5);
+        let lines: Vec<&str> = text.lines().collect();
+        assert!(lines[0].starts_with("cycle,x_mm,") && lines[0].ends_with(",reward,fitness"));
+        assert_eq!(lines[2], "5,1.5,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0.1");
+        assert!(lines.iter().all(|line| line.split(',').count() == 19));
+    }
+}

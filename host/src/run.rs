@@ -1,0 +1,333 @@
+//! The loop of a run: ask, evaluate, tell, record.
+
+use std::collections::VecDeque;
+use std::path::Path;
+use std::sync::Arc;
+use std::sync::mpsc::{self, Receiver, RecvTimeoutError, Sender};
+use std::thread::{self, JoinHandle};
+use std::time::Duration;
+
+use oneiro::batch::{Batch, Outcome, Rollout, TraceRequest};
+use oneiro::evaluator::{Control, Error, Evaluator};
+use oneiro::random::Key;
+use oneiro::world::Invalid;
+
+use crate::evolve::{Evolution, Generation};
+use crate::exit::{Failure, Result};
+use crate::experiment::Experiment;
+use crate::experiment::settings::TrialScore;
+use crate::record::{Done, Ended, Recorder, SavedRun, Session};
+
+/// Runs that go in lockstep at most: each has a lock open, and systems allow some thousand open files.
+pub(crate) const LOCKSTEP: usize = 256;
+
+/// One evolution from one seed, and where it is recorded.
+#[derive(Debug)]
+pub(crate) struct Run {
+    seed: u64,
+    evolution: Evolution,
+    recorder: Recorder,
+    /// The generation that lived last.
+    last: Option<Generation>,
+}
+
+impl Run {
+    /// Begins one in a directory of its own.
+    ///
+    /// # Errors
+    /// As [`Recorder::create`].
+    pub(crate) fn start(experiment: &Experiment, seed: u64, directory: &Path, session: Session) -> Result<Self> {
+        let genes = experiment.world().genes();
+        let evolution =
+            Evolution::new(&experiment.settings().evolution, seed, genes, experiment.init().cloned());
+        Ok(Self { seed, evolution, recorder: Recorder::create(directory, experiment, seed, session)?, last: None })
+    }
+
+    /// Goes on with one. What is to be told of its checkpoints comes along.
+    ///
+    /// # Errors
+    /// As [`Recorder::resume`].
+    pub(crate) fn resume(saved: &SavedRun, session: Session) -> Result<(Self, Vec<String>)> {
+        let experiment = saved.experiment();
+        let settings = &experiment.settings().evolution;
+        let seed = saved.seed();
+        let (recorder, checkpoint, warnings) = Recorder::resume(saved, session)?;
+        let evolution = match checkpoint {
+            Some(from) => Evolution::at(settings, seed, from.generation, from.population, from.champion),
+            None => Evolution::new(settings, seed, experiment.world().genes(), experiment.init().cloned()),
+        };
+        Ok((Self { seed, evolution, recorder, last: None }, warnings))
+    }
+
+    /// Its seed.
+    pub(crate) fn seed(&self) -> u64 {
+        self.seed
+    }
+
+    /// Its evolution.
+    pub(crate) fn evolution(&self) -> &Evolution {
+        &self.evolution
+    }
+
+    /// Where it is recorded.
+    pub(crate) fn directory(&self) -> &Path {
+        self.recorder.directory()
+    }
+}
+
+/// What watches runs as they go.
+pub(crate) trait Watch {
+    /// Whether to stop.
+    fn stops(&self) -> bool;
+    /// Called every now and then with the robot-steps that have been done.
+    fn steps(&mut self, done: u64);
+    /// Called when a generation of a run has lived.
+    fn lived(&mut self, run: &Run);
+}
+
+/// Evolves runs of one experiment in lockstep, their generations in one batch, until all are finished.
+///
+/// # Errors
+/// Exit 75 when it was stopped, and as the evaluator's errors, both with a checkpoint of each run; exit 6 when
+/// recording fails, with the last checkpoints as they were.
+pub(crate) fn evolve(
+    experiment: &Experiment,
+    mut runs: Vec<Run>,
+    device: &Device,
+    watch: &mut dyn Watch,
+) -> Result<Vec<(Run, Done)>> {
+    let ended = live(experiment, &mut runs, device, watch).and_then(|()| finish(experiment, &mut runs, device, watch));
+    match ended {
+        Ok(done) => Ok(runs.into_iter().zip(done).collect()),
+        Err(Interruption::Other(failure)) => Err(failure),
+        Err(Interruption::Evaluation(error)) => {
+            for run in &mut runs {
+                run.recorder.stop(&run.evolution)?;
+            }
+            Err(match error {
+                Error::Cancelled => Failure::stopped(stopped(&runs)),
+                error => error.into(),
+            })
+        }
+    }
+}
+
+/// All generations, in two halves of the runs: while the device evaluates one, this thread evolves and records the
+/// other.
+fn live(experiment: &Experiment, runs: &mut [Run], device: &Device, watch: &mut dyn Watch) -> Step {
+    let (one, other) = runs.split_at_mut(runs.len().div_ceil(2));
+    let mut under_way = VecDeque::new();
+    for half in [one, other] {
+        if let Some(batch) = ask(experiment, half)? {
+            device.submit(batch);
+            under_way.push_back(half);
+        }
+    }
+    while let Some(half) = under_way.pop_front() {
+        let outcome = device.receive(watch)?;
+        let lived = tell(experiment, half, &outcome.fitness);
+        let next = ask(experiment, half)?;
+        let goes_on = next.is_some();
+        next.into_iter().for_each(|batch| device.submit(batch));
+        record(experiment, half, lived, watch)?;
+        if goes_on {
+            under_way.push_back(half);
+        }
+    }
+    Ok(())
+}
+
+/// The next generation of each run that is not finished, or nothing when all are.
+fn ask(experiment: &Experiment, runs: &[Run]) -> Step<Option<Batch>> {
+    let trials = experiment.settings().trials;
+    let mut rollouts = Vec::new();
+    for run in runs.iter().filter(|run| !run.evolution.is_finished()) {
+        for (genes, individual) in run.evolution.ask().genomes().zip(0..) {
+            let keys = keys(run.seed, run.evolution.generation(), individual, trials);
+            rollouts.extend(keys.map(|key| Rollout { world: 0, genes, key }));
+        }
+    }
+    if rollouts.is_empty() {
+        return Ok(None);
+    }
+    Ok(Some(Batch::new(std::slice::from_ref(experiment.world()), &rollouts, None)?))
+}
+
+/// The keys of an individual's lives.
+pub(crate) fn keys(seed: u64, generation: u32, individual: u32, trials: u32) -> impl Iterator<Item = Key> {
+    (0..trials).map(move |trial| Key::rollout(seed, generation.into(), individual.into(), trial.into()))
+}
+
+/// Gives the runs that are not finished their individuals' scores. The generations that have lived, with their runs'
+/// indices.
+fn tell(experiment: &Experiment, runs: &mut [Run], fitness: &[f32]) -> Vec<(usize, Generation)> {
+    let settings = experiment.settings();
+    let mut scores = fitness.chunks_exact(settings.trials as usize).map(|lives| score(settings.trial_score, lives));
+    let running = runs.iter_mut().enumerate().filter(|(_, run)| !run.evolution.is_finished());
+    running
+        .map(|(index, run)| {
+            let own = scores.by_ref().take(run.evolution.ask().len()).collect();
+            (index, run.evolution.tell(own))
+        })
+        .collect()
+}
+
+/// What an individual's lives count as; NaN if one of them is.
+pub(crate) fn score(kind: TrialScore, lives: &[f32]) -> f32 {
+    let nan = lives.iter().copied().find(|life| life.is_nan());
+    nan.unwrap_or_else(|| match kind {
+        TrialScore::Mean => (lives.iter().map(|&life| f64::from(life)).sum::<f64>() / lives.len() as f64) as f32,
+        TrialScore::Least => lives.iter().copied().fold(f32::INFINITY, f32::min),
+    })
+}
+
+/// Records the generations that have lived.
+fn record(
+    experiment: &Experiment,
+    runs: &mut [Run],
+    lived: Vec<(usize, Generation)>,
+    watch: &mut dyn Watch,
+) -> Step {
+    for (index, generation) in lived {
+        let run = &mut runs[index];
+        run.recorder.push(&generation)?;
+        run.last = Some(generation);
+        let is_due = run.evolution.generation().is_multiple_of(experiment.settings().record.checkpoint_every);
+        if is_due && !run.evolution.is_finished() {
+            run.recorder.checkpoint(&run.evolution)?;
+        }
+        watch.lived(run);
+    }
+    Ok(())
+}
+
+/// Lets the champions live again for their traces, and writes what the runs gave.
+fn finish(experiment: &Experiment, runs: &mut [Run], device: &Device, watch: &mut dyn Watch) -> Step<Vec<Done>> {
+    /// Records; a longer life is traced less often.
+    const LONGEST_TRACE: u32 = 10_000;
+    let every = experiment.world().cycles().div_ceil(LONGEST_TRACE);
+    let trials = experiment.settings().trials;
+    let mut all = Vec::with_capacity(runs.len());
+    for run in runs {
+        let (Some(champion), Some(last)) = (run.evolution.champion(), &run.last) else {
+            return Err(Failure::failed("a run has no generation").into());
+        };
+        let keys: Vec<Key> = keys(run.seed, champion.generation, champion.individual, trials).collect();
+        let life = Rollout { world: 0, genes: &champion.genome, key: keys[0] };
+        device.submit(Batch::new(std::slice::from_ref(experiment.world()), &[life], Some(TraceRequest { every }))?);
+        let outcome = device.receive(watch)?;
+        if trials == 1 && outcome.fitness[0].to_bits() != champion.fitness.to_bits() {
+            return Err(Failure::failed(format_args!(
+                "seed {}: the champion's fitness was {} (bits {:08x}) in its generation and is {} (bits {:08x}) in its \
+                 trace; results of this device can't be trusted",
+                run.seed,
+                champion.fitness,
+                champion.fitness.to_bits(),
+                outcome.fitness[0],
+                outcome.fitness[0].to_bits()
+            ))
+            .into());
+        }
+        let trace = outcome.traces.first().map_or(&[][..], Vec::as_slice);
+        all.push(run.recorder.finish(&Ended { experiment, last, champion, keys: &keys, trace, every })?);
+    }
+    Ok(all)
+}
+
+/// What is said of runs that were stopped.
+fn stopped(runs: &[Run]) -> String {
+    let directories: Vec<String> = runs
+        .iter()
+        .map(|run| format!("  oneiro resume {}  (generation {})", run.directory().display(), run.evolution.generation()))
+        .collect();
+    format!("stopped; to go on:\n{}", directories.join("\n"))
+}
+
+/// A result of the loop.
+type Step<T = ()> = std::result::Result<T, Interruption>;
+
+/// What ends the loop early.
+enum Interruption {
+    /// The evaluator; all that has lived is recorded, and can be kept.
+    Evaluation(Error),
+    /// Anything else; only what checkpoints hold is sure.
+    Other(Failure),
+}
+
+impl From<Error> for Interruption {
+    fn from(error: Error) -> Self {
+        Self::Evaluation(error)
+    }
+}
+
+impl From<Failure> for Interruption {
+    fn from(failure: Failure) -> Self {
+        Self::Other(failure)
+    }
+}
+
+impl From<Invalid> for Interruption {
+    fn from(invalid: Invalid) -> Self {
+        Self::Other(invalid.into())
+    }
+}
+
+/// An evaluator on a thread of its own.
+pub(crate) struct Device {
+    jobs: Sender<Batch>,
+    outcomes: Receiver<std::result::Result<Outcome, Error>>,
+    control: Arc<Control>,
+    thread: JoinHandle<Box<dyn Evaluator>>,
+}
+
+impl Device {
+    /// Gives an evaluator its thread.
+    pub(crate) fn new(mut evaluator: Box<dyn Evaluator>) -> Self {
+        let (jobs, batches) = mpsc::channel::<Batch>();
+        let (results, outcomes) = mpsc::channel();
+        let control = Arc::new(Control::new());
+        let own = Arc::clone(&control);
+        let thread = thread::spawn(move || {
+            for batch in batches {
+                if results.send(evaluator.evaluate(&batch, &own)).is_err() {
+                    break;
+                }
+            }
+            evaluator
+        });
+        Self { jobs, outcomes, control, thread }
+    }
+
+    /// Hands a batch over; outcomes come in the same order.
+    fn submit(&self, batch: Batch) {
+        // A thread that has ended is noticed where its outcome is awaited.
+        let _ = self.jobs.send(batch);
+    }
+
+    /// Waits for the next outcome.
+    fn receive(&self, watch: &mut dyn Watch) -> Step<Outcome> {
+        const BLINK: Duration = Duration::from_millis(100);
+        loop {
+            if watch.stops() {
+                self.control.cancel();
+                return Err(Error::Cancelled.into());
+            }
+            match self.outcomes.recv_timeout(BLINK) {
+                Ok(outcome) => return Ok(outcome?),
+                Err(RecvTimeoutError::Timeout) => watch.steps(self.control.steps()),
+                Err(RecvTimeoutError::Disconnected) => return Err(Failure::failed("the evaluator broke down").into()),
+            }
+        }
+    }
+
+    /// Robot-steps that it has done.
+    pub(crate) fn steps(&self) -> u64 {
+        self.control.steps()
+    }
+
+    /// Ends the thread. What the evaluator has to tell the user.
+    pub(crate) fn close(self) -> Vec<String> {
+        drop(self.jobs);
+        self.thread.join().map_or_else(|_| Vec::new(), |evaluator| evaluator.warnings().to_vec())
+    }
+}

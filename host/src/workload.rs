@@ -1,0 +1,121 @@
+//! Lives to compare and to time devices with: worlds of every kind and random genomes, the same on every machine.
+
+use oneiro::arena::Arena;
+use oneiro::batch::{Batch, Rollout, TraceRequest};
+use oneiro::random::{Key, pcg4d};
+use oneiro::world::{Activation, Controller, Difference, Invalid, Noise, Robot, Speed, Start, Task, World, WorldSpec};
+
+/// Cycles of a life, as in the 1995 paper.
+pub(crate) const CYCLES: u32 = 500;
+
+/// The controllers of the catalogue.
+pub(crate) const CONTROLLERS: [(&str, Controller); 3] = [
+    ("perceptron", Controller::Perceptron),
+    ("hidden", Controller::Hidden { units: 5 }),
+    ("recurrent", Controller::Recurrent),
+];
+
+/// The paper's three conditions, and everything at once.
+pub(crate) fn noises() -> [(&'static str, Noise); 4] {
+    let sensor = Noise { sensor: (0.0, 0.4), ..Noise::default() };
+    let conservative = Noise { walk_range: 30.0, walk_step: 1.5, ..Noise::default() };
+    let all = Noise { sensor: (-0.2, 0.2), motor: 0.1, ..conservative };
+    [("none", Noise::default()), ("sensor", sensor), ("conservative", conservative), ("all", all)]
+}
+
+/// Worlds of one controller: each arena of the catalogue with each noise, the tasks and starts taking turns.
+///
+/// # Errors
+/// None, as the tests show.
+pub(crate) fn worlds(controller: Controller, robot: &Robot) -> Result<Vec<World>, Invalid> {
+    let mut worlds = Vec::new();
+    let speeds = [Speed::Unsigned, Speed::Signed];
+    let differences = [Difference::Root, Difference::Square];
+    let activations = [Activation::Real, Activation::Perceived, Activation::None];
+    for arena in Arena::NAMES.into_iter().filter_map(Arena::named) {
+        for (_, noise) in noises() {
+            let turn = worlds.len();
+            let field = arena.field;
+            let start = if turn % 5 == 4 {
+                // The lower left corner is free in every arena's field.
+                Start::At { x: field.x + 0.125 * field.width, y: field.y + 0.125 * field.height, heading: 0.3 }
+            } else {
+                Start::Random
+            };
+            worlds.push(World::new(WorldSpec {
+                robot: Robot { turn_before_move: [0.0, 0.5, 1.0][turn % 3], ..robot.clone() },
+                arena: arena.clone(),
+                noise,
+                controller,
+                task: Task::Avoidance {
+                    speed: speeds[turn % 2],
+                    difference: differences[turn / 2 % 2],
+                    activation: activations[turn % 3],
+                },
+                start,
+                cycles: CYCLES,
+            })?);
+        }
+    }
+    Ok(worlds)
+}
+
+/// A genome whose genes are uniform in -`size` to `size`: genome number `index` of the seed `seed`.
+pub(crate) fn genome(genes: usize, size: f32, seed: u32, index: u32) -> Vec<f32> {
+    let words = (0..genes as u32).step_by(4).flat_map(|block| pcg4d([seed, index, block, 0x6765_6e65]));
+    // 24 bits make a number that float32 holds exactly.
+    words.map(|word| ((word >> 8) as f32 * (2.0 / 16_777_216.0) - 1.0) * size).take(genes).collect()
+}
+
+/// A batch of `rollouts` lives shared out over the worlds in turn, with small and large genes in turn.
+///
+/// # Errors
+/// More rollouts than a batch can hold.
+pub(crate) fn batch(worlds: &[World], rollouts: u32, seed: u32, trace: Option<TraceRequest>) -> Result<Batch, Invalid> {
+    let world_of = |index: u32| index as usize % worlds.len().max(1);
+    let genomes: Vec<Vec<f32>> = (0..rollouts)
+        .map(|index| {
+            let genes = worlds.get(world_of(index)).map_or(0, World::genes);
+            let size = if index / worlds.len() as u32 % 2 == 0 { 1.0 } else { 8.0 };
+            genome(genes, size, seed, index)
+        })
+        .collect();
+    let rollouts: Vec<Rollout<'_>> = (0..rollouts)
+        .zip(&genomes)
+        .map(|(index, genes)| Rollout {
+            world: world_of(index),
+            genes,
+            key: Key::rollout(u64::from(seed), 0, u64::from(index), 0),
+        })
+        .collect();
+    Batch::new(worlds, &rollouts, trace)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn worlds_are_allowed_and_of_every_kind() {
+        for (_, controller) in CONTROLLERS {
+            let worlds = worlds(controller, &Robot::khepera()).unwrap();
+            assert_eq!(worlds.len(), Arena::NAMES.len() * noises().len());
+            let tasks: Vec<Task> = worlds.iter().map(|world| world.spec().task).collect();
+            let different = (0..tasks.len()).filter(|&i| !tasks[..i].contains(&tasks[i])).count();
+            assert_eq!(different, 12);
+            assert!(worlds.iter().any(|world| world.spec().start != Start::Random));
+            assert!(batch(&worlds, 100, 1, None).is_ok());
+        }
+    }
+
+    #[test]
+    fn genomes_are_uniform_and_known() {
+        let all: Vec<f32> = (0..1000).flat_map(|index| genome(18, 1.0, 1, index)).collect();
+        assert!(all.iter().all(|gene| (-1.0..1.0).contains(gene)));
+        let mean = all.iter().map(|&gene| f64::from(gene)).sum::<f64>() / all.len() as f64;
+        assert!(mean.abs() < 0.02, "{mean}");
+        assert_ne!(genome(18, 1.0, 1, 0), genome(18, 1.0, 1, 1));
+        assert_ne!(genome(18, 1.0, 1, 0), genome(18, 1.0, 2, 0));
+        assert_eq!(genome(2, 8.0, 1, 0), genome(18, 1.0, 1, 0)[..2].iter().map(|gene| gene * 8.0).collect::<Vec<_>>());
+    }
+}

@@ -1,0 +1,157 @@
+//! A compiled kernel as Rust source: its lane function, one instance of it for each instruction set and number
+//! of lanes, and the `Kernel` that names them all.
+
+use std::fmt::Write;
+use std::path::Path;
+use std::{fs, io};
+
+use crate::Compiled;
+
+/// An instruction set: what code must be compiled for it and with which lanes.
+#[derive(Clone, Copy, Debug)]
+pub struct Target {
+    /// `cfg` of the architecture.
+    pub arch: &'static str,
+    /// What variants are called after.
+    pub name: &'static str,
+    /// What the processor must have.
+    pub features: &'static [&'static str],
+    /// Vectors side by side, and lanes of one vector: a variant for each.
+    pub shapes: &'static [(u32, u32)],
+    /// The type of one vector, in `oneiro_shaders::lanes`.
+    pub vector: &'static str,
+}
+
+/// Widest first. The numbers of lanes were measured: see `docs/measurements.md`.
+pub const TARGETS: &[Target] = &[
+    Target {
+        arch: "target_arch = \"x86_64\"",
+        name: "avx512",
+        features: &["avx512f", "avx512bw", "avx512dq", "avx512vl"],
+        shapes: &[(4, 16), (1, 16)],
+        vector: "Avx512",
+    },
+    Target {
+        arch: "target_arch = \"x86_64\"",
+        name: "avx2",
+        features: &["avx2"],
+        shapes: &[(2, 8)],
+        vector: "Avx2",
+    },
+    Target {
+        arch: "target_arch = \"x86_64\"",
+        name: "sse41",
+        features: &["sse4.1"],
+        shapes: &[(4, 4)],
+        vector: "Sse41",
+    },
+    Target {
+        arch: "target_arch = \"aarch64\"",
+        name: "neon",
+        features: &["neon"],
+        shapes: &[(4, 4)],
+        vector: "Neon",
+    },
+    Target {
+        arch: "all()",
+        name: "scalar",
+        features: &[],
+        shapes: &[(1, 1)],
+        vector: "Scalar",
+    },
+    Target {
+        arch: "all()",
+        name: "checked",
+        features: &[],
+        shapes: &[(1, 1)],
+        vector: "Checked",
+    },
+];
+
+/// Writes a kernel's forms as files of a build's output folder, and returns Rust items: a static `Kernel`
+/// called like the kernel in upper case, which includes them. `library` is how those items reach
+/// `oneiro_shaders`.
+///
+/// # Errors
+/// What writing a file says.
+pub fn write(
+    out: &Path,
+    library: &str,
+    name: &str,
+    kernel: &Compiled,
+    targets: &[Target],
+) -> Result<String, io::Error> {
+    let words = kernel
+        .spirv
+        .iter()
+        .map(|word| format!("{word:#x},"))
+        .collect::<String>();
+    fs::write(out.join(format!("{name}.wgsl")), &kernel.wgsl)?;
+    fs::write(
+        out.join(format!("{name}.lanes.rs")),
+        lanes(library, name, &kernel.lanes, targets),
+    )?;
+    fs::write(out.join(format!("{name}.spv.rs")), format!("&[{words}]"))?;
+    Ok(format!(
+        "/// The kernel `{name}`.\npub static {constant}: Kernel = Kernel {{\n\
+         name: \"{name}\",\n\
+         wgsl: include_str!(concat!(env!(\"OUT_DIR\"), \"/{name}.wgsl\")),\n\
+         spirv: include!(concat!(env!(\"OUT_DIR\"), \"/{name}.spv.rs\")),\n\
+         entry_point: \"main\",\nworkgroup_size: {},\nbindings: &[{}],\nvariants: {name}_lanes::VARIANTS,\n}};\n\
+         #[allow(clippy::all, clippy::pedantic, unused, unsafe_op_in_unsafe_fn, reason = \"generated\")]\n\
+         mod {name}_lanes {{ include!(concat!(env!(\"OUT_DIR\"), \"/{name}.lanes.rs\")); }}\n",
+        kernel.workgroup_size,
+        kernel.bindings,
+        constant = name.to_uppercase(),
+    ))
+}
+
+/// A kernel's lane function and its instances with their run-time tests, as Rust items: `VARIANTS` lists them.
+pub fn lanes(library: &str, name: &str, function: &str, targets: &[Target]) -> String {
+    let mut text = format!("use {library}::kernel::{{Variant, Words}};\nuse {library}::lanes::*;\n");
+    text.push_str(function);
+    let mut list = String::new();
+    for target in targets {
+        for (count, width) in target.shapes {
+            let lanes = count * width;
+            let instance = format!("{name}_{}x{lanes}", target.name);
+            let ty = if *count == 1 {
+                target.vector.to_owned()
+            } else {
+                format!("Wide<{}, {count}>", target.vector)
+            };
+            let enable = if target.features.is_empty() {
+                String::new()
+            } else {
+                format!("#[target_feature(enable = \"{}\")]\n", target.features.join(","))
+            };
+            let detect = if target.name == "neon" {
+                "is_aarch64_feature_detected"
+            } else {
+                "is_x86_feature_detected"
+            };
+            let tests: Vec<_> = target
+                .features
+                .iter()
+                .map(|feature| format!("std::arch::{detect}!(\"{feature}\")"))
+                .collect();
+            let available = if tests.is_empty() {
+                "true".to_owned()
+            } else {
+                tests.join(" && ")
+            };
+            let _ = writeln!(
+                text,
+                "#[cfg({arch_cfg})]\n{enable}unsafe fn {instance}(b: &[Words], w: u32, l: u32) {{ {name}::<{ty}>(b, w, l) }}",
+                arch_cfg = target.arch,
+            );
+            let _ = writeln!(
+                list,
+                "#[cfg({})] Variant {{ name: \"{}x{lanes}\", lanes: {lanes}, available: || {available}, run: {instance} }},",
+                target.arch, target.name,
+            );
+        }
+    }
+    let _ = writeln!(text, "pub(crate) static VARIANTS: &[Variant] = &[\n{list}];");
+    text
+}

@@ -1,0 +1,149 @@
+//! Where robots live: walls and round obstacles, as data. An arena is checked when a world is made of it.
+
+use glam::Vec2;
+
+/// Walls and round obstacles, and the field that random starts are drawn from. Lengths in mm, x to the right and y
+/// up.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Arena {
+    /// What reports call it.
+    pub name: String,
+    /// Where robots start.
+    pub field: Field,
+    /// Walls, without thickness, at any angle.
+    pub walls: Vec<Wall>,
+    /// Round obstacles.
+    pub obstacles: Vec<Obstacle>,
+}
+
+/// A rectangle, mm.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Field {
+    /// Left edge.
+    pub x: f32,
+    /// Lower edge.
+    pub y: f32,
+    /// Width.
+    pub width: f32,
+    /// Height.
+    pub height: f32,
+}
+
+/// A wall from one point to another, mm.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Wall {
+    /// One end.
+    pub from: [f32; 2],
+    /// The other.
+    pub to: [f32; 2],
+    /// The class of object, by which the sensors' table is chosen.
+    pub class: String,
+}
+
+/// A round obstacle, mm.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Obstacle {
+    /// Centre.
+    pub x: f32,
+    /// Centre.
+    pub y: f32,
+    /// Radius.
+    pub radius: f32,
+    /// The class of object, by which the sensors' table is chosen.
+    pub class: String,
+}
+
+impl Arena {
+    /// The names that [`Arena::named`] knows.
+    pub const NAMES: [&str; 4] = ["miglino1995", "miglino1995-triangle", "open", "octagon"];
+
+    /// An arena of the catalogue.
+    pub fn named(name: &str) -> Option<Self> {
+        match name {
+            "miglino1995" => Some(Self::miglino1995()),
+            "miglino1995-triangle" => Some(Self::miglino1995_triangle()),
+            "open" => Some(Self { name: name.into(), ..Self::rectangle(1000.0, 1000.0) }),
+            "octagon" => Some(Self::octagon()),
+            _ => None,
+        }
+    }
+
+    /// Four walls of the class `wall`, the lower left corner at the origin.
+    pub fn rectangle(width: f32, height: f32) -> Self {
+        let corners = [[0.0, 0.0], [width, 0.0], [width, height], [0.0, height]];
+        Self { name: "rectangle".into(), ..Self::enclosed(width, height, &corners) }
+    }
+
+    /// 600 x 350 mm with three obstacles of 55 mm diameter in a row (Miglino et al. 1995; the paper says "in the
+    /// center", the positions are ours).
+    pub fn miglino1995() -> Self {
+        Self::rectangle(600.0, 350.0)
+            .with_obstacles([(180.0, 175.0), (300.0, 175.0), (420.0, 175.0)], 27.5)
+            .called("miglino1995")
+    }
+
+    /// The same with the obstacles in a triangle.
+    pub fn miglino1995_triangle() -> Self {
+        Self::rectangle(600.0, 350.0)
+            .with_obstacles([(300.0, 250.0), (235.0, 137.5), (365.0, 137.5)], 27.5)
+            .called("miglino1995-triangle")
+    }
+
+    /// A regular octagon, 800 mm across, with one obstacle in its middle.
+    pub fn octagon() -> Self {
+        const NEAR: f32 = 234.3;
+        const FAR: f32 = 565.7;
+        const SIDE: f32 = 800.0;
+        let corners = [
+            [NEAR, 0.0], [FAR, 0.0], [SIDE, NEAR], [SIDE, FAR], [FAR, SIDE], [NEAR, SIDE], [0.0, FAR], [0.0, NEAR],
+        ];
+        // Random starts stay within the square that the octagon holds.
+        let field = Field { x: NEAR / 2.0, y: NEAR / 2.0, width: SIDE - NEAR, height: SIDE - NEAR };
+        Self { field, ..Self::enclosed(SIDE, SIDE, &corners) }
+            .with_obstacles([(SIDE / 2.0, SIDE / 2.0)], 27.5)
+            .called("octagon")
+    }
+
+    /// The smallest rectangle around field, walls and obstacles: what a picture shows.
+    pub fn bounds(&self) -> Field {
+        let Field { x, y, width, height } = self.field;
+        let mut low = Vec2::new(x, y);
+        let mut high = low + Vec2::new(width, height);
+        for point in self.walls.iter().flat_map(|wall| [wall.from, wall.to]).map(Vec2::from) {
+            low = low.min(point);
+            high = high.max(point);
+        }
+        for obstacle in &self.obstacles {
+            let centre = Vec2::new(obstacle.x, obstacle.y);
+            low = low.min(centre - obstacle.radius);
+            high = high.max(centre + obstacle.radius);
+        }
+        let size = high - low;
+        Field { x: low.x, y: low.y, width: size.x, height: size.y }
+    }
+
+    /// A closed chain of walls.
+    fn enclosed(width: f32, height: f32, corners: &[[f32; 2]]) -> Self {
+        let next = corners.iter().cycle().skip(1);
+        Self {
+            name: String::new(),
+            field: Field { x: 0.0, y: 0.0, width, height },
+            walls: corners.iter().zip(next).map(|(&from, &to)| Wall { from, to, class: "wall".into() }).collect(),
+            obstacles: Vec::new(),
+        }
+    }
+
+    /// With more obstacles of the class `round`, centres and radius in mm.
+    #[must_use]
+    pub fn with_obstacles(mut self, centres: impl IntoIterator<Item = (f32, f32)>, radius: f32) -> Self {
+        self.obstacles.extend(centres.into_iter().map(|(x, y)| Obstacle { x, y, radius, class: "round".into() }));
+        self
+    }
+
+    /// With another name.
+    #[must_use]
+    pub fn called(mut self, name: &str) -> Self {
+        self.name = name.into();
+        self
+    }
+}

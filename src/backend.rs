@@ -1,0 +1,139 @@
+//! Evaluators by name, as users choose them on the command line.
+
+#[cfg(feature = "gpu")]
+use crate::audit::Audited;
+use crate::cpu::Cpu;
+use crate::evaluator::{Error, Evaluator};
+use crate::pool::Pool;
+#[cfg(feature = "gpu")]
+use crate::gpu::{self, Choice, Gpu, Recovering};
+
+/// What [`open`] knows, for messages.
+pub const BACKENDS: &str = "auto, cpu, cpu:LANES such as cpu:avx2x16, gpu, gpu:NAME or index, pool, pool:A+B.. of these";
+
+/// How a backend runs. No result depends on it.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Options {
+    /// Threads of the CPU; by default one for each that it has.
+    pub threads: Option<usize>,
+    /// The most cycles in one call of a kernel; by default what is quick and can still be cancelled soon.
+    pub chunk: Option<u32>,
+    /// Share of a GPU's rollouts, 0 to 1, that is run again on the CPU and compared. Of no use, and so not done, on
+    /// a GPU that is not exact.
+    pub audit_share: f64,
+}
+
+/// Opens a backend:
+///
+/// - `cpu` is the processor, `cpu:LANES` one of its [lane codes](Cpu::variants);
+/// - `gpu` is the best real GPU, `gpu:NAME` the adapter of that index or with that in its name, which may be a
+///   software one. A GPU that is lost is opened again once; then the CPU takes over;
+/// - `auto` is the best real GPU if it is exact, else the CPU;
+/// - `pool` is the CPU and all exact real GPUs, `pool:A+B` any backends of these names.
+///
+/// ```
+/// use oneiro::backend::{Options, open};
+///
+/// let evaluator = open("cpu", Options { threads: Some(2), ..Options::default() })?;
+/// assert_eq!(evaluator.device().name, "cpu");
+/// # Ok::<(), oneiro::evaluator::Error>(())
+/// ```
+///
+/// # Errors
+/// [`Error::NoDevice`]: no backend of that name, no such device, or options that are not allowed.
+pub fn open(name: &str, options: Options) -> Result<Box<dyn Evaluator>, Error> {
+    if !(0.0..=1.0).contains(&options.audit_share) {
+        return Err(Error::NoDevice(format!("an audited share of {}; allowed: 0 to 1", options.audit_share)));
+    }
+    let (kind, which) = match name.split_once(':') {
+        Some((kind, which)) => (kind, Some(which.trim())),
+        None => (name, None),
+    };
+    match (kind.trim(), which) {
+        ("auto", None) => match hardware(options)? {
+            Some(gpu) => Ok(gpu),
+            None => Ok(Box::new(cpu(options)?)),
+        },
+        ("cpu", None) => Ok(Box::new(cpu(options)?)),
+        ("cpu", Some(variant)) => Ok(Box::new(cpu(options)?.with_variant(variant)?)),
+        ("gpu", which) => gpu(which, options),
+        ("pool", None) => pool_of_all(options),
+        ("pool", Some(names)) => {
+            let members = names.split('+').map(|name| match name.trim() {
+                pool if pool.starts_with("pool") => Err(unknown(name)),
+                name => open(name, options),
+            });
+            Ok(Box::new(Pool::new(members.collect::<Result<_, _>>()?)?))
+        }
+        _ => Err(unknown(name)),
+    }
+}
+
+fn unknown(name: &str) -> Error {
+    Error::NoDevice(format!("no backend `{name}`; allowed: {BACKENDS}"))
+}
+
+fn cpu(options: Options) -> Result<Cpu, Error> {
+    let cpu = Cpu::new(options.threads)?;
+    Ok(match options.chunk {
+        Some(cycles) => cpu.with_chunk(cycles),
+        None => cpu,
+    })
+}
+
+#[cfg(feature = "gpu")]
+fn gpu(which: Option<&str>, options: Options) -> Result<Box<dyn Evaluator>, Error> {
+    let choice = which.map_or(Choice::Hardware, |name| Choice::Named(name.into()));
+    guarded(Gpu::open(&choice)?, options)
+}
+
+/// A GPU with what it needs to be trusted: the CPU in its place when it is lost, and audits.
+#[cfg(feature = "gpu")]
+fn guarded(mut gpu: Gpu, options: Options) -> Result<Box<dyn Evaluator>, Error> {
+    if let Some(cycles) = options.chunk {
+        gpu.set_bounds(gpu::Bounds { cycles: cycles.max(1), ..gpu::Bounds::default() });
+    }
+    let exact = gpu.device().exact;
+    let recovering = Box::new(Recovering::new(gpu, Box::new(cpu(options)?)));
+    if options.audit_share > 0.0 && exact {
+        return Ok(Box::new(Audited::new(recovering, cpu(options)?, options.audit_share)));
+    }
+    Ok(recovering)
+}
+
+/// The best real GPU, if it is exact.
+#[cfg(feature = "gpu")]
+fn hardware(options: Options) -> Result<Option<Box<dyn Evaluator>>, Error> {
+    match Gpu::open(&Choice::Hardware) {
+        Ok(gpu) if gpu.device().exact => guarded(gpu, options).map(Some),
+        Ok(_) | Err(Error::NoDevice(_)) => Ok(None),
+        Err(error) => Err(error),
+    }
+}
+
+#[cfg(feature = "gpu")]
+fn pool_of_all(options: Options) -> Result<Box<dyn Evaluator>, Error> {
+    let mut members: Vec<Box<dyn Evaluator>> = vec![Box::new(cpu(options)?)];
+    for adapter in gpu::adapters().iter().filter(|adapter| !adapter.is_software() && adapter.takes_spirv()) {
+        let gpu = Gpu::open_with(adapter, gpu::Path::Spirv)?;
+        if gpu.device().exact {
+            members.push(guarded(gpu, options)?);
+        }
+    }
+    Ok(Box::new(Pool::new(members)?))
+}
+
+#[cfg(not(feature = "gpu"))]
+fn gpu(_: Option<&str>, _: Options) -> Result<Box<dyn Evaluator>, Error> {
+    Err(Error::NoDevice("this program was built without GPUs (the feature `gpu`); allowed: cpu, auto".into()))
+}
+
+#[cfg(not(feature = "gpu"))]
+fn hardware(_: Options) -> Result<Option<Box<dyn Evaluator>>, Error> {
+    Ok(None)
+}
+
+#[cfg(not(feature = "gpu"))]
+fn pool_of_all(options: Options) -> Result<Box<dyn Evaluator>, Error> {
+    Ok(Box::new(Pool::new(vec![Box::new(cpu(options)?)])?))
+}

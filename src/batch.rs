@@ -1,0 +1,472 @@
+//! What is evaluated in one call: rollouts in any mix of worlds, checked and packed once.
+
+use std::collections::{BTreeMap, HashMap};
+use std::ops::Range;
+use std::sync::Arc;
+
+/// One line of a trace: the pose at the start of a cycle, what was perceived there, and what came of it.
+pub use oneiro_shaders::life::Record;
+use oneiro_shaders::{Kernel, life};
+
+use crate::evaluator::PartResult;
+use crate::random::Key;
+use crate::tables::{MotorTable, SensorTable};
+use crate::world::{Invalid, World};
+
+/// Rollouts a group: the workgroup of the kernels.
+pub const LANES: usize = 64;
+
+/// Genes may be as large as this in size: no sum in a controller overflows.
+pub const GREATEST_GENE: f32 = 1e6;
+
+/// Genes smaller than this in size (2^-60), zero of either sign among them, count as 0: no product in a controller
+/// becomes subnormal.
+pub const LEAST_GENE: f32 = 1.0 / (1_u64 << 60) as f32;
+
+/// Records that the traces of a batch may have in all: 2.4 GB.
+pub const GREATEST_TRACE: u64 = 1 << 25;
+
+/// Words of a group's key, before its genes.
+const KEY_WORDS: usize = 2;
+
+/// One genome's life in one world from one key.
+#[derive(Clone, Copy, Debug)]
+pub struct Rollout<'a> {
+    /// Index of its world.
+    pub world: usize,
+    /// As many as its world's controller takes, at most [`GREATEST_GENE`] in size.
+    pub genes: &'a [f32],
+    /// The key of its random numbers.
+    pub key: Key,
+}
+
+/// Asks for a trace of each rollout.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct TraceRequest {
+    /// A record each so many cycles, from 1; the first is of cycle 0.
+    pub every: u32,
+}
+
+/// Checked rollouts, packed as the kernels read them: in groups of 64 slots that share a world. Rollouts keep their
+/// order within a world; a world's last group may have idle slots.
+///
+/// A batch has one kernel, so all its worlds have the same kind of controller.
+#[derive(Debug)]
+pub struct Batch {
+    kernel: &'static Kernel,
+    worlds: Vec<life::World>,
+    shapes: Vec<life::Shape>,
+    tables: Vec<[u32; 4]>,
+    groups: Vec<life::Group>,
+    inputs: Vec<u32>,
+    /// The slot of each rollout.
+    slots: Vec<u32>,
+    trace_every: u32,
+    cycles: u32,
+    steps: u64,
+}
+
+impl Batch {
+    /// Checks and packs rollouts.
+    ///
+    /// # Errors
+    /// No rollout, or too many; a rollout's world that is none; worlds of different controllers; a rollout's genes
+    /// that are too many, too few, not finite or beyond [`GREATEST_GENE`]; a trace with more than
+    /// [`GREATEST_TRACE`] records.
+    pub fn new(worlds: &[World], rollouts: &[Rollout<'_>], trace: Option<TraceRequest>) -> Result<Self, Invalid> {
+        let kernel = one_kernel(worlds)?;
+        let layout = Layout::new(worlds, rollouts)?;
+        let inputs = layout.inputs(worlds, rollouts)?;
+        let packed = Packed::new(worlds);
+        let cycles = layout.groups.iter().map(|group| packed.worlds[group.world as usize].steps).max().unwrap_or(0);
+        let steps = rollouts.iter().map(|rollout| u64::from(worlds[rollout.world].cycles())).sum();
+        let batch = Self {
+            kernel,
+            worlds: packed.worlds,
+            shapes: packed.shapes,
+            tables: packed.tables,
+            groups: layout.groups,
+            inputs,
+            slots: layout.slots,
+            trace_every: trace.map_or(0, |trace| trace.every),
+            cycles,
+            steps,
+        };
+        if trace.is_some_and(|trace| trace.every == 0) {
+            return Err(Invalid::new("trace.every", "is 0; allowed: 1 and more cycles"));
+        }
+        let records = u64::from(batch.trace_records()) * batch.groups.len() as u64 * LANES as u64;
+        if records > GREATEST_TRACE {
+            let problem = format!("{records} records in all; allowed: up to {GREATEST_TRACE}: trace fewer rollouts, or less often");
+            return Err(Invalid::new("trace", problem));
+        }
+        Ok(batch)
+    }
+
+    /// How many rollouts it has.
+    pub fn rollouts(&self) -> usize {
+        self.slots.len()
+    }
+
+    /// Robot-steps in all: a step is one robot for one cycle.
+    pub fn steps(&self) -> u64 {
+        self.steps
+    }
+
+    /// The kernel that simulates it.
+    pub fn kernel(&self) -> &'static Kernel {
+        self.kernel
+    }
+
+    /// How many groups it has.
+    pub fn groups(&self) -> u32 {
+        self.groups.len() as u32
+    }
+
+    /// Cycles of its longest life.
+    pub fn cycles(&self) -> u32 {
+        self.cycles
+    }
+
+    /// Cycles from one record of a trace to the next; 0 without a trace.
+    pub fn trace_every(&self) -> u32 {
+        self.trace_every
+    }
+
+    /// Records that each slot has room for; 0 without a trace.
+    pub fn trace_records(&self) -> u32 {
+        if self.trace_every == 0 { 0 } else { self.cycles.div_ceil(self.trace_every) }
+    }
+
+    /// The slot of a rollout: its lane is `slot % 64` of the group `slot / 64`.
+    pub fn slot(&self, rollout: usize) -> Option<usize> {
+        self.slots.get(rollout).map(|&slot| slot as usize)
+    }
+
+    /// The rollout in a slot.
+    pub fn rollout(&self, slot: usize) -> Option<usize> {
+        self.slots.iter().position(|&own| own as usize == slot)
+    }
+
+    /// The whole batch.
+    pub fn all(&self) -> Part<'_> {
+        self.part(0..self.groups())
+    }
+
+    /// Some of its groups. A range that goes too far ends where the batch does.
+    pub fn part(&self, groups: Range<u32>) -> Part<'_> {
+        let end = groups.end.min(self.groups());
+        Part { batch: self, groups: groups.start.min(end)..end }
+    }
+
+    /// The evaluation of [`Batch::all`], by rollout.
+    ///
+    /// # Panics
+    /// If the result is not one of the whole batch.
+    pub fn outcome(&self, result: PartResult) -> Outcome {
+        let records = self.trace_records() as usize;
+        assert_eq!(result.fitness.len(), self.groups.len() * LANES, "a fitness for each slot");
+        assert_eq!(result.trace.len(), result.fitness.len() * records, "a trace for each slot");
+        let fitness = self.slots.iter().map(|&slot| result.fitness[slot as usize]).collect();
+        let traces = if records == 0 {
+            Vec::new()
+        } else {
+            self.slots
+                .iter()
+                .map(|&slot| {
+                    let world = self.groups[slot as usize / LANES].world;
+                    let own = self.worlds[world as usize].steps.div_ceil(self.trace_every) as usize;
+                    result.trace[slot as usize * records..][..own].to_vec()
+                })
+                .collect()
+        };
+        Outcome { fitness, traces }
+    }
+}
+
+/// What a batch's evaluation gave, by rollout, in the order in which they were given.
+#[derive(Clone, Debug, Default)]
+pub struct Outcome {
+    /// Fitness; more is better.
+    pub fitness: Vec<f32>,
+    /// Traces, each as long as its life; none if none were asked for.
+    pub traces: Vec<Vec<Record>>,
+}
+
+/// Some neighbouring groups of a batch: what evaluators share out. Groups, inputs and results are counted within it.
+#[derive(Clone, Debug)]
+pub struct Part<'a> {
+    batch: &'a Batch,
+    groups: Range<u32>,
+}
+
+impl<'a> Part<'a> {
+    /// The batch.
+    pub fn batch(&self) -> &'a Batch {
+        self.batch
+    }
+
+    /// Which of the batch's groups these are.
+    pub fn groups(&self) -> Range<u32> {
+        self.groups.clone()
+    }
+
+    /// A part of this part, its groups counted within this one.
+    #[must_use]
+    pub fn part(&self, groups: Range<u32>) -> Part<'a> {
+        let end = self.groups.start.saturating_add(groups.end).min(self.groups.end);
+        self.batch.part(self.groups.start.saturating_add(groups.start)..end)
+    }
+
+    /// The kernel that simulates it.
+    pub fn kernel(&self) -> &'static Kernel {
+        self.batch.kernel
+    }
+
+    /// All the batch's worlds.
+    pub fn worlds(&self) -> &'a [life::World] {
+        &self.batch.worlds
+    }
+
+    /// All the batch's objects; at least one, so that the buffer is not empty.
+    pub fn shapes(&self) -> &'a [life::Shape] {
+        &self.batch.shapes
+    }
+
+    /// All the batch's tables.
+    pub fn tables(&self) -> &'a [[u32; 4]] {
+        &self.batch.tables
+    }
+
+    /// This part's groups. Their `inputs` count from the start of the batch's.
+    pub fn group_table(&self) -> &'a [life::Group] {
+        &self.batch.groups[self.groups.start as usize..self.groups.end as usize]
+    }
+
+    /// This part's inputs.
+    pub fn inputs(&self) -> &'a [u32] {
+        &self.batch.inputs[self.inputs_before(self.groups.start)..self.inputs_before(self.groups.end)]
+    }
+
+    /// Where this part's inputs start in the batch's: `Dispatch::first_input`.
+    pub fn first_input(&self) -> u32 {
+        self.inputs_before(self.groups.start) as u32
+    }
+
+    fn inputs_before(&self, group: u32) -> usize {
+        self.batch.groups.get(group as usize).map_or(self.batch.inputs.len(), |group| group.inputs as usize)
+    }
+
+    /// Slots: 64 a group.
+    pub fn slots(&self) -> usize {
+        self.groups.len() * LANES
+    }
+
+    /// Rollouts, idle slots not counted.
+    pub fn rollouts(&self) -> usize {
+        self.group_table().iter().map(|group| group.rollouts as usize).sum()
+    }
+
+    /// Robot-steps in all.
+    pub fn steps(&self) -> u64 {
+        let steps = |group: &life::Group| u64::from(group.rollouts) * u64::from(self.worlds()[group.world as usize].steps);
+        self.group_table().iter().map(steps).sum()
+    }
+
+    /// Cycles of its longest life.
+    pub fn cycles(&self) -> u32 {
+        self.group_table().iter().map(|group| self.worlds()[group.world as usize].steps).max().unwrap_or(0)
+    }
+
+    /// Cycles from one record of a trace to the next; 0 without a trace.
+    pub fn trace_every(&self) -> u32 {
+        self.batch.trace_every()
+    }
+
+    /// Records that each slot has room for; 0 without a trace. The same in each part of a batch.
+    pub fn trace_records(&self) -> u32 {
+        self.batch.trace_records()
+    }
+}
+
+/// The kernel of all worlds.
+fn one_kernel(worlds: &[World]) -> Result<&'static Kernel, Invalid> {
+    let Some(first) = worlds.first() else {
+        return Err(Invalid::new("worlds", "there is none; allowed: one and more"));
+    };
+    for (index, world) in worlds.iter().enumerate() {
+        if world.kernel().name != first.kernel().name {
+            let problem = format!(
+                "is of the kernel {}, the first world of {}; allowed: one kind of controller in a batch",
+                world.kernel().name,
+                first.kernel().name
+            );
+            return Err(Invalid::new(format!("worlds[{index}].controller"), problem));
+        }
+    }
+    Ok(first.kernel())
+}
+
+/// Which rollout goes where.
+struct Layout {
+    groups: Vec<life::Group>,
+    slots: Vec<u32>,
+    /// Words of all inputs.
+    words: usize,
+}
+
+impl Layout {
+    fn new(worlds: &[World], rollouts: &[Rollout<'_>]) -> Result<Self, Invalid> {
+        const GREATEST: usize = 1 << 28;
+        if rollouts.is_empty() || rollouts.len() > GREATEST {
+            let problem = format!("there are {}; allowed: 1 to {GREATEST}", rollouts.len());
+            return Err(Invalid::new("rollouts", problem));
+        }
+        let mut counts = vec![0_usize; worlds.len()];
+        for (index, rollout) in rollouts.iter().enumerate() {
+            let Some(count) = counts.get_mut(rollout.world) else {
+                let problem = format!("is {}; allowed: 0 to {}", rollout.world, worlds.len() - 1);
+                return Err(Invalid::new(format!("rollouts[{index}].world"), problem));
+            };
+            *count += 1;
+        }
+        let mut groups = Vec::new();
+        let mut words = 0_usize;
+        // The next free slot of each world.
+        let mut next = Vec::with_capacity(worlds.len());
+        for (world, count) in counts.into_iter().enumerate() {
+            next.push(groups.len() * LANES);
+            for first in (0..count).step_by(LANES) {
+                let rollouts = (count - first).min(LANES) as u32;
+                groups.push(life::Group { world: world as u32, rollouts, inputs: words as u32 });
+                words += (KEY_WORDS + worlds[world].genes()) * LANES;
+            }
+        }
+        if words > u32::MAX as usize {
+            let problem = format!("their genes and keys fill {words} words; allowed: up to {}: evaluate several batches", u32::MAX);
+            return Err(Invalid::new("rollouts", problem));
+        }
+        let slots = rollouts
+            .iter()
+            .map(|rollout| {
+                let slot = &mut next[rollout.world];
+                *slot += 1;
+                (*slot - 1) as u32
+            })
+            .collect();
+        Ok(Self { groups, slots, words })
+    }
+
+    /// The groups' inputs: field by field 64 values, first the keys' two words, then the genes.
+    fn inputs(&self, worlds: &[World], rollouts: &[Rollout<'_>]) -> Result<Vec<u32>, Invalid> {
+        let mut inputs = vec![0_u32; self.words];
+        for (index, (rollout, &slot)) in rollouts.iter().zip(&self.slots).enumerate() {
+            let genes = worlds[rollout.world].genes();
+            check_genes(index, rollout.genes, genes)?;
+            let slot = slot as usize;
+            let first = self.groups[slot / LANES].inputs as usize + slot % LANES;
+            // A group's strided writes stay within a few kilobytes.
+            let lane = &mut inputs[first..=first + (KEY_WORDS + genes - 1) * LANES];
+            lane[0] = rollout.key.0[0];
+            lane[LANES] = rollout.key.0[1];
+            for (value, &gene) in lane[KEY_WORDS * LANES..].iter_mut().step_by(LANES).zip(rollout.genes) {
+                *value = canonical(gene).to_bits();
+            }
+        }
+        Ok(inputs)
+    }
+}
+
+/// A gene as the kernels get it.
+fn canonical(gene: f32) -> f32 {
+    if gene.abs() < LEAST_GENE { 0.0 } else { gene }
+}
+
+fn check_genes(rollout: usize, genes: &[f32], count: usize) -> Result<(), Invalid> {
+    if genes.len() != count {
+        let problem = format!("there are {}; allowed: {count}, as its world's controller takes", genes.len());
+        return Err(Invalid::new(format!("rollouts[{rollout}].genes"), problem));
+    }
+    // Written so that it is one pass without branches; NaN compares false.
+    if genes.iter().fold(true, |good, gene| good & (gene.abs() <= GREATEST_GENE)) {
+        return Ok(());
+    }
+    let bad = genes.iter().position(|gene| !(gene.abs() <= GREATEST_GENE)).unwrap_or_default();
+    let problem = format!("is {}; allowed: -{GREATEST_GENE} to {GREATEST_GENE}", genes[bad]);
+    Err(Invalid::new(format!("rollouts[{rollout}].genes[{bad}]"), problem))
+}
+
+/// The buffers that rollouts share: worlds with their places in them, objects, and each different table once.
+#[derive(Default)]
+struct Packed {
+    worlds: Vec<life::World>,
+    shapes: Vec<life::Shape>,
+    tables: Vec<[u32; 4]>,
+}
+
+impl Packed {
+    fn new(worlds: &[World]) -> Self {
+        let mut packed = Self::default();
+        let mut sensors = Seen::default();
+        let mut motors = Seen::default();
+        for world in worlds {
+            let robot = &world.spec().robot;
+            let first_shape = packed.shapes.len() as u32;
+            for shape in world.shapes() {
+                let class = shape.table as usize;
+                let table = sensors.place(
+                    (Arc::as_ptr(&robot.sensors), class),
+                    || sensor_cells(&robot.sensors.classes[class]),
+                    &mut packed.tables,
+                );
+                packed.shapes.push(life::Shape { table, ..*shape });
+            }
+            let motor_table =
+                motors.place((Arc::as_ptr(&robot.motors), 0), || motor_cells(&robot.motors), &mut packed.tables);
+            packed.worlds.push(life::World { first_shape, motor_table, ..*world.packed() });
+        }
+        if packed.shapes.is_empty() {
+            packed.shapes.push(life::Shape::default());
+        }
+        packed
+    }
+}
+
+/// Where tables were put: by identity, which is quick, and by content.
+struct Seen<T> {
+    identities: HashMap<(*const T, usize), u32>,
+    contents: BTreeMap<Vec<[u32; 4]>, u32>,
+}
+
+impl<T> Default for Seen<T> {
+    fn default() -> Self {
+        Self { identities: HashMap::new(), contents: BTreeMap::new() }
+    }
+}
+
+impl<T> Seen<T> {
+    /// The first cell of a table, which is added if no equal one is there.
+    fn place(&mut self, identity: (*const T, usize), cells: impl Fn() -> Vec<[u32; 4]>, tables: &mut Vec<[u32; 4]>) -> u32 {
+        *self.identities.entry(identity).or_insert_with(|| {
+            *self.contents.entry(cells()).or_insert_with_key(|cells| {
+                let first = tables.len() as u32;
+                tables.extend(cells);
+                first
+            })
+        })
+    }
+}
+
+/// A cell's eight readings in four words, the even sensors in the low halves.
+fn sensor_cells(table: &SensorTable) -> Vec<[u32; 4]> {
+    let pack = |readings: &[u16; 8]| {
+        std::array::from_fn(|pair| u32::from(readings[2 * pair]) | u32::from(readings[2 * pair + 1]) << 16)
+    };
+    table.readings.iter().map(pack).collect()
+}
+
+fn motor_cells(table: &MotorTable) -> Vec<[u32; 4]> {
+    // Zero has one sign.
+    let word = |x: f32| if x == 0.0 { 0 } else { x.to_bits() };
+    table.cells.iter().map(|cell| [cell.displacement, cell.turn, cell.left, cell.right].map(word)).collect()
+}

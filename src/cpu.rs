@@ -1,0 +1,310 @@
+//! Batches on the CPU: the kernels' lane code, spread over threads.
+
+use oneiro_shaders::life::{Dispatch, Record, State};
+use oneiro_shaders::{Kernel, Variant, Words};
+use rayon::prelude::*;
+
+use crate::batch::{Batch, LANES, Part};
+use crate::evaluator::{Control, Device, Error, Evaluator, PartResult};
+
+/// Cycles from one look at the control to the next: some ten milliseconds of 64 lives.
+const CHUNK: u32 = 16_384;
+
+/// The processor: a pool of threads of its own, and the widest lane code that pays for a batch's size.
+#[derive(Debug)]
+pub struct Cpu {
+    pool: rayon::ThreadPool,
+    variant: Option<&'static str>,
+    chunk: u32,
+}
+
+impl Cpu {
+    /// Opens the processor with so many threads; by default with one for each of its own.
+    ///
+    /// ```
+    /// use oneiro::cpu::Cpu;
+    /// use oneiro::evaluator::Evaluator;
+    ///
+    /// let cpu = Cpu::new(Some(2))?;
+    /// assert!(cpu.device().exact);
+    /// # Ok::<(), oneiro::evaluator::Error>(())
+    /// ```
+    ///
+    /// # Errors
+    /// [`Error::NoDevice`]: no or too many threads, or threads whose floats are not rounded to the nearest with
+    /// subnormals kept.
+    pub fn new(threads: Option<usize>) -> Result<Self, Error> {
+        const GREATEST: usize = 1024;
+        if threads.is_some_and(|threads| threads == 0 || threads > GREATEST) {
+            let threads = threads.unwrap_or_default();
+            return Err(Error::NoDevice(format!("{threads} threads; allowed: 1 to {GREATEST}")));
+        }
+        let pool = rayon::ThreadPoolBuilder::new()
+            .num_threads(threads.unwrap_or(0))
+            .thread_name(|index| format!("oneiro-cpu-{index}"))
+            .build()
+            .map_err(|error| Error::NoDevice(format!("the CPU's threads can't be started: {error}")))?;
+        if pool.broadcast(|_| float_mode::is_default()).contains(&false) {
+            return Err(Error::NoDevice(
+                "this program's threads round floats in another way than to the nearest, or flush small ones to zero; \
+                 allowed: the processor's default mode"
+                    .into(),
+            ));
+        }
+        Ok(Self { pool, variant: None, chunk: CHUNK })
+    }
+
+    /// The names of the lane codes that this processor runs, widest first, such as `avx2x16`.
+    pub fn variants() -> Vec<&'static str> {
+        available(&oneiro_shaders::LIFE_PERCEPTRON).map(|variant| variant.name).collect()
+    }
+
+    /// Always runs one lane code, in place of the one that suits each batch.
+    ///
+    /// # Errors
+    /// [`Error::NoDevice`] if this processor has none of that name.
+    pub fn with_variant(mut self, name: &str) -> Result<Self, Error> {
+        let known = Self::variants();
+        let Some(variant) = known.iter().find(|known| **known == name) else {
+            let problem = format!("this CPU has no lane code `{name}`; allowed: {}", known.join(", "));
+            return Err(Error::NoDevice(problem));
+        };
+        self.variant = Some(variant);
+        Ok(self)
+    }
+
+    /// Runs so many cycles in one call of a kernel, at least 1. No result depends on it.
+    #[must_use]
+    pub fn with_chunk(mut self, cycles: u32) -> Self {
+        self.chunk = cycles.max(1);
+        self
+    }
+
+    /// How many threads it has.
+    pub fn threads(&self) -> usize {
+        self.pool.current_num_threads()
+    }
+
+    /// Runs some groups of a batch. Results stand in the order of the groups; `told` hears of the progress.
+    pub(crate) fn run(&self, batch: &Batch, groups: &[u32], control: &Control, told: bool) -> Result<PartResult, Error> {
+        let parts: Vec<Part<'_>> = groups.iter().map(|&group| batch.part(group..group + 1)).collect();
+        let variant = self.choose(batch.kernel(), &parts)?;
+        let records = batch.trace_records() as usize;
+        let mut fitness = vec![0.0; parts.len() * LANES];
+        let mut trace = blank_trace(fitness.len() * records)?;
+
+        let mut traces: Vec<&mut [Record]> = trace.chunks_mut((records * LANES).max(1)).collect();
+        traces.resize_with(parts.len(), Default::default);
+        let groups: Vec<_> = parts.iter().zip(fitness.chunks_mut(LANES)).zip(traces).collect();
+        let steps = if told { Some(control) } else { None };
+        self.pool.install(|| {
+            groups.into_par_iter().try_for_each(|((part, fitness), trace)| {
+                let lives = Lives { part, variant, chunk: self.chunk, control, steps };
+                if trace.is_empty() {
+                    // Lanes that idle are not run.
+                    let lanes = fitness.par_chunks_mut(variant.lanes as usize).enumerate();
+                    return lanes.take(lives.calls()).try_for_each(|(call, fitness)| lives.run(call, fitness, &mut []));
+                }
+                let lanes = fitness.chunks_mut(variant.lanes as usize).enumerate();
+                lanes.take(lives.calls()).try_for_each(|(call, fitness)| lives.run(call, fitness, trace))
+            })
+        })?;
+        Ok(PartResult { fitness, trace })
+    }
+
+    /// The lane code that is estimated to finish first: with few rollouts, narrow ones keep more threads busy.
+    fn choose(&self, kernel: &'static Kernel, parts: &[Part<'_>]) -> Result<&'static Variant, Error> {
+        let named = |variant: &&Variant| self.variant.is_none_or(|name| name == variant.name);
+        let time = |variant: &&Variant| {
+            let calls: usize = parts.iter().map(|part| part.rollouts().div_ceil(variant.lanes as usize)).sum();
+            calls.div_ceil(self.threads()) as f32 * cost(variant)
+        };
+        available(kernel)
+            .filter(named)
+            .min_by(|a, b| time(a).total_cmp(&time(b)))
+            .ok_or_else(|| Error::NoDevice(format!("this CPU has no lane code for the kernel {}", kernel.name)))
+    }
+}
+
+impl Evaluator for Cpu {
+    fn device(&self) -> Device {
+        let widest = self.variant.or_else(|| Self::variants().first().copied()).unwrap_or("no lane code");
+        Device { name: "cpu".into(), detail: format!("{widest}, {} threads", self.threads()), exact: true }
+    }
+
+    fn evaluate_part(&mut self, part: &Part<'_>, control: &Control) -> Result<PartResult, Error> {
+        let groups: Vec<u32> = part.groups().collect();
+        self.run(part.batch(), &groups, control, true)
+    }
+}
+
+/// The lane codes that this processor runs.
+fn available(kernel: &'static Kernel) -> impl Iterator<Item = &'static Variant> {
+    kernel.variants.iter().filter(|variant| (variant.available)())
+}
+
+/// What one call of a lane code costs, in some unit: measured for the perceptron's kernel.
+fn cost(variant: &Variant) -> f32 {
+    let by_lane = match variant.name {
+        name if name.starts_with("avx512") => 1.0,
+        name if name.starts_with("avx2") => 1.8,
+        name if name.starts_with("scalar") => 1.0,
+        _ => 2.4,
+    };
+    9.0 + by_lane * variant.lanes as f32
+}
+
+/// Room for so many records.
+fn blank_trace(records: usize) -> Result<Vec<Record>, Error> {
+    let mut trace = Vec::new();
+    trace.try_reserve_exact(records).map_err(|_| {
+        Error::TooLarge(format!("a trace of {records} records does not fit into memory: trace fewer rollouts, or less often"))
+    })?;
+    trace.resize(records, Record::default());
+    Ok(trace)
+}
+
+/// The lives of one group.
+struct Lives<'a> {
+    part: &'a Part<'a>,
+    variant: &'static Variant,
+    chunk: u32,
+    control: &'a Control,
+    /// Who is told of steps, if anyone.
+    steps: Option<&'a Control>,
+}
+
+impl Lives<'_> {
+    /// Calls that run all rollouts.
+    fn calls(&self) -> usize {
+        self.part.rollouts().div_ceil(self.variant.lanes as usize)
+    }
+
+    /// Runs the lives of one call's lanes. `fitness` has their own values, `trace` the whole group's.
+    fn run(&self, call: usize, fitness: &mut [f32], trace: &mut [Record]) -> Result<(), Error> {
+        let part = self.part;
+        let lanes = self.variant.lanes as usize;
+        let first_lane = call * lanes;
+        let active = (part.rollouts() - first_lane).min(lanes) as u64;
+        let cycles = part.cycles();
+        // The kernel addresses a whole group: its own state and fitness, of which these lanes are a part.
+        let mut state = [State::default(); LANES];
+        let mut group_fitness = [0.0_f32; LANES];
+        let mut no_trace = [Record::default()];
+        let trace = if trace.is_empty() { &mut no_trace[..] } else { trace };
+        for begin in (0..cycles).step_by(self.chunk as usize) {
+            if self.control.is_cancelled() {
+                return Err(Error::Cancelled);
+            }
+            let end = begin.saturating_add(self.chunk).min(cycles);
+            let mut dispatch = Dispatch {
+                step_begin: begin,
+                step_end: end,
+                trace_every: part.trace_every(),
+                trace_records: part.trace_records(),
+                first_input: part.first_input(),
+                ..Dispatch::default()
+            };
+            let buffers = [
+                written(std::slice::from_mut(&mut dispatch)),
+                read(part.worlds()),
+                read(part.shapes()),
+                read(part.tables()),
+                read(part.group_table()),
+                read(part.inputs()),
+                written(&mut state),
+                written(&mut group_fitness),
+                written(trace),
+            ];
+            // SAFETY: `available` was asked before the variant was chosen. The buffers are those of the kernel's
+            // bindings, in their order (a test holds their names against these), none is empty, and those that it
+            // writes belong to this call alone.
+            unsafe { (self.variant.run)(&buffers, 0, first_lane as u32) };
+            if let Some(control) = self.steps {
+                control.add_steps(active * u64::from(end - begin));
+            }
+        }
+        fitness.copy_from_slice(&group_fitness[first_lane..first_lane + lanes]);
+        Ok(())
+    }
+}
+
+/// A buffer that kernels only read.
+fn read<T: bytemuck::Pod>(items: &[T]) -> Words {
+    let words: &[u32] = bytemuck::cast_slice(items);
+    Words { start: words.as_ptr().cast_mut(), len: words.len() }
+}
+
+/// A buffer that kernels may write.
+fn written<T: bytemuck::Pod>(items: &mut [T]) -> Words {
+    let words: &mut [u32] = bytemuck::cast_slice_mut(items);
+    Words { start: words.as_mut_ptr(), len: words.len() }
+}
+
+/// How a thread's float operations round.
+mod float_mode {
+    /// Whether this thread rounds to the nearest and keeps subnormals, as every thread does that nobody changed.
+    #[cfg(target_arch = "x86_64")]
+    pub(super) fn is_default() -> bool {
+        const FLUSH_TO_ZERO: u32 = 1 << 15;
+        const ROUNDING: u32 = 3 << 13;
+        const DENORMALS_ARE_ZERO: u32 = 1 << 6;
+        let mut mode = 0_u32;
+        // SAFETY: stores the control register to where it is told, and does nothing else.
+        unsafe { std::arch::asm!("stmxcsr [{}]", in(reg) &raw mut mode, options(nostack, preserves_flags)) };
+        mode & (FLUSH_TO_ZERO | ROUNDING | DENORMALS_ARE_ZERO) == 0
+    }
+
+    /// Whether this thread rounds to the nearest and keeps subnormals, as every thread does that nobody changed.
+    #[cfg(target_arch = "aarch64")]
+    pub(super) fn is_default() -> bool {
+        const FLUSH_TO_ZERO: u64 = 1 << 24;
+        const ROUNDING: u64 = 3 << 22;
+        const FLUSH_INPUTS: u64 = 1;
+        let mode: u64;
+        // SAFETY: reads the control register, and does nothing else.
+        unsafe { std::arch::asm!("mrs {}, fpcr", out(reg) mode, options(nomem, nostack, preserves_flags)) };
+        mode & (FLUSH_TO_ZERO | ROUNDING | FLUSH_INPUTS) == 0
+    }
+
+    /// Whether this thread rounds to the nearest and keeps subnormals: tried out, where no register can be asked.
+    #[cfg(not(any(target_arch = "x86_64", target_arch = "aarch64")))]
+    pub(super) fn is_default() -> bool {
+        use std::hint::black_box;
+        let above = black_box(1.0_f32) + black_box(f32::EPSILON / 4.0);
+        let below = black_box(-1.0_f32) - black_box(f32::EPSILON / 4.0);
+        let small = black_box(f32::MIN_POSITIVE) * black_box(0.5);
+        above == 1.0 && below == -1.0 && small.to_bits() == 0x0040_0000
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn buffers_are_in_the_order_of_the_bindings() {
+        const NAMES: [&str; 9] =
+            ["dispatch", "worlds", "shapes", "tables", "groups", "inputs", "state", "fitness", "trace"];
+        for kernel in oneiro_shaders::KERNELS.iter().filter(|kernel| kernel.name.starts_with("life")) {
+            let names: Vec<&str> = kernel.bindings.iter().map(|binding| binding.name).collect();
+            assert_eq!(names, NAMES, "{}", kernel.name);
+            assert_eq!(kernel.workgroup_size as usize, LANES, "{}", kernel.name);
+        }
+    }
+
+    /// The mode of a thread that was changed is seen.
+    #[cfg(target_arch = "x86_64")]
+    #[test]
+    fn a_changed_float_mode_is_noticed() {
+        assert!(float_mode::is_default());
+        for changed in [0x9f80_u32, 0x1fc0, 0x3f80, 0x5f80] {
+            let mode = std::thread::spawn(move || {
+                // SAFETY: loads the control register with masked exceptions; the thread computes nothing.
+                unsafe { std::arch::asm!("ldmxcsr [{}]", in(reg) &raw const changed, options(nostack)) };
+                float_mode::is_default()
+            });
+            assert!(!mode.join().unwrap(), "{changed:#x}");
+        }
+    }
+}

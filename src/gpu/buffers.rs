@@ -1,0 +1,147 @@
+//! Device buffers that live on between batches and grow as needed.
+
+use wgpu::BufferUsages as Usage;
+
+use super::device::{Device, Fault};
+
+/// A buffer of which the first `used` bytes are bound.
+#[derive(Debug)]
+pub(super) struct Pooled {
+    label: &'static str,
+    usage: Usage,
+    buffer: Option<wgpu::Buffer>,
+    used: u64,
+    /// What was last written, for what seldom changes.
+    written: Vec<u8>,
+}
+
+impl Pooled {
+    pub(super) fn new(label: &'static str, usage: Usage) -> Self {
+        Self { label, usage, buffer: None, used: 0, written: Vec::new() }
+    }
+
+    /// Makes room for so many bytes; what was there is lost if it grows.
+    pub(super) fn reserve(&mut self, device: &Device, bytes: u64) -> &wgpu::Buffer {
+        const STEP: u64 = 1 << 20;
+        self.used = bytes;
+        if self.buffer.as_ref().is_none_or(|buffer| buffer.size() < bytes) {
+            self.written.clear();
+            // Freed before its successor is made, so that both need not fit.
+            self.buffer = None;
+            let size = if bytes < STEP { bytes.next_power_of_two() } else { bytes.next_multiple_of(STEP) };
+            let most = device.adapter().limits().buffer_bytes;
+            self.buffer = Some(device.device.create_buffer(&wgpu::BufferDescriptor {
+                label: Some(self.label),
+                size: size.min(most).max(bytes).max(16),
+                usage: self.usage,
+                mapped_at_creation: false,
+            }));
+        }
+        self.buffer()
+    }
+
+    /// Replaces the contents.
+    pub(super) fn write(&mut self, device: &Device, bytes: &[u8]) {
+        device.queue.write_buffer(self.reserve(device, bytes.len() as u64), 0, bytes);
+    }
+
+    /// Replaces the contents, unless they are the same.
+    pub(super) fn keep(&mut self, device: &Device, bytes: &[u8]) {
+        self.reserve(device, bytes.len() as u64);
+        if self.written != bytes {
+            device.queue.write_buffer(self.buffer(), 0, bytes);
+            self.written.clear();
+            self.written.extend_from_slice(bytes);
+        }
+    }
+
+    /// The whole buffer; the used bytes are its first.
+    pub(super) fn buffer(&self) -> &wgpu::Buffer {
+        self.buffer.as_ref().expect("a pooled buffer is reserved before it is used")
+    }
+
+    /// Bytes in use.
+    pub(super) fn used(&self) -> u64 {
+        self.used
+    }
+
+    /// The used bytes, as a binding: kernels clamp their indices to its size.
+    pub(super) fn binding(&self) -> wgpu::BindingResource<'_> {
+        wgpu::BindingResource::Buffer(wgpu::BufferBinding {
+            buffer: self.buffer(),
+            offset: 0,
+            size: wgpu::BufferSize::new(self.used),
+        })
+    }
+
+    /// Copies the used bytes to where the host reads them, and maps that once the copy is done.
+    pub(super) fn bring(&self, encoder: &mut wgpu::CommandEncoder, to: &Self) {
+        encoder.copy_buffer_to_buffer(self.buffer(), 0, to.buffer(), 0, Some(self.used));
+        // A failure is seen when the range is asked for.
+        encoder.map_buffer_on_submit(to.buffer(), wgpu::MapMode::Read, 0..self.used, |_| {});
+    }
+
+    /// Takes what was brought here.
+    ///
+    /// # Errors
+    /// [`Fault::Lost`] if it never came.
+    pub(super) fn read<T: bytemuck::Pod>(&self, into: &mut [T]) -> Result<(), Fault> {
+        let view = self
+            .buffer()
+            .get_mapped_range(0..self.used)
+            .map_err(|error| Fault::Lost(format!("its results can't be read: {error}")))?;
+        bytemuck::cast_slice_mut(into).copy_from_slice(&view);
+        drop(view);
+        self.buffer().unmap();
+        Ok(())
+    }
+}
+
+/// What all rollouts of a batch share.
+#[derive(Debug)]
+pub(super) struct Scene {
+    pub(super) worlds: Pooled,
+    pub(super) shapes: Pooled,
+    pub(super) tables: Pooled,
+}
+
+impl Default for Scene {
+    fn default() -> Self {
+        let usage = Usage::STORAGE | Usage::COPY_DST;
+        Self {
+            worlds: Pooled::new("worlds", usage),
+            shapes: Pooled::new("shapes", usage),
+            tables: Pooled::new("tables", usage),
+        }
+    }
+}
+
+/// What one cut of a batch needs for itself. Two of them take turns, so that one is filled and read while the
+/// other is worked on.
+#[derive(Debug)]
+pub(super) struct Bench {
+    pub(super) dispatch: Pooled,
+    pub(super) groups: Pooled,
+    pub(super) inputs: Pooled,
+    pub(super) state: Pooled,
+    pub(super) fitness: Pooled,
+    pub(super) trace: Pooled,
+    pub(super) fitness_out: Pooled,
+    pub(super) trace_out: Pooled,
+}
+
+impl Default for Bench {
+    fn default() -> Self {
+        let result = Usage::STORAGE | Usage::COPY_SRC | Usage::COPY_DST;
+        Self {
+            dispatch: Pooled::new("dispatch", Usage::UNIFORM | Usage::COPY_DST),
+            groups: Pooled::new("groups", Usage::STORAGE | Usage::COPY_DST),
+            inputs: Pooled::new("inputs", Usage::STORAGE | Usage::COPY_DST),
+            state: Pooled::new("state", Usage::STORAGE),
+            fitness: Pooled::new("fitness", result),
+            trace: Pooled::new("trace", result),
+            fitness_out: Pooled::new("fitness out", Usage::MAP_READ | Usage::COPY_DST),
+            trace_out: Pooled::new("trace out", Usage::MAP_READ | Usage::COPY_DST),
+        }
+    }
+}

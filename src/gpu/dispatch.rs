@@ -1,0 +1,372 @@
+//! A part of a batch on a device: cut to what fits, each cut run in chunks of cycles, its state kept there.
+
+use std::collections::{BTreeMap, VecDeque};
+use std::ops::Range;
+use std::time::Instant;
+
+use bytemuck::Zeroable;
+use oneiro_shaders::Kernel;
+use oneiro_shaders::life::{Dispatch, Group, Record, State};
+
+use super::buffers::{Bench, Scene};
+use super::device::{Device, Fault, Pipeline};
+use super::pace::Pace;
+use crate::batch::Part;
+use crate::evaluator::{Control, PartResult};
+
+/// Slots of a group.
+const LANES: u64 = 64;
+
+/// Bytes that a cut's own buffers should take together: enough rollouts to fill any device, few enough for
+/// a small one. Two cuts are on the device at a time.
+const CUT_BYTES: u64 = 64 << 20;
+
+/// The greatest dispatch, besides what time and memory allow. No result depends on it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Bounds {
+    /// Groups in a cut, at least 1.
+    pub groups: u32,
+    /// Cycles in a chunk, at least 1.
+    pub cycles: u32,
+}
+
+impl Default for Bounds {
+    fn default() -> Self {
+        Self { groups: u32::MAX, cycles: u32::MAX }
+    }
+}
+
+/// Runs lives on one device, and keeps what the next batch can use: buffers and speeds.
+#[derive(Debug, Default)]
+pub(super) struct Lives {
+    scene: Scene,
+    benches: [Bench; 2],
+    paces: BTreeMap<&'static str, Pace>,
+    pub(super) bounds: Bounds,
+}
+
+impl Lives {
+    /// Runs a part.
+    ///
+    /// # Errors
+    /// See [`Fault`]; progress told to `control` is then taken back.
+    pub(super) fn run(&mut self, device: &mut Device, part: &Part<'_>, control: &Control) -> Result<PartResult, Fault> {
+        let batch = part.batch();
+        let pipeline = device.pipeline(batch.kernel())?;
+        let cuts = cuts(part, Bytes::of(device, self.bounds))?;
+        self.scene.worlds.keep(device, bytemuck::cast_slice(part.worlds()));
+        self.scene.shapes.keep(device, bytemuck::cast_slice(part.shapes()));
+        self.scene.tables.keep(device, bytemuck::cast_slice(part.tables()));
+
+        let records = batch.trace_records() as usize;
+        let mut run = Run {
+            device,
+            kernel: batch.kernel(),
+            pipeline: &pipeline,
+            part,
+            control,
+            scene: &self.scene,
+            benches: &mut self.benches,
+            pace: self.paces.entry(pipeline.kernel).or_default(),
+            most_cycles: self.bounds.cycles,
+            flights: VecDeque::new(),
+            told_steps: 0,
+            landed: Instant::now(),
+            result: PartResult {
+                fitness: room(part.slots(), 0.0)?,
+                trace: room(part.slots() * records, Record::zeroed())?,
+            },
+        };
+        match run.all(&cuts) {
+            Ok(()) => Ok(run.result),
+            Err(fault) => {
+                control.take_back_steps(run.told_steps);
+                // Their buffers may still be in use, or on their way to being mapped.
+                self.benches = Default::default();
+                Err(fault)
+            }
+        }
+    }
+
+    /// Halves the cuts after memory ran out; false if they can't get smaller.
+    pub(super) fn shrink(&mut self, part: &Part<'_>) -> bool {
+        let groups = self.bounds.groups.min(part.group_table().len() as u32);
+        self.scene = Scene::default();
+        self.bounds.groups = groups.div_ceil(2);
+        groups > 1
+    }
+}
+
+/// A vector of so many values, or an error if the host hasn't the memory.
+fn room<T: Clone>(len: usize, value: T) -> Result<Vec<T>, Fault> {
+    let mut values = Vec::new();
+    values.try_reserve_exact(len).map_err(|_| {
+        Fault::TooLarge(format!(
+            "the results take {} MB, which there is no memory for; trace fewer rollouts or fewer of their cycles",
+            (len * size_of::<T>()) >> 20
+        ))
+    })?;
+    values.resize(len, value);
+    Ok(values)
+}
+
+/// What bounds a cut.
+#[derive(Clone, Copy, Debug)]
+struct Bytes {
+    groups: usize,
+    binding: u64,
+    cut: u64,
+}
+
+impl Bytes {
+    fn of(device: &Device, bounds: Bounds) -> Self {
+        let limits = device.adapter().limits();
+        Self {
+            groups: limits.workgroups.min(bounds.groups).max(1) as usize,
+            binding: limits.binding_bytes.min(limits.buffer_bytes),
+            cut: CUT_BYTES,
+        }
+    }
+}
+
+/// Groups that are on the device together.
+#[derive(Clone, Debug, PartialEq, Eq)]
+struct Cut {
+    /// Of the part's groups.
+    groups: Range<usize>,
+    /// Words of the part's inputs.
+    inputs: Range<usize>,
+    /// The longest life.
+    cycles: u32,
+}
+
+impl Cut {
+    fn slots(&self) -> u64 {
+        self.groups.len() as u64 * LANES
+    }
+}
+
+/// Cuts a part to what fits, in order.
+fn cuts(part: &Part<'_>, bounds: Bytes) -> Result<Vec<Cut>, Fault> {
+    let groups = part.group_table();
+    let first_input = part.first_input() as usize;
+    let inputs_end = |group: usize| groups.get(group).map_or(part.inputs().len(), |g| g.inputs as usize - first_input);
+    let fixed = LANES * (size_of::<State>() + size_of::<f32>()) as u64;
+    let traced = LANES * u64::from(part.batch().trace_records()) * size_of::<Record>() as u64;
+    if traced > bounds.binding {
+        return Err(Fault::TooLarge(format!(
+            "the trace of {LANES} rollouts takes {} MB, and the device binds {} MB at once; trace fewer cycles",
+            traced >> 20,
+            bounds.binding >> 20
+        )));
+    }
+
+    let mut cuts = Vec::new();
+    let mut start = 0;
+    while start < groups.len() {
+        let first_word = inputs_end(start);
+        let fits = |end: usize| {
+            let count = (end - start) as u64;
+            let input = 4 * (inputs_end(end) - first_word) as u64;
+            let largest = input.max(traced * count).max(fixed * count);
+            end - start <= bounds.groups && largest <= bounds.binding && input + (fixed + traced) * count <= bounds.cut
+        };
+        // One group always goes, whatever the aim says; the bindings hold it (32 hidden units are 90 kB).
+        let mut end = start + 1;
+        while end < groups.len() && fits(end + 1) {
+            end += 1;
+        }
+        let cycles = groups[start..end].iter().map(|g| part.worlds()[g.world as usize].steps).max().unwrap_or(0);
+        cuts.push(Cut { groups: start..end, inputs: first_word..inputs_end(end), cycles });
+        start = end;
+    }
+    Ok(cuts)
+}
+
+/// A dispatch that was submitted.
+struct Flight {
+    submission: wgpu::SubmissionIndex,
+    submitted: Instant,
+    bench: usize,
+    slots: u64,
+    cycles: u32,
+    steps: u64,
+    /// The slots whose results it brings: those of its cut, if it is the cut's last.
+    brings: Option<Range<usize>>,
+}
+
+/// One part under way.
+struct Run<'a> {
+    device: &'a mut Device,
+    kernel: &'static Kernel,
+    pipeline: &'a Pipeline,
+    part: &'a Part<'a>,
+    control: &'a Control,
+    scene: &'a Scene,
+    benches: &'a mut [Bench; 2],
+    pace: &'a mut Pace,
+    most_cycles: u32,
+    flights: VecDeque<Flight>,
+    told_steps: u64,
+    landed: Instant,
+    result: PartResult,
+}
+
+impl Run<'_> {
+    /// One cut after the other, chunk by chunk, each submitted while the one before is worked on.
+    fn all(&mut self, cuts: &[Cut]) -> Result<(), Fault> {
+        for (index, cut) in cuts.iter().enumerate() {
+            let bench = index % self.benches.len();
+            let mut begin = 0;
+            while begin < cut.cycles {
+                // Until the speed is known there is nothing to plan the next chunk with.
+                self.land_until(usize::from(self.pace.is_known()))?;
+                if begin == 0 {
+                    self.fill(cut, bench);
+                }
+                let cycles = self.pace.cycles(cut.slots()).min(self.most_cycles).min(cut.cycles - begin);
+                self.launch(cut, bench, begin..begin + cycles)?;
+                begin += cycles;
+            }
+        }
+        self.land_until(0)
+    }
+
+    /// Uploads a cut.
+    fn fill(&mut self, cut: &Cut, bench: usize) {
+        let (device, part) = (&*self.device, self.part);
+        let bench = &mut self.benches[bench];
+        bench.groups.keep(device, bytemuck::cast_slice(&part.group_table()[cut.groups.clone()]));
+        bench.inputs.write(device, bytemuck::cast_slice(&part.inputs()[cut.inputs.clone()]));
+        bench.dispatch.reserve(device, size_of::<Dispatch>() as u64);
+        bench.state.reserve(device, cut.slots() * size_of::<State>() as u64);
+        let fitness = cut.slots() * size_of::<f32>() as u64;
+        bench.fitness.reserve(device, fitness);
+        bench.fitness_out.reserve(device, fitness);
+        // A binding can't be empty: without a trace it is one record that nobody writes.
+        let records = cut.slots() * u64::from(part.batch().trace_records());
+        let trace = records.max(1) * size_of::<Record>() as u64;
+        bench.trace.reserve(device, trace);
+        if records > 0 {
+            bench.trace_out.reserve(device, trace);
+        }
+    }
+
+    /// Submits a chunk of a cut.
+    fn launch(&mut self, cut: &Cut, bench_index: usize, cycles: Range<u32>) -> Result<(), Fault> {
+        let bench = &mut self.benches[bench_index];
+        let batch = self.part.batch();
+        let group_table = &self.part.group_table()[cut.groups.clone()];
+        let dispatch = Dispatch {
+            step_begin: cycles.start,
+            step_end: cycles.end,
+            trace_every: batch.trace_every(),
+            trace_records: batch.trace_records(),
+            first_input: group_table[0].inputs,
+            ..Dispatch::zeroed()
+        };
+        bench.dispatch.write(self.device, bytemuck::bytes_of(&dispatch));
+        let bind_group = bind(self.device, self.pipeline, self.kernel, self.scene, bench)?;
+
+        let traced = batch.trace_records() > 0;
+        let label = Some(self.pipeline.kernel);
+        let mut encoder = self.device.device.create_command_encoder(&wgpu::CommandEncoderDescriptor { label });
+        if traced && cycles.start == 0 {
+            // A life that ends before the batch's longest leaves the rest of its records as they were.
+            encoder.clear_buffer(bench.trace.buffer(), 0, Some(bench.trace.used()));
+        }
+        {
+            let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor { label, timestamp_writes: None });
+            pass.set_pipeline(&self.pipeline.compute);
+            pass.set_bind_group(0, &bind_group, &[]);
+            pass.dispatch_workgroups(group_table.len() as u32, 1, 1);
+        }
+        let is_last = cycles.end == cut.cycles;
+        if is_last {
+            bench.fitness.bring(&mut encoder, &bench.fitness_out);
+            if traced {
+                bench.trace.bring(&mut encoder, &bench.trace_out);
+            }
+        }
+        let submitted = Instant::now();
+        let submission = self.device.submit(encoder);
+        self.flights.push_back(Flight {
+            submission,
+            submitted,
+            bench: bench_index,
+            slots: cut.slots(),
+            cycles: cycles.end - cycles.start,
+            steps: steps(self.part, group_table, &cycles),
+            brings: is_last.then(|| cut.groups.start * LANES as usize..cut.groups.end * LANES as usize),
+        });
+        Ok(())
+    }
+
+    /// Waits until no more than so many dispatches are under way.
+    fn land_until(&mut self, under_way: usize) -> Result<(), Fault> {
+        if self.control.is_cancelled() {
+            return Err(Fault::Cancelled);
+        }
+        while self.flights.len() > under_way {
+            let Some(flight) = self.flights.pop_front() else { break };
+            self.device.wait(&flight.submission, self.control)?;
+            // It began when it was submitted, or when the one before was done.
+            let now = Instant::now();
+            self.pace.observe(flight.slots, flight.cycles, now - flight.submitted.max(self.landed));
+            self.landed = now;
+            self.control.add_steps(flight.steps);
+            self.told_steps += flight.steps;
+            if let Some(slots) = flight.brings {
+                let bench = &self.benches[flight.bench];
+                bench.fitness_out.read(&mut self.result.fitness[slots.clone()])?;
+                let records = self.part.batch().trace_records() as usize;
+                if records > 0 {
+                    bench.trace_out.read(&mut self.result.trace[slots.start * records..slots.end * records])?;
+                }
+            }
+        }
+        Ok(())
+    }
+}
+
+/// Robot-steps that a chunk makes.
+fn steps(part: &Part<'_>, groups: &[Group], cycles: &Range<u32>) -> u64 {
+    groups
+        .iter()
+        .map(|group| {
+            let end = part.worlds()[group.world as usize].steps.min(cycles.end);
+            u64::from(group.rollouts) * u64::from(end.saturating_sub(cycles.start))
+        })
+        .sum()
+}
+
+/// Binds each buffer of a life by its name in the kernel.
+fn bind(
+    device: &Device,
+    pipeline: &Pipeline,
+    kernel: &Kernel,
+    scene: &Scene,
+    bench: &Bench,
+) -> Result<wgpu::BindGroup, Fault> {
+    let mut entries = Vec::with_capacity(kernel.bindings.len());
+    for binding in kernel.bindings {
+        let buffer = match binding.name {
+            "dispatch" => &bench.dispatch,
+            "worlds" => &scene.worlds,
+            "shapes" => &scene.shapes,
+            "tables" => &scene.tables,
+            "groups" => &bench.groups,
+            "inputs" => &bench.inputs,
+            "state" => &bench.state,
+            "fitness" => &bench.fitness,
+            "trace" => &bench.trace,
+            other => return Err(Fault::Refused(format!("`{}` binds `{other}`, which no life has", kernel.name))),
+        };
+        entries.push(wgpu::BindGroupEntry { binding: binding.binding, resource: buffer.binding() });
+    }
+    Ok(device.device.create_bind_group(&wgpu::BindGroupDescriptor {
+        label: Some(kernel.name),
+        layout: &pipeline.bindings,
+        entries: &entries,
+    }))
+}

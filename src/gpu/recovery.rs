@@ -1,0 +1,60 @@
+//! A GPU that may be lost: opened again once, then the batch goes elsewhere.
+
+use super::Gpu;
+use crate::batch::Part;
+use crate::evaluator::{Control, Device, Error, Evaluator, PartResult};
+
+/// Evaluates on a GPU. If its device is lost, it is opened again and the part repeated; if that fails too, this
+/// part and all later ones run on the fallback. The result is the same.
+pub struct Recovering {
+    gpu: Option<Gpu>,
+    fallback: Box<dyn Evaluator>,
+    warnings: Vec<String>,
+}
+
+impl Recovering {
+    /// A GPU, and what takes over when it is gone.
+    pub fn new(gpu: Gpu, fallback: Box<dyn Evaluator>) -> Self {
+        Self { gpu: Some(gpu), fallback, warnings: Vec::new() }
+    }
+
+    /// The part on the GPU, which is opened again if it is lost; `None` if it is gone for good.
+    fn on_gpu(&mut self, part: &Part<'_>, control: &Control) -> Option<Result<PartResult, Error>> {
+        let gpu = self.gpu.as_mut()?;
+        let lost = match gpu.evaluate_part(part, control) {
+            Err(lost @ Error::Lost { .. }) => lost,
+            done => return Some(done),
+        };
+        self.warnings.push(format!("{lost}; it is opened again"));
+        let again = gpu.reopen().and_then(|new| {
+            *gpu = new;
+            gpu.evaluate_part(part, control)
+        });
+        match again {
+            Err(error @ (Error::Lost { .. } | Error::NoDevice(_))) => {
+                let next = self.fallback.device().name;
+                self.warnings.push(format!("{error}; from now on {next} evaluates in its place"));
+                self.gpu = None;
+                None
+            }
+            done => Some(done),
+        }
+    }
+}
+
+impl Evaluator for Recovering {
+    fn device(&self) -> Device {
+        self.gpu.as_ref().map_or_else(|| self.fallback.device(), Evaluator::device)
+    }
+
+    fn evaluate_part(&mut self, part: &Part<'_>, control: &Control) -> Result<PartResult, Error> {
+        match self.on_gpu(part, control) {
+            Some(done) => done,
+            None => self.fallback.evaluate_part(part, control),
+        }
+    }
+
+    fn warnings(&self) -> &[String] {
+        &self.warnings
+    }
+}

@@ -1,0 +1,203 @@
+//! A batch on several evaluators at once.
+
+use std::ops::Range;
+use std::sync::{Mutex, MutexGuard, PoisonError};
+use std::time::Instant;
+
+use oneiro_shaders::life::Record;
+
+use crate::batch::{LANES, Part};
+use crate::evaluator::{Control, Device, Error, Evaluator, PartResult};
+
+/// A piece should take a member at least this long, in seconds, so that its fixed costs don't show.
+const LEAST_PIECE: f64 = 0.02;
+
+/// Evaluators that share each batch: all take pieces of it until none is left, faster ones larger pieces. A member
+/// that is lost leaves its piece to the others. No result depends on who computes what.
+pub struct Pool {
+    members: Vec<Member>,
+    warnings: Vec<String>,
+}
+
+struct Member {
+    evaluator: Box<dyn Evaluator>,
+    /// Robot-steps per second of its last piece.
+    speed: Option<f64>,
+    /// Its warnings that the pool has passed on.
+    heard: usize,
+    /// Why it does not go on.
+    gone: Option<Error>,
+}
+
+impl Pool {
+    /// A pool of one or more evaluators.
+    ///
+    /// # Errors
+    /// [`Error::NoDevice`] if there is none, or one is not exact: its share of the results would depend on the
+    /// division.
+    pub fn new(evaluators: Vec<Box<dyn Evaluator>>) -> Result<Self, Error> {
+        if evaluators.is_empty() {
+            return Err(Error::NoDevice("a pool of no devices; allowed: one and more".into()));
+        }
+        for evaluator in &evaluators {
+            let Device { name, exact, .. } = evaluator.device();
+            if !exact {
+                return Err(Error::NoDevice(format!("{name} is not exact; allowed in a pool: exact devices")));
+            }
+        }
+        let member = |evaluator| Member { evaluator, speed: None, heard: 0, gone: None };
+        Ok(Self { members: evaluators.into_iter().map(member).collect(), warnings: Vec::new() })
+    }
+}
+
+impl Evaluator for Pool {
+    fn device(&self) -> Device {
+        let devices: Vec<Device> = self.members.iter().map(|member| member.evaluator.device()).collect();
+        let join = |text: fn(&Device) -> &str| devices.iter().map(text).collect::<Vec<_>>().join(" + ");
+        Device { name: join(|device| &device.name), detail: join(|device| &device.detail), exact: true }
+    }
+
+    fn evaluate_part(&mut self, part: &Part<'_>, control: &Control) -> Result<PartResult, Error> {
+        let work = Work::new(part, self.members.len());
+        // Once is enough, unless a member gives a piece back when the others have left.
+        while work.has_pieces() {
+            if self.members.is_empty() {
+                return Err(Error::NoDevice(format!("the pool has no device left: {}", self.warnings.join("; "))));
+            }
+            std::thread::scope(|scope| {
+                for (index, member) in self.members.iter_mut().enumerate() {
+                    let work = &work;
+                    scope.spawn(move || member.work(index, work, control));
+                }
+            });
+            self.hear();
+            for member in &mut self.members {
+                match member.gone.take() {
+                    None => {}
+                    Some(lost @ (Error::Lost { .. } | Error::NoDevice(_))) => {
+                        self.warnings.push(format!("{lost}; the other devices of the pool go on without it"));
+                        member.gone = Some(lost);
+                    }
+                    Some(error) => return Err(error),
+                }
+            }
+            self.members.retain(|member| member.gone.is_none());
+        }
+        Ok(work.into_result())
+    }
+
+    fn warnings(&self) -> &[String] {
+        &self.warnings
+    }
+}
+
+impl Pool {
+    /// Takes over the members' new warnings.
+    fn hear(&mut self) {
+        for member in &mut self.members {
+            let warnings = member.evaluator.warnings();
+            self.warnings.extend(warnings.iter().skip(member.heard).cloned());
+            member.heard = warnings.len();
+        }
+    }
+}
+
+impl Member {
+    /// Takes pieces until none is left or one fails.
+    fn work(&mut self, index: usize, work: &Work<'_>, control: &Control) {
+        while let Some(groups) = work.take(index, self.speed) {
+            let piece = work.part.part(groups.clone());
+            let start = Instant::now();
+            match self.evaluator.evaluate_part(&piece, control) {
+                Ok(result) => {
+                    self.speed = Some(piece.steps() as f64 / start.elapsed().as_secs_f64().max(1e-9));
+                    work.put(&groups, &result);
+                }
+                Err(error) => {
+                    let others_can = matches!(error, Error::Lost { .. } | Error::NoDevice(_));
+                    work.give_back(groups, others_can);
+                    self.gone = Some(error);
+                    return;
+                }
+            }
+        }
+    }
+}
+
+/// What is to be done of a part, and what has been done.
+struct Work<'a> {
+    part: &'a Part<'a>,
+    shared: Mutex<Shared>,
+}
+
+struct Shared {
+    /// Groups that nobody has taken.
+    open: Vec<Range<u32>>,
+    /// The members' speeds, as far as they are known.
+    speeds: Vec<Option<f64>>,
+    stopped: bool,
+    result: PartResult,
+}
+
+impl<'a> Work<'a> {
+    fn new(part: &'a Part<'a>, members: usize) -> Self {
+        let records = part.trace_records() as usize;
+        let result =
+            PartResult { fitness: vec![0.0; part.slots()], trace: vec![Record::default(); part.slots() * records] };
+        let open = vec![0..part.groups().len() as u32];
+        Self { part, shared: Mutex::new(Shared { open, speeds: vec![None; members], stopped: false, result }) }
+    }
+
+    fn shared(&self) -> MutexGuard<'_, Shared> {
+        self.shared.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    fn has_pieces(&self) -> bool {
+        self.shared().open.iter().any(|groups| !groups.is_empty())
+    }
+
+    /// A piece for a member: half of its share of what is left, by its speed, so that all finish together.
+    fn take(&self, member: usize, speed: Option<f64>) -> Option<Range<u32>> {
+        let mut shared = self.shared();
+        shared.open.retain(|groups| !groups.is_empty());
+        if shared.stopped {
+            return None;
+        }
+        shared.speeds[member] = speed;
+        let left: u32 = shared.open.iter().map(|groups| groups.len() as u32).sum();
+        let members = shared.speeds.len() as f64;
+        let size = match speed {
+            None => f64::from(left) / (8.0 * members),
+            Some(speed) => {
+                let known: Vec<f64> = shared.speeds.iter().copied().flatten().collect();
+                let mean = known.iter().sum::<f64>() / known.len() as f64;
+                let group_steps = self.part.steps() as f64 / self.part.groups().len() as f64;
+                let least = LEAST_PIECE * speed / group_steps;
+                (0.5 * f64::from(left) * speed / (mean * members)).max(least)
+            }
+        } as u32;
+        let open = shared.open.last_mut()?;
+        let end = open.start.saturating_add(size.max(1)).min(open.end);
+        let piece = open.start..end;
+        open.start = end;
+        Some(piece)
+    }
+
+    fn give_back(&self, groups: Range<u32>, others_can: bool) {
+        let mut shared = self.shared();
+        shared.open.push(groups);
+        shared.stopped |= !others_can;
+    }
+
+    fn put(&self, groups: &Range<u32>, result: &PartResult) {
+        let mut shared = self.shared();
+        let first = groups.start as usize * LANES;
+        let records = self.part.trace_records() as usize;
+        shared.result.fitness[first..][..result.fitness.len()].copy_from_slice(&result.fitness);
+        shared.result.trace[first * records..][..result.trace.len()].copy_from_slice(&result.trace);
+    }
+
+    fn into_result(self) -> PartResult {
+        self.shared.into_inner().unwrap_or_else(PoisonError::into_inner).result
+    }
+}

@@ -1,0 +1,212 @@
+//! What a world's numbers may be. The bounds are far beyond any use; they keep every number that a kernel computes
+//! finite and out of the subnormals, where machines differ.
+
+use std::fmt::Display;
+use std::ops::RangeInclusive;
+
+use super::{Controller, Noise, Robot, Start, WorldSpec};
+use crate::arena::{Arena, Field, Obstacle, Wall};
+use crate::tables::{GREATEST_READING, MotorTable, SensorTable, SensorTables};
+
+/// A value that is not allowed.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("{field}: {problem}")]
+pub struct Invalid {
+    /// Where it stands, such as `noise.sensor` or `arena.walls[3].from`.
+    pub field: String,
+    /// What it is, and what is allowed.
+    pub problem: String,
+}
+
+impl Invalid {
+    pub(crate) fn new(field: impl Into<String>, problem: impl Into<String>) -> Self {
+        Self { field: field.into(), problem: problem.into() }
+    }
+}
+
+/// The sensors' sums of readings are 16 bits wide.
+pub(super) const GREATEST_SHAPES: usize = (u16::MAX / GREATEST_READING) as usize;
+
+/// 100 m: beyond it, f32 is too coarse for a robot's steps.
+const COORDINATE: RangeInclusive<f32> = -1e5..=1e5;
+const LENGTH: RangeInclusive<f32> = 1.0..=1e5;
+/// Numbers nearer to zero than this (about 1e-6), but not zero, are refused.
+pub(super) const LEAST: f32 = 1.0 / (1 << 20) as f32;
+
+fn integer(field: &str, value: u32, allowed: RangeInclusive<u32>) -> Result<(), Invalid> {
+    if allowed.contains(&value) {
+        return Ok(());
+    }
+    Err(Invalid::new(field, format!("is {value}; allowed: {} to {}", allowed.start(), allowed.end())))
+}
+
+/// Checks a number; the field's name is only built for the message.
+fn number(field: impl Display, value: f32, allowed: RangeInclusive<f32>) -> Result<(), Invalid> {
+    if !allowed.contains(&value) {
+        let problem = format!("is {value}; allowed: {} to {}", allowed.start(), allowed.end());
+        return Err(Invalid::new(field.to_string(), problem));
+    }
+    if value != 0.0 && value.abs() < LEAST {
+        return Err(Invalid::new(field.to_string(), format!("is {value:e}; allowed: 0, or {LEAST:e} and more in size")));
+    }
+    Ok(())
+}
+
+pub(super) fn check(spec: &WorldSpec) -> Result<(), Invalid> {
+    robot(&spec.robot)?;
+    arena(&spec.arena, &spec.robot.sensors)?;
+    noise(&spec.noise)?;
+    if let Controller::Hidden { units } = spec.controller {
+        integer("controller.units", units, 1..=32)?;
+    }
+    if let Start::At { x, y, heading } = spec.start {
+        number("start.x", x, COORDINATE)?;
+        number("start.y", y, COORDINATE)?;
+        number("start.heading", heading, 0.0..=1.0)?;
+        if heading == 1.0 {
+            return Err(Invalid::new("start.heading", "is 1; allowed: turns from 0 to less than 1"));
+        }
+    }
+    integer("cycles", spec.cycles, 1..=1_000_000)?;
+
+    // A robot that jumps no further than its diameter can't jump over a wall.
+    let diameter = 2.0 * spec.robot.body_radius;
+    let greatest = spec.robot.motors.cells.iter().fold(0.0_f32, |most, cell| cell.displacement.abs().max(most));
+    let farthest = greatest * (1.0 + spec.noise.motor);
+    if farthest >= diameter {
+        let problem = format!(
+            "the greatest displacement of a cycle is {farthest} mm, noise included; \
+             allowed: less than the body's diameter, {diameter} mm, so that no robot jumps over a wall"
+        );
+        return Err(Invalid::new("robot.motors", problem));
+    }
+    Ok(())
+}
+
+fn robot(robot: &Robot) -> Result<(), Invalid> {
+    number("robot.body_radius", robot.body_radius, LENGTH)?;
+    number("robot.turn_before_move", robot.turn_before_move, 0.0..=1.0)?;
+    number("robot.sensors.reading_scale", robot.sensors.reading_scale, LEAST..=1.0)?;
+    for (index, table) in robot.sensors.classes.iter().enumerate() {
+        sensor_table(&format!("robot.sensors.classes[{index}]"), table)?;
+        let first = &robot.sensors.classes[0];
+        let shape = |table: &SensorTable| (table.rows, table.bearings, table.nearest, table.spacing);
+        if shape(table) != shape(first) {
+            let problem = format!("has another shape than the class {}; allowed: tables of one shape", first.class);
+            return Err(Invalid::new(format!("robot.sensors.classes[{index}]"), problem));
+        }
+        if robot.sensors.class(&table.class) != Some(index) {
+            let problem = format!("is a second table of the class {}; allowed: one a class", table.class);
+            return Err(Invalid::new(format!("robot.sensors.classes[{index}]"), problem));
+        }
+    }
+    motor_table(&robot.motors)
+}
+
+fn sensor_table(field: &str, table: &SensorTable) -> Result<(), Invalid> {
+    integer(&format!("{field}.rows"), table.rows, 1..=1000)?;
+    integer(&format!("{field}.bearings"), table.bearings, 4..=3600)?;
+    number(format_args!("{field}.nearest"), table.nearest, 0.0..=10_000.0)?;
+    number(format_args!("{field}.spacing"), table.spacing, 0.01..=1000.0)?;
+    let cells = table.rows as usize * table.bearings as usize;
+    if table.readings.len() != cells {
+        let problem = format!("has {} cells; allowed: rows times bearings, {cells}", table.readings.len());
+        return Err(Invalid::new(format!("{field}.readings"), problem));
+    }
+    if let Some(cell) = table.readings.iter().position(|cell| cell.iter().any(|&reading| reading > GREATEST_READING)) {
+        let problem = format!("is {:?}; allowed: 0 to {GREATEST_READING} each", table.readings[cell]);
+        return Err(Invalid::new(format!("{field}.readings[{cell}]"), problem));
+    }
+    Ok(())
+}
+
+fn motor_table(motors: &MotorTable) -> Result<(), Invalid> {
+    integer("robot.motors.states", motors.states, 1..=256)?;
+    let cells = motors.states as usize * motors.states as usize;
+    if motors.cells.len() != cells {
+        let problem = format!("has {} cells; allowed: states times states, {cells}", motors.cells.len());
+        return Err(Invalid::new("robot.motors.cells", problem));
+    }
+    number("robot.motors.scale", motors.scale, 0.0..=1000.0)?;
+    number("robot.motors.offset", motors.offset, 0.0..=1000.0)?;
+    for (index, cell) in motors.cells.iter().enumerate() {
+        number(format_args!("robot.motors.cells[{index}].displacement"), cell.displacement, -1000.0..=1000.0)?;
+        number(format_args!("robot.motors.cells[{index}].turn"), cell.turn, -0.5..=0.5)?;
+        number(format_args!("robot.motors.cells[{index}].left"), cell.left, -1.0..=1.0)?;
+        number(format_args!("robot.motors.cells[{index}].right"), cell.right, -1.0..=1.0)?;
+    }
+    Ok(())
+}
+
+fn arena(arena: &Arena, sensors: &SensorTables) -> Result<(), Invalid> {
+    let Field { x, y, width, height } = arena.field;
+    number("arena.field.x", x, COORDINATE)?;
+    number("arena.field.y", y, COORDINATE)?;
+    number("arena.field.width", width, LENGTH)?;
+    number("arena.field.height", height, LENGTH)?;
+    let shapes = arena.walls.len() + arena.obstacles.len();
+    if shapes > GREATEST_SHAPES {
+        let problem = format!("{shapes} walls and obstacles; allowed: 0 to {GREATEST_SHAPES} together");
+        return Err(Invalid::new("arena", problem));
+    }
+    for (index, wall) in arena.walls.iter().enumerate() {
+        self::wall(&format!("arena.walls[{index}]"), wall)?;
+        class(&format!("arena.walls[{index}].class"), &wall.class, sensors)?;
+    }
+    for (index, obstacle) in arena.obstacles.iter().enumerate() {
+        let Obstacle { x, y, radius, class } = obstacle;
+        number(format_args!("arena.obstacles[{index}].x"), *x, COORDINATE)?;
+        number(format_args!("arena.obstacles[{index}].y"), *y, COORDINATE)?;
+        number(format_args!("arena.obstacles[{index}].radius"), *radius, 0.0..=1e5)?;
+        self::class(&format!("arena.obstacles[{index}].class"), class, sensors)?;
+    }
+    Ok(())
+}
+
+fn wall(field: &str, wall: &Wall) -> Result<(), Invalid> {
+    for axis in 0..2 {
+        let name = ["x", "y"][axis];
+        number(format_args!("{field}.from.{name}"), wall.from[axis], COORDINATE)?;
+        number(format_args!("{field}.to.{name}"), wall.to[axis], COORDINATE)?;
+        let length = wall.to[axis] - wall.from[axis];
+        if length != 0.0 && length.abs() < LEAST {
+            let problem = format!("its ends differ by {length:e} mm in {name}; allowed: 0, or {LEAST:e} and more in size");
+            return Err(Invalid::new(field, problem));
+        }
+    }
+    let [x, y] = [wall.to[0] - wall.from[0], wall.to[1] - wall.from[1]];
+    let squared = x * x + y * y;
+    if squared < 1.0 {
+        let problem = format!("is {} mm long; allowed: 1 mm and more", squared.sqrt());
+        return Err(Invalid::new(field, problem));
+    }
+    Ok(())
+}
+
+fn class(field: &str, class: &str, sensors: &SensorTables) -> Result<(), Invalid> {
+    if sensors.class(class).is_some() {
+        return Ok(());
+    }
+    let known: Vec<&str> = sensors.classes.iter().map(|table| table.class.as_str()).collect();
+    let problem = format!("no sensor table for `{class}`; allowed: {}", known.join(", "));
+    Err(Invalid::new(field, problem))
+}
+
+fn noise(noise: &Noise) -> Result<(), Invalid> {
+    let (low, high) = noise.sensor;
+    number("noise.sensor", low, -1.0..=1.0)?;
+    number("noise.sensor", high, -1.0..=1.0)?;
+    let span = high - low;
+    if span < 0.0 || (span < LEAST && (low, high) != (0.0, 0.0)) {
+        let problem = format!("is ({low}, {high}); allowed: (0, 0), or a smaller and a greater number");
+        return Err(Invalid::new("noise.sensor", problem));
+    }
+    number("noise.walk_range", noise.walk_range, 0.0..=1000.0)?;
+    number("noise.walk_step", noise.walk_step, 0.0..=2000.0)?;
+    // A longer step could leave the range on the other side when it is reflected.
+    if noise.walk_step > 2.0 * noise.walk_range {
+        let problem = format!("is {}; allowed: at most twice noise.walk_range, {}", noise.walk_step, 2.0 * noise.walk_range);
+        return Err(Invalid::new("noise.walk_step", problem));
+    }
+    number("noise.motor", noise.motor, 0.0..=1.0)
+}

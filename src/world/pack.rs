@@ -1,0 +1,243 @@
+//! A world as the kernels read it.
+
+use glam::Vec2;
+use oneiro_shaders::life;
+
+use super::check::Invalid;
+use super::{Activation, Controller, Difference, Speed, Start, Task, WorldSpec};
+use crate::arena::Field;
+
+/// Flags of `life::World::task_choices`; the names are those of the kernel's task.
+const SIGNED_SPEED: u32 = 1;
+const SQUARED_DIFFERENCE: u32 = 2;
+const PERCEIVED_ACTIVATION: u32 = 4;
+const NO_ACTIVATION_TERM: u32 = 8;
+
+/// Points a side of the grid on which free space is looked for.
+const GRID: usize = 64;
+
+/// A world whose places in a batch's buffers are not known yet.
+#[derive(Debug)]
+pub(super) struct Packed {
+    pub(super) world: life::World,
+    pub(super) shapes: Vec<life::Shape>,
+    pub(super) free_share: f32,
+}
+
+impl Packed {
+    /// Of a specification whose numbers have been checked.
+    pub(super) fn new(spec: &WorldSpec) -> Result<Self, Invalid> {
+        let shapes = shapes(spec);
+        let free = Free::find(spec.arena.field, &shapes);
+        let (random_start, start) = match spec.start {
+            Start::Random => (1, random_start(&free)?),
+            Start::At { x, y, heading } => {
+                if touches(&shapes, Vec2::new(x, y)) {
+                    let problem = format!("({x}, {y}) mm touches an object; allowed: where the whole body is free");
+                    return Err(Invalid::new("start", problem));
+                }
+                (0, [x, y, heading])
+            }
+        };
+        Ok(Self { world: world(spec, random_start, start.map(zero), shapes.len() as u32), shapes, free_share: free.share })
+    }
+}
+
+/// The pose that a life takes whose every draw of a random one touches something.
+fn random_start(free: &Free) -> Result<[f32; 3], Invalid> {
+    match free.roomiest {
+        // A life draws 64 times: with a quarter free, one in 1e8 finds nothing.
+        Some(at) if free.share >= 0.25 => Ok([at.x, at.y, 0.0]),
+        _ => Err(Invalid::new(
+            "arena.field",
+            format!(
+                "a robot's body is free in {:.0} % of it; allowed for random starts: 25 % and more",
+                100.0 * free.share
+            ),
+        )),
+    }
+}
+
+fn world(spec: &WorldSpec, random_start: u32, start: [f32; 3], shapes: u32) -> life::World {
+    let Field { x, y, width, height } = spec.arena.field;
+    let (low, high) = spec.noise.sensor;
+    let motors = &spec.robot.motors;
+    // Without classes there are no objects, and nothing of the tables is used.
+    let (nearest, spacing, rows, bearings) = match spec.robot.sensors.classes.first() {
+        Some(table) => (table.nearest, table.spacing, table.rows, table.bearings),
+        None => (0.0, 1.0, 1, 1),
+    };
+    life::World {
+        steps: spec.cycles,
+        first_shape: 0,
+        shapes,
+        field_x: zero(x),
+        field_y: zero(y),
+        field_width: width,
+        field_height: height,
+        random_start,
+        start_x: start[0],
+        start_y: start[1],
+        start_heading: start[2],
+        nearest: zero(nearest),
+        rows_per_mm: 1.0 / spacing,
+        rows,
+        bearings,
+        bearings_per_turn: bearings as f32,
+        reading_scale: spec.robot.sensors.reading_scale,
+        sensor_noise_low: zero(low),
+        sensor_noise_span: high - low,
+        walk_range: zero(spec.noise.walk_range),
+        walk_step: zero(spec.noise.walk_step),
+        motor_table: 0,
+        motor_states: motors.states,
+        motor_scale: zero(motors.scale),
+        motor_offset: zero(motors.offset),
+        motor_noise: zero(spec.noise.motor),
+        turn_before_move: zero(spec.robot.turn_before_move),
+        hidden: match spec.controller {
+            Controller::Hidden { units } => units,
+            Controller::Perceptron | Controller::Recurrent => 0,
+        },
+        task_choices: task_choices(spec.task),
+        unused_a: 0,
+        unused_b: 0,
+        unused_c: 0,
+    }
+}
+
+fn task_choices(task: Task) -> u32 {
+    let Task::Avoidance { speed, difference, activation } = task;
+    let speed = match speed {
+        Speed::Unsigned => 0,
+        Speed::Signed => SIGNED_SPEED,
+    };
+    let difference = match difference {
+        Difference::Root => 0,
+        Difference::Square => SQUARED_DIFFERENCE,
+    };
+    let activation = match activation {
+        Activation::Real => 0,
+        Activation::Perceived => PERCEIVED_ACTIVATION,
+        Activation::None => NO_ACTIVATION_TERM,
+    };
+    speed | difference | activation
+}
+
+fn shapes(spec: &WorldSpec) -> Vec<life::Shape> {
+    let sensors = &spec.robot.sensors;
+    let shape = |from: Vec2, length: Vec2, radius: f32, class: &str| {
+        let class = sensors.class(class).unwrap_or_default();
+        let contact = spec.robot.body_radius + radius;
+        let reach = contact + sensors.classes[class].reach();
+        let squared = length.x * length.x + length.y * length.y;
+        let scaled = if squared == 0.0 { Vec2::ZERO } else { length / squared };
+        life::Shape {
+            x: zero(from.x),
+            y: zero(from.y),
+            length_x: zero(length.x),
+            length_y: zero(length.y),
+            scaled_x: zero(scaled.x),
+            scaled_y: zero(scaled.y),
+            contact,
+            contact_squared: contact * contact,
+            reach_squared: reach * reach,
+            table: class as u32,
+            ends_layer: 0,
+        }
+    };
+    let walls = spec.arena.walls.iter().map(|wall| {
+        let from = Vec2::from(wall.from);
+        shape(from, Vec2::from(wall.to) - from, 0.0, &wall.class)
+    });
+    let obstacles = spec.arena.obstacles.iter().map(|obstacle| {
+        shape(Vec2::new(obstacle.x, obstacle.y), Vec2::ZERO, obstacle.radius, &obstacle.class)
+    });
+    layered(walls.chain(obstacles).collect())
+}
+
+/// Sorts shapes into layers within which no two are in reach of a robot at once, so that a kernel looks up one of
+/// a layer. Readings are summed as integers: the order changes no bit.
+fn layered(shapes: Vec<life::Shape>) -> Vec<life::Shape> {
+    let mut layers: Vec<Vec<life::Shape>> = Vec::new();
+    for shape in shapes {
+        match layers.iter_mut().find(|layer| layer.iter().all(|other| never_both_in_reach(&shape, other))) {
+            Some(layer) => layer.push(shape),
+            None => layers.push(vec![shape]),
+        }
+    }
+    for layer in &mut layers {
+        if let Some(last) = layer.last_mut() {
+            last.ends_layer = 1;
+        }
+    }
+    layers.concat()
+}
+
+/// Whether the places from where one shape is in reach and those from where the other is lie apart, by a
+/// millimetre that no rounding makes up for.
+fn never_both_in_reach(a: &life::Shape, b: &life::Shape) -> bool {
+    let ends = |shape: &life::Shape| {
+        let from = Vec2::new(shape.x, shape.y);
+        [from, from + Vec2::new(shape.length_x, shape.length_y)]
+    };
+    let ([a0, a1], [b0, b1]) = (ends(a), ends(b));
+    let side = |from: Vec2, to: Vec2, at: Vec2| (to - from).perp_dot(at - from);
+    let crossing = side(a0, a1, b0) * side(a0, a1, b1) < 0.0 && side(b0, b1, a0) * side(b0, b1, a1) < 0.0;
+    // Segments that don't cross are nearest at an end of one of them.
+    let squared = [(a, b0), (a, b1), (b, a0), (b, a1)]
+        .into_iter()
+        .fold(f32::MAX, |least, (shape, end)| least.min(squared_distance(shape, end)));
+    !crossing && squared.sqrt() > a.reach_squared.sqrt() + b.reach_squared.sqrt() + 1.0
+}
+
+/// Zero with its one sign.
+fn zero(x: f32) -> f32 {
+    if x == 0.0 { 0.0 } else { x }
+}
+
+/// Squared distance from a robot's centre to a shape's axis, mm², as the kernels compute it.
+fn squared_distance(shape: &life::Shape, at: Vec2) -> f32 {
+    let from = at - Vec2::new(shape.x, shape.y);
+    let along = (from.x * shape.scaled_x + from.y * shape.scaled_y).clamp(0.0, 1.0);
+    let to = along * Vec2::new(shape.length_x, shape.length_y) - from;
+    to.x * to.x + to.y * to.y
+}
+
+fn touches(shapes: &[life::Shape], at: Vec2) -> bool {
+    shapes.iter().any(|shape| squared_distance(shape, at) < shape.contact_squared)
+}
+
+/// The gap between a robot and the nearest object, mm.
+fn room(shapes: &[life::Shape], at: Vec2) -> f32 {
+    shapes.iter().fold(f32::MAX, |least, shape| least.min(squared_distance(shape, at).sqrt() - shape.contact))
+}
+
+/// What a grid over the field shows of its free space.
+struct Free {
+    /// Share of its points where a robot is free.
+    share: f32,
+    /// The free point farthest from all objects; of equal ones the first.
+    roomiest: Option<Vec2>,
+}
+
+impl Free {
+    fn find(field: Field, shapes: &[life::Shape]) -> Self {
+        let along = |index: usize| (index as f32 + 0.5) / GRID as f32;
+        let mut free = 0_usize;
+        let mut roomiest = None;
+        let mut most = f32::MIN;
+        for point in 0..GRID * GRID {
+            let share = Vec2::new(along(point % GRID), along(point / GRID));
+            let at = Vec2::new(field.x, field.y) + share * Vec2::new(field.width, field.height);
+            if !touches(shapes, at) {
+                free += 1;
+                let room = room(shapes, at);
+                if room > most {
+                    (roomiest, most) = (Some(at), room);
+                }
+            }
+        }
+        Self { share: free as f32 / (GRID * GRID) as f32, roomiest }
+    }
+}

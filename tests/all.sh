@@ -1,0 +1,70 @@
+#!/usr/bin/env bash
+# Everything that has to hold, from nothing: formatting, lints, the build without a GPU, all tests, the docs.
+# One profile throughout, so that dependencies are built once.
+set -euo pipefail
+cd "$(dirname "$0")/.."
+
+say() { printf '\n== %s\n' "$*"; }
+
+as_root() {
+    if [ "$(id -u)" = 0 ]; then
+        "$@"
+    elif command -v sudo >/dev/null; then
+        sudo "$@"
+    else
+        echo "neither root nor sudo: please run as root: $*" >&2
+        return 1
+    fi
+}
+
+install() {
+    command -v apt-get >/dev/null || {
+        echo "apt-get is not here; please install by hand what Debian calls: $*" >&2
+        return 1
+    }
+    as_root env DEBIAN_FRONTEND=noninteractive apt-get update -q >/dev/null
+    as_root env DEBIAN_FRONTEND=noninteractive apt-get install -q -y --no-install-recommends "$@" >/dev/null
+}
+
+# The GPU tests run on Mesa's software driver, on any machine.
+has_software_vulkan() {
+    ldconfig -p 2>/dev/null | grep -q 'libvulkan\.so\.1' &&
+        ls /usr/share/vulkan/icd.d/lvp_icd*.json /etc/vulkan/icd.d/lvp_icd*.json 2>/dev/null | grep -q .
+}
+
+software_vulkan() {
+    has_software_vulkan && return
+    say "installing the software Vulkan driver"
+    install mesa-vulkan-drivers libvulkan1 && has_software_vulkan && return
+    echo "no software Vulkan driver (lavapipe), and it could not be installed: the GPU tests need it" >&2
+    exit 4
+}
+
+# 64-bit ARM: its lane code is compiled and run under an emulator where the tools for that can be had.
+# The test that uses them says which way it went.
+arm_tools() {
+    command -v qemu-aarch64 >/dev/null && command -v aarch64-linux-gnu-gcc >/dev/null && return
+    say "installing an emulator and a linker for 64-bit ARM"
+    install qemu-user gcc-aarch64-linux-gnu libc6-dev-arm64-cross ||
+        echo "64-bit ARM: no emulator or linker; its lane code will only be type-checked"
+}
+
+software_vulkan
+arm_tools
+
+say "formatting"
+cargo fmt --all --check
+
+say "lints"
+cargo clippy --release --workspace --all-targets --locked -- -D warnings
+
+say "the program without the GPU backend: build and tests"
+cargo test --release --locked -p oneiro-host --no-default-features
+
+say "all tests"
+cargo test --release --locked --workspace
+
+say "documentation"
+RUSTDOCFLAGS="-D warnings" cargo doc --release --locked --workspace --no-deps --quiet
+
+say "all is well"

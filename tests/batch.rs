@@ -1,0 +1,187 @@
+//! What a batch makes of rollouts.
+
+use std::sync::Arc;
+
+use oneiro::batch::{Batch, GREATEST_GENE, LANES, LEAST_GENE, Record, Rollout, TraceRequest};
+use oneiro::evaluator::PartResult;
+use oneiro::random::Key;
+use oneiro::world::{Controller, Robot, World, WorldSpec};
+
+fn world(change: impl Fn(&mut WorldSpec)) -> World {
+    let mut spec = WorldSpec::miglino1995();
+    change(&mut spec);
+    World::new(spec).unwrap()
+}
+
+/// Rollouts in the given worlds, with genes and keys that tell who they are.
+struct Crowd {
+    worlds: Vec<usize>,
+    genes: Vec<Vec<f32>>,
+}
+
+impl Crowd {
+    fn new(all: &[World], worlds: Vec<usize>) -> Self {
+        let genes = worlds.iter().enumerate();
+        let genes = genes.map(|(index, &world)| vec![index as f32; all[world].genes()]).collect();
+        Self { worlds, genes }
+    }
+
+    fn rollouts(&self) -> Vec<Rollout<'_>> {
+        let all = self.worlds.iter().zip(&self.genes).enumerate();
+        all.map(|(index, (&world, genes))| Rollout { world, genes, key: Key([index as u32, 7]) }).collect()
+    }
+}
+
+fn batch(worlds: &[World], of: impl Iterator<Item = usize>, trace: Option<TraceRequest>) -> Batch {
+    Batch::new(worlds, &Crowd::new(worlds, of.collect()).rollouts(), trace).unwrap()
+}
+
+#[test]
+fn rollouts_are_grouped_by_world_in_their_order() {
+    let worlds = [world(|spec| spec.cycles = 10), world(|spec| spec.cycles = 30), world(|spec| spec.cycles = 20)];
+    // World 1 gets nothing; 0 and 2 take turns, 100 each.
+    let batch = batch(&worlds, (0..200).map(|index| 2 * (index % 2)), None);
+    assert_eq!((batch.rollouts(), batch.groups(), batch.cycles()), (200, 4, 20));
+    assert_eq!(batch.steps(), 100 * 10 + 100 * 20);
+    let groups: Vec<_> = batch.all().group_table().iter().map(|group| (group.world, group.rollouts)).collect();
+    assert_eq!(groups, [(0, 64), (0, 36), (2, 64), (2, 36)]);
+
+    for rollout in 0..200 {
+        let slot = batch.slot(rollout).unwrap();
+        assert_eq!(batch.rollout(slot), Some(rollout));
+        assert_eq!(slot, (rollout % 2) * 2 * LANES + rollout / 2);
+        // The key's two words, then 18 genes, each 64 lanes wide.
+        let group = batch.all().group_table()[slot / LANES];
+        let input = |field: usize| batch.all().inputs()[group.inputs as usize + field * LANES + slot % LANES];
+        assert_eq!((input(0), input(1)), (rollout as u32, 7));
+        assert!((2..20).all(|field| input(field) == (rollout as f32).to_bits()));
+    }
+    assert_eq!(batch.slot(200), None);
+    assert_eq!(batch.rollout(100), None, "an idle slot");
+    assert_eq!(batch.all().inputs().len(), 4 * 20 * LANES);
+}
+
+#[test]
+fn parts_are_the_whole_cut_up() {
+    let hidden = |units| world(|spec| spec.controller = Controller::Hidden { units });
+    let worlds = [hidden(1), hidden(32)];
+    let batch = batch(&worlds, (0..300).map(|index| index / 150), None);
+    let whole = batch.all();
+    for cut in 0..=batch.groups() {
+        let (left, right) = (whole.part(0..cut), whole.part(cut..u32::MAX));
+        assert_eq!([left.inputs(), right.inputs()].concat(), whole.inputs());
+        assert_eq!([left.group_table(), right.group_table()].concat(), whole.group_table());
+        assert_eq!(left.first_input(), 0);
+        assert_eq!(right.first_input() as usize, left.inputs().len());
+        assert_eq!(left.slots() + right.slots(), whole.slots());
+        assert_eq!(left.rollouts() + right.rollouts(), 300);
+        assert_eq!(left.steps() + right.steps(), batch.steps());
+        assert_eq!(right.part(0..1).groups(), cut..(cut + 1).min(batch.groups()));
+    }
+    assert_eq!(batch.part(7..99).slots(), 0);
+}
+
+#[test]
+fn equal_tables_are_packed_once() {
+    let own_tables = |spec: &mut WorldSpec| {
+        let Robot { sensors, motors, .. } = &spec.robot;
+        let robot = Robot { sensors: Arc::new((**sensors).clone()), motors: Arc::new((**motors).clone()), ..spec.robot };
+        spec.robot = robot;
+    };
+    let one = batch(&[world(|_| ())], std::iter::once(0), None);
+    assert_eq!(one.all().tables().len(), 2 * 3600 + 400);
+    let worlds = [world(|_| ()), world(own_tables), world(|spec| spec.arena.walls.clear())];
+    let three = batch(&worlds, 0..3, None);
+    assert_eq!(three.all().tables(), one.all().tables());
+    assert_eq!(three.all().shapes().len(), 7 + 7 + 3);
+    let first_shapes: Vec<_> = three.all().worlds().iter().map(|world| world.first_shape).collect();
+    assert_eq!(first_shapes, [0, 7, 14]);
+    // Another cell is another table.
+    let mut scaled = (*WorldSpec::miglino1995().robot.motors).clone();
+    scaled.cells[0].turn = 0.25;
+    let other = world(|spec| spec.robot.motors = Arc::new(scaled.clone()));
+    assert_eq!(batch(&[world(|_| ()), other], 0..2, None).all().tables().len(), 2 * 3600 + 2 * 400);
+}
+
+#[test]
+fn no_buffer_is_empty() {
+    let empty = world(|spec| {
+        spec.arena.walls.clear();
+        spec.arena.obstacles.clear();
+    });
+    let batch = batch(&[empty], std::iter::once(0), None);
+    assert!(!batch.all().shapes().is_empty());
+    assert_eq!(batch.all().worlds()[0].shapes, 0);
+}
+
+#[test]
+fn genes_near_zero_count_as_zero() {
+    let worlds = [world(|_| ())];
+    let mut genes = [1.0_f32; 18];
+    genes[..6].copy_from_slice(&[-0.0, f32::MIN_POSITIVE / 2.0, -1e-30, LEAST_GENE, -LEAST_GENE, GREATEST_GENE]);
+    let batch = Batch::new(&worlds, &[Rollout { world: 0, genes: &genes, key: Key([0, 0]) }], None).unwrap();
+    let packed = |gene: usize| batch.all().inputs()[(2 + gene) * LANES];
+    assert_eq!([packed(0), packed(1), packed(2)], [0, 0, 0]);
+    assert_eq!([packed(3), packed(4), packed(5)], [LEAST_GENE, -LEAST_GENE, GREATEST_GENE].map(f32::to_bits));
+}
+
+#[test]
+fn bad_rollouts_are_refused_by_index() {
+    let worlds = [world(|_| ()), world(|spec| spec.cycles = 7)];
+    let good = [0.5_f32; 18];
+    for bad in [f32::NAN, f32::INFINITY, f32::NEG_INFINITY, 1.01 * GREATEST_GENE, -2.0 * GREATEST_GENE] {
+        let mut genes = good;
+        genes[17] = bad;
+        let of = |genes| Rollout { world: 0, genes, key: Key([0, 0]) };
+        let invalid = Batch::new(&worlds, &[of(&good[..]), of(&genes[..])], None).unwrap_err();
+        assert_eq!(invalid.field, "rollouts[1].genes[17]");
+        assert_eq!(invalid.problem, format!("is {bad}; allowed: -1000000 to 1000000"));
+    }
+    let one = |world, genes: &[f32], trace| {
+        Batch::new(&worlds, &[Rollout { world, genes, key: Key([0, 0]) }], trace).unwrap_err().to_string()
+    };
+    assert_eq!(one(2, &good, None), "rollouts[0].world: is 2; allowed: 0 to 1");
+    let problem = "rollouts[0].genes: there are 17; allowed: 18, as its world's controller takes";
+    assert_eq!(one(1, &good[..17], None), problem);
+    assert_eq!(one(1, &good, Some(TraceRequest { every: 0 })), "trace.every: is 0; allowed: 1 and more cycles");
+    let none = Batch::new(&worlds, &[], None).unwrap_err().to_string();
+    assert!(none.starts_with("rollouts: there are 0; allowed: 1 to"), "{none}");
+    assert!(Batch::new(&[], &[], None).unwrap_err().to_string().starts_with("worlds: there is none"));
+}
+
+#[test]
+fn kinds_of_controllers_do_not_mix() {
+    let worlds = [world(|_| ()), world(|spec| spec.controller = Controller::Recurrent)];
+    let invalid = Batch::new(&worlds, &[], None).unwrap_err();
+    assert_eq!(invalid.field, "worlds[1].controller");
+    assert!(invalid.problem.contains("allowed: one kind of controller"), "{invalid}");
+}
+
+#[test]
+fn traces_that_fill_the_memory_are_refused() {
+    let worlds = [world(|spec| spec.cycles = 1_000_000)];
+    let invalid = Batch::new(&worlds, &Crowd::new(&worlds, vec![0; 65]).rollouts(), Some(TraceRequest { every: 1 }));
+    let invalid = invalid.unwrap_err();
+    assert!(invalid.field == "trace" && invalid.problem.contains("128000000 records in all; allowed:"), "{invalid}");
+}
+
+#[test]
+fn outcomes_are_in_the_order_of_the_rollouts() {
+    let worlds = [world(|spec| spec.cycles = 10), world(|spec| spec.cycles = 25)];
+    let batch = batch(&worlds, (0..130).map(|index| index % 2), Some(TraceRequest { every: 10 }));
+    assert_eq!((batch.trace_every(), batch.trace_records()), (10, 3));
+    let slots = batch.all().slots();
+    let record = |slot: usize, index: usize| Record { x: slot as f32, y: index as f32, ..Record::default() };
+    let result = PartResult {
+        fitness: (0..slots).map(|slot| slot as f32).collect(),
+        trace: (0..slots * 3).map(|at| record(at / 3, at % 3)).collect(),
+    };
+    let outcome = batch.outcome(result);
+    for rollout in 0..130 {
+        let slot = batch.slot(rollout).unwrap();
+        assert_eq!(outcome.fitness[rollout], slot as f32);
+        let own = if rollout % 2 == 0 { 1 } else { 3 };
+        let expected: Vec<Record> = (0..own).map(|index| record(slot, index)).collect();
+        assert_eq!(outcome.traces[rollout], expected);
+    }
+}

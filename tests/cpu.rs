@@ -1,0 +1,183 @@
+//! The CPU's results depend on the batch alone: not on lanes, threads, chunks, or how it is cut.
+
+use oneiro::batch::{Batch, Rollout, TraceRequest};
+use oneiro::cpu::Cpu;
+use oneiro::evaluator::{Control, Error, Evaluator, PartResult};
+use oneiro::random::{Key, pcg4d};
+use oneiro::world::{Controller, Noise, Start, World, WorldSpec};
+
+fn world(change: impl Fn(&mut WorldSpec)) -> World {
+    let mut spec = WorldSpec { cycles: 120, ..WorldSpec::miglino1995() };
+    change(&mut spec);
+    World::new(spec).unwrap()
+}
+
+/// Worlds with all there is: the noises, a chosen start, lives of other lengths.
+fn worlds(controller: Controller) -> Vec<World> {
+    let noise = |noise| world(|spec| (spec.noise, spec.controller) = (noise, controller));
+    vec![
+        noise(Noise::NONE),
+        noise(Noise::SENSOR),
+        noise(Noise { motor: 0.1, ..Noise::CONSERVATIVE }),
+        world(|spec| {
+            spec.controller = controller;
+            spec.start = Start::At { x: 100.0, y: 80.0, heading: 0.25 };
+            spec.cycles = 37;
+        }),
+    ]
+}
+
+/// Genes from -5 to 5, each its own.
+fn genes(individual: usize, count: usize) -> Vec<f32> {
+    (0..count).map(|gene| pcg4d([individual as u32, gene as u32, 0, 0])[3] as f32 / 2.0_f32.powi(32) * 10.0 - 5.0).collect()
+}
+
+/// Rollouts that take turns in all worlds.
+fn batch(worlds: &[World], rollouts: usize, trace: Option<TraceRequest>) -> Batch {
+    let genes: Vec<Vec<f32>> = (0..rollouts).map(|index| genes(index, worlds[index % worlds.len()].genes())).collect();
+    let rollout = |(index, genes)| Rollout {
+        world: index % worlds.len(),
+        genes,
+        key: Key::rollout(1, 0, index as u64, 0),
+    };
+    let rollouts: Vec<Rollout<'_>> = genes.iter().map(Vec::as_slice).enumerate().map(rollout).collect();
+    Batch::new(worlds, &rollouts, trace).unwrap()
+}
+
+/// The bits of all that an evaluation gave.
+fn bits(mut cpu: Cpu, batch: &Batch) -> (Vec<u32>, Vec<u32>) {
+    let outcome = cpu.evaluate(batch, &Control::new()).unwrap();
+    let fitness = outcome.fitness.iter().map(|fitness| fitness.to_bits()).collect();
+    let trace = outcome.traces.concat();
+    (fitness, bytemuck::cast_slice(&trace).to_vec())
+}
+
+fn cpu(threads: usize) -> Cpu {
+    Cpu::new(Some(threads)).unwrap()
+}
+
+const CONTROLLERS: [Controller; 3] = [Controller::Perceptron, Controller::Hidden { units: 3 }, Controller::Recurrent];
+
+#[test]
+fn every_lane_code_gives_the_same_bits() {
+    let names = Cpu::variants();
+    assert!(names.len() > 1 && names.iter().any(|name| name.ends_with("x1")), "{names:?}");
+    for controller in CONTROLLERS {
+        let batch = batch(&worlds(controller), 150, Some(TraceRequest { every: 7 }));
+        let expected = bits(cpu(1), &batch);
+        assert!(expected.0.iter().filter(|&&bits| f32::from_bits(bits) > 1.0).count() > 50, "lives that earn something");
+        for name in &names {
+            assert!(bits(cpu(1).with_variant(name).unwrap(), &batch) == expected, "{name}, {controller:?}");
+        }
+    }
+}
+
+#[test]
+fn threads_and_chunks_do_not_matter() {
+    let batch = batch(&worlds(Controller::Perceptron), 300, Some(TraceRequest { every: 10 }));
+    let expected = bits(cpu(1), &batch);
+    for threads in [1, 2, 3, 8] {
+        for chunk in [1, 7, 37, 119, 120, 121, u32::MAX] {
+            assert!(bits(cpu(threads).with_chunk(chunk), &batch) == expected, "{threads} threads, {chunk} cycles");
+        }
+    }
+}
+
+#[test]
+fn size_and_company_do_not_matter() {
+    let worlds = worlds(Controller::Recurrent);
+    let all = bits(cpu(2), &batch(&worlds, 260, None)).0;
+    for rollouts in [1, 2, 3, 15, 16, 17, 63, 64, 65, 129] {
+        assert_eq!(bits(cpu(2), &batch(&worlds, rollouts, None)).0, all[..rollouts], "{rollouts} rollouts");
+    }
+}
+
+#[test]
+fn parts_make_the_whole() {
+    let batch = batch(&worlds(Controller::Perceptron), 500, Some(TraceRequest { every: 40 }));
+    let mut cpu = cpu(2);
+    let whole = cpu.evaluate_part(&batch.all(), &Control::new()).unwrap();
+    let mut parts = PartResult::default();
+    for first in (0..batch.groups()).step_by(3) {
+        let part = cpu.evaluate_part(&batch.part(first..first + 3), &Control::new()).unwrap();
+        parts.fitness.extend(part.fitness);
+        parts.trace.extend(part.trace);
+    }
+    assert_eq!(batch.outcome(parts.clone()).fitness, batch.outcome(whole.clone()).fitness);
+    assert!(batch.outcome(parts).traces == batch.outcome(whole).traces);
+}
+
+/// What the other tests rest on: the smallest change of a constant shows.
+#[test]
+fn one_changed_constant_shows() {
+    let bits_of = |scale: f32| {
+        let world = world(|spec| {
+            let mut motors = (*spec.robot.motors).clone();
+            motors.cells.iter_mut().for_each(|cell| cell.displacement *= scale);
+            spec.robot.motors = std::sync::Arc::new(motors);
+        });
+        bits(cpu(1), &batch(&[world], 64, Some(TraceRequest { every: 1 })))
+    };
+    assert!(bits_of(1.0) != bits_of(1.0 + f32::EPSILON));
+}
+
+#[test]
+fn traces_tell_the_life() {
+    let worlds = worlds(Controller::Perceptron);
+    let batch = batch(&worlds, 8, Some(TraceRequest { every: 1 }));
+    let outcome = cpu(2).evaluate(&batch, &Control::new()).unwrap();
+    for (rollout, trace) in outcome.traces.iter().enumerate() {
+        let world = &worlds[rollout % worlds.len()];
+        assert_eq!(trace.len(), world.cycles() as usize);
+        assert_eq!(trace.last().unwrap().fitness, outcome.fitness[rollout]);
+        let mut sum = 0.0;
+        for record in trace {
+            sum += record.reward;
+            assert_eq!(record.fitness, sum);
+            assert!((0.0..600.0).contains(&record.x) && (0.0..350.0).contains(&record.y), "{record:?}");
+        }
+        for pair in trace.windows(2) {
+            let moved = (pair[1].x - pair[0].x).hypot(pair[1].y - pair[0].y);
+            // 8.2 mm a cycle, and a tenth more with the third world's motor noise.
+            assert!(moved < 8.2 * 1.1 + 0.01, "{moved} mm");
+            assert!(pair[0].collided == 0.0 || (moved == 0.0 && pair[0].reward == 0.0));
+        }
+    }
+    let start = outcome.traces[3][0];
+    assert_eq!((start.x, start.y, start.heading), (100.0, 80.0, 0.25));
+}
+
+#[test]
+fn progress_counts_the_robots_steps() {
+    let batch = batch(&worlds(Controller::Perceptron), 333, None);
+    for name in Cpu::variants() {
+        let control = Control::new();
+        cpu(2).with_chunk(50).with_variant(name).unwrap().evaluate(&batch, &control).unwrap();
+        assert_eq!(control.steps(), batch.steps(), "{name}");
+    }
+}
+
+#[test]
+fn a_cancelled_evaluation_stops() {
+    let batch = batch(&[world(|spec| spec.cycles = 1_000_000)], 1000, None);
+    let control = Control::new();
+    std::thread::scope(|scope| {
+        let evaluation = scope.spawn(|| cpu(2).evaluate(&batch, &control));
+        while control.steps() == 0 {
+            std::thread::yield_now();
+        }
+        control.cancel();
+        assert!(matches!(evaluation.join().unwrap(), Err(Error::Cancelled)));
+    });
+    assert!(control.steps() < batch.steps());
+}
+
+#[test]
+fn what_is_not_there_is_refused_by_name() {
+    let error = cpu(1).with_variant("abacus").unwrap_err().to_string();
+    assert!(error.contains("`abacus`; allowed: ") && error.contains("x1"), "{error}");
+    for threads in [0, 100_000] {
+        let error = Cpu::new(Some(threads)).unwrap_err().to_string();
+        assert_eq!(error, format!("{threads} threads; allowed: 1 to 1024"));
+    }
+}

@@ -1,0 +1,279 @@
+//! The GPU's results against the CPU's, however it cuts, and whatever befalls it. These tests need an adapter:
+//! without one they fail.
+#![cfg(feature = "gpu")]
+
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+use oneiro::batch::{Batch, Rollout, TraceRequest};
+use oneiro::cpu::Cpu;
+use oneiro::evaluator::{Control, Error, Evaluator};
+use oneiro::gpu::{Bounds, Choice, Gpu, Path, Recovering, adapters, find};
+use oneiro::random::{Key, pcg4d};
+use oneiro::world::{Controller, Noise, Start, World, WorldSpec};
+use oneiro_shaders::life::Dispatch;
+
+fn gpu() -> Gpu {
+    Gpu::open(&Choice::Best).expect("these tests need an adapter")
+}
+
+fn cpu() -> Cpu {
+    Cpu::new(Some(2)).unwrap()
+}
+
+fn world(change: impl Fn(&mut WorldSpec)) -> World {
+    let mut spec = WorldSpec { cycles: 60, ..WorldSpec::miglino1995() };
+    change(&mut spec);
+    World::new(spec).unwrap()
+}
+
+/// Worlds with all there is: the noises, a chosen start, lives of other lengths.
+fn worlds(controller: Controller) -> Vec<World> {
+    let noise = |noise| world(|spec| (spec.noise, spec.controller) = (noise, controller));
+    vec![
+        noise(Noise::NONE),
+        noise(Noise::SENSOR),
+        noise(Noise { motor: 0.1, ..Noise::CONSERVATIVE }),
+        world(|spec| {
+            spec.controller = controller;
+            spec.start = Start::At { x: 100.0, y: 80.0, heading: 0.25 };
+            spec.cycles = 23;
+        }),
+    ]
+}
+
+/// Genes from -5 to 5, each its own.
+fn genes(individual: usize, count: usize) -> Vec<f32> {
+    let gene = |gene| pcg4d([individual as u32, gene, 0, 0])[3] as f32 / 2.0_f32.powi(32) * 10.0 - 5.0;
+    (0..count as u32).map(gene).collect()
+}
+
+/// Rollouts that take turns in all worlds; `change` has the last word on their genes.
+fn batch_with(worlds: &[World], rollouts: usize, every: Option<u32>, change: impl Fn(usize, &mut [f32])) -> Batch {
+    let genes: Vec<Vec<f32>> = (0..rollouts)
+        .map(|index| {
+            let mut genes = genes(index, worlds[index % worlds.len()].genes());
+            change(index, &mut genes);
+            genes
+        })
+        .collect();
+    let rollout = |(index, genes)| Rollout {
+        world: index % worlds.len(),
+        genes,
+        key: Key::rollout(1, 0, index as u64, 0),
+    };
+    let rollouts: Vec<Rollout<'_>> = genes.iter().map(Vec::as_slice).enumerate().map(rollout).collect();
+    Batch::new(worlds, &rollouts, every.map(|every| TraceRequest { every })).unwrap()
+}
+
+fn batch(worlds: &[World], rollouts: usize, every: Option<u32>) -> Batch {
+    batch_with(worlds, rollouts, every, |_, _| {})
+}
+
+/// The bits of a rollout's results: its fitness, and its slot's whole trace.
+type Bits = (u32, Vec<u32>);
+
+fn bits(evaluator: &mut dyn Evaluator, batch: &Batch) -> Vec<Bits> {
+    let control = Control::new();
+    let result = evaluator.evaluate_part(&batch.all(), &control).unwrap();
+    assert_eq!(control.steps(), batch.steps(), "progress ends at the batch's steps");
+    let records = batch.trace_records() as usize;
+    let of_slot = |slot: usize| {
+        let trace = &result.trace[slot * records..][..records];
+        (result.fitness[slot].to_bits(), bytemuck::cast_slice(trace).to_vec())
+    };
+    (0..batch.rollouts()).map(|rollout| of_slot(batch.slot(rollout).unwrap())).collect()
+}
+
+/// The rollouts whose results differ.
+fn differing(a: &[Bits], b: &[Bits]) -> Vec<usize> {
+    assert_eq!(a.len(), b.len());
+    (0..a.len()).filter(|&rollout| a[rollout] != b[rollout]).collect()
+}
+
+const NONE: [usize; 0] = [];
+const CONTROLLERS: [Controller; 3] = [Controller::Perceptron, Controller::Hidden { units: 3 }, Controller::Recurrent];
+
+#[test]
+fn adapters_are_found_by_index_and_name() {
+    let all = adapters();
+    assert!(!all.is_empty(), "these tests need an adapter");
+    for adapter in &all {
+        assert!(!adapter.name().is_empty());
+        assert!(adapter.limits().binding_bytes >= 1 << 27 && adapter.limits().workgroups >= 65_535);
+        let found = find(&Choice::Named(adapter.index().to_string())).unwrap();
+        assert_eq!((found.name(), found.backend()), (adapter.name(), adapter.backend()));
+        let part = adapter.name()[..4].to_uppercase();
+        assert!(find(&Choice::Named(part.clone())).unwrap().name().to_uppercase().contains(&part));
+    }
+    for wrong in ["no such card", "4294967295"] {
+        match find(&Choice::Named(wrong.into())) {
+            Err(Error::NoDevice(message)) => {
+                assert!(message.contains(wrong) && message.contains(all[0].name()), "{message}");
+            }
+            other => panic!("{other:?}"),
+        }
+    }
+}
+
+#[test]
+fn all_kernels_give_the_cpus_bits() {
+    let mut gpu = gpu();
+    assert!(gpu.device().exact, "{:?}", gpu.device());
+    for controller in CONTROLLERS {
+        let worlds = worlds(controller);
+        let batch = batch(&worlds, 300, Some(7));
+        let expected = bits(&mut cpu(), &batch);
+        assert!(expected.iter().filter(|(fitness, _)| f32::from_bits(*fitness) > 1.0).count() > 100, "lives that earn");
+        assert_eq!(differing(&bits(&mut gpu, &batch), &expected), NONE, "{controller:?}");
+
+        // The comparison sees one other genome.
+        let changed = batch_with(&worlds, 300, Some(7), |index, genes| {
+            if index == 121 {
+                genes.iter_mut().for_each(|gene| *gene = -*gene);
+            }
+        });
+        assert_eq!(differing(&bits(&mut gpu, &changed), &expected), [121], "{controller:?}");
+    }
+}
+
+#[test]
+fn cuts_and_chunks_do_not_matter() {
+    let mut gpu = gpu();
+    let batch = batch(&worlds(Controller::Recurrent), 500, Some(9));
+    let expected = bits(&mut cpu(), &batch);
+    for (groups, cycles) in [(1, u32::MAX), (2, 7), (3, 1), (u32::MAX, 59), (5, 60), (u32::MAX, 1)] {
+        gpu.set_bounds(Bounds { groups, cycles });
+        assert_eq!(differing(&bits(&mut gpu, &batch), &expected), NONE, "{groups} groups, {cycles} cycles");
+    }
+}
+
+#[test]
+fn parts_are_as_good_as_the_whole() {
+    let mut gpu = gpu();
+    let batch = batch(&worlds(Controller::Perceptron), 700, Some(30));
+    let whole = cpu().evaluate_part(&batch.all(), &Control::new()).unwrap();
+    let records = batch.trace_records() as usize;
+    let mut slot = 0;
+    for groups in [0..3, 3..4, 4..4, 4..batch.groups()] {
+        let part = batch.part(groups);
+        let result = gpu.evaluate_part(&part, &Control::new()).unwrap();
+        assert_eq!(result.fitness.len(), part.slots());
+        for group in part.group_table() {
+            for lane in 0..group.rollouts as usize {
+                let (here, there) = (slot + lane, slot + lane - part.groups().start as usize * 64);
+                assert_eq!(result.fitness[there].to_bits(), whole.fitness[here].to_bits());
+                let traces = (&result.trace[there * records..][..records], &whole.trace[here * records..][..records]);
+                assert_eq!(traces.0, traces.1);
+            }
+            slot += 64;
+        }
+    }
+    assert_eq!(slot, whole.fitness.len());
+}
+
+#[test]
+fn what_an_earlier_batch_left_behind_does_not_matter() {
+    let mut gpu = gpu();
+    let long = batch(&[world(|spec| spec.cycles = 90)], 200, Some(1));
+    let mixed = batch(&worlds(Controller::Perceptron), 260, Some(1));
+    let plain = batch(&worlds(Controller::Hidden { units: 32 }), 260, None);
+    for batch in [&long, &mixed, &plain, &mixed, &long, &mixed] {
+        assert_eq!(differing(&bits(&mut gpu, batch), &bits(&mut cpu(), batch)), NONE);
+    }
+}
+
+#[test]
+fn wgsl_serves_those_that_take_no_spirv() {
+    let adapter = find(&Choice::Best).unwrap();
+    let mut gpu = Gpu::open_with(&adapter, Path::Wgsl).unwrap();
+    assert!(!gpu.device().exact);
+    for controller in CONTROLLERS {
+        let batch = batch(&worlds(controller), 400, None);
+        let expected = bits(&mut cpu(), &batch);
+        let differ = differing(&bits(&mut gpu, &batch), &expected).len();
+        // The driver may round in its own way, which changes few lives this short.
+        assert!(differ <= 40, "{differ} of 400 differ, {controller:?}");
+    }
+}
+
+#[test]
+fn a_lost_device_is_an_error() {
+    let mut gpu = gpu();
+    gpu.set_bounds(Bounds { groups: 2, cycles: 10 });
+    let batch = batch(&worlds(Controller::Perceptron), 500, None);
+    gpu.lose_after(5, 1);
+    for _ in 0..2 {
+        let control = Control::new();
+        match gpu.evaluate(&batch, &control) {
+            Err(Error::Lost { device, reason }) => assert!(device == gpu.adapter().name() && !reason.is_empty()),
+            other => panic!("{:?}", other.map(|outcome| outcome.fitness.len())),
+        }
+        assert_eq!(control.steps(), 0, "what was lost is not done");
+    }
+}
+
+#[test]
+fn a_lost_device_is_opened_again_and_then_replaced() {
+    let batch = batch(&worlds(Controller::Perceptron), 500, Some(20));
+    let expected = bits(&mut cpu(), &batch);
+    // After how many dispatches, on how many devices in a row, and how many warnings that gives.
+    for (dispatches, devices, warnings) in [(1, 1, 1), (7, 1, 1), (20, 1, 1), (1, 2, 2), (9, 2, 2)] {
+        let mut gpu = gpu();
+        gpu.set_bounds(Bounds { groups: 3, cycles: 10 });
+        gpu.lose_after(dispatches, devices);
+        let name = gpu.adapter().name().to_owned();
+        let mut recovering = Recovering::new(gpu, Box::new(cpu()));
+        for _ in 0..2 {
+            assert_eq!(differing(&bits(&mut recovering, &batch), &expected), NONE, "{dispatches}, {devices}");
+        }
+        assert_eq!(recovering.warnings().len(), warnings, "{:?}", recovering.warnings());
+        assert!(recovering.warnings()[0].contains(&name), "{:?}", recovering.warnings());
+        let now = recovering.device().name;
+        assert_eq!(now, if devices == 1 { name.as_str() } else { "cpu" });
+    }
+}
+
+#[test]
+fn a_cancel_is_prompt_and_leaves_the_device_in_order() {
+    let mut gpu = gpu();
+    let worlds = [world(|spec| spec.cycles = 1_000_000)];
+    let endless = batch(&worlds, 2_000, None);
+    let control = Arc::new(Control::new());
+    let far = Arc::clone(&control);
+    let canceller = std::thread::spawn(move || {
+        while far.steps() == 0 {
+            std::thread::sleep(Duration::from_millis(5));
+        }
+        far.cancel();
+        Instant::now()
+    });
+    assert!(matches!(gpu.evaluate(&endless, &control), Err(Error::Cancelled)));
+    let took = canceller.join().unwrap().elapsed();
+    assert!(took < Duration::from_secs(1), "{took:?}");
+
+    let batch = batch(&self::worlds(Controller::Perceptron), 200, Some(5));
+    assert_eq!(differing(&bits(&mut gpu, &batch), &bits(&mut cpu(), &batch)), NONE);
+}
+
+#[test]
+fn any_kernel_runs_on_bare_buffers() {
+    let batch = batch(&[world(|spec| spec.noise = Noise::SENSOR)], 128, None);
+    let part = batch.all();
+    let dispatch = Dispatch { step_end: 60, ..Dispatch::default() };
+    let words = |bytes: &[u8]| bytemuck::pod_collect_to_vec::<u8, u32>(bytes);
+    let mut buffers = [
+        words(bytemuck::bytes_of(&dispatch)),
+        words(bytemuck::cast_slice(part.worlds())),
+        words(bytemuck::cast_slice(part.shapes())),
+        words(bytemuck::cast_slice(part.tables())),
+        words(bytemuck::cast_slice(part.group_table())),
+        part.inputs().to_vec(),
+        vec![0; part.slots() * 8],
+        vec![0; part.slots()],
+        vec![0; 18],
+    ];
+    gpu().run_kernel(batch.kernel(), &mut buffers, batch.groups()).unwrap();
+    let expected: Vec<u32> = bits(&mut cpu(), &batch).into_iter().map(|(fitness, _)| fitness).collect();
+    assert_eq!(buffers[7], expected);
+}
