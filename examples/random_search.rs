@@ -30,7 +30,11 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         let mut rollouts = Vec::new();
         for genes in &genomes {
             for trial in 0..TRIALS {
-                rollouts.push(Rollout { world: 0, genes, key: Key::rollout(1, generation.into(), 0, trial) });
+                rollouts.push(Rollout {
+                    world: 0,
+                    genes,
+                    key: Key::rollout(1, generation.into(), 0, trial),
+                });
             }
         }
         let batch = Batch::new(std::slice::from_ref(&world), &rollouts, None)?;
@@ -39,9 +43,15 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         // More fitness is better.
         let mean = |trials: &[f32]| trials.iter().sum::<f32>() / trials.len() as f32;
         let scores: Vec<f32> = outcome.fitness.chunks(TRIALS as usize).map(mean).collect();
-        let winner = (0..scores.len()).max_by(|&a, &b| scores[a].total_cmp(&scores[b])).unwrap_or(0);
+        let winner = (0..scores.len())
+            .max_by(|&a, &b| scores[a].total_cmp(&scores[b]))
+            .unwrap_or(0);
         best.clone_from(&genomes[winner]);
-        println!("generation {generation:2}: fitness {:6.1} of {}", scores[winner], world.cycles());
+        println!(
+            "generation {generation:2}: fitness {:6.1} of {}",
+            scores[winner],
+            world.cycles()
+        );
     }
     println!("genes: {best:.2?}");
     Ok(())

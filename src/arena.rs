@@ -62,7 +62,10 @@ impl Arena {
         match name {
             "miglino1995" => Some(Self::miglino1995()),
             "miglino1995-triangle" => Some(Self::miglino1995_triangle()),
-            "open" => Some(Self { name: name.into(), ..Self::rectangle(1000.0, 1000.0) }),
+            "open" => Some(Self {
+                name: name.into(),
+                ..Self::rectangle(1000.0, 1000.0)
+            }),
             "octagon" => Some(Self::octagon()),
             _ => None,
         }
@@ -71,7 +74,10 @@ impl Arena {
     /// Four walls of the class `wall`, the lower left corner at the origin.
     pub fn rectangle(width: f32, height: f32) -> Self {
         let corners = [[0.0, 0.0], [width, 0.0], [width, height], [0.0, height]];
-        Self { name: "rectangle".into(), ..Self::enclosed(width, height, &corners) }
+        Self {
+            name: "rectangle".into(),
+            ..Self::enclosed(width, height, &corners)
+        }
     }
 
     /// 600 x 350 mm with three obstacles of 55 mm diameter in a row (Miglino et al. 1995; the paper says "in the
@@ -95,13 +101,28 @@ impl Arena {
         const FAR: f32 = 565.7;
         const SIDE: f32 = 800.0;
         let corners = [
-            [NEAR, 0.0], [FAR, 0.0], [SIDE, NEAR], [SIDE, FAR], [FAR, SIDE], [NEAR, SIDE], [0.0, FAR], [0.0, NEAR],
+            [NEAR, 0.0],
+            [FAR, 0.0],
+            [SIDE, NEAR],
+            [SIDE, FAR],
+            [FAR, SIDE],
+            [NEAR, SIDE],
+            [0.0, FAR],
+            [0.0, NEAR],
         ];
         // Random starts stay within the square that the octagon holds.
-        let field = Field { x: NEAR / 2.0, y: NEAR / 2.0, width: SIDE - NEAR, height: SIDE - NEAR };
-        Self { field, ..Self::enclosed(SIDE, SIDE, &corners) }
-            .with_obstacles([(SIDE / 2.0, SIDE / 2.0)], 27.5)
-            .called("octagon")
+        let field = Field {
+            x: NEAR / 2.0,
+            y: NEAR / 2.0,
+            width: SIDE - NEAR,
+            height: SIDE - NEAR,
+        };
+        Self {
+            field,
+            ..Self::enclosed(SIDE, SIDE, &corners)
+        }
+        .with_obstacles([(SIDE / 2.0, SIDE / 2.0)], 27.5)
+        .called("octagon")
     }
 
     /// The smallest rectangle around field, walls and obstacles: what a picture shows.
@@ -119,7 +140,12 @@ impl Arena {
             high = high.max(centre + obstacle.radius);
         }
         let size = high - low;
-        Field { x: low.x, y: low.y, width: size.x, height: size.y }
+        Field {
+            x: low.x,
+            y: low.y,
+            width: size.x,
+            height: size.y,
+        }
     }
 
     /// A closed chain of walls.
@@ -127,8 +153,21 @@ impl Arena {
         let next = corners.iter().cycle().skip(1);
         Self {
             name: String::new(),
-            field: Field { x: 0.0, y: 0.0, width, height },
-            walls: corners.iter().zip(next).map(|(&from, &to)| Wall { from, to, class: "wall".into() }).collect(),
+            field: Field {
+                x: 0.0,
+                y: 0.0,
+                width,
+                height,
+            },
+            walls: corners
+                .iter()
+                .zip(next)
+                .map(|(&from, &to)| Wall {
+                    from,
+                    to,
+                    class: "wall".into(),
+                })
+                .collect(),
             obstacles: Vec::new(),
         }
     }
@@ -136,7 +175,12 @@ impl Arena {
     /// With more obstacles of the class `round`, centres and radius in mm.
     #[must_use]
     pub fn with_obstacles(mut self, centres: impl IntoIterator<Item = (f32, f32)>, radius: f32) -> Self {
-        self.obstacles.extend(centres.into_iter().map(|(x, y)| Obstacle { x, y, radius, class: "round".into() }));
+        self.obstacles.extend(centres.into_iter().map(|(x, y)| Obstacle {
+            x,
+            y,
+            radius,
+            class: "round".into(),
+        }));
         self
     }
 

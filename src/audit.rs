@@ -24,7 +24,9 @@ impl Audited {
     /// The groups of a part that are run again.
     fn chosen(&self, part: &Part<'_>) -> Vec<u32> {
         let lots: Vec<(u32, u32)> = part.groups().map(|group| (lot(part.batch(), group), group)).collect();
-        let drawn = lots.iter().filter(|(lot, _)| f64::from(*lot) < self.share * 2.0_f64.powi(32));
+        let drawn = lots
+            .iter()
+            .filter(|(lot, _)| f64::from(*lot) < self.share * 2.0_f64.powi(32));
         let mut chosen: Vec<u32> = drawn.map(|(_, group)| *group).collect();
         if chosen.is_empty() && self.share > 0.0 {
             chosen.extend(lots.iter().min().map(|(_, group)| *group));
@@ -49,10 +51,18 @@ impl Evaluator for Audited {
                 let slot = (group - part.groups().start) as usize * LANES + lane;
                 let own = index * LANES + lane;
                 let fitness = (there.fitness[slot], here.fitness[own]);
-                let trace = (&there.trace[slot * records..][..records], &here.trace[own * records..][..records]);
+                let trace = (
+                    &there.trace[slot * records..][..records],
+                    &here.trace[own * records..][..records],
+                );
                 if let Some((there, here)) = difference(fitness, trace) {
                     let rollout = part.batch().rollout(group as usize * LANES + lane).unwrap_or_default();
-                    return Err(Error::Differs { rollout, device: self.device().name, there, here });
+                    return Err(Error::Differs {
+                        rollout,
+                        device: self.device().name,
+                        there,
+                        here,
+                    });
                 }
             }
         }
@@ -75,5 +85,7 @@ fn difference(fitness: (f32, f32), trace: (&[Record], &[Record])) -> Option<(f32
     let there: &[f32] = bytemuck::cast_slice(trace.0);
     let here: &[f32] = bytemuck::cast_slice(trace.1);
     let numbers = std::iter::once(fitness).chain(there.iter().copied().zip(here.iter().copied()));
-    numbers.into_iter().find(|(there, here)| there.to_bits() != here.to_bits())
+    numbers
+        .into_iter()
+        .find(|(there, here)| there.to_bits() != here.to_bits())
 }

@@ -1,15 +1,12 @@
 //! Evaluators by name, as users choose them on the command line.
 
-#[cfg(feature = "gpu")]
-use crate::audit::Audited;
 use crate::cpu::Cpu;
 use crate::evaluator::{Error, Evaluator};
 use crate::pool::Pool;
-#[cfg(feature = "gpu")]
-use crate::gpu::{self, Choice, Gpu, Recovering};
 
 /// What [`open`] knows, for messages.
-pub const BACKENDS: &str = "auto, cpu, cpu:LANES such as cpu:avx2x16, gpu, gpu:NAME or index, pool, pool:A+B.. of these";
+pub const BACKENDS: &str =
+    "auto, cpu, cpu:LANES such as cpu:avx2x16, gpu, gpu:NAME or index, pool, pool:A+B.. of these";
 
 /// How a backend runs. No result depends on it.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -43,21 +40,28 @@ pub struct Options {
 /// [`Error::NoDevice`]: no backend of that name, no such device, or options that are not allowed.
 pub fn open(name: &str, options: Options) -> Result<Box<dyn Evaluator>, Error> {
     if !(0.0..=1.0).contains(&options.audit_share) {
-        return Err(Error::NoDevice(format!("an audited share of {}; allowed: 0 to 1", options.audit_share)));
+        return Err(Error::NoDevice(format!(
+            "an audited share of {}; allowed: 0 to 1",
+            options.audit_share
+        )));
     }
     let (kind, which) = match name.split_once(':') {
         Some((kind, which)) => (kind, Some(which.trim())),
         None => (name, None),
     };
     match (kind.trim(), which) {
-        ("auto", None) => match hardware(options)? {
+        ("auto", None) => match gpus::best(options) {
             Some(gpu) => Ok(gpu),
             None => Ok(Box::new(cpu(options)?)),
         },
         ("cpu", None) => Ok(Box::new(cpu(options)?)),
         ("cpu", Some(variant)) => Ok(Box::new(cpu(options)?.with_variant(variant)?)),
-        ("gpu", which) => gpu(which, options),
-        ("pool", None) => pool_of_all(options),
+        ("gpu", which) => gpus::named(which, options),
+        ("pool", None) => {
+            let mut members: Vec<Box<dyn Evaluator>> = vec![Box::new(cpu(options)?)];
+            members.extend(gpus::all(options));
+            Ok(Box::new(Pool::new(members)?))
+        }
         ("pool", Some(names)) => {
             let members = names.split('+').map(|name| match name.trim() {
                 pool if pool.starts_with("pool") => Err(unknown(name)),
@@ -82,58 +86,66 @@ fn cpu(options: Options) -> Result<Cpu, Error> {
 }
 
 #[cfg(feature = "gpu")]
-fn gpu(which: Option<&str>, options: Options) -> Result<Box<dyn Evaluator>, Error> {
-    let choice = which.map_or(Choice::Hardware, |name| Choice::Named(name.into()));
-    guarded(Gpu::open(&choice)?, options)
-}
+mod gpus {
+    use super::{Error, Evaluator, Options, cpu};
+    use crate::audit::Audited;
+    use crate::gpu::{self, Bounds, Choice, Gpu, Recovering};
 
-/// A GPU with what it needs to be trusted: the CPU in its place when it is lost, and audits.
-#[cfg(feature = "gpu")]
-fn guarded(mut gpu: Gpu, options: Options) -> Result<Box<dyn Evaluator>, Error> {
-    if let Some(cycles) = options.chunk {
-        gpu.set_bounds(gpu::Bounds { cycles: cycles.max(1), ..gpu::Bounds::default() });
+    /// The adapter of that index or name, or the best real GPU.
+    pub(super) fn named(which: Option<&str>, options: Options) -> Result<Box<dyn Evaluator>, Error> {
+        let choice = which.map_or(Choice::Hardware, |name| Choice::Named(name.into()));
+        guarded(Gpu::open(&choice)?, options)
     }
-    let exact = gpu.device().exact;
-    let recovering = Box::new(Recovering::new(gpu, Box::new(cpu(options)?)));
-    if options.audit_share > 0.0 && exact {
-        return Ok(Box::new(Audited::new(recovering, cpu(options)?, options.audit_share)));
-    }
-    Ok(recovering)
-}
 
-/// The best real GPU, if it is exact.
-#[cfg(feature = "gpu")]
-fn hardware(options: Options) -> Result<Option<Box<dyn Evaluator>>, Error> {
-    match Gpu::open(&Choice::Hardware) {
-        Ok(gpu) if gpu.device().exact => guarded(gpu, options).map(Some),
-        Ok(_) | Err(Error::NoDevice(_)) => Ok(None),
-        Err(error) => Err(error),
+    /// The best real GPU, if it is exact.
+    pub(super) fn best(options: Options) -> Option<Box<dyn Evaluator>> {
+        let gpu = Gpu::open(&Choice::Hardware).ok().filter(|gpu| gpu.device().exact)?;
+        guarded(gpu, options).ok()
     }
-}
 
-#[cfg(feature = "gpu")]
-fn pool_of_all(options: Options) -> Result<Box<dyn Evaluator>, Error> {
-    let mut members: Vec<Box<dyn Evaluator>> = vec![Box::new(cpu(options)?)];
-    for adapter in gpu::adapters().iter().filter(|adapter| !adapter.is_software() && adapter.takes_spirv()) {
-        let gpu = Gpu::open_with(adapter, gpu::Path::Spirv)?;
-        if gpu.device().exact {
-            members.push(guarded(gpu, options)?);
+    /// All real GPUs that can be opened and are exact.
+    pub(super) fn all(options: Options) -> Vec<Box<dyn Evaluator>> {
+        let adapters = gpu::adapters()
+            .into_iter()
+            .filter(|adapter| !adapter.is_software() && adapter.takes_spirv());
+        let gpus = adapters.filter_map(|adapter| Gpu::open_with(&adapter, gpu::Path::Spirv).ok());
+        gpus.filter(|gpu| gpu.device().exact)
+            .filter_map(|gpu| guarded(gpu, options).ok())
+            .collect()
+    }
+
+    /// A GPU with what makes it dependable: the CPU in its place when it is lost, and audits.
+    fn guarded(mut gpu: Gpu, options: Options) -> Result<Box<dyn Evaluator>, Error> {
+        if let Some(cycles) = options.chunk {
+            gpu.set_bounds(Bounds {
+                cycles: cycles.max(1),
+                ..Bounds::default()
+            });
         }
+        let exact = gpu.device().exact;
+        let recovering = Box::new(Recovering::new(gpu, Box::new(cpu(options)?)));
+        if options.audit_share > 0.0 && exact {
+            return Ok(Box::new(Audited::new(recovering, cpu(options)?, options.audit_share)));
+        }
+        Ok(recovering)
     }
-    Ok(Box::new(Pool::new(members)?))
 }
 
+/// A program without GPUs has none.
 #[cfg(not(feature = "gpu"))]
-fn gpu(_: Option<&str>, _: Options) -> Result<Box<dyn Evaluator>, Error> {
-    Err(Error::NoDevice("this program was built without GPUs (the feature `gpu`); allowed: cpu, auto".into()))
-}
+mod gpus {
+    use super::{Error, Evaluator, Options};
 
-#[cfg(not(feature = "gpu"))]
-fn hardware(_: Options) -> Result<Option<Box<dyn Evaluator>>, Error> {
-    Ok(None)
-}
+    pub(super) fn named(_: Option<&str>, _: Options) -> Result<Box<dyn Evaluator>, Error> {
+        let problem = "this program was built without GPUs (the feature `gpu`); allowed: auto, cpu, pool";
+        Err(Error::NoDevice(problem.into()))
+    }
 
-#[cfg(not(feature = "gpu"))]
-fn pool_of_all(options: Options) -> Result<Box<dyn Evaluator>, Error> {
-    Ok(Box::new(Pool::new(vec![Box::new(cpu(options)?)])?))
+    pub(super) fn best(_: Options) -> Option<Box<dyn Evaluator>> {
+        None
+    }
+
+    pub(super) fn all(_: Options) -> Vec<Box<dyn Evaluator>> {
+        Vec::new()
+    }
 }

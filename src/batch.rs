@@ -78,8 +78,16 @@ impl Batch {
         let layout = Layout::new(worlds, rollouts)?;
         let inputs = layout.inputs(worlds, rollouts)?;
         let packed = Packed::new(worlds);
-        let cycles = layout.groups.iter().map(|group| packed.worlds[group.world as usize].steps).max().unwrap_or(0);
-        let steps = rollouts.iter().map(|rollout| u64::from(worlds[rollout.world].cycles())).sum();
+        let cycles = layout
+            .groups
+            .iter()
+            .map(|group| packed.worlds[group.world as usize].steps)
+            .max()
+            .unwrap_or(0);
+        let steps = rollouts
+            .iter()
+            .map(|rollout| u64::from(worlds[rollout.world].cycles()))
+            .sum();
         let batch = Self {
             kernel,
             worlds: packed.worlds,
@@ -97,7 +105,9 @@ impl Batch {
         }
         let records = u64::from(batch.trace_records()) * batch.groups.len() as u64 * LANES as u64;
         if records > GREATEST_TRACE {
-            let problem = format!("{records} records in all; allowed: up to {GREATEST_TRACE}: trace fewer rollouts, or less often");
+            let problem = format!(
+                "{records} records in all; allowed: up to {GREATEST_TRACE}: trace fewer rollouts, or less often"
+            );
             return Err(Invalid::new("trace", problem));
         }
         Ok(batch)
@@ -135,7 +145,11 @@ impl Batch {
 
     /// Records that each slot has room for; 0 without a trace.
     pub fn trace_records(&self) -> u32 {
-        if self.trace_every == 0 { 0 } else { self.cycles.div_ceil(self.trace_every) }
+        if self.trace_every == 0 {
+            0
+        } else {
+            self.cycles.div_ceil(self.trace_every)
+        }
     }
 
     /// The slot of a rollout: its lane is `slot % 64` of the group `slot / 64`.
@@ -156,7 +170,10 @@ impl Batch {
     /// Some of its groups. A range that goes too far ends where the batch does.
     pub fn part(&self, groups: Range<u32>) -> Part<'_> {
         let end = groups.end.min(self.groups());
-        Part { batch: self, groups: groups.start.min(end)..end }
+        Part {
+            batch: self,
+            groups: groups.start.min(end)..end,
+        }
     }
 
     /// The evaluation of [`Batch::all`], by rollout.
@@ -164,23 +181,23 @@ impl Batch {
     /// # Panics
     /// If the result is not one of the whole batch.
     pub fn outcome(&self, result: PartResult) -> Outcome {
+        let PartResult { fitness, trace } = result;
         let records = self.trace_records() as usize;
-        assert_eq!(result.fitness.len(), self.groups.len() * LANES, "a fitness for each slot");
-        assert_eq!(result.trace.len(), result.fitness.len() * records, "a trace for each slot");
-        let fitness = self.slots.iter().map(|&slot| result.fitness[slot as usize]).collect();
-        let traces = if records == 0 {
-            Vec::new()
-        } else {
-            self.slots
-                .iter()
-                .map(|&slot| {
-                    let world = self.groups[slot as usize / LANES].world;
-                    let own = self.worlds[world as usize].steps.div_ceil(self.trace_every) as usize;
-                    result.trace[slot as usize * records..][..own].to_vec()
-                })
-                .collect()
+        assert_eq!(fitness.len(), self.groups.len() * LANES, "a fitness for each slot");
+        assert_eq!(trace.len(), fitness.len() * records, "a trace for each slot");
+        let own_trace = |&slot: &u32| {
+            let world = self.groups[slot as usize / LANES].world;
+            let own = self.worlds[world as usize].steps.div_ceil(self.trace_every);
+            trace[slot as usize * records..][..own as usize].to_vec()
         };
-        Outcome { fitness, traces }
+        Outcome {
+            fitness: self.slots.iter().map(|&slot| fitness[slot as usize]).collect(),
+            traces: if records == 0 {
+                Vec::new()
+            } else {
+                self.slots.iter().map(own_trace).collect()
+            },
+        }
     }
 }
 
@@ -254,7 +271,10 @@ impl<'a> Part<'a> {
     }
 
     fn inputs_before(&self, group: u32) -> usize {
-        self.batch.groups.get(group as usize).map_or(self.batch.inputs.len(), |group| group.inputs as usize)
+        self.batch
+            .groups
+            .get(group as usize)
+            .map_or(self.batch.inputs.len(), |group| group.inputs as usize)
     }
 
     /// Slots: 64 a group.
@@ -269,13 +289,18 @@ impl<'a> Part<'a> {
 
     /// Robot-steps in all.
     pub fn steps(&self) -> u64 {
-        let steps = |group: &life::Group| u64::from(group.rollouts) * u64::from(self.worlds()[group.world as usize].steps);
+        let steps =
+            |group: &life::Group| u64::from(group.rollouts) * u64::from(self.worlds()[group.world as usize].steps);
         self.group_table().iter().map(steps).sum()
     }
 
     /// Cycles of its longest life.
     pub fn cycles(&self) -> u32 {
-        self.group_table().iter().map(|group| self.worlds()[group.world as usize].steps).max().unwrap_or(0)
+        self.group_table()
+            .iter()
+            .map(|group| self.worlds()[group.world as usize].steps)
+            .max()
+            .unwrap_or(0)
     }
 
     /// Cycles from one record of a trace to the next; 0 without a trace.
@@ -338,12 +363,19 @@ impl Layout {
             next.push(groups.len() * LANES);
             for first in (0..count).step_by(LANES) {
                 let rollouts = (count - first).min(LANES) as u32;
-                groups.push(life::Group { world: world as u32, rollouts, inputs: words as u32 });
+                groups.push(life::Group {
+                    world: world as u32,
+                    rollouts,
+                    inputs: words as u32,
+                });
                 words += (KEY_WORDS + worlds[world].genes()) * LANES;
             }
         }
         if words > u32::MAX as usize {
-            let problem = format!("their genes and keys fill {words} words; allowed: up to {}: evaluate several batches", u32::MAX);
+            let problem = format!(
+                "their genes and keys fill {words} words; allowed: up to {}: evaluate several batches",
+                u32::MAX
+            );
             return Err(Invalid::new("rollouts", problem));
         }
         let slots = rollouts
@@ -384,14 +416,19 @@ fn canonical(gene: f32) -> f32 {
 
 fn check_genes(rollout: usize, genes: &[f32], count: usize) -> Result<(), Invalid> {
     if genes.len() != count {
-        let problem = format!("there are {}; allowed: {count}, as its world's controller takes", genes.len());
+        let problem = format!(
+            "there are {}; allowed: {count}, as its world's controller takes",
+            genes.len()
+        );
         return Err(Invalid::new(format!("rollouts[{rollout}].genes"), problem));
     }
-    // Written so that it is one pass without branches; NaN compares false.
-    if genes.iter().fold(true, |good, gene| good & (gene.abs() <= GREATEST_GENE)) {
+    // NaN is not within.
+    let within = |gene: &f32| gene.abs() <= GREATEST_GENE;
+    // One pass without branches; where the fault is, is asked later.
+    if genes.iter().fold(true, |good, gene| good & within(gene)) {
         return Ok(());
     }
-    let bad = genes.iter().position(|gene| !(gene.abs() <= GREATEST_GENE)).unwrap_or_default();
+    let bad = genes.iter().position(|gene| !within(gene)).unwrap_or_default();
     let problem = format!("is {}; allowed: -{GREATEST_GENE} to {GREATEST_GENE}", genes[bad]);
     Err(Invalid::new(format!("rollouts[{rollout}].genes[{bad}]"), problem))
 }
@@ -421,9 +458,16 @@ impl Packed {
                 );
                 packed.shapes.push(life::Shape { table, ..*shape });
             }
-            let motor_table =
-                motors.place((Arc::as_ptr(&robot.motors), 0), || motor_cells(&robot.motors), &mut packed.tables);
-            packed.worlds.push(life::World { first_shape, motor_table, ..*world.packed() });
+            let motor_table = motors.place(
+                (Arc::as_ptr(&robot.motors), 0),
+                || motor_cells(&robot.motors),
+                &mut packed.tables,
+            );
+            packed.worlds.push(life::World {
+                first_shape,
+                motor_table,
+                ..*world.packed()
+            });
         }
         if packed.shapes.is_empty() {
             packed.shapes.push(life::Shape::default());
@@ -440,13 +484,21 @@ struct Seen<T> {
 
 impl<T> Default for Seen<T> {
     fn default() -> Self {
-        Self { identities: HashMap::new(), contents: BTreeMap::new() }
+        Self {
+            identities: HashMap::new(),
+            contents: BTreeMap::new(),
+        }
     }
 }
 
 impl<T> Seen<T> {
     /// The first cell of a table, which is added if no equal one is there.
-    fn place(&mut self, identity: (*const T, usize), cells: impl Fn() -> Vec<[u32; 4]>, tables: &mut Vec<[u32; 4]>) -> u32 {
+    fn place(
+        &mut self,
+        identity: (*const T, usize),
+        cells: impl Fn() -> Vec<[u32; 4]>,
+        tables: &mut Vec<[u32; 4]>,
+    ) -> u32 {
         *self.identities.entry(identity).or_insert_with(|| {
             *self.contents.entry(cells()).or_insert_with_key(|cells| {
                 let first = tables.len() as u32;
@@ -468,5 +520,9 @@ fn sensor_cells(table: &SensorTable) -> Vec<[u32; 4]> {
 fn motor_cells(table: &MotorTable) -> Vec<[u32; 4]> {
     // Zero has one sign.
     let word = |x: f32| if x == 0.0 { 0 } else { x.to_bits() };
-    table.cells.iter().map(|cell| [cell.displacement, cell.turn, cell.left, cell.right].map(word)).collect()
+    table
+        .cells
+        .iter()
+        .map(|cell| [cell.displacement, cell.turn, cell.left, cell.right].map(word))
+        .collect()
 }

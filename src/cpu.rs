@@ -10,7 +10,7 @@ use crate::evaluator::{Control, Device, Error, Evaluator, PartResult};
 /// Cycles from one look at the control to the next: some ten milliseconds of 64 lives.
 const CHUNK: u32 = 16_384;
 
-/// The processor: a pool of threads of its own, and the widest lane code that pays for a batch's size.
+/// The processor: a pool of threads of its own, and for each batch the lane code that suits its size.
 #[derive(Debug)]
 pub struct Cpu {
     pool: rayon::ThreadPool,
@@ -51,12 +51,18 @@ impl Cpu {
                     .into(),
             ));
         }
-        Ok(Self { pool, variant: None, chunk: CHUNK })
+        Ok(Self {
+            pool,
+            variant: None,
+            chunk: CHUNK,
+        })
     }
 
     /// The names of the lane codes that this processor runs, widest first, such as `avx2x16`.
     pub fn variants() -> Vec<&'static str> {
-        available(&oneiro_shaders::LIFE_PERCEPTRON).map(|variant| variant.name).collect()
+        available(&oneiro_shaders::LIFE_PERCEPTRON)
+            .map(|variant| variant.name)
+            .collect()
     }
 
     /// Always runs one lane code, in place of the one that suits each batch.
@@ -86,7 +92,13 @@ impl Cpu {
     }
 
     /// Runs some groups of a batch. Results stand in the order of the groups; `told` hears of the progress.
-    pub(crate) fn run(&self, batch: &Batch, groups: &[u32], control: &Control, told: bool) -> Result<PartResult, Error> {
+    pub(crate) fn run(
+        &self,
+        batch: &Batch,
+        groups: &[u32],
+        control: &Control,
+        told: bool,
+    ) -> Result<PartResult, Error> {
         let parts: Vec<Part<'_>> = groups.iter().map(|&group| batch.part(group..group + 1)).collect();
         let variant = self.choose(batch.kernel(), &parts)?;
         let records = batch.trace_records() as usize;
@@ -99,14 +111,24 @@ impl Cpu {
         let steps = if told { Some(control) } else { None };
         self.pool.install(|| {
             groups.into_par_iter().try_for_each(|((part, fitness), trace)| {
-                let lives = Lives { part, variant, chunk: self.chunk, control, steps };
+                let lives = Lives {
+                    part,
+                    variant,
+                    chunk: self.chunk,
+                    control,
+                    steps,
+                };
                 if trace.is_empty() {
                     // Lanes that idle are not run.
                     let lanes = fitness.par_chunks_mut(variant.lanes as usize).enumerate();
-                    return lanes.take(lives.calls()).try_for_each(|(call, fitness)| lives.run(call, fitness, &mut []));
+                    return lanes
+                        .take(lives.calls())
+                        .try_for_each(|(call, fitness)| lives.run(call, fitness, &mut []));
                 }
                 let lanes = fitness.chunks_mut(variant.lanes as usize).enumerate();
-                lanes.take(lives.calls()).try_for_each(|(call, fitness)| lives.run(call, fitness, trace))
+                lanes
+                    .take(lives.calls())
+                    .try_for_each(|(call, fitness)| lives.run(call, fitness, trace))
             })
         })?;
         Ok(PartResult { fitness, trace })
@@ -116,7 +138,10 @@ impl Cpu {
     fn choose(&self, kernel: &'static Kernel, parts: &[Part<'_>]) -> Result<&'static Variant, Error> {
         let named = |variant: &&Variant| self.variant.is_none_or(|name| name == variant.name);
         let time = |variant: &&Variant| {
-            let calls: usize = parts.iter().map(|part| part.rollouts().div_ceil(variant.lanes as usize)).sum();
+            let calls: usize = parts
+                .iter()
+                .map(|part| part.rollouts().div_ceil(variant.lanes as usize))
+                .sum();
             calls.div_ceil(self.threads()) as f32 * cost(variant)
         };
         available(kernel)
@@ -128,8 +153,15 @@ impl Cpu {
 
 impl Evaluator for Cpu {
     fn device(&self) -> Device {
-        let widest = self.variant.or_else(|| Self::variants().first().copied()).unwrap_or("no lane code");
-        Device { name: "cpu".into(), detail: format!("{widest}, {} threads", self.threads()), exact: true }
+        let widest = self
+            .variant
+            .or_else(|| Self::variants().first().copied())
+            .unwrap_or("no lane code");
+        Device {
+            name: "cpu".into(),
+            detail: format!("{widest}, {} threads", self.threads()),
+            exact: true,
+        }
     }
 
     fn evaluate_part(&mut self, part: &Part<'_>, control: &Control) -> Result<PartResult, Error> {
@@ -143,22 +175,26 @@ fn available(kernel: &'static Kernel) -> impl Iterator<Item = &'static Variant> 
     kernel.variants.iter().filter(|variant| (variant.available)())
 }
 
-/// What one call of a lane code costs, in some unit: measured for the perceptron's kernel.
+/// What one call of a lane code takes, about: the microseconds of 500 cycles of the perceptron's kernel, measured on
+/// a server's core. Only the choice of a lane code rests on it.
 fn cost(variant: &Variant) -> f32 {
-    let by_lane = match variant.name {
-        name if name.starts_with("avx512") => 1.0,
-        name if name.starts_with("avx2") => 1.8,
-        name if name.starts_with("scalar") => 1.0,
-        _ => 2.4,
+    let each_lane = match variant.name {
+        name if name.starts_with("avx512") => 4.9,
+        name if name.starts_with("avx2") => 6.4,
+        name if name.starts_with("scalar") => 33.0,
+        name if name.starts_with("checked") => 300.0,
+        _ => 12.7,
     };
-    9.0 + by_lane * variant.lanes as f32
+    50.0 + each_lane * variant.lanes as f32
 }
 
 /// Room for so many records.
 fn blank_trace(records: usize) -> Result<Vec<Record>, Error> {
     let mut trace = Vec::new();
     trace.try_reserve_exact(records).map_err(|_| {
-        Error::TooLarge(format!("a trace of {records} records does not fit into memory: trace fewer rollouts, or less often"))
+        Error::TooLarge(format!(
+            "a trace of {records} records does not fit into memory: trace fewer rollouts, or less often"
+        ))
     })?;
     trace.resize(records, Record::default());
     Ok(trace)
@@ -232,13 +268,19 @@ impl Lives<'_> {
 /// A buffer that kernels only read.
 fn read<T: bytemuck::Pod>(items: &[T]) -> Words {
     let words: &[u32] = bytemuck::cast_slice(items);
-    Words { start: words.as_ptr().cast_mut(), len: words.len() }
+    Words {
+        start: words.as_ptr().cast_mut(),
+        len: words.len(),
+    }
 }
 
 /// A buffer that kernels may write.
 fn written<T: bytemuck::Pod>(items: &mut [T]) -> Words {
     let words: &mut [u32] = bytemuck::cast_slice_mut(items);
-    Words { start: words.as_mut_ptr(), len: words.len() }
+    Words {
+        start: words.as_mut_ptr(),
+        len: words.len(),
+    }
 }
 
 /// How a thread's float operations round.
@@ -284,9 +326,13 @@ mod tests {
 
     #[test]
     fn buffers_are_in_the_order_of_the_bindings() {
-        const NAMES: [&str; 9] =
-            ["dispatch", "worlds", "shapes", "tables", "groups", "inputs", "state", "fitness", "trace"];
-        for kernel in oneiro_shaders::KERNELS.iter().filter(|kernel| kernel.name.starts_with("life")) {
+        const NAMES: [&str; 9] = [
+            "dispatch", "worlds", "shapes", "tables", "groups", "inputs", "state", "fitness", "trace",
+        ];
+        for kernel in oneiro_shaders::KERNELS
+            .iter()
+            .filter(|kernel| kernel.name.starts_with("life"))
+        {
             let names: Vec<&str> = kernel.bindings.iter().map(|binding| binding.name).collect();
             assert_eq!(names, NAMES, "{}", kernel.name);
             assert_eq!(kernel.workgroup_size as usize, LANES, "{}", kernel.name);

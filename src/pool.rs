@@ -42,11 +42,21 @@ impl Pool {
         for evaluator in &evaluators {
             let Device { name, exact, .. } = evaluator.device();
             if !exact {
-                return Err(Error::NoDevice(format!("{name} is not exact; allowed in a pool: exact devices")));
+                return Err(Error::NoDevice(format!(
+                    "{name} is not exact; allowed in a pool: exact devices"
+                )));
             }
         }
-        let member = |evaluator| Member { evaluator, speed: None, heard: 0, gone: None };
-        Ok(Self { members: evaluators.into_iter().map(member).collect(), warnings: Vec::new() })
+        let member = |evaluator| Member {
+            evaluator,
+            speed: None,
+            heard: 0,
+            gone: None,
+        };
+        Ok(Self {
+            members: evaluators.into_iter().map(member).collect(),
+            warnings: Vec::new(),
+        })
     }
 }
 
@@ -54,7 +64,11 @@ impl Evaluator for Pool {
     fn device(&self) -> Device {
         let devices: Vec<Device> = self.members.iter().map(|member| member.evaluator.device()).collect();
         let join = |text: fn(&Device) -> &str| devices.iter().map(text).collect::<Vec<_>>().join(" + ");
-        Device { name: join(|device| &device.name), detail: join(|device| &device.detail), exact: true }
+        Device {
+            name: join(|device| &device.name),
+            detail: join(|device| &device.detail),
+            exact: true,
+        }
     }
 
     fn evaluate_part(&mut self, part: &Part<'_>, control: &Control) -> Result<PartResult, Error> {
@@ -62,7 +76,10 @@ impl Evaluator for Pool {
         // Once is enough, unless a member gives a piece back when the others have left.
         while work.has_pieces() {
             if self.members.is_empty() {
-                return Err(Error::NoDevice(format!("the pool has no device left: {}", self.warnings.join("; "))));
+                return Err(Error::NoDevice(format!(
+                    "the pool has no device left: {}",
+                    self.warnings.join("; ")
+                )));
             }
             std::thread::scope(|scope| {
                 for (index, member) in self.members.iter_mut().enumerate() {
@@ -75,7 +92,8 @@ impl Evaluator for Pool {
                 match member.gone.take() {
                     None => {}
                     Some(lost @ (Error::Lost { .. } | Error::NoDevice(_))) => {
-                        self.warnings.push(format!("{lost}; the other devices of the pool go on without it"));
+                        self.warnings
+                            .push(format!("{lost}; the other devices of the pool go on without it"));
                         member.gone = Some(lost);
                     }
                     Some(error) => return Err(error),
@@ -142,10 +160,20 @@ struct Shared {
 impl<'a> Work<'a> {
     fn new(part: &'a Part<'a>, members: usize) -> Self {
         let records = part.trace_records() as usize;
-        let result =
-            PartResult { fitness: vec![0.0; part.slots()], trace: vec![Record::default(); part.slots() * records] };
-        let open = vec![0..part.groups().len() as u32];
-        Self { part, shared: Mutex::new(Shared { open, speeds: vec![None; members], stopped: false, result }) }
+        let result = PartResult {
+            fitness: vec![0.0; part.slots()],
+            trace: vec![Record::default(); part.slots() * records],
+        };
+        let all = 0..part.groups().len() as u32;
+        Self {
+            part,
+            shared: Mutex::new(Shared {
+                open: Vec::from([all]),
+                speeds: vec![None; members],
+                stopped: false,
+                result,
+            }),
+        }
     }
 
     fn shared(&self) -> MutexGuard<'_, Shared> {

@@ -124,7 +124,10 @@ impl SensorTables {
 
     /// Tables whose readings count as 1/1023 each.
     pub fn new(classes: Vec<SensorTable>) -> Self {
-        Self { classes, reading_scale: 1.0 / f32::from(GREATEST_READING) }
+        Self {
+            classes,
+            reading_scale: 1.0 / f32::from(GREATEST_READING),
+        }
     }
 
     /// Reads one file for each class, as [`SensorTable::read`] does, and warns of classes with equal readings.
@@ -137,7 +140,11 @@ impl SensorTables {
         for path in paths {
             let path = path.as_ref();
             let import = SensorTable::read(path)?;
-            let error = |problem| Error { path: path.to_owned(), line: None, problem };
+            let error = |problem| Error {
+                path: path.to_owned(),
+                line: None,
+                problem,
+            };
             for (other, other_path) in classes.iter().zip(paths) {
                 if other.class == import.table.class {
                     return Err(error(format!(
@@ -148,20 +155,28 @@ impl SensorTables {
                 if shape(other) != shape(&import.table) {
                     return Err(error(format!(
                         "{}, but {} has {}; allowed: tables of one shape",
-                        shape(&import.table), other_path.as_ref().display(), shape(other)
+                        shape(&import.table),
+                        other_path.as_ref().display(),
+                        shape(other)
                     )));
                 }
                 if other.readings == import.table.readings {
                     warnings.push(format!(
                         "{} and {} hold the same readings: the robot can't tell {} from {}",
-                        other_path.as_ref().display(), path.display(), other.class, import.table.class
+                        other_path.as_ref().display(),
+                        path.display(),
+                        other.class,
+                        import.table.class
                     ));
                 }
             }
             warnings.extend(import.warnings);
             classes.push(import.table);
         }
-        Ok(Import { table: Self::new(classes), warnings })
+        Ok(Import {
+            table: Self::new(classes),
+            warnings,
+        })
     }
 
     /// The index of a class.
@@ -196,12 +211,20 @@ impl MotorSamples {
         const MM_PER_UNIT: f64 = 0.82;
         const WHEEL_BASE: f64 = 54.0;
         let speeds: Vec<i32> = (-12..=12).collect();
-        let pairs = || speeds.iter().flat_map(|&left| speeds.iter().map(move |&right| (f64::from(left), f64::from(right))));
+        let pairs = || {
+            speeds
+                .iter()
+                .flat_map(|&left| speeds.iter().map(move |&right| (f64::from(left), f64::from(right))))
+        };
         Self {
             degrees: pairs()
-                .map(|(left, right)| ((left - right) * MM_PER_UNIT / WHEEL_BASE * (180.0 / std::f64::consts::PI)) as f32)
+                .map(|(left, right)| {
+                    ((left - right) * MM_PER_UNIT / WHEEL_BASE * (180.0 / std::f64::consts::PI)) as f32
+                })
                 .collect(),
-            centimetres: pairs().map(|(left, right)| ((left + right) * (MM_PER_UNIT / 20.0)) as f32).collect(),
+            centimetres: pairs()
+                .map(|(left, right)| ((left + right) * (MM_PER_UNIT / 20.0)) as f32)
+                .collect(),
             speeds,
         }
     }
@@ -285,6 +308,7 @@ pub struct MotorCell {
 
 impl MotorTable {
     /// The Khepera compiled in.
+    #[expect(clippy::missing_panics_doc, reason = "the samples have the speeds of all states")]
     pub fn khepera(states: MotorStates) -> Arc<Self> {
         let table = Self::new(&MotorSamples::khepera(), states);
         Arc::new(table.expect("the speeds -12 to 12 have all states"))
@@ -318,7 +342,12 @@ impl MotorTable {
             MotorStates::Symmetric20 | MotorStates::Asymmetric20 => (20.0, 0.0),
             MotorStates::Evorobot21 => (20.0, 0.5),
         };
-        Ok(Self { states: speeds.len() as u32, cells, scale, offset })
+        Ok(Self {
+            states: speeds.len() as u32,
+            cells,
+            scale,
+            offset,
+        })
     }
 
     /// Reads a motors' `.sam` file, as [`MotorSamples::read`], and selects the states' speeds.

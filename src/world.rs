@@ -54,11 +54,23 @@ pub struct Noise {
 
 impl Noise {
     /// The paper's condition without noise.
-    pub const NONE: Self = Self { sensor: (0.0, 0.0), walk_range: 0.0, walk_step: 0.0, motor: 0.0 };
+    pub const NONE: Self = Self {
+        sensor: (0.0, 0.0),
+        walk_range: 0.0,
+        walk_step: 0.0,
+        motor: 0.0,
+    };
     /// The paper's sensor noise.
-    pub const SENSOR: Self = Self { sensor: (0.0, 0.4), ..Self::NONE };
+    pub const SENSOR: Self = Self {
+        sensor: (0.0, 0.4),
+        ..Self::NONE
+    };
     /// The paper's conservative noise; it gives no size for the walk's step, so that is ours.
-    pub const CONSERVATIVE: Self = Self { walk_range: 30.0, walk_step: 1.5, ..Self::NONE };
+    pub const CONSERVATIVE: Self = Self {
+        walk_range: 30.0,
+        walk_step: 1.5,
+        ..Self::NONE
+    };
 }
 
 /// How genes become wheel commands.

@@ -22,13 +22,20 @@ struct Crowd {
 impl Crowd {
     fn new(all: &[World], worlds: Vec<usize>) -> Self {
         let genes = worlds.iter().enumerate();
-        let genes = genes.map(|(index, &world)| vec![index as f32; all[world].genes()]).collect();
+        let genes = genes
+            .map(|(index, &world)| vec![index as f32; all[world].genes()])
+            .collect();
         Self { worlds, genes }
     }
 
     fn rollouts(&self) -> Vec<Rollout<'_>> {
         let all = self.worlds.iter().zip(&self.genes).enumerate();
-        all.map(|(index, (&world, genes))| Rollout { world, genes, key: Key([index as u32, 7]) }).collect()
+        all.map(|(index, (&world, genes))| Rollout {
+            world,
+            genes,
+            key: Key([index as u32, 7]),
+        })
+        .collect()
     }
 }
 
@@ -38,12 +45,21 @@ fn batch(worlds: &[World], of: impl Iterator<Item = usize>, trace: Option<TraceR
 
 #[test]
 fn rollouts_are_grouped_by_world_in_their_order() {
-    let worlds = [world(|spec| spec.cycles = 10), world(|spec| spec.cycles = 30), world(|spec| spec.cycles = 20)];
+    let worlds = [
+        world(|spec| spec.cycles = 10),
+        world(|spec| spec.cycles = 30),
+        world(|spec| spec.cycles = 20),
+    ];
     // World 1 gets nothing; 0 and 2 take turns, 100 each.
     let batch = batch(&worlds, (0..200).map(|index| 2 * (index % 2)), None);
     assert_eq!((batch.rollouts(), batch.groups(), batch.cycles()), (200, 4, 20));
     assert_eq!(batch.steps(), 100 * 10 + 100 * 20);
-    let groups: Vec<_> = batch.all().group_table().iter().map(|group| (group.world, group.rollouts)).collect();
+    let groups: Vec<_> = batch
+        .all()
+        .group_table()
+        .iter()
+        .map(|group| (group.world, group.rollouts))
+        .collect();
     assert_eq!(groups, [(0, 64), (0, 36), (2, 64), (2, 36)]);
 
     for rollout in 0..200 {
@@ -85,7 +101,11 @@ fn parts_are_the_whole_cut_up() {
 fn equal_tables_are_packed_once() {
     let own_tables = |spec: &mut WorldSpec| {
         let Robot { sensors, motors, .. } = &spec.robot;
-        let robot = Robot { sensors: Arc::new((**sensors).clone()), motors: Arc::new((**motors).clone()), ..spec.robot };
+        let robot = Robot {
+            sensors: Arc::new((**sensors).clone()),
+            motors: Arc::new((**motors).clone()),
+            ..spec.robot
+        };
         spec.robot = robot;
     };
     let one = batch(&[world(|_| ())], std::iter::once(0), None);
@@ -100,7 +120,10 @@ fn equal_tables_are_packed_once() {
     let mut scaled = (*WorldSpec::miglino1995().robot.motors).clone();
     scaled.cells[0].turn = 0.25;
     let other = world(|spec| spec.robot.motors = Arc::new(scaled.clone()));
-    assert_eq!(batch(&[world(|_| ()), other], 0..2, None).all().tables().len(), 2 * 3600 + 2 * 400);
+    assert_eq!(
+        batch(&[world(|_| ()), other], 0..2, None).all().tables().len(),
+        2 * 3600 + 2 * 400
+    );
 }
 
 #[test]
@@ -118,35 +141,82 @@ fn no_buffer_is_empty() {
 fn genes_near_zero_count_as_zero() {
     let worlds = [world(|_| ())];
     let mut genes = [1.0_f32; 18];
-    genes[..6].copy_from_slice(&[-0.0, f32::MIN_POSITIVE / 2.0, -1e-30, LEAST_GENE, -LEAST_GENE, GREATEST_GENE]);
-    let batch = Batch::new(&worlds, &[Rollout { world: 0, genes: &genes, key: Key([0, 0]) }], None).unwrap();
+    genes[..6].copy_from_slice(&[
+        -0.0,
+        f32::MIN_POSITIVE / 2.0,
+        -1e-30,
+        LEAST_GENE,
+        -LEAST_GENE,
+        GREATEST_GENE,
+    ]);
+    let batch = Batch::new(
+        &worlds,
+        &[Rollout {
+            world: 0,
+            genes: &genes,
+            key: Key([0, 0]),
+        }],
+        None,
+    )
+    .unwrap();
     let packed = |gene: usize| batch.all().inputs()[(2 + gene) * LANES];
     assert_eq!([packed(0), packed(1), packed(2)], [0, 0, 0]);
-    assert_eq!([packed(3), packed(4), packed(5)], [LEAST_GENE, -LEAST_GENE, GREATEST_GENE].map(f32::to_bits));
+    assert_eq!(
+        [packed(3), packed(4), packed(5)],
+        [LEAST_GENE, -LEAST_GENE, GREATEST_GENE].map(f32::to_bits)
+    );
 }
 
 #[test]
 fn bad_rollouts_are_refused_by_index() {
     let worlds = [world(|_| ()), world(|spec| spec.cycles = 7)];
     let good = [0.5_f32; 18];
-    for bad in [f32::NAN, f32::INFINITY, f32::NEG_INFINITY, 1.01 * GREATEST_GENE, -2.0 * GREATEST_GENE] {
+    for bad in [
+        f32::NAN,
+        f32::INFINITY,
+        f32::NEG_INFINITY,
+        1.01 * GREATEST_GENE,
+        -2.0 * GREATEST_GENE,
+    ] {
         let mut genes = good;
         genes[17] = bad;
-        let of = |genes| Rollout { world: 0, genes, key: Key([0, 0]) };
+        let of = |genes| Rollout {
+            world: 0,
+            genes,
+            key: Key([0, 0]),
+        };
         let invalid = Batch::new(&worlds, &[of(&good[..]), of(&genes[..])], None).unwrap_err();
         assert_eq!(invalid.field, "rollouts[1].genes[17]");
         assert_eq!(invalid.problem, format!("is {bad}; allowed: -1000000 to 1000000"));
     }
     let one = |world, genes: &[f32], trace| {
-        Batch::new(&worlds, &[Rollout { world, genes, key: Key([0, 0]) }], trace).unwrap_err().to_string()
+        Batch::new(
+            &worlds,
+            &[Rollout {
+                world,
+                genes,
+                key: Key([0, 0]),
+            }],
+            trace,
+        )
+        .unwrap_err()
+        .to_string()
     };
     assert_eq!(one(2, &good, None), "rollouts[0].world: is 2; allowed: 0 to 1");
     let problem = "rollouts[0].genes: there are 17; allowed: 18, as its world's controller takes";
     assert_eq!(one(1, &good[..17], None), problem);
-    assert_eq!(one(1, &good, Some(TraceRequest { every: 0 })), "trace.every: is 0; allowed: 1 and more cycles");
+    assert_eq!(
+        one(1, &good, Some(TraceRequest { every: 0 })),
+        "trace.every: is 0; allowed: 1 and more cycles"
+    );
     let none = Batch::new(&worlds, &[], None).unwrap_err().to_string();
     assert!(none.starts_with("rollouts: there are 0; allowed: 1 to"), "{none}");
-    assert!(Batch::new(&[], &[], None).unwrap_err().to_string().starts_with("worlds: there is none"));
+    assert!(
+        Batch::new(&[], &[], None)
+            .unwrap_err()
+            .to_string()
+            .starts_with("worlds: there is none")
+    );
 }
 
 #[test]
@@ -160,18 +230,33 @@ fn kinds_of_controllers_do_not_mix() {
 #[test]
 fn traces_that_fill_the_memory_are_refused() {
     let worlds = [world(|spec| spec.cycles = 1_000_000)];
-    let invalid = Batch::new(&worlds, &Crowd::new(&worlds, vec![0; 65]).rollouts(), Some(TraceRequest { every: 1 }));
+    let invalid = Batch::new(
+        &worlds,
+        &Crowd::new(&worlds, vec![0; 65]).rollouts(),
+        Some(TraceRequest { every: 1 }),
+    );
     let invalid = invalid.unwrap_err();
-    assert!(invalid.field == "trace" && invalid.problem.contains("128000000 records in all; allowed:"), "{invalid}");
+    assert!(
+        invalid.field == "trace" && invalid.problem.contains("128000000 records in all; allowed:"),
+        "{invalid}"
+    );
 }
 
 #[test]
 fn outcomes_are_in_the_order_of_the_rollouts() {
     let worlds = [world(|spec| spec.cycles = 10), world(|spec| spec.cycles = 25)];
-    let batch = batch(&worlds, (0..130).map(|index| index % 2), Some(TraceRequest { every: 10 }));
+    let batch = batch(
+        &worlds,
+        (0..130).map(|index| index % 2),
+        Some(TraceRequest { every: 10 }),
+    );
     assert_eq!((batch.trace_every(), batch.trace_records()), (10, 3));
     let slots = batch.all().slots();
-    let record = |slot: usize, index: usize| Record { x: slot as f32, y: index as f32, ..Record::default() };
+    let record = |slot: usize, index: usize| Record {
+        x: slot as f32,
+        y: index as f32,
+        ..Record::default()
+    };
     let result = PartResult {
         fitness: (0..slots).map(|slot| slot as f32).collect(),
         trace: (0..slots * 3).map(|at| record(at / 3, at % 3)).collect(),

@@ -7,7 +7,10 @@ use oneiro::random::{Key, pcg4d};
 use oneiro::world::{Controller, Noise, Start, World, WorldSpec};
 
 fn world(change: impl Fn(&mut WorldSpec)) -> World {
-    let mut spec = WorldSpec { cycles: 120, ..WorldSpec::miglino1995() };
+    let mut spec = WorldSpec {
+        cycles: 120,
+        ..WorldSpec::miglino1995()
+    };
     change(&mut spec);
     World::new(spec).unwrap()
 }
@@ -18,10 +21,17 @@ fn worlds(controller: Controller) -> Vec<World> {
     vec![
         noise(Noise::NONE),
         noise(Noise::SENSOR),
-        noise(Noise { motor: 0.1, ..Noise::CONSERVATIVE }),
+        noise(Noise {
+            motor: 0.1,
+            ..Noise::CONSERVATIVE
+        }),
         world(|spec| {
             spec.controller = controller;
-            spec.start = Start::At { x: 100.0, y: 80.0, heading: 0.25 };
+            spec.start = Start::At {
+                x: 100.0,
+                y: 80.0,
+                heading: 0.25,
+            };
             spec.cycles = 37;
         }),
     ]
@@ -29,12 +39,16 @@ fn worlds(controller: Controller) -> Vec<World> {
 
 /// Genes from -5 to 5, each its own.
 fn genes(individual: usize, count: usize) -> Vec<f32> {
-    (0..count).map(|gene| pcg4d([individual as u32, gene as u32, 0, 0])[3] as f32 / 2.0_f32.powi(32) * 10.0 - 5.0).collect()
+    (0..count)
+        .map(|gene| pcg4d([individual as u32, gene as u32, 0, 0])[3] as f32 / 2.0_f32.powi(32) * 10.0 - 5.0)
+        .collect()
 }
 
 /// Rollouts that take turns in all worlds.
 fn batch(worlds: &[World], rollouts: usize, trace: Option<TraceRequest>) -> Batch {
-    let genes: Vec<Vec<f32>> = (0..rollouts).map(|index| genes(index, worlds[index % worlds.len()].genes())).collect();
+    let genes: Vec<Vec<f32>> = (0..rollouts)
+        .map(|index| genes(index, worlds[index % worlds.len()].genes()))
+        .collect();
     let rollout = |(index, genes)| Rollout {
         world: index % worlds.len(),
         genes,
@@ -56,18 +70,31 @@ fn cpu(threads: usize) -> Cpu {
     Cpu::new(Some(threads)).unwrap()
 }
 
-const CONTROLLERS: [Controller; 3] = [Controller::Perceptron, Controller::Hidden { units: 3 }, Controller::Recurrent];
+const CONTROLLERS: [Controller; 3] = [
+    Controller::Perceptron,
+    Controller::Hidden { units: 3 },
+    Controller::Recurrent,
+];
 
 #[test]
 fn every_lane_code_gives_the_same_bits() {
     let names = Cpu::variants();
-    assert!(names.len() > 1 && names.iter().any(|name| name.ends_with("x1")), "{names:?}");
+    assert!(
+        names.len() > 1 && names.iter().any(|name| name.ends_with("x1")),
+        "{names:?}"
+    );
     for controller in CONTROLLERS {
         let batch = batch(&worlds(controller), 150, Some(TraceRequest { every: 7 }));
         let expected = bits(cpu(1), &batch);
-        assert!(expected.0.iter().filter(|&&bits| f32::from_bits(bits) > 1.0).count() > 50, "lives that earn something");
+        assert!(
+            expected.0.iter().filter(|&&bits| f32::from_bits(bits) > 1.0).count() > 50,
+            "lives that earn something"
+        );
         for name in &names {
-            assert!(bits(cpu(1).with_variant(name).unwrap(), &batch) == expected, "{name}, {controller:?}");
+            assert!(
+                bits(cpu(1).with_variant(name).unwrap(), &batch) == expected,
+                "{name}, {controller:?}"
+            );
         }
     }
 }
@@ -78,7 +105,10 @@ fn threads_and_chunks_do_not_matter() {
     let expected = bits(cpu(1), &batch);
     for threads in [1, 2, 3, 8] {
         for chunk in [1, 7, 37, 119, 120, 121, u32::MAX] {
-            assert!(bits(cpu(threads).with_chunk(chunk), &batch) == expected, "{threads} threads, {chunk} cycles");
+            assert!(
+                bits(cpu(threads).with_chunk(chunk), &batch) == expected,
+                "{threads} threads, {chunk} cycles"
+            );
         }
     }
 }
@@ -88,7 +118,11 @@ fn size_and_company_do_not_matter() {
     let worlds = worlds(Controller::Recurrent);
     let all = bits(cpu(2), &batch(&worlds, 260, None)).0;
     for rollouts in [1, 2, 3, 15, 16, 17, 63, 64, 65, 129] {
-        assert_eq!(bits(cpu(2), &batch(&worlds, rollouts, None)).0, all[..rollouts], "{rollouts} rollouts");
+        assert_eq!(
+            bits(cpu(2), &batch(&worlds, rollouts, None)).0,
+            all[..rollouts],
+            "{rollouts} rollouts"
+        );
     }
 }
 
@@ -99,11 +133,16 @@ fn parts_make_the_whole() {
     let whole = cpu.evaluate_part(&batch.all(), &Control::new()).unwrap();
     let mut parts = PartResult::default();
     for first in (0..batch.groups()).step_by(3) {
-        let part = cpu.evaluate_part(&batch.part(first..first + 3), &Control::new()).unwrap();
+        let part = cpu
+            .evaluate_part(&batch.part(first..first + 3), &Control::new())
+            .unwrap();
         parts.fitness.extend(part.fitness);
         parts.trace.extend(part.trace);
     }
-    assert_eq!(batch.outcome(parts.clone()).fitness, batch.outcome(whole.clone()).fitness);
+    assert_eq!(
+        batch.outcome(parts.clone()).fitness,
+        batch.outcome(whole.clone()).fitness
+    );
     assert!(batch.outcome(parts).traces == batch.outcome(whole).traces);
 }
 
@@ -134,7 +173,10 @@ fn traces_tell_the_life() {
         for record in trace {
             sum += record.reward;
             assert_eq!(record.fitness, sum);
-            assert!((0.0..600.0).contains(&record.x) && (0.0..350.0).contains(&record.y), "{record:?}");
+            assert!(
+                (0.0..600.0).contains(&record.x) && (0.0..350.0).contains(&record.y),
+                "{record:?}"
+            );
         }
         for pair in trace.windows(2) {
             let moved = (pair[1].x - pair[0].x).hypot(pair[1].y - pair[0].y);
@@ -152,7 +194,12 @@ fn progress_counts_the_robots_steps() {
     let batch = batch(&worlds(Controller::Perceptron), 333, None);
     for name in Cpu::variants() {
         let control = Control::new();
-        cpu(2).with_chunk(50).with_variant(name).unwrap().evaluate(&batch, &control).unwrap();
+        cpu(2)
+            .with_chunk(50)
+            .with_variant(name)
+            .unwrap()
+            .evaluate(&batch, &control)
+            .unwrap();
         assert_eq!(control.steps(), batch.steps(), "{name}");
     }
 }

@@ -22,7 +22,10 @@ fn cpu() -> Cpu {
 }
 
 fn world(change: impl Fn(&mut WorldSpec)) -> World {
-    let mut spec = WorldSpec { cycles: 60, ..WorldSpec::miglino1995() };
+    let mut spec = WorldSpec {
+        cycles: 60,
+        ..WorldSpec::miglino1995()
+    };
     change(&mut spec);
     World::new(spec).unwrap()
 }
@@ -33,10 +36,17 @@ fn worlds(controller: Controller) -> Vec<World> {
     vec![
         noise(Noise::NONE),
         noise(Noise::SENSOR),
-        noise(Noise { motor: 0.1, ..Noise::CONSERVATIVE }),
+        noise(Noise {
+            motor: 0.1,
+            ..Noise::CONSERVATIVE
+        }),
         world(|spec| {
             spec.controller = controller;
-            spec.start = Start::At { x: 100.0, y: 80.0, heading: 0.25 };
+            spec.start = Start::At {
+                x: 100.0,
+                y: 80.0,
+                heading: 0.25,
+            };
             spec.cycles = 23;
         }),
     ]
@@ -82,7 +92,9 @@ fn bits(evaluator: &mut dyn Evaluator, batch: &Batch) -> Vec<Bits> {
         let trace = &result.trace[slot * records..][..records];
         (result.fitness[slot].to_bits(), bytemuck::cast_slice(trace).to_vec())
     };
-    (0..batch.rollouts()).map(|rollout| of_slot(batch.slot(rollout).unwrap())).collect()
+    (0..batch.rollouts())
+        .map(|rollout| of_slot(batch.slot(rollout).unwrap()))
+        .collect()
 }
 
 /// The rollouts whose results differ.
@@ -92,7 +104,11 @@ fn differing(a: &[Bits], b: &[Bits]) -> Vec<usize> {
 }
 
 const NONE: [usize; 0] = [];
-const CONTROLLERS: [Controller; 3] = [Controller::Perceptron, Controller::Hidden { units: 3 }, Controller::Recurrent];
+const CONTROLLERS: [Controller; 3] = [
+    Controller::Perceptron,
+    Controller::Hidden { units: 3 },
+    Controller::Recurrent,
+];
 
 #[test]
 fn adapters_are_found_by_index_and_name() {
@@ -104,7 +120,13 @@ fn adapters_are_found_by_index_and_name() {
         let found = find(&Choice::Named(adapter.index().to_string())).unwrap();
         assert_eq!((found.name(), found.backend()), (adapter.name(), adapter.backend()));
         let part = adapter.name()[..4].to_uppercase();
-        assert!(find(&Choice::Named(part.clone())).unwrap().name().to_uppercase().contains(&part));
+        assert!(
+            find(&Choice::Named(part.clone()))
+                .unwrap()
+                .name()
+                .to_uppercase()
+                .contains(&part)
+        );
     }
     for wrong in ["no such card", "4294967295"] {
         match find(&Choice::Named(wrong.into())) {
@@ -124,13 +146,20 @@ fn all_kernels_give_the_cpus_bits() {
         let worlds = worlds(controller);
         let batch = batch(&worlds, 300, Some(7));
         let expected = bits(&mut cpu(), &batch);
-        assert!(expected.iter().filter(|(fitness, _)| f32::from_bits(*fitness) > 1.0).count() > 100, "lives that earn");
+        assert!(
+            expected
+                .iter()
+                .filter(|(fitness, _)| f32::from_bits(*fitness) > 1.0)
+                .count()
+                > 100,
+            "lives that earn"
+        );
         assert_eq!(differing(&bits(&mut gpu, &batch), &expected), NONE, "{controller:?}");
 
         // The comparison sees one other genome.
         let changed = batch_with(&worlds, 300, Some(7), |index, genes| {
             if index == 121 {
-                genes.iter_mut().for_each(|gene| *gene = -*gene);
+                genes.reverse();
             }
         });
         assert_eq!(differing(&bits(&mut gpu, &changed), &expected), [121], "{controller:?}");
@@ -144,7 +173,11 @@ fn cuts_and_chunks_do_not_matter() {
     let expected = bits(&mut cpu(), &batch);
     for (groups, cycles) in [(1, u32::MAX), (2, 7), (3, 1), (u32::MAX, 59), (5, 60), (u32::MAX, 1)] {
         gpu.set_bounds(Bounds { groups, cycles });
-        assert_eq!(differing(&bits(&mut gpu, &batch), &expected), NONE, "{groups} groups, {cycles} cycles");
+        assert_eq!(
+            differing(&bits(&mut gpu, &batch), &expected),
+            NONE,
+            "{groups} groups, {cycles} cycles"
+        );
     }
 }
 
@@ -163,7 +196,10 @@ fn parts_are_as_good_as_the_whole() {
             for lane in 0..group.rollouts as usize {
                 let (here, there) = (slot + lane, slot + lane - part.groups().start as usize * 64);
                 assert_eq!(result.fitness[there].to_bits(), whole.fitness[here].to_bits());
-                let traces = (&result.trace[there * records..][..records], &whole.trace[here * records..][..records]);
+                let traces = (
+                    &result.trace[there * records..][..records],
+                    &whole.trace[here * records..][..records],
+                );
                 assert_eq!(traces.0, traces.1);
             }
             slot += 64;
@@ -225,7 +261,11 @@ fn a_lost_device_is_opened_again_and_then_replaced() {
         let name = gpu.adapter().name().to_owned();
         let mut recovering = Recovering::new(gpu, Box::new(cpu()));
         for _ in 0..2 {
-            assert_eq!(differing(&bits(&mut recovering, &batch), &expected), NONE, "{dispatches}, {devices}");
+            assert_eq!(
+                differing(&bits(&mut recovering, &batch), &expected),
+                NONE,
+                "{dispatches}, {devices}"
+            );
         }
         assert_eq!(recovering.warnings().len(), warnings, "{:?}", recovering.warnings());
         assert!(recovering.warnings()[0].contains(&name), "{:?}", recovering.warnings());
@@ -260,7 +300,10 @@ fn a_cancel_is_prompt_and_leaves_the_device_in_order() {
 fn any_kernel_runs_on_bare_buffers() {
     let batch = batch(&[world(|spec| spec.noise = Noise::SENSOR)], 128, None);
     let part = batch.all();
-    let dispatch = Dispatch { step_end: 60, ..Dispatch::default() };
+    let dispatch = Dispatch {
+        step_end: 60,
+        ..Dispatch::default()
+    };
     let words = |bytes: &[u8]| bytemuck::pod_collect_to_vec::<u8, u32>(bytes);
     let mut buffers = [
         words(bytemuck::bytes_of(&dispatch)),
@@ -274,6 +317,9 @@ fn any_kernel_runs_on_bare_buffers() {
         vec![0; 18],
     ];
     gpu().run_kernel(batch.kernel(), &mut buffers, batch.groups()).unwrap();
-    let expected: Vec<u32> = bits(&mut cpu(), &batch).into_iter().map(|(fitness, _)| fitness).collect();
+    let expected: Vec<u32> = bits(&mut cpu(), &batch)
+        .into_iter()
+        .map(|(fitness, _)| fitness)
+        .collect();
     assert_eq!(buffers[7], expected);
 }

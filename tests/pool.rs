@@ -14,10 +14,18 @@ fn cpu() -> Cpu {
 }
 
 fn batch(rollouts: usize) -> Batch {
-    let world = World::new(WorldSpec { cycles: 50, ..WorldSpec::miglino1995() }).unwrap();
+    let world = World::new(WorldSpec {
+        cycles: 50,
+        ..WorldSpec::miglino1995()
+    })
+    .unwrap();
     let gene = |at: usize| pcg4d([at as u32, 0, 0, 0])[3] as f32 / 2.0_f32.powi(31) - 1.0;
     let genes: Vec<f32> = (0..rollouts * 18).map(gene).collect();
-    let rollout = |(index, genes)| Rollout { world: 0, genes, key: Key::rollout(3, 1, index as u64, 4) };
+    let rollout = |(index, genes)| Rollout {
+        world: 0,
+        genes,
+        key: Key::rollout(3, 1, index as u64, 4),
+    };
     let rollouts: Vec<Rollout<'_>> = genes.chunks(18).enumerate().map(rollout).collect();
     Batch::new(&[world], &rollouts, None).unwrap()
 }
@@ -39,18 +47,30 @@ struct Device1995 {
 
 impl Device1995 {
     fn new() -> Self {
-        Self { cpu: cpu(), exact: true, life: usize::MAX, wrong: None }
+        Self {
+            cpu: cpu(),
+            exact: true,
+            life: usize::MAX,
+            wrong: None,
+        }
     }
 }
 
 impl Evaluator for Device1995 {
     fn device(&self) -> Device {
-        Device { name: "a device".into(), detail: "of 1995".into(), exact: self.exact }
+        Device {
+            name: "a device".into(),
+            detail: "of 1995".into(),
+            exact: self.exact,
+        }
     }
 
     fn evaluate_part(&mut self, part: &Part<'_>, control: &Control) -> Result<PartResult, Error> {
         if self.life == 0 {
-            return Err(Error::Lost { device: "a device".into(), reason: "it is old".into() });
+            return Err(Error::Lost {
+                device: "a device".into(),
+                reason: "it is old".into(),
+            });
         }
         self.life -= 1;
         let mut result = self.cpu.evaluate_part(part, control)?;
@@ -69,7 +89,14 @@ fn a_pool_gives_the_same_bits() {
     for _ in 0..3 {
         let control = Control::new();
         let outcome = pool.evaluate(&batch, &control).unwrap();
-        assert_eq!(outcome.fitness.iter().map(|fitness| fitness.to_bits()).collect::<Vec<_>>(), expected);
+        assert_eq!(
+            outcome
+                .fitness
+                .iter()
+                .map(|fitness| fitness.to_bits())
+                .collect::<Vec<_>>(),
+            expected
+        );
         assert_eq!(control.steps(), batch.steps());
     }
     assert_eq!(pool.warnings(), Vec::<String>::new());
@@ -81,29 +108,47 @@ fn a_lost_member_leaves_its_piece_to_the_others() {
     let batch = batch(5000);
     let expected = fitness(&mut cpu(), &batch).unwrap();
     for life in 0..3 {
-        let old = Device1995 { life, ..Device1995::new() };
+        let old = Device1995 {
+            life,
+            ..Device1995::new()
+        };
         let mut pool = Pool::new(vec![Box::new(cpu()), Box::new(old)]).unwrap();
         for _ in 0..4 {
             assert_eq!(fitness(&mut pool, &batch).unwrap(), expected);
         }
         assert_eq!(pool.warnings().len(), 1, "{:?}", pool.warnings());
-        assert!(pool.warnings()[0].contains("a device was lost: it is old"), "{:?}", pool.warnings());
+        assert!(
+            pool.warnings()[0].contains("a device was lost: it is old"),
+            "{:?}",
+            pool.warnings()
+        );
         assert_eq!(pool.device().name, "cpu");
     }
 }
 
 #[test]
 fn a_pool_that_has_lost_all_says_so() {
-    let old = || Box::new(Device1995 { life: 2, ..Device1995::new() });
+    let old = || {
+        Box::new(Device1995 {
+            life: 2,
+            ..Device1995::new()
+        })
+    };
     let mut pool = Pool::new(vec![old(), old()]).unwrap();
     let error = fitness(&mut pool, &batch(5000)).unwrap_err();
-    assert!(matches!(&error, Error::NoDevice(reason) if reason.contains("it is old")), "{error}");
+    assert!(
+        matches!(&error, Error::NoDevice(reason) if reason.contains("it is old")),
+        "{error}"
+    );
 }
 
 #[test]
 fn pools_are_of_exact_devices() {
     assert!(matches!(Pool::new(Vec::new()), Err(Error::NoDevice(_))));
-    let inexact = Device1995 { exact: false, ..Device1995::new() };
+    let inexact = Device1995 {
+        exact: false,
+        ..Device1995::new()
+    };
     let error = Pool::new(vec![Box::new(cpu()), Box::new(inexact)]).err().unwrap();
     assert!(error.to_string().contains("a device is not exact"), "{error}");
 }
@@ -120,12 +165,26 @@ fn a_cancelled_pool_stops() {
 fn an_audit_of_all_finds_one_wrong_bit() {
     let batch = batch(500);
     for wrong in [0, 63, 64, 499] {
-        let device = Device1995 { wrong: Some(wrong), ..Device1995::new() };
+        let device = Device1995 {
+            wrong: Some(wrong),
+            ..Device1995::new()
+        };
         let error = fitness(&mut Audited::new(Box::new(device), cpu(), 1.0), &batch).unwrap_err();
-        let Error::Differs { rollout, device, there, here } = &error else { panic!("{error}") };
+        let Error::Differs {
+            rollout,
+            device,
+            there,
+            here,
+        } = &error
+        else {
+            panic!("{error}")
+        };
         assert_eq!((*rollout, device.as_str()), (wrong, "a device"));
         assert_eq!(there.to_bits() ^ here.to_bits(), 1);
-        assert!(error.to_string().contains(&format!("{:08x}", here.to_bits())), "{error}");
+        assert!(
+            error.to_string().contains(&format!("{:08x}", here.to_bits())),
+            "{error}"
+        );
     }
 }
 
@@ -137,11 +196,20 @@ fn an_audit_lets_what_is_right_pass() {
         let mut audited = Audited::new(Box::new(Device1995::new()), cpu(), share);
         assert_eq!(fitness(&mut audited, &batch).unwrap(), expected);
         // An idle slot may hold anything.
-        let device = Device1995 { wrong: Some(511), ..Device1995::new() };
-        assert_eq!(fitness(&mut Audited::new(Box::new(device), cpu(), share), &batch).unwrap(), expected);
+        let device = Device1995 {
+            wrong: Some(511),
+            ..Device1995::new()
+        };
+        assert_eq!(
+            fitness(&mut Audited::new(Box::new(device), cpu(), share), &batch).unwrap(),
+            expected
+        );
     }
     // Nobody looks.
-    let device = Device1995 { wrong: Some(0), ..Device1995::new() };
+    let device = Device1995 {
+        wrong: Some(0),
+        ..Device1995::new()
+    };
     assert!(fitness(&mut Audited::new(Box::new(device), cpu(), 0.0), &batch).is_ok());
 }
 
@@ -151,7 +219,10 @@ fn an_audit_of_a_share_looks_at_that_share() {
     let found = |share: f64, first_lane: usize, batch: &Batch| {
         let groups = 0..batch.groups() as usize;
         let looked_at = groups.filter(|group| {
-            let device = Device1995 { wrong: Some(group * 64 + first_lane), ..Device1995::new() };
+            let device = Device1995 {
+                wrong: Some(group * 64 + first_lane),
+                ..Device1995::new()
+            };
             fitness(&mut Audited::new(Box::new(device), cpu(), share), batch).is_err()
         });
         looked_at.count()
@@ -165,13 +236,19 @@ fn an_audit_of_a_share_looks_at_that_share() {
 fn an_audit_does_not_count_as_progress() {
     let batch = batch(300);
     let control = Control::new();
-    Audited::new(Box::new(Device1995::new()), cpu(), 1.0).evaluate(&batch, &control).unwrap();
+    Audited::new(Box::new(Device1995::new()), cpu(), 1.0)
+        .evaluate(&batch, &control)
+        .unwrap();
     assert_eq!(control.steps(), batch.steps());
 }
 
 #[test]
 fn backends_open_by_name() {
-    let options = Options { threads: Some(1), chunk: Some(9), audit_share: 0.0 };
+    let options = Options {
+        threads: Some(1),
+        chunk: Some(9),
+        audit_share: 0.0,
+    };
     let batch = batch(100);
     let expected = fitness(&mut cpu(), &batch).unwrap();
     let narrow = format!("cpu:{}", Cpu::variants().last().unwrap());
@@ -190,12 +267,25 @@ fn unknown_backends_are_refused_by_name() {
     };
     for name in ["", "tpu", "auto:1", "CPU", "pool:pool", "pool:cpu+tpu"] {
         let problem = refused(name, Options::default());
-        assert!(problem.contains("no backend `") && problem.contains("; allowed: auto, cpu"), "{name}: {problem}");
+        assert!(
+            problem.contains("no backend `") && problem.contains("; allowed: auto, cpu"),
+            "{name}: {problem}"
+        );
     }
     assert!(refused("cpu:abacus", Options::default()).contains("allowed: "));
     let gpu = refused("gpu:no such adapter", Options::default());
-    let reason = if cfg!(feature = "gpu") { "no " } else { "built without GPUs" };
+    let reason = if cfg!(feature = "gpu") {
+        "no "
+    } else {
+        "built without GPUs"
+    };
     assert!(gpu.contains(reason), "{gpu}");
-    let share = refused("cpu", Options { audit_share: 1.5, ..Options::default() });
+    let share = refused(
+        "cpu",
+        Options {
+            audit_share: 1.5,
+            ..Options::default()
+        },
+    );
     assert!(share.contains("allowed: 0 to 1"), "{share}");
 }

@@ -25,7 +25,10 @@ fn recordings() -> Option<PathBuf> {
     if folder.join("wall.sam").exists() {
         return Some(folder);
     }
-    eprintln!("no recordings in {}: only the built-in tables are tested (set ONEIRO_RECORDINGS)", folder.display());
+    eprintln!(
+        "no recordings in {}: only the built-in tables are tested (set ONEIRO_RECORDINGS)",
+        folder.display()
+    );
     None
 }
 
@@ -85,7 +88,10 @@ fn built_in_motors_are_a_khepera() {
     let cell = |left: usize, right: usize| table.cells[left * 20 + right];
     // Straight on at full speed: 8.2 mm in 100 ms. State 19 is the speed 10, state 10 the speed 1.
     assert!((cell(19, 19).displacement - 8.2).abs() < 1e-5);
-    assert_eq!((cell(19, 19).turn, cell(19, 19).left, cell(19, 19).right), (0.0, 1.0, 1.0));
+    assert_eq!(
+        (cell(19, 19).turn, cell(19, 19).left, cell(19, 19).right),
+        (0.0, 1.0, 1.0)
+    );
     assert!((cell(0, 0).displacement + 8.2).abs() < 1e-5);
     // The right wheel faster by one unit: 0.87 degrees counter-clockwise.
     assert!((cell(10, 11).turn * 360.0 - 0.87).abs() < 0.001);
@@ -95,7 +101,14 @@ fn built_in_motors_are_a_khepera() {
     let asymmetric = MotorTable::khepera(MotorStates::Asymmetric20);
     assert_eq!((asymmetric.states, asymmetric.cells[399].left), (20, 0.9));
     let evorobot = MotorTable::khepera(MotorStates::Evorobot21);
-    assert_eq!((evorobot.states, evorobot.cells[10 * 21 + 10].displacement, evorobot.offset), (21, 0.0, 0.5));
+    assert_eq!(
+        (
+            evorobot.states,
+            evorobot.cells[10 * 21 + 10].displacement,
+            evorobot.offset
+        ),
+        (21, 0.0, 0.5)
+    );
 }
 
 #[test]
@@ -105,7 +118,11 @@ fn motors_survive_a_round_trip() {
     let path = folder.join("motor.sam");
     samples.write(&path).unwrap();
     assert_eq!(MotorSamples::read(&path).unwrap(), samples);
-    for states in [MotorStates::Symmetric20, MotorStates::Asymmetric20, MotorStates::Evorobot21] {
+    for states in [
+        MotorStates::Symmetric20,
+        MotorStates::Asymmetric20,
+        MotorStates::Evorobot21,
+    ] {
         assert_eq!(MotorTable::read(&path, states).unwrap(), *MotorTable::khepera(states));
     }
 
@@ -115,7 +132,10 @@ fn motors_survive_a_round_trip() {
     assert_eq!(samples.speeds, [-1, 1]);
     assert_eq!(samples.centimetres, [-2.0, 0.0, 0.0, 2.0]);
     let error = MotorTable::read(&even, MotorStates::Symmetric20).unwrap_err();
-    assert!(error.problem.contains("has no speed -10") && error.problem.contains("allowed:"), "{error}");
+    assert!(
+        error.problem.contains("has no speed -10") && error.problem.contains("allowed:"),
+        "{error}"
+    );
 }
 
 #[test]
@@ -123,15 +143,26 @@ fn equal_tables_are_noticed() {
     let folder = scratch("equal");
     let wall = &SensorTables::khepera().classes[0];
     let paths = [folder.join("wall.sam"), folder.join("round.sample")];
-    paths.iter().for_each(|path| wall.write(path).unwrap());
+    for path in &paths {
+        wall.write(path).unwrap();
+    }
     let import = SensorTables::read(&paths).unwrap();
     assert_eq!(import.table.class("round"), Some(1));
     assert_eq!(import.warnings.len(), 1);
-    assert!(import.warnings[0].contains("hold the same readings"), "{:?}", import.warnings);
+    assert!(
+        import.warnings[0].contains("hold the same readings"),
+        "{:?}",
+        import.warnings
+    );
 
     let error = SensorTables::read(&[&paths[0], &paths[0]]).unwrap_err();
     assert!(error.problem.contains("a second table of the class wall"), "{error}");
-    let other = SensorTable { class: "small".into(), rows: 19, readings: wall.readings[180..].to_vec(), ..wall.clone() };
+    let other = SensorTable {
+        class: "small".into(),
+        rows: 19,
+        readings: wall.readings[180..].to_vec(),
+        ..wall.clone()
+    };
     other.write(folder.join("small.sam")).unwrap();
     let error = SensorTables::read(&[folder.join("wall.sam"), folder.join("small.sam")]).unwrap_err();
     assert!(error.problem.contains("allowed: tables of one shape"), "{error}");
@@ -146,7 +177,11 @@ fn shares_that_are_no_readings_are_rounded_with_a_warning() {
     text.push_str("END");
     let import = SensorTable::read(written(&folder, "mean.sample", &text)).unwrap();
     assert_eq!(import.table.readings[0], [0, 1023, 512, 256, 1, 102, 0, 1023]);
-    assert!(import.warnings[0].contains("3 readings are no multiples"), "{:?}", import.warnings);
+    assert!(
+        import.warnings[0].contains("3 readings are no multiples"),
+        "{:?}",
+        import.warnings
+    );
 }
 
 #[test]
@@ -160,14 +195,11 @@ fn no_file_is_overwritten() {
 
 /// A small table's text with one thing replaced.
 fn broken(from: &str, to: &str) -> String {
-    let mut text = String::from("8 4 2 5 2\r\n");
-    for row in 0..2 {
-        text.push_str(&format!("TURN {row} \r\n"));
-        for bearing in 0..4 {
-            text.push_str(&format!("{row} {bearing} 2 3 4 5 6 7 \r\n"));
-        }
-    }
-    text.push_str("END");
+    let row = |row: u32| {
+        let bearing = |bearing: u32| format!("{row} {bearing} 2 3 4 5 6 7 \r\n");
+        format!("TURN {row} \r\n") + &(0..4).map(bearing).collect::<String>()
+    };
+    let text = format!("8 4 2 5 2\r\n{}{}END", row(0), row(1));
     assert!(from.is_empty() || text.contains(from), "{from}");
     text.replacen(from, to, 1)
 }
@@ -176,7 +208,10 @@ fn broken(from: &str, to: &str) -> String {
 fn bad_sensor_tables_are_refused_with_the_line() {
     let folder = scratch("bad_sensors");
     let good = SensorTable::read(written(&folder, "good.sam", &broken("", ""))).unwrap();
-    assert_eq!((good.table.class.as_str(), good.table.readings[7]), ("good", [1, 3, 2, 3, 4, 5, 6, 7]));
+    assert_eq!(
+        (good.table.class.as_str(), good.table.readings[7]),
+        ("good", [1, 3, 2, 3, 4, 5, 6, 7])
+    );
 
     let cases: [(&str, &str, Option<usize>, &str); 15] = [
         ("8 4 2 5 2", "7 4 2 5 2", Some(1), "sensors 8"),
@@ -188,7 +223,12 @@ fn bad_sensor_tables_are_refused_with_the_line() {
         ("8 4 2 5 2", "8 4 3 5 2", Some(12), "`TURN 2`"),
         ("8 4 2 5 2", "8 4 1 5 2", Some(7), "allowed: END"),
         ("TURN 1", "1 1 2 3 4 5 6 7", Some(7), "row 1 begins here"),
-        ("1 0 2 3", "1 0 2 1024", Some(8), "`1024`; allowed: 8 integers from 0 to 1023"),
+        (
+            "1 0 2 3",
+            "1 0 2 1024",
+            Some(8),
+            "`1024`; allowed: 8 integers from 0 to 1023",
+        ),
         ("1 0 2 3", "1 0 2 -3", Some(8), "`-3`"),
         ("1 0 2 3", "1 0 2 0.5", Some(8), "`0.5`"),
         ("1 0 2 3 4", "1 0 2 3", Some(8), "7 numbers"),
@@ -206,10 +246,18 @@ fn bad_sensor_tables_are_refused_with_the_line() {
     let cut = written(&folder, "bad.sam", &whole[..whole.len() / 2]);
     assert!(SensorTable::read(cut).is_err());
     let error = SensorTable::read(written(&folder, "bad.sam", &whole[..whole.find("1 2 2").unwrap()])).unwrap_err();
-    assert!(error.problem.contains("ends early; missing: bearing 2 of 4 in row 1 of 2"), "{error}");
+    assert!(
+        error
+            .problem
+            .contains("ends early; missing: bearing 2 of 4 in row 1 of 2"),
+        "{error}"
+    );
 
     let share = SensorTable::read(written(&folder, "bad.sample", &whole)).unwrap_err();
-    assert_eq!((share.line, share.problem.as_str()), (Some(3), "`2`; allowed: 8 numbers from 0 to 1"));
+    assert_eq!(
+        (share.line, share.problem.as_str()),
+        (Some(3), "`2`; allowed: 8 numbers from 0 to 1")
+    );
     let extension = SensorTable::read(written(&folder, "bad.txt", &whole)).unwrap_err();
     assert!(extension.problem.contains("allowed: .sam, .sample"), "{extension}");
     let missing = SensorTable::read(folder.join("none.sam")).unwrap_err();
@@ -222,7 +270,11 @@ fn bad_motor_tables_are_refused_with_the_line() {
     let cases = [
         ("", None, "ends early"),
         ("1\n", Some(1), "1 numbers"),
-        ("0 -1\n1 0\n-2 0\n", None, "missing: the displacements for the left wheel's speed 1, of 2 speeds"),
+        (
+            "0 -1\n1 0\n-2 0\n",
+            None,
+            "missing: the displacements for the left wheel's speed 1, of 2 speeds",
+        ),
         ("0 -1\n1\n-2 0\n0 2\n", Some(2), "1 numbers where the first line has 2"),
         ("0 -1\n1 0\n-2 0\n0 2\n3 3\n", Some(5), "a line after the 4"),
         ("0 -1\n1 181\n-2 0\n0 2\n", Some(2), "`181`"),
@@ -234,7 +286,11 @@ fn bad_motor_tables_are_refused_with_the_line() {
         assert_eq!(error.line, line, "{error}");
         assert!(error.problem.contains(message), "{error}, not {message}");
     }
-    let speeds = MotorSamples { speeds: vec![-1, 0, 2], degrees: vec![0.0; 9], centimetres: vec![0.0; 9] };
+    let speeds = MotorSamples {
+        speeds: vec![-1, 0, 2],
+        degrees: vec![0.0; 9],
+        centimetres: vec![0.0; 9],
+    };
     let error = speeds.write(folder.join("speeds.sam")).unwrap_err();
     assert!(error.problem.contains("allowed: every integer"), "{error}");
 }
@@ -245,7 +301,10 @@ fn built_in_sensors_see_what_they_look_at() {
     let wall = &SensorTables::khepera().classes[0];
     let ahead = wall.readings[5 * 180];
     assert_eq!(ahead.len(), SENSORS);
-    assert!(ahead[2] > 800 && ahead[3] > 800 && ahead[6] < 14 && ahead[7] < 14, "{ahead:?}");
+    assert!(
+        ahead[2] > 800 && ahead[3] > 800 && ahead[6] < 14 && ahead[7] < 14,
+        "{ahead:?}"
+    );
     // And to the right (clockwise).
     let right = wall.readings[5 * 180 + 45];
     assert!(right[5] > 800 && right[0] < 14, "{right:?}");

@@ -27,10 +27,17 @@ fn the_catalogue_is_liveable() {
     for name in Arena::NAMES {
         let arena = Arena::named(name).unwrap();
         assert_eq!(arena.name, name);
-        let world = World::new(WorldSpec { arena: arena.clone(), ..spec() }).unwrap();
+        let world = World::new(WorldSpec {
+            arena: arena.clone(),
+            ..spec()
+        })
+        .unwrap();
         assert!(world.free_share() > 0.5, "{name}: {}", world.free_share());
         let bounds = arena.bounds();
-        assert!(bounds.width >= arena.field.width && bounds.height >= arena.field.height, "{name}");
+        assert!(
+            bounds.width >= arena.field.width && bounds.height >= arena.field.height,
+            "{name}"
+        );
     }
     assert!(Arena::named("elsewhere").is_none());
 }
@@ -41,7 +48,12 @@ fn the_1995_arena_is_as_the_paper_has_it() {
     let field = arena.field;
     assert_eq!((field.x, field.y, field.width, field.height), (0.0, 0.0, 600.0, 350.0));
     assert_eq!((arena.walls.len(), arena.obstacles.len()), (4, 3));
-    assert!(arena.obstacles.iter().all(|obstacle| obstacle.radius == 27.5 && obstacle.class == "round"));
+    assert!(
+        arena
+            .obstacles
+            .iter()
+            .all(|obstacle| obstacle.radius == 27.5 && obstacle.class == "round")
+    );
     // A centre is free in 545 x 295 mm, less three discs of 55 mm radius.
     let free = (545.0 * 295.0 - 3.0 * std::f32::consts::PI * 55.0 * 55.0) / (600.0 * 350.0);
     let estimate = World::new(spec()).unwrap().free_share();
@@ -50,16 +62,22 @@ fn the_1995_arena_is_as_the_paper_has_it() {
 
 #[test]
 fn genes_are_as_many_as_documented() {
-    for (controller, genes) in
-        [(Controller::Perceptron, 18), (Controller::Hidden { units: 5 }, 57), (Controller::Recurrent, 22)]
-    {
+    for (controller, genes) in [
+        (Controller::Perceptron, 18),
+        (Controller::Hidden { units: 5 }, 57),
+        (Controller::Recurrent, 22),
+    ] {
         assert_eq!(World::new(WorldSpec { controller, ..spec() }).unwrap().genes(), genes);
     }
 }
 
 #[test]
 fn an_arena_without_objects_is_allowed() {
-    let arena = Arena { walls: Vec::new(), obstacles: Vec::new(), ..Arena::miglino1995() };
+    let arena = Arena {
+        walls: Vec::new(),
+        obstacles: Vec::new(),
+        ..Arena::miglino1995()
+    };
     assert_eq!(World::new(WorldSpec { arena, ..spec() }).unwrap().free_share(), 1.0);
 }
 
@@ -70,44 +88,114 @@ fn what_is_not_allowed_is_refused_by_name() {
     let cases: [(&str, &str, Change); 44] = [
         ("cycles", "1 to 1000000", |spec| spec.cycles = 0),
         ("cycles", "1 to 1000000", |spec| spec.cycles = 1_000_001),
-        ("controller.units", "1 to 32", |spec| spec.controller = Controller::Hidden { units: 0 }),
-        ("controller.units", "1 to 32", |spec| spec.controller = Controller::Hidden { units: 33 }),
+        ("controller.units", "1 to 32", |spec| {
+            spec.controller = Controller::Hidden { units: 0 };
+        }),
+        ("controller.units", "1 to 32", |spec| {
+            spec.controller = Controller::Hidden { units: 33 };
+        }),
         ("robot.body_radius", "is 0;", |spec| spec.robot.body_radius = 0.0),
         ("robot.body_radius", "is NaN;", |spec| spec.robot.body_radius = f32::NAN),
-        ("robot.body_radius", "is inf;", |spec| spec.robot.body_radius = f32::INFINITY),
-        ("robot.turn_before_move", "0 to 1", |spec| spec.robot.turn_before_move = 1.5),
-        ("robot.turn_before_move", "is 1e-40;", |spec| spec.robot.turn_before_move = 1e-40),
+        ("robot.body_radius", "is inf;", |spec| {
+            spec.robot.body_radius = f32::INFINITY;
+        }),
+        ("robot.turn_before_move", "0 to 1", |spec| {
+            spec.robot.turn_before_move = 1.5;
+        }),
+        ("robot.turn_before_move", "is 1e-40;", |spec| {
+            spec.robot.turn_before_move = 1e-40;
+        }),
         ("noise.sensor", "-1 to 1", |spec| spec.noise.sensor = (0.0, 1.1)),
-        ("noise.sensor", "a smaller and a greater", |spec| spec.noise.sensor = (0.4, 0.0)),
-        ("noise.sensor", "a smaller and a greater", |spec| spec.noise.sensor = (0.2, 0.2)),
+        ("noise.sensor", "a smaller and a greater", |spec| {
+            spec.noise.sensor = (0.4, 0.0);
+        }),
+        ("noise.sensor", "a smaller and a greater", |spec| {
+            spec.noise.sensor = (0.2, 0.2);
+        }),
         ("noise.sensor", "is NaN", |spec| spec.noise.sensor = (f32::NAN, 0.2)),
         ("noise.walk_range", "0 to 1000", |spec| spec.noise.walk_range = -1.0),
-        ("noise.walk_step", "twice", |spec| spec.noise = Noise { walk_range: 1.0, walk_step: 2.5, ..Noise::NONE }),
+        ("noise.walk_step", "twice", |spec| {
+            spec.noise = Noise {
+                walk_range: 1.0,
+                walk_step: 2.5,
+                ..Noise::NONE
+            }
+        }),
         ("noise.walk_step", "twice", |spec| spec.noise.walk_step = 1.0),
         ("noise.motor", "0 to 1", |spec| spec.noise.motor = 1.01),
-        ("start.x", "-100000 to 100000", |spec| spec.start = Start::At { x: 1e6, y: 0.0, heading: 0.0 }),
-        ("start.heading", "less than 1", |spec| spec.start = Start::At { x: 90.0, y: 90.0, heading: 1.0 }),
-        ("start.heading", "0 to 1", |spec| spec.start = Start::At { x: 90.0, y: 90.0, heading: -0.5 }),
-        ("start", "touches", |spec| spec.start = Start::At { x: 20.0, y: 90.0, heading: 0.0 }),
+        ("start.x", "-100000 to 100000", |spec| {
+            spec.start = Start::At {
+                x: 1e6,
+                y: 0.0,
+                heading: 0.0,
+            }
+        }),
+        ("start.heading", "less than 1", |spec| {
+            spec.start = Start::At {
+                x: 90.0,
+                y: 90.0,
+                heading: 1.0,
+            }
+        }),
+        ("start.heading", "0 to 1", |spec| {
+            spec.start = Start::At {
+                x: 90.0,
+                y: 90.0,
+                heading: -0.5,
+            }
+        }),
+        ("start", "touches", |spec| {
+            spec.start = Start::At {
+                x: 20.0,
+                y: 90.0,
+                heading: 0.0,
+            }
+        }),
         ("arena.field.width", "1 to 100000", |spec| spec.arena.field.width = 0.5),
         ("arena.field.x", "is NaN", |spec| spec.arena.field.x = f32::NAN),
-        ("arena.field", "free in 0 %", |spec| spec.arena = Arena::rectangle(50.0, 350.0)),
-        ("arena.field", "25 %", |spec| spec.arena = Arena::rectangle(100.0, 100.0)),
-        ("arena.walls[2].to.y", "-100000 to 100000", |spec| spec.arena.walls[2].to[1] = 1e9),
-        ("arena.walls[1]", "1 mm and more", |spec| spec.arena.walls[1].to = spec.arena.walls[1].from),
-        ("arena.walls[0]", "differ by", |spec| {
-            spec.arena.walls[0] = Wall { from: [0.0, 0.000_01], to: [600.0, 0.000_010_5], class: "wall".into() };
+        ("arena.field", "free in 0 %", |spec| {
+            spec.arena = Arena::rectangle(50.0, 350.0);
         }),
-        ("arena.walls[3].class", "allowed: wall, round", |spec| spec.arena.walls[3].class = "glass".into()),
-        ("arena.obstacles[0].radius", "0 to 100000", |spec| spec.arena.obstacles[0].radius = -1.0),
-        ("arena.obstacles[2].class", "no sensor table for `box`", |spec| spec.arena.obstacles[2].class = "box".into()),
+        ("arena.field", "25 %", |spec| {
+            spec.arena = Arena::rectangle(100.0, 100.0);
+        }),
+        ("arena.walls[2].to.y", "-100000 to 100000", |spec| {
+            spec.arena.walls[2].to[1] = 1e9;
+        }),
+        ("arena.walls[1]", "1 mm and more", |spec| {
+            spec.arena.walls[1].to = spec.arena.walls[1].from;
+        }),
+        ("arena.walls[0]", "differ by", |spec| {
+            spec.arena.walls[0] = Wall {
+                from: [0.0, 0.000_01],
+                to: [600.0, 0.000_010_5],
+                class: "wall".into(),
+            };
+        }),
+        ("arena.walls[3].class", "allowed: wall, round", |spec| {
+            spec.arena.walls[3].class = "glass".into();
+        }),
+        ("arena.obstacles[0].radius", "0 to 100000", |spec| {
+            spec.arena.obstacles[0].radius = -1.0;
+        }),
+        ("arena.obstacles[2].class", "no sensor table for `box`", |spec| {
+            spec.arena.obstacles[2].class = "box".into();
+        }),
         ("arena", "0 to 64", |spec| {
             spec.arena = Arena::miglino1995().with_obstacles((0..58).map(|at| (at as f32, 0.0)), 1.0);
         }),
-        ("robot.motors.states", "1 to 256", |spec| spec.robot.motors = motors(|motors| motors.states = 0)),
-        ("robot.motors.cells", "states times states", |spec| spec.robot.motors = motors(|motors| motors.states = 19)),
-        ("robot.motors.scale", "0 to 1000", |spec| spec.robot.motors = motors(|motors| motors.scale = -20.0)),
-        ("robot.motors.offset", "0 to 1000", |spec| spec.robot.motors = motors(|motors| motors.offset = f32::NAN)),
+        ("robot.motors.states", "1 to 256", |spec| {
+            spec.robot.motors = motors(|motors| motors.states = 0);
+        }),
+        ("robot.motors.cells", "states times states", |spec| {
+            spec.robot.motors = motors(|motors| motors.states = 19);
+        }),
+        ("robot.motors.scale", "0 to 1000", |spec| {
+            spec.robot.motors = motors(|motors| motors.scale = -20.0);
+        }),
+        ("robot.motors.offset", "0 to 1000", |spec| {
+            spec.robot.motors = motors(|motors| motors.offset = f32::NAN);
+        }),
         ("robot.motors.cells[7].turn", "-0.5 to 0.5", |spec| {
             spec.robot.motors = motors(|motors| motors.cells[7].turn = 0.6);
         }),
@@ -120,9 +208,13 @@ fn what_is_not_allowed_is_refused_by_name() {
         ("robot.sensors.classes[1].readings[3]", "0 to 1023 each", |spec| {
             spec.robot.sensors = sensors(|sensors| sensors.classes[1].readings[3][7] = 1024);
         }),
-        ("robot.sensors.classes[1].readings", "rows times bearings, 3600", |spec| {
-            spec.robot.sensors = sensors(|sensors| sensors.classes[1].readings.truncate(100));
-        }),
+        (
+            "robot.sensors.classes[1].readings",
+            "rows times bearings, 3600",
+            |spec| {
+                spec.robot.sensors = sensors(|sensors| sensors.classes[1].readings.truncate(100));
+            },
+        ),
         ("robot.sensors.classes[1]", "another shape", |spec| {
             spec.robot.sensors = sensors(|sensors| sensors.classes[1].nearest = 6.0);
         }),
@@ -136,7 +228,9 @@ fn what_is_not_allowed_is_refused_by_name() {
     for (field, problem, change) in cases {
         let mut spec = spec();
         change(&mut spec);
-        let Err(invalid) = World::new(spec) else { panic!("{field} ({problem}) was accepted") };
+        let Err(invalid) = World::new(spec) else {
+            panic!("{field} ({problem}) was accepted")
+        };
         assert_eq!(invalid.field, field, "{invalid}");
         assert!(invalid.problem.contains(problem), "{invalid}, not {problem}");
         let names_what_is_allowed = invalid.problem.contains("; allowed");
@@ -148,7 +242,12 @@ fn what_is_not_allowed_is_refused_by_name() {
 fn as_many_objects_as_sixteen_bits_can_sum_are_allowed() {
     let mut arena = Arena::rectangle(2000.0, 2000.0);
     arena.obstacles = (0..60)
-        .map(|index| Obstacle { x: 100.0 + 25.0 * index as f32, y: 1000.0, radius: 10.0, class: "round".into() })
+        .map(|index| Obstacle {
+            x: 100.0 + 25.0 * index as f32,
+            y: 1000.0,
+            radius: 10.0,
+            class: "round".into(),
+        })
         .collect();
     World::new(WorldSpec { arena, ..spec() }).unwrap();
 }

@@ -60,19 +60,33 @@ impl Console {
     }
 }
 
-/// Rows as text in columns, the first to the left and the others, which are numbers, to the right.
+/// A float32 for JSON, in the shortest decimal that reads back as the same; null if it is none.
+pub(crate) fn decimal(value: f32) -> serde_json::Value {
+    value
+        .to_string()
+        .parse::<f64>()
+        .map_or(serde_json::Value::Null, serde_json::Value::from)
+}
+
+/// Rows as text in columns: words to the left, numbers to the right.
 pub(crate) fn columns(head: &[&str], rows: &[Vec<String>]) -> String {
-    let width = |column: usize| {
-        let cells = rows.iter().filter_map(|row| row.get(column)).map(|cell| cell.chars().count());
-        cells.chain([head[column].chars().count()]).max().unwrap_or(0)
-    };
-    let widths: Vec<usize> = (0..head.len()).map(width).collect();
+    let cells = |column: usize| rows.iter().filter_map(move |row| row.get(column));
+    let layout: Vec<(usize, bool)> = (0..head.len())
+        .map(|column| {
+            let longest = cells(column).map(|cell| cell.chars().count()).max().unwrap_or(0);
+            let is_words = cells(column).any(|cell| cell.starts_with(|first: char| !"-+.0123456789".contains(first)));
+            (longest.max(head[column].chars().count()), is_words || column == 0)
+        })
+        .collect();
     let line = |cells: &mut dyn Iterator<Item = &str>| {
         let cells: Vec<String> = cells
-            .zip(&widths)
-            .enumerate()
-            .map(|(column, (cell, &width))| {
-                if column == 0 { format!("{cell:<width$}") } else { format!("{cell:>width$}") }
+            .zip(&layout)
+            .map(|(cell, &(width, is_words))| {
+                if is_words {
+                    format!("{cell:<width$}")
+                } else {
+                    format!("{cell:>width$}")
+                }
             })
             .collect();
         cells.join("  ").trim_end().to_owned() + "\n"
@@ -86,11 +100,21 @@ pub(crate) fn columns(head: &[&str], rows: &[Vec<String>]) -> String {
 
 #[cfg(test)]
 mod tests {
-    use super::columns;
+    use super::{columns, decimal};
+
+    #[test]
+    fn decimals_are_short() {
+        assert_eq!(decimal(305.615_6).to_string(), "305.6156");
+        assert_eq!(decimal(f32::NAN), serde_json::Value::Null);
+        assert_eq!(decimal(f32::INFINITY), serde_json::Value::Null);
+    }
 
     #[test]
     fn columns_line_up() {
-        let rows = [vec!["a".to_owned(), "1.5".to_owned()], vec!["long".to_owned(), "10".to_owned()]];
+        let rows = [
+            vec!["a".to_owned(), "1.5".to_owned()],
+            vec!["long".to_owned(), "10".to_owned()],
+        ];
         assert_eq!(columns(&["x", "n"], &rows), "x       n\na     1.5\nlong   10\n");
     }
 }

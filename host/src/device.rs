@@ -64,7 +64,12 @@ impl Candidate {
     }
 
     fn cpu(lanes: &'static str, threads: usize) -> Self {
-        Self { name: format!("cpu {lanes}"), threads: Some(threads), exact: true, way: Way::Cpu(lanes) }
+        Self {
+            name: format!("cpu {lanes}"),
+            threads: Some(threads),
+            exact: true,
+            way: Way::Cpu(lanes),
+        }
     }
 
     /// Whether it is the scalar code.
@@ -86,13 +91,20 @@ impl Candidate {
         Ok(match &self.way {
             Way::Cpu(lanes) => {
                 let cpu = Cpu::new(self.threads)?.with_variant(lanes)?;
-                Box::new(if let Some(cycles) = chunk { cpu.with_chunk(cycles) } else { cpu })
+                Box::new(if let Some(cycles) = chunk {
+                    cpu.with_chunk(cycles)
+                } else {
+                    cpu
+                })
             }
             #[cfg(feature = "gpu")]
             Way::Gpu(adapter) => {
                 let mut gpu = oneiro::gpu::Gpu::open_with(adapter, path(adapter))?;
                 if let Some(cycles) = chunk {
-                    gpu.set_bounds(oneiro::gpu::Bounds { cycles, ..oneiro::gpu::Bounds::default() });
+                    gpu.set_bounds(oneiro::gpu::Bounds {
+                        cycles,
+                        ..oneiro::gpu::Bounds::default()
+                    });
                 }
                 Box::new(gpu)
             }
@@ -140,13 +152,22 @@ pub(crate) fn candidates(which: &str) -> Result<Vec<Candidate>> {
 
 #[cfg(feature = "gpu")]
 fn path(adapter: &oneiro::gpu::Adapter) -> oneiro::gpu::Path {
-    if adapter.takes_spirv() { oneiro::gpu::Path::Spirv } else { oneiro::gpu::Path::Wgsl }
+    if adapter.takes_spirv() {
+        oneiro::gpu::Path::Spirv
+    } else {
+        oneiro::gpu::Path::Wgsl
+    }
 }
 
 #[cfg(feature = "gpu")]
 fn gpu(adapter: oneiro::gpu::Adapter) -> Candidate {
     let name = format!("{} ({})", adapter.name(), adapter.backend());
-    Candidate { name, threads: None, exact: adapter.takes_spirv(), way: Way::Gpu(adapter) }
+    Candidate {
+        name,
+        threads: None,
+        exact: adapter.takes_spirv(),
+        way: Way::Gpu(adapter),
+    }
 }
 
 #[cfg(feature = "gpu")]
@@ -167,8 +188,10 @@ fn adapters() -> Vec<Candidate> {
 #[cfg(not(feature = "gpu"))]
 fn adapter(name: &str) -> Result<Candidate> {
     // The library says what is missing.
-    Err(Failure::from(match backend::open(&format!("gpu:{name}"), Options::default()) {
-        Err(error) => error,
-        Ok(_) => oneiro::evaluator::Error::NoDevice(format!("gpu:{name} can't be compared in this build")),
-    }))
+    Err(Failure::from(
+        match backend::open(&format!("gpu:{name}"), Options::default()) {
+            Err(error) => error,
+            Ok(_) => oneiro::evaluator::Error::NoDevice(format!("gpu:{name} can't be compared in this build")),
+        },
+    ))
 }

@@ -19,7 +19,11 @@ pub(crate) fn text(path: &Path) -> Result<String> {
 /// # Errors
 /// Exit 3.
 pub(crate) fn must_be_new(path: &Path) -> Result {
-    if path.symlink_metadata().is_ok() { Err(exists(path)) } else { Ok(()) }
+    if path.symlink_metadata().is_ok() {
+        Err(exists(path))
+    } else {
+        Ok(())
+    }
 }
 
 /// Writes a new file.
@@ -39,22 +43,9 @@ pub(crate) fn write_new(path: &Path, bytes: &[u8]) -> Result {
     })
 }
 
-/// Writes a file that the program itself names, in the place of an older one: whole or not at all.
-///
-/// # Errors
-/// Exit 6 when writing fails.
-pub(crate) fn replace(path: &Path, bytes: &[u8]) -> Result {
-    let mut name = path.file_name().unwrap_or_default().to_owned();
-    name.push(".new");
-    let temporary = path.with_file_name(name);
-    let written = fs::write(&temporary, bytes).and_then(|()| fs::rename(&temporary, path));
-    written.map_err(|error| {
-        // What can't be removed is told by the error that follows.
-        let _ = fs::remove_file(&temporary);
-        Failure::storage(path, &error)
-    })
-}
-
 fn exists(path: &Path) -> Failure {
-    Failure::input(format_args!("{}: exists already, and nothing is overwritten; name another file", path.display()))
+    Failure::input(format_args!(
+        "{}: exists already, and nothing is overwritten; name another file",
+        path.display()
+    ))
 }

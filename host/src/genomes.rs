@@ -17,7 +17,10 @@ use crate::exit::{Failure, Result};
 /// [`GREATEST_GENE`]; with the file and the row, counted from 1.
 pub(crate) fn read(path: &Path, genes: usize) -> Result<Population> {
     let bytes = fs::read(path).map_err(|error| Failure::unreadable(path, &error))?;
-    let extension = path.extension().and_then(|extension| extension.to_str()).map(str::to_ascii_lowercase);
+    let extension = path
+        .extension()
+        .and_then(|extension| extension.to_str())
+        .map(str::to_ascii_lowercase);
     let genomes = match extension.as_deref() {
         Some("npy") => from_npy(&bytes, genes),
         Some("csv") => from_csv(&bytes, genes),
@@ -25,7 +28,10 @@ pub(crate) fn read(path: &Path, genes: usize) -> Result<Population> {
     };
     let values = genomes.map_err(|problem| Failure::input(format_args!("{}: {problem}", path.display())))?;
     if values.is_empty() {
-        return Err(Failure::input(format_args!("{}: holds no genome; allowed: one or more rows", path.display())));
+        return Err(Failure::input(format_args!(
+            "{}: holds no genome; allowed: one or more rows",
+            path.display()
+        )));
     }
     Ok(Population::new(genes, values))
 }
@@ -35,25 +41,35 @@ fn checked(gene: f32, shown: &dyn std::fmt::Display) -> std::result::Result<f32,
     if gene.abs() <= GREATEST_GENE {
         return Ok(gene);
     }
-    Err(format!("{shown} is no gene; allowed: -{GREATEST_GENE} to {GREATEST_GENE}"))
+    Err(format!(
+        "{shown} is no gene; allowed: -{GREATEST_GENE} to {GREATEST_GENE}"
+    ))
 }
 
 /// The numbers of a CSV file's lines, in their order.
 fn from_csv(bytes: &[u8], genes: usize) -> std::result::Result<Vec<f32>, String> {
     let text = std::str::from_utf8(bytes).map_err(|error| format!("is no text: {error}"))?;
     let mut values = Vec::new();
-    let mut lines = text.lines().zip(1..).filter(|(line, _)| !line.trim().is_empty()).peekable();
+    let mut lines = text
+        .lines()
+        .zip(1..)
+        .filter(|(line, _)| !line.trim().is_empty())
+        .peekable();
     // Names are no numbers, all of them.
     lines.next_if(|(line, _)| line.split(',').all(|cell| cell.trim().parse::<f64>().is_err()));
     for (line, number) in lines {
         let cells = line.split(',').map(str::trim);
         let count = cells.clone().count();
         if count != genes {
-            return Err(format!("line {number}: has {count} numbers; allowed: {genes}, one a gene"));
+            return Err(format!(
+                "line {number}: has {count} numbers; allowed: {genes}, one a gene"
+            ));
         }
         for (cell, column) in cells.zip(1..) {
             let place = |problem| format!("line {number}, column {column}: {problem}");
-            let gene = cell.parse::<f32>().map_err(|_| place(format!("`{cell}` is no number")))?;
+            let gene = cell
+                .parse::<f32>()
+                .map_err(|_| place(format!("`{cell}` is no number")))?;
             values.push(checked(gene, &cell).map_err(place)?);
         }
     }
@@ -82,12 +98,15 @@ fn from_npy(bytes: &[u8], genes: usize) -> std::result::Result<Vec<f32>, String>
     };
     if rest.len() != rows * genes * size {
         let (there, wanted) = (rest.len(), rows * genes * size);
-        return Err(format!("has {there} bytes of numbers, but its header means {wanted}: it is cut off or damaged"));
+        return Err(format!(
+            "has {there} bytes of numbers, but its header means {wanted}: it is cut off or damaged"
+        ));
     }
     let by_rows = header.order() == Order::C;
     let file = NpyFile::with_header(header, rest);
     let stored: Vec<f64> = if size == 4 {
-        file.into_vec::<f32>().map(|values| values.into_iter().map(f64::from).collect())
+        file.into_vec::<f32>()
+            .map(|values| values.into_iter().map(f64::from).collect())
     } else {
         file.into_vec::<f64>()
     }
@@ -95,7 +114,11 @@ fn from_npy(bytes: &[u8], genes: usize) -> std::result::Result<Vec<f32>, String>
     let mut values = Vec::with_capacity(stored.len());
     for row in 0..rows {
         for column in 0..genes {
-            let value = stored[if by_rows { row * genes + column } else { column * rows + row }];
+            let value = stored[if by_rows {
+                row * genes + column
+            } else {
+                column * rows + row
+            }];
             let gene = checked(value as f32, &value);
             values.push(gene.map_err(|problem| format!("row {}, gene {}: {problem}", row + 1, column + 1))?);
         }
@@ -117,7 +140,9 @@ fn has_plain_header(bytes: &[u8]) -> bool {
     };
     header.is_some_and(|header| {
         let brackets = header.iter().filter(|byte| b"([{".contains(byte)).count();
-        let mut numbers = header.split(|byte| !byte.is_ascii_digit()).filter(|digits| !digits.is_empty());
+        let mut numbers = header
+            .split(|byte| !byte.is_ascii_digit())
+            .filter(|digits| !digits.is_empty());
         // The type's size and at most two lengths.
         header.len() <= 4096 && brackets <= 2 && numbers.clone().count() <= 3 && numbers.all(|digits| digits.len() <= 9)
     })
@@ -130,7 +155,11 @@ mod tests {
 
     fn npy<T: npyz::AutoSerialize>(values: &[T], shape: &[u64], order: Order) -> Vec<u8> {
         let mut bytes = Vec::new();
-        let writer = npyz::WriteOptions::new().default_dtype().order(order).shape(shape).writer(&mut bytes);
+        let writer = npyz::WriteOptions::new()
+            .default_dtype()
+            .order(order)
+            .shape(shape)
+            .writer(&mut bytes);
         let mut writer = writer.begin_nd().unwrap();
         for value in values {
             writer.push(value).unwrap();
@@ -143,8 +172,14 @@ mod tests {
     fn npy_of_both_widths_and_orders() {
         let genes = [1.0_f32, 2.0, 3.0, 4.0, 5.0, 6.0];
         assert_eq!(from_npy(&npy(&genes, &[3, 2], Order::C), 2).unwrap(), genes);
-        assert_eq!(from_npy(&npy(&genes.map(f64::from), &[3, 2], Order::C), 2).unwrap(), genes);
-        assert_eq!(from_npy(&npy(&[1.0, 3.0, 5.0, 2.0, 4.0, 6.0], &[3, 2], Order::Fortran), 2).unwrap(), genes);
+        assert_eq!(
+            from_npy(&npy(&genes.map(f64::from), &[3, 2], Order::C), 2).unwrap(),
+            genes
+        );
+        assert_eq!(
+            from_npy(&npy(&[1.0, 3.0, 5.0, 2.0, 4.0, 6.0], &[3, 2], Order::Fortran), 2).unwrap(),
+            genes
+        );
         assert_eq!(from_npy(&npy(&genes, &[6], Order::C), 6).unwrap(), genes);
     }
 

@@ -14,7 +14,11 @@ const TICK: Duration = Duration::from_millis(100);
 
 /// A bar of robot-steps; hidden when the user wants quiet or standard error is no terminal.
 pub(crate) fn bar(steps: u64, label: &str, console: Console) -> ProgressBar {
-    let target = if console.quiet() { ProgressDrawTarget::hidden() } else { ProgressDrawTarget::stderr() };
+    let target = if console.quiet() {
+        ProgressDrawTarget::hidden()
+    } else {
+        ProgressDrawTarget::stderr()
+    };
     let style = ProgressStyle::with_template("{prefix} {bar:32} {percent:>3} %  {per_sec}  {eta} left");
     let bar = ProgressBar::with_draw_target(Some(steps.max(1)), target).with_prefix(label.to_owned());
     match style {

@@ -38,9 +38,18 @@ impl Run {
     /// As [`Recorder::create`].
     pub(crate) fn start(experiment: &Experiment, seed: u64, directory: &Path, session: Session) -> Result<Self> {
         let genes = experiment.world().genes();
-        let evolution =
-            Evolution::new(&experiment.settings().evolution, seed, genes, experiment.init().cloned());
-        Ok(Self { seed, evolution, recorder: Recorder::create(directory, experiment, seed, session)?, last: None })
+        let evolution = Evolution::new(
+            &experiment.settings().evolution,
+            seed,
+            genes,
+            experiment.init().cloned(),
+        );
+        Ok(Self {
+            seed,
+            evolution,
+            recorder: Recorder::create(directory, experiment, seed, session)?,
+            last: None,
+        })
     }
 
     /// Goes on with one. What is to be told of its checkpoints comes along.
@@ -56,7 +65,15 @@ impl Run {
             Some(from) => Evolution::at(settings, seed, from.generation, from.population, from.champion),
             None => Evolution::new(settings, seed, experiment.world().genes(), experiment.init().cloned()),
         };
-        Ok((Self { seed, evolution, recorder, last: None }, warnings))
+        Ok((
+            Self {
+                seed,
+                evolution,
+                recorder,
+                last: None,
+            },
+            warnings,
+        ))
     }
 
     /// Its seed.
@@ -150,7 +167,11 @@ fn ask(experiment: &Experiment, runs: &[Run]) -> Step<Option<Batch>> {
     if rollouts.is_empty() {
         return Ok(None);
     }
-    Ok(Some(Batch::new(std::slice::from_ref(experiment.world()), &rollouts, None)?))
+    Ok(Some(Batch::new(
+        std::slice::from_ref(experiment.world()),
+        &rollouts,
+        None,
+    )?))
 }
 
 /// The keys of an individual's lives.
@@ -162,8 +183,13 @@ pub(crate) fn keys(seed: u64, generation: u32, individual: u32, trials: u32) -> 
 /// indices.
 fn tell(experiment: &Experiment, runs: &mut [Run], fitness: &[f32]) -> Vec<(usize, Generation)> {
     let settings = experiment.settings();
-    let mut scores = fitness.chunks_exact(settings.trials as usize).map(|lives| score(settings.trial_score, lives));
-    let running = runs.iter_mut().enumerate().filter(|(_, run)| !run.evolution.is_finished());
+    let mut scores = fitness
+        .chunks_exact(settings.trials as usize)
+        .map(|lives| score(settings.trial_score, lives));
+    let running = runs
+        .iter_mut()
+        .enumerate()
+        .filter(|(_, run)| !run.evolution.is_finished());
     running
         .map(|(index, run)| {
             let own = scores.by_ref().take(run.evolution.ask().len()).collect();
@@ -182,17 +208,15 @@ pub(crate) fn score(kind: TrialScore, lives: &[f32]) -> f32 {
 }
 
 /// Records the generations that have lived.
-fn record(
-    experiment: &Experiment,
-    runs: &mut [Run],
-    lived: Vec<(usize, Generation)>,
-    watch: &mut dyn Watch,
-) -> Step {
+fn record(experiment: &Experiment, runs: &mut [Run], lived: Vec<(usize, Generation)>, watch: &mut dyn Watch) -> Step {
     for (index, generation) in lived {
         let run = &mut runs[index];
         run.recorder.push(&generation)?;
         run.last = Some(generation);
-        let is_due = run.evolution.generation().is_multiple_of(experiment.settings().record.checkpoint_every);
+        let is_due = run
+            .evolution
+            .generation()
+            .is_multiple_of(experiment.settings().record.checkpoint_every);
         if is_due && !run.evolution.is_finished() {
             run.recorder.checkpoint(&run.evolution)?;
         }
@@ -213,8 +237,16 @@ fn finish(experiment: &Experiment, runs: &mut [Run], device: &Device, watch: &mu
             return Err(Failure::failed("a run has no generation").into());
         };
         let keys: Vec<Key> = keys(run.seed, champion.generation, champion.individual, trials).collect();
-        let life = Rollout { world: 0, genes: &champion.genome, key: keys[0] };
-        device.submit(Batch::new(std::slice::from_ref(experiment.world()), &[life], Some(TraceRequest { every }))?);
+        let life = Rollout {
+            world: 0,
+            genes: &champion.genome,
+            key: keys[0],
+        };
+        device.submit(Batch::new(
+            std::slice::from_ref(experiment.world()),
+            &[life],
+            Some(TraceRequest { every }),
+        )?);
         let outcome = device.receive(watch)?;
         if trials == 1 && outcome.fitness[0].to_bits() != champion.fitness.to_bits() {
             return Err(Failure::failed(format_args!(
@@ -229,7 +261,14 @@ fn finish(experiment: &Experiment, runs: &mut [Run], device: &Device, watch: &mu
             .into());
         }
         let trace = outcome.traces.first().map_or(&[][..], Vec::as_slice);
-        all.push(run.recorder.finish(&Ended { experiment, last, champion, keys: &keys, trace, every })?);
+        all.push(run.recorder.finish(&Ended {
+            experiment,
+            last,
+            champion,
+            keys: &keys,
+            trace,
+            every,
+        })?);
     }
     Ok(all)
 }
@@ -238,7 +277,13 @@ fn finish(experiment: &Experiment, runs: &mut [Run], device: &Device, watch: &mu
 fn stopped(runs: &[Run]) -> String {
     let directories: Vec<String> = runs
         .iter()
-        .map(|run| format!("  oneiro resume {}  (generation {})", run.directory().display(), run.evolution.generation()))
+        .map(|run| {
+            format!(
+                "  oneiro resume {}  (generation {})",
+                run.directory().display(),
+                run.evolution.generation()
+            )
+        })
         .collect();
     format!("stopped; to go on:\n{}", directories.join("\n"))
 }
@@ -295,7 +340,12 @@ impl Device {
             }
             evaluator
         });
-        Self { jobs, outcomes, control, thread }
+        Self {
+            jobs,
+            outcomes,
+            control,
+            thread,
+        }
     }
 
     /// Hands a batch over; outcomes come in the same order.
@@ -328,6 +378,8 @@ impl Device {
     /// Ends the thread. What the evaluator has to tell the user.
     pub(crate) fn close(self) -> Vec<String> {
         drop(self.jobs);
-        self.thread.join().map_or_else(|_| Vec::new(), |evaluator| evaluator.warnings().to_vec())
+        self.thread
+            .join()
+            .map_or_else(|_| Vec::new(), |evaluator| evaluator.warnings().to_vec())
     }
 }

@@ -43,14 +43,24 @@ impl Watcher {
     pub(crate) fn new(console: Console) -> Result<Self> {
         let bar = progress::bar(0, "", console);
         bar.set_length(0);
-        Ok(Self { console, stop: stop_signal()?, bar, best: f32::NEG_INFINITY, told: Instant::now() })
+        Ok(Self {
+            console,
+            stop: stop_signal()?,
+            bar,
+            best: f32::NEG_INFINITY,
+            told: Instant::now(),
+        })
     }
 
     /// Tells it that so many generations are to come.
     pub(crate) fn expect(&self, experiment: &Experiment, generations: u64) {
         let settings = experiment.settings();
         let lives = u64::from(settings.evolution.population) * u64::from(settings.trials);
-        self.bar.inc_length(generations.saturating_mul(lives).saturating_mul(u64::from(settings.cycles)));
+        self.bar.inc_length(
+            generations
+                .saturating_mul(lives)
+                .saturating_mul(u64::from(settings.cycles)),
+        );
     }
 
     /// Clears the line, and tells what the evaluator had to say.
@@ -79,7 +89,11 @@ impl Watch for Watcher {
         self.best = self.best.max(best);
         if !self.bar.is_hidden() && self.told.elapsed() >= BLINK {
             self.told = Instant::now();
-            self.bar.set_prefix(format!("generation {}, best {:.1}", run.evolution().generation(), self.best));
+            self.bar.set_prefix(format!(
+                "generation {}, best {:.1}",
+                run.evolution().generation(),
+                self.best
+            ));
         }
     }
 }

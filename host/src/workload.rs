@@ -17,10 +17,26 @@ pub(crate) const CONTROLLERS: [(&str, Controller); 3] = [
 
 /// The paper's three conditions, and everything at once.
 pub(crate) fn noises() -> [(&'static str, Noise); 4] {
-    let sensor = Noise { sensor: (0.0, 0.4), ..Noise::default() };
-    let conservative = Noise { walk_range: 30.0, walk_step: 1.5, ..Noise::default() };
-    let all = Noise { sensor: (-0.2, 0.2), motor: 0.1, ..conservative };
-    [("none", Noise::default()), ("sensor", sensor), ("conservative", conservative), ("all", all)]
+    let sensor = Noise {
+        sensor: (0.0, 0.4),
+        ..Noise::default()
+    };
+    let conservative = Noise {
+        walk_range: 30.0,
+        walk_step: 1.5,
+        ..Noise::default()
+    };
+    let all = Noise {
+        sensor: (-0.2, 0.2),
+        motor: 0.1,
+        ..conservative
+    };
+    [
+        ("none", Noise::default()),
+        ("sensor", sensor),
+        ("conservative", conservative),
+        ("all", all),
+    ]
 }
 
 /// Worlds of one controller: each arena of the catalogue with each noise, the tasks and starts taking turns.
@@ -38,12 +54,19 @@ pub(crate) fn worlds(controller: Controller, robot: &Robot) -> Result<Vec<World>
             let field = arena.field;
             let start = if turn % 5 == 4 {
                 // The lower left corner is free in every arena's field.
-                Start::At { x: field.x + 0.125 * field.width, y: field.y + 0.125 * field.height, heading: 0.3 }
+                Start::At {
+                    x: field.x + 0.125 * field.width,
+                    y: field.y + 0.125 * field.height,
+                    heading: 0.3,
+                }
             } else {
                 Start::Random
             };
             worlds.push(World::new(WorldSpec {
-                robot: Robot { turn_before_move: [0.0, 0.5, 1.0][turn % 3], ..robot.clone() },
+                robot: Robot {
+                    turn_before_move: [0.0, 0.5, 1.0][turn % 3],
+                    ..robot.clone()
+                },
                 arena: arena.clone(),
                 noise,
                 controller,
@@ -62,9 +85,14 @@ pub(crate) fn worlds(controller: Controller, robot: &Robot) -> Result<Vec<World>
 
 /// A genome whose genes are uniform in -`size` to `size`: genome number `index` of the seed `seed`.
 pub(crate) fn genome(genes: usize, size: f32, seed: u32, index: u32) -> Vec<f32> {
-    let words = (0..genes as u32).step_by(4).flat_map(|block| pcg4d([seed, index, block, 0x6765_6e65]));
+    let words = (0..genes as u32)
+        .step_by(4)
+        .flat_map(|block| pcg4d([seed, index, block, 0x6765_6e65]));
     // 24 bits make a number that float32 holds exactly.
-    words.map(|word| ((word >> 8) as f32 * (2.0 / 16_777_216.0) - 1.0) * size).take(genes).collect()
+    words
+        .map(|word| ((word >> 8) as f32 * (2.0 / 16_777_216.0) - 1.0) * size)
+        .take(genes)
+        .collect()
 }
 
 /// A batch of `rollouts` lives shared out over the worlds in turn, with small and large genes in turn.
@@ -116,6 +144,12 @@ mod tests {
         assert!(mean.abs() < 0.02, "{mean}");
         assert_ne!(genome(18, 1.0, 1, 0), genome(18, 1.0, 1, 1));
         assert_ne!(genome(18, 1.0, 1, 0), genome(18, 1.0, 2, 0));
-        assert_eq!(genome(2, 8.0, 1, 0), genome(18, 1.0, 1, 0)[..2].iter().map(|gene| gene * 8.0).collect::<Vec<_>>());
+        assert_eq!(
+            genome(2, 8.0, 1, 0),
+            genome(18, 1.0, 1, 0)[..2]
+                .iter()
+                .map(|gene| gene * 8.0)
+                .collect::<Vec<_>>()
+        );
     }
 }

@@ -75,6 +75,8 @@ struct Shape {
     reach_squared: f32,
     // first cell of the sensor table of its class
     table: u32,
+    // 1 for an object without length
+    round: u32,
     // 1 for the last object of a layer, within which no two are ever in reach of one robot
     ends_layer: u32,
 }

@@ -81,8 +81,8 @@ impl Adapter {
         let limits = handle.limits();
         let info = handle.get_info();
         // Every backend lists the feature, but only Vulkan's is about SPIR-V.
-        let takes_spirv = info.backend == wgpu::Backend::Vulkan
-            && handle.features().contains(wgpu::Features::PASSTHROUGH_SHADERS);
+        let takes_spirv =
+            info.backend == wgpu::Backend::Vulkan && handle.features().contains(wgpu::Features::PASSTHROUGH_SHADERS);
         Self {
             index,
             limits: Limits {
@@ -92,7 +92,11 @@ impl Adapter {
                 workgroups: limits.max_compute_workgroups_per_dimension,
             },
             takes_spirv,
-            float_controls: if takes_spirv { ask_vulkan(&handle) } else { FloatControls::default() },
+            float_controls: if takes_spirv {
+                ask_vulkan(&handle)
+            } else {
+                FloatControls::default()
+            },
             info,
             handle,
         }
@@ -129,7 +133,11 @@ pub fn adapters() -> Vec<Adapter> {
     descriptor.flags.remove(wgpu::InstanceFlags::VALIDATION_INDIRECT_CALL);
     let instance = wgpu::Instance::new(descriptor);
     let handles = pollster::block_on(instance.enumerate_adapters(wgpu::Backends::all()));
-    handles.into_iter().enumerate().map(|(index, handle)| Adapter::new(index, handle)).collect()
+    handles
+        .into_iter()
+        .enumerate()
+        .map(|(index, handle)| Adapter::new(index, handle))
+        .collect()
 }
 
 /// The adapter that is meant.
@@ -158,7 +166,10 @@ pub fn find(choice: &Choice) -> Result<Adapter, Error> {
         return Ok(all.swap_remove(found));
     }
     all.sort_by_key(Adapter::index);
-    let list: Vec<_> = all.iter().map(|a| format!("{}: {} ({})", a.index, a.name(), a.backend())).collect();
+    let list: Vec<_> = all
+        .iter()
+        .map(|a| format!("{}: {} ({})", a.index, a.name(), a.backend()))
+        .collect();
     let problem = match choice {
         Choice::Named(name) => format!("no adapter has the index or a name with `{name}`"),
         Choice::Hardware | Choice::Best => "there is no real GPU here".into(),

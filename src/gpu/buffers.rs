@@ -17,7 +17,13 @@ pub(super) struct Pooled {
 
 impl Pooled {
     pub(super) fn new(label: &'static str, usage: Usage) -> Self {
-        Self { label, usage, buffer: None, used: 0, written: Vec::new() }
+        Self {
+            label,
+            usage,
+            buffer: None,
+            used: 0,
+            written: Vec::new(),
+        }
     }
 
     /// Makes room for so many bytes; what was there is lost if it grows.
@@ -28,9 +34,13 @@ impl Pooled {
             self.written.clear();
             // Freed before its successor is made, so that both need not fit.
             self.buffer = None;
-            let size = if bytes < STEP { bytes.next_power_of_two() } else { bytes.next_multiple_of(STEP) };
+            let size = if bytes < STEP {
+                bytes.next_power_of_two()
+            } else {
+                bytes.next_multiple_of(STEP)
+            };
             let most = device.adapter().limits().buffer_bytes;
-            self.buffer = Some(device.device.create_buffer(&wgpu::BufferDescriptor {
+            self.buffer = Some(device.raw.create_buffer(&wgpu::BufferDescriptor {
                 label: Some(self.label),
                 size: size.min(most).max(bytes).max(16),
                 usage: self.usage,
@@ -42,7 +52,9 @@ impl Pooled {
 
     /// Replaces the contents.
     pub(super) fn write(&mut self, device: &Device, bytes: &[u8]) {
-        device.queue.write_buffer(self.reserve(device, bytes.len() as u64), 0, bytes);
+        device
+            .queue
+            .write_buffer(self.reserve(device, bytes.len() as u64), 0, bytes);
     }
 
     /// Replaces the contents, unless they are the same.
@@ -57,7 +69,9 @@ impl Pooled {
 
     /// The whole buffer; the used bytes are its first.
     pub(super) fn buffer(&self) -> &wgpu::Buffer {
-        self.buffer.as_ref().expect("a pooled buffer is reserved before it is used")
+        self.buffer
+            .as_ref()
+            .expect("a pooled buffer is reserved before it is used")
     }
 
     /// Bytes in use.

@@ -53,7 +53,7 @@ pub(super) struct Pipeline {
 /// An open device.
 #[derive(Debug)]
 pub(super) struct Device {
-    pub(super) device: wgpu::Device,
+    pub(super) raw: wgpu::Device,
     pub(super) queue: wgpu::Queue,
     adapter: Adapter,
     path: Path,
@@ -72,7 +72,9 @@ impl Device {
         let refused = |problem: String| Error::NoDevice(format!("{}: {problem}", adapter.name()));
         let (needed, has) = (8, adapter.limits().storage_buffers);
         if has < needed {
-            return Err(refused(format!("binds {has} storage buffers in a kernel; {needed} are needed")));
+            return Err(refused(format!(
+                "binds {has} storage buffers in a kernel; {needed} are needed"
+            )));
         }
         let features = match path {
             Path::Spirv if adapter.takes_spirv() => wgpu::Features::PASSTHROUGH_SHADERS,
@@ -104,10 +106,22 @@ impl Device {
         }));
         let ear = Arc::clone(&told);
         device.set_device_lost_callback(move |reason, message| {
-            let said = if message.is_empty() { format!("{reason:?}").to_lowercase() } else { message };
+            let said = if message.is_empty() {
+                format!("{reason:?}").to_lowercase()
+            } else {
+                message
+            };
             lock(&ear).lost.get_or_insert(said);
         });
-        Ok(Self { device, queue, adapter: adapter.clone(), path, told, doom: Doom::default(), pipelines: BTreeMap::new() })
+        Ok(Self {
+            raw: device,
+            queue,
+            adapter: adapter.clone(),
+            path,
+            told,
+            doom: Doom::default(),
+            pipelines: BTreeMap::new(),
+        })
     }
 
     /// The adapter it was opened on.
@@ -138,10 +152,11 @@ impl Device {
     fn compile(&self, kernel: &Kernel) -> Pipeline {
         let label = Some(kernel.name);
         let entries: Vec<_> = kernel.bindings.iter().map(layout_entry).collect();
-        let bindings = self
-            .device
-            .create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor { label, entries: &entries });
-        let layout = self.device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
+        let bindings = self.raw.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
+            label,
+            entries: &entries,
+        });
+        let layout = self.raw.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
             label,
             bind_group_layouts: &[Some(&bindings)],
             immediate_size: 0,
@@ -161,14 +176,14 @@ impl Device {
                 };
                 // SAFETY: the module was written by naga from a validated one, with every index clamped to its
                 // buffer and every loop ended by its own bound; the modes added are those the driver has.
-                unsafe { self.device.create_shader_module_passthrough(descriptor) }
+                unsafe { self.raw.create_shader_module_passthrough(descriptor) }
             }
-            Path::Wgsl => self.device.create_shader_module(wgpu::ShaderModuleDescriptor {
+            Path::Wgsl => self.raw.create_shader_module(wgpu::ShaderModuleDescriptor {
                 label,
                 source: wgpu::ShaderSource::Wgsl(kernel.wgsl.into()),
             }),
         };
-        let compute = self.device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
+        let compute = self.raw.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
             label,
             layout: Some(&layout),
             module: &module,
@@ -176,14 +191,18 @@ impl Device {
             compilation_options: wgpu::PipelineCompilationOptions::default(),
             cache: None,
         });
-        Pipeline { kernel: kernel.name, bindings, compute }
+        Pipeline {
+            kernel: kernel.name,
+            bindings,
+            compute,
+        }
     }
 
     /// Submits commands.
     pub(super) fn submit(&mut self, encoder: wgpu::CommandEncoder) -> wgpu::SubmissionIndex {
         let submission = self.queue.submit([encoder.finish()]);
         if self.doom.strikes() {
-            self.device.destroy();
+            self.raw.destroy();
         }
         submission
     }
@@ -195,7 +214,10 @@ impl Device {
     pub(super) fn wait(&self, submission: &wgpu::SubmissionIndex, control: &Control) -> Result<(), Fault> {
         const LOOK_UP: Duration = Duration::from_millis(20);
         loop {
-            let wait = wgpu::PollType::Wait { submission_index: Some(submission.clone()), timeout: Some(LOOK_UP) };
+            let wait = wgpu::PollType::Wait {
+                submission_index: Some(submission.clone()),
+                timeout: Some(LOOK_UP),
+            };
             match self.poll(wait) {
                 Err(wgpu::PollError::Timeout) => {}
                 // An index that was never submitted: the queue refused it, and why was told.
@@ -203,7 +225,7 @@ impl Device {
                     self.check()?;
                     return Err(Fault::Lost("it takes no more work".into()));
                 }
-                Ok(_) => return self.check(),
+                Ok(()) => return self.check(),
             }
             self.check()?;
             if control.is_cancelled() {
@@ -238,10 +260,12 @@ impl Device {
 
     /// Looks after finished work, without wgpu's panic when the driver answers that the device is lost.
     fn poll(&self, how: wgpu::PollType) -> Result<(), wgpu::PollError> {
-        match catch_unwind(AssertUnwindSafe(|| self.device.poll(how))) {
+        match catch_unwind(AssertUnwindSafe(|| self.raw.poll(how))) {
             Ok(result) => result.map(|_| ()),
             Err(panic) => {
-                let said = panic.downcast_ref::<String>().map_or("no reason given", |message| message.as_str());
+                let said = panic
+                    .downcast_ref::<String>()
+                    .map_or("no reason given", |message| message.as_str());
                 lock(&self.told).lost.get_or_insert_with(|| said.to_owned());
                 Ok(())
             }
@@ -260,7 +284,11 @@ pub(super) struct Doom {
 impl Doom {
     /// After so many dispatches each, on so many devices in succession.
     pub(super) fn after(dispatches: u32, devices: u32) -> Self {
-        Self { dispatches, devices, passed: 0 }
+        Self {
+            dispatches,
+            devices,
+            passed: 0,
+        }
     }
     /// What awaits the device that replaces this one.
     pub(super) fn next(self) -> Self {

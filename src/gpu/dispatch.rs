@@ -11,11 +11,8 @@ use oneiro_shaders::life::{Dispatch, Group, Record, State};
 use super::buffers::{Bench, Scene};
 use super::device::{Device, Fault, Pipeline};
 use super::pace::Pace;
-use crate::batch::Part;
+use crate::batch::{LANES, Part};
 use crate::evaluator::{Control, PartResult};
-
-/// Slots of a group.
-const LANES: u64 = 64;
 
 /// Bytes that a cut's own buffers should take together: enough rollouts to fill any device, few enough for
 /// a small one. Two cuts are on the device at a time.
@@ -32,7 +29,10 @@ pub struct Bounds {
 
 impl Default for Bounds {
     fn default() -> Self {
-        Self { groups: u32::MAX, cycles: u32::MAX }
+        Self {
+            groups: u32::MAX,
+            cycles: u32::MAX,
+        }
     }
 }
 
@@ -51,17 +51,16 @@ impl Lives {
     /// # Errors
     /// See [`Fault`]; progress told to `control` is then taken back.
     pub(super) fn run(&mut self, device: &mut Device, part: &Part<'_>, control: &Control) -> Result<PartResult, Fault> {
-        let batch = part.batch();
-        let pipeline = device.pipeline(batch.kernel())?;
+        let pipeline = device.pipeline(part.kernel())?;
         let cuts = cuts(part, Bytes::of(device, self.bounds))?;
         self.scene.worlds.keep(device, bytemuck::cast_slice(part.worlds()));
         self.scene.shapes.keep(device, bytemuck::cast_slice(part.shapes()));
         self.scene.tables.keep(device, bytemuck::cast_slice(part.tables()));
 
-        let records = batch.trace_records() as usize;
+        let records = part.trace_records() as usize;
         let mut run = Run {
             device,
-            kernel: batch.kernel(),
+            kernel: part.kernel(),
             pipeline: &pipeline,
             part,
             control,
@@ -142,7 +141,7 @@ struct Cut {
 
 impl Cut {
     fn slots(&self) -> u64 {
-        self.groups.len() as u64 * LANES
+        (self.groups.len() * LANES) as u64
     }
 }
 
@@ -150,9 +149,13 @@ impl Cut {
 fn cuts(part: &Part<'_>, bounds: Bytes) -> Result<Vec<Cut>, Fault> {
     let groups = part.group_table();
     let first_input = part.first_input() as usize;
-    let inputs_end = |group: usize| groups.get(group).map_or(part.inputs().len(), |g| g.inputs as usize - first_input);
-    let fixed = LANES * (size_of::<State>() + size_of::<f32>()) as u64;
-    let traced = LANES * u64::from(part.batch().trace_records()) * size_of::<Record>() as u64;
+    let inputs_end = |group: usize| {
+        groups
+            .get(group)
+            .map_or(part.inputs().len(), |g| g.inputs as usize - first_input)
+    };
+    let fixed = (LANES * (size_of::<State>() + size_of::<f32>())) as u64;
+    let traced = (LANES * size_of::<Record>()) as u64 * u64::from(part.trace_records());
     if traced > bounds.binding {
         return Err(Fault::TooLarge(format!(
             "the trace of {LANES} rollouts takes {} MB, and the device binds {} MB at once; trace fewer cycles",
@@ -176,8 +179,16 @@ fn cuts(part: &Part<'_>, bounds: Bytes) -> Result<Vec<Cut>, Fault> {
         while end < groups.len() && fits(end + 1) {
             end += 1;
         }
-        let cycles = groups[start..end].iter().map(|g| part.worlds()[g.world as usize].steps).max().unwrap_or(0);
-        cuts.push(Cut { groups: start..end, inputs: first_word..inputs_end(end), cycles });
+        let cycles = groups[start..end]
+            .iter()
+            .map(|g| part.worlds()[g.world as usize].steps)
+            .max()
+            .unwrap_or(0);
+        cuts.push(Cut {
+            groups: start..end,
+            inputs: first_word..inputs_end(end),
+            cycles,
+        });
         start = end;
     }
     Ok(cuts)
@@ -224,7 +235,11 @@ impl Run<'_> {
                 if begin == 0 {
                     self.fill(cut, bench);
                 }
-                let cycles = self.pace.cycles(cut.slots()).min(self.most_cycles).min(cut.cycles - begin);
+                let cycles = self
+                    .pace
+                    .cycles(cut.slots())
+                    .min(self.most_cycles)
+                    .min(cut.cycles - begin);
                 self.launch(cut, bench, begin..begin + cycles)?;
                 begin += cycles;
             }
@@ -236,15 +251,19 @@ impl Run<'_> {
     fn fill(&mut self, cut: &Cut, bench: usize) {
         let (device, part) = (&*self.device, self.part);
         let bench = &mut self.benches[bench];
-        bench.groups.keep(device, bytemuck::cast_slice(&part.group_table()[cut.groups.clone()]));
-        bench.inputs.write(device, bytemuck::cast_slice(&part.inputs()[cut.inputs.clone()]));
+        bench
+            .groups
+            .keep(device, bytemuck::cast_slice(&part.group_table()[cut.groups.clone()]));
+        bench
+            .inputs
+            .write(device, bytemuck::cast_slice(&part.inputs()[cut.inputs.clone()]));
         bench.dispatch.reserve(device, size_of::<Dispatch>() as u64);
         bench.state.reserve(device, cut.slots() * size_of::<State>() as u64);
         let fitness = cut.slots() * size_of::<f32>() as u64;
         bench.fitness.reserve(device, fitness);
         bench.fitness_out.reserve(device, fitness);
         // A binding can't be empty: without a trace it is one record that nobody writes.
-        let records = cut.slots() * u64::from(part.batch().trace_records());
+        let records = cut.slots() * u64::from(part.trace_records());
         let trace = records.max(1) * size_of::<Record>() as u64;
         bench.trace.reserve(device, trace);
         if records > 0 {
@@ -255,28 +274,34 @@ impl Run<'_> {
     /// Submits a chunk of a cut.
     fn launch(&mut self, cut: &Cut, bench_index: usize, cycles: Range<u32>) -> Result<(), Fault> {
         let bench = &mut self.benches[bench_index];
-        let batch = self.part.batch();
-        let group_table = &self.part.group_table()[cut.groups.clone()];
+        let part = self.part;
+        let group_table = &part.group_table()[cut.groups.clone()];
         let dispatch = Dispatch {
             step_begin: cycles.start,
             step_end: cycles.end,
-            trace_every: batch.trace_every(),
-            trace_records: batch.trace_records(),
+            trace_every: part.trace_every(),
+            trace_records: part.trace_records(),
             first_input: group_table[0].inputs,
             ..Dispatch::zeroed()
         };
         bench.dispatch.write(self.device, bytemuck::bytes_of(&dispatch));
         let bind_group = bind(self.device, self.pipeline, self.kernel, self.scene, bench)?;
 
-        let traced = batch.trace_records() > 0;
+        let traced = part.trace_records() > 0;
         let label = Some(self.pipeline.kernel);
-        let mut encoder = self.device.device.create_command_encoder(&wgpu::CommandEncoderDescriptor { label });
+        let mut encoder = self
+            .device
+            .raw
+            .create_command_encoder(&wgpu::CommandEncoderDescriptor { label });
         if traced && cycles.start == 0 {
             // A life that ends before the batch's longest leaves the rest of its records as they were.
             encoder.clear_buffer(bench.trace.buffer(), 0, Some(bench.trace.used()));
         }
         {
-            let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor { label, timestamp_writes: None });
+            let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor {
+                label,
+                timestamp_writes: None,
+            });
             pass.set_pipeline(&self.pipeline.compute);
             pass.set_bind_group(0, &bind_group, &[]);
             pass.dispatch_workgroups(group_table.len() as u32, 1, 1);
@@ -296,8 +321,8 @@ impl Run<'_> {
             bench: bench_index,
             slots: cut.slots(),
             cycles: cycles.end - cycles.start,
-            steps: steps(self.part, group_table, &cycles),
-            brings: is_last.then(|| cut.groups.start * LANES as usize..cut.groups.end * LANES as usize),
+            steps: steps(part, group_table, &cycles),
+            brings: is_last.then(|| cut.groups.start * LANES..cut.groups.end * LANES),
         });
         Ok(())
     }
@@ -312,16 +337,19 @@ impl Run<'_> {
             self.device.wait(&flight.submission, self.control)?;
             // It began when it was submitted, or when the one before was done.
             let now = Instant::now();
-            self.pace.observe(flight.slots, flight.cycles, now - flight.submitted.max(self.landed));
+            self.pace
+                .observe(flight.slots, flight.cycles, now - flight.submitted.max(self.landed));
             self.landed = now;
             self.control.add_steps(flight.steps);
             self.told_steps += flight.steps;
             if let Some(slots) = flight.brings {
                 let bench = &self.benches[flight.bench];
                 bench.fitness_out.read(&mut self.result.fitness[slots.clone()])?;
-                let records = self.part.batch().trace_records() as usize;
+                let records = self.part.trace_records() as usize;
                 if records > 0 {
-                    bench.trace_out.read(&mut self.result.trace[slots.start * records..slots.end * records])?;
+                    bench
+                        .trace_out
+                        .read(&mut self.result.trace[slots.start * records..slots.end * records])?;
                 }
             }
         }
@@ -360,13 +388,147 @@ fn bind(
             "state" => &bench.state,
             "fitness" => &bench.fitness,
             "trace" => &bench.trace,
-            other => return Err(Fault::Refused(format!("`{}` binds `{other}`, which no life has", kernel.name))),
+            other => {
+                return Err(Fault::Refused(format!(
+                    "`{}` binds `{other}`, which no life has",
+                    kernel.name
+                )));
+            }
         };
-        entries.push(wgpu::BindGroupEntry { binding: binding.binding, resource: buffer.binding() });
+        entries.push(wgpu::BindGroupEntry {
+            binding: binding.binding,
+            resource: buffer.binding(),
+        });
     }
-    Ok(device.device.create_bind_group(&wgpu::BindGroupDescriptor {
+    Ok(device.raw.create_bind_group(&wgpu::BindGroupDescriptor {
         label: Some(kernel.name),
         layout: &pipeline.bindings,
         entries: &entries,
     }))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::batch::{Batch, Rollout, TraceRequest};
+    use crate::random::Key;
+    use crate::world::{Controller, World, WorldSpec};
+
+    /// Rollouts in worlds of other sizes: 200 of 13 genes over 30 cycles, 100 of 24 over 80.
+    fn batch(trace: Option<TraceRequest>) -> Batch {
+        let world = |units, cycles| {
+            World::new(WorldSpec {
+                controller: Controller::Hidden { units },
+                cycles,
+                ..WorldSpec::miglino1995()
+            })
+            .expect("a good world")
+        };
+        let worlds = [world(1, 30), world(2, 80)];
+        let genes = [0.5; 24];
+        let rollout = |index: usize| {
+            let world = usize::from(index % 3 == 2);
+            Rollout {
+                world,
+                genes: &genes[..worlds[world].genes()],
+                key: Key::rollout(0, 0, index as u64, 0),
+            }
+        };
+        Batch::new(&worlds, &(0..300).map(rollout).collect::<Vec<_>>(), trace).expect("a good batch")
+    }
+
+    const ANY: Bytes = Bytes {
+        groups: usize::MAX,
+        binding: u64::MAX,
+        cut: u64::MAX,
+    };
+
+    #[test]
+    fn a_batch_that_fits_is_one_cut() {
+        let batch = batch(None);
+        let all = cuts(&batch.all(), ANY).expect("it fits");
+        assert_eq!(
+            all,
+            [Cut {
+                groups: 0..6,
+                inputs: 0..64 * (4 * 15 + 2 * 26),
+                cycles: 80
+            }]
+        );
+        let part = cuts(&batch.part(1..5), ANY).expect("it fits");
+        assert_eq!(
+            part,
+            [Cut {
+                groups: 0..4,
+                inputs: 0..64 * (3 * 15 + 26),
+                cycles: 80
+            }]
+        );
+        assert_eq!(cuts(&batch.part(2..2), ANY).expect("it fits"), []);
+    }
+
+    #[test]
+    fn cuts_keep_to_every_bound_and_leave_nothing_out() {
+        let plain = batch(None);
+        let traced = batch(Some(TraceRequest { every: 10 }));
+        // The inputs of a group of 13 genes take 3,840 bytes, of 24 genes 6,656; its state and fitness 2,304,
+        // its trace of 8 records 36,864.
+        for (batch, bounds, expected) in [
+            (&plain, Bytes { groups: 4, ..ANY }, vec![0..4, 4..6]),
+            (
+                &plain,
+                Bytes {
+                    binding: 3 * 3_840,
+                    ..ANY
+                },
+                vec![0..3, 3..5, 5..6],
+            ),
+            (
+                &plain,
+                Bytes {
+                    cut: 2 * (6_656 + 2_304),
+                    ..ANY
+                },
+                vec![0..2, 2..4, 4..6],
+            ),
+            (
+                &plain,
+                Bytes { cut: 1, ..ANY },
+                vec![0..1, 1..2, 2..3, 3..4, 4..5, 5..6],
+            ),
+            (
+                &traced,
+                Bytes {
+                    binding: 2 * 36_864,
+                    ..ANY
+                },
+                vec![0..2, 2..4, 4..6],
+            ),
+        ] {
+            let part = batch.all();
+            let cuts = cuts(&part, bounds).expect("each group fits");
+            assert_eq!(
+                cuts.iter().map(|cut| cut.groups.clone()).collect::<Vec<_>>(),
+                expected,
+                "{bounds:?}"
+            );
+            let mut word = 0;
+            for cut in &cuts {
+                assert_eq!(cut.inputs.start, word);
+                assert_eq!(part.group_table()[cut.groups.start].inputs as usize, word);
+                assert_eq!(cut.cycles, if cut.groups.end > 4 { 80 } else { 30 });
+                word = cut.inputs.end;
+            }
+            assert_eq!(word, part.inputs().len());
+        }
+    }
+
+    #[test]
+    fn a_trace_that_never_fits_says_so() {
+        let batch = batch(Some(TraceRequest { every: 10 }));
+        match cuts(&batch.all(), Bytes { binding: 36_863, ..ANY }) {
+            Err(Fault::TooLarge(message)) => assert!(message.contains("trace"), "{message}"),
+            other => panic!("{other:?}"),
+        }
+    }
 }

@@ -13,7 +13,6 @@ pub use adapter::{Adapter, Choice, FloatControls, Limits, adapters, find};
 pub use device::Path;
 pub use dispatch::Bounds;
 pub use recovery::Recovering;
-pub use spirv::with_modes;
 
 use device::{Device, Fault};
 use dispatch::Lives;
@@ -45,7 +44,11 @@ impl Gpu {
     /// # Errors
     /// [`Error::NoDevice`] if the adapter can't run the kernels, or not on this path.
     pub fn open_with(adapter: &Adapter, path: Path) -> Result<Self, Error> {
-        let mut gpu = Self { device: Device::open(adapter, path)?, lives: Lives::default(), exact: false };
+        let mut gpu = Self {
+            device: Device::open(adapter, path)?,
+            lives: Lives::default(),
+            exact: false,
+        };
         gpu.exact = path == Path::Spirv;
         Ok(gpu)
     }
@@ -60,8 +63,9 @@ impl Gpu {
         let is_same = |a: &Adapter| a.name() == old.name() && a.backend() == old.backend();
         let mut found: Vec<_> = adapters().into_iter().filter(is_same).collect();
         found.sort_by_key(|a| a.index().abs_diff(old.index()));
-        let adapter =
-            found.first().ok_or_else(|| Error::NoDevice(format!("{} is no longer there", old.name())))?;
+        let adapter = found
+            .first()
+            .ok_or_else(|| Error::NoDevice(format!("{} is no longer there", old.name())))?;
         let mut gpu = Self::open_with(adapter, self.device.path())?;
         gpu.lives.bounds = self.lives.bounds;
         gpu.device.doom = self.device.doom.next();
@@ -100,7 +104,11 @@ impl Gpu {
 impl Evaluator for Gpu {
     fn device(&self) -> evaluator::Device {
         let adapter = self.adapter();
-        evaluator::Device { name: adapter.name().to_owned(), detail: adapter.driver(), exact: self.exact }
+        evaluator::Device {
+            name: adapter.name().to_owned(),
+            detail: adapter.driver(),
+            exact: self.exact,
+        }
     }
 
     fn evaluate_part(&mut self, part: &Part<'_>, control: &Control) -> Result<PartResult, Error> {

@@ -46,7 +46,10 @@ impl Pace {
     pub(super) fn observe(&mut self, slots: u64, cycles: u32, lasted: Duration) {
         // A clock that stood still would promise an endless speed.
         let seconds = lasted.as_secs_f64().max(1e-6);
-        self.measured = Some(Measured { slots, seconds_per_cycle: seconds / f64::from(cycles.max(1)) });
+        self.measured = Some(Measured {
+            slots,
+            seconds_per_cycle: seconds / f64::from(cycles.max(1)),
+        });
     }
 }
 

@@ -15,7 +15,11 @@ pub struct Recovering {
 impl Recovering {
     /// A GPU, and what takes over when it is gone.
     pub fn new(gpu: Gpu, fallback: Box<dyn Evaluator>) -> Self {
-        Self { gpu: Some(gpu), fallback, warnings: Vec::new() }
+        Self {
+            gpu: Some(gpu),
+            fallback,
+            warnings: Vec::new(),
+        }
     }
 
     /// The part on the GPU, which is opened again if it is lost; `None` if it is gone for good.
@@ -33,7 +37,8 @@ impl Recovering {
         match again {
             Err(error @ (Error::Lost { .. } | Error::NoDevice(_))) => {
                 let next = self.fallback.device().name;
-                self.warnings.push(format!("{error}; from now on {next} evaluates in its place"));
+                self.warnings
+                    .push(format!("{error}; from now on {next} evaluates in its place"));
                 self.gpu = None;
                 None
             }
@@ -44,7 +49,9 @@ impl Recovering {
 
 impl Evaluator for Recovering {
     fn device(&self) -> Device {
-        self.gpu.as_ref().map_or_else(|| self.fallback.device(), Evaluator::device)
+        self.gpu
+            .as_ref()
+            .map_or_else(|| self.fallback.device(), Evaluator::device)
     }
 
     fn evaluate_part(&mut self, part: &Part<'_>, control: &Control) -> Result<PartResult, Error> {

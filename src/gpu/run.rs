@@ -21,7 +21,13 @@ impl Gpu {
         assert_eq!(buffers.len(), kernel.bindings.len(), "the buffers of `{}`", kernel.name);
         for (buffer, binding) in buffers.iter().zip(kernel.bindings) {
             let whole = !buffer.is_empty() && buffer.len() * 4 % binding.stride as usize == 0;
-            assert!(whole, "`{}` of `{}` has {} words", binding.name, kernel.name, buffer.len());
+            assert!(
+                whole,
+                "`{}` of `{}` has {} words",
+                binding.name,
+                kernel.name,
+                buffer.len()
+            );
         }
         run(&mut self.device, kernel, buffers, workgroups).map_err(|fault| self.error(fault))
     }
@@ -50,17 +56,25 @@ fn run(device: &mut Device, kernel: &Kernel, buffers: &mut [Vec<u32>], workgroup
     let entries: Vec<_> = bound
         .iter()
         .zip(kernel.bindings)
-        .map(|(buffer, binding)| wgpu::BindGroupEntry { binding: binding.binding, resource: buffer.binding() })
+        .map(|(buffer, binding)| wgpu::BindGroupEntry {
+            binding: binding.binding,
+            resource: buffer.binding(),
+        })
         .collect();
-    let bind_group = device.device.create_bind_group(&wgpu::BindGroupDescriptor {
+    let bind_group = device.raw.create_bind_group(&wgpu::BindGroupDescriptor {
         label,
         layout: &pipeline.bindings,
         entries: &entries,
     });
 
-    let mut encoder = device.device.create_command_encoder(&wgpu::CommandEncoderDescriptor { label });
+    let mut encoder = device
+        .raw
+        .create_command_encoder(&wgpu::CommandEncoderDescriptor { label });
     {
-        let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor { label, timestamp_writes: None });
+        let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor {
+            label,
+            timestamp_writes: None,
+        });
         pass.set_pipeline(&pipeline.compute);
         pass.set_bind_group(0, &bind_group, &[]);
         pass.dispatch_workgroups(workgroups, 1, 1);

@@ -15,12 +15,21 @@ struct Mode {
     capability: u32,
     execution_mode: u32,
 }
-const DENORM_PRESERVE: Mode = Mode { capability: 4464, execution_mode: 4459 };
-const SIGNED_ZERO_INF_NAN_PRESERVE: Mode = Mode { capability: 4466, execution_mode: 4461 };
-const ROUNDING_MODE_RTE: Mode = Mode { capability: 4467, execution_mode: 4462 };
+const DENORM_PRESERVE: Mode = Mode {
+    capability: 4464,
+    execution_mode: 4459,
+};
+const SIGNED_ZERO_INF_NAN_PRESERVE: Mode = Mode {
+    capability: 4466,
+    execution_mode: 4461,
+};
+const ROUNDING_MODE_RTE: Mode = Mode {
+    capability: 4467,
+    execution_mode: 4462,
+};
 
 /// A module that asks for the given modes for 32-bit floats in each of its entry points; else unchanged.
-pub fn with_modes(module: &[u32], controls: FloatControls) -> Vec<u32> {
+pub(super) fn with_modes(module: &[u32], controls: FloatControls) -> Vec<u32> {
     let modes: Vec<Mode> = [
         (controls.round_to_nearest, ROUNDING_MODE_RTE),
         (controls.keep_special, SIGNED_ZERO_INF_NAN_PRESERVE),
@@ -68,7 +77,12 @@ pub fn with_modes(module: &[u32], controls: FloatControls) -> Vec<u32> {
     out.extend_from_slice(&module[extensions_end..entry_points_end]);
     for entry_point in entry_points {
         for mode in &modes {
-            out.extend([instruction(OP_EXECUTION_MODE, 4), entry_point, mode.execution_mode, FLOAT_BITS]);
+            out.extend([
+                instruction(OP_EXECUTION_MODE, 4),
+                entry_point,
+                mode.execution_mode,
+                FLOAT_BITS,
+            ]);
         }
     }
     out.extend_from_slice(&module[entry_points_end..]);
@@ -84,5 +98,122 @@ fn instruction(opcode: u32, words: usize) -> u32 {
 fn literal(text: &str) -> Vec<u32> {
     let mut bytes = text.as_bytes().to_vec();
     bytes.resize(text.len() / 4 * 4 + 4, 0);
-    bytes.chunks_exact(4).map(|b| u32::from_le_bytes([b[0], b[1], b[2], b[3]])).collect()
+    bytes
+        .chunks_exact(4)
+        .map(|b| u32::from_le_bytes([b[0], b[1], b[2], b[3]]))
+        .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use std::process::{Command, Stdio};
+
+    use oneiro_shaders::KERNELS;
+
+    use super::*;
+
+    const ALL: FloatControls = FloatControls {
+        round_to_nearest: true,
+        keep_special: true,
+        keep_subnormal: true,
+    };
+
+    /// Each instruction's words.
+    fn instructions(module: &[u32]) -> Vec<&[u32]> {
+        let mut rest = &module[HEADER..];
+        let mut found = Vec::new();
+        while let Some(word) = rest.first() {
+            let (one, next) = rest.split_at((word >> 16) as usize);
+            found.push(one);
+            rest = next;
+        }
+        found
+    }
+
+    #[test]
+    fn modes_are_added_and_nothing_else_changes() {
+        for kernel in KERNELS {
+            let before = instructions(kernel.spirv);
+            let module = with_modes(kernel.spirv, ALL);
+            let after = instructions(&module);
+            assert_eq!(module[..HEADER], kernel.spirv[..HEADER]);
+            let entry_point = before
+                .iter()
+                .find(|i| i[0] & 0xffff == OP_ENTRY_POINT)
+                .expect("an entry point")[2];
+            let added: Vec<&[u32]> = after.iter().filter(|i| !before.contains(i)).copied().collect();
+            let capability = |c: u32| vec![instruction(OP_CAPABILITY, 2), c];
+            let mode = |m: u32| vec![instruction(OP_EXECUTION_MODE, 4), entry_point, m, 32];
+            assert_eq!(
+                [added[0], added[1], added[2]],
+                [capability(4467), capability(4466), capability(4464)]
+                    .each_ref()
+                    .map(|i| &i[..])
+            );
+            assert_eq!(added[3][0], instruction(OP_EXTENSION, 7));
+            assert_eq!(
+                bytemuck::cast_slice::<u32, u8>(&added[3][1..]),
+                b"SPV_KHR_float_controls\0\0"
+            );
+            assert_eq!(
+                [added[4], added[5], added[6]],
+                [mode(4462), mode(4461), mode(4459)].each_ref().map(|i| &i[..])
+            );
+            assert_eq!(after.len(), before.len() + 7);
+            assert!(
+                after.iter().filter(|i| before.contains(i)).eq(before.iter()),
+                "the rest keeps its order"
+            );
+        }
+    }
+
+    #[test]
+    fn what_a_driver_lacks_is_not_asked_for() {
+        let module = KERNELS[0].spirv;
+        assert_eq!(with_modes(module, FloatControls::default()), module);
+        let some = with_modes(
+            module,
+            FloatControls {
+                keep_subnormal: false,
+                ..ALL
+            },
+        );
+        assert_eq!(some.len(), module.len() + 2 * (2 + 4) + 7);
+        assert!(
+            !instructions(&some)
+                .iter()
+                .any(|i| i[..] == [instruction(OP_CAPABILITY, 2), 4464])
+        );
+        // From 1.4 on the modes are no extension.
+        let mut newer = module.to_vec();
+        newer[1] = VERSION_1_4;
+        assert_eq!(with_modes(&newer, ALL).len(), module.len() + 3 * (2 + 4));
+    }
+
+    /// The Khronos validator's word on it, where the validator is installed.
+    #[test]
+    fn the_validator_accepts_it() {
+        for (index, kernel) in KERNELS.iter().enumerate() {
+            for controls in [FloatControls::default(), ALL] {
+                let path = std::env::temp_dir().join(format!("oneiro-{}-{index}.spv", std::process::id()));
+                std::fs::write(&path, bytemuck::cast_slice(&with_modes(kernel.spirv, controls)))
+                    .expect("a temporary file");
+                let run = Command::new("spirv-val")
+                    .args(["--target-env", "vulkan1.2"])
+                    .arg(&path)
+                    .stdin(Stdio::null())
+                    .output();
+                let _ = std::fs::remove_file(&path);
+                match run {
+                    Ok(said) => assert!(
+                        said.status.success(),
+                        "{}: {}",
+                        kernel.name,
+                        String::from_utf8_lossy(&said.stderr)
+                    ),
+                    Err(_) => return println!("not validated: there is no spirv-val here (Debian: spirv-tools)"),
+                }
+            }
+        }
+    }
 }

@@ -25,13 +25,21 @@ impl Format {
         match path.extension().and_then(|extension| extension.to_str()) {
             Some(sam) if sam.eq_ignore_ascii_case("sam") => Ok(Self::Sam),
             Some(sample) if sample.eq_ignore_ascii_case("sample") => Ok(Self::Sample),
-            _ => Err(fault(path, None, "the extension names no table format; allowed: .sam, .sample")),
+            _ => Err(fault(
+                path,
+                None,
+                "the extension names no table format; allowed: .sam, .sample",
+            )),
         }
     }
 }
 
 fn fault(path: &Path, line: Option<usize>, problem: impl Into<String>) -> Error {
-    Error { path: path.to_owned(), line, problem: problem.into() }
+    Error {
+        path: path.to_owned(),
+        line,
+        problem: problem.into(),
+    }
 }
 
 pub(super) fn load(path: &Path) -> Result<String, Error> {
@@ -48,17 +56,21 @@ pub(super) fn save(path: &Path, text: &str) -> Result<(), Error> {
 /// The lines of a file that hold anything, with their numbers.
 struct Lines<'a> {
     path: &'a Path,
-    lines: std::iter::Enumerate<std::str::Lines<'a>>,
+    numbered: std::iter::Enumerate<std::str::Lines<'a>>,
     last: usize,
 }
 
 impl<'a> Lines<'a> {
     fn new(text: &'a str, path: &'a Path) -> Self {
-        Self { path, lines: text.lines().enumerate(), last: 0 }
+        Self {
+            path,
+            numbered: text.lines().enumerate(),
+            last: 0,
+        }
     }
 
     fn next(&mut self) -> Option<&'a str> {
-        for (index, line) in &mut self.lines {
+        for (index, line) in &mut self.numbered {
             let line = line.trim();
             if !line.is_empty() {
                 self.last = index + 1;
@@ -70,7 +82,8 @@ impl<'a> Lines<'a> {
 
     /// The next line, of which `what` says what it should be.
     fn expect(&mut self, what: impl Fn() -> String) -> Result<&'a str, Error> {
-        self.next().ok_or_else(|| fault(self.path, None, format!("ends early; missing: {}", what())))
+        self.next()
+            .ok_or_else(|| fault(self.path, None, format!("ends early; missing: {}", what())))
     }
 
     fn fault(&self, problem: impl Into<String>) -> Error {
@@ -86,7 +99,9 @@ impl<'a> Lines<'a> {
     ) -> Result<[T; N], Error> {
         let numbers = self.all_numbers(line, allowed, good)?;
         let count = numbers.len();
-        numbers.try_into().map_err(|_| self.fault(format!("{count} numbers; allowed: {allowed}")))
+        numbers
+            .try_into()
+            .map_err(|_| self.fault(format!("{count} numbers; allowed: {allowed}")))
     }
 
     fn all_numbers<T: FromStr>(&self, line: &str, allowed: &str, good: impl Fn(&T) -> bool) -> Result<Vec<T>, Error> {
@@ -127,7 +142,11 @@ pub(super) fn parse_sensors(text: &str, path: &Path, format: Format) -> Result<I
         let heading = lines.expect(|| format!("`TURN {row}`, the first line of row {row} of {rows}"))?;
         let number = heading.strip_prefix("TURN").map(str::trim);
         match number {
-            None => return Err(lines.fault(format!("`{heading}`; allowed: `TURN {row}`, since row {row} begins here"))),
+            None => {
+                return Err(lines.fault(format!(
+                    "`{heading}`; allowed: `TURN {row}`, since row {row} begins here"
+                )));
+            }
             Some(number) if number.parse() == Ok(row) => {}
             Some(number) => warn(lines.last, format!("`TURN {number}` heads row {row}; read as that row")),
         }
@@ -152,7 +171,10 @@ pub(super) fn parse_sensors(text: &str, path: &Path, format: Format) -> Result<I
     match lines.next() {
         Some("END") => {
             if let Some(line) = lines.next() {
-                return Err(lines.fault(format!("`{}` after END; allowed: nothing", line.chars().take(24).collect::<String>())));
+                return Err(lines.fault(format!(
+                    "`{}` after END; allowed: nothing",
+                    line.chars().take(24).collect::<String>()
+                )));
             }
         }
         Some(line) => {
@@ -162,14 +184,33 @@ pub(super) fn parse_sensors(text: &str, path: &Path, format: Format) -> Result<I
         None => return Err(fault(path, None, "ends early; missing: END")),
     }
     if rounded > 0 {
-        warnings.push(format!("{}: {rounded} readings are no multiples of 1/1023; rounded to them", path.display()));
+        warnings.push(format!(
+            "{}: {rounded} readings are no multiples of 1/1023; rounded to them",
+            path.display()
+        ));
     }
-    let class = path.file_stem().map(|stem| stem.to_string_lossy().into_owned()).unwrap_or_default();
-    Ok(Import { table: SensorTable { class, rows, bearings, nearest, spacing, readings }, warnings })
+    let class = path
+        .file_stem()
+        .map(|stem| stem.to_string_lossy().into_owned())
+        .unwrap_or_default();
+    Ok(Import {
+        table: SensorTable {
+            class,
+            rows,
+            bearings,
+            nearest,
+            spacing,
+            readings,
+        },
+        warnings,
+    })
 }
 
 pub(super) fn print_sensors(table: &SensorTable, format: Format) -> String {
-    let mut text = format!("{SENSORS} {} {} {} {}\n", table.bearings, table.rows, table.nearest, table.spacing);
+    let mut text = format!(
+        "{SENSORS} {} {} {} {}\n",
+        table.bearings, table.rows, table.nearest, table.spacing
+    );
     // Writing to a string can't fail.
     for (row, cells) in table.readings.chunks(table.bearings as usize).enumerate() {
         let _ = writeln!(text, "TURN {row}");
@@ -191,7 +232,9 @@ pub(super) fn print_sensors(table: &SensorTable, format: Format) -> String {
 /// The speeds that a motors' file with so many of them is about.
 pub(super) fn speeds(count: usize) -> Vec<i32> {
     let greatest = (count / 2) as i32;
-    (-greatest..=greatest).filter(|&speed| speed != 0 || count % 2 == 1).collect()
+    (-greatest..=greatest)
+        .filter(|&speed| speed != 0 || count % 2 == 1)
+        .collect()
 }
 
 pub(super) fn parse_motors(text: &str, path: &Path) -> Result<MotorSamples, Error> {
@@ -214,7 +257,10 @@ pub(super) fn parse_motors(text: &str, path: &Path) -> Result<MotorSamples, Erro
             };
             let row = lines.all_numbers(numbers, ALLOWED, |n: &f32| n.abs() <= most)?;
             if row.len() != count {
-                return Err(lines.fault(format!("{} numbers where the first line has {count}; allowed: {ALLOWED}", row.len())));
+                return Err(lines.fault(format!(
+                    "{} numbers where the first line has {count}; allowed: {ALLOWED}",
+                    row.len()
+                )));
             }
             // Zero has one sign.
             cells.extend(row.into_iter().map(|n| if n == 0.0 { 0.0 } else { n }));
@@ -224,8 +270,15 @@ pub(super) fn parse_motors(text: &str, path: &Path) -> Result<MotorSamples, Erro
     let degrees = table("changes of heading", 180.0)?;
     let centimetres = table("displacements", 100.0)?;
     match lines.next() {
-        None => Ok(MotorSamples { speeds, degrees, centimetres }),
-        Some(_) => Err(lines.fault(format!("a line after the {} of {count} speeds; allowed: {ALLOWED}", 2 * count))),
+        None => Ok(MotorSamples {
+            speeds,
+            degrees,
+            centimetres,
+        }),
+        Some(_) => Err(lines.fault(format!(
+            "a line after the {} of {count} speeds; allowed: {ALLOWED}",
+            2 * count
+        ))),
     }
 }
 

@@ -27,7 +27,11 @@ pub(super) const WIDTHS_AT: [f64; 3] = [9.0, 15.0, 21.0];
 pub(super) const BEARINGS: [f64; SENSORS] = [-69.0, -42.0, -7.0, 15.0, 44.0, 75.0, 169.0, -166.0];
 
 const fn response(half: f64, twentieth: f64, widths: [f64; 3]) -> Response {
-    Response { half, twentieth, widths }
+    Response {
+        half,
+        twentieth,
+        widths,
+    }
 }
 
 /// A wall's statistics.
@@ -69,7 +73,14 @@ pub(super) fn table(class: &str, responses: &[Response; SENSORS]) -> SensorTable
             })
         })
         .collect();
-    SensorTable { class: class.into(), rows, bearings, nearest: 5.0, spacing: 2.0, readings }
+    SensorTable {
+        class: class.into(),
+        rows,
+        bearings,
+        nearest: 5.0,
+        spacing: 2.0,
+        readings,
+    }
 }
 
 /// The reading as a share of the greatest; `off_axis` in degrees.
@@ -85,7 +96,13 @@ fn share(response: &Response, distance: f64, off_axis: f64) -> f64 {
 fn reach(response: &Response, fall: f64) -> f64 {
     let mut near = (0.0, response.half);
     let mut slope = 0.0;
-    for (width, at) in response.widths.into_iter().zip(WIDTHS_AT).rev().filter(|(width, _)| *width > 0.0) {
+    for (width, at) in response
+        .widths
+        .into_iter()
+        .zip(WIDTHS_AT)
+        .rev()
+        .filter(|(width, _)| *width > 0.0)
+    {
         let far = (1.0 - cosine(width / 2.0), at);
         slope = (far.1 - near.1) / (far.0 - near.0);
         if fall < far.0 {
@@ -168,9 +185,11 @@ mod tests {
 
     /// The distance at which a sensor's readings, read along its axis, fall through a level.
     fn falls_through(table: &SensorTable, sensor: usize, level: f64) -> f64 {
-        let bearing = ((BEARINGS[sensor] + 360.0) / 2.0 + 0.5).floor() as usize % 180;
+        let bearing = (BEARINGS[sensor] / 2.0 + 180.5).floor() as usize % 180;
         let reading = |row: usize| f64::from(table.readings[row * 180 + bearing][sensor]);
-        let row = (0..19).rfind(|&row| reading(row) >= level && reading(row + 1) < level).unwrap();
+        let row = (0..19)
+            .rfind(|&row| reading(row) >= level && reading(row + 1) < level)
+            .unwrap();
         5.0 + 2.0 * (row as f64 + (reading(row) - level) / (reading(row) - reading(row + 1)))
     }
 
@@ -182,18 +201,31 @@ mod tests {
             for (sensor, response) in responses.iter().enumerate() {
                 // Rows are 2 mm apart and readings bear a background of up to 10.
                 let half = falls_through(&table, sensor, 0.5 * greatest);
-                assert!((half - response.half).abs() < 0.5, "{class} {sensor}: 50 % at {half} mm");
+                assert!(
+                    (half - response.half).abs() < 0.5,
+                    "{class} {sensor}: 50 % at {half} mm"
+                );
                 // The last row is at 43 mm, where two sensors have just fallen to 5 %.
                 if response.twentieth < 43.0 {
                     let twentieth = falls_through(&table, sensor, 0.05 * greatest);
-                    assert!((twentieth - response.twentieth).abs() < 1.0, "{class} {sensor}: 5 % at {twentieth} mm");
+                    assert!(
+                        (twentieth - response.twentieth).abs() < 1.0,
+                        "{class} {sensor}: 5 % at {twentieth} mm"
+                    );
                 }
                 // Bearings are 2 degrees apart at both ends of the width.
                 for (width, at) in response.widths.into_iter().zip(WIDTHS_AT) {
                     let row = ((at - 5.0) / 2.0) as usize;
                     let cells = &table.readings[row * 180..][..180];
-                    let measured = 2.0 * cells.iter().filter(|cell| f64::from(cell[sensor]) >= 0.5 * greatest).count() as f64;
-                    assert!((measured - width).abs() <= 4.0, "{class} {sensor}: {measured} degrees at {at} mm, not {width}");
+                    let measured = 2.0
+                        * cells
+                            .iter()
+                            .filter(|cell| f64::from(cell[sensor]) >= 0.5 * greatest)
+                            .count() as f64;
+                    assert!(
+                        (measured - width).abs() <= 4.0,
+                        "{class} {sensor}: {measured} degrees at {at} mm, not {width}"
+                    );
                 }
             }
         }
@@ -214,16 +246,19 @@ mod tests {
         let wall = table("wall", &WALL);
         let mut readings = Vec::new();
         for cell in 10 * 180..20 * 180 {
-            for sensor in 0..SENSORS {
-                let off_axis = cosine(2.0 * (cell % 180) as f64 - BEARINGS[sensor]);
-                if off_axis < 0.0 {
+            for (sensor, bearing) in BEARINGS.into_iter().enumerate() {
+                if cosine(2.0 * (cell % 180) as f64 - bearing) < 0.0 {
                     readings.push(f64::from(wall.readings[cell][sensor]));
                 }
             }
         }
         let count = readings.len() as f64;
         let mean = readings.iter().sum::<f64>() / count;
-        let variance = readings.iter().map(|reading| (reading - mean) * (reading - mean)).sum::<f64>() / count;
+        let variance = readings
+            .iter()
+            .map(|reading| (reading - mean) * (reading - mean))
+            .sum::<f64>()
+            / count;
         assert!((mean - 2.7).abs() < 0.1, "mean {mean}");
         assert!((variance.sqrt() - 3.4).abs() < 0.1, "s.d. {}", variance.sqrt());
         assert!(readings.iter().all(|&reading| reading <= 13.0));

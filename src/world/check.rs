@@ -20,7 +20,10 @@ pub struct Invalid {
 
 impl Invalid {
     pub(crate) fn new(field: impl Into<String>, problem: impl Into<String>) -> Self {
-        Self { field: field.into(), problem: problem.into() }
+        Self {
+            field: field.into(),
+            problem: problem.into(),
+        }
     }
 }
 
@@ -37,7 +40,10 @@ fn integer(field: &str, value: u32, allowed: RangeInclusive<u32>) -> Result<(), 
     if allowed.contains(&value) {
         return Ok(());
     }
-    Err(Invalid::new(field, format!("is {value}; allowed: {} to {}", allowed.start(), allowed.end())))
+    Err(Invalid::new(
+        field,
+        format!("is {value}; allowed: {} to {}", allowed.start(), allowed.end()),
+    ))
 }
 
 /// Checks a number; the field's name is only built for the message.
@@ -47,7 +53,10 @@ fn number(field: impl Display, value: f32, allowed: RangeInclusive<f32>) -> Resu
         return Err(Invalid::new(field.to_string(), problem));
     }
     if value != 0.0 && value.abs() < LEAST {
-        return Err(Invalid::new(field.to_string(), format!("is {value:e}; allowed: 0, or {LEAST:e} and more in size")));
+        return Err(Invalid::new(
+            field.to_string(),
+            format!("is {value:e}; allowed: 0, or {LEAST:e} and more in size"),
+        ));
     }
     Ok(())
 }
@@ -64,14 +73,22 @@ pub(super) fn check(spec: &WorldSpec) -> Result<(), Invalid> {
         number("start.y", y, COORDINATE)?;
         number("start.heading", heading, 0.0..=1.0)?;
         if heading == 1.0 {
-            return Err(Invalid::new("start.heading", "is 1; allowed: turns from 0 to less than 1"));
+            return Err(Invalid::new(
+                "start.heading",
+                "is 1; allowed: turns from 0 to less than 1",
+            ));
         }
     }
     integer("cycles", spec.cycles, 1..=1_000_000)?;
 
     // A robot that jumps no further than its diameter can't jump over a wall.
     let diameter = 2.0 * spec.robot.body_radius;
-    let greatest = spec.robot.motors.cells.iter().fold(0.0_f32, |most, cell| cell.displacement.abs().max(most));
+    let greatest = spec
+        .robot
+        .motors
+        .cells
+        .iter()
+        .fold(0.0_f32, |most, cell| cell.displacement.abs().max(most));
     let farthest = greatest * (1.0 + spec.noise.motor);
     if farthest >= diameter {
         let problem = format!(
@@ -92,7 +109,10 @@ fn robot(robot: &Robot) -> Result<(), Invalid> {
         let first = &robot.sensors.classes[0];
         let shape = |table: &SensorTable| (table.rows, table.bearings, table.nearest, table.spacing);
         if shape(table) != shape(first) {
-            let problem = format!("has another shape than the class {}; allowed: tables of one shape", first.class);
+            let problem = format!(
+                "has another shape than the class {}; allowed: tables of one shape",
+                first.class
+            );
             return Err(Invalid::new(format!("robot.sensors.classes[{index}]"), problem));
         }
         if robot.sensors.class(&table.class) != Some(index) {
@@ -110,10 +130,17 @@ fn sensor_table(field: &str, table: &SensorTable) -> Result<(), Invalid> {
     number(format_args!("{field}.spacing"), table.spacing, 0.01..=1000.0)?;
     let cells = table.rows as usize * table.bearings as usize;
     if table.readings.len() != cells {
-        let problem = format!("has {} cells; allowed: rows times bearings, {cells}", table.readings.len());
+        let problem = format!(
+            "has {} cells; allowed: rows times bearings, {cells}",
+            table.readings.len()
+        );
         return Err(Invalid::new(format!("{field}.readings"), problem));
     }
-    if let Some(cell) = table.readings.iter().position(|cell| cell.iter().any(|&reading| reading > GREATEST_READING)) {
+    if let Some(cell) = table
+        .readings
+        .iter()
+        .position(|cell| cell.iter().any(|&reading| reading > GREATEST_READING))
+    {
         let problem = format!("is {:?}; allowed: 0 to {GREATEST_READING} each", table.readings[cell]);
         return Err(Invalid::new(format!("{field}.readings[{cell}]"), problem));
     }
@@ -124,16 +151,27 @@ fn motor_table(motors: &MotorTable) -> Result<(), Invalid> {
     integer("robot.motors.states", motors.states, 1..=256)?;
     let cells = motors.states as usize * motors.states as usize;
     if motors.cells.len() != cells {
-        let problem = format!("has {} cells; allowed: states times states, {cells}", motors.cells.len());
+        let problem = format!(
+            "has {} cells; allowed: states times states, {cells}",
+            motors.cells.len()
+        );
         return Err(Invalid::new("robot.motors.cells", problem));
     }
     number("robot.motors.scale", motors.scale, 0.0..=1000.0)?;
     number("robot.motors.offset", motors.offset, 0.0..=1000.0)?;
     for (index, cell) in motors.cells.iter().enumerate() {
-        number(format_args!("robot.motors.cells[{index}].displacement"), cell.displacement, -1000.0..=1000.0)?;
+        number(
+            format_args!("robot.motors.cells[{index}].displacement"),
+            cell.displacement,
+            -1000.0..=1000.0,
+        )?;
         number(format_args!("robot.motors.cells[{index}].turn"), cell.turn, -0.5..=0.5)?;
         number(format_args!("robot.motors.cells[{index}].left"), cell.left, -1.0..=1.0)?;
-        number(format_args!("robot.motors.cells[{index}].right"), cell.right, -1.0..=1.0)?;
+        number(
+            format_args!("robot.motors.cells[{index}].right"),
+            cell.right,
+            -1.0..=1.0,
+        )?;
     }
     Ok(())
 }
@@ -170,7 +208,8 @@ fn wall(field: &str, wall: &Wall) -> Result<(), Invalid> {
         number(format_args!("{field}.to.{name}"), wall.to[axis], COORDINATE)?;
         let length = wall.to[axis] - wall.from[axis];
         if length != 0.0 && length.abs() < LEAST {
-            let problem = format!("its ends differ by {length:e} mm in {name}; allowed: 0, or {LEAST:e} and more in size");
+            let problem =
+                format!("its ends differ by {length:e} mm in {name}; allowed: 0, or {LEAST:e} and more in size");
             return Err(Invalid::new(field, problem));
         }
     }
@@ -205,7 +244,11 @@ fn noise(noise: &Noise) -> Result<(), Invalid> {
     number("noise.walk_step", noise.walk_step, 0.0..=2000.0)?;
     // A longer step could leave the range on the other side when it is reflected.
     if noise.walk_step > 2.0 * noise.walk_range {
-        let problem = format!("is {}; allowed: at most twice noise.walk_range, {}", noise.walk_step, 2.0 * noise.walk_range);
+        let problem = format!(
+            "is {}; allowed: at most twice noise.walk_range, {}",
+            noise.walk_step,
+            2.0 * noise.walk_range
+        );
         return Err(Invalid::new("noise.walk_step", problem));
     }
     number("noise.motor", noise.motor, 0.0..=1.0)

@@ -39,7 +39,11 @@ impl Packed {
                 (0, [x, y, heading])
             }
         };
-        Ok(Self { world: world(spec, random_start, start.map(zero), shapes.len() as u32), shapes, free_share: free.share })
+        Ok(Self {
+            world: world(spec, random_start, start.map(zero), shapes.len() as u32),
+            shapes,
+            free_share: free.share,
+        })
     }
 }
 
@@ -107,7 +111,11 @@ fn world(spec: &WorldSpec, random_start: u32, start: [f32; 3], shapes: u32) -> l
 }
 
 fn task_choices(task: Task) -> u32 {
-    let Task::Avoidance { speed, difference, activation } = task;
+    let Task::Avoidance {
+        speed,
+        difference,
+        activation,
+    } = task;
     let speed = match speed {
         Speed::Unsigned => 0,
         Speed::Signed => SIGNED_SPEED,
@@ -143,6 +151,7 @@ fn shapes(spec: &WorldSpec) -> Vec<life::Shape> {
             contact_squared: contact * contact,
             reach_squared: reach * reach,
             table: class as u32,
+            round: u32::from(length == Vec2::ZERO),
             ends_layer: 0,
         }
     };
@@ -151,7 +160,12 @@ fn shapes(spec: &WorldSpec) -> Vec<life::Shape> {
         shape(from, Vec2::from(wall.to) - from, 0.0, &wall.class)
     });
     let obstacles = spec.arena.obstacles.iter().map(|obstacle| {
-        shape(Vec2::new(obstacle.x, obstacle.y), Vec2::ZERO, obstacle.radius, &obstacle.class)
+        shape(
+            Vec2::new(obstacle.x, obstacle.y),
+            Vec2::ZERO,
+            obstacle.radius,
+            &obstacle.class,
+        )
     });
     layered(walls.chain(obstacles).collect())
 }
@@ -161,7 +175,10 @@ fn shapes(spec: &WorldSpec) -> Vec<life::Shape> {
 fn layered(shapes: Vec<life::Shape>) -> Vec<life::Shape> {
     let mut layers: Vec<Vec<life::Shape>> = Vec::new();
     for shape in shapes {
-        match layers.iter_mut().find(|layer| layer.iter().all(|other| never_both_in_reach(&shape, other))) {
+        match layers
+            .iter_mut()
+            .find(|layer| layer.iter().all(|other| never_both_in_reach(&shape, other)))
+        {
             Some(layer) => layer.push(shape),
             None => layers.push(vec![shape]),
         }
@@ -205,12 +222,16 @@ fn squared_distance(shape: &life::Shape, at: Vec2) -> f32 {
 }
 
 fn touches(shapes: &[life::Shape], at: Vec2) -> bool {
-    shapes.iter().any(|shape| squared_distance(shape, at) < shape.contact_squared)
+    shapes
+        .iter()
+        .any(|shape| squared_distance(shape, at) < shape.contact_squared)
 }
 
 /// The gap between a robot and the nearest object, mm.
 fn room(shapes: &[life::Shape], at: Vec2) -> f32 {
-    shapes.iter().fold(f32::MAX, |least, shape| least.min(squared_distance(shape, at).sqrt() - shape.contact))
+    shapes.iter().fold(f32::MAX, |least, shape| {
+        least.min(squared_distance(shape, at).sqrt() - shape.contact)
+    })
 }
 
 /// What a grid over the field shows of its free space.
@@ -238,6 +259,9 @@ impl Free {
                 }
             }
         }
-        Self { share: free as f32 / (GRID * GRID) as f32, roomiest }
+        Self {
+            share: free as f32 / (GRID * GRID) as f32,
+            roomiest,
+        }
     }
 }

@@ -9,12 +9,15 @@ use oneiro::tables::{MotorCell, SensorTable};
 use oneiro::world::{Activation, Controller, Difference, Speed, Start, Task, WorldSpec};
 
 mod numerics;
-use numerics::{cosine_sine, direction, logistic, reciprocal_root, root};
+use numerics::{cosine_sine, direction_by, logistic, reciprocal_root, root};
 
 const START: u32 = 0;
 const SENSOR: u32 = 1;
 const ACTUATOR: u32 = 2;
 const ENVIRONMENT: u32 = 3;
+
+/// Squared distances are taken to be at least this, 2^-60.
+const TOUCHING: f32 = 1.0 / (1_u64 << 60) as f32;
 
 /// An object of the arena, as a segment with a radius.
 struct Object<'a> {
@@ -79,15 +82,6 @@ pub struct Life<'a> {
     pub fitness: f32,
 }
 
-/// The fitness of a whole life.
-pub fn fitness(spec: &WorldSpec, genes: &[f32], key: Key) -> f32 {
-    let mut life = Life::new(spec, genes, key);
-    for step in 0..spec.cycles {
-        life.cycle(step);
-    }
-    life.fitness
-}
-
 impl<'a> Life<'a> {
     /// A life at its start. For worlds with random starts of which one of 64 draws is free.
     pub fn new(spec: &'a WorldSpec, genes: &'a [f32], key: Key) -> Self {
@@ -123,6 +117,11 @@ impl<'a> Life<'a> {
 
     fn touches(&self, x: f32, y: f32) -> bool {
         self.objects.iter().any(|object| squared(object.toward(x, y)) < object.contact * object.contact)
+    }
+
+    /// x and y in mm, heading in turns.
+    pub fn pose(&self) -> [f32; 3] {
+        [self.x, self.y, self.heading]
     }
 
     /// One cycle of 100 ms.
@@ -171,13 +170,14 @@ impl<'a> Life<'a> {
             }
             let table = object.table;
             let square = squared(to);
-            let gap = square * reciprocal_root(if square > 0.0 { square } else { 2.0_f32.powi(-60) }) - contact;
+            let inverse = reciprocal_root(if square > TOUCHING { square } else { TOUCHING });
+            let gap = square * inverse - contact;
             let row = (gap - table.nearest) * (1.0 / table.spacing);
             let row = if row > 0.0 { row as u32 } else { 0 };
             if row >= table.rows {
                 continue;
             }
-            let clockwise = self.heading - direction(to[0], to[1]);
+            let clockwise = self.heading - direction_by(to[0], to[1], inverse);
             let share = clockwise - clockwise.floor();
             let bearing = ((share * table.bearings as f32) as u32).min(table.bearings - 1);
             let cell = table.readings[(row * table.bearings + bearing) as usize];

@@ -39,7 +39,9 @@ pub(crate) fn run(arguments: &Audit, console: Console) -> Result {
     }
     if different > 0 {
         let device = device::name(evaluator.as_ref());
-        return Err(Failure::failed(format_args!("{different} individuals have other bits on {device}")));
+        return Err(Failure::failed(format_args!(
+            "{different} individuals have other bits on {device}"
+        )));
     }
     Ok(())
 }
@@ -77,8 +79,11 @@ impl Report {
                     .iter()
                     .filter_map(|&index| Some((individuals.get(index)?.0, individuals.place(index))))
                     .flat_map(|(genes, (generation, individual))| {
-                        keys(run.seed(), generation, individual, settings.trials)
-                            .map(move |key| Rollout { world: 0, genes, key })
+                        keys(run.seed(), generation, individual, settings.trials).map(move |key| Rollout {
+                            world: 0,
+                            genes,
+                            key,
+                        })
                     })
                     .collect();
                 // Genes that no batch takes were not written by a run.
@@ -86,11 +91,18 @@ impl Report {
                     .map_err(|invalid| Failure::corrupt(format_args!("{}: {invalid}", directory.display())))?;
                 let outcome = evaluator.evaluate(&batch, &control)?;
                 for (&index, lives) in some.iter().zip(outcome.fitness.chunks_exact(trials)) {
-                    let Some((_, recorded)) = individuals.get(index) else { continue };
+                    let Some((_, recorded)) = individuals.get(index) else {
+                        continue;
+                    };
                     let here = score(settings.trial_score, lives);
                     if here.to_bits() != recorded.to_bits() {
                         let (generation, individual) = individuals.place(index);
-                        differences.push(Difference { generation, individual, recorded, here });
+                        differences.push(Difference {
+                            generation,
+                            individual,
+                            recorded,
+                            here,
+                        });
                     }
                 }
             }
@@ -105,7 +117,12 @@ impl Report {
     }
 
     fn text(&self) -> String {
-        let Self { directory, recorded, audited, differences } = self;
+        let Self {
+            directory,
+            recorded,
+            audited,
+            differences,
+        } = self;
         let told = differences.iter().take(TOLD).map(|difference| {
             let Difference { generation, individual, recorded, here } = difference;
             format!(

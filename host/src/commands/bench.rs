@@ -42,7 +42,7 @@ impl Plan {
     pub(crate) fn quick() -> Self {
         Self {
             sizes: vec![1000, 10_000],
-            longest: Duration::from_secs(2),
+            longest: Duration::from_secs(4),
             whole: Duration::from_secs(3),
             repetitions: (3, 7),
         }
@@ -78,7 +78,11 @@ pub(crate) struct First {
 
 /// Measures and prints a table.
 pub(crate) fn run(arguments: &Bench, console: Console) -> Result {
-    let mut plan = if arguments.quick { Plan::quick() } else { Plan::thorough() };
+    let mut plan = if arguments.quick {
+        Plan::quick()
+    } else {
+        Plan::thorough()
+    };
     if !arguments.rollouts.is_empty() {
         plan.sizes.clone_from(&arguments.rollouts);
         plan.sizes.sort_unstable();
@@ -100,9 +104,18 @@ pub(crate) fn run(arguments: &Bench, console: Console) -> Result {
         workload::CYCLES,
         table(&cells),
     );
-    for First { device, rollouts, seconds, .. } in firsts.iter().filter(|first| first.threads.is_none()) {
+    for First {
+        device,
+        rollouts,
+        seconds,
+        ..
+    } in firsts.iter().filter(|first| first.threads.is_none())
+    {
         // Writing to a string can't fail.
-        let _ = writeln!(text, "{device}: first result, of {rollouts} rollouts, {seconds:.2} s after opening it");
+        let _ = writeln!(
+            text,
+            "{device}: first result, of {rollouts} rollouts, {seconds:.2} s after opening it"
+        );
     }
     console.data(text)
 }
@@ -125,7 +138,10 @@ pub(crate) fn timed(which: &str) -> Result<Vec<Candidate>> {
 /// # Errors
 /// Exit 4: a device can't be opened, or is lost.
 pub(crate) fn measure(candidates: &[Candidate], plan: &Plan, console: Console) -> Result<(Vec<Cell>, Vec<First>)> {
-    let world = World::new(WorldSpec { cycles: workload::CYCLES, ..WorldSpec::miglino1995() })?;
+    let world = World::new(WorldSpec {
+        cycles: workload::CYCLES,
+        ..WorldSpec::miglino1995()
+    })?;
     let smallest = batch(&world, plan.sizes.first().copied().unwrap_or(1000))?;
     let mut firsts = Vec::new();
     let mut evaluators = Vec::new();
@@ -200,11 +216,16 @@ pub(crate) fn measure(candidates: &[Candidate], plan: &Plan, console: Console) -
 
 /// Random genomes from -1 to 1 in one world.
 fn batch(world: &World, rollouts: u32) -> Result<Batch> {
-    let genomes: Vec<Vec<f32>> =
-        (0..rollouts).map(|index| workload::genome(world.genes(), 1.0, 1, index)).collect();
+    let genomes: Vec<Vec<f32>> = (0..rollouts)
+        .map(|index| workload::genome(world.genes(), 1.0, 1, index))
+        .collect();
     let rollouts: Vec<Rollout<'_>> = (0..)
         .zip(&genomes)
-        .map(|(index, genes)| Rollout { world: 0, genes, key: Key::rollout(1, 0, index, 0) })
+        .map(|(index, genes)| Rollout {
+            world: 0,
+            genes,
+            key: Key::rollout(1, 0, index, 0),
+        })
         .collect();
     Ok(Batch::new(std::slice::from_ref(world), &rollouts, None)?)
 }
@@ -244,7 +265,10 @@ pub(crate) fn table(cells: &[Cell]) -> String {
     let rows: Vec<Vec<String>> = devices
         .iter()
         .map(|&(device, threads)| {
-            let mut row = vec![device.to_owned(), threads.map_or("-".to_owned(), |threads| threads.to_string())];
+            let mut row = vec![
+                device.to_owned(),
+                threads.map_or("-".to_owned(), |threads| threads.to_string()),
+            ];
             row.extend(sizes.iter().map(|&size| {
                 cells
                     .iter()
@@ -273,8 +297,15 @@ mod tests {
 
     #[test]
     fn the_scalar_code_is_the_measure() {
-        let plan = Plan { sizes: vec![64], repetitions: (2, 2), ..Plan::quick() };
-        let console = Console::new(crate::cli::Output { json: false, quiet: true });
+        let plan = Plan {
+            sizes: vec![64],
+            repetitions: (2, 2),
+            ..Plan::quick()
+        };
+        let console = Console::new(crate::cli::Output {
+            json: false,
+            quiet: true,
+        });
         let (cells, firsts) = measure(&[Candidate::scalar(1)], &plan, console).unwrap();
         assert_eq!((cells.len(), firsts.len()), (1, 1));
         assert_eq!(cells[0].ratio, Some(1.0));

@@ -36,14 +36,22 @@ pub(crate) fn run(arguments: &Check, console: Console) -> Result {
 fn robot_steps(experiment: &Experiment) -> u64 {
     let settings = experiment.settings();
     let lives = u64::from(settings.evolution.population) * u64::from(settings.evolution.generations);
-    lives.saturating_mul(u64::from(settings.trials)).saturating_mul(u64::from(settings.cycles))
+    lives
+        .saturating_mul(u64::from(settings.trials))
+        .saturating_mul(u64::from(settings.cycles))
 }
 
 fn summary(experiment: &Experiment) -> String {
     let settings = experiment.settings();
     let world = experiment.world();
     let spec = world.spec();
-    let classes: Vec<&str> = spec.robot.sensors.classes.iter().map(|table| table.class.as_str()).collect();
+    let classes: Vec<&str> = spec
+        .robot
+        .sensors
+        .classes
+        .iter()
+        .map(|table| table.class.as_str())
+        .collect();
     let arena = &spec.arena;
     let evolution = &settings.evolution;
     let lines = [
@@ -69,7 +77,14 @@ fn summary(experiment: &Experiment) -> String {
             ),
         ),
         ("noise", noise(spec.noise)),
-        ("controller", format!("{}, {} genes", world.kernel().name.trim_start_matches("life_"), world.genes())),
+        (
+            "controller",
+            format!(
+                "{}, {} genes",
+                world.kernel().name.trim_start_matches("life_"),
+                world.genes()
+            ),
+        ),
         (
             "start",
             match spec.start {
@@ -95,7 +110,10 @@ fn summary(experiment: &Experiment) -> String {
                 evolution.population / evolution.parents.max(1)
             ),
         ),
-        ("work", format!("{:.1} million robot-steps a run", robot_steps(experiment) as f64 / 1e6)),
+        (
+            "work",
+            format!("{:.1} million robot-steps a run", robot_steps(experiment) as f64 / 1e6),
+        ),
     ];
     let lines = lines.map(|(what, value)| format!("  {what:<12}{value}\n"));
     format!("{} is valid\n{}", experiment.name(), lines.concat())
@@ -108,13 +126,21 @@ fn noise(noise: Noise) -> String {
         parts.push(format!("{low} to {high} is added to each activation"));
     }
     if noise.walk_range > 0.0 {
-        let Noise { walk_range, walk_step, .. } = noise;
-        parts.push(format!("what is perceived walks within {walk_range} mm, {walk_step} mm a cycle"));
+        let Noise {
+            walk_range, walk_step, ..
+        } = noise;
+        parts.push(format!(
+            "what is perceived walks within {walk_range} mm, {walk_step} mm a cycle"
+        ));
     }
     if noise.motor > 0.0 {
         parts.push(format!("motion varies by a share of {}", noise.motor));
     }
-    if parts.is_empty() { "none".to_owned() } else { parts.join("; ") }
+    if parts.is_empty() {
+        "none".to_owned()
+    } else {
+        parts.join("; ")
+    }
 }
 
 fn counted(count: u32, one: &str, many: &str) -> String {
@@ -128,7 +154,12 @@ mod tests {
     #[test]
     fn noise_is_told_in_words() {
         assert_eq!(noise(Noise::default()), "none");
-        let all = Noise { sensor: (-0.2, 0.2), walk_range: 30.0, walk_step: 1.5, motor: 0.1 };
+        let all = Noise {
+            sensor: (-0.2, 0.2),
+            walk_range: 30.0,
+            walk_step: 1.5,
+            motor: 0.1,
+        };
         assert_eq!(
             noise(all),
             "-0.2 to 0.2 is added to each activation; what is perceived walks within 30 mm, 1.5 mm a cycle; \

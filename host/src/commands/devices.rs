@@ -10,7 +10,10 @@ use crate::exit::Result;
 
 /// Prints the CPU's instruction sets and the adapters.
 pub(crate) fn run(console: Console) -> Result {
-    let lanes: Vec<&str> = Cpu::variants().into_iter().filter(|name| !name.starts_with("checked")).collect();
+    let lanes: Vec<&str> = Cpu::variants()
+        .into_iter()
+        .filter(|name| !name.starts_with("checked"))
+        .collect();
     let threads = thread::available_parallelism().map_or(1, usize::from);
     let adapters = adapters();
     if console.json() {
@@ -19,13 +22,16 @@ pub(crate) fn run(console: Console) -> Result {
             "adapters": adapters.iter().map(Adapter::value).collect::<Vec<_>>(),
         }));
     }
-    let mut text = format!("cpu: exact; {threads} threads; lane codes, widest first: {}\n", lanes.join(", "));
+    let mut text = format!(
+        "cpu: exact; {threads} threads; lane codes, widest first: {}\n",
+        lanes.join(", ")
+    );
     for adapter in &adapters {
         text += &adapter.text();
     }
     if adapters.is_empty() {
         text += if cfg!(feature = "gpu") {
-            "no adapter: no Vulkan, Metal, DirectX 12 or OpenGL driver was found\n"
+            "no adapter: no Vulkan, Metal or DirectX 12 driver was found\n"
         } else {
             "no adapter: this program was built without the feature `gpu`\n"
         };
@@ -49,14 +55,39 @@ struct Adapter {
 
 impl Adapter {
     fn text(&self) -> String {
-        let Self { index, name, interface, driver, software, inexact, .. } = self;
-        let exact = inexact.as_ref().map_or("exact".to_owned(), |why| format!("not exact: {why}"));
-        let kind = if *software { "software, used only when it is named" } else { "hardware" };
-        let limits: Vec<String> =
-            self.limits.iter().map(|(name, value)| format!("{} {value}", name.replace('_', " "))).collect();
-        let modes: Vec<&str> =
-            self.float_controls.iter().filter(|(_, has)| *has).map(|(name, _)| *name).collect();
-        let modes = if modes.is_empty() { "none".to_owned() } else { modes.join(", ").replace('_', " ") };
+        let Self {
+            index,
+            name,
+            interface,
+            driver,
+            software,
+            inexact,
+            ..
+        } = self;
+        let exact = inexact
+            .as_ref()
+            .map_or("exact".to_owned(), |why| format!("not exact: {why}"));
+        let kind = if *software {
+            "software, used only when it is named"
+        } else {
+            "hardware"
+        };
+        let limits: Vec<String> = self
+            .limits
+            .iter()
+            .map(|(name, value)| format!("{} {value}", name.replace('_', " ")))
+            .collect();
+        let modes: Vec<&str> = self
+            .float_controls
+            .iter()
+            .filter(|(_, has)| *has)
+            .map(|(name, _)| *name)
+            .collect();
+        let modes = if modes.is_empty() {
+            "none".to_owned()
+        } else {
+            modes.join(", ").replace('_', " ")
+        };
         format!(
             "gpu:{index}: {name}\n  {exact}\n  {interface}, {kind}; driver: {driver}\n  limits: {}\n  float modes: {modes}\n",
             limits.join(", ")
@@ -65,7 +96,10 @@ impl Adapter {
 
     fn value(&self) -> Value {
         let table = |rows: &[(&'static str, Value)]| -> Value {
-            rows.iter().map(|(name, value)| ((*name).to_owned(), value.clone())).collect::<serde_json::Map<_, _>>().into()
+            rows.iter()
+                .map(|(name, value)| ((*name).to_owned(), value.clone()))
+                .collect::<serde_json::Map<_, _>>()
+                .into()
         };
         json!({
             "index": self.index,
@@ -98,7 +132,10 @@ fn adapter(adapter: &oneiro::gpu::Adapter) -> Adapter {
             Err(error) => Some(error.to_string()),
         }
     } else {
-        Some(format!("{} takes no SPIR-V, so its compiler may reorder arithmetic", adapter.backend()))
+        Some(format!(
+            "{} takes no SPIR-V, so its compiler may reorder arithmetic",
+            adapter.backend()
+        ))
     };
     let limits = adapter.limits();
     let floats = adapter.float_controls();

@@ -10,10 +10,10 @@ use oneiro::world::World;
 use serde_json::json;
 
 use crate::cli::Evaluate;
-use crate::console::Console;
+use crate::console::{Console, decimal};
+use crate::evolve::Population;
 use crate::exit::{Failure, Result};
 use crate::experiment::Experiment;
-use crate::evolve::Population;
 use crate::record::npy;
 use crate::{device, files, genomes, progress};
 
@@ -62,7 +62,11 @@ fn batch(
         .map(|index| {
             let (genome, trial) = (index / trials, index % trials);
             let key = Key::rollout(seed, 0, genome as u64, trial as u64);
-            Rollout { world: 0, genes: genomes.genome(genome), key }
+            Rollout {
+                world: 0,
+                genes: genomes.genome(genome),
+                key,
+            }
         })
         .collect();
     Ok(Batch::new(std::slice::from_ref(world), &rollouts, None)?)
@@ -112,7 +116,7 @@ fn rows(fitness: &[f32], trials: usize) -> Vec<serde_json::Value> {
         json!({
             "genome": index / trials,
             "trial": index % trials,
-            "fitness": fitness,
+            "fitness": decimal(fitness),
             "bits": format!("{:08x}", fitness.to_bits()),
         })
     };
@@ -124,7 +128,13 @@ fn csv(fitness: &[f32], trials: usize) -> String {
     let mut text = String::from("genome,trial,fitness,bits\n");
     for (index, fitness) in fitness.iter().enumerate() {
         // Writing to a string can't fail.
-        let _ = writeln!(text, "{},{},{fitness},{:08x}", index / trials, index % trials, fitness.to_bits());
+        let _ = writeln!(
+            text,
+            "{},{},{fitness},{:08x}",
+            index / trials,
+            index % trials,
+            fitness.to_bits()
+        );
     }
     text
 }
@@ -153,7 +163,11 @@ mod tests {
         for cut in 1..12 {
             let (first, second) = (inputs(0..cut), inputs(cut..12));
             for rollout in 0..12 {
-                let there = if rollout < cut { lane(&first, rollout) } else { lane(&second, rollout - cut) };
+                let there = if rollout < cut {
+                    lane(&first, rollout)
+                } else {
+                    lane(&second, rollout - cut)
+                };
                 assert_eq!(there, lane(&whole, rollout), "cut {cut}, rollout {rollout}");
             }
         }

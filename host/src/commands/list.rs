@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use serde_json::{Value, json};
 
 use crate::cli::List;
-use crate::console::{Console, columns};
+use crate::console::{Console, columns, decimal};
 use crate::exit::{Failure, Result};
 use crate::record::{self, Done, SavedRun, State};
 
@@ -28,12 +28,22 @@ pub(crate) fn run(arguments: &List, console: Console) -> Result {
             let entry = entry(directory);
             let hash: String = text(&entry["result"]).chars().take(12).collect();
             let generations = format!("{}/{}", text(&entry["generation"]), text(&entry["generations"]));
-            let cells = [&entry["directory"], &entry["name"], &entry["seed"], &entry["state"], &entry["best"]].map(text);
+            let cells = [
+                &entry["directory"],
+                &entry["name"],
+                &entry["seed"],
+                &entry["state"],
+                &entry["best"],
+            ]
+            .map(text);
             let [directory, name, seed, state, best] = cells;
             vec![directory, name, seed, state, generations, best, hash]
         })
         .collect();
-    console.data(columns(&["run", "experiment", "seed", "state", "generations", "best", "result"], &rows))
+    console.data(columns(
+        &["run", "experiment", "seed", "state", "generations", "best", "result"],
+        &rows,
+    ))
 }
 
 /// The runs that a directory holds, in the order of their names; or the directory itself if it is one.
@@ -73,7 +83,11 @@ fn entry(directory: &Path) -> Value {
             State::Interrupted => "interrupted",
         };
         let rows = run.rows()?;
-        let best = rows.iter().map(|row| row.best).filter(|best| !best.is_nan()).reduce(f32::max);
+        let best = rows
+            .iter()
+            .map(|row| row.best)
+            .filter(|best| !best.is_nan())
+            .reduce(f32::max);
         Ok(json!({
             "directory": directory.display().to_string(),
             "name": run.experiment().name(),
@@ -81,7 +95,7 @@ fn entry(directory: &Path) -> Value {
             "state": state,
             "generation": rows.len(),
             "generations": run.experiment().settings().evolution.generations,
-            "best": best,
+            "best": best.map(decimal),
             "result": Done::read(directory)?.map(|done| done.result),
         }))
     };

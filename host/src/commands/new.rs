@@ -24,7 +24,9 @@ pub(crate) fn run(arguments: &New, console: Console) -> Result {
     let path = format!("{name}.toml");
     let text = EXAMPLE.replacen(EXAMPLE_NAME, &format!("name = \"{name}\""), 1);
     files::write_new(Path::new(&path), text.as_bytes())?;
-    console.say(format!("wrote {path}; next: oneiro check {path}, then oneiro run {path}"));
+    console.say(format!(
+        "wrote {path}; next: oneiro check {path}, then oneiro run {path}"
+    ));
     Ok(())
 }
 

@@ -7,11 +7,11 @@ use oneiro::evaluator::Control;
 use serde_json::json;
 
 use crate::cli::Replay;
-use crate::console::Console;
+use crate::console::{Console, decimal};
 use crate::exit::{Failure, Result};
-use crate::record::{SavedRun, trace_csv};
+use crate::record::{SavedRun, trace_csv, write_whole};
 use crate::run::{keys, score};
-use crate::{device, figures, files};
+use crate::{device, figures};
 
 /// Lives the champion's lives again, compares its score with the recorded one, and writes one life's path and trace.
 pub(crate) fn run(arguments: &Replay, console: Console) -> Result {
@@ -29,10 +29,13 @@ pub(crate) fn run(arguments: &Replay, console: Console) -> Result {
     let mut evaluator = device::open(&arguments.backend)?;
     let control = Control::new();
     let worlds = std::slice::from_ref(experiment.world());
-    let rollouts: Vec<Rollout<'_>> =
-        keys(run.seed(), champion.generation, champion.individual, settings.trials)
-            .map(|key| Rollout { world: 0, genes: &champion.genome, key })
-            .collect();
+    let rollouts: Vec<Rollout<'_>> = keys(run.seed(), champion.generation, champion.individual, settings.trials)
+        .map(|key| Rollout {
+            world: 0,
+            genes: &champion.genome,
+            key,
+        })
+        .collect();
     let lives = evaluator.evaluate(&Batch::new(worlds, &rollouts, None)?, &control)?;
     let own = score(settings.trial_score, &lives.fitness);
     let (bits, recorded) = (own.to_bits(), champion.fitness.to_bits());
@@ -48,7 +51,12 @@ pub(crate) fn run(arguments: &Replay, console: Console) -> Result {
     let shown = rollouts[arguments.trial as usize];
     let every = arguments.every.min(experiment.world().cycles());
     let traced = Batch::new(worlds, &[shown], Some(TraceRequest { every }))?;
-    let trace = evaluator.evaluate(&traced, &control)?.traces.into_iter().next().unwrap_or_default();
+    let trace = evaluator
+        .evaluate(&traced, &control)?
+        .traces
+        .into_iter()
+        .next()
+        .unwrap_or_default();
     device::tell_warnings(evaluator.as_ref(), console);
     let life = lives.fitness[arguments.trial as usize];
     let title = format!(
@@ -63,14 +71,14 @@ pub(crate) fn run(arguments: &Replay, console: Console) -> Result {
     let directory = arguments.out.as_deref().unwrap_or(run.directory());
     fs::create_dir_all(directory).map_err(|error| Failure::unreadable(directory, &error))?;
     let (path, table) = (directory.join("replay.svg"), directory.join("replay.csv"));
-    files::replace(&path, picture.as_bytes())?;
-    files::replace(&table, trace_csv(&trace, every).as_bytes())?;
+    write_whole(&path, picture.as_bytes())?;
+    write_whole(&table, trace_csv(&trace, every).as_bytes())?;
     let collisions = trace.iter().filter(|record| record.collided > 0.0).count();
     if console.json() {
         return console.json_data(&json!({
             "generation": champion.generation,
             "individual": champion.individual,
-            "fitness": champion.fitness,
+            "fitness": decimal(champion.fitness),
             "bits": format!("{bits:08x}"),
             "collisions": collisions,
             "path": path.display().to_string(),

@@ -40,7 +40,9 @@ pub(crate) fn run(arguments: &cli::Resume, console: Console) -> Result {
             let mut runs = Vec::with_capacity(wave.len());
             for saved in wave {
                 let (run, problems) = Run::resume(saved, session.clone())?;
-                problems.iter().for_each(|problem| console.say(format!("warning: {problem}")));
+                problems
+                    .iter()
+                    .for_each(|problem| console.say(format!("warning: {problem}")));
                 let generations = experiment.settings().evolution.generations;
                 watcher.expect(experiment, u64::from(generations - run.evolution().generation()));
                 runs.push(run);

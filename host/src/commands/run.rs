@@ -37,7 +37,11 @@ pub(crate) fn run(arguments: &cli::Run, console: Console) -> Result {
         }
     }
     if !done.is_empty() {
-        console.say(format!("{} of {} runs are done already", done.len(), done.len() + new.len()));
+        console.say(format!(
+            "{} of {} runs are done already",
+            done.len(),
+            done.len() + new.len()
+        ));
     }
     if !new.is_empty() {
         let evaluator = device::open(&arguments.backend)?;
@@ -45,7 +49,10 @@ pub(crate) fn run(arguments: &cli::Run, console: Console) -> Result {
         let session = Session::new(&arguments.backend.name, &evaluator.device());
         let device = Device::new(evaluator);
         let mut watcher = Watcher::new(console)?;
-        watcher.expect(&experiment, new.len() as u64 * u64::from(experiment.settings().evolution.generations));
+        watcher.expect(
+            &experiment,
+            new.len() as u64 * u64::from(experiment.settings().evolution.generations),
+        );
         for wave in new.chunks(LOCKSTEP) {
             let start = |(seed, directory): &(u64, PathBuf)| Run::start(&experiment, *seed, directory, session.clone());
             let runs = wave.iter().map(start).collect::<Result<Vec<_>>>()?;
@@ -66,7 +73,10 @@ fn places(arguments: &cli::Run, experiment: &Experiment, console: Console) -> Ve
     };
     if let Some(seeds) = &arguments.seeds {
         let own = |seed| arguments.out.as_ref().map(|out| out.join(format!("seed-{seed}")));
-        return seeds.clone().map(|seed| (seed, own(seed).unwrap_or_else(|| usual(seed)))).collect();
+        return seeds
+            .clone()
+            .map(|seed| (seed, own(seed).unwrap_or_else(|| usual(seed))))
+            .collect();
     }
     let seed = arguments.seed.or(experiment.settings().seed).unwrap_or_else(|| {
         let seed = drawn_seed();

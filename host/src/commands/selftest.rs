@@ -75,13 +75,25 @@ impl Check {
             _ if exact => Verdict::Differs,
             _ => Verdict::NotExact,
         };
-        Self { what: what.into(), device: device.to_owned(), compared: counts.0, different: counts.1, verdict }
+        Self {
+            what: what.into(),
+            device: device.to_owned(),
+            compared: counts.0,
+            different: counts.1,
+            verdict,
+        }
     }
 
     /// Bits of something else, some of which have to differ.
     fn control(what: impl Into<String>, device: &str, counts: (u64, u64)) -> Self {
         let verdict = if counts.1 > 0 { Verdict::Caught } else { Verdict::Missed };
-        Self { what: what.into(), device: device.to_owned(), compared: counts.0, different: counts.1, verdict }
+        Self {
+            what: what.into(),
+            device: device.to_owned(),
+            compared: counts.0,
+            different: counts.1,
+            verdict,
+        }
     }
 }
 
@@ -107,7 +119,13 @@ pub(crate) fn run(arguments: &Selftest, console: Console) -> Result {
         let rows: Vec<Vec<String>> = checks
             .iter()
             .map(|check| {
-                let Check { what, device, compared, different, verdict } = check;
+                let Check {
+                    what,
+                    device,
+                    compared,
+                    different,
+                    verdict,
+                } = check;
                 vec![
                     what.clone(),
                     device.clone(),
@@ -118,10 +136,16 @@ pub(crate) fn run(arguments: &Selftest, console: Console) -> Result {
             })
             .collect();
         let table = columns(&["check", "device", "compared", "different", "verdict"], &rows);
-        console.data(format!("{table}\nMillion robot-steps per second\n\n{}", bench::table(&cells)))?;
+        console.data(format!(
+            "{table}\nMillion robot-steps per second\n\n{}",
+            bench::table(&cells)
+        ))?;
     }
     if bad > 0 {
-        return Err(Failure::failed(format_args!("{bad} of {} checks failed on this machine", checks.len())));
+        return Err(Failure::failed(format_args!(
+            "{bad} of {} checks failed on this machine",
+            checks.len()
+        )));
     }
     console.say(format!("all {} checks passed", checks.len()));
     Ok(())
@@ -145,7 +169,10 @@ fn robot(arguments: &Selftest, console: Console) -> Result<Robot> {
     for warning in import.warnings {
         console.say(format!("warning: {warning}"));
     }
-    Ok(Robot { sensors: Arc::new(import.table), ..built_in })
+    Ok(Robot {
+        sensors: Arc::new(import.table),
+        ..built_in
+    })
 }
 
 /// The hash of the random numbers, worked out from its definition with integers of any size.
@@ -157,11 +184,19 @@ fn known_answers() -> Check {
     ];
     let keys = [
         (Key::rollout(0, 0, 0, 0), Key([0x683e_e330, 0x8f0f_75b9])),
-        (Key::rollout(0x0123_4567_89ab_cdef, 199, 99, 3), Key([0xbe6a_10f3, 0xc7ca_ca06])),
+        (
+            Key::rollout(0x0123_4567_89ab_cdef, 199, 99, 3),
+            Key([0xbe6a_10f3, 0xc7ca_ca06]),
+        ),
     ];
     let wrong = hashes.iter().filter(|(words, hash)| pcg4d(*words) != *hash).count()
         + keys.iter().filter(|(key, known)| key != known).count();
-    Check::same("random numbers: known answers", "host", true, ((hashes.len() + keys.len()) as u64, wrong as u64))
+    Check::same(
+        "random numbers: known answers",
+        "host",
+        true,
+        ((hashes.len() + keys.len()) as u64, wrong as u64),
+    )
 }
 
 /// Lives as the scalar code lives them.
@@ -183,7 +218,14 @@ impl Reference {
         let mut scalar = Candidate::scalar(thread::available_parallelism().map_or(1, usize::from)).open(None)?;
         let outcome = scalar.evaluate(&batch, &Control::new())?;
         let traces = scalar.evaluate(&traced, &Control::new())?;
-        Ok(Self { controller, batch, outcome, traced, traces, altered })
+        Ok(Self {
+            controller,
+            batch,
+            outcome,
+            traced,
+            traces,
+            altered,
+        })
     }
 
     /// Compares a device's lives with these: whole, cut into pieces, cycle by cycle, and altered.
@@ -194,9 +236,19 @@ impl Reference {
         let mut evaluator = candidate.open(None)?;
         if !candidate.is_scalar() {
             let lives = evaluator.evaluate(&self.batch, &control)?;
-            checks.push(Check::same(format!("{controller}: fitness"), name, *exact, self.fitness(&lives)));
+            checks.push(Check::same(
+                format!("{controller}: fitness"),
+                name,
+                *exact,
+                self.fitness(&lives),
+            ));
             let lives = evaluator.evaluate(&self.traced, &control)?;
-            checks.push(Check::same(format!("{controller}: traces"), name, *exact, self.trace(&lives)));
+            checks.push(Check::same(
+                format!("{controller}: traces"),
+                name,
+                *exact,
+                self.trace(&lives),
+            ));
         }
         let mut cut = candidate.open(Some(CHUNK))?;
         let lives = in_parts(cut.as_mut(), &self.batch)?;
@@ -211,7 +263,10 @@ impl Reference {
     /// Rollouts compared, and those whose fitness has other bits.
     fn fitness(&self, other: &Outcome) -> (u64, u64) {
         let pairs = self.outcome.fitness.iter().zip(&other.fitness);
-        (self.outcome.fitness.len() as u64, pairs.filter(|(a, b)| a.to_bits() != b.to_bits()).count() as u64)
+        (
+            self.outcome.fitness.len() as u64,
+            pairs.filter(|(a, b)| a.to_bits() != b.to_bits()).count() as u64,
+        )
     }
 
     /// Records compared, and those of which any number differs. (Zero has one sign there, and a NaN differs from all.)

@@ -17,7 +17,10 @@ pub(crate) fn run(arguments: &Tables, console: Console) -> Result {
         TablesCommand::Convert { from, to } => write(&read(from, console)?, to, console),
         TablesCommand::Export { builtin, to } => {
             let table = built_in(builtin).ok_or_else(|| {
-                Failure::input(format_args!("--builtin {builtin}: no such table; allowed: {}", built_in_names()))
+                Failure::input(format_args!(
+                    "--builtin {builtin}: no such table; allowed: {}",
+                    built_in_names()
+                ))
             })?;
             write(&table, to, console)
         }
@@ -41,14 +44,20 @@ fn built_in(name: &str) -> Option<Table> {
 }
 
 fn built_in_names() -> String {
-    let mut names: Vec<String> = SensorTables::khepera().classes.iter().map(|table| table.class.clone()).collect();
+    let mut names: Vec<String> = SensorTables::khepera()
+        .classes
+        .iter()
+        .map(|table| table.class.clone())
+        .collect();
     names.push("motor".to_owned());
     names.join(", ")
 }
 
 /// Reads a file; motors' files have no `TURN` lines, sensors' files do.
 fn read(path: &Path, console: Console) -> Result<Table> {
-    let is_motors = files::text(path)?.lines().all(|line| !line.trim_start().starts_with("TURN"));
+    let is_motors = files::text(path)?
+        .lines()
+        .all(|line| !line.trim_start().starts_with("TURN"));
     if is_motors && Format::of(path).map_err(refused)? == Format::Sam {
         return MotorSamples::read(path).map(Table::Motors).map_err(refused);
     }
@@ -71,7 +80,10 @@ fn write(table: &Table, to: &Path, console: Console) -> Result {
     let written = match table {
         Table::Sensors(table) => table.write(to),
         Table::Motors(_) if format != Format::Sam => {
-            return Err(Failure::input(format_args!("{}: motors' samples have one format; allowed: .sam", to.display())));
+            return Err(Failure::input(format_args!(
+                "{}: motors' samples have one format; allowed: .sam",
+                to.display()
+            )));
         }
         Table::Motors(samples) => samples.write(to),
     };
@@ -81,7 +93,11 @@ fn write(table: &Table, to: &Path, console: Console) -> Result {
 }
 
 fn show(name: &Path, out: Option<&Path>, console: Console) -> Result {
-    let built_in = if name.exists() { None } else { name.to_str().and_then(built_in) };
+    let built_in = if name.exists() {
+        None
+    } else {
+        name.to_str().and_then(built_in)
+    };
     let table = match built_in {
         Some(table) => table,
         None if !name.exists() => {
@@ -95,9 +111,9 @@ fn show(name: &Path, out: Option<&Path>, console: Console) -> Result {
     };
     match table {
         Table::Sensors(table) => show_sensors(&table, out, console),
-        Table::Motors(_) if out.is_some() => {
-            Err(Failure::input("--out: only sensor tables have a picture; show motors without it"))
-        }
+        Table::Motors(_) if out.is_some() => Err(Failure::input(
+            "--out: only sensor tables have a picture; show motors without it",
+        )),
         Table::Motors(samples) => show_motors(&samples, console),
     }
 }
@@ -127,21 +143,31 @@ fn moments(table: &SensorTable, sensor: usize) -> Moments {
     let half = 0.5 * f64::from(GREATEST_READING);
 
     // The mean bearing, counted from the strongest so that it doesn't matter where a turn begins.
-    let profile: Vec<f64> = (0..bearings).map(|bearing| (0..rows).map(|row| reading(row, bearing)).sum()).collect();
-    let strongest = (0..bearings).fold(0, |best, bearing| if profile[bearing] > profile[best] { bearing } else { best });
-    let offset = |bearing: usize| {
-        ((bearing + bearings + bearings / 2 - strongest) % bearings) as f64 - (bearings / 2) as f64
-    };
+    let profile: Vec<f64> = (0..bearings)
+        .map(|bearing| (0..rows).map(|row| reading(row, bearing)).sum())
+        .collect();
+    let strongest = (0..bearings).fold(0, |best, bearing| {
+        if profile[bearing] > profile[best] {
+            bearing
+        } else {
+            best
+        }
+    });
+    let offset =
+        |bearing: usize| ((bearing + bearings + bearings / 2 - strongest) % bearings) as f64 - (bearings / 2) as f64;
     let total: f64 = profile.iter().sum();
     let weighed: f64 = (0..bearings).map(|bearing| profile[bearing] * offset(bearing)).sum();
     let mean = strongest as f64 + if total > 0.0 { weighed / total } else { 0.0 };
     let clockwise = mean * degrees;
     let bearing_degrees = clockwise - 360.0 * ((clockwise + 180.0) / 360.0).floor();
 
-    let highest: Vec<f64> =
-        (0..rows).map(|row| (0..bearings).map(|bearing| reading(row, bearing)).fold(0.0, f64::max)).collect();
+    let highest: Vec<f64> = (0..rows)
+        .map(|row| (0..bearings).map(|bearing| reading(row, bearing)).fold(0.0, f64::max))
+        .collect();
     let falls_below = |level: f64| {
-        let row = highest.windows(2).position(|pair| pair[0] >= level && level > pair[1])?;
+        let row = highest
+            .windows(2)
+            .position(|pair| pair[0] >= level && level > pair[1])?;
         let part = (highest[row] - level) / (highest[row] - highest[row + 1]);
         Some(f64::from(table.nearest) + f64::from(table.spacing) * (row as f64 + part))
     };
@@ -192,7 +218,15 @@ fn show_sensors(table: &SensorTable, out: Option<&Path>, console: Console) -> Re
             row
         })
         .collect();
-    let head = ["sensor", "bearing deg", "50 % mm", "5 % mm", "width at 9 mm", "15 mm", "21 mm"];
+    let head = [
+        "sensor",
+        "bearing deg",
+        "50 % mm",
+        "5 % mm",
+        "width at 9 mm",
+        "15 mm",
+        "21 mm",
+    ];
     console.data(format!(
         "{}: {} distances from {} mm in steps of {} mm, {} bearings\n\n{}",
         table.class,
@@ -207,7 +241,10 @@ fn show_sensors(table: &SensorTable, out: Option<&Path>, console: Console) -> Re
 fn show_motors(samples: &MotorSamples, console: Console) -> Result {
     let count = samples.speeds.len();
     let greatest = |values: &[f32]| values.iter().fold(0.0_f32, |greatest, value| greatest.max(value.abs()));
-    let (first, last) = (samples.speeds.first().copied().unwrap_or(0), samples.speeds.last().copied().unwrap_or(0));
+    let (first, last) = (
+        samples.speeds.first().copied().unwrap_or(0),
+        samples.speeds.last().copied().unwrap_or(0),
+    );
     let (degrees, centimetres) = (greatest(&samples.degrees), greatest(&samples.centimetres));
     if console.json() {
         return console.json_data(&serde_json::json!({
@@ -234,7 +271,14 @@ mod tests {
             readings[bearing][2] = 1000;
             readings[36 + bearing][2] = 500;
         }
-        SensorTable { class: "wall".into(), rows: 3, bearings: 36, nearest: 5.0, spacing: 2.0, readings }
+        SensorTable {
+            class: "wall".into(),
+            rows: 3,
+            bearings: 36,
+            nearest: 5.0,
+            spacing: 2.0,
+            readings,
+        }
     }
 
     #[test]

@@ -20,14 +20,20 @@ pub(super) struct Invalid {
 type Checked = Result<(), Invalid>;
 
 fn invalid(field: &str, problem: impl Display) -> Checked {
-    Err(Invalid { field: field.into(), problem: problem.to_string() })
+    Err(Invalid {
+        field: field.into(),
+        problem: problem.to_string(),
+    })
 }
 
 fn within<T: PartialOrd + Display>(field: &str, value: T, allowed: RangeInclusive<T>) -> Checked {
     if allowed.contains(&value) {
         return Ok(());
     }
-    invalid(field, format_args!("is {value}; allowed: {} to {}", allowed.start(), allowed.end()))
+    invalid(
+        field,
+        format_args!("is {value}; allowed: {} to {}", allowed.start(), allowed.end()),
+    )
 }
 
 /// Two numbers, the smaller first.
@@ -37,7 +43,10 @@ fn range(field: &str, [low, high]: [f64; 2], allowed: RangeInclusive<f64>) -> Ch
     if low < high {
         return Ok(());
     }
-    invalid(field, format_args!("is [{low}, {high}]; allowed: a smaller and a greater number"))
+    invalid(
+        field,
+        format_args!("is [{low}, {high}]; allowed: a smaller and a greater number"),
+    )
 }
 
 /// Checks what a world does not.
@@ -49,7 +58,11 @@ pub(super) fn check(settings: &Settings) -> Checked {
     controller(&settings.controller)?;
     start(&settings.start)?;
     evolution(&settings.evolution)?;
-    within("record.checkpoint_every", settings.record.checkpoint_every, 1..=u32::MAX)
+    within(
+        "record.checkpoint_every",
+        settings.record.checkpoint_every,
+        1..=u32::MAX,
+    )
 }
 
 /// TOML's integers have a sign.
@@ -60,22 +73,34 @@ fn name(name: &str) -> Checked {
     if (1..=100).contains(&name.len()) && name.chars().all(is_plain) && !name.starts_with('.') {
         return Ok(());
     }
-    invalid("name", format_args!("is {name:?}; allowed: letters, digits, - and _, since directories are named so"))
+    invalid(
+        "name",
+        format_args!("is {name:?}; allowed: letters, digits, - and _, since directories are named so"),
+    )
 }
 
 fn arena(arena: &settings::Arena) -> Checked {
-    let settings::Arena { preset, width_mm, height_mm, walls, obstacles } = arena;
+    let settings::Arena {
+        preset,
+        width_mm,
+        height_mm,
+        walls,
+        obstacles,
+    } = arena;
     let is_own = width_mm.is_some() || height_mm.is_some() || !walls.is_empty() || !obstacles.is_empty();
     match preset {
-        Some(name) if Arena::named(name).is_none() => {
-            invalid("arena.preset", format_args!("is {name:?}; allowed: {}", Arena::NAMES.join(", ")))
-        }
-        Some(_) if is_own => {
-            invalid("arena", "has a preset and values of its own; allowed: preset, or width_mm, height_mm, walls and obstacles")
-        }
-        None if is_own && (width_mm.is_none() || height_mm.is_none()) => {
-            invalid("arena", "lacks its size; allowed: width_mm and height_mm, and with them walls and obstacles")
-        }
+        Some(name) if Arena::named(name).is_none() => invalid(
+            "arena.preset",
+            format_args!("is {name:?}; allowed: {}", Arena::NAMES.join(", ")),
+        ),
+        Some(_) if is_own => invalid(
+            "arena",
+            "has a preset and values of its own; allowed: preset, or width_mm, height_mm, walls and obstacles",
+        ),
+        None if is_own && (width_mm.is_none() || height_mm.is_none()) => invalid(
+            "arena",
+            "lacks its size; allowed: width_mm and height_mm, and with them walls and obstacles",
+        ),
         _ => Ok(()),
     }
 }
@@ -88,14 +113,19 @@ fn controller(controller: &settings::Controller) -> Checked {
 }
 
 fn start(start: &settings::Start) -> Checked {
-    let given = [start.x_mm, start.y_mm, start.heading_turns].iter().filter(|value| value.is_some()).count();
+    let given = [start.x_mm, start.y_mm, start.heading_turns]
+        .iter()
+        .filter(|value| value.is_some())
+        .count();
     match start.kind {
-        StartKind::Random if given > 0 => {
-            invalid("start", "is random and has a pose; allowed: kind = \"at\" with x_mm, y_mm and heading_turns")
-        }
-        StartKind::At if start.x_mm.is_none() || start.y_mm.is_none() => {
-            invalid("start", "has no place; allowed: kind = \"at\" with x_mm, y_mm and heading_turns")
-        }
+        StartKind::Random if given > 0 => invalid(
+            "start",
+            "is random and has a pose; allowed: kind = \"at\" with x_mm, y_mm and heading_turns",
+        ),
+        StartKind::At if start.x_mm.is_none() || start.y_mm.is_none() => invalid(
+            "start",
+            "has no place; allowed: kind = \"at\" with x_mm, y_mm and heading_turns",
+        ),
         _ => Ok(()),
     }
 }

@@ -46,7 +46,13 @@ pub(super) struct Inputs<'a> {
 
 impl<'a> Inputs<'a> {
     pub(super) fn new(directory: &'a Path, source: &'a Source, hashes: &'a BTreeMap<String, String>) -> Self {
-        Self { directory, source, hashes, inputs: Vec::new(), warnings: Vec::new() }
+        Self {
+            directory,
+            source,
+            hashes,
+            inputs: Vec::new(),
+            warnings: Vec::new(),
+        }
     }
 
     /// The sensor tables.
@@ -55,7 +61,9 @@ impl<'a> Inputs<'a> {
             return Ok(SensorTables::khepera());
         };
         if files.is_empty() {
-            return Err(self.source.invalid("robot.tables", "is empty; allowed: a file for each class of object"));
+            return Err(self
+                .source
+                .invalid("robot.tables", "is empty; allowed: a file for each class of object"));
         }
         let paths = files
             .iter()
@@ -78,7 +86,9 @@ impl<'a> Inputs<'a> {
             return Ok(MotorTable::khepera(states));
         }
         let path = self.take("robot.motors", file)?;
-        MotorTable::read(path, states).map(Arc::new).map_err(|error| self.refused("robot.motors", error))
+        MotorTable::read(path, states)
+            .map(Arc::new)
+            .map_err(|error| self.refused("robot.motors", error))
     }
 
     /// The genes that an evolution starts from.
@@ -113,19 +123,28 @@ impl<'a> Inputs<'a> {
     /// Keeps a file and checks its hash, if one is given. Its path.
     fn take(&mut self, key: &str, file: &str) -> Result<PathBuf> {
         let path = self.directory.join(file);
-        let bytes = fs::read(&path).map_err(|error| {
-            self.source.invalid(key, Failure::unreadable(&path, &error))
-        })?;
+        let bytes = fs::read(&path).map_err(|error| self.source.invalid(key, Failure::unreadable(&path, &error)))?;
         let name = path.file_name().unwrap_or_default().to_string_lossy();
-        let input = Input { named: file.into(), name: format!("{DIRECTORY}/{name}"), bytes };
+        let input = Input {
+            named: file.into(),
+            name: format!("{DIRECTORY}/{name}"),
+            bytes,
+        };
         if let Some(expected) = self.hashes.get(file)
             && *expected != input.hash()
         {
-            let problem = format!("{} has changed: its BLAKE3 hash is {}, not {expected}", path.display(), input.hash());
+            let problem = format!(
+                "{} has changed: its BLAKE3 hash is {}, not {expected}",
+                path.display(),
+                input.hash()
+            );
             return Err(self.source.invalid(key, problem));
         }
         if let Some(other) = self.inputs.iter().find(|other| other.name == input.name) {
-            let problem = format!("{file} and {} have one name; allowed: files of different names", other.named);
+            let problem = format!(
+                "{file} and {} have one name; allowed: files of different names",
+                other.named
+            );
             return Err(self.source.invalid(key, problem));
         }
         self.inputs.push(input);

@@ -1,8 +1,8 @@
 //! An experiment: a run's complete configuration but its seed, from one TOML file.
 
-pub(crate) mod settings;
 mod check;
 mod inputs;
+pub(crate) mod settings;
 mod source;
 mod world;
 
@@ -13,8 +13,8 @@ use oneiro::world::World;
 use crate::evolve::Population;
 use crate::exit::Result;
 use crate::files;
-use inputs::{Input, Inputs};
 pub(crate) use inputs::DIRECTORY as INPUTS;
+use inputs::{Input, Inputs};
 use settings::Settings;
 use source::Source;
 
@@ -49,10 +49,20 @@ impl Experiment {
         check::complete(&mut settings);
         let mut inputs = Inputs::new(directory, source, &settings.files);
         let world = world::world(&settings, source, &mut inputs)?;
-        let init = inputs.init(settings.evolution.init.as_deref(), world.genes(), settings.evolution.population)?;
+        let init = inputs.init(
+            settings.evolution.init.as_deref(),
+            world.genes(),
+            settings.evolution.population,
+        )?;
         let (inputs, warnings) = inputs.finish()?;
         inputs::rename(&mut settings, &inputs);
-        Ok(Self { settings, world, init, inputs, warnings })
+        Ok(Self {
+            settings,
+            world,
+            init,
+            inputs,
+            warnings,
+        })
     }
 
     /// Its name.
@@ -87,13 +97,23 @@ impl Experiment {
 
     /// The experiment of a run with every default written out, as TOML: read again, it is this run's experiment.
     pub(crate) fn resolved_toml(&self, seed: u64) -> String {
-        toml(&Settings { seed: Some(seed), ..self.settings.clone() })
+        toml(&Settings {
+            seed: Some(seed),
+            ..self.settings.clone()
+        })
     }
 
     /// What decides a run's results: the same with nothing of what is recorded, and when.
     pub(crate) fn identity(&self, seed: u64) -> blake3::Hash {
         let record = settings::Record::default();
-        blake3::hash(toml(&Settings { seed: Some(seed), record, ..self.settings.clone() }).as_bytes())
+        blake3::hash(
+            toml(&Settings {
+                seed: Some(seed),
+                record,
+                ..self.settings.clone()
+            })
+            .as_bytes(),
+        )
     }
 }
 

@@ -237,7 +237,12 @@ pub(crate) struct Noise {
 
 impl Default for Noise {
     fn default() -> Self {
-        Self { sensor: [0.0, 0.0], walk_range_mm: 0.0, walk_step_mm: 1.5, motor: 0.0 }
+        Self {
+            sensor: [0.0, 0.0],
+            walk_range_mm: 0.0,
+            walk_step_mm: 1.5,
+            motor: 0.0,
+        }
     }
 }
 
@@ -254,7 +259,10 @@ pub(crate) struct Controller {
 
 impl Default for Controller {
     fn default() -> Self {
-        Self { kind: ControllerKind::Perceptron, units: None }
+        Self {
+            kind: ControllerKind::Perceptron,
+            units: None,
+        }
     }
 }
 
@@ -357,7 +365,12 @@ pub(crate) struct Start {
 
 impl Default for Start {
     fn default() -> Self {
-        Self { kind: StartKind::Random, x_mm: None, y_mm: None, heading_turns: None }
+        Self {
+            kind: StartKind::Random,
+            x_mm: None,
+            y_mm: None,
+            heading_turns: None,
+        }
     }
 }
 
@@ -426,7 +439,12 @@ pub(crate) struct Mutation {
 
 impl Default for Mutation {
     fn default() -> Self {
-        Self { kind: MutationKind::AddUniform, rate: 0.25, per: MutationUnit::Gene, amount: 1.0 }
+        Self {
+            kind: MutationKind::AddUniform,
+            rate: 0.25,
+            per: MutationUnit::Gene,
+            amount: 1.0,
+        }
     }
 }
 
@@ -464,6 +482,9 @@ pub(crate) struct Record {
 
 impl Default for Record {
     fn default() -> Self {
-        Self { checkpoint_every: 50, individuals: true }
+        Self {
+            checkpoint_every: 50,
+            individuals: true,
+        }
     }
 }

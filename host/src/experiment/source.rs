@@ -46,11 +46,16 @@ impl Source {
     /// # Errors
     /// Exit 3: the place, the key, and what is allowed; exit 2 for a setting without `=`.
     pub(crate) fn read<T: for<'a> Deserialize<'a>>(name: &str, text: String, set: &[String]) -> Result<(T, Self)> {
-        let mut source = Self { texts: Vec::new(), keys: Vec::new() };
+        let mut source = Self {
+            texts: Vec::new(),
+            keys: Vec::new(),
+        };
         source.add(name.to_owned(), text, true);
         for setting in set {
             let Some((key, value)) = setting.split_once('=') else {
-                return Err(Failure::usage(format_args!("--set {setting}: allowed: KEY=VALUE, such as noise.motor=0.1")));
+                return Err(Failure::usage(format_args!(
+                    "--set {setting}: allowed: KEY=VALUE, such as noise.motor=0.1"
+                )));
             };
             source.add(format!("--set {setting}"), toml_line(key, value), false);
         }
@@ -73,7 +78,12 @@ impl Source {
 
     fn add(&mut self, name: String, text: String, has_lines: bool) {
         let start = self.texts.last().map_or(0, |last| last.start + last.text.len() + 1);
-        self.texts.push(Text { name, text, start, has_lines });
+        self.texts.push(Text {
+            name,
+            text,
+            start,
+            has_lines,
+        });
     }
 
     /// A text's values, their places counted through all texts.
@@ -82,7 +92,10 @@ impl Source {
             let at = text.start + error.span().map_or(0, |span| span.start);
             Failure::input(format_args!("{}: {}", self.place(at), error.message()))
         })?;
-        Ok(Spanned::new(moved(&table.span(), text.start), moved_table(table.into_inner(), text.start)))
+        Ok(Spanned::new(
+            moved(&table.span(), text.start),
+            moved_table(table.into_inner(), text.start),
+        ))
     }
 
     /// A value that is not allowed: `problem` says what it is and what is allowed. The place is that of the key, or of
@@ -91,7 +104,11 @@ impl Source {
         let mut prefix = key;
         let place = loop {
             if let Some(found) = self.keys.iter().find(|known| known.path == prefix) {
-                break self.place(if prefix == key { found.value.start } else { found.key.start });
+                break self.place(if prefix == key {
+                    found.value.start
+                } else {
+                    found.key.start
+                });
             }
             match prefix.rfind(['.', '[']) {
                 Some(end) => prefix = &prefix[..end],
@@ -108,15 +125,28 @@ impl Source {
         };
         // The innermost key around the place.
         let holds = |range: &Range<usize>| range.start <= span.start && span.end <= range.end;
-        let around = self.keys.iter().filter(|known| holds(&known.key) || holds(&known.value));
-        let key = around.max_by_key(|known| known.path.len()).map(|known| format!("{}: ", known.path));
+        let around = self
+            .keys
+            .iter()
+            .filter(|known| holds(&known.key) || holds(&known.value));
+        let key = around
+            .max_by_key(|known| known.path.len())
+            .map(|known| format!("{}: ", known.path));
         let message = plain(error.message());
-        Failure::input(format_args!("{}: {}{message}", self.place(span.start), key.unwrap_or_default()))
+        Failure::input(format_args!(
+            "{}: {}{message}",
+            self.place(span.start),
+            key.unwrap_or_default()
+        ))
     }
 
     /// `file:line:column`, or the setting.
     fn place(&self, at: usize) -> String {
-        let text = self.texts.iter().rfind(|text| text.start <= at).unwrap_or(&self.texts[0]);
+        let text = self
+            .texts
+            .iter()
+            .rfind(|text| text.start <= at)
+            .unwrap_or(&self.texts[0]);
         if !text.has_lines {
             return text.name.clone();
         }
@@ -132,7 +162,11 @@ fn toml_line(key: &str, value: &str) -> String {
     let line = format!("{key}={value}");
     let is_word = value.starts_with(|first: char| first.is_ascii_alphabetic() || "./_".contains(first))
         && value.chars().all(|c| c.is_ascii_alphanumeric() || "._-/".contains(c));
-    if is_word && DeTable::parse(&line).is_err() { format!("{key}='{value}'") } else { line }
+    if is_word && DeTable::parse(&line).is_err() {
+        format!("{key}='{value}'")
+    } else {
+        line
+    }
 }
 
 fn moved(range: &Range<usize>, by: usize) -> Range<usize> {
@@ -143,7 +177,10 @@ fn moved_table(table: DeTable<'_>, by: usize) -> DeTable<'_> {
     table
         .into_iter()
         .map(|(key, value)| {
-            (Spanned::new(moved(&key.span(), by), key.into_inner()), moved_value(value, by))
+            (
+                Spanned::new(moved(&key.span(), by), key.into_inner()),
+                moved_value(value, by),
+            )
         })
         .collect()
 }
@@ -194,13 +231,19 @@ fn list_value(path: String, key: &Range<usize>, value: &Spanned<DeValue<'_>>, ke
         }
         _ => (),
     }
-    keys.push(Key { path, key: key.clone(), value: value.span() });
+    keys.push(Key {
+        path,
+        key: key.clone(),
+        value: value.span(),
+    });
 }
 
 /// Serde's message without Rust's words.
 fn plain(message: &str) -> String {
     let Some((problem, expected)) = message.split_once(", expected ") else {
-        return message.replace("missing field", "there is no key").replace("duplicate field", "a second key");
+        return message
+            .replace("missing field", "there is no key")
+            .replace("duplicate field", "a second key");
     };
     let allowed = match expected {
         "f32" | "f64" => "a number",

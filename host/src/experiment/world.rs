@@ -45,9 +45,17 @@ fn key(field: &str) -> String {
     }
     let field = field.replace("arena.field.", "arena.");
     // The ends of a wall are lists.
-    let field = field.split_once(".from.").or(field.split_once(".to.")).map_or(field.as_str(), |(wall, _)| {
-        &field[..wall.len() + if field[wall.len()..].starts_with(".from.") { ".from".len() } else { ".to".len() }]
-    });
+    let field = field
+        .split_once(".from.")
+        .or(field.split_once(".to."))
+        .map_or(field.as_str(), |(wall, _)| {
+            &field[..wall.len()
+                + if field[wall.len()..].starts_with(".from.") {
+                    ".from".len()
+                } else {
+                    ".to".len()
+                }]
+        });
     field.split('.').map(name).collect::<Vec<_>>().join(".")
 }
 
@@ -62,7 +70,11 @@ fn arena(arena: &settings::Arena) -> Arena {
         own.walls = arena
             .walls
             .iter()
-            .map(|wall| Wall { from: point(wall.from_mm), to: point(wall.to_mm), class: wall.class.clone() })
+            .map(|wall| Wall {
+                from: point(wall.from_mm),
+                to: point(wall.to_mm),
+                class: wall.class.clone(),
+            })
             .collect();
     }
     own.obstacles = arena
@@ -85,7 +97,11 @@ fn noise(noise: &settings::Noise) -> world::Noise {
         sensor: (low as f32, high as f32),
         walk_range,
         // A step without a range to walk in is none.
-        walk_step: if walk_range == 0.0 { 0.0 } else { noise.walk_step_mm as f32 },
+        walk_step: if walk_range == 0.0 {
+            0.0
+        } else {
+            noise.walk_step_mm as f32
+        },
         motor: noise.motor as f32,
     }
 }
@@ -93,9 +109,9 @@ fn noise(noise: &settings::Noise) -> world::Noise {
 fn controller(controller: &settings::Controller) -> world::Controller {
     match controller.kind {
         ControllerKind::Perceptron => world::Controller::Perceptron,
-        ControllerKind::Hidden => {
-            world::Controller::Hidden { units: controller.units.unwrap_or(settings::DEFAULT_UNITS) }
-        }
+        ControllerKind::Hidden => world::Controller::Hidden {
+            units: controller.units.unwrap_or(settings::DEFAULT_UNITS),
+        },
         ControllerKind::Recurrent => world::Controller::Recurrent,
     }
 }

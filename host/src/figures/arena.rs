@@ -7,9 +7,10 @@ use super::svg::{Anchor, INK, SOFT_INK, Svg, number, ramp, tick_step};
 
 /// The longer side of the arena in a picture, in pixels.
 const SIDE: f64 = 880.0;
-/// Room around the arena, and below it for the words.
+/// Room around the arena, above it for the title, and below it for what explains the picture.
 const MARGIN: f64 = 28.0;
-const FOOT: f64 = 44.0;
+const HEAD: f64 = 28.0;
+const FOOT: f64 = 34.0;
 /// Colours of a path from its start to its end.
 const TIME: [[u8; 3]; 4] = [
     [0x2b, 0x3a, 0x8f],
@@ -33,7 +34,7 @@ pub(crate) fn arena(arena: &Arena, body_radius: f32) -> String {
     );
     let mut svg = sheet.start(arena, &title);
     sheet.robot(&mut svg, roomiest(arena), 0.0, f64::from(body_radius), SOFT_INK, 0.06);
-    sheet.foot(&mut svg, &title);
+    sheet.foot(&mut svg);
     svg.finish()
 }
 
@@ -63,9 +64,10 @@ pub(crate) fn life(arena: &Arena, body_radius: f32, title: &str, trace: &[Record
             svg.words((x - beside, y + 4.0), 13.0, Anchor::End, &style, label);
         }
     }
-    sheet.foot(&mut svg, title);
+    sheet.foot(&mut svg);
+    let collisions = trace.iter().filter(|record| record.collided > 0.0).count();
     let seconds = trace.len().saturating_sub(1) as f64 * f64::from(every) * CYCLE;
-    sheet.clock(&mut svg, seconds);
+    sheet.clock(&mut svg, seconds, collisions);
     svg.finish()
 }
 
@@ -150,20 +152,22 @@ impl Sheet {
     }
 
     fn height(&self) -> f64 {
-        self.size.1 * self.scale + 2.0 * MARGIN + FOOT
+        self.size.1 * self.scale + 2.0 * MARGIN + HEAD + FOOT
     }
 
     /// A point of the arena in the picture.
     fn place(&self, at: (f64, f64)) -> (f64, f64) {
         (
             MARGIN + (at.0 - self.left) * self.scale,
-            MARGIN + (self.top - at.1) * self.scale,
+            MARGIN + HEAD + (self.top - at.1) * self.scale,
         )
     }
 
-    /// Floor, obstacles and walls.
+    /// Title, floor, obstacles and walls.
     fn start(&self, arena: &Arena, title: &str) -> Svg {
         let mut svg = Svg::new(self.width(), self.height(), title);
+        let style = format!("fill=\"{INK}\" font-weight=\"600\"");
+        svg.words((MARGIN, MARGIN + 4.0), 16.0, Anchor::Start, &style, title);
         let field = arena.field;
         let corner = self.place((f64::from(field.x), f64::from(field.y + field.height)));
         let size = (
@@ -236,19 +240,14 @@ impl Sheet {
         svg.raw("</g>");
         for (record, &(x, y)) in trace.iter().zip(&points) {
             if record.collided > 0.0 {
-                svg.raw(&format!(
-                    "<path d=\"M{} {}l6 6m0 -6l-6 6\" stroke=\"#c1121f\" stroke-width=\"1.6\"/>",
-                    number(x - 3.0),
-                    number(y - 3.0)
-                ));
+                svg.raw(&cross(x, y));
             }
         }
     }
 
-    /// The title and a length for scale.
-    fn foot(&self, svg: &mut Svg, title: &str) {
+    /// A length for scale.
+    fn foot(&self, svg: &mut Svg) {
         let line = self.height() - 24.0;
-        svg.words((MARGIN, line), 15.0, Anchor::Start, &format!("fill=\"{INK}\""), title);
         let length = tick_step(self.size.0.max(self.size.1), 8);
         let right = self.width() - MARGIN;
         let left = right - length * self.scale;
@@ -268,12 +267,10 @@ impl Sheet {
         );
     }
 
-    /// What the colours of a path mean.
-    fn clock(&self, svg: &mut Svg, seconds: f64) {
+    /// What the colours and the marks of a path mean.
+    fn clock(&self, svg: &mut Svg, seconds: f64, collisions: usize) {
+        const WIDTH: f64 = 110.0;
         let line = self.height() - 24.0;
-        let scale_bar = tick_step(self.size.0.max(self.size.1), 8) * self.scale;
-        let right = self.width() - MARGIN - scale_bar - 70.0;
-        let width = 110.0;
         svg.raw("<defs><linearGradient id=\"time\">");
         for (i, &stop) in TIME.iter().enumerate() {
             let share = i as f64 / (TIME.len() - 1) as f64;
@@ -281,21 +278,24 @@ impl Sheet {
             svg.raw(&format!("<stop offset=\"{}\" stop-color=\"{colour}\"/>", number(share)));
         }
         svg.raw("</linearGradient></defs>");
-        svg.rectangle(
-            (right - width, line - 11.0),
-            (width, 6.0),
-            "fill=\"url(#time)\" rx=\"3\"",
-        );
+        svg.rectangle((MARGIN, line - 11.0), (WIDTH, 6.0), "fill=\"url(#time)\" rx=\"3\"");
         let style = format!("fill=\"{SOFT_INK}\"");
-        svg.words((right - width, line + 10.0), 12.0, Anchor::Middle, &style, "0 s");
-        svg.words(
-            (right, line + 10.0),
-            12.0,
-            Anchor::Middle,
-            &style,
-            &format!("{} s", number(seconds)),
-        );
+        svg.words((MARGIN, line + 10.0), 12.0, Anchor::Start, &style, "0 s");
+        let end = format!("{} s", number(seconds));
+        svg.words((MARGIN + WIDTH, line + 10.0), 12.0, Anchor::End, &style, &end);
+        if collisions > 0 {
+            let left = MARGIN + WIDTH + 40.0;
+            svg.raw(&cross(left, line - 2.0));
+            let words = format!("collision ({collisions})");
+            svg.words((left + 10.0, line + 2.0), 12.0, Anchor::Start, &style, &words);
+        }
     }
+}
+
+/// Where a robot bumped into something.
+fn cross(x: f64, y: f64) -> String {
+    let (left, top) = (number(x - 3.0), number(y - 3.0));
+    format!("<path d=\"M{left} {top}l6 6m0 -6l-6 6\" stroke=\"#c1121f\" stroke-width=\"1.6\"/>")
 }
 
 /// Millimetres without needless decimals.
@@ -339,9 +339,9 @@ mod tests {
     fn y_points_up() {
         let sheet = Sheet::new(&Arena::rectangle(600.0, 300.0));
         assert!(sheet.place((0.0, 300.0)).1 < sheet.place((0.0, 0.0)).1);
-        assert_eq!(sheet.place((0.0, 300.0)), (MARGIN, MARGIN));
+        assert_eq!(sheet.place((0.0, 300.0)), (MARGIN, MARGIN + HEAD));
         let corner = sheet.place((600.0, 0.0));
-        assert!((corner.0 - MARGIN - SIDE).abs() < 1e-9 && (corner.1 - MARGIN - 0.5 * SIDE).abs() < 1e-9);
+        assert!((corner.0 - MARGIN - SIDE).abs() < 1e-9 && (corner.1 - MARGIN - HEAD - 0.5 * SIDE).abs() < 1e-9);
     }
 
     #[test]
@@ -361,7 +361,7 @@ mod tests {
             (100.0, 200.0, 1.0),
         ]);
         let text = life(&Arena::rectangle(600.0, 300.0), 27.5, "a < b", &trace, 1);
-        assert_eq!(text.matches("l6 6m0 -6l-6 6").count(), 2);
+        assert_eq!(text.matches("l6 6m0 -6l-6 6").count(), 2 + 1, "and what it means");
         assert!(text.contains("a &lt; b"));
         assert!(text.contains(">0.3 s<"));
     }

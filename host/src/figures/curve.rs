@@ -5,7 +5,8 @@ use super::svg::{Anchor, INK, SOFT_INK, Svg, number, tick_step};
 const WIDTH: f64 = 820.0;
 const HEIGHT: f64 = 440.0;
 const LEFT: f64 = 64.0;
-const RIGHT: f64 = 96.0;
+/// Of a letter of a label, about; labels stand to the right of the plot.
+const LETTER: f64 = 7.6;
 const TOP: f64 = 48.0;
 const BOTTOM: f64 = 56.0;
 /// Colours of the lines, in their order.
@@ -42,6 +43,8 @@ pub(crate) fn learning_curve(title: &str, value: &str, series: &[Series<'_>]) ->
 
 /// How values become pixels.
 struct Plot {
+    /// Room for the labels.
+    right: f64,
     generations: f64,
     low: f64,
     high: f64,
@@ -69,7 +72,9 @@ impl Plot {
             .unwrap_or(0)
             .saturating_sub(1)
             .max(1);
+        let letters = series.iter().map(|line| line.label.chars().count()).max().unwrap_or(0);
         Self {
+            right: 26.0 + LETTER * letters as f64,
             generations: generations as f64,
             // A little below nothing shall not cost a whole step of height.
             low: low - if low < 0.0 { 0.1 * step } else { 0.0 },
@@ -79,7 +84,7 @@ impl Plot {
     }
 
     fn x(&self, generation: f64) -> f64 {
-        LEFT + generation / self.generations * (WIDTH - LEFT - RIGHT)
+        LEFT + generation / self.generations * (WIDTH - LEFT - self.right)
     }
 
     fn y(&self, value: f64) -> f64 {
@@ -87,7 +92,7 @@ impl Plot {
     }
 
     fn axes(&self, svg: &mut Svg, value: &str) {
-        let (right, bottom) = (WIDTH - RIGHT, HEIGHT - BOTTOM);
+        let (right, bottom) = (WIDTH - self.right, HEIGHT - BOTTOM);
         let words = format!("fill=\"{SOFT_INK}\"");
         for tick in ticks(self.low, self.high, self.step) {
             let y = self.y(tick);
@@ -154,7 +159,7 @@ impl Plot {
             .last()
             .map_or(0.0, |label| (label.0 - (HEIGHT - BOTTOM)).max(0.0));
         for (y, label, colour) in labels {
-            let at = (WIDTH - RIGHT + 10.0, y - too_low + 4.0);
+            let at = (WIDTH - self.right + 10.0, y - too_low + 4.0);
             svg.words(
                 at,
                 13.0,
@@ -210,7 +215,7 @@ mod tests {
         let text = learning_curve("t", "fitness", &series);
         let mut heights: Vec<f64> = text
             .lines()
-            .filter(|line| line.contains("font-weight=\"600\"") && line.contains("x=\"734\""))
+            .filter(|line| line.contains("font-weight=\"600\"") && !line.contains(">t<"))
             .filter_map(|line| line.split("y=\"").nth(1)?.split('"').next()?.parse().ok())
             .collect();
         heights.sort_by(f64::total_cmp);

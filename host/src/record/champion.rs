@@ -39,7 +39,10 @@ pub(super) fn files(champion: &Champion, seed: u64, keys: &[Key]) -> [(&'static 
     };
     let mut text = serde_json::to_vec_pretty(&file).expect("numbers and words");
     text.push(b'\n');
-    [(CHAMPION, text), (CHAMPION_GENES, npy(&[champion.genome.len()], &champion.genome))]
+    [
+        (CHAMPION, text),
+        (CHAMPION_GENES, npy(&[champion.genome.len()], &champion.genome)),
+    ]
 }
 
 /// Reads the champion of a finished run of so many genes.
@@ -50,7 +53,8 @@ pub(super) fn read(directory: &Path, genes: usize) -> Result<Champion> {
     let path = directory.join(CHAMPION);
     let corrupt = |problem: &dyn std::fmt::Display| Failure::corrupt(format_args!("{}: {problem}", path.display()));
     let file: ChampionFile = serde_json::from_str(&disk::read_text(&path)?).map_err(|error| corrupt(&error))?;
-    let bits = u32::from_str_radix(&file.fitness_bits, 16).map_err(|error| corrupt(&format_args!("fitness_bits: {error}")))?;
+    let bits =
+        u32::from_str_radix(&file.fitness_bits, 16).map_err(|error| corrupt(&format_args!("fitness_bits: {error}")))?;
     let genomes = genomes::read(&directory.join(CHAMPION_GENES), genes).map_err(Failure::corrupt)?;
     Ok(Champion {
         generation: file.generation,

@@ -77,7 +77,13 @@ impl Checkpoint {
         let mut bytes = serde_json::to_vec(&header).expect("a header is numbers and words");
         bytes.push(b'\n');
         let champion = self.champion.iter().flat_map(|champion| &champion.genome);
-        bytes.extend(self.population.values().iter().chain(champion).flat_map(|gene| gene.to_le_bytes()));
+        bytes.extend(
+            self.population
+                .values()
+                .iter()
+                .chain(champion)
+                .flat_map(|gene| gene.to_le_bytes()),
+        );
         let hash = blake3::hash(&bytes);
         bytes.extend_from_slice(hash.as_bytes());
         bytes
@@ -94,15 +100,18 @@ impl Checkpoint {
         let header: Header =
             serde_json::from_slice(&content[..end]).map_err(|error| format!("is of another kind: {error}"))?;
         if header.format != FORMAT || header.version != VERSION {
-            return Err(format!("is of version {} of \"{}\"; allowed: {VERSION}", header.version, header.format));
+            return Err(format!(
+                "is of version {} of \"{}\"; allowed: {VERSION}",
+                header.version, header.format
+            ));
         }
         let values = super::floats(&content[end + 1..]);
-        let count = header.individuals.saturating_mul(header.genes);
-        let champion_genes = if header.champion.is_some() { header.genes } else { 0 };
-        if header.genes == 0 || values.len() * 4 != content.len() - end - 1 || values.len() != count + champion_genes {
+        let genomes = header.individuals.saturating_add(usize::from(header.champion.is_some()));
+        let is_whole = content[end + 1..].len().is_multiple_of(size_of::<f32>());
+        if header.genes == 0 || !is_whole || values.len() != genomes.saturating_mul(header.genes) {
             return Err(format!("has {} genes, but its header means another number", values.len()));
         }
-        let (population, genome) = values.split_at(count);
+        let (population, genome) = values.split_at(header.individuals * header.genes);
         Ok(Self {
             identity: blake3::Hash::from_hex(&header.experiment).map_err(|_| damaged())?,
             generation: header.generation,
@@ -141,7 +150,10 @@ impl Checkpoint {
         for entry in fs::read_dir(directory).map_err(failed)? {
             let entry = entry.map_err(failed)?;
             let name = entry.file_name();
-            let generation = name.to_str().and_then(|name| name.strip_prefix(PREFIX)).and_then(|end| end.parse().ok());
+            let generation = name
+                .to_str()
+                .and_then(|name| name.strip_prefix(PREFIX))
+                .and_then(|end| end.parse().ok());
             checkpoints.extend(generation.map(|generation| (generation, entry.path())));
         }
         checkpoints.sort_unstable_by(|a, b| b.cmp(a));
@@ -159,7 +171,12 @@ pub(super) mod tests {
             identity: blake3::hash(b"an experiment"),
             generation: 3,
             population: Population::new(2, vec![1.0, -2.5, 0.0, 1e-30]),
-            champion: Some(Champion { generation: 2, individual: 1, fitness: 0.1, genome: vec![3.0, 4.0] }),
+            champion: Some(Champion {
+                generation: 2,
+                individual: 1,
+                fitness: 0.1,
+                genome: vec![3.0, 4.0],
+            }),
             rows: extent(100),
             individuals: Some(extent(200)),
         }
@@ -168,7 +185,11 @@ pub(super) mod tests {
     #[test]
     fn a_checkpoint_loads_as_it_was_saved() {
         assert_eq!(Checkpoint::decode(&checkpoint().encode()), Ok(checkpoint()));
-        let first = Checkpoint { champion: None, individuals: None, ..checkpoint() };
+        let first = Checkpoint {
+            champion: None,
+            individuals: None,
+            ..checkpoint()
+        };
         assert_eq!(Checkpoint::decode(&first.encode()), Ok(first));
     }
 
@@ -199,7 +220,10 @@ pub(super) mod tests {
             ("\"genes\":2", "\"genes\":0"),
             ("\"version\":1", "\"version\":2"),
             ("\"format\":\"oneiro", "\"format\":\"another"),
-            ("\"champion\":{\"generation\":2,\"individual\":1,\"fitness_bits\":1036831949}", "\"champion\":null"),
+            (
+                "\"champion\":{\"generation\":2,\"individual\":1,\"fitness_bits\":1036831949}",
+                "\"champion\":null",
+            ),
         ] {
             let end = good.iter().position(|&byte| byte == b'\n').unwrap();
             let header = String::from_utf8(good[..end].to_vec()).unwrap();
@@ -217,9 +241,18 @@ pub(super) mod tests {
         let directory = std::env::temp_dir().join(format!("oneiro-checkpoints-{}", std::process::id()));
         fs::create_dir_all(&directory).unwrap();
         for generation in [8, 9, 10, 100] {
-            Checkpoint { generation, ..checkpoint() }.save(&directory).unwrap();
+            Checkpoint {
+                generation,
+                ..checkpoint()
+            }
+            .save(&directory)
+            .unwrap();
         }
-        let list: Vec<u32> = Checkpoint::list(&directory).unwrap().into_iter().map(|(number, _)| number).collect();
+        let list: Vec<u32> = Checkpoint::list(&directory)
+            .unwrap()
+            .into_iter()
+            .map(|(number, _)| number)
+            .collect();
         assert_eq!(list, [100, 10]);
         fs::remove_dir_all(&directory).unwrap();
     }

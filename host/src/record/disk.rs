@@ -11,7 +11,7 @@ pub(super) const TEMPORARY: &str = ".tmp";
 
 /// Writes a file whole or not at all, and waits until its content is on the disk; its name is there after
 /// [`sync_directory`].
-pub(super) fn write(path: &Path, bytes: &[u8]) -> Result {
+pub(crate) fn write(path: &Path, bytes: &[u8]) -> Result {
     let mut temporary = path.as_os_str().to_owned();
     temporary.push(TEMPORARY);
     let temporary = PathBuf::from(temporary);
@@ -28,7 +28,9 @@ pub(super) fn write(path: &Path, bytes: &[u8]) -> Result {
 pub(super) fn sync_directory(path: &Path) -> Result {
     // Elsewhere a directory can't be opened as a file, and renaming is a matter of the file system's journal.
     if cfg!(unix) {
-        File::open(path).and_then(|directory| directory.sync_all()).map_err(|error| Failure::storage(path, &error))?;
+        File::open(path)
+            .and_then(|directory| directory.sync_all())
+            .map_err(|error| Failure::storage(path, &error))?;
     }
     Ok(())
 }
@@ -43,5 +45,6 @@ pub(super) fn read(path: &Path) -> Result<Vec<u8>> {
 
 /// The text of such a file.
 pub(super) fn read_text(path: &Path) -> Result<String> {
-    String::from_utf8(read(path)?).map_err(|_| Failure::corrupt(format_args!("{}: is no text any more", path.display())))
+    String::from_utf8(read(path)?)
+        .map_err(|_| Failure::corrupt(format_args!("{}: is no text any more", path.display())))
 }

@@ -31,7 +31,11 @@ impl Done {
     fn new(experiment: String, files: BTreeMap<String, String>) -> Self {
         let line = |name: &str| format!("{}  {name}\n", files.get(name).map_or("", String::as_str));
         let lines = format!("{experiment}  experiment\n") + &RESULTS.map(line).concat();
-        Self { result: blake3::hash(lines.as_bytes()).to_hex().to_string(), experiment, files }
+        Self {
+            result: blake3::hash(lines.as_bytes()).to_hex().to_string(),
+            experiment,
+            files,
+        }
     }
 
     /// Hashes a run's files as they are on the disk.
@@ -73,10 +77,17 @@ impl Done {
 pub(crate) fn verify(directory: &Path) -> Result<Done> {
     let run = SavedRun::open(directory)?;
     let Some(done) = Done::read(directory)? else {
-        return Err(Failure::failed(format_args!("{}: is not finished, so there is nothing to verify", directory.display())));
+        return Err(Failure::failed(format_args!(
+            "{}: is not finished, so there is nothing to verify",
+            directory.display()
+        )));
     };
     let names: Vec<&str> = done.files.keys().map(String::as_str).collect();
-    let missing = RESULTS.into_iter().chain([CONFIG]).filter(|name| !names.contains(name)).map(|name| format!("{name} is not listed"));
+    let missing = RESULTS
+        .into_iter()
+        .chain([CONFIG])
+        .filter(|name| !names.contains(name))
+        .map(|name| format!("{name} is not listed"));
     let mut problems: Vec<String> = missing.collect();
     for name in names {
         match fs::read(directory.join(name)) {
@@ -94,5 +105,9 @@ pub(crate) fn verify(directory: &Path) -> Result<Done> {
     if problems.is_empty() {
         return Ok(done);
     }
-    Err(Failure::corrupt(format_args!("{}: {}", directory.display(), problems.join("; "))))
+    Err(Failure::corrupt(format_args!(
+        "{}: {}",
+        directory.display(),
+        problems.join("; ")
+    )))
 }

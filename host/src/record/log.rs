@@ -16,6 +16,24 @@ pub(crate) struct Extent {
     blake3: String,
 }
 
+/// The beginning of a log that is still what it was.
+#[derive(Debug)]
+pub(super) struct Prefix {
+    bytes: u64,
+    hasher: blake3::Hasher,
+}
+
+impl Prefix {
+    /// Reads it from a log, if it is still there.
+    pub(super) fn of(path: &Path, extent: &Extent) -> Option<Self> {
+        let bytes = fs::read(path).ok()?;
+        let mut hasher = blake3::Hasher::new();
+        hasher.update(bytes.get(..usize::try_from(extent.bytes).ok()?)?);
+        let is_same = hasher.finalize().to_hex().as_str() == extent.blake3;
+        is_same.then_some(Self { bytes: extent.bytes, hasher })
+    }
+}
+
 /// Writes a log. Lines wait in memory: a crash takes back what follows the last checkpoint anyway.
 #[derive(Debug)]
 pub(super) struct Log {
@@ -36,23 +54,20 @@ impl Log {
     }
 
     fn new(path: PathBuf, written: u64, hasher: blake3::Hasher) -> Self {
-        Self { path, waiting: Vec::new(), written, hasher, flushed: Instant::now() }
+        Self {
+            path,
+            waiting: Vec::new(),
+            written,
+            hasher,
+            flushed: Instant::now(),
+        }
     }
 
-    /// Whether a file still begins with what there was of it; with its hash so far.
-    pub(super) fn matches(path: &Path, extent: &Extent) -> Option<blake3::Hasher> {
-        let bytes = fs::read(path).ok()?;
-        let start = bytes.get(..usize::try_from(extent.bytes).ok()?)?;
-        let mut hasher = blake3::Hasher::new();
-        hasher.update(start);
-        (hasher.finalize().to_hex().as_str() == extent.blake3).then_some(hasher)
-    }
-
-    /// Cuts a log back, and goes on from there; `hasher` is that of [`Log::matches`].
-    pub(super) fn cut_back(path: PathBuf, extent: &Extent, hasher: blake3::Hasher) -> Result<Self> {
-        let cut = OpenOptions::new().write(true).open(&path).and_then(|file| file.set_len(extent.bytes));
+    /// Cuts a log back to its beginning, and goes on from there.
+    pub(super) fn cut_back(path: PathBuf, prefix: Prefix) -> Result<Self> {
+        let cut = OpenOptions::new().write(true).open(&path).and_then(|file| file.set_len(prefix.bytes));
         cut.map_err(|error| Failure::storage(&path, &error))?;
-        Ok(Self::new(path, extent.bytes, hasher))
+        Ok(Self::new(path, prefix.bytes, prefix.hasher))
     }
 
     /// Adds bytes at the end; they are in the file a second later, or when there are many.
@@ -70,7 +85,10 @@ impl Log {
     /// Writes what waits, and waits until all is on the disk. How much there is then.
     pub(super) fn sync(&mut self) -> Result<Extent> {
         self.flush(true)?;
-        Ok(Extent { bytes: self.written, blake3: self.hasher.finalize().to_hex().to_string() })
+        Ok(Extent {
+            bytes: self.written,
+            blake3: self.hasher.finalize().to_hex().to_string(),
+        })
     }
 
     fn flush(&mut self, sync: bool) -> Result {

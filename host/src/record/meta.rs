@@ -93,7 +93,9 @@ impl Meta {
 
 /// The time, UTC, to the second: `2026-11-21T02:00:00Z`.
 pub(crate) fn now() -> String {
-    let since = SystemTime::now().duration_since(SystemTime::UNIX_EPOCH).unwrap_or(Duration::ZERO);
+    let since = SystemTime::now()
+        .duration_since(SystemTime::UNIX_EPOCH)
+        .unwrap_or(Duration::ZERO);
     utc(since.as_secs())
 }
 
@@ -117,7 +119,11 @@ fn utc(seconds: u64) -> String {
         month += 1;
     }
     let (hour, minute) = (second / 3600, second / 60 % 60);
-    format!("{year}-{month:02}-{:02}T{hour:02}:{minute:02}:{:02}Z", day + 1, second % 60)
+    format!(
+        "{year}-{month:02}-{:02}T{hour:02}:{minute:02}:{:02}Z",
+        day + 1,
+        second % 60
+    )
 }
 
 #[cfg(test)]

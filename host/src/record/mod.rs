@@ -26,6 +26,7 @@ mod saved;
 mod trace;
 
 pub(crate) use checkpoint::Checkpoint;
+pub(crate) use disk::write as write_whole;
 pub(crate) use done::{Done, verify};
 pub(crate) use meta::{Meta, Session, Status, now};
 pub(crate) use recorder::{Ended, Recorder, Standing, standing};
@@ -50,7 +51,10 @@ const DONE: &str = "DONE";
 /// The start of a `.npy` file (format 1.0) of little-endian f32, rows first.
 fn npy_header(shape: &[usize]) -> Vec<u8> {
     let lengths: String = shape.iter().map(|length| format!("{length}, ")).collect();
-    let mut text = format!("{{'descr': '<f4', 'fortran_order': False, 'shape': ({}), }}", lengths.trim_end());
+    let mut text = format!(
+        "{{'descr': '<f4', 'fortran_order': False, 'shape': ({}), }}",
+        lengths.trim_end()
+    );
     // The format wants the numbers to start at a multiple of 64 bytes, after a line end.
     let padding = (64 - (MAGIC.len() + 2 + text.len() + 1) % 64) % 64;
     text.extend(std::iter::repeat_n(' ', padding));
@@ -69,7 +73,12 @@ pub(crate) fn npy(shape: &[usize], values: &[f32]) -> Vec<u8> {
 
 /// Little-endian f32 from bytes, as many as are whole.
 fn floats(bytes: &[u8]) -> Vec<f32> {
-    bytes.as_chunks().0.iter().map(|bytes| f32::from_le_bytes(*bytes)).collect()
+    bytes
+        .as_chunks()
+        .0
+        .iter()
+        .map(|bytes| f32::from_le_bytes(*bytes))
+        .collect()
 }
 
 #[cfg(test)]

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use oneiro::batch::Record;
 use oneiro::random::Key;
 
-use super::log::Log;
+use super::log::{Extent, Log, Prefix};
 use super::{
     CONFIG, Checkpoint, Done, FITNESS, GENERATIONS, INDIVIDUALS, Individuals, LEARNING_CURVE, LOCK, Meta, PATH,
     POPULATION, Row, SavedRun, Session, Status, TRACE, champion, disk, now, npy, trace_csv,
@@ -38,7 +38,10 @@ pub(crate) fn standing(directory: &Path, identity: blake3::Hash) -> Result<Stand
             directory.display()
         )))
     };
-    if !directory.try_exists().map_err(|error| Failure::unreadable(directory, &error))? {
+    if !directory
+        .try_exists()
+        .map_err(|error| Failure::unreadable(directory, &error))?
+    {
         return Ok(Standing::New);
     }
     if let Some(done) = Done::read(directory)? {
@@ -99,53 +102,21 @@ impl Recorder {
     pub(crate) fn create(directory: &Path, experiment: &Experiment, seed: u64, session: Session) -> Result<Self> {
         fs::create_dir_all(directory.join(INPUTS)).map_err(|error| Failure::storage(directory, &error))?;
         let lock = lock(directory)?;
-        let identity = experiment.identity(seed);
         // Another process may have been quicker.
-        if !matches!(standing(directory, identity)?, Standing::New) {
-            return Err(Failure::input(format_args!("{}: another process has begun this run", directory.display())));
+        if !matches!(standing(directory, experiment.identity(seed))?, Standing::New) {
+            return Err(Failure::input(format_args!(
+                "{}: another process has begun this run",
+                directory.display()
+            )));
         }
         for input in experiment.inputs() {
             disk::write(&directory.join(&input.name), &input.bytes)?;
         }
         disk::sync_directory(&directory.join(INPUTS))?;
-        let evolution = &experiment.settings().evolution;
-        let mut recorder = Self {
-            directory: directory.to_owned(),
-            _lock: lock,
-            identity,
-            seed,
-            parents: evolution.parents,
-            rows: Log::create(directory.join(GENERATIONS))?,
-            individuals: if experiment.settings().record.individuals {
-                Some(Log::create(directory.join(INDIVIDUALS))?)
-            } else {
-                None
-            },
-            meta: Meta {
-                name: experiment.name().into(),
-                seed,
-                status: Status::Running,
-                generation: 0,
-                generations: evolution.generations,
-                best: None,
-                sessions: vec![session],
-            },
-        };
-        recorder.begin(experiment)?;
-        recorder.meta.write(directory)?;
         // From here on it is a run, and can be resumed.
         disk::write(&directory.join(CONFIG), experiment.resolved_toml(seed).as_bytes())?;
         disk::sync_directory(directory)?;
-        Ok(recorder)
-    }
-
-    /// The heads of the tables.
-    fn begin(&mut self, experiment: &Experiment) -> Result {
-        self.rows.push(Row::HEAD.as_bytes())?;
-        match &mut self.individuals {
-            Some(individuals) => individuals.push(&Individuals::header(experiment)),
-            None => Ok(()),
-        }
+        Self::begin(directory, lock, experiment, seed, session)
     }
 
     /// Goes on with a run from its newest good checkpoint, or from the start when there was none yet. Lines behind the
@@ -154,74 +125,85 @@ impl Recorder {
     /// # Errors
     /// Exit 3 when another process writes there; exit 5 when there are checkpoints and none of them is good; exit 6
     /// when writing fails.
-    pub(crate) fn resume(run: &SavedRun, mut session: Session) -> Result<(Self, Option<Checkpoint>, Vec<String>)> {
-        let directory = run.directory();
-        let experiment = run.experiment();
+    pub(crate) fn resume(run: &SavedRun, session: Session) -> Result<(Self, Option<Checkpoint>, Vec<String>)> {
+        let (directory, experiment, seed) = (run.directory(), run.experiment(), run.seed());
         let lock = lock(directory)?;
-        let identity = experiment.identity(run.seed());
         let mut warnings = Vec::new();
-        let mut from = None;
-        let checkpoints = Checkpoint::list(directory)?;
-        for (_, path) in &checkpoints {
-            match good(path, directory, experiment, identity) {
-                Ok(found) => {
-                    from = Some(found);
-                    break;
+        for (_, path) in Checkpoint::list(directory)? {
+            match Good::load(&path, directory, experiment, seed) {
+                Ok(good) => {
+                    let checkpoint = good.checkpoint.clone();
+                    let recorder = Self::go_on(directory, lock, experiment, seed, session, good)?;
+                    return Ok((recorder, Some(checkpoint), warnings));
                 }
                 Err(problem) => warnings.push(format!("{}: {problem}; it is not used", path.display())),
             }
         }
-        if from.is_none() && !checkpoints.is_empty() {
-            return Err(Failure::corrupt(format_args!("no checkpoint of this run is good: {}", warnings.join("; "))));
+        if warnings.is_empty() {
+            return Ok((Self::begin(directory, lock, experiment, seed, session)?, None, warnings));
         }
+        Err(Failure::corrupt(format_args!("no checkpoint of this run is good: {}", warnings.join("; "))))
+    }
 
+    /// Begins with generation 0.
+    fn begin(directory: &Path, lock: File, experiment: &Experiment, seed: u64, session: Session) -> Result<Self> {
+        let mut rows = Log::create(directory.join(GENERATIONS))?;
+        rows.push(Row::HEAD.as_bytes())?;
+        let mut individuals = None;
+        if experiment.settings().record.individuals {
+            let log = individuals.insert(Log::create(directory.join(INDIVIDUALS))?);
+            log.push(&Individuals::header(experiment))?;
+        }
+        Self::new(directory, lock, experiment, seed, session, rows, individuals)
+    }
+
+    /// Begins with a checkpoint's generation.
+    fn go_on(
+        directory: &Path,
+        lock: File,
+        experiment: &Experiment,
+        seed: u64,
+        mut session: Session,
+        good: Good,
+    ) -> Result<Self> {
+        session.from_generation = good.checkpoint.generation;
+        let rows = Log::cut_back(directory.join(GENERATIONS), good.rows)?;
+        let individuals = good.individuals.map(|prefix| Log::cut_back(directory.join(INDIVIDUALS), prefix));
+        Self::new(directory, lock, experiment, seed, session, rows, individuals.transpose()?)
+    }
+
+    fn new(
+        directory: &Path,
+        lock: File,
+        experiment: &Experiment,
+        seed: u64,
+        session: Session,
+        rows: Log,
+        individuals: Option<Log>,
+    ) -> Result<Self> {
         let evolution = &experiment.settings().evolution;
-        let generation = from.as_ref().map_or(0, |(checkpoint, ..)| checkpoint.generation);
-        session.from_generation = generation;
         let mut meta = Meta::read(directory).unwrap_or_else(|| Meta {
             name: experiment.name().into(),
-            seed: run.seed(),
+            seed,
             status: Status::Running,
-            generation,
+            generation: 0,
             generations: evolution.generations,
             best: None,
             sessions: Vec::new(),
         });
         meta.status = Status::Running;
         meta.sessions.push(session);
-
-        let rows = directory.join(GENERATIONS);
-        let individuals = directory.join(INDIVIDUALS);
-        let is_new = from.is_none();
-        let (checkpoint, rows, individuals) = match from {
-            Some((checkpoint, rows_hash, individuals_hash)) => {
-                let rows = Log::cut_back(rows, &checkpoint.rows, rows_hash)?;
-                let individuals = match (&checkpoint.individuals, individuals_hash) {
-                    (Some(extent), Some(hash)) => Some(Log::cut_back(individuals, extent, hash)?),
-                    _ => None,
-                };
-                (Some(checkpoint), rows, individuals)
-            }
-            None if experiment.settings().record.individuals => {
-                (None, Log::create(rows)?, Some(Log::create(individuals)?))
-            }
-            None => (None, Log::create(rows)?, None),
-        };
-        let mut recorder = Self {
+        meta.write(directory)?;
+        Ok(Self {
             directory: directory.to_owned(),
             _lock: lock,
-            identity,
-            seed: run.seed(),
+            identity: experiment.identity(seed),
+            seed,
             parents: evolution.parents,
             rows,
             individuals,
             meta,
-        };
-        if is_new {
-            recorder.begin(experiment)?;
-        }
-        recorder.meta.write(directory)?;
-        Ok((recorder, checkpoint, warnings))
+        })
     }
 
     /// Where it writes.
@@ -285,7 +267,10 @@ impl Recorder {
         let outputs = [
             champion,
             champion_genes,
-            (POPULATION, npy(&[population.len(), population.genes()], population.values())),
+            (
+                POPULATION,
+                npy(&[population.len(), population.genes()], population.values()),
+            ),
             (FITNESS, npy(&[population.len()], &ended.last.fitness)),
             (TRACE, trace_csv(ended.trace, ended.every).into_bytes()),
             (PATH, self.path_svg(ended).into_bytes()),
@@ -304,21 +289,33 @@ impl Recorder {
 
     fn path_svg(&self, ended: &Ended<'_>) -> String {
         let world = ended.experiment.world().spec();
-        let Champion { generation, individual, .. } = ended.champion;
+        let Champion {
+            generation, individual, ..
+        } = ended.champion;
         let name = ended.experiment.name();
-        let title = format!("{name}, seed {}: individual {individual} of generation {generation}", self.seed);
+        let title = format!(
+            "{name}, seed {}: individual {individual} of generation {generation}",
+            self.seed
+        );
         figures::life(&world.arena, world.robot.body_radius, &title, ended.trace, ended.every)
     }
 
     fn learning_curve_svg(&self, rows: &[Row]) -> String {
-        let series = |label, value: fn(&Row) -> f64| Series { label, values: rows.iter().map(value).collect() };
+        let series = |label, value: fn(&Row) -> f64| Series {
+            label,
+            values: rows.iter().map(value).collect(),
+        };
         let title = format!("{}, seed {}", self.meta.name, self.seed);
         let peak = format!("mean of the best {}", self.parents);
-        figures::learning_curve(&title, "fitness", &[
-            series("best", |row| f64::from(row.best)),
-            series(&peak, |row| row.peak),
-            series("mean", |row| row.mean),
-        ])
+        figures::learning_curve(
+            &title,
+            "fitness",
+            &[
+                series("best", |row| f64::from(row.best)),
+                series(&peak, |row| row.peak),
+                series("mean", |row| row.mean),
+            ],
+        )
     }
 }
 
@@ -337,30 +334,31 @@ fn lock(directory: &Path) -> Result<File> {
     }
 }
 
-/// A checkpoint that can be gone on from, and the hashes of the logs so far.
-fn good(
-    path: &Path,
-    directory: &Path,
-    experiment: &Experiment,
-    identity: blake3::Hash,
-) -> std::result::Result<(Checkpoint, blake3::Hasher, Option<blake3::Hasher>), String> {
-    let checkpoint = Checkpoint::load(path)?;
-    let evolution = &experiment.settings().evolution;
-    if checkpoint.identity != identity
-        || checkpoint.population.genes() != experiment.world().genes()
-        || checkpoint.population.len() != evolution.population as usize
-        || checkpoint.generation >= evolution.generations
-        || checkpoint.individuals.is_some() != experiment.settings().record.individuals
-    {
-        return Err(format!("belongs to another experiment than {CONFIG}"));
+/// A checkpoint that can be gone on from, and what the logs held then.
+struct Good {
+    checkpoint: Checkpoint,
+    rows: Prefix,
+    individuals: Option<Prefix>,
+}
+
+impl Good {
+    /// Reads a checkpoint of a run, or says what is wrong with it.
+    fn load(path: &Path, directory: &Path, experiment: &Experiment, seed: u64) -> std::result::Result<Self, String> {
+        let checkpoint = Checkpoint::load(path)?;
+        let evolution = &experiment.settings().evolution;
+        if checkpoint.identity != experiment.identity(seed)
+            || checkpoint.population.genes() != experiment.world().genes()
+            || checkpoint.population.len() != evolution.population as usize
+            || checkpoint.generation >= evolution.generations
+            || checkpoint.individuals.is_some() != experiment.settings().record.individuals
+        {
+            return Err(format!("belongs to another experiment than {CONFIG}"));
+        }
+        let prefix = |name: &str, extent: &Extent| {
+            Prefix::of(&directory.join(name), extent).ok_or_else(|| format!("{name} is not what it was then"))
+        };
+        let rows = prefix(GENERATIONS, &checkpoint.rows)?;
+        let individuals = checkpoint.individuals.as_ref().map(|extent| prefix(INDIVIDUALS, extent)).transpose()?;
+        Ok(Self { checkpoint, rows, individuals })
     }
-    let changed = |name: &str| format!("{name} is not what it was then");
-    let rows = Log::matches(&directory.join(GENERATIONS), &checkpoint.rows).ok_or_else(|| changed(GENERATIONS))?;
-    let individuals = match &checkpoint.individuals {
-        Some(extent) => Some(
-            Log::matches(&directory.join(INDIVIDUALS), extent).ok_or_else(|| changed(INDIVIDUALS))?,
-        ),
-        None => None,
-    };
-    Ok((checkpoint, rows, individuals))
 }

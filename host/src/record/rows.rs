@@ -32,10 +32,16 @@ impl Row {
     pub(super) fn new(generation: &Generation, parents: u32) -> Self {
         let score = |&individual: &u32| generation.fitness[individual as usize];
         // NaN ranks last.
-        let numbers = generation.ranking.partition_point(|individual| !score(individual).is_nan());
+        let numbers = generation
+            .ranking
+            .partition_point(|individual| !score(individual).is_nan());
         let ranking = &generation.ranking[..numbers];
         let mean = |ranking: &[u32]| {
-            ranking.iter().map(|individual| f64::from(score(individual))).sum::<f64>() / ranking.len() as f64
+            ranking
+                .iter()
+                .map(|individual| f64::from(score(individual)))
+                .sum::<f64>()
+                / ranking.len() as f64
         };
         let all = mean(ranking);
         let squares: f64 = ranking
@@ -49,7 +55,11 @@ impl Row {
             peak: mean(&ranking[..numbers.min(parents as usize)]),
             mean: all,
             least: ranking.last().map_or(f32::NAN, score),
-            deviation: if numbers == 1 { 0.0 } else { (squares / (numbers as f64 - 1.0)).sqrt() },
+            deviation: if numbers == 1 {
+                0.0
+            } else {
+                (squares / (numbers as f64 - 1.0)).sqrt()
+            },
             individual: generation.ranking.first().copied().unwrap_or_default(),
             nan: (generation.ranking.len() - numbers) as u32,
         }
@@ -57,7 +67,16 @@ impl Row {
 
     /// As a line of the table.
     pub(super) fn line(&self) -> String {
-        let Self { generation, best, peak, mean, least, deviation, individual, nan } = self;
+        let Self {
+            generation,
+            best,
+            peak,
+            mean,
+            least,
+            deviation,
+            individual,
+            nan,
+        } = self;
         let bits = best.to_bits();
         format!("{generation},{best},{peak:.6},{mean:.6},{least},{deviation:.6},{individual},{nan},{bits:08x}\n")
     }
@@ -108,7 +127,10 @@ mod tests {
     #[test]
     fn a_row_sums_up_its_generation() {
         let row = Row::new(&generation(&[1.0, 4.0, 2.0, 5.0], &[3, 1, 2, 0]), 2);
-        assert_eq!((row.generation, row.best, row.least, row.individual, row.nan), (7, 5.0, 1.0, 3, 0));
+        assert_eq!(
+            (row.generation, row.best, row.least, row.individual, row.nan),
+            (7, 5.0, 1.0, 3, 0)
+        );
         assert_eq!((row.peak, row.mean), (4.5, 3.0));
         assert!((row.deviation - (10.0_f64 / 3.0).sqrt()).abs() < 1e-12);
         assert_eq!(row.line(), "7,5,4.500000,3.000000,1,1.825742,3,0,40a00000\n");
@@ -117,7 +139,10 @@ mod tests {
     #[test]
     fn nan_is_counted_and_left_out() {
         let row = Row::new(&generation(&[f32::NAN, 4.0, 2.0], &[1, 2, 0]), 3);
-        assert_eq!((row.best, row.least, row.peak, row.mean, row.nan), (4.0, 2.0, 3.0, 3.0, 1));
+        assert_eq!(
+            (row.best, row.least, row.peak, row.mean, row.nan),
+            (4.0, 2.0, 3.0, 3.0, 1)
+        );
         let none = Row::new(&generation(&[f32::NAN; 2], &[0, 1]), 1);
         assert!(none.best.is_nan() && none.mean.is_nan() && none.peak.is_nan() && none.least.is_nan());
         assert_eq!(none.nan, 2);
@@ -125,13 +150,18 @@ mod tests {
 
     #[test]
     fn a_table_reads_as_it_was_written() {
-        let rows: Vec<Row> =
-            [[0.1, -3.5], [1e-9, 0.0]].map(|fitness| Row::new(&generation(&fitness, &[0, 1]), 1)).to_vec();
+        let rows: Vec<Row> = [[0.1, -3.5], [1e-9, 0.0]]
+            .map(|fitness| Row::new(&generation(&fitness, &[0, 1]), 1))
+            .to_vec();
         let again = Row::parse(&(Row::HEAD.to_owned() + &rows[0].line() + &rows[1].line())).unwrap();
         assert_eq!(again[0].best, 0.1);
         assert_eq!(again[1].best, 1e-9);
         assert_eq!(again.len(), 2);
         assert!(Row::parse("").unwrap_err().contains("line 1"));
-        assert!(Row::parse(&format!("{}1,2\n", Row::HEAD)).unwrap_err().contains("line 2"));
+        assert!(
+            Row::parse(&format!("{}1,2\n", Row::HEAD))
+                .unwrap_err()
+                .contains("line 2")
+        );
     }
 }

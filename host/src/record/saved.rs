@@ -49,9 +49,16 @@ impl SavedRun {
         let config = directory.join(CONFIG);
         let experiment = Experiment::read(&config, &[])?;
         let Some(seed) = experiment.settings().seed else {
-            return Err(Failure::input(format_args!("{}: there is no key seed; a run's has one", config.display())));
+            return Err(Failure::input(format_args!(
+                "{}: there is no key seed; a run's has one",
+                config.display()
+            )));
         };
-        Ok(Self { directory: directory.to_owned(), experiment, seed })
+        Ok(Self {
+            directory: directory.to_owned(),
+            experiment,
+            seed,
+        })
     }
 
     /// Where it is.
@@ -121,7 +128,10 @@ impl SavedRun {
         let bytes = disk::read(&path)?;
         let header = Individuals::header(&self.experiment);
         let Some(values) = bytes.strip_prefix(&header[..]) else {
-            return Err(Failure::corrupt(format_args!("{}: does not begin as this run's should", path.display())));
+            return Err(Failure::corrupt(format_args!(
+                "{}: does not begin as this run's should",
+                path.display()
+            )));
         };
         Ok(Individuals {
             genes: self.experiment.world().genes(),

@@ -54,7 +54,11 @@ mod tests {
 
     #[test]
     fn a_line_a_record() {
-        let record = Record { x: 1.5, fitness: 0.1, ..Record::default() };
+        let record = Record {
+            x: 1.5,
+            fitness: 0.1,
+            ..Record::default()
+        };
         let text = trace_csv(&[Record::default(), record], 5);
         let lines: Vec<&str> = text.lines().collect();
         assert!(lines[0].starts_with("cycle,x_mm,") && lines[0].ends_with(",reward,fitness"));

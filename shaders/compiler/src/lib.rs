@@ -5,7 +5,9 @@
 
 mod exact;
 mod front;
+pub mod generate;
 pub mod instances;
+pub mod interpret;
 mod layout;
 mod lower;
 mod print;
@@ -34,69 +36,111 @@ pub struct Compiled {
     pub lanes: String,
 }
 
+/// A kernel's program before and after it is tidied, for tests that run both.
+#[derive(Clone, Debug)]
+pub struct Trees {
+    /// As lowered.
+    pub raw: tree::Program,
+    /// As printed.
+    pub tidied: tree::Program,
+    /// What is uniform in the tidied program.
+    pub shapes: uniform::Shapes,
+    /// Words an element of each buffer.
+    pub strides: Vec<u32>,
+}
+
 /// Compiles a kernel.
 ///
 /// # Errors
 /// Everything that was refused, each with its place.
 pub fn compile(name: &str, parts: &[Part]) -> Result<Compiled, Refusals> {
-    let source = Source::new(parts);
-    exact::check_source(&source)?;
-    let (module, info) = front::parse(&source)?;
-    exact::check_module(&source, &module, &info)?;
-    let refuse = |message: String| {
-        vec![Refusal {
-            place: source.place(source.text.len()),
-            function: None,
-            message,
-        }]
-    };
-    let [entry] = module.entry_points.as_slice() else {
-        return Err(refuse(format!(
-            "a kernel has one entry point, this has {}",
-            module.entry_points.len()
-        )));
-    };
-    if entry.name != "main" || entry.workgroup_size[1..] != [1, 1] {
-        return Err(refuse(
-            "the entry point must be `main` with a one-dimensional workgroup".into(),
-        ));
-    }
-    let workgroup_size = entry.workgroup_size[0];
-    let program = program(&source, &module, &info)?;
-    let shapes = uniform::analyse(&program, &|span| source.place_of(span))?;
-    let bound = layout::bindings(&module).map_err(refuse)?;
-    let bindings = bound
-        .iter()
-        .map(|b| {
-            format!(
-                "Binding {{ binding: {}, name: \"{}\", kind: BindingKind::{}, stride: {} }},\n",
-                b.binding, b.name, b.kind, b.stride
-            )
-        })
-        .collect();
+    let checked = Checked::new(parts)?;
+    let Trees {
+        tidied,
+        shapes,
+        strides,
+        ..
+    } = checked.trees()?;
+    let Checked { source, module, info } = &checked;
+    let refuse = |message: String| refused(source, message);
+    let bindings = layout::bindings(module).map_err(refuse)?;
     Ok(Compiled {
         wgsl: source.text.clone(),
-        spirv: spirv::write(&module, &info).map_err(refuse)?,
-        structs: layout::structs(&module).map_err(refuse)?,
-        bindings,
-        workgroup_size,
-        lanes: print::print(
-            &program,
-            &shapes,
-            name,
-            &bound.iter().map(|b| b.stride / 4).collect::<Vec<_>>(),
-        ),
+        spirv: spirv::write(module, info).map_err(refuse)?,
+        structs: layout::structs(module).map_err(refuse)?,
+        bindings: bindings
+            .iter()
+            .map(|b| {
+                format!(
+                    "Binding {{ binding: {}, name: \"{}\", kind: BindingKind::{}, stride: {} }},\n",
+                    b.binding, b.name, b.kind, b.stride
+                )
+            })
+            .collect(),
+        workgroup_size: module.entry_points[0].workgroup_size[0],
+        lanes: print::print(&tidied, &shapes, name, &strides),
     })
 }
 
-/// Lowers and tidies.
-fn program(source: &Source, module: &naga::Module, info: &naga::valid::ModuleInfo) -> Result<tree::Program, Refusals> {
-    let mut program = lower::lower(source, module, info)?;
-    tidy::carry_values_out(&mut program);
-    tidy::remove_unused(&mut program);
-    tidy::sink_declarations(&mut program);
-    let shapes = uniform::analyse(&program, &|span| source.place_of(span))?;
-    tidy::select_short_branches(&mut program, &shapes);
-    tidy::remove_unused(&mut program);
-    Ok(program)
+/// A kernel's program.
+///
+/// # Errors
+/// As [`compile`].
+pub fn trees(parts: &[Part]) -> Result<Trees, Refusals> {
+    Checked::new(parts)?.trees()
+}
+
+/// A kernel that has been parsed and found exact.
+struct Checked {
+    source: Source,
+    module: naga::Module,
+    info: naga::valid::ModuleInfo,
+}
+
+impl Checked {
+    fn new(parts: &[Part]) -> Result<Self, Refusals> {
+        let source = Source::new(parts);
+        exact::check_source(&source)?;
+        let (module, info) = front::parse(&source)?;
+        exact::check_module(&source, &module, &info)?;
+        let [entry] = module.entry_points.as_slice() else {
+            let count = module.entry_points.len();
+            return Err(refused(&source, format!("a kernel has one entry point, this has {count}")));
+        };
+        if entry.name != "main" || entry.workgroup_size[1..] != [1, 1] {
+            let message = "the entry point must be `main` with a one-dimensional workgroup";
+            return Err(refused(&source, message.into()));
+        }
+        Ok(Self { source, module, info })
+    }
+
+    /// Lowers and tidies.
+    fn trees(&self) -> Result<Trees, Refusals> {
+        let Self { source, module, info } = self;
+        let place = |span| source.place_of(span);
+        let raw = lower::lower(source, module, info)?;
+        let mut tidied = raw.clone();
+        tidy::carry_values_out(&mut tidied);
+        tidy::remove_unused(&mut tidied);
+        tidy::sink_declarations(&mut tidied);
+        let shapes = uniform::analyse(&tidied, &place)?;
+        tidy::select_short_branches(&mut tidied, &shapes);
+        tidy::remove_unused(&mut tidied);
+        let bound = layout::bindings(module).map_err(|message| refused(source, message))?;
+        Ok(Trees {
+            shapes: uniform::analyse(&tidied, &place)?,
+            raw,
+            tidied,
+            strides: bound.iter().map(|b| b.stride / 4).collect(),
+        })
+    }
+}
+
+/// A refusal of the whole kernel.
+fn refused(source: &Source, message: String) -> Refusals {
+    vec![Refusal {
+        place: source.place(source.text.len()),
+        function: None,
+        message,
+    }]
 }

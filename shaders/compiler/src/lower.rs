@@ -816,6 +816,16 @@ impl<'a> Lowering<'a> {
         index: u32,
         span: Span,
     ) -> Lower<Lowered> {
+        let lowered = self.lowered(call, base)?;
+        if let Lowered::Place(Place::Buffer { buffer, stride }) = lowered {
+            let element = self.constant(index, Ty::U32);
+            return Ok(Lowered::Place(Place::InBuffer(Address {
+                buffer,
+                element: Some(element),
+                stride,
+                offset: 0,
+            })));
+        }
         // Which of the base's scalars, and how many of them, the component is.
         let inner = self.pointee(call, base);
         let (first, count, word) = match &inner {
@@ -831,7 +841,7 @@ impl<'a> Lowering<'a> {
             }
             _ => return self.refuse(span, call, "this has no components"),
         };
-        Ok(match self.lowered(call, base)? {
+        Ok(match lowered {
             Lowered::Scalars(scalars) => Lowered::Scalars(scalars[first..first + count].to_vec()),
             Lowered::Place(Place::Variables(variables)) => {
                 Lowered::Place(Place::Variables(variables[first..first + count].to_vec()))
@@ -847,15 +857,7 @@ impl<'a> Lowering<'a> {
                 offset: address.offset + word,
                 ..address
             })),
-            Lowered::Place(Place::Buffer { buffer, stride }) => {
-                let element = self.constant(index, Ty::U32);
-                Lowered::Place(Place::InBuffer(Address {
-                    buffer,
-                    element: Some(element),
-                    stride,
-                    offset: 0,
-                }))
-            }
+            Lowered::Place(Place::Buffer { .. }) => return self.refuse(span, call, "this has no components"),
         })
     }
 

@@ -4,6 +4,9 @@
 fn toward(shape: u32, at: vec2<f32>) -> vec2<f32> {
     let from_x = at.x - shapes[shape].x;
     let from_y = at.y - shapes[shape].y;
+    if (shapes[shape].round != 0u) {
+        return vec2<f32>(-from_x, -from_y);
+    }
     let along = clamp(from_x * shapes[shape].scaled_x + from_y * shapes[shape].scaled_y, 0.0f, 1.0f);
     return vec2<f32>(along * shapes[shape].length_x - from_x, along * shapes[shape].length_y - from_y);
 }

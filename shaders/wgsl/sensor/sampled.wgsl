@@ -11,10 +11,11 @@ struct Readings {
 // direction `to` (mm, from the robot's centre to the object's axis), and touches the robot at `contact` mm.
 fn sampled(world: u32, heading: f32, to: vec2<f32>, contact: f32, table: u32) -> vec4<u32> {
     let squared = squared_length(to);
-    let gap = squared * reciprocal_root(max(squared, 0x1p-60f)) - contact;
+    let inverse = reciprocal_root(max(squared, 0x1p-60f));
+    let gap = squared * inverse - contact;
     let row = u32(max((gap - worlds[world].nearest) * worlds[world].rows_per_mm, 0.0f));
     // Recordings count bearings clockwise, headings count the other way.
-    let clockwise = heading - direction(to);
+    let clockwise = heading - direction_by(to, inverse);
     let share = clockwise - floor(clockwise);
     let bearing = min(u32(share * worlds[world].bearings_per_turn), worlds[world].bearings - 1u);
     var cell = vec4<u32>(0u);

@@ -1,0 +1,655 @@
+//! What a program of the tree does, found by running it: one invocation at a time with plain jumps, which is
+//! its meaning, and many lanes at once under masks, as the printed lane code does it. For tests: both must
+//! leave the same bits in the buffers.
+
+use crate::tree::{Address, Array, Binary, Block, Label, Op, Program, Statement, Ty, Unary, Value, Variable};
+use crate::uniform::{Region, Shape, Shapes, depth_of};
+
+/// The buffers of a dispatch.
+#[derive(Debug)]
+pub struct Memory<'a> {
+    /// Words, by binding number; none is empty.
+    pub buffers: &'a mut [Vec<u32>],
+    /// Words an element of each.
+    pub strides: &'a [u32],
+}
+
+/// Why a program was not run to its end.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum Trap {
+    /// More statements than any test's program takes.
+    #[error("it runs too long")]
+    Endless,
+    /// A value or variable that nothing has set.
+    #[error("{0} is used before it is set")]
+    Unset(String),
+    /// Something that the exactness rules leave undefined.
+    #[error("{0}: kernels hold no NaN, infinity, subnormal, or number out of range")]
+    Inexact(String),
+}
+
+/// A mistake to make, for tests of the tests.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Fault {
+    /// Nothing is thought to diverge: every exit is a jump and no write is masked.
+    NothingDiverges,
+    /// Varying variables are written in all lanes.
+    WritesUnmasked,
+    /// Buffers are written by idle lanes too.
+    StoresUnmasked,
+    /// An exit leaves only the innermost mask.
+    ExitsStayInOuterMasks,
+    /// An exit leaves only the mask of its label's block.
+    ExitsStayInInnerMasks,
+    /// A variable outside a block that some lanes have left is written as if none had.
+    LeftBlocksForgotten,
+}
+
+/// The most statements a run may take.
+const PATIENCE: u64 = 2_000_000;
+
+impl Memory<'_> {
+    /// Where a word lies, its element clamped into the buffer.
+    fn at(&self, address: &Address, element: u32) -> usize {
+        let elements = self.buffers[address.buffer as usize].len() as u32 / self.strides[address.buffer as usize];
+        let first = address.element.map_or(0, |_| element.min(elements - 1) * address.stride);
+        (first + address.offset) as usize
+    }
+
+    fn load(&self, address: &Address, element: u32, word: usize) -> u32 {
+        self.buffers[address.buffer as usize][self.at(address, element) + word]
+    }
+
+    fn store(&mut self, address: &Address, element: u32, value: u32) {
+        let at = self.at(address, element);
+        self.buffers[address.buffer as usize][at] = value;
+    }
+}
+
+/// Runs one invocation.
+///
+/// # Errors
+/// A program that does not end or uses what is not set; if `strict`, one that breaks the exactness rules.
+pub fn run_invocation(
+    program: &Program,
+    memory: &mut Memory<'_>,
+    workgroup: u32,
+    lane: u32,
+    strict: bool,
+) -> Result<(), Trap> {
+    let mut invocation = Invocation {
+        program,
+        memory,
+        workgroup,
+        lane,
+        strict,
+        values: vec![None; program.values.len()],
+        variables: vec![None; program.variables.len()],
+        arrays: vec![Vec::new(); program.arrays.len()],
+        patience: PATIENCE,
+    };
+    invocation.block(&program.body).map(|_| ())
+}
+
+struct Invocation<'a, 'm> {
+    program: &'a Program,
+    memory: &'a mut Memory<'m>,
+    workgroup: u32,
+    lane: u32,
+    strict: bool,
+    values: Vec<Option<u32>>,
+    variables: Vec<Option<u32>>,
+    arrays: Vec<Vec<u32>>,
+    patience: u64,
+}
+
+impl Invocation<'_, '_> {
+    fn get(&self, value: Value) -> Result<u32, Trap> {
+        match self.program.op(value) {
+            Op::Constant(bits) => Ok(bits),
+            _ => self.values[value.0 as usize].ok_or_else(|| unset_value(self.program, value)),
+        }
+    }
+
+    fn element(&self, array: Array, index: Value) -> Result<usize, Trap> {
+        let length = self.arrays[array.0 as usize].len();
+        if length == 0 {
+            return Err(Trap::Unset(self.program.arrays[array.0 as usize].name.clone()));
+        }
+        Ok((self.get(index)? as usize).min(length - 1))
+    }
+
+    fn computed(&self, value: Value) -> Result<u32, Trap> {
+        let op = self.program.op(value);
+        match op {
+            Op::Lane => Ok(self.lane),
+            Op::Workgroup => Ok(self.workgroup),
+            Op::Read(variable) => {
+                self.variables[variable.0 as usize].ok_or_else(|| unset_variable(self.program, variable))
+            }
+            Op::ReadElement(array, index) => Ok(self.arrays[array.0 as usize][self.element(array, index)?]),
+            _ => {
+                let mut operands = [0; 3];
+                for (slot, operand) in operands.iter_mut().zip(op.operands()) {
+                    *slot = self.get(operand)?;
+                }
+                if self.strict {
+                    check(self.program, value, operands)?;
+                }
+                Ok(apply(self.program, value, operands))
+            }
+        }
+    }
+
+    /// Runs a block; the label that is being left, if one is.
+    fn block(&mut self, block: &Block) -> Result<Option<Label>, Trap> {
+        for statement in block {
+            if let Some(label) = self.statement(statement)? {
+                return Ok(Some(label));
+            }
+        }
+        Ok(None)
+    }
+
+    fn statement(&mut self, statement: &Statement) -> Result<Option<Label>, Trap> {
+        self.patience = self.patience.checked_sub(1).ok_or(Trap::Endless)?;
+        match statement {
+            Statement::Let(value) => self.values[value.0 as usize] = Some(self.computed(*value)?),
+            Statement::Load { targets, address } => {
+                let element = address.element.map_or(Ok(0), |element| self.get(element))?;
+                for (word, target) in targets.iter().enumerate() {
+                    self.values[target.0 as usize] = Some(self.memory.load(address, element, word));
+                }
+            }
+            Statement::Declare(variable) => {
+                self.variables[variable.0 as usize] = Some(self.program.variables[variable.0 as usize].init);
+            }
+            Statement::DeclareArray(array) => {
+                self.arrays[array.0 as usize].clone_from(&self.program.arrays[array.0 as usize].init);
+            }
+            Statement::Write(variable, value) => {
+                let value = self.get(*value)?;
+                let slot = &mut self.variables[variable.0 as usize];
+                if slot.replace(value).is_none() {
+                    return Err(unset_variable(self.program, *variable));
+                }
+            }
+            Statement::WriteElement {
+                array, index, value, ..
+            } => {
+                let at = self.element(*array, *index)?;
+                self.arrays[array.0 as usize][at] = self.get(*value)?;
+            }
+            Statement::Store { address, value, .. } => {
+                let element = address.element.map_or(Ok(0), |element| self.get(element))?;
+                let value = self.get(*value)?;
+                self.memory.store(address, element, value);
+            }
+            Statement::If {
+                condition,
+                accept,
+                reject,
+            } => {
+                let branch = if self.get(*condition)? != 0 { accept } else { reject };
+                return self.block(branch);
+            }
+            Statement::Loop { label, body } => loop {
+                self.patience = self.patience.checked_sub(1).ok_or(Trap::Endless)?;
+                match self.block(body)? {
+                    None => {}
+                    Some(left) if left == *label => break,
+                    outer => return Ok(outer),
+                }
+            },
+            Statement::Labeled { label, body, .. } => {
+                return Ok(self.block(body)?.filter(|left| left != label));
+            }
+            Statement::Exit(label) => return Ok(Some(*label)),
+        }
+        Ok(None)
+    }
+}
+
+/// Runs `N` lanes of a workgroup, from `first_lane` on, under masks; `fault` makes a mistake.
+///
+/// # Errors
+/// A program that does not end or uses what is not set.
+pub fn run_lanes<const N: usize>(
+    program: &Program,
+    shapes: &Shapes,
+    memory: &mut Memory<'_>,
+    workgroup: u32,
+    first_lane: u32,
+    fault: Option<Fault>,
+) -> Result<(), Trap> {
+    let mut group = Group::<N> {
+        program,
+        shapes,
+        memory,
+        workgroup,
+        first_lane,
+        fault,
+        values: vec![None; program.values.len()],
+        variables: vec![None; program.variables.len()],
+        arrays: vec![Vec::new(); program.arrays.len()],
+        homes: vec![0; program.variables.len()],
+        array_homes: vec![0; program.arrays.len()],
+        regions: Vec::new(),
+        masks: Vec::new(),
+        patience: PATIENCE,
+    };
+    group.block(&program.body).map(|_| ())
+}
+
+/// The lanes that are active in a region, and how many regions enclose that one.
+struct Mask<const N: usize> {
+    lanes: [bool; N],
+    depth: usize,
+}
+
+struct Group<'a, 'm, const N: usize> {
+    program: &'a Program,
+    shapes: &'a Shapes,
+    memory: &'a mut Memory<'m>,
+    workgroup: u32,
+    first_lane: u32,
+    fault: Option<Fault>,
+    /// What is uniform has the same bits in every lane.
+    values: Vec<Option<[u32; N]>>,
+    variables: Vec<Option<[u32; N]>>,
+    arrays: Vec<Vec<[u32; N]>>,
+    homes: Vec<usize>,
+    array_homes: Vec<usize>,
+    regions: Vec<Region>,
+    masks: Vec<Mask<N>>,
+    patience: u64,
+}
+
+impl<const N: usize> Group<'_, '_, N> {
+    fn get(&self, value: Value) -> Result<[u32; N], Trap> {
+        match self.program.op(value) {
+            Op::Constant(bits) => Ok([bits; N]),
+            _ => self.values[value.0 as usize].ok_or_else(|| unset_value(self.program, value)),
+        }
+    }
+
+    /// A uniform value.
+    fn scalar(&self, value: Value) -> Result<u32, Trap> {
+        Ok(self.get(value)?[0])
+    }
+
+    fn element(&self, array: Array, index: Value) -> Result<usize, Trap> {
+        let length = self.arrays[array.0 as usize].len();
+        if length == 0 {
+            return Err(Trap::Unset(self.program.arrays[array.0 as usize].name.clone()));
+        }
+        Ok((self.scalar(index)? as usize).min(length - 1))
+    }
+
+    fn active(&self) -> [bool; N] {
+        self.masks.last().map_or([true; N], |mask| mask.lanes)
+    }
+
+    /// Whether some lanes may be idle here that were active where something was declared.
+    fn diverges(&self, home: usize) -> bool {
+        match self.fault {
+            Some(Fault::NothingDiverges | Fault::WritesUnmasked) => false,
+            Some(Fault::LeftBlocksForgotten) => self.regions[home..]
+                .iter()
+                .any(|region| matches!(region, Region::Branch(true))),
+            _ => self.shapes.diverges(&self.regions[home..]),
+        }
+    }
+
+    fn computed(&self, value: Value) -> Result<[u32; N], Trap> {
+        let op = self.program.op(value);
+        let mut lanes = match op {
+            Op::Lane => std::array::from_fn(|k| self.first_lane + k as u32),
+            Op::Workgroup => [self.workgroup; N],
+            Op::Read(variable) => {
+                self.variables[variable.0 as usize].ok_or_else(|| unset_variable(self.program, variable))?
+            }
+            Op::ReadElement(array, index) => self.arrays[array.0 as usize][self.element(array, index)?],
+            _ => {
+                let mut operands = [[0; N]; 3];
+                for (slot, operand) in operands.iter_mut().zip(op.operands()) {
+                    *slot = self.get(operand)?;
+                }
+                std::array::from_fn(|k| apply(self.program, value, operands.map(|lanes| lanes[k])))
+            }
+        };
+        let first = lanes[0];
+        match self.shapes.shape(value) {
+            Shape::Uniform => lanes.fill(first),
+            Shape::Linear => lanes = std::array::from_fn(|k| first.wrapping_add(k as u32)),
+            Shape::Varying => {}
+        }
+        Ok(lanes)
+    }
+
+    /// What a variable holds after a write.
+    fn written(&self, varies: bool, home: usize, value: Value, old: [u32; N]) -> Result<[u32; N], Trap> {
+        let new = self.get(value)?;
+        if !varies {
+            return Ok([new[0]; N]);
+        }
+        if !self.diverges(home) {
+            return Ok(new);
+        }
+        let active = self.active();
+        Ok(std::array::from_fn(|k| if active[k] { new[k] } else { old[k] }))
+    }
+
+    fn block(&mut self, block: &Block) -> Result<Option<Label>, Trap> {
+        for statement in block {
+            if let Some(label) = self.statement(statement)? {
+                return Ok(Some(label));
+            }
+        }
+        Ok(None)
+    }
+
+    fn statement(&mut self, statement: &Statement) -> Result<Option<Label>, Trap> {
+        self.patience = self.patience.checked_sub(1).ok_or(Trap::Endless)?;
+        match statement {
+            Statement::Let(value) => self.values[value.0 as usize] = Some(self.computed(*value)?),
+            Statement::Load { targets, address } => self.load(targets, address)?,
+            Statement::Declare(variable) => {
+                self.homes[variable.0 as usize] = self.regions.len();
+                self.variables[variable.0 as usize] = Some([self.program.variables[variable.0 as usize].init; N]);
+            }
+            Statement::DeclareArray(array) => {
+                self.array_homes[array.0 as usize] = self.regions.len();
+                let init = &self.program.arrays[array.0 as usize].init;
+                self.arrays[array.0 as usize] = init.iter().map(|bits| [*bits; N]).collect();
+            }
+            Statement::Write(variable, value) => {
+                let at = variable.0 as usize;
+                let old = self.variables[at].ok_or_else(|| unset_variable(self.program, *variable))?;
+                let varies = self.shapes.variable_varies(*variable);
+                self.variables[at] = Some(self.written(varies, self.homes[at], *value, old)?);
+            }
+            Statement::WriteElement {
+                array, index, value, ..
+            } => {
+                let (at, element) = (array.0 as usize, self.element(*array, *index)?);
+                let old = self.arrays[at][element];
+                let varies = self.shapes.array_varies(*array);
+                self.arrays[at][element] = self.written(varies, self.array_homes[at], *value, old)?;
+            }
+            Statement::Store { address, value, .. } => self.store(address, *value)?,
+            Statement::If {
+                condition,
+                accept,
+                reject,
+            } => return self.branch(*condition, accept, reject),
+            Statement::Loop { label, body } => {
+                let masked = self.shapes.loop_is_left_by_some(*label);
+                return self.enter(*label, masked, |group| {
+                    let mask = group.masks.len().wrapping_sub(1);
+                    while !masked || group.masks[mask].lanes.contains(&true) {
+                        group.patience = group.patience.checked_sub(1).ok_or(Trap::Endless)?;
+                        if let Some(left) = group.block(body)? {
+                            return Ok(Some(left));
+                        }
+                    }
+                    Ok(None)
+                });
+            }
+            Statement::Labeled { label, body, .. } => {
+                let masked = self.shapes.is_left_by_some(*label);
+                return self.enter(*label, masked, |group| group.block(body));
+            }
+            Statement::Exit(label) => return Ok(self.exit(*label)),
+        }
+        Ok(None)
+    }
+
+    /// Runs what a label's block holds, under a mask of its own or not.
+    fn enter(
+        &mut self,
+        label: Label,
+        masked: bool,
+        run: impl FnOnce(&mut Self) -> Result<Option<Label>, Trap>,
+    ) -> Result<Option<Label>, Trap> {
+        let lanes = self.active();
+        let depth = self.regions.len();
+        self.regions.push(Region::Label(label));
+        if masked {
+            self.masks.push(Mask { lanes, depth });
+        }
+        let left = run(self)?;
+        if masked {
+            self.masks.pop();
+        }
+        self.regions.pop();
+        Ok(left.filter(|left| *left != label))
+    }
+
+    fn branch(&mut self, condition: Value, accept: &Block, reject: &Block) -> Result<Option<Label>, Trap> {
+        let test = self.get(condition)?;
+        let depth = self.regions.len();
+        if self.shapes.is_uniform(condition) {
+            self.regions.push(Region::Branch(false));
+            let left = self.block(if test[0] != 0 { accept } else { reject })?;
+            self.regions.truncate(depth);
+            return Ok(left);
+        }
+        self.regions.push(Region::Branch(true));
+        for (block, chosen) in [(accept, true), (reject, false)] {
+            let active = self.active();
+            let lanes: [bool; N] = std::array::from_fn(|k| active[k] && (test[k] != 0) == chosen);
+            if !lanes.contains(&true) {
+                continue;
+            }
+            self.masks.push(Mask { lanes, depth });
+            let left = self.block(block)?;
+            self.masks.pop();
+            if left.is_some() {
+                self.regions.truncate(depth);
+                return Ok(left);
+            }
+        }
+        self.regions.truncate(depth);
+        Ok(None)
+    }
+
+    fn exit(&mut self, label: Label) -> Option<Label> {
+        if self.fault == Some(Fault::NothingDiverges) || !self.shapes.exit_diverges(&self.regions, label) {
+            return Some(label);
+        }
+        let gone = self.active();
+        let depth = depth_of(&self.regions, label);
+        let innermost = self.masks.len() - 1;
+        for (at, mask) in self.masks.iter_mut().enumerate() {
+            let stays = match self.fault {
+                Some(Fault::ExitsStayInOuterMasks) => at != innermost,
+                Some(Fault::ExitsStayInInnerMasks) => mask.depth > depth,
+                _ => false,
+            };
+            if mask.depth >= depth && !stays {
+                for (lane, gone) in mask.lanes.iter_mut().zip(gone) {
+                    *lane &= !gone;
+                }
+            }
+        }
+        None
+    }
+
+    fn load(&mut self, targets: &[Value], address: &Address) -> Result<(), Trap> {
+        let elements = address.element.map_or(Ok([0; N]), |element| self.get(element))?;
+        for (word, target) in targets.iter().enumerate() {
+            let mut lanes = elements.map(|element| self.memory.load(address, element, word));
+            if self.shapes.is_uniform(*target) {
+                lanes = [lanes[0]; N];
+            }
+            self.values[target.0 as usize] = Some(lanes);
+        }
+        Ok(())
+    }
+
+    fn store(&mut self, address: &Address, value: Value) -> Result<(), Trap> {
+        let elements = address.element.map_or(Ok([0; N]), |element| self.get(element))?;
+        let value = self.get(value)?;
+        let mut active = self.active();
+        if self.fault == Some(Fault::StoresUnmasked) {
+            active = [true; N];
+        }
+        if address.element.is_none_or(|element| self.shapes.is_uniform(element)) {
+            if active.contains(&true) {
+                self.memory.store(address, elements[0], value[0]);
+            }
+            return Ok(());
+        }
+        for k in 0..N {
+            if active[k] {
+                self.memory.store(address, elements[k], value[k]);
+            }
+        }
+        Ok(())
+    }
+}
+
+fn unset_value(program: &Program, value: Value) -> Trap {
+    let name = program.values[value.0 as usize].name.as_deref().unwrap_or("value");
+    Trap::Unset(format!("{name} ({})", value.0))
+}
+
+fn unset_variable(program: &Program, variable: Variable) -> Trap {
+    Trap::Unset(program.variables[variable.0 as usize].name.clone())
+}
+
+/// The bits that an operation makes of its operands' bits.
+fn apply(program: &Program, value: Value, [a, b, c]: [u32; 3]) -> u32 {
+    let ty = program.ty(value);
+    match program.op(value) {
+        Op::Unary(op, _) => unary(op, ty, a),
+        Op::Binary(op, left, _) => match program.ty(left) {
+            Ty::F32 => float(op, f32::from_bits(a), f32::from_bits(b)),
+            Ty::I32 => signed(op, a as i32, b as i32),
+            Ty::U32 | Ty::Bool => unsigned(op, a, b),
+        },
+        Op::Select { .. } => {
+            if a != 0 {
+                b
+            } else {
+                c
+            }
+        }
+        Op::Convert(from) => convert(program.ty(from), ty, a),
+        Op::Bitcast(_) => a,
+        Op::Constant(_) | Op::Lane | Op::Workgroup | Op::Read(_) | Op::ReadElement(..) | Op::Loaded => {
+            unreachable!("it has no operands")
+        }
+    }
+}
+
+fn unary(op: Unary, ty: Ty, a: u32) -> u32 {
+    let x = f32::from_bits(a);
+    match (op, ty) {
+        (Unary::Negate, Ty::F32) => (-x).to_bits(),
+        (Unary::Negate, _) => a.wrapping_neg(),
+        (Unary::Not, Ty::Bool) => u32::from(a == 0),
+        (Unary::Not, _) => !a,
+        (Unary::Abs, Ty::F32) => x.abs().to_bits(),
+        (Unary::Abs, Ty::I32) => (a as i32).wrapping_abs() as u32,
+        (Unary::Abs, _) => a,
+        (Unary::Floor, _) => x.floor().to_bits(),
+        (Unary::Trunc, _) => x.trunc().to_bits(),
+    }
+}
+
+fn convert(from: Ty, to: Ty, a: u32) -> u32 {
+    let x = f32::from_bits(a);
+    match (from, to) {
+        (Ty::Bool, Ty::F32) => f32::from(a as u8).to_bits(),
+        (Ty::F32, Ty::Bool) => u32::from(x != 0.0),
+        (_, Ty::Bool) => u32::from(a != 0),
+        (Ty::I32, Ty::F32) => (a as i32 as f32).to_bits(),
+        (Ty::U32, Ty::F32) => (a as f32).to_bits(),
+        (Ty::F32, Ty::I32) => x as i32 as u32,
+        (Ty::F32, Ty::U32) => x as u32,
+        _ => a,
+    }
+}
+
+fn float(op: Binary, x: f32, y: f32) -> u32 {
+    match op {
+        Binary::Add => (x + y).to_bits(),
+        Binary::Subtract => (x - y).to_bits(),
+        Binary::Multiply => (x * y).to_bits(),
+        Binary::Min => (if x < y { x } else { y }).to_bits(),
+        Binary::Max => (if x > y { x } else { y }).to_bits(),
+        _ => compare(op, x, y),
+    }
+}
+
+fn signed(op: Binary, x: i32, y: i32) -> u32 {
+    match op {
+        Binary::Min => x.min(y) as u32,
+        Binary::Max => x.max(y) as u32,
+        Binary::ShiftRight => x.wrapping_shr(y as u32) as u32,
+        Binary::Less | Binary::LessEqual | Binary::Greater | Binary::GreaterEqual => compare(op, x, y),
+        _ => unsigned(op, x as u32, y as u32),
+    }
+}
+
+fn unsigned(op: Binary, x: u32, y: u32) -> u32 {
+    match op {
+        Binary::Add => x.wrapping_add(y),
+        Binary::Subtract => x.wrapping_sub(y),
+        Binary::Multiply => x.wrapping_mul(y),
+        Binary::Divide => x / y.max(1),
+        Binary::Remainder => x % y.max(1),
+        Binary::Min => x.min(y),
+        Binary::Max => x.max(y),
+        Binary::And => x & y,
+        Binary::Or => x | y,
+        Binary::Xor => x ^ y,
+        Binary::ShiftLeft => x.wrapping_shl(y),
+        Binary::ShiftRight => x.wrapping_shr(y),
+        _ => compare(op, x, y),
+    }
+}
+
+fn compare<T: PartialOrd>(op: Binary, x: T, y: T) -> u32 {
+    u32::from(match op {
+        Binary::Equal => x == y,
+        Binary::NotEqual => x != y,
+        Binary::Less => x < y,
+        Binary::LessEqual => x <= y,
+        Binary::Greater => x > y,
+        Binary::GreaterEqual => x >= y,
+        _ => unreachable!("{op:?} does not compare"),
+    })
+}
+
+/// Whether an operation stays within the exactness rules.
+fn check(program: &Program, value: Value, operands: [u32; 3]) -> Result<(), Trap> {
+    const WHOLE: i64 = 1 << 24;
+    let ty = program.ty(value);
+    let result = f32::from_bits(apply(program, value, operands));
+    let ordinary = ty != Ty::F32 || result == 0.0 || result.is_normal();
+    let [a, b, _] = operands;
+    let kept = match program.op(value) {
+        Op::Convert(from) => match (program.ty(from), ty) {
+            (Ty::F32, Ty::I32 | Ty::U32) => {
+                let x = f32::from_bits(a);
+                x < WHOLE as f32 && x > if ty == Ty::I32 { -WHOLE as f32 } else { -1.0 }
+            }
+            (Ty::I32, Ty::F32) => i64::from(a as i32).abs() <= WHOLE,
+            (Ty::U32, Ty::F32) => i64::from(a) <= WHOLE,
+            _ => true,
+        },
+        Op::Binary(Binary::Divide | Binary::Remainder, ..) => b != 0,
+        Op::Binary(Binary::ShiftLeft | Binary::ShiftRight, ..) => b < 32,
+        _ => true,
+    };
+    if ordinary && kept {
+        return Ok(());
+    }
+    Err(Trap::Inexact(format!(
+        "{:?} of {a:#x} and {b:#x} is {result:e}",
+        program.op(value)
+    )))
+}

@@ -1,0 +1,837 @@
+//! The program from outside: what it prints, writes and refuses, and the codes that it exits with.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output, Stdio};
+use std::time::{Duration, Instant};
+
+use serde_json::Value;
+
+/// A directory of a test's own, emptied when the test begins.
+struct Place(PathBuf);
+
+impl Place {
+    fn new(name: &str) -> Self {
+        let path = Path::new(env!("CARGO_TARGET_TMPDIR")).join("program").join(name);
+        let _ = fs::remove_dir_all(&path);
+        fs::create_dir_all(&path).unwrap();
+        Self(path)
+    }
+
+    fn write(&self, name: &str, content: impl AsRef<[u8]>) {
+        fs::write(self.0.join(name), content).unwrap();
+    }
+
+    fn read(&self, name: &str) -> Vec<u8> {
+        fs::read(self.0.join(name)).unwrap_or_else(|error| panic!("{name}: {error}"))
+    }
+
+    fn text(&self, name: &str) -> String {
+        String::from_utf8(self.read(name)).unwrap()
+    }
+
+    fn names(&self) -> Vec<String> {
+        let entries = fs::read_dir(&self.0).unwrap();
+        let mut names: Vec<String> = entries
+            .map(|entry| entry.unwrap().file_name().to_string_lossy().into_owned())
+            .collect();
+        names.sort();
+        names
+    }
+
+    fn command(&self, arguments: &[&str]) -> Command {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_oneiro"));
+        command
+            .args(arguments)
+            .current_dir(&self.0)
+            .env_remove("NO_COLOR")
+            .stdin(Stdio::null());
+        command
+    }
+
+    fn run(&self, arguments: &[&str]) -> Ran {
+        Ran::new(arguments, &self.command(arguments).output().unwrap())
+    }
+
+    /// Runs what has to go well; its standard output.
+    fn good(&self, arguments: &[&str]) -> String {
+        self.run(arguments).exits(0).stdout
+    }
+
+    fn json(&self, arguments: &[&str]) -> Value {
+        serde_json::from_str(&self.good(arguments)).unwrap()
+    }
+
+    /// An experiment that takes no time.
+    fn small_experiment(&self) {
+        self.write("small.toml", SMALL);
+    }
+
+    /// A finished run of it in `run/`.
+    fn small_run(&self) {
+        self.small_experiment();
+        self.good(&[
+            "run",
+            "small.toml",
+            "--seed",
+            "7",
+            "--out",
+            "run",
+            "--backend",
+            "cpu",
+            "--quiet",
+        ]);
+    }
+}
+
+const SMALL: &str = "cycles = 60
+trials = 2
+noise.sensor = [0.0, 0.4]
+
+[evolution]
+population = 20
+parents = 4
+generations = 5
+";
+
+/// What became of a command.
+struct Ran {
+    arguments: String,
+    code: Option<i32>,
+    stdout: String,
+    stderr: String,
+}
+
+impl Ran {
+    fn new(arguments: &[&str], output: &Output) -> Self {
+        Self {
+            arguments: arguments.join(" "),
+            code: output.status.code(),
+            stdout: String::from_utf8_lossy(&output.stdout).into_owned(),
+            stderr: String::from_utf8_lossy(&output.stderr).into_owned(),
+        }
+    }
+
+    #[track_caller]
+    fn exits(self, code: i32) -> Self {
+        let Self {
+            arguments,
+            stdout,
+            stderr,
+            ..
+        } = &self;
+        assert_eq!(self.code, Some(code), "oneiro {arguments}\n{stdout}\n{stderr}");
+        assert!(!stderr.contains("panicked"), "oneiro {arguments}\n{stderr}");
+        self
+    }
+
+    /// Its message has all of these words.
+    #[track_caller]
+    fn says(self, words: &[&str]) -> Self {
+        for word in words {
+            assert!(
+                self.stderr.contains(word),
+                "oneiro {}: no `{word}` in\n{}",
+                self.arguments,
+                self.stderr
+            );
+        }
+        self
+    }
+}
+
+fn npy(values: &[f32], shape: &[u64]) -> Vec<u8> {
+    use npyz::WriterBuilder;
+    let mut bytes = Vec::new();
+    let options = npyz::WriteOptions::new()
+        .default_dtype()
+        .shape(shape)
+        .writer(&mut bytes);
+    let mut writer = options.begin_nd().unwrap();
+    writer.extend(values.iter().copied()).unwrap();
+    writer.finish().unwrap();
+    bytes
+}
+
+/// Three genomes of 18 genes.
+fn three_genomes() -> Vec<f32> {
+    (0_u8..54).map(|i| f32::from(i) * 0.07 - 1.5).collect()
+}
+
+fn csv(values: &[f32], columns: usize) -> String {
+    let row = |row: &[f32]| row.iter().map(f32::to_string).collect::<Vec<_>>().join(",") + "\n";
+    values.chunks(columns).map(row).collect()
+}
+
+#[test]
+fn help_is_quick() {
+    let place = Place::new("help");
+    let mut least = Duration::MAX;
+    for _ in 0..20 {
+        let start = Instant::now();
+        let text = place.good(&["--help"]);
+        least = least.min(start.elapsed());
+        for command in [
+            "new", "check", "run", "resume", "evaluate", "replay", "audit", "verify", "list", "devices",
+        ] {
+            assert!(text.contains(command), "{text}");
+        }
+    }
+    assert!(least < Duration::from_millis(20), "{least:?}");
+}
+
+#[test]
+fn a_command_line_that_makes_no_sense_exits_with_2() {
+    let place = Place::new("usage");
+    place.small_experiment();
+    for arguments in [
+        &["fly"][..],
+        &[],
+        &["run"],
+        &["run", "small.toml", "--sed", "1"],
+        &["run", "small.toml", "--seed", "-1"],
+        &["run", "small.toml", "--seeds", "5..1"],
+        &["run", "small.toml", "--seed", "1", "--seeds", "1..2"],
+        &["run", "small.toml", "--threads", "0"],
+        &["run", "small.toml", "--set", "cycles"],
+        &["audit", "run", "--share", "0"],
+        &["audit", "run", "--share", "1.5"],
+        &["replay", "run", "--every", "0"],
+        &["completions", "dos"],
+    ] {
+        place.run(arguments).exits(2);
+    }
+    assert_eq!(place.names(), ["small.toml"]);
+}
+
+#[test]
+fn experiments_that_are_not_allowed_exit_with_3_and_say_where() {
+    let place = Place::new("experiments");
+    for (text, words) in [
+        ("cycle = 5\n", &["bad.toml:1:1", "cycle", "allowed"][..]),
+        (
+            "cycles = 500\n[noise]\nsensors = [0, 1]\n",
+            &["bad.toml:3:1", "sensors", "allowed"],
+        ),
+        ("cycles = \"many\"\n", &["bad.toml:1:", "cycles", "allowed"]),
+        ("cycles = 0\n", &["bad.toml:1:", "cycles", "allowed"]),
+        ("cycles = 2000000\n", &["bad.toml:1:", "cycles", "1000000"]),
+        (
+            "[noise]\nsensor = [0.4, 0.0]\n",
+            &["bad.toml:2:", "noise.sensor", "allowed"],
+        ),
+        (
+            "[noise]\nsensor = [0.0, nan]\n",
+            &["bad.toml:2:", "noise.sensor", "allowed"],
+        ),
+        (
+            "[controller]\nkind = \"brain\"\n",
+            &["bad.toml:2:", "controller.kind", "allowed"],
+        ),
+        (
+            "[controller]\nkind = \"hidden\"\nunits = 1000\n",
+            &["bad.toml:3:", "controller.units", "allowed"],
+        ),
+        (
+            "[arena]\npreset = \"moon\"\n",
+            &["bad.toml:2:", "arena.preset", "miglino1995"],
+        ),
+        (
+            "[arena]\nwidth_mm = -5\nheight_mm = 100\n",
+            &["bad.toml:2:", "arena.width_mm", "allowed"],
+        ),
+        (
+            "[evolution]\npopulation = 10\nparents = 20\n",
+            &["bad.toml:", "evolution.", "allowed"],
+        ),
+        (
+            "[evolution]\ninit = \"none.npy\"\n",
+            &["bad.toml:2:", "evolution.init", "none.npy"],
+        ),
+        (
+            "[robot]\ntables = [\"none.sam\"]\n",
+            &["bad.toml:2:", "robot.tables", "none.sam"],
+        ),
+        ("cycles = \n", &["bad.toml:1:"]),
+        ("[noise\n", &["bad.toml:1:"]),
+        ("cycles = 1\ncycles = 2\n", &["bad.toml:2:"]),
+    ] {
+        place.write("bad.toml", text);
+        place.run(&["check", "bad.toml"]).exits(3).says(words);
+        place
+            .run(&["run", "bad.toml", "--seed", "1", "--out", "run"])
+            .exits(3)
+            .says(words);
+    }
+    place.small_experiment();
+    place
+        .run(&["check", "small.toml", "--set", "cycles=0"])
+        .exits(3)
+        .says(&["--set cycles=0", "allowed"]);
+    place
+        .run(&["check", "small.toml", "--set", "noise.wind=1"])
+        .exits(3)
+        .says(&["--set noise.wind=1", "wind"]);
+    place.run(&["check", "none.toml"]).exits(3).says(&["none.toml"]);
+    place.run(&["check", "."]).exits(3);
+    place.write("bytes.toml", [0xff, 0xfe, 0x00, 0x80]);
+    place.run(&["check", "bytes.toml"]).exits(3).says(&["bytes.toml"]);
+    assert_eq!(place.names(), ["bad.toml", "bytes.toml", "small.toml"]);
+}
+
+#[test]
+fn genomes_that_are_not_allowed_exit_with_3_and_say_where() {
+    let place = Place::new("genomes");
+    place.small_experiment();
+    let good = npy(&three_genomes(), &[3, 18]);
+    let mut with_nan = three_genomes();
+    with_nan[18 + 5] = f32::NAN;
+    place.write("nan.npy", npy(&with_nan, &[3, 18]));
+    place.write("nan.csv", csv(&with_nan, 18));
+    place.write("narrow.npy", npy(&three_genomes(), &[6, 9]));
+    place.write("ragged.csv", format!("{}1,2,3\n", csv(&three_genomes(), 18)));
+    place.write("huge.csv", csv(&[2e6; 18], 18));
+    place.write("cut.npy", &good[..good.len() - 1]);
+    place.write("cut-header.npy", &good[..40]);
+    place.write("empty.csv", "");
+    place.write("noise.npy", [0x93; 200]);
+    place.write("genomes.txt", "1,2");
+    for (file, words) in [
+        ("nan.npy", &["nan.npy", "row 2, gene 6", "NaN", "allowed"][..]),
+        ("nan.csv", &["nan.csv", "line 2, column 6", "NaN", "allowed"]),
+        ("narrow.npy", &["narrow.npy", "[6, 9]", "18"]),
+        ("ragged.csv", &["ragged.csv", "line 4", "3 numbers", "18"]),
+        ("huge.csv", &["huge.csv", "line 1, column 1", "allowed"]),
+        ("cut.npy", &["cut.npy", "215 bytes", "216"]),
+        ("cut-header.npy", &["cut-header.npy", "allowed"]),
+        ("empty.csv", &["empty.csv", "allowed"]),
+        ("noise.npy", &["noise.npy", "allowed"]),
+        ("genomes.txt", &["genomes.txt", ".npy", ".csv"]),
+        ("none.npy", &["none.npy"]),
+        (".", &["allowed"]),
+    ] {
+        let before = place.names();
+        place
+            .run(&["evaluate", "small.toml", "--genomes", file, "--out", "out.csv"])
+            .exits(3)
+            .says(words);
+        assert_eq!(place.names(), before);
+    }
+}
+
+#[test]
+fn a_device_that_is_not_there_exits_with_4() {
+    let place = Place::new("devices-none");
+    place.small_experiment();
+    place.write("genomes.csv", csv(&three_genomes(), 18));
+    for backend in ["gpu:no such adapter", "abacus", "cpu:abacus", "pool:cpu+abacus"] {
+        place
+            .run(&[
+                "evaluate",
+                "small.toml",
+                "--genomes",
+                "genomes.csv",
+                "--backend",
+                backend,
+            ])
+            .exits(4)
+            .says(&["oneiro: "]);
+        place
+            .run(&["run", "small.toml", "--out", "run", "--backend", backend])
+            .exits(4);
+    }
+    place
+        .run(&["selftest", "--backend", "abacus"])
+        .exits(4)
+        .says(&["allowed"]);
+    place.run(&["bench", "--backend", "gpu:no such adapter"]).exits(4);
+    assert_eq!(place.names(), ["genomes.csv", "small.toml"]);
+}
+
+#[test]
+fn nothing_is_overwritten() {
+    let place = Place::new("overwrite");
+    place.small_experiment();
+    place.write("genomes.csv", csv(&three_genomes(), 18));
+    for name in ["kept.toml", "kept.csv", "kept.svg", "kept.sam", "kept.npy"] {
+        place.write(name, "kept");
+    }
+    let evaluate = ["evaluate", "small.toml", "--genomes", "genomes.csv", "--out"];
+    for arguments in [
+        &["new", "kept"][..],
+        &["check", "small.toml", "--out", "kept.svg"],
+        &[&evaluate[..], &["kept.csv"]].concat(),
+        &[&evaluate[..], &["kept.npy"]].concat(),
+        &["tables", "export", "--builtin", "wall", "kept.sam"],
+        &["tables", "show", "wall", "--out", "kept.svg"],
+    ] {
+        place.run(arguments).exits(3).says(&["kept", "nothing is overwritten"]);
+    }
+    for name in ["kept.toml", "kept.csv", "kept.svg", "kept.sam", "kept.npy"] {
+        assert_eq!(place.text(name), "kept");
+    }
+    place.run(&["new", "../elsewhere"]).exits(3).says(&["allowed"]);
+    place
+        .run(&["check", "small.toml", "--out", "none/picture.svg"])
+        .exits(3)
+        .says(&["none/picture.svg"]);
+}
+
+#[test]
+fn from_a_new_experiment_to_its_champion() {
+    let place = Place::new("story");
+    place.good(&["new", "mine"]);
+    assert!(place.text("mine.toml").contains("name = \"mine\""));
+    let summary = place.good(&["check", "mine.toml", "--out", "arena.svg"]);
+    assert!(
+        summary.contains("mine is valid") && summary.contains("18 genes"),
+        "{summary}"
+    );
+    let picture = place.text("arena.svg");
+    assert!(picture.starts_with("<svg ") && picture.ends_with("</svg>\n"));
+
+    let small = [
+        "--set",
+        "cycles=50",
+        "--set",
+        "evolution.generations=3",
+        "--set",
+        "evolution.population=40",
+    ];
+    let run = [
+        &[
+            "run",
+            "mine.toml",
+            "--seeds",
+            "3..4",
+            "--out",
+            "runs",
+            "--backend",
+            "cpu",
+        ],
+        &small[..],
+    ]
+    .concat();
+    place.good(&run);
+    let listed = place.json(&["list", "runs", "--json"]);
+    let listed = listed.as_array().unwrap();
+    assert_eq!(listed.len(), 2);
+    for (run, seed) in listed.iter().zip([3, 4]) {
+        assert_eq!(
+            (run["seed"].as_u64(), run["state"].as_str()),
+            (Some(seed), Some("done"))
+        );
+        assert_eq!(
+            (run["generation"].as_u64(), run["generations"].as_u64()),
+            (Some(3), Some(3))
+        );
+    }
+    let verified = place.good(&["verify", "runs"]);
+    let audited = place.good(&["audit", "runs", "--share", "1", "--backend", "cpu:scalarx1"]);
+    assert_eq!(
+        audited
+            .matches("120 of 120 individuals audited, 0 with other bits")
+            .count(),
+        2,
+        "{audited}"
+    );
+    for run in listed {
+        let directory = run["directory"].as_str().unwrap();
+        assert!(
+            verified.contains(&format!("{}  {directory}\n", run["result"].as_str().unwrap())),
+            "{verified}"
+        );
+        let replay = place.json(&["replay", directory, "--json", "--every", "5"]);
+        let champion: Value = serde_json::from_str(&place.text(&format!("{directory}/champion.json"))).unwrap();
+        assert_eq!(replay["bits"], champion["fitness_bits"]);
+        assert_eq!(replay["generation"], champion["generation"]);
+        let trace = place.text(&format!("{directory}/replay.csv"));
+        assert_eq!(trace.lines().count(), 1 + 50 / 5, "{trace}");
+        assert!(place.text(&format!("{directory}/replay.svg")).contains("</svg>"));
+    }
+    // The replay's own files are no part of the run.
+    assert_eq!(place.good(&["verify", "runs"]), verified);
+}
+
+#[test]
+fn fitness_is_the_same_by_every_way_in_and_out() {
+    let place = Place::new("evaluate");
+    place.small_experiment();
+    let genomes = three_genomes();
+    place.write("genomes.npy", npy(&genomes, &[3, 18]));
+    place.write(
+        "genomes.csv",
+        format!("{}\n{}", vec!["w"; 18].join(","), csv(&genomes, 18)),
+    );
+    let evaluate = |genomes: &str, more: &[&str]| {
+        let own = [
+            "evaluate",
+            "small.toml",
+            "--genomes",
+            genomes,
+            "--seed",
+            "3",
+            "--backend",
+            "cpu",
+        ];
+        place.run(&[&own[..], more].concat()).exits(0).stdout
+    };
+    let table = evaluate("genomes.npy", &[]);
+    let lines: Vec<Vec<&str>> = table.lines().map(|line| line.split(',').collect()).collect();
+    assert_eq!(lines[0], ["genome", "trial", "fitness", "bits"]);
+    assert_eq!(lines.len(), 1 + 3 * 2);
+    for (row, line) in lines[1..].iter().enumerate() {
+        assert_eq!((line[0], line[1]), (&*(row / 2).to_string(), &*(row % 2).to_string()));
+        let bits = u32::from_str_radix(line[3], 16).unwrap();
+        assert_eq!(line[2].parse::<f32>().unwrap().to_bits(), bits);
+    }
+    // The trials start in different places, and the genomes do different things.
+    let mut bits: Vec<&str> = lines[1..].iter().map(|line| line[3]).collect();
+    bits.sort_unstable();
+    bits.dedup();
+    assert!(bits.len() > 3, "{table}");
+
+    assert_eq!(evaluate("genomes.csv", &[]), table);
+    assert_eq!(evaluate("genomes.npy", &["--threads", "1"]), table);
+    assert_eq!(evaluate("genomes.npy", &["--trials", "1"]).lines().count(), 1 + 3);
+    assert_ne!(evaluate("genomes.npy", &["--set", "noise.sensor=[0.0, 0.1]"]), table);
+    assert_eq!(evaluate("genomes.npy", &["--out", "out.csv"]), "");
+    assert_eq!(place.text("out.csv"), table);
+    evaluate("genomes.npy", &["--out", "out.npy"]);
+    let bytes = place.read("out.npy");
+    let array = npyz::NpyFile::new(&bytes[..]).unwrap();
+    assert_eq!(array.shape(), [3, 2]);
+    let values: Vec<String> = array
+        .into_vec::<f32>()
+        .unwrap()
+        .iter()
+        .map(|value| format!("{:08x}", value.to_bits()))
+        .collect();
+    let json: Value = serde_json::from_str(&evaluate("genomes.npy", &["--json"])).unwrap();
+    for (row, line) in lines[1..].iter().enumerate() {
+        assert_eq!((line[3], line[2]), (&*values[row], &*json[row]["fitness"].to_string()));
+        assert_eq!(json[row]["bits"], line[3]);
+    }
+}
+
+/// A run's first generation lives as `evaluate` lets the same genomes live.
+#[test]
+fn a_run_and_an_evaluation_agree() {
+    let place = Place::new("agree");
+    place.small_run();
+    let bytes = place.read("run/individuals.npy");
+    let individuals = npyz::NpyFile::new(&bytes[..]).unwrap();
+    assert_eq!(individuals.shape(), [5, 20, 19]);
+    let values = individuals.into_vec::<f32>().unwrap();
+    let first: Vec<&[f32]> = values.chunks(19).take(20).collect();
+    let genomes: Vec<f32> = first.iter().flat_map(|individual| &individual[..18]).copied().collect();
+    place.write("first.npy", npy(&genomes, &[20, 18]));
+    let table = place.good(&[
+        "evaluate",
+        "run/config.toml",
+        "--genomes",
+        "first.npy",
+        "--backend",
+        "cpu:scalarx1",
+    ]);
+    let lives: Vec<f64> = table
+        .lines()
+        .skip(1)
+        .map(|line| {
+            f64::from(f32::from_bits(
+                u32::from_str_radix(line.rsplit(',').next().unwrap(), 16).unwrap(),
+            ))
+        })
+        .collect();
+    assert_eq!(lives.len(), 40);
+    for (individual, lives) in first.iter().zip(lives.chunks(2)) {
+        assert_eq!(
+            individual[18].to_bits(),
+            (((lives[0] + lives[1]) / 2.0) as f32).to_bits()
+        );
+    }
+}
+
+#[test]
+fn damage_is_found() {
+    let place = Place::new("damage");
+    place.small_run();
+    place.good(&["verify", "run"]);
+
+    let champion = place.text("run/champion.json");
+    let bits = champion.split("\"fitness_bits\": \"").nth(1).unwrap()[..8].to_owned();
+    let other = format!("{:08x}", u32::from_str_radix(&bits, 16).unwrap() ^ 1);
+    place.write("run/champion.json", champion.replace(&bits, &other));
+    place.run(&["verify", "run"]).exits(5).says(&["champion.json"]);
+    place.run(&["replay", "run"]).exits(1).says(&[&bits, &other]);
+    place.write("run/champion.json", &champion[..champion.len() / 2]);
+    place.run(&["replay", "run"]).exits(5).says(&["champion.json"]);
+    place.write("run/champion.json", &champion);
+
+    let mut individuals = place.read("run/individuals.npy");
+    // The lowest bit of the last score.
+    let low = individuals.len() - 4;
+    individuals[low] ^= 1;
+    place.write("run/individuals.npy", &individuals);
+    place.run(&["verify", "run"]).exits(5).says(&["individuals.npy"]);
+    let audit = place.run(&["audit", "run", "--share", "1"]).exits(1);
+    assert!(
+        audit
+            .stdout
+            .contains("100 of 100 individuals audited, 1 with other bits"),
+        "{}",
+        audit.stdout
+    );
+    assert!(audit.stdout.contains("generation 4, individual 19"), "{}", audit.stdout);
+    individuals[low] ^= 1;
+    place.write("run/individuals.npy", &individuals);
+    place.good(&["verify", "run"]);
+
+    let done = place.text("run/DONE");
+    place.write("run/DONE", done.replacen('a', "b", 1));
+    place.run(&["verify", "run"]).exits(5);
+    place.write("run/DONE", "{");
+    place.run(&["verify", "run"]).exits(5).says(&["DONE"]);
+    fs::remove_file(place.0.join("run/DONE")).unwrap();
+    place.run(&["verify", "run"]).exits(1).says(&["not finished"]);
+
+    place.run(&["verify", "nowhere"]).exits(3);
+    place.run(&["replay", "."]).exits(3).says(&["no run"]);
+    fs::create_dir(place.0.join("empty")).unwrap();
+    place.run(&["list", "empty"]).exits(3).says(&["no run"]);
+}
+
+#[test]
+fn tables_come_and_go_without_a_change() {
+    let place = Place::new("tables");
+    for table in ["wall", "round", "motor"] {
+        place.good(&["tables", "export", "--builtin", table, &format!("{table}.sam")]);
+    }
+    place.good(&["tables", "convert", "wall.sam", "wall.sample"]);
+    fs::create_dir(place.0.join("back")).unwrap();
+    place.good(&["tables", "convert", "wall.sample", "back/wall.sam"]);
+    assert_eq!(place.read("back/wall.sam"), place.read("wall.sam"));
+    let shown = place.json(&["tables", "show", "wall.sam", "--out", "wall.svg", "--json"]);
+    assert_eq!(shown, place.json(&["tables", "show", "wall", "--json"]));
+    assert_eq!(shown["sensors"].as_array().unwrap().len(), 8);
+    assert!(place.text("wall.svg").contains("</svg>"));
+    assert!(place.good(&["tables", "show", "motor.sam"]).contains("25 x 25"));
+
+    // An experiment that names the exported tables is the built-in one.
+    place.small_experiment();
+    place.write(
+        "tables.toml",
+        format!("robot.tables = [\"wall.sam\", \"round.sam\"]\nrobot.motors = \"motor.sam\"\n{SMALL}"),
+    );
+    place.write("genomes.csv", csv(&three_genomes(), 18));
+    let evaluate = |experiment| place.good(&["evaluate", experiment, "--genomes", "genomes.csv", "--backend", "cpu"]);
+    assert_eq!(evaluate("tables.toml"), evaluate("small.toml"));
+
+    let whole = place.text("wall.sam");
+    let cut = whole.lines().count() / 2;
+    place.write("cut.sam", whole.lines().take(cut).collect::<Vec<_>>().join("\n"));
+    place
+        .run(&["tables", "show", "cut.sam"])
+        .exits(3)
+        .says(&["cut.sam", "line"]);
+    place.write("wrong.sam", whole.replacen("1023", "1024", 1));
+    place
+        .run(&["tables", "show", "wrong.sam"])
+        .exits(3)
+        .says(&["wrong.sam", "line", "1023"]);
+    place
+        .run(&["tables", "show", "lamp"])
+        .exits(3)
+        .says(&["lamp", "wall, round, motor"]);
+    place
+        .run(&["tables", "export", "--builtin", "lamp", "lamp.sam"])
+        .exits(3)
+        .says(&["wall, round, motor"]);
+    place
+        .run(&["tables", "export", "--builtin", "wall", "wall.txt"])
+        .exits(3)
+        .says(&[".sam, .sample"]);
+    place
+        .run(&["tables", "convert", "motor.sam", "motor.sample"])
+        .exits(3)
+        .says(&[".sam"]);
+    place.write("cut.toml", format!("robot.tables = [\"cut.sam\"]\n{SMALL}"));
+    place
+        .run(&["check", "cut.toml"])
+        .exits(3)
+        .says(&["cut.toml:1", "robot.tables", "cut.sam", "line"]);
+}
+
+#[test]
+fn words_go_where_they_belong() {
+    let place = Place::new("words");
+    place.small_run();
+    place.write("genomes.csv", csv(&three_genomes(), 18));
+    for arguments in [
+        &["check", "small.toml"][..],
+        &["evaluate", "small.toml", "--genomes", "genomes.csv", "--backend", "cpu"],
+        &["run", "small.toml", "--seed", "1", "--out", "one", "--backend", "cpu"],
+        &["list", "."],
+        &["verify", "run"],
+        &["audit", "run", "--backend", "cpu"],
+        &["replay", "run", "--backend", "cpu"],
+        &["tables", "show", "wall"],
+    ] {
+        let quiet = place.run(&[arguments, &["--quiet"]].concat()).exits(0);
+        assert_eq!(quiet.stderr, "", "oneiro {}", quiet.arguments);
+        assert!(!quiet.stdout.is_empty(), "oneiro {}", quiet.arguments);
+        let json = [arguments, &["--json"]].concat();
+        serde_json::from_str::<Value>(&place.good(&json)).unwrap_or_else(|error| panic!("{json:?}: {error}"));
+        let loud = place.run(arguments).exits(0);
+        assert!(
+            !format!("{}{}", loud.stdout, loud.stderr).contains('\u{1b}'),
+            "no terminal, no colours"
+        );
+    }
+    let failed = place.run(&["check", "none.toml", "--quiet"]).exits(3);
+    assert!(failed.stdout.is_empty() && failed.stderr.starts_with("oneiro: "));
+}
+
+#[test]
+fn a_reader_that_leaves_is_no_error() {
+    let place = Place::new("pipe");
+    place.small_experiment();
+    // More rows than a pipe holds.
+    place.write("genomes.csv", csv(&three_genomes().repeat(1000), 18));
+    let arguments = [
+        "evaluate",
+        "small.toml",
+        "--genomes",
+        "genomes.csv",
+        "--backend",
+        "cpu",
+        "--quiet",
+    ];
+    let mut child = place
+        .command(&arguments)
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .unwrap();
+    drop(child.stdout.take());
+    let output = child.wait_with_output().unwrap();
+    assert_eq!(output.status.code(), Some(0));
+    assert_eq!(output.stderr, b"");
+}
+
+/// A limit on the size of files is as near to a full disk as a test without rights can come.
+#[cfg(target_os = "linux")]
+#[test]
+fn a_full_disk_exits_with_6_and_leaves_nothing_half_written() {
+    let place = Place::new("full");
+    place.small_experiment();
+    place.write("genomes.csv", csv(&three_genomes().repeat(1000), 18));
+    let program = env!("CARGO_BIN_EXE_oneiro");
+    let script = format!(
+        "trap '' XFSZ; ulimit -f 8; exec '{program}' evaluate small.toml --genomes genomes.csv --backend cpu --out out.csv"
+    );
+    let output = Command::new("bash")
+        .args(["-c", &script])
+        .current_dir(&place.0)
+        .output()
+        .unwrap();
+    Ran::new(&["evaluate"], &output).exits(6).says(&["out.csv"]);
+    assert_eq!(place.names(), ["genomes.csv", "small.toml"]);
+}
+
+#[test]
+fn every_shell_has_its_completions() {
+    let place = Place::new("completions");
+    for shell in ["bash", "zsh", "fish", "elvish", "powershell"] {
+        assert!(place.good(&["completions", shell]).contains("selftest"), "{shell}");
+    }
+}
+
+#[test]
+fn the_selftest_passes_and_its_controls_are_caught() {
+    let place = Place::new("selftest");
+    let report = place.json(&[
+        "selftest",
+        "--backend",
+        "cpu",
+        "--rollouts",
+        "1000",
+        "--json",
+        "--quiet",
+    ]);
+    assert_eq!(report["passed"], true);
+    let checks = report["checks"].as_array().unwrap();
+    let of = |verdict: &str| checks.iter().filter(|check| check["verdict"] == verdict).count();
+    assert_eq!(of("same") + of("caught"), checks.len());
+    assert!(of("caught") >= 6, "{report}");
+    assert!(
+        checks.iter().any(|check| check["compared"].as_u64() > Some(10_000)),
+        "traces are compared"
+    );
+    assert!(!report["throughput"].as_array().unwrap().is_empty());
+}
+
+#[test]
+fn the_bench_measures_against_the_scalar_code() {
+    let place = Place::new("bench");
+    let report = place.json(&[
+        "bench",
+        "--backend",
+        "cpu",
+        "--quick",
+        "--rollouts",
+        "64,200",
+        "--json",
+        "--quiet",
+    ]);
+    let cells = report["cells"].as_array().unwrap();
+    let scalar = |cell: &&Value| cell["device"] == "cpu scalarx1" && cell["threads"] == 1;
+    assert_eq!(cells.iter().filter(scalar).count(), 2);
+    for cell in cells.iter().filter(scalar) {
+        assert_eq!(cell["ratio"], 1.0);
+        assert_eq!(
+            cell["robot_steps"].as_u64().unwrap(),
+            500 * cell["rollouts"].as_u64().unwrap()
+        );
+    }
+    assert!(cells.iter().all(|cell| cell["steps_per_second"].as_f64() > Some(0.0)));
+    assert!(cells.iter().any(|cell| cell["device"] != "cpu scalarx1"));
+}
+
+#[test]
+fn the_cpu_is_a_device_and_exact() {
+    let place = Place::new("devices");
+    let devices = place.json(&["devices", "--json"]);
+    assert_eq!(devices["cpu"]["exact"], true);
+    let lanes = devices["cpu"]["lane_codes"].as_array().unwrap();
+    assert!(lanes.iter().any(|lane| lane == "scalarx1"), "{devices}");
+}
+
+/// Without an adapter this fails: a software one will do, and the test command installs it.
+#[cfg(feature = "gpu")]
+#[test]
+fn every_exact_adapter_gives_the_cpu_s_bits() {
+    let place = Place::new("adapters");
+    place.small_experiment();
+    place.write("genomes.csv", csv(&three_genomes().repeat(40), 18));
+    let evaluate = |backend: &str| {
+        place.good(&[
+            "evaluate",
+            "small.toml",
+            "--genomes",
+            "genomes.csv",
+            "--backend",
+            backend,
+            "--recheck",
+            "1",
+        ])
+    };
+    let devices = place.json(&["devices", "--json"]);
+    let adapters = devices["adapters"].as_array().unwrap();
+    let exact: Vec<&Value> = adapters.iter().filter(|adapter| adapter["exact"] == true).collect();
+    assert!(!exact.is_empty(), "no exact adapter: {devices}");
+    let here = evaluate("cpu");
+    for adapter in exact {
+        assert_eq!(evaluate(&format!("gpu:{}", adapter["index"])), here, "{adapter}");
+    }
+}
