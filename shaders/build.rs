@@ -39,6 +39,16 @@ const CATALOGUE: &[Entry] = &[
     life!("life_perceptron", "controller/perceptron"),
     life!("life_hidden", "controller/hidden"),
     life!("life_recurrent", "controller/recurrent"),
+    Entry {
+        name: "probe_numerics",
+        module: "probe_numerics",
+        parts: &["lib/numerics", "lib/random", "probe/numerics"],
+    },
+    Entry {
+        name: "probe_operations",
+        module: "probe_operations",
+        parts: &["probe/operations"],
+    },
 ];
 
 fn main() {

@@ -179,13 +179,13 @@ fn available(kernel: &'static Kernel) -> impl Iterator<Item = &'static Variant> 
 /// a server's core. Only the choice of a lane code rests on it.
 fn cost(variant: &Variant) -> f32 {
     let each_lane = match variant.name {
-        name if name.starts_with("avx512") => 4.9,
-        name if name.starts_with("avx2") => 6.4,
-        name if name.starts_with("scalar") => 33.0,
-        name if name.starts_with("checked") => 300.0,
-        _ => 12.7,
+        name if name.starts_with("avx512") => 4.1,
+        name if name.starts_with("avx2") => 5.1,
+        name if name.starts_with("scalar") => 30.0,
+        name if name.starts_with("checked") => 170.0,
+        _ => 9.7,
     };
-    50.0 + each_lane * variant.lanes as f32
+    45.0 + each_lane * variant.lanes as f32
 }
 
 /// Room for so many records.

@@ -10,6 +10,7 @@ pub mod evaluator;
 #[cfg(feature = "gpu")]
 pub mod gpu;
 pub mod pool;
+pub mod probe;
 pub mod random;
 pub mod tables;
 pub mod world;

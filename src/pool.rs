@@ -9,7 +9,8 @@ use oneiro_shaders::life::Record;
 use crate::batch::{LANES, Part};
 use crate::evaluator::{Control, Device, Error, Evaluator, PartResult};
 
-/// A piece should take a member at least this long, in seconds, so that its fixed costs don't show.
+/// A piece should take a member at least this long, in seconds, so that its fixed costs don't show; but it is never
+/// more than the member's share.
 const LEAST_PIECE: f64 = 0.02;
 
 /// Evaluators that share each batch: all take pieces of it until none is left, faster ones larger pieces. A member
@@ -199,9 +200,9 @@ impl<'a> Work<'a> {
             Some(speed) => {
                 let known: Vec<f64> = shared.speeds.iter().copied().flatten().collect();
                 let mean = known.iter().sum::<f64>() / known.len() as f64;
+                let share = f64::from(left) * speed / (mean * members);
                 let group_steps = self.part.steps() as f64 / self.part.groups().len() as f64;
-                let least = LEAST_PIECE * speed / group_steps;
-                (0.5 * f64::from(left) * speed / (mean * members)).max(least)
+                (0.5 * share).max(LEAST_PIECE * speed / group_steps).min(share)
             }
         } as u32;
         let open = shared.open.last_mut()?;

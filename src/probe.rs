@@ -1,43 +1,48 @@
 //! One operation or one function of the kernels at a time: what tests and `oneiro selftest` compare from device to
-//! device, bit by bit. The kernels are `shaders/wgsl/probe/`.
+//! device, bit by bit. The kernels are those of `shaders/wgsl/probe/`.
+
+mod functions;
+mod operations;
 
 use std::fmt;
 
-use oneiro_shaders::{Kernel, PROBE_NUMERICS, PROBE_OPERATIONS, Variant, Words};
+use oneiro_shaders::{Kernel, Variant, Words};
 
-use crate::random::pcg4d;
+pub use functions::functions;
+pub use operations::operations;
 
 /// One dispatch of a probe kernel: an operation or a function, and the operands that it is tried on.
 ///
-/// Its buffers are those of the kernel's bindings: [`parameters`](Self::parameters), [`left`](Self::left),
-/// [`right`](Self::right), and a word for each result. Operands are words; an f32 is its bits.
+/// Its buffers, in the order of the kernel's bindings: [`parameters`](Self::parameters), [`left`](Self::left),
+/// [`right`](Self::right), and a word for each result. An f32 is its bits, there and in the results, where 0 has one
+/// sign.
 #[derive(Clone, Debug)]
 pub struct Case {
-    /// The kernel that it runs.
+    /// The kernel that computes it.
     pub kernel: &'static Kernel,
-    /// What is computed: `x * y` of `f32`, or `reciprocal`.
+    /// What is computed.
     pub subject: Subject,
-    /// The kernel's uniform buffer.
+    /// The kernel's first buffer.
     pub parameters: [u32; 4],
     /// First operands, x.
     pub left: Vec<u32>,
-    /// Second operands, y; as many as of the first, read or not.
+    /// Second operands, y, as many as first ones, whether they are read or not.
     pub right: Vec<u32>,
 }
 
 /// What a case computes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Subject {
-    /// An operation as WGSL writes it, on x and y.
+    /// An operation.
     Operation {
         /// The type of its operands.
         scalar: Scalar,
-        /// Such as `x + y`.
+        /// As WGSL writes it, with operands x and y, such as `x + y`.
         text: &'static str,
         /// Whether the kernel has one of its operands as a constant.
         form: Form,
     },
-    /// A function by its name.
+    /// A function, by its name in the kernels' library; `cosine` and `sine` are the two values of `cosine_sine`.
     Function(&'static str),
 }
 
@@ -50,11 +55,11 @@ pub enum Scalar {
     I32,
     /// Unsigned integers, modulo 2^32.
     U32,
-    /// Truth; the lowest bit of a word.
+    /// The lowest bit of a word.
     Bool,
 }
 
-/// Which operand the kernel has as a constant, so that compilers can fold it. The operands of a case have it, too.
+/// Which operand the kernel has as a constant, so that compilers can fold it. The case's operands have it, too.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Form {
     /// None.
@@ -65,291 +70,66 @@ pub enum Form {
     Left(i8),
 }
 
-impl Form {
-    /// All forms, by their numbers in the kernel.
-    const ALL: [Self; 9] = [
-        Self::Open,
-        Self::Right(0),
-        Self::Right(1),
-        Self::Right(-1),
-        Self::Right(2),
-        Self::Left(0),
-        Self::Left(1),
-        Self::Left(-1),
-        Self::Left(2),
-    ];
+impl Case {
+    /// Workgroups that make a dispatch of it.
+    pub fn workgroups(&self) -> u32 {
+        (self.left.len() as u32).div_ceil(self.kernel.workgroup_size)
+    }
+
+    /// The lane codes that this processor runs.
+    pub fn variants(&self) -> impl Iterator<Item = &'static Variant> + use<> {
+        self.kernel.variants.iter().filter(|variant| (variant.available)())
+    }
+
+    /// Computes it on this processor with the lane code of a name; nothing if there is none of that name here.
+    pub fn run(&self, variant: &str) -> Option<Vec<u32>> {
+        let variant = self.variants().find(|known| known.name == variant)?;
+        let mut results = vec![0; self.left.len()];
+        let buffers = [
+            read(&self.parameters),
+            read(&self.left),
+            read(&self.right),
+            Words {
+                start: results.as_mut_ptr(),
+                len: results.len(),
+            },
+        ];
+        let size = self.kernel.workgroup_size;
+        // Lanes that idle are not run.
+        for first in (0..self.left.len() as u32).step_by(variant.lanes as usize) {
+            // SAFETY: the variant is available. The buffers are those of the bindings of both probe kernels, and not
+            // empty; only the last is written, by one call at a time.
+            unsafe { (variant.run)(&buffers, first / size, first % size) };
+        }
+        Some(results)
+    }
+}
+
+/// A buffer that kernels only read.
+fn read(words: &[u32]) -> Words {
+    Words {
+        start: words.as_ptr().cast_mut(),
+        len: words.len(),
+    }
 }
 
 impl fmt::Display for Subject {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Operation { scalar, text, form } => {
-                let scalar = format!("{scalar:?}").to_lowercase();
-                match form {
-                    Form::Open => write!(f, "{scalar} {text}"),
-                    Form::Right(value) => write!(f, "{scalar} {text}, y = {value}"),
-                    Form::Left(value) => write!(f, "{scalar} {text}, x = {value}"),
-                }
-            }
-            Self::Function(name) => f.write_str(name),
-        }
-    }
-}
-
-/// Operations on two numbers, by their numbers in the kernel.
-const F32_PAIR: &[&str] = &[
-    "x + y",
-    "x - y",
-    "x * y",
-    "min(x, y)",
-    "max(x, y)",
-    "x < y",
-    "x <= y",
-    "x > y",
-    "x >= y",
-    "x == y",
-    "x != y",
-    "select(x, y, x > y)",
-    "x * y + x",
-    "y - x * y",
-    "x * x - y * y",
-    "(x + y) - y",
-    "(x - y) + y",
-    "clamp(x, -abs(y), abs(y))",
-];
-/// Operations on two integers, by their numbers in the kernel; signed ones end before division.
-const INTEGER_PAIR: &[&str] = &[
-    "x + y",
-    "x - y",
-    "x * y",
-    "min(x, y)",
-    "max(x, y)",
-    "x < y",
-    "x <= y",
-    "x > y",
-    "x >= y",
-    "x == y",
-    "x != y",
-    "select(x, y, x > y)",
-    "x & y",
-    "x | y",
-    "x ^ y",
-    "x << (y & 31)",
-    "x >> (y & 31)",
-    "(x & 0x7fffffff) / ((y & 0x7fffffff) | 1)",
-    "(x & 0x7fffffff) % ((y & 0x7fffffff) | 1)",
-];
-const BOOL_PAIR: &[&str] = &["x && y", "x || y", "x & y", "x | y", "!x", "select(x, y, !x)"];
-/// Operations on one operand, by their numbers less [`ALONE`].
-const F32_ALONE: &[&str] = &[
-    "-x",
-    "abs(x)",
-    "floor(x)",
-    "trunc(x)",
-    "i32(clamp(x, -2^24, 2^24))",
-    "u32(clamp(x, 0, 2^24))",
-    "x",
-];
-const I32_ALONE: &[&str] = &["-x", "~x", "f32(x >> 8)", "u32(x)", "clamp(x, -1000, 1000)"];
-const U32_ALONE: &[&str] = &["~x", "f32(x >> 8)", "i32(x)", "clamp(x, 1000, 2000000000)"];
-const ALONE: u32 = 32;
-
-/// Every operation that kernels may use, with both operands known at run time only, and with each of the constants 0,
-/// 1, -1 and 2 in place of either. No operand, intermediate or result is NaN, infinite or subnormal, as in a kernel.
-pub fn operations() -> Vec<Case> {
-    let scalars = [
-        (Scalar::F32, F32_PAIR, F32_ALONE),
-        (Scalar::I32, &INTEGER_PAIR[..17], I32_ALONE),
-        (Scalar::U32, INTEGER_PAIR, U32_ALONE),
-        (Scalar::Bool, BOOL_PAIR, &[]),
-    ];
-    let mut cases = Vec::new();
-    for (index, (scalar, pair, alone)) in scalars.into_iter().enumerate() {
-        let forms = if scalar == Scalar::Bool { &Form::ALL[..1] } else { &Form::ALL };
-        let kind = index as u32 * 256;
-        for (form_number, &form) in forms.iter().enumerate() {
-            let operands = operands(scalar, form);
-            for (text, number) in pair.iter().zip(kind..) {
-                let subject = Subject::Operation { scalar, text, form };
-                cases.push(operation(subject, [number, form_number as u32], &operands));
-            }
-            if form == Form::Open {
-                for (text, number) in alone.iter().zip(kind + ALONE..) {
-                    let subject = Subject::Operation { scalar, text, form };
-                    cases.push(operation(subject, [number, 0], &operands));
-                }
-            }
-        }
-    }
-    cases
-}
-
-fn operation(subject: Subject, [number, form]: [u32; 2], operands: &[[u32; 2]]) -> Case {
-    let ordinary = |&&[x, y]: &&[u32; 2]| match subject {
-        Subject::Operation {
-            scalar: Scalar::F32,
-            text,
-            ..
-        } => steps(text, f32::from_bits(x), f32::from_bits(y))
-            .into_iter()
-            .all(is_ordinary),
-        _ => true,
-    };
-    let (left, right): (Vec<u32>, Vec<u32>) = operands.iter().filter(ordinary).map(|&[x, y]| (x, y)).unzip();
-    let parameters = [number, form, left.len() as u32, 0];
-    Case {
-        kernel: &PROBE_OPERATIONS,
-        subject,
-        parameters,
-        left,
-        right,
-    }
-}
-
-/// What an operation on numbers computes on its way, for those that can leave the ordinary numbers.
-fn steps(text: &str, x: f32, y: f32) -> [f32; 3] {
-    let product = x * y;
-    match text {
-        "x + y" => [x + y; 3],
-        "x - y" => [x - y; 3],
-        "x * y" => [product; 3],
-        "x * y + x" => [product, product + x, 0.0],
-        "y - x * y" => [product, y - product, 0.0],
-        "x * x - y * y" => [x * x, y * y, x * x - y * y],
-        "(x + y) - y" => [x + y, (x + y) - y, 0.0],
-        "(x - y) + y" => [x - y, (x - y) + y, 0.0],
-        _ => [0.0; 3],
-    }
-}
-
-fn is_ordinary(x: f32) -> bool {
-    x == 0.0 || x.is_normal()
-}
-
-/// Pairs of operands: special ones with special ones, and random ones.
-fn operands(scalar: Scalar, form: Form) -> Vec<[u32; 2]> {
-    const RANDOM: u32 = 640;
-    let special: Vec<u32> = match scalar {
-        Scalar::F32 => special_numbers(),
-        Scalar::I32 | Scalar::U32 => SPECIAL_INTEGERS.to_vec(),
-        Scalar::Bool => vec![0, 1],
-    };
-    let mut pairs: Vec<[u32; 2]> = Vec::new();
-    for &x in &special {
-        pairs.extend(special.iter().map(|&y| [x, y]));
-    }
-    pairs.extend((0..RANDOM).map(|index| random_pair(scalar, index)));
-    let constant = |value: i8| match scalar {
-        Scalar::F32 => f32::from(value).to_bits(),
-        _ => i32::from(value) as u32,
-    };
-    for [x, y] in &mut pairs {
+        let (scalar, text, form) = match self {
+            Self::Function(name) => return f.write_str(name),
+            Self::Operation { scalar, text, form } => (scalar, text, form),
+        };
+        let scalar = match scalar {
+            Scalar::F32 => "f32",
+            Scalar::I32 => "i32",
+            Scalar::U32 => "u32",
+            Scalar::Bool => "bool",
+        };
+        write!(f, "{scalar}: {text}")?;
         match form {
-            Form::Open => {}
-            Form::Right(value) => *y = constant(value),
-            Form::Left(value) => *x = constant(value),
+            Form::Open => Ok(()),
+            Form::Right(y) => write!(f, ", y = {y}"),
+            Form::Left(x) => write!(f, ", x = {x}"),
         }
     }
-    if form != Form::Open {
-        pairs.sort_unstable();
-        pairs.dedup();
-    }
-    pairs
 }
-
-/// Where rounding, exponents or drivers change their ways.
-fn special_numbers() -> Vec<u32> {
-    const SIZES: [f32; 27] = [
-        0.0,
-        f32::MIN_POSITIVE,
-        2.0 * f32::MIN_POSITIVE,
-        1e-30,
-        1e-19,
-        f32::EPSILON,
-        0.25,
-        0.333_333_34,
-        0.499_999_97,
-        0.5,
-        0.75,
-        0.999_999_94,
-        1.0,
-        1.000_000_1,
-        1.5,
-        2.0,
-        2.5,
-        3.0,
-        1023.0,
-        4_194_304.5,
-        8_388_607.5,
-        8_388_608.0,
-        8_388_609.0,
-        16_777_216.0,
-        4_294_967_296.0,
-        1.844_674_3e19,
-        f32::MAX,
-    ];
-    SIZES
-        .iter()
-        .flat_map(|size| [size.to_bits(), (-size).to_bits()])
-        .collect()
-}
-
-const SPECIAL_INTEGERS: [u32; 24] = [
-    0,
-    1,
-    2,
-    3,
-    7,
-    8,
-    31,
-    32,
-    33,
-    255,
-    256,
-    0xffff,
-    0x1_0000,
-    0x7f_ffff,
-    0x55aa_55aa,
-    0x7fff_fffe,
-    0x7fff_ffff,
-    0x8000_0000,
-    0x8000_0001,
-    0xaa55_aa55,
-    0xffff_0000,
-    0xffff_fffd,
-    0xffff_fffe,
-    0xffff_ffff,
-];
-
-/// A pair that nobody thought of. Every other pair of numbers is of one size, so that digits cancel.
-fn random_pair(scalar: Scalar, index: u32) -> [u32; 2] {
-    let [a, b, c, d] = pcg4d([index, 0, 0, 0]);
-    if scalar != Scalar::F32 {
-        return [a, b];
-    }
-    let number = |digits: u32, exponent: u32| digits & 0x807f_ffff | (127 - 30 + exponent) << 23;
-    let exponent = c % 60;
-    let other = if index % 2 == 0 { d % 60 } else { exponent + d % 2 };
-    [number(a, exponent), number(b, other)]
-}
-
-/// A function of `lib/numerics.wgsl`, with the range on which its comment promises an error.
-struct Function {
-    name: &'static str,
-    arguments: Arguments,
-}
-
-/// What a function is tried on.
-enum Arguments {
-    /// Numbers between two positive ones, ends included, and 0 if it is allowed.
-    Positive { least: f32, greatest: f32, zero: bool },
-    /// The same, of both signs.
-    Signed { least: f32, greatest: f32, zero: bool },
-    /// Vectors of every length and direction.
-    Vectors,
-    /// Any words.
-    Words,
-}
-
-const GREATEST_POWER: f32 = 1.701_411_8e38;
-const FUNCTIONS: &[Function] = &[];

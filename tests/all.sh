@@ -59,7 +59,7 @@ say "lints"
 cargo clippy --release --workspace --all-targets --locked -- -D warnings
 
 say "the program without the GPU backend: build and tests"
-cargo test --release --locked -p oneiro-host --no-default-features
+cargo test --release --locked -p oneiro -p oneiro-host --no-default-features
 
 say "all tests"
 cargo test --release --locked --workspace

@@ -8,10 +8,12 @@ use std::time::{Duration, Instant};
 use oneiro::batch::{Batch, Rollout, TraceRequest};
 use oneiro::cpu::Cpu;
 use oneiro::evaluator::{Control, Error, Evaluator};
-use oneiro::gpu::{Bounds, Choice, Gpu, Path, Recovering, adapters, find};
+use oneiro::gpu::{Bounds, Choice, FloatControls, Gpu, Path, Recovering, Run, adapters, find};
+use oneiro::probe;
 use oneiro::random::{Key, pcg4d};
 use oneiro::world::{Controller, Noise, Start, World, WorldSpec};
 use oneiro_shaders::life::Dispatch;
+use oneiro_shaders::{Kernel, PROBE_OPERATIONS};
 
 fn gpu() -> Gpu {
     Gpu::open(&Choice::Best).expect("these tests need an adapter")
@@ -167,6 +169,85 @@ fn all_kernels_give_the_cpus_bits() {
 }
 
 #[test]
+fn the_suite_tells_exact_kernels_from_others() {
+    let mut cases = probe::operations();
+    cases.extend(probe::functions(500));
+    let mut exact = gpu();
+    assert_eq!(exact.why_inexact(), None);
+    assert_eq!(exact.differences(&cases).unwrap(), Vec::<String>::new());
+
+    // As WGSL the driver may contract and reassociate, and does.
+    let mut inexact = Gpu::open_with(exact.adapter(), Path::Wgsl).unwrap();
+    assert!(inexact.why_inexact().is_some());
+    let differences = inexact.differences(&cases).unwrap();
+    assert!(
+        differences.iter().any(|difference| difference.contains("f32: ")),
+        "{differences:?}"
+    );
+    assert!(
+        !differences.iter().any(|difference| difference.contains("u32: ")),
+        "{differences:?}"
+    );
+}
+
+/// A kernel without its `NoContraction` decorations.
+fn contractible(kernel: &'static Kernel) -> &'static Kernel {
+    // OpDecorate of three words, the last of them NoContraction
+    let (decorate, no_contraction) = (0x0003_0047, 42);
+    let mut words = kernel.spirv[..5].to_vec();
+    let mut rest = &kernel.spirv[5..];
+    while let Some(&first) = rest.first() {
+        let (instruction, next) = rest.split_at((first >> 16) as usize);
+        if (first, instruction.last()) != (decorate, Some(&no_contraction)) {
+            words.extend_from_slice(instruction);
+        }
+        rest = next;
+    }
+    assert!(words.len() < kernel.spirv.len());
+    let Kernel {
+        name,
+        wgsl,
+        entry_point,
+        workgroup_size,
+        bindings,
+        variants,
+        ..
+    } = *kernel;
+    let spirv = Vec::leak(words);
+    Box::leak(Box::new(Kernel {
+        name,
+        wgsl,
+        spirv,
+        entry_point,
+        workgroup_size,
+        bindings,
+        variants,
+    }))
+}
+
+#[test]
+fn no_contraction_is_what_makes_it_exact() {
+    let mut gpu = gpu();
+    gpu.ask_for(FloatControls::default());
+    let mut cases = probe::operations();
+    assert_eq!(gpu.differences(&cases).unwrap(), Vec::<String>::new());
+
+    let kernel = contractible(&PROBE_OPERATIONS);
+    for case in &mut cases {
+        case.kernel = kernel;
+    }
+    let differences = gpu.differences(&cases).unwrap();
+    assert!(
+        differences.iter().any(|difference| difference.contains("f32: ")),
+        "{differences:?}"
+    );
+    assert!(
+        !differences.iter().any(|difference| difference.contains("u32: ")),
+        "{differences:?}"
+    );
+}
+
+#[test]
 fn cuts_and_chunks_do_not_matter() {
     let mut gpu = gpu();
     let batch = batch(&worlds(Controller::Recurrent), 500, Some(9));
@@ -305,7 +386,7 @@ fn any_kernel_runs_on_bare_buffers() {
         ..Dispatch::default()
     };
     let words = |bytes: &[u8]| bytemuck::pod_collect_to_vec::<u8, u32>(bytes);
-    let mut buffers = [
+    let buffers = vec![
         words(bytemuck::bytes_of(&dispatch)),
         words(bytemuck::cast_slice(part.worlds())),
         words(bytemuck::cast_slice(part.shapes())),
@@ -316,10 +397,16 @@ fn any_kernel_runs_on_bare_buffers() {
         vec![0; part.slots()],
         vec![0; 18],
     ];
-    gpu().run_kernel(batch.kernel(), &mut buffers, batch.groups()).unwrap();
+    let run = Run {
+        kernel: batch.kernel(),
+        buffers,
+        workgroups: batch.groups(),
+    };
+    let mut runs = [run.clone(), run];
+    gpu().run(&mut runs).unwrap();
     let expected: Vec<u32> = bits(&mut cpu(), &batch)
         .into_iter()
         .map(|(fitness, _)| fitness)
         .collect();
-    assert_eq!(buffers[7], expected);
+    assert!(runs.iter().all(|run| run.buffers[7] == expected));
 }

@@ -113,8 +113,12 @@ fn a_lost_member_leaves_its_piece_to_the_others() {
             ..Device1995::new()
         };
         let mut pool = Pool::new(vec![Box::new(cpu()), Box::new(old)]).unwrap();
-        for _ in 0..4 {
+        // A member may come too late to a batch to get a piece of it.
+        for _ in 0..1000 {
             assert_eq!(fitness(&mut pool, &batch).unwrap(), expected);
+            if !pool.warnings().is_empty() {
+                break;
+            }
         }
         assert_eq!(pool.warnings().len(), 1, "{:?}", pool.warnings());
         assert!(
@@ -130,7 +134,7 @@ fn a_lost_member_leaves_its_piece_to_the_others() {
 fn a_pool_that_has_lost_all_says_so() {
     let old = || {
         Box::new(Device1995 {
-            life: 2,
+            life: 1,
             ..Device1995::new()
         })
     };

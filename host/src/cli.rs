@@ -10,7 +10,7 @@ use clap::{Args, Parser, Subcommand, ValueHint};
 /// 3 configuration or input invalid, 4 no usable device, 5 data corrupt, 6 disk full or I/O,
 /// 75 stopped early and resumable, 130 aborted.
 #[derive(Debug, Parser)]
-#[command(name = "oneiro", version, propagate_version = true, max_term_width = 100)]
+#[command(name = "oneiro", version, propagate_version = true)]
 pub(crate) struct Cli {
     /// What every command takes.
     #[command(flatten)]
@@ -67,13 +67,13 @@ pub(crate) enum Command {
 /// Where evaluations run.
 #[derive(Args, Clone, Debug)]
 pub(crate) struct Backend {
-    /// auto (an exact GPU if there is one, else the CPU), cpu, gpu, gpu:NAME, gpu:INDEX, pool or pool:A+B
+    /// auto (an exact GPU, or else the CPU), cpu, gpu, gpu:NAME, gpu:INDEX or pool
     #[arg(id = "backend", long = "backend", value_name = "BACKEND", default_value = "auto")]
     pub(crate) name: String,
     /// CPU threads, 1 to 1024 [default: one per processor]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
     pub(crate) threads: Option<u16>,
-    /// Share of a GPU's rollouts that is run again on the CPU and compared, 0 to 1
+    /// Share of a GPU's rollouts that the CPU runs again and compares, 0 to 1
     #[arg(long, value_name = "SHARE", default_value_t = 0.01, value_parser = share_or_none)]
     pub(crate) recheck: f64,
 }
@@ -105,7 +105,7 @@ pub(crate) struct Run {
     /// The experiment's TOML file
     #[arg(value_hint = ValueHint::FilePath)]
     pub(crate) experiment: PathBuf,
-    /// The run's seed [default: the experiment's]
+    /// The run's seed [default: the experiment's, or one that is drawn]
     #[arg(long, value_name = "N", conflicts_with = "seeds")]
     pub(crate) seed: Option<u64>,
     /// One run for each seed from A to B, both included
@@ -117,7 +117,7 @@ pub(crate) struct Run {
     /// Change a value of the experiment, such as noise.sensor=[0.0,0.4]; may be repeated
     #[arg(long = "set", value_name = "KEY=VALUE")]
     pub(crate) set: Vec<String>,
-    /// The run's directory, or with --seeds the directory of the runs [default: runs/NAME-...]
+    /// The run's directory, or with --seeds the directory of the runs [default: runs/NAME-SEED-HASH]
     #[arg(long, value_name = "DIR", value_hint = ValueHint::DirPath)]
     pub(crate) out: Option<PathBuf>,
 }
@@ -142,7 +142,7 @@ pub(crate) struct Evaluate {
     /// Genomes, one a row: .npy (f4 or f8, rows x genes) or .csv
     #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath)]
     pub(crate) genomes: PathBuf,
-    /// Seed of the lives [default: the experiment's]
+    /// Seed of the lives [default: the experiment's, or 1]
     #[arg(long, value_name = "N")]
     pub(crate) seed: Option<u64>,
     /// Lives of each genome [default: the experiment's]
@@ -212,13 +212,13 @@ pub(crate) struct List {
 /// `oneiro selftest`
 #[derive(Args, Debug)]
 pub(crate) struct Selftest {
-    /// What is compared with the scalar code of the CPU: all, cpu, gpu (every adapter), gpu:NAME or gpu:INDEX
+    /// What to check: all, cpu, gpu (every adapter), gpu:NAME or gpu:INDEX
     #[arg(long, value_name = "BACKEND", default_value = "all")]
     pub(crate) backend: String,
     /// Rollouts of 500 cycles for each controller, in worlds of every kind
     #[arg(long, value_name = "N", default_value_t = 10_000, value_parser = clap::value_parser!(u32).range(1000..=1_000_000))]
     pub(crate) rollouts: u32,
-    /// Sensor tables in place of the built-in ones: .sam or .sample files named after the classes wall and round
+    /// Sensor tables to use instead of the built-in ones, such as wall.sam,round.sam
     #[arg(long, value_name = "FILE,..", value_delimiter = ',', value_hint = ValueHint::FilePath)]
     pub(crate) tables: Vec<PathBuf>,
 }

@@ -5,6 +5,7 @@ use std::thread;
 use oneiro::backend::{self, Options};
 use oneiro::cpu::Cpu;
 use oneiro::evaluator::Evaluator;
+use oneiro::probe::Case;
 
 use crate::cli::Backend;
 use crate::console::Console;
@@ -82,6 +83,21 @@ impl Candidate {
         matches!(self.way, Way::Cpu(lanes) if lanes.starts_with("checked"))
     }
 
+    /// Opens it to compute one operation or function at a time.
+    ///
+    /// # Errors
+    /// Exit 4: it can't run the kernels.
+    pub(crate) fn probe(&self) -> Result<Probe> {
+        match &self.way {
+            Way::Cpu(lanes) => Ok(Probe::Cpu(lanes)),
+            #[cfg(feature = "gpu")]
+            Way::Gpu(adapter) => Ok(Probe::Gpu(Box::new(oneiro::gpu::Gpu::open_with(
+                adapter,
+                path(adapter),
+            )?))),
+        }
+    }
+
     /// Opens it: without audits, and without another device in its place when it is lost. `chunk` is the most cycles
     /// that it does at once.
     ///
@@ -110,6 +126,48 @@ impl Candidate {
             }
         })
     }
+}
+
+/// A device that computes one operation or function at a time.
+pub(crate) enum Probe {
+    /// A lane code.
+    Cpu(&'static str),
+    /// An adapter.
+    #[cfg(feature = "gpu")]
+    Gpu(Box<oneiro::gpu::Gpu>),
+}
+
+impl Probe {
+    /// For each case a word for each pair of operands.
+    ///
+    /// # Errors
+    /// Exit 1 or 4: the device refuses a kernel, or is lost.
+    pub(crate) fn compute(&mut self, cases: &[Case]) -> Result<Vec<Vec<u32>>> {
+        match self {
+            Self::Cpu(lanes) => cases.iter().map(|case| lanes_of(case, lanes)).collect(),
+            #[cfg(feature = "gpu")]
+            Self::Gpu(gpu) => {
+                let run = |case: &Case| oneiro::gpu::Run {
+                    kernel: case.kernel,
+                    buffers: vec![
+                        case.parameters.to_vec(),
+                        case.left.clone(),
+                        case.right.clone(),
+                        vec![0; case.left.len()],
+                    ],
+                    workgroups: case.workgroups(),
+                };
+                let mut runs: Vec<_> = cases.iter().map(run).collect();
+                gpu.run(&mut runs)?;
+                Ok(runs.into_iter().filter_map(|mut run| run.buffers.pop()).collect())
+            }
+        }
+    }
+}
+
+fn lanes_of(case: &Case, lanes: &str) -> Result<Vec<u32>> {
+    let results = case.run(lanes);
+    results.ok_or_else(|| Failure::device(format_args!("this CPU has no lane code {lanes} for {}", case.subject)))
 }
 
 /// Every way to evaluate that `which` names: `all`, `cpu`, `gpu` (every adapter, software ones too), `gpu:NAME` or

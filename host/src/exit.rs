@@ -76,11 +76,6 @@ impl Failure {
         Self::new(Code::Stopped, message)
     }
 
-    /// Exit 130: a second Ctrl-C.
-    pub(crate) fn aborted(message: impl Display) -> Self {
-        Self::new(Code::Aborted, message)
-    }
-
     /// Exit 6, for a file that the program wanted to write (or to read back): the path and the system's words.
     pub(crate) fn storage(path: &Path, error: &io::Error) -> Self {
         let full = matches!(error.kind(), io::ErrorKind::StorageFull | io::ErrorKind::QuotaExceeded);
@@ -112,14 +107,6 @@ impl Failure {
         match error.kind() {
             io::ErrorKind::BrokenPipe => Self::BrokenPipe,
             _ => Self::storage(Path::new("standard output"), error),
-        }
-    }
-
-    /// The same failure with its place put before the message: `experiment.toml: noise.sensor: ...`.
-    pub(crate) fn at(self, place: impl Display) -> Self {
-        match self {
-            Self::Exit(code, error) => Self::Exit(code, anyhow::anyhow!("{place}: {error}")),
-            Self::BrokenPipe => Self::BrokenPipe,
         }
     }
 
@@ -172,18 +159,11 @@ mod tests {
             6
         );
         assert_eq!(Failure::stopped("").code(), 75);
-        assert_eq!(Failure::aborted("").code(), 130);
+        assert_eq!(Code::Aborted as u8, 130);
         assert_eq!(Failure::stdout(&io::ErrorKind::BrokenPipe.into()).code(), 0);
         assert_eq!(
             Failure::unreadable(Path::new("a"), &io::ErrorKind::NotFound.into()).code(),
             3
         );
-    }
-
-    #[test]
-    fn a_place_goes_before_the_message() {
-        let failure = Failure::input("cycles: 0; allowed: 1 to 1000000").at("a.toml");
-        assert_eq!(failure.to_string(), "a.toml: cycles: 0; allowed: 1 to 1000000");
-        assert_eq!(failure.code(), 3);
     }
 }

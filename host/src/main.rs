@@ -18,6 +18,7 @@ mod progress;
 mod record;
 mod run;
 mod watcher;
+mod worker;
 mod workload;
 
 fn main() -> ExitCode {

@@ -2,13 +2,9 @@
 
 use std::collections::VecDeque;
 use std::path::Path;
-use std::sync::Arc;
-use std::sync::mpsc::{self, Receiver, RecvTimeoutError, Sender};
-use std::thread::{self, JoinHandle};
-use std::time::Duration;
 
-use oneiro::batch::{Batch, Outcome, Rollout, TraceRequest};
-use oneiro::evaluator::{Control, Error, Evaluator};
+use oneiro::batch::{Batch, Rollout, TraceRequest};
+use oneiro::evaluator::Error;
 use oneiro::random::Key;
 use oneiro::world::Invalid;
 
@@ -17,6 +13,7 @@ use crate::exit::{Failure, Result};
 use crate::experiment::Experiment;
 use crate::experiment::settings::TrialScore;
 use crate::record::{Done, Ended, Recorder, SavedRun, Session};
+use crate::worker::Worker;
 
 /// Runs that go in lockstep at most: each has a lock open, and systems allow some thousand open files.
 pub(crate) const LOCKSTEP: usize = 256;
@@ -110,10 +107,10 @@ pub(crate) trait Watch {
 pub(crate) fn evolve(
     experiment: &Experiment,
     mut runs: Vec<Run>,
-    device: &Device,
+    worker: &Worker,
     watch: &mut dyn Watch,
 ) -> Result<Vec<(Run, Done)>> {
-    let ended = live(experiment, &mut runs, device, watch).and_then(|()| finish(experiment, &mut runs, device, watch));
+    let ended = live(experiment, &mut runs, worker, watch).and_then(|()| finish(experiment, &mut runs, worker, watch));
     match ended {
         Ok(done) => Ok(runs.into_iter().zip(done).collect()),
         Err(Interruption::Other(failure)) => Err(failure),
@@ -131,21 +128,23 @@ pub(crate) fn evolve(
 
 /// All generations, in two halves of the runs: while the device evaluates one, this thread evolves and records the
 /// other.
-fn live(experiment: &Experiment, runs: &mut [Run], device: &Device, watch: &mut dyn Watch) -> Step {
+fn live(experiment: &Experiment, runs: &mut [Run], worker: &Worker, watch: &mut dyn Watch) -> Step {
     let (one, other) = runs.split_at_mut(runs.len().div_ceil(2));
     let mut under_way = VecDeque::new();
     for half in [one, other] {
         if let Some(batch) = ask(experiment, half)? {
-            device.submit(batch);
+            worker.submit(batch);
             under_way.push_back(half);
         }
     }
     while let Some(half) = under_way.pop_front() {
-        let outcome = device.receive(watch)?;
+        let outcome = worker.receive(watch)?;
         let lived = tell(experiment, half, &outcome.fitness);
         let next = ask(experiment, half)?;
         let goes_on = next.is_some();
-        next.into_iter().for_each(|batch| device.submit(batch));
+        if let Some(batch) = next {
+            worker.submit(batch);
+        }
         record(experiment, half, lived, watch)?;
         if goes_on {
             under_way.push_back(half);
@@ -226,7 +225,7 @@ fn record(experiment: &Experiment, runs: &mut [Run], lived: Vec<(usize, Generati
 }
 
 /// Lets the champions live again for their traces, and writes what the runs gave.
-fn finish(experiment: &Experiment, runs: &mut [Run], device: &Device, watch: &mut dyn Watch) -> Step<Vec<Done>> {
+fn finish(experiment: &Experiment, runs: &mut [Run], worker: &Worker, watch: &mut dyn Watch) -> Step<Vec<Done>> {
     /// Records; a longer life is traced less often.
     const LONGEST_TRACE: u32 = 10_000;
     let every = experiment.world().cycles().div_ceil(LONGEST_TRACE);
@@ -242,12 +241,12 @@ fn finish(experiment: &Experiment, runs: &mut [Run], device: &Device, watch: &mu
             genes: &champion.genome,
             key: keys[0],
         };
-        device.submit(Batch::new(
+        worker.submit(Batch::new(
             std::slice::from_ref(experiment.world()),
             &[life],
             Some(TraceRequest { every }),
         )?);
-        let outcome = device.receive(watch)?;
+        let outcome = worker.receive(watch)?;
         if trials == 1 && outcome.fitness[0].to_bits() != champion.fitness.to_bits() {
             return Err(Failure::failed(format_args!(
                 "seed {}: the champion's fitness was {} (bits {:08x}) in its generation and is {} (bits {:08x}) in its \
@@ -292,7 +291,7 @@ fn stopped(runs: &[Run]) -> String {
 type Step<T = ()> = std::result::Result<T, Interruption>;
 
 /// What ends the loop early.
-enum Interruption {
+pub(crate) enum Interruption {
     /// The evaluator; all that has lived is recorded, and can be kept.
     Evaluation(Error),
     /// Anything else; only what checkpoints hold is sure.
@@ -317,69 +316,5 @@ impl From<Invalid> for Interruption {
     }
 }
 
-/// An evaluator on a thread of its own.
-pub(crate) struct Device {
-    jobs: Sender<Batch>,
-    outcomes: Receiver<std::result::Result<Outcome, Error>>,
-    control: Arc<Control>,
-    thread: JoinHandle<Box<dyn Evaluator>>,
-}
-
-impl Device {
-    /// Gives an evaluator its thread.
-    pub(crate) fn new(mut evaluator: Box<dyn Evaluator>) -> Self {
-        let (jobs, batches) = mpsc::channel::<Batch>();
-        let (results, outcomes) = mpsc::channel();
-        let control = Arc::new(Control::new());
-        let own = Arc::clone(&control);
-        let thread = thread::spawn(move || {
-            for batch in batches {
-                if results.send(evaluator.evaluate(&batch, &own)).is_err() {
-                    break;
-                }
-            }
-            evaluator
-        });
-        Self {
-            jobs,
-            outcomes,
-            control,
-            thread,
-        }
-    }
-
-    /// Hands a batch over; outcomes come in the same order.
-    fn submit(&self, batch: Batch) {
-        // A thread that has ended is noticed where its outcome is awaited.
-        let _ = self.jobs.send(batch);
-    }
-
-    /// Waits for the next outcome.
-    fn receive(&self, watch: &mut dyn Watch) -> Step<Outcome> {
-        const BLINK: Duration = Duration::from_millis(100);
-        loop {
-            if watch.stops() {
-                self.control.cancel();
-                return Err(Error::Cancelled.into());
-            }
-            match self.outcomes.recv_timeout(BLINK) {
-                Ok(outcome) => return Ok(outcome?),
-                Err(RecvTimeoutError::Timeout) => watch.steps(self.control.steps()),
-                Err(RecvTimeoutError::Disconnected) => return Err(Failure::failed("the evaluator broke down").into()),
-            }
-        }
-    }
-
-    /// Robot-steps that it has done.
-    pub(crate) fn steps(&self) -> u64 {
-        self.control.steps()
-    }
-
-    /// Ends the thread. What the evaluator has to tell the user.
-    pub(crate) fn close(self) -> Vec<String> {
-        drop(self.jobs);
-        self.thread
-            .join()
-            .map_or_else(|_| Vec::new(), |evaluator| evaluator.warnings().to_vec())
-    }
-}
+#[cfg(test)]
+mod tests;

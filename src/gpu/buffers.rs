@@ -44,7 +44,7 @@ impl Pooled {
                 label: Some(self.label),
                 size: size.min(most).max(bytes).max(16),
                 usage: self.usage,
-                mapped_at_creation: false,
+                mapped_at_creation: self.usage.contains(Usage::MAP_WRITE),
             }));
         }
         self.buffer()
@@ -81,11 +81,41 @@ impl Pooled {
 
     /// The used bytes, as a binding: kernels clamp their indices to its size.
     pub(super) fn binding(&self) -> wgpu::BindingResource<'_> {
+        self.range(0, self.used)
+    }
+
+    /// Some bytes from some byte on, as a binding.
+    pub(super) fn range(&self, offset: u64, bytes: u64) -> wgpu::BindingResource<'_> {
         wgpu::BindingResource::Buffer(wgpu::BufferBinding {
             buffer: self.buffer(),
-            offset: 0,
-            size: wgpu::BufferSize::new(self.used),
+            offset,
+            size: wgpu::BufferSize::new(bytes),
         })
+    }
+
+    /// Brings data to a buffer of the device by way of this one, which the host writes. Unlike the queue's own
+    /// writes that makes no new host memory, which is slow to get in large pieces.
+    ///
+    /// # Errors
+    /// [`Fault::Lost`] if the host can't write it.
+    pub(super) fn send(
+        &mut self,
+        device: &Device,
+        bytes: &[u8],
+        encoder: &mut wgpu::CommandEncoder,
+        to: &mut Self,
+    ) -> Result<(), Fault> {
+        let size = bytes.len() as u64;
+        let to = to.reserve(device, size);
+        let own = self.reserve(device, size);
+        own.get_mapped_range_mut(0..size)
+            .map_err(|error| Fault::Lost(format!("its memory can't be written: {error}")))?
+            .copy_from_slice(bytes);
+        own.unmap();
+        encoder.copy_buffer_to_buffer(own, 0, to, 0, Some(size));
+        // Ready for the next time once this copy is done.
+        encoder.map_buffer_on_submit(own, wgpu::MapMode::Write, 0..own.size(), |_| {});
+        Ok(())
     }
 
     /// Copies the used bytes to where the host reads them, and maps that once the copy is done.
@@ -137,6 +167,7 @@ pub(super) struct Bench {
     pub(super) dispatch: Pooled,
     pub(super) groups: Pooled,
     pub(super) inputs: Pooled,
+    pub(super) inputs_in: Pooled,
     pub(super) state: Pooled,
     pub(super) fitness: Pooled,
     pub(super) trace: Pooled,
@@ -151,6 +182,7 @@ impl Default for Bench {
             dispatch: Pooled::new("dispatch", Usage::UNIFORM | Usage::COPY_DST),
             groups: Pooled::new("groups", Usage::STORAGE | Usage::COPY_DST),
             inputs: Pooled::new("inputs", Usage::STORAGE | Usage::COPY_DST),
+            inputs_in: Pooled::new("inputs in", Usage::MAP_WRITE | Usage::COPY_SRC),
             state: Pooled::new("state", Usage::STORAGE),
             fitness: Pooled::new("fitness", result),
             trace: Pooled::new("trace", result),

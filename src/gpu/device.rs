@@ -7,9 +7,12 @@ use std::time::Duration;
 
 use oneiro_shaders::{Binding, BindingKind, Kernel};
 
-use super::adapter::Adapter;
+use super::adapter::{Adapter, FloatControls};
 use super::spirv;
 use crate::evaluator::{Control, Error};
+
+/// Storage buffers that a life binds.
+const STORAGE_BUFFERS: u32 = 8;
 
 /// In which form a device gets its kernels.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -57,6 +60,8 @@ pub(super) struct Device {
     pub(super) queue: wgpu::Queue,
     adapter: Adapter,
     path: Path,
+    /// The modes that its kernels ask for.
+    float_controls: FloatControls,
     told: Arc<Mutex<Told>>,
     pub(super) doom: Doom,
     /// By name and SPIR-V, so that an altered kernel is another one.
@@ -70,7 +75,7 @@ impl Device {
     /// [`Error::NoDevice`] if the adapter can't run the kernels, or takes no SPIR-V where that is the path.
     pub(super) fn open(adapter: &Adapter, path: Path) -> Result<Self, Error> {
         let refused = |problem: String| Error::NoDevice(format!("{}: {problem}", adapter.name()));
-        let (needed, has) = (8, adapter.limits().storage_buffers);
+        let (needed, has) = (STORAGE_BUFFERS, adapter.limits().storage_buffers);
         if has < needed {
             return Err(refused(format!(
                 "binds {has} storage buffers in a kernel; {needed} are needed"
@@ -118,6 +123,7 @@ impl Device {
             queue,
             adapter: adapter.clone(),
             path,
+            float_controls: adapter.float_controls(),
             told,
             doom: Doom::default(),
             pipelines: BTreeMap::new(),
@@ -132,6 +138,12 @@ impl Device {
     /// The form in which it gets its kernels.
     pub(super) fn path(&self) -> Path {
         self.path
+    }
+
+    /// Asks for other modes from now on.
+    pub(super) fn ask_for(&mut self, float_controls: FloatControls) {
+        self.float_controls = float_controls;
+        self.pipelines.clear();
     }
 
     /// A kernel, compiled when first asked for.
@@ -163,7 +175,7 @@ impl Device {
         });
         let module = match self.path {
             Path::Spirv => {
-                let words = spirv::with_modes(kernel.spirv, self.adapter.float_controls());
+                let words = spirv::with_modes(kernel.spirv, self.float_controls);
                 let descriptor = wgpu::ShaderModuleDescriptorPassthrough {
                     label,
                     entry_points: vec![wgpu::PassthroughShaderEntryPoint {
@@ -319,5 +331,14 @@ fn layout_entry(binding: &Binding) -> wgpu::BindGroupLayoutEntry {
             min_binding_size: wgpu::BufferSize::new(u64::from(binding.stride)),
         },
         count: None,
+    }
+}
+
+#[cfg(test)]
+impl Device {
+    /// As if the driver had said that memory ran out.
+    pub(super) fn pretend_out_of_memory(&self) {
+        let source = Box::new(std::io::Error::from(std::io::ErrorKind::OutOfMemory));
+        lock(&self.told).error = Some(wgpu::Error::OutOfMemory { source });
     }
 }

@@ -46,13 +46,30 @@ pub(super) struct Lives {
 }
 
 impl Lives {
-    /// Runs a part.
+    /// Runs a part, in smaller cuts if the device's memory doesn't hold them.
     ///
     /// # Errors
     /// See [`Fault`]; progress told to `control` is then taken back.
     pub(super) fn run(&mut self, device: &mut Device, part: &Part<'_>, control: &Control) -> Result<PartResult, Fault> {
+        let mut groups = self.bounds.groups.min(part.group_table().len() as u32);
+        loop {
+            match self.run_cut(device, part, control, groups) {
+                Err(Fault::OutOfMemory) if groups > 1 => groups = groups.div_ceil(2),
+                done => return done,
+            }
+        }
+    }
+
+    /// Runs a part in cuts of so many groups at most.
+    fn run_cut(
+        &mut self,
+        device: &mut Device,
+        part: &Part<'_>,
+        control: &Control,
+        groups: u32,
+    ) -> Result<PartResult, Fault> {
         let pipeline = device.pipeline(part.kernel())?;
-        let cuts = cuts(part, Bytes::of(device, self.bounds))?;
+        let cuts = cuts(part, Bytes::of(device, groups))?;
         self.scene.worlds.keep(device, bytemuck::cast_slice(part.worlds()));
         self.scene.shapes.keep(device, bytemuck::cast_slice(part.shapes()));
         self.scene.tables.keep(device, bytemuck::cast_slice(part.tables()));
@@ -67,7 +84,7 @@ impl Lives {
             scene: &self.scene,
             benches: &mut self.benches,
             pace: self.paces.entry(pipeline.kernel).or_default(),
-            most_cycles: self.bounds.cycles,
+            most_cycles: self.bounds.cycles.max(1),
             flights: VecDeque::new(),
             told_steps: 0,
             landed: Instant::now(),
@@ -80,19 +97,12 @@ impl Lives {
             Ok(()) => Ok(run.result),
             Err(fault) => {
                 control.take_back_steps(run.told_steps);
-                // Their buffers may still be in use, or on their way to being mapped.
+                // Their buffers may still be in use, on their way to being mapped, or never have come to be.
                 self.benches = Default::default();
+                self.scene = Scene::default();
                 Err(fault)
             }
         }
-    }
-
-    /// Halves the cuts after memory ran out; false if they can't get smaller.
-    pub(super) fn shrink(&mut self, part: &Part<'_>) -> bool {
-        let groups = self.bounds.groups.min(part.group_table().len() as u32);
-        self.scene = Scene::default();
-        self.bounds.groups = groups.div_ceil(2);
-        groups > 1
     }
 }
 
@@ -118,10 +128,10 @@ struct Bytes {
 }
 
 impl Bytes {
-    fn of(device: &Device, bounds: Bounds) -> Self {
+    fn of(device: &Device, groups: u32) -> Self {
         let limits = device.adapter().limits();
         Self {
-            groups: limits.workgroups.min(bounds.groups).max(1) as usize,
+            groups: limits.workgroups.min(groups).max(1) as usize,
             binding: limits.binding_bytes.min(limits.buffer_bytes),
             cut: CUT_BYTES,
         }
@@ -232,9 +242,6 @@ impl Run<'_> {
             while begin < cut.cycles {
                 // Until the speed is known there is nothing to plan the next chunk with.
                 self.land_until(usize::from(self.pace.is_known()))?;
-                if begin == 0 {
-                    self.fill(cut, bench);
-                }
                 let cycles = self
                     .pace
                     .cycles(cut.slots())
@@ -247,23 +254,17 @@ impl Run<'_> {
         self.land_until(0)
     }
 
-    /// Uploads a cut.
-    fn fill(&mut self, cut: &Cut, bench: usize) {
-        let (device, part) = (&*self.device, self.part);
+    /// Makes room for a cut.
+    fn make_room(&mut self, cut: &Cut, bench: usize) {
+        let device = &*self.device;
         let bench = &mut self.benches[bench];
-        bench
-            .groups
-            .keep(device, bytemuck::cast_slice(&part.group_table()[cut.groups.clone()]));
-        bench
-            .inputs
-            .write(device, bytemuck::cast_slice(&part.inputs()[cut.inputs.clone()]));
         bench.dispatch.reserve(device, size_of::<Dispatch>() as u64);
         bench.state.reserve(device, cut.slots() * size_of::<State>() as u64);
         let fitness = cut.slots() * size_of::<f32>() as u64;
         bench.fitness.reserve(device, fitness);
         bench.fitness_out.reserve(device, fitness);
         // A binding can't be empty: without a trace it is one record that nobody writes.
-        let records = cut.slots() * u64::from(part.trace_records());
+        let records = cut.slots() * u64::from(self.part.trace_records());
         let trace = records.max(1) * size_of::<Record>() as u64;
         bench.trace.reserve(device, trace);
         if records > 0 {
@@ -273,9 +274,31 @@ impl Run<'_> {
 
     /// Submits a chunk of a cut.
     fn launch(&mut self, cut: &Cut, bench_index: usize, cycles: Range<u32>) -> Result<(), Fault> {
-        let bench = &mut self.benches[bench_index];
         let part = self.part;
         let group_table = &part.group_table()[cut.groups.clone()];
+        let is_first = cycles.start == 0;
+        let is_last = cycles.end == cut.cycles;
+        let traced = part.trace_records() > 0;
+        let label = Some(self.pipeline.kernel);
+        if is_first {
+            self.make_room(cut, bench_index);
+        }
+        let bench = &mut self.benches[bench_index];
+        let mut encoder = self
+            .device
+            .raw
+            .create_command_encoder(&wgpu::CommandEncoderDescriptor { label });
+        if is_first {
+            bench.groups.keep(self.device, bytemuck::cast_slice(group_table));
+            let inputs = bytemuck::cast_slice(&part.inputs()[cut.inputs.clone()]);
+            bench
+                .inputs_in
+                .send(self.device, inputs, &mut encoder, &mut bench.inputs)?;
+            if traced {
+                // A life that ends before the batch's longest leaves the rest of its records as they were.
+                encoder.clear_buffer(bench.trace.buffer(), 0, Some(bench.trace.used()));
+            }
+        }
         let dispatch = Dispatch {
             step_begin: cycles.start,
             step_end: cycles.end,
@@ -286,17 +309,6 @@ impl Run<'_> {
         };
         bench.dispatch.write(self.device, bytemuck::bytes_of(&dispatch));
         let bind_group = bind(self.device, self.pipeline, self.kernel, self.scene, bench)?;
-
-        let traced = part.trace_records() > 0;
-        let label = Some(self.pipeline.kernel);
-        let mut encoder = self
-            .device
-            .raw
-            .create_command_encoder(&wgpu::CommandEncoderDescriptor { label });
-        if traced && cycles.start == 0 {
-            // A life that ends before the batch's longest leaves the rest of its records as they were.
-            encoder.clear_buffer(bench.trace.buffer(), 0, Some(bench.trace.used()));
-        }
         {
             let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor {
                 label,
@@ -306,7 +318,6 @@ impl Run<'_> {
             pass.set_bind_group(0, &bind_group, &[]);
             pass.dispatch_workgroups(group_table.len() as u32, 1, 1);
         }
-        let is_last = cycles.end == cut.cycles;
         if is_last {
             bench.fitness.bring(&mut encoder, &bench.fitness_out);
             if traced {

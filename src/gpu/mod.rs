@@ -8,11 +8,13 @@ mod pace;
 mod recovery;
 mod run;
 mod spirv;
+mod trust;
 
 pub use adapter::{Adapter, Choice, FloatControls, Limits, adapters, find};
 pub use device::Path;
 pub use dispatch::Bounds;
 pub use recovery::Recovering;
+pub use run::Run;
 
 use device::{Device, Fault};
 use dispatch::Lives;
@@ -25,7 +27,7 @@ use crate::evaluator::{self, Control, Error, Evaluator, PartResult};
 pub struct Gpu {
     device: Device,
     lives: Lives,
-    exact: bool,
+    inexact: Option<String>,
 }
 
 impl Gpu {
@@ -47,9 +49,9 @@ impl Gpu {
         let mut gpu = Self {
             device: Device::open(adapter, path)?,
             lives: Lives::default(),
-            exact: false,
+            inexact: None,
         };
-        gpu.exact = path == Path::Spirv;
+        gpu.inexact = trust::verdict(&mut gpu)?;
         Ok(gpu)
     }
 
@@ -77,6 +79,12 @@ impl Gpu {
         self.device.adapter()
     }
 
+    /// Why its results are not promised to be exact; nothing if they are: if it runs the exact kernels, and every
+    /// operation and function of theirs gave the CPU's bits when it was opened.
+    pub fn why_inexact(&self) -> Option<&str> {
+        self.inexact.as_deref()
+    }
+
     /// Bounds each dispatch more than time and memory do.
     pub fn set_bounds(&mut self, bounds: Bounds) {
         self.lives.bounds = bounds;
@@ -87,6 +95,12 @@ impl Gpu {
     #[doc(hidden)]
     pub fn lose_after(&mut self, dispatches: u32, devices: u32) {
         self.device.doom = device::Doom::after(dispatches, devices);
+    }
+
+    /// Asks for other modes than all that the driver has, to see in tests what they are good for.
+    #[doc(hidden)]
+    pub fn ask_for(&mut self, float_controls: FloatControls) {
+        self.device.ask_for(float_controls);
     }
 
     fn error(&self, fault: Fault) -> Error {
@@ -107,17 +121,60 @@ impl Evaluator for Gpu {
         evaluator::Device {
             name: adapter.name().to_owned(),
             detail: adapter.driver(),
-            exact: self.exact,
+            exact: self.inexact.is_none(),
         }
     }
 
     fn evaluate_part(&mut self, part: &Part<'_>, control: &Control) -> Result<PartResult, Error> {
-        loop {
-            match self.lives.run(&mut self.device, part, control) {
-                Ok(result) => return Ok(result),
-                Err(Fault::OutOfMemory) if self.lives.shrink(part) => {}
-                Err(fault) => return Err(self.error(fault)),
-            }
-        }
+        self.lives
+            .run(&mut self.device, part, control)
+            .map_err(|fault| self.error(fault))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::batch::{Batch, Rollout};
+    use crate::cpu::Cpu;
+    use crate::random::Key;
+    use crate::world::{World, WorldSpec};
+
+    #[test]
+    fn smaller_cuts_when_memory_runs_out() {
+        let world = World::new(WorldSpec {
+            cycles: 20,
+            ..WorldSpec::miglino1995()
+        })
+        .expect("a good world");
+        let genes = [1.0; 18];
+        let rollout = |index| Rollout {
+            world: 0,
+            genes: &genes,
+            key: Key::rollout(0, 0, index, 0),
+        };
+        let batch = |rollouts| {
+            let rollouts: Vec<_> = (0..rollouts).map(rollout).collect();
+            Batch::new(std::slice::from_ref(&world), &rollouts, None).expect("a good batch")
+        };
+        let mut gpu = Gpu::open(&Choice::Best).expect("these tests need an adapter");
+
+        let control = Control::new();
+        gpu.device.pretend_out_of_memory();
+        let there = gpu.evaluate(&batch(200), &control).expect("it fits after all");
+        let here = Cpu::new(Some(1))
+            .expect("a CPU")
+            .evaluate(&batch(200), &Control::new())
+            .expect("a result");
+        assert_eq!(there.fitness, here.fitness);
+        assert_eq!(control.steps(), 200 * 20);
+
+        gpu.device.pretend_out_of_memory();
+        assert!(
+            matches!(gpu.evaluate(&batch(64), &control), Err(Error::TooLarge(_))),
+            "64 can't be cut"
+        );
+        assert_eq!(control.steps(), 200 * 20);
+        assert!(gpu.evaluate(&batch(64), &control).is_ok());
     }
 }

@@ -189,7 +189,7 @@ pub(crate) fn measure(candidates: &[Candidate], plan: &Plan, console: Console) -
             cells.push(Cell {
                 device: candidates[i].name.clone(),
                 threads: candidates[i].threads,
-                exact: candidates[i].exact,
+                exact: evaluators[i].device().exact,
                 rollouts: size,
                 robot_steps: batch.steps(),
                 seconds,

@@ -122,20 +122,12 @@ fn adapters() -> Vec<Adapter> {
 
 #[cfg(feature = "gpu")]
 fn adapter(adapter: &oneiro::gpu::Adapter) -> Adapter {
-    use oneiro::evaluator::Evaluator;
     use oneiro::gpu::{Gpu, Path};
 
-    let inexact = if adapter.takes_spirv() {
-        match Gpu::open_with(adapter, Path::Spirv) {
-            Ok(gpu) if gpu.device().exact => None,
-            Ok(_) => Some("its driver failed the check of operations; `oneiro selftest` shows which".to_owned()),
-            Err(error) => Some(error.to_string()),
-        }
-    } else {
-        Some(format!(
-            "{} takes no SPIR-V, so its compiler may reorder arithmetic",
-            adapter.backend()
-        ))
+    let path = if adapter.takes_spirv() { Path::Spirv } else { Path::Wgsl };
+    let inexact = match Gpu::open_with(adapter, path) {
+        Ok(gpu) => gpu.why_inexact().map(str::to_owned),
+        Err(error) => Some(error.to_string()),
     };
     let limits = adapter.limits();
     let floats = adapter.float_controls();

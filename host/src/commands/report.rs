@@ -6,8 +6,8 @@ use serde::Serialize;
 
 use crate::console::{Console, columns};
 use crate::evolve::Champion;
-use crate::exit::Result;
-use crate::record::{Done, SavedRun};
+use crate::exit::{Failure, Result};
+use crate::record::{Done, SavedRun, rows};
 use crate::run::Run;
 
 /// A finished run in a few values.
@@ -21,37 +21,50 @@ pub(super) struct Report {
     /// When it lived, and which it was.
     generation: u32,
     individual: u32,
+    /// Scores of the whole run that are NaN.
+    nan: u64,
     /// The result's hash.
     result: String,
 }
 
 impl Report {
     /// Of a run that has just ended.
-    pub(super) fn new(run: &Run, done: &Done) -> Option<Self> {
-        Some(Self::of(run.directory(), run.seed(), run.evolution().champion()?, done))
+    pub(super) fn new(run: &Run, done: &Done) -> Result<Self> {
+        let champion = run
+            .evolution()
+            .champion()
+            .ok_or_else(|| Failure::failed("a run has no champion"))?;
+        Self::of(run.directory(), run.seed(), champion, done)
     }
 
     /// Of a run that ended some time ago.
     pub(super) fn read(directory: &Path, done: &Done) -> Result<Self> {
         let run = SavedRun::open(directory)?;
-        Ok(Self::of(directory, run.seed(), &run.champion()?, done))
+        Self::of(directory, run.seed(), &run.champion()?, done)
     }
 
-    fn of(directory: &Path, seed: u64, champion: &Champion, done: &Done) -> Self {
-        Self {
+    fn of(directory: &Path, seed: u64, champion: &Champion, done: &Done) -> Result<Self> {
+        Ok(Self {
             directory: directory.to_owned(),
             seed,
             fitness: champion.fitness,
             bits: format!("{:08x}", champion.fitness.to_bits()),
             generation: champion.generation,
             individual: champion.individual,
+            nan: rows(directory)?.iter().map(|row| u64::from(row.nan)).sum(),
             result: done.result.clone(),
-        }
+        })
     }
 }
 
 /// Prints reports: one by itself, or several as a list.
 pub(super) fn print(reports: &[Report], as_list: bool, console: Console) -> Result {
+    for Report { directory, nan, .. } in reports.iter().filter(|report| report.nan > 0) {
+        console.say(format!(
+            "warning: {}: {nan} scores were NaN; they ranked last",
+            directory.display()
+        ));
+    }
     match reports {
         [report] if !as_list && console.json() => console.json_data(report),
         _ if console.json() => console.json_data(&reports),

@@ -9,8 +9,9 @@ use crate::console::Console;
 use crate::device;
 use crate::exit::Result;
 use crate::record::{Done, SavedRun, Session};
-use crate::run::{Device, LOCKSTEP, Run, evolve};
+use crate::run::{LOCKSTEP, Run, evolve};
 use crate::watcher::Watcher;
+use crate::worker::Worker;
 
 /// Goes on with a run, or with all runs of a directory, from their last good checkpoints.
 pub(crate) fn run(arguments: &cli::Resume, console: Console) -> Result {
@@ -33,24 +34,26 @@ pub(crate) fn run(arguments: &cli::Resume, console: Console) -> Result {
         let evaluator = device::open(&arguments.backend)?;
         console.say(format!("resuming on {}", device::name(evaluator.as_ref())));
         let session = Session::new(&arguments.backend.name, &evaluator.device());
-        let device = Device::new(evaluator);
+        let worker = Worker::new(evaluator);
         let mut watcher = Watcher::new(console)?;
         for wave in groups.values().flat_map(|group| group.chunks(LOCKSTEP)) {
             let experiment = wave[0].experiment();
             let mut runs = Vec::with_capacity(wave.len());
             for saved in wave {
                 let (run, problems) = Run::resume(saved, session.clone())?;
-                problems
-                    .iter()
-                    .for_each(|problem| console.say(format!("warning: {problem}")));
+                for problem in problems {
+                    console.say(format!("warning: {problem}"));
+                }
                 let generations = experiment.settings().evolution.generations;
                 watcher.expect(experiment, u64::from(generations - run.evolution().generation()));
                 runs.push(run);
             }
-            let ended = evolve(experiment, runs, &device, &mut watcher)?;
-            done.extend(ended.iter().filter_map(|(run, result)| Report::new(run, result)));
+            let ended = evolve(experiment, runs, &worker, &mut watcher)?;
+            for (run, result) in &ended {
+                done.push(Report::new(run, result)?);
+            }
         }
-        watcher.finish(&device.close());
+        watcher.finish(&worker.close());
     }
     done.sort_by(|a, b| a.directory.cmp(&b.directory));
     report::print(&done, directories.len() > 1, console)

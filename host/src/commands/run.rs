@@ -11,8 +11,9 @@ use crate::device;
 use crate::exit::{Failure, Result};
 use crate::experiment::Experiment;
 use crate::record::{Session, Standing, standing};
-use crate::run::{Device, LOCKSTEP, Run, evolve};
+use crate::run::{LOCKSTEP, Run, evolve};
 use crate::watcher::Watcher;
+use crate::worker::Worker;
 
 /// Runs the experiment for each seed; what is done already is not done again.
 pub(crate) fn run(arguments: &cli::Run, console: Console) -> Result {
@@ -47,7 +48,7 @@ pub(crate) fn run(arguments: &cli::Run, console: Console) -> Result {
         let evaluator = device::open(&arguments.backend)?;
         console.say(format!("{} on {}", experiment.name(), device::name(evaluator.as_ref())));
         let session = Session::new(&arguments.backend.name, &evaluator.device());
-        let device = Device::new(evaluator);
+        let worker = Worker::new(evaluator);
         let mut watcher = Watcher::new(console)?;
         watcher.expect(
             &experiment,
@@ -56,10 +57,12 @@ pub(crate) fn run(arguments: &cli::Run, console: Console) -> Result {
         for wave in new.chunks(LOCKSTEP) {
             let start = |(seed, directory): &(u64, PathBuf)| Run::start(&experiment, *seed, directory, session.clone());
             let runs = wave.iter().map(start).collect::<Result<Vec<_>>>()?;
-            let ended = evolve(&experiment, runs, &device, &mut watcher)?;
-            done.extend(ended.iter().filter_map(|(run, result)| Report::new(run, result)));
+            let ended = evolve(&experiment, runs, &worker, &mut watcher)?;
+            for (run, result) in &ended {
+                done.push(Report::new(run, result)?);
+            }
         }
-        watcher.finish(&device.close());
+        watcher.finish(&worker.close());
     }
     done.sort_by_key(|report| report.seed);
     report::print(&done, arguments.seeds.is_some(), console)

@@ -5,7 +5,8 @@ use std::thread;
 
 use oneiro::batch::{Batch, Outcome, TraceRequest};
 use oneiro::evaluator::{Control, Evaluator};
-use oneiro::random::{Key, pcg4d};
+use oneiro::probe::{self, Case, Subject};
+use oneiro::random::{KNOWN_ANSWERS, pcg4d};
 use oneiro::tables::SensorTables;
 use oneiro::world::{Robot, World, WorldSpec};
 use serde::Serialize;
@@ -20,6 +21,8 @@ use crate::workload;
 
 /// Rollouts whose traces are compared, for each controller.
 const TRACED: u32 = 256;
+/// Arguments of each function of the kernels' library.
+const ARGUMENTS: usize = 10_000;
 /// The seed of all genomes and keys.
 const SEED: u32 = 1995;
 
@@ -33,6 +36,9 @@ struct Check {
     /// How many of them differ.
     different: u64,
     verdict: Verdict,
+    /// Which, where it is known.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    details: Vec<String>,
 }
 
 /// What a comparison came to.
@@ -81,6 +87,7 @@ impl Check {
             compared: counts.0,
             different: counts.1,
             verdict,
+            details: Vec::new(),
         }
     }
 
@@ -93,6 +100,7 @@ impl Check {
             compared: counts.0,
             different: counts.1,
             verdict,
+            details: Vec::new(),
         }
     }
 }
@@ -102,6 +110,11 @@ pub(crate) fn run(arguments: &Selftest, console: Console) -> Result {
     let candidates = compared(&arguments.backend)?;
     let robot = robot(arguments, console)?;
     let mut checks = vec![known_answers()];
+    console.say("operations and functions");
+    let arithmetic = Arithmetic::new()?;
+    for candidate in &candidates {
+        arithmetic.check(candidate, &mut checks)?;
+    }
     for (name, controller) in workload::CONTROLLERS {
         console.say(format!("lives of the {name}"));
         let worlds = workload::worlds(controller, &robot)?;
@@ -116,28 +129,9 @@ pub(crate) fn run(arguments: &Selftest, console: Console) -> Result {
     if console.json() {
         console.json_data(&json!({ "passed": bad == 0, "checks": checks, "throughput": cells }))?;
     } else {
-        let rows: Vec<Vec<String>> = checks
-            .iter()
-            .map(|check| {
-                let Check {
-                    what,
-                    device,
-                    compared,
-                    different,
-                    verdict,
-                } = check;
-                vec![
-                    what.clone(),
-                    device.clone(),
-                    compared.to_string(),
-                    different.to_string(),
-                    verdict.words().to_owned(),
-                ]
-            })
-            .collect();
-        let table = columns(&["check", "device", "compared", "different", "verdict"], &rows);
         console.data(format!(
-            "{table}\nMillion robot-steps per second\n\n{}",
+            "{}\nMillion robot-steps per second\n\n{}",
+            table(&checks),
             bench::table(&cells)
         ))?;
     }
@@ -149,6 +143,35 @@ pub(crate) fn run(arguments: &Selftest, console: Console) -> Result {
     }
     console.say(format!("all {} checks passed", checks.len()));
     Ok(())
+}
+
+/// A line a check, and below what differs.
+fn table(checks: &[Check]) -> String {
+    let row = |check: &Check| {
+        let Check {
+            what,
+            device,
+            compared,
+            different,
+            verdict,
+            ..
+        } = check;
+        let counts = [compared.to_string(), different.to_string()];
+        [
+            vec![what.clone(), device.clone()],
+            counts.to_vec(),
+            vec![verdict.words().to_owned()],
+        ]
+        .concat()
+    };
+    let rows: Vec<Vec<String>> = checks.iter().map(row).collect();
+    let mut text = columns(&["check", "device", "compared", "different", "verdict"], &rows);
+    for check in checks {
+        for detail in &check.details {
+            text += &["differs on ", &check.device, ": ", detail, "\n"].concat();
+        }
+    }
+    text
 }
 
 /// Each lane code with all threads, and the adapters.
@@ -175,28 +198,69 @@ fn robot(arguments: &Selftest, console: Console) -> Result<Robot> {
     })
 }
 
-/// The hash of the random numbers, worked out from its definition with integers of any size.
+/// The host's random numbers.
 fn known_answers() -> Check {
-    let hashes = [
-        ([0; 4], [0x0f02_f829, 0x2d56_8769, 0x32b0_c43b, 0xd325_48ea]),
-        ([1, 2, 3, 4], [0x3622_cd16, 0xf114_71d8, 0xe110_9b3f, 0x02b9_4c2f]),
-        ([u32::MAX; 4], [0x974e_d892, 0xc015_dc67, 0x9f95_5760, 0xa1bb_a208]),
-    ];
-    let keys = [
-        (Key::rollout(0, 0, 0, 0), Key([0x683e_e330, 0x8f0f_75b9])),
-        (
-            Key::rollout(0x0123_4567_89ab_cdef, 199, 99, 3),
-            Key([0xbe6a_10f3, 0xc7ca_ca06]),
-        ),
-    ];
-    let wrong = hashes.iter().filter(|(words, hash)| pcg4d(*words) != *hash).count()
-        + keys.iter().filter(|(key, known)| key != known).count();
+    let wrong = KNOWN_ANSWERS
+        .iter()
+        .filter(|(words, hash)| pcg4d(*words) != *hash)
+        .count();
     Check::same(
         "random numbers: known answers",
         "host",
         true,
-        ((hashes.len() + keys.len()) as u64, wrong as u64),
+        (KNOWN_ANSWERS.len() as u64, wrong as u64),
     )
+}
+
+/// What the scalar code computes, one operation or function at a time.
+struct Arithmetic {
+    cases: Vec<Case>,
+    results: Vec<Vec<u32>>,
+}
+
+impl Arithmetic {
+    fn new() -> Result<Self> {
+        let cases = [probe::operations(), probe::functions(ARGUMENTS)].concat();
+        let results = Candidate::scalar(1).probe()?.compute(&cases)?;
+        Ok(Self { cases, results })
+    }
+
+    /// Compares a device's operations and functions with these, and one operation with another.
+    fn check(&self, candidate: &Candidate, checks: &mut Vec<Check>) -> Result {
+        let Candidate { name, exact, .. } = candidate;
+        let results = candidate.probe()?.compute(&self.cases)?;
+        let kinds: [(&str, fn(Subject) -> bool); 2] = [
+            ("operations", |subject| matches!(subject, Subject::Operation { .. })),
+            ("functions", |subject| matches!(subject, Subject::Function(_))),
+        ];
+        for (kind, is_kind) in kinds {
+            let (mut compared, mut different, mut details) = (0, 0, Vec::new());
+            for ((case, here), there) in self.cases.iter().zip(&self.results).zip(&results) {
+                if is_kind(case.subject) {
+                    let differ = different_words(here, there);
+                    compared += here.len() as u64;
+                    different += differ;
+                    if differ > 0 {
+                        details.push(format!("{}: {differ} of {}", case.subject, here.len()));
+                    }
+                }
+            }
+            checks.push(Check {
+                details,
+                ..Check::same(kind, name, *exact, (compared, different))
+            });
+        }
+        if let ([here, ..], [_, there, ..]) = (&self.results[..], &results[..]) {
+            let counts = (here.len() as u64, different_words(here, there));
+            checks.push(Check::control("another operation must show", name, counts));
+        }
+        Ok(())
+    }
+}
+
+/// Words that are others in two lists; those that one list has not are.
+fn different_words(here: &[u32], there: &[u32]) -> u64 {
+    (here.iter().zip(there).filter(|(a, b)| a != b).count() + here.len().abs_diff(there.len())) as u64
 }
 
 /// Lives as the scalar code lives them.

@@ -1,7 +1,6 @@
 //! What an experiment's values may be, as far as no world is needed to tell.
 
 use std::fmt::Display;
-use std::ops::RangeInclusive;
 
 use oneiro::arena::Arena;
 use oneiro::batch::GREATEST_GENE;
@@ -26,19 +25,16 @@ fn invalid(field: &str, problem: impl Display) -> Checked {
     })
 }
 
-fn within<T: PartialOrd + Display>(field: &str, value: T, allowed: RangeInclusive<T>) -> Checked {
-    if allowed.contains(&value) {
+fn within<T: Copy + PartialOrd + Display>(field: &str, value: T, [least, greatest]: [T; 2]) -> Checked {
+    if (least..=greatest).contains(&value) {
         return Ok(());
     }
-    invalid(
-        field,
-        format_args!("is {value}; allowed: {} to {}", allowed.start(), allowed.end()),
-    )
+    invalid(field, format_args!("is {value}; allowed: {least} to {greatest}"))
 }
 
 /// Two numbers, the smaller first.
-fn range(field: &str, [low, high]: [f64; 2], allowed: RangeInclusive<f64>) -> Checked {
-    within(field, low, allowed.clone())?;
+fn range(field: &str, [low, high]: [f64; 2], allowed: [f64; 2]) -> Checked {
+    within(field, low, allowed)?;
     within(field, high, allowed)?;
     if low < high {
         return Ok(());
@@ -52,8 +48,8 @@ fn range(field: &str, [low, high]: [f64; 2], allowed: RangeInclusive<f64>) -> Ch
 /// Checks what a world does not.
 pub(super) fn check(settings: &Settings) -> Checked {
     name(&settings.name)?;
-    within("seed", settings.seed.unwrap_or(0), 0..=GREATEST_SEED)?;
-    within("trials", settings.trials, 1..=10_000)?;
+    within("seed", settings.seed.unwrap_or(0), [0, GREATEST_SEED])?;
+    within("trials", settings.trials, [1, 10_000])?;
     arena(&settings.arena)?;
     controller(&settings.controller)?;
     start(&settings.start)?;
@@ -61,7 +57,7 @@ pub(super) fn check(settings: &Settings) -> Checked {
     within(
         "record.checkpoint_every",
         settings.record.checkpoint_every,
-        1..=u32::MAX,
+        [1, u32::MAX],
     )
 }
 
@@ -132,8 +128,8 @@ fn start(start: &settings::Start) -> Checked {
 
 fn evolution(evolution: &settings::Evolution) -> Checked {
     let greatest = f64::from(GREATEST_GENE);
-    within("evolution.population", evolution.population, 1..=1_000_000)?;
-    within("evolution.parents", evolution.parents, 1..=evolution.population)?;
+    within("evolution.population", evolution.population, [1, 1_000_000])?;
+    within("evolution.parents", evolution.parents, [1, evolution.population])?;
     if !evolution.population.is_multiple_of(evolution.parents) {
         return invalid(
             "evolution.parents",
@@ -143,14 +139,14 @@ fn evolution(evolution: &settings::Evolution) -> Checked {
             ),
         );
     }
-    within("evolution.generations", evolution.generations, 1..=1_000_000)?;
-    within("evolution.elite", evolution.elite, 0..=evolution.parents)?;
-    range("evolution.initial", evolution.initial, -greatest..=greatest)?;
+    within("evolution.generations", evolution.generations, [1, 1_000_000])?;
+    within("evolution.elite", evolution.elite, [0, evolution.parents])?;
+    range("evolution.initial", evolution.initial, [-greatest, greatest])?;
     if let Some(limits) = evolution.limits {
-        range("evolution.limits", limits, -greatest..=greatest)?;
+        range("evolution.limits", limits, [-greatest, greatest])?;
     }
-    within("evolution.mutation.rate", evolution.mutation.rate, 0.0..=1.0)?;
-    within("evolution.mutation.amount", evolution.mutation.amount, 0.0..=greatest)
+    within("evolution.mutation.rate", evolution.mutation.rate, [0.0, 1.0])?;
+    within("evolution.mutation.amount", evolution.mutation.amount, [0.0, greatest])
 }
 
 /// Writes out the defaults that depend on other values.

@@ -40,7 +40,7 @@ pub(super) struct Inputs<'a> {
     source: &'a Source,
     /// Hashes that the experiment gives.
     hashes: &'a BTreeMap<String, String>,
-    inputs: Vec<Input>,
+    found: Vec<Input>,
     warnings: Vec<String>,
 }
 
@@ -50,7 +50,7 @@ impl<'a> Inputs<'a> {
             directory,
             source,
             hashes,
-            inputs: Vec::new(),
+            found: Vec::new(),
             warnings: Vec::new(),
         }
     }
@@ -112,12 +112,12 @@ impl<'a> Inputs<'a> {
 
     /// What was read, and what the user should know of it.
     pub(super) fn finish(self) -> Result<(Vec<Input>, Vec<String>)> {
-        let is_named = |file: &String| self.inputs.iter().any(|input| input.named == *file);
+        let is_named = |file: &String| self.found.iter().any(|input| input.named == *file);
         if let Some(file) = self.hashes.keys().find(|file| !is_named(file)) {
             let problem = "is a file that no other key names; allowed: hashes of the files that are named";
             return Err(self.source.invalid(&format!("files.{file}"), problem));
         }
-        Ok((self.inputs, self.warnings))
+        Ok((self.found, self.warnings))
     }
 
     /// Keeps a file and checks its hash, if one is given. Its path.
@@ -140,14 +140,14 @@ impl<'a> Inputs<'a> {
             );
             return Err(self.source.invalid(key, problem));
         }
-        if let Some(other) = self.inputs.iter().find(|other| other.name == input.name) {
+        if let Some(other) = self.found.iter().find(|other| other.name == input.name) {
             let problem = format!(
                 "{file} and {} have one name; allowed: files of different names",
                 other.named
             );
             return Err(self.source.invalid(key, problem));
         }
-        self.inputs.push(input);
+        self.found.push(input);
         Ok(path)
     }
 

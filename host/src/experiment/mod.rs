@@ -120,3 +120,6 @@ impl Experiment {
 fn toml(settings: &Settings) -> String {
     toml::to_string(settings).expect("settings are tables of numbers, words and lists")
 }
+
+#[cfg(test)]
+mod tests;

@@ -4,7 +4,7 @@
 
 use std::collections::BTreeMap;
 
-use serde::{Deserialize, Serialize};
+use serde::{Deserialize, Deserializer, Serialize};
 
 /// A whole experiment.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -125,7 +125,7 @@ impl Serialize for SensorFiles {
 }
 
 impl<'de> Deserialize<'de> for SensorFiles {
-    fn deserialize<D: serde::Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
         struct Visitor;
         impl<'de> serde::de::Visitor<'de> for Visitor {
             type Value = SensorFiles;
@@ -189,8 +189,10 @@ pub(crate) struct Arena {
 #[serde(deny_unknown_fields)]
 pub(crate) struct Wall {
     /// x and y of one end.
+    #[serde(deserialize_with = "pair")]
     pub(crate) from_mm: [f64; 2],
     /// x and y of the other.
+    #[serde(deserialize_with = "pair")]
     pub(crate) to_mm: [f64; 2],
     /// Class of object, by which the sensor table is chosen.
     #[serde(default = "wall")]
@@ -226,6 +228,7 @@ fn round() -> String {
 #[serde(default, deny_unknown_fields)]
 pub(crate) struct Noise {
     /// A uniform number from this range is added to each activation, which is then clipped to 0 to 1.
+    #[serde(deserialize_with = "pair")]
     pub(crate) sensor: [f64; 2],
     /// Conservative noise: what is perceived is displaced by a walk within plus and minus this.
     pub(crate) walk_range_mm: f64,
@@ -397,12 +400,13 @@ pub(crate) struct Evolution {
     /// How many of the best are also copied once without mutation: the paper mentions none.
     pub(crate) elite: u32,
     /// Range of the uniform initial genes, which the paper does not give.
+    #[serde(deserialize_with = "pair")]
     pub(crate) initial: [f64; 2],
     /// Instead of random genes, those of this file: `.npy`, individuals x genes.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(crate) init: Option<String>,
     /// Range that genes are kept within, where one is given.
-    #[serde(skip_serializing_if = "Option::is_none")]
+    #[serde(skip_serializing_if = "Option::is_none", deserialize_with = "some_pair")]
     pub(crate) limits: Option<[f64; 2]>,
     /// How copies change.
     pub(crate) mutation: Mutation,
@@ -487,4 +491,17 @@ impl Default for Record {
             individuals: true,
         }
     }
+}
+
+/// Two numbers and not one more: a list's own reader would not look at what follows.
+fn pair<'de, D: Deserializer<'de>>(deserializer: D) -> Result<[f64; 2], D::Error> {
+    let numbers = Vec::<f64>::deserialize(deserializer)?;
+    let count = numbers.len();
+    numbers
+        .try_into()
+        .map_err(|_| serde::de::Error::invalid_length(count, &"two numbers"))
+}
+
+fn some_pair<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Option<[f64; 2]>, D::Error> {
+    pair(deserializer).map(Some)
 }

@@ -22,7 +22,7 @@ pub(crate) struct Source {
 struct Text {
     /// What messages call it.
     name: String,
-    text: String,
+    content: String,
     /// Where it starts in the count through all texts.
     start: usize,
     /// Whether line and column tell anything.
@@ -35,7 +35,7 @@ struct Key {
     /// Such as `arena.walls[2].class`.
     path: String,
     /// Of the key itself.
-    key: Range<usize>,
+    name: Range<usize>,
     /// Of its value.
     value: Range<usize>,
 }
@@ -76,11 +76,11 @@ impl Source {
         }
     }
 
-    fn add(&mut self, name: String, text: String, has_lines: bool) {
-        let start = self.texts.last().map_or(0, |last| last.start + last.text.len() + 1);
+    fn add(&mut self, name: String, content: String, has_lines: bool) {
+        let start = self.texts.last().map_or(0, |last| last.start + last.content.len() + 1);
         self.texts.push(Text {
             name,
-            text,
+            content,
             start,
             has_lines,
         });
@@ -88,7 +88,7 @@ impl Source {
 
     /// A text's values, their places counted through all texts.
     fn parse<'a>(&self, text: &'a Text) -> Result<Spanned<DeTable<'a>>> {
-        let table = DeTable::parse(&text.text).map_err(|error| {
+        let table = DeTable::parse(&text.content).map_err(|error| {
             let at = text.start + error.span().map_or(0, |span| span.start);
             Failure::input(format_args!("{}: {}", self.place(at), error.message()))
         })?;
@@ -107,7 +107,7 @@ impl Source {
                 break self.place(if prefix == key {
                     found.value.start
                 } else {
-                    found.key.start
+                    found.name.start
                 });
             }
             match prefix.rfind(['.', '[']) {
@@ -128,7 +128,7 @@ impl Source {
         let around = self
             .keys
             .iter()
-            .filter(|known| holds(&known.key) || holds(&known.value));
+            .filter(|known| holds(&known.name) || holds(&known.value));
         let key = around
             .max_by_key(|known| known.path.len())
             .map(|known| format!("{}: ", known.path));
@@ -150,7 +150,7 @@ impl Source {
         if !text.has_lines {
             return text.name.clone();
         }
-        let before = text.text.get(..at - text.start).unwrap_or(&text.text);
+        let before = text.content.get(..at - text.start).unwrap_or(&text.content);
         let line = before.matches('\n').count() + 1;
         let column = before.rsplit('\n').next().unwrap_or_default().chars().count() + 1;
         format!("{}:{line}:{column}", text.name)
@@ -221,7 +221,7 @@ fn list(table: &DeTable<'_>, prefix: &str, keys: &mut Vec<Key>) {
     }
 }
 
-fn list_value(path: String, key: &Range<usize>, value: &Spanned<DeValue<'_>>, keys: &mut Vec<Key>) {
+fn list_value(path: String, name: &Range<usize>, value: &Spanned<DeValue<'_>>, keys: &mut Vec<Key>) {
     match value.get_ref() {
         DeValue::Table(table) => list(table, &format!("{path}."), keys),
         DeValue::Array(array) => {
@@ -233,7 +233,7 @@ fn list_value(path: String, key: &Range<usize>, value: &Spanned<DeValue<'_>>, ke
     }
     keys.push(Key {
         path,
-        key: key.clone(),
+        name: name.clone(),
         value: value.span(),
     });
 }

@@ -106,10 +106,15 @@ impl Checkpoint {
             ));
         }
         let values = super::floats(&content[end + 1..]);
-        let genomes = header.individuals.saturating_add(usize::from(header.champion.is_some()));
+        let genomes = header
+            .individuals
+            .saturating_add(usize::from(header.champion.is_some()));
         let is_whole = content[end + 1..].len().is_multiple_of(size_of::<f32>());
         if header.genes == 0 || !is_whole || values.len() != genomes.saturating_mul(header.genes) {
-            return Err(format!("has {} genes, but its header means another number", values.len()));
+            return Err(format!(
+                "has {} genes, but its header means another number",
+                values.len()
+            ));
         }
         let (population, genome) = values.split_at(header.individuals * header.genes);
         Ok(Self {

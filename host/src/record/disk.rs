@@ -12,13 +12,22 @@ pub(super) const TEMPORARY: &str = ".tmp";
 /// Writes a file whole or not at all, and waits until its content is on the disk; its name is there after
 /// [`sync_directory`].
 pub(crate) fn write(path: &Path, bytes: &[u8]) -> Result {
+    replace(path, bytes, File::sync_all)
+}
+
+/// Writes a file that nothing depends on: whole or not at all, but a power cut may take it.
+pub(super) fn note(path: &Path, bytes: &[u8]) -> Result {
+    replace(path, bytes, |_| Ok(()))
+}
+
+fn replace(path: &Path, bytes: &[u8], sync: fn(&File) -> io::Result<()>) -> Result {
     let mut temporary = path.as_os_str().to_owned();
     temporary.push(TEMPORARY);
     let temporary = PathBuf::from(temporary);
     let write = || -> io::Result<()> {
         let mut file = File::create(&temporary)?;
         file.write_all(bytes)?;
-        file.sync_all()?;
+        sync(&file)?;
         fs::rename(&temporary, path)
     };
     write().map_err(|error| Failure::storage(path, &error))

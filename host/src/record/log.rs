@@ -30,7 +30,10 @@ impl Prefix {
         let mut hasher = blake3::Hasher::new();
         hasher.update(bytes.get(..usize::try_from(extent.bytes).ok()?)?);
         let is_same = hasher.finalize().to_hex().as_str() == extent.blake3;
-        is_same.then_some(Self { bytes: extent.bytes, hasher })
+        is_same.then_some(Self {
+            bytes: extent.bytes,
+            hasher,
+        })
     }
 }
 
@@ -65,7 +68,10 @@ impl Log {
 
     /// Cuts a log back to its beginning, and goes on from there.
     pub(super) fn cut_back(path: PathBuf, prefix: Prefix) -> Result<Self> {
-        let cut = OpenOptions::new().write(true).open(&path).and_then(|file| file.set_len(prefix.bytes));
+        let cut = OpenOptions::new()
+            .write(true)
+            .open(&path)
+            .and_then(|file| file.set_len(prefix.bytes));
         cut.map_err(|error| Failure::storage(&path, &error))?;
         Ok(Self::new(path, prefix.bytes, prefix.hasher))
     }

@@ -45,6 +45,8 @@ pub(crate) enum Status {
 pub(crate) struct Session {
     /// The program's version.
     pub(crate) version: String,
+    /// The commit that it was built from.
+    pub(crate) commit: String,
     /// What the command line asked for.
     pub(crate) backend: String,
     /// The device's name.
@@ -66,6 +68,7 @@ impl Session {
     pub(crate) fn new(backend: &str, device: &Device) -> Self {
         Self {
             version: env!("CARGO_PKG_VERSION").into(),
+            commit: env!("ONEIRO_COMMIT").into(),
             backend: backend.into(),
             device: device.name.clone(),
             detail: device.detail.clone(),
@@ -87,7 +90,7 @@ impl Meta {
     pub(super) fn write(&self, directory: &Path) -> Result {
         let mut text = serde_json::to_string_pretty(self).expect("numbers and words");
         text.push('\n');
-        disk::write(&directory.join(META), text.as_bytes())
+        disk::note(&directory.join(META), text.as_bytes())
     }
 }
 

@@ -31,7 +31,7 @@ pub(crate) use done::{Done, verify};
 pub(crate) use meta::{Meta, Session, Status, now};
 pub(crate) use recorder::{Ended, Recorder, Standing, standing};
 pub(crate) use rows::Row;
-pub(crate) use saved::{Individuals, SavedRun, State, is_run};
+pub(crate) use saved::{Individuals, SavedRun, State, is_run, rows};
 pub(crate) use trace::trace_csv;
 
 const CONFIG: &str = "config.toml";
@@ -50,11 +50,10 @@ const DONE: &str = "DONE";
 
 /// The start of a `.npy` file (format 1.0) of little-endian f32, rows first.
 fn npy_header(shape: &[usize]) -> Vec<u8> {
-    let lengths: String = shape.iter().map(|length| format!("{length}, ")).collect();
-    let mut text = format!(
-        "{{'descr': '<f4', 'fortran_order': False, 'shape': ({}), }}",
-        lengths.trim_end()
-    );
+    let lengths: Vec<String> = shape.iter().map(usize::to_string).collect();
+    // A single length keeps its comma.
+    let lengths = lengths.join(", ") + if shape.len() == 1 { "," } else { "" };
+    let mut text = format!("{{'descr': '<f4', 'fortran_order': False, 'shape': ({lengths}), }}");
     // The format wants the numbers to start at a multiple of 64 bytes, after a line end.
     let padding = (64 - (MAGIC.len() + 2 + text.len() + 1) % 64) % 64;
     text.extend(std::iter::repeat_n(' ', padding));

@@ -100,7 +100,7 @@ impl Recorder {
     /// # Errors
     /// Exit 3 when something stands there, or another process writes there; exit 6 when writing fails.
     pub(crate) fn create(directory: &Path, experiment: &Experiment, seed: u64, session: Session) -> Result<Self> {
-        fs::create_dir_all(directory.join(INPUTS)).map_err(|error| Failure::storage(directory, &error))?;
+        fs::create_dir_all(directory).map_err(|error| Failure::storage(directory, &error))?;
         let lock = lock(directory)?;
         // Another process may have been quicker.
         if !matches!(standing(directory, experiment.identity(seed))?, Standing::New) {
@@ -109,10 +109,14 @@ impl Recorder {
                 directory.display()
             )));
         }
-        for input in experiment.inputs() {
-            disk::write(&directory.join(&input.name), &input.bytes)?;
+        if !experiment.inputs().is_empty() {
+            let inputs = directory.join(INPUTS);
+            fs::create_dir_all(&inputs).map_err(|error| Failure::storage(&inputs, &error))?;
+            for input in experiment.inputs() {
+                disk::write(&directory.join(&input.name), &input.bytes)?;
+            }
+            disk::sync_directory(&inputs)?;
         }
-        disk::sync_directory(&directory.join(INPUTS))?;
         // From here on it is a run, and can be resumed.
         disk::write(&directory.join(CONFIG), experiment.resolved_toml(seed).as_bytes())?;
         disk::sync_directory(directory)?;
@@ -142,7 +146,10 @@ impl Recorder {
         if warnings.is_empty() {
             return Ok((Self::begin(directory, lock, experiment, seed, session)?, None, warnings));
         }
-        Err(Failure::corrupt(format_args!("no checkpoint of this run is good: {}", warnings.join("; "))))
+        Err(Failure::corrupt(format_args!(
+            "no checkpoint of this run is good: {}",
+            warnings.join("; ")
+        )))
     }
 
     /// Begins with generation 0.
@@ -168,8 +175,18 @@ impl Recorder {
     ) -> Result<Self> {
         session.from_generation = good.checkpoint.generation;
         let rows = Log::cut_back(directory.join(GENERATIONS), good.rows)?;
-        let individuals = good.individuals.map(|prefix| Log::cut_back(directory.join(INDIVIDUALS), prefix));
-        Self::new(directory, lock, experiment, seed, session, rows, individuals.transpose()?)
+        let individuals = good
+            .individuals
+            .map(|prefix| Log::cut_back(directory.join(INDIVIDUALS), prefix));
+        Self::new(
+            directory,
+            lock,
+            experiment,
+            seed,
+            session,
+            rows,
+            individuals.transpose()?,
+        )
     }
 
     fn new(
@@ -235,9 +252,12 @@ impl Recorder {
         checkpoint.save(&self.directory)
     }
 
-    /// Writes a checkpoint and notes that the run was stopped.
+    /// Writes a checkpoint and notes that the run was stopped. One that only lacks its results keeps the checkpoint that
+    /// it has: what a checkpoint holds is a generation that is still to live.
     pub(crate) fn stop(&mut self, evolution: &Evolution) -> Result {
-        self.checkpoint(evolution)?;
+        if !evolution.is_finished() {
+            self.checkpoint(evolution)?;
+        }
         self.ended(Status::Stopped, evolution.generation(), evolution.champion())
     }
 
@@ -358,7 +378,15 @@ impl Good {
             Prefix::of(&directory.join(name), extent).ok_or_else(|| format!("{name} is not what it was then"))
         };
         let rows = prefix(GENERATIONS, &checkpoint.rows)?;
-        let individuals = checkpoint.individuals.as_ref().map(|extent| prefix(INDIVIDUALS, extent)).transpose()?;
-        Ok(Self { checkpoint, rows, individuals })
+        let individuals = checkpoint
+            .individuals
+            .as_ref()
+            .map(|extent| prefix(INDIVIDUALS, extent))
+            .transpose()?;
+        Ok(Self {
+            checkpoint,
+            rows,
+            individuals,
+        })
     }
 }

@@ -142,7 +142,10 @@ impl SavedRun {
 }
 
 /// The generations that are recorded in a run's directory.
-pub(super) fn rows(directory: &Path) -> Result<Vec<Row>> {
+///
+/// # Errors
+/// Exit 5 with the line that is none.
+pub(crate) fn rows(directory: &Path) -> Result<Vec<Row>> {
     let path = directory.join(GENERATIONS);
     let rows = Row::parse(&disk::read_text(&path)?);
     rows.map_err(|problem| Failure::corrupt(format_args!("{}: {problem}", path.display())))

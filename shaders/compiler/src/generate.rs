@@ -43,9 +43,11 @@ pub fn buffers(seed: u64, workgroups: u32) -> Vec<Vec<u32>> {
     ]
 }
 
-/// A kernel's text, [`PRELUDE`] left out.
-pub fn kernel(seed: u64) -> String {
+/// A kernel's text of at most so many statements (those of inlined functions counted at each call), [`PRELUDE`]
+/// left out.
+pub fn kernel(seed: u64, statements: u32) -> String {
     let mut generator = Generator {
+        most: statements,
         random: Random(seed),
         text: String::new(),
         depth: 0,
@@ -170,13 +172,11 @@ struct Generator {
     scope: Vec<Named>,
     functions: Vec<Function>,
     shared: u32,
-    /// Statements so far, those of called functions counted at each call.
+    most: u32,
+    /// Statements so far.
     weight: u32,
     around: Around,
 }
-
-/// The most statements of a kernel.
-const WEIGHT: u32 = 120;
 
 impl Generator {
     fn line(&mut self, text: &str) {
@@ -522,7 +522,7 @@ impl Generator {
     /// A call of a function with that result.
     fn call(&mut self, result: Option<Ty>) -> Option<String> {
         let fitting: Vec<_> = (0..self.functions.len())
-            .filter(|at| self.functions[*at].result == result && self.weight + self.functions[*at].weight < WEIGHT)
+            .filter(|at| self.functions[*at].result == result && self.weight + self.functions[*at].weight < self.most)
             .collect();
         if fitting.is_empty() {
             return None;
@@ -577,7 +577,7 @@ impl Generator {
         for _ in 0..statements {
             self.statement();
         }
-        if self.random.once_in(5) {
+        if self.random.once_in(7) {
             self.jump();
         }
         self.depth -= 1;
@@ -595,14 +595,15 @@ impl Generator {
                     let value = self.kept(ty, 1);
                     self.line(&format!("return {value};"));
                 }
-                Some(None) => self.line("return;"),
-                None => {}
+                // Not always: what leaves the kernel is not tested further.
+                Some(None) if !self.random.once_in(3) => self.line("return;"),
+                _ => {}
             },
         }
     }
 
     fn statement(&mut self) {
-        if self.weight >= WEIGHT {
+        if self.weight >= self.most {
             return;
         }
         self.weight += 1;
@@ -613,8 +614,8 @@ impl Generator {
             7..=13 => self.assign(),
             14..=18 if nested => self.branch(),
             19..=22 if nested && self.around.loops < 3 => self.repeat(),
-            23 | 24 if nested => self.switch(),
-            25 => self.store(),
+            23 if nested => self.switch(),
+            24 | 25 => self.store(),
             26 => self.guarded_jump(),
             27 => {
                 if let Some(call) = self.call(None) {
@@ -869,7 +870,7 @@ impl Generator {
         };
         self.depth = 1;
         for _ in 0..2 + self.random.below(4) {
-            if self.weight < WEIGHT / 8 {
+            if self.weight < self.most / 8 {
                 self.statement();
             }
         }

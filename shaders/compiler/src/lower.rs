@@ -681,7 +681,11 @@ impl<'a> Lowering<'a> {
             Expression::GlobalVariable(global) => return Ok(Lowered::Place(self.globals[global].clone())),
             Expression::LocalVariable(local) => return Ok(Lowered::Place(call.locals[local].clone())),
             Expression::Access { base, index } => {
-                let index = self.scalar(call, *index)?;
+                let mut index = self.scalar(call, *index)?;
+                // Clamped as if unsigned, as SPIR-V's is.
+                if self.program.ty(index) == Ty::I32 {
+                    index = self.value(Op::Bitcast(index), Ty::U32);
+                }
                 return self.access(call, *base, index, span);
             }
             Expression::AccessIndex { base, index } => return self.access_index(call, *base, *index, span),

@@ -18,7 +18,6 @@ pub(crate) fn print(program: &Program, shapes: &Shapes, name: &str, strides: &[u
     let mut printer = Printer {
         program,
         shapes,
-        strides,
         uses,
         texts: BTreeMap::new(),
         regions: Vec::new(),
@@ -53,7 +52,6 @@ struct Mask {
 struct Printer<'a> {
     program: &'a Program,
     shapes: &'a Shapes,
-    strides: &'a [u32],
     uses: BTreeMap<Value, u32>,
     /// Values that stand where they are used.
     texts: BTreeMap<Value, String>,

@@ -4,6 +4,8 @@ use naga::back::spv;
 use naga::proc::{BoundsCheckPolicies, BoundsCheckPolicy};
 use naga::valid::ModuleInfo;
 
+/// Words before the first instruction.
+const HEADER: usize = 5;
 const OP_DECORATE: u32 = 71;
 const OP_TYPE_VOID: u32 = 19;
 const OP_TYPE_FORWARD_POINTER: u32 = 39;
@@ -58,20 +60,22 @@ fn own_place(binding: naga::ResourceBinding) -> (naga::ResourceBinding, spv::Bin
 /// Decorates every float arithmetic result with `NoContraction`; all but the `except`-th, as a negative control.
 pub fn without_contraction(words: &[u32], except: Option<usize>) -> Vec<u32> {
     let results = float_arithmetic(words);
-    let mut place = words.len();
-    for (at, opcode, _) in instructions(words) {
-        if opcode == OP_DECORATE || (OP_TYPE_VOID..=OP_TYPE_FORWARD_POINTER).contains(&opcode) {
-            place = at;
-            break;
+    let mut out = words[..HEADER].to_vec();
+    let mut decorated = false;
+    for (at, opcode, length) in instructions(words) {
+        let decoration = opcode == OP_DECORATE;
+        if !decorated && (decoration || (OP_TYPE_VOID..=OP_TYPE_FORWARD_POINTER).contains(&opcode)) {
+            decorated = true;
+            for (index, id) in results.iter().enumerate() {
+                if Some(index) != except {
+                    out.extend([3 << 16 | OP_DECORATE, *id, NO_CONTRACTION]);
+                }
+            }
+        }
+        if !(decoration && words[at + 2] == NO_CONTRACTION) {
+            out.extend_from_slice(&words[at..at + length]);
         }
     }
-    let mut out = words[..place].to_vec();
-    for (index, id) in results.iter().enumerate() {
-        if Some(index) != except {
-            out.extend([3 << 16 | OP_DECORATE, *id, NO_CONTRACTION]);
-        }
-    }
-    out.extend_from_slice(&words[place..]);
     out
 }
 
@@ -95,7 +99,7 @@ pub fn decorated(words: &[u32]) -> Vec<u32> {
 
 /// Each instruction's place, opcode and length in words.
 fn instructions(words: &[u32]) -> impl Iterator<Item = (usize, u32, usize)> {
-    let mut at = 5;
+    let mut at = HEADER;
     std::iter::from_fn(move || {
         let word = *words.get(at)?;
         let here = at;

@@ -10,10 +10,14 @@ use oneiro_shader_compiler::{Part, Trees, generate, trees};
 const LANES: u32 = 16;
 const WORKGROUP: u32 = 1;
 
+fn text(seed: u64) -> String {
+    generate::kernel(seed, 100)
+}
+
 /// A generated kernel's program; none if it was refused for the one reason that the generator can't foresee.
 fn program(seed: u64) -> Option<Trees> {
     let part = |path: &str, text: String| Part { path: path.into(), text };
-    let text = generate::kernel(seed);
+    let text = text(seed);
     match trees(&[part("prelude", generate::PRELUDE.into()), part("kernel", text.clone())]) {
         Ok(trees) => Some(trees),
         Err(refusals) => {
@@ -79,10 +83,10 @@ fn lanes_do_what_the_program_means() {
                 endless += 1;
                 continue;
             }
-            Err(trap) => panic!("seed {seed}: {trap}\n{}", generate::kernel(seed)),
+            Err(trap) => panic!("seed {seed}: {trap}\n{}", text(seed)),
         };
         let same = |found: Result<Vec<Vec<u32>>, Trap>, how: &str| {
-            assert_eq!(found.as_ref(), Ok(&expected), "seed {seed}, {how}\n{}", generate::kernel(seed));
+            assert_eq!(found.as_ref(), Ok(&expected), "seed {seed}, {how}\n{}", text(seed));
         };
         same(tidied(&trees, seed), "tidied");
         same(lanes::<1>(&trees, seed, None), "1 lane");

@@ -33,7 +33,7 @@ fn root(x: f32) -> f32 {
 fn quarter_sine(t: f32) -> f32 {
     let bounded = max(abs(t), 0x1p-40f);
     let w = bounded * bounded;
-    return t * (6.2831855f + w * (-41.34166f + w * (81.60074f + w * (-76.54295f + w * 39.485924f))));
+    return t * (6.2831845f + w * (-41.34162f + w * (81.600365f + w * (-76.54252f + w * 39.486614f))));
 }
 
 // (cos, sin) of an angle in turns, |turns| <= 2^23. Absolute error 1.4e-7; exact for quarters of a turn.

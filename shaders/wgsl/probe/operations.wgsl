@@ -13,7 +13,8 @@ struct Probe {
     unused: u32,
 }
 
-@group(0) @binding(0) var<uniform> probe: Probe;
+// Not a uniform: lavapipe would compile the kernel anew for each of its values.
+@group(0) @binding(0) var<storage, read> probe: Probe;
 // Left and right operands; f32 and i32 as their bits.
 @group(0) @binding(1) var<storage, read> left: array<u32>;
 @group(0) @binding(2) var<storage, read> right: array<u32>;
@@ -62,8 +63,8 @@ fn f32_alone(x: f32) -> u32 {
         case 33u: { value = stored_bits(abs(x)); }
         case 34u: { value = stored_bits(floor(x)); }
         case 35u: { value = stored_bits(trunc(x)); }
-        case 36u: { value = bitcast<u32>(i32(clamp(x, -16777216.0f, 16777216.0f))); }
-        case 37u: { value = u32(clamp(x, 0.0f, 16777216.0f)); }
+        case 36u: { value = bitcast<u32>(i32(clamp(x, -16777215.0f, 16777215.0f))); }
+        case 37u: { value = u32(clamp(x, 0.0f, 16777215.0f)); }
         case 38u: { value = stored_bits(x); }
         default: {}
     }

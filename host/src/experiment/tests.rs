@@ -1,0 +1,436 @@
+use std::fs;
+use std::path::PathBuf;
+
+use oneiro::world;
+
+use super::settings::{self, ControllerKind};
+use super::*;
+
+/// A directory of its own, removed when the test ends.
+struct Scratch(PathBuf);
+
+impl Scratch {
+    fn new(name: &str) -> Self {
+        let path = std::env::temp_dir().join(format!("oneiro-{name}-{}", std::process::id()));
+        fs::create_dir_all(&path).unwrap();
+        Self(path)
+    }
+
+    fn write(&self, name: &str, content: impl AsRef<[u8]>) -> PathBuf {
+        let path = self.0.join(name);
+        fs::create_dir_all(path.parent().unwrap()).unwrap();
+        fs::write(&path, content).unwrap();
+        path
+    }
+}
+
+impl Drop for Scratch {
+    fn drop(&mut self) {
+        // What is left in the system's directory for such files does no harm.
+        let _ = fs::remove_dir_all(&self.0);
+    }
+}
+
+fn read(scratch: &Scratch, text: &str, set: &[&str]) -> Result<Experiment> {
+    let path = scratch.write("test.toml", text);
+    Experiment::read(&path, &set.iter().map(|&set| set.to_owned()).collect::<Vec<_>>())
+}
+
+/// Where and what: the message without the directory that the file lies in.
+fn refusal(scratch: &Scratch, text: &str, set: &[&str]) -> String {
+    let Err(failure) = read(scratch, text, set) else {
+        return format!("{text} {set:?} is accepted");
+    };
+    assert_eq!(failure.code(), 3, "{failure}");
+    failure.to_string().replace(&format!("{}/", scratch.0.display()), "")
+}
+
+#[test]
+fn an_empty_experiment_is_the_paper_without_noise() {
+    let scratch = Scratch::new("empty");
+    let experiment = read(&scratch, "", &[]).unwrap();
+    assert_eq!(experiment.name(), "test");
+    assert_eq!(*experiment.world().spec(), world::WorldSpec::miglino1995());
+    let evolution = &experiment.settings().evolution;
+    assert_eq!(
+        (evolution.population, evolution.parents, evolution.generations),
+        (100, 20, 200)
+    );
+}
+
+/// The example's comments promise that each value is what it would be without its line.
+#[test]
+fn the_example_holds_the_defaults() {
+    let scratch = Scratch::new("example");
+    let examples = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../experiments");
+    let example = Experiment::read(&examples.join("khepera-avoidance.toml"), &[]).unwrap();
+    let empty = read(&scratch, "name = \"khepera-avoidance\"", &[]).unwrap();
+    assert_eq!(example.settings(), empty.settings());
+    let text = fs::read_to_string(examples.join("khepera-avoidance.toml")).unwrap();
+    for line in empty.resolved_toml(1).lines().filter(|line| line.contains('=')) {
+        let key = line.split('=').next().unwrap().trim();
+        assert!(
+            text.contains(&format!("\n{key} =")) || text.contains(&format!("\n# {key} =")),
+            "{key} is not shown"
+        );
+    }
+}
+
+#[test]
+fn all_experiments_are_valid() {
+    let examples = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../experiments");
+    let mut names = Vec::new();
+    for entry in fs::read_dir(examples).unwrap() {
+        let path = entry.unwrap().path();
+        if path.extension().is_some_and(|extension| extension == "toml") {
+            let experiment = Experiment::read(&path, &[]).unwrap();
+            assert_eq!(Some(experiment.name()), path.file_stem().and_then(|stem| stem.to_str()));
+            names.push(experiment.name().to_owned());
+        }
+    }
+    assert!(names.len() >= 5, "{names:?}");
+}
+
+#[test]
+fn a_resolved_experiment_is_itself_again() {
+    let scratch = Scratch::new("resolved");
+    let texts = [
+        "",
+        "trials = 3\ntrial_score = \"least\"\n[controller]\nkind = \"hidden\"\n[start]\nkind = \"at\"\nx_mm = 50\ny_mm = 50",
+        "[arena]\nwidth_mm = 400\nheight_mm = 300.5\nobstacles = [{ x_mm = 200, y_mm = 150, radius_mm = 20 }]",
+        "[arena]\nwidth_mm = 400\nheight_mm = 300\nwalls = [{ from_mm = [0, 0], to_mm = [400, 300], class = \"round\" }]",
+        "[evolution]\nlimits = [-5, 5]\ninitial = [-0.1, 0.1]\n[noise]\nsensor = [0.0, 0.4]",
+    ];
+    for text in texts {
+        let experiment = read(&scratch, text, &[]).unwrap();
+        let resolved = experiment.resolved_toml(7);
+        let again = read(&scratch, &resolved, &[]).unwrap();
+        assert_eq!(again.settings().seed, Some(7));
+        assert_eq!(again.resolved_toml(7), resolved);
+        assert_eq!(again.identity(7), experiment.identity(7));
+        assert_eq!(again.world().spec(), experiment.world().spec());
+        assert_ne!(again.identity(8), experiment.identity(7));
+    }
+}
+
+#[test]
+fn what_is_recorded_does_not_change_the_identity() {
+    let scratch = Scratch::new("identity");
+    let experiment = read(&scratch, "", &[]).unwrap();
+    let other = read(&scratch, "", &["record.checkpoint_every=3", "record.individuals=false"]).unwrap();
+    assert_eq!(experiment.identity(1), other.identity(1));
+    assert_ne!(experiment.resolved_toml(1), other.resolved_toml(1));
+    assert_ne!(
+        experiment.identity(1),
+        read(&scratch, "cycles = 501", &[]).unwrap().identity(1)
+    );
+}
+
+#[test]
+fn settings_go_before_the_file() {
+    let scratch = Scratch::new("set");
+    let text = "cycles = 10\n[noise]\nsensor = [0.0, 0.1]\nmotor = 0.5\n";
+    let set = [
+        "cycles=20",
+        "noise.sensor=[0.0, 0.4]",
+        "controller.kind=hidden",
+        "evolution.mutation.rate=0.5",
+        "cycles=30",
+    ];
+    let experiment = read(&scratch, text, &set).unwrap();
+    let settings = experiment.settings();
+    assert_eq!(settings.cycles, 30);
+    assert_eq!(settings.noise.sensor, [0.0, 0.4]);
+    assert_eq!(settings.noise.motor, 0.5);
+    assert_eq!(settings.controller.kind, ControllerKind::Hidden);
+    assert_eq!(settings.controller.units, Some(settings::DEFAULT_UNITS));
+    assert_eq!(settings.evolution.mutation.rate, 0.5);
+}
+
+#[test]
+fn a_step_of_the_walk_is_nothing_without_its_range() {
+    let scratch = Scratch::new("walk");
+    assert_eq!(
+        read(&scratch, "", &[]).unwrap().world().spec().noise,
+        world::Noise::default()
+    );
+    let noise = read(&scratch, "noise.walk_range_mm = 30", &[])
+        .unwrap()
+        .world()
+        .spec()
+        .noise;
+    assert_eq!((noise.walk_range, noise.walk_step), (30.0, 1.5));
+}
+
+/// Text, and what is said of it: where, what, and what is allowed.
+const REFUSED: &[(&str, &str)] = &[
+    ("cycles = 0", "test.toml:1:10: cycles: is 0; allowed: 1 to 1000000"),
+    (
+        "\n[noise]\n  motor = 1.5\n",
+        "test.toml:3:11: noise.motor: is 1.5; allowed: 0 to 1",
+    ),
+    (
+        "[noise]\nsensor = [0.4, 0.0]",
+        "test.toml:2:10: noise.sensor: is (0.4, 0); allowed: (0, 0), or a smaller and a greater number",
+    ),
+    (
+        "[noise]\nsensro = 1",
+        "test.toml:2:1: noise.sensro: unknown key `sensro`; allowed: sensor, walk_range_mm, walk_step_mm, motor",
+    ),
+    (
+        "cycles = -5",
+        "test.toml:1:10: cycles: is integer `-5`; allowed: a whole number from 0 to 4294967295",
+    ),
+    (
+        "cycles = \"many\"",
+        "test.toml:1:10: cycles: is string \"many\"; allowed: a whole number from 0 to 4294967295",
+    ),
+    (
+        "[noise]\nmotor = \"big\"",
+        "test.toml:2:9: noise.motor: is string \"big\"; allowed: a number",
+    ),
+    (
+        "[task]\nspeed = \"fast\"",
+        "test.toml:2:9: task.speed: unknown choice `fast`; allowed: unsigned or signed",
+    ),
+    (
+        "noise = 3",
+        "test.toml:1:9: noise: is integer `3`; allowed: a table of keys",
+    ),
+    ("cycles = 5\ncycles = 6", "test.toml:2:1: duplicate key"),
+    (
+        "cycles = ",
+        "test.toml:1:10: string values must be quoted, expected literal string",
+    ),
+    (
+        "[robot]\ntables = \"epuck\"",
+        "test.toml:2:10: robot.tables: is string \"epuck\"; allowed: \"khepera\" or a list of files",
+    ),
+    (
+        "[robot]\ntables = [\"wall.sam\", 3]",
+        "test.toml:2:23: robot.tables[1]: is integer `3`; allowed: a string",
+    ),
+    (
+        "[robot]\ntables = []",
+        "test.toml:2:10: robot.tables: is empty; allowed: a file for each class of object",
+    ),
+    (
+        "[robot]\ntables = [\"none.sam\"]",
+        "test.toml:2:11: robot.tables[0]: none.sam: No such file",
+    ),
+    (
+        "[robot]\nmotors = \"none.sam\"",
+        "test.toml:2:10: robot.motors: none.sam: No such file",
+    ),
+    (
+        "[robot]\nbody_radius_mm = nan",
+        "test.toml:2:18: robot.body_radius_mm: is NaN; allowed: 1 to 100000",
+    ),
+    (
+        "[robot]\nbody_radius_mm = 1",
+        "robot.motors: the greatest displacement of a cycle is",
+    ),
+    (
+        "[arena]\npreset = \"maze\"",
+        "test.toml:2:10: arena.preset: is \"maze\"; allowed: miglino1995, miglino1995-triangle, open, octagon",
+    ),
+    (
+        "[arena]\npreset = \"open\"\nwidth_mm = 3",
+        "test.toml:1:1: arena: has a preset and values of its own",
+    ),
+    (
+        "[[arena.walls]]\nfrom_mm = [0, 0]\nto_mm = [9, 9]",
+        "arena: lacks its size; allowed: width_mm and height_mm",
+    ),
+    (
+        "[arena]\nwidth_mm = 500\nheight_mm = 500\nwalls = [{ from_mm = [0, 0] }]",
+        "test.toml:4:10: arena.walls[0]: there is no key `to_mm`",
+    ),
+    (
+        "[arena]\nwidth_mm = 500\nheight_mm = 500\nobstacles = [{ x_mm = 1, y_mm = 1, radius_mm = -3 }]",
+        "arena.obstacles[0].radius_mm: is -3; allowed: 0 to 100000",
+    ),
+    (
+        "[arena]\nwidth_mm = 500\nheight_mm = 500\nobstacles = [{ x_mm = 1, y_mm = 1, radius_mm = 3, class = \"tree\" }]",
+        "arena.obstacles[0].class: no sensor table for `tree`; allowed: wall, round",
+    ),
+    (
+        "[arena]\nwidth_mm = 40\nheight_mm = 40",
+        "arena.field: a robot's body is free in 0 % of it",
+    ),
+    (
+        "[controller]\nunits = 3",
+        "test.toml:2:9: controller.units: is given; allowed: only with kind = \"hidden\"",
+    ),
+    (
+        "[controller]\nkind = \"hidden\"\nunits = 33",
+        "test.toml:3:9: controller.units: is 33; allowed: 1 to 32",
+    ),
+    ("[start]\nx_mm = 3", "test.toml:1:1: start: is random and has a pose"),
+    ("[start]\nkind = \"at\"\nx_mm = 3", "test.toml:1:1: start: has no place"),
+    (
+        "[start]\nkind = \"at\"\nx_mm = 3\ny_mm = 3",
+        "test.toml:1:1: start: (3, 3) mm touches an object",
+    ),
+    (
+        "[start]\nkind = \"at\"\nx_mm = 50\ny_mm = 50\nheading_turns = 1.5",
+        "test.toml:5:17: start.heading_turns: is 1.5; allowed: 0 to 1",
+    ),
+    (
+        "[evolution]\npopulation = 0",
+        "test.toml:2:14: evolution.population: is 0; allowed: 1 to 1000000",
+    ),
+    (
+        "[evolution]\nparents = 30",
+        "test.toml:2:11: evolution.parents: is 30; allowed: what divides the population, 100",
+    ),
+    (
+        "[evolution]\nparents = 200",
+        "test.toml:2:11: evolution.parents: is 200; allowed: 1 to 100",
+    ),
+    (
+        "[evolution]\nelite = 21",
+        "test.toml:2:9: evolution.elite: is 21; allowed: 0 to 20",
+    ),
+    (
+        "[evolution]\ninitial = [1, 1]",
+        "test.toml:2:11: evolution.initial: is [1, 1]; allowed: a smaller and a greater number",
+    ),
+    (
+        "[evolution]\ninitial = [1, 2, 3]",
+        "test.toml:2:11: evolution.initial: invalid length 3; allowed: two numbers",
+    ),
+    (
+        "[evolution]\nlimits = [-inf, 5]",
+        "test.toml:2:10: evolution.limits: is -inf; allowed: -1000000 to 1000000",
+    ),
+    (
+        "[evolution]\ninit = \"none.npy\"",
+        "test.toml:2:8: evolution.init: none.npy: No such file",
+    ),
+    (
+        "[evolution.mutation]\nrate = 1.01",
+        "test.toml:2:8: evolution.mutation.rate: is 1.01; allowed: 0 to 1",
+    ),
+    (
+        "[evolution.mutation]\nper = \"bit\"",
+        "test.toml:2:7: evolution.mutation.per: unknown choice `bit`; allowed: gene or individual",
+    ),
+    (
+        "[record]\ncheckpoint_every = 0",
+        "test.toml:2:20: record.checkpoint_every: is 0; allowed: 1 to 4294967295",
+    ),
+    (
+        "name = \"../there\"",
+        "test.toml:1:8: name: is \"../there\"; allowed: letters, digits, - and _",
+    ),
+    (
+        "seed = -1",
+        "test.toml:1:8: seed: is integer `-1`; allowed: a whole number from 0 to 9223372036854775807",
+    ),
+    (
+        "[files]\n\"a.sam\" = \"00\"",
+        "a.sam: is a file that no other key names",
+    ),
+    ("trials = 0", "test.toml:1:10: trials: is 0; allowed: 1 to 10000"),
+    ("Ω = 1", "test.toml:1:1"),
+];
+
+#[test]
+fn refusals_say_where_and_what_is_allowed() {
+    let scratch = Scratch::new("refusals");
+    let mut wrong = Vec::new();
+    for (text, expected) in REFUSED {
+        let message = refusal(&scratch, text, &[]);
+        if !message.contains(expected) {
+            wrong.push(format!("{text}\n gave {message}\n  not {expected}"));
+        }
+    }
+    assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+}
+
+#[test]
+fn refusals_of_settings_name_the_setting() {
+    let scratch = Scratch::new("refused-sets");
+    let text = "cycles = 10\n[noise]\nmotor = 0.5\n";
+    for (set, expected) in [
+        ("cycles=0", "--set cycles=0: cycles: is 0; allowed: 1 to 1000000"),
+        (
+            "noise.motor=2",
+            "--set noise.motor=2: noise.motor: is 2; allowed: 0 to 1",
+        ),
+        (
+            "noise.moter=2",
+            "--set noise.moter=2: noise.moter: unknown key `moter`; allowed: sensor",
+        ),
+        (
+            "cycles.x=2",
+            "--set cycles.x=2: cycles: is table; allowed: a whole number",
+        ),
+        (
+            "task.speed=fast",
+            "--set task.speed=fast: task.speed: unknown choice `fast`; allowed: unsigned or signed",
+        ),
+        ("cycles=[1", "--set cycles=[1: "),
+        ("cycles=", "--set cycles=: "),
+        ("=3", "--set =3: "),
+    ] {
+        let message = refusal(&scratch, text, &[set]);
+        assert!(message.starts_with(expected), "{set} gave {message}");
+    }
+    assert_eq!(read(&scratch, text, &["cycles"]).map(|_| ()).unwrap_err().code(), 2);
+    // What is wrong in the file is still told with its line.
+    let message = refusal(&scratch, "cycles = 10\n[noise]\nmotor = 5", &["cycles=3"]);
+    assert!(message.starts_with("test.toml:3:9: noise.motor"), "{message}");
+}
+
+/// Files are found from the experiment, and a run's copies are checked by their hashes.
+#[test]
+fn files_are_inputs_with_hashes() {
+    let scratch = Scratch::new("inputs");
+    let sensors = oneiro::tables::SensorTables::khepera();
+    for table in &sensors.classes {
+        let path = scratch.0.join(format!("{}.sam", table.class));
+        table.write(&path).unwrap();
+    }
+    oneiro::tables::MotorSamples::khepera()
+        .write(scratch.0.join("motor.sam"))
+        .unwrap();
+    let genes: Vec<u8> = (0..18 * 4_u8).flat_map(|gene| f32::from(gene).to_le_bytes()).collect();
+    let header = b"\x93NUMPY\x01\x00\x3b\x00{'descr': '<f4', 'fortran_order': False, 'shape': (4, 18)}\n";
+    scratch.write("genes.npy", [&header[..], &genes].concat());
+    let text = "[robot]\ntables = [\"wall.sam\", \"./round.sam\"]\nmotors = \"motor.sam\"\n\
+                [evolution]\npopulation = 4\nparents = 2\ninit = \"genes.npy\"\n";
+    let experiment = read(&scratch, text, &[]).unwrap();
+    assert_eq!(experiment.world().spec().robot.sensors, sensors);
+    assert_eq!(experiment.init().unwrap().genome(1)[0], 18.0);
+    assert_eq!(experiment.inputs().len(), 4);
+
+    // As a run does it.
+    for input in experiment.inputs() {
+        scratch.write(&format!("run/{}", input.name), &input.bytes);
+    }
+    let config = scratch.write("run/config.toml", experiment.resolved_toml(3));
+    let again = Experiment::read(&config, &[]).unwrap();
+    assert_eq!(again.identity(3), experiment.identity(3));
+    assert_eq!(again.init(), experiment.init());
+
+    let mut changed = genes;
+    changed[0] ^= 1;
+    scratch.write("run/inputs/genes.npy", [&header[..], &changed].concat());
+    let failure = Experiment::read(&config, &[]).map(|_| ()).unwrap_err();
+    assert!(
+        failure.code() == 3 && failure.to_string().contains("genes.npy has changed"),
+        "{failure}"
+    );
+
+    let message = refusal(&scratch, &text.replace("population = 4", "population = 2"), &[]);
+    assert!(
+        message.contains("test.toml:7:8: evolution.init: genes.npy holds 4 genomes; allowed: as many as"),
+        "{message}"
+    );
+    let message = refusal(&scratch, &text.replace("./round.sam", "wall.sam"), &[]);
+    assert!(message.contains("have one name"), "{message}");
+    let hidden = refusal(&scratch, text, &["controller.kind=recurrent"]);
+    assert!(hidden.contains("evolution.init") && hidden.contains("22"), "{hidden}");
+}

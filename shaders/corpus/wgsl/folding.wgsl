@@ -1,0 +1,16 @@
+// What drivers would like to contract, to reassociate or to fold, if they could.
+
+@compute @workgroup_size(64)
+fn main(@builtin(workgroup_id) workgroup: vec3<u32>, @builtin(local_invocation_index) lane: u32) {
+    let slot = workgroup.x * 64u + lane;
+    let base = slot * 16u;
+    let x = floats[slot % 97u];
+    let y = floats[(slot + 31u) % 97u];
+    results[base] = bits((x * 0.1f) * 0.3f);
+    results[base + 1u] = bits(x * y + 0.7f);
+    results[base + 2u] = bits((x + 0.1f) + 0.2f);
+    results[base + 3u] = bits(x * y - y * 0.3f);
+    results[base + 4u] = bits((x - y) + y);
+    results[base + 5u] = bits(x * 3.0f + x * 5.0f);
+    results[base + 6u] = bits(-(x - y) * 0.1f);
+}

@@ -1,0 +1,78 @@
+//! Whether a driver computes as the CPU does: every operation and function of the kernels, tried on both.
+
+use std::collections::BTreeMap;
+use std::sync::{Mutex, MutexGuard, PoisonError};
+
+use super::device::Path;
+use super::{Gpu, Run};
+use crate::evaluator::Error;
+use crate::probe::{self, Case};
+
+/// Arguments that each function is tried on.
+const ARGUMENTS: usize = 1024;
+
+/// What was found out in this process, by adapter and driver: why its results are not exact, or nothing.
+static VERDICTS: Mutex<BTreeMap<String, Option<String>>> = Mutex::new(BTreeMap::new());
+
+/// Why results of a GPU are not exact; nothing if they are.
+///
+/// # Errors
+/// As [`Gpu::run`].
+pub(super) fn verdict(gpu: &mut Gpu) -> Result<Option<String>, Error> {
+    if gpu.device.path() == Path::Wgsl {
+        return Ok(Some(
+            "it gets the kernels as WGSL, which its driver may round as it likes".into(),
+        ));
+    }
+    let adapter = gpu.adapter();
+    let driver = format!("{}, {}, {}", adapter.name(), adapter.driver(), adapter.backend());
+    if let Some(verdict) = verdicts().get(&driver) {
+        return Ok(verdict.clone());
+    }
+    let mut cases = probe::operations();
+    cases.extend(probe::functions(ARGUMENTS));
+    let verdict = gpu.differences(&cases)?.into_iter().next();
+    verdicts().insert(driver, verdict.clone());
+    Ok(verdict)
+}
+
+fn verdicts() -> MutexGuard<'static, BTreeMap<String, Option<String>>> {
+    VERDICTS.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+impl Gpu {
+    /// Runs cases here and on the CPU, and says for each that differs what both computed where they differ first.
+    ///
+    /// # Errors
+    /// As [`Gpu::run`].
+    pub fn differences(&mut self, cases: &[Case]) -> Result<Vec<String>, Error> {
+        let mut runs: Vec<Run<'_>> = cases.iter().map(run_of).collect();
+        self.run(&mut runs)?;
+        Ok(cases
+            .iter()
+            .zip(runs)
+            .filter_map(|(case, run)| difference(case, run.buffers.last()?))
+            .collect())
+    }
+}
+
+fn run_of(case: &Case) -> Run<'static> {
+    let results = vec![0; case.left.len()];
+    Run {
+        kernel: case.kernel,
+        buffers: vec![case.parameters.to_vec(), case.left.clone(), case.right.clone(), results],
+        workgroups: case.workgroups(),
+    }
+}
+
+/// Where results differ first from the CPU's.
+fn difference(case: &Case, there: &[u32]) -> Option<String> {
+    let Some(here) = case.variants().next().and_then(|variant| case.run(variant.name)) else {
+        return Some(format!("there is no lane code to compare `{}` with", case.subject));
+    };
+    let at = here.iter().zip(there).position(|(here, there)| here != there)?;
+    Some(format!(
+        "`{}` of {:#010x} and {:#010x} is {:#010x} there, {:#010x} on the CPU",
+        case.subject, case.left[at], case.right[at], there[at], here[at]
+    ))
+}

@@ -1,0 +1,121 @@
+//! The functions of `lib/numerics.wgsl` and `lib/random.wgsl`, one by one.
+
+use oneiro_shaders::PROBE_NUMERICS;
+
+use super::{Case, Subject};
+use crate::random::pcg4d;
+
+/// What a function is tried on: the range for which its comment states an error.
+#[derive(Clone, Copy)]
+enum Arguments {
+    /// Numbers from one to another, both positive.
+    Positive(f32, f32),
+    /// The same of either sign, and 0 where the last says so.
+    Signed(f32, f32, bool),
+    /// Vectors of every direction and length.
+    Vectors,
+    /// Words.
+    Words,
+}
+
+/// The functions, by their numbers in the kernel.
+const FUNCTIONS: &[(&str, Arguments)] = &[
+    ("reciprocal", Arguments::Signed(LEAST, RECIPROCAL_GREATEST, false)),
+    ("reciprocal_root", Arguments::Positive(LEAST, f32::MAX)),
+    ("root", Arguments::Positive(ROOT_LEAST, f32::MAX)),
+    ("cosine", Arguments::Signed(LEAST, 8_388_608.0, true)),
+    ("sine", Arguments::Signed(LEAST, 8_388_608.0, true)),
+    ("direction", Arguments::Vectors),
+    ("exponential", Arguments::Signed(LEAST, 87.0, true)),
+    ("logistic", Arguments::Signed(LEAST, f32::MAX, true)),
+    ("logarithm", Arguments::Positive(LEAST, f32::MAX)),
+    ("unit", Arguments::Words),
+    ("random word 0", Arguments::Words),
+    ("random word 1", Arguments::Words),
+    ("random word 2", Arguments::Words),
+    ("random word 3", Arguments::Words),
+];
+
+const LEAST: f32 = f32::MIN_POSITIVE;
+/// 0x1.ep125
+const RECIPROCAL_GREATEST: f32 = 7.975_367_5e37;
+/// 2^-100
+const ROOT_LEAST: f32 = 7.888_609e-31;
+
+/// The step and the block that random words are drawn at.
+const DRAW: [u32; 2] = [4_999, 3];
+
+/// Every function of the kernels' library, each on so many arguments (at least 64) from all over its range. Random words
+/// are those of stream 1, step 4999 and block 3, the arguments being the key.
+pub fn functions(arguments: usize) -> Vec<Case> {
+    let count = arguments.max(64);
+    FUNCTIONS
+        .iter()
+        .zip(0..)
+        .map(|(&(name, range), number)| {
+            let (left, right) = range.operands(count);
+            Case {
+                kernel: &PROBE_NUMERICS,
+                subject: Subject::Function(name),
+                parameters: [number, left.len() as u32, DRAW[0], DRAW[1]],
+                left,
+                right,
+            }
+        })
+        .collect()
+}
+
+impl Arguments {
+    fn operands(self, count: usize) -> (Vec<u32>, Vec<u32>) {
+        let left = match self {
+            Self::Positive(least, greatest) => spread(least, greatest, count),
+            Self::Signed(least, greatest, zero) => {
+                let sizes = spread(least, greatest, count / 2 - 1);
+                let signs = sizes.iter().flat_map(|size| [*size, size | 1 << 31]);
+                signs.chain([0, 1 << 31].into_iter().filter(|_| zero)).collect()
+            }
+            Self::Vectors => return vectors(count).into_iter().unzip(),
+            Self::Words => {
+                let words = (0..count as u32).map(|index| pcg4d([index; 4]));
+                return words
+                    .zip(0..)
+                    // Keys that differ least, and keys that differ most.
+                    .map(|([a, b, ..], index)| if index % 2 == 0 { (index, 0) } else { (a, b) })
+                    .unzip();
+            }
+        };
+        let right = vec![0; left.len()];
+        (left, right)
+    }
+}
+
+/// The bits of numbers from one to another, ends included, evenly spread over all floats between.
+fn spread(least: f32, greatest: f32, count: usize) -> Vec<u32> {
+    let (first, last) = (least.to_bits(), greatest.to_bits());
+    let span = u64::from(last - first);
+    (0..count as u64)
+        .map(|index| first + (span * index / (count as u64 - 1)) as u32)
+        .collect()
+}
+
+/// Vectors along the axes and diagonals, of like components, of any in [2^-60, 2^60], and (0, 0).
+fn vectors(count: usize) -> Vec<(u32, u32)> {
+    let exact = [0.0, 1.0, -1.0, 1e-18, -1e-18, 1e18, -1e18].map(f32::to_bits);
+    let mut vectors: Vec<(u32, u32)> = exact.iter().flat_map(|&x| exact.map(|y| (x, y))).collect();
+    vectors.extend((0..(count - vectors.len()) as u32).map(|index| {
+        let [a, b, c, d] = pcg4d([index, 1, 0, 0]);
+        let number = |digits: u32, exponent: u32| digits & 0x807f_ffff | (127 - 60 + exponent) << 23;
+        let exponent = c % 120;
+        let other = match index % 3 {
+            0 => exponent,
+            1 => (exponent + d % 8).min(119),
+            _ => d % 120,
+        };
+        if d >> 31 == 0 {
+            (number(a, exponent), number(b, other))
+        } else {
+            (number(a, other), number(b, exponent))
+        }
+    }));
+    vectors
+}

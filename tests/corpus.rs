@@ -1,0 +1,47 @@
+//! The shader compiler's corpus on a GPU: the same bits as its interpreter and its lane code, and mistakes in the
+//! SPIR-V are seen. These tests need an adapter: without one they fail.
+#![cfg(feature = "gpu")]
+
+use oneiro::gpu::{Choice, Gpu};
+use oneiro_shader_corpus::{CASES, CONTROLS, Case, WORKGROUPS};
+use oneiro_shaders::Kernel;
+
+fn gpu() -> Gpu {
+    Gpu::open(&Choice::Best).expect("these tests need an adapter")
+}
+
+/// Where a kernel's buffers differ from what those of a case must be.
+fn differences(gpu: &mut Gpu, kernel: &Kernel, case: &Case) -> Vec<(usize, usize, u32, u32)> {
+    let mut buffers = case.buffers();
+    gpu.run_kernel(kernel, &mut buffers, WORKGROUPS)
+        .unwrap_or_else(|error| panic!("{}: {error}", kernel.name));
+    case.differences(&buffers)
+}
+
+#[test]
+fn every_kernel_does_what_the_program_means() {
+    let mut gpu = gpu();
+    for case in CASES {
+        let differences = differences(&mut gpu, case.kernel, case);
+        assert!(
+            differences.is_empty(),
+            "{}: {} words differ, the first of them (binding, word, found, expected) {:x?}",
+            case.kernel.name,
+            differences.len(),
+            differences[0],
+        );
+    }
+}
+
+#[test]
+fn mistakes_are_seen() {
+    let mut gpu = gpu();
+    for control in CONTROLS {
+        let case = Case::of(control.exact).expect("a control's exact kernel is a case");
+        assert!(
+            !differences(&mut gpu, control.kernel, case).is_empty(),
+            "{} is not seen",
+            control.mistake
+        );
+    }
+}
