@@ -19,9 +19,9 @@ pub const LANES: usize = 64;
 /// Genes may be as large as this in size: no sum in a controller overflows.
 pub const GREATEST_GENE: f32 = 1e6;
 
-/// Genes smaller than this in size (2^-60), zero of either sign among them, count as 0: no product in a controller
-/// becomes subnormal.
-pub const LEAST_GENE: f32 = 1.0 / (1_u64 << 60) as f32;
+/// Genes smaller than this in size (2^-40), zero of either sign among them, count as 0. A gene times an output of a
+/// unit, at least 2^-63, is then a multiple of 2^-126, and so is any sum of such: none is subnormal.
+pub const LEAST_GENE: f32 = 1.0 / (1_u64 << 40) as f32;
 
 /// Records that the traces of a batch may have in all: 2.4 GB.
 pub const GREATEST_TRACE: u64 = 1 << 25;

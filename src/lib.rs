@@ -14,3 +14,8 @@ pub mod probe;
 pub mod random;
 pub mod tables;
 pub mod world;
+
+/// The program in the README is a test.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+pub struct Readme;

@@ -391,7 +391,12 @@ mod unix {
                 .stderr(Stdio::piped())
                 .spawn()
                 .unwrap();
-            wait_for(|| !scratch.0.join("stopped/seed-2/meta.json").exists());
+            // From then on it listens.
+            let is_running = || {
+                let meta = fs::read_to_string(scratch.0.join("stopped/seed-2/meta.json")).unwrap_or_default();
+                meta.contains("\"running\"")
+            };
+            wait_for(|| !is_running());
             thread::sleep(Duration::from_millis(100));
             signal(&child, name);
             let output = child.wait_with_output().unwrap();

@@ -24,6 +24,15 @@ pub(crate) fn open(arguments: &Backend) -> Result<Box<dyn Evaluator>> {
     Ok(backend::open(&arguments.name, options)?)
 }
 
+/// Keeps Mesa's device-select layer out: where there is no desktop it complains on standard error, and the order that
+/// it puts adapters in is of no use here. Called before any thread is started.
+pub(crate) fn quiet_drivers() {
+    if cfg!(feature = "gpu") {
+        // SAFETY: this thread is the only one.
+        unsafe { std::env::set_var("NODEVICE_SELECT", "1") };
+    }
+}
+
 /// A device in a few words.
 pub(crate) fn name(evaluator: &dyn Evaluator) -> String {
     let device = evaluator.device();
@@ -55,7 +64,7 @@ pub(crate) struct Candidate {
 enum Way {
     Cpu(&'static str),
     #[cfg(feature = "gpu")]
-    Gpu(oneiro::gpu::Adapter),
+    Gpu(Box<oneiro::gpu::Adapter>),
 }
 
 impl Candidate {
@@ -87,6 +96,10 @@ impl Candidate {
     ///
     /// # Errors
     /// Exit 4: it can't run the kernels.
+    #[cfg_attr(
+        not(feature = "gpu"),
+        expect(clippy::unnecessary_wraps, reason = "only GPUs can fail to open")
+    )]
     pub(crate) fn probe(&self) -> Result<Probe> {
         match &self.way {
             Way::Cpu(lanes) => Ok(Probe::Cpu(lanes)),
@@ -224,7 +237,7 @@ fn gpu(adapter: oneiro::gpu::Adapter) -> Candidate {
         name,
         threads: None,
         exact: adapter.takes_spirv(),
-        way: Way::Gpu(adapter),
+        way: Way::Gpu(Box::new(adapter)),
     }
 }
 

@@ -22,6 +22,7 @@ mod worker;
 mod workload;
 
 fn main() -> ExitCode {
+    device::quiet_drivers();
     let cli = cli::Cli::parse();
     let console = console::Console::new(cli.output);
     match commands::run(cli.command, console) {

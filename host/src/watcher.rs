@@ -41,12 +41,10 @@ pub(crate) struct Watcher {
 impl Watcher {
     /// Begins to listen and to show.
     pub(crate) fn new(console: Console) -> Result<Self> {
-        let bar = progress::bar(0, "", console);
-        bar.set_length(0);
         Ok(Self {
             console,
             stop: stop_signal()?,
-            bar,
+            bar: progress::bar(0, "", console),
             best: f32::NEG_INFINITY,
             told: Instant::now(),
         })
@@ -89,11 +87,8 @@ impl Watch for Watcher {
         self.best = self.best.max(best);
         if !self.bar.is_hidden() && self.told.elapsed() >= BLINK {
             self.told = Instant::now();
-            self.bar.set_prefix(format!(
-                "generation {}, best {:.1}",
-                run.evolution().generation(),
-                self.best
-            ));
+            let generation = run.evolution().generation();
+            self.bar.set_prefix(format!("generation {generation:>4}, best {:>6.1}", self.best));
         }
     }
 }

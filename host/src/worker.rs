@@ -56,9 +56,11 @@ impl Worker {
                 self.control.cancel();
                 return Err(Error::Cancelled.into());
             }
-            match self.outcomes.recv_timeout(BLINK) {
+            let outcome = self.outcomes.recv_timeout(BLINK);
+            watch.steps(self.control.steps());
+            match outcome {
                 Ok(outcome) => return Ok(outcome?),
-                Err(RecvTimeoutError::Timeout) => watch.steps(self.control.steps()),
+                Err(RecvTimeoutError::Timeout) => (),
                 Err(RecvTimeoutError::Disconnected) => return Err(Failure::failed("the evaluator broke down").into()),
             }
         }

@@ -100,11 +100,12 @@ pub(crate) fn genome(genes: usize, size: f32, seed: u32, index: u32) -> Vec<f32>
 /// # Errors
 /// More rollouts than a batch can hold.
 pub(crate) fn batch(worlds: &[World], rollouts: u32, seed: u32, trace: Option<TraceRequest>) -> Result<Batch, Invalid> {
-    let world_of = |index: u32| index as usize % worlds.len().max(1);
+    let count = worlds.len().max(1) as u32;
+    let world_of = |index: u32| (index % count) as usize;
     let genomes: Vec<Vec<f32>> = (0..rollouts)
         .map(|index| {
             let genes = worlds.get(world_of(index)).map_or(0, World::genes);
-            let size = if index / worlds.len() as u32 % 2 == 0 { 1.0 } else { 8.0 };
+            let size = if (index / count).is_multiple_of(2) { 1.0 } else { 8.0 };
             genome(genes, size, seed, index)
         })
         .collect();

@@ -125,12 +125,20 @@ pub enum Choice {
     Named(String),
 }
 
-/// All adapters, in the order in which the drivers list them. `WGPU_BACKEND` limits the interfaces asked
-/// (such as `vulkan`).
+/// All adapters, in the order in which the drivers list them. `WGPU_BACKEND` chooses the interfaces asked
+/// (such as `vulkan`); without it, OpenGL is asked only if there is nothing else, since its libraries are slow to
+/// start and talk on standard error where there is no display.
 pub fn adapters() -> Vec<Adapter> {
+    let found = adapters_of(wgpu::Backends::PRIMARY);
+    if found.is_empty() { adapters_of(wgpu::Backends::all()) } else { found }
+}
+
+/// The adapters of these interfaces, or of those that `WGPU_BACKEND` names.
+fn adapters_of(backends: wgpu::Backends) -> Vec<Adapter> {
     let mut descriptor = wgpu::InstanceDescriptor::new_without_display_handle_from_env();
     // Kernels are never dispatched indirectly, and the check's own kernels would cost start-up time.
     descriptor.flags.remove(wgpu::InstanceFlags::VALIDATION_INDIRECT_CALL);
+    descriptor.backends = wgpu::Backends::from_env().unwrap_or(backends);
     let instance = wgpu::Instance::new(descriptor);
     let handles = pollster::block_on(instance.enumerate_adapters(wgpu::Backends::all()));
     handles

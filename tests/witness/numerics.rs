@@ -54,8 +54,6 @@ pub fn direction_by(x: f32, y: f32, inverse_length: f32) -> f32 {
 }
 
 fn exponential(x: f32) -> f32 {
-    let x = larger(x, -87.0);
-    let x = if x < 87.0 { x } else { 87.0 };
     let k = (x * 1.442_695).floor();
     let half = k + 0.5;
     let r = (x - half * 0.693_359_38) + half * 2.121_944_4e-4;
@@ -65,5 +63,6 @@ fn exponential(x: f32) -> f32 {
 }
 
 pub fn logistic(x: f32) -> f32 {
-    reciprocal(1.0 + exponential(-x))
+    let x = larger(-x, -43.0);
+    reciprocal(1.0 + exponential(if x < 43.0 { x } else { 43.0 }))
 }

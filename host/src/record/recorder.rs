@@ -255,6 +255,9 @@ impl Recorder {
     /// Writes a checkpoint and notes that the run was stopped. One that only lacks its results keeps the checkpoint that
     /// it has: what a checkpoint holds is a generation that is still to live.
     pub(crate) fn stop(&mut self, evolution: &Evolution) -> Result {
+        if self.meta.status == Status::Done {
+            return Ok(());
+        }
         if !evolution.is_finished() {
             self.checkpoint(evolution)?;
         }

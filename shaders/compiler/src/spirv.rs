@@ -44,7 +44,7 @@ pub(crate) fn write(module: &naga::Module, info: &ModuleInfo) -> Result<Vec<u32>
         emit_int_div_checks: true,
     };
     let words = spv::write_vec(module, info, &options, None).map_err(|error| error.to_string())?;
-    Ok(without_contraction(&words, None))
+    Ok(without_contraction(&words, &[]))
 }
 
 /// Each binding keeps the number that the WGSL gives it.
@@ -57,8 +57,8 @@ fn own_place(binding: naga::ResourceBinding) -> (naga::ResourceBinding, spv::Bin
     (binding, info)
 }
 
-/// Decorates every float arithmetic result with `NoContraction`; all but the `except`-th, as a negative control.
-pub fn without_contraction(words: &[u32], except: Option<usize>) -> Vec<u32> {
+/// Decorates every float arithmetic result with `NoContraction`; as a negative control, not those of these numbers.
+pub fn without_contraction(words: &[u32], except: &[usize]) -> Vec<u32> {
     let results = float_arithmetic(words);
     let mut out = words[..HEADER].to_vec();
     let mut decorated = false;
@@ -67,7 +67,7 @@ pub fn without_contraction(words: &[u32], except: Option<usize>) -> Vec<u32> {
         if !decorated && (decoration || (OP_TYPE_VOID..=OP_TYPE_FORWARD_POINTER).contains(&opcode)) {
             decorated = true;
             for (index, id) in results.iter().enumerate() {
-                if Some(index) != except {
+                if !except.contains(&index) {
                     out.extend([3 << 16 | OP_DECORATE, *id, NO_CONTRACTION]);
                 }
             }

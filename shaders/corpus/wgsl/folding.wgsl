@@ -13,4 +13,8 @@ fn main(@builtin(workgroup_id) workgroup: vec3<u32>, @builtin(local_invocation_i
     results[base + 4u] = bits((x - y) + y);
     results[base + 5u] = bits(x * 3.0f + x * 5.0f);
     results[base + 6u] = bits(-(x - y) * 0.1f);
+    results[base + 7u] = u32((x + y * 1e-9f) == x);
+    results[base + 8u] = bits(x - floor(x));
+    results[base + 9u] = bits((x - floor(x)) + floor(x));
+    results[base + 10u] = bits(x * 1e-9f * y);
 }
