@@ -26,7 +26,9 @@ const TURNS: usize = 7;
 const CLIFF: f64 = 2.5;
 
 fn genes(rollout: usize) -> Vec<f32> {
-    (0..18).map(|gene| (pcg4d([rollout as u32, gene, 0, 0])[0] >> 8) as f32 / 1_677_721.6 - 5.0).collect()
+    (0..18)
+        .map(|gene| (pcg4d([rollout as u32, gene, 0, 0])[0] >> 8) as f32 / 1_677_721.6 - 5.0)
+        .collect()
 }
 
 fn main() -> ExitCode {
@@ -35,15 +37,27 @@ fn main() -> ExitCode {
     for (name, spec) in conditions() {
         let genomes: Vec<_> = (0..ROLLOUTS).map(genes).collect();
         let key = |index: usize| Key::rollout(1, 0, index as u64, 0);
-        let rollouts: Vec<_> =
-            genomes.iter().enumerate().map(|(index, genes)| Rollout { world: 0, genes, key: key(index) }).collect();
+        let rollouts: Vec<_> = genomes
+            .iter()
+            .enumerate()
+            .map(|(index, genes)| Rollout {
+                world: 0,
+                genes,
+                key: key(index),
+            })
+            .collect();
         let world = World::new(spec.clone()).expect("a valid world");
         let batch = Batch::new(&[world], &rollouts, None).expect("a valid batch");
 
         let mut subjects = Vec::new();
-        for variant in Cpu::variants().into_iter().filter(|variant| !variant.starts_with("checked")) {
+        for variant in Cpu::variants()
+            .into_iter()
+            .filter(|variant| !variant.starts_with("checked"))
+        {
             for threads in [1, 2] {
-                let cpu = Cpu::new(Some(threads)).and_then(|cpu| cpu.with_variant(variant)).expect("it is available");
+                let cpu = Cpu::new(Some(threads))
+                    .and_then(|cpu| cpu.with_variant(variant))
+                    .expect("it is available");
                 subjects.push((format!("{variant}, {threads} thread"), cpu, Vec::new()));
             }
         }

@@ -8,7 +8,7 @@
 
 use std::collections::BTreeSet;
 use std::error::Error;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::{env, fs};
 
 use oneiro::backend::{Options, open};
@@ -70,8 +70,13 @@ fn lives(
     let cells = (field.width / CELL).ceil() * (field.height / CELL).ceil();
     let mut all = Vec::new();
     for genes in genomes {
-        let rollouts: Vec<_> =
-            (0..starts).map(|start| Rollout { world: 0, genes, key: Key::rollout(seed, 0, start, 0) }).collect();
+        let rollouts: Vec<_> = (0..starts)
+            .map(|start| Rollout {
+                world: 0,
+                genes,
+                key: Key::rollout(seed, 0, start, 0),
+            })
+            .collect();
         let batch = Batch::new(std::slice::from_ref(world), &rollouts, Some(TraceRequest { every: 1 }))?;
         let outcome = evaluator.evaluate(&batch, &Control::new())?;
         let cycles = (starts * u64::from(world.cycles())) as f32;
@@ -81,64 +86,115 @@ fn lives(
             .iter()
             .map(|trace| {
                 let cell = |at: f32, from: f32| ((at - from) / CELL) as i32;
-                trace.iter().map(|r| (cell(r.x, field.x), cell(r.y, field.y))).collect::<BTreeSet<_>>().len()
+                trace
+                    .iter()
+                    .map(|r| (cell(r.x, field.x), cell(r.y, field.y)))
+                    .collect::<BTreeSet<_>>()
+                    .len()
             })
             .sum();
         all.push(Lives {
             fitness: outcome.fitness.iter().sum::<f32>() / starts as f32,
             colliding: records().filter(|record| record.collided != 0.0).count() as f32 / cycles,
-            forwards: records().filter(|record| record.speed_left + record.speed_right > 0.0).count() as f32 / cycles,
+            forwards: records()
+                .filter(|record| record.speed_left + record.speed_right > 0.0)
+                .count() as f32
+                / cycles,
             explored: visited as f32 / (starts as f32 * cells),
         });
     }
     Ok(all)
 }
 
-/// The genes of each `champion.npy` below a directory: the floats after a header whose length it states.
-fn champions(directory: &Path) -> Result<Vec<Vec<f32>>, Box<dyn Error>> {
-    let mut runs: Vec<_> = fs::read_dir(directory)?.map(|entry| Ok(entry?.path())).collect::<std::io::Result<_>>()?;
+/// The genomes in an `.npy` file of floats: what follows a header whose length it states.
+fn genomes(file: &Path, genes: usize) -> Result<Vec<Vec<f32>>, Box<dyn Error>> {
+    let bytes = fs::read(file)?;
+    let length = bytes
+        .get(8..10)
+        .ok_or_else(|| format!("{}: not an .npy file", file.display()))?;
+    let header = 10 + usize::from(u16::from_le_bytes([length[0], length[1]]));
+    let floats = bytes.get(header..).unwrap_or_default().chunks_exact(4);
+    let floats: Vec<f32> = floats.map(|b| f32::from_le_bytes([b[0], b[1], b[2], b[3]])).collect();
+    Ok(floats.chunks_exact(genes).map(<[f32]>::to_vec).collect())
+}
+
+/// The runs below a directory.
+fn runs(directory: &Path) -> Result<Vec<PathBuf>, Box<dyn Error>> {
+    let all: Vec<_> = fs::read_dir(directory)?
+        .map(|entry| Ok(entry?.path()))
+        .collect::<std::io::Result<_>>()?;
+    let mut runs: Vec<_> = all
+        .into_iter()
+        .filter(|run| run.join("champion.npy").exists())
+        .collect();
     runs.sort();
-    let mut all = Vec::new();
-    for file in runs.iter().map(|run| run.join("champion.npy")).filter(|file| file.exists()) {
-        let bytes = fs::read(&file)?;
-        let header = 10 + usize::from(u16::from_le_bytes([bytes[8], bytes[9]]));
-        all.push(bytes[header..].chunks_exact(4).map(|b| f32::from_le_bytes([b[0], b[1], b[2], b[3]])).collect());
-    }
-    if all.is_empty() {
+    if runs.is_empty() {
         return Err(format!("{}: no run with a champion.npy", directory.display()).into());
     }
-    Ok(all)
+    Ok(runs)
+}
+
+/// Prints the least, the median and the best of several champions, and how many beat the vehicle.
+fn print_all(name: &str, mut lives: Vec<Lives>, vehicle: &Lives) {
+    lives.sort_by(|a, b| a.fitness.total_cmp(&b.fitness));
+    for (place, index) in [("least", 0), ("median", lives.len() / 2), ("best", lives.len() - 1)] {
+        print(&format!("{place} of {} {name}", lives.len()), &lives[index]);
+    }
+    let beaten = lives.iter().filter(|lives| lives.fitness > vehicle.fitness).count();
+    println!("{beaten} of {} {name} beat the vehicle", lives.len());
+}
+
+fn print(name: &str, lives: &Lives) {
+    println!(
+        "{name:58} {:7.1}  {:8.2} %  {:6.1} %  {:6.1} %",
+        lives.fitness,
+        100.0 * lives.colliding,
+        100.0 * lives.forwards,
+        100.0 * lives.explored
+    );
 }
 
 fn main() -> Result<(), Box<dyn Error>> {
     let directory = env::args().nth(1).ok_or("usage: braitenberg DIRECTORY_OF_RUNS")?;
-    let champions = champions(Path::new(&directory))?;
+    let runs = runs(Path::new(&directory))?;
     let world = World::new(WorldSpec::miglino1995())?;
     let mut evaluator = open("cpu", Options::default())?;
+    let evaluator = &mut *evaluator;
 
     let grid = vehicles();
-    let tried = lives(&mut *evaluator, &world, &grid, CHOOSING)?;
-    let best = (0..grid.len()).max_by(|a, b| tried[*a].fitness.total_cmp(&tried[*b].fitness)).ok_or("no vehicle")?;
-    let by_hand = lives(&mut *evaluator, &world, &grid[best..=best], COMPARING)?;
-    let mut evolved = lives(&mut *evaluator, &world, &champions, COMPARING)?;
-    evolved.sort_by(|a, b| a.fitness.total_cmp(&b.fitness));
-
+    let best = best(&lives(evaluator, &world, &grid, CHOOSING)?);
+    let vehicle = lives(evaluator, &world, &grid[best..=best], COMPARING)?.remove(0);
     println!("of {} vehicles the best has the genes {:?}", grid.len(), grid[best]);
-    println!("{} starts of {} cycles each                   fitness  colliding  forwards  explored", COMPARING.1, world.cycles());
-    let print = |name: &str, lives: &Lives| {
-        println!(
-            "{name:50} {:7.1}  {:8.2} %  {:6.1} %  {:6.1} %",
-            lives.fitness,
-            100.0 * lives.colliding,
-            100.0 * lives.forwards,
-            100.0 * lives.explored
-        );
-    };
-    print("the best Braitenberg vehicle", &by_hand[0]);
-    for (name, index) in [("least", 0), ("median", evolved.len() / 2), ("best", evolved.len() - 1)] {
-        print(&format!("{name} of {} champions", evolved.len()), &evolved[index]);
+    let title = format!("{} starts of {} cycles each", COMPARING.1, world.cycles());
+    println!("{title:58} fitness   colliding  forwards  explored");
+    print("the best Braitenberg vehicle", &vehicle);
+
+    // As the runs name them: the individual with the best single life.
+    let mut champions = Vec::new();
+    // The individual of the last generation with the best mean over the lives that the vehicle was chosen on.
+    let mut steady = Vec::new();
+    for run in &runs {
+        champions.extend(genomes(&run.join("champion.npy"), world.genes())?);
+        let mut population = genomes(&run.join("population.npy"), world.genes())?;
+        steady.push(population.swap_remove(self::best(&lives(evaluator, &world, &population, CHOOSING)?)));
     }
-    let beaten = evolved.iter().filter(|lives| lives.fitness > by_hand[0].fitness).count();
-    println!("{beaten} of {} champions beat it", evolved.len());
+    print_all(
+        "champions by their best life",
+        lives(evaluator, &world, &champions, COMPARING)?,
+        &vehicle,
+    );
+    print_all(
+        "champions by their mean of 100 lives",
+        lives(evaluator, &world, &steady, COMPARING)?,
+        &vehicle,
+    );
     Ok(())
+}
+
+/// The index of the best; of equal ones the first.
+fn best(lives: &[Lives]) -> usize {
+    (0..lives.len())
+        .rev()
+        .max_by(|a, b| lives[*a].fitness.total_cmp(&lives[*b].fitness))
+        .unwrap_or(0)
 }

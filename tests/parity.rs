@@ -30,18 +30,34 @@ fn specs() -> Vec<(String, WorldSpec)> {
     };
     with("sensor noise", &|spec| spec.noise.sensor = (0.0, 0.4));
     with("symmetric noise", &|spec| spec.noise.sensor = (-0.2, 0.2));
-    with("conservative noise", &|spec| (spec.noise.walk_range, spec.noise.walk_step) = (30.0, 1.5));
+    with("conservative noise", &|spec| {
+        (spec.noise.walk_range, spec.noise.walk_step) = (30.0, 1.5)
+    });
     with("motor noise", &|spec| spec.noise.motor = 0.1);
-    with("hidden layer", &|spec| spec.controller = Controller::Hidden { units: 3 });
+    with("hidden layer", &|spec| {
+        spec.controller = Controller::Hidden { units: 3 }
+    });
     with("recurrent outputs", &|spec| spec.controller = Controller::Recurrent);
     with("mean heading", &|spec| spec.robot.turn_before_move = 0.5);
-    with("fixed start", &|spec| spec.start = Start::At { x: 100.0, y: 100.0, heading: 0.125 });
-    let task = |speed, difference, activation| Task::Avoidance { speed, difference, activation };
+    with("fixed start", &|spec| {
+        spec.start = Start::At {
+            x: 100.0,
+            y: 100.0,
+            heading: 0.125,
+        }
+    });
+    let task = |speed, difference, activation| Task::Avoidance {
+        speed,
+        difference,
+        activation,
+    };
     with("signed, square, perceived", &|spec| {
         spec.noise.sensor = (0.0, 0.4);
         spec.task = task(Speed::Signed, Difference::Square, Activation::Perceived);
     });
-    with("two terms", &|spec| spec.task = task(Speed::Unsigned, Difference::Root, Activation::None));
+    with("two terms", &|spec| {
+        spec.task = task(Speed::Unsigned, Difference::Root, Activation::None)
+    });
     specs
 }
 
@@ -52,20 +68,28 @@ fn batch(spec: &WorldSpec, rollouts: usize, traced: bool) -> Batch {
     let rollouts: Vec<_> = genomes
         .iter()
         .enumerate()
-        .map(|(index, genes)| Rollout { world: 0, genes, key: Key::rollout(7, 0, index as u64, 0) })
+        .map(|(index, genes)| Rollout {
+            world: 0,
+            genes,
+            key: Key::rollout(7, 0, index as u64, 0),
+        })
         .collect();
     Batch::new(&[world], &rollouts, traced.then_some(TraceRequest { every: 1 })).expect("a valid batch")
 }
 
 fn evaluate(evaluator: &mut dyn Evaluator, spec: &WorldSpec, rollouts: usize, traced: bool) -> Outcome {
-    evaluator.evaluate(&batch(spec, rollouts, traced), &Control::new()).expect("an evaluation")
+    evaluator
+        .evaluate(&batch(spec, rollouts, traced), &Control::new())
+        .expect("an evaluation")
 }
 
 /// The rollouts whose bits differ.
 #[cfg(feature = "gpu")]
 fn differing(a: &[f32], b: &[f32]) -> Vec<usize> {
     assert_eq!(a.len(), b.len());
-    (0..a.len()).filter(|&index| a[index].to_bits() != b[index].to_bits()).collect()
+    (0..a.len())
+        .filter(|&index| a[index].to_bits() != b[index].to_bits())
+        .collect()
 }
 
 /// The first rollout and cycle in which a traced life is not the witness's.
@@ -93,9 +117,14 @@ fn first_difference(outcome: &Outcome, spec: &WorldSpec) -> Option<(usize, usize
 fn every_instruction_set_agrees_with_the_witness() {
     for (name, spec) in specs() {
         for variant in Cpu::variants() {
-            let mut cpu = Cpu::new(None).and_then(|cpu| cpu.with_variant(variant)).expect("it is available");
+            let mut cpu = Cpu::new(None)
+                .and_then(|cpu| cpu.with_variant(variant))
+                .expect("it is available");
             let found = first_difference(&evaluate(&mut cpu, &spec, 100, true), &spec);
-            assert_eq!(found, None, "{name}: {variant} differs from the witness in this rollout and cycle");
+            assert_eq!(
+                found, None,
+                "{name}: {variant} differs from the witness in this rollout and cycle"
+            );
         }
     }
 }
@@ -122,7 +151,10 @@ fn recorded(spec: &WorldSpec) -> Option<WorldSpec> {
         std::path::PathBuf::from,
     );
     if !folder.is_dir() {
-        eprintln!("no recordings at {}: this part ran on the built-in tables only", folder.display());
+        eprintln!(
+            "no recordings at {}: this part ran on the built-in tables only",
+            folder.display()
+        );
         return None;
     }
     let tables = SensorTables::read(&[folder.join("wall.sam"), folder.join("round.sam")]).expect("recordings");
@@ -136,7 +168,10 @@ fn recordings_agree_with_the_witness() {
     for (name, spec) in specs().into_iter().take(4) {
         let Some(spec) = recorded(&spec) else { return };
         let found = first_difference(&evaluate(&mut Cpu::new(None).expect("a CPU"), &spec, 200, true), &spec);
-        assert_eq!(found, None, "{name}: differs from the witness in this rollout and cycle");
+        assert_eq!(
+            found, None,
+            "{name}: differs from the witness in this rollout and cycle"
+        );
     }
 }
 
@@ -150,10 +185,18 @@ fn the_gpu_agrees_with_the_cpu() {
     for (name, spec) in specs() {
         for spec in [Some(spec.clone()), recorded(&spec)].into_iter().flatten() {
             let traced = first_difference(&evaluate(&mut *gpu, &spec, 20, true), &spec);
-            assert_eq!(traced, None, "{name}: differs from the witness in this rollout and cycle");
+            assert_eq!(
+                traced, None,
+                "{name}: differs from the witness in this rollout and cycle"
+            );
             let there = evaluate(&mut *gpu, &spec, 4_000, false).fitness;
             let found = differing(&there, &evaluate(&mut cpu, &spec, 4_000, false).fitness);
-            assert!(found.is_empty(), "{name}: {} of 4000 rollouts differ, the first is {}", found.len(), found[0]);
+            assert!(
+                found.is_empty(),
+                "{name}: {} of 4000 rollouts differ, the first is {}",
+                found.len(),
+                found[0]
+            );
         }
     }
 }

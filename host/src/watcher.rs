@@ -88,7 +88,8 @@ impl Watch for Watcher {
         if !self.bar.is_hidden() && self.told.elapsed() >= BLINK {
             self.told = Instant::now();
             let generation = run.evolution().generation();
-            self.bar.set_prefix(format!("generation {generation:>4}, best {:>6.1}", self.best));
+            self.bar
+                .set_prefix(format!("generation {generation:>4}, best {:>6.1}", self.best));
         }
     }
 }

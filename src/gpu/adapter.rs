@@ -130,7 +130,11 @@ pub enum Choice {
 /// start and talk on standard error where there is no display.
 pub fn adapters() -> Vec<Adapter> {
     let found = adapters_of(wgpu::Backends::PRIMARY);
-    if found.is_empty() { adapters_of(wgpu::Backends::all()) } else { found }
+    if found.is_empty() {
+        adapters_of(wgpu::Backends::all())
+    } else {
+        found
+    }
 }
 
 /// The adapters of these interfaces, or of those that `WGPU_BACKEND` names.
@@ -156,11 +160,12 @@ pub fn find(choice: &Choice) -> Result<Adapter, Error> {
     let mut all = adapters();
     all.sort_by_key(Adapter::rank);
     if all.is_empty() {
-        return Err(Error::NoDevice(
-            "no GPU driver was found; install your card's Vulkan driver, or a software one \
-             (Debian and Ubuntu: mesa-vulkan-drivers)"
-                .into(),
-        ));
+        let limited = std::env::var("WGPU_BACKEND").map(|backend| format!(" for WGPU_BACKEND={backend}"));
+        return Err(Error::NoDevice(format!(
+            "no GPU driver was found{}; install your card's Vulkan driver, or a software one (Debian and Ubuntu: \
+             mesa-vulkan-drivers)",
+            limited.unwrap_or_default()
+        )));
     }
     let is_meant = |adapter: &Adapter| match choice {
         Choice::Hardware => !adapter.is_software(),

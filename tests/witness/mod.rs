@@ -31,9 +31,20 @@ struct Object<'a> {
 
 impl<'a> Object<'a> {
     fn all(spec: &'a WorldSpec) -> Vec<Self> {
-        let walls = spec.arena.walls.iter().map(|wall| (wall.from, wall.to, 0.0, &wall.class));
-        let obstacles = spec.arena.obstacles.iter().map(|o| ([o.x, o.y], [o.x, o.y], o.radius, &o.class));
-        walls.chain(obstacles).map(|(from, to, radius, class)| Self::new(spec, from, to, radius, class)).collect()
+        let walls = spec
+            .arena
+            .walls
+            .iter()
+            .map(|wall| (wall.from, wall.to, 0.0, &wall.class));
+        let obstacles = spec
+            .arena
+            .obstacles
+            .iter()
+            .map(|o| ([o.x, o.y], [o.x, o.y], o.radius, &o.class));
+        walls
+            .chain(obstacles)
+            .map(|(from, to, radius, class)| Self::new(spec, from, to, radius, class))
+            .collect()
     }
 
     fn new(spec: &'a WorldSpec, from: [f32; 2], to: [f32; 2], radius: f32, class: &str) -> Self {
@@ -41,10 +52,21 @@ impl<'a> Object<'a> {
         let table = &sensors.classes[sensors.class(class).expect("a checked world")];
         let length = [to[0] - from[0], to[1] - from[1]];
         let squared = length[0] * length[0] + length[1] * length[1];
-        let scaled = if squared == 0.0 { [0.0; 2] } else { [length[0] / squared, length[1] / squared] };
+        let scaled = if squared == 0.0 {
+            [0.0; 2]
+        } else {
+            [length[0] / squared, length[1] / squared]
+        };
         let contact = spec.robot.body_radius + radius;
         let reach = contact + table.reach();
-        Self { from, length, scaled, contact, reach_squared: reach * reach, table }
+        Self {
+            from,
+            length,
+            scaled,
+            contact,
+            reach_squared: reach * reach,
+            table,
+        }
     }
 
     /// From a point to the nearest point of the axis.
@@ -54,7 +76,13 @@ impl<'a> Object<'a> {
             return [-from_x, -from_y];
         }
         let along = from_x * self.scaled[0] + from_y * self.scaled[1];
-        let along = if along < 0.0 { 0.0 } else if along > 1.0 { 1.0 } else { along };
+        let along = if along < 0.0 {
+            0.0
+        } else if along > 1.0 {
+            1.0
+        } else {
+            along
+        };
         [along * self.length[0] - from_x, along * self.length[1] - from_y]
     }
 }
@@ -116,7 +144,9 @@ impl<'a> Life<'a> {
     }
 
     fn touches(&self, x: f32, y: f32) -> bool {
-        self.objects.iter().any(|object| squared(object.toward(x, y)) < object.contact * object.contact)
+        self.objects
+            .iter()
+            .any(|object| squared(object.toward(x, y)) < object.contact * object.contact)
     }
 
     /// x and y in mm, heading in turns.
@@ -144,7 +174,11 @@ impl<'a> Life<'a> {
         let x = self.x + moved.displacement * cosine;
         let y = self.y + moved.displacement * sine;
         let collided = self.touches(x, y);
-        self.fitness += if collided { 0.0 } else { self.reward(&moved, &real, &perceived) };
+        self.fitness += if collided {
+            0.0
+        } else {
+            self.reward(&moved, &real, &perceived)
+        };
         if !collided {
             let heading = self.heading + moved.turn;
             (self.x, self.y, self.heading) = (x, y, heading - heading.floor());
@@ -198,7 +232,13 @@ impl<'a> Life<'a> {
             let (a, b) = (units(self.key, SENSOR, step, 0), units(self.key, SENSOR, step, 1));
             for (reading, u) in readings.iter_mut().zip(a.into_iter().chain(b)) {
                 let noisy = *reading + (u * span + low);
-                *reading = if noisy < 0.0 { 0.0 } else if noisy > 1.0 { 1.0 } else { noisy };
+                *reading = if noisy < 0.0 {
+                    0.0
+                } else if noisy > 1.0 {
+                    1.0
+                } else {
+                    noisy
+                };
             }
         }
         readings
@@ -250,7 +290,11 @@ impl<'a> Life<'a> {
     }
 
     fn reward(&self, moved: &MotorCell, real: &[f32; 8], perceived: &[f32; 8]) -> f32 {
-        let Task::Avoidance { speed, difference, activation } = self.spec.task;
+        let Task::Avoidance {
+            speed,
+            difference,
+            activation,
+        } = self.spec.task;
         let speed = match speed {
             Speed::Unsigned => 0.5 * (moved.left.abs() + moved.right.abs()),
             Speed::Signed => 0.5 * (moved.left + moved.right),

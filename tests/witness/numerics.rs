@@ -35,7 +35,11 @@ fn quarter_sine(t: f32) -> f32 {
 pub fn cosine_sine(turns: f32) -> (f32, f32) {
     let t = turns - (turns + 0.5).floor();
     let size = t.abs();
-    let folded = if size > 0.25 { (if t < 0.0 { -0.5 } else { 0.5 }) - t } else { t };
+    let folded = if size > 0.25 {
+        (if t < 0.0 { -0.5 } else { 0.5 }) - t
+    } else {
+        t
+    };
     (quarter_sine(0.25 - size), quarter_sine(folded))
 }
 
@@ -44,9 +48,7 @@ pub fn direction_by(x: f32, y: f32, inverse_length: f32) -> f32 {
     let s = (if ax < ay { ax } else { ay }) * inverse_length;
     let bounded = larger(s, SMALL);
     let w = bounded * bounded;
-    let t = s
-        * (0.159_160_61
-            + w * (0.026_317_78 + w * (0.014_036_615 + w * (-0.001_182_702_5 + w * 0.017_525_312))));
+    let t = s * (0.159_160_61 + w * (0.026_317_78 + w * (0.014_036_615 + w * (-0.001_182_702_5 + w * 0.017_525_312))));
     let t = if ay > ax { 0.25 - t } else { t };
     let t = if x < 0.0 { 0.5 - t } else { t };
     let t = if y < 0.0 { 1.0 - t } else { t };

@@ -18,6 +18,10 @@ const CALLS: [&str; 8] = ["abs", "floor", "trunc", "select", "bitcast", "min", "
 const CONSTRUCTORS: [&str; 8] = ["f32", "u32", "i32", "bool", "vec2", "vec3", "vec4", "array"];
 /// Words before a parenthesis that are no calls.
 const KEYWORDS: [&str; 7] = ["if", "for", "while", "switch", "return", "case", "var"];
+/// How words begin that are not supported wherever they stand: types, and statements of other stages.
+const UNSUPPORTED: [&str; 6] = ["f16", "mat", "texture_", "sampler", "atomic", "discard"];
+
+const TYPES: &str = "types are f32, i32, u32, bool, their vectors, arrays and structs";
 
 /// Checks a kernel's text: only functions on the list are called, and float literals carry their `f`.
 pub(crate) fn check_source(source: &Source) -> Result<(), Refusals> {
@@ -41,10 +45,12 @@ pub(crate) fn check_source(source: &Source) -> Result<(), Refusals> {
     };
     for (at, word) in words(&text) {
         let attribute = at > 0 && bytes[at - 1] == b'@';
-        if word.starts_with(|c: char| c.is_ascii_digit()) {
+        if is_number(word) {
             let hex = word.starts_with("0x") || word.starts_with("0X");
             let float = word.contains('.') || word.contains(if hex { ['p', 'P'] } else { ['e', 'E'] });
-            if float && !word.ends_with('f') {
+            if word.ends_with('h') {
+                refuse(at, format!("the constant `{word}` has 16 bits; floats are f32"));
+            } else if float && !word.ends_with('f') {
                 refuse(
                     at,
                     format!("the float constant `{word}` has no suffix and would be folded in f64; write `{word}f`"),
@@ -56,7 +62,7 @@ pub(crate) fn check_source(source: &Source) -> Result<(), Refusals> {
                 refuse(
                     at,
                     format!(
-                        "`{word}` is not exact on every device; allowed are {}",
+                        "`{word}` is not on the list of functions that are exact on every device: {}",
                         CALLS.join(", ")
                     ),
                 );
@@ -64,9 +70,28 @@ pub(crate) fn check_source(source: &Source) -> Result<(), Refusals> {
             if declared.contains(word) && CALLS.contains(&word) {
                 refuse(at, format!("`{word}` hides a built-in function; give it another name"));
             }
+        } else if !attribute && !declared.contains(word) && UNSUPPORTED.contains(&stem(word)) {
+            refuse(at, format!("`{word}` is not supported; {TYPES}"));
         }
     }
     if refusals.is_empty() { Ok(()) } else { Err(refusals) }
+}
+
+/// What a word begins with, if such words are a family: `mat2x2` and `mat4x3f` are `mat`.
+fn stem(word: &str) -> &str {
+    let is_matrix = |rest: &str| {
+        let shape = rest.strip_suffix(['f', 'h']).unwrap_or(rest).as_bytes();
+        matches!(shape, [b'2'..=b'4', b'x', b'2'..=b'4'])
+    };
+    if word.strip_prefix("mat").is_some_and(is_matrix) {
+        "mat"
+    } else if word.starts_with("texture_") {
+        "texture_"
+    } else if word == "sampler_comparison" {
+        "sampler"
+    } else {
+        word
+    }
 }
 
 /// The text with comments turned to spaces, byte for byte.
@@ -102,8 +127,11 @@ fn blank_comments(text: &str) -> String {
 fn words(text: &str) -> impl Iterator<Item = (usize, &str)> {
     let mut rest = 0;
     std::iter::from_fn(move || {
-        let start = rest + text[rest..].find(|c: char| c.is_alphanumeric() || c == '_')?;
-        let number = text[start..].starts_with(|c: char| c.is_ascii_digit());
+        let after = &text[rest..];
+        let digit = |at: usize| after[at..].starts_with(|c: char| c.is_ascii_digit());
+        let is_start = |(at, c): (usize, char)| (c.is_alphanumeric() || c == '_' || c == '.' && digit(at + 1)).then_some(at);
+        let start = rest + after.char_indices().find_map(is_start)?;
+        let number = is_number(&text[start..]);
         let mut before = ' ';
         let length = text[start..]
             .find(|c: char| {
@@ -117,6 +145,10 @@ fn words(text: &str) -> impl Iterator<Item = (usize, &str)> {
         rest = start + length;
         Some((start, &text[start..rest]))
     })
+}
+
+fn is_number(word: &str) -> bool {
+    word.starts_with(|c: char| c.is_ascii_digit() || c == '.')
 }
 
 /// Whether what follows a word makes it a call: `(`, or template arguments and `(`.
@@ -158,10 +190,7 @@ pub(crate) fn check_module(source: &Source, module: &Module, info: &ModuleInfo) 
             _ => true,
         };
         if refused {
-            refuse(
-                module.types.get_span(handle),
-                "this type is not supported; allowed are f32, i32, u32, bool, their vectors, arrays and structs",
-            );
+            refuse(module.types.get_span(handle), &format!("this type is not supported; {TYPES}"));
         }
     }
     for (handle, _) in module.overrides.iter() {
