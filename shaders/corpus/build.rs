@@ -10,7 +10,15 @@ use oneiro_shader_compiler::{Compiled, Part, compile, generate, spirv, trees};
 
 /// The hand-written kernels.
 const WRITTEN: [&str; 9] = [
-    "nested", "returns", "continuing", "pointers", "locals", "switches", "indices", "logic", "folding",
+    "nested",
+    "returns",
+    "continuing",
+    "pointers",
+    "locals",
+    "switches",
+    "indices",
+    "logic",
+    "folding",
 ];
 /// How many random kernels there are.
 const RANDOM: usize = 24;
@@ -42,9 +50,14 @@ fn main() {
         seed += 1;
         // Compiling takes long: on x86 each has one instruction set, besides none at all.
         corpus.targets = targets();
-        corpus.targets.retain(|target| !X86.contains(&target.name) || target.name == X86[found % X86.len()]);
+        corpus
+            .targets
+            .retain(|target| !X86.contains(&target.name) || target.name == X86[found % X86.len()]);
         // Some are refused, or run too long.
-        if corpus.case(&format!("random_{seed}"), &generate::kernel(seed, 40), seed).is_ok() {
+        if corpus
+            .case(&format!("random_{seed}"), &generate::kernel(seed, 40), seed)
+            .is_ok()
+        {
             found += 1;
         }
     }
@@ -68,7 +81,11 @@ fn read(wgsl: &Path, name: &str) -> String {
 /// One number of lanes an instruction set.
 fn targets() -> Vec<Target> {
     let narrow = |target: &Target| Target {
-        shapes: if target.name == "avx512" { &[(1, 16)] } else { target.shapes },
+        shapes: if target.name == "avx512" {
+            &[(1, 16)]
+        } else {
+            target.shapes
+        },
         ..*target
     };
     let unchecked = instances::TARGETS.iter().filter(|target| target.name != "checked");

@@ -5,6 +5,7 @@ pub mod kernel;
 pub mod lanes;
 
 /// What the build made of `wgsl/`.
+#[allow(clippy::unreadable_literal, reason = "generated")]
 mod generated {
     include!(concat!(env!("OUT_DIR"), "/kernels.rs"));
 }

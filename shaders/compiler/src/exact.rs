@@ -18,8 +18,6 @@ const CALLS: [&str; 8] = ["abs", "floor", "trunc", "select", "bitcast", "min", "
 const CONSTRUCTORS: [&str; 8] = ["f32", "u32", "i32", "bool", "vec2", "vec3", "vec4", "array"];
 /// Words before a parenthesis that are no calls.
 const KEYWORDS: [&str; 7] = ["if", "for", "while", "switch", "return", "case", "var"];
-/// How words begin that are not supported wherever they stand: types, and statements of other stages.
-const UNSUPPORTED: [&str; 6] = ["f16", "mat", "texture_", "sampler", "atomic", "discard"];
 
 const TYPES: &str = "types are f32, i32, u32, bool, their vectors, arrays and structs";
 
@@ -70,28 +68,30 @@ pub(crate) fn check_source(source: &Source) -> Result<(), Refusals> {
             if declared.contains(word) && CALLS.contains(&word) {
                 refuse(at, format!("`{word}` hides a built-in function; give it another name"));
             }
-        } else if !attribute && !declared.contains(word) && UNSUPPORTED.contains(&stem(word)) {
+        } else if !attribute && !declared.contains(word) && is_unsupported(word) {
             refuse(at, format!("`{word}` is not supported; {TYPES}"));
         }
     }
     if refusals.is_empty() { Ok(()) } else { Err(refusals) }
 }
 
-/// What a word begins with, if such words are a family: `mat2x2` and `mat4x3f` are `mat`.
-fn stem(word: &str) -> &str {
+/// Whether a word is refused wherever it stands: types, and a statement of other stages.
+fn is_unsupported(word: &str) -> bool {
     let is_matrix = |rest: &str| {
         let shape = rest.strip_suffix(['f', 'h']).unwrap_or(rest).as_bytes();
         matches!(shape, [b'2'..=b'4', b'x', b'2'..=b'4'])
     };
-    if word.strip_prefix("mat").is_some_and(is_matrix) {
-        "mat"
-    } else if word.starts_with("texture_") {
-        "texture_"
-    } else if word == "sampler_comparison" {
-        "sampler"
-    } else {
-        word
-    }
+    let known = [
+        "f16",
+        "vec2h",
+        "vec3h",
+        "vec4h",
+        "sampler",
+        "sampler_comparison",
+        "atomic",
+        "discard",
+    ];
+    known.contains(&word) || word.starts_with("texture_") || word.strip_prefix("mat").is_some_and(is_matrix)
 }
 
 /// The text with comments turned to spaces, byte for byte.
@@ -129,7 +129,8 @@ fn words(text: &str) -> impl Iterator<Item = (usize, &str)> {
     std::iter::from_fn(move || {
         let after = &text[rest..];
         let digit = |at: usize| after[at..].starts_with(|c: char| c.is_ascii_digit());
-        let is_start = |(at, c): (usize, char)| (c.is_alphanumeric() || c == '_' || c == '.' && digit(at + 1)).then_some(at);
+        let is_start =
+            |(at, c): (usize, char)| (c.is_alphanumeric() || c == '_' || c == '.' && digit(at + 1)).then_some(at);
         let start = rest + after.char_indices().find_map(is_start)?;
         let number = is_number(&text[start..]);
         let mut before = ' ';
@@ -185,12 +186,17 @@ pub(crate) fn check_module(source: &Source, module: &Module, info: &ModuleInfo) 
     for (handle, ty) in module.types.iter() {
         let refused = match &ty.inner {
             TypeInner::Scalar(scalar) | TypeInner::Vector { scalar, .. } => !is_allowed(*scalar),
-            TypeInner::Pointer { .. } | TypeInner::ValuePointer { .. } => false,
-            TypeInner::Array { .. } | TypeInner::Struct { .. } => false,
+            TypeInner::Pointer { .. }
+            | TypeInner::ValuePointer { .. }
+            | TypeInner::Array { .. }
+            | TypeInner::Struct { .. } => false,
             _ => true,
         };
         if refused {
-            refuse(module.types.get_span(handle), &format!("this type is not supported; {TYPES}"));
+            refuse(
+                module.types.get_span(handle),
+                &format!("this type is not supported; {TYPES}"),
+            );
         }
     }
     for (handle, _) in module.overrides.iter() {
@@ -199,11 +205,13 @@ pub(crate) fn check_module(source: &Source, module: &Module, info: &ModuleInfo) 
             "override constants are not supported",
         );
     }
+    let text = blank_comments(&source.text);
     for (handle, expression) in module.global_expressions.iter() {
+        let span = module.global_expressions.get_span(handle);
         if let Expression::Literal(literal) = expression
-            && let Some(message) = refused_literal(*literal)
+            && let Some(message) = refused_literal(*literal, &text, span)
         {
-            refuse(module.global_expressions.get_span(handle), message);
+            refuse(span, message);
         }
     }
     for (handle, variable) in module.global_variables.iter() {
@@ -218,6 +226,7 @@ pub(crate) fn check_module(source: &Source, module: &Module, info: &ModuleInfo) 
     for (handle, function) in module.functions.iter() {
         Checker {
             source,
+            text: &text,
             module,
             function,
             info: &info[handle],
@@ -228,6 +237,7 @@ pub(crate) fn check_module(source: &Source, module: &Module, info: &ModuleInfo) 
     for (index, entry) in module.entry_points.iter().enumerate() {
         let mut checker = Checker {
             source,
+            text: &text,
             module,
             function: &entry.function,
             info: info.get_entry_point(index),
@@ -258,17 +268,33 @@ fn is_allowed(scalar: naga::Scalar) -> bool {
     scalar.kind == ScalarKind::Bool || scalar.width == 4
 }
 
-fn refused_literal(literal: Literal) -> Option<&'static str> {
+/// Why a constant is refused: for what it is, or for how it was folded before the IR could be looked at.
+fn refused_literal(literal: Literal, text: &str, span: naga::Span) -> Option<&'static str> {
+    let written = span.to_range().and_then(|range| text.get(range)).unwrap_or_default();
     match literal {
-        Literal::F32(x) if x.is_nan() || x.is_infinite() => Some("a constant is not finite"),
-        Literal::F32(x) if x.is_subnormal() => Some("a constant is subnormal"),
-        Literal::F32(_) | Literal::I32(_) | Literal::U32(_) | Literal::Bool(_) => None,
+        Literal::F32(_) if written.contains(['/', '%']) => {
+            Some("a float constant is made by a division, which is not on the list; write its value")
+        }
+        Literal::F32(x) => refused_float(x),
+        Literal::I32(_) | Literal::U32(_) | Literal::Bool(_) => None,
         _ => Some("a constant is neither f32, i32, u32 nor bool"),
+    }
+}
+
+fn refused_float(x: f32) -> Option<&'static str> {
+    if x.is_nan() || x.is_infinite() {
+        Some("a constant is not finite")
+    } else if x.is_subnormal() {
+        Some("a constant is subnormal")
+    } else {
+        None
     }
 }
 
 struct Checker<'a> {
     source: &'a Source,
+    /// Its text without comments.
+    text: &'a str,
     module: &'a Module,
     function: &'a Function,
     info: &'a FunctionInfo,
@@ -290,14 +316,22 @@ impl Checker<'_> {
     }
 
     fn function_place(&self) -> Place {
-        let first = self.function.body.span_iter().next().map(|(_, span)| *span);
-        self.source.place_of(first.unwrap_or(naga::Span::UNDEFINED))
+        let name = self.function.name.as_deref().unwrap_or_default();
+        let mut previous = "";
+        for (at, word) in words(self.text) {
+            if previous == "fn" && word == name {
+                return self.source.place(at);
+            }
+            previous = word;
+        }
+        self.source.place(0)
     }
 
     fn check(&mut self) {
         for (handle, expression) in self.function.expressions.iter() {
-            if let Some(message) = self.refused(expression) {
-                self.refuse(self.function.expressions.get_span(handle), message);
+            let span = self.function.expressions.get_span(handle);
+            if let Some(message) = self.refused(expression, span) {
+                self.refuse(span, message);
             }
         }
         let function = self.function;
@@ -308,9 +342,35 @@ impl Checker<'_> {
         self.info[expression].ty.inner_with(&self.module.types).scalar_kind()
     }
 
-    fn refused(&self, expression: &Expression) -> Option<&'static str> {
+    /// The bits of what is known at build time.
+    fn constants(&self, expression: Handle<Expression>) -> Vec<u32> {
+        match &self.function.expressions[expression] {
+            Expression::Literal(Literal::U32(bits)) => vec![*bits],
+            Expression::Literal(Literal::I32(bits)) => vec![*bits as u32],
+            Expression::Constant(constant) => {
+                match self.module.global_expressions[self.module.constants[*constant].init] {
+                    Expression::Literal(Literal::U32(bits)) => vec![bits],
+                    Expression::Literal(Literal::I32(bits)) => vec![bits as u32],
+                    _ => Vec::new(),
+                }
+            }
+            Expression::Compose { components, .. } => components.iter().flat_map(|c| self.constants(*c)).collect(),
+            Expression::Splat { value, .. } => self.constants(*value),
+            _ => Vec::new(),
+        }
+    }
+
+    fn refused(&self, expression: &Expression, span: naga::Span) -> Option<&'static str> {
         match expression {
-            Expression::Literal(literal) => refused_literal(*literal),
+            Expression::Literal(literal) => refused_literal(*literal, self.text, span),
+            Expression::As {
+                expr,
+                kind: ScalarKind::Float,
+                convert: None,
+            } => self
+                .constants(*expr)
+                .into_iter()
+                .find_map(|bits| refused_float(f32::from_bits(bits))),
             Expression::Unary { op, expr } => match (op, self.kind(*expr)?) {
                 (UnaryOperator::Negate, ScalarKind::Float | ScalarKind::Sint)
                 | (UnaryOperator::LogicalNot, ScalarKind::Bool)
@@ -359,7 +419,6 @@ impl Checker<'_> {
         use BinaryOperator as Op;
         let kind = self.kind(left)?;
         match op {
-            Op::Add | Op::Subtract | Op::Multiply => None,
             Op::Divide if kind == ScalarKind::Float => {
                 Some("float division is not correctly rounded on every device; use `reciprocal` of lib/numerics.wgsl")
             }

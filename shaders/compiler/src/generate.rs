@@ -66,7 +66,7 @@ pub fn kernel(seed: u64, statements: u32) -> String {
     generator.text
 }
 
-/// SplitMix64.
+/// `SplitMix64`.
 struct Random(u64);
 
 impl Random {
@@ -79,7 +79,7 @@ impl Random {
     }
 
     fn below(&mut self, bound: u32) -> u32 {
-        ((self.next() >> 32) * u64::from(bound) >> 32) as u32
+        (((self.next() >> 32) * u64::from(bound)) >> 32) as u32
     }
 
     /// Once in so many times.
@@ -120,15 +120,7 @@ impl Ty {
 }
 
 /// What can be a variable, an argument and a result.
-const VALUES: [Ty; 7] = [
-    Ty::F32,
-    Ty::F32,
-    Ty::U32,
-    Ty::I32,
-    Ty::Bool,
-    Ty::Vec2,
-    Ty::Vec3u,
-];
+const VALUES: [Ty; 7] = [Ty::F32, Ty::F32, Ty::U32, Ty::I32, Ty::Bool, Ty::Vec2, Ty::Vec3u];
 
 /// Something that has a name.
 #[derive(Clone, Debug)]
@@ -151,6 +143,15 @@ struct Function {
     weight: u32,
 }
 
+/// Whether a function may be left early here.
+#[derive(Clone, Copy, Debug, Default)]
+enum Returns {
+    #[default]
+    Never,
+    WithoutValue,
+    Of(Ty),
+}
+
 /// Which jumps may stand here, and how deep it is.
 #[derive(Clone, Copy, Debug, Default)]
 struct Around {
@@ -158,8 +159,7 @@ struct Around {
     blocks: u32,
     can_break: bool,
     can_continue: bool,
-    /// In a function: whether it returns early, and what.
-    returns: Option<Option<Ty>>,
+    returns: Returns,
     /// Outside of functions and loops: each place runs once at most.
     once: bool,
 }
@@ -250,10 +250,10 @@ impl Generator {
     }
 
     fn leaf(&mut self, ty: Ty) -> String {
-        if !self.random.once_in(4) {
-            if let Some(named) = self.one(|named| named.ty == ty && ty != Ty::Array) {
-                return named.text;
-            }
+        if !self.random.once_in(4)
+            && let Some(named) = self.one(|named| named.ty == ty && ty != Ty::Array)
+        {
+            return named.text;
         }
         let member = |named: Option<Named>, fields: &[&str], random: &mut Random| {
             named.map(|named| format!("{}.{}", named.text, random.pick(fields)))
@@ -275,7 +275,16 @@ impl Generator {
                 };
                 found.unwrap_or_else(|| {
                     let all = [
-                        "0.0f", "1.0f", "-1.0f", "2.0f", "0.5f", "-0.3f", "3.1415927f", "100.25f", "0.1f", "1e-3f",
+                        "0.0f",
+                        "1.0f",
+                        "-1.0f",
+                        "2.0f",
+                        "0.5f",
+                        "-0.3f",
+                        "3.1415927f",
+                        "100.25f",
+                        "0.1f",
+                        "1e-3f",
                     ];
                     (*self.random.pick(&all)).to_owned()
                 })
@@ -294,7 +303,17 @@ impl Generator {
                     _ => None,
                 };
                 found.unwrap_or_else(|| {
-                    let all = ["0u", "1u", "2u", "3u", "7u", "31u", "1000u", "0x9e3779b9u", "0xffffffffu"];
+                    let all = [
+                        "0u",
+                        "1u",
+                        "2u",
+                        "3u",
+                        "7u",
+                        "31u",
+                        "1000u",
+                        "0x9e3779b9u",
+                        "0xffffffffu",
+                    ];
                     (*self.random.pick(&all)).to_owned()
                 })
             }
@@ -348,7 +367,15 @@ impl Generator {
             ) {
                 return named.text;
             }
-            let all = ["settings.a", "settings.b", "settings.c", "settings.d", "3u", "1u", "12u"];
+            let all = [
+                "settings.a",
+                "settings.b",
+                "settings.c",
+                "settings.d",
+                "3u",
+                "1u",
+                "12u",
+            ];
             return (*self.random.pick(&all)).to_owned();
         }
         let (a, b) = (self.uniform(depth - 1), self.uniform(depth - 1));
@@ -372,7 +399,11 @@ impl Generator {
             0 | 1 => format!("({a} + {})", self.expression(Ty::F32, depth)),
             2 | 3 => format!("({a} - {})", self.expression(Ty::F32, depth)),
             4..=6 => format!("(tame({a}) * {})", self.tamed(depth)),
-            7 => format!("(tame({a}) * {} + {})", self.tamed(depth), self.expression(Ty::F32, depth)),
+            7 => format!(
+                "(tame({a}) * {} + {})",
+                self.tamed(depth),
+                self.expression(Ty::F32, depth)
+            ),
             8 => format!("(-({a}))"),
             9 => format!("abs({a})"),
             10 => format!("floor({a})"),
@@ -432,7 +463,9 @@ impl Generator {
             15 => format!("whole({})", self.expression(Ty::F32, depth)),
             16 => format!("bits({})", self.expression(Ty::F32, depth)),
             17 => {
-                let (from, ty) = *self.random.pick(&[("u32", Ty::I32), ("u32", Ty::Bool), ("bitcast<u32>", Ty::I32)]);
+                let (from, ty) = *self
+                    .random
+                    .pick(&[("u32", Ty::I32), ("u32", Ty::Bool), ("bitcast<u32>", Ty::I32)]);
                 format!("{from}({})", self.expression(ty, depth))
             }
             18 => format!("results[base + ({a} & 15u)]"),
@@ -496,7 +529,9 @@ impl Generator {
             }
             8 => {
                 let index = self.expression(Ty::U32, depth);
-                let (buffer, rest) = *self.random.pick(&[("quads", ".xz"), ("quads", ".wy"), ("items", ".at")]);
+                let (buffer, rest) = *self
+                    .random
+                    .pick(&[("quads", ".xz"), ("quads", ".wy"), ("items", ".at")]);
                 format!("{buffer}[{}]{rest}", self.index(&index))
             }
             9 => format!("max({a}, {})", self.expression(Ty::Vec2, depth)),
@@ -591,12 +626,12 @@ impl Generator {
             0 if self.around.can_break => self.line("break;"),
             1 if self.around.can_continue => self.line("continue;"),
             _ => match self.around.returns {
-                Some(Some(ty)) => {
+                Returns::Of(ty) => {
                     let value = self.kept(ty, 1);
                     self.line(&format!("return {value};"));
                 }
                 // Not always: what leaves the kernel is not tested further.
-                Some(None) if !self.random.once_in(3) => self.line("return;"),
+                Returns::WithoutValue if !self.random.once_in(3) => self.line("return;"),
                 _ => {}
             },
         }
@@ -611,7 +646,6 @@ impl Generator {
         match self.random.below(30) {
             0..=2 => self.declare_let(),
             3..=6 => self.declare_variable(),
-            7..=13 => self.assign(),
             14..=18 if nested => self.branch(),
             19..=22 if nested && self.around.loops < 3 => self.repeat(),
             23 if nested => self.switch(),
@@ -662,7 +696,10 @@ impl Generator {
                 self.line(&format!("{target}.{component} = {value};"));
             }
             Ty::Local if !self.random.once_in(4) => {
-                let (member, ty) = *self.random.pick(&[("f", Ty::F32), ("u", Ty::U32), ("v", Ty::Vec2), ("v.y", Ty::F32)]);
+                let (member, ty) =
+                    *self
+                        .random
+                        .pick(&[("f", Ty::F32), ("u", Ty::U32), ("v", Ty::Vec2), ("v.y", Ty::F32)]);
                 let value = self.kept(ty, 2);
                 self.line(&format!("{target}.{member} = {value};"));
             }
@@ -671,7 +708,10 @@ impl Generator {
                 self.line(&format!("{target}[{index}] = {value};"));
             }
             Ty::U32 | Ty::I32 if self.random.once_in(3) => {
-                let (op, value) = (*self.random.pick(&["+", "-", "*", "^", "|"]), self.expression(named.ty, 2));
+                let (op, value) = (
+                    *self.random.pick(&["+", "-", "*", "^", "|"]),
+                    self.expression(named.ty, 2),
+                );
                 self.line(&format!("{target} {op}= {value};"));
             }
             ty => {
@@ -708,7 +748,11 @@ impl Generator {
 
     fn repeat(&mut self) {
         let uniform = self.random.once_in(3);
-        let turns = if uniform { self.uniform(1) } else { self.expression(Ty::U32, 2) };
+        let turns = if uniform {
+            self.uniform(1)
+        } else {
+            self.expression(Ty::U32, 2)
+        };
         let turns = format!("(({turns}) & 3u) + {}u", self.random.below(2));
         let counter = self.name("i");
         let names = self.scope.len();
@@ -721,7 +765,9 @@ impl Generator {
         };
         match self.random.below(4) {
             0 | 1 => {
-                self.line(&format!("for (var {counter} = 0u; {counter} < {turns}; {counter}++) {{"));
+                self.line(&format!(
+                    "for (var {counter} = 0u; {counter} < {turns}; {counter}++) {{"
+                ));
                 self.add(&counter, Ty::U32, false, uniform);
                 self.block(inside);
             }
@@ -857,13 +903,17 @@ impl Generator {
         let result = if self.random.once_in(4) {
             None
         } else {
-            Some(*self.random.pick(&[Ty::F32, Ty::F32, Ty::U32, Ty::Vec2, Ty::Bool, Ty::Local]))
+            Some(
+                *self
+                    .random
+                    .pick(&[Ty::F32, Ty::F32, Ty::U32, Ty::Vec2, Ty::Bool, Ty::Local]),
+            )
         };
         let returned = result.map_or(String::new(), |ty| format!(" -> {}", ty.name()));
         self.line(&format!("fn {name}({}){returned} {{", list.join(", ")));
         let before = std::mem::take(&mut self.weight);
         self.around = Around {
-            returns: Some(result),
+            returns: result.map_or(Returns::WithoutValue, Returns::Of),
             blocks: 1,
             loops: 1,
             ..Around::default()
@@ -927,7 +977,7 @@ impl Generator {
         self.add("lane", Ty::U32, false, false);
         self.add("workgroup.x", Ty::U32, false, true);
         self.around = Around {
-            returns: Some(None),
+            returns: Returns::WithoutValue,
             once: true,
             ..Around::default()
         };

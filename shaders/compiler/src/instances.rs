@@ -81,24 +81,20 @@ pub fn write(
     kernel: &Compiled,
     targets: &[Target],
 ) -> Result<String, io::Error> {
-    let words = kernel
-        .spirv
-        .iter()
-        .map(|word| format!("{word:#x},"))
-        .collect::<String>();
+    let words: Vec<_> = kernel.spirv.iter().map(|word| format!("{word:#x}")).collect();
     fs::write(out.join(format!("{name}.wgsl")), &kernel.wgsl)?;
     fs::write(
         out.join(format!("{name}.lanes.rs")),
         lanes(library, name, &kernel.lanes, targets),
     )?;
-    fs::write(out.join(format!("{name}.spv.rs")), format!("&[{words}]"))?;
+    fs::write(out.join(format!("{name}.spv.rs")), format!("&[{}]", words.join(",")))?;
     Ok(format!(
         "/// The kernel `{name}`.\npub static {constant}: Kernel = Kernel {{\n\
          name: \"{name}\",\n\
          wgsl: include_str!(concat!(env!(\"OUT_DIR\"), \"/{name}.wgsl\")),\n\
          spirv: include!(concat!(env!(\"OUT_DIR\"), \"/{name}.spv.rs\")),\n\
          entry_point: \"main\",\nworkgroup_size: {},\nbindings: &[{}],\nvariants: {name}_lanes::VARIANTS,\n}};\n\
-         #[allow(clippy::all, clippy::pedantic, unused, unsafe_op_in_unsafe_fn, reason = \"generated\")]\n\
+         #[allow(clippy::all, clippy::pedantic, unused, unused_comparisons, unsafe_op_in_unsafe_fn, reason = \"generated\")]\n\
          mod {name}_lanes {{ include!(concat!(env!(\"OUT_DIR\"), \"/{name}.lanes.rs\")); }}\n",
         kernel.workgroup_size,
         kernel.bindings,

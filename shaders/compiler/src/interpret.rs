@@ -52,7 +52,9 @@ impl Memory<'_> {
     /// Where a word lies, its element clamped into the buffer.
     fn at(&self, address: &Address, element: u32) -> usize {
         let elements = self.buffers[address.buffer as usize].len() as u32 / self.strides[address.buffer as usize];
-        let first = address.element.map_or(0, |_| element.min(elements - 1) * address.stride);
+        let first = address
+            .element
+            .map_or(0, |_| element.min(elements - 1) * address.stride);
         (first + address.offset) as usize
     }
 
@@ -612,7 +614,7 @@ fn unsigned(op: Binary, x: u32, y: u32) -> u32 {
     }
 }
 
-fn compare<T: PartialOrd>(op: Binary, x: T, y: T) -> u32 {
+fn compare<T: PartialOrd + Copy>(op: Binary, x: T, y: T) -> u32 {
     u32::from(match op {
         Binary::Equal => x == y,
         Binary::NotEqual => x != y,

@@ -2,7 +2,7 @@
 
 use std::fmt::Write;
 
-use naga::{AddressSpace, Handle, Module, ScalarKind, Type, TypeInner};
+use naga::{AddressSpace, ArraySize, Handle, Module, ScalarKind, Type, TypeInner};
 
 /// What a binding holds, as the host sees it.
 #[derive(Clone, Debug)]
@@ -13,10 +13,23 @@ pub(crate) struct Bound {
     pub(crate) stride: u32,
 }
 
+impl Bound {
+    /// As an element of a slice of `Binding`s.
+    pub(crate) fn as_rust(&self) -> String {
+        let Self {
+            binding,
+            name,
+            kind,
+            stride,
+        } = self;
+        format!("Binding {{ binding: {binding}, name: \"{name}\", kind: BindingKind::{kind}, stride: {stride} }},\n")
+    }
+}
+
 /// A kernel's bindings in ascending order.
 ///
 /// # Errors
-/// A group other than 0, or a gap.
+/// A group other than 0, a gap, or an array with a length of its own.
 pub(crate) fn bindings(module: &Module) -> Result<Vec<Bound>, String> {
     let mut bound = Vec::new();
     for (_, variable) in module.global_variables.iter() {
@@ -34,6 +47,15 @@ pub(crate) fn bindings(module: &Module) -> Result<Vec<Bound>, String> {
             _ => "Read",
         };
         let stride = match &module.types[variable.ty].inner {
+            // Its index would be clamped to its own length on a GPU, and to the buffer's here.
+            TypeInner::Array {
+                size: ArraySize::Constant(_),
+                ..
+            } => {
+                return Err(format!(
+                    "`{name}`: an array in a buffer has the buffer's length; write `array<T>`"
+                ));
+            }
             TypeInner::Array { stride, .. } => *stride,
             other => other.size(module.to_ctx()),
         };

@@ -19,6 +19,9 @@ pub mod uniform;
 
 pub use source::{Part, Place, Refusal, Refusals, Source};
 
+/// The most lanes of any instance.
+const LANES: u32 = 64;
+
 /// A kernel's three forms.
 #[derive(Clone, Debug)]
 pub struct Compiled {
@@ -68,15 +71,7 @@ pub fn compile(name: &str, parts: &[Part]) -> Result<Compiled, Refusals> {
         wgsl: source.text.clone(),
         spirv: spirv::write(module, info).map_err(refuse)?,
         structs: layout::structs(module).map_err(refuse)?,
-        bindings: bindings
-            .iter()
-            .map(|b| {
-                format!(
-                    "Binding {{ binding: {}, name: \"{}\", kind: BindingKind::{}, stride: {} }},\n",
-                    b.binding, b.name, b.kind, b.stride
-                )
-            })
-            .collect(),
+        bindings: bindings.iter().map(layout::Bound::as_rust).collect::<Vec<_>>().concat(),
         workgroup_size: module.entry_points[0].workgroup_size[0],
         lanes: print::print(&tidied, &shapes, name, &strides),
     })
@@ -105,11 +100,19 @@ impl Checked {
         exact::check_module(&source, &module, &info)?;
         let [entry] = module.entry_points.as_slice() else {
             let count = module.entry_points.len();
-            return Err(refused(&source, format!("a kernel has one entry point, this has {count}")));
+            return Err(refused(
+                &source,
+                format!("a kernel has one entry point, this has {count}"),
+            ));
         };
         if entry.name != "main" || entry.workgroup_size[1..] != [1, 1] {
             let message = "the entry point must be `main` with a one-dimensional workgroup";
             return Err(refused(&source, message.into()));
+        }
+        if entry.workgroup_size[0] % LANES != 0 {
+            let message =
+                format!("a workgroup has a multiple of {LANES} invocations, the most lanes that run together");
+            return Err(refused(&source, message));
         }
         Ok(Self { source, module, info })
     }

@@ -25,6 +25,7 @@ pub(crate) fn lower(source: &Source, module: &Module, info: &ModuleInfo) -> Resu
         program: Program::default(),
         globals: BTreeMap::new(),
         blocks: vec![Vec::new()],
+        here: Span::UNDEFINED,
     };
     match lowering.entry() {
         Ok(()) => {
@@ -67,6 +68,8 @@ struct Lowering<'a> {
     globals: BTreeMap<Handle<naga::GlobalVariable>, Place>,
     /// The blocks being written, innermost last.
     blocks: Vec<Block>,
+    /// Where in the WGSL the latest statement or expression stands.
+    here: Span,
 }
 
 /// One inlined call of a function.
@@ -88,7 +91,7 @@ struct Call<'a> {
 impl<'a> Lowering<'a> {
     fn refuse<T>(&self, span: Span, call: &Call<'_>, message: &str) -> Lower<T> {
         Err(Refusal {
-            place: self.source.place_of(span),
+            place: self.source.place_of(if span.is_defined() { span } else { self.here }),
             function: call.function.name.clone(),
             message: message.into(),
         })
@@ -181,7 +184,7 @@ impl<'a> Lowering<'a> {
                 }
                 (None, AddressSpace::Private) => {
                     let init = global.init.map(|init| self.constant_bits(init));
-                    self.local(&name, global.ty, init)
+                    self.local(&name, global.ty, init.as_deref())
                 }
                 _ => continue,
             };
@@ -227,11 +230,10 @@ impl<'a> Lowering<'a> {
     }
 
     /// A new place for a local or private variable.
-    fn local(&mut self, name: &str, ty: Handle<Type>, init: Option<Vec<u32>>) -> Place {
+    fn local(&mut self, name: &str, ty: Handle<Type>, init: Option<&[u32]>) -> Place {
         let bits = |count: usize| {
-            init.clone()
-                .filter(|bits| bits.len() == count)
-                .unwrap_or_else(|| vec![0; count])
+            init.filter(|bits| bits.len() == count)
+                .map_or_else(|| vec![0; count], <[u32]>::to_vec)
         };
         if let TypeInner::Array {
             base,
@@ -298,7 +300,7 @@ impl<'a> Lowering<'a> {
         self.blocks.push(Vec::new());
         for (handle, local) in function.local_variables.iter() {
             let init = local.init.map(|init| self.local_bits(&call, init)).transpose()?;
-            let place = self.local(local.name.as_deref().unwrap_or("temporary"), local.ty, init);
+            let place = self.local(local.name.as_deref().unwrap_or("temporary"), local.ty, init.as_deref());
             call.locals.insert(handle, place);
         }
         self.block(&mut call, &function.body)?;
@@ -357,6 +359,9 @@ impl<'a> Lowering<'a> {
 
     fn statement(&mut self, call: &mut Call<'a>, statement: &'a naga::Statement, span: Span) -> Lower<()> {
         use naga::Statement as S;
+        if span.is_defined() && !matches!(statement, S::Emit(_)) {
+            self.here = span;
+        }
         match statement {
             S::Emit(range) => {
                 for handle in range.clone() {
@@ -643,6 +648,9 @@ impl<'a> Lowering<'a> {
 
     fn expression(&mut self, call: &mut Call<'a>, handle: Handle<Expression>) -> Lower<Lowered> {
         let span = call.function.expressions.get_span(handle);
+        if span.is_defined() {
+            self.here = span;
+        }
         let scalars = match &call.function.expressions[handle] {
             Expression::Literal(literal) => {
                 let (bits, ty) = (literal_bits(*literal), literal_type(*literal));
@@ -871,10 +879,14 @@ impl<'a> Lowering<'a> {
                 .into_iter()
                 .map(|v| self.value(Op::Read(v), self.program.variables[v.0 as usize].ty))
                 .collect()),
-            Place::Element(arrays, index) => Ok(arrays
-                .into_iter()
-                .map(|array| self.value(Op::ReadElement(array, index), self.program.arrays[array.0 as usize].ty))
-                .collect()),
+            Place::Element(arrays, index) => {
+                let read = |array: Array| {
+                    let value = self.value(Op::ReadElement(array, index), self.program.arrays[array.0 as usize].ty);
+                    self.program.values[value.0 as usize].span = if span.is_defined() { span } else { self.here };
+                    value
+                };
+                Ok(arrays.into_iter().map(read).collect())
+            }
             Place::InBuffer(address) => {
                 let types: Vec<_> = match call.info[pointer].ty.inner_with(&self.module.types) {
                     TypeInner::Pointer { base, .. } => self

@@ -334,7 +334,7 @@ impl Printer<'_> {
         let mut leaves = false;
         for block in [accept, reject] {
             visit(block, &mut |statement| {
-                leaves |= matches!(statement, Statement::Exit(_))
+                leaves |= matches!(statement, Statement::Exit(_));
             });
         }
         if let (true, true, Some(active)) = (outermost, leaves, self.active()) {
@@ -588,7 +588,7 @@ impl Printer<'_> {
         }
     }
 
-    fn stride(&self, address: &Address) -> String {
+    fn stride(address: &Address) -> String {
         format!(
             "{}, {}",
             if address.element.is_some() { address.stride } else { 0 },
@@ -598,7 +598,7 @@ impl Printer<'_> {
 
     fn load(&mut self, targets: &[Value], address: &Address) {
         let b = address.buffer;
-        let place = self.stride(address);
+        let place = Self::stride(address);
         let uniform = address.element.is_none_or(|element| self.shapes.is_uniform(element));
         if uniform {
             let element = address
@@ -612,7 +612,7 @@ impl Printer<'_> {
                     offset: address.offset + k as u32,
                     ..*address
                 };
-                let word = format!("L::word(b{b}, {element}, n{b}, {})", self.stride(&at));
+                let word = format!("L::word(b{b}, {element}, n{b}, {})", Self::stride(&at));
                 let text = match self.program.ty(*target) {
                     Ty::F32 => format!("f32::from_bits({word})"),
                     Ty::I32 => format!("{word} as i32"),
@@ -657,7 +657,7 @@ impl Printer<'_> {
 
     fn store(&mut self, address: &Address, value: Value) {
         let b = address.buffer;
-        let place = self.stride(address);
+        let place = Self::stride(address);
         let mask = self.active().map_or_else(|| "L::m(true)".to_owned(), str::to_owned);
         let uniform = address.element.is_none_or(|element| self.shapes.is_uniform(element));
         let text = if uniform {

@@ -176,7 +176,7 @@ fn carry(program: &mut Program, block: &mut Block, exits: &BTreeSet<Label>) {
         if leaving {
             let mut set = BTreeSet::new();
             visit(&vec![block[at].clone()], &mut |statement| {
-                set.extend(statement.results().iter().copied())
+                set.extend(statement.results().iter().copied());
             });
             let mut needed = BTreeSet::new();
             for later in &block[at + 1..] {

@@ -120,6 +120,8 @@ pub struct Node {
     pub ty: Ty,
     /// What the WGSL calls it, if it does.
     pub name: Option<String>,
+    /// Where in the WGSL, for what may be refused.
+    pub span: naga::Span,
 }
 
 /// A scalar local variable.
@@ -257,7 +259,12 @@ impl Program {
 
     /// A new value, not yet in any block.
     pub fn add(&mut self, op: Op, ty: Ty) -> Value {
-        self.values.push(Node { op, ty, name: None });
+        self.values.push(Node {
+            op,
+            ty,
+            name: None,
+            span: naga::Span::UNDEFINED,
+        });
         Value(self.values.len() as u32 - 1)
     }
 }

@@ -237,7 +237,7 @@ impl Analysis<'_> {
             Op::Read(variable) => uniform_or_varying(!self.shapes.variables.contains(&variable)),
             Op::ReadElement(array, index) => {
                 if !self.shapes.is_uniform(index) {
-                    let span = naga::Span::UNDEFINED;
+                    let span = self.program.values[value.0 as usize].span;
                     self.refuse(
                         span,
                         "a local array can't be indexed by what differs between invocations",

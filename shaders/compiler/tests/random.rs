@@ -16,7 +16,10 @@ fn text(seed: u64) -> String {
 
 /// A generated kernel's program; none if it was refused for the one reason that the generator can't foresee.
 fn program(seed: u64) -> Option<Trees> {
-    let part = |path: &str, text: String| Part { path: path.into(), text };
+    let part = |path: &str, text: String| Part {
+        path: path.into(),
+        text,
+    };
     let text = text(seed);
     match trees(&[part("prelude", generate::PRELUDE.into()), part("kernel", text.clone())]) {
         Ok(trees) => Some(trees),
@@ -39,7 +42,10 @@ fn buffers(seed: u64) -> Vec<Vec<u32>> {
 /// What the program means: each invocation by itself.
 fn meaning(trees: &Trees, seed: u64) -> Result<Vec<Vec<u32>>, Trap> {
     let mut buffers = buffers(seed);
-    let mut memory = Memory { buffers: &mut buffers, strides: &trees.strides };
+    let mut memory = Memory {
+        buffers: &mut buffers,
+        strides: &trees.strides,
+    };
     for lane in 0..LANES {
         run_invocation(&trees.raw, &mut memory, WORKGROUP, lane, true)?;
     }
@@ -49,7 +55,10 @@ fn meaning(trees: &Trees, seed: u64) -> Result<Vec<Vec<u32>>, Trap> {
 /// What tidying left of it.
 fn tidied(trees: &Trees, seed: u64) -> Result<Vec<Vec<u32>>, Trap> {
     let mut buffers = buffers(seed);
-    let mut memory = Memory { buffers: &mut buffers, strides: &trees.strides };
+    let mut memory = Memory {
+        buffers: &mut buffers,
+        strides: &trees.strides,
+    };
     for lane in 0..LANES {
         run_invocation(&trees.tidied, &mut memory, WORKGROUP, lane, false)?;
     }
@@ -59,7 +68,10 @@ fn tidied(trees: &Trees, seed: u64) -> Result<Vec<Vec<u32>>, Trap> {
 /// What lane code does.
 fn lanes<const N: usize>(trees: &Trees, seed: u64, fault: Option<Fault>) -> Result<Vec<Vec<u32>>, Trap> {
     let mut buffers = buffers(seed);
-    let mut memory = Memory { buffers: &mut buffers, strides: &trees.strides };
+    let mut memory = Memory {
+        buffers: &mut buffers,
+        strides: &trees.strides,
+    };
     for first in (0..LANES).step_by(N) {
         run_lanes::<N>(&trees.tidied, &trees.shapes, &mut memory, WORKGROUP, first, fault)?;
     }
@@ -94,15 +106,23 @@ fn lanes_do_what_the_program_means() {
         same(lanes::<16>(&trees, seed, None), "16 lanes");
         run += 1;
     }
-    eprintln!("{run} kernels run, {refused} refused, {endless} endless, in {:.1?}", start.elapsed());
-    assert!(run > 3 * (refused + endless), "{run} kernels run, {refused} refused, {endless} endless");
+    eprintln!(
+        "{run} kernels run, {refused} refused, {endless} endless, in {:.1?}",
+        start.elapsed()
+    );
+    assert!(
+        run > 3 * (refused + endless),
+        "{run} kernels run, {refused} refused, {endless} endless"
+    );
 }
 
 /// How many of some kernels a mistake changes.
 fn seen(fault: Fault, kernels: u64) -> u64 {
     let shows = |seed: &u64| {
         let Some(trees) = program(*seed) else { return false };
-        let Ok(expected) = meaning(&trees, *seed) else { return false };
+        let Ok(expected) = meaning(&trees, *seed) else {
+            return false;
+        };
         lanes::<16>(&trees, *seed, Some(fault)) != Ok(expected)
     };
     (1..=kernels).filter(shows).count() as u64

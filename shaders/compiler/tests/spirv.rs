@@ -40,7 +40,9 @@ fn part(path: &str, text: &str) -> Part {
 }
 
 fn spirv(parts: &[Part]) -> Vec<u32> {
-    compile("kernel", parts).unwrap_or_else(|refusals| panic!("{}", refusals[0])).spirv
+    compile("kernel", parts)
+        .unwrap_or_else(|refusals| panic!("{}", refusals[0]))
+        .spirv
 }
 
 /// The kernels that ship are checked where they are compiled, in `oneiro-shaders`.
@@ -57,7 +59,10 @@ fn modules() -> Vec<(String, Vec<u32>)> {
 /// How many float results are not decorated.
 fn bare(words: &[u32]) -> usize {
     let decorated = decorated(words);
-    float_arithmetic(words).iter().filter(|id| !decorated.contains(id)).count()
+    float_arithmetic(words)
+        .iter()
+        .filter(|id| !decorated.contains(id))
+        .count()
 }
 
 #[test]
@@ -107,6 +112,9 @@ fn modules_are_valid() {
         assert_eq!(valid, Ok(()), "{name}");
         let mut broken = words;
         broken.truncate(broken.len() - 1);
-        assert!(validate(&broken).is_some_and(|valid| valid.is_err()), "{name}: a broken module passed");
+        assert!(
+            validate(&broken).is_some_and(|valid| valid.is_err()),
+            "{name}: a broken module passed"
+        );
     }
 }

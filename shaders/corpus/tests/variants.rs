@@ -23,22 +23,37 @@ fn every_variant_does_what_the_program_means() {
     }
     eprintln!("{} kernels on {}", CASES.len(), run.join(", "));
     assert!(run.len() > 1, "only {run:?} ran");
-    assert!(!cfg!(target_arch = "aarch64") || run.contains(&"neonx16"), "NEON did not run");
+    assert!(
+        !cfg!(target_arch = "aarch64") || run.contains(&"neonx16"),
+        "NEON did not run"
+    );
 }
 
 #[test]
 fn kernels_do_something() {
     for case in CASES {
-        assert_ne!(case.before, case.after, "{} leaves its buffers as they were", case.kernel.name);
+        assert_ne!(
+            case.before, case.after,
+            "{} leaves its buffers as they were",
+            case.kernel.name
+        );
     }
 }
 
 #[test]
 fn a_changed_constant_is_seen() {
-    let control = CONTROLS.iter().find(|control| control.kernel.name == "changed").expect("it is there");
+    let control = CONTROLS
+        .iter()
+        .find(|control| control.kernel.name == "changed")
+        .expect("it is there");
     let case = Case::of(control.exact).expect("it is there");
     for variant in control.kernel.variants.iter().filter(|variant| (variant.available)()) {
         let differences = case.differences(&case.run(control.kernel, variant));
-        assert!(!differences.is_empty(), "{} on {} is not seen", control.mistake, variant.name);
+        assert!(
+            !differences.is_empty(),
+            "{} on {} is not seen",
+            control.mistake,
+            variant.name
+        );
     }
 }

@@ -6,6 +6,9 @@
 //! compiled without the instruction set, and nothing but a benchmark would say so.
 #![allow(clippy::missing_safety_doc, reason = "one reason for all: see `Lanes`")]
 #![allow(missing_docs, reason = "operations are named for what they do")]
+#![allow(clippy::many_single_char_names, reason = "they are lanes")]
+#![allow(clippy::wildcard_imports, reason = "intrinsics name their instruction set")]
+#![allow(clippy::needless_bitwise_bool, reason = "masks are combined without a branch")]
 #![allow(clippy::inline_always, reason = "see above")]
 #![allow(unsafe_op_in_unsafe_fn, reason = "every function here is one operation of the lanes")]
 
