@@ -67,7 +67,7 @@ fn main() -> ExitCode {
             for (index, genes) in genomes.iter().take(WITNESSED).enumerate() {
                 let mut life = witness::Life::new(&spec, genes, key(index));
                 (0..spec.cycles).for_each(|step| life.cycle(step));
-                std::hint::black_box(life.fitness);
+                std::hint::black_box((life.pose(), life.fitness));
             }
             witness.push((WITNESSED * spec.cycles as usize) as f64 / start.elapsed().as_secs_f64());
             for (_, cpu, rates) in &mut subjects {

@@ -9,7 +9,7 @@ use oneiro::tables::{MotorCell, SensorTable};
 use oneiro::world::{Activation, Controller, Difference, Speed, Start, Task, WorldSpec};
 
 mod numerics;
-use numerics::{cosine_sine, direction_by, logistic, reciprocal_root, root};
+use numerics::{cosine_sine, direction_by, floor, logistic, reciprocal_root, root};
 
 const START: u32 = 0;
 const SENSOR: u32 = 1;
@@ -96,7 +96,7 @@ fn units(key: Key, stream: u32, step: u32, block: u32) -> [f32; 4] {
 }
 
 /// A life in progress.
-pub struct Life<'a> {
+pub(crate) struct Life<'a> {
     spec: &'a WorldSpec,
     objects: Vec<Object<'a>>,
     genes: &'a [f32],
@@ -107,12 +107,12 @@ pub struct Life<'a> {
     shift: [f32; 2],
     outputs: [f32; 2],
     /// The sum of all rewards so far.
-    pub fitness: f32,
+    pub(crate) fitness: f32,
 }
 
 impl<'a> Life<'a> {
     /// A life at its start. For worlds with random starts of which one of 64 draws is free.
-    pub fn new(spec: &'a WorldSpec, genes: &'a [f32], key: Key) -> Self {
+    pub(crate) fn new(spec: &'a WorldSpec, genes: &'a [f32], key: Key) -> Self {
         let range = spec.noise.walk_range;
         let u = units(key, ENVIRONMENT, 0, 1);
         let mut life = Self {
@@ -150,12 +150,12 @@ impl<'a> Life<'a> {
     }
 
     /// x and y in mm, heading in turns.
-    pub fn pose(&self) -> [f32; 3] {
+    pub(crate) fn pose(&self) -> [f32; 3] {
         [self.x, self.y, self.heading]
     }
 
     /// One cycle of 100 ms.
-    pub fn cycle(&mut self, step: u32) {
+    pub(crate) fn cycle(&mut self, step: u32) {
         let noise = &self.spec.noise;
         let mut shift = [0.0; 2];
         if noise.walk_range > 0.0 {
@@ -181,7 +181,7 @@ impl<'a> Life<'a> {
         };
         if !collided {
             let heading = self.heading + moved.turn;
-            (self.x, self.y, self.heading) = (x, y, heading - heading.floor());
+            (self.x, self.y, self.heading) = (x, y, heading - floor(heading));
         }
         self.outputs = outputs;
     }
@@ -212,7 +212,7 @@ impl<'a> Life<'a> {
                 continue;
             }
             let clockwise = self.heading - direction_by(to[0], to[1], inverse);
-            let share = clockwise - clockwise.floor();
+            let share = clockwise - floor(clockwise);
             let bearing = ((share * table.bearings as f32) as u32).min(table.bearings - 1);
             let cell = table.readings[(row * table.bearings + bearing) as usize];
             for (sum, reading) in sums.iter_mut().zip(cell) {

@@ -1,22 +1,29 @@
 //! The functions of `lib/numerics.wgsl`, operation by operation.
+#![allow(clippy::approx_constant, reason = "they are the constants of the WGSL")]
 
-pub fn reciprocal(x: f32) -> f32 {
+pub(super) fn reciprocal(x: f32) -> f32 {
     let guess = f32::from_bits(0x7ef3_3000_u32.wrapping_sub(x.to_bits()));
     let r = x * guess;
     let y = guess * (3.001_926_7 + r * (r - 3.001_886_6));
     y * (2.0 - x * y)
 }
 
-pub fn reciprocal_root(x: f32) -> f32 {
+pub(super) fn reciprocal_root(x: f32) -> f32 {
     let guess = f32::from_bits(0x5f09_8000 - (x.to_bits() >> 1));
     let r = x * guess * guess;
     let y = guess * (1.897_508_6 + r * (r - 2.054_892_8));
     y * (1.889_881_6 - x * y * y)
 }
 
-pub fn root(x: f32) -> f32 {
+pub(super) fn root(x: f32) -> f32 {
     let least = f32::from_bits((127 - 100) << 23);
     x * reciprocal_root(if x > least { x } else { least })
+}
+
+/// Towards minus infinity, for numbers that an i32 holds. The standard library's would be a call into the system's.
+pub(super) fn floor(x: f32) -> f32 {
+    let whole = (x as i32) as f32;
+    if whole > x { whole - 1.0 } else { whole }
 }
 
 /// Squares of numbers smaller than this could be subnormal.
@@ -32,8 +39,8 @@ fn quarter_sine(t: f32) -> f32 {
     t * (6.283_185_5 + w * (-41.341_66 + w * (81.600_74 + w * (-76.542_95 + w * 39.485_924))))
 }
 
-pub fn cosine_sine(turns: f32) -> (f32, f32) {
-    let t = turns - (turns + 0.5).floor();
+pub(super) fn cosine_sine(turns: f32) -> (f32, f32) {
+    let t = turns - floor(turns + 0.5);
     let size = t.abs();
     let folded = if size > 0.25 {
         (if t < 0.0 { -0.5 } else { 0.5 }) - t
@@ -43,7 +50,7 @@ pub fn cosine_sine(turns: f32) -> (f32, f32) {
     (quarter_sine(0.25 - size), quarter_sine(folded))
 }
 
-pub fn direction_by(x: f32, y: f32, inverse_length: f32) -> f32 {
+pub(super) fn direction_by(x: f32, y: f32, inverse_length: f32) -> f32 {
     let (ax, ay) = (x.abs(), y.abs());
     let s = (if ax < ay { ax } else { ay }) * inverse_length;
     let bounded = larger(s, SMALL);
@@ -56,15 +63,15 @@ pub fn direction_by(x: f32, y: f32, inverse_length: f32) -> f32 {
 }
 
 fn exponential(x: f32) -> f32 {
-    let k = (x * 1.442_695).floor();
+    let k = floor(x * 1.442_695);
     let half = k + 0.5;
     let r = (x - half * 0.693_359_38) + half * 2.121_944_4e-4;
-    let p = 1.414_213_7
+    let p = 1.414_213_7_f32
         + r * (1.414_213 + r * (0.707_089_07 + r * (0.235_716_24 + r * (0.059_303_034 + r * 0.011_750_611))));
     f32::from_bits(p.to_bits().wrapping_add_signed((k as i32) << 23))
 }
 
-pub fn logistic(x: f32) -> f32 {
+pub(super) fn logistic(x: f32) -> f32 {
     let x = larger(-x, -43.0);
     reciprocal(1.0 + exponential(if x < 43.0 { x } else { 43.0 }))
 }
