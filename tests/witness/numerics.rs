@@ -36,7 +36,7 @@ fn larger(a: f32, b: f32) -> f32 {
 fn quarter_sine(t: f32) -> f32 {
     let bounded = larger(t.abs(), SMALL);
     let w = bounded * bounded;
-    t * (6.283_185_5 + w * (-41.341_66 + w * (81.600_74 + w * (-76.542_95 + w * 39.485_924))))
+    t * (6.283_184_5 + w * (-41.341_62 + w * (81.600_365 + w * (-76.542_52 + w * 39.486_614))))
 }
 
 pub(super) fn cosine_sine(turns: f32) -> (f32, f32) {
