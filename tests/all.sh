@@ -68,6 +68,9 @@ cargo test --release --locked -p oneiro -p oneiro-host --no-default-features
 say "all tests"
 cargo test --release --locked --workspace
 
+say "lane code for 64-bit ARM"
+tests/aarch64.sh
+
 say "documentation"
 RUSTDOCFLAGS="-D warnings" cargo doc --release --locked --workspace --no-deps --quiet
 

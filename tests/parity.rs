@@ -31,7 +31,7 @@ fn specs() -> Vec<(String, WorldSpec)> {
     with("sensor noise", &|spec| spec.noise.sensor = (0.0, 0.4));
     with("symmetric noise", &|spec| spec.noise.sensor = (-0.2, 0.2));
     with("conservative noise", &|spec| {
-        (spec.noise.walk_range, spec.noise.walk_step) = (30.0, 1.5)
+        (spec.noise.walk_range, spec.noise.walk_step) = (30.0, 1.5);
     });
     with("motor noise", &|spec| spec.noise.motor = 0.1);
     with("hidden layer", &|spec| {
@@ -56,7 +56,7 @@ fn specs() -> Vec<(String, WorldSpec)> {
         spec.task = task(Speed::Signed, Difference::Square, Activation::Perceived);
     });
     with("two terms", &|spec| {
-        spec.task = task(Speed::Unsigned, Difference::Root, Activation::None)
+        spec.task = task(Speed::Unsigned, Difference::Root, Activation::None);
     });
     specs
 }

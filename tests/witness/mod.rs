@@ -76,13 +76,7 @@ impl<'a> Object<'a> {
             return [-from_x, -from_y];
         }
         let along = from_x * self.scaled[0] + from_y * self.scaled[1];
-        let along = if along < 0.0 {
-            0.0
-        } else if along > 1.0 {
-            1.0
-        } else {
-            along
-        };
+        let along = along.clamp(0.0, 1.0);
         [along * self.length[0] - from_x, along * self.length[1] - from_y]
     }
 }
@@ -232,24 +226,18 @@ impl<'a> Life<'a> {
             let (a, b) = (units(self.key, SENSOR, step, 0), units(self.key, SENSOR, step, 1));
             for (reading, u) in readings.iter_mut().zip(a.into_iter().chain(b)) {
                 let noisy = *reading + (u * span + low);
-                *reading = if noisy < 0.0 {
-                    0.0
-                } else if noisy > 1.0 {
-                    1.0
-                } else {
-                    noisy
-                };
+                *reading = noisy.clamp(0.0, 1.0);
             }
         }
         readings
     }
 
     fn weighed(&self, first: usize, readings: &[f32; 8]) -> f32 {
-        let mut sum = self.genes[first] * readings[0];
-        for sensor in 1..8 {
-            sum += self.genes[first + sensor] * readings[sensor];
-        }
-        sum
+        let products = self.genes[first..]
+            .iter()
+            .zip(readings)
+            .map(|(gene, reading)| gene * reading);
+        products.reduce(|sum, product| sum + product).unwrap_or_default()
     }
 
     fn control(&self, readings: &[f32; 8]) -> [f32; 2] {

@@ -1,5 +1,10 @@
 //! The functions of `lib/numerics.wgsl`, operation by operation.
-#![allow(clippy::approx_constant, reason = "they are the constants of the WGSL")]
+#![allow(
+    clippy::approx_constant,
+    clippy::excessive_precision,
+    clippy::many_single_char_names,
+    reason = "constants and names are those of the WGSL"
+)]
 
 pub(super) fn reciprocal(x: f32) -> f32 {
     let guess = f32::from_bits(0x7ef3_3000_u32.wrapping_sub(x.to_bits()));

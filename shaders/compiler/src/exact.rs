@@ -69,7 +69,7 @@ pub(crate) fn check_source(source: &Source) -> Result<(), Refusals> {
                 refuse(at, format!("`{word}` hides a built-in function; give it another name"));
             }
         } else if !attribute && !declared.contains(word) && is_unsupported(word) {
-            refuse(at, format!("`{word}` is not supported; {TYPES}"));
+            refuse(at, format!("`{word}` is not supported in kernels; {TYPES}"));
         }
     }
     if refusals.is_empty() { Ok(()) } else { Err(refusals) }

@@ -451,15 +451,15 @@ impl Generator {
             4 => format!("({a} & {})", self.expression(Ty::U32, depth)),
             5 => format!("({a} | {})", self.expression(Ty::U32, depth)),
             6 => format!("({a} ^ {})", self.expression(Ty::U32, depth)),
-            // Not a constant: naga refuses those that overflow.
+            // Never constants: naga refuses those that overflow, and floats made of quotients are refused too.
             7 => format!("(({a} ^ settings.b) << ({} & 31u))", self.expression(Ty::U32, depth)),
             8 => format!("({a} >> ({} & 31u))", self.expression(Ty::U32, depth)),
             9 => format!("({a} >> {}u)", self.random.below(32)),
             10 => format!("(~{a})"),
             11 => format!("min({a}, {})", self.expression(Ty::U32, depth)),
             12 => format!("max({a}, {})", self.expression(Ty::U32, depth)),
-            13 => format!("({a} / ({} | 1u))", self.expression(Ty::U32, depth)),
-            14 => format!("({a} % {}u)", 1 + self.random.below(40)),
+            13 => format!("(({a} ^ settings.b) / ({} | 1u))", self.expression(Ty::U32, depth)),
+            14 => format!("(({a} ^ settings.b) % {}u)", 1 + self.random.below(40)),
             15 => format!("whole({})", self.expression(Ty::F32, depth)),
             16 => format!("bits({})", self.expression(Ty::F32, depth)),
             17 => {
@@ -763,15 +763,34 @@ impl Generator {
             once: false,
             ..self.around
         };
-        match self.random.below(4) {
-            0 | 1 => {
+        match (self.random.below(9), self.around.returns) {
+            (0, returns @ (Returns::WithoutValue | Returns::Of(_))) => {
+                // Nothing but a return leaves this one.
+                let condition = self.condition();
+                self.line(&format!("if ({condition}) {{"));
+                self.line(&format!("var {counter} = 0u;"));
+                self.line("loop {");
+                self.line(&format!("    {counter} += 1u;"));
+                let value = match returns {
+                    Returns::Of(ty) => self.kept(ty, 1),
+                    _ => String::new(),
+                };
+                self.line(&format!("    if ({counter} > {turns}) {{ return {value}; }}"));
+                self.add(&counter, Ty::U32, false, uniform);
+                self.block(Around {
+                    can_break: false,
+                    ..inside
+                });
+                self.line("}");
+            }
+            (0..=4, _) => {
                 self.line(&format!(
                     "for (var {counter} = 0u; {counter} < {turns}; {counter}++) {{"
                 ));
                 self.add(&counter, Ty::U32, false, uniform);
                 self.block(inside);
             }
-            2 => {
+            (5 | 6, _) => {
                 let condition = self.condition();
                 self.line(&format!("var {counter} = 0u;"));
                 self.line(&format!("while ({counter} < {turns} && ({condition})) {{"));

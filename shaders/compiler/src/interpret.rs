@@ -2,7 +2,9 @@
 //! its meaning, and many lanes at once under masks, as the printed lane code does it. For tests: both must
 //! leave the same bits in the buffers.
 
-use crate::tree::{Address, Array, Binary, Block, Label, Op, Program, Statement, Ty, Unary, Value, Variable};
+use std::collections::BTreeSet;
+
+use crate::tree::{Address, Array, Binary, Block, Label, Op, Program, Statement, Ty, Unary, Value, Variable, visit};
 use crate::uniform::{Region, Shape, Shapes, depth_of};
 
 /// The buffers of a dispatch.
@@ -238,9 +240,21 @@ pub fn run_lanes<const N: usize>(
         array_homes: vec![0; program.arrays.len()],
         regions: Vec::new(),
         masks: Vec::new(),
+        exits: exits(program),
         patience: PATIENCE,
     };
     group.block(&program.body).map(|_| ())
+}
+
+/// The labels that are left by an exit: their blocks are printed as blocks, the others' are not.
+fn exits(program: &Program) -> BTreeSet<Label> {
+    let mut exits = BTreeSet::new();
+    visit(&program.body, &mut |statement| {
+        if let Statement::Exit(label) = statement {
+            exits.insert(*label);
+        }
+    });
+    exits
 }
 
 /// The lanes that are active in a region, and how many regions enclose that one.
@@ -264,6 +278,7 @@ struct Group<'a, 'm, const N: usize> {
     array_homes: Vec<usize>,
     regions: Vec<Region>,
     masks: Vec<Mask<N>>,
+    exits: BTreeSet<Label>,
     patience: u64,
 }
 
@@ -351,6 +366,17 @@ impl<const N: usize> Group<'_, '_, N> {
         Ok(None)
     }
 
+    /// Runs a block that is printed as one: what is computed in it is not known outside.
+    fn scope(&mut self, block: &Block) -> Result<Option<Label>, Trap> {
+        let left = self.block(block)?;
+        visit(block, &mut |statement| {
+            for result in statement.results() {
+                self.values[result.0 as usize] = None;
+            }
+        });
+        Ok(left)
+    }
+
     fn statement(&mut self, statement: &Statement) -> Result<Option<Label>, Trap> {
         self.patience = self.patience.checked_sub(1).ok_or(Trap::Endless)?;
         match statement {
@@ -391,7 +417,7 @@ impl<const N: usize> Group<'_, '_, N> {
                     let mask = group.masks.len().wrapping_sub(1);
                     while !masked || group.masks[mask].lanes.contains(&true) {
                         group.patience = group.patience.checked_sub(1).ok_or(Trap::Endless)?;
-                        if let Some(left) = group.block(body)? {
+                        if let Some(left) = group.scope(body)? {
                             return Ok(Some(left));
                         }
                     }
@@ -400,7 +426,10 @@ impl<const N: usize> Group<'_, '_, N> {
             }
             Statement::Labeled { label, body, .. } => {
                 let masked = self.shapes.is_left_by_some(*label);
-                return self.enter(*label, masked, |group| group.block(body));
+                let scoped = self.exits.contains(label);
+                return self.enter(*label, masked, |group| {
+                    if scoped { group.scope(body) } else { group.block(body) }
+                });
             }
             Statement::Exit(label) => return Ok(self.exit(*label)),
         }
@@ -433,7 +462,7 @@ impl<const N: usize> Group<'_, '_, N> {
         let depth = self.regions.len();
         if self.shapes.is_uniform(condition) {
             self.regions.push(Region::Branch(false));
-            let left = self.block(if test[0] != 0 { accept } else { reject })?;
+            let left = self.scope(if test[0] != 0 { accept } else { reject })?;
             self.regions.truncate(depth);
             return Ok(left);
         }
@@ -445,7 +474,7 @@ impl<const N: usize> Group<'_, '_, N> {
                 continue;
             }
             self.masks.push(Mask { lanes, depth });
-            let left = self.block(block)?;
+            let left = self.scope(block)?;
             self.masks.pop();
             if left.is_some() {
                 self.regions.truncate(depth);

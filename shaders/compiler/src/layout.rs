@@ -1,5 +1,6 @@
 //! Host structs from WGSL structs, so that no layout is stated twice.
 
+use std::collections::BTreeSet;
 use std::fmt::Write;
 
 use naga::{AddressSpace, ArraySize, Handle, Module, ScalarKind, Type, TypeInner};
@@ -81,6 +82,7 @@ pub(crate) fn bindings(module: &Module) -> Result<Vec<Bound>, String> {
 /// A struct whose WGSL layout Rust's `repr(C)` doesn't have.
 pub(crate) fn structs(module: &Module) -> Result<String, String> {
     let mut out = String::new();
+    let mut written = BTreeSet::new();
     for (_, variable) in module.global_variables.iter() {
         if variable.binding.is_none() {
             continue;
@@ -89,7 +91,8 @@ pub(crate) fn structs(module: &Module) -> Result<String, String> {
             TypeInner::Array { base, .. } => base,
             _ => variable.ty,
         };
-        if let TypeInner::Struct { .. } = module.types[ty].inner {
+        let is_struct = matches!(module.types[ty].inner, TypeInner::Struct { .. });
+        if is_struct && written.insert(ty) {
             one(module, ty, &mut out)?;
         }
     }

@@ -6,6 +6,14 @@ use naga::valid::ModuleInfo;
 
 /// Words before the first instruction.
 const HEADER: usize = 5;
+/// Which of them is the first id that is not used.
+const ID_BOUND: usize = 3;
+const OP_EXT_INST: u32 = 12;
+/// Of GLSL.std.450, as are the next.
+const F_MIN: u32 = 37;
+const F_MAX: u32 = 40;
+const F_CLAMP: u32 = 43;
+const S_CLAMP: u32 = 45;
 const OP_DECORATE: u32 = 71;
 const OP_TYPE_VOID: u32 = 19;
 const OP_TYPE_FORWARD_POINTER: u32 = 39;
@@ -44,7 +52,7 @@ pub(crate) fn write(module: &naga::Module, info: &ModuleInfo) -> Result<Vec<u32>
         emit_int_div_checks: true,
     };
     let words = spv::write_vec(module, info, &options, None).map_err(|error| error.to_string())?;
-    Ok(without_contraction(&words, &[]))
+    Ok(without_contraction(&without_clamps(&words), &[]))
 }
 
 /// Each binding keeps the number that the WGSL gives it.
@@ -55,6 +63,26 @@ fn own_place(binding: naga::ResourceBinding) -> (naga::ResourceBinding, spv::Bin
         binding_array_size: None,
     };
     (binding, info)
+}
+
+/// Turns each `clamp(x, low, high)` into `min(max(x, low), high)`, which is defined for `low > high` too.
+fn without_clamps(words: &[u32]) -> Vec<u32> {
+    let mut out = words[..HEADER].to_vec();
+    for (at, opcode, length) in instructions(words) {
+        let instruction = &words[at..at + length];
+        match *instruction {
+            [head, ty, result, set, clamp @ F_CLAMP..=S_CLAMP, x, low, high] if opcode == OP_EXT_INST => {
+                let above = out[ID_BOUND];
+                out[ID_BOUND] += 1;
+                // The three minima, maxima and clamps stand in the same order.
+                let (min, max) = (clamp - F_CLAMP + F_MIN, clamp - F_CLAMP + F_MAX);
+                out.extend([head - (1 << 16), ty, above, set, max, x, low]);
+                out.extend([head - (1 << 16), ty, result, set, min, above, high]);
+            }
+            _ => out.extend_from_slice(instruction),
+        }
+    }
+    out
 }
 
 /// Decorates every float arithmetic result with `NoContraction`; as a negative control, not those of these numbers.

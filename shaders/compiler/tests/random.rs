@@ -9,9 +9,13 @@ use oneiro_shader_compiler::{Part, Trees, generate, trees};
 /// Invocations of the workgroup that are run.
 const LANES: u32 = 16;
 const WORKGROUP: u32 = 1;
+/// Kernels that are tried, if there is time.
+const KERNELS: u64 = 4000;
+const PATIENCE: Duration = Duration::from_secs(15);
+const THREADS: u64 = 2;
 
 fn text(seed: u64) -> String {
-    generate::kernel(seed, 100)
+    generate::kernel(seed, 20 + (seed % 80) as u32)
 }
 
 /// A generated kernel's program; none if it was refused for the one reason that the generator can't foresee.
@@ -78,41 +82,66 @@ fn lanes<const N: usize>(trees: &Trees, seed: u64, fault: Option<Fault>) -> Resu
     Ok(buffers)
 }
 
+/// What became of a kernel.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Outcome {
+    Same,
+    Refused,
+    Endless,
+}
+
+fn compare(seed: u64) -> Outcome {
+    let Some(trees) = program(seed) else {
+        return Outcome::Refused;
+    };
+    let expected = match meaning(&trees, seed) {
+        Ok(expected) => expected,
+        Err(Trap::Endless) => return Outcome::Endless,
+        Err(trap) => panic!("seed {seed}: {trap}\n{}", text(seed)),
+    };
+    let same = |found: Result<Vec<Vec<u32>>, Trap>, how: &str| {
+        assert!(
+            found.as_ref() == Ok(&expected),
+            "seed {seed}: {how} differ\n{}",
+            text(seed)
+        );
+    };
+    same(tidied(&trees, seed), "the tidied program's buffers");
+    same(lanes::<1>(&trees, seed, None), "1 lane's buffers");
+    same(lanes::<4>(&trees, seed, None), "4 lanes' buffers");
+    same(lanes::<16>(&trees, seed, None), "16 lanes' buffers");
+    Outcome::Same
+}
+
 #[test]
 fn lanes_do_what_the_program_means() {
     let start = Instant::now();
-    let (mut run, mut refused, mut endless) = (0, 0, 0);
-    let mut seed = 0;
-    while seed < 4000 && (start.elapsed() < Duration::from_secs(15) || run < 100) {
-        seed += 1;
-        let Some(trees) = program(seed) else {
-            refused += 1;
-            continue;
-        };
-        let expected = match meaning(&trees, seed) {
-            Ok(expected) => expected,
-            Err(Trap::Endless) => {
-                endless += 1;
-                continue;
+    let work = |first: u64| {
+        let mut outcomes = Vec::new();
+        for seed in (first..KERNELS).step_by(THREADS as usize) {
+            if start.elapsed() > PATIENCE && outcomes.len() > 100 {
+                break;
             }
-            Err(trap) => panic!("seed {seed}: {trap}\n{}", text(seed)),
-        };
-        let same = |found: Result<Vec<Vec<u32>>, Trap>, how: &str| {
-            assert_eq!(found.as_ref(), Ok(&expected), "seed {seed}, {how}\n{}", text(seed));
-        };
-        same(tidied(&trees, seed), "tidied");
-        same(lanes::<1>(&trees, seed, None), "1 lane");
-        same(lanes::<4>(&trees, seed, None), "4 lanes");
-        same(lanes::<16>(&trees, seed, None), "16 lanes");
-        run += 1;
-    }
+            outcomes.push(compare(seed));
+        }
+        outcomes
+    };
+    let outcomes: Vec<_> = std::thread::scope(|scope| {
+        let threads: Vec<_> = (0..THREADS).map(|first| scope.spawn(move || work(first))).collect();
+        threads
+            .into_iter()
+            .flat_map(|thread| thread.join().expect("the message is above"))
+            .collect()
+    });
+    let same = outcomes.iter().filter(|outcome| **outcome == Outcome::Same).count();
     eprintln!(
-        "{run} kernels run, {refused} refused, {endless} endless, in {:.1?}",
+        "{same} of {} kernels do what they mean, in {:.1?}",
+        outcomes.len(),
         start.elapsed()
     );
     assert!(
-        run > 3 * (refused + endless),
-        "{run} kernels run, {refused} refused, {endless} endless"
+        same > outcomes.len() * 3 / 4,
+        "the generator makes too many kernels that are refused"
     );
 }
 

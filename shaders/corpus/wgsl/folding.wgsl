@@ -17,4 +17,8 @@ fn main(@builtin(workgroup_id) workgroup: vec3<u32>, @builtin(local_invocation_i
     results[base + 8u] = bits(x - floor(x));
     results[base + 9u] = bits((x - floor(x)) + floor(x));
     results[base + 10u] = bits(x * 1e-9f * y);
+    // Bounds in either order.
+    results[base + 11u] = bits(clamp(x, y, 3.0f));
+    results[base + 12u] = clamp(slot, settings.a & 127u, 20u);
+    results[base + 13u] = u32(clamp(i32(lane) - 30i, i32(slot % 7u), -3i));
 }
