@@ -4,8 +4,8 @@ use std::f64::consts::TAU;
 
 use oneiro::probe::{Case, Subject, functions};
 
-/// Arguments of each function: a strided part of all floats, for which `docs/numerics.md` has the errors.
-const ARGUMENTS: usize = if cfg!(debug_assertions) { 1 << 12 } else { 1 << 17 };
+/// Arguments of each function: a strided part of all floats, of which `docs/numerics.md` has the errors.
+const ARGUMENTS: usize = 1 << 17;
 
 fn name(case: &Case) -> &'static str {
     match case.subject {
