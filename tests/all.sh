@@ -50,7 +50,7 @@ arm_tools() {
     command -v qemu-aarch64 >/dev/null && command -v aarch64-linux-gnu-gcc >/dev/null && return
     say "installing an emulator and a linker for 64-bit ARM"
     install qemu-user gcc-aarch64-linux-gnu libc6-dev-arm64-cross ||
-        echo "64-bit ARM: no emulator or linker; its lane code will only be type-checked"
+        echo "64-bit ARM: no emulator or linker; its lane code will not be tested"
 }
 
 software_vulkan
