@@ -14,9 +14,15 @@ struct Entry {
     parts: &'static [&'static str],
 }
 
-/// What every life is made of besides its controller.
+/// A life: its physics are those of the simulator made from samples, or of what stands in for the robot itself.
 macro_rules! life {
-    ($name:literal, $controller:literal) => {
+    ($name:literal, sampled, $controller:literal) => {
+        life!($name, $controller, "robot/differential", "sensor/sampled", "physics/sampled")
+    };
+    ($name:literal, surrogate, $controller:literal) => {
+        life!($name, $controller, "robot/wheels", "sensor/rays", "physics/surrogate")
+    };
+    ($name:literal, $controller:literal, $($physics:literal),+) => {
         Entry {
             name: $name,
             module: "life",
@@ -24,21 +30,26 @@ macro_rules! life {
                 "lib/numerics",
                 "lib/random",
                 "lib/geometry",
-                "robot/differential",
-                "sensor/sampled",
+                "lib/rollout",
+                "robot/motors",
+                "sensor/readings",
                 $controller,
                 "task/avoidance",
+                $($physics,)+
                 "life",
             ],
         }
     };
 }
 
-/// The catalogue of kernels: one part a slot (robot, sensor, controller, task).
+/// The catalogue of kernels: one part a slot (robot, sensor, physics, controller, task).
 const CATALOGUE: &[Entry] = &[
-    life!("life_perceptron", "controller/perceptron"),
-    life!("life_hidden", "controller/hidden"),
-    life!("life_recurrent", "controller/recurrent"),
+    life!("life_perceptron", sampled, "controller/perceptron"),
+    life!("life_hidden", sampled, "controller/hidden"),
+    life!("life_recurrent", sampled, "controller/recurrent"),
+    life!("surrogate_perceptron", surrogate, "controller/perceptron"),
+    life!("surrogate_hidden", surrogate, "controller/hidden"),
+    life!("surrogate_recurrent", surrogate, "controller/recurrent"),
     Entry {
         name: "probe_numerics",
         module: "probe_numerics",

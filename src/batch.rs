@@ -446,6 +446,7 @@ impl Packed {
         let mut packed = Self::default();
         let mut sensors = Seen::default();
         let mut motors = Seen::default();
+        let mut surrogates = Seen::default();
         for world in worlds {
             let robot = &world.spec().robot;
             let first_shape = packed.shapes.len() as u32;
@@ -463,9 +464,17 @@ impl Packed {
                 || motor_cells(&robot.motors),
                 &mut packed.tables,
             );
+            let surrogate = world.spec().surrogate.as_ref().map_or(0, |surrogate| {
+                surrogates.place(
+                    (Arc::as_ptr(surrogate), robot.body_radius.to_bits() as usize),
+                    || surrogate.cells(robot.body_radius),
+                    &mut packed.tables,
+                )
+            });
             packed.worlds.push(life::World {
                 first_shape,
                 motor_table,
+                surrogate,
                 ..*world.packed()
             });
         }

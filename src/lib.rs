@@ -7,11 +7,13 @@ pub mod backend;
 pub mod batch;
 pub mod cpu;
 pub mod evaluator;
+mod exact;
 #[cfg(feature = "gpu")]
 pub mod gpu;
 pub mod pool;
 pub mod probe;
 pub mod random;
+pub mod surrogate;
 pub mod tables;
 pub mod world;
 

@@ -1,7 +1,7 @@
 //! What a rollout lives in: robot, arena, noise, controller, task and start, as plain data, and the validated
 //! [`World`] that is made from it.
 
-mod check;
+pub(crate) mod check;
 mod pack;
 
 use std::sync::Arc;
@@ -9,6 +9,7 @@ use std::sync::Arc;
 use oneiro_shaders::{Kernel, life};
 
 use crate::arena::Arena;
+use crate::surrogate::Surrogate;
 use crate::tables::{MotorStates, MotorTable, SensorTables};
 
 pub use check::Invalid;
@@ -171,6 +172,8 @@ pub enum Start {
 pub struct WorldSpec {
     /// The body, its sensors and motors.
     pub robot: Robot,
+    /// Lives are those of this individual, by its own physics. None: of the simulator made from the robot's tables.
+    pub surrogate: Option<Arc<Surrogate>>,
     /// Walls and obstacles.
     pub arena: Arena,
     /// Noise of the simulation.
@@ -191,6 +194,7 @@ impl WorldSpec {
     pub fn miglino1995() -> Self {
         Self {
             robot: Robot::khepera(),
+            surrogate: None,
             arena: Arena::miglino1995(),
             noise: Noise::NONE,
             controller: Controller::Perceptron,
@@ -255,10 +259,14 @@ impl World {
 
     /// The kernel that simulates it.
     pub fn kernel(&self) -> &'static Kernel {
-        match self.0.spec.controller {
-            Controller::Perceptron => &oneiro_shaders::LIFE_PERCEPTRON,
-            Controller::Hidden { .. } => &oneiro_shaders::LIFE_HIDDEN,
-            Controller::Recurrent => &oneiro_shaders::LIFE_RECURRENT,
+        let spec = &self.0.spec;
+        match (spec.controller, &spec.surrogate) {
+            (Controller::Perceptron, None) => &oneiro_shaders::LIFE_PERCEPTRON,
+            (Controller::Hidden { .. }, None) => &oneiro_shaders::LIFE_HIDDEN,
+            (Controller::Recurrent, None) => &oneiro_shaders::LIFE_RECURRENT,
+            (Controller::Perceptron, Some(_)) => &oneiro_shaders::SURROGATE_PERCEPTRON,
+            (Controller::Hidden { .. }, Some(_)) => &oneiro_shaders::SURROGATE_HIDDEN,
+            (Controller::Recurrent, Some(_)) => &oneiro_shaders::SURROGATE_RECURRENT,
         }
     }
 

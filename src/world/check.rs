@@ -47,7 +47,7 @@ fn integer(field: &str, value: u32, allowed: RangeInclusive<u32>) -> Result<(), 
 }
 
 /// Checks a number; the field's name is only built for the message.
-fn number(field: impl Display, value: f32, allowed: RangeInclusive<f32>) -> Result<(), Invalid> {
+pub(crate) fn number(field: impl Display, value: f32, allowed: RangeInclusive<f32>) -> Result<(), Invalid> {
     if !allowed.contains(&value) {
         let problem = format!("is {value}; allowed: {} to {}", allowed.start(), allowed.end());
         return Err(Invalid::new(field.to_string(), problem));
@@ -65,6 +65,13 @@ pub(super) fn check(spec: &WorldSpec) -> Result<(), Invalid> {
     robot(&spec.robot)?;
     arena(&spec.arena, &spec.robot.sensors)?;
     noise(&spec.noise)?;
+    if let Some(surrogate) = &spec.surrogate {
+        surrogate.check()?;
+        if spec.noise != Noise::NONE {
+            let problem = "is not zero in a surrogate's life; allowed: none, since it has the noise of its own sensors";
+            return Err(Invalid::new("noise", problem));
+        }
+    }
     if let Controller::Hidden { units } = spec.controller {
         integer("controller.units", units, 1..=32)?;
     }

@@ -6,6 +6,7 @@ use oneiro_shaders::life;
 use super::check::Invalid;
 use super::{Activation, Controller, Difference, Speed, Start, Task, WorldSpec};
 use crate::arena::Field;
+use crate::surrogate;
 
 /// Flags of `life::World::task_choices`; the names are those of the kernel's task.
 const SIGNED_SPEED: u32 = 1;
@@ -104,9 +105,9 @@ fn world(spec: &WorldSpec, random_start: u32, start: [f32; 3], shapes: u32) -> l
             Controller::Perceptron | Controller::Recurrent => 0,
         },
         task_choices: task_choices(spec.task),
+        surrogate: 0,
         unused_a: 0,
         unused_b: 0,
-        unused_c: 0,
     }
 }
 
@@ -137,9 +138,13 @@ fn shapes(spec: &WorldSpec) -> Vec<life::Shape> {
     let shape = |from: Vec2, length: Vec2, radius: f32, class: &str| {
         let class = sensors.class(class).unwrap_or_default();
         let contact = spec.robot.body_radius + radius;
-        let reach = contact + sensors.classes[class].reach();
+        let reach = contact + spec.surrogate.as_ref().map_or(sensors.classes[class].reach(), |_| surrogate::SIGHT);
         let squared = length.x * length.x + length.y * length.y;
-        let scaled = if squared == 0.0 { Vec2::ZERO } else { length / squared };
+        let (scaled, unit) = if squared == 0.0 {
+            (Vec2::ZERO, Vec2::ZERO)
+        } else {
+            (length / squared, length / squared.sqrt())
+        };
         life::Shape {
             x: zero(from.x),
             y: zero(from.y),
@@ -153,6 +158,10 @@ fn shapes(spec: &WorldSpec) -> Vec<life::Shape> {
             table: class as u32,
             round: u32::from(length == Vec2::ZERO),
             ends_layer: 0,
+            radius: zero(radius),
+            unit_x: zero(unit.x),
+            unit_y: zero(unit.y),
+            reflectivity: 1.0,
         }
     };
     let walls = spec.arena.walls.iter().map(|wall| {
@@ -167,7 +176,13 @@ fn shapes(spec: &WorldSpec) -> Vec<life::Shape> {
             &obstacle.class,
         )
     });
-    layered(walls.chain(obstacles).collect())
+    let mut shapes: Vec<_> = walls.chain(obstacles).collect();
+    if let Some(surrogate) = &spec.surrogate {
+        for (object, shape) in shapes.iter_mut().enumerate() {
+            shape.reflectivity = surrogate.reflectivity(object);
+        }
+    }
+    layered(shapes)
 }
 
 /// Sorts shapes into layers within which no two are in reach of a robot at once, so that a kernel looks up one of

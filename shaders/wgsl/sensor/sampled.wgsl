@@ -1,12 +1,6 @@
 // Eight proximity sensors as they were sampled: for each class of object a table of readings over the
 // object's distance and bearing. The readings of all objects in reach are summed and clipped.
 
-// One value a sensor, in [0, 1].
-struct Readings {
-    first: vec4<f32>,
-    last: vec4<f32>,
-}
-
 // The readings that an object adds: eight 16-bit numbers, the even sensors in the low halves. It lies in the
 // direction `to` (mm, from the robot's centre to the object's axis), and touches the robot at `contact` mm.
 fn sampled(world: u32, heading: f32, to: vec2<f32>, contact: f32, table: u32) -> vec4<u32> {
@@ -72,11 +66,6 @@ fn sense(world: u32, pose: vec3<f32>, shift: vec2<f32>) -> Readings {
     );
 }
 
-// A sum of readings as an activation, clipped to 1.
-fn activation(sum: u32, scale: f32) -> f32 {
-    return min(f32(sum) * scale, 1.0f);
-}
-
 // The readings with the world's sensor noise: a uniform number is added to each, and the sum clipped.
 fn with_noise(life: Life, step: u32, readings: Readings) -> Readings {
     let low = worlds[life.world].sensor_noise_low;
@@ -113,24 +102,4 @@ fn first_shift(life: Life) -> vec2<f32> {
 fn reflected(x: f32, range: f32) -> f32 {
     let below = select(x, -2.0f * range - x, x < -range);
     return select(below, 2.0f * range - below, below > range);
-}
-
-// The greatest of eight readings.
-fn highest(r: Readings) -> f32 {
-    let a = max(max(r.first.x, r.first.y), max(r.first.z, r.first.w));
-    let b = max(max(r.last.x, r.last.y), max(r.last.z, r.last.w));
-    return max(a, b);
-}
-
-// The sum of eight readings, each times its gene; gene `index` weighs the first.
-fn weighed(life: Life, index: u32, r: Readings) -> f32 {
-    var sum = gene(life, index) * r.first.x;
-    sum += gene(life, index + 1u) * r.first.y;
-    sum += gene(life, index + 2u) * r.first.z;
-    sum += gene(life, index + 3u) * r.first.w;
-    sum += gene(life, index + 4u) * r.last.x;
-    sum += gene(life, index + 5u) * r.last.y;
-    sum += gene(life, index + 6u) * r.last.z;
-    sum += gene(life, index + 7u) * r.last.w;
-    return sum;
 }

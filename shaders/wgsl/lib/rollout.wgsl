@@ -1,0 +1,208 @@
+// What every kernel of rollouts shares: its buffers, who lives, and where a life starts. One invocation is one
+// rollout; a workgroup's rollouts share a world. A long life is cut into dispatches of `step_begin..step_end`,
+// its state kept between.
+
+// What one dispatch does.
+struct Dispatch {
+    step_begin: u32,
+    step_end: u32,
+    // a record each so many steps; 0 for no trace
+    trace_every: u32,
+    // records a rollout
+    trace_records: u32,
+    // where the first group's inputs start in the whole batch
+    first_input: u32,
+    unused_a: u32,
+    unused_b: u32,
+    unused_c: u32,
+}
+
+// Everything that rollouts share: robot, arena, noise, controller and task. Lengths in mm.
+struct World {
+    // cycles of a life
+    steps: u32,
+    first_shape: u32,
+    shapes: u32,
+    // the field that random starts are drawn from
+    field_x: f32,
+    field_y: f32,
+    field_width: f32,
+    field_height: f32,
+    // 1 to start each life at a random free pose, 0 at the pose below
+    random_start: u32,
+    start_x: f32,
+    start_y: f32,
+    start_heading: f32,
+    // sensor tables: gap of the first row, rows per mm, rows, bearings
+    nearest: f32,
+    rows_per_mm: f32,
+    rows: u32,
+    bearings: u32,
+    bearings_per_turn: f32,
+    // activation of one unit of a reading
+    reading_scale: f32,
+    sensor_noise_low: f32,
+    sensor_noise_span: f32,
+    // conservative noise
+    walk_range: f32,
+    walk_step: f32,
+    // motor table: first cell, states of a wheel, and how an output selects one
+    motor_table: u32,
+    motor_states: u32,
+    motor_scale: f32,
+    motor_offset: f32,
+    motor_noise: f32,
+    // share of a cycle's turn that is made before its displacement
+    turn_before_move: f32,
+    // hidden units, for the controllers that have them
+    hidden: u32,
+    task_choices: u32,
+    // first cell of the surrogate robot, for the kernels that have one
+    surrogate: u32,
+    unused_a: u32,
+    unused_b: u32,
+}
+
+// A thick segment: where it starts, where it goes, its direction over its squared length, and the distances
+// from its axis at which a robot's centre touches it or senses it.
+struct Shape {
+    x: f32,
+    y: f32,
+    length_x: f32,
+    length_y: f32,
+    scaled_x: f32,
+    scaled_y: f32,
+    contact: f32,
+    contact_squared: f32,
+    reach_squared: f32,
+    // first cell of the sensor table of its class
+    table: u32,
+    // 1 for an object without length
+    round: u32,
+    // 1 for the last object of a layer, within which no two are ever in reach of one robot
+    ends_layer: u32,
+    // its thickness, its direction, and the share of light that it throws back, for the kernels that cast rays
+    radius: f32,
+    unit_x: f32,
+    unit_y: f32,
+    reflectivity: f32,
+}
+
+// A workgroup's rollouts: their world, how many there are, and where their inputs start.
+struct Group {
+    world: u32,
+    rollouts: u32,
+    inputs: u32,
+}
+
+// What a rollout keeps from one dispatch to the next, and its fitness so far.
+struct State {
+    x: f32,
+    y: f32,
+    heading: f32,
+    fitness: f32,
+    // what the conservative noise displaces perception by
+    shift_x: f32,
+    shift_y: f32,
+    // the controller's last outputs
+    left: f32,
+    right: f32,
+    // of a surrogate: where its sensors were last read, and its wheels' speeds in mm/s
+    read_x: f32,
+    read_y: f32,
+    read_heading: f32,
+    speed_left: f32,
+    speed_right: f32,
+}
+
+// One line of a trace: the pose at the start of a cycle, what was perceived there, and what came of it.
+struct Record {
+    x: f32,
+    y: f32,
+    heading: f32,
+    sensor_0: f32,
+    sensor_1: f32,
+    sensor_2: f32,
+    sensor_3: f32,
+    sensor_4: f32,
+    sensor_5: f32,
+    sensor_6: f32,
+    sensor_7: f32,
+    left: f32,
+    right: f32,
+    speed_left: f32,
+    speed_right: f32,
+    collided: f32,
+    reward: f32,
+    fitness: f32,
+}
+
+@group(0) @binding(0) var<uniform> dispatch: Dispatch;
+@group(0) @binding(1) var<storage, read> worlds: array<World>;
+@group(0) @binding(2) var<storage, read> shapes: array<Shape>;
+// Four words a cell: eight 16-bit readings of sensors, or displacement, turn and wheel speeds of motors.
+@group(0) @binding(3) var<storage, read> tables: array<vec4<u32>>;
+@group(0) @binding(4) var<storage, read> groups: array<Group>;
+// A group's inputs, field by field, LANES values a field: the two words of the key, then the genes.
+@group(0) @binding(5) var<storage, read> inputs: array<u32>;
+@group(0) @binding(6) var<storage, read_write> state: array<State>;
+@group(0) @binding(7) var<storage, read_write> fitness: array<f32>;
+@group(0) @binding(8) var<storage, read_write> trace: array<Record>;
+
+const LANES: u32 = 64u;
+
+// Who lives: the world, the key of its random numbers, and the index of its first gene.
+struct Life {
+    world: u32,
+    key: vec2<u32>,
+    genes: u32,
+}
+
+fn gene(life: Life, index: u32) -> f32 {
+    return bitcast<f32>(inputs[life.genes + index * LANES]);
+}
+
+// A number with zero's one sign, as everything is stored.
+fn stored(x: f32) -> f32 {
+    return select(x, 0.0f, x == 0.0f);
+}
+
+// A cycle's line of the trace.
+fn recorded(
+    pose: vec3<f32>, perceived: Readings, outputs: vec2<f32>, moved: Motion, collided: bool, earned: f32, total: f32,
+) -> Record {
+    return Record(
+        pose.x, pose.y, pose.z,
+        perceived.first.x, perceived.first.y, perceived.first.z, perceived.first.w,
+        perceived.last.x, perceived.last.y, perceived.last.z, perceived.last.w,
+        outputs.x, outputs.y, moved.left, moved.right,
+        select(0.0f, 1.0f, collided), earned, total,
+    );
+}
+
+// Where a life starts: x and y in mm, heading in turns.
+fn first_pose(life: Life) -> vec3<f32> {
+    if (worlds[life.world].random_start != 0u) {
+        return random_pose(life);
+    }
+    return vec3<f32>(worlds[life.world].start_x, worlds[life.world].start_y, worlds[life.world].start_heading);
+}
+
+// A free pose, uniform over the world's field and all headings. Of 64 draws none being free leaves the
+// world's own free pose, found when the world was made.
+fn random_pose(life: Life) -> vec3<f32> {
+    let world = life.world;
+    var pose = vec3<f32>(worlds[world].start_x, worlds[world].start_y, worlds[world].start_heading);
+    for (var draw = 0u; draw < 64u; draw++) {
+        let u = units(random_words(life.key, STREAM_START, 0u, draw));
+        let at = vec2<f32>(
+            worlds[world].field_x + u.x * worlds[world].field_width,
+            worlds[world].field_y + u.y * worlds[world].field_height,
+        );
+        if (!touches(world, at)) {
+            pose = vec3<f32>(at, u.z);
+            break;
+        }
+    }
+    return pose;
+}

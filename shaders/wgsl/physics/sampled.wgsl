@@ -1,0 +1,36 @@
+// Life in the simulator that is made from a robot's own samples: sense, act, move, reward.
+
+fn first_state(life: Life) -> State {
+    let pose = first_pose(life);
+    let shift = first_shift(life);
+    return State(pose.x, pose.y, pose.z, 0.0f, shift.x, shift.y, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f);
+}
+
+fn cycle(life: Life, step: u32, before: State) -> Cycle {
+    let world = life.world;
+    var own = before;
+    let pose = vec3<f32>(own.x, own.y, own.heading);
+    var shift = vec2<f32>(0.0f, 0.0f);
+    if (worlds[world].walk_range > 0.0f) {
+        shift = vec2<f32>(own.shift_x, own.shift_y);
+        let next = walked(life, step, shift);
+        own.shift_x = next.x;
+        own.shift_y = next.y;
+    }
+    let real = sense(world, pose, shift);
+    let perceived = with_noise(life, step, real);
+    let outputs = control(life, perceived, vec2<f32>(own.left, own.right));
+    let moved = motion(life, step, outputs);
+    let reached = moved_pose(world, pose, moved);
+    let collided = touches(world, vec2<f32>(reached.x, reached.y));
+    let earned = reward(world, moved, collided, real, perceived);
+
+    // A collision undoes the move.
+    own.x = select(reached.x, pose.x, collided);
+    own.y = select(reached.y, pose.y, collided);
+    own.heading = select(reached.z, pose.z, collided);
+    own.fitness += earned;
+    own.left = outputs.x;
+    own.right = outputs.y;
+    return Cycle(own, recorded(pose, perceived, outputs, moved, collided, earned, own.fitness));
+}

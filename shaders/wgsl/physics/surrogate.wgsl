@@ -1,0 +1,39 @@
+// Life as a surrogate of a real robot: the same cycle as in the simulator, by physics that its samples don't
+// contain. Every difference has a strength; with all of them at 0 a robot lives as its simulator says.
+
+fn first_state(life: Life) -> State {
+    let pose = first_pose(life);
+    return State(
+        pose.x, pose.y, pose.z, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, pose.x, pose.y, pose.z, 0.0f, 0.0f,
+    );
+}
+
+fn cycle(life: Life, step: u32, before: State) -> Cycle {
+    let world = life.world;
+    var own = before;
+    let pose = vec3<f32>(own.x, own.y, own.heading);
+    let readings = sense_by_rays(life, step, vec3<f32>(own.read_x, own.read_y, own.read_heading));
+    let outputs = control(life, readings, vec2<f32>(own.left, own.right));
+    let moved = commanded(world, outputs);
+    let end = reached(world, pose, vec2<f32>(own.speed_left, own.speed_right), moved);
+    let earned = reward(world, moved, end.collided, readings, readings);
+
+    // The next readings are of some moment before the end of this cycle: of the latency and, since the sensors
+    // are read on their own clock, up to a period of it more.
+    let timing = numbers(world, TIMING);
+    let early = unit(random_words(life.key, STREAM_SENSOR, step, 2u).x);
+    let age = min(timing.x + timing.y * early, 1.0f);
+    own.read_x = end.pose.x - age * (end.pose.x - pose.x);
+    own.read_y = end.pose.y - age * (end.pose.y - pose.y);
+    own.read_heading = end.pose.z - age * (end.pose.z - pose.z);
+
+    own.x = end.pose.x;
+    own.y = end.pose.y;
+    own.heading = end.pose.z - floor(end.pose.z);
+    own.fitness += earned;
+    own.left = outputs.x;
+    own.right = outputs.y;
+    own.speed_left = end.left;
+    own.speed_right = end.right;
+    return Cycle(own, recorded(pose, readings, outputs, moved, end.collided, earned, own.fitness));
+}

@@ -1,0 +1,26 @@
+// How outputs command two motors, by the states that were sampled.
+
+// What one pair of motor commands does in one cycle.
+struct Motion {
+    // mm along the heading
+    displacement: f32,
+    // turns, counter-clockwise
+    turn: f32,
+    // signed wheel speeds as a share of the greatest, in [-1, 1]
+    left: f32,
+    right: f32,
+}
+
+// The motor state that an output in [0, 1] selects.
+fn motor_state(world: u32, output: f32) -> u32 {
+    let scaled = output * worlds[world].motor_scale + worlds[world].motor_offset;
+    return min(u32(scaled), worlds[world].motor_states - 1u);
+}
+
+// The sampled motion of a pair of outputs (left, right).
+fn commanded(world: u32, outputs: vec2<f32>) -> Motion {
+    let left = motor_state(world, outputs.x);
+    let right = motor_state(world, outputs.y);
+    let cell = tables[worlds[world].motor_table + left * worlds[world].motor_states + right];
+    return Motion(bitcast<f32>(cell.x), bitcast<f32>(cell.y), bitcast<f32>(cell.z), bitcast<f32>(cell.w));
+}

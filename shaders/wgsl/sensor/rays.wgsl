@@ -1,0 +1,266 @@
+// Eight infra-red sensors of an individual robot, by rays. A sensor sends eight rays; each returns from the
+// nearest surface with the cosine of its incidence, the surface's reflectivity and the inverse square of the
+// distance. What returns in all is turned into the distance of a wall that would return as much head-on, and
+// that by the sensor's own curve into its reading: a logistic that is clipped where the sensor saturates.
+//
+// All that the samples of single objects don't contain is here, each with a strength that may be 0: true corners
+// and occlusion, reflectivity, illumination, noise of reading, and that readings are old.
+
+// Cells of a surrogate robot, in `tables`: three for each sensor (where it is and looks, its rays' weights, its
+// curve), four waves of the illumination, and three of strengths.
+const SENSOR_CELLS: u32 = 3u;
+const WAVES: u32 = 24u;
+const WAVE_COUNT: u32 = 4u;
+const SENSING: u32 = 28u;
+const TIMING: u32 = 29u;
+const WHEELS: u32 = 30u;
+
+// The rays' angles from the sensor's axis, +-7.5, +-22.5, +-37.5 and +-52.5 degrees.
+const RAY_COSINES: vec4<f32> = vec4<f32>(0.9914449f, 0.9238795f, 0.7933533f, 0.6087614f);
+const RAY_SINES: vec4<f32> = vec4<f32>(0.1305262f, 0.3826834f, 0.6087614f, 0.7933533f);
+
+// No surface is nearer to a sensor than this, mm.
+const NEAREST: f32 = 0.1f;
+// A reading is an integer up to this.
+const GREATEST_READING: f32 = 1023.0f;
+const READING: f32 = 0.0009775171f; // 1 / 1023
+
+// Four numbers of a surrogate robot.
+fn numbers(world: u32, cell: u32) -> vec4<f32> {
+    let words = tables[worlds[world].surrogate + cell];
+    return vec4<f32>(bitcast<f32>(words.x), bitcast<f32>(words.y), bitcast<f32>(words.z), bitcast<f32>(words.w));
+}
+
+// Four rays of one sensor from one point: their directions.
+struct Rays {
+    x: vec4<f32>,
+    y: vec4<f32>,
+}
+
+// What four rays have met: the inverse of the distance, and the light that comes back from there.
+struct Met {
+    nearness: vec4<f32>,
+    light: vec4<f32>,
+}
+
+fn nothing_met() -> Met {
+    return Met(vec4<f32>(0.0f), vec4<f32>(0.0f));
+}
+
+// The rays on one side of an axis; `side` is 1 for the left, -1 for the right.
+fn rays_of(axis: vec2<f32>, side: f32) -> Rays {
+    return Rays(
+        axis.x * RAY_COSINES - (side * axis.y) * RAY_SINES,
+        axis.y * RAY_COSINES + (side * axis.x) * RAY_SINES,
+    );
+}
+
+// Keeps the nearer of what was met and what is met now, where it is met at all.
+fn nearer(met: Met, hit: vec4<bool>, nearness: vec4<f32>, light: vec4<f32>) -> Met {
+    let kept = hit & (nearness > met.nearness);
+    return Met(select(met.nearness, nearness, kept), select(met.light, light, kept));
+}
+
+// Rays against a plane that lies at a distance (mm, from where they start) in the direction `normal`.
+fn meet_plane(met: Met, rays: Rays, normal: vec2<f32>, distance: f32, reflectivity: f32) -> Met {
+    let incidence = rays.x * normal.x + rays.y * normal.y;
+    let nearness = incidence * reciprocal(max(distance, NEAREST));
+    return nearer(met, incidence > vec4<f32>(0.0f), nearness, incidence * reflectivity);
+}
+
+// Rays against a wall, from the point `at`. A ray at distance 1 / nearness meets the wall between its ends.
+fn meet_wall(met: Met, rays: Rays, at: vec2<f32>, shape: u32) -> Met {
+    let from_x = at.x - shapes[shape].x;
+    let from_y = at.y - shapes[shape].y;
+    let across = shapes[shape].unit_x * from_y - shapes[shape].unit_y * from_x;
+    // The normal that looks from the point to the wall.
+    let normal_x = select(-shapes[shape].unit_y, shapes[shape].unit_y, across > 0.0f);
+    let normal_y = select(shapes[shape].unit_x, -shapes[shape].unit_x, across > 0.0f);
+    let distance = max(abs(across), NEAREST);
+    let incidence = rays.x * normal_x + rays.y * normal_y;
+    // Where along the wall, as a share of its length, times the incidence.
+    let start = from_x * shapes[shape].scaled_x + from_y * shapes[shape].scaled_y;
+    let along = start * incidence + distance * (rays.x * shapes[shape].scaled_x + rays.y * shapes[shape].scaled_y);
+    let hit = (incidence > vec4<f32>(0.0f)) & (along >= vec4<f32>(0.0f)) & (along <= incidence);
+    return nearer(met, hit, incidence * reciprocal(distance), incidence * shapes[shape].reflectivity);
+}
+
+// Rays against a cylinder whose centre lies at `to` from where they start.
+fn meet_cylinder(met: Met, rays: Rays, to: vec2<f32>, radius: f32, reflectivity: f32) -> Met {
+    // The product of the distances to both surfaces, the near and the far one.
+    let product = max(squared_length(to) - radius * radius, NEAREST * NEAREST);
+    let middle = rays.x * to.x + rays.y * to.y;
+    let square = middle * middle - product;
+    let half = vec4<f32>(
+        root(max(square.x, 0.0f)), root(max(square.y, 0.0f)), root(max(square.z, 0.0f)), root(max(square.w, 0.0f)),
+    );
+    let incidence = min(half * reciprocal(max(radius, NEAREST)), vec4<f32>(1.0f));
+    let hit = (middle > vec4<f32>(0.0f)) & (square >= vec4<f32>(0.0f));
+    return nearer(met, hit, (middle + half) * reciprocal(product), incidence * reflectivity);
+}
+
+// A sensor's reading, as an integer, of what its rays on both sides have met, in so much more light.
+fn reading_of(world: u32, sensor: u32, left: Met, right: Met, gain: f32) -> u32 {
+    let weights = numbers(world, sensor * SENSOR_CELLS + 1u);
+    let curve = numbers(world, sensor * SENSOR_CELLS + 2u);
+    let returned = weights
+        * (left.light * left.nearness * left.nearness + right.light * right.nearness * right.nearness);
+    let light = gain * ((returned.x + returned.y) + (returned.z + returned.w));
+    let distance = reciprocal_root(max(light, 0x1p-40f));
+    let x = clamp((distance - curve.x) * curve.y, -30.0f, 30.0f);
+    return whole(1.5f * reciprocal(1.0f + 2.0f * exponential_within(x)));
+}
+
+// An activation, clipped to [0, 1], as the integer that the robot reads.
+fn whole(activation: f32) -> u32 {
+    return u32(clamp(activation, 0.0f, 1.0f) * GREATEST_READING + 0.5f);
+}
+
+// Eight integers with `value` added to that of one sensor.
+struct Sums {
+    first: vec4<u32>,
+    last: vec4<u32>,
+}
+
+fn added(sums: Sums, sensor: u32, value: u32) -> Sums {
+    let one = vec4<u32>(sensor & 3u) == vec4<u32>(0u, 1u, 2u, 3u);
+    let term = select(vec4<u32>(0u), vec4<u32>(value), one);
+    if (sensor < 4u) {
+        return Sums(sums.first + term, sums.last);
+    }
+    return Sums(sums.first, sums.last + term);
+}
+
+// What the sensors read at a pose when all rays meet all that is there.
+fn traced_readings(world: u32, pose: vec3<f32>, gain: f32) -> Sums {
+    let ahead = cosine_sine(pose.z);
+    let first = worlds[world].first_shape;
+    let end = first + worlds[world].shapes;
+    var sums = Sums(vec4<u32>(0u), vec4<u32>(0u));
+    for (var sensor = 0u; sensor < 8u; sensor++) {
+        let place = numbers(world, sensor * SENSOR_CELLS);
+        let at = vec2<f32>(
+            pose.x + place.x * ahead.x - place.y * ahead.y,
+            pose.y + place.x * ahead.y + place.y * ahead.x,
+        );
+        let axis = vec2<f32>(place.z * ahead.x - place.w * ahead.y, place.z * ahead.y + place.w * ahead.x);
+        let left_rays = rays_of(axis, 1.0f);
+        let right_rays = rays_of(axis, -1.0f);
+        var left = nothing_met();
+        var right = nothing_met();
+        for (var shape = first; shape < end; shape++) {
+            if (squared_length(toward(shape, vec2<f32>(pose.x, pose.y))) < shapes[shape].reach_squared) {
+                if (shapes[shape].round != 0u) {
+                    let to = vec2<f32>(shapes[shape].x - at.x, shapes[shape].y - at.y);
+                    left = meet_cylinder(left, left_rays, to, shapes[shape].radius, shapes[shape].reflectivity);
+                    right = meet_cylinder(right, right_rays, to, shapes[shape].radius, shapes[shape].reflectivity);
+                } else {
+                    left = meet_wall(left, left_rays, at, shape);
+                    right = meet_wall(right, right_rays, at, shape);
+                }
+            }
+        }
+        sums = added(sums, sensor, reading_of(world, sensor, left, right, gain));
+    }
+    return sums;
+}
+
+// What the sensors would read if every object stood alone in the open, at the distance and bearing of the
+// samples' grid that is below its own, and readings of several objects were added: the simulator's picture.
+fn lone_readings(world: u32, pose: vec3<f32>, gain: f32) -> Sums {
+    let first = worlds[world].first_shape;
+    let end = first + worlds[world].shapes;
+    var sums = Sums(vec4<u32>(0u), vec4<u32>(0u));
+    for (var shape = first; shape < end; shape++) {
+        let to = toward(shape, vec2<f32>(pose.x, pose.y));
+        let squared = squared_length(to);
+        let inverse = reciprocal_root(max(squared, 0x1p-60f));
+        let gap = squared * inverse - shapes[shape].contact;
+        let row = u32(max((gap - worlds[world].nearest) * worlds[world].rows_per_mm, 0.0f));
+        if (row < worlds[world].rows) {
+            let clockwise = pose.z - direction_by(to, inverse);
+            let share = clockwise - floor(clockwise);
+            let bearing = min(u32(share * worlds[world].bearings_per_turn), worlds[world].bearings - 1u);
+            let normal = cosine_sine(-f32(bearing) * reciprocal(worlds[world].bearings_per_turn));
+            let distance = shapes[shape].contact
+                + (worlds[world].nearest + f32(row) * reciprocal(worlds[world].rows_per_mm));
+            for (var sensor = 0u; sensor < 8u; sensor++) {
+                let place = numbers(world, sensor * SENSOR_CELLS);
+                let left_rays = rays_of(place.zw, 1.0f);
+                let right_rays = rays_of(place.zw, -1.0f);
+                var left = nothing_met();
+                var right = nothing_met();
+                let light = shapes[shape].reflectivity;
+                if (shapes[shape].round != 0u) {
+                    let centre = vec2<f32>(distance * normal.x - place.x, distance * normal.y - place.y);
+                    left = meet_cylinder(left, left_rays, centre, shapes[shape].radius, light);
+                    right = meet_cylinder(right, right_rays, centre, shapes[shape].radius, light);
+                } else {
+                    let beyond = distance - (place.x * normal.x + place.y * normal.y);
+                    left = meet_plane(left, left_rays, normal, beyond, light);
+                    right = meet_plane(right, right_rays, normal, beyond, light);
+                }
+                sums = added(sums, sensor, reading_of(world, sensor, left, right, gain));
+            }
+        }
+    }
+    return sums;
+}
+
+// How much more light returns at a place than elsewhere: 1 and the sum of the field's waves.
+fn illumination(world: u32, at: vec2<f32>) -> f32 {
+    var gain = 1.0f;
+    for (var wave = 0u; wave < WAVE_COUNT; wave++) {
+        // Turns per mm along x and y, the phase in turns, the amplitude.
+        let own = numbers(world, WAVES + wave);
+        gain += own.w * cosine_sine(own.x * at.x + own.y * at.y + own.z).x;
+    }
+    return max(gain, 0.0f);
+}
+
+// A number that is nearly normal, of mean 0 and standard deviation 1: three uniform ones of ten bits each.
+fn nearly_normal(word: u32) -> f32 {
+    let sum = (word & 1023u) + ((word >> 10u) & 1023u) + ((word >> 20u) & 1023u);
+    return (f32(sum) - 1534.5f) * 0x1p-9f;
+}
+
+// The integer that the robot gets: the simulator's picture, and of what the true one differs from it the share
+// `strength.x`, with the noise of reading, `strength.y` and in proportion `strength.z`, over the surroundings'
+// own light, `strength.w`.
+fn read_out(lone: u32, traced: u32, strength: vec4<f32>, word: u32) -> u32 {
+    let summed = min(f32(lone) * READING, 1.0f);
+    let seen = clamp(summed + strength.x * (f32(traced) * READING - summed), 0.0f, 1.0f);
+    return whole(seen + strength.w + nearly_normal(word) * (strength.y + strength.z * seen));
+}
+
+// The robot's readings at the pose where it was when they were taken.
+fn sense_by_rays(life: Life, step: u32, pose: vec3<f32>) -> Readings {
+    let world = life.world;
+    let strength = numbers(world, SENSING);
+    let gain = illumination(world, vec2<f32>(pose.x, pose.y));
+    var lone = Sums(vec4<u32>(0u), vec4<u32>(0u));
+    var traced = lone;
+    if (strength.x != 1.0f) {
+        lone = lone_readings(world, pose, gain);
+    }
+    if (strength.x != 0.0f) {
+        traced = traced_readings(world, pose, gain);
+    }
+    let a = random_words(life.key, STREAM_SENSOR, step, 0u);
+    let b = random_words(life.key, STREAM_SENSOR, step, 1u);
+    let scale = worlds[world].reading_scale;
+    return Readings(
+        vec4<f32>(
+            activation(read_out(lone.first.x, traced.first.x, strength, a.x), scale),
+            activation(read_out(lone.first.y, traced.first.y, strength, a.y), scale),
+            activation(read_out(lone.first.z, traced.first.z, strength, a.z), scale),
+            activation(read_out(lone.first.w, traced.first.w, strength, a.w), scale),
+        ),
+        vec4<f32>(
+            activation(read_out(lone.last.x, traced.last.x, strength, b.x), scale),
+            activation(read_out(lone.last.y, traced.last.y, strength, b.y), scale),
+            activation(read_out(lone.last.z, traced.last.z, strength, b.z), scale),
+            activation(read_out(lone.last.w, traced.last.w, strength, b.w), scale),
+        ),
+    );
+}

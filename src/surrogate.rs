@@ -1,0 +1,374 @@
+//! A surrogate of a real Khepera: an individual robot in its surroundings, by physics that no table of samples
+//! contains. It stands where a real robot will: it is sampled as one, and controllers live real lives in it.
+//!
+//! All that is drawn is drawn from seeds, by exactly rounded operations. The distributions are those of
+//! [`Individual::drawn`] and [`Surroundings::drawn`]; `docs/preregistration-1995.md` has them with their reasons.
+//! Every difference from the simulator has a switch, and one severity scales them all; at severity 0 the robot
+//! lives as its simulator says.
+
+use crate::exact::{cosine, exponential};
+use crate::random::pcg4d;
+use crate::tables::SENSORS;
+use crate::world::Invalid;
+use crate::world::check::number;
+
+/// Objects farther from the rim than this are not sensed, mm: no individual reads 1 of 1023 there.
+pub(crate) const SIGHT: f32 = 80.0;
+
+/// Distance of the contact points of both wheels, mm (evorobotpy2, KiKS).
+const WHEEL_BASE: f64 = 53.0;
+/// Speed of a wheel at its greatest command, 10 units of 8.2 mm/s (KiKS; Nolfi's recordings).
+const FULL_SPEED: f64 = 82.0;
+/// The rays' angles from the sensor's axis, both ways, degrees.
+const RAYS: [f64; 4] = [7.5, 22.5, 37.5, 52.5];
+/// Rates are of steps of 20 ms, five a cycle.
+const SUBSTEP_MS: f64 = 20.0;
+const CYCLE_MS: f64 = 100.0;
+
+/// What a real robot's life has and its simulator has not.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Difference {
+    /// Rays that meet all objects at once, at any distance and angle: true corners, occlusion, no grid. Without it
+    /// each object is seen as if it stood alone on the samples' grid, and readings are added.
+    Geometry,
+    /// Each object throws back more or less light, up to 20 %.
+    Reflectivity,
+    /// A smooth field of light over the arena, up to 30 % more or less, and a constant of up to 0.02.
+    Illumination,
+    /// Each reading has noise: s.d. 3.4 of 1023, and 3 % of the reading.
+    ReadNoise,
+    /// Readings are old: by the latency, and up to 20 ms more, since sensors are read each 20 ms.
+    Latency,
+    /// Wheels follow their commands with a time constant of 20 ms.
+    MotorLag,
+    /// Each wheel turns up to 1 % faster or slower than it should.
+    Wheels,
+    /// A cycle's motion is an arc, not a straight line and then a turn.
+    Arcs,
+    /// A robot that is stopped does half of what sliding along would do, in place of nothing.
+    Slip,
+}
+
+impl Difference {
+    /// Each of them.
+    pub const ALL: [Self; 9] = [
+        Self::Geometry,
+        Self::Reflectivity,
+        Self::Illumination,
+        Self::ReadNoise,
+        Self::Latency,
+        Self::MotorLag,
+        Self::Wheels,
+        Self::Arcs,
+        Self::Slip,
+    ];
+
+    /// Its name in files and reports.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Geometry => "geometry",
+            Self::Reflectivity => "reflectivity",
+            Self::Illumination => "illumination",
+            Self::ReadNoise => "read_noise",
+            Self::Latency => "latency",
+            Self::MotorLag => "motor_lag",
+            Self::Wheels => "wheels",
+            Self::Arcs => "arcs",
+            Self::Slip => "slip",
+        }
+    }
+}
+
+/// Which differences there are, and how much of them.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Differences {
+    /// Scales all of them: 0 none, 1 as they are drawn, at most 2.
+    pub severity: f32,
+    /// How old readings are at the least, ms, at severity 1: 0 to 100. Main: 20.
+    pub latency_ms: f32,
+    on: [bool; Difference::ALL.len()],
+}
+
+impl Differences {
+    /// All of them.
+    pub fn all(severity: f32) -> Self {
+        Self {
+            severity,
+            latency_ms: 20.0,
+            on: [true; Difference::ALL.len()],
+        }
+    }
+
+    /// One of them alone.
+    pub fn only(severity: f32, difference: Difference) -> Self {
+        let mut on = [false; Difference::ALL.len()];
+        on[difference as usize] = true;
+        Self {
+            on,
+            ..Self::all(severity)
+        }
+    }
+
+    /// All but one.
+    pub fn without(severity: f32, difference: Difference) -> Self {
+        let mut all = Self::all(severity);
+        all.on[difference as usize] = false;
+        all
+    }
+
+    /// The severity of one difference: 0 if it is off.
+    pub fn strength(&self, difference: Difference) -> f32 {
+        if self.on[difference as usize] { self.severity } else { 0.0 }
+    }
+
+    fn of(&self, difference: Difference) -> f64 {
+        f64::from(self.strength(difference))
+    }
+}
+
+/// One infra-red sensor: where it looks, and what it reads of a white wall.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct InfraRed {
+    /// Where on the rim it is, looking outwards: degrees clockwise from the heading.
+    pub bearing: f64,
+    /// Gap between rim and wall at which it reads 50 % of the greatest, head-on, mm.
+    pub half: f64,
+    /// Gap at which it reads 5 %, mm.
+    pub twentieth: f64,
+    /// The angle over which it reads 50 % or more at a gap of 15 mm, degrees.
+    pub width: f64,
+}
+
+/// One robot: how its parts differ from those of others of its kind.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Individual {
+    /// Left 90, left 45, left 10, right 10, right 45, right 90, back right, back left.
+    pub sensors: [InfraRed; SENSORS],
+    /// How much faster than it should be each wheel turns, as a share: left, right.
+    pub wheels: [f64; 2],
+}
+
+/// Named sources of random numbers; a number's place in its source is its index.
+#[derive(Clone, Copy)]
+enum Source {
+    Sensor = 0,
+    Wheel = 1,
+    Reflectivity = 2,
+    Light = 3,
+}
+
+/// Four numbers in `0..1`.
+fn units(seed: u64, source: Source, index: usize) -> [f64; 4] {
+    let words = pcg4d([seed as u32, (seed >> 32) as u32, source as u32, index as u32]);
+    words.map(|word| f64::from(word >> 8) / f64::from(1 << 24))
+}
+
+fn between(low: f64, high: f64, share: f64) -> f64 {
+    low + (high - low) * share
+}
+
+impl Individual {
+    /// Draws one, within what the recordings of a real Khepera's eight sensors show: half readings at 20.2 to
+    /// 29.5 mm; from there to 5 % another 8.9 to 13.6 mm; widths of 52 to 92 degrees. A sensor that sees far sees
+    /// widely, as there: one number makes 60 % of the fade and 85 % of the width, and another the rest. Bearings are
+    /// the recordings', made symmetric, and up to 5 degrees off; wheels up to 1 %.
+    pub fn drawn(seed: u64) -> Self {
+        const BEARINGS: [f64; SENSORS] = [-72.0, -43.0, -11.0, 11.0, 43.0, 72.0, 167.5, -167.5];
+        let sensor = |index: usize| {
+            let [strength, fade, width, bearing] = units(seed, Source::Sensor, index);
+            let half = between(20.2, 29.5, strength);
+            InfraRed {
+                bearing: BEARINGS[index] + between(-5.0, 5.0, bearing),
+                half,
+                twentieth: half + between(8.9, 13.6, 0.6 * strength + 0.4 * fade),
+                width: between(52.0, 92.0, 0.85 * strength + 0.15 * width),
+            }
+        };
+        let [left, right, ..] = units(seed, Source::Wheel, 0);
+        Self {
+            sensors: std::array::from_fn(sensor),
+            wheels: [left, right].map(|share| between(-0.01, 0.01, share)),
+        }
+    }
+}
+
+/// Light that is stronger and weaker along a direction, as a wave.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Wave {
+    /// Turns per mm along x and y.
+    pub turns_per_mm: [f64; 2],
+    /// Turns.
+    pub phase: f64,
+}
+
+/// Where a robot lives: its light, and how its objects throw it back.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Surroundings {
+    /// The field of light: a quarter of its amplitude each.
+    pub waves: [Wave; 4],
+    /// What the light adds to every activation.
+    pub ambient: f64,
+    seed: u64,
+}
+
+impl Surroundings {
+    /// Draws some: waves of 300 to 1,000 mm in any direction and phase; an ambient activation of 0 to 0.02; and
+    /// objects of a reflectivity of 0.8 to 1.2.
+    pub fn drawn(seed: u64) -> Self {
+        let wave = |index: usize| {
+            let [length, direction, phase, _] = units(seed, Source::Light, index);
+            let per_mm = 1.0 / between(300.0, 1000.0, length);
+            let degrees = 360.0 * direction;
+            Wave {
+                turns_per_mm: [per_mm * cosine(degrees), per_mm * cosine(degrees - 90.0)],
+                phase,
+            }
+        };
+        let [.., ambient] = units(seed, Source::Light, 0);
+        Self {
+            waves: std::array::from_fn(wave),
+            ambient: between(0.0, 0.02, ambient),
+            seed,
+        }
+    }
+
+    /// The reflectivity of an object, by its index: walls first, then obstacles.
+    pub fn reflectivity(&self, object: usize) -> f64 {
+        let [share, ..] = units(self.seed, Source::Reflectivity, object);
+        between(0.8, 1.2, share)
+    }
+}
+
+/// An individual in its surroundings.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Surrogate {
+    /// The robot.
+    pub individual: Individual,
+    /// Where it lives.
+    pub surroundings: Surroundings,
+    /// What is different from the simulator, and how much.
+    pub differences: Differences,
+}
+
+impl Surrogate {
+    /// The individual and the surroundings of one seed.
+    pub fn drawn(seed: u64, differences: Differences) -> Self {
+        Self {
+            individual: Individual::drawn(seed),
+            surroundings: Surroundings::drawn(seed),
+            differences,
+        }
+    }
+
+    /// Checks every number.
+    pub(crate) fn check(&self) -> Result<(), Invalid> {
+        number("surrogate.severity", self.differences.severity, 0.0..=2.0)?;
+        number("surrogate.latency_ms", self.differences.latency_ms, 0.0..=100.0)?;
+        for (index, sensor) in self.individual.sensors.iter().enumerate() {
+            let own = |name| format!("surrogate.sensors[{index}].{name}");
+            number(own("bearing"), sensor.bearing as f32, -180.0..=180.0)?;
+            number(own("half"), sensor.half as f32, 15.5..=50.0)?;
+            number(own("twentieth"), (sensor.twentieth - sensor.half) as f32, 1.0..=20.0)?;
+            number(own("width"), sensor.width as f32, 20.0..=120.0)?;
+        }
+        for (name, share) in ["left", "right"].into_iter().zip(self.individual.wheels) {
+            number(format!("surrogate.wheels.{name}"), share as f32, -0.5..=0.5)?;
+        }
+        for (index, wave) in self.surroundings.waves.iter().enumerate() {
+            for turns in wave.turns_per_mm {
+                number(format!("surrogate.waves[{index}]"), 1000.0 * turns as f32, -100.0..=100.0)?;
+            }
+        }
+        number("surrogate.ambient", self.surroundings.ambient as f32, 0.0..=1.0)
+    }
+
+    /// The reflectivity of an object as the kernel has it, 1 for all without the difference.
+    pub(crate) fn reflectivity(&self, object: usize) -> f32 {
+        let strength = self.differences.of(Difference::Reflectivity);
+        (1.0 + strength * (self.surroundings.reflectivity(object) - 1.0)) as f32
+    }
+
+    /// What the kernel reads of it, four numbers a cell; the order is that of `sensor/rays.wgsl`.
+    pub(crate) fn cells(&self, body_radius: f32) -> Vec<[u32; 4]> {
+        // The logistic falls from 1/2 to 1/20 where 2 exp(x) grows from 2 to 29.
+        const LOGARITHM_OF_29_HALVES: f64 = 2.674_148_649_426_529;
+        let radius = f64::from(body_radius);
+        let strength = |difference| self.differences.of(difference);
+        let mut cells = Vec::new();
+        for sensor in &self.individual.sensors {
+            // The kernel's angles are counter-clockwise.
+            let (x, y) = (cosine(sensor.bearing), cosine(sensor.bearing + 90.0));
+            cells.push([radius * x, radius * y, x, y]);
+            cells.push(ray_weights(sensor, radius));
+            let fade = (sensor.twentieth - sensor.half) / LOGARITHM_OF_29_HALVES;
+            cells.push([sensor.half, 1.0 / fade, 0.0, 0.0]);
+        }
+        let light = strength(Difference::Illumination);
+        for wave in &self.surroundings.waves {
+            let [x, y] = wave.turns_per_mm;
+            cells.push([x, y, wave.phase, light * 0.3 / 4.0]);
+        }
+        let noise = strength(Difference::ReadNoise);
+        cells.push([
+            strength(Difference::Geometry),
+            noise * 3.4 / 1023.0,
+            noise * 0.03,
+            light * self.surroundings.ambient,
+        ]);
+        let age = strength(Difference::Latency);
+        cells.push([
+            age * f64::from(self.differences.latency_ms) / CYCLE_MS,
+            age * SUBSTEP_MS / CYCLE_MS,
+            strength(Difference::Arcs).min(1.0),
+            (0.5 * strength(Difference::Slip)).min(1.0),
+        ]);
+        let full = self
+            .individual
+            .wheels
+            .map(|share| FULL_SPEED * (1.0 + strength(Difference::Wheels) * share));
+        // A time constant of 20 ms, by the implicit Euler rule.
+        let response = 1.0 / (1.0 + strength(Difference::MotorLag));
+        let turns_per_mm = 1.0 / (WHEEL_BASE * 2.0 * std::f64::consts::PI);
+        cells.push([full[0], full[1], turns_per_mm, response]);
+        let word = |number: f64| {
+            let number = number as f32;
+            // Zero has one sign, and nothing is subnormal.
+            if number.abs() < 1e-30 { 0 } else { number.to_bits() }
+        };
+        cells.into_iter().map(|cell| cell.map(word)).collect()
+    }
+}
+
+/// How much each pair of rays counts: a bell over the rays' angles, as wide as gives the sensor its width, and
+/// scaled so that a wall head-on counts as its own distance.
+fn ray_weights(sensor: &InfraRed, radius: f64) -> [f64; 4] {
+    const GAP: f64 = 15.0;
+    let half_width = sensor.width / 2.0;
+    // Off the axis the rim leads away from the wall.
+    let distance = GAP + radius * (1.0 - cosine(half_width));
+    let wanted = distance / sensor.half;
+    let returned = |weights: [f64; 4], bearing: f64| {
+        let cube = |degrees: f64| {
+            let c = cosine(degrees).max(0.0);
+            c * c * c
+        };
+        let pair = |(weight, ray): (f64, f64)| weight * (cube(ray - bearing) + cube(ray + bearing));
+        weights.into_iter().zip(RAYS).map(pair).sum::<f64>()
+    };
+    let bell = |spread: f64| {
+        let weights = RAYS.map(|ray| exponential(-0.5 * (ray / spread) * (ray / spread)));
+        let sum = returned(weights, 0.0);
+        weights.map(|weight| weight / sum)
+    };
+    // The wider the bell, the more returns from the side.
+    let (mut narrow, mut wide) = (5.0, 500.0);
+    for _ in 0..60 {
+        let spread = 0.5 * (narrow + wide);
+        if returned(bell(spread), half_width) < wanted * wanted {
+            narrow = spread;
+        } else {
+            wide = spread;
+        }
+    }
+    bell(wide)
+}
