@@ -16,6 +16,7 @@ mod files;
 mod genomes;
 mod progress;
 mod record;
+mod reproduce;
 mod run;
 mod watcher;
 mod worker;
