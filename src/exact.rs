@@ -2,7 +2,7 @@
 //! machine; the standard library's differ.
 
 /// The cosine of an angle in degrees, to 1e-14.
-pub(crate) fn cosine(degrees: f64) -> f64 {
+pub fn cosine(degrees: f64) -> f64 {
     let turns = degrees / 360.0;
     let x = (turns - (turns + 0.5).floor()) * (2.0 * std::f64::consts::PI);
     let (mut sum, mut term) = (1.0, 1.0);
@@ -14,7 +14,7 @@ pub(crate) fn cosine(degrees: f64) -> f64 {
 }
 
 /// e^x for x up to 700, to a relative 1e-14; 0 below -700.
-pub(crate) fn exponential(x: f64) -> f64 {
+pub fn exponential(x: f64) -> f64 {
     if x < -700.0 {
         return 0.0;
     }

@@ -7,7 +7,7 @@ pub mod backend;
 pub mod batch;
 pub mod cpu;
 pub mod evaluator;
-mod exact;
+pub mod exact;
 #[cfg(feature = "gpu")]
 pub mod gpu;
 pub mod pool;

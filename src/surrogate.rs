@@ -118,7 +118,11 @@ impl Differences {
 
     /// The severity of one difference: 0 if it is off.
     pub fn strength(&self, difference: Difference) -> f32 {
-        if self.on[difference as usize] { self.severity } else { 0.0 }
+        if self.on[difference as usize] {
+            self.severity
+        } else {
+            0.0
+        }
     }
 
     fn of(&self, difference: Difference) -> f64 {
@@ -153,8 +157,9 @@ pub struct Individual {
 enum Source {
     Sensor = 0,
     Wheel = 1,
-    Reflectivity = 2,
-    Light = 3,
+    Wall = 2,
+    Obstacle = 3,
+    Light = 4,
 }
 
 /// Four numbers in `0..1`.
@@ -201,6 +206,15 @@ pub struct Wave {
     pub phase: f64,
 }
 
+/// Kinds of objects.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Object {
+    /// A wall.
+    Wall,
+    /// A round obstacle.
+    Obstacle,
+}
+
 /// Where a robot lives: its light, and how its objects throw it back.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Surroundings {
@@ -232,9 +246,13 @@ impl Surroundings {
         }
     }
 
-    /// The reflectivity of an object, by its index: walls first, then obstacles.
-    pub fn reflectivity(&self, object: usize) -> f64 {
-        let [share, ..] = units(self.seed, Source::Reflectivity, object);
+    /// The reflectivity of a wall or an obstacle, by its index among those of its kind.
+    pub fn reflectivity(&self, kind: Object, index: usize) -> f64 {
+        let source = match kind {
+            Object::Wall => Source::Wall,
+            Object::Obstacle => Source::Obstacle,
+        };
+        let [share, ..] = units(self.seed, source, index);
         between(0.8, 1.2, share)
     }
 }
@@ -276,16 +294,20 @@ impl Surrogate {
         }
         for (index, wave) in self.surroundings.waves.iter().enumerate() {
             for turns in wave.turns_per_mm {
-                number(format!("surrogate.waves[{index}]"), 1000.0 * turns as f32, -100.0..=100.0)?;
+                number(
+                    format!("surrogate.waves[{index}]"),
+                    1000.0 * turns as f32,
+                    -100.0..=100.0,
+                )?;
             }
         }
         number("surrogate.ambient", self.surroundings.ambient as f32, 0.0..=1.0)
     }
 
     /// The reflectivity of an object as the kernel has it, 1 for all without the difference.
-    pub(crate) fn reflectivity(&self, object: usize) -> f32 {
+    pub(crate) fn reflectivity(&self, kind: Object, index: usize) -> f32 {
         let strength = self.differences.of(Difference::Reflectivity);
-        (1.0 + strength * (self.surroundings.reflectivity(object) - 1.0)) as f32
+        (1.0 + strength * (self.surroundings.reflectivity(kind, index) - 1.0)) as f32
     }
 
     /// What the kernel reads of it, four numbers a cell; the order is that of `sensor/rays.wgsl`.

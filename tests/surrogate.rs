@@ -83,12 +83,24 @@ fn sensors_have_the_moments_they_were_drawn_with() {
         let surrogate = quiet(seed);
         for (index, sensor) in surrogate.individual.sensors.iter().enumerate() {
             let half = reading(&surrogate, index, sensor.half as f32, 0.0);
-            assert!((half - 511.5).abs() < 3.0, "sensor {index}: {half} at {} mm", sensor.half);
+            assert!(
+                (half - 511.5).abs() < 3.0,
+                "sensor {index}: {half} at {} mm",
+                sensor.half
+            );
             let twentieth = reading(&surrogate, index, sensor.twentieth as f32, 0.0);
-            assert!((twentieth - 51.0).abs() < 3.0, "sensor {index}: {twentieth} at {} mm", sensor.twentieth);
+            assert!(
+                (twentieth - 51.0).abs() < 3.0,
+                "sensor {index}: {twentieth} at {} mm",
+                sensor.twentieth
+            );
             for side in [-0.5, 0.5] {
                 let edge = reading(&surrogate, index, 15.0, side * sensor.width);
-                assert!((edge - 511.5).abs() < 25.0, "sensor {index}: {edge} at {} degrees", side * sensor.width);
+                assert!(
+                    (edge - 511.5).abs() < 25.0,
+                    "sensor {index}: {edge} at {} degrees",
+                    side * sensor.width
+                );
             }
         }
     }
@@ -121,12 +133,18 @@ fn speed() {
             .collect();
         let batch = Batch::new(&[world], &rollouts, None).unwrap();
         for variant in Cpu::variants() {
-            if variant.starts_with("checked") || variant.starts_with("scalar") { continue; }
+            if variant.starts_with("checked") || variant.starts_with("scalar") {
+                continue;
+            }
             let mut cpu = Cpu::new(Some(1)).unwrap().with_variant(variant).unwrap();
             let start = std::time::Instant::now();
             let outcome = cpu.evaluate(&batch, &Control::new()).unwrap();
             let mean = outcome.fitness.iter().sum::<f32>() / n as f32;
-            println!("{} {variant}: {:.2} M steps/s, mean {mean}", differences.severity, batch.steps() as f64 / start.elapsed().as_secs_f64() / 1e6);
+            println!(
+                "{} {variant}: {:.2} M steps/s, mean {mean}",
+                differences.severity,
+                batch.steps() as f64 / start.elapsed().as_secs_f64() / 1e6
+            );
         }
     }
 }

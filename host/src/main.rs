@@ -15,6 +15,7 @@ mod figures;
 mod files;
 mod genomes;
 mod progress;
+mod reality;
 mod record;
 mod reproduce;
 mod run;

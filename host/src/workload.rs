@@ -63,7 +63,7 @@ pub(crate) fn worlds(controller: Controller, robot: &Robot) -> Result<Vec<World>
                 Start::Random
             };
             worlds.push(World::new(WorldSpec {
-            surrogate: None,
+                surrogate: None,
                 robot: Robot {
                     turn_before_move: [0.0, 0.5, 1.0][turn % 3],
                     ..robot.clone()

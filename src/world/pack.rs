@@ -6,7 +6,7 @@ use oneiro_shaders::life;
 use super::check::Invalid;
 use super::{Activation, Controller, Difference, Speed, Start, Task, WorldSpec};
 use crate::arena::Field;
-use crate::surrogate;
+use crate::surrogate::{self, Object};
 
 /// Flags of `life::World::task_choices`; the names are those of the kernel's task.
 const SIGNED_SPEED: u32 = 1;
@@ -135,10 +135,18 @@ fn task_choices(task: Task) -> u32 {
 
 fn shapes(spec: &WorldSpec) -> Vec<life::Shape> {
     let sensors = &spec.robot.sensors;
-    let shape = |from: Vec2, length: Vec2, radius: f32, class: &str| {
+    let reflectivity = |kind, index| {
+        let surrogate = spec.surrogate.as_ref();
+        surrogate.map_or(1.0, |surrogate| surrogate.reflectivity(kind, index))
+    };
+    let shape = |from: Vec2, length: Vec2, radius: f32, class: &str, reflectivity: f32| {
         let class = sensors.class(class).unwrap_or_default();
         let contact = spec.robot.body_radius + radius;
-        let reach = contact + spec.surrogate.as_ref().map_or(sensors.classes[class].reach(), |_| surrogate::SIGHT);
+        let reach = contact
+            + spec
+                .surrogate
+                .as_ref()
+                .map_or(sensors.classes[class].reach(), |_| surrogate::SIGHT);
         let squared = length.x * length.x + length.y * length.y;
         let (scaled, unit) = if squared == 0.0 {
             (Vec2::ZERO, Vec2::ZERO)
@@ -161,28 +169,20 @@ fn shapes(spec: &WorldSpec) -> Vec<life::Shape> {
             radius: zero(radius),
             unit_x: zero(unit.x),
             unit_y: zero(unit.y),
-            reflectivity: 1.0,
+            reflectivity,
         }
     };
-    let walls = spec.arena.walls.iter().map(|wall| {
+    let walls = spec.arena.walls.iter().enumerate().map(|(index, wall)| {
         let from = Vec2::from(wall.from);
-        shape(from, Vec2::from(wall.to) - from, 0.0, &wall.class)
+        let length = Vec2::from(wall.to) - from;
+        shape(from, length, 0.0, &wall.class, reflectivity(Object::Wall, index))
     });
-    let obstacles = spec.arena.obstacles.iter().map(|obstacle| {
-        shape(
-            Vec2::new(obstacle.x, obstacle.y),
-            Vec2::ZERO,
-            obstacle.radius,
-            &obstacle.class,
-        )
+    let obstacles = spec.arena.obstacles.iter().enumerate().map(|(index, obstacle)| {
+        let at = Vec2::new(obstacle.x, obstacle.y);
+        let light = reflectivity(Object::Obstacle, index);
+        shape(at, Vec2::ZERO, obstacle.radius, &obstacle.class, light)
     });
-    let mut shapes: Vec<_> = walls.chain(obstacles).collect();
-    if let Some(surrogate) = &spec.surrogate {
-        for (object, shape) in shapes.iter_mut().enumerate() {
-            shape.reflectivity = surrogate.reflectivity(object);
-        }
-    }
-    layered(shapes)
+    layered(walls.chain(obstacles).collect())
 }
 
 /// Sorts shapes into layers within which no two are in reach of a robot at once, so that a kernel looks up one of

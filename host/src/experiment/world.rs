@@ -17,7 +17,7 @@ pub(super) fn world(settings: &Settings, source: &Source, inputs: &mut Inputs<'_
         turn_before_move: settings.robot.turn_before_move as f32,
     };
     World::new(WorldSpec {
-            surrogate: None,
+        surrogate: None,
         robot,
         arena: arena(&settings.arena),
         noise: noise(&settings.noise),

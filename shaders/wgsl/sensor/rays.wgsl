@@ -165,43 +165,85 @@ fn traced_readings(world: u32, pose: vec3<f32>, gain: f32) -> Sums {
     return sums;
 }
 
+// An object as it is seen alone in the open: its bearing's direction and its distance from the robot's centre, both
+// as the samples' grid has them.
+struct Lone {
+    normal: vec2<f32>,
+    distance: f32,
+    round: bool,
+    radius: f32,
+    reflectivity: f32,
+}
+
+// What one object alone adds to the sensors' readings.
+fn lone_reading(world: u32, object: Lone, gain: f32) -> Sums {
+    var sums = Sums(vec4<u32>(0u), vec4<u32>(0u));
+    for (var sensor = 0u; sensor < 8u; sensor++) {
+        let place = numbers(world, sensor * SENSOR_CELLS);
+        let left_rays = rays_of(place.zw, 1.0f);
+        let right_rays = rays_of(place.zw, -1.0f);
+        var left = nothing_met();
+        var right = nothing_met();
+        if (object.round) {
+            let centre = vec2<f32>(
+                object.distance * object.normal.x - place.x, object.distance * object.normal.y - place.y,
+            );
+            left = meet_cylinder(left, left_rays, centre, object.radius, object.reflectivity);
+            right = meet_cylinder(right, right_rays, centre, object.radius, object.reflectivity);
+        } else {
+            let beyond = object.distance - (place.x * object.normal.x + place.y * object.normal.y);
+            left = meet_plane(left, left_rays, object.normal, beyond, object.reflectivity);
+            right = meet_plane(right, right_rays, object.normal, beyond, object.reflectivity);
+        }
+        sums = added(sums, sensor, reading_of(world, sensor, left, right, gain));
+    }
+    return sums;
+}
+
 // What the sensors would read if every object stood alone in the open, at the distance and bearing of the
 // samples' grid that is below its own, and readings of several objects were added: the simulator's picture.
+//
+// Few objects are in reach at once, though other lanes have others: so each turn takes every lane's next one.
 fn lone_readings(world: u32, pose: vec3<f32>, gain: f32) -> Sums {
     let first = worlds[world].first_shape;
     let end = first + worlds[world].shapes;
+    let spacing = reciprocal(worlds[world].rows_per_mm);
     var sums = Sums(vec4<u32>(0u), vec4<u32>(0u));
-    for (var shape = first; shape < end; shape++) {
-        let to = toward(shape, vec2<f32>(pose.x, pose.y));
-        let squared = squared_length(to);
-        let inverse = reciprocal_root(max(squared, 0x1p-60f));
-        let gap = squared * inverse - shapes[shape].contact;
-        let row = u32(max((gap - worlds[world].nearest) * worlds[world].rows_per_mm, 0.0f));
-        if (row < worlds[world].rows) {
+    var in_reach = 1u;
+    for (var turn = 0u; turn < in_reach; turn++) {
+        var to = vec2<f32>(0.0f, 0.0f);
+        var inverse = 0.0f;
+        var row = 0u;
+        var contact = 0.0f;
+        var object = Lone(vec2<f32>(0.0f, 0.0f), 0.0f, false, 0.0f, 0.0f);
+        in_reach = 0u;
+        for (var shape = first; shape < end; shape++) {
+            let candidate = toward(shape, vec2<f32>(pose.x, pose.y));
+            let squared = squared_length(candidate);
+            let over = reciprocal_root(max(squared, 0x1p-60f));
+            let gap = squared * over - shapes[shape].contact;
+            let at = u32(max((gap - worlds[world].nearest) * worlds[world].rows_per_mm, 0.0f));
+            if (at < worlds[world].rows) {
+                if (in_reach == turn) {
+                    to = candidate;
+                    inverse = over;
+                    row = at;
+                    contact = shapes[shape].contact;
+                    object.round = shapes[shape].round != 0u;
+                    object.radius = shapes[shape].radius;
+                    object.reflectivity = shapes[shape].reflectivity;
+                }
+                in_reach++;
+            }
+        }
+        if (turn < in_reach) {
             let clockwise = pose.z - direction_by(to, inverse);
             let share = clockwise - floor(clockwise);
             let bearing = min(u32(share * worlds[world].bearings_per_turn), worlds[world].bearings - 1u);
-            let normal = cosine_sine(-f32(bearing) * reciprocal(worlds[world].bearings_per_turn));
-            let distance = shapes[shape].contact
-                + (worlds[world].nearest + f32(row) * reciprocal(worlds[world].rows_per_mm));
-            for (var sensor = 0u; sensor < 8u; sensor++) {
-                let place = numbers(world, sensor * SENSOR_CELLS);
-                let left_rays = rays_of(place.zw, 1.0f);
-                let right_rays = rays_of(place.zw, -1.0f);
-                var left = nothing_met();
-                var right = nothing_met();
-                let light = shapes[shape].reflectivity;
-                if (shapes[shape].round != 0u) {
-                    let centre = vec2<f32>(distance * normal.x - place.x, distance * normal.y - place.y);
-                    left = meet_cylinder(left, left_rays, centre, shapes[shape].radius, light);
-                    right = meet_cylinder(right, right_rays, centre, shapes[shape].radius, light);
-                } else {
-                    let beyond = distance - (place.x * normal.x + place.y * normal.y);
-                    left = meet_plane(left, left_rays, normal, beyond, light);
-                    right = meet_plane(right, right_rays, normal, beyond, light);
-                }
-                sums = added(sums, sensor, reading_of(world, sensor, left, right, gain));
-            }
+            object.normal = cosine_sine(-f32(bearing) * reciprocal(worlds[world].bearings_per_turn));
+            object.distance = contact + (worlds[world].nearest + f32(row) * spacing);
+            let reading = lone_reading(world, object, gain);
+            sums = Sums(sums.first + reading.first, sums.last + reading.last);
         }
     }
     return sums;

@@ -1,0 +1,260 @@
+//! The surrogate of a Khepera as a reality: every call is a batch for an evaluator.
+
+use std::cell::RefCell;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use oneiro::arena::{Arena, Field, Obstacle, Wall};
+use oneiro::batch::{Batch, Outcome, Record, Rollout, TraceRequest};
+use oneiro::evaluator::{Control, Error, Evaluator};
+use oneiro::random::{Key, pcg4d};
+use oneiro::surrogate::Surrogate;
+use oneiro::tables::{MotorStates, MotorTable};
+use oneiro::world::{Controller, Robot, Start, World, WorldSpec};
+
+use super::{Driven, Life, Lived, Object, Reality, Shape, Trouble, Turned};
+
+/// An evaluator that simulations and realities of one study share, and what stops it.
+pub(crate) struct Evaluations {
+    evaluator: RefCell<Box<dyn Evaluator>>,
+    /// Counts the steps.
+    pub(crate) control: Control,
+    stop: Arc<AtomicBool>,
+}
+
+impl Evaluations {
+    /// Of an evaluator, until `stop` is set.
+    pub(crate) fn new(evaluator: Box<dyn Evaluator>, stop: Arc<AtomicBool>) -> Self {
+        Self {
+            evaluator: RefCell::new(evaluator),
+            control: Control::new(),
+            stop,
+        }
+    }
+
+    /// Runs a batch.
+    pub(crate) fn run(&self, batch: &Batch) -> Result<Outcome, Trouble> {
+        if self.stop.load(Ordering::Relaxed) {
+            return Err(Trouble::Stopped);
+        }
+        match self.evaluator.borrow_mut().evaluate(batch, &self.control) {
+            Ok(outcome) => Ok(outcome),
+            Err(Error::Cancelled) => Err(Trouble::Stopped),
+            Err(error) => Err(Trouble::Broken(error.to_string())),
+        }
+    }
+
+    /// The evaluator, when all is done.
+    pub(crate) fn close(self) -> Box<dyn Evaluator> {
+        self.evaluator.into_inner()
+    }
+}
+
+/// A surrogate, in an arena of its own and on the sampling table.
+pub(crate) struct SurrogateRobot<'a> {
+    evaluations: &'a Evaluations,
+    surrogate: Arc<Surrogate>,
+    seed: u64,
+    /// The world of its lives.
+    world: World,
+    /// Where objects are sampled: the robot's place in the field of light.
+    place: [f32; 2],
+    /// The next key of what happens while it is sampled.
+    sampled: u64,
+}
+
+impl<'a> SurrogateRobot<'a> {
+    /// The robot and surroundings of `surrogate`; it lives as `spec` says, whose noise and start are not asked for.
+    ///
+    /// # Errors
+    /// [`Trouble::Broken`] with what the world does not allow.
+    pub(crate) fn new(
+        evaluations: &'a Evaluations,
+        seed: u64,
+        surrogate: Surrogate,
+        spec: &WorldSpec,
+    ) -> Result<Self, Trouble> {
+        let surrogate = Arc::new(surrogate);
+        let world = World::new(WorldSpec {
+            surrogate: Some(Arc::clone(&surrogate)),
+            noise: oneiro::world::Noise::NONE,
+            ..spec.clone()
+        })
+        .map_err(|invalid| Trouble::Broken(invalid.to_string()))?;
+        let Field { x, y, width, height } = spec.arena.field;
+        let [across, up, ..] = pcg4d([seed as u32, (seed >> 32) as u32, u32::MAX, 0]);
+        let share = |word: u32| (word >> 8) as f32 / (1 << 24) as f32;
+        Ok(Self {
+            evaluations,
+            surrogate,
+            seed,
+            world,
+            place: [x + width * share(across), y + height * share(up)],
+            sampled: 0,
+        })
+    }
+
+    /// Runs one life from a pose, its wheels held at two speeds.
+    fn held(&mut self, arena: Arena, start: Start, speeds: (i32, i32), cycles: u32) -> Result<Vec<Record>, Trouble> {
+        let genes = holding(speeds).ok_or_else(|| {
+            let (left, right) = speeds;
+            Trouble::Broken(format!("speeds {left} and {right}; allowed: -10 to -1 and 1 to 10"))
+        })?;
+        let world = World::new(WorldSpec {
+            robot: Robot {
+                motors: MotorTable::khepera(MotorStates::Symmetric20),
+                ..self.world.spec().robot.clone()
+            },
+            surrogate: Some(Arc::clone(&self.surrogate)),
+            arena,
+            start,
+            controller: Controller::Perceptron,
+            cycles,
+            ..WorldSpec::miglino1995()
+        })
+        .map_err(|invalid| Trouble::Broken(invalid.to_string()))?;
+        let rollout = Rollout {
+            world: 0,
+            genes: &genes,
+            key: Key::rollout(self.seed, u64::MAX, self.sampled, 0),
+        };
+        self.sampled += 1;
+        let outcome = self.evaluations.run(&one_batch(&[world], &[rollout], true)?)?;
+        Ok(outcome.traces.into_iter().next().unwrap_or_default())
+    }
+}
+
+/// A batch of what is known to be valid but for its size.
+fn one_batch(worlds: &[World], rollouts: &[Rollout<'_>], traced: bool) -> Result<Batch, Trouble> {
+    let trace = traced.then_some(TraceRequest { every: 1 });
+    Batch::new(worlds, rollouts, trace).map_err(|invalid| Trouble::Broken(invalid.to_string()))
+}
+
+/// Genes that hold the wheels at two of the speeds -10 to -1 and 1 to 10, whatever the sensors read.
+fn holding((left, right): (i32, i32)) -> Option<Vec<f32>> {
+    let bias = |speed: i32| {
+        let state = match speed {
+            -10..=-1 => speed + 10,
+            1..=10 => speed + 9,
+            _ => return None,
+        };
+        // Half way between two states, so that no rounding matters: the logistic of the bias is this output.
+        let output = (f64::from(state) + 0.5) / 20.0;
+        Some((output / (1.0 - output)).ln() as f32)
+    };
+    let mut genes = vec![0.0; Controller::Perceptron.genes()];
+    (genes[8], genes[17]) = (bias(left)?, bias(right)?);
+    Some(genes)
+}
+
+/// A record's readings as the integers that the robot gave.
+fn readings(record: &Record) -> [u16; 8] {
+    let r = record;
+    [
+        r.sensor_0, r.sensor_1, r.sensor_2, r.sensor_3, r.sensor_4, r.sensor_5, r.sensor_6, r.sensor_7,
+    ]
+    .map(|activation| (f64::from(activation) * 1023.0 + 0.5) as u16)
+}
+
+/// From one heading to another, turns counter-clockwise, -1/2 to 1/2.
+fn turned(from: f32, to: f32) -> f64 {
+    let turn = f64::from(to) - f64::from(from);
+    turn - (turn + 0.5).floor()
+}
+
+impl Reality for SurrogateRobot<'_> {
+    fn describe(&self) -> String {
+        format!(
+            "surrogate:{}, severity {}",
+            self.seed, self.surrogate.differences.severity
+        )
+    }
+
+    fn turn_before(&mut self, object: &Object, gap: f32) -> Result<Vec<Turned>, Trouble> {
+        // At the slowest turn on the spot, 1.8 degrees a cycle, and one bearing's worth more than once around.
+        const CYCLES: u32 = 230;
+        /// Rounding never brings the robot into the row below.
+        const MARGIN: f32 = 0.01;
+        /// Longer than any robot sees.
+        const HALF_WALL: f32 = 1000.0;
+        let [x, y] = self.place;
+        let rim = x + self.world.spec().robot.body_radius + gap + MARGIN;
+        let mut arena = Arena {
+            name: object.class.clone(),
+            field: self.world.spec().arena.field,
+            walls: Vec::new(),
+            obstacles: Vec::new(),
+        };
+        match object.shape {
+            Shape::Wall => arena.walls.push(Wall {
+                from: [rim, y - HALF_WALL],
+                to: [rim, y + HALF_WALL],
+                class: object.class.clone(),
+            }),
+            Shape::Round { radius } => arena.obstacles.push(Obstacle {
+                x: rim + radius,
+                y,
+                radius,
+                class: object.class.clone(),
+            }),
+        }
+        let start = Start::At { x, y, heading: 0.0 };
+        let trace = self.held(arena, start, (-1, 1), CYCLES)?;
+        // The object lies in the direction 0, so that its bearing, clockwise, is the heading.
+        let moment = |record: &Record| Turned {
+            bearing: f64::from(record.heading),
+            readings: readings(record),
+        };
+        Ok(trace.iter().map(moment).collect())
+    }
+
+    fn drive(&mut self, speeds: (i32, i32)) -> Result<Driven, Trouble> {
+        /// Wheels that follow with any lag allowed have their speeds after so many.
+        const CYCLES: u32 = 22;
+        let arena = Arena {
+            name: "open".into(),
+            walls: Vec::new(),
+            obstacles: Vec::new(),
+            ..Arena::rectangle(1000.0, 1000.0)
+        };
+        let start = Start::At {
+            x: 500.0,
+            y: 500.0,
+            heading: 0.0,
+        };
+        let trace = self.held(arena, start, speeds, CYCLES)?;
+        let [.., before, after] = trace.as_slice() else {
+            return Err(Trouble::Broken("a life without a trace".into()));
+        };
+        let [along_x, along_y] = direction(f64::from(before.heading));
+        let (x, y) = (f64::from(after.x - before.x), f64::from(after.y - before.y));
+        Ok(Driven {
+            displacement: x * along_x + y * along_y,
+            turn: turned(before.heading, after.heading),
+        })
+    }
+
+    fn live(&mut self, lives: &[Life<'_>], traced: bool) -> Result<Vec<Lived>, Trouble> {
+        let rollouts: Vec<Rollout<'_>> = lives
+            .iter()
+            .map(|life| Rollout {
+                world: 0,
+                genes: life.genes,
+                key: life.key,
+            })
+            .collect();
+        let batch = one_batch(std::slice::from_ref(&self.world), &rollouts, traced)?;
+        let outcome = self.evaluations.run(&batch)?;
+        let mut traces = outcome.traces.into_iter();
+        let lived = |fitness| Lived {
+            fitness,
+            trace: traces.next().unwrap_or_default(),
+        };
+        Ok(outcome.fitness.into_iter().map(lived).collect())
+    }
+}
+
+/// Cosine and sine of turns, exactly rounded operations only: the tables must be the same everywhere.
+fn direction(turns: f64) -> [f64; 2] {
+    [oneiro::exact::cosine(360.0 * turns), oneiro::exact::cosine(360.0 * turns - 90.0)]
+}
