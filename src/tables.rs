@@ -90,6 +90,11 @@ impl SensorTable {
         sam::save(path, &sam::print_sensors(self, Format::of(path)?))
     }
 
+    /// As the text of a `.sam` file.
+    pub fn text(&self) -> String {
+        sam::print_sensors(self, Format::Sam)
+    }
+
     /// From the rim, the gap beyond which an object is not sensed, mm.
     pub fn reach(&self) -> f32 {
         self.nearest + self.rows as f32 * self.spacing
@@ -238,6 +243,12 @@ impl MotorSamples {
     pub fn read(path: impl AsRef<Path>) -> Result<Self, Error> {
         let path = path.as_ref();
         sam::parse_motors(&sam::load(path)?, path)
+    }
+
+    /// As the text of a `.sam` file, whose speeds [`MotorSamples::read`] knows if they are every integer from -n to n,
+    /// with or without 0.
+    pub fn text(&self) -> String {
+        sam::print_motors(self)
     }
 
     /// Writes a new `.sam` file.

@@ -60,6 +60,10 @@ pub(crate) enum Command {
     Bench(Bench),
     /// Show, convert and export sampled sensor and motor tables
     Tables(Tables),
+    /// Sample a robot's sensors and motors into tables
+    Sample(Sample),
+    /// Do a paper's whole study and judge its claims
+    Reproduce(Reproduce),
     /// Print a completion script for a shell
     Completions(Completions),
 }
@@ -275,6 +279,70 @@ pub(crate) enum TablesCommand {
         #[arg(value_hint = ValueHint::FilePath)]
         to: PathBuf,
     },
+}
+
+/// `oneiro sample`
+#[derive(Args, Debug)]
+pub(crate) struct Sample {
+    /// Which robot: surrogate:SEED
+    #[arg(long, value_name = "ROBOT", default_value = "surrogate:1")]
+    pub(crate) robot: String,
+    /// How different a surrogate is from the simulator made from its samples, 0 to 2
+    #[arg(long, value_name = "LAMBDA", default_value_t = crate::reproduce::miglino1995::settings::SEVERITY)]
+    pub(crate) severity: f32,
+    /// What it is placed before: wall, round
+    #[arg(long, value_name = "OBJECT,..", value_delimiter = ',', default_value = "wall,round")]
+    pub(crate) objects: Vec<String>,
+    /// Where evaluations run.
+    #[command(flatten)]
+    pub(crate) backend: Backend,
+    /// Write tables and pictures there; a sampling that was stopped goes on there
+    #[arg(long, value_name = "DIR", value_hint = ValueHint::DirPath)]
+    pub(crate) out: PathBuf,
+}
+
+/// `oneiro reproduce`
+#[derive(Args, Debug)]
+pub(crate) struct Reproduce {
+    /// Which paper.
+    #[command(subcommand)]
+    pub(crate) study: Paper,
+}
+
+/// The papers.
+#[derive(Debug, Subcommand)]
+pub(crate) enum Paper {
+    /// Miglino, Lund and Nolfi, "Evolving mobile robots in simulated and real environments", 1995
+    Miglino1995(Miglino1995),
+}
+
+/// `oneiro reproduce miglino1995`
+#[derive(Args, Debug)]
+pub(crate) struct Miglino1995 {
+    /// Runs of each condition; the paper has 5
+    #[arg(long, value_name = "N", default_value_t = 5, value_parser = clap::value_parser!(u32).range(1..=1000))]
+    pub(crate) runs: u32,
+    /// Everything random but the robot comes from it
+    #[arg(long, value_name = "N", default_value_t = 1)]
+    pub(crate) seed: u64,
+    /// The robot that is sampled and lives: surrogate:SEED
+    #[arg(long, value_name = "ROBOT", default_value = "surrogate:1")]
+    pub(crate) robot: String,
+    /// How different reality is from its simulator, 0 to 2
+    #[arg(long, value_name = "LAMBDA", default_value_t = crate::reproduce::miglino1995::settings::SEVERITY)]
+    pub(crate) severity: f32,
+    /// Make the simulator from these recordings of a robot, wall and round and perhaps motors, in place of samples
+    #[arg(long, value_name = "FILE,..", value_delimiter = ',', value_hint = ValueHint::FilePath)]
+    pub(crate) tables: Vec<PathBuf>,
+    /// In place of the study: the gap without noise by severity, on five other robots
+    #[arg(long, conflicts_with_all = ["runs", "robot", "severity", "tables", "out"])]
+    pub(crate) calibrate: bool,
+    /// Where evaluations run.
+    #[command(flatten)]
+    pub(crate) backend: Backend,
+    /// The study's directory; a study that was stopped goes on there [default: runs/miglino1995-SEED-HASH]
+    #[arg(long, value_name = "DIR", value_hint = ValueHint::DirPath)]
+    pub(crate) out: Option<PathBuf>,
 }
 
 /// `oneiro completions`

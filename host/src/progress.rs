@@ -27,6 +27,15 @@ pub(crate) fn bar(steps: u64, label: &str, console: Console) -> ProgressBar {
     }
 }
 
+/// A bar of anything else that is counted; hidden as the other is.
+pub(crate) fn rows(count: u64, label: &str, console: Console) -> ProgressBar {
+    let bar = bar(count, label, console);
+    match ProgressStyle::with_template("{prefix} {bar:32} {pos}/{len}  {eta} left") {
+        Ok(style) => bar.with_style(style),
+        Err(_) => bar,
+    }
+}
+
 /// Robot-steps per second in millions.
 fn rate(state: &indicatif::ProgressState, text: &mut dyn std::fmt::Write) {
     // Writing to the bar's own text can't fail.

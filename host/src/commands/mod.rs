@@ -14,8 +14,10 @@ mod list;
 mod new;
 mod replay;
 mod report;
+mod reproduce;
 mod resume;
 mod run;
+pub(crate) mod sample;
 mod selftest;
 mod tables;
 mod verify;
@@ -36,6 +38,8 @@ pub(crate) fn run(command: Command, console: Console) -> Result {
         Command::Selftest(arguments) => selftest::run(&arguments, console),
         Command::Bench(arguments) => bench::run(&arguments, console),
         Command::Tables(arguments) => tables::run(&arguments, console),
+        Command::Sample(arguments) => sample::run(&arguments, console),
+        Command::Reproduce(arguments) => reproduce::run(&arguments, console),
         Command::Completions(arguments) => completions::run(&arguments, console),
     }
 }

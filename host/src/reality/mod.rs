@@ -5,6 +5,7 @@ pub(crate) mod surrogate;
 
 use oneiro::batch::Record;
 use oneiro::random::Key;
+use serde::{Deserialize, Serialize};
 
 use crate::exit::{Failure, Result};
 
@@ -29,6 +30,24 @@ pub(crate) enum Shape {
     },
 }
 
+impl Object {
+    /// The classes that can be asked for by name.
+    pub(crate) const NAMES: [&str; 2] = ["wall", "round"];
+
+    /// A wall, or a cylinder of the paper's 55 mm diameter.
+    pub(crate) fn named(name: &str) -> Option<Self> {
+        let shape = match name {
+            "wall" => Shape::Wall,
+            "round" => Shape::Round { radius: 27.5 },
+            _ => return None,
+        };
+        Some(Self {
+            class: name.into(),
+            shape,
+        })
+    }
+}
+
 /// What the sensors read at one moment of a turn on the spot.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Turned {
@@ -39,7 +58,7 @@ pub(crate) struct Turned {
 }
 
 /// What a pair of commands does in one cycle of 100 ms, once the wheels have reached their speeds.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Driven {
     /// Along the heading, mm.
     pub(crate) displacement: f64,

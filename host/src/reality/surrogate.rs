@@ -256,5 +256,8 @@ impl Reality for SurrogateRobot<'_> {
 
 /// Cosine and sine of turns, exactly rounded operations only: the tables must be the same everywhere.
 fn direction(turns: f64) -> [f64; 2] {
-    [oneiro::exact::cosine(360.0 * turns), oneiro::exact::cosine(360.0 * turns - 90.0)]
+    [
+        oneiro::exact::cosine(360.0 * turns),
+        oneiro::exact::cosine(360.0 * turns - 90.0),
+    ]
 }

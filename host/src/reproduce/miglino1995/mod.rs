@@ -3,3 +3,228 @@
 
 pub(crate) mod claims;
 pub(crate) mod results;
+pub(crate) mod settings;
+pub(crate) mod study;
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use oneiro::tables::{MotorSamples, MotorStates, MotorTable, SensorTables};
+use oneiro::world::Robot;
+
+use crate::cli::Miglino1995;
+use crate::commands::sample;
+use crate::console::{Console, columns};
+use crate::exit::{Failure, Result};
+use crate::reality::Object;
+use crate::reality::surrogate::{Evaluations, SurrogateRobot};
+use crate::record::write_whole;
+use crate::watcher::stop_signal;
+use crate::{device, progress};
+use results::{Results, Run};
+use settings::{REAL, SIMULATED, Settings};
+use study::Study;
+
+/// Runs of a condition that advance together and are kept together.
+const COHORT: u32 = 5;
+/// What a study's directory says of it.
+const SETTINGS: &str = "study.json";
+
+/// Does the whole study, or goes on with it.
+pub(crate) fn run(arguments: &Miglino1995, console: Console) -> Result {
+    let evaluations = Evaluations::new(device::open(&arguments.backend)?, stop_signal()?);
+    if arguments.calibrate {
+        calibrate(arguments.seed, &evaluations, console)?;
+    } else {
+        whole(arguments, &evaluations, console)?;
+    }
+    device::tell_warnings(evaluations.close().as_ref(), console);
+    Ok(())
+}
+
+fn whole(arguments: &Miglino1995, evaluations: &Evaluations, console: Console) -> Result {
+    let recordings = recordings(&arguments.tables, console)?;
+    let settings = Settings {
+        seed: arguments.seed,
+        runs: arguments.runs,
+        robot: sample::surrogate_seed(&arguments.robot)?,
+        severity: arguments.severity,
+        tables: recordings.as_ref().map(|robot| hashes(robot)).unwrap_or_default(),
+    };
+    let directory = arguments.out.clone().unwrap_or_else(|| default_directory(&settings));
+    open(&directory, &settings)?;
+    let samples = directory.join("robot");
+    let robot = match recordings {
+        Some(robot) => robot,
+        None => sampled(&settings, evaluations, &samples, console)?,
+    };
+    let study = Study::new(&settings, robot, evaluations)?;
+    let results = Results {
+        simulated_generations: SIMULATED,
+        real_generations: REAL,
+        population: Settings::evolution().population,
+        parents: Settings::evolution().parents,
+        cycles: Settings::world().cycles,
+        assumptions: settings.assumptions(),
+        differences: study.differences()?,
+        to_and_fro: study.to_and_fro()?,
+        runs: cohorts(&settings, &study, evaluations, &directory, console)?,
+    };
+    let text = serde_json::to_vec_pretty(&results).map_err(Failure::failed)?;
+    write_whole(&directory.join("results.json"), &text)?;
+    console.say(format!("wrote {}", directory.display()));
+    Ok(())
+}
+
+fn default_directory(settings: &Settings) -> PathBuf {
+    let text = format!("{settings:?}");
+    let hash = blake3::hash(text.as_bytes()).to_hex();
+    PathBuf::from(format!("runs/miglino1995-{}-{}", settings.seed, &hash[..8]))
+}
+
+/// Makes the study's directory, or recognises it.
+fn open(directory: &Path, settings: &Settings) -> Result {
+    let path = directory.join(SETTINGS);
+    fs::create_dir_all(directory).map_err(|error| Failure::storage(directory, &error))?;
+    let text = serde_json::to_string_pretty(settings).map_err(Failure::failed)?;
+    match fs::read_to_string(&path) {
+        Ok(known) if known == text => Ok(()),
+        Ok(_) => Err(Failure::input(format_args!(
+            "{}: is another study's; allowed: the arguments that it was begun with, or another --out",
+            path.display()
+        ))),
+        Err(_) if fs::read_dir(directory).is_ok_and(|mut entries| entries.next().is_some()) => {
+            Err(Failure::input(format_args!(
+                "{}: is not empty and holds no study; allowed: a new directory, or one of a study",
+                directory.display()
+            )))
+        }
+        Err(_) => write_whole(&path, text.as_bytes()),
+    }
+}
+
+/// The robot of recordings, if there are any.
+fn recordings(paths: &[PathBuf], console: Console) -> Result<Option<Robot>> {
+    if paths.is_empty() {
+        return Ok(None);
+    }
+    let is_motor = |path: &&PathBuf| path.file_stem().is_some_and(|name| name == "motor");
+    let (motors, sensors): (Vec<_>, Vec<_>) = paths.iter().partition(is_motor);
+    let import = SensorTables::read(&sensors).map_err(Failure::input)?;
+    for warning in import.warnings {
+        console.say(format!("warning: {warning}"));
+    }
+    let motors = match motors.first() {
+        Some(path) => Arc::new(MotorTable::read(path, MotorStates::Symmetric20).map_err(Failure::input)?),
+        None => MotorTable::khepera(MotorStates::Symmetric20),
+    };
+    Ok(Some(Robot {
+        sensors: Arc::new(import.table),
+        motors,
+        ..Robot::khepera()
+    }))
+}
+
+/// Hashes of what a robot was recorded to do.
+fn hashes(robot: &Robot) -> Vec<String> {
+    let hash = |text: String| blake3::hash(text.as_bytes()).to_hex()[..16].to_owned();
+    let sensors = robot.sensors.classes.iter().map(|table| hash(table.text()));
+    sensors.chain([hash(format!("{:?}", robot.motors.cells))]).collect()
+}
+
+/// The robot of the surrogate's samples.
+fn sampled(settings: &Settings, evaluations: &Evaluations, directory: &Path, console: Console) -> Result<Robot> {
+    let objects: Vec<Object> = Object::NAMES.into_iter().filter_map(Object::named).collect();
+    let mut robot = SurrogateRobot::new(evaluations, settings.robot, settings.surrogate(), &Settings::world())
+        .map_err(Failure::input)?;
+    let samples = sample::take(&mut robot, &objects, directory, console)?;
+    Ok(simulated_robot(samples.sensors, &samples.motors))
+}
+
+/// The robot of a simulator that is made from samples.
+fn simulated_robot(sensors: SensorTables, motors: &MotorSamples) -> Robot {
+    let motors = MotorTable::new(motors, MotorStates::Symmetric20);
+    Robot {
+        sensors: Arc::new(sensors),
+        motors: Arc::new(motors.expect("all 20 speeds were sampled")),
+        ..Robot::khepera()
+    }
+}
+
+/// All runs, some at a time; those that were kept are not run again.
+fn cohorts(
+    settings: &Settings,
+    study: &Study<'_>,
+    evaluations: &Evaluations,
+    directory: &Path,
+    console: Console,
+) -> Result<Vec<Run>> {
+    let kept = directory.join("cohorts");
+    fs::create_dir_all(&kept).map_err(|error| Failure::storage(&kept, &error))?;
+    let mut runs = Vec::new();
+    let life = u64::from(Settings::world().cycles) * u64::from(Settings::evolution().population);
+    // A generation a generation, and generation 200 some times more.
+    let steps = 3 * u64::from(settings.runs) * u64::from(SIMULATED + REAL + 5) * life + evaluations.control.steps();
+    progress::watched(steps, "evolving", console, &evaluations.control, || -> Result {
+        for first in (0..settings.runs).step_by(COHORT as usize) {
+            let path = kept.join(format!("{first:04}.json"));
+            let cohort: Vec<Run> = match fs::read(&path) {
+                Ok(bytes) => serde_json::from_slice(&bytes)
+                    .map_err(|error| Failure::corrupt(format_args!("{}: {error}", path.display())))?,
+                Err(_) => {
+                    let cohort = study.cohort(first..(first + COHORT).min(settings.runs))?;
+                    write_whole(&path, &serde_json::to_vec(&cohort).map_err(Failure::failed)?)?;
+                    cohort
+                }
+            };
+            runs.extend(cohort);
+        }
+        Ok(())
+    })?;
+    Ok(runs)
+}
+
+/// The gap between simulation and reality without noise, by severity: what the severity is chosen by.
+fn calibrate(seed: u64, evaluations: &Evaluations, console: Console) -> Result {
+    /// Of `docs/preregistration-1995.md`.
+    const ROBOTS: std::ops::RangeInclusive<u64> = 1001..=1005;
+    const RUNS: u32 = 5;
+    let mut rows = Vec::new();
+    for quarter in 0..=8_u8 {
+        let severity = f32::from(quarter) / 4.0;
+        let mut gaps = Vec::new();
+        for robot in ROBOTS {
+            let settings = Settings {
+                seed,
+                runs: RUNS,
+                robot,
+                severity,
+                tables: Vec::new(),
+            };
+            let objects: Vec<Object> = Object::NAMES.into_iter().filter_map(Object::named).collect();
+            let mut own = SurrogateRobot::new(evaluations, robot, settings.surrogate(), &Settings::world())
+                .map_err(Failure::input)?;
+            let samples = crate::reality::sampling::sample_unkept(&mut own, &objects)?;
+            let study = Study::new(
+                &settings,
+                simulated_robot(samples.sensors, &samples.motors),
+                evaluations,
+            )?;
+            gaps.push(study.gap_without_noise(RUNS)?);
+        }
+        let mean = gaps.iter().sum::<f64>() / gaps.len() as f64;
+        let row: Vec<String> = [f64::from(severity), mean]
+            .iter()
+            .chain(&gaps)
+            .map(|value| format!("{value:.3}"))
+            .collect();
+        console.say(format!("severity {severity}: d {mean:.3}"));
+        rows.push(row);
+    }
+    let head = ["severity", "mean d", "1001", "1002", "1003", "1004", "1005"];
+    console.data(columns(&head, &rows))
+}
+
+#[cfg(test)]
+mod tests;

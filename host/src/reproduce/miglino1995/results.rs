@@ -46,7 +46,10 @@ pub(crate) struct Results {
     pub(crate) assumptions: Vec<Assumption>,
     /// How much the reality's differences from its simulator change readings and motion, one by one.
     pub(crate) differences: Vec<DifferenceEffect>,
-    /// Condition by condition, run by run.
+    /// Fitness of a controller made by hand that goes to and fro without turning, in 100 lives in the simulator
+    /// without noise.
+    pub(crate) to_and_fro: Vec<f32>,
+    /// Run by run, and in each the conditions in their order.
     pub(crate) runs: Vec<Run>,
 }
 
@@ -153,8 +156,8 @@ pub(crate) struct Life {
     pub(crate) speed: f64,
     /// Length of the path, mm.
     pub(crate) length: f64,
-    /// Share of the last 100 cycles within 100 mm of a corner, with less than 50 mm gone in them in all; 0 or 1.
-    pub(crate) stuck_in_corner: f64,
+    /// Whether it spends its last 100 cycles within 100 mm of a corner and goes less than 50 mm in them.
+    pub(crate) stuck_in_corner: bool,
 }
 
 /// Sums of the distances between two paths at cycles 5, 10, .. 5 k (equation 2), mm; entry i is of k = i + 1.

@@ -1,0 +1,13 @@
+//! `oneiro reproduce`: a paper's whole study.
+
+use crate::cli::{Paper, Reproduce};
+use crate::console::Console;
+use crate::exit::Result;
+use crate::reproduce::miglino1995;
+
+/// Does the study that was asked for.
+pub(crate) fn run(arguments: &Reproduce, console: Console) -> Result {
+    match &arguments.study {
+        Paper::Miglino1995(arguments) => miglino1995::run(arguments, console),
+    }
+}

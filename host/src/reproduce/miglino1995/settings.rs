@@ -1,0 +1,188 @@
+//! What the study does: every choice that the paper leaves open, by name, with its value and its source.
+
+use std::sync::Arc;
+
+use oneiro::surrogate::{Differences, Individual, Surrogate, Surroundings};
+use oneiro::world::{Noise, WorldSpec};
+use serde::{Deserialize, Serialize};
+
+use super::results::{Assumption, Condition};
+use crate::experiment::settings::Evolution;
+
+/// Generations that are selected by simulated fitness.
+pub(crate) const SIMULATED: u32 = 200;
+/// Generations that live in reality.
+pub(crate) const REAL: u32 = 20;
+/// Chosen by the calibration that `docs/preregistration-1995.md` describes; 1 until it was run.
+pub(crate) const SEVERITY: f32 = 1.0;
+
+/// A whole study. Two studies with equal settings give equal reports.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct Settings {
+    /// Everything random but the robot comes from it.
+    pub(crate) seed: u64,
+    /// Runs of each condition.
+    pub(crate) runs: u32,
+    /// The seed of the surrogate robot and its surroundings.
+    pub(crate) robot: u64,
+    /// How different reality is from its simulator, 0 to 2.
+    pub(crate) severity: f32,
+    /// Hashes of the files with the simulator's tables, where it is not made from samples of the surrogate.
+    pub(crate) tables: Vec<String>,
+}
+
+impl Settings {
+    /// The paper's noise of a condition.
+    pub(crate) fn noise(condition: Condition) -> Noise {
+        match condition {
+            Condition::None => Noise::NONE,
+            Condition::Sensor => Noise::SENSOR,
+            Condition::Conservative => Noise::CONSERVATIVE,
+        }
+    }
+
+    /// The genetic algorithm, through all generations.
+    pub(crate) fn evolution() -> Evolution {
+        Evolution {
+            generations: SIMULATED + REAL,
+            ..Evolution::default()
+        }
+    }
+
+    /// The robot that is sampled and lives.
+    pub(crate) fn surrogate(&self) -> Surrogate {
+        Surrogate::drawn(self.robot, Differences::all(self.severity))
+    }
+
+    /// Another robot of the same kind in the same surroundings.
+    pub(crate) fn other_robot(&self) -> Surrogate {
+        Surrogate {
+            individual: Individual::drawn(self.robot + 1),
+            surroundings: Surroundings::drawn(self.robot),
+            differences: Differences::all(self.severity),
+        }
+    }
+
+    /// The hash of the sampled robot's parameters, of its surroundings and of how reality differs.
+    pub(crate) fn parameters_hash(&self) -> String {
+        let text = format!("{:?}", self.surrogate());
+        blake3::hash(text.as_bytes()).to_hex()[..16].to_owned()
+    }
+
+    /// The seed of a run.
+    pub(crate) fn run_seed(&self, condition: Condition, number: u32) -> u64 {
+        let index = self.seed.wrapping_mul(1 << 20).wrapping_add(u64::from(number));
+        index.wrapping_mul(4).wrapping_add(condition as u64)
+    }
+
+    /// The paper's world: its arena and task, whatever robot and noise.
+    pub(crate) fn world() -> WorldSpec {
+        WorldSpec::miglino1995()
+    }
+
+    /// All that is assumed, for the report.
+    pub(crate) fn assumptions(&self) -> Vec<Assumption> {
+        let evolution = Self::evolution();
+        let row = |name: &str, value: String, source: &str| Assumption {
+            name: name.into(),
+            value,
+            source: source.into(),
+        };
+        vec![
+            row("runs", format!("{} a condition", self.runs), "paper: 5"),
+            row(
+                "generations",
+                format!("{SIMULATED} selected in simulation, then {REAL} in reality, from number {SIMULATED}"),
+                "paper; generation 200 lives in both, unmutated in between: ours",
+            ),
+            row("population", evolution.population.to_string(), "paper"),
+            row(
+                "parents",
+                format!("{}, equally many copies each", evolution.parents),
+                "paper",
+            ),
+            row(
+                "mutation",
+                format!(
+                    "each gene with probability {}, + U(-{1}, {1})",
+                    evolution.mutation.rate, evolution.mutation.amount
+                ),
+                "paper: \"25 %\", not of what, nor how large: ours",
+            ),
+            row("first genes", "U(-1, 1)".into(), "ours"),
+            row(
+                "fitness.V",
+                "mean of the wheels' absolute speeds".into(),
+                "from the paper's remark on Figure 11 d",
+            ),
+            row(
+                "fitness.DV",
+                "root of the difference of signed speeds".into(),
+                "Floreano and Mondada; the paper prints the square",
+            ),
+            row(
+                "fitness.I",
+                "the greatest activation without added noise".into(),
+                "ours",
+            ),
+            row(
+                "collision",
+                "undoes the cycle's motion and earns nothing".into(),
+                "Evorobot",
+            ),
+            row(
+                "motor states",
+                "-10 to -1 and 1 to 10, symmetric".into(),
+                "ours; the paper has 20 x 20 states",
+            ),
+            row(
+                "arena",
+                "600 x 350 mm, obstacles of radius 27.5 mm at (180, 175), (300, 175), (420, 175) mm".into(),
+                "paper; the obstacles' places are ours",
+            ),
+            row(
+                "start",
+                "uniform free pose, a fresh one for each life".into(),
+                "paper: random position; heading and reality: ours",
+            ),
+            row(
+                "noise.sensor",
+                "U(0, 0.4) added to each activation, clipped".into(),
+                "paper, read literally",
+            ),
+            row("noise.walk_range", "30 mm".into(), "paper"),
+            row(
+                "noise.walk_step",
+                "U(-1.5, 1.5) mm each cycle, reflected".into(),
+                "ours",
+            ),
+            row(
+                "network",
+                "8 inputs, 2 logistic outputs, 16 weights and 2 biases".into(),
+                "paper; logistic: Evorobot",
+            ),
+            row(
+                "samples",
+                "180 bearings x 20 distances from 5 mm in steps of 2 mm, one reading a point, look-up by truncation"
+                    .into(),
+                "paper; distances and truncation: Evorobot",
+            ),
+            row(
+                "reality",
+                format!("surrogate robot {}, parameters {}", self.robot, self.parameters_hash()),
+                "docs/preregistration-1995.md",
+            ),
+            row(
+                "reality.severity",
+                self.severity.to_string(),
+                "calibrated as docs/preregistration-1995.md says",
+            ),
+        ]
+    }
+
+    /// The surrogate, shared.
+    pub(crate) fn shared_surrogate(&self) -> Arc<Surrogate> {
+        Arc::new(self.surrogate())
+    }
+}

@@ -1,0 +1,651 @@
+//! The study itself: evolves in simulation, moves to reality, evolves on, and lets champions live again. It is a
+//! function of its settings and tables alone; runs advance together, so that their generations share each batch.
+
+use std::ops::Range;
+use std::sync::Arc;
+
+use oneiro::arena::Field;
+use oneiro::batch::{Batch, Record, Rollout, TraceRequest};
+use oneiro::random::{Key, pcg4d};
+use oneiro::surrogate::{Difference, Differences, Surrogate};
+use oneiro::world::{Robot, Start, World, WorldSpec};
+
+use super::results::{Champion, Condition, DifferenceEffect, Discrepancy, Level, Life, Run, Transferred};
+use super::settings::{REAL, SIMULATED, Settings};
+use crate::evolve::Evolution;
+use crate::exit::{Failure, Result};
+use crate::reality::surrogate::{Evaluations, SurrogateRobot};
+use crate::reality::{self, Reality, patiently};
+
+/// Starts that champions' paths are compared from, besides the paper's one.
+const STARTS: usize = 100;
+/// Starts whose traces are held at once.
+const STARTS_AT_ONCE: usize = 10;
+/// Cycles from one term of D to the next (equation 2).
+const TERM: usize = 5;
+/// The start that all champions share: x and y in mm, heading in turns. The paper does not give its own.
+const SHARED_START: [f32; 3] = [100.0, 90.0, 0.125];
+
+/// A life's place in the numbering of an individual's lives: each has random numbers of its own.
+#[derive(Clone, Copy)]
+enum Trial {
+    Simulated = 0,
+    SimulatedAgain = 1,
+    Quiet = 2,
+    Real = 3,
+    RealAgain = 4,
+    OtherRobot = 5,
+}
+
+/// A study under way.
+pub(crate) struct Study<'a> {
+    settings: &'a Settings,
+    evaluations: &'a Evaluations,
+    /// The simulator without noise.
+    simulator: WorldSpec,
+    /// A simulator for each condition.
+    simulators: [World; 3],
+}
+
+/// A run while it evolves.
+struct Evolving {
+    condition: Condition,
+    number: u32,
+    seed: u64,
+    evolution: Evolution,
+    simulated: Vec<Level>,
+    real: Vec<Level>,
+}
+
+impl<'a> Study<'a> {
+    /// Of the simulator that is made from a robot's samples.
+    ///
+    /// # Errors
+    /// Exit 3 with what the world does not allow.
+    pub(crate) fn new(settings: &'a Settings, robot: Robot, evaluations: &'a Evaluations) -> Result<Self> {
+        let simulator = WorldSpec {
+            robot,
+            ..Settings::world()
+        };
+        let with_noise = |condition| {
+            World::new(WorldSpec {
+                noise: Settings::noise(condition),
+                ..simulator.clone()
+            })
+        };
+        let [none, sensor, conservative] = Condition::ALL;
+        let simulators = [with_noise(none)?, with_noise(sensor)?, with_noise(conservative)?];
+        Ok(Self {
+            settings,
+            evaluations,
+            simulator,
+            simulators,
+        })
+    }
+
+    /// Some runs of each condition, from first genes to the last real generation.
+    pub(crate) fn cohort(&self, numbers: Range<u32>) -> Result<Vec<Run>> {
+        let mut runs: Vec<Evolving> = numbers
+            .flat_map(|number| Condition::ALL.map(|condition| (number, condition)))
+            .map(|(number, condition)| self.begin(condition, number))
+            .collect();
+        self.evolve(&mut runs)?;
+        let transferred = self.transfer(&mut runs)?;
+        let champions = self.champions(&runs, &transferred)?;
+        let last = self.evolve_on(&mut runs, &transferred)?;
+        let rest = transferred.into_iter().zip(champions).zip(last);
+        Ok(runs
+            .into_iter()
+            .zip(rest)
+            .map(|(run, ((transferred, champion), last))| Run {
+                condition: run.condition,
+                number: run.number,
+                seed: run.seed,
+                simulated: run.simulated,
+                real: run.real,
+                transferred,
+                last,
+                champion,
+            })
+            .collect())
+    }
+
+    /// d of generation 200 without noise, simulated minus real: what the severity is calibrated by.
+    pub(crate) fn gap_without_noise(&self, runs: u32) -> Result<f64> {
+        let mut runs: Vec<Evolving> = (0..runs).map(|number| self.begin(Condition::None, number)).collect();
+        self.evolve(&mut runs)?;
+        let simulated = self.simulate(&runs, Trial::Simulated)?.concat();
+        let mut robot = self.robot(self.settings.surrogate())?;
+        let real = Self::live(&mut robot, &runs, Trial::Real)?.concat();
+        Ok(difference(&simulated, &real))
+    }
+
+    /// Generations 0 to 199, selected by their simulated lives.
+    fn evolve(&self, runs: &mut [Evolving]) -> Result {
+        for _ in 0..SIMULATED {
+            let fitness = self.simulate(runs, Trial::Simulated)?;
+            for (run, fitness) in runs.iter_mut().zip(fitness) {
+                run.simulated.push(level(&fitness));
+                run.evolution.tell(fitness);
+            }
+        }
+        Ok(())
+    }
+
+    fn begin(&self, condition: Condition, number: u32) -> Evolving {
+        let seed = self.settings.run_seed(condition, number);
+        Evolving {
+            condition,
+            number,
+            seed,
+            evolution: Evolution::new(&Settings::evolution(), seed, self.simulator.controller.genes(), None),
+            simulated: Vec::new(),
+            real: Vec::new(),
+        }
+    }
+
+    /// One life of each individual of each run, in its own simulator.
+    fn simulate(&self, runs: &[Evolving], trial: Trial) -> Result<Vec<Vec<f32>>> {
+        let world = |run: &Evolving| match trial {
+            Trial::Quiet => 0,
+            _ => run.condition as usize,
+        };
+        let rollouts: Vec<Rollout<'_>> = runs
+            .iter()
+            .flat_map(|run| {
+                lives(run, trial).map(move |life| Rollout {
+                    world: world(run),
+                    genes: life.genes,
+                    key: life.key,
+                })
+            })
+            .collect();
+        let outcome = self.evaluations.run(&Batch::new(&self.simulators, &rollouts, None)?)?;
+        Ok(by_run(runs, outcome.fitness))
+    }
+
+    /// One real life of each individual of each run.
+    fn live(reality: &mut dyn Reality, runs: &[Evolving], trial: Trial) -> Result<Vec<Vec<f32>>> {
+        let lives: Vec<reality::Life<'_>> = runs.iter().flat_map(|run| lives(run, trial)).collect();
+        let lived = patiently(|| reality.live(&lives, false))?;
+        Ok(by_run(runs, lived.into_iter().map(|life| life.fitness).collect()))
+    }
+
+    fn robot(&self, surrogate: Surrogate) -> Result<SurrogateRobot<'a>> {
+        Ok(SurrogateRobot::new(
+            self.evaluations,
+            self.settings.robot,
+            surrogate,
+            &self.simulator,
+        )?)
+    }
+
+    /// Generation 200 in every environment.
+    fn transfer(&self, runs: &mut [Evolving]) -> Result<Vec<Transferred>> {
+        let simulated = self.simulate(runs, Trial::Simulated)?;
+        let simulated_again = self.simulate(runs, Trial::SimulatedAgain)?;
+        let quiet = self.simulate(runs, Trial::Quiet)?;
+        let mut own = self.robot(self.settings.surrogate())?;
+        let real = Self::live(&mut own, runs, Trial::Real)?;
+        let real_again = Self::live(&mut own, runs, Trial::RealAgain)?;
+        let mut other = self.robot(self.settings.other_robot())?;
+        let other_robot = Self::live(&mut other, runs, Trial::OtherRobot)?;
+        for (run, fitness) in runs.iter_mut().zip(&simulated) {
+            run.simulated.push(level(fitness));
+        }
+        let columns = simulated
+            .into_iter()
+            .zip(simulated_again)
+            .zip(quiet)
+            .zip(real)
+            .zip(real_again)
+            .zip(other_robot);
+        Ok(columns
+            .map(
+                |(((((simulated, simulated_again), quiet), real), real_again), other_robot)| Transferred {
+                    simulated,
+                    simulated_again,
+                    quiet,
+                    real,
+                    real_again,
+                    other_robot,
+                },
+            )
+            .collect())
+    }
+
+    /// Generations 200 to 219, selected by their real lives. The fitness of the last.
+    fn evolve_on(&self, runs: &mut [Evolving], transferred: &[Transferred]) -> Result<Vec<Vec<f32>>> {
+        let mut robot = self.robot(self.settings.surrogate())?;
+        let mut fitness: Vec<Vec<f32>> = transferred.iter().map(|own| own.real.clone()).collect();
+        for generation in 0..REAL {
+            if generation > 0 {
+                fitness = Self::live(&mut robot, runs, Trial::Real)?;
+            }
+            for (run, fitness) in runs.iter_mut().zip(&fitness) {
+                run.real.push(level(fitness));
+                run.evolution.tell(fitness.clone());
+            }
+        }
+        Ok(fitness)
+    }
+
+    /// The best of each run's generation 200, and how it lives here and there.
+    fn champions(&self, runs: &[Evolving], transferred: &[Transferred]) -> Result<Vec<Champion>> {
+        let best: Vec<usize> = transferred.iter().map(|own| best(&own.simulated)).collect();
+        let genomes: Vec<&[f32]> = runs
+            .iter()
+            .zip(&best)
+            .map(|(run, &individual)| run.evolution.ask().genome(individual))
+            .collect();
+        let shared = self.pairs(runs, &genomes, &[SHARED_START], 0)?;
+        let mut sums: Vec<Sums> = runs.iter().map(|_| Sums::default()).collect();
+        let starts = self.starts()?;
+        for (index, some) in starts.chunks(STARTS_AT_ONCE).enumerate() {
+            let pairs = self.pairs(runs, &genomes, some, 1 + index * STARTS_AT_ONCE)?;
+            for pairs in pairs.chunks(runs.len()) {
+                for (index, (sums, pair)) in sums.iter_mut().zip(pairs).enumerate() {
+                    sums.add(pair, &pairs[unrelated(runs, index)]);
+                }
+            }
+        }
+        let cells = Cells::new(&self.simulator);
+        let rows = runs.iter().zip(&best).zip(genomes).zip(shared).zip(sums);
+        Ok(rows
+            .map(|((((_, &individual), genome), pair), sums)| Champion {
+                individual: individual as u32,
+                genome: genome.to_vec(),
+                simulated: cells.life(&pair.simulated),
+                real: cells.life(&pair.real),
+                discrepancy: sums.mean(&pair),
+            })
+            .collect())
+    }
+
+    /// A simulated and two real lives of each genome from each start, one cycle longer than a life for its last
+    /// place. Start by start, and in each run by run.
+    fn pairs(&self, runs: &[Evolving], genomes: &[&[f32]], starts: &[[f32; 3]], first: usize) -> Result<Vec<Pair>> {
+        let surrogate = Arc::new(self.settings.surrogate());
+        let mut simulators = Vec::new();
+        let mut realities = Vec::new();
+        for &[x, y, heading] in starts {
+            let spec = WorldSpec {
+                start: Start::At { x, y, heading },
+                cycles: self.simulator.cycles + 1,
+                ..self.simulator.clone()
+            };
+            for condition in Condition::ALL {
+                simulators.push(World::new(WorldSpec {
+                    noise: Settings::noise(condition),
+                    ..spec.clone()
+                })?);
+            }
+            realities.push(World::new(WorldSpec {
+                surrogate: Some(Arc::clone(&surrogate)),
+                ..spec
+            })?);
+        }
+        let key = |run: &Evolving, start: usize, life: u64| {
+            Key::rollout(run.seed, u64::from(SIMULATED) + 1_000_000, (first + start) as u64, life)
+        };
+        let each = || {
+            (0..starts.len()).flat_map(|start| runs.iter().zip(genomes).map(move |(run, genes)| (start, run, genes)))
+        };
+        let traced = |worlds: &[World], rollouts: &[Rollout<'_>]| -> Result<Vec<Vec<Record>>> {
+            let batch = Batch::new(worlds, rollouts, Some(TraceRequest { every: 1 }))?;
+            Ok(self.evaluations.run(&batch)?.traces)
+        };
+        let simulated: Vec<_> = each()
+            .map(|(start, run, genes)| Rollout {
+                world: start * Condition::ALL.len() + run.condition as usize,
+                genes,
+                key: key(run, start, 0),
+            })
+            .collect();
+        let real = |life| {
+            each()
+                .map(|(start, run, genes)| Rollout {
+                    world: start,
+                    genes,
+                    key: key(run, start, life),
+                })
+                .collect::<Vec<_>>()
+        };
+        let simulated = traced(&simulators, &simulated)?;
+        let (one, again) = (traced(&realities, &real(1))?, traced(&realities, &real(2))?);
+        let lives = simulated.into_iter().zip(one).zip(again);
+        Ok(lives
+            .map(|((simulated, real), again)| Pair { simulated, real, again })
+            .collect())
+    }
+
+    /// Free poses, uniform over the field, the same for all.
+    fn starts(&self) -> Result<Vec<[f32; 3]>> {
+        /// Of so many draws a quarter and more is free.
+        const DRAWS: u32 = 100 * STARTS as u32;
+        let Field { x, y, width, height } = self.simulator.arena.field;
+        let share = |word: u32| (word >> 8) as f32 / (1 << 24) as f32;
+        let seed = self.settings.seed;
+        let starts: Vec<[f32; 3]> = (0..DRAWS)
+            .map(|draw| {
+                let [across, up, heading, _] = pcg4d([seed as u32, (seed >> 32) as u32, draw, 1995]);
+                [x + width * share(across), y + height * share(up), share(heading)]
+            })
+            .filter(|&[x, y, heading]| {
+                let start = Start::At { x, y, heading };
+                World::new(WorldSpec {
+                    start,
+                    ..self.simulator.clone()
+                })
+                .is_ok()
+            })
+            .take(STARTS)
+            .collect();
+        if starts.len() < STARTS {
+            return Err(Failure::input("the arena has too little free space for 100 starts"));
+        }
+        Ok(starts)
+    }
+
+    /// What each difference between reality and simulator does by itself, over the first cycles of the lives of
+    /// random controllers.
+    pub(crate) fn differences(&self) -> Result<Vec<DifferenceEffect>> {
+        const LIVES: u64 = 4000;
+        /// A cycle after the first, so that what is old or slow shows.
+        const CYCLE: usize = 2;
+        let surrogate = self.settings.surrogate();
+        let genomes: Vec<Vec<f32>> = (0..LIVES)
+            .map(|life| {
+                (0..self.simulator.controller.genes() as u32)
+                    .map(|gene| (pcg4d([life as u32, gene, 1995, 2])[0] >> 8) as f32 / 1_677_721.6 - 5.0)
+                    .collect()
+            })
+            .collect();
+        let after = |differences| -> Result<Vec<Record>> {
+            let world = World::new(WorldSpec {
+                surrogate: Some(Arc::new(Surrogate {
+                    differences,
+                    ..surrogate.clone()
+                })),
+                cycles: CYCLE as u32 + 1,
+                ..self.simulator.clone()
+            })?;
+            let rollouts: Vec<_> = genomes
+                .iter()
+                .zip(0..)
+                .map(|(genes, life)| Rollout {
+                    world: 0,
+                    genes,
+                    key: Key::rollout(self.settings.seed, u64::MAX, life, 0),
+                })
+                .collect();
+            let batch = Batch::new(&[world], &rollouts, Some(TraceRequest { every: 1 }))?;
+            let traces = self.evaluations.run(&batch)?.traces;
+            Ok(traces.into_iter().map(|trace| trace[CYCLE]).collect())
+        };
+        let without = after(Differences::all(0.0))?;
+        Difference::ALL
+            .into_iter()
+            .map(|difference| {
+                let with = after(Differences::only(self.settings.severity, difference))?;
+                Ok(effect(difference.name(), &with, &without))
+            })
+            .collect()
+    }
+
+    /// The fitness of a controller made by hand that goes to and fro between two obstacles it hardly sees, without
+    /// turning (the deceptive optimum that the paper's conclusions describe), in the simulator without noise.
+    pub(crate) fn to_and_fro(&self) -> Result<Vec<f32>> {
+        const LIVES: u64 = 100;
+        let wheel = [-60.0, -60.0, -60.0, -60.0, -60.0, -60.0, 60.0, 60.0, 3.0];
+        let genes = [wheel, wheel].concat();
+        let rollouts: Vec<_> = (0..LIVES)
+            .map(|life| Rollout {
+                world: 0,
+                genes: &genes,
+                key: Key::rollout(self.settings.seed, u64::MAX, life, 1),
+            })
+            .collect();
+        let batch = Batch::new(&self.simulators, &rollouts, None)?;
+        Ok(self.evaluations.run(&batch)?.fitness)
+    }
+}
+
+/// A simulated and two real lives from one start.
+struct Pair {
+    simulated: Vec<Record>,
+    real: Vec<Record>,
+    again: Vec<Record>,
+}
+
+/// The lives of a run's present generation.
+fn lives(run: &Evolving, trial: Trial) -> impl Iterator<Item = reality::Life<'_>> {
+    let generation = u64::from(run.evolution.generation());
+    run.evolution
+        .ask()
+        .genomes()
+        .zip(0..)
+        .map(move |(genes, individual)| reality::Life {
+            genes,
+            key: Key::rollout(run.seed, generation, individual, trial as u64),
+        })
+}
+
+/// A batch's fitness, run by run.
+fn by_run(runs: &[Evolving], fitness: Vec<f32>) -> Vec<Vec<f32>> {
+    let mut rest = fitness.into_iter();
+    runs.iter()
+        .map(|run| rest.by_ref().take(run.evolution.ask().len()).collect())
+        .collect()
+}
+
+/// Peak and average.
+fn level(fitness: &[f32]) -> Level {
+    let mut ranked: Vec<f64> = fitness.iter().map(|&fitness| f64::from(fitness)).collect();
+    ranked.sort_by(|a, b| b.total_cmp(a));
+    let mean = |values: &[f64]| values.iter().sum::<f64>() / values.len() as f64;
+    let parents = Settings::evolution().parents as usize;
+    Level {
+        peak: mean(&ranked[..parents.min(ranked.len())]),
+        average: mean(&ranked),
+    }
+}
+
+/// d of two equally large samples: the difference of their means over the pooled standard deviation.
+fn difference(a: &[f32], b: &[f32]) -> f64 {
+    let mean = |values: &[f32]| values.iter().map(|&x| f64::from(x)).sum::<f64>() / values.len() as f64;
+    let variance = |values: &[f32]| {
+        let mean = mean(values);
+        let squares = values.iter().map(|&x| (f64::from(x) - mean) * (f64::from(x) - mean));
+        squares.sum::<f64>() / (values.len() - 1) as f64
+    };
+    (mean(a) - mean(b)) / (0.5 * (variance(a) + variance(b))).sqrt()
+}
+
+/// The index of the greatest; of equal ones the first.
+fn best(fitness: &[f32]) -> usize {
+    let better = |best: usize, index: usize| if fitness[index] > fitness[best] { index } else { best };
+    (1..fitness.len()).fold(0, better)
+}
+
+/// Another run of the same condition, or of another if there is none.
+fn unrelated(runs: &[Evolving], index: usize) -> usize {
+    let others = (1..runs.len()).map(|step| (index + step) % runs.len());
+    let same = |&other: &usize| runs[other].condition == runs[index].condition;
+    others.clone().find(same).or(others.clone().next()).unwrap_or(index)
+}
+
+/// Sums of distances at cycles 5, 10, .. of two lives, mm (equation 2).
+fn discrepancy<'a>(one: &'a [Record], other: &'a [Record]) -> impl Iterator<Item = f64> + 'a {
+    let pairs = one.iter().zip(other).skip(TERM).step_by(TERM);
+    pairs.scan(0.0, |sum, (a, b)| {
+        *sum += distance(a, b);
+        Some(*sum)
+    })
+}
+
+fn distance(a: &Record, b: &Record) -> f64 {
+    let (x, y) = (f64::from(a.x - b.x), f64::from(a.y - b.y));
+    (x * x + y * y).sqrt()
+}
+
+fn path_length(life: &[Record]) -> f64 {
+    life.windows(2).map(|pair| distance(&pair[0], &pair[1])).sum()
+}
+
+/// Sums over starts.
+#[derive(Default)]
+struct Sums {
+    starts: Vec<f64>,
+    repeated: Vec<f64>,
+    unrelated: Vec<f64>,
+    per_length: f64,
+    count: usize,
+}
+
+impl Sums {
+    fn add(&mut self, pair: &Pair, other: &Pair) {
+        let add = |sums: &mut Vec<f64>, values: &mut dyn Iterator<Item = f64>| {
+            for (index, value) in values.enumerate() {
+                if index == sums.len() {
+                    sums.push(0.0);
+                }
+                sums[index] += value;
+            }
+        };
+        add(&mut self.starts, &mut discrepancy(&pair.simulated, &pair.real));
+        add(&mut self.repeated, &mut discrepancy(&pair.real, &pair.again));
+        add(&mut self.unrelated, &mut discrepancy(&pair.simulated, &other.real));
+        let whole = discrepancy(&pair.simulated, &pair.real).last().unwrap_or_default();
+        // A robot that stays where it is has gone a millimetre, for the quotient's sake.
+        self.per_length += whole / path_length(&pair.simulated).max(1.0);
+        self.count += 1;
+    }
+
+    fn mean(self, shared: &Pair) -> Discrepancy {
+        let count = self.count.max(1) as f64;
+        let mean = |sums: Vec<f64>| sums.into_iter().map(|sum| sum / count).collect();
+        Discrepancy {
+            paper: discrepancy(&shared.simulated, &shared.real).collect(),
+            starts: mean(self.starts),
+            per_length: self.per_length / count,
+            repeated: mean(self.repeated),
+            unrelated: mean(self.unrelated),
+        }
+    }
+}
+
+/// Root mean square changes.
+fn effect(name: &str, with: &[Record], without: &[Record]) -> DifferenceEffect {
+    let mean = |change: &dyn Fn(&Record, &Record) -> f64| {
+        let sum: f64 = with.iter().zip(without).map(|(a, b)| change(a, b)).sum();
+        (sum / with.len() as f64).sqrt()
+    };
+    let sensors = |r: &Record| {
+        [
+            r.sensor_0, r.sensor_1, r.sensor_2, r.sensor_3, r.sensor_4, r.sensor_5, r.sensor_6, r.sensor_7,
+        ]
+    };
+    let square = |a: f32, b: f32| (f64::from(a) - f64::from(b)) * (f64::from(a) - f64::from(b));
+    DifferenceEffect {
+        name: name.into(),
+        activation: mean(&|a, b| {
+            let pairs = sensors(a).into_iter().zip(sensors(b));
+            pairs.map(|(a, b)| square(a, b)).sum::<f64>() / 8.0
+        }),
+        displacement: mean(&|a, b| square(a.x, b.x) + square(a.y, b.y)),
+        turn: mean(&|a, b| {
+            let turn = f64::from(a.heading) - f64::from(b.heading);
+            let degrees = 360.0 * (turn - (turn + 0.5).floor());
+            degrees * degrees
+        }),
+    }
+}
+
+/// The arena's cells of 50 mm, and its corners.
+struct Cells {
+    field: Field,
+    free: Vec<bool>,
+    columns: usize,
+    corners: Vec<[f32; 2]>,
+}
+
+impl Cells {
+    const SIZE: f32 = 50.0;
+
+    fn new(spec: &WorldSpec) -> Self {
+        let field = spec.arena.field;
+        let columns = (field.width / Self::SIZE).ceil() as usize;
+        let rows = (field.height / Self::SIZE).ceil() as usize;
+        let middle = |index: usize| (index as f32 + 0.5) * Self::SIZE;
+        let free = (0..columns * rows)
+            .map(|cell| {
+                let start = Start::At {
+                    x: field.x + middle(cell % columns),
+                    y: field.y + middle(cell / columns),
+                    heading: 0.0,
+                };
+                World::new(WorldSpec { start, ..spec.clone() }).is_ok()
+            })
+            .collect();
+        Self {
+            field,
+            free,
+            columns,
+            corners: spec.arena.walls.iter().map(|wall| wall.from).collect(),
+        }
+    }
+
+    fn cell(&self, record: &Record) -> usize {
+        let index = |x: f32| (x / Self::SIZE).max(0.0) as usize;
+        let cell = index(record.y - self.field.y) * self.columns + index(record.x - self.field.x).min(self.columns - 1);
+        cell.min(self.free.len() - 1)
+    }
+
+    /// A life of one cycle more than it counts.
+    fn life(&self, trace: &[Record]) -> Life {
+        let lived = &trace[..trace.len() - 1];
+        let share = |which: &dyn Fn(&Record) -> bool| {
+            lived.iter().filter(|record| which(record)).count() as f64 / lived.len() as f64
+        };
+        let mut visited = vec![false; self.free.len()];
+        for record in lived {
+            visited[self.cell(record)] = true;
+        }
+        let free = self.free.iter().filter(|free| **free).count();
+        let seen = visited
+            .iter()
+            .zip(&self.free)
+            .filter(|(seen, free)| **seen && **free)
+            .count();
+        let speeds: f64 = lived
+            .iter()
+            .map(|record| 0.5 * (f64::from(record.speed_left).abs() + f64::from(record.speed_right).abs()))
+            .sum();
+        Life {
+            fitness: lived.last().map_or(0.0, |record| record.fitness),
+            path: trace.iter().map(|record| [record.x, record.y]).collect(),
+            collided: share(&|record| record.collided > 0.0),
+            forwards: share(&|record| record.speed_left > 0.0 && record.speed_right > 0.0),
+            visited: seen as f64 / free.max(1) as f64,
+            speed: speeds / lived.len() as f64,
+            length: path_length(trace),
+            stuck_in_corner: self.stuck(trace),
+        }
+    }
+
+    /// Whether the last 100 cycles are spent within 100 mm of one corner, and less than 50 mm gone in them.
+    fn stuck(&self, trace: &[Record]) -> bool {
+        const CYCLES: usize = 100;
+        const NEAR: f32 = 100.0;
+        const LEAST: f64 = 50.0;
+        let end = &trace[trace.len().saturating_sub(CYCLES)..];
+        let near = |&[x, y]: &[f32; 2]| {
+            end.iter().all(|record| {
+                let (x, y) = (record.x - x, record.y - y);
+                x * x + y * y < NEAR * NEAR
+            })
+        };
+        path_length(end) < LEAST && self.corners.iter().any(near)
+    }
+}
