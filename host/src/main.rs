@@ -17,6 +17,11 @@ mod genomes;
 mod progress;
 mod record;
 mod run;
+#[cfg_attr(
+    not(test),
+    expect(dead_code, unused_imports, reason = "no command states these figures yet")
+)]
+mod statistics;
 mod watcher;
 mod worker;
 mod workload;
