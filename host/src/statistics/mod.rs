@@ -1,0 +1,87 @@
+//! Statistics: tests, effect sizes, a mixed model and intervals, as pure functions of samples.
+//!
+//! Tests have two sides: the alternative is that there is a difference, of either sign. They are those of `SciPy`, and
+//! `tests/statistics` holds its figures for samples of many kinds; what is agreed upon to which precision stands in
+//! `tests.rs`. Logarithms and exponentials are the platform's: figures of two hosts differ in the last places, so that
+//! none of them may enter a run's results.
+
+mod correlation;
+mod effects;
+mod holm;
+mod mixed;
+mod parametric;
+mod ranks;
+mod resample;
+mod special;
+mod summary;
+#[cfg(test)]
+mod tests;
+
+use std::fmt;
+
+pub(crate) use correlation::{Correlation, pearson, spearman};
+pub(crate) use effects::{
+    Divisor, cliffs_delta, cohens_d, eta_squared, hedges_g, roc_area, standardised_difference, vargha_delaney,
+};
+pub(crate) use holm::holm;
+pub(crate) use mixed::{RandomIntercept, random_intercept};
+pub(crate) use parametric::{Anova, StudentT, anova, one_sample_t, paired_t, student_t, welch_t};
+pub(crate) use ranks::{KruskalWallis, MannWhitney, Method, Wilcoxon, kruskal_wallis, mann_whitney, wilcoxon};
+pub(crate) use resample::{Interval, bootstrap_interval};
+pub(crate) use special::{Probability, chi_squared_tail, f_tail, normal_tails, t_tails};
+pub(crate) use summary::{mean, median, quantile, variance};
+
+/// A figure that these samples do not have.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) struct Undefined {
+    /// The figure, such as "Welch's t test".
+    pub(crate) figure: &'static str,
+    /// What is wrong with the samples, and what is allowed.
+    pub(crate) problem: String,
+}
+
+impl fmt::Display for Undefined {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}: {}", self.figure, self.problem)
+    }
+}
+
+impl std::error::Error for Undefined {}
+
+/// What these functions return.
+pub(crate) type Result<T> = std::result::Result<T, Undefined>;
+
+fn undefined<T>(figure: &'static str, problem: impl Into<String>) -> Result<T> {
+    Err(Undefined {
+        figure,
+        problem: problem.into(),
+    })
+}
+
+/// Checks that each sample has `least` values or more, all of them finite.
+fn check(figure: &'static str, samples: &[&[f64]], least: usize) -> Result<()> {
+    for (sample, number) in samples.iter().zip(1..) {
+        if sample.len() < least {
+            let count = sample.len();
+            let problem = format!("sample {number} has {count} values; allowed: {least} or more");
+            return undefined(figure, problem);
+        }
+        if let Some(value) = sample.iter().find(|value| !value.is_finite()) {
+            let problem = format!("sample {number} has a value that is {value}; allowed: finite numbers");
+            return undefined(figure, problem);
+        }
+    }
+    Ok(())
+}
+
+/// Checks two samples whose values belong together.
+fn check_pairs(figure: &'static str, a: &[f64], b: &[f64], least: usize) -> Result<()> {
+    check(figure, &[a, b], least)?;
+    if a.len() == b.len() {
+        return Ok(());
+    }
+    undefined(
+        figure,
+        format!("samples of {} and {} values; allowed: pairs", a.len(), b.len()),
+    )
+}

@@ -1,0 +1,157 @@
+//! Tests of means, for values about normal.
+
+use super::effects::eta_squared;
+use super::special::{Probability, f_tail, t_tails};
+use super::summary::{all_equal, mean, squares, variance};
+use super::{Result, check, check_pairs, undefined};
+
+/// A one-way analysis of variance.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Anova {
+    /// The mean square between groups over that within.
+    pub(crate) f: f64,
+    /// Degrees of freedom between groups: k - 1.
+    pub(crate) df_between: f64,
+    /// Degrees of freedom within groups: N - k.
+    pub(crate) df_within: f64,
+    /// The share of the sum of squares that is between groups.
+    pub(crate) eta_squared: f64,
+    /// Probability of an F at least as great.
+    pub(crate) p: Probability,
+}
+
+/// One-way analysis of variance of two or more independent groups (Fisher, "Statistical Methods for Research Workers",
+/// 1925). With two it is Student's t test, squared.
+///
+/// # Errors
+///
+/// Fewer than two groups, an empty one, no more values than groups, or no variation within any.
+pub(crate) fn anova(groups: &[&[f64]]) -> Result<Anova> {
+    const FIGURE: &str = "analysis of variance";
+    check(FIGURE, groups, 1)?;
+    if groups.len() < 2 {
+        return undefined(FIGURE, format!("has {} groups; allowed: 2 or more", groups.len()));
+    }
+    let values = groups.concat();
+    if values.len() <= groups.len() {
+        return undefined(FIGURE, "every group has 1 value; allowed: a group of 2 or more");
+    }
+    if groups.iter().all(|group| all_equal(&[group])) {
+        return undefined(
+            FIGURE,
+            "the values of each group are equal; allowed: variation within a group",
+        );
+    }
+    let grand = mean(&values);
+    let distance = |group: &&[f64]| group.len() as f64 * (mean(group) - grand) * (mean(group) - grand);
+    let between: f64 = groups.iter().map(distance).sum();
+    let within: f64 = groups.iter().map(|group| squares(group)).sum();
+    let df_between = (groups.len() - 1) as f64;
+    let df_within = (values.len() - groups.len()) as f64;
+    let f = between / df_between / (within / df_within);
+    Ok(Anova {
+        f,
+        df_between,
+        df_within,
+        eta_squared: eta_squared(f, df_between, df_within),
+        p: f_tail(f, df_between, df_within),
+    })
+}
+
+/// A t test.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct StudentT {
+    /// The difference over its standard error; positive where the first sample's mean is the greater.
+    pub(crate) t: f64,
+    /// Degrees of freedom, whole ones but for Welch's.
+    pub(crate) df: f64,
+    /// Probability of a t at least as far from 0.
+    pub(crate) p: Probability,
+}
+
+impl StudentT {
+    fn new(difference: f64, standard_error: f64, df: f64) -> Self {
+        let t = difference / standard_error;
+        let p = t_tails(t, df);
+        Self { t, df, p }
+    }
+}
+
+/// Student's t test of two independent samples of equal variance (Student, "The probable error of a mean", Biometrika
+/// 6(1), 1908).
+///
+/// # Errors
+///
+/// A sample of fewer than 2 values, or no variation within either.
+pub(crate) fn student_t(a: &[f64], b: &[f64]) -> Result<StudentT> {
+    check_variation("Student's t test", a, b)?;
+    let (m, n) = (a.len() as f64, b.len() as f64);
+    let df = m + n - 2.0;
+    let pooled = (squares(a) + squares(b)) / df;
+    Ok(StudentT::new(
+        mean(a) - mean(b),
+        (pooled * (1.0 / m + 1.0 / n)).sqrt(),
+        df,
+    ))
+}
+
+/// Welch's t test of two independent samples, whatever their variances ("The generalization of 'Student's' problem when
+/// several different population variances are involved", Biometrika 34, 1947), with the degrees of freedom of
+/// Satterthwaite ("An approximate distribution of estimates of variance components", Biometrics Bulletin 2(6), 1946).
+///
+/// # Errors
+///
+/// A sample of fewer than 2 values, or no variation within either.
+pub(crate) fn welch_t(a: &[f64], b: &[f64]) -> Result<StudentT> {
+    check_variation("Welch's t test", a, b)?;
+    let (m, n) = (a.len() as f64, b.len() as f64);
+    let (of_a, of_b) = (variance(a) / m, variance(b) / n);
+    let sum = of_a + of_b;
+    let df = sum * sum / (of_a * of_a / (m - 1.0) + of_b * of_b / (n - 1.0));
+    Ok(StudentT::new(mean(a) - mean(b), sum.sqrt(), df))
+}
+
+fn check_variation(figure: &'static str, a: &[f64], b: &[f64]) -> Result<()> {
+    check(figure, &[a, b], 2)?;
+    if all_equal(&[a]) && all_equal(&[b]) {
+        return undefined(
+            figure,
+            "the values of each sample are equal; allowed: variation within one",
+        );
+    }
+    Ok(())
+}
+
+/// The t test of pairs: that of their differences, first minus second, against 0.
+///
+/// # Errors
+///
+/// Samples of two lengths, fewer than 2 pairs, or differences that are all equal.
+pub(crate) fn paired_t(a: &[f64], b: &[f64]) -> Result<StudentT> {
+    const FIGURE: &str = "paired t test";
+    check_pairs(FIGURE, a, b, 2)?;
+    let differences: Vec<f64> = a.iter().zip(b).map(|(a, b)| a - b).collect();
+    one_sample(FIGURE, &differences, 0.0)
+}
+
+/// The t test of a sample against a known mean.
+///
+/// # Errors
+///
+/// Fewer than 2 values, or all of them equal.
+pub(crate) fn one_sample_t(sample: &[f64], expected: f64) -> Result<StudentT> {
+    one_sample("one-sample t test", sample, expected)
+}
+
+fn one_sample(figure: &'static str, sample: &[f64], expected: f64) -> Result<StudentT> {
+    check(figure, &[sample, &[expected, expected]], 2)?;
+    if all_equal(&[sample]) {
+        return undefined(figure, "all values are equal; allowed: some variation");
+    }
+    let n = sample.len() as f64;
+    Ok(StudentT::new(
+        mean(sample) - expected,
+        (variance(sample) / n).sqrt(),
+        n - 1.0,
+    ))
+}

@@ -1,0 +1,238 @@
+//! Tests of ranks, for values of any distribution.
+
+use super::special::{Probability, chi_squared_tail, normal_tails};
+use super::summary::all_equal;
+use super::{Result, check, check_pairs, undefined};
+
+/// How the probability of a rank statistic is found.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Method {
+    /// By counting all the orders that there are: for small samples without ties.
+    Exact,
+    /// By the normal distribution that the statistic tends to, with the variance corrected for ties.
+    Asymptotic,
+}
+
+/// The Mann-Whitney U test.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct MannWhitney {
+    /// Pairs in which the first sample's value is the greater; ties count half.
+    pub(crate) u: f64,
+    /// Probability of a U at least as far from half the pairs.
+    pub(crate) p: Probability,
+}
+
+/// The Mann-Whitney U test of two independent samples ("On a test of whether one of two random variables is
+/// stochastically larger than the other", Annals of Mathematical Statistics 18(1), 1947). The asymptotic method has the
+/// correction for continuity.
+///
+/// # Errors
+///
+/// An empty sample; all values equal; for the exact method, ties or more than 10,000 pairs.
+pub(crate) fn mann_whitney(a: &[f64], b: &[f64], method: Method) -> Result<MannWhitney> {
+    const FIGURE: &str = "Mann-Whitney U test";
+    const MOST_PAIRS: usize = 10_000;
+    check(FIGURE, &[a, b], 1)?;
+    if all_equal(&[a, b]) {
+        return undefined(FIGURE, "all values are equal; allowed: some variation");
+    }
+    let Ranks { ranks, ties } = rank(&[a, b].concat());
+    let pairs = (a.len() * b.len()) as f64;
+    let least_sum = (a.len() * (a.len() + 1) / 2) as f64;
+    let u = ranks[..a.len()].iter().sum::<f64>() - least_sum;
+    let greater = u.max(pairs - u);
+    let p = match method {
+        Method::Exact => {
+            check_exact(FIGURE, ties, a.len() * b.len(), MOST_PAIRS, "pairs")?;
+            upper_tail(&mann_whitney_counts(a.len(), b.len()), greater).twice()
+        }
+        Method::Asymptotic => {
+            let total = ranks.len() as f64;
+            let variance = pairs / 12.0 * (total + 1.0 - ties / (total * (total - 1.0)));
+            normal_tails((greater - pairs / 2.0 - 0.5).max(0.0) / variance.sqrt())
+        }
+    };
+    Ok(MannWhitney { u, p })
+}
+
+/// The Wilcoxon signed-rank test.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Wilcoxon {
+    /// Sum of the ranks of the differences above 0, or of those below: the smaller.
+    pub(crate) w: f64,
+    /// Differences other than 0, which are all that is ranked.
+    pub(crate) n: usize,
+    /// Probability of a W at most as great.
+    pub(crate) p: Probability,
+}
+
+/// The Wilcoxon signed-rank test of pairs ("Individual comparisons by ranking methods", Biometrics Bulletin 1(6),
+/// 1945): pairs without a difference are left out, as he did, and the asymptotic method has no correction for
+/// continuity.
+///
+/// # Errors
+///
+/// Samples of two lengths; no difference other than 0; for the exact method, differences of equal size or more than
+/// 500.
+pub(crate) fn wilcoxon(a: &[f64], b: &[f64], method: Method) -> Result<Wilcoxon> {
+    const FIGURE: &str = "Wilcoxon signed-rank test";
+    const MOST_DIFFERENCES: usize = 500;
+    check_pairs(FIGURE, a, b, 1)?;
+    let differences: Vec<f64> = a.iter().zip(b).map(|(a, b)| a - b).filter(|&d| d != 0.0).collect();
+    if differences.is_empty() {
+        return undefined(
+            FIGURE,
+            "the two values of each pair are equal; allowed: a pair that differs",
+        );
+    }
+    let sizes: Vec<f64> = differences.iter().map(|d| d.abs()).collect();
+    let Ranks { ranks, ties } = rank(&sizes);
+    let n = differences.len() as f64;
+    let above: f64 = ranks
+        .iter()
+        .zip(&differences)
+        .filter(|(_, d)| **d > 0.0)
+        .map(|(rank, _)| rank)
+        .sum();
+    let sum = n * (n + 1.0) / 2.0;
+    let greater = above.max(sum - above);
+    let p = match method {
+        Method::Exact => {
+            check_exact(FIGURE, ties, differences.len(), MOST_DIFFERENCES, "differences")?;
+            upper_tail(&wilcoxon_counts(differences.len()), greater).twice()
+        }
+        Method::Asymptotic => {
+            let variance = (n * (n + 1.0) * (2.0 * n + 1.0) - ties / 2.0) / 24.0;
+            normal_tails((greater - sum / 2.0) / variance.sqrt())
+        }
+    };
+    Ok(Wilcoxon {
+        w: sum - greater,
+        n: differences.len(),
+        p,
+    })
+}
+
+/// The Kruskal-Wallis test.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct KruskalWallis {
+    /// The statistic, corrected for ties.
+    pub(crate) h: f64,
+    /// Degrees of freedom: k - 1.
+    pub(crate) df: f64,
+    /// Probability of an H at least as great, by the chi-squared distribution that it tends to.
+    pub(crate) p: Probability,
+}
+
+/// The Kruskal-Wallis test of two or more independent groups ("Use of ranks in one-criterion variance analysis",
+/// Journal of the American Statistical Association 47, 1952).
+///
+/// # Errors
+///
+/// Fewer than two groups, an empty one, or all values equal.
+pub(crate) fn kruskal_wallis(groups: &[&[f64]]) -> Result<KruskalWallis> {
+    const FIGURE: &str = "Kruskal-Wallis test";
+    check(FIGURE, groups, 1)?;
+    if groups.len() < 2 {
+        return undefined(FIGURE, format!("has {} groups; allowed: 2 or more", groups.len()));
+    }
+    if all_equal(groups) {
+        return undefined(FIGURE, "all values are equal; allowed: some variation");
+    }
+    let Ranks { ranks, ties } = rank(&groups.concat());
+    let total = ranks.len() as f64;
+    let mut rest = ranks.as_slice();
+    let mut between = 0.0;
+    for group in groups {
+        let (own, others) = rest.split_at(group.len());
+        let n = own.len() as f64;
+        let distance = own.iter().sum::<f64>() / n - f64::midpoint(total, 1.0);
+        between += n * distance * distance;
+        rest = others;
+    }
+    let h = 12.0 / (total * (total + 1.0)) * between / (1.0 - ties / (total * total * total - total));
+    let df = (groups.len() - 1) as f64;
+    Ok(KruskalWallis {
+        h,
+        df,
+        p: chi_squared_tail(h, df),
+    })
+}
+
+/// The ranks of values, in their order.
+pub(super) struct Ranks {
+    /// From 1; equal values share the mean of theirs.
+    pub(super) ranks: Vec<f64>,
+    /// The sum of t^3 - t over sets of t equal values: 0 without ties.
+    pub(super) ties: f64,
+}
+
+/// Ranks values.
+pub(super) fn rank(values: &[f64]) -> Ranks {
+    let mut order: Vec<usize> = (0..values.len()).collect();
+    order.sort_by(|&i, &j| values[i].total_cmp(&values[j]));
+    let mut ranks = vec![0.0; values.len()];
+    let mut ties = 0.0;
+    let mut before = 0;
+    // By `==`, since the two zeros are equal.
+    for equal in order.chunk_by(|&i, &j| values[i] == values[j]) {
+        let t = equal.len() as f64;
+        for &index in equal {
+            ranks[index] = before as f64 + f64::midpoint(t, 1.0);
+        }
+        ties += t * t * t - t;
+        before += equal.len();
+    }
+    Ranks { ranks, ties }
+}
+
+fn check_exact(figure: &'static str, ties: f64, count: usize, most: usize, unit: &str) -> Result<()> {
+    if ties > 0.0 {
+        return undefined(
+            figure,
+            "has ties, for which there is no exact method; allowed: the asymptotic one",
+        );
+    }
+    if count > most {
+        let problem =
+            format!("has {count} {unit}; allowed: {most} for the exact method, any number for the asymptotic");
+        return undefined(figure, problem);
+    }
+    Ok(())
+}
+
+/// Orders of m and n values for each U, 0 to m n, by Mann and Whitney's recurrence: the greatest value is either one of
+/// the m, and above n others, or one of the n. Sums of positive numbers, so that each is right to the last places.
+fn mann_whitney_counts(m: usize, n: usize) -> Vec<f64> {
+    let mut counts = vec![vec![0.0; m * n + 1]; m + 1];
+    for counts_of in &mut counts {
+        counts_of[0] = 1.0;
+    }
+    for others in 1..=n {
+        for own in 1..=m {
+            let (fewer, rest) = counts.split_at_mut(own);
+            for (count, &before) in rest[0][others..].iter_mut().zip(&fewer[own - 1]) {
+                *count += before;
+            }
+        }
+    }
+    counts.swap_remove(m)
+}
+
+/// Subsets of the ranks 1 to n for each sum of theirs, 0 to n (n + 1) / 2.
+fn wilcoxon_counts(n: usize) -> Vec<f64> {
+    let mut counts = vec![0.0; n * (n + 1) / 2 + 1];
+    counts[0] = 1.0;
+    for rank in 1..=n {
+        for sum in (rank..counts.len()).rev() {
+            counts[sum] += counts[sum - rank];
+        }
+    }
+    counts
+}
+
+/// The share of the counts that stand at a value or above it.
+fn upper_tail(counts: &[f64], value: f64) -> Probability {
+    let tail: f64 = counts[value as usize..].iter().sum();
+    Probability::new(tail / counts.iter().sum::<f64>())
+}

@@ -1,0 +1,46 @@
+//! Figures of one sample. They are NaN where the sample has none.
+
+/// The arithmetic mean; NaN without values.
+pub(crate) fn mean(sample: &[f64]) -> f64 {
+    sample.iter().sum::<f64>() / sample.len() as f64
+}
+
+/// The variance with n - 1 below; NaN for fewer than two values.
+pub(crate) fn variance(sample: &[f64]) -> f64 {
+    if sample.len() < 2 {
+        return f64::NAN;
+    }
+    squares(sample) / (sample.len() - 1) as f64
+}
+
+/// The sum of the squared differences from the mean.
+pub(super) fn squares(sample: &[f64]) -> f64 {
+    let mean = mean(sample);
+    sample.iter().map(|x| (x - mean) * (x - mean)).sum()
+}
+
+/// Whether all values of all samples are the same.
+pub(super) fn all_equal(samples: &[&[f64]]) -> bool {
+    let mut values = samples.iter().copied().flatten();
+    values.next().is_none_or(|first| values.all(|value| value == first))
+}
+
+/// The middle value, or the mean of the middle two; NaN without values.
+pub(crate) fn median(sample: &[f64]) -> f64 {
+    quantile(sample, 0.5)
+}
+
+/// The value below which a share of the sample lies, 0 to 1: linear between the order statistics, of which the first is
+/// at 0 and the last at 1 (type 7 of Hyndman and Fan, "Sample quantiles in statistical packages", The American
+/// Statistician 50(4), 1996). NaN without values, or for another share.
+pub(crate) fn quantile(sample: &[f64], share: f64) -> f64 {
+    if sample.is_empty() || !(0.0..=1.0).contains(&share) {
+        return f64::NAN;
+    }
+    let mut sorted = sample.to_vec();
+    sorted.sort_by(f64::total_cmp);
+    let position = share * (sorted.len() - 1) as f64;
+    let below = sorted[position.floor() as usize];
+    let above = sorted[position.ceil() as usize];
+    below + (above - below) * position.fract()
+}
