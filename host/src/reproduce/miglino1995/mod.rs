@@ -2,6 +2,7 @@
 //! to reality, evolve on, and hold every claim of the paper against what came out.
 
 pub(crate) mod claims;
+mod judge;
 pub(crate) mod results;
 pub(crate) mod settings;
 pub(crate) mod study;
@@ -9,6 +10,7 @@ pub(crate) mod study;
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
+use std::time::Instant;
 
 use oneiro::tables::{MotorSamples, MotorStates, MotorTable, SensorTables};
 use oneiro::world::Robot;
@@ -60,6 +62,9 @@ fn whole(arguments: &Miglino1995, evaluations: &Evaluations, console: Console) -
         None => sampled(&settings, evaluations, &samples, console)?,
     };
     let study = Study::new(&settings, robot, evaluations)?;
+    let begun = Instant::now();
+    let to_and_fro = study.to_and_fro()?;
+    let life_within_two_seconds = begun.elapsed().as_secs_f64() < 2.0 * to_and_fro.len() as f64;
     let results = Results {
         simulated_generations: SIMULATED,
         real_generations: REAL,
@@ -68,11 +73,15 @@ fn whole(arguments: &Miglino1995, evaluations: &Evaluations, console: Console) -
         cycles: Settings::world().cycles,
         assumptions: settings.assumptions(),
         differences: study.differences()?,
-        to_and_fro: study.to_and_fro()?,
+        to_and_fro,
+        life_within_two_seconds,
         runs: cohorts(&settings, &study, evaluations, &directory, console)?,
     };
     let text = serde_json::to_vec_pretty(&results).map_err(Failure::failed)?;
     write_whole(&directory.join("results.json"), &text)?;
+    let claims = judge::judge(&results, study.sensors());
+    let text = serde_json::to_vec_pretty(&claims).map_err(Failure::failed)?;
+    write_whole(&directory.join("claims.json"), &text)?;
     console.say(format!("wrote {}", directory.display()));
     Ok(())
 }

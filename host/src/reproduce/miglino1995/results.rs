@@ -49,6 +49,8 @@ pub(crate) struct Results {
     /// Fitness of a controller made by hand that goes to and fro without turning, in 100 lives in the simulator
     /// without noise.
     pub(crate) to_and_fro: Vec<f32>,
+    /// Whether a simulated life took less than 2 s here, a 25th of a real one.
+    pub(crate) life_within_two_seconds: bool,
     /// Run by run, and in each the conditions in their order.
     pub(crate) runs: Vec<Run>,
 }

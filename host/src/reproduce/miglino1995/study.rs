@@ -8,6 +8,7 @@ use oneiro::arena::Field;
 use oneiro::batch::{Batch, Record, Rollout, TraceRequest};
 use oneiro::random::{Key, pcg4d};
 use oneiro::surrogate::{Difference, Differences, Surrogate};
+use oneiro::tables::SensorTables;
 use oneiro::world::{Robot, Start, World, WorldSpec};
 
 use super::results::{Champion, Condition, DifferenceEffect, Discrepancy, Level, Life, Run, Transferred};
@@ -81,6 +82,11 @@ impl<'a> Study<'a> {
             simulator,
             simulators,
         })
+    }
+
+    /// The tables that its simulator is made from.
+    pub(crate) fn sensors(&self) -> &SensorTables {
+        &self.simulator.robot.sensors
     }
 
     /// Some runs of each condition, from first genes to the last real generation.
