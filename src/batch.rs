@@ -303,6 +303,13 @@ impl<'a> Part<'a> {
             .unwrap_or(0)
     }
 
+    /// The most iterations that a kernel's loops make together in one cycle of one life, at least 1. The draws of a
+    /// random start come on top, once.
+    pub fn loops(&self) -> u32 {
+        let most = |group: &life::Group| loops(self.kernel(), &self.worlds()[group.world as usize]);
+        self.group_table().iter().map(most).max().unwrap_or(1)
+    }
+
     /// Cycles from one record of a trace to the next; 0 without a trace.
     pub fn trace_every(&self) -> u32 {
         self.batch.trace_every()
@@ -312,6 +319,22 @@ impl<'a> Part<'a> {
     pub fn trace_records(&self) -> u32 {
         self.batch.trace_records()
     }
+}
+
+/// The most iterations of the loops of one cycle, by the loops that the kernels have; the last look at a loop's
+/// condition counts.
+fn loops(kernel: &Kernel, world: &life::World) -> u32 {
+    let shapes = world.shapes + 1;
+    let cycle = 1 + world.hidden + 1;
+    if !kernel.name.starts_with("surrogate") {
+        // What is sensed, and what is touched.
+        return cycle + 2 * shapes;
+    }
+    // Rays of eight sensors against all, and against each one's turn; the waves of light; two rides of five steps
+    // each, of which one slides, and what is touched.
+    let rays = 9 + 8 * shapes + shapes * (shapes + 10);
+    let ride = 2 * 6 + 5 * 3 * shapes + 2 * shapes;
+    cycle + rays + 5 + ride
 }
 
 /// The kernel of all worlds.

@@ -8,21 +8,7 @@ use oneiro::cpu::Cpu;
 use oneiro::evaluator::{Control, Evaluator};
 use oneiro::random::{Key, pcg4d};
 use oneiro::surrogate::{Difference, Differences, Surrogate};
-use oneiro::world::{Start, World, WorldSpec};
-
-/// Genes that hold both wheels at one of the 20 states, whatever the sensors read: -10 to -1, 1 to 10.
-fn held(left: f32, right: f32) -> Vec<f32> {
-    let bias = |output: f32| (output / (1.0 - output)).ln();
-    let mut genes = vec![0.0; 18];
-    (genes[8], genes[17]) = (bias(left), bias(right));
-    genes
-}
-
-fn lives(worlds: &[World], rollouts: &[Rollout<'_>], every: u32) -> (Vec<f32>, Vec<Vec<Record>>) {
-    let batch = Batch::new(worlds, rollouts, Some(TraceRequest { every })).unwrap();
-    let outcome = Cpu::new(Some(1)).unwrap().evaluate(&batch, &Control::new()).unwrap();
-    (outcome.fitness, outcome.traces)
-}
+use oneiro::world::{Controller, Noise, Start, World, WorldSpec};
 
 fn open(surrogate: Surrogate, start: [f32; 3]) -> World {
     let wall = Wall {
@@ -59,14 +45,14 @@ fn reading(surrogate: &Surrogate, sensor: usize, gap: f32, off_axis: f64) -> f32
     // The wall is in the direction 0; bearings are clockwise from the heading.
     let heading = (bearing / 360.0).rem_euclid(1.0) as f32;
     let world = open(surrogate.clone(), [-27.5 - gap, 0.0, heading]);
-    let genes = held(0.55, 0.55);
+    let genes = [0.0; 18];
     let rollout = Rollout {
         world: 0,
         genes: &genes,
         key: Key([1, 2]),
     };
-    let (_, traces) = lives(&[world], &[rollout], 1);
-    let r = traces[0][0];
+    let batch = Batch::new(&[world], &[rollout], Some(TraceRequest { every: 1 })).unwrap();
+    let r = evaluated(&mut scalar(), &batch)[0][0];
     let all = [
         r.sensor_0, r.sensor_1, r.sensor_2, r.sensor_3, r.sensor_4, r.sensor_5, r.sensor_6, r.sensor_7,
     ];
@@ -106,45 +92,115 @@ fn sensors_have_the_moments_they_were_drawn_with() {
     }
 }
 
-fn genes(rollout: u32) -> Vec<f32> {
-    (0..18)
+fn genes(rollout: u32, count: usize) -> Vec<f32> {
+    (0..count as u32)
         .map(|gene| (pcg4d([rollout, gene, 0, 0])[0] >> 8) as f32 / 1_677_721.6 - 5.0)
         .collect()
 }
 
-#[test]
-fn speed() {
-    let n = 2000;
-    let genomes: Vec<_> = (0..n).map(genes).collect();
-    for differences in [Differences::all(0.0), Differences::all(1.0), Differences::all(0.7)] {
-        let world = World::new(WorldSpec {
-            surrogate: Some(Arc::new(Surrogate::drawn(1, differences))),
-            ..WorldSpec::miglino1995()
+fn world(differences: Differences, controller: Controller, cycles: u32) -> World {
+    World::new(WorldSpec {
+        surrogate: Some(Arc::new(Surrogate::drawn(1, differences))),
+        controller,
+        cycles,
+        ..WorldSpec::miglino1995()
+    })
+    .unwrap()
+}
+
+fn batch(world: World, lives: u32) -> Batch {
+    let genomes: Vec<_> = (0..lives).map(|life| genes(life, world.genes())).collect();
+    let rollouts: Vec<_> = genomes
+        .iter()
+        .zip(0..)
+        .map(|(genes, life)| Rollout {
+            world: 0,
+            genes,
+            key: Key::rollout(1, 0, life, 0),
         })
-        .unwrap();
-        let rollouts: Vec<_> = genomes
-            .iter()
-            .enumerate()
-            .map(|(index, genes)| Rollout {
-                world: 0,
-                genes,
-                key: Key::rollout(1, 0, index as u64, 0),
-            })
-            .collect();
-        let batch = Batch::new(&[world], &rollouts, None).unwrap();
+        .collect();
+    Batch::new(&[world], &rollouts, Some(TraceRequest { every: 1 })).unwrap()
+}
+
+fn evaluated(evaluator: &mut dyn Evaluator, batch: &Batch) -> Vec<Vec<Record>> {
+    evaluator.evaluate(batch, &Control::new()).unwrap().traces
+}
+
+fn scalar() -> Cpu {
+    Cpu::new(Some(1)).unwrap().with_variant("scalarx1").unwrap()
+}
+
+/// Every lane code, the one that traps NaN, infinities and subnormals among them, and the first adapter.
+#[test]
+fn all_devices_agree_to_the_last_bit() {
+    for (severity, controller) in [
+        (0.0, Controller::Perceptron),
+        (0.6, Controller::Hidden { units: 2 }),
+        (1.0, Controller::Recurrent),
+        (2.0, Controller::Perceptron),
+    ] {
+        let batch = batch(world(Differences::all(severity), controller, 120), 200);
+        let expected = evaluated(&mut scalar(), &batch);
         for variant in Cpu::variants() {
-            if variant.starts_with("checked") || variant.starts_with("scalar") {
-                continue;
-            }
-            let mut cpu = Cpu::new(Some(1)).unwrap().with_variant(variant).unwrap();
-            let start = std::time::Instant::now();
-            let outcome = cpu.evaluate(&batch, &Control::new()).unwrap();
-            let mean = outcome.fitness.iter().sum::<f32>() / n as f32;
-            println!(
-                "{} {variant}: {:.2} M steps/s, mean {mean}",
-                differences.severity,
-                batch.steps() as f64 / start.elapsed().as_secs_f64() / 1e6
-            );
+            let mut cpu = Cpu::new(Some(2)).unwrap().with_variant(variant).unwrap();
+            assert_eq!(evaluated(&mut cpu, &batch), expected, "{variant}, severity {severity}");
+        }
+        #[cfg(feature = "gpu")]
+        {
+            let mut gpu = oneiro::gpu::Gpu::open(&oneiro::gpu::Choice::Best).expect("these tests need an adapter");
+            assert_eq!(evaluated(&mut gpu, &batch), expected, "severity {severity}");
         }
     }
+}
+
+/// Each difference alone changes what is read or where robots come to, and without any two lives are one.
+#[test]
+fn each_difference_shows() {
+    let lives = |differences| {
+        evaluated(
+            &mut scalar(),
+            &batch(world(differences, Controller::Perceptron, 40), 200),
+        )
+    };
+    let none = lives(Differences::all(0.0));
+    assert_eq!(none, lives(Differences::all(0.0)));
+    for difference in Difference::ALL {
+        let changed = lives(Differences::only(1.0, difference));
+        let lives = changed.iter().zip(&none).filter(|(one, other)| one != other).count();
+        assert!(lives > 20, "{}: {lives} of 200 lives", difference.name());
+        let all_but = Differences::without(1.0, difference);
+        assert_eq!(all_but.strength(difference), 0.0);
+    }
+}
+
+#[test]
+fn individuals_and_surroundings_are_of_their_seed() {
+    let [one, same, other] = [1, 1, 2].map(|seed| Surrogate::drawn(seed, Differences::all(1.0)));
+    assert_eq!(one, same);
+    assert_ne!(one.individual, other.individual);
+    assert_ne!(one.surroundings, other.surroundings);
+}
+
+#[test]
+fn a_surrogate_takes_no_noise_of_the_simulator() {
+    let wrong = |change: &dyn Fn(&mut WorldSpec)| {
+        let mut spec = WorldSpec {
+            surrogate: Some(Arc::new(Surrogate::drawn(1, Differences::all(1.0)))),
+            ..WorldSpec::miglino1995()
+        };
+        change(&mut spec);
+        World::new(spec).unwrap_err().field
+    };
+    assert_eq!(wrong(&|spec| spec.noise = Noise::SENSOR), "noise");
+    let severe = Surrogate::drawn(1, Differences::all(2.5));
+    assert_eq!(
+        wrong(&|spec| spec.surrogate = Some(Arc::new(severe.clone()))),
+        "surrogate.severity"
+    );
+    let mut blind = Surrogate::drawn(1, Differences::all(1.0));
+    blind.individual.sensors[3].half = f64::NAN;
+    assert_eq!(
+        wrong(&|spec| spec.surrogate = Some(Arc::new(blind.clone()))),
+        "surrogate.sensors[3].half"
+    );
 }

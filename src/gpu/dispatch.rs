@@ -18,6 +18,10 @@ use crate::evaluator::{Control, PartResult};
 /// a small one. Two cuts are on the device at a time.
 const CUT_BYTES: u64 = 64 << 20;
 
+/// Iterations of all loops together that an invocation makes in a dispatch. Mesa's software driver leaves every loop
+/// of an invocation after 65,535 in all and tells nobody, so that results would be wrong.
+const GREATEST_LOOPS: u32 = 60_000;
+
 /// The greatest dispatch, besides what time and memory allow. No result depends on it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Bounds {
@@ -84,7 +88,7 @@ impl Lives {
             scene: &self.scene,
             benches: &mut self.benches,
             pace: self.paces.entry(pipeline.kernel).or_default(),
-            most_cycles: self.bounds.cycles.max(1),
+            most_cycles: self.bounds.cycles.min(GREATEST_LOOPS / part.loops()).max(1),
             flights: VecDeque::new(),
             told_steps: 0,
             landed: Instant::now(),
