@@ -64,8 +64,9 @@ fn main() -> ExitCode {
         let mut witness = Vec::new();
         for _ in 0..TURNS {
             let start = Instant::now();
+            let setting = witness::Setting::new(&spec);
             for (index, genes) in genomes.iter().take(WITNESSED).enumerate() {
-                let mut life = witness::Life::new(&spec, genes, key(index));
+                let mut life = witness::Life::new(&setting, genes, key(index));
                 (0..spec.cycles).for_each(|step| life.cycle(step));
                 std::hint::black_box((life.pose(), life.fitness));
             }

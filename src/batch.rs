@@ -47,52 +47,53 @@ pub struct TraceRequest {
     pub every: u32,
 }
 
-/// Checked rollouts, packed as the kernels read them: in groups of 64 slots that share a world. Rollouts keep their
-/// order within a world; a world's last group may have idle slots.
+/// Worlds packed as the kernels read them, once for any number of batches. Cheap to clone.
 ///
-/// A batch has one kernel, so all its worlds have the same kind of controller.
+/// The worlds of a batch have one kernel, so all must have the same kind of controller.
+#[derive(Clone, Debug)]
+pub struct Worlds(Arc<PackedWorlds>);
+
 #[derive(Debug)]
-pub struct Batch {
+struct PackedWorlds {
     kernel: &'static Kernel,
-    worlds: Vec<life::World>,
-    shapes: Vec<life::Shape>,
-    tables: Vec<[u32; 4]>,
-    groups: Vec<life::Group>,
-    inputs: Vec<u32>,
-    /// The slot of each rollout.
-    slots: Vec<u32>,
-    trace_every: u32,
-    cycles: u32,
-    steps: u64,
+    checked: Vec<World>,
+    packed: Packed,
 }
 
-impl Batch {
-    /// Checks and packs rollouts.
+impl Worlds {
+    /// Packs worlds.
     ///
     /// # Errors
-    /// No rollout, or too many; a rollout's world that is none; worlds of different controllers; a rollout's genes
-    /// that are too many, too few, not finite or beyond [`GREATEST_GENE`]; a trace with more than
-    /// [`GREATEST_TRACE`] records.
-    pub fn new(worlds: &[World], rollouts: &[Rollout<'_>], trace: Option<TraceRequest>) -> Result<Self, Invalid> {
-        let kernel = one_kernel(worlds)?;
-        let layout = Layout::new(worlds, rollouts)?;
-        let inputs = layout.inputs(worlds, rollouts)?;
-        let packed = Packed::new(worlds);
+    /// No world, or worlds of different controllers.
+    pub fn new(worlds: &[World]) -> Result<Self, Invalid> {
+        Ok(Self(Arc::new(PackedWorlds {
+            kernel: one_kernel(worlds)?,
+            checked: worlds.to_vec(),
+            packed: Packed::new(worlds),
+        })))
+    }
+
+    /// Checks and packs rollouts in these worlds.
+    ///
+    /// # Errors
+    /// No rollout, or too many; a rollout's world that is none; a rollout's genes that are too many, too few, not
+    /// finite or beyond [`GREATEST_GENE`]; a trace with more than [`GREATEST_TRACE`] records.
+    pub fn batch(&self, rollouts: &[Rollout<'_>], trace: Option<TraceRequest>) -> Result<Batch, Invalid> {
+        let checked = &self.0.checked;
+        let layout = Layout::new(checked, rollouts)?;
+        let inputs = layout.inputs(checked, rollouts)?;
         let cycles = layout
             .groups
             .iter()
-            .map(|group| packed.worlds[group.world as usize].steps)
+            .map(|group| checked[group.world as usize].cycles())
             .max()
             .unwrap_or(0);
         let steps = rollouts
             .iter()
-            .map(|rollout| u64::from(worlds[rollout.world].cycles()))
+            .map(|rollout| u64::from(checked[rollout.world].cycles()))
             .sum();
-        let batch = Self {
-            kernel,
-            worlds: packed.worlds,
-            shapes: packed.shapes,
-            tables: packed.tables,
+        let batch = Batch {
+            worlds: self.clone(),
             groups: layout.groups,
             inputs,
             slots: layout.slots,
@@ -113,6 +114,37 @@ impl Batch {
         Ok(batch)
     }
 
+    /// The kernel that simulates them.
+    pub fn kernel(&self) -> &'static Kernel {
+        self.0.kernel
+    }
+}
+
+/// Checked rollouts, packed as the kernels read them: in groups of 64 slots that share a world. Rollouts keep their
+/// order within a world; a world's last group may have idle slots.
+///
+/// See [`Worlds`] for what its worlds have in common.
+#[derive(Debug)]
+pub struct Batch {
+    worlds: Worlds,
+    groups: Vec<life::Group>,
+    inputs: Vec<u32>,
+    /// The slot of each rollout.
+    slots: Vec<u32>,
+    trace_every: u32,
+    cycles: u32,
+    steps: u64,
+}
+
+impl Batch {
+    /// Checks and packs rollouts. Whoever makes many batches packs their worlds once, with [`Worlds::new`].
+    ///
+    /// # Errors
+    /// As [`Worlds::new`] and [`Worlds::batch`].
+    pub fn new(worlds: &[World], rollouts: &[Rollout<'_>], trace: Option<TraceRequest>) -> Result<Self, Invalid> {
+        Worlds::new(worlds)?.batch(rollouts, trace)
+    }
+
     /// How many rollouts it has.
     pub fn rollouts(&self) -> usize {
         self.slots.len()
@@ -125,7 +157,7 @@ impl Batch {
 
     /// The kernel that simulates it.
     pub fn kernel(&self) -> &'static Kernel {
-        self.kernel
+        self.worlds.kernel()
     }
 
     /// How many groups it has.
@@ -187,7 +219,9 @@ impl Batch {
         assert_eq!(trace.len(), fitness.len() * records, "a trace for each slot");
         let own_trace = |&slot: &u32| {
             let world = self.groups[slot as usize / LANES].world;
-            let own = self.worlds[world as usize].steps.div_ceil(self.trace_every);
+            let own = self.worlds.0.packed.worlds[world as usize]
+                .steps
+                .div_ceil(self.trace_every);
             trace[slot as usize * records..][..own as usize].to_vec()
         };
         Outcome {
@@ -237,22 +271,22 @@ impl<'a> Part<'a> {
 
     /// The kernel that simulates it.
     pub fn kernel(&self) -> &'static Kernel {
-        self.batch.kernel
+        self.batch.kernel()
     }
 
     /// All the batch's worlds.
     pub fn worlds(&self) -> &'a [life::World] {
-        &self.batch.worlds
+        &self.batch.worlds.0.packed.worlds
     }
 
     /// All the batch's objects; at least one, so that the buffer is not empty.
     pub fn shapes(&self) -> &'a [life::Shape] {
-        &self.batch.shapes
+        &self.batch.worlds.0.packed.shapes
     }
 
     /// All the batch's tables.
     pub fn tables(&self) -> &'a [[u32; 4]] {
-        &self.batch.tables
+        &self.batch.worlds.0.packed.tables
     }
 
     /// This part's groups. Their `inputs` count from the start of the batch's.
@@ -457,7 +491,7 @@ fn check_genes(rollout: usize, genes: &[f32], count: usize) -> Result<(), Invali
 }
 
 /// The buffers that rollouts share: worlds with their places in them, objects, and each different table once.
-#[derive(Default)]
+#[derive(Debug, Default)]
 struct Packed {
     worlds: Vec<life::World>,
     shapes: Vec<life::Shape>,

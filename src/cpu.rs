@@ -1,5 +1,10 @@
 //! Batches on the CPU: the kernels' lane code, spread over threads.
 
+mod affinity;
+
+use std::num::NonZero;
+use std::thread;
+
 use oneiro_shaders::life::{Dispatch, Record, State};
 use oneiro_shaders::{Kernel, Variant, Words};
 use rayon::prelude::*;
@@ -39,8 +44,10 @@ impl Cpu {
             let threads = threads.unwrap_or_default();
             return Err(Error::NoDevice(format!("{threads} threads; allowed: 1 to {GREATEST}")));
         }
+        let threads = threads.unwrap_or_else(|| thread::available_parallelism().map_or(1, NonZero::get));
         let pool = rayon::ThreadPoolBuilder::new()
-            .num_threads(threads.unwrap_or(0))
+            .num_threads(threads)
+            .start_handler(move |index| affinity::settle(index, threads))
             .thread_name(|index| format!("oneiro-cpu-{index}"))
             .build()
             .map_err(|error| Error::NoDevice(format!("the CPU's threads can't be started: {error}")))?;
@@ -345,7 +352,7 @@ mod tests {
     fn a_changed_float_mode_is_noticed() {
         assert!(float_mode::is_default());
         for changed in [0x9f80_u32, 0x1fc0, 0x3f80, 0x5f80] {
-            let mode = std::thread::spawn(move || {
+            let mode = thread::spawn(move || {
                 // SAFETY: loads the control register with masked exceptions; the thread computes nothing.
                 unsafe { std::arch::asm!("ldmxcsr [{}]", in(reg) &raw const changed, options(nostack)) };
                 float_mode::is_default()

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use oneiro::batch::{Batch, GREATEST_GENE, LANES, LEAST_GENE, Record, Rollout, TraceRequest};
+use oneiro::batch::{Batch, GREATEST_GENE, LANES, LEAST_GENE, Record, Rollout, TraceRequest, Worlds};
 use oneiro::evaluator::PartResult;
 use oneiro::random::Key;
 use oneiro::world::{Controller, Robot, World, WorldSpec};
@@ -240,6 +240,24 @@ fn traces_that_fill_the_memory_are_refused() {
         invalid.field == "trace" && invalid.problem.contains("128000000 records in all; allowed:"),
         "{invalid}"
     );
+}
+
+/// Batches in worlds that were packed once are those that pack their own.
+#[test]
+fn worlds_serve_many_batches() {
+    let worlds = [world(|spec| spec.cycles = 10), world(|spec| spec.cycles = 25)];
+    let packed = Worlds::new(&worlds).unwrap();
+    for rollouts in [1, 100] {
+        let crowd = Crowd::new(&worlds, vec![1; rollouts]);
+        let shared = packed.batch(&crowd.rollouts(), None).unwrap();
+        let own = batch(&worlds, vec![1; rollouts].into_iter(), None);
+        assert_eq!((shared.steps(), shared.cycles()), (own.steps(), 25));
+        assert_eq!(shared.all().worlds(), own.all().worlds());
+        assert_eq!(shared.all().shapes(), own.all().shapes());
+        assert_eq!(shared.all().tables(), own.all().tables());
+        assert_eq!(shared.all().group_table(), own.all().group_table());
+        assert_eq!(shared.all().inputs(), own.all().inputs());
+    }
 }
 
 #[test]

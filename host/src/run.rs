@@ -3,7 +3,7 @@
 use std::collections::VecDeque;
 use std::path::Path;
 
-use oneiro::batch::{Batch, Rollout, TraceRequest};
+use oneiro::batch::{Batch, Rollout, TraceRequest, Worlds};
 use oneiro::evaluator::Error;
 use oneiro::random::Key;
 use oneiro::world::Invalid;
@@ -110,7 +110,9 @@ pub(crate) fn evolve(
     worker: &Worker,
     watch: &mut dyn Watch,
 ) -> Result<Vec<(Run, Done)>> {
-    let ended = live(experiment, &mut runs, worker, watch).and_then(|()| finish(experiment, &mut runs, worker, watch));
+    let worlds = Worlds::new(std::slice::from_ref(experiment.world()))?;
+    let ended = live(experiment, &worlds, &mut runs, worker, watch)
+        .and_then(|()| finish(experiment, &worlds, &mut runs, worker, watch));
     match ended {
         Ok(done) => Ok(runs.into_iter().zip(done).collect()),
         Err(Interruption::Other(failure)) => Err(failure),
@@ -128,11 +130,11 @@ pub(crate) fn evolve(
 
 /// All generations, in two halves of the runs: while the device evaluates one, this thread evolves and records the
 /// other.
-fn live(experiment: &Experiment, runs: &mut [Run], worker: &Worker, watch: &mut dyn Watch) -> Step {
+fn live(experiment: &Experiment, worlds: &Worlds, runs: &mut [Run], worker: &Worker, watch: &mut dyn Watch) -> Step {
     let (one, other) = runs.split_at_mut(runs.len().div_ceil(2));
     let mut under_way = VecDeque::new();
     for half in [one, other] {
-        if let Some(batch) = ask(experiment, half)? {
+        if let Some(batch) = ask(experiment, worlds, half)? {
             worker.submit(batch);
             under_way.push_back(half);
         }
@@ -140,7 +142,7 @@ fn live(experiment: &Experiment, runs: &mut [Run], worker: &Worker, watch: &mut 
     while let Some(half) = under_way.pop_front() {
         let outcome = worker.receive(watch)?;
         let lived = tell(experiment, half, &outcome.fitness);
-        let next = ask(experiment, half)?;
+        let next = ask(experiment, worlds, half)?;
         let goes_on = next.is_some();
         if let Some(batch) = next {
             worker.submit(batch);
@@ -154,7 +156,7 @@ fn live(experiment: &Experiment, runs: &mut [Run], worker: &Worker, watch: &mut 
 }
 
 /// The next generation of each run that is not finished, or nothing when all are.
-fn ask(experiment: &Experiment, runs: &[Run]) -> Step<Option<Batch>> {
+fn ask(experiment: &Experiment, worlds: &Worlds, runs: &[Run]) -> Step<Option<Batch>> {
     let trials = experiment.settings().trials;
     let mut rollouts = Vec::new();
     for run in runs.iter().filter(|run| !run.evolution.is_finished()) {
@@ -166,11 +168,7 @@ fn ask(experiment: &Experiment, runs: &[Run]) -> Step<Option<Batch>> {
     if rollouts.is_empty() {
         return Ok(None);
     }
-    Ok(Some(Batch::new(
-        std::slice::from_ref(experiment.world()),
-        &rollouts,
-        None,
-    )?))
+    Ok(Some(worlds.batch(&rollouts, None)?))
 }
 
 /// The keys of an individual's lives.
@@ -225,7 +223,13 @@ fn record(experiment: &Experiment, runs: &mut [Run], lived: Vec<(usize, Generati
 }
 
 /// Lets the champions live again for their traces, and writes what the runs gave.
-fn finish(experiment: &Experiment, runs: &mut [Run], worker: &Worker, watch: &mut dyn Watch) -> Step<Vec<Done>> {
+fn finish(
+    experiment: &Experiment,
+    worlds: &Worlds,
+    runs: &mut [Run],
+    worker: &Worker,
+    watch: &mut dyn Watch,
+) -> Step<Vec<Done>> {
     /// Records; a longer life is traced less often.
     const LONGEST_TRACE: u32 = 10_000;
     let every = experiment.world().cycles().div_ceil(LONGEST_TRACE);
@@ -241,11 +245,7 @@ fn finish(experiment: &Experiment, runs: &mut [Run], worker: &Worker, watch: &mu
             genes: &champion.genome,
             key: keys[0],
         };
-        worker.submit(Batch::new(
-            std::slice::from_ref(experiment.world()),
-            &[life],
-            Some(TraceRequest { every }),
-        )?);
+        worker.submit(worlds.batch(&[life], Some(TraceRequest { every }))?);
         let outcome = worker.receive(watch)?;
         if trials == 1 && outcome.fitness[0].to_bits() != champion.fitness.to_bits() {
             return Err(Failure::failed(format_args!(

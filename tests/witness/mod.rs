@@ -2,14 +2,15 @@
 //! models and from the order of operations that the WGSL states. Every backend shares the compiler's front end,
 //! whose mistakes would be invisible to tests that only compare backends with each other.
 //!
-//! It is also what `cargo bench` measures the lane code against.
+//! It is also what `cargo bench` measures the lane code against, so it is written to be fast: what a world's lives
+//! share is worked out once, and the distances that show a move to be free serve the next cycle's senses too.
 
 use oneiro::random::{Key, pcg4d};
-use oneiro::tables::{MotorCell, SensorTable};
+use oneiro::tables::MotorCell;
 use oneiro::world::{Activation, Controller, Difference, Speed, Start, Task, WorldSpec};
 
 mod numerics;
-use numerics::{cosine_sine, direction_by, floor, logistic, reciprocal_root, root};
+use numerics::{cosine_sine, direction_by, floor, least, logistic, most, reciprocal_root, root};
 
 const START: u32 = 0;
 const SENSOR: u32 = 1;
@@ -19,14 +20,18 @@ const ENVIRONMENT: u32 = 3;
 /// Squared distances are taken to be at least this, 2^-60.
 const TOUCHING: f32 = 1.0 / (1_u64 << 60) as f32;
 
+/// The gap to an object on whose far side a displaced robot finds itself.
+const BEHIND: f32 = 1_048_576.0;
+
 /// An object of the arena, as a segment with a radius.
 struct Object<'a> {
     from: [f32; 2],
     length: [f32; 2],
     scaled: [f32; 2],
     contact: f32,
+    contact_squared: f32,
     reach_squared: f32,
-    table: &'a SensorTable,
+    readings: &'a [[u16; 8]],
 }
 
 impl<'a> Object<'a> {
@@ -64,19 +69,17 @@ impl<'a> Object<'a> {
             length,
             scaled,
             contact,
+            contact_squared: contact * contact,
             reach_squared: reach * reach,
-            table,
+            readings: &table.readings,
         }
     }
 
-    /// From a point to the nearest point of the axis.
+    /// From a point to the nearest point of the axis; an object without length is at `from`.
     fn toward(&self, x: f32, y: f32) -> [f32; 2] {
         let (from_x, from_y) = (x - self.from[0], y - self.from[1]);
-        if self.length == [0.0; 2] {
-            return [-from_x, -from_y];
-        }
         let along = from_x * self.scaled[0] + from_y * self.scaled[1];
-        let along = along.clamp(0.0, 1.0);
+        let along = least(most(along, 0.0), 1.0);
         [along * self.length[0] - from_x, along * self.length[1] - from_y]
     }
 }
@@ -89,15 +92,125 @@ fn units(key: Key, stream: u32, step: u32, block: u32) -> [f32; 4] {
     pcg4d([key.0[0], key.0[1], step, stream << 16 | block]).map(|word| (word >> 8) as f32 / 16_777_216.0)
 }
 
-/// A life in progress.
-pub(crate) struct Life<'a> {
+/// What one pair of motor states does, and what it earns where nothing is near.
+#[derive(Clone, Copy)]
+struct Motion {
+    displacement: f32,
+    turn: f32,
+    earned: f32,
+}
+
+impl Motion {
+    fn new(task: Task, cell: &MotorCell) -> Self {
+        let Task::Avoidance { speed, difference, .. } = task;
+        let speed = match speed {
+            Speed::Unsigned => 0.5 * (cell.left.abs() + cell.right.abs()),
+            Speed::Signed => 0.5 * (cell.left + cell.right),
+        };
+        let apart = 0.5 * (cell.left - cell.right).abs();
+        let turning = match difference {
+            Difference::Root => root(apart),
+            Difference::Square => apart * apart,
+        };
+        Self {
+            displacement: cell.displacement,
+            turn: cell.turn,
+            earned: speed * (1.0 - turning),
+        }
+    }
+}
+
+/// All that lives in one world share.
+pub(crate) struct Setting<'a> {
     spec: &'a WorldSpec,
     objects: Vec<Object<'a>>,
+    /// At `left * states + right`.
+    motions: Vec<Motion>,
+    activation: Activation,
+    /// Of the sensor tables: gap of the first row, rows per mm, rows, bearings.
+    nearest: f32,
+    rows_per_mm: f32,
+    rows: u32,
+    bearings: u32,
+}
+
+impl<'a> Setting<'a> {
+    /// For worlds with objects.
+    pub(crate) fn new(spec: &'a WorldSpec) -> Self {
+        let Task::Avoidance { activation, .. } = spec.task;
+        let table = &spec.robot.sensors.classes[0];
+        let cells = spec.robot.motors.cells.iter();
+        Self {
+            spec,
+            objects: Object::all(spec),
+            motions: cells.map(|cell| Motion::new(spec.task, cell)).collect(),
+            activation,
+            nearest: table.nearest,
+            rows_per_mm: 1.0 / table.spacing,
+            rows: table.rows,
+            bearings: table.bearings,
+        }
+    }
+
+    /// Finds the objects within reach of a robot. Whether it is free; if not, some are missing.
+    fn around(&self, x: f32, y: f32, near: &mut Vec<Near>) -> bool {
+        near.clear();
+        for (object, index) in self.objects.iter().zip(0..) {
+            let to = object.toward(x, y);
+            let squared = squared(to);
+            if squared < object.reach_squared {
+                if squared < object.contact_squared {
+                    return false;
+                }
+                near.push(Near {
+                    object: index,
+                    to,
+                    squared,
+                });
+            }
+        }
+        true
+    }
+
+    /// Adds the readings that an object in some direction gives.
+    fn read(&self, object: &Object<'_>, to: [f32; 2], squared: f32, contact: f32, heading: f32, sums: &mut [u32; 8]) {
+        let inverse = reciprocal_root(most(squared, TOUCHING));
+        let gap = squared * inverse - contact;
+        let row = most((gap - self.nearest) * self.rows_per_mm, 0.0) as i32 as u32;
+        if row >= self.rows {
+            return;
+        }
+        let clockwise = heading - direction_by(to[0], to[1], inverse);
+        let share = clockwise - floor(clockwise);
+        let bearing = ((share * self.bearings as f32) as i32 as u32).min(self.bearings - 1);
+        let cell = &object.readings[(row * self.bearings + bearing) as usize];
+        for (sum, &reading) in sums.iter_mut().zip(cell) {
+            *sum += u32::from(reading);
+        }
+    }
+}
+
+/// An object within reach.
+#[derive(Clone, Copy)]
+struct Near {
+    object: usize,
+    to: [f32; 2],
+    squared: f32,
+}
+
+/// A life in progress.
+pub(crate) struct Life<'a> {
+    setting: &'a Setting<'a>,
     genes: &'a [f32],
     key: Key,
     x: f32,
     y: f32,
     heading: f32,
+    /// The heading's cosine and sine.
+    facing: (f32, f32),
+    /// The objects within reach of this pose, and where the next pose's go.
+    near: Vec<Near>,
+    next_near: Vec<Near>,
     shift: [f32; 2],
     outputs: [f32; 2],
     /// The sum of all rewards so far.
@@ -106,41 +219,39 @@ pub(crate) struct Life<'a> {
 
 impl<'a> Life<'a> {
     /// A life at its start. For worlds with random starts of which one of 64 draws is free.
-    pub(crate) fn new(spec: &'a WorldSpec, genes: &'a [f32], key: Key) -> Self {
+    pub(crate) fn new(setting: &'a Setting<'a>, genes: &'a [f32], key: Key) -> Self {
+        let spec = setting.spec;
         let range = spec.noise.walk_range;
         let u = units(key, ENVIRONMENT, 0, 1);
-        let mut life = Self {
-            spec,
-            objects: Object::all(spec),
+        let mut near = Vec::with_capacity(setting.objects.len());
+        let (x, y, heading) = match spec.start {
+            Start::At { x, y, heading } => {
+                setting.around(x, y, &mut near);
+                (x, y, heading)
+            }
+            Start::Random => {
+                let field = spec.arena.field;
+                (0..64)
+                    .map(|draw| units(key, START, 0, draw))
+                    .map(|u| (field.x + u[0] * field.width, field.y + u[1] * field.height, u[2]))
+                    .find(|(x, y, _)| setting.around(*x, *y, &mut near))
+                    .expect("a quarter of the field is free")
+            }
+        };
+        Self {
+            setting,
             genes,
             key,
-            x: 0.0,
-            y: 0.0,
-            heading: 0.0,
+            x,
+            y,
+            heading,
+            facing: cosine_sine(heading),
+            next_near: Vec::with_capacity(near.capacity()),
+            near,
             shift: [(2.0 * u[0] - 1.0) * range, (2.0 * u[1] - 1.0) * range],
             outputs: [0.0; 2],
             fitness: 0.0,
-        };
-        (life.x, life.y, life.heading) = match spec.start {
-            Start::At { x, y, heading } => (x, y, heading),
-            Start::Random => life.random_pose(),
-        };
-        life
-    }
-
-    fn random_pose(&self) -> (f32, f32, f32) {
-        let field = self.spec.arena.field;
-        (0..64)
-            .map(|draw| units(self.key, START, 0, draw))
-            .map(|u| (field.x + u[0] * field.width, field.y + u[1] * field.height, u[2]))
-            .find(|(x, y, _)| !self.touches(*x, *y))
-            .expect("a quarter of the field is free")
-    }
-
-    fn touches(&self, x: f32, y: f32) -> bool {
-        self.objects
-            .iter()
-            .any(|object| squared(object.toward(x, y)) < object.contact * object.contact)
+        }
     }
 
     /// x and y in mm, heading in turns.
@@ -150,77 +261,80 @@ impl<'a> Life<'a> {
 
     /// One cycle of 100 ms.
     pub(crate) fn cycle(&mut self, step: u32) {
-        let noise = &self.spec.noise;
-        let mut shift = [0.0; 2];
-        if noise.walk_range > 0.0 {
-            shift = self.shift;
-            let u = units(self.key, ENVIRONMENT, step, 0);
-            for axis in 0..2 {
-                self.shift[axis] = reflect(shift[axis] + (2.0 * u[axis] - 1.0) * noise.walk_step, noise.walk_range);
-            }
-        }
-        let real = self.sense(shift);
+        let spec = self.setting.spec;
+        let sums = if spec.noise.walk_range > 0.0 {
+            self.sense_displaced(step)
+        } else {
+            self.sense()
+        };
+        let scale = spec.robot.sensors.reading_scale;
+        let real = sums.map(|sum| least(sum as i32 as f32 * scale, 1.0));
         let perceived = self.with_noise(step, real);
         let outputs = self.control(&perceived);
         let moved = self.motion(step, outputs);
 
-        let (cosine, sine) = cosine_sine(self.heading + self.spec.robot.turn_before_move * moved.turn);
+        let (cosine, sine) = if spec.robot.turn_before_move == 0.0 {
+            self.facing
+        } else {
+            cosine_sine(self.heading + spec.robot.turn_before_move * moved.turn)
+        };
         let x = self.x + moved.displacement * cosine;
         let y = self.y + moved.displacement * sine;
-        let collided = self.touches(x, y);
-        self.fitness += if collided {
-            0.0
-        } else {
-            self.reward(&moved, &real, &perceived)
-        };
-        if !collided {
+        if self.setting.around(x, y, &mut self.next_near) {
+            std::mem::swap(&mut self.near, &mut self.next_near);
+            let near = match self.setting.activation {
+                Activation::Real => highest(&real),
+                Activation::Perceived => highest(&perceived),
+                Activation::None => 0.0,
+            };
+            self.fitness += moved.earned * (1.0 - near);
             let heading = self.heading + moved.turn;
             (self.x, self.y, self.heading) = (x, y, heading - floor(heading));
+            self.facing = cosine_sine(self.heading);
         }
         self.outputs = outputs;
     }
 
-    fn sense(&self, shift: [f32; 2]) -> [f32; 8] {
+    /// The sums of all objects' readings.
+    fn sense(&self) -> [u32; 8] {
+        let mut sums = [0; 8];
+        for near in &self.near {
+            let object = &self.setting.objects[near.object];
+            self.setting
+                .read(object, near.to, near.squared, object.contact, self.heading, &mut sums);
+        }
+        sums
+    }
+
+    /// The same from where conservative noise displaces the robot to, and the next step of that walk.
+    fn sense_displaced(&mut self, step: u32) -> [u32; 8] {
+        let noise = &self.setting.spec.noise;
+        let shift = self.shift;
+        let u = units(self.key, ENVIRONMENT, step, 0);
+        for axis in 0..2 {
+            self.shift[axis] = reflect(shift[axis] + (2.0 * u[axis] - 1.0) * noise.walk_step, noise.walk_range);
+        }
         let (x, y) = (self.x + shift[0], self.y + shift[1]);
-        let mut sums = [0_u32; 8];
-        for object in &self.objects {
+        let mut sums = [0; 8];
+        for object in &self.setting.objects {
             let mut to = object.toward(x, y);
-            if squared(to) >= object.reach_squared {
+            let square = squared(to);
+            if square >= object.reach_squared {
                 continue;
             }
             let mut contact = object.contact;
-            if self.spec.noise.walk_range > 0.0 {
-                let unshifted = object.toward(self.x, self.y);
-                if unshifted[0] * to[0] + unshifted[1] * to[1] < 0.0 {
-                    to = [-to[0], -to[1]];
-                    contact = 1_048_576.0;
-                }
+            let unshifted = object.toward(self.x, self.y);
+            if unshifted[0] * to[0] + unshifted[1] * to[1] < 0.0 {
+                to = [-to[0], -to[1]];
+                contact = BEHIND;
             }
-            let table = object.table;
-            let square = squared(to);
-            let inverse = reciprocal_root(if square > TOUCHING { square } else { TOUCHING });
-            let gap = square * inverse - contact;
-            let row = (gap - table.nearest) * (1.0 / table.spacing);
-            let row = if row > 0.0 { row as u32 } else { 0 };
-            if row >= table.rows {
-                continue;
-            }
-            let clockwise = self.heading - direction_by(to[0], to[1], inverse);
-            let share = clockwise - floor(clockwise);
-            let bearing = ((share * table.bearings as f32) as u32).min(table.bearings - 1);
-            let cell = table.readings[(row * table.bearings + bearing) as usize];
-            for (sum, reading) in sums.iter_mut().zip(cell) {
-                *sum += u32::from(reading);
-            }
+            self.setting.read(object, to, square, contact, self.heading, &mut sums);
         }
-        sums.map(|sum| {
-            let activation = sum as f32 * self.spec.robot.sensors.reading_scale;
-            if activation < 1.0 { activation } else { 1.0 }
-        })
+        sums
     }
 
     fn with_noise(&self, step: u32, mut readings: [f32; 8]) -> [f32; 8] {
-        let (low, high) = self.spec.noise.sensor;
+        let (low, high) = self.setting.spec.noise.sensor;
         let span = high - low;
         if span > 0.0 {
             let (a, b) = (units(self.key, SENSOR, step, 0), units(self.key, SENSOR, step, 1));
@@ -232,43 +346,37 @@ impl<'a> Life<'a> {
         readings
     }
 
-    fn weighed(&self, first: usize, readings: &[f32; 8]) -> f32 {
-        let products = self.genes[first..]
-            .iter()
-            .zip(readings)
-            .map(|(gene, reading)| gene * reading);
-        products.reduce(|sum, product| sum + product).unwrap_or_default()
-    }
-
     fn control(&self, readings: &[f32; 8]) -> [f32; 2] {
         let genes = self.genes;
-        match self.spec.controller {
-            Controller::Perceptron => [0, 9].map(|first| logistic(self.weighed(first, readings) + genes[first + 8])),
+        match self.setting.spec.controller {
+            Controller::Perceptron => {
+                let left = weighed(&genes[..9], readings) + genes[8];
+                let right = weighed(&genes[9..18], readings) + genes[17];
+                [logistic(left), logistic(right)]
+            }
             Controller::Recurrent => [0, 11].map(|first| {
-                let sum = self.weighed(first, readings);
-                logistic(
-                    sum + genes[first + 8] * self.outputs[0] + genes[first + 9] * self.outputs[1] + genes[first + 10],
-                )
+                let own = &genes[first..first + 11];
+                let sum = weighed(own, readings);
+                logistic(sum + own[8] * self.outputs[0] + own[9] * self.outputs[1] + own[10])
             }),
             Controller::Hidden { units } => {
                 let biases = 11 * units as usize;
                 let mut sums = [genes[biases], genes[biases + 1]];
-                for first in (0..biases).step_by(11) {
-                    let output = logistic(self.weighed(first, readings) + genes[first + 8]);
-                    sums[0] += genes[first + 9] * output;
-                    sums[1] += genes[first + 10] * output;
+                for own in genes[..biases].chunks_exact(11) {
+                    let output = logistic(weighed(own, readings) + own[8]);
+                    sums[0] += own[9] * output;
+                    sums[1] += own[10] * output;
                 }
                 sums.map(logistic)
             }
         }
     }
 
-    fn motion(&self, step: u32, outputs: [f32; 2]) -> MotorCell {
-        let motors = &self.spec.robot.motors;
-        let [left, right] =
-            outputs.map(|output| ((output * motors.scale + motors.offset) as u32).min(motors.states - 1));
-        let mut moved = motors.cells[(left * motors.states + right) as usize];
-        let noise = self.spec.noise.motor;
+    fn motion(&self, step: u32, [left, right]: [f32; 2]) -> Motion {
+        let motors = &self.setting.spec.robot.motors;
+        let state = |output: f32| ((output * motors.scale + motors.offset) as i32 as u32).min(motors.states - 1);
+        let mut moved = self.setting.motions[(state(left) * motors.states + state(right)) as usize];
+        let noise = self.setting.spec.noise.motor;
         if noise > 0.0 {
             let u = units(self.key, ACTUATOR, step, 0);
             moved.displacement *= 1.0 + noise * (2.0 * u[0] - 1.0);
@@ -276,30 +384,19 @@ impl<'a> Life<'a> {
         }
         moved
     }
+}
 
-    fn reward(&self, moved: &MotorCell, real: &[f32; 8], perceived: &[f32; 8]) -> f32 {
-        let Task::Avoidance {
-            speed,
-            difference,
-            activation,
-        } = self.spec.task;
-        let speed = match speed {
-            Speed::Unsigned => 0.5 * (moved.left.abs() + moved.right.abs()),
-            Speed::Signed => 0.5 * (moved.left + moved.right),
-        };
-        let apart = 0.5 * (moved.left - moved.right).abs();
-        let turning = match difference {
-            Difference::Root => root(apart),
-            Difference::Square => apart * apart,
-        };
-        let highest = |readings: &[f32; 8]| readings.iter().fold(0.0, |most, r| if *r > most { *r } else { most });
-        let near = match activation {
-            Activation::Real => highest(real),
-            Activation::Perceived => highest(perceived),
-            Activation::None => 0.0,
-        };
-        speed * (1.0 - turning) * (1.0 - near)
+/// The sum of the first eight genes' products with the readings, from the first to the last.
+fn weighed(genes: &[f32], readings: &[f32; 8]) -> f32 {
+    let mut sum = genes[0] * readings[0];
+    for (gene, reading) in genes[1..8].iter().zip(&readings[1..]) {
+        sum += gene * reading;
     }
+    sum
+}
+
+fn highest(readings: &[f32; 8]) -> f32 {
+    readings.iter().fold(0.0, |highest, &reading| most(highest, reading))
 }
 
 /// Folds a number back at -range and range.

@@ -232,9 +232,14 @@ impl Recorder {
     pub(crate) fn push(&mut self, generation: &Generation) -> Result {
         self.rows.push(Row::new(generation, self.parents).line().as_bytes())?;
         if let Some(individuals) = &mut self.individuals {
-            let each = generation.population.genomes().zip(&generation.fitness);
-            let values = each.flat_map(|(genome, fitness)| genome.iter().chain([fitness]));
-            individuals.push(&values.flat_map(|value| value.to_le_bytes()).collect::<Vec<u8>>())?;
+            let population = &generation.population;
+            let mut bytes = Vec::with_capacity(size_of::<f32>() * population.len() * (population.genes() + 1));
+            for (genome, fitness) in population.genomes().zip(&generation.fitness) {
+                for value in genome.iter().chain([fitness]) {
+                    bytes.extend_from_slice(&value.to_le_bytes());
+                }
+            }
+            individuals.push(&bytes)?;
         }
         Ok(())
     }
