@@ -116,6 +116,12 @@ impl Differences {
         all
     }
 
+    /// With readings that are so many ms old at the least, at severity 1.
+    #[must_use]
+    pub fn with_latency(self, latency_ms: f32) -> Self {
+        Self { latency_ms, ..self }
+    }
+
     /// The severity of one difference: 0 if it is off.
     pub fn strength(&self, difference: Difference) -> f32 {
         if self.on[difference as usize] {

@@ -334,8 +334,14 @@ pub(crate) struct Miglino1995 {
     /// Make the simulator from these recordings of a robot, wall and round and perhaps motors, in place of samples
     #[arg(long, value_name = "FILE,..", value_delimiter = ',', value_hint = ValueHint::FilePath)]
     pub(crate) tables: Vec<PathBuf>,
+    /// One assumption made otherwise than preregistered
+    #[arg(long, value_name = "ARM", value_enum, default_value_t = crate::reproduce::miglino1995::arms::Arm::Main, hide_possible_values = true)]
+    pub(crate) arm: crate::reproduce::miglino1995::arms::Arm,
+    /// The study again under each other assumption, and a table of the claims by assumption
+    #[arg(long, conflicts_with = "arm")]
+    pub(crate) sensitivity: bool,
     /// In place of the study: the gap without noise by severity, on five other robots
-    #[arg(long, conflicts_with_all = ["runs", "robot", "severity", "tables", "out"])]
+    #[arg(long, conflicts_with_all = ["runs", "robot", "severity", "tables", "out", "arm", "sensitivity"])]
     pub(crate) calibrate: bool,
     /// Where evaluations run.
     #[command(flatten)]

@@ -71,8 +71,10 @@ pub(crate) struct Driven {
 pub(crate) struct Life<'a> {
     /// The controller's genes.
     pub(crate) genes: &'a [f32],
-    /// Where it starts and, in a simulation, all that is random in it.
+    /// In a simulation all that is random in it.
     pub(crate) key: Key,
+    /// Where the robot is put: x and y in mm, heading in turns. None: at any free pose.
+    pub(crate) start: Option<[f32; 3]>,
 }
 
 /// A life that was lived.
@@ -80,12 +82,19 @@ pub(crate) struct Life<'a> {
 pub(crate) struct Lived {
     /// Its fitness.
     pub(crate) fitness: f32,
-    /// A record each cycle, if it was asked for.
+    /// If it was asked for, a record each cycle, and one more with where it ended.
     pub(crate) trace: Vec<Record>,
 }
 
 /// Why reality did not do what it was asked to.
 #[derive(Clone, Debug, thiserror::Error)]
+#[cfg_attr(
+    not(test),
+    expect(
+        dead_code,
+        reason = "a surrogate is always readable and in its place; a real robot is not"
+    )
+)]
 pub(crate) enum Trouble {
     /// The sensors could not be read, or not in time; it may work when tried again.
     #[error("the sensors can't be read: {0}")]

@@ -21,10 +21,8 @@ const NEAREST: f32 = 5.0;
 /// From one row to the next, mm.
 const SPACING: f32 = 2.0;
 
-/// The 20 speeds of a wheel, in the robot's unit.
-fn speeds() -> impl Iterator<Item = i32> + Clone {
-    (-10..=10).filter(|speed| *speed != 0)
-}
+/// The speeds of a wheel that any choice of 20 states takes, in the robot's unit.
+const SPEEDS: std::ops::RangeInclusive<i32> = -10..=10;
 
 /// A robot's samples.
 #[derive(Clone, Debug, PartialEq)]
@@ -83,7 +81,7 @@ impl Notebook {
 
 /// Rows of a whole sampling: what a progress bar counts.
 pub(crate) fn rows(objects: &[Object]) -> u64 {
-    u64::from(ROWS) * objects.len() as u64 + speeds().count() as u64
+    u64::from(ROWS) * objects.len() as u64 + SPEEDS.count() as u64
 }
 
 /// Samples a robot before each object, and its motors; `done` is called after each row.
@@ -108,7 +106,7 @@ pub(crate) fn sample(
         classes.push(table(&object.class, &taken));
     }
     let mut taken = Vec::new();
-    for (number, left) in speeds().enumerate() {
+    for (number, left) in SPEEDS.enumerate() {
         taken.push(notebook.row(&format!("motors-{number:02}"), || motors_row(reality, left))?);
         done();
     }
@@ -161,18 +159,148 @@ fn table(class: &str, rows: &[Vec<[u16; SENSORS]>]) -> SensorTable {
 
 /// What one speed of the left wheel does with each of the right.
 fn motors_row(reality: &mut dyn Reality, left: i32) -> Result<Vec<Driven>> {
-    speeds()
-        .map(|right| patiently(|| reality.drive((left, right))))
-        .collect()
+    SPEEDS.map(|right| patiently(|| reality.drive((left, right)))).collect()
 }
 
 /// The motors' samples from their rows.
 fn motors(rows: &[Vec<Driven>]) -> MotorSamples {
     let all = || rows.iter().flatten();
     MotorSamples {
-        speeds: speeds().collect(),
+        speeds: SPEEDS.collect(),
         // Files count turns clockwise.
         degrees: all().map(|driven| (0.0 - driven.turn * 360.0) as f32).collect(),
         centimetres: all().map(|driven| (driven.displacement / 10.0) as f32).collect(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::{Life, Lived, Shape, Trouble};
+    use super::*;
+
+    /// A robot on a wire, as it may be: it reads the bearing in degrees and the gap, and fails when told to.
+    struct Wired {
+        degrees_a_cycle: f64,
+        troubles: Vec<Trouble>,
+    }
+
+    impl Wired {
+        fn trouble(&mut self) -> std::result::Result<(), Trouble> {
+            self.troubles.pop().map_or(Ok(()), Err)
+        }
+    }
+
+    impl Reality for Wired {
+        fn describe(&self) -> String {
+            "a robot on a wire".into()
+        }
+
+        fn turn_before(&mut self, _: &Object, gap: f32) -> std::result::Result<Vec<Turned>, Trouble> {
+            self.trouble()?;
+            let cycles = (400.0 / self.degrees_a_cycle) as u32;
+            let moment = |cycle: u32| {
+                let degrees = (f64::from(cycle) * self.degrees_a_cycle) % 360.0;
+                Turned {
+                    bearing: degrees / 360.0,
+                    readings: [degrees as u16, gap as u16, 0, 0, 0, 0, 0, 1023],
+                }
+            };
+            Ok((0..cycles).map(moment).collect())
+        }
+
+        fn drive(&mut self, (left, right): (i32, i32)) -> std::result::Result<Driven, Trouble> {
+            self.trouble()?;
+            Ok(Driven {
+                displacement: f64::from(left + right),
+                turn: f64::from(right - left) / 100.0,
+            })
+        }
+
+        fn live(&mut self, _: &[Life<'_>], _: bool) -> std::result::Result<Vec<Lived>, Trouble> {
+            Err(Trouble::Broken("it only turns".into()))
+        }
+    }
+
+    fn wall() -> Object {
+        Object {
+            class: "wall".into(),
+            shape: Shape::Wall,
+        }
+    }
+
+    #[test]
+    fn a_cell_is_the_first_reading_of_its_interval() {
+        let mut robot = Wired {
+            degrees_a_cycle: 1.5,
+            troubles: Vec::new(),
+        };
+        let samples = sample_unkept(&mut robot, &[wall()]).unwrap();
+        let table = &samples.sensors.classes[0];
+        assert_eq!(
+            (table.rows, table.bearings, table.nearest, table.spacing),
+            (20, 180, 5.0, 2.0)
+        );
+        for row in 0..20 {
+            for (bearing, cell) in table.readings[row * 180..][..180].iter().enumerate() {
+                let first = (2.0 * bearing as f64 / 1.5).ceil() * 1.5;
+                assert_eq!(cell[..2], [first as u16, 5 + 2 * row as u16], "bearing {bearing}");
+            }
+        }
+        let motors = samples.motors;
+        assert_eq!(motors.speeds, (-10..=10).collect::<Vec<_>>());
+        // Left -10, right 10: no displacement, a fifth of a turn to the left.
+        assert_eq!((motors.centimetres[20], motors.degrees[20]), (0.0, -72.0));
+    }
+
+    #[test]
+    fn a_robot_that_turns_too_fast_is_refused() {
+        let mut robot = Wired {
+            degrees_a_cycle: 3.0,
+            troubles: Vec::new(),
+        };
+        let failure = sample_unkept(&mut robot, &[wall()]).unwrap_err().to_string();
+        assert!(failure.contains("no reading between 2 and 4 degrees"), "{failure}");
+    }
+
+    #[test]
+    fn what_may_pass_is_tried_three_times() {
+        let lifted = || Trouble::Displaced("it was lifted".into());
+        let sampled = |troubles| {
+            sample_unkept(
+                &mut Wired {
+                    degrees_a_cycle: 1.5,
+                    troubles,
+                },
+                &[wall()],
+            )
+        };
+        assert!(sampled(vec![lifted(), Trouble::Unreadable("no answer".into())]).is_ok());
+        assert!(sampled(vec![lifted(), lifted(), lifted()]).is_err());
+        assert!(sampled(vec![Trouble::Broken("no power".into())]).is_err());
+    }
+
+    #[test]
+    fn a_notebook_goes_on_and_is_of_one_robot() {
+        let directory = std::env::temp_dir().join(format!("oneiro-notebook-{}", std::process::id()));
+        let mut robot = Wired {
+            degrees_a_cycle: 1.5,
+            troubles: vec![Trouble::Broken("the battery is empty".into())],
+        };
+        let notebook = Notebook::open(&directory, &robot.describe()).unwrap();
+        let kept = |robot: &mut Wired| notebook.row("wall-00", || row(robot, &wall(), 0));
+        assert!(kept(&mut robot).is_err());
+        let first = kept(&mut robot).unwrap();
+        robot.troubles = vec![Trouble::Broken("the battery is empty".into())];
+        assert_eq!(kept(&mut robot).unwrap(), first, "it was not asked again");
+        let again = Notebook::open(&directory, &robot.describe());
+        let other = Notebook::open(&directory, "another robot");
+        fs::remove_dir_all(&directory).unwrap();
+        assert!(again.is_ok());
+        assert!(
+            other
+                .unwrap_err()
+                .to_string()
+                .contains("holds samples of another robot")
+        );
     }
 }

@@ -94,15 +94,29 @@ impl<'a> SurrogateRobot<'a> {
         })
     }
 
+    /// The world of lives of so many cycles from one start, or from any.
+    fn started(&self, start: Option<[f32; 3]>, cycles: u32) -> Result<World, Trouble> {
+        let spec = self.world.spec();
+        if start.is_none() && cycles == spec.cycles {
+            return Ok(self.world.clone());
+        }
+        World::new(WorldSpec {
+            start: start.map_or(spec.start, |[x, y, heading]| Start::At { x, y, heading }),
+            cycles,
+            ..spec.clone()
+        })
+        .map_err(|invalid| Trouble::Broken(invalid.to_string()))
+    }
+
     /// Runs one life from a pose, its wheels held at two speeds.
     fn held(&mut self, arena: Arena, start: Start, speeds: (i32, i32), cycles: u32) -> Result<Vec<Record>, Trouble> {
         let genes = holding(speeds).ok_or_else(|| {
             let (left, right) = speeds;
-            Trouble::Broken(format!("speeds {left} and {right}; allowed: -10 to -1 and 1 to 10"))
+            Trouble::Broken(format!("speeds {left} and {right}; allowed: -10 to 10"))
         })?;
         let world = World::new(WorldSpec {
             robot: Robot {
-                motors: MotorTable::khepera(MotorStates::Symmetric20),
+                motors: MotorTable::khepera(MotorStates::Evorobot21),
                 ..self.world.spec().robot.clone()
             },
             surrogate: Some(Arc::clone(&self.surrogate)),
@@ -130,16 +144,14 @@ fn one_batch(worlds: &[World], rollouts: &[Rollout<'_>], traced: bool) -> Result
     Batch::new(worlds, rollouts, trace).map_err(|invalid| Trouble::Broken(invalid.to_string()))
 }
 
-/// Genes that hold the wheels at two of the speeds -10 to -1 and 1 to 10, whatever the sensors read.
+/// Genes that hold the wheels at two of the speeds -10 to 10, whatever the sensors read.
 fn holding((left, right): (i32, i32)) -> Option<Vec<f32>> {
     let bias = |speed: i32| {
-        let state = match speed {
-            -10..=-1 => speed + 10,
-            1..=10 => speed + 9,
-            _ => return None,
-        };
-        // Half way between two states, so that no rounding matters: the logistic of the bias is this output.
-        let output = (f64::from(state) + 0.5) / 20.0;
+        if !(-10..=10).contains(&speed) {
+            return None;
+        }
+        // In the middle of what rounds to the state, so that no rounding of the logistic matters.
+        let output = ((f64::from(speed) + 10.0) / 20.0).clamp(0.001, 0.999);
         Some((output / (1.0 - output)).ln() as f32)
     };
     let mut genes = vec![0.0; Controller::Perceptron.genes()];
@@ -235,22 +247,39 @@ impl Reality for SurrogateRobot<'_> {
     }
 
     fn live(&mut self, lives: &[Life<'_>], traced: bool) -> Result<Vec<Lived>, Trouble> {
-        let rollouts: Vec<Rollout<'_>> = lives
-            .iter()
-            .map(|life| Rollout {
-                world: 0,
+        let cycles = self.world.cycles();
+        let mut starts: Vec<Option<[f32; 3]>> = Vec::new();
+        let mut worlds = Vec::new();
+        let mut rollouts = Vec::with_capacity(lives.len());
+        for life in lives {
+            let known = starts.iter().rposition(|start| *start == life.start);
+            let world = match known {
+                Some(world) => world,
+                None => {
+                    starts.push(life.start);
+                    worlds.push(self.started(life.start, cycles + u32::from(traced))?);
+                    worlds.len() - 1
+                }
+            };
+            rollouts.push(Rollout {
+                world,
                 genes: life.genes,
                 key: life.key,
-            })
-            .collect();
-        let batch = one_batch(std::slice::from_ref(&self.world), &rollouts, traced)?;
-        let outcome = self.evaluations.run(&batch)?;
-        let mut traces = outcome.traces.into_iter();
-        let lived = |fitness| Lived {
-            fitness,
-            trace: traces.next().unwrap_or_default(),
+            });
+        }
+        let outcome = self.evaluations.run(&one_batch(&worlds, &rollouts, traced)?)?;
+        if !traced {
+            let lived = |fitness| Lived {
+                fitness,
+                trace: Vec::new(),
+            };
+            return Ok(outcome.fitness.into_iter().map(lived).collect());
+        }
+        let lived = |trace: Vec<Record>| Lived {
+            fitness: trace.get(cycles as usize - 1).map_or(0.0, |last| last.fitness),
+            trace,
         };
-        Ok(outcome.fitness.into_iter().map(lived).collect())
+        Ok(outcome.traces.into_iter().map(lived).collect())
     }
 }
 

@@ -1,5 +1,7 @@
 //! The claims of the paper, and what the study says of each.
 
+use std::fmt;
+
 use serde::Serialize;
 
 /// How a claim came out.
@@ -12,6 +14,16 @@ pub(crate) enum Verdict {
     NotReproduced,
     /// Too few runs for its test, or its parts disagree.
     Undecided,
+}
+
+impl fmt::Display for Verdict {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Reproduced => "reproduced",
+            Self::NotReproduced => "not_reproduced",
+            Self::Undecided => "undecided",
+        })
+    }
 }
 
 /// A figure that a verdict rests on.

@@ -1,6 +1,7 @@
 //! The study of Miglino, Lund and Nolfi (1995): sample a robot, evolve in the simulator made from the samples, move
 //! to reality, evolve on, and hold every claim of the paper against what came out.
 
+pub(crate) mod arms;
 pub(crate) mod claims;
 mod judge;
 pub(crate) mod results;
@@ -12,7 +13,8 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::Instant;
 
-use oneiro::tables::{MotorSamples, MotorStates, MotorTable, SensorTables};
+use clap::ValueEnum;
+use oneiro::tables::{MotorSamples, MotorTable, SensorTables};
 use oneiro::world::Robot;
 
 use crate::cli::Miglino1995;
@@ -24,6 +26,8 @@ use crate::reality::surrogate::{Evaluations, SurrogateRobot};
 use crate::record::write_whole;
 use crate::watcher::stop_signal;
 use crate::{device, progress};
+use arms::Arm;
+use claims::Claim;
 use results::{Results, Run};
 use settings::{REAL, SIMULATED, Settings};
 use study::Study;
@@ -45,45 +49,96 @@ pub(crate) fn run(arguments: &Miglino1995, console: Console) -> Result {
     Ok(())
 }
 
+/// The study that was asked for, and with `--sensitivity` under every other assumption too.
 fn whole(arguments: &Miglino1995, evaluations: &Evaluations, console: Console) -> Result {
-    let recordings = recordings(&arguments.tables, console)?;
-    let settings = Settings {
-        seed: arguments.seed,
-        runs: arguments.runs,
-        robot: sample::surrogate_seed(&arguments.robot)?,
-        severity: arguments.severity,
-        tables: recordings.as_ref().map(|robot| hashes(robot)).unwrap_or_default(),
+    let robot = sample::surrogate_seed(&arguments.robot)?;
+    let under = |arm| -> Result<(Settings, Option<Robot>)> {
+        let recordings = recordings(&arguments.tables, arm, console)?;
+        let settings = Settings {
+            seed: arguments.seed,
+            runs: arguments.runs,
+            robot,
+            severity: arguments.severity,
+            arm,
+            tables: recordings.as_ref().map(hashes).unwrap_or_default(),
+        };
+        Ok((settings, recordings))
     };
+    let (settings, recordings) = under(arguments.arm)?;
     let directory = arguments.out.clone().unwrap_or_else(|| default_directory(&settings));
-    open(&directory, &settings)?;
-    let samples = directory.join("robot");
+    let claims = study(&settings, recordings, evaluations, &directory, console)?;
+    if arguments.sensitivity {
+        let mut arms = vec![(Arm::Main, claims.clone())];
+        for &arm in Arm::value_variants().iter().filter(|arm| **arm != Arm::Main) {
+            let (settings, recordings) = under(arm)?;
+            let own = directory.join("arms").join(arm.name());
+            console.say(format!("arm {}", arm.name()));
+            arms.push((arm, study(&settings, recordings, evaluations, &own, console)?));
+        }
+        write_whole(&directory.join("sensitivity.csv"), sensitivity(&arms).as_bytes())?;
+    }
+    let verdicts: Vec<Vec<String>> = claims
+        .iter()
+        .map(|claim| vec![claim.id.clone(), claim.verdict.to_string()])
+        .collect();
+    if console.json() {
+        console.json_data(&claims)?;
+    } else {
+        console.data(columns(&["claim", "verdict"], &verdicts))?;
+    }
+    console.say(format!("wrote {}", directory.display()));
+    Ok(())
+}
+
+/// A row an assumption, a column a claim.
+fn sensitivity(arms: &[(Arm, Vec<Claim>)]) -> String {
+    let mut text = String::from("arm");
+    let first = arms.first().map_or(&[][..], |(_, claims)| claims);
+    text.extend(first.iter().map(|claim| format!(",{}", claim.id)));
+    for (arm, claims) in arms {
+        text.push('\n');
+        text.push_str(&arm.name());
+        text.extend(claims.iter().map(|claim| format!(",{}", claim.verdict)));
+    }
+    text.push('\n');
+    text
+}
+
+/// One study in its directory: what is kept there already is not done again. Its claims.
+fn study(
+    settings: &Settings,
+    recordings: Option<Robot>,
+    evaluations: &Evaluations,
+    directory: &Path,
+    console: Console,
+) -> Result<Vec<Claim>> {
+    open(directory, settings)?;
     let robot = match recordings {
         Some(robot) => robot,
-        None => sampled(&settings, evaluations, &samples, console)?,
+        None => sampled(settings, evaluations, &directory.join("robot"), console)?,
     };
-    let study = Study::new(&settings, robot, evaluations)?;
+    let study = Study::new(settings, robot, evaluations)?;
     let begun = Instant::now();
     let to_and_fro = study.to_and_fro()?;
     let life_within_two_seconds = begun.elapsed().as_secs_f64() < 2.0 * to_and_fro.len() as f64;
     let results = Results {
         simulated_generations: SIMULATED,
         real_generations: REAL,
-        population: Settings::evolution().population,
-        parents: Settings::evolution().parents,
-        cycles: Settings::world().cycles,
+        population: settings.evolution().population,
+        parents: settings.evolution().parents,
+        cycles: settings.world().cycles,
         assumptions: settings.assumptions(),
         differences: study.differences()?,
         to_and_fro,
         life_within_two_seconds,
-        runs: cohorts(&settings, &study, evaluations, &directory, console)?,
+        runs: cohorts(settings, &study, evaluations, directory, console)?,
     };
-    let text = serde_json::to_vec_pretty(&results).map_err(Failure::failed)?;
-    write_whole(&directory.join("results.json"), &text)?;
     let claims = judge::judge(&results, study.sensors());
+    let text = serde_json::to_vec(&results).map_err(Failure::failed)?;
+    write_whole(&directory.join("results.json"), &text)?;
     let text = serde_json::to_vec_pretty(&claims).map_err(Failure::failed)?;
     write_whole(&directory.join("claims.json"), &text)?;
-    console.say(format!("wrote {}", directory.display()));
-    Ok(())
+    Ok(claims)
 }
 
 fn default_directory(settings: &Settings) -> PathBuf {
@@ -114,7 +169,7 @@ fn open(directory: &Path, settings: &Settings) -> Result {
 }
 
 /// The robot of recordings, if there are any.
-fn recordings(paths: &[PathBuf], console: Console) -> Result<Option<Robot>> {
+fn recordings(paths: &[PathBuf], arm: Arm, console: Console) -> Result<Option<Robot>> {
     if paths.is_empty() {
         return Ok(None);
     }
@@ -125,8 +180,8 @@ fn recordings(paths: &[PathBuf], console: Console) -> Result<Option<Robot>> {
         console.say(format!("warning: {warning}"));
     }
     let motors = match motors.first() {
-        Some(path) => Arc::new(MotorTable::read(path, MotorStates::Symmetric20).map_err(Failure::input)?),
-        None => MotorTable::khepera(MotorStates::Symmetric20),
+        Some(path) => Arc::new(MotorTable::read(path, arm.states()).map_err(Failure::input)?),
+        None => MotorTable::khepera(arm.states()),
     };
     Ok(Some(Robot {
         sensors: Arc::new(import.table),
@@ -145,18 +200,18 @@ fn hashes(robot: &Robot) -> Vec<String> {
 /// The robot of the surrogate's samples.
 fn sampled(settings: &Settings, evaluations: &Evaluations, directory: &Path, console: Console) -> Result<Robot> {
     let objects: Vec<Object> = Object::NAMES.into_iter().filter_map(Object::named).collect();
-    let mut robot = SurrogateRobot::new(evaluations, settings.robot, settings.surrogate(), &Settings::world())
+    let mut robot = SurrogateRobot::new(evaluations, settings.robot(), settings.surrogate(), &settings.world())
         .map_err(Failure::input)?;
     let samples = sample::take(&mut robot, &objects, directory, console)?;
-    Ok(simulated_robot(samples.sensors, &samples.motors))
+    Ok(simulated_robot(samples.sensors, &samples.motors, settings.arm))
 }
 
 /// The robot of a simulator that is made from samples.
-fn simulated_robot(sensors: SensorTables, motors: &MotorSamples) -> Robot {
-    let motors = MotorTable::new(motors, MotorStates::Symmetric20);
+fn simulated_robot(sensors: SensorTables, motors: &MotorSamples, arm: Arm) -> Robot {
+    let motors = MotorTable::new(motors, arm.states());
     Robot {
         sensors: Arc::new(sensors),
-        motors: Arc::new(motors.expect("all 20 speeds were sampled")),
+        motors: Arc::new(motors.expect("all speeds were sampled")),
         ..Robot::khepera()
     }
 }
@@ -172,7 +227,7 @@ fn cohorts(
     let kept = directory.join("cohorts");
     fs::create_dir_all(&kept).map_err(|error| Failure::storage(&kept, &error))?;
     let mut runs = Vec::new();
-    let life = u64::from(Settings::world().cycles) * u64::from(Settings::evolution().population);
+    let life = u64::from(settings.world().cycles) * u64::from(settings.evolution().population);
     // A generation a generation, and generation 200 some times more.
     let steps = 3 * u64::from(settings.runs) * u64::from(SIMULATED + REAL + 5) * life + evaluations.control.steps();
     progress::watched(steps, "evolving", console, &evaluations.control, || -> Result {
@@ -209,15 +264,16 @@ fn calibrate(seed: u64, evaluations: &Evaluations, console: Console) -> Result {
                 runs: RUNS,
                 robot,
                 severity,
+                arm: Arm::Main,
                 tables: Vec::new(),
             };
             let objects: Vec<Object> = Object::NAMES.into_iter().filter_map(Object::named).collect();
-            let mut own = SurrogateRobot::new(evaluations, robot, settings.surrogate(), &Settings::world())
+            let mut own = SurrogateRobot::new(evaluations, robot, settings.surrogate(), &settings.world())
                 .map_err(Failure::input)?;
             let samples = crate::reality::sampling::sample_unkept(&mut own, &objects)?;
             let study = Study::new(
                 &settings,
-                simulated_robot(samples.sensors, &samples.motors),
+                simulated_robot(samples.sensors, &samples.motors, settings.arm),
                 evaluations,
             )?;
             gaps.push(study.gap_without_noise(RUNS)?);

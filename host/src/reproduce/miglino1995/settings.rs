@@ -1,9 +1,10 @@
 //! What the study does: every choice that the paper leaves open, by name, with its value and its source.
 
-use oneiro::surrogate::{Differences, Individual, Surrogate, Surroundings};
+use oneiro::surrogate::{Differences, Individual, Surrogate};
 use oneiro::world::{Noise, WorldSpec};
 use serde::{Deserialize, Serialize};
 
+use super::arms::Arm;
 use super::results::{Assumption, Condition};
 use crate::experiment::settings::Evolution;
 
@@ -27,39 +28,46 @@ pub(crate) struct Settings {
     pub(crate) robot: u64,
     /// How different reality is from its simulator, 0 to 2.
     pub(crate) severity: f32,
+    /// What is assumed otherwise than preregistered.
+    pub(crate) arm: Arm,
     /// Hashes of the files with the simulator's tables, where it is not made from samples of the surrogate.
     pub(crate) tables: Vec<String>,
 }
 
 impl Settings {
-    /// The paper's noise of a condition.
-    pub(crate) fn noise(condition: Condition) -> Noise {
-        match condition {
-            Condition::None => Noise::NONE,
-            Condition::Sensor => Noise::SENSOR,
-            Condition::Conservative => Noise::CONSERVATIVE,
-        }
+    /// The noise of a condition's simulator.
+    pub(crate) fn noise(&self, condition: Condition) -> Noise {
+        self.arm.noise(condition)
     }
 
     /// The genetic algorithm, through all generations.
-    pub(crate) fn evolution() -> Evolution {
+    pub(crate) fn evolution(&self) -> Evolution {
         Evolution {
             generations: SIMULATED + REAL,
-            ..Evolution::default()
+            ..self.arm.evolution()
         }
+    }
+
+    /// How reality differs from its simulator.
+    pub(crate) fn differences(&self) -> Differences {
+        self.arm.differences(self.severity)
+    }
+
+    /// The robot's seed.
+    pub(crate) fn robot(&self) -> u64 {
+        self.arm.robot(self.robot)
     }
 
     /// The robot that is sampled and lives.
     pub(crate) fn surrogate(&self) -> Surrogate {
-        Surrogate::drawn(self.robot, Differences::all(self.severity))
+        Surrogate::drawn(self.robot(), self.differences())
     }
 
     /// Another robot of the same kind in the same surroundings.
     pub(crate) fn other_robot(&self) -> Surrogate {
         Surrogate {
-            individual: Individual::drawn(self.robot + 1),
-            surroundings: Surroundings::drawn(self.robot),
-            differences: Differences::all(self.severity),
+            individual: Individual::drawn(self.robot().wrapping_add(1)),
+            ..self.surrogate()
         }
     }
 
@@ -75,20 +83,29 @@ impl Settings {
         index.wrapping_mul(4).wrapping_add(condition as u64)
     }
 
-    /// The paper's world: its arena and task, whatever robot and noise.
-    pub(crate) fn world() -> WorldSpec {
-        WorldSpec::miglino1995()
+    /// Arena and task, whatever robot and noise.
+    pub(crate) fn world(&self) -> WorldSpec {
+        self.arm.world()
     }
 
     /// All that is assumed, for the report.
     pub(crate) fn assumptions(&self) -> Vec<Assumption> {
-        let evolution = Self::evolution();
+        let evolution = self.evolution();
         let row = |name: &str, value: String, source: &str| Assumption {
             name: name.into(),
             value,
             source: source.into(),
         };
-        vec![
+        let arm = (self.arm != Arm::Main).then(|| {
+            let name = format!("{:?}", self.arm);
+            row(
+                "arm",
+                name,
+                "ours: another choice than the preregistered one of what it names, which holds below",
+            )
+        });
+        let main =
+            vec![
             row("runs", format!("{} a condition", self.runs), "paper: 5"),
             row(
                 "generations",
@@ -169,7 +186,7 @@ impl Settings {
             ),
             row(
                 "reality",
-                format!("surrogate robot {}, parameters {}", self.robot, self.parameters_hash()),
+                format!("surrogate robot {}, parameters {}", self.robot(), self.parameters_hash()),
                 "docs/preregistration-1995.md",
             ),
             row(
@@ -177,6 +194,7 @@ impl Settings {
                 self.severity.to_string(),
                 "calibrated as docs/preregistration-1995.md says",
             ),
-        ]
+        ];
+        arm.into_iter().chain(main).collect()
     }
 }

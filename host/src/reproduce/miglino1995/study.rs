@@ -18,6 +18,8 @@ use crate::exit::{Failure, Result};
 use crate::reality::surrogate::{Evaluations, SurrogateRobot};
 use crate::reality::{self, Reality, patiently};
 
+/// How many of the best make the peak.
+pub(crate) const PEAK: usize = 20;
 /// Starts that champions' paths are compared from, besides the paper's one.
 const STARTS: usize = 100;
 /// Starts whose traces are held at once.
@@ -66,11 +68,11 @@ impl<'a> Study<'a> {
     pub(crate) fn new(settings: &'a Settings, robot: Robot, evaluations: &'a Evaluations) -> Result<Self> {
         let simulator = WorldSpec {
             robot,
-            ..Settings::world()
+            ..settings.world()
         };
         let with_noise = |condition| {
             World::new(WorldSpec {
-                noise: Settings::noise(condition),
+                noise: settings.noise(condition),
                 ..simulator.clone()
             })
         };
@@ -144,7 +146,12 @@ impl<'a> Study<'a> {
             condition,
             number,
             seed,
-            evolution: Evolution::new(&Settings::evolution(), seed, self.simulator.controller.genes(), None),
+            evolution: Evolution::new(
+                &self.settings.evolution(),
+                seed,
+                self.simulator.controller.genes(),
+                None,
+            ),
             simulated: Vec::new(),
             real: Vec::new(),
         }
@@ -180,7 +187,7 @@ impl<'a> Study<'a> {
     fn robot(&self, surrogate: Surrogate) -> Result<SurrogateRobot<'a>> {
         Ok(SurrogateRobot::new(
             self.evaluations,
-            self.settings.robot,
+            self.settings.robot(),
             surrogate,
             &self.simulator,
         )?)
@@ -271,57 +278,54 @@ impl<'a> Study<'a> {
     /// A simulated and two real lives of each genome from each start, one cycle longer than a life for its last
     /// place. Start by start, and in each run by run.
     fn pairs(&self, runs: &[Evolving], genomes: &[&[f32]], starts: &[[f32; 3]], first: usize) -> Result<Vec<Pair>> {
-        let surrogate = Arc::new(self.settings.surrogate());
         let mut simulators = Vec::new();
-        let mut realities = Vec::new();
         for &[x, y, heading] in starts {
-            let spec = WorldSpec {
-                start: Start::At { x, y, heading },
-                cycles: self.simulator.cycles + 1,
-                ..self.simulator.clone()
-            };
             for condition in Condition::ALL {
                 simulators.push(World::new(WorldSpec {
-                    noise: Settings::noise(condition),
-                    ..spec.clone()
+                    noise: self.settings.noise(condition),
+                    start: Start::At { x, y, heading },
+                    cycles: self.simulator.cycles + 1,
+                    ..self.simulator.clone()
                 })?);
             }
-            realities.push(World::new(WorldSpec {
-                surrogate: Some(Arc::clone(&surrogate)),
-                ..spec
-            })?);
         }
-        let key = |run: &Evolving, start: usize, life: u64| {
-            Key::rollout(run.seed, u64::from(SIMULATED) + 1_000_000, (first + start) as u64, life)
+        let lives = |trial: u64| -> Vec<(usize, Condition, reality::Life<'_>)> {
+            let each = |start: usize| {
+                runs.iter().zip(genomes).map(move |(run, genes)| {
+                    let generation = u64::from(SIMULATED) + 1_000_000;
+                    let life = reality::Life {
+                        genes,
+                        key: Key::rollout(run.seed, generation, (first + start) as u64, trial),
+                        start: Some(starts[start]),
+                    };
+                    (start, run.condition, life)
+                })
+            };
+            (0..starts.len()).flat_map(each).collect()
         };
-        let each = || {
-            (0..starts.len()).flat_map(|start| runs.iter().zip(genomes).map(move |(run, genes)| (start, run, genes)))
-        };
-        let traced = |worlds: &[World], rollouts: &[Rollout<'_>]| -> Result<Vec<Vec<Record>>> {
-            let batch = Batch::new(worlds, rollouts, Some(TraceRequest { every: 1 }))?;
-            Ok(self.evaluations.run(&batch)?.traces)
-        };
-        let simulated: Vec<_> = each()
-            .map(|(start, run, genes)| Rollout {
-                world: start * Condition::ALL.len() + run.condition as usize,
-                genes,
-                key: key(run, start, 0),
+        let simulated: Vec<_> = lives(0)
+            .into_iter()
+            .map(|(start, condition, life)| Rollout {
+                world: start * Condition::ALL.len() + condition as usize,
+                genes: life.genes,
+                key: life.key,
             })
             .collect();
-        let real = |life| {
-            each()
-                .map(|(start, run, genes)| Rollout {
-                    world: start,
-                    genes,
-                    key: key(run, start, life),
-                })
-                .collect::<Vec<_>>()
+        let batch = Batch::new(&simulators, &simulated, Some(TraceRequest { every: 1 }))?;
+        let simulated = self.evaluations.run(&batch)?.traces;
+        let mut robot = self.robot(self.settings.surrogate())?;
+        let mut real = |trial| -> Result<Vec<reality::Lived>> {
+            let lives: Vec<_> = lives(trial).into_iter().map(|(_, _, life)| life).collect();
+            patiently(|| robot.live(&lives, true))
         };
-        let simulated = traced(&simulators, &simulated)?;
-        let (one, again) = (traced(&realities, &real(1))?, traced(&realities, &real(2))?);
-        let lives = simulated.into_iter().zip(one).zip(again);
-        Ok(lives
-            .map(|((simulated, real), again)| Pair { simulated, real, again })
+        let (one, again) = (real(1)?, real(2)?);
+        let pairs = simulated.into_iter().zip(one).zip(again);
+        Ok(pairs
+            .map(|((simulated, real), again)| Pair {
+                simulated,
+                real: real.trace,
+                again: again.trace,
+            })
             .collect())
     }
 
@@ -393,7 +397,10 @@ impl<'a> Study<'a> {
         Difference::ALL
             .into_iter()
             .map(|difference| {
-                let with = after(Differences::only(self.settings.severity, difference))?;
+                let Differences {
+                    severity, latency_ms, ..
+                } = surrogate.differences;
+                let with = after(Differences::only(severity, difference).with_latency(latency_ms))?;
                 Ok(effect(difference.name(), &with, &without))
             })
             .collect()
@@ -434,6 +441,7 @@ fn lives(run: &Evolving, trial: Trial) -> impl Iterator<Item = reality::Life<'_>
         .map(move |(genes, individual)| reality::Life {
             genes,
             key: Key::rollout(run.seed, generation, individual, trial as u64),
+            start: None,
         })
 }
 
@@ -450,9 +458,8 @@ fn level(fitness: &[f32]) -> Level {
     let mut ranked: Vec<f64> = fitness.iter().map(|&fitness| f64::from(fitness)).collect();
     ranked.sort_by(|a, b| b.total_cmp(a));
     let mean = |values: &[f64]| values.iter().sum::<f64>() / values.len() as f64;
-    let parents = Settings::evolution().parents as usize;
     Level {
-        peak: mean(&ranked[..parents.min(ranked.len())]),
+        peak: mean(&ranked[..PEAK.min(ranked.len())]),
         average: mean(&ranked),
     }
 }

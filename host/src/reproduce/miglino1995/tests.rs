@@ -10,7 +10,7 @@ use oneiro::random::{Key, pcg4d};
 use oneiro::surrogate::{Differences, Surrogate};
 use oneiro::world::{World, WorldSpec};
 
-use super::settings::Settings;
+use super::arms::Arm;
 use super::simulated_robot;
 use crate::reality::Object;
 use crate::reality::sampling::sample_unkept;
@@ -24,12 +24,12 @@ fn evaluations() -> Evaluations {
 fn worlds(seed: u64, differences: Differences) -> [World; 2] {
     let evaluations = evaluations();
     let surrogate = Surrogate::drawn(seed, differences);
-    let spec = Settings::world();
+    let spec = Arm::Main.world();
     let mut robot = SurrogateRobot::new(&evaluations, seed, surrogate.clone(), &spec).unwrap();
     let objects: Vec<Object> = Object::NAMES.into_iter().filter_map(Object::named).collect();
     let samples = sample_unkept(&mut robot, &objects).unwrap();
     let simulator = WorldSpec {
-        robot: simulated_robot(samples.sensors, &samples.motors),
+        robot: simulated_robot(samples.sensors, &samples.motors, Arm::Main),
         ..spec
     };
     let real = WorldSpec {
