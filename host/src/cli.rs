@@ -334,6 +334,9 @@ pub(crate) struct Miglino1995 {
     /// Make the simulator from these recordings of a robot, wall and round and perhaps motors, in place of samples
     #[arg(long, value_name = "FILE,..", value_delimiter = ',', value_hint = ValueHint::FilePath)]
     pub(crate) tables: Vec<PathBuf>,
+    /// With controls of the real generations, and with simulators of other noise and other tables (claim C11)
+    #[arg(long)]
+    pub(crate) full: bool,
     /// One assumption made otherwise than preregistered
     #[arg(long, value_name = "ARM", value_enum, default_value_t = crate::reproduce::miglino1995::arms::Arm::Main, hide_possible_values = true)]
     pub(crate) arm: crate::reproduce::miglino1995::arms::Arm,
@@ -341,7 +344,7 @@ pub(crate) struct Miglino1995 {
     #[arg(long, conflicts_with = "arm")]
     pub(crate) sensitivity: bool,
     /// In place of the study: the gap without noise by severity, on five other robots
-    #[arg(long, conflicts_with_all = ["runs", "robot", "severity", "tables", "out", "arm", "sensitivity"])]
+    #[arg(long, conflicts_with_all = ["runs", "robot", "severity", "tables", "out", "arm", "full", "sensitivity"])]
     pub(crate) calibrate: bool,
     /// Where evaluations run.
     #[command(flatten)]

@@ -3,6 +3,7 @@
 
 pub(crate) mod arms;
 pub(crate) mod claims;
+mod full;
 mod judge;
 pub(crate) mod results;
 pub(crate) mod settings;
@@ -17,18 +18,21 @@ use clap::ValueEnum;
 use oneiro::tables::{MotorSamples, MotorTable, SensorTables};
 use oneiro::world::Robot;
 
+use serde::Serialize;
+use serde::de::DeserializeOwned;
+
 use crate::cli::Miglino1995;
 use crate::commands::sample;
 use crate::console::{Console, columns};
 use crate::exit::{Failure, Result};
-use crate::reality::Object;
 use crate::reality::surrogate::{Evaluations, SurrogateRobot};
+use crate::reality::{Object, sampling};
 use crate::record::write_whole;
 use crate::watcher::stop_signal;
 use crate::{device, progress};
 use arms::Arm;
 use claims::Claim;
-use results::{Results, Run};
+use results::{Results, Run, Variant};
 use settings::{REAL, SIMULATED, Settings};
 use study::Study;
 
@@ -60,6 +64,7 @@ fn whole(arguments: &Miglino1995, evaluations: &Evaluations, console: Console) -
             robot,
             severity: arguments.severity,
             arm,
+            full: arguments.full,
             tables: recordings.as_ref().map(hashes).unwrap_or_default(),
         };
         Ok((settings, recordings))
@@ -117,7 +122,7 @@ fn study(
         Some(robot) => robot,
         None => sampled(settings, evaluations, &directory.join("robot"), console)?,
     };
-    let study = Study::new(settings, robot, evaluations)?;
+    let study = Study::new(settings, robot.clone(), evaluations)?;
     let begun = Instant::now();
     let to_and_fro = study.to_and_fro()?;
     let life_within_two_seconds = begun.elapsed().as_secs_f64() < 2.0 * to_and_fro.len() as f64;
@@ -131,6 +136,11 @@ fn study(
         differences: study.differences()?,
         to_and_fro,
         life_within_two_seconds,
+        variants: if settings.full {
+            variants(settings, &study, &robot, evaluations, directory)?
+        } else {
+            Vec::new()
+        },
         runs: cohorts(settings, &study, evaluations, directory, console)?,
     };
     let claims = judge::judge(&results, study.sensors());
@@ -216,6 +226,35 @@ fn simulated_robot(sensors: SensorTables, motors: &MotorSamples, arm: Arm) -> Ro
     }
 }
 
+/// The study's first half in other simulators; what was kept is not done again.
+fn variants(
+    settings: &Settings,
+    study: &Study<'_>,
+    own: &Robot,
+    evaluations: &Evaluations,
+    directory: &Path,
+) -> Result<Vec<Variant>> {
+    kept(&directory.join("variants.json"), || {
+        let objects: Vec<Object> = Object::NAMES.into_iter().filter_map(Object::named).collect();
+        let mut robot = SurrogateRobot::new(evaluations, settings.robot(), settings.other_robot(), &settings.world())
+            .map_err(Failure::input)?;
+        let samples = sampling::sample_unkept(&mut robot, &objects)?;
+        let other = simulated_robot(samples.sensors, &samples.motors, settings.arm);
+        full::variants(settings, study, own, &other)
+    })
+}
+
+/// What a file holds, or what is made now and then kept there.
+fn kept<T: Serialize + DeserializeOwned>(path: &Path, make: impl FnOnce() -> Result<T>) -> Result<T> {
+    if let Ok(bytes) = fs::read(path) {
+        return serde_json::from_slice(&bytes)
+            .map_err(|error| Failure::corrupt(format_args!("{}: {error}", path.display())));
+    }
+    let made = make()?;
+    write_whole(path, &serde_json::to_vec(&made).map_err(Failure::failed)?)?;
+    Ok(made)
+}
+
 /// All runs, some at a time; those that were kept are not run again.
 fn cohorts(
     settings: &Settings,
@@ -224,25 +263,18 @@ fn cohorts(
     directory: &Path,
     console: Console,
 ) -> Result<Vec<Run>> {
-    let kept = directory.join("cohorts");
-    fs::create_dir_all(&kept).map_err(|error| Failure::storage(&kept, &error))?;
-    let mut runs = Vec::new();
+    let cohorts = directory.join("cohorts");
+    fs::create_dir_all(&cohorts).map_err(|error| Failure::storage(&cohorts, &error))?;
+    let mut runs: Vec<Run> = Vec::new();
     let life = u64::from(settings.world().cycles) * u64::from(settings.evolution().population);
     // A generation a generation, and generation 200 some times more.
     let steps = 3 * u64::from(settings.runs) * u64::from(SIMULATED + REAL + 5) * life + evaluations.control.steps();
     progress::watched(steps, "evolving", console, &evaluations.control, || -> Result {
         for first in (0..settings.runs).step_by(COHORT as usize) {
-            let path = kept.join(format!("{first:04}.json"));
-            let cohort: Vec<Run> = match fs::read(&path) {
-                Ok(bytes) => serde_json::from_slice(&bytes)
-                    .map_err(|error| Failure::corrupt(format_args!("{}: {error}", path.display())))?,
-                Err(_) => {
-                    let cohort = study.cohort(first..(first + COHORT).min(settings.runs))?;
-                    write_whole(&path, &serde_json::to_vec(&cohort).map_err(Failure::failed)?)?;
-                    cohort
-                }
-            };
-            runs.extend(cohort);
+            let numbers = first..(first + COHORT).min(settings.runs);
+            runs.extend(kept(&cohorts.join(format!("{first:04}.json")), || {
+                study.cohort(numbers)
+            })?);
         }
         Ok(())
     })?;
@@ -265,12 +297,13 @@ fn calibrate(seed: u64, evaluations: &Evaluations, console: Console) -> Result {
                 robot,
                 severity,
                 arm: Arm::Main,
+                full: false,
                 tables: Vec::new(),
             };
             let objects: Vec<Object> = Object::NAMES.into_iter().filter_map(Object::named).collect();
             let mut own = SurrogateRobot::new(evaluations, robot, settings.surrogate(), &settings.world())
                 .map_err(Failure::input)?;
-            let samples = crate::reality::sampling::sample_unkept(&mut own, &objects)?;
+            let samples = sampling::sample_unkept(&mut own, &objects)?;
             let study = Study::new(
                 &settings,
                 simulated_robot(samples.sensors, &samples.motors, settings.arm),

@@ -51,8 +51,48 @@ pub(crate) struct Results {
     pub(crate) to_and_fro: Vec<f32>,
     /// Whether a simulated life took less than 2 s here, a 25th of a real one.
     pub(crate) life_within_two_seconds: bool,
+    /// With `--full`: the first half of the study in other simulators.
+    pub(crate) variants: Vec<Variant>,
     /// Run by run, and in each the conditions in their order.
     pub(crate) runs: Vec<Run>,
+}
+
+/// What a variant is one of.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub(crate) enum Family {
+    /// Ranges of sensor noise.
+    SensorRange,
+    /// Ranges of conservative noise.
+    WalkRange,
+    /// What the simulator is made from.
+    Simulator,
+}
+
+/// Evolution for 200 generations in another simulator, and then generation 200 in the study's reality.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub(crate) struct Variant {
+    /// What it is one of.
+    pub(crate) family: Family,
+    /// What is different.
+    pub(crate) name: String,
+    /// The range of a range.
+    pub(crate) value: f64,
+    /// Mean simulated fitness of generation 200, run by run.
+    pub(crate) simulated: Vec<f64>,
+    /// Mean real fitness of generation 200, run by run.
+    pub(crate) real: Vec<f64>,
+}
+
+/// With `--full`: mean real fitness where twenty generations in reality are replaced.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub(crate) struct Controls {
+    /// By as many in simulation.
+    pub(crate) simulated_on: f64,
+    /// By as many in reality with parents drawn by lot.
+    pub(crate) neutral: f64,
+    /// By as many in reality from random genes.
+    pub(crate) from_random: f64,
 }
 
 /// A choice that the paper leaves open.
@@ -98,6 +138,8 @@ pub(crate) struct Run {
     pub(crate) last: Vec<f32>,
     /// The best single simulated life of generation 200.
     pub(crate) champion: Champion,
+    /// What else could have raised real fitness, with `--full`.
+    pub(crate) controls: Option<Controls>,
 }
 
 /// How well a generation does, ranked in the environment where it lived.

@@ -30,6 +30,8 @@ pub(crate) struct Settings {
     pub(crate) severity: f32,
     /// What is assumed otherwise than preregistered.
     pub(crate) arm: Arm,
+    /// With controls and with other simulators.
+    pub(crate) full: bool,
     /// Hashes of the files with the simulator's tables, where it is not made from samples of the surrogate.
     pub(crate) tables: Vec<String>,
 }

@@ -11,7 +11,7 @@ use oneiro::surrogate::{Difference, Differences, Surrogate};
 use oneiro::tables::SensorTables;
 use oneiro::world::{Robot, Start, World, WorldSpec};
 
-use super::results::{Champion, Condition, DifferenceEffect, Discrepancy, Level, Life, Run, Transferred};
+use super::results::{Champion, Condition, Controls, DifferenceEffect, Discrepancy, Level, Life, Run, Transferred};
 use super::settings::{REAL, SIMULATED, Settings};
 use crate::evolve::Evolution;
 use crate::exit::{Failure, Result};
@@ -51,6 +51,7 @@ pub(crate) struct Study<'a> {
 }
 
 /// A run while it evolves.
+#[derive(Clone)]
 struct Evolving {
     condition: Condition,
     number: u32,
@@ -100,12 +101,17 @@ impl<'a> Study<'a> {
         self.evolve(&mut runs)?;
         let transferred = self.transfer(&mut runs)?;
         let champions = self.champions(&runs, &transferred)?;
+        let controls = if self.settings.full {
+            self.controls(&runs)?.into_iter().map(Some).collect()
+        } else {
+            vec![None; runs.len()]
+        };
         let last = self.evolve_on(&mut runs, &transferred)?;
-        let rest = transferred.into_iter().zip(champions).zip(last);
+        let rest = transferred.into_iter().zip(champions).zip(last).zip(controls);
         Ok(runs
             .into_iter()
             .zip(rest)
-            .map(|(run, ((transferred, champion), last))| Run {
+            .map(|(run, (((transferred, champion), last), controls))| Run {
                 condition: run.condition,
                 number: run.number,
                 seed: run.seed,
@@ -114,8 +120,82 @@ impl<'a> Study<'a> {
                 transferred,
                 last,
                 champion,
+                controls,
             })
             .collect())
+    }
+
+    /// The mean real fitness that each run's generation 219 would have had otherwise.
+    fn controls(&self, runs: &[Evolving]) -> Result<Vec<Controls>> {
+        let mut robot = self.robot(self.settings.surrogate())?;
+        let means = |fitness: Vec<Vec<f32>>| fitness.iter().map(|own| level(own).average).collect::<Vec<_>>();
+
+        let mut on = runs.to_vec();
+        let mut neutral = runs.to_vec();
+        let mut random: Vec<Evolving> = runs
+            .iter()
+            .map(|run| {
+                let fresh = self.begin(run.condition, run.number).evolution.ask().clone();
+                let settings = self.settings.evolution();
+                Evolving {
+                    evolution: Evolution::at(&settings, run.seed, SIMULATED, fresh, None),
+                    ..run.clone()
+                }
+            })
+            .collect();
+        for generation in 1..REAL {
+            let simulated = self.simulate(&on, Trial::Simulated)?;
+            for (run, fitness) in on.iter_mut().zip(simulated) {
+                run.evolution.tell(fitness);
+            }
+            for run in &mut neutral {
+                let lot = |individual: usize| {
+                    let [word, ..] = pcg4d([run.seed as u32, generation, individual as u32, 1995]);
+                    (word >> 8) as f32
+                };
+                let lots = (0..run.evolution.ask().len()).map(lot).collect();
+                run.evolution.tell(lots);
+            }
+            let real = Self::live(&mut robot, &random, Trial::Real)?;
+            for (run, fitness) in random.iter_mut().zip(real) {
+                run.evolution.tell(fitness);
+            }
+        }
+        let simulated_on = means(Self::live(&mut robot, &on, Trial::Real)?);
+        let neutral = means(Self::live(&mut robot, &neutral, Trial::Real)?);
+        let from_random = means(Self::live(&mut robot, &random, Trial::Real)?);
+        let rows = simulated_on.into_iter().zip(neutral).zip(from_random);
+        Ok(rows
+            .map(|((simulated_on, neutral), from_random)| Controls {
+                simulated_on,
+                neutral,
+                from_random,
+            })
+            .collect())
+    }
+
+    /// Evolution in other simulators, and generation 200 in this study's reality: for each simulator the mean
+    /// fitness of each run, there and in reality.
+    pub(crate) fn elsewhere(&self, worlds: &[World]) -> Result<Vec<(Vec<f64>, Vec<f64>)>> {
+        let mut robot = self.robot(self.settings.surrogate())?;
+        let mut runs: Vec<Evolving> = (0..self.settings.runs)
+            .map(|number| self.begin(Condition::None, number))
+            .collect();
+        let fresh = runs.clone();
+        let mut all = Vec::new();
+        for world in worlds {
+            runs.clone_from(&fresh);
+            let one = |runs: &[Evolving]| self.lives_in(std::slice::from_ref(world), runs, |_| 0, Trial::Simulated);
+            for _ in 0..SIMULATED {
+                let fitness = one(&runs)?;
+                for (run, fitness) in runs.iter_mut().zip(fitness) {
+                    run.evolution.tell(fitness);
+                }
+            }
+            let means = |fitness: Vec<Vec<f32>>| fitness.iter().map(|own| level(own).average).collect();
+            all.push((means(one(&runs)?), means(Self::live(&mut robot, &runs, Trial::Real)?)));
+        }
+        Ok(all)
     }
 
     /// d of generation 200 without noise, simulated minus real: what the severity is calibrated by.
@@ -163,17 +243,29 @@ impl<'a> Study<'a> {
             Trial::Quiet => 0,
             _ => run.condition as usize,
         };
+        self.lives_in(&self.simulators, runs, world, trial)
+    }
+
+    /// One life of each individual of each run, in one of some worlds.
+    fn lives_in(
+        &self,
+        worlds: &[World],
+        runs: &[Evolving],
+        world: impl Fn(&Evolving) -> usize,
+        trial: Trial,
+    ) -> Result<Vec<Vec<f32>>> {
         let rollouts: Vec<Rollout<'_>> = runs
             .iter()
             .flat_map(|run| {
+                let world = world(run);
                 lives(run, trial).map(move |life| Rollout {
-                    world: world(run),
+                    world,
                     genes: life.genes,
                     key: life.key,
                 })
             })
             .collect();
-        let outcome = self.evaluations.run(&Batch::new(&self.simulators, &rollouts, None)?)?;
+        let outcome = self.evaluations.run(&Batch::new(worlds, &rollouts, None)?)?;
         Ok(by_run(runs, outcome.fitness))
     }
 

@@ -1,0 +1,231 @@
+//! `oneiro sample` and `oneiro reproduce`, by the program itself: the same bytes on every device and after any stop,
+//! and what they refuse.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output, Stdio};
+use std::time::{Duration, Instant};
+
+/// A directory of its own, removed when the test ends.
+struct Scratch(PathBuf);
+
+impl Scratch {
+    fn new(name: &str) -> Self {
+        let path = std::env::temp_dir().join(format!("oneiro-reproduce-{name}-{}", std::process::id()));
+        fs::create_dir_all(&path).unwrap();
+        Self(path)
+    }
+
+    fn command(&self, arguments: &[&str]) -> Command {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_oneiro"));
+        command.current_dir(&self.0).args(arguments).stdin(Stdio::null());
+        command
+    }
+
+    fn oneiro(&self, arguments: &[&str]) -> Output {
+        self.command(arguments).output().unwrap()
+    }
+
+    /// Runs the program, which must end with a code. What it said to the user.
+    fn expect(&self, code: i32, arguments: &[&str]) -> String {
+        let output = self.oneiro(arguments);
+        let said = String::from_utf8(output.stderr).unwrap();
+        assert_eq!(output.status.code(), Some(code), "{arguments:?}: {said}");
+        said
+    }
+
+    /// Every file below a directory, with its bytes.
+    fn files(&self, directory: &str) -> Vec<(PathBuf, Vec<u8>)> {
+        fn collect(root: &Path, at: &Path, files: &mut Vec<(PathBuf, Vec<u8>)>) {
+            for entry in fs::read_dir(at).unwrap() {
+                let path = entry.unwrap().path();
+                if path.is_dir() {
+                    collect(root, &path, files);
+                } else {
+                    files.push((path.strip_prefix(root).unwrap().to_owned(), fs::read(&path).unwrap()));
+                }
+            }
+        }
+        let mut files = Vec::new();
+        let root = self.0.join(directory);
+        collect(&root, &root, &mut files);
+        files.sort();
+        files
+    }
+
+    fn assert_same(&self, one: &str, other: &str) {
+        let (one, other) = (self.files(one), self.files(other));
+        let names = |files: &[(PathBuf, Vec<u8>)]| files.iter().map(|(path, _)| path.clone()).collect::<Vec<_>>();
+        assert_eq!(names(&one), names(&other));
+        for ((path, one), (_, other)) in one.iter().zip(&other) {
+            assert!(one == other, "{} differs", path.display());
+        }
+    }
+}
+
+impl Drop for Scratch {
+    fn drop(&mut self) {
+        let _ = fs::remove_dir_all(&self.0);
+    }
+}
+
+#[test]
+fn a_sampled_robot_is_one_that_runs_take() {
+    let place = Scratch::new("sample");
+    place.expect(
+        0,
+        &[
+            "sample",
+            "--robot",
+            "surrogate:7",
+            "--backend",
+            "cpu",
+            "--out",
+            "seven",
+            "--quiet",
+        ],
+    );
+    place.expect(0, &["tables", "show", "seven/wall.sam"]);
+    let motors = fs::read_to_string(place.0.join("seven/motor.sam")).unwrap();
+    assert_eq!(motors.lines().count(), 42, "21 speeds, turns and displacements");
+    place.expect(0, &["new", "own"]);
+    let tables = "robot.tables=[\"seven/wall.sam\",\"seven/round.sam\"]";
+    let motors = "robot.motors=\"seven/motor.sam\"";
+    place.expect(0, &["check", "own.toml", "--set", tables, "--set", motors]);
+
+    // On one thread as on all, and not as another robot.
+    place.expect(
+        0,
+        &[
+            "sample",
+            "--robot",
+            "surrogate:7",
+            "--backend",
+            "cpu",
+            "--threads",
+            "1",
+            "--out",
+            "again",
+        ],
+    );
+    place.assert_same("seven", "again");
+    place.expect(
+        0,
+        &["sample", "--robot", "surrogate:8", "--backend", "cpu", "--out", "eight"],
+    );
+    assert_ne!(place.files("seven"), place.files("eight"));
+}
+
+#[test]
+fn what_can_not_be_sampled_is_refused() {
+    let place = Scratch::new("refused");
+    for (arguments, words) in [
+        (["--robot", "khepera:1"], "allowed: surrogate:SEED"),
+        (["--robot", "surrogate:x"], "allowed: surrogate:SEED"),
+        (["--severity", "3"], "surrogate.severity: is 3; allowed: 0 to 2"),
+        (["--objects", "wall,cube"], "allowed: wall, round"),
+        (["--objects", "wall,wall"], "is there twice"),
+    ] {
+        let said = place.expect(
+            3,
+            &[
+                "sample",
+                arguments[0],
+                arguments[1],
+                "--backend",
+                "cpu",
+                "--out",
+                "none",
+            ],
+        );
+        assert!(said.contains(words), "{arguments:?}: {said}");
+    }
+    place.expect(0, &["sample", "--backend", "cpu", "--out", "one", "--quiet"]);
+    let said = place.expect(
+        3,
+        &["sample", "--robot", "surrogate:2", "--backend", "cpu", "--out", "one"],
+    );
+    assert!(said.contains("holds samples of another robot"), "{said}");
+}
+
+#[test]
+fn studies_that_can_not_be_are_refused() {
+    let place = Scratch::new("studies");
+    fs::create_dir(place.0.join("full")).unwrap();
+    fs::write(place.0.join("full/own.txt"), "mine").unwrap();
+    fs::write(place.0.join("wall.sam"), "8 180 20 5 2\n").unwrap();
+    for (arguments, words) in [
+        (&["--severity", "-1"][..], "allowed: 0 to 2"),
+        (&["--robot", "mine"], "allowed: surrogate:SEED"),
+        (&["--out", "full"], "is not empty and holds no study"),
+        (&["--tables", "wall.sam,none.sam"], "wall.sam"),
+        (&["--tables", "none.sam"], "none.sam"),
+    ] {
+        let mut all = vec!["reproduce", "miglino1995", "--backend", "cpu"];
+        all.extend(arguments);
+        let said = place.expect(3, &all);
+        assert!(said.contains(words), "{arguments:?}: {said}");
+    }
+    assert_eq!(fs::read_to_string(place.0.join("full/own.txt")).unwrap(), "mine");
+    place.expect(2, &["reproduce", "miglino1995", "--runs", "0"]);
+}
+
+/// Killed at some moments and begun again, a study ends in the same files as one that was let alone; on one thread
+/// too, and under another backend.
+#[cfg(unix)]
+#[test]
+fn a_study_is_a_function_of_its_settings() {
+    let place = Scratch::new("study");
+    let study = |out, more: &[&'static str]| {
+        let mut arguments = vec!["reproduce", "miglino1995", "--runs", "1", "--quiet", "--out", out];
+        arguments.extend(more);
+        arguments
+    };
+    let begun = Instant::now();
+    place.expect(0, &study("whole", &["--backend", "cpu"]));
+    let whole = begun.elapsed();
+    let claims: serde_json::Value =
+        serde_json::from_slice(&fs::read(place.0.join("whole/claims.json")).unwrap()).unwrap();
+    let ids: Vec<&str> = claims
+        .as_array()
+        .unwrap()
+        .iter()
+        .filter_map(|claim| claim["id"].as_str())
+        .collect();
+    assert_eq!(ids.len(), 12);
+    assert!(place.0.join("whole/report.html").is_file());
+
+    for kill in 1..=6_u32 {
+        let mut child = place
+            .command(&study("killed", &["--backend", "cpu", "--threads", "1"]))
+            .stdout(Stdio::null())
+            .stderr(Stdio::null())
+            .spawn()
+            .unwrap();
+        std::thread::sleep(whole * kill / 7 + Duration::from_millis(3));
+        child.kill().unwrap();
+        child.wait().unwrap();
+    }
+    place.expect(0, &study("killed", &["--backend", "cpu", "--threads", "1"]));
+    place.assert_same("whole", "killed");
+
+    let said = place.expect(
+        3,
+        &[
+            "reproduce",
+            "miglino1995",
+            "--runs",
+            "2",
+            "--backend",
+            "cpu",
+            "--out",
+            "whole",
+        ],
+    );
+    assert!(said.contains("another study's"), "{said}");
+
+    if cfg!(feature = "gpu") {
+        place.expect(0, &study("gpu", &["--backend", "gpu"]));
+        place.assert_same("whole", "gpu");
+    }
+}
