@@ -2,6 +2,7 @@
 
 mod arena;
 mod curve;
+mod plot;
 mod svg;
 mod tables;
 
