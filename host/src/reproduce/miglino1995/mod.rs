@@ -2,4 +2,5 @@
 //! to reality, evolve on, and hold every claim of the paper against what came out.
 
 pub(crate) mod claims;
+pub(crate) mod report;
 pub(crate) mod results;
