@@ -112,38 +112,37 @@ fn clearance(arena: &Arena, (x, y): (f64, f64)) -> f64 {
 }
 
 /// How millimetres become pixels: x to the right, y up in the arena and down in the picture.
-struct Sheet {
+pub(super) struct Sheet {
+    /// The arena's upper left corner, mm, and where it is in the picture.
     left: f64,
     top: f64,
+    corner: (f64, f64),
     size: (f64, f64),
     scale: f64,
 }
 
 impl Sheet {
-    /// Holds the field and all that stands around it.
+    /// Fills a picture of its own.
     fn new(arena: &Arena) -> Self {
-        let field = arena.field;
-        let mut low = (f64::from(field.x), f64::from(field.y));
-        let mut high = (f64::from(field.x + field.width), f64::from(field.y + field.height));
-        let mut hold = |x: f32, y: f32, radius: f32| {
-            let (x, y, radius) = (f64::from(x), f64::from(y), f64::from(radius));
-            low = (low.0.min(x - radius), low.1.min(y - radius));
-            high = (high.0.max(x + radius), high.1.max(y + radius));
-        };
-        for wall in &arena.walls {
-            hold(wall.from[0], wall.from[1], 0.0);
-            hold(wall.to[0], wall.to[1], 0.0);
-        }
-        for obstacle in &arena.obstacles {
-            hold(obstacle.x, obstacle.y, obstacle.radius);
-        }
-        let size = ((high.0 - low.0).max(1.0), (high.1 - low.1).max(1.0));
+        Self::within(arena, (MARGIN, MARGIN + HEAD), SIDE)
+    }
+
+    /// Holds the field and all that stands around it: its upper left corner and its longer side, pixels.
+    pub(super) fn within(arena: &Arena, corner: (f64, f64), side: f64) -> Self {
+        let bounds = arena.bounds();
+        let size = (f64::from(bounds.width).max(1.0), f64::from(bounds.height).max(1.0));
         Self {
-            left: low.0,
-            top: high.1,
+            left: f64::from(bounds.x),
+            top: f64::from(bounds.y + bounds.height),
+            corner,
             size,
-            scale: SIDE / size.0.max(size.1),
+            scale: side / size.0.max(size.1),
         }
+    }
+
+    /// Width and height of the arena in the picture.
+    pub(super) fn extent(&self) -> (f64, f64) {
+        (self.size.0 * self.scale, self.size.1 * self.scale)
     }
 
     fn width(&self) -> f64 {
@@ -156,10 +155,10 @@ impl Sheet {
     }
 
     /// A point of the arena in the picture.
-    fn place(&self, at: (f64, f64)) -> (f64, f64) {
+    pub(super) fn place(&self, at: (f64, f64)) -> (f64, f64) {
         (
-            MARGIN + (at.0 - self.left) * self.scale,
-            MARGIN + HEAD + (self.top - at.1) * self.scale,
+            self.corner.0 + (at.0 - self.left) * self.scale,
+            self.corner.1 + (self.top - at.1) * self.scale,
         )
     }
 
@@ -168,6 +167,12 @@ impl Sheet {
         let mut svg = Svg::new(self.width(), self.height(), title);
         let style = format!("fill=\"{INK}\" font-weight=\"600\"");
         svg.words((MARGIN, MARGIN + 4.0), 16.0, Anchor::Start, &style, title);
+        self.ground(&mut svg, arena, 5.0);
+        svg
+    }
+
+    /// Floor, obstacles and walls, these as wide as said.
+    pub(super) fn ground(&self, svg: &mut Svg, arena: &Arena, wall_width: f64) {
         let field = arena.field;
         let corner = self.place((f64::from(field.x), f64::from(field.y + field.height)));
         let size = (
@@ -192,10 +197,12 @@ impl Sheet {
             svg.line(
                 from,
                 to,
-                &format!("stroke=\"{INK}\" stroke-width=\"5\" stroke-linecap=\"round\""),
+                &format!(
+                    "stroke=\"{INK}\" stroke-width=\"{}\" stroke-linecap=\"round\"",
+                    number(wall_width)
+                ),
             );
         }
-        svg
     }
 
     /// A robot from above: body, wheels, and a line to its front. Heading in turns, counter-clockwise.

@@ -1,10 +1,20 @@
 //! Pictures, as SVG text: each function takes data and returns a whole file.
 
 mod arena;
+mod bands;
 mod curve;
+mod journeys;
+mod network;
+mod plot;
 mod svg;
 mod tables;
+mod views;
 
 pub(crate) use arena::{arena, life};
+pub(crate) use bands::{Band, Panel, Spread, bands};
 pub(crate) use curve::{Series, learning_curve};
+pub(crate) use journeys::{Journey, journeys};
+pub(crate) use network::network;
+pub(crate) use svg::escaped;
 pub(crate) use tables::sensor_table;
+pub(crate) use views::points_of_view;

@@ -81,14 +81,14 @@ impl Svg {
 
     /// A line through points, not filled.
     pub(super) fn polyline(&mut self, points: impl IntoIterator<Item = (f64, f64)>, style: &str) {
-        let points: Vec<String> = points
-            .into_iter()
-            .map(|(x, y)| format!("{},{}", number(x), number(y)))
-            .collect();
-        self.raw(&format!(
-            "<polyline points=\"{}\" fill=\"none\" {style}/>",
-            points.join(" ")
-        ));
+        let points = joined(points);
+        self.raw(&format!("<polyline points=\"{points}\" fill=\"none\" {style}/>"));
+    }
+
+    /// A filled shape through points.
+    pub(super) fn polygon(&mut self, points: impl IntoIterator<Item = (f64, f64)>, style: &str) {
+        let points = joined(points);
+        self.raw(&format!("<polygon points=\"{points}\" {style}/>"));
     }
 
     /// A line of text.
@@ -114,6 +114,15 @@ impl Svg {
     }
 }
 
+/// Points as the attribute `points` has them.
+fn joined(points: impl IntoIterator<Item = (f64, f64)>) -> String {
+    let points: Vec<String> = points
+        .into_iter()
+        .map(|(x, y)| format!("{},{}", number(x), number(y)))
+        .collect();
+    points.join(" ")
+}
+
 /// A number with at most two decimals; what is not finite has no place in a picture and becomes 0.
 pub(super) fn number(x: f64) -> String {
     if !x.is_finite() {
@@ -125,7 +134,7 @@ pub(super) fn number(x: f64) -> String {
 }
 
 /// Text as it may stand in an element.
-pub(super) fn escaped(text: &str) -> String {
+pub(crate) fn escaped(text: &str) -> String {
     text.chars().fold(String::with_capacity(text.len()), |mut escaped, c| {
         match c {
             '&' => escaped.push_str("&amp;"),

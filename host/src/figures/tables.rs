@@ -25,7 +25,7 @@ const SHADES: u16 = 32;
 /// The greatest reading.
 const GREATEST: u16 = 1023;
 /// Names of the sensors in the order of the Khepera's answer.
-const NAMES: [&str; SENSORS] = [
+pub(super) const NAMES: [&str; SENSORS] = [
     "left 90",
     "left 45",
     "left 10",

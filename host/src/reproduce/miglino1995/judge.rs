@@ -8,8 +8,8 @@ use crate::statistics::{anova, cohens_d, holm, mean, median, paired_t, random_in
 
 use Condition::{Conservative, None as Without, Sensor};
 
-/// Tests over runs begin with this; Holm's correction is over them.
-const RUNS: &str = "runs: ";
+/// Tests over runs have this in their names; Holm's correction is over them.
+const RUNS: &str = ": runs, ";
 
 /// Every claim, C1 to C12.
 pub(crate) fn judge(results: &Results, sensors: &SensorTables) -> Vec<Claim> {
@@ -36,13 +36,13 @@ pub(crate) fn judge(results: &Results, sensors: &SensorTables) -> Vec<Claim> {
 fn correct(claims: &mut [Claim]) {
     let tests = || claims.iter().flat_map(|claim| &claim.tests);
     let ps: Vec<f64> = tests()
-        .filter(|test| test.name.starts_with(RUNS))
+        .filter(|test| test.name.contains(RUNS))
         .map(|test| test.p)
         .collect();
     let Ok(corrected) = holm(&ps) else { return };
     let mut corrected = corrected.into_iter();
     for test in claims.iter_mut().flat_map(|claim| &mut claim.tests) {
-        if test.name.starts_with(RUNS) {
+        if test.name.contains(RUNS) {
             test.p_holm = corrected.next();
         }
     }
@@ -116,7 +116,7 @@ impl Judged<'_> {
         let (a, b) = (self.pooled(condition, one), self.pooled(condition, other));
         if let Ok(all) = anova(&[&a, &b]) {
             tests.push(Test {
-                name: format!("individuals: {what}, {title}, one-way analysis of variance"),
+                name: format!("{title}, {what}: individuals, one-way analysis of variance"),
                 statistic: "F".into(),
                 value: all.f,
                 degrees_of_freedom: vec![all.df_between, all.df_within],
@@ -127,7 +127,7 @@ impl Judged<'_> {
         let means = |lives: Lives| self.each(condition, |run| mean_of(lives(run)));
         if let Ok(runs) = paired_t(&means(one), &means(other)) {
             tests.push(Test {
-                name: format!("{RUNS}{what}, {title}, paired t of the means"),
+                name: format!("{title}, {what}{RUNS}paired t of the means"),
                 statistic: "t".into(),
                 value: runs.t,
                 degrees_of_freedom: vec![runs.df],
@@ -147,7 +147,7 @@ impl Judged<'_> {
         }
         if let Ok(model) = random_intercept(&rows.0, &rows.1, &rows.2) {
             tests.push(Test {
-                name: format!("mixed model: {what}, {title}, runs as random intercepts"),
+                name: format!("{title}, {what}: mixed model, runs as random intercepts"),
                 statistic: "z".into(),
                 value: model.z,
                 degrees_of_freedom: Vec::new(),
@@ -164,7 +164,7 @@ impl Judged<'_> {
         let test = student_t(&a, &b).ok()?;
         Some(Test {
             name: format!(
-                "{RUNS}{name}, {} against {}, t",
+                "{} against {}, {name}{RUNS}t",
                 conditions[0].title(),
                 conditions[1].title()
             ),
@@ -190,7 +190,7 @@ impl Judged<'_> {
         let own = self.each(Without, |run| mean_of(&run.transferred.real));
         let other = self.each(Without, |run| mean_of(&run.transferred.other_robot));
         let test = paired_t(&own, &other).ok().map(|test| Test {
-            name: format!("{RUNS}own robot against another, no noise, paired t of the means"),
+            name: format!("no noise, own robot against another{RUNS}paired t of the means"),
             statistic: "t".into(),
             value: test.t,
             degrees_of_freedom: vec![test.df],

@@ -5,6 +5,7 @@ pub(crate) mod arms;
 pub(crate) mod claims;
 mod full;
 mod judge;
+pub(crate) mod report;
 pub(crate) mod results;
 pub(crate) mod settings;
 pub(crate) mod study;
@@ -17,7 +18,6 @@ use std::time::Instant;
 use clap::ValueEnum;
 use oneiro::tables::{MotorSamples, MotorTable, SensorTables};
 use oneiro::world::Robot;
-
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 
@@ -148,6 +148,20 @@ fn study(
     write_whole(&directory.join("results.json"), &text)?;
     let text = serde_json::to_vec_pretty(&claims).map_err(Failure::failed)?;
     write_whole(&directory.join("claims.json"), &text)?;
+    for (name, csv) in report::csv_files(&results) {
+        write_whole(&directory.join(name), csv.as_bytes())?;
+    }
+    let world = settings.world();
+    let html = report::html(&report::Study {
+        results: &results,
+        claims: &claims,
+        sensors: study.sensors(),
+        arena: &world.arena,
+        body_radius: world.robot.body_radius,
+        robot: &settings.describe(),
+        seed: settings.seed,
+    });
+    write_whole(&directory.join("report.html"), html.as_bytes())?;
     Ok(claims)
 }
 

@@ -19,6 +19,15 @@ impl Condition {
     /// Each of them, in the paper's order.
     pub(crate) const ALL: [Self; 3] = [Self::None, Self::Sensor, Self::Conservative];
 
+    /// Its name in files.
+    pub(crate) fn name(self) -> &'static str {
+        match self {
+            Self::None => "none",
+            Self::Sensor => "sensor",
+            Self::Conservative => "conservative",
+        }
+    }
+
     /// What reports call it.
     pub(crate) fn title(self) -> &'static str {
         match self {

@@ -79,6 +79,24 @@ impl Settings {
         blake3::hash(text.as_bytes()).to_hex()[..16].to_owned()
     }
 
+    /// Which robot it is, and what its simulator is made from.
+    pub(crate) fn describe(&self) -> String {
+        let reality = format!(
+            "surrogate:{}, severity {}, parameters {}",
+            self.robot(),
+            self.surrogate().differences.severity,
+            self.parameters_hash()
+        );
+        if self.tables.is_empty() {
+            format!("{reality}; its simulator is made from its samples")
+        } else {
+            let tables = self.tables.join(", ");
+            format!(
+                "{reality}; the simulator is made from recordings of another robot ({tables}), to which the surrogate is fitted in nothing"
+            )
+        }
+    }
+
     /// The seed of a run.
     pub(crate) fn run_seed(&self, condition: Condition, number: u32) -> u64 {
         let index = self.seed.wrapping_mul(1 << 20).wrapping_add(u64::from(number));

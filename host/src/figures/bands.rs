@@ -1,0 +1,254 @@
+//! Means of several runs with how far they spread, in panels side by side.
+
+use super::plot::{Plot, Range, label_room};
+use super::svg::{Anchor, INK, SOFT_INK, Svg};
+
+const WIDTH: f64 = 1060.0;
+const HEIGHT: f64 = 400.0;
+const LEFT: f64 = 74.0;
+const TOP: f64 = 52.0;
+const BOTTOM: f64 = 58.0;
+/// Right of a panel without names.
+const CLEAR: f64 = 16.0;
+
+/// The middle of several values and how far they spread.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Spread {
+    pub(crate) low: f64,
+    pub(crate) mean: f64,
+    pub(crate) high: f64,
+}
+
+/// A line and its spread.
+pub(crate) struct Band<'a> {
+    /// Its name, at its right end; empty for none.
+    pub(crate) label: &'a str,
+    /// Its colour.
+    pub(crate) colour: &'a str,
+    /// Lengths of dashes and gaps; empty for a full line.
+    pub(crate) dash: &'a str,
+    /// Where its first value stands, and how far apart they are.
+    pub(crate) first: f64,
+    pub(crate) spacing: f64,
+    /// Its values; means that are not finite leave gaps.
+    pub(crate) values: Vec<Spread>,
+}
+
+/// A panel: its axes and its lines.
+pub(crate) struct Panel<'a> {
+    pub(crate) title: &'a str,
+    /// Names of the axes with their units.
+    pub(crate) across: &'a str,
+    pub(crate) up: &'a str,
+    /// What part of the values is shown.
+    pub(crate) from: f64,
+    pub(crate) to: f64,
+    /// The upper axis ends above this.
+    pub(crate) high: f64,
+    /// Its part of the picture's width, relative to the others'.
+    pub(crate) share: f64,
+    /// Where something changes, and what holds before and after.
+    pub(crate) change: Option<(f64, &'a str, &'a str)>,
+    /// What dashes mean.
+    pub(crate) key: &'a [(&'a str, &'a str)],
+    pub(crate) bands: Vec<Band<'a>>,
+}
+
+/// Panels from left to right.
+pub(crate) fn bands(title: &str, panels: &[Panel<'_>]) -> String {
+    let mut svg = Svg::new(WIDTH, HEIGHT, title);
+    let shares: f64 = panels.iter().map(|panel| panel.share).sum();
+    let mut left = 0.0;
+    for panel in panels {
+        let width = panel.share / shares.max(f64::MIN_POSITIVE) * WIDTH;
+        draw(&mut svg, panel, left, left + width);
+        left += width;
+    }
+    svg.finish()
+}
+
+fn draw(svg: &mut Svg, panel: &Panel<'_>, left: f64, right: f64) {
+    let named = panel.bands.iter().any(|band| !band.label.is_empty());
+    let room = if named {
+        label_room(panel.bands.iter().map(|band| band.label))
+    } else {
+        CLEAR
+    };
+    let plot = Plot {
+        left: left + LEFT,
+        right: right - room,
+        top: TOP,
+        bottom: HEIGHT - BOTTOM,
+        across: Range::between(panel.from, panel.to, if panel.share < 0.5 { 4 } else { 6 }),
+        up: Range::holding([panel.high].into_iter(), 5),
+    };
+    let style = format!("fill=\"{INK}\" font-weight=\"600\"");
+    svg.words((plot.left, 24.0), 14.0, Anchor::Start, &style, panel.title);
+    if let Some((at, before, after)) = panel.change
+        && (panel.from..=panel.to).contains(&at)
+    {
+        change(svg, &plot, at, before, after);
+    }
+    plot.axes(svg, panel.across, panel.up);
+    let shown: Vec<Vec<(f64, Spread)>> = panel.bands.iter().map(|band| values(panel, band)).collect();
+    for (band, values) in panel.bands.iter().zip(&shown) {
+        for piece in values.split(|(_, spread)| !(spread.low + spread.high).is_finite()) {
+            if piece.len() > 1 && piece.iter().any(|(_, spread)| spread.high > spread.low) {
+                let above = piece.iter().map(|&(x, spread)| (plot.x(x), plot.y(spread.high)));
+                let below = piece.iter().rev().map(|&(x, spread)| (plot.x(x), plot.y(spread.low)));
+                let style = format!("fill=\"{}\" fill-opacity=\"0.16\"", band.colour);
+                svg.polygon(above.chain(below), &style);
+            }
+        }
+    }
+    for (band, values) in panel.bands.iter().zip(&shown) {
+        let values: Vec<(f64, f64)> = values.iter().map(|&(x, spread)| (x, spread.mean)).collect();
+        let style = if band.dash.is_empty() {
+            "stroke-width=\"2.2\"".to_owned()
+        } else {
+            format!("stroke-width=\"1.6\" stroke-dasharray=\"{}\"", band.dash)
+        };
+        plot.line(svg, &values, band.colour, &style, band.label);
+    }
+    let ends = panel.bands.iter().zip(&shown).filter_map(|(band, values)| {
+        let last = values.iter().rev().find(|(_, spread)| spread.mean.is_finite())?;
+        (!band.label.is_empty()).then_some((last.1.mean, band.label, band.colour))
+    });
+    plot.labels(svg, ends);
+    key(svg, &plot, panel.key);
+    if shown.iter().all(Vec::is_empty) {
+        let middle = (0.5 * (plot.left + plot.right), 0.5 * (plot.top + plot.bottom));
+        svg.words(middle, 13.0, Anchor::Middle, &format!("fill=\"{SOFT_INK}\""), "no data");
+    }
+}
+
+/// The values that a panel shows of a line.
+fn values(panel: &Panel<'_>, band: &Band<'_>) -> Vec<(f64, Spread)> {
+    let place = |i: usize| band.first + band.spacing * i as f64;
+    let values = band.values.iter().enumerate().map(|(i, &spread)| (place(i), spread));
+    values.filter(|(x, _)| (panel.from..=panel.to).contains(x)).collect()
+}
+
+/// A vertical line, and what comes after it on another ground.
+fn change(svg: &mut Svg, plot: &Plot, at: f64, before: &str, after: &str) {
+    let x = plot.x(at);
+    svg.rectangle(
+        (x, plot.top),
+        (plot.right - x, plot.bottom - plot.top),
+        "fill=\"#fbf3dc\"",
+    );
+    let style = format!("stroke=\"{INK}\" stroke-width=\"1.2\" stroke-dasharray=\"2 3\"");
+    svg.line((x, plot.top - 10.0), (x, plot.bottom), &style);
+    let soft = format!("fill=\"{SOFT_INK}\"");
+    svg.words((x - 5.0, plot.top - 4.0), 11.0, Anchor::End, &soft, before);
+    svg.words((x + 5.0, plot.top - 4.0), 11.0, Anchor::Start, &soft, after);
+}
+
+/// What dashes mean, in the upper left corner.
+fn key(svg: &mut Svg, plot: &Plot, entries: &[(&str, &str)]) {
+    for (i, (dash, words)) in entries.iter().enumerate() {
+        let (left, y) = (plot.left + 12.0, plot.top + 10.0 + 18.0 * i as f64);
+        let style = format!("stroke=\"{INK}\" stroke-width=\"1.8\" stroke-dasharray=\"{dash}\"");
+        svg.line((left, y), (left + 30.0, y), &style);
+        svg.words(
+            (left + 38.0, y + 4.0),
+            12.0,
+            Anchor::Start,
+            &format!("fill=\"{INK}\""),
+            words,
+        );
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn panel<'a>(values: &[[f64; 3]]) -> Panel<'a> {
+        let values = values
+            .iter()
+            .map(|&[low, mean, high]| Spread { low, mean, high })
+            .collect();
+        Panel {
+            title: "a < b",
+            across: "generation",
+            up: "fitness",
+            from: 0.0,
+            to: 3.0,
+            high: 10.0,
+            share: 1.0,
+            change: Some((2.0, "simulation", "reality")),
+            key: &[("2 3", "again")],
+            bands: vec![Band {
+                label: "peak",
+                colour: "#123456",
+                dash: "",
+                first: 0.0,
+                spacing: 1.0,
+                values,
+            }],
+        }
+    }
+
+    #[test]
+    fn a_band_runs_up_along_its_highs_and_back_along_its_lows() {
+        let text = bands("t", &[panel(&[[0.0, 5.0, 10.0], [0.0, 5.0, 10.0]])]);
+        let shape = text.lines().find(|line| line.starts_with("<polygon")).expect("a band");
+        let points: Vec<&str> = shape.split('"').nth(1).unwrap_or_default().split(' ').collect();
+        assert_eq!(points.len(), 4);
+        assert!(points[0].ends_with(",52") && points[1].ends_with(",52"), "{points:?}");
+        assert!(points[2].ends_with(",342") && points[3].ends_with(",342"), "{points:?}");
+    }
+
+    #[test]
+    fn only_what_the_panel_spans_is_drawn() {
+        let mut zoomed = panel(&[[1.0; 3]; 9]);
+        assert_eq!(values(&zoomed, &zoomed.bands[0]).len(), 4);
+        zoomed.from = 2.0;
+        assert_eq!(values(&zoomed, &zoomed.bands[0]).len(), 2);
+    }
+
+    #[test]
+    fn without_spread_there_is_no_band_and_without_values_no_line() {
+        let text = bands("t", &[panel(&[[3.0; 3], [4.0; 3]])]);
+        assert_eq!(
+            (text.matches("<polygon").count(), text.matches("<polyline").count()),
+            (0, 1)
+        );
+        let text = bands("t", &[panel(&[])]);
+        assert_eq!(text.matches("<polyline").count(), 0);
+        assert!(text.contains(">no data<") && text.contains("a &lt; b"));
+    }
+
+    #[test]
+    fn a_gap_parts_band_and_line() {
+        let gap = [f64::NAN; 3];
+        let text = bands(
+            "t",
+            &[Panel {
+                to: 4.0,
+                ..panel(&[[0.0, 1.0, 2.0], [0.0, 1.0, 2.0], gap, [0.0, 1.0, 2.0], [0.0, 1.0, 2.0]])
+            }],
+        );
+        assert_eq!(
+            (text.matches("<polygon").count(), text.matches("<polyline").count()),
+            (2, 2)
+        );
+        assert!(!text.contains("NaN"));
+    }
+    #[test]
+    fn a_change_is_marked_where_the_panel_spans_it() {
+        let marked = |at| {
+            let change = Some((at, "simulation", "reality"));
+            bands(
+                "t",
+                &[Panel {
+                    change,
+                    ..panel(&[[1.0; 3]; 3])
+                }],
+            )
+            .contains("reality")
+        };
+        assert!(marked(3.0) && !marked(3.5) && !marked(-1.0));
+    }
+}

@@ -1,0 +1,193 @@
+//! A plane with axes, and lines in it.
+
+use super::svg::{Anchor, INK, SOFT_INK, Svg, number, tick_step};
+
+/// Least distance of two labels, in pixels.
+pub(super) const LABEL_GAP: f64 = 17.0;
+/// Width of a letter of a label, about, in pixels.
+const LETTER: f64 = 7.6;
+
+/// What an axis shows.
+pub(super) struct Range {
+    pub(super) low: f64,
+    pub(super) high: f64,
+    pub(super) step: f64,
+}
+
+impl Range {
+    /// From one value to another, with a tick about every `count`th part.
+    pub(super) fn between(low: f64, high: f64, count: u32) -> Self {
+        let high = if high > low { high } else { low + 1.0 };
+        Self {
+            low,
+            high,
+            step: tick_step(high - low, count),
+        }
+    }
+
+    /// Holds 0 and all values that are finite, and ends above with a tick.
+    pub(super) fn holding(values: impl Iterator<Item = f64>, count: u32) -> Self {
+        let (low, high) = values
+            .filter(|value| value.is_finite())
+            .fold((0.0, 0.0), |(low, high): (f64, f64), value| {
+                (low.min(value), high.max(value))
+            });
+        let Self { low, high, step } = Self::between(low, high, count);
+        Self {
+            // A little below nothing shall not cost a whole step of height.
+            low: low - if low < 0.0 { 0.1 * step } else { 0.0 },
+            high: (high / step).ceil() * step,
+            step,
+        }
+    }
+
+    fn share(&self, value: f64) -> f64 {
+        (value - self.low) / (self.high - self.low)
+    }
+
+    /// Multiples of the step.
+    pub(super) fn ticks(&self) -> impl Iterator<Item = f64> {
+        let step = self.step;
+        let first = (self.low / step).ceil();
+        let count = ((self.high / step + 1e-9).floor() - first).clamp(0.0, 100.0) as u32;
+        (0..=count).map(move |i| (first + f64::from(i)) * step)
+    }
+}
+
+/// How values become pixels: the plot's edges, and what stretches between them.
+pub(super) struct Plot {
+    pub(super) left: f64,
+    pub(super) right: f64,
+    pub(super) top: f64,
+    pub(super) bottom: f64,
+    pub(super) across: Range,
+    pub(super) up: Range,
+}
+
+impl Plot {
+    pub(super) fn x(&self, value: f64) -> f64 {
+        self.left + self.across.share(value) * (self.right - self.left)
+    }
+
+    pub(super) fn y(&self, value: f64) -> f64 {
+        self.bottom - self.up.share(value) * (self.bottom - self.top)
+    }
+
+    /// Both axes with their names.
+    pub(super) fn axes(&self, svg: &mut Svg, across: &str, up: &str) {
+        let &Self {
+            left,
+            right,
+            top,
+            bottom,
+            ..
+        } = self;
+        let words = format!("fill=\"{SOFT_INK}\"");
+        for tick in self.up.ticks() {
+            let y = self.y(tick);
+            svg.line((left, y), (right, y), "stroke=\"#e4e5e8\" stroke-width=\"1\"");
+            svg.words((left - 8.0, y + 4.0), 12.0, Anchor::End, &words, &number(tick));
+        }
+        for tick in self.across.ticks() {
+            let x = self.x(tick);
+            svg.line((x, bottom), (x, bottom + 5.0), &format!("stroke=\"{SOFT_INK}\""));
+            svg.words((x, bottom + 20.0), 12.0, Anchor::Middle, &words, &number(tick));
+        }
+        svg.line(
+            (left, bottom),
+            (right, bottom),
+            &format!("stroke=\"{SOFT_INK}\" stroke-width=\"1.2\""),
+        );
+        let ink = format!("fill=\"{INK}\"");
+        svg.words(
+            (0.5 * (left + right), bottom + 42.0),
+            13.0,
+            Anchor::Middle,
+            &ink,
+            across,
+        );
+        // Clear of the longest number.
+        let digits = self.up.ticks().map(|tick| number(tick).len()).max().unwrap_or(0);
+        let (x, y) = (left - (18.0 + 7.0 * digits as f64).max(46.0), 0.5 * (top + bottom));
+        let turned = format!("{ink} transform=\"rotate(-90 {} {})\"", number(x), number(y));
+        svg.words((x, y), 13.0, Anchor::Middle, &turned, up);
+    }
+
+    /// A line through values, with gaps where one is not finite; a value between gaps becomes a dot that is named
+    /// when it is pointed at.
+    pub(super) fn line(&self, svg: &mut Svg, values: &[(f64, f64)], colour: &str, style: &str, name: &str) {
+        let style = format!("stroke=\"{colour}\" stroke-linejoin=\"round\" stroke-linecap=\"round\" {style}");
+        for piece in values.split(|(_, value)| !value.is_finite()) {
+            match piece {
+                [] => {}
+                [(x, value)] => svg.circle((self.x(*x), self.y(*value)), 2.5, &format!("fill=\"{colour}\""), name),
+                _ => svg.polyline(piece.iter().map(|&(x, value)| (self.x(x), self.y(value))), &style),
+            }
+        }
+    }
+
+    /// Names beside the right ends of lines, moved apart where they would overlap: the lines' last values, names and
+    /// colours.
+    pub(super) fn labels<'a>(&self, svg: &mut Svg, ends: impl Iterator<Item = (f64, &'a str, &'a str)>) {
+        let mut labels: Vec<(f64, &str, &str)> = ends
+            .map(|(value, name, colour)| (self.y(value), name, colour))
+            .collect();
+        labels.sort_by(|a, b| a.0.total_cmp(&b.0));
+        for i in 1..labels.len() {
+            labels[i].0 = labels[i].0.max(labels[i - 1].0 + LABEL_GAP);
+        }
+        let too_low = labels.last().map_or(0.0, |label| (label.0 - self.bottom).max(0.0));
+        for (y, name, colour) in labels {
+            svg.words(
+                (self.right + 10.0, y - too_low + 4.0),
+                13.0,
+                Anchor::Start,
+                &format!("fill=\"{colour}\" font-weight=\"600\""),
+                name,
+            );
+        }
+    }
+}
+
+/// The room right of a plot that names take.
+pub(super) fn label_room<'a>(names: impl Iterator<Item = &'a str>) -> f64 {
+    let letters = names.map(|name| name.chars().count()).max().unwrap_or(0);
+    26.0 + LETTER * letters as f64
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn ticks_reach_both_ends() {
+        let range = Range::between(0.0, 500.0, 5);
+        assert_eq!(
+            range.ticks().collect::<Vec<_>>(),
+            [0.0, 100.0, 200.0, 300.0, 400.0, 500.0]
+        );
+        assert_eq!(Range::between(-1.0, 1.0, 4).ticks().count(), 5);
+    }
+
+    #[test]
+    fn ranges_hold_what_they_show() {
+        let range = Range::holding([-3.0, f64::NAN, 120.0, 480.0].into_iter(), 5);
+        assert!(range.low <= -3.0 && range.high >= 480.0);
+        let nothing = Range::holding([].into_iter(), 5);
+        assert!(nothing.low == 0.0 && nothing.high > 0.0 && nothing.step > 0.0);
+    }
+
+    #[test]
+    fn values_keep_their_order_on_the_sheet() {
+        let plot = Plot {
+            left: 10.0,
+            right: 110.0,
+            top: 20.0,
+            bottom: 220.0,
+            across: Range::between(0.0, 2.0, 2),
+            up: Range::between(-10.0, 10.0, 2),
+        };
+        assert_eq!((plot.x(0.0), plot.x(1.0), plot.x(2.0)), (10.0, 60.0, 110.0));
+        assert_eq!((plot.y(-10.0), plot.y(0.0), plot.y(10.0)), (220.0, 120.0, 20.0));
+    }
+}

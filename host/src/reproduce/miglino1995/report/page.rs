@@ -1,0 +1,176 @@
+//! Just enough HTML: a document, sections, figures and tables. What is called text is escaped here; what is called
+//! HTML was escaped where it was made.
+
+use crate::figures::escaped;
+
+/// How the page looks, on screens and on paper.
+const STYLE: &str = include_str!("style.css");
+
+/// A part of the document.
+pub(super) struct Section {
+    /// What links point to.
+    pub(super) id: &'static str,
+    /// Its heading.
+    pub(super) title: &'static str,
+    /// Its content, as HTML.
+    pub(super) body: String,
+}
+
+/// The whole file: the title, what stands below it as HTML, and the sections with links to them.
+pub(super) fn document(title: &str, lead: &str, sections: &[Section]) -> String {
+    let title = escaped(title);
+    let links = joined(sections, |section| {
+        format!("<a href=\"#{}\">{}</a>\n", section.id, escaped(section.title))
+    });
+    let body = joined(sections, |Section { id, title, body }| {
+        format!("<section id=\"{id}\">\n<h2>{}</h2>\n{body}</section>\n", escaped(title))
+    });
+    format!(
+        "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\"/>\n\
+         <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\"/>\n\
+         <title>{title}</title>\n<style>\n{STYLE}</style>\n</head>\n<body>\n<header>\n<h1>{title}</h1>\n{lead}\
+         <nav>\n{links}</nav>\n</header>\n<main>\n{body}</main>\n</body>\n</html>\n"
+    )
+}
+
+/// A paragraph of text.
+pub(super) fn paragraph(text: &str) -> String {
+    format!("<p>{}</p>\n", escaped(text))
+}
+
+/// A picture with its name, such as `Figure 6`, and words below.
+pub(super) fn figure(name: &str, words: &str, svg: &str) -> String {
+    format!(
+        "<figure id=\"{}\">\n{svg}<figcaption><b>{}.</b> {}</figcaption>\n</figure>\n",
+        id(name),
+        escaped(name),
+        escaped(words)
+    )
+}
+
+/// A name as links have it.
+pub(super) fn id(name: &str) -> String {
+    let words = name
+        .split(|c: char| !c.is_ascii_alphanumeric())
+        .filter(|word| !word.is_empty());
+    words.collect::<Vec<_>>().join("-").to_ascii_lowercase()
+}
+
+/// A cell of a table.
+pub(super) struct Cell {
+    html: String,
+    class: &'static str,
+}
+
+impl Cell {
+    /// Text.
+    pub(super) fn text(text: &str) -> Self {
+        Self::html(escaped(text))
+    }
+
+    /// HTML, set like text.
+    pub(super) fn html(html: String) -> Self {
+        Self { html, class: "" }
+    }
+
+    /// HTML, set like a number.
+    pub(super) fn number(html: String) -> Self {
+        Self { html, class: "number" }
+    }
+
+    /// A name in a program.
+    pub(super) fn code(text: &str) -> Self {
+        Self::html(format!("<code>{}</code>", escaped(text)))
+    }
+}
+
+/// A row of a table.
+pub(super) struct Row {
+    pub(super) cells: Vec<Cell>,
+    /// Whether it sums up others.
+    pub(super) sum: bool,
+}
+
+impl Row {
+    fn html(&self) -> String {
+        let class = if self.sum { " class=\"sum\"" } else { "" };
+        let cells = joined(&self.cells, |Cell { html, class }| {
+            if class.is_empty() {
+                format!("<td>{html}</td>")
+            } else {
+                format!("<td class=\"{class}\">{html}</td>")
+            }
+        });
+        format!("<tr{class}>{cells}</tr>\n")
+    }
+}
+
+impl From<Vec<Cell>> for Row {
+    fn from(cells: Vec<Cell>) -> Self {
+        Self { cells, sum: false }
+    }
+}
+
+/// A column's heading.
+#[derive(Clone, Copy)]
+pub(super) enum Head {
+    /// Of text.
+    Text(&'static str),
+    /// Of numbers.
+    Number(&'static str),
+    /// Of two columns of numbers: simulated and real.
+    Pair(&'static str),
+}
+
+impl Head {
+    fn columns(&self) -> usize {
+        if let Self::Pair(_) = self { 2 } else { 1 }
+    }
+}
+
+/// A table with its name and words above, both may be empty; one without rows says so.
+pub(super) fn table(name: &str, words: &str, head: &[Head], rows: &[Row]) -> String {
+    let (id, name) = if name.is_empty() {
+        (String::new(), String::new())
+    } else {
+        (format!(" id=\"{}\"", id(name)), format!("<b>{}.</b> ", escaped(name)))
+    };
+    let caption = if name.is_empty() && words.is_empty() {
+        String::new()
+    } else {
+        format!("<caption>{name}{}</caption>\n", escaped(words))
+    };
+    let columns: usize = head.iter().map(Head::columns).sum();
+    let body = if rows.is_empty() {
+        format!("<tr><td colspan=\"{columns}\" class=\"nothing\">nothing recorded</td></tr>\n")
+    } else {
+        joined(rows, Row::html)
+    };
+    let head = headings(head);
+    format!("<div class=\"scroll\">\n<table{id}>\n{caption}{head}<tbody>\n{body}</tbody>\n</table>\n</div>\n")
+}
+
+/// All items, one after the other.
+pub(super) fn joined<T>(items: &[T], html: impl Fn(&T) -> String) -> String {
+    items.iter().map(html).collect::<Vec<_>>().concat()
+}
+
+/// One row of headings, or two where there are pairs.
+fn headings(head: &[Head]) -> String {
+    let pairs = head.iter().any(|head| matches!(head, Head::Pair(_)));
+    let rows = if pairs { " rowspan=\"2\"" } else { "" };
+    let first = joined(head, |head| match head {
+        Head::Text(words) => format!("<th{rows}>{}</th>", escaped(words)),
+        Head::Number(words) => format!("<th{rows} class=\"number\">{}</th>", escaped(words)),
+        Head::Pair(words) => format!("<th colspan=\"2\" class=\"pair\">{}</th>", escaped(words)),
+    });
+    let second = joined(head, |head| match head {
+        Head::Pair(_) => "<th class=\"number\">sim.</th><th class=\"number\">real</th>".to_owned(),
+        Head::Text(_) | Head::Number(_) => String::new(),
+    });
+    if pairs {
+        format!("<thead>\n<tr>{first}</tr>\n<tr>{second}</tr>\n</thead>\n")
+    } else {
+        format!("<thead>\n<tr>{first}</tr>\n</thead>\n")
+    }
+}

@@ -1,0 +1,162 @@
+//! The claims: all of them in a table, and each by itself with what its verdict rests on.
+
+use super::Study;
+use super::numbers::{NONE, probability, shown};
+use super::page::{Cell, Head, Row, Section, id, joined, paragraph, table};
+use crate::figures::escaped;
+use crate::reproduce::miglino1995::claims::{Claim, Effect, Test, Verdict};
+
+/// Significant digits of effects and statistics.
+const DIGITS: usize = 4;
+
+/// The verdicts at a glance.
+pub(super) fn summary(study: &Study<'_>) -> Section {
+    let introduction = paragraph(
+        "Each claim has a criterion that was fixed before anything was evolved. The main effect stands beside the \
+         paper's own figure where it prints one, or where one follows from what it prints.",
+    );
+    let verdicts = [Verdict::Reproduced, Verdict::NotReproduced, Verdict::Undecided];
+    let tally = joined(&verdicts, |&verdict| {
+        let claims = study.claims.iter().filter(|claim| claim.verdict == verdict).count();
+        let (class, words) = (class(verdict), words(verdict));
+        format!("<span class=\"{class}\"><b>{claims}</b>{words}</span>\n")
+    });
+    let rows: Vec<Row> = study.claims.iter().map(|claim| line(claim).into()).collect();
+    let head = [
+        Head::Text("Claim"),
+        Head::Text("What the paper says"),
+        Head::Text("Criterion"),
+        Head::Text("Verdict"),
+        Head::Text("Main effect"),
+        Head::Number("here"),
+        Head::Number("paper"),
+    ];
+    let table = table("", "", &head, &rows);
+    Section {
+        id: "verdicts",
+        title: "Verdicts",
+        body: format!("{introduction}<div class=\"tally\">\n{tally}</div>\n{table}"),
+    }
+}
+
+fn line(claim: &Claim) -> Vec<Cell> {
+    // What can be held against the paper comes first.
+    let effects = &claim.effects;
+    let main = effects.iter().find(|effect| effect.paper.is_some()).or(effects.first());
+    let (name, value, paper) = main.map_or((NONE.to_owned(), NONE.to_owned(), NONE.to_owned()), |effect| {
+        (escaped(&effect.name), shown(effect.value, DIGITS), papers(effect))
+    });
+    vec![
+        Cell::html(format!("<a href=\"#{}\">{}</a>", id(&claim.id), escaped(&claim.id))),
+        Cell::text(&claim.claim),
+        Cell::text(&claim.criterion),
+        Cell::html(chip(claim.verdict)),
+        Cell::html(name),
+        Cell::number(value),
+        Cell::number(format!("<span class=\"paper\">{paper}</span>")),
+    ]
+}
+
+/// Claim by claim.
+pub(super) fn claims(study: &Study<'_>) -> Section {
+    let body = if study.claims.is_empty() {
+        paragraph("Nothing has been judged.")
+    } else {
+        joined(study.claims, article)
+    };
+    Section {
+        id: "claims",
+        title: "The claims one by one",
+        body,
+    }
+}
+
+fn article(claim: &Claim) -> String {
+    let mut text = format!(
+        "<article id=\"{}\" class=\"is-{}\">\n<h3>{} {}</h3>\n<blockquote>{}</blockquote>\n\
+         <p><b>Criterion.</b> {}</p>\n",
+        id(&claim.id),
+        class(claim.verdict),
+        escaped(&claim.id),
+        chip(claim.verdict),
+        escaped(&claim.claim),
+        escaped(&claim.criterion),
+    );
+    if !claim.effects.is_empty() {
+        let head = [Head::Text("Effect"), Head::Number("here"), Head::Number("paper")];
+        let rows: Vec<Row> = claim.effects.iter().map(effect).collect();
+        text.push_str(&table("", "", &head, &rows));
+    }
+    if !claim.tests.is_empty() {
+        let head = [
+            Head::Text("Test"),
+            Head::Text("Statistic"),
+            Head::Number("value"),
+            Head::Number("degrees of freedom"),
+            Head::Number("p"),
+            Head::Number("p, Holm"),
+        ];
+        let rows: Vec<Row> = claim.tests.iter().map(test).collect();
+        text.push_str(&table("", "", &head, &rows));
+    }
+    if !claim.remark.is_empty() {
+        text.push_str(&paragraph(&claim.remark));
+    }
+    text.push_str("</article>\n");
+    text
+}
+
+fn effect(effect: &Effect) -> Row {
+    vec![
+        Cell::text(&effect.name),
+        Cell::number(shown(effect.value, DIGITS)),
+        Cell::number(format!("<span class=\"paper\">{}</span>", papers(effect))),
+    ]
+    .into()
+}
+
+fn test(test: &Test) -> Row {
+    vec![
+        Cell::text(&test.name),
+        Cell::html(format!("<i>{}</i>", escaped(&test.statistic))),
+        Cell::number(shown(test.value, DIGITS)),
+        Cell::number(degrees_of_freedom(test)),
+        Cell::number(probability(test.p)),
+        Cell::number(test.p_holm.map_or(NONE.to_owned(), probability)),
+    ]
+    .into()
+}
+
+/// Degrees of freedom one after the other.
+pub(super) fn degrees_of_freedom(test: &Test) -> String {
+    let degrees: Vec<String> = test.degrees_of_freedom.iter().map(|&df| shown(df, DIGITS)).collect();
+    if degrees.is_empty() {
+        NONE.to_owned()
+    } else {
+        degrees.join(", ")
+    }
+}
+
+fn papers(effect: &Effect) -> String {
+    effect.paper.map_or(NONE.to_owned(), |value| shown(value, DIGITS))
+}
+
+fn chip(verdict: Verdict) -> String {
+    format!("<span class=\"chip {}\">{}</span>", class(verdict), words(verdict))
+}
+
+fn class(verdict: Verdict) -> &'static str {
+    match verdict {
+        Verdict::Reproduced => "reproduced",
+        Verdict::NotReproduced => "not-reproduced",
+        Verdict::Undecided => "undecided",
+    }
+}
+
+fn words(verdict: Verdict) -> &'static str {
+    match verdict {
+        Verdict::Reproduced => "reproduced",
+        Verdict::NotReproduced => "not reproduced",
+        Verdict::Undecided => "undecided",
+    }
+}
