@@ -15,9 +15,9 @@ use crate::world::check::number;
 /// Objects farther from the rim than this are not sensed, mm: no individual reads 1 of 1023 there.
 pub(crate) const SIGHT: f32 = 80.0;
 
-/// Distance of the contact points of both wheels, mm (evorobotpy2, KiKS).
+/// Distance of the contact points of both wheels, mm (evorobotpy2, `KiKS`).
 const WHEEL_BASE: f64 = 53.0;
-/// Speed of a wheel at its greatest command, 10 units of 8.2 mm/s (KiKS; Nolfi's recordings).
+/// Speed of a wheel at its greatest command, 10 units of 8.2 mm/s (`KiKS`; Nolfi's recordings).
 const FULL_SPEED: f64 = 82.0;
 /// The rays' angles from the sensor's axis, both ways, degrees.
 const RAYS: [f64; 4] = [7.5, 22.5, 37.5, 52.5];

@@ -252,14 +252,12 @@ impl Reality for SurrogateRobot<'_> {
         let mut worlds = Vec::new();
         let mut rollouts = Vec::with_capacity(lives.len());
         for life in lives {
-            let known = starts.iter().rposition(|start| *start == life.start);
-            let world = match known {
-                Some(world) => world,
-                None => {
-                    starts.push(life.start);
-                    worlds.push(self.started(life.start, cycles + u32::from(traced))?);
-                    worlds.len() - 1
-                }
+            let world = if let Some(known) = starts.iter().rposition(|start| *start == life.start) {
+                known
+            } else {
+                starts.push(life.start);
+                worlds.push(self.started(life.start, cycles + u32::from(traced))?);
+                worlds.len() - 1
             };
             rollouts.push(Rollout {
                 world,

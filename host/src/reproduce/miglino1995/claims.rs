@@ -60,7 +60,7 @@ pub(crate) struct Claim {
     /// `C1` to `C12`.
     pub(crate) id: String,
     /// What the paper says.
-    pub(crate) claim: String,
+    pub(crate) statement: String,
     /// When it counts as reproduced; fixed before anything was evolved.
     pub(crate) criterion: String,
     /// How it came out.

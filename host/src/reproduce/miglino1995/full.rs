@@ -73,7 +73,7 @@ fn average(one: &SensorTables, other: &SensorTables) -> SensorTables {
         let other = other.class(&table.class).map(|class| &other.classes[class]);
         let readings = table.readings.iter().enumerate().map(|(cell, own)| {
             let theirs = other.and_then(|other| other.readings.get(cell)).unwrap_or(own);
-            std::array::from_fn(|sensor| (own[sensor] + theirs[sensor]) / 2)
+            std::array::from_fn(|sensor| own[sensor].midpoint(theirs[sensor]))
         });
         SensorTable {
             readings: readings.collect(),

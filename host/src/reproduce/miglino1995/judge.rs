@@ -72,6 +72,12 @@ fn mean_of(values: &[f32]) -> f64 {
     mean(&widened(values).collect::<Vec<_>>())
 }
 
+/// One of a run's controls.
+type Control = fn(&Controls) -> f64;
+
+/// One of a champion's sums of distances.
+type Sums = fn(&Run) -> &Vec<f64>;
+
 /// Which fitness of a run's individuals.
 type Lives = fn(&Run) -> &[f32];
 
@@ -199,7 +205,7 @@ impl Judged<'_> {
         });
         Claim {
             id: "C1".into(),
-            claim: "The sensors of one robot differ strongly, and so two robots do very differently in the same place".into(),
+            statement: "The sensors of one robot differ strongly, and so two robots do very differently in the same place".into(),
             criterion: "The greatest gap of half readings of a wall is at least 1.4 times the least, and generation 200 without noise does worse in another robot than in its own".into(),
             verdict: verdict(ratio >= 1.4 && loss > 0.0),
             effects: vec![
@@ -245,7 +251,7 @@ impl Judged<'_> {
         }
         Claim {
             id: "C2".into(),
-            claim: "In all conditions performance rises quickly in simulation, then levels".into(),
+            statement: "In all conditions performance rises quickly in simulation, then levels".into(),
             criterion: "In every run the peak of generation 200 is above that of generation 0, and more than 80 % of the mean gain of peak and average is there by generation 100".into(),
             verdict: verdict(holds),
             effects,
@@ -275,7 +281,7 @@ impl Judged<'_> {
         }
         Claim {
             id: "C3".into(),
-            claim: "At generation 200 fitness in simulation and reality differs without noise and with sensor noise, and not with conservative noise".into(),
+            statement: "At generation 200 fitness in simulation and reality differs without noise and with sensor noise, and not with conservative noise".into(),
             criterion: "As evolved, of all individuals: |d| of sensor noise > no noise > conservative noise, and that below 0.2".into(),
             verdict: verdict(sensor > none && none > conservative && conservative < 0.2),
             effects,
@@ -301,7 +307,7 @@ impl Judged<'_> {
         ];
         Claim {
             id: "C4".into(),
-            claim: "With sensor noise the peak falls less than without noise, although the average falls more".into(),
+            statement: "With sensor noise the peak falls less than without noise, although the average falls more".into(),
             criterion: "From simulation to reality the mean peak falls less and the mean average falls more".into(),
             verdict: verdict(peak_sensor < peak_none && average_sensor > average_none),
             effects: vec![
@@ -342,7 +348,7 @@ impl Judged<'_> {
         });
         Claim {
             id: "C5".into(),
-            claim: "With conservative noise fitness is somewhat lower in simulation, and higher in reality".into(),
+            statement: "With conservative noise fitness is somewhat lower in simulation, and higher in reality".into(),
             criterion: "Its average of generation 200 is below both others in simulation and above both in reality"
                 .into(),
             verdict: verdict(lower && higher),
@@ -358,7 +364,7 @@ impl Judged<'_> {
         let mut controls = Vec::new();
         for condition in Condition::ALL {
             let title = condition.title();
-            let figures: [(&str, fn(&Controls) -> f64); 3] = [
+            let figures: [(&str, Control); 3] = [
                 ("had all generations been simulated", |controls| controls.simulated_on),
                 ("had the last parents been drawn by lot", |controls| controls.neutral),
                 ("of 20 generations in reality from random genes", |controls| {
@@ -390,7 +396,7 @@ impl Judged<'_> {
         }
         Claim {
             id: "C6".into(),
-            claim: "Twenty generations in reality raise real fitness in all conditions".into(),
+            statement: "Twenty generations in reality raise real fitness in all conditions".into(),
             criterion: "Real fitness of generation 219 is above that of 200 in all three conditions".into(),
             verdict: verdict(ds.iter().all(|d| *d > 0.0)),
             effects: Condition::ALL
@@ -432,7 +438,7 @@ impl Judged<'_> {
         };
         Claim {
             id: "C7".into(),
-            claim: "Without noise the loss is recovered quickly, with sensor noise only in the peak; with conservative noise there is none, and fitness rises nevertheless".into(),
+            statement: "Without noise the loss is recovered quickly, with sensor noise only in the peak; with conservative noise there is none, and fitness rises nevertheless".into(),
             criterion: "Share of the average's gap that is recovered by generation 219: no noise above sensor noise; with sensor noise the peak's share above the average's; conservative noise rises".into(),
             verdict,
             effects: vec![
@@ -456,7 +462,7 @@ impl Judged<'_> {
         for (condition, end) in Condition::ALL.into_iter().zip(ends) {
             let title = condition.title();
             effects.push(effect(format!("D after 500 cycles, one start, {title}, mm"), end, None));
-            let figures: [(&str, fn(&Run) -> &Vec<f64>); 3] = [
+            let figures: [(&str, Sums); 3] = [
                 ("100 starts", |run| &run.champion.discrepancy.starts),
                 ("two real lives, 100 starts", |run| &run.champion.discrepancy.repeated),
                 ("unrelated champions, 100 starts", |run| {
@@ -486,7 +492,7 @@ impl Judged<'_> {
         });
         Claim {
             id: "C8".into(),
-            claim: "With conservative noise paths in simulation and reality agree far better".into(),
+            statement: "With conservative noise paths in simulation and reality agree far better".into(),
             criterion: "D after 500 cycles from the shared start, mean of the runs: conservative noise below half of either other".into(),
             verdict: verdict(ends[2] < 0.5 * ends[0].min(ends[1])),
             effects,
@@ -511,7 +517,7 @@ impl Judged<'_> {
             && (0.9..=1.1).contains(&speed(Conservative));
         Claim {
             id: "C9".into(),
-            claim: "In reality champions evolved without noise stick in corners, those with sensor noise go slower and hit things, those with conservative noise do neither".into(),
+            statement: "In reality champions evolved without noise stick in corners, those with sensor noise go slower and hit things, those with conservative noise do neither".into(),
             criterion: "No noise: more stick in a corner in reality; sensor noise: lower speed and more collisions in reality; conservative noise: speed within 10 %".into(),
             verdict: verdict(holds),
             effects: vec![
@@ -533,7 +539,7 @@ impl Judged<'_> {
         let middle = median(&champions);
         Claim {
             id: "C10".into(),
-            claim: "Going to and fro without turning scores well under the fitness formula".into(),
+            statement: "Going to and fro without turning scores well under the fitness formula".into(),
             criterion: "A controller made by hand that does so scores above the median champion without noise, in the simulator without noise".into(),
             verdict: verdict(to_and_fro > middle),
             effects: vec![
@@ -591,7 +597,7 @@ impl Judged<'_> {
         let asked = interior.len() == 2;
         Claim {
             id: "C11".into(),
-            claim: "Of the noise ranges tried, 0 to 0.4 and 30 mm were best".into(),
+            statement: "Of the noise ranges tried, 0 to 0.4 and 30 mm were best".into(),
             criterion: "Of five ranges of each noise the best, by real fitness of generation 200, is neither the smallest nor the largest".into(),
             verdict: if asked { verdict(interior.iter().all(|interior| *interior)) } else { Verdict::Undecided },
             effects,
@@ -607,7 +613,7 @@ impl Judged<'_> {
     fn cost(&self) -> Claim {
         Claim {
             id: "C12".into(),
-            claim: "A simulated life takes 2 s, a real one 50 s".into(),
+            statement: "A simulated life takes 2 s, a real one 50 s".into(),
             criterion: "A simulated life takes less than a 25th of the 50 s of a real one".into(),
             verdict: verdict(self.results.life_within_two_seconds),
             effects: vec![effect(

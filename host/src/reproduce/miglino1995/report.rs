@@ -19,10 +19,6 @@ mod robot;
 mod tests;
 mod verdicts;
 
-#[cfg_attr(
-    not(test),
-    expect(unused_imports, reason = "the study's command is what will call it")
-)]
 pub(crate) use csv::csv_files;
 
 /// What a report is made of.

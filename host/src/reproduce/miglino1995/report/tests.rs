@@ -180,7 +180,7 @@ fn claims() -> Vec<Claim> {
         });
         Claim {
             id: format!("C{number}"),
-            claim: format!("What the paper says <{number}> of its robots, their noise & their transfer."),
+            statement: format!("What the paper says <{number}> of its robots, their noise & their transfer."),
             criterion: "The order of |d| is sensor noise > no noise > conservative noise.".into(),
             verdict: match number % 4 {
                 0 => Verdict::NotReproduced,

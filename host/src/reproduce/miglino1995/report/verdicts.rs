@@ -48,7 +48,7 @@ fn line(claim: &Claim) -> Vec<Cell> {
     });
     vec![
         Cell::html(format!("<a href=\"#{}\">{}</a>", id(&claim.id), escaped(&claim.id))),
-        Cell::text(&claim.claim),
+        Cell::text(&claim.statement),
         Cell::text(&claim.criterion),
         Cell::html(chip(claim.verdict)),
         Cell::html(name),
@@ -79,7 +79,7 @@ fn article(claim: &Claim) -> String {
         class(claim.verdict),
         escaped(&claim.id),
         chip(claim.verdict),
-        escaped(&claim.claim),
+        escaped(&claim.statement),
         escaped(&claim.criterion),
     );
     if !claim.effects.is_empty() {
