@@ -219,7 +219,7 @@ pub(crate) struct Selftest {
     /// What to check: all, cpu, gpu (every adapter), gpu:NAME or gpu:INDEX
     #[arg(long, value_name = "BACKEND", default_value = "all")]
     pub(crate) backend: String,
-    /// Rollouts of 500 cycles for each controller, in worlds of every kind
+    /// Rollouts of 500 cycles for each controller, in worlds of every kind; a 20th as many of surrogates
     #[arg(long, value_name = "N", default_value_t = 4000, value_parser = clap::value_parser!(u32).range(1000..=1_000_000))]
     pub(crate) rollouts: u32,
     /// Sensor tables to use instead of the built-in ones, such as wall.sam,round.sam

@@ -1,8 +1,11 @@
 //! Lives to compare and to time devices with: worlds of every kind and random genomes, the same on every machine.
 
+use std::sync::Arc;
+
 use oneiro::arena::Arena;
 use oneiro::batch::{Batch, Rollout, TraceRequest};
 use oneiro::random::{Key, pcg4d};
+use oneiro::surrogate::{Differences, Surrogate};
 use oneiro::world::{Activation, Controller, Difference, Invalid, Noise, Robot, Speed, Start, Task, World, WorldSpec};
 
 /// Cycles of a life, as in the 1995 paper.
@@ -84,6 +87,29 @@ pub(crate) fn worlds(controller: Controller, robot: &Robot) -> Result<Vec<World>
     Ok(worlds)
 }
 
+/// Worlds of one controller in which a surrogate lives: each arena of the catalogue, without any difference from the
+/// simulator, with them as they are drawn, and with twice as much.
+///
+/// # Errors
+/// None, as the tests show.
+pub(crate) fn surrogates(controller: Controller, robot: &Robot) -> Result<Vec<World>, Invalid> {
+    let mut worlds = Vec::new();
+    for arena in Arena::NAMES.into_iter().filter_map(Arena::named) {
+        for severity in [0.0, 1.0, 2.0] {
+            let seed = worlds.len() as u64;
+            worlds.push(World::new(WorldSpec {
+                robot: robot.clone(),
+                surrogate: Some(Arc::new(Surrogate::drawn(seed, Differences::all(severity)))),
+                arena: arena.clone(),
+                controller,
+                cycles: CYCLES,
+                ..WorldSpec::miglino1995()
+            })?);
+        }
+    }
+    Ok(worlds)
+}
+
 /// A genome whose genes are uniform in -`size` to `size`: genome number `index` of the seed `seed`.
 pub(crate) fn genome(genes: usize, size: f32, seed: u32, index: u32) -> Vec<f32> {
     let words = (0..genes as u32)
@@ -135,6 +161,9 @@ mod tests {
             assert_eq!(different, 12);
             assert!(worlds.iter().any(|world| world.spec().start != Start::Random));
             assert!(batch(&worlds, 100, 1, None).is_ok());
+            let surrogates = surrogates(controller, &Robot::khepera()).unwrap();
+            assert_eq!(surrogates.len(), Arena::NAMES.len() * 3);
+            assert!(batch(&surrogates, 100, 1, None).is_ok());
         }
     }
 

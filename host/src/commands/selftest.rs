@@ -116,11 +116,21 @@ pub(crate) fn run(arguments: &Selftest, console: Console) -> Result {
         arithmetic.check(candidate, &mut checks)?;
     }
     for (name, controller) in workload::CONTROLLERS {
-        console.say(format!("lives of the {name}"));
-        let worlds = workload::worlds(controller, &robot)?;
-        let reference = Reference::new(name, &worlds, arguments.rollouts)?;
-        for candidate in &candidates {
-            reference.check(candidate, &mut checks)?;
+        // A cycle of a surrogate takes some twenty times as long.
+        let surrogate = format!("surrogate, {name}");
+        for (name, worlds, rollouts) in [
+            (name, workload::worlds(controller, &robot)?, arguments.rollouts),
+            (
+                &surrogate,
+                workload::surrogates(controller, &robot)?,
+                arguments.rollouts / 20,
+            ),
+        ] {
+            console.say(format!("lives of the {name}"));
+            let reference = Reference::new(name, &worlds, rollouts)?;
+            for candidate in &candidates {
+                reference.check(candidate, &mut checks)?;
+            }
         }
     }
     let (cells, _) = bench::measure(&bench::timed(&arguments.backend)?, &Plan::quick(), console)?;
@@ -261,7 +271,7 @@ fn different_words(here: &[u32], there: &[u32]) -> u64 {
 
 /// Lives as the scalar code lives them.
 struct Reference {
-    controller: &'static str,
+    name: String,
     batch: Batch,
     outcome: Outcome,
     traced: Batch,
@@ -271,7 +281,7 @@ struct Reference {
 }
 
 impl Reference {
-    fn new(controller: &'static str, worlds: &[World], rollouts: u32) -> Result<Self> {
+    fn new(name: &str, worlds: &[World], rollouts: u32) -> Result<Self> {
         let batch = workload::batch(worlds, rollouts, SEED, None)?;
         let traced = workload::batch(worlds, TRACED, SEED, Some(TraceRequest { every: 3 }))?;
         let altered = workload::batch(&altered(worlds)?, rollouts, SEED, None)?;
@@ -279,7 +289,7 @@ impl Reference {
         let outcome = scalar.evaluate(&batch, &Control::new())?;
         let traces = scalar.evaluate(&traced, &Control::new())?;
         Ok(Self {
-            controller,
+            name: name.to_owned(),
             batch,
             outcome,
             traced,
@@ -291,20 +301,20 @@ impl Reference {
     /// Compares a device's lives with these: whole, cut into pieces, cycle by cycle, and altered.
     fn check(&self, candidate: &Candidate, checks: &mut Vec<Check>) -> Result {
         let Candidate { name, exact, .. } = candidate;
-        let controller = self.controller;
+        let lives_of = &self.name;
         let control = Control::new();
         let mut evaluator = candidate.open(None)?;
         if !candidate.is_scalar() {
             let lives = evaluator.evaluate(&self.batch, &control)?;
             checks.push(Check::same(
-                format!("{controller}: fitness"),
+                format!("{lives_of}: fitness"),
                 name,
                 *exact,
                 self.fitness(&lives),
             ));
             let lives = evaluator.evaluate(&self.traced, &control)?;
             checks.push(Check::same(
-                format!("{controller}: traces"),
+                format!("{lives_of}: traces"),
                 name,
                 *exact,
                 self.trace(&lives),
@@ -312,10 +322,10 @@ impl Reference {
         }
         let mut cut = candidate.open(Some(CHUNK))?;
         let lives = in_parts(cut.as_mut(), &self.batch)?;
-        let what = format!("{controller}: fitness, lives and batch cut");
+        let what = format!("{lives_of}: fitness, lives and batch cut");
         checks.push(Check::same(what, name, *exact, self.fitness(&lives)));
         let lives = evaluator.evaluate(&self.altered, &control)?;
-        let what = format!("{controller}: one constant 1 ulp up must show");
+        let what = format!("{lives_of}: one constant 1 ulp up must show");
         checks.push(Check::control(what, name, self.fitness(&lives)));
         Ok(())
     }

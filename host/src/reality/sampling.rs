@@ -199,7 +199,8 @@ mod tests {
             self.trouble()?;
             let cycles = (400.0 / self.degrees_a_cycle) as u32;
             let moment = |cycle: u32| {
-                let degrees = (f64::from(cycle) * self.degrees_a_cycle) % 360.0;
+                // Never on an edge of an interval, where rounding decides.
+                let degrees = (0.25 + f64::from(cycle) * self.degrees_a_cycle) % 360.0;
                 Turned {
                     bearing: degrees / 360.0,
                     readings: [degrees as u16, gap as u16, 0, 0, 0, 0, 0, 1023],
@@ -242,7 +243,7 @@ mod tests {
         );
         for row in 0..20 {
             for (bearing, cell) in table.readings[row * 180..][..180].iter().enumerate() {
-                let first = (2.0 * bearing as f64 / 1.5).ceil() * 1.5;
+                let first = 0.25 + ((2.0 * bearing as f64 - 0.25) / 1.5).ceil().max(0.0) * 1.5;
                 assert_eq!(cell[..2], [first as u16, 5 + 2 * row as u16], "bearing {bearing}");
             }
         }
@@ -259,7 +260,7 @@ mod tests {
             troubles: Vec::new(),
         };
         let failure = sample_unkept(&mut robot, &[wall()]).unwrap_err().to_string();
-        assert!(failure.contains("no reading between 2 and 4 degrees"), "{failure}");
+        assert!(failure.contains("no reading between 4 and 6 degrees"), "{failure}");
     }
 
     #[test]
