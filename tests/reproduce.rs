@@ -155,7 +155,7 @@ fn studies_that_can_not_be_are_refused() {
     fs::write(place.0.join("full/own.txt"), "mine").unwrap();
     fs::write(place.0.join("wall.sam"), "8 180 20 5 2\n").unwrap();
     for (arguments, words) in [
-        (&["--severity", "-1"][..], "allowed: 0 to 2"),
+        (&["--severity=-1"][..], "allowed: 0 to 2"),
         (&["--robot", "mine"], "allowed: surrogate:SEED"),
         (&["--out", "full"], "is not empty and holds no study"),
         (&["--tables", "wall.sam,none.sam"], "wall.sam"),
@@ -225,7 +225,7 @@ fn a_study_is_a_function_of_its_settings() {
     assert!(said.contains("another study's"), "{said}");
 
     if cfg!(feature = "gpu") {
-        place.expect(0, &study("gpu", &["--backend", "gpu"]));
+        place.expect(0, &study("gpu", &["--backend", "gpu:0"]));
         place.assert_same("whole", "gpu");
     }
 }
