@@ -170,6 +170,54 @@ fn studies_that_can_not_be_are_refused() {
     place.expect(2, &["reproduce", "miglino1995", "--runs", "0"]);
 }
 
+/// Tables of another robot in place of samples, those of a real one where its recordings are.
+#[test]
+fn a_study_takes_recordings() {
+    let place = Scratch::new("recordings");
+    place.expect(
+        0,
+        &[
+            "sample",
+            "--robot",
+            "surrogate:8",
+            "--backend",
+            "cpu",
+            "--out",
+            "eight",
+            "--quiet",
+        ],
+    );
+    let study = |tables, out| {
+        let study = ["reproduce", "miglino1995", "--runs", "1", "--backend", "cpu"];
+        [&study[..], &["--tables", tables, "--out", out]].concat()
+    };
+    let said = place.expect(3, &study("eight/wall.sam", "none"));
+    assert!(said.contains("no sensor table for `round`"), "{said}");
+
+    let beside = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../shared/data/khepera");
+    let real = std::env::var_os("ONEIRO_RECORDINGS").map_or(beside, PathBuf::from);
+    let mut folders = vec![PathBuf::from("eight")];
+    if real.join("wall.sam").exists() {
+        folders.push(real);
+    } else {
+        eprintln!("no recordings in {} (set ONEIRO_RECORDINGS)", real.display());
+    }
+    for (number, folder) in folders.iter().enumerate() {
+        let files =
+            ["wall", "round", "motor"].map(|name| folder.join(name).with_extension("sam").display().to_string());
+        let out = number.to_string();
+        place.expect(0, &study(&files.join(","), &out));
+        let report = fs::read_to_string(place.0.join(&out).join("report.html")).unwrap();
+        assert!(report.contains("the simulator is made from recordings of another robot"));
+        assert!(!place.0.join(&out).join("robot").exists(), "nothing is sampled");
+    }
+
+    // Equal tables are told.
+    fs::copy(place.0.join("eight/wall.sam"), place.0.join("round.sam")).unwrap();
+    let said = place.expect(0, &study("eight/wall.sam,round.sam", "equal"));
+    assert!(said.contains("warning"), "{said}");
+}
+
 /// Killed at some moments and begun again, a study ends in the same files as one that was let alone; on one thread
 /// too, and under another backend.
 #[cfg(unix)]
