@@ -486,7 +486,7 @@ mod tests {
     fn cuts_keep_to_every_bound_and_leave_nothing_out() {
         let plain = batch(None);
         let traced = batch(Some(TraceRequest { every: 10 }));
-        // The inputs of a group of 13 genes take 3,840 bytes, of 24 genes 6,656; its state and fitness 2,304,
+        // The inputs of a group of 13 genes take 3,840 bytes, of 24 genes 6,656; its state and fitness 3,584,
         // its trace of 8 records 36,864.
         for (batch, bounds, expected) in [
             (&plain, Bytes { groups: 4, ..ANY }, vec![0..4, 4..6]),
@@ -501,7 +501,7 @@ mod tests {
             (
                 &plain,
                 Bytes {
-                    cut: 2 * (6_656 + 2_304),
+                    cut: 2 * (6_656 + 3_584),
                     ..ANY
                 },
                 vec![0..2, 2..4, 4..6],
