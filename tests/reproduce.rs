@@ -173,6 +173,11 @@ fn studies_that_can_not_be_are_refused() {
 /// Tables of another robot in place of samples, those of a real one where its recordings are.
 #[test]
 fn a_study_takes_recordings() {
+    fn study<'a>(tables: &'a str, out: &'a str) -> Vec<&'a str> {
+        let study = ["reproduce", "miglino1995", "--runs", "1", "--backend", "cpu"];
+        [&study[..], &["--tables", tables, "--out", out]].concat()
+    }
+
     let place = Scratch::new("recordings");
     place.expect(
         0,
@@ -187,10 +192,6 @@ fn a_study_takes_recordings() {
             "--quiet",
         ],
     );
-    let study = |tables, out| {
-        let study = ["reproduce", "miglino1995", "--runs", "1", "--backend", "cpu"];
-        [&study[..], &["--tables", tables, "--out", out]].concat()
-    };
     let said = place.expect(3, &study("eight/wall.sam", "none"));
     assert!(said.contains("no sensor table for `round`"), "{said}");
 
