@@ -20,7 +20,7 @@ macro_rules! life {
         life!($name, $controller, "robot/differential", "sensor/sampled", "physics/sampled")
     };
     ($name:literal, surrogate, $controller:literal) => {
-        life!($name, $controller, "robot/wheels", "sensor/rays", "physics/surrogate")
+        life!($name, $controller, "lib/individual", "robot/wheels", "sensor/rays", "physics/surrogate")
     };
     ($name:literal, $controller:literal, $($physics:literal),+) => {
         Entry {

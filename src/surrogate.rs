@@ -316,7 +316,7 @@ impl Surrogate {
         (1.0 + strength * (self.surroundings.reflectivity(kind, index) - 1.0)) as f32
     }
 
-    /// What the kernel reads of it, four numbers a cell; the order is that of `sensor/rays.wgsl`.
+    /// What the kernel reads of it, four numbers a cell; the order is that of `lib/individual.wgsl`.
     pub(crate) fn cells(&self, body_radius: f32) -> Vec<[u32; 4]> {
         // The logistic falls from 1/2 to 1/20 where 2 exp(x) grows from 2 to 29.
         const LOGARITHM_OF_29_HALVES: f64 = 2.674_148_649_426_529;

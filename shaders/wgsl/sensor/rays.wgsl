@@ -6,15 +6,6 @@
 // All that the samples of single objects don't contain is here, each with a strength that may be 0: true corners
 // and occlusion, reflectivity, illumination, noise of reading, and that readings are old.
 
-// Cells of a surrogate robot, in `tables`: three for each sensor (where it is and looks, its rays' weights, its
-// curve), four waves of the illumination, and three of strengths.
-const SENSOR_CELLS: u32 = 3u;
-const WAVES: u32 = 24u;
-const WAVE_COUNT: u32 = 4u;
-const SENSING: u32 = 28u;
-const TIMING: u32 = 29u;
-const WHEELS: u32 = 30u;
-
 // The rays' angles from the sensor's axis, +-7.5, +-22.5, +-37.5 and +-52.5 degrees.
 const RAY_COSINES: vec4<f32> = vec4<f32>(0.9914449f, 0.9238795f, 0.7933533f, 0.6087614f);
 const RAY_SINES: vec4<f32> = vec4<f32>(0.1305262f, 0.3826834f, 0.6087614f, 0.7933533f);
@@ -24,12 +15,6 @@ const NEAREST: f32 = 0.1f;
 // A reading is an integer up to this.
 const GREATEST_READING: f32 = 1023.0f;
 const READING: f32 = 0.0009775171f; // 1 / 1023
-
-// Four numbers of a surrogate robot.
-fn numbers(world: u32, cell: u32) -> vec4<f32> {
-    let words = tables[worlds[world].surrogate + cell];
-    return vec4<f32>(bitcast<f32>(words.x), bitcast<f32>(words.y), bitcast<f32>(words.z), bitcast<f32>(words.w));
-}
 
 // Four rays of one sensor from one point: their directions.
 struct Rays {

@@ -121,7 +121,7 @@ impl Settings {
             row(
                 "arm",
                 name,
-                "ours: another choice than the preregistered one of what it names, which holds below",
+                "ours: in place of the preregistered choice below that it names",
             )
         });
         let main =
