@@ -364,10 +364,13 @@ fn loops(kernel: &Kernel, world: &life::World) -> u32 {
         // What is sensed, and what is touched.
         return cycle + 2 * shapes;
     }
-    // Rays of eight sensors against all, and against each one's turn; the waves of light; two rides of five steps
-    // each, of which one slides, and what is touched.
-    let rays = 9 + 8 * shapes + shapes * (shapes + 10);
-    let ride = 2 * 6 + 5 * 3 * shapes + 2 * shapes;
+    // Rays on both sides of eight sensors against all that is in reach, of which each may be a block of two faces, and
+    // against each one's turn; the waves of light; two rides of five steps each, of which one slides, and what is
+    // touched.
+    let sides = 9 + 8 * 3;
+    let faces = 8 * 2 * 3;
+    let rays = shapes + sides + 8 * 2 * shapes + faces * shapes + shapes * (shapes + sides + faces);
+    let ride = 3 + 2 * 6 + 5 * 3 * shapes + 2 * shapes;
     cycle + rays + 5 + ride
 }
 

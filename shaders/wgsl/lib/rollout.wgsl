@@ -63,8 +63,8 @@ struct World {
     unused_b: u32,
 }
 
-// A thick segment: where it starts, where it goes, its direction over its squared length, and the distances
-// from its axis at which a robot's centre touches it or senses it.
+// An object. Of a wall where it starts, where it goes and its direction over its squared length; of others where
+// their centre is. The distances to that at which a robot's centre touches it or senses it.
 struct Shape {
     x: f32,
     y: f32,
@@ -77,15 +77,22 @@ struct Shape {
     reach_squared: f32,
     // first cell of the sensor table of its class
     table: u32,
-    // 1 for an object without length
-    round: u32,
+    // 0 for a wall, ROUND or BLOCK
+    kind: u32,
     // 1 for the last object of a layer, within which no two are ever in reach of one robot
     ends_layer: u32,
-    // its thickness, its direction, and the share of light that it throws back, for the kernels that cast rays
+    // the radius of a round obstacle
     radius: f32,
+    // the direction of a wall, or of a block's length
     unit_x: f32,
     unit_y: f32,
+    // the share of light that it throws back, for the kernels that cast rays
     reflectivity: f32,
+    // of a block: half its sides, and from how many points of view it was sampled
+    half_length: f32,
+    half_width: f32,
+    views: u32,
+    unused_a: u32,
 }
 
 // A workgroup's rollouts: their world, how many there are, and where their inputs start.
