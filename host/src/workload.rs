@@ -3,7 +3,8 @@
 use std::sync::Arc;
 
 use oneiro::arena::Arena;
-use oneiro::batch::{Batch, Rollout, TraceRequest};
+use oneiro::batch::{Batch, Rollout, TraceRequest, Worlds};
+use oneiro::foraging::{Foraging, Light};
 use oneiro::random::{Key, pcg4d};
 use oneiro::surrogate::{Differences, Surrogate};
 use oneiro::tables::SensorTable;
@@ -142,6 +143,21 @@ pub(crate) fn surrogates(controller: Controller, robot: &Robot) -> Result<Vec<Wo
     Ok(worlds)
 }
 
+/// On-board simulators of foragers: each scenario, with and without noise.
+pub(crate) fn foragers() -> Vec<Foraging> {
+    let quiet = |forager| Foraging {
+        light_noise: 0.0,
+        wheel_noise: 0.0,
+        escape: 0.0,
+        ..forager
+    };
+    [Light::OverNest, Light::Nowhere, Light::OppositeNest]
+        .map(Foraging::odowd2014)
+        .into_iter()
+        .flat_map(|forager| [forager, quiet(forager)])
+        .collect()
+}
+
 /// A genome whose genes are uniform in -`size` to `size`: genome number `index` of the seed `seed`.
 pub(crate) fn genome(genes: usize, size: f32, seed: u32, index: u32) -> Vec<f32> {
     let words = (0..genes as u32)
@@ -158,14 +174,13 @@ pub(crate) fn genome(genes: usize, size: f32, seed: u32, index: u32) -> Vec<f32>
 ///
 /// # Errors
 /// More rollouts than a batch can hold.
-pub(crate) fn batch(worlds: &[World], rollouts: u32, seed: u32, trace: Option<TraceRequest>) -> Result<Batch, Invalid> {
-    let count = worlds.len().max(1) as u32;
+pub(crate) fn batch(worlds: &Worlds, rollouts: u32, seed: u32, trace: Option<TraceRequest>) -> Result<Batch, Invalid> {
+    let count = worlds.genes().len() as u32;
     let world_of = |index: u32| (index % count) as usize;
     let genomes: Vec<Vec<f32>> = (0..rollouts)
         .map(|index| {
-            let genes = worlds.get(world_of(index)).map_or(0, World::genes);
             let size = if (index / count).is_multiple_of(2) { 1.0 } else { 8.0 };
-            genome(genes, size, seed, index)
+            genome(worlds.genes()[world_of(index)], size, seed, index)
         })
         .collect();
     let rollouts: Vec<Rollout<'_>> = (0..rollouts)
@@ -176,7 +191,7 @@ pub(crate) fn batch(worlds: &[World], rollouts: u32, seed: u32, trace: Option<Tr
             key: Key::rollout(u64::from(seed), 0, u64::from(index), 0),
         })
         .collect();
-    Batch::new(worlds, &rollouts, trace)
+    worlds.batch(&rollouts, trace)
 }
 
 #[cfg(test)]
@@ -192,11 +207,18 @@ mod tests {
             let different = (0..tasks.len()).filter(|&i| !tasks[..i].contains(&tasks[i])).count();
             assert_eq!(different, 12);
             assert!(worlds.iter().any(|world| world.spec().start != Start::Random));
-            assert!(batch(&worlds, 100, 1, None).is_ok());
+            assert!(batch(&Worlds::new(&worlds).unwrap(), 100, 1, None).is_ok());
             let surrogates = surrogates(controller, &Robot::khepera()).unwrap();
             assert_eq!(surrogates.len(), Arena::NAMES.len() * 3);
-            assert!(batch(&surrogates, 100, 1, None).is_ok());
+            assert!(batch(&Worlds::new(&surrogates).unwrap(), 100, 1, None).is_ok());
         }
+    }
+
+    #[test]
+    fn foragers_are_allowed() {
+        let foragers = Worlds::of_foragers(&foragers()).unwrap();
+        assert_eq!(foragers.genes(), [2; 6]);
+        assert!(batch(&foragers, 100, 1, None).is_ok());
     }
 
     #[test]

@@ -36,7 +36,7 @@ const LENGTH: RangeInclusive<f32> = 1.0..=1e5;
 /// Numbers nearer to zero than this (about 1e-6), but not zero, are refused.
 pub(super) const LEAST: f32 = 1.0 / (1 << 20) as f32;
 
-fn integer(field: &str, value: u32, allowed: RangeInclusive<u32>) -> Result<(), Invalid> {
+pub(crate) fn integer(field: &str, value: u32, allowed: RangeInclusive<u32>) -> Result<(), Invalid> {
     if allowed.contains(&value) {
         return Ok(());
     }

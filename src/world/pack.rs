@@ -110,7 +110,7 @@ fn world(spec: &WorldSpec, random_start: u32, start: [f32; 3], shapes: u32) -> l
             Controller::Perceptron | Controller::Recurrent => 0,
         },
         task_choices: task_choices(spec.task),
-        surrogate: 0,
+        numbers: 0,
         unused_a: 0,
         unused_b: 0,
     }

@@ -57,8 +57,8 @@ struct World {
     // hidden units, for the controllers that have them
     hidden: u32,
     task_choices: u32,
-    // first cell of the surrogate robot, for the kernels that have one
-    surrogate: u32,
+    // first cell of what only some kernels read: a surrogate robot, or a forager and its arena
+    numbers: u32,
     unused_a: u32,
     unused_b: u32,
 }
@@ -102,26 +102,6 @@ struct Group {
     inputs: u32,
 }
 
-// What a rollout keeps from one dispatch to the next, and its fitness so far.
-struct State {
-    x: f32,
-    y: f32,
-    heading: f32,
-    fitness: f32,
-    // what the conservative noise displaces perception by
-    shift_x: f32,
-    shift_y: f32,
-    // the controller's last outputs
-    left: f32,
-    right: f32,
-    // of a surrogate: where its sensors were last read, and its wheels' speeds in mm/s
-    read_x: f32,
-    read_y: f32,
-    read_heading: f32,
-    speed_left: f32,
-    speed_right: f32,
-}
-
 // One line of a trace: the pose at the start of a cycle, what was perceived there, and what came of it.
 struct Record {
     x: f32,
@@ -142,6 +122,9 @@ struct Record {
     collided: f32,
     reward: f32,
     fitness: f32,
+    // of a forager: what it does, and 1 if it carries food
+    behaviour: f32,
+    carries: f32,
 }
 
 @group(0) @binding(0) var<uniform> dispatch: Dispatch;
@@ -174,17 +157,10 @@ fn stored(x: f32) -> f32 {
     return select(x, 0.0f, x == 0.0f);
 }
 
-// A cycle's line of the trace.
-fn recorded(
-    pose: vec3<f32>, perceived: Readings, outputs: vec2<f32>, moved: Motion, collided: bool, earned: f32, total: f32,
-) -> Record {
-    return Record(
-        pose.x, pose.y, pose.z,
-        perceived.first.x, perceived.first.y, perceived.first.z, perceived.first.w,
-        perceived.last.x, perceived.last.y, perceived.last.z, perceived.last.w,
-        outputs.x, outputs.y, moved.left, moved.right,
-        select(0.0f, 1.0f, collided), earned, total,
-    );
+// Four numbers of those that only some kernels read.
+fn numbers(world: u32, cell: u32) -> vec4<f32> {
+    let words = tables[worlds[world].numbers + cell];
+    return vec4<f32>(bitcast<f32>(words.x), bitcast<f32>(words.y), bitcast<f32>(words.z), bitcast<f32>(words.w));
 }
 
 // Where a life starts: x and y in mm, heading in turns.

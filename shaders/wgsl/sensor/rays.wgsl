@@ -362,12 +362,6 @@ fn illumination(world: u32, at: vec2<f32>) -> f32 {
     return max(gain, 0.0f);
 }
 
-// A number that is nearly normal, of mean 0 and standard deviation 1: three uniform ones of ten bits each.
-fn nearly_normal(word: u32) -> f32 {
-    let sum = (word & 1023u) + ((word >> 10u) & 1023u) + ((word >> 20u) & 1023u);
-    return (f32(sum) - 1534.5f) * 0x1p-9f;
-}
-
 // The integer that the robot gets: the simulator's picture, and of what the true one differs from it the share
 // `strength.x`, with the noise of reading, `strength.y` and in proportion `strength.z`, over the surroundings'
 // own light, `strength.w`.
