@@ -125,7 +125,9 @@ pub(crate) fn run(arguments: &Selftest, console: Console) -> Result {
         let name = format!("surrogate, {name}");
         subjects.push((name, Lives::of_worlds(&surrogates)?, arguments.rollouts / 20));
     }
-    subjects.push(("forager".into(), Lives::of_foragers()?, arguments.rollouts / 2));
+    // A forager's fitness is of few events: one ulp moves one of them in a few lives of a thousand.
+    let rollouts = arguments.rollouts.max(FORAGERS);
+    subjects.push(("forager".into(), Lives::of_foragers()?, rollouts));
     for (name, lives, rollouts) in subjects {
         console.say(format!("lives of the {name}"));
         let reference = Reference::new(&name, &lives, rollouts)?;
@@ -373,6 +375,9 @@ impl Reference {
         (here.len() as u64, different as u64)
     }
 }
+
+/// Foragers at the least, so that one ulp shows.
+const FORAGERS: u32 = 4000;
 
 /// Cycles in one dispatch, so that lives are cut into many.
 const CHUNK: u32 = 37;
