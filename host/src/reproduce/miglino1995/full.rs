@@ -20,7 +20,10 @@ const WALK_RANGES: [f32; 5] = [7.5, 15.0, 30.0, 45.0, 60.0];
 /// Every other simulator, with its name, its family and the value that it is about.
 fn simulators(settings: &Settings, own: &Robot, other: &Robot) -> Vec<(Family, String, f64, WorldSpec)> {
     let world = |robot: &Robot, noise| WorldSpec {
-        robot: robot.clone(),
+        robot: Robot {
+            sensors: settings.arm.looked_up(&robot.sensors),
+            ..robot.clone()
+        },
         noise,
         ..settings.world()
     };

@@ -4,7 +4,9 @@
 pub(crate) mod arms;
 pub(crate) mod claims;
 mod full;
+mod interpolation;
 mod judge;
+mod real_lives;
 pub(crate) mod report;
 pub(crate) mod results;
 pub(crate) mod settings;
@@ -25,8 +27,9 @@ use crate::cli::Miglino1995;
 use crate::commands::sample;
 use crate::console::{Console, columns};
 use crate::exit::{Failure, Result};
+use crate::reality::Object;
+use crate::reality::sampling::{self, Averaged};
 use crate::reality::surrogate::{Evaluations, SurrogateRobot};
-use crate::reality::{Object, sampling};
 use crate::record::write_whole;
 use crate::watcher::stop_signal;
 use crate::{device, progress};
@@ -226,7 +229,10 @@ fn sampled(settings: &Settings, evaluations: &Evaluations, directory: &Path, con
     let objects: Vec<Object> = Object::NAMES.into_iter().filter_map(Object::named).collect();
     let mut robot = SurrogateRobot::new(evaluations, settings.robot(), settings.surrogate(), &settings.world())
         .map_err(Failure::input)?;
-    let samples = sample::take(&mut robot, &objects, directory, console)?;
+    let samples = match settings.arm.turns() {
+        1 => sample::take(&mut robot, &objects, directory, console)?,
+        turns => sample::take(&mut Averaged::new(&mut robot, turns), &objects, directory, console)?,
+    };
     Ok(simulated_robot(samples.sensors, &samples.motors, settings.arm))
 }
 
@@ -252,7 +258,8 @@ fn variants(
         let objects: Vec<Object> = Object::NAMES.into_iter().filter_map(Object::named).collect();
         let mut robot = SurrogateRobot::new(evaluations, settings.robot(), settings.other_robot(), &settings.world())
             .map_err(Failure::input)?;
-        let samples = sampling::sample_unkept(&mut robot, &objects)?;
+        let mut averaged = Averaged::new(&mut robot, settings.arm.turns());
+        let samples = sampling::sample_unkept(&mut averaged, &objects)?;
         let other = simulated_robot(samples.sensors, &samples.motors, settings.arm);
         full::variants(settings, study, own, &other)
     })
