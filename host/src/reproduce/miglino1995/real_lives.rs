@@ -160,3 +160,109 @@ fn wanderer(key: Key, genes: usize) -> Vec<f32> {
     };
     (0..genes as u32).map(gene).collect()
 }
+
+#[cfg(test)]
+mod tests {
+    use std::sync::Arc;
+    use std::sync::atomic::AtomicBool;
+
+    use oneiro::cpu::Cpu;
+    use oneiro::world::Robot;
+
+    use super::super::arms::Arm;
+    use super::super::results::Condition;
+    use super::super::settings::Settings;
+    use super::super::study::Study;
+    use super::*;
+
+    fn settings(arm: Arm) -> Settings {
+        Settings {
+            seed: 1,
+            runs: 2,
+            robot: 3,
+            severity: 1.0,
+            arm,
+            full: false,
+            tables: Vec::new(),
+        }
+    }
+
+    fn evaluations() -> Evaluations {
+        Evaluations::new(Box::new(Cpu::new(None).unwrap()), Arc::new(AtomicBool::new(false)))
+    }
+
+    /// Real lives of some of two runs' first generation, and where each run stopped.
+    fn lived(arm: Arm, numbers: &[u32]) -> (Vec<Vec<f32>>, Vec<Option<[f32; 3]>>) {
+        let (settings, evaluations) = (settings(arm), evaluations());
+        let study = Study::new(&settings, Robot::khepera(), &evaluations).unwrap();
+        let runs: Vec<Evolving> = numbers
+            .iter()
+            .map(|&number| study.begin(Condition::None, number))
+            .collect();
+        let mut robot = study.real_lives(&settings.surrogate()).unwrap();
+        let fitness = robot.live(&runs, Trial::Real).unwrap();
+        (fitness, robot.places)
+    }
+
+    /// The lives of a run, one call a life.
+    #[test]
+    fn a_life_starts_where_the_last_one_stopped() {
+        let (settings, evaluations) = (settings(Arm::RealStartsContinuing), evaluations());
+        let study = Study::new(&settings, Robot::khepera(), &evaluations).unwrap();
+        let run = study.begin(Condition::None, 1);
+        let world = settings.world();
+        let mut robot = SurrogateRobot::new(&evaluations, 3, settings.surrogate(), &world).unwrap();
+        let mut start = None;
+        let mut expected = Vec::new();
+        let mut continued = 0;
+        for life in lives(&run, Trial::Real) {
+            continued += u32::from(start.is_some());
+            let lived = robot.live(&[Life { start, ..life }], true).unwrap().remove(0);
+            assert_eq!(lived.trace.len(), 501, "500 cycles, and where they end");
+            let end = lived.trace[500];
+            let at = Start::At {
+                x: end.x,
+                y: end.y,
+                heading: end.heading,
+            };
+            let free = World::new(WorldSpec {
+                start: at,
+                ..world.clone()
+            });
+            start = free.is_ok().then_some([end.x, end.y, end.heading]);
+            expected.push(lived.fitness);
+        }
+        assert!(continued > 50, "{continued} of 99 lives go on from the last");
+        let (fitness, places) = lived(Arm::RealStartsContinuing, &[0, 1]);
+        assert_eq!(fitness[1], expected);
+        assert_eq!(places[1], start);
+    }
+
+    #[test]
+    fn only_the_first_life_is_the_one_from_a_fresh_start() {
+        let fresh = lived(Arm::Main, &[0]);
+        let continuing = lived(Arm::RealStartsContinuing, &[0]);
+        let walk = lived(Arm::RealStartsWalk, &[0]);
+        assert_eq!(fresh.1, []);
+        let others = [
+            (&fresh.0[0], &continuing.0[0]),
+            (&fresh.0[0], &walk.0[0]),
+            (&continuing.0[0], &walk.0[0]),
+        ];
+        for (one, other) in others {
+            assert_eq!(one[0].to_bits(), other[0].to_bits());
+            let different = one.iter().zip(other).filter(|(one, other)| one != other).count();
+            assert!(different > 50, "{different} of 99 lives differ");
+        }
+    }
+
+    /// Runs that live beside one another are not in one another's way.
+    #[test]
+    fn a_run_lives_as_if_it_were_alone() {
+        for arm in [Arm::RealStartsContinuing, Arm::RealStartsWalk] {
+            let (both, places) = lived(arm, &[0, 1]);
+            let (alone, place) = lived(arm, &[1]);
+            assert_eq!((&both[1], places[1]), (&alone[0], place[0]), "{arm:?}");
+        }
+    }
+}

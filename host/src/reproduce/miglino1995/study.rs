@@ -241,7 +241,7 @@ impl<'a> Study<'a> {
         Ok(())
     }
 
-    fn begin(&self, condition: Condition, number: u32) -> Evolving {
+    pub(super) fn begin(&self, condition: Condition, number: u32) -> Evolving {
         let seed = self.settings.run_seed(condition, number);
         Evolving {
             condition,
@@ -300,7 +300,7 @@ impl<'a> Study<'a> {
     }
 
     /// A robot that has not lived yet, for the lives of runs.
-    fn real_lives(&self, surrogate: &Surrogate) -> Result<RealLives<'a>> {
+    pub(super) fn real_lives(&self, surrogate: &Surrogate) -> Result<RealLives<'a>> {
         RealLives::new(
             self.evaluations,
             self.settings.robot(),
