@@ -18,6 +18,9 @@ const RUNS: &str = ": runs, ";
 const PAPERS_RUNS: usize = 5;
 /// So many sets of five are drawn out of more runs.
 const SETS: usize = 2000;
+/// What such sets are for.
+const OF_SETS: &str = "Sets of five runs, drawn out of all, show what a study of the paper's size would find; of all runs pooled any \
+     difference is significant";
 /// The paper's level of significance.
 const LEVEL: f64 = 0.01;
 
@@ -80,6 +83,15 @@ fn widened(values: &[f32]) -> impl Iterator<Item = f64> + '_ {
 
 fn mean_of(values: &[f32]) -> f64 {
     mean(&widened(values).collect::<Vec<_>>())
+}
+
+/// A remark, and what sets of runs are for where there are figures of them.
+fn with_sets(remark: &str, figures: &[Effect]) -> String {
+    if figures.is_empty() {
+        remark.to_owned()
+    } else {
+        format!("{remark}. {OF_SETS}")
+    }
 }
 
 /// All individuals of some runs.
@@ -216,7 +228,7 @@ impl Judged<'_> {
         };
         let name = |what: &str| {
             format!(
-                "F({}, {}) of {PAPERS_RUNS} runs, {}: {what} of {SETS} sets",
+                "F({}, {}) of {PAPERS_RUNS} runs, {}: {what}",
                 first.df_between,
                 first.df_within,
                 condition.title()
@@ -225,11 +237,15 @@ impl Judged<'_> {
         let fs: Vec<f64> = anovas.iter().map(|anova| anova.f).collect();
         let significant = anovas.iter().filter(|anova| anova.p.value < LEVEL).count();
         vec![
-            effect(name("median"), median(&fs), Some(papers)),
-            effect(name("5 % quantile"), quantile(&fs, 0.05), None),
-            effect(name("95 % quantile"), quantile(&fs, 0.95), None),
+            effect(name(&format!("median of {SETS} sets")), median(&fs), Some(papers)),
+            effect(name(&format!("5 % quantile of {SETS} sets")), quantile(&fs, 0.05), None),
             effect(
-                name("share with p < .01"),
+                name(&format!("95 % quantile of {SETS} sets")),
+                quantile(&fs, 0.95),
+                None,
+            ),
+            effect(
+                name(&format!("share of {SETS} sets with p < {LEVEL}")),
                 significant as f64 / anovas.len() as f64,
                 None,
             ),
@@ -374,6 +390,8 @@ impl Judged<'_> {
             paper_sized.extend(self.paper_sized(condition, papers_f, SIMULATED, REAL));
             tests.extend(self.compared(condition, "simulated and real", SIMULATED, REAL));
         }
+        let remark = "As in the paper, noise is on in simulation and off in reality, which makes part of the gap by itself; noise off in both is the reality gap proper. The severity of reality was calibrated on the first of these figures, on other robots";
+        let remark = with_sets(remark, &paper_sized);
         effects.extend(paper_sized);
         effects.extend(self.power());
         for condition in [Sensor, Conservative] {
@@ -386,7 +404,7 @@ impl Judged<'_> {
             verdict: verdict(in_order_and_small(ds.map(f64::abs))),
             effects,
             tests,
-            remark: "As in the paper, noise is on in simulation and off in reality, which makes part of the gap by itself; noise off in both is the reality gap proper. The severity of reality was calibrated on the first of these figures, on other robots".into(),
+            remark,
         }
     }
 
@@ -463,7 +481,10 @@ impl Judged<'_> {
         let paper_sized = Condition::ALL
             .into_iter()
             .zip([74.09, 30.74, 26.01])
-            .flat_map(|(condition, f)| self.paper_sized(condition, f, LAST, REAL));
+            .flat_map(|(condition, f)| self.paper_sized(condition, f, LAST, REAL))
+            .collect::<Vec<_>>();
+        let remark = "Generation 200 is mutated from parents that were selected in simulation, 219 from such that were selected in reality";
+        let remark = with_sets(remark, &paper_sized);
         let ds = Condition::ALL.map(|condition| self.d(condition, LAST, REAL));
         let mut controls = Vec::new();
         for condition in Condition::ALL {
@@ -508,7 +529,11 @@ impl Judged<'_> {
                 .zip(ds)
                 .zip(papers)
                 .map(|((condition, d), paper)| {
-                    effect(format!("d of generation 219 over 200, {}", condition.title()), d, Some(paper))
+                    effect(
+                        format!("d of generation 219 over 200, {}", condition.title()),
+                        d,
+                        Some(paper),
+                    )
                 })
                 .chain(paper_sized)
                 .chain(controls)
@@ -517,7 +542,7 @@ impl Judged<'_> {
                 .into_iter()
                 .flat_map(|condition| self.compared(condition, "generations 219 and 200 in reality", LAST, REAL))
                 .collect(),
-            remark: "Generation 200 is mutated from parents that were selected in simulation, 219 from such that were selected in reality".into(),
+            remark,
         }
     }
 

@@ -256,7 +256,7 @@ pub(super) fn sensitivity(study: &Study<'_>) -> Option<Section> {
         let asked = study.arms.iter().filter_map(|(_, claims)| claims.get(column));
         let asked = asked.filter(|claim| claim.verdict != Verdict::Undecided);
         let reproduced = asked.clone().filter(|claim| claim.verdict == Verdict::Reproduced);
-        Cell::text(&format!("{} of {}", reproduced.count(), asked.count()))
+        Cell::text(&format!("{}/{}", reproduced.count(), asked.count()))
     });
     rows.push(Row {
         cells: std::iter::once(Cell::text("reproduced, of those decided"))

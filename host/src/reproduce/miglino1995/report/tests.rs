@@ -538,7 +538,7 @@ fn claims_by_assumption_are_shown_where_they_are_known() {
     // Of the twelve made-up verdicts six hold, three don't and three are open; the other assumption loses one.
     assert_eq!(section.matches(">yes</span>").count(), 6 + 5);
     assert_eq!(section.matches(">no</span>").count(), 3 + 4);
-    assert!(section.contains("<td>1 of 2</td>") && section.contains("<td>0 of 0</td>"));
+    assert!(section.contains("<td>1/2</td>") && section.contains("<td>0/0</td>"));
 }
 
 #[test]
