@@ -17,15 +17,15 @@ struct Entry {
 /// A life: its physics are those of the simulator made from samples, or of what stands in for the robot itself.
 macro_rules! life {
     ($name:literal, sampled, $controller:literal) => {
-        life!($name, $controller, "robot/differential", "sensor/sampled", "physics/sampled")
+        life!($name, "life", $controller, "robot/differential", "sensor/sampled", "physics/sampled")
     };
     ($name:literal, surrogate, $controller:literal) => {
-        life!($name, $controller, "lib/individual", "robot/wheels", "sensor/rays", "physics/surrogate")
+        life!($name, "surrogate", $controller, "lib/individual", "robot/wheels", "sensor/rays", "physics/surrogate")
     };
-    ($name:literal, $controller:literal, $($physics:literal),+) => {
+    ($name:literal, $module:literal, $controller:literal, $($physics:literal),+) => {
         Entry {
             name: $name,
-            module: "life",
+            module: $module,
             parts: &[
                 "lib/numerics",
                 "lib/random",
@@ -50,6 +50,23 @@ const CATALOGUE: &[Entry] = &[
     life!("surrogate_perceptron", surrogate, "controller/perceptron"),
     life!("surrogate_hidden", surrogate, "controller/hidden"),
     life!("surrogate_recurrent", surrogate, "controller/recurrent"),
+    Entry {
+        name: "forager",
+        module: "forager",
+        parts: &[
+            "lib/numerics",
+            "lib/random",
+            "lib/rollout",
+            "lib/forager",
+            "lib/circle",
+            "robot/epuck",
+            "sensor/epuck",
+            "controller/behaviours",
+            "task/foraging",
+            "physics/foraging",
+            "life",
+        ],
+    },
     Entry {
         name: "probe_numerics",
         module: "probe_numerics",

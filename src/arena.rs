@@ -1,8 +1,10 @@
-//! Where robots live: walls and round obstacles, as data. An arena is checked when a world is made of it.
+//! Where robots live: walls, round obstacles and blocks, as data. An arena is checked when a world is made of it.
 
 use glam::Vec2;
 
-/// Walls and round obstacles, and the field that random starts are drawn from. Lengths in mm, x to the right and y
+use crate::exact::cosine;
+
+/// Walls, round obstacles and blocks, and the field that random starts are drawn from. Lengths in mm, x to the right and y
 /// up.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Arena {
@@ -14,6 +16,8 @@ pub struct Arena {
     pub walls: Vec<Wall>,
     /// Round obstacles.
     pub obstacles: Vec<Obstacle>,
+    /// Rectangular obstacles.
+    pub blocks: Vec<Block>,
 }
 
 /// A rectangle, mm.
@@ -53,15 +57,63 @@ pub struct Obstacle {
     pub class: String,
 }
 
+/// A rectangular obstacle at any angle, mm. It looks different from different sides: the sensors' table of its class
+/// may hold several points of view.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Block {
+    /// Centre.
+    pub x: f32,
+    /// Centre.
+    pub y: f32,
+    /// Its longer side, or either.
+    pub length: f32,
+    /// The other side.
+    pub width: f32,
+    /// The direction of its length, turns counter-clockwise from the x axis, `0..1`.
+    pub heading: f32,
+    /// The class of object, by which the sensors' table is chosen.
+    pub class: String,
+}
+
+impl Block {
+    /// The direction of its length as a unit vector, along an axis exactly where it nearly is.
+    pub fn axis(&self) -> Vec2 {
+        const NEARLY: f64 = 1e-6;
+        let degrees = 360.0 * f64::from(self.heading);
+        let [x, y] = [cosine(degrees), cosine(degrees - 90.0)].map(|part| if part.abs() < NEARLY { 0.0 } else { part });
+        Vec2::new(x as f32, y as f32)
+    }
+
+    /// Its corners, in their order around it.
+    pub fn corners(&self) -> [Vec2; 4] {
+        let along = 0.5 * self.length * self.axis();
+        let across = 0.5 * self.width * self.axis().perp();
+        let centre = Vec2::new(self.x, self.y);
+        [
+            centre - along - across,
+            centre + along - across,
+            centre + along + across,
+            centre - along + across,
+        ]
+    }
+}
+
 impl Arena {
     /// The names that [`Arena::named`] knows.
-    pub const NAMES: [&str; 4] = ["miglino1995", "miglino1995-triangle", "open", "octagon"];
+    pub const NAMES: [&str; 5] = [
+        "miglino1995",
+        "miglino1995-triangle",
+        "miglino1995-block",
+        "open",
+        "octagon",
+    ];
 
     /// An arena of the catalogue.
     pub fn named(name: &str) -> Option<Self> {
         match name {
             "miglino1995" => Some(Self::miglino1995()),
             "miglino1995-triangle" => Some(Self::miglino1995_triangle()),
+            "miglino1995-block" => Some(Self::miglino1995_block()),
             "open" => Some(Self {
                 name: name.into(),
                 ..Self::rectangle(1000.0, 1000.0)
@@ -95,6 +147,24 @@ impl Arena {
             .called("miglino1995-triangle")
     }
 
+    /// The same with a block of 110 x 55 mm in place of the obstacle in the middle, a twelfth of a turn askew: what
+    /// section 3.2 of the paper says of objects that are not symmetrical. It needs a sensor table of the class `block`,
+    /// which is not compiled in: `oneiro sample --objects wall,round,block` makes one.
+    pub fn miglino1995_block() -> Self {
+        let mut arena = Self::rectangle(600.0, 350.0)
+            .with_obstacles([(140.0, 175.0), (460.0, 175.0)], 27.5)
+            .called("miglino1995-block");
+        arena.blocks.push(Block {
+            x: 300.0,
+            y: 175.0,
+            length: 110.0,
+            width: 55.0,
+            heading: 1.0 / 12.0,
+            class: "block".into(),
+        });
+        arena
+    }
+
     /// A regular octagon, 800 mm across, with one obstacle in its middle.
     pub fn octagon() -> Self {
         const NEAR: f32 = 234.3;
@@ -125,7 +195,7 @@ impl Arena {
         .called("octagon")
     }
 
-    /// The smallest rectangle around field, walls and obstacles: what a picture shows.
+    /// The smallest rectangle around the field and all that stands there: what a picture shows.
     pub fn bounds(&self) -> Field {
         let Field { x, y, width, height } = self.field;
         let mut low = Vec2::new(x, y);
@@ -138,6 +208,10 @@ impl Arena {
             let centre = Vec2::new(obstacle.x, obstacle.y);
             low = low.min(centre - obstacle.radius);
             high = high.max(centre + obstacle.radius);
+        }
+        for corner in self.blocks.iter().flat_map(Block::corners) {
+            low = low.min(corner);
+            high = high.max(corner);
         }
         let size = high - low;
         Field {
@@ -169,6 +243,7 @@ impl Arena {
                 })
                 .collect(),
             obstacles: Vec::new(),
+            blocks: Vec::new(),
         }
     }
 

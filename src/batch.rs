@@ -9,6 +9,7 @@ pub use oneiro_shaders::life::Record;
 use oneiro_shaders::{Kernel, life};
 
 use crate::evaluator::PartResult;
+use crate::foraging::{self, Foraging};
 use crate::random::Key;
 use crate::tables::{MotorTable, SensorTable};
 use crate::world::{Invalid, World};
@@ -56,7 +57,8 @@ pub struct Worlds(Arc<PackedWorlds>);
 #[derive(Debug)]
 struct PackedWorlds {
     kernel: &'static Kernel,
-    checked: Vec<World>,
+    /// Genes of a controller that lives in each.
+    genes: Vec<usize>,
     packed: Packed,
 }
 
@@ -68,8 +70,41 @@ impl Worlds {
     pub fn new(worlds: &[World]) -> Result<Self, Invalid> {
         Ok(Self(Arc::new(PackedWorlds {
             kernel: one_kernel(worlds)?,
-            checked: worlds.to_vec(),
+            genes: worlds.iter().map(World::genes).collect(),
             packed: Packed::new(worlds),
+        })))
+    }
+
+    /// Checks and packs on-board simulators of foragers, whose rollouts have two genes.
+    ///
+    /// # Errors
+    /// No simulator; the first value that is not allowed.
+    pub fn of_foragers(foragers: &[Foraging]) -> Result<Self, Invalid> {
+        if foragers.is_empty() {
+            return Err(Invalid::new("worlds", "there is none; allowed: one and more"));
+        }
+        let mut packed = Packed::default();
+        let mut places = BTreeMap::new();
+        for (index, forager) in foragers.iter().enumerate() {
+            forager
+                .check()
+                .map_err(|invalid| Invalid::new(format!("foragers[{index}].{}", invalid.field), invalid.problem))?;
+            let numbers = *places.entry(forager.cells()).or_insert_with_key(|cells| {
+                let first = packed.tables.len() as u32;
+                packed.tables.extend(cells);
+                first
+            });
+            packed.worlds.push(life::World {
+                numbers,
+                ..forager.world()
+            });
+        }
+        // The kernel has no objects, and a buffer is never empty.
+        packed.shapes.push(life::Shape::default());
+        Ok(Self(Arc::new(PackedWorlds {
+            kernel: &oneiro_shaders::FORAGER,
+            genes: vec![foraging::GENES; foragers.len()],
+            packed,
         })))
     }
 
@@ -79,19 +114,17 @@ impl Worlds {
     /// No rollout, or too many; a rollout's world that is none; a rollout's genes that are too many, too few, not
     /// finite or beyond [`GREATEST_GENE`]; a trace with more than [`GREATEST_TRACE`] records.
     pub fn batch(&self, rollouts: &[Rollout<'_>], trace: Option<TraceRequest>) -> Result<Batch, Invalid> {
-        let checked = &self.0.checked;
-        let layout = Layout::new(checked, rollouts)?;
-        let inputs = layout.inputs(checked, rollouts)?;
+        let PackedWorlds { genes, packed, .. } = &*self.0;
+        let layout = Layout::new(genes, rollouts)?;
+        let inputs = layout.inputs(genes, rollouts)?;
+        let cycles_of = |world: usize| packed.worlds[world].steps;
         let cycles = layout
             .groups
             .iter()
-            .map(|group| checked[group.world as usize].cycles())
+            .map(|group| cycles_of(group.world as usize))
             .max()
             .unwrap_or(0);
-        let steps = rollouts
-            .iter()
-            .map(|rollout| u64::from(checked[rollout.world].cycles()))
-            .sum();
+        let steps = rollouts.iter().map(|rollout| u64::from(cycles_of(rollout.world))).sum();
         let batch = Batch {
             worlds: self.clone(),
             groups: layout.groups,
@@ -117,6 +150,11 @@ impl Worlds {
     /// The kernel that simulates them.
     pub fn kernel(&self) -> &'static Kernel {
         self.0.kernel
+    }
+
+    /// For each world, genes of a controller that lives in it.
+    pub fn genes(&self) -> &[usize] {
+        &self.0.genes
     }
 }
 
@@ -360,14 +398,21 @@ impl<'a> Part<'a> {
 fn loops(kernel: &Kernel, world: &life::World) -> u32 {
     let shapes = world.shapes + 1;
     let cycle = 1 + world.hidden + 1;
+    if kernel.name == "forager" {
+        // Where food appears anew, and the sensors' two halves.
+        return cycle + 65 + 3;
+    }
     if !kernel.name.starts_with("surrogate") {
         // What is sensed, and what is touched.
         return cycle + 2 * shapes;
     }
-    // Rays of eight sensors against all, and against each one's turn; the waves of light; two rides of five steps
-    // each, of which one slides, and what is touched.
-    let rays = 9 + 8 * shapes + shapes * (shapes + 10);
-    let ride = 2 * 6 + 5 * 3 * shapes + 2 * shapes;
+    // Rays on both sides of eight sensors against all that is in reach, of which each may be a block of two faces, and
+    // against each one's turn; the waves of light; two rides of five steps each, of which one slides, and what is
+    // touched.
+    let sides = 9 + 8 * 3;
+    let faces = 8 * 2 * 3;
+    let rays = shapes + sides + 8 * 2 * shapes + faces * shapes + shapes * (shapes + sides + faces);
+    let ride = 3 + 2 * 6 + 5 * 3 * shapes + 2 * shapes;
     cycle + rays + 5 + ride
 }
 
@@ -398,16 +443,17 @@ struct Layout {
 }
 
 impl Layout {
-    fn new(worlds: &[World], rollouts: &[Rollout<'_>]) -> Result<Self, Invalid> {
+    /// `genes` are how many a rollout of each world has.
+    fn new(genes: &[usize], rollouts: &[Rollout<'_>]) -> Result<Self, Invalid> {
         const GREATEST: usize = 1 << 28;
         if rollouts.is_empty() || rollouts.len() > GREATEST {
             let problem = format!("there are {}; allowed: 1 to {GREATEST}", rollouts.len());
             return Err(Invalid::new("rollouts", problem));
         }
-        let mut counts = vec![0_usize; worlds.len()];
+        let mut counts = vec![0_usize; genes.len()];
         for (index, rollout) in rollouts.iter().enumerate() {
             let Some(count) = counts.get_mut(rollout.world) else {
-                let problem = format!("is {}; allowed: 0 to {}", rollout.world, worlds.len() - 1);
+                let problem = format!("is {}; allowed: 0 to {}", rollout.world, genes.len() - 1);
                 return Err(Invalid::new(format!("rollouts[{index}].world"), problem));
             };
             *count += 1;
@@ -415,7 +461,7 @@ impl Layout {
         let mut groups = Vec::new();
         let mut words = 0_usize;
         // The next free slot of each world.
-        let mut next = Vec::with_capacity(worlds.len());
+        let mut next = Vec::with_capacity(genes.len());
         for (world, count) in counts.into_iter().enumerate() {
             next.push(groups.len() * LANES);
             for first in (0..count).step_by(LANES) {
@@ -425,7 +471,7 @@ impl Layout {
                     rollouts,
                     inputs: words as u32,
                 });
-                words += (KEY_WORDS + worlds[world].genes()) * LANES;
+                words += (KEY_WORDS + genes[world]) * LANES;
             }
         }
         if words > u32::MAX as usize {
@@ -447,10 +493,10 @@ impl Layout {
     }
 
     /// The groups' inputs: field by field 64 values, first the keys' two words, then the genes.
-    fn inputs(&self, worlds: &[World], rollouts: &[Rollout<'_>]) -> Result<Vec<u32>, Invalid> {
+    fn inputs(&self, genes: &[usize], rollouts: &[Rollout<'_>]) -> Result<Vec<u32>, Invalid> {
         let mut inputs = vec![0_u32; self.words];
         for (index, (rollout, &slot)) in rollouts.iter().zip(&self.slots).enumerate() {
-            let genes = worlds[rollout.world].genes();
+            let genes = genes[rollout.world];
             check_genes(index, rollout.genes, genes)?;
             let slot = slot as usize;
             let first = self.groups[slot / LANES].inputs as usize + slot % LANES;
@@ -521,7 +567,7 @@ impl Packed {
                 || motor_cells(&robot.motors),
                 &mut packed.tables,
             );
-            let surrogate = world.spec().surrogate.as_ref().map_or(0, |surrogate| {
+            let numbers = world.spec().surrogate.as_ref().map_or(0, |surrogate| {
                 surrogates.place(
                     (Arc::as_ptr(surrogate), robot.body_radius.to_bits() as usize),
                     || surrogate.cells(robot.body_radius),
@@ -531,7 +577,7 @@ impl Packed {
             packed.worlds.push(life::World {
                 first_shape,
                 motor_table,
-                surrogate,
+                numbers,
                 ..*world.packed()
             });
         }

@@ -8,6 +8,7 @@ pub mod batch;
 pub mod cpu;
 pub mod evaluator;
 pub mod exact;
+pub mod foraging;
 #[cfg(feature = "gpu")]
 pub mod gpu;
 pub mod pool;

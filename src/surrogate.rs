@@ -166,6 +166,7 @@ enum Source {
     Wall = 2,
     Obstacle = 3,
     Light = 4,
+    Block = 5,
 }
 
 /// Four numbers in `0..1`.
@@ -219,6 +220,8 @@ pub enum Object {
     Wall,
     /// A round obstacle.
     Obstacle,
+    /// A rectangular one.
+    Block,
 }
 
 /// Where a robot lives: its light, and how its objects throw it back.
@@ -252,11 +255,12 @@ impl Surroundings {
         }
     }
 
-    /// The reflectivity of a wall or an obstacle, by its index among those of its kind.
+    /// The reflectivity of an object, by its index among those of its kind.
     pub fn reflectivity(&self, kind: Object, index: usize) -> f64 {
         let source = match kind {
             Object::Wall => Source::Wall,
             Object::Obstacle => Source::Obstacle,
+            Object::Block => Source::Block,
         };
         let [share, ..] = units(self.seed, source, index);
         between(0.8, 1.2, share)

@@ -63,7 +63,11 @@ pub struct SensorTable {
     pub nearest: f32,
     /// From one row to the next, mm.
     pub spacing: f32,
-    /// Eight readings a cell, 0 to 1023, at `row * bearings + bearing`.
+    /// Points of view: 1 for an object that looks the same from everywhere. Else number k is of a robot that stands,
+    /// as a block has it, between k and k + 1 times `1 / (2 views)` turns from the direction of its length; half a
+    /// turn further a block looks the same.
+    pub views: u32,
+    /// Eight readings a cell, 0 to 1023, at `(view * rows + row) * bearings + bearing`.
     pub readings: Vec<[u16; SENSORS]>,
 }
 
@@ -72,7 +76,9 @@ impl SensorTable {
     ///
     /// A file begins with the line `sensors bearings rows nearest spacing`; then, for each row, come a line
     /// `TURN row` and a line of readings for each bearing; `END` ends it. Readings are integers from 0 to 1023
-    /// in `.sam` and their 1023rd part in `.sample`.
+    /// in `.sam` and their 1023rd part in `.sample`. Where an object was sampled from several points of view, a sixth
+    /// number of the first line says how many, and the rows of each follow those of the one before, counted on: that
+    /// is this project's own, where other programs know only objects that look the same from everywhere.
     ///
     /// # Errors
     /// The file can't be read; or the line that breaks the format, and what it allows.
@@ -93,6 +99,11 @@ impl SensorTable {
     /// As the text of a `.sam` file.
     pub fn text(&self) -> String {
         sam::print_sensors(self, Format::Sam)
+    }
+
+    /// How many cells its shape has.
+    pub fn cells(&self) -> usize {
+        self.views as usize * self.rows as usize * self.bearings as usize
     }
 
     /// From the rim, the gap beyond which an object is not sensed, mm.

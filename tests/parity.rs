@@ -1,10 +1,14 @@
 //! The same bits everywhere: the life kernel on every instruction set and through the Vulkan driver, held against
 //! each other and against a witness written by hand.
 
+use std::sync::Arc;
+
+use oneiro::arena::Arena;
 use oneiro::batch::{Batch, Outcome, Rollout, TraceRequest};
 use oneiro::cpu::Cpu;
 use oneiro::evaluator::{Control, Evaluator};
 use oneiro::random::{Key, pcg4d};
+use oneiro::tables::{SensorTable, SensorTables};
 use oneiro::world::{Activation, Controller, Difference, Speed, Start, Task, World, WorldSpec};
 
 mod witness;
@@ -17,6 +21,24 @@ fn genes(rollout: usize, count: usize) -> Vec<f32> {
             (f32::from(word as u16) / 65_536.0 - 0.5) * 10.0
         })
         .collect()
+}
+
+/// Tables with one for blocks, which look different from each of five sides.
+fn with_blocks(sensors: &SensorTables) -> Arc<SensorTables> {
+    let mut own = sensors.clone();
+    let wall = &sensors.classes[0];
+    let from = |view: usize| {
+        wall.readings
+            .iter()
+            .map(move |cell| cell.map(|reading| reading / (1 + view as u16)))
+    };
+    own.classes.push(SensorTable {
+        class: "block".into(),
+        views: 5,
+        readings: (0..5).flat_map(from).collect(),
+        ..wall.clone()
+    });
+    Arc::new(own)
 }
 
 /// The three conditions of the 1995 paper, every controller, and every choice that moves a number.
@@ -54,6 +76,15 @@ fn specs() -> Vec<(String, WorldSpec)> {
     with("signed, square, perceived", &|spec| {
         spec.noise.sensor = (0.0, 0.4);
         spec.task = task(Speed::Signed, Difference::Square, Activation::Perceived);
+    });
+    let blocks = |spec: &mut WorldSpec| {
+        spec.arena = Arena::miglino1995_block();
+        spec.robot.sensors = with_blocks(&spec.robot.sensors);
+    };
+    with("a block", &blocks);
+    with("a block, conservative noise", &|spec| {
+        blocks(spec);
+        (spec.noise.walk_range, spec.noise.walk_step) = (60.0, 10.0);
     });
     with("two terms", &|spec| {
         spec.task = task(Speed::Unsigned, Difference::Root, Activation::None);
@@ -146,7 +177,6 @@ fn one_constant_changed_by_one_ulp_is_seen() {
 
 /// Recordings of a real robot, where the machine has some.
 fn recorded(spec: &WorldSpec) -> Option<WorldSpec> {
-    use oneiro::tables::SensorTables;
     let folder = std::env::var_os("ONEIRO_RECORDINGS").map_or_else(
         || std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared/data/khepera"),
         std::path::PathBuf::from,
@@ -160,7 +190,11 @@ fn recorded(spec: &WorldSpec) -> Option<WorldSpec> {
     }
     let tables = SensorTables::read(&[folder.join("wall.sam"), folder.join("round.sam")]).expect("recordings");
     let mut spec = spec.clone();
-    spec.robot.sensors = std::sync::Arc::new(tables.table);
+    spec.robot.sensors = if spec.arena.blocks.is_empty() {
+        Arc::new(tables.table)
+    } else {
+        with_blocks(&tables.table)
+    };
     Some(spec)
 }
 

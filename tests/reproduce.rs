@@ -116,6 +116,45 @@ fn a_sampled_robot_is_one_that_runs_take() {
     assert_ne!(place.files("seven"), place.files("eight"));
 }
 
+/// The experiment with a block runs on samples that this machine takes again, to the last bit.
+#[test]
+fn the_shipped_samples_are_those_of_their_robot() {
+    let place = Scratch::new("block");
+    let experiments = Path::new(env!("CARGO_MANIFEST_DIR")).join("../experiments");
+    let objects = "wall,round,block";
+    place.expect(
+        0,
+        &[
+            "sample",
+            "--robot",
+            "surrogate:1",
+            "--objects",
+            objects,
+            "--backend",
+            "cpu",
+            "--out",
+            "one",
+        ],
+    );
+    for name in ["wall.sam", "round.sam", "block.sam", "motor.sam"] {
+        let shipped = fs::read(experiments.join("surrogate-1").join(name)).unwrap();
+        assert!(shipped == fs::read(place.0.join("one").join(name)).unwrap(), "{name}");
+    }
+    let experiment = experiments.join("khepera-block.toml");
+    let short = [
+        "--set",
+        "evolution.generations=3",
+        "--set",
+        "cycles=100",
+        "--seed",
+        "1",
+        "--backend",
+        "cpu",
+    ];
+    let arguments = ["run", experiment.to_str().unwrap(), "--out", "run"];
+    place.expect(0, &[&arguments[..], &short].concat());
+}
+
 #[test]
 fn what_can_not_be_sampled_is_refused() {
     let place = Scratch::new("refused");

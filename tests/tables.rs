@@ -169,6 +169,36 @@ fn equal_tables_are_noticed() {
 }
 
 #[test]
+fn points_of_view_survive_a_round_trip() {
+    let folder = scratch("views");
+    let mut table = SensorTables::khepera().classes[0].clone();
+    table.class = "block".into();
+    table.views = 3;
+    let view = |view: u16| {
+        table
+            .readings
+            .iter()
+            .map(move |cell| cell.map(|reading| reading / view))
+    };
+    table.readings = (1..=3).flat_map(view).collect();
+    for name in ["block.sam", "block.sample"] {
+        let path = folder.join(name);
+        table.write(&path).unwrap();
+        let import = SensorTable::read(&path).unwrap();
+        assert_eq!((import.table, import.warnings.len()), (table.clone(), 0), "{name}");
+        std::fs::remove_file(path).unwrap();
+    }
+    // A row is missing in the last view, or there is no such number of views.
+    let text = table.text();
+    let short = text.replace("TURN 59\n", "END\n");
+    let error = SensorTable::read(written(&folder, "short.sam", &short)).unwrap_err();
+    assert!(error.problem.contains("row 59 begins here"), "{error}");
+    let none = text.replacen("5 2 3\n", "5 2 0\n", 1);
+    let error = SensorTable::read(written(&folder, "none.sam", &none)).unwrap_err();
+    assert!(error.line == Some(1) && error.problem.contains("2 to 64"), "{error}");
+}
+
+#[test]
 fn shares_that_are_no_readings_are_rounded_with_a_warning() {
     let folder = scratch("rounded");
     let mut text = String::from("8 4 1 5 2\nTURN 0\n");

@@ -2,8 +2,9 @@
 
 use std::sync::Arc;
 
+use glam::Vec2;
 use oneiro::arena::{Arena, Obstacle, Wall};
-use oneiro::tables::{MotorTable, SensorTables};
+use oneiro::tables::{MotorTable, SensorTable, SensorTables};
 use oneiro::world::{Controller, Noise, Start, World, WorldSpec};
 
 fn spec() -> WorldSpec {
@@ -22,16 +23,56 @@ fn sensors(change: impl Fn(&mut SensorTables)) -> Arc<SensorTables> {
     Arc::new(sensors)
 }
 
+/// A table of blocks, which look the same from both of its points of view.
+fn block_table() -> SensorTable {
+    let mut table = spec().robot.sensors.classes[0].clone();
+    table.class = "block".into();
+    table.views = 2;
+    table.readings = [table.readings.clone(), table.readings].concat();
+    table
+}
+
+/// The arena with the block, and a table for it.
+fn with_block(spec: &mut WorldSpec) {
+    spec.arena = Arena::miglino1995_block();
+    spec.robot.sensors = sensors(|sensors| sensors.classes.push(block_table()));
+}
+
+#[test]
+fn a_block_is_solid_to_its_corners() {
+    let mut spec = spec();
+    with_block(&mut spec);
+    // A centre is free in 545 x 295 mm, less two discs of 55 mm radius and what is within 27.5 mm of the block.
+    let discs = std::f32::consts::PI * (2.0 * 55.0 * 55.0 + 27.5 * 27.5);
+    let block = 110.0 * 55.0 + 2.0 * 27.5 * (110.0 + 55.0);
+    let free = (545.0 * 295.0 - discs - block) / (600.0 * 350.0);
+    let estimate = World::new(spec.clone()).unwrap().free_share();
+    assert!((estimate - free).abs() < 0.01, "{estimate}, not {free}");
+    // 27 mm from a corner, along the diagonal of the block; and 28 mm.
+    let [corner, ..] = spec.arena.blocks[0].corners();
+    let centre = Vec2::new(spec.arena.blocks[0].x, spec.arena.blocks[0].y);
+    for (gap, free) in [(27.0, false), (28.0, true), (-20.0, false)] {
+        let at = corner + gap * (corner - centre).normalize();
+        spec.start = Start::At {
+            x: at.x,
+            y: at.y,
+            heading: 0.0,
+        };
+        assert_eq!(World::new(spec.clone()).is_ok(), free, "{gap} mm from a corner");
+    }
+}
+
 #[test]
 fn the_catalogue_is_liveable() {
     for name in Arena::NAMES {
         let arena = Arena::named(name).unwrap();
         assert_eq!(arena.name, name);
-        let world = World::new(WorldSpec {
+        let mut spec = WorldSpec {
             arena: arena.clone(),
             ..spec()
-        })
-        .unwrap();
+        };
+        spec.robot.sensors = sensors(|sensors| sensors.classes.push(block_table()));
+        let world = World::new(spec).unwrap();
         assert!(world.free_share() > 0.5, "{name}: {}", world.free_share());
         let bounds = arena.bounds();
         assert!(
@@ -85,7 +126,7 @@ fn an_arena_without_objects_is_allowed() {
 #[expect(clippy::too_many_lines, reason = "a table of everything that is refused")]
 fn what_is_not_allowed_is_refused_by_name() {
     type Change = fn(&mut WorldSpec);
-    let cases: [(&str, &str, Change); 44] = [
+    let cases: [(&str, &str, Change); 50] = [
         ("cycles", "1 to 1000000", |spec| spec.cycles = 0),
         ("cycles", "1 to 1000000", |spec| spec.cycles = 1_000_001),
         ("controller.units", "1 to 32", |spec| {
@@ -184,6 +225,31 @@ fn what_is_not_allowed_is_refused_by_name() {
         ("arena", "0 to 64", |spec| {
             spec.arena = Arena::miglino1995().with_obstacles((0..58).map(|at| (at as f32, 0.0)), 1.0);
         }),
+        ("arena.blocks[0].length", "1 to 100000", |spec| {
+            with_block(spec);
+            spec.arena.blocks[0].length = 0.0;
+        }),
+        ("arena.blocks[0].width", "is NaN", |spec| {
+            with_block(spec);
+            spec.arena.blocks[0].width = f32::NAN;
+        }),
+        ("arena.blocks[0].heading", "less than 1", |spec| {
+            with_block(spec);
+            spec.arena.blocks[0].heading = 1.0;
+        }),
+        ("arena.blocks[0].class", "allowed: wall, round", |spec| {
+            spec.arena = Arena::miglino1995_block();
+        }),
+        ("arena.obstacles[1].class", "2 points of view", |spec| {
+            with_block(spec);
+            spec.arena.obstacles[1].class = "block".into();
+        }),
+        ("robot.sensors.classes[2].views", "1 to 64", |spec| {
+            with_block(spec);
+            let mut sensors = (*spec.robot.sensors).clone();
+            sensors.classes[2].views = 0;
+            spec.robot.sensors = Arc::new(sensors);
+        }),
         ("robot.motors.states", "1 to 256", |spec| {
             spec.robot.motors = motors(|motors| motors.states = 0);
         }),
@@ -210,7 +276,7 @@ fn what_is_not_allowed_is_refused_by_name() {
         }),
         (
             "robot.sensors.classes[1].readings",
-            "rows times bearings, 3600",
+            "views times rows times bearings, 3600",
             |spec| {
                 spec.robot.sensors = sensors(|sensors| sensors.classes[1].readings.truncate(100));
             },

@@ -290,7 +290,7 @@ pub(crate) struct Sample {
     /// How different a surrogate is from the simulator made from its samples, 0 to 2
     #[arg(long, value_name = "LAMBDA", default_value_t = crate::reproduce::miglino1995::settings::SEVERITY)]
     pub(crate) severity: f32,
-    /// What it is placed before: wall, round
+    /// What it is placed before: wall, round, block
     #[arg(long, value_name = "OBJECT,..", value_delimiter = ',', default_value = "wall,round")]
     pub(crate) objects: Vec<String>,
     /// Where evaluations run.

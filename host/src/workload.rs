@@ -3,9 +3,11 @@
 use std::sync::Arc;
 
 use oneiro::arena::Arena;
-use oneiro::batch::{Batch, Rollout, TraceRequest};
+use oneiro::batch::{Batch, Rollout, TraceRequest, Worlds};
+use oneiro::foraging::{Foraging, Light};
 use oneiro::random::{Key, pcg4d};
 use oneiro::surrogate::{Differences, Surrogate};
+use oneiro::tables::SensorTable;
 use oneiro::world::{Activation, Controller, Difference, Invalid, Noise, Robot, Speed, Start, Task, World, WorldSpec};
 
 /// Cycles of a life, as in the 1995 paper.
@@ -42,12 +44,42 @@ pub(crate) fn noises() -> [(&'static str, Noise); 4] {
     ]
 }
 
+/// A robot that knows the class of every arena's objects: of blocks, if it has no table for them, it reads something
+/// else from each of four points of view, at random. Bits are compared here, not what robots do.
+fn knowing_blocks(robot: &Robot) -> Robot {
+    const CLASS: &str = "block";
+    let mut sensors = (*robot.sensors).clone();
+    if sensors.class(CLASS).is_none()
+        && let Some(first) = sensors.classes.first()
+    {
+        let mut table = SensorTable {
+            class: CLASS.into(),
+            views: 4,
+            ..first.clone()
+        };
+        let reading = |cell: usize, sensor: usize| {
+            let [word, ..] = pcg4d([cell as u32, sensor as u32, 0, 0x626c_6f63]);
+            // Readings up to the greatest, few of them large.
+            (word >> 22 & word >> 12 & 1023) as u16
+        };
+        table.readings = (0..table.cells())
+            .map(|cell| std::array::from_fn(|sensor| reading(cell, sensor)))
+            .collect();
+        sensors.classes.push(table);
+    }
+    Robot {
+        sensors: Arc::new(sensors),
+        ..robot.clone()
+    }
+}
+
 /// Worlds of one controller: each arena of the catalogue with each noise, the tasks and starts taking turns.
 ///
 /// # Errors
 /// None, as the tests show.
 pub(crate) fn worlds(controller: Controller, robot: &Robot) -> Result<Vec<World>, Invalid> {
     let mut worlds = Vec::new();
+    let robot = &knowing_blocks(robot);
     let speeds = [Speed::Unsigned, Speed::Signed];
     let differences = [Difference::Root, Difference::Square];
     let activations = [Activation::Real, Activation::Perceived, Activation::None];
@@ -94,6 +126,7 @@ pub(crate) fn worlds(controller: Controller, robot: &Robot) -> Result<Vec<World>
 /// None, as the tests show.
 pub(crate) fn surrogates(controller: Controller, robot: &Robot) -> Result<Vec<World>, Invalid> {
     let mut worlds = Vec::new();
+    let robot = &knowing_blocks(robot);
     for arena in Arena::NAMES.into_iter().filter_map(Arena::named) {
         for severity in [0.0, 1.0, 2.0] {
             let seed = worlds.len() as u64;
@@ -108,6 +141,21 @@ pub(crate) fn surrogates(controller: Controller, robot: &Robot) -> Result<Vec<Wo
         }
     }
     Ok(worlds)
+}
+
+/// On-board simulators of foragers: each scenario, with and without noise.
+pub(crate) fn foragers() -> Vec<Foraging> {
+    let quiet = |forager| Foraging {
+        light_noise: 0.0,
+        wheel_noise: 0.0,
+        escape: 0.0,
+        ..forager
+    };
+    [Light::OverNest, Light::Nowhere, Light::OppositeNest]
+        .map(Foraging::odowd2014)
+        .into_iter()
+        .flat_map(|forager| [forager, quiet(forager)])
+        .collect()
 }
 
 /// A genome whose genes are uniform in -`size` to `size`: genome number `index` of the seed `seed`.
@@ -126,14 +174,13 @@ pub(crate) fn genome(genes: usize, size: f32, seed: u32, index: u32) -> Vec<f32>
 ///
 /// # Errors
 /// More rollouts than a batch can hold.
-pub(crate) fn batch(worlds: &[World], rollouts: u32, seed: u32, trace: Option<TraceRequest>) -> Result<Batch, Invalid> {
-    let count = worlds.len().max(1) as u32;
+pub(crate) fn batch(worlds: &Worlds, rollouts: u32, seed: u32, trace: Option<TraceRequest>) -> Result<Batch, Invalid> {
+    let count = worlds.genes().len() as u32;
     let world_of = |index: u32| (index % count) as usize;
     let genomes: Vec<Vec<f32>> = (0..rollouts)
         .map(|index| {
-            let genes = worlds.get(world_of(index)).map_or(0, World::genes);
             let size = if (index / count).is_multiple_of(2) { 1.0 } else { 8.0 };
-            genome(genes, size, seed, index)
+            genome(worlds.genes()[world_of(index)], size, seed, index)
         })
         .collect();
     let rollouts: Vec<Rollout<'_>> = (0..rollouts)
@@ -144,7 +191,7 @@ pub(crate) fn batch(worlds: &[World], rollouts: u32, seed: u32, trace: Option<Tr
             key: Key::rollout(u64::from(seed), 0, u64::from(index), 0),
         })
         .collect();
-    Batch::new(worlds, &rollouts, trace)
+    worlds.batch(&rollouts, trace)
 }
 
 #[cfg(test)]
@@ -160,11 +207,18 @@ mod tests {
             let different = (0..tasks.len()).filter(|&i| !tasks[..i].contains(&tasks[i])).count();
             assert_eq!(different, 12);
             assert!(worlds.iter().any(|world| world.spec().start != Start::Random));
-            assert!(batch(&worlds, 100, 1, None).is_ok());
+            assert!(batch(&Worlds::new(&worlds).unwrap(), 100, 1, None).is_ok());
             let surrogates = surrogates(controller, &Robot::khepera()).unwrap();
             assert_eq!(surrogates.len(), Arena::NAMES.len() * 3);
-            assert!(batch(&surrogates, 100, 1, None).is_ok());
+            assert!(batch(&Worlds::new(&surrogates).unwrap(), 100, 1, None).is_ok());
         }
+    }
+
+    #[test]
+    fn foragers_are_allowed() {
+        let foragers = Worlds::of_foragers(&foragers()).unwrap();
+        assert_eq!(foragers.genes(), [2; 6]);
+        assert!(batch(&foragers, 100, 1, None).is_ok());
     }
 
     #[test]

@@ -43,6 +43,14 @@ pub struct Kernel {
     pub variants: &'static [Variant],
 }
 
+impl Kernel {
+    /// Bytes of one element of a buffer, by the buffer's name; 0 if it binds none of that name.
+    pub fn stride(&self, name: &str) -> usize {
+        let binding = self.bindings.iter().find(|binding| binding.name == name);
+        binding.map_or(0, |binding| binding.stride as usize)
+    }
+}
+
 /// The lane code of a kernel for one instruction set and one number of lanes.
 #[derive(Clone, Copy, Debug)]
 pub struct Variant {

@@ -1,6 +1,6 @@
 // A robot's life, cycle by cycle: the entry of every kernel of rollouts. What a cycle is, its physics say:
 // `physics/sampled` the simulator made from a robot's own samples, `physics/surrogate` what stands in for the
-// robot itself.
+// robot itself, `physics/foraging` an on-board simulator of a forager.
 
 // What one cycle leads to, and its line of the trace.
 struct Cycle {
@@ -37,16 +37,11 @@ fn main(@builtin(workgroup_id) workgroup: vec3<u32>, @builtin(local_invocation_i
                 stored(r.sensor_0), stored(r.sensor_1), stored(r.sensor_2), stored(r.sensor_3),
                 stored(r.sensor_4), stored(r.sensor_5), stored(r.sensor_6), stored(r.sensor_7),
                 stored(r.left), stored(r.right), stored(r.speed_left), stored(r.speed_right),
-                r.collided, stored(r.reward), stored(r.fitness),
+                r.collided, stored(r.reward), stored(r.fitness), r.behaviour, r.carries,
             );
         }
     }
 
-    state[slot] = State(
-        stored(own.x), stored(own.y), stored(own.heading), stored(own.fitness),
-        stored(own.shift_x), stored(own.shift_y), stored(own.left), stored(own.right),
-        stored(own.read_x), stored(own.read_y), stored(own.read_heading),
-        stored(own.speed_left), stored(own.speed_right),
-    );
+    state[slot] = kept(own);
     fitness[slot] = stored(own.fitness);
 }

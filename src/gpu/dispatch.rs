@@ -6,7 +6,7 @@ use std::time::Instant;
 
 use bytemuck::Zeroable;
 use oneiro_shaders::Kernel;
-use oneiro_shaders::life::{Dispatch, Group, Record, State};
+use oneiro_shaders::life::{Dispatch, Group, Record};
 
 use super::buffers::{Bench, Scene};
 use super::device::{Device, Fault, Pipeline};
@@ -168,7 +168,7 @@ fn cuts(part: &Part<'_>, bounds: Bytes) -> Result<Vec<Cut>, Fault> {
             .get(group)
             .map_or(part.inputs().len(), |g| g.inputs as usize - first_input)
     };
-    let fixed = (LANES * (size_of::<State>() + size_of::<f32>())) as u64;
+    let fixed = (LANES * (part.kernel().stride("state") + size_of::<f32>())) as u64;
     let traced = (LANES * size_of::<Record>()) as u64 * u64::from(part.trace_records());
     if traced > bounds.binding {
         return Err(Fault::TooLarge(format!(
@@ -263,7 +263,9 @@ impl Run<'_> {
         let device = &*self.device;
         let bench = &mut self.benches[bench];
         bench.dispatch.reserve(device, size_of::<Dispatch>() as u64);
-        bench.state.reserve(device, cut.slots() * size_of::<State>() as u64);
+        bench
+            .state
+            .reserve(device, cut.slots() * self.kernel.stride("state") as u64);
         let fitness = cut.slots() * size_of::<f32>() as u64;
         bench.fitness.reserve(device, fitness);
         bench.fitness_out.reserve(device, fitness);

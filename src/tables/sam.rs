@@ -116,7 +116,8 @@ impl<'a> Lines<'a> {
     }
 }
 
-const HEADER: &str = "sensors 8, bearings 4 to 3600, rows 1 to 1000, nearest 0 to 10000 mm, spacing 0.01 to 1000 mm";
+const HEADER: &str = "sensors 8, bearings 4 to 3600, rows 1 to 1000, nearest 0 to 10000 mm, spacing 0.01 to 1000 mm, \
+                      and of an object that was sampled from several points of view their number, 2 to 64";
 
 pub(super) fn parse_sensors(text: &str, path: &Path, format: Format) -> Result<Import<SensorTable>, Error> {
     let mut lines = Lines::new(text, path);
@@ -124,22 +125,30 @@ pub(super) fn parse_sensors(text: &str, path: &Path, format: Format) -> Result<I
     let mut warn = |line: usize, warning: String| warnings.push(format!("{}, line {line}: {warning}", path.display()));
 
     let header = lines.expect(|| format!("a first line with {HEADER}"))?;
-    let [sensors, bearings, rows, nearest, spacing] = lines.numbers::<f32, 5>(header, HEADER, |n| n.is_finite())?;
+    let mut numbers = lines.all_numbers::<f32>(header, HEADER, |n| n.is_finite())?;
+    if numbers.len() == 5 {
+        numbers.push(1.0);
+    }
+    let [sensors, bearings, rows, nearest, spacing, views] = numbers[..] else {
+        return Err(lines.fault(format!("{} numbers; allowed: {HEADER}", numbers.len())));
+    };
     let whole = |n: f32, least: f32, most: f32| n.fract() == 0.0 && (least..=most).contains(&n);
     if sensors != SENSORS as f32
         || !whole(bearings, 4.0, 3600.0)
         || !whole(rows, 1.0, 1000.0)
         || !(0.0..=10_000.0).contains(&nearest)
         || !(0.01..=1000.0).contains(&spacing)
+        || !whole(views, 1.0, 64.0)
     {
         return Err(lines.fault(format!("`{header}`; allowed: {HEADER}")));
     }
-    let (bearings, rows) = (bearings as u32, rows as u32);
+    let (bearings, rows, views) = (bearings as u32, rows as u32, views as u32);
 
     let mut readings = Vec::new();
     let mut rounded = 0_usize;
-    for row in 0..rows {
-        let heading = lines.expect(|| format!("`TURN {row}`, the first line of row {row} of {rows}"))?;
+    let all_rows = views * rows;
+    for row in 0..all_rows {
+        let heading = lines.expect(|| format!("`TURN {row}`, the first line of row {row} of {all_rows}"))?;
         let number = heading.strip_prefix("TURN").map(str::trim);
         match number {
             None => {
@@ -151,7 +160,7 @@ pub(super) fn parse_sensors(text: &str, path: &Path, format: Format) -> Result<I
             Some(number) => warn(lines.last, format!("`TURN {number}` heads row {row}; read as that row")),
         }
         for bearing in 0..bearings {
-            let line = lines.expect(|| format!("bearing {bearing} of {bearings} in row {row} of {rows}"))?;
+            let line = lines.expect(|| format!("bearing {bearing} of {bearings} in row {row} of {all_rows}"))?;
             readings.push(match format {
                 Format::Sam => lines.numbers(line, "8 integers from 0 to 1023", |n| *n <= GREATEST_READING)?,
                 Format::Sample => {
@@ -179,7 +188,7 @@ pub(super) fn parse_sensors(text: &str, path: &Path, format: Format) -> Result<I
         }
         Some(line) => {
             let shown: String = line.chars().take(24).collect();
-            return Err(lines.fault(format!("`{shown}` after the last of {rows} rows; allowed: END")));
+            return Err(lines.fault(format!("`{shown}` after the last of {all_rows} rows; allowed: END")));
         }
         None => return Err(fault(path, None, "ends early; missing: END")),
     }
@@ -200,6 +209,7 @@ pub(super) fn parse_sensors(text: &str, path: &Path, format: Format) -> Result<I
             bearings,
             nearest,
             spacing,
+            views,
             readings,
         },
         warnings,
@@ -208,10 +218,14 @@ pub(super) fn parse_sensors(text: &str, path: &Path, format: Format) -> Result<I
 
 pub(super) fn print_sensors(table: &SensorTable, format: Format) -> String {
     let mut text = format!(
-        "{SENSORS} {} {} {} {}\n",
+        "{SENSORS} {} {} {} {}",
         table.bearings, table.rows, table.nearest, table.spacing
     );
     // Writing to a string can't fail.
+    if table.views > 1 {
+        let _ = write!(text, " {}", table.views);
+    }
+    text.push('\n');
     for (row, cells) in table.readings.chunks(table.bearings as usize).enumerate() {
         let _ = writeln!(text, "TURN {row}");
         for cell in cells {

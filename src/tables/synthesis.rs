@@ -80,6 +80,7 @@ pub(super) fn table(class: &str, responses: &[Response; SENSORS]) -> SensorTable
         bearings,
         nearest: 5.0,
         spacing: 2.0,
+        views: 1,
         readings,
     }
 }

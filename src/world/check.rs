@@ -5,7 +5,7 @@ use std::fmt::Display;
 use std::ops::RangeInclusive;
 
 use super::{Controller, Noise, Robot, Start, WorldSpec};
-use crate::arena::{Arena, Field, Obstacle, Wall};
+use crate::arena::{Arena, Block, Field, Obstacle, Wall};
 use crate::tables::{GREATEST_READING, MotorTable, SensorTable, SensorTables};
 
 /// A value that is not allowed.
@@ -36,7 +36,7 @@ const LENGTH: RangeInclusive<f32> = 1.0..=1e5;
 /// Numbers nearer to zero than this (about 1e-6), but not zero, are refused.
 pub(super) const LEAST: f32 = 1.0 / (1 << 20) as f32;
 
-fn integer(field: &str, value: u32, allowed: RangeInclusive<u32>) -> Result<(), Invalid> {
+pub(crate) fn integer(field: &str, value: u32, allowed: RangeInclusive<u32>) -> Result<(), Invalid> {
     if allowed.contains(&value) {
         return Ok(());
     }
@@ -78,13 +78,7 @@ pub(super) fn check(spec: &WorldSpec) -> Result<(), Invalid> {
     if let Start::At { x, y, heading } = spec.start {
         number("start.x", x, COORDINATE)?;
         number("start.y", y, COORDINATE)?;
-        number("start.heading", heading, 0.0..=1.0)?;
-        if heading == 1.0 {
-            return Err(Invalid::new(
-                "start.heading",
-                "is 1; allowed: turns from 0 to less than 1",
-            ));
-        }
+        turns("start.heading", heading)?;
     }
     integer("cycles", spec.cycles, 1..=1_000_000)?;
 
@@ -135,10 +129,11 @@ fn sensor_table(field: &str, table: &SensorTable) -> Result<(), Invalid> {
     integer(&format!("{field}.bearings"), table.bearings, 4..=3600)?;
     number(format_args!("{field}.nearest"), table.nearest, 0.0..=10_000.0)?;
     number(format_args!("{field}.spacing"), table.spacing, 0.01..=1000.0)?;
-    let cells = table.rows as usize * table.bearings as usize;
+    integer(&format!("{field}.views"), table.views, 1..=64)?;
+    let cells = table.cells();
     if table.readings.len() != cells {
         let problem = format!(
-            "has {} cells; allowed: rows times bearings, {cells}",
+            "has {} cells; allowed: views times rows times bearings, {cells}",
             table.readings.len()
         );
         return Err(Invalid::new(format!("{field}.readings"), problem));
@@ -189,9 +184,9 @@ fn arena(arena: &Arena, sensors: &SensorTables) -> Result<(), Invalid> {
     number("arena.field.y", y, COORDINATE)?;
     number("arena.field.width", width, LENGTH)?;
     number("arena.field.height", height, LENGTH)?;
-    let shapes = arena.walls.len() + arena.obstacles.len();
+    let shapes = arena.walls.len() + arena.obstacles.len() + arena.blocks.len();
     if shapes > GREATEST_SHAPES {
-        let problem = format!("{shapes} walls and obstacles; allowed: 0 to {GREATEST_SHAPES} together");
+        let problem = format!("{shapes} walls, obstacles and blocks; allowed: 0 to {GREATEST_SHAPES} together");
         return Err(Invalid::new("arena", problem));
     }
     for (index, wall) in arena.walls.iter().enumerate() {
@@ -205,7 +200,27 @@ fn arena(arena: &Arena, sensors: &SensorTables) -> Result<(), Invalid> {
         number(format_args!("arena.obstacles[{index}].radius"), *radius, 0.0..=1e5)?;
         self::class(&format!("arena.obstacles[{index}].class"), class, sensors)?;
     }
+    for (index, block) in arena.blocks.iter().enumerate() {
+        self::block(&format!("arena.blocks[{index}]"), block, sensors)?;
+    }
     Ok(())
+}
+
+fn block(field: &str, block: &Block, sensors: &SensorTables) -> Result<(), Invalid> {
+    let Block {
+        x,
+        y,
+        length,
+        width,
+        heading,
+        class,
+    } = block;
+    number(format_args!("{field}.x"), *x, COORDINATE)?;
+    number(format_args!("{field}.y"), *y, COORDINATE)?;
+    number(format_args!("{field}.length"), *length, LENGTH)?;
+    number(format_args!("{field}.width"), *width, LENGTH)?;
+    turns(&format!("{field}.heading"), *heading)?;
+    known_class(&format!("{field}.class"), class, sensors).map(|_| ())
 }
 
 fn wall(field: &str, wall: &Wall) -> Result<(), Invalid> {
@@ -229,9 +244,28 @@ fn wall(field: &str, wall: &Wall) -> Result<(), Invalid> {
     Ok(())
 }
 
+/// A direction.
+fn turns(field: &str, heading: f32) -> Result<(), Invalid> {
+    number(field, heading, 0.0..=1.0)?;
+    if heading == 1.0 {
+        return Err(Invalid::new(field, "is 1; allowed: turns from 0 to less than 1"));
+    }
+    Ok(())
+}
+
+/// The class of an object that looks the same from everywhere.
 fn class(field: &str, class: &str, sensors: &SensorTables) -> Result<(), Invalid> {
-    if sensors.class(class).is_some() {
+    let views = known_class(field, class, sensors)?.views;
+    if views == 1 {
         return Ok(());
+    }
+    let problem = format!("`{class}` was sampled from {views} points of view; allowed: such a class for blocks");
+    Err(Invalid::new(field, problem))
+}
+
+fn known_class<'a>(field: &str, class: &str, sensors: &'a SensorTables) -> Result<&'a SensorTable, Invalid> {
+    if let Some(index) = sensors.class(class) {
+        return Ok(&sensors.classes[index]);
     }
     let known: Vec<&str> = sensors.classes.iter().map(|table| table.class.as_str()).collect();
     let problem = format!("no sensor table for `{class}`; allowed: {}", known.join(", "));

@@ -14,6 +14,11 @@ const SQUARED_DIFFERENCE: u32 = 2;
 const PERCEIVED_ACTIVATION: u32 = 4;
 const NO_ACTIVATION_TERM: u32 = 8;
 
+/// What a shape is; the values are those of `lib/geometry.wgsl`.
+const WALL: u32 = 0;
+const ROUND: u32 = 1;
+const BLOCK: u32 = 2;
+
 /// Points a side of the grid on which free space is looked for.
 const GRID: usize = 64;
 
@@ -105,7 +110,7 @@ fn world(spec: &WorldSpec, random_start: u32, start: [f32; 3], shapes: u32) -> l
             Controller::Perceptron | Controller::Recurrent => 0,
         },
         task_choices: task_choices(spec.task),
-        surrogate: 0,
+        numbers: 0,
         unused_a: 0,
         unused_b: 0,
     }
@@ -134,55 +139,70 @@ fn task_choices(task: Task) -> u32 {
 }
 
 fn shapes(spec: &WorldSpec) -> Vec<life::Shape> {
-    let sensors = &spec.robot.sensors;
-    let reflectivity = |kind, index| {
-        let surrogate = spec.surrogate.as_ref();
-        surrogate.map_or(1.0, |surrogate| surrogate.reflectivity(kind, index))
-    };
-    let shape = |from: Vec2, length: Vec2, radius: f32, class: &str, reflectivity: f32| {
-        let class = sensors.class(class).unwrap_or_default();
-        let contact = spec.robot.body_radius + radius;
-        let reach = contact
-            + spec
-                .surrogate
-                .as_ref()
-                .map_or(sensors.classes[class].reach(), |_| surrogate::SIGHT);
+    let arena = &spec.arena;
+    let walls = arena.walls.iter().enumerate().map(|(index, wall)| {
+        let from = Vec2::from(wall.from);
+        let length = Vec2::from(wall.to) - from;
         let squared = length.x * length.x + length.y * length.y;
-        let (scaled, unit) = if squared == 0.0 {
-            (Vec2::ZERO, Vec2::ZERO)
-        } else {
-            (length / squared, length / squared.sqrt())
-        };
+        let (scaled, unit) = (length / squared, length / squared.sqrt());
         life::Shape {
-            x: zero(from.x),
-            y: zero(from.y),
             length_x: zero(length.x),
             length_y: zero(length.y),
             scaled_x: zero(scaled.x),
             scaled_y: zero(scaled.y),
-            contact,
-            contact_squared: contact * contact,
-            reach_squared: reach * reach,
-            table: class as u32,
-            round: u32::from(length == Vec2::ZERO),
-            ends_layer: 0,
-            radius: zero(radius),
             unit_x: zero(unit.x),
             unit_y: zero(unit.y),
-            reflectivity,
+            kind: WALL,
+            ..shape(spec, from, 0.0, &wall.class, Object::Wall, index)
         }
-    };
-    let walls = spec.arena.walls.iter().enumerate().map(|(index, wall)| {
-        let from = Vec2::from(wall.from);
-        let length = Vec2::from(wall.to) - from;
-        shape(from, length, 0.0, &wall.class, reflectivity(Object::Wall, index))
     });
-    let obstacles = spec.arena.obstacles.iter().enumerate().map(|(index, obstacle)| {
+    let obstacles = arena.obstacles.iter().enumerate().map(|(index, obstacle)| {
         let at = Vec2::new(obstacle.x, obstacle.y);
-        let light = reflectivity(Object::Obstacle, index);
-        shape(at, Vec2::ZERO, obstacle.radius, &obstacle.class, light)
+        life::Shape {
+            kind: ROUND,
+            ..shape(spec, at, obstacle.radius, &obstacle.class, Object::Obstacle, index)
+        }
     });
-    layered(walls.chain(obstacles).collect())
+    let blocks = arena.blocks.iter().enumerate().map(|(index, block)| {
+        let axis = block.axis();
+        life::Shape {
+            unit_x: axis.x,
+            unit_y: axis.y,
+            half_length: 0.5 * block.length,
+            half_width: 0.5 * block.width,
+            kind: BLOCK,
+            ..shape(
+                spec,
+                Vec2::new(block.x, block.y),
+                0.0,
+                &block.class,
+                Object::Block,
+                index,
+            )
+        }
+    });
+    layered(walls.chain(obstacles).chain(blocks).collect())
+}
+
+/// What all shapes have in common.
+fn shape(spec: &WorldSpec, at: Vec2, radius: f32, class: &str, kind: Object, index: usize) -> life::Shape {
+    let sensors = &spec.robot.sensors;
+    let class = sensors.class(class).unwrap_or_default();
+    let contact = spec.robot.body_radius + radius;
+    let surrogate = spec.surrogate.as_ref();
+    let reach = contact + surrogate.map_or(sensors.classes[class].reach(), |_| surrogate::SIGHT);
+    life::Shape {
+        x: zero(at.x),
+        y: zero(at.y),
+        contact,
+        contact_squared: contact * contact,
+        reach_squared: reach * reach,
+        table: class as u32,
+        views: sensors.classes[class].views,
+        radius: zero(radius),
+        reflectivity: surrogate.map_or(1.0, |surrogate| surrogate.reflectivity(kind, index)),
+        ..life::Shape::default()
+    }
 }
 
 /// Sorts shapes into layers within which no two are in reach of a robot at once, so that a kernel looks up one of
@@ -209,18 +229,35 @@ fn layered(shapes: Vec<life::Shape>) -> Vec<life::Shape> {
 /// Whether the places from where one shape is in reach and those from where the other is lie apart, by a
 /// millimetre that no rounding makes up for.
 fn never_both_in_reach(a: &life::Shape, b: &life::Shape) -> bool {
-    let ends = |shape: &life::Shape| {
-        let from = Vec2::new(shape.x, shape.y);
-        [from, from + Vec2::new(shape.length_x, shape.length_y)]
-    };
-    let ([a0, a1], [b0, b1]) = (ends(a), ends(b));
+    let ([a0, a1], [b0, b1]) = (axis(a), axis(b));
     let side = |from: Vec2, to: Vec2, at: Vec2| (to - from).perp_dot(at - from);
     let crossing = side(a0, a1, b0) * side(a0, a1, b1) < 0.0 && side(b0, b1, a0) * side(b0, b1, a1) < 0.0;
     // Segments that don't cross are nearest at an end of one of them.
-    let squared = [(a, b0), (a, b1), (b, a0), (b, a1)]
+    let apart = [(a0, a1, b0), (a0, a1, b1), (b0, b1, a0), (b0, b1, a1)]
         .into_iter()
-        .fold(f32::MAX, |least, (shape, end)| least.min(squared_distance(shape, end)));
-    !crossing && squared.sqrt() > a.reach_squared.sqrt() + b.reach_squared.sqrt() + 1.0
+        .fold(f32::MAX, |least, (from, to, end)| {
+            least.min(from_segment(from, to, end))
+        });
+    // No point of a block is farther from its axis than half its width.
+    let reach = |shape: &life::Shape| shape.reach_squared.sqrt() + shape.half_width;
+    !crossing && apart > reach(a) + reach(b) + 1.0
+}
+
+/// The ends of the line that a shape lies around, at the most by its thickness.
+fn axis(shape: &life::Shape) -> [Vec2; 2] {
+    let at = Vec2::new(shape.x, shape.y);
+    let along = shape.half_length * Vec2::new(shape.unit_x, shape.unit_y);
+    match shape.kind {
+        BLOCK => [at - along, at + along],
+        _ => [at, at + Vec2::new(shape.length_x, shape.length_y)],
+    }
+}
+
+/// Distance of a point from a segment, which may have no length.
+fn from_segment(from: Vec2, to: Vec2, at: Vec2) -> f32 {
+    let length = to - from;
+    let along = (at - from).dot(length) / length.length_squared().max(f32::MIN_POSITIVE);
+    at.distance(from + along.clamp(0.0, 1.0) * length)
 }
 
 /// Zero with its one sign.
@@ -228,9 +265,23 @@ fn zero(x: f32) -> f32 {
     if x == 0.0 { 0.0 } else { x }
 }
 
-/// Squared distance from a robot's centre to a shape's axis, mm², as the kernels compute it.
+/// Squared distance from a robot's centre to the nearest point of a wall or a block, or to a round obstacle's centre,
+/// mm², as the kernels compute it.
 fn squared_distance(shape: &life::Shape, at: Vec2) -> f32 {
     let from = at - Vec2::new(shape.x, shape.y);
+    if shape.kind == BLOCK {
+        let along = from.x * shape.unit_x + from.y * shape.unit_y;
+        let across = from.y * shape.unit_x - from.x * shape.unit_y;
+        let beyond = Vec2::new(
+            along - along.clamp(-shape.half_length, shape.half_length),
+            across - across.clamp(-shape.half_width, shape.half_width),
+        );
+        let to = Vec2::new(
+            beyond.y * shape.unit_y - beyond.x * shape.unit_x,
+            -(beyond.x * shape.unit_y) - beyond.y * shape.unit_x,
+        );
+        return to.x * to.x + to.y * to.y;
+    }
     let along = (from.x * shape.scaled_x + from.y * shape.scaled_y).clamp(0.0, 1.0);
     let to = along * Vec2::new(shape.length_x, shape.length_y) - from;
     to.x * to.x + to.y * to.y

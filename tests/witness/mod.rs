@@ -23,8 +23,9 @@ const TOUCHING: f32 = 1.0 / (1_u64 << 60) as f32;
 /// The gap to an object on whose far side a displaced robot finds itself.
 const BEHIND: f32 = 1_048_576.0;
 
-/// An object of the arena, as a segment with a radius.
+/// An object of the arena: a segment with a radius, or a block around `from`.
 struct Object<'a> {
+    block: Option<Block>,
     from: [f32; 2],
     length: [f32; 2],
     scaled: [f32; 2],
@@ -32,6 +33,13 @@ struct Object<'a> {
     contact_squared: f32,
     reach_squared: f32,
     readings: &'a [[u16; 8]],
+}
+
+/// What a block is besides its centre.
+struct Block {
+    axis: [f32; 2],
+    half: [f32; 2],
+    views: u32,
 }
 
 impl<'a> Object<'a> {
@@ -46,9 +54,23 @@ impl<'a> Object<'a> {
             .obstacles
             .iter()
             .map(|o| ([o.x, o.y], [o.x, o.y], o.radius, &o.class));
+        let blocks = spec.arena.blocks.iter().map(|block| {
+            let at = [block.x, block.y];
+            let own = Self::new(spec, at, at, 0.0, &block.class);
+            let class = spec.robot.sensors.class(&block.class).expect("a checked world");
+            Self {
+                block: Some(Block {
+                    axis: block.axis().to_array(),
+                    half: [0.5 * block.length, 0.5 * block.width],
+                    views: spec.robot.sensors.classes[class].views,
+                }),
+                ..own
+            }
+        });
         walls
             .chain(obstacles)
             .map(|(from, to, radius, class)| Self::new(spec, from, to, radius, class))
+            .chain(blocks)
             .collect()
     }
 
@@ -65,6 +87,7 @@ impl<'a> Object<'a> {
         let contact = spec.robot.body_radius + radius;
         let reach = contact + table.reach();
         Self {
+            block: None,
             from,
             length,
             scaled,
@@ -75,12 +98,44 @@ impl<'a> Object<'a> {
         }
     }
 
-    /// From a point to the nearest point of the axis; an object without length is at `from`.
+    /// From a point to the nearest point of the axis, or of a block; an object without length is at `from`.
     fn toward(&self, x: f32, y: f32) -> [f32; 2] {
         let (from_x, from_y) = (x - self.from[0], y - self.from[1]);
+        if let Some(block) = &self.block {
+            let own = self.within(block, x, y);
+            let beyond = [0, 1].map(|side| own[side] - least(most(own[side], -block.half[side]), block.half[side]));
+            let [cosine, sine] = block.axis;
+            return [
+                beyond[1] * sine - beyond[0] * cosine,
+                -(beyond[0] * sine) - beyond[1] * cosine,
+            ];
+        }
         let along = from_x * self.scaled[0] + from_y * self.scaled[1];
         let along = least(most(along, 0.0), 1.0);
         [along * self.length[0] - from_x, along * self.length[1] - from_y]
+    }
+}
+
+impl<'a> Object<'a> {
+    /// A point along and across a block, from its centre.
+    fn within(&self, block: &Block, x: f32, y: f32) -> [f32; 2] {
+        let (from_x, from_y) = (x - self.from[0], y - self.from[1]);
+        let [cosine, sine] = block.axis;
+        [from_x * cosine + from_y * sine, from_y * cosine - from_x * sine]
+    }
+
+    /// The readings of what is seen from a point.
+    fn seen_from(&self, x: f32, y: f32) -> &'a [[u16; 8]] {
+        let Some(block) = &self.block else {
+            return self.readings;
+        };
+        let [along, across] = self.within(block, x, y);
+        let inverse = reciprocal_root(most(squared([along, across]), TOUCHING));
+        let twice = 2.0 * direction_by(along, across, inverse);
+        let share = twice - floor(twice);
+        let view = ((share * block.views as f32) as i32 as u32).min(block.views - 1);
+        let cells = self.readings.len() / block.views as usize;
+        &self.readings[view as usize * cells..][..cells]
     }
 }
 
@@ -173,7 +228,7 @@ impl<'a> Setting<'a> {
     }
 
     /// Adds the readings that an object in some direction gives.
-    fn read(&self, object: &Object<'_>, to: [f32; 2], squared: f32, contact: f32, heading: f32, sums: &mut [u32; 8]) {
+    fn read(&self, readings: &[[u16; 8]], to: [f32; 2], squared: f32, contact: f32, heading: f32, sums: &mut [u32; 8]) {
         let inverse = reciprocal_root(most(squared, TOUCHING));
         let gap = squared * inverse - contact;
         let row = most((gap - self.nearest) * self.rows_per_mm, 0.0) as i32 as u32;
@@ -183,7 +238,7 @@ impl<'a> Setting<'a> {
         let clockwise = heading - direction_by(to[0], to[1], inverse);
         let share = clockwise - floor(clockwise);
         let bearing = ((share * self.bearings as f32) as i32 as u32).min(self.bearings - 1);
-        let cell = &object.readings[(row * self.bearings + bearing) as usize];
+        let cell = &readings[(row * self.bearings + bearing) as usize];
         for (sum, &reading) in sums.iter_mut().zip(cell) {
             *sum += u32::from(reading);
         }
@@ -300,8 +355,9 @@ impl<'a> Life<'a> {
         let mut sums = [0; 8];
         for near in &self.near {
             let object = &self.setting.objects[near.object];
+            let readings = object.seen_from(self.x, self.y);
             self.setting
-                .read(object, near.to, near.squared, object.contact, self.heading, &mut sums);
+                .read(readings, near.to, near.squared, object.contact, self.heading, &mut sums);
         }
         sums
     }
@@ -324,11 +380,20 @@ impl<'a> Life<'a> {
             }
             let mut contact = object.contact;
             let unshifted = object.toward(self.x, self.y);
-            if unshifted[0] * to[0] + unshifted[1] * to[1] < 0.0 {
+            let facing = unshifted[0] * to[0] + unshifted[1] * to[1];
+            let mut from = [x, y];
+            if object.block.is_some() && facing <= 0.0 {
+                to = unshifted;
+                contact = BEHIND;
+                from = [self.x, self.y];
+            } else if facing < 0.0 {
                 to = [-to[0], -to[1]];
                 contact = BEHIND;
             }
-            self.setting.read(object, to, square, contact, self.heading, &mut sums);
+            let square = squared(to);
+            let readings = object.seen_from(from[0], from[1]);
+            self.setting
+                .read(readings, to, square, contact, self.heading, &mut sums);
         }
         sums
     }

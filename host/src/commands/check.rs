@@ -4,7 +4,7 @@ use oneiro::world::{Noise, Start};
 use serde_json::json;
 
 use crate::cli::Check;
-use crate::console::Console;
+use crate::console::{Console, counted};
 use crate::exit::Result;
 use crate::experiment::Experiment;
 use crate::{figures, files};
@@ -67,12 +67,13 @@ fn summary(experiment: &Experiment) -> String {
         (
             "arena",
             format!(
-                "{}, {} x {} mm, {} walls, {} round obstacles; {:.0} % of the field is free",
+                "{}, {} x {} mm, {}, {}, {}; {:.0} % of the field is free",
                 arena.name,
                 arena.field.width,
                 arena.field.height,
-                arena.walls.len(),
-                arena.obstacles.len(),
+                counted(arena.walls.len() as u32, "wall", "walls"),
+                counted(arena.obstacles.len() as u32, "round obstacle", "round obstacles"),
+                counted(arena.blocks.len() as u32, "block", "blocks"),
                 100.0 * world.free_share()
             ),
         ),
@@ -141,10 +142,6 @@ fn noise(noise: Noise) -> String {
     } else {
         parts.join("; ")
     }
-}
-
-fn counted(count: u32, one: &str, many: &str) -> String {
-    format!("{count} {}", if count == 1 { one } else { many })
 }
 
 #[cfg(test)]

@@ -3,8 +3,9 @@
 use std::sync::Arc;
 use std::thread;
 
-use oneiro::batch::{Batch, Outcome, TraceRequest};
+use oneiro::batch::{Batch, Outcome, TraceRequest, Worlds};
 use oneiro::evaluator::{Control, Evaluator};
+use oneiro::foraging::Foraging;
 use oneiro::probe::{self, Case, Subject};
 use oneiro::random::{KNOWN_ANSWERS, pcg4d};
 use oneiro::tables::SensorTables;
@@ -115,22 +116,21 @@ pub(crate) fn run(arguments: &Selftest, console: Console) -> Result {
     for candidate in &candidates {
         arithmetic.check(candidate, &mut checks)?;
     }
+    let mut subjects = Vec::new();
     for (name, controller) in workload::CONTROLLERS {
+        let lives = workload::worlds(controller, &robot)?;
+        subjects.push((name.to_owned(), Lives::of_worlds(&lives)?, arguments.rollouts));
         // A cycle of a surrogate takes some twenty times as long.
-        let surrogate = format!("surrogate, {name}");
-        for (name, worlds, rollouts) in [
-            (name, workload::worlds(controller, &robot)?, arguments.rollouts),
-            (
-                &surrogate,
-                workload::surrogates(controller, &robot)?,
-                arguments.rollouts / 20,
-            ),
-        ] {
-            console.say(format!("lives of the {name}"));
-            let reference = Reference::new(name, &worlds, rollouts)?;
-            for candidate in &candidates {
-                reference.check(candidate, &mut checks)?;
-            }
+        let surrogates = workload::surrogates(controller, &robot)?;
+        let name = format!("surrogate, {name}");
+        subjects.push((name, Lives::of_worlds(&surrogates)?, arguments.rollouts / 20));
+    }
+    subjects.push(("forager".into(), Lives::of_foragers()?, arguments.rollouts / 2));
+    for (name, lives, rollouts) in subjects {
+        console.say(format!("lives of the {name}"));
+        let reference = Reference::new(&name, &lives, rollouts)?;
+        for candidate in &candidates {
+            reference.check(candidate, &mut checks)?;
         }
     }
     let (cells, _) = bench::measure(&bench::timed(&arguments.backend)?, &Plan::quick(), console)?;
@@ -269,6 +269,33 @@ fn different_words(here: &[u32], there: &[u32]) -> u64 {
     (here.iter().zip(there).filter(|(a, b)| a != b).count() + here.len().abs_diff(there.len())) as u64
 }
 
+/// Worlds to live in, and the same with one constant one unit in the last place larger.
+struct Lives {
+    worlds: Worlds,
+    altered: Worlds,
+}
+
+impl Lives {
+    fn of_worlds(worlds: &[World]) -> Result<Self> {
+        Ok(Self {
+            worlds: Worlds::new(worlds)?,
+            altered: Worlds::new(&altered(worlds)?)?,
+        })
+    }
+
+    fn of_foragers() -> Result<Self> {
+        let foragers = workload::foragers();
+        let altered = |forager: &Foraging| Foraging {
+            cruise: forager.cruise.next_up(),
+            ..*forager
+        };
+        Ok(Self {
+            worlds: Worlds::of_foragers(&foragers)?,
+            altered: Worlds::of_foragers(&foragers.iter().map(altered).collect::<Vec<_>>())?,
+        })
+    }
+}
+
 /// Lives as the scalar code lives them.
 struct Reference {
     name: String,
@@ -281,10 +308,10 @@ struct Reference {
 }
 
 impl Reference {
-    fn new(name: &str, worlds: &[World], rollouts: u32) -> Result<Self> {
-        let batch = workload::batch(worlds, rollouts, SEED, None)?;
-        let traced = workload::batch(worlds, TRACED, SEED, Some(TraceRequest { every: 3 }))?;
-        let altered = workload::batch(&altered(worlds)?, rollouts, SEED, None)?;
+    fn new(name: &str, lives: &Lives, rollouts: u32) -> Result<Self> {
+        let batch = workload::batch(&lives.worlds, rollouts, SEED, None)?;
+        let traced = workload::batch(&lives.worlds, TRACED, SEED, Some(TraceRequest { every: 3 }))?;
+        let altered = workload::batch(&lives.altered, rollouts, SEED, None)?;
         let mut scalar = Candidate::scalar(thread::available_parallelism().map_or(1, usize::from)).open(None)?;
         let outcome = scalar.evaluate(&batch, &Control::new())?;
         let traces = scalar.evaluate(&traced, &Control::new())?;

@@ -6,7 +6,7 @@ use oneiro::tables::{self, Format, GREATEST_READING, MotorSamples, SENSORS, Sens
 use serde::Serialize;
 
 use crate::cli::{Tables, TablesCommand};
-use crate::console::{Console, columns};
+use crate::console::{Console, columns, counted};
 use crate::exit::{Failure, Result};
 use crate::{figures, files};
 
@@ -121,6 +121,8 @@ fn show(name: &Path, out: Option<&Path>, console: Console) -> Result {
 /// What one sensor of a table reads, in a few numbers.
 #[derive(Debug, Serialize)]
 struct Moments {
+    /// The point of view, where the object was sampled from several.
+    view: usize,
     sensor: usize,
     /// Centre of the bearings it sees, degrees clockwise.
     bearing_degrees: f64,
@@ -135,10 +137,10 @@ struct Moments {
 /// The distances of [`Moments::width_degrees`], mm.
 const WIDTHS_AT: [f32; 3] = [9.0, 15.0, 21.0];
 
-fn moments(table: &SensorTable, sensor: usize) -> Moments {
-    let bearings = table.bearings as usize;
-    let reading = |row: usize, bearing: usize| f64::from(table.readings[row * bearings + bearing][sensor]);
-    let rows = table.rows as usize;
+fn moments(table: &SensorTable, view: usize, sensor: usize) -> Moments {
+    let (rows, bearings) = (table.rows as usize, table.bearings as usize);
+    let reading =
+        |row: usize, bearing: usize| f64::from(table.readings[(view * rows + row) * bearings + bearing][sensor]);
     let degrees = 360.0 / bearings as f64;
     let half = 0.5 * f64::from(GREATEST_READING);
 
@@ -179,6 +181,7 @@ fn moments(table: &SensorTable, sensor: usize) -> Moments {
         (0..bearings).filter(|&bearing| reading(row, bearing) >= half).count() as f64 * degrees
     };
     Moments {
+        view,
         sensor,
         bearing_degrees,
         half_mm: falls_below(half),
@@ -192,7 +195,9 @@ fn show_sensors(table: &SensorTable, out: Option<&Path>, console: Console) -> Re
         files::write_new(path, figures::sensor_table(table).as_bytes())?;
         console.say(format!("drew {}", path.display()));
     }
-    let moments: Vec<Moments> = (0..SENSORS).map(|sensor| moments(table, sensor)).collect();
+    let moments: Vec<Moments> = (0..table.views as usize)
+        .flat_map(|view| (0..SENSORS).map(move |sensor| moments(table, view, sensor)))
+        .collect();
     if console.json() {
         return console.json_data(&serde_json::json!({
             "class": table.class,
@@ -200,6 +205,7 @@ fn show_sensors(table: &SensorTable, out: Option<&Path>, console: Console) -> Re
             "bearings": table.bearings,
             "nearest_mm": table.nearest,
             "spacing_mm": table.spacing,
+            "views": table.views,
             "widths_at_mm": WIDTHS_AT,
             "sensors": moments,
         }));
@@ -209,6 +215,7 @@ fn show_sensors(table: &SensorTable, out: Option<&Path>, console: Console) -> Re
         .iter()
         .map(|moments| {
             let mut row = vec![
+                moments.view.to_string(),
                 moments.sensor.to_string(),
                 format!("{:.0}", moments.bearing_degrees),
                 number(moments.half_mm),
@@ -219,6 +226,7 @@ fn show_sensors(table: &SensorTable, out: Option<&Path>, console: Console) -> Re
         })
         .collect();
     let head = [
+        "view",
         "sensor",
         "bearing deg",
         "50 % mm",
@@ -228,12 +236,13 @@ fn show_sensors(table: &SensorTable, out: Option<&Path>, console: Console) -> Re
         "21 mm",
     ];
     console.data(format!(
-        "{}: {} distances from {} mm in steps of {} mm, {} bearings\n\n{}",
+        "{}: {} distances from {} mm in steps of {} mm, {} bearings, {}\n\n{}",
         table.class,
         table.rows,
         table.nearest,
         table.spacing,
         table.bearings,
+        counted(table.views, "point of view", "points of view"),
         columns(&head, &rows)
     ))
 }
@@ -277,13 +286,14 @@ mod tests {
             bearings: 36,
             nearest: 5.0,
             spacing: 2.0,
+            views: 1,
             readings,
         }
     }
 
     #[test]
     fn moments_are_those_of_the_readings() {
-        let moments = moments(&table(), 2);
+        let moments = moments(&table(), 0, 2);
         assert!((moments.bearing_degrees - 90.0).abs() < 1e-9, "{moments:?}");
         let half = 5.0 + 2.0 * (1000.0 - 511.5) / 500.0;
         assert!((moments.half_mm.unwrap() - half).abs() < 1e-9, "{moments:?}");
@@ -293,7 +303,7 @@ mod tests {
 
     #[test]
     fn a_blind_sensor_has_no_distances() {
-        let moments = moments(&table(), 0);
+        let moments = moments(&table(), 0, 0);
         assert_eq!((moments.half_mm, moments.twentieth_mm), (None, None));
         assert!(moments.bearing_degrees.is_finite());
     }
@@ -305,7 +315,7 @@ mod tests {
         for bearing in [17, 18, 19] {
             table.readings[bearing][6] = 900;
         }
-        let moments = moments(&table, 6);
+        let moments = moments(&table, 0, 6);
         assert!((moments.bearing_degrees.abs() - 180.0).abs() < 1e-9, "{moments:?}");
     }
 

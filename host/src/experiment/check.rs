@@ -82,8 +82,10 @@ fn arena(arena: &settings::Arena) -> Checked {
         height_mm,
         walls,
         obstacles,
+        blocks,
     } = arena;
-    let is_own = width_mm.is_some() || height_mm.is_some() || !walls.is_empty() || !obstacles.is_empty();
+    let is_empty = walls.is_empty() && obstacles.is_empty() && blocks.is_empty();
+    let is_own = width_mm.is_some() || height_mm.is_some() || !is_empty;
     match preset {
         Some(name) if Arena::named(name).is_none() => invalid(
             "arena.preset",
@@ -91,11 +93,11 @@ fn arena(arena: &settings::Arena) -> Checked {
         ),
         Some(_) if is_own => invalid(
             "arena",
-            "has a preset and values of its own; allowed: preset, or width_mm, height_mm, walls and obstacles",
+            "has a preset and values of its own; allowed: preset, or width_mm, height_mm, walls, obstacles and blocks",
         ),
         None if is_own && (width_mm.is_none() || height_mm.is_none()) => invalid(
             "arena",
-            "lacks its size; allowed: width_mm and height_mm, and with them walls and obstacles",
+            "lacks its size; allowed: width_mm and height_mm, and with them walls, obstacles and blocks",
         ),
         _ => Ok(()),
     }

@@ -163,7 +163,7 @@ pub(crate) enum MotorStates {
     Evorobot,
 }
 
-/// Walls and obstacles: an arena of the catalogue, or one's own.
+/// Walls, obstacles and blocks: an arena of the catalogue, or one's own.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub(crate) struct Arena {
@@ -182,6 +182,9 @@ pub(crate) struct Arena {
     /// Its round obstacles.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub(crate) obstacles: Vec<Obstacle>,
+    /// Its rectangular obstacles.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub(crate) blocks: Vec<Block>,
 }
 
 /// A wall, at any angle.
@@ -214,12 +217,36 @@ pub(crate) struct Obstacle {
     pub(crate) class: String,
 }
 
+/// A rectangular obstacle, at any angle.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct Block {
+    /// x of the centre.
+    pub(crate) x_mm: f64,
+    /// y of the centre.
+    pub(crate) y_mm: f64,
+    /// One side.
+    pub(crate) length_mm: f64,
+    /// The other.
+    pub(crate) width_mm: f64,
+    /// The direction of its length, counter-clockwise from the x axis, 0 to 1.
+    #[serde(default)]
+    pub(crate) heading_turns: f64,
+    /// Class of object, by which the sensor table is chosen. None is compiled in: `oneiro sample` makes one.
+    #[serde(default = "block")]
+    pub(crate) class: String,
+}
+
 fn wall() -> String {
     "wall".into()
 }
 
 fn round() -> String {
     "round".into()
+}
+
+fn block() -> String {
+    "block".into()
 }
 
 /// Noise. The default is the paper's condition without any; its other two are `sensor = [0.0, 0.4]` and

@@ -1,6 +1,6 @@
 //! From an experiment's values to the world that robots live in.
 
-use oneiro::arena::{Arena, Obstacle, Wall};
+use oneiro::arena::{Arena, Block, Obstacle, Wall};
 use oneiro::world::{self, World, WorldSpec};
 
 use super::inputs::Inputs;
@@ -32,9 +32,8 @@ pub(super) fn world(settings: &Settings, source: &Source, inputs: &mut Inputs<'_
 /// The experiment's key of a world's field: the same with the unit, and without the parts that files bring.
 fn key(field: &str) -> String {
     let name = |part: &str| match part {
-        "body_radius" | "walk_range" | "walk_step" | "from" | "to" | "x" | "y" | "radius" | "width" | "height" => {
-            format!("{part}_mm")
-        }
+        "body_radius" | "walk_range" | "walk_step" | "from" | "to" | "x" | "y" | "radius" | "length" | "width"
+        | "height" => format!("{part}_mm"),
         "heading" => "heading_turns".into(),
         other => other.into(),
     };
@@ -86,6 +85,18 @@ fn arena(arena: &settings::Arena) -> Arena {
             y: obstacle.y_mm as f32,
             radius: obstacle.radius_mm as f32,
             class: obstacle.class.clone(),
+        })
+        .collect();
+    own.blocks = arena
+        .blocks
+        .iter()
+        .map(|block| Block {
+            x: block.x_mm as f32,
+            y: block.y_mm as f32,
+            length: block.length_mm as f32,
+            width: block.width_mm as f32,
+            heading: block.heading_turns as f32,
+            class: block.class.clone(),
         })
         .collect();
     own
@@ -166,6 +177,8 @@ mod tests {
             ("arena.walls[2].to.y", "arena.walls[2].to_mm"),
             ("arena.walls[2].class", "arena.walls[2].class"),
             ("arena.obstacles[0].radius", "arena.obstacles[0].radius_mm"),
+            ("arena.blocks[1].length", "arena.blocks[1].length_mm"),
+            ("arena.blocks[1].heading", "arena.blocks[1].heading_turns"),
             ("start.heading", "start.heading_turns"),
             ("start", "start"),
         ] {

@@ -1,5 +1,6 @@
 //! An arena to scale, and the path of a life in it.
 
+use glam::DVec2;
 use oneiro::arena::Arena;
 use oneiro::batch::Record;
 
@@ -93,7 +94,7 @@ fn roomiest(arena: &Arena) -> (f64, f64) {
     best.0
 }
 
-/// Distance from a point to the nearest wall or obstacle, mm; negative inside an obstacle.
+/// Distance from a point to the nearest object, mm; negative inside one.
 fn clearance(arena: &Arena, (x, y): (f64, f64)) -> f64 {
     let walls = arena.walls.iter().map(|wall| {
         let [from_x, from_y] = wall.from.map(f64::from);
@@ -108,7 +109,16 @@ fn clearance(arena: &Arena, (x, y): (f64, f64)) -> f64 {
         let (dx, dy) = (f64::from(obstacle.x) - x, f64::from(obstacle.y) - y);
         (dx * dx + dy * dy).sqrt() - f64::from(obstacle.radius)
     });
-    walls.chain(obstacles).fold(f64::INFINITY, f64::min)
+    let blocks = arena.blocks.iter().map(|block| {
+        let axis = block.axis().as_dvec2();
+        let from = DVec2::new(x - f64::from(block.x), y - f64::from(block.y));
+        let beyond_x = from.dot(axis).abs() - 0.5 * f64::from(block.length);
+        let beyond_y = from.perp_dot(axis).abs() - 0.5 * f64::from(block.width);
+        // Inside both are negative, and the greater is of the nearer side.
+        let outside = DVec2::new(beyond_x.max(0.0), beyond_y.max(0.0)).length();
+        outside + beyond_x.max(beyond_y).min(0.0)
+    });
+    walls.chain(obstacles).chain(blocks).fold(f64::INFINITY, f64::min)
 }
 
 /// How millimetres become pixels: x to the right, y up in the arena and down in the picture.
@@ -190,6 +200,10 @@ impl Sheet {
                 "fill=\"#c9ccd3\" stroke=\"#7c818c\" stroke-width=\"2\"",
                 &hint,
             );
+        }
+        for block in &arena.blocks {
+            let corners = block.corners().map(|corner| self.place(corner.as_dvec2().into()));
+            svg.polygon(corners, "fill=\"#c9ccd3\" stroke=\"#7c818c\" stroke-width=\"2\"");
         }
         for wall in &arena.walls {
             let from = self.place((f64::from(wall.from[0]), f64::from(wall.from[1])));
@@ -340,6 +354,18 @@ mod tests {
             miglino.obstacles.len() + 1,
             "obstacles, body"
         );
+    }
+
+    #[test]
+    fn a_block_is_drawn_where_it_stands() {
+        let miglino = Arena::miglino1995_block();
+        assert_eq!(arena(&miglino, 27.5).matches("<polygon").count(), 1);
+        // Its length lies 30 degrees askew through (300, 175).
+        let along = |mm: f64| (300.0 + mm * 0.75_f64.sqrt(), 175.0 + 0.5 * mm);
+        for (mm, expected) in [(75.0, 20.0), (-75.0, 20.0), (0.0, -27.5), (50.0, -5.0)] {
+            let room = clearance(&miglino, along(mm));
+            assert!((room - expected).abs() < 1e-4, "{room} at {mm} mm along it");
+        }
     }
 
     #[test]

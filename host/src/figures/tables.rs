@@ -1,4 +1,4 @@
-//! A sampled sensor table as heat panels, one a sensor.
+//! A sampled sensor table as heat panels, one a sensor and point of view.
 
 use std::fmt::Write;
 
@@ -36,11 +36,19 @@ pub(super) const NAMES: [&str; SENSORS] = [
     "back left",
 ];
 
-/// What each sensor reads for an object at a bearing (clockwise, ahead in the middle) and a distance.
+/// Panels of one point of view, one below the other.
+const ROWS: usize = SENSORS.div_ceil(COLUMNS);
+/// Room above a point of view for its name, where there are several.
+const HEADING: f64 = 30.0;
+
+/// What each sensor reads for an object at a bearing (clockwise, ahead in the middle) and a distance, point of view by
+/// point of view.
 pub(crate) fn sensor_table(table: &SensorTable) -> String {
-    let rows = SENSORS.div_ceil(COLUMNS);
+    let views = table.views as usize;
+    let heading = if views > 1 { HEADING } else { 0.0 };
+    let view_height = ROWS as f64 * (PANEL.1 + GAP.1) + heading;
     let width = LEFT + COLUMNS as f64 * (PANEL.0 + GAP.0);
-    let height = TOP + rows as f64 * (PANEL.1 + GAP.1) - 14.0;
+    let height = TOP + views as f64 * view_height - 14.0;
     let title = format!(
         "Readings of eight sensors for an object of class \u{201c}{}\u{201d}",
         table.class
@@ -54,12 +62,25 @@ pub(crate) fn sensor_table(table: &SensorTable) -> String {
         &title,
     );
     key(&mut svg, width - GAP.0);
-    for (sensor, name) in NAMES.iter().enumerate() {
-        let corner = (
-            LEFT + (sensor % COLUMNS) as f64 * (PANEL.0 + GAP.0),
-            TOP + (sensor / COLUMNS) as f64 * (PANEL.1 + GAP.1),
-        );
-        panel(&mut svg, table, sensor, name, corner);
+    for view in 0..views {
+        let top = TOP + view as f64 * view_height;
+        if views > 1 {
+            let degrees = |view: usize| number(180.0 * view as f64 / views as f64);
+            let words = format!(
+                "from {}\u{b0} to {}\u{b0} off its length",
+                degrees(view),
+                degrees(view + 1)
+            );
+            let style = format!("fill=\"{INK}\" font-weight=\"600\"");
+            svg.words((LEFT, top), 14.0, Anchor::Start, &style, &words);
+        }
+        for (sensor, name) in NAMES.iter().enumerate() {
+            let corner = (
+                LEFT + (sensor % COLUMNS) as f64 * (PANEL.0 + GAP.0),
+                top + heading + (sensor / COLUMNS) as f64 * (PANEL.1 + GAP.1),
+            );
+            panel(&mut svg, table, view, sensor, name, corner);
+        }
     }
     svg.finish()
 }
@@ -77,10 +98,10 @@ fn key(svg: &mut Svg, right: f64) {
     svg.words((right, 48.0), 12.0, Anchor::End, &style, &GREATEST.to_string());
 }
 
-fn panel(svg: &mut Svg, table: &SensorTable, sensor: usize, name: &str, (left, top): (f64, f64)) {
+fn panel(svg: &mut Svg, table: &SensorTable, view: usize, sensor: usize, name: &str, (left, top): (f64, f64)) {
     svg.rectangle((left, top), PANEL, &format!("fill=\"{}\"", colour(0)));
     for shade in 1..SHADES {
-        let cells = cells_of(table, sensor, shade);
+        let cells = cells_of(table, view, sensor, shade);
         if !cells.is_empty() {
             let (x, y) = (number(left), number(top));
             let fill = colour(shade);
@@ -128,7 +149,7 @@ fn panel(svg: &mut Svg, table: &SensorTable, sensor: usize, name: &str, (left, t
 }
 
 /// The cells of one shade as a path's data, neighbours in a row joined; nearest distance at the bottom.
-fn cells_of(table: &SensorTable, sensor: usize, shade: u16) -> String {
+fn cells_of(table: &SensorTable, view: usize, sensor: usize, shade: u16) -> String {
     let (rows, bearings) = (table.rows as usize, table.bearings as usize);
     let (width, height) = (PANEL.0 / bearings.max(1) as f64, PANEL.1 / rows.max(1) as f64);
     let has_shade = |row: usize, column: usize| {
@@ -136,7 +157,7 @@ fn cells_of(table: &SensorTable, sensor: usize, shade: u16) -> String {
         let bearing = (column + bearings.div_ceil(2)) % bearings;
         table
             .readings
-            .get(row * bearings + bearing)
+            .get((view * rows + row) * bearings + bearing)
             .is_some_and(|cell| shade_of(cell[sensor]) == shade)
     };
     let mut path = String::new();
@@ -198,11 +219,16 @@ mod tests {
             bearings: 4,
             nearest: 5.0,
             spacing: 2.0,
-            readings: vec![[0; SENSORS]; 8],
+            views: 2,
+            readings: vec![[0; SENSORS]; 16],
         };
         // Nearest row, a quarter turn to the right.
         table.readings[1][3] = 1023;
-        assert_eq!(cells_of(&table, 3, SHADES - 1), "M150 65h50v65h-50z");
-        assert_eq!(cells_of(&table, 2, SHADES - 1), "");
+        assert_eq!(cells_of(&table, 0, 3, SHADES - 1), "M150 65h50v65h-50z");
+        assert_eq!(cells_of(&table, 0, 2, SHADES - 1), "");
+        assert_eq!(cells_of(&table, 1, 3, SHADES - 1), "");
+        // The same of the other point of view.
+        table.readings[8 + 1][2] = 1023;
+        assert_eq!(cells_of(&table, 1, 2, SHADES - 1), "M150 65h50v65h-50z");
     }
 }

@@ -28,23 +28,48 @@ pub(crate) enum Shape {
         /// Its radius.
         radius: f32,
     },
+    /// A box, of which each point of view is sampled.
+    Block {
+        /// One side.
+        length: f32,
+        /// The other.
+        width: f32,
+    },
 }
 
 impl Object {
     /// The classes that can be asked for by name.
-    pub(crate) const NAMES: [&str; 2] = ["wall", "round"];
+    pub(crate) const NAMES: [&str; 3] = ["wall", "round", "block"];
 
-    /// A wall, or a cylinder of the paper's 55 mm diameter.
+    /// A wall, a cylinder of the paper's 55 mm diameter, or a box twice as long as that and as wide.
     pub(crate) fn named(name: &str) -> Option<Self> {
         let shape = match name {
             "wall" => Shape::Wall,
             "round" => Shape::Round { radius: 27.5 },
+            "block" => Shape::Block {
+                length: 110.0,
+                width: 55.0,
+            },
             _ => return None,
         };
         Some(Self {
             class: name.into(),
             shape,
         })
+    }
+
+    /// What the paper's arena has.
+    pub(crate) fn of_the_paper() -> Vec<Self> {
+        ["wall", "round"].into_iter().filter_map(Self::named).collect()
+    }
+
+    /// From how many points of view it is sampled: one, if it looks the same from everywhere. A box looks the same
+    /// again from behind; half a turn of points of view is enough.
+    pub(crate) fn views(&self) -> u32 {
+        match self.shape {
+            Shape::Wall | Shape::Round { .. } => 1,
+            Shape::Block { .. } => 8,
+        }
     }
 }
 
@@ -126,11 +151,13 @@ pub(crate) trait Reality {
     fn describe(&self) -> String;
 
     /// Puts the robot before an object that stands alone, so that its rim is so many mm away, and lets it turn
-    /// on the spot once without stopping: its readings, in the order of time.
+    /// on the spot once without stopping: its readings, in the order of time. Of an object that is not the same from
+    /// everywhere, `view` is from where the robot looks at it: the direction from its centre to the robot's, in turns
+    /// counter-clockwise from its length.
     ///
     /// # Errors
     /// See [`Trouble`].
-    fn turn_before(&mut self, object: &Object, gap: f32) -> std::result::Result<Vec<Turned>, Trouble>;
+    fn turn_before(&mut self, object: &Object, view: f64, gap: f32) -> std::result::Result<Vec<Turned>, Trouble>;
 
     /// Drives in the open with a pair of speeds, in the robot's own unit, left and right.
     ///

@@ -81,7 +81,8 @@ impl Notebook {
 
 /// Rows of a whole sampling: what a progress bar counts.
 pub(crate) fn rows(objects: &[Object]) -> u64 {
-    u64::from(ROWS) * objects.len() as u64 + SPEEDS.count() as u64
+    let views: u32 = objects.iter().map(Object::views).sum();
+    u64::from(ROWS * views) + SPEEDS.count() as u64
 }
 
 /// Samples a robot before each object, and its motors; `done` is called after each row.
@@ -97,13 +98,13 @@ pub(crate) fn sample(
     let mut classes = Vec::new();
     for object in objects {
         let mut taken = Vec::new();
-        for number in 0..ROWS {
+        for number in 0..object.views() * ROWS {
             taken.push(notebook.row(&format!("{}-{number:02}", object.class), || {
                 row(reality, object, number)
             })?);
             done();
         }
-        classes.push(table(&object.class, &taken));
+        classes.push(table(object, &taken));
     }
     let mut taken = Vec::new();
     for (number, left) in SPEEDS.enumerate() {
@@ -121,10 +122,12 @@ pub(crate) fn sample_unkept(reality: &mut dyn Reality, objects: &[Object]) -> Re
     sample(reality, objects, &Notebook { directory: None }, &|| ())
 }
 
-/// One row of a sensor table: the first reading in each bearing's interval as the robot turns.
+/// One row of a sensor table: the first reading in each bearing's interval as the robot turns. The rows of each point
+/// of view follow those of the one before; a view is sampled in its middle.
 fn row(reality: &mut dyn Reality, object: &Object, row: u32) -> Result<Vec<[u16; SENSORS]>> {
-    let gap = NEAREST + row as f32 * SPACING;
-    let turn = patiently(|| reality.turn_before(object, gap))?;
+    let gap = NEAREST + (row % ROWS) as f32 * SPACING;
+    let view = (f64::from(row / ROWS) + 0.5) / f64::from(2 * object.views());
+    let turn = patiently(|| reality.turn_before(object, view, gap))?;
     binned(&turn).map_err(|bearing| {
         let low = f64::from(bearing) * 360.0 / f64::from(BEARINGS);
         Failure::failed(format_args!(
@@ -204,13 +207,14 @@ impl Reality for Averaged<'_> {
 }
 
 /// A table from its rows.
-fn table(class: &str, rows: &[Vec<[u16; SENSORS]>]) -> SensorTable {
+fn table(object: &Object, rows: &[Vec<[u16; SENSORS]>]) -> SensorTable {
     SensorTable {
-        class: class.into(),
-        rows: rows.len() as u32,
+        class: object.class.clone(),
+        rows: ROWS,
         bearings: BEARINGS,
         nearest: NEAREST,
         spacing: SPACING,
+        views: object.views(),
         readings: rows.concat(),
     }
 }
@@ -253,7 +257,7 @@ mod tests {
             "a robot on a wire".into()
         }
 
-        fn turn_before(&mut self, _: &Object, gap: f32) -> std::result::Result<Vec<Turned>, Trouble> {
+        fn turn_before(&mut self, _: &Object, _: f64, gap: f32) -> std::result::Result<Vec<Turned>, Trouble> {
             self.trouble()?;
             let cycles = (400.0 / self.degrees_a_cycle) as u32;
             let moment = |cycle: u32| {

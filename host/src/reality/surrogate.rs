@@ -4,12 +4,12 @@ use std::cell::RefCell;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use oneiro::arena::{Arena, Field, Obstacle, Wall};
+use oneiro::arena::{Arena, Block, Field, Obstacle, Wall};
 use oneiro::batch::{Batch, Outcome, Record, Rollout, TraceRequest};
 use oneiro::evaluator::{Control, Error, Evaluator};
 use oneiro::random::{Key, pcg4d};
 use oneiro::surrogate::Surrogate;
-use oneiro::tables::{MotorStates, MotorTable};
+use oneiro::tables::{MotorStates, MotorTable, SENSORS, SensorTable, SensorTables};
 use oneiro::world::{Controller, Robot, Start, World, WorldSpec};
 
 use super::{Driven, Life, Lived, Object, Reality, Shape, Trouble, Turned};
@@ -108,14 +108,33 @@ impl<'a> SurrogateRobot<'a> {
         .map_err(|invalid| Trouble::Broken(invalid.to_string()))
     }
 
+    /// The grid that an object is sampled on, in place of its table, which is still to come.
+    fn grid(&self, object: &Object) -> Arc<SensorTables> {
+        let mut grid = SensorTable {
+            class: object.class.clone(),
+            views: object.views(),
+            ..self.world.spec().robot.sensors.classes[0].clone()
+        };
+        grid.readings = vec![[0; SENSORS]; grid.cells()];
+        Arc::new(SensorTables::new(vec![grid]))
+    }
+
     /// Runs one life from a pose, its wheels held at two speeds.
-    fn held(&mut self, arena: Arena, start: Start, speeds: (i32, i32), cycles: u32) -> Result<Vec<Record>, Trouble> {
+    fn held(
+        &mut self,
+        sensors: Arc<SensorTables>,
+        arena: Arena,
+        start: Start,
+        speeds: (i32, i32),
+        cycles: u32,
+    ) -> Result<Vec<Record>, Trouble> {
         let genes = holding(speeds).ok_or_else(|| {
             let (left, right) = speeds;
             Trouble::Broken(format!("speeds {left} and {right}; allowed: -10 to 10"))
         })?;
         let world = World::new(WorldSpec {
             robot: Robot {
+                sensors,
                 motors: MotorTable::khepera(MotorStates::Evorobot21),
                 ..self.world.spec().robot.clone()
             },
@@ -136,6 +155,42 @@ impl<'a> SurrogateRobot<'a> {
         let outcome = self.evaluations.run(&one_batch(&[world], &[rollout], true)?)?;
         Ok(outcome.traces.into_iter().next().unwrap_or_default())
     }
+}
+
+/// Where a block is, seen from a robot whose direction from the block is `view` turns off the block's length, and whose
+/// centre is so many mm from the block's nearest point, which lies straight ahead: the block's centre, mm ahead and to
+/// the left, and the direction of its length, turns. `view` is from 0 to 1/2.
+fn seen_from(view: f64, sides: [f32; 2], distance: f32) -> [f32; 3] {
+    let [half_length, half_width] = sides.map(|side| 0.5 * f64::from(side));
+    let distance = f64::from(distance);
+    let [along, across] = direction(view);
+    // From the centre to where the distance is as wanted: before the end, before the long side, or beside a corner.
+    let before_end = (half_length + distance) / along.abs();
+    let before_side = (half_width + distance) / across.abs();
+    let far = if before_end * across <= half_width {
+        before_end
+    } else if before_side * along.abs() <= half_length {
+        before_side
+    } else {
+        let corner = half_length * along.abs() + half_width * across;
+        let past = half_length * half_length + half_width * half_width - corner * corner;
+        corner + (distance * distance - past).sqrt()
+    };
+    // The robot as the block has it, and the direction from there to the nearest point.
+    let (x, y) = (far * along, far * across);
+    let to_x = (x.clamp(-half_length, half_length) - x) / distance;
+    let to_y = (y.min(half_width) - y) / distance;
+    // The turn that takes that direction straight ahead takes the block's length to (to_x, -to_y).
+    let (mut low, mut high) = (0.0, 180.0);
+    for _ in 0..60 {
+        let middle = 0.5 * (low + high);
+        if oneiro::exact::cosine(middle) > to_x {
+            low = middle;
+        } else {
+            high = middle;
+        }
+    }
+    [-(to_x * x + to_y * y), to_y * x - to_x * y, low / 360.0].map(|number| number as f32)
 }
 
 /// A batch of what is known to be valid but for its size.
@@ -182,7 +237,7 @@ impl Reality for SurrogateRobot<'_> {
         )
     }
 
-    fn turn_before(&mut self, object: &Object, gap: f32) -> Result<Vec<Turned>, Trouble> {
+    fn turn_before(&mut self, object: &Object, view: f64, gap: f32) -> Result<Vec<Turned>, Trouble> {
         // At the slowest turn on the spot, 1.8 degrees a cycle, and one bearing's worth more than once around.
         const CYCLES: u32 = 230;
         /// Rounding never brings the robot into the row below.
@@ -196,6 +251,7 @@ impl Reality for SurrogateRobot<'_> {
             field: self.world.spec().arena.field,
             walls: Vec::new(),
             obstacles: Vec::new(),
+            blocks: Vec::new(),
         };
         match object.shape {
             Shape::Wall => arena.walls.push(Wall {
@@ -209,9 +265,21 @@ impl Reality for SurrogateRobot<'_> {
                 radius,
                 class: object.class.clone(),
             }),
+            Shape::Block { length, width } => {
+                let body = self.world.spec().robot.body_radius;
+                let [ahead, left, heading] = seen_from(view, [length, width], body + gap + MARGIN);
+                arena.blocks.push(Block {
+                    x: x + ahead,
+                    y: y + left,
+                    length,
+                    width,
+                    heading,
+                    class: object.class.clone(),
+                });
+            }
         }
         let start = Start::At { x, y, heading: 0.0 };
-        let trace = self.held(arena, start, (-1, 1), CYCLES)?;
+        let trace = self.held(self.grid(object), arena, start, (-1, 1), CYCLES)?;
         // The object lies in the direction 0, so that its bearing, clockwise, is the heading.
         let moment = |record: &Record| Turned {
             bearing: f64::from(record.heading),
@@ -226,7 +294,6 @@ impl Reality for SurrogateRobot<'_> {
         let arena = Arena {
             name: "open".into(),
             walls: Vec::new(),
-            obstacles: Vec::new(),
             ..Arena::rectangle(1000.0, 1000.0)
         };
         let start = Start::At {
@@ -234,7 +301,8 @@ impl Reality for SurrogateRobot<'_> {
             y: 500.0,
             heading: 0.0,
         };
-        let trace = self.held(arena, start, speeds, CYCLES)?;
+        let sensors = Arc::clone(&self.world.spec().robot.sensors);
+        let trace = self.held(sensors, arena, start, speeds, CYCLES)?;
         let [.., before, after] = trace.as_slice() else {
             return Err(Trouble::Broken("a life without a trace".into()));
         };

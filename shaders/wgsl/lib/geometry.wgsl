@@ -1,18 +1,48 @@
-// Every object of an arena is a thick segment: a wall has no thickness, a round obstacle has no length.
+// What stands in an arena: walls without thickness, round obstacles, and blocks, which are rectangles at any angle.
 
-// From a point to the nearest point of a shape's axis, in mm.
+const ROUND: u32 = 1u;
+const BLOCK: u32 = 2u;
+
+// From a point to the nearest point of a wall or a block, or to a round obstacle's centre, in mm.
 fn toward(shape: u32, at: vec2<f32>) -> vec2<f32> {
     let from_x = at.x - shapes[shape].x;
     let from_y = at.y - shapes[shape].y;
-    if (shapes[shape].round != 0u) {
+    if (shapes[shape].kind == ROUND) {
         return vec2<f32>(-from_x, -from_y);
+    }
+    if (shapes[shape].kind == BLOCK) {
+        let own = within(shape, at);
+        let beyond_x = own.x - clamp(own.x, -shapes[shape].half_length, shapes[shape].half_length);
+        let beyond_y = own.y - clamp(own.y, -shapes[shape].half_width, shapes[shape].half_width);
+        return vec2<f32>(
+            beyond_y * shapes[shape].unit_y - beyond_x * shapes[shape].unit_x,
+            -(beyond_x * shapes[shape].unit_y) - beyond_y * shapes[shape].unit_x,
+        );
     }
     let along = clamp(from_x * shapes[shape].scaled_x + from_y * shapes[shape].scaled_y, 0.0f, 1.0f);
     return vec2<f32>(along * shapes[shape].length_x - from_x, along * shapes[shape].length_y - from_y);
 }
 
+// A point as a block has it: from its centre, along its length and across.
+fn within(block: u32, at: vec2<f32>) -> vec2<f32> {
+    let from_x = at.x - shapes[block].x;
+    let from_y = at.y - shapes[block].y;
+    return vec2<f32>(
+        from_x * shapes[block].unit_x + from_y * shapes[block].unit_y,
+        from_y * shapes[block].unit_x - from_x * shapes[block].unit_y,
+    );
+}
+
 fn squared_length(v: vec2<f32>) -> f32 {
     return v.x * v.x + v.y * v.y;
+}
+
+// Of so many points of view around an object the one of a point, which the object has as `own`. They share half a
+// turn, since a block looks the same from behind.
+fn view_from(own: vec2<f32>, views: u32) -> u32 {
+    let twice = 2.0f * direction_by(own, reciprocal_root(max(squared_length(own), 0x1p-60f)));
+    let share = twice - floor(twice);
+    return min(u32(share * f32(views)), views - 1u);
 }
 
 // Whether a robot's body that stands there touches an object of its world.

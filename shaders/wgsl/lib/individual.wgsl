@@ -8,9 +8,3 @@ const WAVE_COUNT: u32 = 4u;
 const SENSING: u32 = 28u;
 const TIMING: u32 = 29u;
 const WHEELS: u32 = 30u;
-
-// Four numbers of a surrogate robot.
-fn numbers(world: u32, cell: u32) -> vec4<f32> {
-    let words = tables[worlds[world].surrogate + cell];
-    return vec4<f32>(bitcast<f32>(words.x), bitcast<f32>(words.y), bitcast<f32>(words.z), bitcast<f32>(words.w));
-}

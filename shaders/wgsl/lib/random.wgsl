@@ -36,3 +36,9 @@ fn unit(word: u32) -> f32 {
 fn units(words: vec4<u32>) -> vec4<f32> {
     return vec4<f32>(unit(words.x), unit(words.y), unit(words.z), unit(words.w));
 }
+
+// A number that is nearly normal, of mean 0 and standard deviation 1: three uniform ones of ten bits each.
+fn nearly_normal(word: u32) -> f32 {
+    let sum = (word & 1023u) + ((word >> 10u) & 1023u) + ((word >> 20u) & 1023u);
+    return (f32(sum) - 1534.5f) * 0x1p-9f;
+}

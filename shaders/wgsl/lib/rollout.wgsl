@@ -57,14 +57,14 @@ struct World {
     // hidden units, for the controllers that have them
     hidden: u32,
     task_choices: u32,
-    // first cell of the surrogate robot, for the kernels that have one
-    surrogate: u32,
+    // first cell of what only some kernels read: a surrogate robot, or a forager and its arena
+    numbers: u32,
     unused_a: u32,
     unused_b: u32,
 }
 
-// A thick segment: where it starts, where it goes, its direction over its squared length, and the distances
-// from its axis at which a robot's centre touches it or senses it.
+// An object. Of a wall where it starts, where it goes and its direction over its squared length; of others where
+// their centre is. The distances to that at which a robot's centre touches it or senses it.
 struct Shape {
     x: f32,
     y: f32,
@@ -77,15 +77,22 @@ struct Shape {
     reach_squared: f32,
     // first cell of the sensor table of its class
     table: u32,
-    // 1 for an object without length
-    round: u32,
+    // 0 for a wall, ROUND or BLOCK
+    kind: u32,
     // 1 for the last object of a layer, within which no two are ever in reach of one robot
     ends_layer: u32,
-    // its thickness, its direction, and the share of light that it throws back, for the kernels that cast rays
+    // the radius of a round obstacle
     radius: f32,
+    // the direction of a wall, or of a block's length
     unit_x: f32,
     unit_y: f32,
+    // the share of light that it throws back, for the kernels that cast rays
     reflectivity: f32,
+    // of a block: half its sides, and from how many points of view it was sampled
+    half_length: f32,
+    half_width: f32,
+    views: u32,
+    unused_a: u32,
 }
 
 // A workgroup's rollouts: their world, how many there are, and where their inputs start.
@@ -93,26 +100,6 @@ struct Group {
     world: u32,
     rollouts: u32,
     inputs: u32,
-}
-
-// What a rollout keeps from one dispatch to the next, and its fitness so far.
-struct State {
-    x: f32,
-    y: f32,
-    heading: f32,
-    fitness: f32,
-    // what the conservative noise displaces perception by
-    shift_x: f32,
-    shift_y: f32,
-    // the controller's last outputs
-    left: f32,
-    right: f32,
-    // of a surrogate: where its sensors were last read, and its wheels' speeds in mm/s
-    read_x: f32,
-    read_y: f32,
-    read_heading: f32,
-    speed_left: f32,
-    speed_right: f32,
 }
 
 // One line of a trace: the pose at the start of a cycle, what was perceived there, and what came of it.
@@ -135,6 +122,9 @@ struct Record {
     collided: f32,
     reward: f32,
     fitness: f32,
+    // of a forager: what it does, and 1 if it carries food
+    behaviour: f32,
+    carries: f32,
 }
 
 @group(0) @binding(0) var<uniform> dispatch: Dispatch;
@@ -167,17 +157,10 @@ fn stored(x: f32) -> f32 {
     return select(x, 0.0f, x == 0.0f);
 }
 
-// A cycle's line of the trace.
-fn recorded(
-    pose: vec3<f32>, perceived: Readings, outputs: vec2<f32>, moved: Motion, collided: bool, earned: f32, total: f32,
-) -> Record {
-    return Record(
-        pose.x, pose.y, pose.z,
-        perceived.first.x, perceived.first.y, perceived.first.z, perceived.first.w,
-        perceived.last.x, perceived.last.y, perceived.last.z, perceived.last.w,
-        outputs.x, outputs.y, moved.left, moved.right,
-        select(0.0f, 1.0f, collided), earned, total,
-    );
+// Four numbers of those that only some kernels read.
+fn numbers(world: u32, cell: u32) -> vec4<f32> {
+    let words = tables[worlds[world].numbers + cell];
+    return vec4<f32>(bitcast<f32>(words.x), bitcast<f32>(words.y), bitcast<f32>(words.z), bitcast<f32>(words.w));
 }
 
 // Where a life starts: x and y in mm, heading in turns.

@@ -1,9 +1,30 @@
 // Life in the simulator that is made from a robot's own samples: sense, act, move, reward.
 
+// What a rollout keeps from one dispatch to the next, and its fitness so far.
+struct State {
+    x: f32,
+    y: f32,
+    heading: f32,
+    fitness: f32,
+    // what the conservative noise displaces perception by
+    shift_x: f32,
+    shift_y: f32,
+    // the controller's last outputs
+    left: f32,
+    right: f32,
+}
+
 fn first_state(life: Life) -> State {
     let pose = first_pose(life);
     let shift = first_shift(life);
-    return State(pose.x, pose.y, pose.z, 0.0f, shift.x, shift.y, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f);
+    return State(pose.x, pose.y, pose.z, 0.0f, shift.x, shift.y, 0.0f, 0.0f);
+}
+
+fn kept(own: State) -> State {
+    return State(
+        stored(own.x), stored(own.y), stored(own.heading), stored(own.fitness),
+        stored(own.shift_x), stored(own.shift_y), stored(own.left), stored(own.right),
+    );
 }
 
 fn cycle(life: Life, step: u32, before: State) -> Cycle {

@@ -1,10 +1,35 @@
 // Life as a surrogate of a real robot: the same cycle as in the simulator, by physics that its samples don't
 // contain. Every difference has a strength; with all of them at 0 a robot lives as its simulator says.
 
+// What a rollout keeps from one dispatch to the next, and its fitness so far.
+struct State {
+    x: f32,
+    y: f32,
+    heading: f32,
+    fitness: f32,
+    // the controller's last outputs
+    left: f32,
+    right: f32,
+    // where its sensors were last read, and its wheels' speeds in mm/s
+    read_x: f32,
+    read_y: f32,
+    read_heading: f32,
+    speed_left: f32,
+    speed_right: f32,
+}
+
 fn first_state(life: Life) -> State {
     let pose = first_pose(life);
     return State(
-        pose.x, pose.y, pose.z, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, pose.x, pose.y, pose.z, 0.0f, 0.0f,
+        pose.x, pose.y, pose.z, 0.0f, 0.0f, 0.0f, pose.x, pose.y, pose.z, 0.0f, 0.0f,
+    );
+}
+
+fn kept(own: State) -> State {
+    return State(
+        stored(own.x), stored(own.y), stored(own.heading), stored(own.fitness), stored(own.left), stored(own.right),
+        stored(own.read_x), stored(own.read_y), stored(own.read_heading),
+        stored(own.speed_left), stored(own.speed_right),
     );
 }
 

@@ -24,3 +24,16 @@ fn commanded(world: u32, outputs: vec2<f32>) -> Motion {
     let cell = tables[worlds[world].motor_table + left * worlds[world].motor_states + right];
     return Motion(bitcast<f32>(cell.x), bitcast<f32>(cell.y), bitcast<f32>(cell.z), bitcast<f32>(cell.w));
 }
+
+// A cycle's line of the trace.
+fn recorded(
+    pose: vec3<f32>, perceived: Readings, outputs: vec2<f32>, moved: Motion, collided: bool, earned: f32, total: f32,
+) -> Record {
+    return Record(
+        pose.x, pose.y, pose.z,
+        perceived.first.x, perceived.first.y, perceived.first.z, perceived.first.w,
+        perceived.last.x, perceived.last.y, perceived.last.z, perceived.last.w,
+        outputs.x, outputs.y, moved.left, moved.right,
+        select(0.0f, 1.0f, collided), earned, total, 0.0f, 0.0f,
+    );
+}

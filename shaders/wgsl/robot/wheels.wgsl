@@ -93,11 +93,23 @@ struct Reached {
 
 fn reached(world: u32, pose: vec3<f32>, speeds: vec2<f32>, moved: Motion) -> Reached {
     let start = Ridden(pose.x, pose.y, pose.z, speeds.x, speeds.y);
-    let free = ride(world, start, moved, false);
-    let collided = touches(world, vec2<f32>(free.x, free.y));
-    var end = free;
+    var end = start;
+    var held = start;
+    var collided = false;
+    // First as if nothing stood in the way; then, if that ends where something stands, once more.
+    for (var attempt = 0u; attempt < 2u; attempt++) {
+        let minds = attempt == 1u;
+        if (!minds | collided) {
+            let ridden = ride(world, start, moved, minds);
+            if (minds) {
+                held = ridden;
+            } else {
+                end = ridden;
+                collided = touches(world, vec2<f32>(end.x, end.y));
+            }
+        }
+    }
     if (collided) {
-        let held = ride(world, start, moved, true);
         let slip = wheels_of(world).slip;
         let at = vec2<f32>(pose.x + slip * (held.x - pose.x), pose.y + slip * (held.y - pose.y));
         let stuck = touches(world, at);

@@ -32,8 +32,12 @@ fn nothing_met() -> Met {
     return Met(vec4<f32>(0.0f), vec4<f32>(0.0f));
 }
 
-// The rays on one side of an axis; `side` is 1 for the left, -1 for the right.
-fn rays_of(axis: vec2<f32>, side: f32) -> Rays {
+// A sensor's rays lie on both sides of its axis, four on each.
+const SIDES: u32 = 2u;
+
+// The rays on one side of an axis: 0 is the left, 1 the right.
+fn rays_of(axis: vec2<f32>, number: u32) -> Rays {
+    let side = select(1.0f, -1.0f, number == 1u);
     return Rays(
         axis.x * RAY_COSINES - (side * axis.y) * RAY_SINES,
         axis.y * RAY_COSINES + (side * axis.x) * RAY_SINES,
@@ -84,12 +88,42 @@ fn meet_cylinder(met: Met, rays: Rays, to: vec2<f32>, radius: f32, reflectivity:
     return nearer(met, hit, (middle + half) * reciprocal(product), incidence * reflectivity);
 }
 
-// A sensor's reading, as an integer, of what its rays on both sides have met, in so much more light.
-fn reading_of(world: u32, sensor: u32, left: Met, right: Met, gain: f32) -> u32 {
+// Rays against a block's two faces that look to where they start. The block has that point as `own`, its length
+// lies along `unit`, and its sides are twice `half`.
+fn meet_block(met: Met, rays: Rays, own: vec2<f32>, unit: vec2<f32>, half: vec2<f32>, reflectivity: f32) -> Met {
+    let along = rays.x * unit.x + rays.y * unit.y;
+    let across = rays.y * unit.x - rays.x * unit.y;
+    var all = met;
+    for (var face = 0u; face < 2u; face++) {
+        let side = face == 1u;
+        all = meet_face(
+            all, select(along, across, side), select(across, along, side),
+            select(own, own.yx, side), select(half, half.yx, side), reflectivity,
+        );
+    }
+    return all;
+}
+
+// Rays against the face of a block that closes its first axis on the side of `own`; rays have the parts `first` along
+// that axis and `second` along the other. One at the distance 1 / nearness meets the face between its ends.
+fn meet_face(
+    met: Met, first: vec4<f32>, second: vec4<f32>, own: vec2<f32>, half: vec2<f32>, reflectivity: f32,
+) -> Met {
+    let side = select(1.0f, -1.0f, own.x > 0.0f);
+    let incidence = side * first;
+    let distance = max(abs(own.x) - half.x, NEAREST);
+    let place = own.y * incidence + distance * second;
+    let ends = half.y * incidence;
+    let faces = abs(own.x) > half.x;
+    let hit = vec4<bool>(faces) & (incidence > vec4<f32>(0.0f)) & (place >= -ends) & (place <= ends);
+    return nearer(met, hit, incidence * reciprocal(distance), incidence * reflectivity);
+}
+
+// A sensor's reading, as an integer, of what its rays on both sides bring back, in so much more light.
+fn reading_of(world: u32, sensor: u32, light_of_pairs: vec4<f32>, gain: f32) -> u32 {
     let weights = numbers(world, sensor * SENSOR_CELLS + 1u);
     let curve = numbers(world, sensor * SENSOR_CELLS + 2u);
-    let returned = weights
-        * (left.light * left.nearness * left.nearness + right.light * right.nearness * right.nearness);
+    let returned = weights * light_of_pairs;
     let light = gain * ((returned.x + returned.y) + (returned.z + returned.w));
     let distance = reciprocal_root(max(light, 0x1p-40f));
     let x = clamp((distance - curve.x) * curve.y, -30.0f, 30.0f);
@@ -116,11 +150,33 @@ fn added(sums: Sums, sensor: u32, value: u32) -> Sums {
     return Sums(sums.first, sums.last + term);
 }
 
+// The objects in reach of a robot that stands there, a bit each: the first 32 of its world, and the others.
+fn in_reach(world: u32, at: vec2<f32>) -> vec2<u32> {
+    let first = worlds[world].first_shape;
+    var near = vec2<u32>(0u);
+    for (var index = 0u; index < worlds[world].shapes; index++) {
+        let shape = first + index;
+        let bit = select(0u, 1u << (index & 31u), squared_length(toward(shape, at)) < shapes[shape].reach_squared);
+        if (index < 32u) {
+            near.x |= bit;
+        } else {
+            near.y |= bit;
+        }
+    }
+    return near;
+}
+
+// Whether an object is among them, by its index in the world.
+fn is_near(near: vec2<u32>, index: u32) -> bool {
+    let bits = select(near.y, near.x, index < 32u);
+    return ((bits >> (index & 31u)) & 1u) != 0u;
+}
+
 // What the sensors read at a pose when all rays meet all that is there.
 fn traced_readings(world: u32, pose: vec3<f32>, gain: f32) -> Sums {
     let ahead = cosine_sine(pose.z);
     let first = worlds[world].first_shape;
-    let end = first + worlds[world].shapes;
+    let near = in_reach(world, vec2<f32>(pose.x, pose.y));
     var sums = Sums(vec4<u32>(0u), vec4<u32>(0u));
     for (var sensor = 0u; sensor < 8u; sensor++) {
         let place = numbers(world, sensor * SENSOR_CELLS);
@@ -129,35 +185,81 @@ fn traced_readings(world: u32, pose: vec3<f32>, gain: f32) -> Sums {
             pose.y + place.x * ahead.y + place.y * ahead.x,
         );
         let axis = vec2<f32>(place.z * ahead.x - place.w * ahead.y, place.z * ahead.y + place.w * ahead.x);
-        let left_rays = rays_of(axis, 1.0f);
-        let right_rays = rays_of(axis, -1.0f);
-        var left = nothing_met();
-        var right = nothing_met();
-        for (var shape = first; shape < end; shape++) {
-            if (squared_length(toward(shape, vec2<f32>(pose.x, pose.y))) < shapes[shape].reach_squared) {
-                if (shapes[shape].round != 0u) {
-                    let to = vec2<f32>(shapes[shape].x - at.x, shapes[shape].y - at.y);
-                    left = meet_cylinder(left, left_rays, to, shapes[shape].radius, shapes[shape].reflectivity);
-                    right = meet_cylinder(right, right_rays, to, shapes[shape].radius, shapes[shape].reflectivity);
-                } else {
-                    left = meet_wall(left, left_rays, at, shape);
-                    right = meet_wall(right, right_rays, at, shape);
+        var light = vec4<f32>(0.0f);
+        for (var side = 0u; side < SIDES; side++) {
+            let rays = rays_of(axis, side);
+            var met = nothing_met();
+            for (var index = 0u; index < worlds[world].shapes; index++) {
+                if (is_near(near, index)) {
+                    let shape = first + index;
+                    let reflectivity = shapes[shape].reflectivity;
+                    if (shapes[shape].kind == ROUND) {
+                        let to = vec2<f32>(shapes[shape].x - at.x, shapes[shape].y - at.y);
+                        met = meet_cylinder(met, rays, to, shapes[shape].radius, reflectivity);
+                    } else if (shapes[shape].kind == BLOCK) {
+                        let unit = vec2<f32>(shapes[shape].unit_x, shapes[shape].unit_y);
+                        let half = vec2<f32>(shapes[shape].half_length, shapes[shape].half_width);
+                        met = meet_block(met, rays, within(shape, at), unit, half, reflectivity);
+                    } else {
+                        met = meet_wall(met, rays, at, shape);
+                    }
                 }
             }
+            light += met.light * met.nearness * met.nearness;
         }
-        sums = added(sums, sensor, reading_of(world, sensor, left, right, gain));
+        sums = added(sums, sensor, reading_of(world, sensor, light, gain));
     }
     return sums;
 }
 
 // An object as it is seen alone in the open: its bearing's direction and its distance from the robot's centre, both
-// as the samples' grid has them.
+// as the samples' grid has them. A block has half its sides, how many views it was sampled from, and first the robot's
+// centre as it has it; then, in the robot's frame, its own centre and the direction of its length.
 struct Lone {
     normal: vec2<f32>,
     distance: f32,
-    round: bool,
+    kind: u32,
     radius: f32,
     reflectivity: f32,
+    half: vec2<f32>,
+    views: u32,
+    own: vec2<f32>,
+    centre: vec2<f32>,
+    unit: vec2<f32>,
+}
+
+fn nothing_alone() -> Lone {
+    let none = vec2<f32>(0.0f, 0.0f);
+    return Lone(none, 0.0f, 0u, 0.0f, 0.0f, none, 1u, none, none, none);
+}
+
+// A block as it is seen alone from the middle of a point of view, at its distance and bearing.
+fn viewed(block: Lone) -> Lone {
+    let view = view_from(block.own, block.views);
+    let ray = cosine_sine((f32(view) + 0.5f) * reciprocal(2.0f * f32(block.views)));
+    let along = abs(ray.x);
+    let across = abs(ray.y);
+    // From the centre to where the distance is as wanted: before the end, before the long side, or beside a corner.
+    let before_end = (block.half.x + block.distance) * reciprocal(max(along, 0x1p-10f));
+    let before_side = (block.half.y + block.distance) * reciprocal(max(across, 0x1p-10f));
+    let corner = block.half.x * along + block.half.y * across;
+    let past = squared_length(block.half) - corner * corner;
+    let beside = corner + root(max(block.distance * block.distance - past, 0.0f));
+    let sideways = select(beside, before_side, before_side * along <= block.half.x);
+    let far = select(sideways, before_end, before_end * across <= block.half.y);
+    // There, and from there to the nearest point.
+    let x = select(far * along, -(far * along), ray.x < 0.0f);
+    let y = far * across;
+    let to_x = (clamp(x, -block.half.x, block.half.x) - x) * reciprocal(block.distance);
+    let to_y = (min(y, block.half.y) - y) * reciprocal(block.distance);
+    // The turn that takes it to the bearing.
+    var seen = block;
+    seen.unit = vec2<f32>(
+        block.normal.x * to_x + block.normal.y * to_y,
+        block.normal.y * to_x - block.normal.x * to_y,
+    );
+    seen.centre = vec2<f32>(seen.unit.y * y - seen.unit.x * x, -(seen.unit.y * x) - seen.unit.x * y);
+    return seen;
 }
 
 // What one object alone adds to the sensors' readings.
@@ -165,22 +267,29 @@ fn lone_reading(world: u32, object: Lone, gain: f32) -> Sums {
     var sums = Sums(vec4<u32>(0u), vec4<u32>(0u));
     for (var sensor = 0u; sensor < 8u; sensor++) {
         let place = numbers(world, sensor * SENSOR_CELLS);
-        let left_rays = rays_of(place.zw, 1.0f);
-        let right_rays = rays_of(place.zw, -1.0f);
-        var left = nothing_met();
-        var right = nothing_met();
-        if (object.round) {
-            let centre = vec2<f32>(
-                object.distance * object.normal.x - place.x, object.distance * object.normal.y - place.y,
-            );
-            left = meet_cylinder(left, left_rays, centre, object.radius, object.reflectivity);
-            right = meet_cylinder(right, right_rays, centre, object.radius, object.reflectivity);
-        } else {
-            let beyond = object.distance - (place.x * object.normal.x + place.y * object.normal.y);
-            left = meet_plane(left, left_rays, object.normal, beyond, object.reflectivity);
-            right = meet_plane(right, right_rays, object.normal, beyond, object.reflectivity);
+        var light = vec4<f32>(0.0f);
+        for (var side = 0u; side < SIDES; side++) {
+            let rays = rays_of(place.zw, side);
+            var met = nothing_met();
+            if (object.kind == ROUND) {
+                let centre = vec2<f32>(
+                    object.distance * object.normal.x - place.x, object.distance * object.normal.y - place.y,
+                );
+                met = meet_cylinder(met, rays, centre, object.radius, object.reflectivity);
+            } else if (object.kind == BLOCK) {
+                let from_x = place.x - object.centre.x;
+                let from_y = place.y - object.centre.y;
+                let own = vec2<f32>(
+                    from_x * object.unit.x + from_y * object.unit.y, from_y * object.unit.x - from_x * object.unit.y,
+                );
+                met = meet_block(met, rays, own, object.unit, object.half, object.reflectivity);
+            } else {
+                let beyond = object.distance - (place.x * object.normal.x + place.y * object.normal.y);
+                met = meet_plane(met, rays, object.normal, beyond, object.reflectivity);
+            }
+            light += met.light * met.nearness * met.nearness;
         }
-        sums = added(sums, sensor, reading_of(world, sensor, left, right, gain));
+        sums = added(sums, sensor, reading_of(world, sensor, light, gain));
     }
     return sums;
 }
@@ -200,7 +309,7 @@ fn lone_readings(world: u32, pose: vec3<f32>, gain: f32) -> Sums {
         var inverse = 0.0f;
         var row = 0u;
         var contact = 0.0f;
-        var object = Lone(vec2<f32>(0.0f, 0.0f), 0.0f, false, 0.0f, 0.0f);
+        var object = nothing_alone();
         in_reach = 0u;
         for (var shape = first; shape < end; shape++) {
             let candidate = toward(shape, vec2<f32>(pose.x, pose.y));
@@ -214,9 +323,14 @@ fn lone_readings(world: u32, pose: vec3<f32>, gain: f32) -> Sums {
                     inverse = over;
                     row = at;
                     contact = shapes[shape].contact;
-                    object.round = shapes[shape].round != 0u;
+                    object.kind = shapes[shape].kind;
                     object.radius = shapes[shape].radius;
                     object.reflectivity = shapes[shape].reflectivity;
+                    if (shapes[shape].kind == BLOCK) {
+                        object.half = vec2<f32>(shapes[shape].half_length, shapes[shape].half_width);
+                        object.views = shapes[shape].views;
+                        object.own = within(shape, vec2<f32>(pose.x, pose.y));
+                    }
                 }
                 in_reach++;
             }
@@ -227,6 +341,9 @@ fn lone_readings(world: u32, pose: vec3<f32>, gain: f32) -> Sums {
             let bearing = min(u32(share * worlds[world].bearings_per_turn), worlds[world].bearings - 1u);
             object.normal = cosine_sine(-f32(bearing) * reciprocal(worlds[world].bearings_per_turn));
             object.distance = contact + (worlds[world].nearest + f32(row) * spacing);
+            if (object.kind == BLOCK) {
+                object = viewed(object);
+            }
             let reading = lone_reading(world, object, gain);
             sums = Sums(sums.first + reading.first, sums.last + reading.last);
         }
@@ -243,12 +360,6 @@ fn illumination(world: u32, at: vec2<f32>) -> f32 {
         gain += own.w * cosine_sine(own.x * at.x + own.y * at.y + own.z).x;
     }
     return max(gain, 0.0f);
-}
-
-// A number that is nearly normal, of mean 0 and standard deviation 1: three uniform ones of ten bits each.
-fn nearly_normal(word: u32) -> f32 {
-    let sum = (word & 1023u) + ((word >> 10u) & 1023u) + ((word >> 20u) & 1023u);
-    return (f32(sum) - 1534.5f) * 0x1p-9f;
 }
 
 // The integer that the robot gets: the simulator's picture, and of what the true one differs from it the share

@@ -1,5 +1,5 @@
 // Eight proximity sensors as they were sampled: for each class of object a table of readings over the
-// object's distance and bearing. The readings of all objects in reach are summed and clipped.
+// object's distance and bearing, and of a block one for each point of view. The readings of all objects in reach are summed and clipped.
 
 // The readings that an object adds: eight 16-bit numbers, the even sensors in the low halves. It lies in the
 // direction `to` (mm, from the robot's centre to the object's axis), and touches the robot at `contact` mm.
@@ -36,10 +36,20 @@ fn sense(world: u32, pose: vec3<f32>, shift: vec2<f32>) -> Readings {
         var candidate = toward(shape, at);
         var touching = shapes[shape].contact;
         let near = squared_length(candidate) < shapes[shape].reach_squared;
+        var seen_from = at;
         if (worlds[world].walk_range > 0.0f) {
             // A shift through a wall keeps the wall's bearing and stands at the nearest distance.
             let unshifted = toward(shape, vec2<f32>(pose.x, pose.y));
-            let crossed = unshifted.x * candidate.x + unshifted.y * candidate.y < 0.0f;
+            let facing = unshifted.x * candidate.x + unshifted.y * candidate.y;
+            var crossed = facing < 0.0f;
+            if (shapes[shape].kind == BLOCK) {
+                // So does a shift into a block or through it, where the nearest point may be on any side.
+                crossed = facing <= 0.0f;
+                candidate.x = select(candidate.x, -unshifted.x, crossed);
+                candidate.y = select(candidate.y, -unshifted.y, crossed);
+                seen_from.x = select(seen_from.x, pose.x, crossed);
+                seen_from.y = select(seen_from.y, pose.y, crossed);
+            }
             candidate.x = select(candidate.x, -candidate.x, crossed);
             candidate.y = select(candidate.y, -candidate.y, crossed);
             touching = select(touching, 0x1p20f, crossed);
@@ -49,6 +59,10 @@ fn sense(world: u32, pose: vec3<f32>, shift: vec2<f32>) -> Readings {
             to = candidate;
             contact = touching;
             table = shapes[shape].table;
+            if (shapes[shape].kind == BLOCK) {
+                let view = view_from(within(shape, seen_from), shapes[shape].views);
+                table += view * worlds[world].rows * worlds[world].bearings;
+            }
         }
         if (shapes[shape].ends_layer != 0u) {
             if (in_reach) {

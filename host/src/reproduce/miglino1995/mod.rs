@@ -251,7 +251,7 @@ fn hashes(robot: &Robot) -> Vec<String> {
 
 /// The robot of the surrogate's samples.
 fn sampled(settings: &Settings, evaluations: &Evaluations, directory: &Path, console: Console) -> Result<Robot> {
-    let objects: Vec<Object> = Object::NAMES.into_iter().filter_map(Object::named).collect();
+    let objects = Object::of_the_paper();
     let mut robot = SurrogateRobot::new(evaluations, settings.robot(), settings.surrogate(), &settings.world())
         .map_err(Failure::input)?;
     let samples = match settings.arm.turns() {
@@ -280,7 +280,7 @@ fn variants(
     directory: &Path,
 ) -> Result<Vec<Variant>> {
     kept(&directory.join("variants.json"), || {
-        let objects: Vec<Object> = Object::NAMES.into_iter().filter_map(Object::named).collect();
+        let objects = Object::of_the_paper();
         let mut robot = SurrogateRobot::new(evaluations, settings.robot(), settings.other_robot(), &settings.world())
             .map_err(Failure::input)?;
         let mut averaged = Averaged::new(&mut robot, settings.arm.turns());
@@ -346,7 +346,7 @@ fn calibrate(seed: u64, evaluations: &Evaluations, console: Console) -> Result {
                 full: false,
                 tables: Vec::new(),
             };
-            let objects: Vec<Object> = Object::NAMES.into_iter().filter_map(Object::named).collect();
+            let objects = Object::of_the_paper();
             let mut own = SurrogateRobot::new(evaluations, robot, settings.surrogate(), &settings.world())
                 .map_err(Failure::input)?;
             let samples = sampling::sample_unkept(&mut own, &objects)?;

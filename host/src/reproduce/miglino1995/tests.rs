@@ -3,6 +3,7 @@
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
+use oneiro::arena::Arena;
 use oneiro::batch::{Batch, Rollout, TraceRequest};
 use oneiro::cpu::Cpu;
 use oneiro::evaluator::{Control, Evaluator};
@@ -21,7 +22,7 @@ fn evaluations() -> Evaluations {
 }
 
 /// The simulator that is made from a surrogate's samples, and its life as itself.
-fn worlds(seed: u64, differences: Differences) -> [World; 2] {
+fn worlds(seed: u64, differences: Differences, arena: Arena) -> [World; 2] {
     let evaluations = evaluations();
     let surrogate = Surrogate::drawn(seed, differences);
     let spec = Arm::Main.world();
@@ -30,6 +31,7 @@ fn worlds(seed: u64, differences: Differences) -> [World; 2] {
     let samples = sample_unkept(&mut robot, &objects).unwrap();
     let simulator = WorldSpec {
         robot: simulated_robot(samples.sensors, &samples.motors, Arm::Main),
+        arena,
         ..spec
     };
     let real = WorldSpec {
@@ -52,9 +54,15 @@ fn genes(life: u32) -> Vec<f32> {
 /// With no difference a surrogate reads what its simulator reads, in the first cycle bit for bit, and lives as well.
 #[test]
 fn without_severity_reality_is_the_simulator() {
+    for arena in [Arena::miglino1995(), Arena::miglino1995_block()] {
+        without_severity_reality_is_the_simulator_in(&arena);
+    }
+}
+
+fn without_severity_reality_is_the_simulator_in(arena: &Arena) {
     const LIVES: u32 = 4000;
     let genomes: Vec<_> = (0..LIVES).map(genes).collect();
-    let [simulated, real] = worlds(5, Differences::all(0.0)).map(|world| {
+    let [simulated, real] = worlds(5, Differences::all(0.0), arena.clone()).map(|world| {
         let rollouts: Vec<_> = genomes
             .iter()
             .zip(0..)
@@ -93,13 +101,13 @@ fn without_severity_reality_is_the_simulator() {
     let d = (a - b) / (0.5 * (va + vb)).sqrt();
     // Paths part after many cycles, by rounding; two samples of 4,000 from one population differ by 0.045 at p = .05,
     // and these share their starts.
-    assert!(d.abs() < 0.02, "d {d}: {a} and {b}");
+    assert!(d.abs() < 0.02, "{}, d {d}: {a} and {b}", arena.name);
 }
 
 /// With all differences it is not, so that the test above can fail.
 #[test]
 fn with_severity_reality_is_another() {
-    let [simulated, real] = worlds(5, Differences::all(1.0));
+    let [simulated, real] = worlds(5, Differences::all(1.0), Arena::miglino1995());
     let genome = genes(1);
     let lives = |world: World| {
         let rollouts: Vec<_> = (0..500)

@@ -1,0 +1,81 @@
+// Life of one forager in its on-board simulator: behave, drive, take food and bring it.
+
+// What a rollout keeps from one dispatch to the next, and its fitness so far.
+struct State {
+    // where the food lies
+    x_first: vec4<f32>,
+    x_last: vec4<f32>,
+    y_first: vec4<f32>,
+    y_last: vec4<f32>,
+    x: f32,
+    y: f32,
+    heading: f32,
+    fitness: f32,
+    carries: u32,
+    // what its behaviours remember
+    escape: f32,
+    straight: u32,
+    turn: f32,
+    wait: u32,
+    unused_a: u32,
+    unused_b: u32,
+    unused_c: u32,
+}
+
+fn first_state(life: Life) -> State {
+    let pose = first_pose(life);
+    let food = first_food(life);
+    return State(
+        food.x_first, food.x_last, food.y_first, food.y_last,
+        pose.x, pose.y, pose.z, 0.0f, 0u, 0.0f, 0u, 0.0f, 0u, 0u, 0u, 0u,
+    );
+}
+
+fn kept(own: State) -> State {
+    return State(
+        stored_all(own.x_first), stored_all(own.x_last), stored_all(own.y_first), stored_all(own.y_last),
+        stored(own.x), stored(own.y), stored(own.heading), stored(own.fitness), own.carries,
+        stored(own.escape), own.straight, stored(own.turn), own.wait, 0u, 0u, 0u,
+    );
+}
+
+fn stored_all(v: vec4<f32>) -> vec4<f32> {
+    return vec4<f32>(stored(v.x), stored(v.y), stored(v.z), stored(v.w));
+}
+
+fn cycle(life: Life, step: u32, before: State) -> Cycle {
+    var own = before;
+    let pose = vec3<f32>(own.x, own.y, own.heading);
+    let carried = own.carries != 0u;
+    let deed = behave(life, step, pose, carried, Memory(own.escape, own.straight, own.turn, own.wait));
+    let moved = driven(life, step, deed.wanted);
+    let reached = driven_pose(pose, moved);
+    let collided = touches(life.world, vec2<f32>(reached.x, reached.y));
+
+    // The wall stops a robot, which still turns.
+    own.x = select(reached.x, pose.x, collided);
+    own.y = select(reached.y, pose.y, collided);
+    own.heading = reached.z;
+    let food = Food(own.x_first, own.x_last, own.y_first, own.y_last);
+    let brought = harvest(life, step, vec2<f32>(own.x, own.y), food, carried);
+    own.x_first = brought.food.x_first;
+    own.x_last = brought.food.x_last;
+    own.y_first = brought.food.y_first;
+    own.y_last = brought.food.y_last;
+    own.carries = select(0u, 1u, brought.carries);
+    own.escape = deed.memory.escape;
+    own.straight = deed.memory.straight;
+    own.turn = deed.memory.turn;
+    own.wait = deed.memory.wait;
+    own.fitness += brought.earned;
+
+    // Wheel speeds as shares of the greatest.
+    let robot = numbers(life.world, ROBOT);
+    let share = reciprocal(robot.z);
+    let apart = robot.y * moved.turn;
+    return Cycle(own, Record(
+        pose.x, pose.y, pose.z, deed.front.x, deed.front.y, deed.front.z, deed.front.w, 0.0f, 0.0f, 0.0f, 0.0f,
+        0.0f, 0.0f, (moved.forward - apart) * share, (moved.forward + apart) * share,
+        select(0.0f, 1.0f, collided), brought.earned, own.fitness, f32(deed.behaviour), select(0.0f, 1.0f, carried),
+    ));
+}

@@ -1,0 +1,26 @@
+// An e-puck on two wheels that slip a little: what it drives in one cycle.
+
+// What it wants to do in a cycle.
+struct Drive {
+    // mm along the mean heading
+    forward: f32,
+    // turns, counter-clockwise
+    turn: f32,
+}
+
+// What it does: each wheel goes no faster than it can, and by a random share more or less.
+fn driven(life: Life, step: u32, wanted: Drive) -> Drive {
+    let robot = numbers(life.world, ROBOT);
+    let apart = robot.y * wanted.turn;
+    let noise = 2.0f * units(random_words(life.key, STREAM_ACTUATOR, step, 0u)) - 1.0f;
+    let left = clamp(wanted.forward - apart, -robot.z, robot.z) * (1.0f + robot.w * noise.x);
+    let right = clamp(wanted.forward + apart, -robot.z, robot.z) * (1.0f + robot.w * noise.y);
+    return Drive(0.5f * (left + right), (right - left) * reciprocal(2.0f * robot.y));
+}
+
+// Where that leads from a pose (x and y in mm, heading in turns), along the heading that it has half way.
+fn driven_pose(pose: vec3<f32>, moved: Drive) -> vec3<f32> {
+    let ahead = cosine_sine(pose.z + 0.5f * moved.turn);
+    let heading = pose.z + moved.turn;
+    return vec3<f32>(pose.x + moved.forward * ahead.x, pose.y + moved.forward * ahead.y, heading - floor(heading));
+}

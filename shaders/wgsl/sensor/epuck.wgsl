@@ -1,0 +1,82 @@
+// Eight infra-red sensors of an e-puck in a circular arena: proximity to the wall by the sensors' measured curve, and
+// the light of one lamp.
+
+// Four sensors' axes in the world: those at the front, or the others.
+struct Axes {
+    x: vec4<f32>,
+    y: vec4<f32>,
+}
+
+fn axes(world: u32, half: u32, heading: f32) -> Axes {
+    let cosines = numbers(world, AXES + 2u * half);
+    let sines = numbers(world, AXES + 2u * half + 1u);
+    let ahead = cosine_sine(heading);
+    return Axes(ahead.x * cosines - ahead.y * sines, ahead.y * cosines + ahead.x * sines);
+}
+
+// What the four sensors at the front read of the wall, in [0, 1]: the curve at the distance at which each one's axis
+// meets it.
+fn near_wall(life: Life, step: u32, pose: vec3<f32>) -> vec4<f32> {
+    let world = life.world;
+    let own = axes(world, 0u, pose.z);
+    let body = numbers(world, ROBOT).x;
+    let radius = numbers(world, ARENA).x;
+    let x = pose.x + body * own.x;
+    let y = pose.y + body * own.y;
+    let along = x * own.x + y * own.y;
+    let beyond = max(along * along + (radius * radius - (x * x + y * y)), vec4<f32>(0.0f));
+    let distance = vec4<f32>(root(beyond.x), root(beyond.y), root(beyond.z), root(beyond.w)) - along;
+    let noise = random_words(life.key, STREAM_SENSOR, step, 0u);
+    return vec4<f32>(
+        proximity(world, distance.x, noise.x), proximity(world, distance.y, noise.y),
+        proximity(world, distance.z, noise.z), proximity(world, distance.w, noise.w),
+    );
+}
+
+// The curve's value at a distance, with its noise.
+fn proximity(world: u32, distance: f32, word: u32) -> f32 {
+    let sensing = numbers(world, SENSING);
+    var reading = 0.0f;
+    if (distance < sensing.z) {
+        let entry = u32(max(distance * sensing.w, 0.0f));
+        let cell = numbers(world, CURVE + entry / 2u);
+        let value = select(cell.z, cell.x, entry % 2u == 0u);
+        let spread = select(cell.w, cell.y, entry % 2u == 0u);
+        reading = clamp(value * (1.0f + spread * nearly_normal(word)), 0.0f, 1.0f);
+    }
+    return reading;
+}
+
+// What four sensors read of the light, in [0, 1]: it fades with the distance and with the angle between lamp and axis,
+// over an ambient light with noise.
+fn light(life: Life, step: u32, half: u32, pose: vec3<f32>) -> vec4<f32> {
+    let world = life.world;
+    let own = axes(world, half, pose.z);
+    let body = numbers(world, ROBOT).x;
+    let lamp = numbers(world, LAMP);
+    let sensing = numbers(world, SENSING);
+    var shine = vec4<f32>(0.0f);
+    if (lamp.w > 0.0f) {
+        let x = lamp.x - (pose.x + body * own.x);
+        let y = lamp.y - (pose.y + body * own.y);
+        shine = vec4<f32>(
+            lit(vec2<f32>(x.x, y.x), vec2<f32>(own.x.x, own.y.x), lamp.z),
+            lit(vec2<f32>(x.y, y.y), vec2<f32>(own.x.y, own.y.y), lamp.z),
+            lit(vec2<f32>(x.z, y.z), vec2<f32>(own.x.z, own.y.z), lamp.z),
+            lit(vec2<f32>(x.w, y.w), vec2<f32>(own.x.w, own.y.w), lamp.z),
+        );
+    }
+    let noise = 2.0f * units(random_words(life.key, STREAM_SENSOR, step, 1u + half)) - 1.0f;
+    return clamp(shine + sensing.x + sensing.y * noise, vec4<f32>(0.0f), vec4<f32>(1.0f));
+}
+
+// exp(-decay distance) max(0, 1 - 2 |angle| / pi): of a lamp that lies at `to` from a sensor that looks along `axis`.
+fn lit(to: vec2<f32>, axis: vec2<f32>, decay: f32) -> f32 {
+    let squared = max(squared_length(to), 0x1p-60f);
+    let inverse = reciprocal_root(squared);
+    // From the axis to the lamp, as a right-angled triangle.
+    let ahead = to.x * axis.x + to.y * axis.y;
+    let aside = abs(to.y * axis.x - to.x * axis.y);
+    let turns = direction_by(vec2<f32>(ahead, aside), inverse);
+    return exponential_within(max(-decay * squared * inverse, -80.0f)) * max(1.0f - 4.0f * turns, 0.0f);
+}

@@ -1,0 +1,317 @@
+//! Foraging e-pucks, as in O'Dowd, Studley and Winfield, "The distributed co-evolution of an on-board simulator and
+//! controller for swarm robot behaviours", Evolutionary Intelligence 7(2), 2014: the on-board simulator in which one
+//! robot lives its minute.
+//!
+//! The arena is a circle around the origin, with the nest at its left edge: x to the right and y up. A forager has two
+//! genes, `G0` for when it carries food and `G1` for when it does not: from 0 to 0.99, below 0.33 it flees the light,
+//! from 0.66 on it seeks it, and between it searches at random (Table 1). Obstacle avoidance goes before either.
+
+use oneiro_shaders::life;
+
+use crate::exact::cosine;
+use crate::world::Invalid;
+use crate::world::check::{integer, number};
+
+/// Genes of a forager: `G0` and `G1`.
+pub const GENES: usize = 2;
+
+/// Seconds of a cycle.
+const CYCLE: f64 = 0.1;
+/// The kernel has room for so many.
+const GREATEST_ITEMS: u32 = 8;
+
+/// What an e-puck's proximity sensor reads at a distance, of 4095, and the standard deviation of its noise as a share of
+/// that (the table of Webots' e-puck, which was calibrated on a robot): mm, reading, share.
+const PROXIMITY: [(f64, f64, f64); 12] = [
+    (0.0, 4095.0, 0.002),
+    (5.0, 2133.0, 0.003),
+    (10.0, 1466.0, 0.007),
+    (15.0, 601.0, 0.041),
+    (20.0, 384.0, 0.015),
+    (30.0, 235.0, 0.024),
+    (40.0, 158.0, 0.029),
+    (50.0, 120.0, 0.042),
+    (60.0, 104.0, 0.031),
+    (70.0, 67.0, 0.049),
+    // Beyond, nothing is told from noise.
+    (70.0, 0.0, 0.0),
+    (80.0, 0.0, 0.0),
+];
+const GREATEST_PROXIMITY: f64 = 4095.0;
+/// How far it reads, mm.
+const SIGHT: u32 = 70;
+
+/// Bearings of the eight sensors, degrees counter-clockwise from the heading (ARGoS, GCtronic): those that obstacle
+/// avoidance asks first.
+const BEARINGS: [f64; 8] = [17.0, 50.0, -50.0, -17.0, 90.0, 150.0, 210.0, 270.0];
+
+/// Where the light is, seen from the nest: Figure 2 of the paper.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Light {
+    /// Behind the nest.
+    OverNest,
+    /// There is none.
+    Nowhere,
+    /// On the other side of the arena.
+    OppositeNest,
+}
+
+impl Light {
+    /// The scenario that a simulator's gene `S0` selects, by its hundredths in thirds: opposite, nowhere, over the nest
+    /// (Table 2). The gene is taken to be from 0 to 0.99.
+    pub fn of_gene(s0: f32) -> Self {
+        match (100.0 * s0) as u32 {
+            0..33 => Self::OppositeNest,
+            33..66 => Self::Nowhere,
+            _ => Self::OverNest,
+        }
+    }
+}
+
+/// One robot's foraging, and everything about its world: lengths in mm, speeds in mm/s and rad/s, times in s. What the
+/// paper leaves open has its reason in its line.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Foraging {
+    /// Radius of the arena: 600 (paper).
+    pub arena_radius: f32,
+    /// Radius of the nest, whose centre is on the wall: 200 (paper).
+    pub nest_radius: f32,
+    /// Items of food in the arena at all times: 7 (paper), at most 8.
+    pub food_items: u32,
+    /// A robot takes an item when its centre is so near to it: 50 (ours; the paper gives no size).
+    pub food_radius: f32,
+    /// The scenario.
+    pub light: Light,
+    /// How far behind the wall the lamp is: 100 (ours).
+    pub lamp_behind_wall: f32,
+    /// The light fades as `exp(-decay * metres)`: 2 (ARGoS).
+    pub light_decay: f32,
+    /// What sensors read without any lamp, of 1: 0.1 (ours).
+    pub ambient: f32,
+    /// Uniform noise of each light reading, plus and minus: 0.05 (ARGoS' form, our size).
+    pub light_noise: f32,
+    /// Radius of the body: 35 (ARGoS, GCtronic).
+    pub body_radius: f32,
+    /// Distance of the wheels: 53 (ARGoS, GCtronic).
+    pub wheel_base: f32,
+    /// Fastest a wheel goes: 128.8, 1000 steps/s of a wheel of 41 mm (Webots, GCtronic).
+    pub greatest_speed: f32,
+    /// Uniform noise of each wheel's way in a cycle, as a share: 0.05 (Enki).
+    pub wheel_noise: f32,
+    /// Speed straight on: 80 (ours).
+    pub cruise: f32,
+    /// Speed of turns on the spot, rad/s: 2 (ours).
+    pub turn: f32,
+    /// Phototaxis turns so many rad/s for each rad off the light: 3 (ours).
+    pub phototaxis_gain: f32,
+    /// And at most so fast, rad/s: 2.4 (ours).
+    pub phototaxis_turn: f32,
+    /// A wall nearer than this makes a robot turn away: 30 (ours).
+    pub near: f32,
+    /// How long it goes straight on once the wall is clear, s: 1 (ours).
+    pub escape: f32,
+    /// Mean time between the turns of random search, s: 3 (ours).
+    pub search_interval: f32,
+    /// Where the robot starts: x, y, and heading in turns. None: at any free pose.
+    pub start: Option<[f32; 3]>,
+    /// Cycles of 100 ms: 600, a minute (paper). Food that is brought earns what is left of that time.
+    pub cycles: u32,
+}
+
+impl Foraging {
+    /// The on-board simulator of the 2014 study, in one scenario.
+    ///
+    /// ```
+    /// use oneiro::batch::{Rollout, Worlds};
+    /// use oneiro::cpu::Cpu;
+    /// use oneiro::evaluator::{Control, Evaluator};
+    /// use oneiro::foraging::{Foraging, Light};
+    /// use oneiro::random::Key;
+    ///
+    /// let worlds = Worlds::of_foragers(&[Foraging::odowd2014(Light::OverNest)])?;
+    /// // To the light with food, away from it without.
+    /// let genes = [0.99, 0.0];
+    /// let lives: Vec<_> = (0..100).map(|i| Rollout { world: 0, genes: &genes, key: Key::rollout(1, 0, i, 0) }).collect();
+    /// let outcome = Cpu::new(None)?.evaluate(&worlds.batch(&lives, None)?, &Control::new())?;
+    /// assert!(outcome.fitness.iter().sum::<f32>() > 0.0);
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    pub fn odowd2014(light: Light) -> Self {
+        Self {
+            arena_radius: 600.0,
+            nest_radius: 200.0,
+            food_items: 7,
+            food_radius: 50.0,
+            light,
+            lamp_behind_wall: 100.0,
+            light_decay: 2.0,
+            ambient: 0.1,
+            light_noise: 0.05,
+            body_radius: 35.0,
+            wheel_base: 53.0,
+            greatest_speed: 128.8,
+            wheel_noise: 0.05,
+            cruise: 80.0,
+            turn: 2.0,
+            phototaxis_gain: 3.0,
+            phototaxis_turn: 2.4,
+            near: 30.0,
+            escape: 1.0,
+            search_interval: 3.0,
+            start: None,
+            cycles: 600,
+        }
+    }
+
+    /// Checks every number.
+    pub(crate) fn check(&self) -> Result<(), Invalid> {
+        number("arena_radius", self.arena_radius, 100.0..=10_000.0)?;
+        number("nest_radius", self.nest_radius, 10.0..=self.arena_radius)?;
+        integer("food_items", self.food_items, 0..=GREATEST_ITEMS)?;
+        number("food_radius", self.food_radius, 1.0..=self.arena_radius)?;
+        number("lamp_behind_wall", self.lamp_behind_wall, 10.0..=10_000.0)?;
+        number("light_decay", self.light_decay, 0.001..=1000.0)?;
+        number("ambient", self.ambient, 0.0..=1.0)?;
+        number("light_noise", self.light_noise, 0.0..=1.0)?;
+        number("body_radius", self.body_radius, 1.0..=0.5 * self.arena_radius)?;
+        number("wheel_base", self.wheel_base, 1.0..=2.0 * self.body_radius)?;
+        number("greatest_speed", self.greatest_speed, 1.0..=1000.0)?;
+        number("wheel_noise", self.wheel_noise, 0.0..=0.5)?;
+        number("cruise", self.cruise, 0.0..=self.greatest_speed)?;
+        number("turn", self.turn, 0.01..=30.0)?;
+        number("phototaxis_gain", self.phototaxis_gain, 0.0..=10.0)?;
+        number("phototaxis_turn", self.phototaxis_turn, 0.0..=30.0)?;
+        number("near", self.near, 0.0..=SIGHT as f32)?;
+        number("escape", self.escape, 0.0..=1000.0)?;
+        number("search_interval", self.search_interval, 0.0..=1000.0)?;
+        integer("cycles", self.cycles, 1..=1_000_000)?;
+        let Some([x, y, heading]) = self.start else {
+            return Ok(());
+        };
+        number("start.heading", heading, 0.0..=1.0)?;
+        let room = self.arena_radius - self.body_radius;
+        // NaN is nowhere.
+        if x * x + y * y < room * room && heading < 1.0 {
+            return Ok(());
+        }
+        let problem = format!(
+            "is ({x}, {y}) mm, heading {heading} turns; allowed: within {room} mm of the origin, turns from 0 to less than 1"
+        );
+        Err(Invalid::new("start", problem))
+    }
+
+    /// As the kernel reads it, but for the place of its numbers.
+    pub(crate) fn world(&self) -> life::World {
+        let radius = self.arena_radius;
+        let [start_x, start_y, start_heading] = self.start.unwrap_or_default();
+        life::World {
+            steps: self.cycles,
+            field_x: -radius,
+            field_y: -radius,
+            field_width: 2.0 * radius,
+            field_height: 2.0 * radius,
+            random_start: u32::from(self.start.is_none()),
+            start_x,
+            start_y,
+            start_heading,
+            ..life::World::default()
+        }
+    }
+
+    /// What the kernel reads of it, four numbers a cell; the order is that of `lib/forager.wgsl`.
+    pub(crate) fn cells(&self) -> Vec<[u32; 4]> {
+        const TURN: f64 = 2.0 * std::f64::consts::PI;
+        let of = f64::from;
+        let (arena, nest, food) = (of(self.arena_radius), of(self.nest_radius), of(self.food_radius));
+        let lamp = arena + of(self.lamp_behind_wall);
+        let (lamp_x, shines) = match self.light {
+            Light::OverNest => (-lamp, 1.0),
+            Light::Nowhere => (0.0, 0.0),
+            Light::OppositeNest => (lamp, 1.0),
+        };
+        let turns_per_cycle = |radians_per_second: f32| of(radians_per_second) * CYCLE / TURN;
+        let (near, _) = proximity(of(self.near));
+        let mut cells = vec![
+            [-arena, 0.0, nest * nest, food * food],
+            [lamp_x, 0.0, of(self.light_decay) / 1000.0, shines],
+            [of(self.ambient), of(self.light_noise), f64::from(SIGHT), 1.0],
+            [
+                of(self.body_radius),
+                0.5 * TURN * of(self.wheel_base),
+                of(self.greatest_speed) * CYCLE,
+                of(self.wheel_noise),
+            ],
+            [
+                of(self.cruise) * CYCLE,
+                turns_per_cycle(self.turn),
+                of(self.phototaxis_gain) * CYCLE,
+                turns_per_cycle(self.phototaxis_turn),
+            ],
+            [
+                (of(self.escape) / CYCLE).round(),
+                of(self.search_interval) / CYCLE,
+                near,
+                f64::from(self.cycles) * CYCLE,
+            ],
+            [arena, CYCLE, f64::from(self.food_items), 0.0],
+        ];
+        for four in BEARINGS.as_chunks::<4>().0 {
+            cells.push(four.map(cosine));
+            cells.push(four.map(|degrees| cosine(degrees - 90.0)));
+        }
+        for pair in (0..SIGHT).step_by(2) {
+            let [(here, noise), (next, next_noise)] = [pair, pair + 1].map(|mm| proximity(f64::from(mm) + 0.5));
+            cells.push([here, noise, next, next_noise]);
+        }
+        let word = |number: f64| {
+            // Zero has one sign, and nothing is nearly zero.
+            let number = if number.abs() < 1e-9 { 0.0 } else { number };
+            (number as f32).to_bits()
+        };
+        cells.into_iter().map(|cell| cell.map(word)).collect()
+    }
+}
+
+/// What a proximity sensor reads at a distance (mm), of 1, and the share that its noise is of that.
+fn proximity(distance: f64) -> (f64, f64) {
+    let after = PROXIMITY
+        .partition_point(|(at, ..)| *at <= distance)
+        .clamp(1, PROXIMITY.len() - 1);
+    let [(near, here, noise), (far, there, other)] = [PROXIMITY[after - 1], PROXIMITY[after]];
+    let share = if far > near {
+        (distance - near) / (far - near)
+    } else {
+        0.0
+    };
+    let between = |a: f64, b: f64| a + share.min(1.0) * (b - a);
+    (between(here, there) / GREATEST_PROXIMITY, between(noise, other))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_curve_goes_through_its_points() {
+        for (distance, reading) in [(0.0, 4095.0), (2.5, 3114.0), (30.0, 235.0), (35.0, 196.5), (75.0, 0.0)] {
+            assert!(
+                (proximity(distance).0 * GREATEST_PROXIMITY - reading).abs() < 1e-9,
+                "{distance} mm"
+            );
+        }
+    }
+
+    #[test]
+    fn genes_select_scenarios_by_hundredths() {
+        for (gene, light) in [
+            (0.0, Light::OppositeNest),
+            (0.32, Light::OppositeNest),
+            (0.33, Light::Nowhere),
+            (0.65, Light::Nowhere),
+            (0.66, Light::OverNest),
+            (0.99, Light::OverNest),
+        ] {
+            assert_eq!(Light::of_gene(gene), light, "{gene}");
+        }
+    }
+}
