@@ -176,10 +176,10 @@ impl Reality for Averaged<'_> {
     }
 
     /// One reading for each bearing's interval that has readings in all turns.
-    fn turn_before(&mut self, object: &Object, gap: f32) -> std::result::Result<Vec<Turned>, Trouble> {
+    fn turn_before(&mut self, object: &Object, view: f64, gap: f32) -> std::result::Result<Vec<Turned>, Trouble> {
         let mut sums = vec![(0, [0_u32; SENSORS]); BEARINGS as usize];
         for _ in 0..self.turns {
-            let turn = first_readings(&self.robot.turn_before(object, gap)?);
+            let turn = first_readings(&self.robot.turn_before(object, view, gap)?);
             for ((turns, sums), readings) in sums.iter_mut().zip(turn) {
                 let Some(readings) = readings else { continue };
                 *turns += 1;
@@ -328,7 +328,7 @@ mod tests {
                 "it counts".into()
             }
 
-            fn turn_before(&mut self, _: &Object, _: f32) -> std::result::Result<Vec<Turned>, Trouble> {
+            fn turn_before(&mut self, _: &Object, _: f64, _: f32) -> std::result::Result<Vec<Turned>, Trouble> {
                 self.turns += 1;
                 let seen = (0..180).filter(|&bearing| !(self.blind)(self.turns, bearing));
                 Ok(seen

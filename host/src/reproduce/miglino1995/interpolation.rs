@@ -8,7 +8,7 @@ use oneiro::tables::{SENSORS, SensorTable, SensorTables};
 const FINER: u32 = 4;
 
 /// The same tables with [`FINER`] times the rows and bearings, bilinear between the points that were sampled. These keep
-/// their readings. Beyond the last row, where nothing was sampled to go on to, its readings hold as far as they did.
+/// their readings; points of view stay apart. Beyond the last row, where nothing was sampled to go on to, its readings hold as far as they did.
 pub(crate) fn interpolated(tables: &SensorTables) -> SensorTables {
     SensorTables {
         classes: tables.classes.iter().map(finer).collect(),
@@ -18,23 +18,29 @@ pub(crate) fn interpolated(tables: &SensorTables) -> SensorTables {
 
 fn finer(table: &SensorTable) -> SensorTable {
     let (rows, bearings) = (table.rows * FINER, table.bearings * FINER);
-    let cells = (0..rows).flat_map(|row| (0..bearings).map(move |bearing| (row, bearing)));
+    let rows_of_views = (0..table.views).flat_map(|view| (0..rows).map(move |row| (view, row)));
+    let cells = rows_of_views.flat_map(|(view, row)| (0..bearings).map(move |bearing| (view, row, bearing)));
     SensorTable {
         rows,
         bearings,
         spacing: table.spacing / FINER as f32,
-        readings: cells.map(|(row, bearing)| between(table, row, bearing)).collect(),
+        readings: cells
+            .map(|(view, row, bearing)| between(table, view, row, bearing))
+            .collect(),
         ..table.clone()
     }
 }
 
-/// The readings at a point of the finer table: the mean of the four samples around it, by how near they are. It is
+/// From a point of view the readings at a point of the finer table: the mean of the four samples around it, by how near they are. It is
 /// reckoned in whole numbers and rounded once, halves up, so that it is the same on all machines.
-fn between(table: &SensorTable, row: u32, bearing: u32) -> [u16; SENSORS] {
+fn between(table: &SensorTable, view: u32, row: u32, bearing: u32) -> [u16; SENSORS] {
     let here = [row / FINER, bearing / FINER];
     let next = [(here[0] + 1).min(table.rows - 1), (here[1] + 1) % table.bearings];
     let past = [row % FINER, bearing % FINER];
-    let sample = |row: u32, bearing: u32| &table.readings[(row * table.bearings + bearing) as usize];
+    let sample = |row: u32, bearing: u32| {
+        let row = view * table.rows + row;
+        &table.readings[(row * table.bearings + bearing) as usize]
+    };
     let around = [
         (sample(here[0], here[1]), (FINER - past[0]) * (FINER - past[1])),
         (sample(here[0], next[1]), (FINER - past[0]) * past[1]),
@@ -63,6 +69,7 @@ mod tests {
             bearings: 4,
             nearest: 5.0,
             spacing: 2.0,
+            views: 1,
             readings: (0..12)
                 .map(|cell| std::array::from_fn(|sensor| reading(cell, sensor as u16)))
                 .collect(),
@@ -97,6 +104,26 @@ mod tests {
         assert_eq!([at(0, 0), at(0, 1), at(0, 2), at(0, 3), at(0, 4)], [0, 21, 42, 62, 83]);
         assert_eq!([at(1, 0), at(2, 0), at(3, 0), at(4, 0)], [83, 166, 249, 332]);
         assert_eq!(at(2, 2), 208, "the mean of all four, 207.5, rounded");
+    }
+
+    #[test]
+    fn points_of_view_stay_apart() {
+        let one = table();
+        let other = SensorTable {
+            readings: one
+                .readings
+                .iter()
+                .map(|cell| cell.map(|reading| reading / 2))
+                .collect(),
+            ..one.clone()
+        };
+        let both = SensorTable {
+            views: 2,
+            readings: [&one, &other].map(|table| table.readings.clone()).concat(),
+            ..one.clone()
+        };
+        let readings = [&one, &other].map(|table| finer(table).readings).concat();
+        assert_eq!(finer(&both).readings, readings);
     }
 
     #[test]
