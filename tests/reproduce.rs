@@ -258,6 +258,56 @@ fn a_study_takes_recordings() {
     assert!(said.contains("warning"), "{said}");
 }
 
+/// Real lives that follow one another are as little a matter of threads and stops.
+#[cfg(unix)]
+#[test]
+fn lives_in_sequence_are_a_function_of_the_settings() {
+    let place = Scratch::new("sequence");
+    let study = |out, threads| {
+        let arm = ["reproduce", "miglino1995", "--arm", "real-starts-walk"];
+        let rest = [
+            "--runs",
+            "1",
+            "--quiet",
+            "--backend",
+            "cpu",
+            "--threads",
+            threads,
+            "--out",
+            out,
+        ];
+        [&arm[..], &rest].concat()
+    };
+    let begun = Instant::now();
+    place.expect(0, &study("whole", "2"));
+    let whole = begun.elapsed();
+    let mut child = place
+        .command(&study("killed", "1"))
+        .stdout(Stdio::null())
+        .stderr(Stdio::null())
+        .spawn()
+        .unwrap();
+    std::thread::sleep(whole / 2);
+    child.kill().unwrap();
+    child.wait().unwrap();
+    place.expect(0, &study("killed", "1"));
+    place.assert_same("whole", "killed");
+    let said = place.expect(
+        3,
+        &[
+            "reproduce",
+            "miglino1995",
+            "--runs",
+            "1",
+            "--backend",
+            "cpu",
+            "--out",
+            "whole",
+        ],
+    );
+    assert!(said.contains("another study's"), "another arm is: {said}");
+}
+
 /// Killed at some moments and begun again, a study ends in the same files as one that was let alone; on one thread
 /// too, and under another backend.
 #[cfg(unix)]

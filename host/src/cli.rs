@@ -338,7 +338,7 @@ pub(crate) struct Miglino1995 {
     #[arg(long)]
     pub(crate) full: bool,
     /// One assumption made otherwise than preregistered
-    #[arg(long, value_name = "ARM", value_enum, default_value_t = crate::reproduce::miglino1995::arms::Arm::Main, hide_possible_values = true)]
+    #[arg(long, value_name = "ARM", value_enum, default_value_t = crate::reproduce::miglino1995::arms::Arm::Main)]
     pub(crate) arm: crate::reproduce::miglino1995::arms::Arm,
     /// The study again under each other assumption, and a table of the claims by assumption
     #[arg(long, conflicts_with = "arm")]

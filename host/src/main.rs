@@ -19,10 +19,6 @@ mod reality;
 mod record;
 mod reproduce;
 mod run;
-#[cfg_attr(
-    not(test),
-    expect(dead_code, unused_imports, reason = "no command states these figures yet")
-)]
 mod statistics;
 mod watcher;
 mod worker;

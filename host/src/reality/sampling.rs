@@ -8,7 +8,7 @@ use oneiro::tables::{MotorSamples, SENSORS, SensorTable, SensorTables};
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 
-use super::{Driven, Object, Reality, Turned, patiently};
+use super::{Driven, Life, Lived, Object, Reality, Trouble, Turned, patiently};
 use crate::exit::{Failure, Result};
 use crate::record::write_whole;
 
@@ -140,12 +140,70 @@ fn row(reality: &mut dyn Reality, object: &Object, row: u32) -> Result<Vec<[u16;
 
 /// The first reading of each bearing's interval, or the first interval without one.
 fn binned(turn: &[Turned]) -> std::result::Result<Vec<[u16; SENSORS]>, u32> {
+    let cells = (0..).zip(first_readings(turn));
+    cells.map(|(bearing, cell)| cell.ok_or(bearing)).collect()
+}
+
+/// The first reading of each bearing's interval, where there is one.
+fn first_readings(turn: &[Turned]) -> Vec<Option<[u16; SENSORS]>> {
     let mut cells = vec![None; BEARINGS as usize];
     for moment in turn {
         let bearing = ((moment.bearing * f64::from(BEARINGS)) as usize).min(BEARINGS as usize - 1);
         cells[bearing].get_or_insert(moment.readings);
     }
-    (0..).zip(cells).map(|(bearing, cell)| cell.ok_or(bearing)).collect()
+    cells
+}
+
+/// A robot that turns before each object several times: what it reads at a bearing is the rounded mean of its turns.
+pub(crate) struct Averaged<'a> {
+    robot: &'a mut dyn Reality,
+    turns: u32,
+}
+
+impl<'a> Averaged<'a> {
+    /// Of so many turns, at least one.
+    pub(crate) fn new(robot: &'a mut dyn Reality, turns: u32) -> Self {
+        Self {
+            robot,
+            turns: turns.max(1),
+        }
+    }
+}
+
+impl Reality for Averaged<'_> {
+    fn describe(&self) -> String {
+        format!("{}, the mean of {} turns", self.robot.describe(), self.turns)
+    }
+
+    /// One reading for each bearing's interval that has readings in all turns.
+    fn turn_before(&mut self, object: &Object, view: f64, gap: f32) -> std::result::Result<Vec<Turned>, Trouble> {
+        let mut sums = vec![(0, [0_u32; SENSORS]); BEARINGS as usize];
+        for _ in 0..self.turns {
+            let turn = first_readings(&self.robot.turn_before(object, view, gap)?);
+            for ((turns, sums), readings) in sums.iter_mut().zip(turn) {
+                let Some(readings) = readings else { continue };
+                *turns += 1;
+                for (sum, reading) in sums.iter_mut().zip(readings) {
+                    *sum += u32::from(reading);
+                }
+            }
+        }
+        let all = (0..).zip(sums).filter(|(_, (turns, _))| *turns == self.turns);
+        Ok(all
+            .map(|(bearing, (turns, sums)): (u32, _)| Turned {
+                bearing: (f64::from(bearing) + 0.5) / f64::from(BEARINGS),
+                readings: sums.map(|sum| ((sum + turns / 2) / turns) as u16),
+            })
+            .collect())
+    }
+
+    fn drive(&mut self, speeds: (i32, i32)) -> std::result::Result<Driven, Trouble> {
+        self.robot.drive(speeds)
+    }
+
+    fn live(&mut self, lives: &[Life<'_>], traced: bool) -> std::result::Result<Vec<Lived>, Trouble> {
+        self.robot.live(lives, traced)
+    }
 }
 
 /// A table from its rows.
@@ -179,7 +237,7 @@ fn motors(rows: &[Vec<Driven>]) -> MotorSamples {
 
 #[cfg(test)]
 mod tests {
-    use super::super::{Life, Lived, Shape, Trouble};
+    use super::super::Shape;
     use super::*;
 
     /// A robot on a wire, as it may be: it reads the bearing in degrees and the gap, and fails when told to.
@@ -255,6 +313,57 @@ mod tests {
         assert_eq!(motors.speeds, (-10..=10).collect::<Vec<_>>());
         // Left -10, right 10: no displacement, a fifth of a turn to the left.
         assert_eq!((motors.centimetres[20], motors.degrees[20]), (0.0, -72.0));
+    }
+
+    #[test]
+    fn the_mean_of_several_turns_is_rounded() {
+        /// Reads how often it has turned, each time at every bearing but those it is told to leave out.
+        struct Counting {
+            turns: u16,
+            blind: fn(turn: u16, bearing: u16) -> bool,
+        }
+
+        impl Reality for Counting {
+            fn describe(&self) -> String {
+                "it counts".into()
+            }
+
+            fn turn_before(&mut self, _: &Object, _: f64, _: f32) -> std::result::Result<Vec<Turned>, Trouble> {
+                self.turns += 1;
+                let seen = (0..180).filter(|&bearing| !(self.blind)(self.turns, bearing));
+                Ok(seen
+                    .map(|bearing| Turned {
+                        bearing: (f64::from(bearing) + 0.1) / 180.0,
+                        readings: [bearing + self.turns, 1023, 0, 0, 0, 0, 0, u16::from(self.turns == 1)],
+                    })
+                    .collect())
+            }
+
+            fn drive(&mut self, _: (i32, i32)) -> std::result::Result<Driven, Trouble> {
+                Err(Trouble::Broken("it only turns".into()))
+            }
+
+            fn live(&mut self, _: &[Life<'_>], _: bool) -> std::result::Result<Vec<Lived>, Trouble> {
+                Err(Trouble::Broken("it only turns".into()))
+            }
+        }
+
+        let seeing = |blind| Counting { turns: 0, blind };
+        let mut robot = seeing(|_, _| false);
+        let mut averaged = Averaged::new(&mut robot, 10);
+        assert_eq!(averaged.describe(), "it counts, the mean of 10 turns");
+        let cells = row(&mut averaged, &wall(), 0).unwrap();
+        assert_eq!(robot.turns, 10);
+        for (bearing, cell) in (0..).zip(cells) {
+            // The mean of 1 to 10 is 5.5, and of one reading of 1 among ten 0.1.
+            assert_eq!(cell, [bearing + 6, 1023, 0, 0, 0, 0, 0, 0], "bearing {bearing}");
+        }
+        // Once not seen is not sampled.
+        let mut robot = seeing(|turn, bearing| turn == 7 && bearing == 3);
+        let failure = row(&mut Averaged::new(&mut robot, 10), &wall(), 0)
+            .unwrap_err()
+            .to_string();
+        assert!(failure.contains("no reading between 6 and 8 degrees"), "{failure}");
     }
 
     #[test]

@@ -8,6 +8,7 @@ use super::{Result, check, undefined};
 
 /// What a difference of means is divided by: a standard deviation.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(not(test), expect(dead_code, reason = "claims state Cohen's d alone yet"))]
 pub(crate) enum Divisor {
     /// Of both samples about their own means, by degrees of freedom (Cohen's d).
     Pooled,
@@ -68,6 +69,7 @@ pub(crate) fn cohens_d(a: &[f64], b: &[f64]) -> Result<f64> {
 /// # Errors
 ///
 /// A sample of fewer than 2 values, or no variation within either.
+#[cfg_attr(not(test), expect(dead_code, reason = "no claim states it yet"))]
 pub(crate) fn hedges_g(a: &[f64], b: &[f64]) -> Result<f64> {
     let d = cohens_d(a, b)?;
     let half = (a.len() + b.len() - 2) as f64 / 2.0;
@@ -86,6 +88,7 @@ pub(crate) fn eta_squared(f: f64, df_between: f64, df_within: f64) -> f64 {
 /// # Errors
 ///
 /// An empty sample.
+#[cfg_attr(not(test), expect(dead_code, reason = "no claim states it yet"))]
 pub(crate) fn vargha_delaney(a: &[f64], b: &[f64]) -> Result<f64> {
     superiority("Vargha and Delaney's A", a, b)
 }
@@ -97,6 +100,7 @@ pub(crate) fn vargha_delaney(a: &[f64], b: &[f64]) -> Result<f64> {
 /// # Errors
 ///
 /// An empty sample.
+#[cfg_attr(not(test), expect(dead_code, reason = "no claim states it yet"))]
 pub(crate) fn cliffs_delta(a: &[f64], b: &[f64]) -> Result<f64> {
     Ok(2.0 * superiority("Cliff's delta", a, b)? - 1.0)
 }
@@ -108,6 +112,7 @@ pub(crate) fn cliffs_delta(a: &[f64], b: &[f64]) -> Result<f64> {
 /// # Errors
 ///
 /// Not one label for each score, or labels of one kind only.
+#[cfg_attr(not(test), expect(dead_code, reason = "no claim states it yet"))]
 pub(crate) fn roc_area(scores: &[f64], positive: &[bool]) -> Result<f64> {
     const FIGURE: &str = "area under the ROC curve";
     if scores.len() != positive.len() {

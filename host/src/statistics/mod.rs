@@ -1,15 +1,17 @@
-//! Statistics: tests, effect sizes, a mixed model and intervals, as pure functions of samples.
+//! Statistics: tests, effect sizes, a mixed model and resampling, as pure functions of samples.
 //!
 //! Tests have two sides: the alternative is that there is a difference, of either sign. They are those of `SciPy`, and
 //! `tests/statistics` holds its figures for samples of many kinds; what is agreed upon to which precision stands in
 //! `tests.rs`. Logarithms and exponentials are the platform's: figures of two hosts differ in the last places, so that
 //! none of them may enter a run's results.
 
+#[cfg_attr(not(test), expect(dead_code, reason = "no claim is about a correlation yet"))]
 mod correlation;
 mod effects;
 mod holm;
 mod mixed;
 mod parametric;
+#[cfg_attr(not(test), expect(dead_code, reason = "no claim is tested by ranks yet"))]
 mod ranks;
 mod resample;
 mod special;
@@ -19,16 +21,11 @@ mod tests;
 
 use std::fmt;
 
-pub(crate) use correlation::{Correlation, pearson, spearman};
-pub(crate) use effects::{
-    Divisor, cliffs_delta, cohens_d, eta_squared, hedges_g, roc_area, standardised_difference, vargha_delaney,
-};
+pub(crate) use effects::cohens_d;
 pub(crate) use holm::holm;
-pub(crate) use mixed::{RandomIntercept, random_intercept};
-pub(crate) use parametric::{Anova, StudentT, anova, one_sample_t, paired_t, student_t, welch_t};
-pub(crate) use ranks::{KruskalWallis, MannWhitney, Method, Wilcoxon, kruskal_wallis, mann_whitney, wilcoxon};
-pub(crate) use resample::{Interval, bootstrap_interval};
-pub(crate) use special::{Probability, chi_squared_tail, f_tail, normal_tails, t_tails};
+pub(crate) use mixed::random_intercept;
+pub(crate) use parametric::{anova, paired_t, student_t};
+pub(crate) use resample::{Interval, bootstrap_interval, subset};
 pub(crate) use summary::{mean, median, quantile, variance};
 
 /// A figure that these samples do not have.

@@ -1,4 +1,4 @@
-//! Intervals by resampling.
+//! Resampling: intervals, and smaller samples out of larger ones.
 
 use rand::Rng;
 
@@ -55,6 +55,19 @@ pub(crate) fn bootstrap_interval(
         low: quantile(&statistics, tail),
         high: quantile(&statistics, 1.0 - tail),
     })
+}
+
+/// Draws `size` different ones of the numbers below `count`, or all of them if there are fewer; each set has the same
+/// chance. One generator's state gives one set.
+pub(crate) fn subset(count: usize, size: usize, random: &mut (impl Rng + ?Sized)) -> Vec<usize> {
+    let mut all: Vec<usize> = (0..count).collect();
+    let size = size.min(count);
+    // The first places of a shuffle.
+    for place in 0..size {
+        all.swap(place, place + index(count - place, random));
+    }
+    all.truncate(size);
+    all
 }
 
 /// A number below `count`, by the upper half of a product: no chance is off by more than `count` / 2^64 of itself.

@@ -8,6 +8,12 @@ use rand::Rng;
 use rand_pcg::Pcg64;
 use serde_json::Value;
 
+use super::correlation::{Correlation, pearson, spearman};
+use super::effects::{Divisor, cliffs_delta, eta_squared, hedges_g, roc_area, standardised_difference, vargha_delaney};
+use super::mixed::RandomIntercept;
+use super::parametric::{Anova, StudentT, one_sample_t, welch_t};
+use super::ranks::{KruskalWallis, MannWhitney, Method, Wilcoxon, kruskal_wallis, mann_whitney, wilcoxon};
+use super::special::{Probability, chi_squared_tail, f_tail, normal_tails, t_tails};
 use super::*;
 
 const CASES: &str = include_str!("../../../tests/statistics/cases.json");
@@ -517,4 +523,28 @@ fn bootstrap_interval_holds_the_true_mean_as_often_as_it_says() {
     let of_mean = held(|s| mean(&s[0]));
     assert!((250..=285).contains(&of_mean), "{of_mean} of 300");
     assert!(held(|s| mean(&s[0]) + 1.0) < 3);
+}
+
+/// Of the ten pairs out of five each comes about as often; what is drawn are different numbers, and all where fewer
+/// are there than asked for.
+#[test]
+fn each_subset_is_as_likely() {
+    const DRAWS: usize = 10_000;
+    let mut random = Pcg64::new(19, 23);
+    let mut pairs = BTreeMap::new();
+    for _ in 0..DRAWS {
+        let mut drawn = subset(5, 2, &mut random);
+        drawn.sort_unstable();
+        assert!(drawn.len() == 2 && drawn[0] < drawn[1] && drawn[1] < 5, "{drawn:?}");
+        *pairs.entry(drawn).or_insert(0_usize) += 1;
+    }
+    assert_eq!(pairs.len(), 10);
+    for (pair, count) in pairs {
+        // Five standard deviations of a count.
+        assert!(count.abs_diff(DRAWS / 10) < 150, "{pair:?} {count} times");
+    }
+    let mut all = subset(4, 9, &mut random);
+    all.sort_unstable();
+    assert_eq!(all, [0, 1, 2, 3]);
+    assert!(subset(0, 5, &mut random).is_empty());
 }

@@ -1,12 +1,16 @@
 //! The study under other assumptions: each arm changes one choice that the paper leaves open.
 
+use std::sync::Arc;
+
 use clap::ValueEnum;
 use oneiro::arena::Arena;
 use oneiro::surrogate::{Difference, Differences};
-use oneiro::tables::MotorStates;
+use oneiro::tables::{MotorStates, SensorTables};
 use oneiro::world::{Activation, Noise, Speed, Task, WorldSpec};
 use serde::{Deserialize, Serialize};
 
+use super::interpolation::interpolated;
+use super::real_lives::RealStarts;
 use super::results::Condition;
 use crate::experiment::settings::{Evolution, MutationKind, MutationUnit};
 
@@ -52,6 +56,14 @@ pub(crate) enum Arm {
     HalfSeverity,
     /// Another robot in other surroundings
     AnotherRobot,
+    /// Each real life starts where the last one of its run stopped
+    RealStartsContinuing,
+    /// Between two real lives of a run the robot drives about for 10 s
+    RealStartsWalk,
+    /// Each sampled point is the rounded mean of ten turns
+    TenReadings,
+    /// Samples interpolated to half a degree and half a millimetre
+    Interpolated,
 }
 
 impl Arm {
@@ -59,6 +71,13 @@ impl Arm {
     pub(crate) fn name(self) -> String {
         self.to_possible_value()
             .map_or_else(String::new, |value| value.get_name().to_owned())
+    }
+
+    /// What it assumes, in a line.
+    pub(crate) fn describe(self) -> String {
+        self.to_possible_value()
+            .and_then(|value| value.get_help().map(ToString::to_string))
+            .unwrap_or_default()
     }
 
     /// The paper's noise of a condition.
@@ -166,6 +185,31 @@ impl Arm {
         match self {
             Self::AnotherRobot => seed.wrapping_add(1),
             _ => seed,
+        }
+    }
+
+    /// How the robot gets to the start of a real life.
+    pub(crate) fn real_starts(self) -> RealStarts {
+        match self {
+            Self::RealStartsContinuing => RealStarts::Continuing,
+            Self::RealStartsWalk => RealStarts::Walk,
+            _ => RealStarts::Fresh,
+        }
+    }
+
+    /// Turns before an object whose mean makes a row of its table.
+    pub(crate) fn turns(self) -> u32 {
+        match self {
+            Self::TenReadings => 10,
+            _ => 1,
+        }
+    }
+
+    /// What a simulator looks up in place of a robot's samples.
+    pub(crate) fn looked_up(self, sensors: &Arc<SensorTables>) -> Arc<SensorTables> {
+        match self {
+            Self::Interpolated => Arc::new(interpolated(sensors)),
+            _ => Arc::clone(sensors),
         }
     }
 }

@@ -4,7 +4,9 @@
 pub(crate) mod arms;
 pub(crate) mod claims;
 mod full;
+mod interpolation;
 mod judge;
+mod real_lives;
 pub(crate) mod report;
 pub(crate) mod results;
 pub(crate) mod settings;
@@ -25,8 +27,9 @@ use crate::cli::Miglino1995;
 use crate::commands::sample;
 use crate::console::{Console, columns};
 use crate::exit::{Failure, Result};
+use crate::reality::Object;
+use crate::reality::sampling::{self, Averaged};
 use crate::reality::surrogate::{Evaluations, SurrogateRobot};
-use crate::reality::{Object, sampling};
 use crate::record::write_whole;
 use crate::watcher::stop_signal;
 use crate::{device, progress};
@@ -71,23 +74,28 @@ fn whole(arguments: &Miglino1995, evaluations: &Evaluations, console: Console) -
     };
     let (settings, recordings) = under(arguments.arm)?;
     let directory = arguments.out.clone().unwrap_or_else(|| default_directory(&settings));
-    let claims = study(&settings, recordings, evaluations, &directory, console)?;
+    let main = study(&settings, recordings, evaluations, &directory, console)?;
+    main.report(&directory, &[])?;
     if arguments.sensitivity {
-        let mut arms = vec![(Arm::Main, claims.clone())];
+        let mut arms = vec![(Arm::Main, main.claims.clone())];
         for &arm in Arm::value_variants().iter().filter(|arm| **arm != Arm::Main) {
             let (settings, recordings) = under(arm)?;
             let own = directory.join("arms").join(arm.name());
             console.say(format!("arm {}", arm.name()));
-            arms.push((arm, study(&settings, recordings, evaluations, &own, console)?));
+            let studied = study(&settings, recordings, evaluations, &own, console)?;
+            studied.report(&own, &[])?;
+            arms.push((arm, studied.claims));
         }
         write_whole(&directory.join("sensitivity.csv"), sensitivity(&arms).as_bytes())?;
+        main.report(&directory, &arms)?;
     }
+    let claims = &main.claims;
     let verdicts: Vec<Vec<String>> = claims
         .iter()
         .map(|claim| vec![claim.id.clone(), claim.verdict.to_string()])
         .collect();
     if console.json() {
-        console.json_data(&claims)?;
+        console.json_data(claims)?;
     } else {
         console.data(columns(&["claim", "verdict"], &verdicts))?;
     }
@@ -109,14 +117,40 @@ fn sensitivity(arms: &[(Arm, Vec<Claim>)]) -> String {
     text
 }
 
-/// One study in its directory: what is kept there already is not done again. Its claims.
-fn study(
-    settings: &Settings,
+/// A study that was done: all that its report is made of.
+struct Studied<'a> {
+    settings: &'a Settings,
+    sensors: Arc<SensorTables>,
+    results: Results,
+    claims: Vec<Claim>,
+}
+
+impl Studied<'_> {
+    /// Writes its report, with what came out under other assumptions where that is known.
+    fn report(&self, directory: &Path, arms: &[(Arm, Vec<Claim>)]) -> Result {
+        let world = self.settings.world();
+        let html = report::html(&report::Study {
+            results: &self.results,
+            claims: &self.claims,
+            sensors: &self.sensors,
+            arena: &world.arena,
+            body_radius: world.robot.body_radius,
+            robot: &self.settings.describe(),
+            seed: self.settings.seed,
+            arms,
+        });
+        write_whole(&directory.join("report.html"), html.as_bytes())
+    }
+}
+
+/// One study in its directory, all but its report: what is kept there already is not done again.
+fn study<'a>(
+    settings: &'a Settings,
     recordings: Option<Robot>,
     evaluations: &Evaluations,
     directory: &Path,
     console: Console,
-) -> Result<Vec<Claim>> {
+) -> Result<Studied<'a>> {
     open(directory, settings)?;
     let robot = match recordings {
         Some(robot) => robot,
@@ -151,18 +185,12 @@ fn study(
     for (name, csv) in report::csv_files(&results) {
         write_whole(&directory.join(name), csv.as_bytes())?;
     }
-    let world = settings.world();
-    let html = report::html(&report::Study {
-        results: &results,
-        claims: &claims,
-        sensors: study.sensors(),
-        arena: &world.arena,
-        body_radius: world.robot.body_radius,
-        robot: &settings.describe(),
-        seed: settings.seed,
-    });
-    write_whole(&directory.join("report.html"), html.as_bytes())?;
-    Ok(claims)
+    Ok(Studied {
+        settings,
+        sensors: Arc::clone(study.sensors()),
+        results,
+        claims,
+    })
 }
 
 fn default_directory(settings: &Settings) -> PathBuf {
@@ -226,7 +254,10 @@ fn sampled(settings: &Settings, evaluations: &Evaluations, directory: &Path, con
     let objects = Object::of_the_paper();
     let mut robot = SurrogateRobot::new(evaluations, settings.robot(), settings.surrogate(), &settings.world())
         .map_err(Failure::input)?;
-    let samples = sample::take(&mut robot, &objects, directory, console)?;
+    let samples = match settings.arm.turns() {
+        1 => sample::take(&mut robot, &objects, directory, console)?,
+        turns => sample::take(&mut Averaged::new(&mut robot, turns), &objects, directory, console)?,
+    };
     Ok(simulated_robot(samples.sensors, &samples.motors, settings.arm))
 }
 
@@ -252,7 +283,8 @@ fn variants(
         let objects = Object::of_the_paper();
         let mut robot = SurrogateRobot::new(evaluations, settings.robot(), settings.other_robot(), &settings.world())
             .map_err(Failure::input)?;
-        let samples = sampling::sample_unkept(&mut robot, &objects)?;
+        let mut averaged = Averaged::new(&mut robot, settings.arm.turns());
+        let samples = sampling::sample_unkept(&mut averaged, &objects)?;
         let other = simulated_robot(samples.sensors, &samples.motors, settings.arm);
         full::variants(settings, study, own, &other)
     })

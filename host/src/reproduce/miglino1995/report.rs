@@ -4,6 +4,7 @@
 use oneiro::arena::Arena;
 use oneiro::tables::SensorTables;
 
+use super::arms::Arm;
 use super::claims::Claim;
 use super::results::{Condition, Results, Run};
 
@@ -12,11 +13,12 @@ mod behaviour;
 mod csv;
 mod evolution;
 mod numbers;
+mod others;
 mod page;
 mod paper;
 mod robot;
 #[cfg(test)]
-mod tests;
+pub(super) mod tests;
 mod verdicts;
 
 pub(crate) use csv::csv_files;
@@ -38,18 +40,23 @@ pub(crate) struct Study<'a> {
     pub(crate) robot: &'a str,
     /// What all random numbers follow from.
     pub(crate) seed: u64,
+    /// The claims again under each assumption, this study's own first; none where no other was asked for.
+    pub(crate) arms: &'a [(Arm, Vec<Claim>)],
 }
 
 /// The report as one HTML file, complete in itself.
 pub(crate) fn html(study: &Study<'_>) -> String {
     let sections = [
-        verdicts::summary(study),
-        robot::section(study),
-        evolution::section(study),
-        behaviour::section(study),
-        verdicts::claims(study),
-        background::section(study),
+        Some(verdicts::summary(study)),
+        others::sensitivity(study),
+        Some(robot::section(study)),
+        Some(evolution::section(study)),
+        Some(behaviour::section(study)),
+        others::section(study),
+        Some(verdicts::claims(study)),
+        Some(background::section(study)),
     ];
+    let sections: Vec<_> = sections.into_iter().flatten().collect();
     page::document(
         "Miglino, Lund and Nolfi (1995), reproduced",
         &background::facts(study),

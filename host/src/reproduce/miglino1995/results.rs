@@ -74,6 +74,8 @@ pub(crate) enum Family {
     SensorRange,
     /// Ranges of conservative noise.
     WalkRange,
+    /// Conservative noise of one range, by how it changes.
+    Displacement,
     /// What the simulator is made from.
     Simulator,
 }
@@ -85,7 +87,8 @@ pub(crate) struct Variant {
     pub(crate) family: Family,
     /// What is different.
     pub(crate) name: String,
-    /// The range of a range.
+    /// Of a family of numbers its own: the upper end of a sensor noise, the range of a walk in mm, or its greatest step
+    /// in mm. Otherwise 0.
     pub(crate) value: f64,
     /// Mean simulated fitness of generation 200, run by run.
     pub(crate) simulated: Vec<f64>,

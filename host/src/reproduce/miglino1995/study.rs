@@ -11,6 +11,7 @@ use oneiro::surrogate::{Difference, Differences, Surrogate};
 use oneiro::tables::SensorTables;
 use oneiro::world::{Robot, Start, World, WorldSpec};
 
+use super::real_lives::RealLives;
 use super::results::{Champion, Condition, Controls, DifferenceEffect, Discrepancy, Level, Life, Run, Transferred};
 use super::settings::{REAL, SIMULATED, Settings};
 use crate::evolve::Evolution;
@@ -31,7 +32,7 @@ const SHARED_START: [f32; 3] = [100.0, 90.0, 0.125];
 
 /// A life's place in the numbering of an individual's lives: each has random numbers of its own.
 #[derive(Clone, Copy)]
-enum Trial {
+pub(super) enum Trial {
     Simulated = 0,
     SimulatedAgain = 1,
     Quiet = 2,
@@ -46,17 +47,19 @@ pub(crate) struct Study<'a> {
     evaluations: &'a Evaluations,
     /// The simulator without noise.
     simulator: WorldSpec,
+    /// The robot's samples as they were taken: reality's grid is theirs, whatever the simulator looks up.
+    sampled: Arc<SensorTables>,
     /// A simulator for each condition.
     simulators: [World; 3],
 }
 
 /// A run while it evolves.
 #[derive(Clone)]
-struct Evolving {
+pub(super) struct Evolving {
     condition: Condition,
     number: u32,
-    seed: u64,
-    evolution: Evolution,
+    pub(super) seed: u64,
+    pub(super) evolution: Evolution,
     simulated: Vec<Level>,
     real: Vec<Level>,
 }
@@ -67,8 +70,12 @@ impl<'a> Study<'a> {
     /// # Errors
     /// Exit 3 with what the world does not allow.
     pub(crate) fn new(settings: &'a Settings, robot: Robot, evaluations: &'a Evaluations) -> Result<Self> {
+        let sampled = Arc::clone(&robot.sensors);
         let simulator = WorldSpec {
-            robot,
+            robot: Robot {
+                sensors: settings.arm.looked_up(&sampled),
+                ..robot
+            },
             ..settings.world()
         };
         let with_noise = |condition| {
@@ -83,13 +90,25 @@ impl<'a> Study<'a> {
             settings,
             evaluations,
             simulator,
+            sampled,
             simulators,
         })
     }
 
     /// The tables that its simulator is made from.
-    pub(crate) fn sensors(&self) -> &SensorTables {
-        &self.simulator.robot.sensors
+    pub(crate) fn sensors(&self) -> &Arc<SensorTables> {
+        &self.sampled
+    }
+
+    /// The world of real lives, but for the surrogate in it.
+    fn reality(&self) -> WorldSpec {
+        WorldSpec {
+            robot: Robot {
+                sensors: Arc::clone(&self.sampled),
+                ..self.simulator.robot.clone()
+            },
+            ..self.simulator.clone()
+        }
     }
 
     /// Some runs of each condition, from first genes to the last real generation.
@@ -99,14 +118,15 @@ impl<'a> Study<'a> {
             .map(|(number, condition)| self.begin(condition, number))
             .collect();
         self.evolve(&mut runs)?;
-        let transferred = self.transfer(&mut runs)?;
+        let mut robot = self.real_lives(&self.settings.surrogate())?;
+        let transferred = self.transfer(&mut runs, &mut robot)?;
         let champions = self.champions(&runs, &transferred)?;
         let controls = if self.settings.full {
             self.controls(&runs)?.into_iter().map(Some).collect()
         } else {
             vec![None; runs.len()]
         };
-        let last = self.evolve_on(&mut runs, &transferred)?;
+        let last = evolve_on(&mut runs, &transferred, &mut robot)?;
         let rest = transferred.into_iter().zip(champions).zip(last).zip(controls);
         Ok(runs
             .into_iter()
@@ -127,7 +147,7 @@ impl<'a> Study<'a> {
 
     /// The mean real fitness that each run's generation 219 would have had otherwise.
     fn controls(&self, runs: &[Evolving]) -> Result<Vec<Controls>> {
-        let mut robot = self.robot(self.settings.surrogate())?;
+        let robot = || self.real_lives(&self.settings.surrogate());
         let means = |fitness: Vec<Vec<f32>>| fitness.iter().map(|own| level(own).average).collect::<Vec<_>>();
 
         let mut on = runs.to_vec();
@@ -143,6 +163,7 @@ impl<'a> Study<'a> {
                 }
             })
             .collect();
+        let mut evolving = robot()?;
         for generation in 1..REAL {
             let simulated = self.simulate(&on, Trial::Simulated)?;
             for (run, fitness) in on.iter_mut().zip(simulated) {
@@ -156,14 +177,14 @@ impl<'a> Study<'a> {
                 let lots = (0..run.evolution.ask().len()).map(lot).collect();
                 run.evolution.tell(lots);
             }
-            let real = Self::live(&mut robot, &random, Trial::Real)?;
+            let real = evolving.live(&random, Trial::Real)?;
             for (run, fitness) in random.iter_mut().zip(real) {
                 run.evolution.tell(fitness);
             }
         }
-        let simulated_on = means(Self::live(&mut robot, &on, Trial::Real)?);
-        let neutral = means(Self::live(&mut robot, &neutral, Trial::Real)?);
-        let from_random = means(Self::live(&mut robot, &random, Trial::Real)?);
+        let simulated_on = means(robot()?.live(&on, Trial::Real)?);
+        let neutral = means(robot()?.live(&neutral, Trial::Real)?);
+        let from_random = means(evolving.live(&random, Trial::Real)?);
         let rows = simulated_on.into_iter().zip(neutral).zip(from_random);
         Ok(rows
             .map(|((simulated_on, neutral), from_random)| Controls {
@@ -177,7 +198,6 @@ impl<'a> Study<'a> {
     /// Evolution in other simulators, and generation 200 in this study's reality: for each simulator the mean
     /// fitness of each run, there and in reality.
     pub(crate) fn elsewhere(&self, worlds: &[World]) -> Result<Vec<(Vec<f64>, Vec<f64>)>> {
-        let mut robot = self.robot(self.settings.surrogate())?;
         let mut runs: Vec<Evolving> = (0..self.settings.runs)
             .map(|number| self.begin(Condition::None, number))
             .collect();
@@ -193,7 +213,8 @@ impl<'a> Study<'a> {
                 }
             }
             let means = |fitness: Vec<Vec<f32>>| fitness.iter().map(|own| level(own).average).collect();
-            all.push((means(one(&runs)?), means(Self::live(&mut robot, &runs, Trial::Real)?)));
+            let mut robot = self.real_lives(&self.settings.surrogate())?;
+            all.push((means(one(&runs)?), means(robot.live(&runs, Trial::Real)?)));
         }
         Ok(all)
     }
@@ -203,8 +224,8 @@ impl<'a> Study<'a> {
         let mut runs: Vec<Evolving> = (0..runs).map(|number| self.begin(Condition::None, number)).collect();
         self.evolve(&mut runs)?;
         let simulated = self.simulate(&runs, Trial::Simulated)?.concat();
-        let mut robot = self.robot(self.settings.surrogate())?;
-        let real = Self::live(&mut robot, &runs, Trial::Real)?.concat();
+        let mut robot = self.real_lives(&self.settings.surrogate())?;
+        let real = robot.live(&runs, Trial::Real)?.concat();
         Ok(difference(&simulated, &real))
     }
 
@@ -220,7 +241,7 @@ impl<'a> Study<'a> {
         Ok(())
     }
 
-    fn begin(&self, condition: Condition, number: u32) -> Evolving {
+    pub(super) fn begin(&self, condition: Condition, number: u32) -> Evolving {
         let seed = self.settings.run_seed(condition, number);
         Evolving {
             condition,
@@ -269,32 +290,36 @@ impl<'a> Study<'a> {
         Ok(by_run(runs, outcome.fitness))
     }
 
-    /// One real life of each individual of each run.
-    fn live(reality: &mut dyn Reality, runs: &[Evolving], trial: Trial) -> Result<Vec<Vec<f32>>> {
-        let lives: Vec<reality::Life<'_>> = runs.iter().flat_map(|run| lives(run, trial)).collect();
-        let lived = patiently(|| reality.live(&lives, false))?;
-        Ok(by_run(runs, lived.into_iter().map(|life| life.fitness).collect()))
-    }
-
     fn robot(&self, surrogate: Surrogate) -> Result<SurrogateRobot<'a>> {
         Ok(SurrogateRobot::new(
             self.evaluations,
             self.settings.robot(),
             surrogate,
-            &self.simulator,
+            &self.reality(),
         )?)
     }
 
-    /// Generation 200 in every environment.
-    fn transfer(&self, runs: &mut [Evolving]) -> Result<Vec<Transferred>> {
+    /// A robot that has not lived yet, for the lives of runs.
+    pub(super) fn real_lives(&self, surrogate: &Surrogate) -> Result<RealLives<'a>> {
+        RealLives::new(
+            self.evaluations,
+            self.settings.robot(),
+            surrogate,
+            &self.reality(),
+            self.settings.arm.real_starts(),
+        )
+    }
+
+    /// Generation 200 in every environment. `robot` is the one that lives on with the generations to come.
+    fn transfer(&self, runs: &mut [Evolving], robot: &mut RealLives<'_>) -> Result<Vec<Transferred>> {
         let simulated = self.simulate(runs, Trial::Simulated)?;
         let simulated_again = self.simulate(runs, Trial::SimulatedAgain)?;
         let quiet = self.simulate(runs, Trial::Quiet)?;
-        let mut own = self.robot(self.settings.surrogate())?;
-        let real = Self::live(&mut own, runs, Trial::Real)?;
-        let real_again = Self::live(&mut own, runs, Trial::RealAgain)?;
-        let mut other = self.robot(self.settings.other_robot())?;
-        let other_robot = Self::live(&mut other, runs, Trial::OtherRobot)?;
+        let real = robot.live(runs, Trial::Real)?;
+        let mut again = self.real_lives(&self.settings.surrogate())?;
+        let real_again = again.live(runs, Trial::RealAgain)?;
+        let mut other = self.real_lives(&self.settings.other_robot())?;
+        let other_robot = other.live(runs, Trial::OtherRobot)?;
         for (run, fitness) in runs.iter_mut().zip(&simulated) {
             run.simulated.push(level(fitness));
         }
@@ -317,22 +342,6 @@ impl<'a> Study<'a> {
                 },
             )
             .collect())
-    }
-
-    /// Generations 200 to 219, selected by their real lives. The fitness of the last.
-    fn evolve_on(&self, runs: &mut [Evolving], transferred: &[Transferred]) -> Result<Vec<Vec<f32>>> {
-        let mut robot = self.robot(self.settings.surrogate())?;
-        let mut fitness: Vec<Vec<f32>> = transferred.iter().map(|own| own.real.clone()).collect();
-        for generation in 0..REAL {
-            if generation > 0 {
-                fitness = Self::live(&mut robot, runs, Trial::Real)?;
-            }
-            for (run, fitness) in runs.iter_mut().zip(&fitness) {
-                run.real.push(level(fitness));
-                run.evolution.tell(fitness.clone());
-            }
-        }
-        Ok(fitness)
     }
 
     /// The best of each run's generation 200, and how it lives here and there.
@@ -470,7 +479,7 @@ impl<'a> Study<'a> {
                     ..surrogate.clone()
                 })),
                 cycles: CYCLE as u32 + 1,
-                ..self.simulator.clone()
+                ..self.reality()
             })?;
             let rollouts: Vec<_> = genomes
                 .iter()
@@ -516,6 +525,21 @@ impl<'a> Study<'a> {
     }
 }
 
+/// Generations 200 to 219, selected by their real lives. The fitness of the last.
+fn evolve_on(runs: &mut [Evolving], transferred: &[Transferred], robot: &mut RealLives<'_>) -> Result<Vec<Vec<f32>>> {
+    let mut fitness: Vec<Vec<f32>> = transferred.iter().map(|own| own.real.clone()).collect();
+    for generation in 0..REAL {
+        if generation > 0 {
+            fitness = robot.live(runs, Trial::Real)?;
+        }
+        for (run, fitness) in runs.iter_mut().zip(&fitness) {
+            run.real.push(level(fitness));
+            run.evolution.tell(fitness.clone());
+        }
+    }
+    Ok(fitness)
+}
+
 /// A simulated and two real lives from one start.
 struct Pair {
     simulated: Vec<Record>,
@@ -524,7 +548,7 @@ struct Pair {
 }
 
 /// The lives of a run's present generation.
-fn lives(run: &Evolving, trial: Trial) -> impl Iterator<Item = reality::Life<'_>> {
+pub(super) fn lives(run: &Evolving, trial: Trial) -> impl Iterator<Item = reality::Life<'_>> {
     let generation = u64::from(run.evolution.generation());
     run.evolution
         .ask()
@@ -538,7 +562,7 @@ fn lives(run: &Evolving, trial: Trial) -> impl Iterator<Item = reality::Life<'_>
 }
 
 /// A batch's fitness, run by run.
-fn by_run(runs: &[Evolving], fitness: Vec<f32>) -> Vec<Vec<f32>> {
+pub(super) fn by_run(runs: &[Evolving], fitness: Vec<f32>) -> Vec<Vec<f32>> {
     let mut rest = fitness.into_iter();
     runs.iter()
         .map(|run| rest.by_ref().take(run.evolution.ask().len()).collect())

@@ -1,24 +1,32 @@
 //! The numbers behind the figures, for whoever wants to do their own statistics.
 
 use super::numbers::significant;
-use crate::reproduce::miglino1995::results::{Life, Results, Run};
+use crate::reproduce::miglino1995::results::{Family, Level, Life, Results, Run};
 
 /// Significant digits of a number.
 const DIGITS: usize = 6;
 
 /// Names and contents of the files: values of generations, of the individuals of the transferred generation and of
-/// the last one, distances of paths in mm, and lives of the best individuals.
+/// the last one, distances of paths in mm, and lives of the best individuals; where they were run, also mean fitness
+/// of each run with other last generations, and in other simulators.
 pub(crate) fn csv_files(results: &Results) -> Vec<(&'static str, String)> {
-    vec![
+    let mut files = vec![
         ("generations.csv", generations(results)),
         ("transferred.csv", transferred(results)),
         ("last.csv", last(results)),
         ("discrepancy.csv", discrepancy(results)),
         ("champions.csv", champions(results)),
-    ]
+    ];
+    if results.runs.iter().any(|run| run.controls.is_some()) {
+        files.push(("controls.csv", controls(results)));
+    }
+    if !results.variants.is_empty() {
+        files.push(("variants.csv", variants(results)));
+    }
+    files
 }
 
-/// A line a row; all fields are numbers or names without commas.
+/// A line a row; all fields are numbers or names without commas and quotes.
 struct Table(String);
 
 impl Table {
@@ -154,4 +162,49 @@ fn champions(results: &Results) -> String {
         table.row(run, who.into_iter().chain(lives));
     }
     table.0
+}
+
+fn controls(results: &Results) -> String {
+    let mut table = Table::new("condition,run,first,last,simulated_on,neutral,from_random");
+    for run in &results.runs {
+        let Some(controls) = &run.controls else { continue };
+        let level = |level: Option<&Level>| level.map_or(String::new(), |level| number(level.average));
+        table.row(
+            run,
+            [
+                level(run.real.first()),
+                level(run.real.last()),
+                number(controls.simulated_on),
+                number(controls.neutral),
+                number(controls.from_random),
+            ],
+        );
+    }
+    table.0
+}
+
+fn variants(results: &Results) -> String {
+    let mut text = String::from("family,name,value,run,simulated,real\n");
+    for variant in &results.variants {
+        let family = match variant.family {
+            Family::SensorRange => "sensor_range",
+            Family::WalkRange => "walk_range",
+            Family::Displacement => "displacement",
+            Family::Simulator => "simulator",
+        };
+        for run in 0..variant.simulated.len().max(variant.real.len()) {
+            let fields = [
+                family.to_owned(),
+                // Names have commas.
+                format!("\"{}\"", variant.name.replace('"', "\"\"")),
+                number(variant.value),
+                run.to_string(),
+                entry(&variant.simulated, run),
+                entry(&variant.real, run),
+            ];
+            text.push_str(&fields.join(","));
+            text.push('\n');
+        }
+    }
+    text
 }

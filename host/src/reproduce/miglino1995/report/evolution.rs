@@ -195,7 +195,7 @@ fn second_table(study: &Study<'_>) -> String {
     )
 }
 
-fn head(before: &'static str, after: &'static str) -> [Head; 9] {
+fn head<'a>(before: &'a str, after: &'a str) -> [Head<'a>; 9] {
     [
         Head::Text("Condition"),
         Head::Number(before),

@@ -60,6 +60,8 @@ pub(super) fn id(name: &str) -> String {
 pub(super) struct Cell {
     html: String,
     class: &'static str,
+    /// Columns that it stands in.
+    columns: usize,
 }
 
 impl Cell {
@@ -70,12 +72,27 @@ impl Cell {
 
     /// HTML, set like text.
     pub(super) fn html(html: String) -> Self {
-        Self { html, class: "" }
+        Self {
+            html,
+            class: "",
+            columns: 1,
+        }
     }
 
     /// HTML, set like a number.
     pub(super) fn number(html: String) -> Self {
-        Self { html, class: "number" }
+        Self {
+            class: "number",
+            ..Self::html(html)
+        }
+    }
+
+    /// Text across several columns.
+    pub(super) fn across(columns: usize, text: &str) -> Self {
+        Self {
+            columns,
+            ..Self::text(text)
+        }
     }
 
     /// A name in a program.
@@ -94,12 +111,18 @@ pub(super) struct Row {
 impl Row {
     fn html(&self) -> String {
         let class = if self.sum { " class=\"sum\"" } else { "" };
-        let cells = joined(&self.cells, |Cell { html, class }| {
-            if class.is_empty() {
-                format!("<td>{html}</td>")
+        let cells = joined(&self.cells, |Cell { html, class, columns }| {
+            let class = if class.is_empty() {
+                String::new()
             } else {
-                format!("<td class=\"{class}\">{html}</td>")
-            }
+                format!(" class=\"{class}\"")
+            };
+            let columns = if *columns == 1 {
+                String::new()
+            } else {
+                format!(" colspan=\"{columns}\"")
+            };
+            format!("<td{class}{columns}>{html}</td>")
         });
         format!("<tr{class}>{cells}</tr>\n")
     }
@@ -113,23 +136,23 @@ impl From<Vec<Cell>> for Row {
 
 /// A column's heading.
 #[derive(Clone, Copy)]
-pub(super) enum Head {
+pub(super) enum Head<'a> {
     /// Of text.
-    Text(&'static str),
+    Text(&'a str),
     /// Of numbers.
-    Number(&'static str),
+    Number(&'a str),
     /// Of two columns of numbers: simulated and real.
-    Pair(&'static str),
+    Pair(&'a str),
 }
 
-impl Head {
+impl Head<'_> {
     fn columns(&self) -> usize {
         if let Self::Pair(_) = self { 2 } else { 1 }
     }
 }
 
 /// A table with its name and words above, both may be empty; one without rows says so.
-pub(super) fn table(name: &str, words: &str, head: &[Head], rows: &[Row]) -> String {
+pub(super) fn table(name: &str, words: &str, head: &[Head<'_>], rows: &[Row]) -> String {
     let (id, name) = if name.is_empty() {
         (String::new(), String::new())
     } else {
@@ -156,7 +179,7 @@ pub(super) fn joined<T>(items: &[T], html: impl Fn(&T) -> String) -> String {
 }
 
 /// One row of headings, or two where there are pairs.
-fn headings(head: &[Head]) -> String {
+fn headings(head: &[Head<'_>]) -> String {
     let pairs = head.iter().any(|head| matches!(head, Head::Pair(_)));
     let rows = if pairs { " rowspan=\"2\"" } else { "" };
     let first = joined(head, |head| match head {

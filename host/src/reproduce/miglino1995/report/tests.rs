@@ -5,7 +5,7 @@ use oneiro::tables::SensorTables;
 use super::*;
 use crate::reproduce::miglino1995::claims::{Effect, Test, Verdict};
 use crate::reproduce::miglino1995::results::{
-    Assumption, Champion, DifferenceEffect, Discrepancy, Level, Life, Transferred,
+    Assumption, Champion, Controls, DifferenceEffect, Discrepancy, Family, Level, Life, Transferred, Variant,
 };
 
 const GENERATIONS: u32 = 200;
@@ -121,7 +121,7 @@ impl Numbers {
 }
 
 /// So many runs of each condition.
-fn results(runs: u32) -> Results {
+pub(in crate::reproduce::miglino1995) fn results(runs: u32) -> Results {
     let mut numbers = Numbers(0);
     Results {
         to_and_fro: Vec::new(),
@@ -215,7 +215,35 @@ fn report(results: &Results, claims: &[Claim]) -> String {
         body_radius: 27.5,
         robot: "surrogate:1 <severity 1>, parameters 8f2a",
         seed: 7,
+        arms: &[],
     })
+}
+
+/// With controls of each run, and other simulators of each family.
+fn full(runs: u32) -> Results {
+    let mut results = results(runs);
+    for (number, run) in (0_u32..).zip(&mut results.runs) {
+        run.controls = Some(Controls {
+            simulated_on: 201.0 + f64::from(number),
+            neutral: 190.0,
+            from_random: 222.0,
+        });
+    }
+    let families = [
+        (Family::SensorRange, "U(0, 0.1)", 0.1),
+        (Family::Displacement, "drawn once a life", 0.0),
+        (Family::Displacement, "a \"slow\" walk & more", 1.5),
+    ];
+    results.variants = families
+        .map(|(family, name, value)| Variant {
+            family,
+            name: name.into(),
+            value,
+            simulated: vec![300.0; runs as usize],
+            real: (0..runs).map(|run| 250.0 + f64::from(run)).collect(),
+        })
+        .into();
+    results
 }
 
 /// The first tag that is not closed, or closes nothing; text outside tags is skipped.
@@ -460,5 +488,72 @@ fn runs_are_called_as_in_the_paper() {
     assert_eq!(
         ["a", "e", "z", "27"],
         [0, 4, 25, 26].map(run_name).each_ref().map(String::as_str)
+    );
+}
+
+#[test]
+fn controls_and_other_simulators_are_shown_where_they_were_run() {
+    assert!(!report(&results(5), &claims()).contains("id=\"others\""));
+    let html = report(&full(5), &claims());
+    assert_eq!(unbalanced(&html), None);
+    let section = part(&html, "section", "others");
+    // Five figures a condition; two families with a title each, and three simulators.
+    assert_eq!(section.matches("<svg class=\"strip\"").count(), 5 * 3 + 3);
+    assert_eq!(section.matches("<tr class=\"sum\">").count(), 2);
+    // The runs of sensor noise, 206 to 210, and no others.
+    let of_sensor = section
+        .lines()
+        .filter(|line| line.contains(">208</td>"))
+        .collect::<Vec<_>>();
+    assert_eq!(of_sensor.len(), 1);
+    assert!(of_sensor[0].contains("had all been simulated") && of_sensor[0].matches("<circle").count() == 5);
+    assert!(section.contains("a &quot;slow&quot; walk &amp; more"));
+    // One run has no interval.
+    assert_eq!(unbalanced(&report(&full(1), &claims())), None);
+}
+
+#[test]
+fn claims_by_assumption_are_shown_where_they_are_known() {
+    let own = claims();
+    let mut other = claims();
+    other[0].verdict = Verdict::NotReproduced;
+    let arms = [(Arm::Main, own.clone()), (Arm::TenReadings, other)];
+    let study = |arms| {
+        html(&Study {
+            results: &results(5),
+            claims: &own,
+            sensors: &SensorTables::khepera(),
+            arena: &Arena::miglino1995(),
+            body_radius: 27.5,
+            robot: "surrogate:1",
+            seed: 7,
+            arms,
+        })
+    };
+    assert!(!study(&[]).contains("id=\"sensitivity\""));
+    let html = study(&arms);
+    assert_eq!(unbalanced(&html), None);
+    let section = part(&html, "section", "sensitivity");
+    assert!(section.contains("<code>ten-readings</code>") && section.contains("mean of ten turns"));
+    // Of the twelve made-up verdicts six hold, three don't and three are open; the other assumption loses one.
+    assert_eq!(section.matches(">yes</span>").count(), 6 + 5);
+    assert_eq!(section.matches(">no</span>").count(), 3 + 4);
+    assert!(section.contains("<td>1/2</td>") && section.contains("<td>0/0</td>"));
+}
+
+#[test]
+fn controls_and_other_simulators_have_files() {
+    let results = full(3);
+    let files = csv_files(&results);
+    let file = |name: &str| &files.iter().find(|(own, _)| *own == name).expect(name).1;
+    let mut controls = ::csv::Reader::from_reader(file("controls.csv").as_bytes());
+    assert_eq!(controls.records().map(Result::unwrap).count(), 9);
+    let mut variants = ::csv::Reader::from_reader(file("variants.csv").as_bytes());
+    let rows: Vec<::csv::StringRecord> = variants.records().map(Result::unwrap).collect();
+    assert_eq!(rows.len(), 9);
+    assert_eq!(rows[0], vec!["sensor_range", "U(0, 0.1)", "0.1", "0", "300", "250"]);
+    assert_eq!(
+        rows[8],
+        vec!["displacement", "a \"slow\" walk & more", "1.5", "2", "300", "252"]
     );
 }

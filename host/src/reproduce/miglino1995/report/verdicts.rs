@@ -50,7 +50,7 @@ fn line(claim: &Claim) -> Vec<Cell> {
         Cell::html(format!("<a href=\"#{}\">{}</a>", id(&claim.id), escaped(&claim.id))),
         Cell::text(&claim.statement),
         Cell::text(&claim.criterion),
-        Cell::html(chip(claim.verdict)),
+        Cell::html(chip(claim.verdict, words(claim.verdict))),
         Cell::html(name),
         Cell::number(value),
         Cell::number(format!("<span class=\"paper\">{paper}</span>")),
@@ -78,7 +78,7 @@ fn article(claim: &Claim) -> String {
         id(&claim.id),
         class(claim.verdict),
         escaped(&claim.id),
-        chip(claim.verdict),
+        chip(claim.verdict, words(claim.verdict)),
         escaped(&claim.statement),
         escaped(&claim.criterion),
     );
@@ -141,8 +141,9 @@ fn papers(effect: &Effect) -> String {
     effect.paper.map_or(NONE.to_owned(), |value| shown(value, DIGITS))
 }
 
-fn chip(verdict: Verdict) -> String {
-    format!("<span class=\"chip {}\">{}</span>", class(verdict), words(verdict))
+/// A verdict's colour behind words.
+pub(super) fn chip(verdict: Verdict, words: &str) -> String {
+    format!("<span class=\"chip {}\">{words}</span>", class(verdict))
 }
 
 fn class(verdict: Verdict) -> &'static str {

@@ -1,0 +1,140 @@
+//! Sampled tables made finer. A simulator looks its tables up by truncation; in a table that was interpolated at so
+//! many more points that comes close to interpolating at each look-up.
+
+use oneiro::tables::{SENSORS, SensorTable, SensorTables};
+
+/// Points of the finer table for one of the samples, in distance and in bearing: 0.5 mm and 0.5 degrees where the
+/// samples stand 2 mm and 2 degrees apart.
+const FINER: u32 = 4;
+
+/// The same tables with [`FINER`] times the rows and bearings, bilinear between the points that were sampled. These keep
+/// their readings; points of view stay apart. Beyond the last row, where nothing was sampled to go on to, its readings hold as far as they did.
+pub(crate) fn interpolated(tables: &SensorTables) -> SensorTables {
+    SensorTables {
+        classes: tables.classes.iter().map(finer).collect(),
+        ..tables.clone()
+    }
+}
+
+fn finer(table: &SensorTable) -> SensorTable {
+    let (rows, bearings) = (table.rows * FINER, table.bearings * FINER);
+    let rows_of_views = (0..table.views).flat_map(|view| (0..rows).map(move |row| (view, row)));
+    let cells = rows_of_views.flat_map(|(view, row)| (0..bearings).map(move |bearing| (view, row, bearing)));
+    SensorTable {
+        rows,
+        bearings,
+        spacing: table.spacing / FINER as f32,
+        readings: cells
+            .map(|(view, row, bearing)| between(table, view, row, bearing))
+            .collect(),
+        ..table.clone()
+    }
+}
+
+/// From a point of view the readings at a point of the finer table: the mean of the four samples around it, by how near they are. It is
+/// reckoned in whole numbers and rounded once, halves up, so that it is the same on all machines.
+fn between(table: &SensorTable, view: u32, row: u32, bearing: u32) -> [u16; SENSORS] {
+    let here = [row / FINER, bearing / FINER];
+    let next = [(here[0] + 1).min(table.rows - 1), (here[1] + 1) % table.bearings];
+    let past = [row % FINER, bearing % FINER];
+    let sample = |row: u32, bearing: u32| {
+        let row = view * table.rows + row;
+        &table.readings[(row * table.bearings + bearing) as usize]
+    };
+    let around = [
+        (sample(here[0], here[1]), (FINER - past[0]) * (FINER - past[1])),
+        (sample(here[0], next[1]), (FINER - past[0]) * past[1]),
+        (sample(next[0], here[1]), past[0] * (FINER - past[1])),
+        (sample(next[0], next[1]), past[0] * past[1]),
+    ];
+    std::array::from_fn(|sensor| {
+        let sum: u32 = around
+            .iter()
+            .map(|(readings, weight)| u32::from(readings[sensor]) * weight)
+            .sum();
+        ((sum + FINER * FINER / 2) / (FINER * FINER)) as u16
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Three rows of four bearings, readings apart from one another.
+    fn table() -> SensorTable {
+        let reading = |cell: u16, sensor: u16| (cell * 83 + sensor * 11) % 1024;
+        SensorTable {
+            class: "wall".into(),
+            rows: 3,
+            bearings: 4,
+            nearest: 5.0,
+            spacing: 2.0,
+            views: 1,
+            readings: (0..12)
+                .map(|cell| std::array::from_fn(|sensor| reading(cell, sensor as u16)))
+                .collect(),
+        }
+    }
+
+    #[test]
+    fn points_that_were_sampled_keep_their_readings() {
+        let sampled = SensorTables::khepera();
+        for (table, finer) in sampled.classes.iter().zip(interpolated(&sampled).classes) {
+            assert_eq!((finer.rows, finer.bearings), (80, 720));
+            assert_eq!((finer.nearest, finer.spacing), (5.0, 0.5));
+            assert_eq!(finer.reach().to_bits(), table.reach().to_bits());
+            for row in 0..20 {
+                for bearing in 0..180 {
+                    assert_eq!(
+                        finer.readings[4 * row * 720 + 4 * bearing],
+                        table.readings[row * 180 + bearing],
+                        "row {row}, bearing {bearing}"
+                    );
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn between_them_readings_change_in_proportion() {
+        let table = table();
+        let finer = finer(&table);
+        let at = |row: usize, bearing: usize| finer.readings[row * 16 + bearing][0];
+        // The corners of the first square: 0 and 83, and 332 and 415 a row further.
+        assert_eq!([at(0, 0), at(0, 1), at(0, 2), at(0, 3), at(0, 4)], [0, 21, 42, 62, 83]);
+        assert_eq!([at(1, 0), at(2, 0), at(3, 0), at(4, 0)], [83, 166, 249, 332]);
+        assert_eq!(at(2, 2), 208, "the mean of all four, 207.5, rounded");
+    }
+
+    #[test]
+    fn points_of_view_stay_apart() {
+        let one = table();
+        let other = SensorTable {
+            readings: one
+                .readings
+                .iter()
+                .map(|cell| cell.map(|reading| reading / 2))
+                .collect(),
+            ..one.clone()
+        };
+        let both = SensorTable {
+            views: 2,
+            readings: [&one, &other].map(|table| table.readings.clone()).concat(),
+            ..one.clone()
+        };
+        let readings = [&one, &other].map(|table| finer(table).readings).concat();
+        assert_eq!(finer(&both).readings, readings);
+    }
+
+    #[test]
+    fn bearings_close_the_turn_and_the_last_row_holds() {
+        let table = table();
+        let finer = finer(&table);
+        let at = |row: usize, bearing: usize| finer.readings[row * 16 + bearing][0];
+        // From the last bearing, 249, back to the first, 0.
+        assert_eq!([at(0, 12), at(0, 14), at(0, 15)], [249, 125, 62]);
+        for row in 9..12 {
+            assert_eq!(at(row, 0), at(8, 0), "row {row}");
+        }
+    }
+}

@@ -1,0 +1,276 @@
+//! Real lives, and where each of them starts. As preregistered the robot is carried to a fresh place for each; in other
+//! arms its lives follow one another, as those of a robot that nobody picks up.
+
+use oneiro::random::{Key, pcg4d};
+use oneiro::surrogate::Surrogate;
+use oneiro::world::{Start, World, WorldSpec};
+
+use super::study::{Evolving, Trial, by_run, lives};
+use crate::exit::Result;
+use crate::reality::surrogate::{Evaluations, SurrogateRobot};
+use crate::reality::{Life, Lived, Reality, patiently};
+
+/// How the robot gets to the start of a life.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum RealStarts {
+    /// It is put at a fresh free pose.
+    Fresh,
+    /// It stays where the last life of the same run stopped.
+    Continuing,
+    /// From there it drives about for [`WALK`] cycles, and starts where it then is.
+    Walk,
+}
+
+/// Cycles of 100 ms that a robot drives about between two lives.
+const WALK: u32 = 100;
+/// Lives between lives are numbered from here on among an individual's lives.
+const WALKS: u64 = 16;
+
+/// A robot that lives the lives of some runs: one after the other within a run, and all runs beside one another, as
+/// if each had an arena to itself.
+pub(crate) struct RealLives<'a> {
+    starts: RealStarts,
+    robot: SurrogateRobot<'a>,
+    /// The same robot, for [`WALK`] cycles.
+    walker: SurrogateRobot<'a>,
+    world: WorldSpec,
+    /// Where the last life of each run stopped: x and y in mm, heading in turns. None: nowhere yet, or where the body
+    /// touches an object by a rounding, from where no life can start. The next life then starts at a fresh free pose; in
+    /// 33,000 lives this did not happen once.
+    places: Vec<Option<[f32; 3]>>,
+}
+
+impl<'a> RealLives<'a> {
+    /// A robot that has not lived yet, in the world of `world`.
+    ///
+    /// # Errors
+    /// Exit 3 with what the world does not allow.
+    pub(crate) fn new(
+        evaluations: &'a Evaluations,
+        seed: u64,
+        surrogate: &Surrogate,
+        world: &WorldSpec,
+        starts: RealStarts,
+    ) -> Result<Self> {
+        let walk = WorldSpec {
+            cycles: WALK,
+            ..world.clone()
+        };
+        Ok(Self {
+            starts,
+            robot: SurrogateRobot::new(evaluations, seed, surrogate.clone(), world)?,
+            walker: SurrogateRobot::new(evaluations, seed, surrogate.clone(), &walk)?,
+            world: world.clone(),
+            places: Vec::new(),
+        })
+    }
+
+    /// One life of each individual of each run, in the order of the individuals. A run is known by its place among the
+    /// runs, which must be the same in each call.
+    pub(super) fn live(&mut self, runs: &[Evolving], trial: Trial) -> Result<Vec<Vec<f32>>> {
+        let lives: Vec<Vec<Life<'_>>> = runs.iter().map(|run| lives(run, trial).collect()).collect();
+        if self.starts == RealStarts::Fresh {
+            let lived = patiently(|| self.robot.live(&lives.concat(), false))?;
+            return Ok(by_run(runs, lived.into_iter().map(|life| life.fitness).collect()));
+        }
+        self.places.resize(runs.len(), None);
+        let mut fitness = vec![Vec::new(); runs.len()];
+        for individual in 0..lives.iter().map(Vec::len).max().unwrap_or(0) {
+            if self.starts == RealStarts::Walk {
+                self.drive_about(runs, trial, individual as u64)?;
+            }
+            let turn: Vec<usize> = (0..runs.len()).filter(|&run| individual < lives[run].len()).collect();
+            let now: Vec<Life<'_>> = turn
+                .iter()
+                .map(|&run| Life {
+                    start: self.places[run],
+                    ..lives[run][individual]
+                })
+                .collect();
+            let lived = patiently(|| self.robot.live(&now, true))?;
+            for (run, lived) in turn.into_iter().zip(lived) {
+                self.places[run] = self.stopped(&lived);
+                fitness[run].push(lived.fitness);
+            }
+        }
+        Ok(fitness)
+    }
+
+    /// Drives from where the last lives stopped, if any did, under controllers of random genes that go ahead where
+    /// they see nothing.
+    fn drive_about(&mut self, runs: &[Evolving], trial: Trial, individual: u64) -> Result<()> {
+        let turn: Vec<usize> = (0..runs.len()).filter(|&run| self.places[run].is_some()).collect();
+        if turn.is_empty() {
+            return Ok(());
+        }
+        let keys: Vec<Key> = turn
+            .iter()
+            .map(|&run| {
+                let generation = u64::from(runs[run].evolution.generation());
+                Key::rollout(runs[run].seed, generation, individual, WALKS + trial as u64)
+            })
+            .collect();
+        let genomes: Vec<Vec<f32>> = keys
+            .iter()
+            .map(|key| wanderer(*key, self.world.controller.genes()))
+            .collect();
+        let lives: Vec<Life<'_>> = turn
+            .iter()
+            .zip(&genomes)
+            .zip(&keys)
+            .map(|((&run, genes), &key)| Life {
+                genes,
+                key,
+                start: self.places[run],
+            })
+            .collect();
+        let lived = patiently(|| self.walker.live(&lives, true))?;
+        for (run, lived) in turn.into_iter().zip(lived) {
+            self.places[run] = self.stopped(&lived);
+        }
+        Ok(())
+    }
+
+    /// Where a life stopped, if one can start there.
+    fn stopped(&self, lived: &Lived) -> Option<[f32; 3]> {
+        let last = lived.trace.last()?;
+        let (x, y) = (last.x, last.y);
+        // A turn that a rounding made whole is none.
+        let heading = if last.heading < 1.0 { last.heading } else { 0.0 };
+        let world = World::new(WorldSpec {
+            start: Start::At { x, y, heading },
+            ..self.world.clone()
+        });
+        world.is_ok().then_some([x, y, heading])
+    }
+}
+
+/// Genes of a perceptron, from its key alone: weights U(-5, 5), which turn anywhere before an object, and biases
+/// U(0, 5), which go ahead without.
+fn wanderer(key: Key, genes: usize) -> Vec<f32> {
+    /// The genes of an output: eight weights, then its bias.
+    const OUTPUT: u32 = 9;
+    let gene = |gene: u32| {
+        let [word, ..] = pcg4d([key.0[0], key.0[1], gene, 1995]);
+        let share = (word >> 8) as f32 / (1 << 24) as f32;
+        if gene % OUTPUT == OUTPUT - 1 {
+            5.0 * share
+        } else {
+            10.0 * share - 5.0
+        }
+    };
+    (0..genes as u32).map(gene).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::Arc;
+    use std::sync::atomic::AtomicBool;
+
+    use oneiro::cpu::Cpu;
+    use oneiro::world::Robot;
+
+    use super::super::arms::Arm;
+    use super::super::results::Condition;
+    use super::super::settings::Settings;
+    use super::super::study::Study;
+    use super::*;
+
+    fn settings(arm: Arm) -> Settings {
+        Settings {
+            seed: 1,
+            runs: 2,
+            robot: 3,
+            // Reality takes something of the samples' grid.
+            severity: 0.5,
+            arm,
+            full: false,
+            tables: Vec::new(),
+        }
+    }
+
+    fn evaluations() -> Evaluations {
+        Evaluations::new(Box::new(Cpu::new(None).unwrap()), Arc::new(AtomicBool::new(false)))
+    }
+
+    /// Real lives of some of two runs' first generation, and where each run stopped.
+    fn lived(arm: Arm, numbers: &[u32]) -> (Vec<Vec<f32>>, Vec<Option<[f32; 3]>>) {
+        let (settings, evaluations) = (settings(arm), evaluations());
+        let study = Study::new(&settings, Robot::khepera(), &evaluations).unwrap();
+        let runs: Vec<Evolving> = numbers
+            .iter()
+            .map(|&number| study.begin(Condition::None, number))
+            .collect();
+        let mut robot = study.real_lives(&settings.surrogate()).unwrap();
+        let fitness = robot.live(&runs, Trial::Real).unwrap();
+        (fitness, robot.places)
+    }
+
+    /// The lives of a run, one call a life.
+    #[test]
+    fn a_life_starts_where_the_last_one_stopped() {
+        let (settings, evaluations) = (settings(Arm::RealStartsContinuing), evaluations());
+        let study = Study::new(&settings, Robot::khepera(), &evaluations).unwrap();
+        let run = study.begin(Condition::None, 1);
+        let world = settings.world();
+        let mut robot = SurrogateRobot::new(&evaluations, 3, settings.surrogate(), &world).unwrap();
+        let mut start = None;
+        let mut expected = Vec::new();
+        let mut continued = 0;
+        for life in lives(&run, Trial::Real) {
+            continued += u32::from(start.is_some());
+            let lived = robot.live(&[Life { start, ..life }], true).unwrap().remove(0);
+            assert_eq!(lived.trace.len(), 501, "500 cycles, and where they end");
+            let end = lived.trace[500];
+            let at = Start::At {
+                x: end.x,
+                y: end.y,
+                heading: end.heading,
+            };
+            let free = World::new(WorldSpec {
+                start: at,
+                ..world.clone()
+            });
+            start = free.is_ok().then_some([end.x, end.y, end.heading]);
+            expected.push(lived.fitness);
+        }
+        assert!(continued > 50, "{continued} of 99 lives go on from the last");
+        let (fitness, places) = lived(Arm::RealStartsContinuing, &[0, 1]);
+        assert_eq!(fitness[1], expected);
+        assert_eq!(places[1], start);
+    }
+
+    #[test]
+    fn only_the_first_life_is_the_one_from_a_fresh_start() {
+        let fresh = lived(Arm::Main, &[0]);
+        let continuing = lived(Arm::RealStartsContinuing, &[0]);
+        let walk = lived(Arm::RealStartsWalk, &[0]);
+        assert_eq!(fresh.1, []);
+        let others = [
+            (&fresh.0[0], &continuing.0[0]),
+            (&fresh.0[0], &walk.0[0]),
+            (&continuing.0[0], &walk.0[0]),
+        ];
+        for (one, other) in others {
+            assert_eq!(one[0].to_bits(), other[0].to_bits());
+            let different = one.iter().zip(other).filter(|(one, other)| one != other).count();
+            assert!(different > 50, "{different} of 99 lives differ");
+        }
+    }
+
+    /// What the simulator looks up is no matter of reality, whose grid is that of the samples.
+    #[test]
+    fn interpolated_tables_leave_reality_as_it_is() {
+        assert_eq!(lived(Arm::Interpolated, &[0]), lived(Arm::Main, &[0]));
+    }
+
+    /// Runs that live beside one another are not in one another's way.
+    #[test]
+    fn a_run_lives_as_if_it_were_alone() {
+        for arm in [Arm::RealStartsContinuing, Arm::RealStartsWalk] {
+            let (both, places) = lived(arm, &[0, 1]);
+            let (alone, place) = lived(arm, &[1]);
+            assert_eq!((&both[1], places[1]), (&alone[0], place[0]), "{arm:?}");
+        }
+    }
+}
