@@ -206,14 +206,18 @@ fn studies_that_can_not_be_are_refused() {
         assert!(said.contains(words), "{arguments:?}: {said}");
     }
     assert_eq!(fs::read_to_string(place.0.join("full/own.txt")).unwrap(), "mine");
-    place.expect(2, &["reproduce", "miglino1995", "--runs", "0"]);
+    for runs in ["0", "1", "1001"] {
+        let said = place.expect(3, &["reproduce", "miglino1995", "--runs", runs, "--out", "few"]);
+        assert!(said.contains("allowed: 2 to 1000"), "{said}");
+        assert!(!place.0.join("few").exists(), "nothing was begun");
+    }
 }
 
 /// Tables of another robot in place of samples, those of a real one where its recordings are.
 #[test]
 fn a_study_takes_recordings() {
     fn study<'a>(tables: &'a str, out: &'a str) -> Vec<&'a str> {
-        let study = ["reproduce", "miglino1995", "--runs", "1", "--backend", "cpu"];
+        let study = ["reproduce", "miglino1995", "--runs", "2", "--backend", "cpu"];
         [&study[..], &["--tables", tables, "--out", out]].concat()
     }
 
@@ -267,7 +271,7 @@ fn lives_in_sequence_are_a_function_of_the_settings() {
         let arm = ["reproduce", "miglino1995", "--arm", "real-starts-walk"];
         let rest = [
             "--runs",
-            "1",
+            "2",
             "--quiet",
             "--backend",
             "cpu",
@@ -298,7 +302,7 @@ fn lives_in_sequence_are_a_function_of_the_settings() {
             "reproduce",
             "miglino1995",
             "--runs",
-            "1",
+            "2",
             "--backend",
             "cpu",
             "--out",
@@ -315,7 +319,7 @@ fn lives_in_sequence_are_a_function_of_the_settings() {
 fn a_study_is_a_function_of_its_settings() {
     let place = Scratch::new("study");
     let study = |out, more: &[&'static str]| {
-        let mut arguments = vec!["reproduce", "miglino1995", "--runs", "1", "--quiet", "--out", out];
+        let mut arguments = vec!["reproduce", "miglino1995", "--runs", "2", "--quiet", "--out", out];
         arguments.extend(more);
         arguments
     };
@@ -353,7 +357,7 @@ fn a_study_is_a_function_of_its_settings() {
             "reproduce",
             "miglino1995",
             "--runs",
-            "2",
+            "3",
             "--backend",
             "cpu",
             "--out",

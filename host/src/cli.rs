@@ -319,8 +319,8 @@ pub(crate) enum Paper {
 /// `oneiro reproduce miglino1995`
 #[derive(Args, Debug)]
 pub(crate) struct Miglino1995 {
-    /// Runs of each condition; the paper has 5
-    #[arg(long, value_name = "N", default_value_t = 5, value_parser = clap::value_parser!(u32).range(1..=1000))]
+    /// Runs of each condition, 2 to 1000; the paper has 5
+    #[arg(long, value_name = "N", default_value_t = 5)]
     pub(crate) runs: u32,
     /// Everything random but the robot comes from it
     #[arg(long, value_name = "N", default_value_t = 1)]

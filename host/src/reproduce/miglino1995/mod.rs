@@ -39,6 +39,8 @@ use results::{Results, Run, Variant};
 use settings::{REAL, SIMULATED, Settings};
 use study::Study;
 
+/// How many runs of a condition a study can have: one alone has no spread to hold a difference against.
+const RUNS: std::ops::RangeInclusive<u32> = 2..=1000;
 /// Runs of a condition that advance together and are kept together.
 const COHORT: u32 = 5;
 /// What a study's directory says of it.
@@ -58,6 +60,14 @@ pub(crate) fn run(arguments: &Miglino1995, console: Console) -> Result {
 
 /// The study that was asked for, and with `--sensitivity` under every other assumption too.
 fn whole(arguments: &Miglino1995, evaluations: &Evaluations, console: Console) -> Result {
+    if !RUNS.contains(&arguments.runs) {
+        return Err(Failure::input(format_args!(
+            "--runs {}: a test of runs needs two at the least; allowed: {} to {}",
+            arguments.runs,
+            RUNS.start(),
+            RUNS.end()
+        )));
+    }
     let robot = sample::surrogate_seed(&arguments.robot)?;
     let under = |arm| -> Result<(Settings, Option<Robot>)> {
         let recordings = recordings(&arguments.tables, arm, console)?;
