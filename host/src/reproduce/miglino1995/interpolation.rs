@@ -8,7 +8,8 @@ use oneiro::tables::{SENSORS, SensorTable, SensorTables};
 const FINER: u32 = 4;
 
 /// The same tables with [`FINER`] times the rows and bearings, bilinear between the points that were sampled. These keep
-/// their readings; points of view stay apart. Beyond the last row, where nothing was sampled to go on to, its readings hold as far as they did.
+/// their readings; points of view stay apart. Beyond the last row, where nothing was sampled to go on to, its readings
+/// hold as far as they did.
 pub(crate) fn interpolated(tables: &SensorTables) -> SensorTables {
     SensorTables {
         classes: tables.classes.iter().map(finer).collect(),
@@ -31,8 +32,8 @@ fn finer(table: &SensorTable) -> SensorTable {
     }
 }
 
-/// From a point of view the readings at a point of the finer table: the mean of the four samples around it, by how near they are. It is
-/// reckoned in whole numbers and rounded once, halves up, so that it is the same on all machines.
+/// From a point of view the readings at a point of the finer table: the mean of the four samples around it, by how near
+/// they are. It is reckoned in whole numbers and rounded once, halves up, so that it is the same on all machines.
 fn between(table: &SensorTable, view: u32, row: u32, bearing: u32) -> [u16; SENSORS] {
     let here = [row / FINER, bearing / FINER];
     let next = [(here[0] + 1).min(table.rows - 1), (here[1] + 1) % table.bearings];
