@@ -4,25 +4,28 @@ use std::fmt::Write;
 use std::path::{Path, PathBuf};
 use std::{env, fs};
 
-use oneiro_shader_compiler::instances::{self, TARGETS};
+use oneiro_shader_compiler::instances::{self, TARGETS, Target};
 use oneiro_shader_compiler::{Part, compile};
 
-/// A kernel: its constant's name, the module of its host structs, and its parts.
+/// A kernel: its constant's name, the module of its host structs, its parts, and whether its lane code is compiled for
+/// several vectors at a time too. That pays where a life is small enough for the registers; elsewhere it gains a few
+/// percent or loses, and takes longest to compile (`docs/measurements.md`).
 struct Entry {
     name: &'static str,
     module: &'static str,
     parts: &'static [&'static str],
+    wide: bool,
 }
 
 /// A life: its physics are those of the simulator made from samples, or of what stands in for the robot itself.
 macro_rules! life {
     ($name:literal, sampled, $controller:literal) => {
-        life!($name, "life", $controller, "robot/differential", "sensor/sampled", "physics/sampled")
+        life!($name, "life", true, $controller, "robot/differential", "sensor/sampled", "physics/sampled")
     };
     ($name:literal, surrogate, $controller:literal) => {
-        life!($name, "surrogate", $controller, "lib/individual", "robot/wheels", "sensor/rays", "physics/surrogate")
+        life!($name, "surrogate", false, $controller, "lib/individual", "robot/wheels", "sensor/rays", "physics/surrogate")
     };
-    ($name:literal, $module:literal, $controller:literal, $($physics:literal),+) => {
+    ($name:literal, $module:literal, $wide:literal, $controller:literal, $($physics:literal),+) => {
         Entry {
             name: $name,
             module: $module,
@@ -38,6 +41,7 @@ macro_rules! life {
                 $($physics,)+
                 "life",
             ],
+            wide: $wide,
         }
     };
 }
@@ -66,16 +70,19 @@ const CATALOGUE: &[Entry] = &[
             "physics/foraging",
             "life",
         ],
+        wide: false,
     },
     Entry {
         name: "probe_numerics",
         module: "probe_numerics",
         parts: &["lib/numerics", "lib/random", "probe/numerics"],
+        wide: true,
     },
     Entry {
         name: "probe_operations",
         module: "probe_operations",
         parts: &["probe/operations"],
+        wide: true,
     },
 ];
 
@@ -89,7 +96,7 @@ fn main() {
     for entry in CATALOGUE {
         match compile(entry.name, &parts(&wgsl, entry)) {
             Ok(kernel) => {
-                let items = instances::write(&out, "crate", entry.name, &kernel, TARGETS);
+                let items = instances::write(&out, "crate", entry.name, &kernel, &targets(entry));
                 text.push_str(&items.expect("OUT_DIR is writable"));
                 match modules.iter().find(|(name, _)| *name == entry.module) {
                     Some((_, structs)) => assert_eq!(
@@ -127,6 +134,19 @@ fn main() {
         names.join(", ")
     );
     fs::write(out.join("kernels.rs"), text).expect("OUT_DIR is writable");
+}
+
+/// What an entry is compiled for: each target's shapes, or only its narrowest.
+fn targets(entry: &Entry) -> Vec<Target> {
+    let narrowest = |target: &Target| Target {
+        shapes: &target.shapes[target.shapes.len() - 1..],
+        ..*target
+    };
+    if entry.wide {
+        TARGETS.to_vec()
+    } else {
+        TARGETS.iter().map(narrowest).collect()
+    }
 }
 
 fn parts(wgsl: &Path, entry: &Entry) -> Vec<Part> {

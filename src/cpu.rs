@@ -72,7 +72,8 @@ impl Cpu {
             .collect()
     }
 
-    /// Always runs one lane code, in place of the one that suits each batch.
+    /// Always runs one lane code, in place of the one that suits each batch. Of kernels that have none so wide, the
+    /// widest of the same instruction set.
     ///
     /// # Errors
     /// [`Error::NoDevice`] if this processor has none of that name.
@@ -143,13 +144,18 @@ impl Cpu {
 
     /// The lane code that is estimated to finish first: with few rollouts, narrow ones keep more threads busy.
     fn choose(&self, kernel: &'static Kernel, parts: &[Part<'_>]) -> Result<&'static Variant, Error> {
-        let named = |variant: &&Variant| self.variant.is_none_or(|name| name == variant.name);
+        let has_named = available(kernel).any(|variant| self.variant == Some(variant.name));
+        let named = |variant: &&Variant| match self.variant {
+            None => true,
+            Some(name) if has_named => name == variant.name,
+            Some(name) => instruction_set(name) == instruction_set(variant.name),
+        };
         let time = |variant: &&Variant| {
             let calls: usize = parts
                 .iter()
                 .map(|part| part.rollouts().div_ceil(variant.lanes as usize))
                 .sum();
-            calls.div_ceil(self.threads()) as f32 * cost(kernel, variant)
+            calls.div_ceil(self.threads()) as f32 * cost(variant)
         };
         available(kernel)
             .filter(named)
@@ -182,21 +188,14 @@ fn available(kernel: &'static Kernel) -> impl Iterator<Item = &'static Variant> 
     kernel.variants.iter().filter(|variant| (variant.available)())
 }
 
-/// What one call of a lane code takes, about: the microseconds of 500 cycles, measured on a server's core. Only the
-/// choice of a lane code rests on it.
-fn cost(kernel: &Kernel, variant: &Variant) -> f32 {
-    // A forager holds more than 64 lanes have registers for.
-    if kernel.name == oneiro_shaders::FORAGER.name {
-        let each_lane = match variant.name {
-            "avx512x64" => 42.0,
-            name if name.starts_with("avx512") => 17.0,
-            name if name.starts_with("avx2") => 20.0,
-            name if name.starts_with("scalar") => 90.0,
-            name if name.starts_with("checked") => 500.0,
-            _ => 49.0,
-        };
-        return each_lane * variant.lanes as f32;
-    }
+/// That of a lane code's name, such as `avx2` of `avx2x16`.
+fn instruction_set(name: &str) -> &str {
+    name.rsplit_once('x').map_or(name, |(set, _)| set)
+}
+
+/// What one call of a lane code takes, about: the microseconds of 500 cycles of the perceptron's kernel, measured on
+/// a server's core. Only the choice of a lane code rests on it.
+fn cost(variant: &Variant) -> f32 {
     let each_lane = match variant.name {
         name if name.starts_with("avx512") => 4.1,
         name if name.starts_with("avx2") => 5.1,

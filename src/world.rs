@@ -129,7 +129,7 @@ pub enum Activation {
 }
 
 /// What fitness is given for.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Task {
     /// Equation 1 of Miglino et al. 1995, summed over the cycles of a life.
     Avoidance {
@@ -139,6 +139,10 @@ pub enum Task {
         difference: Difference,
         /// The activation in (1 - I).
         activation: Activation,
+        /// Besides, what each cell of 50 mm is worth that the robot's centre enters for the first time, 0 to 1000. The
+        /// paper's conclusion proposes such a term, for simulations only: there one knows where the robot is. Not 0
+        /// for fields of up to 128 cells.
+        new_cell: f32,
     },
 }
 
@@ -148,6 +152,7 @@ impl Task {
         speed: Speed::Unsigned,
         difference: Difference::Root,
         activation: Activation::Real,
+        new_cell: 0.0,
     };
 }
 

@@ -72,6 +72,7 @@ fn specs() -> Vec<(String, WorldSpec)> {
         speed,
         difference,
         activation,
+        new_cell: 0.0,
     };
     with("signed, square, perceived", &|spec| {
         spec.noise.sensor = (0.0, 0.4);
@@ -88,6 +89,14 @@ fn specs() -> Vec<(String, WorldSpec)> {
     });
     with("two terms", &|spec| {
         spec.task = task(Speed::Unsigned, Difference::Root, Activation::None);
+    });
+    with("cells that are new", &|spec| {
+        spec.task = Task::Avoidance {
+            speed: Speed::Unsigned,
+            difference: Difference::Root,
+            activation: Activation::Real,
+            new_cell: 2.5,
+        };
     });
     specs
 }

@@ -4,8 +4,9 @@ use std::sync::Arc;
 
 use glam::Vec2;
 use oneiro::arena::{Arena, Obstacle, Wall};
+use oneiro::surrogate::{Differences, Surrogate};
 use oneiro::tables::{MotorTable, SensorTable, SensorTables};
-use oneiro::world::{Controller, Noise, Start, World, WorldSpec};
+use oneiro::world::{Controller, Noise, Start, Task, World, WorldSpec};
 
 fn spec() -> WorldSpec {
     WorldSpec::miglino1995()
@@ -21,6 +22,21 @@ fn sensors(change: impl Fn(&mut SensorTables)) -> Arc<SensorTables> {
     let mut sensors = (*spec().robot.sensors).clone();
     change(&mut sensors);
     Arc::new(sensors)
+}
+
+fn new_cell(new_cell: f32) -> Task {
+    let Task::Avoidance {
+        speed,
+        difference,
+        activation,
+        ..
+    } = Task::AVOIDANCE;
+    Task::Avoidance {
+        speed,
+        difference,
+        activation,
+        new_cell,
+    }
 }
 
 /// A table of blocks, which look the same from both of its points of view.
@@ -126,7 +142,7 @@ fn an_arena_without_objects_is_allowed() {
 #[expect(clippy::too_many_lines, reason = "a table of everything that is refused")]
 fn what_is_not_allowed_is_refused_by_name() {
     type Change = fn(&mut WorldSpec);
-    let cases: [(&str, &str, Change); 50] = [
+    let cases: [(&str, &str, Change); 53] = [
         ("cycles", "1 to 1000000", |spec| spec.cycles = 0),
         ("cycles", "1 to 1000000", |spec| spec.cycles = 1_000_001),
         ("controller.units", "1 to 32", |spec| {
@@ -249,6 +265,15 @@ fn what_is_not_allowed_is_refused_by_name() {
             let mut sensors = (*spec.robot.sensors).clone();
             sensors.classes[2].views = 0;
             spec.robot.sensors = Arc::new(sensors);
+        }),
+        ("task.new_cell", "0 to 1000", |spec| spec.task = new_cell(-1.0)),
+        ("task.new_cell", "up to 128 cells", |spec| {
+            spec.task = new_cell(1.0);
+            spec.arena = Arena::rectangle(1000.0, 1000.0);
+        }),
+        ("task.new_cell", "surrogate's life", |spec| {
+            spec.task = new_cell(1.0);
+            spec.surrogate = Some(Arc::new(Surrogate::drawn(1, Differences::all(1.0))));
         }),
         ("robot.motors.states", "1 to 256", |spec| {
             spec.robot.motors = motors(|motors| motors.states = 0);

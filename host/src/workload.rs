@@ -110,6 +110,12 @@ pub(crate) fn worlds(controller: Controller, robot: &Robot) -> Result<Vec<World>
                     speed: speeds[turn % 2],
                     difference: differences[turn / 2 % 2],
                     activation: activations[turn % 3],
+                    // The small arenas have cells that fit.
+                    new_cell: if turn % 4 == 1 && field.width * field.height < 300_000.0 {
+                        3.0
+                    } else {
+                        0.0
+                    },
                 },
                 start,
                 cycles: CYCLES,

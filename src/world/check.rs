@@ -4,7 +4,7 @@
 use std::fmt::Display;
 use std::ops::RangeInclusive;
 
-use super::{Controller, Noise, Robot, Start, WorldSpec};
+use super::{Controller, Noise, Robot, Start, Task, WorldSpec, pack};
 use crate::arena::{Arena, Block, Field, Obstacle, Wall};
 use crate::tables::{GREATEST_READING, MotorTable, SensorTable, SensorTables};
 
@@ -29,6 +29,9 @@ impl Invalid {
 
 /// The sensors' sums of readings are 16 bits wide.
 pub(super) const GREATEST_SHAPES: usize = (u16::MAX / GREATEST_READING) as usize;
+
+/// Cells whose visits a life keeps.
+const GREATEST_CELLS: usize = 128;
 
 /// 100 m: beyond it, f32 is too coarse for a robot's steps.
 const COORDINATE: RangeInclusive<f32> = -1e5..=1e5;
@@ -70,6 +73,22 @@ pub(super) fn check(spec: &WorldSpec) -> Result<(), Invalid> {
         if spec.noise != Noise::NONE {
             let problem = "is not zero in a surrogate's life; allowed: none, since it has the noise of its own sensors";
             return Err(Invalid::new("noise", problem));
+        }
+    }
+    let Task::Avoidance { new_cell, .. } = spec.task;
+    number("task.new_cell", new_cell, 0.0..=1000.0)?;
+    if new_cell > 0.0 {
+        let Field { width, height, .. } = spec.arena.field;
+        let cells = pack::cells(width) * pack::cells(height);
+        if spec.surrogate.is_some() {
+            let problem = "is not zero in a surrogate's life; allowed: 0, since a robot does not know its place";
+            return Err(Invalid::new("task.new_cell", problem));
+        }
+        if cells > GREATEST_CELLS {
+            let problem = format!(
+                "is not zero in a field of {cells} cells; allowed: 0, or a field of up to {GREATEST_CELLS} cells of 50 mm"
+            );
+            return Err(Invalid::new("task.new_cell", problem));
         }
     }
     if let Controller::Hidden { units } = spec.controller {

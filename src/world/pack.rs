@@ -71,6 +71,7 @@ fn random_start(free: &Free) -> Result<[f32; 3], Invalid> {
 fn world(spec: &WorldSpec, random_start: u32, start: [f32; 3], shapes: u32) -> life::World {
     let Field { x, y, width, height } = spec.arena.field;
     let (low, high) = spec.noise.sensor;
+    let Task::Avoidance { new_cell, .. } = spec.task;
     let motors = &spec.robot.motors;
     // Without classes there are no objects, and nothing of the tables is used.
     let (nearest, spacing, rows, bearings) = match spec.robot.sensors.classes.first() {
@@ -110,10 +111,18 @@ fn world(spec: &WorldSpec, random_start: u32, start: [f32; 3], shapes: u32) -> l
             Controller::Perceptron | Controller::Recurrent => 0,
         },
         task_choices: task_choices(spec.task),
+        new_cell: zero(new_cell),
+        cell_columns: cells(width) as u32,
         numbers: 0,
-        unused_a: 0,
-        unused_b: 0,
     }
+}
+
+/// Sides of the cells that are counted, mm; as `task/avoidance.wgsl` has it.
+const CELL: f32 = 50.0;
+
+/// Cells along a side of the field.
+pub(super) fn cells(side: f32) -> usize {
+    (side / CELL).ceil() as usize
 }
 
 fn task_choices(task: Task) -> u32 {
@@ -121,6 +130,7 @@ fn task_choices(task: Task) -> u32 {
         speed,
         difference,
         activation,
+        ..
     } = task;
     let speed = match speed {
         Speed::Unsigned => 0,

@@ -182,6 +182,8 @@ pub(crate) struct Setting<'a> {
     /// At `left * states + right`.
     motions: Vec<Motion>,
     activation: Activation,
+    /// What a new cell is worth.
+    new_cell: f32,
     /// Of the sensor tables: gap of the first row, rows per mm, rows, bearings.
     nearest: f32,
     rows_per_mm: f32,
@@ -192,7 +194,9 @@ pub(crate) struct Setting<'a> {
 impl<'a> Setting<'a> {
     /// For worlds with objects.
     pub(crate) fn new(spec: &'a WorldSpec) -> Self {
-        let Task::Avoidance { activation, .. } = spec.task;
+        let Task::Avoidance {
+            activation, new_cell, ..
+        } = spec.task;
         let table = &spec.robot.sensors.classes[0];
         let cells = spec.robot.motors.cells.iter();
         Self {
@@ -200,6 +204,7 @@ impl<'a> Setting<'a> {
             objects: Object::all(spec),
             motions: cells.map(|cell| Motion::new(spec.task, cell)).collect(),
             activation,
+            new_cell,
             nearest: table.nearest,
             rows_per_mm: 1.0 / table.spacing,
             rows: table.rows,
@@ -268,6 +273,8 @@ pub(crate) struct Life<'a> {
     next_near: Vec<Near>,
     shift: [f32; 2],
     outputs: [f32; 2],
+    /// The cells of the field that it has been in, by column and row.
+    visited: std::collections::HashSet<(i32, i32)>,
     /// The sum of all rewards so far.
     pub(crate) fitness: f32,
 }
@@ -305,6 +312,7 @@ impl<'a> Life<'a> {
             near,
             shift: [(2.0 * u[0] - 1.0) * range, (2.0 * u[1] - 1.0) * range],
             outputs: [0.0; 2],
+            visited: std::collections::HashSet::new(),
             fitness: 0.0,
         }
     }
@@ -335,6 +343,7 @@ impl<'a> Life<'a> {
         };
         let x = self.x + moved.displacement * cosine;
         let y = self.y + moved.displacement * sine;
+        let mut earned = 0.0;
         if self.setting.around(x, y, &mut self.next_near) {
             std::mem::swap(&mut self.near, &mut self.next_near);
             let near = match self.setting.activation {
@@ -342,11 +351,20 @@ impl<'a> Life<'a> {
                 Activation::Perceived => highest(&perceived),
                 Activation::None => 0.0,
             };
-            self.fitness += moved.earned * (1.0 - near);
+            earned = moved.earned * (1.0 - near);
             let heading = self.heading + moved.turn;
             (self.x, self.y, self.heading) = (x, y, heading - floor(heading));
             self.facing = cosine_sine(self.heading);
         }
+        let setting = self.setting;
+        if setting.new_cell > 0.0 {
+            let cell = |at: f32, from: f32| most((at - from) * 0.02, 0.0) as i32;
+            let field = spec.arena.field;
+            if self.visited.insert((cell(self.x, field.x), cell(self.y, field.y))) {
+                earned += setting.new_cell;
+            }
+        }
+        self.fitness += earned;
         self.outputs = outputs;
     }
 

@@ -323,6 +323,9 @@ pub(crate) struct Task {
     pub(crate) difference: Difference,
     /// I: without the added sensor noise.
     pub(crate) activation: Activation,
+    /// Besides, what each cell of 50 mm is worth that the robot enters for the first time: the term that the paper's
+    /// conclusion proposes. 0 as the paper did.
+    pub(crate) new_cell: f64,
 }
 
 impl Default for Task {
@@ -332,6 +335,7 @@ impl Default for Task {
             speed: Speed::Unsigned,
             difference: Difference::Root,
             activation: Activation::Real,
+            new_cell: 0.0,
         }
     }
 }

@@ -144,6 +144,7 @@ fn task(task: &settings::Task) -> world::Task {
             Activation::Perceived => world::Activation::Perceived,
             Activation::None => world::Activation::None,
         },
+        new_cell: task.new_cell as f32,
     }
 }
 

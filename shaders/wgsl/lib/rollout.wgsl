@@ -57,10 +57,11 @@ struct World {
     // hidden units, for the controllers that have them
     hidden: u32,
     task_choices: u32,
+    // what a cell of the field is worth that the robot enters for the first time, and columns of such cells
+    new_cell: f32,
+    cell_columns: u32,
     // first cell of what only some kernels read: a surrogate robot, or a forager and its arena
     numbers: u32,
-    unused_a: u32,
-    unused_b: u32,
 }
 
 // An object. Of a wall where it starts, where it goes and its direction over its squared length; of others where

@@ -2,6 +2,8 @@
 
 // What a rollout keeps from one dispatch to the next, and its fitness so far.
 struct State {
+    // the cells of the field that it has been in, if they count
+    visited: vec4<u32>,
     x: f32,
     y: f32,
     heading: f32,
@@ -17,12 +19,13 @@ struct State {
 fn first_state(life: Life) -> State {
     let pose = first_pose(life);
     let shift = first_shift(life);
-    return State(pose.x, pose.y, pose.z, 0.0f, shift.x, shift.y, 0.0f, 0.0f);
+    let visited = vec4<u32>(0u);
+    return State(visited, pose.x, pose.y, pose.z, 0.0f, shift.x, shift.y, 0.0f, 0.0f);
 }
 
 fn kept(own: State) -> State {
     return State(
-        stored(own.x), stored(own.y), stored(own.heading), stored(own.fitness),
+        own.visited, stored(own.x), stored(own.y), stored(own.heading), stored(own.fitness),
         stored(own.shift_x), stored(own.shift_y), stored(own.left), stored(own.right),
     );
 }
@@ -44,12 +47,19 @@ fn cycle(life: Life, step: u32, before: State) -> Cycle {
     let moved = motion(life, step, outputs);
     let reached = moved_pose(world, pose, moved);
     let collided = touches(world, vec2<f32>(reached.x, reached.y));
-    let earned = reward(world, moved, collided, real, perceived);
+    var earned = reward(world, moved, collided, real, perceived);
 
     // A collision undoes the move.
     own.x = select(reached.x, pose.x, collided);
     own.y = select(reached.y, pose.y, collided);
     own.heading = select(reached.z, pose.z, collided);
+    if (worlds[world].new_cell > 0.0f) {
+        let here = cell_at(world, vec2<f32>(own.x, own.y));
+        let fresh = here & ~own.visited;
+        let is_new = ((fresh.x | fresh.y) | (fresh.z | fresh.w)) != 0u;
+        earned += select(0.0f, worlds[world].new_cell, is_new);
+        own.visited |= here;
+    }
     own.fitness += earned;
     own.left = outputs.x;
     own.right = outputs.y;

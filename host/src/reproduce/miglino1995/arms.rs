@@ -130,27 +130,32 @@ impl Arm {
             speed,
             difference,
             activation,
+            new_cell,
         } = main.task;
         let task = match self {
             Self::Square => Task::Avoidance {
                 speed,
                 difference: oneiro::world::Difference::Square,
                 activation,
+                new_cell,
             },
             Self::Perceived => Task::Avoidance {
                 speed,
                 difference,
                 activation: Activation::Perceived,
+                new_cell,
             },
             Self::Signed => Task::Avoidance {
                 speed: Speed::Signed,
                 difference,
                 activation,
+                new_cell,
             },
             Self::TwoTerms => Task::Avoidance {
                 speed,
                 difference,
                 activation: Activation::None,
+                new_cell,
             },
             _ => main.task,
         };
