@@ -13,7 +13,7 @@ use oneiro::probe;
 use oneiro::random::{Key, pcg4d};
 use oneiro::surrogate::{Differences, Surrogate};
 use oneiro::world::{Controller, Noise, Start, World, WorldSpec};
-use oneiro_shaders::life::{Dispatch, State};
+use oneiro_shaders::life::Dispatch;
 use oneiro_shaders::{Kernel, PROBE_OPERATIONS};
 
 fn gpu() -> Gpu {
@@ -413,9 +413,9 @@ fn any_kernel_runs_on_bare_buffers() {
         words(bytemuck::cast_slice(part.tables())),
         words(bytemuck::cast_slice(part.group_table())),
         part.inputs().to_vec(),
-        vec![0; part.slots() * size_of::<State>() / 4],
+        vec![0; part.slots() * batch.kernel().stride("state") / 4],
         vec![0; part.slots()],
-        vec![0; 18],
+        vec![0; batch.kernel().stride("trace") / 4],
     ];
     let run = Run {
         kernel: batch.kernel(),

@@ -488,8 +488,9 @@ mod tests {
     fn cuts_keep_to_every_bound_and_leave_nothing_out() {
         let plain = batch(None);
         let traced = batch(Some(TraceRequest { every: 10 }));
-        // The inputs of a group of 13 genes take 3,840 bytes, of 24 genes 6,656; its state and fitness 3,584,
-        // its trace of 8 records 36,864.
+        // The inputs of a group of 13 genes take 3,840 bytes, of 24 genes 6,656.
+        let kept = LANES as u64 * (plain.kernel().stride("state") + size_of::<f32>()) as u64;
+        let eight_records = LANES as u64 * 8 * size_of::<Record>() as u64;
         for (batch, bounds, expected) in [
             (&plain, Bytes { groups: 4, ..ANY }, vec![0..4, 4..6]),
             (
@@ -503,7 +504,7 @@ mod tests {
             (
                 &plain,
                 Bytes {
-                    cut: 2 * (6_656 + 3_584),
+                    cut: 2 * (6_656 + kept),
                     ..ANY
                 },
                 vec![0..2, 2..4, 4..6],
@@ -516,7 +517,7 @@ mod tests {
             (
                 &traced,
                 Bytes {
-                    binding: 2 * 36_864,
+                    binding: 2 * eight_records,
                     ..ANY
                 },
                 vec![0..2, 2..4, 4..6],
