@@ -117,10 +117,9 @@ impl Settings {
             source: source.into(),
         };
         let arm = (self.arm != Arm::Main).then(|| {
-            let name = format!("{:?}", self.arm);
             row(
                 "arm",
-                name,
+                self.arm.name(),
                 "ours: in place of the preregistered choice below that it names",
             )
         });

@@ -459,7 +459,7 @@ impl<'a> Study<'a> {
     }
 
     /// What each difference between reality and simulator does by itself, over the first cycles of the lives of
-    /// random controllers.
+    /// random controllers: nothing, where the arm has it not.
     pub(crate) fn differences(&self) -> Result<Vec<DifferenceEffect>> {
         const LIVES: u64 = 4000;
         /// A cycle after the first, so that what is old or slow shows.
@@ -498,10 +498,9 @@ impl<'a> Study<'a> {
         Difference::ALL
             .into_iter()
             .map(|difference| {
-                let Differences {
-                    severity, latency_ms, ..
-                } = surrogate.differences;
-                let with = after(Differences::only(severity, difference).with_latency(latency_ms))?;
+                let own = surrogate.differences;
+                let alone = Differences::only(own.strength(difference), difference).with_latency(own.latency_ms);
+                let with = after(alone)?;
                 Ok(effect(difference.name(), &with, &without))
             })
             .collect()
