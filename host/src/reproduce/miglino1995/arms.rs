@@ -36,6 +36,7 @@ pub(crate) enum Arm {
     MutationReplaces,
     MutationPerIndividual,
     WideGenes,
+    ChampionByMean,
     LatencyCycle,
     HalfSeverity,
     AnotherRobot,
@@ -85,6 +86,10 @@ impl ValueEnum for Arm {
                 "A quarter of the individuals is mutated, in all genes",
             ),
             Self::WideGenes => named("wide-genes", "First genes from -5 to 5, and all kept there"),
+            Self::ChampionByMean => named(
+                "champion-by-mean",
+                "Champions have the best mean of 100 simulated lives, not the best single one",
+            ),
             Self::LatencyCycle => named("latency-cycle", "Readings 100 ms old"),
             Self::HalfSeverity => named("half-severity", "Half the severity"),
             Self::AnotherRobot => named("another-robot", "Another robot in other surroundings"),
@@ -150,8 +155,13 @@ impl Arm {
                 ],
             ),
             (
-                "The genetic algorithm",
-                vec![Self::MutationReplaces, Self::MutationPerIndividual, Self::WideGenes],
+                "The genetic algorithm and its champions",
+                vec![
+                    Self::MutationReplaces,
+                    Self::MutationPerIndividual,
+                    Self::WideGenes,
+                    Self::ChampionByMean,
+                ],
             ),
             (
                 "Reality",
@@ -268,6 +278,12 @@ impl Arm {
         WorldSpec { task, arena, ..main }
     }
 
+    /// Simulated lives of each individual of generation 200 by whose mean the champion is chosen. None: it is chosen by
+    /// the one that simulation and reality are compared by.
+    pub(crate) fn champion_lives(self) -> Option<u32> {
+        (self == Self::ChampionByMean).then_some(100)
+    }
+
     /// Which states the motors have.
     pub(crate) fn states(self) -> MotorStates {
         match self {
@@ -356,6 +372,7 @@ mod tests {
             "real-starts-walk",
             "ten-readings",
             "interpolated",
+            "champion-by-mean",
             "only-geometry",
             "only-read-noise",
             "without-illumination",

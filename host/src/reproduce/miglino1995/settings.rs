@@ -145,6 +145,11 @@ impl Settings {
                 ),
                 "paper: \"25 %\", not of what, nor how large: ours",
             ),
+            row(
+                "champion",
+                "the best single simulated life of generation 200".into(),
+                "ours",
+            ),
             row("first genes", "U(-1, 1)".into(), "ours"),
             row(
                 "fitness.V",

@@ -270,9 +270,9 @@ pub(super) fn sensitivity(study: &Study<'_>) -> Option<Section> {
             .collect(),
         sum: true,
     });
-    let words = "Which claims hold under which assumption. Each row is the whole study again with one choice made otherwise; its own report lies in the directory \
-                 arms. A verdict that changes from row to row hangs on a choice that the paper leaves open, or on the \
-                 few runs.";
+    let words = "Which claims hold under which assumption. Each row is the whole study again with one choice made \
+                 otherwise; its own report lies in the directory arms. A verdict that changes from row to row hangs on \
+                 a choice that the paper leaves open, on what reality differs in, or on the few runs.";
     Some(Section {
         id: "sensitivity",
         title: "Under other assumptions",

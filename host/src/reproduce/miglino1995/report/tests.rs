@@ -106,6 +106,7 @@ impl Numbers {
             last: self.lives(0.7 * top - 0.3 * gap),
             champion: Champion {
                 individual: 17,
+                mean: None,
                 genome: (0..18).map(|_| self.around(0.0, 8.0) as f32).collect(),
                 simulated: self.life(top, 7.0),
                 real: self.life(top - gap, 7.0 - apart / 60.0),
