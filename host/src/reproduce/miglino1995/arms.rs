@@ -342,7 +342,10 @@ impl Arm {
 mod tests {
     use std::collections::BTreeSet;
 
+    use clap::CommandFactory;
+
     use super::*;
+    use crate::cli::Cli;
 
     /// Studies that were kept go by these names.
     #[test]
@@ -379,6 +382,22 @@ mod tests {
             "without-motor-lag",
         ] {
             assert!(names.contains(name), "{name}");
+        }
+    }
+
+    /// `--help` has every arm in a line, with what it assumes.
+    #[test]
+    fn help_lists_every_arm() {
+        let mut command = Cli::command();
+        command.build();
+        let reproduce = command.find_subcommand_mut("reproduce").unwrap();
+        let study = reproduce.find_subcommand_mut("miglino1995").unwrap();
+        let help = study.render_long_help().to_string();
+        let words = |text: &str| text.split_whitespace().collect::<Vec<_>>().join(" ");
+        let help = words(&help);
+        for arm in Arm::value_variants() {
+            let line = words(&format!("- {}: {}", arm.name(), arm.describe()));
+            assert!(help.contains(&line), "{line}");
         }
     }
 
