@@ -665,8 +665,18 @@ impl Judged<'_> {
 
     fn deceptive_optimum(&self) -> Claim {
         let to_and_fro = mean_of(&self.results.to_and_fro);
-        let champions = self.each(Without, |run| widened(SIMULATED(run)).fold(f64::NEG_INFINITY, f64::max));
+        let champions = self.each(Without, |run| {
+            let best_life = || widened(SIMULATED(run)).fold(f64::NEG_INFINITY, f64::max);
+            run.champion.mean.unwrap_or_else(best_life)
+        });
         let middle = median(&champions);
+        // One that was chosen by its mean is known by that, as the controller made by hand is.
+        let by_mean = self.results.runs.iter().any(|run| run.champion.mean.is_some());
+        let fitness = if by_mean {
+            "the mean that it was chosen by"
+        } else {
+            "its best life"
+        };
         Claim {
             id: "C10".into(),
             statement: "Going to and fro without turning scores well under the fitness formula".into(),
@@ -674,7 +684,7 @@ impl Judged<'_> {
             verdict: verdict(to_and_fro > middle),
             effects: vec![
                 effect("fitness of going to and fro, mean of 100 lives", to_and_fro, None),
-                effect("median champion without noise, its best life", middle, None),
+                effect(format!("median champion without noise, {fitness}"), middle, None),
             ],
             tests: Vec::new(),
             remark: "Only where driving backwards pays as forwards does (unsigned V)".into(),
@@ -856,6 +866,22 @@ mod tests {
             .collect();
         // The made-up gaps are 60, 110 and 5: two are found and one not, and they come in the order.
         assert_eq!(shares, [1.0, 1.0, 0.0, 1.0, 1.0]);
+    }
+
+    /// Going to and fro scores 300 here, single lives of champions score more, and their means less.
+    #[test]
+    fn champions_are_measured_by_what_they_were_chosen_by() {
+        let mut by_life = results(5);
+        by_life.to_and_fro = vec![300.0; 100];
+        let mut by_mean = by_life.clone();
+        for run in &mut by_mean.runs {
+            run.champion.mean = Some(290.0);
+        }
+        let [by_life, by_mean] = [by_life, by_mean].map(|results| claim(&results, "C10"));
+        assert!(by_life.effects[1].value > 300.0 && by_life.effects[1].name.ends_with("its best life"));
+        assert_eq!(by_life.verdict, Verdict::NotReproduced);
+        assert!(by_mean.effects[1].value == 290.0 && by_mean.effects[1].name.ends_with("chosen by"));
+        assert_eq!(by_mean.verdict, Verdict::Reproduced);
     }
 
     #[test]

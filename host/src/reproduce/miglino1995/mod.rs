@@ -324,7 +324,8 @@ fn cohorts(
     let mut runs: Vec<Run> = Vec::new();
     let life = u64::from(settings.world().cycles) * u64::from(settings.evolution().population);
     // A generation a generation, and generation 200 some times more.
-    let steps = 3 * u64::from(settings.runs) * u64::from(SIMULATED + REAL + 5) * life + evaluations.control.steps();
+    let generations = SIMULATED + REAL + 5 + settings.arm.champion_lives().unwrap_or(0);
+    let steps = 3 * u64::from(settings.runs) * u64::from(generations) * life + evaluations.control.steps();
     progress::watched(steps, "evolving", console, &evaluations.control, || -> Result {
         for first in (0..settings.runs).step_by(COHORT as usize) {
             let numbers = first..(first + COHORT).min(settings.runs);

@@ -107,7 +107,7 @@ impl<'a> RealLives<'a> {
             .iter()
             .map(|&run| {
                 let generation = u64::from(runs[run].evolution.generation());
-                Key::rollout(runs[run].seed, generation, individual, WALKS + trial as u64)
+                Key::rollout(runs[run].seed, generation, individual, WALKS + trial.number())
             })
             .collect();
         let genomes: Vec<Vec<f32>> = keys

@@ -148,7 +148,7 @@ pub(crate) struct Run {
     pub(crate) transferred: Transferred,
     /// The real fitness of the individuals of generation 219.
     pub(crate) last: Vec<f32>,
-    /// The best single simulated life of generation 200.
+    /// The best of generation 200 in simulation.
     pub(crate) champion: Champion,
     /// What else could have raised real fitness, with `--full`.
     pub(crate) controls: Option<Controls>,
@@ -185,6 +185,9 @@ pub(crate) struct Transferred {
 pub(crate) struct Champion {
     /// Its index in the generation.
     pub(crate) individual: u32,
+    /// Its mean fitness in the lives that it was chosen by. None: it was chosen by a single one, the best of
+    /// [`Transferred::simulated`].
+    pub(crate) mean: Option<f64>,
     /// 16 weights and 2 biases: for each output eight weights and a bias.
     pub(crate) genome: Vec<f32>,
     /// Its life in simulation, from the start that all share.

@@ -117,10 +117,9 @@ impl Settings {
             source: source.into(),
         };
         let arm = (self.arm != Arm::Main).then(|| {
-            let name = format!("{:?}", self.arm);
             row(
                 "arm",
-                name,
+                self.arm.name(),
                 "ours: in place of the preregistered choice below that it names",
             )
         });
@@ -145,6 +144,11 @@ impl Settings {
                     evolution.mutation.rate, evolution.mutation.amount
                 ),
                 "paper: \"25 %\", not of what, nor how large: ours",
+            ),
+            row(
+                "champion",
+                "the best single simulated life of generation 200".into(),
+                "ours",
             ),
             row("first genes", "U(-1, 1)".into(), "ours"),
             row(

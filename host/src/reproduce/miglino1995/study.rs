@@ -33,12 +33,29 @@ const SHARED_START: [f32; 3] = [100.0, 90.0, 0.125];
 /// A life's place in the numbering of an individual's lives: each has random numbers of its own.
 #[derive(Clone, Copy)]
 pub(super) enum Trial {
-    Simulated = 0,
-    SimulatedAgain = 1,
-    Quiet = 2,
-    Real = 3,
-    RealAgain = 4,
-    OtherRobot = 5,
+    Simulated,
+    SimulatedAgain,
+    Quiet,
+    Real,
+    RealAgain,
+    OtherRobot,
+    /// One of the simulated lives by whose mean a champion is chosen.
+    Appraised(u32),
+}
+
+impl Trial {
+    /// Its number, other than that of any drive between lives (`real_lives`), which have 16 to 31.
+    pub(super) fn number(self) -> u64 {
+        match self {
+            Self::Simulated => 0,
+            Self::SimulatedAgain => 1,
+            Self::Quiet => 2,
+            Self::Real => 3,
+            Self::RealAgain => 4,
+            Self::OtherRobot => 5,
+            Self::Appraised(life) => 32 + u64::from(life),
+        }
+    }
 }
 
 /// A study under way.
@@ -346,11 +363,11 @@ impl<'a> Study<'a> {
 
     /// The best of each run's generation 200, and how it lives here and there.
     fn champions(&self, runs: &[Evolving], transferred: &[Transferred]) -> Result<Vec<Champion>> {
-        let best: Vec<usize> = transferred.iter().map(|own| best(&own.simulated)).collect();
+        let best = self.chosen(runs, transferred)?;
         let genomes: Vec<&[f32]> = runs
             .iter()
             .zip(&best)
-            .map(|(run, &individual)| run.evolution.ask().genome(individual))
+            .map(|(run, &(individual, _))| run.evolution.ask().genome(individual))
             .collect();
         let shared = self.pairs(runs, &genomes, &[SHARED_START], 0)?;
         let mut sums: Vec<Sums> = runs.iter().map(|_| Sums::default()).collect();
@@ -366,14 +383,43 @@ impl<'a> Study<'a> {
         let cells = Cells::new(&self.simulator);
         let rows = runs.iter().zip(&best).zip(genomes).zip(shared).zip(sums);
         Ok(rows
-            .map(|((((_, &individual), genome), pair), sums)| Champion {
+            .map(|((((_, &(individual, mean)), genome), pair), sums)| Champion {
                 individual: individual as u32,
+                mean,
                 genome: genome.to_vec(),
                 simulated: cells.life(&pair.simulated),
                 real: cells.life(&pair.real),
                 discrepancy: sums.mean(&pair),
             })
             .collect())
+    }
+
+    /// The best individual of each run, and its mean where it was chosen by that.
+    fn chosen(&self, runs: &[Evolving], transferred: &[Transferred]) -> Result<Vec<(usize, Option<f64>)>> {
+        let Some(lives) = self.settings.arm.champion_lives() else {
+            return Ok(transferred.iter().map(|own| (best(&own.simulated), None)).collect());
+        };
+        let means = self.appraise(runs, 0..lives)?;
+        Ok(means
+            .iter()
+            .map(|means| {
+                let best = best(means);
+                (best, Some(means[best]))
+            })
+            .collect())
+    }
+
+    /// The mean fitness of each individual of each run in some lives of its own simulator.
+    fn appraise(&self, runs: &[Evolving], lives: Range<u32>) -> Result<Vec<Vec<f64>>> {
+        let count = f64::from(lives.end - lives.start);
+        let mut means: Vec<Vec<f64>> = runs.iter().map(|run| vec![0.0; run.evolution.ask().len()]).collect();
+        for life in lives {
+            let fitness = self.simulate(runs, Trial::Appraised(life))?;
+            for (mean, fitness) in means.iter_mut().flatten().zip(fitness.iter().flatten()) {
+                *mean += f64::from(*fitness) / count;
+            }
+        }
+        Ok(means)
     }
 
     /// A simulated and two real lives of each genome from each start, one cycle longer than a life for its last
@@ -459,7 +505,7 @@ impl<'a> Study<'a> {
     }
 
     /// What each difference between reality and simulator does by itself, over the first cycles of the lives of
-    /// random controllers.
+    /// random controllers: nothing, where the arm has it not.
     pub(crate) fn differences(&self) -> Result<Vec<DifferenceEffect>> {
         const LIVES: u64 = 4000;
         /// A cycle after the first, so that what is old or slow shows.
@@ -498,10 +544,9 @@ impl<'a> Study<'a> {
         Difference::ALL
             .into_iter()
             .map(|difference| {
-                let Differences {
-                    severity, latency_ms, ..
-                } = surrogate.differences;
-                let with = after(Differences::only(severity, difference).with_latency(latency_ms))?;
+                let own = surrogate.differences;
+                let alone = Differences::only(own.strength(difference), difference).with_latency(own.latency_ms);
+                let with = after(alone)?;
                 Ok(effect(difference.name(), &with, &without))
             })
             .collect()
@@ -556,7 +601,7 @@ pub(super) fn lives(run: &Evolving, trial: Trial) -> impl Iterator<Item = realit
         .zip(0..)
         .map(move |(genes, individual)| reality::Life {
             genes,
-            key: Key::rollout(run.seed, generation, individual, trial as u64),
+            key: Key::rollout(run.seed, generation, individual, trial.number()),
             start: None,
         })
 }
@@ -592,7 +637,7 @@ fn difference(a: &[f32], b: &[f32]) -> f64 {
 }
 
 /// The index of the greatest; of equal ones the first.
-fn best(fitness: &[f32]) -> usize {
+fn best<T: PartialOrd>(fitness: &[T]) -> usize {
     let better = |best: usize, index: usize| if fitness[index] > fitness[best] { index } else { best };
     (1..fitness.len()).fold(0, better)
 }
@@ -776,5 +821,81 @@ impl Cells {
             })
         };
         path_length(end) < LEAST && self.corners.iter().any(near)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::atomic::AtomicBool;
+
+    use oneiro::cpu::Cpu;
+
+    use super::super::arms::Arm;
+    use super::super::settings::Settings;
+    use super::*;
+
+    fn settings(arm: Arm) -> Settings {
+        Settings {
+            seed: 1,
+            runs: 2,
+            robot: 3,
+            severity: 1.0,
+            arm,
+            full: false,
+            tables: Vec::new(),
+        }
+    }
+
+    fn evaluations() -> Evaluations {
+        Evaluations::new(Box::new(Cpu::new(None).unwrap()), Arc::new(AtomicBool::new(false)))
+    }
+
+    /// Two runs of each condition, at their first generation.
+    fn begun(study: &Study<'_>) -> Vec<Evolving> {
+        let numbers = (0..2).flat_map(|number| Condition::ALL.map(|condition| (condition, number)));
+        numbers
+            .map(|(condition, number)| study.begin(condition, number))
+            .collect()
+    }
+
+    /// In a hundred lives more, by which none was chosen, those that were chosen by a mean do better than those of one
+    /// good life.
+    #[test]
+    fn champions_by_mean_stay_good() {
+        let evaluations = evaluations();
+        let in_other_lives = |arm| {
+            let settings = settings(arm);
+            let study = Study::new(&settings, Robot::khepera(), &evaluations).unwrap();
+            let mut runs = begun(&study);
+            let mut robot = study.real_lives(&settings.surrogate()).unwrap();
+            let transferred = study.transfer(&mut runs, &mut robot).unwrap();
+            let chosen = study.chosen(&runs, &transferred).unwrap();
+            let others = study.appraise(&runs, 1000..1100).unwrap();
+            for ((&(individual, mean), own), others) in chosen.iter().zip(&transferred).zip(&others) {
+                match mean {
+                    None => assert!(own.simulated.iter().all(|life| *life <= own.simulated[individual])),
+                    // Other lives, of the same individual.
+                    Some(mean) => assert!(mean != others[individual] && (mean / others[individual] - 1.0).abs() < 0.3),
+                }
+                assert_eq!(mean.is_some(), arm == Arm::ChampionByMean);
+            }
+            let fitness: Vec<f64> = chosen.iter().zip(&others).map(|((best, _), own)| own[*best]).collect();
+            fitness
+        };
+        let (by_life, by_mean) = (in_other_lives(Arm::Main), in_other_lives(Arm::ChampionByMean));
+        let sum = |fitness: &[f64]| fitness.iter().sum::<f64>();
+        assert!(sum(&by_mean) > 1.05 * sum(&by_life), "{by_mean:?}, {by_life:?}");
+    }
+
+    /// What is not different has no effect, what is different has one.
+    #[test]
+    fn differences_that_an_arm_has_not_do_nothing() {
+        let evaluations = evaluations();
+        let settings = settings(Arm::Only(Difference::MotorLag));
+        let study = Study::new(&settings, Robot::khepera(), &evaluations).unwrap();
+        for effect in study.differences().unwrap() {
+            let change = effect.activation + effect.displacement + effect.turn;
+            assert_eq!(change > 0.0, effect.name == "motor_lag", "{}: {change}", effect.name);
+        }
     }
 }

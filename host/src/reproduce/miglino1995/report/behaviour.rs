@@ -18,9 +18,16 @@ const REPEATED: &str = "1.5 4";
 const UNRELATED: &str = "9 5";
 
 pub(super) fn section(study: &Study<'_>) -> Section {
+    let by_mean = study.results.runs.iter().any(|run| run.champion.mean.is_some());
+    let chosen_by = if by_mean {
+        "mean of many simulated lives"
+    } else {
+        "single simulated life"
+    };
     let mut body = paragraph(&format!(
-        "The best individual of each run is the best single simulated life of generation {}. It lives from a start \
-         that all share, {} s in simulation and {} s in reality.",
+        "The best individual of each run is the one with the best {} of generation {}. It lives from a start that all \
+         share, {} s in simulation and {} s in reality.",
+        chosen_by,
         study.results.simulated_generations,
         shown(life_seconds(study.results), DIGITS),
         shown(life_seconds(study.results), DIGITS),

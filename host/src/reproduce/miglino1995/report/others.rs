@@ -244,14 +244,20 @@ fn variants(results: &Results) -> String {
 
 /// Which claims hold under which assumption; nothing where no other was asked for.
 pub(super) fn sensitivity(study: &Study<'_>) -> Option<Section> {
-    let (_, main) = study.arms.first()?;
+    let (arm, main) = study.arms.first()?;
     let mut head = vec![Head::Text("Assumption")];
     head.extend(main.iter().map(|claim| Head::Text(&claim.id)));
-    let mut rows: Vec<Row> = study
-        .arms
-        .iter()
-        .map(|(arm, claims)| assumption(*arm, claims))
-        .collect();
+    let mut rows = vec![assumption(*arm, main)];
+    for (title, group) in Arm::groups() {
+        let own: Vec<_> = study.arms.iter().filter(|(arm, _)| group.contains(arm)).collect();
+        if !own.is_empty() {
+            rows.push(Row {
+                cells: vec![Cell::across(head.len(), title)],
+                sum: true,
+            });
+            rows.extend(own.into_iter().map(|(arm, claims)| assumption(*arm, claims)));
+        }
+    }
     let counts = (0..main.len()).map(|column| {
         let asked = study.arms.iter().filter_map(|(_, claims)| claims.get(column));
         let asked = asked.filter(|claim| claim.verdict != Verdict::Undecided);
@@ -264,9 +270,9 @@ pub(super) fn sensitivity(study: &Study<'_>) -> Option<Section> {
             .collect(),
         sum: true,
     });
-    let words = "Which claims hold under which assumption. Each row is the whole study again with one choice made otherwise; its own report lies in the directory \
-                 arms. A verdict that changes from row to row hangs on a choice that the paper leaves open, or on the \
-                 few runs.";
+    let words = "Which claims hold under which assumption. Each row is the whole study again with one choice made \
+                 otherwise; its own report lies in the directory arms. A verdict that changes from row to row hangs on \
+                 a choice that the paper leaves open, on what reality differs in, or on the few runs.";
     Some(Section {
         id: "sensitivity",
         title: "Under other assumptions",

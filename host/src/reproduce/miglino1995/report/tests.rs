@@ -1,5 +1,6 @@
 use oneiro::arena::Arena;
 use oneiro::random::pcg4d;
+use oneiro::surrogate::Difference;
 use oneiro::tables::SensorTables;
 
 use super::*;
@@ -105,6 +106,7 @@ impl Numbers {
             last: self.lives(0.7 * top - 0.3 * gap),
             champion: Champion {
                 individual: 17,
+                mean: None,
                 genome: (0..18).map(|_| self.around(0.0, 8.0) as f32).collect(),
                 simulated: self.life(top, 7.0),
                 real: self.life(top - gap, 7.0 - apart / 60.0),
@@ -517,7 +519,12 @@ fn claims_by_assumption_are_shown_where_they_are_known() {
     let own = claims();
     let mut other = claims();
     other[0].verdict = Verdict::NotReproduced;
-    let arms = [(Arm::Main, own.clone()), (Arm::TenReadings, other)];
+    let arms = [
+        (Arm::Main, own.clone()),
+        (Arm::TenReadings, other.clone()),
+        (Arm::Only(Difference::ReadNoise), other.clone()),
+        (Arm::Interpolated, other),
+    ];
     let study = |arms| {
         html(&Study {
             results: &results(5),
@@ -535,10 +542,21 @@ fn claims_by_assumption_are_shown_where_they_are_known() {
     assert_eq!(unbalanced(&html), None);
     let section = part(&html, "section", "sensitivity");
     assert!(section.contains("<code>ten-readings</code>") && section.contains("mean of ten turns"));
-    // Of the twelve made-up verdicts six hold, three don't and three are open; the other assumption loses one.
-    assert_eq!(section.matches(">yes</span>").count(), 6 + 5);
-    assert_eq!(section.matches(">no</span>").count(), 3 + 4);
-    assert!(section.contains("<td>1/2</td>") && section.contains("<td>0/0</td>"));
+    // Of the twelve made-up verdicts six hold, three don't and three are open; other assumptions lose one.
+    assert_eq!(section.matches(">yes</span>").count(), 6 + 3 * 5);
+    assert_eq!(section.matches(">no</span>").count(), 3 + 3 * 4);
+    assert!(section.contains("<td>1/4</td>") && section.contains("<td>0/0</td>"));
+    // Assumptions of a kind are together, below what they are about; kinds without any are not there.
+    assert_eq!(
+        section.matches("<tr class=\"sum\">").count(),
+        2 + 1,
+        "two kinds and the last row"
+    );
+    let kinds: Vec<&str> = section.split("<tr class=\"sum\">").collect();
+    assert!(kinds[1].contains("its samples"));
+    assert!(kinds[1].contains("<code>ten-readings</code>") && kinds[1].contains("<code>interpolated</code>"));
+    assert!(kinds[2].contains("one difference") && kinds[2].contains("<code>only-read-noise</code>"));
+    assert!(kinds[2].contains("Reality differs in read noise alone"));
 }
 
 #[test]
