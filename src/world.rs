@@ -154,6 +154,23 @@ impl Task {
         activation: Activation::Real,
         new_cell: 0.0,
     };
+
+    /// The same where a new cell is worth so much.
+    #[must_use]
+    pub fn with_new_cell(self, new_cell: f32) -> Self {
+        let Self::Avoidance {
+            speed,
+            difference,
+            activation,
+            ..
+        } = self;
+        Self::Avoidance {
+            speed,
+            difference,
+            activation,
+            new_cell,
+        }
+    }
 }
 
 /// Where a life starts.

@@ -91,12 +91,7 @@ fn specs() -> Vec<(String, WorldSpec)> {
         spec.task = task(Speed::Unsigned, Difference::Root, Activation::None);
     });
     with("cells that are new", &|spec| {
-        spec.task = Task::Avoidance {
-            speed: Speed::Unsigned,
-            difference: Difference::Root,
-            activation: Activation::Real,
-            new_cell: 2.5,
-        };
+        spec.task = Task::AVOIDANCE.with_new_cell(2.5);
     });
     specs
 }

@@ -24,21 +24,6 @@ fn sensors(change: impl Fn(&mut SensorTables)) -> Arc<SensorTables> {
     Arc::new(sensors)
 }
 
-fn new_cell(new_cell: f32) -> Task {
-    let Task::Avoidance {
-        speed,
-        difference,
-        activation,
-        ..
-    } = Task::AVOIDANCE;
-    Task::Avoidance {
-        speed,
-        difference,
-        activation,
-        new_cell,
-    }
-}
-
 /// A table of blocks, which look the same from both of its points of view.
 fn block_table() -> SensorTable {
     let mut table = spec().robot.sensors.classes[0].clone();
@@ -266,13 +251,15 @@ fn what_is_not_allowed_is_refused_by_name() {
             sensors.classes[2].views = 0;
             spec.robot.sensors = Arc::new(sensors);
         }),
-        ("task.new_cell", "0 to 1000", |spec| spec.task = new_cell(-1.0)),
+        ("task.new_cell", "0 to 1000", |spec| {
+            spec.task = Task::AVOIDANCE.with_new_cell(-1.0);
+        }),
         ("task.new_cell", "up to 128 cells", |spec| {
-            spec.task = new_cell(1.0);
+            spec.task = Task::AVOIDANCE.with_new_cell(1.0);
             spec.arena = Arena::rectangle(1000.0, 1000.0);
         }),
         ("task.new_cell", "surrogate's life", |spec| {
-            spec.task = new_cell(1.0);
+            spec.task = Task::AVOIDANCE.with_new_cell(1.0);
             spec.surrogate = Some(Arc::new(Surrogate::drawn(1, Differences::all(1.0))));
         }),
         ("robot.motors.states", "1 to 256", |spec| {

@@ -37,6 +37,7 @@ pub(crate) enum Arm {
     MutationPerIndividual,
     WideGenes,
     ChampionByMean,
+    CellsVisited,
     LatencyCycle,
     HalfSeverity,
     AnotherRobot,
@@ -89,6 +90,10 @@ impl ValueEnum for Arm {
             Self::ChampionByMean => named(
                 "champion-by-mean",
                 "Champions have the best mean of 100 simulated lives, not the best single one",
+            ),
+            Self::CellsVisited => named(
+                "cells-visited",
+                "Simulated lives are selected by 5 more for each new cell of 50 mm, as the paper's conclusion proposes",
             ),
             Self::LatencyCycle => named("latency-cycle", "Readings 100 ms old"),
             Self::HalfSeverity => named("half-severity", "Half the severity"),
@@ -161,6 +166,7 @@ impl Arm {
                     Self::MutationPerIndividual,
                     Self::WideGenes,
                     Self::ChampionByMean,
+                    Self::CellsVisited,
                 ],
             ),
             (
@@ -287,6 +293,12 @@ impl Arm {
     /// the one that simulation and reality are compared by.
     pub(crate) fn champion_lives(self) -> Option<u32> {
         (self == Self::ChampionByMean).then_some(100)
+    }
+
+    /// What simulated lives are selected by besides their fitness: what each cell of 50 mm is worth that is new. Only
+    /// selection knows of it; fitness is as everywhere, since a real robot does not know where it is.
+    pub(crate) fn new_cell(self) -> Option<f32> {
+        (self == Self::CellsVisited).then_some(5.0)
     }
 
     /// Which states the motors have.

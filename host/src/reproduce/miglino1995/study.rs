@@ -9,7 +9,7 @@ use oneiro::batch::{Batch, Record, Rollout, TraceRequest};
 use oneiro::random::{Key, pcg4d};
 use oneiro::surrogate::{Difference, Differences, Surrogate};
 use oneiro::tables::SensorTables;
-use oneiro::world::{Robot, Start, World, WorldSpec};
+use oneiro::world::{Robot, Start, Task, World, WorldSpec};
 
 use super::real_lives::RealLives;
 use super::results::{Champion, Condition, Controls, DifferenceEffect, Discrepancy, Level, Life, Run, Transferred};
@@ -68,6 +68,8 @@ pub(crate) struct Study<'a> {
     sampled: Arc<SensorTables>,
     /// A simulator for each condition.
     simulators: [World; 3],
+    /// The same where simulated lives are selected by more than their fitness.
+    selecting: Option<[World; 3]>,
 }
 
 /// A run while it evolves.
@@ -95,20 +97,30 @@ impl<'a> Study<'a> {
             },
             ..settings.world()
         };
-        let with_noise = |condition| {
-            World::new(WorldSpec {
-                noise: settings.noise(condition),
-                ..simulator.clone()
-            })
+        let each = |task: Task| {
+            let with_noise = |condition| {
+                World::new(WorldSpec {
+                    noise: settings.noise(condition),
+                    task,
+                    ..simulator.clone()
+                })
+            };
+            let [none, sensor, conservative] = Condition::ALL;
+            Ok::<_, Failure>([with_noise(none)?, with_noise(sensor)?, with_noise(conservative)?])
         };
-        let [none, sensor, conservative] = Condition::ALL;
-        let simulators = [with_noise(none)?, with_noise(sensor)?, with_noise(conservative)?];
+        let simulators = each(simulator.task)?;
+        let more = settings
+            .arm
+            .new_cell()
+            .map(|new_cell| simulator.task.with_new_cell(new_cell));
+        let selecting = more.map(each).transpose()?;
         Ok(Self {
             settings,
             evaluations,
             simulator,
             sampled,
             simulators,
+            selecting,
         })
     }
 
@@ -183,9 +195,7 @@ impl<'a> Study<'a> {
         let mut evolving = robot()?;
         for generation in 1..REAL {
             let simulated = self.simulate(&on, Trial::Simulated)?;
-            for (run, fitness) in on.iter_mut().zip(simulated) {
-                run.evolution.tell(fitness);
-            }
+            self.select(&mut on, simulated)?;
             for run in &mut neutral {
                 let lot = |individual: usize| {
                     let [word, ..] = pcg4d([run.seed as u32, generation, individual as u32, 1995]);
@@ -250,10 +260,22 @@ impl<'a> Study<'a> {
     fn evolve(&self, runs: &mut [Evolving]) -> Result {
         for _ in 0..SIMULATED {
             let fitness = self.simulate(runs, Trial::Simulated)?;
-            for (run, fitness) in runs.iter_mut().zip(fitness) {
-                run.simulated.push(level(&fitness));
-                run.evolution.tell(fitness);
+            for (run, fitness) in runs.iter_mut().zip(&fitness) {
+                run.simulated.push(level(fitness));
             }
+            self.select(runs, fitness)?;
+        }
+        Ok(())
+    }
+
+    /// Selects by the fitness of simulated lives, or by what counts in its place, of the same lives.
+    fn select(&self, runs: &mut [Evolving], fitness: Vec<Vec<f32>>) -> Result {
+        let scores = match &self.selecting {
+            None => fitness,
+            Some(worlds) => self.lives_in(worlds, runs, |run| run.condition as usize, Trial::Simulated)?,
+        };
+        for (run, scores) in runs.iter_mut().zip(scores) {
+            run.evolution.tell(scores);
         }
         Ok(())
     }
@@ -856,6 +878,38 @@ mod tests {
         numbers
             .map(|(condition, number)| study.begin(condition, number))
             .collect()
+    }
+
+    /// New cells count in selection, five each, and in nothing that is measured.
+    #[test]
+    fn cells_visited_select_and_are_not_fitness() {
+        let evaluations = evaluations();
+        let settings = settings(Arm::CellsVisited);
+        let study = Study::new(&settings, Robot::khepera(), &evaluations).unwrap();
+        let mut runs = begun(&study);
+        let fitness = study.simulate(&runs, Trial::Simulated).unwrap();
+        let by_fitness = {
+            let mut runs = runs.clone();
+            for (run, fitness) in runs.iter_mut().zip(&fitness) {
+                run.evolution.tell(fitness.clone());
+            }
+            runs
+        };
+        let worlds = study.selecting.as_ref().unwrap();
+        let scores = study
+            .lives_in(worlds, &runs, |run| run.condition as usize, Trial::Simulated)
+            .unwrap();
+        let mut most = 0.0_f32;
+        for (fitness, score) in fitness.concat().iter().zip(scores.concat()) {
+            let cells = (score - fitness) / 5.0;
+            assert!((cells - cells.round()).abs() < 1e-3 && cells > 0.5, "{cells} cells");
+            most = most.max(cells);
+        }
+        assert!((10.0..=84.0).contains(&most), "{most} cells");
+        study.select(&mut runs, fitness).unwrap();
+        for (one, other) in runs.iter().zip(&by_fitness) {
+            assert_ne!(one.evolution.ask(), other.evolution.ask());
+        }
     }
 
     /// In a hundred lives more, by which none was chosen, those that were chosen by a mean do better than those of one
