@@ -82,24 +82,21 @@ impl Check {
             _ if exact => Verdict::Differs,
             _ => Verdict::NotExact,
         };
-        Self {
-            what: what.into(),
-            device: device.to_owned(),
-            compared: counts.0,
-            different: counts.1,
-            verdict,
-            details: Vec::new(),
-        }
+        Self::new(what, device, counts, verdict)
     }
 
     /// Bits of something else, some of which have to differ.
     fn control(what: impl Into<String>, device: &str, counts: (u64, u64)) -> Self {
         let verdict = if counts.1 > 0 { Verdict::Caught } else { Verdict::Missed };
+        Self::new(what, device, counts, verdict)
+    }
+
+    fn new(what: impl Into<String>, device: &str, (compared, different): (u64, u64), verdict: Verdict) -> Self {
         Self {
             what: what.into(),
             device: device.to_owned(),
-            compared: counts.0,
-            different: counts.1,
+            compared,
+            different,
             verdict,
             details: Vec::new(),
         }
