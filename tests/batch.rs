@@ -242,21 +242,26 @@ fn traces_that_fill_the_memory_are_refused() {
     );
 }
 
-/// Batches in worlds that were packed once are those that pack their own.
+/// What a batch holds of the worlds is the same whichever of them it lives in, and the rest is its own.
 #[test]
 fn worlds_serve_many_batches() {
     let worlds = [world(|spec| spec.cycles = 10), world(|spec| spec.cycles = 25)];
     let packed = Worlds::new(&worlds).unwrap();
-    for rollouts in [1, 100] {
-        let crowd = Crowd::new(&worlds, vec![1; rollouts]);
-        let shared = packed.batch(&crowd.rollouts(), None).unwrap();
-        let own = batch(&worlds, vec![1; rollouts].into_iter(), None);
-        assert_eq!((shared.steps(), shared.cycles()), (own.steps(), 25));
-        assert_eq!(shared.all().worlds(), own.all().worlds());
-        assert_eq!(shared.all().shapes(), own.all().shapes());
-        assert_eq!(shared.all().tables(), own.all().tables());
-        assert_eq!(shared.all().group_table(), own.all().group_table());
-        assert_eq!(shared.all().inputs(), own.all().inputs());
+    let both = batch(&worlds, 0..2, None);
+    for (world, cycles, rollouts) in [(1, 25, 1), (0, 10, 100), (1, 25, 130)] {
+        let crowd = Crowd::new(&worlds, vec![world; rollouts]);
+        let one = packed.batch(&crowd.rollouts(), None).unwrap();
+        assert_eq!(
+            (one.steps(), one.cycles()),
+            (rollouts as u64 * u64::from(cycles), cycles)
+        );
+        assert_eq!(one.all().worlds(), both.all().worlds());
+        assert_eq!(one.all().shapes(), both.all().shapes());
+        assert_eq!(one.all().tables(), both.all().tables());
+        let groups = one.all().group_table();
+        assert!(groups.iter().all(|group| group.world as usize == world));
+        assert_eq!(groups.len(), rollouts.div_ceil(LANES));
+        assert_eq!(one.all().inputs().len(), groups.len() * 20 * LANES);
     }
 }
 

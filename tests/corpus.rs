@@ -20,6 +20,7 @@ fn differences(gpu: &mut Gpu, kernel: &Kernel, case: &Case) -> Vec<(usize, usize
 
 #[test]
 fn every_kernel_does_what_the_program_means() {
+    assert!(!CASES.is_empty());
     let mut gpu = gpu();
     for case in CASES {
         let differences = differences(&mut gpu, case.kernel, case);
@@ -38,6 +39,7 @@ fn mistakes_are_seen() {
     let mut gpu = gpu();
     // Where a driver has these modes, some keep it from contracting by themselves.
     gpu.ask_for(FloatControls::default());
+    assert!(!CONTROLS.is_empty());
     for control in CONTROLS {
         let case = Case::of(control.exact).expect("a control's exact kernel is a case");
         assert!(differences(&mut gpu, control.exact, case).is_empty());

@@ -1,61 +1,19 @@
 //! The CPU's results depend on the batch alone: not on lanes, threads, chunks, or how it is cut.
 
-use oneiro::batch::{Batch, Rollout, TraceRequest};
+use oneiro::batch::Batch;
 use oneiro::cpu::Cpu;
 use oneiro::evaluator::{Control, Error, Evaluator, PartResult};
-use oneiro::random::{Key, pcg4d};
-use oneiro::world::{Controller, Noise, Start, World, WorldSpec};
+use oneiro::world::{Controller, World, WorldSpec};
+
+mod lives;
+use lives::{CONTROLLERS, batch};
 
 fn world(change: impl Fn(&mut WorldSpec)) -> World {
-    let mut spec = WorldSpec {
-        cycles: 120,
-        ..WorldSpec::miglino1995()
-    };
-    change(&mut spec);
-    World::new(spec).unwrap()
+    lives::world(120, change)
 }
 
-/// Worlds with all there is: the noises, a chosen start, lives of other lengths.
 fn worlds(controller: Controller) -> Vec<World> {
-    let noise = |noise| world(|spec| (spec.noise, spec.controller) = (noise, controller));
-    vec![
-        noise(Noise::NONE),
-        noise(Noise::SENSOR),
-        noise(Noise {
-            motor: 0.1,
-            ..Noise::CONSERVATIVE
-        }),
-        world(|spec| {
-            spec.controller = controller;
-            spec.start = Start::At {
-                x: 100.0,
-                y: 80.0,
-                heading: 0.25,
-            };
-            spec.cycles = 37;
-        }),
-    ]
-}
-
-/// Genes from -5 to 5, each its own.
-fn genes(individual: usize, count: usize) -> Vec<f32> {
-    (0..count)
-        .map(|gene| pcg4d([individual as u32, gene as u32, 0, 0])[3] as f32 / 2.0_f32.powi(32) * 10.0 - 5.0)
-        .collect()
-}
-
-/// Rollouts that take turns in all worlds.
-fn batch(worlds: &[World], rollouts: usize, trace: Option<TraceRequest>) -> Batch {
-    let genes: Vec<Vec<f32>> = (0..rollouts)
-        .map(|index| genes(index, worlds[index % worlds.len()].genes()))
-        .collect();
-    let rollout = |(index, genes)| Rollout {
-        world: index % worlds.len(),
-        genes,
-        key: Key::rollout(1, 0, index as u64, 0),
-    };
-    let rollouts: Vec<Rollout<'_>> = genes.iter().map(Vec::as_slice).enumerate().map(rollout).collect();
-    Batch::new(worlds, &rollouts, trace).unwrap()
+    lives::worlds(controller, 120, 37)
 }
 
 /// The bits of all that an evaluation gave.
@@ -70,12 +28,6 @@ fn cpu(threads: usize) -> Cpu {
     Cpu::new(Some(threads)).unwrap()
 }
 
-const CONTROLLERS: [Controller; 3] = [
-    Controller::Perceptron,
-    Controller::Hidden { units: 3 },
-    Controller::Recurrent,
-];
-
 #[test]
 fn every_lane_code_gives_the_same_bits() {
     let names = Cpu::variants();
@@ -84,7 +36,7 @@ fn every_lane_code_gives_the_same_bits() {
         "{names:?}"
     );
     for controller in CONTROLLERS {
-        let batch = batch(&worlds(controller), 150, Some(TraceRequest { every: 7 }));
+        let batch = batch(&worlds(controller), 150, Some(7));
         let expected = bits(cpu(1), &batch);
         assert!(
             expected.0.iter().filter(|&&bits| f32::from_bits(bits) > 1.0).count() > 50,
@@ -101,7 +53,7 @@ fn every_lane_code_gives_the_same_bits() {
 
 #[test]
 fn threads_and_chunks_do_not_matter() {
-    let batch = batch(&worlds(Controller::Perceptron), 300, Some(TraceRequest { every: 10 }));
+    let batch = batch(&worlds(Controller::Perceptron), 300, Some(10));
     let expected = bits(cpu(1), &batch);
     for threads in [1, 2, 3, 8] {
         for chunk in [1, 7, 37, 119, 120, 121, u32::MAX] {
@@ -128,7 +80,7 @@ fn size_and_company_do_not_matter() {
 
 #[test]
 fn parts_make_the_whole() {
-    let batch = batch(&worlds(Controller::Perceptron), 500, Some(TraceRequest { every: 40 }));
+    let batch = batch(&worlds(Controller::Perceptron), 500, Some(40));
     let mut cpu = cpu(2);
     let whole = cpu.evaluate_part(&batch.all(), &Control::new()).unwrap();
     let mut parts = PartResult::default();
@@ -155,7 +107,7 @@ fn one_changed_constant_shows() {
             motors.cells.iter_mut().for_each(|cell| cell.displacement *= scale);
             spec.robot.motors = std::sync::Arc::new(motors);
         });
-        bits(cpu(1), &batch(&[world], 64, Some(TraceRequest { every: 1 })))
+        bits(cpu(1), &batch(&[world], 64, Some(1)))
     };
     assert!(bits_of(1.0) != bits_of(1.0 + f32::EPSILON));
 }
@@ -163,7 +115,7 @@ fn one_changed_constant_shows() {
 #[test]
 fn traces_tell_the_life() {
     let worlds = worlds(Controller::Perceptron);
-    let batch = batch(&worlds, 8, Some(TraceRequest { every: 1 }));
+    let batch = batch(&worlds, 8, Some(1));
     let outcome = cpu(2).evaluate(&batch, &Control::new()).unwrap();
     for (rollout, trace) in outcome.traces.iter().enumerate() {
         let world = &worlds[rollout % worlds.len()];

@@ -11,8 +11,8 @@ fn stored(x: f32) -> u32 {
 fn reference(scalar: Scalar, text: &str, left: u32, right: u32) -> u32 {
     match scalar {
         Scalar::F32 => of_numbers(text, f32::from_bits(left), f32::from_bits(right)),
-        Scalar::I32 => of_signed(text, left as i32, right as i32),
-        Scalar::U32 => of_unsigned(text, left, right),
+        Scalar::I32 => of_integers(text, (left as i32).into(), (right as i32).into()),
+        Scalar::U32 => of_integers(text, left.into(), right.into()),
         Scalar::Bool => of_truths(text, left & 1 == 1, right & 1 == 1),
     }
 }
@@ -42,48 +42,26 @@ fn of_numbers(text: &str, x: f32, y: f32) -> u32 {
     })
 }
 
-fn of_signed(text: &str, x: i32, y: i32) -> u32 {
-    // Exact, then modulo 2^32.
-    let (wide_x, wide_y) = (i128::from(x), i128::from(y));
+/// Signed or unsigned: exact, then modulo 2^32.
+fn of_integers(text: &str, x: i128, y: i128) -> u32 {
     let whole = match text {
-        "x + y" => wide_x + wide_y,
-        "x - y" => wide_x - wide_y,
-        "x * y" => wide_x * wide_y,
-        "min(x, y)" | "select(x, y, x > y)" => wide_x.min(wide_y),
-        "max(x, y)" => wide_x.max(wide_y),
-        "x & y" => wide_x & wide_y,
-        "x | y" => wide_x | wide_y,
-        "x ^ y" => wide_x ^ wide_y,
-        "x << (y & 31)" => wide_x << (y & 31),
-        "x >> (y & 31)" => wide_x >> (y & 31),
-        "-x" => -wide_x,
-        "~x" => -wide_x - 1,
-        "u32(x)" => wide_x,
-        "clamp(x, -1000, 1000)" => wide_x.clamp(-1000, 1000),
-        "f32(x >> 8)" => return stored((x >> 8) as f32),
-        _ => return u32::from(comparison(text, x, y)),
-    };
-    whole.rem_euclid(1 << 32) as u32
-}
-
-fn of_unsigned(text: &str, x: u32, y: u32) -> u32 {
-    let (wide_x, wide_y) = (i128::from(x), i128::from(y));
-    let whole = match text {
-        "x + y" => wide_x + wide_y,
-        "x - y" => wide_x - wide_y,
-        "x * y" => wide_x * wide_y,
-        "min(x, y)" | "select(x, y, x > y)" => wide_x.min(wide_y),
-        "max(x, y)" => wide_x.max(wide_y),
-        "x & y" => wide_x & wide_y,
-        "x | y" => wide_x | wide_y,
-        "x ^ y" => wide_x ^ wide_y,
-        "x << (y & 31)" => wide_x << (y & 31),
-        "x >> (y & 31)" => wide_x >> (y & 31),
-        "(x & 0x7fffffff) / ((y & 0x7fffffff) | 1)" => (wide_x % (1 << 31)) / ((wide_y % (1 << 31)) | 1),
-        "(x & 0x7fffffff) % ((y & 0x7fffffff) | 1)" => (wide_x % (1 << 31)) % ((wide_y % (1 << 31)) | 1),
-        "~x" => -wide_x - 1,
-        "i32(x)" => wide_x,
-        "clamp(x, 1000, 2000000000)" => wide_x.clamp(1000, 2_000_000_000),
+        "x + y" => x + y,
+        "x - y" => x - y,
+        "x * y" => x * y,
+        "min(x, y)" | "select(x, y, x > y)" => x.min(y),
+        "max(x, y)" => x.max(y),
+        "x & y" => x & y,
+        "x | y" => x | y,
+        "x ^ y" => x ^ y,
+        "x << (y & 31)" => x << (y & 31),
+        "x >> (y & 31)" => x >> (y & 31),
+        "(x & 0x7fffffff) / ((y & 0x7fffffff) | 1)" => (x % (1 << 31)) / ((y % (1 << 31)) | 1),
+        "(x & 0x7fffffff) % ((y & 0x7fffffff) | 1)" => (x % (1 << 31)) % ((y % (1 << 31)) | 1),
+        "-x" => -x,
+        "~x" => -x - 1,
+        "i32(x)" | "u32(x)" => x,
+        "clamp(x, -1000, 1000)" => x.clamp(-1000, 1000),
+        "clamp(x, 1000, 2000000000)" => x.clamp(1000, 2_000_000_000),
         "f32(x >> 8)" => return stored((x >> 8) as f32),
         _ => return u32::from(comparison(text, x, y)),
     };
@@ -124,8 +102,10 @@ fn every_lane_code_computes_every_operation() {
         let (scalar, text, _) = scalar_and_text(&case);
         let operands = || case.left.iter().zip(&case.right);
         let expected: Vec<u32> = operands().map(|(&x, &y)| reference(scalar, text, x, y)).collect();
+        assert!(case.variants().count() > 1, "{}", case.subject);
         for variant in case.variants() {
             let results = case.run(variant.name).unwrap();
+            assert_eq!(results.len(), expected.len(), "{} in {}", case.subject, variant.name);
             for ((x, y), (result, expected)) in operands().zip(results.iter().zip(&expected)) {
                 assert_eq!(
                     result, expected,
@@ -137,39 +117,30 @@ fn every_lane_code_computes_every_operation() {
     }
 }
 
+/// For how many operands an operation on numbers gives other bits when it is computed in some wrong way.
+fn shown(text: &str, wrong: impl Fn(f32, f32) -> f32) -> usize {
+    let open = (Scalar::F32, text, Form::Open);
+    let cases = operations();
+    let case = cases.iter().find(|case| scalar_and_text(case) == open).unwrap();
+    let operands = case.left.iter().zip(&case.right);
+    let differ = operands
+        .filter(|&(&x, &y)| stored(wrong(f32::from_bits(x), f32::from_bits(y))) != reference(Scalar::F32, text, x, y));
+    differ.count()
+}
+
 /// A control: a lane code that contracted products and sums would be caught.
 #[test]
 fn contraction_shows() {
-    let cases = operations();
-    for text in ["x * y + x", "y - x * y", "x * x - y * y"] {
-        let case = cases
-            .iter()
-            .find(|case| scalar_and_text(case) == (Scalar::F32, text, Form::Open))
-            .unwrap();
-        let contracted = |x: f32, y: f32| match text {
-            "x * y + x" => x.mul_add(y, x),
-            "y - x * y" => (-x).mul_add(y, y),
-            _ => x.mul_add(x, -(y * y)),
-        };
-        let differ = case.left.iter().zip(&case.right).filter(|&(&x, &y)| {
-            stored(contracted(f32::from_bits(x), f32::from_bits(y))) != reference(Scalar::F32, text, x, y)
-        });
-        assert!(differ.count() > 20, "{text}");
-    }
+    assert!(shown("x * y + x", |x, y| x.mul_add(y, x)) > 20);
+    assert!(shown("y - x * y", |x, y| (-x).mul_add(y, y)) > 20);
+    assert!(shown("x * x - y * y", |x, y| x.mul_add(x, -(y * y))) > 20);
 }
 
 /// A control: constants show that are folded as algebra would have it, and reassociated sums.
 #[test]
 fn reassociation_shows() {
-    let cases = operations();
     for text in ["(x + y) - y", "(x - y) + y"] {
-        let case = cases
-            .iter()
-            .find(|case| scalar_and_text(case) == (Scalar::F32, text, Form::Open))
-            .unwrap();
-        let operands = case.left.iter().zip(&case.right);
-        let differ = operands.filter(|&(&x, &y)| stored(f32::from_bits(x)) != reference(Scalar::F32, text, x, y));
-        assert!(differ.count() > 100, "{text}");
+        assert!(shown(text, |x, _| x) > 100, "{text}");
     }
 }
 

@@ -1,61 +1,22 @@
 //! The program from outside: what it prints, writes and refuses, and the codes that it exits with.
 
 use std::fs;
-use std::path::{Path, PathBuf};
-use std::process::{Command, Output, Stdio};
+use std::process::Stdio;
 use std::time::{Duration, Instant};
 
 use serde_json::Value;
 
-/// A directory of a test's own, emptied when the test begins.
-struct Place(PathBuf);
+mod place;
+use place::Place;
 
 impl Place {
-    fn new(name: &str) -> Self {
-        let path = Path::new(env!("CARGO_TARGET_TMPDIR")).join("program").join(name);
-        let _ = fs::remove_dir_all(&path);
-        fs::create_dir_all(&path).unwrap();
-        Self(path)
-    }
-
-    fn write(&self, name: &str, content: impl AsRef<[u8]>) {
-        fs::write(self.0.join(name), content).unwrap();
-    }
-
-    fn read(&self, name: &str) -> Vec<u8> {
-        fs::read(self.0.join(name)).unwrap_or_else(|error| panic!("{name}: {error}"))
-    }
-
-    fn text(&self, name: &str) -> String {
-        String::from_utf8(self.read(name)).unwrap()
-    }
-
     fn names(&self) -> Vec<String> {
-        let entries = fs::read_dir(&self.0).unwrap();
+        let entries = fs::read_dir(self.at(".")).unwrap();
         let mut names: Vec<String> = entries
             .map(|entry| entry.unwrap().file_name().to_string_lossy().into_owned())
             .collect();
         names.sort();
         names
-    }
-
-    fn command(&self, arguments: &[&str]) -> Command {
-        let mut command = Command::new(env!("CARGO_BIN_EXE_oneiro"));
-        command
-            .args(arguments)
-            .current_dir(&self.0)
-            .env_remove("NO_COLOR")
-            .stdin(Stdio::null());
-        command
-    }
-
-    fn run(&self, arguments: &[&str]) -> Ran {
-        Ran::new(arguments, &self.command(arguments).output().unwrap())
-    }
-
-    /// Runs what has to go well; its standard output.
-    fn good(&self, arguments: &[&str]) -> String {
-        self.run(arguments).exits(0).stdout
     }
 
     fn json(&self, arguments: &[&str]) -> Value {
@@ -93,52 +54,6 @@ population = 20
 parents = 4
 generations = 5
 ";
-
-/// What became of a command.
-struct Ran {
-    arguments: String,
-    code: Option<i32>,
-    stdout: String,
-    stderr: String,
-}
-
-impl Ran {
-    fn new(arguments: &[&str], output: &Output) -> Self {
-        Self {
-            arguments: arguments.join(" "),
-            code: output.status.code(),
-            stdout: String::from_utf8_lossy(&output.stdout).into_owned(),
-            stderr: String::from_utf8_lossy(&output.stderr).into_owned(),
-        }
-    }
-
-    #[track_caller]
-    fn exits(self, code: i32) -> Self {
-        let Self {
-            arguments,
-            stdout,
-            stderr,
-            ..
-        } = &self;
-        assert_eq!(self.code, Some(code), "oneiro {arguments}\n{stdout}\n{stderr}");
-        assert!(!stderr.contains("panicked"), "oneiro {arguments}\n{stderr}");
-        self
-    }
-
-    /// Its message has all of these words.
-    #[track_caller]
-    fn says(self, words: &[&str]) -> Self {
-        for word in words {
-            assert!(
-                self.stderr.contains(word),
-                "oneiro {}: no `{word}` in\n{}",
-                self.arguments,
-                self.stderr
-            );
-        }
-        self
-    }
-}
 
 fn npy(values: &[f32], shape: &[u64]) -> Vec<u8> {
     use npyz::WriterBuilder;
@@ -442,12 +357,12 @@ fn from_a_new_experiment_to_its_champion() {
             "{verified}"
         );
         let replay = place.json(&["replay", directory, "--json", "--every", "5"]);
-        let champion: Value = serde_json::from_str(&place.text(&format!("{directory}/champion.json"))).unwrap();
+        let champion: Value = serde_json::from_str(&place.text(format!("{directory}/champion.json"))).unwrap();
         assert_eq!(replay["bits"], champion["fitness_bits"]);
         assert_eq!(replay["generation"], champion["generation"]);
-        let trace = place.text(&format!("{directory}/replay.csv"));
+        let trace = place.text(format!("{directory}/replay.csv"));
         assert_eq!(trace.lines().count(), 1 + 50 / 5, "{trace}");
-        assert!(place.text(&format!("{directory}/replay.svg")).contains("</svg>"));
+        assert!(place.text(format!("{directory}/replay.svg")).contains("</svg>"));
     }
     // The replay's own files are no part of the run.
     assert_eq!(place.good(&["verify", "runs"]), verified);
@@ -590,12 +505,12 @@ fn damage_is_found() {
     place.run(&["verify", "run"]).exits(5);
     place.write("run/DONE", "{");
     place.run(&["verify", "run"]).exits(5).says(&["DONE"]);
-    fs::remove_file(place.0.join("run/DONE")).unwrap();
+    fs::remove_file(place.at("run/DONE")).unwrap();
     place.run(&["verify", "run"]).exits(1).says(&["not finished"]);
 
     place.run(&["verify", "nowhere"]).exits(3);
     place.run(&["replay", "."]).exits(3).says(&["no run"]);
-    fs::create_dir(place.0.join("empty")).unwrap();
+    fs::create_dir(place.at("empty")).unwrap();
     place.run(&["list", "empty"]).exits(3).says(&["no run"]);
 }
 
@@ -606,7 +521,7 @@ fn tables_come_and_go_without_a_change() {
         place.good(&["tables", "export", "--builtin", table, &format!("{table}.sam")]);
     }
     place.good(&["tables", "convert", "wall.sam", "wall.sample"]);
-    fs::create_dir(place.0.join("back")).unwrap();
+    fs::create_dir(place.at("back")).unwrap();
     place.good(&["tables", "convert", "wall.sample", "back/wall.sam"]);
     assert_eq!(place.read("back/wall.sam"), place.read("wall.sam"));
     let shown = place.json(&["tables", "show", "wall.sam", "--out", "wall.svg", "--json"]);
@@ -728,12 +643,12 @@ fn a_full_disk_exits_with_6_and_leaves_nothing_half_written() {
     let script = format!(
         "trap '' XFSZ; ulimit -f 8; exec '{program}' evaluate small.toml --genomes genomes.csv --backend cpu --out out.csv"
     );
-    let output = Command::new("bash")
+    let output = std::process::Command::new("bash")
         .args(["-c", &script])
-        .current_dir(&place.0)
+        .current_dir(place.at("."))
         .output()
         .unwrap();
-    Ran::new(&["evaluate"], &output).exits(6).says(&["out.csv"]);
+    place::Ran::new(&["evaluate"], &output).exits(6).says(&["out.csv"]);
     assert_eq!(place.names(), ["genomes.csv", "small.toml"]);
 }
 

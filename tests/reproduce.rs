@@ -3,35 +3,26 @@
 
 use std::fs;
 use std::path::{Path, PathBuf};
-use std::process::{Command, Output, Stdio};
+use std::process::Stdio;
 use std::time::{Duration, Instant};
 
-/// A directory of its own, removed when the test ends.
-struct Scratch(PathBuf);
+mod place;
+use place::{Place, Ran};
 
-impl Scratch {
-    fn new(name: &str) -> Self {
-        let path = std::env::temp_dir().join(format!("oneiro-reproduce-{name}-{}", std::process::id()));
-        fs::create_dir_all(&path).unwrap();
-        Self(path)
+impl Place {
+    /// Samples a robot, into a directory of that name.
+    fn sample(&self, out: &str, more: &[&str]) -> Ran {
+        self.run(&[&["sample", "--backend", "cpu", "--out", out], more].concat())
     }
 
-    fn command(&self, arguments: &[&str]) -> Command {
-        let mut command = Command::new(env!("CARGO_BIN_EXE_oneiro"));
-        command.current_dir(&self.0).args(arguments).stdin(Stdio::null());
-        command
-    }
-
-    fn oneiro(&self, arguments: &[&str]) -> Output {
-        self.command(arguments).output().unwrap()
-    }
-
-    /// Runs the program, which must end with a code. What it said to the user.
-    fn expect(&self, code: i32, arguments: &[&str]) -> String {
-        let output = self.oneiro(arguments);
-        let said = String::from_utf8(output.stderr).unwrap();
-        assert_eq!(output.status.code(), Some(code), "{arguments:?}: {said}");
-        said
+    /// Begins something, and kills it after a while.
+    #[cfg(unix)]
+    fn kill_after(&self, time: Duration, arguments: &[&str]) {
+        let mut command = self.command(arguments);
+        let mut child = command.stdout(Stdio::null()).stderr(Stdio::null()).spawn().unwrap();
+        std::thread::sleep(time);
+        child.kill().unwrap();
+        child.wait().unwrap();
     }
 
     /// Every file below a directory, with its bytes.
@@ -47,7 +38,7 @@ impl Scratch {
             }
         }
         let mut files = Vec::new();
-        let root = self.0.join(directory);
+        let root = self.at(directory);
         collect(&root, &root, &mut files);
         files.sort();
         files
@@ -63,82 +54,39 @@ impl Scratch {
     }
 }
 
-impl Drop for Scratch {
-    fn drop(&mut self) {
-        let _ = fs::remove_dir_all(&self.0);
-    }
-}
-
 #[test]
 fn a_sampled_robot_is_one_that_runs_take() {
-    let place = Scratch::new("sample");
-    place.expect(
-        0,
-        &[
-            "sample",
-            "--robot",
-            "surrogate:7",
-            "--backend",
-            "cpu",
-            "--out",
-            "seven",
-            "--quiet",
-        ],
-    );
-    place.expect(0, &["tables", "show", "seven/wall.sam"]);
-    let motors = fs::read_to_string(place.0.join("seven/motor.sam")).unwrap();
+    let place = Place::new("sample");
+    place.sample("seven", &["--robot", "surrogate:7", "--quiet"]).exits(0);
+    place.good(&["tables", "show", "seven/wall.sam"]);
+    let motors = place.text("seven/motor.sam");
     assert_eq!(motors.lines().count(), 42, "21 speeds, turns and displacements");
-    place.expect(0, &["new", "own"]);
+    place.good(&["new", "own"]);
     let tables = "robot.tables=[\"seven/wall.sam\",\"seven/round.sam\"]";
     let motors = "robot.motors=\"seven/motor.sam\"";
-    place.expect(0, &["check", "own.toml", "--set", tables, "--set", motors]);
+    place.good(&["check", "own.toml", "--set", tables, "--set", motors]);
 
     // On one thread as on all, and not as another robot.
-    place.expect(
-        0,
-        &[
-            "sample",
-            "--robot",
-            "surrogate:7",
-            "--backend",
-            "cpu",
-            "--threads",
-            "1",
-            "--out",
-            "again",
-        ],
-    );
+    place
+        .sample("again", &["--robot", "surrogate:7", "--threads", "1"])
+        .exits(0);
     place.assert_same("seven", "again");
-    place.expect(
-        0,
-        &["sample", "--robot", "surrogate:8", "--backend", "cpu", "--out", "eight"],
-    );
+    place.sample("eight", &["--robot", "surrogate:8"]).exits(0);
     assert_ne!(place.files("seven"), place.files("eight"));
 }
 
 /// The experiment with a block runs on samples that this machine takes again, to the last bit.
 #[test]
 fn the_shipped_samples_are_those_of_their_robot() {
-    let place = Scratch::new("block");
+    let place = Place::new("block");
     let experiments = Path::new(env!("CARGO_MANIFEST_DIR")).join("../experiments");
     let objects = "wall,round,block";
-    place.expect(
-        0,
-        &[
-            "sample",
-            "--robot",
-            "surrogate:1",
-            "--objects",
-            objects,
-            "--backend",
-            "cpu",
-            "--out",
-            "one",
-        ],
-    );
+    place
+        .sample("one", &["--robot", "surrogate:1", "--objects", objects])
+        .exits(0);
     for name in ["wall.sam", "round.sam", "block.sam", "motor.sam"] {
         let shipped = fs::read(experiments.join("surrogate-1").join(name)).unwrap();
-        assert!(shipped == fs::read(place.0.join("one").join(name)).unwrap(), "{name}");
+        assert!(shipped == place.read(format!("one/{name}")), "{name}");
     }
     let experiment = experiments.join("khepera-block.toml");
     let short = [
@@ -152,12 +100,12 @@ fn the_shipped_samples_are_those_of_their_robot() {
         "cpu",
     ];
     let arguments = ["run", experiment.to_str().unwrap(), "--out", "run"];
-    place.expect(0, &[&arguments[..], &short].concat());
+    place.good(&[&arguments[..], &short].concat());
 }
 
 #[test]
 fn what_can_not_be_sampled_is_refused() {
-    let place = Scratch::new("refused");
+    let place = Place::new("refused");
     for (arguments, words) in [
         (["--robot", "khepera:1"], "allowed: surrogate:SEED"),
         (["--robot", "surrogate:x"], "allowed: surrogate:SEED"),
@@ -165,34 +113,21 @@ fn what_can_not_be_sampled_is_refused() {
         (["--objects", "wall,cube"], "allowed: wall, round"),
         (["--objects", "wall,wall"], "is there twice"),
     ] {
-        let said = place.expect(
-            3,
-            &[
-                "sample",
-                arguments[0],
-                arguments[1],
-                "--backend",
-                "cpu",
-                "--out",
-                "none",
-            ],
-        );
-        assert!(said.contains(words), "{arguments:?}: {said}");
+        place.sample("none", &arguments).exits(3).says(&[words]);
     }
-    place.expect(0, &["sample", "--backend", "cpu", "--out", "one", "--quiet"]);
-    let said = place.expect(
-        3,
-        &["sample", "--robot", "surrogate:2", "--backend", "cpu", "--out", "one"],
-    );
-    assert!(said.contains("holds samples of another robot"), "{said}");
+    place.sample("one", &["--quiet"]).exits(0);
+    place
+        .sample("one", &["--robot", "surrogate:2"])
+        .exits(3)
+        .says(&["holds samples of another robot"]);
 }
 
 #[test]
 fn studies_that_can_not_be_are_refused() {
-    let place = Scratch::new("studies");
-    fs::create_dir(place.0.join("full")).unwrap();
-    fs::write(place.0.join("full/own.txt"), "mine").unwrap();
-    fs::write(place.0.join("wall.sam"), "8 180 20 5 2\n").unwrap();
+    let place = Place::new("studies");
+    fs::create_dir(place.at("full")).unwrap();
+    place.write("full/own.txt", "mine");
+    place.write("wall.sam", "8 180 20 5 2\n");
     for (arguments, words) in [
         (&["--severity=-1"][..], "allowed: 0 to 2"),
         (&["--robot", "mine"], "allowed: surrogate:SEED"),
@@ -202,14 +137,15 @@ fn studies_that_can_not_be_are_refused() {
     ] {
         let mut all = vec!["reproduce", "miglino1995", "--backend", "cpu"];
         all.extend(arguments);
-        let said = place.expect(3, &all);
-        assert!(said.contains(words), "{arguments:?}: {said}");
+        place.run(&all).exits(3).says(&[words]);
     }
-    assert_eq!(fs::read_to_string(place.0.join("full/own.txt")).unwrap(), "mine");
+    assert_eq!(place.text("full/own.txt"), "mine");
     for runs in ["0", "1", "1001"] {
-        let said = place.expect(3, &["reproduce", "miglino1995", "--runs", runs, "--out", "few"]);
-        assert!(said.contains("allowed: 2 to 1000"), "{said}");
-        assert!(!place.0.join("few").exists(), "nothing was begun");
+        place
+            .run(&["reproduce", "miglino1995", "--runs", runs, "--out", "few"])
+            .exits(3)
+            .says(&["allowed: 2 to 1000"]);
+        assert!(!place.at("few").exists(), "nothing was begun");
     }
 }
 
@@ -221,22 +157,12 @@ fn a_study_takes_recordings() {
         [&study[..], &["--tables", tables, "--out", out]].concat()
     }
 
-    let place = Scratch::new("recordings");
-    place.expect(
-        0,
-        &[
-            "sample",
-            "--robot",
-            "surrogate:8",
-            "--backend",
-            "cpu",
-            "--out",
-            "eight",
-            "--quiet",
-        ],
-    );
-    let said = place.expect(3, &study("eight/wall.sam", "none"));
-    assert!(said.contains("no sensor table for `round`"), "{said}");
+    let place = Place::new("recordings");
+    place.sample("eight", &["--robot", "surrogate:8", "--quiet"]).exits(0);
+    place
+        .run(&study("eight/wall.sam", "none"))
+        .exits(3)
+        .says(&["no sensor table for `round`"]);
 
     let beside = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../shared/data/khepera");
     let real = std::env::var_os("ONEIRO_RECORDINGS").map_or(beside, PathBuf::from);
@@ -250,55 +176,27 @@ fn a_study_takes_recordings() {
         let files =
             ["wall", "round", "motor"].map(|name| folder.join(name).with_extension("sam").display().to_string());
         let out = number.to_string();
-        place.expect(0, &study(&files.join(","), &out));
-        let report = fs::read_to_string(place.0.join(&out).join("report.html")).unwrap();
+        place.good(&study(&files.join(","), &out));
+        let report = place.text(format!("{out}/report.html"));
         assert!(report.contains("the simulator is made from recordings of another robot"));
-        assert!(!place.0.join(&out).join("robot").exists(), "nothing is sampled");
+        assert!(!place.at(format!("{out}/robot")).exists(), "nothing is sampled");
     }
 
     // Equal tables are told.
-    fs::copy(place.0.join("eight/wall.sam"), place.0.join("round.sam")).unwrap();
-    let said = place.expect(0, &study("eight/wall.sam,round.sam", "equal"));
-    assert!(said.contains("warning"), "{said}");
+    fs::copy(place.at("eight/wall.sam"), place.at("round.sam")).unwrap();
+    place
+        .run(&study("eight/wall.sam,round.sam", "equal"))
+        .exits(0)
+        .says(&["warning"]);
 }
 
 /// Real lives that follow one another are as little a matter of threads and stops.
 #[cfg(unix)]
 #[test]
 fn lives_in_sequence_are_a_function_of_the_settings() {
-    let place = Scratch::new("sequence");
-    let study = |out, threads| {
-        let arm = ["reproduce", "miglino1995", "--arm", "real-starts-walk"];
-        let rest = [
-            "--runs",
-            "2",
-            "--quiet",
-            "--backend",
-            "cpu",
-            "--threads",
-            threads,
-            "--out",
-            out,
-        ];
-        [&arm[..], &rest].concat()
-    };
-    let begun = Instant::now();
-    place.expect(0, &study("whole", "2"));
-    let whole = begun.elapsed();
-    let mut child = place
-        .command(&study("killed", "1"))
-        .stdout(Stdio::null())
-        .stderr(Stdio::null())
-        .spawn()
-        .unwrap();
-    std::thread::sleep(whole / 2);
-    child.kill().unwrap();
-    child.wait().unwrap();
-    place.expect(0, &study("killed", "1"));
-    place.assert_same("whole", "killed");
-    let said = place.expect(
-        3,
-        &[
+    let place = Place::new("sequence");
+    let study = |out, more: &[&'static str]| {
+        let study = [
             "reproduce",
             "miglino1995",
             "--runs",
@@ -306,10 +204,21 @@ fn lives_in_sequence_are_a_function_of_the_settings() {
             "--backend",
             "cpu",
             "--out",
-            "whole",
-        ],
-    );
-    assert!(said.contains("another study's"), "another arm is: {said}");
+            out,
+        ];
+        [&study[..], more].concat()
+    };
+    let of_arm = |out, threads| {
+        let arm = ["--arm", "real-starts-walk", "--quiet", "--threads", threads];
+        study(out, &arm)
+    };
+    let begun = Instant::now();
+    place.good(&of_arm("whole", "2"));
+    place.kill_after(begun.elapsed() / 2, &of_arm("killed", "1"));
+    place.good(&of_arm("killed", "1"));
+    place.assert_same("whole", "killed");
+    // Another arm is another study.
+    place.run(&study("whole", &[])).exits(3).says(&["another study's"]);
 }
 
 /// Killed at some moments and begun again, a study ends in the same files as one that was let alone; on one thread
@@ -317,17 +226,16 @@ fn lives_in_sequence_are_a_function_of_the_settings() {
 #[cfg(unix)]
 #[test]
 fn a_study_is_a_function_of_its_settings() {
-    let place = Scratch::new("study");
+    let place = Place::new("study");
     let study = |out, more: &[&'static str]| {
         let mut arguments = vec!["reproduce", "miglino1995", "--runs", "2", "--quiet", "--out", out];
         arguments.extend(more);
         arguments
     };
     let begun = Instant::now();
-    place.expect(0, &study("whole", &["--backend", "cpu"]));
+    place.good(&study("whole", &["--backend", "cpu"]));
     let whole = begun.elapsed();
-    let claims: serde_json::Value =
-        serde_json::from_slice(&fs::read(place.0.join("whole/claims.json")).unwrap()).unwrap();
+    let claims: serde_json::Value = serde_json::from_slice(&place.read("whole/claims.json")).unwrap();
     let ids: Vec<&str> = claims
         .as_array()
         .unwrap()
@@ -335,39 +243,23 @@ fn a_study_is_a_function_of_its_settings() {
         .filter_map(|claim| claim["id"].as_str())
         .collect();
     assert_eq!(ids.len(), 12);
-    assert!(place.0.join("whole/report.html").is_file());
+    assert!(place.at("whole/report.html").is_file());
 
     for kill in 1..=6_u32 {
-        let mut child = place
-            .command(&study("killed", &["--backend", "cpu", "--threads", "1"]))
-            .stdout(Stdio::null())
-            .stderr(Stdio::null())
-            .spawn()
-            .unwrap();
-        std::thread::sleep(whole * kill / 7 + Duration::from_millis(3));
-        child.kill().unwrap();
-        child.wait().unwrap();
+        let moment = whole * kill / 7 + Duration::from_millis(3);
+        place.kill_after(moment, &study("killed", &["--backend", "cpu", "--threads", "1"]));
     }
-    place.expect(0, &study("killed", &["--backend", "cpu", "--threads", "1"]));
+    place.good(&study("killed", &["--backend", "cpu", "--threads", "1"]));
     place.assert_same("whole", "killed");
 
-    let said = place.expect(
-        3,
-        &[
-            "reproduce",
-            "miglino1995",
-            "--runs",
-            "3",
-            "--backend",
-            "cpu",
-            "--out",
-            "whole",
-        ],
-    );
-    assert!(said.contains("another study's"), "{said}");
+    let more = ["reproduce", "miglino1995", "--runs", "3", "--backend", "cpu"];
+    place
+        .run(&[&more[..], &["--out", "whole"]].concat())
+        .exits(3)
+        .says(&["another study's"]);
 
     if cfg!(feature = "gpu") {
-        place.expect(0, &study("gpu", &["--backend", "gpu:0"]));
+        place.good(&study("gpu", &["--backend", "gpu:0"]));
         place.assert_same("whole", "gpu");
     }
 }

@@ -177,17 +177,17 @@ fn all_devices_agree_to_the_last_bit() {
     }
 }
 
-/// Each difference alone changes what is read or where robots come to, and without any two lives are one.
+/// Each difference alone changes what is read or where robots come to, and without any a surrogate is the simulator.
 #[test]
 fn each_difference_shows() {
-    let lives = |differences| {
-        evaluated(
-            &mut scalar(),
-            &batch(world(differences, Controller::Perceptron, 40), 200),
-        )
+    let lives_in = |world| evaluated(&mut scalar(), &batch(world, 200));
+    let lives = |differences| lives_in(world(differences, Controller::Perceptron, 40));
+    let simulator = WorldSpec {
+        cycles: 40,
+        ..WorldSpec::miglino1995()
     };
     let none = lives(Differences::all(0.0));
-    assert_eq!(none, lives(Differences::all(0.0)));
+    assert_eq!(none, lives_in(World::new(simulator).unwrap()));
     for difference in Difference::ALL {
         let changed = lives(Differences::only(1.0, difference));
         let lives = changed.iter().zip(&none).filter(|(one, other)| one != other).count();

@@ -5,8 +5,8 @@ use oneiro_shaders::PROBE_OPERATIONS;
 use super::{Case, Form, Scalar, Subject};
 use crate::random::pcg4d;
 
-/// Operations on two numbers, by their numbers in the kernel.
-const F32_PAIR: &[&str] = &[
+/// Operations on two operands, by their numbers in the kernel: first those on numbers and integers alike.
+const PAIR: &[&str] = &[
     "x + y",
     "x - y",
     "x * y",
@@ -19,6 +19,8 @@ const F32_PAIR: &[&str] = &[
     "x == y",
     "x != y",
     "select(x, y, x > y)",
+];
+const F32_PAIR: &[&str] = &[
     "x * y + x",
     "y - x * y",
     "x * x - y * y",
@@ -26,25 +28,8 @@ const F32_PAIR: &[&str] = &[
     "(x - y) + y",
     "clamp(x, -abs(y), abs(y))",
 ];
-/// Operations on two integers, by their numbers in the kernel; signed ones end before division.
-const INTEGER_PAIR: &[&str] = &[
-    "x + y",
-    "x - y",
-    "x * y",
-    "min(x, y)",
-    "max(x, y)",
-    "x < y",
-    "x <= y",
-    "x > y",
-    "x >= y",
-    "x == y",
-    "x != y",
-    "select(x, y, x > y)",
-    "x & y",
-    "x | y",
-    "x ^ y",
-    "x << (y & 31)",
-    "x >> (y & 31)",
+const INTEGER_PAIR: &[&str] = &["x & y", "x | y", "x ^ y", "x << (y & 31)", "x >> (y & 31)"];
+const U32_PAIR: &[&str] = &[
     "(x & 0x7fffffff) / ((y & 0x7fffffff) | 1)",
     "(x & 0x7fffffff) % ((y & 0x7fffffff) | 1)",
 ];
@@ -79,10 +64,10 @@ const FORMS: [Form; 9] = [
 /// 1, -1 and 2 in place of either. No operand, intermediate or result is NaN, infinite or subnormal, as in a kernel.
 pub fn operations() -> Vec<Case> {
     let scalars = [
-        (Scalar::F32, F32_PAIR, F32_ALONE),
-        (Scalar::I32, &INTEGER_PAIR[..17], I32_ALONE),
-        (Scalar::U32, INTEGER_PAIR, U32_ALONE),
-        (Scalar::Bool, BOOL_PAIR, &[]),
+        (Scalar::F32, [PAIR, F32_PAIR].concat(), F32_ALONE),
+        (Scalar::I32, [PAIR, INTEGER_PAIR].concat(), I32_ALONE),
+        (Scalar::U32, [PAIR, INTEGER_PAIR, U32_PAIR].concat(), U32_ALONE),
+        (Scalar::Bool, BOOL_PAIR.to_vec(), &[]),
     ];
     let mut cases = Vec::new();
     for (index, (scalar, pair, alone)) in scalars.into_iter().enumerate() {

@@ -82,24 +82,21 @@ impl Check {
             _ if exact => Verdict::Differs,
             _ => Verdict::NotExact,
         };
-        Self {
-            what: what.into(),
-            device: device.to_owned(),
-            compared: counts.0,
-            different: counts.1,
-            verdict,
-            details: Vec::new(),
-        }
+        Self::new(what, device, counts, verdict)
     }
 
     /// Bits of something else, some of which have to differ.
     fn control(what: impl Into<String>, device: &str, counts: (u64, u64)) -> Self {
         let verdict = if counts.1 > 0 { Verdict::Caught } else { Verdict::Missed };
+        Self::new(what, device, counts, verdict)
+    }
+
+    fn new(what: impl Into<String>, device: &str, (compared, different): (u64, u64), verdict: Verdict) -> Self {
         Self {
             what: what.into(),
             device: device.to_owned(),
-            compared: counts.0,
-            different: counts.1,
+            compared,
+            different,
             verdict,
             details: Vec::new(),
         }
@@ -245,7 +242,7 @@ impl Arithmetic {
             let (mut compared, mut different, mut details) = (0, 0, Vec::new());
             for ((case, here), there) in self.cases.iter().zip(&self.results).zip(&results) {
                 if matches!(case.subject, Subject::Function(_)) == is_function {
-                    let differ = different_words(here, there);
+                    let differ = differing(here, there);
                     compared += here.len() as u64;
                     different += differ;
                     if differ > 0 {
@@ -259,15 +256,15 @@ impl Arithmetic {
             });
         }
         if let ([here, ..], [_, there, ..]) = (&self.results[..], &results[..]) {
-            let counts = (here.len() as u64, different_words(here, there));
+            let counts = (here.len() as u64, differing(here, there));
             checks.push(Check::control("another operation must show", name, counts));
         }
         Ok(())
     }
 }
 
-/// Words that are others in two lists; those that one list has not are.
-fn different_words(here: &[u32], there: &[u32]) -> u64 {
+/// What is another in two lists; what one list has not is.
+fn differing<T: PartialEq>(here: &[T], there: &[T]) -> u64 {
     (here.iter().zip(there).filter(|(a, b)| a != b).count() + here.len().abs_diff(there.len())) as u64
 }
 
@@ -332,27 +329,17 @@ impl Reference {
         let Candidate { name, exact, .. } = candidate;
         let lives_of = &self.name;
         let control = Control::new();
+        let same = |what, counts| Check::same(format!("{lives_of}: {what}"), name, *exact, counts);
         let mut evaluator = candidate.open(None)?;
         if !candidate.is_scalar() {
             let lives = evaluator.evaluate(&self.batch, &control)?;
-            checks.push(Check::same(
-                format!("{lives_of}: fitness"),
-                name,
-                *exact,
-                self.fitness(&lives),
-            ));
+            checks.push(same("fitness", self.fitness(&lives)));
             let lives = evaluator.evaluate(&self.traced, &control)?;
-            checks.push(Check::same(
-                format!("{lives_of}: traces"),
-                name,
-                *exact,
-                self.trace(&lives),
-            ));
+            checks.push(same("traces", self.trace(&lives)));
         }
         let mut cut = candidate.open(Some(CHUNK))?;
         let lives = in_parts(cut.as_mut(), &self.batch)?;
-        let what = format!("{lives_of}: fitness, lives and batch cut");
-        checks.push(Check::same(what, name, *exact, self.fitness(&lives)));
+        checks.push(same("fitness, lives and batch cut", self.fitness(&lives)));
         let lives = evaluator.evaluate(&self.altered, &control)?;
         let what = format!("{lives_of}: one constant 1 ulp up must show");
         checks.push(Check::control(what, name, self.fitness(&lives)));
@@ -371,8 +358,7 @@ impl Reference {
     /// Records compared, and those of which any number differs. (Zero has one sign there, and a NaN differs from all.)
     fn trace(&self, other: &Outcome) -> (u64, u64) {
         let (here, there) = (self.traces.traces.concat(), other.traces.concat());
-        let different = here.iter().zip(&there).filter(|(a, b)| a != b).count() + here.len().abs_diff(there.len());
-        (here.len() as u64, different as u64)
+        (here.len() as u64, differing(&here, &there))
     }
 }
 

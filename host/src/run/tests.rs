@@ -112,6 +112,14 @@ impl Scratch {
         result
     }
 
+    /// Why a run in `run` does not come to its end.
+    fn failure(&self, mock: Mock) -> Failure {
+        match self.evolve(vec![self.start(1, "run")], mock, u32::MAX) {
+            Err(failure) => failure,
+            Ok(_) => panic!("nothing failed"),
+        }
+    }
+
     fn saved(&self, directory: &str) -> SavedRun {
         SavedRun::open(&self.path.join(directory)).unwrap()
     }
@@ -217,10 +225,7 @@ fn a_broken_device_costs_no_generation() {
         },
         ..Mock::default()
     };
-    let failure = scratch
-        .evolve(vec![scratch.start(1, "run")], mock, u32::MAX)
-        .map(|_| ())
-        .unwrap_err();
+    let failure = scratch.failure(mock);
     assert_eq!(failure.code(), 1);
     assert!(failure.to_string().contains("the device mock was lost"), "{failure}");
     assert_eq!(scratch.resume("run").evolution().generation(), 5);
@@ -236,10 +241,7 @@ fn a_device_that_contradicts_itself_is_found_out() {
         lies: 1e-6,
         ..Mock::default()
     };
-    let failure = scratch
-        .evolve(vec![scratch.start(1, "run")], mock, u32::MAX)
-        .map(|_| ())
-        .unwrap_err();
+    let failure = scratch.failure(mock);
     assert_eq!(failure.code(), 1);
     assert!(
         failure.to_string().contains("results of this device can't be trusted"),

@@ -71,6 +71,15 @@ fn check(figure: &'static str, samples: &[&[f64]], least: usize) -> Result<()> {
     Ok(())
 }
 
+/// Checks two or more groups, none of them empty.
+fn check_groups(figure: &'static str, groups: &[&[f64]]) -> Result<()> {
+    check(figure, groups, 1)?;
+    if groups.len() < 2 {
+        return undefined(figure, format!("has {} groups; allowed: 2 or more", groups.len()));
+    }
+    Ok(())
+}
+
 /// Checks two samples whose values belong together.
 fn check_pairs(figure: &'static str, a: &[f64], b: &[f64], least: usize) -> Result<()> {
     check(figure, &[a, b], least)?;

@@ -3,7 +3,7 @@
 use super::effects::eta_squared;
 use super::special::{Probability, f_tail, t_tails};
 use super::summary::{all_equal, mean, squares, variance};
-use super::{Result, check, check_pairs, undefined};
+use super::{Result, check, check_groups, check_pairs, undefined};
 
 /// A one-way analysis of variance.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -28,10 +28,7 @@ pub(crate) struct Anova {
 /// Fewer than two groups, an empty one, no more values than groups, or no variation within any.
 pub(crate) fn anova(groups: &[&[f64]]) -> Result<Anova> {
     const FIGURE: &str = "analysis of variance";
-    check(FIGURE, groups, 1)?;
-    if groups.len() < 2 {
-        return undefined(FIGURE, format!("has {} groups; allowed: 2 or more", groups.len()));
-    }
+    check_groups(FIGURE, groups)?;
     let values = groups.concat();
     if values.len() <= groups.len() {
         return undefined(FIGURE, "every group has 1 value; allowed: a group of 2 or more");

@@ -2,7 +2,7 @@
 
 use super::special::{Probability, chi_squared_tail, normal_tails};
 use super::summary::all_equal;
-use super::{Result, check, check_pairs, undefined};
+use super::{Result, check, check_groups, check_pairs, undefined};
 
 /// How the probability of a rank statistic is found.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -132,10 +132,7 @@ pub(crate) struct KruskalWallis {
 /// Fewer than two groups, an empty one, or all values equal.
 pub(crate) fn kruskal_wallis(groups: &[&[f64]]) -> Result<KruskalWallis> {
     const FIGURE: &str = "Kruskal-Wallis test";
-    check(FIGURE, groups, 1)?;
-    if groups.len() < 2 {
-        return undefined(FIGURE, format!("has {} groups; allowed: 2 or more", groups.len()));
-    }
+    check_groups(FIGURE, groups)?;
     if all_equal(groups) {
         return undefined(FIGURE, "all values are equal; allowed: some variation");
     }

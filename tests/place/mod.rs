@@ -1,0 +1,111 @@
+//! What tests of the program share: a directory to run it in, and what became of a command.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output, Stdio};
+
+/// A directory of a test's own, removed when the test ends.
+pub(crate) struct Place(PathBuf);
+
+impl Place {
+    pub(crate) fn new(name: &str) -> Self {
+        let name = format!("oneiro-{}-{name}-{}", env!("CARGO_CRATE_NAME"), std::process::id());
+        let path = std::env::temp_dir().join(name);
+        fs::create_dir_all(&path).unwrap();
+        Self(path)
+    }
+
+    /// Where something of that name is in it, or would be.
+    pub(crate) fn at(&self, name: impl AsRef<Path>) -> PathBuf {
+        self.0.join(name)
+    }
+
+    pub(crate) fn write(&self, name: impl AsRef<Path>, content: impl AsRef<[u8]>) {
+        fs::write(self.at(name), content).unwrap();
+    }
+
+    pub(crate) fn read(&self, name: impl AsRef<Path>) -> Vec<u8> {
+        let path = self.at(name);
+        fs::read(&path).unwrap_or_else(|error| panic!("{}: {error}", path.display()))
+    }
+
+    pub(crate) fn text(&self, name: impl AsRef<Path>) -> String {
+        String::from_utf8(self.read(name)).unwrap()
+    }
+
+    /// The program in this directory, to be run in some way of one's own.
+    pub(crate) fn command(&self, arguments: &[&str]) -> Command {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_oneiro"));
+        command
+            .args(arguments)
+            .current_dir(&self.0)
+            .env_remove("NO_COLOR")
+            .stdin(Stdio::null());
+        command
+    }
+
+    /// Runs the program until it ends.
+    pub(crate) fn run(&self, arguments: &[&str]) -> Ran {
+        Ran::new(arguments, &self.command(arguments).output().unwrap())
+    }
+
+    /// Runs what has to go well; its standard output.
+    #[track_caller]
+    pub(crate) fn good(&self, arguments: &[&str]) -> String {
+        self.run(arguments).exits(0).stdout
+    }
+}
+
+impl Drop for Place {
+    fn drop(&mut self) {
+        // What is left in the system's directory for such files does no harm.
+        let _ = fs::remove_dir_all(&self.0);
+    }
+}
+
+/// What became of a command.
+pub(crate) struct Ran {
+    pub(crate) arguments: String,
+    pub(crate) code: Option<i32>,
+    pub(crate) stdout: String,
+    pub(crate) stderr: String,
+}
+
+impl Ran {
+    pub(crate) fn new(arguments: &[&str], output: &Output) -> Self {
+        let text = |bytes: &[u8]| String::from_utf8(bytes.to_vec()).unwrap();
+        Self {
+            arguments: arguments.join(" "),
+            code: output.status.code(),
+            stdout: text(&output.stdout),
+            stderr: text(&output.stderr),
+        }
+    }
+
+    #[track_caller]
+    pub(crate) fn exits(self, code: i32) -> Self {
+        let Self {
+            arguments,
+            stdout,
+            stderr,
+            ..
+        } = &self;
+        assert_eq!(self.code, Some(code), "oneiro {arguments}\n{stdout}\n{stderr}");
+        assert!(!stderr.contains("panicked"), "oneiro {arguments}\n{stderr}");
+        self
+    }
+
+    /// Its message has all of these words.
+    #[track_caller]
+    pub(crate) fn says(self, words: &[&str]) -> Self {
+        for word in words {
+            assert!(
+                self.stderr.contains(word),
+                "oneiro {}: no `{word}` in\n{}",
+                self.arguments,
+                self.stderr
+            );
+        }
+        self
+    }
+}
