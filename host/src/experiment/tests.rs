@@ -232,7 +232,7 @@ const REFUSED: &[(&str, &str)] = &[
     ),
     (
         "[arena]\npreset = \"maze\"",
-        "test.toml:2:10: arena.preset: is \"maze\"; allowed: miglino1995, miglino1995-triangle, open, octagon",
+        "test.toml:2:10: arena.preset: is \"maze\"; allowed: miglino1995, miglino1995-triangle, miglino1995-block, open, octagon",
     ),
     (
         "[arena]\npreset = \"open\"\nwidth_mm = 3",

@@ -278,7 +278,13 @@ impl Reality for SurrogateRobot<'_> {
                 });
             }
         }
-        let start = Start::At { x, y, heading: 0.0 };
+        let heading = match object.shape {
+            Shape::Wall | Shape::Round { .. } => 0.0,
+            // A block's nearest point is straight ahead but for a rounding: so no reading is taken on an edge between
+            // two bearings.
+            Shape::Block { .. } => 0.001,
+        };
+        let start = Start::At { x, y, heading };
         let trace = self.held(self.grid(object), arena, start, (-1, 1), CYCLES)?;
         // The object lies in the direction 0, so that its bearing, clockwise, is the heading.
         let moment = |record: &Record| Turned {
