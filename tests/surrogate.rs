@@ -177,17 +177,25 @@ fn all_devices_agree_to_the_last_bit() {
     }
 }
 
-/// Each difference alone changes what is read or where robots come to, and without any a surrogate is the simulator.
+/// Each difference alone changes what is read or where robots come to; without any, a robot's surroundings are nothing
+/// to it.
 #[test]
 fn each_difference_shows() {
     let lives_in = |world| evaluated(&mut scalar(), &batch(world, 200));
     let lives = |differences| lives_in(world(differences, Controller::Perceptron, 40));
-    let simulator = WorldSpec {
-        cycles: 40,
-        ..WorldSpec::miglino1995()
+    let elsewhere = |severity| {
+        let mut spec = world(Differences::all(severity), Controller::Perceptron, 40)
+            .spec()
+            .clone();
+        spec.surrogate = Some(Arc::new(Surrogate {
+            surroundings: Surrogate::drawn(2, Differences::all(severity)).surroundings,
+            ..Surrogate::drawn(1, Differences::all(severity))
+        }));
+        lives_in(World::new(spec).unwrap())
     };
     let none = lives(Differences::all(0.0));
-    assert_eq!(none, lives_in(World::new(simulator).unwrap()));
+    assert!(none == elsewhere(0.0));
+    assert!(lives(Differences::all(1.0)) != elsewhere(1.0));
     for difference in Difference::ALL {
         let changed = lives(Differences::only(1.0, difference));
         let lives = changed.iter().zip(&none).filter(|(one, other)| one != other).count();
