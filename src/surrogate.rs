@@ -4,7 +4,7 @@
 //! All that is drawn is drawn from seeds, by exactly rounded operations. The distributions are those of
 //! [`Individual::drawn`] and [`Surroundings::drawn`]; `docs/preregistration-1995.md` has them with their reasons.
 //! Every difference from the simulator has a switch, and one severity scales them all; at severity 0 the robot
-//! lives as its simulator says.
+//! lives as its simulator says, but for roundings: its first readings are equal, its motion is made in other steps.
 
 use crate::exact::{cosine, exponential};
 use crate::random::pcg4d;
