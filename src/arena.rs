@@ -4,8 +4,8 @@ use glam::Vec2;
 
 use crate::exact::cosine;
 
-/// Walls, round obstacles and blocks, and the field that random starts are drawn from. Lengths in mm, x to the right and y
-/// up.
+/// Walls, round obstacles and blocks, and the field that random starts are drawn from. Lengths in mm, x to the right
+/// and y up.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Arena {
     /// What reports call it.

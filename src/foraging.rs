@@ -20,8 +20,8 @@ const CYCLE: f64 = 0.1;
 /// The kernel has room for so many.
 const GREATEST_ITEMS: u32 = 8;
 
-/// What an e-puck's proximity sensor reads at a distance, of 4095, and the standard deviation of its noise as a share of
-/// that (the table of Webots' e-puck, which was calibrated on a robot): mm, reading, share.
+/// What an e-puck's proximity sensor reads at a distance, of 4095, and the standard deviation of its noise as a share
+/// of that (the table of Webots' e-puck, which was calibrated on a robot): mm, reading, share.
 const PROXIMITY: [(f64, f64, f64); 12] = [
     (0.0, 4095.0, 0.002),
     (5.0, 2133.0, 0.003),
@@ -131,7 +131,8 @@ impl Foraging {
     /// let worlds = Worlds::of_foragers(&[Foraging::odowd2014(Light::OverNest)])?;
     /// // To the light with food, away from it without.
     /// let genes = [0.99, 0.0];
-    /// let lives: Vec<_> = (0..100).map(|i| Rollout { world: 0, genes: &genes, key: Key::rollout(1, 0, i, 0) }).collect();
+    /// let life = |i| Rollout { world: 0, genes: &genes, key: Key::rollout(1, 0, i, 0) };
+    /// let lives: Vec<_> = (0..100).map(life).collect();
     /// let outcome = Cpu::new(None)?.evaluate(&worlds.batch(&lives, None)?, &Control::new())?;
     /// assert!(outcome.fitness.iter().sum::<f32>() > 0.0);
     /// # Ok::<(), Box<dyn std::error::Error>>(())

@@ -93,8 +93,8 @@ fn one_constant_changed_by_one_ulp_is_seen() {
     assert_ne!(fitness(one), fitness(other));
 }
 
-/// No robot leaves the arena or is faster than its wheels, food is taken and brought where it may be, and what is earned
-/// is the time that was left.
+/// No robot leaves the arena or is faster than its wheels, food is taken and brought where it may be, and what is
+/// earned is the time that was left.
 #[test]
 fn nothing_is_made_out_of_nothing() {
     let forager = Foraging::odowd2014(Light::OverNest);
@@ -265,8 +265,8 @@ fn random_search_turns_as_often_and_as_far_as_said() {
     assert!((40.0..52.0).contains(&degrees), "by {degrees} degrees on average");
 }
 
-/// The sanity of the arena, and no more: with the light over the nest, robots that seek it with food and flee it without
-/// bring more than robots that search at random.
+/// The sanity of the arena, and no more: with the light over the nest, robots that seek it with food and flee it
+/// without bring more than robots that search at random.
 #[test]
 fn light_over_the_nest_helps() {
     let forager = Foraging::odowd2014(Light::OverNest);
