@@ -35,7 +35,8 @@ there=$("${emulated[@]}" cargo test --release --locked --target $arm \
     -p oneiro-shader-corpus -p oneiro --no-default-features --test variants --test operations --test machines \
     -- --nocapture | tee >(cat >&2))
 say "the same lives here"
-here=$(cargo test --release --locked -p oneiro --no-default-features --test machines -- --nocapture)
+# The packages are those of the tests without a GPU, so that what was compiled for them serves.
+here=$(cargo test --release --locked -p oneiro -p oneiro-host --no-default-features --test machines -- --nocapture)
 
 digests() { grep -o 'digests .*' <<<"$1"; }
 if [ "$(digests "$there")" != "$(digests "$here")" ]; then
