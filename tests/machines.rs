@@ -1,10 +1,14 @@
 //! What `tests/aarch64.sh` compares between processors: one line of digests of lives and of the compiler's corpus.
 //! Here, that it is the same for every lane code of this one.
 
-use oneiro::batch::{Batch, Rollout, TraceRequest};
+use std::sync::Arc;
+
+use oneiro::batch::{Batch, Rollout, TraceRequest, Worlds};
 use oneiro::cpu::Cpu;
 use oneiro::evaluator::{Control, Evaluator};
+use oneiro::foraging::{Foraging, Light};
 use oneiro::random::{Key, pcg4d};
+use oneiro::surrogate::{Differences, Surrogate};
 use oneiro::world::{Controller, Noise, World, WorldSpec};
 use oneiro_shader_corpus::CASES;
 
@@ -18,7 +22,7 @@ fn digest(words: impl IntoIterator<Item = u32>) -> u64 {
 }
 
 /// 40 lives of 100 cycles in each of three noises.
-fn batch(controller: Controller) -> Batch {
+fn sampled(controller: Controller) -> Batch {
     let motor = Noise {
         motor: 0.1,
         ..Noise::CONSERVATIVE
@@ -32,11 +36,44 @@ fn batch(controller: Controller) -> Batch {
         };
         World::new(spec).expect("a valid world")
     });
-    let gene = |rollout, gene| f32::from(pcg4d([rollout, gene, 0, 0])[3] as u16) / 6553.6 - 5.0;
+    batch(&Worlds::new(&worlds).expect("valid worlds"), |word| {
+        f32::from(word) / 6553.6 - 5.0
+    })
+}
+
+/// The same of surrogates of three severities.
+fn surrogates() -> Batch {
+    let worlds = [0.0, 1.0, 1.75].map(|severity| {
+        let spec = WorldSpec {
+            cycles: 100,
+            surrogate: Some(Arc::new(Surrogate::drawn(1, Differences::all(severity)))),
+            ..WorldSpec::miglino1995()
+        };
+        World::new(spec).expect("a valid world")
+    });
+    batch(&Worlds::new(&worlds).expect("valid worlds"), |word| {
+        f32::from(word) / 6553.6 - 5.0
+    })
+}
+
+/// The same of foragers in three scenarios.
+fn foragers() -> Batch {
+    let foragers = [Light::OverNest, Light::Nowhere, Light::OppositeNest].map(|light| Foraging {
+        cycles: 300,
+        ..Foraging::odowd2014(light)
+    });
+    batch(&Worlds::of_foragers(&foragers).expect("valid worlds"), |word| {
+        f32::from(word) / 65_536.0
+    })
+}
+
+/// 120 lives shared out over the worlds; `gene` makes a gene of 16 random bits.
+fn batch(worlds: &Worlds, gene: impl Fn(u16) -> f32) -> Batch {
+    let drawn = |rollout, index| gene(pcg4d([rollout, index, 0, 0])[3] as u16);
     let genomes: Vec<Vec<f32>> = (0..120)
         .map(|rollout| {
-            (0..worlds[0].genes() as u32)
-                .map(|index| gene(rollout, index))
+            (0..worlds.genes()[0] as u32)
+                .map(|index| drawn(rollout, index))
                 .collect()
         })
         .collect();
@@ -44,19 +81,21 @@ fn batch(controller: Controller) -> Batch {
         .iter()
         .enumerate()
         .map(|(index, genes)| Rollout {
-            world: index % worlds.len(),
+            world: index % worlds.genes().len(),
             genes,
             key: Key::rollout(3, 0, index as u64, 0),
         })
         .collect();
-    Batch::new(&worlds, &rollouts, Some(TraceRequest { every: 1 })).expect("a valid batch")
+    worlds
+        .batch(&rollouts, Some(TraceRequest { every: 1 }))
+        .expect("a valid batch")
 }
 
-fn lives(variant: &str, controller: Controller) -> u64 {
+fn lives(variant: &str, batch: &Batch) -> u64 {
     let cpu = Cpu::new(Some(1)).and_then(|cpu| cpu.with_variant(variant));
     let outcome = cpu
         .expect("it is available")
-        .evaluate(&batch(controller), &Control::new())
+        .evaluate(batch, &Control::new())
         .expect("an evaluation");
     let trace = outcome.traces.concat();
     let fitness = outcome.fitness.iter().map(|fitness| fitness.to_bits());
@@ -66,22 +105,23 @@ fn lives(variant: &str, controller: Controller) -> u64 {
 #[test]
 fn every_lane_code_has_the_same_digest() {
     let mut digests = Vec::new();
-    for controller in [
-        Controller::Perceptron,
-        Controller::Hidden { units: 3 },
-        Controller::Recurrent,
-    ] {
-        let all: Vec<_> = Cpu::variants()
-            .into_iter()
-            .map(|name| lives(name, controller))
-            .collect();
+    let batches = [
+        sampled(Controller::Perceptron),
+        sampled(Controller::Hidden { units: 3 }),
+        sampled(Controller::Recurrent),
+        surrogates(),
+        foragers(),
+    ];
+    for batch in &batches {
+        let all: Vec<_> = Cpu::variants().into_iter().map(|name| lives(name, batch)).collect();
         assert!(
             all.len() > 1 && all.iter().all(|digest| *digest == all[0]),
-            "{controller:?}: {all:x?}"
+            "{}: {all:x?}",
+            batch.kernel().name
         );
+        assert!(!digests.contains(&all[0]), "{}: as another's", batch.kernel().name);
         digests.push(all[0]);
     }
-    assert!(digests[0] != digests[1] && digests[1] != digests[2], "{digests:x?}");
     let expected = CASES.iter().flat_map(|case| case.after.concat());
     digests.push(digest(expected));
     println!("digests {digests:016x?}");
