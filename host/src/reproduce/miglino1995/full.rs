@@ -134,17 +134,13 @@ pub(crate) fn variants(settings: &Settings, study: &Study<'_>, own: &Robot, othe
 #[cfg(test)]
 mod tests {
     use super::super::arms::Arm;
+    use super::super::tests;
     use super::*;
 
     fn settings() -> Settings {
         Settings {
-            seed: 1,
-            runs: 1,
-            robot: 1,
-            severity: 1.0,
-            arm: Arm::Main,
             full: true,
-            tables: Vec::new(),
+            ..tests::settings(Arm::Main, 1.0)
         }
     }
 

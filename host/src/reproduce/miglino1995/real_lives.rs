@@ -164,33 +164,18 @@ fn wanderer(key: Key, genes: usize) -> Vec<f32> {
 
 #[cfg(test)]
 mod tests {
-    use std::sync::Arc;
-    use std::sync::atomic::AtomicBool;
-
-    use oneiro::cpu::Cpu;
     use oneiro::world::Robot;
 
     use super::super::arms::Arm;
     use super::super::results::Condition;
     use super::super::settings::Settings;
     use super::super::study::Study;
+    use super::super::tests::{self, evaluations};
     use super::*;
 
+    /// Reality takes something of the samples' grid.
     fn settings(arm: Arm) -> Settings {
-        Settings {
-            seed: 1,
-            runs: 2,
-            robot: 3,
-            // Reality takes something of the samples' grid.
-            severity: 0.5,
-            arm,
-            full: false,
-            tables: Vec::new(),
-        }
-    }
-
-    fn evaluations() -> Evaluations {
-        Evaluations::new(Box::new(Cpu::new(None).unwrap()), Arc::new(AtomicBool::new(false)))
+        tests::settings(arm, 0.5)
     }
 
     /// Real lives of some of two runs' first generation, and where each run stopped.

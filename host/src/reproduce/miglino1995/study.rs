@@ -848,28 +848,13 @@ impl Cells {
 
 #[cfg(test)]
 mod tests {
-    use std::sync::atomic::AtomicBool;
-
-    use oneiro::cpu::Cpu;
-
     use super::super::arms::Arm;
     use super::super::settings::Settings;
+    use super::super::tests::{self, evaluations};
     use super::*;
 
     fn settings(arm: Arm) -> Settings {
-        Settings {
-            seed: 1,
-            runs: 2,
-            robot: 3,
-            severity: 1.0,
-            arm,
-            full: false,
-            tables: Vec::new(),
-        }
-    }
-
-    fn evaluations() -> Evaluations {
-        Evaluations::new(Box::new(Cpu::new(None).unwrap()), Arc::new(AtomicBool::new(false)))
+        tests::settings(arm, 1.0)
     }
 
     /// Two runs of each condition, at their first generation.

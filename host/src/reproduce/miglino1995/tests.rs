@@ -12,13 +12,27 @@ use oneiro::surrogate::{Differences, Surrogate};
 use oneiro::world::{World, WorldSpec};
 
 use super::arms::Arm;
+use super::settings::Settings;
 use super::simulated_robot;
 use crate::reality::Object;
 use crate::reality::sampling::sample_unkept;
 use crate::reality::surrogate::{Evaluations, SurrogateRobot};
 
-fn evaluations() -> Evaluations {
+pub(super) fn evaluations() -> Evaluations {
     Evaluations::new(Box::new(Cpu::new(None).unwrap()), Arc::new(AtomicBool::new(false)))
+}
+
+/// A small study.
+pub(super) fn settings(arm: Arm, severity: f32) -> Settings {
+    Settings {
+        seed: 1,
+        runs: 2,
+        robot: 3,
+        severity,
+        arm,
+        full: false,
+        tables: Vec::new(),
+    }
 }
 
 /// The simulator that is made from a surrogate's samples, and its life as itself.
