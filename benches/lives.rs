@@ -7,6 +7,7 @@ use std::sync::Arc;
 use oneiro::batch::Worlds;
 use oneiro::foraging::{Foraging, Light};
 use oneiro::surrogate::{Differences, Surrogate};
+use oneiro::swarm::{Lamp, Order, Swarm};
 use oneiro::world::{World, WorldSpec};
 
 mod subjects;
@@ -14,6 +15,8 @@ use subjects::{Subject, batch, genomes, weight};
 
 /// Rollouts of a turn.
 const ROLLOUTS: usize = 2000;
+/// Worlds of ten robots in a turn.
+const SWARMS: usize = 100;
 /// Turns of each lane code.
 const TURNS: usize = 5;
 
@@ -32,12 +35,38 @@ fn main() {
     let foragers = Worlds::of_foragers(&[Foraging::odowd2014(Light::OverNest)]).expect("valid worlds");
     let hundredth = |word: u32| (word % 100) as f32 / 100.0;
     time("forager", &foragers, &genomes(ROLLOUTS, 2, hundredth));
+
+    // A robot-step is one robot in one cycle.
+    let lamp = Lamp::fixed(Light::OverNest);
+    for (robots, worlds) in [(10, SWARMS), (100, SWARMS / 5)] {
+        let swarm = Swarm {
+            forager: Foraging {
+                cycles: 1200,
+                ..Swarm::odowd2014(robots).forager
+            },
+            ..Swarm::odowd2014(robots)
+        };
+        let inputs: Vec<Vec<f32>> = genomes(worlds, 2 * robots, hundredth)
+            .iter()
+            .map(|genes| {
+                let orders: Vec<Order> = genes
+                    .as_chunks::<2>()
+                    .0
+                    .iter()
+                    .map(|genes| Order::always(*genes))
+                    .collect();
+                swarm.inputs(&lamp, &orders)
+            })
+            .collect();
+        let swarms = Worlds::of_swarms(&[swarm]).expect("valid worlds");
+        time(&format!("swarm of {robots}"), &swarms, &inputs);
+    }
 }
 
 /// Lets lives be lived by each lane code in turn, some times, and prints the medians.
 fn time(life: &str, worlds: &Worlds, genomes: &[Vec<f32>]) {
     let batch = batch(worlds, genomes);
-    let mut subjects = Subject::all(&[1]);
+    let mut subjects = Subject::all(&[1, 2]);
     for _ in 0..TURNS {
         for subject in &mut subjects {
             subject.take_turn(&batch);

@@ -1,7 +1,5 @@
 //! A device's results, some of them computed again on the CPU and compared bit for bit.
 
-use oneiro_shaders::life::Record;
-
 use crate::batch::{Batch, LANES, Part};
 use crate::cpu::Cpu;
 use crate::evaluator::{Control, Device, Error, Evaluator, PartResult};
@@ -44,24 +42,30 @@ impl Evaluator for Audited {
         let there = self.evaluator.evaluate_part(part, control)?;
         let chosen = self.chosen(part);
         let here = self.cpu.run(part.batch(), &chosen, control, false)?;
-        let records = part.trace_records() as usize;
+        let batch = part.batch();
+        let (words, state_words) = (batch.trace_words(), batch.state_words());
         for (index, group) in chosen.into_iter().enumerate() {
-            let rollouts = part.batch().part(group..group + 1).rollouts();
-            for lane in 0..rollouts {
+            for lane in 0..batch.part(group..group + 1).rollouts() {
                 let slot = (group - part.groups().start) as usize * LANES + lane;
                 let own = index * LANES + lane;
-                let fitness = (there.fitness[slot], here.fitness[own]);
-                let trace = (
-                    &there.trace[slot * records..][..records],
-                    &here.trace[own * records..][..records],
-                );
-                if let Some((there, here)) = difference(fitness, trace) {
-                    let rollout = part.batch().rollout(group as usize * LANES + lane).unwrap_or_default();
+                let pair = |of: fn(&PartResult) -> &[u32], word, words| {
+                    let at = |result, slot| of(result)[batch.place(slot, word, words)];
+                    (at(&there, slot), at(&here, own))
+                };
+                let fitness = (there.fitness[slot].to_bits(), here.fitness[own].to_bits());
+                let trace = (0..words).map(|word| pair(|result| &result.trace, word, words));
+                let kept = if batch.keeps_states() { state_words } else { 0 };
+                let states = (0..kept).map(|word| pair(|result| &result.states, word, state_words));
+                let differing = std::iter::once(fitness)
+                    .chain(trace)
+                    .chain(states)
+                    .find(|(there, here)| there != here);
+                if let Some((there, here)) = differing {
                     return Err(Error::Differs {
-                        rollout,
+                        rollout: batch.rollout(group as usize * LANES + lane).unwrap_or_default(),
                         device: self.device().name,
-                        there,
-                        here,
+                        there: f32::from_bits(there),
+                        here: f32::from_bits(here),
                     });
                 }
             }
@@ -78,14 +82,4 @@ impl Evaluator for Audited {
 fn lot(batch: &Batch, group: u32) -> u32 {
     let inputs = batch.part(group..group + 1).inputs();
     pcg4d([inputs[0], inputs[LANES], 0, 0])[3]
-}
-
-/// The first numbers with other bits.
-fn difference(fitness: (f32, f32), trace: (&[Record], &[Record])) -> Option<(f32, f32)> {
-    let there: &[f32] = bytemuck::cast_slice(trace.0);
-    let here: &[f32] = bytemuck::cast_slice(trace.1);
-    let numbers = std::iter::once(fitness).chain(there.iter().copied().zip(here.iter().copied()));
-    numbers
-        .into_iter()
-        .find(|(there, here)| there.to_bits() != here.to_bits())
 }

@@ -11,6 +11,7 @@ use oneiro_shaders::{Kernel, life};
 use crate::evaluator::PartResult;
 use crate::foraging::{self, Foraging};
 use crate::random::Key;
+use crate::swarm::Swarm;
 use crate::tables::{MotorTable, SensorTable};
 use crate::world::{Invalid, World};
 
@@ -24,8 +25,9 @@ pub const GREATEST_GENE: f32 = 1e6;
 /// unit, at least 2^-63, is then a multiple of 2^-126, and so is any sum of such: none is subnormal.
 pub const LEAST_GENE: f32 = 1.0 / (1_u64 << 40) as f32;
 
-/// Records that the traces of a batch may have in all: 2.4 GB.
-pub const GREATEST_TRACE: u64 = 1 << 25;
+/// Words that the traces of a batch may have in all: 2.7 GB.
+pub const GREATEST_TRACE: u64 = (1 << 25) * WORDS_OF_RECORD as u64;
+const WORDS_OF_RECORD: usize = size_of::<Record>() / size_of::<u32>();
 
 /// Words of a group's key, before its genes.
 const KEY_WORDS: usize = 2;
@@ -57,9 +59,23 @@ pub struct Worlds(Arc<PackedWorlds>);
 #[derive(Debug)]
 struct PackedWorlds {
     kernel: &'static Kernel,
-    /// Genes of a controller that lives in each.
-    genes: Vec<usize>,
+    /// Of each world.
+    facts: Vec<Facts>,
+    /// Words that each slot keeps from one dispatch to the next, and of a record of its trace.
+    state_words: u32,
+    record_words: u32,
     packed: Packed,
+}
+
+/// What batches need to know of a world, besides what the kernels read.
+#[derive(Clone, Copy, Debug)]
+struct Facts {
+    /// Genes of a rollout in it.
+    genes: usize,
+    /// Robots of a rollout in it.
+    robots: u32,
+    /// The most iterations of all loops of a cycle together.
+    loops: u32,
 }
 
 impl Worlds {
@@ -68,11 +84,16 @@ impl Worlds {
     /// # Errors
     /// No world, or worlds of different controllers.
     pub fn new(worlds: &[World]) -> Result<Self, Invalid> {
-        Ok(Self(Arc::new(PackedWorlds {
-            kernel: one_kernel(worlds)?,
-            genes: worlds.iter().map(World::genes).collect(),
-            packed: Packed::new(worlds),
-        })))
+        let facts = |world: &World| Facts {
+            genes: world.genes(),
+            robots: 1,
+            loops: world.loops(),
+        };
+        Ok(Self::of_lives(
+            one_kernel(worlds)?,
+            worlds.iter().map(facts).collect(),
+            Packed::new(worlds),
+        ))
     }
 
     /// Checks and packs on-board simulators of foragers, whose rollouts have two genes.
@@ -80,71 +101,152 @@ impl Worlds {
     /// # Errors
     /// No simulator; the first value that is not allowed.
     pub fn of_foragers(foragers: &[Foraging]) -> Result<Self, Invalid> {
-        if foragers.is_empty() {
-            return Err(Invalid::new("worlds", "there is none; allowed: one and more"));
-        }
-        let mut packed = Packed::default();
-        let mut places = BTreeMap::new();
-        for (index, forager) in foragers.iter().enumerate() {
-            forager
-                .check()
-                .map_err(|invalid| Invalid::new(format!("foragers[{index}].{}", invalid.field), invalid.problem))?;
-            let numbers = *places.entry(forager.cells()).or_insert_with_key(|cells| {
-                let first = packed.tables.len() as u32;
-                packed.tables.extend(cells);
-                first
-            });
-            packed.worlds.push(life::World {
-                numbers,
-                ..forager.world()
-            });
-        }
-        // The kernel has no objects, and a buffer is never empty.
-        packed.shapes.push(life::Shape::default());
+        let packed = Packed::of_numbers(foragers, "foragers", |forager| {
+            forager.check()?;
+            Ok((forager.world(), forager.cells()))
+        })?;
+        let facts = Facts {
+            genes: foraging::GENES,
+            robots: 1,
+            loops: Foraging::LOOPS,
+        };
+        Ok(Self::of_lives(
+            &oneiro_shaders::FORAGER,
+            vec![facts; foragers.len()],
+            packed,
+        ))
+    }
+
+    /// Checks and packs worlds of several robots; what the genes of their rollouts are, [`crate::swarm`] says.
+    ///
+    /// # Errors
+    /// No world; the first value that is not allowed.
+    pub fn of_swarms(swarms: &[Swarm]) -> Result<Self, Invalid> {
+        let packed = Packed::of_numbers(swarms, "swarms", |swarm| {
+            swarm.check()?;
+            Ok((swarm.forager.world(), swarm.cells()))
+        })?;
+        let facts = |swarm: &Swarm| Facts {
+            genes: swarm.genes(),
+            robots: swarm.robots,
+            loops: swarm.loops(),
+        };
+        let most = |words: fn(&Swarm) -> u32| swarms.iter().map(words).max().unwrap_or(0);
         Ok(Self(Arc::new(PackedWorlds {
-            kernel: &oneiro_shaders::FORAGER,
-            genes: vec![foraging::GENES; foragers.len()],
+            kernel: &oneiro_shaders::SWARM,
+            facts: swarms.iter().map(facts).collect(),
+            state_words: most(Swarm::state_words),
+            record_words: most(Swarm::line_words),
             packed,
         })))
     }
 
-    /// Checks and packs rollouts in these worlds.
+    /// Worlds in which each rollout is the life of one robot.
+    fn of_lives(kernel: &'static Kernel, facts: Vec<Facts>, packed: Packed) -> Self {
+        Self(Arc::new(PackedWorlds {
+            kernel,
+            facts,
+            state_words: (kernel.stride("state") / size_of::<u32>()) as u32,
+            record_words: WORDS_OF_RECORD as u32,
+            packed,
+        }))
+    }
+
+    /// Checks and packs rollouts in these worlds: whole lives.
     ///
     /// # Errors
     /// No rollout, or too many; a rollout's world that is none; a rollout's genes that are too many, too few, not
-    /// finite or beyond [`GREATEST_GENE`]; a trace with more than [`GREATEST_TRACE`] records.
+    /// finite or beyond [`GREATEST_GENE`]; a trace with more than [`GREATEST_TRACE`] words.
     pub fn batch(&self, rollouts: &[Rollout<'_>], trace: Option<TraceRequest>) -> Result<Batch, Invalid> {
-        let PackedWorlds { genes, packed, .. } = &*self.0;
-        let layout = Layout::new(genes, rollouts)?;
-        let inputs = layout.inputs(genes, rollouts)?;
-        let cycles_of = |world: usize| packed.worlds[world].steps;
-        let cycles = layout
-            .groups
-            .iter()
-            .map(|group| cycles_of(group.world as usize))
-            .max()
-            .unwrap_or(0);
-        let steps = rollouts.iter().map(|rollout| u64::from(cycles_of(rollout.world))).sum();
-        let batch = Batch {
+        self.lives(rollouts, 0..u32::MAX, Vec::new(), false, trace)
+    }
+
+    /// Checks and packs a stretch of lives, so many cycles from the first on, and asks for what is needed to go on
+    /// afterwards. `states` are what the stretch before gave, of each rollout; none if lives begin. Genes and keys may
+    /// have changed since.
+    ///
+    /// # Errors
+    /// As [`Worlds::batch`], and no cycle, or states that are not of such rollouts.
+    pub fn stretch(
+        &self,
+        rollouts: &[Rollout<'_>],
+        cycles: Range<u32>,
+        states: &[Vec<u32>],
+        trace: Option<TraceRequest>,
+    ) -> Result<Batch, Invalid> {
+        if cycles.is_empty() {
+            let problem = format!("are {} to {}; allowed: one and more", cycles.start, cycles.end);
+            return Err(Invalid::new("cycles", problem));
+        }
+        let words = self.0.state_words as usize;
+        let count = if cycles.start == 0 { 0 } else { rollouts.len() };
+        if states.len() != count || states.iter().any(|state| state.len() != words) {
+            let problem = format!(
+                "there are {} for {} rollouts from cycle {} on; allowed: {count}, each of {words} words",
+                states.len(),
+                rollouts.len(),
+                cycles.start
+            );
+            return Err(Invalid::new("states", problem));
+        }
+        self.lives(rollouts, cycles, states.to_vec(), true, trace)
+    }
+
+    fn lives(
+        &self,
+        rollouts: &[Rollout<'_>],
+        cycles: Range<u32>,
+        states: Vec<Vec<u32>>,
+        keeps_states: bool,
+        trace: Option<TraceRequest>,
+    ) -> Result<Batch, Invalid> {
+        let PackedWorlds { facts, packed, .. } = &*self.0;
+        let layout = Layout::new(facts, rollouts)?;
+        let inputs = layout.inputs(facts, rollouts)?;
+        let mut batch = Batch {
             worlds: self.clone(),
             groups: layout.groups,
             inputs,
             slots: layout.slots,
+            states: Vec::new(),
+            keeps_states,
             trace_every: trace.map_or(0, |trace| trace.every),
             cycles,
-            steps,
         };
         if trace.is_some_and(|trace| trace.every == 0) {
             return Err(Invalid::new("trace.every", "is 0; allowed: 1 and more cycles"));
         }
-        let records = u64::from(batch.trace_records()) * batch.groups.len() as u64 * LANES as u64;
-        if records > GREATEST_TRACE {
-            let problem = format!(
-                "{records} records in all; allowed: up to {GREATEST_TRACE}: trace fewer rollouts, or less often"
-            );
+        let longest = batch
+            .groups
+            .iter()
+            .map(|group| packed.worlds[group.world as usize].steps);
+        batch.cycles.end = batch.cycles.end.min(longest.max().unwrap_or(0));
+        let words = batch.trace_words() as u64 * batch.groups.len() as u64 * LANES as u64;
+        if words > GREATEST_TRACE {
+            let problem =
+                format!("{words} words in all; allowed: up to {GREATEST_TRACE}: trace fewer rollouts, or less often");
             return Err(Invalid::new("trace", problem));
         }
+        if !states.is_empty() {
+            let words = self.0.state_words as usize;
+            batch.states = vec![0; batch.groups.len() * LANES * words];
+            for (state, &slot) in states.iter().zip(&batch.slots) {
+                for (word, &value) in state.iter().enumerate() {
+                    batch.states[self.place(slot as usize, word, words)] = value;
+                }
+            }
+        }
         Ok(batch)
+    }
+
+    /// Where a slot's word is in a buffer of which each slot has so many: kernels of single lives keep a slot's words
+    /// together, those of several robots the same word of a group's slots.
+    fn place(&self, slot: usize, word: usize, words: usize) -> usize {
+        if self.0.kernel.stride("state") == size_of::<u32>() {
+            (slot / LANES * words + word) * LANES + slot % LANES
+        } else {
+            slot * words + word
+        }
     }
 
     /// The kernel that simulates them.
@@ -152,9 +254,9 @@ impl Worlds {
         self.0.kernel
     }
 
-    /// For each world, genes of a controller that lives in it.
-    pub fn genes(&self) -> &[usize] {
-        &self.0.genes
+    /// For each world, genes of a rollout in it.
+    pub fn genes(&self) -> Vec<usize> {
+        self.0.facts.iter().map(|facts| facts.genes).collect()
     }
 }
 
@@ -169,9 +271,11 @@ pub struct Batch {
     inputs: Vec<u32>,
     /// The slot of each rollout.
     slots: Vec<u32>,
+    /// What each slot kept of its life so far, as the kernel has it; none if lives begin.
+    states: Vec<u32>,
+    keeps_states: bool,
     trace_every: u32,
-    cycles: u32,
-    steps: u64,
+    cycles: Range<u32>,
 }
 
 impl Batch {
@@ -190,7 +294,7 @@ impl Batch {
 
     /// Robot-steps in all: a step is one robot for one cycle.
     pub fn steps(&self) -> u64 {
-        self.steps
+        self.all().steps()
     }
 
     /// The kernel that simulates it.
@@ -203,9 +307,34 @@ impl Batch {
         self.groups.len() as u32
     }
 
-    /// Cycles of its longest life.
-    pub fn cycles(&self) -> u32 {
-        self.cycles
+    /// The cycles of its longest life that are lived.
+    pub fn cycles(&self) -> Range<u32> {
+        self.cycles.clone()
+    }
+
+    /// Words that each slot keeps from one dispatch to the next.
+    pub fn state_words(&self) -> usize {
+        self.worlds.0.state_words as usize
+    }
+
+    /// Words of a record of a trace.
+    pub fn record_words(&self) -> usize {
+        self.worlds.0.record_words as usize
+    }
+
+    /// Words of each slot's trace; 0 without one.
+    pub fn trace_words(&self) -> usize {
+        self.trace_records() as usize * self.record_words()
+    }
+
+    /// Whether slots' states are a result, for lives to go on.
+    pub fn keeps_states(&self) -> bool {
+        self.keeps_states
+    }
+
+    /// Where a slot's word is among a result's, of which each slot has so many.
+    pub fn place(&self, slot: usize, word: usize, words: usize) -> usize {
+        self.worlds.place(slot, word, words)
     }
 
     /// Cycles from one record of a trace to the next; 0 without a trace.
@@ -218,7 +347,7 @@ impl Batch {
         if self.trace_every == 0 {
             0
         } else {
-            self.cycles.div_ceil(self.trace_every)
+            self.cycles.len().div_ceil(self.trace_every as usize) as u32
         }
     }
 
@@ -251,24 +380,35 @@ impl Batch {
     /// # Panics
     /// If the result is not one of the whole batch.
     pub fn outcome(&self, result: PartResult) -> Outcome {
-        let PartResult { fitness, trace } = result;
+        let PartResult { fitness, trace, states } = result;
         let records = self.trace_records() as usize;
+        let (words, state_words) = (self.trace_words(), self.state_words());
         assert_eq!(fitness.len(), self.groups.len() * LANES, "a fitness for each slot");
-        assert_eq!(trace.len(), fitness.len() * records, "a trace for each slot");
+        assert_eq!(trace.len(), fitness.len() * words, "a trace for each slot");
         let own_trace = |&slot: &u32| {
             let world = self.groups[slot as usize / LANES].world;
-            let own = self.worlds.0.packed.worlds[world as usize]
-                .steps
-                .div_ceil(self.trace_every);
-            trace[slot as usize * records..][..own as usize].to_vec()
+            let end = self.worlds.0.packed.worlds[world as usize].steps.min(self.cycles.end);
+            let own = end.saturating_sub(self.cycles.start).div_ceil(self.trace_every);
+            bytemuck::cast_slice(&trace[slot as usize * words..][..own as usize * WORDS_OF_RECORD]).to_vec()
         };
+        let gathered = |from: &[u32], slot: u32, words: usize| -> Vec<u32> {
+            (0..words)
+                .map(|word| from[self.place(slot as usize, word, words)])
+                .collect()
+        };
+        let is_life = self.kernel().stride("trace") == size_of::<Record>();
+        let each = |wanted: bool| if wanted { &self.slots[..] } else { &[] };
         Outcome {
             fitness: self.slots.iter().map(|&slot| fitness[slot as usize]).collect(),
-            traces: if records == 0 {
-                Vec::new()
-            } else {
-                self.slots.iter().map(own_trace).collect()
-            },
+            traces: each(records > 0 && is_life).iter().map(own_trace).collect(),
+            logs: each(records > 0 && !is_life)
+                .iter()
+                .map(|&slot| gathered(&trace, slot, words))
+                .collect(),
+            states: each(self.keeps_states)
+                .iter()
+                .map(|&slot| gathered(&states, slot, state_words))
+                .collect(),
         }
     }
 }
@@ -276,10 +416,14 @@ impl Batch {
 /// What a batch's evaluation gave, by rollout, in the order in which they were given.
 #[derive(Clone, Debug, Default)]
 pub struct Outcome {
-    /// Fitness; more is better.
+    /// Fitness; more is better. Of a world of several robots all food that they brought so far.
     pub fitness: Vec<f32>,
-    /// Traces, each as long as its life; none if none were asked for.
+    /// Traces of single lives, each as long as its life; none if none were asked for.
     pub traces: Vec<Vec<Record>>,
+    /// Traces of worlds of several robots, as [`crate::swarm`] reads them.
+    pub logs: Vec<Vec<u32>>,
+    /// What each life is to go on with; none if whole lives were asked for.
+    pub states: Vec<Vec<u32>>,
 }
 
 /// Some neighbouring groups of a batch: what evaluators share out. Groups, inputs and results are counted within it.
@@ -361,24 +505,45 @@ impl<'a> Part<'a> {
 
     /// Robot-steps in all.
     pub fn steps(&self) -> u64 {
-        let steps =
-            |group: &life::Group| u64::from(group.rollouts) * u64::from(self.worlds()[group.world as usize].steps);
-        self.group_table().iter().map(steps).sum()
+        self.steps_of(self.group_table(), &self.batch.cycles)
     }
 
-    /// Cycles of its longest life.
-    pub fn cycles(&self) -> u32 {
-        self.group_table()
+    /// Robot-steps of some groups in some cycles.
+    pub fn steps_of(&self, groups: &[life::Group], cycles: &Range<u32>) -> u64 {
+        let steps = |group: &life::Group| {
+            let world = group.world as usize;
+            let end = self.worlds()[world].steps.min(cycles.end);
+            let robots = group.rollouts * self.batch.worlds.0.facts[world].robots;
+            u64::from(robots) * u64::from(end.saturating_sub(cycles.start))
+        };
+        groups.iter().map(steps).sum()
+    }
+
+    /// The cycles of its longest life that are lived.
+    pub fn cycles(&self) -> Range<u32> {
+        let lives = self
+            .group_table()
             .iter()
-            .map(|group| self.worlds()[group.world as usize].steps)
-            .max()
-            .unwrap_or(0)
+            .map(|group| self.worlds()[group.world as usize].steps);
+        let Range { start, end } = self.batch.cycles();
+        start..end.min(lives.max().unwrap_or(0))
     }
 
-    /// The most iterations that a kernel's loops make together in one cycle of one life, at least 1. The draws of a
-    /// random start come on top, once.
+    /// What this part's slots kept of their lives so far, as the kernel has it; none if lives begin.
+    pub fn states(&self) -> &'a [u32] {
+        if self.batch.states.is_empty() {
+            return &[];
+        }
+        let words = LANES * self.batch.state_words();
+        &self.batch.states[self.groups.start as usize * words..self.groups.end as usize * words]
+    }
+
+    /// The most iterations that a kernel's loops make together in one cycle of one rollout, at least 1. The draws of
+    /// random starts come on top, once.
     pub fn loops(&self) -> u32 {
-        let most = |group: &life::Group| loops(self.kernel(), &self.worlds()[group.world as usize]);
+        // The loop over cycles.
+        let facts = &self.batch.worlds.0.facts;
+        let most = |group: &life::Group| facts[group.world as usize].loops + 1;
         self.group_table().iter().map(most).max().unwrap_or(1)
     }
 
@@ -391,29 +556,6 @@ impl<'a> Part<'a> {
     pub fn trace_records(&self) -> u32 {
         self.batch.trace_records()
     }
-}
-
-/// The most iterations of the loops of one cycle, by the loops that the kernels have; the last look at a loop's
-/// condition counts.
-fn loops(kernel: &Kernel, world: &life::World) -> u32 {
-    let shapes = world.shapes + 1;
-    let cycle = 1 + world.hidden + 1;
-    if kernel.name == "forager" {
-        // Where food appears anew, and the sensors' two halves.
-        return cycle + 65 + 3;
-    }
-    if !kernel.name.starts_with("surrogate") {
-        // What is sensed, and what is touched.
-        return cycle + 2 * shapes;
-    }
-    // Rays on both sides of eight sensors against all that is in reach, of which each may be a block of two faces, and
-    // against each one's turn; the waves of light; two rides of five steps each, of which one slides, and what is
-    // touched.
-    let sides = 9 + 8 * 3;
-    let faces = 8 * 2 * 3;
-    let rays = shapes + sides + 8 * 2 * shapes + faces * shapes + shapes * (shapes + sides + faces);
-    let ride = 3 + 2 * 6 + 5 * 3 * shapes + 2 * shapes;
-    cycle + rays + 5 + ride
 }
 
 /// The kernel of all worlds.
@@ -443,17 +585,16 @@ struct Layout {
 }
 
 impl Layout {
-    /// `genes` are how many a rollout of each world has.
-    fn new(genes: &[usize], rollouts: &[Rollout<'_>]) -> Result<Self, Invalid> {
+    fn new(facts: &[Facts], rollouts: &[Rollout<'_>]) -> Result<Self, Invalid> {
         const GREATEST: usize = 1 << 28;
         if rollouts.is_empty() || rollouts.len() > GREATEST {
             let problem = format!("there are {}; allowed: 1 to {GREATEST}", rollouts.len());
             return Err(Invalid::new("rollouts", problem));
         }
-        let mut counts = vec![0_usize; genes.len()];
+        let mut counts = vec![0_usize; facts.len()];
         for (index, rollout) in rollouts.iter().enumerate() {
             let Some(count) = counts.get_mut(rollout.world) else {
-                let problem = format!("is {}; allowed: 0 to {}", rollout.world, genes.len() - 1);
+                let problem = format!("is {}; allowed: 0 to {}", rollout.world, facts.len() - 1);
                 return Err(Invalid::new(format!("rollouts[{index}].world"), problem));
             };
             *count += 1;
@@ -461,7 +602,7 @@ impl Layout {
         let mut groups = Vec::new();
         let mut words = 0_usize;
         // The next free slot of each world.
-        let mut next = Vec::with_capacity(genes.len());
+        let mut next = Vec::with_capacity(facts.len());
         for (world, count) in counts.into_iter().enumerate() {
             next.push(groups.len() * LANES);
             for first in (0..count).step_by(LANES) {
@@ -471,7 +612,7 @@ impl Layout {
                     rollouts,
                     inputs: words as u32,
                 });
-                words += (KEY_WORDS + genes[world]) * LANES;
+                words += (KEY_WORDS + facts[world].genes) * LANES;
             }
         }
         if words > u32::MAX as usize {
@@ -493,10 +634,10 @@ impl Layout {
     }
 
     /// The groups' inputs: field by field 64 values, first the keys' two words, then the genes.
-    fn inputs(&self, genes: &[usize], rollouts: &[Rollout<'_>]) -> Result<Vec<u32>, Invalid> {
+    fn inputs(&self, facts: &[Facts], rollouts: &[Rollout<'_>]) -> Result<Vec<u32>, Invalid> {
         let mut inputs = vec![0_u32; self.words];
         for (index, (rollout, &slot)) in rollouts.iter().zip(&self.slots).enumerate() {
-            let genes = genes[rollout.world];
+            let genes = facts[rollout.world].genes;
             check_genes(index, rollout.genes, genes)?;
             let slot = slot as usize;
             let first = self.groups[slot / LANES].inputs as usize + slot % LANES;
@@ -585,6 +726,35 @@ impl Packed {
             packed.shapes.push(life::Shape::default());
         }
         packed
+    }
+
+    /// Worlds without objects that are numbers only, each different set of numbers once. `of` checks a world and says
+    /// what the kernel reads of it.
+    fn of_numbers<T>(
+        worlds: &[T],
+        name: &str,
+        of: impl Fn(&T) -> Result<(life::World, Vec<[u32; 4]>), Invalid>,
+    ) -> Result<Self, Invalid> {
+        if worlds.is_empty() {
+            return Err(Invalid::new("worlds", "there is none; allowed: one and more"));
+        }
+        let mut packed = Self {
+            // A buffer is never empty.
+            shapes: vec![life::Shape::default()],
+            ..Self::default()
+        };
+        let mut places = BTreeMap::new();
+        for (index, world) in worlds.iter().enumerate() {
+            let (world, cells) = of(world)
+                .map_err(|invalid| Invalid::new(format!("{name}[{index}].{}", invalid.field), invalid.problem))?;
+            let numbers = *places.entry(cells).or_insert_with_key(|cells| {
+                let first = packed.tables.len() as u32;
+                packed.tables.extend(cells);
+                first
+            });
+            packed.worlds.push(life::World { numbers, ..world });
+        }
+        Ok(packed)
     }
 }
 

@@ -5,7 +5,7 @@ mod affinity;
 use std::num::NonZero;
 use std::thread;
 
-use oneiro_shaders::life::{Dispatch, Record};
+use oneiro_shaders::life::{Dispatch, Group};
 use oneiro_shaders::{Kernel, Variant, Words};
 use rayon::prelude::*;
 
@@ -109,37 +109,38 @@ impl Cpu {
     ) -> Result<PartResult, Error> {
         let parts: Vec<Part<'_>> = groups.iter().map(|&group| batch.part(group..group + 1)).collect();
         let variant = self.choose(batch.kernel(), &parts)?;
-        let records = batch.trace_records() as usize;
-        let mut fitness = vec![0.0; parts.len() * LANES];
-        let mut trace = blank_trace(fitness.len() * records)?;
-
-        let mut traces: Vec<&mut [Record]> = trace.chunks_mut((records * LANES).max(1)).collect();
-        traces.resize_with(parts.len(), Default::default);
-        let groups: Vec<_> = parts.iter().zip(fitness.chunks_mut(LANES)).zip(traces).collect();
+        let mut result = PartResult::blank(batch, parts.len() * LANES)?;
+        if batch.keeps_states() {
+            let states = result.states.chunks_exact_mut(LANES * batch.state_words());
+            for (part, own) in parts.iter().zip(states).filter(|(part, _)| !part.states().is_empty()) {
+                own.copy_from_slice(part.states());
+            }
+        }
         let steps = if told { Some(control) } else { None };
-        self.pool.install(|| {
-            groups.into_par_iter().try_for_each(|((part, fitness), trace)| {
-                let lives = Lives {
-                    part,
-                    variant,
-                    chunk: self.chunk,
-                    control,
-                    steps,
-                };
-                if trace.is_empty() {
-                    // Lanes that idle are not run.
-                    let lanes = fitness.par_chunks_mut(variant.lanes as usize).enumerate();
-                    return lanes
-                        .take(lives.calls())
-                        .try_for_each(|(call, fitness)| lives.run(call, fitness, &mut []));
-                }
-                let lanes = fitness.chunks_mut(variant.lanes as usize).enumerate();
-                lanes
-                    .take(lives.calls())
-                    .try_for_each(|(call, fitness)| lives.run(call, fitness, trace))
+        let mut fitness = result.fitness.chunks_mut(LANES);
+        let mut traces = result.trace.chunks_mut((LANES * batch.trace_words()).max(1));
+        let mut states = result.states.chunks_mut(LANES * batch.state_words());
+        let lives: Vec<Lives<'_>> = parts
+            .iter()
+            .map(|part| Lives {
+                part,
+                variant,
+                chunk: self.chunk,
+                control,
+                steps,
+                fitness: written(fitness.next().unwrap_or_default()),
+                trace: traces.next().map(written),
+                states: states.next().map(written),
             })
-        })?;
-        Ok(PartResult { fitness, trace })
+            .collect();
+        // Lanes that idle are not run.
+        let calls: Vec<(&Lives<'_>, usize)> = lives
+            .iter()
+            .flat_map(|lives| (0..lives.calls()).map(move |call| (lives, call)))
+            .collect();
+        self.pool
+            .install(|| calls.into_par_iter().try_for_each(|(lives, call)| lives.run(call)))?;
+        Ok(result)
     }
 
     /// The lane code that is estimated to finish first: with few rollouts, narrow ones keep more threads busy.
@@ -206,19 +207,7 @@ fn cost(variant: &Variant) -> f32 {
     45.0 + each_lane * variant.lanes as f32
 }
 
-/// Room for so many records.
-fn blank_trace(records: usize) -> Result<Vec<Record>, Error> {
-    let mut trace = Vec::new();
-    trace.try_reserve_exact(records).map_err(|_| {
-        Error::TooLarge(format!(
-            "a trace of {records} records does not fit into memory: trace fewer rollouts, or less often"
-        ))
-    })?;
-    trace.resize(records, Record::default());
-    Ok(trace)
-}
-
-/// The lives of one group.
+/// The lives of one group, and where its results go.
 struct Lives<'a> {
     part: &'a Part<'a>,
     variant: &'static Variant,
@@ -226,7 +215,16 @@ struct Lives<'a> {
     control: &'a Control,
     /// Who is told of steps, if anyone.
     steps: Option<&'a Control>,
+    fitness: Words,
+    /// None without a trace.
+    trace: Option<Words>,
+    /// None if nobody wants them; else they hold what lives begin with, too.
+    states: Option<Words>,
 }
+
+// SAFETY: the group's results are filled by several calls at the same time, but each runs lanes of its own, and the
+// kernels write to words of their own lanes only.
+unsafe impl Sync for Lives<'_> {}
 
 impl Lives<'_> {
     /// Calls that run all rollouts.
@@ -234,30 +232,41 @@ impl Lives<'_> {
         self.part.rollouts().div_ceil(self.variant.lanes as usize)
     }
 
-    /// Runs the lives of one call's lanes. `fitness` has their own values, `trace` the whole group's.
-    fn run(&self, call: usize, fitness: &mut [f32], trace: &mut [Record]) -> Result<(), Error> {
+    /// Runs the lives of one call's lanes.
+    fn run(&self, call: usize) -> Result<(), Error> {
         let part = self.part;
+        let batch = part.batch();
         let lanes = self.variant.lanes as usize;
         let first_lane = call * lanes;
-        let active = (part.rollouts() - first_lane).min(lanes) as u64;
+        let active = Group {
+            rollouts: (part.rollouts() - first_lane).min(lanes) as u32,
+            ..part.group_table()[0]
+        };
         let cycles = part.cycles();
-        // The kernel addresses a whole group: its own state and fitness, of which these lanes are a part.
-        let mut state = vec![0_u32; LANES * part.kernel().stride("state") / size_of::<u32>()];
-        let mut group_fitness = [0.0_f32; LANES];
-        let mut no_trace = [Record::default()];
-        let trace = if trace.is_empty() { &mut no_trace[..] } else { trace };
-        for begin in (0..cycles).step_by(self.chunk as usize) {
+        // The kernel addresses a whole group's state, of which these lanes are a part.
+        let mut own_states = Vec::new();
+        let states = self.states.unwrap_or_else(|| {
+            own_states.extend_from_slice(part.states());
+            own_states.resize(LANES * batch.state_words(), 0);
+            written(&mut own_states)
+        });
+        // A buffer is never empty.
+        let mut no_trace = vec![0_u32; batch.record_words()];
+        let trace = self.trace.unwrap_or_else(|| written(&mut no_trace));
+        for begin in cycles.clone().step_by(self.chunk as usize) {
             if self.control.is_cancelled() {
                 return Err(Error::Cancelled);
             }
-            let end = begin.saturating_add(self.chunk).min(cycles);
+            let end = begin.saturating_add(self.chunk).min(cycles.end);
             let mut dispatch = Dispatch {
                 step_begin: begin,
                 step_end: end,
                 trace_every: part.trace_every(),
                 trace_records: part.trace_records(),
+                trace_begin: batch.cycles().start,
                 first_input: part.first_input(),
-                ..Dispatch::default()
+                state_words: batch.state_words() as u32,
+                record_words: batch.record_words() as u32,
             };
             let buffers = [
                 written(std::slice::from_mut(&mut dispatch)),
@@ -266,19 +275,18 @@ impl Lives<'_> {
                 read(part.tables()),
                 read(part.group_table()),
                 read(part.inputs()),
-                written(&mut state),
-                written(&mut group_fitness),
-                written(trace),
+                states,
+                self.fitness,
+                trace,
             ];
             // SAFETY: `available` was asked before the variant was chosen. The buffers are those of the kernel's
-            // bindings, in their order (a test holds their names against these), none is empty, and those that it
-            // writes belong to this call alone.
+            // bindings, in their order (a test holds their names against these), none is empty, and the words of these
+            // lanes belong to this call alone.
             unsafe { (self.variant.run)(&buffers, 0, first_lane as u32) };
             if let Some(control) = self.steps {
-                control.add_steps(active * u64::from(end - begin));
+                control.add_steps(part.steps_of(&[active], &(begin..end)));
             }
         }
-        fitness.copy_from_slice(&group_fitness[first_lane..first_lane + lanes]);
         Ok(())
     }
 }

@@ -114,12 +114,42 @@ pub trait Evaluator: Send {
     }
 }
 
-/// What a part's evaluation gives: one fitness a slot (idle slots hold anything), and the trace's records,
-/// slot by slot, `batch.trace_records()` a slot (empty without a trace).
+/// What a part's evaluation gives: one fitness a slot (idle slots hold anything), and on request traces and states, as
+/// words that [`Batch::place`] finds.
 #[derive(Clone, Debug, Default)]
 pub struct PartResult {
     /// `part.slots()` values.
     pub fitness: Vec<f32>,
-    /// `part.slots() * batch.trace_records()` records, or none.
-    pub trace: Vec<oneiro_shaders::life::Record>,
+    /// `part.slots() * batch.trace_words()` words, or none.
+    pub trace: Vec<u32>,
+    /// `part.slots() * batch.state_words()` words, or none.
+    pub states: Vec<u32>,
+}
+
+impl PartResult {
+    /// Room for a part's results.
+    ///
+    /// # Errors
+    /// [`Error::TooLarge`] if there is no memory for it.
+    pub(crate) fn blank(batch: &Batch, slots: usize) -> Result<Self, Error> {
+        let kept = if batch.keeps_states() { batch.state_words() } else { 0 };
+        Ok(Self {
+            fitness: room(slots)?,
+            trace: room(slots * batch.trace_words())?,
+            states: room(slots * kept)?,
+        })
+    }
+}
+
+/// So many zeros, if there is memory for them.
+fn room<T: Clone + Default>(len: usize) -> Result<Vec<T>, Error> {
+    let mut values = Vec::new();
+    values.try_reserve_exact(len).map_err(|_| {
+        Error::TooLarge(format!(
+            "results of {} MB do not fit into memory: evaluate fewer rollouts, or trace fewer of them or less often",
+            (len * size_of::<T>()) >> 20
+        ))
+    })?;
+    values.resize(len, T::default());
+    Ok(values)
 }

@@ -18,7 +18,7 @@ pub const GENES: usize = 2;
 /// Seconds of a cycle.
 const CYCLE: f64 = 0.1;
 /// The kernel has room for so many.
-const GREATEST_ITEMS: u32 = 8;
+pub(crate) const GREATEST_ITEMS: u32 = 8;
 
 /// What an e-puck's proximity sensor reads at a distance, of 4095, and the standard deviation of its noise as a share
 /// of that (the table of Webots' e-puck, which was calibrated on a robot): mm, reading, share.
@@ -201,6 +201,10 @@ impl Foraging {
         Err(Invalid::new("start", problem))
     }
 
+    /// The most iterations of all loops in a cycle: where food appears anew, and the sensors' two halves; the last look
+    /// at a loop's condition counts.
+    pub(crate) const LOOPS: u32 = 65 + 3;
+
     /// As the kernel reads it, but for the place of its numbers.
     pub(crate) fn world(&self) -> life::World {
         let radius = self.arena_radius;
@@ -221,6 +225,11 @@ impl Foraging {
 
     /// What the kernel reads of it, four numbers a cell; the order is that of `lib/forager.wgsl`.
     pub(crate) fn cells(&self) -> Vec<[u32; 4]> {
+        self.cells_with(1.0, f64::from(self.cycles) * CYCLE)
+    }
+
+    /// The cells of one of several robots, whose food earns what is left of so many seconds.
+    pub(crate) fn cells_with(&self, robots: f64, seconds: f64) -> Vec<[u32; 4]> {
         const TURN: f64 = 2.0 * std::f64::consts::PI;
         let of = f64::from;
         let (arena, nest, food) = (of(self.arena_radius), of(self.nest_radius), of(self.food_radius));
@@ -252,9 +261,9 @@ impl Foraging {
                 (of(self.escape) / CYCLE).round(),
                 of(self.search_interval) / CYCLE,
                 near,
-                f64::from(self.cycles) * CYCLE,
+                seconds,
             ],
-            [arena, CYCLE, f64::from(self.food_items), 0.0],
+            [arena, CYCLE, f64::from(self.food_items), robots],
         ];
         for four in BEARINGS.as_chunks::<4>().0 {
             cells.push(four.map(cosine));
@@ -264,13 +273,15 @@ impl Foraging {
             let [(here, noise), (next, next_noise)] = [pair, pair + 1].map(|mm| proximity(f64::from(mm) + 0.5));
             cells.push([here, noise, next, next_noise]);
         }
-        let word = |number: f64| {
-            // Zero has one sign, and nothing is nearly zero.
-            let number = if number.abs() < 1e-9 { 0.0 } else { number };
-            (number as f32).to_bits()
-        };
         cells.into_iter().map(|cell| cell.map(word)).collect()
     }
+}
+
+/// A number as kernels read it.
+pub(crate) fn word(number: f64) -> u32 {
+    // Zero has one sign, and nothing is nearly zero.
+    let number = if number.abs() < 1e-9 { 0.0 } else { number };
+    (number as f32).to_bits()
 }
 
 /// What a proximity sensor reads at a distance (mm), of 1, and the share that its noise is of that.

@@ -15,6 +15,7 @@ pub mod pool;
 pub mod probe;
 pub mod random;
 pub mod surrogate;
+pub mod swarm;
 pub mod tables;
 pub mod world;
 

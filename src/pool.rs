@@ -4,8 +4,6 @@ use std::ops::Range;
 use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::Instant;
 
-use oneiro_shaders::life::Record;
-
 use crate::batch::{LANES, Part};
 use crate::evaluator::{Control, Device, Error, Evaluator, PartResult};
 
@@ -73,7 +71,7 @@ impl Evaluator for Pool {
     }
 
     fn evaluate_part(&mut self, part: &Part<'_>, control: &Control) -> Result<PartResult, Error> {
-        let work = Work::new(part, self.members.len());
+        let work = Work::new(part, self.members.len())?;
         // Once is enough, unless a member gives a piece back when the others have left.
         while work.has_pieces() {
             if self.members.is_empty() {
@@ -159,14 +157,10 @@ struct Shared {
 }
 
 impl<'a> Work<'a> {
-    fn new(part: &'a Part<'a>, members: usize) -> Self {
-        let records = part.trace_records() as usize;
-        let result = PartResult {
-            fitness: vec![0.0; part.slots()],
-            trace: vec![Record::default(); part.slots() * records],
-        };
+    fn new(part: &'a Part<'a>, members: usize) -> Result<Self, Error> {
+        let result = PartResult::blank(part.batch(), part.slots())?;
         let all = 0..part.groups().len() as u32;
-        Self {
+        Ok(Self {
             part,
             shared: Mutex::new(Shared {
                 open: Vec::from([all]),
@@ -174,7 +168,7 @@ impl<'a> Work<'a> {
                 stopped: false,
                 result,
             }),
-        }
+        })
     }
 
     fn shared(&self) -> MutexGuard<'_, Shared> {
@@ -221,9 +215,11 @@ impl<'a> Work<'a> {
     fn put(&self, groups: &Range<u32>, result: &PartResult) {
         let mut shared = self.shared();
         let first = groups.start as usize * LANES;
-        let records = self.part.trace_records() as usize;
-        shared.result.fitness[first..][..result.fitness.len()].copy_from_slice(&result.fitness);
-        shared.result.trace[first * records..][..result.trace.len()].copy_from_slice(&result.trace);
+        let batch = self.part.batch();
+        let own = &mut shared.result;
+        own.fitness[first..][..result.fitness.len()].copy_from_slice(&result.fitness);
+        own.trace[first * batch.trace_words()..][..result.trace.len()].copy_from_slice(&result.trace);
+        own.states[first * batch.state_words()..][..result.states.len()].copy_from_slice(&result.states);
     }
 
     fn into_result(self) -> PartResult {

@@ -292,6 +292,25 @@ impl World {
         }
     }
 
+    /// The most iterations of all loops of a cycle together; the last look at a loop's condition counts.
+    pub(crate) fn loops(&self) -> u32 {
+        let world = self.packed();
+        let shapes = world.shapes + 1;
+        let units = world.hidden + 1;
+        if self.spec().surrogate.is_none() {
+            // What is sensed, and what is touched.
+            return units + 2 * shapes;
+        }
+        // Rays on both sides of eight sensors against all that is in reach, of which each may be a block of two faces,
+        // and against each one's turn; the waves of light; two rides of five steps each, of which one slides, and what
+        // is touched.
+        let sides = 9 + 8 * 3;
+        let faces = 8 * 2 * 3;
+        let rays = shapes + sides + 8 * 2 * shapes + faces * shapes + shapes * (shapes + sides + faces);
+        let ride = 3 + 2 * 6 + 5 * 3 * shapes + 2 * shapes;
+        units + rays + 5 + ride
+    }
+
     /// As the kernels read it; `first_shape` and `motor_table` are still 0.
     pub(crate) fn packed(&self) -> &life::World {
         &self.0.packed.world

@@ -52,7 +52,7 @@ fn rollouts_are_grouped_by_world_in_their_order() {
     ];
     // World 1 gets nothing; 0 and 2 take turns, 100 each.
     let batch = batch(&worlds, (0..200).map(|index| 2 * (index % 2)), None);
-    assert_eq!((batch.rollouts(), batch.groups(), batch.cycles()), (200, 4, 20));
+    assert_eq!((batch.rollouts(), batch.groups(), batch.cycles()), (200, 4, 0..20));
     assert_eq!(batch.steps(), 100 * 10 + 100 * 20);
     let groups: Vec<_> = batch
         .all()
@@ -237,7 +237,7 @@ fn traces_that_fill_the_memory_are_refused() {
     );
     let invalid = invalid.unwrap_err();
     assert!(
-        invalid.field == "trace" && invalid.problem.contains("128000000 records in all; allowed:"),
+        invalid.field == "trace" && invalid.problem.contains("2560000000 words in all; allowed:"),
         "{invalid}"
     );
 }
@@ -253,7 +253,7 @@ fn worlds_serve_many_batches() {
         let one = packed.batch(&crowd.rollouts(), None).unwrap();
         assert_eq!(
             (one.steps(), one.cycles()),
-            (rollouts as u64 * u64::from(cycles), cycles)
+            (rollouts as u64 * u64::from(cycles), 0..cycles)
         );
         assert_eq!(one.all().worlds(), both.all().worlds());
         assert_eq!(one.all().shapes(), both.all().shapes());
@@ -282,7 +282,10 @@ fn outcomes_are_in_the_order_of_the_rollouts() {
     };
     let result = PartResult {
         fitness: (0..slots).map(|slot| slot as f32).collect(),
-        trace: (0..slots * 3).map(|at| record(at / 3, at % 3)).collect(),
+        trace: (0..slots * 3)
+            .flat_map(|at| bytemuck::cast::<Record, [u32; 20]>(record(at / 3, at % 3)))
+            .collect(),
+        states: Vec::new(),
     };
     let outcome = batch.outcome(result);
     for rollout in 0..130 {

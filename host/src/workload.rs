@@ -181,12 +181,13 @@ pub(crate) fn genome(genes: usize, size: f32, seed: u32, index: u32) -> Vec<f32>
 /// # Errors
 /// More rollouts than a batch can hold.
 pub(crate) fn batch(worlds: &Worlds, rollouts: u32, seed: u32, trace: Option<TraceRequest>) -> Result<Batch, Invalid> {
-    let count = worlds.genes().len() as u32;
+    let genes = worlds.genes();
+    let count = genes.len() as u32;
     let world_of = |index: u32| (index % count) as usize;
     let genomes: Vec<Vec<f32>> = (0..rollouts)
         .map(|index| {
             let size = if (index / count).is_multiple_of(2) { 1.0 } else { 8.0 };
-            genome(worlds.genes()[world_of(index)], size, seed, index)
+            genome(genes[world_of(index)], size, seed, index)
         })
         .collect();
     let rollouts: Vec<Rollout<'_>> = (0..rollouts)

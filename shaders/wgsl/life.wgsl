@@ -30,9 +30,9 @@ fn main(@builtin(workgroup_id) workgroup: vec3<u32>, @builtin(local_invocation_i
     for (var step = dispatch.step_begin; step < end; step++) {
         let lived = cycle(life, step, own);
         own = lived.next;
-        if (dispatch.trace_every > 0u && step % dispatch.trace_every == 0u) {
+        if (dispatch.trace_every > 0u && (step - dispatch.trace_begin) % dispatch.trace_every == 0u) {
             let r = lived.record;
-            trace[slot * dispatch.trace_records + step / dispatch.trace_every] = Record(
+            trace[slot * dispatch.trace_records + (step - dispatch.trace_begin) / dispatch.trace_every] = Record(
                 stored(r.x), stored(r.y), stored(r.heading),
                 stored(r.sensor_0), stored(r.sensor_1), stored(r.sensor_2), stored(r.sensor_3),
                 stored(r.sensor_4), stored(r.sensor_5), stored(r.sensor_6), stored(r.sensor_7),

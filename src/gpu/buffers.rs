@@ -173,6 +173,7 @@ pub(super) struct Bench {
     pub(super) trace: Pooled,
     pub(super) fitness_out: Pooled,
     pub(super) trace_out: Pooled,
+    pub(super) state_out: Pooled,
 }
 
 impl Default for Bench {
@@ -183,11 +184,12 @@ impl Default for Bench {
             groups: Pooled::new("groups", Usage::STORAGE | Usage::COPY_DST),
             inputs: Pooled::new("inputs", Usage::STORAGE | Usage::COPY_DST),
             inputs_in: Pooled::new("inputs in", Usage::MAP_WRITE | Usage::COPY_SRC),
-            state: Pooled::new("state", Usage::STORAGE),
+            state: Pooled::new("state", result),
             fitness: Pooled::new("fitness", result),
             trace: Pooled::new("trace", result),
             fitness_out: Pooled::new("fitness out", Usage::MAP_READ | Usage::COPY_DST),
             trace_out: Pooled::new("trace out", Usage::MAP_READ | Usage::COPY_DST),
+            state_out: Pooled::new("state out", Usage::MAP_READ | Usage::COPY_DST),
         }
     }
 }

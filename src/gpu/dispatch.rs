@@ -4,9 +4,8 @@ use std::collections::{BTreeMap, VecDeque};
 use std::ops::Range;
 use std::time::Instant;
 
-use bytemuck::Zeroable;
 use oneiro_shaders::Kernel;
-use oneiro_shaders::life::{Dispatch, Group, Record};
+use oneiro_shaders::life::Dispatch;
 
 use super::buffers::{Bench, Scene};
 use super::device::{Device, Fault, Pipeline};
@@ -78,7 +77,14 @@ impl Lives {
         self.scene.shapes.keep(device, bytemuck::cast_slice(part.shapes()));
         self.scene.tables.keep(device, bytemuck::cast_slice(part.tables()));
 
-        let records = part.trace_records() as usize;
+        let cycle = GREATEST_LOOPS / part.loops();
+        if cycle == 0 && device.adapter().is_software() {
+            return Err(Fault::TooLarge(format!(
+                "a cycle of so many robots takes {} loops, and a software driver may leave them after {GREATEST_LOOPS}; \
+                 allowed there: fewer robots, or another backend",
+                part.loops()
+            )));
+        }
         let mut run = Run {
             device,
             kernel: part.kernel(),
@@ -88,14 +94,12 @@ impl Lives {
             scene: &self.scene,
             benches: &mut self.benches,
             pace: self.paces.entry(pipeline.kernel).or_default(),
-            most_cycles: self.bounds.cycles.min(GREATEST_LOOPS / part.loops()).max(1),
+            most_cycles: self.bounds.cycles.min(cycle).max(1),
             flights: VecDeque::new(),
             told_steps: 0,
             landed: Instant::now(),
-            result: PartResult {
-                fitness: room(part.slots(), 0.0)?,
-                trace: room(part.slots() * records, Record::zeroed())?,
-            },
+            result: PartResult::blank(part.batch(), part.slots())
+                .map_err(|error| Fault::TooLarge(error.to_string()))?,
         };
         match run.all(&cuts) {
             Ok(()) => Ok(run.result),
@@ -108,19 +112,6 @@ impl Lives {
             }
         }
     }
-}
-
-/// A vector of so many values, or an error if the host hasn't the memory.
-fn room<T: Clone>(len: usize, value: T) -> Result<Vec<T>, Fault> {
-    let mut values = Vec::new();
-    values.try_reserve_exact(len).map_err(|_| {
-        Fault::TooLarge(format!(
-            "the results take {} MB, which there is no memory for; trace fewer rollouts or fewer of their cycles",
-            (len * size_of::<T>()) >> 20
-        ))
-    })?;
-    values.resize(len, value);
-    Ok(values)
 }
 
 /// What bounds a cut.
@@ -149,8 +140,8 @@ struct Cut {
     groups: Range<usize>,
     /// Words of the part's inputs.
     inputs: Range<usize>,
-    /// The longest life.
-    cycles: u32,
+    /// Those of the longest life.
+    cycles: Range<u32>,
 }
 
 impl Cut {
@@ -168,12 +159,16 @@ fn cuts(part: &Part<'_>, bounds: Bytes) -> Result<Vec<Cut>, Fault> {
             .get(group)
             .map_or(part.inputs().len(), |g| g.inputs as usize - first_input)
     };
-    let fixed = (LANES * (part.kernel().stride("state") + size_of::<f32>())) as u64;
-    let traced = (LANES * size_of::<Record>()) as u64 * u64::from(part.trace_records());
-    if traced > bounds.binding {
+    let batch = part.batch();
+    let kept = (4 * LANES * batch.state_words()) as u64;
+    let traced = (4 * LANES * batch.trace_words()) as u64;
+    let fixed = kept + (LANES * size_of::<f32>()) as u64;
+    if traced.max(kept) > bounds.binding {
         return Err(Fault::TooLarge(format!(
-            "the trace of {LANES} rollouts takes {} MB, and the device binds {} MB at once; trace fewer cycles",
+            "the trace of {LANES} rollouts takes {} MB and their state {} MB, and the device binds {} MB at once; trace \
+             fewer cycles or have fewer robots",
             traced >> 20,
+            kept >> 20,
             bounds.binding >> 20
         )));
     }
@@ -201,7 +196,7 @@ fn cuts(part: &Part<'_>, bounds: Bytes) -> Result<Vec<Cut>, Fault> {
         cuts.push(Cut {
             groups: start..end,
             inputs: first_word..inputs_end(end),
-            cycles,
+            cycles: batch.cycles().start..batch.cycles().end.min(cycles),
         });
         start = end;
     }
@@ -242,15 +237,15 @@ impl Run<'_> {
     fn all(&mut self, cuts: &[Cut]) -> Result<(), Fault> {
         for (index, cut) in cuts.iter().enumerate() {
             let bench = index % self.benches.len();
-            let mut begin = 0;
-            while begin < cut.cycles {
+            let mut begin = cut.cycles.start;
+            while begin < cut.cycles.end {
                 // Until the speed is known there is nothing to plan the next chunk with.
                 self.land_until(usize::from(self.pace.is_known()))?;
                 let cycles = self
                     .pace
                     .cycles(cut.slots())
                     .min(self.most_cycles)
-                    .min(cut.cycles - begin);
+                    .min(cut.cycles.end - begin);
                 self.launch(cut, bench, begin..begin + cycles)?;
                 begin += cycles;
             }
@@ -263,17 +258,20 @@ impl Run<'_> {
         let device = &*self.device;
         let bench = &mut self.benches[bench];
         bench.dispatch.reserve(device, size_of::<Dispatch>() as u64);
-        bench
-            .state
-            .reserve(device, cut.slots() * self.kernel.stride("state") as u64);
+        let batch = self.part.batch();
+        let kept = 4 * cut.slots() * batch.state_words() as u64;
+        bench.state.reserve(device, kept);
+        if batch.keeps_states() {
+            bench.state_out.reserve(device, kept);
+        }
         let fitness = cut.slots() * size_of::<f32>() as u64;
         bench.fitness.reserve(device, fitness);
         bench.fitness_out.reserve(device, fitness);
         // A binding can't be empty: without a trace it is one record that nobody writes.
-        let records = cut.slots() * u64::from(self.part.trace_records());
-        let trace = records.max(1) * size_of::<Record>() as u64;
+        let words = (cut.slots() as usize * batch.trace_words()).max(batch.record_words());
+        let trace = 4 * words as u64;
         bench.trace.reserve(device, trace);
-        if records > 0 {
+        if batch.trace_records() > 0 {
             bench.trace_out.reserve(device, trace);
         }
     }
@@ -282,8 +280,9 @@ impl Run<'_> {
     fn launch(&mut self, cut: &Cut, bench_index: usize, cycles: Range<u32>) -> Result<(), Fault> {
         let part = self.part;
         let group_table = &part.group_table()[cut.groups.clone()];
-        let is_first = cycles.start == 0;
-        let is_last = cycles.end == cut.cycles;
+        let batch = part.batch();
+        let is_first = cycles.start == cut.cycles.start;
+        let is_last = cycles.end == cut.cycles.end;
         let traced = part.trace_records() > 0;
         let label = Some(self.pipeline.kernel);
         if is_first {
@@ -300,6 +299,11 @@ impl Run<'_> {
             bench
                 .inputs_in
                 .send(self.device, inputs, &mut encoder, &mut bench.inputs)?;
+            if !part.states().is_empty() {
+                let words = LANES * batch.state_words();
+                let states = &part.states()[cut.groups.start * words..cut.groups.end * words];
+                bench.state.write(self.device, bytemuck::cast_slice(states));
+            }
             if traced {
                 // A life that ends before the batch's longest leaves the rest of its records as they were.
                 encoder.clear_buffer(bench.trace.buffer(), 0, Some(bench.trace.used()));
@@ -310,8 +314,10 @@ impl Run<'_> {
             step_end: cycles.end,
             trace_every: part.trace_every(),
             trace_records: part.trace_records(),
+            trace_begin: batch.cycles().start,
             first_input: group_table[0].inputs,
-            ..Dispatch::zeroed()
+            state_words: batch.state_words() as u32,
+            record_words: batch.record_words() as u32,
         };
         bench.dispatch.write(self.device, bytemuck::bytes_of(&dispatch));
         let bind_group = bind(self.device, self.pipeline, self.kernel, self.scene, bench)?;
@@ -329,6 +335,9 @@ impl Run<'_> {
             if traced {
                 bench.trace.bring(&mut encoder, &bench.trace_out);
             }
+            if batch.keeps_states() {
+                bench.state.bring(&mut encoder, &bench.state_out);
+            }
         }
         let submitted = Instant::now();
         let submission = self.device.submit(encoder);
@@ -338,7 +347,7 @@ impl Run<'_> {
             bench: bench_index,
             slots: cut.slots(),
             cycles: cycles.end - cycles.start,
-            steps: steps(part, group_table, &cycles),
+            steps: part.steps_of(group_table, &cycles),
             brings: is_last.then(|| cut.groups.start * LANES..cut.groups.end * LANES),
         });
         Ok(())
@@ -362,27 +371,20 @@ impl Run<'_> {
             if let Some(slots) = flight.brings {
                 let bench = &self.benches[flight.bench];
                 bench.fitness_out.read(&mut self.result.fitness[slots.clone()])?;
-                let records = self.part.trace_records() as usize;
-                if records > 0 {
+                let batch = self.part.batch();
+                let own = |words: usize| slots.start * words..slots.end * words;
+                if batch.trace_records() > 0 {
+                    bench.trace_out.read(&mut self.result.trace[own(batch.trace_words())])?;
+                }
+                if batch.keeps_states() {
                     bench
-                        .trace_out
-                        .read(&mut self.result.trace[slots.start * records..slots.end * records])?;
+                        .state_out
+                        .read(&mut self.result.states[own(batch.state_words())])?;
                 }
             }
         }
         Ok(())
     }
-}
-
-/// Robot-steps that a chunk makes.
-fn steps(part: &Part<'_>, groups: &[Group], cycles: &Range<u32>) -> u64 {
-    groups
-        .iter()
-        .map(|group| {
-            let end = part.worlds()[group.world as usize].steps.min(cycles.end);
-            u64::from(group.rollouts) * u64::from(end.saturating_sub(cycles.start))
-        })
-        .sum()
 }
 
 /// Binds each buffer of a life by its name in the kernel.
@@ -469,7 +471,7 @@ mod tests {
             [Cut {
                 groups: 0..6,
                 inputs: 0..64 * (4 * 15 + 2 * 26),
-                cycles: 80
+                cycles: 0..80
             }]
         );
         let part = cuts(&batch.part(1..5), ANY).expect("it fits");
@@ -478,7 +480,7 @@ mod tests {
             [Cut {
                 groups: 0..4,
                 inputs: 0..64 * (3 * 15 + 26),
-                cycles: 80
+                cycles: 0..80
             }]
         );
         assert_eq!(cuts(&batch.part(2..2), ANY).expect("it fits"), []);
@@ -489,8 +491,8 @@ mod tests {
         let plain = batch(None);
         let traced = batch(Some(TraceRequest { every: 10 }));
         // The inputs of a group of 13 genes take 3,840 bytes, of 24 genes 6,656.
-        let kept = LANES as u64 * (plain.kernel().stride("state") + size_of::<f32>()) as u64;
-        let eight_records = LANES as u64 * 8 * size_of::<Record>() as u64;
+        let kept = (LANES * (4 * plain.state_words() + size_of::<f32>())) as u64;
+        let eight_records = (4 * LANES * 8 * plain.record_words()) as u64;
         for (batch, bounds, expected) in [
             (&plain, Bytes { groups: 4, ..ANY }, vec![0..4, 4..6]),
             (
@@ -534,7 +536,7 @@ mod tests {
             for cut in &cuts {
                 assert_eq!(cut.inputs.start, word);
                 assert_eq!(part.group_table()[cut.groups.start].inputs as usize, word);
-                assert_eq!(cut.cycles, if cut.groups.end > 4 { 80 } else { 30 });
+                assert_eq!(cut.cycles, 0..if cut.groups.end > 4 { 80 } else { 30 });
                 word = cut.inputs.end;
             }
             assert_eq!(word, part.inputs().len());

@@ -1,7 +1,7 @@
 use std::fs;
 use std::path::PathBuf;
 
-use oneiro::batch::{LANES, Part, Record};
+use oneiro::batch::{LANES, Part};
 use oneiro::evaluator::{self, Control, Error, Evaluator, PartResult};
 
 use super::*;
@@ -57,7 +57,7 @@ impl Evaluator for Mock {
                 } else {
                     score + lie
                 });
-                result.trace.extend(std::iter::repeat_n(Record::default(), traced));
+                result.trace.extend(std::iter::repeat_n(0, traced));
             }
         }
         Ok(result)

@@ -673,11 +673,16 @@ impl Printer<'_> {
             format!("L::store_word(b{b}, {element}, n{b}, {place}, {bits}, {mask});")
         } else {
             let element = address.element.expect("only an element's index varies");
-            format!(
-                "L::store(b{b}, {}, n{b}, {place}, {}, {mask});",
-                self.lanes(element),
-                self.bits(value)
-            )
+            let bits = self.bits(value);
+            if self.shapes.shape(element) == Shape::Linear && address.stride == 1 {
+                let first = self.scalar(element);
+                format!("L::save(b{b}, {first}, n{b}, {}, {bits}, {mask});", address.offset)
+            } else {
+                format!(
+                    "L::store(b{b}, {}, n{b}, {place}, {bits}, {mask});",
+                    self.lanes(element)
+                )
+            }
         };
         self.line(&text);
     }

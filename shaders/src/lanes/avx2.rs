@@ -135,4 +135,8 @@ impl Lanes for Avx2 {
     unsafe fn load_words(buffer: Words, at: usize) -> __m256i {
         _mm256_loadu_si256(buffer.start.add(at).cast())
     }
+    #[inline(always)]
+    unsafe fn store_words(buffer: Words, at: usize, value: __m256i, active: __m256) {
+        _mm256_maskstore_epi32(buffer.start.add(at).cast(), _mm256_castps_si256(active), value);
+    }
 }

@@ -137,6 +137,10 @@ impl Lanes for Avx512 {
     unsafe fn load_words(buffer: Words, at: usize) -> __m512i {
         _mm512_loadu_si512(buffer.start.add(at).cast())
     }
+    #[inline(always)]
+    unsafe fn store_words(buffer: Words, at: usize, value: __m512i, active: __mmask16) {
+        _mm512_mask_storeu_epi32(buffer.start.add(at).cast(), active, value);
+    }
 }
 
 #[inline(always)]

@@ -99,6 +99,12 @@ impl Lanes for Checked {
     unsafe fn load(buffer: Words, e: u32, n: u32, offset: u32) -> u32 {
         *buffer.start.add((inside(e, n) + offset) as usize)
     }
+    unsafe fn save(buffer: Words, e: u32, n: u32, offset: u32, value: u32, active: bool) {
+        // Where no lane is active, nothing is accessed.
+        if active {
+            *buffer.start.add((inside(e, n) + offset) as usize) = value;
+        }
+    }
 
     as_scalar! {
         i(x: u32) -> u32;

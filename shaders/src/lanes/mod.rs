@@ -126,6 +126,17 @@ pub trait Lanes: Copy {
     unsafe fn gather_quads(buffer: Words, at: Self::I) -> [Self::I; 4];
     /// `N` words from this index on, which lie within the buffer.
     unsafe fn load_words(buffer: Words, at: usize) -> Self::I;
+    /// Stores the active ones of `N` words from this index on, which lie within the buffer.
+    #[inline(always)]
+    unsafe fn store_words(buffer: Words, at: usize, value: Self::I, active: Self::M) {
+        let mut k = 0;
+        while k < Self::N {
+            if Self::test(active, k) {
+                *buffer.start.add(at + k) = Self::lane(value, k);
+            }
+            k += 1;
+        }
+    }
 
     #[inline(always)]
     unsafe fn msel(m: Self::M, a: Self::M, b: Self::M) -> Self::M {
@@ -254,6 +265,16 @@ pub trait Lanes: Copy {
                 *buffer.start.add(Self::lane(at, k) as usize) = Self::lane(value, k);
             }
             k += 1;
+        }
+    }
+
+    /// Stores word elements `e`, `e + 1`, .. of the active lanes.
+    #[inline(always)]
+    unsafe fn save(buffer: Words, e: u32, n: u32, offset: u32, value: Self::I, active: Self::M) {
+        if e as usize + Self::N <= n as usize {
+            Self::store_words(buffer, e as usize + offset as usize, value, active);
+        } else {
+            Self::store(buffer, Self::iota(e), n, 1, offset, value, active);
         }
     }
 

@@ -158,4 +158,12 @@ impl<S: Lanes, const K: usize> Lanes for Wide<S, K> {
         }
         out
     }
+    #[inline(always)]
+    unsafe fn store_words(buffer: Words, at: usize, value: Self::I, active: Self::M) {
+        let mut k = 0;
+        while k < K {
+            S::store_words(buffer, at + k * S::N, value[k], active[k]);
+            k += 1;
+        }
+    }
 }

@@ -20,7 +20,7 @@ struct Memory {
     wait: u32,
 }
 
-// What it does in a cycle, why, what its sensors at the front read of the wall, and what it remembers.
+// What it does in a cycle, why, what its sensors at the front read, and what it remembers.
 struct Deed {
     wanted: Drive,
     behaviour: u32,
@@ -43,7 +43,7 @@ fn behave(life: Life, step: u32, pose: vec3<f32>, carries: bool, before: Memory)
     var wanted = Drive(driving.x, 0.0f);
 
     // 17 and 50 degrees to the left, then 50 and 17 to the right.
-    let front = near_wall(life, step, pose);
+    let front = near(life, step, pose);
     let nearest = max(max(front.x, front.y), max(front.z, front.w));
     if (nearest > times.z) {
         if (memory.escape == 0.0f) {

@@ -1,107 +1,4 @@
-// What every kernel of rollouts shares: its buffers, who lives, and where a life starts. One invocation is one
-// rollout; a workgroup's rollouts share a world. A long life is cut into dispatches of `step_begin..step_end`,
-// its state kept between.
-
-// What one dispatch does.
-struct Dispatch {
-    step_begin: u32,
-    step_end: u32,
-    // a record each so many steps; 0 for no trace
-    trace_every: u32,
-    // records a rollout
-    trace_records: u32,
-    // where the first group's inputs start in the whole batch
-    first_input: u32,
-    unused_a: u32,
-    unused_b: u32,
-    unused_c: u32,
-}
-
-// Everything that rollouts share: robot, arena, noise, controller and task. Lengths in mm.
-struct World {
-    // cycles of a life
-    steps: u32,
-    first_shape: u32,
-    shapes: u32,
-    // the field that random starts are drawn from
-    field_x: f32,
-    field_y: f32,
-    field_width: f32,
-    field_height: f32,
-    // 1 to start each life at a random free pose, 0 at the pose below
-    random_start: u32,
-    start_x: f32,
-    start_y: f32,
-    start_heading: f32,
-    // sensor tables: gap of the first row, rows per mm, rows, bearings
-    nearest: f32,
-    rows_per_mm: f32,
-    rows: u32,
-    bearings: u32,
-    bearings_per_turn: f32,
-    // activation of one unit of a reading
-    reading_scale: f32,
-    sensor_noise_low: f32,
-    sensor_noise_span: f32,
-    // conservative noise
-    walk_range: f32,
-    walk_step: f32,
-    // motor table: first cell, states of a wheel, and how an output selects one
-    motor_table: u32,
-    motor_states: u32,
-    motor_scale: f32,
-    motor_offset: f32,
-    motor_noise: f32,
-    // share of a cycle's turn that is made before its displacement
-    turn_before_move: f32,
-    // hidden units, for the controllers that have them
-    hidden: u32,
-    task_choices: u32,
-    // what a cell of the field is worth that the robot enters for the first time, and columns of such cells
-    new_cell: f32,
-    cell_columns: u32,
-    // first cell of what only some kernels read: a surrogate robot, or a forager and its arena
-    numbers: u32,
-}
-
-// An object. Of a wall where it starts, where it goes and its direction over its squared length; of others where
-// their centre is. The distances to that at which a robot's centre touches it or senses it.
-struct Shape {
-    x: f32,
-    y: f32,
-    length_x: f32,
-    length_y: f32,
-    scaled_x: f32,
-    scaled_y: f32,
-    contact: f32,
-    contact_squared: f32,
-    reach_squared: f32,
-    // first cell of the sensor table of its class
-    table: u32,
-    // 0 for a wall, ROUND or BLOCK
-    kind: u32,
-    // 1 for the last object of a layer, within which no two are ever in reach of one robot
-    ends_layer: u32,
-    // the radius of a round obstacle
-    radius: f32,
-    // the direction of a wall, or of a block's length
-    unit_x: f32,
-    unit_y: f32,
-    // the share of light that it throws back, for the kernels that cast rays
-    reflectivity: f32,
-    // of a block: half its sides, and from how many points of view it was sampled
-    half_length: f32,
-    half_width: f32,
-    views: u32,
-    unused_a: u32,
-}
-
-// A workgroup's rollouts: their world, how many there are, and where their inputs start.
-struct Group {
-    world: u32,
-    rollouts: u32,
-    inputs: u32,
-}
+// What the kernels share whose rollouts are lives of one robot: who lives, where a life starts, and its trace.
 
 // One line of a trace: the pose at the start of a cycle, what was perceived there, and what came of it.
 struct Record {
@@ -128,19 +25,8 @@ struct Record {
     carries: f32,
 }
 
-@group(0) @binding(0) var<uniform> dispatch: Dispatch;
-@group(0) @binding(1) var<storage, read> worlds: array<World>;
-@group(0) @binding(2) var<storage, read> shapes: array<Shape>;
-// Four words a cell: eight 16-bit readings of sensors, or displacement, turn and wheel speeds of motors.
-@group(0) @binding(3) var<storage, read> tables: array<vec4<u32>>;
-@group(0) @binding(4) var<storage, read> groups: array<Group>;
-// A group's inputs, field by field, LANES values a field: the two words of the key, then the genes.
-@group(0) @binding(5) var<storage, read> inputs: array<u32>;
 @group(0) @binding(6) var<storage, read_write> state: array<State>;
-@group(0) @binding(7) var<storage, read_write> fitness: array<f32>;
 @group(0) @binding(8) var<storage, read_write> trace: array<Record>;
-
-const LANES: u32 = 64u;
 
 // Who lives: the world, the key of its random numbers, and the index of its first gene.
 struct Life {
@@ -151,17 +37,6 @@ struct Life {
 
 fn gene(life: Life, index: u32) -> f32 {
     return bitcast<f32>(inputs[life.genes + index * LANES]);
-}
-
-// A number with zero's one sign, as everything is stored.
-fn stored(x: f32) -> f32 {
-    return select(x, 0.0f, x == 0.0f);
-}
-
-// Four numbers of those that only some kernels read.
-fn numbers(world: u32, cell: u32) -> vec4<f32> {
-    let words = tables[worlds[world].numbers + cell];
-    return vec4<f32>(bitcast<f32>(words.x), bitcast<f32>(words.y), bitcast<f32>(words.z), bitcast<f32>(words.w));
 }
 
 // Where a life starts: x and y in mm, heading in turns.

@@ -13,8 +13,9 @@ fn driven(life: Life, step: u32, wanted: Drive) -> Drive {
     let robot = numbers(life.world, ROBOT);
     let apart = robot.y * wanted.turn;
     let noise = 2.0f * units(random_words(life.key, STREAM_ACTUATOR, step, 0u)) - 1.0f;
-    let left = clamp(wanted.forward - apart, -robot.z, robot.z) * (1.0f + robot.w * noise.x);
-    let right = clamp(wanted.forward + apart, -robot.z, robot.z) * (1.0f + robot.w * noise.y);
+    let own = wheels(life);
+    let left = own.x * (clamp(wanted.forward - apart, -robot.z, robot.z) * (1.0f + robot.w * noise.x));
+    let right = own.y * (clamp(wanted.forward + apart, -robot.z, robot.z) * (1.0f + robot.w * noise.y));
     return Drive(0.5f * (left + right), (right - left) * reciprocal(2.0f * robot.y));
 }
 

@@ -1,5 +1,5 @@
-// Eight infra-red sensors of an e-puck in a circular arena: proximity to the wall by the sensors' measured curve, and
-// the light of one lamp.
+// Eight infra-red sensors of an e-puck in a circular arena: proximity by the sensors' measured curve, and the light of
+// one lamp. What a robot senses in all, `robot/epuck_alone` and `robot/epuck_among` say.
 
 // Four sensors' axes in the world: those at the front, or the others.
 struct Axes {
@@ -14,10 +14,8 @@ fn axes(world: u32, half: u32, heading: f32) -> Axes {
     return Axes(ahead.x * cosines - ahead.y * sines, ahead.y * cosines + ahead.x * sines);
 }
 
-// What the four sensors at the front read of the wall, in [0, 1]: the curve at the distance at which each one's axis
-// meets it.
-fn near_wall(life: Life, step: u32, pose: vec3<f32>) -> vec4<f32> {
-    let world = life.world;
+// How far the wall is along the axes of the four sensors at the front, mm.
+fn wall_distances(world: u32, pose: vec3<f32>) -> vec4<f32> {
     let own = axes(world, 0u, pose.z);
     let body = numbers(world, ROBOT).x;
     let radius = numbers(world, ARENA).x;
@@ -25,11 +23,15 @@ fn near_wall(life: Life, step: u32, pose: vec3<f32>) -> vec4<f32> {
     let y = pose.y + body * own.y;
     let along = x * own.x + y * own.y;
     let beyond = max(along * along + (radius * radius - (x * x + y * y)), vec4<f32>(0.0f));
-    let distance = vec4<f32>(root(beyond.x), root(beyond.y), root(beyond.z), root(beyond.w)) - along;
+    return vec4<f32>(root(beyond.x), root(beyond.y), root(beyond.z), root(beyond.w)) - along;
+}
+
+// What the four sensors at the front read of things at these distances, in [0, 1].
+fn near_readings(life: Life, step: u32, distances: vec4<f32>) -> vec4<f32> {
     let noise = random_words(life.key, STREAM_SENSOR, step, 0u);
     return vec4<f32>(
-        proximity(world, distance.x, noise.x), proximity(world, distance.y, noise.y),
-        proximity(world, distance.z, noise.z), proximity(world, distance.w, noise.w),
+        proximity(life.world, distances.x, noise.x), proximity(life.world, distances.y, noise.y),
+        proximity(life.world, distances.z, noise.z), proximity(life.world, distances.w, noise.w),
     );
 }
 
@@ -47,25 +49,25 @@ fn proximity(world: u32, distance: f32, word: u32) -> f32 {
     return reading;
 }
 
-// What four sensors read of the light, in [0, 1]: it fades with the distance and with the angle between lamp and axis,
-// over an ambient light with noise.
-fn light(life: Life, step: u32, half: u32, pose: vec3<f32>) -> vec4<f32> {
-    let world = life.world;
+// What four sensors get of the light of a lamp, of 1: it fades with the distance and with the angle between lamp and
+// axis.
+fn lamp_light(world: u32, half: u32, pose: vec3<f32>, lamp: vec2<f32>) -> vec4<f32> {
     let own = axes(world, half, pose.z);
     let body = numbers(world, ROBOT).x;
-    let lamp = numbers(world, LAMP);
-    let sensing = numbers(world, SENSING);
-    var shine = vec4<f32>(0.0f);
-    if (lamp.w > 0.0f) {
-        let x = lamp.x - (pose.x + body * own.x);
-        let y = lamp.y - (pose.y + body * own.y);
-        shine = vec4<f32>(
-            lit(vec2<f32>(x.x, y.x), vec2<f32>(own.x.x, own.y.x), lamp.z),
-            lit(vec2<f32>(x.y, y.y), vec2<f32>(own.x.y, own.y.y), lamp.z),
-            lit(vec2<f32>(x.z, y.z), vec2<f32>(own.x.z, own.y.z), lamp.z),
-            lit(vec2<f32>(x.w, y.w), vec2<f32>(own.x.w, own.y.w), lamp.z),
-        );
-    }
+    let decay = numbers(world, LAMP).z;
+    let x = lamp.x - (pose.x + body * own.x);
+    let y = lamp.y - (pose.y + body * own.y);
+    return vec4<f32>(
+        lit(vec2<f32>(x.x, y.x), vec2<f32>(own.x.x, own.y.x), decay),
+        lit(vec2<f32>(x.y, y.y), vec2<f32>(own.x.y, own.y.y), decay),
+        lit(vec2<f32>(x.z, y.z), vec2<f32>(own.x.z, own.y.z), decay),
+        lit(vec2<f32>(x.w, y.w), vec2<f32>(own.x.w, own.y.w), decay),
+    );
+}
+
+// What they read of that, in [0, 1], over an ambient light and with noise.
+fn light_readings(life: Life, step: u32, half: u32, shine: vec4<f32>) -> vec4<f32> {
+    let sensing = numbers(life.world, SENSING);
     let noise = 2.0f * units(random_words(life.key, STREAM_SENSOR, step, 1u + half)) - 1.0f;
     return clamp(shine + sensing.x + sensing.y * noise, vec4<f32>(0.0f), vec4<f32>(1.0f));
 }

@@ -1,0 +1,104 @@
+// What a swarm's world keeps, and where: a block of words for the world and one for each robot, LANES worlds side by
+// side, so that the same word of neighbouring worlds is next to it.
+
+// Words of the world: x and y of eight items of food, and how much food was brought in all.
+const ITEM_X: u32 = 0u;
+const ITEM_Y: u32 = 8u;
+const HARVESTED: u32 = 16u;
+const WORLD_WORDS: u32 = 17u;
+
+// Words of each robot.
+const X: u32 = 0u;
+const Y: u32 = 1u;
+const HEADING: u32 = 2u;
+// its random numbers, two words
+const KEY: u32 = 3u;
+// fitness of this interval, when that began, and food brought since the last line of the trace
+const EARNED: u32 = 5u;
+const SINCE: u32 = 6u;
+const BROUGHT: u32 = 7u;
+const CARRIES: u32 = 8u;
+// what its behaviours remember, and which acts
+const ESCAPE: u32 = 9u;
+const STRAIGHT: u32 = 10u;
+const TURN: u32 = 11u;
+const WAIT: u32 = 12u;
+const BEHAVIOUR: u32 = 13u;
+// what it wanted to do a cycle ago: forward and turn
+const WANTED: u32 = 14u;
+// where it gets to in this cycle while bodies push each other, by turns in one and the other: x and y each
+const PUSHED: u32 = 16u;
+// whom it has heard since the last line, a bit each
+const HEARD: u32 = 20u;
+// how it differs from others: two wheels, four sensors of proximity, eight of light
+const WHEELS: u32 = 24u;
+const NEAR_GAINS: u32 = 26u;
+const LIGHT_GAINS: u32 = 30u;
+const ROBOT_WORDS: u32 = 38u;
+
+// Words of a line of the trace: of each robot its pose, what it does, its fitness so far and whom it heard; then all
+// items' x and y.
+const LINE_WORDS: u32 = 5u;
+const GREATEST_ITEMS: u32 = 8u;
+
+// Cells of a swarm's world besides a forager's.
+const MEETING: u32 = 46u; // squared range of messages, the chance that one is heard, 1 if bodies are in the way
+const DELAYS: u32 = 47u; // cycles from sensors to wheels (0 or 1), greatest slip, chance of no word from the tracking
+const FIELD: u32 = 48u; // darker off the lamp's axis, light thrown back by the walls, share of light a body takes
+const SPREAD: u32 = 49u; // deviation of wheels, of proximity and of light sensors
+const WHO: u32 = 50u; // the key of the robots' differences, two words
+
+// Inputs of a world after its key: which side the lamp is on (-1 over the nest, 0 nowhere, 1 opposite), on which side
+// later, and from which step on; then of each robot the genes that it has, those that it gets, and when; and when its
+// interval begins. A robot whose first gene is below 0 is not switched on.
+const LAMP_FIRST: u32 = 0u;
+const LAMP_THEN: u32 = 1u;
+const LAMP_MOVES: u32 = 2u;
+const ORDERS: u32 = 3u;
+const ORDER_WORDS: u32 = 6u;
+
+@group(0) @binding(6) var<storage, read_write> state: array<u32>;
+@group(0) @binding(8) var<storage, read_write> trace: array<u32>;
+
+// Who lives: the world, the key of its random numbers and the index of its first gene; and of a robot among others
+// where its words are and what surrounds it.
+struct Life {
+    world: u32,
+    key: vec2<u32>,
+    genes: u32,
+    own: u32,
+    // how far the nearest other is before each of the four sensors at the front, mm
+    others: vec4<f32>,
+    // the side of the lamp, and which share of its light gets here
+    lamp: f32,
+    share: f32,
+}
+
+fn input(index: u32) -> f32 {
+    return bitcast<f32>(inputs[index]);
+}
+
+fn gene(life: Life, index: u32) -> f32 {
+    return input(life.genes + index * LANES);
+}
+
+fn word(own: u32, field: u32) -> u32 {
+    return state[own + field * LANES];
+}
+
+fn number(own: u32, field: u32) -> f32 {
+    return bitcast<f32>(state[own + field * LANES]);
+}
+
+fn put(own: u32, field: u32, value: f32) {
+    state[own + field * LANES] = bitcast<u32>(stored(value));
+}
+
+fn robots(world: u32) -> u32 {
+    return u32(numbers(world, ARENA).w);
+}
+
+// Where a robot's words are, given where its world's are.
+fn robot_at(base: u32, robot: u32) -> u32 {
+    return base + (WORLD_WORDS + robot * ROBOT_WORDS) * LANES;
+}

@@ -1,0 +1,191 @@
+// One cycle of a world of robots: all sense and decide by where all are, all move at once, bodies that overlap push each
+// other apart, then food changes hands and messages are heard. Nothing depends on the order of robots.
+
+// What a robot does that is not switched on; the others are the controller's.
+const OFF: u32 = 4u;
+// How often bodies that overlap push each other in a cycle.
+const PUSHES: u32 = 4u;
+
+fn robot_key(own: u32) -> vec2<u32> {
+    return vec2<u32>(word(own, KEY), word(own, KEY + 1u));
+}
+
+fn robot_life(life: Life, own: u32) -> Life {
+    return Life(life.world, robot_key(own), life.genes, own, life.others, life.lamp, life.share);
+}
+
+// Robots anywhere in the arena, none on another, and food outside the nest.
+fn begin(life: Life, base: u32) {
+    let world = life.world;
+    let count = robots(world);
+    let radius = numbers(world, ARENA).x;
+    let body = numbers(world, ROBOT).x;
+    state[base + HARVESTED * LANES] = 0u;
+    for (var robot = 0u; robot < count; robot++) {
+        let own = robot_at(base, robot);
+        for (var field = 0u; field < ROBOT_WORDS; field++) {
+            state[own + field * LANES] = 0u;
+        }
+        let key = random_words(life.key, STREAM_START, 0u, 0xff00u + robot);
+        state[own + KEY * LANES] = key.x;
+        state[own + (KEY + 1u) * LANES] = key.y;
+        state[own + BEHAVIOUR * LANES] = OFF;
+        differ(world, own, robot);
+        // Of 64 draws none being free leaves the last one in the arena, and bodies push each other.
+        for (var draw = 0u; draw < 64u; draw++) {
+            let u = units(random_words(key.xy, STREAM_START, 0u, draw));
+            let at = vec2<f32>((2.0f * u.x - 1.0f) * radius, (2.0f * u.y - 1.0f) * radius);
+            if (!touches(world, at)) {
+                put(own, X, at.x);
+                put(own, Y, at.y);
+                put(own, HEADING, u.z);
+                var free = true;
+                for (var other = 0u; other < robot; other++) {
+                    let place = robot_at(base, other);
+                    let apart = vec2<f32>(number(place, X) - at.x, number(place, Y) - at.y);
+                    free = free & (squared_length(apart) >= 4.0f * body * body);
+                }
+                if (free) {
+                    break;
+                }
+            }
+        }
+    }
+    save_food(base, first_food(life));
+}
+
+// A robot senses, decides and drives: where it would get to if it were alone.
+fn act(life: Life, base: u32, robot: u32, step: u32) {
+    let own = robot_at(base, robot);
+    let order = life.genes + (ORDERS + robot * ORDER_WORDS) * LANES;
+    let pose = vec3<f32>(number(own, X), number(own, Y), number(own, HEADING));
+    if (f32(step) == input(order + 5u * LANES)) {
+        put(own, EARNED, 0.0f);
+        state[own + SINCE * LANES] = step;
+    }
+    let later = f32(step) >= input(order + 4u * LANES);
+    var me = robot_life(life, own);
+    me.genes = order + select(0u, 2u * LANES, later);
+    let is_on = gene(me, 0u) >= 0.0f;
+    var to = pose;
+    if (is_on) {
+        me = among(me, base, robot, pose);
+        let memory = Memory(number(own, ESCAPE), word(own, STRAIGHT), number(own, TURN), word(own, WAIT));
+        let deed = behave(me, step, pose, word(own, CARRIES) != 0u, memory);
+        let delays = numbers(life.world, DELAYS);
+        var wanted = deed.wanted;
+        if (delays.x > 0.0f) {
+            wanted = Drive(number(own, WANTED), number(own, WANTED + 1u));
+        }
+        let moved = driven(me, step, wanted);
+        // What slips is lost of the way and of the turn.
+        let kept = 1.0f - delays.y * unit(random_words(me.key, STREAM_ACTUATOR, step, 1u).x);
+        to = driven_pose(pose, Drive(kept * moved.forward, kept * moved.turn));
+        put(own, ESCAPE, deed.memory.escape);
+        state[own + STRAIGHT * LANES] = deed.memory.straight;
+        put(own, TURN, deed.memory.turn);
+        state[own + WAIT * LANES] = deed.memory.wait;
+        put(own, WANTED, deed.wanted.forward);
+        put(own, WANTED + 1u, deed.wanted.turn);
+        put(own, HEADING, to.z);
+        state[own + BEHAVIOUR * LANES] = deed.behaviour;
+    }
+    put(own, PUSHED, to.x);
+    put(own, PUSHED + 1u, to.y);
+}
+
+// A robot that overlaps others gives way by half of each overlap, and the wall keeps it in.
+fn push(world: u32, base: u32, robot: u32, from_field: u32, to_field: u32) {
+    let body = numbers(world, ROBOT).x;
+    let apart = 2.0f * body;
+    let count = robots(world);
+    let own = robot_at(base, robot);
+    let x = number(own, from_field);
+    let y = number(own, from_field + 1u);
+    var moved = vec2<f32>(x, y);
+    for (var other = 0u; other < count; other++) {
+        let at = robot_at(base, other);
+        let away = vec2<f32>(x - number(at, from_field), y - number(at, from_field + 1u));
+        let squared = squared_length(away);
+        // No robot is at its own place to a thousandth of a millimetre but itself.
+        if ((squared < apart * apart) & (squared > 0x1p-20f)) {
+            let share = 0.5f * (apart * reciprocal_root(squared) - 1.0f);
+            moved.x += share * away.x;
+            moved.y += share * away.y;
+        }
+    }
+    let room = numbers(world, ARENA).x - body;
+    let squared = squared_length(moved);
+    if (squared > room * room) {
+        let share = room * reciprocal_root(squared);
+        moved.x *= share;
+        moved.y *= share;
+    }
+    put(own, to_field, moved.x);
+    put(own, to_field + 1u, moved.y);
+}
+
+fn cycle(life: Life, base: u32, step: u32) {
+    let count = robots(life.world);
+    for (var robot = 0u; robot < count; robot++) {
+        act(life, base, robot, step);
+    }
+    for (var time = 0u; time < PUSHES; time++) {
+        let from_field = PUSHED + 2u * (time & 1u);
+        let to_field = PUSHED + 2u * ((time + 1u) & 1u);
+        for (var robot = 0u; robot < count; robot++) {
+            push(life.world, base, robot, from_field, to_field);
+        }
+    }
+    for (var robot = 0u; robot < count; robot++) {
+        let own = robot_at(base, robot);
+        state[own + X * LANES] = word(own, PUSHED);
+        state[own + Y * LANES] = word(own, PUSHED + 1u);
+    }
+    share_food(life, base, step);
+    for (var robot = 0u; robot < count; robot++) {
+        // Each listens once a second, and no two neighbours in number at once.
+        if ((step + robot) % 10u == 0u) {
+            listen(life, base, robot, step);
+        }
+    }
+}
+
+// Whom a robot hears: everybody within range whose message gets through and whom no body hides.
+fn listen(life: Life, base: u32, robot: u32, step: u32) {
+    let meeting = numbers(life.world, MEETING);
+    let count = robots(life.world);
+    let own = robot_at(base, robot);
+    let at = vec2<f32>(number(own, X), number(own, Y));
+    for (var other = 0u; other < count; other++) {
+        let place = robot_at(base, other);
+        let to = vec2<f32>(number(place, X) - at.x, number(place, Y) - at.y);
+        let chance = unit(random_words(robot_key(own), STREAM_ENVIRONMENT, step, 0x8000u + other).x);
+        let talks = (word(own, BEHAVIOUR) != OFF) & (word(place, BEHAVIOUR) != OFF);
+        if ((other != robot) & talks & (squared_length(to) <= meeting.x) & (chance < meeting.y)) {
+            if (!hidden(life.world, base, robot, other, at, to)) {
+                let field = HEARD + other / 32u;
+                state[own + field * LANES] = word(own, field) | (1u << (other & 31u));
+            }
+        }
+    }
+}
+
+// Whether a third body is in the way.
+fn hidden(world: u32, base: u32, robot: u32, other: u32, at: vec2<f32>, to: vec2<f32>) -> bool {
+    var is_hidden = false;
+    if (numbers(world, MEETING).z > 0.0f) {
+        let body = numbers(world, ROBOT).x;
+        let squared = squared_length(to);
+        let count = robots(world);
+        for (var third = 0u; third < count; third++) {
+            let place = robot_at(base, third);
+            let between = vec2<f32>(number(place, X) - at.x, number(place, Y) - at.y);
+            let along = between.x * to.x + between.y * to.y;
+            let aside = between.y * to.x - between.x * to.y;
+            let is_between = (along > 0.0f) & (along < squared) & (aside * aside < body * body * squared);
+            is_hidden = is_hidden | (is_between & (third != robot) & (third != other));
+        }
+    }
+    return is_hidden;
+}

@@ -1,0 +1,21 @@
+// An e-puck as its on-board simulator has it: alone, and like any other.
+
+// What the four sensors at the front read of the wall, in [0, 1].
+fn near(life: Life, step: u32, pose: vec3<f32>) -> vec4<f32> {
+    return near_readings(life, step, wall_distances(life.world, pose));
+}
+
+// What four sensors read of the light, in [0, 1].
+fn light(life: Life, step: u32, half: u32, pose: vec3<f32>) -> vec4<f32> {
+    let lamp = numbers(life.world, LAMP);
+    var shine = vec4<f32>(0.0f);
+    if (lamp.w > 0.0f) {
+        shine = lamp_light(life.world, half, pose, vec2<f32>(lamp.x, lamp.y));
+    }
+    return light_readings(life, step, half, shine);
+}
+
+// What each wheel makes of a command.
+fn wheels(life: Life) -> vec2<f32> {
+    return vec2<f32>(1.0f, 1.0f);
+}

@@ -1,0 +1,104 @@
+// An e-puck among others, which are in its way and in its light, and no two of which are alike.
+
+// How far the nearest thing is before each of the four sensors at the front, and what share of the lamp's light
+// others leave. Reflected light comes from as far off an axis as the sensor's beam is wide.
+fn among(before: Life, base: u32, robot: u32, pose: vec3<f32>) -> Life {
+    const BEAM: f32 = 0.25f;
+    var life = before;
+    let world = life.world;
+    let body = numbers(world, ROBOT).x;
+    let sight = 2.0f * body + numbers(world, SENSING).z;
+    let own = axes(world, 0u, pose.z);
+    let lamp = vec2<f32>(life.lamp * numbers(world, LAMP).x, 0.0f);
+    let way = vec2<f32>(lamp.x - pose.x, lamp.y - pose.y);
+    let lamp_inverse = reciprocal_root(max(squared_length(way), 1.0f));
+    let to_lamp = vec2<f32>(way.x * lamp_inverse, way.y * lamp_inverse);
+    let to_lamp_distance = squared_length(way) * lamp_inverse;
+    let body_inverse = reciprocal(2.0f * body);
+    var others = vec4<f32>(0x1p17f);
+    var shade = 0.0f;
+    let count = robots(world);
+    for (var other = 0u; other < count; other++) {
+        if (other != robot) {
+            let at = robot_at(base, other);
+            let x = number(at, X) - pose.x;
+            let y = number(at, Y) - pose.y;
+            let squared = x * x + y * y;
+            if (squared < sight * sight) {
+                let gap = max(root(max(squared, 0x1p-60f)) - 2.0f * body, 0.0f);
+                let along = x * own.x + y * own.y;
+                let aside = abs(y * own.x - x * own.y);
+                let seen = (along > vec4<f32>(0.0f)) & (aside < body + BEAM * along);
+                others = min(others, select(vec4<f32>(0x1p17f), vec4<f32>(gap), seen));
+            }
+            // Where two bodies overlap as seen from the lamp: all of the light if they are in line.
+            let along = x * to_lamp.x + y * to_lamp.y;
+            let aside = abs(y * to_lamp.x - x * to_lamp.y);
+            let taken = clamp(1.0f - aside * body_inverse, 0.0f, 1.0f);
+            shade = max(shade, select(0.0f, taken, (along > 0.0f) & (along < to_lamp_distance)));
+        }
+    }
+    let field = numbers(world, FIELD);
+    // The lamp looks towards the centre.
+    let off_axis = to_lamp.y * to_lamp.y;
+    life.others = others;
+    life.share = (1.0f - field.z * shade) * (1.0f - field.x * off_axis);
+    return life;
+}
+
+// What the four sensors at the front read of the wall and of others, in [0, 1].
+fn near(life: Life, step: u32, pose: vec3<f32>) -> vec4<f32> {
+    let read = near_readings(life, step, min(wall_distances(life.world, pose), life.others));
+    return clamp(four(life.own, NEAR_GAINS) * read, vec4<f32>(0.0f), vec4<f32>(1.0f));
+}
+
+// What four sensors read of the light, in [0, 1].
+fn light(life: Life, step: u32, half: u32, pose: vec3<f32>) -> vec4<f32> {
+    var shine = vec4<f32>(0.0f);
+    if (life.lamp != 0.0f) {
+        let arena = numbers(life.world, ARENA).x;
+        let direct = lamp_light(life.world, half, pose, vec2<f32>(life.lamp * numbers(life.world, LAMP).x, 0.0f));
+        // What the walls throw back comes from everywhere, and more of it near the lamp.
+        let nearness = 0.5f + 0.5f * clamp(life.lamp * pose.x * reciprocal(arena), -1.0f, 1.0f);
+        shine = life.share * direct + numbers(life.world, FIELD).y * nearness;
+    }
+    return light_readings(life, step, half, four(life.own, LIGHT_GAINS + 4u * half) * shine);
+}
+
+// What each wheel makes of a command.
+fn wheels(life: Life) -> vec2<f32> {
+    return vec2<f32>(number(life.own, WHEELS), number(life.own, WHEELS + 1u));
+}
+
+// Draws how a robot differs from others.
+fn differ(world: u32, own: u32, robot: u32) {
+    let words = tables[worlds[world].numbers + WHO];
+    let spread = numbers(world, SPREAD);
+    put_four(own, NEAR_GAINS, gains(words.xy, robot, 0u, spread.y));
+    put_four(own, LIGHT_GAINS, gains(words.xy, robot, 1u, spread.z));
+    put_four(own, LIGHT_GAINS + 4u, gains(words.xy, robot, 2u, spread.z));
+    let wheel = gains(words.xy, robot, 3u, spread.x);
+    put(own, WHEELS, wheel.x);
+    put(own, WHEELS + 1u, wheel.y);
+}
+
+// Four gains around 1.
+fn gains(key: vec2<u32>, robot: u32, block: u32, deviation: f32) -> vec4<f32> {
+    let words = random_words(key, STREAM_START, robot, block);
+    return 1.0f + deviation * vec4<f32>(
+        nearly_normal(words.x), nearly_normal(words.y), nearly_normal(words.z), nearly_normal(words.w),
+    );
+}
+
+fn four(own: u32, field: u32) -> vec4<f32> {
+    return vec4<f32>(
+        number(own, field), number(own, field + 1u), number(own, field + 2u), number(own, field + 3u),
+    );
+}
+
+fn put_four(own: u32, field: u32, values: vec4<f32>) {
+    put(own, field, values.x);
+    put(own, field + 1u, values.y);
+    put(own, field + 2u, values.z);
+    put(own, field + 3u, values.w);
+}

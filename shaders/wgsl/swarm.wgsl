@@ -1,0 +1,60 @@
+// Worlds of robots that meet: the entry of the kernel in which one invocation is a whole world, cycle by cycle. What
+// changes while they live comes with the inputs of each dispatch, so that a life goes on under new orders.
+
+@compute @workgroup_size(64)
+fn main(@builtin(workgroup_id) workgroup: vec3<u32>, @builtin(local_invocation_index) lane: u32) {
+    let group = workgroup.x;
+    if (lane >= groups[group].rollouts) {
+        return;
+    }
+    let input_at = groups[group].inputs - dispatch.first_input + lane;
+    let world = groups[group].world;
+    let base = group * dispatch.state_words * LANES + lane;
+    let first_line = group * dispatch.trace_records * dispatch.record_words * LANES + lane;
+    var life = Life(
+        world, vec2<u32>(inputs[input_at], inputs[input_at + LANES]), input_at + 2u * LANES, base,
+        vec4<f32>(0.0f), 0.0f, 1.0f,
+    );
+
+    if (dispatch.step_begin == 0u) {
+        begin(life, base);
+    }
+    let end = min(dispatch.step_end, worlds[world].steps);
+    for (var step = dispatch.step_begin; step < end; step++) {
+        let moved = f32(step) >= gene(life, LAMP_MOVES);
+        life.lamp = select(gene(life, LAMP_FIRST), gene(life, LAMP_THEN), moved);
+        cycle(life, base, step);
+        let past = step + 1u - dispatch.trace_begin;
+        if (dispatch.trace_every > 0u && past % dispatch.trace_every == 0u) {
+            line(world, base, first_line + (past / dispatch.trace_every - 1u) * dispatch.record_words * LANES);
+        }
+    }
+    fitness[group * LANES + lane] = f32(word(base, HARVESTED));
+}
+
+// A line of the trace: where all are after a cycle, and what happened since the line before.
+fn line(world: u32, base: u32, at: u32) {
+    let count = robots(world);
+    let masks = (count + 31u) / 32u;
+    var place = at;
+    for (var robot = 0u; robot < count; robot++) {
+        let own = robot_at(base, robot);
+        trace[place] = word(own, X);
+        trace[place + LANES] = word(own, Y);
+        trace[place + 2u * LANES] = word(own, HEADING);
+        trace[place + 3u * LANES] = word(own, BEHAVIOUR) | (word(own, CARRIES) << 3u) | (word(own, BROUGHT) << 4u);
+        trace[place + 4u * LANES] = word(own, EARNED);
+        place += LINE_WORDS * LANES;
+        for (var mask = 0u; mask < masks; mask++) {
+            trace[place] = word(own, HEARD + mask);
+            state[own + (HEARD + mask) * LANES] = 0u;
+            place += LANES;
+        }
+        state[own + BROUGHT * LANES] = 0u;
+    }
+    for (var item = 0u; item < GREATEST_ITEMS; item++) {
+        trace[place] = word(base, ITEM_X + item);
+        trace[place + LANES] = word(base, ITEM_Y + item);
+        place += 2u * LANES;
+    }
+}

@@ -1,0 +1,473 @@
+//! Swarms of foraging e-pucks in one arena, as in O'Dowd, Studley and Winfield (2014): the surrogate of the real arena,
+//! in which robots that are not alike meet, push and shade each other, share the food and hear each other at close
+//! range. It differs from the [on-board simulator](crate::foraging) in what [`Differences`] says.
+//!
+//! Worlds live on from stretch to stretch, and robots get new controllers on the way: [`Arena`] is what whoever runs
+//! robots sees of them, [`Simulated`] its implementation by an evaluator.
+
+use crate::batch::{Rollout, TraceRequest, Worlds};
+use crate::evaluator::{Control, Error, Evaluator};
+use crate::foraging::{self, Foraging, Light};
+use crate::random::Key;
+use crate::world::Invalid;
+use crate::world::check::{integer, number};
+
+/// Robots that a world can have.
+pub const GREATEST_ROBOTS: u32 = 128;
+/// Cycles of a second.
+pub const SECOND: u32 = 10;
+
+/// Words of a world's state and of each robot's: those of `lib/swarm.wgsl`.
+const WORLD_WORDS: u32 = 17;
+const ROBOT_WORDS: u32 = 38;
+/// Words of a robot in a line, besides whom it heard; and of the food.
+const LINE_WORDS: u32 = 5;
+const FOOD_WORDS: u32 = 16;
+/// Inputs of a world before those of its robots, and of each robot.
+const LAMP_INPUTS: usize = 3;
+const ORDER_INPUTS: usize = 6;
+
+/// How the arena differs from what robots have on board. Each is off at 0 or false; all are our choice unless a source
+/// stands beside them.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Differences {
+    /// Standard deviation of wheels, as a share: a robot curves.
+    pub wheels: f32,
+    /// Standard deviation of the gains of proximity sensors.
+    pub proximity: f32,
+    /// Standard deviation of the gains of light sensors.
+    pub light: f32,
+    /// Wheels lose up to so much of their way in a cycle.
+    pub slip: f32,
+    /// Whether wheels obey one cycle late.
+    pub latency: bool,
+    /// How much darker the lamp is across its axis: its light is multiplied by `1 - beam sin^2`.
+    pub beam: f32,
+    /// Light that the walls throw back, from all sides, next to the lamp; none of it at the other end.
+    pub reflection: f32,
+    /// Share of the lamp's light that a robot takes from one right behind it.
+    pub shadows: f32,
+    /// Chance that the tracking system tells a robot nothing in a cycle, so that it neither takes nor brings food.
+    pub tracking_loss: f32,
+}
+
+impl Differences {
+    /// Bodies that are in each other's way, and nothing else.
+    pub const NONE: Self = Self {
+        wheels: 0.0,
+        proximity: 0.0,
+        light: 0.0,
+        slip: 0.0,
+        latency: false,
+        beam: 0.0,
+        reflection: 0.0,
+        shadows: 0.0,
+        tracking_loss: 0.0,
+    };
+
+    /// Those of the surrogate of the 2014 study.
+    pub const ODOWD2014: Self = Self {
+        wheels: 0.02,
+        proximity: 0.1,
+        light: 0.15,
+        slip: 0.1,
+        latency: true,
+        beam: 0.5,
+        reflection: 0.05,
+        shadows: 0.7,
+        tracking_loss: 0.05,
+    };
+}
+
+/// A world of robots: lengths in mm, cycles of 100 ms.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Swarm {
+    /// Robots, 1 to 128: 10 (paper).
+    pub robots: u32,
+    /// Arena, food, nest, body and behaviours. `cycles` is the length of the whole life; `light` is not asked for
+    /// (see [`Lamp`]), and starts are random.
+    pub forager: Foraging,
+    /// Cycles of a robot's interval, after whose end food earns nothing: 600 (paper).
+    pub interval: u32,
+    /// How far a message reaches, between centres: 250 (paper).
+    pub range: f32,
+    /// The chance that a robot within range is heard, once a second: 0.5 (ours).
+    pub heard: f32,
+    /// Whether a third robot in the way keeps a message from being heard.
+    pub line_of_sight: bool,
+    /// Beyond what the on-board simulator has.
+    pub differences: Differences,
+    /// Draws how robots differ from each other: the same robots in all worlds with the same number.
+    pub individuals: u64,
+}
+
+impl Swarm {
+    /// The surrogate of the 2014 study's arena.
+    pub fn odowd2014(robots: u32) -> Self {
+        Self {
+            robots,
+            forager: Foraging {
+                cycles: 30_000,
+                ..Foraging::odowd2014(Light::Nowhere)
+            },
+            interval: 600,
+            range: 250.0,
+            heard: 0.5,
+            line_of_sight: true,
+            differences: Differences::ODOWD2014,
+            individuals: 1,
+        }
+    }
+
+    /// Checks every number.
+    pub(crate) fn check(&self) -> Result<(), Invalid> {
+        integer("robots", self.robots, 1..=GREATEST_ROBOTS)?;
+        self.forager.check()?;
+        if self.forager.start.is_some() {
+            return Err(Invalid::new(
+                "start",
+                "is given; allowed: none, robots of a swarm start anywhere",
+            ));
+        }
+        integer("interval", self.interval, 1..=1_000_000)?;
+        number("range", self.range, 0.0..=10_000.0)?;
+        number("heard", self.heard, 0.0..=1.0)?;
+        let own = &self.differences;
+        number("differences.wheels", own.wheels, 0.0..=0.2)?;
+        number("differences.proximity", own.proximity, 0.0..=0.2)?;
+        number("differences.light", own.light, 0.0..=0.2)?;
+        number("differences.slip", own.slip, 0.0..=1.0)?;
+        number("differences.beam", own.beam, 0.0..=1.0)?;
+        number("differences.reflection", own.reflection, 0.0..=1.0)?;
+        number("differences.shadows", own.shadows, 0.0..=1.0)?;
+        number("differences.tracking_loss", own.tracking_loss, 0.0..=1.0)
+    }
+
+    /// What the kernel reads of it, four numbers a cell; the order is that of `lib/forager.wgsl` and `lib/swarm.wgsl`.
+    pub(crate) fn cells(&self) -> Vec<[u32; 4]> {
+        let Self { differences: own, .. } = self;
+        // The lamp's side is a world's input; the cells have where it is if opposite.
+        let forager = Foraging {
+            light: Light::OppositeNest,
+            ..self.forager
+        };
+        let seconds = f64::from(self.interval) / f64::from(SECOND);
+        let mut cells = forager.cells_with(f64::from(self.robots), seconds);
+        let flag = |on: bool| if on { 1.0 } else { 0.0 };
+        let of = f64::from;
+        let own = [
+            [
+                of(self.range) * of(self.range),
+                of(self.heard),
+                flag(self.line_of_sight),
+                0.0,
+            ],
+            [flag(own.latency), of(own.slip), of(own.tracking_loss), 0.0],
+            [of(own.beam), of(own.reflection), of(own.shadows), 0.0],
+            [of(own.wheels), of(own.proximity), of(own.light), 0.0],
+        ];
+        cells.extend(own.map(|cell| cell.map(foraging::word)));
+        let Key([low, high]) = Key::rollout(self.individuals, 0, 0, 0);
+        cells.push([low, high, 0, 0]);
+        cells
+    }
+
+    pub(crate) fn genes(&self) -> usize {
+        LAMP_INPUTS + ORDER_INPUTS * self.robots as usize
+    }
+
+    pub(crate) fn state_words(&self) -> u32 {
+        WORLD_WORDS + ROBOT_WORDS * self.robots
+    }
+
+    pub(crate) fn line_words(&self) -> u32 {
+        self.robots * self.robot_line_words() + FOOD_WORDS
+    }
+
+    fn robot_line_words(&self) -> u32 {
+        LINE_WORDS + self.robots.div_ceil(32)
+    }
+
+    /// The most iterations of all loops in a cycle; the last look at a loop's condition counts.
+    pub(crate) fn loops(&self) -> u32 {
+        let robots = self.robots;
+        let each = robots + 1;
+        // Whom it senses, the light's two halves, how often it is pushed by whom.
+        let moving = robots * (each + 3) + 4 * (1 + robots * each);
+        // A tenth of the robots listen to all, past all.
+        let listening = robots.div_ceil(SECOND) * (each + robots * each);
+        // Food appears anew, and what is done once for each robot or item.
+        let food = foraging::GREATEST_ITEMS * 65 + 9;
+        let line = robots * (robots.div_ceil(32) + 2) + 9;
+        moving + listening + food + line + 5 * each
+    }
+
+    /// What the kernel takes as the genes of a world's rollout.
+    pub fn inputs(&self, lamp: &Lamp, orders: &[Order]) -> Vec<f32> {
+        let mut inputs = vec![side(lamp.first), side(lamp.then), lamp.moves as f32];
+        for order in orders {
+            inputs.extend(order.before.unwrap_or([-1.0; 2]));
+            inputs.extend(order.after);
+            inputs.push(order.at as f32);
+            inputs.push(order.begins.map_or(-1.0, |cycle| cycle as f32));
+        }
+        inputs
+    }
+
+    /// The lines of a world's trace.
+    fn lines(&self, words: &[u32]) -> Vec<Line> {
+        let own = self.robot_line_words() as usize;
+        let robots = self.robots as usize;
+        words
+            .chunks_exact(self.line_words() as usize)
+            .map(|line| {
+                let robot = |words: &[u32]| Seen {
+                    x: f32::from_bits(words[0]),
+                    y: f32::from_bits(words[1]),
+                    heading: f32::from_bits(words[2]),
+                    behaviour: Behaviour::of(words[3] & 7),
+                    carries: words[3] >> 3 & 1 == 1,
+                    brought: words[3] >> 4,
+                    earned: f32::from_bits(words[4]),
+                    heard: words[5..]
+                        .iter()
+                        .rev()
+                        .fold(0, |mask, &word| mask << 32 | u128::from(word)),
+                };
+                let food = &line[robots * own..];
+                Line {
+                    robots: line[..robots * own].chunks_exact(own).map(robot).collect(),
+                    food: food
+                        .as_chunks::<2>()
+                        .0
+                        .iter()
+                        .take(self.forager.food_items as usize)
+                        .map(|place| place.map(f32::from_bits))
+                        .collect(),
+                }
+            })
+            .collect()
+    }
+}
+
+fn side(light: Light) -> f32 {
+    match light {
+        Light::OverNest => -1.0,
+        Light::Nowhere => 0.0,
+        Light::OppositeNest => 1.0,
+    }
+}
+
+/// Where a world's lamp is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Lamp {
+    /// At first.
+    pub first: Light,
+    /// Later.
+    pub then: Light,
+    /// From this cycle on.
+    pub moves: u32,
+}
+
+impl Lamp {
+    /// One that stays.
+    pub fn fixed(light: Light) -> Self {
+        Self {
+            first: light,
+            then: light,
+            moves: 0,
+        }
+    }
+}
+
+/// What one robot is to do in a stretch of its life.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Order {
+    /// The genes that it acts by at first, each from 0 to 0.99; none if it is not switched on yet.
+    pub before: Option<[f32; 2]>,
+    /// Those that it acts by later.
+    pub after: [f32; 2],
+    /// From this cycle on.
+    pub at: u32,
+    /// The cycle, if any is in this stretch, in which an interval begins: its fitness starts from 0.
+    pub begins: Option<u32>,
+}
+
+impl Order {
+    /// The same genes from beginning to end.
+    pub fn always(genes: [f32; 2]) -> Self {
+        Self {
+            before: Some(genes),
+            after: genes,
+            at: 0,
+            begins: None,
+        }
+    }
+}
+
+/// What a robot does.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Behaviour {
+    /// It flees the light.
+    FleeLight,
+    /// It searches at random.
+    Search,
+    /// It seeks the light.
+    SeekLight,
+    /// It avoids an obstacle.
+    Avoid,
+    /// It is not switched on.
+    Off,
+}
+
+impl Behaviour {
+    fn of(number: u32) -> Self {
+        match number {
+            0 => Self::FleeLight,
+            1 => Self::Search,
+            2 => Self::SeekLight,
+            3 => Self::Avoid,
+            _ => Self::Off,
+        }
+    }
+}
+
+/// What is seen of a robot after a cycle.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Seen {
+    /// mm.
+    pub x: f32,
+    /// mm.
+    pub y: f32,
+    /// Turns, counter-clockwise from the x axis.
+    pub heading: f32,
+    /// What it does.
+    pub behaviour: Behaviour,
+    /// Whether it carries food.
+    pub carries: bool,
+    /// Food that it brought since the line before.
+    pub brought: u32,
+    /// Its fitness in this interval so far.
+    pub earned: f32,
+    /// Whom it heard since the line before, a bit each.
+    pub heard: u128,
+}
+
+/// What is seen of a world after a cycle.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Line {
+    /// Its robots.
+    pub robots: Vec<Seen>,
+    /// Where the food lies, mm.
+    pub food: Vec<[f32; 2]>,
+}
+
+/// Worlds of robots that live on, stretch by stretch.
+pub trait Arena {
+    /// Lets all worlds live until a cycle, each robot under its order. For each world a line each `every` cycles, which
+    /// divides a second and the stretch.
+    ///
+    /// # Errors
+    /// What kept them from living.
+    fn live(&mut self, until: u32, orders: &[Vec<Order>], every: u32) -> Result<Vec<Vec<Line>>, Trouble>;
+}
+
+/// Why worlds did not live.
+#[derive(Debug, thiserror::Error)]
+pub enum Trouble {
+    /// The evaluator's error.
+    #[error(transparent)]
+    Evaluation(#[from] Error),
+    /// Orders that are not allowed.
+    #[error(transparent)]
+    Invalid(#[from] Invalid),
+}
+
+/// The worlds of an [`Arena`] by an evaluator.
+pub struct Simulated<'a> {
+    evaluator: &'a mut dyn Evaluator,
+    control: &'a Control,
+    worlds: Worlds,
+    swarms: Vec<Swarm>,
+    lives: Vec<World>,
+    now: u32,
+    states: Vec<Vec<u32>>,
+}
+
+/// One world of an arena.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct World {
+    /// Which of the swarms it has.
+    pub swarm: usize,
+    /// Its lamp.
+    pub lamp: Lamp,
+    /// The key of its random numbers.
+    pub key: Key,
+}
+
+impl<'a> Simulated<'a> {
+    /// Worlds that have not lived yet.
+    ///
+    /// # Errors
+    /// The first value of a swarm that is not allowed.
+    pub fn new(
+        evaluator: &'a mut dyn Evaluator,
+        control: &'a Control,
+        swarms: &[Swarm],
+        lives: &[World],
+    ) -> Result<Self, Invalid> {
+        Ok(Self {
+            evaluator,
+            control,
+            worlds: Worlds::of_swarms(swarms)?,
+            swarms: swarms.to_vec(),
+            lives: lives.to_vec(),
+            now: 0,
+            states: Vec::new(),
+        })
+    }
+
+    /// The cycle that is next, and what all worlds keep from one stretch to the next.
+    pub fn state(&self) -> (u32, &[Vec<u32>]) {
+        (self.now, &self.states)
+    }
+
+    /// Goes on from where [`Simulated::state`] was.
+    #[must_use]
+    pub fn at(mut self, now: u32, states: Vec<Vec<u32>>) -> Self {
+        self.now = now;
+        self.states = states;
+        self
+    }
+}
+
+impl Arena for Simulated<'_> {
+    fn live(&mut self, until: u32, orders: &[Vec<Order>], every: u32) -> Result<Vec<Vec<Line>>, Trouble> {
+        let inputs: Vec<Vec<f32>> = self
+            .lives
+            .iter()
+            .zip(orders)
+            .map(|(life, orders)| self.swarms[life.swarm].inputs(&life.lamp, orders))
+            .collect();
+        let rollouts: Vec<Rollout<'_>> = self
+            .lives
+            .iter()
+            .zip(&inputs)
+            .map(|(life, genes)| Rollout {
+                world: life.swarm,
+                genes,
+                key: life.key,
+            })
+            .collect();
+        let batch = self
+            .worlds
+            .stretch(&rollouts, self.now..until, &self.states, Some(TraceRequest { every }))?;
+        let outcome = self.evaluator.evaluate(&batch, self.control)?;
+        self.states = outcome.states;
+        self.now = until;
+        let lines = self.lives.iter().zip(&outcome.logs);
+        Ok(lines
+            .map(|(life, words)| self.swarms[life.swarm].lines(words))
+            .collect())
+    }
+}
