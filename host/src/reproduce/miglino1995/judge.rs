@@ -3,8 +3,8 @@
 use oneiro::tables::{GREATEST_READING, SENSORS, SensorTable, SensorTables};
 use rand_pcg::Pcg64;
 
-use super::claims::{Claim, Effect, Test, Verdict};
 use super::results::{Condition, Controls, Family, Level, Results, Run, Variant};
+use crate::reproduce::claims::{Claim, Effect, Test, Verdict};
 use crate::statistics::{
     anova, cohens_d, holm, mean, median, paired_t, quantile, random_intercept, student_t, subset, variance,
 };

@@ -2,7 +2,6 @@
 //! to reality, evolve on, and hold every claim of the paper against what came out.
 
 pub(crate) mod arms;
-pub(crate) mod claims;
 mod full;
 mod interpolation;
 mod judge;
@@ -31,10 +30,10 @@ use crate::reality::Object;
 use crate::reality::sampling::{self, Averaged};
 use crate::reality::surrogate::{Evaluations, SurrogateRobot};
 use crate::record::write_whole;
+use crate::reproduce::claims::Claim;
 use crate::watcher::stop_signal;
 use crate::{device, progress};
 use arms::Arm;
-use claims::Claim;
 use results::{Results, Run, Variant};
 use settings::{REAL, SIMULATED, Settings};
 use study::Study;

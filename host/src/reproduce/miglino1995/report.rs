@@ -5,21 +5,19 @@ use oneiro::arena::Arena;
 use oneiro::tables::SensorTables;
 
 use super::arms::Arm;
-use super::claims::Claim;
 use super::results::{Condition, Results, Run};
+use crate::reproduce::claims::Claim;
+use crate::reproduce::{page, verdicts};
 
 mod background;
 mod behaviour;
 mod csv;
 mod evolution;
-mod numbers;
 mod others;
-mod page;
 mod paper;
 mod robot;
 #[cfg(test)]
 pub(super) mod tests;
-mod verdicts;
 
 pub(crate) use csv::csv_files;
 
@@ -47,13 +45,13 @@ pub(crate) struct Study<'a> {
 /// The report as one HTML file, complete in itself.
 pub(crate) fn html(study: &Study<'_>) -> String {
     let sections = [
-        Some(verdicts::summary(study)),
+        Some(verdicts::summary(study.claims)),
         others::sensitivity(study),
         Some(robot::section(study)),
         Some(evolution::section(study)),
         Some(behaviour::section(study)),
         others::section(study),
-        Some(verdicts::claims(study)),
+        Some(verdicts::one_by_one(study.claims)),
         Some(background::section(study)),
     ];
     let sections: Vec<_> = sections.into_iter().flatten().collect();

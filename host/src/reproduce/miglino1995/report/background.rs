@@ -1,11 +1,11 @@
 //! What the study was: its facts, the differences between its reality and its simulator, what was assumed, and what
 //! it would have cost.
 
-use super::numbers::{count, shown};
-use super::page::{Cell, Head, Row, Section, joined, paragraph, table};
 use super::{Study, last_generation, life_seconds, paper, runs_of};
 use crate::figures::escaped;
 use crate::reproduce::miglino1995::results::Condition;
+use crate::reproduce::numbers::{count, shown};
+use crate::reproduce::page::{Cell, Head, Row, Section, joined, paragraph, table};
 
 const DIGITS: usize = 4;
 /// Seconds of a day.

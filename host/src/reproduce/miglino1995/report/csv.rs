@@ -1,7 +1,7 @@
 //! The numbers behind the figures, for whoever wants to do their own statistics.
 
-use super::numbers::significant;
 use crate::reproduce::miglino1995::results::{Family, Level, Life, Results, Run};
+use crate::reproduce::numbers::significant;
 
 /// Significant digits of a number.
 const DIGITS: usize = 6;

@@ -1,12 +1,12 @@
 //! Figures 6 to 8, Tables 1 and 2: fitness through generations, at the transfer and after it.
 
-use super::numbers::{NONE, mean, probability, shown, spread_words, spreads};
-use super::page::{Cell, Head, Row, Section, figure, paragraph, table};
 use super::verdicts::degrees_of_freedom;
 use super::{Study, colours, last_generation, paper, runs_of};
 use crate::figures::{self, Band, Panel, Spread, escaped};
-use crate::reproduce::miglino1995::claims::Test;
+use crate::reproduce::claims::Test;
 use crate::reproduce::miglino1995::results::{Condition, Level, Results, Run};
+use crate::reproduce::numbers::{NONE, mean, probability, shown, spread_words, spreads};
+use crate::reproduce::page::{Cell, Head, Row, Section, figure, paragraph, table};
 
 /// Generations before the transfer that are shown again, larger.
 const NEAR: f64 = 10.0;

@@ -5,14 +5,14 @@ use std::fmt::Write;
 use rand_pcg::Pcg64;
 
 use super::evolution::name;
-use super::numbers::{NONE, mean, shown, significant};
-use super::page::{Cell, Head, Row, Section, table};
 use super::verdicts::chip;
 use super::{Study, colours, last_generation, runs_of};
 use crate::figures::escaped;
+use crate::reproduce::claims::{Claim, Verdict};
 use crate::reproduce::miglino1995::arms::Arm;
-use crate::reproduce::miglino1995::claims::{Claim, Verdict};
 use crate::reproduce::miglino1995::results::{Condition, Controls, Family, Results, Run, Variant};
+use crate::reproduce::numbers::{NONE, mean, shown, significant};
+use crate::reproduce::page::{Cell, Head, Row, Section, table};
 use crate::statistics::{Interval, bootstrap_interval, variance};
 
 /// Significant digits of fitness.

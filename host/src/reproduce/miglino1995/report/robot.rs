@@ -1,8 +1,8 @@
 //! Figures 2 to 5: the arena, what was sampled, why points of view matter, and a controller.
 
-use super::page::{Section, figure};
 use super::{Study, run_name};
 use crate::figures;
+use crate::reproduce::page::{Section, figure};
 
 pub(super) fn section(study: &Study<'_>) -> Section {
     let mut body = figure(

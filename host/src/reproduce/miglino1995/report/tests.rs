@@ -4,7 +4,7 @@ use oneiro::surrogate::Difference;
 use oneiro::tables::SensorTables;
 
 use super::*;
-use crate::reproduce::miglino1995::claims::{Effect, Test, Verdict};
+use crate::reproduce::claims::{Effect, Test, Verdict};
 use crate::reproduce::miglino1995::results::{
     Assumption, Champion, Controls, DifferenceEffect, Discrepancy, Family, Level, Life, Transferred, Variant,
 };

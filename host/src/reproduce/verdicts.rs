@@ -1,27 +1,26 @@
-//! The claims: all of them in a table, and each by itself with what its verdict rests on.
+//! A study's claims: all of them in a table, and each by itself with what its verdict rests on.
 
-use super::Study;
-use super::numbers::{NONE, probability, shown};
-use super::page::{Cell, Head, Row, Section, id, joined, paragraph, table};
 use crate::figures::escaped;
-use crate::reproduce::miglino1995::claims::{Claim, Effect, Test, Verdict};
+use crate::reproduce::claims::{Claim, Effect, Test, Verdict};
+use crate::reproduce::numbers::{NONE, probability, shown};
+use crate::reproduce::page::{Cell, Head, Row, Section, id, joined, paragraph, table};
 
 /// Significant digits of effects and statistics.
 const DIGITS: usize = 4;
 
 /// The verdicts at a glance.
-pub(super) fn summary(study: &Study<'_>) -> Section {
+pub(super) fn summary(claims: &[Claim]) -> Section {
     let introduction = paragraph(
         "Each claim has a criterion that was fixed before anything was evolved. The main effect stands beside the \
          paper's own figure where it prints one, or where one follows from what it prints.",
     );
     let verdicts = [Verdict::Reproduced, Verdict::NotReproduced, Verdict::Undecided];
     let tally = joined(&verdicts, |&verdict| {
-        let claims = study.claims.iter().filter(|claim| claim.verdict == verdict).count();
+        let count = claims.iter().filter(|claim| claim.verdict == verdict).count();
         let (class, words) = (class(verdict), words(verdict));
-        format!("<span class=\"{class}\"><b>{claims}</b>{words}</span>\n")
+        format!("<span class=\"{class}\"><b>{count}</b>{words}</span>\n")
     });
-    let rows: Vec<Row> = study.claims.iter().map(|claim| line(claim).into()).collect();
+    let rows: Vec<Row> = claims.iter().map(|claim| line(claim).into()).collect();
     let head = [
         Head::Text("Claim"),
         Head::Text("What the paper says"),
@@ -58,11 +57,11 @@ fn line(claim: &Claim) -> Vec<Cell> {
 }
 
 /// Claim by claim.
-pub(super) fn claims(study: &Study<'_>) -> Section {
-    let body = if study.claims.is_empty() {
+pub(super) fn one_by_one(claims: &[Claim]) -> Section {
+    let body = if claims.is_empty() {
         paragraph("Nothing has been judged.")
     } else {
-        joined(study.claims, article)
+        joined(claims, article)
     };
     Section {
         id: "claims",
