@@ -5,7 +5,7 @@
 //! Worlds live on from stretch to stretch, and robots get new controllers on the way: [`Arena`] is what whoever runs
 //! robots sees of them, [`Simulated`] its implementation by an evaluator.
 
-use crate::batch::{Rollout, TraceRequest, Worlds};
+use crate::batch::{Batch, Outcome, Rollout, TraceRequest, Worlds};
 use crate::evaluator::{Control, Error, Evaluator};
 use crate::foraging::{self, Foraging, Light};
 use crate::random::Key;
@@ -383,10 +383,12 @@ pub enum Trouble {
     Invalid(#[from] Invalid),
 }
 
+/// What runs batches.
+type Evaluate<'a> = Box<dyn FnMut(&Batch) -> Result<Outcome, Error> + 'a>;
+
 /// The worlds of an [`Arena`] by an evaluator.
 pub struct Simulated<'a> {
-    evaluator: &'a mut dyn Evaluator,
-    control: &'a Control,
+    evaluate: Evaluate<'a>,
     worlds: Worlds,
     swarms: Vec<Swarm>,
     lives: Vec<World>,
@@ -416,9 +418,20 @@ impl<'a> Simulated<'a> {
         swarms: &[Swarm],
         lives: &[World],
     ) -> Result<Self, Invalid> {
+        Self::with(move |batch| evaluator.evaluate(batch, control), swarms, lives)
+    }
+
+    /// Worlds that have not lived yet, whose batches are run by a function.
+    ///
+    /// # Errors
+    /// As [`Simulated::new`].
+    pub fn with(
+        evaluate: impl FnMut(&Batch) -> Result<Outcome, Error> + 'a,
+        swarms: &[Swarm],
+        lives: &[World],
+    ) -> Result<Self, Invalid> {
         Ok(Self {
-            evaluator,
-            control,
+            evaluate: Box::new(evaluate),
             worlds: Worlds::of_swarms(swarms)?,
             swarms: swarms.to_vec(),
             lives: lives.to_vec(),
@@ -462,7 +475,7 @@ impl Arena for Simulated<'_> {
         let batch = self
             .worlds
             .stretch(&rollouts, self.now..until, &self.states, Some(TraceRequest { every }))?;
-        let outcome = self.evaluator.evaluate(&batch, self.control)?;
+        let outcome = (self.evaluate)(&batch)?;
         self.states = outcome.states;
         self.now = until;
         let lines = self.lives.iter().zip(&outcome.logs);

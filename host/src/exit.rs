@@ -137,6 +137,7 @@ impl From<Invalid> for Failure {
 impl From<evaluator::Error> for Failure {
     fn from(error: evaluator::Error) -> Self {
         match error {
+            evaluator::Error::Cancelled => Self::stopped("stopped; the same command goes on"),
             evaluator::Error::NoDevice(_) | evaluator::Error::TooLarge(_) => Self::device(error),
             _ => Self::failed(error),
         }

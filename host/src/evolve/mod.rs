@@ -1,6 +1,7 @@
 //! Evolution: the genetic algorithm as data-driven operators, asked for a population and told its fitness. It knows
 //! nothing of robots, devices or files.
 
+pub(crate) mod encapsulated;
 pub(crate) mod random;
 
 use std::cmp::Ordering;
@@ -169,7 +170,7 @@ impl Evolution {
 }
 
 /// The better first; NaN is worse than every number.
-fn by_fitness(a: f32, b: f32) -> Ordering {
+pub(crate) fn by_fitness(a: f32, b: f32) -> Ordering {
     b.partial_cmp(&a).unwrap_or_else(|| a.is_nan().cmp(&b.is_nan()))
 }
 

@@ -13,6 +13,14 @@ pub(crate) enum Stream {
     InitialGenes = 0,
     /// Mutations, a stream for each generation that they lead to.
     Mutation = 1,
+    /// What becomes of simulators when robots have met, a stream for each interval that it leads to.
+    Exchange = 2,
+    /// When robots are switched on.
+    Schedule = 3,
+    /// Who of equals is the better, a stream for each interval.
+    Ties = 4,
+    /// What an experimenter shuffles or sets, a stream for each interval.
+    Intervention = 5,
 }
 
 /// The stream of a run for a purpose and a generation: a function of these three alone, so that a resumed run needs no
@@ -24,6 +32,20 @@ pub(crate) fn stream(seed: u64, purpose: Stream, generation: u32) -> Pcg64 {
 
 /// The increment that PCG's author gives as the default.
 const DEFAULT_STREAM: u128 = 0x0a02_bdbf_7bb3_c0a7_ac28_fa16_a64a_bf96;
+
+/// A random order of so many (Fisher and Yates).
+pub(crate) fn shuffled(count: usize, random: &mut (impl Rng + ?Sized)) -> Vec<usize> {
+    let mut order: Vec<usize> = (0..count).collect();
+    for last in (1..count).rev() {
+        order.swap(last, below(last + 1, random));
+    }
+    order
+}
+
+/// A whole number below `count`, which is far below 2^53.
+pub(crate) fn below(count: usize, random: &mut (impl Rng + ?Sized)) -> usize {
+    (unit(random) * count as f64) as usize
+}
 
 /// A number in `[0, 1)`, a multiple of 2^-53.
 fn unit(random: &mut (impl Rng + ?Sized)) -> f64 {

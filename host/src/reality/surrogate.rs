@@ -33,11 +33,16 @@ impl Evaluations {
     }
 
     /// Runs a batch.
-    pub(crate) fn run(&self, batch: &Batch) -> Result<Outcome, Trouble> {
+    pub(crate) fn evaluate(&self, batch: &Batch) -> Result<Outcome, Error> {
         if self.stop.load(Ordering::Relaxed) {
-            return Err(Trouble::Stopped);
+            return Err(Error::Cancelled);
         }
-        match self.evaluator.borrow_mut().evaluate(batch, &self.control) {
+        self.evaluator.borrow_mut().evaluate(batch, &self.control)
+    }
+
+    /// Runs a batch for a reality.
+    pub(crate) fn run(&self, batch: &Batch) -> Result<Outcome, Trouble> {
+        match self.evaluate(batch) {
             Ok(outcome) => Ok(outcome),
             Err(Error::Cancelled) => Err(Trouble::Stopped),
             Err(error) => Err(Trouble::Broken(error.to_string())),
