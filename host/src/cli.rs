@@ -314,6 +314,9 @@ pub(crate) struct Reproduce {
 pub(crate) enum Paper {
     /// Miglino, Lund and Nolfi, "Evolving mobile robots in simulated and real environments", 1995
     Miglino1995(Miglino1995),
+    /// O'Dowd, Studley and Winfield, "The distributed co-evolution of an on-board simulator and controller for swarm
+    /// robot behaviours", 2014
+    Odowd2014(Odowd2014),
 }
 
 /// `oneiro reproduce miglino1995`
@@ -350,6 +353,41 @@ pub(crate) struct Miglino1995 {
     #[command(flatten)]
     pub(crate) backend: Backend,
     /// The study's directory; a study that was stopped goes on there [default: runs/miglino1995-SEED-HASH]
+    #[arg(long, value_name = "DIR", value_hint = ValueHint::DirPath)]
+    pub(crate) out: Option<PathBuf>,
+}
+
+/// `oneiro reproduce odowd2014`
+#[derive(Args, Debug)]
+pub(crate) struct Odowd2014 {
+    /// Runs of each case, 2 to 1000; the paper has 10
+    #[arg(long, value_name = "N", default_value_t = 10)]
+    pub(crate) runs: u32,
+    /// Everything random but the robots comes from it
+    #[arg(long, value_name = "N", default_value_t = 1)]
+    pub(crate) seed: u64,
+    /// Standard deviations of mutations
+    #[arg(long, value_name = "S,..", value_delimiter = ',', default_values_t = crate::reproduce::odowd2014::SCALES)]
+    pub(crate) scale: Vec<f64>,
+    /// To which simulator fitness is credited
+    #[arg(long, value_name = "RULE,..", value_delimiter = ',', value_enum, default_values_t = crate::reproduce::odowd2014::CREDITS)]
+    pub(crate) credit: Vec<crate::reproduce::odowd2014::results::Credit>,
+    /// The paper's six cases alone, without the null and the interventions
+    #[arg(long)]
+    pub(crate) only_cases: bool,
+    /// Also the open questions: number of robots, density, range
+    #[arg(long)]
+    pub(crate) questions: bool,
+    /// One assumption made otherwise than preregistered
+    #[arg(long, value_name = "ARM", value_parser = crate::reproduce::odowd2014::arm_names(), default_value = "main")]
+    pub(crate) arm: String,
+    /// The study again under each other assumption, and a table of the claims by assumption
+    #[arg(long, conflicts_with = "arm")]
+    pub(crate) sensitivity: bool,
+    /// Where evaluations run.
+    #[command(flatten)]
+    pub(crate) backend: Backend,
+    /// The study's directory; a study that was stopped goes on there [default: runs/odowd2014-SEED-HASH]
     #[arg(long, value_name = "DIR", value_hint = ValueHint::DirPath)]
     pub(crate) out: Option<PathBuf>,
 }

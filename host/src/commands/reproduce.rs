@@ -3,11 +3,12 @@
 use crate::cli::{Paper, Reproduce};
 use crate::console::Console;
 use crate::exit::Result;
-use crate::reproduce::miglino1995;
+use crate::reproduce::{miglino1995, odowd2014};
 
 /// Does the study that was asked for.
 pub(crate) fn run(arguments: &Reproduce, console: Console) -> Result {
     match &arguments.study {
         Paper::Miglino1995(arguments) => miglino1995::run(arguments, console),
+        Paper::Odowd2014(arguments) => odowd2014::run(arguments, console),
     }
 }

@@ -1,6 +1,7 @@
 //! Whole studies of papers, from one command to a report.
 
 pub(crate) mod claims;
+mod directory;
 pub(crate) mod miglino1995;
 mod numbers;
 pub(crate) mod odowd2014;

@@ -112,7 +112,6 @@ pub(crate) fn cliffs_delta(a: &[f64], b: &[f64]) -> Result<f64> {
 /// # Errors
 ///
 /// Not one label for each score, or labels of one kind only.
-#[cfg_attr(not(test), expect(dead_code, reason = "no claim states it yet"))]
 pub(crate) fn roc_area(scores: &[f64], positive: &[bool]) -> Result<f64> {
     const FIGURE: &str = "area under the ROC curve";
     if scores.len() != positive.len() {

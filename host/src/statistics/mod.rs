@@ -21,10 +21,10 @@ mod tests;
 
 use std::fmt;
 
-pub(crate) use effects::cohens_d;
+pub(crate) use effects::{cohens_d, roc_area};
 pub(crate) use holm::holm;
 pub(crate) use mixed::random_intercept;
-pub(crate) use parametric::{anova, paired_t, student_t};
+pub(crate) use parametric::{anova, one_sample_t, paired_t, ratio_interval, student_t};
 pub(crate) use resample::{Interval, bootstrap_interval, subset};
 pub(crate) use summary::{mean, median, quantile, variance};
 

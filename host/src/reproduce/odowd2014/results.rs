@@ -84,6 +84,28 @@ pub(crate) enum Kind {
     Alone,
 }
 
+impl Credit {
+    /// What readers see.
+    pub(crate) fn title(self) -> &'static str {
+        match self {
+            Self::Lagged => "lagged",
+            Self::Matched => "matched",
+        }
+    }
+}
+
+impl Combination {
+    /// What readers see, such as `0.2, matched`.
+    pub(crate) fn title(&self) -> String {
+        format!("{}, {}", self.scale, self.credit.title())
+    }
+
+    /// The runs of a case and kind.
+    pub(crate) fn of(&self, case: Case, kind: Kind) -> impl Iterator<Item = &Run> {
+        self.runs.iter().filter(move |run| run.case == case && run.kind == kind)
+    }
+}
+
 impl Kind {
     /// All of them.
     pub(crate) const ALL: [Self; 7] = [
@@ -118,6 +140,39 @@ pub(crate) enum Credit {
     Lagged,
     /// The simulator in which the controller was chosen that earns it.
     Matched,
+}
+
+/// All that the study found.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub(crate) struct Results {
+    /// Robots of a swarm.
+    pub(crate) robots: u32,
+    /// Minutes of a run, and after how many the light moves.
+    pub(crate) minutes: u32,
+    pub(crate) light_moves_minute: u32,
+    /// Runs of each case and kind.
+    pub(crate) runs: u32,
+    /// Whether ten simulated lives of a minute took less than 34 s of one core (claim D11).
+    pub(crate) generation_within_34_s: bool,
+    /// By mutation scale and rule of credit.
+    pub(crate) combinations: Vec<Combination>,
+    /// The open questions; none where they were not asked.
+    pub(crate) questions: Vec<Question>,
+}
+
+/// Runs of other swarms, with the light over the nest.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub(crate) struct Question {
+    /// What is asked: `density`, `arena` or `range`.
+    pub(crate) about: String,
+    /// Robots of a swarm.
+    pub(crate) robots: u32,
+    /// Radius of the arena, mm.
+    pub(crate) arena_radius: f64,
+    /// How far messages reach, mm.
+    pub(crate) range: f64,
+    /// Its runs.
+    pub(crate) runs: Vec<Run>,
 }
 
 /// Runs at one mutation scale with one rule of credit.

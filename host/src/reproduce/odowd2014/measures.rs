@@ -1,0 +1,138 @@
+//! What claims and reports measure of a run.
+
+use std::ops::Range;
+
+use oneiro::foraging::Light;
+
+use super::results::{Case, RobotInterval, Run};
+use crate::statistics::{mean, variance};
+
+/// Seconds of a bin of Figure 5.
+pub(crate) const BIN: usize = 250;
+/// Intervals of a minute each, by the phases that claims speak of; the light moves at 25.
+pub(crate) const ALL: Range<usize> = 0..50;
+pub(crate) const SETTLED: Range<usize> = 10..50;
+pub(crate) const FIRST_HALF: Range<usize> = 0..25;
+pub(crate) const SECOND_HALF: Range<usize> = 25..50;
+pub(crate) const BEFORE_MOVE: Range<usize> = 15..25;
+pub(crate) const LATE: Range<usize> = 40..50;
+
+/// Which gene of a robot in an interval.
+pub(crate) type Gene = fn(&RobotInterval) -> f32;
+pub(crate) const S0: Gene = |own| own.s0;
+pub(crate) const G0: Gene = |own| own.g0;
+pub(crate) const G1: Gene = |own| own.g1;
+
+impl Run {
+    /// Food that the swarm brought per minute in some minutes.
+    pub(crate) fn rate(&self, minutes: Range<usize>) -> f64 {
+        let end = (60 * minutes.end).min(self.brought.len());
+        let brought = &self.brought[(60 * minutes.start).min(end)..end];
+        60.0 * total(brought) / brought.len().max(1) as f64
+    }
+
+    /// Food per minute in each of the bins of Figure 5.
+    pub(crate) fn rates(&self) -> Vec<f64> {
+        let rate = |bin: &[u16]| 60.0 * total(bin) / bin.len() as f64;
+        self.brought.chunks(BIN).map(rate).collect()
+    }
+
+    /// Food in each minute.
+    pub(crate) fn minutes(&self) -> Vec<f64> {
+        self.brought.chunks(60).map(total).collect()
+    }
+
+    /// All robots in some intervals, as far as there are any.
+    pub(crate) fn robots(&self, intervals: Range<usize>) -> impl Iterator<Item = &RobotInterval> {
+        self.intervals
+            .iter()
+            .skip(intervals.start)
+            .take(intervals.len())
+            .flatten()
+    }
+
+    /// The share of simulators that have the light there.
+    pub(crate) fn share(&self, light: Light, intervals: Range<usize>) -> f64 {
+        let there = |own: &RobotInterval| if Light::of_gene(own.s0) == light { 1.0 } else { 0.0 };
+        mean(&self.robots(intervals).map(there).collect::<Vec<f64>>())
+    }
+
+    /// The mean of a gene.
+    pub(crate) fn mean(&self, gene: Gene, intervals: Range<usize>) -> f64 {
+        mean(&self.values(gene, intervals))
+    }
+
+    /// The standard deviation of a gene over robots and intervals.
+    pub(crate) fn deviation(&self, gene: Gene, intervals: Range<usize>) -> f64 {
+        variance(&self.values(gene, intervals)).sqrt()
+    }
+
+    fn values(&self, gene: Gene, intervals: Range<usize>) -> Vec<f64> {
+        self.robots(intervals).map(|own| f64::from(gene(own))).collect()
+    }
+}
+
+fn total(brought: &[u16]) -> f64 {
+    brought.iter().map(|&food| f64::from(food)).sum()
+}
+
+impl Case {
+    /// Where the light is in an interval.
+    pub(crate) fn light_in(self, interval: usize, moves: usize) -> Light {
+        self.lights()[usize::from(interval >= moves)]
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::results::Kind;
+    use super::*;
+
+    /// Two robots in two minutes: food at seconds 10, 70 and 71.
+    fn run() -> Run {
+        let own = |s0, g0| RobotInterval {
+            s0,
+            chosen_under: s0,
+            g0,
+            g1: 0.0,
+            real: 0.0,
+            simulated: None,
+            heard: 0,
+            reached: 1,
+            taken: false,
+        };
+        let mut brought = vec![0; 120];
+        brought[10] = 1;
+        brought[70] = 1;
+        brought[71] = 2;
+        Run {
+            case: Case::Over,
+            kind: Kind::Evolved,
+            number: 0,
+            brought,
+            intervals: vec![vec![own(0.1, 0.2), own(0.5, 0.4)], vec![own(0.7, 0.6), own(0.99, 0.8)]],
+        }
+    }
+
+    #[test]
+    fn measures_are_those_worked_out_by_hand() {
+        let run = run();
+        assert_eq!((run.rate(0..1), run.rate(1..2), run.rate(0..2)), (1.0, 3.0, 2.0));
+        assert_eq!(run.minutes(), [1.0, 3.0]);
+        assert_eq!(run.rates(), [2.0]);
+        assert_eq!(run.share(Light::OppositeNest, 0..1), 0.5);
+        assert_eq!(run.share(Light::OverNest, 0..2), 0.5);
+        assert_eq!(run.share(Light::OverNest, 1..50), 1.0);
+        assert!((run.mean(G0, 0..2) - 0.5).abs() < 1e-6);
+        let deviation = ((0.09 + 0.01 + 0.01 + 0.09) / 3.0_f64).sqrt();
+        assert!((run.deviation(G0, 0..2) - deviation).abs() < 1e-6);
+        assert!(run.share(Light::OverNest, 2..3).is_nan());
+    }
+
+    #[test]
+    fn the_light_moves_once() {
+        assert_eq!(Case::OverThenOpposite.light_in(24, 25), Light::OverNest);
+        assert_eq!(Case::OverThenOpposite.light_in(25, 25), Light::OppositeNest);
+        assert_eq!(Case::Over.light_in(49, 25), Light::OverNest);
+    }
+}
