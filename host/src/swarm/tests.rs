@@ -1,1 +1,336 @@
+//! Swarms of a few robots for a few minutes: who goes on with what, and why.
 
+use std::cell::RefCell;
+
+use oneiro::cpu::Cpu;
+use oneiro::evaluator::{Control, Evaluator};
+
+use super::*;
+use crate::exchange::Message;
+use crate::reproduce::odowd2014::results::Credit;
+use crate::swarm::settings::Says;
+
+fn small(case: Case) -> Settings {
+    Settings {
+        case,
+        robots: 5,
+        minutes: 5,
+        light_moves_minute: 3,
+        ..Settings::default()
+    }
+}
+
+fn plan(case: Case, kind: Kind) -> Plan {
+    Plan {
+        settings: small(case),
+        kind,
+        number: 0,
+        seed: 5,
+    }
+}
+
+fn lived_watched(plans: &[Plan], spectator: &mut dyn Spectator) -> Vec<Run> {
+    let cpu = RefCell::new(Cpu::new(Some(2)).unwrap());
+    let control = Control::new();
+    live(plans, &|batch| cpu.borrow_mut().evaluate(batch, &control), spectator).unwrap()
+}
+
+fn lived(plans: &[Plan]) -> Vec<Run> {
+    lived_watched(plans, &mut ())
+}
+
+fn lived_alone(plan: Plan) -> Run {
+    lived(&[plan]).remove(0)
+}
+
+#[test]
+fn a_swarm_lives_the_same_life_in_any_company() {
+    let plans: Vec<Plan> = Case::ALL.map(|case| plan(case, Kind::Evolved)).into();
+    let together = lived(&plans);
+    for (plan, run) in plans.iter().zip(&together) {
+        assert_eq!(lived_alone(plan.clone()), *run, "{:?}", plan.settings.case);
+    }
+    let other = lived_alone(Plan {
+        seed: 6,
+        ..plans[1].clone()
+    });
+    assert_ne!(other.intervals, together[1].intervals);
+    let random = &together[5];
+    assert!(random.intervals.is_empty() && random.brought.len() == 300);
+    for run in &together[..5] {
+        assert_eq!(run.intervals.len(), 5);
+        assert!(run.intervals.iter().all(|robots| robots.len() == 5));
+        assert!(run.intervals[0].iter().all(|own| own.simulated.is_none()));
+        assert!(run.intervals[1..].iter().flatten().all(|own| own.simulated.is_some()));
+    }
+}
+
+/// Until the light moves, two cases that differ in where it goes are one life.
+#[test]
+fn cases_are_the_same_until_the_light_moves() {
+    let runs = lived(&[
+        plan(Case::Opposite, Kind::Evolved),
+        plan(Case::OppositeThenOver, Kind::Evolved),
+    ]);
+    assert_eq!(runs[0].brought[..180], runs[1].brought[..180]);
+    assert_eq!(runs[0].intervals[..2], runs[1].intervals[..2]);
+    assert_ne!(runs[0].intervals[4], runs[1].intervals[4]);
+}
+
+/// The controller of an interval is the best of the simulations of the one before.
+#[test]
+fn controllers_come_from_the_interval_before() {
+    let run = lived_alone(plan(Case::Over, Kind::Evolved));
+    for pair in run.intervals.windows(2) {
+        for (before, now) in pair[0].iter().zip(&pair[1]) {
+            assert_eq!(now.chosen_under, before.s0);
+        }
+    }
+    // After 34 s it acts in the same interval.
+    let mut early = plan(Case::Over, Kind::Evolved);
+    early.settings.clock.installed_s = 34;
+    let run = lived_alone(early);
+    assert!(
+        run.intervals
+            .iter()
+            .flatten()
+            .all(|own| own.chosen_under == own.s0 && own.simulated.is_some())
+    );
+}
+
+#[test]
+fn interventions_set_what_they_say() {
+    let bins = |run: &Run| -> Vec<Vec<Light>> {
+        let of = |robots: &Vec<RobotInterval>| robots.iter().map(|own| Light::of_gene(own.s0)).collect();
+        run.intervals.iter().map(of).collect()
+    };
+    let moved = Case::OverThenOpposite;
+    let right = bins(&lived_alone(plan(moved, Kind::SimulatorRight)));
+    let wrong = bins(&lived_alone(plan(moved, Kind::SimulatorWrong)));
+    for interval in 0..5 {
+        let light = moved.light_in(interval, 3);
+        assert!(right[interval].iter().all(|own| *own == light), "interval {interval}");
+        assert!(wrong[interval].iter().all(|own| *own != light), "interval {interval}");
+    }
+    let drawn = lived_alone(plan(Case::Over, Kind::SimulatorRandom));
+    let mut genes: Vec<f32> = drawn.intervals.iter().flatten().map(|own| own.s0).collect();
+    genes.sort_by(f32::total_cmp);
+    genes.dedup();
+    assert_eq!(genes.len(), 25, "all are drawn anew");
+    // Shuffled ones are somebody's.
+    let evolved = lived_alone(plan(Case::Over, Kind::Evolved));
+    let shuffled = lived_alone(plan(Case::Over, Kind::SimulatorShuffled));
+    let sorted = |robots: &[RobotInterval]| {
+        let mut genes: Vec<f32> = robots.iter().map(|own| own.s0).collect();
+        genes.sort_by(f32::total_cmp);
+        genes
+    };
+    assert_ne!(evolved.intervals[0], shuffled.intervals[0]);
+    assert_eq!(sorted(&evolved.intervals[0]), sorted(&shuffled.intervals[0]));
+}
+
+/// Alone, a simulator wanders by itself, wherever the light is.
+#[test]
+fn nothing_selects_the_simulator_of_one_robot() {
+    let alone = |case| {
+        let mut plan = plan(case, Kind::Alone);
+        plan.settings.robots = 1;
+        let run = lived_alone(plan);
+        assert!(
+            run.intervals
+                .iter()
+                .flatten()
+                .all(|own| !own.taken && own.heard == 0 && own.reached == 1)
+        );
+        run.intervals.iter().map(|robots| robots[0].s0).collect::<Vec<_>>()
+    };
+    let over = alone(Case::Over);
+    assert_eq!(over, alone(Case::NoLight));
+    assert!(over.windows(2).all(|pair| pair[0] != pair[1]), "it always changes");
+}
+
+/// Food is brought in the seconds in which the lines say so, and an interval's fitness is what it earned.
+#[test]
+fn what_is_recorded_is_what_was_seen() {
+    struct Seen(Vec<Line>);
+    impl Spectator for Seen {
+        fn saw(&mut self, _: usize, lines: &[Line]) {
+            self.0.extend_from_slice(lines);
+        }
+    }
+    let mut seen = Seen(Vec::new());
+    let mut settings = small(Case::Over);
+    settings.clock.offset_s = 0;
+    let plan = Plan {
+        settings,
+        ..plan(Case::Over, Kind::SimulatorRight)
+    };
+    let run = lived_watched(&[plan], &mut seen).remove(0);
+    assert_eq!(seen.0.len(), 300);
+    let brought: Vec<u16> = seen
+        .0
+        .iter()
+        .map(|line| line.robots.iter().map(|own| own.brought as u16).sum())
+        .collect();
+    assert_eq!(run.brought, brought);
+    assert!(brought.iter().sum::<u16>() > 0);
+    for (interval, robots) in run.intervals.iter().enumerate() {
+        for (robot, own) in robots.iter().enumerate() {
+            assert_eq!(own.real, seen.0[60 * interval + 59].robots[robot].earned);
+            let heard = seen.0[60 * interval..60 * (interval + 1)]
+                .iter()
+                .fold(0, |mask, line| mask | line.robots[robot].heard);
+            assert_eq!(u32::from(own.heard), heard.count_ones());
+        }
+    }
+}
+
+fn mind(settings: &Settings, offset: u32) -> Mind {
+    let clock = Clock {
+        offset,
+        interval: 60,
+        installed: 60,
+    };
+    let mut mind = Mind::new(settings, clock, 9);
+    mind.dream(&[0.0; 10]);
+    mind
+}
+
+fn said(simulator: f32, fitness: f32) -> Message {
+    Message {
+        sender: 1,
+        interval: 0,
+        simulator,
+        fitness,
+        controller: [0.25, 0.75],
+    }
+}
+
+/// Hardly changed, so that it can be told where a simulator came from.
+fn exact() -> Settings {
+    let mut settings = Settings::default();
+    settings.simulators.mutation_scale = 1e-6;
+    settings
+}
+
+#[test]
+fn the_better_simulator_is_taken_over_and_changed() {
+    let settings = exact();
+    let go_on = |real, heard: &[Message]| {
+        let mut mind = mind(&settings, 0);
+        let own = mind.simulator();
+        let taken = mind.wake(&settings, real, heard);
+        assert_eq!(mind.interval(), 1);
+        assert_ne!(mind.simulator(), own, "a gene always changes");
+        (taken, own, mind.simulator())
+    };
+    let (taken, own, next) = go_on(10.0, &[said(0.123, 10.0)]);
+    assert!(!taken && (next - own).abs() < 1e-4, "ties keep one's own");
+    let other = Message {
+        sender: 2,
+        ..said(0.456, 5.0)
+    };
+    let (taken, _, next) = go_on(10.0, &[said(0.123, 11.0), other]);
+    assert!(taken && (next - 0.123).abs() < 1e-4);
+    let (taken, own, next) = go_on(0.0, &[]);
+    assert!(!taken && (next - own).abs() < 1e-4);
+}
+
+/// As the paper has it fitness counts for the simulator of the same interval; matched, for the one before, in which the
+/// controller was chosen.
+#[test]
+fn credit_goes_where_it_is_said_to() {
+    for (credit, back) in [(Credit::Lagged, 0), (Credit::Matched, 1)] {
+        let mut settings = exact();
+        settings.simulators.credit = credit;
+        let mut mind = mind(&settings, 0);
+        mind.wake(&settings, 0.0, &[said(0.2, 1.0)]);
+        mind.dream(&[0.0; 10]);
+        mind.wake(&settings, 0.0, &[said(0.8, 1.0)]);
+        mind.dream(&[0.0; 10]);
+        // In interval 2 it has 0.8, and acts by what was chosen under 0.2.
+        let expected = [0.8, 0.2][back];
+        assert!((mind.credited(2, credit) - expected).abs() < 1e-4, "{credit:?}");
+        mind.wake(&settings, 100.0, &[]);
+        assert!((mind.simulator() - expected).abs() < 1e-4, "{credit:?}");
+    }
+}
+
+#[test]
+fn guests_are_tried_in_one_s_own_simulator() {
+    let mut settings = exact();
+    settings.controllers.guests = 2;
+    let mut mind = mind(&settings, 0);
+    mind.wake(&settings, 50.0, &[said(0.1, 1.0)]);
+    assert_eq!(mind.population()[9], [0.25, 0.75]);
+    assert_ne!(mind.population()[8], [0.25, 0.75]);
+}
+
+/// What is said is what had been earned when the second began, in the speaker's own interval; in a control it is
+/// another's.
+#[test]
+fn messages_are_looked_up_by_the_speaker_s_clock() {
+    let settings = exact();
+    let mut minds = vec![mind(&settings, 0), mind(&settings, 2)];
+    for mind in &mut minds {
+        mind.wake(&settings, 30.0, &[said(0.7, 40.0)]);
+        mind.dream(&[0.0; 10]);
+    }
+    let mut seconds = Seconds::default();
+    for second in 0..70_u8 {
+        seconds.push(Second {
+            heard: vec![0b10, if second == 61 { 0b01 } else { 0 }],
+            earned: vec![f32::from(second), 100.0 + f32::from(second)],
+            earned_after: vec![0.0; 2],
+        });
+    }
+    let memory = |says, whose| Memory {
+        seconds: &seconds,
+        minds: &minds,
+        says,
+        credit: Credit::Lagged,
+        whose,
+    };
+    let own = memory(Says::SoFar, &[0, 1]);
+    let heard = own.heard(0, 0..64);
+    // The other is switched on at 2, and in its second interval from 62 on.
+    assert_eq!(heard.len(), 62);
+    assert_eq!((heard[0].interval, heard[0].fitness), (0, 102.0));
+    assert_eq!((heard[61].interval, heard[61].fitness), (1, 163.0));
+    assert!((heard[61].simulator - 0.7).abs() < 1e-4 && heard[0].simulator == minds[1].simulators[0]);
+    let back = own.heard(1, 60..64);
+    assert_eq!(
+        (back.len(), back[0].sender, back[0].interval, back[0].fitness),
+        (1, 0, 1, 61.0)
+    );
+    assert_eq!(memory(Says::SoFar, &[1, 0]).heard(1, 60..64)[0].fitness, 161.0);
+    let whole = memory(Says::LastWhole, &[0, 1]).heard(0, 0..64);
+    assert_eq!(whole.len(), 2);
+    assert_eq!(
+        (whole[0].interval, whole[0].fitness, whole[0].simulator),
+        (0, 30.0, minds[1].simulators[0])
+    );
+}
+
+/// The null gives each robot's fitness to one robot.
+#[test]
+fn shuffled_fitness_is_all_there() {
+    let run = |kind| lived_alone(plan(Case::Over, kind));
+    let (own, null) = (run(Kind::Evolved), run(Kind::FitnessShuffled));
+    // Nothing has been compared before the first interval ends.
+    assert_eq!(own.brought[..60], null.brought[..60]);
+    for (one, other) in own.intervals[0].iter().zip(&null.intervals[0]) {
+        assert_eq!((one.s0, one.g0, one.real), (other.s0, other.g0, other.real));
+    }
+    assert_ne!(own.intervals[1..], null.intervals[1..]);
+}
+
+#[test]
+fn encounters_link_over_others() {
+    // 0 hears 1, 2 hears 1, 3 is alone, 4 and 5 hear each other.
+    assert_eq!(reached(&[0b10, 0, 0b10, 0, 1 << 5, 1 << 4]), [3, 3, 3, 1, 2, 2]);
+    let all: Vec<u128> = (0..128)
+        .map(|robot| if robot == 127 { 0 } else { 1 << (robot + 1) })
+        .collect();
+    assert_eq!(reached(&all), [128; 128]);
+}
