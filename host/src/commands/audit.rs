@@ -7,11 +7,11 @@ use oneiro::evaluator::{Control, Evaluator};
 use oneiro::random::pcg4d;
 use serde_json::{Value, json};
 
-use super::list;
+use super::{list, swarm};
 use crate::cli::Audit;
 use crate::console::Console;
 use crate::exit::{Failure, Result};
-use crate::record::{Individuals, SavedRun};
+use crate::record::{Individuals, SavedRun, is_swarm_run};
 use crate::run::{keys, score};
 use crate::{device, progress};
 
@@ -22,10 +22,19 @@ const TOLD: usize = 10;
 
 /// Audits a run, or each run of a directory; fails if a single bit differs.
 pub(crate) fn run(arguments: &Audit, console: Console) -> Result {
+    let (swarms, directories): (Vec<_>, Vec<_>) = list::runs(&arguments.run_dir)?
+        .into_iter()
+        .partition(|directory| is_swarm_run(directory));
+    if !swarms.is_empty() {
+        swarm::audit(&swarms, &arguments.backend, console)?;
+        if directories.is_empty() {
+            return Ok(());
+        }
+    }
     let mut evaluator = device::open(&arguments.backend)?;
     let mut reports = Vec::new();
     let mut different = 0;
-    for directory in list::runs(&arguments.run_dir)? {
+    for directory in directories {
         let report = Report::of(&directory, arguments.share, evaluator.as_mut(), console)?;
         different += report.differences.len();
         if !console.json() {

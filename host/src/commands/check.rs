@@ -3,14 +3,19 @@
 use oneiro::world::{Noise, Start};
 use serde_json::json;
 
+use super::swarm;
 use crate::cli::Check;
 use crate::console::{Console, counted};
 use crate::exit::Result;
 use crate::experiment::Experiment;
+use crate::experiment::swarm::is_swarm;
 use crate::{figures, files};
 
 /// Reads the experiment, draws its arena if asked to, and prints what it amounts to.
 pub(crate) fn run(arguments: &Check, console: Console) -> Result {
+    if is_swarm(&arguments.experiment)? {
+        return swarm::check(arguments, console);
+    }
     let experiment = Experiment::read(&arguments.experiment, &arguments.set)?;
     for warning in experiment.warnings() {
         console.say(format!("warning: {warning}"));

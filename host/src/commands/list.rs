@@ -8,7 +8,7 @@ use serde_json::{Value, json};
 use crate::cli::List;
 use crate::console::{Console, columns, decimal};
 use crate::exit::{Failure, Result};
-use crate::record::{self, Done, SavedRun, State};
+use crate::record::{self, Done, SavedRun, SavedSwarm, State, is_swarm_run};
 
 /// Prints a line a run.
 pub(crate) fn run(arguments: &List, console: Console) -> Result {
@@ -74,14 +74,29 @@ pub(crate) fn runs(directory: &Path) -> Result<Vec<PathBuf>> {
 
 /// What a run amounts to. One that can't be read has that as its state.
 fn entry(directory: &Path) -> Value {
+    let words = |state| match state {
+        State::Done => "done",
+        State::Running => "running",
+        State::Stopped => "stopped",
+        State::Interrupted => "interrupted",
+    };
     let read = || -> Result<Value> {
+        if is_swarm_run(directory) {
+            let run = SavedSwarm::open(directory)?;
+            let meta = run.meta();
+            return Ok(json!({
+                "directory": directory.display().to_string(),
+                "name": run.experiment().name(),
+                "seed": run.seed(),
+                "state": words(run.state()?),
+                "generation": meta.as_ref().map_or(0, |meta| meta.generation),
+                "generations": run.experiment().settings().minutes,
+                "best": meta.and_then(|meta| meta.best).map(decimal),
+                "result": Done::read(directory)?.map(|done| done.result),
+            }));
+        }
         let run = SavedRun::open(directory)?;
-        let state = match run.state()? {
-            State::Done => "done",
-            State::Running => "running",
-            State::Stopped => "stopped",
-            State::Interrupted => "interrupted",
-        };
+        let state = words(run.state()?);
         let rows = run.rows()?;
         let best = rows
             .iter()

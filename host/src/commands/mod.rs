@@ -19,6 +19,7 @@ mod resume;
 mod run;
 pub(crate) mod sample;
 mod selftest;
+mod swarm;
 mod tables;
 mod verify;
 

@@ -6,15 +6,19 @@ use oneiro::batch::{Batch, Rollout, TraceRequest};
 use oneiro::evaluator::Control;
 use serde_json::json;
 
+use super::swarm;
 use crate::cli::Replay;
 use crate::console::{Console, decimal};
 use crate::exit::{Failure, Result};
-use crate::record::{SavedRun, trace_csv, write_whole};
+use crate::record::{SavedRun, is_swarm_run, trace_csv, write_whole};
 use crate::run::{keys, score};
 use crate::{device, figures};
 
 /// Lives the champion's lives again, compares its score with the recorded one, and writes one life's path and trace.
 pub(crate) fn run(arguments: &Replay, console: Console) -> Result {
+    if is_swarm_run(&arguments.run_dir) {
+        return swarm::replay(arguments, console);
+    }
     let run = SavedRun::open(&arguments.run_dir)?;
     let champion = run.champion()?;
     let experiment = run.experiment();

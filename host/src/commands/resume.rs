@@ -4,18 +4,27 @@ use std::collections::BTreeMap;
 
 use super::list;
 use super::report::{self, Report};
+use super::swarm;
 use crate::cli;
 use crate::console::Console;
 use crate::device;
 use crate::exit::Result;
-use crate::record::{Done, SavedRun, Session};
+use crate::record::{Done, SavedRun, Session, is_swarm_run};
 use crate::run::{LOCKSTEP, Run, evolve};
 use crate::watcher::Watcher;
 use crate::worker::Worker;
 
 /// Goes on with a run, or with all runs of a directory, from their last good checkpoints.
 pub(crate) fn run(arguments: &cli::Resume, console: Console) -> Result {
-    let directories = list::runs(&arguments.run_dir)?;
+    let (swarms, directories): (Vec<_>, Vec<_>) = list::runs(&arguments.run_dir)?
+        .into_iter()
+        .partition(|directory| is_swarm_run(directory));
+    if !swarms.is_empty() {
+        swarm::resume(&swarms, &arguments.backend, console)?;
+        if directories.is_empty() {
+            return Ok(());
+        }
+    }
     let mut done = Vec::new();
     // Runs of one experiment share batches.
     let mut groups: BTreeMap<String, Vec<SavedRun>> = BTreeMap::new();

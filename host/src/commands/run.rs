@@ -5,11 +5,13 @@ use std::path::{Path, PathBuf};
 use std::time::SystemTime;
 
 use super::report::{self, Report};
+use super::swarm;
 use crate::cli;
 use crate::console::Console;
 use crate::device;
 use crate::exit::{Failure, Result};
 use crate::experiment::Experiment;
+use crate::experiment::swarm::is_swarm;
 use crate::record::{Session, Standing, standing};
 use crate::run::{LOCKSTEP, Run, evolve};
 use crate::watcher::Watcher;
@@ -17,6 +19,9 @@ use crate::worker::Worker;
 
 /// Runs the experiment for each seed; what is done already is not done again.
 pub(crate) fn run(arguments: &cli::Run, console: Console) -> Result {
+    if is_swarm(&arguments.experiment)? {
+        return swarm::run(arguments, console);
+    }
     let experiment = Experiment::read(&arguments.experiment, &arguments.set)?;
     for warning in experiment.warnings() {
         console.say(format!("warning: {warning}"));
@@ -24,7 +29,11 @@ pub(crate) fn run(arguments: &cli::Run, console: Console) -> Result {
     let mut done = Vec::new();
     let mut new = Vec::new();
     // Nothing begins before every place is known to be free.
-    for (seed, directory) in places(arguments, &experiment, console) {
+    let places = seeds_and_places(arguments, experiment.settings().seed, console, |seed| {
+        let identity = experiment.identity(seed).to_hex();
+        format!("{}-{seed}-{}", experiment.name(), &identity[..8])
+    });
+    for (seed, directory) in places {
         match standing(&directory, experiment.identity(seed))? {
             Standing::New => new.push((seed, directory)),
             Standing::Done(result) => done.push(Report::read(&directory, &result)?),
@@ -68,12 +77,15 @@ pub(crate) fn run(arguments: &cli::Run, console: Console) -> Result {
     report::print(&done, arguments.seeds.is_some(), console)
 }
 
-/// The seeds and their runs' directories.
-fn places(arguments: &cli::Run, experiment: &Experiment, console: Console) -> Vec<(u64, PathBuf)> {
-    let usual = |seed: u64| {
-        let identity = experiment.identity(seed).to_hex();
-        Path::new("runs").join(format!("{}-{seed}-{}", experiment.name(), &identity[..8]))
-    };
+/// The seeds and their runs' directories; `own` is the experiment's seed, `name` what a run's directory is called where
+/// the user names none.
+pub(super) fn seeds_and_places(
+    arguments: &cli::Run,
+    own: Option<u64>,
+    console: Console,
+    name: impl Fn(u64) -> String,
+) -> Vec<(u64, PathBuf)> {
+    let usual = |seed: u64| Path::new("runs").join(name(seed));
     if let Some(seeds) = &arguments.seeds {
         let own = |seed| arguments.out.as_ref().map(|out| out.join(format!("seed-{seed}")));
         return seeds
@@ -81,7 +93,7 @@ fn places(arguments: &cli::Run, experiment: &Experiment, console: Console) -> Ve
             .map(|seed| (seed, own(seed).unwrap_or_else(|| usual(seed))))
             .collect();
     }
-    let seed = arguments.seed.or(experiment.settings().seed).unwrap_or_else(|| {
+    let seed = arguments.seed.or(own).unwrap_or_else(|| {
         let seed = drawn_seed();
         console.say(format!("seed {seed}, drawn"));
         seed

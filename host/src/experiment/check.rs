@@ -16,16 +16,16 @@ pub(super) struct Invalid {
     pub(super) problem: String,
 }
 
-type Checked = Result<(), Invalid>;
+pub(super) type Checked = Result<(), Invalid>;
 
-fn invalid(field: &str, problem: impl Display) -> Checked {
+pub(super) fn invalid(field: &str, problem: impl Display) -> Checked {
     Err(Invalid {
         field: field.into(),
         problem: problem.to_string(),
     })
 }
 
-fn within<T: Copy + PartialOrd + Display>(field: &str, value: T, [least, greatest]: [T; 2]) -> Checked {
+pub(super) fn within<T: Copy + PartialOrd + Display>(field: &str, value: T, [least, greatest]: [T; 2]) -> Checked {
     if (least..=greatest).contains(&value) {
         return Ok(());
     }
@@ -64,7 +64,7 @@ pub(super) fn check(settings: &Settings) -> Checked {
 /// TOML's integers have a sign.
 pub(crate) const GREATEST_SEED: u64 = i64::MAX as u64;
 
-fn name(name: &str) -> Checked {
+pub(super) fn name(name: &str) -> Checked {
     let is_plain = |c: char| c.is_alphanumeric() || "-_.".contains(c);
     if (1..=100).contains(&name.len()) && name.chars().all(is_plain) && !name.starts_with('.') {
         return Ok(());

@@ -4,6 +4,7 @@ mod check;
 mod inputs;
 pub(crate) mod settings;
 mod source;
+pub(crate) mod swarm;
 mod world;
 
 use std::path::Path;

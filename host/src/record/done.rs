@@ -7,14 +7,17 @@ use std::path::Path;
 
 use serde::{Deserialize, Serialize};
 
-use super::{CHAMPION, CHAMPION_GENES, CONFIG, DONE, FITNESS, GENERATIONS, POPULATION, SavedRun, disk};
+use super::{
+    CHAMPION, CHAMPION_GENES, CONFIG, DONE, FITNESS, FOOD, GENERATIONS, INTERVALS, POPULATION, SavedRun, SavedSwarm,
+    disk, is_swarm_run,
+};
 use crate::exit::{Failure, Result};
 
 /// The last file of a run. All hashes are BLAKE3.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct Done {
-    /// The hash of the results: of the lines `HASH  NAME` of the experiment and of each of the [`RESULTS`]. The same
+    /// The hash of the results: of the lines `HASH  NAME` of the experiment and of each of its results, see [`results`]. The same
     /// for every backend, number of threads, path and time.
     pub(crate) result: String,
     /// The hash of the resolved experiment and the seed.
@@ -23,14 +26,25 @@ pub(crate) struct Done {
     pub(crate) files: BTreeMap<String, String>,
 }
 
-/// The files that are results and nothing else.
+/// The files of a run that are results and nothing else, and those of a swarm's.
 const RESULTS: [&str; 5] = [GENERATIONS, CHAMPION, CHAMPION_GENES, POPULATION, FITNESS];
+const SWARM_RESULTS: [&str; 2] = [INTERVALS, FOOD];
+
+/// The results of a run with these files.
+fn results(files: &BTreeMap<String, String>) -> &'static [&'static str] {
+    if files.contains_key(INTERVALS) {
+        &SWARM_RESULTS
+    } else {
+        &RESULTS
+    }
+}
 
 impl Done {
     /// Of an experiment and files with their hashes.
     fn new(experiment: String, files: BTreeMap<String, String>) -> Self {
         let line = |name: &str| format!("{}  {name}\n", files.get(name).map_or("", String::as_str));
-        let lines = format!("{experiment}  experiment\n") + &RESULTS.map(line).concat();
+        let own: String = results(&files).iter().map(|name| line(name)).collect();
+        let lines = format!("{experiment}  experiment\n") + &own;
         Self {
             result: blake3::hash(lines.as_bytes()).to_hex().to_string(),
             experiment,
@@ -70,12 +84,21 @@ impl Done {
     }
 }
 
+/// What decides the results of a run of any kind.
+fn identity(directory: &Path) -> Result<blake3::Hash> {
+    if is_swarm_run(directory) {
+        return Ok(SavedSwarm::open(directory)?.identity());
+    }
+    let run = SavedRun::open(directory)?;
+    Ok(run.experiment().identity(run.seed()))
+}
+
 /// Checks a finished run: each file's hash, the experiment's, and the result's.
 ///
 /// # Errors
 /// Exit 3 when it is no run, exit 1 when it is not finished, exit 5 with all that differs.
 pub(crate) fn verify(directory: &Path) -> Result<Done> {
-    let run = SavedRun::open(directory)?;
+    let identity = identity(directory)?;
     let Some(done) = Done::read(directory)? else {
         return Err(Failure::failed(format_args!(
             "{}: is not finished, so there is nothing to verify",
@@ -83,8 +106,9 @@ pub(crate) fn verify(directory: &Path) -> Result<Done> {
         )));
     };
     let names: Vec<&str> = done.files.keys().map(String::as_str).collect();
-    let missing = RESULTS
-        .into_iter()
+    let missing = results(&done.files)
+        .iter()
+        .copied()
         .chain([CONFIG])
         .filter(|name| !names.contains(name))
         .map(|name| format!("{name} is not listed"));
@@ -96,7 +120,7 @@ pub(crate) fn verify(directory: &Path) -> Result<Done> {
             Err(error) => problems.push(format!("{name}: {error}")),
         }
     }
-    if done.experiment != run.experiment().identity(run.seed()).to_hex().as_str() {
+    if done.experiment != identity.to_hex().as_str() {
         problems.push("the experiment is another".into());
     }
     if done.result != Done::new(done.experiment.clone(), done.files.clone()).result {

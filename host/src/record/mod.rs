@@ -10,6 +10,7 @@
 //! | `champion.npy`, `champion.json` | the best individual's genes; what it scored, when, and the keys of its lives |
 //! | `population.npy`, `fitness.npy` | the last generation |
 //! | `trace.csv`, `path.svg`, `learning-curve.svg` | the champion's life again; the run in a picture |
+//! | `intervals.csv`, `food.csv` | of a swarm's run, in place of the above: each robot in each interval; food in each second |
 //! | `meta.json` | what is no result: program, device, times, status, see [`Meta`] |
 //! | `lock` | held by the one process that writes |
 //! | `DONE` | written last: the files' hashes and the result's, see [`Done`] |
@@ -23,6 +24,7 @@ mod meta;
 mod recorder;
 mod rows;
 mod saved;
+mod swarm;
 mod trace;
 
 pub(crate) use checkpoint::Checkpoint;
@@ -32,6 +34,7 @@ pub(crate) use meta::{Meta, Session, Status, now};
 pub(crate) use recorder::{Ended, Recorder, Standing, standing};
 pub(crate) use rows::Row;
 pub(crate) use saved::{Individuals, SavedRun, State, is_run, rows};
+pub(crate) use swarm::{SavedSwarm, SwarmRecorder, is_swarm_run};
 pub(crate) use trace::trace_csv;
 
 const CONFIG: &str = "config.toml";
@@ -44,6 +47,8 @@ const FITNESS: &str = "fitness.npy";
 const TRACE: &str = "trace.csv";
 const PATH: &str = "path.svg";
 const LEARNING_CURVE: &str = "learning-curve.svg";
+const INTERVALS: &str = "intervals.csv";
+const FOOD: &str = "food.csv";
 const META: &str = "meta.json";
 const LOCK: &str = "lock";
 const DONE: &str = "DONE";

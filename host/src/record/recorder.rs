@@ -348,7 +348,7 @@ impl Recorder {
 }
 
 /// Keeps other processes from writing to a run's directory.
-fn lock(directory: &Path) -> Result<File> {
+pub(super) fn lock(directory: &Path) -> Result<File> {
     let path = directory.join(LOCK);
     let file = OpenOptions::new().create(true).truncate(false).write(true).open(&path);
     let file = file.map_err(|error| Failure::storage(&path, &error))?;

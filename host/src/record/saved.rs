@@ -34,6 +34,20 @@ pub(crate) enum State {
     Interrupted,
 }
 
+/// How far a run of any kind is.
+pub(super) fn state(directory: &Path) -> Result<State> {
+    if Done::read(directory)?.is_some() {
+        return Ok(State::Done);
+    }
+    let is_locked = File::open(directory.join(LOCK))
+        .is_ok_and(|lock| matches!(lock.try_lock(), Err(TryLockError::WouldBlock)));
+    Ok(match Meta::read(directory) {
+        _ if is_locked => State::Running,
+        Some(meta) if meta.status == Status::Stopped => State::Stopped,
+        _ => State::Interrupted,
+    })
+}
+
 impl SavedRun {
     /// Opens a run's directory.
     ///
@@ -83,16 +97,7 @@ impl SavedRun {
 
     /// How far it is.
     pub(crate) fn state(&self) -> Result<State> {
-        if Done::read(&self.directory)?.is_some() {
-            return Ok(State::Done);
-        }
-        let is_locked = File::open(self.directory.join(LOCK))
-            .is_ok_and(|lock| matches!(lock.try_lock(), Err(TryLockError::WouldBlock)));
-        Ok(match self.meta() {
-            _ if is_locked => State::Running,
-            Some(meta) if meta.status == Status::Stopped => State::Stopped,
-            _ => State::Interrupted,
-        })
+        state(&self.directory)
     }
 
     /// The generations that are recorded.

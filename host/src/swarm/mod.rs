@@ -42,6 +42,15 @@ pub(crate) struct Plan {
     pub(crate) seed: u64,
 }
 
+/// Robot-steps of a swarm, in the arena and on board.
+pub(crate) fn steps(plan: &Plan) -> u64 {
+    let own = &plan.settings;
+    let real = u64::from(own.robots) * u64::from(SECOND * own.seconds());
+    let lives = u64::from(own.robots) * u64::from(own.controllers.population);
+    let dreamt = lives * u64::from(SECOND * own.clock.interval_s) * u64::from(own.seconds() / own.clock.interval_s);
+    real + if own.case == Case::Random { 0 } else { dreamt }
+}
+
 /// What is seen of swarms while they live.
 pub(crate) trait Spectator {
     /// Called with what a stretch of seconds showed of a swarm, line by line.
@@ -394,6 +403,7 @@ impl<'a> Colony<'a> {
             case: self.plan.settings.case,
             kind: self.plan.kind,
             number: self.plan.number,
+            switched_on: self.clocks.iter().map(|clock| clock.offset as u16).collect(),
             brought: self.brought,
             intervals: self.intervals,
         }

@@ -24,6 +24,11 @@ pub(crate) const G0: Gene = |own| own.g0;
 pub(crate) const G1: Gene = |own| own.g1;
 
 impl Run {
+    /// Food that the swarm brought in all.
+    pub(crate) fn total(&self) -> u32 {
+        self.brought.iter().map(|&food| u32::from(food)).sum()
+    }
+
     /// Food that the swarm brought per minute in some minutes.
     pub(crate) fn rate(&self, minutes: Range<usize>) -> f64 {
         let end = (60 * minutes.end).min(self.brought.len());
@@ -109,6 +114,7 @@ mod tests {
             case: Case::Over,
             kind: Kind::Evolved,
             number: 0,
+            switched_on: vec![0; 2],
             brought,
             intervals: vec![vec![own(0.1, 0.2), own(0.5, 0.4)], vec![own(0.7, 0.6), own(0.99, 0.8)]],
         }

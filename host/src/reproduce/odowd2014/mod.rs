@@ -28,7 +28,7 @@ use crate::record::write_whole;
 use crate::reproduce::claims::Claim;
 use crate::reproduce::directory;
 use crate::watcher::stop_signal;
-use crate::{device, progress};
+use crate::{device, progress, swarm};
 use results::Results;
 pub(crate) use study::{CREDITS, SCALES};
 use study::{Cohort, Study, combined};
@@ -99,7 +99,7 @@ fn studied(study: &Study, evaluations: &Evaluations, place: &Path, console: Cons
         + asked
             .iter()
             .flat_map(|own| study.asked_plans(own))
-            .map(|plan| study::steps(&plan))
+            .map(|plan| swarm::steps(&plan))
             .sum::<u64>();
     let done = evaluations.control.steps();
     let mut runs = Vec::new();

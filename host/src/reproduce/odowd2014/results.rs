@@ -195,6 +195,8 @@ pub(crate) struct Run {
     pub(crate) kind: Kind,
     /// Its number among those of its case and kind, from 0.
     pub(crate) number: u32,
+    /// The second in which each robot is switched on, and its first interval begins.
+    pub(crate) switched_on: Vec<u16>,
     /// Food that all robots brought in each second, 3000 of them.
     pub(crate) brought: Vec<u16>,
     /// Interval by interval (50) what each robot was and did; empty without evolution.

@@ -7,7 +7,7 @@ use super::results::{Case, Combination, Credit, Kind, Question, Run};
 use crate::exit::Result;
 use crate::reality::surrogate::Evaluations;
 use crate::swarm::settings::Settings;
-use crate::swarm::{Plan, live};
+use crate::swarm::{Plan, live, steps};
 
 /// The mutation scales that stand side by side.
 pub(crate) const SCALES: [f64; 3] = [2.0, 0.2, 0.02];
@@ -189,15 +189,6 @@ pub(crate) struct Asked {
     pub(crate) robots: u32,
     pub(crate) radius: f32,
     pub(crate) range: f32,
-}
-
-/// Robot-steps of a swarm, in the arena and on board.
-pub(crate) fn steps(plan: &Plan) -> u64 {
-    let own = &plan.settings;
-    let real = u64::from(own.robots) * 10 * u64::from(own.seconds());
-    let lives = u64::from(own.robots) * u64::from(own.controllers.population);
-    let dreamt = lives * 10 * u64::from(own.clock.interval_s) * u64::from(own.minutes);
-    real + if own.case == Case::Random { 0 } else { dreamt }
 }
 
 /// Gathers runs of the same combination.

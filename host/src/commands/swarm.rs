@@ -1,0 +1,272 @@
+//! What `run`, `resume`, `replay`, `audit` and `check` do for experiments with a swarm.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use oneiro::swarm::{Line, SECOND};
+use serde::Serialize;
+use serde_json::json;
+
+use super::run::seeds_and_places;
+use crate::cli;
+use crate::console::{Console, columns};
+use crate::device;
+use crate::exit::{Failure, Result};
+use crate::experiment::swarm::SwarmExperiment;
+use crate::figures::{self, Genes, SwarmReplay};
+use crate::progress;
+use crate::reality::surrogate::Evaluations;
+use crate::record::{Done, SavedSwarm, Session, Standing, SwarmRecorder, standing, write_whole};
+use crate::reproduce::odowd2014::results::Run;
+use crate::run::LOCKSTEP;
+use crate::swarm::{Spectator, live, steps};
+use crate::watcher::stop_signal;
+
+/// A finished run in a few values.
+#[derive(Debug, Serialize)]
+struct Report {
+    directory: PathBuf,
+    seed: u64,
+    /// Food that the swarm brought in all; none for a run that was done before.
+    brought: Option<u32>,
+    /// The result's hash.
+    result: String,
+}
+
+/// Runs the experiment for each seed; what is done already is not done again.
+pub(super) fn run(arguments: &cli::Run, console: Console) -> Result {
+    let experiment = SwarmExperiment::read(&arguments.experiment, &arguments.set)?;
+    let mut reports = Vec::new();
+    let mut new = Vec::new();
+    let places = seeds_and_places(arguments, experiment.seed(), console, |seed| {
+        format!("{}-{seed}-{}", experiment.name(), &experiment.identity(seed).to_hex()[..8])
+    });
+    for (seed, directory) in places {
+        match standing(&directory, experiment.identity(seed))? {
+            Standing::New => new.push((seed, directory)),
+            Standing::Done(done) => reports.push(report(&directory, seed, None, &done)),
+            Standing::Unfinished => {
+                let directory = directory.display();
+                return Err(Failure::input(format_args!(
+                    "{directory}: holds a run that is not finished, and nothing is overwritten; \
+                     go on with it: oneiro resume {directory}"
+                )));
+            }
+        }
+    }
+    if !reports.is_empty() {
+        let all = reports.len() + new.len();
+        console.say(format!("{} of {all} runs are done already", reports.len()));
+    }
+    let runs = new.iter().map(|(seed, directory)| (&experiment, *seed, directory.as_path()));
+    reports.extend(done(&runs.collect::<Vec<_>>(), &arguments.backend, console)?);
+    reports.sort_by_key(|report| report.seed);
+    print(&reports, arguments.seeds.is_some(), console)
+}
+
+/// Does runs again that were stopped.
+pub(super) fn resume(directories: &[PathBuf], backend: &cli::Backend, console: Console) -> Result {
+    let mut reports = Vec::new();
+    let mut saved = Vec::new();
+    for directory in directories {
+        let run = SavedSwarm::open(directory)?;
+        match Done::read(directory)? {
+            Some(done) => reports.push(report(directory, run.seed(), None, &done)),
+            None => saved.push(run),
+        }
+    }
+    let runs = saved.iter().map(|run| (run.experiment(), run.seed(), run.directory()));
+    reports.extend(done(&runs.collect::<Vec<_>>(), backend, console)?);
+    reports.sort_by(|a, b| a.directory.cmp(&b.directory));
+    print(&reports, directories.len() > 1, console)
+}
+
+/// Does runs, those that last equally long in lockstep.
+fn done(runs: &[(&SwarmExperiment, u64, &Path)], backend: &cli::Backend, console: Console) -> Result<Vec<Report>> {
+    let mut reports = Vec::new();
+    if runs.is_empty() {
+        return Ok(reports);
+    }
+    let evaluator = device::open(backend)?;
+    console.say(format!("{} on {}", runs[0].0.name(), device::name(evaluator.as_ref())));
+    let session = Session::new(&backend.name, &evaluator.device());
+    let evaluations = Evaluations::new(evaluator, stop_signal()?);
+    let all: u64 = runs.iter().map(|(experiment, seed, _)| steps(&experiment.plan(*seed))).sum();
+    progress::watched(all, "foraging", console, &evaluations.control, || -> Result {
+        let pace = |(experiment, ..): &(&SwarmExperiment, u64, &Path)| {
+            let own = experiment.settings();
+            (own.minutes, own.clock.clone())
+        };
+        for alike in runs.chunk_by(|a, b| pace(a) == pace(b)).flat_map(|alike| alike.chunks(LOCKSTEP)) {
+            let mut recorders = alike
+                .iter()
+                .map(|(experiment, seed, directory)| {
+                    SwarmRecorder::begin(directory, experiment, *seed, session.clone())
+                })
+                .collect::<Result<Vec<_>>>()?;
+            let plans: Vec<_> = alike.iter().map(|(experiment, seed, _)| experiment.plan(*seed)).collect();
+            let lived = live(&plans, &|batch| evaluations.evaluate(batch), &mut ());
+            let lived = match lived {
+                Ok(lived) => lived,
+                Err(failure) => {
+                    for recorder in &mut recorders {
+                        recorder.stop()?;
+                    }
+                    return Err(failure);
+                }
+            };
+            for ((recorder, run), (_, seed, _)) in recorders.iter_mut().zip(&lived).zip(alike) {
+                let done = recorder.finish(run)?;
+                reports.push(report(recorder.directory(), *seed, Some(run), &done));
+            }
+        }
+        Ok(())
+    })?;
+    device::tell_warnings(evaluations.close().as_ref(), console);
+    Ok(reports)
+}
+
+fn report(directory: &Path, seed: u64, run: Option<&Run>, done: &Done) -> Report {
+    Report {
+        directory: directory.to_owned(),
+        seed,
+        brought: run.map(Run::total),
+        result: done.result.clone(),
+    }
+}
+
+fn print(reports: &[Report], as_list: bool, console: Console) -> Result {
+    let food = |report: &Report| report.brought.map_or_else(|| "-".to_owned(), |food| food.to_string());
+    match reports {
+        [report] if !as_list && console.json() => console.json_data(report),
+        _ if console.json() => console.json_data(&reports),
+        [report] if !as_list => console.data(format!(
+            "food    {}\nresult  {}\nrun     {}",
+            food(report),
+            report.result,
+            report.directory.display()
+        )),
+        _ => {
+            let row = |report: &Report| {
+                let hash = report.result.chars().take(12).collect();
+                vec![report.directory.display().to_string(), report.seed.to_string(), food(report), hash]
+            };
+            let rows: Vec<Vec<String>> = reports.iter().map(row).collect();
+            console.data(columns(&["run", "seed", "food", "result"], &rows))
+        }
+    }
+}
+
+/// Keeps what is seen of one swarm.
+struct Film(Vec<Line>);
+
+impl Spectator for Film {
+    fn saw(&mut self, _: usize, lines: &[Line]) {
+        self.0.extend_from_slice(lines);
+    }
+}
+
+/// Lives a run again, and holds it against what was recorded. Its device, what was seen, and the run.
+fn again(saved: &SavedSwarm, backend: &cli::Backend, console: Console) -> Result<(String, Film, Run)> {
+    let evaluator = device::open(backend)?;
+    let name = device::name(evaluator.as_ref());
+    let evaluations = Evaluations::new(evaluator, stop_signal()?);
+    let plan = saved.experiment().plan(saved.seed());
+    let mut film = Film(Vec::new());
+    let run = progress::watched(steps(&plan), "foraging", console, &evaluations.control, || {
+        live(std::slice::from_ref(&plan), &|batch| evaluations.evaluate(batch), &mut film)
+    })?
+    .remove(0);
+    device::tell_warnings(evaluations.close().as_ref(), console);
+    saved.compare(&run)?;
+    Ok((name, film, run))
+}
+
+/// Lives a run again and writes a page that plays it.
+pub(super) fn replay(arguments: &cli::Replay, console: Console) -> Result {
+    let saved = SavedSwarm::open(&arguments.run_dir)?;
+    let (device, film, run) = again(&saved, &arguments.backend, console)?;
+    let settings = saved.experiment().settings();
+    let genes: Vec<Vec<Genes>> = (0..run.intervals.first().map_or(0, Vec::len))
+        .map(|robot| {
+            let clock = settings.clock.interval_s;
+            let of = |(interval, robots): (usize, &Vec<_>)| {
+                let own: &crate::reproduce::odowd2014::results::RobotInterval = &robots[robot];
+                Genes {
+                    cycle: SECOND * (u32::from(run.switched_on[robot]) + interval as u32 * clock),
+                    s0: own.s0,
+                    g0: own.g0,
+                    g1: own.g1,
+                }
+            };
+            run.intervals.iter().enumerate().map(of).collect()
+        })
+        .collect();
+    let page = figures::swarm_page(&SwarmReplay {
+        title: &format!("{}, seed {}", saved.experiment().name(), saved.seed()),
+        swarm: &settings.swarm(),
+        lamp: settings.case.lamp(SECOND * settings.light_moves()),
+        every: SECOND,
+        lines: &film.0,
+        genes: &genes,
+    });
+    let directory = arguments.out.as_deref().unwrap_or(saved.directory());
+    fs::create_dir_all(directory).map_err(|error| Failure::unreadable(directory, &error))?;
+    let path = directory.join("replay.html");
+    write_whole(&path, page.as_bytes())?;
+    if console.json() {
+        return console.json_data(&json!({
+            "brought": run.total(),
+            "page": path.display().to_string(),
+            "device": device,
+        }));
+    }
+    console.data(format!("food {}, as recorded\n{}", run.total(), path.display()))
+}
+
+/// Lives whole runs again and says whether they are what was recorded.
+pub(super) fn audit(directories: &[PathBuf], backend: &cli::Backend, console: Console) -> Result {
+    let mut audited = Vec::new();
+    for directory in directories {
+        let (device, _, run) = again(&SavedSwarm::open(directory)?, backend, console)?;
+        if !console.json() {
+            console.data(format!("{}: as recorded, all of it, on {device}", directory.display()))?;
+        }
+        audited.push(json!({
+            "directory": directory.display().to_string(),
+            "brought": run.total(),
+            "device": device,
+        }));
+    }
+    if console.json() {
+        console.json_data(&audited)?;
+    }
+    Ok(())
+}
+
+/// What an experiment amounts to.
+pub(super) fn check(arguments: &cli::Check, console: Console) -> Result {
+    let experiment = SwarmExperiment::read(&arguments.experiment, &arguments.set)?;
+    let settings = experiment.settings();
+    let work = steps(&experiment.plan(0));
+    if arguments.out.is_some() {
+        return Err(Failure::usage("--out: an arena of a swarm is drawn by `oneiro replay`"));
+    }
+    if console.json() {
+        return console.json_data(&json!({
+            "name": experiment.name(),
+            "robot_steps": work,
+            "settings": settings,
+        }));
+    }
+    console.data(format!(
+        "{} is valid\n  case        {}\n  robots      {}, for {} minutes\n  arena       radius {} mm\n  work        {:.1} \
+         million robot-steps a run",
+        experiment.name(),
+        settings.case.title(),
+        settings.robots,
+        settings.minutes,
+        settings.arena.radius_mm,
+        work as f64 / 1e6
+    ))
+}

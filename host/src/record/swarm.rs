@@ -1,0 +1,212 @@
+//! The directory of a swarm's run. Such a run lasts seconds; one that was stopped is done again from its beginning.
+
+use std::fmt::Write;
+use std::fs::{self, File};
+use std::path::{Path, PathBuf};
+
+use super::recorder::lock;
+use super::saved::state;
+use super::{CONFIG, Done, FOOD, INTERVALS, Meta, Session, Standing, State, Status, disk, is_run, now, standing};
+use crate::exit::{Failure, Result};
+use crate::experiment::swarm::{SwarmExperiment, is_swarm};
+use crate::reproduce::odowd2014::results::Run;
+
+/// Whether a directory is that of a swarm's run.
+pub(crate) fn is_swarm_run(directory: &Path) -> bool {
+    is_run(directory) && is_swarm(&directory.join(CONFIG)).unwrap_or(false)
+}
+
+/// Writes a run's directory; as long as it lives, no other process does.
+#[derive(Debug)]
+pub(crate) struct SwarmRecorder {
+    directory: PathBuf,
+    _lock: File,
+    identity: blake3::Hash,
+    meta: Meta,
+}
+
+impl SwarmRecorder {
+    /// Starts a run's directory, or starts anew with one that was stopped.
+    ///
+    /// # Errors
+    /// Exit 3 when something else stands there, or another process writes there; exit 6 when writing fails.
+    pub(crate) fn begin(directory: &Path, experiment: &SwarmExperiment, seed: u64, session: Session) -> Result<Self> {
+        fs::create_dir_all(directory).map_err(|error| Failure::storage(directory, &error))?;
+        let lock = lock(directory)?;
+        let identity = experiment.identity(seed);
+        if let Standing::Done(_) = standing(directory, identity)? {
+            return Err(Failure::input(format_args!(
+                "{}: another process has done this run",
+                directory.display()
+            )));
+        }
+        disk::write(&directory.join(CONFIG), experiment.resolved_toml(seed).as_bytes())?;
+        disk::sync_directory(directory)?;
+        let mut meta = Meta::read(directory).unwrap_or_else(|| Meta {
+            name: experiment.name().into(),
+            seed,
+            status: Status::Running,
+            generation: 0,
+            generations: experiment.settings().minutes,
+            best: None,
+            sessions: Vec::new(),
+        });
+        meta.status = Status::Running;
+        meta.sessions.push(session);
+        meta.write(directory)?;
+        Ok(Self {
+            directory: directory.to_owned(),
+            _lock: lock,
+            identity,
+            meta,
+        })
+    }
+
+    /// Where it writes.
+    pub(crate) fn directory(&self) -> &Path {
+        &self.directory
+    }
+
+    /// Notes that it was stopped.
+    pub(crate) fn stop(&mut self) -> Result {
+        self.ended(Status::Stopped)
+    }
+
+    /// Writes the results, and `DONE` when all of them are on the disk.
+    pub(crate) fn finish(&mut self, run: &Run) -> Result<Done> {
+        disk::write(&self.directory.join(INTERVALS), intervals_csv(run).as_bytes())?;
+        disk::write(&self.directory.join(FOOD), food_csv(run).as_bytes())?;
+        disk::sync_directory(&self.directory)?;
+        let done = Done::of(&self.directory, self.identity, &[CONFIG, INTERVALS, FOOD])?;
+        self.meta.generation = self.meta.generations;
+        self.meta.best = Some(run.total() as f32);
+        self.ended(Status::Done)?;
+        done.write(&self.directory)?;
+        Ok(done)
+    }
+
+    fn ended(&mut self, status: Status) -> Result {
+        self.meta.status = status;
+        if let Some(session) = self.meta.sessions.last_mut() {
+            session.ended = Some(now());
+        }
+        self.meta.write(&self.directory)
+    }
+}
+
+/// A line for each robot in each interval.
+fn intervals_csv(run: &Run) -> String {
+    let mut text = String::from("interval,robot,s0,chosen_under,g0,g1,real,simulated,heard,reached,taken\n");
+    for (interval, robots) in run.intervals.iter().enumerate() {
+        for (robot, own) in robots.iter().enumerate() {
+            let simulated = own.simulated.map(|fitness| fitness.to_string()).unwrap_or_default();
+            // Writing to a string can't fail.
+            let _ = writeln!(
+                text,
+                "{interval},{robot},{},{},{},{},{},{simulated},{},{},{}",
+                own.s0,
+                own.chosen_under,
+                own.g0,
+                own.g1,
+                own.real,
+                own.heard,
+                own.reached,
+                u8::from(own.taken)
+            );
+        }
+    }
+    text
+}
+
+/// A line for each second.
+fn food_csv(run: &Run) -> String {
+    let mut text = String::from("second,brought\n");
+    for (second, food) in run.brought.iter().enumerate() {
+        let _ = writeln!(text, "{second},{food}");
+    }
+    text
+}
+
+/// A swarm's run as it is on the disk.
+#[derive(Debug)]
+pub(crate) struct SavedSwarm {
+    directory: PathBuf,
+    experiment: SwarmExperiment,
+    seed: u64,
+}
+
+impl SavedSwarm {
+    /// Opens a run's directory.
+    ///
+    /// # Errors
+    /// Exit 3 when its configuration is invalid.
+    pub(crate) fn open(directory: &Path) -> Result<Self> {
+        let config = directory.join(CONFIG);
+        let experiment = SwarmExperiment::read(&config, &[])?;
+        let Some(seed) = experiment.seed() else {
+            return Err(Failure::input(format_args!(
+                "{}: there is no key seed; a run's has one",
+                config.display()
+            )));
+        };
+        Ok(Self {
+            directory: directory.to_owned(),
+            experiment,
+            seed,
+        })
+    }
+
+    /// Where it is.
+    pub(crate) fn directory(&self) -> &Path {
+        &self.directory
+    }
+
+    /// What it is a run of.
+    pub(crate) fn experiment(&self) -> &SwarmExperiment {
+        &self.experiment
+    }
+
+    /// Its seed.
+    pub(crate) fn seed(&self) -> u64 {
+        self.seed
+    }
+
+    /// What decides its results.
+    pub(crate) fn identity(&self) -> blake3::Hash {
+        self.experiment.identity(self.seed)
+    }
+
+    /// How far it is.
+    pub(crate) fn state(&self) -> Result<State> {
+        state(&self.directory)
+    }
+
+    /// What is no result of it.
+    pub(crate) fn meta(&self) -> Option<Meta> {
+        Meta::read(&self.directory)
+    }
+
+    /// Whether a finished run is what was recorded.
+    ///
+    /// # Errors
+    /// Exit 1 when it is not finished, or was another.
+    pub(crate) fn compare(&self, run: &Run) -> Result {
+        let problem = if Done::read(&self.directory)?.is_none() {
+            "is not finished; `oneiro resume` does it again".to_owned()
+        } else {
+            let recorded = [(INTERVALS, intervals_csv(run)), (FOOD, food_csv(run))];
+            let mut other = None;
+            for (name, text) in recorded {
+                if disk::read_text(&self.directory.join(name))? != text {
+                    other = Some(name);
+                    break;
+                }
+            }
+            match other {
+                None => return Ok(()),
+                Some(name) => format!("{name} is not what this device computes"),
+            }
+        };
+        Err(Failure::failed(format_args!("{}: {problem}", self.directory.display())))
+    }
+}
