@@ -73,7 +73,7 @@
   let speed = 10;
   let followed = -1;
   // What drawing a frame put where, for `drawn`.
-  let put = { robots: [], food: [] };
+  let put = { robots: [], sides: [], food: [] };
 
   // The line at or before a time, and the share of the way to the next.
   function locate(when) {
@@ -123,8 +123,11 @@
   }
 
   function clock(seconds) {
-    const whole = Math.floor(seconds + 1e-6);
-    return `${Math.floor(whole / 60)}:${String(whole % 60).padStart(2, '0')}`;
+    // Tenths where lines are closer than a second.
+    const tenths = every % 1 === 0 ? 0 : 1;
+    const whole = Math.floor(seconds * 10 ** tenths + 1e-6) / 10 ** tenths;
+    const rest = (whole % 60).toFixed(tenths);
+    return `${Math.floor(whole / 60)}:${rest.padStart(tenths === 0 ? 2 : 4, '0')}`;
   }
 
   // ---- The arena.
@@ -144,7 +147,7 @@
     let height = (width * half.y) / half.x;
     if (matchMedia('(min-width: 961px)').matches) {
       // Controls stay in sight below.
-      height = Math.min(height, Math.max(320, innerHeight - 345));
+      height = Math.min(height, Math.max(320, innerHeight - 298));
     } else {
       height = Math.min(height, Math.max(260, 0.8 * innerHeight));
     }
@@ -297,7 +300,7 @@
     const pieces = Math.ceil(seconds / (step * every));
     pen.strokeStyle = colour;
     pen.lineWidth = width;
-    pen.lineCap = 'round';
+    pen.lineCap = 'butt';
     let newer = who.map((robot) => pose(robot, where));
     for (let piece = 0; piece < pieces; piece++) {
       const line = where.line - piece * step - (where.share > 0 ? 0 : step);
@@ -356,6 +359,9 @@
     pen.rotate(-2 * Math.PI * heading);
     const here = standing();
     put.robots.push({ x: here.x, y: here.y, heading: here.heading });
+    // On its side, where nothing else is painted on it.
+    const { x: left, y: top } = pen.getTransform().transformPoint({ x: 0, y: 0.75 * radius });
+    put.sides.push([left, top]);
     if (carries(robot, line)) {
       disc(-0.95 * radius, 0, Math.max(3, 0.46 * radius));
       pen.fillStyle = FOOD;
@@ -379,9 +385,9 @@
     pen.fillStyle = off ? SOFT_INK : '#ffffff';
     pen.fill();
     pen.restore();
-    const [left, top] = place(x, y);
+    const [middle, height] = place(x, y);
     if (robot === followed) {
-      disc(left, top, radius + 5);
+      disc(middle, height, radius + 5);
       pen.strokeStyle = FOLLOWED;
       pen.lineWidth = 2;
       pen.stroke();
@@ -395,7 +401,7 @@
       pen.textBaseline = 'middle';
       pen.fillStyle = colour === BEHAVIOURS[2].colour || off ? INK : '#ffffff';
       const shift = 0.24 * radius;
-      pen.fillText(robot + 1, left - shift * Math.cos(turn), top + shift * Math.sin(turn) + 0.06 * size);
+      pen.fillText(robot + 1, middle - shift * Math.cos(turn), height + shift * Math.sin(turn) + 0.06 * size);
     }
   }
 
@@ -421,7 +427,7 @@
   function drawArena(when) {
     pen.setTransform(view.ratio, 0, 0, view.ratio, 0, 0);
     pen.clearRect(0, 0, view.width, view.height);
-    put = { robots: [], food: [] };
+    put = { robots: [], sides: [], food: [] };
     const light = lightAt(when);
     const small = drawGround(light);
     drawLamp(light, small, when);
@@ -465,11 +471,11 @@
   const evolves = data.genes.some((changes) => changes.length > 0);
   const GENES = [
     { name: 'S0', about: 'what its simulator assumes of the light', kind: 'scenario',
-      bands: [['opposite', 'opp.'], ['none', 'none'], ['over', 'over']] },
+      bands: [['opposite the nest', 'opp.'], ['none', 'none'], ['over the nest', 'over']] },
     { name: 'G0', about: 'what it does with food', kind: 'acts',
-      bands: [['flee', 'flee'], ['random', 'rnd.'], ['seek', 'seek']] },
+      bands: [['flees the light', 'flee'], ['searches at random', 'rand.'], ['seeks the light', 'seek']] },
     { name: 'G1', about: 'what it does without food', kind: 'acts',
-      bands: [['flee', 'flee'], ['random', 'rnd.'], ['seek', 'seek']] },
+      bands: [['flees the light', 'flee'], ['searches at random', 'rand.'], ['seeks the light', 'seek']] },
   ];
   const SHORT = ['light', 'with food', 'without'];
   const rows = [];
@@ -511,12 +517,7 @@
       cell.append(`${gene.name} `);
       made('span', cell, { textContent: SHORT[i] }).style.fontWeight = 400;
       const names = made('div', cell, { className: 'names' });
-      const spans = gene.bands.map(([long, short]) => {
-        const span = made('span', names);
-        made('b', span, { textContent: long }).style.fontWeight = 'inherit';
-        made('i', span, { textContent: short });
-        return span;
-      });
+      const spans = gene.bands.map(([long, short]) => made('span', names, { textContent: short, title: long }));
       if (i === 0) scenarioNames = spans;
     });
     made('th', head, { textContent: 'Food', scope: 'col', className: 'food' });
@@ -525,6 +526,8 @@
       const row = made('tr', body, { className: 'all' });
       made('th', row, { textContent: 'All', scope: 'row' });
       made('td', row, { className: 'does' });
+      // Many marks are fainter, so that it shows where they are close.
+      row.style.setProperty('--faint', Math.min(0.5, Math.max(0.1, 5 / robots)));
       all = { strips: columns.map((gene) => strip(row, gene, robots)), food: foodCell(row) };
     }
     for (let robot = 0; robot < robots; robot++) {
@@ -543,7 +546,8 @@
       rows.push({ row, button, dot, does, strips: columns.map((gene) => strip(row, gene, 1)), food: foodCell(row) });
     }
     element('note').textContent = evolves
-      ? 'Each mark is a gene within the bands of what it means; a full one is in use. In bold: where the light is.'
+      ? 'Each mark is a gene within the bands of what it means: the light is opposite the nest, there is none, or it is '
+        + 'over the nest (in bold: as it is now); flee the light, search at random, seek the light. Dark marks are in use.'
       : 'These robots do not evolve: they have no genes.';
   }
 
@@ -642,7 +646,10 @@
 
   function fitChart() {
     bars.wide = Math.max(element('chart-room').clientWidth, 120);
-    bars.high = 170;
+    // What is left below the table, where that stands beside the arena.
+    const above = element('chart-room').getBoundingClientRect().top + scrollY;
+    const wide = matchMedia('(min-width: 961px)').matches;
+    bars.high = wide ? Math.round(Math.min(Math.max(innerHeight - above - 24, 150), 300)) : 190;
     chart.width = Math.round(bars.wide * view.ratio);
     chart.height = Math.round(bars.high * view.ratio);
     chart.style.height = `${bars.high}px`;
@@ -699,7 +706,7 @@
     for (let seconds = 0; seconds <= whole + 1e-9; seconds += tick) {
       // The outermost stay within the chart.
       p.textAlign = seconds > 0.97 * whole ? 'right' : 'center';
-      p.fillText(seconds / unit, chartX(seconds) + (p.textAlign === 'right' ? bars.right - 2 : 0), base + 11);
+      p.fillText(Number((seconds / unit).toFixed(6)), chartX(seconds) + (p.textAlign === 'right' ? bars.right - 2 : 0), base + 11);
     }
     p.textAlign = 'center';
     p.fillText(unit === 60 ? 'minutes' : 'seconds', (bars.left + bars.wide - bars.right) / 2, base + 26);
@@ -747,9 +754,9 @@
       entry(`<circle r="7.5" fill="${colour}"/>${mark}`, short);
     });
     const grain = `fill="${FOOD}" stroke="${FOOD_EDGE}"`;
-    entry(`<circle cx="-4.8" r="3.6" ${grain}/><circle cx="2" r="6" fill="#c9ccd3"/>`, 'carries food');
+    entry(`<circle cx="-4.8" r="3.6" ${grain}/><circle cx="2" r="6" fill="#c9ccd3"/>`, 'with food');
     entry(`<circle r="8" fill="#93b94a4d" stroke="#55741c8c"/><circle r="3" ${grain}/>`, 'food');
-    entry(`<path d="M-8 4L8 -4" stroke="${ENCOUNTER}" stroke-width="2.4" stroke-linecap="round"/>`, 'heard each other');
+    entry(`<path d="M-8 4L8 -4" stroke="${ENCOUNTER}" stroke-width="2.4" stroke-linecap="round"/>`, 'heard');
   }
 
   function buildLights() {
@@ -775,9 +782,11 @@
   function showWords(when) {
     const { now, next } = lightAt(when);
     const is = now === 'none' ? 'There is no light' : `The light is ${LIGHTS[now]}`;
-    const then = next === null ? ''
-      : next.where === 'none' ? `; it goes off in ${clock(Math.ceil(next.at - when))}`
-        : `; ${now === 'none' ? 'one appears' : 'it moves'} ${LIGHTS[next.where]} in ${clock(Math.ceil(next.at - when))}`;
+    let then = '';
+    if (next !== null) {
+      const what = next.where === 'none' ? 'it will be off' : `${now === 'none' ? 'one' : 'it'} will be ${LIGHTS[next.where]}`;
+      then = `; in ${clock(Math.ceil(next.at - when))} ${what}`;
+    }
     set(element('light'), 'textContent', `${is}${then}.`);
     if (told.light !== '' && told.light !== is) say(`${is} now.`);
     told.light = is;
@@ -813,7 +822,7 @@
     }
     const load = carries(followed, line) ? 'with food' : 'without food';
     const score = (earned[line * robots + followed] / 10).toFixed(1);
-    const ears = others.length === 0 ? 'it heard nobody' : `it heard ${others.join(', ')}`;
+    const ears = others.length === 0 ? 'it heard nobody' : `it heard ${others.length > 6 ? `${others.length} others` : others.join(', ')}`;
     return `Robot ${followed + 1} |${behaviour(followed, line).name}, ${load}; ${ears}; fitness in this interval ${score}.`;
   }
 
@@ -941,9 +950,10 @@
       act();
     });
     const refit = () => {
+      // A canvas of a new size is empty: it is drawn at once, so that nothing flickers.
       fit();
       fitChart();
-      ask();
+      show();
     };
     new ResizeObserver(refit).observe(element('room'));
     addEventListener('resize', refit);
@@ -972,13 +982,18 @@
     if (!wanted.has('t') && !calm.matches) play(true);
   }
 
-  // For tests: draws a time, and tells where robots and food were drawn: mm and turns, taken back from the canvas.
+  // For tests: draws a time, and tells where robots and food were drawn, mm and turns, taken back from the canvas, and
+  // what colour the canvas has where a robot's side should be.
   window.oneiro = {
     drawn(when) {
       play(false);
       seek(when);
       drawArena(time);
-      return { time, robots: put.robots, food: put.food };
+      const colours = put.sides.map(([x, y]) => {
+        const pixel = pen.getImageData(Math.floor(x), Math.floor(y), 1, 1).data;
+        return `#${Array.from(pixel.slice(0, 3), (part) => part.toString(16).padStart(2, '0')).join('')}`;
+      });
+      return { time, robots: put.robots.map((robot, i) => ({ ...robot, colour: colours[i] })), food: put.food };
     },
   };
 

@@ -486,19 +486,42 @@ mod tests {
         };
         let life = Life::of(10, 120, 10);
         let page = swarm_page(&life.replay());
-        // What was drawn, or what went wrong, as an element's text.
-        let ask = "<pre id=\"drawn\"></pre><script>\n\
-            const told = document.getElementById('drawn');\n\
-            try { told.textContent = JSON.stringify([1, 2, 30, 60, 61, 119, 120, 60.5].map(window.oneiro.drawn)); }\n\
-            catch (problem) { told.textContent = String(problem); }\n\
+        // Without a screen there are no frames: a timer's do.
+        let frames = "<head><script>\n\
+            window.requestAnimationFrame = (then) => setTimeout(() => then(performance.now()), 16);\n\
+            </script>";
+        // What was drawn, what keys and clicks did, or what went wrong, as an element's text.
+        let ask = "<pre id=\"told\"></pre><script>\n\
+            const told = document.getElementById('told');\n\
+            const at = (id) => document.getElementById(id);\n\
+            const press = (key) => document.dispatchEvent(new KeyboardEvent('keydown', { key, bubbles: true }));\n\
+            const soon = () => new Promise((then) => setTimeout(then, 200));\n\
+            (async () => {\n\
+              const drawn = [1, 2, 30, 60, 61, 119, 120, 60.5].map(window.oneiro.drawn);\n\
+              const acts = [];\n\
+              await soon(); press('ArrowRight'); press('ArrowRight'); press('ArrowLeft'); await soon();\n\
+              acts.push(at('when').value, at('clock').textContent);\n\
+              press(' '); acts.push(at('play').textContent); await soon(); press(' ');\n\
+              acts.push(at('play').textContent, Number(at('when').value) > 61);\n\
+              document.querySelectorAll('.who')[3].click(); await soon();\n\
+              acts.push(document.querySelectorAll('.who')[3].getAttribute('aria-pressed'));\n\
+              acts.push(at('robot').textContent.startsWith('Robot 4 '));\n\
+              press('Escape'); await soon(); acts.push(document.querySelectorAll('[aria-pressed=true]').length);\n\
+              press('End'); await soon(); acts.push(document.querySelector('.all .food').textContent);\n\
+              told.textContent = JSON.stringify({ drawn, acts });\n\
+            })().catch((problem) => { told.textContent = String(problem.stack); });\n\
             </script></body>";
         let folder = std::env::temp_dir().join(format!("oneiro-page-{}", std::process::id()));
-        let elements = opened(&browser, &folder, &page.replace("</body>", ask));
+        let elements = opened(
+            &browser,
+            &folder,
+            &page.replace("<head>", frames).replace("</body>", ask),
+        );
         let _ = fs::remove_dir_all(&folder);
-        let (_, after) = elements.split_once("<pre id=\"drawn\">").expect("the page was opened");
-        let drawn: Vec<Value> = serde_json::from_str(after.split_once("</pre>").unwrap().0).unwrap_or_else(|_| {
-            panic!("{}", &after[..after.len().min(400)]);
-        });
+        let (_, after) = elements.split_once("<pre id=\"told\">").expect("the page was opened");
+        let text = after.split_once("</pre>").unwrap().0;
+        let told: Value = serde_json::from_str(text).unwrap_or_else(|_| panic!("{text}"));
+        let drawn = told["drawn"].as_array().unwrap();
         assert_eq!(drawn.len(), 8);
 
         // Half a step of packing, and what the canvas rounds.
@@ -511,6 +534,7 @@ mod tests {
             let off = (value.as_f64().unwrap() - heading).rem_euclid(1.0);
             assert!(off.min(1.0 - off) <= turn, "{value} turns, not {heading}");
         };
+        let mut plain = 0;
         for at in &drawn[..7] {
             let seconds = at["time"].as_f64().unwrap();
             let line = &life.lines[seconds as usize - 1];
@@ -520,6 +544,14 @@ mod tests {
                 near(&robot["x"], f64::from(seen.x), length);
                 near(&robot["y"], f64::from(seen.y), length);
                 apart(&robot["heading"], f64::from(seen.heading));
+                let colour = match seen.behaviour {
+                    Behaviour::FleeLight => "#2b3a8f",
+                    Behaviour::Search => "#2a9d8f",
+                    Behaviour::SeekLight => "#f4a23b",
+                    Behaviour::Avoid => "#d9485f",
+                    Behaviour::Off => "#c9ccd3",
+                };
+                plain += u32::from(robot["colour"] == colour);
             }
             for (item, place) in food.iter().zip(&line.food) {
                 near(&item[0], f64::from(place[0]), length);
@@ -536,6 +568,24 @@ mod tests {
             apart(&robot["heading"], f64::from(from.heading) + 0.5 * turned);
         }
         assert_eq!(drawn[7]["food"], drawn[3]["food"]);
+        // Another's food may hide a robot's side.
+        assert!(plain >= 65, "{plain} of 70 robots have their colour");
+
+        let brought: u32 = life.lines.iter().flat_map(|line| &line.robots).map(|r| r.brought).sum();
+        assert_eq!(
+            told["acts"],
+            json!([
+                "61",
+                "1:01 of 2:00",
+                "Pause",
+                "Play",
+                true,
+                "true",
+                true,
+                0,
+                brought.to_string()
+            ])
+        );
     }
 
     #[test]
