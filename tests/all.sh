@@ -53,8 +53,19 @@ arm_tools() {
         echo "64-bit ARM: no emulator or linker; its lane code will not be tested"
 }
 
+# The page that plays a swarm is opened in a browser where one can be had. Its test says if it was not.
+browser() {
+    local name
+    for name in chromium chromium-browser google-chrome; do
+        command -v "$name" >/dev/null && return
+    done
+    say "installing a browser"
+    install chromium || echo "no browser: the page that plays a swarm will not be tested in one"
+}
+
 software_vulkan
 arm_tools
+browser
 
 say "formatting"
 cargo fmt --all --check

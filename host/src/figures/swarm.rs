@@ -1,0 +1,616 @@
+//! A page that plays what a swarm did: one file of HTML that needs nothing else.
+//!
+//! Its data are JSON in which long rows of numbers are Base64 of little-endian integers of 16 bits: fifty minutes of
+//! ten robots, a line each second, are half a megabyte. Poses are rounded to a tenth of a millimetre (one millimetre in
+//! arenas of more than 3 m across) and 1/65536 turn; nothing that is counted is rounded.
+
+use std::collections::BTreeMap;
+
+use oneiro::foraging::Light;
+use oneiro::swarm::{Behaviour, Lamp, Line, SECOND, Seen, Swarm};
+use serde_json::{Value, json};
+
+use super::svg::{escaped, number};
+
+/// The page, with `{{name}}` where what it is filled with stands.
+const PAGE: &str = include_str!("swarm.html");
+const STYLE: &str = include_str!("swarm.css");
+const SCRIPT: &str = include_str!("swarm.js");
+/// Arenas up to this radius, mm, have poses in tenths of millimetres.
+const FINE: f32 = 1600.0;
+
+/// What a swarm did.
+pub(crate) struct SwarmReplay<'a> {
+    /// Above the page.
+    pub(crate) title: &'a str,
+    /// The world.
+    pub(crate) swarm: &'a Swarm,
+    /// Its light.
+    pub(crate) lamp: Lamp,
+    /// Cycles from line to line; the first line is after so many.
+    pub(crate) every: u32,
+    /// What was seen.
+    pub(crate) lines: &'a [Line],
+    /// What genes each robot had, in the order of cycles; nothing if robots do not evolve.
+    pub(crate) genes: &'a [Vec<Genes>],
+}
+
+/// The genes that a robot has from a cycle on.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Genes {
+    /// The first cycle.
+    pub(crate) cycle: u32,
+    /// Its simulator's.
+    pub(crate) s0: f32,
+    /// Its controller's with food.
+    pub(crate) g0: f32,
+    /// Its controller's without.
+    pub(crate) g1: f32,
+}
+
+/// The page.
+pub(crate) fn swarm_page(replay: &SwarmReplay<'_>) -> String {
+    let title = escaped(replay.title);
+    let lead = escaped(&lead(replay));
+    // In a script element, a less-than sign might begin the element's end.
+    let data = data(replay).to_string().replace('<', "\\u003c");
+    filled(
+        PAGE,
+        &[
+            ("title", &title),
+            ("lead", &lead),
+            ("style", STYLE),
+            ("data", &data),
+            ("script", SCRIPT),
+        ],
+    )
+}
+
+/// A text whose `{{name}}` are replaced; what they are replaced by stays as it is, whatever stands in it.
+fn filled(template: &str, parts: &[(&str, &str)]) -> String {
+    let mut rest = template;
+    let mut text = String::new();
+    while let Some((before, after)) = rest.split_once("{{") {
+        let (name, after) = after.split_once("}}").unwrap_or((after, ""));
+        text.push_str(before);
+        text.extend(parts.iter().filter(|part| part.0 == name).map(|part| part.1));
+        rest = after;
+    }
+    text + rest
+}
+
+/// What stands below the title.
+fn lead(replay: &SwarmReplay<'_>) -> String {
+    let SwarmReplay {
+        swarm, every, lines, ..
+    } = replay;
+    let robots = match swarm.robots {
+        1 => "One e-puck".to_owned(),
+        count => format!("{count} e-pucks"),
+    };
+    let across = number(f64::from(swarm.forager.arena_radius) / 500.0);
+    let seconds = lines.len() as f64 * f64::from(*every) / f64::from(SECOND);
+    let spacing = match f64::from(*every) / f64::from(SECOND) {
+        1.0 => "a line each second".to_owned(),
+        spacing => format!("a line each {} s", number(spacing)),
+    };
+    format!(
+        "{robots} {} for food in an arena {across} m across: {} s, {spacing}.",
+        if swarm.robots == 1 { "forages" } else { "forage" },
+        number(seconds)
+    )
+}
+
+/// Everything that the script reads.
+fn data(replay: &SwarmReplay<'_>) -> Value {
+    let SwarmReplay {
+        swarm, every, lines, ..
+    } = replay;
+    let forager = &swarm.forager;
+    let unit = if forager.arena_radius <= FINE { 0.1 } else { 1.0 };
+    let robots = || lines.iter().flat_map(|line| &line.robots);
+    let food = || lines.iter().flat_map(|line| &line.food);
+    let length = |mm: f32| (f64::from(mm) / unit).round() as i16 as u16;
+    // Keys in a fixed order, that of the alphabet.
+    let facts: BTreeMap<&str, Value> = BTreeMap::from([
+        ("robots", json!(swarm.robots)),
+        ("lines", json!(lines.len())),
+        ("every", json!(every)),
+        ("arena", json!(forager.arena_radius)),
+        ("nest", json!(forager.nest_radius)),
+        ("body", json!(forager.body_radius)),
+        ("food", json!(forager.food_radius)),
+        ("lamp", json!(forager.lamp_behind_wall)),
+        ("decay", json!(forager.light_decay)),
+        ("range", json!(swarm.range)),
+        ("lights", lights(replay.lamp)),
+        ("genes", genes(replay.genes)),
+        // mm of a step of what follows.
+        ("unit", json!(unit)),
+        // Of each line, of each robot.
+        ("x", json!(packed(robots().map(|seen| length(seen.x))))),
+        ("y", json!(packed(robots().map(|seen| length(seen.y))))),
+        ("heading", json!(packed(robots().map(|seen| turns(seen.heading))))),
+        ("state", json!(packed(robots().map(state)))),
+        // Tenths.
+        (
+            "earned",
+            json!(packed(robots().map(|seen| (10.0 * seen.earned).round() as u16))),
+        ),
+        // Of each line, of each item.
+        ("food_x", json!(packed(food().map(|at| length(at[0]))))),
+        ("food_y", json!(packed(food().map(|at| length(at[1]))))),
+        ("heard", json!(packed(lines.iter().flat_map(heard)))),
+    ]);
+    json!(facts)
+}
+
+/// From which cycle on the light is where.
+fn lights(lamp: Lamp) -> Value {
+    let name = |light| match light {
+        Light::OverNest => "over",
+        Light::Nowhere => "none",
+        Light::OppositeNest => "opposite",
+    };
+    if lamp.first == lamp.then || lamp.moves == 0 {
+        return json!([[0, name(lamp.then)]]);
+    }
+    json!([[0, name(lamp.first)], [lamp.moves, name(lamp.then)]])
+}
+
+/// Of each robot its changes: the cycle, S0, G0, G1, and in which third each of them is.
+fn genes(robots: &[Vec<Genes>]) -> Value {
+    // All three have the same thirds; asked of whom the kernels have them from, so that rounding is theirs.
+    let third = |gene| match Light::of_gene(gene) {
+        Light::OppositeNest => 0,
+        Light::Nowhere => 1,
+        Light::OverNest => 2,
+    };
+    let change = |&Genes { cycle, s0, g0, g1 }: &Genes| {
+        let thirds = [s0, g0, g1].map(third);
+        json!([cycle, s0, g0, g1, thirds])
+    };
+    robots
+        .iter()
+        .map(|changes| changes.iter().map(change).collect::<Value>())
+        .collect()
+}
+
+/// A heading in 1/65536 turn.
+fn turns(heading: f32) -> u16 {
+    (f64::from(heading).rem_euclid(1.0) * 65_536.0).round() as u32 as u16
+}
+
+/// From the lowest bit: 3 of what it does, 1 of whether it carries food, 12 of the food that it brought.
+fn state(seen: &Seen) -> u16 {
+    let behaviour = match seen.behaviour {
+        Behaviour::FleeLight => 0,
+        Behaviour::Search => 1,
+        Behaviour::SeekLight => 2,
+        Behaviour::Avoid => 3,
+        Behaviour::Off => 4,
+    };
+    behaviour | u16::from(seen.carries) << 3 | (seen.brought.min(0xfff) as u16) << 4
+}
+
+/// Who heard whom: how many pairs there are, then each with the hearer in its upper half and whom it heard below.
+fn heard(line: &Line) -> Vec<u16> {
+    let mut words = vec![0];
+    for (hearer, seen) in line.robots.iter().enumerate() {
+        let others = (0..128).filter(|&other| seen.heard >> other & 1 == 1);
+        words.extend(others.map(|other: u16| (hearer as u16) << 8 | other));
+    }
+    words[0] = (words.len() - 1) as u16;
+    words
+}
+
+/// Base64 of little-endian integers.
+fn packed(words: impl Iterator<Item = u16>) -> String {
+    const DIGITS: &[u8; 64] = b"ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+    let bytes: Vec<u8> = words.flat_map(u16::to_le_bytes).collect();
+    let mut text = String::with_capacity(bytes.len().div_ceil(3) * 4);
+    for three in bytes.chunks(3) {
+        let at = |i: usize| u32::from(three.get(i).copied().unwrap_or(0));
+        let bits = at(0) << 16 | at(1) << 8 | at(2);
+        for digit in 0..4 {
+            if digit <= three.len() {
+                let six = bits >> (18 - 6 * digit) & 63;
+                text.push(char::from(DIGITS[six as usize]));
+            } else {
+                text.push('=');
+            }
+        }
+    }
+    text
+}
+
+#[cfg(test)]
+mod tests {
+    use std::fs;
+    use std::io::{self, Write as _};
+    use std::path::{Path, PathBuf};
+    use std::process::{Command, Stdio};
+    use std::thread;
+    use std::time::{Duration, Instant};
+
+    use oneiro::cpu::Cpu;
+    use oneiro::evaluator::Control;
+    use oneiro::random::Key;
+    use oneiro::swarm::{Arena as _, Order, Simulated, World};
+
+    use super::*;
+
+    /// What robots did, with genes that were made up.
+    struct Life {
+        swarm: Swarm,
+        lamp: Lamp,
+        every: u32,
+        lines: Vec<Line>,
+        genes: Vec<Vec<Genes>>,
+    }
+
+    impl Life {
+        /// So many robots, whose genes change each minute; the light moves half-way.
+        fn of(robots: u32, seconds: u32, every: u32) -> Self {
+            let cycles = seconds * SECOND;
+            let swarm = Swarm::odowd2014(robots);
+            let lamp = Lamp {
+                first: Light::OverNest,
+                then: Light::OppositeNest,
+                moves: cycles / 2,
+            };
+            let world = World {
+                swarm: 0,
+                lamp,
+                key: Key::rollout(5, 0, 0, 0),
+            };
+            let control = Control::new();
+            let mut cpu = Cpu::new(Some(1)).unwrap();
+            let mut arena = Simulated::new(&mut cpu, &control, &[swarm], &[world]).unwrap();
+            let mut lines = Vec::new();
+            let mut genes = vec![Vec::new(); robots as usize];
+            let gene =
+                |robot: u32, cycle: u32, which: u32| (robot * 37 + cycle / swarm.interval * 23 + which * 61) % 100;
+            let mut now = 0;
+            while now < cycles {
+                let until = (now + swarm.interval).min(cycles);
+                let mut orders = Vec::new();
+                for (robot, changes) in (0..).zip(&mut genes) {
+                    let [s0, g0, g1] = [0, 1, 2].map(|which| gene(robot, now, which) as f32 / 100.0);
+                    // Robots are switched on one after the other.
+                    let at = if now == 0 { robot % 5 * SECOND } else { now };
+                    changes.push(Genes { cycle: at, s0, g0, g1 });
+                    orders.push(Order {
+                        before: (now > 0).then_some([g0, g1]),
+                        after: [g0, g1],
+                        at,
+                        begins: Some(at),
+                    });
+                }
+                lines.extend(arena.live(until, &[orders], every).unwrap().remove(0));
+                now = until;
+            }
+            Self {
+                swarm,
+                lamp,
+                every,
+                lines,
+                genes,
+            }
+        }
+
+        fn replay(&self) -> SwarmReplay<'_> {
+            SwarmReplay {
+                title: "Light Over Nest to Light Opposite Nest, run 1",
+                swarm: &self.swarm,
+                lamp: self.lamp,
+                every: self.every,
+                lines: &self.lines,
+                genes: &self.genes,
+            }
+        }
+    }
+
+    /// The data of a page.
+    fn read(page: &str) -> Value {
+        let (_, after) = page
+            .split_once("<script type=\"application/json\" id=\"replay\">")
+            .unwrap();
+        serde_json::from_str(after.split_once("</script>").unwrap().0).unwrap()
+    }
+
+    #[test]
+    fn base64_is_that_of_rfc_4648() {
+        let text = |bytes: &[u8]| packed(bytes.as_chunks().0.iter().map(|&two| u16::from_le_bytes(two)));
+        assert_eq!(text(b""), "");
+        assert_eq!(text(b"fo"), "Zm8=");
+        assert_eq!(text(b"foob"), "Zm9vYg==");
+        assert_eq!(text(b"foobar"), "Zm9vYmFy");
+        assert_eq!(text(&[0xfb, 0xff]), "+/8=");
+    }
+
+    #[test]
+    fn headings_wrap() {
+        assert_eq!(turns(0.25), 16_384);
+        assert_eq!(turns(-0.25), 49_152);
+        assert_eq!(turns(0.999_999), 0);
+        assert_eq!(turns(3.5), 32_768);
+    }
+
+    #[test]
+    fn what_fills_a_page_is_not_filled_again() {
+        let parts = [("a", "{{b}}"), ("b", "2")];
+        assert_eq!(filled("x {{a}} y {{b}}{{none}} z", &parts), "x {{b}} y 2 z");
+    }
+
+    #[test]
+    fn a_page_depends_on_its_input_only_and_needs_nothing_else() {
+        let life = Life::of(10, 20, 10);
+        let page = swarm_page(&life.replay());
+        assert_eq!(page, swarm_page(&Life::of(10, 20, 10).replay()));
+        for reference in ["http", "//cdn", " src=", "@import", "url(", "fetch(", "import("] {
+            assert!(!page.contains(reference), "{reference}");
+        }
+        assert!(!page.contains("{{"), "all is filled");
+    }
+
+    #[test]
+    fn text_is_escaped() {
+        let life = Life::of(1, 1, 10);
+        let replay = SwarmReplay {
+            title: "</title><script>alert(1)</script> & {{data}}",
+            ..life.replay()
+        };
+        let page = swarm_page(&replay);
+        assert_eq!(page.matches("<script").count(), 2);
+        assert_eq!(
+            page.matches("&lt;/title&gt;&lt;script&gt;alert(1)&lt;/script&gt; &amp; {{data}}")
+                .count(),
+            2
+        );
+    }
+
+    #[test]
+    fn a_page_holds_every_line() {
+        let life = Life::of(3, 20, 5);
+        let data = read(&swarm_page(&life.replay()));
+        let seen: Vec<&Seen> = life.lines.iter().flat_map(|line| &line.robots).collect();
+        assert_eq!(seen.len(), 3 * 40);
+        assert_eq!(data["lines"], 40);
+        assert_eq!(data["state"], packed(seen.iter().map(|seen| state(seen))));
+        assert_eq!(
+            data["x"],
+            packed(seen.iter().map(|seen| (10.0 * f64::from(seen.x)).round() as i16 as u16))
+        );
+        assert_eq!(data["lights"], json!([[0, "over"], [100, "opposite"]]));
+        assert_eq!(
+            data["genes"][1][0],
+            json!([10, 0.37_f32, 0.98_f32, 0.59_f32, [1, 2, 1]])
+        );
+    }
+
+    #[test]
+    fn who_heard_whom_is_packed_in_pairs() {
+        let seen = |heard| Seen {
+            x: 0.0,
+            y: 0.0,
+            heading: 0.0,
+            behaviour: Behaviour::Search,
+            carries: false,
+            brought: 0,
+            earned: 0.0,
+            heard,
+        };
+        let line = Line {
+            robots: vec![seen(0), seen(1 << 127 | 1), seen(2)],
+            food: Vec::new(),
+        };
+        assert_eq!(heard(&line), [3, 1 << 8, 1 << 8 | 127, 2 << 8 | 1]);
+    }
+
+    #[test]
+    fn every_number_of_robots_has_a_page() {
+        let many = Life::of(128, 2, 10);
+        let data = read(&swarm_page(&many.replay()));
+        assert_eq!(data["genes"].as_array().unwrap().len(), 128);
+        let one = Life::of(1, 1, 10);
+        let without = SwarmReplay {
+            genes: &[],
+            ..one.replay()
+        };
+        let page = swarm_page(&without);
+        let data = read(&page);
+        assert_eq!((&data["lines"], &data["genes"]), (&json!(1), &json!([])));
+        assert!(page.contains("One e-puck forages"));
+        let nothing = SwarmReplay {
+            lines: &[],
+            ..one.replay()
+        };
+        assert_eq!(read(&swarm_page(&nothing))["x"], "");
+    }
+
+    #[test]
+    fn fifty_minutes_of_ten_robots_fit_in_a_megabyte() {
+        let mut life = Life::of(10, 60, 10);
+        life.lines = life.lines.iter().cycle().take(3000).cloned().collect();
+        let page = swarm_page(&life.replay());
+        assert!(page.len() < 1_000_000, "{}", page.len());
+    }
+
+    /// A browser that runs without a screen, if there is one.
+    fn browser() -> Option<PathBuf> {
+        let folders: Vec<PathBuf> = std::env::split_paths(&std::env::var_os("PATH")?).collect();
+        ["chromium", "chromium-browser", "google-chrome"]
+            .iter()
+            .flat_map(|name| folders.iter().map(move |folder| folder.join(name)))
+            .find(|path| path.is_file())
+    }
+
+    /// What a page's elements are once its scripts ran.
+    fn opened(browser: &Path, folder: &Path, page: &str) -> String {
+        fs::create_dir_all(folder).unwrap();
+        let (file, elements) = (folder.join("page.html"), folder.join("elements.html"));
+        fs::write(&file, page).unwrap();
+        let mut running = Command::new(browser)
+            .args(["--headless", "--no-sandbox", "--disable-gpu", "--no-first-run"])
+            .args(["--disable-background-networking", "--disable-component-update"])
+            .args(["--disable-sync", "--disable-dev-shm-usage", "--window-size=1280,800"])
+            .arg(format!("--user-data-dir={}", folder.join("profile").display()))
+            .args(["--virtual-time-budget=2000", "--dump-dom"])
+            .arg(format!("file://{}", file.display()))
+            .stdout(fs::File::create(&elements).unwrap())
+            .stderr(Stdio::null())
+            .spawn()
+            .unwrap();
+        let begin = Instant::now();
+        while running.try_wait().unwrap().is_none() {
+            if begin.elapsed() > Duration::from_mins(2) {
+                running.kill().unwrap();
+                running.wait().unwrap();
+                panic!("the browser did not end within two minutes");
+            }
+            thread::sleep(Duration::from_millis(50));
+        }
+        fs::read_to_string(elements).unwrap()
+    }
+
+    #[test]
+    fn a_browser_draws_robots_and_food_where_they_were() {
+        let Some(browser) = browser() else {
+            // Past the test harness, which keeps what is printed to itself if a test passes.
+            let _ = writeln!(
+                io::stderr(),
+                "\n== the page of a swarm was NOT TESTED IN A BROWSER: there is none (Debian: chromium)"
+            );
+            return;
+        };
+        let life = Life::of(10, 120, 10);
+        let page = swarm_page(&life.replay());
+        // Without a screen there are no frames: a timer's do.
+        let frames = "<head><script>\n\
+            window.requestAnimationFrame = (then) => setTimeout(() => then(performance.now()), 16);\n\
+            </script>";
+        // What was drawn, what keys and clicks did, or what went wrong, as an element's text.
+        let ask = "<pre id=\"told\"></pre><script>\n\
+            const told = document.getElementById('told');\n\
+            const at = (id) => document.getElementById(id);\n\
+            const press = (key) => document.dispatchEvent(new KeyboardEvent('keydown', { key, bubbles: true }));\n\
+            const soon = () => new Promise((then) => setTimeout(then, 200));\n\
+            (async () => {\n\
+              const drawn = [1, 2, 30, 60, 61, 119, 120, 60.5].map(window.oneiro.drawn);\n\
+              const acts = [];\n\
+              await soon(); press('ArrowRight'); press('ArrowRight'); press('ArrowLeft'); await soon();\n\
+              acts.push(at('when').value, at('clock').textContent);\n\
+              press(' '); acts.push(at('play').textContent); await soon(); press(' ');\n\
+              acts.push(at('play').textContent, Number(at('when').value) > 61);\n\
+              document.querySelectorAll('.who')[3].click(); await soon();\n\
+              acts.push(document.querySelectorAll('.who')[3].getAttribute('aria-pressed'));\n\
+              acts.push(at('robot').textContent.startsWith('Robot 4 '));\n\
+              press('Escape'); await soon(); acts.push(document.querySelectorAll('[aria-pressed=true]').length);\n\
+              press('End'); await soon(); acts.push(document.querySelector('.all .food').textContent);\n\
+              told.textContent = JSON.stringify({ drawn, acts });\n\
+            })().catch((problem) => { told.textContent = String(problem.stack); });\n\
+            </script></body>";
+        let folder = std::env::temp_dir().join(format!("oneiro-page-{}", std::process::id()));
+        let elements = opened(
+            &browser,
+            &folder,
+            &page.replace("<head>", frames).replace("</body>", ask),
+        );
+        let _ = fs::remove_dir_all(&folder);
+        let (_, after) = elements.split_once("<pre id=\"told\">").expect("the page was opened");
+        let text = after.split_once("</pre>").unwrap().0;
+        let told: Value = serde_json::from_str(text).unwrap_or_else(|_| panic!("{text}"));
+        let drawn = told["drawn"].as_array().unwrap();
+        assert_eq!(drawn.len(), 8);
+
+        // Half a step of packing, and what the canvas rounds.
+        let (length, turn) = (0.05 + 0.005, 0.5 / 65_536.0 + 1e-6);
+        let near = |value: &Value, expected: f64, tolerance: f64| {
+            let value = value.as_f64().unwrap();
+            assert!((value - expected).abs() <= tolerance, "{value}, not {expected}");
+        };
+        let apart = |value: &Value, heading: f64| {
+            let off = (value.as_f64().unwrap() - heading).rem_euclid(1.0);
+            assert!(off.min(1.0 - off) <= turn, "{value} turns, not {heading}");
+        };
+        let mut plain = 0;
+        for at in &drawn[..7] {
+            let seconds = at["time"].as_f64().unwrap();
+            let line = &life.lines[seconds as usize - 1];
+            let (robots, food) = (at["robots"].as_array().unwrap(), at["food"].as_array().unwrap());
+            assert_eq!((robots.len(), food.len()), (10, 7));
+            for (robot, seen) in robots.iter().zip(&line.robots) {
+                near(&robot["x"], f64::from(seen.x), length);
+                near(&robot["y"], f64::from(seen.y), length);
+                apart(&robot["heading"], f64::from(seen.heading));
+                let colour = match seen.behaviour {
+                    Behaviour::FleeLight => "#2b3a8f",
+                    Behaviour::Search => "#2a9d8f",
+                    Behaviour::SeekLight => "#f4a23b",
+                    Behaviour::Avoid => "#d9485f",
+                    Behaviour::Off => "#c9ccd3",
+                };
+                plain += u32::from(robot["colour"] == colour);
+            }
+            for (item, place) in food.iter().zip(&line.food) {
+                near(&item[0], f64::from(place[0]), length);
+                near(&item[1], f64::from(place[1]), length);
+            }
+        }
+        // Between two lines, half of the way; food stays until the next line.
+        let (before, after) = (&life.lines[59], &life.lines[60]);
+        let robots = drawn[7]["robots"].as_array().unwrap();
+        for ((robot, from), to) in robots.iter().zip(&before.robots).zip(&after.robots) {
+            near(&robot["x"], 0.5 * f64::from(from.x + to.x), length);
+            near(&robot["y"], 0.5 * f64::from(from.y + to.y), length);
+            let turned = (f64::from(to.heading - from.heading) + 0.5).rem_euclid(1.0) - 0.5;
+            apart(&robot["heading"], f64::from(from.heading) + 0.5 * turned);
+        }
+        assert_eq!(drawn[7]["food"], drawn[3]["food"]);
+        // Another's food may hide a robot's side.
+        assert!(plain >= 65, "{plain} of 70 robots have their colour");
+
+        let brought: u32 = life.lines.iter().flat_map(|line| &line.robots).map(|r| r.brought).sum();
+        assert_eq!(
+            told["acts"],
+            json!([
+                "61",
+                "1:01 of 2:00",
+                "Pause",
+                "Play",
+                true,
+                "true",
+                true,
+                0,
+                brought.to_string()
+            ])
+        );
+    }
+
+    #[test]
+    #[ignore = "writes pages to look at, to the folder that ONEIRO_PAGES names"]
+    fn pages_to_look_at() {
+        let folder = PathBuf::from(std::env::var_os("ONEIRO_PAGES").unwrap());
+        let write = |name: &str, replay: &SwarmReplay<'_>| fs::write(folder.join(name), swarm_page(replay)).unwrap();
+        let ten = Life::of(10, 1500, 10);
+        write("ten.html", &ten.replay());
+        write("many.html", &Life::of(128, 60, 10).replay());
+        let one = Life::of(1, 30, 2);
+        write(
+            "one.html",
+            &SwarmReplay {
+                lines: &one.lines[..1],
+                ..one.replay()
+            },
+        );
+        write(
+            "random.html",
+            &SwarmReplay {
+                genes: &[],
+                lamp: Lamp::fixed(Light::Nowhere),
+                ..ten.replay()
+            },
+        );
+    }
+}
