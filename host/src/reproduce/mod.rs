@@ -1,8 +1,10 @@
 //! Whole studies of papers, from one command to a report.
 
+pub(crate) mod assumptions;
 pub(crate) mod claims;
 pub(crate) mod miglino1995;
 mod numbers;
 pub(crate) mod odowd2014;
 mod page;
+mod rows;
 mod verdicts;
