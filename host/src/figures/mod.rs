@@ -3,6 +3,8 @@
 mod arena;
 mod bands;
 mod curve;
+mod diagram;
+mod foraging;
 mod journeys;
 mod network;
 mod plot;
@@ -11,8 +13,10 @@ mod tables;
 mod views;
 
 pub(crate) use arena::{arena, life};
-pub(crate) use bands::{Band, Panel, Spread, bands};
+pub(crate) use bands::{Band, Ground, Panel, Spread, bands, grid};
 pub(crate) use curve::{Series, learning_curve};
+pub(crate) use diagram::{coevolution, subsumption};
+pub(crate) use foraging::{scenarios, swarm};
 pub(crate) use journeys::{Journey, journeys};
 pub(crate) use network::network;
 pub(crate) use svg::escaped;
