@@ -65,7 +65,7 @@ impl Case {
 }
 
 /// What of the distributed evolution is left as it is.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, ValueEnum, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub(crate) enum Kind {
     /// All of it.
@@ -118,6 +118,21 @@ pub(crate) enum Credit {
     Lagged,
     /// The simulator in which the controller was chosen that earns it.
     Matched,
+}
+
+/// All that the study found.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub(crate) struct Results {
+    /// What was run, none of it more the paper's than another.
+    pub(crate) combinations: Vec<Combination>,
+    /// Robots of a swarm.
+    pub(crate) robots: u32,
+    /// Minutes of a run.
+    pub(crate) minutes: u32,
+    /// When the light moves, in the cases where it does.
+    pub(crate) light_moves_at_minute: u32,
+    /// Runs of each case and kind.
+    pub(crate) runs_per_case: u32,
 }
 
 /// Runs at one mutation scale with one rule of credit.
