@@ -39,7 +39,11 @@ pub(super) fn run(arguments: &cli::Run, console: Console) -> Result {
     let mut reports = Vec::new();
     let mut new = Vec::new();
     let places = seeds_and_places(arguments, experiment.seed(), console, |seed| {
-        format!("{}-{seed}-{}", experiment.name(), &experiment.identity(seed).to_hex()[..8])
+        format!(
+            "{}-{seed}-{}",
+            experiment.name(),
+            &experiment.identity(seed).to_hex()[..8]
+        )
     });
     for (seed, directory) in places {
         match standing(&directory, experiment.identity(seed))? {
@@ -58,7 +62,9 @@ pub(super) fn run(arguments: &cli::Run, console: Console) -> Result {
         let all = reports.len() + new.len();
         console.say(format!("{} of {all} runs are done already", reports.len()));
     }
-    let runs = new.iter().map(|(seed, directory)| (&experiment, *seed, directory.as_path()));
+    let runs = new
+        .iter()
+        .map(|(seed, directory)| (&experiment, *seed, directory.as_path()));
     reports.extend(done(&runs.collect::<Vec<_>>(), &arguments.backend, console)?);
     reports.sort_by_key(|report| report.seed);
     print(&reports, arguments.seeds.is_some(), console)
@@ -91,20 +97,29 @@ fn done(runs: &[(&SwarmExperiment, u64, &Path)], backend: &cli::Backend, console
     console.say(format!("{} on {}", runs[0].0.name(), device::name(evaluator.as_ref())));
     let session = Session::new(&backend.name, &evaluator.device());
     let evaluations = Evaluations::new(evaluator, stop_signal()?);
-    let all: u64 = runs.iter().map(|(experiment, seed, _)| steps(&experiment.plan(*seed))).sum();
+    let all: u64 = runs
+        .iter()
+        .map(|(experiment, seed, _)| steps(&experiment.plan(*seed)))
+        .sum();
     progress::watched(all, "foraging", console, &evaluations.control, || -> Result {
         let pace = |(experiment, ..): &(&SwarmExperiment, u64, &Path)| {
             let own = experiment.settings();
             (own.minutes, own.clock.clone())
         };
-        for alike in runs.chunk_by(|a, b| pace(a) == pace(b)).flat_map(|alike| alike.chunks(LOCKSTEP)) {
+        for alike in runs
+            .chunk_by(|a, b| pace(a) == pace(b))
+            .flat_map(|alike| alike.chunks(LOCKSTEP))
+        {
             let mut recorders = alike
                 .iter()
                 .map(|(experiment, seed, directory)| {
                     SwarmRecorder::begin(directory, experiment, *seed, session.clone())
                 })
                 .collect::<Result<Vec<_>>>()?;
-            let plans: Vec<_> = alike.iter().map(|(experiment, seed, _)| experiment.plan(*seed)).collect();
+            let plans: Vec<_> = alike
+                .iter()
+                .map(|(experiment, seed, _)| experiment.plan(*seed))
+                .collect();
             let lived = live(&plans, &|batch| evaluations.evaluate(batch), &mut ());
             let lived = match lived {
                 Ok(lived) => lived,
@@ -149,7 +164,12 @@ fn print(reports: &[Report], as_list: bool, console: Console) -> Result {
         _ => {
             let row = |report: &Report| {
                 let hash = report.result.chars().take(12).collect();
-                vec![report.directory.display().to_string(), report.seed.to_string(), food(report), hash]
+                vec![
+                    report.directory.display().to_string(),
+                    report.seed.to_string(),
+                    food(report),
+                    hash,
+                ]
             };
             let rows: Vec<Vec<String>> = reports.iter().map(row).collect();
             console.data(columns(&["run", "seed", "food", "result"], &rows))
@@ -174,7 +194,11 @@ fn again(saved: &SavedSwarm, backend: &cli::Backend, console: Console) -> Result
     let plan = saved.experiment().plan(saved.seed());
     let mut film = Film(Vec::new());
     let run = progress::watched(steps(&plan), "foraging", console, &evaluations.control, || {
-        live(std::slice::from_ref(&plan), &|batch| evaluations.evaluate(batch), &mut film)
+        live(
+            std::slice::from_ref(&plan),
+            &|batch| evaluations.evaluate(batch),
+            &mut film,
+        )
     })?
     .remove(0);
     device::tell_warnings(evaluations.close().as_ref(), console);

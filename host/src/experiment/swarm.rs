@@ -114,21 +114,53 @@ fn check(file: &File) -> Checked {
     within("swarm.minutes", own.minutes, [1, 10_000])?;
     within("swarm.light_moves_minute", own.light_moves_minute, [0, 10_000])?;
     within("swarm.arena.radius_mm", arena.radius_mm, [100.0, 10_000.0])?;
-    within("swarm.arena.nest_radius_mm", arena.nest_radius_mm, [10.0, arena.radius_mm])?;
+    within(
+        "swarm.arena.nest_radius_mm",
+        arena.nest_radius_mm,
+        [10.0, arena.radius_mm],
+    )?;
     within("swarm.arena.food_items", arena.food_items, [0, 8])?;
-    within("swarm.arena.food_radius_mm", arena.food_radius_mm, [1.0, arena.radius_mm])?;
-    within("swarm.arena.lamp_behind_wall_mm", arena.lamp_behind_wall_mm, [10.0, 10_000.0])?;
+    within(
+        "swarm.arena.food_radius_mm",
+        arena.food_radius_mm,
+        [1.0, arena.radius_mm],
+    )?;
+    within(
+        "swarm.arena.lamp_behind_wall_mm",
+        arena.lamp_behind_wall_mm,
+        [10.0, 10_000.0],
+    )?;
     within("swarm.arena.light_decay", arena.light_decay, [0.001, 1000.0])?;
     within("swarm.arena.ambient", arena.ambient, [0.0, 1.0])?;
     within("swarm.arena.light_noise", arena.light_noise, [0.0, 1.0])?;
-    within("swarm.robot.body_radius_mm", robot.body_radius_mm, [1.0, 0.5 * arena.radius_mm])?;
-    within("swarm.robot.wheel_base_mm", robot.wheel_base_mm, [1.0, 2.0 * robot.body_radius_mm])?;
-    within("swarm.robot.greatest_speed_mm_s", robot.greatest_speed_mm_s, [1.0, 1000.0])?;
+    within(
+        "swarm.robot.body_radius_mm",
+        robot.body_radius_mm,
+        [1.0, 0.5 * arena.radius_mm],
+    )?;
+    within(
+        "swarm.robot.wheel_base_mm",
+        robot.wheel_base_mm,
+        [1.0, 2.0 * robot.body_radius_mm],
+    )?;
+    within(
+        "swarm.robot.greatest_speed_mm_s",
+        robot.greatest_speed_mm_s,
+        [1.0, 1000.0],
+    )?;
     within("swarm.robot.wheel_noise", robot.wheel_noise, [0.0, 0.5])?;
-    within("swarm.robot.cruise_mm_s", robot.cruise_mm_s, [0.0, robot.greatest_speed_mm_s])?;
+    within(
+        "swarm.robot.cruise_mm_s",
+        robot.cruise_mm_s,
+        [0.0, robot.greatest_speed_mm_s],
+    )?;
     within("swarm.robot.turn_rad_s", robot.turn_rad_s, [0.01, 30.0])?;
     within("swarm.robot.phototaxis_gain", robot.phototaxis_gain, [0.0, 10.0])?;
-    within("swarm.robot.phototaxis_turn_rad_s", robot.phototaxis_turn_rad_s, [0.0, 30.0])?;
+    within(
+        "swarm.robot.phototaxis_turn_rad_s",
+        robot.phototaxis_turn_rad_s,
+        [0.0, 30.0],
+    )?;
     within("swarm.robot.near_mm", robot.near_mm, [0.0, 70.0])?;
     within("swarm.robot.escape_s", robot.escape_s, [0.0, 1000.0])?;
     within("swarm.robot.search_interval_s", robot.search_interval_s, [0.0, 1000.0])?;
@@ -148,11 +180,27 @@ fn check(file: &File) -> Checked {
         within(&format!("swarm.differences.{key}"), value, [0.0, most])?;
     }
     within("swarm.controllers.population", controllers.population, [1, 1000])?;
-    within("swarm.controllers.parents", controllers.parents, [1, controllers.population])?;
+    within(
+        "swarm.controllers.parents",
+        controllers.parents,
+        [1, controllers.population],
+    )?;
     within("swarm.controllers.mutation_rate", controllers.mutation_rate, [0.0, 1.0])?;
-    within("swarm.controllers.mutation_scale", controllers.mutation_scale, [0.0, 10.0])?;
-    within("swarm.controllers.guests", controllers.guests, [0, controllers.population])?;
-    within("swarm.simulators.mutation_scale", simulators.mutation_scale, [0.0, 10.0])?;
+    within(
+        "swarm.controllers.mutation_scale",
+        controllers.mutation_scale,
+        [0.0, 10.0],
+    )?;
+    within(
+        "swarm.controllers.guests",
+        controllers.guests,
+        [0, controllers.population],
+    )?;
+    within(
+        "swarm.simulators.mutation_scale",
+        simulators.mutation_scale,
+        [0.0, 10.0],
+    )?;
     within("swarm.simulators.pairs", simulators.pairs, [1, 1000])?;
     within("swarm.clock.interval_s", clock.interval_s, [10, 180])?;
     within("swarm.clock.offset_s", clock.offset_s, [0, clock.interval_s])?;

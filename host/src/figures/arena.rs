@@ -140,10 +140,21 @@ impl Sheet {
     /// Holds the field and all that stands around it: its upper left corner and its longer side, pixels.
     pub(super) fn within(arena: &Arena, corner: (f64, f64), side: f64) -> Self {
         let bounds = arena.bounds();
-        let size = (f64::from(bounds.width).max(1.0), f64::from(bounds.height).max(1.0));
+        let size = (f64::from(bounds.width), f64::from(bounds.height));
+        Self::of(
+            (f64::from(bounds.x), f64::from(bounds.y + bounds.height)),
+            size,
+            corner,
+            side,
+        )
+    }
+
+    /// Of an arena by its upper left corner and its size, mm: the same corner and its longer side, pixels.
+    pub(super) fn of((left, top): (f64, f64), size: (f64, f64), corner: (f64, f64), side: f64) -> Self {
+        let size = (size.0.max(1.0), size.1.max(1.0));
         Self {
-            left: f64::from(bounds.x),
-            top: f64::from(bounds.y + bounds.height),
+            left,
+            top,
             corner,
             size,
             scale: side / size.0.max(size.1),
@@ -220,7 +231,7 @@ impl Sheet {
     }
 
     /// A robot from above: body, wheels, and a line to its front. Heading in turns, counter-clockwise.
-    fn robot(&self, svg: &mut Svg, at: (f64, f64), heading: f64, radius: f64, colour: &str, filled: f64) {
+    pub(super) fn robot(&self, svg: &mut Svg, at: (f64, f64), heading: f64, radius: f64, colour: &str, filled: f64) {
         let (x, y) = self.place(at);
         let r = radius * self.scale;
         svg.raw(&format!(

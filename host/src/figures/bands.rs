@@ -5,6 +5,7 @@ use super::svg::{Anchor, INK, SOFT_INK, Svg};
 
 const WIDTH: f64 = 1060.0;
 const HEIGHT: f64 = 400.0;
+const LOWER: f64 = 300.0;
 const LEFT: f64 = 74.0;
 const TOP: f64 = 52.0;
 const BOTTOM: f64 = 58.0;
@@ -51,43 +52,70 @@ pub(crate) struct Panel<'a> {
     pub(crate) change: Option<(f64, &'a str, &'a str)>,
     /// What dashes mean.
     pub(crate) key: &'a [(&'a str, &'a str)],
+    /// Stripes of values that mean the same, where there are any.
+    pub(crate) grounds: &'a [Ground<'a>],
     pub(crate) bands: Vec<Band<'a>>,
+}
+
+/// A stripe of values from `low` to `high` that mean the same.
+#[derive(Clone, Copy)]
+pub(crate) struct Ground<'a> {
+    pub(crate) low: f64,
+    pub(crate) high: f64,
+    /// What they mean, right of the panel.
+    pub(crate) label: &'a str,
+    pub(crate) colour: &'a str,
 }
 
 /// Panels from left to right.
 pub(crate) fn bands(title: &str, panels: &[Panel<'_>]) -> String {
-    let mut svg = Svg::new(WIDTH, HEIGHT, title);
-    let shares: f64 = panels.iter().map(|panel| panel.share).sum();
-    let mut left = 0.0;
-    for panel in panels {
-        let width = panel.share / shares.max(f64::MIN_POSITIVE) * WIDTH;
-        draw(&mut svg, panel, left, left + width);
-        left += width;
+    rows(title, &[panels], HEIGHT)
+}
+
+/// Rows of panels, all rows lower than that of [`bands`].
+pub(crate) fn grid(title: &str, panels: &[&[Panel<'_>]]) -> String {
+    rows(title, panels, LOWER)
+}
+
+fn rows(title: &str, rows: &[&[Panel<'_>]], height: f64) -> String {
+    let mut svg = Svg::new(WIDTH, height * rows.len() as f64, title);
+    let mut top = 0.0;
+    for panels in rows {
+        let shares: f64 = panels.iter().map(|panel| panel.share).sum();
+        let mut left = 0.0;
+        for panel in *panels {
+            let width = panel.share / shares.max(f64::MIN_POSITIVE) * WIDTH;
+            draw(&mut svg, panel, (left, left + width), (top, top + height));
+            left += width;
+        }
+        top += height;
     }
     svg.finish()
 }
 
-fn draw(svg: &mut Svg, panel: &Panel<'_>, left: f64, right: f64) {
+fn draw(svg: &mut Svg, panel: &Panel<'_>, (left, right): (f64, f64), (top, bottom): (f64, f64)) {
     let named = panel.bands.iter().any(|band| !band.label.is_empty());
-    let room = if named {
-        label_room(panel.bands.iter().map(|band| band.label))
+    let room = if named || !panel.grounds.is_empty() {
+        let names = panel.bands.iter().map(|band| band.label);
+        label_room(names.chain(panel.grounds.iter().map(|ground| ground.label)))
     } else {
         CLEAR
     };
     let plot = Plot {
         left: left + LEFT,
         right: right - room,
-        top: TOP,
-        bottom: HEIGHT - BOTTOM,
+        top: top + TOP,
+        bottom: bottom - BOTTOM,
         across: Range::between(panel.from, panel.to, if panel.share < 0.5 { 4 } else { 6 }),
         up: Range::holding([panel.high].into_iter(), 5),
     };
     let style = format!("fill=\"{INK}\" font-weight=\"600\"");
-    svg.words((plot.left, 24.0), 14.0, Anchor::Start, &style, panel.title);
+    svg.words((plot.left, top + 24.0), 14.0, Anchor::Start, &style, panel.title);
+    grounds(svg, &plot, panel.grounds);
     if let Some((at, before, after)) = panel.change
         && (panel.from..=panel.to).contains(&at)
     {
-        change(svg, &plot, at, before, after);
+        change(svg, &plot, at, before, after, panel.grounds.is_empty());
     }
     plot.axes(svg, panel.across, panel.up);
     let shown: Vec<Vec<(f64, Spread)>> = panel.bands.iter().map(|band| values(panel, band)).collect();
@@ -129,14 +157,24 @@ fn values(panel: &Panel<'_>, band: &Band<'_>) -> Vec<(f64, Spread)> {
     values.filter(|(x, _)| (panel.from..=panel.to).contains(x)).collect()
 }
 
-/// A vertical line, and what comes after it on another ground.
-fn change(svg: &mut Svg, plot: &Plot, at: f64, before: &str, after: &str) {
+/// Stripes of values with their names.
+fn grounds(svg: &mut Svg, plot: &Plot, grounds: &[Ground<'_>]) {
+    for ground in grounds {
+        let (low, high) = (plot.y(ground.low), plot.y(ground.high));
+        let style = format!("fill=\"{}\"", ground.colour);
+        svg.rectangle((plot.left, high), (plot.right - plot.left, low - high), &style);
+        let at = (plot.right + 10.0, f64::midpoint(low, high) + 4.0);
+        svg.words(at, 12.0, Anchor::Start, &format!("fill=\"{SOFT_INK}\""), ground.label);
+    }
+}
+
+/// A vertical line, and, if so asked, what comes after it on another ground.
+fn change(svg: &mut Svg, plot: &Plot, at: f64, before: &str, after: &str, shaded: bool) {
     let x = plot.x(at);
-    svg.rectangle(
-        (x, plot.top),
-        (plot.right - x, plot.bottom - plot.top),
-        "fill=\"#fbf3dc\"",
-    );
+    if shaded {
+        let size = (plot.right - x, plot.bottom - plot.top);
+        svg.rectangle((x, plot.top), size, "fill=\"#fbf3dc\"");
+    }
     let style = format!("stroke=\"{INK}\" stroke-width=\"1.2\" stroke-dasharray=\"2 3\"");
     svg.line((x, plot.top - 10.0), (x, plot.bottom), &style);
     let soft = format!("fill=\"{SOFT_INK}\"");
@@ -179,6 +217,7 @@ mod tests {
             share: 1.0,
             change: Some((2.0, "simulation", "reality")),
             key: &[("2 3", "again")],
+            grounds: &[],
             bands: vec![Band {
                 label: "peak",
                 colour: "#123456",
@@ -236,6 +275,26 @@ mod tests {
         );
         assert!(!text.contains("NaN"));
     }
+
+    #[test]
+    fn stripes_lie_behind_all_rows_below_each_other() {
+        let grounds = [Ground {
+            low: 0.0,
+            high: 5.0,
+            label: "low < high",
+            colour: "#abcdef",
+        }];
+        let striped = || Panel {
+            grounds: &grounds,
+            ..panel(&[[1.0; 3]; 3])
+        };
+        let text = grid("t", &[&[striped()], &[striped()]]);
+        assert_eq!(text.matches("low &lt; high").count(), 2);
+        // Half of a plot from 52 to 242, and the same a row lower; a change has no ground of its own.
+        assert!(text.contains("y=\"147\"") && text.contains("y=\"447\"") && text.contains("height=\"95\""));
+        assert!(!text.contains("#fbf3dc"));
+    }
+
     #[test]
     fn a_change_is_marked_where_the_panel_spans_it() {
         let marked = |at| {

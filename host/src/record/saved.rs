@@ -39,8 +39,8 @@ pub(super) fn state(directory: &Path) -> Result<State> {
     if Done::read(directory)?.is_some() {
         return Ok(State::Done);
     }
-    let is_locked = File::open(directory.join(LOCK))
-        .is_ok_and(|lock| matches!(lock.try_lock(), Err(TryLockError::WouldBlock)));
+    let is_locked =
+        File::open(directory.join(LOCK)).is_ok_and(|lock| matches!(lock.try_lock(), Err(TryLockError::WouldBlock)));
     Ok(match Meta::read(directory) {
         _ if is_locked => State::Running,
         Some(meta) if meta.status == Status::Stopped => State::Stopped,
@@ -88,11 +88,6 @@ impl SavedRun {
     /// Its seed.
     pub(crate) fn seed(&self) -> u64 {
         self.seed
-    }
-
-    /// What is no result of it.
-    pub(crate) fn meta(&self) -> Option<Meta> {
-        Meta::read(&self.directory)
     }
 
     /// How far it is.

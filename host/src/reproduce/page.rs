@@ -1,6 +1,8 @@
 //! Just enough HTML: a document, sections, figures and tables. What is called text is escaped here; what is called
 //! HTML was escaped where it was made.
 
+use std::borrow::Cow;
+
 use crate::figures::escaped;
 
 /// How the page looks, on screens and on paper.
@@ -9,9 +11,9 @@ const STYLE: &str = include_str!("style.css");
 /// A part of the document.
 pub(super) struct Section {
     /// What links point to.
-    pub(super) id: &'static str,
+    pub(super) id: Cow<'static, str>,
     /// Its heading.
-    pub(super) title: &'static str,
+    pub(super) title: Cow<'static, str>,
     /// Its content, as HTML.
     pub(super) body: String,
 }
@@ -20,7 +22,7 @@ pub(super) struct Section {
 pub(super) fn document(title: &str, lead: &str, sections: &[Section]) -> String {
     let title = escaped(title);
     let links = joined(sections, |section| {
-        format!("<a href=\"#{}\">{}</a>\n", section.id, escaped(section.title))
+        format!("<a href=\"#{}\">{}</a>\n", section.id, escaped(&section.title))
     });
     let body = joined(sections, |Section { id, title, body }| {
         format!("<section id=\"{id}\">\n<h2>{}</h2>\n{body}</section>\n", escaped(title))
@@ -54,6 +56,28 @@ pub(super) fn id(name: &str) -> String {
         .split(|c: char| !c.is_ascii_alphanumeric())
         .filter(|word| !word.is_empty());
     words.collect::<Vec<_>>().join("-").to_ascii_lowercase()
+}
+
+/// Text after a dot of its colour, as HTML.
+pub(super) fn dotted(colour: &str, text: &str) -> String {
+    format!(
+        "<span class=\"condition\"><span class=\"dot\" style=\"background:{colour}\"></span>{}</span>",
+        escaped(text)
+    )
+}
+
+/// A list of texts.
+pub(super) fn list(items: &[&str]) -> String {
+    let items = joined(items, |item| format!("<li>{}</li>\n", escaped(item)));
+    format!("<ul>\n{items}</ul>\n")
+}
+
+/// Names and their values, as HTML.
+pub(super) fn facts(facts: &[(&str, String)]) -> String {
+    let facts = joined(facts, |(name, value)| {
+        format!("<dt>{}</dt><dd>{}</dd>\n", escaped(name), escaped(value))
+    });
+    format!("<dl class=\"facts\">\n{facts}</dl>\n")
 }
 
 /// A cell of a table.
@@ -195,5 +219,53 @@ fn headings(head: &[Head<'_>]) -> String {
         format!("<thead>\n<tr>{first}</tr>\n<tr>{second}</tr>\n</thead>\n")
     } else {
         format!("<thead>\n<tr>{first}</tr>\n</thead>\n")
+    }
+}
+
+/// What tests of any report ask of it.
+#[cfg(test)]
+pub(super) mod check {
+    /// The first tag that is not closed, or closes nothing; text outside tags is skipped.
+    pub(in crate::reproduce) fn unbalanced(html: &str) -> Option<String> {
+        let mut open = Vec::new();
+        for piece in html.split('<').skip(1) {
+            let Some((tag, _)) = piece.split_once('>') else {
+                return Some(piece.to_owned());
+            };
+            let name = tag.split_whitespace().next().unwrap_or_default().trim_end_matches('/');
+            if tag.starts_with('!') || tag.ends_with('/') {
+                continue;
+            }
+            if let Some(closed) = name.strip_prefix('/') {
+                if open.pop() != Some(closed) {
+                    return Some(tag.to_owned());
+                }
+            } else {
+                open.push(name);
+            }
+        }
+        open.pop().map(str::to_owned)
+    }
+
+    /// What stands in the element with an id, up to the end of its kind.
+    pub(in crate::reproduce) fn part<'a>(html: &'a str, element: &str, id: &str) -> &'a str {
+        let start = html
+            .find(&format!("<{element} id=\"{id}\""))
+            .unwrap_or_else(|| panic!("no {element} {id}"));
+        let end = html[start..].find(&format!("</{element}>")).expect("it ends");
+        &html[start..start + end]
+    }
+
+    /// What would fetch something from elsewhere.
+    pub(in crate::reproduce) fn outside(html: &str) -> Option<&'static str> {
+        let fetches = ["<script", "<img", "<link", "src=", "url(", "@import"];
+        fetches.into_iter().find(|outside| html.contains(outside))
+    }
+
+    #[test]
+    fn the_balance_of_tags_is_found_out() {
+        assert_eq!(unbalanced("<p>a <b>c</b><br/></p>"), None);
+        assert_eq!(unbalanced("<p><b>c</p></b>"), Some("/p".into()));
+        assert_eq!(unbalanced("<p><b>c</b>"), Some("p".into()));
     }
 }

@@ -32,8 +32,8 @@ pub(super) fn summary(claims: &[Claim]) -> Section {
     ];
     let table = table("", "", &head, &rows);
     Section {
-        id: "verdicts",
-        title: "Verdicts",
+        id: "verdicts".into(),
+        title: "Verdicts".into(),
         body: format!("{introduction}<div class=\"tally\">\n{tally}</div>\n{table}"),
     }
 }
@@ -64,8 +64,8 @@ pub(super) fn one_by_one(claims: &[Claim]) -> Section {
         joined(claims, article)
     };
     Section {
-        id: "claims",
-        title: "The claims one by one",
+        id: "claims".into(),
+        title: "The claims one by one".into(),
         body,
     }
 }
@@ -140,8 +140,73 @@ fn papers(effect: &Effect) -> String {
     effect.paper.map_or(NONE.to_owned(), |value| shown(value, DIGITS))
 }
 
+/// The claims under one assumption.
+pub(super) struct Assumed<'a> {
+    /// Its name, as it is asked for.
+    pub(super) name: String,
+    /// What it is; may be empty.
+    pub(super) words: String,
+    /// What came out.
+    pub(super) claims: &'a [Claim],
+}
+
+/// Which claims hold under which assumption: a study's own first, then others by what they are about. Groups without a
+/// title have none.
+pub(super) fn by_assumption(main: &Assumed<'_>, groups: &[(&str, Vec<Assumed<'_>>)]) -> Section {
+    let mut head = vec![Head::Text("Assumption")];
+    head.extend(main.claims.iter().map(|claim| Head::Text(&claim.id)));
+    let mut rows = vec![assumed(main)];
+    for (title, group) in groups.iter().filter(|(_, group)| !group.is_empty()) {
+        if !title.is_empty() {
+            rows.push(Row {
+                cells: vec![Cell::across(head.len(), title)],
+                sum: true,
+            });
+        }
+        rows.extend(group.iter().map(assumed));
+    }
+    let all = || std::iter::once(main).chain(groups.iter().flat_map(|(_, group)| group));
+    let counts = (0..main.claims.len()).map(|column| {
+        let asked = all().filter_map(|one| one.claims.get(column));
+        let asked = asked.filter(|claim| claim.verdict != Verdict::Undecided);
+        let reproduced = asked.clone().filter(|claim| claim.verdict == Verdict::Reproduced);
+        Cell::text(&format!("{}/{}", reproduced.count(), asked.count()))
+    });
+    rows.push(Row {
+        cells: std::iter::once(Cell::text("reproduced, of those decided"))
+            .chain(counts)
+            .collect(),
+        sum: true,
+    });
+    let words = "Which claims hold under which assumption. Each row is the whole study again with one choice made \
+                 otherwise; its own report lies in the directory arms. A verdict that changes from row to row hangs on \
+                 a choice that the paper leaves open, on what reality differs in, or on the few runs.";
+    Section {
+        id: "sensitivity".into(),
+        title: "Under other assumptions".into(),
+        body: table("", words, &head, &rows),
+    }
+}
+
+fn assumed(one: &Assumed<'_>) -> Row {
+    let what = format!(
+        "<code>{}</code><br/><span class=\"small\">{}</span>",
+        escaped(&one.name),
+        escaped(&one.words)
+    );
+    let verdicts = one.claims.iter().map(|claim| match claim.verdict {
+        Verdict::Reproduced => Cell::html(chip(claim.verdict, "yes")),
+        Verdict::NotReproduced => Cell::html(chip(claim.verdict, "no")),
+        Verdict::Undecided => Cell::html(chip(claim.verdict, NONE)),
+    });
+    Row {
+        cells: std::iter::once(Cell::html(what)).chain(verdicts).collect(),
+        sum: false,
+    }
+}
+
 /// A verdict's colour behind words.
-pub(super) fn chip(verdict: Verdict, words: &str) -> String {
+fn chip(verdict: Verdict, words: &str) -> String {
     format!("<span class=\"chip {}\">{words}</span>", class(verdict))
 }
 

@@ -320,6 +320,27 @@ impl Default for Clock {
 }
 
 impl Settings {
+    /// Every value by its key, with where it is from.
+    pub(crate) fn listed(&self) -> Vec<(String, String, &'static str)> {
+        let table = toml::Table::try_from(self).expect("settings are tables of numbers and words");
+        let value = |key: &str| {
+            let mut parts = key.split('.');
+            let first = parts.next().and_then(|part| table.get(part));
+            parts.fold(first, |value, part| value?.get(part))
+        };
+        let words = |value: Option<&toml::Value>| match value {
+            Some(toml::Value::String(word)) => word.clone(),
+            // Single precision, as it was given.
+            Some(toml::Value::Float(number)) => (*number as f32).to_string(),
+            Some(other) => other.to_string(),
+            None => String::new(),
+        };
+        SOURCES
+            .iter()
+            .map(|&(key, source)| (key.to_owned(), words(value(key)), source))
+            .collect()
+    }
+
     /// Seconds in all.
     pub(crate) fn seconds(&self) -> u32 {
         60 * self.minutes
@@ -418,5 +439,95 @@ impl Settings {
             key: own.key,
             leaves: own.leaves,
         }
+    }
+}
+
+/// Where each value is from, by its key.
+pub(crate) const SOURCES: [(&str, &str); 52] = [
+    ("case", "paper: one of six"),
+    ("robots", "paper"),
+    ("minutes", "paper"),
+    ("light_moves_minute", "paper"),
+    ("arena.radius_mm", "paper"),
+    ("arena.nest_radius_mm", "paper; its centre on the wall"),
+    ("arena.food_items", "paper"),
+    ("arena.food_radius_mm", "ours: the paper gives no size"),
+    ("arena.lamp_behind_wall_mm", "ours"),
+    ("arena.light_decay", "ARGoS; arms"),
+    ("arena.ambient", "ours"),
+    ("arena.light_noise", "ARGoS' form, our size; arms"),
+    ("robot.body_radius_mm", "ARGoS, GCtronic"),
+    ("robot.wheel_base_mm", "ARGoS, GCtronic"),
+    ("robot.greatest_speed_mm_s", "Webots, GCtronic"),
+    ("robot.wheel_noise", "Enki"),
+    ("robot.cruise_mm_s", "ours; arms"),
+    ("robot.turn_rad_s", "ours"),
+    ("robot.phototaxis_gain", "ours"),
+    ("robot.phototaxis_turn_rad_s", "ours"),
+    ("robot.near_mm", "ours"),
+    ("robot.escape_s", "ours; arms"),
+    ("robot.search_interval_s", "ours"),
+    ("robot.individuals", "ours: the seed of how robots differ"),
+    ("messages.range_mm", "paper"),
+    ("messages.heard", "ours; arm"),
+    ("messages.line_of_sight", "ours; arm"),
+    ("differences.wheels", "ours; arm without differences"),
+    ("differences.proximity", "ours; arm without differences"),
+    ("differences.light", "ours; arm without differences"),
+    ("differences.slip", "ours; arm without differences"),
+    ("differences.latency", "ours; arm without differences"),
+    ("differences.beam", "ours; arm without differences"),
+    ("differences.reflection", "ours; arm without differences"),
+    ("differences.shadows", "ours; arm without differences"),
+    ("differences.tracking_loss", "ours; arm without differences"),
+    ("controllers.population", "paper"),
+    ("controllers.parents", "paper"),
+    ("controllers.mutation_rate", "paper"),
+    (
+        "controllers.mutation_scale",
+        "paper: 2, which forgets the parent; 2, 0.2 and 0.02 side by side",
+    ),
+    ("controllers.boundary", "ours; arms"),
+    ("controllers.guests", "ours; arms"),
+    ("simulators.mutation_scale", "as controllers.mutation_scale"),
+    ("simulators.boundary", "ours; arms"),
+    ("simulators.credit", "paper: lagged; lagged and matched side by side"),
+    ("simulators.pairs", "paper; arms"),
+    ("simulators.key", "ours; arm"),
+    ("simulators.leaves", "ours; arm"),
+    ("simulators.says", "paper: so far; arm"),
+    ("clock.interval_s", "paper"),
+    ("clock.offset_s", "ours; arms"),
+    ("clock.installed_s", "ours: at the interval's end; arm"),
+];
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn keys(table: &toml::Table, prefix: &str, all: &mut Vec<String>) {
+        for (key, value) in table {
+            match value {
+                toml::Value::Table(table) => keys(table, &format!("{prefix}{key}."), all),
+                _ => all.push(format!("{prefix}{key}")),
+            }
+        }
+    }
+
+    #[test]
+    fn every_value_says_where_it_is_from() {
+        let settings = Settings::default();
+        let mut all = Vec::new();
+        keys(&toml::Table::try_from(&settings).unwrap(), "", &mut all);
+        let mut listed: Vec<String> = settings.listed().into_iter().map(|(key, ..)| key).collect();
+        all.sort();
+        listed.sort();
+        assert_eq!(all, listed);
+        assert!(
+            settings
+                .listed()
+                .iter()
+                .all(|(_, value, source)| !value.is_empty() && !source.is_empty())
+        );
     }
 }

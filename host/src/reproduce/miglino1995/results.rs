@@ -3,6 +3,8 @@
 
 use serde::{Deserialize, Serialize};
 
+use crate::reproduce::assumptions::Assumption;
+
 /// What noise a simulator adds.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
@@ -105,17 +107,6 @@ pub(crate) struct Controls {
     pub(crate) neutral: f64,
     /// By as many in reality from random genes.
     pub(crate) from_random: f64,
-}
-
-/// A choice that the paper leaves open.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub(crate) struct Assumption {
-    /// Its name in the settings, such as `noise.walk_step`.
-    pub(crate) name: String,
-    /// Its value, with its unit.
-    pub(crate) value: String,
-    /// Where the value is from: the paper, a source, or ours.
-    pub(crate) source: String,
 }
 
 /// What one difference between reality and simulator does by itself.

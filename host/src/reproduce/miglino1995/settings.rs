@@ -5,8 +5,9 @@ use oneiro::world::{Noise, WorldSpec};
 use serde::{Deserialize, Serialize};
 
 use super::arms::Arm;
-use super::results::{Assumption, Condition};
+use super::results::Condition;
 use crate::experiment::settings::Evolution;
+use crate::reproduce::assumptions::Assumption;
 
 /// Generations that are selected by simulated fitness.
 pub(crate) const SIMULATED: u32 = 200;

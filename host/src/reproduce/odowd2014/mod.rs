@@ -4,6 +4,7 @@
 pub(crate) mod arms;
 mod judge;
 mod measures;
+mod report;
 pub(crate) mod results;
 mod study;
 
@@ -29,7 +30,7 @@ use crate::reproduce::claims::Claim;
 use crate::reproduce::directory;
 use crate::watcher::stop_signal;
 use crate::{device, progress, swarm};
-use results::Results;
+use results::{Case, Kind, Results};
 pub(crate) use study::{CREDITS, SCALES};
 use study::{Cohort, Study, combined};
 
@@ -118,12 +119,7 @@ fn studied(study: &Study, evaluations: &Evaluations, place: &Path, console: Cons
         }
         Ok(())
     })?;
-    let settings = study.settings(
-        results::Case::Over,
-        results::Kind::Evolved,
-        0.2,
-        results::Credit::Lagged,
-    );
+    let settings = study.settings(Case::Over, Kind::Evolved, study.scales[0], study.credits[0]);
     let results = Results {
         robots: settings.robots,
         minutes: settings.minutes,
@@ -139,13 +135,22 @@ fn studied(study: &Study, evaluations: &Evaluations, place: &Path, console: Cons
 }
 
 /// Writes what came out, with what came out under other assumptions where that is known.
-fn write(
-    _place: &Path,
-    _study: &Study,
-    _results: &Results,
-    _claims: &[Claim],
-    _arms: &[(String, Vec<Claim>)],
-) -> Result {
+fn write(place: &Path, study: &Study, results: &Results, claims: &[Claim], arms: &[(String, Vec<Claim>)]) -> Result {
+    let settings = study.settings(Case::Over, Kind::Evolved, study.scales[0], study.credits[0]);
+    let html = report::html(&report::Study {
+        results,
+        claims,
+        swarm: &settings.swarm(),
+        assumptions: &study.assumptions(),
+        seed: study.seed,
+        arms,
+    });
+    write_whole(&place.join("report.html"), html.as_bytes())?;
+    let text = serde_json::to_vec(&report::summary(results)).map_err(Failure::failed)?;
+    write_whole(&place.join("results.json"), &text)?;
+    for (name, csv) in report::csv_files(results) {
+        write_whole(&place.join(name), csv.as_bytes())?;
+    }
     Ok(())
 }
 

@@ -6,6 +6,7 @@ use super::arms;
 use super::results::{Case, Combination, Credit, Kind, Question, Run};
 use crate::exit::Result;
 use crate::reality::surrogate::Evaluations;
+use crate::reproduce::assumptions::Assumption;
 use crate::swarm::settings::Settings;
 use crate::swarm::{Plan, live, steps};
 
@@ -80,6 +81,39 @@ impl Study {
             settings.robots = 1;
         }
         settings
+    }
+
+    /// All that it takes for granted.
+    pub(crate) fn assumptions(&self) -> Vec<Assumption> {
+        let row = |name: &str, value: String, source: &str| Assumption {
+            name: name.into(),
+            value,
+            source: source.into(),
+        };
+        let mut all = vec![
+            row("runs", format!("{} of each case", self.runs), "paper: 10"),
+            row(
+                "arm",
+                self.arm.clone(),
+                "ours: what is made otherwise than preregistered, if anything",
+            ),
+        ];
+        let settings = self.settings(Case::Over, Kind::Evolved, self.scales[0], self.credits[0]);
+        let varied = [
+            "case",
+            "controllers.mutation_scale",
+            "simulators.mutation_scale",
+            "simulators.credit",
+        ];
+        for (key, value, source) in settings.listed() {
+            let value = if varied.contains(&key.as_str()) {
+                "all side by side".into()
+            } else {
+                value
+            };
+            all.push(row(&key, value, source));
+        }
+        all
     }
 
     /// The cohorts of the study, each so many runs of each case and kind.

@@ -2,10 +2,10 @@
 //! it would have cost.
 
 use super::{Study, last_generation, life_seconds, paper, runs_of};
-use crate::figures::escaped;
 use crate::reproduce::miglino1995::results::Condition;
 use crate::reproduce::numbers::{count, shown};
-use crate::reproduce::page::{Cell, Head, Row, Section, joined, paragraph, table};
+use crate::reproduce::page::{Cell, Head, Row, Section, paragraph, table};
+use crate::reproduce::{assumptions, page};
 
 const DIGITS: usize = 4;
 /// Seconds of a day.
@@ -47,22 +47,20 @@ pub(super) fn facts(study: &Study<'_>) -> String {
         ),
         ("seed", study.seed.to_string()),
     ];
-    let facts = joined(&facts, |(name, value)| {
-        format!("<dt>{name}</dt><dd>{}</dd>\n", escaped(value))
-    });
     format!(
         "<p class=\"lead\">\u{201c}Evolving Mobile Robots in Simulated and Real Environments\u{201d}, Artificial Life 2(4), \
          1995, done again: a robot is sampled, \
          controllers evolve in the simulator made from the samples, move to reality and evolve on, and each claim of \
-         the paper is held against what came out.</p>\n<dl class=\"facts\">\n{facts}</dl>\n"
+         the paper is held against what came out.</p>\n{}",
+        page::facts(&facts)
     )
 }
 
 pub(super) fn section(study: &Study<'_>) -> Section {
     Section {
-        id: "background",
-        title: "Differences, assumptions, cost",
-        body: differences(study) + &assumptions(study) + &cost(study),
+        id: "background".into(),
+        title: "Differences, assumptions, cost".into(),
+        body: differences(study) + &assumptions::html(&study.results.assumptions) + &cost(study),
     }
 }
 
@@ -93,24 +91,6 @@ fn differences(study: &Study<'_>) -> String {
         "<h3>What parts reality from the simulator</h3>\n{}",
         table("", words, &head, &rows)
     )
-}
-
-fn assumptions(study: &Study<'_>) -> String {
-    let head = [Head::Text("Setting"), Head::Text("Value"), Head::Text("Source")];
-    let rows: Vec<Row> = study
-        .results
-        .assumptions
-        .iter()
-        .map(|assumption| {
-            Row::from(vec![
-                Cell::code(&assumption.name),
-                Cell::text(&assumption.value),
-                Cell::text(&assumption.source),
-            ])
-        })
-        .collect();
-    let words = "Every choice in force, and where it is from.";
-    format!("<h3>Assumptions</h3>\n{}", table("", words, &head, &rows))
 }
 
 /// Lives and what they take at the paper's rates.

@@ -38,8 +38,8 @@ pub(super) fn section(study: &Study<'_>) -> Section {
     body.push_str(&discrepancies(study.results));
     body.push_str(&champions(study.results));
     Section {
-        id: "behaviour",
-        title: "Behaviour",
+        id: "behaviour".into(),
+        title: "Behaviour".into(),
         body,
     }
 }
@@ -124,6 +124,7 @@ fn discrepancies(results: &Results) -> String {
         share: 0.5,
         change: None,
         key,
+        grounds: &[],
         bands,
     };
     let svg = figures::bands(

@@ -1,10 +1,7 @@
 //! The numbers behind the figures, for whoever wants to do their own statistics.
 
 use crate::reproduce::miglino1995::results::{Family, Level, Life, Results, Run};
-use crate::reproduce::numbers::significant;
-
-/// Significant digits of a number.
-const DIGITS: usize = 6;
+use crate::reproduce::rows::{Rows, number};
 
 /// Names and contents of the files: values of generations, of the individuals of the transferred generation and of
 /// the last one, distances of paths in mm, and lives of the best individuals; where they were run, also mean fitness
@@ -26,24 +23,10 @@ pub(crate) fn csv_files(results: &Results) -> Vec<(&'static str, String)> {
     files
 }
 
-/// A line a row; all fields are numbers or names without commas and quotes.
-struct Table(String);
-
-impl Table {
-    fn new(head: &str) -> Self {
-        Self(format!("{head}\n"))
-    }
-
-    fn row(&mut self, run: &Run, fields: impl IntoIterator<Item = String>) {
-        let whose = [run.condition.name().to_owned(), run.number.to_string()];
-        let fields: Vec<String> = whose.into_iter().chain(fields).collect();
-        self.0.push_str(&fields.join(","));
-        self.0.push('\n');
-    }
-}
-
-fn number(x: f64) -> String {
-    significant(x, DIGITS)
+/// A row of a run.
+fn row(table: &mut Rows, run: &Run, fields: impl IntoIterator<Item = String>) {
+    let whose = [run.condition.name().to_owned(), run.number.to_string()];
+    table.row(whose.into_iter().chain(fields));
 }
 
 /// An entry of a row that may be short.
@@ -52,7 +35,7 @@ fn entry<T: Copy + Into<f64>>(values: &[T], i: usize) -> String {
 }
 
 fn generations(results: &Results) -> String {
-    let mut table = Table::new("condition,run,generation,environment,peak,average");
+    let mut table = Rows::new("condition,run,generation,environment,peak,average");
     for run in &results.runs {
         let simulated = run
             .simulated
@@ -67,7 +50,8 @@ fn generations(results: &Results) -> String {
             .map(|(i, level)| (first + i, "reality", level));
         for (generation, environment, level) in simulated.chain(real) {
             let values = [number(level.peak), number(level.average)];
-            table.row(
+            row(
+                &mut table,
                 run,
                 [generation.to_string(), environment.to_owned()]
                     .into_iter()
@@ -79,7 +63,7 @@ fn generations(results: &Results) -> String {
 }
 
 fn transferred(results: &Results) -> String {
-    let mut table = Table::new("condition,run,individual,simulated,simulated_again,quiet,real,real_again,other_robot");
+    let mut table = Rows::new("condition,run,individual,simulated,simulated_again,quiet,real,real_again,other_robot");
     for run in &results.runs {
         let lives = &run.transferred;
         let columns = [
@@ -92,31 +76,31 @@ fn transferred(results: &Results) -> String {
         ];
         for i in 0..columns.iter().map(|column| column.len()).max().unwrap_or(0) {
             let values = columns.iter().map(|column| entry(column, i));
-            table.row(run, std::iter::once(i.to_string()).chain(values));
+            row(&mut table, run, std::iter::once(i.to_string()).chain(values));
         }
     }
     table.0
 }
 
 fn last(results: &Results) -> String {
-    let mut table = Table::new("condition,run,individual,real");
+    let mut table = Rows::new("condition,run,individual,real");
     for run in &results.runs {
         for i in 0..run.last.len() {
-            table.row(run, [i.to_string(), entry(&run.last, i)]);
+            row(&mut table, run, [i.to_string(), entry(&run.last, i)]);
         }
     }
     table.0
 }
 
 fn discrepancy(results: &Results) -> String {
-    let mut table = Table::new("condition,run,k,cycle,paper,starts,repeated,unrelated");
+    let mut table = Rows::new("condition,run,k,cycle,paper,starts,repeated,unrelated");
     for run in &results.runs {
         let sums = &run.champion.discrepancy;
         let columns = [&sums.paper, &sums.starts, &sums.repeated, &sums.unrelated];
         for i in 0..columns.iter().map(|column| column.len()).max().unwrap_or(0) {
             let place = [(i + 1).to_string(), (5 * (i + 1)).to_string()];
             let values = columns.iter().map(|column| entry(column, i));
-            table.row(run, place.into_iter().chain(values));
+            row(&mut table, run, place.into_iter().chain(values));
         }
     }
     table.0
@@ -136,7 +120,7 @@ fn champions(results: &Results) -> String {
         .iter()
         .flat_map(|environment| measures.map(|measure| format!(",{environment}_{measure}")))
         .collect();
-    let mut table = Table::new(&format!(
+    let mut table = Rows::new(&format!(
         "condition,run,seed,individual,discrepancy_per_length{columns}"
     ));
     let values = |life: &Life| {
@@ -159,17 +143,18 @@ fn champions(results: &Results) -> String {
             number(champion.discrepancy.per_length),
         ];
         let lives = values(&champion.simulated).into_iter().chain(values(&champion.real));
-        table.row(run, who.into_iter().chain(lives));
+        row(&mut table, run, who.into_iter().chain(lives));
     }
     table.0
 }
 
 fn controls(results: &Results) -> String {
-    let mut table = Table::new("condition,run,first,last,simulated_on,neutral,from_random");
+    let mut table = Rows::new("condition,run,first,last,simulated_on,neutral,from_random");
     for run in &results.runs {
         let Some(controls) = &run.controls else { continue };
         let level = |level: Option<&Level>| level.map_or(String::new(), |level| number(level.average));
-        table.row(
+        row(
+            &mut table,
             run,
             [
                 level(run.real.first()),
@@ -184,7 +169,7 @@ fn controls(results: &Results) -> String {
 }
 
 fn variants(results: &Results) -> String {
-    let mut text = String::from("family,name,value,run,simulated,real\n");
+    let mut table = Rows::new("family,name,value,run,simulated,real");
     for variant in &results.variants {
         let family = match variant.family {
             Family::SensorRange => "sensor_range",
@@ -202,9 +187,8 @@ fn variants(results: &Results) -> String {
                 entry(&variant.simulated, run),
                 entry(&variant.real, run),
             ];
-            text.push_str(&fields.join(","));
-            text.push('\n');
+            table.row(fields);
         }
     }
-    text
+    table.0
 }

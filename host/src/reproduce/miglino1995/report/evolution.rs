@@ -2,11 +2,11 @@
 
 use super::verdicts::degrees_of_freedom;
 use super::{Study, colours, last_generation, paper, runs_of};
-use crate::figures::{self, Band, Panel, Spread, escaped};
+use crate::figures::{self, Band, Panel, Spread};
 use crate::reproduce::claims::Test;
 use crate::reproduce::miglino1995::results::{Condition, Level, Results, Run};
 use crate::reproduce::numbers::{NONE, mean, probability, shown, spread_words, spreads};
-use crate::reproduce::page::{Cell, Head, Row, Section, figure, paragraph, table};
+use crate::reproduce::page::{Cell, Head, Row, Section, dotted, figure, paragraph, table};
 
 /// Generations before the transfer that are shown again, larger.
 const NEAR: f64 = 10.0;
@@ -29,8 +29,8 @@ pub(super) fn section(study: &Study<'_>) -> Section {
     body.push_str(&first_table(study));
     body.push_str(&second_table(study));
     Section {
-        id: "evolution",
-        title: "Evolution and transfer",
+        id: "evolution".into(),
+        title: "Evolution and transfer".into(),
         body,
     }
 }
@@ -109,6 +109,7 @@ fn generations(results: &Results, condition: Condition, curves: Curves, high: f6
         share,
         change: Some((transfer, "simulation", "reality")),
         key: &[],
+        grounds: &[],
         bands: bands(named),
     };
     let svg = figures::bands(
@@ -239,11 +240,7 @@ fn remark(significant: bool) -> &'static str {
 
 /// A condition with its colour.
 pub(super) fn name(condition: Condition) -> String {
-    format!(
-        "<span class=\"condition\"><span class=\"dot\" style=\"background:{}\"></span>{}</span>",
-        colours(condition).0,
-        escaped(condition.title())
-    )
+    dotted(colours(condition).0, condition.title())
 }
 
 /// The mean over all individuals of a condition.

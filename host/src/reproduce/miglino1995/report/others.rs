@@ -5,14 +5,13 @@ use std::fmt::Write;
 use rand_pcg::Pcg64;
 
 use super::evolution::name;
-use super::verdicts::chip;
-use super::{Study, colours, last_generation, runs_of};
-use crate::figures::escaped;
-use crate::reproduce::claims::{Claim, Verdict};
+use super::{Study, colours, last_generation, runs_of, verdicts};
+use crate::reproduce::claims::Claim;
 use crate::reproduce::miglino1995::arms::Arm;
 use crate::reproduce::miglino1995::results::{Condition, Controls, Family, Results, Run, Variant};
 use crate::reproduce::numbers::{NONE, mean, shown, significant};
 use crate::reproduce::page::{Cell, Head, Row, Section, table};
+use crate::reproduce::verdicts::Assumed;
 use crate::statistics::{Interval, bootstrap_interval, variance};
 
 /// Significant digits of fitness.
@@ -32,8 +31,8 @@ pub(super) fn section(study: &Study<'_>) -> Option<Section> {
         return None;
     }
     Some(Section {
-        id: "others",
-        title: "Controls and other simulators",
+        id: "others".into(),
+        title: "Controls and other simulators".into(),
         body: controls(results) + &variants(results),
     })
 }
@@ -244,55 +243,17 @@ fn variants(results: &Results) -> String {
 
 /// Which claims hold under which assumption; nothing where no other was asked for.
 pub(super) fn sensitivity(study: &Study<'_>) -> Option<Section> {
-    let (arm, main) = study.arms.first()?;
-    let mut head = vec![Head::Text("Assumption")];
-    head.extend(main.iter().map(|claim| Head::Text(&claim.id)));
-    let mut rows = vec![assumption(*arm, main)];
-    for (title, group) in Arm::groups() {
-        let own: Vec<_> = study.arms.iter().filter(|(arm, _)| group.contains(arm)).collect();
-        if !own.is_empty() {
-            rows.push(Row {
-                cells: vec![Cell::across(head.len(), title)],
-                sum: true,
-            });
-            rows.extend(own.into_iter().map(|(arm, claims)| assumption(*arm, claims)));
+    fn line((arm, claims): &(Arm, Vec<Claim>)) -> Assumed<'_> {
+        Assumed {
+            name: arm.name(),
+            words: arm.describe(),
+            claims,
         }
     }
-    let counts = (0..main.len()).map(|column| {
-        let asked = study.arms.iter().filter_map(|(_, claims)| claims.get(column));
-        let asked = asked.filter(|claim| claim.verdict != Verdict::Undecided);
-        let reproduced = asked.clone().filter(|claim| claim.verdict == Verdict::Reproduced);
-        Cell::text(&format!("{}/{}", reproduced.count(), asked.count()))
+    let main = line(study.arms.first()?);
+    let groups = Arm::groups().map(|(title, group)| {
+        let own = study.arms.iter().filter(|(arm, _)| group.contains(arm));
+        (title, own.map(line).collect())
     });
-    rows.push(Row {
-        cells: std::iter::once(Cell::text("reproduced, of those decided"))
-            .chain(counts)
-            .collect(),
-        sum: true,
-    });
-    let words = "Which claims hold under which assumption. Each row is the whole study again with one choice made \
-                 otherwise; its own report lies in the directory arms. A verdict that changes from row to row hangs on \
-                 a choice that the paper leaves open, on what reality differs in, or on the few runs.";
-    Some(Section {
-        id: "sensitivity",
-        title: "Under other assumptions",
-        body: table("", words, &head, &rows),
-    })
-}
-
-fn assumption(arm: Arm, claims: &[Claim]) -> Row {
-    let what = format!(
-        "<code>{}</code><br/><span class=\"small\">{}</span>",
-        escaped(&arm.name()),
-        escaped(&arm.describe())
-    );
-    let verdicts = claims.iter().map(|claim| match claim.verdict {
-        Verdict::Reproduced => Cell::html(chip(claim.verdict, "yes")),
-        Verdict::NotReproduced => Cell::html(chip(claim.verdict, "no")),
-        Verdict::Undecided => Cell::html(chip(claim.verdict, NONE)),
-    });
-    Row {
-        cells: std::iter::once(Cell::html(what)).chain(verdicts).collect(),
-        sum: false,
-    }
+    Some(verdicts::by_assumption(&main, &groups))
 }

@@ -58,8 +58,8 @@ pub(super) fn section(study: &Study<'_>) -> Section {
         &figures::network("The network", weights),
     ));
     Section {
-        id: "robot",
-        title: "Arena, sensors and network",
+        id: "robot".into(),
+        title: "Arena, sensors and network".into(),
         body,
     }
 }
