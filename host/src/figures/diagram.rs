@@ -146,13 +146,13 @@ pub(crate) fn coevolution(title: &str) -> String {
         (
             &[(750.0, 365.0), (880.0, 365.0)],
             "S0 : F_R sent",
-            (832.0, 395.0),
+            (827.0, 395.0),
             Anchor::Middle,
         ),
         (
             &[(880.0, 145.0), (750.0, 145.0)],
             "S0 : F_R heard",
-            (832.0, 175.0),
+            (827.0, 175.0),
             Anchor::Middle,
         ),
     ];
@@ -164,8 +164,8 @@ pub(crate) fn coevolution(title: &str) -> String {
         (1, (50.0, 70.0)),
         (2, (195.0, 258.0)),
         (3, (480.0, 310.0)),
-        (4, (832.0, 365.0)),
-        (4, (832.0, 145.0)),
+        (4, (827.0, 365.0)),
+        (4, (827.0, 145.0)),
         (5, (480.0, 70.0)),
     ] {
         badge(&mut svg, at, number);
@@ -195,12 +195,7 @@ pub(crate) fn subsumption(title: &str) -> String {
         .draw(&mut svg);
     }
     let senses = [
-        (
-            ys[0],
-            60.0,
-            "Proximity sensors",
-            &["a wall or a robot within 30 mm"][..],
-        ),
+        (ys[0], 60.0, "Proximity sensors", &["a wall or a robot is near"][..]),
         (ys[1], 60.0, "Light sensors", &["eight, around the body"][..]),
         (ys[2], 60.0, "Food state", &["carries food, or not"][..]),
     ];

@@ -5,10 +5,11 @@ use clap::ValueEnum;
 use oneiro::swarm::Swarm;
 
 use super::results::{Case, Combination, Credit, Kind, Results};
+use crate::figures::escaped;
 use crate::reproduce::assumptions::Assumption;
 use crate::reproduce::claims::Claim;
 use crate::reproduce::numbers::shown;
-use crate::reproduce::page::Section;
+use crate::reproduce::page::{Cell, Section};
 use crate::reproduce::verdicts::Assumed;
 use crate::reproduce::{page, verdicts};
 
@@ -147,6 +148,11 @@ fn colour(case: Case) -> &'static str {
 /// A case with its colour, as HTML.
 fn case_name(case: Case) -> String {
     page::dotted(colour(case), case.title())
+}
+
+/// A kind in one line.
+fn kind_name(kind: Kind) -> Cell {
+    Cell::html(format!("<span class=\"condition\">{}</span>", escaped(kind.title())))
 }
 
 /// The cases in which anything evolves.

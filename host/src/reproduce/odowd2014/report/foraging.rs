@@ -1,11 +1,11 @@
 //! Figure 5 and its tests: food brought in, case by case.
 
 use super::measures::{BIN, MINUTE, difference, minutes, rate, rates, runs_of};
-use super::{DIGITS, case_name, colour, moves, named, paper, short_title};
+use super::{colour, moves, named, paper, short_title};
 use crate::figures::{self, Band, Panel};
 use crate::reproduce::numbers::{mean, probability, shown, spread_words, spreads};
 use crate::reproduce::odowd2014::results::{Case, Combination, Kind, Results, Run};
-use crate::reproduce::page::{Cell, Head, Row, figure, table};
+use crate::reproduce::page::{Cell, Head, Row, dotted, figure, table};
 use crate::statistics::variance;
 
 pub(super) fn html(results: &Results, combination: &Combination) -> String {
@@ -80,28 +80,27 @@ fn tests(results: &Results, combination: &Combination) -> String {
     let (control_minutes, control_rates) = (minutes(&control), rates(&control));
     let rows: Vec<Row> = cases(combination)
         .map(|(case, runs)| {
-            let number = |x| Cell::number(shown(x, DIGITS));
+            let number = |x| Cell::number(shown(x, 3));
             let over = |seconds: std::ops::Range<usize>| mean(runs.iter().map(|run| rate(run, seconds.clone())));
             let own = rates(&runs);
             let mut cells = vec![
-                Cell::html(case_name(case)),
+                Cell::html(dotted(colour(case), short_title(case))),
                 number(over(0..all)),
                 number(over(0..half)),
                 number(over(half..all)),
                 number(variance(&own).sqrt()),
             ];
             if case == Case::Random {
-                cells.push(Cell::across(8, "what the others are held against"));
+                cells.push(Cell::across(6, "what the others are held against"));
                 return cells.into();
             }
             cells.push(number(mean(own.iter().copied()) / mean(control_rates.iter().copied())));
             for (own, control) in [(&minutes(&runs), &control_minutes), (&own, &control_rates)] {
                 let difference = difference(own, control);
                 cells.push(number(difference.d));
-                cells.push(number(difference.t));
                 cells.push(Cell::number(probability(difference.p)));
             }
-            cells.push(Cell::html(format!(
+            cells.push(Cell::number(format!(
                 "<span class=\"paper\">{}</span>",
                 figures::escaped(paper::test(case))
             )));
@@ -119,15 +118,13 @@ fn tests(results: &Results, combination: &Combination) -> String {
         Head::Number("s.d. of runs"),
         Head::Number("over random"),
         Head::Number(&by_minutes),
-        Head::Number("t"),
         Head::Number("p"),
         Head::Number("d, runs"),
-        Head::Number("t"),
         Head::Number("p"),
-        Head::Text("paper"),
+        Head::Number("p, paper"),
     ];
     let words = format!(
-        "Food per minute of the whole swarm, and tests against Random Movement: the paper's, whose samples are the {} \
+        "Food per minute of the whole swarm, and Student's tests against Random Movement: the paper's, whose samples are the {} \
          minutes, each the mean of all runs, and the one whose samples are runs, which unlike minutes are independent.",
         results.minutes
     );

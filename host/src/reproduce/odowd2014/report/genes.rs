@@ -2,7 +2,7 @@
 
 use super::measures::{G0, G1, Gene, LAST, S0, alone, at_the_end, difference, level, levels, robots_at, runs_of};
 use super::measures::{intervals, shares, third_of};
-use super::{DIGITS, case_name, colour, evolving, moves, named, other_kinds, paper};
+use super::{DIGITS, case_name, colour, evolving, kind_name, moves, named, other_kinds, paper};
 use crate::figures::{self, Band, Ground, Panel, Spread};
 use crate::reproduce::numbers::{mean, percent, probability, shown};
 use crate::reproduce::odowd2014::results::{Case, Combination, Kind, Results, Run};
@@ -151,7 +151,7 @@ fn simulators(combination: &Combination) -> String {
             }
             let mut cells = vec![
                 Cell::html(std::mem::take(&mut whose)),
-                Cell::text(kind.title()),
+                kind_name(kind),
                 Cell::number(runs.len().to_string()),
             ];
             cells.extend([0, 1, 2].map(|third| Cell::number(percent(mean(ends(&runs, third))))));
@@ -192,7 +192,7 @@ fn controllers(combination: &Combination) -> String {
             continue;
         }
         let mut whose = case_name(case);
-        for (gene, words) in [(G0, "G0, with food"), (G1, "G1, without")] {
+        for (gene, words) in [(G0, "G0"), (G1, "G1")] {
             let robots = |runs: &[&Run]| level(runs.iter().flat_map(|run| at_the_end(run)), gene);
             let ((middle, deviation), (null_middle, null_deviation)) = (robots(&own), robots(&null));
             let number = |x| Cell::number(shown(x, DIGITS));
@@ -209,7 +209,8 @@ fn controllers(combination: &Combination) -> String {
         }
     }
     let words = format!(
-        "The genes of the controllers that act in the last {LAST} minutes, over all robots and runs. A narrow spread says \
+        "The genes of the controllers that act in the last {LAST} minutes, G0 with food and G1 without it, over all robots \
+         and runs. A narrow spread says \
          that robots agree."
     );
     table(&named("Controllers", combination), &words, &head, &rows)

@@ -1,7 +1,7 @@
 //! What simulators are good for: rates of foraging where they are shuffled, fixed or drawn, and of one robot alone.
 
 use super::measures::{difference, rate, runs_of};
-use super::{DIGITS, case_name, named, other_kinds};
+use super::{DIGITS, case_name, kind_name, named, other_kinds};
 use crate::reproduce::numbers::{mean, probability, shown};
 use crate::reproduce::odowd2014::results::{Case, Combination, Kind, Run};
 use crate::reproduce::page::{Cell, Head, Row, table};
@@ -36,7 +36,7 @@ pub(super) fn html(combination: &Combination) -> String {
             let middle = mean(own.iter().copied());
             let mut cells = vec![
                 Cell::html(std::mem::take(&mut whose)),
-                Cell::text(kind.title()),
+                kind_name(kind),
                 Cell::number(own.len().to_string()),
                 number(middle),
                 number(variance(&own).sqrt()),

@@ -15,8 +15,8 @@ pub(super) fn section(results: &Results) -> Option<Section> {
     let body = [
         paragraph(
             "The paper gives a standard deviation of mutations that does not fit its genes, and credits fitness to a \
-             simulator that the controller was not chosen in. So there is no one setting that is the paper's: every \
-             combination was run, and none stands before the others.",
+             simulator that the controller was not chosen in. So there is no one setting that is the paper's: \
+             several were run, and none stands before the others.",
         ),
         rates(results),
         right(results),

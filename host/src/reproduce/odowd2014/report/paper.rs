@@ -4,12 +4,12 @@
 
 use crate::reproduce::odowd2014::results::Case;
 
-/// What the t test of Figure 5 says of a case against Random Movement.
+/// The p of the t test of Figure 5 of a case against Random Movement.
 pub(super) fn test(case: Case) -> &'static str {
     match case {
-        Case::NoLight => "p > 0.5",
+        Case::NoLight => "> 0.5",
         Case::Random => "",
-        _ => "p < 0.005",
+        _ => "< 0.005",
     }
 }
 

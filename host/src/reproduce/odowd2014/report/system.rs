@@ -39,7 +39,8 @@ pub(super) fn section(study: &Study<'_>) -> Section {
         figure(
             "Figure 4",
             &format!(
-                "The arena with {} e-pucks to scale, and how far their sensors and messages reach.",
+                "The arena with {} e-pucks to scale, at places drawn at random, and how far their sensors and messages \
+                 reach.",
                 study.swarm.robots
             ),
             &figures::swarm("The arena and its robots", study.swarm),

@@ -392,6 +392,6 @@ fn the_control_is_what_others_are_held_against() {
     let table = part(&html, "table", "rates-s-d-0-2-matched-credit");
     assert_eq!(table.matches("<tr>").count(), 1 + 6);
     assert!(table.contains("what the others are held against"));
-    assert_eq!(table.matches("p &lt; 0.005").count(), 4);
-    assert_eq!(table.matches("p &gt; 0.5").count(), 1);
+    assert_eq!(table.matches("&lt; 0.005").count(), 4);
+    assert_eq!(table.matches("&gt; 0.5").count(), 1);
 }
