@@ -145,7 +145,7 @@
     const half = { x: data.arena * 1.04 + (lit ? lampGap + 0.14 * data.arena : 0), y: data.arena * 1.04 };
     const width = Math.max(room.clientWidth, 120);
     let height = (width * half.y) / half.x;
-    if (matchMedia('(min-width: 961px)').matches) {
+    if (matchMedia('(min-width: 1081px)').matches) {
       // Controls stay in sight below.
       height = Math.min(height, Math.max(320, innerHeight - 298));
     } else {
@@ -515,7 +515,7 @@
     columns.forEach((gene, i) => {
       const cell = made('th', head, { scope: 'col', className: 'gene', title: gene.about });
       cell.append(`${gene.name} `);
-      made('span', cell, { textContent: SHORT[i] }).style.fontWeight = 400;
+      made('small', cell, { textContent: SHORT[i] });
       const names = made('div', cell, { className: 'names' });
       const spans = gene.bands.map(([long, short]) => made('span', names, { textContent: short, title: long }));
       if (i === 0) scenarioNames = spans;
@@ -648,7 +648,7 @@
     bars.wide = Math.max(element('chart-room').clientWidth, 120);
     // What is left below the table, where that stands beside the arena.
     const above = element('chart-room').getBoundingClientRect().top + scrollY;
-    const wide = matchMedia('(min-width: 961px)').matches;
+    const wide = matchMedia('(min-width: 1081px)').matches;
     bars.high = wide ? Math.round(Math.min(Math.max(innerHeight - above - 24, 150), 300)) : 190;
     chart.width = Math.round(bars.wide * view.ratio);
     chart.height = Math.round(bars.high * view.ratio);
