@@ -158,7 +158,7 @@ impl Worlds {
     /// No rollout, or too many; a rollout's world that is none; a rollout's genes that are too many, too few, not
     /// finite or beyond [`GREATEST_GENE`]; a trace with more than [`GREATEST_TRACE`] words.
     pub fn batch(&self, rollouts: &[Rollout<'_>], trace: Option<TraceRequest>) -> Result<Batch, Invalid> {
-        self.lives(rollouts, 0..u32::MAX, Vec::new(), false, trace)
+        self.lives(rollouts, 0..u32::MAX, &[], false, trace)
     }
 
     /// Checks and packs a stretch of lives, so many cycles from the first on, and asks for what is needed to go on
@@ -189,14 +189,14 @@ impl Worlds {
             );
             return Err(Invalid::new("states", problem));
         }
-        self.lives(rollouts, cycles, states.to_vec(), true, trace)
+        self.lives(rollouts, cycles, states, true, trace)
     }
 
     fn lives(
         &self,
         rollouts: &[Rollout<'_>],
         cycles: Range<u32>,
-        states: Vec<Vec<u32>>,
+        states: &[Vec<u32>],
         keeps_states: bool,
         trace: Option<TraceRequest>,
     ) -> Result<Batch, Invalid> {

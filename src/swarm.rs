@@ -214,12 +214,12 @@ impl Swarm {
         inputs
     }
 
-    /// The lines of a world's trace.
-    fn lines(&self, words: &[u32]) -> Vec<Line> {
+    /// The lines of a world's trace, of which each has so many words: as many as the largest world of its batch needs.
+    fn lines(&self, words: &[u32], line_words: usize) -> Vec<Line> {
         let own = self.robot_line_words() as usize;
         let robots = self.robots as usize;
         words
-            .chunks_exact(self.line_words() as usize)
+            .chunks_exact(line_words)
             .map(|line| {
                 let robot = |words: &[u32]| Seen {
                     x: f32::from_bits(words[0]),
@@ -234,7 +234,7 @@ impl Swarm {
                         .rev()
                         .fold(0, |mask, &word| mask << 32 | u128::from(word)),
                 };
-                let food = &line[robots * own..];
+                let food = &line[robots * own..][..FOOD_WORDS as usize];
                 Line {
                     robots: line[..robots * own].chunks_exact(own).map(robot).collect(),
                     food: food
@@ -480,7 +480,7 @@ impl Arena for Simulated<'_> {
         self.now = until;
         let lines = self.lives.iter().zip(&outcome.logs);
         Ok(lines
-            .map(|(life, words)| self.swarms[life.swarm].lines(words))
+            .map(|(life, words)| self.swarms[life.swarm].lines(words, batch.record_words()))
             .collect())
     }
 }

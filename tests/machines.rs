@@ -9,6 +9,7 @@ use oneiro::evaluator::{Control, Evaluator};
 use oneiro::foraging::{Foraging, Light};
 use oneiro::random::{Key, pcg4d};
 use oneiro::surrogate::{Differences, Surrogate};
+use oneiro::swarm::{Lamp, Order, Swarm};
 use oneiro::world::{Controller, Noise, World, WorldSpec};
 use oneiro_shader_corpus::CASES;
 
@@ -67,6 +68,42 @@ fn foragers() -> Batch {
     })
 }
 
+/// Twenty worlds of ten robots that meet.
+fn swarms() -> Batch {
+    let ten = Swarm::odowd2014(10);
+    let swarm = Swarm {
+        forager: Foraging {
+            cycles: 200,
+            ..ten.forager
+        },
+        ..ten
+    };
+    let inputs: Vec<Vec<f32>> = (0..20)
+        .map(|world| {
+            let order = |robot| {
+                Order::always(
+                    pcg4d([world, robot, 0, 0]).map(|word| (word % 100) as f32 / 100.0)[..2]
+                        .try_into()
+                        .expect("two genes"),
+                )
+            };
+            swarm.inputs(&Lamp::fixed(Light::OverNest), &(0..10).map(order).collect::<Vec<_>>())
+        })
+        .collect();
+    let rollouts: Vec<_> = inputs
+        .iter()
+        .enumerate()
+        .map(|(index, genes)| Rollout {
+            world: 0,
+            genes,
+            key: Key::rollout(3, 0, index as u64, 0),
+        })
+        .collect();
+    Worlds::of_swarms(&[swarm])
+        .and_then(|worlds| worlds.batch(&rollouts, Some(TraceRequest { every: 1 })))
+        .expect("a valid batch")
+}
+
 /// 120 lives shared out over the worlds; `gene` makes a gene of 16 random bits.
 fn batch(worlds: &Worlds, gene: impl Fn(u16) -> f32) -> Batch {
     let drawn = |rollout, index| gene(pcg4d([rollout, index, 0, 0])[3] as u16);
@@ -99,7 +136,8 @@ fn lives(variant: &str, batch: &Batch) -> u64 {
         .expect("an evaluation");
     let trace = outcome.traces.concat();
     let fitness = outcome.fitness.iter().map(|fitness| fitness.to_bits());
-    digest(fitness.chain(bytemuck::cast_slice(&trace).iter().copied()))
+    let logs = outcome.logs.concat();
+    digest(fitness.chain(bytemuck::cast_slice(&trace).iter().copied()).chain(logs))
 }
 
 #[test]
@@ -111,6 +149,7 @@ fn every_lane_code_has_the_same_digest() {
         sampled(Controller::Recurrent),
         surrogates(),
         foragers(),
+        swarms(),
     ];
     for batch in &batches {
         let all: Vec<_> = Cpu::variants().into_iter().map(|name| lives(name, batch)).collect();

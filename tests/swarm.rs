@@ -58,3 +58,33 @@ fn all_devices_agree_to_the_last_bit() {
         assert_eq!(lived(&mut gpu, swarm, &worlds, GOOD, 600), expected, "gpu");
     }
 }
+
+/// Worlds of different sizes in one batch live as they do alone.
+#[test]
+fn worlds_live_the_same_in_any_company() {
+    let sizes = [1, 10, 40];
+    let mut cpu = Cpu::new(Some(2)).unwrap();
+    let control = Control::new();
+    let world = |swarm: usize| World {
+        swarm,
+        lamp: Lamp::fixed(Light::OverNest),
+        key: Key::rollout(1, 0, 7, 0),
+    };
+    let swarms = sizes.map(Swarm::odowd2014);
+    let orders: Vec<Vec<Order>> = sizes.map(|robots| vec![Order::always(GOOD); robots as usize]).into();
+    let lived = |cpu: &mut Cpu, swarms: &[Swarm], worlds: &[World], orders: &[Vec<Order>]| {
+        let mut arena = Simulated::new(cpu, &control, swarms, worlds).unwrap();
+        let first = arena.live(100, orders, 10).unwrap();
+        let then = arena.live(200, orders, 10).unwrap();
+        first
+            .into_iter()
+            .zip(then)
+            .map(|(a, b)| [a, b].concat())
+            .collect::<Vec<_>>()
+    };
+    let together = lived(&mut cpu, &swarms, &[0, 1, 2].map(world), &orders);
+    for (index, lines) in together.iter().enumerate() {
+        let alone = lived(&mut cpu, &swarms[index..=index], &[world(0)], &orders[index..=index]);
+        assert_eq!(alone[0], *lines, "{} robots", sizes[index]);
+    }
+}

@@ -7,6 +7,7 @@ use oneiro::batch::{Batch, Rollout, TraceRequest, Worlds};
 use oneiro::foraging::{Foraging, Light};
 use oneiro::random::{Key, pcg4d};
 use oneiro::surrogate::{Differences, Surrogate};
+use oneiro::swarm::{self, Lamp, Order, Swarm};
 use oneiro::tables::SensorTable;
 use oneiro::world::{Activation, Controller, Difference, Invalid, Noise, Robot, Speed, Start, Task, World, WorldSpec};
 
@@ -162,6 +163,68 @@ pub(crate) fn foragers() -> Vec<Foraging> {
         .into_iter()
         .flat_map(|forager| [forager, quiet(forager)])
         .collect()
+}
+
+/// Worlds of robots that meet: as the 2014 study has them, and a crowd without differences.
+pub(crate) fn swarms() -> Vec<Swarm> {
+    let short = |swarm: Swarm| Swarm {
+        forager: Foraging {
+            cycles: 300,
+            ..swarm.forager
+        },
+        interval: 200,
+        ..swarm
+    };
+    let crowd = Swarm {
+        differences: swarm::Differences::NONE,
+        line_of_sight: false,
+        ..Swarm::odowd2014(24)
+    };
+    [Swarm::odowd2014(10), crowd].map(short).into()
+}
+
+/// A batch of worlds of robots with random controllers and lights, half of the robots switched on on the way.
+///
+/// # Errors
+/// More rollouts than a batch can hold.
+pub(crate) fn swarm_batch(
+    worlds: &Worlds,
+    rollouts: u32,
+    seed: u32,
+    trace: Option<TraceRequest>,
+) -> Result<Batch, Invalid> {
+    let swarms = swarms();
+    let scenarios = [Light::OverNest, Light::Nowhere, Light::OppositeNest];
+    let inputs: Vec<Vec<f32>> = (0..rollouts)
+        .map(|index| {
+            let swarm = &swarms[index as usize % swarms.len()];
+            let lamp = Lamp {
+                first: scenarios[index as usize % 3],
+                then: scenarios[index as usize / 3 % 3],
+                moves: 150,
+            };
+            let order = |robot| {
+                let [a, b, c, d] = pcg4d([seed, index, robot, 0x7377_6d73]).map(|word| (word % 100) as f32 / 100.0);
+                Order {
+                    before: (robot % 2 == 0).then_some([a, b]),
+                    after: [c, d],
+                    at: 10 * (robot % 9),
+                    begins: Some(100),
+                }
+            };
+            swarm.inputs(&lamp, &(0..swarm.robots).map(order).collect::<Vec<_>>())
+        })
+        .collect();
+    let rollouts: Vec<Rollout<'_>> = inputs
+        .iter()
+        .enumerate()
+        .map(|(index, genes)| Rollout {
+            world: index % swarms.len(),
+            genes,
+            key: Key::rollout(u64::from(seed), 0, index as u64, 0),
+        })
+        .collect();
+    worlds.batch(&rollouts, trace)
 }
 
 /// A genome whose genes are uniform in -`size` to `size`: genome number `index` of the seed `seed`.

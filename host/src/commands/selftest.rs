@@ -8,8 +8,9 @@ use oneiro::evaluator::{Control, Evaluator};
 use oneiro::foraging::Foraging;
 use oneiro::probe::{self, Case, Subject};
 use oneiro::random::{KNOWN_ANSWERS, pcg4d};
+use oneiro::swarm::Swarm;
 use oneiro::tables::SensorTables;
-use oneiro::world::{Robot, World, WorldSpec};
+use oneiro::world::{Invalid, Robot, World, WorldSpec};
 use serde::Serialize;
 use serde_json::json;
 
@@ -125,6 +126,8 @@ pub(crate) fn run(arguments: &Selftest, console: Console) -> Result {
     // A forager's fitness is of few events: one ulp moves one of them in a few lives of a thousand.
     let rollouts = arguments.rollouts.max(FORAGERS);
     subjects.push(("forager".into(), Lives::of_foragers()?, rollouts));
+    // Some dozen robots each.
+    subjects.push(("swarm".into(), Lives::of_swarms()?, arguments.rollouts / 20));
     for (name, lives, rollouts) in subjects {
         console.say(format!("lives of the {name}"));
         let reference = Reference::new(&name, &lives, rollouts)?;
@@ -272,6 +275,8 @@ fn differing<T: PartialEq>(here: &[T], there: &[T]) -> u64 {
 struct Lives {
     worlds: Worlds,
     altered: Worlds,
+    /// Makes batches of them.
+    batch: fn(&Worlds, u32, u32, Option<TraceRequest>) -> std::result::Result<Batch, Invalid>,
 }
 
 impl Lives {
@@ -279,6 +284,7 @@ impl Lives {
         Ok(Self {
             worlds: Worlds::new(worlds)?,
             altered: Worlds::new(&altered(worlds)?)?,
+            batch: workload::batch,
         })
     }
 
@@ -291,6 +297,23 @@ impl Lives {
         Ok(Self {
             worlds: Worlds::of_foragers(&foragers)?,
             altered: Worlds::of_foragers(&foragers.iter().map(altered).collect::<Vec<_>>())?,
+            batch: workload::batch,
+        })
+    }
+
+    fn of_swarms() -> Result<Self> {
+        let swarms = workload::swarms();
+        let altered = |swarm: &Swarm| Swarm {
+            forager: Foraging {
+                cruise: swarm.forager.cruise.next_up(),
+                ..swarm.forager
+            },
+            ..*swarm
+        };
+        Ok(Self {
+            worlds: Worlds::of_swarms(&swarms)?,
+            altered: Worlds::of_swarms(&swarms.iter().map(altered).collect::<Vec<_>>())?,
+            batch: workload::swarm_batch,
         })
     }
 }
@@ -308,9 +331,9 @@ struct Reference {
 
 impl Reference {
     fn new(name: &str, lives: &Lives, rollouts: u32) -> Result<Self> {
-        let batch = workload::batch(&lives.worlds, rollouts, SEED, None)?;
-        let traced = workload::batch(&lives.worlds, TRACED, SEED, Some(TraceRequest { every: 3 }))?;
-        let altered = workload::batch(&lives.altered, rollouts, SEED, None)?;
+        let batch = (lives.batch)(&lives.worlds, rollouts, SEED, None)?;
+        let traced = (lives.batch)(&lives.worlds, TRACED, SEED, Some(TraceRequest { every: 3 }))?;
+        let altered = (lives.batch)(&lives.altered, rollouts, SEED, None)?;
         let mut scalar = Candidate::scalar(thread::available_parallelism().map_or(1, usize::from)).open(None)?;
         let outcome = scalar.evaluate(&batch, &Control::new())?;
         let traces = scalar.evaluate(&traced, &Control::new())?;
@@ -355,10 +378,14 @@ impl Reference {
         )
     }
 
-    /// Records compared, and those of which any number differs. (Zero has one sign there, and a NaN differs from all.)
+    /// Records compared, or words of the records of several robots, and those of which any number differs. (Zero has one sign there, and a NaN differs from all.)
     fn trace(&self, other: &Outcome) -> (u64, u64) {
         let (here, there) = (self.traces.traces.concat(), other.traces.concat());
-        (here.len() as u64, differing(&here, &there))
+        let (logs, others) = (self.traces.logs.concat(), other.logs.concat());
+        (
+            (here.len() + logs.len()) as u64,
+            differing(&here, &there) + differing(&logs, &others),
+        )
     }
 }
 

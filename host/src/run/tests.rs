@@ -43,7 +43,7 @@ impl Evaluator for Mock {
         }
         self.lasts -= 1;
         control.add_steps(part.steps());
-        let traced = part.trace_records() as usize;
+        let traced = part.batch().trace_words();
         let mut result = PartResult::default();
         for group in part.group_table() {
             for lane in 0..LANES {
