@@ -32,14 +32,12 @@ impl Run {
     /// Food that the swarm brought per minute in some minutes.
     pub(crate) fn rate(&self, minutes: Range<usize>) -> f64 {
         let end = (60 * minutes.end).min(self.brought.len());
-        let brought = &self.brought[(60 * minutes.start).min(end)..end];
-        60.0 * total(brought) / brought.len().max(1) as f64
+        per_minute(&self.brought[(60 * minutes.start).min(end)..end])
     }
 
     /// Food per minute in each of the bins of Figure 5.
     pub(crate) fn rates(&self) -> Vec<f64> {
-        let rate = |bin: &[u16]| 60.0 * total(bin) / bin.len() as f64;
-        self.brought.chunks(BIN).map(rate).collect()
+        self.brought.chunks(BIN).map(per_minute).collect()
     }
 
     /// Food in each minute.
@@ -75,6 +73,11 @@ impl Run {
     fn values(&self, gene: Gene, intervals: Range<usize>) -> Vec<f64> {
         self.robots(intervals).map(|own| f64::from(gene(own))).collect()
     }
+}
+
+/// Food per minute, of what was brought in each second; NaN of none.
+pub(crate) fn per_minute(brought: &[u16]) -> f64 {
+    60.0 * total(brought) / brought.len() as f64
 }
 
 fn total(brought: &[u16]) -> f64 {

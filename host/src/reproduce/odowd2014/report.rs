@@ -22,6 +22,7 @@ mod interventions;
 mod measures;
 mod overview;
 mod paper;
+mod questions;
 mod summary;
 mod system;
 #[cfg(test)]
@@ -55,6 +56,7 @@ pub(crate) fn html(study: &Study<'_>) -> String {
     for (place, combination) in study.results.combinations.iter().enumerate() {
         sections.push(section(study.results, place, combination));
     }
+    sections.extend(questions::section(study.results));
     sections.push(verdicts::one_by_one(study.claims));
     sections.push(background::section(study));
     page::document(

@@ -1,11 +1,11 @@
 //! The numbers behind the figures, for whoever wants to do their own statistics.
 
 use super::measures::{BIN, G0, G1, MINUTE, S0, at_the_end, intervals, level, robots_at, runs_of, shares, total};
-use super::name;
+use super::{name, questions};
 use crate::reproduce::odowd2014::results::{Case, Combination, Kind, Results, Run};
 use crate::reproduce::rows::{Rows, number};
 
-/// Names and contents of the files: a row a run; a row a robot and interval; food in bins of 250 s; means and standard
+/// Names and contents of the files: a row a run; a row a robot and interval of those that are as the paper has them; food in bins of 250 s; means and standard
 /// deviations of genes, and shares of what they select, of each interval over all runs of a case and kind.
 pub(crate) fn csv_files(results: &Results) -> Vec<(&'static str, String)> {
     vec![
@@ -15,6 +15,9 @@ pub(crate) fn csv_files(results: &Results) -> Vec<(&'static str, String)> {
         ("genes.csv", genes(results)),
         ("bins.csv", bins(results)),
     ]
+    .into_iter()
+    .chain((!results.questions.is_empty()).then(|| ("questions.csv", questions::csv(results))))
+    .collect()
 }
 
 /// Fields that say of which case, kind and combination a row is.
@@ -28,6 +31,9 @@ fn whose(combination: &Combination, case: Case, kind: Kind) -> [String; 4] {
 }
 
 const WHOSE: &str = "scale,credit,case,kind";
+/// The columns of the table of open questions.
+pub(super) const WHOSE_QUESTION: &str = "about,robots,arena_radius_mm,range_mm,runs,food_per_robot_minute,late_share_over,late_s0,\
+                                         converged_minute,heard,reached_share";
 
 /// What a value has no number for stays empty.
 fn known(x: f64) -> String {
@@ -76,7 +82,8 @@ fn robots(results: &Results) -> String {
     let mut table = Rows::new(&format!(
         "{WHOSE},run,interval,robot,s0,chosen_under,g0,g1,real,simulated,heard,reached,taken"
     ));
-    for (whose, run) in all_runs(results) {
+    // Of all kinds it would be a hundred megabytes.
+    for (whose, run) in all_runs(results).filter(|(_, run)| run.kind == Kind::Evolved) {
         for (interval, robots) in run.intervals.iter().enumerate() {
             for (place, robot) in robots.iter().enumerate() {
                 let gene = |x: f32| number(f64::from(x));

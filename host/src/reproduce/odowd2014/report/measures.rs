@@ -5,19 +5,19 @@ use std::ops::Range;
 use oneiro::foraging::Light;
 
 use crate::figures::Spread;
+use crate::reproduce::odowd2014::measures::per_minute;
+pub(super) use crate::reproduce::odowd2014::measures::{BIN, G0, G1, Gene, S0};
 use crate::reproduce::odowd2014::results::{Case, Combination, Kind, RobotInterval, Run};
 use crate::statistics::{cohens_d, mean, student_t, variance};
 
-/// Seconds of a minute, and of a bin of Figure 5.
+/// Seconds of a minute.
 pub(super) const MINUTE: usize = 60;
-pub(super) const BIN: usize = 250;
 /// Intervals, the last ones of a run, that its end is measured by.
 pub(super) const LAST: usize = 10;
 
 /// The runs of a case and kind.
 pub(super) fn runs_of(combination: &Combination, case: Case, kind: Kind) -> Vec<&Run> {
-    let runs = combination.runs.iter();
-    runs.filter(|run| run.case == case && run.kind == kind).collect()
+    combination.of(case, kind).collect()
 }
 
 /// Food a minute that a swarm brings in during some seconds of a run; NaN where it did not last to any of them.
@@ -25,10 +25,6 @@ pub(super) fn rate(run: &Run, seconds: Range<usize>) -> f64 {
     let end = seconds.end.min(run.brought.len());
     let brought = run.brought.get(seconds.start..end).unwrap_or_default();
     per_minute(brought)
-}
-
-fn per_minute(brought: &[u16]) -> f64 {
-    total(brought) as f64 * MINUTE as f64 / brought.len() as f64
 }
 
 /// All food.
@@ -63,12 +59,6 @@ pub(super) fn third_of(light: Light) -> usize {
         Light::OverNest => 2,
     }
 }
-
-/// A gene of a robot.
-pub(super) type Gene = fn(&RobotInterval) -> f32;
-pub(super) const S0: Gene = |robot| robot.s0;
-pub(super) const G0: Gene = |robot| robot.g0;
-pub(super) const G1: Gene = |robot| robot.g1;
 
 /// The share of some robots with a gene in each third; NaN of none.
 pub(super) fn shares<'a>(robots: impl IntoIterator<Item = &'a RobotInterval>, gene: Gene) -> [f64; 3] {

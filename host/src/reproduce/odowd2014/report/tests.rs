@@ -2,6 +2,7 @@ use oneiro::foraging::Light;
 use oneiro::random::pcg4d;
 
 use super::measures::{self, rates, runs_of};
+use super::questions;
 use super::*;
 use crate::reproduce::claims::{Effect, Test, Verdict};
 use crate::reproduce::odowd2014::results::{RobotInterval, Run};
@@ -346,7 +347,8 @@ fn csv_rows_add_up_to_the_data() {
     assert_eq!(sum(&rates, 7), food as f64);
 
     let intervals = records(&files["intervals.csv"]);
-    let robots: usize = all_runs.iter().flat_map(|run| &run.intervals).map(Vec::len).sum();
+    let evolved = all_runs.iter().filter(|run| run.kind == Kind::Evolved);
+    let robots: usize = evolved.flat_map(|run| &run.intervals).map(Vec::len).sum();
     assert_eq!(intervals.len(), robots);
     assert_eq!(&intervals[0][12], "", "no fitness in simulation in the first interval");
 
@@ -394,4 +396,34 @@ fn the_control_is_what_others_are_held_against() {
     assert!(table.contains("what the others are held against"));
     assert_eq!(table.matches("&lt; 0.005").count(), 4);
     assert_eq!(table.matches("&gt; 0.5").count(), 1);
+}
+
+#[test]
+fn convergence_is_from_when_on_most_simulators_are_right() {
+    let own = |right_from: usize, wrong_again: usize| {
+        let mut one = run(Vec::new());
+        one.intervals = (0..20)
+            .map(|interval| {
+                let right = interval >= right_from && interval != wrong_again;
+                vec![RobotInterval {
+                    s0: if right { 0.9 } else { 0.1 },
+                    chosen_under: 0.5,
+                    g0: 0.5,
+                    g1: 0.5,
+                    real: 0.0,
+                    simulated: None,
+                    heard: 0,
+                    reached: 1,
+                    taken: false,
+                }]
+            })
+            .collect();
+        [one]
+    };
+    // Three of five intervals are enough.
+    assert_eq!(questions::converged(&own(10, 99)), Some(8));
+    assert_eq!(questions::converged(&own(0, 99)), Some(0));
+    assert_eq!(questions::converged(&own(18, 99)), None);
+    assert_eq!(questions::converged(&own(10, 12)), Some(9));
+    assert_eq!(questions::converged(&[]), None);
 }
