@@ -263,3 +263,58 @@ fn a_study_is_a_function_of_its_settings() {
         place.assert_same("whole", "gpu");
     }
 }
+
+/// The 2014 study: killed and begun again, on one thread, and on another device, it ends in the same files.
+#[cfg(unix)]
+#[test]
+fn a_study_of_swarms_is_a_function_of_its_settings() {
+    let place = Place::new("swarms");
+    let study = |out, scale, more: &[&'static str]| {
+        let mut arguments = vec!["reproduce", "odowd2014", "--runs", "2", "--only-cases", "--quiet"];
+        arguments.extend(["--credit", "matched", "--scale", scale, "--out", out]);
+        arguments.extend(more);
+        arguments
+    };
+    let begun = Instant::now();
+    place.good(&study("whole", "0.2,2", &["--backend", "cpu"]));
+    let whole = begun.elapsed();
+    let claims: serde_json::Value = serde_json::from_slice(&place.read("whole/claims.json")).unwrap();
+    assert_eq!(claims.as_array().unwrap().len(), 17);
+    let report = place.text("whole/report.html");
+    for figure in 1..=10 {
+        assert!(report.contains(&format!("Figure {figure}")), "figure {figure}");
+    }
+    for kill in 1..=4_u32 {
+        let moment = whole * kill / 5 + Duration::from_millis(3);
+        place.kill_after(
+            moment,
+            &study("killed", "0.2,2", &["--backend", "cpu", "--threads", "1"]),
+        );
+    }
+    place.good(&study("killed", "0.2,2", &["--backend", "cpu", "--threads", "1"]));
+    place.assert_same("whole", "killed");
+
+    // What is kept is never taken on trust.
+    let cohort = "whole/cohorts/2-matched-0000";
+    let mut bytes = place.read(cohort);
+    bytes[1000] ^= 1;
+    fs::write(place.at(cohort), bytes).unwrap();
+    place
+        .run(&study("whole", "0.2,2", &["--backend", "cpu"]))
+        .exits(5)
+        .says(&["2-matched-0000"]);
+
+    if cfg!(feature = "gpu") {
+        place.good(&study("cpu", "0.2", &["--backend", "cpu"]));
+        place.good(&study("gpu", "0.2", &["--backend", "gpu:0"]));
+        place.assert_same("cpu", "gpu");
+    }
+    for (arguments, words) in [
+        (&["--scale", "0"][..], "allowed: above 0"),
+        (&["--runs", "1"], "allowed: 2 to 1000"),
+    ] {
+        let all = [&["reproduce", "odowd2014", "--out", "none"], arguments].concat();
+        place.run(&all).exits(3).says(&[words]);
+        assert!(!place.at("none").exists(), "nothing was begun");
+    }
+}

@@ -1,0 +1,133 @@
+//! Experiments with a swarm, by the program itself: what is recorded is what any device computes, and what can't be is
+//! refused by its key.
+
+use std::fs;
+use std::path::Path;
+
+mod place;
+use place::Place;
+
+const CASES: [&str; 6] = [
+    "no-light",
+    "over",
+    "opposite",
+    "over-then-opposite",
+    "opposite-then-over",
+    "random",
+];
+
+fn experiment(case: &str) -> String {
+    let experiments = Path::new(env!("CARGO_MANIFEST_DIR")).join("../experiments");
+    experiments.join(format!("odowd2014-{case}.toml")).display().to_string()
+}
+
+#[test]
+fn each_case_is_an_experiment() {
+    let place = Place::new("cases");
+    for case in CASES {
+        let file = experiment(case);
+        place.good(&["check", &file]);
+        let short = ["--set", "swarm.minutes=4", "--set", "swarm.light_moves_minute=2"];
+        let out = ["--seed", "3", "--backend", "cpu", "--out", case];
+        place.good(&[&["run", &file][..], &short, &out].concat());
+        place.good(&["verify", case]);
+        place.good(&["audit", case, "--backend", "cpu", "--threads", "1"]);
+        let lines = place.text(format!("{case}/intervals.csv")).lines().count();
+        assert_eq!(lines, if case == "random" { 1 } else { 1 + 4 * 10 }, "{case}");
+        assert_eq!(place.text(format!("{case}/food.csv")).lines().count(), 1 + 240);
+    }
+    place.good(&["list", "."]);
+    // The same seed elsewhere gives the same bytes; another gives others.
+    let file = experiment("over");
+    let again = |seed, out| {
+        let short = ["--set", "swarm.minutes=4", "--set", "swarm.light_moves_minute=2"];
+        place.good(
+            &[
+                &["run", &file, "--backend", "cpu", "--seed", seed, "--out", out][..],
+                &short,
+            ]
+            .concat(),
+        );
+    };
+    again("3", "same");
+    again("4", "other");
+    assert!(place.read("over/intervals.csv") == place.read("same/intervals.csv"));
+    assert!(place.read("over/intervals.csv") != place.read("other/intervals.csv"));
+    place.good(&["replay", "over", "--backend", "cpu"]);
+    assert!(place.text("over/replay.html").contains("<canvas"));
+}
+
+#[test]
+fn runs_that_were_stopped_are_done_again_and_changed_ones_are_found_out() {
+    let place = Place::new("changed");
+    let file = experiment("over");
+    let short = [
+        "--set",
+        "swarm.minutes=4",
+        "--seeds",
+        "1..3",
+        "--backend",
+        "cpu",
+        "--out",
+        "runs",
+    ];
+    place.good(&[&["run", &file][..], &short].concat());
+    // As a process leaves it that is killed while it runs.
+    for name in ["DONE", "intervals.csv", "food.csv"] {
+        fs::remove_file(place.at(format!("runs/seed-2/{name}"))).unwrap();
+    }
+    place
+        .run(&[&["run", &file][..], &short].concat())
+        .exits(3)
+        .says(&["oneiro resume"]);
+    place.run(&["verify", "runs/seed-2"]).exits(1);
+    place.good(&["resume", "runs", "--backend", "cpu"]);
+    place.good(&["verify", "runs"]);
+    place.good(&[&["run", &file][..], &short].concat());
+
+    let path = "runs/seed-1/intervals.csv";
+    let text = place.text(path).replacen(",0.", ",1.", 1);
+    fs::write(place.at(path), text).unwrap();
+    place.run(&["verify", "runs/seed-1"]).exits(5).says(&["intervals.csv"]);
+    place
+        .run(&["audit", "runs/seed-1", "--backend", "cpu"])
+        .exits(1)
+        .says(&["intervals.csv is not what this device computes"]);
+}
+
+#[test]
+fn what_can_not_be_is_refused_by_its_key() {
+    let place = Place::new("refused");
+    let file = experiment("over");
+    for (set, words) in [
+        ("swarm.robots=0", "swarm.robots: is 0; allowed: 1 to 128"),
+        ("swarm.case=under", "allowed: no-light"),
+        (
+            "swarm.arena.food_items=9",
+            "swarm.arena.food_items: is 9; allowed: 0 to 8",
+        ),
+        ("swarm.messages.heard=2", "swarm.messages.heard: is 2; allowed: 0 to 1"),
+        ("swarm.simulators.credit=mine", "allowed: lagged or matched"),
+        ("swarm.simulators.pair=3", "unknown key"),
+        (
+            "swarm.clock.installed_s=3",
+            "swarm.clock.installed_s: is 3; allowed: 5 to 60",
+        ),
+        (
+            "swarm.controllers.parents=11",
+            "swarm.controllers.parents: is 11; allowed: 1 to 10",
+        ),
+        ("cycles=5", "unknown key"),
+    ] {
+        place
+            .run(&["run", &file, "--set", set, "--out", "none"])
+            .exits(3)
+            .says(&[words]);
+        assert!(!place.at("none").exists(), "{set}");
+    }
+    place.write("own.toml", "[swarm]\nrobots = 10\nminutes = 0\n");
+    place
+        .run(&["check", "own.toml"])
+        .exits(3)
+        .says(&["own.toml:3:11", "swarm.minutes"]);
+}
