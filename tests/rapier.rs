@@ -1,26 +1,55 @@
-//! The swarm's arena against a twin with other physics: rapier moves its bodies.
+//! The swarm's arena against a [twin] whose bodies rapier moves: ten robots bring as much food in either.
+//!
+//! Controllers, lights and the margin were fixed before any comparison, and so was how many worlds each takes: the
+//! arena's own worlds of ten minutes differ by 0.11, 0.08 and 0.11 of their mean for the first three cases, and by 0.46
+//! and 0.50 for the others. With 2 (0.11 / 0.0277)^2 = 32 worlds a ratio that is 1 has its interval within the margin in
+//! nine of ten comparisons; the others take 640.
+//!
+//! What was found, as ratios of the arena's rate to the twin's, plus and minus half of the interval:
+//!
+//! | with food, without, light | worlds | first twin | worlds | with the arena's forms |
+//! |---|---|---|---|---|
+//! | random, random, nowhere | 64 | 1.00 +- 0.04 | 40 | 0.97 +- 0.04 |
+//! | seek, random, over the nest | 64 | 1.00 +- 0.03 | 40 | 1.03 +- 0.04 |
+//! | flee, random, opposite | 64 | **1.06 +- 0.05** | 40 | 0.98 +- 0.04 |
+//! | seek, flee, over the nest | 128 | 0.96 +- 0.12 | 640 | 0.97 +- 0.05 |
+//! | flee, seek, opposite | 128 | **0.72 +- 0.12** | 640 | 0.99 +- 0.05 |
+//!
+//! The twin as it was first written, from the documentation alone, is told from the arena in two cases. It is not the
+//! contacts: with the arena's way to push bodies apart in place of rapier's the last ratio was 0.71, since robots that
+//! see each other hardly ever touch. It is the three laws that [`Forms`] lists, whose forms the documentation leaves
+//! open. One at a time they left it between 0.72 and 0.76; all three brought it to 0.98, with 256 worlds. They were looked
+//! up in the kernel after that comparison, so for these laws the twin is no independent witness.
 
 #[path = "rapier/twin.rs"]
 mod twin;
 
 use oneiro::cpu::Cpu;
 use oneiro::evaluator::Control;
-use oneiro::foraging::Light;
+use oneiro::foraging::{Foraging, Light};
 use oneiro::random::Key;
-use oneiro::swarm::{Arena, Differences, Lamp, Line, Order, Simulated, Swarm, World};
-use twin::{Bodies, Twins};
+use oneiro::swarm::{Arena, Lamp, Line, Order, Simulated, Swarm, World};
+use twin::{Forms, Twins};
 
-const CYCLES: u32 = 6_000;
-/// Controllers and lights, fixed before any comparison.
-const CASES: [([f32; 2], Light); 5] = [
-    ([0.99, 0.0], Light::OverNest),
+const MINUTES: u32 = 10;
+const ROBOTS: u32 = 10;
+/// The ratio of the arena's rate to the twin's, all of its 95 % interval.
+const MARGIN: (f64, f64) = (0.9, 1.1);
+/// Controller and light.
+type Case = ([f32; 2], Light);
+/// Cases that little tells apart from their mean.
+const EVEN: [Case; 3] = [
     ([0.5, 0.5], Light::Nowhere),
-    ([0.0, 0.99], Light::OppositeNest),
     ([0.99, 0.5], Light::OverNest),
     ([0.0, 0.5], Light::OppositeNest),
 ];
+const EVEN_WORLDS: usize = 40;
+/// Cases in which robots crowd far from the food, some worlds' more than others'.
+const UNEVEN: [Case; 2] = [([0.99, 0.0], Light::OverNest), ([0.0, 0.99], Light::OppositeNest)];
+const UNEVEN_WORLDS: usize = 640;
 
 /// Food brought per robot-minute, of each world.
+<<<<<<< HEAD
 fn rates(worlds: &[Vec<Line>]) -> Vec<f64> {
     let rate = |lines: &Vec<Line>| {
         let robots = lines[0].robots.len();
@@ -30,17 +59,30 @@ fn rates(worlds: &[Vec<Line>]) -> Vec<f64> {
             .map(|robot| robot.brought)
             .sum();
         f64::from(brought) / (robots as f64 * f64::from(CYCLES) / 600.0)
+=======
+fn rates(arena: &mut dyn Arena, genes: [f32; 2], worlds: usize) -> Vec<f64> {
+    let orders = vec![vec![Order::always(genes); ROBOTS as usize]; worlds];
+    let mut brought = vec![0; worlds];
+    let count = |lines: &Vec<Line>| -> u32 {
+        lines
+            .iter()
+            .flat_map(|line| &line.robots)
+            .map(|seen| seen.brought)
+            .sum()
+>>>>>>> bd736d85c4f02f05f7d39bd82e6204cb65460079
     };
-    worlds.iter().map(rate).collect()
+    for minute in 1..=MINUTES {
+        let lived = arena.live(600 * minute, &orders, 10).unwrap();
+        for (brought, lines) in brought.iter_mut().zip(&lived) {
+            *brought += count(lines);
+        }
+    }
+    let rate = |brought| f64::from(brought) / f64::from(MINUTES * ROBOTS);
+    brought.into_iter().map(rate).collect()
 }
 
-fn lived(arena: &mut dyn Arena, robots: u32, worlds: usize, genes: [f32; 2]) -> Vec<f64> {
-    let orders = vec![vec![Order::always(genes); robots as usize]; worlds];
-    rates(&arena.live(CYCLES, &orders, 10).unwrap())
-}
-
-/// The kernel's worlds, each with other robots.
-fn kernel(swarm: Swarm, genes: [f32; 2], light: Light, worlds: usize) -> Vec<f64> {
+/// Those of the arena, each of whose worlds has other robots, as each of the twin's does.
+fn arena_rates(swarm: Swarm, (genes, light): Case, worlds: usize) -> Vec<f64> {
     let swarms: Vec<Swarm> = (0..worlds as u64)
         .map(|individuals| Swarm { individuals, ..swarm })
         .collect();
@@ -54,22 +96,54 @@ fn kernel(swarm: Swarm, genes: [f32; 2], light: Light, worlds: usize) -> Vec<f64
     let mut cpu = Cpu::new(None).unwrap();
     let control = Control::new();
     let mut arena = Simulated::new(&mut cpu, &control, &swarms, &lives).unwrap();
-    lived(&mut arena, swarm.robots, worlds, genes)
+    rates(&mut arena, genes, worlds)
 }
 
-fn twin(swarm: Swarm, genes: [f32; 2], light: Light, bodies: Bodies, worlds: usize) -> Vec<f64> {
-    let mut arena = Twins::new(swarm, Lamp::fixed(light), bodies, worlds as u64);
-    lived(&mut arena, swarm.robots, worlds, genes)
+fn twin_rates(swarm: Swarm, (genes, light): Case, forms: Forms, worlds: usize) -> Vec<f64> {
+    let mut arena = Twins::new(swarm, Lamp::fixed(light), forms, worlds as u64);
+    rates(&mut arena, genes, worlds)
 }
 
-fn mean_and_variance(sample: &[f64]) -> (f64, f64) {
+/// A mean, and the squared standard error of it as a share of it.
+fn mean_and_error(sample: &[f64]) -> (f64, f64) {
     let count = sample.len() as f64;
     let mean = sample.iter().sum::<f64>() / count;
     let variance = sample.iter().map(|x| (x - mean).powi(2)).sum::<f64>() / (count - 1.0);
-    (mean, variance)
+    (mean, variance / count / (mean * mean))
+}
+
+/// The ends of the 95 % interval of the ratio of two means.
+fn ratio(name: &str, arena: &[f64], twin: &[f64]) -> (f64, f64) {
+    let [(here, error), (there, other)] = [mean_and_error(arena), mean_and_error(twin)];
+    let spread = (1.96 * (error + other).sqrt()).exp();
+    let ratio = here / there;
+    println!(
+        "{name}: arena {here:.4}, twin {there:.4}, ratio {ratio:.3}, {:.3} to {:.3}",
+        ratio / spread,
+        ratio * spread
+    );
+    (ratio / spread, ratio * spread)
+}
+
+fn is_equivalent(interval: (f64, f64)) -> bool {
+    interval.0 > MARGIN.0 && interval.1 < MARGIN.1
+}
+
+fn agree(cases: &[Case], forms: Forms, worlds: usize) {
+    let swarm = Swarm::odowd2014(ROBOTS);
+    for &case in cases {
+        let name = format!("{case:?}, {forms:?}");
+        let interval = ratio(
+            &name,
+            &arena_rates(swarm, case, worlds),
+            &twin_rates(swarm, case, forms, worlds),
+        );
+        assert!(is_equivalent(interval), "{name}: {interval:?}");
+    }
 }
 
 #[test]
+<<<<<<< HEAD
 fn spread() {
     for (genes, light) in CASES {
         let start = std::time::Instant::now();
@@ -89,4 +163,40 @@ fn spread() {
         2,
     );
     println!("twin 2 worlds {:?}", start.elapsed());
+=======
+fn bodies_that_rapier_moves_bring_as_much_food() {
+    agree(&EVEN, Forms::Arena, EVEN_WORLDS);
+}
+
+/// The forms of the laws that the documentation leaves open don't matter to these.
+#[test]
+fn a_twin_by_the_documentation_alone_brings_as_much_food() {
+    agree(&EVEN[..2], Forms::First, EVEN_WORLDS);
+}
+
+#[test]
+#[ignore = "takes minutes: worlds of crowds differ much"]
+fn bodies_that_rapier_moves_bring_as_much_food_in_crowds() {
+    agree(&UNEVEN, Forms::Arena, UNEVEN_WORLDS);
+}
+
+/// Robots at three quarters of their speed are told from the arena's, so that the tests above can fail.
+#[test]
+fn slower_robots_are_seen() {
+    let swarm = Swarm::odowd2014(ROBOTS);
+    let slow = Swarm {
+        forager: Foraging {
+            cruise: 60.0,
+            ..swarm.forager
+        },
+        ..swarm
+    };
+    let case = EVEN[1];
+    let interval = ratio(
+        "slower",
+        &arena_rates(swarm, case, EVEN_WORLDS),
+        &twin_rates(slow, case, Forms::Arena, EVEN_WORLDS),
+    );
+    assert!(!is_equivalent(interval) && interval.0 > 1.0, "{interval:?}");
+>>>>>>> bd736d85c4f02f05f7d39bd82e6204cb65460079
 }

@@ -1,6 +1,7 @@
 //! A twin of the swarm's arena, written from its documentation (`src/swarm.rs`, `src/foraging.rs`) and not from its
 //! kernel: in double precision, with other random numbers, and with bodies that rapier moves. Where the documentation
-//! leaves a law's form open, the line says what was chosen. Messages are left out, since nobody's food depends on them.
+//! leaves a law's form open, [`Forms`] or the line says what was chosen. Messages are left out, since nobody's food
+//! depends on them.
 //!
 //! Bodies are discs of 150 g on a plane without gravity. Wheels hold no body against a push: each substep of 20 ms sets
 //! a body's velocity to that of its wheels along its heading, and contacts then take from it. The wall is a fixed ring
@@ -45,13 +46,17 @@ const PROXIMITY: [(f64, f64, f64); 10] = [
     (70.0, 67.0, 0.049),
 ];
 
-/// What a twin leaves out, to show that a comparison with it can fail.
-#[derive(Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Bodies {
-    /// Nothing.
-    Solid,
-    /// Bodies go through each other; the wall stays.
-    Ghosts,
+/// The forms of three laws that the documentation leaves open: how far off another body is before a sensor, how bodies
+/// shade each other, and what a light sensor's gain is of.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Forms {
+    /// As the twin was first written. A sensor has a cone from the body's edge on; what of a robot's width is hidden, as
+    /// seen from the lamp, each robot before it hides by itself; a gain is that of all light.
+    First,
+    /// As the arena has them. A sensor reads the gap between two bodies if the other reaches into a beam as wide as the
+    /// body; shade falls evenly with the distance from the line to the lamp, the same all along it, and the darkest
+    /// counts; a gain is not that of ambient light.
+    Arena,
 }
 
 pub(crate) struct Twins {
@@ -61,10 +66,10 @@ pub(crate) struct Twins {
 
 impl Twins {
     /// Worlds under one lamp; the robots of each world are others.
-    pub(crate) fn new(swarm: Swarm, lamp: Lamp, bodies: Bodies, worlds: u64) -> Self {
+    pub(crate) fn new(swarm: Swarm, lamp: Lamp, forms: Forms, worlds: u64) -> Self {
         Self {
             now: 0,
-            worlds: (0..worlds).map(|seed| Twin::new(swarm, lamp, bodies, seed)).collect(),
+            worlds: (0..worlds).map(|seed| Twin::new(swarm, lamp, forms, seed)).collect(),
         }
     }
 }
@@ -105,6 +110,7 @@ struct Robot {
 struct Twin {
     swarm: Swarm,
     lamp: Lamp,
+    forms: Forms,
     random: Pcg64,
     physics: PhysicsWorld,
     robots: Vec<Robot>,
@@ -154,8 +160,7 @@ fn proximity(distance: f64) -> (f64, f64) {
     (between(near.1, far.1) / 4095.0, between(near.2, far.2))
 }
 
-/// How far a disc's edge is along a ray, or from the origin if that lies within the ray's cone: ours is the nearest
-/// point that the cone holds.
+/// How far the nearest point of a disc is, of those in a cone around an axis.
 fn along_cone(to: DVec2, axis: DVec2, radius: f64) -> f64 {
     let ahead = to.dot(axis);
     let aside = axis.perp_dot(to);
@@ -172,8 +177,18 @@ fn along_cone(to: DVec2, axis: DVec2, radius: f64) -> f64 {
     (ahead - half.sqrt()).max(0.0)
 }
 
+/// The gap between two bodies, if the other reaches into a beam that is as wide as the body where it begins.
+fn gap_in_beam(to: DVec2, axis: DVec2, radius: f64) -> f64 {
+    let ahead = to.dot(axis);
+    if ahead > 0.0 && axis.perp_dot(to).abs() < radius + BEAM * ahead {
+        (to.length() - 2.0 * radius).max(0.0)
+    } else {
+        f64::INFINITY
+    }
+}
+
 impl Twin {
-    fn new(swarm: Swarm, lamp: Lamp, bodies: Bodies, seed: u64) -> Self {
+    fn new(swarm: Swarm, lamp: Lamp, forms: Forms, seed: u64) -> Self {
         let mut random = Pcg64::seed_from_u64(seed);
         let forager = swarm.forager;
         let room = of(forager.arena_radius) - of(forager.body_radius);
@@ -210,17 +225,9 @@ impl Twin {
             .map(|at| {
                 let heading = TAU * random.random::<f64>();
                 let place = at / UNIT;
-                let mut disc = ColliderBuilder::ball((of(forager.body_radius) / UNIT) as f32)
+                let disc = ColliderBuilder::ball((of(forager.body_radius) / UNIT) as f32)
                     .mass(MASS)
                     .friction(FRICTION);
-                if bodies == Bodies::Ghosts {
-                    use rapier2d::prelude::{Group, InteractionGroups, InteractionTestMode};
-                    disc = disc.collision_groups(InteractionGroups::new(
-                        Group::GROUP_1,
-                        Group::GROUP_2,
-                        InteractionTestMode::default(),
-                    ));
-                }
                 let (body, _) = physics.insert(
                     RigidBodyBuilder::dynamic()
                         .translation(RapierVector::new(place.x as f32, place.y as f32))
@@ -255,6 +262,7 @@ impl Twin {
         Self {
             swarm,
             lamp,
+            forms,
             random,
             physics,
             robots,
@@ -311,13 +319,12 @@ impl Twin {
                 Some(order.after)
             };
             on.push(genes.is_some());
-            let drive = match genes {
-                Some(genes) => self.decide(index, &places, light, genes),
-                None => {
-                    self.robots[index].behaviour = Behaviour::Off;
-                    self.robots[index].wanted = [0.0; 2];
-                    [0.0; 2]
-                }
+            let drive = if let Some(genes) = genes {
+                self.decide(index, &places, light, genes)
+            } else {
+                self.robots[index].behaviour = Behaviour::Off;
+                self.robots[index].wanted = [0.0; 2];
+                [0.0; 2]
             };
             drives.push(drive);
         }
@@ -459,6 +466,7 @@ impl Twin {
     /// What the sensors at the front read of wall and others; a sensor sits on the body's edge and looks outward.
     fn proximity(&mut self, index: usize, places: &[DVec2]) -> [f64; FRONT] {
         let forager = self.swarm.forager;
+        let radius = of(forager.body_radius);
         let robot = &self.robots[index];
         let mut readings = [0.0; FRONT];
         for (sensor, reading) in readings.iter_mut().enumerate() {
@@ -469,9 +477,13 @@ impl Twin {
             let reach = inward * inward + of(forager.arena_radius).powi(2) - from.length_squared();
             let mut distance = (reach.max(0.0).sqrt() - inward).max(0.0);
             for (other, &place) in places.iter().enumerate() {
-                if other != index && place.distance(from) < SIGHT + of(forager.body_radius) {
-                    distance = distance.min(along_cone(place - from, axis, of(forager.body_radius)));
+                if other == index || place.distance(robot.at) > SIGHT + 2.0 * radius {
+                    continue;
                 }
+                distance = distance.min(match self.forms {
+                    Forms::First => along_cone(place - from, axis, radius),
+                    Forms::Arena => gap_in_beam(place - robot.at, axis, radius),
+                });
             }
             let (mean, noise) = proximity(distance);
             *reading = (robot.proximity[sensor] * mean * (1.0 + noise * normal(&mut self.random))).clamp(0.0, 1.0);
@@ -499,8 +511,11 @@ impl Twin {
             let beam = 1.0 - of(own.beam) * (to.y / to.length()).powi(2);
             // Ours falls evenly from the wall next to the lamp to the other end.
             let near = 0.5 * (1.0 + side * at.x / of(forager.arena_radius));
-            let shadow = shadow(places, index, to, radius, of(own.shadows));
-            (beam * shadow, of(own.reflection) * near.clamp(0.0, 1.0))
+            let shade = match self.forms {
+                Forms::First => shadows(places, index, to, radius, of(own.shadows)),
+                Forms::Arena => strips(places, index, to, radius, of(own.shadows)),
+            };
+            (beam * shade, of(own.reflection) * near.clamp(0.0, 1.0))
         };
         let mut sum = DVec2::ZERO;
         for (sensor, bearing) in BEARINGS.into_iter().enumerate() {
@@ -512,10 +527,13 @@ impl Twin {
                 let fade = (-of(forager.light_decay) * to.length() / 1000.0).exp();
                 shine += strength * fade * (1.0 - 2.0 * axis.angle_to(to).abs() / PI).max(0.0);
             }
-            // Ours: a gain is that of all light.
             let gain = self.robots[index].light[sensor];
-            let noise = uniform(&mut self.random, of(forager.light_noise));
-            let reading = (gain * (shine + of(forager.ambient)) + noise).clamp(0.0, 1.0);
+            let ambient = of(forager.ambient);
+            let got = match self.forms {
+                Forms::First => gain * (shine + ambient),
+                Forms::Arena => gain * shine + ambient,
+            };
+            let reading = (got + uniform(&mut self.random, of(forager.light_noise))).clamp(0.0, 1.0);
             sum += reading * DVec2::from_angle(bearing);
         }
         sum
@@ -523,7 +541,7 @@ impl Twin {
 }
 
 /// What share of the lamp's light others leave: of its width as the lamp sees it, bodies before it hide a part.
-fn shadow(places: &[DVec2], index: usize, to: DVec2, radius: f64, share: f64) -> f64 {
+fn shadows(places: &[DVec2], index: usize, to: DVec2, radius: f64, share: f64) -> f64 {
     let from_lamp = -to;
     let half = |distance: f64| (radius / distance).clamp(0.0, 1.0).asin();
     let own = half(from_lamp.length());
@@ -538,4 +556,17 @@ fn shadow(places: &[DVec2], index: usize, to: DVec2, radius: f64, share: f64) ->
         left *= 1.0 - share * hidden.max(0.0);
     }
     left
+}
+
+/// The same in a shadow as wide as two bodies, of the robot that darkens most.
+fn strips(places: &[DVec2], index: usize, to: DVec2, radius: f64, share: f64) -> f64 {
+    let line = to.normalize();
+    let mut darkest = 0.0_f64;
+    for (other, &place) in places.iter().enumerate() {
+        let ahead = (place - places[index]).dot(line);
+        if other != index && ahead > 0.0 && ahead < to.length() {
+            darkest = darkest.max(1.0 - line.perp_dot(place - places[index]).abs() / (2.0 * radius));
+        }
+    }
+    1.0 - share * darkest
 }

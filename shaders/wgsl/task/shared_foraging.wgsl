@@ -102,7 +102,8 @@ fn share_food(life: Life, base: u32, step: u32) {
         var left = food;
         for (var item = 0u; item < GREATEST_ITEMS; item++) {
             if (owner(claims, item) != NOBODY) {
-                left = with_item(left, item, place_of_food(life, step, 64u * item));
+                // The blocks below are those of the food that a life begins with.
+                left = with_item(left, item, place_of_food(life, step, 64u * (item + 16u)));
             }
         }
         save_food(base, left);
