@@ -821,6 +821,25 @@ fn what_is_not_allowed_is_refused_by_name() {
     assert!(Worlds::of_swarms(&[with(|swarm| swarm.robots = 128)]).is_ok());
 }
 
+/// Food never appears just where other food already lies.
+#[test]
+fn no_two_items_lie_at_one_place() {
+    let swarm = Swarm {
+        differences: Differences::NONE,
+        ..Swarm::odowd2014(10)
+    };
+    let mut taken_at_once = 0;
+    for lines in over_nest(swarm, SEARCH, 200, 2) {
+        taken_at_once += lines[0].robots.iter().filter(|robot| robot.carries).count();
+        for line in &lines {
+            for (index, item) in line.food.iter().enumerate() {
+                assert!(!line.food[..index].contains(item), "{:?}", line.food);
+            }
+        }
+    }
+    assert!(taken_at_once > 50, "{taken_at_once} taken in the first cycle");
+}
+
 /// Worlds of different sizes in one batch live as they do alone.
 #[test]
 fn worlds_live_the_same_in_any_company() {
@@ -849,22 +868,4 @@ fn worlds_live_the_same_in_any_company() {
         let alone = lived(&mut cpu, &swarms[index..=index], &[world(0)], &orders[index..=index]);
         assert_eq!(alone[0], *lines, "{} robots", sizes[index]);
     }
-
-/// Food never appears just where other food already lies.
-#[test]
-fn no_two_items_lie_at_one_place() {
-    let swarm = Swarm {
-        differences: Differences::NONE,
-        ..Swarm::odowd2014(10)
-    };
-    let mut taken_at_once = 0;
-    for lines in over_nest(swarm, SEARCH, 200, 2) {
-        taken_at_once += lines[0].robots.iter().filter(|robot| robot.carries).count();
-        for line in &lines {
-            for (index, item) in line.food.iter().enumerate() {
-                assert!(!line.food[..index].contains(item), "{:?}", line.food);
-            }
-        }
-    }
-    assert!(taken_at_once > 50, "{taken_at_once} taken in the first cycle");
 }
