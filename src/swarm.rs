@@ -27,15 +27,19 @@ const FOOD_WORDS: u32 = 16;
 const LAMP_INPUTS: usize = 3;
 const ORDER_INPUTS: usize = 6;
 
-/// How the arena differs from what robots have on board. Each is off at 0 or false; all are our choice unless a source
-/// stands beside them.
+/// How the arena differs from what robots have on board. Each is off at 0 or false; all are our choice.
+///
+/// Beyond them the arena has bodies. A proximity sensor sees another robot whose centre is before it and no farther off
+/// its axis than a body's radius and a quarter of the way along, and reads the gap between the bodies; of several things
+/// it reads the nearest. Bodies that overlap push each other apart by half of it, four times a cycle.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Differences {
     /// Standard deviation of wheels, as a share: a robot curves.
     pub wheels: f32,
     /// Standard deviation of the gains of proximity sensors.
     pub proximity: f32,
-    /// Standard deviation of the gains of light sensors.
+    /// Standard deviation of the gains of light sensors: on what they get of the lamp and of the walls, not on the ambient
+    /// light.
     pub light: f32,
     /// Wheels lose up to so much of their way in a cycle.
     pub slip: f32,
@@ -45,7 +49,9 @@ pub struct Differences {
     pub beam: f32,
     /// Light that the walls throw back, from all sides, next to the lamp; none of it at the other end.
     pub reflection: f32,
-    /// Share of the lamp's light that a robot takes from one right behind it.
+    /// Share of the lamp's light that a robot takes from one right behind it. To the side it takes less, and nothing from
+    /// two radii off the line to the lamp on; a shadow is as wide far from the lamp as near it. Of several shadows the
+    /// darkest counts.
     pub shadows: f32,
     /// Chance that the tracking system tells a robot nothing in a cycle, so that it neither takes nor brings food.
     pub tracking_loss: f32,
