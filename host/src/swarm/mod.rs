@@ -248,15 +248,15 @@ impl<'a> Colony<'a> {
 
     /// What its robots are to do in some seconds.
     fn orders(&self, seconds: Range<u32>) -> Vec<Order> {
-        let order = |(robot, clock): (usize, &Clock)| match self.minds.get(robot) {
-            Some(mind) => clock.order(seconds.clone(), mind.first, &mind.found),
-            None => {
-                let never = Clock {
-                    installed: u32::MAX - clock.offset,
-                    ..*clock
-                };
-                never.order(seconds.clone(), RANDOM, &[])
+        let order = |(robot, clock): (usize, &Clock)| {
+            if let Some(mind) = self.minds.get(robot) {
+                return clock.order(seconds.clone(), mind.first, &mind.found);
             }
+            let never = Clock {
+                installed: u32::MAX - clock.offset,
+                ..*clock
+            };
+            never.order(seconds.clone(), RANDOM, &[])
         };
         self.clocks.iter().enumerate().map(order).collect()
     }

@@ -297,6 +297,7 @@ pub(crate) enum Says {
 }
 
 /// When what happens.
+#[expect(clippy::struct_field_names, reason = "the unit of each")]
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub(crate) struct Clock {

@@ -279,7 +279,7 @@ fn messages_are_looked_up_by_the_speaker_s_clock() {
     let mut seconds = Seconds::default();
     for second in 0..70_u8 {
         seconds.push(Second {
-            heard: vec![0b10, if second == 61 { 0b01 } else { 0 }],
+            heard: vec![0b10, u128::from(second == 61)],
             earned: vec![f32::from(second), 100.0 + f32::from(second)],
             earned_after: vec![0.0; 2],
         });

@@ -21,10 +21,10 @@ pub(crate) const MAIN: &str = "main";
 pub(crate) const ARMS: [Arm; 26] = [
     arm(MAIN, "As preregistered", |_| ()),
     arm("reflect", "Genes are thrown back from their bounds", |own| {
-        bounded(own, Boundary::Reflect)
+        bounded(own, Boundary::Reflect);
     }),
     arm("wrap", "Genes come in again at the other bound", |own| {
-        bounded(own, Boundary::Wrap)
+        bounded(own, Boundary::Wrap);
     }),
     arm(
         "resample",
@@ -34,34 +34,34 @@ pub(crate) const ARMS: [Arm; 26] = [
         },
     ),
     arm("cruise-40", "Robots drive at 40 mm/s", |own| {
-        own.robot.cruise_mm_s = 40.0
+        own.robot.cruise_mm_s = 40.0;
     }),
     arm("cruise-128", "Robots drive at 128 mm/s", |own| {
-        own.robot.cruise_mm_s = 128.0
+        own.robot.cruise_mm_s = 128.0;
     }),
     arm("escape-0", "No way straight on once an obstacle is clear", |own| {
-        own.robot.escape_s = 0.0
+        own.robot.escape_s = 0.0;
     }),
     arm("escape-2", "2 s straight on once an obstacle is clear", |own| {
-        own.robot.escape_s = 2.0
+        own.robot.escape_s = 2.0;
     }),
     arm("escape-4", "4 s straight on once an obstacle is clear", |own| {
-        own.robot.escape_s = 4.0
+        own.robot.escape_s = 4.0;
     }),
     arm("decay-1", "Light fades as exp(-1 d), d in metres", |own| {
-        own.arena.light_decay = 1.0
+        own.arena.light_decay = 1.0;
     }),
     arm("decay-4", "Light fades as exp(-4 d)", |own| own.arena.light_decay = 4.0),
     arm("light-noise-0", "Light sensors without noise", |own| {
-        own.arena.light_noise = 0.0
+        own.arena.light_noise = 0.0;
     }),
     arm("light-noise-0.2", "Light sensors with noise of 0.2", |own| {
-        own.arena.light_noise = 0.2
+        own.arena.light_noise = 0.2;
     }),
     arm("pairs-1", "A robot remembers 1 pair", |own| own.simulators.pairs = 1),
     arm("pairs-5", "A robot remembers 5 pairs", |own| own.simulators.pairs = 5),
     arm("pairs-50", "A robot remembers 50 pairs", |own| {
-        own.simulators.pairs = 50
+        own.simulators.pairs = 50;
     }),
     arm("oldest-leaves", "The pair that was heard first makes room", |own| {
         own.simulators.leaves = Leaves::Oldest;
@@ -77,10 +77,10 @@ pub(crate) const ARMS: [Arm; 26] = [
         },
     ),
     arm("in-step", "All robots are switched on at once", |own| {
-        own.clock.offset_s = 0
+        own.clock.offset_s = 0;
     }),
     arm("out-of-step", "Robots are switched on within 60 s", |own| {
-        own.clock.offset_s = 60
+        own.clock.offset_s = 60;
     }),
     arm(
         "installed-34",

@@ -39,7 +39,7 @@ struct Finding {
 struct Criterion {
     id: &'static str,
     statement: &'static str,
-    criterion: &'static str,
+    holds_if: &'static str,
     remark: &'static str,
     finding: fn(&Judged<'_>) -> Option<Finding>,
 }
@@ -53,11 +53,11 @@ fn claim(results: &Results, criterion: &Criterion) -> Claim {
     let mut claim = Claim {
         id: criterion.id.into(),
         statement: criterion.statement.into(),
-        criterion: criterion.criterion.into(),
+        criterion: criterion.holds_if.into(),
         verdict: Verdict::Undecided,
         effects: Vec::new(),
         tests: Vec::new(),
-        remark: criterion.remark.into(),
+        remark: String::new(),
     };
     let mut scopes = [Vec::new(), Vec::new(), Vec::new()];
     for combination in &results.combinations {
@@ -91,7 +91,7 @@ fn claim(results: &Results, criterion: &Criterion) -> Claim {
         list("It fails", &fails),
         list("Runs that it needs were not asked for", &unknown)
     );
-    claim.remark = format!("{scope}{}", claim.remark).trim_end().to_owned();
+    claim.remark = format!("{scope}{}", criterion.remark).trim_end().into();
     claim
 }
 
@@ -99,7 +99,7 @@ const CRITERIA: [Criterion; 17] = [
     Criterion {
         id: "D1",
         statement: "No Light forages like Random Movement (p > 0.5), the other four cases differ from it (p < 0.005)",
-        criterion: "rates of cases 2 to 5 above Random Movement's with p < 0.005 and above their own nulls; the 90 % interval \
+        holds_if: "rates of cases 2 to 5 above Random Movement's with p < 0.005 and above their own nulls; the 90 % interval \
                     of No Light's ratio to Random Movement within 0.9 to 1.1",
         remark: "The paper's test takes 50 minute means of the same runs as independent; it stands beside those of runs.",
         finding: |own| own.against_random(),
@@ -107,21 +107,21 @@ const CRITERIA: [Criterion; 17] = [
     Criterion {
         id: "D2",
         statement: "The light over the nest \"appears to double the effective foraging efficiency\"",
-        criterion: "1.5 to 2.5 times the rate of Random Movement or of Light Opposite Nest, and above its null",
+        holds_if: "1.5 to 2.5 times the rate of Random Movement or of Light Opposite Nest, and above its null",
         remark: "What it is double of, the paper leaves open.",
         finding: |own| own.doubles(),
     },
     Criterion {
         id: "D3",
         statement: "Light opposite the nest forages better than random movement, and worse than over the nest",
-        criterion: "rates: over above opposite, opposite above random, opposite above its null",
+        holds_if: "rates: over above opposite, opposite above random, opposite above its null",
         remark: "",
         finding: |own| own.order(),
     },
     Criterion {
         id: "D4",
         statement: "No Light: the mean of S0 maps to no light throughout, G0 and G1 are wide around random search (Fig. 6)",
-        criterion: "share of the No Light bin above the null's (minutes 10 to 50), mean S0 in that bin in each ten minutes, late \
+        holds_if: "share of the No Light bin above the null's (minutes 10 to 50), mean S0 in that bin in each ten minutes, late \
                     G0 and G1 in the middle bin and wide",
         remark: "The mean of genes that nothing selects lies in that bin too.",
         finding: |own| own.no_light(),
@@ -129,7 +129,7 @@ const CRITERIA: [Criterion; 17] = [
     Criterion {
         id: "D5",
         statement: "Over Nest: S0 averages around 0.66; with food robots seek the light, without they flee it, both narrow (Fig. 7)",
-        criterion: "late: mean G0 above 0.66 and G1 below 0.33, s.d. smaller than in No Light, share of the Over bin above the \
+        holds_if: "late: mean G0 above 0.66 and G1 below 0.33, s.d. smaller than in No Light, share of the Over bin above the \
                     null's",
         remark: "",
         finding: |own| own.over(),
@@ -137,7 +137,7 @@ const CRITERIA: [Criterion; 17] = [
     Criterion {
         id: "D6",
         statement: "Opposite Nest: S0 stays at no light, which is wrong, and G0 and G1 wide (Fig. 8)",
-        criterion: "late: share of the Opposite bin not above the null's, mean S0 in the No Light bin, G0 and G1 wide",
+        holds_if: "late: share of the Opposite bin not above the null's, mean S0 in the No Light bin, G0 and G1 wide",
         remark: "",
         finding: |own| own.opposite(),
     },
@@ -145,7 +145,7 @@ const CRITERIA: [Criterion; 17] = [
         id: "D7",
         statement: "Over, then opposite: right before the move, after it a sharp fall in foraging and a slow change of S0, without \
                     convergence (Figs. 5, 9)",
-        criterion: "before the move share of the Over bin above the null's; the rate of the two 250 s bins after it more than 25 % \
+        holds_if: "before the move share of the Over bin above the null's; the rate of the two 250 s bins after it more than 25 % \
                     below that of the bin before; late mean S0 below that before; late share of the Opposite bin at most 0.5",
         remark: "",
         finding: |own| own.moved_away(),
@@ -153,7 +153,7 @@ const CRITERIA: [Criterion; 17] = [
     Criterion {
         id: "D8",
         statement: "Opposite, then over: a response after the move, but foraging stays below that of a start over the nest (Fig. 10)",
-        criterion: "rate of the second half below that of Light Over Nest in its second half; late share of the Over bin above \
+        holds_if: "rate of the second half below that of Light Over Nest in its second half; late share of the Over bin above \
                     that before the move",
         remark: "Section 5.5's first sentence has the two positions the wrong way round.",
         finding: |own| own.moved_over(),
@@ -161,21 +161,21 @@ const CRITERIA: [Criterion; 17] = [
     Criterion {
         id: "D9",
         statement: "Cases 3 and 5 share their first 25 minutes and yet differ in S0: an anomaly",
-        criterion: "mean S0 of the first 25 minutes differs (p < 0.05)",
+        holds_if: "mean S0 of the first 25 minutes differs (p < 0.05)",
         remark: "Until the light moves both cases are one: at p < 0.05 one study in twenty differs by chance.",
         finding: |own| own.anomaly(),
     },
     Criterion {
         id: "D10",
         statement: "With fewer than two robots nothing selects simulators",
-        criterion: "one robot alone: late share of the Over bin does not differ between light over the nest and no light",
+        holds_if: "one robot alone: late share of the Over bin does not differ between light over the nest and no light",
         remark: "",
         finding: |own| own.alone(),
     },
     Criterion {
         id: "D11",
         statement: "Ten simulated lives of 60 s take 34 s on board, of the 60 s that there are",
-        criterion: "ten lives take less than 34 s by the scalar code on one core",
+        holds_if: "ten lives take less than 34 s by the scalar code on one core",
         remark: "A time is not written down here, since it differs from run to run; docs/measurements.md has it.",
         finding: |own| own.cost(),
     },
@@ -183,7 +183,7 @@ const CRITERIA: [Criterion; 17] = [
         id: "D12",
         statement: "Conjectures: more robots converge faster; density and mobility limit connectivity; light opposite is a weak \
                     repulsive cue",
-        criterion: "with simulators fixed right, the gain over Random Movement with the light opposite is below half of that with it \
+        holds_if: "with simulators fixed right, the gain over Random Movement with the light opposite is below half of that with it \
                     over the nest",
         remark: "Number and density of robots are among the open questions.",
         finding: |own| own.weak_cue(),
@@ -191,7 +191,7 @@ const CRITERIA: [Criterion; 17] = [
     Criterion {
         id: "D13",
         statement: "Real fitness informs on the simulator",
-        criterion: "simulators drawn anew each interval: the area under the curve of fitness for a controller chosen with the light \
+        holds_if: "simulators drawn anew each interval: the area under the curve of fitness for a controller chosen with the light \
                     where it is above 0.5, over and opposite",
         remark: "",
         finding: |own| own.informs(),
@@ -199,14 +199,14 @@ const CRITERIA: [Criterion; 17] = [
     Criterion {
         id: "D14",
         statement: "Exploring controllers explain the better foraging of Opposite (section 5.3)",
-        criterion: "Opposite's null above Random Movement, and Opposite not above its null",
+        holds_if: "Opposite's null above Random Movement, and Opposite not above its null",
         remark: "",
         finding: |own| own.exploration(),
     },
     Criterion {
         id: "D15",
         statement: "Exploitation is due to the stability of the environment (section 5.4)",
-        criterion: "second half: share of the right bin with the light left over the nest above that in case 4, s.d. of S0 in case 4 \
+        holds_if: "second half: share of the right bin with the light left over the nest above that in case 4, s.d. of S0 in case 4 \
                     above that in Light Over Nest",
         remark: "",
         finding: |own| own.stability(),
@@ -214,14 +214,14 @@ const CRITERIA: [Criterion; 17] = [
     Criterion {
         id: "D16",
         statement: "A simulator that is dissociated from reality would spread wide (section 5.6)",
-        criterion: "No Light, late: the null's s.d. of S0 above that of evolved runs",
+        holds_if: "No Light, late: the null's s.d. of S0 above that of evolved runs",
         remark: "Copying without selection draws genes together as well.",
         finding: |own| own.dissociation(),
     },
     Criterion {
         id: "D17",
         statement: "Precedence: controllers can only follow once the simulator is right (sections 5.3, 5.5)",
-        criterion: "simulators fixed right bring rates above simulators drawn anew, with the light over and opposite",
+        holds_if: "simulators fixed right bring rates above simulators drawn anew, with the light over and opposite",
         remark: "",
         finding: |own| own.precedence(),
     },
@@ -271,7 +271,7 @@ impl Compared {
 
 impl Finding {
     /// Tests several pairs, and corrects over them; without all their runs there is nothing to say.
-    fn compare<const N: usize>(&mut self, pairs: [Pair; N]) -> Option<[Compared; N]> {
+    fn compare<const N: usize>(&mut self, pairs: &[Pair; N]) -> Option<[Compared; N]> {
         if pairs.iter().any(|pair| pair.a.len() < 2 || pair.b.len() < 2) {
             return None;
         }
@@ -310,6 +310,7 @@ impl Finding {
         self.effects.push(effect(name, value, None));
     }
 
+    #[expect(clippy::unnecessary_wraps, reason = "what ends every claim that has its runs")]
     fn judged(mut self, holds: bool) -> Option<Self> {
         self.holds = Some(holds);
         Some(self)
@@ -384,8 +385,8 @@ impl Judged<'_> {
     fn against_random(&self) -> Option<Finding> {
         let mut finding = Finding::default();
         let cases = [Over, Opposite, OverThenOpposite, OppositeThenOver];
-        let random = finding.compare(cases.map(|case| self.by_rate((case, Evolved), (Random, Evolved))))?;
-        let null = finding.compare(cases.map(|case| self.by_null(case)))?;
+        let random = finding.compare(&cases.map(|case| self.by_rate((case, Evolved), (Random, Evolved))))?;
+        let null = finding.compare(&cases.map(|case| self.by_null(case)))?;
         let (none, control) = (self.rates(NoLight, Evolved), self.rates(Random, Evolved));
         let interval = ratio_interval(&none, &control, 0.9).ok()?;
         finding.note("No Light over Random Movement", mean(&none) / mean(&control));
@@ -448,7 +449,7 @@ impl Judged<'_> {
 
     fn doubles(&self) -> Option<Finding> {
         let mut finding = Finding::default();
-        let [null] = finding.compare([self.by_null(Over)])?;
+        let [null] = finding.compare(&[self.by_null(Over)])?;
         let over = mean(&self.rates(Over, Evolved));
         let to_random = over / mean(&self.rates(Random, Evolved));
         let to_opposite = over / mean(&self.rates(Opposite, Evolved));
@@ -464,7 +465,7 @@ impl Judged<'_> {
 
     fn order(&self) -> Option<Finding> {
         let mut finding = Finding::default();
-        let all = finding.compare([
+        let all = finding.compare(&[
             self.by_rate((Over, Evolved), (Opposite, Evolved)),
             self.by_rate((Opposite, Evolved), (Random, Evolved)),
             self.by_null(Opposite),
@@ -480,7 +481,7 @@ impl Judged<'_> {
 
     fn no_light(&self) -> Option<Finding> {
         let mut finding = Finding::default();
-        let [share] = finding.compare([self.share_by_null(NoLight, Light::Nowhere, SETTLED, "minutes 10 to 50")])?;
+        let [share] = finding.compare(&[self.share_by_null(NoLight, Light::Nowhere, SETTLED, "minutes 10 to 50")])?;
         let shares = mean(&self.shares(NoLight, Evolved, Light::Nowhere, SETTLED));
         finding.note("share of No Light, minutes 10 to 50", shares);
         finding.note("the null's", mean(&self.shares(NoLight, Null, Light::Nowhere, SETTLED)));
@@ -499,7 +500,7 @@ impl Judged<'_> {
 
     fn over(&self) -> Option<Finding> {
         let mut finding = Finding::default();
-        let [share] = finding.compare([self.share_by_null(Over, Light::OverNest, LATE, "late")])?;
+        let [share] = finding.compare(&[self.share_by_null(Over, Light::OverNest, LATE, "late")])?;
         let (simulator, _) = self.gene(Over, S0, LATE);
         finding.effects.push(effect("late mean S0", simulator, Some(0.66)));
         finding.note(
@@ -515,7 +516,7 @@ impl Judged<'_> {
 
     fn opposite(&self) -> Option<Finding> {
         let mut finding = Finding::default();
-        let [share] = finding.compare([self.share_by_null(Opposite, Light::OppositeNest, LATE, "late")])?;
+        let [share] = finding.compare(&[self.share_by_null(Opposite, Light::OppositeNest, LATE, "late")])?;
         let (simulator, _) = self.gene(Opposite, S0, LATE);
         finding.note("late mean S0", simulator);
         finding.note(
@@ -535,9 +536,13 @@ impl Judged<'_> {
 
     fn moved_away(&self) -> Option<Finding> {
         let mut finding = Finding::default();
-        let [before] =
-            finding.compare([self.share_by_null(OverThenOpposite, Light::OverNest, BEFORE_MOVE, "before the move")])?;
-        let [moved] = finding.compare([Pair {
+        let [before] = finding.compare(&[self.share_by_null(
+            OverThenOpposite,
+            Light::OverNest,
+            BEFORE_MOVE,
+            "before the move",
+        )])?;
+        let [moved] = finding.compare(&[Pair {
             paired: true,
             ..pair(
                 "late S0 and S0 before the move",
@@ -561,12 +566,12 @@ impl Judged<'_> {
     fn moved_over(&self) -> Option<Finding> {
         let mut finding = Finding::default();
         let half = |case| self.each(case, Evolved, |run| run.rate(SECOND_HALF));
-        let [rate] = finding.compare([pair(
+        let [rate] = finding.compare(&[pair(
             "rate of the second half, case 5 and Light Over Nest",
             half(OppositeThenOver),
             half(Over),
         )])?;
-        let [share] = finding.compare([Pair {
+        let [share] = finding.compare(&[Pair {
             paired: true,
             ..pair(
                 "share of Over, late and before the move",
@@ -588,7 +593,7 @@ impl Judged<'_> {
     fn anomaly(&self) -> Option<Finding> {
         let mut finding = Finding::default();
         let first = |case| self.each(case, Evolved, |run| run.mean(S0, FIRST_HALF));
-        let [compared] = finding.compare([pair(
+        let [compared] = finding.compare(&[pair(
             "mean S0 of the first 25 minutes, cases 3 and 5",
             first(Opposite),
             first(OppositeThenOver),
@@ -599,7 +604,7 @@ impl Judged<'_> {
 
     fn alone(&self) -> Option<Finding> {
         let mut finding = Finding::default();
-        let [compared] = finding.compare([pair(
+        let [compared] = finding.compare(&[pair(
             "late share of Over, one robot, light over the nest and no light",
             self.shares(Over, Alone, Light::OverNest, LATE),
             self.shares(NoLight, Alone, Light::OverNest, LATE),
@@ -687,7 +692,7 @@ impl Judged<'_> {
 
     fn exploration(&self) -> Option<Finding> {
         let mut finding = Finding::default();
-        let [null, own] = finding.compare([
+        let [null, own] = finding.compare(&[
             self.by_rate((Opposite, Null), (Random, Evolved)),
             self.by_null(Opposite),
         ])?;
@@ -697,7 +702,7 @@ impl Judged<'_> {
     fn stability(&self) -> Option<Finding> {
         let mut finding = Finding::default();
         let spread = |case| self.each(case, Evolved, |run| run.deviation(S0, SECOND_HALF));
-        let [share, deviation] = finding.compare([
+        let [share, deviation] = finding.compare(&[
             pair(
                 "share of the right bin, second half, cases 2 and 4",
                 self.shares(Over, Evolved, Light::OverNest, SECOND_HALF),
@@ -715,7 +720,7 @@ impl Judged<'_> {
     fn dissociation(&self) -> Option<Finding> {
         let mut finding = Finding::default();
         let spread = |kind| self.each(NoLight, kind, |run| run.deviation(S0, LATE));
-        let [compared] = finding.compare([pair(
+        let [compared] = finding.compare(&[pair(
             "late s.d. of S0, No Light, null and evolved",
             spread(Null),
             spread(Evolved),
@@ -726,7 +731,7 @@ impl Judged<'_> {
     fn precedence(&self) -> Option<Finding> {
         let mut finding = Finding::default();
         let all = finding
-            .compare([Over, Opposite].map(|case| self.by_rate((case, SimulatorRight), (case, SimulatorRandom))))?;
+            .compare(&[Over, Opposite].map(|case| self.by_rate((case, SimulatorRight), (case, SimulatorRandom))))?;
         finding.judged(all.iter().all(|compared| compared.is_above(LEVEL)))
     }
 }

@@ -95,7 +95,7 @@ fn studied(study: &Study, evaluations: &Evaluations, place: &Path, console: Cons
     let kept_in = place.join("cohorts");
     fs::create_dir_all(&kept_in).map_err(|error| Failure::storage(&kept_in, &error))?;
     let cohorts = study.cohorts(COHORT);
-    let asked = if study.questions { study.asked() } else { Vec::new() };
+    let asked = if study.questions { Study::asked() } else { Vec::new() };
     let steps = cohorts.iter().map(|cohort| study.steps(cohort)).sum::<u64>()
         + asked
             .iter()

@@ -167,7 +167,7 @@ impl Study {
     }
 
     /// The open questions: how many robots, how densely, how far they hear each other.
-    pub(crate) fn asked(&self) -> Vec<Asked> {
+    pub(crate) fn asked() -> Vec<Asked> {
         const ROBOTS: [u32; 7] = [1, 2, 5, 10, 20, 50, 100];
         const RANGES: [f32; 4] = [100.0, 250.0, 500.0, 1200.0];
         let about = |about: &'static str, robots, radius: f32, range| Asked {
