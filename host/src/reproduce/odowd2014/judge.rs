@@ -735,3 +735,6 @@ impl Judged<'_> {
         finding.judged(all.iter().all(|compared| compared.is_above(LEVEL)))
     }
 }
+
+#[cfg(test)]
+mod tests;
