@@ -114,7 +114,7 @@ fn studied(study: &Study, evaluations: &Evaluations, place: &Path, console: Cons
             runs.push((cohort, kept(&path, || study.run(&cohort, evaluations))?));
         }
         for own in &asked {
-            let path = kept_in.join(format!("{}-{}-{}-{}", own.about, own.robots, own.radius, own.range));
+            let path = kept_in.join(own.name());
             questions.push(kept(&path, || study.answer(own, evaluations))?);
         }
         Ok(())

@@ -163,7 +163,7 @@ pub(crate) struct Results {
 /// Runs of other swarms, with the light over the nest.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Question {
-    /// What is asked: `density`, `arena` or `range`.
+    /// What is asked: `density`, `arena`, `range` or `lamp`.
     pub(crate) about: String,
     /// Robots of a swarm.
     pub(crate) robots: u32,
@@ -171,6 +171,8 @@ pub(crate) struct Question {
     pub(crate) arena_radius: f64,
     /// How far messages reach, mm.
     pub(crate) range: f64,
+    /// How far behind the wall the lamp is, mm.
+    pub(crate) lamp: f64,
     /// Its runs.
     pub(crate) runs: Vec<Run>,
 }

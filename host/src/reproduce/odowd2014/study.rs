@@ -166,24 +166,44 @@ impl Study {
         self.plans(cohort).iter().map(steps).sum()
     }
 
-    /// The open questions: how many robots, how densely, how far they hear each other.
+    /// The open questions: how many robots, how densely, how far they hear each other, how far off the light is.
     pub(crate) fn asked() -> Vec<Asked> {
         const ROBOTS: [u32; 7] = [1, 2, 5, 10, 20, 50, 100];
         const RANGES: [f32; 4] = [100.0, 250.0, 500.0, 1200.0];
-        let about = |about: &'static str, robots, radius: f32, range| Asked {
-            about,
-            robots,
-            radius,
-            range,
+        const LAMPS: [f32; 4] = [50.0, 100.0, 300.0, 1000.0];
+        let own = Asked {
+            about: "",
+            robots: 10,
+            radius: 600.0,
+            range: 250.0,
+            lamp: 100.0,
         };
         let mut all = Vec::new();
         for robots in ROBOTS {
             // As many robots on the area as ten have.
             let radius = (600.0 * (f64::from(robots) / 10.0).sqrt()) as f32;
-            all.push(about("density", robots, radius.max(300.0), 250.0));
-            all.push(about("arena", robots, 600.0, 250.0));
+            all.push(Asked {
+                about: "density",
+                robots,
+                radius: radius.max(300.0),
+                ..own
+            });
+            all.push(Asked {
+                about: "arena",
+                robots,
+                ..own
+            });
         }
-        all.extend(RANGES.map(|range| about("range", 10, 600.0, range)));
+        all.extend(RANGES.map(|range| Asked {
+            about: "range",
+            range,
+            ..own
+        }));
+        all.extend(LAMPS.map(|lamp| Asked {
+            about: "lamp",
+            lamp,
+            ..own
+        }));
         all
     }
 
@@ -193,6 +213,7 @@ impl Study {
         settings.robots = asked.robots;
         settings.arena.radius_mm = asked.radius;
         settings.messages.range_mm = asked.range;
+        settings.arena.lamp_behind_wall_mm = asked.lamp;
         (0..self.runs)
             .map(|number| Plan {
                 settings: settings.clone(),
@@ -211,6 +232,7 @@ impl Study {
             robots: asked.robots,
             arena_radius: f64::from(asked.radius),
             range: f64::from(asked.range),
+            lamp: f64::from(asked.lamp),
             runs,
         })
     }
@@ -223,6 +245,21 @@ pub(crate) struct Asked {
     pub(crate) robots: u32,
     pub(crate) radius: f32,
     pub(crate) range: f32,
+    pub(crate) lamp: f32,
+}
+
+impl Asked {
+    /// What its runs are kept under.
+    pub(crate) fn name(&self) -> String {
+        let Self {
+            about,
+            robots,
+            radius,
+            range,
+            lamp,
+        } = self;
+        format!("{about}-{robots}-{radius}-{range}-{lamp}")
+    }
 }
 
 /// Gathers runs of the same combination.

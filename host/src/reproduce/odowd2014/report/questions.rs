@@ -1,4 +1,4 @@
-//! The paper's open questions: how many robots, how densely, and how far they hear each other.
+//! The paper's open questions: how many robots, how densely, how far they hear each other, and how far off the light is.
 
 use oneiro::foraging::Light;
 
@@ -68,6 +68,7 @@ pub(super) fn section(results: &Results) -> Option<Section> {
         Head::Number("robots"),
         Head::Number("arena, mm"),
         Head::Number("range, mm"),
+        Head::Number("lamp behind wall, mm"),
         Head::Number("food per robot and minute"),
         Head::Number("late share of Over"),
         Head::Number("late S0"),
@@ -83,12 +84,14 @@ pub(super) fn section(results: &Results) -> Option<Section> {
             let mut cells = vec![Cell::text(match question.about.as_str() {
                 "density" => "robots at one density",
                 "arena" => "robots in one arena",
+                "lamp" => "how far off the light is",
                 _ => "range of messages",
             })];
             let numbers = [
                 f64::from(question.robots),
                 question.arena_radius,
                 question.range,
+                question.lamp,
                 own.food_per_robot,
                 own.late_share,
                 own.late_s0,
@@ -121,6 +124,7 @@ pub(super) fn csv(results: &Results) -> String {
             question.robots.to_string(),
             number(question.arena_radius),
             number(question.range),
+            number(question.lamp),
             question.runs.len().to_string(),
             number(own.food_per_robot),
             number(own.late_share),

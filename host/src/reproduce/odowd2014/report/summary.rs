@@ -21,6 +21,7 @@ pub(crate) fn summary(results: &Results) -> Value {
             "robots": question.robots,
             "arena_radius_mm": question.arena_radius,
             "range_mm": question.range,
+            "lamp_behind_wall_mm": question.lamp,
             "runs": question.runs.iter().map(run).collect::<Vec<_>>(),
         })
     });
