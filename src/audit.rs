@@ -54,8 +54,7 @@ impl Evaluator for Audited {
                 };
                 let fitness = (there.fitness[slot].to_bits(), here.fitness[own].to_bits());
                 let trace = (0..words).map(|word| pair(|result| &result.trace, word, words));
-                let kept = if batch.keeps_states() { state_words } else { 0 };
-                let states = (0..kept).map(|word| pair(|result| &result.states, word, state_words));
+                let states = (0..batch.kept_words()).map(|word| pair(|result| &result.states, word, state_words));
                 let differing = std::iter::once(fitness)
                     .chain(trace)
                     .chain(states)

@@ -37,7 +37,8 @@ const KEY_WORDS: usize = 2;
 pub struct Rollout<'a> {
     /// Index of its world.
     pub world: usize,
-    /// As many as its world's controller takes, at most [`GREATEST_GENE`] in size.
+    /// As many as its world's controller takes, at most [`GREATEST_GENE`] in size. Those of a world of several robots are
+    /// what [`Swarm::inputs`] makes.
     pub genes: &'a [f32],
     /// The key of its random numbers.
     pub key: Key,
@@ -46,7 +47,8 @@ pub struct Rollout<'a> {
 /// Asks for a trace of each rollout.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct TraceRequest {
-    /// A record each so many cycles, from 1; the first is of cycle 0.
+    /// A record each so many cycles, from 1; the first is of the first cycle that is lived. Worlds of several robots have
+    /// a line after each so many cycles.
     pub every: u32,
 }
 
@@ -74,8 +76,9 @@ struct Facts {
     genes: usize,
     /// Robots of a rollout in it.
     robots: u32,
-    /// The most iterations of all loops of a cycle together.
+    /// The most iterations of all loops of a cycle together, and of those with which a life begins.
     loops: u32,
+    begin_loops: u32,
 }
 
 impl Worlds {
@@ -88,6 +91,7 @@ impl Worlds {
             genes: world.genes(),
             robots: 1,
             loops: world.loops(),
+            begin_loops: world.begin_loops(),
         };
         Ok(Self::of_lives(
             one_kernel(worlds)?,
@@ -109,6 +113,7 @@ impl Worlds {
             genes: foraging::GENES,
             robots: 1,
             loops: Foraging::LOOPS,
+            begin_loops: Foraging::BEGIN_LOOPS,
         };
         Ok(Self::of_lives(
             &oneiro_shaders::FORAGER,
@@ -130,6 +135,7 @@ impl Worlds {
             genes: swarm.genes(),
             robots: swarm.robots,
             loops: swarm.loops(),
+            begin_loops: swarm.begin_loops(),
         };
         let most = |words: fn(&Swarm) -> u32| swarms.iter().map(words).max().unwrap_or(0);
         Ok(Self(Arc::new(PackedWorlds {
@@ -166,7 +172,8 @@ impl Worlds {
     /// have changed since.
     ///
     /// # Errors
-    /// As [`Worlds::batch`], and no cycle, or states that are not of such rollouts.
+    /// As [`Worlds::batch`], and no cycle, a rollout whose life has ended by then, or states that are not of such
+    /// rollouts.
     pub fn stretch(
         &self,
         rollouts: &[Rollout<'_>],
@@ -188,6 +195,14 @@ impl Worlds {
                 cycles.start
             );
             return Err(Invalid::new("states", problem));
+        }
+        let ended = |rollout: &Rollout<'_>| {
+            let world = self.0.packed.worlds.get(rollout.world);
+            world.is_some_and(|world| world.steps <= cycles.start)
+        };
+        if let Some(index) = rollouts.iter().position(ended) {
+            let problem = format!("has ended by cycle {}; allowed: longer lives", cycles.start);
+            return Err(Invalid::new(format!("rollouts[{index}]"), problem));
         }
         self.lives(rollouts, cycles, states, true, trace)
     }
@@ -330,6 +345,11 @@ impl Batch {
     /// Whether slots' states are a result, for lives to go on.
     pub fn keeps_states(&self) -> bool {
         self.keeps_states
+    }
+
+    /// Words of each slot's state in a result; 0 if nobody asked for them.
+    pub fn kept_words(&self) -> usize {
+        if self.keeps_states { self.state_words() } else { 0 }
     }
 
     /// Where a slot's word is among a result's, of which each slot has so many.
@@ -538,13 +558,24 @@ impl<'a> Part<'a> {
         &self.batch.states[self.groups.start as usize * words..self.groups.end as usize * words]
     }
 
-    /// The most iterations that a kernel's loops make together in one cycle of one rollout, at least 1. The draws of
-    /// random starts come on top, once.
+    /// The most iterations that a kernel's loops make together in one cycle of one rollout, at least 1.
     pub fn loops(&self) -> u32 {
         // The loop over cycles.
+        self.most(|facts| facts.loops + 1)
+    }
+
+    /// Those that come on top when lives begin, as a random start does.
+    pub fn begin_loops(&self) -> u32 {
+        self.most(|facts| facts.begin_loops)
+    }
+
+    fn most(&self, figure: impl Fn(&Facts) -> u32) -> u32 {
         let facts = &self.batch.worlds.0.facts;
-        let most = |group: &life::Group| facts[group.world as usize].loops + 1;
-        self.group_table().iter().map(most).max().unwrap_or(1)
+        let groups = self.group_table().iter();
+        groups
+            .map(|group| figure(&facts[group.world as usize]))
+            .max()
+            .unwrap_or(1)
     }
 
     /// Cycles from one record of a trace to the next; 0 without a trace.

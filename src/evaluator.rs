@@ -132,11 +132,10 @@ impl PartResult {
     /// # Errors
     /// [`Error::TooLarge`] if there is no memory for it.
     pub(crate) fn blank(batch: &Batch, slots: usize) -> Result<Self, Error> {
-        let kept = if batch.keeps_states() { batch.state_words() } else { 0 };
         Ok(Self {
             fitness: room(slots)?,
             trace: room(slots * batch.trace_words())?,
-            states: room(slots * kept)?,
+            states: room(slots * batch.kept_words())?,
         })
     }
 }

@@ -204,6 +204,8 @@ impl Foraging {
     /// The most iterations of all loops in a cycle: where food appears anew, and the sensors' two halves; the last look
     /// at a loop's condition counts.
     pub(crate) const LOOPS: u32 = 65 + 3;
+    /// Those of a random start and of the first food.
+    pub(crate) const BEGIN_LOOPS: u32 = 65 + 9 * 66;
 
     /// As the kernel reads it, but for the place of its numbers.
     pub(crate) fn world(&self) -> life::World {

@@ -219,7 +219,7 @@ impl<'a> Work<'a> {
         let own = &mut shared.result;
         own.fitness[first..][..result.fitness.len()].copy_from_slice(&result.fitness);
         own.trace[first * batch.trace_words()..][..result.trace.len()].copy_from_slice(&result.trace);
-        own.states[first * batch.state_words()..][..result.states.len()].copy_from_slice(&result.states);
+        own.states[first * batch.kept_words()..][..result.states.len()].copy_from_slice(&result.states);
     }
 
     fn into_result(self) -> PartResult {

@@ -23,6 +23,8 @@ const ROBOT_WORDS: u32 = 38;
 /// Words of a robot in a line, besides whom it heard; and of the food.
 const LINE_WORDS: u32 = 5;
 const FOOD_WORDS: u32 = 16;
+/// How often robots are looked at in all when places are drawn: `LOOKS` of `physics/arena.wgsl`.
+const LOOKS: u32 = 20_000;
 /// Inputs of a world before those of its robots, and of each robot.
 const LAMP_INPUTS: usize = 3;
 const ORDER_INPUTS: usize = 6;
@@ -199,13 +201,19 @@ impl Swarm {
         let robots = self.robots;
         let each = robots + 1;
         // Whom it senses, the light's two halves, how often it is pushed by whom.
-        let moving = robots * (each + 3) + 4 * (1 + robots * each);
+        let moving = robots * (each + 3) + 4 * (1 + each + robots * each) + 1;
         // A tenth of the robots listen to all, past all.
         let listening = robots.div_ceil(SECOND) * (each + robots * each);
         // Food appears anew, and what is done once for each robot or item.
         let food = foraging::GREATEST_ITEMS * 65 + 9;
-        let line = robots * (robots.div_ceil(32) + 2) + 9;
+        let line = each * (robots.div_ceil(32) + 2) + 9;
         moving + listening + food + line + 5 * each
+    }
+
+    /// Those with which a world begins: each robot's words and draws, whom it is held against, and the first food.
+    pub(crate) fn begin_loops(&self) -> u32 {
+        let robots = self.robots;
+        robots * (ROBOT_WORDS + 65 + robots + 3) + LOOKS + Foraging::BEGIN_LOOPS
     }
 
     /// What the kernel takes as the genes of a world's rollout.

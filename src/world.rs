@@ -311,6 +311,11 @@ impl World {
         units + rays + 5 + ride
     }
 
+    /// Those of a random start.
+    pub(crate) fn begin_loops(&self) -> u32 {
+        65 + 64 * (self.packed().shapes + 1)
+    }
+
     /// As the kernels read it; `first_shape` and `motor_table` are still 0.
     pub(crate) fn packed(&self) -> &life::World {
         &self.0.packed.world

@@ -41,10 +41,10 @@ fn bits(evaluator: &mut dyn Evaluator, batch: &Batch) -> Vec<Bits> {
     let control = Control::new();
     let result = evaluator.evaluate_part(&batch.all(), &control).unwrap();
     assert_eq!(control.steps(), batch.steps(), "progress ends at the batch's steps");
-    let records = batch.trace_records() as usize;
+    let words = batch.trace_words();
     let of_slot = |slot: usize| {
-        let trace = &result.trace[slot * records..][..records];
-        (result.fitness[slot].to_bits(), bytemuck::cast_slice(trace).to_vec())
+        let trace = &result.trace[slot * words..][..words];
+        (result.fitness[slot].to_bits(), trace.to_vec())
     };
     (0..batch.rollouts())
         .map(|rollout| of_slot(batch.slot(rollout).unwrap()))
@@ -367,4 +367,38 @@ fn any_kernel_runs_on_bare_buffers() {
         .map(|(fitness, _)| fitness)
         .collect();
     assert!(runs.iter().all(|run| run.buffers[7] == expected));
+}
+
+/// Crowds of robots take many loops: as many as a software driver allows come out as on the CPU, and more are refused.
+#[test]
+fn crowds_are_exact_or_refused() {
+    use oneiro::foraging::Light;
+    use oneiro::random::Key;
+    use oneiro::swarm::{self, Arena, Lamp, Order, Simulated, Swarm};
+
+    let lived = |evaluator: &mut dyn Evaluator, robots: u32, radius: f32| {
+        let mut swarm = Swarm::odowd2014(robots);
+        swarm.forager.arena_radius = radius;
+        let world = swarm::World {
+            swarm: 0,
+            lamp: Lamp::fixed(Light::OverNest),
+            key: Key::rollout(9, 0, 0, 0),
+        };
+        let control = Control::new();
+        let mut arena = Simulated::new(evaluator, &control, &[swarm], &[world]).unwrap();
+        let orders = [vec![Order::always([0.99, 0.5]); robots as usize]];
+        arena.live(30, &orders, 10).map_err(|trouble| trouble.to_string())
+    };
+    let mut cpu = Cpu::new(Some(1)).unwrap();
+    let mut gpu = gpu();
+    for (robots, radius) in [(10, 600.0), (40, 300.0), (50, 600.0)] {
+        let (here, there) = (lived(&mut cpu, robots, radius), lived(&mut gpu, robots, radius));
+        assert!(here.is_ok() && here == there, "{robots} robots in {radius} mm");
+    }
+    let here = lived(&mut cpu, 128, 600.0);
+    assert!(here.is_ok());
+    match lived(&mut gpu, 128, 600.0) {
+        Ok(there) => assert!(here == Ok(there), "a driver of hardware takes any number of loops"),
+        Err(problem) => assert!(problem.contains("fewer robots"), "{problem}"),
+    }
 }

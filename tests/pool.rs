@@ -293,3 +293,26 @@ fn unknown_backends_are_refused_by_name() {
     );
     assert!(share.contains("allowed: 0 to 1"), "{share}");
 }
+
+/// Worlds of robots whose states are handed on, too.
+#[test]
+fn swarms_live_the_same_on_a_pool() {
+    use oneiro::foraging::Light;
+    use oneiro::swarm::{Arena, Lamp, Order, Simulated, Swarm, World};
+
+    let lived = |evaluator: &mut dyn Evaluator| {
+        let control = Control::new();
+        let world = |index: u64| World {
+            swarm: 0,
+            lamp: Lamp::fixed(Light::OverNest),
+            key: Key::rollout(index, 0, 0, 0),
+        };
+        let worlds: Vec<World> = (0..150).map(world).collect();
+        let orders = vec![vec![Order::always([0.99, 0.5]); 5]; worlds.len()];
+        let mut arena = Simulated::new(evaluator, &control, &[Swarm::odowd2014(5)], &worlds).unwrap();
+        let first = arena.live(60, &orders, 10).unwrap();
+        (first, arena.live(100, &orders, 10).unwrap())
+    };
+    let mut pool = Pool::new(vec![Box::new(cpu()), Box::new(cpu())]).unwrap();
+    assert!(lived(&mut pool) == lived(&mut cpu()));
+}

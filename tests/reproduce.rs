@@ -311,7 +311,9 @@ fn a_study_of_swarms_is_a_function_of_its_settings() {
     }
     for (arguments, words) in [
         (&["--scale", "0"][..], "allowed: above 0"),
-        (&["--runs", "1"], "allowed: 2 to 1000"),
+        (&["--scale", "0.2,2,0.2"], "is there twice"),
+        (&["--credit", "lagged,lagged"], "is there twice"),
+        (&["--runs", "1"], "allowed: 2 to 400"),
     ] {
         let all = [&["reproduce", "odowd2014", "--out", "none"], arguments].concat();
         place.run(&all).exits(3).says(&[words]);

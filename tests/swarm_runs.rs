@@ -101,6 +101,8 @@ fn what_can_not_be_is_refused_by_its_key() {
     let file = experiment("over");
     for (set, words) in [
         ("swarm.robots=0", "swarm.robots: is 0; allowed: 1 to 128"),
+        ("swarm.minutes=1667", "swarm.minutes: is 1667; allowed: 1 to 1666"),
+        ("swarm.light_moves_minute=2000", "allowed: 0 to 1666"),
         ("swarm.case=under", "allowed: no-light"),
         (
             "swarm.arena.food_items=9",

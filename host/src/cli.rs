@@ -360,7 +360,7 @@ pub(crate) struct Miglino1995 {
 /// `oneiro reproduce odowd2014`
 #[derive(Args, Debug)]
 pub(crate) struct Odowd2014 {
-    /// Runs of each case, 2 to 1000; the paper has 10
+    /// Runs of each case, 2 to 400; the paper has 10
     #[arg(long, value_name = "N", default_value_t = 10)]
     pub(crate) runs: u32,
     /// Everything random but the robots comes from it
@@ -371,7 +371,7 @@ pub(crate) struct Odowd2014 {
     pub(crate) scale: Vec<f64>,
     /// To which simulator fitness is credited
     #[arg(long, value_name = "RULE,..", value_delimiter = ',', value_enum, default_values_t = crate::reproduce::odowd2014::CREDITS)]
-    pub(crate) credit: Vec<crate::reproduce::odowd2014::results::Credit>,
+    pub(crate) credit: Vec<crate::swarm::lived::Credit>,
     /// The paper's six cases alone, without the null and the interventions
     #[arg(long)]
     pub(crate) only_cases: bool,

@@ -1,4 +1,5 @@
-// A robot's life, cycle by cycle: the entry of every kernel of rollouts. What a cycle is, its physics say:
+// A robot's life, cycle by cycle: the entry of every kernel of single lives (of worlds of robots it is `swarm`). What a
+// cycle is, its physics say:
 // `physics/sampled` the simulator made from a robot's own samples, `physics/surrogate` what stands in for the
 // robot itself, `physics/foraging` an on-board simulator of a forager.
 

@@ -77,11 +77,16 @@ impl Lives {
         self.scene.shapes.keep(device, bytemuck::cast_slice(part.shapes()));
         self.scene.tables.keep(device, bytemuck::cast_slice(part.tables()));
 
-        let cycle = GREATEST_LOOPS / part.loops();
-        if cycle == 0 && device.adapter().is_software() {
+        let begins = if part.batch().cycles().start == 0 {
+            part.begin_loops()
+        } else {
+            0
+        };
+        let first = GREATEST_LOOPS.saturating_sub(begins) / part.loops();
+        if first == 0 && device.adapter().is_software() {
             return Err(Fault::TooLarge(format!(
-                "a cycle of so many robots takes {} loops, and a software driver may leave them after {GREATEST_LOOPS}; \
-                 allowed there: fewer robots, or another backend",
+                "a cycle of so many robots takes {} loops, and its first one {begins} more; a software driver may leave \
+                 them after {GREATEST_LOOPS}; allowed there: fewer robots, or another backend",
                 part.loops()
             )));
         }
@@ -94,7 +99,7 @@ impl Lives {
             scene: &self.scene,
             benches: &mut self.benches,
             pace: self.paces.entry(pipeline.kernel).or_default(),
-            most_cycles: self.bounds.cycles.min(cycle).max(1),
+            most_cycles: [first, GREATEST_LOOPS / part.loops()].map(|most| self.bounds.cycles.min(most).max(1)),
             flights: VecDeque::new(),
             told_steps: 0,
             landed: Instant::now(),
@@ -225,7 +230,8 @@ struct Run<'a> {
     scene: &'a Scene,
     benches: &'a mut [Bench; 2],
     pace: &'a mut Pace,
-    most_cycles: u32,
+    /// Cycles of a dispatch with which lives begin, and of others.
+    most_cycles: [u32; 2],
     flights: VecDeque<Flight>,
     told_steps: u64,
     landed: Instant,
@@ -244,7 +250,7 @@ impl Run<'_> {
                 let cycles = self
                     .pace
                     .cycles(cut.slots())
-                    .min(self.most_cycles)
+                    .min(self.most_cycles[usize::from(begin > 0)])
                     .min(cut.cycles.end - begin);
                 self.launch(cut, bench, begin..begin + cycles)?;
                 begin += cycles;

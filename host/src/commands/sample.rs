@@ -7,9 +7,10 @@ use oneiro::world::WorldSpec;
 
 use crate::cli::Sample;
 use crate::console::Console;
+use crate::evaluations::Evaluations;
 use crate::exit::{Failure, Result};
 use crate::reality::sampling::{self, Notebook, Samples};
-use crate::reality::surrogate::{Evaluations, SurrogateRobot};
+use crate::reality::surrogate::SurrogateRobot;
 use crate::reality::{Object, Reality};
 use crate::record::write_whole;
 use crate::watcher::stop_signal;

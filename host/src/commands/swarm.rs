@@ -11,14 +11,14 @@ use super::run::seeds_and_places;
 use crate::cli;
 use crate::console::{Console, columns};
 use crate::device;
-use crate::exit::{Failure, Result};
+use crate::evaluations::Evaluations;
+use crate::exit::{Code, Failure, Result};
 use crate::experiment::swarm::SwarmExperiment;
 use crate::figures::{self, Genes, SwarmReplay};
 use crate::progress;
-use crate::reality::surrogate::Evaluations;
 use crate::record::{Done, SavedSwarm, Session, Standing, SwarmRecorder, standing, write_whole};
-use crate::reproduce::odowd2014::results::Run;
 use crate::run::LOCKSTEP;
+use crate::swarm::lived::Run;
 use crate::swarm::{Spectator, live, steps};
 use crate::watcher::stop_signal;
 
@@ -188,6 +188,7 @@ impl Spectator for Film {
 
 /// Lives a run again, and holds it against what was recorded. Its device, what was seen, and the run.
 fn again(saved: &SavedSwarm, backend: &cli::Backend, console: Console) -> Result<(String, Film, Run)> {
+    saved.is_done()?;
     let evaluator = device::open(backend)?;
     let name = device::name(evaluator.as_ref());
     let evaluations = Evaluations::new(evaluator, stop_signal()?);
@@ -215,7 +216,7 @@ pub(super) fn replay(arguments: &cli::Replay, console: Console) -> Result {
         .map(|robot| {
             let clock = settings.clock.interval_s;
             let of = |(interval, robots): (usize, &Vec<_>)| {
-                let own: &crate::reproduce::odowd2014::results::RobotInterval = &robots[robot];
+                let own: &crate::swarm::lived::RobotInterval = &robots[robot];
                 Genes {
                     cycle: SECOND * (u32::from(run.switched_on[robot]) + interval as u32 * clock),
                     s0: own.s0,
@@ -248,24 +249,34 @@ pub(super) fn replay(arguments: &cli::Replay, console: Console) -> Result {
     console.data(format!("food {}, as recorded\n{}", run.total(), path.display()))
 }
 
-/// Lives whole runs again and says whether they are what was recorded.
+/// Lives whole runs again and says whether they are what was recorded; fails if one is not.
 pub(super) fn audit(directories: &[PathBuf], backend: &cli::Backend, console: Console) -> Result {
     let mut audited = Vec::new();
+    let mut others = Vec::new();
     for directory in directories {
-        let (device, _, run) = again(&SavedSwarm::open(directory)?, backend, console)?;
-        if !console.json() {
-            console.data(format!("{}: as recorded, all of it, on {device}", directory.display()))?;
+        let mut entry = json!({ "directory": directory.display().to_string() });
+        match again(&SavedSwarm::open(directory)?, backend, console) {
+            Ok((device, ..)) => {
+                if !console.json() {
+                    console.data(format!("{}: as recorded, all of it, on {device}", directory.display()))?;
+                }
+                entry["device"] = device.into();
+            }
+            Err(failure) if failure.code() == Code::Failed as u8 => {
+                entry["problem"] = failure.to_string().into();
+                others.push(failure.to_string());
+            }
+            Err(failure) => return Err(failure),
         }
-        audited.push(json!({
-            "directory": directory.display().to_string(),
-            "brought": run.total(),
-            "device": device,
-        }));
+        audited.push(entry);
     }
     if console.json() {
         console.json_data(&audited)?;
     }
-    Ok(())
+    if others.is_empty() {
+        return Ok(());
+    }
+    Err(Failure::failed(others.join("; ")))
 }
 
 /// What an experiment amounts to.

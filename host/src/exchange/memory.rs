@@ -4,7 +4,7 @@ use std::collections::VecDeque;
 use std::ops::Range;
 
 use super::{Exchange, Message};
-use crate::reproduce::odowd2014::results::Credit;
+use crate::swarm::lived::Credit;
 use crate::swarm::mind::Mind;
 use crate::swarm::settings::Says;
 
@@ -20,19 +20,27 @@ pub(crate) struct Second {
 }
 
 /// The last seconds of a world.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Seconds {
+    kept: usize,
     first: u32,
     seconds: VecDeque<Second>,
 }
 
 impl Seconds {
-    /// Seconds that are kept: no robot asks for what is two intervals of a minute ago.
-    const KEPT: usize = 200;
+    /// Keeps so many seconds. When the last robot has ended an interval, the first asks for what was heard since it began
+    /// its own: an interval and the time in which robots are switched on.
+    pub(crate) fn new(kept: u32) -> Self {
+        Self {
+            kept: kept as usize,
+            first: 0,
+            seconds: VecDeque::new(),
+        }
+    }
 
     /// Adds the next second.
     pub(crate) fn push(&mut self, second: Second) {
-        if self.seconds.len() == Self::KEPT {
+        if self.seconds.len() == self.kept {
             self.seconds.pop_front();
             self.first += 1;
         }

@@ -9,8 +9,8 @@ use super::check::{Checked, GREATEST_SEED, invalid, name, within};
 use super::source::Source;
 use crate::exit::Result;
 use crate::files;
-use crate::reproduce::odowd2014::results::Kind;
 use crate::swarm::Plan;
+use crate::swarm::lived::Kind;
 use crate::swarm::settings::Settings;
 
 /// A checked experiment with a swarm.
@@ -30,6 +30,9 @@ struct File {
     /// All else.
     swarm: Settings,
 }
+
+/// Minutes of a run: a kernel's cycles are numbers up to a million.
+const GREATEST_MINUTES: u32 = 1_666;
 
 /// Whether a file is an experiment with a swarm. What is no TOML is none: whoever reads it says why.
 ///
@@ -111,8 +114,12 @@ fn check(file: &File) -> Checked {
     } = &file.swarm;
     let own = &file.swarm;
     within("swarm.robots", own.robots, [1, GREATEST_ROBOTS])?;
-    within("swarm.minutes", own.minutes, [1, 10_000])?;
-    within("swarm.light_moves_minute", own.light_moves_minute, [0, 10_000])?;
+    within("swarm.minutes", own.minutes, [1, GREATEST_MINUTES])?;
+    within(
+        "swarm.light_moves_minute",
+        own.light_moves_minute,
+        [0, GREATEST_MINUTES],
+    )?;
     within("swarm.arena.radius_mm", arena.radius_mm, [100.0, 10_000.0])?;
     within(
         "swarm.arena.nest_radius_mm",

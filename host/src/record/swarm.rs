@@ -9,7 +9,7 @@ use super::saved::state;
 use super::{CONFIG, Done, FOOD, INTERVALS, Meta, Session, Standing, State, Status, disk, is_run, now, standing};
 use crate::exit::{Failure, Result};
 use crate::experiment::swarm::{SwarmExperiment, is_swarm};
-use crate::reproduce::odowd2014::results::Run;
+use crate::swarm::lived::Run;
 
 /// Whether a directory is that of a swarm's run.
 pub(crate) fn is_swarm_run(directory: &Path) -> bool {
@@ -186,27 +186,31 @@ impl SavedSwarm {
         Meta::read(&self.directory)
     }
 
+    /// Refuses a run that is not finished.
+    ///
+    /// # Errors
+    /// Exit 1.
+    pub(crate) fn is_done(&self) -> Result {
+        match Done::read(&self.directory)? {
+            Some(_) => Ok(()),
+            None => Err(self.failed("is not finished; `oneiro resume` does it again")),
+        }
+    }
+
     /// Whether a finished run is what was recorded.
     ///
     /// # Errors
-    /// Exit 1 when it is not finished, or was another.
+    /// Exit 1 when it was another.
     pub(crate) fn compare(&self, run: &Run) -> Result {
-        let problem = if Done::read(&self.directory)?.is_none() {
-            "is not finished; `oneiro resume` does it again".to_owned()
-        } else {
-            let recorded = [(INTERVALS, intervals_csv(run)), (FOOD, food_csv(run))];
-            let mut other = None;
-            for (name, text) in recorded {
-                if disk::read_text(&self.directory.join(name))? != text {
-                    other = Some(name);
-                    break;
-                }
+        for (name, text) in [(INTERVALS, intervals_csv(run)), (FOOD, food_csv(run))] {
+            if disk::read_text(&self.directory.join(name))? != text {
+                return Err(self.failed(&format!("{name} is not what this device computes")));
             }
-            match other {
-                None => return Ok(()),
-                Some(name) => format!("{name} is not what this device computes"),
-            }
-        };
-        Err(Failure::failed(format_args!("{}: {problem}", self.directory.display())))
+        }
+        Ok(())
+    }
+
+    fn failed(&self, problem: &str) -> Failure {
+        Failure::failed(format_args!("{}: {problem}", self.directory.display()))
     }
 }

@@ -4,6 +4,9 @@ use std::fmt;
 
 use serde::Serialize;
 
+/// What the first effect of a claim is called that is judged in several combinations of settings alike.
+pub(crate) const HOLDS_IN: &str = "combinations in which it holds";
+
 /// How a claim came out.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
@@ -50,14 +53,14 @@ pub(crate) struct Test {
     pub(crate) degrees_of_freedom: Vec<f64>,
     /// Probability of as much or more by chance.
     pub(crate) p: f64,
-    /// p after Holm's correction over the claims' tests of the same kind.
+    /// p after Holm's correction, over the tests that the study's preregistration names together.
     pub(crate) p_holm: Option<f64>,
 }
 
 /// One claim and its verdict.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub(crate) struct Claim {
-    /// `C1` to `C12`.
+    /// Such as `C1`.
     pub(crate) id: String,
     /// What the paper says.
     pub(crate) statement: String,

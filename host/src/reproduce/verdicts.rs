@@ -1,7 +1,7 @@
 //! A study's claims: all of them in a table, and each by itself with what its verdict rests on.
 
 use crate::figures::escaped;
-use crate::reproduce::claims::{Claim, Effect, Test, Verdict};
+use crate::reproduce::claims::{Claim, Effect, HOLDS_IN, Test, Verdict};
 use crate::reproduce::numbers::{NONE, probability, shown};
 use crate::reproduce::page::{Cell, Head, Row, Section, id, joined, paragraph, table};
 
@@ -39,9 +39,13 @@ pub(super) fn summary(claims: &[Claim]) -> Section {
 }
 
 fn line(claim: &Claim) -> Vec<Cell> {
-    // What can be held against the paper comes first.
+    // What is judged in several combinations has no one of them for its main effect; else what can be held against the
+    // paper comes first.
     let effects = &claim.effects;
-    let main = effects.iter().find(|effect| effect.paper.is_some()).or(effects.first());
+    let scope = effects.first().filter(|effect| effect.name.starts_with(HOLDS_IN));
+    let main = scope
+        .or_else(|| effects.iter().find(|effect| effect.paper.is_some()))
+        .or(effects.first());
     let (name, value, paper) = main.map_or((NONE.to_owned(), NONE.to_owned(), NONE.to_owned()), |effect| {
         (escaped(&effect.name), shown(effect.value, DIGITS), papers(effect))
     });

@@ -9,7 +9,7 @@ use crate::evolve::encapsulated::{Controllers, Genome, any_gene};
 use crate::evolve::random::{Stream, stream};
 use crate::exchange::Message;
 use crate::exchange::pairs::Pairs;
-use crate::reproduce::odowd2014::results::Credit;
+use crate::swarm::lived::Credit;
 
 /// One robot's evolution.
 #[derive(Clone, Debug)]

@@ -3,6 +3,7 @@
 //! controllers of all robots of all swarms live in their simulators in another.
 
 pub(crate) mod clock;
+pub(crate) mod lived;
 pub(crate) mod mind;
 pub(crate) mod settings;
 
@@ -19,7 +20,7 @@ use crate::evolve::random::{Stream, below, shuffled, stream};
 use crate::exchange::Exchange;
 use crate::exchange::memory::{Memory, Second, Seconds};
 use crate::exit::{Failure, Result};
-use crate::reproduce::odowd2014::results::{Case, Kind, RobotInterval, Run};
+use crate::swarm::lived::{Case, Kind, RobotInterval, Run};
 use clock::Clock;
 use mind::Mind;
 use settings::Settings;
@@ -236,7 +237,7 @@ impl<'a> Colony<'a> {
             plan,
             clocks,
             minds,
-            seconds: Seconds::default(),
+            seconds: Seconds::new(settings.clock.interval_s + settings.clock.offset_s),
             now: 0,
             earned: vec![0.0; robots],
             brought: Vec::new(),

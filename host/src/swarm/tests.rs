@@ -7,7 +7,7 @@ use oneiro::evaluator::{Control, Evaluator};
 
 use super::*;
 use crate::exchange::Message;
-use crate::reproduce::odowd2014::results::Credit;
+use crate::swarm::lived::Credit;
 use crate::swarm::settings::Says;
 
 fn small(case: Case) -> Settings {
@@ -276,7 +276,7 @@ fn messages_are_looked_up_by_the_speaker_s_clock() {
         mind.wake(&settings, 30.0, &[said(0.7, 40.0)]);
         mind.dream(&[0.0; 10]);
     }
-    let mut seconds = Seconds::default();
+    let mut seconds = Seconds::new(70);
     for second in 0..70_u8 {
         seconds.push(Second {
             heard: vec![0b10, u128::from(second == 61)],
@@ -333,4 +333,40 @@ fn encounters_link_over_others() {
         .map(|robot| if robot == 127 { 0 } else { 1 << (robot + 1) })
         .collect();
     assert_eq!(reached(&all), [128; 128]);
+}
+
+/// Robots that are switched on a whole interval apart still know all that they heard in their own.
+#[test]
+fn nothing_that_was_heard_is_forgotten_too_early() {
+    struct Seen(Vec<Line>);
+    impl Spectator for Seen {
+        fn saw(&mut self, _: usize, lines: &[Line]) {
+            self.0.extend_from_slice(lines);
+        }
+    }
+    let mut settings = small(Case::Over);
+    settings.minutes = 12;
+    settings.clock.interval_s = 180;
+    settings.clock.offset_s = 180;
+    settings.clock.installed_s = 180;
+    let plan = Plan {
+        settings,
+        ..plan(Case::Over, Kind::Evolved)
+    };
+    let mut seen = Seen(Vec::new());
+    let run = lived_watched(&[plan], &mut seen).remove(0);
+    assert!(run.switched_on.iter().any(|&on| on < 60) && run.switched_on.iter().any(|&on| on > 120));
+    for (interval, robots) in run.intervals.iter().enumerate().take(2) {
+        for (robot, own) in robots.iter().enumerate() {
+            let first = run.switched_on[robot] as usize + 180 * interval;
+            let heard = seen.0[first..first + 180]
+                .iter()
+                .fold(0, |mask, line| mask | line.robots[robot].heard);
+            assert_eq!(
+                u32::from(own.heard),
+                heard.count_ones(),
+                "robot {robot}, interval {interval}"
+            );
+        }
+    }
 }

@@ -14,12 +14,17 @@ fn robot_life(life: Life, own: u32) -> Life {
     return Life(life.world, robot_key(own), life.genes, own, life.others, life.lamp, life.share);
 }
 
+// How often robots are looked at in all before their places are taken as drawn: drivers may leave longer loops, and
+// bodies that overlap push each other apart.
+const LOOKS: u32 = 20000u;
+
 // Robots anywhere in the arena, none on another, and food outside the nest.
 fn begin(life: Life, base: u32) {
     let world = life.world;
     let count = robots(world);
     let radius = numbers(world, ARENA).x;
     let body = numbers(world, ROBOT).x;
+    var looks = 0u;
     state[base + HARVESTED * LANES] = 0u;
     for (var robot = 0u; robot < count; robot++) {
         let own = robot_at(base, robot);
@@ -31,7 +36,7 @@ fn begin(life: Life, base: u32) {
         state[own + (KEY + 1u) * LANES] = key.y;
         state[own + BEHAVIOUR * LANES] = OFF;
         differ(world, own, robot);
-        // Of 64 draws none being free leaves the last one in the arena, and bodies push each other.
+        // Of 64 draws none being free leaves the last one in the arena.
         for (var draw = 0u; draw < 64u; draw++) {
             let u = units(random_words(key.xy, STREAM_START, 0u, draw));
             let at = vec2<f32>((2.0f * u.x - 1.0f) * radius, (2.0f * u.y - 1.0f) * radius);
@@ -45,7 +50,8 @@ fn begin(life: Life, base: u32) {
                     let apart = vec2<f32>(number(place, X) - at.x, number(place, Y) - at.y);
                     free = free & (squared_length(apart) >= 4.0f * body * body);
                 }
-                if (free) {
+                looks += robot + 1u;
+                if (free | (looks > LOOKS)) {
                     break;
                 }
             }

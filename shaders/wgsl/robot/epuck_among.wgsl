@@ -31,7 +31,7 @@ fn among(before: Life, base: u32, robot: u32, pose: vec3<f32>) -> Life {
                 let seen = (along > vec4<f32>(0.0f)) & (aside < body + BEAM * along);
                 others = min(others, select(vec4<f32>(0x1p17f), vec4<f32>(gap), seen));
             }
-            // Where two bodies overlap as seen from the lamp: all of the light if they are in line.
+            // As if the lamp were far away: all of the light if the two are in line with it, none from two radii off on.
             let along = x * to_lamp.x + y * to_lamp.y;
             let aside = abs(y * to_lamp.x - x * to_lamp.y);
             let taken = clamp(1.0f - aside * body_inverse, 0.0f, 1.0f);

@@ -25,10 +25,11 @@ use serde::de::DeserializeOwned;
 use crate::cli::Miglino1995;
 use crate::commands::sample;
 use crate::console::{Console, columns};
+use crate::evaluations::Evaluations;
 use crate::exit::{Failure, Result};
 use crate::reality::Object;
 use crate::reality::sampling::{self, Averaged};
-use crate::reality::surrogate::{Evaluations, SurrogateRobot};
+use crate::reality::surrogate::SurrogateRobot;
 use crate::record::write_whole;
 use crate::reproduce::claims::Claim;
 use crate::reproduce::directory;
@@ -39,6 +40,8 @@ use results::{Results, Run, Variant};
 use settings::{REAL, SIMULATED, Settings};
 use study::Study;
 
+/// Runs of a condition that a study may have.
+const GREATEST_RUNS: u32 = 1000;
 /// Runs of a condition that advance together and are kept together.
 const COHORT: u32 = 5;
 
@@ -56,7 +59,7 @@ pub(crate) fn run(arguments: &Miglino1995, console: Console) -> Result {
 
 /// The study that was asked for, and with `--sensitivity` under every other assumption too.
 fn whole(arguments: &Miglino1995, evaluations: &Evaluations, console: Console) -> Result {
-    directory::check_runs(arguments.runs)?;
+    directory::check_runs(arguments.runs, GREATEST_RUNS)?;
     let robot = sample::surrogate_seed(&arguments.robot)?;
     let under = |arm| -> Result<(Settings, Option<Robot>)> {
         let recordings = recordings(&arguments.tables, arm, console)?;

@@ -6,8 +6,9 @@ use oneiro::surrogate::Surrogate;
 use oneiro::world::{Start, World, WorldSpec};
 
 use super::study::{Evolving, Trial, by_run, lives};
+use crate::evaluations::Evaluations;
 use crate::exit::Result;
-use crate::reality::surrogate::{Evaluations, SurrogateRobot};
+use crate::reality::surrogate::SurrogateRobot;
 use crate::reality::{Life, Lived, Reality, patiently};
 
 /// How the robot gets to the start of a life.

@@ -14,9 +14,10 @@ use oneiro::world::{Robot, Start, Task, World, WorldSpec};
 use super::real_lives::RealLives;
 use super::results::{Champion, Condition, Controls, DifferenceEffect, Discrepancy, Level, Life, Run, Transferred};
 use super::settings::{REAL, SIMULATED, Settings};
+use crate::evaluations::Evaluations;
 use crate::evolve::Evolution;
 use crate::exit::{Failure, Result};
-use crate::reality::surrogate::{Evaluations, SurrogateRobot};
+use crate::reality::surrogate::SurrogateRobot;
 use crate::reality::{self, Reality, patiently};
 
 /// How many of the best make the peak.

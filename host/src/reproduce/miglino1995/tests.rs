@@ -14,9 +14,10 @@ use oneiro::world::{World, WorldSpec};
 use super::arms::Arm;
 use super::settings::Settings;
 use super::simulated_robot;
+use crate::evaluations::Evaluations;
 use crate::reality::Object;
 use crate::reality::sampling::sample_unkept;
-use crate::reality::surrogate::{Evaluations, SurrogateRobot};
+use crate::reality::surrogate::SurrogateRobot;
 
 pub(super) fn evaluations() -> Evaluations {
     Evaluations::new(Box::new(Cpu::new(None).unwrap()), Arc::new(AtomicBool::new(false)))

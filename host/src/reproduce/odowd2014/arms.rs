@@ -79,9 +79,13 @@ pub(crate) const ARMS: [Arm; 26] = [
     arm("in-step", "All robots are switched on at once", |own| {
         own.clock.offset_s = 0;
     }),
-    arm("out-of-step", "Robots are switched on within 60 s", |own| {
-        own.clock.offset_s = 60;
-    }),
+    arm(
+        "out-of-step",
+        "Robots are switched on within 60 s (49 intervals)",
+        |own| {
+            own.clock.offset_s = 60;
+        },
+    ),
     arm(
         "installed-34",
         "The best simulated controller takes over after 34 s",

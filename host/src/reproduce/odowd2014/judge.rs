@@ -8,7 +8,7 @@ use rand_pcg::Pcg64;
 
 use super::measures::{ALL, BEFORE_MOVE, BIN, FIRST_HALF, G0, G1, LATE, S0, SECOND_HALF, SETTLED};
 use super::results::{Case, Combination, Kind, Results, Run};
-use crate::reproduce::claims::{Claim, Effect, Test, Verdict};
+use crate::reproduce::claims::{Claim, Effect, HOLDS_IN, Test, Verdict};
 use crate::statistics::{cohens_d, holm, mean, one_sample_t, paired_t, ratio_interval, roc_area, student_t, subset};
 
 use Case::{NoLight, Opposite, OppositeThenOver, Over, OverThenOpposite, Random};
@@ -76,6 +76,11 @@ fn claim(results: &Results, criterion: &Criterion) -> Claim {
         }));
     }
     let [fails, holds, unknown] = scopes;
+    if results.combinations.len() > 1 {
+        let count = results.combinations.len();
+        let name = format!("{HOLDS_IN}, of {count}");
+        claim.effects.insert(0, effect(name, holds.len() as f64, None));
+    }
     claim.verdict = match (holds.is_empty(), fails.is_empty(), unknown.is_empty()) {
         (false, true, true) => Verdict::Reproduced,
         (true, false, true) => Verdict::NotReproduced,
@@ -235,12 +240,23 @@ fn effect(name: impl Into<String>, value: f64, paper: Option<f64>) -> Effect {
     }
 }
 
-/// Two samples of runs that are compared.
+/// Samples of runs that are compared.
 struct Pair {
     name: String,
     a: Vec<f64>,
     b: Vec<f64>,
-    paired: bool,
+    kind: Comparison,
+}
+
+/// How two samples belong together.
+#[derive(Clone, Copy, PartialEq)]
+enum Comparison {
+    /// Not at all.
+    Apart,
+    /// Run by run.
+    Paired,
+    /// The second is a number that the first is held against.
+    Number,
 }
 
 fn pair(name: impl Into<String>, a: Vec<f64>, b: Vec<f64>) -> Pair {
@@ -248,8 +264,40 @@ fn pair(name: impl Into<String>, a: Vec<f64>, b: Vec<f64>) -> Pair {
         name: name.into(),
         a,
         b,
-        paired: false,
+        kind: Comparison::Apart,
     }
+}
+
+impl Pair {
+    fn kind(self, kind: Comparison) -> Self {
+        Self { kind, ..self }
+    }
+
+    /// t, its degrees of freedom and p; samples that do not vary differ for certain, or not at all. None without the
+    /// runs that are needed.
+    fn tested(&self) -> Option<(f64, f64, f64)> {
+        let least = if self.kind == Comparison::Number { 1 } else { 2 };
+        let finite = self.a.iter().chain(&self.b).all(|value| value.is_finite());
+        if self.a.len() < 2 || self.b.len() < least || !finite {
+            return None;
+        }
+        let test = match self.kind {
+            Comparison::Apart => student_t(&self.a, &self.b),
+            Comparison::Paired => paired_t(&self.a, &self.b),
+            Comparison::Number => one_sample_t(&self.a, self.b[0]),
+        };
+        let df = match self.kind {
+            Comparison::Apart => self.a.len() + self.b.len() - 2,
+            Comparison::Paired | Comparison::Number => self.a.len() - 1,
+        };
+        let certain = if mean(&self.a) == mean(&self.b) { 1.0 } else { 0.0 };
+        Some(test.map_or((0.0, df as f64, certain), |test| (test.t, test.df, test.p.value)))
+    }
+}
+
+/// Whether a sample is greater than another by Student's t, without a correction.
+fn is_greater(a: &[f64], b: &[f64], level: f64) -> bool {
+    student_t(a, b).is_ok_and(|test| test.t > 0.0 && test.p.value < level)
 }
 
 /// How a comparison came out: its sign, and p after Holm's correction.
@@ -272,20 +320,10 @@ impl Compared {
 impl Finding {
     /// Tests several pairs, and corrects over them; without all their runs there is nothing to say.
     fn compare<const N: usize>(&mut self, pairs: &[Pair; N]) -> Option<[Compared; N]> {
-        if pairs.iter().any(|pair| pair.a.len() < 2 || pair.b.len() < 2) {
-            return None;
+        let mut tested = [(0.0, 0.0, 1.0); N];
+        for (place, pair) in tested.iter_mut().zip(pairs) {
+            *place = pair.tested()?;
         }
-        let tested = pairs.each_ref().map(|pair| {
-            let test = if pair.paired {
-                paired_t(&pair.a, &pair.b)
-            } else {
-                student_t(&pair.a, &pair.b)
-            };
-            // Samples without any variation that are equal do not differ.
-            test.map_or((0.0, (pair.a.len() + pair.b.len() - 2) as f64, 1.0), |test| {
-                (test.t, test.df, test.p.value)
-            })
-        });
         let corrected = holm(&tested.map(|(.., p)| p)).ok()?;
         for ((pair, (t, df, p)), &p_holm) in pairs.iter().zip(tested).zip(&corrected) {
             self.tests.push(Test {
@@ -385,8 +423,19 @@ impl Judged<'_> {
     fn against_random(&self) -> Option<Finding> {
         let mut finding = Finding::default();
         let cases = [Over, Opposite, OverThenOpposite, OppositeThenOver];
-        let random = finding.compare(&cases.map(|case| self.by_rate((case, Evolved), (Random, Evolved))))?;
-        let null = finding.compare(&cases.map(|case| self.by_null(case)))?;
+        let [over, opposite, away, towards] = cases.map(|case| self.by_rate((case, Evolved), (Random, Evolved)));
+        let [over_null, opposite_null, away_null, towards_null] = cases.map(|case| self.by_null(case));
+        let all = finding.compare(&[
+            over,
+            opposite,
+            away,
+            towards,
+            over_null,
+            opposite_null,
+            away_null,
+            towards_null,
+        ])?;
+        let (random, null) = all.split_at(cases.len());
         let (none, control) = (self.rates(NoLight, Evolved), self.rates(Random, Evolved));
         let interval = ratio_interval(&none, &control, 0.9).ok()?;
         finding.note("No Light over Random Movement", mean(&none) / mean(&control));
@@ -412,38 +461,49 @@ impl Judged<'_> {
                 });
             }
         }
-        self.power(&mut finding, &cases);
+        for case in cases {
+            let verdict = format!("p < 0.005, {}", case.title());
+            self.power(&mut finding, [case, Random], &verdict, |[own, control]| {
+                is_greater(own, control, PAPERS_LEVEL)
+            });
+        }
+        self.power(
+            &mut finding,
+            [NoLight, Random],
+            "p > 0.5, No Light",
+            |[own, control]| student_t(own, control).is_ok_and(|test| test.p.value > 0.5),
+        );
         let differs = random.iter().all(|compared| compared.is_above(PAPERS_LEVEL));
         let informed = null.iter().all(|compared| compared.is_above(LEVEL));
         let equivalent = interval.low >= 0.9 && interval.high <= 1.1;
         finding.judged(differs && informed && equivalent)
     }
 
-    /// How often 5 or 10 of many runs would differ from Random Movement as the paper's do.
-    fn power(&self, finding: &mut Finding, cases: &[Case]) {
-        let control = self.rates(Random, Evolved);
-        if control.len() < MANY {
+    /// Of many runs, how often 5 or 10 drawn out of them would give a verdict on the rates of some cases.
+    fn power<const N: usize>(
+        &self,
+        finding: &mut Finding,
+        cases: [Case; N],
+        verdict: &str,
+        gives: impl Fn(&[Vec<f64>; N]) -> bool,
+    ) {
+        let all = cases.map(|case| self.rates(case, Evolved));
+        if all.iter().any(|rates| rates.len() < MANY) {
             return;
         }
         let mut random = Pcg64::new(2014, 1);
         for size in [5, 10] {
-            for &case in cases {
-                let own = self.rates(case, Evolved);
-                let mut drawn = |from: &[f64]| -> Vec<f64> {
-                    subset(from.len(), size, &mut random)
-                        .iter()
-                        .map(|&index| from[index])
-                        .collect()
-                };
-                let found = (0..SETS)
-                    .filter(|_| {
-                        let (a, b) = (drawn(&own), drawn(&control));
-                        student_t(&a, &b).is_ok_and(|test| test.t > 0.0 && test.p.value < PAPERS_LEVEL)
-                    })
-                    .count();
-                let name = format!("share of sets of {size} runs with p < 0.005, {}", case.title());
-                finding.note(name, found as f64 / SETS as f64);
-            }
+            let mut drawn = || {
+                all.each_ref().map(|rates| {
+                    let chosen = subset(rates.len(), size, &mut random);
+                    chosen.iter().map(|&index| rates[index]).collect::<Vec<f64>>()
+                })
+            };
+            let found = (0..SETS).filter(|_| gives(&drawn())).count();
+            finding.note(
+                format!("share of sets of {size} runs with {verdict}"),
+                found as f64 / SETS as f64,
+            );
         }
     }
 
@@ -460,6 +520,13 @@ impl Judged<'_> {
             .effects
             .push(effect("over the nest to opposite", to_opposite, Some(2.0)));
         let doubles = |ratio: f64| (1.5..=2.5).contains(&ratio);
+        let verdict = "a ratio of 1.5 to 2.5 to either";
+        self.power(
+            &mut finding,
+            [Over, Random, Opposite],
+            verdict,
+            |[over, random, opposite]| doubles(mean(over) / mean(random)) || doubles(mean(over) / mean(opposite)),
+        );
         finding.judged((doubles(to_random) || doubles(to_opposite)) && null.is_above(LEVEL))
     }
 
@@ -470,6 +537,13 @@ impl Judged<'_> {
             self.by_rate((Opposite, Evolved), (Random, Evolved)),
             self.by_null(Opposite),
         ])?;
+        let verdict = "over above opposite above random, p < 0.05";
+        self.power(
+            &mut finding,
+            [Over, Opposite, Random],
+            verdict,
+            |[over, opposite, random]| is_greater(over, opposite, LEVEL) && is_greater(opposite, random, LEVEL),
+        );
         for case in Case::ALL {
             finding.note(
                 format!("food per minute, {}", case.title()),
@@ -536,20 +610,11 @@ impl Judged<'_> {
 
     fn moved_away(&self) -> Option<Finding> {
         let mut finding = Finding::default();
-        let [before] = finding.compare(&[self.share_by_null(
-            OverThenOpposite,
-            Light::OverNest,
-            BEFORE_MOVE,
-            "before the move",
-        )])?;
-        let [moved] = finding.compare(&[Pair {
-            paired: true,
-            ..pair(
-                "late S0 and S0 before the move",
-                self.each(OverThenOpposite, Evolved, |run| run.mean(S0, LATE)),
-                self.each(OverThenOpposite, Evolved, |run| run.mean(S0, BEFORE_MOVE)),
-            )
-        }])?;
+        let s0 = |intervals: Range<usize>| self.each(OverThenOpposite, Evolved, |run| run.mean(S0, intervals.clone()));
+        let [before, moved] = finding.compare(&[
+            self.share_by_null(OverThenOpposite, Light::OverNest, BEFORE_MOVE, "before the move"),
+            pair("late S0 and S0 before the move", s0(LATE), s0(BEFORE_MOVE)).kind(Comparison::Paired),
+        ])?;
         let bin = self.results.light_moves_minute as usize * 60 / BIN;
         let rate = |bins: Range<usize>| {
             mean(&self.each(OverThenOpposite, Evolved, |run| {
@@ -566,19 +631,20 @@ impl Judged<'_> {
     fn moved_over(&self) -> Option<Finding> {
         let mut finding = Finding::default();
         let half = |case| self.each(case, Evolved, |run| run.rate(SECOND_HALF));
-        let [rate] = finding.compare(&[pair(
-            "rate of the second half, case 5 and Light Over Nest",
-            half(OppositeThenOver),
-            half(Over),
-        )])?;
-        let [share] = finding.compare(&[Pair {
-            paired: true,
-            ..pair(
+        let share = |intervals| self.shares(OppositeThenOver, Evolved, Light::OverNest, intervals);
+        let [rate, share] = finding.compare(&[
+            pair(
+                "rate of the second half, case 5 and Light Over Nest",
+                half(OppositeThenOver),
+                half(Over),
+            ),
+            pair(
                 "share of Over, late and before the move",
-                self.shares(OppositeThenOver, Evolved, Light::OverNest, LATE),
-                self.shares(OppositeThenOver, Evolved, Light::OverNest, BEFORE_MOVE),
+                share(LATE),
+                share(BEFORE_MOVE),
             )
-        }])?;
+            .kind(Comparison::Paired),
+        ])?;
         let (before, _) = self.gene(OppositeThenOver, S0, BEFORE_MOVE);
         finding
             .effects
@@ -628,45 +694,41 @@ impl Judged<'_> {
         finding.judged(over > 0.0 && opposite < 0.5 * over)
     }
 
-    /// Of a run the area under the curve of fitness for simulators that have the light where it is, of so many
-    /// intervals before.
-    fn area(&self, run: &Run, lag: usize) -> Option<f64> {
+    /// The areas under the curve of fitness, run by run, for simulators that have the light where it is; which simulator
+    /// goes with a robot's fitness, `of` says by the run, the interval and the robot.
+    fn areas(&self, case: Case, of: impl Fn(&Run, usize, usize) -> f32) -> Vec<f64> {
         let moves = self.results.light_moves_minute as usize;
-        let mut scores = Vec::new();
-        let mut right = Vec::new();
-        for interval in 2..run.intervals.len().saturating_sub(1) {
-            let light = run.case.light_in(interval, moves);
-            for (robot, own) in run.intervals[interval].iter().enumerate() {
-                scores.push(f64::from(own.real));
-                right.push(Light::of_gene(run.intervals[interval - lag][robot].s0) == light);
+        let area = |run: &Run| {
+            let mut scores = Vec::new();
+            let mut right = Vec::new();
+            for interval in 2..run.intervals.len().saturating_sub(1) {
+                let light = run.case.light_in(interval, moves);
+                for (robot, own) in run.intervals[interval].iter().enumerate() {
+                    scores.push(f64::from(own.real));
+                    right.push(Light::of_gene(of(run, interval, robot)) == light);
+                }
             }
-        }
-        roc_area(&scores, &right).ok()
+            roc_area(&scores, &right).ok()
+        };
+        self.combination.of(case, SimulatorRandom).filter_map(area).collect()
     }
 
     fn informs(&self) -> Option<Finding> {
         let mut finding = Finding::default();
-        let mut holds = true;
+        let chosen = |case: Case| {
+            let areas = self.areas(case, |run, interval, robot| run.intervals[interval][robot].chosen_under);
+            pair(format!("area under the curve, {}", case.title()), areas, vec![0.5]).kind(Comparison::Number)
+        };
+        let all = finding.compare(&[Over, Opposite].map(chosen))?;
+        let holds = all.iter().all(|compared| compared.is_above(LEVEL));
         for case in [Over, Opposite] {
+            finding.note(format!("area, {}", case.title()), mean(&chosen(case).a));
             for lag in 0..=2 {
-                let areas: Vec<f64> = self
-                    .combination
-                    .of(case, SimulatorRandom)
-                    .filter_map(|run| self.area(run, lag))
-                    .collect();
-                let test = one_sample_t(&areas, 0.5).ok()?;
-                let name = format!("area, lag {lag}, {}", case.title());
-                finding.note(&name, mean(&areas));
-                finding.tests.push(Test {
-                    name,
-                    statistic: "t".into(),
-                    value: test.t,
-                    degrees_of_freedom: vec![test.df],
-                    p: test.p.value,
-                    p_holm: None,
-                });
-                // The controller that acts was chosen an interval before.
-                holds &= lag != 1 || (test.t > 0.0 && test.p.value < LEVEL);
+                let areas = self.areas(case, |run, interval, robot| run.intervals[interval - lag][robot].s0);
+                finding.note(
+                    format!("area by S0 of {lag} intervals before, {}", case.title()),
+                    mean(&areas),
+                );
             }
             let moves = self.results.light_moves_minute as usize;
             let gap = |right: bool| {

@@ -23,8 +23,8 @@ use serde::de::DeserializeOwned;
 
 use crate::cli::Odowd2014;
 use crate::console::Console;
+use crate::evaluations::Evaluations;
 use crate::exit::{Failure, Result};
-use crate::reality::surrogate::Evaluations;
 use crate::record::write_whole;
 use crate::reproduce::claims::Claim;
 use crate::reproduce::directory;
@@ -34,6 +34,8 @@ use results::{Case, Kind, Results};
 pub(crate) use study::{CREDITS, SCALES};
 use study::{Cohort, Study, combined};
 
+/// Runs of each case and kind that a study may have: their figures take two gigabytes of memory.
+const GREATEST_RUNS: u32 = 400;
 /// Runs of each case and kind that advance together and are kept together.
 const COHORT: u32 = 10;
 /// What the paper's robots took for the simulations of an interval, in seconds.
@@ -49,11 +51,18 @@ pub(crate) fn arm_names() -> Vec<PossibleValue> {
 
 /// Does the whole study, or goes on with it.
 pub(crate) fn run(arguments: &Odowd2014, console: Console) -> Result {
-    directory::check_runs(arguments.runs)?;
+    directory::check_runs(arguments.runs, GREATEST_RUNS)?;
     if let Some(scale) = arguments.scale.iter().find(|scale| !(**scale > 0.0 && **scale <= 10.0)) {
         return Err(Failure::input(format_args!(
             "--scale {scale}: allowed: above 0, up to 10"
         )));
+    }
+    let twice = |words: &str| Failure::input(format_args!("{words} is there twice; allowed: each once"));
+    if let Some(scale) = again(&arguments.scale) {
+        return Err(twice(&format!("--scale {scale}")));
+    }
+    if let Some(credit) = again(&arguments.credit) {
+        return Err(twice(&format!("--credit {}", credit.title())));
     }
     let study = |arm: &str, questions| Study {
         seed: arguments.seed,
@@ -87,6 +96,14 @@ pub(crate) fn run(arguments: &Odowd2014, console: Console) -> Result {
     }
     device::tell_warnings(evaluations.close().as_ref(), console);
     directory::tell(&claims, &out, console)
+}
+
+/// The first of a list that stands in it twice.
+fn again<T: PartialEq>(list: &[T]) -> Option<&T> {
+    let mut places = list.iter().enumerate();
+    places
+        .find(|(place, one)| list[..*place].contains(one))
+        .map(|(_, one)| one)
 }
 
 /// One study in its directory, all but its report: what is kept there already is not done again.

@@ -4,8 +4,8 @@ use serde::Serialize;
 
 use super::arms;
 use super::results::{Case, Combination, Credit, Kind, Question, Run};
+use crate::evaluations::Evaluations;
 use crate::exit::Result;
-use crate::reality::surrogate::Evaluations;
 use crate::reproduce::assumptions::Assumption;
 use crate::swarm::settings::Settings;
 use crate::swarm::{Plan, live, steps};
@@ -99,17 +99,14 @@ impl Study {
             ),
         ];
         let settings = self.settings(Case::Over, Kind::Evolved, self.scales[0], self.credits[0]);
-        let varied = [
-            "case",
-            "controllers.mutation_scale",
-            "simulators.mutation_scale",
-            "simulators.credit",
-        ];
+        let scales: Vec<String> = self.scales.iter().map(f64::to_string).collect();
+        let credits: Vec<&str> = self.credits.iter().map(|credit| credit.title()).collect();
         for (key, value, source) in settings.listed() {
-            let value = if varied.contains(&key.as_str()) {
-                "all side by side".into()
-            } else {
-                value
+            let value = match key.as_str() {
+                "case" => "all six".to_owned(),
+                "controllers.mutation_scale" | "simulators.mutation_scale" => scales.join(", "),
+                "simulators.credit" => credits.join(", "),
+                _ => value,
             };
             all.push(row(&key, value, source));
         }

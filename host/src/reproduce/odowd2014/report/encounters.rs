@@ -31,8 +31,8 @@ pub(super) fn html(results: &Results, combination: &Combination) -> String {
                 Cell::number(shown(over(&own, |robot| f64::from(robot.heard)), DIGITS)),
                 share(&own, |robot| robot.heard == 0),
                 Cell::number(percent(over(&own, |robot| f64::from(robot.reached)) / robots)),
-                share(&own, |robot| robot.taken),
-                share(&null, |robot| robot.taken),
+                Cell::number(percent(taken(&own))),
+                Cell::number(percent(taken(&null))),
             ];
             Some(cells.into())
         })
@@ -44,6 +44,15 @@ pub(super) fn html(results: &Results, combination: &Combination) -> String {
         "<h3>Encounters</h3>\n{}",
         table(&named("Encounters", combination), words, &head, &rows)
     )
+}
+
+/// How often robots took another's simulator; after the last interval nobody goes on with any.
+fn taken(runs: &[&Run]) -> f64 {
+    let decided = |run: &&Run| run.intervals.len().saturating_sub(1);
+    let robots = runs
+        .iter()
+        .flat_map(|run| run.intervals.iter().take(decided(run)).flatten());
+    mean(robots.map(|robot| f64::from(u8::from(robot.taken))))
 }
 
 /// The mean over all robots and intervals of some runs.
