@@ -225,7 +225,7 @@ fn parts_are_as_good_as_the_whole() {
     let mut gpu = gpu();
     let batch = batch(&worlds(Controller::Perceptron), 700, Some(30));
     let whole = cpu().evaluate_part(&batch.all(), &Control::new()).unwrap();
-    let records = batch.trace_records() as usize;
+    let words = batch.trace_words();
     let mut slot = 0;
     for groups in [0..3, 3..4, 4..4, 4..batch.groups()] {
         let part = batch.part(groups);
@@ -236,8 +236,8 @@ fn parts_are_as_good_as_the_whole() {
                 let (here, there) = (slot + lane, slot + lane - part.groups().start as usize * 64);
                 assert_eq!(result.fitness[there].to_bits(), whole.fitness[here].to_bits());
                 let traces = (
-                    &result.trace[there * records..][..records],
-                    &whole.trace[here * records..][..records],
+                    &result.trace[there * words..][..words],
+                    &whole.trace[here * words..][..words],
                 );
                 assert_eq!(traces.0, traces.1);
             }

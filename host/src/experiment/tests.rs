@@ -83,12 +83,16 @@ fn all_experiments_are_valid() {
     for entry in fs::read_dir(examples).unwrap() {
         let path = entry.unwrap().path();
         if path.extension().is_some_and(|extension| extension == "toml") {
-            let experiment = Experiment::read(&path, &[]).unwrap();
-            assert_eq!(Some(experiment.name()), path.file_stem().and_then(|stem| stem.to_str()));
-            names.push(experiment.name().to_owned());
+            let name = if swarm::is_swarm(&path).unwrap() {
+                swarm::SwarmExperiment::read(&path, &[]).unwrap().name().to_owned()
+            } else {
+                Experiment::read(&path, &[]).unwrap().name().to_owned()
+            };
+            assert_eq!(Some(&*name), path.file_stem().and_then(|stem| stem.to_str()));
+            names.push(name);
         }
     }
-    assert!(names.len() >= 5, "{names:?}");
+    assert!(names.len() >= 12, "{names:?}");
 }
 
 #[test]

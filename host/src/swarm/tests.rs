@@ -346,6 +346,7 @@ fn nothing_that_was_heard_is_forgotten_too_early() {
     }
     let mut settings = small(Case::Over);
     settings.minutes = 12;
+    settings.robots = 12;
     settings.clock.interval_s = 180;
     settings.clock.offset_s = 180;
     settings.clock.installed_s = 180;

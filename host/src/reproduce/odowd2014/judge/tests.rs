@@ -54,6 +54,7 @@ fn run(case: Case, kind: Kind, number: u32, numbers: &mut Numbers, made: impl Fn
     // Fitness tells where the controller was chosen with the light where it is: an interval before.
     for interval in 1..intervals.len() {
         for robot in 0..10 {
+            intervals[interval][robot].chosen_under = intervals[interval - 1][robot].s0;
             let right = made(interval).informs
                 && Light::of_gene(intervals[interval - 1][robot].s0) == case.light_in(interval, 25);
             intervals[interval][robot].real = if right { 60.0 } else { 20.0 } + (30.0 * numbers.next()) as f32;
