@@ -24,7 +24,7 @@ pub(crate) struct Second {
 pub(crate) struct Seconds {
     kept: usize,
     first: u32,
-    seconds: VecDeque<Second>,
+    last: VecDeque<Second>,
 }
 
 impl Seconds {
@@ -34,22 +34,22 @@ impl Seconds {
         Self {
             kept: kept as usize,
             first: 0,
-            seconds: VecDeque::new(),
+            last: VecDeque::new(),
         }
     }
 
     /// Adds the next second.
     pub(crate) fn push(&mut self, second: Second) {
-        if self.seconds.len() == self.kept {
-            self.seconds.pop_front();
+        if self.last.len() == self.kept {
+            self.last.pop_front();
             self.first += 1;
         }
-        self.seconds.push_back(second);
+        self.last.push_back(second);
     }
 
     /// One of those that are kept.
     pub(crate) fn get(&self, second: u32) -> Option<&Second> {
-        self.seconds.get(second.checked_sub(self.first)? as usize)
+        self.last.get(second.checked_sub(self.first)? as usize)
     }
 }
 
