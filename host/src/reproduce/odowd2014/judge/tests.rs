@@ -53,11 +53,11 @@ fn run(case: Case, kind: Kind, number: u32, numbers: &mut Numbers, made: impl Fn
     }
     // Fitness tells where the controller was chosen with the light where it is: an interval before.
     for interval in 1..intervals.len() {
-        for robot in 0..10 {
-            intervals[interval][robot].chosen_under = intervals[interval - 1][robot].s0;
-            let right = made(interval).informs
-                && Light::of_gene(intervals[interval - 1][robot].s0) == case.light_in(interval, 25);
-            intervals[interval][robot].real = if right { 60.0 } else { 20.0 } + (30.0 * numbers.next()) as f32;
+        let (before, now) = intervals.split_at_mut(interval);
+        for (before, own) in before[interval - 1].iter().zip(&mut now[0]) {
+            own.chosen_under = before.s0;
+            let right = made(interval).informs && Light::of_gene(before.s0) == case.light_in(interval, 25);
+            own.real = if right { 60.0 } else { 20.0 } + (30.0 * numbers.next()) as f32;
         }
     }
     Run {
@@ -79,9 +79,8 @@ fn as_told(number: u32, case: Case, kind: Kind, numbers: &mut Numbers) -> Run {
             (Over, SimulatorRight) => 20.0,
             (Opposite, SimulatorRight) => 9.0,
             (_, SimulatorRandom) => 6.5,
-            (Over, _) => 12.0,
             (OverThenOpposite, _) if second => 6.0,
-            (OverThenOpposite, _) => 12.0,
+            (Over | OverThenOpposite, _) => 12.0,
             (OppositeThenOver, _) if second => 10.0,
             (Opposite | OppositeThenOver, _) => 8.0,
             _ => 6.0,
