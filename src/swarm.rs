@@ -2,6 +2,10 @@
 //! in which robots that are not alike meet, push and shade each other, share the food and hear each other at close
 //! range. It differs from the [on-board simulator](crate::foraging) in what [`Differences`] says.
 //!
+//! One invocation of the kernel is a whole world, its robots in a loop over words of its state: lanes are worlds, so that
+//! a processor's vectors are full whatever the number of robots, nothing waits for anything, and a batch of a few dozen
+//! worlds fills them.
+//!
 //! Worlds live on from stretch to stretch, and robots get new controllers on the way: [`Arena`] is what whoever runs
 //! robots sees of them, [`Simulated`] its implementation by an evaluator.
 

@@ -367,10 +367,10 @@ pub(crate) struct Odowd2014 {
     #[arg(long, value_name = "N", default_value_t = 1)]
     pub(crate) seed: u64,
     /// Standard deviations of mutations
-    #[arg(long, value_name = "S,..", value_delimiter = ',', default_values_t = crate::reproduce::odowd2014::SCALES)]
+    #[arg(long, value_name = "S,..", value_delimiter = ',', default_values_t = crate::reproduce::odowd2014::arms::SCALES)]
     pub(crate) scale: Vec<f64>,
     /// To which simulator fitness is credited
-    #[arg(long, value_name = "RULE,..", value_delimiter = ',', value_enum, default_values_t = crate::reproduce::odowd2014::CREDITS)]
+    #[arg(long, value_name = "RULE,..", value_delimiter = ',', value_enum, default_values_t = crate::reproduce::odowd2014::arms::CREDITS)]
     pub(crate) credit: Vec<crate::swarm::lived::Credit>,
     /// The paper's six cases alone, without the null and the interventions
     #[arg(long)]
@@ -379,7 +379,7 @@ pub(crate) struct Odowd2014 {
     #[arg(long)]
     pub(crate) questions: bool,
     /// One assumption made otherwise than preregistered
-    #[arg(long, value_name = "ARM", value_parser = crate::reproduce::odowd2014::arm_names(), default_value = "main")]
+    #[arg(long, value_name = "ARM", value_parser = crate::reproduce::odowd2014::arms::names(), default_value = "main")]
     pub(crate) arm: String,
     /// The study again under each other assumption, and a table of the claims by assumption
     #[arg(long, conflicts_with = "arm")]

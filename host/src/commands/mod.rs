@@ -12,6 +12,7 @@ mod devices;
 mod evaluate;
 mod list;
 mod new;
+mod places;
 mod replay;
 mod report;
 mod reproduce;

@@ -1,9 +1,8 @@
 //! `oneiro run`: evolves, once or for many seeds.
 
-use std::hash::BuildHasher;
-use std::path::{Path, PathBuf};
-use std::time::SystemTime;
+use std::path::PathBuf;
 
+use super::places::seeds_and_places;
 use super::report::{self, Report};
 use super::swarm;
 use crate::cli;
@@ -75,34 +74,4 @@ pub(crate) fn run(arguments: &cli::Run, console: Console) -> Result {
     }
     done.sort_by_key(|report| report.seed);
     report::print(&done, arguments.seeds.is_some(), console)
-}
-
-/// The seeds and their runs' directories; `own` is the experiment's seed, `name` what a run's directory is called where
-/// the user names none.
-pub(super) fn seeds_and_places(
-    arguments: &cli::Run,
-    own: Option<u64>,
-    console: Console,
-    name: impl Fn(u64) -> String,
-) -> Vec<(u64, PathBuf)> {
-    let usual = |seed: u64| Path::new("runs").join(name(seed));
-    if let Some(seeds) = &arguments.seeds {
-        let own = |seed| arguments.out.as_ref().map(|out| out.join(format!("seed-{seed}")));
-        return seeds
-            .clone()
-            .map(|seed| (seed, own(seed).unwrap_or_else(|| usual(seed))))
-            .collect();
-    }
-    let seed = arguments.seed.or(own).unwrap_or_else(|| {
-        let seed = drawn_seed();
-        console.say(format!("seed {seed}, drawn"));
-        seed
-    });
-    vec![(seed, arguments.out.clone().unwrap_or_else(|| usual(seed)))]
-}
-
-/// A seed that nobody chose, below 2^53 so that every reader of JSON reads it right.
-fn drawn_seed() -> u64 {
-    // The system draws the keys of this hasher.
-    std::hash::RandomState::new().hash_one(SystemTime::now()) >> 11
 }

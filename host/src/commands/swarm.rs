@@ -7,7 +7,7 @@ use oneiro::swarm::{Line, SECOND};
 use serde::Serialize;
 use serde_json::json;
 
-use super::run::seeds_and_places;
+use super::places::seeds_and_places;
 use crate::cli;
 use crate::console::{Console, columns};
 use crate::device;

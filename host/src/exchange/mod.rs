@@ -1,7 +1,6 @@
 //! What passes between robots: simulators with the fitness that their robots earn, from whoever is near. How messages
 //! travel is behind one trait.
 
-pub(crate) mod memory;
 pub(crate) mod pairs;
 
 use std::ops::Range;

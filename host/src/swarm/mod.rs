@@ -4,6 +4,7 @@
 
 pub(crate) mod clock;
 pub(crate) mod lived;
+mod memory;
 pub(crate) mod mind;
 pub(crate) mod settings;
 
@@ -18,10 +19,10 @@ use oneiro::swarm::{Arena, Line, Order, SECOND, Simulated, Swarm, World};
 use crate::evolve::encapsulated::{Genome, any_gene};
 use crate::evolve::random::{Stream, below, shuffled, stream};
 use crate::exchange::Exchange;
-use crate::exchange::memory::{Memory, Second, Seconds};
 use crate::exit::{Failure, Result};
 use crate::swarm::lived::{Case, Kind, RobotInterval, Run};
 use clock::Clock;
+use memory::{Memory, Second, Seconds};
 use mind::Mind;
 use settings::Settings;
 

@@ -1,8 +1,16 @@
-//! The study under other assumptions: each arm makes one choice that the paper leaves open otherwise.
+//! What the study can be asked for: scales and rules of credit side by side, and one assumption made otherwise.
+
+use clap::builder::PossibleValue;
 
 use crate::evolve::encapsulated::Boundary;
 use crate::exchange::pairs::{Key, Leaves};
+use crate::swarm::lived::Credit;
 use crate::swarm::settings::{Real, Says, Settings};
+
+/// The mutation scales that stand side by side.
+pub(crate) const SCALES: [f64; 3] = [2.0, 0.2, 0.02];
+/// The rules of credit that stand side by side.
+pub(crate) const CREDITS: [Credit; 2] = [Credit::Lagged, Credit::Matched];
 
 /// One assumption that is made otherwise.
 pub(crate) struct Arm {
@@ -127,6 +135,12 @@ const fn arm(name: &'static str, words: &'static str, change: fn(&mut Settings))
 fn bounded(settings: &mut Settings, boundary: Boundary) {
     settings.controllers.boundary = boundary;
     settings.simulators.boundary = boundary;
+}
+
+/// Their names, with what they change.
+pub(crate) fn names() -> Vec<PossibleValue> {
+    let value = |arm: &Arm| PossibleValue::new(arm.name).help(arm.words);
+    ARMS.iter().map(value).collect()
 }
 
 /// An arm by its name.

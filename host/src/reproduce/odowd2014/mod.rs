@@ -12,7 +12,6 @@ use std::fs;
 use std::path::Path;
 use std::time::Instant;
 
-use clap::builder::PossibleValue;
 use oneiro::batch::{Rollout, Worlds};
 use oneiro::cpu::Cpu;
 use oneiro::evaluator::{Control, Evaluator};
@@ -31,7 +30,6 @@ use crate::reproduce::directory;
 use crate::watcher::stop_signal;
 use crate::{device, progress, swarm};
 use results::{Case, Kind, Results};
-pub(crate) use study::{CREDITS, SCALES};
 use study::{Cohort, Study, combined};
 
 /// Runs of each case and kind that a study may have: their figures take two gigabytes of memory.
@@ -40,14 +38,6 @@ const GREATEST_RUNS: u32 = 400;
 const COHORT: u32 = 10;
 /// What the paper's robots took for the simulations of an interval, in seconds.
 const PAPERS_SECONDS: f64 = 34.0;
-
-/// The names of the assumptions that can be made otherwise.
-pub(crate) fn arm_names() -> Vec<PossibleValue> {
-    arms::ARMS
-        .iter()
-        .map(|arm| PossibleValue::new(arm.name).help(arm.words))
-        .collect()
-}
 
 /// Does the whole study, or goes on with it.
 pub(crate) fn run(arguments: &Odowd2014, console: Console) -> Result {

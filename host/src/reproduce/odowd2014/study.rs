@@ -10,11 +10,6 @@ use crate::reproduce::assumptions::Assumption;
 use crate::swarm::settings::Settings;
 use crate::swarm::{Plan, live, steps};
 
-/// The mutation scales that stand side by side.
-pub(crate) const SCALES: [f64; 3] = [2.0, 0.2, 0.02];
-/// The rules of credit that stand side by side.
-pub(crate) const CREDITS: [Credit; 2] = [Credit::Lagged, Credit::Matched];
-
 /// What is asked of the study; what its directory says of it.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub(crate) struct Study {

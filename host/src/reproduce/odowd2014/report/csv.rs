@@ -31,9 +31,6 @@ fn whose(combination: &Combination, case: Case, kind: Kind) -> [String; 4] {
 }
 
 const WHOSE: &str = "scale,credit,case,kind";
-/// The columns of the table of open questions.
-pub(super) const WHOSE_QUESTION: &str = "about,robots,arena_radius_mm,range_mm,lamp_behind_wall_mm,runs,food_per_robot_minute,late_share_over,late_s0,\
-                                         converged_minute,heard,reached_share";
 
 /// What a value has no number for stays empty.
 fn known(x: f64) -> String {

@@ -2,7 +2,6 @@
 
 use oneiro::foraging::Light;
 
-use super::csv::WHOSE_QUESTION;
 use super::measures::S0;
 use crate::reproduce::numbers::{NONE, shown};
 use crate::reproduce::odowd2014::measures::{ALL, LATE};
@@ -10,6 +9,10 @@ use crate::reproduce::odowd2014::results::{Question, Results, Run};
 use crate::reproduce::page::{Cell, Head, Row, Section, paragraph, table};
 use crate::reproduce::rows::{Rows, number};
 use crate::statistics::mean;
+
+/// The columns of the table of open questions.
+const COLUMNS: &str = "about,robots,arena_radius_mm,range_mm,lamp_behind_wall_mm,runs,food_per_robot_minute,late_share_over,late_s0,\
+                                         converged_minute,heard,reached_share";
 
 /// Intervals that a share is taken over.
 const TOGETHER: usize = 5;
@@ -116,7 +119,7 @@ pub(super) fn section(results: &Results) -> Option<Section> {
 
 /// The same as a file.
 pub(super) fn csv(results: &Results) -> String {
-    let mut rows = Rows::new(WHOSE_QUESTION);
+    let mut rows = Rows::new(COLUMNS);
     for question in &results.questions {
         let own = answer(question);
         rows.row([

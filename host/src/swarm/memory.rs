@@ -3,10 +3,10 @@
 use std::collections::VecDeque;
 use std::ops::Range;
 
-use super::{Exchange, Message};
-use crate::swarm::lived::Credit;
-use crate::swarm::mind::Mind;
-use crate::swarm::settings::Says;
+use super::lived::Credit;
+use super::mind::Mind;
+use super::settings::Says;
+use crate::exchange::{Exchange, Message};
 
 /// What was heard and said in one second.
 #[derive(Clone, Debug, PartialEq)]
