@@ -587,30 +587,4 @@ mod tests {
             ])
         );
     }
-
-    #[test]
-    #[ignore = "writes pages to look at, to the folder that ONEIRO_PAGES names"]
-    fn pages_to_look_at() {
-        let folder = PathBuf::from(std::env::var_os("ONEIRO_PAGES").unwrap());
-        let write = |name: &str, replay: &SwarmReplay<'_>| fs::write(folder.join(name), swarm_page(replay)).unwrap();
-        let ten = Life::of(10, 1500, 10);
-        write("ten.html", &ten.replay());
-        write("many.html", &Life::of(128, 60, 10).replay());
-        let one = Life::of(1, 30, 2);
-        write(
-            "one.html",
-            &SwarmReplay {
-                lines: &one.lines[..1],
-                ..one.replay()
-            },
-        );
-        write(
-            "random.html",
-            &SwarmReplay {
-                genes: &[],
-                lamp: Lamp::fixed(Light::Nowhere),
-                ..ten.replay()
-            },
-        );
-    }
 }
