@@ -6,6 +6,8 @@ use std::time::SystemTime;
 
 use crate::cli;
 use crate::console::Console;
+use crate::exit::{Failure, Result};
+use crate::record::{Done, Standing, standing};
 
 /// The seeds and their runs' directories; `own` is the experiment's seed, `name` what a run's directory is called where
 /// the user names none.
@@ -29,6 +31,45 @@ pub(super) fn seeds_and_places(
         seed
     });
     vec![(seed, arguments.out.clone().unwrap_or_else(|| usual(seed)))]
+}
+
+/// Runs by their seeds and directories: those that are done, with their results, and those that are still to be.
+pub(super) struct Places {
+    pub(super) done: Vec<(u64, PathBuf, Done)>,
+    pub(super) new: Vec<(u64, PathBuf)>,
+}
+
+/// Looks at all places before anything begins.
+///
+/// # Errors
+/// Exit 3 for one that holds something else, or a run that is not finished.
+pub(super) fn sorted_out(
+    places: Vec<(u64, PathBuf)>,
+    identity: impl Fn(u64) -> blake3::Hash,
+    console: Console,
+) -> Result<Places> {
+    let mut sorted = Places {
+        done: Vec::new(),
+        new: Vec::new(),
+    };
+    let all = places.len();
+    for (seed, directory) in places {
+        match standing(&directory, identity(seed))? {
+            Standing::New => sorted.new.push((seed, directory)),
+            Standing::Done(result) => sorted.done.push((seed, directory, result)),
+            Standing::Unfinished => {
+                let directory = directory.display();
+                return Err(Failure::input(format_args!(
+                    "{directory}: holds a run that is not finished, and nothing is overwritten; \
+                     go on with it: oneiro resume {directory}"
+                )));
+            }
+        }
+    }
+    if !sorted.done.is_empty() {
+        console.say(format!("{} of {all} runs are done already", sorted.done.len()));
+    }
+    Ok(sorted)
 }
 
 /// A seed that nobody chose, below 2^53 so that every reader of JSON reads it right.

@@ -2,16 +2,16 @@
 
 use std::path::PathBuf;
 
-use super::places::seeds_and_places;
+use super::places::{Places, seeds_and_places, sorted_out};
 use super::report::{self, Report};
 use super::swarm;
 use crate::cli;
 use crate::console::Console;
 use crate::device;
-use crate::exit::{Failure, Result};
+use crate::exit::Result;
 use crate::experiment::Experiment;
 use crate::experiment::swarm::is_swarm;
-use crate::record::{Session, Standing, standing};
+use crate::record::{Done, Session};
 use crate::run::{LOCKSTEP, Run, evolve};
 use crate::watcher::Watcher;
 use crate::worker::Worker;
@@ -25,33 +25,13 @@ pub(crate) fn run(arguments: &cli::Run, console: Console) -> Result {
     for warning in experiment.warnings() {
         console.say(format!("warning: {warning}"));
     }
-    let mut done = Vec::new();
-    let mut new = Vec::new();
-    // Nothing begins before every place is known to be free.
     let places = seeds_and_places(arguments, experiment.settings().seed, console, |seed| {
         let identity = experiment.identity(seed).to_hex();
         format!("{}-{seed}-{}", experiment.name(), &identity[..8])
     });
-    for (seed, directory) in places {
-        match standing(&directory, experiment.identity(seed))? {
-            Standing::New => new.push((seed, directory)),
-            Standing::Done(result) => done.push(Report::read(&directory, &result)?),
-            Standing::Unfinished => {
-                let directory = directory.display();
-                return Err(Failure::input(format_args!(
-                    "{directory}: holds a run that is not finished, and nothing is overwritten; \
-                     go on with it: oneiro resume {directory}"
-                )));
-            }
-        }
-    }
-    if !done.is_empty() {
-        console.say(format!(
-            "{} of {} runs are done already",
-            done.len(),
-            done.len() + new.len()
-        ));
-    }
+    let Places { done, new } = sorted_out(places, |seed| experiment.identity(seed), console)?;
+    let read = |(_, directory, result): &(u64, PathBuf, Done)| Report::read(directory, result);
+    let mut done = done.iter().map(read).collect::<Result<Vec<_>>>()?;
     if !new.is_empty() {
         let evaluator = device::open(&arguments.backend)?;
         console.say(format!("{} on {}", experiment.name(), device::name(evaluator.as_ref())));

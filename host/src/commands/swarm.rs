@@ -7,7 +7,7 @@ use oneiro::swarm::{Line, SECOND};
 use serde::Serialize;
 use serde_json::json;
 
-use super::places::seeds_and_places;
+use super::places::{Places, seeds_and_places, sorted_out};
 use crate::cli;
 use crate::console::{Console, columns};
 use crate::device;
@@ -16,7 +16,7 @@ use crate::exit::{Code, Failure, Result};
 use crate::experiment::swarm::SwarmExperiment;
 use crate::figures::{self, Genes, SwarmReplay};
 use crate::progress;
-use crate::record::{Done, SavedSwarm, Session, Standing, SwarmRecorder, standing, write_whole};
+use crate::record::{Done, SavedSwarm, Session, SwarmRecorder, write_whole};
 use crate::run::LOCKSTEP;
 use crate::swarm::lived::Run;
 use crate::swarm::{Spectator, live, steps};
@@ -36,8 +36,6 @@ struct Report {
 /// Runs the experiment for each seed; what is done already is not done again.
 pub(super) fn run(arguments: &cli::Run, console: Console) -> Result {
     let experiment = SwarmExperiment::read(&arguments.experiment, &arguments.set)?;
-    let mut reports = Vec::new();
-    let mut new = Vec::new();
     let places = seeds_and_places(arguments, experiment.seed(), console, |seed| {
         format!(
             "{}-{seed}-{}",
@@ -45,23 +43,9 @@ pub(super) fn run(arguments: &cli::Run, console: Console) -> Result {
             &experiment.identity(seed).to_hex()[..8]
         )
     });
-    for (seed, directory) in places {
-        match standing(&directory, experiment.identity(seed))? {
-            Standing::New => new.push((seed, directory)),
-            Standing::Done(done) => reports.push(report(&directory, seed, None, &done)),
-            Standing::Unfinished => {
-                let directory = directory.display();
-                return Err(Failure::input(format_args!(
-                    "{directory}: holds a run that is not finished, and nothing is overwritten; \
-                     go on with it: oneiro resume {directory}"
-                )));
-            }
-        }
-    }
-    if !reports.is_empty() {
-        let all = reports.len() + new.len();
-        console.say(format!("{} of {all} runs are done already", reports.len()));
-    }
+    let Places { done: kept, new } = sorted_out(places, |seed| experiment.identity(seed), console)?;
+    let known = |(seed, directory, done): &(u64, PathBuf, Done)| report(directory, *seed, None, done);
+    let mut reports: Vec<Report> = kept.iter().map(known).collect();
     let runs = new
         .iter()
         .map(|(seed, directory)| (&experiment, *seed, directory.as_path()));

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use oneiro::swarm::GREATEST_ROBOTS;
+use oneiro::batch::Worlds;
 use serde::{Deserialize, Serialize};
 
 use super::check::{Checked, GREATEST_SEED, invalid, name, within};
@@ -103,89 +103,20 @@ fn check(file: &File) -> Checked {
     name(&file.name)?;
     within("seed", file.seed.unwrap_or(0), [0, GREATEST_SEED])?;
     let Settings {
-        arena,
         robot,
-        messages,
-        differences,
         controllers,
         simulators,
         clock,
         ..
     } = &file.swarm;
     let own = &file.swarm;
-    within("swarm.robots", own.robots, [1, GREATEST_ROBOTS])?;
     within("swarm.minutes", own.minutes, [1, GREATEST_MINUTES])?;
     within(
         "swarm.light_moves_minute",
         own.light_moves_minute,
         [0, GREATEST_MINUTES],
     )?;
-    within("swarm.arena.radius_mm", arena.radius_mm, [100.0, 10_000.0])?;
-    within(
-        "swarm.arena.nest_radius_mm",
-        arena.nest_radius_mm,
-        [10.0, arena.radius_mm],
-    )?;
-    within("swarm.arena.food_items", arena.food_items, [0, 8])?;
-    within(
-        "swarm.arena.food_radius_mm",
-        arena.food_radius_mm,
-        [1.0, arena.radius_mm],
-    )?;
-    within(
-        "swarm.arena.lamp_behind_wall_mm",
-        arena.lamp_behind_wall_mm,
-        [10.0, 10_000.0],
-    )?;
-    within("swarm.arena.light_decay", arena.light_decay, [0.001, 1000.0])?;
-    within("swarm.arena.ambient", arena.ambient, [0.0, 1.0])?;
-    within("swarm.arena.light_noise", arena.light_noise, [0.0, 1.0])?;
-    within(
-        "swarm.robot.body_radius_mm",
-        robot.body_radius_mm,
-        [1.0, 0.5 * arena.radius_mm],
-    )?;
-    within(
-        "swarm.robot.wheel_base_mm",
-        robot.wheel_base_mm,
-        [1.0, 2.0 * robot.body_radius_mm],
-    )?;
-    within(
-        "swarm.robot.greatest_speed_mm_s",
-        robot.greatest_speed_mm_s,
-        [1.0, 1000.0],
-    )?;
-    within("swarm.robot.wheel_noise", robot.wheel_noise, [0.0, 0.5])?;
-    within(
-        "swarm.robot.cruise_mm_s",
-        robot.cruise_mm_s,
-        [0.0, robot.greatest_speed_mm_s],
-    )?;
-    within("swarm.robot.turn_rad_s", robot.turn_rad_s, [0.01, 30.0])?;
-    within("swarm.robot.phototaxis_gain", robot.phototaxis_gain, [0.0, 10.0])?;
-    within(
-        "swarm.robot.phototaxis_turn_rad_s",
-        robot.phototaxis_turn_rad_s,
-        [0.0, 30.0],
-    )?;
-    within("swarm.robot.near_mm", robot.near_mm, [0.0, 70.0])?;
-    within("swarm.robot.escape_s", robot.escape_s, [0.0, 1000.0])?;
-    within("swarm.robot.search_interval_s", robot.search_interval_s, [0.0, 1000.0])?;
     within("swarm.robot.individuals", robot.individuals, [0, GREATEST_SEED])?;
-    within("swarm.messages.range_mm", messages.range_mm, [0.0, 10_000.0])?;
-    within("swarm.messages.heard", messages.heard, [0.0, 1.0])?;
-    for (key, value, most) in [
-        ("wheels", differences.wheels, 0.2),
-        ("proximity", differences.proximity, 0.2),
-        ("light", differences.light, 0.2),
-        ("slip", differences.slip, 1.0),
-        ("beam", differences.beam, 1.0),
-        ("reflection", differences.reflection, 1.0),
-        ("shadows", differences.shadows, 1.0),
-        ("tracking_loss", differences.tracking_loss, 1.0),
-    ] {
-        within(&format!("swarm.differences.{key}"), value, [0.0, most])?;
-    }
     within("swarm.controllers.population", controllers.population, [1, 1000])?;
     within(
         "swarm.controllers.parents",
@@ -221,5 +152,43 @@ fn check(file: &File) -> Checked {
             ),
         );
     }
-    Ok(())
+    // The rest is for the worlds to say, by names of their own.
+    match Worlds::of_swarms(&[own.swarm()]) {
+        Ok(_) => Ok(()),
+        Err(problem) => invalid(&key(&problem.field), problem.problem),
+    }
+}
+
+/// The key of a world's value, such as `swarm.arena.radius_mm` of `swarms[0].arena_radius`.
+fn key(field: &str) -> String {
+    const KEYS: [(&str, &str); 24] = [
+        ("arena_radius", "arena.radius_mm"),
+        ("nest_radius", "arena.nest_radius_mm"),
+        ("food_items", "arena.food_items"),
+        ("food_radius", "arena.food_radius_mm"),
+        ("lamp_behind_wall", "arena.lamp_behind_wall_mm"),
+        ("light_decay", "arena.light_decay"),
+        ("ambient", "arena.ambient"),
+        ("light_noise", "arena.light_noise"),
+        ("body_radius", "robot.body_radius_mm"),
+        ("wheel_base", "robot.wheel_base_mm"),
+        ("greatest_speed", "robot.greatest_speed_mm_s"),
+        ("wheel_noise", "robot.wheel_noise"),
+        ("cruise", "robot.cruise_mm_s"),
+        ("turn", "robot.turn_rad_s"),
+        ("phototaxis_gain", "robot.phototaxis_gain"),
+        ("phototaxis_turn", "robot.phototaxis_turn_rad_s"),
+        ("near", "robot.near_mm"),
+        ("escape", "robot.escape_s"),
+        ("search_interval", "robot.search_interval_s"),
+        ("cycles", "minutes"),
+        ("interval", "clock.interval_s"),
+        ("range", "messages.range_mm"),
+        ("heard", "messages.heard"),
+        ("robots", "robots"),
+    ];
+    let field = field.rsplit("].").next().unwrap_or(field);
+    let known = KEYS.iter().find(|(own, _)| *own == field);
+    // Those of the differences have their own names.
+    format!("swarm.{}", known.map_or(field, |(_, key)| key))
 }

@@ -438,3 +438,64 @@ fn files_are_inputs_with_hashes() {
     let hidden = refusal(&scratch, text, &["controller.kind=recurrent"]);
     assert!(hidden.contains("evolution.init") && hidden.contains("22"), "{hidden}");
 }
+
+/// What a world calls a value leads back to its key in the file, whichever value it is.
+#[test]
+fn values_of_worlds_are_refused_by_their_keys() {
+    let scratch = Scratch::new("keys");
+    let tables: [(&str, &[&str]); 4] = [
+        (
+            "arena",
+            &[
+                "radius_mm",
+                "nest_radius_mm",
+                "food_radius_mm",
+                "lamp_behind_wall_mm",
+                "light_decay",
+                "ambient",
+                "light_noise",
+            ],
+        ),
+        (
+            "robot",
+            &[
+                "body_radius_mm",
+                "wheel_base_mm",
+                "greatest_speed_mm_s",
+                "wheel_noise",
+                "cruise_mm_s",
+                "turn_rad_s",
+                "phototaxis_gain",
+                "phototaxis_turn_rad_s",
+                "near_mm",
+                "escape_s",
+                "search_interval_s",
+            ],
+        ),
+        ("messages", &["range_mm", "heard"]),
+        (
+            "differences",
+            &[
+                "wheels",
+                "proximity",
+                "light",
+                "slip",
+                "beam",
+                "reflection",
+                "shadows",
+                "tracking_loss",
+            ],
+        ),
+    ];
+    for (table, keys) in tables {
+        for key in keys {
+            let file = scratch.write("own.toml", format!("[swarm.{table}]\n{key} = -1e9\n"));
+            let refused = swarm::SwarmExperiment::read(&file, &[]).unwrap_err().to_string();
+            let place = format!(
+                "own.toml:2:{}: swarm.{table}.{key}: is -1000000000; allowed: ",
+                key.len() + 4
+            );
+            assert!(refused.contains(&place), "{refused}");
+        }
+    }
+}

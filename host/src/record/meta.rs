@@ -81,6 +81,32 @@ impl Session {
 }
 
 impl Meta {
+    /// Notes that a process works on a run of so many generations.
+    pub(super) fn begin(directory: &Path, name: &str, seed: u64, generations: u32, session: Session) -> Result<Self> {
+        let mut meta = Self::read(directory).unwrap_or_else(|| Self {
+            name: name.into(),
+            seed,
+            status: Status::Running,
+            generation: 0,
+            generations,
+            best: None,
+            sessions: Vec::new(),
+        });
+        meta.status = Status::Running;
+        meta.sessions.push(session);
+        meta.write(directory)?;
+        Ok(meta)
+    }
+
+    /// Notes how its work ended.
+    pub(super) fn end(&mut self, directory: &Path, status: Status) -> Result {
+        self.status = status;
+        if let Some(session) = self.sessions.last_mut() {
+            session.ended = Some(now());
+        }
+        self.write(directory)
+    }
+
     /// Reads a run's; none if there is no readable one, since nothing depends on it.
     pub(crate) fn read(directory: &Path) -> Option<Self> {
         serde_json::from_slice(&std::fs::read(directory.join(META)).ok()?).ok()

@@ -30,7 +30,7 @@ mod trace;
 pub(crate) use checkpoint::Checkpoint;
 pub(crate) use disk::write as write_whole;
 pub(crate) use done::{Done, verify};
-pub(crate) use meta::{Meta, Session, Status, now};
+pub(crate) use meta::{Meta, Session, Status};
 pub(crate) use recorder::{Ended, Recorder, Standing, standing};
 pub(crate) use rows::Row;
 pub(crate) use saved::{Individuals, SavedRun, State, is_run, rows};

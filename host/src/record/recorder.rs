@@ -9,7 +9,7 @@ use oneiro::random::Key;
 use super::log::{Extent, Log, Prefix};
 use super::{
     CONFIG, Checkpoint, Done, FITNESS, GENERATIONS, INDIVIDUALS, Individuals, LEARNING_CURVE, LOCK, Meta, PATH,
-    POPULATION, Row, SavedRun, Session, Status, TRACE, champion, disk, now, npy, trace_csv,
+    POPULATION, Row, SavedRun, Session, Status, TRACE, champion, disk, npy, trace_csv,
 };
 use crate::evolve::{Champion, Evolution, Generation};
 use crate::exit::{Failure, Result};
@@ -199,18 +199,7 @@ impl Recorder {
         individuals: Option<Log>,
     ) -> Result<Self> {
         let evolution = &experiment.settings().evolution;
-        let mut meta = Meta::read(directory).unwrap_or_else(|| Meta {
-            name: experiment.name().into(),
-            seed,
-            status: Status::Running,
-            generation: 0,
-            generations: evolution.generations,
-            best: None,
-            sessions: Vec::new(),
-        });
-        meta.status = Status::Running;
-        meta.sessions.push(session);
-        meta.write(directory)?;
+        let meta = Meta::begin(directory, experiment.name(), seed, evolution.generations, session)?;
         Ok(Self {
             directory: directory.to_owned(),
             _lock: lock,
@@ -270,13 +259,9 @@ impl Recorder {
     }
 
     fn ended(&mut self, status: Status, generation: u32, champion: Option<&Champion>) -> Result {
-        self.meta.status = status;
         self.meta.generation = generation;
         self.meta.best = champion.map(|champion| champion.fitness);
-        if let Some(session) = self.meta.sessions.last_mut() {
-            session.ended = Some(now());
-        }
-        self.meta.write(&self.directory)
+        self.meta.end(&self.directory, status)
     }
 
     /// Writes the results, and `DONE` when all of them are on the disk.

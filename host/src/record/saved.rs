@@ -34,6 +34,16 @@ pub(crate) enum State {
     Interrupted,
 }
 
+/// The seed that a run's configuration has.
+pub(super) fn seed_of(config: &Path, seed: Option<u64>) -> Result<u64> {
+    seed.ok_or_else(|| {
+        Failure::input(format_args!(
+            "{}: there is no key seed; a run's has one",
+            config.display()
+        ))
+    })
+}
+
 /// How far a run of any kind is.
 pub(super) fn state(directory: &Path) -> Result<State> {
     if Done::read(directory)?.is_some() {
@@ -62,12 +72,7 @@ impl SavedRun {
         }
         let config = directory.join(CONFIG);
         let experiment = Experiment::read(&config, &[])?;
-        let Some(seed) = experiment.settings().seed else {
-            return Err(Failure::input(format_args!(
-                "{}: there is no key seed; a run's has one",
-                config.display()
-            )));
-        };
+        let seed = seed_of(&config, experiment.settings().seed)?;
         Ok(Self {
             directory: directory.to_owned(),
             experiment,

@@ -5,8 +5,8 @@ use std::fs::{self, File};
 use std::path::{Path, PathBuf};
 
 use super::recorder::lock;
-use super::saved::state;
-use super::{CONFIG, Done, FOOD, INTERVALS, Meta, Session, Standing, State, Status, disk, is_run, now, standing};
+use super::saved::{seed_of, state};
+use super::{CONFIG, Done, FOOD, INTERVALS, Meta, Session, Standing, State, Status, disk, is_run, standing};
 use crate::exit::{Failure, Result};
 use crate::experiment::swarm::{SwarmExperiment, is_swarm};
 use crate::swarm::lived::Run;
@@ -42,18 +42,8 @@ impl SwarmRecorder {
         }
         disk::write(&directory.join(CONFIG), experiment.resolved_toml(seed).as_bytes())?;
         disk::sync_directory(directory)?;
-        let mut meta = Meta::read(directory).unwrap_or_else(|| Meta {
-            name: experiment.name().into(),
-            seed,
-            status: Status::Running,
-            generation: 0,
-            generations: experiment.settings().minutes,
-            best: None,
-            sessions: Vec::new(),
-        });
-        meta.status = Status::Running;
-        meta.sessions.push(session);
-        meta.write(directory)?;
+        let minutes = experiment.settings().minutes;
+        let meta = Meta::begin(directory, experiment.name(), seed, minutes, session)?;
         Ok(Self {
             directory: directory.to_owned(),
             _lock: lock,
@@ -69,7 +59,7 @@ impl SwarmRecorder {
 
     /// Notes that it was stopped.
     pub(crate) fn stop(&mut self) -> Result {
-        self.ended(Status::Stopped)
+        self.meta.end(&self.directory, Status::Stopped)
     }
 
     /// Writes the results, and `DONE` when all of them are on the disk.
@@ -80,17 +70,9 @@ impl SwarmRecorder {
         let done = Done::of(&self.directory, self.identity, &[CONFIG, INTERVALS, FOOD])?;
         self.meta.generation = self.meta.generations;
         self.meta.best = Some(run.total() as f32);
-        self.ended(Status::Done)?;
+        self.meta.end(&self.directory, Status::Done)?;
         done.write(&self.directory)?;
         Ok(done)
-    }
-
-    fn ended(&mut self, status: Status) -> Result {
-        self.meta.status = status;
-        if let Some(session) = self.meta.sessions.last_mut() {
-            session.ended = Some(now());
-        }
-        self.meta.write(&self.directory)
     }
 }
 
@@ -143,12 +125,7 @@ impl SavedSwarm {
     pub(crate) fn open(directory: &Path) -> Result<Self> {
         let config = directory.join(CONFIG);
         let experiment = SwarmExperiment::read(&config, &[])?;
-        let Some(seed) = experiment.seed() else {
-            return Err(Failure::input(format_args!(
-                "{}: there is no key seed; a run's has one",
-                config.display()
-            )));
-        };
+        let seed = seed_of(&config, experiment.seed())?;
         Ok(Self {
             directory: directory.to_owned(),
             experiment,
