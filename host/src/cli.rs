@@ -1,8 +1,11 @@
 //! The command line: what can be typed, and nothing about what it does.
 
 use std::path::PathBuf;
+use std::time::Duration;
 
 use clap::{Args, Parser, Subcommand, ValueHint};
+
+use crate::sweep::store::Shard;
 
 /// Evolves robot controllers in simulated lives, bit for bit the same on every device.
 ///
@@ -64,6 +67,8 @@ pub(crate) enum Command {
     Sample(Sample),
     /// Do a paper's whole study and judge its claims
     Reproduce(Reproduce),
+    /// Many evolutions as one job: a grid of values, each from many seeds
+    Sweep(Sweep),
     /// Print a completion script for a shell
     Completions(Completions),
 }
@@ -390,6 +395,140 @@ pub(crate) struct Odowd2014 {
     /// The study's directory; a study that was stopped goes on there [default: runs/odowd2014-SEED-HASH]
     #[arg(long, value_name = "DIR", value_hint = ValueHint::DirPath)]
     pub(crate) out: Option<PathBuf>,
+}
+
+/// `oneiro sweep`
+#[derive(Args, Debug)]
+pub(crate) struct Sweep {
+    /// What to do.
+    #[command(subcommand)]
+    pub(crate) command: SweepCommand,
+}
+
+/// What can be done with a sweep.
+#[derive(Debug, Subcommand)]
+pub(crate) enum SweepCommand {
+    /// Check a sweep's file and list its runs, what they cost and how long they take here
+    Plan(SweepPlan),
+    /// Do the runs that are not done yet; the same command goes on after any interruption
+    Run(SweepRun),
+    /// How far a sweep is, also while it runs
+    Status {
+        /// The sweep's directory
+        #[arg(value_hint = ValueHint::DirPath)]
+        dir: PathBuf,
+    },
+    /// Join what shards have done, on any machines, into one table
+    Merge {
+        /// Directories of one sweep
+        #[arg(required = true, value_hint = ValueHint::DirPath)]
+        dirs: Vec<PathBuf>,
+        /// Write the tables there [default: the first directory]
+        #[arg(long, value_name = "DIR", value_hint = ValueHint::DirPath)]
+        out: Option<PathBuf>,
+    },
+    /// Draw learning curves, heat maps and tables, and test which cells differ
+    Report {
+        /// The directory of a finished sweep
+        #[arg(value_hint = ValueHint::DirPath)]
+        dir: PathBuf,
+        /// The column of results.csv that cells are compared by, higher being better [default: the experiment's]
+        #[arg(long, value_name = "COLUMN")]
+        outcome: Option<String>,
+        /// Write report.html and its tables there [default: the sweep's directory]
+        #[arg(long, value_name = "DIR", value_hint = ValueHint::DirPath)]
+        out: Option<PathBuf>,
+    },
+    /// Do one run again as a run of its own, with a directory that can be replayed, and compare the results
+    Extract {
+        /// The sweep's directory
+        #[arg(value_hint = ValueHint::DirPath)]
+        dir: PathBuf,
+        /// The run: its number, or the beginning of its id
+        run: String,
+        /// The run's directory [default: DIR/runs/NAME-SEED-ID]
+        #[arg(long, value_name = "RUN_DIR", value_hint = ValueHint::DirPath)]
+        out: Option<PathBuf>,
+        /// Where evaluations run.
+        #[command(flatten)]
+        backend: Backend,
+    },
+}
+
+/// `oneiro sweep plan`
+#[derive(Args, Debug)]
+pub(crate) struct SweepPlan {
+    /// The sweep's TOML file
+    #[arg(value_hint = ValueHint::FilePath)]
+    pub(crate) sweep: PathBuf,
+    /// List all runs, and not only the first
+    #[arg(long)]
+    pub(crate) all: bool,
+    /// Don't time the devices
+    #[arg(long)]
+    pub(crate) no_estimate: bool,
+}
+
+/// `oneiro sweep run`
+#[derive(Args, Debug)]
+pub(crate) struct SweepRun {
+    /// The sweep's TOML file
+    #[arg(value_hint = ValueHint::FilePath)]
+    pub(crate) sweep: PathBuf,
+    /// The sweep's directory
+    #[arg(long, value_name = "DIR", value_hint = ValueHint::DirPath)]
+    pub(crate) out: PathBuf,
+    /// Do every N-th run, from the I-th on; any number of shards may run at once [default: all runs, or by
+    /// SLURM_ARRAY_TASK_ID]
+    #[arg(long, value_name = "I/N")]
+    pub(crate) shard: Option<Shard>,
+    /// Stop after this time, such as 90s, 30m, 2h or 1h30m: a checkpoint, and exit 75
+    #[arg(long, value_name = "TIME", value_parser = duration)]
+    pub(crate) time_budget: Option<Duration>,
+    /// From one checkpoint to the next: what a power cut costs at most
+    #[arg(long, value_name = "TIME", default_value = "10s", value_parser = duration)]
+    pub(crate) checkpoint_every: Duration,
+    /// Runs under way at most [default: as many as keep the device busy]
+    #[arg(long, value_name = "K", value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
+    pub(crate) jobs: Option<u32>,
+    /// Do it even if there are more than 10,000 runs
+    #[arg(long)]
+    pub(crate) yes: bool,
+    /// Where evaluations run.
+    #[command(flatten)]
+    pub(crate) backend: Backend,
+    /// Run nothing, print a Slurm job array that does it
+    #[arg(long)]
+    pub(crate) print_slurm: bool,
+    /// With --print-slurm: tasks of the array
+    #[arg(long, value_name = "N", requires = "print_slurm", default_value_t = 8, value_parser = clap::value_parser!(u32).range(1..=100_000))]
+    pub(crate) shards: u32,
+}
+
+/// A time such as `90s`, `1.5s`, `30m`, `2h` or `1h30m`.
+fn duration(text: &str) -> Result<Duration, String> {
+    let allowed = "allowed: a time above 0 and up to 1000h, such as 90s, 30m, 2h or 1h30m";
+    let mut seconds = 0.0;
+    let mut number = String::new();
+    for c in text.chars() {
+        let unit = match c {
+            '0'..='9' | '.' => {
+                number.push(c);
+                continue;
+            }
+            'h' => 3600.0,
+            'm' => 60.0,
+            's' => 1.0,
+            _ => return Err(allowed.into()),
+        };
+        seconds += unit * number.parse::<f64>().map_err(|_| allowed)?;
+        number.clear();
+    }
+    if number.is_empty() && seconds > 0.0 && seconds <= 3.6e6 {
+        Ok(Duration::from_secs_f64(seconds))
+    } else {
+        Err(allowed.into())
+    }
 }
 
 /// `oneiro completions`

@@ -251,6 +251,11 @@ fn adapter(name: &str) -> Result<Candidate> {
     Ok(gpu(oneiro::gpu::find(&oneiro::gpu::Choice::Named(name.to_owned()))?))
 }
 
+/// How many adapters there are.
+pub(crate) fn adapters_here() -> usize {
+    adapters().len()
+}
+
 #[cfg(not(feature = "gpu"))]
 fn adapters() -> Vec<Candidate> {
     Vec::new()

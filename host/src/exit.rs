@@ -110,6 +110,14 @@ impl Failure {
         }
     }
 
+    /// The same, with the place that led to it.
+    pub(crate) fn at(self, place: &str) -> Self {
+        match self {
+            Self::Exit(code, error) => Self::new(code, format_args!("{place}: {error:#}")),
+            Self::BrokenPipe => self,
+        }
+    }
+
     /// The exit code.
     pub(crate) fn code(&self) -> u8 {
         match self {

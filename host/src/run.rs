@@ -13,7 +13,7 @@ use crate::exit::{Failure, Result};
 use crate::experiment::Experiment;
 use crate::experiment::settings::TrialScore;
 use crate::record::{Done, Ended, Recorder, SavedRun, Session};
-use crate::worker::Worker;
+use crate::worker::{Watch, Worker};
 
 /// Runs that go in lockstep at most: each has a lock open, and systems allow some thousand open files.
 pub(crate) const LOCKSTEP: usize = 256;
@@ -90,11 +90,7 @@ impl Run {
 }
 
 /// What watches runs as they go.
-pub(crate) trait Watch {
-    /// Whether to stop.
-    fn stops(&self) -> bool;
-    /// Called every now and then with the robot-steps that have been done.
-    fn steps(&mut self, done: u64);
+pub(crate) trait Follow: Watch {
     /// Called when a generation of a run has lived.
     fn lived(&mut self, run: &Run);
 }
@@ -108,7 +104,7 @@ pub(crate) fn evolve(
     experiment: &Experiment,
     mut runs: Vec<Run>,
     worker: &Worker,
-    watch: &mut dyn Watch,
+    watch: &mut dyn Follow,
 ) -> Result<Vec<(Run, Done)>> {
     let worlds = Worlds::new(std::slice::from_ref(experiment.world()))?;
     let ended = live(experiment, &worlds, &mut runs, worker, watch)
@@ -130,7 +126,7 @@ pub(crate) fn evolve(
 
 /// All generations, in two halves of the runs: while the device evaluates one, this thread evolves and records the
 /// other.
-fn live(experiment: &Experiment, worlds: &Worlds, runs: &mut [Run], worker: &Worker, watch: &mut dyn Watch) -> Step {
+fn live(experiment: &Experiment, worlds: &Worlds, runs: &mut [Run], worker: &Worker, watch: &mut dyn Follow) -> Step {
     let (one, other) = runs.split_at_mut(runs.len().div_ceil(2));
     let mut under_way = VecDeque::new();
     for half in [one, other] {
@@ -205,7 +201,7 @@ pub(crate) fn score(kind: TrialScore, lives: &[f32]) -> f32 {
 }
 
 /// Records the generations that have lived.
-fn record(experiment: &Experiment, runs: &mut [Run], lived: Vec<(usize, Generation)>, watch: &mut dyn Watch) -> Step {
+fn record(experiment: &Experiment, runs: &mut [Run], lived: Vec<(usize, Generation)>, watch: &mut dyn Follow) -> Step {
     for (index, generation) in lived {
         let run = &mut runs[index];
         run.recorder.push(&generation)?;
@@ -228,7 +224,7 @@ fn finish(
     worlds: &Worlds,
     runs: &mut [Run],
     worker: &Worker,
-    watch: &mut dyn Watch,
+    watch: &mut dyn Follow,
 ) -> Step<Vec<Done>> {
     /// Records; a longer life is traced less often.
     const LONGEST_TRACE: u32 = 10_000;

@@ -12,7 +12,8 @@ use crate::console::Console;
 use crate::exit::{Code, Failure, Result};
 use crate::experiment::Experiment;
 use crate::progress;
-use crate::run::{Run, Watch};
+use crate::run::{Follow, Run};
+use crate::worker::Watch;
 
 /// Whether the user wants the program to stop: after the first Ctrl-C, or SIGTERM. The next Ctrl-C then ends it at
 /// once, exit 130.
@@ -80,7 +81,9 @@ impl Watch for Watcher {
             self.bar.set_position(done);
         }
     }
+}
 
+impl Follow for Watcher {
     fn lived(&mut self, run: &Run) {
         const BLINK: Duration = Duration::from_millis(50);
         let best = run.evolution().champion().map_or(f32::NAN, |champion| champion.fitness);

@@ -9,7 +9,15 @@ use oneiro::batch::{Batch, Outcome};
 use oneiro::evaluator::{Control, Error, Evaluator};
 
 use crate::exit::Failure;
-use crate::run::{Interruption, Watch};
+use crate::run::Interruption;
+
+/// What watches evaluations as they go.
+pub(crate) trait Watch {
+    /// Whether to stop.
+    fn stops(&self) -> bool;
+    /// Called every now and then with the robot-steps that have been done.
+    fn steps(&mut self, done: u64);
+}
 
 /// An evaluator on a thread of its own.
 pub(crate) struct Worker {

@@ -21,6 +21,7 @@ mod run;
 pub(crate) mod sample;
 mod selftest;
 mod swarm;
+mod sweep;
 mod tables;
 mod verify;
 
@@ -42,6 +43,7 @@ pub(crate) fn run(command: Command, console: Console) -> Result {
         Command::Tables(arguments) => tables::run(&arguments, console),
         Command::Sample(arguments) => sample::run(&arguments, console),
         Command::Reproduce(arguments) => reproduce::run(&arguments, console),
+        Command::Sweep(arguments) => sweep::run(&arguments, console),
         Command::Completions(arguments) => completions::run(&arguments, console),
     }
 }

@@ -24,7 +24,7 @@ pub(super) struct Report {
     /// Scores of the whole run that are NaN.
     nan: u64,
     /// The result's hash.
-    result: String,
+    pub(super) result: String,
 }
 
 impl Report {

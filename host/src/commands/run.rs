@@ -32,26 +32,39 @@ pub(crate) fn run(arguments: &cli::Run, console: Console) -> Result {
     let Places { done, new } = sorted_out(places, |seed| experiment.identity(seed), console)?;
     let read = |(_, directory, result): &(u64, PathBuf, Done)| Report::read(directory, result);
     let mut done = done.iter().map(read).collect::<Result<Vec<_>>>()?;
-    if !new.is_empty() {
-        let evaluator = device::open(&arguments.backend)?;
-        console.say(format!("{} on {}", experiment.name(), device::name(evaluator.as_ref())));
-        let session = Session::new(&arguments.backend.name, &evaluator.device());
-        let worker = Worker::new(evaluator);
-        let mut watcher = Watcher::new(console)?;
-        watcher.expect(
-            &experiment,
-            new.len() as u64 * u64::from(experiment.settings().evolution.generations),
-        );
-        for wave in new.chunks(LOCKSTEP) {
-            let start = |(seed, directory): &(u64, PathBuf)| Run::start(&experiment, *seed, directory, session.clone());
-            let runs = wave.iter().map(start).collect::<Result<Vec<_>>>()?;
-            let ended = evolve(&experiment, runs, &worker, &mut watcher)?;
-            for (run, result) in &ended {
-                done.push(Report::new(run, result)?);
-            }
-        }
-        watcher.finish(&worker.close());
-    }
+    done.extend(evolved(&experiment, &new, &arguments.backend, console)?);
     done.sort_by_key(|report| report.seed);
     report::print(&done, arguments.seeds.is_some(), console)
+}
+
+/// Does runs from seeds, each in a directory of its own.
+pub(super) fn evolved(
+    experiment: &Experiment,
+    runs: &[(u64, PathBuf)],
+    backend: &cli::Backend,
+    console: Console,
+) -> Result<Vec<Report>> {
+    let mut done = Vec::new();
+    if runs.is_empty() {
+        return Ok(done);
+    }
+    let evaluator = device::open(backend)?;
+    console.say(format!("{} on {}", experiment.name(), device::name(evaluator.as_ref())));
+    let session = Session::new(&backend.name, &evaluator.device());
+    let worker = Worker::new(evaluator);
+    let mut watcher = Watcher::new(console)?;
+    watcher.expect(
+        experiment,
+        runs.len() as u64 * u64::from(experiment.settings().evolution.generations),
+    );
+    for wave in runs.chunks(LOCKSTEP) {
+        let start = |(seed, directory): &(u64, PathBuf)| Run::start(experiment, *seed, directory, session.clone());
+        let runs = wave.iter().map(start).collect::<Result<Vec<_>>>()?;
+        let ended = evolve(experiment, runs, &worker, &mut watcher)?;
+        for (run, result) in &ended {
+            done.push(Report::new(run, result)?);
+        }
+    }
+    watcher.finish(&worker.close());
+    Ok(done)
 }

@@ -24,13 +24,13 @@ use crate::watcher::stop_signal;
 
 /// A finished run in a few values.
 #[derive(Debug, Serialize)]
-struct Report {
+pub(super) struct Report {
     directory: PathBuf,
     seed: u64,
     /// Food that the swarm brought in all; none for a run that was done before.
     brought: Option<u32>,
     /// The result's hash.
-    result: String,
+    pub(super) result: String,
 }
 
 /// Runs the experiment for each seed; what is done already is not done again.
@@ -72,7 +72,7 @@ pub(super) fn resume(directories: &[PathBuf], backend: &cli::Backend, console: C
 }
 
 /// Does runs, those that last equally long in lockstep.
-fn done(runs: &[(&SwarmExperiment, u64, &Path)], backend: &cli::Backend, console: Console) -> Result<Vec<Report>> {
+pub(super) fn done(runs: &[(&SwarmExperiment, u64, &Path)], backend: &cli::Backend, console: Console) -> Result<Vec<Report>> {
     let mut reports = Vec::new();
     if runs.is_empty() {
         return Ok(reports);

@@ -21,6 +21,8 @@ pub(crate) enum Stream {
     Ties = 4,
     /// What an experimenter shuffles or sets, a stream for each interval.
     Intervention = 5,
+    /// Values of a sweep that are drawn from ranges.
+    Samples = 6,
 }
 
 /// The stream of a run for a purpose and a generation: a function of these three alone, so that a resumed run needs no
@@ -101,7 +103,7 @@ impl Distribution<f64> for Normal {
 
 /// The natural logarithm of a positive normal number, within 2 units in the last place (4 near 1, where it is small):
 /// from the exponent and, for the mantissa m between sqrt(1/2) and sqrt(2), the series of 2 artanh((m - 1)/(m + 1)).
-fn logarithm(x: f64) -> f64 {
+pub(crate) fn logarithm(x: f64) -> f64 {
     const TERMS: u32 = 12;
     let mut exponent = (x.to_bits() >> 52) as i64 - 1023;
     let mut mantissa = f64::from_bits(x.to_bits() & ((1 << 52) - 1) | 1023 << 52);

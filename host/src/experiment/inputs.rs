@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
+use std::sync::{Arc, Mutex, PoisonError};
 
 use oneiro::tables::{self, MotorTable, SensorTables};
 
@@ -20,17 +20,66 @@ pub(crate) const DIRECTORY: &str = "inputs";
 #[derive(Debug)]
 pub(crate) struct Input {
     /// As the experiment has it.
-    named: String,
+    pub(crate) named: String,
     /// Its name in a run's directory.
     pub(crate) name: String,
     /// What it holds.
-    pub(crate) bytes: Vec<u8>,
+    pub(crate) content: Arc<Content>,
 }
 
-impl Input {
-    fn hash(&self) -> String {
-        blake3::hash(&self.bytes).to_hex().to_string()
+/// What a file holds.
+#[derive(Debug)]
+pub(crate) struct Content {
+    pub(crate) bytes: Vec<u8>,
+    /// Its BLAKE3 hash, in hex.
+    hash: String,
+}
+
+/// Files that experiments name, each read once for all of them.
+#[derive(Debug, Default)]
+pub(crate) struct Files {
+    contents: Mutex<BTreeMap<PathBuf, Arc<Content>>>,
+    sensors: Mutex<BTreeMap<Vec<PathBuf>, Tables<SensorTables>>>,
+    motors: Mutex<BTreeMap<(PathBuf, settings::MotorStates), Tables<MotorTable>>>,
+}
+
+impl Files {
+    /// All that were read, by their paths.
+    pub(crate) fn contents(&self) -> Vec<(PathBuf, Arc<Content>)> {
+        let contents = self.contents.lock().unwrap_or_else(PoisonError::into_inner);
+        contents.iter().map(|(path, content)| (path.clone(), Arc::clone(content))).collect()
     }
+}
+
+/// Tables, and what the user should know of their files.
+#[derive(Debug)]
+struct Tables<T> {
+    tables: Arc<T>,
+    warnings: Vec<String>,
+}
+
+impl<T> Clone for Tables<T> {
+    fn clone(&self) -> Self {
+        Self {
+            tables: Arc::clone(&self.tables),
+            warnings: self.warnings.clone(),
+        }
+    }
+}
+
+/// What is known of a key, or else found out.
+fn known<K: Ord, V: Clone, E>(
+    known: &Mutex<BTreeMap<K, V>>,
+    key: K,
+    find: impl FnOnce(&K) -> std::result::Result<V, E>,
+) -> std::result::Result<V, E> {
+    let mut known = known.lock().unwrap_or_else(PoisonError::into_inner);
+    if let Some(value) = known.get(&key) {
+        return Ok(value.clone());
+    }
+    let value = find(&key)?;
+    known.insert(key, value.clone());
+    Ok(value)
 }
 
 /// Reads the files that an experiment names.
@@ -40,16 +89,23 @@ pub(super) struct Inputs<'a> {
     source: &'a Source,
     /// Hashes that the experiment gives.
     hashes: &'a BTreeMap<String, String>,
+    files: &'a Files,
     found: Vec<Input>,
     warnings: Vec<String>,
 }
 
 impl<'a> Inputs<'a> {
-    pub(super) fn new(directory: &'a Path, source: &'a Source, hashes: &'a BTreeMap<String, String>) -> Self {
+    pub(super) fn new(
+        directory: &'a Path,
+        source: &'a Source,
+        hashes: &'a BTreeMap<String, String>,
+        files: &'a Files,
+    ) -> Self {
         Self {
             directory,
             source,
             hashes,
+            files,
             found: Vec::new(),
             warnings: Vec::new(),
         }
@@ -70,25 +126,37 @@ impl<'a> Inputs<'a> {
             .enumerate()
             .map(|(index, file)| self.take(&format!("robot.tables[{index}]"), file))
             .collect::<Result<Vec<_>>>()?;
-        let import = SensorTables::read(&paths).map_err(|error| self.refused("robot.tables", error))?;
-        self.warnings.extend(import.warnings);
-        Ok(Arc::new(import.table))
+        let read = |paths: &Vec<PathBuf>| {
+            SensorTables::read(paths).map(|import| Tables {
+                tables: Arc::new(import.table),
+                warnings: import.warnings,
+            })
+        };
+        let found = known(&self.files.sensors, paths, read).map_err(|error| self.refused("robot.tables", error))?;
+        self.warnings.extend(found.warnings);
+        Ok(found.tables)
     }
 
     /// The motor table.
     pub(super) fn motors(&mut self, file: &str, states: settings::MotorStates) -> Result<Arc<MotorTable>> {
-        let states = match states {
+        let wheels = match states {
             settings::MotorStates::Symmetric => tables::MotorStates::Symmetric20,
             settings::MotorStates::Asymmetric => tables::MotorStates::Asymmetric20,
             settings::MotorStates::Evorobot => tables::MotorStates::Evorobot21,
         };
         if file == BUILT_IN {
-            return Ok(MotorTable::khepera(states));
+            return Ok(MotorTable::khepera(wheels));
         }
         let path = self.take("robot.motors", file)?;
-        MotorTable::read(path, states)
-            .map(Arc::new)
-            .map_err(|error| self.refused("robot.motors", error))
+        let read = |(path, _): &(PathBuf, _)| {
+            MotorTable::read(path, wheels).map(|table| Tables {
+                tables: Arc::new(table),
+                warnings: Vec::new(),
+            })
+        };
+        let found =
+            known(&self.files.motors, (path, states), read).map_err(|error| self.refused("robot.motors", error))?;
+        Ok(found.tables)
     }
 
     /// The genes that an evolution starts from.
@@ -123,20 +191,27 @@ impl<'a> Inputs<'a> {
     /// Keeps a file and checks its hash, if one is given. Its path.
     fn take(&mut self, key: &str, file: &str) -> Result<PathBuf> {
         let path = self.directory.join(file);
-        let bytes = fs::read(&path).map_err(|error| self.source.invalid(key, Failure::unreadable(&path, &error)))?;
+        let read = |path: &PathBuf| {
+            fs::read(path).map(|bytes| {
+                let hash = blake3::hash(&bytes).to_hex().to_string();
+                Arc::new(Content { bytes, hash })
+            })
+        };
+        let content = known(&self.files.contents, path.clone(), read)
+            .map_err(|error| self.source.invalid(key, Failure::unreadable(&path, &error)))?;
         let name = path.file_name().unwrap_or_default().to_string_lossy();
         let input = Input {
             named: file.into(),
             name: format!("{DIRECTORY}/{name}"),
-            bytes,
+            content,
         };
         if let Some(expected) = self.hashes.get(file)
-            && *expected != input.hash()
+            && *expected != input.content.hash
         {
             let problem = format!(
                 "{} has changed: its BLAKE3 hash is {}, not {expected}",
                 path.display(),
-                input.hash()
+                input.content.hash
             );
             return Err(self.source.invalid(key, problem));
         }
@@ -168,5 +243,5 @@ pub(super) fn rename(settings: &mut Settings, inputs: &[Input]) {
     }
     rename(&mut settings.robot.motors);
     settings.evolution.init.iter_mut().for_each(rename);
-    settings.files = inputs.iter().map(|input| (input.name.clone(), input.hash())).collect();
+    settings.files = inputs.iter().map(|input| (input.name.clone(), input.content.hash.clone())).collect();
 }

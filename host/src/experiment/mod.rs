@@ -3,7 +3,7 @@
 mod check;
 mod inputs;
 pub(crate) mod settings;
-mod source;
+pub(crate) mod source;
 pub(crate) mod swarm;
 mod world;
 
@@ -16,8 +16,10 @@ use crate::exit::Result;
 use crate::files;
 pub(crate) use inputs::DIRECTORY as INPUTS;
 use inputs::{Input, Inputs};
+pub(crate) use inputs::Files;
+pub(crate) use check::GREATEST_SEED;
 use settings::Settings;
-use source::Source;
+use source::{Setting, Source};
 
 /// A checked experiment, its world, and the files that it names.
 #[derive(Debug)]
@@ -37,18 +39,25 @@ impl Experiment {
     /// # Errors
     /// Exit 3: the file and the line and column in it (or the setting), the key, what it is, and what is allowed.
     pub(crate) fn read(path: &Path, set: &[String]) -> Result<Self> {
-        let text = files::text(path)?;
+        Self::of(path, files::text(path)?, &Setting::all_typed(set)?, &Files::default())
+    }
+
+    /// Reads the text of an experiment's file. What other experiments named already is taken from `files`.
+    ///
+    /// # Errors
+    /// As [`Experiment::read`].
+    pub(crate) fn of(path: &Path, text: String, set: &[Setting], files: &Files) -> Result<Self> {
         let (mut settings, source): (Settings, _) = Source::read(&path.display().to_string(), text, set)?;
         if settings.name.is_empty() {
             settings.name = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
         }
-        Self::new(settings, &source, path.parent().unwrap_or(Path::new("")))
+        Self::new(settings, &source, path.parent().unwrap_or(Path::new("")), files)
     }
 
-    fn new(mut settings: Settings, source: &Source, directory: &Path) -> Result<Self> {
+    fn new(mut settings: Settings, source: &Source, directory: &Path, files: &Files) -> Result<Self> {
         check::check(&settings).map_err(|invalid| source.invalid(&invalid.field, &invalid.problem))?;
         check::complete(&mut settings);
-        let mut inputs = Inputs::new(directory, source, &settings.files);
+        let mut inputs = Inputs::new(directory, source, &settings.files, files);
         let world = world::world(&settings, source, &mut inputs)?;
         let init = inputs.init(
             settings.evolution.init.as_deref(),
@@ -104,17 +113,77 @@ impl Experiment {
         })
     }
 
+    /// What decides how its robots live: of experiments that differ in their evolution alone it is the same.
+    pub(crate) fn world_identity(&self) -> blake3::Hash {
+        let Settings {
+            cycles,
+            robot,
+            arena,
+            noise,
+            controller,
+            task,
+            start,
+            files,
+            ..
+        } = self.settings.clone();
+        let world = Settings {
+            cycles,
+            robot,
+            arena,
+            noise,
+            controller,
+            task,
+            start,
+            files,
+            ..Settings::default()
+        };
+        blake3::hash(toml(&world).as_bytes())
+    }
+
     /// What decides a run's results: the same with nothing of what is recorded, and when.
     pub(crate) fn identity(&self, seed: u64) -> blake3::Hash {
+        self.identities().of(seed)
+    }
+
+    /// What decides the results of its runs.
+    pub(crate) fn identities(&self) -> Identities {
         let record = settings::Record::default();
-        blake3::hash(
-            toml(&Settings {
-                seed: Some(seed),
-                record,
-                ..self.settings.clone()
-            })
-            .as_bytes(),
-        )
+        Identities::new(&toml(&Settings {
+            seed: Some(0),
+            record,
+            ..self.settings.clone()
+        }))
+    }
+}
+
+/// What decides the results of an experiment's runs: hashes of all its values and a run's seed.
+#[derive(Clone, Debug)]
+pub(crate) struct Identities {
+    /// The experiment as TOML, before and after its seed.
+    before: String,
+    after: String,
+}
+
+impl Identities {
+    /// Of an experiment as TOML with the seed 0.
+    fn new(toml: &str) -> Self {
+        const SEED: &str = "\nseed = ";
+        let (before, after) = toml
+            .split_once("\nseed = 0\n")
+            .expect("a name comes first, then the seed");
+        Self {
+            before: format!("{before}{SEED}"),
+            after: format!("\n{after}"),
+        }
+    }
+
+    /// Of the run from a seed.
+    pub(crate) fn of(&self, seed: u64) -> blake3::Hash {
+        let mut hasher = blake3::Hasher::new();
+        hasher.update(self.before.as_bytes());
+        hasher.update(seed.to_string().as_bytes());
+        hasher.update(self.after.as_bytes());
+        hasher.finalize()
     }
 }
 

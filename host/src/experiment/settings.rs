@@ -151,7 +151,7 @@ impl<'de> Deserialize<'de> for SensorFiles {
 }
 
 /// A wheel's states.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub(crate) enum MotorStates {
     /// -10 to 10 without 0. The default: no way of driving is faster than its reverse, so that driving backwards pays

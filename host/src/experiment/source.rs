@@ -40,24 +40,62 @@ struct Key {
     value: Range<usize>,
 }
 
-impl Source {
-    /// Reads values from the text of a file and from `key=value` settings that go before it.
+/// A value that goes before a file's.
+#[derive(Clone, Debug)]
+pub(crate) struct Setting {
+    /// Where it stands, for messages.
+    place: String,
+    /// `key = value`
+    line: String,
+}
+
+impl Setting {
+    /// `key=value` from a command line.
     ///
     /// # Errors
-    /// Exit 3: the place, the key, and what is allowed; exit 2 for a setting without `=`.
-    pub(crate) fn read<T: for<'a> Deserialize<'a>>(name: &str, text: String, set: &[String]) -> Result<(T, Self)> {
+    /// Exit 2 without `=`.
+    pub(crate) fn typed(setting: &str) -> Result<Self> {
+        let Some((key, value)) = setting.split_once('=') else {
+            return Err(Failure::usage(format_args!(
+                "--set {setting}: allowed: KEY=VALUE, such as noise.motor=0.1"
+            )));
+        };
+        Ok(Self {
+            place: format!("--set {setting}"),
+            line: toml_line(key, value),
+        })
+    }
+
+    /// All of a command line.
+    ///
+    /// # Errors
+    /// As [`Setting::typed`].
+    pub(crate) fn all_typed(settings: &[String]) -> Result<Vec<Self>> {
+        settings.iter().map(|setting| Self::typed(setting)).collect()
+    }
+
+    /// A key and its value as TOML, which stand at `place`.
+    pub(crate) fn at(place: String, key: &str, value: &toml::Value) -> Self {
+        Self {
+            place,
+            line: format!("{key} = {value}"),
+        }
+    }
+}
+
+impl Source {
+    /// Reads values from the text of a file, called `name`, and from settings that go before it.
+    ///
+    /// # Errors
+    /// Exit 3: the place, the key, and what is allowed.
+    pub(crate) fn read<T: for<'a> Deserialize<'a>>(name: &str, text: String, set: &[Setting]) -> Result<(T, Self)> {
         let mut source = Self {
             texts: Vec::new(),
             keys: Vec::new(),
         };
         source.add(name.to_owned(), text, true);
-        for setting in set {
-            let Some((key, value)) = setting.split_once('=') else {
-                return Err(Failure::usage(format_args!(
-                    "--set {setting}: allowed: KEY=VALUE, such as noise.motor=0.1"
-                )));
-            };
-            source.add(format!("--set {setting}"), toml_line(key, value), false);
+        for Setting { place, line } in set {
+            source.add(place.clone(), line.clone(), false);
         }
 
         let mut keys = Vec::new();
@@ -101,21 +139,32 @@ impl Source {
     /// A value that is not allowed: `problem` says what it is and what is allowed. The place is that of the key, or of
     /// the nearest table around it that is there.
     pub(crate) fn invalid(&self, key: &str, problem: impl Display) -> Failure {
+        Failure::input(format_args!("{}: {key}: {problem}", self.place_of(key)))
+    }
+
+    /// A key that is given in two places.
+    pub(crate) fn conflict(key: &str, place: &str, other: &str, first: &str) -> Failure {
+        Failure::input(format_args!(
+            "{place}: {key}: is given already, as {other} ({first}); allowed: each key once"
+        ))
+    }
+
+    /// Where a key's value stands, or the nearest table around it that is there.
+    pub(crate) fn place_of(&self, key: &str) -> String {
+        self.start_of(key)
+            .map_or_else(|| self.texts[0].name.clone(), |at| self.place(at))
+    }
+
+    /// The same as a count through all texts, by which keys can be put in the order in which they stand.
+    pub(crate) fn start_of(&self, key: &str) -> Option<usize> {
         let mut prefix = key;
-        let place = loop {
+        loop {
             if let Some(found) = self.keys.iter().find(|known| known.path == prefix) {
-                break self.place(if prefix == key {
-                    found.value.start
-                } else {
-                    found.name.start
-                });
+                let range = if prefix == key { &found.value } else { &found.name };
+                return Some(range.start);
             }
-            match prefix.rfind(['.', '[']) {
-                Some(end) => prefix = &prefix[..end],
-                None => break self.texts[0].name.clone(),
-            }
-        };
-        Failure::input(format_args!("{place}: {key}: {problem}"))
+            prefix = &prefix[..prefix.rfind(['.', '['])?];
+        }
     }
 
     /// What serde refuses, in this program's words.

@@ -5,8 +5,9 @@ use std::path::Path;
 use oneiro::batch::Worlds;
 use serde::{Deserialize, Serialize};
 
+use super::Identities;
 use super::check::{Checked, GREATEST_SEED, invalid, name, within};
-use super::source::Source;
+use super::source::{Setting, Source};
 use crate::exit::Result;
 use crate::files;
 use crate::swarm::Plan;
@@ -39,8 +40,13 @@ const GREATEST_MINUTES: u32 = 1_666;
 /// # Errors
 /// Exit 3 when there is no such text file.
 pub(crate) fn is_swarm(path: &Path) -> Result<bool> {
-    let table: std::result::Result<toml::Table, _> = files::text(path)?.parse();
-    Ok(table.is_ok_and(|table| table.contains_key("swarm")))
+    Ok(is_swarm_text(&files::text(path)?))
+}
+
+/// The same of a file's text.
+pub(crate) fn is_swarm_text(text: &str) -> bool {
+    let table: std::result::Result<toml::Table, _> = text.parse();
+    table.is_ok_and(|table| table.contains_key("swarm"))
 }
 
 impl SwarmExperiment {
@@ -49,7 +55,14 @@ impl SwarmExperiment {
     /// # Errors
     /// Exit 3: the file and the line and column in it (or the setting), the key, what it is, and what is allowed.
     pub(crate) fn read(path: &Path, set: &[String]) -> Result<Self> {
-        let text = files::text(path)?;
+        Self::of(path, files::text(path)?, &Setting::all_typed(set)?)
+    }
+
+    /// Reads the text of an experiment's file.
+    ///
+    /// # Errors
+    /// As [`SwarmExperiment::read`].
+    pub(crate) fn of(path: &Path, text: String, set: &[Setting]) -> Result<Self> {
         let (mut file, source): (File, _) = Source::read(&path.display().to_string(), text, set)?;
         if file.name.is_empty() {
             file.name = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
@@ -94,7 +107,12 @@ impl SwarmExperiment {
 
     /// What decides a run's results.
     pub(crate) fn identity(&self, seed: u64) -> blake3::Hash {
-        blake3::hash(self.resolved_toml(seed).as_bytes())
+        self.identities().of(seed)
+    }
+
+    /// What decides the results of its runs.
+    pub(crate) fn identities(&self) -> Identities {
+        Identities::new(&self.resolved_toml(0))
     }
 }
 

@@ -412,7 +412,7 @@ fn files_are_inputs_with_hashes() {
 
     // As a run does it.
     for input in experiment.inputs() {
-        scratch.write(&format!("run/{}", input.name), &input.bytes);
+        scratch.write(&format!("run/{}", input.name), &input.content.bytes);
     }
     let config = scratch.write("run/config.toml", experiment.resolved_toml(3));
     let again = Experiment::read(&config, &[]).unwrap();

@@ -30,6 +30,12 @@ pub(crate) struct Done {
 const RESULTS: [&str; 5] = [GENERATIONS, CHAMPION, CHAMPION_GENES, POPULATION, FITNESS];
 const SWARM_RESULTS: [&str; 2] = [INTERVALS, FOOD];
 
+/// The hash of a run's results, as its `DONE` would have it, from what its files would hold.
+pub(super) fn result_of(experiment: blake3::Hash, files: &[(&str, &[u8])]) -> String {
+    let hash = |(name, bytes): &(&str, &[u8])| ((*name).to_owned(), blake3::hash(bytes).to_hex().to_string());
+    Done::new(experiment.to_hex().to_string(), files.iter().map(hash).collect()).result
+}
+
 /// The results of a run with these files.
 fn results(files: &BTreeMap<String, String>) -> &'static [&'static str] {
     if files.contains_key(INTERVALS) {

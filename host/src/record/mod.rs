@@ -17,7 +17,7 @@
 
 mod champion;
 mod checkpoint;
-mod disk;
+pub(crate) mod disk;
 mod done;
 mod log;
 mod meta;
@@ -30,11 +30,11 @@ mod trace;
 pub(crate) use checkpoint::Checkpoint;
 pub(crate) use disk::write as write_whole;
 pub(crate) use done::{Done, verify};
-pub(crate) use meta::{Meta, Session, Status};
-pub(crate) use recorder::{Ended, Recorder, Standing, standing};
+pub(crate) use meta::{Meta, Session, Status, now};
+pub(crate) use recorder::{Ended, Recorder, Standing, result, standing, try_lock};
 pub(crate) use rows::Row;
-pub(crate) use saved::{Individuals, SavedRun, State, is_run, rows};
-pub(crate) use swarm::{SavedSwarm, SwarmRecorder, is_swarm_run};
+pub(crate) use saved::{Individuals, SavedRun, State, is_locked, is_run, rows};
+pub(crate) use swarm::{INTERVALS_HEAD, SavedSwarm, SwarmRecorder, is_swarm_run, swarm_result};
 pub(crate) use trace::trace_csv;
 
 const CONFIG: &str = "config.toml";

@@ -9,7 +9,7 @@ use oneiro::random::Key;
 use super::log::{Extent, Log, Prefix};
 use super::{
     CONFIG, Checkpoint, Done, FITNESS, GENERATIONS, INDIVIDUALS, Individuals, LEARNING_CURVE, LOCK, Meta, PATH,
-    POPULATION, Row, SavedRun, Session, Status, TRACE, champion, disk, npy, trace_csv,
+    POPULATION, Row, SavedRun, Session, Status, TRACE, champion, disk, done, npy, trace_csv,
 };
 use crate::evolve::{Champion, Evolution, Generation};
 use crate::exit::{Failure, Result};
@@ -113,7 +113,7 @@ impl Recorder {
             let inputs = directory.join(INPUTS);
             fs::create_dir_all(&inputs).map_err(|error| Failure::storage(&inputs, &error))?;
             for input in experiment.inputs() {
-                disk::write(&directory.join(&input.name), &input.bytes)?;
+                disk::write(&directory.join(&input.name), &input.content.bytes)?;
             }
             disk::sync_directory(&inputs)?;
         }
@@ -274,22 +274,14 @@ impl Recorder {
         }
         files.extend(ended.experiment.inputs().iter().map(|input| input.name.as_str()));
 
-        let population = &ended.last.population;
         let rows = super::saved::rows(&self.directory)?;
-        let [champion, champion_genes] = champion::files(ended.champion, self.seed, ended.keys);
-        let outputs = [
-            champion,
-            champion_genes,
-            (
-                POPULATION,
-                npy(&[population.len(), population.genes()], population.values()),
-            ),
-            (FITNESS, npy(&[population.len()], &ended.last.fitness)),
+        let pictures = [
             (TRACE, trace_csv(ended.trace, ended.every).into_bytes()),
             (PATH, self.path_svg(ended).into_bytes()),
             (LEARNING_CURVE, self.learning_curve_svg(&rows).into_bytes()),
         ];
-        for (name, bytes) in &outputs {
+        let results = results(ended.last, ended.champion, self.seed, ended.keys);
+        for (name, bytes) in results.iter().chain(&pictures) {
             disk::write(&self.directory.join(name), bytes)?;
             files.push(name);
         }
@@ -332,17 +324,55 @@ impl Recorder {
     }
 }
 
+/// The files of what a run ended with.
+fn results(last: &Generation, champion: &Champion, seed: u64, keys: &[Key]) -> [(&'static str, Vec<u8>); 4] {
+    let population = &last.population;
+    let [of_champion, genes_of_champion] = champion::files(champion, seed, keys);
+    [
+        of_champion,
+        genes_of_champion,
+        (
+            POPULATION,
+            npy(&[population.len(), population.genes()], population.values()),
+        ),
+        (FITNESS, npy(&[population.len()], &last.fitness)),
+    ]
+}
+
+/// The hash of a run's results, as its directory's `DONE` would have it. `rows` are those of its generations.
+pub(crate) fn result(
+    experiment: blake3::Hash,
+    rows: &str,
+    last: &Generation,
+    champion: &Champion,
+    seed: u64,
+    keys: &[Key],
+) -> String {
+    let table = Row::HEAD.to_owned() + rows;
+    let results = results(last, champion, seed, keys);
+    let others = results.iter().map(|(name, bytes)| (*name, &bytes[..]));
+    let files: Vec<_> = std::iter::once((GENERATIONS, table.as_bytes())).chain(others).collect();
+    done::result_of(experiment, &files)
+}
+
 /// Keeps other processes from writing to a run's directory.
 pub(super) fn lock(directory: &Path) -> Result<File> {
+    try_lock(directory)?.ok_or_else(|| {
+        Failure::input(format_args!(
+            "{}: another process works on this run; allowed: one at a time",
+            directory.display()
+        ))
+    })
+}
+
+/// The same, or nothing if another process writes there.
+pub(crate) fn try_lock(directory: &Path) -> Result<Option<File>> {
     let path = directory.join(LOCK);
     let file = OpenOptions::new().create(true).truncate(false).write(true).open(&path);
     let file = file.map_err(|error| Failure::storage(&path, &error))?;
     match file.try_lock() {
-        Ok(()) => Ok(file),
-        Err(TryLockError::WouldBlock) => Err(Failure::input(format_args!(
-            "{}: another process works on this run; allowed: one at a time",
-            directory.display()
-        ))),
+        Ok(()) => Ok(Some(file)),
+        Err(TryLockError::WouldBlock) => Ok(None),
         Err(TryLockError::Error(error)) => Err(Failure::storage(&path, &error)),
     }
 }

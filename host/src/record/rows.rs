@@ -26,10 +26,10 @@ pub(crate) struct Row {
 
 impl Row {
     /// The table's first line. `best_bits` is `best` as the 32 bits that it is, in hex.
-    pub(super) const HEAD: &str = "generation,best,peak,mean,least,deviation,individual,nan,best_bits\n";
+    pub(crate) const HEAD: &str = "generation,best,peak,mean,least,deviation,individual,nan,best_bits\n";
 
     /// Of a generation of which so many become parents.
-    pub(super) fn new(generation: &Generation, parents: u32) -> Self {
+    pub(crate) fn new(generation: &Generation, parents: u32) -> Self {
         let score = |&individual: &u32| generation.fitness[individual as usize];
         // NaN ranks last.
         let numbers = generation
@@ -66,7 +66,7 @@ impl Row {
     }
 
     /// As a line of the table.
-    pub(super) fn line(&self) -> String {
+    pub(crate) fn line(&self) -> String {
         let Self {
             generation,
             best,

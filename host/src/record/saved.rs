@@ -44,15 +44,18 @@ pub(super) fn seed_of(config: &Path, seed: Option<u64>) -> Result<u64> {
     })
 }
 
+/// Whether a process writes to a directory.
+pub(crate) fn is_locked(directory: &Path) -> bool {
+    File::open(directory.join(LOCK)).is_ok_and(|lock| matches!(lock.try_lock(), Err(TryLockError::WouldBlock)))
+}
+
 /// How far a run of any kind is.
 pub(super) fn state(directory: &Path) -> Result<State> {
     if Done::read(directory)?.is_some() {
         return Ok(State::Done);
     }
-    let is_locked =
-        File::open(directory.join(LOCK)).is_ok_and(|lock| matches!(lock.try_lock(), Err(TryLockError::WouldBlock)));
     Ok(match Meta::read(directory) {
-        _ if is_locked => State::Running,
+        _ if is_locked(directory) => State::Running,
         Some(meta) if meta.status == Status::Stopped => State::Stopped,
         _ => State::Interrupted,
     })

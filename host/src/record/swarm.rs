@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 
 use super::recorder::lock;
 use super::saved::{seed_of, state};
-use super::{CONFIG, Done, FOOD, INTERVALS, Meta, Session, Standing, State, Status, disk, is_run, standing};
+use super::{CONFIG, Done, FOOD, INTERVALS, Meta, Session, Standing, State, Status, disk, done, is_run, standing};
 use crate::exit::{Failure, Result};
 use crate::experiment::swarm::{SwarmExperiment, is_swarm};
 use crate::swarm::lived::Run;
@@ -76,9 +76,23 @@ impl SwarmRecorder {
     }
 }
 
+/// The hash of a run's results, as its directory's `DONE` would have it, and its table of intervals without its first
+/// line.
+pub(crate) fn swarm_result(experiment: blake3::Hash, run: &Run) -> (String, String) {
+    let table = intervals_csv(run);
+    let food = food_csv(run);
+    let files = [(INTERVALS, table.as_bytes()), (FOOD, food.as_bytes())];
+    let hash = done::result_of(experiment, &files);
+    (hash, table[INTERVALS_HEAD.len()..].to_owned())
+}
+
+/// The first line of the table of intervals.
+pub(crate) const INTERVALS_HEAD: &str =
+    "interval,robot,s0,chosen_under,g0,g1,real,simulated,heard,reached,taken\n";
+
 /// A line for each robot in each interval.
 fn intervals_csv(run: &Run) -> String {
-    let mut text = String::from("interval,robot,s0,chosen_under,g0,g1,real,simulated,heard,reached,taken\n");
+    let mut text = String::from(INTERVALS_HEAD);
     for (interval, robots) in run.intervals.iter().enumerate() {
         for (robot, own) in robots.iter().enumerate() {
             let simulated = own.simulated.map(|fitness| fitness.to_string()).unwrap_or_default();

@@ -1,0 +1,409 @@
+//! `oneiro sweep`: many evolutions as one job.
+
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Instant;
+
+use indicatif::ProgressBar;
+use serde_json::json;
+
+use super::run::evolved;
+use super::swarm;
+use crate::cli::{self, SweepCommand, SweepPlan, SweepRun};
+use crate::console::{Console, columns, counted};
+use crate::device;
+use crate::exit::{Failure, Result};
+use crate::progress;
+use crate::record::{Session, is_locked};
+use crate::sweep::estimate::estimates;
+use crate::sweep::journal::Journal;
+use crate::sweep::lockstep::Pace;
+use crate::sweep::store::{AllFinished, Shard, Store};
+use crate::sweep::tables::{self, Written};
+use crate::sweep::{Cell, Plan, RunIndex, Sweep, lockstep, slurm, swarms};
+use crate::watcher::stop_signal;
+use crate::worker::{Watch, Worker};
+
+/// Runs that are done without asking whether they were meant.
+const UNASKED: usize = 10_000;
+/// Runs that a plan shows, unless all are asked for.
+const SHOWN: usize = 20;
+
+/// Does what was typed.
+pub(super) fn run(arguments: &cli::Sweep, console: Console) -> Result {
+    match &arguments.command {
+        SweepCommand::Plan(arguments) => plan(arguments, console),
+        SweepCommand::Run(arguments) if arguments.print_slurm => console.data(slurm::script(arguments)?),
+        SweepCommand::Run(arguments) => sweep(arguments, console),
+        SweepCommand::Status { dir } => status(dir, console),
+        SweepCommand::Merge { dirs, out } => merge(dirs, out.as_deref(), console),
+        SweepCommand::Report { dir, outcome, out } => report(dir, outcome.as_deref(), out.as_deref(), console),
+        SweepCommand::Extract { dir, run, out, backend } => extract(dir, run, out.as_deref(), backend, console),
+    }
+}
+
+fn plan(arguments: &SweepPlan, console: Console) -> Result {
+    let sweep = Sweep::read(&arguments.sweep)?;
+    let plan = sweep.plan()?;
+    let all = sweep.runs();
+    let steps = plan.steps(&sweep, 0..all as RunIndex);
+    let devices = if arguments.no_estimate {
+        Vec::new()
+    } else {
+        estimates(&sweep, steps)?
+    };
+    let shown = if arguments.all || console.json() { all } else { SHOWN.min(all) };
+    let keys: Vec<&str> = sweep.file().keys().collect();
+    if console.json() {
+        let runs: Vec<_> = (0..all as RunIndex)
+            .map(|run| {
+                let cell = sweep.cell_of(run);
+                json!({
+                    "run": run,
+                    "id": plan.ids[run as usize].to_hex().as_str(),
+                    "values": sweep.levels(cell),
+                    "seed": sweep.seed_of(run),
+                    "steps": plan.steps[cell],
+                })
+            })
+            .collect();
+        return console.json_data(&json!({
+            "name": sweep.name(),
+            "cells": sweep.file().cells(),
+            "seeds": sweep.file().seeds.len(),
+            "steps": steps,
+            "bytes_a_run": plan.bytes,
+            "keys": keys,
+            "runs": runs,
+            "devices": devices,
+        }));
+    }
+    let row = |run: RunIndex| {
+        let cell = sweep.cell_of(run);
+        let mut row = vec![run.to_string(), plan.ids[run as usize].to_hex()[..12].to_owned()];
+        row.extend(sweep.levels(cell));
+        row.push(sweep.seed_of(run).to_string());
+        row.push(format!("{:.3}", plan.steps[cell] as f64 / 1e6));
+        row
+    };
+    let mut head = vec!["run", "id"];
+    head.extend(&keys);
+    head.extend(["seed", "M steps"]);
+    let rows: Vec<Vec<String>> = (0..shown as RunIndex).map(row).collect();
+    let mut text = format!(
+        "{}: {} runs, {} cells from {} each; {:.4} thousand million robot-steps; {} of memory for each run under way\n\n{}",
+        sweep.name(),
+        all,
+        sweep.file().cells(),
+        counted(sweep.file().seeds.len() as u32, "seed", "seeds"),
+        steps as f64 / 1e9,
+        size(plan.bytes),
+        columns(&head, &rows),
+    );
+    if shown < all {
+        text += &format!("... and {} more; --all lists them\n", all - shown);
+    }
+    if !devices.is_empty() {
+        let rows: Vec<Vec<String>> = devices
+            .iter()
+            .map(|device| {
+                vec![
+                    device.name.clone(),
+                    format!("{:.1}", device.steps_per_second / 1e6),
+                    time(device.seconds),
+                ]
+            })
+            .collect();
+        text += &format!("\n{}", columns(&["here", "M steps/s", "all runs"], &rows));
+    }
+    console.data(text)
+}
+
+/// A time in words.
+fn time(seconds: f64) -> String {
+    match seconds {
+        s if s < 100.0 => format!("{s:.1} s"),
+        s if s < 6000.0 => format!("{:.0} min", s / 60.0),
+        s => format!("{:.1} h", s / 3600.0),
+    }
+}
+
+fn size(bytes: u64) -> String {
+    if bytes < 10_000_000 {
+        format!("{:.0} kB", bytes as f64 / 1e3)
+    } else {
+        format!("{:.0} MB", bytes as f64 / 1e6)
+    }
+}
+
+/// Watches a sweep for the user, and its time.
+struct Watcher {
+    stop: Arc<AtomicBool>,
+    until: Option<Instant>,
+    bar: ProgressBar,
+}
+
+impl Watch for Watcher {
+    fn stops(&self) -> bool {
+        self.stop.load(Ordering::Relaxed) || self.until.is_some_and(|until| Instant::now() >= until)
+    }
+
+    fn steps(&mut self, done: u64) {
+        if !self.bar.is_hidden() {
+            self.bar.set_position(done);
+        }
+    }
+}
+
+fn sweep(arguments: &SweepRun, console: Console) -> Result {
+    let began = Instant::now();
+    let sweep = Sweep::read(&arguments.sweep)?;
+    let all = sweep.runs();
+    if all > UNASKED && !arguments.yes {
+        return Err(Failure::input(format_args!(
+            "{}: has {all} runs; allowed: up to {UNASKED} without --yes (`oneiro sweep plan` lists them)",
+            sweep.file().seeds_place
+        )));
+    }
+    let plan = sweep.plan()?;
+    let shard = match arguments.shard {
+        Some(shard) => shard,
+        None => slurm::shard(console)?.unwrap_or(Shard::ALL),
+    };
+    let store = Store::prepare(&arguments.out, &sweep, &plan)?;
+    let mut finished = AllFinished::default();
+    store.finished(Some(&plan.ids), &mut finished)?;
+    let of_shard = shard.runs(all).count();
+    let todo: Vec<RunIndex> = shard.runs(all).filter(|run| !finished.runs.contains_key(run)).collect();
+    if todo.len() < of_shard {
+        console.say(format!("{} of {of_shard} runs are done already", of_shard - todo.len()));
+    }
+    if !todo.is_empty() {
+        work(arguments, (&sweep, &plan), &store, shard, todo, began, console)?;
+    }
+    if shard != Shard::ALL {
+        return said(
+            console,
+            &json!({"shard": shard.to_string(), "runs": of_shard}),
+            || format!("shard {shard}: {of_shard} runs are done; `oneiro sweep merge {}` joins all shards", store.directory().display()),
+        );
+    }
+    let written = joined(&[&store], &sweep, &plan, store.directory(), console)?;
+    told(&written, console)
+}
+
+/// Does a shard's runs.
+fn work(
+    arguments: &SweepRun,
+    (sweep, plan): (&Sweep, &Plan),
+    store: &Store,
+    shard: Shard,
+    mut todo: Vec<RunIndex>,
+    began: Instant,
+    console: Console,
+) -> Result {
+    let mut evaluator = device::open(&arguments.backend)?;
+    let session = Session::new(&arguments.backend.name, &evaluator.device());
+    let (journal, begun) = Journal::begin(&store.journal(shard), store.identity()?, session)?;
+    for problem in &begun.problems {
+        console.say(format!("warning: {problem}"));
+    }
+    console.say(format!(
+        "{}: {} runs on {}",
+        sweep.name(),
+        todo.len(),
+        device::name(evaluator.as_ref())
+    ));
+    let saved: Vec<_> = begun.saved.into_iter().filter(|saved| todo.contains(&saved.run)).collect();
+    // What was under way goes first.
+    todo.sort_by_key(|run| !saved.iter().any(|saved| saved.run == *run));
+    let pace = Pace {
+        jobs: arguments.jobs.map(|jobs| jobs as usize),
+        checkpoint_every: arguments.checkpoint_every,
+    };
+    let mut watcher = Watcher {
+        stop: stop_signal()?,
+        until: arguments.time_budget.map(|budget| began + budget),
+        bar: progress::bar(plan.steps(sweep, todo.iter().copied()), sweep.name(), console),
+    };
+    let ended = if sweep.is_swarm() {
+        let ended = swarms::run((sweep, plan), todo, pace, evaluator.as_mut(), &journal, &mut watcher);
+        device::tell_warnings(evaluator.as_ref(), console);
+        ended
+    } else {
+        let worker = Worker::new(evaluator);
+        let ended = lockstep::run((sweep, plan), todo, saved, pace, &worker, &journal, &mut watcher);
+        for warning in worker.close() {
+            console.say(format!("warning: {warning}"));
+        }
+        ended
+    };
+    watcher.bar.finish_and_clear();
+    // What could not be written is why it ended.
+    journal.close()?;
+    ended
+}
+
+/// Writes the tables of what directories of one sweep have.
+fn joined(stores: &[&Store], sweep: &Sweep, plan: &Plan, out: &Path, console: Console) -> Result<Written> {
+    let mut finished = AllFinished::default();
+    for store in stores {
+        store.finished(Some(&plan.ids), &mut finished)?;
+    }
+    for problem in &finished.problems {
+        console.say(format!("warning: {problem}"));
+    }
+    tables::write(out, sweep, plan, &finished)
+}
+
+fn told(written: &Written, console: Console) -> Result {
+    let Written { runs, hash, files } = written;
+    said(console, &json!({"runs": runs, "hash": hash, "files": files}), || {
+        let files: Vec<String> = files.iter().map(|file| format!("  {}", file.display())).collect();
+        format!("{runs} runs, hash {hash}\n{}", files.join("\n"))
+    })
+}
+
+/// Prints data as the user wants them.
+fn said(console: Console, json: &serde_json::Value, text: impl FnOnce() -> String) -> Result {
+    if console.json() { console.json_data(json) } else { console.data(text()) }
+}
+
+fn status(dir: &Path, console: Console) -> Result {
+    let store = Store::open(dir)?;
+    let made = store.what();
+    let mut shards = Vec::new();
+    let mut finished = AllFinished::default();
+    store.finished(None, &mut finished)?;
+    for (index, (shard, journal)) in store.journals()?.into_iter().enumerate() {
+        let own = finished.runs.values().filter(|run| run.shard == index).count();
+        let of = shard.runs(made.runs).count();
+        let state = match own {
+            _ if is_locked(&journal) => "running",
+            own if own == of => "done",
+            _ => "stopped",
+        };
+        shards.push((shard, own, of, state));
+    }
+    let done = finished.runs.len();
+    for problem in &finished.problems {
+        console.say(format!("warning: {problem}"));
+    }
+    let is_merged = dir.join(tables::RESULTS).is_file();
+    said(
+        console,
+        &json!({
+            "name": made.name,
+            "runs": made.runs,
+            "done": done,
+            "tables": is_merged,
+            "shards": shards.iter().map(|(shard, own, of, state)| json!({
+                "shard": shard.to_string(), "done": own, "runs": of, "state": state,
+            })).collect::<Vec<_>>(),
+        }),
+        || {
+            let rows: Vec<Vec<String>> = shards
+                .iter()
+                .map(|(shard, own, of, state)| vec![shard.to_string(), own.to_string(), of.to_string(), (*state).to_owned()])
+                .collect();
+            format!(
+                "{}: {done} of {} runs are done{}\n\n{}",
+                made.name,
+                made.runs,
+                match (done == made.runs, is_merged) {
+                    (true, false) => "; `oneiro sweep merge` makes their tables",
+                    (true, true) => ", and their tables are there",
+                    _ => "",
+                },
+                columns(&["shard", "done", "runs", "state"], &rows)
+            )
+        },
+    )
+}
+
+fn merge(dirs: &[PathBuf], out: Option<&Path>, console: Console) -> Result {
+    let stores = dirs.iter().map(|dir| Store::open(dir)).collect::<Result<Vec<_>>>()?;
+    let Some((first, others)) = stores.split_first() else {
+        return Err(Failure::usage("merge takes a directory and more"));
+    };
+    for other in others {
+        first.fits(other)?;
+    }
+    let (sweep, plan) = first.sweep()?;
+    let all: Vec<&Store> = stores.iter().collect();
+    let written = match out {
+        None => joined(&all, &sweep, &plan, first.directory(), console)?,
+        Some(out) => {
+            // So that it can be reported on and extracted from, as any sweep's directory.
+            let store = Store::prepare(out, &sweep, &plan)?;
+            joined(&all, &sweep, &plan, store.directory(), console)?
+        }
+    };
+    told(&written, console)
+}
+
+fn report(_dir: &Path, _outcome: Option<&str>, _out: Option<&Path>, _console: Console) -> Result {
+    Err(Failure::failed("not yet"))
+}
+
+fn extract(dir: &Path, run: &str, out: Option<&Path>, backend: &cli::Backend, console: Console) -> Result {
+    let store = Store::open(dir)?;
+    let (sweep, plan) = store.sweep()?;
+    let run = chosen(run, &plan, dir)?;
+    let seed = sweep.seed_of(run);
+    let mut finished = AllFinished::default();
+    store.finished(Some(&plan.ids), &mut finished)?;
+    let known = finished.runs.get(&run).map(|finished| finished.line.result.clone());
+    let id = plan.ids[run as usize].to_hex();
+    let directory = out.map_or_else(
+        || dir.join("runs").join(format!("{}-{seed}-{}", sweep.name(), &id[..8])),
+        Path::to_owned,
+    );
+    crate::files::must_be_new(&directory)?;
+    let result = match sweep.cell(sweep.cell_of(run))? {
+        Cell::Khepera(experiment) => {
+            let reports = evolved(&experiment, &[(seed, directory.clone())], backend, console)?;
+            reports.into_iter().next().map(|report| report.result)
+        }
+        Cell::Swarm(experiment) => {
+            let reports = swarm::done(&[(&experiment, seed, directory.as_path())], backend, console)?;
+            reports.into_iter().next().map(|report| report.result)
+        }
+    };
+    let result = result.ok_or_else(|| Failure::failed("the run gave nothing"))?;
+    if let Some(known) = known
+        && known != result
+    {
+        return Err(Failure::failed(format_args!(
+            "run {run} gave {result} here and {known} in the sweep; one of the machines can't be trusted: \
+             `oneiro selftest` tells which"
+        )));
+    }
+    said(
+        console,
+        &json!({"run": run, "id": id.as_str(), "result": result, "directory": directory}),
+        || format!("run {run}\nresult {result}\n{}", directory.display()),
+    )
+}
+
+/// The run that the user means.
+fn chosen(text: &str, plan: &Plan, dir: &Path) -> Result<RunIndex> {
+    let all = plan.ids.len();
+    if let Ok(run) = text.parse::<RunIndex>()
+        && (run as usize) < all
+    {
+        return Ok(run);
+    }
+    let is_meant = |id: &blake3::Hash| text.len() >= 6 && id.to_hex().starts_with(text);
+    let meant: Vec<RunIndex> = (0..all as RunIndex).filter(|&run| is_meant(&plan.ids[run as usize])).collect();
+    match meant[..] {
+        [run] => Ok(run),
+        [] => Err(Failure::input(format_args!(
+            "{}: has no run {text}; allowed: 0 to {}, or six and more digits of an id",
+            dir.display(),
+            all - 1
+        ))),
+        _ => Err(Failure::input(format_args!("{}: {text} begins the ids of several runs", dir.display()))),
+    }
+}

@@ -1,0 +1,469 @@
+//! A sweep's file: which values of which keys, and from which seeds.
+//!
+//! ```toml
+//! name = "noise"                              # the file's name where it is not given
+//! experiment = "khepera-avoidance.toml"       # looked for from where this file lies
+//! seeds = "1..20"                             # or a list
+//!
+//! [set]                                       # what all runs have instead of the experiment's values
+//! evolution.generations = 100
+//!
+//! [grid]                                      # every combination of these
+//! noise.sensor = [[0.0, 0.0], [0.0, 0.4]]
+//! evolution.population = [20, 100]
+//!
+//! [[list]]                                    # with each of these rows, all of the same keys
+//! evolution.parents = 5
+//! evolution.elite = 1
+//!
+//! [random]                                    # and with each of so many draws from these ranges
+//! samples = 50
+//! seed = 1
+//! [random.ranges]
+//! evolution.mutation.rate = { from = 0.0, to = 0.5 }
+//! evolution.mutation.amount = { from = 0.01, to = 10.0, scale = "log" }
+//!
+//! [reality]                                   # lives of each run's last offspring in surrogates of the robot
+//! robots = [1]
+//! severity = 1.75
+//! ```
+
+use std::collections::BTreeSet;
+use std::path::Path;
+
+use rand::distr::Distribution;
+use serde::Deserialize;
+use toml::{Table, Value};
+
+use crate::evolve::random::{Stream, Uniform, logarithm, stream};
+use crate::exit::Result;
+use crate::experiment::GREATEST_SEED;
+use crate::experiment::source::{Setting, Source};
+use crate::files;
+
+/// The most runs of a sweep.
+pub(crate) const GREATEST_RUNS: u64 = 10_000_000;
+/// The most seeds, and the most draws from ranges.
+const GREATEST_COUNT: u64 = 1_000_000;
+
+/// What may stand in a sweep's file.
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Written {
+    #[serde(default)]
+    name: String,
+    experiment: String,
+    seeds: WrittenSeeds,
+    #[serde(default)]
+    set: Table,
+    #[serde(default)]
+    grid: Table,
+    #[serde(default)]
+    list: Vec<Table>,
+    random: Option<WrittenRandom>,
+    reality: Option<Reality>,
+}
+
+#[derive(Debug, Deserialize)]
+#[serde(untagged, expecting = "is neither \"A..B\" nor a list of whole numbers")]
+enum WrittenSeeds {
+    Range(String),
+    List(Vec<u64>),
+}
+
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct WrittenRandom {
+    samples: u32,
+    #[serde(default)]
+    seed: u64,
+    ranges: Table,
+}
+
+/// Where the last offspring of each run live in reality: surrogates of the sampled robot, as in the 1995 study.
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct Reality {
+    /// Numbers of surrogates, each another robot in other surroundings.
+    pub(crate) robots: Vec<u64>,
+    /// How far they differ from the simulator; 1.75 is what the 1995 study was calibrated to.
+    #[serde(default = "severity")]
+    pub(crate) severity: f32,
+}
+
+fn severity() -> f32 {
+    1.75
+}
+
+/// Values that cells have of some keys.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Axis {
+    /// The keys, in the order in which they stand.
+    pub(crate) keys: Vec<String>,
+    /// For each level a value of each key, and its place.
+    pub(crate) levels: Vec<Vec<(Value, String)>>,
+}
+
+/// A sweep's file, checked as far as no experiment is needed to tell.
+#[derive(Debug)]
+pub(crate) struct SweepFile {
+    pub(crate) name: String,
+    /// As it stands there, and where.
+    pub(crate) experiment: String,
+    pub(crate) experiment_place: String,
+    pub(crate) seeds: Vec<u64>,
+    pub(crate) seeds_place: String,
+    /// What all runs have.
+    pub(crate) set: Vec<Setting>,
+    /// All combinations of their levels are the sweep's cells, the last axis the fastest.
+    pub(crate) axes: Vec<Axis>,
+    pub(crate) reality: Option<Reality>,
+}
+
+impl SweepFile {
+    /// Reads and checks one.
+    ///
+    /// # Errors
+    /// Exit 3: the file, the line and column in it, what is wrong and what is allowed.
+    pub(crate) fn read(path: &Path) -> Result<Self> {
+        Self::of(&path.display().to_string(), files::text(path)?, &|| {
+            path.file_stem().unwrap_or_default().to_string_lossy().into_owned()
+        })
+    }
+
+    /// Checks a file's text; messages call it `file`.
+    fn of(file: &str, text: String, name: &dyn Fn() -> String) -> Result<Self> {
+        let (written, source): (Written, _) = Source::read(file, text, &[])?;
+        let seeds = seeds(&written.seeds, &source)?;
+        let set = leaves("set", &written.set, &source)?;
+        let mut axes = Vec::new();
+        axes.extend(list(&written.list, &source)?);
+        for leaf in leaves("grid", &written.grid, &source)? {
+            axes.push(axis(leaf, &source)?);
+        }
+        if let Some(random) = &written.random {
+            axes.push(drawn(random, &source)?);
+        }
+        conflicts(&set, &axes)?;
+        if let Some(reality) = &written.reality {
+            check_reality(reality, &source)?;
+        }
+        let cells = axes
+            .iter()
+            .try_fold(1_u64, |cells, axis| cells.checked_mul(axis.levels.len() as u64));
+        let runs = cells.and_then(|cells| cells.checked_mul(seeds.len() as u64));
+        if runs.is_none_or(|runs| runs > GREATEST_RUNS) {
+            let count = runs.map_or_else(|| "more than can be counted".into(), |runs| runs.to_string());
+            return Err(source.invalid(
+                "seeds",
+                format_args!("make {count} runs with all combinations of values; allowed: up to {GREATEST_RUNS}"),
+            ));
+        }
+        Ok(Self {
+            name: if written.name.is_empty() { name() } else { written.name },
+            experiment_place: source.place_of("experiment"),
+            experiment: written.experiment,
+            seeds,
+            seeds_place: source.place_of("seeds"),
+            set: set.into_iter().map(Leaf::setting).collect(),
+            axes,
+            reality: written.reality,
+        })
+    }
+
+    /// How many cells there are.
+    pub(crate) fn cells(&self) -> usize {
+        self.axes.iter().map(|axis| axis.levels.len()).product()
+    }
+
+    /// The keys that are swept, in the order of the axes.
+    pub(crate) fn keys(&self) -> impl Iterator<Item = &str> {
+        self.axes.iter().flat_map(|axis| &axis.keys).map(String::as_str)
+    }
+
+    /// A cell's values of the swept keys and where they stand, in the order of [`SweepFile::keys`].
+    pub(crate) fn values(&self, cell: usize) -> Vec<&(Value, String)> {
+        let mut rest = cell;
+        let mut levels = vec![0; self.axes.len()];
+        for (level, axis) in levels.iter_mut().zip(&self.axes).rev() {
+            *level = rest % axis.levels.len();
+            rest /= axis.levels.len();
+        }
+        self.axes
+            .iter()
+            .zip(levels)
+            .flat_map(|(axis, level)| &axis.levels[level])
+            .collect()
+    }
+}
+
+/// A key of an experiment with its value, from a table whose keys may be dotted, quoted or nested.
+#[derive(Clone, Debug)]
+struct Leaf {
+    key: String,
+    value: Value,
+    place: String,
+}
+
+impl Leaf {
+    fn setting(self) -> Setting {
+        Setting::at(self.place, &self.key, &self.value)
+    }
+}
+
+/// The values below a table of the file, in the order in which they stand.
+fn leaves(table: &str, values: &Table, source: &Source) -> Result<Vec<Leaf>> {
+    fn collect(prefix: &str, values: &Table, is_leaf: &dyn Fn(&Table) -> bool, leaves: &mut Vec<(String, Value)>) {
+        for (key, value) in values {
+            let key = if prefix.is_empty() {
+                key.clone()
+            } else {
+                format!("{prefix}.{key}")
+            };
+            match value {
+                Value::Table(table) if !is_leaf(table) => collect(&key, table, is_leaf, leaves),
+                _ => leaves.push((key, value.clone())),
+            }
+        }
+    }
+    let is_range = |values: &Table| table == RANGES && values.contains_key("from");
+    let mut found = Vec::new();
+    collect("", values, &is_range, &mut found);
+    let mut leaves: Vec<(Option<usize>, Leaf)> = found
+        .into_iter()
+        .map(|(key, value)| {
+            let path = format!("{table}.{key}");
+            let place = source.place_of(&path);
+            (source.start_of(&path), Leaf { key, value, place })
+        })
+        .collect();
+    leaves.sort_by_key(|(start, _)| *start);
+    for (_, leaf) in &leaves {
+        if let Some((_, meant)) = RESERVED.iter().find(|(key, _)| *key == leaf.key) {
+            return Err(source.invalid(&format!("{table}.{}", leaf.key), meant));
+        }
+    }
+    Ok(leaves.into_iter().map(|(_, leaf)| leaf).collect())
+}
+
+/// Keys of experiments that a sweep has in another place.
+const RESERVED: [(&str, &str); 2] = [
+    ("seed", "is no value to set; allowed: the key seeds, above all tables"),
+    ("name", "is no value to set; allowed: the experiment's own name"),
+];
+const RANGES: &str = "random.ranges";
+
+fn seeds(seeds: &WrittenSeeds, source: &Source) -> Result<Vec<u64>> {
+    let refused = |problem: String| Err(source.invalid("seeds", problem));
+    match seeds {
+        WrittenSeeds::Range(text) => {
+            let ends = text.split_once("..").and_then(|(first, last)| {
+                let number = |text: &str| text.trim().parse::<u64>().ok().filter(|&seed| seed <= GREATEST_SEED);
+                Some((number(first)?, number(last)?))
+            });
+            match ends {
+                Some((first, last)) if first <= last && last - first < GREATEST_COUNT => Ok((first..=last).collect()),
+                Some((first, last)) if first > last => {
+                    refused(format!("is \"{text}\", an empty range; allowed: the smaller seed first"))
+                }
+                _ => refused(format!(
+                    "is \"{text}\"; allowed: \"A..B\", both included, at most {GREATEST_COUNT} seeds up to {GREATEST_SEED}"
+                )),
+            }
+        }
+        WrittenSeeds::List(list) => {
+            if list.is_empty() {
+                return refused("is empty; allowed: one seed and more".into());
+            }
+            let mut known = BTreeSet::new();
+            if let Some((index, seed)) = list.iter().enumerate().find(|(_, seed)| !known.insert(**seed)) {
+                return Err(source.invalid(
+                    &format!("seeds[{index}]"),
+                    format_args!("is {seed} a second time; allowed: each seed once"),
+                ));
+            }
+            Ok(list.clone())
+        }
+    }
+}
+
+/// The axis of a key of the grid.
+fn axis(leaf: Leaf, source: &Source) -> Result<Axis> {
+    let path = format!("grid.{}", leaf.key);
+    let Value::Array(values) = leaf.value else {
+        return Err(source.invalid(&path, "is one value; allowed: a list of them, or the table [set]"));
+    };
+    if values.is_empty() {
+        return Err(source.invalid(&path, "is empty; allowed: a list of values"));
+    }
+    let mut known = BTreeSet::new();
+    for (index, value) in values.iter().enumerate() {
+        if !known.insert(value.to_string()) {
+            return Err(source.invalid(
+                &format!("{path}[{index}]"),
+                format_args!("is {value} a second time; allowed: each value once"),
+            ));
+        }
+    }
+    let level = |(index, value)| vec![(value, source.place_of(&format!("{path}[{index}]")))];
+    Ok(Axis {
+        levels: values.into_iter().enumerate().map(level).collect(),
+        keys: vec![leaf.key],
+    })
+}
+
+/// The axis of the rows of `[[list]]`, if there are any.
+fn list(rows: &[Table], source: &Source) -> Result<Option<Axis>> {
+    let mut axis: Option<Axis> = None;
+    for (index, row) in rows.iter().enumerate() {
+        let table = format!("list[{index}]");
+        let mut leaves = leaves(&table, row, source)?;
+        if leaves.is_empty() {
+            return Err(source.invalid(&table, "is empty; allowed: keys with a value each"));
+        }
+        let axis = axis.get_or_insert_with(|| Axis {
+            keys: leaves.iter().map(|leaf| leaf.key.clone()).collect(),
+            levels: Vec::new(),
+        });
+        let place = |leaf: &Leaf| axis.keys.iter().position(|key| *key == leaf.key);
+        leaves.sort_by_key(|leaf| place(leaf).unwrap_or(usize::MAX));
+        if leaves.iter().map(|leaf| &leaf.key).ne(&axis.keys) {
+            let problem = format!("has other keys than the first row; allowed: {}", axis.keys.join(", "));
+            return Err(source.invalid(&table, problem));
+        }
+        let level: Vec<_> = leaves.into_iter().map(|leaf| (leaf.value, leaf.place)).collect();
+        let is_same = |other: &&Vec<(Value, String)>| other.iter().map(|(value, _)| value).eq(level.iter().map(|(value, _)| value));
+        if axis.levels.iter().find(is_same).is_some() {
+            return Err(source.invalid(&table, "is there a second time; allowed: each row once"));
+        }
+        axis.levels.push(level);
+    }
+    Ok(axis)
+}
+
+/// A range to draw from.
+#[derive(Clone, Copy, Debug)]
+enum Range {
+    Whole(i64, i64),
+    Linear(f64, f64),
+    Log(f64, f64),
+}
+
+impl Range {
+    fn read(value: &Value) -> std::result::Result<Self, String> {
+        let allowed = "allowed: { from = A, to = B } with A below B, and scale = \"linear\" or \"log\"";
+        let Value::Table(table) = value else {
+            return Err(format!("is {value}; {allowed}"));
+        };
+        if let Some(key) = table.keys().find(|key| !["from", "to", "scale"].contains(&key.as_str())) {
+            return Err(format!("has a key {key}; {allowed}"));
+        }
+        let number = |key| match table.get(key) {
+            Some(Value::Integer(number)) => Some(*number as f64),
+            Some(Value::Float(number)) if number.is_finite() => Some(*number),
+            _ => None,
+        };
+        let (Some(from), Some(to)) = (number("from"), number("to")) else {
+            return Err(format!("is {value}; {allowed}"));
+        };
+        if from >= to {
+            return Err(format!("is an empty range, {from} to {to}; {allowed}"));
+        }
+        match (table.get("scale").and_then(Value::as_str), table.get("from"), table.get("to")) {
+            (Some("log"), ..) if from <= 0.0 => Err(format!("begins with {from}; allowed: above 0 where scale is \"log\"")),
+            (Some("log"), ..) => Ok(Self::Log(from, to)),
+            (None | Some("linear"), Some(Value::Integer(from)), Some(Value::Integer(to))) => Ok(Self::Whole(*from, *to)),
+            (Some("linear"), ..) => Ok(Self::Linear(from, to)),
+            (None, ..) if !table.contains_key("scale") => Ok(Self::Linear(from, to)),
+            _ => Err(format!("has another scale; {allowed}")),
+        }
+    }
+
+    /// A number of it: whole ones up to both ends, others with six significant digits.
+    fn draw(self, random: &mut rand_pcg::Pcg64) -> Value {
+        let mut within = |low, high| Uniform { low, high }.sample(random);
+        let number = match self {
+            Self::Whole(from, to) => {
+                let drawn = within(from as f64, to as f64 + 1.0).floor() as i64;
+                return Value::Integer(drawn.min(to));
+            }
+            Self::Linear(from, to) => within(from, to),
+            Self::Log(from, to) => oneiro::exact::exponential(within(logarithm(from), logarithm(to))),
+        };
+        let short = format!("{number:.5e}").parse().unwrap_or(number);
+        let (Self::Linear(from, to) | Self::Log(from, to)) = self else {
+            return Value::Float(short);
+        };
+        Value::Float(short.clamp(from, to))
+    }
+}
+
+/// The axis of draws from ranges.
+fn drawn(random: &WrittenRandom, source: &Source) -> Result<Axis> {
+    if !(1..=GREATEST_COUNT).contains(&u64::from(random.samples)) {
+        let problem = format!("is {}; allowed: 1 to {GREATEST_COUNT}", random.samples);
+        return Err(source.invalid("random.samples", problem));
+    }
+    let leaves = leaves(RANGES, &random.ranges, source)?;
+    if leaves.is_empty() {
+        return Err(source.invalid(RANGES, "is empty; allowed: keys with { from = A, to = B } each"));
+    }
+    let ranges = leaves
+        .iter()
+        .map(|leaf| Range::read(&leaf.value).map_err(|problem| source.invalid(&format!("{RANGES}.{}", leaf.key), problem)))
+        .collect::<Result<Vec<_>>>()?;
+    let mut numbers = stream(random.seed, Stream::Samples, 0);
+    let mut known = BTreeSet::new();
+    let mut levels = Vec::with_capacity(random.samples as usize);
+    // What was drawn already, as happens with few whole numbers, is drawn again.
+    for _ in 0..100 * u64::from(random.samples) {
+        if levels.len() == random.samples as usize {
+            break;
+        }
+        let level: Vec<Value> = ranges.iter().map(|range| range.draw(&mut numbers)).collect();
+        if known.insert(format!("{level:?}")) {
+            levels.push(level.into_iter().zip(&leaves).map(|(value, leaf)| (value, leaf.place.clone())).collect());
+        }
+    }
+    if levels.len() < random.samples as usize {
+        let problem = format!(
+            "is {}, but only {} different draws were found; allowed: as many as the ranges hold",
+            random.samples,
+            levels.len()
+        );
+        return Err(source.invalid("random.samples", problem));
+    }
+    Ok(Axis {
+        keys: leaves.into_iter().map(|leaf| leaf.key).collect(),
+        levels,
+    })
+}
+
+/// Refuses keys that are given twice, or with a part of them.
+fn conflicts(set: &[Leaf], axes: &[Axis]) -> Result {
+    let swept = axes
+        .iter()
+        .flat_map(|axis| axis.keys.iter().zip(&axis.levels[0]).map(|(key, (_, place))| (key, place)));
+    let all: Vec<(&String, &String)> = set.iter().map(|leaf| (&leaf.key, &leaf.place)).chain(swept).collect();
+    for (index, (key, place)) in all.iter().enumerate() {
+        let holds = |outer: &str, inner: &str| inner.strip_prefix(outer).is_some_and(|rest| rest.is_empty() || rest.starts_with('.'));
+        if let Some((other, first)) = all[..index].iter().find(|(other, _)| holds(other, key) || holds(key, other)) {
+            return Err(Source::conflict(key, place, other, first));
+        }
+    }
+    Ok(())
+}
+
+fn check_reality(reality: &Reality, source: &Source) -> Result {
+    if reality.robots.is_empty() {
+        return Err(source.invalid("reality.robots", "is empty; allowed: numbers of surrogates, such as [1]"));
+    }
+    if let Some(twice) = (1..reality.robots.len()).find(|&index| reality.robots[..index].contains(&reality.robots[index])) {
+        return Err(source.invalid(&format!("reality.robots[{twice}]"), "is there a second time; allowed: each once"));
+    }
+    if !(0.0..=10.0).contains(&reality.severity) {
+        let problem = format!("is {}; allowed: 0 to 10", reality.severity);
+        return Err(source.invalid("reality.severity", problem));
+    }
+    Ok(())
+}

@@ -1,0 +1,430 @@
+//! What one process, a shard, has done of a sweep: it grows while the device works, and survives whatever ends the
+//! process.
+//!
+//! | file | what |
+//! |---|---|
+//! | `results.log` | a line for each finished run: a tag that a damaged line does not have, then JSON, see [`Line`] |
+//! | `generations.log` | the finished runs' tables of generations, one after the other |
+//! | `checkpoint-N` | the two newest: the runs under way, see [`Saved`] |
+//! | `sessions.json` | what is no result: which processes worked here, when, on what |
+//! | `lock` | held by the one process that writes |
+
+use std::fs::{self, File, OpenOptions};
+use std::io::{self, Read, Seek, SeekFrom, Write};
+use std::path::{Path, PathBuf};
+use std::sync::mpsc::{self, SyncSender};
+use std::thread::{self, JoinHandle};
+
+use serde::{Deserialize, Serialize};
+
+use super::RunIndex;
+use super::outcome::Outcome;
+use crate::evolve::Champion;
+use crate::exit::{Failure, Result};
+use crate::record::{Session, disk, now, try_lock};
+
+const RESULTS: &str = "results.log";
+const GENERATIONS: &str = "generations.log";
+const CHECKPOINT: &str = "checkpoint-";
+const SESSIONS: &str = "sessions.json";
+/// Hex digits before a line's JSON: the beginning of its BLAKE3 hash.
+const TAG: usize = 16;
+
+/// A finished run, as a line of `results.log`.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct Line {
+    pub(crate) run: RunIndex,
+    pub(crate) id: String,
+    /// Its row of the table of results.
+    pub(crate) cells: Vec<String>,
+    /// The hash of its results.
+    pub(crate) result: String,
+    /// Where its generations begin in `generations.log`, how long they are, and their hash.
+    pub(crate) from: u64,
+    pub(crate) bytes: u64,
+    pub(crate) blake3: String,
+}
+
+impl Line {
+    fn encode(&self) -> String {
+        let json = serde_json::to_string(self).expect("numbers and words");
+        format!("{} {json}\n", tag(&json))
+    }
+
+    fn decode(line: &str) -> Option<Self> {
+        let (own, json) = line.split_at_checked(TAG)?;
+        let json = json.strip_prefix(' ')?;
+        if own != tag(json) {
+            return None;
+        }
+        serde_json::from_str(json).ok()
+    }
+}
+
+fn tag(json: &str) -> String {
+    blake3::hash(json.as_bytes()).to_hex()[..TAG].to_owned()
+}
+
+/// What is in a shard's logs.
+#[derive(Debug, Default)]
+pub(crate) struct Logged {
+    /// The runs that are finished there.
+    pub(crate) lines: Vec<Line>,
+    /// What is to be told of lines that can't be used; their runs are done again.
+    pub(crate) problems: Vec<String>,
+    /// Bytes of the table of results up to its last whole line.
+    whole: u64,
+}
+
+impl Logged {
+    /// Reads a shard's logs. A process may be writing there.
+    pub(crate) fn read(directory: &Path) -> Result<Self> {
+        let path = directory.join(RESULTS);
+        let text = match fs::read(&path) {
+            Ok(bytes) => bytes,
+            Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(Self::default()),
+            Err(error) => return Err(Failure::storage(&path, &error)),
+        };
+        let whole = text.iter().rposition(|&byte| byte == b'\n').map_or(0, |end| end + 1);
+        // After the lines: whoever writes puts generations first.
+        let there = fs::metadata(directory.join(GENERATIONS)).map_or(0, |file| file.len());
+        let mut logged = Self {
+            whole: whole as u64,
+            ..Self::default()
+        };
+        for (bytes, number) in text[..whole].split_inclusive(|&byte| byte == b'\n').zip(1..) {
+            let line = std::str::from_utf8(bytes).ok().and_then(|line| Line::decode(line.trim_end_matches('\n')));
+            match line {
+                Some(line) if line.from + line.bytes <= there => logged.lines.push(line),
+                Some(line) => logged.problems.push(format!(
+                    "{}:{number}: {GENERATIONS} is shorter than it was; run {} is done again",
+                    path.display(),
+                    line.run
+                )),
+                None => logged
+                    .problems
+                    .push(format!("{}:{number}: is damaged; its run is done again", path.display())),
+            }
+        }
+        Ok(logged)
+    }
+}
+
+/// Reads the tables of generations of finished runs.
+pub(crate) struct Generations {
+    path: PathBuf,
+    file: File,
+}
+
+impl Generations {
+    /// Of a shard.
+    pub(crate) fn open(directory: &Path) -> Result<Self> {
+        let path = directory.join(GENERATIONS);
+        let file = File::open(&path).map_err(|error| Failure::storage(&path, &error))?;
+        Ok(Self { path, file })
+    }
+
+    /// A run's lines.
+    ///
+    /// # Errors
+    /// Exit 5 when they are not what was written.
+    pub(crate) fn of(&mut self, line: &Line) -> Result<String> {
+        let mut bytes = vec![0; line.bytes as usize];
+        self.file
+            .seek(SeekFrom::Start(line.from))
+            .and_then(|_| self.file.read_exact(&mut bytes))
+            .map_err(|error| Failure::storage(&self.path, &error))?;
+        let damaged = || {
+            Failure::corrupt(format_args!(
+                "{}: the generations of run {}, {} bytes from {} on, are damaged; remove the line of this run from \
+                 {RESULTS} beside it, and `oneiro sweep run` does it again",
+                self.path.display(),
+                line.run,
+                line.bytes,
+                line.from
+            ))
+        };
+        if blake3::hash(&bytes).to_hex().as_str() != line.blake3 {
+            return Err(damaged());
+        }
+        String::from_utf8(bytes).map_err(|_| damaged())
+    }
+}
+
+/// A run under way between two generations: with the experiment and the seed all that it needs to go on.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub(crate) struct Saved {
+    pub(crate) run: RunIndex,
+    /// The generation that lives next.
+    pub(crate) generation: u32,
+    /// Genes of all individuals, one after the other.
+    pub(crate) population: Vec<f32>,
+    pub(crate) champion: Option<SavedChampion>,
+    /// The lines of the generations so far, and how many scores were NaN.
+    pub(crate) generations: String,
+    pub(crate) nan: u64,
+    /// What it gave, if only the lives of its last offspring are missing.
+    pub(crate) outcome: Option<Outcome>,
+}
+
+/// The best individual so far.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub(crate) struct SavedChampion {
+    generation: u32,
+    individual: u32,
+    fitness: f32,
+    genome: Vec<f32>,
+}
+
+impl From<&Champion> for SavedChampion {
+    fn from(champion: &Champion) -> Self {
+        Self {
+            generation: champion.generation,
+            individual: champion.individual,
+            fitness: champion.fitness,
+            genome: champion.genome.clone(),
+        }
+    }
+}
+
+impl From<SavedChampion> for Champion {
+    fn from(saved: SavedChampion) -> Self {
+        Self {
+            generation: saved.generation,
+            individual: saved.individual,
+            fitness: saved.fitness,
+            genome: saved.genome,
+        }
+    }
+}
+
+/// All runs under way: the sweep's identity, then the runs, then the BLAKE3 hash of all that goes before it.
+fn encode(identity: &blake3::Hash, runs: &[Saved]) -> Vec<u8> {
+    let mut bytes = identity.as_bytes().to_vec();
+    bytes.extend(postcard::to_allocvec(runs).expect("numbers and words"));
+    let hash = blake3::hash(&bytes);
+    bytes.extend_from_slice(hash.as_bytes());
+    bytes
+}
+
+/// Reads what [`encode`] wrote, or says what is wrong with it.
+fn decode(identity: &blake3::Hash, bytes: &[u8]) -> std::result::Result<Vec<Saved>, &'static str> {
+    let damaged = "is cut off or damaged";
+    let (content, hash) = bytes.split_last_chunk::<{ blake3::OUT_LEN }>().ok_or(damaged)?;
+    if blake3::hash(content) != blake3::Hash::from_bytes(*hash) {
+        return Err(damaged);
+    }
+    let (of, runs) = content.split_first_chunk::<{ blake3::OUT_LEN }>().ok_or(damaged)?;
+    if *of != *identity.as_bytes() {
+        return Err("is of another sweep");
+    }
+    postcard::from_bytes(runs).map_err(|_| "is of another version")
+}
+
+/// A shard's checkpoints and their numbers, the newest first.
+fn checkpoints(directory: &Path) -> Result<Vec<(u64, PathBuf)>> {
+    let failed = |error| Failure::storage(directory, &error);
+    let mut found = Vec::new();
+    for entry in fs::read_dir(directory).map_err(failed)? {
+        let entry = entry.map_err(failed)?;
+        let name = entry.file_name();
+        let number = name.to_str().and_then(|name| name.strip_prefix(CHECKPOINT)?.parse().ok());
+        found.extend(number.map(|number| (number, entry.path())));
+    }
+    found.sort_unstable_by(|a, b| b.cmp(a));
+    Ok(found)
+}
+
+/// What a shard had done when a process begins to work on it.
+#[derive(Debug)]
+pub(crate) struct Begun {
+    /// Runs under way.
+    pub(crate) saved: Vec<Saved>,
+    /// What is to be told of damaged files.
+    pub(crate) problems: Vec<String>,
+}
+
+/// Writes a shard's journal, on a thread of its own; as long as it lives, no other process does.
+#[derive(Debug)]
+pub(crate) struct Journal {
+    entries: SyncSender<Entry>,
+    writer: JoinHandle<Result>,
+    directory: PathBuf,
+    sessions: Vec<Session>,
+    _lock: File,
+}
+
+enum Entry {
+    Done(Outcome, blake3::Hash),
+    UnderWay(Vec<Saved>),
+}
+
+impl Journal {
+    /// Begins to write, from where the last process stopped.
+    ///
+    /// # Errors
+    /// Exit 75 when another process writes there, exit 6 when writing fails.
+    pub(crate) fn begin(directory: &Path, identity: blake3::Hash, session: Session) -> Result<(Self, Begun)> {
+        /// Entries that wait for the disk at most; then the loop waits, too.
+        const WAITING: usize = 1024;
+        fs::create_dir_all(directory).map_err(|error| Failure::storage(directory, &error))?;
+        let Some(lock) = try_lock(directory)? else {
+            return Err(Failure::stopped(format_args!(
+                "{}: another process works on this shard; the same command goes on when it has ended",
+                directory.display()
+            )));
+        };
+        let logged = Logged::read(directory)?;
+        let mut begun = Begun {
+            saved: Vec::new(),
+            problems: logged.problems,
+        };
+        let found = checkpoints(directory)?;
+        for (_, path) in &found {
+            let bytes = fs::read(path).map_err(|error| Failure::storage(path, &error))?;
+            match decode(&identity, &bytes) {
+                Ok(saved) => {
+                    begun.saved = saved;
+                    break;
+                }
+                Err(problem) => begun.problems.push(format!("{}: {problem}; it is not used", path.display())),
+            }
+        }
+        let end = logged.lines.iter().map(|line| line.from + line.bytes).max().unwrap_or(0);
+        let mut writer = Writer {
+            results: Appended::cut_back(directory.join(RESULTS), logged.whole)?,
+            generations: Appended::cut_back(directory.join(GENERATIONS), end)?,
+            directory: directory.to_owned(),
+            identity,
+            next: found.first().map_or(0, |(number, _)| number + 1),
+        };
+        let (entries, received) = mpsc::sync_channel::<Entry>(WAITING);
+        let writer = thread::spawn(move || received.into_iter().try_for_each(|entry| writer.write(entry)));
+        let known = fs::read(directory.join(SESSIONS)).unwrap_or_default();
+        let mut sessions: Vec<Session> = serde_json::from_slice(&known).unwrap_or_default();
+        sessions.push(session);
+        let journal = Self {
+            entries,
+            writer,
+            directory: directory.to_owned(),
+            sessions,
+            _lock: lock,
+        };
+        journal.note()?;
+        Ok((journal, begun))
+    }
+
+    /// A run has ended. False if nothing can be written any more; [`Journal::close`] says why.
+    pub(crate) fn done(&self, outcome: Outcome, id: blake3::Hash) -> bool {
+        self.entries.send(Entry::Done(outcome, id)).is_ok()
+    }
+
+    /// From here the runs under way can go on, whatever happens. False as in [`Journal::done`].
+    pub(crate) fn checkpoint(&self, runs: Vec<Saved>) -> bool {
+        self.entries.send(Entry::UnderWay(runs)).is_ok()
+    }
+
+    /// Waits until all is on the disk.
+    ///
+    /// # Errors
+    /// Exit 6: what could not be written.
+    pub(crate) fn close(mut self) -> Result {
+        let Self { entries, writer, .. } = self;
+        drop(entries);
+        let written = writer.join().unwrap_or_else(|_| Err(Failure::failed("what writes results broke down")));
+        if let Some(session) = self.sessions.last_mut() {
+            session.ended = Some(now());
+        }
+        written?;
+        note(&self.directory, &self.sessions)
+    }
+
+    fn note(&self) -> Result {
+        note(&self.directory, &self.sessions)
+    }
+}
+
+fn note(directory: &Path, sessions: &[Session]) -> Result {
+    let mut text = serde_json::to_string_pretty(sessions).expect("numbers and words");
+    text.push('\n');
+    disk::note(&directory.join(SESSIONS), text.as_bytes())
+}
+
+/// The journal's thread.
+struct Writer {
+    results: Appended,
+    generations: Appended,
+    directory: PathBuf,
+    identity: blake3::Hash,
+    /// The next checkpoint's number.
+    next: u64,
+}
+
+impl Writer {
+    fn write(&mut self, entry: Entry) -> Result {
+        match entry {
+            Entry::Done(outcome, id) => {
+                let generations = outcome.generations.as_bytes();
+                let line = Line {
+                    run: outcome.run,
+                    id: id.to_hex().to_string(),
+                    cells: outcome.cells,
+                    result: outcome.result,
+                    from: self.generations.bytes,
+                    bytes: generations.len() as u64,
+                    blake3: blake3::hash(generations).to_hex().to_string(),
+                };
+                self.generations.push(generations)?;
+                self.results.push(line.encode().as_bytes())
+            }
+            Entry::UnderWay(runs) => {
+                // What a checkpoint does not hold any more is on the disk before it.
+                self.generations.sync()?;
+                self.results.sync()?;
+                let path = self.directory.join(format!("{CHECKPOINT}{}", self.next));
+                disk::write(&path, &encode(&self.identity, &runs))?;
+                disk::sync_directory(&self.directory)?;
+                self.next += 1;
+                for (_, path) in checkpoints(&self.directory)?.into_iter().skip(2) {
+                    fs::remove_file(&path).map_err(|error| Failure::storage(&path, &error))?;
+                }
+                Ok(())
+            }
+        }
+    }
+}
+
+/// A file that only grows.
+struct Appended {
+    path: PathBuf,
+    file: File,
+    bytes: u64,
+}
+
+impl Appended {
+    /// Opens one, without what follows so many bytes.
+    fn cut_back(path: PathBuf, bytes: u64) -> Result<Self> {
+        let open = || -> io::Result<File> {
+            let file = OpenOptions::new().create(true).append(true).open(&path)?;
+            if file.metadata()?.len() != bytes {
+                file.set_len(bytes)?;
+            }
+            Ok(file)
+        };
+        match open() {
+            Ok(file) => Ok(Self { path, file, bytes }),
+            Err(error) => Err(Failure::storage(&path, &error)),
+        }
+    }
+
+    fn push(&mut self, bytes: &[u8]) -> Result {
+        self.file.write_all(bytes).map_err(|error| Failure::storage(&self.path, &error))?;
+        self.bytes += bytes.len() as u64;
+        Ok(())
+    }
+
+    fn sync(&self) -> Result {
+        self.file.sync_data().map_err(|error| Failure::storage(&self.path, &error))
+    }
+}

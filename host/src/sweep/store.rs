@@ -1,0 +1,400 @@
+//! A sweep's directory: whose it is, and what its shards have done.
+//!
+//! | file | what |
+//! |---|---|
+//! | `sweep.json` | what made it, see [`Made`]; written last of what every process brings |
+//! | `sweep.toml`, `experiment/` | the sweep's file and the experiment's, and the files that they name |
+//! | `shard-I-of-N/` | a process's [journal](super::journal) |
+//! | `results.csv`, `generations.csv` | the [tables](super::tables) of all runs, when all are done |
+
+use std::collections::BTreeMap;
+use std::fmt;
+use std::fs::{self, OpenOptions};
+use std::io;
+use std::path::{Component, Path, PathBuf};
+use std::str::FromStr;
+
+use serde::{Deserialize, Serialize};
+
+use super::journal::{Line, Logged};
+use super::{Plan, RunIndex, Sweep};
+use crate::exit::{Failure, Result};
+use crate::record::disk;
+
+const MADE: &str = "sweep.json";
+const SWEEP: &str = "sweep.toml";
+const EXPERIMENT: &str = "experiment";
+const LOCK: &str = "lock";
+const SHARD: &str = "shard-";
+
+/// The share of a sweep's runs that one process does: every `of`-th run, beginning with number `index`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub(crate) struct Shard {
+    /// From 1.
+    pub(crate) index: u32,
+    pub(crate) of: u32,
+}
+
+impl Shard {
+    /// All runs.
+    pub(crate) const ALL: Self = Self { index: 1, of: 1 };
+
+    /// Its runs.
+    pub(crate) fn runs(self, all: usize) -> impl Iterator<Item = RunIndex> {
+        (self.index - 1..all as RunIndex).step_by(self.of as usize)
+    }
+}
+
+impl fmt::Display for Shard {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}/{}", self.index, self.of)
+    }
+}
+
+impl FromStr for Shard {
+    type Err = String;
+
+    fn from_str(text: &str) -> std::result::Result<Self, String> {
+        const GREATEST: u32 = 100_000;
+        let numbers = text.split_once('/').and_then(|(index, of)| Some((index.parse().ok()?, of.parse().ok()?)));
+        match numbers {
+            Some((index, of)) if 1 <= index && index <= of && of <= GREATEST => Ok(Self { index, of }),
+            _ => Err(format!("allowed: I/N with I from 1 to N, N up to {GREATEST}, such as 3/8")),
+        }
+    }
+}
+
+/// What made a directory: results of another program or of other runs are never mixed with it.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct Made {
+    format: String,
+    version: u32,
+    /// The program's version, and the hash of its kernels.
+    program: String,
+    kernels: String,
+    /// The sweep.
+    pub(crate) name: String,
+    pub(crate) runs: usize,
+    pub(crate) cells: usize,
+    /// Robot-steps of all runs.
+    pub(crate) steps: u64,
+    /// The hash of all runs' ids, and of how they meet reality.
+    identity: String,
+}
+
+const FORMAT: &str = "oneiro sweep";
+const VERSION: u32 = 1;
+
+impl Made {
+    fn new(sweep: &Sweep, plan: &Plan) -> Self {
+        Self {
+            format: FORMAT.into(),
+            version: VERSION,
+            program: env!("CARGO_PKG_VERSION").into(),
+            kernels: kernels(),
+            name: sweep.name().into(),
+            runs: sweep.runs(),
+            cells: sweep.file().cells(),
+            steps: plan.steps(sweep, 0..sweep.runs() as RunIndex),
+            identity: identity(sweep, plan).to_hex().to_string(),
+        }
+    }
+
+    /// Why results of another are not of this one.
+    fn differs_from(&self, other: &Self) -> Option<String> {
+        if (&self.format, self.version) != (&other.format, other.version) {
+            return Some(format!(
+                "is of version {} of the format \"{}\"; this program writes {} of \"{}\"",
+                other.version, other.format, self.version, self.format
+            ));
+        }
+        if self.program != other.program {
+            return Some(format!("was made by oneiro {}; this is {}", other.program, self.program));
+        }
+        if self.kernels != other.kernels {
+            return Some(format!(
+                "was made with other kernels ({}; this program's are {})",
+                &other.kernels[..8.min(other.kernels.len())],
+                &self.kernels[..8]
+            ));
+        }
+        if (self.runs, self.cells) != (other.runs, other.cells) {
+            return Some(format!(
+                "is of another sweep, of {} runs in {} cells; this one has {} in {}",
+                other.runs, other.cells, self.runs, self.cells
+            ));
+        }
+        (self.identity != other.identity).then(|| {
+            "is of another sweep: as many runs, but of other values, seeds or files; compare its sweep.toml and \
+             experiment with yours"
+                .into()
+        })
+    }
+}
+
+/// What decides all results of a sweep.
+fn identity(sweep: &Sweep, plan: &Plan) -> blake3::Hash {
+    let mut hasher = blake3::Hasher::new();
+    for id in &plan.ids {
+        hasher.update(id.as_bytes());
+    }
+    if let Some(reality) = &sweep.file().reality {
+        hasher.update(&reality.severity.to_bits().to_le_bytes());
+        for robot in &reality.robots {
+            hasher.update(&robot.to_le_bytes());
+        }
+    }
+    hasher.finalize()
+}
+
+/// The hash of what the kernels are made from: another kernel may give other bits.
+fn kernels() -> String {
+    let mut hasher = blake3::Hasher::new();
+    for kernel in oneiro_shaders::KERNELS {
+        hasher.update(kernel.wgsl.as_bytes());
+    }
+    hasher.finalize().to_hex().to_string()
+}
+
+/// A sweep's directory.
+#[derive(Debug)]
+pub(crate) struct Store {
+    directory: PathBuf,
+    made: Made,
+}
+
+/// A finished run, and the shard whose journal has it.
+#[derive(Clone, Debug)]
+pub(crate) struct Finished {
+    pub(crate) shard: usize,
+    pub(crate) line: Line,
+}
+
+/// What all shards have done.
+#[derive(Debug, Default)]
+pub(crate) struct AllFinished {
+    /// The shards' directories.
+    pub(crate) shards: Vec<PathBuf>,
+    /// By run.
+    pub(crate) runs: BTreeMap<RunIndex, Finished>,
+    /// What is to be told of damaged lines.
+    pub(crate) problems: Vec<String>,
+}
+
+impl Store {
+    /// Makes a sweep's directory, or finds that it is there.
+    ///
+    /// # Errors
+    /// Exit 3 when something else stands there, or results of another sweep or program, with what differs; exit 6 when
+    /// writing fails.
+    pub(crate) fn prepare(directory: &Path, sweep: &Sweep, plan: &Plan) -> Result<Self> {
+        let made = Made::new(sweep, plan);
+        fs::create_dir_all(directory).map_err(|error| Failure::unreadable(directory, &error))?;
+        // Shards may begin at the same time: the first makes the directory.
+        let path = directory.join(LOCK);
+        let lock = OpenOptions::new().create(true).truncate(false).write(true).open(&path);
+        let _lock = lock
+            .and_then(|lock| lock.lock().map(|()| lock))
+            .map_err(|error| Failure::storage(&path, &error))?;
+        if let Some(other) = Self::made(directory)? {
+            if let Some(difference) = made.differs_from(&other) {
+                return Err(Failure::input(format_args!(
+                    "{}: {difference}; name another directory with --out",
+                    directory.display()
+                )));
+            }
+        } else {
+            refuse_others(directory)?;
+            bring(directory, sweep)?;
+            let mut text = serde_json::to_string_pretty(&made).expect("numbers and words");
+            text.push('\n');
+            disk::write(&directory.join(MADE), text.as_bytes())?;
+            disk::sync_directory(directory)?;
+        }
+        Ok(Self {
+            directory: directory.to_owned(),
+            made,
+        })
+    }
+
+    /// Opens one.
+    ///
+    /// # Errors
+    /// Exit 3 when it is none.
+    pub(crate) fn open(directory: &Path) -> Result<Self> {
+        let Some(made) = Self::made(directory)? else {
+            return Err(Failure::input(format_args!(
+                "{}: is no sweep's directory: there is no {MADE} in it",
+                directory.display()
+            )));
+        };
+        Ok(Self {
+            directory: directory.to_owned(),
+            made,
+        })
+    }
+
+    fn made(directory: &Path) -> Result<Option<Made>> {
+        let path = directory.join(MADE);
+        match fs::read(&path) {
+            Ok(bytes) => serde_json::from_slice(&bytes)
+                .map(Some)
+                .map_err(|error| Failure::corrupt(format_args!("{}: {error}", path.display()))),
+            Err(error) if error.kind() == io::ErrorKind::NotFound => Ok(None),
+            Err(error) => Err(Failure::unreadable(&path, &error)),
+        }
+    }
+
+    /// Where it is.
+    pub(crate) fn directory(&self) -> &Path {
+        &self.directory
+    }
+
+    /// What made it.
+    pub(crate) fn what(&self) -> &Made {
+        &self.made
+    }
+
+    /// Its sweep with all its runs.
+    ///
+    /// # Errors
+    /// Exit 3 when this program would not make the same of it.
+    pub(crate) fn sweep(&self) -> Result<(Sweep, Plan)> {
+        let sweep = Sweep::moved(&self.directory.join(SWEEP), &self.directory.join(EXPERIMENT))?;
+        let plan = sweep.plan()?;
+        let own = Made {
+            name: self.made.name.clone(),
+            ..Made::new(&sweep, &plan)
+        };
+        match own.differs_from(&self.made) {
+            None => Ok((sweep, plan)),
+            Some(difference) => Err(Failure::input(format_args!("{}: {difference}", self.directory.display()))),
+        }
+    }
+
+    /// The hash that its shards' checkpoints carry.
+    pub(crate) fn identity(&self) -> Result<blake3::Hash> {
+        blake3::Hash::from_hex(&self.made.identity)
+            .map_err(|error| Failure::corrupt(format_args!("{}: identity: {error}", self.directory.join(MADE).display())))
+    }
+
+    /// Where a shard's journal is.
+    pub(crate) fn journal(&self, shard: Shard) -> PathBuf {
+        self.directory.join(format!("{SHARD}{}-of-{}", shard.index, shard.of))
+    }
+
+    /// The journals that are there, in the order of their shards.
+    pub(crate) fn journals(&self) -> Result<Vec<(Shard, PathBuf)>> {
+        let failed = |error| Failure::storage(&self.directory, &error);
+        let mut found = Vec::new();
+        for entry in fs::read_dir(&self.directory).map_err(failed)? {
+            let entry = entry.map_err(failed)?;
+            let name = entry.file_name();
+            let shard = name
+                .to_str()
+                .and_then(|name| name.strip_prefix(SHARD)?.replace("-of-", "/").parse::<Shard>().ok());
+            found.extend(shard.map(|shard| (shard, entry.path())));
+        }
+        found.sort();
+        Ok(found)
+    }
+
+    /// Whether another directory's results are of the same sweep, by the same program.
+    ///
+    /// # Errors
+    /// Exit 3 with what differs.
+    pub(crate) fn fits(&self, other: &Self) -> Result {
+        match self.made.differs_from(&other.made) {
+            None => Ok(()),
+            Some(difference) => Err(Failure::input(format_args!(
+                "{}: {difference}; allowed: shards of the sweep in {}",
+                other.directory.display(),
+                self.directory.display()
+            ))),
+        }
+    }
+
+    /// The runs that any shard has finished; `ids` are the sweep's, where they are known.
+    ///
+    /// # Errors
+    /// Exit 5 when two shards have other results of one run.
+    pub(crate) fn finished(&self, ids: Option<&[blake3::Hash]>, all: &mut AllFinished) -> Result {
+        for (_, directory) in self.journals()? {
+            let Logged { lines, problems, .. } = Logged::read(&directory)?;
+            all.problems.extend(problems);
+            let shard = all.shards.len();
+            for line in lines {
+                let is_known = match ids {
+                    Some(ids) => ids.get(line.run as usize).is_some_and(|id| id.to_hex().as_str() == line.id),
+                    None => (line.run as usize) < self.made.runs,
+                };
+                if !is_known {
+                    return Err(Failure::corrupt(format_args!(
+                        "{}: has run {} with the id {}, which is none of this sweep's",
+                        directory.display(),
+                        line.run,
+                        line.id
+                    )));
+                }
+                if let Some(other) = all.runs.get(&line.run)
+                    && (&other.line.result, &other.line.cells, &other.line.blake3) != (&line.result, &line.cells, &line.blake3)
+                {
+                    return Err(Failure::corrupt(format_args!(
+                        "run {} has the result {} in {} and {} in {}; one of the machines can't be trusted: \
+                         `oneiro selftest` tells which",
+                        line.run,
+                        other.line.result,
+                        all.shards.get(other.shard).map_or_else(|| directory.display(), |other| other.display()),
+                        line.result,
+                        directory.display()
+                    )));
+                }
+                all.runs.insert(line.run, Finished { shard, line });
+            }
+            all.shards.push(directory);
+        }
+        Ok(())
+    }
+}
+
+/// Refuses a directory that holds something else.
+fn refuse_others(directory: &Path) -> Result {
+    for entry in fs::read_dir(directory).map_err(|error| Failure::unreadable(directory, &error))? {
+        let name = entry.map_err(|error| Failure::storage(directory, &error))?.file_name();
+        let is_own = [LOCK, SWEEP, EXPERIMENT].iter().any(|own| name == *own);
+        if !is_own && !name.to_string_lossy().ends_with(disk::TEMPORARY) {
+            return Err(Failure::input(format_args!(
+                "{}: exists and holds other files, and nothing is overwritten; name another directory with --out",
+                directory.display()
+            )));
+        }
+    }
+    Ok(())
+}
+
+/// Copies the sweep's file, the experiment's, and the files that they name, so that the directory can go anywhere. Files
+/// that lie neither beside the experiment nor below stay where they are.
+fn bring(directory: &Path, sweep: &Sweep) -> Result {
+    let (experiment, text, files) = sweep.experiment();
+    let own = directory.join(EXPERIMENT);
+    let copy = |name: &Path, bytes: &[u8]| {
+        let path = own.join(name);
+        let parent = path.parent().unwrap_or(&own);
+        fs::create_dir_all(parent).map_err(|error| Failure::storage(parent, &error))?;
+        disk::write(&path, bytes)?;
+        disk::sync_directory(parent)
+    };
+    copy(Path::new(experiment.file_name().unwrap_or_default()), text.as_bytes())?;
+    let beside = experiment.parent().unwrap_or(Path::new(""));
+    for (path, content) in files.contents() {
+        if let Ok(name) = path.strip_prefix(beside)
+            && name.components().all(|part| matches!(part, Component::Normal(_)))
+        {
+            copy(name, &content.bytes)?;
+        }
+    }
+    let path = sweep.path();
+    let bytes = fs::read(path).map_err(|error| Failure::unreadable(path, &error))?;
+    disk::write(&directory.join(SWEEP), &bytes)
+}
