@@ -332,8 +332,13 @@ impl MotorTable {
     /// The Khepera compiled in.
     #[expect(clippy::missing_panics_doc, reason = "the samples have the speeds of all states")]
     pub fn khepera(states: MotorStates) -> Arc<Self> {
-        let table = Self::new(&MotorSamples::khepera(), states);
-        Arc::new(table.expect("the speeds -12 to 12 have all states"))
+        static TABLES: LazyLock<[Arc<MotorTable>; 3]> = LazyLock::new(|| {
+            [MotorStates::Symmetric20, MotorStates::Asymmetric20, MotorStates::Evorobot21].map(|states| {
+                let table = MotorTable::new(&MotorSamples::khepera(), states);
+                Arc::new(table.expect("the speeds -12 to 12 have all states"))
+            })
+        });
+        Arc::clone(&TABLES[states as usize])
     }
 
     /// Selects the states' speeds from samples.

@@ -1,5 +1,8 @@
 //! A world as the kernels read it.
 
+use std::collections::VecDeque;
+use std::sync::{Mutex, PoisonError};
+
 use glam::Vec2;
 use oneiro_shaders::life;
 
@@ -34,7 +37,7 @@ impl Packed {
     /// Of a specification whose numbers have been checked.
     pub(super) fn new(spec: &WorldSpec) -> Result<Self, Invalid> {
         let shapes = shapes(spec);
-        let free = Free::find(spec.arena.field, &shapes);
+        let free = Free::of(spec.arena.field, &shapes);
         let (random_start, start) = match spec.start {
             Start::Random => (1, random_start(&free)?),
             Start::At { x, y, heading } => {
@@ -311,6 +314,7 @@ fn room(shapes: &[life::Shape], at: Vec2) -> f32 {
 }
 
 /// What a grid over the field shows of its free space.
+#[derive(Clone, Copy)]
 struct Free {
     /// Share of its points where a robot is free.
     share: f32,
@@ -319,6 +323,23 @@ struct Free {
 }
 
 impl Free {
+    /// Looks once for worlds of one arena: a sweep has thousands of them.
+    fn of(field: Field, shapes: &[life::Shape]) -> Self {
+        const REMEMBERED: usize = 16;
+        static KNOWN: Mutex<VecDeque<(Vec<u32>, Free)>> = Mutex::new(VecDeque::new());
+        let mut arena = [field.x, field.y, field.width, field.height].map(f32::to_bits).to_vec();
+        arena.extend_from_slice(bytemuck::cast_slice(shapes));
+        let known = || KNOWN.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some((_, free)) = known().iter().find(|(other, _)| *other == arena) {
+            return *free;
+        }
+        let free = Self::find(field, shapes);
+        let mut known = known();
+        known.push_front((arena, free));
+        known.truncate(REMEMBERED);
+        free
+    }
+
     fn find(field: Field, shapes: &[life::Shape]) -> Self {
         let along = |index: usize| (index as f32 + 0.5) / GRID as f32;
         let mut free = 0_usize;
