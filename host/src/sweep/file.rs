@@ -11,6 +11,7 @@
 //! [grid]                                      # every combination of these
 //! noise.sensor = [[0.0, 0.0], [0.0, 0.4]]
 //! evolution.population = [20, 100]
+//! "evolution.initial, evolution.limits" = [[-1.0, 1.0], [-5.0, 5.0]]      # one value for both keys
 //!
 //! [[list]]                                    # with each of these rows, all of the same keys
 //! evolution.parents = 5
@@ -100,8 +101,17 @@ fn severity() -> f32 {
 pub(crate) struct Axis {
     /// The keys, in the order in which they stand.
     pub(crate) keys: Vec<String>,
+    /// Whether all keys always have one value, and so count as one factor.
+    pub(crate) is_shared: bool,
     /// For each level a value of each key, and its place.
     pub(crate) levels: Vec<Vec<(Value, String)>>,
+}
+
+impl Axis {
+    /// The keys that tell its levels apart.
+    pub(crate) fn factors(&self) -> &[String] {
+        if self.is_shared { &self.keys[..1] } else { &self.keys }
+    }
 }
 
 /// A sweep's file, checked as far as no experiment is needed to tell.
@@ -239,7 +249,8 @@ fn leaves(table: &str, values: &Table, source: &Source) -> Result<Vec<Leaf>> {
         .collect();
     leaves.sort_by_key(|(start, _)| *start);
     for (_, leaf) in &leaves {
-        if let Some((_, meant)) = RESERVED.iter().find(|(key, _)| *key == leaf.key) {
+        let is_meant = |(key, _): &&(&str, &str)| leaf.key.split(',').any(|own| own.trim() == *key);
+        if let Some((_, meant)) = RESERVED.iter().find(is_meant) {
             return Err(source.invalid(&format!("{table}.{}", leaf.key), meant));
         }
     }
@@ -305,10 +316,15 @@ fn axis(leaf: Leaf, source: &Source) -> Result<Axis> {
             ));
         }
     }
-    let level = |(index, value)| vec![(value, source.place_of(&format!("{path}[{index}]")))];
+    let keys: Vec<String> = leaf.key.split(',').map(|key| key.trim().to_owned()).collect();
+    let level = |(index, value): (usize, Value)| {
+        let place = source.place_of(&format!("{path}[{index}]"));
+        vec![(value, place); keys.len()]
+    };
     Ok(Axis {
+        is_shared: true,
         levels: values.into_iter().enumerate().map(level).collect(),
-        keys: vec![leaf.key],
+        keys,
     })
 }
 
@@ -323,6 +339,7 @@ fn list(rows: &[Table], source: &Source) -> Result<Option<Axis>> {
         }
         let axis = axis.get_or_insert_with(|| Axis {
             keys: leaves.iter().map(|leaf| leaf.key.clone()).collect(),
+            is_shared: false,
             levels: Vec::new(),
         });
         let place = |leaf: &Leaf| axis.keys.iter().position(|key| *key == leaf.key);
@@ -435,6 +452,7 @@ fn drawn(random: &WrittenRandom, source: &Source) -> Result<Axis> {
     }
     Ok(Axis {
         keys: leaves.into_iter().map(|leaf| leaf.key).collect(),
+        is_shared: false,
         levels,
     })
 }
