@@ -48,7 +48,7 @@ const EVEN: [Case; 3] = [
 const EVEN_WORLDS: usize = 40;
 /// Cases in which robots crowd far from the food, some worlds' more than others'.
 const UNEVEN: [Case; 2] = [([0.99, 0.0], Light::OverNest), ([0.0, 0.99], Light::OppositeNest)];
-const UNEVEN_WORLDS: usize = 640;
+const UNEVEN_WORLDS: usize = 2560;
 
 /// Food brought per robot-minute, of each world.
 fn rates(arena: &mut dyn Arena, genes: [f32; 2], worlds: usize) -> Vec<f64> {
@@ -73,20 +73,26 @@ fn rates(arena: &mut dyn Arena, genes: [f32; 2], worlds: usize) -> Vec<f64> {
 
 /// Those of the arena, each of whose worlds has other robots, as each of the twin's does.
 fn arena_rates(swarm: Swarm, (genes, light): Case, worlds: usize) -> Vec<f64> {
-    let swarms: Vec<Swarm> = (0..worlds as u64)
-        .map(|individuals| Swarm { individuals, ..swarm })
-        .collect();
-    let lives: Vec<World> = (0..worlds)
-        .map(|index| World {
-            swarm: index,
-            lamp: Lamp::fixed(light),
-            key: Key::rollout(5, 0, index as u64, 0),
-        })
-        .collect();
+    /// What fits into one trace.
+    const AT_ONCE: usize = 640;
     let mut cpu = Cpu::new(None).unwrap();
     let control = Control::new();
-    let mut arena = Simulated::new(&mut cpu, &control, &swarms, &lives).unwrap();
-    rates(&mut arena, genes, worlds)
+    let all: Vec<u64> = (0..worlds as u64).collect();
+    let some = |numbers: &[u64]| {
+        let swarms: Vec<Swarm> = numbers
+            .iter()
+            .map(|&individuals| Swarm { individuals, ..swarm })
+            .collect();
+        let life = |(swarm, &number): (usize, &u64)| World {
+            swarm,
+            lamp: Lamp::fixed(light),
+            key: Key::rollout(5, 0, number, 0),
+        };
+        let lives: Vec<World> = numbers.iter().enumerate().map(life).collect();
+        let mut arena = Simulated::new(&mut cpu, &control, &swarms, &lives).unwrap();
+        rates(&mut arena, genes, numbers.len())
+    };
+    all.chunks(AT_ONCE).flat_map(some).collect()
 }
 
 fn twin_rates(swarm: Swarm, (genes, light): Case, forms: Forms, worlds: usize) -> Vec<f64> {
@@ -121,6 +127,7 @@ fn is_equivalent(interval: (f64, f64)) -> bool {
 
 fn agree(cases: &[Case], forms: Forms, worlds: usize) {
     let swarm = Swarm::odowd2014(ROBOTS);
+    let mut others = Vec::new();
     for &case in cases {
         let name = format!("{case:?}, {forms:?}");
         let interval = ratio(
@@ -128,8 +135,11 @@ fn agree(cases: &[Case], forms: Forms, worlds: usize) {
             &arena_rates(swarm, case, worlds),
             &twin_rates(swarm, case, forms, worlds),
         );
-        assert!(is_equivalent(interval), "{name}: {interval:?}");
+        if !is_equivalent(interval) {
+            others.push(format!("{name}: {interval:?}"));
+        }
     }
+    assert!(others.is_empty(), "{others:?}");
 }
 
 #[test]

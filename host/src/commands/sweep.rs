@@ -1,5 +1,6 @@
 //! `oneiro sweep`: many evolutions as one job.
 
+use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -34,7 +35,6 @@ const SHOWN: usize = 20;
 pub(super) fn run(arguments: &cli::Sweep, console: Console) -> Result {
     match &arguments.command {
         SweepCommand::Plan(arguments) => plan(arguments, console),
-        SweepCommand::Run(arguments) if arguments.print_slurm => console.data(slurm::script(arguments)?),
         SweepCommand::Run(arguments) => sweep(arguments, console),
         SweepCommand::Status { dir } => status(dir, console),
         SweepCommand::Merge { dirs, out } => merge(dirs, out.as_deref(), console),
@@ -166,6 +166,9 @@ fn sweep(arguments: &SweepRun, console: Console) -> Result {
             sweep.file().seeds_place
         )));
     }
+    if arguments.print_slurm {
+        return console.data(slurm::script(&sweep, arguments)?);
+    }
     let plan = sweep.plan()?;
     let shard = match arguments.shard {
         Some(shard) => shard,
@@ -215,9 +218,11 @@ fn work(
         todo.len(),
         device::name(evaluator.as_ref())
     ));
-    let saved: Vec<_> = begun.saved.into_iter().filter(|saved| todo.contains(&saved.run)).collect();
+    let mut saved = begun.saved;
+    saved.retain(|saved| todo.binary_search(&saved.run).is_ok());
     // What was under way goes first.
-    todo.sort_by_key(|run| !saved.iter().any(|saved| saved.run == *run));
+    let under_way: BTreeSet<RunIndex> = saved.iter().map(|saved| saved.run).collect();
+    todo.sort_by_key(|run| !under_way.contains(run));
     let pace = Pace {
         jobs: arguments.jobs.map(|jobs| jobs as usize),
         checkpoint_every: arguments.checkpoint_every,

@@ -187,6 +187,11 @@ impl Identities {
     }
 }
 
+/// Whether something can be called so: experiments and sweeps, by whose names directories are named; or why not.
+pub(crate) fn check_name(name: &str) -> std::result::Result<(), String> {
+    check::name(name).map_err(|invalid| invalid.problem)
+}
+
 fn toml(settings: &Settings) -> String {
     toml::to_string(settings).expect("settings are tables of numbers, words and lists")
 }

@@ -38,7 +38,7 @@ use toml::{Table, Value};
 
 use crate::evolve::random::{Stream, Uniform, logarithm, stream};
 use crate::exit::Result;
-use crate::experiment::GREATEST_SEED;
+use crate::experiment::{GREATEST_SEED, check_name};
 use crate::experiment::source::{Setting, Source};
 use crate::files;
 
@@ -169,8 +169,10 @@ impl SweepFile {
                 format_args!("make {count} runs with all combinations of values; allowed: up to {GREATEST_RUNS}"),
             ));
         }
+        let name = if written.name.is_empty() { name() } else { written.name };
+        check_name(&name).map_err(|problem| source.invalid("name", problem))?;
         Ok(Self {
-            name: if written.name.is_empty() { name() } else { written.name },
+            name,
             experiment_place: source.place_of("experiment"),
             experiment: written.experiment,
             seeds,

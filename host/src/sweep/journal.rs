@@ -386,7 +386,9 @@ impl Writer {
                 disk::write(&path, &encode(&self.identity, &runs))?;
                 disk::sync_directory(&self.directory)?;
                 self.next += 1;
-                for (_, path) in checkpoints(&self.directory)?.into_iter().skip(2) {
+                // Where nothing is under way, no older one is of use either.
+                let kept = if runs.is_empty() { 1 } else { 2 };
+                for (_, path) in checkpoints(&self.directory)?.into_iter().skip(kept) {
                     fs::remove_file(&path).map_err(|error| Failure::storage(&path, &error))?;
                 }
                 Ok(())

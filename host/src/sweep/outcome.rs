@@ -4,7 +4,7 @@ use oneiro::foraging::Light;
 use serde::{Deserialize, Serialize};
 
 use super::table::{Column, Holds};
-use super::{Cell, RunIndex, Sweep};
+use super::{RunIndex, Sweep};
 use crate::evolve::{Champion, Generation};
 use crate::record::{self, INTERVALS_HEAD, Row};
 use crate::run::keys;

@@ -1,15 +1,92 @@
 //! Slurm: a job array that does a sweep, and which shard a task of one is.
 
 use std::env;
+use std::path::{Path, absolute};
+use std::time::Duration;
 
+use super::Sweep;
+use super::store::Shard;
 use crate::cli::SweepRun;
 use crate::console::Console;
 use crate::exit::{Failure, Result};
-use super::store::Shard;
 
-/// The job array.
-pub(crate) fn script(_arguments: &SweepRun) -> Result<String> {
-    Err(Failure::failed("not yet"))
+/// The script, with names in braces for what differs.
+const SCRIPT: &str = include_str!("slurm.sh");
+/// Processors of a task where `--threads` does not say.
+const PROCESSORS: u16 = 4;
+/// How long a task may take where `--time-budget` does not say: what many clusters allow.
+const LONGEST: Duration = Duration::from_secs(24 * 3600);
+/// What a task has to stop in, after it was told or its budget was over.
+const STOPPING: Duration = Duration::from_secs(120);
+
+/// The job array that does a sweep in so many shards as the command line says.
+///
+/// # Errors
+/// Exit 6 when this directory has no name.
+pub(crate) fn script(sweep: &Sweep, arguments: &SweepRun) -> Result<String> {
+    let whole = |path: &Path| match absolute(path) {
+        Ok(path) => Ok(quoted(&path.display().to_string())),
+        Err(error) => Err(Failure::storage(path, &error)),
+    };
+    let program = match env::current_exe() {
+        Ok(program) => whole(&program)?,
+        Err(error) => return Err(Failure::storage(Path::new("oneiro"), &error)),
+    };
+    let out = whole(&arguments.out)?;
+    let backend = &arguments.backend;
+    let mut command = vec![program.clone(), "sweep run".into(), whole(&arguments.sweep)?, "--out".into(), out.clone()];
+    let mut option = |name: &str, value: String| command.push(format!("{name} {}", quoted(&value)));
+    option("--backend", backend.name.clone());
+    option("--recheck", backend.recheck.to_string());
+    option("--checkpoint-every", seconds(arguments.checkpoint_every));
+    if let Some(budget) = arguments.time_budget {
+        option("--time-budget", seconds(budget));
+    }
+    if let Some(jobs) = arguments.jobs {
+        option("--jobs", jobs.to_string());
+    }
+    if arguments.yes {
+        command.push("--yes".into());
+    }
+    let limit = arguments.time_budget.map_or(LONGEST, |budget| budget + 2 * STOPPING);
+    let values = [
+        ("{name}", sweep.name().to_owned()),
+        ("{shards}", arguments.shards.to_string()),
+        ("{cpus}", backend.threads.unwrap_or(PROCESSORS).to_string()),
+        ("{time}", clock(limit)),
+        ("{signal}", STOPPING.as_secs().to_string()),
+        ("{folder}", folder()?),
+        ("{command}", command.join(" ")),
+        ("{merge}", format!("{program} sweep merge {out}")),
+    ];
+    Ok(values.iter().fold(SCRIPT.to_owned(), |script, (name, value)| script.replace(name, value)))
+}
+
+/// Where the tasks' logs go: where the script was made.
+fn folder() -> Result<String> {
+    env::current_dir()
+        .map(|folder| folder.display().to_string())
+        .map_err(|error| Failure::storage(Path::new("."), &error))
+}
+
+/// A word for a shell, whatever is in it.
+fn quoted(word: &str) -> String {
+    let is_plain = |c: char| c.is_ascii_alphanumeric() || "-_./:=,".contains(c);
+    if !word.is_empty() && word.chars().all(is_plain) {
+        word.to_owned()
+    } else {
+        format!("'{}'", word.replace('\'', r"'\''"))
+    }
+}
+
+fn seconds(time: Duration) -> String {
+    format!("{}s", time.as_secs_f64())
+}
+
+/// A time as Slurm has it, rounded up to minutes.
+fn clock(time: Duration) -> String {
+    let minutes = time.as_secs().div_ceil(60);
+    format!("{}:{:02}:00", minutes / 60, minutes % 60)
 }
 
 /// The shard of the array's task that this process is, if it is one: tasks are numbered from any number on, without
@@ -27,7 +104,8 @@ pub(crate) fn shard(console: Console) -> Result<Option<Shard>> {
         number("SLURM_ARRAY_TASK_MAX").unwrap_or(task),
         number("SLURM_ARRAY_TASK_COUNT").unwrap_or(1),
     );
-    if greatest.checked_sub(least).is_none_or(|span| span + 1 != count) || !(least..=greatest).contains(&task) {
+    let has_gaps = greatest.checked_sub(least).is_none_or(|span| span.checked_add(1) != Some(count));
+    if has_gaps || !(least..=greatest).contains(&task) {
         return Err(Failure::input(format_args!(
             "SLURM_ARRAY_TASK_ID is {task} of {count} tasks from {least} to {greatest}; allowed: an array without gaps, \
              or --shard I/N"
@@ -39,4 +117,20 @@ pub(crate) fn shard(console: Console) -> Result<Option<Shard>> {
     };
     console.say(format!("shard {shard}, by SLURM_ARRAY_TASK_ID"));
     Ok(Some(shard))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn words_and_times_are_what_shells_and_slurm_read() {
+        assert_eq!(quoted("/a/b-1.toml"), "/a/b-1.toml");
+        assert_eq!(quoted("it's $HOME"), r"'it'\''s $HOME'");
+        assert_eq!(quoted(""), "''");
+        assert_eq!(clock(Duration::from_secs(7200)), "2:00:00");
+        assert_eq!(clock(Duration::from_secs(61)), "0:02:00");
+        assert_eq!(clock(Duration::from_secs(100 * 3600)), "100:00:00");
+        assert_eq!(seconds(Duration::from_millis(1500)), "1.5s");
+    }
 }
