@@ -333,7 +333,12 @@ impl MotorTable {
     #[expect(clippy::missing_panics_doc, reason = "the samples have the speeds of all states")]
     pub fn khepera(states: MotorStates) -> Arc<Self> {
         static TABLES: LazyLock<[Arc<MotorTable>; 3]> = LazyLock::new(|| {
-            [MotorStates::Symmetric20, MotorStates::Asymmetric20, MotorStates::Evorobot21].map(|states| {
+            [
+                MotorStates::Symmetric20,
+                MotorStates::Asymmetric20,
+                MotorStates::Evorobot21,
+            ]
+            .map(|states| {
                 let table = MotorTable::new(&MotorSamples::khepera(), states);
                 Arc::new(table.expect("the speeds -12 to 12 have all states"))
             })

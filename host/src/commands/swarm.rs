@@ -72,7 +72,11 @@ pub(super) fn resume(directories: &[PathBuf], backend: &cli::Backend, console: C
 }
 
 /// Does runs, those that last equally long in lockstep.
-pub(super) fn done(runs: &[(&SwarmExperiment, u64, &Path)], backend: &cli::Backend, console: Console) -> Result<Vec<Report>> {
+pub(super) fn done(
+    runs: &[(&SwarmExperiment, u64, &Path)],
+    backend: &cli::Backend,
+    console: Console,
+) -> Result<Vec<Report>> {
     let mut reports = Vec::new();
     if runs.is_empty() {
         return Ok(reports);

@@ -53,7 +53,11 @@ fn plan(arguments: &SweepPlan, console: Console) -> Result {
     } else {
         estimates(&sweep, steps)?
     };
-    let shown = if arguments.all || console.json() { all } else { SHOWN.min(all) };
+    let shown = if arguments.all || console.json() {
+        all
+    } else {
+        SHOWN.min(all)
+    };
     let keys: Vec<&str> = sweep.file().keys().collect();
     if console.json() {
         let runs: Vec<_> = (0..all as RunIndex)
@@ -186,11 +190,12 @@ fn sweep(arguments: &SweepRun, console: Console) -> Result {
         work(arguments, (&sweep, &plan), &store, shard, todo, began, console)?;
     }
     if shard != Shard::ALL {
-        return said(
-            console,
-            &json!({"shard": shard.to_string(), "runs": of_shard}),
-            || format!("shard {shard}: {of_shard} runs are done; `oneiro sweep merge {}` joins all shards", store.directory().display()),
-        );
+        return said(console, &json!({"shard": shard.to_string(), "runs": of_shard}), || {
+            format!(
+                "shard {shard}: {of_shard} runs are done; `oneiro sweep merge {}` joins all shards",
+                store.directory().display()
+            )
+        });
     }
     let written = joined(&[&store], &sweep, &plan, store.directory(), console)?;
     told(&written, console)
@@ -272,7 +277,11 @@ fn told(written: &Written, console: Console) -> Result {
 
 /// Prints data as the user wants them.
 fn said(console: Console, json: &serde_json::Value, text: impl FnOnce() -> String) -> Result {
-    if console.json() { console.json_data(json) } else { console.data(text()) }
+    if console.json() {
+        console.json_data(json)
+    } else {
+        console.data(text())
+    }
 }
 
 fn status(dir: &Path, console: Console) -> Result {
@@ -310,7 +319,9 @@ fn status(dir: &Path, console: Console) -> Result {
         || {
             let rows: Vec<Vec<String>> = shards
                 .iter()
-                .map(|(shard, own, of, state)| vec![shard.to_string(), own.to_string(), of.to_string(), (*state).to_owned()])
+                .map(|(shard, own, of, state)| {
+                    vec![shard.to_string(), own.to_string(), of.to_string(), (*state).to_owned()]
+                })
                 .collect();
             format!(
                 "{}: {done} of {} runs are done{}\n\n{}",
@@ -401,7 +412,9 @@ fn chosen(text: &str, plan: &Plan, dir: &Path) -> Result<RunIndex> {
         return Ok(run);
     }
     let is_meant = |id: &blake3::Hash| text.len() >= 6 && id.to_hex().starts_with(text);
-    let meant: Vec<RunIndex> = (0..all as RunIndex).filter(|&run| is_meant(&plan.ids[run as usize])).collect();
+    let meant: Vec<RunIndex> = (0..all as RunIndex)
+        .filter(|&run| is_meant(&plan.ids[run as usize]))
+        .collect();
     match meant[..] {
         [run] => Ok(run),
         [] => Err(Failure::input(format_args!(
@@ -409,6 +422,9 @@ fn chosen(text: &str, plan: &Plan, dir: &Path) -> Result<RunIndex> {
             dir.display(),
             all - 1
         ))),
-        _ => Err(Failure::input(format_args!("{}: {text} begins the ids of several runs", dir.display()))),
+        _ => Err(Failure::input(format_args!(
+            "{}: {text} begins the ids of several runs",
+            dir.display()
+        ))),
     }
 }

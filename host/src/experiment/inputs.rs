@@ -47,7 +47,10 @@ impl Files {
     /// All that were read, by their paths.
     pub(crate) fn contents(&self) -> Vec<(PathBuf, Arc<Content>)> {
         let contents = self.contents.lock().unwrap_or_else(PoisonError::into_inner);
-        contents.iter().map(|(path, content)| (path.clone(), Arc::clone(content))).collect()
+        contents
+            .iter()
+            .map(|(path, content)| (path.clone(), Arc::clone(content)))
+            .collect()
     }
 }
 
@@ -86,7 +89,7 @@ fn known<K: Ord, V: Clone, E>(
 pub(super) struct Inputs<'a> {
     /// Where the experiment lies.
     directory: &'a Path,
-    source: &'a Source,
+    source: &'a Source<'a>,
     /// Hashes that the experiment gives.
     hashes: &'a BTreeMap<String, String>,
     files: &'a Files,
@@ -97,7 +100,7 @@ pub(super) struct Inputs<'a> {
 impl<'a> Inputs<'a> {
     pub(super) fn new(
         directory: &'a Path,
-        source: &'a Source,
+        source: &'a Source<'a>,
         hashes: &'a BTreeMap<String, String>,
         files: &'a Files,
     ) -> Self {
@@ -243,5 +246,8 @@ pub(super) fn rename(settings: &mut Settings, inputs: &[Input]) {
     }
     rename(&mut settings.robot.motors);
     settings.evolution.init.iter_mut().for_each(rename);
-    settings.files = inputs.iter().map(|input| (input.name.clone(), input.content.hash.clone())).collect();
+    settings.files = inputs
+        .iter()
+        .map(|input| (input.name.clone(), input.content.hash.clone()))
+        .collect();
 }

@@ -14,12 +14,12 @@ use oneiro::world::World;
 use crate::evolve::Population;
 use crate::exit::Result;
 use crate::files;
-pub(crate) use inputs::DIRECTORY as INPUTS;
-use inputs::{Input, Inputs};
-pub(crate) use inputs::Files;
 pub(crate) use check::GREATEST_SEED;
+pub(crate) use inputs::DIRECTORY as INPUTS;
+pub(crate) use inputs::Files;
+use inputs::{Input, Inputs};
 use settings::Settings;
-use source::{Setting, Source};
+use source::{Parsed, Setting, Source};
 
 /// A checked experiment, its world, and the files that it names.
 #[derive(Debug)]
@@ -39,22 +39,24 @@ impl Experiment {
     /// # Errors
     /// Exit 3: the file and the line and column in it (or the setting), the key, what it is, and what is allowed.
     pub(crate) fn read(path: &Path, set: &[String]) -> Result<Self> {
-        Self::of(path, files::text(path)?, &Setting::all_typed(set)?, &Files::default())
+        let text = files::text(path)?;
+        let file = Parsed::new(path.display().to_string(), &text)?;
+        Self::of(path, &file, &Setting::all_typed(set)?, &Files::default())
     }
 
-    /// Reads the text of an experiment's file. What other experiments named already is taken from `files`.
+    /// Reads the values of an experiment's file. What other experiments named already is taken from `files`.
     ///
     /// # Errors
     /// As [`Experiment::read`].
-    pub(crate) fn of(path: &Path, text: String, set: &[Setting], files: &Files) -> Result<Self> {
-        let (mut settings, source): (Settings, _) = Source::read(&path.display().to_string(), text, set)?;
+    pub(crate) fn of(path: &Path, file: &Parsed<'_>, set: &[Setting], files: &Files) -> Result<Self> {
+        let (mut settings, source): (Settings, _) = Source::read(file, set)?;
         if settings.name.is_empty() {
             settings.name = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
         }
         Self::new(settings, &source, path.parent().unwrap_or(Path::new("")), files)
     }
 
-    fn new(mut settings: Settings, source: &Source, directory: &Path, files: &Files) -> Result<Self> {
+    fn new(mut settings: Settings, source: &Source<'_>, directory: &Path, files: &Files) -> Result<Self> {
         check::check(&settings).map_err(|invalid| source.invalid(&invalid.field, &invalid.problem))?;
         check::complete(&mut settings);
         let mut inputs = Inputs::new(directory, source, &settings.files, files);

@@ -1,6 +1,7 @@
 //! Where an experiment's values stand: in its file, or in a `--set`. Both are one tree of values whose places count
 //! through all their texts, so that every error can say where.
 
+use std::cell::OnceCell;
 use std::fmt::Display;
 use std::ops::Range;
 
@@ -10,14 +11,41 @@ use toml::de::{DeTable, DeValue};
 
 use crate::exit::{Failure, Result};
 
-/// The texts that values came from, and the place of each key.
+/// A file's values, read once for any number of settings that go before them.
 #[derive(Debug)]
-pub(crate) struct Source {
-    texts: Vec<Text>,
-    keys: Vec<Key>,
+pub(crate) struct Parsed<'a> {
+    /// What messages call the file.
+    name: String,
+    text: &'a str,
+    values: Spanned<DeTable<'a>>,
 }
 
-/// The file or one `--set`.
+impl<'a> Parsed<'a> {
+    /// Of a file's text.
+    ///
+    /// # Errors
+    /// Exit 3: the place of what is no TOML.
+    pub(crate) fn new(name: String, text: &'a str) -> Result<Self> {
+        match DeTable::parse(text) {
+            Ok(values) => Ok(Self { name, text, values }),
+            Err(error) => {
+                let place = place(&name, text, error.span().map_or(0, |span| span.start));
+                Err(Failure::input(format_args!("{place}: {}", error.message())))
+            }
+        }
+    }
+}
+
+/// The texts that values came from, and the place of each key.
+#[derive(Debug)]
+pub(crate) struct Source<'a> {
+    file: &'a Parsed<'a>,
+    set: Vec<Text>,
+    /// Only who looks for a place needs them.
+    keys: OnceCell<Vec<Key>>,
+}
+
+/// One setting.
 #[derive(Debug)]
 struct Text {
     /// What messages call it.
@@ -25,8 +53,6 @@ struct Text {
     content: String,
     /// Where it starts in the count through all texts.
     start: usize,
-    /// Whether line and column tell anything.
-    has_lines: bool,
 }
 
 /// A key or an element of a list.
@@ -83,57 +109,54 @@ impl Setting {
     }
 }
 
-impl Source {
-    /// Reads values from the text of a file, called `name`, and from settings that go before it.
+impl<'a> Source<'a> {
+    /// Reads values from a file and from settings that go before it.
     ///
     /// # Errors
     /// Exit 3: the place, the key, and what is allowed.
-    pub(crate) fn read<T: for<'a> Deserialize<'a>>(name: &str, text: String, set: &[Setting]) -> Result<(T, Self)> {
+    pub(crate) fn read<T: for<'b> Deserialize<'b>>(file: &'a Parsed<'a>, set: &[Setting]) -> Result<(T, Self)> {
         let mut source = Self {
-            texts: Vec::new(),
-            keys: Vec::new(),
+            file,
+            set: Vec::with_capacity(set.len()),
+            keys: OnceCell::new(),
         };
-        source.add(name.to_owned(), text, true);
+        let mut start = file.text.len() + 1;
         for Setting { place, line } in set {
-            source.add(place.clone(), line.clone(), false);
+            source.set.push(Text {
+                name: place.clone(),
+                content: line.clone(),
+                start,
+            });
+            start += line.len() + 1;
         }
-
-        let mut keys = Vec::new();
-        let values = {
-            let mut whole = source.parse(&source.texts[0])?;
-            for text in &source.texts[1..] {
-                merge(whole.get_mut(), source.parse(text)?.into_inner());
-            }
-            list(whole.get_ref(), "", &mut keys);
-            T::deserialize(toml::Deserializer::from(whole))
-        };
-        source.keys = keys;
+        let values = T::deserialize(toml::Deserializer::from(source.merged()?));
         match values {
             Ok(values) => Ok((values, source)),
             Err(error) => Err(source.refusal(&error)),
         }
     }
 
-    fn add(&mut self, name: String, content: String, has_lines: bool) {
-        let start = self.texts.last().map_or(0, |last| last.start + last.content.len() + 1);
-        self.texts.push(Text {
-            name,
-            content,
-            start,
-            has_lines,
-        });
+    /// All values, their places counted through all texts.
+    fn merged(&self) -> Result<Spanned<DeTable<'_>>> {
+        let mut whole = self.file.values.clone();
+        for text in &self.set {
+            let table = DeTable::parse(&text.content)
+                .map_err(|error| Failure::input(format_args!("{}: {}", text.name, error.message())))?;
+            merge(whole.get_mut(), moved_table(table.into_inner(), text.start));
+        }
+        Ok(whole)
     }
 
-    /// A text's values, their places counted through all texts.
-    fn parse<'a>(&self, text: &'a Text) -> Result<Spanned<DeTable<'a>>> {
-        let table = DeTable::parse(&text.content).map_err(|error| {
-            let at = text.start + error.span().map_or(0, |span| span.start);
-            Failure::input(format_args!("{}: {}", self.place(at), error.message()))
-        })?;
-        Ok(Spanned::new(
-            moved(&table.span(), text.start),
-            moved_table(table.into_inner(), text.start),
-        ))
+    /// The keys of all texts and their places.
+    fn keys(&self) -> &[Key] {
+        self.keys.get_or_init(|| {
+            let mut keys = Vec::new();
+            // What was read once can be read again.
+            if let Ok(whole) = self.merged() {
+                list(whole.get_ref(), "", &mut keys);
+            }
+            keys
+        })
     }
 
     /// A value that is not allowed: `problem` says what it is and what is allowed. The place is that of the key, or of
@@ -152,14 +175,14 @@ impl Source {
     /// Where a key's value stands, or the nearest table around it that is there.
     pub(crate) fn place_of(&self, key: &str) -> String {
         self.start_of(key)
-            .map_or_else(|| self.texts[0].name.clone(), |at| self.place(at))
+            .map_or_else(|| self.file.name.clone(), |at| self.place(at))
     }
 
     /// The same as a count through all texts, by which keys can be put in the order in which they stand.
     pub(crate) fn start_of(&self, key: &str) -> Option<usize> {
         let mut prefix = key;
         loop {
-            if let Some(found) = self.keys.iter().find(|known| known.path == prefix) {
+            if let Some(found) = self.keys().iter().find(|known| known.path == prefix) {
                 let range = if prefix == key { &found.value } else { &found.name };
                 return Some(range.start);
             }
@@ -170,12 +193,12 @@ impl Source {
     /// What serde refuses, in this program's words.
     fn refusal(&self, error: &toml::de::Error) -> Failure {
         let Some(span) = error.span() else {
-            return Failure::input(format_args!("{}: {}", self.texts[0].name, plain(error.message())));
+            return Failure::input(format_args!("{}: {}", self.file.name, plain(error.message())));
         };
         // The innermost key around the place.
         let holds = |range: &Range<usize>| range.start <= span.start && span.end <= range.end;
         let around = self
-            .keys
+            .keys()
             .iter()
             .filter(|known| holds(&known.name) || holds(&known.value));
         let key = around
@@ -191,19 +214,19 @@ impl Source {
 
     /// `file:line:column`, or the setting.
     fn place(&self, at: usize) -> String {
-        let text = self
-            .texts
-            .iter()
-            .rfind(|text| text.start <= at)
-            .unwrap_or(&self.texts[0]);
-        if !text.has_lines {
-            return text.name.clone();
+        match self.set.iter().rfind(|text| text.start <= at) {
+            Some(setting) => setting.name.clone(),
+            None => place(&self.file.name, self.file.text, at),
         }
-        let before = text.content.get(..at - text.start).unwrap_or(&text.content);
-        let line = before.matches('\n').count() + 1;
-        let column = before.rsplit('\n').next().unwrap_or_default().chars().count() + 1;
-        format!("{}:{line}:{column}", text.name)
     }
+}
+
+/// `file:line:column` of a byte.
+fn place(name: &str, text: &str, at: usize) -> String {
+    let before = text.get(..at).unwrap_or(text);
+    let line = before.matches('\n').count() + 1;
+    let column = before.rsplit('\n').next().unwrap_or_default().chars().count() + 1;
+    format!("{name}:{line}:{column}")
 }
 
 /// `key = value` as TOML; a word that is no TOML value is a string without its quotes.

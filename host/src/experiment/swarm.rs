@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 
 use super::Identities;
 use super::check::{Checked, GREATEST_SEED, invalid, name, within};
-use super::source::{Setting, Source};
+use super::source::{Parsed, Setting, Source};
 use crate::exit::Result;
 use crate::files;
 use crate::swarm::Plan;
@@ -55,15 +55,17 @@ impl SwarmExperiment {
     /// # Errors
     /// Exit 3: the file and the line and column in it (or the setting), the key, what it is, and what is allowed.
     pub(crate) fn read(path: &Path, set: &[String]) -> Result<Self> {
-        Self::of(path, files::text(path)?, &Setting::all_typed(set)?)
+        let text = files::text(path)?;
+        let file = Parsed::new(path.display().to_string(), &text)?;
+        Self::of(path, &file, &Setting::all_typed(set)?)
     }
 
-    /// Reads the text of an experiment's file.
+    /// Reads the values of an experiment's file.
     ///
     /// # Errors
     /// As [`SwarmExperiment::read`].
-    pub(crate) fn of(path: &Path, text: String, set: &[Setting]) -> Result<Self> {
-        let (mut file, source): (File, _) = Source::read(&path.display().to_string(), text, set)?;
+    pub(crate) fn of(path: &Path, values: &Parsed<'_>, set: &[Setting]) -> Result<Self> {
+        let (mut file, source): (File, _) = Source::read(values, set)?;
         if file.name.is_empty() {
             file.name = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
         }

@@ -9,7 +9,7 @@ use super::source::Source;
 use crate::exit::Result;
 
 /// Makes the world; what it refuses is told with the place in the experiment.
-pub(super) fn world(settings: &Settings, source: &Source, inputs: &mut Inputs<'_>) -> Result<World> {
+pub(super) fn world(settings: &Settings, source: &Source<'_>, inputs: &mut Inputs<'_>) -> Result<World> {
     let robot = world::Robot {
         body_radius: settings.robot.body_radius_mm as f32,
         sensors: inputs.sensors(&settings.robot.tables)?,

@@ -87,8 +87,7 @@ pub(crate) fn swarm_result(experiment: blake3::Hash, run: &Run) -> (String, Stri
 }
 
 /// The first line of the table of intervals.
-pub(crate) const INTERVALS_HEAD: &str =
-    "interval,robot,s0,chosen_under,g0,g1,real,simulated,heard,reached,taken\n";
+pub(crate) const INTERVALS_HEAD: &str = "interval,robot,s0,chosen_under,g0,g1,real,simulated,heard,reached,taken\n";
 
 /// A line for each robot in each interval.
 fn intervals_csv(run: &Run) -> String {

@@ -38,8 +38,8 @@ use toml::{Table, Value};
 
 use crate::evolve::random::{Stream, Uniform, logarithm, stream};
 use crate::exit::Result;
+use crate::experiment::source::{Parsed, Setting, Source};
 use crate::experiment::{GREATEST_SEED, check_name};
-use crate::experiment::source::{Setting, Source};
 use crate::files;
 
 /// The most runs of a sweep.
@@ -136,14 +136,14 @@ impl SweepFile {
     /// # Errors
     /// Exit 3: the file, the line and column in it, what is wrong and what is allowed.
     pub(crate) fn read(path: &Path) -> Result<Self> {
-        Self::of(&path.display().to_string(), files::text(path)?, &|| {
-            path.file_stem().unwrap_or_default().to_string_lossy().into_owned()
-        })
+        let text = files::text(path)?;
+        let file = Parsed::new(path.display().to_string(), &text)?;
+        Self::of(&file, &path.file_stem().unwrap_or_default().to_string_lossy())
     }
 
-    /// Checks a file's text; messages call it `file`.
-    fn of(file: &str, text: String, name: &dyn Fn() -> String) -> Result<Self> {
-        let (written, source): (Written, _) = Source::read(file, text, &[])?;
+    /// Checks a file's values; it is called `name` where it does not say.
+    fn of(file: &Parsed<'_>, name: &str) -> Result<Self> {
+        let (written, source): (Written, _) = Source::read(file, &[])?;
         let seeds = seeds(&written.seeds, &source)?;
         let set = leaves("set", &written.set, &source)?;
         let mut axes = Vec::new();
@@ -169,7 +169,11 @@ impl SweepFile {
                 format_args!("make {count} runs with all combinations of values; allowed: up to {GREATEST_RUNS}"),
             ));
         }
-        let name = if written.name.is_empty() { name() } else { written.name };
+        let name = if written.name.is_empty() {
+            name.to_owned()
+        } else {
+            written.name
+        };
         check_name(&name).map_err(|problem| source.invalid("name", problem))?;
         Ok(Self {
             name,
@@ -224,7 +228,7 @@ impl Leaf {
 }
 
 /// The values below a table of the file, in the order in which they stand.
-fn leaves(table: &str, values: &Table, source: &Source) -> Result<Vec<Leaf>> {
+fn leaves(table: &str, values: &Table, source: &Source<'_>) -> Result<Vec<Leaf>> {
     fn collect(prefix: &str, values: &Table, is_leaf: &dyn Fn(&Table) -> bool, leaves: &mut Vec<(String, Value)>) {
         for (key, value) in values {
             let key = if prefix.is_empty() {
@@ -266,7 +270,7 @@ const RESERVED: [(&str, &str); 2] = [
 ];
 const RANGES: &str = "random.ranges";
 
-fn seeds(seeds: &WrittenSeeds, source: &Source) -> Result<Vec<u64>> {
+fn seeds(seeds: &WrittenSeeds, source: &Source<'_>) -> Result<Vec<u64>> {
     let refused = |problem: String| Err(source.invalid("seeds", problem));
     match seeds {
         WrittenSeeds::Range(text) => {
@@ -276,9 +280,9 @@ fn seeds(seeds: &WrittenSeeds, source: &Source) -> Result<Vec<u64>> {
             });
             match ends {
                 Some((first, last)) if first <= last && last - first < GREATEST_COUNT => Ok((first..=last).collect()),
-                Some((first, last)) if first > last => {
-                    refused(format!("is \"{text}\", an empty range; allowed: the smaller seed first"))
-                }
+                Some((first, last)) if first > last => refused(format!(
+                    "is \"{text}\", an empty range; allowed: the smaller seed first"
+                )),
                 _ => refused(format!(
                     "is \"{text}\"; allowed: \"A..B\", both included, at most {GREATEST_COUNT} seeds up to {GREATEST_SEED}"
                 )),
@@ -301,7 +305,7 @@ fn seeds(seeds: &WrittenSeeds, source: &Source) -> Result<Vec<u64>> {
 }
 
 /// The axis of a key of the grid.
-fn axis(leaf: Leaf, source: &Source) -> Result<Axis> {
+fn axis(leaf: Leaf, source: &Source<'_>) -> Result<Axis> {
     let path = format!("grid.{}", leaf.key);
     let Value::Array(values) = leaf.value else {
         return Err(source.invalid(&path, "is one value; allowed: a list of them, or the table [set]"));
@@ -331,7 +335,7 @@ fn axis(leaf: Leaf, source: &Source) -> Result<Axis> {
 }
 
 /// The axis of the rows of `[[list]]`, if there are any.
-fn list(rows: &[Table], source: &Source) -> Result<Option<Axis>> {
+fn list(rows: &[Table], source: &Source<'_>) -> Result<Option<Axis>> {
     let mut axis: Option<Axis> = None;
     for (index, row) in rows.iter().enumerate() {
         let table = format!("list[{index}]");
@@ -351,7 +355,12 @@ fn list(rows: &[Table], source: &Source) -> Result<Option<Axis>> {
             return Err(source.invalid(&table, problem));
         }
         let level: Vec<_> = leaves.into_iter().map(|leaf| (leaf.value, leaf.place)).collect();
-        let is_same = |other: &&Vec<(Value, String)>| other.iter().map(|(value, _)| value).eq(level.iter().map(|(value, _)| value));
+        let is_same = |other: &&Vec<(Value, String)>| {
+            other
+                .iter()
+                .map(|(value, _)| value)
+                .eq(level.iter().map(|(value, _)| value))
+        };
         if axis.levels.iter().find(is_same).is_some() {
             return Err(source.invalid(&table, "is there a second time; allowed: each row once"));
         }
@@ -374,7 +383,10 @@ impl Range {
         let Value::Table(table) = value else {
             return Err(format!("is {value}; {allowed}"));
         };
-        if let Some(key) = table.keys().find(|key| !["from", "to", "scale"].contains(&key.as_str())) {
+        if let Some(key) = table
+            .keys()
+            .find(|key| !["from", "to", "scale"].contains(&key.as_str()))
+        {
             return Err(format!("has a key {key}; {allowed}"));
         }
         let number = |key| match table.get(key) {
@@ -388,10 +400,18 @@ impl Range {
         if from >= to {
             return Err(format!("is an empty range, {from} to {to}; {allowed}"));
         }
-        match (table.get("scale").and_then(Value::as_str), table.get("from"), table.get("to")) {
-            (Some("log"), ..) if from <= 0.0 => Err(format!("begins with {from}; allowed: above 0 where scale is \"log\"")),
+        match (
+            table.get("scale").and_then(Value::as_str),
+            table.get("from"),
+            table.get("to"),
+        ) {
+            (Some("log"), ..) if from <= 0.0 => {
+                Err(format!("begins with {from}; allowed: above 0 where scale is \"log\""))
+            }
             (Some("log"), ..) => Ok(Self::Log(from, to)),
-            (None | Some("linear"), Some(Value::Integer(from)), Some(Value::Integer(to))) => Ok(Self::Whole(*from, *to)),
+            (None | Some("linear"), Some(Value::Integer(from)), Some(Value::Integer(to))) => {
+                Ok(Self::Whole(*from, *to))
+            }
             (Some("linear"), ..) => Ok(Self::Linear(from, to)),
             (None, ..) if !table.contains_key("scale") => Ok(Self::Linear(from, to)),
             _ => Err(format!("has another scale; {allowed}")),
@@ -418,7 +438,7 @@ impl Range {
 }
 
 /// The axis of draws from ranges.
-fn drawn(random: &WrittenRandom, source: &Source) -> Result<Axis> {
+fn drawn(random: &WrittenRandom, source: &Source<'_>) -> Result<Axis> {
     if !(1..=GREATEST_COUNT).contains(&u64::from(random.samples)) {
         let problem = format!("is {}; allowed: 1 to {GREATEST_COUNT}", random.samples);
         return Err(source.invalid("random.samples", problem));
@@ -429,7 +449,9 @@ fn drawn(random: &WrittenRandom, source: &Source) -> Result<Axis> {
     }
     let ranges = leaves
         .iter()
-        .map(|leaf| Range::read(&leaf.value).map_err(|problem| source.invalid(&format!("{RANGES}.{}", leaf.key), problem)))
+        .map(|leaf| {
+            Range::read(&leaf.value).map_err(|problem| source.invalid(&format!("{RANGES}.{}", leaf.key), problem))
+        })
         .collect::<Result<Vec<_>>>()?;
     let mut numbers = stream(random.seed, Stream::Samples, 0);
     let mut known = BTreeSet::new();
@@ -441,7 +463,13 @@ fn drawn(random: &WrittenRandom, source: &Source) -> Result<Axis> {
         }
         let level: Vec<Value> = ranges.iter().map(|range| range.draw(&mut numbers)).collect();
         if known.insert(format!("{level:?}")) {
-            levels.push(level.into_iter().zip(&leaves).map(|(value, leaf)| (value, leaf.place.clone())).collect());
+            levels.push(
+                level
+                    .into_iter()
+                    .zip(&leaves)
+                    .map(|(value, leaf)| (value, leaf.place.clone()))
+                    .collect(),
+            );
         }
     }
     if levels.len() < random.samples as usize {
@@ -461,25 +489,43 @@ fn drawn(random: &WrittenRandom, source: &Source) -> Result<Axis> {
 
 /// Refuses keys that are given twice, or with a part of them.
 fn conflicts(set: &[Leaf], axes: &[Axis]) -> Result {
-    let swept = axes
-        .iter()
-        .flat_map(|axis| axis.keys.iter().zip(&axis.levels[0]).map(|(key, (_, place))| (key, place)));
+    let swept = axes.iter().flat_map(|axis| {
+        axis.keys
+            .iter()
+            .zip(&axis.levels[0])
+            .map(|(key, (_, place))| (key, place))
+    });
     let all: Vec<(&String, &String)> = set.iter().map(|leaf| (&leaf.key, &leaf.place)).chain(swept).collect();
     for (index, (key, place)) in all.iter().enumerate() {
-        let holds = |outer: &str, inner: &str| inner.strip_prefix(outer).is_some_and(|rest| rest.is_empty() || rest.starts_with('.'));
-        if let Some((other, first)) = all[..index].iter().find(|(other, _)| holds(other, key) || holds(key, other)) {
+        let holds = |outer: &str, inner: &str| {
+            inner
+                .strip_prefix(outer)
+                .is_some_and(|rest| rest.is_empty() || rest.starts_with('.'))
+        };
+        if let Some((other, first)) = all[..index]
+            .iter()
+            .find(|(other, _)| holds(other, key) || holds(key, other))
+        {
             return Err(Source::conflict(key, place, other, first));
         }
     }
     Ok(())
 }
 
-fn check_reality(reality: &Reality, source: &Source) -> Result {
+fn check_reality(reality: &Reality, source: &Source<'_>) -> Result {
     if reality.robots.is_empty() {
-        return Err(source.invalid("reality.robots", "is empty; allowed: numbers of surrogates, such as [1]"));
+        return Err(source.invalid(
+            "reality.robots",
+            "is empty; allowed: numbers of surrogates, such as [1]",
+        ));
     }
-    if let Some(twice) = (1..reality.robots.len()).find(|&index| reality.robots[..index].contains(&reality.robots[index])) {
-        return Err(source.invalid(&format!("reality.robots[{twice}]"), "is there a second time; allowed: each once"));
+    if let Some(twice) =
+        (1..reality.robots.len()).find(|&index| reality.robots[..index].contains(&reality.robots[index]))
+    {
+        return Err(source.invalid(
+            &format!("reality.robots[{twice}]"),
+            "is there a second time; allowed: each once",
+        ));
     }
     if !(0.0..=10.0).contains(&reality.severity) {
         let problem = format!("is {}; allowed: 0 to 10", reality.severity);

@@ -94,7 +94,9 @@ impl Logged {
             ..Self::default()
         };
         for (bytes, number) in text[..whole].split_inclusive(|&byte| byte == b'\n').zip(1..) {
-            let line = std::str::from_utf8(bytes).ok().and_then(|line| Line::decode(line.trim_end_matches('\n')));
+            let line = std::str::from_utf8(bytes)
+                .ok()
+                .and_then(|line| Line::decode(line.trim_end_matches('\n')));
             match line {
                 Some(line) if line.from + line.bytes <= there => logged.lines.push(line),
                 Some(line) => logged.problems.push(format!(
@@ -102,9 +104,10 @@ impl Logged {
                     path.display(),
                     line.run
                 )),
-                None => logged
-                    .problems
-                    .push(format!("{}:{number}: is damaged; its run is done again", path.display())),
+                None => logged.problems.push(format!(
+                    "{}:{number}: is damaged; its run is done again",
+                    path.display()
+                )),
             }
         }
         Ok(logged)
@@ -229,7 +232,9 @@ fn checkpoints(directory: &Path) -> Result<Vec<(u64, PathBuf)>> {
     for entry in fs::read_dir(directory).map_err(failed)? {
         let entry = entry.map_err(failed)?;
         let name = entry.file_name();
-        let number = name.to_str().and_then(|name| name.strip_prefix(CHECKPOINT)?.parse().ok());
+        let number = name
+            .to_str()
+            .and_then(|name| name.strip_prefix(CHECKPOINT)?.parse().ok());
         found.extend(number.map(|number| (number, entry.path())));
     }
     found.sort_unstable_by(|a, b| b.cmp(a));
@@ -288,10 +293,17 @@ impl Journal {
                     begun.saved = saved;
                     break;
                 }
-                Err(problem) => begun.problems.push(format!("{}: {problem}; it is not used", path.display())),
+                Err(problem) => begun
+                    .problems
+                    .push(format!("{}: {problem}; it is not used", path.display())),
             }
         }
-        let end = logged.lines.iter().map(|line| line.from + line.bytes).max().unwrap_or(0);
+        let end = logged
+            .lines
+            .iter()
+            .map(|line| line.from + line.bytes)
+            .max()
+            .unwrap_or(0);
         let mut writer = Writer {
             results: Appended::cut_back(directory.join(RESULTS), logged.whole)?,
             generations: Appended::cut_back(directory.join(GENERATIONS), end)?,
@@ -332,7 +344,9 @@ impl Journal {
     pub(crate) fn close(mut self) -> Result {
         let Self { entries, writer, .. } = self;
         drop(entries);
-        let written = writer.join().unwrap_or_else(|_| Err(Failure::failed("what writes results broke down")));
+        let written = writer
+            .join()
+            .unwrap_or_else(|_| Err(Failure::failed("what writes results broke down")));
         if let Some(session) = self.sessions.last_mut() {
             session.ended = Some(now());
         }
@@ -421,12 +435,16 @@ impl Appended {
     }
 
     fn push(&mut self, bytes: &[u8]) -> Result {
-        self.file.write_all(bytes).map_err(|error| Failure::storage(&self.path, &error))?;
+        self.file
+            .write_all(bytes)
+            .map_err(|error| Failure::storage(&self.path, &error))?;
         self.bytes += bytes.len() as u64;
         Ok(())
     }
 
     fn sync(&self) -> Result {
-        self.file.sync_data().map_err(|error| Failure::storage(&self.path, &error))
+        self.file
+            .sync_data()
+            .map_err(|error| Failure::storage(&self.path, &error))
     }
 }

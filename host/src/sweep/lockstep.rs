@@ -179,7 +179,10 @@ impl Stage {
         let own = *site.world.as_bytes();
         let simulator = (self == Self::Simulation).then(|| ((own, None), site.experiment.world()));
         let robots = if self == Self::Reality { &site.reality[..] } else { &[] };
-        let real = robots.iter().enumerate().map(move |(robot, world)| ((own, Some(robot)), world));
+        let real = robots
+            .iter()
+            .enumerate()
+            .map(move |(robot, world)| ((own, Some(robot)), world));
         simulator.into_iter().chain(real)
     }
 
@@ -187,7 +190,9 @@ impl Stage {
     fn steps(self, site: &Site) -> f64 {
         match self {
             Self::Simulation => site.generation(),
-            Self::Reality => site.generation() * site.reality.len() as f64 / f64::from(site.experiment.settings().trials),
+            Self::Reality => {
+                site.generation() * site.reality.len() as f64 / f64::from(site.experiment.settings().trials)
+            }
         }
     }
 }
@@ -214,7 +219,11 @@ impl Crew {
 
     /// The same crew with other runs.
     fn with(self, lives: Vec<Life>) -> Result<Self> {
-        let is_packed = |life: &Life| self.stage.worlds(&life.site).all(|(key, _)| self.places.contains_key(&key));
+        let is_packed = |life: &Life| {
+            self.stage
+                .worlds(&life.site)
+                .all(|(key, _)| self.places.contains_key(&key))
+        };
         if lives.iter().all(is_packed) {
             return Ok(Self {
                 steps: lives.iter().map(|life| self.stage.steps(&life.site)).sum(),
@@ -312,12 +321,17 @@ impl<'a> Waiting<'a> {
 
     /// A kernel that runs wait for.
     fn kernel(&self) -> Option<&'static str> {
-        self.kinds.iter().find(|(_, queue)| !queue.is_empty()).map(|(kernel, _)| *kernel)
+        self.kinds
+            .iter()
+            .find(|(_, queue)| !queue.is_empty())
+            .map(|(kernel, _)| *kernel)
     }
 
     /// Whether any wait for one.
     fn has(&self, kernel: &str) -> bool {
-        self.kinds.iter().any(|(known, queue)| *known == kernel && !queue.is_empty())
+        self.kinds
+            .iter()
+            .any(|(known, queue)| *known == kernel && !queue.is_empty())
     }
 
     /// How many wait.
@@ -447,7 +461,9 @@ pub(crate) fn run(
     shift.checkpoint();
     match ended {
         Ok(()) => Ok(()),
-        Err(Interruption::Evaluation(evaluator::Error::Cancelled)) => Err(Failure::stopped("stopped; the same command goes on")),
+        Err(Interruption::Evaluation(evaluator::Error::Cancelled)) => {
+            Err(Failure::stopped("stopped; the same command goes on"))
+        }
         Err(Interruption::Evaluation(error)) => Err(error.into()),
         Err(Interruption::Other(failure)) => Err(failure),
     }
@@ -561,7 +577,8 @@ impl Shift<'_> {
             let crew = crew.with(lives)?;
             self.send(crew)?;
         }
-        let (ended, meeting): (Vec<Life>, Vec<Life>) = simulated.into_iter().partition(|life| life.site.reality.is_empty());
+        let (ended, meeting): (Vec<Life>, Vec<Life>) =
+            simulated.into_iter().partition(|life| life.site.reality.is_empty());
         self.meeting.extend(meeting);
         Ok(ended.into_iter().filter_map(|life| life.outcome).collect())
     }
@@ -570,6 +587,7 @@ impl Shift<'_> {
     fn checkpoint(&mut self) -> bool {
         self.checkpointed = Instant::now();
         let crews = self.under_way.iter().flat_map(|crew| &crew.lives);
-        self.journal.checkpoint(crews.chain(&self.meeting).map(Life::saved).collect())
+        self.journal
+            .checkpoint(crews.chain(&self.meeting).map(Life::saved).collect())
     }
 }

@@ -29,7 +29,7 @@ use std::path::{Path, PathBuf};
 use rayon::prelude::*;
 
 use crate::exit::{Failure, Result};
-use crate::experiment::source::Setting;
+use crate::experiment::source::{Parsed, Setting};
 use crate::experiment::swarm::{SwarmExperiment, is_swarm_text};
 use crate::experiment::{Experiment, Files, Identities};
 use crate::{files, swarm};
@@ -77,7 +77,11 @@ impl Cell {
                 let generation = u64::from(evolution.population) * u64::from(settings.cycles);
                 let lives = u64::from(evolution.generations) * u64::from(settings.trials);
                 // The last offspring live in the simulator once more, and in reality.
-                let reality = sweep.file.reality.as_ref().map_or(0, |reality| 1 + reality.robots.len() as u64);
+                let reality = sweep
+                    .file
+                    .reality
+                    .as_ref()
+                    .map_or(0, |reality| 1 + reality.robots.len() as u64);
                 generation.saturating_mul(lives + reality)
             }
             Self::Swarm(experiment) => swarm::steps(&experiment.plan(0)),
@@ -125,7 +129,8 @@ pub(crate) struct Plan {
 impl Plan {
     /// Robot-steps of some runs.
     pub(crate) fn steps(&self, sweep: &Sweep, runs: impl Iterator<Item = RunIndex>) -> u64 {
-        runs.map(|run| self.steps[sweep.cell_of(run)]).fold(0, u64::saturating_add)
+        runs.map(|run| self.steps[sweep.cell_of(run)])
+            .fold(0, u64::saturating_add)
     }
 }
 
@@ -216,17 +221,26 @@ impl Sweep {
     /// # Errors
     /// Exit 3 with the place of the value that is not allowed, in the sweep's file or in the experiment's.
     pub(crate) fn cell(&self, cell: usize) -> Result<Cell> {
+        self.cell_of_file(&self.parsed()?, cell)
+    }
+
+    /// The experiment's values.
+    fn parsed(&self) -> Result<Parsed<'_>> {
+        Parsed::new(self.experiment.display().to_string(), &self.text)
+    }
+
+    fn cell_of_file(&self, experiment: &Parsed<'_>, cell: usize) -> Result<Cell> {
         let swept = self
             .file
             .keys()
             .zip(self.file.values(cell))
             .map(|(key, (value, place))| Setting::at(place.clone(), key, value));
         let set: Vec<Setting> = self.file.set.iter().cloned().chain(swept).collect();
-        let text = self.text.clone();
+        let path = &self.experiment;
         Ok(if self.is_swarm {
-            Cell::Swarm(Box::new(SwarmExperiment::of(&self.experiment, text, &set)?))
+            Cell::Swarm(Box::new(SwarmExperiment::of(path, experiment, &set)?))
         } else {
-            Cell::Khepera(Box::new(Experiment::of(&self.experiment, text, &set, &self.files)?))
+            Cell::Khepera(Box::new(Experiment::of(path, experiment, &set, &self.files)?))
         })
     }
 
@@ -236,8 +250,9 @@ impl Sweep {
     /// Exit 3: the first value that is not allowed, or two runs that are the same.
     pub(crate) fn plan(&self) -> Result<Plan> {
         let cells = self.file.cells();
+        let experiment = self.parsed()?;
         let of_cell = |cell: usize| {
-            let own = self.cell(cell)?;
+            let own = self.cell_of_file(&experiment, cell)?;
             let identities = own.identities();
             let ids: Vec<_> = self.file.seeds.iter().map(|&seed| identities.of(seed)).collect();
             Ok((ids, own.steps(self), own.kernel(), own.bytes()))
@@ -270,7 +285,11 @@ impl Sweep {
             return Ok(());
         };
         let values = |run| self.described(self.cell_of(run));
-        let place = self.file.values(self.cell_of(other)).first().map(|(_, place)| place.clone());
+        let place = self
+            .file
+            .values(self.cell_of(other))
+            .first()
+            .map(|(_, place)| place.clone());
         Err(Failure::input(format_args!(
             "{}: {} and {} are one experiment; allowed: cells that differ",
             place.unwrap_or_else(|| self.path.display().to_string()),

@@ -34,7 +34,13 @@ pub(crate) fn script(sweep: &Sweep, arguments: &SweepRun) -> Result<String> {
     };
     let out = whole(&arguments.out)?;
     let backend = &arguments.backend;
-    let mut command = vec![program.clone(), "sweep run".into(), whole(&arguments.sweep)?, "--out".into(), out.clone()];
+    let mut command = vec![
+        program.clone(),
+        "sweep run".into(),
+        whole(&arguments.sweep)?,
+        "--out".into(),
+        out.clone(),
+    ];
     let mut option = |name: &str, value: String| command.push(format!("{name} {}", quoted(&value)));
     option("--backend", backend.name.clone());
     option("--recheck", backend.recheck.to_string());
@@ -59,7 +65,9 @@ pub(crate) fn script(sweep: &Sweep, arguments: &SweepRun) -> Result<String> {
         ("{command}", command.join(" ")),
         ("{merge}", format!("{program} sweep merge {out}")),
     ];
-    Ok(values.iter().fold(SCRIPT.to_owned(), |script, (name, value)| script.replace(name, value)))
+    Ok(values
+        .iter()
+        .fold(SCRIPT.to_owned(), |script, (name, value)| script.replace(name, value)))
 }
 
 /// Where the tasks' logs go: where the script was made.
@@ -104,7 +112,9 @@ pub(crate) fn shard(console: Console) -> Result<Option<Shard>> {
         number("SLURM_ARRAY_TASK_MAX").unwrap_or(task),
         number("SLURM_ARRAY_TASK_COUNT").unwrap_or(1),
     );
-    let has_gaps = greatest.checked_sub(least).is_none_or(|span| span.checked_add(1) != Some(count));
+    let has_gaps = greatest
+        .checked_sub(least)
+        .is_none_or(|span| span.checked_add(1) != Some(count));
     if has_gaps || !(least..=greatest).contains(&task) {
         return Err(Failure::input(format_args!(
             "SLURM_ARRAY_TASK_ID is {task} of {count} tasks from {least} to {greatest}; allowed: an array without gaps, \

@@ -56,10 +56,14 @@ impl FromStr for Shard {
 
     fn from_str(text: &str) -> std::result::Result<Self, String> {
         const GREATEST: u32 = 100_000;
-        let numbers = text.split_once('/').and_then(|(index, of)| Some((index.parse().ok()?, of.parse().ok()?)));
+        let numbers = text
+            .split_once('/')
+            .and_then(|(index, of)| Some((index.parse().ok()?, of.parse().ok()?)));
         match numbers {
             Some((index, of)) if 1 <= index && index <= of && of <= GREATEST => Ok(Self { index, of }),
-            _ => Err(format!("allowed: I/N with I from 1 to N, N up to {GREATEST}, such as 3/8")),
+            _ => Err(format!(
+                "allowed: I/N with I from 1 to N, N up to {GREATEST}, such as 3/8"
+            )),
         }
     }
 }
@@ -110,7 +114,10 @@ impl Made {
             ));
         }
         if self.program != other.program {
-            return Some(format!("was made by oneiro {}; this is {}", other.program, self.program));
+            return Some(format!(
+                "was made by oneiro {}; this is {}",
+                other.program, self.program
+            ));
         }
         if self.kernels != other.kernels {
             return Some(format!(
@@ -269,14 +276,21 @@ impl Store {
         };
         match own.differs_from(&self.made) {
             None => Ok((sweep, plan)),
-            Some(difference) => Err(Failure::input(format_args!("{}: {difference}", self.directory.display()))),
+            Some(difference) => Err(Failure::input(format_args!(
+                "{}: {difference}",
+                self.directory.display()
+            ))),
         }
     }
 
     /// The hash that its shards' checkpoints carry.
     pub(crate) fn identity(&self) -> Result<blake3::Hash> {
-        blake3::Hash::from_hex(&self.made.identity)
-            .map_err(|error| Failure::corrupt(format_args!("{}: identity: {error}", self.directory.join(MADE).display())))
+        blake3::Hash::from_hex(&self.made.identity).map_err(|error| {
+            Failure::corrupt(format_args!(
+                "{}: identity: {error}",
+                self.directory.join(MADE).display()
+            ))
+        })
     }
 
     /// Where a shard's journal is.
@@ -326,7 +340,9 @@ impl Store {
             let shard = all.shards.len();
             for line in lines {
                 let is_known = match ids {
-                    Some(ids) => ids.get(line.run as usize).is_some_and(|id| id.to_hex().as_str() == line.id),
+                    Some(ids) => ids
+                        .get(line.run as usize)
+                        .is_some_and(|id| id.to_hex().as_str() == line.id),
                     None => (line.run as usize) < self.made.runs,
                 };
                 if !is_known {
@@ -338,14 +354,17 @@ impl Store {
                     )));
                 }
                 if let Some(other) = all.runs.get(&line.run)
-                    && (&other.line.result, &other.line.cells, &other.line.blake3) != (&line.result, &line.cells, &line.blake3)
+                    && (&other.line.result, &other.line.cells, &other.line.blake3)
+                        != (&line.result, &line.cells, &line.blake3)
                 {
                     return Err(Failure::corrupt(format_args!(
                         "run {} has the result {} in {} and {} in {}; one of the machines can't be trusted: \
                          `oneiro selftest` tells which",
                         line.run,
                         other.line.result,
-                        all.shards.get(other.shard).map_or_else(|| directory.display(), |other| other.display()),
+                        all.shards
+                            .get(other.shard)
+                            .map_or_else(|| directory.display(), |other| other.display()),
                         line.result,
                         directory.display()
                     )));

@@ -62,7 +62,11 @@ impl Waiting<'_> {
             && let Some(&run) = self.runs.front()
         {
             let plan = self.plan(run)?;
-            if group.plans.first().is_some_and(|first| pace(&first.settings) != pace(&plan.settings)) {
+            if group
+                .plans
+                .first()
+                .is_some_and(|first| pace(&first.settings) != pace(&plan.settings))
+            {
                 break;
             }
             self.runs.pop_front();
@@ -137,7 +141,10 @@ pub(crate) fn run(
             thread::sleep(BLINK);
         }
         let broken = || Err(Failure::failed("a thread of the sweep broke down"));
-        let results: Vec<Result> = crews.into_iter().map(|crew| crew.join().unwrap_or_else(|_| broken())).collect();
+        let results: Vec<Result> = crews
+            .into_iter()
+            .map(|crew| crew.join().unwrap_or_else(|_| broken()))
+            .collect();
         // The others were only stopped by the first failure.
         let (stopped, failed): (Vec<_>, Vec<_>) = results
             .into_iter()

@@ -47,7 +47,11 @@ impl Sweep {
 
     /// A cell's values as the table of results has them.
     pub(crate) fn levels(&self, cell: usize) -> Vec<String> {
-        self.file().values(cell).into_iter().map(|(value, _)| text(value)).collect()
+        self.file()
+            .values(cell)
+            .into_iter()
+            .map(|(value, _)| text(value))
+            .collect()
     }
 }
 
@@ -77,8 +81,12 @@ pub(crate) fn write(directory: &Path, sweep: &Sweep, plan: &Plan, finished: &All
     }
     let files = [directory.join(RESULTS), directory.join(GENERATIONS)];
     let mut hasher = blake3::Hasher::new();
-    disk::stream(&files[0], |file| results(Hashed(file, &mut hasher), sweep, plan, finished))?;
-    disk::stream(&files[1], |file| generations(Hashed(file, &mut hasher), sweep, finished))?;
+    disk::stream(&files[0], |file| {
+        results(Hashed(file, &mut hasher), sweep, plan, finished)
+    })?;
+    disk::stream(&files[1], |file| {
+        generations(Hashed(file, &mut hasher), sweep, finished)
+    })?;
     disk::sync_directory(directory)?;
     Ok(Written {
         runs: finished.runs.len(),
@@ -89,7 +97,9 @@ pub(crate) fn write(directory: &Path, sweep: &Sweep, plan: &Plan, finished: &All
 
 fn results(file: impl Write, sweep: &Sweep, plan: &Plan, finished: &AllFinished) -> disk::Streamed {
     let mut table = csv::Writer::from_writer(file);
-    table.write_record(sweep.columns().iter().map(|(name, _)| name)).map_err(io::Error::from)?;
+    table
+        .write_record(sweep.columns().iter().map(|(name, _)| name))
+        .map_err(io::Error::from)?;
     for (&run, Finished { line, .. }) in &finished.runs {
         let mut row = vec![run.to_string(), plan.ids[run as usize].to_hex().to_string()];
         row.extend(sweep.levels(sweep.cell_of(run)));
