@@ -75,7 +75,9 @@ impl Watch for Nobody {
     }
 
     fn steps(&mut self, _done: u64) {}
+}
 
+impl Follow for Nobody {
     fn lived(&mut self, _run: &Run) {
         self.patience = self.patience.saturating_sub(1);
     }

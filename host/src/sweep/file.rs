@@ -533,3 +533,136 @@ fn check_reality(reality: &Reality, source: &Source<'_>) -> Result {
     }
     Ok(())
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn read(text: &str) -> Result<SweepFile> {
+        let text = format!("experiment = \"e.toml\"\n{text}");
+        SweepFile::of(&Parsed::new("s.toml".into(), &text)?, "s")
+    }
+
+    fn refusal(text: &str) -> String {
+        read(text).map(|_| ()).unwrap_err().to_string()
+    }
+
+    /// The last axis is the fastest: lists, then the grid in the order of the file, then draws.
+    #[test]
+    fn cells_are_all_combinations_in_the_order_of_the_file() {
+        let file = read(
+            "seeds = \"3..4\"\n[grid]\nnoise.motor = [0.1, 0.2]\n\"a.x, a.y\" = [1, 2, 3]\n\
+             [[list]]\nb = \"u\"\nc.d = 1\n[[list]]\nc = { d = 2 }\nb = \"v\"\n",
+        )
+        .unwrap();
+        assert_eq!(file.seeds, [3, 4]);
+        assert_eq!(
+            file.keys().collect::<Vec<_>>(),
+            ["b", "c.d", "noise.motor", "a.x", "a.y"]
+        );
+        assert_eq!(file.cells(), 12);
+        let values = |cell| {
+            let words: Vec<String> = file.values(cell).iter().map(|(value, _)| value.to_string()).collect();
+            words.join(" ")
+        };
+        assert_eq!(values(0), "\"u\" 1 0.1 1 1");
+        assert_eq!(values(1), "\"u\" 1 0.1 2 2");
+        assert_eq!(values(3), "\"u\" 1 0.2 1 1");
+        assert_eq!(values(11), "\"v\" 2 0.2 3 3");
+        let factors: Vec<&String> = file.axes.iter().flat_map(Axis::factors).collect();
+        assert_eq!(factors, ["b", "c.d", "noise.motor", "a.x"]);
+    }
+
+    /// Whoever changes these draws changes every sweep that has any.
+    #[test]
+    fn draws_are_known_and_within_their_ranges() {
+        let file = read(
+            "seeds = [1]\n[random]\nsamples = 1000\nseed = 7\n[random.ranges]\n\
+             a = { from = -1.0, to = 2.0 }\nb = { from = 0.001, to = 1000.0, scale = \"log\" }\nc = { from = 1, to = 3 }\n",
+        )
+        .unwrap();
+        let draws: Vec<[f64; 3]> = (0..1000)
+            .map(|cell| {
+                let values = file.values(cell);
+                std::array::from_fn(|key| match &values[key].0 {
+                    Value::Integer(whole) => *whole as f64,
+                    other => other.as_float().unwrap(),
+                })
+            })
+            .collect();
+        assert!(draws.iter().all(|[a, b, c]| {
+            (-1.0..=2.0).contains(a) && (0.001..=1000.0).contains(b) && [1.0, 2.0, 3.0].contains(c)
+        }));
+        let share = |is: &dyn Fn(&[f64; 3]) -> bool| draws.iter().filter(|draw| is(draw)).count();
+        // Half of the logarithmic draws are below the middle of the exponents, and each whole number comes up.
+        assert!((440..560).contains(&share(&|draw| draw[1] < 1.0)));
+        assert!((440..560).contains(&share(&|draw| draw[0] < 0.5)));
+        assert!((1..=3).all(|whole| (270..400).contains(&share(&|draw| draw[2] == f64::from(whole)))));
+        assert_eq!(format!("{:?}", draws[0]), "[1.18352, 92.2018, 2.0]");
+    }
+
+    #[test]
+    fn few_whole_numbers_are_each_drawn_once() {
+        let text = "seeds = [1]\n[random]\nsamples = 4\n[random.ranges]\na = { from = 1, to = 4 }\n";
+        let file = read(text).unwrap();
+        let mut drawn: Vec<i64> = (0..4).filter_map(|cell| file.values(cell)[0].0.as_integer()).collect();
+        drawn.sort_unstable();
+        assert_eq!(drawn, [1, 2, 3, 4]);
+        let refused = refusal(&text.replace("samples = 4", "samples = 5"));
+        assert!(refused.contains("only 4 different draws"), "{refused}");
+    }
+
+    #[test]
+    fn what_is_wrong_is_told_with_its_place() {
+        for (text, expected) in [
+            ("seeds = \"5..1\"", "s.toml:2:9: seeds: is \"5..1\", an empty range"),
+            ("seeds = []", "s.toml:2:9: seeds: is empty"),
+            ("seeds = [1, 2, 1]", "s.toml:2:16: seeds[2]: is 1 a second time"),
+            ("seeds = 3", "s.toml:2:9: seeds: is neither"),
+            ("", "there is no key `seeds`"),
+            ("seeds = [1]\nfoo = 1", "s.toml:3:1: foo: unknown key `foo`"),
+            ("seeds = [1]\n[grid]\na = 1", "s.toml:4:5: grid.a: is one value"),
+            ("seeds = [1]\n[grid]\na = []", "s.toml:4:5: grid.a: is empty"),
+            (
+                "seeds = [1]\n[grid]\na = [1, 1]",
+                "s.toml:4:9: grid.a[1]: is 1 a second time",
+            ),
+            (
+                "seeds = [1]\n[grid]\nseed = [1, 2]",
+                "s.toml:4:8: grid.seed: is no value to set",
+            ),
+            (
+                "seeds = [1]\n[set]\na.b = 1\n[grid]\na = [1]",
+                "s.toml:6:6: a: is given already, as a.b (s.toml:4:7)",
+            ),
+            (
+                "seeds = [1]\n[[list]]\na = 1\n[[list]]\nb = 1",
+                "list[1]: has other keys than the first row; allowed: a",
+            ),
+            (
+                "seeds = [1]\n[[list]]\na = 1\n[[list]]\na = 1",
+                "list[1]: is there a second time",
+            ),
+            (
+                "seeds = [1]\n[random]\nsamples = 2\n[random.ranges]\na = { from = 1.0, to = 1.0 }",
+                "s.toml:6:5: random.ranges.a: is an empty range, 1 to 1",
+            ),
+            (
+                "seeds = [1]\n[random]\nsamples = 2\n[random.ranges]\na = { from = 0.0, to = 1.0, scale = \"log\" }",
+                "begins with 0; allowed: above 0",
+            ),
+            (
+                "seeds = [1]\n[reality]\nrobots = []",
+                "s.toml:4:10: reality.robots: is empty",
+            ),
+            ("name = \"a/b\"\nseeds = [1]", "s.toml:2:8: name: is \"a/b\""),
+            (
+                "seeds = \"1..1000000\"\n[grid]\na = [1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11]",
+                "make 11000000 runs with all combinations",
+            ),
+        ] {
+            let refused = refusal(text);
+            assert!(refused.contains(expected), "{text}\n{refused}");
+        }
+    }
+}

@@ -448,3 +448,70 @@ impl Appended {
             .map_err(|error| Failure::storage(&self.path, &error))
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn saved() -> Vec<Saved> {
+        let run = |run| Saved {
+            run,
+            generation: 3,
+            population: vec![1.0, -2.5, f32::NAN, 1e-30],
+            champion: Some(SavedChampion {
+                generation: 2,
+                individual: 1,
+                fitness: 0.1,
+                genome: vec![3.0],
+            }),
+            generations: "0,1\n".into(),
+            nan: 1,
+            outcome: None,
+        };
+        vec![run(7), run(300)]
+    }
+
+    /// Every bit flipped, every length cut, and another sweep's: none loads.
+    #[test]
+    fn a_damaged_checkpoint_never_loads() {
+        let identity = blake3::hash(b"a sweep");
+        let good = encode(&identity, &saved());
+        // NaN is not equal to itself: the bits are compared.
+        assert_eq!(encode(&identity, &decode(&identity, &good).unwrap()), good);
+        for length in 0..good.len() {
+            decode(&identity, &good[..length]).unwrap_err();
+        }
+        for place in 0..8 * good.len() {
+            let mut bad = good.clone();
+            bad[place / 8] ^= 1 << (place % 8);
+            decode(&identity, &bad).unwrap_err();
+        }
+        decode(&blake3::hash(b"another"), &good).unwrap_err();
+    }
+
+    #[test]
+    fn a_damaged_line_is_none() {
+        let line = Line {
+            run: 5,
+            id: "ab".into(),
+            cells: vec!["1.5".into(), "NaN".into()],
+            result: "cd".into(),
+            from: 10,
+            bytes: 20,
+            blake3: "ef".into(),
+        };
+        let good = line.encode();
+        assert_eq!(Line::decode(good.trim_end()), Some(line));
+        for length in 0..good.len() - 1 {
+            assert_eq!(Line::decode(&good[..length]), None);
+        }
+        for place in 0..good.len() - 1 {
+            for bit in 0..8 {
+                let mut bad = good.trim_end().as_bytes().to_vec();
+                bad[place] ^= 1 << bit;
+                let read = std::str::from_utf8(&bad).ok().and_then(Line::decode);
+                assert_eq!(read, None, "byte {place}");
+            }
+        }
+    }
+}

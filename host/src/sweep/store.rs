@@ -417,3 +417,21 @@ fn bring(directory: &Path, sweep: &Sweep) -> Result {
     let bytes = fs::read(path).map_err(|error| Failure::unreadable(path, &error))?;
     disk::write(&directory.join(SWEEP), &bytes)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn shards_share_all_runs_out() {
+        for of in [1, 3, 7] {
+            let mut runs: Vec<RunIndex> = (1..=of).flat_map(|index| Shard { index, of }.runs(20)).collect();
+            runs.sort_unstable();
+            assert_eq!(runs, (0..20).collect::<Vec<_>>());
+        }
+        assert_eq!("3/8".parse(), Ok(Shard { index: 3, of: 8 }));
+        for text in ["0/8", "9/8", "3", "a/b", "1/0", "1/1000000", "-1/2"] {
+            text.parse::<Shard>().unwrap_err();
+        }
+    }
+}
