@@ -12,25 +12,39 @@ pub(super) const TEMPORARY: &str = ".tmp";
 /// Writes a file whole or not at all, and waits until its content is on the disk; its name is there after
 /// [`sync_directory`].
 pub(crate) fn write(path: &Path, bytes: &[u8]) -> Result {
-    replace(path, bytes, File::sync_all)
+    write_through(path, |file| all(path, file, bytes))
+}
+
+/// As [`write()`], for a file too large to be held in memory: `fill` writes it.
+///
+/// # Errors
+/// Those of `fill`, and exit 6 when the file can't be made, synced or given its name.
+pub(crate) fn write_through(path: &Path, fill: impl FnOnce(&mut File) -> Result) -> Result {
+    replace(path, fill, File::sync_all)
 }
 
 /// Writes a file that nothing depends on: whole or not at all, but a power cut may take it.
 pub(super) fn note(path: &Path, bytes: &[u8]) -> Result {
-    replace(path, bytes, |_| Ok(()))
+    replace(path, |file| all(path, file, bytes), |_| Ok(()))
 }
 
-fn replace(path: &Path, bytes: &[u8], sync: fn(&File) -> io::Result<()>) -> Result {
+fn all(path: &Path, file: &mut File, bytes: &[u8]) -> Result {
+    file.write_all(bytes).map_err(|error| Failure::storage(path, &error))
+}
+
+fn replace(path: &Path, fill: impl FnOnce(&mut File) -> Result, sync: fn(&File) -> io::Result<()>) -> Result {
     let mut temporary = path.as_os_str().to_owned();
     temporary.push(TEMPORARY);
     let temporary = PathBuf::from(temporary);
-    let write = || -> io::Result<()> {
-        let mut file = File::create(&temporary)?;
-        file.write_all(bytes)?;
-        sync(&file)?;
-        fs::rename(&temporary, path)
-    };
-    write().map_err(|error| Failure::storage(path, &error))
+    let storage = |error| Failure::storage(path, &error);
+    let mut file = File::create(&temporary).map_err(storage)?;
+    let written = fill(&mut file)
+        .and_then(|()| sync(&file).map_err(storage))
+        .and_then(|()| fs::rename(&temporary, path).map_err(storage));
+    written.inspect_err(|_| {
+        // What can't be removed is told by the error.
+        let _ = fs::remove_file(&temporary);
+    })
 }
 
 /// Waits until a directory's names are on the disk.

@@ -29,6 +29,8 @@ mod trace;
 
 pub(crate) use checkpoint::Checkpoint;
 pub(crate) use disk::write as write_whole;
+#[cfg(feature = "parquet")]
+pub(crate) use disk::write_through;
 pub(crate) use done::{Done, verify};
 pub(crate) use meta::{Meta, Session, Status};
 pub(crate) use recorder::{Ended, Recorder, Standing, standing};
