@@ -53,7 +53,7 @@ expected() {
         NR == FNR {
             text = $0
             sub(/^[^,]*,[^,]*,/, "", text)
-            match(text, /^("[^"]*"|[^,]*)/)
+            match(text, /^("([^"]|"")*"|[^,]*)/)
             first = substr(text, 1, RLENGTH)
             for (i = 0; i < after + (seed > 3); i++) sub(/,[^,]*$/, "", text)
             keys[$1] = text
@@ -75,10 +75,12 @@ expected() {
     ' "$sweep/results.csv" "$sweep/generations.csv"
 }
 
-# Whether rows with all these means were printed, in nine digits; says which were not.
+# Whether rows with all these means were printed, in nine digits; says which were not. Of lists and quoted words only the
+# words are compared.
+words() { tr ',"' '  ' <"$1"; }
 is_printed() {
-    tr ',' ' ' <"$scratch/printed" >"$scratch/rows"
-    tr -d '"' <"$1" | tr ',' ' ' | awk -v rows="$scratch/rows" '
+    words "$scratch/printed" >"$scratch/rows"
+    words "$1" | awk -v rows="$scratch/rows" '
         BEGIN { while ((getline row < rows) > 0) printed[++count] = row }
         function size(x) { return x < 0 ? -x : x }
         function is_same(a, b) { return a == b || (a b ~ /^[-+.0-9e]+$/ && a + 0 == b + 0) }
@@ -102,7 +104,7 @@ is_printed "$scratch/means" >&2 || fail "docs/sweeps.py prints other means than 
 echo "$(wc -l <"$scratch/means") means are those that were printed"
 
 say "controls"
-awk '{ $NF = sprintf("%.17g", $NF * 1.0000001 + 1e-9); print }' "$scratch/means" | head -n 20 >"$scratch/others"
+awk 'NR <= 20 { $NF = sprintf("%.17g", $NF * 1.0000001 + 1e-9); print }' "$scratch/means" >"$scratch/others"
 while read -r mean; do
     echo "$mean" >"$scratch/other"
     ! is_printed "$scratch/other" >/dev/null || fail "CONTROL: this mean is off by a ten-millionth and passes: $mean"
