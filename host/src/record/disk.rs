@@ -1,7 +1,7 @@
 //! Writing that a power cut can't tear.
 
 use std::fs::{self, File};
-use std::io::{self, BufWriter, Write};
+use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
 use crate::exit::{Failure, Result};
@@ -12,67 +12,39 @@ pub(crate) const TEMPORARY: &str = ".tmp";
 /// Writes a file whole or not at all, and waits until its content is on the disk; its name is there after
 /// [`sync_directory`].
 pub(crate) fn write(path: &Path, bytes: &[u8]) -> Result {
-    replace(path, bytes, File::sync_all)
+    write_through(path, |file| all(path, file, bytes))
+}
+
+/// As [`write()`], for a file too large to be held in memory: `fill` writes it.
+///
+/// # Errors
+/// Those of `fill`, and exit 6 when the file can't be made, synced or given its name.
+pub(crate) fn write_through(path: &Path, fill: impl FnOnce(&mut File) -> Result) -> Result {
+    replace(path, fill, File::sync_all)
 }
 
 /// Writes a file that nothing depends on: whole or not at all, but a power cut may take it.
 pub(crate) fn note(path: &Path, bytes: &[u8]) -> Result {
-    replace(path, bytes, |_| Ok(()))
+    replace(path, |file| all(path, file, bytes), |_| Ok(()))
 }
 
-/// What ends the writing of a file: the disk, or what was to be written.
-pub(crate) enum Trouble {
-    Disk(io::Error),
-    Other(Failure),
+fn all(path: &Path, file: &mut File, bytes: &[u8]) -> Result {
+    file.write_all(bytes).map_err(|error| Failure::storage(path, &error))
 }
 
-/// What [`stream`]'s content comes to.
-pub(crate) type Streamed = std::result::Result<(), Trouble>;
-
-impl From<io::Error> for Trouble {
-    fn from(error: io::Error) -> Self {
-        Self::Disk(error)
-    }
-}
-
-impl From<Failure> for Trouble {
-    fn from(failure: Failure) -> Self {
-        Self::Other(failure)
-    }
-}
-
-/// The same as [`write`] for what is too long to be held.
-pub(crate) fn stream(path: &Path, write: impl FnOnce(&mut BufWriter<File>) -> Streamed) -> Result {
-    let temporary = temporary(path);
-    let whole = || -> Streamed {
-        let mut file = BufWriter::with_capacity(1 << 20, File::create(&temporary)?);
-        write(&mut file)?;
-        file.flush()?;
-        file.get_ref().sync_all()?;
-        Ok(fs::rename(&temporary, path)?)
-    };
-    whole().map_err(|trouble| match trouble {
-        Trouble::Disk(error) => Failure::storage(path, &error),
-        Trouble::Other(failure) => failure,
-    })
-}
-
-/// What a file is called until it is whole.
-fn temporary(path: &Path) -> PathBuf {
+fn replace(path: &Path, fill: impl FnOnce(&mut File) -> Result, sync: fn(&File) -> io::Result<()>) -> Result {
     let mut temporary = path.as_os_str().to_owned();
     temporary.push(TEMPORARY);
-    PathBuf::from(temporary)
-}
-
-fn replace(path: &Path, bytes: &[u8], sync: fn(&File) -> io::Result<()>) -> Result {
-    let temporary = temporary(path);
-    let write = || -> io::Result<()> {
-        let mut file = File::create(&temporary)?;
-        file.write_all(bytes)?;
-        sync(&file)?;
-        fs::rename(&temporary, path)
-    };
-    write().map_err(|error| Failure::storage(path, &error))
+    let temporary = PathBuf::from(temporary);
+    let storage = |error| Failure::storage(path, &error);
+    let mut file = File::create(&temporary).map_err(storage)?;
+    let written = fill(&mut file)
+        .and_then(|()| sync(&file).map_err(storage))
+        .and_then(|()| fs::rename(&temporary, path).map_err(storage));
+    written.inspect_err(|_| {
+        // What can't be removed is told by the error.
+        let _ = fs::remove_file(&temporary);
+    })
 }
 
 /// Waits until a directory's names are on the disk.

@@ -18,6 +18,8 @@ pub(crate) mod file;
 pub(crate) mod journal;
 pub(crate) mod lockstep;
 pub(crate) mod outcome;
+#[cfg(feature = "parquet")]
+mod parquet;
 pub(crate) mod slurm;
 pub(crate) mod store;
 pub(crate) mod swarms;

@@ -1,11 +1,11 @@
-//! What the columns of a sweep's tables hold.
+//! The tables of a sweep.
 
-/// What a column holds; a cell may be empty.
+/// What the cells of a column hold. An empty cell holds nothing.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Holds {
-    /// Whole numbers of 64 bits with a sign.
+    /// Whole numbers from -2^63 to 2^63 - 1.
     Whole,
-    /// Numbers of double precision, NaN among them.
+    /// Numbers as f64 holds them, NaN and infinities among them.
     Number,
     /// Words.
     Text,

@@ -3,7 +3,9 @@
 
 use std::collections::BTreeMap;
 use std::collections::btree_map::Entry;
-use std::io::{self, Write};
+use std::fmt::Write as _;
+use std::fs::File;
+use std::io::{BufWriter, Write};
 use std::path::{Path, PathBuf};
 
 use toml::Value;
@@ -45,6 +47,12 @@ impl Sweep {
         columns
     }
 
+    /// The columns of the table of generations: the run, and those of a run's own table.
+    pub(crate) fn columns_of_generations(&self) -> Vec<(String, Holds)> {
+        let own = self.generations().iter().map(|(name, holds)| ((*name).into(), *holds));
+        std::iter::once(("run".into(), Holds::Whole)).chain(own).collect()
+    }
+
     /// A cell's values as the table of results has them.
     pub(crate) fn levels(&self, cell: usize) -> Vec<String> {
         self.file()
@@ -79,40 +87,67 @@ pub(crate) fn write(directory: &Path, sweep: &Sweep, plan: &Plan, finished: &All
     if finished.runs.len() < sweep.runs() {
         return Err(missing(sweep, finished));
     }
-    let files = [directory.join(RESULTS), directory.join(GENERATIONS)];
     let mut hasher = blake3::Hasher::new();
-    disk::stream(&files[0], |file| {
-        results(Hashed(file, &mut hasher), sweep, plan, finished)
+    let results = directory.join(RESULTS);
+    disk::write_through(&results, |file| {
+        let mut table = Table::new(&results, file, &mut hasher);
+        write_results(&mut table, sweep, plan, finished)?;
+        table.finish()
     })?;
-    disk::stream(&files[1], |file| {
-        generations(Hashed(file, &mut hasher), sweep, finished)
+    let generations = directory.join(GENERATIONS);
+    disk::write_through(&generations, |file| {
+        let mut table = Table::new(&generations, file, &mut hasher);
+        write_generations(&mut table, sweep, finished)?;
+        table.finish()
     })?;
+    let mut files = vec![results, generations];
+    let columns = [sweep.columns(), sweep.columns_of_generations()];
+    for (index, columns) in columns.iter().enumerate() {
+        files.extend(also_as_parquet(&files[index], columns)?);
+    }
     disk::sync_directory(directory)?;
     Ok(Written {
         runs: finished.runs.len(),
         hash: hasher.finalize().to_hex().to_string(),
-        files: files.to_vec(),
+        files,
     })
 }
 
-fn results(file: impl Write, sweep: &Sweep, plan: &Plan, finished: &AllFinished) -> disk::Streamed {
-    let mut table = csv::Writer::from_writer(file);
-    table
-        .write_record(sweep.columns().iter().map(|(name, _)| name))
-        .map_err(io::Error::from)?;
-    for (&run, Finished { line, .. }) in &finished.runs {
-        let mut row = vec![run.to_string(), plan.ids[run as usize].to_hex().to_string()];
-        row.extend(sweep.levels(sweep.cell_of(run)));
-        row.push(sweep.seed_of(run).to_string());
-        row.extend(line.cells.iter().cloned());
-        row.push(line.result.clone());
-        table.write_record(&row).map_err(io::Error::from)?;
-    }
-    Ok(table.flush()?)
+/// Writes a table once more, in a program that can.
+#[cfg(feature = "parquet")]
+fn also_as_parquet(table: &Path, columns: &[(String, Holds)]) -> Result<Option<PathBuf>> {
+    let path = table.with_extension("parquet");
+    super::parquet::convert(table, &path, columns)?;
+    Ok(Some(path))
 }
 
-fn generations(mut file: impl Write, sweep: &Sweep, finished: &AllFinished) -> disk::Streamed {
-    write!(file, "run,{}", sweep.generations_head())?;
+#[cfg(not(feature = "parquet"))]
+#[expect(clippy::unnecessary_wraps, reason = "the same as what can fail")]
+fn also_as_parquet(_table: &Path, _columns: &[(String, Holds)]) -> Result<Option<PathBuf>> {
+    Ok(None)
+}
+
+fn write_results(table: &mut Table<'_>, sweep: &Sweep, plan: &Plan, finished: &AllFinished) -> Result {
+    let mut line = |cells: Vec<String>| {
+        let mut row = csv::Writer::from_writer(Vec::new());
+        // Writing to memory can't fail.
+        let _ = row.write_record(&cells);
+        table.push(&row.into_inner().unwrap_or_default())
+    };
+    line(sweep.columns().into_iter().map(|(name, _)| name).collect())?;
+    for (&run, Finished { line: known, .. }) in &finished.runs {
+        let mut cells = vec![run.to_string(), plan.ids[run as usize].to_hex().to_string()];
+        cells.extend(sweep.levels(sweep.cell_of(run)));
+        cells.push(sweep.seed_of(run).to_string());
+        cells.extend(known.cells.iter().cloned());
+        cells.push(known.result.clone());
+        line(cells)?;
+    }
+    Ok(())
+}
+
+fn write_generations(table: &mut Table<'_>, sweep: &Sweep, finished: &AllFinished) -> Result {
+    table.push(format!("run,{}", sweep.generations_head()).as_bytes())?;
     let mut journals: BTreeMap<usize, Generations> = BTreeMap::new();
     let mut rows = String::new();
     for (run, Finished { shard, line }) in &finished.runs {
@@ -123,11 +158,39 @@ fn generations(mut file: impl Write, sweep: &Sweep, finished: &AllFinished) -> d
         rows.clear();
         for row in journal.of(line)?.lines() {
             // Writing to a string can't fail.
-            let _ = std::fmt::Write::write_fmt(&mut rows, format_args!("{run},{row}\n"));
+            let _ = writeln!(rows, "{run},{row}");
         }
-        file.write_all(rows.as_bytes())?;
+        table.push(rows.as_bytes())?;
     }
     Ok(())
+}
+
+/// A file that is hashed as it is written.
+struct Table<'a> {
+    path: &'a Path,
+    file: BufWriter<&'a mut File>,
+    hasher: &'a mut blake3::Hasher,
+}
+
+impl<'a> Table<'a> {
+    fn new(path: &'a Path, file: &'a mut File, hasher: &'a mut blake3::Hasher) -> Self {
+        Self {
+            path,
+            file: BufWriter::with_capacity(1 << 20, file),
+            hasher,
+        }
+    }
+
+    fn push(&mut self, bytes: &[u8]) -> Result {
+        self.hasher.update(bytes);
+        self.file
+            .write_all(bytes)
+            .map_err(|error| Failure::storage(self.path, &error))
+    }
+
+    fn finish(mut self) -> Result {
+        self.file.flush().map_err(|error| Failure::storage(self.path, &error))
+    }
 }
 
 /// Says which runs no shard has done.
@@ -145,19 +208,4 @@ fn missing(sweep: &Sweep, finished: &AllFinished) -> Failure {
         "{count} of {all} runs are missing: {}{more}; `oneiro sweep run` does them",
         shown.join(", ")
     ))
-}
-
-/// Writes, and hashes what is written.
-struct Hashed<'a, W>(W, &'a mut blake3::Hasher);
-
-impl<W: Write> Write for Hashed<'_, W> {
-    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
-        let written = self.0.write(bytes)?;
-        self.1.update(&bytes[..written]);
-        Ok(written)
-    }
-
-    fn flush(&mut self) -> io::Result<()> {
-        self.0.flush()
-    }
 }

@@ -1,0 +1,443 @@
+//! A sweep's tables as Parquet, for readers to whom text is too slow or too large.
+
+use std::fmt::Display;
+use std::fs::File;
+use std::io::{self, Write};
+use std::path::Path;
+use std::sync::Arc;
+
+use csv::StringRecord;
+use parquet::basic::{Compression, Encoding, LogicalType, Repetition, Type as Physical};
+use parquet::data_type::{ByteArray, ByteArrayType, DataType, DoubleType, Int64Type};
+use parquet::errors::{ParquetError, Result as Written};
+use parquet::file::properties::WriterProperties;
+use parquet::file::writer::{SerializedColumnWriter, SerializedFileWriter};
+use parquet::schema::types::{ColumnPath, Type};
+
+use super::table::Holds;
+use crate::exit::{Failure, Result};
+use crate::record::disk::write_through;
+
+/// Rows of a row group: so many are in memory at a time, whatever the table's length.
+const ROWS: usize = 1 << 17;
+
+/// Writes a CSV file's table as Parquet: the same bytes for the same table on every machine. `columns` are the names of
+/// the file's columns, in its order, and what they hold; a cell that is empty becomes a null. The file is there whole or
+/// not at all, and on the disk, its name after its directory was synced; one that stood there is replaced.
+///
+/// # Errors
+/// Exit 5 with the line and the column when the CSV file is missing or does not hold what it should; exit 6 when reading
+/// or writing fails.
+pub(crate) fn convert(csv: &Path, parquet: &Path, columns: &[(String, Holds)]) -> Result {
+    let mut table = Table::open(csv, columns)?;
+    let unwritten = |error| Failure::storage(parquet, &system(error));
+    write_through(parquet, |file| {
+        let schema = schema(columns).map_err(unwritten)?;
+        let properties = Arc::new(properties(columns));
+        let mut writer = SerializedFileWriter::new(file, schema, properties).map_err(unwritten)?;
+        while table.read()? > 0 {
+            table.write(&mut writer).map_err(unwritten)?;
+        }
+        writer.finish().map_err(unwritten)?;
+        Ok(())
+    })
+}
+
+/// The system's error in that of a library that wrote to a file, for its kind.
+fn system(error: ParquetError) -> io::Error {
+    match error {
+        ParquetError::External(error) => error.downcast().map_or_else(io::Error::other, |error| *error),
+        error => io::Error::other(error),
+    }
+}
+
+fn schema(columns: &[(String, Holds)]) -> Written<Arc<Type>> {
+    let column = |(name, holds): &(String, Holds)| {
+        let (physical, logical) = match holds {
+            Holds::Whole => (Physical::INT64, None),
+            Holds::Number => (Physical::DOUBLE, None),
+            Holds::Text => (Physical::BYTE_ARRAY, Some(LogicalType::String)),
+        };
+        Type::primitive_type_builder(name, physical)
+            .with_logical_type(logical)
+            .with_repetition(Repetition::OPTIONAL)
+            .build()
+            .map(Arc::new)
+    };
+    let fields = columns.iter().map(column).collect::<Written<_>>()?;
+    Type::group_type_builder("table")
+        .with_fields(fields)
+        .build()
+        .map(Arc::new)
+}
+
+/// Runs and generations count up: their differences are next to nothing. The bytes of numbers are alike where they have
+/// the same place, and stand place by place so that the compression sees it. What is nearly all different, as scores are,
+/// only grows by a dictionary.
+fn properties(columns: &[(String, Holds)]) -> WriterProperties {
+    let properties = WriterProperties::builder()
+        .set_created_by(concat!("oneiro version ", env!("CARGO_PKG_VERSION")).to_owned())
+        .set_compression(Compression::SNAPPY)
+        .set_dictionary_enabled(false);
+    let encoded = columns.iter().fold(properties, |properties, (name, holds)| {
+        let encoding = match holds {
+            Holds::Whole => Encoding::DELTA_BINARY_PACKED,
+            Holds::Number => Encoding::BYTE_STREAM_SPLIT,
+            Holds::Text => Encoding::PLAIN,
+        };
+        properties.set_column_encoding(ColumnPath::from(name.clone()), encoding)
+    });
+    encoded.build()
+}
+
+/// A table as it is read, a row group at a time.
+struct Table<'a> {
+    path: &'a Path,
+    reader: csv::Reader<File>,
+    /// The row that was read last.
+    row: StringRecord,
+    columns: Vec<Column<'a>>,
+}
+
+impl<'a> Table<'a> {
+    fn open(path: &'a Path, columns: &'a [(String, Holds)]) -> Result<Self> {
+        let file = File::open(path).map_err(|error| match error.kind() {
+            io::ErrorKind::NotFound => Failure::corrupt(format_args!("{}: is missing", path.display())),
+            _ => Failure::storage(path, &error),
+        })?;
+        let mut table = Self {
+            path,
+            // The names and the rows' lengths are checked here, in the words of all other checks.
+            reader: csv::ReaderBuilder::new()
+                .has_headers(false)
+                .flexible(true)
+                .from_reader(file),
+            row: StringRecord::new(),
+            columns: columns.iter().map(Column::new).collect(),
+        };
+        table.next()?;
+        let names: Vec<&str> = table.columns.iter().map(|column| column.name).collect();
+        if table.row == names {
+            Ok(table)
+        } else {
+            Err(table.wrong(format_args!("has other columns; allowed: {}", names.join(","))))
+        }
+    }
+
+    /// Reads the next row group into the columns; how many rows it has.
+    fn read(&mut self) -> Result<usize> {
+        for rows in 0..ROWS {
+            if !self.next()? {
+                return Ok(rows);
+            }
+            if self.row.len() != self.columns.len() {
+                let (cells, columns) = (self.row.len(), self.columns.len());
+                return Err(self.wrong(format_args!("has {cells} cells; allowed: {columns}")));
+            }
+            for (column, cell) in self.columns.iter_mut().zip(&self.row) {
+                if let Err(allowed) = column.push(cell) {
+                    let name = column.name;
+                    return Err(self.wrong(format_args!("{name} is {cell:?}; allowed: {allowed}, or nothing")));
+                }
+            }
+        }
+        Ok(ROWS)
+    }
+
+    /// Reads a row, if there is one more.
+    fn next(&mut self) -> Result<bool> {
+        self.reader.read_record(&mut self.row).map_err(|error| {
+            let line = error.position().map_or(1, csv::Position::line);
+            match error.into_kind() {
+                csv::ErrorKind::Io(error) => Failure::storage(self.path, &error),
+                _ => self.wrong_at(line, "is no text any more; allowed: UTF-8"),
+            }
+        })
+    }
+
+    /// Says what is wrong with the row that was read last.
+    fn wrong(&self, problem: impl Display) -> Failure {
+        self.wrong_at(self.row.position().map_or(1, csv::Position::line), problem)
+    }
+
+    fn wrong_at(&self, line: u64, problem: impl Display) -> Failure {
+        Failure::corrupt(format_args!("{}: line {line}: {problem}", self.path.display()))
+    }
+
+    /// Moves what was read into a file.
+    fn write(&mut self, file: &mut SerializedFileWriter<impl Write + Send>) -> Written<()> {
+        let mut group = file.next_row_group()?;
+        for column in &mut self.columns {
+            // The schema has as many.
+            if let Some(mut writer) = group.next_column()? {
+                column.write(&mut writer)?;
+                writer.close()?;
+            }
+        }
+        group.close().map(|_| ())
+    }
+}
+
+/// A column of a row group.
+struct Column<'a> {
+    name: &'a str,
+    /// Of each row, whether its cell holds something: the definition levels of Parquet.
+    holds: Vec<i16>,
+    /// What the cells that are not empty hold.
+    cells: Cells,
+}
+
+enum Cells {
+    Whole(Vec<i64>),
+    Number(Vec<f64>),
+    Text(Vec<ByteArray>),
+}
+
+impl<'a> Column<'a> {
+    fn new((name, holds): &'a (String, Holds)) -> Self {
+        Self {
+            name,
+            holds: Vec::new(),
+            cells: match holds {
+                Holds::Whole => Cells::Whole(Vec::new()),
+                Holds::Number => Cells::Number(Vec::new()),
+                Holds::Text => Cells::Text(Vec::new()),
+            },
+        }
+    }
+
+    /// Adds a cell, or says what is allowed.
+    fn push(&mut self, cell: &str) -> std::result::Result<(), &'static str> {
+        self.holds.push(i16::from(!cell.is_empty()));
+        if cell.is_empty() {
+            return Ok(());
+        }
+        match &mut self.cells {
+            Cells::Whole(cells) => cells.push(cell.parse().map_err(|_| "a whole number from -2^63 to 2^63 - 1")?),
+            Cells::Number(cells) => cells.push(cell.parse().map_err(|_| "a number, NaN among them")?),
+            Cells::Text(cells) => cells.push(cell.into()),
+        }
+        Ok(())
+    }
+
+    /// Moves all cells into a file.
+    fn write(&mut self, writer: &mut SerializedColumnWriter) -> Written<()> {
+        fn write<T: DataType>(
+            cells: &mut Vec<T::T>,
+            holds: &[i16],
+            writer: &mut SerializedColumnWriter,
+        ) -> Written<()> {
+            writer.typed::<T>().write_batch(cells, Some(holds), None)?;
+            cells.clear();
+            Ok(())
+        }
+        match &mut self.cells {
+            Cells::Whole(cells) => write::<Int64Type>(cells, &self.holds, writer)?,
+            Cells::Number(cells) => write::<DoubleType>(cells, &self.holds, writer)?,
+            Cells::Text(cells) => write::<ByteArrayType>(cells, &self.holds, writer)?,
+        }
+        self.holds.clear();
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::fs;
+    use std::path::PathBuf;
+
+    use parquet::file::metadata::RowGroupMetaData;
+    use parquet::file::reader::{FileReader, SerializedFileReader};
+    use parquet::record::Field;
+
+    use super::*;
+
+    /// A directory of its own, removed when the test ends.
+    struct Scratch(PathBuf);
+
+    impl Scratch {
+        fn new(name: &str) -> Self {
+            let path = std::env::temp_dir().join(format!("oneiro-parquet-{name}-{}", std::process::id()));
+            fs::create_dir_all(&path).unwrap();
+            Self(path)
+        }
+
+        /// Converts a table with these columns.
+        fn convert(&self, text: impl AsRef<[u8]>, columns: &[(&str, Holds)]) -> Result<SerializedFileReader<File>> {
+            let csv = self.0.join("table.csv");
+            fs::write(&csv, text).unwrap();
+            let columns: Vec<_> = columns.iter().map(|&(name, holds)| (name.to_owned(), holds)).collect();
+            convert(&csv, &self.table(), &columns)?;
+            Ok(SerializedFileReader::new(File::open(self.table()).unwrap()).unwrap())
+        }
+
+        fn table(&self) -> PathBuf {
+            self.0.join("table.parquet")
+        }
+    }
+
+    impl Drop for Scratch {
+        fn drop(&mut self) {
+            // What is left in the system's directory for such files does no harm.
+            let _ = fs::remove_dir_all(&self.0);
+        }
+    }
+
+    /// A table's cells, row by row.
+    fn rows(table: &SerializedFileReader<File>) -> Vec<Vec<Field>> {
+        let rows = table.get_row_iter(None).unwrap();
+        rows.map(|row| row.unwrap().get_column_iter().map(|(_, cell)| cell.clone()).collect())
+            .collect()
+    }
+
+    const COLUMNS: [(&str, Holds); 3] = [
+        ("seed", Holds::Whole),
+        ("evolution.mutation.rate", Holds::Number),
+        ("noise.sensor", Holds::Text),
+    ];
+
+    const HEAD: &str = "seed,evolution.mutation.rate,noise.sensor\n";
+
+    #[test]
+    fn a_table_reads_as_it_was_written() {
+        let scratch = Scratch::new("table");
+        let text = "9223372036854775807,0.1,\"[0.0, 0.4]\"\n\
+                    -9223372036854775808,1e-320,\"\"\"so\"\", \u{3b4}\"\n\
+                    0,-0,0\n";
+        let table = scratch.convert(HEAD.to_owned() + text, &COLUMNS).unwrap();
+        let schema = table.metadata().file_metadata().schema_descr();
+        let names = schema.columns().iter().map(|column| column.name());
+        assert!(names.eq(COLUMNS.map(|(name, _)| name)));
+        let row =
+            |whole, number, text: &str| vec![Field::Long(whole), Field::Double(number), Field::Str(text.to_owned())];
+        let expected = [
+            row(i64::MAX, 0.1, "[0.0, 0.4]"),
+            row(i64::MIN, 1e-320, "\"so\", \u{3b4}"),
+            row(0, -0.0, "0"),
+        ];
+        assert_eq!(rows(&table), expected);
+        assert!(matches!(rows(&table)[2][1], Field::Double(zero) if zero.is_sign_negative()));
+    }
+
+    #[test]
+    fn empty_cells_are_nulls_and_nan_is_a_number() {
+        let scratch = Scratch::new("nulls");
+        let text = HEAD.to_owned() + ",,\n1,NaN,a\n,inf,\n2,,b\n";
+        let rows = rows(&scratch.convert(text, &COLUMNS).unwrap());
+        assert_eq!(rows[0], [Field::Null, Field::Null, Field::Null]);
+        assert!(matches!(rows[1][1], Field::Double(number) if number.is_nan()));
+        assert_eq!(rows[2], [Field::Null, Field::Double(f64::INFINITY), Field::Null]);
+        assert_eq!(rows[3], [Field::Long(2), Field::Null, Field::Str("b".to_owned())]);
+    }
+
+    #[test]
+    fn a_table_may_have_no_rows() {
+        let scratch = Scratch::new("none");
+        let table = scratch.convert(HEAD, &COLUMNS).unwrap();
+        assert_eq!(rows(&table), [[]; 0]);
+    }
+
+    #[test]
+    fn row_groups_have_one_length_but_for_the_last() {
+        let scratch = Scratch::new("groups");
+        let groups = |rows: usize| -> Vec<i64> {
+            let lines = (0..rows).map(|row| format!("{row},{}.5\n", rows - row));
+            let text: String = std::iter::once("run,mean\n".to_owned()).chain(lines).collect();
+            let table = scratch
+                .convert(text, &[("run", Holds::Whole), ("mean", Holds::Number)])
+                .unwrap();
+            for (row, read) in table.get_row_iter(None).unwrap().enumerate() {
+                let cells = read.unwrap().into_columns();
+                assert_eq!(cells[0].1, Field::Long(row as i64));
+                assert_eq!(cells[1].1, Field::Double((rows - row) as f64 + 0.5));
+            }
+            let groups = table.metadata().row_groups();
+            groups.iter().map(RowGroupMetaData::num_rows).collect()
+        };
+        let rows = ROWS as i64;
+        assert_eq!(groups(2 * ROWS + 3), [rows, rows, 3]);
+        assert_eq!(groups(ROWS), [rows]);
+    }
+
+    #[test]
+    fn the_same_table_has_the_same_bytes() {
+        let scratch = Scratch::new("bytes");
+        let lines = (0..5000).map(|row| format!("{},{}.25,run {}\n", row * row, row % 7, row % 11));
+        let text: String = std::iter::once(HEAD.to_owned()).chain(lines).collect();
+        let bytes = || {
+            scratch.convert(&text, &COLUMNS).unwrap();
+            fs::read(scratch.table()).unwrap()
+        };
+        let first = bytes();
+        assert_eq!(first, bytes());
+        // Those of every machine. Another version of the program or of the library may have others.
+        assert_eq!(
+            blake3::hash(&first).to_hex().as_str(),
+            "120c7017f7a82589b13fec623f526b21f64b22630c2a210c9b9a972860d157d1"
+        );
+    }
+
+    #[test]
+    fn what_is_no_such_table_is_refused() {
+        let scratch = Scratch::new("refused");
+        scratch.convert(format!("{HEAD}1,2,3\n"), &COLUMNS).unwrap();
+        let before = fs::read(scratch.table()).unwrap();
+        let columns = "line 1: has other columns; allowed: seed,evolution.mutation.rate,noise.sensor";
+        let whole = "allowed: a whole number from -2^63 to 2^63 - 1, or nothing";
+        let number = "allowed: a number, NaN among them, or nothing";
+        let good = format!("{HEAD}1,0.5,a\n");
+        let cases: [(&str, &[u8], String); 8] = [
+            ("", b"", columns.to_owned()),
+            ("", b"seed,best\n", columns.to_owned()),
+            (&good, b"1.5,2,b\n", format!("line 3: seed is \"1.5\"; {whole}")),
+            (
+                &good,
+                b"9223372036854775808,,\n",
+                format!("line 3: seed is \"9223372036854775808\"; {whole}"),
+            ),
+            (
+                &good,
+                b"1,,\"b\nc\"\n1,1/2,b\n",
+                format!("line 5: evolution.mutation.rate is \"1/2\"; {number}"),
+            ),
+            (&good, b"1,2,b\n3,4\n", "line 4: has 2 cells; allowed: 3".to_owned()),
+            (&good, b"1,2,b,c\n", "line 3: has 4 cells; allowed: 3".to_owned()),
+            (
+                &good,
+                b"1,2,\xff\n",
+                "line 3: is no text any more; allowed: UTF-8".to_owned(),
+            ),
+        ];
+        for (start, end, problem) in cases {
+            let failure = scratch
+                .convert([start.as_bytes(), end].concat(), &COLUMNS)
+                .err()
+                .unwrap();
+            assert_eq!(failure.code(), 5);
+            assert_eq!(
+                failure.to_string(),
+                format!("{}: {problem}", scratch.0.join("table.csv").display())
+            );
+            // The file of before stands, and nothing is left of the other.
+            assert_eq!(fs::read(scratch.table()).unwrap(), before);
+            assert_eq!(fs::read_dir(&scratch.0).unwrap().count(), 2);
+        }
+    }
+
+    #[test]
+    fn what_the_disk_refuses_says_so() {
+        let scratch = Scratch::new("disk");
+        let columns = [("run".to_owned(), Holds::Whole)];
+        let refused = |csv: &Path, parquet: &Path| convert(csv, parquet, &columns).unwrap_err();
+        let missing = refused(&scratch.0.join("no.csv"), &scratch.table());
+        assert_eq!(missing.code(), 5);
+        assert!(missing.to_string().ends_with("no.csv: is missing"));
+        let csv = scratch.0.join("table.csv");
+        fs::write(&csv, "run\n1\n").unwrap();
+        assert_eq!(refused(&csv, &scratch.0.join("no/table.parquet")).code(), 6);
+        // A directory is opened, but not read, as a file.
+        assert_eq!(refused(&scratch.0, &scratch.table()).code(), 6);
+        let full = system(io::Error::from(io::ErrorKind::StorageFull).into());
+        assert_eq!(full.kind(), io::ErrorKind::StorageFull);
+    }
+}
