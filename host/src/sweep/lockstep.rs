@@ -195,6 +195,11 @@ impl Stage {
             }
         }
     }
+
+    /// Robot-steps of the next lives of some runs.
+    fn steps_of(self, lives: &[Life]) -> f64 {
+        lives.iter().map(|life| self.steps(&life.site)).sum()
+    }
 }
 
 impl Crew {
@@ -210,7 +215,7 @@ impl Crew {
         }
         Ok(Self {
             worlds: Worlds::new(&worlds)?,
-            steps: lives.iter().map(|life| stage.steps(&life.site)).sum(),
+            steps: stage.steps_of(&lives),
             lives,
             stage,
             places,
@@ -226,7 +231,7 @@ impl Crew {
         };
         if lives.iter().all(is_packed) {
             return Ok(Self {
-                steps: lives.iter().map(|life| self.stage.steps(&life.site)).sum(),
+                steps: self.stage.steps_of(&lives),
                 lives,
                 ..self
             });
@@ -425,9 +430,9 @@ impl Room {
         self.steps = (0.75 * self.steps + 0.25 * aim).clamp(ROOM[0], ROOM[1]);
     }
 
-    fn has(&self, lives: &[Life], stage: Stage) -> bool {
-        let steps: f64 = lives.iter().map(|life| stage.steps(&life.site)).sum();
-        lives.is_empty() || (lives.len() < self.lives && steps < self.steps)
+    /// Whether there is room for more than so many runs, whose lives take so many steps.
+    fn has(&self, lives: usize, steps: f64) -> bool {
+        lives == 0 || (lives < self.lives && steps < self.steps)
     }
 }
 
@@ -523,7 +528,10 @@ impl Shift<'_> {
         let few = self.under_way.len() < 2 && self.waiting.kernel().is_none();
         let kernel = self.meeting.first().map(|life| life.site.kernel());
         if let Some(kernel) = kernel
-            && (few || !self.room.has(&self.meeting, Stage::Reality))
+            && (few
+                || !self
+                    .room
+                    .has(self.meeting.len(), Stage::Reality.steps_of(&self.meeting)))
         {
             let (lives, others) = std::mem::take(&mut self.meeting)
                 .into_iter()
@@ -538,7 +546,7 @@ impl Shift<'_> {
     fn wants_crew(&self) -> bool {
         let lasts = |crew: &&Crew| {
             let kernel = crew.lives.first().map(|life| life.site.kernel());
-            !self.room.has(&crew.lives, crew.stage) || kernel.is_some_and(|kernel| self.waiting.has(kernel))
+            !self.room.has(crew.lives.len(), crew.steps) || kernel.is_some_and(|kernel| self.waiting.has(kernel))
         };
         self.under_way.len() < CREWS && self.under_way.iter().filter(lasts).count() < 2
     }
@@ -546,11 +554,13 @@ impl Shift<'_> {
     /// Lets waiting runs join, as many as there is room for.
     fn joined(&mut self, mut lives: Vec<Life>, kernel: &str) -> Result<Vec<Life>> {
         let others: usize = self.under_way.iter().map(|crew| crew.lives.len()).sum();
-        while others + lives.len() < self.room.all && self.room.has(&lives, Stage::Simulation) {
-            match self.waiting.next(kernel)? {
-                Some(life) => lives.push(life),
-                None => break,
-            }
+        let mut steps = Stage::Simulation.steps_of(&lives);
+        while others + lives.len() < self.room.all && self.room.has(lives.len(), steps) {
+            let Some(life) = self.waiting.next(kernel)? else {
+                break;
+            };
+            steps += Stage::Simulation.steps(&life.site);
+            lives.push(life);
         }
         Ok(lives)
     }
