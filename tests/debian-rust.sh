@@ -3,6 +3,8 @@
 # into FOLDER without being installed; FOLDER/rustc runs it. For machines that rustup can't serve. Says why it
 # fails, in one line.
 set -euo pipefail
+# shellcheck source=tests/own-apt.sh
+. "$(dirname "$0")/own-apt.sh"
 folder=$(realpath -m "$1")
 least=$(sed -n 's/^rust-version = "\(.*\)"/\1/p' "$(dirname "$0")/../Cargo.toml")
 libraries=$folder/root/usr/lib/x86_64-linux-gnu:$folder/root/lib/x86_64-linux-gnu
@@ -14,21 +16,11 @@ fail() {
 [ -x "$folder/rustc" ] && exit
 [ "$(dpkg --print-architecture 2>/dev/null)" = amd64 ] || fail "this is no Debian on x86-64"
 
-# Its own state: the system's packages and architectures stay as they are.
 rm -rf "$folder"
-mkdir -p "$folder"/{lists,archives,packages}/partial "$folder/root"
+mkdir -p "$folder"/{packages,root}
 : >"$folder/status"
-cat >"$folder/apt.conf" <<END
-APT::Architecture "amd64";
-APT::Architectures { "amd64"; "arm64"; };
-APT::Sandbox::User "$(id -un)";
-Acquire::Languages "none";
-Dir::State::Lists "$folder/lists";
-Dir::State::status "$folder/status";
-Dir::Cache "$folder/archives";
-END
-export APT_CONFIG=$folder/apt.conf
-apt-get update -q >/dev/null 2>&1 || fail "Debian's package lists can't be had"
+own_apt "$folder" 'APT::Architecture "amd64"; APT::Architectures { "amd64"; "arm64"; };' ||
+    fail "Debian's package lists can't be had"
 
 unpack() {
     (cd "$folder/packages" && rm -f ./*.deb && apt-get download -q "$@" >/dev/null 2>&1) ||
@@ -59,4 +51,4 @@ fi
 
 printf '#!/bin/sh\nLD_LIBRARY_PATH=%s exec %s "$@"\n' "$libraries" "$folder/root/usr/bin/rustc" >"$folder/rustc"
 chmod +x "$folder/rustc"
-rm -rf "$folder"/{lists,archives,packages}
+rm -rf "$folder"/{lists,cache,packages}
