@@ -1,7 +1,15 @@
 #!/usr/bin/env bash
-# Everything that has to hold, from nothing: formatting, lints, the build without a GPU, all tests, the docs.
-# One profile throughout, so that dependencies are built once.
+# all.sh [--with-slurm]: everything that has to hold, from nothing: formatting, lints, the build without a GPU, all
+# tests, the docs, and a sweep on a real Slurm if asked for. One profile throughout, so that dependencies are built once.
 set -euo pipefail
+case $* in
+"") slurm= ;;
+--with-slurm) slurm=yes ;;
+*)
+    echo "usage: $0 [--with-slurm]" >&2
+    exit 2
+    ;;
+esac
 cd "$(dirname "$0")/.."
 . tests/install.sh
 
@@ -62,6 +70,10 @@ cargo test --release --locked --workspace
 
 say "lane code for 64-bit ARM"
 tests/aarch64.sh
+
+if [ "$slurm" ]; then
+    tests/slurm.sh
+fi
 
 say "documentation"
 RUSTDOCFLAGS="-D warnings" cargo doc --release --locked --workspace --no-deps --quiet
