@@ -60,13 +60,19 @@ say "formatting"
 cargo fmt --all --check
 
 say "lints"
-cargo clippy --release --workspace --all-targets --locked -- -D warnings
+cargo clippy --release --workspace --all-targets --features oneiro-host/parquet --locked -- -D warnings
 
+# Without the long ones that have nothing to do with what computes: they are among all tests.
 say "the program without the GPU backend: build and tests"
-cargo test --release --locked -p oneiro -p oneiro-host --no-default-features
+tests=()
+for test in batch cpu forager numerics pool program run surrogate sweep swarm tables worlds; do
+    tests+=(--test "$test")
+done
+cargo test --release --locked -p oneiro -p oneiro-host --no-default-features --lib --bins "${tests[@]}"
 
 say "all tests"
-cargo test --release --locked --workspace
+cargo test --release --locked --workspace --features oneiro-host/parquet
+tests/python.sh
 
 say "lane code for 64-bit ARM"
 tests/aarch64.sh

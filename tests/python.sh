@@ -35,7 +35,7 @@ scratch=$(mktemp -d)
 trap 'rm -rf "$scratch"' EXIT
 if [ -z "$sweep" ]; then
     say "a sweep"
-    cargo build --release --locked -p oneiro-host --features parquet
+    [ -x "$folder/release/oneiro" ] || fail "build the program first: cargo build --release --features oneiro-host/parquet"
     sweep=$scratch/sweep
     "$folder/release/oneiro" sweep run experiments/sweeps/small.toml --out "$sweep" --quiet
 fi
