@@ -16,13 +16,15 @@ use crate::console::{Console, columns, counted};
 use crate::device;
 use crate::exit::{Failure, Result};
 use crate::progress;
-use crate::record::{Session, is_locked};
+use crate::record::{Session, is_locked, write_whole};
 use crate::sweep::estimate::estimates;
+use crate::sweep::file::Axis;
 use crate::sweep::journal::Journal;
 use crate::sweep::lockstep::Pace;
+use crate::sweep::outcome::Shown;
 use crate::sweep::store::{AllFinished, Shard, Store};
 use crate::sweep::tables::{self, Written};
-use crate::sweep::{Cell, Plan, RunIndex, Sweep, lockstep, slurm, swarms};
+use crate::sweep::{Cell, Plan, RunIndex, Sweep, lockstep, report, slurm, swarms};
 use crate::watcher::stop_signal;
 use crate::worker::{Watch, Worker};
 
@@ -38,7 +40,7 @@ pub(super) fn run(arguments: &cli::Sweep, console: Console) -> Result {
         SweepCommand::Run(arguments) => sweep(arguments, console),
         SweepCommand::Status { dir } => status(dir, console),
         SweepCommand::Merge { dirs, out } => merge(dirs, out.as_deref(), console),
-        SweepCommand::Report { dir, outcome, out } => report(dir, outcome.as_deref(), out.as_deref(), console),
+        SweepCommand::Report { dir, outcome, out } => reported(dir, outcome.as_deref(), out.as_deref(), console),
         SweepCommand::Extract { dir, run, out, backend } => extract(dir, run, out.as_deref(), backend, console),
     }
 }
@@ -359,8 +361,59 @@ fn merge(dirs: &[PathBuf], out: Option<&Path>, console: Console) -> Result {
     told(&written, console)
 }
 
-fn report(_dir: &Path, _outcome: Option<&str>, _out: Option<&Path>, _console: Console) -> Result {
-    Err(Failure::failed("not yet"))
+fn reported(dir: &Path, outcome: Option<&str>, out: Option<&Path>, console: Console) -> Result {
+    let store = Store::open(dir)?;
+    let (sweep, _) = store.sweep()?;
+    let [results, generations] = [tables::RESULTS, tables::GENERATIONS].map(|name| dir.join(name));
+    for table in [&results, &generations] {
+        if !table.is_file() {
+            return Err(Failure::input(format_args!(
+                "{}: is not there yet; `oneiro sweep run` and `oneiro sweep merge` make it",
+                table.display()
+            )));
+        }
+    }
+    let Shown { by, time, value } = sweep.shown();
+    let columns = sweep.outcomes();
+    let by = match outcome {
+        None => by,
+        Some(name) => match columns.iter().find(|(known, _)| *known == name) {
+            Some((known, _)) => (*known, *known),
+            None => {
+                let known: Vec<&str> = columns.iter().map(|(name, _)| *name).collect();
+                return Err(Failure::input(format_args!(
+                    "--outcome {name}: allowed: {}",
+                    known.join(", ")
+                )));
+            }
+        },
+    };
+    let others: Vec<String> = columns
+        .iter()
+        .filter(|(name, _)| *name != by.0)
+        .map(|(name, _)| (*name).to_owned())
+        .collect();
+    let factors: Vec<String> = sweep.file().axes.iter().flat_map(Axis::factors).cloned().collect();
+    let page = report::report(&report::Tables {
+        title: &store.what().name,
+        results: &results,
+        generations: &generations,
+        factors: &factors,
+        outcome: by,
+        others: &others,
+        time,
+        value,
+    })?;
+    let out = out.unwrap_or(dir);
+    std::fs::create_dir_all(out).map_err(|error| Failure::unreadable(out, &error))?;
+    let files = [("report.html", &page.html), ("cells.csv", &page.cells_csv), ("effects.csv", &page.effects_csv)];
+    for (name, text) in files {
+        write_whole(&out.join(name), text.as_bytes())?;
+    }
+    said(console, &page.json, || {
+        let files: Vec<String> = files.iter().map(|(name, _)| out.join(name).display().to_string()).collect();
+        files.join("\n")
+    })
 }
 
 fn extract(dir: &Path, run: &str, out: Option<&Path>, backend: &cli::Backend, console: Console) -> Result {

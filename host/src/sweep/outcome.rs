@@ -79,7 +79,38 @@ const INTERVALS: [Column; 11] = [
     ("taken", Holds::Whole),
 ];
 
+/// What reports show of a sweep: columns, and what readers call them.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Shown {
+    /// The outcome that cells are compared by; higher is better.
+    pub(crate) by: (&'static str, &'static str),
+    /// Of the table of generations, along the axes of learning curves.
+    pub(crate) time: (&'static str, &'static str),
+    pub(crate) value: (&'static str, &'static str),
+}
+
 impl Sweep {
+    /// What reports show where nobody asks for something else.
+    pub(crate) fn shown(&self) -> Shown {
+        if self.is_swarm() {
+            return Shown {
+                by: ("rate", "food per robot-minute"),
+                time: ("interval", "interval"),
+                value: ("real", "real fitness of a robot's interval"),
+            };
+        }
+        let by = if self.file().reality.is_some() {
+            ("real", "mean fitness of the last offspring in reality")
+        } else {
+            ("peak", "mean fitness of the last generation's parents")
+        };
+        Shown {
+            by,
+            time: ("generation", "generation"),
+            value: ("peak", "mean fitness of the parents"),
+        }
+    }
+
     /// The columns of what its runs give.
     pub(crate) fn outcomes(&self) -> Vec<Column> {
         if self.is_swarm() {
