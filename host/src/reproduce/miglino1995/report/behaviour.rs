@@ -3,9 +3,9 @@
 use super::evolution::name;
 use super::{Study, colours, life_seconds, paper, run_name, runs_of};
 use crate::figures::{self, Band, Journey, Panel, Spread};
+use crate::numbers::{NONE, mean, percent, shown, spread_words, spreads};
+use crate::page::{Cell, Head, Row, Section, figure, paragraph, table};
 use crate::reproduce::miglino1995::results::{Condition, Discrepancy, Life, Results, Run};
-use crate::reproduce::numbers::{NONE, mean, percent, shown, spread_words, spreads};
-use crate::reproduce::page::{Cell, Head, Row, Section, figure, paragraph, table};
 
 /// Runs that are shown one by one: the paper's five.
 const SHOWN: usize = 5;

@@ -3,10 +3,10 @@
 use super::verdicts::degrees_of_freedom;
 use super::{Study, colours, last_generation, paper, runs_of};
 use crate::figures::{self, Band, Panel, Spread};
+use crate::numbers::{NONE, mean, probability, shown, spread_words, spreads};
+use crate::page::{Cell, Head, Row, Section, dotted, figure, paragraph, table};
 use crate::reproduce::claims::Test;
 use crate::reproduce::miglino1995::results::{Condition, Level, Results, Run};
-use crate::reproduce::numbers::{NONE, mean, probability, shown, spread_words, spreads};
-use crate::reproduce::page::{Cell, Head, Row, Section, dotted, figure, paragraph, table};
 
 /// Generations before the transfer that are shown again, larger.
 const NEAR: f64 = 10.0;

@@ -3,9 +3,9 @@
 use super::measures::{BIN, MINUTE, difference, minutes, rate, rates, runs_of};
 use super::{colour, moves, named, paper, short_title};
 use crate::figures::{self, Band, Panel};
-use crate::reproduce::numbers::{mean, probability, shown, spread_words, spreads};
+use crate::numbers::{mean, probability, shown, spread_words, spreads};
+use crate::page::{Cell, Head, Row, dotted, figure, table};
 use crate::reproduce::odowd2014::results::{Case, Combination, Kind, Results, Run};
-use crate::reproduce::page::{Cell, Head, Row, dotted, figure, table};
 use crate::statistics::variance;
 
 pub(super) fn html(results: &Results, combination: &Combination) -> String {

@@ -4,9 +4,9 @@ use super::measures::{G0, G1, Gene, LAST, S0, alone, at_the_end, difference, lev
 use super::measures::{intervals, shares, third_of};
 use super::{DIGITS, case_name, colour, evolving, kind_name, moves, named, other_kinds, paper};
 use crate::figures::{self, Band, Ground, Panel, Spread};
-use crate::reproduce::numbers::{mean, percent, probability, shown};
+use crate::numbers::{mean, percent, probability, shown};
+use crate::page::{Cell, Head, Row, figure, table};
 use crate::reproduce::odowd2014::results::{Case, Combination, Kind, Results, Run};
-use crate::reproduce::page::{Cell, Head, Row, figure, table};
 
 /// What the thirds of `S0`, `G0` and `G1` are called, their colours in lines and as grounds.
 const SCENARIOS: [&str; 3] = ["opposite nest", "no light", "over nest"];
