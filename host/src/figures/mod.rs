@@ -14,7 +14,7 @@ mod tables;
 mod views;
 
 pub(crate) use arena::{arena, life};
-pub(crate) use bands::{Band, Ground, Panel, Spread, bands, grid};
+pub(crate) use bands::{Band, Ground, Panel, Spread, bands, evenly, grid};
 pub(crate) use curve::{Series, learning_curve};
 pub(crate) use diagram::{coevolution, subsumption};
 pub(crate) use foraging::{scenarios, swarm};
