@@ -1,6 +1,7 @@
 //! Numbers as they are printed, and what several of them have in common.
 
 use crate::figures::Spread;
+use crate::statistics::quantile_of_sorted;
 
 /// Runs from which on the outer ones are left out of a spread.
 const MANY: usize = 10;
@@ -88,9 +89,9 @@ pub(crate) fn spread(mut values: Vec<f64>) -> Spread {
     let mean = mean(values.iter().copied());
     let outer = if values.len() < MANY { 0.0 } else { 0.25 };
     Spread {
-        low: quantile(&values, outer),
+        low: quantile_of_sorted(&values, outer),
         mean,
-        high: quantile(&values, 1.0 - outer),
+        high: quantile_of_sorted(&values, 1.0 - outer),
     }
 }
 
@@ -101,17 +102,6 @@ pub(crate) fn spread_words(runs: usize) -> &'static str {
     } else {
         "shaded: from the lower to the upper quartile of the runs"
     }
-}
-
-/// The value below which a share of sorted values lies, between neighbours in proportion; NaN of nothing.
-fn quantile(sorted: &[f64], share: f64) -> f64 {
-    let Some(last) = sorted.len().checked_sub(1) else {
-        return f64::NAN;
-    };
-    let place = share * last as f64;
-    let below = (place.floor() as usize).min(last);
-    let above = (below + 1).min(last);
-    sorted[below] + (sorted[above] - sorted[below]) * (place - below as f64)
 }
 
 /// Entry by entry the spread of several rows, as far as any of them reaches.
