@@ -25,6 +25,7 @@ mod reproduce;
 mod run;
 mod statistics;
 mod swarm;
+mod sweep;
 mod watcher;
 mod worker;
 mod workload;

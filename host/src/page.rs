@@ -40,6 +40,24 @@ pub(crate) fn paragraph(text: &str) -> String {
     format!("<p>{}</p>\n", escaped(text))
 }
 
+/// Text that may be broken after the dots and strokes of a long name, which are no part of what is copied from it.
+pub(crate) fn breakable(text: &str) -> String {
+    let mut html = String::new();
+    let mut rest = text;
+    while let Some(place) = rest.find(['_', '.', '/']) {
+        let (before, after) = rest.split_at(place + 1);
+        html.push_str(&escaped(before));
+        // Numbers and abbreviations stay whole.
+        let letters = |side: &[u8]| side.len() == 2 && side.iter().all(u8::is_ascii_alphabetic);
+        let (left, right) = (&before.as_bytes()[place.saturating_sub(2)..place], after.as_bytes());
+        if letters(left) && letters(&right[..right.len().min(2)]) {
+            html.push_str("<wbr/>");
+        }
+        rest = after;
+    }
+    html + &escaped(rest)
+}
+
 /// A picture with its name, such as `Figure 6`, and words below.
 pub(crate) fn figure(name: &str, words: &str, svg: &str) -> String {
     format!(
@@ -92,6 +110,16 @@ impl Cell {
     /// Text.
     pub(crate) fn text(text: &str) -> Self {
         Self::html(escaped(text))
+    }
+
+    /// A name: a short one stays whole, a long one may be broken.
+    pub(crate) fn name(text: &str) -> Self {
+        const SHORT: usize = 24;
+        let is_short = text.chars().count() <= SHORT;
+        Self {
+            class: if is_short { "short" } else { "long" },
+            ..Self::html(breakable(text))
+        }
     }
 
     /// HTML, set like text.
@@ -207,8 +235,8 @@ fn headings(head: &[Head<'_>]) -> String {
     let pairs = head.iter().any(|head| matches!(head, Head::Pair(_)));
     let rows = if pairs { " rowspan=\"2\"" } else { "" };
     let first = joined(head, |head| match head {
-        Head::Text(words) => format!("<th{rows}>{}</th>", escaped(words)),
-        Head::Number(words) => format!("<th{rows} class=\"number\">{}</th>", escaped(words)),
+        Head::Text(words) => format!("<th{rows}>{}</th>", breakable(words)),
+        Head::Number(words) => format!("<th{rows} class=\"number\">{}</th>", breakable(words)),
         Head::Pair(words) => format!("<th colspan=\"2\" class=\"pair\">{}</th>", escaped(words)),
     });
     let second = joined(head, |head| match head {
@@ -260,6 +288,17 @@ pub(crate) mod check {
     pub(crate) fn outside(html: &str) -> Option<&'static str> {
         let fetches = ["<script", "<img", "<link", "src=", "url(", "@import"];
         fetches.into_iter().find(|outside| html.contains(outside))
+    }
+
+    #[test]
+    fn long_names_may_be_broken_and_numbers_not() {
+        assert_eq!(super::breakable("noise.sensor_range"), "noise.<wbr/>sensor_<wbr/>range");
+        assert_eq!(super::breakable("s.d. 0.25 a/b"), "s.d. 0.25 a/b");
+        assert_eq!(
+            super::breakable("<in>/\u{e9}t\u{e9}.toml"),
+            "&lt;in&gt;/\u{e9}t\u{e9}.toml"
+        );
+        assert_eq!(super::breakable("my/files.toml"), "my/<wbr/>files.<wbr/>toml");
     }
 
     #[test]
