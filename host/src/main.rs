@@ -16,6 +16,8 @@ mod experiment;
 mod figures;
 mod files;
 mod genomes;
+mod numbers;
+mod page;
 mod progress;
 mod reality;
 mod record;

@@ -406,12 +406,19 @@ fn reported(dir: &Path, outcome: Option<&str>, out: Option<&Path>, console: Cons
     })?;
     let out = out.unwrap_or(dir);
     std::fs::create_dir_all(out).map_err(|error| Failure::unreadable(out, &error))?;
-    let files = [("report.html", &page.html), ("cells.csv", &page.cells_csv), ("effects.csv", &page.effects_csv)];
+    let files = [
+        ("report.html", &page.html),
+        ("cells.csv", &page.cells_csv),
+        ("effects.csv", &page.effects_csv),
+    ];
     for (name, text) in files {
         write_whole(&out.join(name), text.as_bytes())?;
     }
     said(console, &page.json, || {
-        let files: Vec<String> = files.iter().map(|(name, _)| out.join(name).display().to_string()).collect();
+        let files: Vec<String> = files
+            .iter()
+            .map(|(name, _)| out.join(name).display().to_string())
+            .collect();
         files.join("\n")
     })
 }

@@ -28,11 +28,14 @@ pub(crate) struct Band<'a> {
     pub(crate) colour: &'a str,
     /// Lengths of dashes and gaps; empty for a full line.
     pub(crate) dash: &'a str,
-    /// Where its first value stands, and how far apart they are.
-    pub(crate) first: f64,
-    pub(crate) spacing: f64,
-    /// Its values; means that are not finite leave gaps.
-    pub(crate) values: Vec<Spread>,
+    /// Where its values stand, and what they are; means that are not finite leave gaps.
+    pub(crate) values: Vec<(f64, Spread)>,
+}
+
+/// Values with where they stand: from `first` on, `spacing` apart.
+pub(crate) fn evenly(first: f64, spacing: f64, values: impl IntoIterator<Item = Spread>) -> Vec<(f64, Spread)> {
+    let place = |(i, spread)| (first + spacing * f64::from(i), spread);
+    (0_u32..).zip(values).map(place).collect()
 }
 
 /// A panel: its axes and its lines.
@@ -44,7 +47,8 @@ pub(crate) struct Panel<'a> {
     /// What part of the values is shown.
     pub(crate) from: f64,
     pub(crate) to: f64,
-    /// The upper axis ends above this.
+    /// The upper axis begins below this and ends above that.
+    pub(crate) low: f64,
     pub(crate) high: f64,
     /// Its part of the picture's width, relative to the others'.
     pub(crate) share: f64,
@@ -93,7 +97,8 @@ fn rows(title: &str, rows: &[&[Panel<'_>]], height: f64) -> String {
     svg.finish()
 }
 
-fn draw(svg: &mut Svg, panel: &Panel<'_>, (left, right): (f64, f64), (top, bottom): (f64, f64)) {
+/// A panel between these edges.
+pub(super) fn draw(svg: &mut Svg, panel: &Panel<'_>, (left, right): (f64, f64), (top, bottom): (f64, f64)) {
     let named = panel.bands.iter().any(|band| !band.label.is_empty());
     let room = if named || !panel.grounds.is_empty() {
         let names = panel.bands.iter().map(|band| band.label);
@@ -107,7 +112,7 @@ fn draw(svg: &mut Svg, panel: &Panel<'_>, (left, right): (f64, f64), (top, botto
         top: top + TOP,
         bottom: bottom - BOTTOM,
         across: Range::between(panel.from, panel.to, if panel.share < 0.5 { 4 } else { 6 }),
-        up: Range::holding([panel.high].into_iter(), 5),
+        up: Range::around(panel.low, panel.high, 5),
     };
     let style = format!("fill=\"{INK}\" font-weight=\"600\"");
     svg.words((plot.left, top + 24.0), 14.0, Anchor::Start, &style, panel.title);
@@ -152,8 +157,7 @@ fn draw(svg: &mut Svg, panel: &Panel<'_>, (left, right): (f64, f64), (top, botto
 
 /// The values that a panel shows of a line.
 fn values(panel: &Panel<'_>, band: &Band<'_>) -> Vec<(f64, Spread)> {
-    let place = |i: usize| band.first + band.spacing * i as f64;
-    let values = band.values.iter().enumerate().map(|(i, &spread)| (place(i), spread));
+    let values = band.values.iter().copied();
     values.filter(|(x, _)| (panel.from..=panel.to).contains(x)).collect()
 }
 
@@ -203,16 +207,14 @@ mod tests {
     use super::*;
 
     fn panel<'a>(values: &[[f64; 3]]) -> Panel<'a> {
-        let values = values
-            .iter()
-            .map(|&[low, mean, high]| Spread { low, mean, high })
-            .collect();
+        let values = values.iter().map(|&[low, mean, high]| Spread { low, mean, high });
         Panel {
             title: "a < b",
             across: "generation",
             up: "fitness",
             from: 0.0,
             to: 3.0,
+            low: 0.0,
             high: 10.0,
             share: 1.0,
             change: Some((2.0, "simulation", "reality")),
@@ -222,9 +224,7 @@ mod tests {
                 label: "peak",
                 colour: "#123456",
                 dash: "",
-                first: 0.0,
-                spacing: 1.0,
-                values,
+                values: evenly(0.0, 1.0, values),
             }],
         }
     }

@@ -41,6 +41,36 @@ impl Range {
         }
     }
 
+    /// Holds both values and what is between, and 0 unless both are farther from it than from each other; begins and
+    /// ends with a tick, but for a little below 0.
+    pub(super) fn around(low: f64, high: f64, count: u32) -> Self {
+        let nearest = if low > 0.0 { low } else { -high };
+        if nearest <= high - low || !(high - low).is_finite() {
+            return Self::holding([low, high].into_iter(), count);
+        }
+        // What is the same everywhere has room to both sides.
+        let room = if high > low { 0.0 } else { 0.05 * nearest };
+        let step = tick_step(high - low + 2.0 * room, count);
+        Self {
+            low: ((low - room) / step).floor() * step,
+            high: ((high + room) / step).ceil() * step,
+            step,
+        }
+    }
+
+    /// A multiple of the step, with as many decimals as the step asks for, and two where it asks for none.
+    pub(super) fn words(&self, tick: f64) -> String {
+        let mut decimals = 2;
+        while decimals < 12 && self.step * 10_f64.powi(decimals) < 0.999 {
+            decimals += 1;
+        }
+        if decimals == 2 {
+            return number(tick);
+        }
+        let text = format!("{tick:.*}", decimals as usize);
+        text.trim_end_matches('0').trim_end_matches('.').to_owned()
+    }
+
     fn share(&self, value: f64) -> f64 {
         (value - self.low) / (self.high - self.low)
     }
@@ -75,6 +105,24 @@ impl Plot {
 
     /// Both axes with their names.
     pub(super) fn axes(&self, svg: &mut Svg, across: &str, up: &str) {
+        self.ground(svg, up);
+        for tick in self.across.ticks() {
+            self.tick(svg, tick, &self.across.words(tick));
+        }
+        let at = (0.5 * (self.left + self.right), self.bottom + 42.0);
+        svg.words(at, 13.0, Anchor::Middle, &format!("fill=\"{INK}\""), across);
+    }
+
+    /// A place on the lower axis with its name.
+    pub(super) fn tick(&self, svg: &mut Svg, at: f64, name: &str) {
+        let (x, bottom) = (self.x(at), self.bottom);
+        svg.line((x, bottom), (x, bottom + 5.0), &format!("stroke=\"{SOFT_INK}\""));
+        let style = format!("fill=\"{SOFT_INK}\"");
+        svg.words((x, bottom + 20.0), 12.0, Anchor::Middle, &style, name);
+    }
+
+    /// The upper axis with its name, and the line that the lower one stands on.
+    pub(super) fn ground(&self, svg: &mut Svg, up: &str) {
         let &Self {
             left,
             right,
@@ -86,12 +134,7 @@ impl Plot {
         for tick in self.up.ticks() {
             let y = self.y(tick);
             svg.line((left, y), (right, y), "stroke=\"#e4e5e8\" stroke-width=\"1\"");
-            svg.words((left - 8.0, y + 4.0), 12.0, Anchor::End, &words, &number(tick));
-        }
-        for tick in self.across.ticks() {
-            let x = self.x(tick);
-            svg.line((x, bottom), (x, bottom + 5.0), &format!("stroke=\"{SOFT_INK}\""));
-            svg.words((x, bottom + 20.0), 12.0, Anchor::Middle, &words, &number(tick));
+            svg.words((left - 8.0, y + 4.0), 12.0, Anchor::End, &words, &self.up.words(tick));
         }
         svg.line(
             (left, bottom),
@@ -99,18 +142,10 @@ impl Plot {
             &format!("stroke=\"{SOFT_INK}\" stroke-width=\"1.2\""),
         );
         let ink = format!("fill=\"{INK}\"");
-        svg.words(
-            (0.5 * (left + right), bottom + 42.0),
-            13.0,
-            Anchor::Middle,
-            &ink,
-            across,
-        );
         // Clear of the longest number.
-        let digits = self.up.ticks().map(|tick| number(tick).len()).max().unwrap_or(0);
-        let (x, y) = (left - (18.0 + 7.0 * digits as f64).max(46.0), 0.5 * (top + bottom));
-        let turned = format!("{ink} transform=\"rotate(-90 {} {})\"", number(x), number(y));
-        svg.words((x, y), 13.0, Anchor::Middle, &turned, up);
+        let digits = self.up.ticks().map(|tick| self.up.words(tick).len()).max().unwrap_or(0);
+        let x = left - (18.0 + 7.0 * digits as f64).max(46.0);
+        svg.turned((x, 0.5 * (top + bottom)), 13.0, &ink, up);
     }
 
     /// A line through values, with gaps where one is not finite; a value between gaps becomes a dot that is named
@@ -175,6 +210,31 @@ mod tests {
         assert!(range.low <= -3.0 && range.high >= 480.0);
         let nothing = Range::holding([].into_iter(), 5);
         assert!(nothing.low == 0.0 && nothing.high > 0.0 && nothing.step > 0.0);
+    }
+
+    #[test]
+    fn nothing_is_in_a_range_only_where_values_are_near_it() {
+        let ends = |low, high| {
+            let range = Range::around(low, high, 5);
+            (range.low, range.high)
+        };
+        assert_eq!(ends(0.0, 480.0), (0.0, 500.0));
+        assert_eq!(ends(150.0, 480.0), (0.0, 500.0));
+        assert_eq!(ends(430.0, 480.0), (430.0, 480.0));
+        assert_eq!(ends(-480.0, -431.0), (-480.0, -430.0));
+        assert_eq!(ends(512.0, 512.0), (480.0, 540.0));
+        assert_eq!(ends(f64::NAN, 2.0), (0.0, 2.0));
+    }
+
+    #[test]
+    fn ticks_have_the_decimals_of_their_step() {
+        let words = |high: f64| {
+            let range = Range::between(0.0, high, 5);
+            range.ticks().map(|tick| range.words(tick)).collect::<Vec<_>>()
+        };
+        assert_eq!(words(0.004), ["0", "0.001", "0.002", "0.003", "0.004"]);
+        assert_eq!(words(0.5), ["0", "0.1", "0.2", "0.3", "0.4", "0.5"]);
+        assert_eq!(words(1e6), ["0", "200000", "400000", "600000", "800000", "1000000"]);
     }
 
     #[test]

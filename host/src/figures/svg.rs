@@ -107,6 +107,18 @@ impl Svg {
         ));
     }
 
+    /// A line of text that runs upwards, around its middle.
+    pub(super) fn turned(&mut self, (x, y): (f64, f64), size: f64, style: &str, words: &str) {
+        let style = format!("{style} transform=\"rotate(-90 {} {})\"", number(x), number(y));
+        self.words((x, y), size, Anchor::Middle, &style, words);
+    }
+
+    /// A line of text that ends at a point and runs up to it.
+    pub(super) fn askew(&mut self, (x, y): (f64, f64), size: f64, style: &str, words: &str) {
+        let style = format!("{style} transform=\"rotate(-35 {} {})\"", number(x), number(y));
+        self.words((x, y), size, Anchor::End, &style, words);
+    }
+
     /// The file.
     pub(super) fn finish(mut self) -> String {
         self.text.push_str("</svg>\n");

@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::reproduce::page::{Cell, Head, Row, table};
+use crate::page::{Cell, Head, Row, table};
 
 /// A choice that the paper leaves open.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]

@@ -4,8 +4,6 @@ pub(crate) mod assumptions;
 pub(crate) mod claims;
 mod directory;
 pub(crate) mod miglino1995;
-mod numbers;
 pub(crate) mod odowd2014;
-mod page;
 mod rows;
 mod verdicts;

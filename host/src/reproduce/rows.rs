@@ -2,7 +2,7 @@
 
 use std::fmt::Display;
 
-use crate::reproduce::numbers::significant;
+use crate::numbers::significant;
 
 /// Significant digits of a number.
 const DIGITS: usize = 6;

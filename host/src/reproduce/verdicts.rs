@@ -1,9 +1,9 @@
 //! A study's claims: all of them in a table, and each by itself with what its verdict rests on.
 
 use crate::figures::escaped;
+use crate::numbers::{NONE, probability, shown};
+use crate::page::{Cell, Head, Row, Section, id, joined, paragraph, table};
 use crate::reproduce::claims::{Claim, Effect, HOLDS_IN, Test, Verdict};
-use crate::reproduce::numbers::{NONE, probability, shown};
-use crate::reproduce::page::{Cell, Head, Row, Section, id, joined, paragraph, table};
 
 /// Significant digits of effects and statistics.
 const DIGITS: usize = 4;

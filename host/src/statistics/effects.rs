@@ -88,7 +88,6 @@ pub(crate) fn eta_squared(f: f64, df_between: f64, df_within: f64) -> f64 {
 /// # Errors
 ///
 /// An empty sample.
-#[cfg_attr(not(test), expect(dead_code, reason = "no claim states it yet"))]
 pub(crate) fn vargha_delaney(a: &[f64], b: &[f64]) -> Result<f64> {
     superiority("Vargha and Delaney's A", a, b)
 }
@@ -100,7 +99,6 @@ pub(crate) fn vargha_delaney(a: &[f64], b: &[f64]) -> Result<f64> {
 /// # Errors
 ///
 /// An empty sample.
-#[cfg_attr(not(test), expect(dead_code, reason = "no claim states it yet"))]
 pub(crate) fn cliffs_delta(a: &[f64], b: &[f64]) -> Result<f64> {
     Ok(2.0 * superiority("Cliff's delta", a, b)? - 1.0)
 }

@@ -11,7 +11,6 @@ mod effects;
 mod holm;
 mod mixed;
 mod parametric;
-#[cfg_attr(not(test), expect(dead_code, reason = "no claim is tested by ranks yet"))]
 mod ranks;
 mod resample;
 mod special;
@@ -21,12 +20,13 @@ mod tests;
 
 use std::fmt;
 
-pub(crate) use effects::{cohens_d, roc_area};
+pub(crate) use effects::{cliffs_delta, cohens_d, roc_area, vargha_delaney};
 pub(crate) use holm::holm;
 pub(crate) use mixed::random_intercept;
-pub(crate) use parametric::{anova, one_sample_t, paired_t, ratio_interval, student_t};
+pub(crate) use parametric::{anova, one_sample_t, paired_t, ratio_interval, student_t, t_within};
+pub(crate) use ranks::{Method, kruskal_wallis, mann_whitney};
 pub(crate) use resample::{Interval, bootstrap_interval, subset};
-pub(crate) use summary::{mean, median, quantile, variance};
+pub(crate) use summary::{mean, median, quantile, quantile_of_sorted, variance};
 
 /// A figure that these samples do not have.
 #[derive(Clone, Debug, PartialEq, Eq)]

@@ -156,8 +156,9 @@ pub(crate) fn ratio_interval(a: &[f64], b: &[f64], confidence: f64) -> Result<In
     })
 }
 
-/// The t between whose two sides a share of the distribution lies.
-fn t_within(share: f64, df: f64) -> f64 {
+/// The t between whose two sides a share of Student's distribution lies, below 1000: such as 1.96 for 0.95 and many
+/// degrees of freedom.
+pub(crate) fn t_within(share: f64, df: f64) -> f64 {
     let (mut low, mut high) = (0.0, 1e3);
     for _ in 0..100 {
         let middle = 0.5 * (low + high);

@@ -2,7 +2,7 @@
 
 use rand::Rng;
 
-use super::summary::quantile;
+use super::summary::quantile_of_sorted;
 use super::{Result, check, undefined};
 
 /// An interval of a figure, both ends in it.
@@ -51,9 +51,10 @@ pub(crate) fn bootstrap_interval(
         );
     }
     let tail = (1.0 - level) / 2.0;
+    statistics.sort_by(f64::total_cmp);
     Ok(Interval {
-        low: quantile(&statistics, tail),
-        high: quantile(&statistics, 1.0 - tail),
+        low: quantile_of_sorted(&statistics, tail),
+        high: quantile_of_sorted(&statistics, 1.0 - tail),
     })
 }
 

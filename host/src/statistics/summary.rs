@@ -34,11 +34,16 @@ pub(crate) fn median(sample: &[f64]) -> f64 {
 /// at 0 and the last at 1 (type 7 of Hyndman and Fan, "Sample quantiles in statistical packages", The American
 /// Statistician 50(4), 1996). NaN without values, or for another share.
 pub(crate) fn quantile(sample: &[f64], share: f64) -> f64 {
-    if sample.is_empty() || !(0.0..=1.0).contains(&share) {
-        return f64::NAN;
-    }
     let mut sorted = sample.to_vec();
     sorted.sort_by(f64::total_cmp);
+    quantile_of_sorted(&sorted, share)
+}
+
+/// The same, of a sample in ascending order.
+pub(crate) fn quantile_of_sorted(sorted: &[f64], share: f64) -> f64 {
+    if sorted.is_empty() || !(0.0..=1.0).contains(&share) {
+        return f64::NAN;
+    }
     let position = share * (sorted.len() - 1) as f64;
     let below = sorted[position.floor() as usize];
     let above = sorted[position.ceil() as usize];

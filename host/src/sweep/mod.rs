@@ -20,6 +20,7 @@ pub(crate) mod lockstep;
 pub(crate) mod outcome;
 #[cfg(feature = "parquet")]
 mod parquet;
+pub(crate) mod report;
 pub(crate) mod slurm;
 pub(crate) mod store;
 pub(crate) mod swarms;

@@ -6,8 +6,9 @@ use oneiro::tables::SensorTables;
 
 use super::arms::Arm;
 use super::results::{Condition, Results, Run};
+use crate::page;
 use crate::reproduce::claims::Claim;
-use crate::reproduce::{page, verdicts};
+use crate::reproduce::verdicts;
 
 mod background;
 mod behaviour;

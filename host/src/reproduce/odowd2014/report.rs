@@ -6,12 +6,12 @@ use oneiro::swarm::Swarm;
 
 use super::results::{Case, Combination, Credit, Kind, Results};
 use crate::figures::escaped;
+use crate::numbers::shown;
+use crate::page::{self, Cell, Section};
 use crate::reproduce::assumptions::Assumption;
 use crate::reproduce::claims::Claim;
-use crate::reproduce::numbers::shown;
-use crate::reproduce::page::{Cell, Section};
+use crate::reproduce::verdicts;
 use crate::reproduce::verdicts::Assumed;
-use crate::reproduce::{page, verdicts};
 
 mod background;
 mod csv;

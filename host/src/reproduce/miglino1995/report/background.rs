@@ -2,10 +2,10 @@
 //! it would have cost.
 
 use super::{Study, last_generation, life_seconds, paper, runs_of};
+use crate::numbers::{count, shown};
+use crate::page::{self, Cell, Head, Row, Section, paragraph, table};
+use crate::reproduce::assumptions;
 use crate::reproduce::miglino1995::results::Condition;
-use crate::reproduce::numbers::{count, shown};
-use crate::reproduce::page::{Cell, Head, Row, Section, paragraph, table};
-use crate::reproduce::{assumptions, page};
 
 const DIGITS: usize = 4;
 /// Seconds of a day.

@@ -2,10 +2,10 @@
 
 use super::evolution::name;
 use super::{Study, colours, life_seconds, paper, run_name, runs_of};
-use crate::figures::{self, Band, Journey, Panel, Spread};
+use crate::figures::{self, Band, Journey, Panel, Spread, evenly};
+use crate::numbers::{NONE, mean, percent, shown, spread_words, spreads};
+use crate::page::{Cell, Head, Row, Section, figure, paragraph, table};
 use crate::reproduce::miglino1995::results::{Condition, Discrepancy, Life, Results, Run};
-use crate::reproduce::numbers::{NONE, mean, percent, shown, spread_words, spreads};
-use crate::reproduce::page::{Cell, Head, Row, Section, figure, paragraph, table};
 
 /// Runs that are shown one by one: the paper's five.
 const SHOWN: usize = 5;
@@ -93,9 +93,7 @@ fn discrepancies(results: &Results) -> String {
                 label,
                 colour: colours(condition).0,
                 dash,
-                first: EVERY,
-                spacing: EVERY,
-                values,
+                values: evenly(EVERY, EVERY, values),
             }
         })
     };
@@ -112,7 +110,7 @@ fn discrepancies(results: &Results) -> String {
         .iter()
         .chain(&starts)
         .flat_map(|band| &band.values)
-        .map(|spread| spread.high);
+        .map(|(_, spread)| spread.high);
     let high = highs.filter(|high| high.is_finite()).fold(0.0, f64::max);
     let panel = |title, bands, key| Panel {
         title,
@@ -120,6 +118,7 @@ fn discrepancies(results: &Results) -> String {
         up: "D, mm",
         from: 0.0,
         to: EVERY * POSITIONS as f64,
+        low: 0.0,
         high,
         share: 0.5,
         change: None,

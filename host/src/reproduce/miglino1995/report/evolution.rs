@@ -2,11 +2,11 @@
 
 use super::verdicts::degrees_of_freedom;
 use super::{Study, colours, last_generation, paper, runs_of};
-use crate::figures::{self, Band, Panel, Spread};
+use crate::figures::{self, Band, Panel, Spread, evenly};
+use crate::numbers::{NONE, mean, probability, shown, spread_words, spreads};
+use crate::page::{Cell, Head, Row, Section, dotted, figure, paragraph, table};
 use crate::reproduce::claims::Test;
 use crate::reproduce::miglino1995::results::{Condition, Level, Results, Run};
-use crate::reproduce::numbers::{NONE, mean, probability, shown, spread_words, spreads};
-use crate::reproduce::page::{Cell, Head, Row, Section, dotted, figure, paragraph, table};
 
 /// Generations before the transfer that are shown again, larger.
 const NEAR: f64 = 10.0;
@@ -83,9 +83,7 @@ fn generations(results: &Results, condition: Condition, curves: Curves, high: f6
                 label,
                 colour,
                 dash: "",
-                first,
-                spacing: 1.0,
-                values: values.clone(),
+                values: evenly(first, 1.0, values.iter().copied()),
             };
             // The name stands once, where the line ends.
             let (middle, last) = match (named, real.is_empty()) {
@@ -105,6 +103,7 @@ fn generations(results: &Results, condition: Condition, curves: Curves, high: f6
         up: "fitness",
         from,
         to: end,
+        low: 0.0,
         high,
         share,
         change: Some((transfer, "simulation", "reality")),

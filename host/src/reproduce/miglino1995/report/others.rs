@@ -6,11 +6,11 @@ use rand_pcg::Pcg64;
 
 use super::evolution::name;
 use super::{Study, colours, last_generation, runs_of, verdicts};
+use crate::numbers::{NONE, mean, shown, significant};
+use crate::page::{Cell, Head, Row, Section, table};
 use crate::reproduce::claims::Claim;
 use crate::reproduce::miglino1995::arms::Arm;
 use crate::reproduce::miglino1995::results::{Condition, Controls, Family, Results, Run, Variant};
-use crate::reproduce::numbers::{NONE, mean, shown, significant};
-use crate::reproduce::page::{Cell, Head, Row, Section, table};
 use crate::reproduce::verdicts::Assumed;
 use crate::statistics::{Interval, bootstrap_interval, variance};
 

@@ -4,12 +4,12 @@ use oneiro::surrogate::Difference;
 use oneiro::tables::SensorTables;
 
 use super::*;
+use crate::page::check::{outside, part, unbalanced};
 use crate::reproduce::assumptions::Assumption;
 use crate::reproduce::claims::{Effect, Test, Verdict};
 use crate::reproduce::miglino1995::results::{
     Champion, Controls, DifferenceEffect, Discrepancy, Family, Level, Life, Transferred, Variant,
 };
-use crate::reproduce::page::check::{outside, part, unbalanced};
 
 const GENERATIONS: u32 = 200;
 const REAL: u32 = 20;

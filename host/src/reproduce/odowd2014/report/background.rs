@@ -1,9 +1,9 @@
 //! What the study was: its facts, what was assumed, and the paper's slips.
 
 use super::{Study, credit_words, paper};
-use crate::reproduce::numbers::shown;
-use crate::reproduce::page::{Section, facts as facts_html, list};
-use crate::reproduce::{assumptions, page};
+use crate::numbers::shown;
+use crate::page::{self, Section, facts as facts_html, list};
+use crate::reproduce::assumptions;
 
 const DIGITS: usize = 4;
 

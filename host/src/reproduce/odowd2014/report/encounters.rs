@@ -2,9 +2,9 @@
 
 use super::measures::runs_of;
 use super::{DIGITS, case_name, evolving, named};
-use crate::reproduce::numbers::{mean, percent, shown};
+use crate::numbers::{mean, percent, shown};
+use crate::page::{Cell, Head, Row, table};
 use crate::reproduce::odowd2014::results::{Combination, Kind, Results, RobotInterval, Run};
-use crate::reproduce::page::{Cell, Head, Row, table};
 
 pub(super) fn html(results: &Results, combination: &Combination) -> String {
     let head = [

@@ -2,10 +2,10 @@
 
 use super::measures::{BIN, MINUTE, difference, minutes, rate, rates, runs_of};
 use super::{colour, moves, named, paper, short_title};
-use crate::figures::{self, Band, Panel};
-use crate::reproduce::numbers::{mean, probability, shown, spread_words, spreads};
+use crate::figures::{self, Band, Panel, evenly};
+use crate::numbers::{mean, probability, shown, spread_words, spreads};
+use crate::page::{Cell, Head, Row, dotted, figure, table};
 use crate::reproduce::odowd2014::results::{Case, Combination, Kind, Results, Run};
-use crate::reproduce::page::{Cell, Head, Row, dotted, figure, table};
 use crate::statistics::variance;
 
 pub(super) fn html(results: &Results, combination: &Combination) -> String {
@@ -33,13 +33,14 @@ fn rate_figure(results: &Results, combination: &Combination) -> String {
                 label: short_title(*case),
                 colour: colour(*case),
                 dash: if *case == Case::Random { "6 4" } else { "" },
-                first: 0.5 * BIN as f64,
-                spacing: BIN as f64,
-                values: spreads(rows.iter().map(Vec::as_slice)),
+                values: evenly(0.5 * BIN as f64, BIN as f64, spreads(rows.iter().map(Vec::as_slice))),
             }
         })
         .collect();
-    let highs = bands.iter().flat_map(|band| &band.values).map(|spread| spread.high);
+    let highs = bands
+        .iter()
+        .flat_map(|band| &band.values)
+        .map(|(_, spread)| spread.high);
     let high = highs.filter(|high| high.is_finite()).fold(0.0, f64::max);
     let moved = f64::from(results.light_moves_minute) * MINUTE as f64;
     let svg = figures::bands(
@@ -50,6 +51,7 @@ fn rate_figure(results: &Results, combination: &Combination) -> String {
             up: "food per minute",
             from: 0.0,
             to: f64::from(results.minutes) * MINUTE as f64,
+            low: 0.0,
             high,
             share: 1.0,
             change: cases.iter().any(|(case, _)| moves(*case)).then_some((

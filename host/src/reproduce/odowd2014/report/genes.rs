@@ -3,10 +3,10 @@
 use super::measures::{G0, G1, Gene, LAST, S0, alone, at_the_end, difference, level, levels, robots_at, runs_of};
 use super::measures::{intervals, shares, third_of};
 use super::{DIGITS, case_name, colour, evolving, kind_name, moves, named, other_kinds, paper};
-use crate::figures::{self, Band, Ground, Panel, Spread};
-use crate::reproduce::numbers::{mean, percent, probability, shown};
+use crate::figures::{self, Band, Ground, Panel, Spread, evenly};
+use crate::numbers::{mean, percent, probability, shown};
+use crate::page::{Cell, Head, Row, figure, table};
 use crate::reproduce::odowd2014::results::{Case, Combination, Kind, Results, Run};
-use crate::reproduce::page::{Cell, Head, Row, figure, table};
 
 /// What the thirds of `S0`, `G0` and `G1` are called, their colours in lines and as grounds.
 const SCENARIOS: [&str; 3] = ["opposite nest", "no light", "over nest"];
@@ -53,9 +53,7 @@ fn evolution(results: &Results, combination: &Combination, case: Case) -> String
         colour,
         dash,
         // What a robot is in its first minute stands in that minute's middle.
-        first: 0.5,
-        spacing: 1.0,
-        values,
+        values: evenly(0.5, 1.0, values),
     };
     let panel = |title, up, grounds, bands| Panel {
         title,
@@ -63,6 +61,7 @@ fn evolution(results: &Results, combination: &Combination, case: Case) -> String
         up,
         from: 0.0,
         to: f64::from(results.minutes),
+        low: 0.0,
         high: 1.0,
         share: 0.5,
         change: moves(case).then_some((f64::from(results.light_moves_minute), "", "the light moves")),

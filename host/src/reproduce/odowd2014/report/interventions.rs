@@ -2,9 +2,9 @@
 
 use super::measures::{difference, rate, runs_of};
 use super::{DIGITS, case_name, kind_name, named, other_kinds};
-use crate::reproduce::numbers::{mean, probability, shown};
+use crate::numbers::{mean, probability, shown};
+use crate::page::{Cell, Head, Row, table};
 use crate::reproduce::odowd2014::results::{Case, Combination, Kind, Run};
-use crate::reproduce::page::{Cell, Head, Row, table};
 use crate::statistics::variance;
 
 /// Nothing where all was left as it is.

@@ -3,9 +3,9 @@
 use super::measures::{LAST, S0, at_the_end, rate, runs_of, shares, third_of};
 use super::{DIGITS, evolving, short_title, title};
 use crate::figures::escaped;
-use crate::reproduce::numbers::{mean, percent, shown};
+use crate::numbers::{mean, percent, shown};
+use crate::page::{Cell, Head, Row, Section, paragraph, table};
 use crate::reproduce::odowd2014::results::{Case, Combination, Kind, Results};
-use crate::reproduce::page::{Cell, Head, Row, Section, paragraph, table};
 
 /// Nothing where there is none, or nothing to hold it against.
 pub(super) fn section(results: &Results) -> Option<Section> {

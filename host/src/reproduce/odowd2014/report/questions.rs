@@ -3,10 +3,10 @@
 use oneiro::foraging::Light;
 
 use super::measures::S0;
-use crate::reproduce::numbers::{NONE, shown};
+use crate::numbers::{NONE, shown};
+use crate::page::{Cell, Head, Row, Section, paragraph, table};
 use crate::reproduce::odowd2014::measures::{ALL, LATE};
 use crate::reproduce::odowd2014::results::{Question, Results, Run};
-use crate::reproduce::page::{Cell, Head, Row, Section, paragraph, table};
 use crate::reproduce::rows::{Rows, number};
 use crate::statistics::mean;
 

@@ -2,7 +2,7 @@
 
 use super::Study;
 use crate::figures;
-use crate::reproduce::page::{Section, figure};
+use crate::page::{Section, figure};
 
 pub(super) fn section(study: &Study<'_>) -> Section {
     let forager = &study.swarm.forager;

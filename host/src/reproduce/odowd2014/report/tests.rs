@@ -4,9 +4,9 @@ use oneiro::random::pcg4d;
 use super::measures::{self, rates, runs_of};
 use super::questions;
 use super::*;
+use crate::page::check::{outside, part, unbalanced};
 use crate::reproduce::claims::{Effect, Test, Verdict};
 use crate::reproduce::odowd2014::results::{RobotInterval, Run};
-use crate::reproduce::page::check::{outside, part, unbalanced};
 
 const MINUTES: u32 = 50;
 const ROBOTS: u32 = 10;

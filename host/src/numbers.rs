@@ -1,14 +1,15 @@
 //! Numbers as they are printed, and what several of them have in common.
 
 use crate::figures::Spread;
+use crate::statistics::quantile_of_sorted;
 
 /// Runs from which on the outer ones are left out of a spread.
 const MANY: usize = 10;
 /// No value.
-pub(super) const NONE: &str = "\u{2013}";
+pub(crate) const NONE: &str = "\u{2013}";
 
 /// A number of at most so many significant digits, without an exponent where that is short.
-pub(super) fn significant(x: f64, digits: usize) -> String {
+pub(crate) fn significant(x: f64, digits: usize) -> String {
     if !x.is_finite() {
         return x.to_string();
     }
@@ -24,7 +25,7 @@ pub(super) fn significant(x: f64, digits: usize) -> String {
 }
 
 /// The same for readers, as HTML.
-pub(super) fn shown(x: f64, digits: usize) -> String {
+pub(crate) fn shown(x: f64, digits: usize) -> String {
     if x.is_nan() {
         return NONE.to_owned();
     }
@@ -44,7 +45,7 @@ pub(super) fn shown(x: f64, digits: usize) -> String {
 }
 
 /// A probability, as HTML.
-pub(super) fn probability(p: f64) -> String {
+pub(crate) fn probability(p: f64) -> String {
     if p == 0.0 {
         "&lt;\u{2009}10<sup>\u{2212}300</sup>".to_owned()
     } else {
@@ -53,7 +54,7 @@ pub(super) fn probability(p: f64) -> String {
 }
 
 /// A share in per cent, to a tenth.
-pub(super) fn percent(share: f64) -> String {
+pub(crate) fn percent(share: f64) -> String {
     if share.is_finite() {
         format!("{:.1}", 100.0 * share)
     } else {
@@ -62,7 +63,7 @@ pub(super) fn percent(share: f64) -> String {
 }
 
 /// A whole number with its thousands apart.
-pub(super) fn count(n: u64) -> String {
+pub(crate) fn count(n: u64) -> String {
     let digits = n.to_string();
     let mut text = String::new();
     for (i, digit) in digits.chars().enumerate() {
@@ -75,7 +76,7 @@ pub(super) fn count(n: u64) -> String {
 }
 
 /// The mean; NaN of nothing.
-pub(super) fn mean(values: impl IntoIterator<Item = f64>) -> f64 {
+pub(crate) fn mean(values: impl IntoIterator<Item = f64>) -> f64 {
     let (sum, n) = values
         .into_iter()
         .fold((0.0, 0.0), |(sum, n), value| (sum + value, n + 1.0));
@@ -83,19 +84,19 @@ pub(super) fn mean(values: impl IntoIterator<Item = f64>) -> f64 {
 }
 
 /// The mean of several runs, and between what they lie: all of them, or, of ten and more, their middle half.
-pub(super) fn spread(mut values: Vec<f64>) -> Spread {
+pub(crate) fn spread(mut values: Vec<f64>) -> Spread {
     values.sort_by(f64::total_cmp);
     let mean = mean(values.iter().copied());
     let outer = if values.len() < MANY { 0.0 } else { 0.25 };
     Spread {
-        low: quantile(&values, outer),
+        low: quantile_of_sorted(&values, outer),
         mean,
-        high: quantile(&values, 1.0 - outer),
+        high: quantile_of_sorted(&values, 1.0 - outer),
     }
 }
 
 /// What [`spread`] of so many runs is.
-pub(super) fn spread_words(runs: usize) -> &'static str {
+pub(crate) fn spread_words(runs: usize) -> &'static str {
     if runs < MANY {
         "shaded: from the lowest to the highest run"
     } else {
@@ -103,19 +104,8 @@ pub(super) fn spread_words(runs: usize) -> &'static str {
     }
 }
 
-/// The value below which a share of sorted values lies, between neighbours in proportion; NaN of nothing.
-fn quantile(sorted: &[f64], share: f64) -> f64 {
-    let Some(last) = sorted.len().checked_sub(1) else {
-        return f64::NAN;
-    };
-    let place = share * last as f64;
-    let below = (place.floor() as usize).min(last);
-    let above = (below + 1).min(last);
-    sorted[below] + (sorted[above] - sorted[below]) * (place - below as f64)
-}
-
 /// Entry by entry the spread of several rows, as far as any of them reaches.
-pub(super) fn spreads<'a>(rows: impl Iterator<Item = &'a [f64]>) -> Vec<Spread> {
+pub(crate) fn spreads<'a>(rows: impl Iterator<Item = &'a [f64]>) -> Vec<Spread> {
     let rows: Vec<&[f64]> = rows.collect();
     let length = rows.iter().map(|row| row.len()).max().unwrap_or(0);
     let at = |i: usize| rows.iter().filter_map(|row| row.get(i).copied()).collect();

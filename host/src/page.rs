@@ -6,20 +6,20 @@ use std::borrow::Cow;
 use crate::figures::escaped;
 
 /// How the page looks, on screens and on paper.
-const STYLE: &str = include_str!("style.css");
+const STYLE: &str = include_str!("page/style.css");
 
 /// A part of the document.
-pub(super) struct Section {
+pub(crate) struct Section {
     /// What links point to.
-    pub(super) id: Cow<'static, str>,
+    pub(crate) id: Cow<'static, str>,
     /// Its heading.
-    pub(super) title: Cow<'static, str>,
+    pub(crate) title: Cow<'static, str>,
     /// Its content, as HTML.
-    pub(super) body: String,
+    pub(crate) body: String,
 }
 
 /// The whole file: the title, what stands below it as HTML, and the sections with links to them.
-pub(super) fn document(title: &str, lead: &str, sections: &[Section]) -> String {
+pub(crate) fn document(title: &str, lead: &str, sections: &[Section]) -> String {
     let title = escaped(title);
     let links = joined(sections, |section| {
         format!("<a href=\"#{}\">{}</a>\n", section.id, escaped(&section.title))
@@ -36,12 +36,30 @@ pub(super) fn document(title: &str, lead: &str, sections: &[Section]) -> String 
 }
 
 /// A paragraph of text.
-pub(super) fn paragraph(text: &str) -> String {
+pub(crate) fn paragraph(text: &str) -> String {
     format!("<p>{}</p>\n", escaped(text))
 }
 
+/// Text that may be broken after the dots and strokes of a long name, which are no part of what is copied from it.
+pub(crate) fn breakable(text: &str) -> String {
+    let mut html = String::new();
+    let mut rest = text;
+    while let Some(place) = rest.find(['_', '.', '/']) {
+        let (before, after) = rest.split_at(place + 1);
+        html.push_str(&escaped(before));
+        // Numbers and abbreviations stay whole.
+        let letters = |side: &[u8]| side.len() == 2 && side.iter().all(u8::is_ascii_alphabetic);
+        let (left, right) = (&before.as_bytes()[place.saturating_sub(2)..place], after.as_bytes());
+        if letters(left) && letters(&right[..right.len().min(2)]) {
+            html.push_str("<wbr/>");
+        }
+        rest = after;
+    }
+    html + &escaped(rest)
+}
+
 /// A picture with its name, such as `Figure 6`, and words below.
-pub(super) fn figure(name: &str, words: &str, svg: &str) -> String {
+pub(crate) fn figure(name: &str, words: &str, svg: &str) -> String {
     format!(
         "<figure id=\"{}\">\n{svg}<figcaption><b>{}.</b> {}</figcaption>\n</figure>\n",
         id(name),
@@ -51,7 +69,7 @@ pub(super) fn figure(name: &str, words: &str, svg: &str) -> String {
 }
 
 /// A name as links have it.
-pub(super) fn id(name: &str) -> String {
+pub(crate) fn id(name: &str) -> String {
     let words = name
         .split(|c: char| !c.is_ascii_alphanumeric())
         .filter(|word| !word.is_empty());
@@ -59,7 +77,7 @@ pub(super) fn id(name: &str) -> String {
 }
 
 /// Text after a dot of its colour, as HTML.
-pub(super) fn dotted(colour: &str, text: &str) -> String {
+pub(crate) fn dotted(colour: &str, text: &str) -> String {
     format!(
         "<span class=\"condition\"><span class=\"dot\" style=\"background:{colour}\"></span>{}</span>",
         escaped(text)
@@ -67,13 +85,13 @@ pub(super) fn dotted(colour: &str, text: &str) -> String {
 }
 
 /// A list of texts.
-pub(super) fn list(items: &[&str]) -> String {
+pub(crate) fn list(items: &[&str]) -> String {
     let items = joined(items, |item| format!("<li>{}</li>\n", escaped(item)));
     format!("<ul>\n{items}</ul>\n")
 }
 
 /// Names and their values, as HTML.
-pub(super) fn facts(facts: &[(&str, String)]) -> String {
+pub(crate) fn facts(facts: &[(&str, String)]) -> String {
     let facts = joined(facts, |(name, value)| {
         format!("<dt>{}</dt><dd>{}</dd>\n", escaped(name), escaped(value))
     });
@@ -81,7 +99,7 @@ pub(super) fn facts(facts: &[(&str, String)]) -> String {
 }
 
 /// A cell of a table.
-pub(super) struct Cell {
+pub(crate) struct Cell {
     html: String,
     class: &'static str,
     /// Columns that it stands in.
@@ -90,12 +108,22 @@ pub(super) struct Cell {
 
 impl Cell {
     /// Text.
-    pub(super) fn text(text: &str) -> Self {
+    pub(crate) fn text(text: &str) -> Self {
         Self::html(escaped(text))
     }
 
+    /// A name: a short one stays whole, a long one may be broken.
+    pub(crate) fn name(text: &str) -> Self {
+        const SHORT: usize = 24;
+        let is_short = text.chars().count() <= SHORT;
+        Self {
+            class: if is_short { "short" } else { "long" },
+            ..Self::html(breakable(text))
+        }
+    }
+
     /// HTML, set like text.
-    pub(super) fn html(html: String) -> Self {
+    pub(crate) fn html(html: String) -> Self {
         Self {
             html,
             class: "",
@@ -104,7 +132,7 @@ impl Cell {
     }
 
     /// HTML, set like a number.
-    pub(super) fn number(html: String) -> Self {
+    pub(crate) fn number(html: String) -> Self {
         Self {
             class: "number",
             ..Self::html(html)
@@ -112,7 +140,7 @@ impl Cell {
     }
 
     /// Text across several columns.
-    pub(super) fn across(columns: usize, text: &str) -> Self {
+    pub(crate) fn across(columns: usize, text: &str) -> Self {
         Self {
             columns,
             ..Self::text(text)
@@ -120,16 +148,16 @@ impl Cell {
     }
 
     /// A name in a program.
-    pub(super) fn code(text: &str) -> Self {
+    pub(crate) fn code(text: &str) -> Self {
         Self::html(format!("<code>{}</code>", escaped(text)))
     }
 }
 
 /// A row of a table.
-pub(super) struct Row {
-    pub(super) cells: Vec<Cell>,
+pub(crate) struct Row {
+    pub(crate) cells: Vec<Cell>,
     /// Whether it sums up others.
-    pub(super) sum: bool,
+    pub(crate) sum: bool,
 }
 
 impl Row {
@@ -160,7 +188,7 @@ impl From<Vec<Cell>> for Row {
 
 /// A column's heading.
 #[derive(Clone, Copy)]
-pub(super) enum Head<'a> {
+pub(crate) enum Head<'a> {
     /// Of text.
     Text(&'a str),
     /// Of numbers.
@@ -176,7 +204,7 @@ impl Head<'_> {
 }
 
 /// A table with its name and words above, both may be empty; one without rows says so.
-pub(super) fn table(name: &str, words: &str, head: &[Head<'_>], rows: &[Row]) -> String {
+pub(crate) fn table(name: &str, words: &str, head: &[Head<'_>], rows: &[Row]) -> String {
     let (id, name) = if name.is_empty() {
         (String::new(), String::new())
     } else {
@@ -198,7 +226,7 @@ pub(super) fn table(name: &str, words: &str, head: &[Head<'_>], rows: &[Row]) ->
 }
 
 /// All items, one after the other.
-pub(super) fn joined<T>(items: &[T], html: impl Fn(&T) -> String) -> String {
+pub(crate) fn joined<T>(items: &[T], html: impl Fn(&T) -> String) -> String {
     items.iter().map(html).collect::<Vec<_>>().concat()
 }
 
@@ -207,8 +235,8 @@ fn headings(head: &[Head<'_>]) -> String {
     let pairs = head.iter().any(|head| matches!(head, Head::Pair(_)));
     let rows = if pairs { " rowspan=\"2\"" } else { "" };
     let first = joined(head, |head| match head {
-        Head::Text(words) => format!("<th{rows}>{}</th>", escaped(words)),
-        Head::Number(words) => format!("<th{rows} class=\"number\">{}</th>", escaped(words)),
+        Head::Text(words) => format!("<th{rows}>{}</th>", breakable(words)),
+        Head::Number(words) => format!("<th{rows} class=\"number\">{}</th>", breakable(words)),
         Head::Pair(words) => format!("<th colspan=\"2\" class=\"pair\">{}</th>", escaped(words)),
     });
     let second = joined(head, |head| match head {
@@ -224,9 +252,9 @@ fn headings(head: &[Head<'_>]) -> String {
 
 /// What tests of any report ask of it.
 #[cfg(test)]
-pub(super) mod check {
+pub(crate) mod check {
     /// The first tag that is not closed, or closes nothing; text outside tags is skipped.
-    pub(in crate::reproduce) fn unbalanced(html: &str) -> Option<String> {
+    pub(crate) fn unbalanced(html: &str) -> Option<String> {
         let mut open = Vec::new();
         for piece in html.split('<').skip(1) {
             let Some((tag, _)) = piece.split_once('>') else {
@@ -248,7 +276,7 @@ pub(super) mod check {
     }
 
     /// What stands in the element with an id, up to the end of its kind.
-    pub(in crate::reproduce) fn part<'a>(html: &'a str, element: &str, id: &str) -> &'a str {
+    pub(crate) fn part<'a>(html: &'a str, element: &str, id: &str) -> &'a str {
         let start = html
             .find(&format!("<{element} id=\"{id}\""))
             .unwrap_or_else(|| panic!("no {element} {id}"));
@@ -257,9 +285,20 @@ pub(super) mod check {
     }
 
     /// What would fetch something from elsewhere.
-    pub(in crate::reproduce) fn outside(html: &str) -> Option<&'static str> {
+    pub(crate) fn outside(html: &str) -> Option<&'static str> {
         let fetches = ["<script", "<img", "<link", "src=", "url(", "@import"];
         fetches.into_iter().find(|outside| html.contains(outside))
+    }
+
+    #[test]
+    fn long_names_may_be_broken_and_numbers_not() {
+        assert_eq!(super::breakable("noise.sensor_range"), "noise.<wbr/>sensor_<wbr/>range");
+        assert_eq!(super::breakable("s.d. 0.25 a/b"), "s.d. 0.25 a/b");
+        assert_eq!(
+            super::breakable("<in>/\u{e9}t\u{e9}.toml"),
+            "&lt;in&gt;/\u{e9}t\u{e9}.toml"
+        );
+        assert_eq!(super::breakable("my/files.toml"), "my/<wbr/>files.<wbr/>toml");
     }
 
     #[test]

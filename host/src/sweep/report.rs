@@ -1,0 +1,141 @@
+//! What came out of a sweep as a page: one file with figures, tables and tests, and the numbers behind them as CSV. All
+//! are functions of the sweep's tables alone, byte for byte.
+
+use std::path::Path;
+
+use crate::exit::Result;
+use crate::numbers::{count, probability};
+use crate::page;
+
+mod cells;
+mod champions;
+mod comparisons;
+mod curves;
+mod effects;
+mod factors;
+mod json;
+mod levels;
+mod pairs;
+mod pictures;
+mod runs;
+mod sample;
+mod table;
+#[cfg(test)]
+mod tests;
+
+use cells::Cells;
+use curves::Curves;
+use effects::Effects;
+use runs::Runs;
+use sample::Sample;
+
+/// Significant digits of outcomes.
+const DIGITS: usize = 6;
+
+/// What a report is drawn from.
+pub(crate) struct Tables<'a> {
+    /// What the sweep is called.
+    pub(crate) title: &'a str,
+    /// The table of runs: `run`, `id`, the factors, `seed`, the outcomes and `result`, in any order.
+    pub(crate) results: &'a Path,
+    /// The table of generations: `run`, a time and a value; all rows of a run stand together, in order of time.
+    pub(crate) generations: &'a Path,
+    /// Columns of the table of runs that were swept, in order.
+    pub(crate) factors: &'a [String],
+    /// The outcome that cells are compared by, a column of which more is better, and its name with unit for readers.
+    pub(crate) outcome: (&'a str, &'a str),
+    /// All other outcomes that tables show.
+    pub(crate) others: &'a [String],
+    /// The column of times of the table of generations, whole numbers, and the name of its axis.
+    pub(crate) time: (&'a str, &'a str),
+    /// The column of values that lines are drawn of, and the name of their axis.
+    pub(crate) value: (&'a str, &'a str),
+}
+
+/// A report.
+#[derive(Debug, PartialEq)]
+pub(crate) struct Report {
+    /// The page, complete in itself.
+    pub(crate) html: String,
+    /// All comparisons of levels and cells.
+    pub(crate) effects_csv: String,
+    /// All cells, best first.
+    pub(crate) cells_csv: String,
+    /// The same for programs, in short.
+    pub(crate) json: serde_json::Value,
+}
+
+/// Reads a sweep's tables and says what is in them. The table of generations may be of any length: only sums are kept.
+///
+/// # Errors
+/// Exit 3 when a table is not there; exit 5, with file and line, when it lacks a column, or a row is cut short, is not
+/// what its columns are, stands twice or belongs to no run; exit 6 when reading fails.
+pub(crate) fn report(tables: &Tables<'_>) -> Result<Report> {
+    let runs = Runs::read(tables)?;
+    let curves = Curves::read(tables, &runs)?;
+    let samples: Vec<Vec<Sample>> = (0..runs.factors.len()).map(|factor| runs.samples(factor)).collect();
+    let cells = Cells::of(&runs);
+    let effects = Effects::of(&runs, &samples, &cells);
+    let mut sections = vec![
+        factors::overview(tables, &runs, &samples, &effects),
+        factors::one_by_one(tables, &runs, &curves, &samples, &effects),
+    ];
+    sections.extend(pairs::section(tables, &runs, &effects));
+    sections.extend([
+        cells.section(tables, &runs),
+        champions::section(tables, &runs),
+        comparisons::section(tables, &runs, &cells, &effects),
+    ]);
+    Ok(Report {
+        html: page::document(tables.title, &facts(tables, &runs, &cells), &sections),
+        effects_csv: comparisons::csv(&runs, &effects)?,
+        cells_csv: cells.csv(tables, &runs)?,
+        json: json::json(tables, &runs, &samples, &cells, &effects),
+    })
+}
+
+/// What stands below the title.
+fn facts(tables: &Tables<'_>, runs: &Runs, cells: &Cells<'_>) -> String {
+    let number = |n: usize| count(n as u64);
+    let all = runs.outcomes();
+    let mut facts = vec![("runs", number(runs.all.len()))];
+    if all.not_numbers > 0 {
+        let runs = if all.not_numbers == 1 { "run has" } else { "runs have" };
+        let words = format!(
+            "{} {runs} an outcome that is no number, left out of all else",
+            number(all.not_numbers)
+        );
+        facts.push(("NaN", words));
+    }
+    facts.push(("cells", number(cells.ranked.len())));
+    let (fewest, most) = cells.runs();
+    let each = if fewest == most {
+        number(most)
+    } else {
+        format!("{} to {}", number(fewest), number(most))
+    };
+    facts.push(("runs a cell", each));
+    let factors: Vec<(&str, String)> = runs
+        .factors
+        .iter()
+        .map(|factor| (factor.name.as_str(), factors::levels(factor)))
+        .collect();
+    facts.extend(factors);
+    facts.push(("outcome", format!("{}; more is better", tables.outcome.1)));
+    let lead = if runs.factors.is_empty() {
+        "Evolutions that differ in their seeds alone: how they went, and what came out.".to_owned()
+    } else {
+        let keys = if runs.factors.len() == 1 { "key does" } else { "keys do" };
+        format!("Evolutions side by side: what the swept {keys}, which settings are best, and how sure that is.")
+    };
+    format!("<p class=\"lead\">{lead}</p>\n{}", page::facts(&facts))
+}
+
+/// A corrected probability, marked where it is low.
+fn marked(p: f64) -> String {
+    if p < effects::LEVEL {
+        format!("<b>{}\u{a0}*</b>", probability(p))
+    } else {
+        probability(p)
+    }
+}

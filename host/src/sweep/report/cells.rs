@@ -1,0 +1,136 @@
+//! The combinations of levels that were run, best first.
+
+use super::runs::{Cell, Runs};
+use super::sample::Sample;
+use super::{DIGITS, Tables};
+use crate::exit::{Failure, Result};
+use crate::numbers::{count, shown, significant};
+use crate::page::{self, Head, Row, Section, paragraph, table};
+use crate::statistics::mean;
+
+/// Cells that the page shows.
+const SHOWN: usize = 200;
+
+/// All cells.
+pub(super) struct Cells<'a> {
+    /// By their mean outcome, the greatest first; those without one last. Equal ones in the order of their runs.
+    pub(super) ranked: Vec<Ranked<'a>>,
+}
+
+/// A cell and its outcomes.
+pub(super) struct Ranked<'a> {
+    pub(super) cell: &'a Cell,
+    pub(super) sample: Sample,
+}
+
+impl<'a> Cells<'a> {
+    /// Ranks the cells.
+    pub(super) fn of(runs: &'a Runs) -> Self {
+        let ranked = |cell: &'a Cell| {
+            let sample = runs.sample(&cell.runs);
+            (sample.mean_or_least(), Ranked { cell, sample })
+        };
+        let mut ranked: Vec<(f64, Ranked<'a>)> = runs.cells.iter().map(ranked).collect();
+        ranked.sort_by(|(a, _), (b, _)| b.total_cmp(a));
+        Self {
+            ranked: ranked.into_iter().map(|(_, cell)| cell).collect(),
+        }
+    }
+
+    /// The fewest and the most runs of a cell.
+    pub(super) fn runs(&self) -> (usize, usize) {
+        let counts = || self.ranked.iter().map(|ranked| ranked.cell.runs.len());
+        (counts().min().unwrap_or(0), counts().max().unwrap_or(0))
+    }
+
+    /// The best ones, for readers.
+    pub(super) fn section(&self, tables: &Tables<'_>, runs: &Runs) -> Section {
+        let all = self.ranked.len();
+        let words = format!(
+            "A cell is a combination of levels. {} by the mean of {}, best first{}; n is the number of runs whose outcome \
+             is a number. The mean of few runs is uncertain, and that of the best of many cells is more likely too high \
+             than too low.",
+            if all > SHOWN {
+                format!("The best {SHOWN} of {} cells", count(all as u64))
+            } else {
+                "All cells".to_owned()
+            },
+            tables.outcome.1,
+            if all > SHOWN { ": cells.csv has all of them" } else { "" },
+        );
+        let mut head = vec![Head::Number("Cell")];
+        head.extend(runs.factors.iter().map(|factor| Head::Text(&factor.name)));
+        head.extend(["n", "mean", "s.d.", "median", "least", "greatest"].map(Head::Number));
+        let rows: Vec<Row> = self
+            .ranked
+            .iter()
+            .zip(1_u64..)
+            .take(SHOWN)
+            .map(|(ranked, rank)| {
+                let Ranked { cell, sample } = ranked;
+                let [least, _, median, _, greatest] = sample.quartiles();
+                let mut cells = vec![page::Cell::number(rank.to_string())];
+                cells.extend(runs.texts(&cell.levels).map(page::Cell::name));
+                cells.push(page::Cell::number(counted(sample)));
+                let figures = [sample.mean(), sample.deviation(), median, least, greatest];
+                cells.extend(figures.map(|figure| page::Cell::number(shown(figure, DIGITS))));
+                cells.into()
+            })
+            .collect();
+        Section {
+            id: "cells".into(),
+            title: "Cells".into(),
+            body: format!("{}{}", paragraph(&words), table("", "", &head, &rows)),
+        }
+    }
+
+    /// All of them as CSV, with the means of the other outcomes as far as these are numbers.
+    pub(super) fn csv(&self, tables: &Tables<'_>, runs: &Runs) -> Result<String> {
+        let mut writer = csv::Writer::from_writer(Vec::new());
+        let mut head: Vec<String> = vec!["cell".into()];
+        head.extend(runs.factors.iter().map(|factor| factor.name.clone()));
+        head.extend(["runs", "n", "mean", "sd", "median", "min", "max"].map(str::to_owned));
+        head.extend(tables.others.iter().map(|other| format!("mean_{other}")));
+        writer.write_record(&head).map_err(Failure::failed)?;
+        for (Ranked { cell, sample }, rank) in self.ranked.iter().zip(1_u64..) {
+            let [least, _, median, _, greatest] = sample.quartiles();
+            let mut row = vec![rank.to_string()];
+            row.extend(runs.texts(&cell.levels).map(str::to_owned));
+            row.extend([cell.runs.len(), sample.values.len()].map(|n| n.to_string()));
+            row.extend([sample.mean(), sample.deviation(), median, least, greatest].map(known));
+            row.extend((0..tables.others.len()).map(|other| {
+                let numbers = cell.runs.iter().map(|&run| runs.all[run].others[other].parse::<f64>());
+                let finite: Vec<f64> = numbers
+                    .filter_map(|number| number.ok().filter(|x| x.is_finite()))
+                    .collect();
+                known(mean(&finite))
+            }));
+            writer.write_record(&row).map_err(Failure::failed)?;
+        }
+        text(writer)
+    }
+}
+
+/// The number of outcomes, and how many runs have none.
+pub(super) fn counted(sample: &Sample) -> String {
+    let n = count(sample.values.len() as u64);
+    match sample.not_numbers {
+        0 => n,
+        not_numbers => format!("{n} <span class=\"small\">(+{} NaN)</span>", count(not_numbers as u64)),
+    }
+}
+
+/// A number in a file; nothing where there is none.
+pub(super) fn known(x: f64) -> String {
+    if x.is_finite() {
+        significant(x, DIGITS)
+    } else {
+        String::new()
+    }
+}
+
+/// What was written.
+pub(super) fn text(writer: csv::Writer<Vec<u8>>) -> Result<String> {
+    let bytes = writer.into_inner().map_err(|error| Failure::failed(error.error()))?;
+    String::from_utf8(bytes).map_err(Failure::failed)
+}

@@ -1,0 +1,270 @@
+//! The tables of effect sizes and tests.
+
+use super::cells::{Cells, known, text};
+use super::effects::{Comparison, EXACT, Effects, FEW, FEWER_RESAMPLES, Family, LEAST, LEVEL, RESAMPLES};
+use super::levels::Factor;
+use super::runs::Runs;
+use super::{DIGITS, Tables, marked};
+use crate::exit::{Failure, Result};
+use crate::numbers::{NONE, count, probability, shown};
+use crate::page::{Cell, Head, Row, Section, list, paragraph, table};
+
+/// Comparisons of a family that the page shows.
+const SHOWN: usize = 200;
+/// Significant digits of effect sizes.
+const EFFECT: usize = 3;
+
+/// What the tests are, and both families of comparisons.
+pub(super) fn section(tables: &Tables<'_>, runs: &Runs, cells: &Cells<'_>, effects: &Effects) -> Section {
+    let tests = if effects.levels.comparisons.is_empty() && effects.cells.comparisons.is_empty() {
+        String::new()
+    } else {
+        tests(tables)
+    };
+    Section {
+        id: "effects".into(),
+        title: "Effect sizes and tests".into(),
+        body: format!("{tests}{}{}", of_levels(runs, effects), of_cells(runs, cells, effects)),
+    }
+}
+
+/// What all of the tables have in common.
+fn tests(tables: &Tables<'_>) -> String {
+    list(&[
+        &format!(
+            "Differences are of means of {}, first minus second: above 0 where the first is the greater.",
+            tables.outcome.1
+        ),
+        "A (Vargha and Delaney) is the chance that a run of the first has a greater outcome than one of the second, ties \
+         counted half; \u{3b4} (Cliff) is 2 A \u{2212} 1. 0.5 and 0 mean no difference.",
+        &format!(
+            "The interval is the 95 % percentile bootstrap interval of \u{3b4}, each sample resampled on its own \
+             {RESAMPLES} times ({FEWER_RESAMPLES} times or more where runs are very many), from fixed seeds. An interval \
+             of one number means that the samples do not overlap."
+        ),
+        &format!(
+            "p is that of Mann and Whitney\u{2019}s U test, two-sided: exact where neither sample has more than {EXACT} \
+             runs or ties, else by the normal approximation with corrections for ties and continuity."
+        ),
+        "Each table is a family of its own for Holm\u{2019}s correction: with its corrected p values, the chance of one \
+         or more false marks in a table is at most 0.05. Marked with * and bold: corrected p below 0.05.",
+        &format!("Samples of fewer than {LEAST} runs whose outcome is a number are not tested."),
+    ])
+}
+
+fn of_levels(runs: &Runs, effects: &Effects) -> String {
+    let family = &effects.levels;
+    if effects.factors.is_empty() {
+        return "<h3>Levels</h3>\n".to_owned() + &paragraph("No factor has two levels: there is nothing to compare.");
+    }
+    let binned = runs.factors.iter().any(Factor::is_binned);
+    let are_many = |factor: &Factor| factor.groups.len() > FEW;
+    let words = format!(
+        "All pairs of {} of each factor{}, over all levels of the other factors, whose effect counts as noise here. The \
+         family: these {} tests, of all factors together.{}{}",
+        if binned {
+            "levels, or of bins of levels,"
+        } else {
+            "levels"
+        },
+        if runs.factors.iter().any(are_many) {
+            format!(", or, of more than {FEW}, each against the best,")
+        } else {
+            String::new()
+        },
+        count(family.comparisons.len() as u64),
+        untested(family, "levels"),
+        hopeless(family)
+    );
+    let label = |factor: usize, group: usize| Cell::name(&runs.factors[factor].groups[group].label);
+    let names = |one: &Comparison| {
+        let factor = one.factor.unwrap_or(0);
+        let [first, second] = one.pair.map(|group| label(factor, group));
+        vec![Cell::name(&runs.factors[factor].name), first, second]
+    };
+    let head = [Head::Text("Factor"), Head::Text("first"), Head::Text("second")];
+    format!(
+        "<h3>Levels</h3>\n{}{}",
+        paragraph(&words),
+        comparisons(family, &head, names)
+    )
+}
+
+fn of_cells(runs: &Runs, cells: &Cells<'_>, effects: &Effects) -> String {
+    let family = &effects.cells;
+    let head = "<h3>Cells</h3>\n".to_owned();
+    if cells.ranked.len() < 2 {
+        return head + &paragraph("There are not two cells to compare.");
+    }
+    if family.comparisons.is_empty() {
+        let words = format!("Fewer than two cells have {LEAST} runs whose outcome is a number: none is tested.");
+        return head + &paragraph(&words);
+    }
+    let which = if cells.ranked.len() - family.untested <= FEW {
+        "All pairs of cells, by their numbers in the table of cells, the better first."
+    } else {
+        "Each cell against the best, by their numbers in the table of cells. The best was picked by these same runs, so \
+         that its lead is more likely too great than too small."
+    };
+    let tests = count(family.comparisons.len() as u64);
+    let words = format!(
+        "{which} The family: these {tests} tests.{}{}",
+        untested(family, "cells"),
+        hopeless(family)
+    );
+    let names = |one: &Comparison| {
+        let name = |rank: usize| {
+            let levels: Vec<&str> = runs.texts(&cells.ranked[rank].cell.levels).collect();
+            Cell::name(&format!("{}: {}", rank + 1, levels.join(", ")))
+        };
+        one.pair.map(name).into()
+    };
+    let columns = [Head::Text("first"), Head::Text("second")];
+    format!(
+        "{head}{}{}{}",
+        paragraph(&words),
+        paragraph(&seeds(family, effects.seed_correlation)),
+        comparisons(family, &columns, names)
+    )
+}
+
+/// Which samples were too small.
+fn untested(family: &Family, what: &str) -> String {
+    match family.untested {
+        0 => String::new(),
+        n => format!(
+            " Not tested, for having fewer than {LEAST} runs whose outcome is a number: {} of the {what}.",
+            count(n as u64)
+        ),
+    }
+}
+
+/// Says so where no result whatever could have been marked.
+fn hopeless(family: &Family) -> String {
+    let least = family.least_p();
+    if family.comparisons.is_empty() || least < LEVEL {
+        return String::new();
+    }
+    format!(
+        " With samples as small as these and as many tests, no corrected p can be below {}: nothing could be marked, \
+         whatever the runs say. More seeds, or fewer cells, would make these tests worth something.",
+        shown(least, 2)
+    )
+}
+
+/// What cells have in common that share seeds.
+fn seeds(family: &Family, correlation: Option<f64>) -> String {
+    let all = family.comparisons.iter();
+    if all.clone().all(|one| one.shared_seeds == 0) {
+        return "No two of these cells share a seed.".to_owned();
+    }
+    let who = if all.clone().all(|one| one.same_seeds) {
+        "The cells have the same seeds, so that their runs could be paired by seed."
+    } else {
+        "Some of these cells share seeds (effects.csv says how many), so that runs could be paired by seed."
+    };
+    let correlation = correlation.map_or_else(String::new, |r| {
+        format!(
+            " How far runs of one seed are above or below the means of their cells is correlated by r = {} from cell to \
+             cell.",
+            shown(r, 2)
+        )
+    });
+    format!(
+        "{who} They are tested as independent samples all the same: a seed settles where a run begins and which random \
+         numbers it draws, but what comes of these is another thing in each cell.{correlation} Where r is about 0, pairs \
+         have nothing in common that a test of pairs could use; were it high, the tests here would err on the side of no \
+         difference."
+    )
+}
+
+/// A table of comparisons: all of them, or those of the least p.
+fn comparisons(family: &Family, names: &[Head<'_>], cells: impl Fn(&Comparison) -> Vec<Cell>) -> String {
+    let mut head = names.to_vec();
+    head.extend(
+        [
+            "n",
+            "difference",
+            "A",
+            "\u{3b4}",
+            "95 % of \u{3b4}",
+            "U",
+            "p",
+            "p, Holm",
+        ]
+        .map(Head::Number),
+    );
+    let mut shown_ones: Vec<&Comparison> = family.comparisons.iter().collect();
+    let mut words = String::new();
+    if shown_ones.len() > SHOWN {
+        shown_ones.sort_by(|a, b| a.p.total_cmp(&b.p));
+        shown_ones.truncate(SHOWN);
+        words = format!("The {SHOWN} of the least p; effects.csv has all of them.");
+    }
+    let row = |one: &&Comparison| -> Row {
+        let mut row = cells(one);
+        let [m, n] = one.runs.map(|n| count(n as u64));
+        let interval = one.interval.map_or(NONE.to_owned(), |interval| {
+            let [low, high] = [interval.low, interval.high].map(|end| shown(end, EFFECT));
+            if low == high { low } else { format!("{low} to {high}") }
+        });
+        let figures = [
+            if m == n { m } else { format!("{m}, {n}") },
+            shown(one.means[0] - one.means[1], DIGITS),
+            shown(one.a, EFFECT),
+            shown(one.delta, EFFECT),
+            interval,
+            shown(one.u, DIGITS),
+            probability(one.p),
+            marked(one.p_holm),
+        ];
+        row.extend(figures.map(Cell::number));
+        row.into()
+    };
+    let rows: Vec<Row> = shown_ones.iter().map(row).collect();
+    table("", &words, &head, &rows)
+}
+
+/// All comparisons of both families as CSV. Groups of a factor's levels are named, cells numbered as in the table of
+/// cells; A's interval is that of delta on its scale.
+pub(super) fn csv(runs: &Runs, effects: &Effects) -> Result<String> {
+    const HEAD: &str = "family,factor,first,second,n_first,n_second,mean_first,mean_second,difference,a,a_low,a_high,\
+                        delta,delta_low,delta_high,u,p,p_holm,shared_seeds";
+    let mut writer = csv::Writer::from_writer(Vec::new());
+    writer.write_record(HEAD.split(',')).map_err(Failure::failed)?;
+    for one in effects.levels.comparisons.iter().chain(&effects.cells.comparisons) {
+        let names = if let Some(factor) = one.factor {
+            let factor = &runs.factors[factor];
+            let [first, second] = one.pair.map(|group| factor.groups[group].label.clone());
+            ["levels".to_owned(), factor.name.clone(), first, second]
+        } else {
+            let [first, second] = one.pair.map(|rank| (rank + 1).to_string());
+            ["cells".to_owned(), String::new(), first, second]
+        };
+        let [low, high] = one
+            .interval
+            .map_or([f64::NAN; 2], |interval| [interval.low, interval.high]);
+        let figures = [
+            one.means[0],
+            one.means[1],
+            one.means[0] - one.means[1],
+            one.a,
+            f64::midpoint(low, 1.0),
+            f64::midpoint(high, 1.0),
+            one.delta,
+            low,
+            high,
+            one.u,
+            one.p,
+            one.p_holm,
+        ];
+        let row = names
+            .into_iter()
+            .chain(one.runs.map(|n| n.to_string()))
+            .chain(figures.map(known));
+        writer
+            .write_record(row.chain([one.shared_seeds.to_string()]))
+            .map_err(Failure::failed)?;
+    }
+    text(writer)
+}
