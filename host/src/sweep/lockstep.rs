@@ -10,6 +10,7 @@ use oneiro::evaluator;
 use oneiro::random::Key;
 use oneiro::surrogate::{Differences, Surrogate};
 use oneiro::world::{Noise, World, WorldSpec};
+use rayon::prelude::*;
 
 use super::journal::{Journal, Saved};
 use super::outcome::{Ended, Outcome};
@@ -279,16 +280,23 @@ impl Crew {
 
     /// Gives all its runs the fitness of their lives.
     fn tell(&mut self, fitness: &[f32], plan: &Plan) {
+        /// Runs that are worth waking a thread for.
+        const FEW: usize = 16;
+        let stage = self.stage;
         let mut rest = fitness;
-        let parts: Vec<usize> = self.lives.iter().map(|life| self.part(life)).collect();
-        for (life, part) in self.lives.iter_mut().zip(parts) {
-            let (own, others) = rest.split_at(part);
-            rest = others;
-            match (self.stage, &mut life.outcome) {
+        let parts = self
+            .lives
+            .iter()
+            .map(|life| rest.split_off(..self.part(life)).unwrap_or_default());
+        let parts: Vec<&[f32]> = parts.collect();
+        // A fast device would wait for one thread.
+        self.lives
+            .par_iter_mut()
+            .zip(parts)
+            .for_each(|(life, own)| match (stage, &mut life.outcome) {
                 (Stage::Reality, Some(outcome)) => outcome.met_reality(&life.simulated, own),
                 _ => life.tell(own, plan.ids[life.run as usize]),
-            }
-        }
+            });
     }
 }
 
