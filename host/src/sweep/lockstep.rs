@@ -293,6 +293,7 @@ impl Crew {
         self.lives
             .par_iter_mut()
             .zip(parts)
+            .with_min_len(FEW)
             .for_each(|(life, own)| match (stage, &mut life.outcome) {
                 (Stage::Reality, Some(outcome)) => outcome.met_reality(&life.simulated, own),
                 _ => life.tell(own, plan.ids[life.run as usize]),
