@@ -281,6 +281,14 @@ impl Journal {
             )));
         };
         let logged = Logged::read(directory)?;
+        let mut whole = logged.whole;
+        if !logged.problems.is_empty() {
+            // Lines that can't be used go: they would seem good once other generations have grown into their place.
+            let lines: String = logged.lines.iter().map(Line::encode).collect();
+            disk::write(&directory.join(RESULTS), lines.as_bytes())?;
+            disk::sync_directory(directory)?;
+            whole = lines.len() as u64;
+        }
         let mut begun = Begun {
             saved: Vec::new(),
             problems: logged.problems,
@@ -305,7 +313,7 @@ impl Journal {
             .max()
             .unwrap_or(0);
         let mut writer = Writer {
-            results: Appended::cut_back(directory.join(RESULTS), logged.whole)?,
+            results: Appended::cut_back(directory.join(RESULTS), whole)?,
             generations: Appended::cut_back(directory.join(GENERATIONS), end)?,
             directory: directory.to_owned(),
             identity,
