@@ -8,6 +8,7 @@
 //! | `results.csv`, `generations.csv` | the [tables](super::tables) of all runs, when all are done |
 
 use std::collections::BTreeMap;
+use std::ffi::OsString;
 use std::fmt;
 use std::fs::{self, OpenOptions};
 use std::io;
@@ -121,9 +122,8 @@ impl Made {
         }
         if self.kernels != other.kernels {
             return Some(format!(
-                "was made with other kernels ({}; this program's are {})",
-                &other.kernels[..8.min(other.kernels.len())],
-                &self.kernels[..8]
+                "was made with other kernels ({:.8}; this program's are {:.8})",
+                other.kernels, self.kernels
             ));
         }
         if (self.runs, self.cells) != (other.runs, other.cells) {
@@ -198,31 +198,41 @@ impl Store {
     pub(crate) fn prepare(directory: &Path, sweep: &Sweep, plan: &Plan) -> Result<Self> {
         let made = Made::new(sweep, plan);
         fs::create_dir_all(directory).map_err(|error| Failure::unreadable(directory, &error))?;
-        // Shards may begin at the same time: the first makes the directory.
-        let path = directory.join(LOCK);
-        let lock = OpenOptions::new().create(true).truncate(false).write(true).open(&path);
-        let _lock = lock
-            .and_then(|lock| lock.lock().map(|()| lock))
-            .map_err(|error| Failure::storage(&path, &error))?;
-        if let Some(other) = Self::made(directory)? {
-            if let Some(difference) = made.differs_from(&other) {
-                return Err(Failure::input(format_args!(
-                    "{}: {difference}; name another directory with --out",
-                    directory.display()
-                )));
-            }
-        } else {
-            refuse_others(directory)?;
-            bring(directory, sweep)?;
-            let mut text = serde_json::to_string_pretty(&made).expect("numbers and words");
-            text.push('\n');
-            disk::write(&directory.join(MADE), text.as_bytes())?;
-            disk::sync_directory(directory)?;
+        if Self::made(directory)?.is_none() {
+            Self::make(directory, sweep, &made)?;
+        }
+        if let Some(difference) = Self::made(directory)?.and_then(|other| made.differs_from(&other)) {
+            return Err(Failure::input(format_args!(
+                "{}: {difference}; name another directory with --out",
+                directory.display()
+            )));
         }
         Ok(Self {
             directory: directory.to_owned(),
             made,
         })
+    }
+
+    /// Shards may begin at the same time: the first makes the directory.
+    fn make(directory: &Path, sweep: &Sweep, made: &Made) -> Result {
+        // Not even a lock is put among what others have there.
+        refuse_others(directory).or_else(|refusal| match Self::made(directory)? {
+            Some(_) => Ok(()),
+            None => Err(refusal),
+        })?;
+        let path = directory.join(LOCK);
+        let lock = OpenOptions::new().create(true).truncate(false).write(true).open(&path);
+        let _lock = lock
+            .and_then(|lock| lock.lock().map(|()| lock))
+            .map_err(|error| Failure::storage(&path, &error))?;
+        if Self::made(directory)?.is_some() {
+            return Ok(());
+        }
+        bring(directory, sweep)?;
+        let mut text = serde_json::to_string_pretty(made).expect("numbers and words");
+        text.push('\n');
+        disk::write(&directory.join(MADE), text.as_bytes())?;
+        disk::sync_directory(directory)
     }
 
     /// Opens one.
@@ -377,19 +387,24 @@ impl Store {
     }
 }
 
-/// Refuses a directory that holds something else.
+/// Refuses a directory that holds something else. Whoever makes a sweep's directory begins with its lock.
 fn refuse_others(directory: &Path) -> Result {
-    for entry in fs::read_dir(directory).map_err(|error| Failure::unreadable(directory, &error))? {
-        let name = entry.map_err(|error| Failure::storage(directory, &error))?.file_name();
-        let is_own = [LOCK, SWEEP, EXPERIMENT].iter().any(|own| name == *own);
-        if !is_own && !name.to_string_lossy().ends_with(disk::TEMPORARY) {
-            return Err(Failure::input(format_args!(
-                "{}: exists and holds other files, and nothing is overwritten; name another directory with --out",
-                directory.display()
-            )));
-        }
+    let names = fs::read_dir(directory)
+        .map_err(|error| Failure::unreadable(directory, &error))?
+        .map(|entry| entry.map(|entry| entry.file_name()))
+        .collect::<io::Result<Vec<_>>>()
+        .map_err(|error| Failure::storage(directory, &error))?;
+    let is_begun = directory.join(LOCK).is_file();
+    let is_own = |name: &OsString| {
+        [LOCK, SWEEP, EXPERIMENT].iter().any(|own| name == *own) || name.to_string_lossy().ends_with(disk::TEMPORARY)
+    };
+    if names.iter().all(|name| is_begun && is_own(name)) {
+        return Ok(());
     }
-    Ok(())
+    Err(Failure::input(format_args!(
+        "{}: exists and holds other files, and nothing is overwritten; name another directory with --out",
+        directory.display()
+    )))
 }
 
 /// Copies the sweep's file, the experiment's, and the files that they name, so that the directory can go anywhere. Files
