@@ -128,6 +128,7 @@ pub(crate) struct SweepFile {
     /// All combinations of their levels are the sweep's cells, the last axis the fastest.
     pub(crate) axes: Vec<Axis>,
     pub(crate) reality: Option<Reality>,
+    pub(crate) reality_place: String,
 }
 
 impl SweepFile {
@@ -184,6 +185,7 @@ impl SweepFile {
             set: set.into_iter().map(Leaf::setting).collect(),
             axes,
             reality: written.reality,
+            reality_place: source.place_of("reality"),
         })
     }
 

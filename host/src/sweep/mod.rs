@@ -166,7 +166,7 @@ impl Sweep {
         if is_swarm && file.reality.is_some() {
             return Err(Failure::input(format_args!(
                 "{}: reality: is given for a swarm, whose arena is its reality; allowed: with experiments of single robots",
-                path.display()
+                file.reality_place
             )));
         }
         Ok(Self {
