@@ -402,20 +402,15 @@ impl Range {
         if from >= to {
             return Err(format!("is an empty range, {from} to {to}; {allowed}"));
         }
-        match (
-            table.get("scale").and_then(Value::as_str),
-            table.get("from"),
-            table.get("to"),
-        ) {
-            (Some("log"), ..) if from <= 0.0 => {
-                Err(format!("begins with {from}; allowed: above 0 where scale is \"log\""))
-            }
-            (Some("log"), ..) => Ok(Self::Log(from, to)),
-            (None | Some("linear"), Some(Value::Integer(from)), Some(Value::Integer(to))) => {
-                Ok(Self::Whole(*from, *to))
-            }
-            (Some("linear"), ..) => Ok(Self::Linear(from, to)),
-            (None, ..) if !table.contains_key("scale") => Ok(Self::Linear(from, to)),
+        let scale = match table.get("scale") {
+            None => "linear",
+            Some(scale) => scale.as_str().unwrap_or_default(),
+        };
+        match (scale, table.get("from"), table.get("to")) {
+            ("log", ..) if from <= 0.0 => Err(format!("begins with {from}; allowed: above 0 where scale is \"log\"")),
+            ("log", ..) => Ok(Self::Log(from, to)),
+            ("linear", Some(Value::Integer(from)), Some(Value::Integer(to))) => Ok(Self::Whole(*from, *to)),
+            ("linear", ..) => Ok(Self::Linear(from, to)),
             _ => Err(format!("has another scale; {allowed}")),
         }
     }
