@@ -1,0 +1,99 @@
+//! A disk that fails: a small library, preloaded into the program, makes its calls to the disk go wrong.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+use super::place::Place;
+
+/// How a call goes wrong.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Fault {
+    /// It fails, and says that the disk is broken.
+    Broken,
+    /// It fails, and says that the disk is full.
+    Full,
+    /// A write takes half of its bytes, and the next one finds the disk full.
+    Short,
+    /// The process is killed in its place.
+    Kill,
+}
+
+/// A call that went wrong.
+#[derive(Clone, Debug)]
+pub(crate) struct Failed {
+    /// Such as `rename`.
+    pub(crate) call: String,
+    pub(crate) path: PathBuf,
+}
+
+/// The library, for calls below one directory.
+pub(crate) struct Faults {
+    library: PathBuf,
+    below: PathBuf,
+    report: PathBuf,
+}
+
+impl Faults {
+    /// Builds it with the linker that Rust needs, too.
+    pub(crate) fn below(place: &Place, directory: &Path) -> Self {
+        let source = Path::new(env!("CARGO_MANIFEST_DIR")).join("../tests/faults/faults.c");
+        let library = place.at("faults.so");
+        let built = Command::new("cc")
+            .args(["-shared", "-fPIC", "-O1", "-o"])
+            .args([&library, &source])
+            .arg("-ldl")
+            .output()
+            .expect("cc");
+        assert!(built.status.success(), "{}", String::from_utf8_lossy(&built.stderr));
+        Self {
+            library,
+            below: directory.to_owned(),
+            report: place.at("failed"),
+        }
+    }
+
+    /// Has the call of that number, from 1 on, go wrong.
+    pub(crate) fn at(&self, mut command: Command, number: u32, fault: Fault) -> Command {
+        let kind = match fault {
+            Fault::Broken => "EIO",
+            Fault::Full => "ENOSPC",
+            Fault::Short => "SHORT",
+            Fault::Kill => "KILL",
+        };
+        self.load(&mut command)
+            .env("FAULTS_AT", number.to_string())
+            .env("FAULTS_KIND", kind);
+        command
+    }
+
+    /// Has no call go wrong; only the disk is not waited for.
+    pub(crate) fn none(&self, mut command: Command) -> Command {
+        self.load(&mut command);
+        command
+    }
+
+    /// A disk that has room for so many bytes.
+    pub(crate) fn space(&self, mut command: Command, bytes: u64) -> Command {
+        self.load(&mut command).env("FAULTS_SPACE", bytes.to_string());
+        command
+    }
+
+    fn load<'a>(&self, command: &'a mut Command) -> &'a mut Command {
+        let _ = fs::remove_file(&self.report);
+        command
+            .env("LD_PRELOAD", &self.library)
+            .env("FAULTS_BELOW", &self.below)
+            .env("FAULTS_REPORT", &self.report)
+    }
+
+    /// The last command's call that went wrong, if there were so many.
+    pub(crate) fn failed(&self) -> Option<Failed> {
+        let report = fs::read_to_string(&self.report).ok()?;
+        let (call, path) = report.split_once(' ')?;
+        Some(Failed {
+            call: call.into(),
+            path: path.into(),
+        })
+    }
+}

@@ -1,0 +1,273 @@
+//! Sweeps by the program itself: the same bytes however they are done and whatever happens meanwhile, and clear words for
+//! what can't be done.
+
+use std::collections::BTreeMap;
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::{Child, Stdio};
+use std::thread;
+use std::time::{Duration, Instant};
+
+use serde_json::Value;
+
+mod place;
+use place::{Place, Ran};
+
+#[cfg(all(target_os = "linux", target_env = "gnu"))]
+mod faults;
+
+#[path = "sweep/answers.rs"]
+mod answers;
+#[path = "sweep/bytes.rs"]
+mod bytes;
+#[path = "sweep/damages.rs"]
+mod damages;
+#[cfg(all(target_os = "linux", target_env = "gnu"))]
+#[path = "sweep/disks.rs"]
+mod disks;
+#[path = "sweep/lives.rs"]
+mod lives;
+#[cfg(unix)]
+#[path = "sweep/processes.rs"]
+mod processes;
+#[path = "sweep/refusals.rs"]
+mod refusals;
+#[path = "sweep/runs.rs"]
+mod runs;
+
+const EXPERIMENT: &str = "
+    cycles = 40
+    [evolution]
+    population = 20
+    parents = 4
+    generations = 12
+";
+
+/// Twelve runs in four cells.
+const SWEEP: &str = r#"
+    name = "twelve"
+    experiment = "small.toml"
+    seeds = "1..3"
+    [set]
+    task.speed = "signed"
+    [grid]
+    noise.sensor = [[0.0, 0.0], [0.0, 0.4]]
+    evolution.population = [20, 40]
+"#;
+
+/// Eight runs that take equally long, one processor a second or two for all with three hundred generations.
+fn long(generations: u32) -> String {
+    format!(
+        r#"
+        experiment = "small.toml"
+        seeds = "1..4"
+        [set]
+        cycles = 500
+        evolution.population = 40
+        evolution.generations = {generations}
+        [grid]
+        noise.motor = [0.0, 0.1]
+        "#
+    )
+}
+const LONG_RUNS: u64 = 8;
+
+/// A sweep's tables.
+const TABLES: [&str; 2] = ["results.csv", "generations.csv"];
+
+/// What a command's directory has: each file's path in it, and its content.
+type Files = BTreeMap<PathBuf, Vec<u8>>;
+
+fn files(directory: &Path) -> Files {
+    let mut found = Files::new();
+    let mut left = vec![directory.to_owned()];
+    while let Some(next) = left.pop() {
+        for entry in fs::read_dir(next).unwrap() {
+            let path = entry.unwrap().path();
+            if path.is_dir() {
+                left.push(path);
+            } else {
+                let name = path.strip_prefix(directory).unwrap().to_owned();
+                found.insert(name, fs::read(path).unwrap());
+            }
+        }
+    }
+    found
+}
+
+fn copy(from: &Path, to: &Path) {
+    for (name, content) in files(from) {
+        let path = to.join(name);
+        fs::create_dir_all(path.parent().unwrap()).unwrap();
+        fs::write(path, content).unwrap();
+    }
+}
+
+/// A shard's journal in a sweep's directory.
+fn journal(out: &str, file: &str) -> PathBuf {
+    Path::new(out).join("shard-1-of-1").join(file)
+}
+
+/// The command that does a sweep.
+fn sweep<'a>(out: &'a str, more: &[&'a str]) -> Vec<&'a str> {
+    let run = ["sweep", "run", "sweep.toml", "--out", out, "--json"];
+    let cpu = ["--backend", "cpu"];
+    let backend = if more.contains(&"--backend") { &[][..] } else { &cpu };
+    [&run[..], backend, more].concat()
+}
+
+fn hash(output: &str) -> String {
+    let output: Value = serde_json::from_str(output).unwrap();
+    output["hash"].as_str().unwrap().to_owned()
+}
+
+impl Place {
+    /// With an experiment and a sweep of it.
+    fn with(name: &str, sweep: &str) -> Self {
+        let place = Self::new(name);
+        place.write("small.toml", EXPERIMENT);
+        place.write("sweep.toml", sweep);
+        place
+    }
+
+    /// Does a sweep to its end; the hash of its tables.
+    #[track_caller]
+    fn swept(&self, out: &str, more: &[&str]) -> String {
+        hash(&self.good(&sweep(out, more)))
+    }
+
+    fn start(&self, arguments: &[&str]) -> Child {
+        self.command(arguments)
+            .stdout(Stdio::piped())
+            .stderr(Stdio::piped())
+            .spawn()
+            .unwrap()
+    }
+
+    /// The data of a command that has to go well.
+    #[track_caller]
+    fn data(&self, arguments: &[&str]) -> Value {
+        let output = self.good(&[arguments, &["--json"]].concat());
+        serde_json::from_str(&output).unwrap()
+    }
+
+    /// How many runs a sweep has done.
+    fn done(&self, out: &str) -> u64 {
+        if self.at(out).join("sweep.json").exists() {
+            self.data(&["sweep", "status", out])["done"].as_u64().unwrap()
+        } else {
+            0
+        }
+    }
+
+    #[track_caller]
+    fn assert_same(&self, one: &str, other: &str) {
+        for table in TABLES {
+            let of = |sweep: &str| self.read(Path::new(sweep).join(table));
+            assert!(of(one) == of(other), "{table} of {one} and {other} differ");
+        }
+    }
+
+    /// The rows of a table: the first is its head.
+    fn rows(&self, table: impl AsRef<Path>) -> Vec<Vec<String>> {
+        let text = self.text(table);
+        let mut reader = csv::ReaderBuilder::new()
+            .has_headers(false)
+            .from_reader(text.as_bytes());
+        reader
+            .records()
+            .map(|row| row.unwrap().iter().map(str::to_owned).collect())
+            .collect()
+    }
+
+    /// A column of a table, by its name.
+    fn column(&self, table: impl AsRef<Path>, name: &str) -> Vec<String> {
+        let rows = self.rows(table);
+        let column = rows[0].iter().position(|head| head == name).unwrap();
+        rows[1..].iter().map(|row| row[column].clone()).collect()
+    }
+
+    /// A shard's checkpoints, the newest first.
+    fn checkpoints(&self, out: &str) -> Vec<PathBuf> {
+        let Ok(entries) = fs::read_dir(self.at(journal(out, ""))) else {
+            return Vec::new();
+        };
+        let number = |path: &PathBuf| {
+            let name = path.file_name().unwrap().to_str().unwrap();
+            name.strip_prefix("checkpoint-")?.parse::<u64>().ok()
+        };
+        let mut found: Vec<PathBuf> = entries.map(|entry| entry.unwrap().path()).collect();
+        found.retain(|path| number(path).is_some());
+        found.sort_by_key(|path| std::cmp::Reverse(number(path)));
+        found
+    }
+}
+
+impl Place {
+    /// A stopped sweep goes on from its newest checkpoint without a warning, and ends as the one in `known`.
+    fn assert_goes_on(&self, out: &str, more: &[&str]) {
+        let newest = self.checkpoints(out).remove(0);
+        let name = newest.file_name().unwrap();
+        copy(&self.at(out), &self.at("forged"));
+        let line = self
+            .forge(&journal("forged", "").join(name), "known")
+            .expect("runs are under way in it");
+        self.swept("forged", more);
+        let rows = self.text("forged/generations.csv");
+        assert!(
+            rows.contains(&line),
+            "what {} of {out} holds is done again",
+            name.display()
+        );
+        fs::remove_dir_all(self.at("forged")).unwrap();
+
+        let ran = self.run(&sweep(out, more)).exits(0);
+        assert!(!ran.stderr.contains("warning"), "{}", ran.stderr);
+        self.assert_same("known", out);
+    }
+
+    /// Changes the first line of a run's generations in a checkpoint, and the checkpoint's hash with it: only who goes on
+    /// from there can have this line. None where no generation has lived yet.
+    fn forge(&self, checkpoint: &Path, known: &str) -> Option<String> {
+        let bytes = self.read(checkpoint);
+        let (content, hash) = bytes.split_last_chunk::<32>().unwrap();
+        assert!(blake3::hash(content) == *hash, "{}", checkpoint.display());
+        let rows = self.rows(Path::new(known).join("generations.csv"));
+        let mut first = rows
+            .iter()
+            .filter(|row| row[1] == "0")
+            .map(|row| row[1..].join(",") + "\n");
+        let (at, line) = first.find_map(|line| {
+            let at = content.windows(line.len()).position(|here| here == line.as_bytes())?;
+            Some((at, line))
+        })?;
+        // The last digit of the best's bits.
+        let last = line.len() - 2;
+        let other = if line.as_bytes()[last] == b'0' { "1" } else { "0" };
+        let line = format!("{}{other}\n", &line[..last]);
+        let mut content = content.to_vec();
+        content[at..at + line.len()].copy_from_slice(line.as_bytes());
+        let hash = blake3::hash(&content);
+        self.write(checkpoint, [&content, &hash.as_bytes()[..]].concat());
+        Some(line)
+    }
+}
+
+/// Waits until something is so.
+fn wait_for(mut is_so: impl FnMut() -> bool) {
+    let begun = Instant::now();
+    while !is_so() {
+        assert!(begun.elapsed() < Duration::from_mins(1), "waited for a minute");
+        thread::sleep(Duration::from_millis(2));
+    }
+}
+
+/// Moments of an interval, which meet all of its parts: steps of the golden section.
+fn moments() -> impl Iterator<Item = f64> {
+    std::iter::successors(Some(0.0_f64), |moment| Some((moment + 0.618_034) % 1.0))
+}
+
+/// What became of a process that was started with pipes.
+fn ended(arguments: &[&str], child: Child) -> Ran {
+    Ran::new(arguments, &child.wait_with_output().unwrap())
+}

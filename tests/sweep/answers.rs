@@ -1,0 +1,134 @@
+//! What users are told of a sweep.
+
+use super::*;
+
+#[test]
+fn of_a_plan_are_what_comes_to_be() {
+    let place = Place::with("plan", SWEEP);
+    let plan = place.data(&["sweep", "plan", "sweep.toml", "--no-estimate"]);
+    assert_eq!(
+        (&plan["name"], &plan["cells"], &plan["seeds"]),
+        (&"twelve".into(), &4.into(), &3.into())
+    );
+    assert_eq!(
+        plan["keys"],
+        Value::from(["noise.sensor", "evolution.population"].map(Value::from).to_vec())
+    );
+    assert!(!place.at("out").exists());
+    place.swept("out", &[]);
+    let planned = |key: &str| -> Vec<String> {
+        let runs = plan["runs"].as_array().unwrap().iter();
+        runs.map(|run| run[key].as_str().map_or_else(|| run[key].to_string(), str::to_owned))
+            .collect()
+    };
+    for (planned, name) in [
+        (planned("run"), "run"),
+        (planned("id"), "id"),
+        (planned("seed"), "seed"),
+    ] {
+        assert_eq!(place.column("out/results.csv", name), planned, "{name}");
+    }
+    let values = |run: &Value| {
+        run["values"]
+            .as_array()
+            .unwrap()
+            .iter()
+            .map(|value| value.as_str().unwrap().to_owned())
+            .collect()
+    };
+    let values: Vec<Vec<String>> = plan["runs"].as_array().unwrap().iter().map(values).collect();
+    let columns = ["noise.sensor", "evolution.population"].map(|name| place.column("out/results.csv", name));
+    for (run, values) in values.iter().enumerate() {
+        assert_eq!(*values, columns.clone().map(|column| column[run].clone()));
+    }
+    // Robot-steps: individuals, generations and cycles of each.
+    let steps = |run: usize| plan["runs"][run]["steps"].as_u64();
+    assert_eq!((steps(0), steps(11)), (Some(20 * 12 * 40), Some(40 * 12 * 40)));
+    assert_eq!(plan["steps"], (20 + 40) * 12 * 40 * 6);
+    // A run is one, wherever it is asked for: in `generations.csv` it has as many lines as generations.
+    let of_run = place.column("out/generations.csv", "run");
+    let all: Vec<String> = (0..12).flat_map(|run| vec![run.to_string(); 12]).collect();
+    assert_eq!(of_run, all);
+
+    // In words: the first runs, or all; and how fast the devices are.
+    let many = SWEEP.replace("1..3", "1..9");
+    place.write("sweep.toml", many);
+    let text = place.good(&["sweep", "plan", "sweep.toml", "--no-estimate"]);
+    assert!(
+        text.contains("36 runs, 4 cells from 9 seeds each") && text.contains("16 more"),
+        "{text}"
+    );
+    let text = place.good(&["sweep", "plan", "sweep.toml", "--no-estimate", "--all"]);
+    assert_eq!(text.matches("[0.0, 0.4]").count(), 18, "{text}");
+    let plan = place.data(&["sweep", "plan", "sweep.toml"]);
+    assert_eq!(plan["runs"].as_array().unwrap().len(), 36);
+    let devices = plan["devices"].as_array().unwrap();
+    assert!(devices[0]["name"].as_str().unwrap().starts_with("cpu"));
+    assert!(devices.iter().all(|device| device["seconds"].as_f64().unwrap() > 0.0));
+}
+
+#[test]
+fn of_its_state_are_there_while_it_runs_and_after() {
+    let place = Place::with("state", &long(150));
+    let arguments = sweep("out", &["--threads", "1", "--jobs", "1"]);
+    let mut child = place.start(&arguments);
+    let status = || place.data(&["sweep", "status", "out"]);
+    wait_for(|| place.at("out/shard-1-of-1/sessions.json").exists());
+    let mut seen = Vec::new();
+    while child.try_wait().unwrap().is_none() {
+        let state = status();
+        let shard = &state["shards"][0];
+        assert_eq!((&shard["shard"], &shard["runs"]), (&"1/1".into(), &LONG_RUNS.into()));
+        assert_eq!(shard["done"], state["done"]);
+        if shard["state"] == "running" {
+            seen.push(state["done"].as_u64().unwrap());
+        }
+    }
+    let output = ended(&arguments, child).exits(0).stdout;
+    assert!(
+        seen.is_sorted() && seen.iter().any(|done| (1..LONG_RUNS).contains(done)),
+        "{seen:?}"
+    );
+    let state = status();
+    assert_eq!(state["done"], LONG_RUNS);
+    assert_eq!(state["runs"], LONG_RUNS);
+    assert_eq!(state["tables"], true);
+    assert_eq!(state["shards"][0]["state"], "done");
+    let text = place.good(&["sweep", "status", "out"]);
+    assert!(text.contains("8 of 8 runs are done") && text.contains("1/1"), "{text}");
+    // What a finished sweep answers, again: the same.
+    assert_eq!(place.good(&arguments), output);
+    let merged = place.data(&["sweep", "merge", "out"]);
+    let output: Value = serde_json::from_str(&output).unwrap();
+    assert_eq!(output, merged);
+    assert_eq!(output["runs"], LONG_RUNS);
+}
+
+#[test]
+fn of_stopped_shards_say_what_is_left() {
+    let place = Place::with("left", SWEEP);
+    let shard = place.data(&[
+        "sweep",
+        "run",
+        "sweep.toml",
+        "--out",
+        "out",
+        "--backend",
+        "cpu",
+        "--shard",
+        "2/3",
+    ]);
+    assert_eq!(shard, serde_json::json!({"shard": "2/3", "runs": 4}));
+    let state = place.data(&["sweep", "status", "out"]);
+    let shard = serde_json::json!({"shard": "2/3", "done": 4, "runs": 4, "state": "done"});
+    let all = serde_json::json!({"name": "twelve", "runs": 12, "done": 4, "tables": false, "shards": [shard]});
+    assert_eq!(state, all);
+    // One that has lost a run is stopped.
+    let log = place.text("out/shard-2-of-3/results.log");
+    place.write("out/shard-2-of-3/results.log", &log[..log.len() - 9]);
+    let state = place.data(&["sweep", "status", "out"]);
+    assert_eq!(
+        (&state["shards"][0]["done"], &state["shards"][0]["state"]),
+        (&3.into(), &"stopped".into())
+    );
+}

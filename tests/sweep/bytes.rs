@@ -1,0 +1,170 @@
+//! The same tables, to the last byte.
+
+use super::*;
+
+#[test]
+fn are_the_same_however_a_sweep_is_done() {
+    let place = Place::with("same", SWEEP);
+    let known = place.swept("known", &["--threads", "1", "--jobs", "1"]);
+    let mut ways: Vec<&[&str]> = vec![
+        &["--threads", "1"],
+        &["--threads", "2", "--jobs", "3"],
+        &["--threads", "8"],
+        &["--threads", "8", "--jobs", "1", "--checkpoint-every", "0.001s"],
+        &["--backend", "cpu:scalarx1", "--jobs", "3"],
+        &["--backend", "pool"],
+        &["--backend", "auto"],
+    ];
+    if cfg!(feature = "gpu") {
+        ways.push(&["--backend", "gpu:llvmpipe", "--recheck", "0"]);
+    }
+    for (way, name) in ways.into_iter().zip('a'..) {
+        let out = name.to_string();
+        assert_eq!(place.swept(&out, way), known, "{way:?}");
+        place.assert_same("known", &out);
+    }
+    // It is the hash of both tables, one after the other.
+    let tables = TABLES.map(|table| place.read(Path::new("known").join(table)));
+    assert_eq!(blake3::hash(&tables.concat()).to_hex().as_str(), known);
+    // All runs are there, and the comparison can fail: other seeds and other values have other bytes.
+    assert_eq!(place.rows("known/results.csv").len(), 1 + 12);
+    assert_eq!(place.rows("known/generations.csv").len(), 1 + 12 * 12);
+    for (from, to, out) in [
+        ("1..3", "2..4", "seeds"),
+        ("[0.0, 0.4]", "[0.0, 0.5]", "values"),
+        ("signed", "unsigned", "set"),
+    ] {
+        place.write("sweep.toml", SWEEP.replacen(from, to, 1));
+        assert_ne!(place.swept(out, &[]), known);
+        for table in TABLES {
+            assert!(place.read(format!("known/{table}")) != place.read(format!("{out}/{table}")));
+        }
+    }
+    // And the experiment's own.
+    place.write("sweep.toml", SWEEP);
+    place.write("small.toml", EXPERIMENT.replace("parents = 4", "parents = 5"));
+    assert_ne!(place.swept("experiment", &[]), known);
+}
+
+#[test]
+fn are_the_same_from_any_number_of_shards_in_any_order() {
+    let place = Place::with("shards", SWEEP);
+    let known = place.swept("whole", &[]);
+    let merged = |arguments: &[&str]| hash(&place.good(&[&["sweep", "merge", "--json"], arguments].concat()));
+    for (shards, threads, jobs) in [(1, "2", "3"), (3, "1", "1"), (7, "8", "100")] {
+        let out = format!("of-{shards}");
+        // The last first.
+        for shard in (1..=shards).rev() {
+            let shard = format!("{shard}/{shards}");
+            let more = ["--shard", &shard, "--threads", threads, "--jobs", jobs];
+            place.good(&sweep(&out, &more));
+        }
+        assert_eq!(merged(&[&out]), known, "{shards} shards");
+        place.assert_same("whole", &out);
+    }
+    // As if on several machines: in directories of their own, of different numbers of shards, some done twice.
+    for (out, shard) in [("one", "1/2"), ("two", "2/3"), ("three", "3/3"), ("four", "1/3")] {
+        place.good(&sweep(out, &["--shard", shard]));
+    }
+    let before = ["one", "two", "three", "four"].map(|out| files(&place.at(out)));
+    assert_eq!(merged(&["one", "four", "two", "three", "--out", "all"]), known);
+    place.assert_same("whole", "all");
+    assert_eq!(before, ["one", "two", "three", "four"].map(|out| files(&place.at(out))));
+    // Without --out, the first directory has the tables.
+    assert_eq!(merged(&["four", "three", "two", "one"]), known);
+    place.assert_same("whole", "four");
+    // What is left of a sweep that shards have begun is all that is done without them.
+    place.good(&sweep("mixed", &["--shard", "2/7"]));
+    place
+        .run(&sweep("mixed", &[]))
+        .exits(0)
+        .says(&["2 of 12 runs are done already"]);
+    place.assert_same("whole", "mixed");
+}
+
+#[test]
+fn are_the_same_when_time_runs_out_again_and_again() {
+    let place = Place::with("budget", &long(150));
+    let begun = Instant::now();
+    let known = place.swept("whole", &["--threads", "1"]);
+    let budget = format!("{:.3}s", begun.elapsed().as_secs_f64() / 4.0);
+    let arguments = sweep("stopped", &["--threads", "1", "--time-budget", &budget]);
+    let mut stops = 0;
+    let hash = loop {
+        let ran = place.run(&arguments);
+        if ran.code == Some(0) {
+            break hash(&ran.stdout);
+        }
+        ran.exits(75).says(&["the same command goes on"]);
+        assert!(!place.at("stopped/results.csv").exists());
+        assert!(!place.checkpoints("stopped").is_empty());
+        stops += 1;
+        assert!(stops < 50, "it does not come to an end");
+    };
+    assert!(stops >= 2, "only {stops} stops");
+    assert_eq!(hash, known);
+    place.assert_same("whole", "stopped");
+}
+
+/// Generations that have lived in a sweep done run after run, by its newest checkpoint and the runs that are done.
+fn lived(place: &Place, out: &str) -> u64 {
+    let Some(newest) = place.checkpoints(out).first().map(|path| fs::read(path).unwrap()) else {
+        return 0;
+    };
+    let rows = place.rows("whole/generations.csv");
+    let is_there = |row: &&Vec<String>| {
+        let line = row[1..].join(",");
+        newest.windows(line.len()).any(|here| here == line.as_bytes())
+    };
+    let all = rows.len() as u64 / LONG_RUNS;
+    let under_way = rows[1..].iter().filter(|row| row[1].ends_with('9')).filter(is_there);
+    place.done(out) * all + 10 * under_way.count() as u64
+}
+
+/// Two hundred processes are killed at any moment; each is followed by the same command.
+#[test]
+fn are_the_same_after_two_hundred_kills() {
+    const KILLS: u32 = 200;
+    const GENERATIONS: u32 = 300;
+    let place = Place::with("kill", &long(GENERATIONS));
+    // A run after the other, and processes that live for less than a fourth of one: from checkpoint to checkpoint alone
+    // can one be brought to its end.
+    let pace = ["--threads", "1", "--jobs", "1"];
+    let begun = Instant::now();
+    let known = place.swept("whole", &pace);
+    let run = begun.elapsed().div_f64(LONG_RUNS as f64);
+    let longest = run.div_f64(4.0).min(Duration::from_millis(80));
+    let arguments = sweep("killed", &[&pace[..], &["--checkpoint-every", "0.005s"]].concat());
+    let (mut kills, mut misses, mut most) = (0, 0, 0);
+    let mut moments = moments();
+    while kills < KILLS {
+        let mut child = place.start(&arguments);
+        thread::sleep(longest.mul_f64(moments.next().unwrap()));
+        child.kill().unwrap();
+        let ran = ended(&arguments, child);
+        if ran.code.is_none() {
+            kills += 1;
+        } else {
+            // It was quicker.
+            ran.exits(0);
+            misses += 1;
+        }
+        if place.at("killed/generations.csv").exists() {
+            place.assert_same("whole", "killed");
+            most = lived(&place, "killed");
+            fs::remove_dir_all(place.at("killed")).unwrap();
+        }
+    }
+    most = most.max(lived(&place, "killed"));
+    eprintln!(
+        "{kills} processes killed, {misses} not; {most} generations lived, a run of {run:?}, longest {longest:?}"
+    );
+    assert!(misses <= KILLS / 10, "{misses} processes ended before they were killed");
+    let of_one = u64::from(GENERATIONS / 4);
+    assert!(
+        most > of_one,
+        "{most} generations have lived, which one process could do"
+    );
+    assert_eq!(place.swept("killed", &pace), known);
+    place.assert_same("whole", "killed");
+}

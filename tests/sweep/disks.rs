@@ -1,0 +1,178 @@
+//! Disks that fail: at every call once, or for want of room.
+
+use super::*;
+use faults::{Fault, Faults};
+use std::collections::BTreeSet;
+use std::fs::OpenOptions;
+use std::io::Write;
+use std::process::Command;
+
+/// Two runs of some generations, with a checkpoint after each.
+const TINY: &str = r#"
+    experiment = "small.toml"
+    seeds = "1..2"
+    [set]
+    cycles = 10
+    evolution.population = 4
+    evolution.parents = 2
+    evolution.generations = 2
+"#;
+const OFTEN: [&str; 6] = ["--threads", "1", "--jobs", "1", "--checkpoint-every", "0.000001s"];
+
+fn output(arguments: &[&str], mut command: Command) -> Ran {
+    Ran::new(arguments, &command.output().unwrap())
+}
+
+/// A sweep that is begun from `before`, or from nothing, again and again, each time with another call that fails.
+/// The calls that did.
+fn each_call_fails(place: &Place, pace: &[&str], before: Option<&str>) -> BTreeSet<String> {
+    let known = place.swept("known", pace);
+    let place_path = fs::canonicalize(place.at(".")).unwrap();
+    let out = place_path.join("out");
+    let faults = Faults::below(place, &out);
+    let arguments = sweep(out.to_str().unwrap(), pace);
+    let mut calls = BTreeSet::new();
+    let mut is_write = false;
+    for number in 1.. {
+        // Either error for every other call.
+        let error = [Fault::Broken, Fault::Full][number as usize % 2];
+        for fault in [error, Fault::Kill, Fault::Short] {
+            if fault == Fault::Short && !is_write {
+                continue;
+            }
+            if out.exists() {
+                fs::remove_dir_all(&out).unwrap();
+            }
+            if let Some(before) = before {
+                copy(&place.at(before), &out);
+            }
+            let mut command = faults.at(place.command(&arguments), number, fault);
+            let result = command.output().unwrap();
+            let Some(failed) = faults.failed() else {
+                assert_eq!(hash(&Ran::new(&arguments, &result).exits(0).stdout), known);
+                return calls;
+            };
+            is_write = failed.call == "write";
+            let what = format!("{fault:?} of call {number}, {failed:?}");
+            if fault == Fault::Kill {
+                assert_eq!(result.status.code(), None, "{what}");
+            } else {
+                let ran = Ran::new(&arguments, &result);
+                if ran.code == Some(0) {
+                    assert_eq!(hash(&ran.stdout), known, "{what}");
+                } else {
+                    let path = failed.path.to_str().unwrap();
+                    ran.exits(6).says(&[path.strip_suffix(".tmp").unwrap_or(path)]);
+                }
+                calls.insert(failed.call);
+            }
+            // As if nothing had been.
+            let ran = output(&arguments, faults.none(place.command(&arguments))).exits(0);
+            assert_eq!(hash(&ran.stdout), known, "after {what}");
+        }
+    }
+    unreachable!("numbers of calls end before those of u32")
+}
+
+#[test]
+fn may_fail_at_any_call() {
+    let place = Place::with("faults", TINY);
+    let calls = each_call_fails(&place, &OFTEN, None);
+    let all = ["fdatasync", "fsync", "mkdir", "open", "rename", "unlink", "write"];
+    assert_eq!(calls.iter().map(String::as_str).collect::<Vec<_>>(), all);
+}
+
+/// Also while it mends what a power cut left: a damaged line, and generations that never reached the disk.
+#[test]
+fn may_fail_at_any_call_while_logs_are_mended() {
+    let sweep = TINY.replace("1..2", "1..4");
+    let place = Place::with("mended", &sweep);
+    let pace = ["--threads", "1"];
+    place.swept("torn", &pace);
+    fs::remove_file(place.at("torn/results.csv")).unwrap();
+    fs::remove_file(place.at("torn/generations.csv")).unwrap();
+    let lines = place.text(journal("torn", "results.log"));
+    let mut lines: Vec<String> = lines.split_inclusive('\n').map(str::to_owned).collect();
+    lines[0] = lines[0].replace("\"run\"", "\"ran\"");
+    lines[3].truncate(50);
+    place.write(journal("torn", "results.log"), lines.concat());
+    let generations = place.read(journal("torn", "generations.log"));
+    place.write(
+        journal("torn", "generations.log"),
+        &generations[..generations.len() / 2 + 10],
+    );
+    let calls = each_call_fails(&place, &pace, Some("torn"));
+    assert!(calls.contains("ftruncate"), "{calls:?}");
+}
+
+/// A sweep whose checkpoints soon fill a disk.
+const PLENTY: [&str; 4] = ["--threads", "1", "--checkpoint-every", "0.000001s"];
+
+/// The sweep has stopped for want of room, and says so.
+fn says_that_the_disk_is_full(ran: Ran) {
+    let ran = ran
+        .exits(6)
+        .says(&["/shard-1-of-1/", "No space left on device", "free some space"]);
+    assert!(ran.stdout.is_empty(), "{}", ran.stdout);
+}
+
+#[test]
+fn may_be_full() {
+    let place = Place::with("full", &long(100));
+    place.swept("known", &["--threads", "1"]);
+    let out = fs::canonicalize(place.at(".")).unwrap().join("out");
+    let faults = Faults::below(&place, &out);
+    let arguments = sweep(out.to_str().unwrap(), &PLENTY);
+    let command = faults.space(place.command(&arguments), 1 << 20);
+    says_that_the_disk_is_full(output(&arguments, command));
+    place.assert_goes_on("out", &["--threads", "1"]);
+}
+
+/// A file system of a megabyte, where this may be mounted.
+struct Small(PathBuf);
+
+impl Small {
+    fn mounted(place: &Place, name: &str) -> Option<Self> {
+        fs::create_dir(place.at(name)).unwrap();
+        let mount = Command::new("mount")
+            .args(["-t", "tmpfs", "-o", "size=1m", "tmpfs"])
+            .arg(place.at(name))
+            .output();
+        mount
+            .is_ok_and(|mount| mount.status.success())
+            .then(|| Self(place.at(name)))
+    }
+}
+
+impl Drop for Small {
+    fn drop(&mut self) {
+        // Nobody looks into it any more.
+        let _ = Command::new("umount").arg("--lazy").arg(&self.0).status();
+    }
+}
+
+#[test]
+fn may_be_full_in_truth() {
+    let place = Place::with("small", &long(100));
+    let Some(_small) = Small::mounted(&place, "disk") else {
+        eprintln!("only root may mount a small disk; one that fails as if it were full is tested");
+        return;
+    };
+    place.swept("known", &["--threads", "1"]);
+    let arguments = sweep("disk/out", &PLENTY);
+    let mut child = place.start(&arguments);
+    wait_for(|| place.checkpoints("disk/out").len() > 1);
+    wait_for(|| {
+        let mut ballast = OpenOptions::new()
+            .create(true)
+            .append(true)
+            .open(place.at("disk/ballast"))
+            .unwrap();
+        while ballast.write_all(&[0; 4096]).is_ok() {}
+        child.try_wait().unwrap().is_some()
+    });
+    says_that_the_disk_is_full(ended(&arguments, child));
+    // What is on it stays, and there is room again.
+    fs::remove_file(place.at("disk/ballast")).unwrap();
+    place.assert_goes_on("disk/out", &["--threads", "1"]);
+}

@@ -1,0 +1,126 @@
+//! Sweeps of swarms, and of robots that meet reality.
+
+use super::*;
+
+/// Six runs of a swarm's experiment that comes with the program, of three minutes each.
+const SWARMS: &str = r#"
+    experiment = "odowd2014-over.toml"
+    seeds = "1..3"
+    [set]
+    swarm.minutes = 3
+    [grid]
+    swarm.robots = [4, 5]
+    [[list]]
+    swarm.controllers.mutation_scale = 0.1
+"#;
+
+/// Of a sweep in `sweep.toml`: the same with one thread, one run after the other, in shards, and after kills.
+fn is_the_same_however_it_is_done(place: &Place, kills: u32) {
+    let begun = Instant::now();
+    let known = place.swept("known", &["--threads", "2"]);
+    let whole = begun.elapsed();
+    for (out, more) in [
+        ("one", ["--threads", "1"]),
+        ("each", ["--jobs", "1"]),
+        ("scalar", ["--backend", "cpu:scalarx1"]),
+    ] {
+        assert_eq!(place.swept(out, &more), known, "{more:?}");
+        place.assert_same("known", out);
+    }
+    for shard in ["2/2", "1/2"] {
+        place.good(&sweep("shards", &["--shard", shard]));
+    }
+    assert_eq!(place.data(&["sweep", "merge", "shards"])["hash"], known);
+
+    let arguments = sweep("killed", &["--jobs", "2", "--checkpoint-every", "0.001s"]);
+    let (mut killed, mut done) = (0, 0);
+    for moment in moments().take(kills as usize) {
+        let mut child = place.start(&arguments);
+        thread::sleep(whole.mul_f64(moment));
+        child.kill().unwrap();
+        let code = ended(&arguments, child).code;
+        killed += u32::from(code.is_none());
+        assert!(code.is_none_or(|code| code == 0));
+        done = done.max(place.done("killed"));
+    }
+    assert!(killed > kills / 4 && done > 0, "{killed} kills, {done} runs done");
+    assert_eq!(place.swept("killed", &[]), known);
+    place.assert_same("known", "killed");
+}
+
+#[test]
+fn of_swarms_are_the_same_however_they_are_done() {
+    let place = Place::with("swarms", SWARMS);
+    let experiments = Path::new(env!("CARGO_MANIFEST_DIR")).join("../experiments");
+    place.write(
+        "odowd2014-over.toml",
+        fs::read(experiments.join("odowd2014-over.toml")).unwrap(),
+    );
+    is_the_same_however_it_is_done(&place, 12);
+    // A run of its own has the same result, and a line for each robot in each interval.
+    let results = place.column("known/results.csv", "result");
+    let extract = ["sweep", "extract", "known", "4", "--backend", "cpu", "--out", "four"];
+    assert_eq!(place.data(&extract)["result"], results[4]);
+    place.good(&["verify", "four"]);
+    let own = place.text("four/intervals.csv");
+    let table = place.text("known/generations.csv");
+    let rows: Vec<&str> = table.lines().filter_map(|row| row.strip_prefix("4,")).collect();
+    assert_eq!(own.lines().skip(1).collect::<Vec<_>>(), rows);
+    assert_eq!(rows.len(), 3 * 5);
+    let set = [
+        "swarm.minutes=3",
+        "swarm.robots=5",
+        "swarm.controllers.mutation_scale=0.1",
+    ];
+    let run = [
+        "run",
+        "odowd2014-over.toml",
+        "--backend",
+        "cpu",
+        "--seed",
+        "2",
+        "--out",
+        "own",
+    ];
+    place.good(&[&run[..], &set.iter().flat_map(|set| ["--set", set]).collect::<Vec<_>>()].concat());
+    assert!(place.text("own/DONE").contains(&results[4]));
+    // Another seed is another life.
+    assert!(results[3] != results[4]);
+}
+
+#[test]
+fn in_reality_and_of_drawn_values_are_the_same_however_they_are_done() {
+    let sweep = r#"
+        experiment = "small.toml"
+        seeds = "3..4"
+        [set]
+        evolution.generations = 40
+        [[list]]
+        controller = { kind = "perceptron" }
+        [[list]]
+        controller = { kind = "recurrent" }
+        [random]
+        samples = 3
+        [random.ranges]
+        cycles = { from = 100, to = 300 }
+        trials = { from = 1, to = 3 }
+        evolution.mutation.amount = { from = 0.01, to = 10.0, scale = "log" }
+        [reality]
+        robots = [1, 2]
+    "#;
+    let place = Place::with("reality", sweep);
+    is_the_same_however_it_is_done(&place, 12);
+    let column = |name| place.column("known/results.csv", name);
+    let [simulated, real, best] = ["simulated", "real", "real_best"].map(column);
+    for ((simulated, real), best) in simulated.iter().zip(&real).zip(&best) {
+        let [simulated, real, best] = [simulated, real, best].map(|cell| cell.parse::<f64>().unwrap());
+        assert!(simulated != real && real <= best, "{simulated}, {real}, {best}");
+    }
+    // Another robot is another reality, and the same evolution.
+    place.write("sweep.toml", sweep.replace("[1, 2]", "[1, 3]"));
+    place.swept("other", &[]);
+    let other = |name| place.column("other/results.csv", name);
+    assert_eq!(other("result"), column("result"));
+    assert_eq!(other("simulated"), simulated);
+    assert_ne!(other("real"), real);
+}
