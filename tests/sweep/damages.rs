@@ -50,19 +50,30 @@ fn of_checkpoints_are_told_and_the_one_before_is_used() {
         let whole = place.read(file);
         place.write(file, &whole[..whole.len() - 1]);
     };
-    let ways: [(&str, Damage); 3] = [
-        ("flipped", |place, file| flip(place, file, place.read(file).len() / 2)),
-        ("cut", cut),
-        ("empty", |place, file| place.write(file, "")),
+    // A good one, but in it the sweep is another.
+    let foreign = |place: &Place, file: &Path| {
+        flip(place, file, 0);
+        let bytes = place.read(file);
+        let (content, _) = bytes.split_last_chunk::<32>().unwrap();
+        place.write(file, [content, blake3::hash(content).as_bytes()].concat());
+    };
+    let damaged = "is cut off or damaged";
+    let ways: [(&str, &str, Damage); 4] = [
+        ("flipped", damaged, |place, file| {
+            flip(place, file, place.read(file).len() / 2);
+        }),
+        ("cut", damaged, cut),
+        ("empty", damaged, |place, file| place.write(file, "")),
+        ("foreign", "is of another sweep", foreign),
     ];
-    for (out, damage) in ways {
+    for (out, problem, damage) in ways {
         copy(&place.at("killed"), &place.at(out));
         let [newest, before] = names
             .clone()
             .map(|name| Path::new(out).join(name.strip_prefix("killed").unwrap()));
         let told = |checkpoint: &Path| {
             let name = checkpoint.file_name().unwrap().to_str().unwrap();
-            format!("warning: {out}/shard-1-of-1/{name}: is cut off or damaged; it is not used")
+            format!("warning: {out}/shard-1-of-1/{name}: {problem}; it is not used")
         };
         // Only what goes on from the one before has this line.
         let line = place.forge(&before, "known").unwrap();
