@@ -330,7 +330,6 @@ pub struct MotorCell {
 
 impl MotorTable {
     /// The Khepera compiled in.
-    #[expect(clippy::missing_panics_doc, reason = "the samples have the speeds of all states")]
     pub fn khepera(states: MotorStates) -> Arc<Self> {
         static TABLES: LazyLock<[Arc<MotorTable>; 3]> = LazyLock::new(|| {
             [

@@ -478,8 +478,8 @@ pub(crate) struct SweepRun {
     /// The sweep's directory
     #[arg(long, value_name = "DIR", value_hint = ValueHint::DirPath)]
     pub(crate) out: PathBuf,
-    /// Do every N-th run, from the I-th on; any number of shards may run at once [default: all runs, or by
-    /// SLURM_ARRAY_TASK_ID]
+    /// Do every N-th run, from the I-th on; any number of shards may run at once [default: all runs, or what the task
+    /// of a Slurm array is to do]
     #[arg(long, value_name = "I/N")]
     pub(crate) shard: Option<Shard>,
     /// Stop after this time, such as 90s, 30m, 2h or 1h30m: a checkpoint, and exit 75

@@ -17,7 +17,7 @@ use crate::device;
 use crate::exit::{Failure, Result};
 use crate::progress;
 use crate::record::{Session, is_locked, write_whole};
-use crate::sweep::estimate::estimates;
+use crate::sweep::estimate::{Estimate, estimates};
 use crate::sweep::file::Axis;
 use crate::sweep::journal::Journal;
 use crate::sweep::lockstep::Pace;
@@ -93,37 +93,37 @@ fn plan(arguments: &SweepPlan, console: Console) -> Result {
         row.push(format!("{:.3}", plan.steps[cell] as f64 / 1e6));
         row
     };
-    let mut head = vec!["run", "id"];
-    head.extend(&keys);
-    head.extend(["seed", "M steps"]);
-    let rows: Vec<Vec<String>> = (0..shown as RunIndex).map(row).collect();
-    let mut text = format!(
-        "{}: {} runs, {} cells from {} each; {:.4} thousand million robot-steps; {} of memory for each run under way\n\n{}",
+    let head: Vec<&str> = ["run", "id"]
+        .into_iter()
+        .chain(keys)
+        .chain(["seed", "M steps"])
+        .collect();
+    let runs: Vec<Vec<String>> = (0..shown as RunIndex).map(row).collect();
+    let more = if shown < all {
+        format!("... and {} more; --all lists them\n", all - shown)
+    } else {
+        String::new()
+    };
+    let device = |device: &Estimate| {
+        let rate = format!("{:.1}", device.steps_per_second / 1e6);
+        vec![device.name.clone(), rate, time(device.seconds)]
+    };
+    let here = if devices.is_empty() {
+        String::new()
+    } else {
+        let rows: Vec<Vec<String>> = devices.iter().map(device).collect();
+        columns(&["here", "M steps/s", "all runs"], &rows)
+    };
+    console.data(format!(
+        "{}: {all} runs, {} cells from {} each; {:.4} thousand million robot-steps; {} of memory for each run under way\n\n\
+         {}{more}\n{here}",
         sweep.name(),
-        all,
         sweep.file().cells(),
         counted(sweep.file().seeds.len() as u32, "seed", "seeds"),
         steps as f64 / 1e9,
         size(plan.bytes),
-        columns(&head, &rows),
-    );
-    if shown < all {
-        text += &format!("... and {} more; --all lists them\n", all - shown);
-    }
-    if !devices.is_empty() {
-        let rows: Vec<Vec<String>> = devices
-            .iter()
-            .map(|device| {
-                vec![
-                    device.name.clone(),
-                    format!("{:.1}", device.steps_per_second / 1e6),
-                    time(device.seconds),
-                ]
-            })
-            .collect();
-        text += &format!("\n{}", columns(&["here", "M steps/s", "all runs"], &rows));
-    }
-    console.data(text)
+        columns(&head, &runs),
+    ))
 }
 
 /// A time in words.
@@ -377,16 +377,15 @@ fn reported(dir: &Path, outcome: Option<&str>, out: Option<&Path>, console: Cons
     let columns = sweep.outcomes();
     let by = match outcome {
         None => by,
-        Some(name) => match columns.iter().find(|(known, _)| *known == name) {
-            Some((known, _)) => (*known, *known),
-            None => {
-                let known: Vec<&str> = columns.iter().map(|(name, _)| *name).collect();
-                return Err(Failure::input(format_args!(
-                    "--outcome {name}: allowed: {}",
-                    known.join(", ")
-                )));
-            }
-        },
+        Some(name) => {
+            let known = columns.iter().find(|(known, _)| *known == name);
+            let Some((known, _)) = known else {
+                let allowed: Vec<&str> = columns.iter().map(|(name, _)| *name).collect();
+                let allowed = allowed.join(", ");
+                return Err(Failure::input(format_args!("--outcome {name}: allowed: {allowed}")));
+            };
+            (*known, *known)
+        }
     };
     let others: Vec<String> = columns
         .iter()

@@ -15,9 +15,9 @@ const SCRIPT: &str = include_str!("slurm.sh");
 /// Processors of a task where `--threads` does not say.
 const PROCESSORS: u16 = 4;
 /// How long a task may take where `--time-budget` does not say: what many clusters allow.
-const LONGEST: Duration = Duration::from_secs(24 * 3600);
+const LONGEST: Duration = Duration::from_hours(24);
 /// What a task has to stop in, after it was told or its budget was over.
-const STOPPING: Duration = Duration::from_secs(120);
+const STOPPING: Duration = Duration::from_mins(2);
 
 /// The job array that does a sweep in so many shards as the command line says.
 ///
@@ -138,9 +138,9 @@ mod tests {
         assert_eq!(quoted("/a/b-1.toml"), "/a/b-1.toml");
         assert_eq!(quoted("it's $HOME"), r"'it'\''s $HOME'");
         assert_eq!(quoted(""), "''");
-        assert_eq!(clock(Duration::from_secs(7200)), "2:00:00");
+        assert_eq!(clock(Duration::from_hours(2)), "2:00:00");
         assert_eq!(clock(Duration::from_secs(61)), "0:02:00");
-        assert_eq!(clock(Duration::from_secs(100 * 3600)), "100:00:00");
+        assert_eq!(clock(Duration::from_hours(100)), "100:00:00");
         assert_eq!(seconds(Duration::from_millis(1500)), "1.5s");
     }
 }
