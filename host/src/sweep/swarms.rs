@@ -3,10 +3,9 @@
 //! seconds.
 
 use std::collections::VecDeque;
-
 use std::sync::{Mutex, PoisonError};
 use std::thread;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use oneiro::batch::Batch;
 use oneiro::evaluator::{Control, Error, Evaluator};
@@ -20,7 +19,9 @@ use crate::swarm::settings::Settings;
 use crate::swarm::{self, live};
 use crate::worker::Watch;
 
-/// Runs of a group: enough for all lanes of two processors, few enough that a group does not last long.
+/// What a group should take, since it is done again when it is interrupted, and its runs at the beginning and at most.
+const LONG: Duration = Duration::from_secs(2);
+const FIRST: usize = 4;
 const GROUP: usize = 64;
 /// Threads that take turns.
 const CREWS: usize = 2;
@@ -35,6 +36,8 @@ struct Group {
 struct Waiting<'a> {
     sweep: &'a Sweep,
     runs: VecDeque<RunIndex>,
+    /// Runs of the next group, and of any.
+    size: usize,
     largest: usize,
     /// The cell that was looked at last.
     cell: Option<(usize, Cell)>,
@@ -58,7 +61,7 @@ impl Waiting<'_> {
             runs: Vec::new(),
             plans: Vec::new(),
         };
-        while group.runs.len() < self.largest
+        while group.runs.len() < self.size.min(self.largest)
             && let Some(&run) = self.runs.front()
         {
             let plan = self.plan(run)?;
@@ -74,6 +77,12 @@ impl Waiting<'_> {
             group.plans.push(plan);
         }
         Ok(Some(group).filter(|group| !group.runs.is_empty()))
+    }
+
+    /// A group of so many runs took so long.
+    fn learn(&mut self, runs: usize, took: Duration) {
+        let fit = runs as f64 * LONG.as_secs_f64() / took.as_secs_f64().max(1e-3);
+        self.size = (fit as usize).clamp(1, 4 * runs);
     }
 }
 
@@ -95,6 +104,7 @@ pub(crate) fn run(
     let waiting = Mutex::new(Waiting {
         sweep,
         runs: runs.into(),
+        size: FIRST,
         largest: share.clamp(1, GROUP),
         cell: None,
     });
@@ -113,7 +123,13 @@ pub(crate) fn run(
             let Some(Group { runs, plans }) = next else {
                 return Ok(());
             };
+            let began = Instant::now();
             let lived = live(&plans, &evaluate, &mut ())?;
+            let took = began.elapsed();
+            waiting
+                .lock()
+                .unwrap_or_else(PoisonError::into_inner)
+                .learn(runs.len(), took);
             for ((run, own), lived) in runs.into_iter().zip(&plans).zip(&lived) {
                 let id = plan.ids[run as usize];
                 if !journal.done(Outcome::of_swarm(run, id, &own.settings, lived), id) {
