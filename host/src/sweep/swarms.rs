@@ -19,10 +19,11 @@ use crate::swarm::settings::Settings;
 use crate::swarm::{self, live};
 use crate::worker::Watch;
 
-/// What a group should take, since it is done again when it is interrupted, and its runs at the beginning and at most.
-const LONG: Duration = Duration::from_secs(2);
+/// What a group should take, since it is done again when it is interrupted.
+const LONG: Duration = Duration::from_secs(4);
+/// Runs of the first group, and the fewest and the most of others: enough for the lanes of a vector, or of several.
 const FIRST: usize = 4;
-const GROUP: usize = 64;
+const GROUP: [usize; 2] = [16, 64];
 /// Threads that take turns.
 const CREWS: usize = 2;
 
@@ -82,7 +83,7 @@ impl Waiting<'_> {
     /// A group of so many runs took so long.
     fn learn(&mut self, runs: usize, took: Duration) {
         let fit = runs as f64 * LONG.as_secs_f64() / took.as_secs_f64().max(1e-3);
-        self.size = (fit as usize).clamp(1, 4 * runs);
+        self.size = (fit as usize).clamp(GROUP[0], GROUP[1]);
     }
 }
 
@@ -105,7 +106,7 @@ pub(crate) fn run(
         sweep,
         runs: runs.into(),
         size: FIRST,
-        largest: share.clamp(1, GROUP),
+        largest: share.clamp(1, GROUP[1]),
         cell: None,
     });
     let evaluator = Mutex::new(evaluator);
