@@ -148,14 +148,16 @@ impl Sweep {
         Self::of(path, file, experiment)
     }
 
-    /// Reads the sweep of a file whose experiment lies somewhere else by now.
+    /// Reads the sweep of a file that was called otherwise, and whose experiment lies somewhere else by now.
     ///
     /// # Errors
     /// As [`Sweep::read`].
-    pub(crate) fn moved(path: &Path, experiments: &Path) -> Result<Self> {
-        let file = SweepFile::read(path)?;
-        let name = Path::new(&file.experiment).file_name().unwrap_or_default();
-        let experiment = experiments.join(name);
+    pub(crate) fn moved(name: &str, path: &Path, experiments: &Path) -> Result<Self> {
+        let file = SweepFile {
+            name: name.into(),
+            ..SweepFile::read(path)?
+        };
+        let experiment = experiments.join(Path::new(&file.experiment).file_name().unwrap_or_default());
         Self::of(path, file, experiment)
     }
 

@@ -278,13 +278,10 @@ impl Store {
     /// # Errors
     /// Exit 3 when this program would not make the same of it.
     pub(crate) fn sweep(&self) -> Result<(Sweep, Plan)> {
-        let sweep = Sweep::moved(&self.directory.join(SWEEP), &self.directory.join(EXPERIMENT))?;
+        let [file, experiment] = [SWEEP, EXPERIMENT].map(|name| self.directory.join(name));
+        let sweep = Sweep::moved(&self.made.name, &file, &experiment)?;
         let plan = sweep.plan()?;
-        let own = Made {
-            name: self.made.name.clone(),
-            ..Made::new(&sweep, &plan)
-        };
-        match own.differs_from(&self.made) {
+        match Made::new(&sweep, &plan).differs_from(&self.made) {
             None => Ok((sweep, plan)),
             Some(difference) => Err(Failure::input(format_args!(
                 "{}: {difference}",
