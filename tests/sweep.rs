@@ -253,6 +253,48 @@ impl Place {
     }
 }
 
+/// What became of processes that were killed.
+#[derive(Debug, Default)]
+struct Killed {
+    /// Those that had ended by themselves.
+    misses: u32,
+    /// Those that found runs done.
+    resumed: u32,
+    /// Runs that were done in all.
+    runs: u64,
+}
+
+impl Place {
+    /// Kills a sweep in `killed` again and again, at moments up to the longest. When it is done it has to be as the one
+    /// that is known, and begins anew.
+    fn killed(&self, arguments: &[&str], kills: u32, longest: Duration, known: &str) -> Killed {
+        let mut killed = Killed::default();
+        // Steps of the golden section meet all parts of an interval.
+        let mut moments = std::iter::successors(Some(0.0), |moment| Some((moment + 0.618_034) % 1.0));
+        let mut left = kills;
+        while left > 0 {
+            let mut child = self.start(arguments);
+            thread::sleep(longest.mul_f64(moments.next().unwrap()));
+            child.kill().unwrap();
+            let ran = ended(arguments, child);
+            killed.resumed += u32::from(ran.stderr.contains("runs are done already"));
+            if ran.code.is_none() {
+                left -= 1;
+            } else {
+                ran.exits(0);
+                killed.misses += 1;
+            }
+            if self.at("killed/generations.csv").exists() {
+                self.assert_same(known, "killed");
+                killed.runs += self.done("killed");
+                fs::remove_dir_all(self.at("killed")).unwrap();
+            }
+        }
+        killed.runs += self.done("killed");
+        killed
+    }
+}
+
 /// Waits until something is so.
 fn wait_for(mut is_so: impl FnMut() -> bool) {
     let begun = Instant::now();
@@ -260,11 +302,6 @@ fn wait_for(mut is_so: impl FnMut() -> bool) {
         assert!(begun.elapsed() < Duration::from_mins(1), "waited for a minute");
         thread::sleep(Duration::from_millis(2));
     }
-}
-
-/// Moments of an interval, which meet all of its parts: steps of the golden section.
-fn moments() -> impl Iterator<Item = f64> {
-    std::iter::successors(Some(0.0_f64), |moment| Some((moment + 0.618_034) % 1.0))
 }
 
 /// What became of a process that was started with pipes.

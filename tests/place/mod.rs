@@ -40,6 +40,8 @@ impl Place {
             .args(arguments)
             .current_dir(&self.0)
             .env_remove("NO_COLOR")
+            // Tests may run in a job array, whose task would take a share of a sweep.
+            .env_remove("SLURM_ARRAY_TASK_ID")
             .stdin(Stdio::null());
         command
     }

@@ -106,21 +106,6 @@ fn are_the_same_when_time_runs_out_again_and_again() {
     place.assert_same("whole", "stopped");
 }
 
-/// Generations that have lived in a sweep done run after run, by its newest checkpoint and the runs that are done.
-fn lived(place: &Place, out: &str) -> u64 {
-    let Some(newest) = place.checkpoints(out).first().map(|path| fs::read(path).unwrap()) else {
-        return 0;
-    };
-    let rows = place.rows("whole/generations.csv");
-    let is_there = |row: &&Vec<String>| {
-        let line = row[1..].join(",");
-        newest.windows(line.len()).any(|here| here == line.as_bytes())
-    };
-    let all = rows.len() as u64 / LONG_RUNS;
-    let under_way = rows[1..].iter().filter(|row| row[1].ends_with('9')).filter(is_there);
-    place.done(out) * all + 10 * under_way.count() as u64
-}
-
 /// Two hundred processes are killed at any moment; each is followed by the same command.
 #[test]
 fn are_the_same_after_two_hundred_kills() {
@@ -131,40 +116,36 @@ fn are_the_same_after_two_hundred_kills() {
     // can one be brought to its end.
     let pace = ["--threads", "1", "--jobs", "1"];
     let begun = Instant::now();
-    let known = place.swept("whole", &pace);
+    let known = place.swept("known", &pace);
     let run = begun.elapsed().div_f64(LONG_RUNS as f64);
     let longest = run.div_f64(4.0).min(Duration::from_millis(80));
     let arguments = sweep("killed", &[&pace[..], &["--checkpoint-every", "0.005s"]].concat());
-    let (mut kills, mut misses, mut most) = (0, 0, 0);
-    let mut moments = moments();
-    while kills < KILLS {
-        let mut child = place.start(&arguments);
-        thread::sleep(longest.mul_f64(moments.next().unwrap()));
-        child.kill().unwrap();
-        let ran = ended(&arguments, child);
-        if ran.code.is_none() {
-            kills += 1;
-        } else {
-            // It was quicker.
-            ran.exits(0);
-            misses += 1;
-        }
-        if place.at("killed/generations.csv").exists() {
-            place.assert_same("whole", "killed");
-            most = lived(&place, "killed");
-            fs::remove_dir_all(place.at("killed")).unwrap();
-        }
-    }
-    most = most.max(lived(&place, "killed"));
-    eprintln!(
-        "{kills} processes killed, {misses} not; {most} generations lived, a run of {run:?}, longest {longest:?}"
-    );
-    assert!(misses <= KILLS / 10, "{misses} processes ended before they were killed");
+    let killed = place.killed(&arguments, KILLS, longest, "known");
+    eprintln!("{killed:?} of {run:?}, processes of {longest:?} at most");
+    assert!(killed.misses <= KILLS / 10, "{killed:?}");
     let of_one = u64::from(GENERATIONS / 4);
+    let lived = killed.runs * u64::from(GENERATIONS) + generations_under_way(&place);
     assert!(
-        most > of_one,
-        "{most} generations have lived, which one process could do"
+        lived > of_one,
+        "{lived} generations have lived, which one process could do"
     );
     assert_eq!(place.swept("killed", &pace), known);
-    place.assert_same("whole", "killed");
+    place.assert_same("known", "killed");
+}
+
+/// Generations that have lived of the run under way, by the newest checkpoint of what was killed.
+fn generations_under_way(place: &Place) -> u64 {
+    let Some(newest) = place.checkpoints("killed").first().map(|path| fs::read(path).unwrap()) else {
+        return 0;
+    };
+    let rows = place.rows("known/generations.csv");
+    let is_there = |row: &Vec<String>| {
+        let line = row[1..].join(",");
+        newest.windows(line.len()).any(|here| here == line.as_bytes())
+    };
+    // Every tenth is looked for.
+    10 * rows[1..]
+        .iter()
+        .filter(|row| row[1].ends_with('9') && is_there(row))
+        .count() as u64
 }

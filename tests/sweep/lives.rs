@@ -33,17 +33,8 @@ fn is_the_same_however_it_is_done(place: &Place, kills: u32) {
     assert_eq!(place.data(&["sweep", "merge", "shards"])["hash"], known);
 
     let arguments = sweep("killed", &["--jobs", "2", "--checkpoint-every", "0.001s"]);
-    let (mut killed, mut done) = (0, 0);
-    for moment in moments().take(kills as usize) {
-        let mut child = place.start(&arguments);
-        thread::sleep(whole.mul_f64(moment));
-        child.kill().unwrap();
-        let code = ended(&arguments, child).code;
-        killed += u32::from(code.is_none());
-        assert!(code.is_none_or(|code| code == 0));
-        done = done.max(place.done("killed"));
-    }
-    assert!(killed > kills / 4 && done > 0, "{killed} kills, {done} runs done");
+    let killed = place.killed(&arguments, kills, whole.mul_f64(0.7), "known");
+    assert!(killed.resumed > 0, "no process has gone on from what others had done");
     assert_eq!(place.swept("killed", &[]), known);
     place.assert_same("known", "killed");
 }

@@ -96,8 +96,11 @@ fn are_what_oneiro_run_makes_of_the_same_values() {
 
 #[test]
 fn are_done_again_with_a_directory_that_can_be_verified() {
-    let place = Place::with("extract", ALL_KINDS);
-    place.swept("out", &[]);
+    let place = Place::with("extract", "");
+    // The sweep is called as its file is.
+    place.write("kinds.toml", ALL_KINDS);
+    let run = ["sweep", "run", "kinds.toml", "--out", "out", "--backend", "cpu"];
+    place.good(&run);
     let column = |name| place.column("out/results.csv", name);
     let (ids, results, seeds) = (column("id"), column("result"), column("seed"));
     let extract = |run: &str, more: &[&str]| {
@@ -118,7 +121,7 @@ fn are_done_again_with_a_directory_that_can_be_verified() {
     }
     assert!(
         place
-            .at(format!("out/runs/sweep-{}-{}", seeds[0], &ids[0][..8]))
+            .at(format!("out/runs/kinds-{}-{}", seeds[0], &ids[0][..8]))
             .is_dir()
     );
     // By its id; nothing is overwritten; and by what is none.
@@ -133,6 +136,8 @@ fn are_done_again_with_a_directory_that_can_be_verified() {
         let code = if run == "-1" { 2 } else { 3 };
         ran.exits(code).says(&[words]);
     }
-    // A sweep goes on beside them.
-    place.swept("out", &[]);
+    // A sweep goes on beside them, and keeps its name where its shards are joined.
+    place.good(&run);
+    place.good(&["sweep", "merge", "out", "--out", "joined"]);
+    assert_eq!(place.data(&["sweep", "status", "joined"])["name"], "kinds");
 }
