@@ -199,8 +199,12 @@ fn sweep(arguments: &SweepRun, console: Console) -> Result {
             )
         });
     }
-    let written = joined(&[&store], &sweep, &plan, store.directory(), console)?;
-    told(&written, console)
+    let stores = [store];
+    let finished = all_finished(&stores, &plan, console)?;
+    told(
+        &tables::write(stores[0].directory(), &sweep, &plan, &finished)?,
+        console,
+    )
 }
 
 /// Does a shard's runs.
@@ -257,8 +261,8 @@ fn work(
     ended
 }
 
-/// Writes the tables of what directories of one sweep have.
-fn joined(stores: &[&Store], sweep: &Sweep, plan: &Plan, out: &Path, console: Console) -> Result<Written> {
+/// What the directories of one sweep have. What is damaged is told.
+fn all_finished(stores: &[Store], plan: &Plan, console: Console) -> Result<AllFinished> {
     let mut finished = AllFinished::default();
     for store in stores {
         store.finished(Some(&plan.ids), &mut finished)?;
@@ -266,7 +270,7 @@ fn joined(stores: &[&Store], sweep: &Sweep, plan: &Plan, out: &Path, console: Co
     for problem in &finished.problems {
         console.say(format!("warning: {problem}"));
     }
-    tables::write(out, sweep, plan, &finished)
+    Ok(finished)
 }
 
 fn told(written: &Written, console: Console) -> Result {
@@ -349,13 +353,14 @@ fn merge(dirs: &[PathBuf], out: Option<&Path>, console: Console) -> Result {
         first.fits(other)?;
     }
     let (sweep, plan) = first.sweep()?;
-    let all: Vec<&Store> = stores.iter().collect();
+    let finished = all_finished(&stores, &plan, console)?;
     let written = match out {
-        None => joined(&all, &sweep, &plan, first.directory(), console)?,
+        None => tables::write(first.directory(), &sweep, &plan, &finished)?,
         Some(out) => {
+            finished.is_all_of(&sweep)?;
             // So that it can be reported on and extracted from, as any sweep's directory.
             let store = Store::prepare(out, &sweep, &plan)?;
-            joined(&all, &sweep, &plan, store.directory(), console)?
+            tables::write(store.directory(), &sweep, &plan, &finished)?
         }
     };
     told(&written, console)

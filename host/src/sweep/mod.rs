@@ -152,12 +152,11 @@ impl Sweep {
     ///
     /// # Errors
     /// As [`Sweep::read`].
-    pub(crate) fn moved(name: &str, path: &Path, experiments: &Path) -> Result<Self> {
+    pub(crate) fn moved(name: &str, path: &Path, experiment: PathBuf) -> Result<Self> {
         let file = SweepFile {
             name: name.into(),
             ..SweepFile::read(path)?
         };
-        let experiment = experiments.join(Path::new(&file.experiment).file_name().unwrap_or_default());
         Self::of(path, file, experiment)
     }
 

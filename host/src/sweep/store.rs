@@ -78,6 +78,8 @@ pub(crate) struct Made {
     /// The program's version, and the hash of its kernels.
     program: String,
     kernels: String,
+    /// Where the experiment's file is in the directory.
+    experiment: PathBuf,
     /// The sweep.
     pub(crate) name: String,
     pub(crate) runs: usize,
@@ -98,6 +100,7 @@ impl Made {
             version: VERSION,
             program: env!("CARGO_PKG_VERSION").into(),
             kernels: kernels(),
+            experiment: PathBuf::new(),
             name: sweep.name().into(),
             runs: sweep.runs(),
             cells: sweep.file().cells(),
@@ -199,7 +202,7 @@ impl Store {
         let made = Made::new(sweep, plan);
         fs::create_dir_all(directory).map_err(|error| Failure::unreadable(directory, &error))?;
         if Self::made(directory)?.is_none() {
-            Self::make(directory, sweep, &made)?;
+            Self::make(directory, sweep, made.clone())?;
         }
         if let Some(difference) = Self::made(directory)?.and_then(|other| made.differs_from(&other)) {
             return Err(Failure::input(format_args!(
@@ -214,7 +217,7 @@ impl Store {
     }
 
     /// Shards may begin at the same time: the first makes the directory.
-    fn make(directory: &Path, sweep: &Sweep, made: &Made) -> Result {
+    fn make(directory: &Path, sweep: &Sweep, made: Made) -> Result {
         // Not even a lock is put among what others have there.
         refuse_others(directory).or_else(|refusal| match Self::made(directory)? {
             Some(_) => Ok(()),
@@ -228,8 +231,11 @@ impl Store {
         if Self::made(directory)?.is_some() {
             return Ok(());
         }
-        bring(directory, sweep)?;
-        let mut text = serde_json::to_string_pretty(made).expect("numbers and words");
+        let made = Made {
+            experiment: bring(directory, sweep)?,
+            ..made
+        };
+        let mut text = serde_json::to_string_pretty(&made).expect("numbers and words");
         text.push('\n');
         disk::write(&directory.join(MADE), text.as_bytes())?;
         disk::sync_directory(directory)
@@ -278,8 +284,8 @@ impl Store {
     /// # Errors
     /// Exit 3 when this program would not make the same of it.
     pub(crate) fn sweep(&self) -> Result<(Sweep, Plan)> {
-        let [file, experiment] = [SWEEP, EXPERIMENT].map(|name| self.directory.join(name));
-        let sweep = Sweep::moved(&self.made.name, &file, &experiment)?;
+        let [file, experiment] = [Path::new(SWEEP), &self.made.experiment].map(|name| self.directory.join(name));
+        let sweep = Sweep::moved(&self.made.name, &file, experiment)?;
         let plan = sweep.plan()?;
         match Made::new(&sweep, &plan).differs_from(&self.made) {
             None => Ok((sweep, plan)),
@@ -405,29 +411,43 @@ fn refuse_others(directory: &Path) -> Result {
 }
 
 /// Copies the sweep's file, the experiment's, and the files that they name, so that the directory can go anywhere. Files
-/// that lie neither beside the experiment nor below stay where they are.
-fn bring(directory: &Path, sweep: &Sweep) -> Result {
+/// with absolute names stay where they are. Where the experiment's file is then.
+fn bring(directory: &Path, sweep: &Sweep) -> Result<PathBuf> {
     let (experiment, text, files) = sweep.experiment();
-    let own = directory.join(EXPERIMENT);
+    let beside = experiment.parent().unwrap_or(Path::new(""));
+    let files: Vec<_> = files
+        .contents()
+        .into_iter()
+        .filter_map(|(path, content)| Some((path.strip_prefix(beside).ok()?.to_owned(), content)))
+        .filter(|(name, _)| name.is_relative())
+        .collect();
+    // As far down as names lead up, so that all of them stay within.
+    let is_up = |part: &Component<'_>| *part == Component::ParentDir;
+    let ups = files
+        .iter()
+        .map(|(name, _)| name.components().filter(is_up).count())
+        .max();
+    let own = PathBuf::from_iter(
+        [EXPERIMENT]
+            .into_iter()
+            .chain(std::iter::repeat_n("below", ups.unwrap_or(0))),
+    );
     let copy = |name: &Path, bytes: &[u8]| {
-        let path = own.join(name);
-        let parent = path.parent().unwrap_or(&own);
+        let path = directory.join(&own).join(name);
+        let parent = path.parent().unwrap_or(directory);
         fs::create_dir_all(parent).map_err(|error| Failure::storage(parent, &error))?;
         disk::write(&path, bytes)?;
         disk::sync_directory(parent)
     };
-    copy(Path::new(experiment.file_name().unwrap_or_default()), text.as_bytes())?;
-    let beside = experiment.parent().unwrap_or(Path::new(""));
-    for (path, content) in files.contents() {
-        if let Ok(name) = path.strip_prefix(beside)
-            && name.components().all(|part| matches!(part, Component::Normal(_)))
-        {
-            copy(name, &content.bytes)?;
-        }
+    let name = Path::new(experiment.file_name().unwrap_or_default());
+    copy(name, text.as_bytes())?;
+    for (name, content) in &files {
+        copy(name, &content.bytes)?;
     }
     let path = sweep.path();
     let bytes = fs::read(path).map_err(|error| Failure::unreadable(path, &error))?;
-    disk::write(&directory.join(SWEEP), &bytes)
+    disk::write(&directory.join(SWEEP), &bytes)?;
+    Ok(own.join(name))
 }
 
 #[cfg(test)]

@@ -84,9 +84,7 @@ fn text(value: &Value) -> String {
 /// # Errors
 /// Exit 1 when runs are missing, exit 5 when what was recorded is damaged, exit 6 when writing fails.
 pub(crate) fn write(directory: &Path, sweep: &Sweep, plan: &Plan, finished: &AllFinished) -> Result<Written> {
-    if finished.runs.len() < sweep.runs() {
-        return Err(missing(sweep, finished));
-    }
+    finished.is_all_of(sweep)?;
     let mut hasher = blake3::Hasher::new();
     let results = directory.join(RESULTS);
     disk::write_through(&results, |file| {
@@ -193,19 +191,24 @@ impl<'a> Table<'a> {
     }
 }
 
-/// Says which runs no shard has done.
-fn missing(sweep: &Sweep, finished: &AllFinished) -> Failure {
-    const SHOWN: usize = 10;
-    let all = sweep.runs();
-    let shown: Vec<String> = (0..all as RunIndex)
-        .filter(|run| !finished.runs.contains_key(run))
-        .take(SHOWN)
-        .map(|run| run.to_string())
-        .collect();
-    let count = all - finished.runs.len();
-    let more = if count > shown.len() { ", ..." } else { "" };
-    Failure::failed(format_args!(
-        "{count} of {all} runs are missing: {}{more}; `oneiro sweep run` does them",
-        shown.join(", ")
-    ))
+impl AllFinished {
+    /// Says which runs no shard has done, if any.
+    ///
+    /// # Errors
+    /// Exit 1.
+    pub(crate) fn is_all_of(&self, sweep: &Sweep) -> Result {
+        const SHOWN: usize = 10;
+        let all = sweep.runs();
+        let count = all - self.runs.len();
+        if count == 0 {
+            return Ok(());
+        }
+        let missing = (0..all as RunIndex).filter(|run| !self.runs.contains_key(run));
+        let shown: Vec<String> = missing.take(SHOWN).map(|run| run.to_string()).collect();
+        let more = if count > shown.len() { ", ..." } else { "" };
+        Err(Failure::failed(format_args!(
+            "{count} of {all} runs are missing: {}{more}; `oneiro sweep run` does them",
+            shown.join(", ")
+        )))
+    }
 }
