@@ -3,7 +3,7 @@
 //! Controllers, lights and the margin were fixed before any comparison, and so was how many worlds each takes: the
 //! arena's own worlds of ten minutes differ by 0.11, 0.08 and 0.11 of their mean for the first three cases, and by 0.46
 //! and 0.50 for the others. With 2 (0.11 / 0.0277)^2 = 32 worlds a ratio that is 1 has its interval within the margin in
-//! nine of ten comparisons; the others take 640.
+//! nine of ten comparisons; the others took 640.
 //!
 //! What was found, as ratios of the arena's rate to the twin's, plus and minus half of the interval:
 //!
@@ -14,6 +14,9 @@
 //! | flee, random, opposite | 64 | **1.06 +- 0.05** | 40 | 0.98 +- 0.04 |
 //! | seek, flee, over the nest | 128 | 0.96 +- 0.12 | 640 | 0.97 +- 0.05 |
 //! | flee, seek, opposite | 128 | **0.72 +- 0.12** | 640 | 0.99 +- 0.05 |
+//!
+//! The last two were compared before a fault of the arena's food was mended. Since then the first of them is undecided with
+//! 640 worlds, 1.05 +- 0.05, the other not compared; the test now takes 2,560.
 //!
 //! The twin as it was first written, from the documentation alone, is told from the arena in two cases. It is not the
 //! contacts: with the arena's way to push bodies apart in place of rapier's the last ratio was 0.71, since robots that
@@ -154,7 +157,7 @@ fn a_twin_by_the_documentation_alone_brings_as_much_food() {
 }
 
 #[test]
-#[ignore = "four minutes of two cores: crowds differ so much that a margin of 10 % needs 640 worlds; run it after a change of the arena, see docs/measurements.md"]
+#[ignore = "a quarter of an hour of two cores: crowds differ so much that a margin of 10 % needs thousands of worlds; run it after a change of the arena, see docs/measurements.md"]
 fn bodies_that_rapier_moves_bring_as_much_food_in_crowds() {
     agree(&UNEVEN, Forms::Arena, UNEVEN_WORLDS);
 }

@@ -335,14 +335,25 @@ impl Journal {
         Ok((journal, begun))
     }
 
-    /// A run has ended. False if nothing can be written any more; [`Journal::close`] says why.
-    pub(crate) fn done(&self, outcome: Outcome, id: blake3::Hash) -> bool {
-        self.entries.send(Entry::Done(outcome, id)).is_ok()
+    /// A run has ended.
+    ///
+    /// # Errors
+    /// Nothing can be written any more; [`Journal::close`] says why.
+    pub(crate) fn done(&self, outcome: Outcome, id: blake3::Hash) -> Result {
+        self.write(Entry::Done(outcome, id))
     }
 
-    /// From here the runs under way can go on, whatever happens. False as in [`Journal::done`].
-    pub(crate) fn checkpoint(&self, runs: Vec<Saved>) -> bool {
-        self.entries.send(Entry::UnderWay(runs)).is_ok()
+    /// From here the runs under way can go on, whatever happens.
+    ///
+    /// # Errors
+    /// As [`Journal::done`].
+    pub(crate) fn checkpoint(&self, runs: Vec<Saved>) -> Result {
+        self.write(Entry::UnderWay(runs))
+    }
+
+    fn write(&self, entry: Entry) -> Result {
+        let sent = self.entries.send(entry);
+        sent.map_err(|_| Failure::failed("results can't be written"))
     }
 
     /// Waits until all is on the disk.

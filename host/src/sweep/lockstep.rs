@@ -310,7 +310,7 @@ fn real_life(seed: u64, generation: u32, individual: u32, robot: usize) -> Key {
 struct Waiting<'a> {
     sweep: &'a Sweep,
     sites: BTreeMap<usize, Weak<Site>>,
-    /// The next of each kernel; cells whose kernel is not known yet wait last.
+    /// Those of each kernel.
     kinds: Vec<(&'static str, VecDeque<RunIndex>)>,
     saved: BTreeMap<RunIndex, Saved>,
 }
@@ -471,10 +471,10 @@ pub(crate) fn run(
         checkpointed: Instant::now(),
     };
     let ended = shift.work(watch);
-    // Also when all is done: what the checkpoint held is in the table of results by now.
-    shift.checkpoint();
+    // Also when all is done: what the last checkpoint held is in the table of results by now.
+    let kept = shift.checkpoint();
     match ended {
-        Ok(()) => Ok(()),
+        Ok(()) => kept,
         Err(Interruption::Evaluation(evaluator::Error::Cancelled)) => {
             Err(Failure::stopped("stopped; the same command goes on"))
         }
@@ -512,12 +512,10 @@ impl Shift<'_> {
             // The device has its next batch by now.
             for outcome in ended {
                 let id = self.plan.ids[outcome.run as usize];
-                if !self.journal.done(outcome, id) {
-                    return Err(Failure::failed("results can't be written").into());
-                }
+                self.journal.done(outcome, id)?;
             }
-            if self.checkpointed.elapsed() >= self.checkpoint_every && !self.checkpoint() {
-                return Err(Failure::failed("results can't be written").into());
+            if self.checkpointed.elapsed() >= self.checkpoint_every {
+                self.checkpoint()?;
             }
         }
     }
@@ -534,13 +532,11 @@ impl Shift<'_> {
             }
             self.send(Crew::new(lives, Stage::Simulation)?)?;
         }
-        let few = self.under_way.len() < 2 && self.waiting.kernel().is_none();
-        let kernel = self.meeting.first().map(|life| life.site.kernel());
-        if let Some(kernel) = kernel
-            && (few
-                || !self
-                    .room
-                    .has(self.meeting.len(), Stage::Reality.steps_of(&self.meeting)))
+        let is_last = self.under_way.len() < 2 && self.waiting.kernel().is_none();
+        let steps = Stage::Reality.steps_of(&self.meeting);
+        let is_due = is_last || !self.room.has(self.meeting.len(), steps);
+        if let Some(kernel) = self.meeting.first().map(|life| life.site.kernel())
+            && is_due
         {
             let (lives, others) = std::mem::take(&mut self.meeting)
                 .into_iter()
@@ -602,8 +598,8 @@ impl Shift<'_> {
         Ok(ended.into_iter().filter_map(|life| life.outcome).collect())
     }
 
-    /// Has the runs under way written down. False when nothing can be written.
-    fn checkpoint(&mut self) -> bool {
+    /// Has the runs under way written down.
+    fn checkpoint(&mut self) -> Result {
         self.checkpointed = Instant::now();
         let crews = self.under_way.iter().flat_map(|crew| &crew.lives);
         self.journal

@@ -133,12 +133,10 @@ pub(crate) fn run(
                 .learn(runs.len(), took);
             for ((run, own), lived) in runs.into_iter().zip(&plans).zip(&lived) {
                 let id = plan.ids[run as usize];
-                if !journal.done(Outcome::of_swarm(run, id, &own.settings, lived), id) {
-                    return Err(Failure::failed("results can't be written"));
-                }
+                journal.done(Outcome::of_swarm(run, id, &own.settings, lived), id)?;
             }
             // What is on the disk now is safe from power cuts, too.
-            journal.checkpoint(Vec::new());
+            journal.checkpoint(Vec::new())?;
         }
     };
     thread::scope(|scope| {
