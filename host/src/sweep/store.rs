@@ -427,11 +427,8 @@ fn bring(directory: &Path, sweep: &Sweep) -> Result<PathBuf> {
         .iter()
         .map(|(name, _)| name.components().filter(is_up).count())
         .max();
-    let own = PathBuf::from_iter(
-        [EXPERIMENT]
-            .into_iter()
-            .chain(std::iter::repeat_n("below", ups.unwrap_or(0))),
-    );
+    let below = std::iter::repeat_n("below", ups.unwrap_or(0));
+    let own: PathBuf = std::iter::once(EXPERIMENT).chain(below).collect();
     let copy = |name: &Path, bytes: &[u8]| {
         let path = directory.join(&own).join(name);
         let parent = path.parent().unwrap_or(directory);
