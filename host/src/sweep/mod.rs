@@ -5,13 +5,16 @@
 //!
 //! | file | what |
 //! |---|---|
-//! | [`file`] | what a sweep's TOML says |
+//! | [`mod@file`] | what a sweep's TOML says |
+//! | [`estimate`] | how long it takes on each device here |
 //! | [`lockstep`] | the loop: generations of many runs in one batch |
 //! | [`swarms`] | the same for swarms, whose runs are whole lives |
 //! | [`outcome`] | what a run gave: columns of tables |
 //! | [`journal`] | what one process has done, on the disk |
 //! | [`store`] | a sweep's directory: whose it is, and its shards' journals |
-//! | [`tables`] | the runs of all shards in one table |
+//! | [`tables`], [`table`], `parquet` | the runs of all shards in one table |
+//! | [`report`] | the page: curves, heat maps, champions, which cells differ |
+//! | [`slurm`] | the job array that does it |
 
 pub(crate) mod estimate;
 pub(crate) mod file;
