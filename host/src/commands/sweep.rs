@@ -115,7 +115,7 @@ fn plan(arguments: &SweepPlan, console: Console) -> Result {
         columns(&["here", "M steps/s", "all runs"], &rows)
     };
     console.data(format!(
-        "{}: {all} runs, {} cells from {} each; {:.4} thousand million robot-steps; {} of memory for each run under way\n\n\
+        "{}: {all} runs, {} cells from {} each; {:.4} billion robot-steps; {} of memory for each run under way\n\n\
          {}{more}\n{here}",
         sweep.name(),
         sweep.file().cells(),
@@ -223,17 +223,18 @@ fn work(
     for problem in &begun.problems {
         console.say(format!("warning: {problem}"));
     }
+    todo.retain(|run| !begun.finished.contains(run));
+    let mut saved = begun.saved;
+    saved.retain(|saved| todo.binary_search(&saved.run).is_ok());
+    // What was under way goes first.
+    let under_way: BTreeSet<RunIndex> = saved.iter().map(|saved| saved.run).collect();
+    todo.sort_by_key(|run| !under_way.contains(run));
     console.say(format!(
         "{}: {} runs on {}",
         sweep.name(),
         todo.len(),
         device::name(evaluator.as_ref())
     ));
-    let mut saved = begun.saved;
-    saved.retain(|saved| todo.binary_search(&saved.run).is_ok());
-    // What was under way goes first.
-    let under_way: BTreeSet<RunIndex> = saved.iter().map(|saved| saved.run).collect();
-    todo.sort_by_key(|run| !under_way.contains(run));
     let pace = Pace {
         jobs: arguments.jobs.map(|jobs| jobs as usize),
         checkpoint_every: arguments.checkpoint_every,

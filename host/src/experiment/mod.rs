@@ -118,26 +118,22 @@ impl Experiment {
     /// What decides how its robots live: of experiments that differ in their evolution alone it is the same.
     pub(crate) fn world_identity(&self) -> blake3::Hash {
         let Settings {
-            cycles,
-            robot,
-            arena,
-            noise,
-            controller,
-            task,
-            start,
-            files,
+            name,
+            seed,
+            trials,
+            trial_score,
+            evolution,
+            record,
             ..
-        } = self.settings.clone();
+        } = Settings::default();
         let world = Settings {
-            cycles,
-            robot,
-            arena,
-            noise,
-            controller,
-            task,
-            start,
-            files,
-            ..Settings::default()
+            name,
+            seed,
+            trials,
+            trial_score,
+            evolution,
+            record,
+            ..self.settings.clone()
         };
         blake3::hash(toml(&world).as_bytes())
     }

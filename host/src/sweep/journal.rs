@@ -9,6 +9,7 @@
 //! | `sessions.json` | what is no result: which processes worked here, when, on what |
 //! | `lock` | held by the one process that writes |
 
+use std::collections::BTreeSet;
 use std::fs::{self, File, OpenOptions};
 use std::io::{self, Read, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
@@ -244,6 +245,8 @@ fn checkpoints(directory: &Path) -> Result<Vec<(u64, PathBuf)>> {
 /// What a shard had done when a process begins to work on it.
 #[derive(Debug)]
 pub(crate) struct Begun {
+    /// Runs that are finished, maybe since anyone looked: until now another process may have worked here.
+    pub(crate) finished: BTreeSet<RunIndex>,
     /// Runs under way.
     pub(crate) saved: Vec<Saved>,
     /// What is to be told of damaged files.
@@ -290,6 +293,7 @@ impl Journal {
             whole = lines.len() as u64;
         }
         let mut begun = Begun {
+            finished: logged.lines.iter().map(|line| line.run).collect(),
             saved: Vec::new(),
             problems: logged.problems,
         };
