@@ -180,6 +180,11 @@ fn sweep(arguments: &SweepRun, console: Console) -> Result {
         Some(shard) => shard,
         None => slurm::shard(console)?.unwrap_or(Shard::ALL),
     };
+    if let Cell::Khepera(first) = sweep.cell(0)? {
+        for warning in first.warnings() {
+            console.say(format!("warning: {warning}"));
+        }
+    }
     let store = Store::prepare(&arguments.out, &sweep, &plan)?;
     let mut finished = AllFinished::default();
     store.finished(Some(&plan.ids), &mut finished)?;
