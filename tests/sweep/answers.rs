@@ -132,3 +132,31 @@ fn of_stopped_shards_say_what_is_left() {
         (&3.into(), &"stopped".into())
     );
 }
+
+/// The page names the best cell, and is written again to the same bytes.
+#[test]
+fn of_a_report_are_drawn_from_the_tables() {
+    let place = Place::with("report", SWEEP);
+    place.swept("out", &[]);
+    let report = place.data(&["sweep", "report", "out"]);
+    assert_eq!(report["runs"], 12);
+    let page = place.text("out/report.html");
+    for factor in ["noise.sensor", "evolution.population"] {
+        assert!(page.contains(factor), "{factor}");
+    }
+    assert_eq!(place.rows("out/cells.csv").len(), 1 + 4);
+    place.good(&["sweep", "report", "out", "--out", "again"]);
+    for file in ["report.html", "cells.csv", "effects.csv"] {
+        let of = |sweep: &str| place.read(Path::new(sweep).join(file));
+        assert!(of("out") == of("again"), "{file}");
+    }
+    let refused = place.run(&["sweep", "report", "out", "--outcome", "weight"]).exits(3);
+    assert!(
+        refused.stderr.contains("--outcome weight: allowed: best, "),
+        "{}",
+        refused.stderr
+    );
+    place.good(&sweep("part", &["--shard", "1/2"]));
+    let refused = place.run(&["sweep", "report", "part"]).exits(3);
+    assert!(refused.stderr.contains("is not there yet"), "{}", refused.stderr);
+}

@@ -141,3 +141,27 @@ fn are_done_again_with_a_directory_that_can_be_verified() {
     place.good(&["sweep", "merge", "out", "--out", "joined"]);
     assert_eq!(place.data(&["sweep", "status", "joined"])["name"], "kinds");
 }
+
+/// Tables that lie above the experiment come along: the directory needs nothing of where it was made.
+#[test]
+fn need_nothing_of_where_their_sweep_was_made() {
+    let place = Place::new("above");
+    let tables = Path::new(env!("CARGO_MANIFEST_DIR")).join("../experiments/surrogate-1");
+    copy(&tables, &place.at("tables"));
+    place.write("deep/small.toml", EXPERIMENT);
+    let sweep = r#"
+        experiment = "deep/small.toml"
+        seeds = "1..2"
+        [set]
+        robot.tables = ["../tables/wall.sam", "../tables/round.sam"]
+        robot.motors = "../tables/motor.sam"
+    "#;
+    place.write("sweep.toml", sweep);
+    let whole = place.swept("whole", &[]);
+    place.good(&super::sweep("parts", &["--shard", "1/2"]));
+    place.good(&super::sweep("parts", &["--shard", "2/2"]));
+    fs::rename(place.at("tables"), place.at("elsewhere")).unwrap();
+    assert_eq!(hash(&place.good(&["sweep", "merge", "parts", "--json"])), whole);
+    place.good(&["sweep", "extract", "parts", "1", "--out", "run", "--backend", "cpu"]);
+    assert_eq!(result(&place, "run"), place.column("parts/results.csv", "result")[1]);
+}

@@ -93,6 +93,35 @@ pub(crate) struct Made {
 const FORMAT: &str = "oneiro sweep";
 const VERSION: u32 = 1;
 
+/// What every version writes.
+#[derive(Debug, Deserialize)]
+struct Head {
+    format: String,
+    version: u32,
+    program: String,
+}
+
+impl Head {
+    /// Refuses what another version of the program made, and says which.
+    fn is_own(&self) -> std::result::Result<(), String> {
+        let Self {
+            format,
+            version,
+            program,
+        } = self;
+        let own = env!("CARGO_PKG_VERSION");
+        if (format.as_str(), *version) != (FORMAT, VERSION) {
+            return Err(format!(
+                "is of version {version} of the format \"{format}\"; this program writes {VERSION} of \"{FORMAT}\""
+            ));
+        }
+        if program != own {
+            return Err(format!("was made by oneiro {program}; this is {own}"));
+        }
+        Ok(())
+    }
+}
+
 impl Made {
     fn new(sweep: &Sweep, plan: &Plan) -> Self {
         Self {
@@ -111,18 +140,6 @@ impl Made {
 
     /// Why results of another are not of this one.
     fn differs_from(&self, other: &Self) -> Option<String> {
-        if (&self.format, self.version) != (&other.format, other.version) {
-            return Some(format!(
-                "is of version {} of the format \"{}\"; this program writes {} of \"{}\"",
-                other.version, other.format, self.version, self.format
-            ));
-        }
-        if self.program != other.program {
-            return Some(format!(
-                "was made by oneiro {}; this is {}",
-                other.program, self.program
-            ));
-        }
         if self.kernels != other.kernels {
             return Some(format!(
                 "was made with other kernels ({:.8}; this program's are {:.8})",
@@ -258,15 +275,20 @@ impl Store {
         })
     }
 
+    /// What made a directory, if it is a sweep's.
     fn made(directory: &Path) -> Result<Option<Made>> {
         let path = directory.join(MADE);
-        match fs::read(&path) {
-            Ok(bytes) => serde_json::from_slice(&bytes)
-                .map(Some)
-                .map_err(|error| Failure::corrupt(format_args!("{}: {error}", path.display()))),
-            Err(error) if error.kind() == io::ErrorKind::NotFound => Ok(None),
-            Err(error) => Err(Failure::unreadable(&path, &error)),
-        }
+        let bytes = match fs::read(&path) {
+            Ok(bytes) => bytes,
+            Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(None),
+            Err(error) => return Err(Failure::unreadable(&path, &error)),
+        };
+        let corrupt = |error| Failure::corrupt(format_args!("{}: {error}", path.display()));
+        let head: Head = serde_json::from_slice(&bytes).map_err(corrupt)?;
+        // Before all else: what another version wrote may have other keys.
+        head.is_own()
+            .map_err(|difference| Failure::input(format_args!("{}: {difference}", directory.display())))?;
+        serde_json::from_slice(&bytes).map(Some).map_err(corrupt)
     }
 
     /// Where it is.
