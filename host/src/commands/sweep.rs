@@ -7,6 +7,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
 
 use indicatif::ProgressBar;
+use serde::Serialize;
 use serde_json::json;
 
 use super::run::evolved;
@@ -19,7 +20,7 @@ use crate::progress;
 use crate::record::{Session, is_locked, write_whole};
 use crate::sweep::estimate::{Estimate, estimates};
 use crate::sweep::file::Axis;
-use crate::sweep::journal::Journal;
+use crate::sweep::journal::{self, Journal};
 use crate::sweep::lockstep::Pace;
 use crate::sweep::outcome::Shown;
 use crate::sweep::store::{AllFinished, Shard, Store};
@@ -303,51 +304,75 @@ fn status(dir: &Path, console: Console) -> Result {
     let mut finished = AllFinished::default();
     store.finished(None, &mut finished)?;
     for (index, (shard, journal)) in store.journals()?.into_iter().enumerate() {
-        let own = finished.runs.values().filter(|run| run.shard == index).count();
-        let of = shard.runs(made.runs).count();
-        let state = match own {
+        let done = finished.runs.values().filter(|run| run.shard == index).count();
+        let runs = shard.runs(made.runs).count();
+        let state = match done {
             _ if is_locked(&journal) => "running",
-            own if own == of => "done",
+            done if done == runs => "done",
             _ => "stopped",
         };
-        shards.push((shard, own, of, state));
+        let (under_way, generations) = journal::under_way(&journal, &store.identity()?)?;
+        shards.push(ShardStatus {
+            shard: shard.to_string(),
+            done,
+            runs,
+            under_way,
+            generations,
+            state,
+        });
     }
     let done = finished.runs.len();
     for problem in &finished.problems {
         console.say(format!("warning: {problem}"));
     }
     let is_merged = dir.join(tables::RESULTS).is_file();
-    said(
-        console,
-        &json!({
-            "name": made.name,
-            "runs": made.runs,
-            "done": done,
-            "tables": is_merged,
-            "shards": shards.iter().map(|(shard, own, of, state)| json!({
-                "shard": shard.to_string(), "done": own, "runs": of, "state": state,
-            })).collect::<Vec<_>>(),
-        }),
-        || {
-            let rows: Vec<Vec<String>> = shards
-                .iter()
-                .map(|(shard, own, of, state)| {
-                    vec![shard.to_string(), own.to_string(), of.to_string(), (*state).to_owned()]
-                })
-                .collect();
-            format!(
-                "{}: {done} of {} runs are done{}\n\n{}",
-                made.name,
-                made.runs,
-                match (done == made.runs, is_merged) {
-                    (true, false) => "; `oneiro sweep merge` makes their tables",
-                    (true, true) => ", and their tables are there",
-                    _ => "",
-                },
-                columns(&["shard", "done", "runs", "state"], &rows)
+    let json = json!({
+        "name": made.name,
+        "runs": made.runs,
+        "done": done,
+        "tables": is_merged,
+        "shards": shards,
+    });
+    said(console, &json, || {
+        let row = |shard: &ShardStatus| {
+            let numbers = [
+                shard.done as u64,
+                shard.runs as u64,
+                shard.under_way as u64,
+                shard.generations,
+            ];
+            let numbers = numbers.iter().map(u64::to_string);
+            let words = std::iter::once(shard.shard.clone()).chain(numbers);
+            words.chain([shard.state.to_owned()]).collect()
+        };
+        let rows: Vec<Vec<String>> = shards.iter().map(row).collect();
+        let rest = match (done == made.runs, is_merged) {
+            (true, false) => "; `oneiro sweep merge` makes their tables",
+            (true, true) => ", and their tables are there",
+            _ => "",
+        };
+        format!(
+            "{}: {done} of {} runs are done{rest}\n\n{}",
+            made.name,
+            made.runs,
+            columns(
+                &["shard", "done", "runs", "under way", "generations of these", "state"],
+                &rows
             )
-        },
-    )
+        )
+    })
+}
+
+/// How far a shard is.
+#[derive(Debug, Serialize)]
+struct ShardStatus {
+    shard: String,
+    done: usize,
+    runs: usize,
+    /// As of its last checkpoint, and the generations that these have lived.
+    under_way: usize,
+    generations: u64,
+    state: &'static str,
 }
 
 fn merge(dirs: &[PathBuf], out: Option<&Path>, console: Console) -> Result {

@@ -242,6 +242,19 @@ fn checkpoints(directory: &Path) -> Result<Vec<(u64, PathBuf)>> {
     Ok(found)
 }
 
+/// How many runs were under way in a shard at its newest good checkpoint, and how many generations they had lived. A
+/// process may be writing there.
+pub(crate) fn under_way(directory: &Path, identity: &blake3::Hash) -> Result<(usize, u64)> {
+    let newest = checkpoints(directory)?
+        .into_iter()
+        // One that is gone by now was not the newest.
+        .filter_map(|(_, path)| decode(identity, &fs::read(path).ok()?).ok())
+        .next();
+    let runs = newest.unwrap_or_default();
+    let generations = runs.iter().map(|run| u64::from(run.generation)).sum();
+    Ok((runs.len(), generations))
+}
+
 /// What a shard had done when a process begins to work on it.
 #[derive(Debug)]
 pub(crate) struct Begun {
