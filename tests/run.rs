@@ -343,6 +343,11 @@ mod unix {
         }
     }
 
+    /// What could not be finished takes no space.
+    fn assert_gone(unfinished: &Path) {
+        assert!(unfinished.symlink_metadata().is_err(), "{}", unfinished.display());
+    }
+
     /// A damaged checkpoint is told and not used, the one before it is; without a good one, exit 5.
     #[test]
     fn a_damaged_checkpoint_is_not_used() {
@@ -353,7 +358,7 @@ mod unix {
             fs::create_dir(place.at(name)).unwrap();
             symlink("/dev/full", place.at(name).join("champion.json.tmp")).unwrap();
             place.run(&["run", "small.toml", "--seed", "1", "--out", name]).exits(6);
-            fs::remove_file(place.at(name).join("champion.json.tmp")).unwrap();
+            assert_gone(&place.at(name).join("champion.json.tmp"));
             let checkpoints = place.checkpoints(name);
             assert_eq!(checkpoints.len(), 2);
             checkpoints
@@ -415,7 +420,7 @@ mod unix {
                 .run(&run)
                 .exits(6)
                 .says(&[&format!("{file}: No space left on device")]);
-            fs::remove_file(&full).unwrap();
+            assert_gone(&full);
             let resume = ["resume", &name];
             place.good(if place.at(&name).join("config.toml").exists() {
                 &resume
