@@ -120,7 +120,9 @@ fn of_stopped_shards_say_what_is_left() {
     ]);
     assert_eq!(shard, serde_json::json!({"shard": "2/3", "runs": 4}));
     let state = place.data(&["sweep", "status", "out"]);
-    let shard = serde_json::json!({"shard": "2/3", "done": 4, "runs": 4, "state": "done"});
+    let shard = serde_json::json!({
+        "shard": "2/3", "done": 4, "runs": 4, "under_way": 0, "generations": 0, "state": "done",
+    });
     let all = serde_json::json!({"name": "twelve", "runs": 12, "done": 4, "tables": false, "shards": [shard]});
     assert_eq!(state, all);
     // One that has lost a run is stopped.

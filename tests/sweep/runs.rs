@@ -148,6 +148,7 @@ fn need_nothing_of_where_their_sweep_was_made() {
     let place = Place::new("above");
     let tables = Path::new(env!("CARGO_MANIFEST_DIR")).join("../experiments/surrogate-1");
     copy(&tables, &place.at("tables"));
+    fs::create_dir(place.at("deep")).unwrap();
     place.write("deep/small.toml", EXPERIMENT);
     let sweep = r#"
         experiment = "deep/small.toml"
