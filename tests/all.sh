@@ -72,7 +72,8 @@ cargo test --release --locked -p oneiro -p oneiro-host --no-default-features --l
 
 say "all tests"
 cargo test --release --locked --workspace --features oneiro-host/parquet
-tests/python.sh
+# Where pandas and Polars can't be had it says so, as with the other tools that not every machine has.
+tests/python.sh || [ $? = 4 ]
 
 say "lane code for 64-bit ARM"
 tests/aarch64.sh
