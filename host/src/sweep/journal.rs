@@ -248,8 +248,7 @@ pub(crate) fn under_way(directory: &Path, identity: &blake3::Hash) -> Result<(us
     let newest = checkpoints(directory)?
         .into_iter()
         // One that is gone by now was not the newest.
-        .filter_map(|(_, path)| decode(identity, &fs::read(path).ok()?).ok())
-        .next();
+        .find_map(|(_, path)| decode(identity, &fs::read(path).ok()?).ok());
     let runs = newest.unwrap_or_default();
     let generations = runs.iter().map(|run| u64::from(run.generation)).sum();
     Ok((runs.len(), generations))
