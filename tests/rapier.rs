@@ -157,7 +157,7 @@ fn a_twin_by_the_documentation_alone_brings_as_much_food() {
 }
 
 #[test]
-#[ignore = "a quarter of an hour of two cores: crowds differ so much that a margin of 10 % needs thousands of worlds; run it after a change of the arena, see docs/measurements.md"]
+#[ignore = "takes two processors a quarter of an hour: crowds differ so much that a margin of 10 % needs thousands of worlds"]
 fn bodies_that_rapier_moves_bring_as_much_food_in_crowds() {
     agree(&UNEVEN, Forms::Arena, UNEVEN_WORLDS);
 }

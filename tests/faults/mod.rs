@@ -29,7 +29,7 @@ pub(crate) struct Failed {
 
 /// The library, for calls below one directory.
 pub(crate) struct Faults {
-    library: PathBuf,
+    preloaded: PathBuf,
     below: PathBuf,
     report: PathBuf,
 }
@@ -38,16 +38,16 @@ impl Faults {
     /// Builds it with the linker that Rust needs, too.
     pub(crate) fn below(place: &Place, directory: &Path) -> Self {
         let source = Path::new(env!("CARGO_MANIFEST_DIR")).join("../tests/faults/faults.c");
-        let library = place.at("faults.so");
+        let preloaded = place.at("faults.so");
         let built = Command::new("cc")
             .args(["-shared", "-fPIC", "-O1", "-o"])
-            .args([&library, &source])
+            .args([&preloaded, &source])
             .arg("-ldl")
             .output()
             .expect("cc");
         assert!(built.status.success(), "{}", String::from_utf8_lossy(&built.stderr));
         Self {
-            library,
+            preloaded,
             below: directory.to_owned(),
             report: place.at("failed"),
         }
@@ -82,7 +82,7 @@ impl Faults {
     fn load<'a>(&self, command: &'a mut Command) -> &'a mut Command {
         let _ = fs::remove_file(&self.report);
         command
-            .env("LD_PRELOAD", &self.library)
+            .env("LD_PRELOAD", &self.preloaded)
             .env("FAULTS_BELOW", &self.below)
             .env("FAULTS_REPORT", &self.report)
     }

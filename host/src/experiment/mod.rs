@@ -117,22 +117,14 @@ impl Experiment {
 
     /// What decides how its robots live: of experiments that differ in their evolution alone it is the same.
     pub(crate) fn world_identity(&self) -> blake3::Hash {
-        let Settings {
-            name,
-            seed,
-            trials,
-            trial_score,
-            evolution,
-            record,
-            ..
-        } = Settings::default();
+        let none = Settings::default();
         let world = Settings {
-            name,
-            seed,
-            trials,
-            trial_score,
-            evolution,
-            record,
+            name: none.name,
+            seed: none.seed,
+            trials: none.trials,
+            trial_score: none.trial_score,
+            evolution: none.evolution,
+            record: none.record,
             ..self.settings.clone()
         };
         blake3::hash(toml(&world).as_bytes())
