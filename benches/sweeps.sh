@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# What docs/measurements.md says of sweeps, measured again, in turns with the bench: sweeps.sh [ONEIRO]. Three minutes on
-# two cores that have nothing else to do.
+# What docs/measurements.md says of sweeps, measured again, in turns with the bench: sweeps.sh [ONEIRO]. Two minutes and
+# a half on two cores that have nothing else to do.
 set -euo pipefail
 oneiro=$(realpath "${1:-target/release/oneiro}")
 experiment=$(realpath "$(dirname "$0")/../experiments/khepera-avoidance.toml")
@@ -57,6 +57,6 @@ bench
 timed "plan, 1,000 cells from 100 seeds" "$oneiro" sweep plan seeds.toml
 timed "plan, 100,000 cells" "$oneiro" sweep plan cells.toml --no-estimate
 timed "plan, 100,000 cells, devices timed" "$oneiro" sweep plan cells.toml
-run "100,000 runs of 24 lives" lives --yes
+run "100,000 runs of 12 lives" lives --yes
 timed "status of them" "$oneiro" sweep status out
 timed "report of them" "$oneiro" sweep report out
