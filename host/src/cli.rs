@@ -1,4 +1,4 @@
-//! The command line: what can be typed, and nothing about what it does.
+//! The command line: its commands, arguments and help texts. What they do is in `commands`.
 
 use std::path::PathBuf;
 use std::time::Duration;
@@ -15,21 +15,21 @@ use crate::sweep::store::Shard;
 #[derive(Debug, Parser)]
 #[command(name = "oneiro", version, propagate_version = true)]
 pub(crate) struct Cli {
-    /// What every command takes.
+    /// Options of every command.
     #[command(flatten)]
     pub(crate) output: Output,
-    /// What to do.
+    /// The command.
     #[command(subcommand)]
     pub(crate) command: Command,
 }
 
-/// How a command talks.
+/// Options of what a command prints.
 #[derive(Args, Clone, Copy, Debug, Default)]
 pub(crate) struct Output {
     /// Print data as JSON
     #[arg(long, global = true, display_order = 900)]
     pub(crate) json: bool,
-    /// No progress and no messages but errors
+    /// Hide all messages but errors, and the progress bar
     #[arg(long, short, global = true, display_order = 901)]
     pub(crate) quiet: bool,
 }
@@ -41,23 +41,23 @@ pub(crate) enum Command {
     New(New),
     /// Validate an experiment, summarise it and draw its arena
     Check(Check),
-    /// Evolve: run an experiment, once or for many seeds
+    /// Evolve controllers: run an experiment from one seed or from many
     Run(Run),
-    /// Go on with a run that was stopped
+    /// Finish a run that was stopped
     Resume(Resume),
-    /// Give genomes of your own their fitness
+    /// Compute the fitness of genomes from a file
     Evaluate(Evaluate),
-    /// Live a run's champion again: its path and its trace
+    /// Simulate a run's champion again, and write its path and its trace
     Replay(Replay),
-    /// Evaluate a share of a run's individuals again here and compare the bits
+    /// Evaluate a share of a run's individuals again on this machine and compare the bits
     Audit(Audit),
     /// Check a run's checksums and its result hash
     Verify(Verify),
     /// List the runs below a directory and their state
     List(List),
-    /// List what can evaluate here, and whether it is exact
+    /// List this machine's devices, and whether each is exact
     Devices,
-    /// Check this machine: operations, kernels, random numbers, throughput
+    /// Check that this machine computes the same bits as every other
     Selftest(Selftest),
     /// Measure robot-steps per second
     Bench(Bench),
@@ -65,24 +65,24 @@ pub(crate) enum Command {
     Tables(Tables),
     /// Sample a robot's sensors and motors into tables
     Sample(Sample),
-    /// Do a paper's whole study and judge its claims
+    /// Repeat a paper's whole study and judge its claims
     Reproduce(Reproduce),
-    /// Many evolutions as one job: a grid of values, each from many seeds
+    /// Run many evolutions as one job: a grid of values, each from many seeds
     Sweep(Sweep),
     /// Print a completion script for a shell
     Completions(Completions),
 }
 
-/// Where evaluations run.
+/// Options of the device that evaluates.
 #[derive(Args, Clone, Debug)]
 pub(crate) struct Backend {
-    /// auto (an exact GPU, or else the CPU), cpu, gpu, gpu:NAME, gpu:INDEX or pool
+    /// auto (an exact GPU if there is one, else the CPU), cpu, gpu, gpu:NAME, gpu:INDEX or pool (the CPU and all exact GPUs)
     #[arg(id = "backend", long = "backend", value_name = "BACKEND", default_value = "auto")]
     pub(crate) name: String,
     /// CPU threads, 1 to 1024 [default: one per processor]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
     pub(crate) threads: Option<u16>,
-    /// Share of a GPU's rollouts that the CPU runs again and compares, 0 to 1
+    /// Share of a GPU's rollouts that the CPU repeats and compares, 0 to 1
     #[arg(long, value_name = "SHARE", default_value_t = 0.01, value_parser = share_or_none)]
     pub(crate) recheck: f64,
 }
@@ -90,7 +90,7 @@ pub(crate) struct Backend {
 /// `oneiro new`
 #[derive(Args, Debug)]
 pub(crate) struct New {
-    /// The experiment's name: NAME.toml is written, and never overwritten
+    /// The experiment's name. Writes NAME.toml, and never overwrites a file
     pub(crate) name: String,
 }
 
@@ -100,10 +100,10 @@ pub(crate) struct Check {
     /// The experiment's TOML file
     #[arg(value_hint = ValueHint::FilePath)]
     pub(crate) experiment: PathBuf,
-    /// Change a value of the experiment, such as noise.sensor=[0.0,0.4]; may be repeated
+    /// Change a value of the experiment, such as noise.sensor=[0.0,0.4]. May be repeated
     #[arg(long = "set", value_name = "KEY=VALUE")]
     pub(crate) set: Vec<String>,
-    /// Draw the arena there (SVG)
+    /// Draw the arena into this file (SVG)
     #[arg(long, value_name = "FILE.svg", value_hint = ValueHint::FilePath)]
     pub(crate) out: Option<PathBuf>,
 }
@@ -114,16 +114,16 @@ pub(crate) struct Run {
     /// The experiment's TOML file
     #[arg(value_hint = ValueHint::FilePath)]
     pub(crate) experiment: PathBuf,
-    /// The run's seed [default: the experiment's, or one that is drawn]
+    /// The run's seed [default: the experiment's, else a random one]
     #[arg(long, value_name = "N", conflicts_with = "seeds")]
     pub(crate) seed: Option<u64>,
-    /// One run for each seed from A to B, both included
+    /// Do one run for each seed from A to B, both included
     #[arg(long, value_name = "A..B", value_parser = seeds)]
     pub(crate) seeds: Option<std::ops::RangeInclusive<u64>>,
-    /// Where evaluations run.
+    /// The device that evaluates.
     #[command(flatten)]
     pub(crate) backend: Backend,
-    /// Change a value of the experiment, such as noise.sensor=[0.0,0.4]; may be repeated
+    /// Change a value of the experiment, such as noise.sensor=[0.0,0.4]. May be repeated
     #[arg(long = "set", value_name = "KEY=VALUE")]
     pub(crate) set: Vec<String>,
     /// The run's directory, or with --seeds the directory of the runs [default: runs/NAME-SEED-HASH]
@@ -137,7 +137,7 @@ pub(crate) struct Resume {
     /// The run's directory, or a directory of runs
     #[arg(value_hint = ValueHint::DirPath)]
     pub(crate) run_dir: PathBuf,
-    /// Where evaluations run.
+    /// The device that evaluates.
     #[command(flatten)]
     pub(crate) backend: Backend,
 }
@@ -148,22 +148,22 @@ pub(crate) struct Evaluate {
     /// The experiment's TOML file
     #[arg(value_hint = ValueHint::FilePath)]
     pub(crate) experiment: PathBuf,
-    /// Genomes, one a row: .npy (f4 or f8, rows x genes) or .csv
+    /// Genomes, one per row: .npy (f4 or f8, rows x genes) or .csv
     #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath)]
     pub(crate) genomes: PathBuf,
-    /// Seed of the lives [default: the experiment's, or 1]
+    /// Seed of the rollouts' random numbers [default: the experiment's, else 1]
     #[arg(long, value_name = "N")]
     pub(crate) seed: Option<u64>,
-    /// Lives of each genome [default: the experiment's]
+    /// Rollouts of each genome [default: the experiment's]
     #[arg(long, value_name = "K", value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
     pub(crate) trials: Option<u32>,
-    /// Where evaluations run.
+    /// The device that evaluates.
     #[command(flatten)]
     pub(crate) backend: Backend,
-    /// Change a value of the experiment, such as noise.sensor=[0.0,0.4]; may be repeated
+    /// Change a value of the experiment, such as noise.sensor=[0.0,0.4]. May be repeated
     #[arg(long = "set", value_name = "KEY=VALUE")]
     pub(crate) set: Vec<String>,
-    /// Write there (.csv or .npy, never overwritten), or to standard output
+    /// Write the results to this file (.csv or .npy, never overwritten); - is standard output
     #[arg(long, value_name = "FILE", default_value = "-", value_hint = ValueHint::FilePath)]
     pub(crate) out: PathBuf,
 }
@@ -174,17 +174,17 @@ pub(crate) struct Replay {
     /// The run's directory
     #[arg(value_hint = ValueHint::DirPath)]
     pub(crate) run_dir: PathBuf,
-    /// Where evaluations run.
+    /// The device that evaluates.
     #[command(flatten)]
     pub(crate) backend: Backend,
-    /// Write replay.svg and replay.csv there [default: the run's directory]
+    /// Write replay.svg and replay.csv into this directory [default: the run's directory]
     #[arg(long, value_name = "DIR", value_hint = ValueHint::DirPath)]
     pub(crate) out: Option<PathBuf>,
-    /// Which of the champion's lives to draw, from 0
+    /// Which of the champion's trials to draw, from 0
     #[arg(long, value_name = "K", default_value_t = 0)]
     pub(crate) trial: u32,
-    /// A line of the trace each so many cycles
-    #[arg(long, value_name = "CYCLES", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..))]
+    /// Record every Nth cycle
+    #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..))]
     pub(crate) every: u32,
 }
 
@@ -194,10 +194,10 @@ pub(crate) struct Audit {
     /// The run's directory
     #[arg(value_hint = ValueHint::DirPath)]
     pub(crate) run_dir: PathBuf,
-    /// Share of the recorded individuals, above 0 and up to 1
+    /// Share of the recorded individuals to evaluate again, above 0 and up to 1
     #[arg(long, value_name = "SHARE", default_value_t = 0.01, value_parser = share)]
     pub(crate) share: f64,
-    /// Where evaluations run.
+    /// The device that evaluates.
     #[command(flatten)]
     pub(crate) backend: Backend,
 }
@@ -224,7 +224,7 @@ pub(crate) struct Selftest {
     /// What to check: all, cpu, gpu (every adapter), gpu:NAME or gpu:INDEX
     #[arg(long, value_name = "BACKEND", default_value = "all")]
     pub(crate) backend: String,
-    /// Rollouts of 500 cycles for each controller, in worlds of every kind; a 20th as many of surrogates
+    /// Rollouts of 500 cycles for each controller, in worlds of every kind. Surrogates get a 20th of that
     #[arg(long, value_name = "N", default_value_t = 4000, value_parser = clap::value_parser!(u32).range(1000..=1_000_000))]
     pub(crate) rollouts: u32,
     /// Sensor tables to use instead of the built-in ones, such as wall.sam,round.sam
@@ -235,13 +235,13 @@ pub(crate) struct Selftest {
 /// `oneiro bench`
 #[derive(Args, Debug)]
 pub(crate) struct Bench {
-    /// Batch sizes [default: 1000,10000,100000,1000000, as far as the time allows]
+    /// Batch sizes [default: 1000,10000,100000,1000000, without those that take too long]
     #[arg(long, value_name = "N,..", value_delimiter = ',', value_parser = clap::value_parser!(u32).range(1..=16_777_216))]
     pub(crate) rollouts: Vec<u32>,
-    /// A few seconds instead of minutes: smaller batches and fewer repetitions
+    /// Take seconds instead of minutes: smaller batches and fewer repetitions
     #[arg(long)]
     pub(crate) quick: bool,
-    /// Where to run: all, cpu, gpu (every adapter), gpu:NAME or gpu:INDEX
+    /// What to measure: all, cpu, gpu (every adapter), gpu:NAME or gpu:INDEX
     #[arg(long, value_name = "BACKEND", default_value = "all")]
     pub(crate) backend: String,
 }
@@ -254,15 +254,15 @@ pub(crate) struct Tables {
     pub(crate) command: TablesCommand,
 }
 
-/// What can be done with sampled tables.
+/// Commands for sampled tables.
 #[derive(Debug, Subcommand)]
 pub(crate) enum TablesCommand {
-    /// Print a table's moments and draw it
+    /// Print a table's key figures, and draw it
     Show {
         /// A .sam or .sample file, or the name of a built-in table
         #[arg(value_hint = ValueHint::FilePath)]
         table: PathBuf,
-        /// Draw heat panels there (SVG)
+        /// Draw the table into this file (SVG)
         #[arg(long, value_name = "FILE.svg", value_hint = ValueHint::FilePath)]
         out: Option<PathBuf>,
     },
@@ -271,7 +271,7 @@ pub(crate) enum TablesCommand {
         /// The table to read
         #[arg(value_hint = ValueHint::FilePath)]
         from: PathBuf,
-        /// The file to write, never overwritten; its extension names the format
+        /// The file to write, never overwritten. Its extension names the format
         #[arg(value_hint = ValueHint::FilePath)]
         to: PathBuf,
     },
@@ -280,7 +280,7 @@ pub(crate) enum TablesCommand {
         /// wall, round or motor
         #[arg(long, value_name = "TABLE")]
         builtin: String,
-        /// The file to write, never overwritten; its extension names the format
+        /// The file to write, never overwritten. Its extension names the format
         #[arg(value_hint = ValueHint::FilePath)]
         to: PathBuf,
     },
@@ -292,16 +292,16 @@ pub(crate) struct Sample {
     /// Which robot: surrogate:SEED
     #[arg(long, value_name = "ROBOT", default_value = "surrogate:1")]
     pub(crate) robot: String,
-    /// How different a surrogate is from the simulator made from its samples, 0 to 2
+    /// How much the surrogate differs from the simulator made from its samples, 0 to 2
     #[arg(long, value_name = "LAMBDA", default_value_t = crate::reproduce::miglino1995::settings::SEVERITY)]
     pub(crate) severity: f32,
-    /// What it is placed before: wall, round, block
+    /// The objects to sample: wall, round, block
     #[arg(long, value_name = "OBJECT,..", value_delimiter = ',', default_value = "wall,round")]
     pub(crate) objects: Vec<String>,
-    /// Where evaluations run.
+    /// The device that evaluates.
     #[command(flatten)]
     pub(crate) backend: Backend,
-    /// Write tables and pictures there; a sampling that was stopped goes on there
+    /// Write tables and pictures into this directory. A sampling that was stopped continues there
     #[arg(long, value_name = "DIR", value_hint = ValueHint::DirPath)]
     pub(crate) out: PathBuf,
 }
@@ -330,34 +330,34 @@ pub(crate) struct Miglino1995 {
     /// Runs of each condition, 2 to 1000; the paper has 5
     #[arg(long, value_name = "N", default_value_t = 5)]
     pub(crate) runs: u32,
-    /// Everything random but the robot comes from it
+    /// Seed of everything random but the robot
     #[arg(long, value_name = "N", default_value_t = 1)]
     pub(crate) seed: u64,
-    /// The robot that is sampled and lives: surrogate:SEED
+    /// The robot to sample and to transfer to: surrogate:SEED
     #[arg(long, value_name = "ROBOT", default_value = "surrogate:1")]
     pub(crate) robot: String,
-    /// How different reality is from its simulator, 0 to 2
+    /// How much reality differs from its simulator, 0 to 2
     #[arg(long, value_name = "LAMBDA", default_value_t = crate::reproduce::miglino1995::settings::SEVERITY)]
     pub(crate) severity: f32,
-    /// Make the simulator from these recordings of a robot, wall and round and perhaps motors, in place of samples
+    /// Make the simulator from recordings of a robot instead of samples: wall, round and, if wanted, motors
     #[arg(long, value_name = "FILE,..", value_delimiter = ',', value_hint = ValueHint::FilePath)]
     pub(crate) tables: Vec<PathBuf>,
-    /// With controls of the real generations, and with simulators of other noise and other tables (claim C11)
+    /// Add the controls of the real generations, and simulators of other noise and other tables (claim C11)
     #[arg(long)]
     pub(crate) full: bool,
-    /// One assumption made otherwise than preregistered
+    /// Change one of the preregistered assumptions
     #[arg(long, value_name = "ARM", value_enum, default_value_t = crate::reproduce::miglino1995::arms::Arm::Main)]
     pub(crate) arm: crate::reproduce::miglino1995::arms::Arm,
-    /// The study again under each other assumption, and a table of the claims by assumption
+    /// Repeat the study under each other assumption, and tabulate the claims by assumption
     #[arg(long, conflicts_with = "arm")]
     pub(crate) sensitivity: bool,
-    /// In place of the study: the gap without noise by severity, on five other robots
+    /// Instead of the study, measure the gap without noise by severity, on five other robots
     #[arg(long, conflicts_with_all = ["runs", "robot", "severity", "tables", "out", "arm", "full", "sensitivity"])]
     pub(crate) calibrate: bool,
-    /// Where evaluations run.
+    /// The device that evaluates.
     #[command(flatten)]
     pub(crate) backend: Backend,
-    /// The study's directory; a study that was stopped goes on there [default: runs/miglino1995-SEED-HASH]
+    /// The study's directory. A study that was stopped continues there [default: runs/miglino1995-SEED-HASH]
     #[arg(long, value_name = "DIR", value_hint = ValueHint::DirPath)]
     pub(crate) out: Option<PathBuf>,
 }
@@ -368,31 +368,31 @@ pub(crate) struct Odowd2014 {
     /// Runs of each case, 2 to 400; the paper has 10
     #[arg(long, value_name = "N", default_value_t = 10)]
     pub(crate) runs: u32,
-    /// Everything random but the robots comes from it
+    /// Seed of everything random but the robots
     #[arg(long, value_name = "N", default_value_t = 1)]
     pub(crate) seed: u64,
-    /// Standard deviations of mutations
+    /// Standard deviations of mutations to try
     #[arg(long, value_name = "S,..", value_delimiter = ',', default_values_t = crate::reproduce::odowd2014::arms::SCALES)]
     pub(crate) scale: Vec<f64>,
-    /// To which simulator fitness is credited
+    /// Rules to try for which simulator a robot's fitness is credited to
     #[arg(long, value_name = "RULE,..", value_delimiter = ',', value_enum, default_values_t = crate::reproduce::odowd2014::arms::CREDITS)]
     pub(crate) credit: Vec<crate::swarm::lived::Credit>,
-    /// The paper's six cases alone, without the null and the interventions
+    /// Run only the paper's six cases, without the null and the interventions
     #[arg(long)]
     pub(crate) only_cases: bool,
-    /// Also the open questions: number of robots, density, range
+    /// Also run the open questions: number of robots, density, range
     #[arg(long)]
     pub(crate) questions: bool,
-    /// One assumption made otherwise than preregistered
+    /// Change one of the preregistered assumptions
     #[arg(long, value_name = "ARM", value_parser = crate::reproduce::odowd2014::arms::names(), default_value = "main")]
     pub(crate) arm: String,
-    /// The study again under each other assumption, and a table of the claims by assumption
+    /// Repeat the study under each other assumption, and tabulate the claims by assumption
     #[arg(long, conflicts_with = "arm")]
     pub(crate) sensitivity: bool,
-    /// Where evaluations run.
+    /// The device that evaluates.
     #[command(flatten)]
     pub(crate) backend: Backend,
-    /// The study's directory; a study that was stopped goes on there [default: runs/odowd2014-SEED-HASH]
+    /// The study's directory. A study that was stopped continues there [default: runs/odowd2014-SEED-HASH]
     #[arg(long, value_name = "DIR", value_hint = ValueHint::DirPath)]
     pub(crate) out: Option<PathBuf>,
 }
@@ -405,51 +405,51 @@ pub(crate) struct Sweep {
     pub(crate) command: SweepCommand,
 }
 
-/// What can be done with a sweep.
+/// Commands for sweeps.
 #[derive(Debug, Subcommand)]
 pub(crate) enum SweepCommand {
-    /// Check a sweep's file and list its runs, what they cost and how long they take here
+    /// Check a sweep's file, list its runs, and estimate how long they take on this machine
     Plan(SweepPlan),
-    /// Do the runs that are not done yet; the same command goes on after any interruption
+    /// Do the runs that are not done yet. The same command continues after any interruption
     Run(SweepRun),
-    /// How far a sweep is, also while it runs
+    /// Show how far a sweep is, also while it runs
     Status {
         /// The sweep's directory
         #[arg(value_hint = ValueHint::DirPath)]
         dir: PathBuf,
     },
-    /// Join what shards have done, on any machines, into one table
+    /// Join the results of shards, from any machines, into one table
     Merge {
         /// Directories of one sweep
         #[arg(required = true, value_hint = ValueHint::DirPath)]
         dirs: Vec<PathBuf>,
-        /// Write the tables there [default: the first directory]
+        /// Write the tables into this directory [default: the first directory]
         #[arg(long, value_name = "DIR", value_hint = ValueHint::DirPath)]
         out: Option<PathBuf>,
     },
-    /// Draw learning curves, heat maps and tables, and test which cells differ
+    /// Write a report: learning curves, heat maps, tables, and tests of which cells differ
     Report {
         /// The directory of a finished sweep
         #[arg(value_hint = ValueHint::DirPath)]
         dir: PathBuf,
-        /// The column of results.csv that cells are compared by, higher being better [default: the experiment's]
+        /// The column of results.csv to compare cells by, higher being better [default: the experiment's]
         #[arg(long, value_name = "COLUMN")]
         outcome: Option<String>,
-        /// Write report.html and its tables there [default: the sweep's directory]
+        /// Write report.html and its tables into this directory [default: the sweep's directory]
         #[arg(long, value_name = "DIR", value_hint = ValueHint::DirPath)]
         out: Option<PathBuf>,
     },
-    /// Do one run again as a run of its own, with a directory that can be replayed, and compare the results
+    /// Repeat one run in a directory of its own, which can be replayed, and compare the results
     Extract {
         /// The sweep's directory
         #[arg(value_hint = ValueHint::DirPath)]
         dir: PathBuf,
-        /// The run: its number, or the beginning of its id
+        /// The run's number, or the beginning of its id
         run: String,
         /// The run's directory [default: DIR/runs/NAME-SEED-ID]
         #[arg(long, value_name = "RUN_DIR", value_hint = ValueHint::DirPath)]
         out: Option<PathBuf>,
-        /// Where evaluations run.
+        /// The device that evaluates.
         #[command(flatten)]
         backend: Backend,
     },
@@ -461,10 +461,10 @@ pub(crate) struct SweepPlan {
     /// The sweep's TOML file
     #[arg(value_hint = ValueHint::FilePath)]
     pub(crate) sweep: PathBuf,
-    /// List all runs, and not only the first
+    /// List all runs, not only the first ones
     #[arg(long)]
     pub(crate) all: bool,
-    /// Don't time the devices
+    /// Skip the timing of devices
     #[arg(long)]
     pub(crate) no_estimate: bool,
 }
@@ -478,34 +478,34 @@ pub(crate) struct SweepRun {
     /// The sweep's directory
     #[arg(long, value_name = "DIR", value_hint = ValueHint::DirPath)]
     pub(crate) out: PathBuf,
-    /// Do every N-th run, from the I-th on; any number of shards may run at once [default: all runs, or what the task
-    /// of a Slurm array is to do]
+    /// Do every N-th run, from the I-th on. Any number of shards may run at once [default: in a Slurm array the task's
+    /// shard, else all runs]
     #[arg(long, value_name = "I/N")]
     pub(crate) shard: Option<Shard>,
-    /// Stop after this time, such as 90s, 30m, 2h or 1h30m: a checkpoint, and exit 75
+    /// Save a checkpoint and stop with exit code 75 after this time, such as 90s, 30m, 2h or 1h30m
     #[arg(long, value_name = "TIME", value_parser = duration)]
     pub(crate) time_budget: Option<Duration>,
-    /// From one checkpoint to the next: what a power cut costs at most
+    /// Time between checkpoints, which is the most that a power cut can cost
     #[arg(long, value_name = "TIME", default_value = "10s", value_parser = duration)]
     pub(crate) checkpoint_every: Duration,
-    /// Runs under way at most [default: as many as keep the device busy]
+    /// Most runs at a time [default: as many as keep the device busy]
     #[arg(long, value_name = "K", value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
     pub(crate) jobs: Option<u32>,
-    /// Do it even if there are more than 10,000 runs
+    /// Allow more than 10,000 runs
     #[arg(long)]
     pub(crate) yes: bool,
-    /// Where evaluations run.
+    /// The device that evaluates.
     #[command(flatten)]
     pub(crate) backend: Backend,
-    /// Run nothing, print a Slurm job array that does it
+    /// Print a Slurm job array that runs the sweep, and run nothing
     #[arg(long)]
     pub(crate) print_slurm: bool,
-    /// With --print-slurm: tasks of the array
+    /// With --print-slurm: number of tasks of the array
     #[arg(long, value_name = "N", requires = "print_slurm", default_value_t = 8, value_parser = clap::value_parser!(u32).range(1..=100_000))]
     pub(crate) shards: u32,
 }
 
-/// A time such as `90s`, `1.5s`, `30m`, `2h` or `1h30m`.
+/// Parses a time such as `90s`, `1.5s`, `30m`, `2h` or `1h30m`.
 fn duration(text: &str) -> Result<Duration, String> {
     let allowed = "allowed: a time above 0 and up to 1000h, such as 90s, 30m, 2h or 1h30m";
     let mut seconds = 0.0;
@@ -538,7 +538,7 @@ pub(crate) struct Completions {
     pub(crate) shell: clap_complete::Shell,
 }
 
-/// `A..B`, both included.
+/// Parses `A..B`, both included.
 fn seeds(text: &str) -> Result<std::ops::RangeInclusive<u64>, String> {
     const ALLOWED: &str = "allowed: A..B with whole numbers A <= B, at most 1000000 seeds, such as 1..20";
     let (first, last) = text.split_once("..").ok_or(ALLOWED)?;
@@ -550,7 +550,7 @@ fn seeds(text: &str) -> Result<std::ops::RangeInclusive<u64>, String> {
     Ok(first..=last)
 }
 
-/// A number from 0 to 1.
+/// Parses a number from 0 to 1.
 fn share_or_none(text: &str) -> Result<f64, String> {
     match text.parse::<f64>() {
         Ok(share) if (0.0..=1.0).contains(&share) => Ok(share),
@@ -558,7 +558,7 @@ fn share_or_none(text: &str) -> Result<f64, String> {
     }
 }
 
-/// A number above 0 and up to 1.
+/// Parses a number above 0 and up to 1.
 fn share(text: &str) -> Result<f64, String> {
     match text.parse::<f64>() {
         Ok(share) if share > 0.0 && share <= 1.0 => Ok(share),
