@@ -8,6 +8,7 @@ mod cli;
 mod commands;
 mod console;
 mod device;
+mod engine;
 mod evaluations;
 mod evolve;
 mod exchange;
