@@ -293,7 +293,7 @@ pub(crate) struct Sample {
     #[arg(long, value_name = "ROBOT", default_value = "surrogate:1")]
     pub(crate) robot: String,
     /// How much the surrogate differs from the simulator made from its samples, 0 to 2
-    #[arg(long, value_name = "LAMBDA", default_value_t = crate::reproduce::miglino1995::settings::SEVERITY)]
+    #[arg(long, value_name = "LAMBDA", default_value_t = crate::studies::miglino1995::settings::SEVERITY)]
     pub(crate) severity: f32,
     /// The objects to sample: wall, round, block
     #[arg(long, value_name = "OBJECT,..", value_delimiter = ',', default_value = "wall,round")]
@@ -337,7 +337,7 @@ pub(crate) struct Miglino1995 {
     #[arg(long, value_name = "ROBOT", default_value = "surrogate:1")]
     pub(crate) robot: String,
     /// How much reality differs from its simulator, 0 to 2
-    #[arg(long, value_name = "LAMBDA", default_value_t = crate::reproduce::miglino1995::settings::SEVERITY)]
+    #[arg(long, value_name = "LAMBDA", default_value_t = crate::studies::miglino1995::settings::SEVERITY)]
     pub(crate) severity: f32,
     /// Make the simulator from recordings of a robot instead of samples: wall, round and, if wanted, motors
     #[arg(long, value_name = "FILE,..", value_delimiter = ',', value_hint = ValueHint::FilePath)]
@@ -346,8 +346,8 @@ pub(crate) struct Miglino1995 {
     #[arg(long)]
     pub(crate) full: bool,
     /// Change one of the preregistered assumptions
-    #[arg(long, value_name = "ARM", value_enum, default_value_t = crate::reproduce::miglino1995::arms::Arm::Main)]
-    pub(crate) arm: crate::reproduce::miglino1995::arms::Arm,
+    #[arg(long, value_name = "ARM", value_enum, default_value_t = crate::studies::miglino1995::arms::Arm::Main)]
+    pub(crate) arm: crate::studies::miglino1995::arms::Arm,
     /// Repeat the study under each other assumption, and tabulate the claims by assumption
     #[arg(long, conflicts_with = "arm")]
     pub(crate) sensitivity: bool,
@@ -372,10 +372,10 @@ pub(crate) struct Odowd2014 {
     #[arg(long, value_name = "N", default_value_t = 1)]
     pub(crate) seed: u64,
     /// Standard deviations of mutations to try
-    #[arg(long, value_name = "S,..", value_delimiter = ',', default_values_t = crate::reproduce::odowd2014::arms::SCALES)]
+    #[arg(long, value_name = "S,..", value_delimiter = ',', default_values_t = crate::studies::odowd2014::arms::SCALES)]
     pub(crate) scale: Vec<f64>,
     /// Rules to try for which simulator a robot's fitness is credited to
-    #[arg(long, value_name = "RULE,..", value_delimiter = ',', value_enum, default_values_t = crate::reproduce::odowd2014::arms::CREDITS)]
+    #[arg(long, value_name = "RULE,..", value_delimiter = ',', value_enum, default_values_t = crate::studies::odowd2014::arms::CREDITS)]
     pub(crate) credit: Vec<crate::swarm::lived::Credit>,
     /// Run only the paper's six cases, without the null and the interventions
     #[arg(long)]
@@ -384,7 +384,7 @@ pub(crate) struct Odowd2014 {
     #[arg(long)]
     pub(crate) questions: bool,
     /// Change one of the preregistered assumptions
-    #[arg(long, value_name = "ARM", value_parser = crate::reproduce::odowd2014::arms::names(), default_value = "main")]
+    #[arg(long, value_name = "ARM", value_parser = crate::studies::odowd2014::arms::names(), default_value = "main")]
     pub(crate) arm: String,
     /// Repeat the study under each other assumption, and tabulate the claims by assumption
     #[arg(long, conflicts_with = "arm")]

@@ -9,7 +9,8 @@ use crate::console::{Console, counted};
 use crate::exit::Result;
 use crate::experiment::Experiment;
 use crate::experiment::swarm::is_swarm;
-use crate::{figures, files};
+use crate::files;
+use crate::report::figures;
 
 /// Reads the experiment, draws its arena if asked to, and prints what it amounts to.
 pub(crate) fn run(arguments: &Check, console: Console) -> Result {

@@ -9,10 +9,11 @@ use serde_json::json;
 use super::swarm;
 use crate::cli::Replay;
 use crate::console::{Console, decimal};
+use crate::device;
 use crate::exit::{Failure, Result};
 use crate::record::{SavedRun, is_swarm_run, trace_csv, write_whole};
+use crate::report::figures;
 use crate::run::{keys, score};
-use crate::{device, figures};
 
 /// Lives the champion's lives again, compares its score with the recorded one, and writes one life's path and trace.
 pub(crate) fn run(arguments: &Replay, console: Console) -> Result {

@@ -3,7 +3,7 @@
 use crate::cli::{Paper, Reproduce};
 use crate::console::Console;
 use crate::exit::Result;
-use crate::reproduce::{miglino1995, odowd2014};
+use crate::studies::{miglino1995, odowd2014};
 
 /// Does the study that was asked for.
 pub(crate) fn run(arguments: &Reproduce, console: Console) -> Result {

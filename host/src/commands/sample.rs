@@ -13,8 +13,9 @@ use crate::reality::sampling::{self, Notebook, Samples};
 use crate::reality::surrogate::SurrogateRobot;
 use crate::reality::{Object, Reality};
 use crate::record::write_whole;
+use crate::report::figures;
 use crate::watcher::stop_signal;
-use crate::{device, figures, progress};
+use crate::{device, progress};
 
 /// Samples, and writes tables and pictures.
 pub(crate) fn run(arguments: &Sample, console: Console) -> Result {

@@ -8,7 +8,8 @@ use serde::Serialize;
 use crate::cli::{Tables, TablesCommand};
 use crate::console::{Console, columns, counted};
 use crate::exit::{Failure, Result};
-use crate::{figures, files};
+use crate::files;
+use crate::report::figures;
 
 /// Does what was asked with a table.
 pub(crate) fn run(arguments: &Tables, console: Console) -> Result {

@@ -14,7 +14,7 @@ use super::{
 use crate::evolve::{Champion, Evolution, Generation};
 use crate::exit::{Failure, Result};
 use crate::experiment::{Experiment, INPUTS};
-use crate::figures::{self, Series};
+use crate::report::figures::{self, Series};
 
 /// What stands where a run is to go.
 #[derive(Debug)]

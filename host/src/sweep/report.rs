@@ -4,8 +4,8 @@
 use std::path::Path;
 
 use crate::exit::Result;
-use crate::numbers::{count, probability};
-use crate::page;
+use crate::report::numbers::{count, probability};
+use crate::report::page;
 
 mod cells;
 mod champions;

@@ -4,8 +4,8 @@ use super::runs::{Cell, Runs};
 use super::sample::Sample;
 use super::{DIGITS, Tables};
 use crate::exit::{Failure, Result};
-use crate::numbers::{count, shown, significant};
-use crate::page::{self, Head, Row, Section, paragraph, table};
+use crate::report::numbers::{count, shown, significant};
+use crate::report::page::{self, Head, Row, Section, paragraph, table};
 use crate::statistics::mean;
 
 /// Cells that the page shows.

@@ -2,8 +2,8 @@
 
 use super::runs::{Run, Runs};
 use super::{DIGITS, Tables};
-use crate::numbers::shown;
-use crate::page::{Cell, Head, Row, Section, table};
+use crate::report::numbers::shown;
+use crate::report::page::{Cell, Head, Row, Section, table};
 
 /// How many there are.
 const BEST: usize = 20;

@@ -6,8 +6,8 @@ use super::levels::Factor;
 use super::runs::Runs;
 use super::{DIGITS, Tables, marked};
 use crate::exit::{Failure, Result};
-use crate::numbers::{NONE, count, probability, shown};
-use crate::page::{Cell, Head, Row, Section, list, paragraph, table};
+use crate::report::numbers::{NONE, count, probability, shown};
+use crate::report::page::{Cell, Head, Row, Section, list, paragraph, table};
 
 /// Comparisons of a family that the page shows.
 const SHOWN: usize = 200;

@@ -7,7 +7,7 @@ use super::runs::Runs;
 use super::sample::{Critical, Moments};
 use super::table::Table;
 use crate::exit::Result;
-use crate::figures::Spread;
+use crate::report::figures::Spread;
 
 /// Values that a line is drawn of, at most: more are not told apart.
 const MOST_POINTS: usize = 300;

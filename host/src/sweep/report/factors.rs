@@ -6,9 +6,9 @@ use super::levels::{Factor, Group, Kind};
 use super::runs::Runs;
 use super::sample::Sample;
 use super::{DIGITS, Tables, cells, marked, pictures};
-use crate::figures::escaped;
-use crate::numbers::{NONE, count, probability, shown};
-use crate::page::{Cell, Head, Row, Section, breakable, paragraph, table};
+use crate::report::figures::escaped;
+use crate::report::numbers::{NONE, count, probability, shown};
+use crate::report::page::{Cell, Head, Row, Section, breakable, paragraph, table};
 
 /// Levels that are listed one by one.
 const LISTED: usize = 12;

@@ -1,6 +1,6 @@
 //! Factors and their levels: in what order they stand, and which of them are taken together.
 
-use crate::numbers::significant;
+use crate::report::numbers::significant;
 
 /// Levels of a factor up to which each stands for itself. More, if they have an order, are taken together in bins.
 const MOST: usize = 10;

@@ -5,8 +5,8 @@ use super::effects::{Effects, FactorEffect};
 use super::pictures::MOST_COLUMNS;
 use super::runs::Runs;
 use super::sample::Moments;
-use crate::figures::{HeatMap, Side, Square, escaped, heat_map};
-use crate::page::{Section, figure, id, joined, paragraph};
+use crate::report::figures::{HeatMap, Side, Square, escaped, heat_map};
+use crate::report::page::{Section, figure, id, joined, paragraph};
 
 /// Factors of which all pairs are shown; of more, those of as many that explain the most.
 const FACTORS: usize = 4;

@@ -5,9 +5,9 @@ use super::curves::{Curves, Line};
 use super::levels::{Factor, Group, Kind};
 use super::runs::Runs;
 use super::sample::Sample;
-use crate::figures::{Band, Column, Outcomes, Panel, Scale, factor, level_styles};
-use crate::numbers::count;
-use crate::page::figure;
+use crate::report::figures::{Band, Column, Outcomes, Panel, Scale, factor, level_styles};
+use crate::report::numbers::count;
+use crate::report::page::figure;
 use crate::statistics::quantile_of_sorted;
 
 /// Runs up to which each is a point; the outcomes of more are drawn as boxes.

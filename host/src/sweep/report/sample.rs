@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use crate::figures::Spread;
+use crate::report::figures::Spread;
 use crate::statistics::{mean, quantile_of_sorted, t_within, variance};
 
 /// The share of chances that a confidence interval stands for.

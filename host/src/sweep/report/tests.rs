@@ -5,7 +5,7 @@ use std::path::PathBuf;
 
 use super::levels::Factor;
 use super::*;
-use crate::page::check::{outside, part, unbalanced};
+use crate::report::page::check::{outside, part, unbalanced};
 
 /// A sweep on the disk, for one test.
 struct Example {

@@ -1,0 +1,167 @@
+//! Numbers as they are printed, and what several of them have in common.
+
+use crate::report::figures::Spread;
+use crate::statistics::quantile_of_sorted;
+
+/// Runs from which on the outer ones are left out of a spread.
+const MANY: usize = 10;
+/// No value.
+pub(crate) const NONE: &str = "\u{2013}";
+
+/// A number of at most so many significant digits, without an exponent where that is short.
+pub(crate) fn significant(x: f64, digits: usize) -> String {
+    if !x.is_finite() {
+        return x.to_string();
+    }
+    let rounded = format!("{x:.*e}", digits.max(1) - 1);
+    let value: f64 = rounded.parse().unwrap_or(x);
+    if value == 0.0 {
+        "0".to_owned()
+    } else if (1e-4..1e9).contains(&value.abs()) {
+        value.to_string()
+    } else {
+        format!("{value:e}")
+    }
+}
+
+/// The same for readers, as HTML.
+pub(crate) fn shown(x: f64, digits: usize) -> String {
+    if x.is_nan() {
+        return NONE.to_owned();
+    }
+    if x.is_infinite() {
+        return if x > 0.0 { "\u{221e}" } else { "\u{2212}\u{221e}" }.to_owned();
+    }
+    let text = significant(x, digits);
+    let signed = |text: &str| text.replace('-', "\u{2212}");
+    match text.split_once('e') {
+        Some((mantissa, exponent)) => format!(
+            "{}\u{2009}\u{b7}\u{2009}10<sup>{}</sup>",
+            signed(mantissa),
+            signed(exponent)
+        ),
+        None => signed(&text),
+    }
+}
+
+/// A probability, as HTML.
+pub(crate) fn probability(p: f64) -> String {
+    if p == 0.0 {
+        "&lt;\u{2009}10<sup>\u{2212}300</sup>".to_owned()
+    } else {
+        shown(p, if p < 1e-3 { 2 } else { 3 })
+    }
+}
+
+/// A share in per cent, to a tenth.
+pub(crate) fn percent(share: f64) -> String {
+    if share.is_finite() {
+        format!("{:.1}", 100.0 * share)
+    } else {
+        NONE.to_owned()
+    }
+}
+
+/// A whole number with its thousands apart.
+pub(crate) fn count(n: u64) -> String {
+    let digits = n.to_string();
+    let mut text = String::new();
+    for (i, digit) in digits.chars().enumerate() {
+        if i > 0 && (digits.len() - i).is_multiple_of(3) {
+            text.push('\u{202f}');
+        }
+        text.push(digit);
+    }
+    text
+}
+
+/// The mean; NaN of nothing.
+pub(crate) fn mean(values: impl IntoIterator<Item = f64>) -> f64 {
+    let (sum, n) = values
+        .into_iter()
+        .fold((0.0, 0.0), |(sum, n), value| (sum + value, n + 1.0));
+    sum / n
+}
+
+/// The mean of several runs, and between what they lie: all of them, or, of ten and more, their middle half.
+pub(crate) fn spread(mut values: Vec<f64>) -> Spread {
+    values.sort_by(f64::total_cmp);
+    let mean = mean(values.iter().copied());
+    let outer = if values.len() < MANY { 0.0 } else { 0.25 };
+    Spread {
+        low: quantile_of_sorted(&values, outer),
+        mean,
+        high: quantile_of_sorted(&values, 1.0 - outer),
+    }
+}
+
+/// What [`spread`] of so many runs is.
+pub(crate) fn spread_words(runs: usize) -> &'static str {
+    if runs < MANY {
+        "shaded: from the lowest to the highest run"
+    } else {
+        "shaded: from the lower to the upper quartile of the runs"
+    }
+}
+
+/// Entry by entry the spread of several rows, as far as any of them reaches.
+pub(crate) fn spreads<'a>(rows: impl Iterator<Item = &'a [f64]>) -> Vec<Spread> {
+    let rows: Vec<&[f64]> = rows.collect();
+    let length = rows.iter().map(|row| row.len()).max().unwrap_or(0);
+    let at = |i: usize| rows.iter().filter_map(|row| row.get(i).copied()).collect();
+    (0..length).map(|i| spread(at(i))).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_have_no_more_digits_than_they_may() {
+        assert_eq!(significant(123.456_789, 6), "123.457");
+        assert_eq!(significant(1_234_567.0, 6), "1234570");
+        assert_eq!(significant(-0.000_123_456_78, 6), "-0.000123457");
+        assert_eq!(significant(1.5e-143, 6), "1.5e-143");
+        assert_eq!(significant(0.1_f32.into(), 6), "0.1");
+        assert_eq!(significant(9.999_999, 3), "10");
+        assert_eq!(significant(0.0, 6), "0");
+        assert_eq!(significant(f64::NAN, 6), "NaN");
+    }
+
+    #[test]
+    fn readers_see_powers_and_minus_signs() {
+        assert_eq!(shown(-1.5, 3), "\u{2212}1.5");
+        assert_eq!(shown(2.5e-12, 2), "2.5\u{2009}\u{b7}\u{2009}10<sup>\u{2212}12</sup>");
+        assert_eq!(shown(f64::NAN, 3), NONE);
+        assert_eq!(shown(f64::NEG_INFINITY, 3), "\u{2212}\u{221e}");
+    }
+
+    #[test]
+    fn probabilities_beyond_all_bounds_are_shown() {
+        assert_eq!(probability(0.012_345), "0.0123");
+        assert!(probability(1.23e-143).ends_with("10<sup>\u{2212}143</sup>"));
+        assert!(probability(0.0).starts_with("&lt;"));
+    }
+
+    #[test]
+    fn whole_numbers_are_grouped() {
+        assert_eq!(count(7), "7");
+        assert_eq!(count(300_000), "300\u{202f}000");
+        assert_eq!(count(1_234_567), "1\u{202f}234\u{202f}567");
+    }
+
+    #[test]
+    fn a_spread_leaves_out_the_outer_runs_of_many() {
+        let few = spread(vec![3.0, 1.0, 2.0]);
+        assert_eq!((few.low, few.mean, few.high), (1.0, 2.0, 3.0));
+        let many = spread((0..=12).rev().map(f64::from).collect());
+        assert_eq!((many.low, many.mean, many.high), (3.0, 6.0, 9.0));
+        assert!(spread(vec![]).mean.is_nan());
+    }
+
+    #[test]
+    fn rows_may_differ_in_length() {
+        let spreads = spreads([&[1.0, 2.0][..], &[3.0]].into_iter());
+        assert_eq!(spreads.iter().map(|spread| spread.mean).collect::<Vec<_>>(), [2.0, 2.0]);
+    }
+}

@@ -1,0 +1,96 @@
+//! The study as a page to hold beside the paper: one file with its verdicts, figures and tables, and the numbers
+//! behind them as CSV. Both are functions of what they are given alone, byte for byte.
+
+use oneiro::arena::Arena;
+use oneiro::tables::SensorTables;
+
+use super::arms::Arm;
+use super::results::{Condition, Results, Run};
+use crate::report::page;
+use crate::studies::claims::Claim;
+use crate::studies::verdicts;
+
+mod background;
+mod behaviour;
+mod csv;
+mod evolution;
+mod others;
+mod paper;
+mod robot;
+#[cfg(test)]
+pub(super) mod tests;
+
+pub(crate) use csv::csv_files;
+
+/// What a report is made of.
+pub(crate) struct Study<'a> {
+    /// What the study found.
+    pub(crate) results: &'a Results,
+    /// What is said of it. Tables 1 and 2 show the tests of C3 and C6 whose statistic is `F` and whose name starts
+    /// with the condition's [title](Condition::title).
+    pub(crate) claims: &'a [Claim],
+    /// The sampled sensors.
+    pub(crate) sensors: &'a SensorTables,
+    /// Where the robots live.
+    pub(crate) arena: &'a Arena,
+    /// The robot's radius, mm.
+    pub(crate) body_radius: f32,
+    /// Which robot was sampled, in a line.
+    pub(crate) robot: &'a str,
+    /// What all random numbers follow from.
+    pub(crate) seed: u64,
+    /// The claims again under each assumption, this study's own first; none where no other was asked for.
+    pub(crate) arms: &'a [(Arm, Vec<Claim>)],
+}
+
+/// The report as one HTML file, complete in itself.
+pub(crate) fn html(study: &Study<'_>) -> String {
+    let sections = [
+        Some(verdicts::summary(study.claims)),
+        others::sensitivity(study),
+        Some(robot::section(study)),
+        Some(evolution::section(study)),
+        Some(behaviour::section(study)),
+        others::section(study),
+        Some(verdicts::one_by_one(study.claims)),
+        Some(background::section(study)),
+    ];
+    let sections: Vec<_> = sections.into_iter().flatten().collect();
+    page::document(
+        "Miglino, Lund and Nolfi (1995), reproduced",
+        &background::facts(study),
+        &sections,
+    )
+}
+
+/// A condition's runs.
+fn runs_of(results: &Results, condition: Condition) -> impl Iterator<Item = &Run> {
+    results.runs.iter().filter(move |run| run.condition == condition)
+}
+
+/// A condition's colours, full and light.
+fn colours(condition: Condition) -> (&'static str, &'static str) {
+    match condition {
+        Condition::None => ("#2b3a8f", "#8791c9"),
+        Condition::Sensor => ("#c8374f", "#e495a1"),
+        Condition::Conservative => ("#1f8a7d", "#83c4bb"),
+    }
+}
+
+/// The letter by which the paper calls a run, and a number where letters end.
+fn run_name(number: u32) -> String {
+    match u8::try_from(number) {
+        Ok(place @ 0..26) => char::from(b'a' + place).to_string(),
+        _ => (u64::from(number) + 1).to_string(),
+    }
+}
+
+/// The last generation that lived in reality.
+fn last_generation(results: &Results) -> u32 {
+    (results.simulated_generations + results.real_generations).saturating_sub(1)
+}
+
+/// Seconds of a life in reality, of 100 ms a cycle.
+fn life_seconds(results: &Results) -> f64 {
+    f64::from(results.cycles) * 0.1
+}

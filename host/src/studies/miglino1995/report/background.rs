@@ -1,0 +1,189 @@
+//! What the study was: its facts, the differences between its reality and its simulator, what was assumed, and what
+//! it would have cost.
+
+use super::{Study, last_generation, life_seconds, paper, runs_of};
+use crate::report::numbers::{count, shown};
+use crate::report::page::{self, Cell, Head, Row, Section, paragraph, table};
+use crate::studies::assumptions;
+use crate::studies::miglino1995::results::Condition;
+
+const DIGITS: usize = 4;
+/// Seconds of a day.
+const DAY: f64 = 86_400.0;
+
+/// What stands below the title, as HTML.
+pub(super) fn facts(study: &Study<'_>) -> String {
+    let results = study.results;
+    let runs: Vec<String> = Condition::ALL
+        .iter()
+        .map(|&condition| format!("{} with {}", runs_of(results, condition).count(), condition.title()))
+        .collect();
+    let facts = [
+        ("robot", study.robot.to_owned()),
+        ("runs", runs.join(", ")),
+        (
+            "generations",
+            format!(
+                "{} in simulation, then {} in reality: 0 to {}",
+                results.simulated_generations,
+                results.real_generations,
+                last_generation(results)
+            ),
+        ),
+        (
+            "individuals",
+            format!(
+                "{} a generation, of which the best {} reproduce",
+                results.population, results.parents
+            ),
+        ),
+        (
+            "a life",
+            format!(
+                "{} cycles of 100 ms: {} s",
+                results.cycles,
+                shown(life_seconds(results), DIGITS)
+            ),
+        ),
+        ("seed", study.seed.to_string()),
+    ];
+    format!(
+        "<p class=\"lead\">\u{201c}Evolving Mobile Robots in Simulated and Real Environments\u{201d}, Artificial Life 2(4), \
+         1995, done again: a robot is sampled, \
+         controllers evolve in the simulator made from the samples, move to reality and evolve on, and each claim of \
+         the paper is held against what came out.</p>\n{}",
+        page::facts(&facts)
+    )
+}
+
+pub(super) fn section(study: &Study<'_>) -> Section {
+    Section {
+        id: "background".into(),
+        title: "Differences, assumptions, cost".into(),
+        body: differences(study) + &assumptions::html(&study.results.assumptions) + &cost(study),
+    }
+}
+
+fn differences(study: &Study<'_>) -> String {
+    let head = [
+        Head::Text("Difference"),
+        Head::Number("activation, 0 to 1"),
+        Head::Number("displacement, mm"),
+        Head::Number("turn, degrees"),
+    ];
+    let rows: Vec<Row> = study
+        .results
+        .differences
+        .iter()
+        .map(|difference| {
+            let number = |x| Cell::number(shown(x, 3));
+            Row::from(vec![
+                Cell::text(&difference.name),
+                number(difference.activation),
+                number(difference.displacement),
+                number(difference.turn),
+            ])
+        })
+        .collect();
+    let words = "Root mean square change of the sensors' activations, of the place and of the heading after one \
+                 cycle, along lives of random controllers, with one difference alone switched on.";
+    format!(
+        "<h3>What parts reality from the simulator</h3>\n{}",
+        table("", words, &head, &rows)
+    )
+}
+
+/// Lives and what they take at the paper's rates.
+struct Bill {
+    what: &'static str,
+    simulated: u64,
+    real: u64,
+    cycles: f64,
+}
+
+fn cost(study: &Study<'_>) -> String {
+    let results = study.results;
+    let lives = |generations: fn(&super::Run) -> usize| -> u64 {
+        let generations: usize = results.runs.iter().map(generations).sum();
+        generations as u64 * u64::from(results.population)
+    };
+    let bills = [
+        Bill {
+            what: "the paper",
+            simulated: paper::RUNS * paper::SIMULATED_GENERATIONS * paper::POPULATION,
+            real: paper::RUNS * paper::REAL_GENERATIONS * paper::POPULATION,
+            cycles: paper::CYCLES,
+        },
+        Bill {
+            what: "this study",
+            simulated: lives(|run| run.simulated.len()),
+            real: lives(|run| run.real.len()),
+            cycles: f64::from(results.cycles),
+        },
+    ];
+    let rows: Vec<Row> = bills.iter().map(|bill| Row::from(bill.cells())).collect();
+    let head = [
+        Head::Text("Whose"),
+        Head::Number("simulated lives"),
+        Head::Number("workstation time"),
+        Head::Number("real lives"),
+        Head::Number("robot time"),
+        Head::Number("cycles in all"),
+    ];
+    let [papers, _] = &bills;
+    let (simulated, real) = papers.seconds();
+    format!(
+        "<h3>Cost</h3>\n{}{}",
+        paragraph(&format!(
+            "A life took the paper's authors about {} s on an IBM RISC/6000 and {} s on the robot, {} times as long. \
+             Their {} runs of {} and {} generations of {} individuals are {} days of workstation time and {} days of \
+             robot time.",
+            paper::SIMULATED_LIFE,
+            paper::REAL_LIFE,
+            paper::REAL_LIFE / paper::SIMULATED_LIFE,
+            paper::RUNS,
+            paper::SIMULATED_GENERATIONS,
+            paper::REAL_GENERATIONS,
+            paper::POPULATION,
+            days(simulated),
+            days(real),
+        )),
+        table(
+            "",
+            "The lives of the generations at the paper's rates, without further tests. Here the transferred generation \
+             lives in simulation too.",
+            &head,
+            &rows
+        )
+    )
+}
+
+impl Bill {
+    /// On a workstation and on a robot.
+    fn seconds(&self) -> (f64, f64) {
+        let lives = self.cycles / paper::CYCLES;
+        (
+            self.simulated as f64 * lives * paper::SIMULATED_LIFE,
+            self.real as f64 * lives * paper::REAL_LIFE,
+        )
+    }
+
+    fn cells(&self) -> Vec<Cell> {
+        let (simulated, real) = self.seconds();
+        let cycles = (self.simulated + self.real) as f64 * self.cycles;
+        let number = |html: String| Cell::number(html);
+        vec![
+            Cell::text(self.what),
+            number(count(self.simulated)),
+            number(format!("{} days", days(simulated))),
+            number(count(self.real)),
+            number(format!("{} days", days(real))),
+            number(count(cycles as u64)),
+        ]
+    }
+}
+
+/// Seconds in days, to a tenth.
+fn days(seconds: f64) -> String {
+    format!("{:.1}", seconds / DAY)
+}

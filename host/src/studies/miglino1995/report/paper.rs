@@ -1,0 +1,69 @@
+//! What the paper prints, as far as it can be held against numbers: Miglino, Lund and Nolfi, "Evolving Mobile Robots
+//! in Simulated and Real Environments", Artificial Life 2(4), 1995.
+
+use crate::studies::miglino1995::results::Condition;
+
+/// Degrees of freedom of all tests of Tables 1 and 2.
+pub(super) const DEGREES_OF_FREEDOM: &str = "1, 998";
+/// The level of significance of Tables 1 and 2.
+pub(super) const LEVEL: f64 = 0.01;
+/// Runs of all conditions, generations in simulation and in reality, and individuals of each.
+pub(super) const RUNS: u64 = 15;
+pub(super) const SIMULATED_GENERATIONS: u64 = 200;
+pub(super) const REAL_GENERATIONS: u64 = 20;
+pub(super) const POPULATION: u64 = 100;
+/// Cycles of a life, and how long they take on an IBM RISC/6000 and in reality, seconds.
+pub(super) const CYCLES: f64 = 500.0;
+pub(super) const SIMULATED_LIFE: f64 = 2.0;
+pub(super) const REAL_LIFE: f64 = 50.0;
+
+/// What is printed of one condition.
+pub(super) struct Printed {
+    /// The F of Table 1, simulation against reality in generation 200, and whether the effect is significant.
+    pub(super) gap: (f64, bool),
+    /// The same of Table 2, generation 200 against generation 219, in reality.
+    pub(super) recovery: (f64, bool),
+    /// The number of the figure with its generations, and what the text says of it.
+    pub(super) generations: (u32, &'static str),
+    /// The number of the figure with its trajectories, and what the text says of it.
+    pub(super) trajectories: (u32, &'static str),
+}
+
+/// What is printed of a condition.
+pub(super) fn printed(condition: Condition) -> Printed {
+    match condition {
+        Condition::None => Printed {
+            gap: (164.14, true),
+            recovery: (74.09, true),
+            generations: (6, "individuals lose performance at the transfer and recover it rapidly"),
+            trajectories: (
+                9,
+                "transferred robots often turn more than 90\u{b0} in corners and get stuck there",
+            ),
+        },
+        Condition::Sensor => Printed {
+            gap: (549.79, true),
+            recovery: (30.74, true),
+            generations: (
+                7,
+                "the peak loses less than without noise and the average more, and only the peak recovers",
+            ),
+            trajectories: (
+                10,
+                "robots are slower in reality than in simulation and sometimes hit obstacles",
+            ),
+        },
+        Condition::Conservative => Printed {
+            gap: (0.74, false),
+            recovery: (26.01, true),
+            generations: (
+                8,
+                "individuals score a bit lower in simulation and higher than both others in reality, where they still improve",
+            ),
+            trajectories: (
+                11,
+                "both paths match almost perfectly; the robot of run d is a bit slower in reality",
+            ),
+        },
+    }
+}

@@ -1,0 +1,65 @@
+//! Figures 2 to 5: the arena, what was sampled, why points of view matter, and a controller.
+
+use super::{Study, run_name};
+use crate::report::figures;
+use crate::report::page::{Section, figure};
+
+pub(super) fn section(study: &Study<'_>) -> Section {
+    let mut body = figure(
+        "Figure 2",
+        &format!(
+            "The arena: {} by {} mm, {} round obstacles, and the robot to scale. The paper gives the arena's size \
+             and the obstacles' diameter (600 by 350 mm and 55 mm), but not where they stand.",
+            study.arena.field.width,
+            study.arena.field.height,
+            study.arena.obstacles.len()
+        ),
+        &figures::arena(study.arena, study.body_radius),
+    );
+    for (place, table) in study.sensors.classes.iter().enumerate() {
+        // The paper shows the wall alone; what else was sampled comes after the same words.
+        let (name, says) = if place == 0 {
+            let says = " In the paper the sixth sensor's range is nearly twice the fifth's.";
+            ("Figure 3".to_owned(), says)
+        } else {
+            (format!("Figure 3, {}", table.class), "")
+        };
+        body.push_str(&figure(
+            &name,
+            &format!(
+                "What each sensor of the sampled robot reads for an object of class \u{201c}{}\u{201d}, over the \
+                 object's bearing (clockwise, 0\u{b0} straight ahead) and its distance: {} orientations at {} \
+                 distances.{says}",
+                table.class, table.bearings, table.rows
+            ),
+            &figures::sensor_table(table),
+        ));
+    }
+    body.push_str(&figure(
+        "Figure 4",
+        "Perception of a symmetrical object depends on distance and orientation alone; that of a non-symmetrical one \
+         also on the point of view, so that it has to be sampled from several. Three robots with the object equally \
+         far ahead, what they see of it (yellow), and how near it is from left to right of their view.",
+        &figures::points_of_view("Points of view"),
+    ));
+    let first = study.results.runs.first();
+    let (weights, whose) = first.map_or((&[][..], "no run was recorded".to_owned()), |run| {
+        let whose = format!(
+            "drawn with the weights of the best individual of generation {}, run {} of the condition with {}",
+            study.results.simulated_generations,
+            run_name(run.number),
+            run.condition.title()
+        );
+        (run.champion.genome.as_slice(), whose)
+    });
+    body.push_str(&figure(
+        "Figure 5",
+        &format!("The network: eight sensors and a bias on two motors, 16 weights and 2 biases; {whose}."),
+        &figures::network("The network", weights),
+    ));
+    Section {
+        id: "robot".into(),
+        title: "Arena, sensors and network".into(),
+        body,
+    }
+}

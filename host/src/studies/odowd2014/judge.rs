@@ -1,0 +1,802 @@
+//! Judges the claims of the paper by the criteria of `docs/preregistration-2014.md`, in each combination of mutation scale
+//! and credit alike.
+
+use std::ops::Range;
+
+use oneiro::foraging::Light;
+use rand_pcg::Pcg64;
+
+use super::measures::{ALL, BEFORE_MOVE, BIN, FIRST_HALF, G0, G1, LATE, S0, SECOND_HALF, SETTLED};
+use super::results::{Case, Combination, Kind, Results, Run};
+use crate::statistics::{cohens_d, holm, mean, one_sample_t, paired_t, ratio_interval, roc_area, student_t, subset};
+use crate::studies::claims::{Claim, Effect, HOLDS_IN, Test, Verdict};
+
+use Case::{NoLight, Opposite, OppositeThenOver, Over, OverThenOpposite, Random};
+use Kind::{Alone, Evolved, FitnessShuffled as Null, SimulatorRandom, SimulatorRight};
+
+/// The study's level of significance, and the paper's.
+const LEVEL: f64 = 0.05;
+const PAPERS_LEVEL: f64 = 0.005;
+/// Genes of this standard deviation are widely spread: three quarters of that of uniform ones.
+const WIDE: f64 = 0.214;
+/// The bounds of the bins.
+const LOW: f64 = 0.33;
+const HIGH: f64 = 0.66;
+/// From so many runs on, how often smaller studies would give the paper's verdict is worth a figure.
+const MANY: usize = 20;
+const SETS: usize = 1000;
+
+/// What one combination says of a claim.
+#[derive(Default)]
+struct Finding {
+    /// None if it has not the runs that are needed.
+    holds: Option<bool>,
+    effects: Vec<Effect>,
+    tests: Vec<Test>,
+}
+
+/// A claim before it is judged.
+struct Criterion {
+    id: &'static str,
+    statement: &'static str,
+    holds_if: &'static str,
+    remark: &'static str,
+    finding: fn(&Judged<'_>) -> Option<Finding>,
+}
+
+/// Every claim, D1 to D17.
+pub(crate) fn judge(results: &Results) -> Vec<Claim> {
+    CRITERIA.iter().map(|criterion| claim(results, criterion)).collect()
+}
+
+fn claim(results: &Results, criterion: &Criterion) -> Claim {
+    let mut claim = Claim {
+        id: criterion.id.into(),
+        statement: criterion.statement.into(),
+        criterion: criterion.holds_if.into(),
+        verdict: Verdict::Undecided,
+        effects: Vec::new(),
+        tests: Vec::new(),
+        remark: String::new(),
+    };
+    let mut scopes = [Vec::new(), Vec::new(), Vec::new()];
+    for combination in &results.combinations {
+        let judged = Judged { results, combination };
+        let title = combination.title();
+        let finding = (criterion.finding)(&judged).unwrap_or_default();
+        let scope = finding.holds.map_or(2, usize::from);
+        scopes[scope].push(title.clone());
+        claim.effects.extend(finding.effects.into_iter().map(|effect| Effect {
+            name: format!("{title}: {}", effect.name),
+            ..effect
+        }));
+        claim.tests.extend(finding.tests.into_iter().map(|test| Test {
+            name: format!("{title}: {}", test.name),
+            ..test
+        }));
+    }
+    let [fails, holds, unknown] = scopes;
+    if results.combinations.len() > 1 {
+        let count = results.combinations.len();
+        let name = format!("{HOLDS_IN}, of {count}");
+        claim.effects.insert(0, effect(name, holds.len() as f64, None));
+    }
+    claim.verdict = match (holds.is_empty(), fails.is_empty(), unknown.is_empty()) {
+        (false, true, true) => Verdict::Reproduced,
+        (true, false, true) => Verdict::NotReproduced,
+        _ => Verdict::Undecided,
+    };
+    let list = |words: &str, titles: &[String]| match titles {
+        [] => String::new(),
+        titles => format!("{words} at {}. ", titles.join("; ")),
+    };
+    let scope = format!(
+        "{}{}{}",
+        list("The criterion holds", &holds),
+        list("It fails", &fails),
+        list("Runs that it needs were not asked for", &unknown)
+    );
+    claim.remark = format!("{scope}{}", criterion.remark).trim_end().into();
+    claim
+}
+
+const CRITERIA: [Criterion; 17] = [
+    Criterion {
+        id: "D1",
+        statement: "No Light forages like Random Movement (p > 0.5), the other four cases differ from it (p < 0.005)",
+        holds_if: "rates of cases 2 to 5 above Random Movement's with p < 0.005 and above their own nulls; the 90 % interval \
+                    of No Light's ratio to Random Movement within 0.9 to 1.1",
+        remark: "The paper's test takes 50 minute means of the same runs as independent; it stands beside those of runs.",
+        finding: |own| own.against_random(),
+    },
+    Criterion {
+        id: "D2",
+        statement: "The light over the nest \"appears to double the effective foraging efficiency\"",
+        holds_if: "1.5 to 2.5 times the rate of Random Movement or of Light Opposite Nest, and above its null",
+        remark: "What it is double of, the paper leaves open.",
+        finding: |own| own.doubles(),
+    },
+    Criterion {
+        id: "D3",
+        statement: "Light opposite the nest forages better than random movement, and worse than over the nest",
+        holds_if: "rates: over above opposite, opposite above random, opposite above its null",
+        remark: "",
+        finding: |own| own.order(),
+    },
+    Criterion {
+        id: "D4",
+        statement: "No Light: the mean of S0 maps to no light throughout, G0 and G1 are wide around random search (Fig. 6)",
+        holds_if: "share of the No Light bin above the null's (minutes 10 to 50), mean S0 in that bin in each ten minutes, late \
+                    G0 and G1 in the middle bin and wide",
+        remark: "The mean of genes that nothing selects lies in that bin too.",
+        finding: |own| own.no_light(),
+    },
+    Criterion {
+        id: "D5",
+        statement: "Over Nest: S0 averages around 0.66; with food robots seek the light, without they flee it, both narrow (Fig. 7)",
+        holds_if: "late: mean G0 above 0.66 and G1 below 0.33, s.d. smaller than in No Light, share of the Over bin above the \
+                    null's",
+        remark: "",
+        finding: |own| own.over(),
+    },
+    Criterion {
+        id: "D6",
+        statement: "Opposite Nest: S0 stays at no light, which is wrong, and G0 and G1 wide (Fig. 8)",
+        holds_if: "late: share of the Opposite bin not above the null's, mean S0 in the No Light bin, G0 and G1 wide",
+        remark: "",
+        finding: |own| own.opposite(),
+    },
+    Criterion {
+        id: "D7",
+        statement: "Over, then opposite: right before the move, after it a sharp fall in foraging and a slow change of S0, without \
+                    convergence (Figs. 5, 9)",
+        holds_if: "before the move share of the Over bin above the null's; the rate of the two 250 s bins after it more than 25 % \
+                    below that of the bin before; late mean S0 below that before; late share of the Opposite bin at most 0.5",
+        remark: "",
+        finding: |own| own.moved_away(),
+    },
+    Criterion {
+        id: "D8",
+        statement: "Opposite, then over: a response after the move, but foraging stays below that of a start over the nest (Fig. 10)",
+        holds_if: "rate of the second half below that of Light Over Nest in its second half; late share of the Over bin above \
+                    that before the move",
+        remark: "Section 5.5's first sentence has the two positions the wrong way round.",
+        finding: |own| own.moved_over(),
+    },
+    Criterion {
+        id: "D9",
+        statement: "Cases 3 and 5 share their first 25 minutes and yet differ in S0: an anomaly",
+        holds_if: "mean S0 of the first 25 minutes differs (p < 0.05)",
+        remark: "Until the light moves both cases are one: at p < 0.05 one study in twenty differs by chance.",
+        finding: |own| own.anomaly(),
+    },
+    Criterion {
+        id: "D10",
+        statement: "With fewer than two robots nothing selects simulators",
+        holds_if: "one robot alone: late share of the Over bin does not differ between light over the nest and no light",
+        remark: "",
+        finding: |own| own.alone(),
+    },
+    Criterion {
+        id: "D11",
+        statement: "Ten simulated lives of 60 s take 34 s on board, of the 60 s that there are",
+        holds_if: "ten lives take less than 34 s by the scalar code on one core",
+        remark: "A time is not written down here, since it differs from run to run; docs/measurements.md has it.",
+        finding: |own| own.cost(),
+    },
+    Criterion {
+        id: "D12",
+        statement: "Conjectures: more robots converge faster; density and mobility limit connectivity; light opposite is a weak \
+                    repulsive cue",
+        holds_if: "with simulators fixed right, the gain over Random Movement with the light opposite is below half of that with it \
+                    over the nest",
+        remark: "Number and density of robots are among the open questions.",
+        finding: |own| own.weak_cue(),
+    },
+    Criterion {
+        id: "D13",
+        statement: "Real fitness informs on the simulator",
+        holds_if: "simulators drawn anew each interval: the area under the curve of fitness for a controller chosen with the light \
+                    where it is above 0.5, over and opposite",
+        remark: "",
+        finding: |own| own.informs(),
+    },
+    Criterion {
+        id: "D14",
+        statement: "Exploring controllers explain the better foraging of Opposite (section 5.3)",
+        holds_if: "Opposite's null above Random Movement, and Opposite not above its null",
+        remark: "",
+        finding: |own| own.exploration(),
+    },
+    Criterion {
+        id: "D15",
+        statement: "Exploitation is due to the stability of the environment (section 5.4)",
+        holds_if: "second half: share of the right bin with the light left over the nest above that in case 4, s.d. of S0 in case 4 \
+                    above that in Light Over Nest",
+        remark: "",
+        finding: |own| own.stability(),
+    },
+    Criterion {
+        id: "D16",
+        statement: "A simulator that is dissociated from reality would spread wide (section 5.6)",
+        holds_if: "No Light, late: the null's s.d. of S0 above that of evolved runs",
+        remark: "Copying without selection draws genes together as well.",
+        finding: |own| own.dissociation(),
+    },
+    Criterion {
+        id: "D17",
+        statement: "Precedence: controllers can only follow once the simulator is right (sections 5.3, 5.5)",
+        holds_if: "simulators fixed right bring rates above simulators drawn anew, with the light over and opposite",
+        remark: "",
+        finding: |own| own.precedence(),
+    },
+];
+
+fn effect(name: impl Into<String>, value: f64, paper: Option<f64>) -> Effect {
+    Effect {
+        name: name.into(),
+        value,
+        paper,
+    }
+}
+
+/// Samples of runs that are compared.
+struct Pair {
+    name: String,
+    a: Vec<f64>,
+    b: Vec<f64>,
+    kind: Comparison,
+}
+
+/// How two samples belong together.
+#[derive(Clone, Copy, PartialEq)]
+enum Comparison {
+    /// Not at all.
+    Apart,
+    /// Run by run.
+    Paired,
+    /// The second is a number that the first is held against.
+    Number,
+}
+
+fn pair(name: impl Into<String>, a: Vec<f64>, b: Vec<f64>) -> Pair {
+    Pair {
+        name: name.into(),
+        a,
+        b,
+        kind: Comparison::Apart,
+    }
+}
+
+impl Pair {
+    fn kind(self, kind: Comparison) -> Self {
+        Self { kind, ..self }
+    }
+
+    /// t, its degrees of freedom and p; samples that do not vary differ for certain, or not at all. None without the
+    /// runs that are needed.
+    fn tested(&self) -> Option<(f64, f64, f64)> {
+        let least = if self.kind == Comparison::Number { 1 } else { 2 };
+        let finite = self.a.iter().chain(&self.b).all(|value| value.is_finite());
+        if self.a.len() < 2 || self.b.len() < least || !finite {
+            return None;
+        }
+        let test = match self.kind {
+            Comparison::Apart => student_t(&self.a, &self.b),
+            Comparison::Paired => paired_t(&self.a, &self.b),
+            Comparison::Number => one_sample_t(&self.a, self.b[0]),
+        };
+        let df = match self.kind {
+            Comparison::Apart => self.a.len() + self.b.len() - 2,
+            Comparison::Paired | Comparison::Number => self.a.len() - 1,
+        };
+        let certain = if mean(&self.a) == mean(&self.b) { 1.0 } else { 0.0 };
+        Some(test.map_or((0.0, df as f64, certain), |test| (test.t, test.df, test.p.value)))
+    }
+}
+
+/// Whether a sample is greater than another by Student's t, without a correction.
+fn is_greater(a: &[f64], b: &[f64], level: f64) -> bool {
+    student_t(a, b).is_ok_and(|test| test.t > 0.0 && test.p.value < level)
+}
+
+/// How a comparison came out: its sign, and p after Holm's correction.
+#[derive(Clone, Copy)]
+struct Compared {
+    difference: f64,
+    p: f64,
+}
+
+impl Compared {
+    fn is_above(self, level: f64) -> bool {
+        self.difference > 0.0 && self.p < level
+    }
+
+    fn is_below(self, level: f64) -> bool {
+        self.difference < 0.0 && self.p < level
+    }
+}
+
+impl Finding {
+    /// Tests several pairs, and corrects over them; without all their runs there is nothing to say.
+    fn compare<const N: usize>(&mut self, pairs: &[Pair; N]) -> Option<[Compared; N]> {
+        let mut tested = [(0.0, 0.0, 1.0); N];
+        for (place, pair) in tested.iter_mut().zip(pairs) {
+            *place = pair.tested()?;
+        }
+        let corrected = holm(&tested.map(|(.., p)| p)).ok()?;
+        for ((pair, (t, df, p)), &p_holm) in pairs.iter().zip(tested).zip(&corrected) {
+            self.tests.push(Test {
+                name: pair.name.clone(),
+                statistic: "t".into(),
+                value: t,
+                degrees_of_freedom: vec![df],
+                p,
+                p_holm: Some(p_holm),
+            });
+            if let Ok(d) = cohens_d(&pair.a, &pair.b) {
+                self.effects.push(effect(format!("d, {}", pair.name), d, None));
+            }
+        }
+        Some(std::array::from_fn(|index| Compared {
+            difference: mean(&pairs[index].a) - mean(&pairs[index].b),
+            p: corrected[index],
+        }))
+    }
+
+    fn note(&mut self, name: impl Into<String>, value: f64) {
+        self.effects.push(effect(name, value, None));
+    }
+
+    #[expect(clippy::unnecessary_wraps, reason = "what ends every claim that has its runs")]
+    fn judged(mut self, holds: bool) -> Option<Self> {
+        self.holds = Some(holds);
+        Some(self)
+    }
+}
+
+/// One combination.
+struct Judged<'a> {
+    results: &'a Results,
+    combination: &'a Combination,
+}
+
+impl Judged<'_> {
+    /// A figure of each run of a case and kind.
+    fn each(&self, case: Case, kind: Kind, figure: impl Fn(&Run) -> f64) -> Vec<f64> {
+        self.combination.of(case, kind).map(figure).collect()
+    }
+
+    fn rates(&self, case: Case, kind: Kind) -> Vec<f64> {
+        self.each(case, kind, |run| run.rate(ALL))
+    }
+
+    fn shares(&self, case: Case, kind: Kind, light: Light, intervals: Range<usize>) -> Vec<f64> {
+        self.each(case, kind, |run| run.share(light, intervals.clone()))
+    }
+
+    /// A comparison of rates.
+    fn by_rate(&self, (case, kind): (Case, Kind), (other, its_kind): (Case, Kind)) -> Pair {
+        let words = |case: Case, kind: Kind| match kind {
+            Evolved => case.title().to_owned(),
+            _ => format!("{} ({})", case.title(), kind.title()),
+        };
+        pair(
+            format!("rate, {} and {}", words(case, kind), words(other, its_kind)),
+            self.rates(case, kind),
+            self.rates(other, its_kind),
+        )
+    }
+
+    /// The same case evolved and under the null.
+    fn by_null(&self, case: Case) -> Pair {
+        self.by_rate((case, Evolved), (case, Null))
+    }
+
+    /// Shares of a bin, evolved and under the null.
+    fn share_by_null(&self, case: Case, light: Light, intervals: Range<usize>, when: &str) -> Pair {
+        pair(
+            format!("share of {light:?}, {when}, {} and its null", case.title()),
+            self.shares(case, Evolved, light, intervals.clone()),
+            self.shares(case, Null, light, intervals),
+        )
+    }
+
+    /// Mean over runs of a gene's mean and standard deviation.
+    fn gene(&self, case: Case, gene: super::measures::Gene, intervals: Range<usize>) -> (f64, f64) {
+        (
+            mean(&self.each(case, Evolved, |run| run.mean(gene, intervals.clone()))),
+            mean(&self.each(case, Evolved, |run| run.deviation(gene, intervals.clone()))),
+        )
+    }
+
+    /// Late G0 and G1, noted.
+    fn late_controllers(&self, case: Case, finding: &mut Finding) -> [(f64, f64); 2] {
+        [("G0", G0 as super::measures::Gene), ("G1", G1)].map(|(name, gene)| {
+            let (middle, deviation) = self.gene(case, gene, LATE);
+            finding.note(format!("late mean {name}, {}", case.title()), middle);
+            finding.note(format!("late s.d. of {name}, {}", case.title()), deviation);
+            (middle, deviation)
+        })
+    }
+
+    fn against_random(&self) -> Option<Finding> {
+        let mut finding = Finding::default();
+        let cases = [Over, Opposite, OverThenOpposite, OppositeThenOver];
+        let [over, opposite, away, towards] = cases.map(|case| self.by_rate((case, Evolved), (Random, Evolved)));
+        let [over_null, opposite_null, away_null, towards_null] = cases.map(|case| self.by_null(case));
+        let all = finding.compare(&[
+            over,
+            opposite,
+            away,
+            towards,
+            over_null,
+            opposite_null,
+            away_null,
+            towards_null,
+        ])?;
+        let (random, null) = all.split_at(cases.len());
+        let (none, control) = (self.rates(NoLight, Evolved), self.rates(Random, Evolved));
+        let interval = ratio_interval(&none, &control, 0.9).ok()?;
+        finding.note("No Light over Random Movement", mean(&none) / mean(&control));
+        finding.note("its 90 % interval from", interval.low);
+        finding.note("to", interval.high);
+        // The paper's own test.
+        let minutes = |case| {
+            let runs: Vec<Vec<f64>> = self.combination.of(case, Evolved).map(Run::minutes).collect();
+            let minutes = runs.iter().map(Vec::len).min().unwrap_or(0);
+            (0..minutes)
+                .map(|minute| mean(&runs.iter().map(|run| run[minute]).collect::<Vec<_>>()))
+                .collect::<Vec<_>>()
+        };
+        for case in [NoLight, Over, Opposite, OverThenOpposite, OppositeThenOver] {
+            if let Ok(test) = student_t(&minutes(case), &minutes(Random)) {
+                finding.tests.push(Test {
+                    name: format!("the paper's, minute means, {} and Random Movement", case.title()),
+                    statistic: "t".into(),
+                    value: test.t,
+                    degrees_of_freedom: vec![test.df],
+                    p: test.p.value,
+                    p_holm: None,
+                });
+            }
+        }
+        for case in cases {
+            let verdict = format!("p < 0.005, {}", case.title());
+            self.power(&mut finding, [case, Random], &verdict, |[own, control]| {
+                is_greater(own, control, PAPERS_LEVEL)
+            });
+        }
+        self.power(
+            &mut finding,
+            [NoLight, Random],
+            "p > 0.5, No Light",
+            |[own, control]| student_t(own, control).is_ok_and(|test| test.p.value > 0.5),
+        );
+        let differs = random.iter().all(|compared| compared.is_above(PAPERS_LEVEL));
+        let informed = null.iter().all(|compared| compared.is_above(LEVEL));
+        let equivalent = interval.low >= 0.9 && interval.high <= 1.1;
+        finding.judged(differs && informed && equivalent)
+    }
+
+    /// Of many runs, how often 5 or 10 drawn out of them would give a verdict on the rates of some cases.
+    fn power<const N: usize>(
+        &self,
+        finding: &mut Finding,
+        cases: [Case; N],
+        verdict: &str,
+        gives: impl Fn(&[Vec<f64>; N]) -> bool,
+    ) {
+        let all = cases.map(|case| self.rates(case, Evolved));
+        if all.iter().any(|rates| rates.len() < MANY) {
+            return;
+        }
+        let mut random = Pcg64::new(2014, 1);
+        for size in [5, 10] {
+            let mut drawn = || {
+                all.each_ref().map(|rates| {
+                    let chosen = subset(rates.len(), size, &mut random);
+                    chosen.iter().map(|&index| rates[index]).collect::<Vec<f64>>()
+                })
+            };
+            let found = (0..SETS).filter(|_| gives(&drawn())).count();
+            finding.note(
+                format!("share of sets of {size} runs with {verdict}"),
+                found as f64 / SETS as f64,
+            );
+        }
+    }
+
+    fn doubles(&self) -> Option<Finding> {
+        let mut finding = Finding::default();
+        let [null] = finding.compare(&[self.by_null(Over)])?;
+        let over = mean(&self.rates(Over, Evolved));
+        let to_random = over / mean(&self.rates(Random, Evolved));
+        let to_opposite = over / mean(&self.rates(Opposite, Evolved));
+        finding
+            .effects
+            .push(effect("over the nest to random", to_random, Some(2.0)));
+        finding
+            .effects
+            .push(effect("over the nest to opposite", to_opposite, Some(2.0)));
+        let doubles = |ratio: f64| (1.5..=2.5).contains(&ratio);
+        let verdict = "a ratio of 1.5 to 2.5 to either";
+        self.power(
+            &mut finding,
+            [Over, Random, Opposite],
+            verdict,
+            |[over, random, opposite]| doubles(mean(over) / mean(random)) || doubles(mean(over) / mean(opposite)),
+        );
+        finding.judged((doubles(to_random) || doubles(to_opposite)) && null.is_above(LEVEL))
+    }
+
+    fn order(&self) -> Option<Finding> {
+        let mut finding = Finding::default();
+        let all = finding.compare(&[
+            self.by_rate((Over, Evolved), (Opposite, Evolved)),
+            self.by_rate((Opposite, Evolved), (Random, Evolved)),
+            self.by_null(Opposite),
+        ])?;
+        let verdict = "over above opposite above random, p < 0.05";
+        self.power(
+            &mut finding,
+            [Over, Opposite, Random],
+            verdict,
+            |[over, opposite, random]| is_greater(over, opposite, LEVEL) && is_greater(opposite, random, LEVEL),
+        );
+        for case in Case::ALL {
+            finding.note(
+                format!("food per minute, {}", case.title()),
+                mean(&self.rates(case, Evolved)),
+            );
+        }
+        finding.judged(all.iter().all(|compared| compared.is_above(LEVEL)))
+    }
+
+    fn no_light(&self) -> Option<Finding> {
+        let mut finding = Finding::default();
+        let [share] = finding.compare(&[self.share_by_null(NoLight, Light::Nowhere, SETTLED, "minutes 10 to 50")])?;
+        let shares = mean(&self.shares(NoLight, Evolved, Light::Nowhere, SETTLED));
+        finding.note("share of No Light, minutes 10 to 50", shares);
+        finding.note("the null's", mean(&self.shares(NoLight, Null, Light::Nowhere, SETTLED)));
+        let mut stays = true;
+        for first in (0..50).step_by(10) {
+            let (middle, _) = self.gene(NoLight, S0, first..first + 10);
+            finding.note(format!("mean S0, minutes {first} to {}", first + 10), middle);
+            stays &= (LOW..HIGH).contains(&middle);
+        }
+        let wide = self
+            .late_controllers(NoLight, &mut finding)
+            .iter()
+            .all(|(middle, deviation)| (LOW..HIGH).contains(middle) && *deviation >= WIDE);
+        finding.judged(share.is_above(LEVEL) && stays && wide)
+    }
+
+    fn over(&self) -> Option<Finding> {
+        let mut finding = Finding::default();
+        let [share] = finding.compare(&[self.share_by_null(Over, Light::OverNest, LATE, "late")])?;
+        let (simulator, _) = self.gene(Over, S0, LATE);
+        finding.effects.push(effect("late mean S0", simulator, Some(0.66)));
+        finding.note(
+            "late share of Over",
+            mean(&self.shares(Over, Evolved, Light::OverNest, LATE)),
+        );
+        finding.note("the null's", mean(&self.shares(Over, Null, Light::OverNest, LATE)));
+        let [with, without] = self.late_controllers(Over, &mut finding);
+        let [wide_with, wide_without] = self.late_controllers(NoLight, &mut finding);
+        let narrow = with.1 < wide_with.1 && without.1 < wide_without.1;
+        finding.judged(with.0 > HIGH && without.0 < LOW && narrow && share.is_above(LEVEL))
+    }
+
+    fn opposite(&self) -> Option<Finding> {
+        let mut finding = Finding::default();
+        let [share] = finding.compare(&[self.share_by_null(Opposite, Light::OppositeNest, LATE, "late")])?;
+        let (simulator, _) = self.gene(Opposite, S0, LATE);
+        finding.note("late mean S0", simulator);
+        finding.note(
+            "late share of Opposite",
+            mean(&self.shares(Opposite, Evolved, Light::OppositeNest, LATE)),
+        );
+        finding.note(
+            "the null's",
+            mean(&self.shares(Opposite, Null, Light::OppositeNest, LATE)),
+        );
+        let wide = self
+            .late_controllers(Opposite, &mut finding)
+            .iter()
+            .all(|(_, deviation)| *deviation >= WIDE);
+        finding.judged(!share.is_above(LEVEL) && (LOW..HIGH).contains(&simulator) && wide)
+    }
+
+    fn moved_away(&self) -> Option<Finding> {
+        let mut finding = Finding::default();
+        let s0 = |intervals: Range<usize>| self.each(OverThenOpposite, Evolved, |run| run.mean(S0, intervals.clone()));
+        let [before, moved] = finding.compare(&[
+            self.share_by_null(OverThenOpposite, Light::OverNest, BEFORE_MOVE, "before the move"),
+            pair("late S0 and S0 before the move", s0(LATE), s0(BEFORE_MOVE)).kind(Comparison::Paired),
+        ])?;
+        let bin = self.results.light_moves_minute as usize * 60 / BIN;
+        let rate = |bins: Range<usize>| {
+            mean(&self.each(OverThenOpposite, Evolved, |run| {
+                mean(run.rates().get(bins.clone()).unwrap_or(&[]))
+            }))
+        };
+        let fall = 1.0 - rate(bin..bin + 2) / rate(bin - 1..bin);
+        finding.note("fall of the rate", fall);
+        let converged = mean(&self.shares(OverThenOpposite, Evolved, Light::OppositeNest, LATE));
+        finding.note("late share of Opposite", converged);
+        finding.judged(before.is_above(LEVEL) && fall > 0.25 && moved.is_below(LEVEL) && converged <= 0.5)
+    }
+
+    fn moved_over(&self) -> Option<Finding> {
+        let mut finding = Finding::default();
+        let half = |case| self.each(case, Evolved, |run| run.rate(SECOND_HALF));
+        let share = |intervals| self.shares(OppositeThenOver, Evolved, Light::OverNest, intervals);
+        let [rate, share] = finding.compare(&[
+            pair(
+                "rate of the second half, case 5 and Light Over Nest",
+                half(OppositeThenOver),
+                half(Over),
+            ),
+            pair(
+                "share of Over, late and before the move",
+                share(LATE),
+                share(BEFORE_MOVE),
+            )
+            .kind(Comparison::Paired),
+        ])?;
+        let (before, _) = self.gene(OppositeThenOver, S0, BEFORE_MOVE);
+        finding
+            .effects
+            .push(effect("mean S0 before the move", before, Some(0.33)));
+        finding.note(
+            "rate of its second half to Light Over Nest's",
+            mean(&half(OppositeThenOver)) / mean(&half(Over)),
+        );
+        finding.judged(rate.is_below(LEVEL) && share.is_above(LEVEL))
+    }
+
+    fn anomaly(&self) -> Option<Finding> {
+        let mut finding = Finding::default();
+        let first = |case| self.each(case, Evolved, |run| run.mean(S0, FIRST_HALF));
+        let [compared] = finding.compare(&[pair(
+            "mean S0 of the first 25 minutes, cases 3 and 5",
+            first(Opposite),
+            first(OppositeThenOver),
+        )])?;
+        finding.note("difference of mean S0", compared.difference);
+        finding.judged(compared.p < LEVEL)
+    }
+
+    fn alone(&self) -> Option<Finding> {
+        let mut finding = Finding::default();
+        let [compared] = finding.compare(&[pair(
+            "late share of Over, one robot, light over the nest and no light",
+            self.shares(Over, Alone, Light::OverNest, LATE),
+            self.shares(NoLight, Alone, Light::OverNest, LATE),
+        )])?;
+        finding.judged(compared.p >= LEVEL)
+    }
+
+    fn cost(&self) -> Option<Finding> {
+        Finding::default().judged(self.results.generation_within_34_s)
+    }
+
+    fn weak_cue(&self) -> Option<Finding> {
+        let mut finding = Finding::default();
+        let random = mean(&self.rates(Random, Evolved));
+        let [over, opposite] = [Over, Opposite].map(|case| mean(&self.rates(case, SimulatorRight)) - random);
+        if over.is_nan() || opposite.is_nan() {
+            return None;
+        }
+        finding.note("gain in food per minute, over", over);
+        finding.note("gain in food per minute, opposite", opposite);
+        finding.judged(over > 0.0 && opposite < 0.5 * over)
+    }
+
+    /// The areas under the curve of fitness, run by run, for simulators that have the light where it is; which simulator
+    /// goes with a robot's fitness, `of` says by the run, the interval and the robot.
+    fn areas(&self, case: Case, of: impl Fn(&Run, usize, usize) -> f32) -> Vec<f64> {
+        let moves = self.results.light_moves_minute as usize;
+        let area = |run: &Run| {
+            let mut scores = Vec::new();
+            let mut right = Vec::new();
+            for interval in 2..run.intervals.len().saturating_sub(1) {
+                let light = run.case.light_in(interval, moves);
+                for (robot, own) in run.intervals[interval].iter().enumerate() {
+                    scores.push(f64::from(own.real));
+                    right.push(Light::of_gene(of(run, interval, robot)) == light);
+                }
+            }
+            roc_area(&scores, &right).ok()
+        };
+        self.combination.of(case, SimulatorRandom).filter_map(area).collect()
+    }
+
+    fn informs(&self) -> Option<Finding> {
+        let mut finding = Finding::default();
+        let chosen = |case: Case| {
+            let areas = self.areas(case, |run, interval, robot| run.intervals[interval][robot].chosen_under);
+            pair(format!("area under the curve, {}", case.title()), areas, vec![0.5]).kind(Comparison::Number)
+        };
+        let all = finding.compare(&[Over, Opposite].map(chosen))?;
+        let holds = all.iter().all(|compared| compared.is_above(LEVEL));
+        for case in [Over, Opposite] {
+            finding.note(format!("area, {}", case.title()), mean(&chosen(case).a));
+            for lag in 0..=2 {
+                let areas = self.areas(case, |run, interval, robot| run.intervals[interval - lag][robot].s0);
+                finding.note(
+                    format!("area by S0 of {lag} intervals before, {}", case.title()),
+                    mean(&areas),
+                );
+            }
+            let moves = self.results.light_moves_minute as usize;
+            let gap = |right: bool| {
+                let gaps: Vec<f64> = self
+                    .combination
+                    .of(case, SimulatorRandom)
+                    .flat_map(|run| run.intervals.iter().enumerate().map(move |own| (run, own)))
+                    .flat_map(|(run, (interval, robots))| {
+                        let light = run.case.light_in(interval, moves);
+                        robots
+                            .iter()
+                            .filter(move |own| (Light::of_gene(own.chosen_under) == light) == right)
+                            .filter_map(|own| Some(f64::from(own.simulated?) - f64::from(own.real)))
+                    })
+                    .collect();
+                mean(&gaps)
+            };
+            finding.note(format!("F_sim - F_R, simulator right, {}", case.title()), gap(true));
+            finding.note(format!("F_sim - F_R, simulator wrong, {}", case.title()), gap(false));
+        }
+        finding.judged(holds)
+    }
+
+    fn exploration(&self) -> Option<Finding> {
+        let mut finding = Finding::default();
+        let [null, own] = finding.compare(&[
+            self.by_rate((Opposite, Null), (Random, Evolved)),
+            self.by_null(Opposite),
+        ])?;
+        finding.judged(null.is_above(LEVEL) && !own.is_above(LEVEL))
+    }
+
+    fn stability(&self) -> Option<Finding> {
+        let mut finding = Finding::default();
+        let spread = |case| self.each(case, Evolved, |run| run.deviation(S0, SECOND_HALF));
+        let [share, deviation] = finding.compare(&[
+            pair(
+                "share of the right bin, second half, cases 2 and 4",
+                self.shares(Over, Evolved, Light::OverNest, SECOND_HALF),
+                self.shares(OverThenOpposite, Evolved, Light::OppositeNest, SECOND_HALF),
+            ),
+            pair(
+                "s.d. of S0, second half, cases 4 and 2",
+                spread(OverThenOpposite),
+                spread(Over),
+            ),
+        ])?;
+        finding.judged(share.is_above(LEVEL) && deviation.is_above(LEVEL))
+    }
+
+    fn dissociation(&self) -> Option<Finding> {
+        let mut finding = Finding::default();
+        let spread = |kind| self.each(NoLight, kind, |run| run.deviation(S0, LATE));
+        let [compared] = finding.compare(&[pair(
+            "late s.d. of S0, No Light, null and evolved",
+            spread(Null),
+            spread(Evolved),
+        )])?;
+        finding.judged(compared.is_above(LEVEL))
+    }
+
+    fn precedence(&self) -> Option<Finding> {
+        let mut finding = Finding::default();
+        let all = finding
+            .compare(&[Over, Opposite].map(|case| self.by_rate((case, SimulatorRight), (case, SimulatorRandom))))?;
+        finding.judged(all.iter().all(|compared| compared.is_above(LEVEL)))
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,183 @@
+//! The study as a page to hold beside the paper: one file with its verdicts, figures and tables, and the numbers
+//! behind them as CSV. Both are functions of what they are given alone, byte for byte.
+
+use clap::ValueEnum;
+use oneiro::swarm::Swarm;
+
+use super::results::{Case, Combination, Credit, Kind, Results};
+use crate::report::figures::escaped;
+use crate::report::numbers::shown;
+use crate::report::page::{self, Cell, Section};
+use crate::studies::assumptions::Assumption;
+use crate::studies::claims::Claim;
+use crate::studies::verdicts;
+use crate::studies::verdicts::Assumed;
+
+mod background;
+mod csv;
+mod encounters;
+mod foraging;
+mod genes;
+mod interventions;
+mod measures;
+mod overview;
+mod paper;
+mod questions;
+mod summary;
+mod system;
+#[cfg(test)]
+mod tests;
+
+pub(crate) use csv::csv_files;
+pub(crate) use summary::summary;
+
+/// What a report is made of.
+pub(crate) struct Study<'a> {
+    /// What the study found.
+    pub(crate) results: &'a Results,
+    /// What is said of it.
+    pub(crate) claims: &'a [Claim],
+    /// The arena and the robots in it.
+    pub(crate) swarm: &'a Swarm,
+    /// All that is taken for granted.
+    pub(crate) assumptions: &'a [Assumption],
+    /// What all random numbers follow from.
+    pub(crate) seed: u64,
+    /// The claims again under each assumption, by its name, this study's own first; none where no other was asked for.
+    pub(crate) arms: &'a [(String, Vec<Claim>)],
+}
+
+/// The report as one HTML file, complete in itself.
+pub(crate) fn html(study: &Study<'_>) -> String {
+    let mut sections = vec![verdicts::summary(study.claims)];
+    sections.extend(sensitivity(study));
+    sections.push(system::section(study));
+    sections.extend(overview::section(study.results));
+    for (place, combination) in study.results.combinations.iter().enumerate() {
+        sections.push(section(study.results, place, combination));
+    }
+    sections.extend(questions::section(study.results));
+    sections.push(verdicts::one_by_one(study.claims));
+    sections.push(background::section(study));
+    page::document(
+        "O\u{2019}Dowd, Studley and Winfield (2014), reproduced",
+        &background::facts(study),
+        &sections,
+    )
+}
+
+/// What came out at one mutation scale with one rule of credit.
+fn section(results: &Results, place: usize, combination: &Combination) -> Section {
+    let body = [
+        foraging::html(results, combination),
+        genes::html(results, combination),
+        encounters::html(results, combination),
+        interventions::html(combination),
+    ];
+    Section {
+        id: format!("combination-{}", place + 1).into(),
+        title: title(combination).into(),
+        body: body.concat(),
+    }
+}
+
+/// Which claims hold under which assumption; nothing where no other was asked for.
+fn sensitivity(study: &Study<'_>) -> Option<Section> {
+    let (main, others) = study.arms.split_first()?;
+    let others = others.iter().map(assumed).collect();
+    Some(verdicts::by_assumption(&assumed(main), &[("", others)]))
+}
+
+/// A combination's name for readers.
+fn title(combination: &Combination) -> String {
+    format!(
+        "Mutations of s.d. {}, {}",
+        shown(combination.scale, DIGITS),
+        credit_words(combination.credit)
+    )
+}
+
+fn credit_words(credit: Credit) -> &'static str {
+    match credit {
+        Credit::Lagged => "lagged credit",
+        Credit::Matched => "matched credit",
+    }
+}
+
+/// A figure's or a table's name in one combination, such as that no other of the page has.
+fn named(what: &str, combination: &Combination) -> String {
+    format!(
+        "{what}, s.d. {}, {}",
+        shown(combination.scale, DIGITS),
+        credit_words(combination.credit)
+    )
+}
+
+/// Significant digits of what readers see.
+const DIGITS: usize = 4;
+
+/// What a case, a kind or a rule of credit is called in files and arguments.
+fn name(value: &impl ValueEnum) -> String {
+    value
+        .to_possible_value()
+        .map_or_else(String::new, |value| value.get_name().to_owned())
+}
+
+/// A case's name where there is little room.
+fn short_title(case: Case) -> &'static str {
+    match case {
+        Case::NoLight => "no light",
+        Case::Over => "over",
+        Case::Opposite => "opposite",
+        Case::OverThenOpposite => "over \u{2192} opposite",
+        Case::OppositeThenOver => "opposite \u{2192} over",
+        Case::Random => "random",
+    }
+}
+
+/// A case's colour.
+fn colour(case: Case) -> &'static str {
+    match case {
+        Case::NoLight => "#7c818c",
+        Case::Over => "#d98e04",
+        Case::Opposite => "#2b3a8f",
+        Case::OverThenOpposite => "#c8374f",
+        Case::OppositeThenOver => "#1f8a7d",
+        Case::Random => "#26282e",
+    }
+}
+
+/// A case with its colour, as HTML.
+fn case_name(case: Case) -> String {
+    page::dotted(colour(case), case.title())
+}
+
+/// A kind in one line.
+fn kind_name(kind: Kind) -> Cell {
+    Cell::html(format!("<span class=\"condition\">{}</span>", escaped(kind.title())))
+}
+
+/// The cases in which anything evolves.
+fn evolving() -> impl Iterator<Item = Case> {
+    Case::ALL.into_iter().filter(|&case| case != Case::Random)
+}
+
+/// Whether the light moves.
+fn moves(case: Case) -> bool {
+    let [first, then] = case.lights();
+    first != then
+}
+
+fn assumed((name, claims): &(String, Vec<Claim>)) -> Assumed<'_> {
+    Assumed {
+        name: name.clone(),
+        words: String::new(),
+        claims,
+    }
+}
+
+/// The kinds, other than the paper's own, of which there are runs.
+fn other_kinds(combination: &Combination) -> impl Iterator<Item = Kind> {
+    let kinds = Kind::ALL.into_iter().filter(|&kind| kind != Kind::Evolved);
+    kinds.filter(|&kind| combination.runs.iter().any(|run| run.kind == kind))
+}

@@ -1,0 +1,133 @@
+//! What is worked out of runs: rates of foraging, shares of what genes select, and tests.
+
+use std::ops::Range;
+
+use oneiro::foraging::Light;
+
+use crate::report::figures::Spread;
+use crate::statistics::{cohens_d, mean, student_t, variance};
+use crate::studies::odowd2014::measures::per_minute;
+pub(super) use crate::studies::odowd2014::measures::{BIN, G0, G1, Gene, S0};
+use crate::studies::odowd2014::results::{Case, Combination, Kind, RobotInterval, Run};
+
+/// Seconds of a minute.
+pub(super) const MINUTE: usize = 60;
+/// Intervals, the last ones of a run, that its end is measured by.
+pub(super) const LAST: usize = 10;
+
+/// The runs of a case and kind.
+pub(super) fn runs_of(combination: &Combination, case: Case, kind: Kind) -> Vec<&Run> {
+    combination.of(case, kind).collect()
+}
+
+/// Food a minute that a swarm brings in during some seconds of a run; NaN where it did not last to any of them.
+pub(super) fn rate(run: &Run, seconds: Range<usize>) -> f64 {
+    let end = seconds.end.min(run.brought.len());
+    let brought = run.brought.get(seconds.start..end).unwrap_or_default();
+    per_minute(brought)
+}
+
+/// All food.
+pub(super) fn total(brought: &[u16]) -> u64 {
+    brought.iter().map(|&food| u64::from(food)).sum()
+}
+
+/// Food a minute in one bin after another, each of so many seconds.
+pub(super) fn rates(run: &Run, bin: usize) -> Vec<f64> {
+    run.brought.chunks(bin).map(per_minute).collect()
+}
+
+/// Food in each minute, mean over runs: the samples of the paper's test.
+pub(super) fn minutes(runs: &[&Run]) -> Vec<f64> {
+    let rows: Vec<Vec<f64>> = runs.iter().map(|run| rates(run, MINUTE)).collect();
+    let length = rows.iter().map(Vec::len).min().unwrap_or(0);
+    (0..length)
+        .map(|minute| mean(&rows.iter().map(|row| row[minute]).collect::<Vec<_>>()))
+        .collect()
+}
+
+/// Which third of its range a gene is in: opposite, no light or over; flees light, searches at random or seeks light.
+pub(super) fn third(gene: f32) -> usize {
+    third_of(Light::of_gene(gene))
+}
+
+/// The third in which a simulator has the light there.
+pub(super) fn third_of(light: Light) -> usize {
+    match light {
+        Light::OppositeNest => 0,
+        Light::Nowhere => 1,
+        Light::OverNest => 2,
+    }
+}
+
+/// The share of some robots with a gene in each third; NaN of none.
+pub(super) fn shares<'a>(robots: impl IntoIterator<Item = &'a RobotInterval>, gene: Gene) -> [f64; 3] {
+    let mut counts = [0_u32; 3];
+    for robot in robots {
+        counts[third(gene(robot))] += 1;
+    }
+    let all = f64::from(counts.iter().sum::<u32>());
+    counts.map(|count| f64::from(count) / all)
+}
+
+/// The robots of all runs in one interval.
+pub(super) fn robots_at<'a>(runs: &'a [&Run], interval: usize) -> impl Iterator<Item = &'a RobotInterval> {
+    runs.iter().filter_map(move |run| run.intervals.get(interval)).flatten()
+}
+
+/// Intervals of the longest run.
+pub(super) fn intervals(runs: &[&Run]) -> usize {
+    runs.iter().map(|run| run.intervals.len()).max().unwrap_or(0)
+}
+
+/// The robots of a run's last intervals.
+pub(super) fn at_the_end(run: &Run) -> impl Iterator<Item = &RobotInterval> {
+    let first = run.intervals.len().saturating_sub(LAST);
+    run.intervals[first..].iter().flatten()
+}
+
+/// The mean of a gene and its standard deviation; NaN where there are too few robots.
+pub(super) fn level<'a>(robots: impl IntoIterator<Item = &'a RobotInterval>, gene: Gene) -> (f64, f64) {
+    let genes: Vec<f64> = robots.into_iter().map(|robot| f64::from(gene(robot))).collect();
+    (mean(&genes), variance(&genes).sqrt())
+}
+
+/// A gene's mean in each interval over robots and runs, with the standard deviation to both sides as far as genes go.
+pub(super) fn levels(runs: &[&Run], gene: Gene) -> Vec<Spread> {
+    let at = |interval| {
+        let (mean, deviation) = level(robots_at(runs, interval), gene);
+        let deviation = if deviation.is_finite() { deviation } else { 0.0 };
+        Spread {
+            low: (mean - deviation).max(0.0),
+            mean,
+            high: (mean + deviation).min(f64::from(GREATEST)),
+        }
+    };
+    (0..intervals(runs)).map(at).collect()
+}
+
+/// The greatest gene.
+const GREATEST: f32 = 0.99;
+
+/// A mean without what it is the mean of.
+pub(super) fn alone(mean: f64) -> Spread {
+    Spread {
+        low: mean,
+        mean,
+        high: mean,
+    }
+}
+
+/// Two samples held against each other: Cohen's d, and the p of Student's t test.
+pub(super) struct Difference {
+    pub(super) d: f64,
+    pub(super) p: f64,
+}
+
+/// The first sample against the second; NaN where they are too small or do not vary.
+pub(super) fn difference(a: &[f64], b: &[f64]) -> Difference {
+    Difference {
+        d: cohens_d(a, b).unwrap_or(f64::NAN),
+        p: student_t(a, b).map_or(f64::NAN, |test| test.p.value),
+    }
+}

@@ -1,0 +1,141 @@
+//! The paper's open questions: how many robots, how densely, how far they hear each other, and how far off the light is.
+
+use oneiro::foraging::Light;
+
+use super::measures::S0;
+use crate::report::numbers::{NONE, shown};
+use crate::report::page::{Cell, Head, Row, Section, paragraph, table};
+use crate::report::rows::{Rows, number};
+use crate::statistics::mean;
+use crate::studies::odowd2014::measures::{ALL, LATE};
+use crate::studies::odowd2014::results::{Question, Results, Run};
+
+/// The columns of the table of open questions.
+const COLUMNS: &str = "about,robots,arena_radius_mm,range_mm,lamp_behind_wall_mm,runs,food_per_robot_minute,late_share_over,late_s0,\
+                                         converged_minute,heard,reached_share";
+
+/// Intervals that a share is taken over.
+const TOGETHER: usize = 5;
+
+/// What was found for one of them.
+struct Answer {
+    food_per_robot: f64,
+    late_share: f64,
+    late_s0: f64,
+    converged: Option<usize>,
+    heard: f64,
+    reached: f64,
+}
+
+fn answer(question: &Question) -> Answer {
+    let over = |figure: &dyn Fn(&Run) -> f64| mean(&question.runs.iter().map(figure).collect::<Vec<_>>());
+    let robots = f64::from(question.robots);
+    let each = |figure: fn(&crate::studies::odowd2014::results::RobotInterval) -> f64| {
+        over(&|run| mean(&run.robots(ALL).map(figure).collect::<Vec<_>>()))
+    };
+    Answer {
+        food_per_robot: over(&|run| run.rate(ALL)) / robots,
+        late_share: over(&|run| run.share(Light::OverNest, LATE)),
+        late_s0: over(&|run| run.mean(S0, LATE)),
+        converged: converged(&question.runs),
+        heard: each(|own| f64::from(own.heard)),
+        reached: each(|own| f64::from(own.reached)) / robots,
+    }
+}
+
+/// The first interval from which on simulators have the light over the nest in more than half of the cases, mean of
+/// runs over five intervals.
+pub(super) fn converged(runs: &[Run]) -> Option<usize> {
+    let intervals = runs.iter().map(|run| run.intervals.len()).min()?;
+    let share = |first: usize| {
+        let shares: Vec<f64> = runs
+            .iter()
+            .map(|run| run.share(Light::OverNest, first..first + TOGETHER))
+            .collect();
+        mean(&shares)
+    };
+    let below = (0..(intervals + 1).saturating_sub(TOGETHER))
+        .rev()
+        .find(|&first| share(first) <= 0.5);
+    let first = below.map_or(0, |last| last + 1);
+    (first + TOGETHER <= intervals).then_some(first)
+}
+
+/// The section, if they were asked.
+pub(super) fn section(results: &Results) -> Option<Section> {
+    if results.questions.is_empty() {
+        return None;
+    }
+    let head = [
+        Head::Text("Asked"),
+        Head::Number("robots"),
+        Head::Number("arena, mm"),
+        Head::Number("range, mm"),
+        Head::Number("lamp behind wall, mm"),
+        Head::Number("food per robot and minute"),
+        Head::Number("late share of Over"),
+        Head::Number("late S0"),
+        Head::Number("converged from minute"),
+        Head::Number("heard per interval"),
+        Head::Number("share reached"),
+    ];
+    let rows: Vec<Row> = results
+        .questions
+        .iter()
+        .map(|question| {
+            let own = answer(question);
+            let mut cells = vec![Cell::text(match question.about.as_str() {
+                "density" => "robots at one density",
+                "arena" => "robots in one arena",
+                "lamp" => "how far off the light is",
+                _ => "range of messages",
+            })];
+            let numbers = [
+                f64::from(question.robots),
+                question.arena_radius,
+                question.range,
+                question.lamp,
+                own.food_per_robot,
+                own.late_share,
+                own.late_s0,
+            ];
+            cells.extend(numbers.map(|value| Cell::number(shown(value, 3))));
+            let converged = own.converged.map_or(NONE.to_owned(), |interval| interval.to_string());
+            cells.push(Cell::number(converged));
+            cells.extend([own.heard, own.reached].map(|value| Cell::number(shown(value, 3))));
+            cells.into()
+        })
+        .collect();
+    let words = paragraph(
+        "The light over the nest, mutations of s.d. 0.2, matched credit. Converged: from which minute on more than half of \
+         the simulators have the light over the nest, mean of runs over five minutes. Seven items of food in every arena.",
+    );
+    Some(Section {
+        id: "questions".into(),
+        title: "Open questions".into(),
+        body: format!("{words}{}", table("", "", &head, &rows)),
+    })
+}
+
+/// The same as a file.
+pub(super) fn csv(results: &Results) -> String {
+    let mut rows = Rows::new(COLUMNS);
+    for question in &results.questions {
+        let own = answer(question);
+        rows.row([
+            question.about.clone(),
+            question.robots.to_string(),
+            number(question.arena_radius),
+            number(question.range),
+            number(question.lamp),
+            question.runs.len().to_string(),
+            number(own.food_per_robot),
+            number(own.late_share),
+            number(own.late_s0),
+            own.converged.map_or_else(String::new, |interval| interval.to_string()),
+            number(own.heard),
+            number(own.reached),
+        ]);
+    }
+    rows.0
+}

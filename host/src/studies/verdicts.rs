@@ -1,0 +1,231 @@
+//! A study's claims: all of them in a table, and each by itself with what its verdict rests on.
+
+use crate::report::figures::escaped;
+use crate::report::numbers::{NONE, probability, shown};
+use crate::report::page::{Cell, Head, Row, Section, id, joined, paragraph, table};
+use crate::studies::claims::{Claim, Effect, HOLDS_IN, Test, Verdict};
+
+/// Significant digits of effects and statistics.
+const DIGITS: usize = 4;
+
+/// The verdicts at a glance.
+pub(super) fn summary(claims: &[Claim]) -> Section {
+    let introduction = paragraph(
+        "Each claim has a criterion that was fixed before anything was evolved. The main effect stands beside the \
+         paper's own figure where it prints one, or where one follows from what it prints.",
+    );
+    let verdicts = [Verdict::Reproduced, Verdict::NotReproduced, Verdict::Undecided];
+    let tally = joined(&verdicts, |&verdict| {
+        let count = claims.iter().filter(|claim| claim.verdict == verdict).count();
+        let (class, words) = (class(verdict), words(verdict));
+        format!("<span class=\"{class}\"><b>{count}</b>{words}</span>\n")
+    });
+    let rows: Vec<Row> = claims.iter().map(|claim| line(claim).into()).collect();
+    let head = [
+        Head::Text("Claim"),
+        Head::Text("What the paper says"),
+        Head::Text("Criterion"),
+        Head::Text("Verdict"),
+        Head::Text("Main effect"),
+        Head::Number("here"),
+        Head::Number("paper"),
+    ];
+    let table = table("", "", &head, &rows);
+    Section {
+        id: "verdicts".into(),
+        title: "Verdicts".into(),
+        body: format!("{introduction}<div class=\"tally\">\n{tally}</div>\n{table}"),
+    }
+}
+
+fn line(claim: &Claim) -> Vec<Cell> {
+    // What is judged in several combinations has no one of them for its main effect; else what can be held against the
+    // paper comes first.
+    let effects = &claim.effects;
+    let scope = effects.first().filter(|effect| effect.name.starts_with(HOLDS_IN));
+    let main = scope
+        .or_else(|| effects.iter().find(|effect| effect.paper.is_some()))
+        .or(effects.first());
+    let (name, value, paper) = main.map_or((NONE.to_owned(), NONE.to_owned(), NONE.to_owned()), |effect| {
+        (escaped(&effect.name), shown(effect.value, DIGITS), papers(effect))
+    });
+    vec![
+        Cell::html(format!("<a href=\"#{}\">{}</a>", id(&claim.id), escaped(&claim.id))),
+        Cell::text(&claim.statement),
+        Cell::text(&claim.criterion),
+        Cell::html(chip(claim.verdict, words(claim.verdict))),
+        Cell::html(name),
+        Cell::number(value),
+        Cell::number(format!("<span class=\"paper\">{paper}</span>")),
+    ]
+}
+
+/// Claim by claim.
+pub(super) fn one_by_one(claims: &[Claim]) -> Section {
+    let body = if claims.is_empty() {
+        paragraph("Nothing has been judged.")
+    } else {
+        joined(claims, article)
+    };
+    Section {
+        id: "claims".into(),
+        title: "The claims one by one".into(),
+        body,
+    }
+}
+
+fn article(claim: &Claim) -> String {
+    let mut text = format!(
+        "<article id=\"{}\" class=\"is-{}\">\n<h3>{} {}</h3>\n<blockquote>{}</blockquote>\n\
+         <p><b>Criterion.</b> {}</p>\n",
+        id(&claim.id),
+        class(claim.verdict),
+        escaped(&claim.id),
+        chip(claim.verdict, words(claim.verdict)),
+        escaped(&claim.statement),
+        escaped(&claim.criterion),
+    );
+    if !claim.effects.is_empty() {
+        let head = [Head::Text("Effect"), Head::Number("here"), Head::Number("paper")];
+        let rows: Vec<Row> = claim.effects.iter().map(effect).collect();
+        text.push_str(&table("", "", &head, &rows));
+    }
+    if !claim.tests.is_empty() {
+        let head = [
+            Head::Text("Test"),
+            Head::Text("Statistic"),
+            Head::Number("value"),
+            Head::Number("degrees of freedom"),
+            Head::Number("p"),
+            Head::Number("p, Holm"),
+        ];
+        let rows: Vec<Row> = claim.tests.iter().map(test).collect();
+        text.push_str(&table("", "", &head, &rows));
+    }
+    if !claim.remark.is_empty() {
+        text.push_str(&paragraph(&claim.remark));
+    }
+    text.push_str("</article>\n");
+    text
+}
+
+fn effect(effect: &Effect) -> Row {
+    vec![
+        Cell::text(&effect.name),
+        Cell::number(shown(effect.value, DIGITS)),
+        Cell::number(format!("<span class=\"paper\">{}</span>", papers(effect))),
+    ]
+    .into()
+}
+
+fn test(test: &Test) -> Row {
+    vec![
+        Cell::text(&test.name),
+        Cell::html(format!("<i>{}</i>", escaped(&test.statistic))),
+        Cell::number(shown(test.value, DIGITS)),
+        Cell::number(degrees_of_freedom(test)),
+        Cell::number(probability(test.p)),
+        Cell::number(test.p_holm.map_or(NONE.to_owned(), probability)),
+    ]
+    .into()
+}
+
+/// Degrees of freedom one after the other.
+pub(super) fn degrees_of_freedom(test: &Test) -> String {
+    let degrees: Vec<String> = test.degrees_of_freedom.iter().map(|&df| shown(df, DIGITS)).collect();
+    if degrees.is_empty() {
+        NONE.to_owned()
+    } else {
+        degrees.join(", ")
+    }
+}
+
+fn papers(effect: &Effect) -> String {
+    effect.paper.map_or(NONE.to_owned(), |value| shown(value, DIGITS))
+}
+
+/// The claims under one assumption.
+pub(super) struct Assumed<'a> {
+    /// Its name, as it is asked for.
+    pub(super) name: String,
+    /// What it is; may be empty.
+    pub(super) words: String,
+    /// What came out.
+    pub(super) claims: &'a [Claim],
+}
+
+/// Which claims hold under which assumption: a study's own first, then others by what they are about. Groups without a
+/// title have none.
+pub(super) fn by_assumption(main: &Assumed<'_>, groups: &[(&str, Vec<Assumed<'_>>)]) -> Section {
+    let mut head = vec![Head::Text("Assumption")];
+    head.extend(main.claims.iter().map(|claim| Head::Text(&claim.id)));
+    let mut rows = vec![assumed(main)];
+    for (title, group) in groups.iter().filter(|(_, group)| !group.is_empty()) {
+        if !title.is_empty() {
+            rows.push(Row {
+                cells: vec![Cell::across(head.len(), title)],
+                sum: true,
+            });
+        }
+        rows.extend(group.iter().map(assumed));
+    }
+    let all = || std::iter::once(main).chain(groups.iter().flat_map(|(_, group)| group));
+    let counts = (0..main.claims.len()).map(|column| {
+        let asked = all().filter_map(|one| one.claims.get(column));
+        let asked = asked.filter(|claim| claim.verdict != Verdict::Undecided);
+        let reproduced = asked.clone().filter(|claim| claim.verdict == Verdict::Reproduced);
+        Cell::text(&format!("{}/{}", reproduced.count(), asked.count()))
+    });
+    rows.push(Row {
+        cells: std::iter::once(Cell::text("reproduced, of those decided"))
+            .chain(counts)
+            .collect(),
+        sum: true,
+    });
+    let words = "Which claims hold under which assumption. Each row is the whole study again with one choice made \
+                 otherwise; its own report lies in the directory arms. A verdict that changes from row to row hangs on \
+                 a choice that the paper leaves open, on what reality differs in, or on the few runs.";
+    Section {
+        id: "sensitivity".into(),
+        title: "Under other assumptions".into(),
+        body: table("", words, &head, &rows),
+    }
+}
+
+fn assumed(one: &Assumed<'_>) -> Row {
+    let what = format!(
+        "<code>{}</code><br/><span class=\"small\">{}</span>",
+        escaped(&one.name),
+        escaped(&one.words)
+    );
+    let verdicts = one.claims.iter().map(|claim| match claim.verdict {
+        Verdict::Reproduced => Cell::html(chip(claim.verdict, "yes")),
+        Verdict::NotReproduced => Cell::html(chip(claim.verdict, "no")),
+        Verdict::Undecided => Cell::html(chip(claim.verdict, NONE)),
+    });
+    Row {
+        cells: std::iter::once(Cell::html(what)).chain(verdicts).collect(),
+        sum: false,
+    }
+}
+
+/// A verdict's colour behind words.
+fn chip(verdict: Verdict, words: &str) -> String {
+    format!("<span class=\"chip {}\">{words}</span>", class(verdict))
+}
+
+fn class(verdict: Verdict) -> &'static str {
+    match verdict {
+        Verdict::Reproduced => "reproduced",
+        Verdict::NotReproduced => "not-reproduced",
+        Verdict::Undecided => "undecided",
+    }
+}
+
+fn words(verdict: Verdict) -> &'static str {
+    match verdict {
+        Verdict::Reproduced => "reproduced",
+        Verdict::NotReproduced => "not reproduced",
+        Verdict::Undecided => "undecided",
+    }
+}
