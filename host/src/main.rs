@@ -21,6 +21,7 @@ mod reality;
 mod record;
 mod report;
 mod run;
+mod sealed;
 mod statistics;
 mod studies;
 mod swarm;

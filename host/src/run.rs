@@ -8,6 +8,7 @@ use oneiro::evaluator::Error;
 use oneiro::random::Key;
 use oneiro::world::Invalid;
 
+use crate::evolve::genetic::Genetic;
 use crate::evolve::{Evolution, Generation};
 use crate::exit::{Failure, Result};
 use crate::experiment::Experiment;
@@ -34,16 +35,9 @@ impl Run {
     /// # Errors
     /// As [`Recorder::create`].
     pub(crate) fn start(experiment: &Experiment, seed: u64, directory: &Path, session: Session) -> Result<Self> {
-        let genes = experiment.world().genes();
-        let evolution = Evolution::new(
-            &experiment.settings().evolution,
-            seed,
-            genes,
-            experiment.init().cloned(),
-        );
         Ok(Self {
             seed,
-            evolution,
+            evolution: experiment.evolution(seed),
             recorder: Recorder::create(directory, experiment, seed, session)?,
             last: None,
         })
@@ -59,8 +53,12 @@ impl Run {
         let seed = saved.seed();
         let (recorder, checkpoint, warnings) = Recorder::resume(saved, session)?;
         let evolution = match checkpoint {
-            Some(from) => Evolution::at(settings, seed, from.generation, from.population, from.champion),
-            None => Evolution::new(settings, seed, experiment.world().genes(), experiment.init().cloned()),
+            Some(from) => Evolution::new(
+                Genetic::at(settings, seed, from.generation, from.population),
+                settings.generations,
+                from.champion,
+            ),
+            None => experiment.evolution(seed),
         };
         Ok((
             Self {
@@ -137,7 +135,7 @@ fn live(experiment: &Experiment, worlds: &Worlds, runs: &mut [Run], worker: &Wor
     }
     while let Some(half) = under_way.pop_front() {
         let outcome = worker.receive(watch)?;
-        let lived = tell(experiment, half, &outcome.fitness);
+        let lived = tell(experiment, half, &outcome.fitness)?;
         let next = ask(experiment, worlds, half)?;
         let goes_on = next.is_some();
         if let Some(batch) = next {
@@ -174,7 +172,7 @@ pub(crate) fn keys(seed: u64, generation: u32, individual: u32, trials: u32) -> 
 
 /// Gives the runs that are not finished their individuals' scores. The generations that have lived, with their runs'
 /// indices.
-fn tell(experiment: &Experiment, runs: &mut [Run], fitness: &[f32]) -> Vec<(usize, Generation)> {
+fn tell(experiment: &Experiment, runs: &mut [Run], fitness: &[f32]) -> Step<Vec<(usize, Generation)>> {
     let settings = experiment.settings();
     let mut scores = fitness
         .chunks_exact(settings.trials as usize)
@@ -186,7 +184,7 @@ fn tell(experiment: &Experiment, runs: &mut [Run], fitness: &[f32]) -> Vec<(usiz
     running
         .map(|(index, run)| {
             let own = scores.by_ref().take(run.evolution.ask().len()).collect();
-            (index, run.evolution.tell(own))
+            Ok((index, run.evolution.tell(own)?))
         })
         .collect()
 }

@@ -60,6 +60,8 @@ fn summary(experiment: &Experiment) -> String {
         .collect();
     let arena = &spec.arena;
     let evolution = &settings.evolution;
+    let run = experiment.evolution(0);
+    let optimizer = run.optimizer();
     let lines = [
         (
             "robot",
@@ -105,6 +107,18 @@ fn summary(experiment: &Experiment) -> String {
                 "{} cycles of 100 ms, {} for each individual",
                 settings.cycles,
                 counted(settings.trials, "life", "lives")
+            ),
+        ),
+        (
+            "optimiser",
+            format!(
+                "{}, {} on every machine",
+                optimizer.name(),
+                if optimizer.is_exact() {
+                    "the same bits"
+                } else {
+                    "not the same bits"
+                }
             ),
         ),
         (

@@ -11,7 +11,8 @@ use std::path::Path;
 
 use oneiro::world::World;
 
-use crate::evolve::Population;
+use crate::evolve::genetic::Genetic;
+use crate::evolve::{Evolution, Population};
 use crate::exit::Result;
 use crate::files;
 pub(crate) use check::GREATEST_SEED;
@@ -92,9 +93,11 @@ impl Experiment {
         &self.world
     }
 
-    /// The genes to start from, if it names a file of them.
-    pub(crate) fn init(&self) -> Option<&Population> {
-        self.init.as_ref()
+    /// The evolution of a run, before its first generation: where the optimiser is chosen.
+    pub(crate) fn evolution(&self, seed: u64) -> Evolution {
+        let settings = &self.settings.evolution;
+        let genetic = Genetic::new(settings, seed, self.world.genes(), self.init.clone());
+        Evolution::new(genetic, settings.generations, None)
     }
 
     /// The files that it names, for a run's directory.

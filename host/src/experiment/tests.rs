@@ -407,7 +407,7 @@ fn files_are_inputs_with_hashes() {
                 [evolution]\npopulation = 4\nparents = 2\ninit = \"genes.npy\"\n";
     let experiment = read(&scratch, text, &[]).unwrap();
     assert_eq!(experiment.world().spec().robot.sensors, sensors);
-    assert_eq!(experiment.init().unwrap().genome(1)[0], 18.0);
+    assert_eq!(experiment.evolution(1).ask().genome(1)[0], 18.0);
     assert_eq!(experiment.inputs().len(), 4);
 
     // As a run does it.
@@ -417,7 +417,7 @@ fn files_are_inputs_with_hashes() {
     let config = scratch.write("run/config.toml", experiment.resolved_toml(3));
     let again = Experiment::read(&config, &[]).unwrap();
     assert_eq!(again.identity(3), experiment.identity(3));
-    assert_eq!(again.init(), experiment.init());
+    assert_eq!(again.evolution(1).ask(), experiment.evolution(1).ask());
 
     let mut changed = genes;
     changed[0] ^= 1;

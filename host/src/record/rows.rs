@@ -32,9 +32,7 @@ impl Row {
     pub(crate) fn new(generation: &Generation, parents: u32) -> Self {
         let score = |&individual: &u32| generation.fitness[individual as usize];
         // NaN ranks last.
-        let numbers = generation
-            .ranking
-            .partition_point(|individual| !score(individual).is_nan());
+        let numbers = generation.ranking.len() - generation.nan();
         let ranking = &generation.ranking[..numbers];
         let mean = |ranking: &[u32]| {
             ranking
@@ -61,7 +59,7 @@ impl Row {
                 (squares / (numbers as f64 - 1.0)).sqrt()
             },
             individual: generation.ranking.first().copied().unwrap_or_default(),
-            nan: (generation.ranking.len() - numbers) as u32,
+            nan: generation.nan() as u32,
         }
     }
 

@@ -15,6 +15,7 @@ use rayon::prelude::*;
 use super::journal::{Journal, Saved};
 use super::outcome::{Ended, Outcome};
 use super::{Cell, Plan, RunIndex, Sweep};
+use crate::evolve::genetic::Genetic;
 use crate::evolve::{Evolution, Generation, Population};
 use crate::exit::{Failure, Result};
 use crate::experiment::Experiment;
@@ -113,21 +114,22 @@ impl Life {
     }
 
     /// Takes the fitness of the lives of a generation: breeds the next, or ends.
-    fn tell(&mut self, fitness: &[f32], id: blake3::Hash) {
+    fn tell(&mut self, fitness: &[f32], id: blake3::Hash) -> Result {
         let settings = self.site.experiment.settings();
         let lives = fitness.chunks_exact(settings.trials as usize);
         let scores = lives.map(|lives| score(settings.trial_score, lives)).collect();
         if self.outcome.is_some() {
             self.simulated = scores;
-            return;
+            return Ok(());
         }
-        let last = self.evolution.tell(scores);
+        let last = self.evolution.tell(scores)?;
         let row = Row::new(&last, settings.evolution.parents);
         self.generations += &row.line();
         self.nan += u64::from(row.nan);
         if self.evolution.is_finished() {
             self.outcome = self.ended(&last, &row, id);
         }
+        Ok(())
     }
 
     fn ended(&mut self, last: &Generation, row: &Row, id: blake3::Hash) -> Option<Outcome> {
@@ -279,7 +281,7 @@ impl Crew {
     }
 
     /// Gives all its runs the fitness of their lives.
-    fn tell(&mut self, fitness: &[f32], plan: &Plan) {
+    fn tell(&mut self, fitness: &[f32], plan: &Plan) -> Result {
         /// Runs that are worth waking a thread for.
         const FEW: usize = 16;
         let stage = self.stage;
@@ -294,10 +296,13 @@ impl Crew {
             .par_iter_mut()
             .zip(parts)
             .with_min_len(FEW)
-            .for_each(|(life, own)| match (stage, &mut life.outcome) {
-                (Stage::Reality, Some(outcome)) => outcome.met_reality(&life.simulated, own),
+            .try_for_each(|(life, own)| match (stage, &mut life.outcome) {
+                (Stage::Reality, Some(outcome)) => {
+                    outcome.met_reality(&life.simulated, own);
+                    Ok(())
+                }
                 _ => life.tell(own, plan.ids[life.run as usize]),
-            });
+            })
     }
 }
 
@@ -371,11 +376,14 @@ impl<'a> Waiting<'a> {
             Some(saved) => Life {
                 run,
                 seed,
-                evolution: Evolution::at(
-                    settings,
-                    seed,
-                    saved.generation,
-                    Population::new(genes, saved.population),
+                evolution: Evolution::new(
+                    Genetic::at(
+                        settings,
+                        seed,
+                        saved.generation,
+                        Population::new(genes, saved.population),
+                    ),
+                    settings.generations,
                     saved.champion.map(Into::into),
                 ),
                 generations: saved.generations,
@@ -387,7 +395,7 @@ impl<'a> Waiting<'a> {
             None => Life {
                 run,
                 seed,
-                evolution: Evolution::new(settings, seed, genes, experiment.init().cloned()),
+                evolution: experiment.evolution(seed),
                 generations: String::new(),
                 nan: 0,
                 outcome: None,
@@ -507,7 +515,7 @@ impl Shift<'_> {
             };
             let outcome = self.worker.receive(watch)?;
             self.room.learn(crew.steps);
-            crew.tell(&outcome.fitness, self.plan);
+            crew.tell(&outcome.fitness, self.plan)?;
             let ended = self.go_on()?;
             // The device has its next batch by now.
             for outcome in ended {

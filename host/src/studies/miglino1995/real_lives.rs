@@ -7,6 +7,7 @@ use oneiro::world::{Start, World, WorldSpec};
 
 use super::study::{Evolving, Trial, by_run, lives};
 use crate::evaluations::Evaluations;
+use crate::evolve::Optimizer;
 use crate::exit::Result;
 use crate::reality::surrogate::SurrogateRobot;
 use crate::reality::{Life, Lived, Reality, patiently};

@@ -15,7 +15,8 @@ use super::real_lives::RealLives;
 use super::results::{Champion, Condition, Controls, DifferenceEffect, Discrepancy, Level, Life, Run, Transferred};
 use super::settings::{REAL, SIMULATED, Settings};
 use crate::evaluations::Evaluations;
-use crate::evolve::Evolution;
+use crate::evolve::Optimizer;
+use crate::evolve::genetic::Genetic;
 use crate::exit::{Failure, Result};
 use crate::reality::surrogate::SurrogateRobot;
 use crate::reality::{self, Reality, patiently};
@@ -79,7 +80,7 @@ pub(super) struct Evolving {
     condition: Condition,
     number: u32,
     pub(super) seed: u64,
-    pub(super) evolution: Evolution,
+    pub(super) evolution: Genetic,
     simulated: Vec<Level>,
     real: Vec<Level>,
 }
@@ -188,7 +189,7 @@ impl<'a> Study<'a> {
                 let fresh = self.begin(run.condition, run.number).evolution.ask().clone();
                 let settings = self.settings.evolution();
                 Evolving {
-                    evolution: Evolution::at(&settings, run.seed, SIMULATED, fresh, None),
+                    evolution: Genetic::at(&settings, run.seed, SIMULATED, fresh),
                     ..run.clone()
                 }
             })
@@ -203,11 +204,11 @@ impl<'a> Study<'a> {
                     (word >> 8) as f32
                 };
                 let lots = (0..run.evolution.ask().len()).map(lot).collect();
-                run.evolution.tell(lots);
+                run.evolution.tell(lots)?;
             }
             let real = evolving.live(&random, Trial::Real)?;
             for (run, fitness) in random.iter_mut().zip(real) {
-                run.evolution.tell(fitness);
+                run.evolution.tell(fitness)?;
             }
         }
         let simulated_on = means(robot()?.live(&on, Trial::Real)?);
@@ -237,7 +238,7 @@ impl<'a> Study<'a> {
             for _ in 0..SIMULATED {
                 let fitness = one(&runs)?;
                 for (run, fitness) in runs.iter_mut().zip(fitness) {
-                    run.evolution.tell(fitness);
+                    run.evolution.tell(fitness)?;
                 }
             }
             let means = |fitness: Vec<Vec<f32>>| fitness.iter().map(|own| level(own).average).collect();
@@ -276,7 +277,7 @@ impl<'a> Study<'a> {
             Some(worlds) => self.lives_in(worlds, runs, |run| run.condition as usize, Trial::Simulated)?,
         };
         for (run, scores) in runs.iter_mut().zip(scores) {
-            run.evolution.tell(scores);
+            run.evolution.tell(scores)?;
         }
         Ok(())
     }
@@ -287,7 +288,7 @@ impl<'a> Study<'a> {
             condition,
             number,
             seed,
-            evolution: Evolution::new(
+            evolution: Genetic::new(
                 &self.settings.evolution(),
                 seed,
                 self.simulator.controller.genes(),
@@ -602,7 +603,7 @@ fn evolve_on(runs: &mut [Evolving], transferred: &[Transferred], robot: &mut Rea
         }
         for (run, fitness) in runs.iter_mut().zip(&fitness) {
             run.real.push(level(fitness));
-            run.evolution.tell(fitness.clone());
+            run.evolution.tell(fitness.clone())?;
         }
     }
     Ok(fitness)
@@ -877,7 +878,7 @@ mod tests {
         let by_fitness = {
             let mut runs = runs.clone();
             for (run, fitness) in runs.iter_mut().zip(&fitness) {
-                run.evolution.tell(fitness.clone());
+                run.evolution.tell(fitness.clone()).unwrap();
             }
             runs
         };

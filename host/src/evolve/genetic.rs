@@ -1,0 +1,325 @@
+//! The genetic algorithm of Miglino, Lund and Nolfi (1995), in data: the best are copied, each equally often, and the
+//! copies mutated.
+
+use oneiro::batch::GREATEST_GENE;
+use rand::distr::Distribution;
+use rand_pcg::Pcg64;
+
+use super::random::{Chance, Normal, Stream, Uniform, stream};
+use super::{Generation, Optimizer, Population, ranked};
+use crate::exit::{Failure, Result};
+use crate::experiment::settings::{Evolution as Settings, MutationKind, MutationUnit};
+use crate::sealed;
+
+/// What saved states are called, and their version.
+const NAME: &str = "genetic";
+const VERSION: u32 = 1;
+
+/// A function of its settings, its seed and the fitness that it is told.
+#[derive(Clone, Debug)]
+pub(crate) struct Genetic {
+    settings: Settings,
+    seed: u64,
+    generation: u32,
+    population: Population,
+}
+
+impl Genetic {
+    /// Starts from random genes, or from those given: as many individuals as the settings say.
+    pub(crate) fn new(settings: &Settings, seed: u64, genes: usize, init: Option<Population>) -> Self {
+        let population = init.unwrap_or_else(|| initial(settings, seed, genes));
+        Self::at(settings, seed, 0, population)
+    }
+
+    /// Starts from a generation of this number.
+    pub(crate) fn at(settings: &Settings, seed: u64, generation: u32, population: Population) -> Self {
+        debug_assert_eq!(population.len(), settings.population as usize, "a whole population");
+        Self {
+            settings: settings.clone(),
+            seed,
+            generation,
+            population,
+        }
+    }
+
+    /// A hash of all that decides its results besides fitness.
+    fn owner(&self) -> blake3::Hash {
+        let settings = (&self.settings, self.seed, self.population.genes());
+        blake3::hash(&serde_json::to_vec(&settings).expect("settings are numbers and words"))
+    }
+}
+
+impl Optimizer for Genetic {
+    fn name(&self) -> &'static str {
+        NAME
+    }
+
+    fn is_exact(&self) -> bool {
+        true
+    }
+
+    fn generation(&self) -> u32 {
+        self.generation
+    }
+
+    fn ask(&self) -> &Population {
+        &self.population
+    }
+
+    fn tell(&mut self, fitness: Vec<f32>) -> Result<Generation> {
+        if fitness.len() != self.population.len() {
+            return Err(Failure::failed(format_args!(
+                "generation {}: {} scores for {} individuals; allowed: one for each",
+                self.generation,
+                fitness.len(),
+                self.population.len()
+            )));
+        }
+        let ranking = ranked(&fitness);
+        let next = bred(
+            &self.settings,
+            self.seed,
+            self.generation + 1,
+            &self.population,
+            &ranking,
+        );
+        let number = self.generation;
+        self.generation += 1;
+        Ok(Generation {
+            number,
+            population: std::mem::replace(&mut self.population, next),
+            fitness,
+            ranking,
+        })
+    }
+
+    fn save(&self) -> Vec<u8> {
+        let state = (self.generation, &self.population.values);
+        sealed::seal(NAME, VERSION, &self.owner(), &state)
+    }
+
+    fn restore(&mut self, saved: &[u8]) -> Result {
+        let (generation, values): (u32, Vec<f32>) = sealed::open(NAME, VERSION, &self.owner(), saved)
+            .map_err(|problem| Failure::corrupt(format_args!("the saved state of the optimiser {problem}")))?;
+        if values.len() != self.population.values.len() {
+            return Err(Failure::corrupt(
+                "the saved state of the optimiser has another population",
+            ));
+        }
+        self.generation = generation;
+        self.population.values = values;
+        Ok(())
+    }
+}
+
+/// Generation 0.
+fn initial(settings: &Settings, seed: u64, genes: usize) -> Population {
+    let mut random = stream(seed, Stream::InitialGenes, 0);
+    let [low, high] = settings.initial;
+    let values = (0..settings.population as usize * genes)
+        .map(|_| kept(Uniform { low, high }.sample(&mut random), settings))
+        .collect();
+    Population::new(genes, values)
+}
+
+/// The generation that comes from one: equally many copies of each parent, the best parent's first; all of them
+/// mutated but the first copy of each of the elite.
+fn bred(settings: &Settings, seed: u64, generation: u32, from: &Population, ranking: &[u32]) -> Population {
+    let mut random = stream(seed, Stream::Mutation, generation);
+    let copies = settings.population / settings.parents;
+    let mut values = Vec::with_capacity(from.values.len());
+    for (rank, &parent) in (0..settings.parents).zip(ranking) {
+        for copy in 0..copies {
+            let start = values.len();
+            values.extend_from_slice(from.genome(parent as usize));
+            if copy > 0 || rank >= settings.elite {
+                mutate(&mut values[start..], settings, &mut random);
+            }
+        }
+    }
+    Population::new(from.genes, values)
+}
+
+/// Changes a genome as the settings say.
+fn mutate(genome: &mut [f32], settings: &Settings, random: &mut Pcg64) {
+    let mutation = &settings.mutation;
+    let chance = Chance(mutation.rate);
+    if mutation.per == MutationUnit::Individual && !chance.sample(random) {
+        return;
+    }
+    for gene in genome {
+        if mutation.per == MutationUnit::Gene && !chance.sample(random) {
+            continue;
+        }
+        let [low, high] = settings.initial;
+        let amount = mutation.amount;
+        let changed = match mutation.kind {
+            MutationKind::AddUniform => {
+                f64::from(*gene)
+                    + Uniform {
+                        low: -amount,
+                        high: amount,
+                    }
+                    .sample(random)
+            }
+            MutationKind::AddNormal => f64::from(*gene) + Normal { deviation: amount }.sample(random),
+            MutationKind::Replace => Uniform { low, high }.sample(random),
+        };
+        *gene = kept(changed, settings);
+    }
+}
+
+/// A gene within the limits, and a number that batches take: not subnormal, and zero with its one sign.
+fn kept(gene: f64, settings: &Settings) -> f32 {
+    let [least, greatest] = settings
+        .limits
+        .unwrap_or([-f64::from(GREATEST_GENE), f64::from(GREATEST_GENE)]);
+    let gene = gene.clamp(least, greatest) as f32;
+    if gene.is_normal() { gene } else { 0.0 }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::tests::fitness;
+    use super::*;
+    use crate::experiment::settings::Mutation;
+
+    const GENES: usize = 18;
+
+    fn settings() -> Settings {
+        Settings {
+            population: 20,
+            parents: 4,
+            ..Default::default()
+        }
+    }
+
+    fn hash(population: &Population) -> String {
+        let bytes: Vec<u8> = population.values().iter().flat_map(|gene| gene.to_le_bytes()).collect();
+        blake3::hash(&bytes).to_hex()[..16].to_owned()
+    }
+
+    /// The genes were worked out apart, with integers of any size. Whoever changes one of these changes every run.
+    #[test]
+    fn generations_0_and_1_have_known_hashes() {
+        let mut evolution = Genetic::new(&Settings::default(), 1, GENES, None);
+        assert_eq!(evolution.ask().len(), 100);
+        assert_eq!(hash(evolution.ask()), "1dc38cf455d16ca3");
+        let generation = evolution.tell(fitness(evolution.ask())).unwrap();
+        assert_eq!(generation.number, 0);
+        assert_eq!(hash(evolution.ask()), "3fd97b105ab87124");
+    }
+
+    #[test]
+    fn each_parent_makes_its_copies() {
+        let unmutated = Mutation {
+            rate: 0.0,
+            ..Default::default()
+        };
+        let mut evolution = Genetic::new(
+            &Settings {
+                mutation: unmutated,
+                ..settings()
+            },
+            4,
+            GENES,
+            None,
+        );
+        let generation = evolution.tell((0..20_u8).map(f32::from).collect()).unwrap();
+        for (index, genome) in evolution.ask().genomes().enumerate() {
+            assert_eq!(genome, generation.population.genome(19 - index / 5));
+        }
+    }
+
+    #[test]
+    fn the_elite_stays_as_it_is() {
+        let settings = Settings {
+            elite: 2,
+            mutation: Mutation {
+                rate: 1.0,
+                ..Default::default()
+            },
+            ..settings()
+        };
+        let mut evolution = Genetic::new(&settings, 5, GENES, None);
+        let generation = evolution.tell((0..20_u8).map(f32::from).collect()).unwrap();
+        let is_copy = |index: usize, parent| evolution.ask().genome(index) == generation.population.genome(parent);
+        assert!(is_copy(0, 19) && is_copy(5, 18));
+        assert!(!is_copy(1, 19) && !is_copy(10, 17));
+    }
+
+    /// The share of genes that change, by how much, and how changes fall on individuals.
+    #[test]
+    fn mutations_are_those_asked_for() {
+        for (kind, per) in [
+            (MutationKind::AddUniform, MutationUnit::Gene),
+            (MutationKind::AddNormal, MutationUnit::Gene),
+            (MutationKind::Replace, MutationUnit::Gene),
+            (MutationKind::AddUniform, MutationUnit::Individual),
+        ] {
+            let settings = Settings {
+                population: 2000,
+                parents: 1,
+                initial: [2.0, 3.0],
+                mutation: Mutation {
+                    kind,
+                    rate: 0.25,
+                    per,
+                    amount: 0.5,
+                },
+                ..Default::default()
+            };
+            let mut evolution = Genetic::new(&settings, 6, GENES, None);
+            let generation = evolution
+                .tell((0..2000_u16).map(|index| -f32::from(index)).collect())
+                .unwrap();
+            let parent = generation.population.genome(0);
+            let mut changes = Vec::new();
+            let mut touched = 0;
+            for genome in evolution.ask().genomes() {
+                let before = changes.len();
+                changes.extend(
+                    genome
+                        .iter()
+                        .zip(parent)
+                        .filter(|(a, b)| a != b)
+                        .map(|(a, b)| f64::from(a - b)),
+                );
+                touched += usize::from(changes.len() > before);
+                assert!(per == MutationUnit::Gene || [before, before + GENES].contains(&changes.len()));
+                assert!(kind != MutationKind::Replace || genome.iter().all(|gene| (2.0..=3.0).contains(gene)));
+            }
+            let share = changes.len() as f64 / (2000 * GENES) as f64;
+            assert!((share - 0.25).abs() < 0.03, "{kind:?}: {share}");
+            let individuals = f64::from(touched as u32) / 2000.0;
+            let expected = if per == MutationUnit::Gene {
+                1.0 - 0.75_f64.powi(18)
+            } else {
+                0.25
+            };
+            assert!((individuals - expected).abs() < 0.03, "{individuals}");
+            let deviation = (changes.iter().map(|x| x * x).sum::<f64>() / changes.len() as f64).sqrt();
+            match kind {
+                MutationKind::AddUniform => assert!((deviation - 0.5 / 3.0_f64.sqrt()).abs() < 0.01, "{deviation}"),
+                MutationKind::AddNormal => assert!((deviation - 0.5).abs() < 0.02, "{deviation}"),
+                MutationKind::Replace => assert!(deviation > 0.28, "{deviation}"),
+            }
+        }
+    }
+
+    #[test]
+    fn genes_stay_within_limits_and_normal() {
+        let limited = Settings {
+            limits: Some([-0.5, 0.25]),
+            ..settings()
+        };
+        let mut evolution = Genetic::new(&limited, 7, GENES, None);
+        for _ in 0..5 {
+            assert!(evolution.ask().values().iter().all(|gene| (-0.5..=0.25).contains(gene)));
+            evolution.tell(fitness(evolution.ask())).unwrap();
+        }
+        assert_eq!(kept(1e9, &settings()), GREATEST_GENE);
+        assert_eq!(kept(1e-40, &settings()).to_bits(), 0);
+        assert_eq!(kept(-1e-60, &settings()).to_bits(), 0);
+    }
+}

@@ -1,0 +1,192 @@
+//! What holds of every optimiser, and of an evolution by any.
+
+use super::genetic::Genetic;
+use super::*;
+use crate::experiment::settings;
+
+const GENES: usize = 18;
+
+/// Every optimiser, of a population of 20, from a seed.
+fn all(seed: u64) -> Vec<Box<dyn Optimizer>> {
+    vec![Box::new(genetic(seed))]
+}
+
+fn genetic(seed: u64) -> Genetic {
+    let settings = settings::Evolution {
+        population: 20,
+        parents: 4,
+        ..Default::default()
+    };
+    Genetic::new(&settings, seed, GENES, None)
+}
+
+/// A mock evaluator: prefers genes near one half.
+pub(super) fn fitness(population: &Population) -> Vec<f32> {
+    population
+        .genomes()
+        .map(|genome| -genome.iter().map(|gene| (gene - 0.5) * (gene - 0.5)).sum::<f32>())
+        .collect()
+}
+
+fn bits(population: &Population) -> Vec<u32> {
+    population.values().iter().map(|gene| gene.to_bits()).collect()
+}
+
+#[test]
+fn asked_again_the_same() {
+    for mut optimizer in all(1) {
+        for generation in 0..3 {
+            assert_eq!(optimizer.generation(), generation);
+            assert_eq!(
+                bits(&optimizer.ask().clone()),
+                bits(optimizer.ask()),
+                "{}",
+                optimizer.name()
+            );
+            let asked = optimizer.ask().clone();
+            let told = optimizer.tell(fitness(&asked)).unwrap();
+            assert_eq!((told.number, bits(&told.population)), (generation, bits(&asked)));
+            assert_ne!(bits(&asked), bits(optimizer.ask()));
+        }
+    }
+}
+
+#[test]
+fn another_number_of_scores_is_refused_without_a_change() {
+    for (mut optimizer, mut other) in all(2).into_iter().zip(all(2)) {
+        for scores in [0, 1, 19, 21, 40] {
+            let before = optimizer.save();
+            let failure = optimizer.tell(vec![0.0; scores]).unwrap_err().to_string();
+            assert!(
+                failure.contains(&format!("{scores} scores for 20 individuals")),
+                "{failure}"
+            );
+            assert_eq!(optimizer.save(), before);
+        }
+        // The right ones are taken after that.
+        for optimizer in [&mut optimizer, &mut other] {
+            optimizer.tell(fitness(optimizer.ask())).unwrap();
+        }
+        assert_eq!(optimizer.save(), other.save());
+    }
+}
+
+/// A NaN counts as the worst, whatever its sign: an optimiser goes on as if that individual had the least score of all.
+#[test]
+fn nan_is_the_worst_and_is_counted() {
+    for (mut with, mut without) in all(3).into_iter().zip(all(3)) {
+        let mut scores: Vec<f32> = (0..20_u8).map(f32::from).collect();
+        let mut nan = scores.clone();
+        (nan[7], scores[7]) = (-f32::NAN, -1.0);
+        let generation = with.tell(nan).unwrap();
+        assert_eq!((generation.nan(), generation.ranking[19]), (1, 7));
+        assert_eq!(without.tell(scores).unwrap().nan(), 0);
+        assert_eq!(with.save(), without.save(), "{}", with.name());
+        // All of them.
+        let all = with.tell(vec![f32::NAN; 20]).unwrap();
+        assert_eq!(all.nan(), 20);
+        assert!(with.ask().values().iter().all(|gene| gene.is_finite()));
+    }
+}
+
+#[test]
+fn saved_and_restored_between_any_two_calls_nothing_changes() {
+    for ((mut straight, mut saved), mut fresh) in all(4).into_iter().zip(all(4)).zip(all(4)) {
+        for _ in 0..5 {
+            let state = saved.save();
+            std::mem::swap(&mut saved, &mut fresh);
+            saved.restore(&state).unwrap();
+            assert_eq!(saved.generation(), straight.generation());
+            assert_eq!(bits(saved.ask()), bits(straight.ask()), "{}", saved.name());
+            for optimizer in [&mut saved, &mut straight] {
+                optimizer.tell(fitness(optimizer.ask())).unwrap();
+            }
+        }
+        assert_eq!(saved.save(), straight.save());
+    }
+}
+
+#[test]
+fn damaged_states_and_those_of_others_are_refused_without_a_change() {
+    for ((mut optimizer, mut ahead), other) in all(5).into_iter().zip(all(5)).zip(all(6)) {
+        ahead.tell(fitness(ahead.ask())).unwrap();
+        let (before, good) = (optimizer.save(), ahead.save());
+        let mut damaged = good.clone();
+        damaged[good.len() / 2] ^= 1;
+        for bad in [&[][..], &good[..good.len() - 1], &damaged, &other.save()] {
+            optimizer.restore(bad).unwrap_err();
+            assert_eq!(optimizer.save(), before, "{}", optimizer.name());
+        }
+        optimizer.restore(&good).unwrap();
+        assert_eq!(optimizer.save(), good);
+    }
+}
+
+/// Two that say they are exact are told apart only by their seeds.
+#[test]
+fn exact_optimisers_are_functions_of_their_seed() {
+    for (one, (same, other)) in all(7).iter().zip(all(7).iter().zip(all(8))) {
+        assert!(!one.is_exact() || bits(one.ask()) == bits(same.ask()));
+        assert_ne!(bits(one.ask()), bits(other.ask()), "{}", one.name());
+    }
+}
+
+#[test]
+fn the_better_rank_first_and_of_equals_the_first() {
+    assert_eq!(ranked(&[1.0, 3.0, -0.0, 3.0, 0.0]), [1, 3, 0, 2, 4]);
+    assert_eq!(
+        ranked(&[f32::NAN, -1.0, -f32::NAN, f32::NEG_INFINITY, 2.0]),
+        [4, 1, 3, 0, 2]
+    );
+}
+
+#[test]
+fn fitness_is_maximised_and_rises() {
+    let mut evolution = Evolution::new(genetic(2), 100, None);
+    let mut bests = Vec::new();
+    while !evolution.is_finished() {
+        let generation = evolution.tell(fitness(evolution.ask())).unwrap();
+        bests.push(generation.fitness[generation.ranking[0] as usize]);
+    }
+    assert_eq!(bests.len(), 100);
+    assert!(bests[99] > bests[0] + 3.0, "{} to {}", bests[0], bests[99]);
+    let champion = evolution.champion().expect("a champion");
+    assert_eq!(champion.fitness, bests.iter().copied().fold(f32::MIN, f32::max));
+    assert_eq!(
+        fitness(&Population::new(GENES, champion.genome.clone())),
+        [champion.fitness]
+    );
+}
+
+#[test]
+fn nan_is_no_champion_where_there_is_a_number() {
+    let mut evolution = Evolution::new(genetic(3), 10, None);
+    let mut scores = vec![f32::NAN; 20];
+    evolution.tell(scores.clone()).unwrap();
+    assert!(evolution.champion().is_some_and(|champion| champion.fitness.is_nan()));
+    scores[7] = -5.0;
+    evolution.tell(scores).unwrap();
+    assert!(
+        evolution
+            .champion()
+            .is_some_and(|champion| champion.fitness == -5.0 && champion.individual == 7)
+    );
+    evolution.tell(vec![f32::NAN; 20]).unwrap();
+    assert!(evolution.champion().is_some_and(|champion| champion.generation == 1));
+}
+
+#[test]
+fn an_evolution_continues_from_where_it_was_saved() {
+    let mut whole = Evolution::new(genetic(8), 10, None);
+    for _ in 0..3 {
+        whole.tell(fitness(whole.ask())).unwrap();
+    }
+    let mut restored = Evolution::new(genetic(8), 10, None);
+    restored.restore(whole.save()).unwrap();
+    for evolution in [&mut whole, &mut restored] {
+        evolution.tell(fitness(evolution.ask())).unwrap();
+    }
+    assert_eq!(whole.save(), restored.save());
+    assert_eq!((whole.generation(), restored.generation()), (4, 4));
+    Evolution::new(genetic(9), 10, None).restore(whole.save()).unwrap_err();
+}

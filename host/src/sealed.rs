@@ -1,0 +1,93 @@
+//! Saved states as bytes that open only as what they are: a name, a version, a hash of what they belong to, the state, and
+//! a BLAKE3 hash of it all.
+
+use serde::de::DeserializeOwned;
+use serde::{Deserialize, Serialize};
+
+#[derive(Serialize, Deserialize)]
+struct Header<'a> {
+    name: &'a str,
+    version: u32,
+    owner: [u8; blake3::OUT_LEN],
+}
+
+/// A state of something by name and version. `owner` is a hash of what it belongs to: its settings, its experiment.
+pub(crate) fn seal(name: &str, version: u32, owner: &blake3::Hash, state: &impl Serialize) -> Vec<u8> {
+    let header = Header {
+        name,
+        version,
+        owner: *owner.as_bytes(),
+    };
+    let mut bytes = postcard::to_allocvec(&(header, state)).expect("states are numbers, words and lists");
+    let hash = blake3::hash(&bytes);
+    bytes.extend_from_slice(hash.as_bytes());
+    bytes
+}
+
+/// The state that [`seal`] was given, or what is wrong with the bytes.
+pub(crate) fn open<T: DeserializeOwned>(
+    name: &str,
+    version: u32,
+    owner: &blake3::Hash,
+    bytes: &[u8],
+) -> Result<T, String> {
+    let damaged = || "is cut off or damaged".to_owned();
+    let (content, hash) = bytes.split_last_chunk::<{ blake3::OUT_LEN }>().ok_or_else(damaged)?;
+    if blake3::hash(content) != blake3::Hash::from_bytes(*hash) {
+        return Err(damaged());
+    }
+    let (header, state) = postcard::take_from_bytes::<Header<'_>>(content).map_err(|_| damaged())?;
+    if header.name != name {
+        return Err(format!("is of \"{}\"; allowed: \"{name}\"", header.name));
+    }
+    if header.version != version {
+        return Err(format!("is of version {}; allowed: {version}", header.version));
+    }
+    if header.owner != *owner.as_bytes() {
+        return Err("belongs to other settings".to_owned());
+    }
+    match postcard::take_from_bytes(state) {
+        Ok((state, [])) => Ok(state),
+        _ => Err(damaged()),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Every bit flipped, every length cut, and bytes added: none opens.
+    #[test]
+    fn damaged_bytes_never_open() {
+        let owner = blake3::hash(b"an experiment");
+        let open = |bytes: &[u8]| open::<(u32, Vec<f32>)>("thing", 1, &owner, bytes);
+        let good = seal("thing", 1, &owner, &(7_u32, vec![1.5_f32, -0.0]));
+        assert_eq!(open(&good), Ok((7, vec![1.5, -0.0])));
+        for length in 0..good.len() {
+            open(&good[..length]).unwrap_err();
+        }
+        for place in 0..8 * good.len() {
+            let mut bad = good.clone();
+            bad[place / 8] ^= 1 << (place % 8);
+            open(&bad).unwrap_err();
+        }
+        open(&[&good[..], &[0]].concat()).unwrap_err();
+    }
+
+    #[test]
+    fn another_s_bytes_are_refused_by_what_differs() {
+        let owner = blake3::hash(b"an experiment");
+        let good = seal("thing", 1, &owner, &7_u32);
+        let problem =
+            |name, version, owner: &[u8]| open::<u32>(name, version, &blake3::hash(owner), &good).unwrap_err();
+        assert_eq!(
+            problem("other", 1, b"an experiment"),
+            "is of \"thing\"; allowed: \"other\""
+        );
+        assert_eq!(problem("thing", 2, b"an experiment"), "is of version 1; allowed: 2");
+        assert_eq!(problem("thing", 1, b"another"), "belongs to other settings");
+        // A state of another shape, sealed alike.
+        open::<(u32, u32)>("thing", 1, &owner, &good).unwrap_err();
+        open::<()>("thing", 1, &owner, &good).unwrap_err();
+    }
+}
