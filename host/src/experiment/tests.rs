@@ -499,3 +499,58 @@ fn values_of_worlds_are_refused_by_their_keys() {
         }
     }
 }
+
+/// Compares a file of the repository with what it should hold. What differs is written beside it, under a name that
+/// ends in `.new`, for a person to read and to move: nothing is overwritten.
+fn holds(path: &Path, text: &str) -> std::result::Result<(), String> {
+    let old = fs::read_to_string(path).unwrap_or_default();
+    let new = PathBuf::from(format!("{}.new", path.display()));
+    if old == text {
+        let _ = fs::remove_file(new);
+        return Ok(());
+    }
+    let different = old
+        .lines()
+        .zip(text.lines())
+        .enumerate()
+        .find(|(_, (old, new))| old != new);
+    let place = different.map_or("their length".to_owned(), |(index, (old, new))| {
+        format!("line {}: {old:?}, now {new:?}", index + 1)
+    });
+    fs::write(&new, text).unwrap();
+    Err(format!("{} differs from {} in {place}", path.display(), new.display()))
+}
+
+/// Names of runs' directories and hashes of results depend on these bytes: whoever changes them changes the identity of
+/// every run, and finds the new ones beside the old.
+#[test]
+fn resolved_experiments_keep_their_bytes() {
+    let root = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("..");
+    let resolved = root.join("tests/resolved");
+    let mut identities = String::new();
+    let mut wrong = Vec::new();
+    let mut files: Vec<PathBuf> = [root.join("experiments"), resolved.clone()]
+        .iter()
+        .flat_map(|directory| fs::read_dir(directory).unwrap())
+        .map(|entry| entry.unwrap().path())
+        .filter(|path| path.parent().unwrap() != resolved || path.to_string_lossy().ends_with(".in.toml"))
+        .filter(|path| path.extension().is_some_and(|extension| extension == "toml"))
+        .collect();
+    files.sort_by_key(|path| path.file_name().unwrap().to_owned());
+    for path in files {
+        let (text, identity) = if swarm::is_swarm(&path).unwrap() {
+            let experiment = swarm::SwarmExperiment::read(&path, &[]).unwrap();
+            (experiment.resolved_toml(7), experiment.identity(7))
+        } else {
+            let experiment = Experiment::read(&path, &[]).unwrap();
+            (experiment.resolved_toml(7), experiment.identity(7))
+        };
+        let stem = path.file_stem().unwrap().to_string_lossy();
+        let name = stem.strip_suffix(".in").unwrap_or(&stem);
+        wrong.extend(holds(&resolved.join(format!("{name}.toml")), &text).err());
+        identities += &format!("{name} {identity}\n");
+    }
+    assert!(identities.lines().count() >= 18, "{identities}");
+    wrong.extend(holds(&resolved.join("identities.txt"), &identities).err());
+    assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+}
