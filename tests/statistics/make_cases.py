@@ -99,10 +99,9 @@ pairs = [
 ]
 for names in pairs:
     a, b = of(*names)
-    for figure, equal in [("student_t", True), ("welch_t", False)]:
-        result = stats.ttest_ind(a, b, equal_var=equal)
-        tail = probability(t_tails(result.statistic, result.df), result.pvalue)
-        case(figure, names, {"t": result.statistic, "df": float(result.df), **tail})
+    result = stats.ttest_ind(a, b)
+    tail = probability(t_tails(result.statistic, result.df), result.pvalue)
+    case("student_t", names, {"t": result.statistic, "df": float(result.df), **tail})
 
 for names in [
     ("a500", "shifted500"), ("b500", "c500"), ("n30", "zeros30"), ("ties25", "ties25b"), ("pair_low", "pair_high"),
@@ -138,10 +137,7 @@ for names in group_sets:
     assert math.isclose(result.statistic, f, rel_tol=1e-7, abs_tol=1e-12)
     f = mp.mpf(f.numerator) / f.denominator
     tail = probability(f_tail(f, df_between, df_within), result.pvalue)
-    case("anova", names, {
-        "f": float(f), "df_between": df_between, "df_within": df_within,
-        "eta_squared": float(between / (between + within)), **tail,
-    })
+    case("anova", names, {"f": float(f), "df_between": df_between, "df_within": df_within, **tail})
 
 # Tests of ranks.
 
@@ -159,22 +155,6 @@ for names in pairs + [("n9", "single"), ("ties300", "ties40"), ("skewed200", "li
         result = stats.mannwhitneyu(a, b, method="exact")
         case("mann_whitney", names, {"u": result.statistic, **probability(result.pvalue)}, exact=True)
 
-for names in [
-    ("a500", "shifted500"), ("b500", "c500"), ("n30", "zeros30"), ("ties25", "ties25b"), ("pair_low", "pair_high"),
-    ("a500", "far500"), ("skewed200", "line200"), ("negative_zero", "other5"),
-]:
-    a, b = of(*names)
-    result = stats.wilcoxon(a, b, method="asymptotic", zero_method="wilcox", correction=False)
-    tail = probability(normal_tails(result.zstatistic), result.pvalue)
-    n = int(np.count_nonzero(a - b))
-    case("wilcoxon", names, {"w": result.statistic, "n": n, **tail}, exact=False)
-for names in [("n30", "wide30"), ("n7", "seven"), ("pair_low", "pair_high"), ("all50", "below50"), ("single", "n1")]:
-    a, b = of(*names)
-    sizes = np.abs(a - b)
-    assert len(np.unique(sizes)) == len(sizes) and sizes.min() > 0
-    result = stats.wilcoxon(a, b, method="exact")
-    case("wilcoxon", names, {"w": result.statistic, "n": len(a), **probability(result.pvalue)}, exact=True)
-
 for names in group_sets:
     result = stats.kruskal(*of(*names))
     df = len(names) - 1
@@ -182,37 +162,14 @@ for names in group_sets:
         "h": result.statistic, "df": df, **probability(chi_squared_tail(result.statistic, df), result.pvalue),
     })
 
-# Correlations.
-
-for names in [
-    ("a500", "shifted500"), ("a500", "b500"), ("skewed200", "line200"), ("skewed200", "near_line200"),
-    ("n30", "zeros30"), ("ties25", "ties25b"), ("n3", "other3"),
-]:
-    x, y = of(*names)
-    df = len(x) - 2
-    for figure, result in [("pearson", stats.pearsonr(x, y)), ("spearman", stats.spearmanr(x, y))]:
-        r = mp.mpf(float(result.statistic))
-        exact = mp.betainc(mp.mpf(df) / 2, mp.mpf("0.5"), 0, 1 - r * r, regularized=True)
-        case(figure, names, {"r": float(result.statistic), "df": df, **probability(exact, result.pvalue)})
-
 # Sizes of effects.
 
 for names in pairs + [("ties300", "ties40"), ("far500", "b500")]:
     a, b = of(*names)
     m, n = len(a), len(b)
     difference = a.mean() - b.mean()
-    variances = {
-        "pooled": ((m - 1) * a.var(ddof=1) + (n - 1) * b.var(ddof=1)) / (m + n - 2),
-        "average": (a.var(ddof=1) + b.var(ddof=1)) / 2,
-        "second": b.var(ddof=1),
-        "total": np.concatenate([a, b]).var(ddof=1),
-    }
-    if "constant3" not in names:
-        variances["first"] = a.var(ddof=1)
-    expected = {divisor: difference / math.sqrt(variance) for divisor, variance in variances.items()}
-    half = mp.mpf(m + n - 2) / 2
-    correction = mp.gamma(half) / (mp.sqrt(half) * mp.gamma(half - mp.mpf(1) / 2))
-    expected["hedges_g"] = float(correction * mp.mpf(expected["pooled"]))
+    pooled = ((m - 1) * a.var(ddof=1) + (n - 1) * b.var(ddof=1)) / (m + n - 2)
+    expected = {"cohens_d": difference / math.sqrt(pooled)}
     above, below = int(np.sum(a[:, None] > b)), int(np.sum(a[:, None] < b))
     expected["vargha_delaney"] = (above + (m * n - above - below) / 2) / (m * n)
     expected["cliffs_delta"] = (above - below) / (m * n)
@@ -246,9 +203,8 @@ for f, between, within in [
     (3e4, 1, 1), (1.1, 5000, 5000), (5000, 20, 41.7),
 ]:
     scipy = stats.f.sf(f, between, within)
-    eta = f * between / (f * between + within)
     tail = probability(f_tail(f, between, within), scipy)
-    case("f_tail", [], {**tail, "eta_squared": eta}, f=f, between=between, within=within)
+    case("f_tail", [], tail, f=f, between=between, within=within)
 for t, df in [(0.0, 5), (1e-9, 5), (-2.5, 1), (2.5, 4.31), (40, 9.5), (-38.7, 998), (1000, 998), (1e8, 3), (6, 99_998)]:
     case("t_tails", [], probability(t_tails(t, df), 2 * stats.t.sf(abs(t), df)), t=t, df=df)
 for z in [0.0, 1e-8, -0.3, 1.0, 1.7, 1.8, -5, 12, 21.3, 37, 38.5, 100, -1e4]:

@@ -1,84 +1,26 @@
 //! Sizes of effects. Those of two samples are positive where the first's values are the greater.
 
-use statrs::function::gamma::ln_gamma;
-
 use super::ranks::rank;
-use super::summary::{all_equal, mean, squares, variance};
+use super::summary::{all_equal, mean, squares};
 use super::{Result, check, undefined};
 
-/// What a difference of means is divided by: a standard deviation.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[cfg_attr(not(test), expect(dead_code, reason = "claims state Cohen's d alone yet"))]
-pub(crate) enum Divisor {
-    /// Of both samples about their own means, by degrees of freedom (Cohen's d).
-    Pooled,
-    /// The root of the mean of the two variances, whatever the samples' sizes.
-    Average,
-    /// The first sample's.
-    First,
-    /// The second sample's (Glass's delta, where the second is the control).
-    Second,
-    /// Of all values about their common mean.
-    Total,
-}
-
-/// The mean of the first sample minus that of the second, over a standard deviation.
-///
-/// # Errors
-///
-/// A sample of fewer than 2 values, or a deviation of 0.
-pub(crate) fn standardised_difference(a: &[f64], b: &[f64], divisor: Divisor) -> Result<f64> {
-    const FIGURE: &str = "standardised difference";
-    check(FIGURE, &[a, b], 2)?;
-    let constant = match divisor {
-        Divisor::Pooled | Divisor::Average => all_equal(&[a]) && all_equal(&[b]),
-        Divisor::First => all_equal(&[a]),
-        Divisor::Second => all_equal(&[b]),
-        Divisor::Total => all_equal(&[a, b]),
-    };
-    if constant {
-        return undefined(
-            FIGURE,
-            "the deviation that it is divided by is 0; allowed: some variation",
-        );
-    }
-    let variance = match divisor {
-        Divisor::Pooled => (squares(a) + squares(b)) / (a.len() + b.len() - 2) as f64,
-        Divisor::Average => f64::midpoint(variance(a), variance(b)),
-        Divisor::First => variance(a),
-        Divisor::Second => variance(b),
-        Divisor::Total => variance(&[a, b].concat()),
-    };
-    Ok((mean(a) - mean(b)) / variance.sqrt())
-}
-
-/// Cohen's d: the difference of means over the pooled standard deviation ("Statistical Power Analysis for the
-/// Behavioral Sciences", 1988).
+/// Cohen's d: the difference of means, first minus second, over the pooled standard deviation ("Statistical Power
+/// Analysis for the Behavioral Sciences", 1988).
 ///
 /// # Errors
 ///
 /// A sample of fewer than 2 values, or no variation within either.
 pub(crate) fn cohens_d(a: &[f64], b: &[f64]) -> Result<f64> {
-    standardised_difference(a, b, Divisor::Pooled)
-}
-
-/// Hedges's g: Cohen's d times the exact Γ(m / 2) / (sqrt(m / 2) Γ((m - 1) / 2)), m = N - 2, which makes it unbiased
-/// ("Distribution theory for Glass's estimator of effect size and related estimators", Journal of Educational
-/// Statistics 6(2), 1981).
-///
-/// # Errors
-///
-/// A sample of fewer than 2 values, or no variation within either.
-#[cfg_attr(not(test), expect(dead_code, reason = "no claim states it yet"))]
-pub(crate) fn hedges_g(a: &[f64], b: &[f64]) -> Result<f64> {
-    let d = cohens_d(a, b)?;
-    let half = (a.len() + b.len() - 2) as f64 / 2.0;
-    Ok(d * (ln_gamma(half) - ln_gamma(half - 0.5)).exp() / half.sqrt())
-}
-
-/// Eta squared of an F and its degrees of freedom: the share of the sum of squares that is between groups.
-pub(crate) fn eta_squared(f: f64, df_between: f64, df_within: f64) -> f64 {
-    f * df_between / (f * df_between + df_within)
+    const FIGURE: &str = "Cohen's d";
+    check(FIGURE, &[a, b], 2)?;
+    if all_equal(&[a]) && all_equal(&[b]) {
+        return undefined(
+            FIGURE,
+            "the deviation that it is divided by is 0; allowed: some variation",
+        );
+    }
+    let variance = (squares(a) + squares(b)) / (a.len() + b.len() - 2) as f64;
+    Ok((mean(a) - mean(b)) / variance.sqrt())
 }
 
 /// Vargha and Delaney's A: the chance that a value of the first sample is greater than one of the second, ties counted

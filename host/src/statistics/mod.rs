@@ -5,8 +5,6 @@
 //! `tests.rs`. Logarithms and exponentials are the platform's: figures of two hosts differ in the last places, so that
 //! none of them may enter a run's results.
 
-#[cfg_attr(not(test), expect(dead_code, reason = "no claim is about a correlation yet"))]
-mod correlation;
 mod effects;
 mod holm;
 mod mixed;
@@ -31,7 +29,7 @@ pub(crate) use summary::{mean, median, quantile, quantile_of_sorted, variance};
 /// A figure that these samples do not have.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct Undefined {
-    /// The figure, such as "Welch's t test".
+    /// The figure, such as "Student's t test".
     pub(crate) figure: &'static str,
     /// What is wrong with the samples, and what is allowed.
     pub(crate) problem: String,

@@ -1,6 +1,5 @@
 //! Tests of means, for values about normal.
 
-use super::effects::eta_squared;
 use super::resample::Interval;
 use super::special::{Probability, f_tail, t_tails};
 use super::summary::{all_equal, mean, squares, variance};
@@ -15,8 +14,6 @@ pub(crate) struct Anova {
     pub(crate) df_between: f64,
     /// Degrees of freedom within groups: N - k.
     pub(crate) df_within: f64,
-    /// The share of the sum of squares that is between groups.
-    pub(crate) eta_squared: f64,
     /// Probability of an F at least as great.
     pub(crate) p: Probability,
 }
@@ -51,7 +48,6 @@ pub(crate) fn anova(groups: &[&[f64]]) -> Result<Anova> {
         f,
         df_between,
         df_within,
-        eta_squared: eta_squared(f, df_between, df_within),
         p: f_tail(f, df_between, df_within),
     })
 }
@@ -61,7 +57,7 @@ pub(crate) fn anova(groups: &[&[f64]]) -> Result<Anova> {
 pub(crate) struct StudentT {
     /// The difference over its standard error; positive where the first sample's mean is the greater.
     pub(crate) t: f64,
-    /// Degrees of freedom, whole ones but for Welch's.
+    /// Degrees of freedom.
     pub(crate) df: f64,
     /// Probability of a t at least as far from 0.
     pub(crate) p: Probability,
@@ -91,23 +87,6 @@ pub(crate) fn student_t(a: &[f64], b: &[f64]) -> Result<StudentT> {
         (pooled * (1.0 / m + 1.0 / n)).sqrt(),
         df,
     ))
-}
-
-/// Welch's t test of two independent samples, whatever their variances ("The generalization of 'Student's' problem when
-/// several different population variances are involved", Biometrika 34, 1947), with the degrees of freedom of
-/// Satterthwaite ("An approximate distribution of estimates of variance components", Biometrics Bulletin 2(6), 1946).
-///
-/// # Errors
-///
-/// A sample of fewer than 2 values, or no variation within either.
-#[cfg_attr(not(test), expect(dead_code, reason = "no claim uses it yet"))]
-pub(crate) fn welch_t(a: &[f64], b: &[f64]) -> Result<StudentT> {
-    check_variation("Welch's t test", a, b)?;
-    let (m, n) = (a.len() as f64, b.len() as f64);
-    let (of_a, of_b) = (variance(a) / m, variance(b) / n);
-    let sum = of_a + of_b;
-    let df = sum * sum / (of_a * of_a / (m - 1.0) + of_b * of_b / (n - 1.0));
-    Ok(StudentT::new(mean(a) - mean(b), sum.sqrt(), df))
 }
 
 fn check_variation(figure: &'static str, a: &[f64], b: &[f64]) -> Result<()> {

@@ -2,7 +2,7 @@
 
 use super::special::{Probability, chi_squared_tail, normal_tails};
 use super::summary::all_equal;
-use super::{Result, check, check_groups, check_pairs, undefined};
+use super::{Result, check, check_groups, undefined};
 
 /// How the probability of a rank statistic is found.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -53,65 +53,6 @@ pub(crate) fn mann_whitney(a: &[f64], b: &[f64], method: Method) -> Result<MannW
         }
     };
     Ok(MannWhitney { u, p })
-}
-
-/// The Wilcoxon signed-rank test.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Wilcoxon {
-    /// Sum of the ranks of the differences above 0, or of those below: the smaller.
-    pub(crate) w: f64,
-    /// Differences other than 0, which are all that is ranked.
-    pub(crate) n: usize,
-    /// Probability of a W at most as great.
-    pub(crate) p: Probability,
-}
-
-/// The Wilcoxon signed-rank test of pairs ("Individual comparisons by ranking methods", Biometrics Bulletin 1(6),
-/// 1945): pairs without a difference are left out, as he did, and the asymptotic method has no correction for
-/// continuity.
-///
-/// # Errors
-///
-/// Samples of two lengths; no difference other than 0; for the exact method, differences of equal size or more than
-/// 500.
-#[cfg_attr(not(test), expect(dead_code, reason = "nothing is tested in pairs by ranks yet"))]
-pub(crate) fn wilcoxon(a: &[f64], b: &[f64], method: Method) -> Result<Wilcoxon> {
-    const FIGURE: &str = "Wilcoxon signed-rank test";
-    const MOST_DIFFERENCES: usize = 500;
-    check_pairs(FIGURE, a, b, 1)?;
-    let differences: Vec<f64> = a.iter().zip(b).map(|(a, b)| a - b).filter(|&d| d != 0.0).collect();
-    if differences.is_empty() {
-        return undefined(
-            FIGURE,
-            "the two values of each pair are equal; allowed: a pair that differs",
-        );
-    }
-    let sizes: Vec<f64> = differences.iter().map(|d| d.abs()).collect();
-    let Ranks { ranks, ties } = rank(&sizes);
-    let n = differences.len() as f64;
-    let above: f64 = ranks
-        .iter()
-        .zip(&differences)
-        .filter(|(_, d)| **d > 0.0)
-        .map(|(rank, _)| rank)
-        .sum();
-    let sum = n * (n + 1.0) / 2.0;
-    let greater = above.max(sum - above);
-    let p = match method {
-        Method::Exact => {
-            check_exact(FIGURE, ties, differences.len(), MOST_DIFFERENCES, "differences")?;
-            upper_tail(&wilcoxon_counts(differences.len()), greater).twice()
-        }
-        Method::Asymptotic => {
-            let variance = (n * (n + 1.0) * (2.0 * n + 1.0) - ties / 2.0) / 24.0;
-            normal_tails((greater - sum / 2.0) / variance.sqrt())
-        }
-    };
-    Ok(Wilcoxon {
-        w: sum - greater,
-        n: differences.len(),
-        p,
-    })
 }
 
 /// The Kruskal-Wallis test.
@@ -215,18 +156,6 @@ fn mann_whitney_counts(m: usize, n: usize) -> Vec<f64> {
         }
     }
     counts.swap_remove(m)
-}
-
-/// Subsets of the ranks 1 to n for each sum of theirs, 0 to n (n + 1) / 2.
-fn wilcoxon_counts(n: usize) -> Vec<f64> {
-    let mut counts = vec![0.0; n * (n + 1) / 2 + 1];
-    counts[0] = 1.0;
-    for rank in 1..=n {
-        for sum in (rank..counts.len()).rev() {
-            counts[sum] += counts[sum - rank];
-        }
-    }
-    counts
 }
 
 /// The share of the counts that stand at a value or above it.

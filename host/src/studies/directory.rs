@@ -9,6 +9,7 @@ use super::claims::Claim;
 use crate::console::{Console, columns};
 use crate::exit::{Failure, Result};
 use crate::record::write_whole;
+use crate::report::csv::Csv;
 
 /// What a study's directory says of it.
 const SETTINGS: &str = "study.json";
@@ -48,16 +49,13 @@ pub(super) fn write_claims(directory: &Path, claims: &[Claim]) -> Result {
 
 /// Writes which claims hold under which assumptions: a row an assumption, a column a claim.
 pub(super) fn write_sensitivity(directory: &Path, arms: &[(String, Vec<Claim>)]) -> Result {
-    let mut text = String::from("arm");
     let first = arms.first().map_or(&[][..], |(_, claims)| claims);
-    text.extend(first.iter().map(|claim| format!(",{}", claim.id)));
+    let mut table = Csv::new(std::iter::once("arm").chain(first.iter().map(|claim| claim.id.as_str())));
     for (arm, claims) in arms {
-        text.push('\n');
-        text.push_str(arm);
-        text.extend(claims.iter().map(|claim| format!(",{}", claim.verdict)));
+        let verdicts = claims.iter().map(|claim| claim.verdict.to_string());
+        table.row(std::iter::once(arm.clone()).chain(verdicts));
     }
-    text.push('\n');
-    write_whole(&directory.join("sensitivity.csv"), text.as_bytes())
+    write_whole(&directory.join("sensitivity.csv"), table.text().as_bytes())
 }
 
 /// Refuses a number of runs that has no spread to hold a difference against, or too many.

@@ -88,8 +88,8 @@ pub(crate) fn report(tables: &Tables<'_>) -> Result<Report> {
     ]);
     Ok(Report {
         html: page::document(tables.title, &facts(tables, &runs, &cells), &sections),
-        effects_csv: comparisons::csv(&runs, &effects)?,
-        cells_csv: cells.csv(tables, &runs)?,
+        effects_csv: comparisons::csv(&runs, &effects),
+        cells_csv: cells.csv(tables, &runs),
         json: json::json(tables, &runs, &samples, &cells, &effects),
     })
 }

@@ -3,7 +3,6 @@
 mod arena;
 mod bands;
 mod curve;
-mod diagram;
 mod factor;
 mod foraging;
 mod heat;
@@ -13,12 +12,10 @@ mod plot;
 mod svg;
 mod swarm;
 mod tables;
-mod views;
 
 pub(crate) use arena::{arena, life};
 pub(crate) use bands::{Band, Ground, Panel, Spread, bands, evenly, grid};
 pub(crate) use curve::{Series, learning_curve};
-pub(crate) use diagram::{coevolution, subsumption};
 pub(crate) use factor::{Column, Outcomes, Scale, factor, level_styles};
 pub(crate) use foraging::{scenarios, swarm};
 pub(crate) use heat::{HeatMap, Side, Square, heat_map};
@@ -27,4 +24,10 @@ pub(crate) use network::network;
 pub(crate) use svg::escaped;
 pub(crate) use swarm::{Genes, SwarmReplay, swarm_page};
 pub(crate) use tables::sensor_table;
-pub(crate) use views::points_of_view;
+
+/// Why an object that is not round needs a sample for each point of view: Figure 4 of the 1995 study.
+pub(crate) const POINTS_OF_VIEW: &str = include_str!("points_of_view.svg");
+/// How a simulator and its controllers evolve on a robot, numbered as in the caption of Figure 1 of the 2014 study.
+pub(crate) const COEVOLUTION: &str = include_str!("coevolution.svg");
+/// Layers of behaviours, of which higher ones take over from lower ones: Figure 3 of the 2014 study.
+pub(crate) const SUBSUMPTION: &str = include_str!("subsumption.svg");

@@ -3,8 +3,8 @@
 use super::runs::{Cell, Runs};
 use super::sample::Sample;
 use super::{DIGITS, Tables};
-use crate::exit::{Failure, Result};
-use crate::report::numbers::{count, shown, significant};
+use crate::report::csv::{Csv, known};
+use crate::report::numbers::{count, shown};
 use crate::report::page::{self, Head, Row, Section, paragraph, table};
 use crate::statistics::mean;
 
@@ -85,13 +85,12 @@ impl<'a> Cells<'a> {
     }
 
     /// All of them as CSV, with the means of the other outcomes as far as these are numbers.
-    pub(super) fn csv(&self, tables: &Tables<'_>, runs: &Runs) -> Result<String> {
-        let mut writer = csv::Writer::from_writer(Vec::new());
+    pub(super) fn csv(&self, tables: &Tables<'_>, runs: &Runs) -> String {
         let mut head: Vec<String> = vec!["cell".into()];
         head.extend(runs.factors.iter().map(|factor| factor.name.clone()));
         head.extend(["runs", "n", "mean", "sd", "median", "min", "max"].map(str::to_owned));
         head.extend(tables.others.iter().map(|other| format!("mean_{other}")));
-        writer.write_record(&head).map_err(Failure::failed)?;
+        let mut table = Csv::new(head);
         for (Ranked { cell, sample }, rank) in self.ranked.iter().zip(1_u64..) {
             let [least, _, median, _, greatest] = sample.quartiles();
             let mut row = vec![rank.to_string()];
@@ -105,9 +104,9 @@ impl<'a> Cells<'a> {
                     .collect();
                 known(mean(&finite))
             }));
-            writer.write_record(&row).map_err(Failure::failed)?;
+            table.row(row);
         }
-        text(writer)
+        table.text()
     }
 }
 
@@ -118,19 +117,4 @@ pub(super) fn counted(sample: &Sample) -> String {
         0 => n,
         not_numbers => format!("{n} <span class=\"small\">(+{} NaN)</span>", count(not_numbers as u64)),
     }
-}
-
-/// A number in a file; nothing where there is none.
-pub(super) fn known(x: f64) -> String {
-    if x.is_finite() {
-        significant(x, DIGITS)
-    } else {
-        String::new()
-    }
-}
-
-/// What was written.
-pub(super) fn text(writer: csv::Writer<Vec<u8>>) -> Result<String> {
-    let bytes = writer.into_inner().map_err(|error| Failure::failed(error.error()))?;
-    String::from_utf8(bytes).map_err(Failure::failed)
 }

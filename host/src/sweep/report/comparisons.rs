@@ -1,11 +1,11 @@
 //! The tables of effect sizes and tests.
 
-use super::cells::{Cells, known, text};
+use super::cells::Cells;
 use super::effects::{Comparison, EXACT, Effects, FEW, FEWER_RESAMPLES, Family, LEAST, LEVEL, RESAMPLES};
 use super::levels::Factor;
 use super::runs::Runs;
 use super::{DIGITS, Tables, marked};
-use crate::exit::{Failure, Result};
+use crate::report::csv::{Csv, known};
 use crate::report::numbers::{NONE, count, probability, shown};
 use crate::report::page::{Cell, Head, Row, Section, list, paragraph, table};
 
@@ -227,11 +227,10 @@ fn comparisons(family: &Family, names: &[Head<'_>], cells: impl Fn(&Comparison) 
 
 /// All comparisons of both families as CSV. Groups of a factor's levels are named, cells numbered as in the table of
 /// cells; A's interval is that of delta on its scale.
-pub(super) fn csv(runs: &Runs, effects: &Effects) -> Result<String> {
+pub(super) fn csv(runs: &Runs, effects: &Effects) -> String {
     const HEAD: &str = "family,factor,first,second,n_first,n_second,mean_first,mean_second,difference,a,a_low,a_high,\
                         delta,delta_low,delta_high,u,p,p_holm,shared_seeds";
-    let mut writer = csv::Writer::from_writer(Vec::new());
-    writer.write_record(HEAD.split(',')).map_err(Failure::failed)?;
+    let mut table = Csv::new(HEAD.split(','));
     for one in effects.levels.comparisons.iter().chain(&effects.cells.comparisons) {
         let names = if let Some(factor) = one.factor {
             let factor = &runs.factors[factor];
@@ -262,9 +261,7 @@ pub(super) fn csv(runs: &Runs, effects: &Effects) -> Result<String> {
             .into_iter()
             .chain(one.runs.map(|n| n.to_string()))
             .chain(figures.map(known));
-        writer
-            .write_record(row.chain([one.shared_seeds.to_string()]))
-            .map_err(Failure::failed)?;
+        table.row(row.chain([one.shared_seeds.to_string()]));
     }
-    text(writer)
+    table.text()
 }

@@ -1,6 +1,6 @@
 //! The numbers behind the figures, for whoever wants to do their own statistics.
 
-use crate::report::rows::{Rows, number};
+use crate::report::csv::{Csv, number};
 use crate::studies::miglino1995::results::{Family, Level, Life, Results, Run};
 
 /// Names and contents of the files: values of generations, of the individuals of the transferred generation and of
@@ -24,7 +24,7 @@ pub(crate) fn csv_files(results: &Results) -> Vec<(&'static str, String)> {
 }
 
 /// A row of a run.
-fn row(table: &mut Rows, run: &Run, fields: impl IntoIterator<Item = String>) {
+fn row(table: &mut Csv, run: &Run, fields: impl IntoIterator<Item = String>) {
     let whose = [run.condition.name().to_owned(), run.number.to_string()];
     table.row(whose.into_iter().chain(fields));
 }
@@ -35,7 +35,7 @@ fn entry<T: Copy + Into<f64>>(values: &[T], i: usize) -> String {
 }
 
 fn generations(results: &Results) -> String {
-    let mut table = Rows::new("condition,run,generation,environment,peak,average");
+    let mut table = Csv::new("condition,run,generation,environment,peak,average".split(','));
     for run in &results.runs {
         let simulated = run
             .simulated
@@ -59,11 +59,12 @@ fn generations(results: &Results) -> String {
             );
         }
     }
-    table.0
+    table.text()
 }
 
 fn transferred(results: &Results) -> String {
-    let mut table = Rows::new("condition,run,individual,simulated,simulated_again,quiet,real,real_again,other_robot");
+    let mut table =
+        Csv::new("condition,run,individual,simulated,simulated_again,quiet,real,real_again,other_robot".split(','));
     for run in &results.runs {
         let lives = &run.transferred;
         let columns = [
@@ -79,21 +80,21 @@ fn transferred(results: &Results) -> String {
             row(&mut table, run, std::iter::once(i.to_string()).chain(values));
         }
     }
-    table.0
+    table.text()
 }
 
 fn last(results: &Results) -> String {
-    let mut table = Rows::new("condition,run,individual,real");
+    let mut table = Csv::new("condition,run,individual,real".split(','));
     for run in &results.runs {
         for i in 0..run.last.len() {
             row(&mut table, run, [i.to_string(), entry(&run.last, i)]);
         }
     }
-    table.0
+    table.text()
 }
 
 fn discrepancy(results: &Results) -> String {
-    let mut table = Rows::new("condition,run,k,cycle,paper,starts,repeated,unrelated");
+    let mut table = Csv::new("condition,run,k,cycle,paper,starts,repeated,unrelated".split(','));
     for run in &results.runs {
         let sums = &run.champion.discrepancy;
         let columns = [&sums.paper, &sums.starts, &sums.repeated, &sums.unrelated];
@@ -103,11 +104,11 @@ fn discrepancy(results: &Results) -> String {
             row(&mut table, run, place.into_iter().chain(values));
         }
     }
-    table.0
+    table.text()
 }
 
 fn champions(results: &Results) -> String {
-    let measures = [
+    const MEASURES: [&str; 7] = [
         "fitness",
         "collided",
         "forwards",
@@ -116,13 +117,9 @@ fn champions(results: &Results) -> String {
         "length",
         "stuck_in_corner",
     ];
-    let columns: String = ["simulated", "real"]
-        .iter()
-        .flat_map(|environment| measures.map(|measure| format!(",{environment}_{measure}")))
-        .collect();
-    let mut table = Rows::new(&format!(
-        "condition,run,seed,individual,discrepancy_per_length{columns}"
-    ));
+    let who = ["condition", "run", "seed", "individual", "discrepancy_per_length"];
+    let lives = ["simulated", "real"].map(|environment| MEASURES.map(|measure| format!("{environment}_{measure}")));
+    let mut table = Csv::new(who.map(str::to_owned).into_iter().chain(lives.concat()));
     let values = |life: &Life| {
         [
             f64::from(life.fitness),
@@ -145,11 +142,11 @@ fn champions(results: &Results) -> String {
         let lives = values(&champion.simulated).into_iter().chain(values(&champion.real));
         row(&mut table, run, who.into_iter().chain(lives));
     }
-    table.0
+    table.text()
 }
 
 fn controls(results: &Results) -> String {
-    let mut table = Rows::new("condition,run,first,last,simulated_on,neutral,from_random");
+    let mut table = Csv::new("condition,run,first,last,simulated_on,neutral,from_random".split(','));
     for run in &results.runs {
         let Some(controls) = &run.controls else { continue };
         let level = |level: Option<&Level>| level.map_or(String::new(), |level| number(level.average));
@@ -165,11 +162,12 @@ fn controls(results: &Results) -> String {
             ],
         );
     }
-    table.0
+    table.text()
 }
 
 fn variants(results: &Results) -> String {
-    let mut table = Rows::new("family,name,value,run,simulated,real");
+    // All names are quoted, those too that have no comma.
+    let mut table = Csv::quoted_already("family,name,value,run,simulated,real".split(','));
     for variant in &results.variants {
         let family = match variant.family {
             Family::SensorRange => "sensor_range",
@@ -180,7 +178,6 @@ fn variants(results: &Results) -> String {
         for run in 0..variant.simulated.len().max(variant.real.len()) {
             let fields = [
                 family.to_owned(),
-                // Names have commas.
                 format!("\"{}\"", variant.name.replace('"', "\"\"")),
                 number(variant.value),
                 run.to_string(),
@@ -190,5 +187,5 @@ fn variants(results: &Results) -> String {
             table.row(fields);
         }
     }
-    table.0
+    table.text()
 }

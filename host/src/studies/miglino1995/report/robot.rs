@@ -40,7 +40,7 @@ pub(super) fn section(study: &Study<'_>) -> Section {
         "Perception of a symmetrical object depends on distance and orientation alone; that of a non-symmetrical one \
          also on the point of view, so that it has to be sampled from several. Three robots with the object equally \
          far ahead, what they see of it (yellow), and how near it is from left to right of their view.",
-        &figures::points_of_view("Points of view"),
+        figures::POINTS_OF_VIEW,
     ));
     let first = study.results.runs.first();
     let (weights, whose) = first.map_or((&[][..], "no run was recorded".to_owned()), |run| {

@@ -2,7 +2,7 @@
 
 use super::measures::{BIN, G0, G1, MINUTE, S0, at_the_end, intervals, level, robots_at, runs_of, shares, total};
 use super::{name, questions};
-use crate::report::rows::{Rows, number};
+use crate::report::csv::{Csv, known, number};
 use crate::studies::odowd2014::results::{Case, Combination, Kind, Results, Run};
 
 /// Names and contents of the files: a row a run; a row a robot and interval of those that are as the paper has them; food in bins of 250 s; means and standard
@@ -30,62 +30,56 @@ fn whose(combination: &Combination, case: Case, kind: Kind) -> [String; 4] {
     ]
 }
 
-const WHOSE: &str = "scale,credit,case,kind";
-
-/// What a value has no number for stays empty.
-fn known(x: f64) -> String {
-    if x.is_finite() { number(x) } else { String::new() }
+/// A file whose rows begin with those fields.
+fn file(columns: &str) -> Csv {
+    Csv::new("scale,credit,case,kind".split(',').chain(columns.split(',')))
 }
 
 /// Runs with the fields that say whose they are, and their number.
-fn all_runs(results: &Results) -> impl Iterator<Item = (String, &Run)> {
+fn all_runs(results: &Results) -> impl Iterator<Item = (Vec<String>, &Run)> {
     results.combinations.iter().flat_map(|combination| {
         combination.runs.iter().map(move |run| {
-            let whose = whose(combination, run.case, run.kind).join(",");
-            (format!("{whose},{}", run.number), run)
+            let mut whose = Vec::from(whose(combination, run.case, run.kind));
+            whose.push(run.number.to_string());
+            (whose, run)
         })
     })
 }
 
 /// Cases and kinds with runs, and the fields that say which.
-fn groups(results: &Results) -> impl Iterator<Item = (String, Vec<&Run>)> {
+fn groups(results: &Results) -> impl Iterator<Item = ([String; 4], Vec<&Run>)> {
     results.combinations.iter().flat_map(|combination| {
         let kinds = Case::ALL
             .into_iter()
             .flat_map(|case| Kind::ALL.map(|kind| (case, kind)));
         kinds.filter_map(move |(case, kind)| {
             let runs = runs_of(combination, case, kind);
-            (!runs.is_empty()).then(|| (whose(combination, case, kind).join(","), runs))
+            (!runs.is_empty()).then(|| (whose(combination, case, kind), runs))
         })
     })
 }
 
 fn runs(results: &Results) -> String {
-    let mut table = Rows::new(&format!(
-        "{WHOSE},run,brought,first_half,second_half,s0_opposite,s0_no_light,s0_over,s0,g0,g1"
-    ));
+    let mut table = file("run,brought,first_half,second_half,s0_opposite,s0_no_light,s0_over,s0,g0,g1");
     let half = results.light_moves_minute as usize * MINUTE;
     for (whose, run) in all_runs(results) {
         let (first, second) = run.brought.split_at(half.min(run.brought.len()));
         let brought = [total(&run.brought), total(first), total(second)].map(|food| food.to_string());
         let shares = shares(at_the_end(run), S0).map(known);
         let means = [S0, G0, G1].map(|gene| known(level(at_the_end(run), gene).0));
-        table.row([whose].into_iter().chain(brought).chain(shares).chain(means));
+        table.row(whose.into_iter().chain(brought).chain(shares).chain(means));
     }
-    table.0
+    table.text()
 }
 
 fn robots(results: &Results) -> String {
-    let mut table = Rows::new(&format!(
-        "{WHOSE},run,interval,robot,s0,chosen_under,g0,g1,real,simulated,heard,reached,taken"
-    ));
+    let mut table = file("run,interval,robot,s0,chosen_under,g0,g1,real,simulated,heard,reached,taken");
     // Of all kinds it would be a hundred megabytes.
     for (whose, run) in all_runs(results).filter(|(_, run)| run.kind == Kind::Evolved) {
         for (interval, robots) in run.intervals.iter().enumerate() {
             for (place, robot) in robots.iter().enumerate() {
                 let gene = |x: f32| number(f64::from(x));
-                table.row([
-                    whose.clone(),
+                let fields = [
                     interval.to_string(),
                     place.to_string(),
                     gene(robot.s0),
@@ -97,35 +91,34 @@ fn robots(results: &Results) -> String {
                     robot.heard.to_string(),
                     robot.reached.to_string(),
                     u8::from(robot.taken).to_string(),
-                ]);
+                ];
+                table.row(whose.iter().cloned().chain(fields));
             }
         }
     }
-    table.0
+    table.text()
 }
 
 fn rates(results: &Results) -> String {
-    let mut table = Rows::new(&format!("{WHOSE},run,from,to,brought,per_minute"));
+    let mut table = file("run,from,to,brought,per_minute");
     for (whose, run) in all_runs(results) {
         let per_minute = super::measures::rates(run, BIN);
         for (bin, (food, rate)) in run.brought.chunks(BIN).zip(per_minute).enumerate() {
             let from = bin * BIN;
-            table.row([
-                whose.clone(),
+            let fields = [
                 from.to_string(),
                 (from + food.len()).to_string(),
                 total(food).to_string(),
                 number(rate),
-            ]);
+            ];
+            table.row(whose.iter().cloned().chain(fields));
         }
     }
-    table.0
+    table.text()
 }
 
 fn genes(results: &Results) -> String {
-    let mut table = Rows::new(&format!(
-        "{WHOSE},interval,robots,s0_mean,s0_sd,g0_mean,g0_sd,g1_mean,g1_sd"
-    ));
+    let mut table = file("interval,robots,s0_mean,s0_sd,g0_mean,g0_sd,g1_mean,g1_sd");
     for (whose, runs) in groups(results) {
         for interval in 0..intervals(&runs) {
             let at = || robots_at(&runs, interval);
@@ -133,26 +126,22 @@ fn genes(results: &Results) -> String {
             let levels = levels
                 .into_iter()
                 .flat_map(|(mean, deviation)| [known(mean), known(deviation)]);
-            let place = [whose.clone(), interval.to_string(), at().count().to_string()];
-            table.row(place.into_iter().chain(levels));
+            let place = [interval.to_string(), at().count().to_string()];
+            table.row(whose.iter().cloned().chain(place).chain(levels));
         }
     }
-    table.0
+    table.text()
 }
 
 fn bins(results: &Results) -> String {
-    let thirds = ["s0_opposite,s0_no_light,s0_over"]
-        .into_iter()
-        .map(str::to_owned)
-        .chain(["g0", "g1"].map(|gene| format!("{gene}_flees,{gene}_random,{gene}_seeks")));
-    let head: Vec<String> = thirds.collect();
-    let mut table = Rows::new(&format!("{WHOSE},interval,{}", head.join(",")));
+    let mut table =
+        file("interval,s0_opposite,s0_no_light,s0_over,g0_flees,g0_random,g0_seeks,g1_flees,g1_random,g1_seeks");
     for (whose, runs) in groups(results) {
         for interval in 0..intervals(&runs) {
             let shares = [S0, G0, G1].map(|gene| shares(robots_at(&runs, interval), gene));
-            let place = [whose.clone(), interval.to_string()];
-            table.row(place.into_iter().chain(shares.into_iter().flatten().map(known)));
+            let shares = shares.into_iter().flatten().map(known);
+            table.row(whose.iter().cloned().chain([interval.to_string()]).chain(shares));
         }
     }
-    table.0
+    table.text()
 }

@@ -3,9 +3,9 @@
 use oneiro::foraging::Light;
 
 use super::measures::S0;
+use crate::report::csv::{Csv, number};
 use crate::report::numbers::{NONE, shown};
 use crate::report::page::{Cell, Head, Row, Section, paragraph, table};
-use crate::report::rows::{Rows, number};
 use crate::statistics::mean;
 use crate::studies::odowd2014::measures::{ALL, LATE};
 use crate::studies::odowd2014::results::{Question, Results, Run};
@@ -119,7 +119,7 @@ pub(super) fn section(results: &Results) -> Option<Section> {
 
 /// The same as a file.
 pub(super) fn csv(results: &Results) -> String {
-    let mut rows = Rows::new(COLUMNS);
+    let mut rows = Csv::new(COLUMNS.split(','));
     for question in &results.questions {
         let own = answer(question);
         rows.row([
@@ -137,5 +137,5 @@ pub(super) fn csv(results: &Results) -> String {
             number(own.reached),
         ]);
     }
-    rows.0
+    rows.text()
 }

@@ -13,7 +13,7 @@ pub(super) fn section(study: &Study<'_>) -> Section {
              the real robot. 3) The fitness that it has there stands for that of the simulator. 4) Pairs of a simulator \
              and its real fitness are sent to the robots nearby, and received from them. 5) When the controllers' \
              generation is over, the simulator evolves against those of the robots met. Blue: simulated; yellow: real.",
-            &figures::coevolution("The co-evolutionary loop on a robot"),
+            figures::COEVOLUTION,
         ),
         figure(
             "Figure 2",
@@ -34,7 +34,7 @@ pub(super) fn section(study: &Study<'_>) -> Section {
             "The controller of simulated and real robots, a subsumption architecture: obstacle avoidance goes before \
              phototaxis, phototaxis before random search. Which phototaxis is enabled, or none, is what the gene of the \
              food state says: G0 with food, G1 without.",
-            &figures::subsumption("The robot's controller"),
+            figures::SUBSUMPTION,
         ),
         figure(
             "Figure 4",

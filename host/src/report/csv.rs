@@ -1,0 +1,51 @@
+//! CSV files.
+
+use ::csv::{QuoteStyle, Writer, WriterBuilder};
+
+use super::numbers::significant;
+
+/// Significant digits of a number.
+const DIGITS: usize = 6;
+
+/// A CSV file under construction.
+pub(crate) struct Csv(Writer<Vec<u8>>);
+
+impl Csv {
+    /// A file that has the names of its columns and no rows yet.
+    pub(crate) fn new(columns: impl IntoIterator<Item = impl AsRef<[u8]>>) -> Self {
+        Self::with(QuoteStyle::Necessary, columns)
+    }
+
+    /// The same, for rows whose fields are quoted already where they have to be.
+    pub(crate) fn quoted_already(columns: impl IntoIterator<Item = impl AsRef<[u8]>>) -> Self {
+        Self::with(QuoteStyle::Never, columns)
+    }
+
+    fn with(quotes: QuoteStyle, columns: impl IntoIterator<Item = impl AsRef<[u8]>>) -> Self {
+        let mut csv = Self(WriterBuilder::new().quote_style(quotes).from_writer(Vec::new()));
+        csv.row(columns);
+        csv
+    }
+
+    /// Adds a row, of as many fields as there are columns.
+    pub(crate) fn row(&mut self, fields: impl IntoIterator<Item = impl AsRef<[u8]>>) {
+        let written = self.0.write_record(fields);
+        written.expect("memory takes rows that have a field for each column");
+    }
+
+    /// The file's text.
+    pub(crate) fn text(self) -> String {
+        let bytes = self.0.into_inner().expect("memory takes what is left in the buffer");
+        String::from_utf8(bytes).expect("all fields are text")
+    }
+}
+
+/// A number as a field.
+pub(crate) fn number(x: f64) -> String {
+    significant(x, DIGITS)
+}
+
+/// A number as a field, or an empty field where there is none.
+pub(crate) fn known(x: f64) -> String {
+    if x.is_finite() { number(x) } else { String::new() }
+}
