@@ -32,7 +32,7 @@ fn main() {
         let worlds = Worlds::new(&[world]).expect("valid worlds");
         time(&format!("surrogate, severity {severity}"), &worlds, &genomes);
     }
-    let foragers = Worlds::of_foragers(&[Foraging::odowd2014(Light::OverNest)]).expect("valid worlds");
+    let foragers = Worlds::new(&[Foraging::odowd2014(Light::OverNest)]).expect("valid worlds");
     let hundredth = |word: u32| (word % 100) as f32 / 100.0;
     time("forager", &foragers, &genomes(ROLLOUTS, 2, hundredth));
 
@@ -58,7 +58,7 @@ fn main() {
                 swarm.inputs(&lamp, &orders)
             })
             .collect();
-        let swarms = Worlds::of_swarms(&[swarm]).expect("valid worlds");
+        let swarms = Worlds::new(&[swarm]).expect("valid worlds");
         time(&format!("swarm of {robots}"), &swarms, &inputs);
     }
 }

@@ -1,6 +1,7 @@
 //! What is evaluated in one call: rollouts in any mix of worlds, checked and packed once.
 
-use std::collections::{BTreeMap, HashMap};
+mod packing;
+
 use std::ops::Range;
 use std::sync::Arc;
 
@@ -9,11 +10,11 @@ pub use oneiro_shaders::life::Record;
 use oneiro_shaders::{Kernel, life};
 
 use crate::evaluator::PartResult;
-use crate::foraging::{self, Foraging};
 use crate::random::Key;
-use crate::swarm::Swarm;
-use crate::tables::{MotorTable, SensorTable};
-use crate::world::{Invalid, World};
+use crate::world::Invalid;
+
+use packing::Packed;
+pub use packing::{Buffers, WorldKind};
 
 /// Rollouts a group: the workgroup of the kernels.
 pub const LANES: usize = 64;
@@ -38,7 +39,7 @@ pub struct Rollout<'a> {
     /// Index of its world.
     pub world: usize,
     /// As many as its world's controller takes, at most [`GREATEST_GENE`] in size. Those of a world of several robots are
-    /// what [`Swarm::inputs`] makes.
+    /// what [`crate::swarm::Swarm::inputs`] makes.
     pub genes: &'a [f32],
     /// The key of its random numbers.
     pub key: Key,
@@ -54,7 +55,7 @@ pub struct TraceRequest {
 
 /// Worlds packed as the kernels read them, once for any number of batches. Cheap to clone.
 ///
-/// The worlds of a batch have one kernel, so all must have the same kind of controller.
+/// The worlds of a batch have one kernel, so lives of single robots all have the same kind of controller.
 #[derive(Clone, Debug)]
 pub struct Worlds(Arc<PackedWorlds>);
 
@@ -81,81 +82,49 @@ struct Facts {
     begin_loops: u32,
 }
 
-impl Worlds {
-    /// Packs worlds.
-    ///
-    /// # Errors
-    /// No world, or worlds of different controllers.
-    pub fn new(worlds: &[World]) -> Result<Self, Invalid> {
-        let facts = |world: &World| Facts {
+impl Facts {
+    fn of(world: &impl WorldKind) -> Self {
+        Self {
             genes: world.genes(),
-            robots: 1,
+            robots: world.robots(),
             loops: world.loops(),
             begin_loops: world.begin_loops(),
-        };
-        Ok(Self::of_lives(
-            one_kernel(worlds)?,
-            worlds.iter().map(facts).collect(),
-            Packed::new(worlds),
-        ))
+        }
     }
+}
 
-    /// Checks and packs on-board simulators of foragers, whose rollouts have two genes.
+impl Worlds {
+    /// Checks and packs worlds: values of one type that is a [`WorldKind`], or references to values of several
+    /// (`&dyn WorldKind`).
     ///
     /// # Errors
-    /// No simulator; the first value that is not allowed.
-    pub fn of_foragers(foragers: &[Foraging]) -> Result<Self, Invalid> {
-        let packed = Packed::of_numbers(foragers, "foragers", |forager| {
-            forager.check()?;
-            Ok((forager.world(), forager.cells()))
-        })?;
-        let facts = Facts {
-            genes: foraging::GENES,
-            robots: 1,
-            loops: Foraging::LOOPS,
-            begin_loops: Foraging::BEGIN_LOOPS,
+    /// No world; the first value that is not allowed; worlds of different kernels.
+    pub fn new<W: WorldKind>(worlds: &[W]) -> Result<Self, Invalid> {
+        let Some(first) = worlds.first() else {
+            return Err(Invalid::new("worlds", "there is none; allowed: one and more"));
         };
-        Ok(Self::of_lives(
-            &oneiro_shaders::FORAGER,
-            vec![facts; foragers.len()],
-            packed,
-        ))
-    }
-
-    /// Checks and packs worlds of several robots; what the genes of their rollouts are, [`crate::swarm`] says.
-    ///
-    /// # Errors
-    /// No world; the first value that is not allowed.
-    pub fn of_swarms(swarms: &[Swarm]) -> Result<Self, Invalid> {
-        let packed = Packed::of_numbers(swarms, "swarms", |swarm| {
-            swarm.check()?;
-            Ok((swarm.forager.world(), swarm.cells()))
-        })?;
-        let facts = |swarm: &Swarm| Facts {
-            genes: swarm.genes(),
-            robots: swarm.robots,
-            loops: swarm.loops(),
-            begin_loops: swarm.begin_loops(),
-        };
-        let most = |words: fn(&Swarm) -> u32| swarms.iter().map(words).max().unwrap_or(0);
+        let kernel = first.kernel();
+        for (index, world) in worlds.iter().enumerate() {
+            if world.kernel().name != kernel.name {
+                let problem = format!(
+                    "is {}, the first world's {}; allowed: one kernel in a batch",
+                    world.kernel().name,
+                    kernel.name
+                );
+                return Err(Invalid::new(format!("worlds[{index}].kernel"), problem));
+            }
+            world
+                .check()
+                .map_err(|invalid| Invalid::new(format!("worlds[{index}].{}", invalid.field), invalid.problem))?;
+        }
+        let most = |words: fn(&W) -> u32| worlds.iter().map(words).max().unwrap_or(0);
         Ok(Self(Arc::new(PackedWorlds {
-            kernel: &oneiro_shaders::SWARM,
-            facts: swarms.iter().map(facts).collect(),
-            state_words: most(Swarm::state_words),
-            record_words: most(Swarm::line_words),
-            packed,
-        })))
-    }
-
-    /// Worlds in which each rollout is the life of one robot.
-    fn of_lives(kernel: &'static Kernel, facts: Vec<Facts>, packed: Packed) -> Self {
-        Self(Arc::new(PackedWorlds {
             kernel,
-            facts,
-            state_words: (kernel.stride("state") / size_of::<u32>()) as u32,
-            record_words: WORDS_OF_RECORD as u32,
-            packed,
-        }))
+            facts: worlds.iter().map(Facts::of).collect(),
+            state_words: most(W::state_words),
+            record_words: most(W::record_words),
+            packed: Packed::new(worlds),
+        })))
     }
 
     /// Checks and packs rollouts in these worlds: whole lives.
@@ -298,7 +267,11 @@ impl Batch {
     ///
     /// # Errors
     /// As [`Worlds::new`] and [`Worlds::batch`].
-    pub fn new(worlds: &[World], rollouts: &[Rollout<'_>], trace: Option<TraceRequest>) -> Result<Self, Invalid> {
+    pub fn new<W: WorldKind>(
+        worlds: &[W],
+        rollouts: &[Rollout<'_>],
+        trace: Option<TraceRequest>,
+    ) -> Result<Self, Invalid> {
         Worlds::new(worlds)?.batch(rollouts, trace)
     }
 
@@ -589,24 +562,6 @@ impl<'a> Part<'a> {
     }
 }
 
-/// The kernel of all worlds.
-fn one_kernel(worlds: &[World]) -> Result<&'static Kernel, Invalid> {
-    let Some(first) = worlds.first() else {
-        return Err(Invalid::new("worlds", "there is none; allowed: one and more"));
-    };
-    for (index, world) in worlds.iter().enumerate() {
-        if world.kernel().name != first.kernel().name {
-            let problem = format!(
-                "is of the kernel {}, the first world of {}; allowed: one kind of controller in a batch",
-                world.kernel().name,
-                first.kernel().name
-            );
-            return Err(Invalid::new(format!("worlds[{index}].controller"), problem));
-        }
-    }
-    Ok(first.kernel())
-}
-
 /// Which rollout goes where.
 struct Layout {
     groups: Vec<life::Group>,
@@ -706,136 +661,4 @@ fn check_genes(rollout: usize, genes: &[f32], count: usize) -> Result<(), Invali
     let bad = genes.iter().position(|gene| !within(gene)).unwrap_or_default();
     let problem = format!("is {}; allowed: -{GREATEST_GENE} to {GREATEST_GENE}", genes[bad]);
     Err(Invalid::new(format!("rollouts[{rollout}].genes[{bad}]"), problem))
-}
-
-/// The buffers that rollouts share: worlds with their places in them, objects, and each different table once.
-#[derive(Debug, Default)]
-struct Packed {
-    worlds: Vec<life::World>,
-    shapes: Vec<life::Shape>,
-    tables: Vec<[u32; 4]>,
-}
-
-impl Packed {
-    fn new(worlds: &[World]) -> Self {
-        let mut packed = Self::default();
-        let mut sensors = Seen::default();
-        let mut motors = Seen::default();
-        let mut surrogates = Seen::default();
-        for world in worlds {
-            let robot = &world.spec().robot;
-            let first_shape = packed.shapes.len() as u32;
-            for shape in world.shapes() {
-                let class = shape.table as usize;
-                let table = sensors.place(
-                    (Arc::as_ptr(&robot.sensors), class),
-                    || sensor_cells(&robot.sensors.classes[class]),
-                    &mut packed.tables,
-                );
-                packed.shapes.push(life::Shape { table, ..*shape });
-            }
-            let motor_table = motors.place(
-                (Arc::as_ptr(&robot.motors), 0),
-                || motor_cells(&robot.motors),
-                &mut packed.tables,
-            );
-            let numbers = world.spec().surrogate.as_ref().map_or(0, |surrogate| {
-                surrogates.place(
-                    (Arc::as_ptr(surrogate), robot.body_radius.to_bits() as usize),
-                    || surrogate.cells(robot.body_radius),
-                    &mut packed.tables,
-                )
-            });
-            packed.worlds.push(life::World {
-                first_shape,
-                motor_table,
-                numbers,
-                ..*world.packed()
-            });
-        }
-        if packed.shapes.is_empty() {
-            packed.shapes.push(life::Shape::default());
-        }
-        packed
-    }
-
-    /// Worlds without objects that are numbers only, each different set of numbers once. `of` checks a world and says
-    /// what the kernel reads of it.
-    fn of_numbers<T>(
-        worlds: &[T],
-        name: &str,
-        of: impl Fn(&T) -> Result<(life::World, Vec<[u32; 4]>), Invalid>,
-    ) -> Result<Self, Invalid> {
-        if worlds.is_empty() {
-            return Err(Invalid::new("worlds", "there is none; allowed: one and more"));
-        }
-        let mut packed = Self {
-            // A buffer is never empty.
-            shapes: vec![life::Shape::default()],
-            ..Self::default()
-        };
-        let mut places = BTreeMap::new();
-        for (index, world) in worlds.iter().enumerate() {
-            let (world, cells) = of(world)
-                .map_err(|invalid| Invalid::new(format!("{name}[{index}].{}", invalid.field), invalid.problem))?;
-            let numbers = *places.entry(cells).or_insert_with_key(|cells| {
-                let first = packed.tables.len() as u32;
-                packed.tables.extend(cells);
-                first
-            });
-            packed.worlds.push(life::World { numbers, ..world });
-        }
-        Ok(packed)
-    }
-}
-
-/// Where tables were put: by identity, which is quick, and by content.
-struct Seen<T> {
-    identities: HashMap<(*const T, usize), u32>,
-    contents: BTreeMap<Vec<[u32; 4]>, u32>,
-}
-
-impl<T> Default for Seen<T> {
-    fn default() -> Self {
-        Self {
-            identities: HashMap::new(),
-            contents: BTreeMap::new(),
-        }
-    }
-}
-
-impl<T> Seen<T> {
-    /// The first cell of a table, which is added if no equal one is there.
-    fn place(
-        &mut self,
-        identity: (*const T, usize),
-        cells: impl Fn() -> Vec<[u32; 4]>,
-        tables: &mut Vec<[u32; 4]>,
-    ) -> u32 {
-        *self.identities.entry(identity).or_insert_with(|| {
-            *self.contents.entry(cells()).or_insert_with_key(|cells| {
-                let first = tables.len() as u32;
-                tables.extend(cells);
-                first
-            })
-        })
-    }
-}
-
-/// A cell's eight readings in four words, the even sensors in the low halves.
-fn sensor_cells(table: &SensorTable) -> Vec<[u32; 4]> {
-    let pack = |readings: &[u16; 8]| {
-        std::array::from_fn(|pair| u32::from(readings[2 * pair]) | u32::from(readings[2 * pair + 1]) << 16)
-    };
-    table.readings.iter().map(pack).collect()
-}
-
-fn motor_cells(table: &MotorTable) -> Vec<[u32; 4]> {
-    // Zero has one sign.
-    let word = |x: f32| if x == 0.0 { 0 } else { x.to_bits() };
-    table
-        .cells
-        .iter()
-        .map(|cell| [cell.displacement, cell.turn, cell.left, cell.right].map(word))
-        .collect()
 }

@@ -6,8 +6,9 @@
 //! genes, `G0` for when it carries food and `G1` for when it does not: from 0 to 0.99, below 0.33 it flees the light,
 //! from 0.66 on it seeks it, and between it searches at random (Table 1). Obstacle avoidance goes before either.
 
-use oneiro_shaders::life;
+use oneiro_shaders::{Kernel, life};
 
+use crate::batch::{Buffers, WorldKind};
 use crate::exact::cosine;
 use crate::world::Invalid;
 use crate::world::check::{integer, number};
@@ -19,6 +20,9 @@ pub const GENES: usize = 2;
 const CYCLE: f64 = 0.1;
 /// The kernel has room for so many.
 pub(crate) const GREATEST_ITEMS: u32 = 8;
+
+/// Turns of the loops of a random start and of the first food.
+pub(crate) const BEGIN_LOOPS: u32 = 65 + 9 * 66;
 
 /// What an e-puck's proximity sensor reads at a distance, of 4095, and the standard deviation of its noise as a share
 /// of that (the table of Webots' e-puck, which was calibrated on a robot): mm, reading, share.
@@ -128,7 +132,7 @@ impl Foraging {
     /// use oneiro::foraging::{Foraging, Light};
     /// use oneiro::random::Key;
     ///
-    /// let worlds = Worlds::of_foragers(&[Foraging::odowd2014(Light::OverNest)])?;
+    /// let worlds = Worlds::new(&[Foraging::odowd2014(Light::OverNest)])?;
     /// // To the light with food, away from it without.
     /// let genes = [0.99, 0.0];
     /// let life = |i| Rollout { world: 0, genes: &genes, key: Key::rollout(1, 0, i, 0) };
@@ -164,49 +168,6 @@ impl Foraging {
         }
     }
 
-    /// Checks every number.
-    pub(crate) fn check(&self) -> Result<(), Invalid> {
-        number("arena_radius", self.arena_radius, 100.0..=10_000.0)?;
-        number("nest_radius", self.nest_radius, 10.0..=self.arena_radius)?;
-        integer("food_items", self.food_items, 0..=GREATEST_ITEMS)?;
-        number("food_radius", self.food_radius, 1.0..=self.arena_radius)?;
-        number("lamp_behind_wall", self.lamp_behind_wall, 10.0..=10_000.0)?;
-        number("light_decay", self.light_decay, 0.001..=1000.0)?;
-        number("ambient", self.ambient, 0.0..=1.0)?;
-        number("light_noise", self.light_noise, 0.0..=1.0)?;
-        number("body_radius", self.body_radius, 1.0..=0.5 * self.arena_radius)?;
-        number("wheel_base", self.wheel_base, 1.0..=2.0 * self.body_radius)?;
-        number("greatest_speed", self.greatest_speed, 1.0..=1000.0)?;
-        number("wheel_noise", self.wheel_noise, 0.0..=0.5)?;
-        number("cruise", self.cruise, 0.0..=self.greatest_speed)?;
-        number("turn", self.turn, 0.01..=30.0)?;
-        number("phototaxis_gain", self.phototaxis_gain, 0.0..=10.0)?;
-        number("phototaxis_turn", self.phototaxis_turn, 0.0..=30.0)?;
-        number("near", self.near, 0.0..=SIGHT as f32)?;
-        number("escape", self.escape, 0.0..=1000.0)?;
-        number("search_interval", self.search_interval, 0.0..=1000.0)?;
-        integer("cycles", self.cycles, 1..=1_000_000)?;
-        let Some([x, y, heading]) = self.start else {
-            return Ok(());
-        };
-        number("start.heading", heading, 0.0..=1.0)?;
-        let room = self.arena_radius - self.body_radius;
-        // NaN is nowhere.
-        if x * x + y * y < room * room && heading < 1.0 {
-            return Ok(());
-        }
-        let problem = format!(
-            "is ({x}, {y}) mm, heading {heading} turns; allowed: within {room} mm of the origin, turns from 0 to less than 1"
-        );
-        Err(Invalid::new("start", problem))
-    }
-
-    /// The most iterations of all loops in a cycle: where food appears anew, and the sensors' two halves; the last look
-    /// at a loop's condition counts.
-    pub(crate) const LOOPS: u32 = 65 + 3;
-    /// Those of a random start and of the first food.
-    pub(crate) const BEGIN_LOOPS: u32 = 65 + 9 * 66;
-
     /// As the kernel reads it, but for the place of its numbers.
     pub(crate) fn world(&self) -> life::World {
         let radius = self.arena_radius;
@@ -223,11 +184,6 @@ impl Foraging {
             start_heading,
             ..life::World::default()
         }
-    }
-
-    /// What the kernel reads of it, four numbers a cell; the order is that of `lib/forager.wgsl`.
-    pub(crate) fn cells(&self) -> Vec<[u32; 4]> {
-        self.cells_with(1.0, f64::from(self.cycles) * CYCLE)
     }
 
     /// The cells of one of several robots, whose food earns what is left of so many seconds.
@@ -276,6 +232,69 @@ impl Foraging {
             cells.push([here, noise, next, next_noise]);
         }
         cells.into_iter().map(|cell| cell.map(word)).collect()
+    }
+}
+
+impl WorldKind for Foraging {
+    fn check(&self) -> Result<(), Invalid> {
+        number("arena_radius", self.arena_radius, 100.0..=10_000.0)?;
+        number("nest_radius", self.nest_radius, 10.0..=self.arena_radius)?;
+        integer("food_items", self.food_items, 0..=GREATEST_ITEMS)?;
+        number("food_radius", self.food_radius, 1.0..=self.arena_radius)?;
+        number("lamp_behind_wall", self.lamp_behind_wall, 10.0..=10_000.0)?;
+        number("light_decay", self.light_decay, 0.001..=1000.0)?;
+        number("ambient", self.ambient, 0.0..=1.0)?;
+        number("light_noise", self.light_noise, 0.0..=1.0)?;
+        number("body_radius", self.body_radius, 1.0..=0.5 * self.arena_radius)?;
+        number("wheel_base", self.wheel_base, 1.0..=2.0 * self.body_radius)?;
+        number("greatest_speed", self.greatest_speed, 1.0..=1000.0)?;
+        number("wheel_noise", self.wheel_noise, 0.0..=0.5)?;
+        number("cruise", self.cruise, 0.0..=self.greatest_speed)?;
+        number("turn", self.turn, 0.01..=30.0)?;
+        number("phototaxis_gain", self.phototaxis_gain, 0.0..=10.0)?;
+        number("phototaxis_turn", self.phototaxis_turn, 0.0..=30.0)?;
+        number("near", self.near, 0.0..=SIGHT as f32)?;
+        number("escape", self.escape, 0.0..=1000.0)?;
+        number("search_interval", self.search_interval, 0.0..=1000.0)?;
+        integer("cycles", self.cycles, 1..=1_000_000)?;
+        let Some([x, y, heading]) = self.start else {
+            return Ok(());
+        };
+        number("start.heading", heading, 0.0..=1.0)?;
+        let room = self.arena_radius - self.body_radius;
+        // NaN is nowhere.
+        if x * x + y * y < room * room && heading < 1.0 {
+            return Ok(());
+        }
+        let problem = format!(
+            "is ({x}, {y}) mm, heading {heading} turns; allowed: within {room} mm of the origin, turns from 0 to less than 1"
+        );
+        Err(Invalid::new("start", problem))
+    }
+
+    fn kernel(&self) -> &'static Kernel {
+        &oneiro_shaders::FORAGER
+    }
+
+    fn genes(&self) -> usize {
+        GENES
+    }
+
+    fn pack(&self, buffers: &mut Buffers) -> life::World {
+        let numbers = buffers.add_table(self.cells_with(1.0, f64::from(self.cycles) * CYCLE));
+        life::World {
+            numbers,
+            ..self.world()
+        }
+    }
+
+    /// Where food appears anew, and the sensors' two halves.
+    fn loops(&self) -> u32 {
+        65 + 3
+    }
+
+    fn begin_loops(&self) -> u32 {
+        BEGIN_LOOPS
     }
 }
 

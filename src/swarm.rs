@@ -9,7 +9,9 @@
 //! Worlds live on from stretch to stretch, and robots get new controllers on the way: [`Arena`] is what whoever runs
 //! robots sees of them, [`Simulated`] its implementation by an evaluator.
 
-use crate::batch::{Batch, Outcome, Rollout, TraceRequest, Worlds};
+use oneiro_shaders::{Kernel, life};
+
+use crate::batch::{Batch, Buffers, Outcome, Rollout, TraceRequest, WorldKind, Worlds};
 use crate::evaluator::{Control, Error, Evaluator};
 use crate::foraging::{self, Foraging, Light};
 use crate::random::Key;
@@ -131,32 +133,8 @@ impl Swarm {
         }
     }
 
-    /// Checks every number.
-    pub(crate) fn check(&self) -> Result<(), Invalid> {
-        integer("robots", self.robots, 1..=GREATEST_ROBOTS)?;
-        self.forager.check()?;
-        if self.forager.start.is_some() {
-            return Err(Invalid::new(
-                "start",
-                "is given; allowed: none, robots of a swarm start anywhere",
-            ));
-        }
-        integer("interval", self.interval, 1..=1_000_000)?;
-        number("range", self.range, 0.0..=10_000.0)?;
-        number("heard", self.heard, 0.0..=1.0)?;
-        let own = &self.differences;
-        number("differences.wheels", own.wheels, 0.0..=0.2)?;
-        number("differences.proximity", own.proximity, 0.0..=0.2)?;
-        number("differences.light", own.light, 0.0..=0.2)?;
-        number("differences.slip", own.slip, 0.0..=1.0)?;
-        number("differences.beam", own.beam, 0.0..=1.0)?;
-        number("differences.reflection", own.reflection, 0.0..=1.0)?;
-        number("differences.shadows", own.shadows, 0.0..=1.0)?;
-        number("differences.tracking_loss", own.tracking_loss, 0.0..=1.0)
-    }
-
     /// What the kernel reads of it, four numbers a cell; the order is that of `lib/forager.wgsl` and `lib/swarm.wgsl`.
-    pub(crate) fn cells(&self) -> Vec<[u32; 4]> {
+    fn cells(&self) -> Vec<[u32; 4]> {
         let Self { differences: own, .. } = self;
         // The lamp's side is a world's input; the cells have where it is if opposite.
         let forager = Foraging {
@@ -184,40 +162,8 @@ impl Swarm {
         cells
     }
 
-    pub(crate) fn genes(&self) -> usize {
-        LAMP_INPUTS + ORDER_INPUTS * self.robots as usize
-    }
-
-    pub(crate) fn state_words(&self) -> u32 {
-        WORLD_WORDS + ROBOT_WORDS * self.robots
-    }
-
-    pub(crate) fn line_words(&self) -> u32 {
-        self.robots * self.robot_line_words() + FOOD_WORDS
-    }
-
     fn robot_line_words(&self) -> u32 {
         LINE_WORDS + self.robots.div_ceil(32)
-    }
-
-    /// The most iterations of all loops in a cycle; the last look at a loop's condition counts.
-    pub(crate) fn loops(&self) -> u32 {
-        let robots = self.robots;
-        let each = robots + 1;
-        // Whom it senses, the light's two halves, how often it is pushed by whom.
-        let moving = robots * (each + 3) + 4 * (1 + each + robots * each) + 1;
-        // A tenth of the robots listen to all, past all.
-        let listening = robots.div_ceil(SECOND) * (each + robots * each);
-        // Food appears anew, and what is done once for each robot or item.
-        let food = foraging::GREATEST_ITEMS * 65 + 9;
-        let line = each * (robots.div_ceil(32) + 2) + 9;
-        moving + listening + food + line + 5 * each
-    }
-
-    /// Those with which a world begins: each robot's words and draws, whom it is held against, and the first food.
-    pub(crate) fn begin_loops(&self) -> u32 {
-        let robots = self.robots;
-        robots * (ROBOT_WORDS + 65 + robots + 3) + LOOKS + Foraging::BEGIN_LOOPS
     }
 
     /// What the kernel takes as the genes of a world's rollout.
@@ -265,6 +211,78 @@ impl Swarm {
                 }
             })
             .collect()
+    }
+}
+
+impl WorldKind for Swarm {
+    fn check(&self) -> Result<(), Invalid> {
+        integer("robots", self.robots, 1..=GREATEST_ROBOTS)?;
+        self.forager.check()?;
+        if self.forager.start.is_some() {
+            return Err(Invalid::new(
+                "start",
+                "is given; allowed: none, robots of a swarm start anywhere",
+            ));
+        }
+        integer("interval", self.interval, 1..=1_000_000)?;
+        number("range", self.range, 0.0..=10_000.0)?;
+        number("heard", self.heard, 0.0..=1.0)?;
+        let own = &self.differences;
+        number("differences.wheels", own.wheels, 0.0..=0.2)?;
+        number("differences.proximity", own.proximity, 0.0..=0.2)?;
+        number("differences.light", own.light, 0.0..=0.2)?;
+        number("differences.slip", own.slip, 0.0..=1.0)?;
+        number("differences.beam", own.beam, 0.0..=1.0)?;
+        number("differences.reflection", own.reflection, 0.0..=1.0)?;
+        number("differences.shadows", own.shadows, 0.0..=1.0)?;
+        number("differences.tracking_loss", own.tracking_loss, 0.0..=1.0)
+    }
+
+    fn kernel(&self) -> &'static Kernel {
+        &oneiro_shaders::SWARM
+    }
+
+    fn genes(&self) -> usize {
+        LAMP_INPUTS + ORDER_INPUTS * self.robots as usize
+    }
+
+    fn robots(&self) -> u32 {
+        self.robots
+    }
+
+    fn pack(&self, buffers: &mut Buffers) -> life::World {
+        let numbers = buffers.add_table(self.cells());
+        life::World {
+            numbers,
+            ..self.forager.world()
+        }
+    }
+
+    fn state_words(&self) -> u32 {
+        WORLD_WORDS + ROBOT_WORDS * self.robots
+    }
+
+    fn record_words(&self) -> u32 {
+        self.robots * self.robot_line_words() + FOOD_WORDS
+    }
+
+    fn loops(&self) -> u32 {
+        let robots = self.robots;
+        let each = robots + 1;
+        // Whom it senses, the light's two halves, how often it is pushed by whom.
+        let moving = robots * (each + 3) + 4 * (1 + each + robots * each) + 1;
+        // A tenth of the robots listen to all, past all.
+        let listening = robots.div_ceil(SECOND) * (each + robots * each);
+        // Food appears anew, and what is done once for each robot or item.
+        let food = foraging::GREATEST_ITEMS * 65 + 9;
+        let line = each * (robots.div_ceil(32) + 2) + 9;
+        moving + listening + food + line + 5 * each
+    }
+
+    /// Those with which a world begins: each robot's words and draws, whom it is held against, and the first food.
+    fn begin_loops(&self) -> u32 {
+        let robots = self.robots;
+        robots * (ROBOT_WORDS + 65 + robots + 3) + LOOKS + foraging::BEGIN_LOOPS
     }
 }
 
@@ -450,7 +468,7 @@ impl<'a> Simulated<'a> {
     ) -> Result<Self, Invalid> {
         Ok(Self {
             evaluate: Box::new(evaluate),
-            worlds: Worlds::of_swarms(swarms)?,
+            worlds: Worlds::new(swarms)?,
             swarms: swarms.to_vec(),
             lives: lives.to_vec(),
             now: 0,

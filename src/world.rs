@@ -9,6 +9,7 @@ use std::sync::Arc;
 use oneiro_shaders::{Kernel, life};
 
 use crate::arena::Arena;
+use crate::batch::{Buffers, WorldKind};
 use crate::surrogate::Surrogate;
 use crate::tables::{MotorStates, MotorTable, SensorTables};
 
@@ -291,10 +292,29 @@ impl World {
             (Controller::Recurrent, Some(_)) => &oneiro_shaders::SURROGATE_RECURRENT,
         }
     }
+}
 
-    /// The most iterations of all loops of a cycle together; the last look at a loop's condition counts.
-    pub(crate) fn loops(&self) -> u32 {
-        let world = self.packed();
+impl WorldKind for World {
+    /// A world was checked when it was made.
+    fn check(&self) -> Result<(), Invalid> {
+        Ok(())
+    }
+
+    fn kernel(&self) -> &'static Kernel {
+        self.kernel()
+    }
+
+    fn genes(&self) -> usize {
+        self.genes()
+    }
+
+    fn pack(&self, buffers: &mut Buffers) -> life::World {
+        let Checked { spec, packed } = &*self.0;
+        packed.in_buffers(spec, buffers)
+    }
+
+    fn loops(&self) -> u32 {
+        let world = &self.0.packed.world;
         let shapes = world.shapes + 1;
         let units = world.hidden + 1;
         if self.spec().surrogate.is_none() {
@@ -312,17 +332,7 @@ impl World {
     }
 
     /// Those of a random start.
-    pub(crate) fn begin_loops(&self) -> u32 {
-        65 + 64 * (self.packed().shapes + 1)
-    }
-
-    /// As the kernels read it; `first_shape` and `motor_table` are still 0.
-    pub(crate) fn packed(&self) -> &life::World {
-        &self.0.packed.world
-    }
-
-    /// Its objects; `table` is the index of a class of its sensor tables.
-    pub(crate) fn shapes(&self) -> &[life::Shape] {
-        &self.0.packed.shapes
+    fn begin_loops(&self) -> u32 {
+        65 + 64 * (self.0.packed.world.shapes + 1)
     }
 }

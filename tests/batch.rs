@@ -212,7 +212,7 @@ fn bad_rollouts_are_refused_by_index() {
     let none = Batch::new(&worlds, &[], None).unwrap_err().to_string();
     assert!(none.starts_with("rollouts: there are 0; allowed: 1 to"), "{none}");
     assert!(
-        Batch::new(&[], &[], None)
+        Batch::new::<World>(&[], &[], None)
             .unwrap_err()
             .to_string()
             .starts_with("worlds: there is none")
@@ -223,8 +223,8 @@ fn bad_rollouts_are_refused_by_index() {
 fn kinds_of_controllers_do_not_mix() {
     let worlds = [world(|_| ()), world(|spec| spec.controller = Controller::Recurrent)];
     let invalid = Batch::new(&worlds, &[], None).unwrap_err();
-    assert_eq!(invalid.field, "worlds[1].controller");
-    assert!(invalid.problem.contains("allowed: one kind of controller"), "{invalid}");
+    assert_eq!(invalid.field, "worlds[1].kernel");
+    assert!(invalid.problem.contains("allowed: one kernel in a batch"), "{invalid}");
 }
 
 #[test]

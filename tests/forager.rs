@@ -25,7 +25,7 @@ fn batch(foragers: &[Foraging], genomes: &[[f32; 2]], every: u32) -> Batch {
         })
         .collect();
     let trace = (every > 0).then_some(TraceRequest { every });
-    Worlds::of_foragers(foragers).unwrap().batch(&rollouts, trace).unwrap()
+    Worlds::new(foragers).unwrap().batch(&rollouts, trace).unwrap()
 }
 
 fn evaluated(evaluator: &mut dyn Evaluator, batch: &Batch) -> Outcome {
@@ -308,12 +308,12 @@ fn what_is_not_allowed_is_refused_by_name() {
             },
         ),
     ] {
-        let invalid = Worlds::of_foragers(&[good, wrong]).unwrap_err();
-        assert_eq!(invalid.field, format!("foragers[1].{field}"));
+        let invalid = Worlds::new(&[good, wrong]).unwrap_err();
+        assert_eq!(invalid.field, format!("worlds[1].{field}"));
         assert!(invalid.problem.contains("; allowed"), "{invalid}");
     }
-    assert!(Worlds::of_foragers(&[]).is_err());
-    let worlds = Worlds::of_foragers(&[good]).unwrap();
+    assert!(Worlds::new::<Foraging>(&[]).is_err());
+    let worlds = Worlds::new(&[good]).unwrap();
     let rollout = Rollout {
         world: 0,
         genes: &[0.5; 3],

@@ -63,7 +63,7 @@ fn foragers() -> Batch {
         cycles: 300,
         ..Foraging::odowd2014(light)
     });
-    batch(&Worlds::of_foragers(&foragers).expect("valid worlds"), |word| {
+    batch(&Worlds::new(&foragers).expect("valid worlds"), |word| {
         f32::from(word) / 65_536.0
     })
 }
@@ -99,7 +99,7 @@ fn swarms() -> Batch {
             key: Key::rollout(3, 0, index as u64, 0),
         })
         .collect();
-    Worlds::of_swarms(&[swarm])
+    Worlds::new(&[swarm])
         .and_then(|worlds| worlds.batch(&rollouts, Some(TraceRequest { every: 1 })))
         .expect("a valid batch")
 }

@@ -707,7 +707,7 @@ fn one_robot_alone_forages_as_on_board() {
             let brought = |lines: &Vec<Line>| lines.iter().map(|line| line.robots[0].brought).sum::<u32>();
             shared.extend(lines.iter().map(brought).map(f64::from));
         }
-        let worlds = Worlds::of_foragers(&[Foraging::odowd2014(light)]).unwrap();
+        let worlds = Worlds::new(&[Foraging::odowd2014(light)]).unwrap();
         let mut alone: Vec<f64> = Vec::new();
         for part in 0..LIVES / AT_ONCE {
             let rollouts: Vec<_> = (0..AT_ONCE)
@@ -812,13 +812,13 @@ fn what_is_not_allowed_is_refused_by_name() {
             with(|swarm| swarm.differences.tracking_loss = -1.0),
         ),
     ] {
-        let invalid = Worlds::of_swarms(&[good, wrong]).unwrap_err();
-        assert_eq!(invalid.field, format!("swarms[1].{field}"));
+        let invalid = Worlds::new(&[good, wrong]).unwrap_err();
+        assert_eq!(invalid.field, format!("worlds[1].{field}"));
         assert!(invalid.problem.contains("; allowed"), "{invalid}");
     }
-    assert!(Worlds::of_swarms(&[]).is_err());
+    assert!(Worlds::new::<Swarm>(&[]).is_err());
     // The most that are allowed.
-    assert!(Worlds::of_swarms(&[with(|swarm| swarm.robots = 128)]).is_ok());
+    assert!(Worlds::new(&[with(|swarm| swarm.robots = 128)]).is_ok());
 }
 
 /// Food never appears just where other food already lies.

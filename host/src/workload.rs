@@ -286,7 +286,7 @@ mod tests {
 
     #[test]
     fn foragers_are_allowed() {
-        let foragers = Worlds::of_foragers(&foragers()).unwrap();
+        let foragers = Worlds::new(&foragers()).unwrap();
         assert_eq!(foragers.genes(), [2; 6]);
         assert!(batch(&foragers, 100, 1, None).is_ok());
     }

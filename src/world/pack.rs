@@ -9,7 +9,9 @@ use oneiro_shaders::life;
 use super::check::Invalid;
 use super::{Activation, Controller, Difference, Speed, Start, Task, WorldSpec};
 use crate::arena::Field;
+use crate::batch::Buffers;
 use crate::surrogate::{self, Object};
+use crate::tables::{MotorTable, SensorTable};
 
 /// Flags of `life::World::task_choices`; the names are those of the kernel's task.
 const SIGNED_SPEED: u32 = 1;
@@ -25,7 +27,8 @@ const BLOCK: u32 = 2;
 /// Points a side of the grid on which free space is looked for.
 const GRID: usize = 64;
 
-/// A world whose places in a batch's buffers are not known yet.
+/// A world whose places in a batch's buffers are not known yet: they are 0, and an object's table is the index of its
+/// class.
 #[derive(Debug)]
 pub(super) struct Packed {
     pub(super) world: life::World,
@@ -54,6 +57,45 @@ impl Packed {
             free_share: free.share,
         })
     }
+
+    /// The world with the places of its objects and tables in a batch's buffers.
+    pub(super) fn in_buffers(&self, spec: &WorldSpec, buffers: &mut Buffers) -> life::World {
+        let robot = &spec.robot;
+        let mut shapes = self.shapes.clone();
+        for shape in &mut shapes {
+            let class = shape.table as usize;
+            shape.table =
+                buffers.add_shared_table(&robot.sensors, class, || sensor_cells(&robot.sensors.classes[class]));
+        }
+        let first_shape = buffers.add_shapes(shapes);
+        let motor_table = buffers.add_shared_table(&robot.motors, 0, || motor_cells(&robot.motors));
+        let numbers = spec.surrogate.as_ref().map_or(0, |surrogate| {
+            let radius = robot.body_radius;
+            buffers.add_shared_table(surrogate, radius.to_bits() as usize, || surrogate.cells(radius))
+        });
+        life::World {
+            first_shape,
+            motor_table,
+            numbers,
+            ..self.world
+        }
+    }
+}
+
+/// A cell's eight readings in four words, the even sensors in the low halves.
+fn sensor_cells(table: &SensorTable) -> Vec<[u32; 4]> {
+    let pack = |readings: &[u16; 8]| {
+        std::array::from_fn(|pair| u32::from(readings[2 * pair]) | u32::from(readings[2 * pair + 1]) << 16)
+    };
+    table.readings.iter().map(pack).collect()
+}
+
+fn motor_cells(table: &MotorTable) -> Vec<[u32; 4]> {
+    table
+        .cells
+        .iter()
+        .map(|cell| [cell.displacement, cell.turn, cell.left, cell.right].map(|number| zero(number).to_bits()))
+        .collect()
 }
 
 /// The pose that a life takes whose every draw of a random one touches something.

@@ -293,8 +293,8 @@ impl Lives {
             ..*forager
         };
         Ok(Self {
-            worlds: Worlds::of_foragers(&foragers)?,
-            altered: Worlds::of_foragers(&foragers.iter().map(altered).collect::<Vec<_>>())?,
+            worlds: Worlds::new(&foragers)?,
+            altered: Worlds::new(&foragers.iter().map(altered).collect::<Vec<_>>())?,
             batch: workload::batch,
         })
     }
@@ -309,8 +309,8 @@ impl Lives {
             ..*swarm
         };
         Ok(Self {
-            worlds: Worlds::of_swarms(&swarms)?,
-            altered: Worlds::of_swarms(&swarms.iter().map(altered).collect::<Vec<_>>())?,
+            worlds: Worlds::new(&swarms)?,
+            altered: Worlds::new(&swarms.iter().map(altered).collect::<Vec<_>>())?,
             batch: workload::swarm_batch,
         })
     }

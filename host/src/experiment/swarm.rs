@@ -173,13 +173,13 @@ fn check(file: &File) -> Checked {
         );
     }
     // The rest is for the worlds to say, by names of their own.
-    match Worlds::of_swarms(&[own.swarm()]) {
+    match Worlds::new(&[own.swarm()]) {
         Ok(_) => Ok(()),
         Err(problem) => invalid(&key(&problem.field), problem.problem),
     }
 }
 
-/// The key of a world's value, such as `swarm.arena.radius_mm` of `swarms[0].arena_radius`.
+/// The key of a world's value, such as `swarm.arena.radius_mm` of `worlds[0].arena_radius`.
 fn key(field: &str) -> String {
     const KEYS: [(&str, &str); 24] = [
         ("arena_radius", "arena.radius_mm"),

@@ -163,7 +163,7 @@ impl Simulators {
             })
             .collect();
         Ok(Self {
-            worlds: Worlds::of_foragers(&known)?,
+            worlds: Worlds::new(&known)?,
             first,
         })
     }

@@ -30,7 +30,7 @@ pub(crate) struct Estimate {
 pub(crate) fn estimates(sweep: &Sweep, steps: u64) -> Result<Vec<Estimate>> {
     let worlds = match sweep.cell(0)? {
         Cell::Khepera(experiment) => Worlds::new(std::slice::from_ref(experiment.world()))?,
-        Cell::Swarm(experiment) => Worlds::of_foragers(&[experiment.settings().simulator(Light::OverNest)])?,
+        Cell::Swarm(experiment) => Worlds::new(&[experiment.settings().simulator(Light::OverNest)])?,
     };
     let mut names = vec!["cpu".to_owned()];
     names.extend((0..device::adapters_here()).map(|index| format!("gpu:{index}")));

@@ -183,7 +183,7 @@ fn kept<T: Serialize + DeserializeOwned>(path: &Path, make: impl FnOnce() -> Res
 /// How long ten simulated lives take one core by the scalar code.
 fn generation_seconds(simulator: &Foraging) -> Result<f64> {
     const LIVES: u64 = 10;
-    let worlds = Worlds::of_foragers(&[*simulator])?;
+    let worlds = Worlds::new(&[*simulator])?;
     let life = |individual| Rollout {
         world: 0,
         genes: &[0.99, 0.0],

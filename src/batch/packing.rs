@@ -1,0 +1,159 @@
+//! What a batch needs to know of a world, whatever kind it is of, and the buffers that worlds are packed into.
+
+use std::collections::{BTreeMap, HashMap};
+use std::sync::Arc;
+
+use oneiro_shaders::{Kernel, life};
+
+use crate::world::Invalid;
+
+/// A kind of world: [`World`](crate::world::World), [`Foraging`](crate::foraging::Foraging),
+/// [`Swarm`](crate::swarm::Swarm), or any other that a kernel simulates.
+///
+/// Batches know worlds by this trait alone. To add a kind of world, write its kernel and implement this; nothing else
+/// in this module changes.
+pub trait WorldKind {
+    /// Checks every value.
+    ///
+    /// # Errors
+    /// The first value that is not allowed.
+    fn check(&self) -> Result<(), Invalid>;
+
+    /// The kernel that simulates it.
+    fn kernel(&self) -> &'static Kernel;
+
+    /// Genes of a rollout in it.
+    fn genes(&self) -> usize;
+
+    /// Robots of a rollout in it.
+    fn robots(&self) -> u32 {
+        1
+    }
+
+    /// Gives the world as the kernel reads it. Its objects and tables go into the buffers of its batch; where they are
+    /// there is part of the world.
+    fn pack(&self, buffers: &mut Buffers) -> life::World;
+
+    /// Words that a slot keeps from one dispatch to the next. Kernels that declare their state as a struct say it
+    /// themselves.
+    fn state_words(&self) -> u32 {
+        words(self.kernel(), "state")
+    }
+
+    /// Words of a record of a trace. Kernels that declare their records as a struct say it themselves.
+    fn record_words(&self) -> u32 {
+        words(self.kernel(), "trace")
+    }
+
+    /// The most turns of all loops of a cycle together; the last look at a loop's condition counts.
+    fn loops(&self) -> u32;
+
+    /// Those with which a life begins.
+    fn begin_loops(&self) -> u32;
+}
+
+/// Words of an element of a kernel's buffer.
+fn words(kernel: &Kernel, buffer: &str) -> u32 {
+    (kernel.stride(buffer) / size_of::<u32>()) as u32
+}
+
+impl<W: WorldKind + ?Sized> WorldKind for &W {
+    fn check(&self) -> Result<(), Invalid> {
+        (**self).check()
+    }
+
+    fn kernel(&self) -> &'static Kernel {
+        (**self).kernel()
+    }
+
+    fn genes(&self) -> usize {
+        (**self).genes()
+    }
+
+    fn robots(&self) -> u32 {
+        (**self).robots()
+    }
+
+    fn pack(&self, buffers: &mut Buffers) -> life::World {
+        (**self).pack(buffers)
+    }
+
+    fn state_words(&self) -> u32 {
+        (**self).state_words()
+    }
+
+    fn record_words(&self) -> u32 {
+        (**self).record_words()
+    }
+
+    fn loops(&self) -> u32 {
+        (**self).loops()
+    }
+
+    fn begin_loops(&self) -> u32 {
+        (**self).begin_loops()
+    }
+}
+
+/// What the rollouts of a batch share, as the kernels read it.
+#[derive(Debug, Default)]
+pub(super) struct Packed {
+    pub(super) worlds: Vec<life::World>,
+    pub(super) shapes: Vec<life::Shape>,
+    pub(super) tables: Vec<[u32; 4]>,
+}
+
+impl Packed {
+    pub(super) fn new(worlds: &[impl WorldKind]) -> Self {
+        let mut buffers = Buffers::default();
+        for world in worlds {
+            let packed = world.pack(&mut buffers);
+            buffers.packed.worlds.push(packed);
+        }
+        let mut packed = buffers.packed;
+        // No buffer is empty.
+        if packed.shapes.is_empty() {
+            packed.shapes.push(life::Shape::default());
+        }
+        packed
+    }
+}
+
+/// The buffers that worlds are packed into: objects, and each different table once.
+#[derive(Debug, Default)]
+pub struct Buffers {
+    packed: Packed,
+    /// Where tables were put: by owner, which is quick, and by content.
+    owners: HashMap<(*const (), usize), u32>,
+    contents: BTreeMap<Vec<[u32; 4]>, u32>,
+}
+
+impl Buffers {
+    /// Adds objects and returns the index of the first.
+    pub fn add_shapes(&mut self, shapes: impl IntoIterator<Item = life::Shape>) -> u32 {
+        let first = self.packed.shapes.len() as u32;
+        self.packed.shapes.extend(shapes);
+        first
+    }
+
+    /// Adds a table, unless an equal one is there, and returns its first cell.
+    pub fn add_table(&mut self, cells: Vec<[u32; 4]>) -> u32 {
+        *self.contents.entry(cells).or_insert_with_key(|cells| {
+            let first = self.packed.tables.len() as u32;
+            self.packed.tables.extend(cells);
+            first
+        })
+    }
+
+    /// Adds the table of this number that belongs to a value which worlds share; its cells are made once. The value
+    /// must outlive the packing.
+    pub fn add_shared_table<T>(&mut self, owner: &Arc<T>, number: usize, cells: impl FnOnce() -> Vec<[u32; 4]>) -> u32 {
+        let owner = (Arc::as_ptr(owner).cast(), number);
+        if let Some(first) = self.owners.get(&owner) {
+            return *first;
+        }
+        let first = self.add_table(cells());
+        self.owners.insert(owner, first);
+        first
+    }
+}
