@@ -1,8 +1,8 @@
-//! How fast the lane code is, as ratios to the witness written by hand: `cargo bench --bench witness`.
+//! The speed of the lane code as ratios to a program written by hand (the witness): `cargo bench --bench witness`.
 //!
-//! The machine may be shared and its speed may drift, so the subjects take turns and medians are compared. It
-//! fails if the order of things has turned: one function that is no longer inlined loses its instruction set and
-//! most of its speed, and nothing else would say so.
+//! The machine may be shared and its speed may drift. So the subjects take turns, and medians are compared. It fails if
+//! AVX-512 is too slow: a single function that is no longer inlined loses its instruction set and most of its speed, and
+//! no other test notices.
 
 use std::process::ExitCode;
 use std::time::Instant;
@@ -21,8 +21,8 @@ const ROLLOUTS: usize = 10_000;
 const WITNESSED: usize = 400;
 /// Turns of each subject.
 const TURNS: usize = 7;
-/// What AVX-512 must reach on one thread, in turns of the witness; half of what was asked, since this is a guard
-/// and not the measurement.
+/// The least ratio of AVX-512 to the witness on one thread: half of the target in docs/measurements.md, since this is a
+/// guard, not the measurement.
 const CLIFF: f64 = 2.5;
 
 fn main() -> ExitCode {

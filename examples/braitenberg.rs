@@ -1,5 +1,5 @@
-//! Holds evolved champions against a Braitenberg vehicle made by hand: do they drive better, without pushing
-//! walls, and do they get about?
+//! Compares evolved champions with a Braitenberg vehicle made by hand: do they drive better, without pushing walls, and do
+//! they explore?
 //!
 //! ```sh
 //! cargo run --release -- run experiments/khepera-avoidance.toml --seeds 1..20 --out runs/twenty
@@ -49,7 +49,7 @@ fn vehicles() -> Vec<Vec<f32>> {
     all
 }
 
-/// What a genome's lives from the same starts are like, on average.
+/// Averages over a genome's lives from the same starts.
 struct Lives {
     fitness: f32,
     /// Share of cycles that end in a collision.

@@ -26,7 +26,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
             }
         }
 
-        // Each lives five times, from starts that all share.
+        // Each lives five times. All share the same starts.
         let mut rollouts = Vec::new();
         for genes in &genomes {
             for trial in 0..TRIALS {
@@ -40,7 +40,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         let batch = Batch::new(std::slice::from_ref(&world), &rollouts, None)?;
         let outcome = evaluator.evaluate(&batch, &Control::new())?;
 
-        // More fitness is better.
+        // Higher fitness is better.
         let mean = |trials: &[f32]| trials.iter().sum::<f32>() / trials.len() as f32;
         let scores: Vec<f32> = outcome.fitness.chunks(TRIALS as usize).map(mean).collect();
         let winner = (0..scores.len())

@@ -1,12 +1,12 @@
-//! A device's results, some of them computed again on the CPU and compared bit for bit.
+//! Audits: a share of a device's results is computed again on the CPU and compared bit for bit.
 
 use crate::batch::{Batch, LANES, Part};
 use crate::cpu::Cpu;
 use crate::evaluator::{Control, Device, Error, Evaluator, PartResult};
 use crate::random::pcg4d;
 
-/// An evaluator whose results are audited: of each call, a share of the groups of 64 rollouts is run again on the
-/// CPU. Which ones depends on the rollouts' keys alone.
+/// An evaluator with audits: in each call a share of the groups of 64 rollouts runs again on the CPU. The rollouts' keys
+/// alone decide which.
 pub struct Audited {
     evaluator: Box<dyn Evaluator>,
     cpu: Cpu,
@@ -14,12 +14,12 @@ pub struct Audited {
 }
 
 impl Audited {
-    /// Audits a share from 0 (none) to 1 (all) of an evaluator's groups, if it is not 0 at least one a call.
+    /// Audits a share of an evaluator's groups, from 0 (none) to 1 (all). Above 0, at least one group a call.
     pub fn new(evaluator: Box<dyn Evaluator>, cpu: Cpu, share: f64) -> Self {
         Self { evaluator, cpu, share }
     }
 
-    /// The groups of a part that are run again.
+    /// The groups of a part that run again.
     fn chosen(&self, part: &Part<'_>) -> Vec<u32> {
         let lots: Vec<(u32, u32)> = part.groups().map(|group| (lot(part.batch(), group), group)).collect();
         let drawn = lots
@@ -77,7 +77,7 @@ impl Evaluator for Audited {
     }
 }
 
-/// A number that is as good as random, and the same for the same rollouts.
+/// A pseudo-random number that depends on the rollouts alone.
 fn lot(batch: &Batch, group: u32) -> u32 {
     let inputs = batch.part(group..group + 1).inputs();
     pcg4d([inputs[0], inputs[LANES], 0, 0])[3]

@@ -4,27 +4,27 @@ use crate::cpu::Cpu;
 use crate::evaluator::{Error, Evaluator};
 use crate::pool::Pool;
 
-/// What [`open`] knows, for messages.
+/// The names that [`open`] takes, for messages.
 pub const BACKENDS: &str =
     "auto, cpu, cpu:LANES such as cpu:avx2x16, gpu, gpu:NAME or index, pool, pool:A+B.. of these";
 
-/// How a backend runs. No result depends on it.
+/// Options of a backend. No result depends on them.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Options {
-    /// Threads of the CPU; by default one for each that it has.
+    /// CPU threads; by default one per processor.
     pub threads: Option<usize>,
-    /// The most cycles in one call of a kernel; by default what is quick and can still be cancelled soon.
+    /// The greatest number of cycles in one call of a kernel; by default chosen for speed and a prompt cancel.
     pub chunk: Option<u32>,
-    /// Share of a GPU's rollouts, 0 to 1, that is run again on the CPU and compared. Of no use, and so not done, on
-    /// a GPU that is not exact.
+    /// Share of a GPU's rollouts, 0 to 1, that runs again on the CPU and is compared. Ignored on a GPU that is not
+    /// exact.
     pub audit_share: f64,
 }
 
 /// Opens a backend:
 ///
 /// - `cpu` is the processor, `cpu:LANES` one of its [lane codes](Cpu::variants);
-/// - `gpu` is the best real GPU, `gpu:NAME` the adapter of that index or with that in its name, which may be a
-///   software one. A GPU that is lost is opened again once; then the CPU takes over;
+/// - `gpu` is the best real GPU, `gpu:NAME` the adapter of that index or with that text in its name, which may be a
+///   software one. A GPU that is lost is opened again once; after that the CPU takes over;
 /// - `auto` is the best real GPU if it is exact, else the CPU;
 /// - `pool` is the CPU and all exact real GPUs, `pool:A+B` any backends of these names.
 ///
@@ -91,19 +91,19 @@ mod gpus {
     use crate::audit::Audited;
     use crate::gpu::{self, Bounds, Choice, Gpu, Recovering};
 
-    /// The adapter of that index or name, or the best real GPU.
+    /// Opens the adapter of that index or name, or the best real GPU.
     pub(super) fn named(which: Option<&str>, options: Options) -> Result<Box<dyn Evaluator>, Error> {
         let choice = which.map_or(Choice::Hardware, |name| Choice::Named(name.into()));
         guarded(Gpu::open(&choice)?, options)
     }
 
-    /// The best real GPU, if it is exact.
+    /// Opens the best real GPU, if it is exact.
     pub(super) fn best(options: Options) -> Option<Box<dyn Evaluator>> {
         let gpu = Gpu::open(&Choice::Hardware).ok().filter(|gpu| gpu.device().exact)?;
         guarded(gpu, options).ok()
     }
 
-    /// All real GPUs that can be opened and are exact.
+    /// Opens all real GPUs that are exact.
     pub(super) fn all(options: Options) -> Vec<Box<dyn Evaluator>> {
         let adapters = gpu::adapters()
             .into_iter()
@@ -114,7 +114,7 @@ mod gpus {
             .collect()
     }
 
-    /// A GPU with what makes it dependable: the CPU in its place when it is lost, and audits.
+    /// Wraps a GPU: the CPU takes its place when it is lost, and its results are audited.
     fn guarded(mut gpu: Gpu, options: Options) -> Result<Box<dyn Evaluator>, Error> {
         if let Some(cycles) = options.chunk {
             gpu.set_bounds(Bounds {

@@ -12,10 +12,10 @@ use rayon::prelude::*;
 use crate::batch::{Batch, LANES, Part};
 use crate::evaluator::{Control, Device, Error, Evaluator, PartResult};
 
-/// Cycles from one look at the control to the next: some ten milliseconds of 64 lives.
+/// Cycles between two looks at the control: some ten milliseconds of 64 rollouts.
 const CHUNK: u32 = 16_384;
 
-/// The processor: a pool of threads of its own, and for each batch the lane code that suits its size.
+/// The CPU evaluator: a pool of threads, and for each batch the lane code that suits its size.
 #[derive(Debug)]
 pub struct Cpu {
     pool: rayon::ThreadPool,
@@ -24,7 +24,7 @@ pub struct Cpu {
 }
 
 impl Cpu {
-    /// Opens the processor with so many threads; by default with one for each of its own.
+    /// Opens the CPU with this number of threads; by default one per processor.
     ///
     /// ```
     /// use oneiro::cpu::Cpu;
@@ -36,8 +36,8 @@ impl Cpu {
     /// ```
     ///
     /// # Errors
-    /// [`Error::NoDevice`]: no or too many threads, or threads whose floats are not rounded to the nearest with
-    /// subnormals kept.
+    /// [`Error::NoDevice`] for no threads or too many, or if threads do not round to the nearest and keep
+    /// subnormals.
     pub fn new(threads: Option<usize>) -> Result<Self, Error> {
         const GREATEST: usize = 1024;
         if threads.is_some_and(|threads| threads == 0 || threads > GREATEST) {
@@ -72,7 +72,7 @@ impl Cpu {
             .collect()
     }
 
-    /// Always runs one lane code, in place of the one that suits each batch. Of kernels that have none so wide, the
+    /// Always runs one lane code, instead of the one that suits each batch. A kernel that has none so wide runs the
     /// widest of the same instruction set.
     ///
     /// # Errors
@@ -87,25 +87,26 @@ impl Cpu {
         Ok(self)
     }
 
-    /// Runs so many cycles in one call of a kernel, at least 1. No result depends on it.
+    /// Sets the number of cycles in one call of a kernel, at least 1. No result depends on it.
     #[must_use]
     pub fn with_chunk(mut self, cycles: u32) -> Self {
         self.chunk = cycles.max(1);
         self
     }
 
-    /// How many threads it has.
+    /// The number of threads.
     pub fn threads(&self) -> usize {
         self.pool.current_num_threads()
     }
 
-    /// Runs some groups of a batch. Results stand in the order of the groups; `told` hears of the progress.
+    /// Runs some groups of a batch, and returns results in the order of the groups. With `report_progress`, `control`
+    /// counts the steps.
     pub(crate) fn run(
         &self,
         batch: &Batch,
         groups: &[u32],
         control: &Control,
-        told: bool,
+        report_progress: bool,
     ) -> Result<PartResult, Error> {
         let parts: Vec<Part<'_>> = groups.iter().map(|&group| batch.part(group..group + 1)).collect();
         let variant = self.choose(batch.kernel(), &parts)?;
@@ -116,7 +117,7 @@ impl Cpu {
                 own.copy_from_slice(part.states());
             }
         }
-        let steps = if told { Some(control) } else { None };
+        let steps = if report_progress { Some(control) } else { None };
         let mut fitness = result.fitness.chunks_mut(LANES);
         let mut traces = result.trace.chunks_mut((LANES * batch.trace_words()).max(1));
         let mut states = result.states.chunks_mut(LANES * batch.state_words());
@@ -143,7 +144,7 @@ impl Cpu {
         Ok(result)
     }
 
-    /// The lane code that is estimated to finish first: with few rollouts, narrow ones keep more threads busy.
+    /// The lane code with the shortest estimated time. With few rollouts, narrow ones keep more threads busy.
     fn choose(&self, kernel: &'static Kernel, parts: &[Part<'_>]) -> Result<&'static Variant, Error> {
         let has_named = available(kernel).any(|variant| self.variant == Some(variant.name));
         let named = |variant: &&Variant| match self.variant {
@@ -184,18 +185,18 @@ impl Evaluator for Cpu {
     }
 }
 
-/// The lane codes that this processor runs.
+/// The lane codes that this processor can run.
 fn available(kernel: &'static Kernel) -> impl Iterator<Item = &'static Variant> {
     kernel.variants.iter().filter(|variant| (variant.available)())
 }
 
-/// That of a lane code's name, such as `avx2` of `avx2x16`.
+/// The instruction set in a lane code's name, such as `avx2` of `avx2x16`.
 fn instruction_set(name: &str) -> &str {
     name.rsplit_once('x').map_or(name, |(set, _)| set)
 }
 
-/// What one call of a lane code takes, about: the microseconds of 500 cycles of the perceptron's kernel, measured on
-/// a server's core. Only the choice of a lane code rests on it.
+/// The approximate time of one call of a lane code: microseconds for 500 cycles of the perceptron's kernel, measured on
+/// a server's core. Only the choice of a lane code depends on it.
 fn cost(variant: &Variant) -> f32 {
     let each_lane = match variant.name {
         name if name.starts_with("avx512") => 4.1,
@@ -207,18 +208,18 @@ fn cost(variant: &Variant) -> f32 {
     45.0 + each_lane * variant.lanes as f32
 }
 
-/// The lives of one group, and where its results go.
+/// The rollouts of one group, and where their results go.
 struct Lives<'a> {
     part: &'a Part<'a>,
     variant: &'static Variant,
     chunk: u32,
     control: &'a Control,
-    /// Who is told of steps, if anyone.
+    /// Counts the steps, if wanted.
     steps: Option<&'a Control>,
     fitness: Words,
     /// None without a trace.
     trace: Option<Words>,
-    /// None if nobody wants them; else they hold what lives begin with, too.
+    /// None if not wanted. Otherwise they also hold the states that lives begin with.
     states: Option<Words>,
 }
 
@@ -227,12 +228,12 @@ struct Lives<'a> {
 unsafe impl Sync for Lives<'_> {}
 
 impl Lives<'_> {
-    /// Calls that run all rollouts.
+    /// The calls that run all rollouts.
     fn calls(&self) -> usize {
         self.part.rollouts().div_ceil(self.variant.lanes as usize)
     }
 
-    /// Runs the lives of one call's lanes.
+    /// Runs the rollouts of one call's lanes.
     fn run(&self, call: usize) -> Result<(), Error> {
         let part = self.part;
         let batch = part.batch();
@@ -291,7 +292,7 @@ impl Lives<'_> {
     }
 }
 
-/// A buffer that kernels only read.
+/// A buffer that kernels read only.
 fn read<T: bytemuck::Pod>(items: &[T]) -> Words {
     let words: &[u32] = bytemuck::cast_slice(items);
     Words {
@@ -309,21 +310,21 @@ fn written<T: bytemuck::Pod>(items: &mut [T]) -> Words {
     }
 }
 
-/// How a thread's float operations round.
+/// A thread's mode of float operations.
 mod float_mode {
-    /// Whether this thread rounds to the nearest and keeps subnormals, as every thread does that nobody changed.
+    /// Whether this thread rounds to the nearest and keeps subnormals, as threads do unless they were changed.
     #[cfg(target_arch = "x86_64")]
     pub(super) fn is_default() -> bool {
         const FLUSH_TO_ZERO: u32 = 1 << 15;
         const ROUNDING: u32 = 3 << 13;
         const DENORMALS_ARE_ZERO: u32 = 1 << 6;
         let mut mode = 0_u32;
-        // SAFETY: stores the control register to where it is told, and does nothing else.
+        // SAFETY: stores the control register at the given address, and does nothing else.
         unsafe { std::arch::asm!("stmxcsr [{}]", in(reg) &raw mut mode, options(nostack, preserves_flags)) };
         mode & (FLUSH_TO_ZERO | ROUNDING | DENORMALS_ARE_ZERO) == 0
     }
 
-    /// Whether this thread rounds to the nearest and keeps subnormals, as every thread does that nobody changed.
+    /// Whether this thread rounds to the nearest and keeps subnormals, as threads do unless they were changed.
     #[cfg(target_arch = "aarch64")]
     pub(super) fn is_default() -> bool {
         const FLUSH_TO_ZERO: u64 = 1 << 24;
@@ -335,7 +336,7 @@ mod float_mode {
         mode & (FLUSH_TO_ZERO | ROUNDING | FLUSH_INPUTS) == 0
     }
 
-    /// Whether this thread rounds to the nearest and keeps subnormals: tried out, where no register can be asked.
+    /// Whether this thread rounds to the nearest and keeps subnormals: by trial, where no register says so.
     #[cfg(not(any(target_arch = "x86_64", target_arch = "aarch64")))]
     pub(super) fn is_default() -> bool {
         use std::hint::black_box;
@@ -365,7 +366,7 @@ mod tests {
         }
     }
 
-    /// The mode of a thread that was changed is seen.
+    /// A changed mode is noticed.
     #[cfg(target_arch = "x86_64")]
     #[test]
     fn a_changed_float_mode_is_noticed() {

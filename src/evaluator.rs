@@ -1,10 +1,10 @@
-//! The one trait between what is evaluated and where.
+//! The trait that every device implements: a batch in, results out.
 
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 
 use crate::batch::{Batch, Outcome, Part};
 
-/// How a run of an evaluator is watched and stopped from outside, from any thread.
+/// Watches and cancels an evaluation, from any thread.
 #[derive(Debug, Default)]
 pub struct Control {
     cancelled: AtomicBool,
@@ -12,11 +12,11 @@ pub struct Control {
 }
 
 impl Control {
-    /// Nothing cancelled, no step done.
+    /// Not cancelled, and no step done.
     pub fn new() -> Self {
         Self::default()
     }
-    /// Asks the evaluation to stop soon; it then returns [`Error::Cancelled`].
+    /// Cancels the evaluation, which soon returns [`Error::Cancelled`].
     pub fn cancel(&self) {
         self.cancelled.store(true, Ordering::Relaxed);
     }
@@ -28,24 +28,24 @@ impl Control {
     pub fn steps(&self) -> u64 {
         self.steps.load(Ordering::Relaxed)
     }
-    /// Called by evaluators as they go.
+    /// Adds steps that are done; called by evaluators.
     pub fn add_steps(&self, steps: u64) {
         self.steps.fetch_add(steps, Ordering::Relaxed);
     }
-    /// Called by evaluators whose steps came to nothing and are done again, as after a lost device.
+    /// Takes back steps that must be repeated, as after a lost device; called by evaluators.
     pub fn take_back_steps(&self, steps: u64) {
         self.steps.fetch_sub(steps, Ordering::Relaxed);
     }
 }
 
-/// Why an evaluation gave no result. Never the batch's content: that was checked when it was made.
+/// Why an evaluation gave no result. Never the batch's content, which is checked when a batch is made.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum Error {
     /// [`Control::cancel`] was called.
     #[error("the evaluation was cancelled")]
     Cancelled,
-    /// There is no such device here, or it can't run the kernels.
+    /// There is no such device on this machine, or it can't run the kernels.
     #[error("{0}")]
     NoDevice(String),
     /// The device was lost, and so was its replacement.
@@ -56,10 +56,10 @@ pub enum Error {
         /// What the driver said.
         reason: String,
     },
-    /// A trace or a batch that no device here has the memory for.
+    /// A trace or a batch needs more memory than the device has.
     #[error("{0}")]
     TooLarge(String),
-    /// An audited rollout had other bits on the CPU.
+    /// An audited rollout gave different bits on the CPU.
     #[error(
         "rollout {rollout}: {device} computed {there} (bits {:08x}), the CPU {here} (bits {:08x}); \
          results of this device can't be trusted to be exact",
@@ -77,20 +77,20 @@ pub enum Error {
     },
 }
 
-/// What an evaluator runs on.
+/// The device of an evaluator.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Device {
     /// `cpu` or the adapter's name.
     pub name: String,
     /// Instruction set and lanes, or the driver's name and version.
     pub detail: String,
-    /// Whether results are promised to be the same bits as everywhere.
+    /// Whether results are promised to be bit for bit those of every other exact device.
     pub exact: bool,
 }
 
-/// What runs batches. Results depend on the batch alone: never on the evaluator, its threads, or how it cuts.
+/// Runs batches. Results depend on the batch alone, never on the device, its threads, or how it cuts the batch.
 pub trait Evaluator: Send {
-    /// What it runs on.
+    /// The device that it runs on.
     fn device(&self) -> Device;
 
     /// Runs a part of a batch and returns the fitness of each of its slots, and its trace.
@@ -108,14 +108,14 @@ pub trait Evaluator: Send {
         Ok(batch.outcome(result))
     }
 
-    /// What the user should know although the results are right, such as a device that was lost; oldest first.
+    /// Warnings for the user, such as a lost device, the oldest first. The results are right nevertheless.
     fn warnings(&self) -> &[String] {
         &[]
     }
 }
 
-/// What a part's evaluation gives: one fitness a slot (idle slots hold anything), and on request traces and states, as
-/// words that [`Batch::place`] finds.
+/// The results of a part: one fitness per slot (idle slots hold anything), and on request traces and states, as words
+/// that [`Batch::place`] finds.
 #[derive(Clone, Debug, Default)]
 pub struct PartResult {
     /// `part.slots()` values.
@@ -127,7 +127,7 @@ pub struct PartResult {
 }
 
 impl PartResult {
-    /// Room for a part's results.
+    /// Allocates a part's results.
     ///
     /// # Errors
     /// [`Error::TooLarge`] if there is no memory for it.
@@ -140,7 +140,7 @@ impl PartResult {
     }
 }
 
-/// So many zeros, if there is memory for them.
+/// A vector of zeros, if there is memory for it.
 fn room<T: Clone + Default>(len: usize) -> Result<Vec<T>, Error> {
     let mut values = Vec::new();
     values.try_reserve_exact(len).map_err(|_| {

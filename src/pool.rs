@@ -1,4 +1,4 @@
-//! A batch on several evaluators at once.
+//! A pool: several evaluators share each batch.
 
 use std::ops::Range;
 use std::sync::{Mutex, MutexGuard, PoisonError};
@@ -7,12 +7,12 @@ use std::time::Instant;
 use crate::batch::{LANES, Part};
 use crate::evaluator::{Control, Device, Error, Evaluator, PartResult};
 
-/// A piece should take a member at least this long, in seconds, so that its fixed costs don't show; but it is never
-/// more than the member's share.
+/// The least time that a piece should take, in seconds, so that fixed costs don't matter. A piece is never more than the
+/// member's share.
 const LEAST_PIECE: f64 = 0.02;
 
-/// Evaluators that share each batch: all take pieces of it until none is left, faster ones larger pieces. A member
-/// that is lost leaves its piece to the others. No result depends on who computes what.
+/// Evaluators that share each batch. All take pieces of it until none is left; faster ones take larger pieces. If a
+/// member is lost, the others do its piece. No result depends on who computes what.
 pub struct Pool {
     members: Vec<Member>,
     warnings: Vec<String>,
@@ -22,9 +22,9 @@ struct Member {
     evaluator: Box<dyn Evaluator>,
     /// Robot-steps per second of its last piece.
     speed: Option<f64>,
-    /// Its warnings that the pool has passed on.
+    /// The number of its warnings that the pool has passed on.
     heard: usize,
-    /// Why it does not go on.
+    /// Why it was lost.
     gone: Option<Error>,
 }
 
@@ -141,14 +141,14 @@ impl Member {
     }
 }
 
-/// What is to be done of a part, and what has been done.
+/// The work of a part: what is left and what is done.
 struct Work<'a> {
     part: &'a Part<'a>,
     shared: Mutex<Shared>,
 }
 
 struct Shared {
-    /// Groups that nobody has taken.
+    /// Groups that are left.
     open: Vec<Range<u32>>,
     /// The members' speeds, as far as they are known.
     speeds: Vec<Option<f64>>,
@@ -179,7 +179,7 @@ impl<'a> Work<'a> {
         self.shared().open.iter().any(|groups| !groups.is_empty())
     }
 
-    /// A piece for a member: half of its share of what is left, by its speed, so that all finish together.
+    /// Takes a piece for a member: half of its share of what is left, by its speed, so that all finish together.
     fn take(&self, member: usize, speed: Option<f64>) -> Option<Range<u32>> {
         let mut shared = self.shared();
         shared.open.retain(|groups| !groups.is_empty());

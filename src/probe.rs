@@ -1,5 +1,5 @@
-//! One operation or one function of the kernels at a time: what tests and `oneiro selftest` compare from device to
-//! device, bit by bit. The kernels are those of `shaders/wgsl/probe/`.
+//! Runs one operation or one function of the kernels at a time. Tests and `oneiro selftest` compare these between
+//! devices, bit by bit. The kernels are in `shaders/wgsl/probe/`.
 
 mod functions;
 mod operations;
@@ -30,7 +30,7 @@ pub struct Case {
     pub right: Vec<u32>,
 }
 
-/// What a case computes.
+/// The operation or function of a case.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Subject {
     /// An operation.

@@ -1,12 +1,12 @@
-//! Random numbers by counter, the host's side: a rollout's key is a function of who it is, never of what was drawn
-//! before.
+//! The host's side of counter-based random numbers: a rollout's key is a function of run, generation, individual and
+//! trial, never of what was drawn before.
 
 /// The key of a rollout's random numbers.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub struct Key(pub [u32; 2]);
 
 impl Key {
-    /// The key of one trial of one individual: all 256 bits enter. The same on every host.
+    /// The key of one trial of one individual. All 256 bits of the arguments enter. It is the same on every host.
     ///
     /// ```
     /// use oneiro::random::Key;
@@ -19,7 +19,7 @@ impl Key {
     }
 }
 
-/// Takes two more numbers into a hash.
+/// Mixes two more numbers into a hash.
 fn mixed(hash: [u32; 4], first: u64, second: u64) -> [u32; 4] {
     let more = [first, first >> 32, second, second >> 32];
     pcg4d(std::array::from_fn(|word| hash[word] ^ more[word] as u32))

@@ -1,10 +1,10 @@
-//! A surrogate of a real Khepera: an individual robot in its surroundings, by physics that no table of samples
-//! contains. It stands where a real robot will: it is sampled as one, and controllers live real lives in it.
+//! A surrogate of a real Khepera: an individual robot in its surroundings, simulated by physics that no table of samples
+//! contains. It takes the place of a real robot: it is sampled, and controllers are transferred to it.
 //!
-//! All that is drawn is drawn from seeds, by exactly rounded operations. The distributions are those of
-//! [`Individual::drawn`] and [`Surroundings::drawn`]; `docs/preregistration-1995.md` has them with their reasons.
-//! Every difference from the simulator has a switch, and one severity scales them all; at severity 0 the robot
-//! lives as its simulator says, but for roundings: its first readings are equal, its motion is made in other steps.
+//! Everything random about it follows from seeds, by exactly rounded operations. The distributions are in
+//! [`Individual::drawn`] and [`Surroundings::drawn`]; `docs/preregistration-1995.md` has the reasons. Every difference from
+//! the simulator has a switch, and one severity scales them all. At severity 0 the robot behaves as its simulator but for
+//! roundings: its first readings are equal, and its motion is computed in smaller steps.
 
 use crate::exact::{cosine, exponential};
 use crate::random::pcg4d;
@@ -25,19 +25,19 @@ const RAYS: [f64; 4] = [7.5, 22.5, 37.5, 52.5];
 const SUBSTEP_MS: f64 = 20.0;
 const CYCLE_MS: f64 = 100.0;
 
-/// What a real robot's life has and its simulator has not.
+/// A difference between the surrogate and the simulator made from its samples.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Difference {
-    /// Rays that meet all objects at once, at any distance and angle: true corners, occlusion, no grid. Without it
-    /// each object is seen as if it stood alone on the samples' grid, and readings are added.
+    /// Rays meet all objects at once, at any distance and angle: true corners, occlusion, no grid. Without it each
+    /// object is seen as if it stood alone on the samples' grid, and readings are added.
     Geometry,
-    /// Each object throws back more or less light, up to 20 %.
+    /// Each object reflects up to 20 % more or less light.
     Reflectivity,
     /// A smooth field of light over the arena, up to 30 % more or less, and a constant of up to 0.02.
     Illumination,
     /// Each reading has noise: s.d. 3.4 of 1023, and 3 % of the reading.
     ReadNoise,
-    /// Readings are old: by the latency, and up to 20 ms more, since sensors are read each 20 ms.
+    /// Readings are old: by the latency and up to 20 ms more, because sensors are read every 20 ms.
     Latency,
     /// Wheels follow their commands with a time constant of 20 ms.
     MotorLag,
@@ -45,7 +45,7 @@ pub enum Difference {
     Wheels,
     /// A cycle's motion is an arc, not a straight line and then a turn.
     Arcs,
-    /// A robot that is stopped does half of what sliding along would do, in place of nothing.
+    /// A robot that is stopped moves and turns half as far as if it slid along the object, instead of not at all.
     Slip,
 }
 
@@ -79,12 +79,12 @@ impl Difference {
     }
 }
 
-/// Which differences there are, and how much of them.
+/// Which differences are on, and how strong they are.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Differences {
     /// Scales all of them: 0 none, 1 as they are drawn, at most 2.
     pub severity: f32,
-    /// How old readings are at the least, ms, at severity 1: 0 to 100. Main: 20.
+    /// The least age of readings at severity 1, ms: 0 to 100. The study has 20.
     pub latency_ms: f32,
     on: [bool; Difference::ALL.len()],
 }
@@ -116,7 +116,7 @@ impl Differences {
         all
     }
 
-    /// With readings that are so many ms old at the least, at severity 1.
+    /// The same with another least age of readings at severity 1, ms.
     #[must_use]
     pub fn with_latency(self, latency_ms: f32) -> Self {
         Self { latency_ms, ..self }
@@ -136,10 +136,10 @@ impl Differences {
     }
 }
 
-/// One infra-red sensor: where it looks, and what it reads of a white wall.
+/// One infra-red sensor: its direction, and its readings of a white wall.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct InfraRed {
-    /// Where on the rim it is, looking outwards: degrees clockwise from the heading.
+    /// Its place on the rim, looking outwards: degrees clockwise from the heading.
     pub bearing: f64,
     /// Gap between rim and wall at which it reads 50 % of the greatest, head-on, mm.
     pub half: f64,
@@ -149,16 +149,16 @@ pub struct InfraRed {
     pub width: f64,
 }
 
-/// One robot: how its parts differ from those of others of its kind.
+/// One individual robot: how its parts differ from those of others.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Individual {
     /// Left 90, left 45, left 10, right 10, right 45, right 90, back right, back left.
     pub sensors: [InfraRed; SENSORS],
-    /// How much faster than it should be each wheel turns, as a share: left, right.
+    /// The share by which each wheel is faster than it should be: left, right.
     pub wheels: [f64; 2],
 }
 
-/// Named sources of random numbers; a number's place in its source is its index.
+/// Named sources of random numbers. A number is found by its source and index.
 #[derive(Clone, Copy)]
 enum Source {
     Sensor = 0,
@@ -204,7 +204,7 @@ impl Individual {
     }
 }
 
-/// Light that is stronger and weaker along a direction, as a wave.
+/// A wave of light: stronger and weaker along a direction.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Wave {
     /// Turns per mm along x and y.
@@ -224,12 +224,12 @@ pub enum Object {
     Block,
 }
 
-/// Where a robot lives: its light, and how its objects throw it back.
+/// The surroundings of a robot: light, and the reflectivity of objects.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Surroundings {
-    /// The field of light: a quarter of its amplitude each.
+    /// The field of light. Each wave has a quarter of its amplitude.
     pub waves: [Wave; 4],
-    /// What the light adds to every activation.
+    /// Added to every activation by the surroundings' own light.
     pub ambient: f64,
     seed: u64,
 }
@@ -274,7 +274,7 @@ pub struct Surrogate {
     pub individual: Individual,
     /// Where it lives.
     pub surroundings: Surroundings,
-    /// What is different from the simulator, and how much.
+    /// How it differs from the simulator.
     pub differences: Differences,
 }
 
@@ -314,13 +314,13 @@ impl Surrogate {
         number("surrogate.ambient", self.surroundings.ambient as f32, 0.0..=1.0)
     }
 
-    /// The reflectivity of an object as the kernel has it, 1 for all without the difference.
+    /// The reflectivity of an object for the kernel; 1 if that difference is off.
     pub(crate) fn reflectivity(&self, kind: Object, index: usize) -> f32 {
         let strength = self.differences.of(Difference::Reflectivity);
         (1.0 + strength * (self.surroundings.reflectivity(kind, index) - 1.0)) as f32
     }
 
-    /// What the kernel reads of it, four numbers a cell; the order is that of `lib/individual.wgsl`.
+    /// Packs it for the kernel, four numbers per cell, in the order of `lib/individual.wgsl`.
     pub(crate) fn cells(&self, body_radius: f32) -> Vec<[u32; 4]> {
         // The logistic falls from 1/2 to 1/20 where 2 exp(x) grows from 2 to 29.
         const LOGARITHM_OF_29_HALVES: f64 = 2.674_148_649_426_529;
@@ -371,8 +371,8 @@ impl Surrogate {
     }
 }
 
-/// How much each pair of rays counts: a bell over the rays' angles, as wide as gives the sensor its width, and
-/// scaled so that a wall head-on counts as its own distance.
+/// The weights of the pairs of rays: a bell over the rays' angles. Its width gives the sensor its width, and its scale
+/// makes a wall head-on read as at its own distance.
 fn ray_weights(sensor: &InfraRed, radius: f64) -> [f64; 4] {
     const GAP: f64 = 15.0;
     let half_width = sensor.width / 2.0;

@@ -1,4 +1,4 @@
-//! Sampled tables: what a robot's sensors were measured to read, and its motors to do.
+//! Sampled tables: measured readings of a robot's sensors, and measured motions of its motors.
 //!
 //! [`SensorTables::khepera`] and [`MotorSamples::khepera`] are compiled in: a Khepera synthesised from published
 //! statistics, no recording. Recordings come in through [`SensorTables::read`] and [`MotorSamples::read`].
@@ -18,12 +18,12 @@ pub const SENSORS: usize = 8;
 /// The greatest reading of a sensor: ten bits.
 pub const GREATEST_READING: u16 = 1023;
 
-/// Why a table could not be read or written: what, and where.
+/// Why a table could not be read or written, and where.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Error {
     /// The file.
     pub path: PathBuf,
-    /// Its line, counted from 1, where one line is to blame.
+    /// The line that is wrong, counted from 1, if it is one line.
     pub line: Option<usize>,
     /// What is wrong, and what is allowed.
     pub problem: String,
@@ -41,16 +41,16 @@ impl std::fmt::Display for Error {
 
 impl std::error::Error for Error {}
 
-/// What was read, and what is odd about it without being wrong.
+/// A table that was read, with warnings.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Import<T> {
-    /// What was read.
+    /// The table.
     pub table: T,
-    /// Sentences for the user, each naming its file.
+    /// Warnings for the user, each with its file.
     pub warnings: Vec<String>,
 }
 
-/// The readings that objects of one class give, by distance and bearing.
+/// The readings of objects of one class, by distance and bearing.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SensorTable {
     /// The class of object that was sampled, such as `wall` or `round`.
@@ -63,9 +63,9 @@ pub struct SensorTable {
     pub nearest: f32,
     /// From one row to the next, mm.
     pub spacing: f32,
-    /// Points of view: 1 for an object that looks the same from everywhere. Else number k is of a robot that stands,
-    /// as a block has it, between k and k + 1 times `1 / (2 views)` turns from the direction of its length; half a
-    /// turn further a block looks the same.
+    /// Points of view: 1 for an object that looks the same from everywhere. Otherwise number k is for a robot whose
+    /// direction from the block, counted from the block's length, is between k and k + 1 times `1 / (2 views)` turns. Half a
+    /// turn farther a block looks the same.
     pub views: u32,
     /// Eight readings a cell, 0 to 1023, at `(view * rows + row) * bearings + bearing`.
     pub readings: Vec<[u16; SENSORS]>,
@@ -76,9 +76,9 @@ impl SensorTable {
     ///
     /// A file begins with the line `sensors bearings rows nearest spacing`; then, for each row, come a line
     /// `TURN row` and a line of readings for each bearing; `END` ends it. Readings are integers from 0 to 1023
-    /// in `.sam` and their 1023rd part in `.sample`. Where an object was sampled from several points of view, a sixth
-    /// number of the first line says how many, and the rows of each follow those of the one before, counted on: that
-    /// is this project's own, where other programs know only objects that look the same from everywhere.
+    /// in `.sam`, and the same divided by 1023 in `.sample`. If an object was sampled from several points of view, the first
+    /// line has their number as a sixth number, and the rows of all views follow one another, numbered on. That is this
+    /// project's own extension. `docs/khepera.md` has examples.
     ///
     /// # Errors
     /// The file can't be read; or the line that breaks the format, and what it allows.
@@ -101,12 +101,12 @@ impl SensorTable {
         sam::print_sensors(self, Format::Sam)
     }
 
-    /// How many cells its shape has.
+    /// The number of cells.
     pub fn cells(&self) -> usize {
         self.views as usize * self.rows as usize * self.bearings as usize
     }
 
-    /// From the rim, the gap beyond which an object is not sensed, mm.
+    /// The gap from the rim beyond which an object is not sensed, mm.
     pub fn reach(&self) -> f32 {
         self.nearest + self.rows as f32 * self.spacing
     }
@@ -201,7 +201,7 @@ impl SensorTables {
     }
 }
 
-/// A table's shape in words.
+/// A table's shape, for messages.
 fn shape(table: &SensorTable) -> String {
     format!(
         "{} rows of {} bearings, from {} mm in steps of {} mm",
@@ -209,7 +209,7 @@ fn shape(table: &SensorTable) -> String {
     )
 }
 
-/// What a robot was measured to do in one cycle at each pair of wheel speeds.
+/// The measured motion of a robot in one cycle at each pair of wheel speeds.
 #[derive(Clone, Debug, PartialEq)]
 pub struct MotorSamples {
     /// The speeds that were sampled, in the robot's own unit, ascending.
@@ -279,7 +279,7 @@ impl MotorSamples {
     }
 }
 
-/// Which sampled speeds are a wheel's states, and how an output in `0..=1` selects one.
+/// Which sampled speeds a wheel uses, and how an output in `0..=1` selects one.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum MotorStates {
     /// -10 to 10 without 0, state `floor(20 output)`: backwards is as fast as forwards.
@@ -315,7 +315,7 @@ pub struct MotorTable {
     pub offset: f32,
 }
 
-/// What one pair of motor states does in one cycle.
+/// The motion of one pair of motor states in one cycle.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct MotorCell {
     /// Along the heading, mm.

@@ -1,33 +1,33 @@
-//! Where words go: data to standard output, messages to standard error.
+//! Output: data to standard output, messages to standard error.
 
 use std::io::{self, Write};
 
 use crate::cli::Output;
 use crate::exit::{Failure, Result};
 
-/// The program's two voices.
+/// Prints data and messages.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Console {
     output: Output,
 }
 
 impl Console {
-    /// Talks as the command line asks.
+    /// Follows `--json` and `--quiet`.
     pub(crate) fn new(output: Output) -> Self {
         Self { output }
     }
 
-    /// Whether data are to be JSON.
+    /// Whether data are printed as JSON.
     pub(crate) fn json(self) -> bool {
         self.output.json
     }
 
-    /// Whether messages and progress are unwanted.
+    /// Whether messages and progress are hidden.
     pub(crate) fn quiet(self) -> bool {
         self.output.quiet
     }
 
-    /// Prints data; a missing line end is added.
+    /// Prints data, and adds a missing line end.
     #[expect(clippy::unused_self, reason = "all that is printed goes through the console")]
     pub(crate) fn data(self, text: impl AsRef<str>) -> Result {
         let text = text.as_ref();
@@ -51,7 +51,7 @@ impl Console {
         self.data(text)
     }
 
-    /// Tells the user something, unless they asked for quiet.
+    /// Prints a message, unless `--quiet` is given.
     pub(crate) fn say(self, text: impl AsRef<str>) {
         if !self.output.quiet {
             // Nothing is lost when standard error is closed.
@@ -60,7 +60,7 @@ impl Console {
     }
 }
 
-/// A float32 for JSON, in the shortest decimal that reads back as the same; null if it is none.
+/// A float32 for JSON: the shortest decimal that reads back as the same number; null if it is not finite.
 pub(crate) fn decimal(value: f32) -> serde_json::Value {
     value
         .to_string()
@@ -68,12 +68,12 @@ pub(crate) fn decimal(value: f32) -> serde_json::Value {
         .map_or(serde_json::Value::Null, serde_json::Value::from)
 }
 
-/// A number of things in words.
+/// A count with its noun, singular or plural.
 pub(crate) fn counted(count: u32, one: &str, many: &str) -> String {
     format!("{count} {}", if count == 1 { one } else { many })
 }
 
-/// Rows as text in columns: words to the left, numbers to the right.
+/// Rows as text in columns: words aligned left, numbers right.
 pub(crate) fn columns(head: &[&str], rows: &[Vec<String>]) -> String {
     let cells = |column: usize| rows.iter().filter_map(move |row| row.get(column));
     let layout: Vec<(usize, bool)> = (0..head.len())

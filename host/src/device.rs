@@ -1,4 +1,4 @@
-//! From names on the command line to evaluators.
+//! Opens the evaluators that the command line names.
 
 use std::thread;
 
@@ -11,10 +11,10 @@ use crate::cli::Backend;
 use crate::console::Console;
 use crate::exit::{Failure, Result};
 
-/// Opens what `--backend`, `--threads` and `--recheck` ask for.
+/// Opens the evaluator of `--backend`, `--threads` and `--recheck`.
 ///
 /// # Errors
-/// Exit 4: there is no such device, with what there is.
+/// Exit 4 if there is no such device; the message lists those there are.
 pub(crate) fn open(arguments: &Backend) -> Result<Box<dyn Evaluator>> {
     let options = Options {
         threads: arguments.threads.map(usize::from),
@@ -33,14 +33,14 @@ pub(crate) fn quiet_drivers() {
     }
 }
 
-/// A device in a few words.
+/// A device's name and details, for messages.
 pub(crate) fn name(evaluator: &dyn Evaluator) -> String {
     let device = evaluator.device();
     let exact = if device.exact { "" } else { ", not exact" };
     format!("{} ({}{exact})", device.name, device.detail)
 }
 
-/// Tells what a device went through although its results are right.
+/// Prints a device's warnings, such as that it was lost and opened again. Its results are right nevertheless.
 pub(crate) fn tell_warnings(evaluator: &dyn Evaluator, console: Console) {
     for warning in evaluator.warnings() {
         console.say(format!("warning: {warning}"));
@@ -50,13 +50,13 @@ pub(crate) fn tell_warnings(evaluator: &dyn Evaluator, console: Console) {
 /// The lane code of one lane.
 const SCALAR: &str = "scalarx1";
 
-/// One way to evaluate on this machine, to be compared with others.
+/// One device or instruction set of this machine, to compare with the others.
 pub(crate) struct Candidate {
-    /// Such as `cpu avx2x16` or `llvmpipe (LLVM 15.0.6, 256 bits)`.
+    /// Its name, such as `cpu avx2x16` or `llvmpipe (LLVM 15.0.6, 256 bits)`.
     pub(crate) name: String,
-    /// Threads of the CPU; none for an adapter.
+    /// Number of CPU threads; none for an adapter.
     pub(crate) threads: Option<usize>,
-    /// Whether its bits are promised.
+    /// Whether it is exact.
     pub(crate) exact: bool,
     way: Way,
 }
@@ -87,7 +87,7 @@ impl Candidate {
         matches!(self.way, Way::Cpu(SCALAR))
     }
 
-    /// Whether it is the scalar code that traps what no life may compute: a check, and slow.
+    /// Whether it is the checked scalar code, which traps NaN, infinities and other forbidden values. It is slow.
     pub(crate) fn is_checked(&self) -> bool {
         matches!(self.way, Way::Cpu(lanes) if lanes.starts_with("checked"))
     }
@@ -111,8 +111,8 @@ impl Candidate {
         }
     }
 
-    /// Opens it: without audits, and without another device in its place when it is lost. `chunk` is the most cycles
-    /// that it does at once.
+    /// Opens it without audits and without a fallback if it is lost. `chunk` is the greatest number of cycles in one
+    /// dispatch.
     ///
     /// # Errors
     /// Exit 4: it can't run the kernels.
@@ -151,7 +151,7 @@ pub(crate) enum Probe {
 }
 
 impl Probe {
-    /// For each case a word for each pair of operands.
+    /// Computes the cases: for each case one word per pair of operands.
     ///
     /// # Errors
     /// Exit 1 or 4: the device refuses a kernel, or is lost.
@@ -183,8 +183,8 @@ fn lanes_of(case: &Case, lanes: &str) -> Result<Vec<u32>> {
     results.ok_or_else(|| Failure::device(format_args!("this CPU has no lane code {lanes} for {}", case.subject)))
 }
 
-/// Every way to evaluate that `which` names: `all`, `cpu`, `gpu` (every adapter, software ones too), `gpu:NAME` or
-/// `gpu:INDEX`. The CPU's come first, each instruction set with one thread and with all.
+/// The candidates that `which` names: `all`, `cpu`, `gpu` (every adapter, also software ones), `gpu:NAME` or
+/// `gpu:INDEX`. Those of the CPU come first, each instruction set with one thread and with all.
 ///
 /// # Errors
 /// Exit 4: there is no such adapter, or no such name.
@@ -251,7 +251,7 @@ fn adapter(name: &str) -> Result<Candidate> {
     Ok(gpu(oneiro::gpu::find(&oneiro::gpu::Choice::Named(name.to_owned()))?))
 }
 
-/// How many adapters there are.
+/// The number of adapters.
 pub(crate) fn adapters_here() -> usize {
     adapters().len()
 }

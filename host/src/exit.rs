@@ -13,7 +13,7 @@ use oneiro::world::Invalid;
 pub(crate) enum Code {
     /// A run, a check or a comparison failed.
     Failed = 1,
-    /// The command line makes no sense.
+    /// The command line is not valid.
     Usage = 2,
     /// A configuration or an input file is invalid or missing.
     Input = 3,
@@ -23,22 +23,22 @@ pub(crate) enum Code {
     Corrupt = 5,
     /// The disk is full, or reading or writing failed.
     Storage = 6,
-    /// Stopped early; `resume` goes on.
+    /// Stopped early; the run can be resumed.
     Stopped = 75,
     /// A second Ctrl-C.
     Aborted = 130,
 }
 
-/// Why a command ended without what it was asked for.
+/// Why a command failed or stopped.
 #[derive(Debug)]
 pub(crate) enum Failure {
     /// Ends the program with a code and a message.
     Exit(Code, anyhow::Error),
-    /// Nobody reads standard output any more: the program ends silently and well.
+    /// The reader of standard output has closed it: the program ends silently with exit 0.
     BrokenPipe,
 }
 
-/// What commands return.
+/// The result of a command.
 pub(crate) type Result<T = ()> = std::result::Result<T, Failure>;
 
 impl Failure {
@@ -51,7 +51,7 @@ impl Failure {
         Self::new(Code::Failed, problem)
     }
 
-    /// Exit 2: the command line makes no sense.
+    /// Exit 2: the command line is not valid.
     pub(crate) fn usage(problem: impl Display) -> Self {
         Self::new(Code::Usage, problem)
     }
@@ -71,24 +71,24 @@ impl Failure {
         Self::new(Code::Corrupt, problem)
     }
 
-    /// Exit 75: stopped early; `resume` goes on.
+    /// Exit 75: stopped early; the run can be resumed.
     pub(crate) fn stopped(message: impl Display) -> Self {
         Self::new(Code::Stopped, message)
     }
 
-    /// Exit 6, for a file that the program wanted to write (or to read back): the path and the system's words.
+    /// Exit 6, for a file that the program failed to write or to read back: the path and the system's message.
     pub(crate) fn storage(path: &Path, error: &io::Error) -> Self {
         let full = matches!(error.kind(), io::ErrorKind::StorageFull | io::ErrorKind::QuotaExceeded);
         let hint = if full { "; free some space and try again" } else { "" };
         Self::new(Code::Storage, format_args!("{}: {error}{hint}", path.display()))
     }
 
-    /// Exit 6, for a file that a library wanted to write: its own words, which name the path.
+    /// Exit 6, for a file that a library failed to write: the library's message, which names the path.
     pub(crate) fn unwritten(problem: impl Display) -> Self {
         Self::new(Code::Storage, problem)
     }
 
-    /// For a file that the user named as input: exit 3 when it is not there or not readable as such, exit 6 else.
+    /// For a file that the user named as input: exit 3 if it is missing or not such a file, else exit 6.
     pub(crate) fn unreadable(path: &Path, error: &io::Error) -> Self {
         match error.kind() {
             io::ErrorKind::NotFound
@@ -102,7 +102,7 @@ impl Failure {
         }
     }
 
-    /// For standard output: silence when its reader has left, exit 6 else.
+    /// For standard output: a silent end if its reader has closed it, else exit 6.
     pub(crate) fn stdout(error: &io::Error) -> Self {
         match error.kind() {
             io::ErrorKind::BrokenPipe => Self::BrokenPipe,
@@ -110,7 +110,7 @@ impl Failure {
         }
     }
 
-    /// The same, with the place that led to it.
+    /// The same failure, with a place before its message.
     pub(crate) fn at(self, place: &str) -> Self {
         match self {
             Self::Exit(code, error) => Self::new(code, format_args!("{place}: {error:#}")),

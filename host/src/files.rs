@@ -1,4 +1,4 @@
-//! Files that a user names: read whole, and written only where there is none.
+//! Files that a user names: read whole, and never overwritten.
 
 use std::fs::{self, OpenOptions};
 use std::io::{self, Write};
@@ -6,7 +6,7 @@ use std::path::Path;
 
 use crate::exit::{Failure, Result};
 
-/// The text of an input file.
+/// Reads the text of an input file.
 ///
 /// # Errors
 /// Exit 3 when there is no such text file, exit 6 when reading fails otherwise.
@@ -14,7 +14,7 @@ pub(crate) fn text(path: &Path) -> Result<String> {
     fs::read_to_string(path).map_err(|error| Failure::unreadable(path, &error))
 }
 
-/// Refuses a path where something stands already.
+/// Refuses a path that exists.
 ///
 /// # Errors
 /// Exit 3.

@@ -1,4 +1,4 @@
-//! A line on standard error that shows how far an evaluation is.
+//! Progress bars on standard error.
 
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread;
@@ -9,10 +9,10 @@ use oneiro::evaluator::Control;
 
 use crate::console::Console;
 
-/// How often the line is drawn.
+/// Time between two redraws of a bar.
 const TICK: Duration = Duration::from_millis(100);
 
-/// A bar of robot-steps; hidden when the user wants quiet or standard error is no terminal.
+/// A progress bar of robot-steps. Hidden with `--quiet` or if standard error is not a terminal.
 pub(crate) fn bar(steps: u64, label: &str, console: Console) -> ProgressBar {
     let target = if console.quiet() {
         ProgressDrawTarget::hidden()
@@ -27,7 +27,7 @@ pub(crate) fn bar(steps: u64, label: &str, console: Console) -> ProgressBar {
     }
 }
 
-/// A bar of anything else that is counted; hidden as the other is.
+/// A progress bar of rows. Hidden like [`bar`].
 pub(crate) fn rows(count: u64, label: &str, console: Console) -> ProgressBar {
     let bar = bar(count, label, console);
     match ProgressStyle::with_template("{prefix} {bar:32} {pos}/{len}  {eta} left") {
@@ -42,7 +42,7 @@ fn rate(state: &indicatif::ProgressState, text: &mut dyn std::fmt::Write) {
     let _ = write!(text, "{:.1} M steps/s", state.per_sec() / 1e6);
 }
 
-/// Shows the steps that `control` counts for as long as `work` takes.
+/// Runs `work`, and shows the steps that `control` counts meanwhile.
 pub(crate) fn watched<T>(steps: u64, label: &str, console: Console, control: &Control, work: impl FnOnce() -> T) -> T {
     let bar = bar(steps, label, console);
     if bar.is_hidden() {

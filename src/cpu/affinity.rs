@@ -1,14 +1,14 @@
-//! Which processor a thread runs on.
+//! Binds threads to processors.
 //!
-//! Threads that evaluate sleep between batches, and a batch may take less than a millisecond. A system wakes a thread
-//! where it slept or where its waker runs unless it knows of a processor that is free, and a virtual machine often
-//! doesn't take one that idles for free. Two threads then share one processor, and the other idles, until the scheduler
-//! balances them some milliseconds later. A thread with a processor of its own is woken there.
+//! Evaluating threads sleep between batches, and a batch may take less than a millisecond. The scheduler wakes a thread
+//! where it slept or where its waker runs, unless it knows of a free processor; on a virtual machine it often takes an
+//! idle processor for a busy one. Two threads then share one processor while the other idles, until the scheduler
+//! balances them some milliseconds later. A thread bound to a processor of its own is woken there.
 
 #[cfg(target_os = "linux")]
 pub(super) use linux::settle;
 
-/// Threads run where the system puts them.
+/// Does nothing: threads run where the system puts them.
 #[cfg(not(target_os = "linux"))]
 pub(super) fn settle(_index: usize, _threads: usize) {}
 
@@ -16,8 +16,8 @@ pub(super) fn settle(_index: usize, _threads: usize) {}
 mod linux {
     use libc::cpu_set_t;
 
-    /// Keeps this thread, the one of `threads` with that index, on a processor of its own, if there are as many threads
-    /// as processors that it may run on. With fewer, those of two evaluators could be kept on the same processors while
+    /// Binds this thread, number `index` of `threads`, to a processor of its own, if there are as many threads as
+    /// processors that it may run on. With fewer threads, two evaluators could bind theirs to the same processors while
     /// others idle.
     pub(in crate::cpu) fn settle(index: usize, threads: usize) {
         let allowed = allowed();
@@ -32,7 +32,7 @@ mod linux {
         }
     }
 
-    /// The processors that this thread may run on; none if the system doesn't say, or has more than such a set holds.
+    /// The processors that this thread may run on; none if the system doesn't say, or has more than a set holds.
     fn allowed() -> Vec<usize> {
         let mut set = none();
         // SAFETY: writes a set of that size; 0 is this thread.
@@ -54,7 +54,7 @@ mod linux {
     mod tests {
         use super::*;
 
-        /// Where a thread may run that is one of so many.
+        /// The processors of a thread that is one of `threads`.
         fn settled(index: usize, threads: usize) -> Vec<usize> {
             let thread = std::thread::spawn(move || {
                 settle(index, threads);

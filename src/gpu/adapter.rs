@@ -1,8 +1,8 @@
-//! The adapters of this machine, and what each of them can do.
+//! Lists this machine's adapters and their abilities.
 
 use crate::evaluator::Error;
 
-/// How a driver promises to treat 32-bit floats when a kernel asks for it (`VK_KHR_shader_float_controls`).
+/// The modes of 32-bit floats that a driver offers to kernels (`VK_KHR_shader_float_controls`).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct FloatControls {
     /// `shaderRoundingModeRTEFloat32`: results are rounded to the nearest, ties to even.
@@ -13,7 +13,7 @@ pub struct FloatControls {
     pub keep_subnormal: bool,
 }
 
-/// What bounds the batches that an adapter takes in one dispatch.
+/// Limits on what an adapter takes in one dispatch.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Limits {
     /// Storage buffers that one kernel may bind.
@@ -46,7 +46,7 @@ impl Adapter {
     pub fn name(&self) -> &str {
         &self.info.name
     }
-    /// Its driver's name and version, such as `llvmpipe, Mesa 22.3.6 (LLVM 15.0.6)`; empty where none is told.
+    /// Its driver's name and version, such as `llvmpipe, Mesa 22.3.6 (LLVM 15.0.6)`; empty if unknown.
     pub fn driver(&self) -> String {
         [self.info.driver.as_str(), self.info.driver_info.as_str()]
             .into_iter()
@@ -64,15 +64,15 @@ impl Adapter {
         let name = self.info.name.to_lowercase();
         self.info.device_type == wgpu::DeviceType::Cpu || NAMES.iter().any(|known| name.contains(known))
     }
-    /// Whether it runs the exact kernels; without, it is served in WGSL and is never exact.
+    /// Whether it takes SPIR-V. If not, it gets its kernels in WGSL and is never exact.
     pub fn takes_spirv(&self) -> bool {
         self.takes_spirv
     }
-    /// What its driver promises about floats.
+    /// The float modes of its driver.
     pub fn float_controls(&self) -> FloatControls {
         self.float_controls
     }
-    /// What bounds its dispatches.
+    /// Limits on its dispatches.
     pub fn limits(&self) -> Limits {
         self.limits
     }
@@ -114,7 +114,7 @@ impl Adapter {
     }
 }
 
-/// Which adapter is meant.
+/// Names an adapter.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Choice {
     /// The best real GPU; never a software driver.
@@ -152,7 +152,7 @@ fn adapters_of(backends: wgpu::Backends) -> Vec<Adapter> {
         .collect()
 }
 
-/// The adapter that is meant.
+/// Finds the adapter that is named.
 ///
 /// # Errors
 /// [`Error::NoDevice`], with what there is instead, or what to install.

@@ -1,4 +1,4 @@
-//! An open device: its kernels, its waits, and what went wrong on it.
+//! An open device: compiles kernels, waits for work, and reports faults.
 
 use std::collections::BTreeMap;
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -14,7 +14,7 @@ use crate::evaluator::{Control, Error};
 /// Storage buffers that a life binds.
 const STORAGE_BUFFERS: u32 = 8;
 
-/// In which form a device gets its kernels.
+/// The form in which a device takes its kernels.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Path {
     /// As exact SPIR-V.
@@ -26,19 +26,19 @@ pub enum Path {
 /// Why a device gave no result.
 #[derive(Debug)]
 pub(super) enum Fault {
-    /// Asked for.
+    /// The evaluation was cancelled.
     Cancelled,
-    /// It is gone, with what the driver said.
+    /// The device is lost, with the driver's message.
     Lost(String),
-    /// A smaller batch might do.
+    /// Memory ran out; a smaller batch might fit.
     OutOfMemory,
-    /// It can't do this at all.
+    /// The device can't do this at any size.
     TooLarge(String),
-    /// It doesn't take the kernel or its use.
+    /// The driver refuses the kernel or its use.
     Refused(String),
 }
 
-/// What wgpu told while nobody asked.
+/// Errors that wgpu reported through its callbacks.
 #[derive(Debug, Default)]
 struct Told {
     lost: Option<String>,
@@ -146,7 +146,7 @@ impl Device {
         self.pipelines.clear();
     }
 
-    /// A kernel, compiled when first asked for.
+    /// A kernel, compiled on first use.
     ///
     /// # Errors
     /// [`Fault::Refused`] if the driver doesn't take it, [`Fault::Lost`].
@@ -222,7 +222,7 @@ impl Device {
     /// Waits for a submission. Gives up soon after a cancel; the device then finishes on its own.
     ///
     /// # Errors
-    /// [`Fault::Cancelled`] and whatever befell the device.
+    /// [`Fault::Cancelled`], and any fault of the device.
     pub(super) fn wait(&self, submission: &wgpu::SubmissionIndex, control: &Control) -> Result<(), Fault> {
         const LOOK_UP: Duration = Duration::from_millis(20);
         loop {
@@ -246,10 +246,10 @@ impl Device {
         }
     }
 
-    /// Whether all went well until now.
+    /// Checks for faults since the last call.
     ///
     /// # Errors
-    /// What befell the device since the last call.
+    /// The fault since the last call.
     pub(super) fn check(&self) -> Result<(), Fault> {
         let mut told = lock(&self.told);
         if let Some(reason) = &told.lost {
@@ -336,7 +336,7 @@ fn layout_entry(binding: &Binding) -> wgpu::BindGroupLayoutEntry {
 
 #[cfg(test)]
 impl Device {
-    /// As if the driver had said that memory ran out.
+    /// Fails as if the driver had run out of memory.
     pub(super) fn pretend_out_of_memory(&self) {
         let source = Box::new(std::io::Error::from(std::io::ErrorKind::OutOfMemory));
         lock(&self.told).error = Some(wgpu::Error::OutOfMemory { source });

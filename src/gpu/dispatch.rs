@@ -13,15 +13,15 @@ use super::pace::Pace;
 use crate::batch::{LANES, Part};
 use crate::evaluator::{Control, PartResult};
 
-/// Bytes that a cut's own buffers should take together: enough rollouts to fill any device, few enough for
-/// a small one. Two cuts are on the device at a time.
+/// Target size of a cut's own buffers, in bytes: enough rollouts to fill any device, few enough for a small one. Two cuts
+/// are on the device at a time.
 const CUT_BYTES: u64 = 64 << 20;
 
-/// Iterations of all loops together that an invocation makes in a dispatch. Mesa's software driver leaves every loop
-/// of an invocation after 65,535 in all and tells nobody, so that results would be wrong.
+/// The greatest number of iterations of all loops of an invocation in a dispatch. Mesa's software driver leaves every loop
+/// of an invocation after 65,535 in all, silently, corrupting results.
 const GREATEST_LOOPS: u32 = 60_000;
 
-/// The greatest dispatch, besides what time and memory allow. No result depends on it.
+/// Limits on a dispatch, besides those of time and memory. No result depends on them.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Bounds {
     /// Groups in a cut, at least 1.
@@ -39,7 +39,7 @@ impl Default for Bounds {
     }
 }
 
-/// Runs lives on one device, and keeps what the next batch can use: buffers and speeds.
+/// Runs rollouts on one device, and keeps buffers and speeds for the next batch.
 #[derive(Debug, Default)]
 pub(super) struct Lives {
     scene: Scene,
@@ -119,7 +119,7 @@ impl Lives {
     }
 }
 
-/// What bounds a cut.
+/// The limits on a cut.
 #[derive(Clone, Copy, Debug)]
 struct Bytes {
     groups: usize,
@@ -155,7 +155,7 @@ impl Cut {
     }
 }
 
-/// Cuts a part to what fits, in order.
+/// Cuts a part into pieces that fit, in order.
 fn cuts(part: &Part<'_>, bounds: Bytes) -> Result<Vec<Cut>, Fault> {
     let groups = part.group_table();
     let first_input = part.first_input() as usize;
@@ -220,7 +220,7 @@ struct Flight {
     brings: Option<Range<usize>>,
 }
 
-/// One part under way.
+/// A part in progress.
 struct Run<'a> {
     device: &'a mut Device,
     kernel: &'static Kernel,

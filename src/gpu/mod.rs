@@ -1,4 +1,4 @@
-//! Batches on a GPU, through wgpu. Nothing outside this module names it.
+//! Runs batches on a GPU through wgpu. Nothing outside this module names wgpu.
 
 mod adapter;
 mod buffers;
@@ -41,7 +41,7 @@ impl Gpu {
         Self::open_with(&adapter, path)
     }
 
-    /// Opens an adapter on a path of one's choice.
+    /// Opens an adapter with kernels in the given form.
     ///
     /// # Errors
     /// [`Error::NoDevice`] if the adapter can't run the kernels, or not on this path.
@@ -79,13 +79,13 @@ impl Gpu {
         self.device.adapter()
     }
 
-    /// Why its results are not promised to be exact; nothing if they are: if it runs the exact kernels, and every
-    /// operation and function of theirs gave the CPU's bits when it was opened.
+    /// Why its results are not exact; nothing if they are. They are if it runs the exact kernels, and every operation and
+    /// function of these gave the CPU's bits when it was opened.
     pub fn why_inexact(&self) -> Option<&str> {
         self.inexact.as_deref()
     }
 
-    /// Bounds each dispatch more than time and memory do.
+    /// Limits each dispatch further than time and memory do.
     pub fn set_bounds(&mut self, bounds: Bounds) {
         self.lives.bounds = bounds;
     }

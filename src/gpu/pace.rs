@@ -1,9 +1,9 @@
-//! How many cycles go into one dispatch.
+//! Chooses the number of cycles in one dispatch.
 
 use std::time::Duration;
 
-/// What a dispatch should last: long enough to cost nothing, a tenth of what desktop drivers take for a hang
-/// even when the next one is twice as slow.
+/// Target duration of a dispatch: long enough for its overhead not to matter, and, even if the next one is twice as slow,
+/// a tenth of what desktop drivers take for a hang.
 const AIM: Duration = Duration::from_millis(100);
 
 /// Robot-steps of a first dispatch, when nothing is known: a tenth of a second on the slowest device that is
@@ -42,7 +42,7 @@ impl Pace {
         cycles.clamp(1, u64::from(u32::MAX)) as u32
     }
 
-    /// Learns from a dispatch.
+    /// Takes in the measured time of a dispatch.
     pub(super) fn observe(&mut self, slots: u64, cycles: u32, lasted: Duration) {
         // A clock that stood still would promise an endless speed.
         let seconds = lasted.as_secs_f64().max(1e-6);

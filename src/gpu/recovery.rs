@@ -1,4 +1,4 @@
-//! A GPU that may be lost: opened again once, then the batch goes elsewhere.
+//! Recovers from a lost GPU: opens it again once, then uses another evaluator.
 
 use super::Gpu;
 use crate::batch::Part;
@@ -13,7 +13,7 @@ pub struct Recovering {
 }
 
 impl Recovering {
-    /// A GPU, and what takes over when it is gone.
+    /// Wraps a GPU and the evaluator that takes over when it is gone.
     pub fn new(gpu: Gpu, fallback: Box<dyn Evaluator>) -> Self {
         Self {
             gpu: Some(gpu),

@@ -1,4 +1,4 @@
-//! Any kernel on any buffers, for the suites that compare a driver's operations with the CPU's.
+//! Runs any kernel on any buffers, for the suites that compare a driver's operations with the CPU's.
 
 use oneiro_shaders::{BindingKind, Kernel};
 use wgpu::BufferUsages as Usage;

@@ -1,4 +1,4 @@
-//! Whether a driver computes as the CPU does: every operation and function of the kernels, tried on both.
+//! Decides whether a GPU is exact: runs every operation and function of the kernels on it and on the CPU.
 
 use std::collections::BTreeMap;
 use std::sync::{Mutex, MutexGuard, PoisonError};
@@ -11,10 +11,10 @@ use crate::probe::{self, Case};
 /// Arguments that each function is tried on.
 const ARGUMENTS: usize = 1024;
 
-/// What was found out in this process, by adapter and driver: why its results are not exact, or nothing.
+/// Findings of this process by adapter and driver: why its results are not exact, or nothing.
 static VERDICTS: Mutex<BTreeMap<String, Option<String>>> = Mutex::new(BTreeMap::new());
 
-/// Why results of a GPU are not exact; nothing if they are.
+/// Why a GPU's results are not exact; nothing if they are.
 ///
 /// # Errors
 /// As [`Gpu::run`].
@@ -41,7 +41,7 @@ fn verdicts() -> MutexGuard<'static, BTreeMap<String, Option<String>>> {
 }
 
 impl Gpu {
-    /// Runs cases here and on the CPU, and says for each that differs what both computed where they differ first.
+    /// Runs cases on both devices. For each that differs, returns both results where they differ first.
     ///
     /// # Errors
     /// As [`Gpu::run`].

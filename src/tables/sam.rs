@@ -7,12 +7,12 @@ use std::str::FromStr;
 
 use super::{Error, GREATEST_READING, Import, MotorSamples, SENSORS, SensorTable};
 
-/// How a sensor table's readings are written.
+/// The format of a sensor table's readings.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Format {
     /// `.sam`: integers from 0 to 1023.
     Sam,
-    /// `.sample`: their 1023rd part, six decimals.
+    /// `.sample`: the same divided by 1023, six decimals.
     Sample,
 }
 
@@ -53,7 +53,7 @@ pub(super) fn save(path: &Path, text: &str) -> Result<(), Error> {
         .map_err(|error| fault(path, None, format!("can't be written: {error}")))
 }
 
-/// The lines of a file that hold anything, with their numbers.
+/// The non-empty lines of a file, with their numbers.
 struct Lines<'a> {
     path: &'a Path,
     numbered: std::iter::Enumerate<std::str::Lines<'a>>,
@@ -243,7 +243,7 @@ pub(super) fn print_sensors(table: &SensorTable, format: Format) -> String {
     text
 }
 
-/// The speeds that a motors' file with so many of them is about.
+/// The speeds of a motors' file with `count` of them.
 pub(super) fn speeds(count: usize) -> Vec<i32> {
     let greatest = (count / 2) as i32;
     (-greatest..=greatest)

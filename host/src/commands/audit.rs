@@ -1,4 +1,4 @@
-//! `oneiro audit`: recorded individuals evaluated again on this machine, and compared bit for bit.
+//! `oneiro audit`: evaluates recorded individuals again on this machine and compares them bit for bit.
 
 use std::path::Path;
 
@@ -15,12 +15,12 @@ use crate::record::{Individuals, SavedRun, is_swarm_run};
 use crate::run::{keys, score};
 use crate::{device, progress};
 
-/// Individuals that are evaluated at once.
+/// Individuals per batch.
 const AT_ONCE: usize = 1 << 16;
-/// Differences that are told one by one.
+/// Differences that are listed one by one.
 const TOLD: usize = 10;
 
-/// Audits a run, or each run of a directory; fails if a single bit differs.
+/// Audits a run, or each run of a directory. Fails if a single bit differs.
 pub(crate) fn run(arguments: &Audit, console: Console) -> Result {
     let (swarms, directories): (Vec<_>, Vec<_>) = list::runs(&arguments.run_dir)?
         .into_iter()
@@ -55,7 +55,7 @@ pub(crate) fn run(arguments: &Audit, console: Console) -> Result {
     Ok(())
 }
 
-/// What the audit of one run found.
+/// The outcome of one run's audit.
 struct Report {
     directory: String,
     recorded: usize,
@@ -63,7 +63,7 @@ struct Report {
     differences: Vec<Difference>,
 }
 
-/// An individual whose score is another here.
+/// An individual whose score differs on this machine.
 struct Difference {
     generation: u32,
     individual: u32,
@@ -168,7 +168,7 @@ impl Report {
     }
 }
 
-/// The individuals that are audited: by lots that anyone can draw again, and if none is drawn, the first.
+/// The individuals to audit: drawn reproducibly, or the first if the draw selects none.
 fn chosen(individuals: &Individuals, seed: u64, share: f64) -> Vec<usize> {
     let drawn = |&index: &usize| {
         let (generation, individual) = individuals.place(index);

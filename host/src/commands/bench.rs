@@ -1,4 +1,4 @@
-//! `oneiro bench`: robot-steps per second, of everything that can evaluate here.
+//! `oneiro bench`: robot-steps per second of each instruction set and adapter of this machine.
 
 use std::fmt::Write;
 use std::time::{Duration, Instant};
@@ -15,20 +15,20 @@ use crate::device::{self, Candidate};
 use crate::exit::Result;
 use crate::workload;
 
-/// Batch sizes, and how long to measure.
+/// Batch sizes, and the time to measure each.
 pub(crate) struct Plan {
-    /// Rollouts a batch.
+    /// Rollouts per batch.
     pub(crate) sizes: Vec<u32>,
-    /// What is expected to take longer for one batch is left out.
+    /// Batches that are expected to take longer are left out.
     pub(crate) longest: Duration,
-    /// For all repetitions of one batch size on all devices, about.
+    /// Approximate time for all repetitions of one batch size on all devices.
     pub(crate) whole: Duration,
     /// Fewest and most repetitions.
     pub(crate) repetitions: (usize, usize),
 }
 
 impl Plan {
-    /// Some minutes.
+    /// Takes some minutes.
     fn thorough() -> Self {
         Self {
             sizes: vec![1000, 10_000, 100_000, 1_000_000],
@@ -38,7 +38,7 @@ impl Plan {
         }
     }
 
-    /// Some seconds.
+    /// Takes some seconds.
     pub(crate) fn quick() -> Self {
         Self {
             sizes: vec![1000, 10_000],
@@ -49,7 +49,7 @@ impl Plan {
     }
 }
 
-/// What one device did with one batch size.
+/// The speed of one device with one batch size.
 #[derive(Clone, Debug, serde::Serialize)]
 pub(crate) struct Cell {
     pub(crate) device: String,
@@ -67,7 +67,7 @@ pub(crate) struct Cell {
     pub(crate) ratio_rollouts: Option<u32>,
 }
 
-/// From before a device is opened to its first result.
+/// Time from before a device is opened to its first result.
 #[derive(Clone, Debug, serde::Serialize)]
 pub(crate) struct First {
     pub(crate) device: String,
@@ -120,7 +120,7 @@ pub(crate) fn run(arguments: &Bench, console: Console) -> Result {
     console.data(text)
 }
 
-/// What is timed: all that was asked for, and the scalar code as the measure.
+/// The candidates to time: those of `--backend`, and the scalar code to compare them with.
 ///
 /// # Errors
 /// Exit 4: there is no such device.
@@ -133,7 +133,7 @@ pub(crate) fn timed(which: &str) -> Result<Vec<Candidate>> {
     Ok(candidates)
 }
 
-/// Times every candidate at every batch size: in turn, so that what slows the machine for a while slows all alike.
+/// Times every candidate at every batch size, in turns, so that a slowdown of the machine affects all alike.
 ///
 /// # Errors
 /// Exit 4: a device can't be opened, or is lost.
@@ -237,7 +237,7 @@ fn time(evaluator: &mut dyn Evaluator, batch: &Batch) -> Result<f64> {
     Ok(start.elapsed().as_secs_f64())
 }
 
-/// The middle one, or the mean of the two in the middle; 0 of none.
+/// The median; 0 of no values.
 fn median(values: &mut [f64]) -> f64 {
     values.sort_by(f64::total_cmp);
     match (values.len(), values.len() / 2) {
@@ -247,7 +247,7 @@ fn median(values: &mut [f64]) -> f64 {
     }
 }
 
-/// A row a device, a column a batch size.
+/// A table with a row per device and a column per batch size.
 pub(crate) fn table(cells: &[Cell]) -> String {
     let mut sizes: Vec<u32> = cells.iter().map(|cell| cell.rollouts).collect();
     sizes.sort_unstable();

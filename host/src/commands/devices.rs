@@ -1,4 +1,4 @@
-//! `oneiro devices`: what can evaluate here, and whether it is exact.
+//! `oneiro devices`: this machine's devices, and whether each is exact.
 
 use std::thread;
 
@@ -39,7 +39,7 @@ pub(crate) fn run(console: Console) -> Result {
     console.data(text)
 }
 
-/// A device that a driver offers, as it is told.
+/// An adapter, as printed.
 struct Adapter {
     index: usize,
     name: String,

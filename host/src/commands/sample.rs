@@ -1,4 +1,4 @@
-//! `oneiro sample`: a robot's sensors and motors into tables that a simulator is made from.
+//! `oneiro sample`: samples a robot's sensors and motors into tables that a simulator is made from.
 
 use std::path::Path;
 
@@ -17,7 +17,7 @@ use crate::report::figures;
 use crate::watcher::stop_signal;
 use crate::{device, progress};
 
-/// Samples, and writes tables and pictures.
+/// Samples a robot and writes tables and pictures.
 pub(crate) fn run(arguments: &Sample, console: Console) -> Result {
     let seed = surrogate_seed(&arguments.robot)?;
     let objects = objects(&arguments.objects)?;
@@ -36,7 +36,7 @@ pub(crate) fn run(arguments: &Sample, console: Console) -> Result {
     Ok(())
 }
 
-/// The seed of `surrogate:SEED`.
+/// Parses the seed of `surrogate:SEED`.
 pub(crate) fn surrogate_seed(robot: &str) -> Result<u64> {
     let seed = robot.strip_prefix("surrogate:").and_then(|seed| seed.parse().ok());
     seed.ok_or_else(|| {
@@ -65,7 +65,7 @@ fn objects(names: &[String]) -> Result<Vec<Object>> {
     Ok(objects)
 }
 
-/// Takes the samples that are not yet there, and writes `CLASS.sam` and `CLASS.svg` for each object and `motor.sam`.
+/// Takes the samples that are missing, and writes `CLASS.sam` and `CLASS.svg` for each object, and `motor.sam`.
 pub(crate) fn take(
     reality: &mut dyn Reality,
     objects: &[Object],

@@ -1,4 +1,4 @@
-//! `oneiro tables`: sampled sensor and motor tables, shown, converted and exported.
+//! `oneiro tables`: shows, converts and exports sampled sensor and motor tables.
 
 use std::path::Path;
 
@@ -11,7 +11,7 @@ use crate::exit::{Failure, Result};
 use crate::files;
 use crate::report::figures;
 
-/// Does what was asked with a table.
+/// Runs the subcommand.
 pub(crate) fn run(arguments: &Tables, console: Console) -> Result {
     match &arguments.command {
         TablesCommand::Show { table, out } => show(table, out.as_deref(), console),
@@ -54,7 +54,7 @@ fn built_in_names() -> String {
     names.join(", ")
 }
 
-/// Reads a file; motors' files have no `TURN` lines, sensors' files do.
+/// Reads a table. A file with `TURN` lines holds sensors, one without holds motors.
 fn read(path: &Path, console: Console) -> Result<Table> {
     let is_motors = files::text(path)?
         .lines()
@@ -69,7 +69,7 @@ fn read(path: &Path, console: Console) -> Result<Table> {
     Ok(Table::Sensors(import.table))
 }
 
-/// A table that can't be read, or a name that says no format: exit 3.
+/// Exit 3, for a table that can't be read or an unknown extension.
 fn refused(error: tables::Error) -> Failure {
     Failure::input(error)
 }
@@ -119,7 +119,7 @@ fn show(name: &Path, out: Option<&Path>, console: Console) -> Result {
     }
 }
 
-/// What one sensor of a table reads, in a few numbers.
+/// Key figures of one sensor in a table.
 #[derive(Debug, Serialize)]
 struct Moments {
     /// The point of view, where the object was sampled from several.
@@ -129,7 +129,7 @@ struct Moments {
     bearing_degrees: f64,
     /// Distance at which its highest reading falls below a half of the greatest.
     half_mm: Option<f64>,
-    /// The same for one twentieth.
+    /// Distance at which its highest reading falls below a twentieth of the greatest.
     twentieth_mm: Option<f64>,
     /// Width of the bearings that read at least a half, at three distances.
     width_degrees: [f64; 3],

@@ -1,4 +1,4 @@
-//! `oneiro verify`: whether a run's files are what was written, and what its results hash to.
+//! `oneiro verify`: checks that a run's files are those that were written, and prints the hash of its results.
 
 use serde_json::json;
 
@@ -8,7 +8,7 @@ use crate::console::Console;
 use crate::exit::Result;
 use crate::record;
 
-/// Checks a run, or each run of a directory; stops at the first that is not as it should be.
+/// Checks a run, or each run of a directory. Stops at the first that is damaged.
 pub(crate) fn run(arguments: &Verify, console: Console) -> Result {
     let mut verified = Vec::new();
     for directory in list::runs(&arguments.run_dir)? {
