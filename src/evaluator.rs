@@ -53,7 +53,7 @@ pub enum Error {
     Lost {
         /// Its name.
         device: String,
-        /// What the driver said.
+        /// The driver's message.
         reason: String,
     },
     /// A trace or a batch needs more memory than the device has.

@@ -20,7 +20,7 @@ pub use operations::operations;
 pub struct Case {
     /// The kernel that computes it.
     pub kernel: &'static Kernel,
-    /// What is computed.
+    /// The operation or function that it computes.
     pub subject: Subject,
     /// The kernel's first buffer.
     pub parameters: [u32; 4],

@@ -272,9 +272,9 @@ impl Surroundings {
 pub struct Surrogate {
     /// The robot.
     pub individual: Individual,
-    /// Where it lives.
+    /// Its surroundings.
     pub surroundings: Surroundings,
-    /// How it differs from the simulator.
+    /// Its differences from the simulator.
     pub differences: Differences,
 }
 

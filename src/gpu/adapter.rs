@@ -190,7 +190,7 @@ pub fn find(choice: &Choice) -> Result<Adapter, Error> {
     Err(Error::NoDevice(format!("{problem}; there are: {}", list.join("; "))))
 }
 
-/// What a Vulkan driver promises about 32-bit floats. wgpu doesn't tell.
+/// The modes of 32-bit floats that a Vulkan driver offers. wgpu doesn't expose them.
 #[cfg(any(windows, target_os = "linux", target_os = "android", target_os = "freebsd"))]
 fn ask_vulkan(handle: &wgpu::Adapter) -> FloatControls {
     use ash::vk;

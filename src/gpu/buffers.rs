@@ -11,7 +11,7 @@ pub(super) struct Pooled {
     usage: Usage,
     buffer: Option<wgpu::Buffer>,
     used: u64,
-    /// What was last written, for what seldom changes.
+    /// The bytes last written, for contents that seldom change.
     written: Vec<u8>,
 }
 
@@ -141,7 +141,7 @@ impl Pooled {
     }
 }
 
-/// What all rollouts of a batch share.
+/// The buffers that all rollouts of a batch share.
 #[derive(Debug)]
 pub(super) struct Scene {
     pub(super) worlds: Pooled,
@@ -160,8 +160,8 @@ impl Default for Scene {
     }
 }
 
-/// What one cut of a batch needs for itself. Two of them take turns, so that one is filled and read while the
-/// other is worked on.
+/// The buffers of one cut of a batch. Two of them take turns, so that one is filled and read while the device works on the
+/// other.
 #[derive(Debug)]
 pub(super) struct Bench {
     pub(super) dispatch: Pooled,

@@ -285,7 +285,7 @@ impl Device {
     }
 }
 
-/// When a device is to be lost, in tests.
+/// The time at which a device is lost on purpose, in tests.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Doom {
     dispatches: u32,
@@ -302,7 +302,7 @@ impl Doom {
             passed: 0,
         }
     }
-    /// What awaits the device that replaces this one.
+    /// The loss planned for the device that replaces this one.
     pub(super) fn next(self) -> Self {
         Self::after(self.dispatches, self.devices.saturating_sub(1))
     }

@@ -11,11 +11,11 @@ use crate::evaluator::{Control, Error};
 /// One dispatch of a kernel.
 #[derive(Clone, Debug)]
 pub struct Run<'a> {
-    /// What is run.
+    /// The kernel.
     pub kernel: &'a Kernel,
     /// Buffers in the order of its bindings, none of them empty; those it may write have its results afterwards.
     pub buffers: Vec<Vec<u32>>,
-    /// How often, in groups of its workgroup size.
+    /// The number of workgroups.
     pub workgroups: u32,
 }
 

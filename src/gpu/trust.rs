@@ -65,7 +65,7 @@ fn run_of(case: &Case) -> Run<'static> {
     }
 }
 
-/// Where results differ first from the CPU's.
+/// The first difference from the CPU's results.
 fn difference(case: &Case, there: &[u32]) -> Option<String> {
     let Some(here) = case.variants().next().and_then(|variant| case.run(variant.name)) else {
         return Some(format!("there is no lane code to compare `{}` with", case.subject));

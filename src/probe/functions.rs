@@ -5,7 +5,7 @@ use oneiro_shaders::PROBE_NUMERICS;
 use super::{Case, Subject};
 use crate::random::pcg4d;
 
-/// What a function is tried on: the range for which its comment states an error.
+/// The arguments that a function is tried on: the range for which its comment states an error.
 #[derive(Clone, Copy)]
 enum Arguments {
     /// Numbers from one to another, both positive.

@@ -112,7 +112,7 @@ fn operation(subject: Subject, [number, form]: [u32; 2], operands: &[[u32; 2]]) 
     }
 }
 
-/// What an operation on numbers computes on its way, for those that can leave the ordinary numbers.
+/// The intermediate values of an operation, for operations that can leave the ordinary numbers.
 fn steps(text: &str, x: f32, y: f32) -> [f32; 3] {
     let product = x * y;
     match text {
@@ -163,7 +163,7 @@ fn operands(scalar: Scalar, form: Form) -> Vec<[u32; 2]> {
     pairs
 }
 
-/// Where rounding, exponents or drivers change their ways.
+/// Operands at which rounding, exponents or drivers change their behaviour.
 fn special_numbers() -> Vec<u32> {
     const SIZES: [f32; 27] = [
         0.0,

@@ -1,5 +1,5 @@
-//! Makes the Khepera that is compiled in, from published statistics of a real one's recordings. Nothing here but
-//! exactly rounded operations, so that every machine makes the same integers.
+//! Synthesises the built-in Khepera from published statistics of a real one's recordings. Only exactly rounded operations
+//! are used, so that every machine makes the same integers.
 //!
 //! A sensor's reading of an object at distance d and bearing b from its own axis is
 //! `clip(1.5 / (1 + 2 exp((d - reach(b)) / fade))) * 1023`, a logistic that is clipped where the sensor saturates,
@@ -11,11 +11,11 @@ use super::{GREATEST_READING, SENSORS, SensorTable};
 use crate::exact::{cosine, exponential};
 use crate::random::pcg4d;
 
-/// What one class of object does to one sensor.
+/// The response of one sensor to one class of object.
 pub(super) struct Response {
-    /// Where the reading is 50 % of the greatest, on the axis, mm.
+    /// Distance on the axis at which the reading is 50 % of the greatest, mm.
     pub(super) half: f64,
-    /// Where it is 5 %, mm.
+    /// Distance at which it is 5 %, mm.
     pub(super) twentieth: f64,
     /// The angles over which it is 50 % or more at [`WIDTHS_AT`], degrees.
     pub(super) widths: [f64; 3],
@@ -24,7 +24,7 @@ pub(super) struct Response {
 /// Distances of the widths, mm.
 pub(super) const WIDTHS_AT: [f64; 3] = [9.0, 15.0, 21.0];
 
-/// Where the sensors look, degrees clockwise from the heading, left 90 first.
+/// Directions of the sensors, degrees clockwise from the heading, left 90 first.
 pub(super) const BEARINGS: [f64; SENSORS] = [-69.0, -42.0, -7.0, 15.0, 44.0, 75.0, 169.0, -166.0];
 
 const fn response(half: f64, twentieth: f64, widths: [f64; 3]) -> Response {
@@ -94,7 +94,7 @@ fn share(response: &Response, distance: f64, off_axis: f64) -> f64 {
     (1.5 / (1.0 + 2.0 * exponential((distance - reach) / fade))).min(1.0)
 }
 
-/// Where the reading is one half, mm, at an angle off the axis whose cosine falls short of 1 by `fall`.
+/// Distance at which the reading is one half, mm, at an angle off the axis whose cosine is 1 - `fall`.
 fn reach(response: &Response, fall: f64) -> f64 {
     let mut near = (0.0, response.half);
     let mut slope = 0.0;
