@@ -179,7 +179,7 @@ impl Swarm {
     }
 
     /// The lines of a world's trace, of which each has so many words: as many as the largest world of its batch needs.
-    fn lines(&self, words: &[u32], line_words: usize) -> Vec<Line> {
+    pub fn lines(&self, words: &[u32], line_words: usize) -> Vec<Line> {
         let own = self.robot_line_words() as usize;
         let robots = self.robots as usize;
         words

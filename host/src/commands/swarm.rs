@@ -3,7 +3,7 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use oneiro::swarm::{Line, SECOND};
+use oneiro::swarm::SECOND;
 use serde::Serialize;
 use serde_json::json;
 
@@ -18,8 +18,9 @@ use crate::progress;
 use crate::record::{Done, SavedSwarm, Session, SwarmRecorder, write_whole};
 use crate::report::figures::{self, Genes, SwarmReplay};
 use crate::run::LOCKSTEP;
+use crate::swarm::job::SwarmJob;
 use crate::swarm::lived::Run;
-use crate::swarm::{Spectator, live, steps};
+use crate::swarm::{drive, live, steps};
 use crate::watcher::stop_signal;
 
 /// A finished run in a few values.
@@ -108,7 +109,7 @@ pub(super) fn done(
                 .iter()
                 .map(|(experiment, seed, _)| experiment.plan(*seed))
                 .collect();
-            let lived = live(&plans, &|batch| evaluations.evaluate(batch), &mut ());
+            let lived = live(&plans, &|batch| evaluations.evaluate(batch));
             let lived = match lived {
                 Ok(lived) => lived,
                 Err(failure) => {
@@ -165,40 +166,28 @@ fn print(reports: &[Report], as_list: bool, console: Console) -> Result {
     }
 }
 
-/// Keeps what is seen of one swarm.
-struct Film(Vec<Line>);
-
-impl Spectator for Film {
-    fn saw(&mut self, _: usize, lines: &[Line]) {
-        self.0.extend_from_slice(lines);
-    }
-}
-
-/// Lives a run again, and holds it against what was recorded. Its device, what was seen, and the run.
-fn again(saved: &SavedSwarm, backend: &cli::Backend, console: Console) -> Result<(String, Film, Run)> {
+/// Runs a swarm again and compares it with what was recorded. The device, the swarm, and its run.
+fn again(saved: &SavedSwarm, backend: &cli::Backend, console: Console) -> Result<(String, SwarmJob, Run)> {
     saved.is_done()?;
     let evaluator = device::open(backend)?;
     let name = device::name(evaluator.as_ref());
     let evaluations = Evaluations::new(evaluator, stop_signal()?);
     let plan = saved.experiment().plan(saved.seed());
-    let mut film = Film(Vec::new());
-    let run = progress::watched(steps(&plan), "foraging", console, &evaluations.control, || {
-        live(
-            std::slice::from_ref(&plan),
-            &|batch| evaluations.evaluate(batch),
-            &mut film,
-        )
-    })?
-    .remove(0);
+    let all = steps(&plan);
+    let mut job = SwarmJob::new(plan).keeping_lines();
+    progress::watched(all, "foraging", console, &evaluations.control, || {
+        drive(std::slice::from_mut(&mut job), &|batch| evaluations.evaluate(batch))
+    })?;
+    let run = job.run();
     device::tell_warnings(evaluations.close().as_ref(), console);
     saved.compare(&run)?;
-    Ok((name, film, run))
+    Ok((name, job, run))
 }
 
 /// Lives a run again and writes a page that plays it.
 pub(super) fn replay(arguments: &cli::Replay, console: Console) -> Result {
     let saved = SavedSwarm::open(&arguments.run_dir)?;
-    let (device, film, run) = again(&saved, &arguments.backend, console)?;
+    let (device, job, run) = again(&saved, &arguments.backend, console)?;
     let settings = saved.experiment().settings();
     let genes: Vec<Vec<Genes>> = (0..run.intervals.first().map_or(0, Vec::len))
         .map(|robot| {
@@ -218,9 +207,9 @@ pub(super) fn replay(arguments: &cli::Replay, console: Console) -> Result {
     let page = figures::swarm_page(&SwarmReplay {
         title: &format!("{}, seed {}", saved.experiment().name(), saved.seed()),
         swarm: &settings.swarm(),
-        lamp: settings.case.lamp(SECOND * settings.light_moves()),
+        lamp: saved.experiment().plan(saved.seed()).lamp(),
         every: SECOND,
-        lines: &film.0,
+        lines: job.lines(),
         genes: &genes,
     });
     let directory = arguments.out.as_deref().unwrap_or(saved.directory());

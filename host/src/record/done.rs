@@ -8,10 +8,10 @@ use std::path::Path;
 use serde::{Deserialize, Serialize};
 
 use super::{
-    CHAMPION, CHAMPION_GENES, CONFIG, DONE, FITNESS, FOOD, GENERATIONS, INTERVALS, POPULATION, SavedRun, SavedSwarm,
-    disk, is_swarm_run,
+    CHAMPION, CHAMPION_GENES, CONFIG, DONE, FITNESS, GENERATIONS, POPULATION, SavedRun, SavedSwarm, disk, is_swarm_run,
 };
 use crate::exit::{Failure, Result};
+use crate::swarm::tables::{FOOD, INTERVALS};
 
 /// The last file of a run. All hashes are BLAKE3.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]

@@ -34,7 +34,7 @@ pub(crate) use meta::{Meta, Session, Status, now};
 pub(crate) use recorder::{Ended, Recorder, Standing, result, standing, try_lock};
 pub(crate) use rows::Row;
 pub(crate) use saved::{Individuals, SavedRun, State, is_locked, is_run, rows};
-pub(crate) use swarm::{INTERVALS_HEAD, SavedSwarm, SwarmRecorder, is_swarm_run, swarm_result};
+pub(crate) use swarm::{SavedSwarm, SwarmRecorder, is_swarm_run, swarm_result};
 pub(crate) use trace::trace_csv;
 
 const CONFIG: &str = "config.toml";
@@ -47,8 +47,6 @@ const FITNESS: &str = "fitness.npy";
 const TRACE: &str = "trace.csv";
 const PATH: &str = "path.svg";
 const LEARNING_CURVE: &str = "learning-curve.svg";
-const INTERVALS: &str = "intervals.csv";
-const FOOD: &str = "food.csv";
 const META: &str = "meta.json";
 const LOCK: &str = "lock";
 const DONE: &str = "DONE";

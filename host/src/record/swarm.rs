@@ -1,15 +1,15 @@
 //! The directory of a swarm's run. Such a run lasts seconds; one that was stopped is done again from its beginning.
 
-use std::fmt::Write;
 use std::fs::{self, File};
 use std::path::{Path, PathBuf};
 
 use super::recorder::lock;
 use super::saved::{seed_of, state};
-use super::{CONFIG, Done, FOOD, INTERVALS, Meta, Session, Standing, State, Status, disk, done, is_run, standing};
+use super::{CONFIG, Done, Meta, Session, Standing, State, Status, disk, done, is_run, standing};
 use crate::exit::{Failure, Result};
 use crate::experiment::swarm::{SwarmExperiment, is_swarm};
 use crate::swarm::lived::Run;
+use crate::swarm::tables::{FOOD, INTERVALS, INTERVALS_HEAD};
 
 /// Whether a directory is that of a swarm's run.
 pub(crate) fn is_swarm_run(directory: &Path) -> bool {
@@ -65,7 +65,7 @@ impl SwarmRecorder {
     /// Writes the results, and `DONE` when all of them are on the disk.
     pub(crate) fn finish(&mut self, run: &Run) -> Result<Done> {
         disk::write(&self.directory.join(INTERVALS), intervals_csv(run).as_bytes())?;
-        disk::write(&self.directory.join(FOOD), food_csv(run).as_bytes())?;
+        disk::write(&self.directory.join(FOOD), run.food_table().as_bytes())?;
         disk::sync_directory(&self.directory)?;
         let done = Done::of(&self.directory, self.identity, &[CONFIG, INTERVALS, FOOD])?;
         self.meta.generation = self.meta.generations;
@@ -80,46 +80,15 @@ impl SwarmRecorder {
 /// line.
 pub(crate) fn swarm_result(experiment: blake3::Hash, run: &Run) -> (String, String) {
     let table = intervals_csv(run);
-    let food = food_csv(run);
+    let food = run.food_table();
     let files = [(INTERVALS, table.as_bytes()), (FOOD, food.as_bytes())];
     let hash = done::result_of(experiment, &files);
     (hash, table[INTERVALS_HEAD.len()..].to_owned())
 }
 
-/// The first line of the table of intervals.
-pub(crate) const INTERVALS_HEAD: &str = "interval,robot,s0,chosen_under,g0,g1,real,simulated,heard,reached,taken\n";
-
-/// A line for each robot in each interval.
+/// The whole table of intervals.
 fn intervals_csv(run: &Run) -> String {
-    let mut text = String::from(INTERVALS_HEAD);
-    for (interval, robots) in run.intervals.iter().enumerate() {
-        for (robot, own) in robots.iter().enumerate() {
-            let simulated = own.simulated.map(|fitness| fitness.to_string()).unwrap_or_default();
-            // Writing to a string can't fail.
-            let _ = writeln!(
-                text,
-                "{interval},{robot},{},{},{},{},{},{simulated},{},{},{}",
-                own.s0,
-                own.chosen_under,
-                own.g0,
-                own.g1,
-                own.real,
-                own.heard,
-                own.reached,
-                u8::from(own.taken)
-            );
-        }
-    }
-    text
-}
-
-/// A line for each second.
-fn food_csv(run: &Run) -> String {
-    let mut text = String::from("second,brought\n");
-    for (second, food) in run.brought.iter().enumerate() {
-        let _ = writeln!(text, "{second},{food}");
-    }
-    text
+    INTERVALS_HEAD.to_owned() + &run.interval_rows()
 }
 
 /// A swarm's run as it is on the disk.
@@ -192,7 +161,7 @@ impl SavedSwarm {
     /// # Errors
     /// Exit 1 when it was another.
     pub(crate) fn compare(&self, run: &Run) -> Result {
-        for (name, text) in [(INTERVALS, intervals_csv(run)), (FOOD, food_csv(run))] {
+        for (name, text) in [(INTERVALS, intervals_csv(run)), (FOOD, run.food_table())] {
             if disk::read_text(&self.directory.join(name))? != text {
                 return Err(self.failed(&format!("{name} is not what this device computes")));
             }

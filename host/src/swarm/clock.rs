@@ -1,14 +1,15 @@
-//! When what happens to a robot: functions of its clock alone, so that a robot itself can follow them. Seconds count from
-//! the moment at which the first robot may be switched on.
+//! A robot's clock: when its intervals begin, and when controllers take over. Seconds count from the moment at which the
+//! first robot may be switched on.
 
 use std::ops::Range;
 
 use oneiro::swarm::{Order, SECOND};
+use serde::{Deserialize, Serialize};
 
 use crate::evolve::encapsulated::Genome;
 
 /// A robot's clock.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub(crate) struct Clock {
     /// When it is switched on, and its first interval begins.
     pub(crate) offset: u32,
@@ -30,20 +31,23 @@ impl Clock {
         first..first + self.interval
     }
 
-    /// The interval whose simulations found the controller that acts in a second; none if that is its first one.
-    pub(crate) fn found_in(self, second: u32) -> Option<u32> {
+    /// The interval whose simulations chose the controller that acts in a second; none if that is the first controller.
+    pub(crate) fn chosen_in(self, second: u32) -> Option<u32> {
         Some(second.checked_sub(self.offset + self.installed)? / self.interval)
     }
 
-    /// What it is to do in some seconds, no more of them than an interval has. `first` is the controller that it starts
-    /// with, `found` what the simulations of its intervals found, as far as they are needed.
-    pub(crate) fn order(self, seconds: Range<u32>, first: Genome, found: &[Genome]) -> Order {
-        let genes = |second: u32| self.found_in(second).map_or(first, |interval| found[interval as usize]);
+    /// What the robot is to do in some seconds, no more of them than an interval has. `first` is the controller that it
+    /// starts with, `chosen` those that the simulations of its intervals chose, as far as they are needed.
+    pub(crate) fn order(self, seconds: Range<u32>, first: Genome, chosen: &[Genome]) -> Order {
+        let genes = |second: u32| {
+            self.chosen_in(second)
+                .map_or(first, |interval| chosen[interval as usize])
+        };
         let is_on = |second: u32| second >= self.offset;
         let changes = seconds
             .clone()
             .skip(1)
-            .find(|&second| is_on(second) != is_on(second - 1) || self.found_in(second) != self.found_in(second - 1));
+            .find(|&second| is_on(second) != is_on(second - 1) || self.chosen_in(second) != self.chosen_in(second - 1));
         let at = changes.unwrap_or(seconds.start);
         let begins = seconds
             .clone()
@@ -61,7 +65,7 @@ impl Clock {
 mod tests {
     use super::*;
 
-    const FOUND: [Genome; 3] = [[0.1; 2], [0.2; 2], [0.3; 2]];
+    const CHOSEN: [Genome; 3] = [[0.1; 2], [0.2; 2], [0.3; 2]];
     const FIRST: Genome = [0.9; 2];
 
     /// What acts in each second by the orders of stretches that follow each other, and where intervals begin.
@@ -69,7 +73,7 @@ mod tests {
         let mut acts = Vec::new();
         let mut begins = Vec::new();
         for pair in cuts.windows(2) {
-            let order = clock.order(pair[0]..pair[1], FIRST, &FOUND);
+            let order = clock.order(pair[0]..pair[1], FIRST, &CHOSEN);
             for second in pair[0]..pair[1] {
                 let genes = if SECOND * second >= order.at {
                     Some(order.after)
@@ -99,7 +103,7 @@ mod tests {
                     } else if second < offset + installed {
                         Some(FIRST[0])
                     } else {
-                        Some(FOUND[((second - offset - installed) / 60) as usize][0])
+                        Some(CHOSEN[((second - offset - installed) / 60) as usize][0])
                     };
                     assert_eq!(
                         *acts, expected,
@@ -125,6 +129,6 @@ mod tests {
             (Some(0), Some(0), Some(1))
         );
         assert_eq!(clock.seconds_of(1), 64..124);
-        assert_eq!((clock.found_in(63), clock.found_in(64)), (None, Some(0)));
+        assert_eq!((clock.chosen_in(63), clock.chosen_in(64)), (None, Some(0)));
     }
 }

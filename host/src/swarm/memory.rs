@@ -1,26 +1,28 @@
-//! Messages between robots of a simulated arena: who heard whom is the arena's, what was said is looked up.
+//! The exchange of messages within one process: the arena says who heard whom, and what was said is looked up.
 
 use std::collections::VecDeque;
 use std::ops::Range;
 
+use serde::{Deserialize, Serialize};
+
 use super::lived::Credit;
-use super::mind::Mind;
+use super::on_board::OnBoard;
 use super::settings::Says;
 use crate::exchange::{Exchange, Message};
 
-/// What was heard and said in one second.
-#[derive(Clone, Debug, PartialEq)]
+/// Who heard whom in one second, and the fitness that they spoke of.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Second {
     /// Of each robot, whom it heard, a bit each.
     pub(crate) heard: Vec<u128>,
     /// Of each robot, what it had earned in its interval when the second began.
     pub(crate) earned: Vec<f32>,
-    /// And when it ended.
+    /// The same when the second ended.
     pub(crate) earned_after: Vec<f32>,
 }
 
 /// The last seconds of a world.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Seconds {
     kept: usize,
     first: u32,
@@ -28,8 +30,8 @@ pub(crate) struct Seconds {
 }
 
 impl Seconds {
-    /// Keeps so many seconds. When the last robot has ended an interval, the first asks for what was heard since it began
-    /// its own: an interval and the time in which robots are switched on.
+    /// Keeps the last `kept` seconds: an interval and the time within which robots are switched on, since the first robot's
+    /// interval is looked up when the last robot's has ended.
     pub(crate) fn new(kept: u32) -> Self {
         Self {
             kept: kept as usize,
@@ -47,7 +49,7 @@ impl Seconds {
         self.last.push_back(second);
     }
 
-    /// One of those that are kept.
+    /// A second, if it is still kept.
     pub(crate) fn get(&self, second: u32) -> Option<&Second> {
         self.last.get(second.checked_sub(self.first)? as usize)
     }
@@ -57,28 +59,28 @@ impl Seconds {
 pub(crate) struct Memory<'a> {
     /// What was heard.
     pub(crate) seconds: &'a Seconds,
-    /// Who spoke.
-    pub(crate) minds: &'a [Mind],
+    /// The robots that spoke.
+    pub(crate) robots: &'a [OnBoard],
     /// What robots say.
     pub(crate) says: Says,
     /// What they credit their fitness to.
     pub(crate) credit: Credit,
-    /// Whose fitness each robot says: its own but in a control.
+    /// Whose fitness each robot reports: its own, except under the null.
     pub(crate) whose: &'a [usize],
 }
 
 impl Memory<'_> {
     /// What a robot says in a second; nothing before it is switched on.
     fn said(&self, sender: usize, at: u32, second: &Second) -> Option<Message> {
-        let mind = &self.minds[sender];
-        let now = mind.clock.interval_at(at)?;
-        let controller = mind.acts(at);
+        let robot = &self.robots[sender];
+        let now = robot.clock.interval_at(at)?;
+        let controller = robot.acts(at);
         let whose = self.whose[sender];
         Some(match self.says {
             Says::SoFar => Message {
                 sender,
                 interval: now,
-                simulator: mind.credited(now, self.credit),
+                simulator: robot.credited(now, self.credit),
                 fitness: second.earned[whose],
                 controller,
             },
@@ -87,8 +89,8 @@ impl Memory<'_> {
                 Message {
                     sender,
                     interval: last,
-                    simulator: mind.credited(last, self.credit),
-                    fitness: *self.minds[whose].earned.get(last as usize)?,
+                    simulator: robot.credited(last, self.credit),
+                    fitness: *self.robots[whose].real.get(last as usize)?,
                     controller,
                 }
             }

@@ -1,13 +1,20 @@
-//! Swarms of a few robots for a few minutes: who goes on with what, and why.
+//! Swarms of a few robots for a few minutes.
 
 use std::cell::RefCell;
 
 use oneiro::cpu::Cpu;
 use oneiro::evaluator::{Control, Evaluator};
 
+use oneiro::foraging::Light;
+use oneiro::swarm::Line;
+
+use super::clock::Clock;
+use super::job::reached;
+use super::memory::{Memory, Second, Seconds};
+use super::on_board::OnBoard;
 use super::*;
-use crate::exchange::Message;
-use crate::swarm::lived::Credit;
+use crate::exchange::{Exchange, Message};
+use crate::swarm::lived::{Credit, RobotInterval};
 use crate::swarm::settings::Says;
 
 fn small(case: Case) -> Settings {
@@ -29,14 +36,20 @@ fn plan(case: Case, kind: Kind) -> Plan {
     }
 }
 
-fn lived_watched(plans: &[Plan], spectator: &mut dyn Spectator) -> Vec<Run> {
+fn evaluator() -> impl Fn(&Batch) -> std::result::Result<Outcome, evaluator::Error> {
     let cpu = RefCell::new(Cpu::new(Some(2)).unwrap());
-    let control = Control::new();
-    live(plans, &|batch| cpu.borrow_mut().evaluate(batch, &control), spectator).unwrap()
+    move |batch| cpu.borrow_mut().evaluate(batch, &Control::new())
 }
 
 fn lived(plans: &[Plan]) -> Vec<Run> {
-    lived_watched(plans, &mut ())
+    live(plans, &evaluator()).unwrap()
+}
+
+/// A run and its lines.
+fn lived_watched(plan: Plan) -> (Run, Vec<Line>) {
+    let mut job = SwarmJob::new(plan).keeping_lines();
+    drive(std::slice::from_mut(&mut job), &evaluator()).unwrap();
+    (job.run(), job.lines().to_vec())
 }
 
 fn lived_alone(plan: Plan) -> Run {
@@ -62,6 +75,137 @@ fn a_swarm_lives_the_same_life_in_any_company() {
         assert!(run.intervals.iter().all(|robots| robots.len() == 5));
         assert!(run.intervals[0].iter().all(|own| own.simulated.is_none()));
         assert!(run.intervals[1..].iter().flatten().all(|own| own.simulated.is_some()));
+    }
+}
+
+/// Plans of every case and every kind of intervention, and of settings that a saved swarm could forget.
+fn all_kinds() -> Vec<Plan> {
+    let mut plans: Vec<Plan> = Case::ALL.map(|case| plan(case, Kind::Evolved)).into();
+    plans.extend(Kind::ALL.map(|kind| plan(Case::OverThenOpposite, kind)));
+    let changes: [fn(&mut Settings); 6] = [
+        |own| own.controllers.guests = 2,
+        |own| own.clock.installed_s = 34,
+        |own| own.clock.offset_s = 0,
+        |own| own.clock.interval_s = 50,
+        |own| own.simulators.says = Says::LastWhole,
+        |own| own.simulators.credit = Credit::Matched,
+    ];
+    for change in changes {
+        let mut plan = plan(Case::Over, Kind::Evolved);
+        change(&mut plan.settings);
+        plans.push(plan);
+    }
+    for plan in &mut plans {
+        // So that most are heard.
+        plan.settings.messages.range_mm = 600.0;
+        plan.settings.minutes = 4;
+        plan.settings.light_moves_minute = 2;
+    }
+    plans
+}
+
+/// Swarms of different clocks and lengths, each saved and restored before each of its steps.
+#[test]
+fn a_swarm_saved_and_restored_at_every_step_is_the_same() {
+    let plans = all_kinds();
+    let straight = lived(&plans);
+    assert!(
+        straight
+            .iter()
+            .any(|run| run.intervals.iter().flatten().any(|own| own.taken))
+    );
+    let mut jobs: Vec<SwarmJob> = plans.iter().cloned().map(SwarmJob::new).collect();
+    let mut packed = Packed::new();
+    let mut steps = 0;
+    loop {
+        for (job, plan) in jobs.iter_mut().zip(&plans) {
+            let saved = job.save();
+            *job = SwarmJob::restore(plan.clone(), &saved).unwrap();
+            assert!(job.save() == saved);
+        }
+        if !step(&mut jobs, &mut packed, &evaluator()).unwrap() {
+            break;
+        }
+        steps += 1;
+    }
+    assert!(steps > 9, "{steps}");
+    for ((job, run), plan) in jobs.iter().zip(straight).zip(&plans) {
+        assert_eq!(job.run(), run, "{:?}, {:?}", plan.kind, plan.settings);
+    }
+}
+
+#[test]
+fn damaged_states_and_those_of_other_swarms_are_refused() {
+    let own = plan(Case::Over, Kind::Evolved);
+    let mut jobs = [SwarmJob::new(own.clone())];
+    let mut packed = Packed::new();
+    for _ in 0..4 {
+        assert!(step(&mut jobs, &mut packed, &evaluator()).unwrap());
+    }
+    let saved = jobs[0].save();
+    let problem = |plan: &Plan, saved: &[u8]| {
+        let restored = SwarmJob::restore(plan.clone(), saved);
+        restored.err().expect("it is refused").to_string()
+    };
+    for length in (0..saved.len()).step_by(31) {
+        assert!(problem(&own, &saved[..length]).contains("is cut off or damaged"));
+    }
+    for place in (0..8 * saved.len()).step_by(101) {
+        let mut bad = saved.clone();
+        bad[place / 8] ^= 1 << (place % 8);
+        problem(&own, &bad);
+    }
+    let mut others = [
+        own.clone(),
+        own.clone(),
+        own.clone(),
+        plan(Case::NoLight, Kind::Evolved),
+    ];
+    others[0].seed += 1;
+    others[1].kind = Kind::FitnessShuffled;
+    others[2].settings.differences.slip *= 0.5;
+    for other in others {
+        assert!(problem(&other, &saved).contains("belongs to other settings"));
+    }
+}
+
+/// Results of another shape are refused, and the swarm goes on as if they had not come.
+#[test]
+fn results_that_do_not_fit_are_refused_without_a_change() {
+    let nothing = Results {
+        fitness: &[],
+        traces: &[],
+        logs: &[],
+        log_words: 1,
+        states: &[],
+    };
+    let mut jobs = [SwarmJob::new(plan(Case::Over, Kind::Evolved))];
+    let mut packed = Packed::new();
+    for _ in 0..4 {
+        let before = jobs[0].save();
+        let (short, words) = (vec![vec![0]], vec![vec![0; 10_000]]);
+        let wrong = [
+            Results {
+                fitness: &[0.0; 49],
+                ..nothing
+            },
+            Results {
+                logs: &short,
+                states: &words,
+                ..nothing
+            },
+            Results {
+                logs: &words,
+                states: &short,
+                ..nothing
+            },
+            nothing,
+        ];
+        for results in wrong {
+            assert!(jobs[0].tell(&results).is_err());
+            assert!(jobs[0].save() == before);
+        }
+        assert!(step(&mut jobs, &mut packed, &evaluator()).unwrap());
     }
 }
 
@@ -152,23 +296,15 @@ fn nothing_selects_the_simulator_of_one_robot() {
 /// Food is brought in the seconds in which the lines say so, and an interval's fitness is what it earned.
 #[test]
 fn what_is_recorded_is_what_was_seen() {
-    struct Seen(Vec<Line>);
-    impl Spectator for Seen {
-        fn saw(&mut self, _: usize, lines: &[Line]) {
-            self.0.extend_from_slice(lines);
-        }
-    }
-    let mut seen = Seen(Vec::new());
     let mut settings = small(Case::Over);
     settings.clock.offset_s = 0;
     let plan = Plan {
         settings,
         ..plan(Case::Over, Kind::SimulatorRight)
     };
-    let run = lived_watched(&[plan], &mut seen).remove(0);
-    assert_eq!(seen.0.len(), 300);
+    let (run, seen) = lived_watched(plan);
+    assert_eq!(seen.len(), 300);
     let brought: Vec<u16> = seen
-        .0
         .iter()
         .map(|line| line.robots.iter().map(|own| own.brought as u16).sum())
         .collect();
@@ -176,8 +312,8 @@ fn what_is_recorded_is_what_was_seen() {
     assert!(brought.iter().sum::<u16>() > 0);
     for (interval, robots) in run.intervals.iter().enumerate() {
         for (robot, own) in robots.iter().enumerate() {
-            assert_eq!(own.real, seen.0[60 * interval + 59].robots[robot].earned);
-            let heard = seen.0[60 * interval..60 * (interval + 1)]
+            assert_eq!(own.real, seen[60 * interval + 59].robots[robot].earned);
+            let heard = seen[60 * interval..60 * (interval + 1)]
                 .iter()
                 .fold(0, |mask, line| mask | line.robots[robot].heard);
             assert_eq!(u32::from(own.heard), heard.count_ones());
@@ -185,15 +321,15 @@ fn what_is_recorded_is_what_was_seen() {
     }
 }
 
-fn mind(settings: &Settings, offset: u32) -> Mind {
+fn robot(settings: &Settings, offset: u32) -> OnBoard {
     let clock = Clock {
         offset,
         interval: 60,
         installed: 60,
     };
-    let mut mind = Mind::new(settings, clock, 9);
-    mind.dream(&[0.0; 10]);
-    mind
+    let mut robot = OnBoard::new(settings, clock, 9);
+    robot.take_simulated(&[0.0; 10]);
+    robot
 }
 
 fn said(simulator: f32, fitness: f32) -> Message {
@@ -217,12 +353,12 @@ fn exact() -> Settings {
 fn the_better_simulator_is_taken_over_and_changed() {
     let settings = exact();
     let go_on = |real, heard: &[Message]| {
-        let mut mind = mind(&settings, 0);
-        let own = mind.simulator();
-        let taken = mind.wake(&settings, real, heard);
-        assert_eq!(mind.interval(), 1);
-        assert_ne!(mind.simulator(), own, "a gene always changes");
-        (taken, own, mind.simulator())
+        let mut robot = robot(&settings, 0);
+        let own = robot.simulator();
+        let taken = robot.end_interval(&settings, real, heard);
+        assert_eq!(robot.interval(), 1);
+        assert_ne!(robot.simulator(), own, "a gene always changes");
+        (taken, own, robot.simulator())
     };
     let (taken, own, next) = go_on(10.0, &[said(0.123, 10.0)]);
     assert!(!taken && (next - own).abs() < 1e-4, "ties keep one's own");
@@ -243,16 +379,16 @@ fn credit_goes_where_it_is_said_to() {
     for (credit, back) in [(Credit::Lagged, 0), (Credit::Matched, 1)] {
         let mut settings = exact();
         settings.simulators.credit = credit;
-        let mut mind = mind(&settings, 0);
-        mind.wake(&settings, 0.0, &[said(0.2, 1.0)]);
-        mind.dream(&[0.0; 10]);
-        mind.wake(&settings, 0.0, &[said(0.8, 1.0)]);
-        mind.dream(&[0.0; 10]);
+        let mut robot = robot(&settings, 0);
+        robot.end_interval(&settings, 0.0, &[said(0.2, 1.0)]);
+        robot.take_simulated(&[0.0; 10]);
+        robot.end_interval(&settings, 0.0, &[said(0.8, 1.0)]);
+        robot.take_simulated(&[0.0; 10]);
         // In interval 2 it has 0.8, and acts by what was chosen under 0.2.
         let expected = [0.8, 0.2][back];
-        assert!((mind.credited(2, credit) - expected).abs() < 1e-4, "{credit:?}");
-        mind.wake(&settings, 100.0, &[]);
-        assert!((mind.simulator() - expected).abs() < 1e-4, "{credit:?}");
+        assert!((robot.credited(2, credit) - expected).abs() < 1e-4, "{credit:?}");
+        robot.end_interval(&settings, 100.0, &[]);
+        assert!((robot.simulator() - expected).abs() < 1e-4, "{credit:?}");
     }
 }
 
@@ -260,10 +396,10 @@ fn credit_goes_where_it_is_said_to() {
 fn guests_are_tried_in_one_s_own_simulator() {
     let mut settings = exact();
     settings.controllers.guests = 2;
-    let mut mind = mind(&settings, 0);
-    mind.wake(&settings, 50.0, &[said(0.1, 1.0)]);
-    assert_eq!(mind.population()[9], [0.25, 0.75]);
-    assert_ne!(mind.population()[8], [0.25, 0.75]);
+    let mut robot = robot(&settings, 0);
+    robot.end_interval(&settings, 50.0, &[said(0.1, 1.0)]);
+    assert_eq!(robot.controllers()[9], [0.25, 0.75]);
+    assert_ne!(robot.controllers()[8], [0.25, 0.75]);
 }
 
 /// What is said is what had been earned when the second began, in the speaker's own interval; in a control it is
@@ -271,10 +407,10 @@ fn guests_are_tried_in_one_s_own_simulator() {
 #[test]
 fn messages_are_looked_up_by_the_speaker_s_clock() {
     let settings = exact();
-    let mut minds = vec![mind(&settings, 0), mind(&settings, 2)];
-    for mind in &mut minds {
-        mind.wake(&settings, 30.0, &[said(0.7, 40.0)]);
-        mind.dream(&[0.0; 10]);
+    let mut robots = vec![robot(&settings, 0), robot(&settings, 2)];
+    for robot in &mut robots {
+        robot.end_interval(&settings, 30.0, &[said(0.7, 40.0)]);
+        robot.take_simulated(&[0.0; 10]);
     }
     let mut seconds = Seconds::new(70);
     for second in 0..70_u8 {
@@ -286,7 +422,7 @@ fn messages_are_looked_up_by_the_speaker_s_clock() {
     }
     let memory = |says, whose| Memory {
         seconds: &seconds,
-        minds: &minds,
+        robots: &robots,
         says,
         credit: Credit::Lagged,
         whose,
@@ -297,7 +433,7 @@ fn messages_are_looked_up_by_the_speaker_s_clock() {
     assert_eq!(heard.len(), 62);
     assert_eq!((heard[0].interval, heard[0].fitness), (0, 102.0));
     assert_eq!((heard[61].interval, heard[61].fitness), (1, 163.0));
-    assert!((heard[61].simulator - 0.7).abs() < 1e-4 && heard[0].simulator == minds[1].simulators[0]);
+    assert!((heard[61].simulator - 0.7).abs() < 1e-4 && heard[0].simulator == robots[1].simulators[0]);
     let back = own.heard(1, 60..64);
     assert_eq!(
         (back.len(), back[0].sender, back[0].interval, back[0].fitness),
@@ -308,7 +444,7 @@ fn messages_are_looked_up_by_the_speaker_s_clock() {
     assert_eq!(whole.len(), 2);
     assert_eq!(
         (whole[0].interval, whole[0].fitness, whole[0].simulator),
-        (0, 30.0, minds[1].simulators[0])
+        (0, 30.0, robots[1].simulators[0])
     );
 }
 
@@ -338,12 +474,6 @@ fn encounters_link_over_others() {
 /// Robots that are switched on a whole interval apart still know all that they heard in their own.
 #[test]
 fn nothing_that_was_heard_is_forgotten_too_early() {
-    struct Seen(Vec<Line>);
-    impl Spectator for Seen {
-        fn saw(&mut self, _: usize, lines: &[Line]) {
-            self.0.extend_from_slice(lines);
-        }
-    }
     let mut settings = small(Case::Over);
     settings.minutes = 12;
     settings.robots = 12;
@@ -354,13 +484,12 @@ fn nothing_that_was_heard_is_forgotten_too_early() {
         settings,
         ..plan(Case::Over, Kind::Evolved)
     };
-    let mut seen = Seen(Vec::new());
-    let run = lived_watched(&[plan], &mut seen).remove(0);
+    let (run, seen) = lived_watched(plan);
     assert!(run.switched_on.iter().any(|&on| on < 60) && run.switched_on.iter().any(|&on| on > 120));
     for (interval, robots) in run.intervals.iter().enumerate().take(2) {
         for (robot, own) in robots.iter().enumerate() {
             let first = run.switched_on[robot] as usize + 180 * interval;
-            let heard = seen.0[first..first + 180]
+            let heard = seen[first..first + 180]
                 .iter()
                 .fold(0, |mask, line| mask | line.robots[robot].heard);
             assert_eq!(

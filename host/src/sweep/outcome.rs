@@ -1,16 +1,16 @@
 //! What a run of a sweep gave: its row of the table of results, and its rows of the table of generations.
 
-use oneiro::foraging::Light;
 use serde::{Deserialize, Serialize};
 
 use super::table::{Column, Holds};
 use super::{RunIndex, Sweep};
 use crate::evolve::{Champion, Generation};
-use crate::record::{self, INTERVALS_HEAD, Row};
+use crate::record::{self, Row};
 use crate::run::keys;
 use crate::statistics::mean;
 use crate::swarm::lived::Run as SwarmRun;
 use crate::swarm::settings::Settings as SwarmSettings;
+use crate::swarm::tables::INTERVALS_HEAD;
 
 /// A finished run. Numbers are text as the tables have it, so that every way to them has the same bytes.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -182,32 +182,10 @@ impl Outcome {
 
     /// What a swarm's run gave.
     pub(crate) fn of_swarm(run: RunIndex, identity: blake3::Hash, settings: &SwarmSettings, lived: &SwarmRun) -> Self {
-        let robots = f64::from(settings.robots);
-        let rate = |brought: &[u16]| {
-            let food: f64 = brought.iter().copied().map(f64::from).sum();
-            60.0 * food / (brought.len() as f64 * robots)
-        };
-        let late = |length: usize| length - length / 5;
-        let [_, light] = settings.case.lights();
-        let genes: Vec<f64> = lived.intervals[late(lived.intervals.len())..]
-            .iter()
-            .flatten()
-            .map(|own| f64::from(own.s0))
-            .collect();
-        let right: Vec<f64> = genes
-            .iter()
-            .map(|&gene| f64::from(u8::from(Light::of_gene(gene as f32) == light)))
-            .collect();
         let (result, generations) = record::swarm_result(identity, lived);
         Self {
             run,
-            cells: vec![
-                lived.total().to_string(),
-                format!("{:.6}", rate(&lived.brought)),
-                format!("{:.6}", rate(&lived.brought[late(lived.brought.len())..])),
-                format!("{:.6}", mean(&right)),
-                format!("{:.6}", mean(&genes)),
-            ],
+            cells: lived.cells(settings),
             generations,
             result,
         }

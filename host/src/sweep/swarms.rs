@@ -125,7 +125,7 @@ pub(crate) fn run(
                 return Ok(());
             };
             let began = Instant::now();
-            let lived = live(&plans, &evaluate, &mut ())?;
+            let lived = live(&plans, &evaluate)?;
             let took = began.elapsed();
             waiting
                 .lock()

@@ -24,11 +24,6 @@ pub(crate) const G0: Gene = |own| own.g0;
 pub(crate) const G1: Gene = |own| own.g1;
 
 impl Run {
-    /// Food that the swarm brought in all.
-    pub(crate) fn total(&self) -> u32 {
-        self.brought.iter().map(|&food| u32::from(food)).sum()
-    }
-
     /// Food that the swarm brought per minute in some minutes.
     pub(crate) fn rate(&self, minutes: Range<usize>) -> f64 {
         let end = (60 * minutes.end).min(self.brought.len());

@@ -150,7 +150,7 @@ impl Study {
 
     /// Runs a cohort.
     pub(crate) fn run(&self, cohort: &Cohort, evaluations: &Evaluations) -> Result<Vec<Run>> {
-        live(&self.plans(cohort), &|batch| evaluations.evaluate(batch), &mut ())
+        live(&self.plans(cohort), &|batch| evaluations.evaluate(batch))
     }
 
     /// Robot-steps of a cohort, on board and in the arena.
@@ -218,7 +218,7 @@ impl Study {
 
     /// Answers one of them.
     pub(crate) fn answer(&self, asked: &Asked, evaluations: &Evaluations) -> Result<Question> {
-        let runs = live(&self.asked_plans(asked), &|batch| evaluations.evaluate(batch), &mut ())?;
+        let runs = live(&self.asked_plans(asked), &|batch| evaluations.evaluate(batch))?;
         Ok(Question {
             about: asked.about.into(),
             robots: asked.robots,

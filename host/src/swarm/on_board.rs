@@ -1,7 +1,8 @@
-//! What one robot knows and decides: its simulator, its controllers, and what it does at the end of each interval. A
-//! robot could run this by itself: it needs its own fitness, what it heard and what its simulations gave.
+//! What runs on board of one robot: its simulator, its controllers, and what it decides at the end of each interval. It
+//! needs nothing but its own fitness, what its simulations gave and what it heard.
 
 use oneiro::foraging::Light;
+use serde::{Deserialize, Serialize};
 
 use super::clock::Clock;
 use super::settings::Settings;
@@ -11,27 +12,27 @@ use crate::exchange::Message;
 use crate::exchange::pairs::Pairs;
 use crate::swarm::lived::Credit;
 
-/// One robot's evolution.
-#[derive(Clone, Debug)]
-pub(crate) struct Mind {
+/// One robot's evolution of controllers and of its simulator.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub(crate) struct OnBoard {
     seed: u64,
     pub(crate) clock: Clock,
     /// The controller that it starts with.
     pub(crate) first: Genome,
     controllers: Controllers,
-    /// The best of each interval's simulations, and its fitness there.
-    pub(crate) found: Vec<Genome>,
-    pub(crate) dreamt: Vec<f32>,
+    /// The controller that did best in each interval's simulations, and its fitness there.
+    pub(crate) chosen: Vec<Genome>,
+    pub(crate) simulated: Vec<f32>,
     /// The gene of its simulator in each interval so far, the present one last.
     pub(crate) simulators: Vec<f32>,
-    /// What it really earned in each interval that has ended.
-    pub(crate) earned: Vec<f32>,
-    /// The ranking of the population in the present simulator.
+    /// Its real fitness in each interval that has ended.
+    pub(crate) real: Vec<f32>,
+    /// The ranking of the controllers in the present simulator.
     ranking: Vec<usize>,
 }
 
-impl Mind {
-    /// A robot that is about to be switched on.
+impl OnBoard {
+    /// Of a robot that is about to be switched on.
     pub(crate) fn new(settings: &Settings, clock: Clock, seed: u64) -> Self {
         let controllers = Controllers::new(settings.controllers.population as usize, seed);
         Self {
@@ -39,10 +40,10 @@ impl Mind {
             clock,
             first: controllers.genomes()[0],
             controllers,
-            found: Vec::new(),
-            dreamt: Vec::new(),
+            chosen: Vec::new(),
+            simulated: Vec::new(),
             simulators: vec![any_gene(&mut stream(seed, Stream::Exchange, 0))],
-            earned: Vec::new(),
+            real: Vec::new(),
             ranking: Vec::new(),
         }
     }
@@ -57,7 +58,7 @@ impl Mind {
         self.simulators[self.simulators.len() - 1]
     }
 
-    /// Puts another simulator in the place of its own.
+    /// Replaces its simulator.
     pub(crate) fn set_simulator(&mut self, gene: f32) {
         if let Some(own) = self.simulators.last_mut() {
             *own = gene;
@@ -70,23 +71,28 @@ impl Mind {
     }
 
     /// The controllers that are simulated in this interval.
-    pub(crate) fn population(&self) -> &[Genome] {
+    pub(crate) fn controllers(&self) -> &[Genome] {
         self.controllers.genomes()
     }
 
-    /// Takes what they earned in the simulator.
-    pub(crate) fn dream(&mut self, fitness: &[f32]) {
+    /// Whether this interval's controllers are still to be simulated.
+    pub(crate) fn is_to_simulate(&self) -> bool {
+        self.simulated.len() < self.simulators.len()
+    }
+
+    /// Takes the fitness of its controllers in its simulator.
+    pub(crate) fn take_simulated(&mut self, fitness: &[f32]) {
         self.ranking = self.controllers.ranking(fitness, self.seed, self.interval());
         let best = self.ranking[0];
-        self.found.push(self.controllers.genomes()[best]);
-        self.dreamt.push(fitness[best]);
+        self.chosen.push(self.controllers.genomes()[best]);
+        self.simulated.push(fitness[best]);
     }
 
     /// The simulator in which the controller was chosen that acts in an interval's last second; that of the interval
     /// itself if none was.
     pub(crate) fn chosen_under(&self, interval: u32) -> f32 {
         let last = self.clock.seconds_of(interval).end - 1;
-        self.simulators[self.clock.found_in(last).unwrap_or(interval) as usize]
+        self.simulators[self.clock.chosen_in(last).unwrap_or(interval) as usize]
     }
 
     /// The simulator that a fitness of an interval is credited to.
@@ -100,13 +106,13 @@ impl Mind {
     /// The controller that acts in a second.
     pub(crate) fn acts(&self, second: u32) -> Genome {
         self.clock
-            .found_in(second)
-            .map_or(self.first, |interval| self.found[interval as usize])
+            .chosen_in(second)
+            .map_or(self.first, |interval| self.chosen[interval as usize])
     }
 
-    /// The end of an interval: what it earned is `real`, what it heard came as messages. It breeds its controllers, and
-    /// goes on with the best simulator that it knows of, changed. Whether that came from another robot.
-    pub(crate) fn wake(&mut self, settings: &Settings, real: f32, heard: &[Message]) -> bool {
+    /// Ends an interval in which its real fitness was `real`: breeds its controllers, and takes over the best simulator
+    /// that it knows of, mutated. Returns whether that came from another robot.
+    pub(crate) fn end_interval(&mut self, settings: &Settings, real: f32, heard: &[Message]) -> bool {
         let interval = self.interval();
         let mut pairs = Pairs::new(settings.pair_rules());
         for message in heard {
@@ -125,7 +131,7 @@ impl Mind {
         let better = pairs.better_than(real);
         let kept = better.map_or(own, |pair| pair.simulator);
         let mut random = stream(self.seed, Stream::Exchange, interval + 1);
-        self.earned.push(real);
+        self.real.push(real);
         self.simulators
             .push(settings.simulator_mutation().of(kept, &mut random));
         better.is_some()
