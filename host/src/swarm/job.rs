@@ -4,7 +4,7 @@
 use std::ops::Range;
 use std::sync::Arc;
 
-use oneiro::batch::Rollout;
+use oneiro::batch::{Rollout, WorldKind};
 use oneiro::foraging::Light;
 use oneiro::random::Key;
 use oneiro::swarm::{Line, Order, SECOND, Swarm};
