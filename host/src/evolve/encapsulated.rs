@@ -1,6 +1,6 @@
 //! The evolution on board of each robot (section 4.2 of O'Dowd, Studley and Winfield, 2014): a small population of
-//! controllers that all live again in each interval, since the simulator has changed; the best of them overwrite the
-//! others with mutated copies.
+//! controllers, all evaluated anew in each interval, since the simulator has changed. Mutated copies of the best replace
+//! the others.
 
 use rand::distr::Distribution;
 use rand_pcg::Pcg64;
@@ -14,31 +14,31 @@ pub(crate) const GREATEST: f64 = 0.99;
 /// A controller: what it does with food, and without.
 pub(crate) type Genome = [f32; 2];
 
-/// What becomes of a gene that a mutation leads out of 0 to 0.99.
+/// The rule for a gene that a mutation takes out of 0 to 0.99.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub(crate) enum Boundary {
     /// It stays at the bound.
     Clamp,
-    /// It is thrown back from the bound.
+    /// It is reflected at the bound.
     Reflect,
-    /// It comes in again at the other bound.
+    /// It wraps around to the other bound.
     Wrap,
-    /// It is drawn again until it is within.
+    /// The mutation is drawn again until the gene is within.
     Resample,
 }
 
-/// How genes change: by a normal number.
+/// Mutation of a gene by a normal number.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Mutation {
     /// Its standard deviation.
     pub(crate) deviation: f64,
-    /// What holds it within the bounds.
+    /// The rule that keeps the gene within the bounds.
     pub(crate) boundary: Boundary,
 }
 
 impl Mutation {
-    /// A gene's mutant.
+    /// Mutates a gene.
     pub(crate) fn of(self, gene: f32, random: &mut Pcg64) -> f32 {
         let normal = Normal {
             deviation: self.deviation,
@@ -54,7 +54,7 @@ impl Mutation {
                 if phase > GREATEST { period - phase } else { phase }
             }
             Boundary::Resample => {
-                // Half of all draws go towards the farther bound; so many misses do not happen.
+                // Half of all draws go towards the farther bound: 10,000 misses do not happen.
                 let mut drawn = moved;
                 for _ in 0..10_000 {
                     if (0.0..=GREATEST).contains(&drawn) {
@@ -69,13 +69,13 @@ impl Mutation {
     }
 }
 
-/// A gene as kernels take it.
+/// Clamps a gene, and replaces a subnormal one by 0, as kernels require.
 fn kept(gene: f64) -> f32 {
     let gene = gene.clamp(0.0, GREATEST) as f32;
     if gene.is_normal() { gene } else { 0.0 }
 }
 
-/// A gene drawn from all that are allowed.
+/// Draws a gene, uniform over its whole range.
 pub(crate) fn any_gene(random: &mut Pcg64) -> f32 {
     let all = Uniform {
         low: 0.0,
@@ -90,19 +90,19 @@ pub(crate) struct Controllers {
     genomes: Vec<Genome>,
 }
 
-/// How they are bred.
+/// Selection and mutation of controllers.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Breeding {
-    /// How many overwrite the others: 4 of 10 in the paper.
+    /// The number of best controllers that are kept and copied: 4 of 10 in the paper.
     pub(crate) parents: usize,
     /// The chance that a gene of a copy changes: 0.2 in the paper.
     pub(crate) rate: f64,
-    /// How it changes.
+    /// The mutation of such a gene.
     pub(crate) mutation: Mutation,
 }
 
 impl Controllers {
-    /// Random ones.
+    /// Random controllers.
     pub(crate) fn new(count: usize, seed: u64) -> Self {
         let mut random = stream(seed, Stream::InitialGenes, 0);
         let genome = |_| [any_gene(&mut random), any_gene(&mut random)];
@@ -111,12 +111,12 @@ impl Controllers {
         }
     }
 
-    /// All of them.
+    /// All genomes.
     pub(crate) fn genomes(&self) -> &[Genome] {
         &self.genomes
     }
 
-    /// Indices from the best to the worst; who of equals is better is drawn.
+    /// Indices from the best to the worst. The order of equals is drawn.
     pub(crate) fn ranking(&self, fitness: &[f32], seed: u64, interval: u32) -> Vec<usize> {
         let lots = shuffled(self.genomes.len(), &mut stream(seed, Stream::Ties, interval));
         let mut ranking = lots;
@@ -124,8 +124,8 @@ impl Controllers {
         ranking
     }
 
-    /// The population of the next interval: the parents stay, and mutated copies of them, the best's first, take the
-    /// places of the others; but the last of those places go to `guests`.
+    /// The population of the next interval: the parents stay, and mutated copies of them, of the best first, replace the
+    /// others. `guests` replace the last of the copies.
     pub(crate) fn bred(&self, ranking: &[usize], breeding: &Breeding, guests: &[Genome], seed: u64, next: u32) -> Self {
         let mut random = stream(seed, Stream::Mutation, next);
         let count = self.genomes.len();
@@ -168,8 +168,8 @@ mod tests {
         genes.iter().filter(|gene| (low..high).contains(gene)).count() as f64 / genes.len() as f64
     }
 
-    /// What a deviation of 2 makes of a gene, read literally (worked out apart): nothing of the parent is left where
-    /// genes wrap, and where they are clamped most are at the bounds.
+    /// With a deviation of 2 the parent is forgotten where genes wrap, reflect or are drawn again; where they are clamped
+    /// most end at the bounds. The shares were computed independently.
     #[test]
     fn a_deviation_of_two_forgets_the_parent() {
         let literal = |boundary| Mutation {

@@ -1,5 +1,5 @@
-//! The genetic algorithm of Miglino, Lund and Nolfi (1995), in data: the best are copied, each equally often, and the
-//! copies mutated.
+//! The genetic algorithm of Miglino, Lund and Nolfi (1995): the best are copied, each equally often, and the copies
+//! mutated.
 
 use oneiro::batch::GREATEST_GENE;
 use rand::distr::Distribution;
@@ -11,11 +11,11 @@ use crate::exit::{Failure, Result};
 use crate::experiment::settings::{Evolution as Settings, MutationKind, MutationUnit};
 use crate::sealed;
 
-/// What saved states are called, and their version.
+/// The algorithm's name, and the version of its saved states.
 const NAME: &str = "genetic";
 const VERSION: u32 = 1;
 
-/// A function of its settings, its seed and the fitness that it is told.
+/// The algorithm at one generation: a function of its settings, its seed and the fitness that it was told.
 #[derive(Clone, Debug)]
 pub(crate) struct Genetic {
     settings: Settings,
@@ -122,8 +122,8 @@ fn initial(settings: &Settings, seed: u64, genes: usize) -> Population {
     Population::new(genes, values)
 }
 
-/// The generation that comes from one: equally many copies of each parent, the best parent's first; all of them
-/// mutated but the first copy of each of the elite.
+/// Breeds the next generation: equally many copies of each parent, the best parent's first, all of them mutated but the
+/// first copy of each of the elite.
 fn bred(settings: &Settings, seed: u64, generation: u32, from: &Population, ranking: &[u32]) -> Population {
     let mut random = stream(seed, Stream::Mutation, generation);
     let copies = settings.population / settings.parents;
@@ -140,7 +140,7 @@ fn bred(settings: &Settings, seed: u64, generation: u32, from: &Population, rank
     Population::new(from.genes, values)
 }
 
-/// Changes a genome as the settings say.
+/// Mutates a genome as the settings say.
 fn mutate(genome: &mut [f32], settings: &Settings, random: &mut Pcg64) {
     let mutation = &settings.mutation;
     let chance = Chance(mutation.rate);
@@ -169,7 +169,7 @@ fn mutate(genome: &mut [f32], settings: &Settings, random: &mut Pcg64) {
     }
 }
 
-/// A gene within the limits, and a number that batches take: not subnormal, and zero with its one sign.
+/// Clamps a gene to the limits, and replaces a subnormal one by +0, as batches require.
 fn kept(gene: f64, settings: &Settings) -> f32 {
     let [least, greatest] = settings
         .limits
@@ -199,7 +199,7 @@ mod tests {
         blake3::hash(&bytes).to_hex()[..16].to_owned()
     }
 
-    /// The genes were worked out apart, with integers of any size. Whoever changes one of these changes every run.
+    /// The genes were computed independently, with big integers. A change here changes every run.
     #[test]
     fn generations_0_and_1_have_known_hashes() {
         let mut evolution = Genetic::new(&Settings::default(), 1, GENES, None);

@@ -6,27 +6,27 @@ use rand::Rng;
 use rand::distr::Distribution;
 use rand_pcg::Pcg64;
 
-/// What a stream of random numbers is for. A number, once given, is never given to another purpose.
+/// The purpose of a stream of random numbers. A purpose's number never changes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Stream {
     /// The genes of generation 0.
     InitialGenes = 0,
     /// Mutations, a stream for each generation that they lead to.
     Mutation = 1,
-    /// What becomes of simulators when robots have met, a stream for each interval that it leads to.
+    /// Mutations of simulators after an exchange, a stream for each interval that they lead to.
     Exchange = 2,
-    /// When robots are switched on.
+    /// The times at which robots are switched on.
     Schedule = 3,
-    /// Who of equals is the better, a stream for each interval.
+    /// The order of equals, a stream for each interval.
     Ties = 4,
-    /// What an experimenter shuffles or sets, a stream for each interval.
+    /// Interventions of the experimenter, a stream for each interval.
     Intervention = 5,
     /// Values of a sweep that are drawn from ranges.
     Samples = 6,
 }
 
-/// The stream of a run for a purpose and a generation: a function of these three alone, so that a resumed run needs no
-/// generator's state. All that enters also decides: pcg4d is a bijection.
+/// The stream of a run for a purpose and a generation: a function of these three alone, so that no generator's state is
+/// saved. Different arguments give different streams: pcg4d is a bijection.
 pub(crate) fn stream(seed: u64, purpose: Stream, generation: u32) -> Pcg64 {
     let [a, b, c, d] = pcg4d([seed as u32, (seed >> 32) as u32, generation, purpose as u32]).map(u128::from);
     Pcg64::new(a | b << 32 | c << 64 | d << 96, DEFAULT_STREAM)
@@ -35,7 +35,7 @@ pub(crate) fn stream(seed: u64, purpose: Stream, generation: u32) -> Pcg64 {
 /// The increment that PCG's author gives as the default.
 const DEFAULT_STREAM: u128 = 0x0a02_bdbf_7bb3_c0a7_ac28_fa16_a64a_bf96;
 
-/// A random order of so many (Fisher and Yates).
+/// A random order of the numbers below `count` (Fisher and Yates).
 pub(crate) fn shuffled(count: usize, random: &mut (impl Rng + ?Sized)) -> Vec<usize> {
     let mut order: Vec<usize> = (0..count).collect();
     for last in (1..count).rev() {
@@ -55,7 +55,7 @@ fn unit(random: &mut (impl Rng + ?Sized)) -> f64 {
     (random.next_u64() >> 11) as f64 * SPACING
 }
 
-/// Whether something of a given chance, 0 to 1, happens.
+/// A yes or no, yes with this probability, 0 to 1.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Chance(pub(crate) f64);
 
@@ -81,7 +81,8 @@ impl Distribution<f64> for Uniform {
 }
 
 /// Normal numbers of mean 0, by the polar method (Marsaglia and Bray, "A convenient method for generating normal
-/// variables", SIAM Review 6(3), 1964). The second number of each pair is not used: a draw keeps nothing.
+/// variables", SIAM Review 6(3), 1964). The second number of each pair is dropped, so that a draw
+/// leaves nothing to save.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Normal {
     /// Standard deviation.
@@ -124,8 +125,8 @@ pub(crate) fn logarithm(x: f64) -> f64 {
 mod tests {
     use super::*;
 
-    /// Words of the generator and what is made of them, worked out apart with integers of any size and another
-    /// logarithm: whoever changes either changes every run.
+    /// Words of the generator and numbers made of them, computed independently with big integers and another logarithm. A
+    /// change here changes every run.
     #[test]
     fn known_answers() {
         let mut random = stream(1, Stream::Mutation, 2);
@@ -175,9 +176,8 @@ mod tests {
         assert_eq!(logarithm(0.25), -2.0 * std::f64::consts::LN_2);
     }
 
-    /// Kolmogorov and Smirnov's distance to the normal of `rand_distr`, two samples of 100,000: 0.0087 is exceeded once
-    /// in a thousand times. The control, 2 % wider and moved by a 20th of
-    /// the deviation, is told apart.
+    /// The Kolmogorov-Smirnov distance to the normal of `rand_distr`, two samples of 100,000: one in a thousand exceeds
+    /// 0.0087. The negative control, 2 % wider and shifted by a 20th of the deviation, does.
     #[test]
     fn normals_are_normal() {
         const SAMPLES: usize = 100_000;

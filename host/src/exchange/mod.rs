@@ -1,5 +1,5 @@
-//! What passes between robots: simulators with the fitness that their robots earn, from whoever is near. How messages
-//! travel is behind one trait.
+//! Exchange between robots: each broadcasts its simulator and the fitness it earned with it, and robots within range hear
+//! it. How messages travel is behind one trait.
 
 pub(crate) mod pairs;
 
@@ -7,23 +7,23 @@ use std::ops::Range;
 
 use crate::evolve::encapsulated::Genome;
 
-/// What a robot says once a second.
+/// A message, which a robot broadcasts once a second.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Message {
-    /// Who says it.
+    /// The robot that sends it.
     pub(crate) sender: usize,
-    /// In which interval of its own.
+    /// The interval, by the sender's clock, that the fitness was earned in.
     pub(crate) interval: u32,
     /// The gene of a simulator, `S0`.
     pub(crate) simulator: f32,
-    /// The fitness that goes with it, `F_R`.
+    /// The fitness credited to it, `F_R`.
     pub(crate) fitness: f32,
-    /// The controller that acts.
+    /// The controller that the sender acts by.
     pub(crate) controller: Genome,
 }
 
-/// How messages come.
+/// A way for messages to reach robots: within one process today.
 pub(crate) trait Exchange {
-    /// What a robot heard in these seconds, in the order in which it came.
+    /// The messages that a robot received in these seconds, in order of arrival.
     fn heard(&self, robot: usize, seconds: Range<u32>) -> Vec<Message>;
 }

@@ -1,42 +1,42 @@
-//! The simulators that a robot has heard of in an interval, and which one it goes on with (section 4.3 of O'Dowd,
+//! Pairs of simulator and fitness that a robot received in an interval, and the choice among them (section 4.3 of O'Dowd,
 //! Studley and Winfield, 2014).
 
 use serde::{Deserialize, Serialize};
 
 use super::Message;
 
-/// What is the same pair, heard again.
+/// The rule by which a message updates a pair that is already stored.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub(crate) enum Key {
-    /// That of a robot's interval.
+    /// It is of the same robot and interval.
     RobotAndInterval,
-    /// That of a robot: where its next interval begins, a fitness near 0 takes the place of a whole one.
+    /// It is of the same robot: when the sender's next interval begins, a fitness near 0 replaces that of a whole interval.
     Robot,
 }
 
-/// Which pair makes room for another.
+/// The pair that is dropped from a full store.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub(crate) enum Leaves {
-    /// That of the lowest fitness, if the other's is higher.
+    /// The one with the lowest fitness, if the new one's is higher.
     Lowest,
-    /// That which was heard first.
+    /// The one that was received first.
     Oldest,
 }
 
-/// How pairs are kept.
+/// Rules for the store of pairs.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Rules {
-    /// At most so many: 10 in the paper.
+    /// The most pairs: 10 in the paper.
     pub(crate) room: usize,
-    /// What is the same.
+    /// When a message updates a pair.
     pub(crate) key: Key,
-    /// What leaves.
+    /// The pair that is dropped.
     pub(crate) leaves: Leaves,
 }
 
-/// The pairs of one interval.
+/// A robot's store of pairs in one interval.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Pairs {
     rules: Rules,
@@ -44,7 +44,7 @@ pub(crate) struct Pairs {
 }
 
 impl Pairs {
-    /// None yet.
+    /// An empty store.
     pub(crate) fn new(rules: Rules) -> Self {
         Self {
             rules,
@@ -52,7 +52,7 @@ impl Pairs {
         }
     }
 
-    /// Takes a message in.
+    /// Stores a message.
     pub(crate) fn hear(&mut self, message: Message) {
         let same = |kept: &Message| {
             kept.sender == message.sender && (self.rules.key == Key::Robot || kept.interval == message.interval)
@@ -83,7 +83,7 @@ impl Pairs {
         }
     }
 
-    /// The pair of the highest fitness, if it is above the robot's own; of equals the first that was heard.
+    /// The pair of the highest fitness, if that is above the robot's own; of equals the first received.
     pub(crate) fn better_than(&self, own: f32) -> Option<&Message> {
         self.kept
             .iter()
@@ -91,10 +91,10 @@ impl Pairs {
             .reduce(|best, pair| if pair.fitness > best.fitness { pair } else { best })
     }
 
-    /// All pairs, the better first.
+    /// All pairs, the best first.
     pub(crate) fn ranked(&self) -> Vec<Message> {
         let mut all = self.kept.clone();
-        // Stable: of equals the first that was heard.
+        // Stable: of equals the first received.
         all.sort_by(|a, b| b.fitness.total_cmp(&a.fitness));
         all
     }

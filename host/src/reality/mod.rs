@@ -1,4 +1,4 @@
-//! Places where a robot really is: where it can be sampled, and where controllers live real lives.
+//! Reality: where a robot is sampled, and where transferred controllers are evaluated. Today it is always a surrogate.
 
 pub(crate) mod sampling;
 pub(crate) mod surrogate;
@@ -12,23 +12,23 @@ use crate::exit::{Failure, Result};
 /// An object that a robot can be placed before.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Object {
-    /// The class that its table gets.
+    /// The class of its table.
     pub(crate) class: String,
-    /// What it is.
+    /// Its shape.
     pub(crate) shape: Shape,
 }
 
-/// What an object is. Lengths in mm.
+/// The shape of an object. Lengths in mm.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Shape {
-    /// A wall that is longer than a robot sees.
+    /// A wall, longer than a robot's sensors reach.
     Wall,
     /// A cylinder.
     Round {
         /// Its radius.
         radius: f32,
     },
-    /// A box, of which each point of view is sampled.
+    /// A box, sampled from several directions.
     Block {
         /// One side.
         length: f32,
@@ -38,7 +38,7 @@ pub(crate) enum Shape {
 }
 
 impl Object {
-    /// The classes that can be asked for by name.
+    /// The classes that have a name.
     pub(crate) const NAMES: [&str; 3] = ["wall", "round", "block"];
 
     /// A wall, a cylinder of the paper's 55 mm diameter, or a box twice as long as that and as wide.
@@ -58,13 +58,13 @@ impl Object {
         })
     }
 
-    /// What the paper's arena has.
+    /// The objects of the paper's arena.
     pub(crate) fn of_the_paper() -> Vec<Self> {
         ["wall", "round"].into_iter().filter_map(Self::named).collect()
     }
 
-    /// From how many points of view it is sampled: one, if it looks the same from everywhere. A box looks the same
-    /// again from behind; half a turn of points of view is enough.
+    /// The number of directions it is sampled from: one if it looks the same from all. A box looks the same from behind, so
+    /// half a turn is enough.
     pub(crate) fn views(&self) -> u32 {
         match self.shape {
             Shape::Wall | Shape::Round { .. } => 1,
@@ -73,16 +73,16 @@ impl Object {
     }
 }
 
-/// What the sensors read at one moment of a turn on the spot.
+/// The sensors' readings at one moment of a turn on the spot.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Turned {
-    /// Where the object is: turns clockwise from the heading, 0 to 1.
+    /// The bearing of the object: turns clockwise from the heading, 0 to 1.
     pub(crate) bearing: f64,
     /// Integers from 0 to 1023.
     pub(crate) readings: [u16; 8],
 }
 
-/// What a pair of commands does in one cycle of 100 ms, once the wheels have reached their speeds.
+/// The motion of one cycle of 100 ms under a pair of commands, once the wheels have reached their speeds.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Driven {
     /// Along the heading, mm.
@@ -91,27 +91,27 @@ pub(crate) struct Driven {
     pub(crate) turn: f64,
 }
 
-/// A life to be lived.
+/// A rollout in reality.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Life<'a> {
     /// The controller's genes.
     pub(crate) genes: &'a [f32],
-    /// In a simulation all that is random in it.
+    /// The key of its random numbers, where reality is a simulation.
     pub(crate) key: Key,
-    /// Where the robot is put: x and y in mm, heading in turns. None: at any free pose.
+    /// The start: x and y in mm, heading in turns. None: any free pose.
     pub(crate) start: Option<[f32; 3]>,
 }
 
-/// A life that was lived.
+/// The result of a rollout in reality.
 #[derive(Clone, Debug)]
 pub(crate) struct Lived {
     /// Its fitness.
     pub(crate) fitness: f32,
-    /// If it was asked for, a record each cycle, and one more with where it ended.
+    /// A record each cycle, and one more with the pose at the end; empty if no trace was requested.
     pub(crate) trace: Vec<Record>,
 }
 
-/// Why reality did not do what it was asked to.
+/// The reason why a call to reality failed.
 #[derive(Clone, Debug, thiserror::Error)]
 #[cfg_attr(
     not(test),
@@ -121,16 +121,16 @@ pub(crate) struct Lived {
     )
 )]
 pub(crate) enum Trouble {
-    /// The sensors could not be read, or not in time; it may work when tried again.
+    /// The sensors could not be read, or not in time. A retry may work.
     #[error("the sensors can't be read: {0}")]
     Unreadable(String),
-    /// The robot is not where it should be: lifted, stuck, or out of sight; it may work once it is put back.
+    /// The robot is lifted, stuck, or out of sight. A retry may work once it is put back.
     #[error("the robot has to be put back: {0}")]
     Displaced(String),
-    /// The user wants to stop.
+    /// The user stopped it.
     #[error("stopped")]
     Stopped,
-    /// It will not work.
+    /// It fails for good.
     #[error("{0}")]
     Broken(String),
 }
@@ -144,35 +144,34 @@ impl From<Trouble> for Failure {
     }
 }
 
-/// A robot in its surroundings. Time passes in every call, and every call can fail; what is asked again after a
-/// [`Trouble`] is done anew. A simulation that stands in for a robot is one of these, and so is a robot on a wire.
+/// A robot in its surroundings: a real one, or a simulation that stands in for it. Every call takes time and can fail; a
+/// call repeated after a [`Trouble`] starts anew.
 pub(crate) trait Reality {
-    /// One line on which robot this is.
+    /// One line that says which robot this is.
     fn describe(&self) -> String;
 
-    /// Puts the robot before an object that stands alone, so that its rim is so many mm away, and lets it turn
-    /// on the spot once without stopping: its readings, in the order of time. Of an object that is not the same from
-    /// everywhere, `view` is from where the robot looks at it: the direction from its centre to the robot's, in turns
-    /// counter-clockwise from its length.
+    /// Places the robot before an object that stands alone, `gap` mm from its rim, and lets it turn on the spot once without
+    /// stopping. Returns its readings in order of time. `view` is the direction from the object's centre to the robot's, in
+    /// turns counter-clockwise from the object's length; it matters for a box alone.
     ///
     /// # Errors
     /// See [`Trouble`].
     fn turn_before(&mut self, object: &Object, view: f64, gap: f32) -> std::result::Result<Vec<Turned>, Trouble>;
 
-    /// Drives in the open with a pair of speeds, in the robot's own unit, left and right.
+    /// Drives in the open with a pair of wheel speeds, left and right, in the robot's own unit.
     ///
     /// # Errors
     /// See [`Trouble`].
     fn drive(&mut self, speeds: (i32, i32)) -> std::result::Result<Driven, Trouble>;
 
-    /// Lives lives, one after the other, each from a start of its own.
+    /// Evaluates rollouts, one after the other, each from its own start.
     ///
     /// # Errors
     /// See [`Trouble`].
     fn live(&mut self, lives: &[Life<'_>], traced: bool) -> std::result::Result<Vec<Lived>, Trouble>;
 }
 
-/// Does something again when it fails in a way that may pass.
+/// Retries a call whose failure may pass.
 pub(crate) fn patiently<T>(mut attempt: impl FnMut() -> std::result::Result<T, Trouble>) -> Result<T> {
     const ATTEMPTS: u32 = 3;
     let mut tries = 1;

@@ -1,5 +1,5 @@
-//! Sampling a robot, by section 3.2 of Miglino et al. (1995): what its sensors read of an object at each bearing and
-//! distance while it turns before it, and what each pair of speeds does.
+//! Sampling of a robot, by section 3.2 of Miglino et al. (1995): its readings of an object at each bearing and distance
+//! while it turns before the object, and its motion under each pair of speeds.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -29,22 +29,22 @@ const SPEEDS: std::ops::RangeInclusive<i32> = -10..=10;
 pub(crate) struct Samples {
     /// A table for each object.
     pub(crate) sensors: SensorTables,
-    /// What the motors do.
+    /// The motion under each pair of speeds.
     pub(crate) motors: MotorSamples,
 }
 
-/// Where samples are kept row by row as they are taken, so that a robot need not do again what it has done.
+/// Saves each row once it is measured, so that sampling can continue after it.
 #[derive(Debug)]
 pub(crate) struct Notebook {
-    /// None: nothing is kept.
+    /// None: nothing is saved.
     directory: Option<PathBuf>,
 }
 
 impl Notebook {
-    /// Opens one, which may hold rows of the same robot.
+    /// Opens a notebook, which may hold rows of the same robot.
     ///
     /// # Errors
-    /// Exit 3 if it holds those of another robot; exit 6 if it can't be written.
+    /// Exit 3 if it holds rows of another robot; exit 6 if it can't be written.
     pub(crate) fn open(directory: &Path, robot: &str) -> Result<Self> {
         let rows = directory.join("rows");
         fs::create_dir_all(&rows).map_err(|error| Failure::storage(&rows, &error))?;
@@ -62,7 +62,7 @@ impl Notebook {
         Ok(Self { directory: Some(rows) })
     }
 
-    /// A row that was taken before, or the one that is taken now.
+    /// Reads a row that was saved before, or measures and saves it.
     fn row<T: Serialize + DeserializeOwned>(&self, name: &str, take: impl FnOnce() -> Result<T>) -> Result<T> {
         let Some(directory) = &self.directory else {
             return take();
@@ -79,7 +79,7 @@ impl Notebook {
     }
 }
 
-/// Rows of a whole sampling: what a progress bar counts.
+/// The number of rows of a whole sampling.
 pub(crate) fn rows(objects: &[Object]) -> u64 {
     let views: u32 = objects.iter().map(Object::views).sum();
     u64::from(ROWS * views) + SPEEDS.count() as u64
@@ -88,7 +88,7 @@ pub(crate) fn rows(objects: &[Object]) -> u64 {
 /// Samples a robot before each object, and its motors; `done` is called after each row.
 ///
 /// # Errors
-/// What the robot can't do; exit 6 if a row can't be kept.
+/// The robot's troubles; exit 6 if a row can't be saved.
 pub(crate) fn sample(
     reality: &mut dyn Reality,
     objects: &[Object],
@@ -117,7 +117,7 @@ pub(crate) fn sample(
     })
 }
 
-/// Samples a robot in one go, for a simulation that takes a second.
+/// Samples a robot without saving rows: for a simulation, which takes a second.
 pub(crate) fn sample_unkept(reality: &mut dyn Reality, objects: &[Object]) -> Result<Samples> {
     sample(reality, objects, &Notebook { directory: None }, &|| ())
 }
@@ -154,14 +154,14 @@ fn first_readings(turn: &[Turned]) -> Vec<Option<[u16; SENSORS]>> {
     cells
 }
 
-/// A robot that turns before each object several times: what it reads at a bearing is the rounded mean of its turns.
+/// A robot that turns before each object several times. Its reading at a bearing is the rounded mean over the turns.
 pub(crate) struct Averaged<'a> {
     robot: &'a mut dyn Reality,
     turns: u32,
 }
 
 impl<'a> Averaged<'a> {
-    /// Of so many turns, at least one.
+    /// Averages over this number of turns, at least one.
     pub(crate) fn new(robot: &'a mut dyn Reality, turns: u32) -> Self {
         Self {
             robot,
@@ -219,7 +219,7 @@ fn table(object: &Object, rows: &[Vec<[u16; SENSORS]>]) -> SensorTable {
     }
 }
 
-/// What one speed of the left wheel does with each of the right.
+/// Measures one speed of the left wheel with each of the right.
 fn motors_row(reality: &mut dyn Reality, left: i32) -> Result<Vec<Driven>> {
     SPEEDS.map(|right| patiently(|| reality.drive((left, right)))).collect()
 }
@@ -240,7 +240,7 @@ mod tests {
     use super::super::Shape;
     use super::*;
 
-    /// A robot on a wire, as it may be: it reads the bearing in degrees and the gap, and fails when told to.
+    /// A mock of a robot on a wire: it reads the bearing in degrees and the gap, and fails on request.
     struct Wired {
         degrees_a_cycle: f64,
         troubles: Vec<Trouble>,

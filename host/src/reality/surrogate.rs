@@ -19,9 +19,9 @@ pub(crate) struct SurrogateRobot<'a> {
     seed: u64,
     /// The world of its lives.
     world: World,
-    /// Where objects are sampled: the robot's place in the field of light.
+    /// The place in the field of light where objects are sampled.
     place: [f32; 2],
-    /// The next key of what happens while it is sampled.
+    /// The number of rollouts that sampling took so far: their keys count on.
     sampled: u64,
 }
 
@@ -56,7 +56,7 @@ impl<'a> SurrogateRobot<'a> {
         })
     }
 
-    /// The world of lives of so many cycles from one start, or from any.
+    /// The world of rollouts of this length from one start, or from any.
     fn started(&self, start: Option<[f32; 3]>, cycles: u32) -> Result<World, Trouble> {
         let spec = self.world.spec();
         if start.is_none() && cycles == spec.cycles {
@@ -81,7 +81,7 @@ impl<'a> SurrogateRobot<'a> {
         Arc::new(SensorTables::new(vec![grid]))
     }
 
-    /// Runs one life from a pose, its wheels held at two speeds.
+    /// Runs one rollout from a pose, the wheels held at two speeds.
     fn held(
         &mut self,
         sensors: Arc<SensorTables>,
@@ -257,7 +257,7 @@ impl Reality for SurrogateRobot<'_> {
     }
 
     fn drive(&mut self, speeds: (i32, i32)) -> Result<Driven, Trouble> {
-        /// Wheels that follow with any lag allowed have their speeds after so many.
+        /// Enough for wheels of any lag allowed to reach their speeds.
         const CYCLES: u32 = 22;
         let arena = Arena {
             name: "open".into(),

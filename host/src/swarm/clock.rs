@@ -11,11 +11,11 @@ use crate::evolve::encapsulated::Genome;
 /// A robot's clock.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub(crate) struct Clock {
-    /// When it is switched on, and its first interval begins.
+    /// The second at which the robot is switched on and its first interval begins.
     pub(crate) offset: u32,
     /// Seconds of an interval.
     pub(crate) interval: u32,
-    /// When in an interval the best of its simulations takes over, at most at its end.
+    /// The second of an interval at which the controller that its simulations chose takes over, at most the last.
     pub(crate) installed: u32,
 }
 
@@ -36,8 +36,8 @@ impl Clock {
         Some(second.checked_sub(self.offset + self.installed)? / self.interval)
     }
 
-    /// What the robot is to do in some seconds, no more of them than an interval has. `first` is the controller that it
-    /// starts with, `chosen` those that the simulations of its intervals chose, as far as they are needed.
+    /// The robot's order for some seconds, no more of them than an interval has. `first` is the controller that it starts
+    /// with, `chosen` are those that the simulations of its intervals chose.
     pub(crate) fn order(self, seconds: Range<u32>, first: Genome, chosen: &[Genome]) -> Order {
         let genes = |second: u32| {
             self.chosen_in(second)
@@ -68,7 +68,7 @@ mod tests {
     const CHOSEN: [Genome; 3] = [[0.1; 2], [0.2; 2], [0.3; 2]];
     const FIRST: Genome = [0.9; 2];
 
-    /// What acts in each second by the orders of stretches that follow each other, and where intervals begin.
+    /// The gene that acts in each second under the orders of consecutive stretches, and the beginnings of intervals.
     fn followed(clock: Clock, cuts: &[u32]) -> (Vec<Option<f32>>, Vec<u32>) {
         let mut acts = Vec::new();
         let mut begins = Vec::new();

@@ -1,4 +1,4 @@
-//! What is asked of a swarm's run, and what it gave: plain numbers.
+//! Cases and controls of swarms' runs, and the record that a run gives.
 
 use clap::ValueEnum;
 use oneiro::foraging::Light;
@@ -46,7 +46,7 @@ impl Case {
         }
     }
 
-    /// Where the light is in the first and in the second half.
+    /// The light's place in the first and in the second half.
     pub(crate) fn lights(self) -> [Light; 2] {
         match self {
             Self::NoLight | Self::Random => [Light::Nowhere; 2],
@@ -57,18 +57,18 @@ impl Case {
         }
     }
 
-    /// Its lamp, which moves at a cycle.
+    /// Its lamp, which moves at this cycle.
     pub(crate) fn lamp(self, moves: u32) -> Lamp {
         let [first, then] = self.lights();
         Lamp { first, then, moves }
     }
 }
 
-/// What of the distributed evolution is left as it is.
+/// The paper's distributed evolution, or a control in which the experimenter intervenes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, ValueEnum, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub(crate) enum Kind {
-    /// All of it.
+    /// The paper's evolution.
     Evolved,
     /// The null: real fitness is shuffled among robots before it is compared.
     FitnessShuffled,
@@ -96,7 +96,7 @@ impl Kind {
         Self::Alone,
     ];
 
-    /// What readers see.
+    /// The name in reports.
     pub(crate) fn title(self) -> &'static str {
         match self {
             Self::Evolved => "as the paper",
@@ -110,18 +110,18 @@ impl Kind {
     }
 }
 
-/// Which pair a robot's fitness is credited to.
+/// The simulator that a robot's fitness is credited to.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, ValueEnum, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub(crate) enum Credit {
-    /// The simulator that the robot has while it earns it, as the paper says.
+    /// The one that the robot has while it earns the fitness, as the paper says.
     Lagged,
-    /// The simulator in which the controller was chosen that earns it.
+    /// The one in which the controller was chosen that earns it.
     Matched,
 }
 
 impl Credit {
-    /// What readers see.
+    /// The name in reports.
     pub(crate) fn title(self) -> &'static str {
         match self {
             Self::Lagged => "lagged",
@@ -130,21 +130,21 @@ impl Credit {
     }
 }
 
-/// One run: fifty minutes of a swarm.
+/// The record of a swarm's run.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Run {
     /// Its experiment case.
     pub(crate) case: Case,
-    /// What was left as it is.
+    /// The evolution or the control.
     pub(crate) kind: Kind,
     /// Its number among those of its case and kind, from 0.
     pub(crate) number: u32,
     /// The second in which each robot is switched on, and its first interval begins.
     pub(crate) switched_on: Vec<u16>,
-    /// Food that all robots brought in each second, 3000 of them.
+    /// Food that all robots brought in each second.
     pub(crate) brought: Vec<u16>,
-    /// Interval by interval what each robot was and did, one less than there is time for if robots are switched on a
-    /// whole interval apart; empty without evolution.
+    /// Each robot in each interval; empty without evolution. If robots are switched on a whole interval apart, there is one
+    /// interval less than there is time for.
     pub(crate) intervals: Vec<Vec<RobotInterval>>,
 }
 
@@ -160,15 +160,14 @@ pub(crate) struct RobotInterval {
     pub(crate) g0: f32,
     /// That without food.
     pub(crate) g1: f32,
-    /// Fitness that counted as its own, `F_R` (equation 1): under the null another robot's.
+    /// Its real fitness, `F_R` (equation 1); under the null another robot's.
     pub(crate) real: f32,
-    /// Fitness that the same controller had in the simulator in which it was chosen; none in the first interval.
+    /// The fitness of the same controller in the simulator in which it was chosen; none in the first interval.
     pub(crate) simulated: Option<f32>,
     /// How many robots it heard.
     pub(crate) heard: u16,
     /// How many robots it can reach by the encounters of this interval, itself among them.
     pub(crate) reached: u16,
-    /// Whether the simulator that it goes on with came from another robot; not in the last interval, after which none
-    /// goes on.
+    /// Whether the simulator of its next interval came from another robot; false in the last interval.
     pub(crate) taken: bool,
 }

@@ -13,9 +13,9 @@ use crate::exchange::{Exchange, Message};
 /// Who heard whom in one second, and the fitness that they spoke of.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Second {
-    /// Of each robot, whom it heard, a bit each.
+    /// The robots that each robot heard, a bit each.
     pub(crate) heard: Vec<u128>,
-    /// Of each robot, what it had earned in its interval when the second began.
+    /// Each robot's fitness in its interval so far, when the second began.
     pub(crate) earned: Vec<f32>,
     /// The same when the second ended.
     pub(crate) earned_after: Vec<f32>,
@@ -57,20 +57,20 @@ impl Seconds {
 
 /// The messages of one world.
 pub(crate) struct Memory<'a> {
-    /// What was heard.
+    /// Who heard whom.
     pub(crate) seconds: &'a Seconds,
     /// The robots that spoke.
     pub(crate) robots: &'a [OnBoard],
-    /// What robots say.
+    /// The fitness that robots report.
     pub(crate) says: Says,
-    /// What they credit their fitness to.
+    /// The simulator that they credit it to.
     pub(crate) credit: Credit,
     /// Whose fitness each robot reports: its own, except under the null.
     pub(crate) whose: &'a [usize],
 }
 
 impl Memory<'_> {
-    /// What a robot says in a second; nothing before it is switched on.
+    /// The message of a robot in a second; none before it is switched on.
     fn said(&self, sender: usize, at: u32, second: &Second) -> Option<Message> {
         let robot = &self.robots[sender];
         let now = robot.clock.interval_at(at)?;

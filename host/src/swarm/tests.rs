@@ -209,7 +209,7 @@ fn results_that_do_not_fit_are_refused_without_a_change() {
     }
 }
 
-/// Until the light moves, two cases that differ in where it goes are one life.
+/// Until the light moves, two cases that differ in where it goes are the same.
 #[test]
 fn cases_are_the_same_until_the_light_moves() {
     let runs = lived(&[
@@ -342,7 +342,7 @@ fn said(simulator: f32, fitness: f32) -> Message {
     }
 }
 
-/// Hardly changed, so that it can be told where a simulator came from.
+/// Mutations so small that a simulator's origin can be recognised.
 fn exact() -> Settings {
     let mut settings = Settings::default();
     settings.simulators.mutation_scale = 1e-6;
@@ -402,8 +402,7 @@ fn guests_are_tried_in_one_s_own_simulator() {
     assert_ne!(robot.controllers()[8], [0.25, 0.75]);
 }
 
-/// What is said is what had been earned when the second began, in the speaker's own interval; in a control it is
-/// another's.
+/// A message has the fitness when the second began, in the sender's own interval; under the null another robot's.
 #[test]
 fn messages_are_looked_up_by_the_speaker_s_clock() {
     let settings = exact();
@@ -471,7 +470,7 @@ fn encounters_link_over_others() {
     assert_eq!(reached(&all), [128; 128]);
 }
 
-/// Robots that are switched on a whole interval apart still know all that they heard in their own.
+/// Robots that are switched on a whole interval apart still have all that they heard in their own interval.
 #[test]
 fn nothing_that_was_heard_is_forgotten_too_early() {
     let mut settings = small(Case::Over);
