@@ -238,6 +238,11 @@ impl Worlds {
         self.0.kernel
     }
 
+    /// Words that each rollout keeps from one stretch to the next.
+    pub fn state_words(&self) -> usize {
+        self.0.state_words as usize
+    }
+
     /// For each world, genes of a rollout in it.
     pub fn genes(&self) -> Vec<usize> {
         self.0.facts.iter().map(|facts| facts.genes).collect()

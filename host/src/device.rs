@@ -9,6 +9,8 @@ use oneiro::probe::Case;
 
 use crate::cli::Backend;
 use crate::console::Console;
+use crate::engine::handle::Engine;
+use crate::engine::watcher::stop_signal;
 use crate::exit::{Failure, Result};
 
 /// Opens the evaluator of `--backend`, `--threads` and `--recheck`.
@@ -22,6 +24,21 @@ pub(crate) fn open(arguments: &Backend) -> Result<Box<dyn Evaluator>> {
         ..Options::default()
     };
     Ok(backend::open(&arguments.name, options)?)
+}
+
+/// The same, to be shared by all jobs of a command, until the user stops it.
+///
+/// # Errors
+/// As [`open`].
+pub(crate) fn engine(arguments: &Backend) -> Result<Engine> {
+    Ok(Engine::new(open(arguments)?, stop_signal()?))
+}
+
+/// Ends an engine, and prints its evaluator's warnings.
+pub(crate) fn close(engine: Engine, console: Console) {
+    for warning in engine.close() {
+        console.say(format!("warning: {warning}"));
+    }
 }
 
 /// Keeps Mesa's device-select layer out: where there is no desktop it complains on standard error, and the order that

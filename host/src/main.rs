@@ -9,25 +9,23 @@ mod commands;
 mod console;
 mod device;
 mod engine;
-mod evaluations;
 mod evolve;
 mod exchange;
 mod exit;
 mod experiment;
 mod files;
 mod genomes;
+mod npy;
 mod progress;
 mod reality;
 mod record;
 mod report;
-mod run;
+mod runs;
 mod sealed;
 mod statistics;
 mod studies;
 mod swarm;
 mod sweep;
-mod watcher;
-mod worker;
 mod workload;
 
 fn main() -> ExitCode {

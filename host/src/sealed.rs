@@ -1,6 +1,8 @@
 //! Saved states as bytes that open only as what they are: a name, a version, a hash of what they belong to, the state, and
 //! a BLAKE3 hash of it all.
 
+use std::fmt;
+
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 
@@ -9,6 +11,27 @@ struct Header<'a> {
     name: &'a str,
     version: u32,
     owner: [u8; blake3::OUT_LEN],
+}
+
+/// Why bytes don't open.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) enum Problem {
+    /// They are not what was sealed.
+    Damaged,
+    /// They are whole, but were sealed by something else, or by another version: in words.
+    Other(String),
+    /// They belong to something else.
+    Owner,
+}
+
+impl fmt::Display for Problem {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Damaged => f.write_str("is cut off or damaged"),
+            Self::Other(words) => f.write_str(words),
+            Self::Owner => f.write_str("belongs to other settings"),
+        }
+    }
 }
 
 /// A state of something by name and version. `owner` is a hash of what it belongs to: its settings, its experiment.
@@ -30,25 +53,29 @@ pub(crate) fn open<T: DeserializeOwned>(
     version: u32,
     owner: &blake3::Hash,
     bytes: &[u8],
-) -> Result<T, String> {
-    let damaged = || "is cut off or damaged".to_owned();
-    let (content, hash) = bytes.split_last_chunk::<{ blake3::OUT_LEN }>().ok_or_else(damaged)?;
+) -> Result<T, Problem> {
+    let (content, hash) = bytes
+        .split_last_chunk::<{ blake3::OUT_LEN }>()
+        .ok_or(Problem::Damaged)?;
     if blake3::hash(content) != blake3::Hash::from_bytes(*hash) {
-        return Err(damaged());
+        return Err(Problem::Damaged);
     }
-    let (header, state) = postcard::take_from_bytes::<Header<'_>>(content).map_err(|_| damaged())?;
+    let other = |words: &dyn fmt::Display| Problem::Other(words.to_string());
+    let Ok((header, state)) = postcard::take_from_bytes::<Header<'_>>(content) else {
+        return Err(other(&"has another format"));
+    };
     if header.name != name {
-        return Err(format!("is of \"{}\"; allowed: \"{name}\"", header.name));
+        return Err(other(&format_args!("is of \"{}\"; allowed: \"{name}\"", header.name)));
     }
     if header.version != version {
-        return Err(format!("is of version {}; allowed: {version}", header.version));
+        return Err(other(&format_args!("is of version {}; allowed: {version}", header.version)));
     }
     if header.owner != *owner.as_bytes() {
-        return Err("belongs to other settings".to_owned());
+        return Err(Problem::Owner);
     }
     match postcard::take_from_bytes(state) {
         Ok((state, [])) => Ok(state),
-        _ => Err(damaged()),
+        _ => Err(other(&"has another content")),
     }
 }
 
@@ -79,7 +106,7 @@ mod tests {
         let owner = blake3::hash(b"an experiment");
         let good = seal("thing", 1, &owner, &7_u32);
         let problem =
-            |name, version, owner: &[u8]| open::<u32>(name, version, &blake3::hash(owner), &good).unwrap_err();
+            |name, version, owner: &[u8]| open::<u32>(name, version, &blake3::hash(owner), &good).unwrap_err().to_string();
         assert_eq!(
             problem("other", 1, b"an experiment"),
             "is of \"thing\"; allowed: \"other\""

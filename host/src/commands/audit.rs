@@ -1,183 +1,39 @@
-//! `oneiro audit`: evaluates recorded individuals again on this machine and compares them bit for bit.
+//! `oneiro audit`: a share of what was recorded evaluated again on this machine, and compared bit for bit.
 
-use std::path::Path;
+use serde_json::json;
 
-use oneiro::batch::{Batch, Rollout};
-use oneiro::evaluator::{Control, Evaluator};
-use oneiro::random::pcg4d;
-use serde_json::{Value, json};
-
-use super::{list, swarm};
+use super::list;
 use crate::cli::Audit;
 use crate::console::Console;
+use crate::device;
 use crate::exit::{Failure, Result};
-use crate::record::{Individuals, SavedRun, is_swarm_run};
-use crate::run::{keys, score};
-use crate::{device, progress};
+use crate::record::SavedRun;
 
-/// Individuals per batch.
-const AT_ONCE: usize = 1 << 16;
-/// Differences that are listed one by one.
-const TOLD: usize = 10;
-
-/// Audits a run, or each run of a directory. Fails if a single bit differs.
+/// Audits a run, or each run of a directory; fails if a single bit differs.
 pub(crate) fn run(arguments: &Audit, console: Console) -> Result {
-    let (swarms, directories): (Vec<_>, Vec<_>) = list::runs(&arguments.run_dir)?
-        .into_iter()
-        .partition(|directory| is_swarm_run(directory));
-    if !swarms.is_empty() {
-        swarm::audit(&swarms, &arguments.backend, console)?;
-        if directories.is_empty() {
-            return Ok(());
-        }
-    }
-    let mut evaluator = device::open(&arguments.backend)?;
-    let mut reports = Vec::new();
-    let mut different = 0;
+    let directories = list::runs(&arguments.run_dir)?;
+    let engine = device::engine(&arguments.backend)?;
+    let mut values = Vec::new();
+    let mut problems = Vec::new();
     for directory in directories {
-        let report = Report::of(&directory, arguments.share, evaluator.as_mut(), console)?;
-        different += report.differences.len();
+        let run = SavedRun::open(&directory)?;
+        let audit = run
+            .experiment()
+            .audit(&run.recorded()?, arguments.share, &engine, console)?;
         if !console.json() {
-            console.data(report.text())?;
+            console.data(audit.text)?;
         }
-        reports.push(report.value());
+        values.push(audit.value);
+        let problem = audit.problem;
+        problems.extend(problem.map(|problem| format!("{}: {problem}", directory.display())));
     }
-    device::tell_warnings(evaluator.as_ref(), console);
+    let device = engine.name();
+    device::close(engine, console);
     if console.json() {
-        console.json_data(&json!({ "device": device::name(evaluator.as_ref()), "runs": reports }))?;
+        console.json_data(&json!({ "device": device, "runs": values }))?;
     }
-    if different > 0 {
-        let device = device::name(evaluator.as_ref());
-        return Err(Failure::failed(format_args!(
-            "{different} individuals have other bits on {device}"
-        )));
+    if problems.is_empty() {
+        return Ok(());
     }
-    Ok(())
-}
-
-/// The outcome of one run's audit.
-struct Report {
-    directory: String,
-    recorded: usize,
-    audited: usize,
-    differences: Vec<Difference>,
-}
-
-/// An individual whose score differs on this machine.
-struct Difference {
-    generation: u32,
-    individual: u32,
-    recorded: f32,
-    here: f32,
-}
-
-impl Report {
-    fn of(directory: &Path, share: f64, evaluator: &mut dyn Evaluator, console: Console) -> Result<Self> {
-        let run = SavedRun::open(directory)?;
-        let individuals = run.individuals()?;
-        let chosen = chosen(&individuals, run.seed(), share);
-        let settings = run.experiment().settings();
-        let world = run.experiment().world();
-        let trials = settings.trials as usize;
-        let steps = (chosen.len() * trials) as u64 * u64::from(world.cycles());
-        let control = Control::new();
-        let differences = progress::watched(steps, "auditing", console, &control, || -> Result<Vec<Difference>> {
-            let mut differences = Vec::new();
-            for some in chosen.chunks(AT_ONCE.div_ceil(trials)) {
-                let rollouts: Vec<Rollout<'_>> = some
-                    .iter()
-                    .filter_map(|&index| Some((individuals.get(index)?.0, individuals.place(index))))
-                    .flat_map(|(genes, (generation, individual))| {
-                        keys(run.seed(), generation, individual, settings.trials).map(move |key| Rollout {
-                            world: 0,
-                            genes,
-                            key,
-                        })
-                    })
-                    .collect();
-                // Genes that no batch takes were not written by a run.
-                let batch = Batch::new(std::slice::from_ref(world), &rollouts, None)
-                    .map_err(|invalid| Failure::corrupt(format_args!("{}: {invalid}", directory.display())))?;
-                let outcome = evaluator.evaluate(&batch, &control)?;
-                for (&index, lives) in some.iter().zip(outcome.fitness.chunks_exact(trials)) {
-                    let Some((_, recorded)) = individuals.get(index) else {
-                        continue;
-                    };
-                    let here = score(settings.trial_score, lives);
-                    if here.to_bits() != recorded.to_bits() {
-                        let (generation, individual) = individuals.place(index);
-                        differences.push(Difference {
-                            generation,
-                            individual,
-                            recorded,
-                            here,
-                        });
-                    }
-                }
-            }
-            Ok(differences)
-        })?;
-        Ok(Self {
-            directory: directory.display().to_string(),
-            recorded: individuals.len(),
-            audited: chosen.len(),
-            differences,
-        })
-    }
-
-    fn text(&self) -> String {
-        let Self {
-            directory,
-            recorded,
-            audited,
-            differences,
-        } = self;
-        let told = differences.iter().take(TOLD).map(|difference| {
-            let Difference { generation, individual, recorded, here } = difference;
-            format!(
-                "  generation {generation}, individual {individual}: recorded {recorded} ({:08x}), here {here} ({:08x})\n",
-                recorded.to_bits(),
-                here.to_bits()
-            )
-        });
-        let told: String = told.collect();
-        let different = differences.len();
-        format!("{directory}: {audited} of {recorded} individuals audited, {different} with other bits\n{told}")
-    }
-
-    fn value(&self) -> Value {
-        let differences: Vec<Value> = self
-            .differences
-            .iter()
-            .map(|difference| {
-                json!({
-                    "generation": difference.generation,
-                    "individual": difference.individual,
-                    "recorded": format!("{:08x}", difference.recorded.to_bits()),
-                    "here": format!("{:08x}", difference.here.to_bits()),
-                })
-            })
-            .collect();
-        json!({
-            "directory": self.directory,
-            "recorded": self.recorded,
-            "audited": self.audited,
-            "different": self.differences.len(),
-            "differences": differences,
-        })
-    }
-}
-
-/// The individuals to audit: drawn reproducibly, or the first if the draw selects none.
-fn chosen(individuals: &Individuals, seed: u64, share: f64) -> Vec<usize> {
-    let drawn = |&index: &usize| {
-        let (generation, individual) = individuals.place(index);
-        let [lot, ..] = pcg4d([seed as u32, (seed >> 32) as u32, generation, individual]);
-        f64::from(lot) < share * 4_294_967_296.0
-    };
-    let mut chosen: Vec<usize> = (0..individuals.len()).filter(drawn).collect();
-    if chosen.is_empty() && individuals.len() > 0 {
-        chosen.push(0);
-    }
-    chosen
+    Err(Failure::failed(problems.join("; ")))
 }

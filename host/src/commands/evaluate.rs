@@ -14,7 +14,7 @@ use crate::console::{Console, decimal};
 use crate::evolve::Population;
 use crate::exit::{Failure, Result};
 use crate::experiment::Experiment;
-use crate::record::npy;
+use crate::npy::npy;
 use crate::{device, files, genomes, progress};
 
 /// Rollouts that are evaluated at once: enough for any device, and a few hundred megabytes at most.

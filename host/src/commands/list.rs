@@ -8,7 +8,7 @@ use serde_json::{Value, json};
 use crate::cli::List;
 use crate::console::{Console, columns, decimal};
 use crate::exit::{Failure, Result};
-use crate::record::{self, Done, SavedRun, SavedSwarm, State, is_swarm_run};
+use crate::record::{self, Done, SavedRun, State};
 
 /// Prints a line a run.
 pub(crate) fn run(arguments: &List, console: Console) -> Result {
@@ -81,35 +81,16 @@ fn entry(directory: &Path) -> Value {
         State::Interrupted => "interrupted",
     };
     let read = || -> Result<Value> {
-        if is_swarm_run(directory) {
-            let run = SavedSwarm::open(directory)?;
-            let meta = run.meta();
-            return Ok(json!({
-                "directory": directory.display().to_string(),
-                "name": run.experiment().name(),
-                "seed": run.seed(),
-                "state": words(run.state()?),
-                "generation": meta.as_ref().map_or(0, |meta| meta.generation),
-                "generations": run.experiment().settings().minutes,
-                "best": meta.and_then(|meta| meta.best).map(decimal),
-                "result": Done::read(directory)?.map(|done| done.result),
-            }));
-        }
         let run = SavedRun::open(directory)?;
         let state = words(run.state()?);
-        let rows = run.rows()?;
-        let best = rows
-            .iter()
-            .map(|row| row.best)
-            .filter(|best| !best.is_nan())
-            .reduce(f32::max);
+        let (done, best) = run.experiment().progress(&run.recorded()?)?;
         Ok(json!({
             "directory": directory.display().to_string(),
             "name": run.experiment().name(),
             "seed": run.seed(),
             "state": state,
-            "generation": rows.len(),
-            "generations": run.experiment().settings().evolution.generations,
+            "generation": done,
+            "generations": run.experiment().length(),
             "best": best.map(decimal),
             "result": Done::read(directory)?.map(|done| done.result),
         }))

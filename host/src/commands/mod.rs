@@ -20,7 +20,6 @@ mod resume;
 mod run;
 pub(crate) mod sample;
 mod selftest;
-mod swarm;
 mod sweep;
 mod tables;
 mod verify;

@@ -33,9 +33,9 @@ pub(super) fn seeds_and_places(
     vec![(seed, arguments.out.clone().unwrap_or_else(|| usual(seed)))]
 }
 
-/// Runs by their seeds and directories: those that are done, with their results, and those that are still to be.
+/// Runs by their directories: those that are done, with their results, and those that are still to be, with their seeds.
 pub(super) struct Places {
-    pub(super) done: Vec<(u64, PathBuf, Done)>,
+    pub(super) done: Vec<(PathBuf, Done)>,
     pub(super) new: Vec<(u64, PathBuf)>,
 }
 
@@ -56,7 +56,7 @@ pub(super) fn sorted_out(
     for (seed, directory) in places {
         match standing(&directory, identity(seed))? {
             Standing::New => sorted.new.push((seed, directory)),
-            Standing::Done(result) => sorted.done.push((seed, directory, result)),
+            Standing::Done(result) => sorted.done.push((directory, result)),
             Standing::Unfinished => {
                 let directory = directory.display();
                 return Err(Failure::input(format_args!(

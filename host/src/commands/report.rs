@@ -2,93 +2,91 @@
 
 use std::path::{Path, PathBuf};
 
-use serde::Serialize;
+use serde::ser::SerializeMap;
+use serde::{Serialize, Serializer};
 
 use crate::console::{Console, columns};
-use crate::evolve::Champion;
-use crate::exit::{Failure, Result};
-use crate::record::{Done, SavedRun, rows};
-use crate::run::Run;
+use crate::exit::Result;
+use crate::record::{Done, SavedRun};
+use crate::runs::Summary;
 
 /// A finished run in a few values.
-#[derive(Debug, Serialize)]
+#[derive(Debug)]
 pub(super) struct Report {
-    pub(super) directory: PathBuf,
+    directory: PathBuf,
     pub(super) seed: u64,
-    /// The best score, and its 32 bits in hex.
-    fitness: f32,
-    bits: String,
-    /// When it lived, and which it was.
-    generation: u32,
-    individual: u32,
-    /// Scores of the whole run that are NaN.
-    nan: u64,
+    summary: Summary,
     /// The result's hash.
-    pub(super) result: String,
+    result: String,
 }
 
 impl Report {
-    /// Of a run that has just ended.
-    pub(super) fn new(run: &Run, done: &Done) -> Result<Self> {
-        let champion = run
-            .evolution()
-            .champion()
-            .ok_or_else(|| Failure::failed("a run has no champion"))?;
-        Self::of(run.directory(), run.seed(), champion, done)
-    }
-
-    /// Of a run that ended some time ago.
+    /// Of a finished run.
     pub(super) fn read(directory: &Path, done: &Done) -> Result<Self> {
         let run = SavedRun::open(directory)?;
-        Self::of(directory, run.seed(), &run.champion()?, done)
-    }
-
-    fn of(directory: &Path, seed: u64, champion: &Champion, done: &Done) -> Result<Self> {
         Ok(Self {
             directory: directory.to_owned(),
-            seed,
-            fitness: champion.fitness,
-            bits: format!("{:08x}", champion.fitness.to_bits()),
-            generation: champion.generation,
-            individual: champion.individual,
-            nan: rows(directory)?.iter().map(|row| u64::from(row.nan)).sum(),
+            seed: run.seed(),
+            summary: run.experiment().summary(&run.recorded()?)?,
             result: done.result.clone(),
         })
+    }
+
+    fn cell(&self, column: &str) -> String {
+        let own = self.summary.cells.iter().find(|(name, _)| *name == column);
+        own.map_or_else(|| "-".to_owned(), |(_, cell)| cell.clone())
+    }
+}
+
+impl Serialize for Report {
+    fn serialize<S: Serializer>(&self, serializer: S) -> std::result::Result<S::Ok, S::Error> {
+        let mut map = serializer.serialize_map(None)?;
+        map.serialize_entry("directory", &self.directory)?;
+        map.serialize_entry("seed", &self.seed)?;
+        for (name, value) in &self.summary.values {
+            map.serialize_entry(name, value)?;
+        }
+        map.serialize_entry("result", &self.result)?;
+        map.end()
     }
 }
 
 /// Prints reports: one by itself, or several as a list.
 pub(super) fn print(reports: &[Report], as_list: bool, console: Console) -> Result {
-    for Report { directory, nan, .. } in reports.iter().filter(|report| report.nan > 0) {
-        console.say(format!(
-            "warning: {}: {nan} scores were NaN; they ranked last",
-            directory.display()
-        ));
+    for warning in reports.iter().flat_map(|report| &report.summary.warnings) {
+        console.say(format!("warning: {warning}"));
     }
     match reports {
         [report] if !as_list && console.json() => console.json_data(report),
         _ if console.json() => console.json_data(&reports),
-        [report] if !as_list => console.data(format!(
-            "champion  fitness {} (bits {}), individual {} of generation {}\nresult    {}\nrun       {}",
-            report.fitness,
-            report.bits,
-            report.individual,
-            report.generation,
-            report.result,
-            report.directory.display()
-        )),
+        [report] if !as_list => {
+            let (label, line) = &report.summary.line;
+            let width = label.len().max("result".len()) + 2;
+            console.data(format!(
+                "{label:<width$}{line}\n{:<width$}{}\n{:<width$}{}",
+                "result",
+                report.result,
+                "run",
+                report.directory.display()
+            ))
+        }
         _ => {
+            // Of runs of several kinds each has its own columns.
+            let mut names: Vec<&str> = Vec::new();
+            for (name, _) in reports.iter().flat_map(|report| &report.summary.cells) {
+                if !names.contains(name) {
+                    names.push(name);
+                }
+            }
             let row = |report: &Report| {
-                vec![
-                    report.directory.display().to_string(),
-                    report.seed.to_string(),
-                    report.fitness.to_string(),
-                    report.generation.to_string(),
-                    report.result.chars().take(12).collect(),
-                ]
+                let mut row = vec![report.directory.display().to_string(), report.seed.to_string()];
+                row.extend(names.iter().map(|name| report.cell(name)));
+                row.push(report.result.chars().take(12).collect());
+                row
             };
             let rows: Vec<Vec<String>> = reports.iter().map(row).collect();
-            console.data(columns(&["run", "seed", "fitness", "generation", "result"], &rows))
+            let head = [&["run", "seed"][..], &names, &["result"]].concat();
+            console.data(columns(&head, &rows))
         }
     }
 }

@@ -1,70 +1,59 @@
-//! `oneiro run`: evolves, once or for many seeds.
+//! `oneiro run`: runs an experiment, once or for many seeds.
 
 use std::path::PathBuf;
+use std::sync::Arc;
 
 use super::places::{Places, seeds_and_places, sorted_out};
 use super::report::{self, Report};
-use super::swarm;
 use crate::cli;
 use crate::console::Console;
 use crate::device;
+use crate::engine::watcher::Watcher;
 use crate::exit::Result;
-use crate::experiment::Experiment;
-use crate::experiment::swarm::is_swarm;
-use crate::record::{Done, Session};
-use crate::run::{LOCKSTEP, Run, evolve};
-use crate::watcher::Watcher;
-use crate::worker::Worker;
+use crate::record::{Directories, Done, RunPlace, Session};
+use crate::runs;
 
 /// Runs the experiment for each seed; what is done already is not done again.
 pub(crate) fn run(arguments: &cli::Run, console: Console) -> Result {
-    if is_swarm(&arguments.experiment)? {
-        return swarm::run(arguments, console);
-    }
-    let experiment = Experiment::read(&arguments.experiment, &arguments.set)?;
+    let experiment = runs::read(&arguments.experiment, &arguments.set)?;
     for warning in experiment.warnings() {
         console.say(format!("warning: {warning}"));
     }
-    let places = seeds_and_places(arguments, experiment.settings().seed, console, |seed| {
-        let identity = experiment.identity(seed).to_hex();
-        format!("{}-{seed}-{}", experiment.name(), &identity[..8])
+    let identities = experiment.identities();
+    let places = seeds_and_places(arguments, experiment.seed(), console, |seed| {
+        format!("{}-{seed}-{}", experiment.name(), &identities.of(seed).to_hex()[..8])
     });
-    let Places { done, new } = sorted_out(places, |seed| experiment.identity(seed), console)?;
-    let read = |(_, directory, result): &(u64, PathBuf, Done)| Report::read(directory, result);
-    let mut done = done.iter().map(read).collect::<Result<Vec<_>>>()?;
-    done.extend(evolved(&experiment, &new, &arguments.backend, console)?);
-    done.sort_by_key(|report| report.seed);
-    report::print(&done, arguments.seeds.is_some(), console)
+    let Places { mut done, new } = sorted_out(places, |seed| identities.of(seed), console)?;
+    let place = |(seed, directory)| RunPlace::New {
+        experiment: Arc::clone(&experiment),
+        seed,
+        directory,
+    };
+    let new = new.into_iter().map(place).collect();
+    done.extend(run_all(new, experiment.name(), &arguments.backend, console)?);
+    let read = |(directory, done): &(PathBuf, Done)| Report::read(directory, done);
+    let mut reports = done.iter().map(read).collect::<Result<Vec<_>>>()?;
+    reports.sort_by_key(|report| report.seed);
+    report::print(&reports, arguments.seeds.is_some(), console)
 }
 
-/// Does runs from seeds, each in a directory of its own.
-pub(super) fn evolved(
-    experiment: &Experiment,
-    runs: &[(u64, PathBuf)],
+/// Does runs, each in a directory of its own; what they gave.
+pub(super) fn run_all(
+    places: Vec<RunPlace>,
+    title: &str,
     backend: &cli::Backend,
     console: Console,
-) -> Result<Vec<Report>> {
-    let mut done = Vec::new();
-    if runs.is_empty() {
-        return Ok(done);
+) -> Result<Vec<(PathBuf, Done)>> {
+    if places.is_empty() {
+        return Ok(Vec::new());
     }
-    let evaluator = device::open(backend)?;
-    console.say(format!("{} on {}", experiment.name(), device::name(evaluator.as_ref())));
-    let session = Session::new(&backend.name, &evaluator.device());
-    let worker = Worker::new(evaluator);
-    let mut watcher = Watcher::new(console)?;
-    watcher.expect(
-        experiment,
-        runs.len() as u64 * u64::from(experiment.settings().evolution.generations),
-    );
-    for wave in runs.chunks(LOCKSTEP) {
-        let start = |(seed, directory): &(u64, PathBuf)| Run::start(experiment, *seed, directory, session.clone());
-        let runs = wave.iter().map(start).collect::<Result<Vec<_>>>()?;
-        let ended = evolve(experiment, runs, &worker, &mut watcher)?;
-        for (run, result) in &ended {
-            done.push(Report::new(run, result)?);
-        }
-    }
-    watcher.finish(&worker.close());
-    Ok(done)
+    let engine = device::engine(backend)?;
+    console.say(format!("{title} on {}", engine.name()));
+    let session = Session::new(&backend.name, engine.description());
+    let mut runs = Directories::new(places, session, console);
+    let mut watcher = Watcher::new(runs.steps(), "", None, console);
+    engine.run(runs.waiting(), Directories::MOST, &mut runs, &mut watcher)?;
+    drop(watcher);
+    device::close(engine, console);
+    Ok(runs.done())
 }

@@ -7,27 +7,25 @@ use oneiro::world::WorldSpec;
 
 use crate::cli::Sample;
 use crate::console::Console;
-use crate::evaluations::Evaluations;
 use crate::exit::{Failure, Result};
 use crate::reality::sampling::{self, Notebook, Samples};
 use crate::reality::surrogate::SurrogateRobot;
 use crate::reality::{Object, Reality};
 use crate::record::write_whole;
 use crate::report::figures;
-use crate::watcher::stop_signal;
 use crate::{device, progress};
 
 /// Samples a robot and writes tables and pictures.
 pub(crate) fn run(arguments: &Sample, console: Console) -> Result {
     let seed = surrogate_seed(&arguments.robot)?;
     let objects = objects(&arguments.objects)?;
-    let evaluations = Evaluations::new(device::open(&arguments.backend)?, stop_signal()?);
+    let evaluations = device::engine(&arguments.backend)?;
     let surrogate = Surrogate::drawn(seed, Differences::all(arguments.severity));
     let mut robot = SurrogateRobot::new(&evaluations, seed, surrogate, &WorldSpec::miglino1995())
         .map_err(|trouble| Failure::input(format_args!("--robot {}: {trouble}", arguments.robot)))?;
     let samples = take(&mut robot, &objects, &arguments.out, console)?;
     drop(robot);
-    device::tell_warnings(evaluations.close().as_ref(), console);
+    device::close(evaluations, console);
     console.say(format!(
         "wrote {} tables of sensors and one of motors to {}",
         samples.sensors.classes.len(),

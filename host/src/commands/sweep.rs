@@ -1,33 +1,26 @@
 //! `oneiro sweep`: many evolutions as one job.
 
-use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
 
-use indicatif::ProgressBar;
 use serde::Serialize;
 use serde_json::json;
 
-use super::run::evolved;
-use super::swarm;
+use super::run::run_all;
 use crate::cli::{self, SweepCommand, SweepPlan, SweepRun};
 use crate::console::{Console, columns, counted};
 use crate::device;
+use crate::engine::watcher::Watcher;
 use crate::exit::{Failure, Result};
-use crate::progress;
-use crate::record::{Session, is_locked, write_whole};
+use crate::record::{Done, RunPlace, Session, is_locked, write_whole};
+use crate::runs::Shown;
 use crate::sweep::estimate::{Estimate, estimates};
 use crate::sweep::file::Axis;
 use crate::sweep::journal::{self, Journal};
-use crate::sweep::lockstep::Pace;
-use crate::sweep::outcome::Shown;
 use crate::sweep::store::{AllFinished, Shard, Store};
 use crate::sweep::tables::{self, Written};
-use crate::sweep::{Cell, Plan, RunIndex, Sweep, lockstep, report, slurm, swarms};
-use crate::watcher::stop_signal;
-use crate::worker::{Watch, Worker};
+use crate::sweep::work::Work;
+use crate::sweep::{Plan, RunIndex, Sweep, report, slurm};
 
 /// Runs that are done without asking whether they were meant.
 const UNASKED: usize = 10_000;
@@ -144,25 +137,6 @@ fn size(bytes: u64) -> String {
     }
 }
 
-/// Watches a sweep for the user, and its time.
-struct Watcher {
-    stop: Arc<AtomicBool>,
-    until: Option<Instant>,
-    bar: ProgressBar,
-}
-
-impl Watch for Watcher {
-    fn stops(&self) -> bool {
-        self.stop.load(Ordering::Relaxed) || self.until.is_some_and(|until| Instant::now() >= until)
-    }
-
-    fn steps(&mut self, done: u64) {
-        if !self.bar.is_hidden() {
-            self.bar.set_position(done);
-        }
-    }
-}
-
 fn sweep(arguments: &SweepRun, console: Console) -> Result {
     let began = Instant::now();
     let sweep = Sweep::read(&arguments.sweep)?;
@@ -181,10 +155,8 @@ fn sweep(arguments: &SweepRun, console: Console) -> Result {
         Some(shard) => shard,
         None => slurm::shard(console)?.unwrap_or(Shard::ALL),
     };
-    if let Cell::Khepera(first) = sweep.cell(0)? {
-        for warning in first.warnings() {
-            console.say(format!("warning: {warning}"));
-        }
+    for warning in sweep.cell(0)?.warnings() {
+        console.say(format!("warning: {warning}"));
     }
     let store = Store::prepare(&arguments.out, &sweep, &plan)?;
     let mut finished = AllFinished::default();
@@ -223,8 +195,8 @@ fn work(
     began: Instant,
     console: Console,
 ) -> Result {
-    let mut evaluator = device::open(&arguments.backend)?;
-    let session = Session::new(&arguments.backend.name, &evaluator.device());
+    let engine = device::engine(&arguments.backend)?;
+    let session = Session::new(&arguments.backend.name, engine.description());
     let (journal, begun) = Journal::begin(&store.journal(shard), store.identity()?, session)?;
     for problem in &begun.problems {
         console.say(format!("warning: {problem}"));
@@ -232,37 +204,16 @@ fn work(
     todo.retain(|run| !begun.finished.contains(run));
     let mut saved = begun.saved;
     saved.retain(|saved| todo.binary_search(&saved.run).is_ok());
-    // What was under way goes first.
-    let under_way: BTreeSet<RunIndex> = saved.iter().map(|saved| saved.run).collect();
-    todo.sort_by_key(|run| !under_way.contains(run));
-    console.say(format!(
-        "{}: {} runs on {}",
-        sweep.name(),
-        todo.len(),
-        device::name(evaluator.as_ref())
-    ));
-    let pace = Pace {
-        jobs: arguments.jobs.map(|jobs| jobs as usize),
-        checkpoint_every: arguments.checkpoint_every,
-    };
-    let mut watcher = Watcher {
-        stop: stop_signal()?,
-        until: arguments.time_budget.map(|budget| began + budget),
-        bar: progress::bar(plan.steps(sweep, todo.iter().copied()), sweep.name(), console),
-    };
-    let ended = if sweep.is_swarm() {
-        let ended = swarms::run((sweep, plan), todo, pace, evaluator.as_mut(), &journal, &mut watcher);
-        device::tell_warnings(evaluator.as_ref(), console);
-        ended
-    } else {
-        let worker = Worker::new(evaluator);
-        let ended = lockstep::run((sweep, plan), todo, saved, pace, &worker, &journal, &mut watcher);
-        for warning in worker.close() {
-            console.say(format!("warning: {warning}"));
-        }
-        ended
-    };
-    watcher.bar.finish_and_clear();
+    console.say(format!("{}: {} runs on {}", sweep.name(), todo.len(), engine.name()));
+    let until = arguments.time_budget.map(|budget| began + budget);
+    let steps = plan.steps(sweep, todo.iter().copied());
+    let mut watcher = Watcher::new(steps, sweep.name(), until, console);
+    let mut work = Work::new((sweep, plan), saved, arguments.checkpoint_every, &journal);
+    let waiting = work.waiting(todo);
+    let most = arguments.jobs.map_or(usize::MAX, |jobs| jobs as usize).min(work.most());
+    let ended = engine.run(waiting, most, &mut work, &mut watcher);
+    drop(watcher);
+    device::close(engine, console);
     // What could not be written is why it ended.
     journal.close()?;
     ended
@@ -399,7 +350,7 @@ fn merge(dirs: &[PathBuf], out: Option<&Path>, console: Console) -> Result {
 
 fn reported(dir: &Path, outcome: Option<&str>, out: Option<&Path>, console: Console) -> Result {
     let store = Store::open(dir)?;
-    let (sweep, _) = store.sweep()?;
+    let (sweep, plan) = store.sweep()?;
     let [results, generations] = [tables::RESULTS, tables::GENERATIONS].map(|name| dir.join(name));
     for table in [&results, &generations] {
         if !table.is_file() {
@@ -409,8 +360,8 @@ fn reported(dir: &Path, outcome: Option<&str>, out: Option<&Path>, console: Cons
             )));
         }
     }
-    let Shown { by, time, value } = sweep.shown();
-    let columns = sweep.outcomes();
+    let Shown { by, time, value } = plan.shown;
+    let columns = &plan.outcomes;
     let by = match outcome {
         None => by,
         Some(name) => {
@@ -472,17 +423,15 @@ fn extract(dir: &Path, run: &str, out: Option<&Path>, backend: &cli::Backend, co
         Path::to_owned,
     );
     crate::files::must_be_new(&directory)?;
-    let result = match sweep.cell(sweep.cell_of(run))? {
-        Cell::Khepera(experiment) => {
-            let reports = evolved(&experiment, &[(seed, directory.clone())], backend, console)?;
-            reports.into_iter().next().map(|report| report.result)
-        }
-        Cell::Swarm(experiment) => {
-            let reports = swarm::done(&[(&experiment, seed, directory.as_path())], backend, console)?;
-            reports.into_iter().next().map(|report| report.result)
-        }
+    let place = RunPlace::New {
+        experiment: sweep.experiment_of(sweep.cell_of(run))?,
+        seed,
+        directory: directory.clone(),
     };
-    let result = result.ok_or_else(|| Failure::failed("the run gave nothing"))?;
+    let done = run_all(vec![place], sweep.name(), backend, console)?;
+    let Some((_, Done { result, .. })) = done.into_iter().next() else {
+        return Err(Failure::failed("the run gave nothing"));
+    };
     if let Some(known) = known
         && known != result
     {

@@ -19,13 +19,12 @@
 //! The results of a job are a function of what it is and of its seed: never of the batches it shared, of the number of
 //! threads, or of where it was saved and restored.
 
+use std::fmt;
 use std::ops::Range;
 use std::sync::Arc;
 
-use oneiro::batch::{Record, Rollout, TraceRequest};
-use oneiro::foraging::Foraging;
-use oneiro::swarm::Swarm;
-use oneiro::world::World;
+use oneiro::batch::{Record, Rollout, TraceRequest, WorldKind};
+use serde::{Deserialize, Serialize};
 
 use crate::exit::Result;
 
@@ -50,6 +49,24 @@ pub(crate) trait Job: Send {
     /// # Errors
     /// As the job says.
     fn finish(&mut self, table: &str) -> Result<Finished>;
+}
+
+impl Job for Box<dyn Job> {
+    fn ask(&self) -> Option<Request<'_>> {
+        (**self).ask()
+    }
+
+    fn tell(&mut self, results: &Results<'_>) -> Result<Step> {
+        (**self).tell(results)
+    }
+
+    fn save(&self) -> Vec<u8> {
+        (**self).save()
+    }
+
+    fn finish(&mut self, table: &str) -> Result<Finished> {
+        (**self).finish(table)
+    }
 }
 
 /// What a job wants evaluated next.
@@ -104,23 +121,18 @@ impl Stage {
 
 /// A world of a request. Places with equal keys are one world: it is packed once, and rollouts of several jobs share the
 /// device's groups of lanes.
-#[derive(Clone, Debug)]
+#[derive(Clone)]
 pub(crate) struct Place {
     /// The hash of all that decides how rollouts live in it.
     pub(crate) key: blake3::Hash,
     /// The world.
-    pub(crate) world: Kind,
+    pub(crate) world: Arc<dyn WorldKind + Send + Sync>,
 }
 
-/// A world of any kind that the library knows.
-#[derive(Clone, Debug)]
-pub(crate) enum Kind {
-    /// Of one Khepera.
-    Life(Arc<World>),
-    /// An on-board simulator.
-    Forager(Arc<Foraging>),
-    /// A swarm's arena.
-    Swarm(Arc<Swarm>),
+impl fmt::Debug for Place {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{} of {}", self.key, self.world.kernel().name)
+    }
 }
 
 /// What came of a request: a value for each of its rollouts, in their order.
@@ -162,7 +174,7 @@ pub(crate) struct Added {
 }
 
 /// How far a job is.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Progress {
     /// Steps of those that people count: generations of an evolution, minutes of a swarm.
     pub(crate) done: u32,

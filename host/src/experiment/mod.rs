@@ -17,8 +17,8 @@ use crate::exit::Result;
 use crate::files;
 pub(crate) use check::GREATEST_SEED;
 pub(crate) use inputs::DIRECTORY as INPUTS;
-pub(crate) use inputs::Files;
-use inputs::{Input, Inputs};
+pub(crate) use inputs::{Files, Input};
+use inputs::Inputs;
 use settings::Settings;
 use source::{Parsed, Setting, Source};
 
@@ -133,12 +133,7 @@ impl Experiment {
         blake3::hash(toml(&world).as_bytes())
     }
 
-    /// What decides a run's results: the same with nothing of what is recorded, and when.
-    pub(crate) fn identity(&self, seed: u64) -> blake3::Hash {
-        self.identities().of(seed)
-    }
-
-    /// What decides the results of its runs.
+    /// What decides the results of its runs: the same with nothing of what is recorded, and when.
     pub(crate) fn identities(&self) -> Identities {
         let record = settings::Record::default();
         Identities::new(&toml(&Settings {

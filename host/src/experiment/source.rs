@@ -34,6 +34,11 @@ impl<'a> Parsed<'a> {
             }
         }
     }
+
+    /// Whether it has a key, or a table of this name.
+    pub(crate) fn has(&self, key: &str) -> bool {
+        self.values.get_ref().contains_key(key)
+    }
 }
 
 /// The texts that values came from, and the place of each key.

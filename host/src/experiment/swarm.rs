@@ -9,7 +9,6 @@ use super::Identities;
 use super::check::{Checked, GREATEST_SEED, invalid, name, within};
 use super::source::{Parsed, Setting, Source};
 use crate::exit::Result;
-use crate::files;
 use crate::swarm::Plan;
 use crate::swarm::lived::Kind;
 use crate::swarm::settings::Settings;
@@ -35,35 +34,11 @@ struct File {
 /// Minutes of a run: a kernel's cycles are numbers up to a million.
 const GREATEST_MINUTES: u32 = 1_666;
 
-/// Whether a file is an experiment with a swarm. What is no TOML is none: whoever reads it says why.
-///
-/// # Errors
-/// Exit 3 when there is no such text file.
-pub(crate) fn is_swarm(path: &Path) -> Result<bool> {
-    Ok(is_swarm_text(&files::text(path)?))
-}
-
-/// The same of a file's text.
-pub(crate) fn is_swarm_text(text: &str) -> bool {
-    let table: std::result::Result<toml::Table, _> = text.parse();
-    table.is_ok_and(|table| table.contains_key("swarm"))
-}
-
 impl SwarmExperiment {
-    /// Reads an experiment's file, with `key=value` settings that go before what it says.
-    ///
-    /// # Errors
-    /// Exit 3: the file and the line and column in it (or the setting), the key, what it is, and what is allowed.
-    pub(crate) fn read(path: &Path, set: &[String]) -> Result<Self> {
-        let text = files::text(path)?;
-        let file = Parsed::new(path.display().to_string(), &text)?;
-        Self::of(path, &file, &Setting::all_typed(set)?)
-    }
-
     /// Reads the values of an experiment's file.
     ///
     /// # Errors
-    /// As [`SwarmExperiment::read`].
+    /// Exit 3: the file and the line and column in it (or the setting), the key, what it is, and what is allowed.
     pub(crate) fn of(path: &Path, values: &Parsed<'_>, set: &[Setting]) -> Result<Self> {
         let (mut file, source): (File, _) = Source::read(values, set)?;
         if file.name.is_empty() {
@@ -105,11 +80,6 @@ impl SwarmExperiment {
             ..self.0.clone()
         };
         toml::to_string(&file).expect("settings are tables of numbers, words and lists")
-    }
-
-    /// What decides a run's results.
-    pub(crate) fn identity(&self, seed: u64) -> blake3::Hash {
-        self.identities().of(seed)
     }
 
     /// What decides the results of its runs.

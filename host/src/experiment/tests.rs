@@ -5,6 +5,7 @@ use oneiro::world;
 
 use super::settings::{self, ControllerKind};
 use super::*;
+use crate::runs;
 
 /// A directory of its own, removed when the test ends.
 struct Scratch(PathBuf);
@@ -83,11 +84,7 @@ fn all_experiments_are_valid() {
     for entry in fs::read_dir(examples).unwrap() {
         let path = entry.unwrap().path();
         if path.extension().is_some_and(|extension| extension == "toml") {
-            let name = if swarm::is_swarm(&path).unwrap() {
-                swarm::SwarmExperiment::read(&path, &[]).unwrap().name().to_owned()
-            } else {
-                Experiment::read(&path, &[]).unwrap().name().to_owned()
-            };
+            let name = runs::read(&path, &[]).unwrap().name().to_owned();
             assert_eq!(Some(&*name), path.file_stem().and_then(|stem| stem.to_str()));
             names.push(name);
         }
@@ -111,9 +108,9 @@ fn a_resolved_experiment_is_itself_again() {
         let again = read(&scratch, &resolved, &[]).unwrap();
         assert_eq!(again.settings().seed, Some(7));
         assert_eq!(again.resolved_toml(7), resolved);
-        assert_eq!(again.identity(7), experiment.identity(7));
+        assert_eq!(again.identities().of(7), experiment.identities().of(7));
         assert_eq!(again.world().spec(), experiment.world().spec());
-        assert_ne!(again.identity(8), experiment.identity(7));
+        assert_ne!(again.identities().of(8), experiment.identities().of(7));
     }
 }
 
@@ -122,11 +119,11 @@ fn what_is_recorded_does_not_change_the_identity() {
     let scratch = Scratch::new("identity");
     let experiment = read(&scratch, "", &[]).unwrap();
     let other = read(&scratch, "", &["record.checkpoint_every=3", "record.individuals=false"]).unwrap();
-    assert_eq!(experiment.identity(1), other.identity(1));
+    assert_eq!(experiment.identities().of(1), other.identities().of(1));
     assert_ne!(experiment.resolved_toml(1), other.resolved_toml(1));
     assert_ne!(
-        experiment.identity(1),
-        read(&scratch, "cycles = 501", &[]).unwrap().identity(1)
+        experiment.identities().of(1),
+        read(&scratch, "cycles = 501", &[]).unwrap().identities().of(1)
     );
 }
 
@@ -416,7 +413,7 @@ fn files_are_inputs_with_hashes() {
     }
     let config = scratch.write("run/config.toml", experiment.resolved_toml(3));
     let again = Experiment::read(&config, &[]).unwrap();
-    assert_eq!(again.identity(3), experiment.identity(3));
+    assert_eq!(again.identities().of(3), experiment.identities().of(3));
     assert_eq!(again.evolution(1).ask(), experiment.evolution(1).ask());
 
     let mut changed = genes;
@@ -490,7 +487,7 @@ fn values_of_worlds_are_refused_by_their_keys() {
     for (table, keys) in tables {
         for key in keys {
             let file = scratch.write("own.toml", format!("[swarm.{table}]\n{key} = -1e9\n"));
-            let refused = swarm::SwarmExperiment::read(&file, &[]).unwrap_err().to_string();
+            let refused = runs::read(&file, &[]).unwrap_err().to_string();
             let place = format!(
                 "own.toml:2:{}: swarm.{table}.{key}: is -1000000000; allowed: ",
                 key.len() + 4
@@ -538,13 +535,8 @@ fn resolved_experiments_keep_their_bytes() {
         .collect();
     files.sort_by_key(|path| path.file_name().unwrap().to_owned());
     for path in files {
-        let (text, identity) = if swarm::is_swarm(&path).unwrap() {
-            let experiment = swarm::SwarmExperiment::read(&path, &[]).unwrap();
-            (experiment.resolved_toml(7), experiment.identity(7))
-        } else {
-            let experiment = Experiment::read(&path, &[]).unwrap();
-            (experiment.resolved_toml(7), experiment.identity(7))
-        };
+        let experiment = runs::read(&path, &[]).unwrap();
+        let (text, identity) = (experiment.resolved_toml(7), experiment.identities().of(7));
         let stem = path.file_stem().unwrap().to_string_lossy();
         let name = stem.strip_suffix(".in").unwrap_or(&stem);
         wrong.extend(holds(&resolved.join(format!("{name}.toml")), &text).err());

@@ -4,6 +4,7 @@ pub(crate) mod sampling;
 pub(crate) mod surrogate;
 
 use oneiro::batch::Record;
+use oneiro::evaluator;
 use oneiro::random::Key;
 use serde::{Deserialize, Serialize};
 
@@ -133,6 +134,15 @@ pub(crate) enum Trouble {
     /// It fails for good.
     #[error("{0}")]
     Broken(String),
+}
+
+impl From<evaluator::Error> for Trouble {
+    fn from(error: evaluator::Error) -> Self {
+        match error {
+            evaluator::Error::Cancelled => Self::Stopped,
+            error => Self::Broken(error.to_string()),
+        }
+    }
 }
 
 impl From<Trouble> for Failure {

@@ -10,11 +10,11 @@ use oneiro::tables::{MotorStates, MotorTable, SENSORS, SensorTable, SensorTables
 use oneiro::world::{Controller, Robot, Start, World, WorldSpec};
 
 use super::{Driven, Life, Lived, Object, Reality, Shape, Trouble, Turned};
-use crate::evaluations::Evaluations;
+use crate::engine::handle::Engine;
 
 /// A surrogate, in an arena of its own and on the sampling table.
 pub(crate) struct SurrogateRobot<'a> {
-    evaluations: &'a Evaluations,
+    evaluations: &'a Engine,
     surrogate: Arc<Surrogate>,
     seed: u64,
     /// The world of its lives.
@@ -31,7 +31,7 @@ impl<'a> SurrogateRobot<'a> {
     /// # Errors
     /// [`Trouble::Broken`] with what the world does not allow.
     pub(crate) fn new(
-        evaluations: &'a Evaluations,
+        evaluations: &'a Engine,
         seed: u64,
         surrogate: Surrogate,
         spec: &WorldSpec,
@@ -114,7 +114,7 @@ impl<'a> SurrogateRobot<'a> {
             key: Key::rollout(self.seed, u64::MAX, self.sampled, 0),
         };
         self.sampled += 1;
-        let outcome = self.evaluations.run(&one_batch(&[world], &[rollout], true)?)?;
+        let outcome = self.evaluations.evaluate(one_batch(&[world], &[rollout], true)?)?;
         Ok(outcome.traces.into_iter().next().unwrap_or_default())
     }
 }
@@ -301,7 +301,7 @@ impl Reality for SurrogateRobot<'_> {
                 key: life.key,
             });
         }
-        let outcome = self.evaluations.run(&one_batch(&worlds, &rollouts, traced)?)?;
+        let outcome = self.evaluations.evaluate(one_batch(&worlds, &rollouts, traced)?)?;
         if !traced {
             let lived = |fitness| Lived {
                 fitness,

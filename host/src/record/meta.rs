@@ -6,7 +6,8 @@ use std::time::{Duration, SystemTime};
 use oneiro::evaluator::Device;
 use serde::{Deserialize, Serialize};
 
-use super::{META, disk};
+use super::META;
+use crate::engine::disk;
 use crate::exit::Result;
 
 /// `meta.json`

@@ -2,19 +2,18 @@
 
 use std::fs::{self, File, OpenOptions, TryLockError};
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
-use oneiro::batch::Record;
-use oneiro::random::Key;
+use serde::{Deserialize, Serialize};
 
-use super::log::{Extent, Log, Prefix};
-use super::{
-    CONFIG, Checkpoint, Done, FITNESS, GENERATIONS, INDIVIDUALS, Individuals, LEARNING_CURVE, LOCK, Meta, PATH,
-    POPULATION, Row, SavedRun, Session, Status, TRACE, champion, disk, done, npy, trace_csv,
-};
-use crate::evolve::{Champion, Evolution, Generation};
+use super::{CONFIG, Done, LOCK, Meta, SavedRun, Session, Status};
+use crate::engine::job::{Job, Progress, Step};
+use crate::engine::log::{Extent, Log, Prefix};
+use crate::engine::{checkpoint, disk};
 use crate::exit::{Failure, Result};
-use crate::experiment::{Experiment, INPUTS};
-use crate::report::figures::{self, Series};
+use crate::experiment::INPUTS;
+use crate::runs::{Experiment, Recording, Table};
+use crate::sealed::Problem;
 
 /// What stands where a run is to go.
 #[derive(Debug)]
@@ -69,29 +68,20 @@ pub(crate) fn standing(directory: &Path, identity: blake3::Hash) -> Result<Stand
 pub(crate) struct Recorder {
     directory: PathBuf,
     _lock: File,
+    experiment: Arc<dyn Experiment>,
     identity: blake3::Hash,
-    seed: u64,
-    parents: u32,
-    rows: Log,
-    individuals: Option<Log>,
+    tables: Vec<(&'static str, Log)>,
+    progress: Progress,
     meta: Meta,
 }
 
-/// What a finished run gave.
-#[derive(Debug)]
-pub(crate) struct Ended<'a> {
-    /// What it was a run of.
-    pub(crate) experiment: &'a Experiment,
-    /// Its last generation.
-    pub(crate) last: &'a Generation,
-    /// The best individual.
-    pub(crate) champion: &'a Champion,
-    /// The keys of the champion's lives.
-    pub(crate) keys: &'a [Key],
-    /// The first of them.
-    pub(crate) trace: &'a [Record],
-    /// Cycles from one record of the trace to the next.
-    pub(crate) every: u32,
+/// A run between two steps.
+#[derive(Serialize, Deserialize)]
+struct Saved {
+    progress: Progress,
+    /// How much there was of each table.
+    tables: Vec<Extent>,
+    job: Vec<u8>,
 }
 
 impl Recorder {
@@ -99,11 +89,16 @@ impl Recorder {
     ///
     /// # Errors
     /// Exit 3 when something stands there, or another process writes there; exit 6 when writing fails.
-    pub(crate) fn create(directory: &Path, experiment: &Experiment, seed: u64, session: Session) -> Result<Self> {
+    pub(crate) fn create(
+        directory: &Path,
+        experiment: &Arc<dyn Experiment>,
+        seed: u64,
+        session: Session,
+    ) -> Result<(Self, Box<dyn Job>)> {
         fs::create_dir_all(directory).map_err(|error| Failure::storage(directory, &error))?;
         let lock = lock(directory)?;
         // Another process may have been quicker.
-        if !matches!(standing(directory, experiment.identity(seed))?, Standing::New) {
+        if !matches!(standing(directory, experiment.identities().of(seed))?, Standing::New) {
             return Err(Failure::input(format_args!(
                 "{}: another process has begun this run",
                 directory.display()
@@ -123,92 +118,94 @@ impl Recorder {
         Self::begin(directory, lock, experiment, seed, session)
     }
 
-    /// Goes on with a run from its newest good checkpoint, or from the start when there was none yet. Lines behind the
-    /// checkpoint are cut off. The checkpoint, and what is to be told of those that are not good.
+    /// Resumes a run from its newest good checkpoint, or from the start when there was none yet. What the tables have
+    /// behind the checkpoint is cut off. Also returns warnings about checkpoints that are not good.
     ///
     /// # Errors
-    /// Exit 3 when another process writes there; exit 5 when there are checkpoints and none of them is good; exit 6
-    /// when writing fails.
-    pub(crate) fn resume(run: &SavedRun, session: Session) -> Result<(Self, Option<Checkpoint>, Vec<String>)> {
+    /// Exit 3 when another process writes there, or when another version of the program wrote its checkpoints; exit 5
+    /// when there are checkpoints and none of them is good; exit 6 when writing fails.
+    pub(crate) fn resume(run: &SavedRun, session: Session) -> Result<(Self, Box<dyn Job>, Vec<String>)> {
         let (directory, experiment, seed) = (run.directory(), run.experiment(), run.seed());
         let lock = lock(directory)?;
-        let mut warnings = Vec::new();
-        for (_, path) in Checkpoint::list(directory)? {
-            match Good::load(&path, directory, experiment, seed) {
-                Ok(good) => {
-                    let checkpoint = good.checkpoint.clone();
-                    let recorder = Self::go_on(directory, lock, experiment, seed, session, good)?;
-                    return Ok((recorder, Some(checkpoint), warnings));
+        let mut problems = Vec::new();
+        let mut is_other_version = true;
+        for (_, path) in checkpoint::list(directory)? {
+            let own = match checkpoint::read::<Saved>(&path, &run.identity()) {
+                Ok(saved) => {
+                    is_other_version = false;
+                    Good::of(run, saved)
                 }
-                Err(problem) => warnings.push(format!("{}: {problem}; it is not used", path.display())),
+                Err(problem) => {
+                    is_other_version &= matches!(problem, Problem::Other(_));
+                    Err(checkpoint::words(&problem, &format!("experiment than {CONFIG}")))
+                }
+            };
+            match own {
+                Ok(good) => {
+                    let mut session = session;
+                    session.from_generation = good.progress.done;
+                    let tables = good.tables.into_iter().map(|(file, prefix)| {
+                        let log = Log::cut_back(directory.join(file), prefix)?;
+                        Ok((file, log))
+                    });
+                    let tables = tables.collect::<Result<_>>()?;
+                    let recorder = Self::new(directory, lock, experiment, seed, session, tables, good.progress)?;
+                    return Ok((recorder, good.job, problems));
+                }
+                Err(problem) => problems.push(format!("{}: {problem}; it is not used", path.display())),
             }
         }
-        if warnings.is_empty() {
-            return Ok((Self::begin(directory, lock, experiment, seed, session)?, None, warnings));
+        if problems.is_empty() {
+            let (recorder, job) = Self::begin(directory, lock, experiment, seed, session)?;
+            return Ok((recorder, job, problems));
         }
-        Err(Failure::corrupt(format_args!(
-            "no checkpoint of this run is good: {}",
-            warnings.join("; ")
-        )))
+        let all = format!("no checkpoint of this run is good: {}", problems.join("; "));
+        Err(if is_other_version {
+            Failure::input(all)
+        } else {
+            Failure::corrupt(all)
+        })
     }
 
-    /// Begins with generation 0.
-    fn begin(directory: &Path, lock: File, experiment: &Experiment, seed: u64, session: Session) -> Result<Self> {
-        let mut rows = Log::create(directory.join(GENERATIONS))?;
-        rows.push(Row::HEAD.as_bytes())?;
-        let mut individuals = None;
-        if experiment.settings().record.individuals {
-            let log = individuals.insert(Log::create(directory.join(INDIVIDUALS))?);
-            log.push(&Individuals::header(experiment))?;
-        }
-        Self::new(directory, lock, experiment, seed, session, rows, individuals)
-    }
-
-    /// Begins with a checkpoint's generation.
-    fn go_on(
+    /// Begins with the first step.
+    fn begin(
         directory: &Path,
         lock: File,
-        experiment: &Experiment,
+        experiment: &Arc<dyn Experiment>,
         seed: u64,
-        mut session: Session,
-        good: Good,
-    ) -> Result<Self> {
-        session.from_generation = good.checkpoint.generation;
-        let rows = Log::cut_back(directory.join(GENERATIONS), good.rows)?;
-        let individuals = good
-            .individuals
-            .map(|prefix| Log::cut_back(directory.join(INDIVIDUALS), prefix));
-        Self::new(
-            directory,
-            lock,
-            experiment,
-            seed,
-            session,
-            rows,
-            individuals.transpose()?,
-        )
+        session: Session,
+    ) -> Result<(Self, Box<dyn Job>)> {
+        let create = |Table { file, head }| {
+            let mut log = Log::create(directory.join(file))?;
+            log.push(&head)?;
+            Ok((file, log))
+        };
+        let tables = experiment.tables(Recording::Directory).into_iter().map(create).collect::<Result<_>>()?;
+        let progress = Progress {
+            done: 0,
+            best: f32::NAN,
+        };
+        let recorder = Self::new(directory, lock, experiment, seed, session, tables, progress)?;
+        Ok((recorder, Arc::clone(experiment).job(seed, Recording::Directory)?))
     }
 
     fn new(
         directory: &Path,
         lock: File,
-        experiment: &Experiment,
+        experiment: &Arc<dyn Experiment>,
         seed: u64,
         session: Session,
-        rows: Log,
-        individuals: Option<Log>,
+        tables: Vec<(&'static str, Log)>,
+        progress: Progress,
     ) -> Result<Self> {
-        let evolution = &experiment.settings().evolution;
-        let meta = Meta::begin(directory, experiment.name(), seed, evolution.generations, session)?;
         Ok(Self {
             directory: directory.to_owned(),
             _lock: lock,
-            identity: experiment.identity(seed),
-            seed,
-            parents: evolution.parents,
-            rows,
-            individuals,
-            meta,
+            experiment: Arc::clone(experiment),
+            identity: experiment.identities().of(seed),
+            tables,
+            progress,
+            meta: Meta::begin(directory, experiment.name(), seed, experiment.length(), session)?,
         })
     }
 
@@ -217,142 +214,68 @@ impl Recorder {
         &self.directory
     }
 
-    /// Records a generation.
-    pub(crate) fn push(&mut self, generation: &Generation) -> Result {
-        self.rows.push(Row::new(generation, self.parents).line().as_bytes())?;
-        if let Some(individuals) = &mut self.individuals {
-            let population = &generation.population;
-            let mut bytes = Vec::with_capacity(size_of::<f32>() * population.len() * (population.genes() + 1));
-            for (genome, fitness) in population.genomes().zip(&generation.fitness) {
-                for value in genome.iter().chain([fitness]) {
-                    bytes.extend_from_slice(&value.to_le_bytes());
-                }
+    /// How far the run is, in words.
+    pub(crate) fn reached(&self) -> String {
+        let (_, unit) = self.experiment.shown().time;
+        format!("{unit} {}", self.progress.done)
+    }
+
+    /// Records a step that the job has taken.
+    pub(super) fn record(&mut self, job: &dyn Job, step: Step) -> Result {
+        for added in step.added {
+            if let Some((_, log)) = self.tables.iter_mut().find(|(file, _)| *file == added.file) {
+                log.push(&added.bytes)?;
             }
-            individuals.push(&bytes)?;
+        }
+        self.progress = step.progress.unwrap_or(self.progress);
+        if step.is_checkpoint {
+            self.checkpoint(job)?;
         }
         Ok(())
     }
 
-    /// Makes sure that a run can go on from here, whatever happens.
-    pub(crate) fn checkpoint(&mut self, evolution: &Evolution) -> Result {
-        let checkpoint = Checkpoint {
-            identity: self.identity,
-            generation: evolution.generation(),
-            population: evolution.ask().clone(),
-            champion: evolution.champion().cloned(),
-            rows: self.rows.sync()?,
-            individuals: self.individuals.as_mut().map(Log::sync).transpose()?,
+    /// Makes sure that the run can go on from here, whatever happens.
+    fn checkpoint(&mut self, job: &dyn Job) -> Result {
+        let saved = Saved {
+            progress: self.progress,
+            tables: self.tables.iter_mut().map(|(_, log)| log.sync()).collect::<Result<_>>()?,
+            job: job.save(),
         };
-        checkpoint.save(&self.directory)
+        checkpoint::write(&self.directory, self.progress.done.into(), 2, &self.identity, &saved)
     }
 
-    /// Writes a checkpoint and notes that the run was stopped. One that only lacks its results keeps the checkpoint that
-    /// it has: what a checkpoint holds is a generation that is still to live.
-    pub(crate) fn stop(&mut self, evolution: &Evolution) -> Result {
-        if self.meta.status == Status::Done {
-            return Ok(());
-        }
-        if !evolution.is_finished() {
-            self.checkpoint(evolution)?;
-        }
-        self.ended(Status::Stopped, evolution.generation(), evolution.champion())
+    /// Writes a checkpoint and notes that the run was stopped.
+    pub(super) fn stop(&mut self, job: &dyn Job) -> Result {
+        self.checkpoint(job)?;
+        self.end(Status::Stopped)
     }
 
-    fn ended(&mut self, status: Status, generation: u32, champion: Option<&Champion>) -> Result {
-        self.meta.generation = generation;
-        self.meta.best = champion.map(|champion| champion.fitness);
+    fn end(&mut self, status: Status) -> Result {
+        self.meta.generation = self.progress.done;
+        self.meta.best = Some(self.progress.best).filter(|best| !best.is_nan());
         self.meta.end(&self.directory, status)
     }
 
     /// Writes the results, and `DONE` when all of them are on the disk.
-    pub(crate) fn finish(&mut self, ended: &Ended<'_>) -> Result<Done> {
-        self.rows.sync()?;
-        let mut files = vec![CONFIG, GENERATIONS];
-        if let Some(individuals) = &mut self.individuals {
-            individuals.sync()?;
-            files.push(INDIVIDUALS);
+    pub(super) fn finish(&mut self, job: &mut dyn Job) -> Result<Done> {
+        for (_, log) in &mut self.tables {
+            log.sync()?;
         }
-        files.extend(ended.experiment.inputs().iter().map(|input| input.name.as_str()));
-
-        let rows = super::saved::rows(&self.directory)?;
-        let pictures = [
-            (TRACE, trace_csv(ended.trace, ended.every).into_bytes()),
-            (PATH, self.path_svg(ended).into_bytes()),
-            (LEARNING_CURVE, self.learning_curve_svg(&rows).into_bytes()),
-        ];
-        let results = results(ended.last, ended.champion, self.seed, ended.keys);
-        for (name, bytes) in results.iter().chain(&pictures) {
-            disk::write(&self.directory.join(name), bytes)?;
+        let mut files = vec![CONFIG];
+        files.extend(self.tables.iter().map(|(file, _)| *file));
+        let experiment = Arc::clone(&self.experiment);
+        files.extend(experiment.inputs().iter().map(|input| input.name.as_str()));
+        let table = disk::read_text(&self.directory.join(self.tables[0].0))?;
+        for (name, bytes) in job.finish(&table)?.files {
+            disk::write(&self.directory.join(name), &bytes)?;
             files.push(name);
         }
         disk::sync_directory(&self.directory)?;
-        let done = Done::of(&self.directory, self.identity, &files)?;
-        self.ended(Status::Done, self.meta.generations, Some(ended.champion))?;
+        let done = Done::of(&self.directory, self.identity, &files, experiment.results())?;
+        self.end(Status::Done)?;
         done.write(&self.directory)?;
         Ok(done)
     }
-
-    fn path_svg(&self, ended: &Ended<'_>) -> String {
-        let world = ended.experiment.world().spec();
-        let Champion {
-            generation, individual, ..
-        } = ended.champion;
-        let name = ended.experiment.name();
-        let title = format!(
-            "{name}, seed {}: individual {individual} of generation {generation}",
-            self.seed
-        );
-        figures::life(&world.arena, world.robot.body_radius, &title, ended.trace, ended.every)
-    }
-
-    fn learning_curve_svg(&self, rows: &[Row]) -> String {
-        let series = |label, value: fn(&Row) -> f64| Series {
-            label,
-            values: rows.iter().map(value).collect(),
-        };
-        let title = format!("{}, seed {}", self.meta.name, self.seed);
-        let peak = format!("mean of the best {}", self.parents);
-        figures::learning_curve(
-            &title,
-            "fitness",
-            &[
-                series("best", |row| f64::from(row.best)),
-                series(&peak, |row| row.peak),
-                series("mean", |row| row.mean),
-            ],
-        )
-    }
-}
-
-/// The files of what a run ended with.
-fn results(last: &Generation, champion: &Champion, seed: u64, keys: &[Key]) -> [(&'static str, Vec<u8>); 4] {
-    let population = &last.population;
-    let [of_champion, genes_of_champion] = champion::files(champion, seed, keys);
-    [
-        of_champion,
-        genes_of_champion,
-        (
-            POPULATION,
-            npy(&[population.len(), population.genes()], population.values()),
-        ),
-        (FITNESS, npy(&[population.len()], &last.fitness)),
-    ]
-}
-
-/// The hash of a run's results, as its directory's `DONE` would have it. `rows` are those of its generations.
-pub(crate) fn result(
-    experiment: blake3::Hash,
-    rows: &str,
-    last: &Generation,
-    champion: &Champion,
-    seed: u64,
-    keys: &[Key],
-) -> String {
-    let table = Row::HEAD.to_owned() + rows;
-    let results = results(last, champion, seed, keys);
-    let others = results.iter().map(|(name, bytes)| (*name, &bytes[..]));
-    let files: Vec<_> = std::iter::once((GENERATIONS, table.as_bytes())).chain(others).collect();
-    done::result_of(experiment, &files)
 }
 
 /// Keeps other processes from writing to a run's directory.
@@ -377,39 +300,34 @@ pub(crate) fn try_lock(directory: &Path) -> Result<Option<File>> {
     }
 }
 
-/// A checkpoint that can be gone on from, and what the logs held then.
+/// A checkpoint that can be gone on from, and what the tables held then.
 struct Good {
-    checkpoint: Checkpoint,
-    rows: Prefix,
-    individuals: Option<Prefix>,
+    progress: Progress,
+    tables: Vec<(&'static str, Prefix)>,
+    job: Box<dyn Job>,
 }
 
 impl Good {
     /// Reads a checkpoint of a run, or says what is wrong with it.
-    fn load(path: &Path, directory: &Path, experiment: &Experiment, seed: u64) -> std::result::Result<Self, String> {
-        let checkpoint = Checkpoint::load(path)?;
-        let evolution = &experiment.settings().evolution;
-        if checkpoint.identity != experiment.identity(seed)
-            || checkpoint.population.genes() != experiment.world().genes()
-            || checkpoint.population.len() != evolution.population as usize
-            || checkpoint.generation >= evolution.generations
-            || checkpoint.individuals.is_some() != experiment.settings().record.individuals
-        {
-            return Err(format!("belongs to another experiment than {CONFIG}"));
+    fn of(run: &SavedRun, saved: Saved) -> std::result::Result<Self, String> {
+        let tables = run.experiment().tables(Recording::Directory);
+        if saved.tables.len() != tables.len() {
+            return Err(format!("has other tables than {CONFIG} means"));
         }
-        let prefix = |name: &str, extent: &Extent| {
-            Prefix::of(&directory.join(name), extent).ok_or_else(|| format!("{name} is not what it was then"))
+        let prefix = |(table, extent): (Table, &Extent)| {
+            let prefix = Prefix::of(&run.directory().join(table.file), extent);
+            let prefix = prefix.ok_or_else(|| format!("{} is not what it was then", table.file))?;
+            Ok::<_, String>((table.file, prefix))
         };
-        let rows = prefix(GENERATIONS, &checkpoint.rows)?;
-        let individuals = checkpoint
-            .individuals
-            .as_ref()
-            .map(|extent| prefix(INDIVIDUALS, extent))
-            .transpose()?;
+        let job = Arc::clone(run.experiment()).restored(run.seed(), Recording::Directory, &saved.job);
         Ok(Self {
-            checkpoint,
-            rows,
-            individuals,
+            progress: saved.progress,
+            tables: tables
+                .into_iter()
+                .zip(&saved.tables)
+                .map(prefix)
+                .collect::<std::result::Result<_, _>>()?,
+            job: job.map_err(|failure| failure.to_string())?,
         })
     }
 }

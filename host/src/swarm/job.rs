@@ -1,6 +1,7 @@
 //! A swarm's run as a job: the controllers of all its robots are evaluated on board, then a stretch of the arena's life
 //! until all robots have ended an interval, then the controllers again.
 
+use std::fmt::Debug;
 use std::ops::Range;
 use std::sync::Arc;
 
@@ -15,7 +16,7 @@ use super::lived::{Case, Kind, RobotInterval, Run};
 use super::memory::{Memory, Second, Seconds};
 use super::on_board::OnBoard;
 use super::{Plan, tables};
-use crate::engine::job::{self, Added, Finished, Job, Place, Progress, Request, Results, Stage, Step};
+use crate::engine::job::{Added, Finished, Job, Place, Progress, Request, Results, Stage, Step};
 use crate::evolve::encapsulated::{Genome, any_gene};
 use crate::evolve::random::{Stream, below, shuffled, stream};
 use crate::exchange::Exchange;
@@ -106,13 +107,9 @@ impl SwarmJob {
 
     fn at(plan: Plan, state: State) -> Self {
         let swarm = Arc::new(plan.settings.swarm());
-        let place = |world: job::Kind| Place {
-            key: blake3::hash(format!("{world:?}").as_bytes()),
-            world,
-        };
-        let simulator = |light| place(job::Kind::Forager(Arc::new(plan.settings.simulator(light))));
+        let simulator = |light| place(Arc::new(plan.settings.simulator(light)));
         let mut job = Self {
-            arena: [place(job::Kind::Swarm(Arc::clone(&swarm)))],
+            arena: [place(Arc::clone(&swarm))],
             simulators: SCENARIOS.map(simulator),
             swarm,
             plan,
@@ -470,6 +467,14 @@ impl State {
 
 fn wrong(what: &str, given: usize, expected: usize) -> Failure {
     Failure::failed(format_args!("{given} {what} for a swarm; allowed: {expected}"))
+}
+
+/// A world by its values.
+fn place(world: Arc<impl WorldKind + Debug + Send + Sync + 'static>) -> Place {
+    Place {
+        key: blake3::hash(format!("{world:?}").as_bytes()),
+        world,
+    }
 }
 
 /// The seed of a robot's own random numbers.

@@ -1,10 +1,10 @@
 //! Swarms of a few robots for a few minutes.
 
-use std::cell::RefCell;
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
 
+use oneiro::batch::{Rollout, TraceRequest, WorldKind, Worlds};
 use oneiro::cpu::Cpu;
-use oneiro::evaluator::{Control, Evaluator};
-
 use oneiro::foraging::Light;
 use oneiro::swarm::Line;
 
@@ -13,6 +13,7 @@ use super::job::reached;
 use super::memory::{Memory, Second, Seconds};
 use super::on_board::OnBoard;
 use super::*;
+use crate::engine::job::{Job, Request, Results};
 use crate::exchange::{Exchange, Message};
 use crate::swarm::lived::{Credit, RobotInterval};
 use crate::swarm::settings::Says;
@@ -36,20 +37,55 @@ fn plan(case: Case, kind: Kind) -> Plan {
     }
 }
 
-fn evaluator() -> impl Fn(&Batch) -> std::result::Result<Outcome, evaluator::Error> {
-    let cpu = RefCell::new(Cpu::new(Some(2)).unwrap());
-    move |batch| cpu.borrow_mut().evaluate(batch, &Control::new())
+fn engine() -> Engine {
+    Engine::new(Box::new(Cpu::new(Some(2)).unwrap()), Arc::new(AtomicBool::new(false)))
 }
 
 fn lived(plans: &[Plan]) -> Vec<Run> {
-    live(plans, &evaluator()).unwrap()
+    live(plans, &engine()).unwrap()
 }
 
 /// A run and its lines.
 fn lived_watched(plan: Plan) -> (Run, Vec<Line>) {
-    let mut job = SwarmJob::new(plan).keeping_lines();
-    drive(std::slice::from_mut(&mut job), &evaluator()).unwrap();
+    let jobs = engine().finished(vec![SwarmJob::new(plan).keeping_lines()], &mut ());
+    let job = jobs.unwrap().remove(0);
     (job.run(), job.lines().to_vec())
+}
+
+/// Lets a swarm take its next step, alone. Whether there was one.
+fn step(job: &mut SwarmJob, engine: &Engine) -> bool {
+    let Some(Request {
+        stage,
+        worlds,
+        rollouts,
+        states,
+        ..
+    }) = job.ask()
+    else {
+        return false;
+    };
+    let worlds: Vec<&dyn WorldKind> = worlds.iter().map(|place| &*place.world as _).collect();
+    let worlds = Worlds::new(&worlds).unwrap();
+    let rollouts: Vec<Rollout<'_>> = rollouts.collect();
+    let batch = match stage.cycles {
+        None => worlds.batch(&rollouts, None),
+        Some([first, end]) => {
+            let trace = stage.trace_every.map(|every| TraceRequest { every });
+            worlds.stretch(&rollouts, first..end, states, trace)
+        }
+    };
+    let batch = batch.unwrap();
+    let log_words = batch.record_words();
+    let outcome = engine.evaluate(batch).unwrap();
+    let results = Results {
+        fitness: &outcome.fitness,
+        traces: &outcome.traces,
+        logs: &outcome.logs,
+        log_words,
+        states: &outcome.states,
+    };
+    job.tell(&results).unwrap();
+    true
 }
 
 fn lived_alone(plan: Plan) -> Run {
@@ -115,20 +151,20 @@ fn a_swarm_saved_and_restored_at_every_step_is_the_same() {
             .any(|run| run.intervals.iter().flatten().any(|own| own.taken))
     );
     let mut jobs: Vec<SwarmJob> = plans.iter().cloned().map(SwarmJob::new).collect();
-    let mut packed = Packed::new();
-    let mut steps = 0;
-    loop {
-        for (job, plan) in jobs.iter_mut().zip(&plans) {
+    let engine = engine();
+    for (job, plan) in jobs.iter_mut().zip(&plans) {
+        let mut steps = 0;
+        loop {
             let saved = job.save();
             *job = SwarmJob::restore(plan.clone(), &saved).unwrap();
             assert!(job.save() == saved);
+            if !step(job, &engine) {
+                break;
+            }
+            steps += 1;
         }
-        if !step(&mut jobs, &mut packed, &evaluator()).unwrap() {
-            break;
-        }
-        steps += 1;
+        assert!(steps > 2, "{steps}");
     }
-    assert!(steps > 9, "{steps}");
     for ((job, run), plan) in jobs.iter().zip(straight).zip(&plans) {
         assert_eq!(job.run(), run, "{:?}, {:?}", plan.kind, plan.settings);
     }
@@ -138,9 +174,9 @@ fn a_swarm_saved_and_restored_at_every_step_is_the_same() {
 fn damaged_states_and_those_of_other_swarms_are_refused() {
     let own = plan(Case::Over, Kind::Evolved);
     let mut jobs = [SwarmJob::new(own.clone())];
-    let mut packed = Packed::new();
+    let engine = engine();
     for _ in 0..4 {
-        assert!(step(&mut jobs, &mut packed, &evaluator()).unwrap());
+        assert!(step(&mut jobs[0], &engine));
     }
     let saved = jobs[0].save();
     let problem = |plan: &Plan, saved: &[u8]| {
@@ -180,7 +216,7 @@ fn results_that_do_not_fit_are_refused_without_a_change() {
         states: &[],
     };
     let mut jobs = [SwarmJob::new(plan(Case::Over, Kind::Evolved))];
-    let mut packed = Packed::new();
+    let engine = engine();
     for _ in 0..4 {
         let before = jobs[0].save();
         let (short, words) = (vec![vec![0]], vec![vec![0; 10_000]]);
@@ -205,7 +241,7 @@ fn results_that_do_not_fit_are_refused_without_a_change() {
             assert!(jobs[0].tell(&results).is_err());
             assert!(jobs[0].save() == before);
         }
-        assert!(step(&mut jobs, &mut packed, &evaluator()).unwrap());
+        assert!(step(&mut jobs[0], &engine));
     }
 }
 

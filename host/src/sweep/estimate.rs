@@ -4,11 +4,10 @@ use std::time::{Duration, Instant};
 
 use oneiro::batch::{Rollout, Worlds};
 use oneiro::evaluator::{Control, Evaluator};
-use oneiro::foraging::Light;
 use oneiro::random::Key;
 use serde::Serialize;
 
-use super::{Cell, Sweep};
+use super::Sweep;
 use crate::cli::Backend;
 use crate::device;
 use crate::exit::Result;
@@ -28,10 +27,7 @@ pub(crate) struct Estimate {
 /// # Errors
 /// Exit 3 when the first cell is not valid.
 pub(crate) fn estimates(sweep: &Sweep, steps: u64) -> Result<Vec<Estimate>> {
-    let worlds = match sweep.cell(0)? {
-        Cell::Khepera(experiment) => Worlds::new(std::slice::from_ref(experiment.world()))?,
-        Cell::Swarm(experiment) => Worlds::new(&[experiment.settings().simulator(Light::OverNest)])?,
-    };
+    let worlds = sweep.cell(0)?.sample()?;
     let mut names = vec!["cpu".to_owned()];
     names.extend((0..device::adapters_here()).map(|index| format!("gpu:{index}")));
     let mut found = Vec::new();

@@ -5,7 +5,7 @@
 //! |---|---|
 //! | `results.log` | a line for each finished run: a tag that a damaged line does not have, then JSON, see [`Line`] |
 //! | `generations.log` | the finished runs' tables of generations, one after the other |
-//! | `checkpoint-N` | the two newest: the runs under way, see [`Saved`] |
+//! | `checkpoint-N` | the two newest: the runs under way, see [`Saved`] and [`crate::engine::checkpoint`] |
 //! | `sessions.json` | what is no result: which processes worked here, when, on what |
 //! | `lock` | held by the one process that writes |
 
@@ -19,14 +19,12 @@ use std::thread::{self, JoinHandle};
 use serde::{Deserialize, Serialize};
 
 use super::RunIndex;
-use super::outcome::Outcome;
-use crate::evolve::Champion;
+use crate::engine::{checkpoint, disk};
 use crate::exit::{Failure, Result};
-use crate::record::{Session, disk, now, try_lock};
+use crate::record::{Session, now, try_lock};
 
 const RESULTS: &str = "results.log";
 const GENERATIONS: &str = "generations.log";
-const CHECKPOINT: &str = "checkpoint-";
 const SESSIONS: &str = "sessions.json";
 /// Hex digits before a line's JSON: the beginning of its BLAKE3 hash.
 const TAG: usize = 16;
@@ -156,101 +154,39 @@ impl Generations {
     }
 }
 
-/// A run under way between two generations: with the experiment and the seed all that it needs to go on.
+/// What a finished run gave. Numbers are text as the tables have it, so that every way to them has the same bytes.
+#[derive(Clone, Debug)]
+pub(crate) struct Outcome {
+    pub(crate) run: RunIndex,
+    /// Its cells of the table of results.
+    pub(crate) cells: Vec<String>,
+    /// Its table of steps, without the first line.
+    pub(crate) generations: String,
+    /// The hash of its results, the same that a directory of this run has.
+    pub(crate) result: String,
+}
+
+/// A run under way between two steps.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Saved {
     pub(crate) run: RunIndex,
-    /// The generation that lives next.
-    pub(crate) generation: u32,
-    /// Genes of all individuals, one after the other.
-    pub(crate) population: Vec<f32>,
-    pub(crate) champion: Option<SavedChampion>,
-    /// The lines of the generations so far, and how many scores were NaN.
-    pub(crate) generations: String,
-    pub(crate) nan: u64,
-    /// What it gave, if only the lives of its last offspring are missing.
-    pub(crate) outcome: Option<Outcome>,
-}
-
-/// The best individual so far.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub(crate) struct SavedChampion {
-    generation: u32,
-    individual: u32,
-    fitness: f32,
-    genome: Vec<f32>,
-}
-
-impl From<&Champion> for SavedChampion {
-    fn from(champion: &Champion) -> Self {
-        Self {
-            generation: champion.generation,
-            individual: champion.individual,
-            fitness: champion.fitness,
-            genome: champion.genome.clone(),
-        }
-    }
-}
-
-impl From<SavedChampion> for Champion {
-    fn from(saved: SavedChampion) -> Self {
-        Self {
-            generation: saved.generation,
-            individual: saved.individual,
-            fitness: saved.fitness,
-            genome: saved.genome,
-        }
-    }
-}
-
-/// All runs under way: the sweep's identity, then the runs, then the BLAKE3 hash of all that goes before it.
-fn encode(identity: &blake3::Hash, runs: &[Saved]) -> Vec<u8> {
-    let mut bytes = identity.as_bytes().to_vec();
-    bytes.extend(postcard::to_allocvec(runs).expect("numbers and words"));
-    let hash = blake3::hash(&bytes);
-    bytes.extend_from_slice(hash.as_bytes());
-    bytes
-}
-
-/// Reads what [`encode`] wrote, or says what is wrong with it.
-fn decode(identity: &blake3::Hash, bytes: &[u8]) -> std::result::Result<Vec<Saved>, &'static str> {
-    let damaged = "is cut off or damaged";
-    let (content, hash) = bytes.split_last_chunk::<{ blake3::OUT_LEN }>().ok_or(damaged)?;
-    if blake3::hash(content) != blake3::Hash::from_bytes(*hash) {
-        return Err(damaged);
-    }
-    let (of, runs) = content.split_first_chunk::<{ blake3::OUT_LEN }>().ok_or(damaged)?;
-    if *of != *identity.as_bytes() {
-        return Err("is of another sweep");
-    }
-    postcard::from_bytes(runs).map_err(|_| "is of another version")
-}
-
-/// A shard's checkpoints and their numbers, the newest first.
-fn checkpoints(directory: &Path) -> Result<Vec<(u64, PathBuf)>> {
-    let failed = |error| Failure::storage(directory, &error);
-    let mut found = Vec::new();
-    for entry in fs::read_dir(directory).map_err(failed)? {
-        let entry = entry.map_err(failed)?;
-        let name = entry.file_name();
-        let number = name
-            .to_str()
-            .and_then(|name| name.strip_prefix(CHECKPOINT)?.parse().ok());
-        found.extend(number.map(|number| (number, entry.path())));
-    }
-    found.sort_unstable_by(|a, b| b.cmp(a));
-    Ok(found)
+    /// Generations or minutes that it has lived.
+    pub(crate) done: u32,
+    /// Its tables so far, with their beginnings.
+    pub(crate) tables: Vec<Vec<u8>>,
+    /// Its job.
+    pub(crate) job: Vec<u8>,
 }
 
 /// How many runs were under way in a shard at its newest good checkpoint, and how many generations they had lived. A
 /// process may be writing there.
 pub(crate) fn under_way(directory: &Path, identity: &blake3::Hash) -> Result<(usize, u64)> {
-    let newest = checkpoints(directory)?
+    let newest = checkpoint::list(directory)?
         .into_iter()
         // One that is gone by now was not the newest.
-        .find_map(|(_, path)| decode(identity, &fs::read(path).ok()?).ok());
+        .find_map(|(_, path)| checkpoint::read::<Vec<Saved>>(&path, identity).ok());
     let runs = newest.unwrap_or_default();
-    let generations = runs.iter().map(|run| u64::from(run.generation)).sum();
+    let generations = runs.iter().map(|run| u64::from(run.done)).sum();
     Ok((runs.len(), generations))
 }
 
@@ -309,17 +245,19 @@ impl Journal {
             saved: Vec::new(),
             problems: logged.problems,
         };
-        let found = checkpoints(directory)?;
+        let found = checkpoint::list(directory)?;
         for (_, path) in &found {
-            let bytes = fs::read(path).map_err(|error| Failure::storage(path, &error))?;
-            match decode(&identity, &bytes) {
+            match checkpoint::read(path, &identity) {
                 Ok(saved) => {
                     begun.saved = saved;
                     break;
                 }
-                Err(problem) => begun
-                    .problems
-                    .push(format!("{}: {problem}; it is not used", path.display())),
+                Err(problem) => {
+                    let words = checkpoint::words(&problem, "sweep");
+                    begun
+                        .problems
+                        .push(format!("{}: {words}; it is not used", path.display()));
+                }
             }
         }
         let end = logged
@@ -431,15 +369,10 @@ impl Writer {
                 // What a checkpoint does not hold any more is on the disk before it.
                 self.generations.sync()?;
                 self.results.sync()?;
-                let path = self.directory.join(format!("{CHECKPOINT}{}", self.next));
-                disk::write(&path, &encode(&self.identity, &runs))?;
-                disk::sync_directory(&self.directory)?;
-                self.next += 1;
                 // Where nothing is under way, no older one is of use either.
                 let kept = if runs.is_empty() { 1 } else { 2 };
-                for (_, path) in checkpoints(&self.directory)?.into_iter().skip(kept) {
-                    fs::remove_file(&path).map_err(|error| Failure::storage(&path, &error))?;
-                }
+                checkpoint::write(&self.directory, self.next, kept, &self.identity, &runs)?;
+                self.next += 1;
                 Ok(())
             }
         }
@@ -487,42 +420,6 @@ impl Appended {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    fn saved() -> Vec<Saved> {
-        let run = |run| Saved {
-            run,
-            generation: 3,
-            population: vec![1.0, -2.5, f32::NAN, 1e-30],
-            champion: Some(SavedChampion {
-                generation: 2,
-                individual: 1,
-                fitness: 0.1,
-                genome: vec![3.0],
-            }),
-            generations: "0,1\n".into(),
-            nan: 1,
-            outcome: None,
-        };
-        vec![run(7), run(300)]
-    }
-
-    /// Every bit flipped, every length cut, and another sweep's: none loads.
-    #[test]
-    fn a_damaged_checkpoint_never_loads() {
-        let identity = blake3::hash(b"a sweep");
-        let good = encode(&identity, &saved());
-        // NaN is not equal to itself: the bits are compared.
-        assert_eq!(encode(&identity, &decode(&identity, &good).unwrap()), good);
-        for length in 0..good.len() {
-            decode(&identity, &good[..length]).unwrap_err();
-        }
-        for place in 0..8 * good.len() {
-            let mut bad = good.clone();
-            bad[place / 8] ^= 1 << (place % 8);
-            decode(&identity, &bad).unwrap_err();
-        }
-        decode(&blake3::hash(b"another"), &good).unwrap_err();
-    }
 
     #[test]
     fn a_damaged_line_is_none() {

@@ -7,38 +7,34 @@
 //! |---|---|
 //! | [`mod@file`] | what a sweep's TOML says |
 //! | [`estimate`] | how long it takes on each device here |
-//! | [`lockstep`] | the loop: generations of many runs in one batch |
-//! | [`swarms`] | the same for swarms, whose runs are whole lives |
-//! | [`outcome`] | what a run gave: columns of tables |
+//! | [`work`] | a shard's runs, for the engine |
 //! | [`journal`] | what one process has done, on the disk |
 //! | [`store`] | a sweep's directory: whose it is, and its shards' journals |
-//! | [`tables`], [`table`], `parquet` | the runs of all shards in one table |
+//! | [`tables`], `parquet` | the runs of all shards in one table |
 //! | [`report`] | the page: curves, heat maps, champions, which cells differ |
 //! | [`slurm`] | the job array that does it |
 
 pub(crate) mod estimate;
 pub(crate) mod file;
 pub(crate) mod journal;
-pub(crate) mod lockstep;
-pub(crate) mod outcome;
 #[cfg(feature = "parquet")]
 mod parquet;
 pub(crate) mod report;
 pub(crate) mod slurm;
 pub(crate) mod store;
-pub(crate) mod swarms;
-pub(crate) mod table;
 pub(crate) mod tables;
+pub(crate) mod work;
 
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use rayon::prelude::*;
 
 use crate::exit::{Failure, Result};
 use crate::experiment::source::{Parsed, Setting};
-use crate::experiment::swarm::{SwarmExperiment, is_swarm_text};
-use crate::experiment::{Experiment, Files, Identities};
-use crate::{files, swarm};
+use crate::experiment::Files;
+use crate::files;
+use crate::runs::{self, Column, Experiment, Reality, Recording, Shown};
 use file::SweepFile;
 
 /// Which of a sweep's runs: cell by cell, in each cell seed by seed.
@@ -52,71 +48,7 @@ pub(crate) struct Sweep {
     /// The experiment's file, as it is and where.
     experiment: PathBuf,
     text: String,
-    is_swarm: bool,
     files: Files,
-}
-
-/// The experiment of one cell.
-#[derive(Debug)]
-pub(crate) enum Cell {
-    /// A population of single robots.
-    Khepera(Box<Experiment>),
-    /// A swarm.
-    Swarm(Box<SwarmExperiment>),
-}
-
-impl Cell {
-    /// What decides the results of its runs.
-    fn identities(&self) -> Identities {
-        match self {
-            Self::Khepera(experiment) => experiment.identities(),
-            Self::Swarm(experiment) => experiment.identities(),
-        }
-    }
-
-    /// Robot-steps of one of its runs.
-    fn steps(&self, sweep: &Sweep) -> u64 {
-        match self {
-            Self::Khepera(experiment) => {
-                let settings = experiment.settings();
-                let evolution = &settings.evolution;
-                let generation = u64::from(evolution.population) * u64::from(settings.cycles);
-                let lives = u64::from(evolution.generations) * u64::from(settings.trials);
-                // The last offspring live in the simulator once more, and in reality.
-                let reality = sweep
-                    .file
-                    .reality
-                    .as_ref()
-                    .map_or(0, |reality| 1 + reality.robots.len() as u64);
-                generation.saturating_mul(lives + reality)
-            }
-            Self::Swarm(experiment) => swarm::steps(&experiment.plan(0)),
-        }
-    }
-
-    /// The kernel that its runs begin with.
-    fn kernel(&self) -> &'static str {
-        match self {
-            Self::Khepera(experiment) => experiment.world().kernel().name,
-            Self::Swarm(_) => oneiro_shaders::SWARM.name,
-        }
-    }
-
-    /// Bytes that a run needs while it is under way, about.
-    fn bytes(&self) -> u64 {
-        match self {
-            Self::Khepera(experiment) => {
-                let evolution = &experiment.settings().evolution;
-                let genes = experiment.world().genes() as u64;
-                // Parents, offspring and a batch's inputs; a line of the table for each generation.
-                3 * u64::from(evolution.population) * genes * 4 + u64::from(evolution.generations) * 64
-            }
-            Self::Swarm(experiment) => {
-                let settings = experiment.settings();
-                u64::from(settings.robots) * u64::from(settings.seconds()) * 64
-            }
-        }
-    }
 }
 
 /// All runs of a sweep in a few values each.
@@ -130,6 +62,13 @@ pub(crate) struct Plan {
     pub(crate) kernels: Vec<&'static str>,
     /// Bytes that a run of any cell needs at most.
     pub(crate) bytes: u64,
+    /// The columns of what runs give.
+    pub(crate) outcomes: Vec<Column>,
+    /// The columns of their own tables of generations, and the first line.
+    pub(crate) columns: &'static [Column],
+    pub(crate) head: Vec<u8>,
+    /// What reports show.
+    pub(crate) shown: Shown,
 }
 
 impl Plan {
@@ -166,19 +105,11 @@ impl Sweep {
     fn of(path: &Path, file: SweepFile, experiment: PathBuf) -> Result<Self> {
         let text = files::text(&experiment)
             .map_err(|failure| failure.at(&format!("{}: experiment", file.experiment_place)))?;
-        let is_swarm = is_swarm_text(&text);
-        if is_swarm && file.reality.is_some() {
-            return Err(Failure::input(format_args!(
-                "{}: reality: is given for a swarm, whose arena is its reality; allowed: with experiments of single robots",
-                file.reality_place
-            )));
-        }
         Ok(Self {
             path: path.to_owned(),
             file,
             experiment,
             text,
-            is_swarm,
             files: Files::default(),
         })
     }
@@ -203,11 +134,6 @@ impl Sweep {
         (&self.experiment, &self.text, &self.files)
     }
 
-    /// Whether its runs are swarms'.
-    pub(crate) fn is_swarm(&self) -> bool {
-        self.is_swarm
-    }
-
     /// How many runs it has.
     pub(crate) fn runs(&self) -> usize {
         self.file.cells() * self.file.seeds.len()
@@ -227,8 +153,22 @@ impl Sweep {
     ///
     /// # Errors
     /// Exit 3 with the place of the value that is not allowed, in the sweep's file or in the experiment's.
-    pub(crate) fn cell(&self, cell: usize) -> Result<Cell> {
+    pub(crate) fn cell(&self, cell: usize) -> Result<Arc<dyn Experiment>> {
         self.cell_of_file(&self.parsed()?, cell)
+    }
+
+    /// The experiment of a cell as a run of it by itself has it: without reality.
+    ///
+    /// # Errors
+    /// As [`Sweep::cell`].
+    pub(crate) fn experiment_of(&self, cell: usize) -> Result<Arc<dyn Experiment>> {
+        runs::of(
+            &self.experiment,
+            &self.parsed()?,
+            &self.settings_of(cell),
+            &self.files,
+            None,
+        )
     }
 
     /// The experiment's values.
@@ -236,19 +176,23 @@ impl Sweep {
         Parsed::new(self.experiment.display().to_string(), &self.text)
     }
 
-    fn cell_of_file(&self, experiment: &Parsed<'_>, cell: usize) -> Result<Cell> {
+    /// What a cell changes of the experiment.
+    fn settings_of(&self, cell: usize) -> Vec<Setting> {
         let swept = self
             .file
             .keys()
             .zip(self.file.values(cell))
             .map(|(key, (value, place))| Setting::at(place.clone(), key, value));
-        let set: Vec<Setting> = self.file.set.iter().cloned().chain(swept).collect();
-        let path = &self.experiment;
-        Ok(if self.is_swarm {
-            Cell::Swarm(Box::new(SwarmExperiment::of(path, experiment, &set)?))
-        } else {
-            Cell::Khepera(Box::new(Experiment::of(path, experiment, &set, &self.files)?))
-        })
+        self.file.set.iter().cloned().chain(swept).collect()
+    }
+
+    fn cell_of_file(&self, experiment: &Parsed<'_>, cell: usize) -> Result<Arc<dyn Experiment>> {
+        let reality = self.file.reality.as_ref().map(|reality| Reality {
+            severity: reality.severity,
+            robots: &reality.robots,
+            place: &self.file.reality_place,
+        });
+        runs::of(&self.experiment, experiment, &self.settings_of(cell), &self.files, reality)
     }
 
     /// Checks all cells, and lists all runs.
@@ -262,15 +206,20 @@ impl Sweep {
             let own = self.cell_of_file(&experiment, cell)?;
             let identities = own.identities();
             let ids: Vec<_> = self.file.seeds.iter().map(|&seed| identities.of(seed)).collect();
-            Ok((ids, own.steps(self), own.kernel(), own.bytes()))
+            Ok((ids, own.steps(), own.kernel(), own.bytes()))
         };
         // All are kept, so that the first that is wrong is told, whichever thread found it.
         let all: Vec<Result<_>> = (0..cells).into_par_iter().map(of_cell).collect();
+        let first = self.cell_of_file(&experiment, 0)?;
         let mut plan = Plan {
             ids: Vec::with_capacity(self.runs()),
             steps: Vec::with_capacity(cells),
             kernels: Vec::with_capacity(cells),
             bytes: 0,
+            outcomes: first.outcomes(),
+            columns: first.columns(),
+            head: first.tables(Recording::Tables).swap_remove(0).head,
+            shown: first.shown(),
         };
         for cell in all {
             let (ids, steps, kernel, bytes) = cell?;

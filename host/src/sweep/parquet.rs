@@ -14,9 +14,9 @@ use parquet::file::properties::WriterProperties;
 use parquet::file::writer::{SerializedColumnWriter, SerializedFileWriter};
 use parquet::schema::types::{ColumnPath, Type};
 
-use super::table::Holds;
+use crate::runs::Holds;
 use crate::exit::{Failure, Result};
-use crate::record::disk::write_through;
+use crate::engine::disk::write_through;
 
 /// Rows of a row group: so many are in memory at a time, whatever the table's length.
 const ROWS: usize = 1 << 17;

@@ -20,7 +20,7 @@ use serde::{Deserialize, Serialize};
 use super::journal::{Line, Logged};
 use super::{Plan, RunIndex, Sweep};
 use crate::exit::{Failure, Result};
-use crate::record::disk;
+use crate::engine::disk;
 
 const MADE: &str = "sweep.json";
 const SWEEP: &str = "sweep.toml";

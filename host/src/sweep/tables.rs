@@ -12,10 +12,10 @@ use toml::Value;
 
 use super::journal::Generations;
 use super::store::{AllFinished, Finished};
-use super::table::Holds;
 use super::{Plan, RunIndex, Sweep};
 use crate::exit::{Failure, Result};
-use crate::record::disk;
+use crate::runs::Holds;
+use crate::engine::disk;
 
 /// The tables' names.
 pub(crate) const RESULTS: &str = "results.csv";
@@ -33,7 +33,7 @@ pub(crate) struct Written {
 impl Sweep {
     /// The columns of the table of results: the run and its id, the swept keys, the seed, what the run gave, and the hash
     /// of its results.
-    pub(crate) fn columns(&self) -> Vec<(String, Holds)> {
+    pub(crate) fn columns(&self, plan: &Plan) -> Vec<(String, Holds)> {
         let mut columns = vec![("run".into(), Holds::Whole), ("id".into(), Holds::Text)];
         columns.extend(self.file().axes.iter().flat_map(|axis| {
             axis.keys.iter().enumerate().map(|(index, key)| {
@@ -42,15 +42,9 @@ impl Sweep {
             })
         }));
         columns.push(("seed".into(), Holds::Whole));
-        columns.extend(self.outcomes().into_iter().map(|(name, holds)| (name.into(), holds)));
+        columns.extend(plan.outcomes.iter().map(|(name, holds)| ((*name).into(), *holds)));
         columns.push(("result".into(), Holds::Text));
         columns
-    }
-
-    /// The columns of the table of generations: the run, and those of a run's own table.
-    pub(crate) fn columns_of_generations(&self) -> Vec<(String, Holds)> {
-        let own = self.generations().iter().map(|(name, holds)| ((*name).into(), *holds));
-        std::iter::once(("run".into(), Holds::Whole)).chain(own).collect()
     }
 
     /// A cell's values as the table of results has them.
@@ -61,6 +55,12 @@ impl Sweep {
             .map(|(value, _)| text(value))
             .collect()
     }
+}
+
+/// The columns of the table of generations: the run, and those of a run's own table.
+fn columns_of_generations(plan: &Plan) -> Vec<(String, Holds)> {
+    let own = plan.columns.iter().map(|(name, holds)| ((*name).into(), *holds));
+    std::iter::once(("run".into(), Holds::Whole)).chain(own).collect()
 }
 
 fn holds<'a>(values: impl Iterator<Item = &'a Value>) -> Holds {
@@ -95,11 +95,11 @@ pub(crate) fn write(directory: &Path, sweep: &Sweep, plan: &Plan, finished: &All
     let generations = directory.join(GENERATIONS);
     disk::write_through(&generations, |file| {
         let mut table = Table::new(&generations, file, &mut hasher);
-        write_generations(&mut table, sweep, finished)?;
+        write_generations(&mut table, plan, finished)?;
         table.finish()
     })?;
     let mut files = vec![results, generations];
-    let columns = [sweep.columns(), sweep.columns_of_generations()];
+    let columns = [sweep.columns(plan), columns_of_generations(plan)];
     for (index, columns) in columns.iter().enumerate() {
         files.extend(also_as_parquet(&files[index], columns)?);
     }
@@ -132,7 +132,7 @@ fn write_results(table: &mut Table<'_>, sweep: &Sweep, plan: &Plan, finished: &A
         let _ = row.write_record(&cells);
         table.push(&row.into_inner().unwrap_or_default())
     };
-    line(sweep.columns().into_iter().map(|(name, _)| name).collect())?;
+    line(sweep.columns(plan).into_iter().map(|(name, _)| name).collect())?;
     for (&run, Finished { line: known, .. }) in &finished.runs {
         let mut cells = vec![run.to_string(), plan.ids[run as usize].to_hex().to_string()];
         cells.extend(sweep.levels(sweep.cell_of(run)));
@@ -144,8 +144,8 @@ fn write_results(table: &mut Table<'_>, sweep: &Sweep, plan: &Plan, finished: &A
     Ok(())
 }
 
-fn write_generations(table: &mut Table<'_>, sweep: &Sweep, finished: &AllFinished) -> Result {
-    table.push(format!("run,{}", sweep.generations_head()).as_bytes())?;
+fn write_generations(table: &mut Table<'_>, plan: &Plan, finished: &AllFinished) -> Result {
+    table.push(format!("run,{}", String::from_utf8_lossy(&plan.head)).as_bytes())?;
     let mut journals: BTreeMap<usize, Generations> = BTreeMap::new();
     let mut rows = String::new();
     for (run, Finished { shard, line }) in &finished.runs {

@@ -25,7 +25,7 @@ use serde::de::DeserializeOwned;
 use crate::cli::Miglino1995;
 use crate::commands::sample;
 use crate::console::{Console, columns};
-use crate::evaluations::Evaluations;
+use crate::engine::handle::Engine;
 use crate::exit::{Failure, Result};
 use crate::reality::Object;
 use crate::reality::sampling::{self, Averaged};
@@ -33,7 +33,6 @@ use crate::reality::surrogate::SurrogateRobot;
 use crate::record::write_whole;
 use crate::studies::claims::Claim;
 use crate::studies::directory;
-use crate::watcher::stop_signal;
 use crate::{device, progress};
 use arms::Arm;
 use results::{Results, Run, Variant};
@@ -47,18 +46,18 @@ const COHORT: u32 = 5;
 
 /// Does the whole study, or goes on with it.
 pub(crate) fn run(arguments: &Miglino1995, console: Console) -> Result {
-    let evaluations = Evaluations::new(device::open(&arguments.backend)?, stop_signal()?);
+    let evaluations = device::engine(&arguments.backend)?;
     if arguments.calibrate {
         calibrate(arguments.seed, &evaluations, console)?;
     } else {
         whole(arguments, &evaluations, console)?;
     }
-    device::tell_warnings(evaluations.close().as_ref(), console);
+    device::close(evaluations, console);
     Ok(())
 }
 
 /// The study that was asked for, and with `--sensitivity` under every other assumption too.
-fn whole(arguments: &Miglino1995, evaluations: &Evaluations, console: Console) -> Result {
+fn whole(arguments: &Miglino1995, evaluations: &Engine, console: Console) -> Result {
     directory::check_runs(arguments.runs, GREATEST_RUNS)?;
     let robot = sample::surrogate_seed(&arguments.robot)?;
     let under = |arm| -> Result<(Settings, Option<Robot>)> {
@@ -128,7 +127,7 @@ impl Studied<'_> {
 fn study<'a>(
     settings: &'a Settings,
     recordings: Option<Robot>,
-    evaluations: &Evaluations,
+    evaluations: &Engine,
     directory: &Path,
     console: Console,
 ) -> Result<Studied<'a>> {
@@ -203,7 +202,7 @@ fn hashes(robot: &Robot) -> Vec<String> {
 }
 
 /// The robot of the surrogate's samples.
-fn sampled(settings: &Settings, evaluations: &Evaluations, directory: &Path, console: Console) -> Result<Robot> {
+fn sampled(settings: &Settings, evaluations: &Engine, directory: &Path, console: Console) -> Result<Robot> {
     let objects = Object::of_the_paper();
     let mut robot = SurrogateRobot::new(evaluations, settings.robot(), settings.surrogate(), &settings.world())
         .map_err(Failure::input)?;
@@ -229,7 +228,7 @@ fn variants(
     settings: &Settings,
     study: &Study<'_>,
     own: &Robot,
-    evaluations: &Evaluations,
+    evaluations: &Engine,
     directory: &Path,
 ) -> Result<Vec<Variant>> {
     kept(&directory.join("variants.json"), || {
@@ -258,7 +257,7 @@ fn kept<T: Serialize + DeserializeOwned>(path: &Path, make: impl FnOnce() -> Res
 fn cohorts(
     settings: &Settings,
     study: &Study<'_>,
-    evaluations: &Evaluations,
+    evaluations: &Engine,
     directory: &Path,
     console: Console,
 ) -> Result<Vec<Run>> {
@@ -282,7 +281,7 @@ fn cohorts(
 }
 
 /// The gap between simulation and reality without noise, by severity: what the severity is chosen by.
-fn calibrate(seed: u64, evaluations: &Evaluations, console: Console) -> Result {
+fn calibrate(seed: u64, evaluations: &Engine, console: Console) -> Result {
     /// Of `docs/preregistration-1995.md`.
     const ROBOTS: std::ops::RangeInclusive<u64> = 1001..=1005;
     const RUNS: u32 = 5;

@@ -6,7 +6,7 @@ use oneiro::surrogate::Surrogate;
 use oneiro::world::{Start, World, WorldSpec};
 
 use super::study::{Evolving, Trial, by_run, lives};
-use crate::evaluations::Evaluations;
+use crate::engine::handle::Engine;
 use crate::evolve::Optimizer;
 use crate::exit::Result;
 use crate::reality::surrogate::SurrogateRobot;
@@ -48,7 +48,7 @@ impl<'a> RealLives<'a> {
     /// # Errors
     /// Exit 3 with what the world does not allow.
     pub(crate) fn new(
-        evaluations: &'a Evaluations,
+        evaluations: &'a Engine,
         seed: u64,
         surrogate: &Surrogate,
         world: &WorldSpec,

@@ -14,7 +14,7 @@ use oneiro::world::{Robot, Start, Task, World, WorldSpec};
 use super::real_lives::RealLives;
 use super::results::{Champion, Condition, Controls, DifferenceEffect, Discrepancy, Level, Life, Run, Transferred};
 use super::settings::{REAL, SIMULATED, Settings};
-use crate::evaluations::Evaluations;
+use crate::engine::handle::Engine;
 use crate::evolve::Optimizer;
 use crate::evolve::genetic::Genetic;
 use crate::exit::{Failure, Result};
@@ -63,7 +63,7 @@ impl Trial {
 /// A study under way.
 pub(crate) struct Study<'a> {
     settings: &'a Settings,
-    evaluations: &'a Evaluations,
+    evaluations: &'a Engine,
     /// The simulator without noise.
     simulator: WorldSpec,
     /// The robot's samples as they were taken: reality's grid is theirs, whatever the simulator looks up.
@@ -90,7 +90,7 @@ impl<'a> Study<'a> {
     ///
     /// # Errors
     /// Exit 3 with what the world does not allow.
-    pub(crate) fn new(settings: &'a Settings, robot: Robot, evaluations: &'a Evaluations) -> Result<Self> {
+    pub(crate) fn new(settings: &'a Settings, robot: Robot, evaluations: &'a Engine) -> Result<Self> {
         let sampled = Arc::clone(&robot.sensors);
         let simulator = WorldSpec {
             robot: Robot {
@@ -327,7 +327,7 @@ impl<'a> Study<'a> {
                 })
             })
             .collect();
-        let outcome = self.evaluations.run(&Batch::new(worlds, &rollouts, None)?)?;
+        let outcome = self.evaluations.evaluate(Batch::new(worlds, &rollouts, None)?)?;
         Ok(by_run(runs, outcome.fitness))
     }
 
@@ -483,7 +483,7 @@ impl<'a> Study<'a> {
             })
             .collect();
         let batch = Batch::new(&simulators, &simulated, Some(TraceRequest { every: 1 }))?;
-        let simulated = self.evaluations.run(&batch)?.traces;
+        let simulated = self.evaluations.evaluate(batch)?.traces;
         let mut robot = self.robot(self.settings.surrogate())?;
         let mut real = |trial| -> Result<Vec<reality::Lived>> {
             let lives: Vec<_> = lives(trial).into_iter().map(|(_, _, life)| life).collect();
@@ -561,7 +561,7 @@ impl<'a> Study<'a> {
                 })
                 .collect();
             let batch = Batch::new(&[world], &rollouts, Some(TraceRequest { every: 1 }))?;
-            let traces = self.evaluations.run(&batch)?.traces;
+            let traces = self.evaluations.evaluate(batch)?.traces;
             Ok(traces.into_iter().map(|trace| trace[CYCLE]).collect())
         };
         let without = after(Differences::all(0.0))?;
@@ -590,7 +590,7 @@ impl<'a> Study<'a> {
             })
             .collect();
         let batch = Batch::new(&self.simulators, &rollouts, None)?;
-        Ok(self.evaluations.run(&batch)?.fitness)
+        Ok(self.evaluations.evaluate(batch)?.fitness)
     }
 }
 

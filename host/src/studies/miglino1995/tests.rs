@@ -14,13 +14,13 @@ use oneiro::world::{World, WorldSpec};
 use super::arms::Arm;
 use super::settings::Settings;
 use super::simulated_robot;
-use crate::evaluations::Evaluations;
+use crate::engine::handle::Engine;
 use crate::reality::Object;
 use crate::reality::sampling::sample_unkept;
 use crate::reality::surrogate::SurrogateRobot;
 
-pub(super) fn evaluations() -> Evaluations {
-    Evaluations::new(Box::new(Cpu::new(None).unwrap()), Arc::new(AtomicBool::new(false)))
+pub(super) fn evaluations() -> Engine {
+    Engine::new(Box::new(Cpu::new(None).unwrap()), Arc::new(AtomicBool::new(false)))
 }
 
 /// A small study.

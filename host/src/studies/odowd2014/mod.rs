@@ -22,12 +22,11 @@ use serde::de::DeserializeOwned;
 
 use crate::cli::Odowd2014;
 use crate::console::Console;
-use crate::evaluations::Evaluations;
+use crate::engine::handle::Engine;
 use crate::exit::{Failure, Result};
 use crate::record::write_whole;
 use crate::studies::claims::Claim;
 use crate::studies::directory;
-use crate::watcher::stop_signal;
 use crate::{device, progress, swarm};
 use results::{Case, Kind, Results};
 use study::{Cohort, Study, combined};
@@ -63,7 +62,7 @@ pub(crate) fn run(arguments: &Odowd2014, console: Console) -> Result {
         arm: arm.into(),
         questions,
     };
-    let evaluations = Evaluations::new(device::open(&arguments.backend)?, stop_signal()?);
+    let evaluations = device::engine(&arguments.backend)?;
     let main = study(&arguments.arm, arguments.questions);
     let out = arguments
         .out
@@ -84,7 +83,7 @@ pub(crate) fn run(arguments: &Odowd2014, console: Console) -> Result {
         directory::write_sensitivity(&out, &all)?;
         write(&out, &main, &results, &claims, &all)?;
     }
-    device::tell_warnings(evaluations.close().as_ref(), console);
+    device::close(evaluations, console);
     directory::tell(&claims, &out, console)
 }
 
@@ -97,7 +96,7 @@ fn again<T: PartialEq>(list: &[T]) -> Option<&T> {
 }
 
 /// One study in its directory, all but its report: what is kept there already is not done again.
-fn studied(study: &Study, evaluations: &Evaluations, place: &Path, console: Console) -> Result<(Results, Vec<Claim>)> {
+fn studied(study: &Study, evaluations: &Engine, place: &Path, console: Console) -> Result<(Results, Vec<Claim>)> {
     directory::open(place, study)?;
     let kept_in = place.join("cohorts");
     fs::create_dir_all(&kept_in).map_err(|error| Failure::storage(&kept_in, &error))?;

@@ -4,7 +4,7 @@ use serde::Serialize;
 
 use super::arms;
 use super::results::{Case, Combination, Credit, Kind, Question, Run};
-use crate::evaluations::Evaluations;
+use crate::engine::handle::Engine;
 use crate::exit::Result;
 use crate::studies::assumptions::Assumption;
 use crate::swarm::settings::Settings;
@@ -149,8 +149,8 @@ impl Study {
     }
 
     /// Runs a cohort.
-    pub(crate) fn run(&self, cohort: &Cohort, evaluations: &Evaluations) -> Result<Vec<Run>> {
-        live(&self.plans(cohort), &|batch| evaluations.evaluate(batch))
+    pub(crate) fn run(&self, cohort: &Cohort, evaluations: &Engine) -> Result<Vec<Run>> {
+        live(&self.plans(cohort), evaluations)
     }
 
     /// Robot-steps of a cohort, on board and in the arena.
@@ -217,8 +217,8 @@ impl Study {
     }
 
     /// Answers one of them.
-    pub(crate) fn answer(&self, asked: &Asked, evaluations: &Evaluations) -> Result<Question> {
-        let runs = live(&self.asked_plans(asked), &|batch| evaluations.evaluate(batch))?;
+    pub(crate) fn answer(&self, asked: &Asked, evaluations: &Engine) -> Result<Question> {
+        let runs = live(&self.asked_plans(asked), evaluations)?;
         Ok(Question {
             about: asked.about.into(),
             robots: asked.robots,

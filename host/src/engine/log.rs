@@ -18,14 +18,14 @@ pub(crate) struct Extent {
 
 /// The beginning of a log that is still what it was.
 #[derive(Debug)]
-pub(super) struct Prefix {
+pub(crate) struct Prefix {
     bytes: u64,
     hasher: blake3::Hasher,
 }
 
 impl Prefix {
     /// Reads it from a log, if it is still there.
-    pub(super) fn of(path: &Path, extent: &Extent) -> Option<Self> {
+    pub(crate) fn of(path: &Path, extent: &Extent) -> Option<Self> {
         let bytes = fs::read(path).ok()?;
         let mut hasher = blake3::Hasher::new();
         hasher.update(bytes.get(..usize::try_from(extent.bytes).ok()?)?);
@@ -39,7 +39,7 @@ impl Prefix {
 
 /// Writes a log. Lines wait in memory: a crash takes back what follows the last checkpoint anyway.
 #[derive(Debug)]
-pub(super) struct Log {
+pub(crate) struct Log {
     path: PathBuf,
     /// What is not written yet.
     waiting: Vec<u8>,
@@ -51,7 +51,7 @@ pub(super) struct Log {
 
 impl Log {
     /// Starts an empty log.
-    pub(super) fn create(path: PathBuf) -> Result<Self> {
+    pub(crate) fn create(path: PathBuf) -> Result<Self> {
         File::create(&path).map_err(|error| Failure::storage(&path, &error))?;
         Ok(Self::new(path, 0, blake3::Hasher::new()))
     }
@@ -67,7 +67,7 @@ impl Log {
     }
 
     /// Cuts a log back to its beginning, and goes on from there.
-    pub(super) fn cut_back(path: PathBuf, prefix: Prefix) -> Result<Self> {
+    pub(crate) fn cut_back(path: PathBuf, prefix: Prefix) -> Result<Self> {
         let cut = OpenOptions::new()
             .write(true)
             .open(&path)
@@ -77,7 +77,7 @@ impl Log {
     }
 
     /// Adds bytes at the end; they are in the file a second later, or when there are many.
-    pub(super) fn push(&mut self, bytes: &[u8]) -> Result {
+    pub(crate) fn push(&mut self, bytes: &[u8]) -> Result {
         const MANY: usize = 1 << 22;
         const LATE: Duration = Duration::from_secs(1);
         self.hasher.update(bytes);
@@ -89,7 +89,7 @@ impl Log {
     }
 
     /// Writes what waits, and waits until all is on the disk. How much there is then.
-    pub(super) fn sync(&mut self) -> Result<Extent> {
+    pub(crate) fn sync(&mut self) -> Result<Extent> {
         self.flush(true)?;
         Ok(Extent {
             bytes: self.written,

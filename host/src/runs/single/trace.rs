@@ -4,6 +4,14 @@ use std::fmt::Write;
 
 use oneiro::batch::Record;
 
+use crate::experiment::Experiment;
+
+/// Cycles from one record of a champion's trace to the next: a long life is traced less often.
+pub(super) fn trace_every(experiment: &Experiment) -> u32 {
+    const LONGEST: u32 = 10_000;
+    experiment.world().cycles().div_ceil(LONGEST)
+}
+
 /// A trace with a record each `every` cycles as CSV: a line a record.
 pub(crate) fn trace_csv(trace: &[Record], every: u32) -> String {
     let mut text = String::with_capacity(trace.len() * 160);

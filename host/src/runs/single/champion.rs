@@ -5,10 +5,12 @@ use std::path::Path;
 use oneiro::random::Key;
 use serde::{Deserialize, Serialize};
 
-use super::{CHAMPION, CHAMPION_GENES, disk, npy};
+use super::{CHAMPION, CHAMPION_GENES};
+use crate::engine::disk;
 use crate::evolve::Champion;
 use crate::exit::{Failure, Result};
 use crate::genomes;
+use crate::npy::npy;
 
 /// The best individual of a run, for people and programs to read.
 #[derive(Serialize, Deserialize)]

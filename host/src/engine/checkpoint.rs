@@ -1,0 +1,121 @@
+//! Checkpoints: all that jobs need to go on, in a file that never loads when a bit of it is wrong. Runs' directories and
+//! shards of sweeps have the same files, [sealed]: `checkpoint-N`, the two newest of them.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use serde::Serialize;
+use serde::de::DeserializeOwned;
+
+use super::disk;
+use crate::exit::{Failure, Result};
+use crate::sealed::{self, Problem};
+
+const FORMAT: &str = "oneiro checkpoint";
+/// 1 were two formats, of runs and of sweeps.
+const VERSION: u32 = 2;
+const PREFIX: &str = "checkpoint-";
+
+/// Why a checkpoint can't be used, in words; `owner` is what it should be of.
+pub(crate) fn words(problem: &Problem, owner: &str) -> String {
+    match problem {
+        Problem::Damaged => problem.to_string(),
+        Problem::Owner => format!("belongs to another {owner}"),
+        Problem::Other(_) => format!(
+            "was written by another version of oneiro, not by {}; finish with the version that began it, or begin anew \
+             in another directory",
+            env!("CARGO_PKG_VERSION")
+        ),
+    }
+}
+
+/// Writes a checkpoint and waits until it is on the disk. All but the newest are removed.
+///
+/// # Errors
+/// Exit 6 when writing fails.
+pub(crate) fn write(
+    directory: &Path,
+    number: u64,
+    kept: usize,
+    identity: &blake3::Hash,
+    content: &impl Serialize,
+) -> Result {
+    disk::write(&directory.join(format!("{PREFIX}{number}")), &sealed::seal(FORMAT, VERSION, identity, content))?;
+    disk::sync_directory(directory)?;
+    for (_, path) in list(directory)?.into_iter().skip(kept) {
+        fs::remove_file(&path).map_err(|error| Failure::storage(&path, &error))?;
+    }
+    Ok(())
+}
+
+/// Reads a checkpoint, or says why it can't be used.
+pub(crate) fn read<T: DeserializeOwned>(path: &Path, identity: &blake3::Hash) -> std::result::Result<T, Problem> {
+    // One that can't be read is of no more use than a damaged one.
+    let bytes = fs::read(path).map_err(|_| Problem::Damaged)?;
+    sealed::open(FORMAT, VERSION, identity, &bytes)
+}
+
+/// A directory's checkpoints and their numbers, the newest first.
+///
+/// # Errors
+/// Exit 6 when the directory can't be read.
+pub(crate) fn list(directory: &Path) -> Result<Vec<(u64, PathBuf)>> {
+    let failed = |error| Failure::storage(directory, &error);
+    let mut found = Vec::new();
+    for entry in fs::read_dir(directory).map_err(failed)? {
+        let entry = entry.map_err(failed)?;
+        let name = entry.file_name();
+        let number = name
+            .to_str()
+            .and_then(|name| name.strip_prefix(PREFIX)?.parse().ok());
+        found.extend(number.map(|number| (number, entry.path())));
+    }
+    found.sort_unstable_by(|a, b| b.cmp(a));
+    Ok(found)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn identity() -> blake3::Hash {
+        blake3::hash(b"an experiment")
+    }
+
+    fn directory(name: &str) -> PathBuf {
+        let directory = std::env::temp_dir().join(format!("oneiro-checkpoints-{name}-{}", std::process::id()));
+        fs::create_dir_all(&directory).unwrap();
+        directory
+    }
+
+    /// The formats of earlier versions: a line of JSON and values for runs, an identity and values for sweeps.
+    #[test]
+    fn checkpoints_of_earlier_versions_are_refused_as_such() {
+        let directory = directory("versions");
+        for content in [
+            &b"{\"format\":\"oneiro checkpoint\",\"version\":1,\"experiment\":\"ab\",\"generation\":28}\n\0\0\0\0"[..],
+            &[&identity().as_bytes()[..], &[0]].concat(),
+        ] {
+            let path = directory.join("checkpoint-1");
+            fs::write(&path, [content, blake3::hash(content).as_bytes()].concat()).unwrap();
+            let problem = read::<u32>(&path, &identity()).unwrap_err();
+            assert!(matches!(problem, Problem::Other(_)), "{problem}");
+            assert!(words(&problem, "experiment").contains("another version of oneiro"));
+        }
+        fs::remove_dir_all(&directory).unwrap();
+    }
+
+    #[test]
+    fn the_newest_are_kept() {
+        let directory = directory("kept");
+        for number in [8, 9, 10, 100] {
+            write(&directory, number, 2, &identity(), &number).unwrap();
+        }
+        let list: Vec<u64> = list(&directory).unwrap().into_iter().map(|(number, _)| number).collect();
+        assert_eq!(list, [100, 10]);
+        assert_eq!(read(&directory.join("checkpoint-10"), &identity()), Ok(10_u64));
+        let other = read::<u64>(&directory.join("checkpoint-10"), &blake3::hash(b"another"));
+        assert_eq!(other, Err(Problem::Owner));
+        fs::remove_dir_all(&directory).unwrap();
+    }
+}

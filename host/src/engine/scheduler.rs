@@ -1,0 +1,594 @@
+//! The one loop of the engine: jobs of all kinds share the device. Jobs whose next requests may share a batch make up a
+//! group. Groups take turns: while the device evaluates one, this thread lets the jobs of another take their step, records
+//! what came of it, and lets waiting runs join.
+
+use std::collections::{HashMap, VecDeque};
+use std::time::{Duration, Instant};
+
+use oneiro::batch::{Batch, Outcome, Rollout, WorldKind, Worlds};
+use oneiro::evaluator;
+use rayon::prelude::*;
+
+use super::handle::{Engine, Interruption};
+use super::job::{Job, Place, Results, Stage, Step};
+use super::watcher::Watch;
+use crate::exit::{Failure, Result};
+
+/// What a batch should take, so that what it costs to hand it over does not show.
+const BATCH: Duration = Duration::from_millis(30);
+/// Robot-steps of a batch before it is known how fast the device is, and the fewest and most.
+const FIRST_ROOM: f64 = 4e6;
+const ROOM: [f64; 2] = [1e6, 4e9];
+/// Groups at most: two keep the device busy, others are the tails of what had other stages.
+const GROUPS: usize = 4;
+
+/// Which of the runs that the scheduler is given.
+pub(crate) type RunNumber = usize;
+
+/// A run that waits to begin.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Waiting {
+    /// Which it is.
+    pub(crate) run: RunNumber,
+    /// The kernel that its first request is of.
+    pub(crate) kernel: &'static str,
+}
+
+/// The runs that the scheduler does: where jobs come from, and where what they give is recorded. Runs' directories are
+/// one such place, a shard of a sweep is another.
+pub(crate) trait Runs {
+    /// The jobs: of one kind, or boxed.
+    type Job: Job;
+
+    /// Begins a run, or goes on with it from where it was saved.
+    ///
+    /// # Errors
+    /// As the place says; all work ends.
+    fn begin(&mut self, run: RunNumber) -> Result<Self::Job>;
+
+    /// Records a step of a run. The job has taken it, and no other step yet.
+    ///
+    /// # Errors
+    /// Exit 6 when writing fails; all work ends.
+    fn record(&mut self, run: RunNumber, job: &Self::Job, step: Step) -> Result;
+
+    /// Records what a finished run gave. All its steps are recorded.
+    ///
+    /// # Errors
+    /// As [`Runs::record`].
+    fn finish(&mut self, run: RunNumber, job: Self::Job) -> Result;
+
+    /// Called now and then with all jobs under way, whose steps are all recorded: the place may save them.
+    ///
+    /// # Errors
+    /// As [`Runs::record`].
+    fn pause(&mut self, under_way: &UnderWay<'_, Self::Job>) -> Result;
+
+    /// Called at the end with the jobs that are still under way: none when all runs are finished, all that had begun when
+    /// the user or the device ended the work. They are to be saved.
+    ///
+    /// # Errors
+    /// As [`Runs::record`].
+    fn end(&mut self, under_way: &UnderWay<'_, Self::Job>) -> Result;
+
+    /// Tells the user how to go on after a stop.
+    fn stopped(&self) -> String;
+}
+
+/// Jobs that are made before they are run, and are kept in memory: all results are theirs.
+pub(super) struct InMemory<J>(pub(super) Vec<Option<J>>);
+
+impl<J: Job> Runs for InMemory<J> {
+    type Job = J;
+
+    fn begin(&mut self, run: RunNumber) -> Result<J> {
+        let job = self.0.get_mut(run).and_then(Option::take);
+        job.ok_or_else(|| Failure::failed("a job was begun twice"))
+    }
+
+    fn record(&mut self, _: RunNumber, _: &J, _: Step) -> Result {
+        Ok(())
+    }
+
+    fn finish(&mut self, run: RunNumber, job: J) -> Result {
+        self.0[run] = Some(job);
+        Ok(())
+    }
+
+    fn pause(&mut self, _: &UnderWay<'_, J>) -> Result {
+        Ok(())
+    }
+
+    fn end(&mut self, _: &UnderWay<'_, J>) -> Result {
+        Ok(())
+    }
+
+    fn stopped(&self) -> String {
+        "stopped".into()
+    }
+}
+
+/// Jobs that have begun and are not finished.
+pub(crate) type UnderWay<'a, J> = [(RunNumber, &'a J)];
+
+/// As [`Engine::run`].
+pub(super) fn run<R: Runs>(
+    waiting: Vec<Waiting>,
+    most: usize,
+    runs: &mut R,
+    engine: &Engine,
+    watch: &mut dyn Watch,
+) -> Result {
+    let mut scheduler = Scheduler {
+        room: Room::new(most, waiting.len()),
+        queues: Queues::new(waiting),
+        groups: VecDeque::new(),
+        ready: Vec::new(),
+        finished: Vec::new(),
+        runs,
+        engine,
+    };
+    let ended = scheduler.work(watch);
+    let failure = match ended {
+        Ok(()) => None,
+        Err(Interruption::Other(failure)) => return Err(failure),
+        Err(Interruption::Evaluation(error)) => Some(error),
+    };
+    scheduler.end()?;
+    match failure {
+        None => Ok(()),
+        Some(evaluator::Error::Cancelled) => Err(Failure::stopped(scheduler.runs.stopped())),
+        Some(error) => Err(error.into()),
+    }
+}
+
+/// A run under way.
+struct Entry<J> {
+    run: RunNumber,
+    job: J,
+    /// What its next request is: nothing when it is finished.
+    next: Option<Next>,
+    /// What is not recorded yet.
+    step: Option<Step>,
+}
+
+/// The next request of a job in short.
+#[derive(Clone, Copy)]
+struct Next {
+    stage: Stage,
+    steps: u64,
+}
+
+impl<J: Job> Entry<J> {
+    fn new(run: RunNumber, job: J) -> Self {
+        let mut entry = Self {
+            run,
+            job,
+            next: None,
+            step: None,
+        };
+        entry.look();
+        entry
+    }
+
+    fn look(&mut self) {
+        self.next = self.job.ask().map(|request| Next {
+            stage: request.stage,
+            steps: request.steps,
+        });
+    }
+
+    fn is_at(&self, stage: &Stage) -> bool {
+        self.next.is_some_and(|next| next.stage == *stage)
+    }
+
+    fn steps(&self) -> f64 {
+        self.next.map_or(0.0, |next| next.steps as f64)
+    }
+}
+
+/// Robot-steps of the next requests of some jobs.
+fn steps_of<J: Job>(entries: &[Entry<J>]) -> f64 {
+    entries.iter().map(Entry::steps).sum()
+}
+
+/// Jobs whose requests are in one batch on the device.
+struct Group<J> {
+    stage: Stage,
+    entries: Vec<Entry<J>>,
+    /// Rollouts of each entry.
+    counts: Vec<usize>,
+    /// Robot-steps of the batch.
+    steps: f64,
+    /// Words of a line of a log.
+    log_words: usize,
+    packed: Vec<Packed>,
+}
+
+/// Worlds of one kernel that are packed, and where in them each place is.
+struct Packed {
+    kernel: &'static str,
+    worlds: Worlds,
+    indices: HashMap<[u8; blake3::OUT_LEN], usize>,
+}
+
+impl Packed {
+    fn new<J: Job>(entries: &[Entry<J>], kernel: &'static str) -> Result<Self> {
+        let mut indices = HashMap::new();
+        let mut places = Vec::new();
+        for place in entries
+            .iter()
+            .filter_map(|entry| entry.job.ask())
+            .flat_map(|request| request.worlds)
+        {
+            indices.entry(*place.key.as_bytes()).or_insert_with(|| {
+                places.push(place);
+                places.len() - 1
+            });
+        }
+        let worlds: Vec<&dyn WorldKind> = places.iter().map(|place| &*place.world as &dyn WorldKind).collect();
+        Ok(Self {
+            kernel,
+            worlds: Worlds::new(&worlds)?,
+            indices,
+        })
+    }
+
+    fn index(&self, place: &Place) -> Option<usize> {
+        self.indices.get(place.key.as_bytes()).copied()
+    }
+}
+
+impl<J: Job> Group<J> {
+    /// Packs the next requests of jobs, all of one stage.
+    fn new(stage: Stage, entries: Vec<Entry<J>>, mut packed: Vec<Packed>) -> Result<(Self, Batch)> {
+        let fits = |known: &Packed| {
+            known.kernel == stage.kernel
+                && entries.iter().filter_map(|entry| entry.job.ask()).all(|request| {
+                    request
+                        .worlds
+                        .iter()
+                        .all(|place| known.indices.contains_key(place.key.as_bytes()))
+                })
+        };
+        if !packed.iter().any(fits) {
+            packed.retain(|known| known.kernel != stage.kernel);
+            packed.push(Packed::new(&entries, stage.kernel)?);
+        }
+        let own = packed.iter().find(|known| known.kernel == stage.kernel);
+        let own = own.ok_or_else(|| Failure::failed("a batch has no worlds"))?;
+        let mut rollouts = Vec::new();
+        let mut states = Vec::new();
+        let mut counts = Vec::with_capacity(entries.len());
+        for request in entries.iter().filter_map(|entry| entry.job.ask()) {
+            let indices: Vec<usize> = request.worlds.iter().filter_map(|place| own.index(place)).collect();
+            let before = rollouts.len();
+            rollouts.extend(request.rollouts.map(|rollout| Rollout {
+                world: indices[rollout.world],
+                ..rollout
+            }));
+            counts.push(rollouts.len() - before);
+            states.extend(request.states.iter().cloned());
+        }
+        let batch = match stage.stretch() {
+            None => own.worlds.batch(&rollouts, stage.trace())?,
+            Some(cycles) => {
+                // Worlds that share a batch have states of one length: that of the largest.
+                let words = own.worlds.state_words();
+                for state in &mut states {
+                    state.resize(words, 0);
+                }
+                own.worlds.stretch(&rollouts, cycles, &states, stage.trace())?
+            }
+        };
+        let group = Self {
+            stage,
+            counts,
+            steps: steps_of(&entries),
+            log_words: batch.record_words(),
+            entries,
+            packed,
+        };
+        Ok((group, batch))
+    }
+
+    /// Lets all its jobs take their step.
+    fn tell(&mut self, outcome: &Outcome) -> Result {
+        /// Jobs that are worth waking a thread for.
+        const FEW: usize = 16;
+        let mut rest = 0;
+        let shares: Vec<_> = self
+            .counts
+            .iter()
+            .map(|count| {
+                rest += count;
+                rest - count..rest
+            })
+            .collect();
+        let log_words = self.log_words;
+        // A fast device would wait for one thread.
+        self.entries
+            .par_iter_mut()
+            .zip(shares)
+            .with_min_len(FEW)
+            .map(|(entry, own)| {
+                let results = Results {
+                    fitness: outcome.fitness.get(own.clone()).unwrap_or_default(),
+                    traces: outcome.traces.get(own.clone()).unwrap_or_default(),
+                    logs: outcome.logs.get(own.clone()).unwrap_or_default(),
+                    log_words,
+                    states: outcome.states.get(own).unwrap_or_default(),
+                };
+                entry.step = Some(entry.job.tell(&results)?);
+                entry.look();
+                Ok(())
+            })
+            .collect()
+    }
+}
+
+/// Runs that wait: those that begin with one kernel together, each kind in the order in which they were given.
+struct Queues(Vec<(&'static str, VecDeque<RunNumber>)>);
+
+impl Queues {
+    fn new(waiting: Vec<Waiting>) -> Self {
+        let mut queues: Vec<(&'static str, VecDeque<RunNumber>)> = Vec::new();
+        for Waiting { run, kernel } in waiting {
+            match queues.iter_mut().find(|(known, _)| *known == kernel) {
+                Some((_, queue)) => queue.push_back(run),
+                None => queues.push((kernel, VecDeque::from([run]))),
+            }
+        }
+        Self(queues)
+    }
+
+    /// A kernel that runs wait for.
+    fn kernel(&self) -> Option<&'static str> {
+        self.0
+            .iter()
+            .find(|(_, queue)| !queue.is_empty())
+            .map(|(kernel, _)| *kernel)
+    }
+
+    /// Whether any run waits that could join a stage: one that jobs begin with.
+    fn has(&self, stage: &Stage) -> bool {
+        let is_own = |(kernel, queue): &(&str, VecDeque<_>)| *kernel == stage.kernel && !queue.is_empty();
+        stage.reached == 0 && self.0.iter().any(is_own)
+    }
+
+    fn next(&mut self, kernel: &str) -> Option<RunNumber> {
+        let (_, queue) = self.0.iter_mut().find(|(known, _)| *known == kernel)?;
+        queue.pop_front()
+    }
+}
+
+/// How large batches are to be.
+struct Room {
+    /// Robot-steps of a batch.
+    steps: f64,
+    /// Jobs of a group, and of all groups.
+    jobs: usize,
+    all: usize,
+    last: Instant,
+}
+
+impl Room {
+    fn new(most: usize, waiting: usize) -> Self {
+        Self {
+            steps: FIRST_ROOM,
+            jobs: most.min(waiting).div_ceil(2),
+            all: most,
+            last: Instant::now(),
+        }
+    }
+
+    /// A batch of so many steps has come back.
+    fn learn(&mut self, steps: f64) {
+        let took = self.last.elapsed().as_secs_f64();
+        self.last = Instant::now();
+        let aim = steps / took.max(1e-6) * BATCH.as_secs_f64();
+        self.steps = (0.75 * self.steps + 0.25 * aim).clamp(ROOM[0], ROOM[1]);
+    }
+
+    /// Whether there is room for more than so many jobs, whose requests take so many steps.
+    fn has(&self, jobs: usize, steps: f64) -> bool {
+        jobs == 0 || (jobs < self.jobs && steps < self.steps)
+    }
+}
+
+/// All that is under way.
+struct Scheduler<'a, R: Runs> {
+    queues: Queues,
+    room: Room,
+    /// Those whose batches the device has, in their order.
+    groups: VecDeque<Group<R::Job>>,
+    /// Jobs that wait for a batch of their stage.
+    ready: Vec<Entry<R::Job>>,
+    /// Jobs that are finished, but not recorded as such yet.
+    finished: Vec<Entry<R::Job>>,
+    runs: &'a mut R,
+    engine: &'a Engine,
+}
+
+impl<R: Runs> Scheduler<'_, R> {
+    fn work(&mut self, watch: &mut dyn Watch) -> std::result::Result<(), Interruption> {
+        loop {
+            self.send_groups()?;
+            self.record(watch)?;
+            let Some(group) = self.groups.front() else {
+                return Ok(());
+            };
+            let steps = group.steps;
+            let outcome = self.engine.receive(watch)?;
+            self.room.learn(steps);
+            if let Some(mut group) = self.groups.pop_front() {
+                group.tell(&outcome)?;
+                self.go_on(group)?;
+            }
+        }
+    }
+
+    /// Sends a group off again, without the jobs that are finished or have come to another stage, and with others in
+    /// their place.
+    fn go_on(&mut self, group: Group<R::Job>) -> Result {
+        let (unfinished, finished): (Vec<_>, Vec<_>) = group.entries.into_iter().partition(|own| own.next.is_some());
+        self.finished.extend(finished);
+        let stays = unfinished.iter().any(|own| own.is_at(&group.stage));
+        let first = unfinished.first().and_then(|own| own.next).map(|next| next.stage);
+        let Some(stage) = first.map(|first| if stays { group.stage } else { first }) else {
+            return Ok(());
+        };
+        let (entries, others): (Vec<_>, Vec<_>) = unfinished.into_iter().partition(|own| own.is_at(&stage));
+        self.ready.extend(others);
+        let entries = self.joined(entries, &stage)?;
+        self.send(stage, entries, group.packed)
+    }
+
+    /// Sends groups off while the device has less than two large batches to do.
+    fn send_groups(&mut self) -> Result {
+        loop {
+            let stage = if let Some(full) = self.full_stage() {
+                full
+            } else if !self.wants_group() {
+                return Ok(());
+            } else if let Some(begun) = self.begun_stage()? {
+                begun
+            } else if let Some(next) = self.ready.first().and_then(|own| own.next) {
+                next.stage
+            } else {
+                return Ok(());
+            };
+            let entries = self.joined(Vec::new(), &stage)?;
+            self.send(stage, entries, Vec::new())?;
+        }
+    }
+
+    /// A stage that enough jobs are ready for to fill a batch.
+    fn full_stage(&self) -> Option<Stage> {
+        let stages = self.ready.iter().filter_map(|own| own.next).map(|next| next.stage);
+        let is_full = |stage: &Stage| {
+            let own = self.ready.iter().filter(|own| own.is_at(stage));
+            let (jobs, steps) = own.fold((0, 0.0), |(jobs, steps), own| (jobs + 1, steps + own.steps()));
+            !self.room.has(jobs, steps)
+        };
+        let mut looked_at: Vec<Stage> = Vec::new();
+        for stage in stages {
+            if !looked_at.contains(&stage) {
+                if is_full(&stage) {
+                    return Some(stage);
+                }
+                looked_at.push(stage);
+            }
+        }
+        None
+    }
+
+    /// Whether the device would soon have nothing to do: fewer than two groups are large, or can grow.
+    fn wants_group(&self) -> bool {
+        let lasts = |group: &&Group<R::Job>| !self.room.has(group.entries.len(), group.steps) || self.queues.has(&group.stage);
+        self.groups.len() < GROUPS && self.groups.iter().filter(lasts).count() < 2
+    }
+
+    /// Lets the next run begin, if one waits and there is room for it. The stage that it begins with.
+    fn begun_stage(&mut self) -> Result<Option<Stage>> {
+        while let Some(kernel) = self.queues.kernel()
+            && self.under_way() < self.room.all
+        {
+            if self.begin(kernel)?
+                && let Some(next) = self.ready.last().and_then(|own| own.next)
+            {
+                return Ok(Some(next.stage));
+            }
+        }
+        Ok(None)
+    }
+
+    /// Lets a run of a kernel begin. Whether it is ready now.
+    fn begin(&mut self, kernel: &str) -> Result<bool> {
+        let Some(run) = self.queues.next(kernel) else {
+            return Ok(false);
+        };
+        let entry = Entry::new(run, self.runs.begin(run)?);
+        let is_ready = entry.next.is_some();
+        if is_ready {
+            self.ready.push(entry);
+        } else {
+            self.finished.push(entry);
+        }
+        Ok(is_ready)
+    }
+
+    /// Lets jobs of a stage join, as many as there is room for: those that are ready, then runs that wait.
+    fn joined(&mut self, mut entries: Vec<Entry<R::Job>>, stage: &Stage) -> Result<Vec<Entry<R::Job>>> {
+        let mut steps = steps_of(&entries);
+        let mut ready = std::mem::take(&mut self.ready).into_iter();
+        while self.room.has(entries.len(), steps)
+            && let Some(entry) = ready.next()
+        {
+            if entry.is_at(stage) {
+                steps += entry.steps();
+                entries.push(entry);
+            } else {
+                self.ready.push(entry);
+            }
+        }
+        self.ready.extend(ready);
+        while self.queues.has(stage)
+            && self.under_way() + entries.len() < self.room.all
+            && self.room.has(entries.len(), steps)
+        {
+            if !self.begin(stage.kernel)? {
+                continue;
+            }
+            let Some(entry) = self.ready.pop_if(|own| own.is_at(stage)) else {
+                // Saved at another stage, or of another pace.
+                break;
+            };
+            steps += entry.steps();
+            entries.push(entry);
+        }
+        Ok(entries)
+    }
+
+    /// Jobs that have begun and are in no one's hands.
+    fn under_way(&self) -> usize {
+        let groups = self.groups.iter().map(|group| group.entries.len());
+        groups.sum::<usize>() + self.ready.len()
+    }
+
+    fn send(&mut self, stage: Stage, entries: Vec<Entry<R::Job>>, packed: Vec<Packed>) -> Result {
+        let (group, batch) = Group::new(stage, entries, packed)?;
+        self.engine.submit(batch);
+        self.groups.push_back(group);
+        Ok(())
+    }
+
+    /// Records all steps that jobs took; the device has its next batch by now.
+    fn record(&mut self, watch: &mut dyn Watch) -> Result {
+        let groups = self.groups.iter_mut().flat_map(|group| &mut group.entries);
+        for entry in groups.chain(&mut self.ready).chain(&mut self.finished) {
+            if let Some(step) = entry.step.take() {
+                let progress = step.progress;
+                self.runs.record(entry.run, &entry.job, step)?;
+                if let Some(progress) = progress {
+                    watch.advanced(progress);
+                }
+            }
+        }
+        for entry in self.finished.drain(..) {
+            self.runs.finish(entry.run, entry.job)?;
+        }
+        let under_way = listed(&self.groups, &self.ready);
+        self.runs.pause(&under_way)
+    }
+
+    fn end(&mut self) -> Result {
+        let under_way = listed(&self.groups, &self.ready);
+        self.runs.end(&under_way)
+    }
+}
+
+fn listed<'a, J: Job>(groups: &'a VecDeque<Group<J>>, ready: &'a [Entry<J>]) -> Vec<(RunNumber, &'a J)> {
+    let groups = groups.iter().flat_map(|group| &group.entries);
+    groups.chain(ready).map(|own| (own.run, &own.job)).collect()
+}

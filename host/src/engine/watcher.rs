@@ -1,0 +1,101 @@
+//! What shows how far jobs are, and when they are to stop.
+
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
+use std::time::{Duration, Instant};
+
+use indicatif::ProgressBar;
+use signal_hook::consts::{SIGINT, SIGTERM};
+use signal_hook::flag;
+
+use super::job::Progress;
+use crate::console::Console;
+use crate::exit::{Code, Failure, Result};
+use crate::progress;
+
+/// Watches the engine as it works.
+pub(crate) trait Watch {
+    /// Whether to stop.
+    fn stops(&self) -> bool;
+    /// Called every now and then with the robot-steps that have been done in all.
+    fn steps(&mut self, done: u64);
+    /// Called when a job has advanced.
+    fn advanced(&mut self, progress: Progress);
+}
+
+/// Whether the user wants the program to stop: after the first Ctrl-C, or SIGTERM. The next Ctrl-C then ends it at
+/// once, exit 130.
+pub(crate) fn stop_signal() -> Result<Arc<AtomicBool>> {
+    let stop = Arc::new(AtomicBool::new(false));
+    let register = || {
+        // In this order: the first Ctrl-C finds the flag unset.
+        flag::register_conditional_shutdown(SIGINT, Code::Aborted as i32, Arc::clone(&stop))?;
+        flag::register(SIGINT, Arc::clone(&stop))?;
+        flag::register(SIGTERM, Arc::clone(&stop))
+    };
+    register().map_err(|error| Failure::failed(format_args!("can't listen for Ctrl-C: {error}")))?;
+    Ok(stop)
+}
+
+/// Watches jobs for the user: a bar on standard error, and a time that may run out.
+pub(crate) struct Watcher {
+    until: Option<Instant>,
+    bar: ProgressBar,
+    /// Whether the bar shows the progress of single jobs, in place of a label.
+    shows_jobs: bool,
+    /// The best of any job.
+    best: f32,
+    shown: Instant,
+}
+
+impl Watcher {
+    /// Begins to show robot-steps that are to come. Without a label the bar shows the progress of single jobs.
+    pub(crate) fn new(steps: u64, label: &str, until: Option<Instant>, console: Console) -> Self {
+        Self {
+            until,
+            bar: progress::bar(steps, label, console),
+            shows_jobs: label.is_empty(),
+            best: f32::NEG_INFINITY,
+            shown: Instant::now(),
+        }
+    }
+}
+
+impl Drop for Watcher {
+    fn drop(&mut self) {
+        self.bar.finish_and_clear();
+    }
+}
+
+/// Nobody watches.
+impl Watch for () {
+    fn stops(&self) -> bool {
+        false
+    }
+
+    fn steps(&mut self, _: u64) {}
+
+    fn advanced(&mut self, _: Progress) {}
+}
+
+impl Watch for Watcher {
+    fn stops(&self) -> bool {
+        self.until.is_some_and(|until| Instant::now() >= until)
+    }
+
+    fn steps(&mut self, done: u64) {
+        if !self.bar.is_hidden() {
+            self.bar.set_position(done);
+        }
+    }
+
+    fn advanced(&mut self, progress: Progress) {
+        const BLINK: Duration = Duration::from_millis(50);
+        self.best = self.best.max(progress.best);
+        if self.shows_jobs && !self.bar.is_hidden() && self.shown.elapsed() >= BLINK {
+            self.shown = Instant::now();
+            self.bar
+                .set_prefix(format!("step {:>4}, best {:>6.1}", progress.done, self.best));
+        }
+    }
+}

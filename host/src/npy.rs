@@ -1,0 +1,50 @@
+//! Arrays of float32 as `.npy` files (NumPy's format 1.0).
+
+/// The start of a `.npy` file (format 1.0) of little-endian f32, rows first.
+pub(crate) fn header(shape: &[usize]) -> Vec<u8> {
+    let lengths: Vec<String> = shape.iter().map(usize::to_string).collect();
+    // A single length keeps its comma.
+    let lengths = lengths.join(", ") + if shape.len() == 1 { "," } else { "" };
+    let mut text = format!("{{'descr': '<f4', 'fortran_order': False, 'shape': ({lengths}), }}");
+    // The format wants the numbers to start at a multiple of 64 bytes, after a line end.
+    let padding = (64 - (MAGIC.len() + 2 + text.len() + 1) % 64) % 64;
+    text.extend(std::iter::repeat_n(' ', padding));
+    text.push('\n');
+    [MAGIC, &(text.len() as u16).to_le_bytes(), text.as_bytes()].concat()
+}
+
+const MAGIC: &[u8] = b"\x93NUMPY\x01\x00";
+
+/// A `.npy` file.
+pub(crate) fn npy(shape: &[usize], values: &[f32]) -> Vec<u8> {
+    let mut bytes = header(shape);
+    bytes.extend(values.iter().flat_map(|value| value.to_le_bytes()));
+    bytes
+}
+
+/// Little-endian f32 from bytes, as many as are whole.
+pub(crate) fn floats(bytes: &[u8]) -> Vec<f32> {
+    bytes
+        .as_chunks()
+        .0
+        .iter()
+        .map(|bytes| f32::from_le_bytes(*bytes))
+        .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn npy_is_what_its_readers_expect() {
+        let bytes = npy(&[2, 3], &[1.0, 2.0, 3.0, 4.0, 5.0, -6.5]);
+        let file = npyz::NpyFile::new(&bytes[..]).unwrap();
+        assert_eq!(file.shape(), [2, 3]);
+        assert_eq!(file.into_vec::<f32>().unwrap(), [1.0, 2.0, 3.0, 4.0, 5.0, -6.5]);
+        assert_eq!((bytes.len() - 24) % 64, 0);
+        let one = npy(&[4], &[0.0; 4]);
+        assert_eq!(npyz::NpyFile::new(&one[..]).unwrap().shape(), [4]);
+        assert_eq!(floats(&bytes[bytes.len() - 8..]), [5.0, -6.5]);
+    }
+}

@@ -1,0 +1,167 @@
+//! `oneiro audit`: evaluates recorded individuals again on this machine and compares them bit for bit.
+
+use oneiro::batch::{Batch, Rollout};
+use oneiro::random::pcg4d;
+use serde_json::{Value, json};
+
+use super::individuals::Individuals;
+use super::job::{keys, score};
+use super::{Audit, Experiment, Recorded};
+use crate::console::Console;
+use crate::engine::handle::Engine;
+use crate::exit::{Failure, Result};
+use crate::progress;
+
+/// Individuals per batch.
+const AT_ONCE: usize = 1 << 16;
+/// Differences that are listed one by one.
+const TOLD: usize = 10;
+
+/// Evaluates a share of a run's individuals again.
+pub(super) fn run(
+    experiment: &Experiment,
+    run: &Recorded<'_>,
+    share: f64,
+    engine: &Engine,
+    console: Console,
+) -> Result<Audit> {
+    let report = Report::of(experiment, run, share, engine, console)?;
+    let different = report.differences.len();
+    Ok(Audit {
+        text: report.text(),
+        value: report.value(),
+        problem: (different > 0).then(|| format!("{different} individuals have other bits on {}", engine.name())),
+    })
+}
+
+/// What the audit of one run found.
+struct Report {
+    directory: String,
+    recorded: usize,
+    audited: usize,
+    differences: Vec<Difference>,
+}
+
+/// An individual whose score is another here.
+struct Difference {
+    generation: u32,
+    individual: u32,
+    recorded: f32,
+    here: f32,
+}
+
+impl Report {
+    fn of(
+        experiment: &Experiment,
+        run: &Recorded<'_>,
+        share: f64,
+        engine: &Engine,
+        console: Console,
+    ) -> Result<Self> {
+        let directory = run.directory;
+        let individuals = Individuals::read(directory, experiment)?;
+        let chosen = chosen(&individuals, run.seed, share);
+        let settings = experiment.settings();
+        let world = experiment.world();
+        let trials = settings.trials as usize;
+        let steps = (chosen.len() * trials) as u64 * u64::from(world.cycles());
+        let differences = progress::watched(steps, "auditing", console, &engine.control, || -> Result<Vec<Difference>> {
+            let mut differences = Vec::new();
+            for some in chosen.chunks(AT_ONCE.div_ceil(trials)) {
+                let rollouts: Vec<Rollout<'_>> = some
+                    .iter()
+                    .filter_map(|&index| Some((individuals.get(index)?.0, individuals.place(index))))
+                    .flat_map(|(genes, (generation, individual))| {
+                        keys(run.seed, generation, individual, settings.trials).map(move |key| Rollout {
+                            world: 0,
+                            genes,
+                            key,
+                        })
+                    })
+                    .collect();
+                // Genes that no batch takes were not written by a run.
+                let batch = Batch::new(std::slice::from_ref(world), &rollouts, None)
+                    .map_err(|invalid| Failure::corrupt(format_args!("{}: {invalid}", directory.display())))?;
+                let outcome = engine.evaluate(batch)?;
+                for (&index, lives) in some.iter().zip(outcome.fitness.chunks_exact(trials)) {
+                    let Some((_, recorded)) = individuals.get(index) else {
+                        continue;
+                    };
+                    let here = score(settings.trial_score, lives);
+                    if here.to_bits() != recorded.to_bits() {
+                        let (generation, individual) = individuals.place(index);
+                        differences.push(Difference {
+                            generation,
+                            individual,
+                            recorded,
+                            here,
+                        });
+                    }
+                }
+            }
+            Ok(differences)
+        })?;
+        Ok(Self {
+            directory: directory.display().to_string(),
+            recorded: individuals.len(),
+            audited: chosen.len(),
+            differences,
+        })
+    }
+
+    fn text(&self) -> String {
+        let Self {
+            directory,
+            recorded,
+            audited,
+            differences,
+        } = self;
+        let told = differences.iter().take(TOLD).map(|difference| {
+            let Difference { generation, individual, recorded, here } = difference;
+            format!(
+                "  generation {generation}, individual {individual}: recorded {recorded} ({:08x}), here {here} ({:08x})\n",
+                recorded.to_bits(),
+                here.to_bits()
+            )
+        });
+        let told: String = told.collect();
+        let different = differences.len();
+        format!("{directory}: {audited} of {recorded} individuals audited, {different} with other bits\n{told}")
+    }
+
+    fn value(&self) -> Value {
+        let differences: Vec<Value> = self
+            .differences
+            .iter()
+            .map(|difference| {
+                json!({
+                    "generation": difference.generation,
+                    "individual": difference.individual,
+                    "recorded": format!("{:08x}", difference.recorded.to_bits()),
+                    "here": format!("{:08x}", difference.here.to_bits()),
+                })
+            })
+            .collect();
+        json!({
+            "directory": self.directory,
+            "recorded": self.recorded,
+            "audited": self.audited,
+            "different": self.differences.len(),
+            "differences": differences,
+        })
+    }
+}
+
+/// The individuals that are audited: by lots that anyone can draw again, and if none is drawn, the first.
+fn chosen(individuals: &Individuals, seed: u64, share: f64) -> Vec<usize> {
+    let drawn = |&index: &usize| {
+        let (generation, individual) = individuals.place(index);
+        let [lot, ..] = pcg4d([seed as u32, (seed >> 32) as u32, generation, individual]);
+        f64::from(lot) < share * 4_294_967_296.0
+    };
+    let mut chosen: Vec<usize> = (0..individuals.len()).filter(drawn).collect();
+    if chosen.is_empty() && individuals.len() > 0 {
+        chosen.push(0);
+    }
+    chosen
+}

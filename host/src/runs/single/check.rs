@@ -1,0 +1,177 @@
+//! `oneiro check`: an experiment summarised and drawn.
+
+use oneiro::world::{Noise, Start};
+use serde_json::json;
+
+use crate::cli::Check;
+use crate::console::{Console, counted};
+use crate::exit::Result;
+use crate::experiment::Experiment;
+use crate::files;
+use crate::report::figures;
+
+/// Draws the experiment's arena where the command line says so, and prints what it amounts to.
+pub(super) fn run(experiment: &Experiment, arguments: &Check, console: Console) -> Result {
+    let spec = experiment.world().spec();
+    if let Some(path) = &arguments.out {
+        files::write_new(path, figures::arena(&spec.arena, spec.robot.body_radius).as_bytes())?;
+        console.say(format!("drew {}", path.display()));
+    }
+    if console.json() {
+        return console.json_data(&json!({
+            "name": experiment.name(),
+            "genes": experiment.world().genes(),
+            "free_share": experiment.world().free_share(),
+            "robot_steps": robot_steps(experiment),
+            "settings": experiment.settings(),
+        }));
+    }
+    console.data(summary(experiment))
+}
+
+/// Robot-steps of one run.
+fn robot_steps(experiment: &Experiment) -> u64 {
+    let settings = experiment.settings();
+    let lives = u64::from(settings.evolution.population) * u64::from(settings.evolution.generations);
+    lives
+        .saturating_mul(u64::from(settings.trials))
+        .saturating_mul(u64::from(settings.cycles))
+}
+
+fn summary(experiment: &Experiment) -> String {
+    let settings = experiment.settings();
+    let world = experiment.world();
+    let spec = world.spec();
+    let classes: Vec<&str> = spec
+        .robot
+        .sensors
+        .classes
+        .iter()
+        .map(|table| table.class.as_str())
+        .collect();
+    let arena = &spec.arena;
+    let evolution = &settings.evolution;
+    let run = experiment.evolution(0);
+    let optimizer = run.optimizer();
+    let lines = [
+        (
+            "robot",
+            format!(
+                "radius {} mm, sensors sampled for {}, {states} x {states} motor states",
+                spec.robot.body_radius,
+                classes.join(", "),
+                states = spec.robot.motors.states,
+            ),
+        ),
+        (
+            "arena",
+            format!(
+                "{}, {} x {} mm, {}, {}, {}; {:.0} % of the field is free",
+                arena.name,
+                arena.field.width,
+                arena.field.height,
+                counted(arena.walls.len() as u32, "wall", "walls"),
+                counted(arena.obstacles.len() as u32, "round obstacle", "round obstacles"),
+                counted(arena.blocks.len() as u32, "block", "blocks"),
+                100.0 * world.free_share()
+            ),
+        ),
+        ("noise", noise(spec.noise)),
+        (
+            "controller",
+            format!(
+                "{}, {} genes",
+                world.kernel().name.trim_start_matches("life_"),
+                world.genes()
+            ),
+        ),
+        (
+            "start",
+            match spec.start {
+                Start::Random => "a random free pose for each life".to_owned(),
+                Start::At { x, y, heading } => format!("at ({x}, {y}) mm, heading {heading} turns"),
+            },
+        ),
+        (
+            "life",
+            format!(
+                "{} cycles of 100 ms, {} for each individual",
+                settings.cycles,
+                counted(settings.trials, "life", "lives")
+            ),
+        ),
+        (
+            "optimiser",
+            format!(
+                "{}, {} on every machine",
+                optimizer.name(),
+                if optimizer.is_exact() {
+                    "the same bits"
+                } else {
+                    "not the same bits"
+                }
+            ),
+        ),
+        (
+            "evolution",
+            format!(
+                "{} individuals, {} generations; the best {} make {} copies each",
+                evolution.population,
+                evolution.generations,
+                evolution.parents,
+                evolution.population / evolution.parents.max(1)
+            ),
+        ),
+        (
+            "work",
+            format!("{:.1} million robot-steps a run", robot_steps(experiment) as f64 / 1e6),
+        ),
+    ];
+    let lines = lines.map(|(what, value)| format!("  {what:<12}{value}\n"));
+    format!("{} is valid\n{}", experiment.name(), lines.concat())
+}
+
+fn noise(noise: Noise) -> String {
+    let mut parts = Vec::new();
+    let (low, high) = noise.sensor;
+    if low != 0.0 || high != 0.0 {
+        parts.push(format!("{low} to {high} is added to each activation"));
+    }
+    if noise.walk_range > 0.0 {
+        let Noise {
+            walk_range, walk_step, ..
+        } = noise;
+        parts.push(format!(
+            "what is perceived walks within {walk_range} mm, {walk_step} mm a cycle"
+        ));
+    }
+    if noise.motor > 0.0 {
+        parts.push(format!("motion varies by a share of {}", noise.motor));
+    }
+    if parts.is_empty() {
+        "none".to_owned()
+    } else {
+        parts.join("; ")
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn noise_is_told_in_words() {
+        assert_eq!(noise(Noise::default()), "none");
+        let all = Noise {
+            sensor: (-0.2, 0.2),
+            walk_range: 30.0,
+            walk_step: 1.5,
+            motor: 0.1,
+        };
+        assert_eq!(
+            noise(all),
+            "-0.2 to 0.2 is added to each activation; what is perceived walks within 30 mm, 1.5 mm a cycle; \
+             motion varies by a share of 0.1"
+        );
+    }
+}

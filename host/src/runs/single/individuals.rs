@@ -1,0 +1,69 @@
+//! Every individual of a run, its genes and its score: `individuals.npy`.
+
+use std::path::Path;
+
+use super::INDIVIDUALS;
+use crate::engine::disk;
+use crate::exit::{Failure, Result};
+use crate::experiment::Experiment;
+use crate::npy;
+
+/// Every individual of a run, its genes and its score.
+#[derive(Debug)]
+pub(crate) struct Individuals {
+    genes: usize,
+    population: usize,
+    values: Vec<f32>,
+}
+
+impl Individuals {
+    /// The start of the file.
+    pub(super) fn header(experiment: &Experiment) -> Vec<u8> {
+        let evolution = &experiment.settings().evolution;
+        npy::header(&[
+            evolution.generations as usize,
+            evolution.population as usize,
+            experiment.world().genes() + 1,
+        ])
+    }
+
+    /// Reads all individuals that are recorded.
+    ///
+    /// # Errors
+    /// Exit 1 when the run does not record them, exit 5 when the file is none of theirs.
+    pub(crate) fn read(directory: &Path, experiment: &Experiment) -> Result<Self> {
+        if !experiment.settings().record.individuals {
+            let problem = "its individuals were not recorded (record.individuals = false)";
+            return Err(Failure::failed(format_args!("{}: {problem}", directory.display())));
+        }
+        let path = directory.join(INDIVIDUALS);
+        let bytes = disk::read(&path)?;
+        let Some(values) = bytes.strip_prefix(&Self::header(experiment)[..]) else {
+            return Err(Failure::corrupt(format_args!(
+                "{}: does not begin as this run's should",
+                path.display()
+            )));
+        };
+        Ok(Self {
+            genes: experiment.world().genes(),
+            population: experiment.settings().evolution.population as usize,
+            values: npy::floats(values),
+        })
+    }
+
+    /// How many there are, in whole generations.
+    pub(crate) fn len(&self) -> usize {
+        self.values.len() / (self.genes + 1) / self.population * self.population
+    }
+
+    /// Generation and number of the index-th individual.
+    pub(crate) fn place(&self, index: usize) -> (u32, u32) {
+        ((index / self.population) as u32, (index % self.population) as u32)
+    }
+
+    /// Genome and score of the index-th individual, counted through all generations.
+    pub(crate) fn get(&self, index: usize) -> Option<(&[f32], f32)> {
+        let own = self.values.get(index * (self.genes + 1)..)?.get(..=self.genes)?;
+        Some((&own[..self.genes], own[self.genes]))
+    }
+}

@@ -1,0 +1,310 @@
+//! The job of a run of single robots: generations, lives of the last offspring in reality if there is one, and the
+//! champion's life again for its trace.
+
+use std::sync::Arc;
+
+use oneiro::batch::{Record, Rollout};
+use oneiro::random::Key;
+
+use super::rows::Row;
+use super::trace::trace_every;
+use super::{FITNESS, GENERATIONS, INDIVIDUALS, POPULATION, Places, Single, champion, pictures};
+use crate::engine::job::{Added, Finished, Job, Place, Progress, Request, Results, Stage, Step};
+use crate::evolve::{Champion, Evolution, SavedEvolution};
+use crate::exit::{Failure, Result};
+use crate::experiment::settings::TrialScore;
+use crate::npy::npy;
+use crate::runs::Recording;
+use crate::statistics::mean;
+
+/// A run of single robots.
+pub(super) struct Evolving {
+    single: Arc<Single>,
+    places: Arc<Places>,
+    seed: u64,
+    recording: Recording,
+    evolution: Evolution,
+    /// Genomes and scores of the last generation, once all have been evaluated.
+    last: Option<(Vec<f32>, Vec<f32>)>,
+    /// Scores of the offspring of the last generation in the simulator, and of each of their lives in reality.
+    simulated: Vec<f32>,
+    real: Vec<f32>,
+    trace: Option<Vec<Record>>,
+}
+
+/// What the next request is for.
+#[derive(Clone, Copy, PartialEq)]
+enum Purpose {
+    Generation,
+    /// The last offspring, which nobody selected, in the simulator and in reality.
+    Simulated,
+    Real,
+    Trace,
+}
+
+type Saved = (SavedEvolution, Option<(Vec<f32>, Vec<f32>)>, Vec<f32>, Vec<f32>);
+
+impl Evolving {
+    pub(super) fn new(single: Arc<Single>, seed: u64, recording: Recording) -> Result<Self> {
+        Ok(Self {
+            places: single.places()?,
+            seed,
+            recording,
+            evolution: single.experiment.evolution(seed),
+            single,
+            last: None,
+            simulated: Vec::new(),
+            real: Vec::new(),
+            trace: None,
+        })
+    }
+
+    /// Continues from what [`Job::save`] gave.
+    pub(super) fn restored(mut self, saved: &[u8]) -> Result<Self> {
+        let (evolution, last, simulated, real): Saved =
+            postcard::from_bytes(saved).map_err(|_| Failure::corrupt("a saved run has another content"))?;
+        self.evolution.restore(evolution)?;
+        if self.evolution.is_finished() != last.is_some() {
+            return Err(Failure::corrupt("a saved run lacks its last generation"));
+        }
+        Ok(Self {
+            last,
+            simulated,
+            real,
+            ..self
+        })
+    }
+
+    fn purpose(&self) -> Option<Purpose> {
+        let has_reality = self.single.has_reality();
+        if !self.evolution.is_finished() {
+            Some(Purpose::Generation)
+        } else if has_reality && self.simulated.is_empty() {
+            Some(Purpose::Simulated)
+        } else if has_reality && self.real.is_empty() {
+            Some(Purpose::Real)
+        } else if self.recording == Recording::Directory && self.trace.is_none() {
+            Some(Purpose::Trace)
+        } else {
+            None
+        }
+    }
+
+    fn champion(&self) -> Result<&Champion> {
+        let champion = self.evolution.champion();
+        champion.ok_or_else(|| Failure::failed("a run has no generation"))
+    }
+
+    /// The keys of the champion's lives.
+    fn keys(&self, champion: &Champion) -> Vec<Key> {
+        let trials = self.single.experiment.settings().trials;
+        keys(self.seed, champion.generation, champion.individual, trials).collect()
+    }
+
+    /// Each individual's lives in the simulator.
+    fn simulated_lives(&self) -> impl Iterator<Item = Rollout<'_>> {
+        let (seed, generation) = (self.seed, self.evolution.generation());
+        let trials = self.single.experiment.settings().trials;
+        let each = move |(genes, individual)| {
+            keys(seed, generation, individual, trials).map(move |key| Rollout { world: 0, genes, key })
+        };
+        self.evolution.ask().genomes().zip(0..).flat_map(each)
+    }
+
+    /// A life of each individual with each robot of reality.
+    fn real_lives(&self) -> impl Iterator<Item = Rollout<'_>> {
+        let (seed, generation) = (self.seed, self.evolution.generation());
+        (0..self.places.reality.len()).flat_map(move |robot| {
+            let each = move |(genes, individual): (_, u32)| Rollout {
+                world: robot,
+                genes,
+                // No simulated trial has so large a number.
+                key: Key::rollout(seed, generation.into(), individual.into(), (1 << 32) + robot as u64),
+            };
+            self.evolution.ask().genomes().zip(0..).map(each)
+        })
+    }
+
+    fn scores(&self, fitness: &[f32]) -> Vec<f32> {
+        let settings = self.single.experiment.settings();
+        let lives = fitness.chunks_exact(settings.trials as usize);
+        lives.map(|lives| score(settings.trial_score, lives)).collect()
+    }
+
+    /// Takes the fitness of a generation.
+    fn bred(&mut self, fitness: &[f32]) -> Result<Step> {
+        let settings = self.single.experiment.settings();
+        let generation = self.evolution.tell(self.scores(fitness))?;
+        let done = self.evolution.generation();
+        let best = self.champion()?.fitness;
+        let line = Row::new(&generation, settings.evolution.parents).line();
+        let mut added = vec![Added {
+            file: GENERATIONS,
+            bytes: line.into_bytes(),
+        }];
+        if settings.record.individuals && self.recording == Recording::Directory {
+            let genomes = generation.population.genomes().zip(&generation.fitness);
+            let values = genomes.flat_map(|(genome, fitness)| genome.iter().chain([fitness]));
+            added.push(Added {
+                file: INDIVIDUALS,
+                bytes: values.flat_map(|value| value.to_le_bytes()).collect(),
+            });
+        }
+        let is_finished = self.evolution.is_finished();
+        if is_finished {
+            self.last = Some((generation.population.values().to_vec(), generation.fitness));
+        }
+        Ok(Step {
+            added,
+            progress: Some(Progress { done, best }),
+            is_checkpoint: !is_finished && done.is_multiple_of(settings.record.checkpoint_every),
+        })
+    }
+
+    /// Takes the champion's life for its trace, which must be what it was.
+    fn traced(&mut self, results: &Results<'_>) -> Result {
+        let champion = self.champion()?;
+        let (then, now) = (
+            champion.fitness,
+            results.fitness.first().copied().unwrap_or(f32::NAN),
+        );
+        if self.single.experiment.settings().trials == 1 && then.to_bits() != now.to_bits() {
+            return Err(Failure::failed(format_args!(
+                "seed {}: the champion's fitness was {then} (bits {:08x}) in its generation and is {now} (bits {:08x}) in \
+                 its trace; results of this device can't be trusted",
+                self.seed,
+                then.to_bits(),
+                now.to_bits()
+            )));
+        }
+        self.trace = Some(results.traces.first().cloned().unwrap_or_default());
+        Ok(())
+    }
+}
+
+impl Job for Evolving {
+    fn ask(&self) -> Option<Request<'_>> {
+        let purpose = self.purpose()?;
+        let experiment = &self.single.experiment;
+        let settings = experiment.settings();
+        let Places { simulator, reality } = &*self.places;
+        let simulator = std::slice::from_ref(simulator);
+        let individuals = self.evolution.ask().len() as u64;
+        let life = u64::from(settings.cycles);
+        let kernel = |places: &[Place]| places.first().map_or("", |place| place.world.kernel().name);
+        Some(match purpose {
+            Purpose::Generation | Purpose::Simulated => Request {
+                stage: Stage::lives(kernel(simulator)),
+                worlds: simulator,
+                rollouts: Box::new(self.simulated_lives()),
+                states: &[],
+                steps: individuals * u64::from(settings.trials) * life,
+            },
+            Purpose::Real => Request {
+                stage: Stage::lives(kernel(reality)),
+                worlds: reality,
+                rollouts: Box::new(self.real_lives()),
+                states: &[],
+                steps: individuals * reality.len() as u64 * life,
+            },
+            Purpose::Trace => {
+                let champion = self.evolution.champion()?;
+                let life_again = Rollout {
+                    world: 0,
+                    genes: &champion.genome,
+                    key: self.keys(champion)[0],
+                };
+                Request {
+                    stage: Stage {
+                        trace_every: Some(trace_every(experiment)),
+                        ..Stage::lives(kernel(simulator))
+                    },
+                    worlds: simulator,
+                    rollouts: Box::new(std::iter::once(life_again)),
+                    states: &[],
+                    steps: life,
+                }
+            }
+        })
+    }
+
+    fn tell(&mut self, results: &Results<'_>) -> Result<Step> {
+        match self.purpose() {
+            Some(Purpose::Generation) => return self.bred(results.fitness),
+            Some(Purpose::Simulated) => self.simulated = self.scores(results.fitness),
+            Some(Purpose::Real) => self.real = results.fitness.to_vec(),
+            Some(Purpose::Trace) => self.traced(results)?,
+            None => (),
+        }
+        Ok(Step::default())
+    }
+
+    /// A trace is not saved: it is asked for again.
+    fn save(&self) -> Vec<u8> {
+        let saved: (_, &Option<(Vec<f32>, Vec<f32>)>, &[f32], &[f32]) =
+            (self.evolution.save(), &self.last, &self.simulated, &self.real);
+        postcard::to_allocvec(&saved).expect("numbers")
+    }
+
+    fn finish(&mut self, table: &str) -> Result<Finished> {
+        let champion = self.champion()?;
+        let keys = self.keys(champion);
+        let mut files = champion::files(champion, self.seed, &keys).to_vec();
+        if let Some((genomes, fitness)) = &self.last {
+            let shape = [fitness.len(), genomes.len() / fitness.len()];
+            files.push((POPULATION, npy(&shape, genomes)));
+            files.push((FITNESS, npy(&shape[..1], fitness)));
+        }
+        let corrupt = |problem| Failure::corrupt(format_args!("{GENERATIONS}: {problem}"));
+        let rows = Row::parse(table).map_err(corrupt)?;
+        if let Some(trace) = &self.trace {
+            files.extend(pictures::all(&self.single.experiment, self.seed, champion, trace, &rows));
+        }
+        let last = rows.last().ok_or_else(|| corrupt("there is no generation".into()))?;
+        let nan: u64 = rows.iter().map(|row| u64::from(row.nan)).sum();
+        let mut cells = vec![
+            champion.fitness.to_string(),
+            champion.generation.to_string(),
+            champion.individual.to_string(),
+            format!("{:.6}", last.peak),
+            format!("{:.6}", last.mean),
+            nan.to_string(),
+        ];
+        if self.single.has_reality() {
+            let mean_of = |fitness: &[f32]| mean(&fitness.iter().copied().map(f64::from).collect::<Vec<_>>());
+            let best = self.real.iter().copied().fold(f32::NAN, f32::max);
+            cells.push(format!("{:.6}", mean_of(&self.simulated)));
+            cells.push(format!("{:.6}", mean_of(&self.real)));
+            cells.push(best.to_string());
+        }
+        Ok(Finished { files, cells })
+    }
+}
+
+/// The keys of an individual's lives.
+pub(crate) fn keys(seed: u64, generation: u32, individual: u32, trials: u32) -> impl Iterator<Item = Key> {
+    (0..trials).map(move |trial| Key::rollout(seed, generation.into(), individual.into(), trial.into()))
+}
+
+/// An individual's score: the mean or the least of its lives; NaN if one of them is.
+pub(crate) fn score(kind: TrialScore, lives: &[f32]) -> f32 {
+    let nan = lives.iter().copied().find(|life| life.is_nan());
+    nan.unwrap_or_else(|| match kind {
+        TrialScore::Mean => (lives.iter().map(|&life| f64::from(life)).sum::<f64>() / lives.len() as f64) as f32,
+        TrialScore::Least => lives.iter().copied().fold(f32::INFINITY, f32::min),
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn scores_of_several_lives() {
+        assert_eq!(score(TrialScore::Mean, &[1.0, 2.0, 6.0]), 3.0);
+        assert_eq!(score(TrialScore::Least, &[1.0, -2.0, 6.0]), -2.0);
+        assert_eq!(score(TrialScore::Mean, &[0.1]), 0.1);
+        assert!(score(TrialScore::Least, &[1.0, f32::NAN]).is_nan());
+        assert!(score(TrialScore::Mean, &[f32::NAN, 1.0]).is_nan());
+    }
+}

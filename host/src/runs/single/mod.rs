@@ -1,0 +1,300 @@
+//! Evolutions of single robots.
+//!
+//! | file | content |
+//! |---|---|
+//! | [`job`] | the state machine: generations, reality, the champion's trace |
+//! | [`rows`], [`individuals`], [`champion`], [`trace`], [`pictures`] | the files of a run |
+//! | [`check`], [`replay`], [`audit`] | what the commands do for such runs |
+
+mod audit;
+mod champion;
+mod check;
+mod individuals;
+pub(crate) mod job;
+mod pictures;
+mod replay;
+mod rows;
+mod trace;
+
+use std::path::Path;
+use std::sync::{Arc, OnceLock};
+
+use oneiro::batch::Worlds;
+use oneiro::surrogate::{Differences, Surrogate};
+use oneiro::world::{Noise, World, WorldSpec};
+use serde_json::json;
+
+use super::{Audit, Column, Holds, Reality, Recorded, Recording, Shown, Summary, Table};
+use crate::cli;
+use crate::console::{Console, decimal};
+use crate::engine::disk;
+use crate::engine::handle::Engine;
+use crate::engine::job::{Job, Place};
+use crate::evolve::Champion;
+use crate::exit::{Failure, Result};
+use crate::experiment::{Experiment, Identities, Input};
+use individuals::Individuals;
+use job::Evolving;
+use rows::Row;
+
+const GENERATIONS: &str = "generations.csv";
+const INDIVIDUALS: &str = "individuals.npy";
+const CHAMPION: &str = "champion.json";
+const CHAMPION_GENES: &str = "champion.npy";
+const POPULATION: &str = "population.npy";
+const FITNESS: &str = "fitness.npy";
+const TRACE: &str = "trace.csv";
+const PATH: &str = "path.svg";
+const LEARNING_CURVE: &str = "learning-curve.svg";
+
+/// Of the champion the fitness and whose it was; of the last generation the mean of the parents and of all; scores of
+/// the whole run that are NaN.
+const OUTCOMES: [Column; 6] = [
+    ("best", Holds::Number),
+    ("best_generation", Holds::Whole),
+    ("best_individual", Holds::Whole),
+    ("peak", Holds::Number),
+    ("mean", Holds::Number),
+    ("nan", Holds::Whole),
+];
+/// Of the last offspring, which nobody selected: their mean fitness in the simulator, their mean and their best in
+/// reality.
+const OUTCOMES_OF_REALITY: [Column; 3] = [
+    ("simulated", Holds::Number),
+    ("real", Holds::Number),
+    ("real_best", Holds::Number),
+];
+const COLUMNS: [Column; 9] = [
+    ("generation", Holds::Whole),
+    ("best", Holds::Number),
+    ("peak", Holds::Number),
+    ("mean", Holds::Number),
+    ("least", Holds::Number),
+    ("deviation", Holds::Number),
+    ("individual", Holds::Whole),
+    ("nan", Holds::Whole),
+    ("best_bits", Holds::Text),
+];
+
+/// An experiment with single robots.
+#[derive(Debug)]
+pub(crate) struct Single {
+    experiment: Experiment,
+    /// The surrogates whose reality the last offspring are evaluated in too, and how far they are from the simulator.
+    robots: Vec<u64>,
+    severity: f32,
+    /// Made when the first run begins.
+    places: OnceLock<Arc<Places>>,
+}
+
+/// The worlds of runs.
+#[derive(Debug)]
+struct Places {
+    simulator: Place,
+    /// A world for each robot.
+    reality: Vec<Place>,
+}
+
+impl Single {
+    pub(super) fn new(experiment: Experiment, reality: Option<Reality<'_>>) -> Self {
+        Self {
+            experiment,
+            robots: reality.map_or_else(Vec::new, |reality| reality.robots.to_vec()),
+            severity: reality.map_or(0.0, |reality| reality.severity),
+            places: OnceLock::new(),
+        }
+    }
+
+    fn places(&self) -> Result<Arc<Places>> {
+        if let Some(places) = self.places.get() {
+            return Ok(Arc::clone(places));
+        }
+        let key = self.experiment.world_identity();
+        let simulator = self.experiment.world();
+        let of_robot = |&robot: &u64| {
+            let world = World::new(WorldSpec {
+                surrogate: Some(Arc::new(Surrogate::drawn(robot, Differences::all(self.severity)))),
+                noise: Noise::NONE,
+                ..simulator.spec().clone()
+            })?;
+            let mut own = blake3::Hasher::new();
+            own.update(key.as_bytes());
+            own.update(&self.severity.to_bits().to_le_bytes());
+            own.update(&robot.to_le_bytes());
+            Ok(Place {
+                key: own.finalize(),
+                world: Arc::new(world),
+            })
+        };
+        let places = Places {
+            reality: self.robots.iter().map(of_robot).collect::<Result<_>>()?,
+            simulator: Place {
+                key,
+                world: Arc::new(simulator.clone()),
+            },
+        };
+        Ok(Arc::clone(self.places.get_or_init(|| Arc::new(places))))
+    }
+
+    fn has_reality(&self) -> bool {
+        !self.robots.is_empty()
+    }
+}
+
+/// The table of generations of a run.
+fn rows(directory: &Path) -> Result<Vec<Row>> {
+    let path = directory.join(GENERATIONS);
+    let rows = Row::parse(&disk::read_text(&path)?);
+    rows.map_err(|problem| Failure::corrupt(format_args!("{}: {problem}", path.display())))
+}
+
+impl super::Experiment for Single {
+    fn name(&self) -> &str {
+        self.experiment.name()
+    }
+
+    fn seed(&self) -> Option<u64> {
+        self.experiment.settings().seed
+    }
+
+    fn warnings(&self) -> &[String] {
+        self.experiment.warnings()
+    }
+
+    fn inputs(&self) -> &[Input] {
+        self.experiment.inputs()
+    }
+
+    fn resolved_toml(&self, seed: u64) -> String {
+        self.experiment.resolved_toml(seed)
+    }
+
+    fn identities(&self) -> Identities {
+        self.experiment.identities()
+    }
+
+    fn length(&self) -> u32 {
+        self.experiment.settings().evolution.generations
+    }
+
+    fn steps(&self) -> u64 {
+        let settings = self.experiment.settings();
+        let evolution = &settings.evolution;
+        let generation = u64::from(evolution.population) * u64::from(settings.cycles);
+        let lives = u64::from(evolution.generations).saturating_mul(u64::from(settings.trials));
+        // The last offspring live in the simulator once more, and in reality.
+        let reality = match self.robots.len() as u64 {
+            0 => 0,
+            robots => 1 + robots,
+        };
+        generation.saturating_mul(lives.saturating_add(reality))
+    }
+
+    fn kernel(&self) -> &'static str {
+        self.experiment.world().kernel().name
+    }
+
+    fn bytes(&self) -> u64 {
+        let evolution = &self.experiment.settings().evolution;
+        let genes = self.experiment.world().genes() as u64;
+        // Parents, offspring and a batch's inputs; a line of the table for each generation.
+        3 * u64::from(evolution.population) * genes * 4 + u64::from(evolution.generations) * 64
+    }
+
+    fn sample(&self) -> Result<Worlds> {
+        Ok(Worlds::new(std::slice::from_ref(self.experiment.world()))?)
+    }
+
+    fn job(self: Arc<Self>, seed: u64, recording: Recording) -> Result<Box<dyn Job>> {
+        Ok(Box::new(Evolving::new(self, seed, recording)?))
+    }
+
+    fn restored(self: Arc<Self>, seed: u64, recording: Recording, saved: &[u8]) -> Result<Box<dyn Job>> {
+        Ok(Box::new(Evolving::new(self, seed, recording)?.restored(saved)?))
+    }
+
+    fn tables(&self, recording: Recording) -> Vec<Table> {
+        let mut tables = vec![Table {
+            file: GENERATIONS,
+            head: Row::HEAD.into(),
+        }];
+        if recording == Recording::Directory && self.experiment.settings().record.individuals {
+            tables.push(Table {
+                file: INDIVIDUALS,
+                head: Individuals::header(&self.experiment),
+            });
+        }
+        tables
+    }
+
+    fn results(&self) -> &'static [&'static str] {
+        &[GENERATIONS, CHAMPION, CHAMPION_GENES, POPULATION, FITNESS]
+    }
+
+    fn outcomes(&self) -> Vec<Column> {
+        let reality: &[Column] = if self.has_reality() { &OUTCOMES_OF_REALITY } else { &[] };
+        [&OUTCOMES, reality].concat()
+    }
+
+    fn columns(&self) -> &'static [Column] {
+        &COLUMNS
+    }
+
+    fn shown(&self) -> Shown {
+        let by = if self.has_reality() {
+            ("real", "mean fitness of the last offspring in reality")
+        } else {
+            ("peak", "mean fitness of the last generation's parents")
+        };
+        Shown {
+            by,
+            time: ("generation", "generation"),
+            value: ("peak", "mean fitness of the parents"),
+        }
+    }
+
+    fn summary(&self, run: &Recorded<'_>) -> Result<Summary> {
+        let Champion {
+            generation,
+            individual,
+            fitness,
+            ..
+        } = champion::read(run.directory, self.experiment.world().genes())?;
+        let nan: u64 = rows(run.directory)?.iter().map(|row| u64::from(row.nan)).sum();
+        let bits = format!("{:08x}", fitness.to_bits());
+        let warning = format!("{}: {nan} scores were NaN; they ranked last", run.directory.display());
+        Ok(Summary {
+            line: (
+                "champion",
+                format!("fitness {fitness} (bits {bits}), individual {individual} of generation {generation}"),
+            ),
+            values: vec![
+                ("fitness", decimal(fitness)),
+                ("bits", json!(bits)),
+                ("generation", json!(generation)),
+                ("individual", json!(individual)),
+                ("nan", json!(nan)),
+            ],
+            cells: vec![("fitness", fitness.to_string()), ("generation", generation.to_string())],
+            warnings: if nan > 0 { vec![warning] } else { Vec::new() },
+        })
+    }
+
+    fn progress(&self, run: &Recorded<'_>) -> Result<(u32, Option<f32>)> {
+        let rows = rows(run.directory)?;
+        let numbers = rows.iter().map(|row| row.best).filter(|best| !best.is_nan());
+        Ok((rows.len() as u32, numbers.reduce(f32::max)))
+    }
+
+    fn check(&self, arguments: &cli::Check, console: Console) -> Result {
+        check::run(&self.experiment, arguments, console)
+    }
+
+    fn replay(&self, run: &Recorded<'_>, arguments: &cli::Replay, console: Console) -> Result {
+        replay::run(&self.experiment, run, arguments, console)
+    }
+
+    fn audit(&self, run: &Recorded<'_>, share: f64, engine: &Engine, console: Console) -> Result<Audit> {
+        audit::run(&self.experiment, run, share, engine, console)
+    }
+}

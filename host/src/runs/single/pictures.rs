@@ -1,0 +1,54 @@
+//! A finished run in pictures: its champion's life, and how it learned.
+
+use oneiro::batch::Record;
+
+use super::rows::Row;
+use super::trace::{trace_csv, trace_every};
+use super::{LEARNING_CURVE, PATH, TRACE};
+use crate::evolve::Champion;
+use crate::experiment::Experiment;
+use crate::report::figures::{self, Series};
+
+/// The trace of the champion's life, its path, and the learning curve.
+pub(super) fn all(
+    experiment: &Experiment,
+    seed: u64,
+    champion: &Champion,
+    trace: &[Record],
+    rows: &[Row],
+) -> [(&'static str, Vec<u8>); 3] {
+    let every = trace_every(experiment);
+    [
+        (TRACE, trace_csv(trace, every).into_bytes()),
+        (PATH, path_svg(experiment, seed, champion, trace, every).into_bytes()),
+        (LEARNING_CURVE, learning_curve_svg(experiment, seed, rows).into_bytes()),
+    ]
+}
+
+fn path_svg(experiment: &Experiment, seed: u64, champion: &Champion, trace: &[Record], every: u32) -> String {
+    let world = experiment.world().spec();
+    let Champion {
+        generation, individual, ..
+    } = champion;
+    let name = experiment.name();
+    let title = format!("{name}, seed {seed}: individual {individual} of generation {generation}");
+    figures::life(&world.arena, world.robot.body_radius, &title, trace, every)
+}
+
+fn learning_curve_svg(experiment: &Experiment, seed: u64, rows: &[Row]) -> String {
+    let series = |label, value: fn(&Row) -> f64| Series {
+        label,
+        values: rows.iter().map(value).collect(),
+    };
+    let title = format!("{}, seed {seed}", experiment.name());
+    let peak = format!("mean of the best {}", experiment.settings().evolution.parents);
+    figures::learning_curve(
+        &title,
+        "fitness",
+        &[
+            series("best", |row| f64::from(row.best)),
+            series(&peak, |row| row.peak),
+            series("mean", |row| row.mean),
+        ],
+    )
+}

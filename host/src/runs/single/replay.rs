@@ -1,0 +1,92 @@
+//! `oneiro replay`: a champion's life again.
+
+use std::fs;
+
+use oneiro::batch::{Batch, Rollout, TraceRequest};
+use serde_json::json;
+
+use super::job::{keys, score};
+use super::trace::trace_csv;
+use super::{Experiment, Recorded, champion};
+use crate::cli::Replay;
+use crate::console::{Console, decimal};
+use crate::device;
+use crate::exit::{Failure, Result};
+use crate::engine::disk::write as write_whole;
+use crate::report::figures;
+
+/// Lives the champion's lives again, compares its score with the recorded one, and writes one life's path and trace.
+pub(super) fn run(experiment: &Experiment, run: &Recorded<'_>, arguments: &Replay, console: Console) -> Result {
+    let champion = champion::read(run.directory, experiment.world().genes())?;
+    let settings = experiment.settings();
+    if arguments.trial >= settings.trials {
+        return Err(Failure::input(format_args!(
+            "--trial {}: no such life; allowed: 0 to {}",
+            arguments.trial,
+            settings.trials - 1
+        )));
+    }
+    let engine = device::engine(&arguments.backend)?;
+    let worlds = std::slice::from_ref(experiment.world());
+    let rollouts: Vec<Rollout<'_>> = keys(run.seed, champion.generation, champion.individual, settings.trials)
+        .map(|key| Rollout {
+            world: 0,
+            genes: &champion.genome,
+            key,
+        })
+        .collect();
+    let lives = engine.evaluate(Batch::new(worlds, &rollouts, None)?)?;
+    let own = score(settings.trial_score, &lives.fitness);
+    let (bits, recorded) = (own.to_bits(), champion.fitness.to_bits());
+    if bits != recorded {
+        return Err(Failure::failed(format_args!(
+            "{}: the champion's recorded fitness is {} (bits {recorded:08x}), but {own} (bits {bits:08x}) on {}",
+            run.directory.display(),
+            champion.fitness,
+            engine.name()
+        )));
+    }
+
+    let shown = rollouts[arguments.trial as usize];
+    let every = arguments.every.min(experiment.world().cycles());
+    let traced = Batch::new(worlds, &[shown], Some(TraceRequest { every }))?;
+    let trace = engine.evaluate(traced)?.traces.into_iter().next().unwrap_or_default();
+    let device = engine.name();
+    device::close(engine, console);
+    let life = lives.fitness[arguments.trial as usize];
+    let title = format!(
+        "{}, seed {}: generation {}, fitness {life:.1}",
+        experiment.name(),
+        run.seed,
+        champion.generation
+    );
+    let spec = experiment.world().spec();
+    let picture = figures::life(&spec.arena, spec.robot.body_radius, &title, &trace, every);
+
+    let directory = arguments.out.as_deref().unwrap_or(run.directory);
+    fs::create_dir_all(directory).map_err(|error| Failure::unreadable(directory, &error))?;
+    let (path, table) = (directory.join("replay.svg"), directory.join("replay.csv"));
+    write_whole(&path, picture.as_bytes())?;
+    write_whole(&table, trace_csv(&trace, every).as_bytes())?;
+    let collisions = trace.iter().filter(|record| record.collided > 0.0).count();
+    if console.json() {
+        return console.json_data(&json!({
+            "generation": champion.generation,
+            "individual": champion.individual,
+            "fitness": decimal(champion.fitness),
+            "bits": format!("{bits:08x}"),
+            "collisions": collisions,
+            "path": path.display().to_string(),
+            "trace": table.display().to_string(),
+            "device": device,
+        }));
+    }
+    console.data(format!(
+        "generation {}, individual {}: fitness {} (bits {bits:08x}), as recorded\n{}\n{}",
+        champion.generation,
+        champion.individual,
+        champion.fitness,
+        path.display(),
+        table.display()
+    ))
+}

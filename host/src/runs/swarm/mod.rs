@@ -1,0 +1,238 @@
+//! Swarms whose on-board simulators evolve: [`crate::swarm`] has the algorithm.
+
+mod replay;
+
+use std::path::Path;
+use std::sync::Arc;
+
+use oneiro::batch::Worlds;
+use oneiro::foraging::Light;
+use serde_json::json;
+
+use super::{Audit, Column, Experiment, Holds, Recorded, Recording, Shown, Summary, Table};
+use crate::cli;
+use crate::console::Console;
+use crate::engine::disk;
+use crate::engine::handle::Engine;
+use crate::engine::job::Job;
+use crate::engine::watcher::Watcher;
+use crate::exit::{Failure, Result};
+use crate::experiment::swarm::SwarmExperiment;
+use crate::experiment::{Identities, Input};
+use crate::swarm::job::SwarmJob;
+use crate::swarm::lived::{Case, Run};
+use crate::swarm::steps;
+use crate::swarm::tables::{FOOD, INTERVALS, INTERVALS_HEAD};
+
+/// Food in all and per robot-minute; per robot-minute in the last fifth of the time, and there the share of simulators
+/// that have the light where it is, and their mean gene.
+const OUTCOMES: [Column; 5] = [
+    ("brought", Holds::Whole),
+    ("rate", Holds::Number),
+    ("late_rate", Holds::Number),
+    ("late_right", Holds::Number),
+    ("late_s0", Holds::Number),
+];
+const COLUMNS: [Column; 11] = [
+    ("interval", Holds::Whole),
+    ("robot", Holds::Whole),
+    ("s0", Holds::Number),
+    ("chosen_under", Holds::Number),
+    ("g0", Holds::Number),
+    ("g1", Holds::Number),
+    ("real", Holds::Number),
+    ("simulated", Holds::Number),
+    ("heard", Holds::Whole),
+    ("reached", Holds::Whole),
+    ("taken", Holds::Whole),
+];
+
+/// Food of a run by its table, in each second.
+fn food(directory: &Path) -> Result<Vec<u32>> {
+    let path = directory.join(FOOD);
+    let text = disk::read_text(&path)?;
+    let of_line = |line: &str| line.split_once(',')?.1.parse().ok();
+    let seconds: Option<Vec<u32>> = text.lines().skip(1).map(of_line).collect();
+    seconds.ok_or_else(|| Failure::corrupt(format_args!("{}: is no table of food", path.display())))
+}
+
+/// Runs a recorded run again.
+fn again(experiment: &SwarmExperiment, seed: u64, engine: &Engine, console: Console) -> Result<SwarmJob> {
+    let plan = experiment.plan(seed);
+    let mut watcher = Watcher::new(steps(&plan), "foraging", None, console);
+    let jobs = engine.finished(vec![SwarmJob::new(plan).keeping_lines()], &mut watcher)?;
+    let job = jobs.into_iter().next();
+    job.ok_or_else(|| Failure::failed("a swarm gave nothing"))
+}
+
+/// The first table that is not what was recorded, if any.
+fn difference(run: &Run, directory: &Path) -> Result<Option<String>> {
+    let tables = [
+        (INTERVALS, INTERVALS_HEAD.to_owned() + &run.interval_rows()),
+        (FOOD, run.food_table()),
+    ];
+    for (name, text) in tables {
+        if disk::read_text(&directory.join(name))? != text {
+            return Ok(Some(format!("{name} is not what this device computes")));
+        }
+    }
+    Ok(None)
+}
+
+impl Experiment for SwarmExperiment {
+    fn name(&self) -> &str {
+        self.name()
+    }
+
+    fn seed(&self) -> Option<u64> {
+        self.seed()
+    }
+
+    fn warnings(&self) -> &[String] {
+        &[]
+    }
+
+    fn inputs(&self) -> &[Input] {
+        &[]
+    }
+
+    fn resolved_toml(&self, seed: u64) -> String {
+        self.resolved_toml(seed)
+    }
+
+    fn identities(&self) -> Identities {
+        self.identities()
+    }
+
+    fn length(&self) -> u32 {
+        self.settings().minutes
+    }
+
+    fn steps(&self) -> u64 {
+        steps(&self.plan(0))
+    }
+
+    fn kernel(&self) -> &'static str {
+        // Where nothing evolves, the arena is all there is.
+        if self.settings().case == Case::Random {
+            oneiro_shaders::SWARM.name
+        } else {
+            oneiro_shaders::FORAGER.name
+        }
+    }
+
+    fn bytes(&self) -> u64 {
+        let settings = self.settings();
+        u64::from(settings.robots) * u64::from(settings.seconds()) * 64
+    }
+
+    fn sample(&self) -> Result<Worlds> {
+        Ok(Worlds::new(&[self.settings().simulator(Light::OverNest)])?)
+    }
+
+    fn job(self: Arc<Self>, seed: u64, _: Recording) -> Result<Box<dyn Job>> {
+        Ok(Box::new(SwarmJob::new(self.plan(seed))))
+    }
+
+    fn restored(self: Arc<Self>, seed: u64, _: Recording, saved: &[u8]) -> Result<Box<dyn Job>> {
+        Ok(Box::new(SwarmJob::restore(self.plan(seed), saved)?))
+    }
+
+    fn tables(&self, _: Recording) -> Vec<Table> {
+        vec![Table {
+            file: INTERVALS,
+            head: INTERVALS_HEAD.into(),
+        }]
+    }
+
+    fn results(&self) -> &'static [&'static str] {
+        &[INTERVALS, FOOD]
+    }
+
+    fn outcomes(&self) -> Vec<Column> {
+        OUTCOMES.to_vec()
+    }
+
+    fn columns(&self) -> &'static [Column] {
+        &COLUMNS
+    }
+
+    fn shown(&self) -> Shown {
+        Shown {
+            by: ("rate", "food per robot-minute"),
+            time: ("interval", "interval"),
+            value: ("real", "real fitness of a robot's interval"),
+        }
+    }
+
+    fn summary(&self, run: &Recorded<'_>) -> Result<Summary> {
+        let brought: u32 = food(run.directory)?.iter().sum();
+        Ok(Summary {
+            line: ("food", brought.to_string()),
+            values: vec![("brought", json!(brought))],
+            cells: vec![("food", brought.to_string())],
+            warnings: Vec::new(),
+        })
+    }
+
+    fn progress(&self, run: &Recorded<'_>) -> Result<(u32, Option<f32>)> {
+        if !run.is_done {
+            let minutes = checkpointed(run.directory).unwrap_or(0);
+            return Ok((minutes, None));
+        }
+        let food = food(run.directory)?;
+        Ok((food.len() as u32 / 60, Some(food.iter().sum::<u32>() as f32)))
+    }
+
+    fn check(&self, arguments: &cli::Check, console: Console) -> Result {
+        let settings = self.settings();
+        if arguments.out.is_some() {
+            return Err(Failure::usage("--out: an arena of a swarm is drawn by `oneiro replay`"));
+        }
+        if console.json() {
+            return console.json_data(&json!({
+                "name": self.name(),
+                "robot_steps": Experiment::steps(self),
+                "settings": settings,
+            }));
+        }
+        console.data(format!(
+            "{} is valid\n  case        {}\n  robots      {}, for {} minutes\n  arena       radius {} mm\n  work        \
+             {:.1} million robot-steps a run",
+            self.name(),
+            settings.case.title(),
+            settings.robots,
+            settings.minutes,
+            settings.arena.radius_mm,
+            Experiment::steps(self) as f64 / 1e6
+        ))
+    }
+
+    fn replay(&self, run: &Recorded<'_>, arguments: &cli::Replay, console: Console) -> Result {
+        replay::run(self, run, arguments, console)
+    }
+
+    /// The whole run: the share does not matter.
+    fn audit(&self, run: &Recorded<'_>, _: f64, engine: &Engine, console: Console) -> Result<Audit> {
+        let directory = run.directory.display();
+        if !run.is_done {
+            return Err(Failure::failed(format_args!(
+                "{directory}: is not finished; `oneiro resume` goes on with it"
+            )));
+        }
+        let again = again(self, run.seed, engine, console)?.run();
+        let problem = difference(&again, run.directory)?;
+        let text = match &problem {
+            None => format!("{directory}: as recorded, all of it, on {}", engine.name()),
+            Some(problem) => format!("{directory}: {problem}"),
+        };
+        let value = json!({ "directory": directory.to_string(), "problem": problem });
+        Ok(Audit { text, value, problem })
+    }
+}
+
+/// Minutes at a run's newest checkpoint.
+fn checkpointed(directory: &Path) -> Option<u32> {
+    let (newest, _) = crate::engine::checkpoint::list(directory).ok()?.into_iter().next()?;
+    u32::try_from(newest).ok()
+}

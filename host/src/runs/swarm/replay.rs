@@ -1,0 +1,70 @@
+//! `oneiro replay` of a swarm: a page that plays it.
+
+use std::fs;
+
+use oneiro::swarm::SECOND;
+use serde_json::json;
+
+use super::{again, difference};
+use crate::cli::Replay;
+use crate::console::Console;
+use crate::device;
+use crate::engine::disk;
+use crate::exit::{Failure, Result};
+use crate::experiment::swarm::SwarmExperiment;
+use crate::report::figures::{self, Genes, SwarmReplay};
+use crate::runs::Recorded;
+use crate::swarm::lived::RobotInterval;
+
+/// Runs a finished run again, and writes a page that plays it.
+pub(super) fn run(
+    experiment: &SwarmExperiment,
+    recorded: &Recorded<'_>,
+    arguments: &Replay,
+    console: Console,
+) -> Result {
+    let engine = device::engine(&arguments.backend)?;
+    let job = again(experiment, recorded.seed, &engine, console)?;
+    let device = engine.name();
+    device::close(engine, console);
+    let run = job.run();
+    if let Some(problem) = difference(&run, recorded.directory)? {
+        return Err(Failure::failed(format_args!("{}: {problem}", recorded.directory.display())));
+    }
+    let settings = experiment.settings();
+    let genes: Vec<Vec<Genes>> = (0..run.intervals.first().map_or(0, Vec::len))
+        .map(|robot| {
+            let clock = settings.clock.interval_s;
+            let of = |(interval, robots): (usize, &Vec<_>)| {
+                let own: &RobotInterval = &robots[robot];
+                Genes {
+                    cycle: SECOND * (u32::from(run.switched_on[robot]) + interval as u32 * clock),
+                    s0: own.s0,
+                    g0: own.g0,
+                    g1: own.g1,
+                }
+            };
+            run.intervals.iter().enumerate().map(of).collect()
+        })
+        .collect();
+    let page = figures::swarm_page(&SwarmReplay {
+        title: &format!("{}, seed {}", experiment.name(), recorded.seed),
+        swarm: &settings.swarm(),
+        lamp: settings.case.lamp(SECOND * settings.light_moves()),
+        every: SECOND,
+        lines: job.lines(),
+        genes: &genes,
+    });
+    let directory = arguments.out.as_deref().unwrap_or(recorded.directory);
+    fs::create_dir_all(directory).map_err(|error| Failure::unreadable(directory, &error))?;
+    let path = directory.join("replay.html");
+    disk::write(&path, page.as_bytes())?;
+    if console.json() {
+        return console.json_data(&json!({
+            "brought": run.total(),
+            "page": path.display().to_string(),
+            "device": device,
+        }));
+    }
+    console.data(format!("food {}, as recorded\n{}", run.total(), path.display()))
+}

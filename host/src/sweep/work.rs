@@ -1,0 +1,185 @@
+//! A shard's runs, for the engine: they begin from the sweep's cells, and what they give goes to the shard's journal.
+
+use std::collections::BTreeMap;
+use std::sync::{Arc, Weak};
+use std::time::{Duration, Instant};
+
+use super::journal::{Journal, Outcome, Saved};
+use super::{Plan, RunIndex, Sweep};
+use crate::engine::job::{Job, Step};
+use crate::engine::scheduler::{RunNumber, Runs, UnderWay, Waiting};
+use crate::exit::{Failure, Result};
+use crate::record::result_of;
+use crate::runs::{Experiment, Recording};
+
+/// Bytes that runs under way may need in all.
+const MEMORY: u64 = 512 << 20;
+
+/// A shard's runs while they are done.
+pub(crate) struct Work<'a> {
+    sweep: &'a Sweep,
+    plan: &'a Plan,
+    journal: &'a Journal,
+    /// The experiments of cells with runs under way.
+    cells: BTreeMap<usize, Weak<dyn Experiment>>,
+    /// Runs that a checkpoint held, and that have not begun again yet.
+    saved: BTreeMap<RunIndex, Saved>,
+    under_way: BTreeMap<RunNumber, Recorded>,
+    checkpoint_every: Duration,
+    checkpointed: Instant,
+}
+
+/// What a run under way has recorded.
+struct Recorded {
+    experiment: Arc<dyn Experiment>,
+    done: u32,
+    /// Its tables so far.
+    tables: Vec<(&'static str, Vec<u8>)>,
+}
+
+
+impl<'a> Work<'a> {
+    /// Of a sweep; `saved` are the runs that were under way when the last process stopped.
+    pub(crate) fn new(
+        (sweep, plan): (&'a Sweep, &'a Plan),
+        saved: Vec<Saved>,
+        checkpoint_every: Duration,
+        journal: &'a Journal,
+    ) -> Self {
+        Self {
+            sweep,
+            plan,
+            journal,
+            cells: BTreeMap::new(),
+            saved: saved.into_iter().map(|saved| (saved.run, saved)).collect(),
+            under_way: BTreeMap::new(),
+            checkpoint_every,
+            checkpointed: Instant::now(),
+        }
+    }
+
+    /// Some runs of the sweep, as the engine takes them: those that were under way first.
+    pub(crate) fn waiting(&self, mut runs: Vec<RunIndex>) -> Vec<Waiting> {
+        runs.sort_by_key(|run| !self.saved.contains_key(run));
+        let waiting = |run: RunIndex| Waiting {
+            run: run as RunNumber,
+            kernel: self.plan.kernels[self.sweep.cell_of(run)],
+        };
+        runs.into_iter().map(waiting).collect()
+    }
+
+    /// Runs under way at most, as memory allows.
+    pub(crate) fn most(&self) -> usize {
+        (MEMORY / self.plan.bytes.max(1)).max(2) as usize
+    }
+
+    fn experiment(&mut self, cell: usize) -> Result<Arc<dyn Experiment>> {
+        if let Some(experiment) = self.cells.get(&cell).and_then(Weak::upgrade) {
+            return Ok(experiment);
+        }
+        let experiment = self.sweep.cell(cell)?;
+        self.cells.retain(|_, experiment| experiment.strong_count() > 0);
+        self.cells.insert(cell, Arc::downgrade(&experiment));
+        Ok(experiment)
+    }
+
+    fn recorded(&mut self, run: RunNumber) -> Result<&mut Recorded> {
+        let recorded = self.under_way.get_mut(&run);
+        recorded.ok_or_else(|| Failure::failed("a run has no tables"))
+    }
+
+    fn checkpoint(&mut self, under_way: &UnderWay<'_, Box<dyn Job>>) -> Result {
+        self.checkpointed = Instant::now();
+        let saved = |(run, job): &(RunNumber, &Box<dyn Job>)| {
+            let recorded = self.under_way.get(run)?;
+            Some(Saved {
+                run: *run as RunIndex,
+                done: recorded.done,
+                tables: recorded.tables.iter().map(|(_, bytes)| bytes.clone()).collect(),
+                job: job.save(),
+            })
+        };
+        // A run that is still to go on from an earlier checkpoint stays in the next.
+        let waiting = self.saved.values().cloned();
+        self.journal
+            .checkpoint(under_way.iter().filter_map(saved).chain(waiting).collect())
+    }
+}
+
+impl Runs for Work<'_> {
+    type Job = Box<dyn Job>;
+
+    fn begin(&mut self, run: RunNumber) -> Result<Box<dyn Job>> {
+        let index = run as RunIndex;
+        let experiment = self.experiment(self.sweep.cell_of(index))?;
+        let seed = self.sweep.seed_of(index);
+        // Individuals are not recorded in sweeps.
+        let tables: Vec<_> = experiment.tables(Recording::Tables);
+        let saved = self.saved.remove(&index).and_then(|saved| {
+            let job = Arc::clone(&experiment).restored(seed, Recording::Tables, &saved.job);
+            // One that does not fit begins anew.
+            (saved.tables.len() == tables.len()).then_some((job.ok()?, saved))
+        });
+        let (job, done, contents) = match saved {
+            Some((job, saved)) => (job, saved.done, saved.tables),
+            None => {
+                let heads = tables.iter().map(|table| table.head.clone()).collect();
+                (Arc::clone(&experiment).job(seed, Recording::Tables)?, 0, heads)
+            }
+        };
+        let recorded = Recorded {
+            experiment,
+            done,
+            tables: tables.iter().map(|table| table.file).zip(contents).collect(),
+        };
+        self.under_way.insert(run, recorded);
+        Ok(job)
+    }
+
+    fn record(&mut self, run: RunNumber, _: &Self::Job, step: Step) -> Result {
+        let recorded = self.recorded(run)?;
+        recorded.done = step.progress.map_or(recorded.done, |progress| progress.done);
+        for added in step.added {
+            if let Some((_, table)) = recorded.tables.iter_mut().find(|(file, _)| *file == added.file) {
+                table.extend(added.bytes);
+            }
+        }
+        Ok(())
+    }
+
+    fn finish(&mut self, run: RunNumber, mut job: Self::Job) -> Result {
+        let Some(recorded) = self.under_way.remove(&run) else {
+            return Err(Failure::failed("a run has no tables"));
+        };
+        let id = self.plan.ids[run];
+        let (_, table) = &recorded.tables[0];
+        let table = std::str::from_utf8(table).map_err(Failure::failed)?;
+        let finished = job.finish(table)?;
+        let tables = recorded.tables.iter().map(|(file, bytes)| (*file, &bytes[..]));
+        let files = finished.files.iter().map(|(file, bytes)| (*file, &bytes[..]));
+        let files: Vec<_> = tables.chain(files).collect();
+        let outcome = Outcome {
+            run: run as RunIndex,
+            cells: finished.cells,
+            generations: table[self.plan.head.len()..].to_owned(),
+            result: result_of(id, recorded.experiment.results(), &files),
+        };
+        self.journal.done(outcome, id)
+    }
+
+    fn pause(&mut self, under_way: &UnderWay<'_, Box<dyn Job>>) -> Result {
+        if self.checkpointed.elapsed() < self.checkpoint_every {
+            return Ok(());
+        }
+        self.checkpoint(under_way)
+    }
+
+    fn end(&mut self, under_way: &UnderWay<'_, Box<dyn Job>>) -> Result {
+        // Also when all is done: what the last checkpoint held is in the table of results by now.
+        self.checkpoint(under_way)
+    }
+
+    fn stopped(&self) -> String {
+        "stopped; the same command goes on".into()
+    }
+}
