@@ -50,9 +50,9 @@ fn of_checkpoints_are_told_and_the_one_before_is_used() {
         let whole = place.read(file);
         place.write(file, &whole[..whole.len() - 1]);
     };
-    // A good one, but in it the sweep is another.
+    // A good one, but in it the sweep is another: its hash follows the format's name, with its length, and a version.
     let foreign = |place: &Place, file: &Path| {
-        flip(place, file, 0);
+        flip(place, file, 1 + "oneiro checkpoint".len() + 1);
         let bytes = place.read(file);
         let (content, _) = bytes.split_last_chunk::<32>().unwrap();
         place.write(file, [content, blake3::hash(content).as_bytes()].concat());
@@ -64,7 +64,7 @@ fn of_checkpoints_are_told_and_the_one_before_is_used() {
         }),
         ("cut", damaged, cut),
         ("empty", damaged, |place, file| place.write(file, "")),
-        ("foreign", "is of another sweep", foreign),
+        ("foreign", "belongs to another sweep", foreign),
     ];
     for (out, problem, damage) in ways {
         copy(&place.at("killed"), &place.at(out));
