@@ -68,7 +68,10 @@ pub(crate) fn open<T: DeserializeOwned>(
         return Err(other(&format_args!("is of \"{}\"; allowed: \"{name}\"", header.name)));
     }
     if header.version != version {
-        return Err(other(&format_args!("is of version {}; allowed: {version}", header.version)));
+        return Err(other(&format_args!(
+            "is of version {}; allowed: {version}",
+            header.version
+        )));
     }
     if header.owner != *owner.as_bytes() {
         return Err(Problem::Owner);
@@ -105,8 +108,11 @@ mod tests {
     fn another_s_bytes_are_refused_by_what_differs() {
         let owner = blake3::hash(b"an experiment");
         let good = seal("thing", 1, &owner, &7_u32);
-        let problem =
-            |name, version, owner: &[u8]| open::<u32>(name, version, &blake3::hash(owner), &good).unwrap_err().to_string();
+        let problem = |name, version, owner: &[u8]| {
+            open::<u32>(name, version, &blake3::hash(owner), &good)
+                .unwrap_err()
+                .to_string()
+        };
         assert_eq!(
             problem("other", 1, b"an experiment"),
             "is of \"thing\"; allowed: \"other\""

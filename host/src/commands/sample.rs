@@ -2,14 +2,13 @@
 
 use std::path::Path;
 
-use oneiro::surrogate::{Differences, Surrogate};
 use oneiro::world::WorldSpec;
 
 use crate::cli::Sample;
 use crate::console::Console;
 use crate::exit::{Failure, Result};
 use crate::reality::sampling::{self, Notebook, Samples};
-use crate::reality::surrogate::SurrogateRobot;
+use crate::reality::site::{self, Site};
 use crate::reality::{Object, Reality};
 use crate::record::write_whole;
 use crate::report::figures;
@@ -17,13 +16,13 @@ use crate::{device, progress};
 
 /// Samples a robot and writes tables and pictures.
 pub(crate) fn run(arguments: &Sample, console: Console) -> Result {
-    let seed = surrogate_seed(&arguments.robot)?;
+    let site = Site::drawn(robot_seed(&arguments.robot)?, arguments.severity);
     let objects = objects(&arguments.objects)?;
     let evaluations = device::engine(&arguments.backend)?;
-    let surrogate = Surrogate::drawn(seed, Differences::all(arguments.severity));
-    let mut robot = SurrogateRobot::new(&evaluations, seed, surrogate, &WorldSpec::miglino1995())
+    let mut robot = site
+        .open(&evaluations, &WorldSpec::miglino1995())
         .map_err(|trouble| Failure::input(format_args!("--robot {}: {trouble}", arguments.robot)))?;
-    let samples = take(&mut robot, &objects, &arguments.out, console)?;
+    let samples = take(&mut *robot, &objects, &arguments.out, console)?;
     drop(robot);
     device::close(evaluations, console);
     console.say(format!(
@@ -34,14 +33,9 @@ pub(crate) fn run(arguments: &Sample, console: Console) -> Result {
     Ok(())
 }
 
-/// Parses the seed of `surrogate:SEED`.
-pub(crate) fn surrogate_seed(robot: &str) -> Result<u64> {
-    let seed = robot.strip_prefix("surrogate:").and_then(|seed| seed.parse().ok());
-    seed.ok_or_else(|| {
-        Failure::input(format_args!(
-            "--robot {robot}: no such robot; allowed: surrogate:SEED, such as surrogate:1"
-        ))
-    })
+/// Parses the seed of `--robot`.
+pub(crate) fn robot_seed(robot: &str) -> Result<u64> {
+    site::seed_of(robot).map_err(|problem| Failure::input(format_args!("--robot {problem}")))
 }
 
 fn objects(names: &[String]) -> Result<Vec<Object>> {

@@ -1,7 +1,8 @@
 //! Reality: where a robot is sampled, and where transferred controllers are evaluated. Today it is always a surrogate.
 
 pub(crate) mod sampling;
-pub(crate) mod surrogate;
+pub(crate) mod site;
+mod surrogate;
 
 use oneiro::batch::Record;
 use oneiro::evaluator;

@@ -13,8 +13,8 @@ use super::{Driven, Life, Lived, Object, Reality, Shape, Trouble, Turned};
 use crate::engine::handle::Engine;
 
 /// A surrogate, in an arena of its own and on the sampling table.
-pub(crate) struct SurrogateRobot<'a> {
-    evaluations: &'a Engine,
+pub(super) struct SurrogateRobot<'a> {
+    engine: &'a Engine,
     surrogate: Arc<Surrogate>,
     seed: u64,
     /// The world of its lives.
@@ -26,34 +26,19 @@ pub(crate) struct SurrogateRobot<'a> {
 }
 
 impl<'a> SurrogateRobot<'a> {
-    /// The robot and surroundings of `surrogate`; it lives as `spec` says, whose noise and start are not asked for.
-    ///
-    /// # Errors
-    /// [`Trouble::Broken`] with what the world does not allow.
-    pub(crate) fn new(
-        evaluations: &'a Engine,
-        seed: u64,
-        surrogate: Surrogate,
-        spec: &WorldSpec,
-    ) -> Result<Self, Trouble> {
-        let surrogate = Arc::new(surrogate);
-        let world = World::new(WorldSpec {
-            surrogate: Some(Arc::clone(&surrogate)),
-            noise: oneiro::world::Noise::NONE,
-            ..spec.clone()
-        })
-        .map_err(|invalid| Trouble::Broken(invalid.to_string()))?;
-        let Field { x, y, width, height } = spec.arena.field;
+    /// The robot and surroundings of `surrogate`, which is that of the world.
+    pub(super) fn new(engine: &'a Engine, seed: u64, surrogate: Arc<Surrogate>, world: World) -> Self {
+        let Field { x, y, width, height } = world.spec().arena.field;
         let [across, up, ..] = pcg4d([seed as u32, (seed >> 32) as u32, u32::MAX, 0]);
         let share = |word: u32| (word >> 8) as f32 / (1 << 24) as f32;
-        Ok(Self {
-            evaluations,
+        Self {
+            engine,
             surrogate,
             seed,
             world,
             place: [x + width * share(across), y + height * share(up)],
             sampled: 0,
-        })
+        }
     }
 
     /// The world of rollouts of this length from one start, or from any.
@@ -114,7 +99,7 @@ impl<'a> SurrogateRobot<'a> {
             key: Key::rollout(self.seed, u64::MAX, self.sampled, 0),
         };
         self.sampled += 1;
-        let outcome = self.evaluations.evaluate(one_batch(&[world], &[rollout], true)?)?;
+        let outcome = self.engine.evaluate(one_batch(&[world], &[rollout], true)?)?;
         Ok(outcome.traces.into_iter().next().unwrap_or_default())
     }
 }
@@ -301,7 +286,7 @@ impl Reality for SurrogateRobot<'_> {
                 key: life.key,
             });
         }
-        let outcome = self.evaluations.evaluate(one_batch(&worlds, &rollouts, traced)?)?;
+        let outcome = self.engine.evaluate(one_batch(&worlds, &rollouts, traced)?)?;
         if !traced {
             let lived = |fitness| Lived {
                 fitness,

@@ -24,6 +24,7 @@ use crate::experiment::source::{Parsed, Setting};
 use crate::experiment::swarm::SwarmExperiment;
 use crate::experiment::{self, Files, Identities, Input};
 use crate::files;
+use crate::reality::site::Site;
 use oneiro::batch::Worlds;
 
 /// An experiment of any kind, as far as running it goes.
@@ -183,13 +184,11 @@ pub(crate) struct Audit {
     pub(crate) problem: Option<String>,
 }
 
-/// Where the last offspring of a sweep's runs are evaluated besides their simulator: surrogates of the robot.
-#[derive(Clone, Copy, Debug)]
+/// Where the last offspring of a sweep's runs are evaluated besides their simulator.
+#[derive(Debug)]
 pub(crate) struct Reality<'a> {
-    /// How far surrogates are from the simulator.
-    pub(crate) severity: f32,
-    /// A number for each robot.
-    pub(crate) robots: &'a [u64],
+    /// The robots.
+    pub(crate) sites: Vec<Site>,
     /// Where the sweep's file says so, for messages.
     pub(crate) place: &'a str,
 }

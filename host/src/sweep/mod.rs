@@ -31,9 +31,10 @@ use std::sync::Arc;
 use rayon::prelude::*;
 
 use crate::exit::{Failure, Result};
-use crate::experiment::source::{Parsed, Setting};
 use crate::experiment::Files;
+use crate::experiment::source::{Parsed, Setting};
 use crate::files;
+use crate::reality::site::Site;
 use crate::runs::{self, Column, Experiment, Reality, Recording, Shown};
 use file::SweepFile;
 
@@ -188,11 +189,20 @@ impl Sweep {
 
     fn cell_of_file(&self, experiment: &Parsed<'_>, cell: usize) -> Result<Arc<dyn Experiment>> {
         let reality = self.file.reality.as_ref().map(|reality| Reality {
-            severity: reality.severity,
-            robots: &reality.robots,
+            sites: reality
+                .robots
+                .iter()
+                .map(|&robot| Site::drawn(robot, reality.severity))
+                .collect(),
             place: &self.file.reality_place,
         });
-        runs::of(&self.experiment, experiment, &self.settings_of(cell), &self.files, reality)
+        runs::of(
+            &self.experiment,
+            experiment,
+            &self.settings_of(cell),
+            &self.files,
+            reality,
+        )
     }
 
     /// Checks all cells, and lists all runs.

@@ -20,8 +20,6 @@ use std::path::Path;
 use std::sync::{Arc, OnceLock};
 
 use oneiro::batch::Worlds;
-use oneiro::surrogate::{Differences, Surrogate};
-use oneiro::world::{Noise, World, WorldSpec};
 use serde_json::json;
 
 use super::{Audit, Column, Holds, Reality, Recorded, Recording, Shown, Summary, Table};
@@ -33,6 +31,7 @@ use crate::engine::job::{Job, Place};
 use crate::evolve::Champion;
 use crate::exit::{Failure, Result};
 use crate::experiment::{Experiment, Identities, Input};
+use crate::reality::site::Site;
 use individuals::Individuals;
 use job::Evolving;
 use rows::Row;
@@ -80,9 +79,8 @@ const COLUMNS: [Column; 9] = [
 #[derive(Debug)]
 pub(crate) struct Single {
     experiment: Experiment,
-    /// The surrogates whose reality the last offspring are evaluated in too, and how far they are from the simulator.
-    robots: Vec<u64>,
-    severity: f32,
+    /// Where the last offspring are evaluated in reality.
+    sites: Vec<Site>,
     /// Made when the first run begins.
     places: OnceLock<Arc<Places>>,
 }
@@ -99,8 +97,7 @@ impl Single {
     pub(super) fn new(experiment: Experiment, reality: Option<Reality<'_>>) -> Self {
         Self {
             experiment,
-            robots: reality.map_or_else(Vec::new, |reality| reality.robots.to_vec()),
-            severity: reality.map_or(0.0, |reality| reality.severity),
+            sites: reality.map_or_else(Vec::new, |reality| reality.sites),
             places: OnceLock::new(),
         }
     }
@@ -111,23 +108,14 @@ impl Single {
         }
         let key = self.experiment.world_identity();
         let simulator = self.experiment.world();
-        let of_robot = |&robot: &u64| {
-            let world = World::new(WorldSpec {
-                surrogate: Some(Arc::new(Surrogate::drawn(robot, Differences::all(self.severity)))),
-                noise: Noise::NONE,
-                ..simulator.spec().clone()
-            })?;
-            let mut own = blake3::Hasher::new();
-            own.update(key.as_bytes());
-            own.update(&self.severity.to_bits().to_le_bytes());
-            own.update(&robot.to_le_bytes());
+        let real = |site: &Site| {
             Ok(Place {
-                key: own.finalize(),
-                world: Arc::new(world),
+                key: blake3::hash(&[*key.as_bytes(), *site.hash().as_bytes()].concat()),
+                world: Arc::new(site.world(simulator.spec())?),
             })
         };
         let places = Places {
-            reality: self.robots.iter().map(of_robot).collect::<Result<_>>()?,
+            reality: self.sites.iter().map(real).collect::<Result<_>>()?,
             simulator: Place {
                 key,
                 world: Arc::new(simulator.clone()),
@@ -137,7 +125,7 @@ impl Single {
     }
 
     fn has_reality(&self) -> bool {
-        !self.robots.is_empty()
+        !self.sites.is_empty()
     }
 }
 
@@ -183,7 +171,7 @@ impl super::Experiment for Single {
         let generation = u64::from(evolution.population) * u64::from(settings.cycles);
         let lives = u64::from(evolution.generations).saturating_mul(u64::from(settings.trials));
         // The last offspring live in the simulator once more, and in reality.
-        let reality = match self.robots.len() as u64 {
+        let reality = match self.sites.len() as u64 {
             0 => 0,
             robots => 1 + robots,
         };

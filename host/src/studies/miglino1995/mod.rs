@@ -29,7 +29,6 @@ use crate::engine::handle::Engine;
 use crate::exit::{Failure, Result};
 use crate::reality::Object;
 use crate::reality::sampling::{self, Averaged};
-use crate::reality::surrogate::SurrogateRobot;
 use crate::record::write_whole;
 use crate::studies::claims::Claim;
 use crate::studies::directory;
@@ -59,7 +58,7 @@ pub(crate) fn run(arguments: &Miglino1995, console: Console) -> Result {
 /// The study that was asked for, and with `--sensitivity` under every other assumption too.
 fn whole(arguments: &Miglino1995, evaluations: &Engine, console: Console) -> Result {
     directory::check_runs(arguments.runs, GREATEST_RUNS)?;
-    let robot = sample::surrogate_seed(&arguments.robot)?;
+    let robot = sample::robot_seed(&arguments.robot)?;
     let under = |arm| -> Result<(Settings, Option<Robot>)> {
         let recordings = recordings(&arguments.tables, arm, console)?;
         let settings = Settings {
@@ -204,11 +203,13 @@ fn hashes(robot: &Robot) -> Vec<String> {
 /// The robot of the surrogate's samples.
 fn sampled(settings: &Settings, evaluations: &Engine, directory: &Path, console: Console) -> Result<Robot> {
     let objects = Object::of_the_paper();
-    let mut robot = SurrogateRobot::new(evaluations, settings.robot(), settings.surrogate(), &settings.world())
+    let mut robot = settings
+        .reality()
+        .open(evaluations, &settings.world())
         .map_err(Failure::input)?;
     let samples = match settings.arm.turns() {
-        1 => sample::take(&mut robot, &objects, directory, console)?,
-        turns => sample::take(&mut Averaged::new(&mut robot, turns), &objects, directory, console)?,
+        1 => sample::take(&mut *robot, &objects, directory, console)?,
+        turns => sample::take(&mut Averaged::new(&mut *robot, turns), &objects, directory, console)?,
     };
     Ok(simulated_robot(samples.sensors, &samples.motors, settings.arm))
 }
@@ -233,9 +234,9 @@ fn variants(
 ) -> Result<Vec<Variant>> {
     kept(&directory.join("variants.json"), || {
         let objects = Object::of_the_paper();
-        let mut robot = SurrogateRobot::new(evaluations, settings.robot(), settings.other_robot(), &settings.world())
-            .map_err(Failure::input)?;
-        let mut averaged = Averaged::new(&mut robot, settings.arm.turns());
+        let site = settings.other_reality();
+        let mut robot = site.open(evaluations, &settings.world()).map_err(Failure::input)?;
+        let mut averaged = Averaged::new(&mut *robot, settings.arm.turns());
         let samples = sampling::sample_unkept(&mut averaged, &objects)?;
         let other = simulated_robot(samples.sensors, &samples.motors, settings.arm);
         full::variants(settings, study, own, &other)
@@ -300,9 +301,9 @@ fn calibrate(seed: u64, evaluations: &Engine, console: Console) -> Result {
                 tables: Vec::new(),
             };
             let objects = Object::of_the_paper();
-            let mut own = SurrogateRobot::new(evaluations, robot, settings.surrogate(), &settings.world())
-                .map_err(Failure::input)?;
-            let samples = sampling::sample_unkept(&mut own, &objects)?;
+            let site = settings.reality();
+            let mut own = site.open(evaluations, &settings.world()).map_err(Failure::input)?;
+            let samples = sampling::sample_unkept(&mut *own, &objects)?;
             let study = Study::new(
                 &settings,
                 simulated_robot(samples.sensors, &samples.motors, settings.arm),

@@ -2,14 +2,13 @@
 //! arms its lives follow one another, as those of a robot that nobody picks up.
 
 use oneiro::random::{Key, pcg4d};
-use oneiro::surrogate::Surrogate;
 use oneiro::world::{Start, World, WorldSpec};
 
 use super::study::{Evolving, Trial, by_run, lives};
 use crate::engine::handle::Engine;
 use crate::evolve::Optimizer;
 use crate::exit::Result;
-use crate::reality::surrogate::SurrogateRobot;
+use crate::reality::site::Site;
 use crate::reality::{Life, Lived, Reality, patiently};
 
 /// How the robot gets to the start of a life.
@@ -32,9 +31,9 @@ const WALKS: u64 = 16;
 /// if each had an arena to itself.
 pub(crate) struct RealLives<'a> {
     starts: RealStarts,
-    robot: SurrogateRobot<'a>,
+    robot: Box<dyn Reality + 'a>,
     /// The same robot, for [`WALK`] cycles.
-    walker: SurrogateRobot<'a>,
+    walker: Box<dyn Reality + 'a>,
     world: WorldSpec,
     /// Where the last life of each run stopped: x and y in mm, heading in turns. None: nowhere yet, or where the body
     /// touches an object by a rounding, from where no life can start. The next life then starts at a fresh free pose; in
@@ -47,21 +46,15 @@ impl<'a> RealLives<'a> {
     ///
     /// # Errors
     /// Exit 3 with what the world does not allow.
-    pub(crate) fn new(
-        evaluations: &'a Engine,
-        seed: u64,
-        surrogate: &Surrogate,
-        world: &WorldSpec,
-        starts: RealStarts,
-    ) -> Result<Self> {
+    pub(crate) fn new(evaluations: &'a Engine, site: &Site, world: &WorldSpec, starts: RealStarts) -> Result<Self> {
         let walk = WorldSpec {
             cycles: WALK,
             ..world.clone()
         };
         Ok(Self {
             starts,
-            robot: SurrogateRobot::new(evaluations, seed, surrogate.clone(), world)?,
-            walker: SurrogateRobot::new(evaluations, seed, surrogate.clone(), &walk)?,
+            robot: site.open(evaluations, world)?,
+            walker: site.open(evaluations, &walk)?,
             world: world.clone(),
             places: Vec::new(),
         })
@@ -188,7 +181,7 @@ mod tests {
             .iter()
             .map(|&number| study.begin(Condition::None, number))
             .collect();
-        let mut robot = study.real_lives(&settings.surrogate()).unwrap();
+        let mut robot = study.real_lives(&settings.reality()).unwrap();
         let fitness = robot.live(&runs, Trial::Real).unwrap();
         (fitness, robot.places)
     }
@@ -200,7 +193,7 @@ mod tests {
         let study = Study::new(&settings, Robot::khepera(), &evaluations).unwrap();
         let run = study.begin(Condition::None, 1);
         let world = settings.world();
-        let mut robot = SurrogateRobot::new(&evaluations, 3, settings.surrogate(), &world).unwrap();
+        let mut robot = settings.reality().open(&evaluations, &world).unwrap();
         let mut start = None;
         let mut expected = Vec::new();
         let mut continued = 0;

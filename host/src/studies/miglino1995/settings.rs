@@ -7,6 +7,7 @@ use serde::{Deserialize, Serialize};
 use super::arms::Arm;
 use super::results::Condition;
 use crate::experiment::settings::Evolution;
+use crate::reality::site::Site;
 use crate::studies::assumptions::Assumption;
 
 /// Generations that are selected by simulated fitness.
@@ -66,12 +67,18 @@ impl Settings {
         Surrogate::drawn(self.robot(), self.differences())
     }
 
+    /// That robot as the site of reality.
+    pub(crate) fn reality(&self) -> Site {
+        Site::surrogate(self.robot(), self.surrogate())
+    }
+
     /// Another robot of the same kind in the same surroundings.
-    pub(crate) fn other_robot(&self) -> Surrogate {
-        Surrogate {
+    pub(crate) fn other_reality(&self) -> Site {
+        let surrogate = Surrogate {
             individual: Individual::drawn(self.robot().wrapping_add(1)),
             ..self.surrogate()
-        }
+        };
+        Site::surrogate(self.robot(), surrogate)
     }
 
     /// The hash of the sampled robot's parameters, of its surroundings and of how reality differs.

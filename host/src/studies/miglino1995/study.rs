@@ -18,8 +18,8 @@ use crate::engine::handle::Engine;
 use crate::evolve::Optimizer;
 use crate::evolve::genetic::Genetic;
 use crate::exit::{Failure, Result};
-use crate::reality::surrogate::SurrogateRobot;
-use crate::reality::{self, Reality, patiently};
+use crate::reality::site::Site;
+use crate::reality::{self, patiently};
 
 /// How many of the best make the peak.
 pub(crate) const PEAK: usize = 20;
@@ -149,7 +149,7 @@ impl<'a> Study<'a> {
             .map(|(number, condition)| self.begin(condition, number))
             .collect();
         self.evolve(&mut runs)?;
-        let mut robot = self.real_lives(&self.settings.surrogate())?;
+        let mut robot = self.real_lives(&self.settings.reality())?;
         let transferred = self.transfer(&mut runs, &mut robot)?;
         let champions = self.champions(&runs, &transferred)?;
         let controls = if self.settings.full {
@@ -178,7 +178,7 @@ impl<'a> Study<'a> {
 
     /// The mean real fitness that each run's generation 219 would have had otherwise.
     fn controls(&self, runs: &[Evolving]) -> Result<Vec<Controls>> {
-        let robot = || self.real_lives(&self.settings.surrogate());
+        let robot = || self.real_lives(&self.settings.reality());
         let means = |fitness: Vec<Vec<f32>>| fitness.iter().map(|own| level(own).average).collect::<Vec<_>>();
 
         let mut on = runs.to_vec();
@@ -242,7 +242,7 @@ impl<'a> Study<'a> {
                 }
             }
             let means = |fitness: Vec<Vec<f32>>| fitness.iter().map(|own| level(own).average).collect();
-            let mut robot = self.real_lives(&self.settings.surrogate())?;
+            let mut robot = self.real_lives(&self.settings.reality())?;
             all.push((means(one(&runs)?), means(robot.live(&runs, Trial::Real)?)));
         }
         Ok(all)
@@ -253,7 +253,7 @@ impl<'a> Study<'a> {
         let mut runs: Vec<Evolving> = (0..runs).map(|number| self.begin(Condition::None, number)).collect();
         self.evolve(&mut runs)?;
         let simulated = self.simulate(&runs, Trial::Simulated)?.concat();
-        let mut robot = self.real_lives(&self.settings.surrogate())?;
+        let mut robot = self.real_lives(&self.settings.reality())?;
         let real = robot.live(&runs, Trial::Real)?.concat();
         Ok(difference(&simulated, &real))
     }
@@ -331,24 +331,9 @@ impl<'a> Study<'a> {
         Ok(by_run(runs, outcome.fitness))
     }
 
-    fn robot(&self, surrogate: Surrogate) -> Result<SurrogateRobot<'a>> {
-        Ok(SurrogateRobot::new(
-            self.evaluations,
-            self.settings.robot(),
-            surrogate,
-            &self.reality(),
-        )?)
-    }
-
     /// A robot that has not lived yet, for the lives of runs.
-    pub(super) fn real_lives(&self, surrogate: &Surrogate) -> Result<RealLives<'a>> {
-        RealLives::new(
-            self.evaluations,
-            self.settings.robot(),
-            surrogate,
-            &self.reality(),
-            self.settings.arm.real_starts(),
-        )
+    pub(super) fn real_lives(&self, site: &Site) -> Result<RealLives<'a>> {
+        RealLives::new(self.evaluations, site, &self.reality(), self.settings.arm.real_starts())
     }
 
     /// Generation 200 in every environment. `robot` is the one that lives on with the generations to come.
@@ -357,9 +342,9 @@ impl<'a> Study<'a> {
         let simulated_again = self.simulate(runs, Trial::SimulatedAgain)?;
         let quiet = self.simulate(runs, Trial::Quiet)?;
         let real = robot.live(runs, Trial::Real)?;
-        let mut again = self.real_lives(&self.settings.surrogate())?;
+        let mut again = self.real_lives(&self.settings.reality())?;
         let real_again = again.live(runs, Trial::RealAgain)?;
-        let mut other = self.real_lives(&self.settings.other_robot())?;
+        let mut other = self.real_lives(&self.settings.other_reality())?;
         let other_robot = other.live(runs, Trial::OtherRobot)?;
         for (run, fitness) in runs.iter_mut().zip(&simulated) {
             run.simulated.push(level(fitness));
@@ -484,7 +469,7 @@ impl<'a> Study<'a> {
             .collect();
         let batch = Batch::new(&simulators, &simulated, Some(TraceRequest { every: 1 }))?;
         let simulated = self.evaluations.evaluate(batch)?.traces;
-        let mut robot = self.robot(self.settings.surrogate())?;
+        let mut robot = self.settings.reality().open(self.evaluations, &self.reality())?;
         let mut real = |trial| -> Result<Vec<reality::Lived>> {
             let lives: Vec<_> = lives(trial).into_iter().map(|(_, _, life)| life).collect();
             patiently(|| robot.live(&lives, true))
@@ -908,7 +893,7 @@ mod tests {
             let settings = settings(arm);
             let study = Study::new(&settings, Robot::khepera(), &evaluations).unwrap();
             let mut runs = begun(&study);
-            let mut robot = study.real_lives(&settings.surrogate()).unwrap();
+            let mut robot = study.real_lives(&settings.reality()).unwrap();
             let transferred = study.transfer(&mut runs, &mut robot).unwrap();
             let chosen = study.chosen(&runs, &transferred).unwrap();
             let others = study.appraise(&runs, 1000..1100).unwrap();

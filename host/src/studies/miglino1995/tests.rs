@@ -17,7 +17,7 @@ use super::simulated_robot;
 use crate::engine::handle::Engine;
 use crate::reality::Object;
 use crate::reality::sampling::sample_unkept;
-use crate::reality::surrogate::SurrogateRobot;
+use crate::reality::site::Site;
 
 pub(super) fn evaluations() -> Engine {
     Engine::new(Box::new(Cpu::new(None).unwrap()), Arc::new(AtomicBool::new(false)))
@@ -41,9 +41,11 @@ fn worlds(seed: u64, differences: Differences, arena: Arena) -> [World; 2] {
     let evaluations = evaluations();
     let surrogate = Surrogate::drawn(seed, differences);
     let spec = Arm::Main.world();
-    let mut robot = SurrogateRobot::new(&evaluations, seed, surrogate.clone(), &spec).unwrap();
+    let mut robot = Site::surrogate(seed, surrogate.clone())
+        .open(&evaluations, &spec)
+        .unwrap();
     let objects: Vec<Object> = Object::NAMES.into_iter().filter_map(Object::named).collect();
-    let samples = sample_unkept(&mut robot, &objects).unwrap();
+    let samples = sample_unkept(&mut *robot, &objects).unwrap();
     let simulator = WorldSpec {
         robot: simulated_robot(samples.sensors, &samples.motors, Arm::Main),
         arena,

@@ -1,0 +1,101 @@
+//! The site of reality: which robot it is, where it is, and how to get there. Nothing outside this file names a kind of
+//! reality.
+
+use std::sync::Arc;
+
+use oneiro::surrogate::{Differences, Surrogate};
+use oneiro::world::{Invalid, Noise, World, WorldSpec};
+
+use super::surrogate::SurrogateRobot;
+use super::{Reality, Trouble};
+use crate::engine::handle::Engine;
+
+/// A robot in its surroundings. Today every robot is a surrogate.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Site {
+    seed: u64,
+    surrogate: Arc<Surrogate>,
+}
+
+impl Site {
+    /// A surrogate with all differences from its simulator, scaled by the severity.
+    pub(crate) fn drawn(seed: u64, severity: f32) -> Self {
+        Self::surrogate(seed, Surrogate::drawn(seed, Differences::all(severity)))
+    }
+
+    /// A surrogate. The seed draws what happens while it is sampled.
+    pub(crate) fn surrogate(seed: u64, surrogate: Surrogate) -> Self {
+        Self {
+            seed,
+            surrogate: Arc::new(surrogate),
+        }
+    }
+
+    /// A hash of all that decides how controllers do there, with the world's other values.
+    pub(crate) fn hash(&self) -> blake3::Hash {
+        blake3::hash(format!("{:?}", self.surrogate).as_bytes())
+    }
+
+    /// The world of its rollouts, for batches that others share: where reality is a simulation. `spec` says all but its
+    /// noise.
+    ///
+    /// # Errors
+    /// The first value that the world does not allow.
+    pub(crate) fn world(&self, spec: &WorldSpec) -> Result<World, Invalid> {
+        World::new(WorldSpec {
+            surrogate: Some(Arc::clone(&self.surrogate)),
+            noise: Noise::NONE,
+            ..spec.clone()
+        })
+    }
+
+    /// The robot, ready to be sampled and to be driven. `spec` says how it is evaluated, all but its noise.
+    ///
+    /// # Errors
+    /// [`Trouble::Broken`] with the value that the world does not allow.
+    pub(crate) fn open<'a>(&self, engine: &'a Engine, spec: &WorldSpec) -> Result<Box<dyn Reality + 'a>, Trouble> {
+        let world = self
+            .world(spec)
+            .map_err(|invalid| Trouble::Broken(invalid.to_string()))?;
+        Ok(Box::new(SurrogateRobot::new(
+            engine,
+            self.seed,
+            Arc::clone(&self.surrogate),
+            world,
+        )))
+    }
+}
+
+/// The seed in a robot's address, `surrogate:SEED`, or what is wrong with the address.
+pub(crate) fn seed_of(address: &str) -> Result<u64, String> {
+    let seed = address.strip_prefix("surrogate:").and_then(|seed| seed.parse().ok());
+    seed.ok_or_else(|| format!("{address}: no such robot; allowed: surrogate:SEED, such as surrogate:1"))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn addresses_are_parsed() {
+        assert_eq!(seed_of("surrogate:17"), Ok(17));
+        for bad in [
+            "surrogate",
+            "surrogate:",
+            "surrogate:-1",
+            "surrogate:1.0",
+            "khepera:1",
+            "",
+        ] {
+            assert!(seed_of(bad).unwrap_err().contains("allowed: surrogate:SEED"), "{bad}");
+        }
+    }
+
+    #[test]
+    fn sites_differ_by_robot_and_severity() {
+        let hash = |seed, severity| Site::drawn(seed, severity).hash();
+        assert_eq!(hash(1, 1.0), hash(1, 1.0));
+        assert_ne!(hash(1, 1.0), hash(2, 1.0));
+        assert_ne!(hash(1, 1.0), hash(1, 1.5));
+    }
+}
