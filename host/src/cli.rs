@@ -5,6 +5,8 @@ use std::time::Duration;
 
 use clap::{Args, Parser, Subcommand, ValueHint};
 
+use crate::console::Output;
+use crate::device::Backend;
 use crate::sweep::store::Shard;
 
 /// Evolves robot controllers in simulated lives, bit for bit the same on every device.
@@ -21,17 +23,6 @@ pub(crate) struct Cli {
     /// The command.
     #[command(subcommand)]
     pub(crate) command: Command,
-}
-
-/// Options of what a command prints.
-#[derive(Args, Clone, Copy, Debug, Default)]
-pub(crate) struct Output {
-    /// Print data as JSON
-    #[arg(long, global = true, display_order = 900)]
-    pub(crate) json: bool,
-    /// Hide all messages but errors, and the progress bar
-    #[arg(long, short, global = true, display_order = 901)]
-    pub(crate) quiet: bool,
 }
 
 /// The commands.
@@ -71,20 +62,6 @@ pub(crate) enum Command {
     Sweep(Sweep),
     /// Print a completion script for a shell
     Completions(Completions),
-}
-
-/// Options of the device that evaluates.
-#[derive(Args, Clone, Debug)]
-pub(crate) struct Backend {
-    /// auto (an exact GPU if there is one, else the CPU), cpu, gpu, gpu:NAME, gpu:INDEX or pool (the CPU and all exact GPUs)
-    #[arg(id = "backend", long = "backend", value_name = "BACKEND", default_value = "auto")]
-    pub(crate) name: String,
-    /// CPU threads, 1 to 1024 [default: one per processor]
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
-    pub(crate) threads: Option<u16>,
-    /// Share of a GPU's rollouts that the CPU repeats and compares, 0 to 1
-    #[arg(long, value_name = "SHARE", default_value_t = 0.01, value_parser = share_or_none)]
-    pub(crate) recheck: f64,
 }
 
 /// `oneiro new`
@@ -550,14 +527,6 @@ fn seeds(text: &str) -> Result<std::ops::RangeInclusive<u64>, String> {
     Ok(first..=last)
 }
 
-/// Parses a number from 0 to 1.
-fn share_or_none(text: &str) -> Result<f64, String> {
-    match text.parse::<f64>() {
-        Ok(share) if (0.0..=1.0).contains(&share) => Ok(share),
-        _ => Err("allowed: a number from 0 to 1, such as 0.01".to_owned()),
-    }
-}
-
 /// Parses a number above 0 and up to 1.
 fn share(text: &str) -> Result<f64, String> {
     match text.parse::<f64>() {
@@ -588,8 +557,6 @@ mod tests {
     #[test]
     fn shares_are_above_nothing() {
         assert_eq!(share("1"), Ok(1.0));
-        assert_eq!(share_or_none("0"), Ok(0.0));
-        assert!(share_or_none("nan").is_err() && share_or_none("1.01").is_err());
         for wrong in ["0", "-0.1", "1.1", "nan", "x"] {
             assert!(share(wrong).is_err(), "{wrong}");
         }

@@ -2,8 +2,20 @@
 
 use std::io::{self, Write};
 
-use crate::cli::Output;
+use clap::Args;
+
 use crate::exit::{Failure, Result};
+
+/// Options of what a command prints.
+#[derive(Args, Clone, Copy, Debug, Default)]
+pub(crate) struct Output {
+    /// Print data as JSON
+    #[arg(long, global = true, display_order = 900)]
+    pub(crate) json: bool,
+    /// Hide all messages but errors, and the progress bar
+    #[arg(long, short, global = true, display_order = 901)]
+    pub(crate) quiet: bool,
+}
 
 /// Prints data and messages.
 #[derive(Clone, Copy, Debug)]

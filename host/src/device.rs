@@ -2,16 +2,30 @@
 
 use std::thread;
 
+use clap::Args;
 use oneiro::backend::{self, Options};
 use oneiro::cpu::Cpu;
 use oneiro::evaluator::Evaluator;
 use oneiro::probe::Case;
 
-use crate::cli::Backend;
 use crate::console::Console;
 use crate::engine::handle::Engine;
 use crate::engine::watcher::stop_signal;
 use crate::exit::{Failure, Result};
+
+/// Options of the device that evaluates.
+#[derive(Args, Clone, Debug)]
+pub(crate) struct Backend {
+    /// auto (an exact GPU if there is one, else the CPU), cpu, gpu, gpu:NAME, gpu:INDEX or pool (the CPU and all exact GPUs)
+    #[arg(id = "backend", long = "backend", value_name = "BACKEND", default_value = "auto")]
+    pub(crate) name: String,
+    /// CPU threads, 1 to 1024 [default: one per processor]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
+    pub(crate) threads: Option<u16>,
+    /// Share of a GPU's rollouts that the CPU repeats and compares, 0 to 1
+    #[arg(long, value_name = "SHARE", default_value_t = 0.01, value_parser = share_or_none)]
+    pub(crate) recheck: f64,
+}
 
 /// Opens the evaluator of `--backend`, `--threads` and `--recheck`.
 ///
@@ -61,6 +75,14 @@ pub(crate) fn name(evaluator: &dyn Evaluator) -> String {
 pub(crate) fn tell_warnings(evaluator: &dyn Evaluator, console: Console) {
     for warning in evaluator.warnings() {
         console.say(format!("warning: {warning}"));
+    }
+}
+
+/// Parses a number from 0 to 1.
+fn share_or_none(text: &str) -> std::result::Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(share) if (0.0..=1.0).contains(&share) => Ok(share),
+        _ => Err("allowed: a number from 0 to 1, such as 0.01".to_owned()),
     }
 }
 
@@ -287,4 +309,15 @@ fn adapter(name: &str) -> Result<Candidate> {
             Ok(_) => oneiro::evaluator::Error::NoDevice(format!("gpu:{name} can't be compared in this build")),
         },
     ))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn shares_may_be_nothing() {
+        assert_eq!(share_or_none("0"), Ok(0.0));
+        assert!(share_or_none("nan").is_err() && share_or_none("1.01").is_err());
+    }
 }

@@ -11,5 +11,5 @@ pub(crate) fn run(arguments: &Check, console: Console) -> Result {
     for warning in experiment.warnings() {
         console.say(format!("warning: {warning}"));
     }
-    experiment.check(arguments, console)
+    experiment.check(arguments.out.as_deref(), console)
 }

@@ -20,6 +20,7 @@ mod resume;
 mod run;
 pub(crate) mod sample;
 mod selftest;
+mod slurm;
 mod sweep;
 mod tables;
 mod verify;

@@ -1,12 +1,23 @@
 //! `oneiro replay`: a finished run's best again.
 
-use crate::cli::Replay;
+use crate::cli;
 use crate::console::Console;
+use crate::device;
 use crate::exit::Result;
 use crate::record::SavedRun;
+use crate::runs::Replay;
 
 /// Evaluates it again, compares it with what was recorded, and draws it.
-pub(crate) fn run(arguments: &Replay, console: Console) -> Result {
+pub(crate) fn run(arguments: &cli::Replay, console: Console) -> Result {
     let run = SavedRun::open(&arguments.run_dir)?;
-    run.experiment().replay(&run.finished()?, arguments, console)
+    let recorded = run.finished()?;
+    let replay = Replay {
+        out: arguments.out.as_deref().unwrap_or(run.directory()),
+        trial: arguments.trial,
+        every: arguments.every,
+    };
+    let engine = device::engine(&arguments.backend)?;
+    run.experiment().replay(&recorded, &replay, &engine, console)?;
+    device::close(engine, console);
+    Ok(())
 }

@@ -7,7 +7,7 @@ use super::places::{Places, seeds_and_places, sorted_out};
 use super::report::{self, Report};
 use crate::cli;
 use crate::console::Console;
-use crate::device;
+use crate::device::{self, Backend};
 use crate::engine::watcher::Watcher;
 use crate::exit::Result;
 use crate::record::{Directories, Done, RunPlace, Session};
@@ -41,7 +41,7 @@ pub(crate) fn run(arguments: &cli::Run, console: Console) -> Result {
 pub(super) fn run_all(
     places: Vec<RunPlace>,
     title: &str,
-    backend: &cli::Backend,
+    backend: &Backend,
     console: Console,
 ) -> Result<Vec<(PathBuf, Done)>> {
     if places.is_empty() {

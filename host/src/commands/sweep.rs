@@ -7,6 +7,7 @@ use serde::Serialize;
 use serde_json::json;
 
 use super::run::run_all;
+use super::slurm;
 use crate::cli::{self, SweepCommand, SweepPlan, SweepRun};
 use crate::console::{Console, columns, counted};
 use crate::device;
@@ -20,7 +21,7 @@ use crate::sweep::journal::{self, Journal};
 use crate::sweep::store::{AllFinished, Shard, Store};
 use crate::sweep::tables::{self, Written};
 use crate::sweep::work::Work;
-use crate::sweep::{Plan, RunIndex, Sweep, report, slurm};
+use crate::sweep::{Plan, RunIndex, Sweep, report};
 
 /// Runs that are done without asking whether they were meant.
 const UNASKED: usize = 10_000;
@@ -409,7 +410,7 @@ fn reported(dir: &Path, outcome: Option<&str>, out: Option<&Path>, console: Cons
     })
 }
 
-fn extract(dir: &Path, run: &str, out: Option<&Path>, backend: &cli::Backend, console: Console) -> Result {
+fn extract(dir: &Path, run: &str, out: Option<&Path>, backend: &device::Backend, console: Console) -> Result {
     let store = Store::open(dir)?;
     let (sweep, plan) = store.sweep()?;
     let run = chosen(run, &plan, dir)?;

@@ -9,7 +9,7 @@ use oneiro::batch::{LANES, Part};
 use oneiro::evaluator::{self, Control, Error, Evaluator, PartResult};
 
 use super::*;
-use crate::cli::Output;
+use crate::console::Output;
 use crate::console::Console;
 use crate::engine::handle::Engine;
 use crate::engine::job::Progress;

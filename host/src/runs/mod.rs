@@ -15,7 +15,6 @@ use std::sync::Arc;
 
 use serde_json::Value;
 
-use crate::cli;
 use crate::console::Console;
 use crate::engine::handle::Engine;
 use crate::engine::job::Job;
@@ -90,16 +89,16 @@ pub(crate) trait Experiment: Debug + Send + Sync {
     /// Exit 5 when its files are not what was written.
     fn progress(&self, run: &Recorded<'_>) -> Result<(u32, Option<f32>)>;
 
-    /// `oneiro check`: prints what the experiment amounts to.
+    /// `oneiro check`: prints what the experiment amounts to, and draws it if a file is named.
     ///
     /// # Errors
     /// As the command says.
-    fn check(&self, arguments: &cli::Check, console: Console) -> Result;
+    fn check(&self, picture: Option<&Path>, console: Console) -> Result;
     /// `oneiro replay`: evaluates a finished run's best again, and draws it.
     ///
     /// # Errors
     /// As the command says.
-    fn replay(&self, run: &Recorded<'_>, arguments: &cli::Replay, console: Console) -> Result;
+    fn replay(&self, run: &Recorded<'_>, replay: &Replay<'_>, engine: &Engine, console: Console) -> Result;
     /// `oneiro audit`: evaluates a part of a recorded run again, and compares.
     ///
     /// # Errors
@@ -116,6 +115,17 @@ pub(crate) struct Recorded<'a> {
     pub(crate) seed: u64,
     /// Whether it is finished.
     pub(crate) is_done: bool,
+}
+
+/// What is drawn of a run again, and where.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Replay<'a> {
+    /// The directory of its files.
+    pub(crate) out: &'a Path,
+    /// Which of the champion's lives, from 0.
+    pub(crate) trial: u32,
+    /// Cycles from one record to the next.
+    pub(crate) every: u32,
 }
 
 /// Where a run is recorded.

@@ -8,8 +8,7 @@ use oneiro::random::Key;
 use serde::Serialize;
 
 use super::Sweep;
-use crate::cli::Backend;
-use crate::device;
+use crate::device::{self, Backend};
 use crate::exit::Result;
 
 /// A device, and how fast it is.

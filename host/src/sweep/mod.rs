@@ -12,7 +12,6 @@
 //! | [`store`] | a sweep's directory: whose it is, and its shards' journals |
 //! | [`tables`], `parquet` | the runs of all shards in one table |
 //! | [`report`] | the page: curves, heat maps, champions, which cells differ |
-//! | [`slurm`] | the job array that does it |
 
 pub(crate) mod estimate;
 pub(crate) mod file;
@@ -20,7 +19,6 @@ pub(crate) mod journal;
 #[cfg(feature = "parquet")]
 mod parquet;
 pub(crate) mod report;
-pub(crate) mod slurm;
 pub(crate) mod store;
 pub(crate) mod tables;
 pub(crate) mod work;

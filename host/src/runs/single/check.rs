@@ -1,19 +1,20 @@
 //! `oneiro check`: an experiment summarised and drawn.
 
+use std::path::Path;
+
 use oneiro::world::{Noise, Start};
 use serde_json::json;
 
-use crate::cli::Check;
 use crate::console::{Console, counted};
 use crate::exit::Result;
 use crate::experiment::Experiment;
 use crate::files;
 use crate::report::figures;
 
-/// Draws the experiment's arena where the command line says so, and prints what it amounts to.
-pub(super) fn run(experiment: &Experiment, arguments: &Check, console: Console) -> Result {
+/// Draws the experiment's arena if a file is named, and prints what it amounts to.
+pub(super) fn run(experiment: &Experiment, picture: Option<&Path>, console: Console) -> Result {
     let spec = experiment.world().spec();
-    if let Some(path) = &arguments.out {
+    if let Some(path) = picture {
         files::write_new(path, figures::arena(&spec.arena, spec.robot.body_radius).as_bytes())?;
         console.say(format!("drew {}", path.display()));
     }

@@ -22,8 +22,7 @@ use std::sync::{Arc, OnceLock};
 use oneiro::batch::Worlds;
 use serde_json::json;
 
-use super::{Audit, Column, Holds, Reality, Recorded, Recording, Shown, Summary, Table};
-use crate::cli;
+use super::{Audit, Column, Holds, Reality, Recorded, Recording, Replay, Shown, Summary, Table};
 use crate::console::{Console, decimal};
 use crate::engine::disk;
 use crate::engine::handle::Engine;
@@ -274,12 +273,12 @@ impl super::Experiment for Single {
         Ok((rows.len() as u32, numbers.reduce(f32::max)))
     }
 
-    fn check(&self, arguments: &cli::Check, console: Console) -> Result {
-        check::run(&self.experiment, arguments, console)
+    fn check(&self, picture: Option<&Path>, console: Console) -> Result {
+        check::run(&self.experiment, picture, console)
     }
 
-    fn replay(&self, run: &Recorded<'_>, arguments: &cli::Replay, console: Console) -> Result {
-        replay::run(&self.experiment, run, arguments, console)
+    fn replay(&self, run: &Recorded<'_>, replay: &Replay<'_>, engine: &Engine, console: Console) -> Result {
+        replay::run(&self.experiment, run, replay, engine, console)
     }
 
     fn audit(&self, run: &Recorded<'_>, share: f64, engine: &Engine, console: Console) -> Result<Audit> {

@@ -7,26 +7,30 @@ use serde_json::json;
 
 use super::job::{keys, score};
 use super::trace::trace_csv;
-use super::{Experiment, Recorded, champion};
-use crate::cli::Replay;
+use super::{Experiment, Recorded, Replay, champion};
 use crate::console::{Console, decimal};
-use crate::device;
 use crate::exit::{Failure, Result};
-use crate::engine::disk::write as write_whole;
+use crate::engine::disk;
+use crate::engine::handle::Engine;
 use crate::report::figures;
 
 /// Lives the champion's lives again, compares its score with the recorded one, and writes one life's path and trace.
-pub(super) fn run(experiment: &Experiment, run: &Recorded<'_>, arguments: &Replay, console: Console) -> Result {
+pub(super) fn run(
+    experiment: &Experiment,
+    run: &Recorded<'_>,
+    replay: &Replay<'_>,
+    engine: &Engine,
+    console: Console,
+) -> Result {
     let champion = champion::read(run.directory, experiment.world().genes())?;
     let settings = experiment.settings();
-    if arguments.trial >= settings.trials {
+    if replay.trial >= settings.trials {
         return Err(Failure::input(format_args!(
             "--trial {}: no such life; allowed: 0 to {}",
-            arguments.trial,
+            replay.trial,
             settings.trials - 1
         )));
     }
-    let engine = device::engine(&arguments.backend)?;
     let worlds = std::slice::from_ref(experiment.world());
     let rollouts: Vec<Rollout<'_>> = keys(run.seed, champion.generation, champion.individual, settings.trials)
         .map(|key| Rollout {
@@ -47,13 +51,11 @@ pub(super) fn run(experiment: &Experiment, run: &Recorded<'_>, arguments: &Repla
         )));
     }
 
-    let shown = rollouts[arguments.trial as usize];
-    let every = arguments.every.min(experiment.world().cycles());
+    let shown = rollouts[replay.trial as usize];
+    let every = replay.every.min(experiment.world().cycles());
     let traced = Batch::new(worlds, &[shown], Some(TraceRequest { every }))?;
     let trace = engine.evaluate(traced)?.traces.into_iter().next().unwrap_or_default();
-    let device = engine.name();
-    device::close(engine, console);
-    let life = lives.fitness[arguments.trial as usize];
+    let life = lives.fitness[replay.trial as usize];
     let title = format!(
         "{}, seed {}: generation {}, fitness {life:.1}",
         experiment.name(),
@@ -63,11 +65,11 @@ pub(super) fn run(experiment: &Experiment, run: &Recorded<'_>, arguments: &Repla
     let spec = experiment.world().spec();
     let picture = figures::life(&spec.arena, spec.robot.body_radius, &title, &trace, every);
 
-    let directory = arguments.out.as_deref().unwrap_or(run.directory);
+    let directory = replay.out;
     fs::create_dir_all(directory).map_err(|error| Failure::unreadable(directory, &error))?;
     let (path, table) = (directory.join("replay.svg"), directory.join("replay.csv"));
-    write_whole(&path, picture.as_bytes())?;
-    write_whole(&table, trace_csv(&trace, every).as_bytes())?;
+    disk::write(&path, picture.as_bytes())?;
+    disk::write(&table, trace_csv(&trace, every).as_bytes())?;
     let collisions = trace.iter().filter(|record| record.collided > 0.0).count();
     if console.json() {
         return console.json_data(&json!({
@@ -78,7 +80,7 @@ pub(super) fn run(experiment: &Experiment, run: &Recorded<'_>, arguments: &Repla
             "collisions": collisions,
             "path": path.display().to_string(),
             "trace": table.display().to_string(),
-            "device": device,
+            "device": engine.name(),
         }));
     }
     console.data(format!(

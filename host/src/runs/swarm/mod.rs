@@ -9,8 +9,7 @@ use oneiro::batch::Worlds;
 use oneiro::foraging::Light;
 use serde_json::json;
 
-use super::{Audit, Column, Experiment, Holds, Recorded, Recording, Shown, Summary, Table};
-use crate::cli;
+use super::{Audit, Column, Experiment, Holds, Recorded, Recording, Replay, Shown, Summary, Table};
 use crate::console::Console;
 use crate::engine::disk;
 use crate::engine::handle::Engine;
@@ -184,9 +183,9 @@ impl Experiment for SwarmExperiment {
         Ok((food.len() as u32 / 60, Some(food.iter().sum::<u32>() as f32)))
     }
 
-    fn check(&self, arguments: &cli::Check, console: Console) -> Result {
+    fn check(&self, picture: Option<&Path>, console: Console) -> Result {
         let settings = self.settings();
-        if arguments.out.is_some() {
+        if picture.is_some() {
             return Err(Failure::usage("--out: an arena of a swarm is drawn by `oneiro replay`"));
         }
         if console.json() {
@@ -208,8 +207,8 @@ impl Experiment for SwarmExperiment {
         ))
     }
 
-    fn replay(&self, run: &Recorded<'_>, arguments: &cli::Replay, console: Console) -> Result {
-        replay::run(self, run, arguments, console)
+    fn replay(&self, run: &Recorded<'_>, replay: &Replay<'_>, engine: &Engine, console: Console) -> Result {
+        replay::run(self, run, replay, engine, console)
     }
 
     /// The whole run: the share does not matter.

@@ -6,27 +6,24 @@ use oneiro::swarm::SECOND;
 use serde_json::json;
 
 use super::{again, difference};
-use crate::cli::Replay;
 use crate::console::Console;
-use crate::device;
 use crate::engine::disk;
+use crate::engine::handle::Engine;
 use crate::exit::{Failure, Result};
 use crate::experiment::swarm::SwarmExperiment;
 use crate::report::figures::{self, Genes, SwarmReplay};
-use crate::runs::Recorded;
+use crate::runs::{Recorded, Replay};
 use crate::swarm::lived::RobotInterval;
 
 /// Runs a finished run again, and writes a page that plays it.
 pub(super) fn run(
     experiment: &SwarmExperiment,
     recorded: &Recorded<'_>,
-    arguments: &Replay,
+    replay: &Replay<'_>,
+    engine: &Engine,
     console: Console,
 ) -> Result {
-    let engine = device::engine(&arguments.backend)?;
-    let job = again(experiment, recorded.seed, &engine, console)?;
-    let device = engine.name();
-    device::close(engine, console);
+    let job = again(experiment, recorded.seed, engine, console)?;
     let run = job.run();
     if let Some(problem) = difference(&run, recorded.directory)? {
         return Err(Failure::failed(format_args!("{}: {problem}", recorded.directory.display())));
@@ -55,7 +52,7 @@ pub(super) fn run(
         lines: job.lines(),
         genes: &genes,
     });
-    let directory = arguments.out.as_deref().unwrap_or(recorded.directory);
+    let directory = replay.out;
     fs::create_dir_all(directory).map_err(|error| Failure::unreadable(directory, &error))?;
     let path = directory.join("replay.html");
     disk::write(&path, page.as_bytes())?;
@@ -63,7 +60,7 @@ pub(super) fn run(
         return console.json_data(&json!({
             "brought": run.total(),
             "page": path.display().to_string(),
-            "device": device,
+            "device": engine.name(),
         }));
     }
     console.data(format!("food {}, as recorded\n{}", run.total(), path.display()))

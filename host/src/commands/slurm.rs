@@ -4,11 +4,11 @@ use std::env;
 use std::path::{Path, absolute};
 use std::time::Duration;
 
-use super::Sweep;
-use super::store::Shard;
 use crate::cli::SweepRun;
 use crate::console::Console;
 use crate::exit::{Failure, Result};
+use crate::sweep::Sweep;
+use crate::sweep::store::Shard;
 
 /// The script, with names in braces for what differs.
 const SCRIPT: &str = include_str!("slurm.sh");
