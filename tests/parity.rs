@@ -3,15 +3,18 @@
 
 use std::sync::Arc;
 
-use oneiro::arena::Arena;
 use oneiro::batch::{Batch, Outcome, Rollout, TraceRequest};
 use oneiro::cpu::Cpu;
 use oneiro::evaluator::{Control, Evaluator};
 use oneiro::random::{Key, pcg4d};
-use oneiro::tables::{SensorTable, SensorTables};
-use oneiro::world::{Activation, Controller, Difference, Speed, Start, Task, World, WorldSpec};
+use oneiro::tables::SensorTables;
+use oneiro::world::{World, WorldSpec};
 
+#[path = "lives/choices.rs"]
+mod choices;
 mod witness;
+
+use choices::{specs, with_blocks};
 
 /// Genes uniform in -5..5, a multiple of 2^-20 each.
 fn genes(rollout: usize, count: usize) -> Vec<f32> {
@@ -21,79 +24,6 @@ fn genes(rollout: usize, count: usize) -> Vec<f32> {
             (f32::from(word as u16) / 65_536.0 - 0.5) * 10.0
         })
         .collect()
-}
-
-/// Tables with one for blocks, which look different from each of five sides.
-fn with_blocks(sensors: &SensorTables) -> Arc<SensorTables> {
-    let mut own = sensors.clone();
-    let wall = &sensors.classes[0];
-    let from = |view: usize| {
-        wall.readings
-            .iter()
-            .map(move |cell| cell.map(|reading| reading / (1 + view as u16)))
-    };
-    own.classes.push(SensorTable {
-        class: "block".into(),
-        views: 5,
-        readings: (0..5).flat_map(from).collect(),
-        ..wall.clone()
-    });
-    Arc::new(own)
-}
-
-/// The three conditions of the 1995 paper, every controller, and every choice that moves a number.
-fn specs() -> Vec<(String, WorldSpec)> {
-    let base = WorldSpec::miglino1995();
-    let mut specs = vec![("no noise".to_owned(), base.clone())];
-    let mut with = |name: &str, change: &dyn Fn(&mut WorldSpec)| {
-        let mut spec = base.clone();
-        change(&mut spec);
-        specs.push((name.to_owned(), spec));
-    };
-    with("sensor noise", &|spec| spec.noise.sensor = (0.0, 0.4));
-    with("symmetric noise", &|spec| spec.noise.sensor = (-0.2, 0.2));
-    with("conservative noise", &|spec| {
-        (spec.noise.walk_range, spec.noise.walk_step) = (30.0, 1.5);
-    });
-    with("motor noise", &|spec| spec.noise.motor = 0.1);
-    with("hidden layer", &|spec| {
-        spec.controller = Controller::Hidden { units: 3 }
-    });
-    with("recurrent outputs", &|spec| spec.controller = Controller::Recurrent);
-    with("mean heading", &|spec| spec.robot.turn_before_move = 0.5);
-    with("fixed start", &|spec| {
-        spec.start = Start::At {
-            x: 100.0,
-            y: 100.0,
-            heading: 0.125,
-        }
-    });
-    let task = |speed, difference, activation| Task::Avoidance {
-        speed,
-        difference,
-        activation,
-        new_cell: 0.0,
-    };
-    with("signed, square, perceived", &|spec| {
-        spec.noise.sensor = (0.0, 0.4);
-        spec.task = task(Speed::Signed, Difference::Square, Activation::Perceived);
-    });
-    let blocks = |spec: &mut WorldSpec| {
-        spec.arena = Arena::miglino1995_block();
-        spec.robot.sensors = with_blocks(&spec.robot.sensors);
-    };
-    with("a block", &blocks);
-    with("a block, conservative noise", &|spec| {
-        blocks(spec);
-        (spec.noise.walk_range, spec.noise.walk_step) = (60.0, 10.0);
-    });
-    with("two terms", &|spec| {
-        spec.task = task(Speed::Unsigned, Difference::Root, Activation::None);
-    });
-    with("cells that are new", &|spec| {
-        spec.task = Task::AVOIDANCE.with_new_cell(2.5);
-    });
-    specs
 }
 
 /// Batches are traced so that poses are compared too: a fitness alone hides what its steps round away.

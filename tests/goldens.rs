@@ -1,0 +1,329 @@
+//! Results are pinned: every kernel's lives, on every lane code and adapter of this machine, and on an emulated ARM
+//! (`tests/aarch64.sh`), give what `tests/goldens/kernels/` says, so that no bit of them changes unnoticed.
+//! How these files are renewed, [`pinned`] says.
+
+use std::path::PathBuf;
+
+use oneiro::batch::Batch;
+use oneiro::cpu::Cpu;
+use oneiro::evaluator::{Control, Error, Evaluator};
+use oneiro::probe;
+use oneiro::tables::{MotorStates, MotorTable, SensorTables};
+use oneiro_shader_corpus::CASES;
+use oneiro_shaders::{KERNELS, Kernel};
+
+#[path = "lives/choices.rs"]
+mod choices;
+mod pinned;
+#[path = "lives/subjects.rs"]
+mod subjects;
+
+use pinned::Rows;
+use subjects::Subject;
+
+fn folder() -> PathBuf {
+    PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("tests/goldens/kernels")
+}
+
+/// The kernels that simulate lives, with their worlds: all but those that compute one function at a time.
+fn kernels() -> impl Iterator<Item = (&'static Kernel, Vec<Subject>)> {
+    let simulates = KERNELS.iter().filter(|kernel| !kernel.name.starts_with("probe_"));
+    simulates.map(|kernel| {
+        let subjects = subjects::of_kernel(kernel.name);
+        assert!(!subjects.is_empty(), "no world of the kernel {} is pinned", kernel.name);
+        for subject in &subjects {
+            assert_eq!(subject.worlds.kernel().name, kernel.name, "{}", subject.name);
+        }
+        (*kernel, subjects)
+    })
+}
+
+/// What lives come to: the bits of their fitness, and of their traces.
+#[derive(PartialEq, Eq)]
+struct Lived {
+    fitness: Vec<u32>,
+    trace: Vec<u32>,
+}
+
+/// The lives of a batch on a device; none if they are too large for it.
+fn lived(batch: &Batch, evaluator: &mut dyn Evaluator) -> Option<Lived> {
+    let outcome = match evaluator.evaluate(batch, &Control::new()) {
+        Ok(outcome) => outcome,
+        Err(Error::TooLarge(_)) => return None,
+        Err(error) => panic!("{error}"),
+    };
+    let records = outcome.traces.concat();
+    let mut trace = bytemuck::cast_slice::<_, u32>(&records).to_vec();
+    trace.extend(outcome.logs.concat());
+    Some(Lived {
+        fitness: outcome.fitness.iter().map(|fitness| fitness.to_bits()).collect(),
+        trace,
+    })
+}
+
+/// The rows of one kernel.
+fn rows(kernel: &Kernel, subjects: &[Subject], batches: &[Batch], lives: &[Lived]) -> Rows {
+    let mut rows = Rows::default();
+    rows.words("kernel", kernel.name, kernel.spirv);
+    rows.words("tables", &subjects[0].name, batches[0].all().tables().as_flattened());
+    let genes: Vec<f32> = subjects.iter().flat_map(|subject| subject.genomes.concat()).collect();
+    rows.numbers("genes", "all", &genes);
+    for (subject, lived) in subjects.iter().zip(lives) {
+        let fitness: Vec<f32> = lived.fitness.iter().map(|&bits| f32::from_bits(bits)).collect();
+        rows.numbers("fitness", &subject.name, &fitness);
+    }
+    for (subject, lived) in subjects.iter().zip(lives) {
+        rows.words("trace", &subject.name, &lived.trace);
+    }
+    let all: Vec<u32> = lives
+        .iter()
+        .flat_map(|lived| lived.fitness.iter().chain(&lived.trace).copied())
+        .collect();
+    rows.words("end", "all", &all);
+    rows
+}
+
+/// Where the lives of one device differ from those of another.
+fn difference(found: &Lived, expected: &Lived) -> String {
+    for (stage, found, expected) in [
+        ("fitness", &found.fitness, &expected.fitness),
+        ("trace", &found.trace, &expected.trace),
+    ] {
+        if let Some(index) = found
+            .iter()
+            .zip(expected)
+            .position(|(found, expected)| found != expected)
+        {
+            let words = found.len();
+            return format!(
+                "word {index} of {words} of its {stage} is {:08x}, not {:08x}",
+                found[index], expected[index]
+            );
+        }
+    }
+    "its lengths differ".to_owned()
+}
+
+/// Cycles from one record of a trace to the next: enough to see each stretch of a life, and no multiple of anything.
+const EVERY: u32 = 7;
+
+/// The devices that must agree, each by its name.
+fn devices() -> Vec<(String, Box<dyn Evaluator>)> {
+    let lane_code = |name: &'static str| -> (String, Box<dyn Evaluator>) {
+        let cpu = Cpu::new(None).and_then(|cpu| cpu.with_variant(name));
+        (name.to_owned(), Box::new(cpu.expect("it is available")))
+    };
+    let mut devices: Vec<_> = Cpu::variants().into_iter().map(lane_code).collect();
+    assert!(
+        devices.iter().any(|(name, _)| name.starts_with("checked")),
+        "the lane code that traps is not there"
+    );
+    #[cfg(feature = "gpu")]
+    {
+        let adapters = oneiro::gpu::adapters();
+        assert!(!adapters.is_empty(), "these tests need an adapter");
+        for adapter in adapters {
+            let gpu = oneiro::gpu::Gpu::open(&oneiro::gpu::Choice::Named(adapter.index().to_string()));
+            let gpu = gpu.expect("an adapter that can be opened");
+            match gpu.why_inexact() {
+                None => devices.push((adapter.name().to_owned(), Box::new(gpu))),
+                Some(why) => println!("{} is not held against anything: {why}", adapter.name()),
+            }
+        }
+    }
+    devices
+}
+
+#[test]
+fn lives_are_as_pinned() {
+    let mut devices = devices();
+    let mut files = ["tables.rows", "corpus.rows", "functions.rows"]
+        .map(str::to_owned)
+        .to_vec();
+    let mut problems = Vec::new();
+    for (kernel, subjects) in kernels() {
+        let batches: Vec<Batch> = subjects.iter().map(|subject| subject.batch(EVERY)).collect();
+        let (first, others) = devices.split_first_mut().expect("a lane code");
+        let expected: Vec<Lived> = batches
+            .iter()
+            .map(|batch| lived(batch, &mut *first.1).expect("what a CPU has room for"))
+            .collect();
+        // Were two worlds lived in alike, one of them would pin nothing.
+        for (index, lived) in expected.iter().enumerate() {
+            let same = expected[..index].iter().position(|other| other.trace == lived.trace);
+            let name = |index: usize| &subjects[index].name;
+            assert_eq!(same.map(name), None, "{}: as in {}", kernel.name, name(index));
+        }
+        let file = format!("{}.rows", kernel.name);
+        let found = rows(kernel, &subjects, &batches, &expected).to_string();
+        problems.extend(pinned::problem(&folder().join(&file), &found));
+        files.push(file);
+        for (device, evaluator) in others {
+            for ((subject, batch), expected) in subjects.iter().zip(&batches).zip(&expected) {
+                let Some(found) = lived(batch, &mut **evaluator) else {
+                    println!("{device} is too small for {}: {}", kernel.name, subject.name);
+                    continue;
+                };
+                if found != *expected {
+                    let difference = difference(&found, expected);
+                    problems.push(format!(
+                        "{}: {}: {device} and {} differ: {difference}",
+                        kernel.name, subject.name, first.0
+                    ));
+                }
+            }
+        }
+    }
+    assert!(problems.is_empty(), "{}", problems.join("\n"));
+    pinned::check_folder(&folder(), &files);
+}
+
+/// The tables that are compiled in.
+#[test]
+fn tables_are_as_pinned() {
+    let mut rows = Rows::default();
+    for class in &SensorTables::khepera().classes {
+        let readings = class.readings.as_flattened().iter().map(|&reading| u32::from(reading));
+        rows.words("sensors", &class.class, &readings.collect::<Vec<_>>());
+    }
+    for (name, states) in [
+        ("symmetric 20", MotorStates::Symmetric20),
+        ("asymmetric 20", MotorStates::Asymmetric20),
+        ("Evorobot 21", MotorStates::Evorobot21),
+    ] {
+        let cells = MotorTable::khepera(states).cells.clone();
+        let numbers = cells
+            .iter()
+            .flat_map(|cell| [cell.displacement, cell.turn, cell.left, cell.right]);
+        rows.numbers("motors", name, &numbers.collect::<Vec<_>>());
+    }
+    pinned::check(&folder().join("tables.rows"), &rows.to_string());
+}
+
+/// The functions that kernels compute with, on every lane code.
+#[test]
+fn functions_are_as_pinned() {
+    let mut rows = Rows::default();
+    for case in probe::functions(1 << 12) {
+        let results: Vec<_> = case.variants().filter_map(|variant| case.run(variant.name)).collect();
+        assert!(results.iter().all(|other| *other == results[0]), "{}", case.subject);
+        rows.words("function", &case.subject.to_string(), &results[0]);
+    }
+    pinned::check(&folder().join("functions.rows"), &rows.to_string());
+}
+
+/// What the compiler's interpreter says of the corpus; what lane code and SPIR-V make of it is held against that in
+/// tests of their own.
+#[test]
+fn the_corpus_is_as_pinned() {
+    let mut rows = Rows::default();
+    for case in CASES {
+        rows.words("case", case.kernel.name, &case.after.concat());
+    }
+    pinned::check(&folder().join("corpus.rows"), &rows.to_string());
+}
+
+/// Negative controls: what is pinned is noticed when it changes, and nothing is renewed in passing.
+mod controls {
+    use super::pinned::{Renewal, Rows, all_used, compared};
+    use std::fs;
+    use std::path::{Path, PathBuf};
+
+    fn rows(fitness: &[f32]) -> String {
+        let mut rows = Rows::default();
+        rows.numbers("genes", "all", &[0.5]);
+        rows.numbers("fitness", "no noise", fitness);
+        rows.words("end", "all", &fitness.iter().map(|x| x.to_bits()).collect::<Vec<_>>());
+        rows.to_string()
+    }
+
+    /// A folder of one control's own with a golden file in it that was accepted.
+    fn accepted(control: &str) -> PathBuf {
+        let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("goldens").join(control);
+        let _ = fs::remove_dir_all(&folder);
+        fs::create_dir_all(&folder).unwrap();
+        let file = folder.join("kept.rows");
+        accept(&file, &rows(&[1.0, 2.0]), "the first");
+        file
+    }
+
+    fn accept(file: &Path, found: &str, reason: &str) {
+        let reason = Some(reason.to_owned());
+        compared(file, found, &Renewal::default()).unwrap_err();
+        let message = compared(file, found, &Renewal { ci: false, reason }).unwrap_err();
+        assert!(message.contains("accepted: "), "{message}");
+        compared(file, found, &Renewal::default()).unwrap();
+    }
+
+    fn new(file: &Path) -> PathBuf {
+        file.with_extension("rows.new")
+    }
+
+    #[test]
+    fn one_bit_is_noticed_where_it_is() {
+        let file = accepted("bit");
+        let changed = rows(&[1.0, 2.0_f32.next_up()]);
+        let message = compared(&file, &changed, &Renewal::default()).unwrap_err();
+        assert!(message.contains("the first difference is in fitness"), "{message}");
+        for row in rows(&[1.0, 2.0]).lines().skip(1) {
+            assert!(message.contains(&format!("old: {row}")), "{message}");
+        }
+        for row in changed.lines().skip(1) {
+            assert!(message.contains(&format!("new: {row}")), "{message}");
+        }
+        assert!(!message.contains("genes"), "{message}");
+        // It is written beside the old one, which stays, until all is as before.
+        assert_eq!(fs::read_to_string(new(&file)).unwrap(), changed);
+        assert_eq!(fs::read_to_string(&file).unwrap(), rows(&[1.0, 2.0]));
+        compared(&file, &rows(&[1.0, 2.0]), &Renewal::default()).unwrap();
+        assert!(!new(&file).exists());
+    }
+
+    #[test]
+    fn rows_that_nothing_uses_are_noticed() {
+        let file = accepted("unused");
+        let fewer: String = rows(&[1.0, 2.0]).lines().skip(1).flat_map(|row| [row, "\n"]).collect();
+        let message = compared(&file, &fewer, &Renewal::default()).unwrap_err();
+        assert!(message.contains("nothing uses: genes | all"), "{message}");
+        let folder = file.parent().unwrap();
+        let used = ["kept.rows".to_owned()];
+        all_used(folder, &used).unwrap();
+        fs::write(folder.join("other.rows"), "").unwrap();
+        assert!(all_used(folder, &used).unwrap_err().contains("other.rows"));
+    }
+
+    #[test]
+    fn continuous_integration_writes_nothing() {
+        let file = accepted("ci");
+        for reason in [None, Some("it is right".to_owned())] {
+            compared(&file, &rows(&[3.0]), &Renewal { ci: true, reason }).unwrap_err();
+            assert!(!new(&file).exists());
+        }
+        assert_eq!(fs::read_to_string(&file).unwrap(), rows(&[1.0, 2.0]));
+    }
+
+    #[test]
+    fn nothing_is_accepted_unseen_or_without_a_reason() {
+        let file = accepted("reason");
+        let renewal = |reason: &str| Renewal {
+            ci: false,
+            reason: Some(reason.to_owned()),
+        };
+        // The first run shows what differs; one that finds something else again shows that.
+        compared(&file, &rows(&[3.0]), &renewal("it is right")).unwrap_err();
+        compared(&file, &rows(&[4.0]), &renewal("it is right")).unwrap_err();
+        assert_eq!(fs::read_to_string(&file).unwrap(), rows(&[1.0, 2.0]));
+        compared(&file, &rows(&[4.0]), &renewal(" ")).unwrap_err();
+        assert_eq!(fs::read_to_string(&file).unwrap(), rows(&[1.0, 2.0]));
+        compared(&file, &rows(&[4.0]), &renewal("it is right")).unwrap_err();
+        assert_eq!(fs::read_to_string(&file).unwrap(), rows(&[4.0]));
+        let log = fs::read_to_string(file.with_file_name("CHANGES.md")).unwrap();
+        let last = log.lines().last().unwrap();
+        assert!(last.ends_with(": it is right (1 end, 1 fitness)"), "{log}");
+        assert!(log.contains("the first"), "{log}");
+        // A file that was changed by hand is none that was accepted.
+        fs::write(&file, rows(&[5.0])).unwrap();
+        let message = compared(&file, &rows(&[5.0]), &Renewal::default()).unwrap_err();
+        assert!(message.contains("changed by hand"), "{message}");
+    }
+}

@@ -1,0 +1,424 @@
+//! For each kernel worlds that together reach every branch of it, and rollouts in them.
+
+use std::sync::Arc;
+
+use oneiro::arena::Arena;
+use oneiro::batch::{Batch, GREATEST_GENE, LEAST_GENE, Rollout, TraceRequest, Worlds};
+use oneiro::foraging::{Foraging, Light};
+use oneiro::random::{Key, pcg4d};
+use oneiro::surrogate::{self, Differences, Surrogate};
+use oneiro::swarm::{self, Lamp, Order, Swarm};
+use oneiro::tables::{MotorStates, MotorTable};
+use oneiro::world::{Activation, Controller, Difference, Noise, Speed, Start, Task, World, WorldSpec};
+
+use super::choices::{beside_a_block, specs, task};
+
+/// One world and what lives in it.
+pub(crate) struct Subject {
+    pub(crate) name: String,
+    pub(crate) worlds: Worlds,
+    /// The genes of each rollout.
+    pub(crate) genomes: Vec<Vec<f32>>,
+}
+
+impl Subject {
+    /// Whole lives, traced each so many cycles.
+    pub(crate) fn batch(&self, every: u32) -> Batch {
+        let rollouts: Vec<_> = (0..)
+            .zip(&self.genomes)
+            .map(|(index, genes)| Rollout {
+                world: 0,
+                genes,
+                key: Key::rollout(7, 0, index, 0),
+            })
+            .collect();
+        let trace = TraceRequest { every };
+        self.worlds.batch(&rollouts, Some(trace)).expect("a valid batch")
+    }
+}
+
+/// The worlds of a kernel of the catalogue, by its name; none of one that simulates nothing.
+pub(crate) fn of_kernel(name: &str) -> Vec<Subject> {
+    let controllers: &[Controller] = match name.rsplit('_').next() {
+        Some("perceptron") => &[Controller::Perceptron],
+        Some("hidden") => &[1, 3, 32].map(|units| Controller::Hidden { units }),
+        Some("recurrent") => &[Controller::Recurrent],
+        _ => &[],
+    };
+    match name.split('_').next() {
+        Some("life") => lives(controllers),
+        Some("surrogate") => surrogates(controllers),
+        Some("forager") => foragers(),
+        Some("swarm") => swarms(),
+        _ => Vec::new(),
+    }
+}
+
+/// Genes from -`size` to `size`, each its own. They are the same in all worlds, so that what differs comes of worlds.
+fn genes(rollout: u32, count: usize, size: f32) -> Vec<f32> {
+    let gene = |gene| {
+        let [word, ..] = pcg4d([rollout, gene, 0, 0x676f_6c64]);
+        ((word >> 8) as f32 / 8_388_608.0 - 1.0) * size
+    };
+    (0..count as u32).map(gene).collect()
+}
+
+/// Worlds of lives, controllers taking turns in them; the first world is lived in with each controller.
+fn subjects(specs: Vec<(String, WorldSpec)>, controllers: &[Controller], rollouts: u32) -> Vec<Subject> {
+    let again = specs[0].clone();
+    let all = controllers.iter().skip(1).map(|_| again.clone()).chain(specs);
+    all.zip(controllers.iter().cycle())
+        .map(|((name, mut spec), &controller)| {
+            spec.controller = controller;
+            let world = World::new(spec).unwrap_or_else(|error| panic!("{name}: {error}"));
+            let name = match controller {
+                Controller::Hidden { units } => format!("{name}, {units} hidden"),
+                _ => name,
+            };
+            // Small and large genes; those of the last are as small and as large as they may be.
+            let count = world.genes();
+            let sizes = [5.0, 1.0, 20.0].into_iter().cycle();
+            let genomes = (1..rollouts)
+                .zip(sizes)
+                .map(|(rollout, size)| genes(rollout, count, size));
+            Subject {
+                genomes: genomes.chain([extreme(count)]).collect(),
+                worlds: Worlds::new(&[world]).expect("one world"),
+                name,
+            }
+        })
+        .collect()
+}
+
+/// The least and the greatest genes that are allowed, and those that count as 0, among others.
+fn extreme(count: usize) -> Vec<f32> {
+    let ends = [LEAST_GENE, 1e-30, 0.0, GREATEST_GENE];
+    let mut genes = genes(0, count, 2.0);
+    for (gene, end) in genes.iter_mut().step_by(4).zip(ends.into_iter().cycle()) {
+        *gene = end * gene.signum();
+    }
+    genes
+}
+
+/// A row of round obstacles along each wall, more than 32 objects in all.
+fn crowded(spec: &mut WorldSpec) {
+    let row = |y: f32| (0..16).map(move |column| (60.0 + 32.0 * column as f32, y));
+    spec.arena = Arena::rectangle(600.0, 350.0)
+        .with_obstacles(row(12.0).chain(row(338.0)), 5.0)
+        .called("crowded");
+}
+
+/// Lives in the simulator that is made from samples.
+fn lives(controllers: &[Controller]) -> Vec<Subject> {
+    let base = WorldSpec::miglino1995();
+    let mut all: Vec<(String, WorldSpec)> = specs()
+        .into_iter()
+        .filter(|(_, spec)| spec.controller == base.controller)
+        .collect();
+    let mut with = |name: &str, change: &dyn Fn(&mut WorldSpec)| {
+        let mut spec = base.clone();
+        change(&mut spec);
+        all.push((name.to_owned(), spec));
+    };
+    let noisy = Noise {
+        sensor: (-0.2, 0.2),
+        motor: 0.1,
+        ..Noise::CONSERVATIVE
+    };
+    let perceived = task(Speed::Signed, Difference::Square, Activation::Perceived);
+    with("all noises", &|spec| spec.noise = noisy);
+    with("turn first", &|spec| spec.robot.turn_before_move = 1.0);
+    with("a walk through walls", &|spec| {
+        (spec.noise.walk_range, spec.noise.walk_step) = (300.0, 250.0);
+    });
+    for arena in ["miglino1995-triangle", "open", "octagon"] {
+        with(arena, &|spec| {
+            spec.arena = Arena::named(arena).expect("it is in the catalogue");
+            spec.noise = noisy;
+        });
+    }
+    with("crowded", &crowded);
+    with("crowded, all noises", &|spec| {
+        crowded(spec);
+        spec.noise = noisy;
+    });
+    with("asymmetric states", &|spec| {
+        spec.robot.motors = MotorTable::khepera(MotorStates::Asymmetric20);
+    });
+    with("states rounded", &|spec| {
+        spec.robot.motors = MotorTable::khepera(MotorStates::Evorobot21);
+    });
+    for (name, chosen) in tasks() {
+        // Two are there by other names.
+        if ![Task::AVOIDANCE, perceived].contains(&chosen) {
+            with(&name, &|spec| {
+                spec.noise.sensor = (0.0, 0.4);
+                spec.task = chosen;
+            });
+        }
+    }
+    with("new cells of all words", &|spec| {
+        spec.arena = Arena::rectangle(800.0, 400.0);
+        spec.task = Task::AVOIDANCE.with_new_cell(1.0);
+        // Fast and straight, so that many cells are entered.
+        spec.cycles = 500;
+        spec.noise = noisy;
+    });
+    for (_, spec) in &mut all {
+        spec.cycles = spec.cycles.min(250);
+    }
+    subjects(all, controllers, 6)
+}
+
+/// Every choice of terms.
+fn tasks() -> Vec<(String, Task)> {
+    let mut tasks = Vec::new();
+    for speed in [Speed::Unsigned, Speed::Signed] {
+        for difference in [Difference::Root, Difference::Square] {
+            for activation in [Activation::Real, Activation::Perceived, Activation::None] {
+                let name = format!("terms {speed:?}, {difference:?}, {activation:?}").to_lowercase();
+                tasks.push((name, task(speed, difference, activation)));
+            }
+        }
+    }
+    tasks
+}
+
+/// Lives of surrogates.
+fn surrogates(controllers: &[Controller]) -> Vec<Subject> {
+    let base = WorldSpec {
+        cycles: 100,
+        ..WorldSpec::miglino1995()
+    };
+    let mut all = Vec::new();
+    let mut with = |name: String, differences: Differences, change: &dyn Fn(&mut WorldSpec)| {
+        let mut spec = base.clone();
+        spec.surrogate = Some(Arc::new(Surrogate::drawn(1, differences)));
+        change(&mut spec);
+        all.push((name, spec));
+    };
+    for severity in [0.0, 1.0, 2.0] {
+        let differences = Differences::all(severity);
+        for arena in ["miglino1995", "miglino1995-triangle", "open", "octagon"] {
+            with(format!("{arena}, severity {severity}"), differences, &|spec| {
+                spec.arena = Arena::named(arena).expect("it is in the catalogue");
+            });
+        }
+        with(format!("a block, severity {severity}"), differences, &beside_a_block);
+        with(format!("crowded, severity {severity}"), differences, &crowded);
+    }
+    for difference in surrogate::Difference::ALL {
+        let name = difference.name();
+        with(format!("only {name}"), Differences::only(1.0, difference), &|_| {});
+    }
+    let old = Differences::all(1.0).with_latency(100.0);
+    with("old readings".into(), old, &|_| {});
+    with("fixed start".into(), Differences::all(1.0), &|spec| {
+        spec.start = Start::At {
+            x: 60.0,
+            y: 60.0,
+            heading: 0.625,
+        };
+    });
+    for (name, chosen) in tasks() {
+        // A surrogate perceives what is real.
+        let Task::Avoidance { activation, .. } = chosen;
+        if activation != Activation::Perceived && chosen != Task::AVOIDANCE {
+            with(name, Differences::all(1.0), &|spec| spec.task = chosen);
+        }
+    }
+    subjects(all, controllers, 4)
+}
+
+/// Two genes in hundredths: of each third for a robot with food, and of each for one without.
+fn thirds(rollout: u32) -> [f32; 2] {
+    [rollout % 3, rollout / 3 % 3].map(|third| [0.0, 0.5, 0.99][third as usize])
+}
+
+/// On-board simulators of foragers.
+fn foragers() -> Vec<Subject> {
+    let mut all: Vec<(String, Foraging)> = Vec::new();
+    for light in [Light::OverNest, Light::Nowhere, Light::OppositeNest] {
+        let forager = Foraging::odowd2014(light);
+        let quiet = Foraging {
+            light_noise: 0.0,
+            wheel_noise: 0.0,
+            ..forager
+        };
+        all.push((format!("{light:?}"), forager));
+        all.push((format!("{light:?}, no noise"), quiet));
+    }
+    let base = Foraging::odowd2014(Light::OverNest);
+    let start = Some([100.0, -50.0, 0.3]);
+    all.extend(
+        [
+            ("fixed start", Foraging { start, ..base }),
+            ("no food", Foraging { food_items: 0, ..base }),
+            ("eight items", Foraging { food_items: 8, ..base }),
+            (
+                "food at arm's length",
+                Foraging {
+                    food_radius: 200.0,
+                    ..base
+                },
+            ),
+            ("no way on after an escape", Foraging { escape: 0.0, ..base }),
+            ("blind", Foraging { near: 0.0, ..base }),
+            (
+                "in the dark",
+                Foraging {
+                    ambient: 0.0,
+                    light_noise: 0.0,
+                    ..base
+                },
+            ),
+            (
+                "a small arena",
+                Foraging {
+                    arena_radius: 250.0,
+                    ..base
+                },
+            ),
+        ]
+        .map(|(name, forager)| (name.to_owned(), forager)),
+    );
+    all.into_iter()
+        .map(|(name, forager)| Subject {
+            worlds: Worlds::of_foragers(&[forager]).unwrap_or_else(|error| panic!("{name}: {error}")),
+            genomes: (0..9).map(|rollout| thirds(rollout).into()).collect(),
+            name,
+        })
+        .collect()
+}
+
+/// Worlds of robots that meet: ten as the 2014 study has them, with each difference alone, and crowds.
+fn swarms() -> Vec<Subject> {
+    const ALL: swarm::Differences = swarm::Differences::ODOWD2014;
+    const NONE: swarm::Differences = swarm::Differences::NONE;
+    let ten = Swarm::odowd2014(10);
+    let differing = |differences| Swarm { differences, ..ten };
+    let blind = |robots: u32, differences| Swarm {
+        robots,
+        forager: Foraging {
+            near: 0.0,
+            ..ten.forager
+        },
+        differences,
+        ..ten
+    };
+    let all = [
+        ("all differences", ten, 200),
+        ("no difference", differing(NONE), 200),
+        (
+            "only wheels",
+            differing(swarm::Differences {
+                wheels: ALL.wheels,
+                ..NONE
+            }),
+            200,
+        ),
+        (
+            "only proximity",
+            differing(swarm::Differences {
+                proximity: ALL.proximity,
+                ..NONE
+            }),
+            200,
+        ),
+        (
+            "only light",
+            differing(swarm::Differences {
+                light: ALL.light,
+                ..NONE
+            }),
+            200,
+        ),
+        (
+            "only slip",
+            differing(swarm::Differences { slip: ALL.slip, ..NONE }),
+            200,
+        ),
+        (
+            "only latency",
+            differing(swarm::Differences { latency: true, ..NONE }),
+            200,
+        ),
+        (
+            "only beam",
+            differing(swarm::Differences { beam: ALL.beam, ..NONE }),
+            200,
+        ),
+        (
+            "only reflection",
+            differing(swarm::Differences {
+                reflection: ALL.reflection,
+                ..NONE
+            }),
+            200,
+        ),
+        (
+            "only shadows",
+            differing(swarm::Differences {
+                shadows: ALL.shadows,
+                ..NONE
+            }),
+            200,
+        ),
+        (
+            "only tracking loss",
+            differing(swarm::Differences {
+                tracking_loss: 0.5,
+                ..NONE
+            }),
+            200,
+        ),
+        ("other individuals", Swarm { individuals: 2, ..ten }, 200),
+        (
+            "heard through others",
+            Swarm {
+                line_of_sight: false,
+                heard: 1.0,
+                ..ten
+            },
+            200,
+        ),
+        ("nobody is heard", Swarm { heard: 0.0, ..ten }, 200),
+        ("short intervals", Swarm { interval: 20, ..ten }, 200),
+        ("one robot", Swarm { robots: 1, ..ten }, 200),
+        ("a blind crowd", blind(50, NONE), 200),
+        ("a crowd", Swarm { robots: 50, ..ten }, 100),
+        // No software driver takes as many: their loops are bounded.
+        ("as many as there can be", blind(128, ALL), 20),
+    ];
+    all.into_iter()
+        .map(|(name, mut swarm, cycles)| {
+            swarm.forager.cycles = cycles;
+            Subject {
+                name: name.into(),
+                worlds: Worlds::of_swarms(&[swarm]).unwrap_or_else(|error| panic!("{name}: {error}")),
+                genomes: (0..3).map(|rollout| orders(&swarm, rollout, cycles)).collect(),
+            }
+        })
+        .collect()
+}
+
+/// A world's lamp, which may move, and its robots' orders: some are switched on on the way, most get other genes.
+fn orders(swarm: &Swarm, rollout: u32, cycles: u32) -> Vec<f32> {
+    let lights = [Light::OverNest, Light::Nowhere, Light::OppositeNest];
+    let lamp = Lamp {
+        first: lights[rollout as usize],
+        then: lights[(rollout as usize + 1) % 3],
+        moves: cycles / 2,
+    };
+    let order = |robot: u32| {
+        let [word, other, at, begins] = pcg4d([rollout, robot, 0, 0x7377_6d73]);
+        Order {
+            before: (robot % 4 != 3).then(|| thirds(word)),
+            after: thirds(other),
+            at: if robot % 4 == 2 { 0 } else { at % cycles },
+            begins: (robot % 2 == 0).then_some(begins % cycles),
+        }
+    };
+    let orders: Vec<Order> = (0..swarm.robots).map(order).collect();
+    swarm.inputs(&lamp, &orders)
+}
