@@ -1,0 +1,529 @@
+//! Results of the program are pinned: runs, sweeps, swarms, what was stopped and resumed, and both studies at their
+//! smallest give what `tests/goldens/program/` says. Of each kind there are two files: `NAME.rows` has what was computed;
+//! `NAME.identity.rows` has what also depends on how values, columns and claims are called, and so may change where
+//! nothing else does. How these files are renewed, [`pinned`] says.
+
+use std::fmt::Write as _;
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use serde_json::Value;
+
+mod pinned;
+#[allow(dead_code, reason = "nothing fails here")]
+mod place;
+
+use pinned::{Rows, digest};
+use place::Place;
+
+/// What one kind of result comes to.
+#[derive(Default)]
+struct Found {
+    content: Rows,
+    identity: Rows,
+}
+
+/// The kinds, each with the test that computes it.
+const KINDS: [&str; 7] = [
+    "runs",
+    "sweeps",
+    "swarms",
+    "miglino1995",
+    "miglino1995-whole",
+    "odowd2014",
+    "odowd2014-whole",
+];
+
+fn folder() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../tests/goldens/program")
+}
+
+impl Found {
+    #[track_caller]
+    fn check(self, kind: &str) {
+        assert!(KINDS.contains(&kind));
+        let files = [
+            (format!("{kind}.rows"), self.content),
+            (format!("{kind}.identity.rows"), self.identity),
+        ];
+        let problems: Vec<String> = files
+            .into_iter()
+            .filter_map(|(file, rows)| pinned::problem(&folder().join(file), &rows.to_string()))
+            .collect();
+        assert!(problems.is_empty(), "{}", problems.join("\n"));
+    }
+
+    /// A table without its first line, which is words.
+    fn table(&mut self, place: &Place, directory: &str, file: &str) {
+        let text = place.text(Path::new(directory).join(file));
+        let (head, body) = text.split_once('\n').unwrap();
+        self.identity.text("head", &format!("{directory}/{file}"), head);
+        self.body("table", &format!("{directory}/{file}"), body);
+    }
+
+    /// Lines: how many, their digest, and the last of them.
+    fn body(&mut self, stage: &str, subject: &str, body: &str) {
+        let last = body.lines().last().unwrap_or_default();
+        self.content.text(
+            stage,
+            subject,
+            format_args!(
+                "{} lines, {}, the last: {last}",
+                body.lines().count(),
+                digest(body.as_bytes())
+            ),
+        );
+    }
+
+    /// What identifies a run, and the hash of its results, which depends on that.
+    fn done(&mut self, place: &Place, run: &str) {
+        let done = json(place, run, "DONE");
+        let hash = |key: &str| done[key].as_str().unwrap()[..16].to_owned();
+        self.identity
+            .bytes("config", run, &place.read(format!("{run}/config.toml")));
+        self.identity.text("experiment", run, hash("experiment"));
+        self.identity.text("result", run, hash("result"));
+    }
+
+    /// A run of one robot.
+    fn run(&mut self, place: &Place, run: &str) {
+        let (shape, individuals) = npy(&place.read(format!("{run}/individuals.npy")));
+        let [_, population, columns] = shape[..] else {
+            panic!("{run}: the individuals are of the shape {shape:?}");
+        };
+        let first = individuals[..population * columns].chunks(columns);
+        let genes: Vec<f32> = first.clone().flat_map(|row| &row[..columns - 1]).copied().collect();
+        let fitness: Vec<f32> = first.map(|row| row[columns - 1]).collect();
+        self.content.numbers("first genes", run, &genes);
+        self.content.numbers("first fitness", run, &fitness);
+        self.content.numbers("individuals", run, &individuals);
+        self.table(place, run, "generations.csv");
+        for file in ["population", "fitness", "champion"] {
+            let (_, numbers) = npy(&place.read(format!("{run}/{file}.npy")));
+            self.content.numbers(file, run, &numbers);
+        }
+        let champion = json(place, run, "champion.json");
+        let of = |key: &str| &champion[key];
+        self.content.text(
+            "end",
+            run,
+            format_args!(
+                "fitness {} in generation {}, individual {}",
+                of("fitness"),
+                of("generation"),
+                of("individual")
+            ),
+        );
+        self.table(place, run, "trace.csv");
+        self.done(place, run);
+    }
+
+    /// A swarm's run.
+    fn swarm(&mut self, place: &Place, run: &str) {
+        let food = place.text(format!("{run}/food.csv"));
+        let brought: u32 = food
+            .lines()
+            .skip(1)
+            .map(|line| line.split(',').nth(1).unwrap().parse::<u32>().unwrap())
+            .sum();
+        let intervals = place.text(format!("{run}/intervals.csv"));
+        // A line each robot has: those of the first interval, then all.
+        let first: String = intervals
+            .lines()
+            .filter(|line| line.starts_with("0,"))
+            .flat_map(|line| [line, "\n"])
+            .collect();
+        self.body("first interval", run, &first);
+        self.table(place, run, "intervals.csv");
+        self.table(place, run, "food.csv");
+        self.content.text("end", run, format_args!("{brought} brought"));
+        self.done(place, run);
+    }
+
+    /// A sweep. The ids of runs and the hashes of their results are no content.
+    fn sweep(&mut self, place: &Place, sweep: &str) {
+        let text = place.text(format!("{sweep}/results.csv"));
+        let mut reader = csv::Reader::from_reader(text.as_bytes());
+        let head = reader.headers().unwrap().clone();
+        let mut content = String::new();
+        let mut results = String::new();
+        for row in reader.records() {
+            let row = row.unwrap();
+            for (name, value) in head.iter().zip(&row) {
+                let to = if ["id", "result"].contains(&name) {
+                    &mut results
+                } else {
+                    &mut content
+                };
+                let _ = write!(to, "{value};");
+            }
+            content.push('\n');
+            results.push('\n');
+        }
+        self.identity.text(
+            "head",
+            &format!("{sweep}/results.csv"),
+            head.iter().collect::<Vec<_>>().join(","),
+        );
+        self.body("table", &format!("{sweep}/results.csv"), &content);
+        self.identity.bytes("result", sweep, results.as_bytes());
+        self.table(place, sweep, "generations.csv");
+    }
+
+    /// A study: its results, its claims, its tables and its figures.
+    fn study(&mut self, place: &Place, study: &str) {
+        self.identity
+            .bytes("settings", study, &place.read(format!("{study}/study.json")));
+        let results = json(place, study, "results.json");
+        for (key, value) in results.as_object().unwrap() {
+            let mut numbers = numbers_of(value);
+            // In an order that does not depend on names.
+            numbers.sort_unstable();
+            self.content.text(
+                "results",
+                &format!("{study}/{key}"),
+                format_args!("{} numbers, {}", numbers.len(), digest(numbers.concat().as_bytes())),
+            );
+        }
+        self.identity
+            .bytes("results", study, &place.read(format!("{study}/results.json")));
+        let mut files: Vec<String> = fs::read_dir(place.at(study))
+            .unwrap()
+            .map(|entry| entry.unwrap().file_name().into_string().unwrap())
+            .filter(|name| name.ends_with(".csv"))
+            .collect();
+        files.sort();
+        for file in files {
+            self.table(place, study, &file);
+        }
+        for claim in json(place, study, "claims.json").as_array().unwrap() {
+            let id = claim["id"].as_str().unwrap();
+            let numbers = [&claim["effects"], &claim["tests"]].map(numbers_of).concat().concat();
+            let first = claim["effects"].as_array().and_then(|effects| effects.first());
+            self.content.text(
+                "claim",
+                &format!("{study}/{id}"),
+                format_args!(
+                    "{}, {}: {}",
+                    claim["verdict"].as_str().unwrap(),
+                    digest(numbers.as_bytes()),
+                    first.map_or("no effect".to_owned(), |effect| effect["value"].to_string())
+                ),
+            );
+            self.identity
+                .bytes("claim", &format!("{study}/{id}"), claim.to_string().as_bytes());
+        }
+        let report = place.text(format!("{study}/report.html"));
+        let drawings = drawings(&report);
+        self.content.text(
+            "figures",
+            study,
+            format_args!("{}, {}", drawings.len(), digest(drawings.concat().as_bytes())),
+        );
+    }
+}
+
+/// All numbers of a value in the order of their keys, without their names.
+fn numbers_of(value: &Value) -> Vec<String> {
+    match value {
+        Value::Array(values) => values.iter().flat_map(numbers_of).collect(),
+        Value::Object(values) => values.values().flat_map(numbers_of).collect(),
+        Value::Number(number) => vec![format!("{number};")],
+        _ => Vec::new(),
+    }
+}
+
+/// The drawings of a page, without their words.
+fn drawings(page: &str) -> Vec<String> {
+    let drawings = page
+        .split("<svg")
+        .skip(1)
+        .map(|rest| rest.split("</svg>").next().unwrap_or(rest));
+    drawings
+        .map(|drawing| {
+            drawing
+                .split('<')
+                .map(|element| element.split_once('>').map_or(element, |(tag, _)| tag))
+                .filter(|tag| {
+                    !["text", "tspan", "title", "desc"]
+                        .iter()
+                        .any(|word| tag.starts_with(word))
+                })
+                .flat_map(|tag| [tag, "\n"])
+                .collect()
+        })
+        .collect()
+}
+
+fn json(place: &Place, directory: &str, file: &str) -> Value {
+    serde_json::from_slice(&place.read(Path::new(directory).join(file))).unwrap()
+}
+
+/// The shape and the numbers of an array file.
+fn npy(bytes: &[u8]) -> (Vec<usize>, Vec<f32>) {
+    let file = npyz::NpyFile::new(bytes).unwrap();
+    let shape = file.shape().iter().map(|&length| length as usize).collect();
+    (shape, file.into_vec().unwrap())
+}
+
+fn shipped(name: &str) -> String {
+    let experiments = Path::new(env!("CARGO_MANIFEST_DIR")).join("../experiments");
+    experiments.join(name).display().to_string()
+}
+
+/// All of a small evolution.
+const PLAIN: &str = "
+    cycles = 60
+    [evolution]
+    population = 20
+    parents = 4
+    generations = 8
+    [record]
+    checkpoint_every = 3
+";
+
+/// Several lives, an elite, limits, mutation of whole individuals, all noises, a hidden layer.
+const NOISY: &str = r#"
+    cycles = 50
+    trials = 3
+    trial_score = "least"
+    [noise]
+    sensor = [-0.2, 0.2]
+    walk_range_mm = 30
+    motor = 0.1
+    [controller]
+    kind = "hidden"
+    units = 3
+    [task]
+    speed = "signed"
+    difference = "square"
+    activation = "perceived"
+    [evolution]
+    population = 12
+    parents = 3
+    generations = 6
+    elite = 2
+    initial = [-3.0, 3.0]
+    limits = [-2.5, 2.5]
+    [evolution.mutation]
+    kind = "add_normal"
+    per = "individual"
+    rate = 0.5
+    amount = 0.7
+"#;
+
+/// Genes drawn anew, the mean of several lives, another arena, a chosen start, outputs fed back.
+const REPLACED: &str = r#"
+    cycles = 50
+    trials = 2
+    [robot]
+    states = "evorobot"
+    turn_before_move = 0.5
+    [arena]
+    width_mm = 500
+    height_mm = 400
+    obstacles = [{ x_mm = 250, y_mm = 200, radius_mm = 40 }]
+    [controller]
+    kind = "recurrent"
+    [task]
+    new_cell = 1.5
+    [start]
+    kind = "at"
+    x_mm = 100
+    y_mm = 100
+    heading_turns = 0.125
+    [evolution]
+    population = 15
+    parents = 5
+    generations = 6
+    [evolution.mutation]
+    kind = "replace"
+    rate = 0.3
+"#;
+
+impl Place {
+    fn evolve(&self, out: &str, experiment: &str, more: &[&str]) {
+        let run = ["run", experiment, "--seed", "7", "--backend", "cpu", "--out", out];
+        self.good(&[&run[..], more].concat());
+    }
+
+    /// The same, but that a file can't be written at the end, and then resumed.
+    #[cfg(unix)]
+    fn evolve_and_resume(&self, out: &str, experiment: &str, full: &str, more: &[&str]) {
+        fs::create_dir(self.at(out)).unwrap();
+        std::os::unix::fs::symlink("/dev/full", self.at(format!("{out}/{full}.tmp"))).unwrap();
+        let run = ["run", experiment, "--seed", "7", "--backend", "cpu", "--out", out];
+        self.run(&[&run[..], more].concat()).exits(6);
+        assert!(!self.at(format!("{out}/DONE")).exists());
+        self.good(&["resume", out, "--backend", "cpu"]);
+    }
+}
+
+#[test]
+fn runs_are_as_pinned() {
+    let place = Place::new("runs");
+    let mut found = Found::default();
+    for (name, experiment) in [("plain", PLAIN), ("noisy", NOISY), ("replaced", REPLACED)] {
+        let file = format!("{name}.toml");
+        place.write(&file, experiment);
+        place.evolve(name, &file, &[]);
+        found.run(&place, name);
+    }
+    fs::copy(place.at("plain/population.npy"), place.at("init.npy")).unwrap();
+    let init = ["--set", "evolution.init=init.npy", "--set", "noise.sensor=[0.0, 0.4]"];
+    place.evolve("init", "plain.toml", &init);
+    found.run(&place, "init");
+    let short = ["--set", "evolution.generations=3", "--set", "cycles=100"];
+    for name in ["block", "conservative-noise"] {
+        place.evolve(name, &shipped(&format!("khepera-{name}.toml")), &short);
+        found.run(&place, name);
+    }
+    #[cfg(unix)]
+    {
+        place.evolve_and_resume("resumed", "plain.toml", "champion.json", &["--set", "cycles=61"]);
+        found.run(&place, "resumed");
+    }
+    found.check("runs");
+}
+
+#[test]
+fn sweeps_are_as_pinned() {
+    let place = Place::new("sweeps");
+    place.write("small.toml", PLAIN);
+    place.write("swarm.toml", fs::read(shipped("odowd2014-over.toml")).unwrap());
+    place.write(
+        "reality.toml",
+        r#"
+        experiment = "small.toml"
+        seeds = "3..4"
+        [grid]
+        noise.sensor = [[0.0, 0.0], [0.0, 0.4]]
+        [[list]]
+        controller = { kind = "perceptron" }
+        evolution.elite = 0
+        [[list]]
+        controller = { kind = "recurrent" }
+        evolution.elite = 1
+        [random]
+        samples = 2
+        [random.ranges]
+        trials = { from = 1, to = 3 }
+        evolution.mutation.amount = { from = 0.01, to = 10.0, scale = "log" }
+        [reality]
+        robots = [1, 2]
+        "#,
+    );
+    place.write(
+        "swarms.toml",
+        r#"
+        experiment = "swarm.toml"
+        seeds = "1..2"
+        [set]
+        swarm.minutes = 3
+        [grid]
+        swarm.robots = [4, 5]
+        [[list]]
+        swarm.simulators.credit = "lagged"
+        [[list]]
+        swarm.simulators.credit = "matched"
+        "#,
+    );
+    let mut found = Found::default();
+    for name in ["reality", "swarms"] {
+        let file = format!("{name}.toml");
+        place.good(&["sweep", "run", &file, "--backend", "cpu", "--out", name]);
+        found.sweep(&place, name);
+    }
+    found.check("sweeps");
+}
+
+#[test]
+fn swarms_are_as_pinned() {
+    let place = Place::new("swarms");
+    let mut found = Found::default();
+    let short = ["--set", "swarm.minutes=3", "--set", "swarm.light_moves_minute=1"];
+    for case in ["over-then-opposite", "random"] {
+        place.evolve(case, &shipped(&format!("odowd2014-{case}.toml")), &short);
+        found.swarm(&place, case);
+    }
+    let choices = [
+        "swarm.robots=6",
+        "swarm.controllers.guests=1",
+        "swarm.controllers.boundary=wrap",
+        "swarm.simulators.credit=matched",
+        "swarm.simulators.says=last_whole",
+        "swarm.simulators.pairs=3",
+        "swarm.clock.installed_s=34",
+        "swarm.robot.individuals=2",
+    ];
+    let set: Vec<&str> = choices.iter().flat_map(|choice| ["--set", choice]).collect();
+    let over = shipped("odowd2014-over.toml");
+    place.evolve("choices", &over, &[&short[..], &set].concat());
+    found.swarm(&place, "choices");
+    #[cfg(unix)]
+    {
+        place.evolve_and_resume("resumed", &over, "intervals.csv", &short);
+        found.swarm(&place, "resumed");
+    }
+    found.check("swarms");
+}
+
+/// What a study comes to with each of these options.
+fn study(kind: &str, paper: &str, options: &[(&str, &[&str])]) {
+    let place = Place::new(kind);
+    let mut found = Found::default();
+    for (name, more) in options {
+        let study = [
+            "reproduce",
+            paper,
+            "--runs",
+            "2",
+            "--backend",
+            "cpu",
+            "--quiet",
+            "--out",
+            name,
+        ];
+        place.good(&[&study[..], more].concat());
+        found.study(&place, name);
+    }
+    found.check(kind);
+}
+
+#[test]
+fn the_study_of_1995_is_as_pinned() {
+    study("miglino1995", "miglino1995", &[("main", &[])]);
+}
+
+#[test]
+fn the_study_of_2014_is_as_pinned() {
+    let one = ["--scale", "0.2", "--credit", "matched"];
+    study("odowd2014", "odowd2014", &[("main", &one)]);
+}
+
+/// With all its parts, and under other assumptions.
+#[test]
+#[ignore = "takes minutes: tests/long.sh runs it"]
+fn the_whole_study_of_1995_is_as_pinned() {
+    let options: [(&str, &[&str]); 3] = [
+        ("full", &["--full"]),
+        ("square", &["--arm", "square"]),
+        ("ten-readings", &["--arm", "ten-readings", "--seed", "2"]),
+    ];
+    study("miglino1995-whole", "miglino1995", &options);
+}
+
+/// With all its parts, and under other assumptions.
+#[test]
+#[ignore = "takes minutes: tests/long.sh runs it"]
+fn the_whole_study_of_2014_is_as_pinned() {
+    let all = ["--scale", "0.2,2", "--credit", "lagged,matched", "--questions"];
+    let other = ["--scale", "0.2", "--only-cases", "--arm", "last-whole", "--seed", "2"];
+    study("odowd2014-whole", "odowd2014", &[("all", &all), ("last-whole", &other)]);
+}
+
+#[test]
+fn nothing_is_pinned_that_no_test_computes() {
+    let files = KINDS.map(|kind| [format!("{kind}.rows"), format!("{kind}.identity.rows")]);
+    pinned::check_folder(&folder(), &files.concat());
+}
