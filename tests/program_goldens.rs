@@ -347,11 +347,11 @@ impl Place {
         self.good(&[&run[..], more].concat());
     }
 
-    /// The same, but that a file can't be written at the end, and then resumed.
+    /// The same, but that the last file can't be written, and then resumed.
     #[cfg(unix)]
-    fn evolve_and_resume(&self, out: &str, experiment: &str, full: &str, more: &[&str]) {
+    fn evolve_and_resume(&self, out: &str, experiment: &str, more: &[&str]) {
         fs::create_dir(self.at(out)).unwrap();
-        std::os::unix::fs::symlink("/dev/full", self.at(format!("{out}/{full}.tmp"))).unwrap();
+        std::os::unix::fs::symlink("/dev/full", self.at(format!("{out}/DONE.tmp"))).unwrap();
         let run = ["run", experiment, "--seed", "7", "--backend", "cpu", "--out", out];
         self.run(&[&run[..], more].concat()).exits(6);
         assert!(!self.at(format!("{out}/DONE")).exists());
@@ -380,7 +380,7 @@ fn runs_are_as_pinned() {
     }
     #[cfg(unix)]
     {
-        place.evolve_and_resume("resumed", "plain.toml", "champion.json", &["--set", "cycles=61"]);
+        place.evolve_and_resume("resumed", "plain.toml", &["--set", "cycles=61"]);
         found.run(&place, "resumed");
     }
     found.check("runs");
@@ -462,7 +462,7 @@ fn swarms_are_as_pinned() {
     found.swarm(&place, "choices");
     #[cfg(unix)]
     {
-        place.evolve_and_resume("resumed", &over, "intervals.csv", &short);
+        place.evolve_and_resume("resumed", &over, &short);
         found.swarm(&place, "resumed");
     }
     found.check("swarms");

@@ -284,7 +284,7 @@ fn foragers() -> Vec<Subject> {
     );
     all.into_iter()
         .map(|(name, forager)| Subject {
-            worlds: Worlds::of_foragers(&[forager]).unwrap_or_else(|error| panic!("{name}: {error}")),
+            worlds: Worlds::new(&[forager]).unwrap_or_else(|error| panic!("{name}: {error}")),
             genomes: (0..9).map(|rollout| thirds(rollout).into()).collect(),
             name,
         })
@@ -395,7 +395,7 @@ fn swarms() -> Vec<Subject> {
             swarm.forager.cycles = cycles;
             Subject {
                 name: name.into(),
-                worlds: Worlds::of_swarms(&[swarm]).unwrap_or_else(|error| panic!("{name}: {error}")),
+                worlds: Worlds::new(&[swarm]).unwrap_or_else(|error| panic!("{name}: {error}")),
                 genomes: (0..3).map(|rollout| orders(&swarm, rollout, cycles)).collect(),
             }
         })
