@@ -353,7 +353,7 @@ pub(crate) struct Odowd2014 {
     pub(crate) scale: Vec<f64>,
     /// Rules to try for which simulator a robot's fitness is credited to
     #[arg(long, value_name = "RULE,..", value_delimiter = ',', value_enum, default_values_t = crate::studies::odowd2014::arms::CREDITS)]
-    pub(crate) credit: Vec<crate::swarm::lived::Credit>,
+    pub(crate) credit: Vec<crate::swarm::record::Credit>,
     /// Run only the paper's six cases, without the null and the interventions
     #[arg(long)]
     pub(crate) only_cases: bool,

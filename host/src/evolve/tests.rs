@@ -71,7 +71,7 @@ fn another_number_of_scores_is_refused_without_a_change() {
     }
 }
 
-/// A NaN counts as the worst, whatever its sign: an optimiser goes on as if that individual had the least score of all.
+/// A NaN counts as the worst, whatever its sign: an optimiser continues as if that individual had the least score of all.
 #[test]
 fn nan_is_the_worst_and_is_counted() {
     for (mut with, mut without) in all(3).into_iter().zip(all(3)) {
@@ -122,7 +122,7 @@ fn damaged_states_and_those_of_others_are_refused_without_a_change() {
     }
 }
 
-/// Two that say they are exact are told apart only by their seeds.
+/// Two exact optimisers differ only by their seeds.
 #[test]
 fn exact_optimisers_are_functions_of_their_seed() {
     for (one, (same, other)) in all(7).iter().zip(all(7).iter().zip(all(8))) {

@@ -10,7 +10,7 @@ use super::check::{Checked, GREATEST_SEED, invalid, name, within};
 use super::source::{Parsed, Setting, Source};
 use crate::exit::Result;
 use crate::swarm::Plan;
-use crate::swarm::lived::Kind;
+use crate::swarm::record::Kind;
 use crate::swarm::settings::Settings;
 
 /// A checked experiment with a swarm.

@@ -317,7 +317,7 @@ mod tests {
 
     #[test]
     fn the_mean_of_several_turns_is_rounded() {
-        /// Reads how often it has turned, each time at every bearing but those it is told to leave out.
+        /// Reads how often it has turned, each time at every bearing but those that `blind` names.
         struct Counting {
             turns: u16,
             blind: fn(turn: u16, bearing: u16) -> bool,

@@ -1,5 +1,5 @@
-//! A swarm's run as a job: the controllers of all its robots are evaluated on board, then a stretch of the arena's life
-//! until all robots have ended an interval, then the controllers again.
+//! A swarm's run as a job. Its steps alternate: all robots' controllers are evaluated in their on-board simulators; then
+//! the arena is simulated until all robots have ended an interval.
 
 use std::fmt::Debug;
 use std::ops::Range;
@@ -12,7 +12,7 @@ use oneiro::swarm::{Line, Order, SECOND, Swarm};
 use serde::{Deserialize, Serialize};
 
 use super::clock::Clock;
-use super::lived::{Case, Kind, RobotInterval, Run};
+use super::record::{Case, Kind, RobotInterval, Run};
 use super::memory::{Memory, Second, Seconds};
 use super::on_board::OnBoard;
 use super::{Plan, tables};
@@ -23,7 +23,7 @@ use crate::exchange::Exchange;
 use crate::exit::{Failure, Result};
 use crate::sealed;
 
-/// What saved states are called, and their version.
+/// The name of saved states, and their version.
 const NAME: &str = "swarm";
 const VERSION: u32 = 1;
 /// Intervals from one checkpoint of a run with a directory of its own to the next.
@@ -42,18 +42,18 @@ pub(crate) struct SwarmJob {
     state: State,
     /// The arena's input in the stretch to come: a function of the rest.
     input: Vec<f32>,
-    /// All lines so far, if they are kept.
+    /// The trace so far, if it is kept.
     lines: Option<Vec<Line>>,
 }
 
-/// All that is saved.
+/// The state that is saved.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 struct State {
     clocks: Vec<Clock>,
     /// Empty where nothing evolves.
     robots: Vec<OnBoard>,
     seconds: Seconds,
-    /// Seconds that the arena has lived, and what the kernel keeps of it once it has begun.
+    /// Seconds that were simulated, and the words of the arena's state after them; none at the beginning.
     now: u32,
     arena: Option<Vec<u32>>,
     /// Each robot's fitness so far in its interval.
@@ -63,7 +63,7 @@ struct State {
 }
 
 impl SwarmJob {
-    /// A swarm that has not lived yet.
+    /// A run at its beginning.
     pub(crate) fn new(plan: Plan) -> Self {
         let settings = &plan.settings;
         let robots = settings.robots as usize;
@@ -95,7 +95,7 @@ impl SwarmJob {
         job
     }
 
-    /// A swarm from where [`Job::save`] was called.
+    /// A run from where [`Job::save`] was called.
     ///
     /// # Errors
     /// Exit 5 for a state that is damaged, or of another swarm or version.
@@ -121,19 +121,19 @@ impl SwarmJob {
         job
     }
 
-    /// Keeps all lines from now on.
+    /// Keeps the trace from now on.
     #[must_use]
     pub(crate) fn keeping_lines(mut self) -> Self {
         self.lines = Some(Vec::new());
         self
     }
 
-    /// The lines that were kept, a second each.
+    /// The trace that was kept, a line for each second.
     pub(crate) fn lines(&self) -> &[Line] {
         self.lines.as_deref().unwrap_or_default()
     }
 
-    /// All that was recorded so far.
+    /// The record so far.
     pub(crate) fn run(&self) -> Run {
         let state = &self.state;
         Run {
@@ -150,12 +150,12 @@ impl SwarmJob {
         self.state.now == self.plan.settings.seconds()
     }
 
-    /// Whether controllers are to be evaluated on board before the arena lives on.
+    /// Whether controllers are to be evaluated on board before the arena's next stretch.
     fn is_to_simulate(&self) -> bool {
         self.state.robots.iter().any(OnBoard::is_to_simulate)
     }
 
-    /// The seconds that the arena lives next: until all robots have ended an interval, or all have been switched on.
+    /// The arena's next stretch in seconds: until all robots have ended an interval, or all have been switched on.
     fn stretch(&self) -> Range<u32> {
         let Self { plan, state, .. } = self;
         let clock = &plan.settings.clock;
@@ -167,7 +167,7 @@ impl SwarmJob {
         state.now..end.min(plan.settings.seconds())
     }
 
-    /// Works out what the robots are to do in the next stretch.
+    /// Computes the robots' orders for the next stretch.
     fn order(&mut self) {
         let (seconds, state) = (self.stretch(), &self.state);
         if self.is_finished() || self.is_to_simulate() {
@@ -217,7 +217,7 @@ impl SwarmJob {
         Ok(())
     }
 
-    /// Takes a stretch of the arena's life.
+    /// Takes the trace and the state of a stretch.
     fn take_stretch(&mut self, results: &Results<'_>) -> Result {
         let Range { start, end } = self.stretch();
         let words = self.swarm.state_words() as usize;
@@ -251,8 +251,8 @@ impl SwarmJob {
         Ok(())
     }
 
-    /// Ends an interval of all robots, in the order of their clocks: what a robot says in its next interval, others still
-    /// hear in this one of theirs.
+    /// Ends an interval of all robots, in the order of their clocks: a robot's messages of its next interval reach others in
+    /// this interval of theirs.
     fn end_interval(&mut self) {
         let Self { plan, state, .. } = self;
         let Some(interval) = state.interval() else {
@@ -282,7 +282,7 @@ impl SwarmJob {
         state.record(interval, &taken);
     }
 
-    /// What the experimenter does to simulators when an interval begins.
+    /// The experimenter's intervention at the beginning of an interval.
     fn intervene(&mut self) {
         let Self { plan, state, .. } = self;
         let Some(interval) = state.interval() else {
@@ -401,7 +401,7 @@ impl State {
         self.robots.first().map(OnBoard::interval)
     }
 
-    /// Takes in what a second of the arena showed.
+    /// Takes one line of the trace: a second.
     fn see(&mut self, line: &Line) {
         let begins = |clock: &Clock| {
             let since = self.now.checked_sub(clock.offset);
@@ -500,7 +500,8 @@ fn other(light: Light) -> Light {
     }
 }
 
-/// How many robots each is linked with by whom all heard, over others too, itself among them.
+/// For each robot the number of robots it is linked to, directly or over others, itself included. `heard` are the robots
+/// that each heard.
 pub(super) fn reached(heard: &[u128]) -> Vec<u16> {
     let mut linked: Vec<u128> = heard
         .iter()

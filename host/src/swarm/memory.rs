@@ -5,7 +5,7 @@ use std::ops::Range;
 
 use serde::{Deserialize, Serialize};
 
-use super::lived::Credit;
+use super::record::Credit;
 use super::on_board::OnBoard;
 use super::settings::Says;
 use crate::exchange::{Exchange, Message};

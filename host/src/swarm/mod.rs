@@ -2,17 +2,17 @@
 //!
 //! | file | content |
 //! |---|---|
-//! | [`job`] | a swarm's run: what is evaluated next, and what becomes of the results |
-//! | [`on_board`] | what runs on board of one robot |
-//! | [`clock`] | when a robot's intervals begin |
+//! | [`job`] | a run: asks for evaluations, takes their results |
+//! | [`on_board`] | the evolution on board of one robot |
+//! | [`clock`] | a robot's intervals |
 //! | [`memory`] | the exchange of messages within one process |
-//! | [`lived`], [`tables`] | what a run gives |
+//! | [`record`], [`tables`] | the record of a run, and its tables |
 
 pub(crate) mod clock;
 pub(crate) mod job;
-pub(crate) mod lived;
 mod memory;
 pub(crate) mod on_board;
+pub(crate) mod record;
 pub(crate) mod settings;
 pub(crate) mod tables;
 
@@ -21,16 +21,16 @@ use serde::Serialize;
 
 use crate::engine::handle::Engine;
 use crate::exit::Result;
-use crate::swarm::lived::{Case, Kind, Run};
+use crate::swarm::record::{Case, Kind, Run};
 use job::SwarmJob;
 use settings::Settings;
 
-/// A swarm that is to live.
+/// A swarm's run: its experiment, its control and its seed.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub(crate) struct Plan {
     /// The values of its experiment.
     pub(crate) settings: Settings,
-    /// What of its evolution is left as it is.
+    /// The paper's evolution, or a control.
     pub(crate) kind: Kind,
     /// Its number among those of its kind and case.
     pub(crate) number: u32,
@@ -54,8 +54,8 @@ impl Plan {
 pub(crate) fn steps(plan: &Plan) -> u64 {
     let own = &plan.settings;
     let real = u64::from(own.robots) * u64::from(SECOND * own.seconds());
-    let lives = u64::from(own.robots) * u64::from(own.controllers.population);
-    let simulated = lives * u64::from(SECOND * own.clock.interval_s) * u64::from(own.seconds() / own.clock.interval_s);
+    let rollouts = u64::from(own.robots) * u64::from(own.controllers.population);
+    let simulated = rollouts * u64::from(SECOND * own.clock.interval_s) * u64::from(own.seconds() / own.clock.interval_s);
     real + if own.case == Case::Random { 0 } else { simulated }
 }
 

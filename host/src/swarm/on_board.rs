@@ -10,7 +10,7 @@ use crate::evolve::encapsulated::{Controllers, Genome, any_gene};
 use crate::evolve::random::{Stream, stream};
 use crate::exchange::Message;
 use crate::exchange::pairs::Pairs;
-use crate::swarm::lived::Credit;
+use crate::swarm::record::Credit;
 
 /// One robot's evolution of controllers and of its simulator.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]

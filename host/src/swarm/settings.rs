@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::evolve::encapsulated::{Boundary, Breeding, Mutation};
 use crate::exchange::pairs::{Key, Leaves, Rules};
-use crate::swarm::lived::{Case, Credit};
+use crate::swarm::record::{Case, Credit};
 
 /// All of it. Lengths in mm, times in s.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]

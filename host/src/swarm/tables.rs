@@ -4,7 +4,7 @@ use std::fmt::Write;
 
 use oneiro::foraging::Light;
 
-use super::lived::{RobotInterval, Run};
+use super::record::{RobotInterval, Run};
 use super::settings::Settings;
 use crate::statistics::mean;
 

@@ -15,7 +15,7 @@ use super::on_board::OnBoard;
 use super::*;
 use crate::engine::job::{Job, Request, Results};
 use crate::exchange::{Exchange, Message};
-use crate::swarm::lived::{Credit, RobotInterval};
+use crate::swarm::record::{Credit, RobotInterval};
 use crate::swarm::settings::Says;
 
 fn small(case: Case) -> Settings {
@@ -41,12 +41,12 @@ fn engine() -> Engine {
     Engine::new(Box::new(Cpu::new(Some(2)).unwrap()), Arc::new(AtomicBool::new(false)))
 }
 
-fn lived(plans: &[Plan]) -> Vec<Run> {
+fn runs(plans: &[Plan]) -> Vec<Run> {
     live(plans, &engine()).unwrap()
 }
 
 /// A run and its lines.
-fn lived_watched(plan: Plan) -> (Run, Vec<Line>) {
+fn run_traced(plan: Plan) -> (Run, Vec<Line>) {
     let jobs = engine().finished(vec![SwarmJob::new(plan).keeping_lines()], &mut ());
     let job = jobs.unwrap().remove(0);
     (job.run(), job.lines().to_vec())
@@ -88,18 +88,18 @@ fn step(job: &mut SwarmJob, engine: &Engine) -> bool {
     true
 }
 
-fn lived_alone(plan: Plan) -> Run {
-    lived(&[plan]).remove(0)
+fn run_alone(plan: Plan) -> Run {
+    runs(&[plan]).remove(0)
 }
 
 #[test]
-fn a_swarm_lives_the_same_life_in_any_company() {
+fn a_swarm_is_the_same_in_any_batch() {
     let plans: Vec<Plan> = Case::ALL.map(|case| plan(case, Kind::Evolved)).into();
-    let together = lived(&plans);
+    let together = runs(&plans);
     for (plan, run) in plans.iter().zip(&together) {
-        assert_eq!(lived_alone(plan.clone()), *run, "{:?}", plan.settings.case);
+        assert_eq!(run_alone(plan.clone()), *run, "{:?}", plan.settings.case);
     }
-    let other = lived_alone(Plan {
+    let other = run_alone(Plan {
         seed: 6,
         ..plans[1].clone()
     });
@@ -144,7 +144,7 @@ fn all_kinds() -> Vec<Plan> {
 #[test]
 fn a_swarm_saved_and_restored_at_every_step_is_the_same() {
     let plans = all_kinds();
-    let straight = lived(&plans);
+    let straight = runs(&plans);
     assert!(
         straight
             .iter()
@@ -205,7 +205,7 @@ fn damaged_states_and_those_of_other_swarms_are_refused() {
     }
 }
 
-/// Results of another shape are refused, and the swarm goes on as if they had not come.
+/// Results of another shape are refused, and the swarm continues as if they had not come.
 #[test]
 fn results_that_do_not_fit_are_refused_without_a_change() {
     let nothing = Results {
@@ -248,7 +248,7 @@ fn results_that_do_not_fit_are_refused_without_a_change() {
 /// Until the light moves, two cases that differ in where it goes are the same.
 #[test]
 fn cases_are_the_same_until_the_light_moves() {
-    let runs = lived(&[
+    let runs = runs(&[
         plan(Case::Opposite, Kind::Evolved),
         plan(Case::OppositeThenOver, Kind::Evolved),
     ]);
@@ -260,7 +260,7 @@ fn cases_are_the_same_until_the_light_moves() {
 /// The controller of an interval is the best of the simulations of the one before.
 #[test]
 fn controllers_come_from_the_interval_before() {
-    let run = lived_alone(plan(Case::Over, Kind::Evolved));
+    let run = run_alone(plan(Case::Over, Kind::Evolved));
     for pair in run.intervals.windows(2) {
         for (before, now) in pair[0].iter().zip(&pair[1]) {
             assert_eq!(now.chosen_under, before.s0);
@@ -269,7 +269,7 @@ fn controllers_come_from_the_interval_before() {
     // After 34 s it acts in the same interval.
     let mut early = plan(Case::Over, Kind::Evolved);
     early.settings.clock.installed_s = 34;
-    let run = lived_alone(early);
+    let run = run_alone(early);
     assert!(
         run.intervals
             .iter()
@@ -285,21 +285,21 @@ fn interventions_set_what_they_say() {
         run.intervals.iter().map(of).collect()
     };
     let moved = Case::OverThenOpposite;
-    let right = bins(&lived_alone(plan(moved, Kind::SimulatorRight)));
-    let wrong = bins(&lived_alone(plan(moved, Kind::SimulatorWrong)));
+    let right = bins(&run_alone(plan(moved, Kind::SimulatorRight)));
+    let wrong = bins(&run_alone(plan(moved, Kind::SimulatorWrong)));
     for interval in 0..5 {
         let light = moved.light_in(interval, 3);
         assert!(right[interval].iter().all(|own| *own == light), "interval {interval}");
         assert!(wrong[interval].iter().all(|own| *own != light), "interval {interval}");
     }
-    let drawn = lived_alone(plan(Case::Over, Kind::SimulatorRandom));
+    let drawn = run_alone(plan(Case::Over, Kind::SimulatorRandom));
     let mut genes: Vec<f32> = drawn.intervals.iter().flatten().map(|own| own.s0).collect();
     genes.sort_by(f32::total_cmp);
     genes.dedup();
     assert_eq!(genes.len(), 25, "all are drawn anew");
     // Shuffled ones are somebody's.
-    let evolved = lived_alone(plan(Case::Over, Kind::Evolved));
-    let shuffled = lived_alone(plan(Case::Over, Kind::SimulatorShuffled));
+    let evolved = run_alone(plan(Case::Over, Kind::Evolved));
+    let shuffled = run_alone(plan(Case::Over, Kind::SimulatorShuffled));
     let sorted = |robots: &[RobotInterval]| {
         let mut genes: Vec<f32> = robots.iter().map(|own| own.s0).collect();
         genes.sort_by(f32::total_cmp);
@@ -315,7 +315,7 @@ fn nothing_selects_the_simulator_of_one_robot() {
     let alone = |case| {
         let mut plan = plan(case, Kind::Alone);
         plan.settings.robots = 1;
-        let run = lived_alone(plan);
+        let run = run_alone(plan);
         assert!(
             run.intervals
                 .iter()
@@ -338,7 +338,7 @@ fn what_is_recorded_is_what_was_seen() {
         settings,
         ..plan(Case::Over, Kind::SimulatorRight)
     };
-    let (run, seen) = lived_watched(plan);
+    let (run, seen) = run_traced(plan);
     assert_eq!(seen.len(), 300);
     let brought: Vec<u16> = seen
         .iter()
@@ -486,7 +486,7 @@ fn messages_are_looked_up_by_the_speaker_s_clock() {
 /// The null gives each robot's fitness to one robot.
 #[test]
 fn shuffled_fitness_is_all_there() {
-    let run = |kind| lived_alone(plan(Case::Over, kind));
+    let run = |kind| run_alone(plan(Case::Over, kind));
     let (own, null) = (run(Kind::Evolved), run(Kind::FitnessShuffled));
     // Nothing has been compared before the first interval ends.
     assert_eq!(own.brought[..60], null.brought[..60]);
@@ -508,7 +508,7 @@ fn encounters_link_over_others() {
 
 /// Robots that are switched on a whole interval apart still have all that they heard in their own interval.
 #[test]
-fn nothing_that_was_heard_is_forgotten_too_early() {
+fn messages_of_a_whole_interval_are_kept() {
     let mut settings = small(Case::Over);
     settings.minutes = 12;
     settings.robots = 12;
@@ -519,7 +519,7 @@ fn nothing_that_was_heard_is_forgotten_too_early() {
         settings,
         ..plan(Case::Over, Kind::Evolved)
     };
-    let (run, seen) = lived_watched(plan);
+    let (run, seen) = run_traced(plan);
     assert!(run.switched_on.iter().any(|&on| on < 60) && run.switched_on.iter().any(|&on| on > 120));
     for (interval, robots) in run.intervals.iter().enumerate().take(2) {
         for (robot, own) in robots.iter().enumerate() {

@@ -19,7 +19,7 @@ use crate::exit::{Failure, Result};
 use crate::experiment::swarm::SwarmExperiment;
 use crate::experiment::{Identities, Input};
 use crate::swarm::job::SwarmJob;
-use crate::swarm::lived::{Case, Run};
+use crate::swarm::record::{Case, Run};
 use crate::swarm::steps;
 use crate::swarm::tables::{FOOD, INTERVALS, INTERVALS_HEAD};
 

@@ -13,7 +13,7 @@ use crate::exit::{Failure, Result};
 use crate::experiment::swarm::SwarmExperiment;
 use crate::report::figures::{self, Genes, SwarmReplay};
 use crate::runs::{Recorded, Replay};
-use crate::swarm::lived::RobotInterval;
+use crate::swarm::record::RobotInterval;
 
 /// Runs a finished run again, and writes a page that plays it.
 pub(super) fn run(

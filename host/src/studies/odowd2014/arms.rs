@@ -4,7 +4,7 @@ use clap::builder::PossibleValue;
 
 use crate::evolve::encapsulated::Boundary;
 use crate::exchange::pairs::{Key, Leaves};
-use crate::swarm::lived::Credit;
+use crate::swarm::record::Credit;
 use crate::swarm::settings::{Real, Says, Settings};
 
 /// The mutation scales that stand side by side.

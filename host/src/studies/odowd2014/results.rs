@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-pub(crate) use crate::swarm::lived::{Case, Credit, Kind, RobotInterval, Run};
+pub(crate) use crate::swarm::record::{Case, Credit, Kind, RobotInterval, Run};
 
 /// All that the study found.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
