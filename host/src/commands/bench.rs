@@ -302,7 +302,7 @@ mod tests {
             repetitions: (2, 2),
             ..Plan::quick()
         };
-        let console = Console::new(crate::cli::Output {
+        let console = Console::new(crate::console::Output {
             json: false,
             quiet: true,
         });
