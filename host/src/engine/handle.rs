@@ -1,13 +1,13 @@
-//! The engine's handle: an evaluator on a thread of its own, so that jobs advance while it evaluates.
+//! The engine's handle: an evaluator for all jobs and all single evaluations of a command.
 
-use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{self, Receiver, RecvTimeoutError, Sender};
-use std::thread::{self, JoinHandle};
+use std::sync::{Arc, Mutex, PoisonError};
+use std::thread;
 use std::time::Duration;
 
 use oneiro::batch::{Batch, Outcome};
-use oneiro::evaluator::{self, Control, Error, Evaluator};
+use oneiro::evaluator::{Control, Device, Error, Evaluator};
 use oneiro::world::Invalid;
 
 use super::job::Job;
@@ -42,58 +42,34 @@ impl From<Invalid> for Interruption {
     }
 }
 
-/// An evaluator on a thread of its own.
-struct Thread {
-    batches: Sender<Batch>,
-    outcomes: Receiver<Result<Outcome, Error>>,
-    handle: JoinHandle<Box<dyn Evaluator>>,
-}
-
 /// The one way to hold an evaluator: all jobs and all single evaluations of a command share it, and what stops them.
 pub(crate) struct Engine {
-    thread: Thread,
-    description: evaluator::Device,
+    evaluator: Mutex<Box<dyn Evaluator>>,
+    description: Device,
     /// Counts the robot-steps.
-    pub(crate) control: Arc<Control>,
+    pub(crate) control: Control,
     stop: Arc<AtomicBool>,
 }
 
 impl Engine {
-    /// Gives an evaluator its thread; it works until `stop` is set.
-    pub(crate) fn new(mut evaluator: Box<dyn Evaluator>, stop: Arc<AtomicBool>) -> Self {
-        let description = evaluator.device();
-        let (batches, submitted) = mpsc::channel::<Batch>();
-        let (results, outcomes) = mpsc::channel();
-        let control = Arc::new(Control::new());
-        let own = Arc::clone(&control);
-        let handle = thread::spawn(move || {
-            for batch in submitted {
-                if results.send(evaluator.evaluate(&batch, &own)).is_err() {
-                    break;
-                }
-            }
-            evaluator
-        });
+    /// Of an evaluator; it works until `stop` is set.
+    pub(crate) fn new(evaluator: Box<dyn Evaluator>, stop: Arc<AtomicBool>) -> Self {
         Self {
-            thread: Thread {
-                batches,
-                outcomes,
-                handle,
-            },
-            description,
-            control,
+            description: evaluator.device(),
+            evaluator: Mutex::new(evaluator),
+            control: Control::new(),
             stop,
         }
     }
 
     /// What the evaluator runs on.
-    pub(crate) fn description(&self) -> &evaluator::Device {
+    pub(crate) fn description(&self) -> &Device {
         &self.description
     }
 
     /// The device in a few words.
     pub(crate) fn name(&self) -> String {
-        let evaluator::Device { name, detail, exact } = &self.description;
+        let Device { name, detail, exact } = &self.description;
         let exact = if *exact { "" } else { ", not exact" };
         format!("{name} ({detail}{exact})")
     }
@@ -110,7 +86,31 @@ impl Engine {
         runs: &mut impl Runs,
         watch: &mut dyn Watch,
     ) -> crate::exit::Result {
-        scheduler::run(waiting, most, runs, self, watch)
+        let (batches, submitted) = mpsc::channel::<Batch>();
+        let (results, outcomes) = mpsc::channel();
+        let queue = Queue {
+            engine: self,
+            batches,
+            outcomes,
+        };
+        thread::scope(|scope| {
+            let worker = scope.spawn(move || {
+                for batch in submitted {
+                    if results.send(self.evaluate(&batch)).is_err() {
+                        break;
+                    }
+                }
+            });
+            let ended = scheduler::run(waiting, most, runs, &queue, watch);
+            if ended.is_err() {
+                // Nobody waits for what it still has to do.
+                self.control.cancel();
+            }
+            drop(queue);
+            // A worker that broke down was noticed where its outcome was awaited.
+            let _ = worker.join();
+            ended
+        })
     }
 
     /// Runs jobs to their end, and keeps nothing but them.
@@ -129,46 +129,55 @@ impl Engine {
         Ok(runs.0.into_iter().flatten().collect())
     }
 
-    /// Evaluates one batch.
+    /// Evaluates one batch, on this thread.
     ///
     /// # Errors
     /// As [`Evaluator::evaluate`].
-    pub(crate) fn evaluate(&self, batch: Batch) -> Result<Outcome, Error> {
-        self.submit(batch);
-        self.receive(&mut ()).map_err(|interruption| match interruption {
-            Interruption::Evaluation(error) => error,
-            Interruption::Other(failure) => Error::NoDevice(failure.to_string()),
-        })
+    pub(crate) fn evaluate(&self, batch: &Batch) -> Result<Outcome, Error> {
+        if self.stop.load(Ordering::Relaxed) {
+            return Err(Error::Cancelled);
+        }
+        let mut evaluator = self.evaluator.lock().unwrap_or_else(PoisonError::into_inner);
+        evaluator.evaluate(batch, &self.control)
     }
 
+    /// The evaluator's warnings, when all is done.
+    pub(crate) fn close(self) -> Vec<String> {
+        let evaluator = self.evaluator.into_inner().unwrap_or_else(PoisonError::into_inner);
+        evaluator.warnings().to_vec()
+    }
+}
+
+/// Batches on their way to the device and back, so that jobs advance while it evaluates.
+pub(super) struct Queue<'a> {
+    engine: &'a Engine,
+    batches: Sender<Batch>,
+    outcomes: Receiver<Result<Outcome, Error>>,
+}
+
+impl Queue<'_> {
     /// Hands a batch over; outcomes come in the same order.
     pub(super) fn submit(&self, batch: Batch) {
         // A thread that has ended is noticed where its outcome is awaited.
-        let _ = self.thread.batches.send(batch);
+        let _ = self.batches.send(batch);
     }
 
     /// Waits for the next outcome.
     pub(super) fn receive(&self, watch: &mut dyn Watch) -> Result<Outcome, Interruption> {
         const BLINK: Duration = Duration::from_millis(100);
+        let Engine { control, stop, .. } = self.engine;
         loop {
-            if watch.stops() || self.stop.load(Ordering::Relaxed) {
-                self.control.cancel();
+            if watch.stops() || stop.load(Ordering::Relaxed) {
+                control.cancel();
                 return Err(Error::Cancelled.into());
             }
-            let outcome = self.thread.outcomes.recv_timeout(BLINK);
-            watch.steps(self.control.steps());
+            let outcome = self.outcomes.recv_timeout(BLINK);
+            watch.steps(control.steps());
             match outcome {
                 Ok(outcome) => return Ok(outcome?),
                 Err(RecvTimeoutError::Timeout) => (),
                 Err(RecvTimeoutError::Disconnected) => return Err(Failure::failed("the evaluator broke down").into()),
             }
         }
-    }
-
-    /// Ends the thread. The evaluator's warnings.
-    pub(crate) fn close(self) -> Vec<String> {
-        drop(self.thread.batches);
-        let evaluator = self.thread.handle.join();
-        evaluator.map_or_else(|_| Vec::new(), |evaluator| evaluator.warnings().to_vec())
     }
 }

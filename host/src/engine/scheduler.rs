@@ -9,7 +9,7 @@ use oneiro::batch::{Batch, Outcome, Rollout, WorldKind, Worlds};
 use oneiro::evaluator;
 use rayon::prelude::*;
 
-use super::handle::{Engine, Interruption};
+use super::handle::{Interruption, Queue};
 use super::job::{Job, Place, Results, Stage, Step};
 use super::watcher::Watch;
 use crate::exit::{Failure, Result};
@@ -111,12 +111,12 @@ impl<J: Job> Runs for InMemory<J> {
 /// Jobs that have begun and are not finished.
 pub(crate) type UnderWay<'a, J> = [(RunNumber, &'a J)];
 
-/// As [`Engine::run`].
+/// As [`super::handle::Engine::run`].
 pub(super) fn run<R: Runs>(
     waiting: Vec<Waiting>,
     most: usize,
     runs: &mut R,
-    engine: &Engine,
+    queue: &Queue<'_>,
     watch: &mut dyn Watch,
 ) -> Result {
     let mut scheduler = Scheduler {
@@ -126,7 +126,7 @@ pub(super) fn run<R: Runs>(
         ready: Vec::new(),
         finished: Vec::new(),
         runs,
-        engine,
+        queue,
     };
     let ended = scheduler.work(watch);
     let failure = match ended {
@@ -407,7 +407,7 @@ struct Scheduler<'a, R: Runs> {
     /// Jobs that are finished, but not recorded as such yet.
     finished: Vec<Entry<R::Job>>,
     runs: &'a mut R,
-    engine: &'a Engine,
+    queue: &'a Queue<'a>,
 }
 
 impl<R: Runs> Scheduler<'_, R> {
@@ -419,7 +419,7 @@ impl<R: Runs> Scheduler<'_, R> {
                 return Ok(());
             };
             let steps = group.steps;
-            let outcome = self.engine.receive(watch)?;
+            let outcome = self.queue.receive(watch)?;
             self.room.learn(steps);
             if let Some(mut group) = self.groups.pop_front() {
                 group.tell(&outcome)?;
@@ -558,7 +558,7 @@ impl<R: Runs> Scheduler<'_, R> {
 
     fn send(&mut self, stage: Stage, entries: Vec<Entry<R::Job>>, packed: Vec<Packed>) -> Result {
         let (group, batch) = Group::new(stage, entries, packed)?;
-        self.engine.submit(batch);
+        self.queue.submit(batch);
         self.groups.push_back(group);
         Ok(())
     }

@@ -99,7 +99,7 @@ impl<'a> SurrogateRobot<'a> {
             key: Key::rollout(self.seed, u64::MAX, self.sampled, 0),
         };
         self.sampled += 1;
-        let outcome = self.engine.evaluate(one_batch(&[world], &[rollout], true)?)?;
+        let outcome = self.engine.evaluate(&one_batch(&[world], &[rollout], true)?)?;
         Ok(outcome.traces.into_iter().next().unwrap_or_default())
     }
 }
@@ -286,7 +286,7 @@ impl Reality for SurrogateRobot<'_> {
                 key: life.key,
             });
         }
-        let outcome = self.engine.evaluate(one_batch(&worlds, &rollouts, traced)?)?;
+        let outcome = self.engine.evaluate(&one_batch(&worlds, &rollouts, traced)?)?;
         if !traced {
             let lived = |fitness| Lived {
                 fitness,

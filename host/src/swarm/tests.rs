@@ -76,7 +76,7 @@ fn step(job: &mut SwarmJob, engine: &Engine) -> bool {
     };
     let batch = batch.unwrap();
     let log_words = batch.record_words();
-    let outcome = engine.evaluate(batch).unwrap();
+    let outcome = engine.evaluate(&batch).unwrap();
     let results = Results {
         fitness: &outcome.fitness,
         traces: &outcome.traces,

@@ -82,7 +82,7 @@ impl Report {
                 // Genes that no batch takes were not written by a run.
                 let batch = Batch::new(std::slice::from_ref(world), &rollouts, None)
                     .map_err(|invalid| Failure::corrupt(format_args!("{}: {invalid}", directory.display())))?;
-                let outcome = engine.evaluate(batch)?;
+                let outcome = engine.evaluate(&batch)?;
                 for (&index, lives) in some.iter().zip(outcome.fitness.chunks_exact(trials)) {
                     let Some((_, recorded)) = individuals.get(index) else {
                         continue;

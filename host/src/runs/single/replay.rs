@@ -39,7 +39,7 @@ pub(super) fn run(
             key,
         })
         .collect();
-    let lives = engine.evaluate(Batch::new(worlds, &rollouts, None)?)?;
+    let lives = engine.evaluate(&Batch::new(worlds, &rollouts, None)?)?;
     let own = score(settings.trial_score, &lives.fitness);
     let (bits, recorded) = (own.to_bits(), champion.fitness.to_bits());
     if bits != recorded {
@@ -54,7 +54,7 @@ pub(super) fn run(
     let shown = rollouts[replay.trial as usize];
     let every = replay.every.min(experiment.world().cycles());
     let traced = Batch::new(worlds, &[shown], Some(TraceRequest { every }))?;
-    let trace = engine.evaluate(traced)?.traces.into_iter().next().unwrap_or_default();
+    let trace = engine.evaluate(&traced)?.traces.into_iter().next().unwrap_or_default();
     let life = lives.fitness[replay.trial as usize];
     let title = format!(
         "{}, seed {}: generation {}, fitness {life:.1}",

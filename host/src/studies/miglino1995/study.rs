@@ -327,7 +327,7 @@ impl<'a> Study<'a> {
                 })
             })
             .collect();
-        let outcome = self.evaluations.evaluate(Batch::new(worlds, &rollouts, None)?)?;
+        let outcome = self.evaluations.evaluate(&Batch::new(worlds, &rollouts, None)?)?;
         Ok(by_run(runs, outcome.fitness))
     }
 
@@ -468,7 +468,7 @@ impl<'a> Study<'a> {
             })
             .collect();
         let batch = Batch::new(&simulators, &simulated, Some(TraceRequest { every: 1 }))?;
-        let simulated = self.evaluations.evaluate(batch)?.traces;
+        let simulated = self.evaluations.evaluate(&batch)?.traces;
         let mut robot = self.settings.reality().open(self.evaluations, &self.reality())?;
         let mut real = |trial| -> Result<Vec<reality::Lived>> {
             let lives: Vec<_> = lives(trial).into_iter().map(|(_, _, life)| life).collect();
@@ -546,7 +546,7 @@ impl<'a> Study<'a> {
                 })
                 .collect();
             let batch = Batch::new(&[world], &rollouts, Some(TraceRequest { every: 1 }))?;
-            let traces = self.evaluations.evaluate(batch)?.traces;
+            let traces = self.evaluations.evaluate(&batch)?.traces;
             Ok(traces.into_iter().map(|trace| trace[CYCLE]).collect())
         };
         let without = after(Differences::all(0.0))?;
@@ -575,7 +575,7 @@ impl<'a> Study<'a> {
             })
             .collect();
         let batch = Batch::new(&self.simulators, &rollouts, None)?;
-        Ok(self.evaluations.evaluate(batch)?.fitness)
+        Ok(self.evaluations.evaluate(&batch)?.fitness)
     }
 }
 
