@@ -1,4 +1,4 @@
-//! Arrays of float32 as `.npy` files (NumPy's format 1.0).
+//! Arrays of float32 as `.npy` files, format 1.0.
 
 /// The start of a `.npy` file (format 1.0) of little-endian f32, rows first.
 pub(crate) fn header(shape: &[usize]) -> Vec<u8> {

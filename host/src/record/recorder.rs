@@ -133,7 +133,7 @@ impl Recorder {
             let own = match checkpoint::read::<Saved>(&path, &run.identity()) {
                 Ok(saved) => {
                     is_other_version = false;
-                    Good::of(run, saved)
+                    Good::of(run, &saved)
                 }
                 Err(problem) => {
                     is_other_version &= matches!(problem, Problem::Other(_));
@@ -309,7 +309,7 @@ struct Good {
 
 impl Good {
     /// Reads a checkpoint of a run, or says what is wrong with it.
-    fn of(run: &SavedRun, saved: Saved) -> std::result::Result<Self, String> {
+    fn of(run: &SavedRun, saved: &Saved) -> std::result::Result<Self, String> {
         let tables = run.experiment().tables(Recording::Directory);
         if saved.tables.len() != tables.len() {
             return Err(format!("has other tables than {CONFIG} means"));

@@ -120,7 +120,7 @@ impl Scratch {
     }
 
     /// Does runs; what they gave, in the order of their directories.
-    fn run(&self, places: Vec<RunPlace>, mock: Mock, patience: u32) -> Result<Vec<(PathBuf, Done)>> {
+    fn run(places: Vec<RunPlace>, mock: Mock, patience: u32) -> Result<Vec<(PathBuf, Done)>> {
         let engine = Engine::new(Box::new(mock), Arc::new(AtomicBool::new(false)));
         let session = Session::new("mock", engine.description());
         let console = Console::new(Output {
@@ -142,7 +142,7 @@ impl Scratch {
 
     /// Why a run in `run` does not come to its end.
     fn failure(&self, mock: Mock) -> Failure {
-        match self.run(vec![self.new_run(1, "run")], mock, u32::MAX) {
+        match Self::run(vec![self.new_run(1, "run")], mock, u32::MAX) {
             Err(failure) => failure,
             Ok(_) => panic!("nothing failed"),
         }
@@ -164,10 +164,10 @@ impl Drop for Scratch {
 fn runs_that_share_batches_are_what_they_are_alone() {
     let scratch = Scratch::new("lockstep");
     let together = (0..5).map(|seed| scratch.new_run(seed, &format!("together-{seed}")));
-    let together = scratch.run(together.collect(), Mock::default(), u32::MAX).unwrap();
+    let together = Scratch::run(together.collect(), Mock::default(), u32::MAX).unwrap();
     for (seed, (directory, done)) in (0..5).zip(&together) {
         let alone = vec![scratch.new_run(seed, &format!("alone-{seed}"))];
-        assert_eq!(scratch.run(alone, Mock::default(), u32::MAX).unwrap()[0].1, *done);
+        assert_eq!(Scratch::run(alone, Mock::default(), u32::MAX).unwrap()[0].1, *done);
         assert_eq!(verify(directory).unwrap(), *done);
     }
     assert_ne!(together[0].1.result, together[1].1.result);
@@ -181,7 +181,7 @@ fn nan_fitness_ranks_last_and_is_counted() {
         nan_above: 0.2,
         ..Mock::default()
     };
-    scratch.run(vec![scratch.new_run(1, "run")], mock, u32::MAX).unwrap();
+    Scratch::run(vec![scratch.new_run(1, "run")], mock, u32::MAX).unwrap();
     let directory = scratch.path.join("run");
     let champion: serde_json::Value = serde_json::from_slice(&fs::read(directory.join("champion.json")).unwrap()).unwrap();
     assert!(champion["genome"][0].as_f64().unwrap() <= 0.2 && champion["fitness"].is_number());
@@ -205,7 +205,7 @@ fn nan_fitness_ranks_last_and_is_counted() {
 #[test]
 fn stopped_runs_go_on() {
     let scratch = Scratch::new("stopped");
-    let whole = scratch.run(
+    let whole = Scratch::run(
         vec![scratch.new_run(1, "whole"), scratch.new_run(2, "whole-2")],
         Mock::default(),
         u32::MAX,
@@ -214,7 +214,7 @@ fn stopped_runs_go_on() {
     for patience in [0, 1, 4, 9, 16, 17, 18] {
         let names = [format!("{patience}-one"), format!("{patience}-two")];
         let runs = vec![scratch.new_run(1, &names[0]), scratch.new_run(2, &names[1])];
-        let Err(failure) = scratch.run(runs, Mock::default(), patience) else {
+        let Err(failure) = Scratch::run(runs, Mock::default(), patience) else {
             panic!("it did not stop after {patience} generations");
         };
         assert_eq!(failure.code(), 75);
@@ -223,7 +223,7 @@ fn stopped_runs_go_on() {
             assert_eq!(scratch.saved(name).state().unwrap(), State::Stopped);
         }
         let runs = names.iter().map(|name| RunPlace::Saved(scratch.saved(name))).collect();
-        let resumed = scratch.run(runs, Mock::default(), u32::MAX).unwrap();
+        let resumed = Scratch::run(runs, Mock::default(), u32::MAX).unwrap();
         for ((_, done), (_, expected)) in resumed.iter().zip(&whole) {
             assert_eq!(done, expected);
         }
@@ -272,14 +272,14 @@ fn a_device_that_contradicts_itself_is_found_out() {
 #[test]
 fn runs_of_earlier_versions_are_refused_with_what_to_do() {
     let scratch = Scratch::new("version");
-    let stopped = scratch.run(vec![scratch.new_run(1, "run")], Mock::default(), 4);
+    let stopped = Scratch::run(vec![scratch.new_run(1, "run")], Mock::default(), 4);
     assert_eq!(stopped.unwrap_err().code(), 75);
     let directory = scratch.path.join("run");
     for (_, path) in crate::engine::checkpoint::list(&directory).unwrap() {
         let content = b"{\"format\":\"oneiro checkpoint\",\"version\":1,\"generation\":4}\n\0\0\0\0";
         fs::write(path, [&content[..], blake3::hash(content).as_bytes()].concat()).unwrap();
     }
-    let resumed = scratch.run(vec![RunPlace::Saved(scratch.saved("run"))], Mock::default(), u32::MAX);
+    let resumed = Scratch::run(vec![RunPlace::Saved(scratch.saved("run"))], Mock::default(), u32::MAX);
     let failure = resumed.unwrap_err();
     assert_eq!(failure.code(), 3);
     for words in ["another version of oneiro", "begin anew in another directory"] {

@@ -90,19 +90,20 @@ impl<'a> Work<'a> {
 
     fn checkpoint(&mut self, under_way: &UnderWay<'_, Box<dyn Job>>) -> Result {
         self.checkpointed = Instant::now();
-        let saved = |(run, job): &(RunNumber, &Box<dyn Job>)| {
-            let recorded = self.under_way.get(run)?;
-            Some(Saved {
-                run: *run as RunIndex,
+        // A run that is still to go on from an earlier checkpoint stays in the next.
+        let mut all: Vec<Saved> = self.saved.values().cloned().collect();
+        for &(run, job) in under_way {
+            let Some(recorded) = self.under_way.get(&run) else {
+                continue;
+            };
+            all.push(Saved {
+                run: run as RunIndex,
                 done: recorded.done,
                 tables: recorded.tables.iter().map(|(_, bytes)| bytes.clone()).collect(),
                 job: job.save(),
-            })
-        };
-        // A run that is still to go on from an earlier checkpoint stays in the next.
-        let waiting = self.saved.values().cloned();
-        self.journal
-            .checkpoint(under_way.iter().filter_map(saved).chain(waiting).collect())
+            });
+        }
+        self.journal.checkpoint(all)
     }
 }
 
@@ -120,12 +121,11 @@ impl Runs for Work<'_> {
             // One that does not fit begins anew.
             (saved.tables.len() == tables.len()).then_some((job.ok()?, saved))
         });
-        let (job, done, contents) = match saved {
-            Some((job, saved)) => (job, saved.done, saved.tables),
-            None => {
-                let heads = tables.iter().map(|table| table.head.clone()).collect();
-                (Arc::clone(&experiment).job(seed, Recording::Tables)?, 0, heads)
-            }
+        let (job, done, contents) = if let Some((job, saved)) = saved {
+            (job, saved.done, saved.tables)
+        } else {
+            let heads = tables.iter().map(|table| table.head.clone()).collect();
+            (Arc::clone(&experiment).job(seed, Recording::Tables)?, 0, heads)
         };
         let recorded = Recorded {
             experiment,

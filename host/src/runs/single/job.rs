@@ -5,6 +5,7 @@ use std::sync::Arc;
 
 use oneiro::batch::{Record, Rollout};
 use oneiro::random::Key;
+use serde::{Deserialize, Serialize};
 
 use super::rows::Row;
 use super::trace::trace_every;
@@ -25,7 +26,7 @@ pub(super) struct Evolving {
     recording: Recording,
     evolution: Evolution,
     /// Genomes and scores of the last generation, once all have been evaluated.
-    last: Option<(Vec<f32>, Vec<f32>)>,
+    last: Option<Generation>,
     /// Scores of the offspring of the last generation in the simulator, and of each of their lives in reality.
     simulated: Vec<f32>,
     real: Vec<f32>,
@@ -42,7 +43,17 @@ enum Purpose {
     Trace,
 }
 
-type Saved = (SavedEvolution, Option<(Vec<f32>, Vec<f32>)>, Vec<f32>, Vec<f32>);
+/// Genomes and scores of a generation.
+type Generation = (Vec<f32>, Vec<f32>);
+
+/// All that is saved. A trace is not: it is asked for again.
+#[derive(Serialize, Deserialize)]
+struct Saved {
+    evolution: SavedEvolution,
+    last: Option<Generation>,
+    simulated: Vec<f32>,
+    real: Vec<f32>,
+}
 
 impl Evolving {
     pub(super) fn new(single: Arc<Single>, seed: u64, recording: Recording) -> Result<Self> {
@@ -61,8 +72,12 @@ impl Evolving {
 
     /// Continues from what [`Job::save`] gave.
     pub(super) fn restored(mut self, saved: &[u8]) -> Result<Self> {
-        let (evolution, last, simulated, real): Saved =
-            postcard::from_bytes(saved).map_err(|_| Failure::corrupt("a saved run has another content"))?;
+        let Saved {
+            evolution,
+            last,
+            simulated,
+            real,
+        } = postcard::from_bytes(saved).map_err(|_| Failure::corrupt("a saved run has another content"))?;
         self.evolution.restore(evolution)?;
         if self.evolution.is_finished() != last.is_some() {
             return Err(Failure::corrupt("a saved run lacks its last generation"));
@@ -239,10 +254,13 @@ impl Job for Evolving {
         Ok(Step::default())
     }
 
-    /// A trace is not saved: it is asked for again.
     fn save(&self) -> Vec<u8> {
-        let saved: (_, &Option<(Vec<f32>, Vec<f32>)>, &[f32], &[f32]) =
-            (self.evolution.save(), &self.last, &self.simulated, &self.real);
+        let saved = Saved {
+            evolution: self.evolution.save(),
+            last: self.last.clone(),
+            simulated: self.simulated.clone(),
+            real: self.real.clone(),
+        };
         postcard::to_allocvec(&saved).expect("numbers")
     }
 
