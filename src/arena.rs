@@ -75,6 +75,43 @@ pub struct Block {
     pub class: String,
 }
 
+/// Nowhere yet, of the class `wall`.
+impl Default for Wall {
+    fn default() -> Self {
+        Self {
+            from: [f32::NAN; 2],
+            to: [f32::NAN; 2],
+            class: "wall".into(),
+        }
+    }
+}
+
+/// Nowhere yet, of the class `round`.
+impl Default for Obstacle {
+    fn default() -> Self {
+        Self {
+            x: f32::NAN,
+            y: f32::NAN,
+            radius: f32::NAN,
+            class: "round".into(),
+        }
+    }
+}
+
+/// Nowhere yet, of the class `block`.
+impl Default for Block {
+    fn default() -> Self {
+        Self {
+            x: f32::NAN,
+            y: f32::NAN,
+            length: f32::NAN,
+            width: f32::NAN,
+            heading: 0.0,
+            class: "block".into(),
+        }
+    }
+}
+
 impl Block {
     /// The direction of its length as a unit vector, along an axis exactly where it nearly is.
     pub fn axis(&self) -> Vec2 {

@@ -6,10 +6,14 @@
 //! genes, `G0` for when it carries food and `G1` for when it does not: from 0 to 0.99, below 0.33 it flees the light,
 //! from 0.66 on it seeks it, and between it searches at random (Table 1). Obstacle avoidance goes before either.
 
+use std::sync::LazyLock;
+
 use oneiro_shaders::{Kernel, life};
 
 use crate::batch::{Buffers, WorldKind};
 use crate::exact::cosine;
+use crate::parameter::Allowed::{Number, NumberUpTo, Whole};
+use crate::parameter::{self, Parameter, row};
 use crate::world::Invalid;
 use crate::world::check::{integer, number};
 
@@ -72,54 +76,107 @@ impl Light {
     }
 }
 
-/// One robot's foraging, and everything about its world: lengths in mm, speeds in mm/s and rad/s, times in s. What the
-/// paper leaves open has its reason in its line.
+/// One robot's foraging, and everything about its world: lengths in mm, speeds in mm/s and rad/s, times in s.
+/// [`parameters`] says where each value is from.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Foraging {
-    /// Radius of the arena: 600 (paper).
+    /// Radius of the arena.
     pub arena_radius: f32,
-    /// Radius of the nest, whose centre is on the wall: 200 (paper).
+    /// Radius of the nest, whose centre is on the wall.
     pub nest_radius: f32,
-    /// Items of food in the arena at all times: 7 (paper), at most 8.
+    /// Items of food in the arena at all times.
     pub food_items: u32,
-    /// A robot takes an item when its centre is so near to it: 50 (ours; the paper gives no size).
+    /// A robot takes an item when its centre is so near to it.
     pub food_radius: f32,
     /// The scenario.
     pub light: Light,
-    /// How far behind the wall the lamp is: 100 (ours).
+    /// How far behind the wall the lamp is.
     pub lamp_behind_wall: f32,
-    /// The light fades as `exp(-decay * metres)`: 2 (ARGoS).
+    /// The light fades as `exp(-decay * metres)`.
     pub light_decay: f32,
-    /// What sensors read without any lamp, of 1: 0.1 (ours).
+    /// What sensors read without any lamp, of 1.
     pub ambient: f32,
-    /// Uniform noise of each light reading, plus and minus: 0.05 (ARGoS' form, our size).
+    /// Uniform noise of each light reading, plus and minus.
     pub light_noise: f32,
-    /// Radius of the body: 35 (ARGoS, GCtronic).
+    /// Radius of the body.
     pub body_radius: f32,
-    /// Distance of the wheels: 53 (ARGoS, GCtronic).
+    /// Distance of the wheels.
     pub wheel_base: f32,
-    /// Fastest a wheel goes: 128.8, 1000 steps/s of a wheel of 41 mm (Webots, GCtronic).
+    /// Fastest a wheel goes.
     pub greatest_speed: f32,
-    /// Uniform noise of each wheel's way in a cycle, as a share: 0.05 (Enki).
+    /// Uniform noise of each wheel's way in a cycle, as a share.
     pub wheel_noise: f32,
-    /// Speed straight on: 80 (ours).
+    /// Speed straight on.
     pub cruise: f32,
-    /// Speed of turns on the spot, rad/s: 2 (ours).
+    /// Speed of turns on the spot, rad/s.
     pub turn: f32,
-    /// Phototaxis turns so many rad/s for each rad off the light: 3 (ours).
+    /// Phototaxis turns this many rad/s for each rad off the light.
     pub phototaxis_gain: f32,
-    /// And at most so fast, rad/s: 2.4 (ours).
+    /// And at most so fast, rad/s.
     pub phototaxis_turn: f32,
-    /// A wall nearer than this makes a robot turn away: 30 (ours).
+    /// A wall nearer than this makes a robot turn away.
     pub near: f32,
-    /// How long it goes straight on once the wall is clear, s: 1 (ours).
+    /// How long it goes straight on once the wall is clear, s.
     pub escape: f32,
-    /// Mean time between the turns of random search, s: 3 (ours).
+    /// Mean time between the turns of random search, s.
     pub search_interval: f32,
     /// Where the robot starts: x, y, and heading in turns. None: at any free pose.
     pub start: Option<[f32; 3]>,
     /// Cycles of 100 ms: 600, a minute (paper). Food that is brought earns what is left of that time.
     pub cycles: u32,
+}
+
+/// The rows of the values that experiments have.
+#[rustfmt::skip]
+pub fn parameters<T: AsMut<Foraging>>() -> Vec<Parameter<T>> {
+    vec![
+        row("arena.radius_mm", "mm", Number(100.0, 10_000.0), "paper",
+            "Radius of the arena.", |own, _| Some(&mut own.as_mut().arena_radius)),
+        row("arena.nest_radius_mm", "mm", NumberUpTo(10.0, 1.0, "arena.radius_mm"), "paper; its centre on the wall",
+            "Radius of the nest, whose centre is on the wall.", |own, _| Some(&mut own.as_mut().nest_radius)),
+        row("arena.food_items", "", Whole(0, GREATEST_ITEMS as u64), "paper",
+            "Items of food in the arena at all times.", |own, _| Some(&mut own.as_mut().food_items)),
+        row("arena.food_radius_mm", "mm", NumberUpTo(1.0, 1.0, "arena.radius_mm"), "ours: the paper gives no size",
+            "How near a robot's centre must come to an item to take it.", |own, _| Some(&mut own.as_mut().food_radius)),
+        row("arena.lamp_behind_wall_mm", "mm", Number(10.0, 10_000.0), "ours",
+            "How far behind the wall the lamp is.", |own, _| Some(&mut own.as_mut().lamp_behind_wall)),
+        row("arena.light_decay", "1/m", Number(0.001, 1000.0), "ARGoS; arms",
+            "The light fades as exp(-decay * metres).", |own, _| Some(&mut own.as_mut().light_decay)),
+        row("arena.ambient", "", Number(0.0, 1.0), "ours",
+            "What light sensors read without a lamp, of 1.", |own, _| Some(&mut own.as_mut().ambient)),
+        row("arena.light_noise", "", Number(0.0, 1.0), "ARGoS' form, our size; arms",
+            "Uniform noise of each light reading, plus and minus.", |own, _| Some(&mut own.as_mut().light_noise)),
+        row("robot.body_radius_mm", "mm", NumberUpTo(1.0, 0.5, "arena.radius_mm"), "ARGoS, GCtronic",
+            "Radius of the body.", |own, _| Some(&mut own.as_mut().body_radius)),
+        row("robot.wheel_base_mm", "mm", NumberUpTo(1.0, 2.0, "robot.body_radius_mm"), "ARGoS, GCtronic",
+            "Distance of the wheels.", |own, _| Some(&mut own.as_mut().wheel_base)),
+        row("robot.greatest_speed_mm_s", "mm/s", Number(1.0, 1000.0), "Webots, GCtronic",
+            "Greatest speed of a wheel.", |own, _| Some(&mut own.as_mut().greatest_speed)),
+        row("robot.wheel_noise", "", Number(0.0, 0.5), "Enki",
+            "Uniform noise of each wheel's way in a cycle, as a share.", |own, _| Some(&mut own.as_mut().wheel_noise)),
+        row("robot.cruise_mm_s", "mm/s", NumberUpTo(0.0, 1.0, "robot.greatest_speed_mm_s"), "ours; arms",
+            "Speed straight on.", |own, _| Some(&mut own.as_mut().cruise)),
+        row("robot.turn_rad_s", "rad/s", Number(0.01, 30.0), "ours",
+            "Speed of turns on the spot.", |own, _| Some(&mut own.as_mut().turn)),
+        row("robot.phototaxis_gain", "1/s", Number(0.0, 10.0), "ours",
+            "Phototaxis turns this many rad/s for each rad off the light.", |own, _| Some(&mut own.as_mut().phototaxis_gain)),
+        row("robot.phototaxis_turn_rad_s", "rad/s", Number(0.0, 30.0), "ours",
+            "Greatest speed of its turns.", |own, _| Some(&mut own.as_mut().phototaxis_turn)),
+        row("robot.near_mm", "mm", Number(0.0, SIGHT as f64), "ours",
+            "What is nearer than this makes a robot turn away.", |own, _| Some(&mut own.as_mut().near)),
+        row("robot.escape_s", "s", Number(0.0, 1000.0), "ours; arms",
+            "How long it goes straight on once the obstacle is clear.", |own, _| Some(&mut own.as_mut().escape)),
+        row("robot.search_interval_s", "s", Number(0.0, 1000.0), "ours",
+            "Mean time between the turns of random search.", |own, _| Some(&mut own.as_mut().search_interval)),
+    ]
+}
+
+static PARAMETERS: LazyLock<Vec<Parameter<Foraging>>> = LazyLock::new(parameters);
+
+impl AsMut<Self> for Foraging {
+    fn as_mut(&mut self) -> &mut Self {
+        self
+    }
 }
 
 impl Foraging {
@@ -237,25 +294,7 @@ impl Foraging {
 
 impl WorldKind for Foraging {
     fn check(&self) -> Result<(), Invalid> {
-        number("arena_radius", self.arena_radius, 100.0..=10_000.0)?;
-        number("nest_radius", self.nest_radius, 10.0..=self.arena_radius)?;
-        integer("food_items", self.food_items, 0..=GREATEST_ITEMS)?;
-        number("food_radius", self.food_radius, 1.0..=self.arena_radius)?;
-        number("lamp_behind_wall", self.lamp_behind_wall, 10.0..=10_000.0)?;
-        number("light_decay", self.light_decay, 0.001..=1000.0)?;
-        number("ambient", self.ambient, 0.0..=1.0)?;
-        number("light_noise", self.light_noise, 0.0..=1.0)?;
-        number("body_radius", self.body_radius, 1.0..=0.5 * self.arena_radius)?;
-        number("wheel_base", self.wheel_base, 1.0..=2.0 * self.body_radius)?;
-        number("greatest_speed", self.greatest_speed, 1.0..=1000.0)?;
-        number("wheel_noise", self.wheel_noise, 0.0..=0.5)?;
-        number("cruise", self.cruise, 0.0..=self.greatest_speed)?;
-        number("turn", self.turn, 0.01..=30.0)?;
-        number("phototaxis_gain", self.phototaxis_gain, 0.0..=10.0)?;
-        number("phototaxis_turn", self.phototaxis_turn, 0.0..=30.0)?;
-        number("near", self.near, 0.0..=SIGHT as f32)?;
-        number("escape", self.escape, 0.0..=1000.0)?;
-        number("search_interval", self.search_interval, 0.0..=1000.0)?;
+        parameter::check(&PARAMETERS, &mut self.clone())?;
         integer("cycles", self.cycles, 1..=1_000_000)?;
         let Some([x, y, heading]) = self.start else {
             return Ok(());

@@ -11,6 +11,7 @@ pub mod exact;
 pub mod foraging;
 #[cfg(feature = "gpu")]
 pub mod gpu;
+pub mod parameter;
 pub mod pool;
 pub mod probe;
 pub mod random;

@@ -9,14 +9,18 @@
 //! Worlds live on from stretch to stretch, and robots get new controllers on the way: [`Arena`] is what whoever runs
 //! robots sees of them, [`Simulated`] its implementation by an evaluator.
 
+use std::sync::LazyLock;
+
 use oneiro_shaders::{Kernel, life};
 
 use crate::batch::{Batch, Buffers, Outcome, Rollout, TraceRequest, WorldKind, Worlds};
 use crate::evaluator::{Control, Error, Evaluator};
 use crate::foraging::{self, Foraging, Light};
+use crate::parameter::Allowed::{Any, Number, Whole};
+use crate::parameter::{self, Parameter, row};
 use crate::random::Key;
 use crate::world::Invalid;
-use crate::world::check::{integer, number};
+use crate::world::check::integer;
 
 /// Robots that a world can have.
 pub const GREATEST_ROBOTS: u32 = 128;
@@ -96,16 +100,16 @@ impl Differences {
 /// A world of robots: lengths in mm, cycles of 100 ms.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Swarm {
-    /// Robots, 1 to 128: 10 (paper).
+    /// Robots.
     pub robots: u32,
     /// Arena, food, nest, body and behaviours. `cycles` is the length of the whole life; `light` is not asked for
     /// (see [`Lamp`]), and starts are random.
     pub forager: Foraging,
     /// Cycles of a robot's interval, after whose end food earns nothing: 600 (paper).
     pub interval: u32,
-    /// How far a message reaches, between centres: 250 (paper).
+    /// How far a message reaches, between centres.
     pub range: f32,
-    /// The chance that a robot within range is heard, once a second: 0.5 (ours).
+    /// The chance that a robot within range is heard, once a second.
     pub heard: f32,
     /// Whether a third robot in the way keeps a message from being heard.
     pub line_of_sight: bool,
@@ -113,6 +117,55 @@ pub struct Swarm {
     pub differences: Differences,
     /// Draws how robots differ from each other: the same robots in all worlds with the same number.
     pub individuals: u64,
+}
+
+/// The rows of the values that experiments have besides those of [`Foraging`].
+#[rustfmt::skip]
+pub fn parameters<T: AsMut<Swarm>>() -> Vec<Parameter<T>> {
+    vec![
+        row("robots", "", Whole(1, GREATEST_ROBOTS as u64), "paper",
+            "Robots.", |own, _| Some(&mut own.as_mut().robots)),
+        row("robot.individuals", "", Whole(0, i64::MAX as u64), "ours: the seed of how robots differ",
+            "The seed from which the differences between robots are drawn.", |own, _| Some(&mut own.as_mut().individuals)),
+        row("messages.range_mm", "mm", Number(0.0, 10_000.0), "paper",
+            "How far messages reach, between centres.", |own, _| Some(&mut own.as_mut().range)),
+        row("messages.heard", "", Number(0.0, 1.0), "ours; arm",
+            "Chance that a robot in range is heard, once a second.", |own, _| Some(&mut own.as_mut().heard)),
+        row("messages.line_of_sight", "", Any, "ours; arm",
+            "Whether a third robot in the way keeps a message from being heard.", |own, _| Some(&mut own.as_mut().line_of_sight)),
+        row("differences.wheels", "", Number(0.0, 0.2), "ours; arm without differences",
+            "Standard deviation of the wheels' sizes, as a share: a robot curves.", |own, _| Some(&mut own.as_mut().differences.wheels)),
+        row("differences.proximity", "", Number(0.0, 0.2), "ours; arm without differences",
+            "Standard deviation of the gains of proximity sensors.", |own, _| Some(&mut own.as_mut().differences.proximity)),
+        row("differences.light", "", Number(0.0, 0.2), "ours; arm without differences",
+            "Standard deviation of the gains of light sensors.", |own, _| Some(&mut own.as_mut().differences.light)),
+        row("differences.slip", "", Number(0.0, 1.0), "ours; arm without differences",
+            "Greatest share of its way that a wheel loses in a cycle.", |own, _| Some(&mut own.as_mut().differences.slip)),
+        row("differences.latency", "", Any, "ours; arm without differences",
+            "Whether wheels obey one cycle late.", |own, _| Some(&mut own.as_mut().differences.latency)),
+        row("differences.beam", "", Number(0.0, 1.0), "ours; arm without differences",
+            "How much darker the lamp is across its axis.", |own, _| Some(&mut own.as_mut().differences.beam)),
+        row("differences.reflection", "", Number(0.0, 1.0), "ours; arm without differences",
+            "Light that the walls throw back next to the lamp, of 1.", |own, _| Some(&mut own.as_mut().differences.reflection)),
+        row("differences.shadows", "", Number(0.0, 1.0), "ours; arm without differences",
+            "Share of the lamp's light that a robot takes from one right behind it.", |own, _| Some(&mut own.as_mut().differences.shadows)),
+        row("differences.tracking_loss", "", Number(0.0, 1.0), "ours; arm without differences",
+            "Chance that the tracking system tells a robot nothing in a cycle.", |own, _| Some(&mut own.as_mut().differences.tracking_loss)),
+    ]
+}
+
+static PARAMETERS: LazyLock<Vec<Parameter<Swarm>>> = LazyLock::new(parameters);
+
+impl AsMut<Self> for Swarm {
+    fn as_mut(&mut self) -> &mut Self {
+        self
+    }
+}
+
+impl AsMut<Foraging> for Swarm {
+    fn as_mut(&mut self) -> &mut Foraging {
+        &mut self.forager
+    }
 }
 
 impl Swarm {
@@ -216,7 +269,7 @@ impl Swarm {
 
 impl WorldKind for Swarm {
     fn check(&self) -> Result<(), Invalid> {
-        integer("robots", self.robots, 1..=GREATEST_ROBOTS)?;
+        parameter::check(&PARAMETERS, &mut self.clone())?;
         self.forager.check()?;
         if self.forager.start.is_some() {
             return Err(Invalid::new(
@@ -224,18 +277,7 @@ impl WorldKind for Swarm {
                 "is given; allowed: none, robots of a swarm start anywhere",
             ));
         }
-        integer("interval", self.interval, 1..=1_000_000)?;
-        number("range", self.range, 0.0..=10_000.0)?;
-        number("heard", self.heard, 0.0..=1.0)?;
-        let own = &self.differences;
-        number("differences.wheels", own.wheels, 0.0..=0.2)?;
-        number("differences.proximity", own.proximity, 0.0..=0.2)?;
-        number("differences.light", own.light, 0.0..=0.2)?;
-        number("differences.slip", own.slip, 0.0..=1.0)?;
-        number("differences.beam", own.beam, 0.0..=1.0)?;
-        number("differences.reflection", own.reflection, 0.0..=1.0)?;
-        number("differences.shadows", own.shadows, 0.0..=1.0)?;
-        number("differences.tracking_loss", own.tracking_loss, 0.0..=1.0)
+        integer("interval", self.interval, 1..=1_000_000)
     }
 
     fn kernel(&self) -> &'static Kernel {

@@ -12,6 +12,8 @@ use std::sync::{Arc, LazyLock};
 
 pub use sam::Format;
 
+use crate::parameter::Choice;
+
 /// Proximity sensors of a robot.
 pub const SENSORS: usize = 8;
 
@@ -280,7 +282,7 @@ impl MotorSamples {
 }
 
 /// Which sampled speeds a wheel uses, and how an output in `0..=1` selects one.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
 pub enum MotorStates {
     /// -10 to 10 without 0, state `floor(20 output)`: backwards is as fast as forwards.
     #[default]
@@ -289,6 +291,18 @@ pub enum MotorStates {
     Asymmetric20,
     /// -10 to 10, state `round(20 output)`, as Evorobot has it.
     Evorobot21,
+}
+
+impl Choice for MotorStates {
+    const CHOICES: &'static [(&'static str, Self, &'static str)] = &[
+        (
+            "symmetric",
+            Self::Symmetric20,
+            "-10 to 10 without 0: no way of driving is faster than its reverse",
+        ),
+        ("asymmetric", Self::Asymmetric20, "-10 to 9"),
+        ("evorobot", Self::Evorobot21, "-10 to 10, 21 states, as Evorobot has it"),
+    ];
 }
 
 impl MotorStates {

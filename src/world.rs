@@ -3,6 +3,7 @@
 
 pub(crate) mod check;
 mod pack;
+mod parameters;
 
 use std::sync::Arc;
 
@@ -14,6 +15,7 @@ use crate::surrogate::Surrogate;
 use crate::tables::{MotorStates, MotorTable, SensorTables};
 
 pub use check::Invalid;
+pub use parameters::{COORDINATE, LENGTH, parameters};
 
 /// A robot on two wheels with sampled sensors and motors.
 #[derive(Clone, Debug, PartialEq)]
@@ -254,8 +256,8 @@ impl World {
     ///
     /// # Errors
     /// The first value that is not allowed: its path, itself, and what is allowed.
-    pub fn new(spec: WorldSpec) -> Result<Self, Invalid> {
-        check::check(&spec)?;
+    pub fn new(mut spec: WorldSpec) -> Result<Self, Invalid> {
+        check::check(&mut spec)?;
         let packed = pack::Packed::new(&spec)?;
         Ok(Self(Arc::new(Checked { spec, packed })))
     }

@@ -282,10 +282,10 @@ fn light_over_the_nest_helps() {
 fn what_is_not_allowed_is_refused_by_name() {
     let good = Foraging::odowd2014(Light::OverNest);
     for (field, wrong) in [
-        ("food_items", Foraging { food_items: 9, ..good }),
+        ("arena.food_items", Foraging { food_items: 9, ..good }),
         ("cycles", Foraging { cycles: 0, ..good }),
-        ("cruise", Foraging { cruise: 200.0, ..good }),
-        ("near", Foraging { near: f32::NAN, ..good }),
+        ("robot.cruise_mm_s", Foraging { cruise: 200.0, ..good }),
+        ("robot.near_mm", Foraging { near: f32::NAN, ..good }),
         (
             "start",
             Foraging {
@@ -301,7 +301,7 @@ fn what_is_not_allowed_is_refused_by_name() {
             },
         ),
         (
-            "nest_radius",
+            "arena.nest_radius_mm",
             Foraging {
                 nest_radius: 700.0,
                 ..good

@@ -136,9 +136,9 @@ fn what_is_not_allowed_is_refused_by_name() {
         ("controller.units", "1 to 32", |spec| {
             spec.controller = Controller::Hidden { units: 33 };
         }),
-        ("robot.body_radius", "is 0;", |spec| spec.robot.body_radius = 0.0),
-        ("robot.body_radius", "is NaN;", |spec| spec.robot.body_radius = f32::NAN),
-        ("robot.body_radius", "is inf;", |spec| {
+        ("robot.body_radius_mm", "is 0;", |spec| spec.robot.body_radius = 0.0),
+        ("robot.body_radius_mm", "is NaN;", |spec| spec.robot.body_radius = f32::NAN),
+        ("robot.body_radius_mm", "is inf;", |spec| {
             spec.robot.body_radius = f32::INFINITY;
         }),
         ("robot.turn_before_move", "0 to 1", |spec| {
@@ -155,31 +155,31 @@ fn what_is_not_allowed_is_refused_by_name() {
             spec.noise.sensor = (0.2, 0.2);
         }),
         ("noise.sensor", "is NaN", |spec| spec.noise.sensor = (f32::NAN, 0.2)),
-        ("noise.walk_range", "0 to 1000", |spec| spec.noise.walk_range = -1.0),
-        ("noise.walk_step", "twice", |spec| {
+        ("noise.walk_range_mm", "0 to 1000", |spec| spec.noise.walk_range = -1.0),
+        ("noise.walk_step_mm", "twice", |spec| {
             spec.noise = Noise {
                 walk_range: 1.0,
                 walk_step: 2.5,
                 ..Noise::NONE
             }
         }),
-        ("noise.walk_step", "twice", |spec| spec.noise.walk_step = 1.0),
+        ("noise.walk_step_mm", "twice", |spec| spec.noise.walk_step = 1.0),
         ("noise.motor", "0 to 1", |spec| spec.noise.motor = 1.01),
-        ("start.x", "-100000 to 100000", |spec| {
+        ("start.x_mm", "-100000 to 100000", |spec| {
             spec.start = Start::At {
                 x: 1e6,
                 y: 0.0,
                 heading: 0.0,
             }
         }),
-        ("start.heading", "less than 1", |spec| {
+        ("start.heading_turns", "less than 1", |spec| {
             spec.start = Start::At {
                 x: 90.0,
                 y: 90.0,
                 heading: 1.0,
             }
         }),
-        ("start.heading", "0 to 1", |spec| {
+        ("start.heading_turns", "0 to less than 1", |spec| {
             spec.start = Start::At {
                 x: 90.0,
                 y: 90.0,
@@ -193,7 +193,7 @@ fn what_is_not_allowed_is_refused_by_name() {
                 heading: 0.0,
             }
         }),
-        ("arena.field.width", "1 to 100000", |spec| spec.arena.field.width = 0.5),
+        ("arena.width_mm", "1 to 100000", |spec| spec.arena.field.width = 0.5),
         ("arena.field.x", "is NaN", |spec| spec.arena.field.x = f32::NAN),
         ("arena.field", "free in 0 %", |spec| {
             spec.arena = Arena::rectangle(50.0, 350.0);
@@ -201,7 +201,7 @@ fn what_is_not_allowed_is_refused_by_name() {
         ("arena.field", "25 %", |spec| {
             spec.arena = Arena::rectangle(100.0, 100.0);
         }),
-        ("arena.walls[2].to.y", "-100000 to 100000", |spec| {
+        ("arena.walls[2].to_mm", "-100000 to 100000", |spec| {
             spec.arena.walls[2].to[1] = 1e9;
         }),
         ("arena.walls[1]", "1 mm and more", |spec| {
@@ -217,7 +217,7 @@ fn what_is_not_allowed_is_refused_by_name() {
         ("arena.walls[3].class", "allowed: wall, round", |spec| {
             spec.arena.walls[3].class = "glass".into();
         }),
-        ("arena.obstacles[0].radius", "0 to 100000", |spec| {
+        ("arena.obstacles[0].radius_mm", "0 to 100000", |spec| {
             spec.arena.obstacles[0].radius = -1.0;
         }),
         ("arena.obstacles[2].class", "no sensor table for `box`", |spec| {
@@ -226,15 +226,15 @@ fn what_is_not_allowed_is_refused_by_name() {
         ("arena", "0 to 64", |spec| {
             spec.arena = Arena::miglino1995().with_obstacles((0..58).map(|at| (at as f32, 0.0)), 1.0);
         }),
-        ("arena.blocks[0].length", "1 to 100000", |spec| {
+        ("arena.blocks[0].length_mm", "1 to 100000", |spec| {
             with_block(spec);
             spec.arena.blocks[0].length = 0.0;
         }),
-        ("arena.blocks[0].width", "is NaN", |spec| {
+        ("arena.blocks[0].width_mm", "is NaN", |spec| {
             with_block(spec);
             spec.arena.blocks[0].width = f32::NAN;
         }),
-        ("arena.blocks[0].heading", "less than 1", |spec| {
+        ("arena.blocks[0].heading_turns", "less than 1", |spec| {
             with_block(spec);
             spec.arena.blocks[0].heading = 1.0;
         }),

@@ -4,8 +4,11 @@
 use std::fmt::Display;
 use std::ops::RangeInclusive;
 
-use super::{Controller, Noise, Robot, Start, Task, WorldSpec, pack};
-use crate::arena::{Arena, Block, Field, Obstacle, Wall};
+use super::parameters::{COORDINATE, LENGTH, PARAMETERS};
+use super::{Noise, Robot, Task, WorldSpec, pack};
+use crate::arena::{Arena, Field, Wall};
+pub(super) use crate::parameter::LEAST;
+use crate::parameter::{self, Allowed, Datum};
 use crate::tables::{GREATEST_READING, MotorTable, SensorTable, SensorTables};
 
 /// A value that is not allowed.
@@ -33,12 +36,6 @@ pub(super) const GREATEST_SHAPES: usize = (u16::MAX / GREATEST_READING) as usize
 /// Cells whose visits a life keeps.
 const GREATEST_CELLS: usize = 128;
 
-/// 100 m: beyond it, f32 is too coarse for a robot's steps.
-const COORDINATE: RangeInclusive<f32> = -1e5..=1e5;
-const LENGTH: RangeInclusive<f32> = 1.0..=1e5;
-/// Numbers nearer to zero than this (about 1e-6), but not zero, are refused.
-pub(super) const LEAST: f32 = 1.0 / (1 << 20) as f32;
-
 pub(crate) fn integer(field: &str, value: u32, allowed: RangeInclusive<u32>) -> Result<(), Invalid> {
     if allowed.contains(&value) {
         return Ok(());
@@ -55,16 +52,16 @@ pub(crate) fn number(field: impl Display, value: f32, allowed: RangeInclusive<f3
         let problem = format!("is {value}; allowed: {} to {}", allowed.start(), allowed.end());
         return Err(Invalid::new(field.to_string(), problem));
     }
-    if value != 0.0 && value.abs() < LEAST {
-        return Err(Invalid::new(
-            field.to_string(),
-            format!("is {value:e}; allowed: 0, or {LEAST:e} and more in size"),
-        ));
-    }
-    Ok(())
+    allowed_number(field, value, Allowed::Any)
 }
 
-pub(super) fn check(spec: &WorldSpec) -> Result<(), Invalid> {
+fn allowed_number(field: impl Display, value: f32, allowed: Allowed) -> Result<(), Invalid> {
+    let checked = allowed.check(&Datum::Single(value), |_| None);
+    checked.map_err(|problem| Invalid::new(field.to_string(), problem))
+}
+
+pub(super) fn check(spec: &mut WorldSpec) -> Result<(), Invalid> {
+    parameter::check(&PARAMETERS, spec)?;
     robot(&spec.robot)?;
     arena(&spec.arena, &spec.robot.sensors)?;
     noise(&spec.noise)?;
@@ -76,7 +73,6 @@ pub(super) fn check(spec: &WorldSpec) -> Result<(), Invalid> {
         }
     }
     let Task::Avoidance { new_cell, .. } = spec.task;
-    number("task.new_cell", new_cell, 0.0..=1000.0)?;
     if new_cell > 0.0 {
         let Field { width, height, .. } = spec.arena.field;
         let cells = pack::cells(width) * pack::cells(height);
@@ -91,16 +87,6 @@ pub(super) fn check(spec: &WorldSpec) -> Result<(), Invalid> {
             return Err(Invalid::new("task.new_cell", problem));
         }
     }
-    if let Controller::Hidden { units } = spec.controller {
-        integer("controller.units", units, 1..=32)?;
-    }
-    if let Start::At { x, y, heading } = spec.start {
-        number("start.x", x, COORDINATE)?;
-        number("start.y", y, COORDINATE)?;
-        turns("start.heading", heading)?;
-    }
-    integer("cycles", spec.cycles, 1..=1_000_000)?;
-
     // A robot that jumps no further than its diameter can't jump over a wall.
     let diameter = 2.0 * spec.robot.body_radius;
     let greatest = spec
@@ -121,8 +107,6 @@ pub(super) fn check(spec: &WorldSpec) -> Result<(), Invalid> {
 }
 
 fn robot(robot: &Robot) -> Result<(), Invalid> {
-    number("robot.body_radius", robot.body_radius, LENGTH)?;
-    number("robot.turn_before_move", robot.turn_before_move, 0.0..=1.0)?;
     number("robot.sensors.reading_scale", robot.sensors.reading_scale, LEAST..=1.0)?;
     for (index, table) in robot.sensors.classes.iter().enumerate() {
         sensor_table(&format!("robot.sensors.classes[{index}]"), table)?;
@@ -199,10 +183,10 @@ fn motor_table(motors: &MotorTable) -> Result<(), Invalid> {
 
 fn arena(arena: &Arena, sensors: &SensorTables) -> Result<(), Invalid> {
     let Field { x, y, width, height } = arena.field;
-    number("arena.field.x", x, COORDINATE)?;
-    number("arena.field.y", y, COORDINATE)?;
-    number("arena.field.width", width, LENGTH)?;
-    number("arena.field.height", height, LENGTH)?;
+    allowed_number("arena.field.x", x, COORDINATE)?;
+    allowed_number("arena.field.y", y, COORDINATE)?;
+    allowed_number("arena.width_mm", width, LENGTH)?;
+    allowed_number("arena.height_mm", height, LENGTH)?;
     let shapes = arena.walls.len() + arena.obstacles.len() + arena.blocks.len();
     if shapes > GREATEST_SHAPES {
         let problem = format!("{shapes} walls, obstacles and blocks; allowed: 0 to {GREATEST_SHAPES} together");
@@ -213,40 +197,17 @@ fn arena(arena: &Arena, sensors: &SensorTables) -> Result<(), Invalid> {
         class(&format!("arena.walls[{index}].class"), &wall.class, sensors)?;
     }
     for (index, obstacle) in arena.obstacles.iter().enumerate() {
-        let Obstacle { x, y, radius, class } = obstacle;
-        number(format_args!("arena.obstacles[{index}].x"), *x, COORDINATE)?;
-        number(format_args!("arena.obstacles[{index}].y"), *y, COORDINATE)?;
-        number(format_args!("arena.obstacles[{index}].radius"), *radius, 0.0..=1e5)?;
-        self::class(&format!("arena.obstacles[{index}].class"), class, sensors)?;
+        class(&format!("arena.obstacles[{index}].class"), &obstacle.class, sensors)?;
     }
     for (index, block) in arena.blocks.iter().enumerate() {
-        self::block(&format!("arena.blocks[{index}]"), block, sensors)?;
+        known_class(&format!("arena.blocks[{index}].class"), &block.class, sensors)?;
     }
     Ok(())
-}
-
-fn block(field: &str, block: &Block, sensors: &SensorTables) -> Result<(), Invalid> {
-    let Block {
-        x,
-        y,
-        length,
-        width,
-        heading,
-        class,
-    } = block;
-    number(format_args!("{field}.x"), *x, COORDINATE)?;
-    number(format_args!("{field}.y"), *y, COORDINATE)?;
-    number(format_args!("{field}.length"), *length, LENGTH)?;
-    number(format_args!("{field}.width"), *width, LENGTH)?;
-    turns(&format!("{field}.heading"), *heading)?;
-    known_class(&format!("{field}.class"), class, sensors).map(|_| ())
 }
 
 fn wall(field: &str, wall: &Wall) -> Result<(), Invalid> {
     for axis in 0..2 {
         let name = ["x", "y"][axis];
-        number(format_args!("{field}.from.{name}"), wall.from[axis], COORDINATE)?;
-        number(format_args!("{field}.to.{name}"), wall.to[axis], COORDINATE)?;
         let length = wall.to[axis] - wall.from[axis];
         if length != 0.0 && length.abs() < LEAST {
             let problem =
@@ -259,15 +220,6 @@ fn wall(field: &str, wall: &Wall) -> Result<(), Invalid> {
     if squared < 1.0 {
         let problem = format!("is {} mm long; allowed: 1 mm and more", squared.sqrt());
         return Err(Invalid::new(field, problem));
-    }
-    Ok(())
-}
-
-/// A direction.
-fn turns(field: &str, heading: f32) -> Result<(), Invalid> {
-    number(field, heading, 0.0..=1.0)?;
-    if heading == 1.0 {
-        return Err(Invalid::new(field, "is 1; allowed: turns from 0 to less than 1"));
     }
     Ok(())
 }
@@ -293,23 +245,19 @@ fn known_class<'a>(field: &str, class: &str, sensors: &'a SensorTables) -> Resul
 
 fn noise(noise: &Noise) -> Result<(), Invalid> {
     let (low, high) = noise.sensor;
-    number("noise.sensor", low, -1.0..=1.0)?;
-    number("noise.sensor", high, -1.0..=1.0)?;
     let span = high - low;
     if span < 0.0 || (span < LEAST && (low, high) != (0.0, 0.0)) {
         let problem = format!("is ({low}, {high}); allowed: (0, 0), or a smaller and a greater number");
         return Err(Invalid::new("noise.sensor", problem));
     }
-    number("noise.walk_range", noise.walk_range, 0.0..=1000.0)?;
-    number("noise.walk_step", noise.walk_step, 0.0..=2000.0)?;
     // A longer step could leave the range on the other side when it is reflected.
     if noise.walk_step > 2.0 * noise.walk_range {
         let problem = format!(
-            "is {}; allowed: at most twice noise.walk_range, {}",
+            "is {}; allowed: at most twice noise.walk_range_mm, {}",
             noise.walk_step,
             2.0 * noise.walk_range
         );
-        return Err(Invalid::new("noise.walk_step", problem));
+        return Err(Invalid::new("noise.walk_step_mm", problem));
     }
-    number("noise.motor", noise.motor, 0.0..=1.0)
+    Ok(())
 }

@@ -5,9 +5,9 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, PoisonError};
 
-use oneiro::tables::{self, MotorTable, SensorTables};
+use oneiro::tables::{self, MotorStates, MotorTable, SensorTables};
 
-use super::settings::{self, BUILT_IN, SensorFiles, Settings};
+use super::settings::{BUILT_IN, SensorFiles, Settings};
 use super::source::Source;
 use crate::evolve::Population;
 use crate::exit::{Failure, Result};
@@ -40,7 +40,7 @@ pub(crate) struct Content {
 pub(crate) struct Files {
     contents: Mutex<BTreeMap<PathBuf, Arc<Content>>>,
     sensors: Mutex<BTreeMap<Vec<PathBuf>, Tables<SensorTables>>>,
-    motors: Mutex<BTreeMap<(PathBuf, settings::MotorStates), Tables<MotorTable>>>,
+    motors: Mutex<BTreeMap<(PathBuf, MotorStates), Tables<MotorTable>>>,
 }
 
 impl Files {
@@ -141,18 +141,13 @@ impl<'a> Inputs<'a> {
     }
 
     /// The motor table.
-    pub(super) fn motors(&mut self, file: &str, states: settings::MotorStates) -> Result<Arc<MotorTable>> {
-        let wheels = match states {
-            settings::MotorStates::Symmetric => tables::MotorStates::Symmetric20,
-            settings::MotorStates::Asymmetric => tables::MotorStates::Asymmetric20,
-            settings::MotorStates::Evorobot => tables::MotorStates::Evorobot21,
-        };
+    pub(super) fn motors(&mut self, file: &str, states: MotorStates) -> Result<Arc<MotorTable>> {
         if file == BUILT_IN {
-            return Ok(MotorTable::khepera(wheels));
+            return Ok(MotorTable::khepera(states));
         }
         let path = self.take("robot.motors", file)?;
         let read = |(path, _): &(PathBuf, _)| {
-            MotorTable::read(path, wheels).map(|table| Tables {
+            MotorTable::read(path, states).map(|table| Tables {
                 tables: Arc::new(table),
                 warnings: Vec::new(),
             })
@@ -193,7 +188,12 @@ impl<'a> Inputs<'a> {
 
     /// Keeps a file and checks its hash, if one is given. Its path.
     fn take(&mut self, key: &str, file: &str) -> Result<PathBuf> {
-        let path = self.directory.join(file);
+        // What is typed is looked for from where it is typed.
+        let path = if self.source.is_typed(key) {
+            file.into()
+        } else {
+            self.directory.join(file)
+        };
         let read = |path: &PathBuf| {
             fs::read(path).map(|bytes| {
                 let hash = blake3::hash(&bytes).to_hex().to_string();

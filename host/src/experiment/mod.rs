@@ -5,20 +5,23 @@ mod inputs;
 pub(crate) mod settings;
 pub(crate) mod source;
 pub(crate) mod swarm;
+pub(crate) mod values;
 mod world;
 
 use std::path::Path;
 
+use oneiro::arena::Arena;
 use oneiro::world::World;
+use toml::Table;
 
 use crate::evolve::genetic::Genetic;
 use crate::evolve::{Evolution, Population};
 use crate::exit::Result;
 use crate::files;
-pub(crate) use check::GREATEST_SEED;
 pub(crate) use inputs::DIRECTORY as INPUTS;
 pub(crate) use inputs::{Files, Input};
 use inputs::Inputs;
+pub(crate) use settings::GREATEST_SEED;
 use settings::Settings;
 use source::{Parsed, Setting, Source};
 
@@ -27,6 +30,8 @@ use source::{Parsed, Setting, Source};
 pub(crate) struct Experiment {
     /// All values, defaults included; files by the names that a run's directory gives them.
     settings: Settings,
+    /// The same as TOML, with the seed 0.
+    values: Table,
     world: World,
     init: Option<Population>,
     inputs: Vec<Input>,
@@ -50,18 +55,20 @@ impl Experiment {
     /// # Errors
     /// As [`Experiment::read`].
     pub(crate) fn of(path: &Path, file: &Parsed<'_>, set: &[Setting], files: &Files) -> Result<Self> {
-        let (mut settings, source): (Settings, _) = Source::read(file, set)?;
+        let (given, source): (Table, _) = Source::read(file, set)?;
+        let mut settings = Settings::default();
+        values::read(&given, &mut settings, &source)?;
         if settings.name.is_empty() {
             settings.name = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
         }
-        Self::new(settings, &source, path.parent().unwrap_or(Path::new("")), files)
-    }
-
-    fn new(mut settings: Settings, source: &Source<'_>, directory: &Path, files: &Files) -> Result<Self> {
         check::check(&settings).map_err(|invalid| source.invalid(&invalid.field, &invalid.problem))?;
-        check::complete(&mut settings);
-        let mut inputs = Inputs::new(directory, source, &settings.files, files);
-        let world = world::world(&settings, source, &mut inputs)?;
+        if settings.arena.preset.is_none() && !check::is_own_arena(&settings) {
+            settings.arena.preset = Some(Arena::miglino1995().name);
+        }
+        let directory = path.parent().unwrap_or(Path::new(""));
+        let hashes = settings.files.clone();
+        let mut inputs = Inputs::new(directory, &source, &hashes, files);
+        let world = world::world(&settings, &source, &mut inputs)?;
         let init = inputs.init(
             settings.evolution.init.as_deref(),
             world.genes(),
@@ -69,8 +76,14 @@ impl Experiment {
         )?;
         let (inputs, warnings) = inputs.finish()?;
         inputs::rename(&mut settings, &inputs);
+        let mut with_seed = Settings {
+            seed: Some(0),
+            ..settings.clone()
+        };
+        let values = values::table(&mut with_seed, &given);
         Ok(Self {
             settings,
+            values,
             world,
             init,
             inputs,
@@ -112,35 +125,36 @@ impl Experiment {
 
     /// The experiment of a run with every default written out, as TOML: read again, it is this run's experiment.
     pub(crate) fn resolved_toml(&self, seed: u64) -> String {
-        toml(&Settings {
-            seed: Some(seed),
-            ..self.settings.clone()
-        })
+        let mut values = self.values.clone();
+        values.insert("seed".into(), (seed as i64).into());
+        text(&values)
+    }
+
+    /// All its values as TOML, with the seed of its file.
+    pub(crate) fn values(&self) -> Table {
+        let mut values = self.values.clone();
+        match self.settings.seed {
+            Some(seed) => values.insert("seed".into(), (seed as i64).into()),
+            None => values.remove("seed"),
+        };
+        values
     }
 
     /// What decides how its robots live: of experiments that differ in their evolution alone it is the same.
     pub(crate) fn world_identity(&self) -> blake3::Hash {
-        let none = Settings::default();
-        let world = Settings {
-            name: none.name,
-            seed: none.seed,
-            trials: none.trials,
-            trial_score: none.trial_score,
-            evolution: none.evolution,
-            record: none.record,
-            ..self.settings.clone()
-        };
-        blake3::hash(toml(&world).as_bytes())
+        let mut world = self.values.clone();
+        for key in ["name", "trials", "trial_score", "evolution", "record"] {
+            world.remove(key);
+        }
+        blake3::hash(text(&world).as_bytes())
     }
 
     /// What decides the results of its runs: the same with nothing of what is recorded, and when.
     pub(crate) fn identities(&self) -> Identities {
-        let record = settings::Record::default();
-        Identities::new(&toml(&Settings {
-            seed: Some(0),
-            record,
-            ..self.settings.clone()
-        }))
+        let mut values = self.values.clone();
+        let defaults = values::table(&mut Settings::default(), &Table::new());
+        values.insert("record".into(), defaults["record"].clone());
+        Identities::new(&text(&values))
     }
 }
 
@@ -180,8 +194,9 @@ pub(crate) fn check_name(name: &str) -> std::result::Result<(), String> {
     check::name(name).map_err(|invalid| invalid.problem)
 }
 
-fn toml(settings: &Settings) -> String {
-    toml::to_string(settings).expect("settings are tables of numbers, words and lists")
+/// A table as the text of a file.
+fn text(values: &Table) -> String {
+    toml::to_string(values).expect("values are tables of numbers, words and lists")
 }
 
 #[cfg(test)]

@@ -58,6 +58,8 @@ struct Text {
     content: String,
     /// Where it starts in the count through all texts.
     start: usize,
+    /// Whether it stands on a command line.
+    is_typed: bool,
 }
 
 /// A key or an element of a list.
@@ -78,6 +80,8 @@ pub(crate) struct Setting {
     place: String,
     /// `key = value`
     line: String,
+    /// Whether it stands on a command line, and not in a file.
+    is_typed: bool,
 }
 
 impl Setting {
@@ -94,6 +98,7 @@ impl Setting {
         Ok(Self {
             place: format!("--set {setting}"),
             line: toml_line(key, value),
+            is_typed: true,
         })
     }
 
@@ -110,6 +115,7 @@ impl Setting {
         Self {
             place,
             line: format!("{key} = {value}"),
+            is_typed: false,
         }
     }
 }
@@ -126,11 +132,12 @@ impl<'a> Source<'a> {
             keys: OnceCell::new(),
         };
         let mut start = file.text.len() + 1;
-        for Setting { place, line } in set {
+        for Setting { place, line, is_typed } in set {
             source.set.push(Text {
                 name: place.clone(),
                 content: line.clone(),
                 start,
+                is_typed: *is_typed,
             });
             start += line.len() + 1;
         }
@@ -168,6 +175,24 @@ impl<'a> Source<'a> {
     /// the nearest table around it that is there.
     pub(crate) fn invalid(&self, key: &str, problem: impl Display) -> Failure {
         Failure::input(format_args!("{}: {key}: {problem}", self.place_of(key)))
+    }
+
+    /// A key that is not allowed, whatever its value.
+    pub(crate) fn invalid_key(&self, key: &str, problem: impl Display) -> Failure {
+        let place = self.keys().iter().find(|known| known.path == key);
+        let place = place.map_or_else(|| self.place_of(key), |known| self.place(known.name.start));
+        Failure::input(format_args!("{place}: {key}: {problem}"))
+    }
+
+    /// Whether a value is from a command line: files that it names lie where the program was started.
+    pub(crate) fn is_typed(&self, key: &str) -> bool {
+        let start = self.start_of(key).unwrap_or_default();
+        self.setting(start).is_some_and(|setting| setting.is_typed)
+    }
+
+    /// The setting that stands at a place, if it is none of the file.
+    fn setting(&self, at: usize) -> Option<&Text> {
+        self.set.iter().rfind(|text| text.start <= at)
     }
 
     /// A key that is given in two places.
@@ -219,7 +244,7 @@ impl<'a> Source<'a> {
 
     /// `file:line:column`, or the setting.
     fn place(&self, at: usize) -> String {
-        match self.set.iter().rfind(|text| text.start <= at) {
+        match self.setting(at) {
             Some(setting) => setting.name.clone(),
             None => place(&self.file.name, self.file.text, at),
         }

@@ -1,46 +1,90 @@
 //! An experiment with a swarm: a file with a table `swarm`.
 
 use std::path::Path;
+use std::sync::LazyLock;
 
-use oneiro::batch::Worlds;
-use serde::{Deserialize, Serialize};
+use oneiro::foraging::Foraging;
+use oneiro::parameter::{Allowed, Parameter};
+use oneiro::swarm::Swarm;
+use toml::Table;
 
-use super::Identities;
-use super::check::{Checked, GREATEST_SEED, invalid, name, within};
+use super::check::{Checked, invalid, name};
+use super::settings::head;
 use super::source::{Parsed, Setting, Source};
+use super::values::{self, Described};
+use super::{Identities, text};
 use crate::exit::Result;
 use crate::swarm::Plan;
 use crate::swarm::record::Kind;
-use crate::swarm::settings::Settings;
+use crate::swarm::settings::{self, Clock, Settings};
 
 /// A checked experiment with a swarm.
 #[derive(Clone, Debug)]
 pub(crate) struct SwarmExperiment(File);
 
 /// What may stand in its file.
-#[derive(Clone, Debug, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-struct File {
+#[derive(Clone, Debug, Default)]
+pub(crate) struct File {
     /// What runs are called; the file's name where it is not given.
-    #[serde(default)]
     name: String,
     /// The run's seed where the command line gives none.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     seed: Option<u64>,
     /// All else.
     swarm: Settings,
 }
 
-/// Minutes of a run: a kernel's cycles are numbers up to a million.
-const GREATEST_MINUTES: u32 = 1_666;
+impl AsMut<Settings> for File {
+    fn as_mut(&mut self) -> &mut Settings {
+        &mut self.swarm
+    }
+}
+
+impl AsMut<Swarm> for File {
+    fn as_mut(&mut self) -> &mut Swarm {
+        &mut self.swarm.world
+    }
+}
+
+impl AsMut<Foraging> for File {
+    fn as_mut(&mut self) -> &mut Foraging {
+        &mut self.swarm.world.forager
+    }
+}
+
+impl Described for File {
+    fn rows() -> &'static [Parameter<Self>] {
+        static ROWS: LazyLock<Vec<Parameter<File>>> = LazyLock::new(|| {
+            let mut rows = head(|own: &mut File, _| Some(&mut own.name), |own, _| Some(&mut own.seed));
+            rows.extend(settings::parameters().into_iter().map(below_swarm));
+            rows
+        });
+        &ROWS
+    }
+}
+
+/// A row with its keys below the table `swarm`. Rows are made once, and live as long as the program.
+fn below_swarm(row: Parameter<File>) -> Parameter<File> {
+    let below = |key: &str| -> &'static str { format!("swarm.{key}").leak() };
+    Parameter {
+        key: below(row.key),
+        allowed: match row.allowed {
+            Allowed::WholeUpTo(least, key) => Allowed::WholeUpTo(least, below(key)),
+            Allowed::NumberUpTo(least, factor, key) => Allowed::NumberUpTo(least, factor, below(key)),
+            other => other,
+        },
+        ..row
+    }
+}
 
 impl SwarmExperiment {
     /// Reads the values of an experiment's file.
     ///
     /// # Errors
     /// Exit 3: the file and the line and column in it (or the setting), the key, what it is, and what is allowed.
-    pub(crate) fn of(path: &Path, values: &Parsed<'_>, set: &[Setting]) -> Result<Self> {
-        let (mut file, source): (File, _) = Source::read(values, set)?;
+    pub(crate) fn of(path: &Path, text: &Parsed<'_>, set: &[Setting]) -> Result<Self> {
+        let (given, source): (Table, _) = Source::read(text, set)?;
+        let mut file = File::default();
+        values::read(&given, &mut file, &source)?;
         if file.name.is_empty() {
             file.name = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
         }
@@ -56,6 +100,11 @@ impl SwarmExperiment {
     /// The seed of its file.
     pub(crate) fn seed(&self) -> Option<u64> {
         self.0.seed
+    }
+
+    /// All its values as TOML, with the seed of its file.
+    pub(crate) fn values(&self) -> Table {
+        values::table(&mut self.0.clone(), &Table::new())
     }
 
     /// All its values.
@@ -75,11 +124,11 @@ impl SwarmExperiment {
 
     /// The experiment of a run with every default written out, as TOML.
     pub(crate) fn resolved_toml(&self, seed: u64) -> String {
-        let file = File {
+        let mut file = File {
             seed: Some(seed),
             ..self.0.clone()
         };
-        toml::to_string(&file).expect("settings are tables of numbers, words and lists")
+        text(&values::table(&mut file, &Table::new()))
     }
 
     /// What decides the results of its runs.
@@ -88,97 +137,19 @@ impl SwarmExperiment {
     }
 }
 
-/// Checks every value.
+/// Checks what no row does.
 fn check(file: &File) -> Checked {
     name(&file.name)?;
-    within("seed", file.seed.unwrap_or(0), [0, GREATEST_SEED])?;
-    let Settings {
-        robot,
-        controllers,
-        simulators,
-        clock,
-        ..
-    } = &file.swarm;
-    let own = &file.swarm;
-    within("swarm.minutes", own.minutes, [1, GREATEST_MINUTES])?;
-    within(
-        "swarm.light_moves_minute",
-        own.light_moves_minute,
-        [0, GREATEST_MINUTES],
-    )?;
-    within("swarm.robot.individuals", robot.individuals, [0, GREATEST_SEED])?;
-    within("swarm.controllers.population", controllers.population, [1, 1000])?;
-    within(
-        "swarm.controllers.parents",
-        controllers.parents,
-        [1, controllers.population],
-    )?;
-    within("swarm.controllers.mutation_rate", controllers.mutation_rate, [0.0, 1.0])?;
-    within(
-        "swarm.controllers.mutation_scale",
-        controllers.mutation_scale,
-        [0.0, 10.0],
-    )?;
-    within(
-        "swarm.controllers.guests",
-        controllers.guests,
-        [0, controllers.population],
-    )?;
-    within(
-        "swarm.simulators.mutation_scale",
-        simulators.mutation_scale,
-        [0.0, 10.0],
-    )?;
-    within("swarm.simulators.pairs", simulators.pairs, [1, 1000])?;
-    within("swarm.clock.interval_s", clock.interval_s, [10, 180])?;
-    within("swarm.clock.offset_s", clock.offset_s, [0, clock.interval_s])?;
-    within("swarm.clock.installed_s", clock.installed_s, [1, clock.interval_s])?;
-    if clock.installed_s < clock.offset_s {
-        return invalid(
-            "swarm.clock.installed_s",
-            format_args!(
-                "is {}; allowed: {} to {}, no less than the time in which robots are switched on",
-                clock.installed_s, clock.offset_s, clock.interval_s
-            ),
+    let Clock {
+        interval_s,
+        offset_s,
+        installed_s,
+    } = file.swarm.clock;
+    if installed_s < offset_s {
+        let problem = format!(
+            "is {installed_s}; allowed: {offset_s} to {interval_s}, no less than the time in which robots are switched on"
         );
+        return invalid("swarm.clock.installed_s", problem);
     }
-    // The rest is for the worlds to say, by names of their own.
-    match Worlds::new(&[own.swarm()]) {
-        Ok(_) => Ok(()),
-        Err(problem) => invalid(&key(&problem.field), problem.problem),
-    }
-}
-
-/// The key of a world's value, such as `swarm.arena.radius_mm` of `worlds[0].arena_radius`.
-fn key(field: &str) -> String {
-    const KEYS: [(&str, &str); 24] = [
-        ("arena_radius", "arena.radius_mm"),
-        ("nest_radius", "arena.nest_radius_mm"),
-        ("food_items", "arena.food_items"),
-        ("food_radius", "arena.food_radius_mm"),
-        ("lamp_behind_wall", "arena.lamp_behind_wall_mm"),
-        ("light_decay", "arena.light_decay"),
-        ("ambient", "arena.ambient"),
-        ("light_noise", "arena.light_noise"),
-        ("body_radius", "robot.body_radius_mm"),
-        ("wheel_base", "robot.wheel_base_mm"),
-        ("greatest_speed", "robot.greatest_speed_mm_s"),
-        ("wheel_noise", "robot.wheel_noise"),
-        ("cruise", "robot.cruise_mm_s"),
-        ("turn", "robot.turn_rad_s"),
-        ("phototaxis_gain", "robot.phototaxis_gain"),
-        ("phototaxis_turn", "robot.phototaxis_turn_rad_s"),
-        ("near", "robot.near_mm"),
-        ("escape", "robot.escape_s"),
-        ("search_interval", "robot.search_interval_s"),
-        ("cycles", "minutes"),
-        ("interval", "clock.interval_s"),
-        ("range", "messages.range_mm"),
-        ("heard", "messages.heard"),
-        ("robots", "robots"),
-    ];
-    let field = field.rsplit("].").next().unwrap_or(field);
-    let known = KEYS.iter().find(|(own, _)| *own == field);
-    // Those of the differences have their own names.
-    format!("swarm.{}", known.map_or(field, |(_, key)| key))
+    Ok(())
 }

@@ -66,7 +66,7 @@ impl SwarmJob {
     /// A run at its beginning.
     pub(crate) fn new(plan: Plan) -> Self {
         let settings = &plan.settings;
-        let robots = settings.robots as usize;
+        let robots = settings.world.robots as usize;
         let mut schedule = stream(plan.seed, Stream::Schedule, 0);
         let clocks: Vec<Clock> = (0..robots)
             .map(|_| Clock {
@@ -350,7 +350,7 @@ impl Job for SwarmJob {
                 key: Key::rollout(plan.seed, 0, 0, 0),
             })),
             states: state.arena.as_slice(),
-            steps: u64::from(plan.settings.robots * SECOND * (end - start)),
+            steps: u64::from(plan.settings.world.robots * SECOND * (end - start)),
         })
     }
 

@@ -62,7 +62,7 @@ impl Run {
     /// Its row in a sweep's table of results: food in all and per robot-minute; per robot-minute in the last fifth of the
     /// time, and there the share of simulators that have the light where it is, and their mean gene.
     pub(crate) fn cells(&self, settings: &Settings) -> Vec<String> {
-        let robots = f64::from(settings.robots);
+        let robots = f64::from(settings.world.robots);
         let rate = |brought: &[u16]| {
             let food: f64 = brought.iter().copied().map(f64::from).sum();
             60.0 * food / (brought.len() as f64 * robots)

@@ -21,7 +21,10 @@ use crate::swarm::settings::Says;
 fn small(case: Case) -> Settings {
     Settings {
         case,
-        robots: 5,
+        world: oneiro::swarm::Swarm {
+            robots: 5,
+            ..Settings::default().world
+        },
         minutes: 5,
         light_moves_minute: 3,
         ..Settings::default()
@@ -133,7 +136,7 @@ fn all_kinds() -> Vec<Plan> {
     }
     for plan in &mut plans {
         // So that most are heard.
-        plan.settings.messages.range_mm = 600.0;
+        plan.settings.world.range = 600.0;
         plan.settings.minutes = 4;
         plan.settings.light_moves_minute = 2;
     }
@@ -199,7 +202,7 @@ fn damaged_states_and_those_of_other_swarms_are_refused() {
     ];
     others[0].seed += 1;
     others[1].kind = Kind::FitnessShuffled;
-    others[2].settings.differences.slip *= 0.5;
+    others[2].settings.world.differences.slip *= 0.5;
     for other in others {
         assert!(problem(&other, &saved).contains("belongs to other settings"));
     }
@@ -314,7 +317,7 @@ fn interventions_set_what_they_say() {
 fn nothing_selects_the_simulator_of_one_robot() {
     let alone = |case| {
         let mut plan = plan(case, Kind::Alone);
-        plan.settings.robots = 1;
+        plan.settings.world.robots = 1;
         let run = run_alone(plan);
         assert!(
             run.intervals
@@ -511,7 +514,7 @@ fn encounters_link_over_others() {
 fn messages_of_a_whole_interval_are_kept() {
     let mut settings = small(Case::Over);
     settings.minutes = 12;
-    settings.robots = 12;
+    settings.world.robots = 12;
     settings.clock.interval_s = 180;
     settings.clock.offset_s = 180;
     settings.clock.installed_s = 180;

@@ -1,11 +1,12 @@
 //! What the study can be asked for: scales and rules of credit side by side, and one assumption made otherwise.
 
 use clap::builder::PossibleValue;
+use oneiro::swarm::Differences;
 
 use crate::evolve::encapsulated::Boundary;
 use crate::exchange::pairs::{Key, Leaves};
 use crate::swarm::record::Credit;
-use crate::swarm::settings::{Real, Says, Settings};
+use crate::swarm::settings::{Says, Settings};
 
 /// The mutation scales that stand side by side.
 pub(crate) const SCALES: [f64; 3] = [2.0, 0.2, 0.02];
@@ -42,29 +43,29 @@ pub(crate) const ARMS: [Arm; 26] = [
         },
     ),
     arm("cruise-40", "Robots drive at 40 mm/s", |own| {
-        own.robot.cruise_mm_s = 40.0;
+        own.world.forager.cruise = 40.0;
     }),
     arm("cruise-128", "Robots drive at 128 mm/s", |own| {
-        own.robot.cruise_mm_s = 128.0;
+        own.world.forager.cruise = 128.0;
     }),
     arm("escape-0", "No way straight on once an obstacle is clear", |own| {
-        own.robot.escape_s = 0.0;
+        own.world.forager.escape = 0.0;
     }),
     arm("escape-2", "2 s straight on once an obstacle is clear", |own| {
-        own.robot.escape_s = 2.0;
+        own.world.forager.escape = 2.0;
     }),
     arm("escape-4", "4 s straight on once an obstacle is clear", |own| {
-        own.robot.escape_s = 4.0;
+        own.world.forager.escape = 4.0;
     }),
     arm("decay-1", "Light fades as exp(-1 d), d in metres", |own| {
-        own.arena.light_decay = 1.0;
+        own.world.forager.light_decay = 1.0;
     }),
-    arm("decay-4", "Light fades as exp(-4 d)", |own| own.arena.light_decay = 4.0),
+    arm("decay-4", "Light fades as exp(-4 d)", |own| own.world.forager.light_decay = 4.0),
     arm("light-noise-0", "Light sensors without noise", |own| {
-        own.arena.light_noise = 0.0;
+        own.world.forager.light_noise = 0.0;
     }),
     arm("light-noise-0.2", "Light sensors with noise of 0.2", |own| {
-        own.arena.light_noise = 0.2;
+        own.world.forager.light_noise = 0.2;
     }),
     arm("pairs-1", "A robot remembers 1 pair", |own| own.simulators.pairs = 1),
     arm("pairs-5", "A robot remembers 5 pairs", |own| own.simulators.pairs = 5),
@@ -119,12 +120,12 @@ pub(crate) const ARMS: [Arm; 26] = [
         "no-differences",
         "The arena differs from simulators by its bodies alone",
         |own| {
-            own.differences = Real::none();
+            own.world.differences = Differences::NONE;
         },
     ),
     arm("always-heard", "Whoever is in range is heard", |own| {
-        own.messages.heard = 1.0;
-        own.messages.line_of_sight = false;
+        own.world.heard = 1.0;
+        own.world.line_of_sight = false;
     }),
 ];
 

@@ -127,7 +127,7 @@ fn studied(study: &Study, evaluations: &Engine, place: &Path, console: Console) 
     })?;
     let settings = study.settings(Case::Over, Kind::Evolved, study.scales[0], study.credits[0]);
     let results = Results {
-        robots: settings.robots,
+        robots: settings.world.robots,
         minutes: settings.minutes,
         light_moves_minute: settings.light_moves_minute,
         runs: study.runs,

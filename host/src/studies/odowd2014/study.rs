@@ -73,7 +73,7 @@ impl Study {
             (arm.change)(&mut settings);
         }
         if kind == Kind::Alone {
-            settings.robots = 1;
+            settings.world.robots = 1;
         }
         settings
     }
@@ -202,10 +202,10 @@ impl Study {
     /// The swarms of one of them.
     pub(crate) fn asked_plans(&self, asked: &Asked) -> Vec<Plan> {
         let mut settings = self.settings(Case::Over, Kind::Evolved, 0.2, Credit::Matched);
-        settings.robots = asked.robots;
-        settings.arena.radius_mm = asked.radius;
-        settings.messages.range_mm = asked.range;
-        settings.arena.lamp_behind_wall_mm = asked.lamp;
+        settings.world.robots = asked.robots;
+        settings.world.forager.arena_radius = asked.radius;
+        settings.world.range = asked.range;
+        settings.world.forager.lamp_behind_wall = asked.lamp;
         (0..self.runs)
             .map(|number| Plan {
                 settings: settings.clone(),

@@ -1,0 +1,290 @@
+//! Between an experiment's TOML and its fields, by the rows that describe each value.
+
+use oneiro::parameter::{Allowed, Datum, Field, Parameter};
+use toml::{Table, Value};
+
+use super::source::Source;
+use crate::exit::{Failure, Result};
+
+/// Values that rows describe.
+pub(crate) trait Described: Default + 'static {
+    /// A row for each value, in the order in which files have them.
+    fn rows() -> &'static [Parameter<Self>];
+}
+
+/// A value of a file, and what describes it.
+struct Leaf<T: 'static> {
+    /// Such as `arena.walls[2].class`.
+    path: String,
+    /// The number of the element that it belongs to, if any.
+    index: usize,
+    row: &'static Parameter<T>,
+    datum: Datum,
+}
+
+/// Sets the values that a file has; all others keep what they are.
+///
+/// # Errors
+/// Exit 3: the place, the key, what it is, and what is allowed.
+pub(crate) fn read<T: Described>(given: &Table, own: &mut T, source: &Source<'_>) -> Result {
+    let mut leaves = Vec::new();
+    for (key, value) in given {
+        collect(key.clone(), value, source, &mut leaves)?;
+    }
+    // Choices come first: some values exist only under one of them.
+    for is_choice in [true, false] {
+        for leaf in &leaves {
+            set(leaf, is_choice, own, source)?;
+        }
+    }
+    for row in T::rows() {
+        for index in 0..row.count(own) {
+            let datum = (row.field)(own, index).and_then(|field| field.get());
+            let name = row.name(index);
+            if datum.is_some_and(|datum| is_open(&datum)) && !leaves.iter().any(|leaf| leaf.path == name) {
+                let (table, key) = name.rsplit_once('.').unwrap_or(("", &name));
+                return Err(source.invalid(table, format_args!("there is no key `{key}`")));
+            }
+        }
+    }
+    oneiro::parameter::check(T::rows(), own).map_err(|invalid| source.invalid(&invalid.field, invalid.problem))
+}
+
+/// Lists what stands at a path and below.
+fn collect<T: Described>(path: String, value: &Value, source: &Source<'_>, leaves: &mut Vec<Leaf<T>>) -> Result {
+    let (key, index) = key_of(&path);
+    let has = |start: String| T::rows().iter().any(|row| row.key.starts_with(&start));
+    let Some(row) = T::rows().iter().find(|row| row.key == key) else {
+        let Value::Table(table) = value else {
+            return Err(if has(format!("{key}.")) {
+                source.invalid(&path, format_args!("is {}; allowed: a table of keys", datum(value)))
+            } else {
+                unknown::<T>(&path, source)
+            });
+        };
+        if !has(format!("{key}.")) {
+            return Err(unknown::<T>(&path, source));
+        }
+        for (key, value) in table {
+            collect(format!("{path}.{key}"), value, source, leaves)?;
+        }
+        return Ok(());
+    };
+    let elements = match value {
+        Value::Array(list) if has(format!("{key}[].")) => &list[..],
+        _ => &[],
+    };
+    leaves.push(Leaf {
+        path: path.clone(),
+        index,
+        row,
+        datum: datum(value),
+    });
+    for (index, value) in elements.iter().enumerate() {
+        collect(format!("{path}[{index}]"), value, source, leaves)?;
+    }
+    Ok(())
+}
+
+/// Refuses a key that no row has: the keys of its table are allowed, and one may be meant.
+fn unknown<T: Described>(path: &str, source: &Source<'_>) -> Failure {
+    let (key, _) = key_of(path);
+    let (table, own) = key.rsplit_once('.').map_or(("", &*key), |(table, own)| (table, own));
+    let mut siblings: Vec<&str> = Vec::new();
+    for row in T::rows() {
+        let below = if table.is_empty() {
+            Some(row.key)
+        } else {
+            row.key.strip_prefix(table).and_then(|below| below.strip_prefix('.'))
+        };
+        let sibling = below.and_then(|below| below.split(['.', '[']).next());
+        siblings.extend(sibling.filter(|sibling| !siblings.contains(sibling)));
+    }
+    let meant = nearest(T::rows().iter().map(|row| row.key), &key);
+    let meant = meant.map_or_else(String::new, |key| format!("; did you mean {key}?"));
+    let problem = format!("unknown key `{own}`; allowed: {}{meant}", siblings.join(", "));
+    source.invalid_key(path, problem)
+}
+
+/// The key that is most like what was written: a slip of the keyboard, or the same in another table.
+fn nearest(keys: impl Iterator<Item = &'static str>, written: &str) -> Option<&'static str> {
+    const ALIKE: f64 = 0.7;
+    let last = |key: &str| key.rsplit('.').next().unwrap_or_default().to_owned();
+    let likeness = |key: &str| {
+        let whole = strsim::normalized_damerau_levenshtein(key, written);
+        whole.max(0.99 * strsim::normalized_damerau_levenshtein(&last(key), &last(written)))
+    };
+    let best = keys.map(|key| (likeness(key), key)).max_by(|a, b| a.0.total_cmp(&b.0));
+    best.filter(|(likeness, _)| *likeness >= ALIKE).map(|(_, key)| key)
+}
+
+/// Sets one value, if it is a choice or if it is none.
+fn set<T: Described>(leaf: &Leaf<T>, is_choice: bool, own: &mut T, source: &Source<'_>) -> Result {
+    let Some(field) = (leaf.row.field)(own, leaf.index) else {
+        if is_choice {
+            return Ok(());
+        }
+        let condition = under(leaf.row).map_or("", |(word, _)| word);
+        let problem = format!("is given; allowed: only with kind = \"{condition}\"");
+        return Err(source.invalid(&leaf.path, problem));
+    };
+    if field.choices().is_empty() == is_choice || taken(field, &leaf.datum) {
+        return Ok(());
+    }
+    let problem = format!("is {}; allowed: {}", leaf.datum, allowed(leaf.row, field));
+    Err(source.invalid(&leaf.path, problem))
+}
+
+/// Whether a field took a value.
+fn taken(field: &mut dyn Field, datum: &Datum) -> bool {
+    match datum {
+        Datum::List(list) if field.get().is_none() && field.resize(list.len()) => true,
+        _ => field.set(datum),
+    }
+}
+
+/// What a row allows, in words.
+pub(crate) fn allowed<T>(row: &Parameter<T>, field: &dyn Field) -> String {
+    let choices: Vec<&str> = field.choices().into_iter().map(|(word, _)| word).collect();
+    match (&choices[..], row.allowed) {
+        ([], Allowed::Any) => field.kind().to_owned(),
+        ([], Allowed::Text(words)) => words.to_owned(),
+        ([], range) => format!("{} from {range}", field.kind()),
+        ([one], _) => (*one).to_owned(),
+        ([first, second], _) => format!("{first} or {second}"),
+        (all, _) => all.join(", "),
+    }
+}
+
+/// The choice of its table's `kind` under which a value exists, and the settings with it.
+pub(crate) fn under<T: Described>(row: &Parameter<T>) -> Option<(&'static str, T)> {
+    let (table, _) = row.key.rsplit_once('.')?;
+    let kind = T::rows().iter().find(|kind| kind.key == format!("{table}.kind"))?;
+    let words = (kind.field)(&mut T::default(), 0)?.choices();
+    words.into_iter().find_map(|(word, _)| {
+        let mut own = T::default();
+        (kind.field)(&mut own, 0)?.set(&Datum::Word(word.into()));
+        (row.field)(&mut own, 0)?;
+        Some((word, own))
+    })
+}
+
+/// All values as TOML, in the order of the rows. Numbers of single precision are those of `given` where it has them, so
+/// that they keep all digits.
+pub(crate) fn table<T: Described>(own: &mut T, given: &Table) -> Table {
+    let mut all = Table::new();
+    for row in T::rows() {
+        for index in 0..row.count(own) {
+            let Some(datum) = (row.field)(own, index).and_then(|field| field.get()) else {
+                continue;
+            };
+            let name = row.name(index);
+            let exact = at(given, &name).map(|value| self::datum(value));
+            put(&mut all, &name, value(&datum, exact.as_ref()));
+        }
+    }
+    ordered(all)
+}
+
+/// Values before tables, as TOML wants them.
+fn ordered(table: Table) -> Table {
+    let (tables, values): (Vec<_>, Vec<_>) = table.into_iter().partition(|(_, value)| value.is_table());
+    let tables = tables.into_iter().map(|(key, value)| match value {
+        Value::Table(table) => (key, Value::Table(ordered(table))),
+        other => (key, other),
+    });
+    values.into_iter().chain(tables).collect()
+}
+
+/// The value at a path such as `arena.walls[2].class`.
+pub(crate) fn at<'a>(table: &'a Table, path: &str) -> Option<&'a Value> {
+    let (first, rest) = path.split_once('.').map_or((path, None), |(first, rest)| (first, Some(rest)));
+    let mut value = match first.split_once('[') {
+        Some((list, index)) => table.get(list)?.get(index.trim_end_matches(']').parse::<usize>().ok()?)?,
+        None => table.get(first)?,
+    };
+    if let Some(rest) = rest {
+        value = at(value.as_table()?, rest)?;
+    }
+    Some(value)
+}
+
+/// Puts a value at a path, and makes the tables and the next element of a list that lead there.
+fn put(table: &mut Table, path: &str, value: Value) {
+    let Some((first, rest)) = path.split_once('.') else {
+        table.insert(path.into(), value);
+        return;
+    };
+    let inner = match first.split_once('[') {
+        None => table.entry(first).or_insert_with(|| Table::new().into()),
+        Some((list, index)) => {
+            let list = table.entry(list).or_insert_with(|| Value::Array(Vec::new()));
+            let list = list.as_array_mut().expect("rows are lists or none");
+            let index: usize = index.trim_end_matches(']').parse().expect("rows number elements");
+            if list.len() <= index {
+                list.resize(index + 1, Table::new().into());
+            }
+            &mut list[index]
+        }
+    };
+    put(inner.as_table_mut().expect("rows are tables or none"), rest, value);
+}
+
+/// The key of a path's row, and the number in it: `arena.walls[].class` and 2 of `arena.walls[2].class`.
+fn key_of(path: &str) -> (String, usize) {
+    let Some((list, rest)) = path.split_once('[') else {
+        return (path.to_owned(), 0);
+    };
+    let (index, rest) = rest.split_once(']').unwrap_or((rest, ""));
+    (format!("{list}[]{rest}"), index.parse().unwrap_or(0))
+}
+
+/// Whether a number is not set yet.
+fn is_open(datum: &Datum) -> bool {
+    match datum {
+        Datum::Single(number) => number.is_nan(),
+        Datum::List(list) => list.iter().any(is_open),
+        _ => false,
+    }
+}
+
+fn datum(value: &Value) -> Datum {
+    match value {
+        Value::Boolean(flag) => Datum::Flag(*flag),
+        Value::Integer(number) => Datum::Whole((*number).into()),
+        Value::Float(number) => Datum::Double(*number),
+        Value::String(word) => Datum::Word(word.clone()),
+        Value::Datetime(time) => Datum::Word(time.to_string()),
+        Value::Array(list) => Datum::List(list.iter().map(datum).collect()),
+        Value::Table(table) => Datum::Table(table.iter().map(|(key, value)| (key.clone(), datum(value))).collect()),
+    }
+}
+
+/// A field's value as TOML, with the digits that a file gives it.
+fn value(own: &Datum, given: Option<&Datum>) -> Value {
+    match own {
+        Datum::Flag(flag) => (*flag).into(),
+        Datum::Whole(number) => (*number as i64).into(),
+        Datum::Single(number) => match given {
+            Some(Datum::Double(exact)) => *exact,
+            Some(Datum::Whole(exact)) => *exact as f64,
+            // The shortest digits that tell it from its neighbours.
+            _ => number.to_string().parse().unwrap_or(f64::NAN),
+        }
+        .into(),
+        Datum::Double(number) => (*number).into(),
+        Datum::Word(word) => word.clone().into(),
+        Datum::List(list) => {
+            let given = |index: usize| match given {
+                Some(Datum::List(given)) => given.get(index),
+                _ => None,
+            };
+            let values = list.iter().enumerate().map(|(index, own)| value(own, given(index)));
+            Value::Array(values.collect())
+        }
+        Datum::Table(table) => {
+            let values = table.iter().map(|(key, own)| (key.clone(), value(own, None)));
+            Value::Table(values.collect())
+        }
+    }
+}

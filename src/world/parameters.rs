@@ -1,0 +1,168 @@
+//! The values of a world, by their keys in an experiment's file.
+
+use std::sync::LazyLock;
+
+use super::{Activation, Controller, Difference, Speed, Start, Task, WorldSpec};
+use crate::parameter::Allowed::{Any, Number, Text, Turns, Whole};
+use crate::parameter::{Choice, Parameter, row};
+
+/// Coordinates, mm: beyond 100 m single precision is too coarse for a robot's steps.
+pub const COORDINATE: crate::parameter::Allowed = Number(-1e5, 1e5);
+/// Lengths of bodies, arenas and blocks, mm.
+pub const LENGTH: crate::parameter::Allowed = Number(1.0, 1e5);
+
+const PAPER: &str = "paper";
+const OURS: &str = "ours";
+const CLASS: crate::parameter::Allowed = Text("a class of the sensor tables");
+
+/// The rows of everything but tables and the size of the arena, which an experiment names in words of its own.
+#[rustfmt::skip]
+pub fn parameters<T: AsMut<WorldSpec>>() -> Vec<Parameter<T>> {
+    vec![
+        row("cycles", "cycles of 100 ms", Whole(1, 1_000_000), PAPER,
+            "Length of a life: 500 cycles are 50 s.", |own, _| Some(&mut own.as_mut().cycles)),
+        row("robot.body_radius_mm", "mm", LENGTH, PAPER,
+            "Radius of the round body.", |own, _| Some(&mut own.as_mut().robot.body_radius)),
+        row("robot.turn_before_move", "", Number(0.0, 1.0), "Evorobot",
+            "Share of a cycle's turn that is made before its displacement.", |own, _| Some(&mut own.as_mut().robot.turn_before_move)),
+        row("arena.walls", "", Any, OURS,
+            "Walls of an arena of your own; its four sides, of the class wall, where there are none.", |own, _| Some(&mut own.as_mut().arena.walls)),
+        row("arena.walls[].from_mm", "mm", COORDINATE, "",
+            "x and y of one end of a wall.", |own, index| Some(&mut own.as_mut().arena.walls.get_mut(index)?.from)),
+        row("arena.walls[].to_mm", "mm", COORDINATE, "",
+            "x and y of its other end.", |own, index| Some(&mut own.as_mut().arena.walls.get_mut(index)?.to)),
+        row("arena.walls[].class", "", CLASS, "",
+            "Its class, which selects the sensor table.", |own, index| Some(&mut own.as_mut().arena.walls.get_mut(index)?.class)),
+        row("arena.obstacles", "", Any, OURS,
+            "Round obstacles of an arena of your own.", |own, _| Some(&mut own.as_mut().arena.obstacles)),
+        row("arena.obstacles[].x_mm", "mm", COORDINATE, "",
+            "x of an obstacle's centre.", |own, index| Some(&mut own.as_mut().arena.obstacles.get_mut(index)?.x)),
+        row("arena.obstacles[].y_mm", "mm", COORDINATE, "",
+            "y of its centre.", |own, index| Some(&mut own.as_mut().arena.obstacles.get_mut(index)?.y)),
+        row("arena.obstacles[].radius_mm", "mm", Number(0.0, 1e5), "",
+            "Its radius; the paper's obstacles have 27.5.", |own, index| Some(&mut own.as_mut().arena.obstacles.get_mut(index)?.radius)),
+        row("arena.obstacles[].class", "", CLASS, "",
+            "Its class, which selects the sensor table.", |own, index| Some(&mut own.as_mut().arena.obstacles.get_mut(index)?.class)),
+        row("arena.blocks", "", Any, OURS,
+            "Rectangular obstacles of an arena of your own.", |own, _| Some(&mut own.as_mut().arena.blocks)),
+        row("arena.blocks[].x_mm", "mm", COORDINATE, "",
+            "x of a block's centre.", |own, index| Some(&mut own.as_mut().arena.blocks.get_mut(index)?.x)),
+        row("arena.blocks[].y_mm", "mm", COORDINATE, "",
+            "y of its centre.", |own, index| Some(&mut own.as_mut().arena.blocks.get_mut(index)?.y)),
+        row("arena.blocks[].length_mm", "mm", LENGTH, "",
+            "One of its sides.", |own, index| Some(&mut own.as_mut().arena.blocks.get_mut(index)?.length)),
+        row("arena.blocks[].width_mm", "mm", LENGTH, "",
+            "The other side.", |own, index| Some(&mut own.as_mut().arena.blocks.get_mut(index)?.width)),
+        row("arena.blocks[].heading_turns", "turns", Turns, "",
+            "Direction of its length, counter-clockwise from the x axis.", |own, index| Some(&mut own.as_mut().arena.blocks.get_mut(index)?.heading)),
+        row("arena.blocks[].class", "", CLASS, "",
+            "Its class; none is built in, `oneiro sample` makes one.", |own, index| Some(&mut own.as_mut().arena.blocks.get_mut(index)?.class)),
+        row("noise.sensor", "", Number(-1.0, 1.0), PAPER,
+            "A uniform number from this range is added to each activation; the paper's sensor noise is [0.0, 0.4].", |own, _| Some(&mut own.as_mut().noise.sensor)),
+        row("noise.walk_range_mm", "mm", Number(0.0, 1000.0), PAPER,
+            "Conservative noise: what is perceived is displaced by a random walk within plus and minus this; 30 in the paper.", |own, _| Some(&mut own.as_mut().noise.walk_range)),
+        row("noise.walk_step_mm", "mm", Number(0.0, 2000.0), "ours: the paper says \"a small random value\"",
+            "Greatest step of that walk in a cycle, in x and y each; at most twice the range.", |own, _| Some(&mut own.as_mut().noise.walk_step)),
+        row("noise.motor", "", Number(0.0, 1.0), "ours: the paper gives no amount",
+            "Relative uniform noise of each cycle's displacement and turn.", |own, _| Some(&mut own.as_mut().noise.motor)),
+        row("controller.kind", "", Any, PAPER,
+            "How genes become wheel commands.", |own, _| Some(&mut own.as_mut().controller)),
+        row("controller.units", "", Whole(1, 32), "ours: the paper has no hidden layer",
+            "Hidden units.", |own, _| match &mut own.as_mut().controller {
+                Controller::Hidden { units } => Some(units),
+                _ => None,
+            }),
+        row("task.kind", "", Any, PAPER,
+            "What fitness is given for.", |own, _| Some(&mut own.as_mut().task)),
+        row("task.speed", "", Any, "the paper's remark that driving to and fro \"will score relatively high\"",
+            "V of equation 1.", |own, _| { let Task::Avoidance { speed, .. } = &mut own.as_mut().task; Some(speed) }),
+        row("task.difference", "", Any, "Floreano and Mondada, whose formula the paper takes; it prints the square",
+            "DV of equation 1.", |own, _| { let Task::Avoidance { difference, .. } = &mut own.as_mut().task; Some(difference) }),
+        row("task.activation", "", Any, OURS,
+            "I of equation 1.", |own, _| { let Task::Avoidance { activation, .. } = &mut own.as_mut().task; Some(activation) }),
+        row("task.new_cell", "", Number(0.0, 1000.0), "none in the paper, whose conclusion proposes such a term",
+            "Fitness for each cell of 50 mm that a robot enters for the first time; for fields of up to 128 such cells.", |own, _| { let Task::Avoidance { new_cell, .. } = &mut own.as_mut().task; Some(new_cell) }),
+        row("start.kind", "", Any, PAPER,
+            "Where lives start.", |own, _| Some(&mut own.as_mut().start)),
+        row("start.x_mm", "mm", COORDINATE, "",
+            "x of the start.", |own, _| match &mut own.as_mut().start { Start::At { x, .. } => Some(x), Start::Random => None }),
+        row("start.y_mm", "mm", COORDINATE, "",
+            "y of the start.", |own, _| match &mut own.as_mut().start { Start::At { y, .. } => Some(y), Start::Random => None }),
+        row("start.heading_turns", "turns", Turns, OURS,
+            "Heading at the start, counter-clockwise from the x axis.", |own, _| match &mut own.as_mut().start { Start::At { heading, .. } => Some(heading), Start::Random => None }),
+    ]
+}
+
+/// The rows for worlds by themselves.
+pub(super) static PARAMETERS: LazyLock<Vec<Parameter<WorldSpec>>> = LazyLock::new(parameters);
+
+impl AsMut<Self> for WorldSpec {
+    fn as_mut(&mut self) -> &mut Self {
+        self
+    }
+}
+
+impl Choice for Controller {
+    const CHOICES: &'static [(&'static str, Self, &'static str)] = &[
+        ("perceptron", Self::Perceptron, "8 inputs, 2 logistic outputs: 18 genes"),
+        (
+            "hidden",
+            Self::Hidden { units: 4 },
+            "a layer of logistic units between: 11 genes a unit, and 2",
+        ),
+        (
+            "recurrent",
+            Self::Recurrent,
+            "both outputs are fed back as inputs: 22 genes",
+        ),
+    ];
+}
+
+impl Choice for Task {
+    const CHOICES: &'static [(&'static str, Self, &'static str)] = &[(
+        "avoidance",
+        Self::AVOIDANCE,
+        "equation 1 of the paper: the sum over a life's cycles of V (1 - sqrt(DV)) (1 - I)",
+    )];
+}
+
+impl Choice for Speed {
+    const CHOICES: &'static [(&'static str, Self, &'static str)] = &[
+        (
+            "unsigned",
+            Self::Unsigned,
+            "(|left| + |right|) / 2: driving backwards counts as driving forwards does",
+        ),
+        ("signed", Self::Signed, "(left + right) / 2"),
+    ];
+}
+
+impl Choice for Difference {
+    const CHOICES: &'static [(&'static str, Self, &'static str)] = &[
+        ("root", Self::Root, "1 - sqrt(DV)"),
+        ("square", Self::Square, "1 - DV^2"),
+    ];
+}
+
+impl Choice for Activation {
+    const CHOICES: &'static [(&'static str, Self, &'static str)] = &[
+        ("real", Self::Real, "the greatest activation without the added noise"),
+        ("perceived", Self::Perceived, "the greatest activation with its noise"),
+        ("none", Self::None, "no term for it"),
+    ];
+}
+
+impl Choice for Start {
+    const CHOICES: &'static [(&'static str, Self, &'static str)] = &[
+        ("random", Self::Random, "a free pose for each life"),
+        (
+            "at",
+            Self::At {
+                x: f32::NAN,
+                y: f32::NAN,
+                heading: 0.0,
+            },
+            "one pose for all lives",
+        ),
+    ];
+}
