@@ -17,6 +17,11 @@ use crate::parameter::Choice;
 /// Proximity sensors of a robot.
 pub const SENSORS: usize = 8;
 
+/// What each of them is called: where it looks, and degrees from the heading.
+pub const SENSOR_NAMES: [&str; SENSORS] = [
+    "left_90", "left_45", "left_10", "right_10", "right_45", "right_90", "back_right", "back_left",
+];
+
 /// The greatest reading of a sensor: ten bits.
 pub const GREATEST_READING: u16 = 1023;
 

@@ -12,7 +12,7 @@ use oneiro_shaders::{Kernel, life};
 use crate::arena::Arena;
 use crate::batch::{Buffers, WorldKind};
 use crate::surrogate::Surrogate;
-use crate::tables::{MotorStates, MotorTable, SensorTables};
+use crate::tables::{MotorStates, MotorTable, SENSOR_NAMES, SensorTables};
 
 pub use check::Invalid;
 pub use parameters::{COORDINATE, LENGTH, parameters};
@@ -98,6 +98,31 @@ impl Controller {
             Self::Perceptron => 18,
             Self::Hidden { units } => 11 * units as usize + 2,
             Self::Recurrent => 22,
+        }
+    }
+
+    /// What each gene is, in the order of a genome: the weight of an input to a unit or an output, such as
+    /// `left_90_to_right`, or a bias, such as `bias_right`.
+    pub fn gene_names(self) -> Vec<String> {
+        const OUTPUTS: [&str; 2] = ["left", "right"];
+        let inputs = |inputs: &[&str], to: &str| -> Vec<String> {
+            let weights = inputs.iter().map(|input| format!("{input}_to_{to}"));
+            weights.chain([format!("bias_{to}")]).collect()
+        };
+        match self {
+            Self::Perceptron => OUTPUTS.iter().flat_map(|to| inputs(&SENSOR_NAMES, to)).collect(),
+            Self::Hidden { units } => {
+                let unit = |unit: u32| {
+                    let weights = OUTPUTS.map(|to| format!("unit_{unit}_to_{to}"));
+                    inputs(&SENSOR_NAMES, &format!("unit_{unit}")).into_iter().chain(weights)
+                };
+                let biases = OUTPUTS.map(|to| format!("bias_{to}"));
+                (0..units).flat_map(unit).chain(biases).collect()
+            }
+            Self::Recurrent => {
+                let all = [&SENSOR_NAMES[..], &["previous_left", "previous_right"]].concat();
+                OUTPUTS.iter().flat_map(|to| inputs(&all, to)).collect()
+            }
         }
     }
 }
@@ -270,6 +295,11 @@ impl World {
     /// Genes of a controller that lives in it.
     pub fn genes(&self) -> usize {
         self.0.spec.controller.genes()
+    }
+
+    /// What each gene is.
+    pub fn gene_names(&self) -> Vec<String> {
+        self.0.spec.controller.gene_names()
     }
 
     /// Cycles of a life.

@@ -39,6 +39,27 @@ fn with_block(spec: &mut WorldSpec) {
     spec.robot.sensors = sensors(|sensors| sensors.classes.push(block_table()));
 }
 
+/// A weight of a sensor is a gene that says so: without it, the sensor does not move the output.
+#[test]
+fn genes_have_names() {
+    let controllers = [
+        Controller::Perceptron,
+        Controller::Hidden { units: 3 },
+        Controller::Recurrent,
+    ];
+    for controller in controllers {
+        let names = controller.gene_names();
+        assert_eq!(names.len(), controller.genes(), "{names:?}");
+        let distinct: std::collections::BTreeSet<&String> = names.iter().collect();
+        assert_eq!(distinct.len(), names.len(), "{names:?}");
+    }
+    let [perceptron, hidden, recurrent] = controllers.map(Controller::gene_names);
+    assert_eq!([&perceptron[0], &perceptron[8], &perceptron[16]], ["left_90_to_left", "bias_left", "back_left_to_right"]);
+    assert_eq!([&hidden[11], &hidden[19], &hidden[21]], ["left_90_to_unit_1", "bias_unit_1", "unit_1_to_right"]);
+    assert_eq!([&hidden[33], &hidden[34]], ["bias_left", "bias_right"]);
+    assert_eq!([&recurrent[8], &recurrent[20]], ["previous_left_to_left", "previous_right_to_right"]);
+}
+
 #[test]
 fn a_block_is_solid_to_its_corners() {
     let mut spec = spec();

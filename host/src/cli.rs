@@ -32,6 +32,8 @@ pub(crate) enum Command {
     New(New),
     /// Validate an experiment, summarise it and draw its arena
     Check(Check),
+    /// List the keys of experiments: default, what is allowed, what each means
+    Keys(Keys),
     /// Evolve controllers: run an experiment from one seed or from many
     Run(Run),
     /// Finish a run that was stopped
@@ -69,6 +71,17 @@ pub(crate) enum Command {
 pub(crate) struct New {
     /// The experiment's name. Writes NAME.toml, and never overwrites a file
     pub(crate) name: String,
+    /// Write an experiment with a swarm
+    #[arg(long)]
+    pub(crate) swarm: bool,
+}
+
+/// `oneiro keys`
+#[derive(Args, Debug)]
+pub(crate) struct Keys {
+    /// Only keys that contain this, such as noise
+    #[arg(default_value = "")]
+    pub(crate) part: String,
 }
 
 /// `oneiro check`

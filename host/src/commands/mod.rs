@@ -10,6 +10,7 @@ mod check;
 mod completions;
 mod devices;
 mod evaluate;
+mod keys;
 mod list;
 mod new;
 mod places;
@@ -30,6 +31,7 @@ pub(crate) fn run(command: Command, console: Console) -> Result {
     match command {
         Command::New(arguments) => new::run(&arguments, console),
         Command::Check(arguments) => check::run(&arguments, console),
+        Command::Keys(arguments) => keys::run(&arguments, console),
         Command::Run(arguments) => run::run(&arguments, console),
         Command::Resume(arguments) => resume::run(&arguments, console),
         Command::Evaluate(arguments) => evaluate::run(&arguments, console),

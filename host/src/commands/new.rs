@@ -5,12 +5,8 @@ use std::path::Path;
 use crate::cli::New;
 use crate::console::Console;
 use crate::exit::{Failure, Result};
+use crate::experiment::reference;
 use crate::files;
-
-/// The experiment that the README begins with; its comments explain every value.
-const EXAMPLE: &str = include_str!("../../../experiments/khepera-avoidance.toml");
-/// Its name, which becomes the new one's.
-const EXAMPLE_NAME: &str = "name = \"khepera-avoidance\"";
 
 /// Writes `NAME.toml`.
 pub(crate) fn run(arguments: &New, console: Console) -> Result {
@@ -22,20 +18,10 @@ pub(crate) fn run(arguments: &New, console: Console) -> Result {
         )));
     }
     let path = format!("{name}.toml");
-    let text = EXAMPLE.replacen(EXAMPLE_NAME, &format!("name = \"{name}\""), 1);
+    let text = reference::example(name, arguments.swarm);
     files::write_new(Path::new(&path), text.as_bytes())?;
     console.say(format!(
         "wrote {path}; next: oneiro check {path}, then oneiro run {path}"
     ));
     Ok(())
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn the_example_has_its_name_once() {
-        assert_eq!(EXAMPLE.matches(EXAMPLE_NAME).count(), 1);
-    }
 }

@@ -2,6 +2,7 @@
 
 mod check;
 mod inputs;
+pub(crate) mod reference;
 pub(crate) mod settings;
 pub(crate) mod source;
 pub(crate) mod swarm;
@@ -10,7 +11,6 @@ mod world;
 
 use std::path::Path;
 
-use oneiro::arena::Arena;
 use oneiro::world::World;
 use toml::Table;
 
@@ -61,10 +61,10 @@ impl Experiment {
         if settings.name.is_empty() {
             settings.name = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
         }
-        check::check(&settings).map_err(|invalid| source.invalid(&invalid.field, &invalid.problem))?;
-        if settings.arena.preset.is_none() && !check::is_own_arena(&settings) {
-            settings.arena.preset = Some(Arena::miglino1995().name);
+        if values::at(&given, "arena.preset").is_none() && check::is_own_arena(&settings) {
+            settings.arena.preset = None;
         }
+        check::check(&settings).map_err(|invalid| source.invalid(&invalid.field, &invalid.problem))?;
         let directory = path.parent().unwrap_or(Path::new(""));
         let hashes = settings.files.clone();
         let mut inputs = Inputs::new(directory, &source, &hashes, files);

@@ -51,7 +51,11 @@ impl Default for Settings {
                 motors: BUILT_IN.into(),
                 states: MotorStates::Symmetric20,
             },
-            arena: ArenaSize::default(),
+            arena: ArenaSize {
+                preset: Some(Arena::miglino1995().name),
+                width_mm: None,
+                height_mm: None,
+            },
             world: WorldSpec {
                 arena: Arena {
                     name: String::new(),
@@ -119,8 +123,8 @@ fn rows() -> Vec<Parameter<Settings>> {
             "Which of the sampled speeds are a wheel's states.", |own, _| Some(&mut own.robot.states)),
     ]);
     insert(&mut rows, "robot.turn_before_move", [
-        row("arena.preset", "", Text("the name of an arena"), PAPER,
-            "An arena of the catalogue; or, instead, one of your own with all keys below.", |own, _| Some(&mut own.arena.preset)),
+        row("arena.preset", "", Text(Arena::NAMES.join(", ").leak()), PAPER,
+            "An arena of the catalogue; or, in its place, one of your own by the keys that follow.", |own, _| Some(&mut own.arena.preset)),
         row("arena.width_mm", "mm", LENGTH, OURS,
             "Width of an arena of your own; its lower left corner is at (0, 0).", |own, _| Some(&mut own.arena.width_mm)),
         row("arena.height_mm", "mm", LENGTH, OURS,
@@ -241,7 +245,7 @@ impl Field for SensorFiles {
 }
 
 /// An arena of the catalogue by its name, or the size of one's own.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub(crate) struct ArenaSize {
     pub(crate) preset: Option<String>,
     pub(crate) width_mm: Option<f32>,

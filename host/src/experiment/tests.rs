@@ -1,8 +1,10 @@
 use std::fs;
 use std::path::PathBuf;
 
+use oneiro::parameter::{Allowed, Datum, Parameter};
 use oneiro::world;
 
+use super::values::Described;
 use super::*;
 use crate::runs;
 
@@ -543,4 +545,240 @@ fn resolved_experiments_keep_their_bytes() {
     assert!(identities.lines().count() >= 18, "{identities}");
     wrong.extend(holds(&resolved.join("identities.txt"), &identities).err());
     assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+}
+
+/// The rows of both kinds of experiments, one after the other.
+macro_rules! each_kind {
+    ($check:ident) => {
+        $check::<settings::Settings>();
+        $check::<swarm::File>();
+    };
+}
+
+#[test]
+fn keys_are_plain_and_unique() {
+    fn check<T: Described>() {
+        let mut known = std::collections::BTreeSet::new();
+        for row in T::rows() {
+            let is_plain = |c: char| c.is_ascii_lowercase() || c.is_ascii_digit() || "._[]".contains(c);
+            assert!(row.key.chars().all(is_plain), "{}", row.key);
+            assert!(known.insert(row.key), "{} twice", row.key);
+            assert!(row.about.ends_with('.'), "{}: {}", row.key, row.about);
+            let unit = match row.unit {
+                "mm" => "_mm",
+                "s" => "_s",
+                "mm/s" => "_mm_s",
+                "rad/s" => "_rad_s",
+                "turns" => "_turns",
+                _ => "",
+            };
+            assert!(row.key.ends_with(unit), "{} in {}", row.key, row.unit);
+        }
+    }
+    each_kind!(check);
+}
+
+/// Settings with a value of each row, also where a list or a choice is needed for it.
+fn with<T: Described>(row: &Parameter<T>) -> T {
+    let mut own = values::under(row).map_or_else(T::default, |(_, own)| own);
+    for list in T::rows() {
+        if row.key.starts_with(&format!("{}[]", list.key)) {
+            (list.field)(&mut own, 0).unwrap().resize(1);
+        }
+    }
+    for row in T::rows() {
+        if let Some(field) = (row.field)(&mut own, 0)
+            && field.get().is_some_and(|datum| values::is_open(&datum))
+        {
+            let two = Datum::Double(2.0);
+            assert!(field.set(&two) || field.set(&Datum::List(vec![two.clone(), two])));
+        }
+    }
+    own
+}
+
+/// What is refused of a value.
+fn problem<T: Described>(row: &Parameter<T>, datum: &Datum) -> Option<String> {
+    let mut own = with(row);
+    let field = (row.field)(&mut own, 0).unwrap();
+    if !field.set(datum) && !field.set(&Datum::List(vec![datum.clone(); 2])) {
+        return Some(format!("is {datum}; allowed: {}", values::allowed(row, field)));
+    }
+    match oneiro::parameter::check(T::rows(), &mut own) {
+        Err(invalid) if invalid.field == row.name(0) => Some(invalid.problem),
+        // Another value may be limited by this one.
+        _ => None,
+    }
+}
+
+#[test]
+fn ranges_hold_their_ends_and_nothing_beyond() {
+    fn check<T: Described>() {
+        let mut ranges = 0;
+        for row in T::rows() {
+            let of = |key| match oneiro::parameter::value(T::rows(), key, &mut with(row)) {
+                Some(Datum::Single(number)) => f64::from(number),
+                Some(Datum::Whole(number)) => number as f64,
+                other => panic!("{key}: {other:?}"),
+            };
+            let whole = |least: u64, greatest: u64| {
+                let [least, greatest] = [least, greatest].map(i128::from);
+                ([least, greatest].map(Datum::Whole), [least - 1, greatest + 1].map(Datum::Whole))
+            };
+            let number = |least: f64, greatest: f64| {
+                if is_single(row) {
+                    let [least, greatest] = [least as f32, greatest as f32];
+                    let beyond = [least.next_down(), greatest.next_up()];
+                    ([least, greatest].map(Datum::Single), beyond.map(Datum::Single))
+                } else {
+                    let beyond = [least.next_down(), greatest.next_up()];
+                    ([least, greatest].map(Datum::Double), beyond.map(Datum::Double))
+                }
+            };
+            let (ends, beyond) = match row.allowed {
+                Allowed::Whole(least, greatest) => whole(least, greatest),
+                Allowed::WholeUpTo(least, key) => whole(least, of(key) as u64),
+                Allowed::Number(least, greatest) => number(least, greatest),
+                Allowed::NumberUpTo(least, factor, key) => number(least, factor * of(key)),
+                Allowed::Turns => ([0.0, 1_f32.next_down()].map(Datum::Single), [-0.1, 1.0].map(Datum::Single)),
+                Allowed::Any | Allowed::Text(_) => continue,
+            };
+            for end in ends {
+                assert_eq!(problem(row, &end), None, "{}", row.key);
+            }
+            for beyond in beyond {
+                let problem = problem(row, &beyond).unwrap_or_else(|| panic!("{} may be {beyond}", row.key));
+                let is_told = problem.starts_with(&format!("is {beyond}; allowed: "));
+                // Next to zero there is nothing that kernels compute with.
+                assert!(is_told || problem.contains("allowed: 0, or"), "{}: {problem}", row.key);
+            }
+            ranges += 1;
+        }
+        assert!(ranges > 20, "{ranges}");
+    }
+    each_kind!(check);
+}
+
+/// Whether a number, or both of two, are of single precision.
+fn is_single<T: Described>(row: &Parameter<T>) -> bool {
+    let mut own = with(row);
+    let field = (row.field)(&mut own, 0).unwrap();
+    let half = Datum::Double(0.5);
+    assert!(field.set(&half) || field.set(&Datum::List(vec![half.clone(), half])));
+    match field.get() {
+        Some(Datum::List(list)) => matches!(list[0], Datum::Single(_)),
+        datum => matches!(datum, Some(Datum::Single(_))),
+    }
+}
+
+#[test]
+fn defaults_are_allowed_and_read_back_from_their_text() {
+    fn check<T: Described>() {
+        let all = values::table(&mut T::default(), &Table::new());
+        let text = text(&all);
+        let file = Parsed::new("defaults.toml".into(), &text).unwrap();
+        let (given, source): (Table, _) = Source::read(&file, &[]).unwrap();
+        let mut again = T::default();
+        values::read(&given, &mut again, &source).unwrap();
+        assert_eq!(values::table(&mut again, &Table::new()), all);
+    }
+    each_kind!(check);
+}
+
+#[test]
+fn each_word_of_a_choice_is_taken_and_given_back() {
+    fn check<T: Described>() {
+        for row in T::rows() {
+            let words = (row.field)(&mut with(row), 0).unwrap().choices();
+            for (word, about) in words {
+                let mut own = with(row);
+                let datum = Datum::Word(word.into());
+                assert!((row.field)(&mut own, 0).unwrap().set(&datum), "{} = {word}", row.key);
+                assert_eq!((row.field)(&mut own, 0).unwrap().get(), Some(datum), "{}", row.key);
+                assert!(!about.is_empty(), "{} = {word}", row.key);
+            }
+        }
+    }
+    each_kind!(check);
+}
+
+/// Keys in the documents are keys of experiments: in backticks, with a table that experiments have.
+#[test]
+fn documents_name_keys_that_there_are() {
+    let root = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("..");
+    let all: Vec<&str> = settings::Settings::rows().iter().map(|row| row.key).collect();
+    let swarm: Vec<&str> = swarm::File::rows().iter().map(|row| row.key).collect();
+    let known: Vec<&str> = all.iter().chain(&swarm).copied().collect();
+    let is_key = |key: &str| {
+        known.iter().any(|row| {
+            let row = row.replace("[]", "");
+            [row.as_str(), row.strip_prefix("swarm.").unwrap_or_default()]
+                .iter()
+                .any(|row| *row == key || row.strip_prefix(key).is_some_and(|rest| rest.starts_with('.')))
+        })
+    };
+    let tables: Vec<&str> = known.iter().filter_map(|key| key.split_once('.').map(|(table, _)| table)).collect();
+    let mut wrong = Vec::new();
+    let mut named = 0;
+    let documents = fs::read_dir(root.join("docs")).unwrap().map(|entry| entry.unwrap().path());
+    for path in documents.chain([root.join("README.md")]) {
+        if path.extension().is_none_or(|extension| extension != "md") {
+            continue;
+        }
+        let text = fs::read_to_string(&path).unwrap();
+        for quoted in text.split('`').skip(1).step_by(2) {
+            let key = quoted.split([' ', '=']).next().unwrap_or_default();
+            let parts: Vec<&str> = key.split('.').collect();
+            let is_plain = key.chars().all(|c| c.is_ascii_lowercase() || c.is_ascii_digit() || "._".contains(c));
+            let is_file = ["toml", "rs", "svg", "sam", "csv", "npy", "json", "html", "md"].contains(parts.last().unwrap());
+            if parts.len() > 1 && is_plain && !is_file && tables.contains(&parts[0]) {
+                named += 1;
+                if !is_key(key) {
+                    wrong.push(format!("{}: {key}", path.display()));
+                }
+            }
+        }
+    }
+    assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+    assert!(named > 20, "{named}");
+}
+
+#[test]
+fn the_reference_page_is_that_of_the_rows() {
+    const MARK: &str = "move it here. -->\n";
+    let path = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../docs/configuration.md");
+    let text = fs::read_to_string(&path).unwrap();
+    let (head, _) = text.split_once(MARK).unwrap();
+    holds(&path, &format!("{head}{MARK}{}", reference::tables())).unwrap();
+}
+
+/// Both examples of `oneiro new` are valid; that of single robots is shipped.
+#[test]
+fn examples_are_those_of_the_rows() {
+    let shipped = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../experiments/khepera-avoidance.toml");
+    holds(&shipped, &reference::example("khepera-avoidance", false)).unwrap();
+    let scratch = Scratch::new("new-swarm");
+    let path = scratch.write("own.toml", reference::example("own", true));
+    let swarm = swarm::SwarmExperiment::read(&path, &[]).unwrap();
+    let empty = scratch.write("empty/own.toml", "[swarm]");
+    let empty = swarm::SwarmExperiment::read(&empty, &[]).unwrap();
+    assert_eq!(swarm.resolved_toml(1), empty.resolved_toml(1));
+}
+
+/// Files of an experiment lie beside it, those of a command line where it was typed.
+#[test]
+fn typed_files_are_looked_for_from_the_working_directory() {
+    let scratch = Scratch::new("typed");
+    let path = scratch.write("sub/test.toml", "robot.motors = \"motor.sam\"");
+    let motors = oneiro::tables::MotorSamples::khepera();
+    let here = PathBuf::from(format!("typed-{}.sam", std::process::id()));
+    motors.write(&here).unwrap();
+    let set = format!("robot.motors=\"{}\"", here.display());
+    let typed = Experiment::read(&path, std::slice::from_ref(&set));
+    let beside = Experiment::read(&path, &[]).unwrap_err().to_string();
+    fs::remove_file(&here).unwrap();
+    assert_eq!(typed.unwrap().inputs().len(), 1);
+    assert!(beside.contains("sub/motor.sam: No such file"), "{beside}");
+    let gone = Experiment::read(&path, &[set]).unwrap_err().to_string();
+    assert!(gone.contains(&format!("robot.motors: {}: No such file", here.display())), "{gone}");
 }

@@ -144,7 +144,7 @@ fn taken(field: &mut dyn Field, datum: &Datum) -> bool {
 }
 
 /// What a row allows, in words.
-pub(crate) fn allowed<T>(row: &Parameter<T>, field: &dyn Field) -> String {
+pub(super) fn allowed<T>(row: &Parameter<T>, field: &dyn Field) -> String {
     let choices: Vec<&str> = field.choices().into_iter().map(|(word, _)| word).collect();
     match (&choices[..], row.allowed) {
         ([], Allowed::Any) => field.kind().to_owned(),
@@ -157,7 +157,7 @@ pub(crate) fn allowed<T>(row: &Parameter<T>, field: &dyn Field) -> String {
 }
 
 /// The choice of its table's `kind` under which a value exists, and the settings with it.
-pub(crate) fn under<T: Described>(row: &Parameter<T>) -> Option<(&'static str, T)> {
+pub(super) fn under<T: Described>(row: &Parameter<T>) -> Option<(&'static str, T)> {
     let (table, _) = row.key.rsplit_once('.')?;
     let kind = T::rows().iter().find(|kind| kind.key == format!("{table}.kind"))?;
     let words = (kind.field)(&mut T::default(), 0)?.choices();
@@ -240,7 +240,7 @@ fn key_of(path: &str) -> (String, usize) {
 }
 
 /// Whether a number is not set yet.
-fn is_open(datum: &Datum) -> bool {
+pub(super) fn is_open(datum: &Datum) -> bool {
     match datum {
         Datum::Single(number) => number.is_nan(),
         Datum::List(list) => list.iter().any(is_open),
@@ -261,7 +261,7 @@ fn datum(value: &Value) -> Datum {
 }
 
 /// A field's value as TOML, with the digits that a file gives it.
-fn value(own: &Datum, given: Option<&Datum>) -> Value {
+pub(super) fn value(own: &Datum, given: Option<&Datum>) -> Value {
     match own {
         Datum::Flag(flag) => (*flag).into(),
         Datum::Whole(number) => (*number as i64).into(),

@@ -1,0 +1,37 @@
+//! `oneiro keys`: what there is to set in an experiment.
+
+use serde_json::json;
+
+use crate::cli::Keys;
+use crate::console::Console;
+use crate::exit::{Failure, Result};
+use crate::experiment::reference::{self, Entry};
+
+/// Prints the keys that contain what was asked for.
+pub(crate) fn run(arguments: &Keys, console: Console) -> Result {
+    let of = |mut entries: Vec<Entry>| {
+        entries.retain(|entry| entry.key.contains(&arguments.part));
+        entries
+    };
+    let (single, swarm) = (of(reference::single()), of(reference::swarm()));
+    if single.is_empty() && swarm.is_empty() {
+        return Err(Failure::input(format_args!(
+            "PART: no key contains `{}`; allowed: a part of a key, such as noise",
+            arguments.part
+        )));
+    }
+    if console.json() {
+        return console.json_data(&json!({ "single": single, "swarm": swarm }));
+    }
+    let mut text = String::new();
+    for (title, entries) in [("Experiments with single robots", single), ("Experiments with swarms", swarm)] {
+        if !entries.is_empty() {
+            text += &format!("{title}\n");
+        }
+        for entry in entries {
+            let default = entry.default.as_ref().map_or_else(String::new, |default| format!(" = {default}"));
+            text += &format!("  {}{default}\n      {}\n", entry.key, entry.words());
+        }
+    }
+    console.data(text.trim_end())
+}

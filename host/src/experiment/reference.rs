@@ -1,0 +1,211 @@
+//! What there is to set, in words: the commented experiment of `oneiro new`, the listing of `oneiro keys`, and
+//! `docs/configuration.md`.
+
+use oneiro::parameter::Parameter;
+use serde::Serialize;
+
+use super::settings::Settings;
+use super::swarm;
+use super::values::{self, Described};
+
+/// One key.
+#[derive(Debug, Serialize)]
+pub(crate) struct Entry {
+    pub(crate) key: &'static str,
+    pub(crate) unit: &'static str,
+    /// As TOML; none where the key may be missing.
+    pub(crate) default: Option<String>,
+    pub(crate) allowed: String,
+    /// The words to choose from, and what each means.
+    pub(crate) choices: Vec<(&'static str, &'static str)>,
+    /// The `kind` of its table under which it exists, if not under every one.
+    pub(crate) only_with: Option<&'static str>,
+    pub(crate) source: &'static str,
+    pub(crate) about: &'static str,
+}
+
+/// All keys of an experiment with single robots.
+pub(crate) fn single() -> Vec<Entry> {
+    entries::<Settings>()
+}
+
+/// All keys of an experiment with a swarm.
+pub(crate) fn swarm() -> Vec<Entry> {
+    entries::<swarm::File>()
+}
+
+/// One for each row, table by table.
+fn entries<T: Described>() -> Vec<Entry> {
+    let mut entries: Vec<Entry> = T::rows().iter().map(entry).collect();
+    let mut tables: Vec<&str> = Vec::new();
+    for entry in &entries {
+        let (table, _) = entry.place();
+        if !tables.contains(&table) {
+            tables.push(table);
+        }
+    }
+    entries.sort_by_key(|entry| tables.iter().position(|table| *table == entry.place().0));
+    entries
+}
+
+fn entry<T: Described>(row: &Parameter<T>) -> Entry {
+    let mut own = T::default();
+    let mut only_with = None;
+    if (row.field)(&mut own, 0).is_none() {
+        if let Some((list, _)) = row.key.split_once("[]") {
+            let list = T::rows().iter().find(|row| row.key == list);
+            list.and_then(|list| (list.field)(&mut own, 0)).map(|list| list.resize(1));
+        } else if let Some((kind, under)) = values::under(row) {
+            (only_with, own) = (Some(kind), under);
+        }
+    }
+    let field = (row.field)(&mut own, 0).expect("every row has its field somewhere");
+    let default = field.get().filter(|datum| !values::is_open(datum));
+    Entry {
+        key: row.key,
+        unit: row.unit,
+        default: default.map(|datum| values::value(&datum, None).to_string()),
+        allowed: values::allowed(row, field),
+        choices: field.choices(),
+        only_with,
+        source: row.source,
+        about: row.about,
+    }
+}
+
+impl Entry {
+    /// The table that it stands in, and its name there; elements of a list stand with their list.
+    fn place(&self) -> (&'static str, &'static str) {
+        let list = self.key.split('[').next().unwrap_or_default();
+        let table = list.rsplit_once('.').map_or("", |(table, _)| table);
+        (table, self.key[table.len()..].trim_start_matches('.'))
+    }
+
+    /// A line of a file: without a default, it is for the user to fill in.
+    fn line(&self, entries: &[Self]) -> String {
+        let (_, key) = self.place();
+        let elements = format!("{}[].", self.key);
+        let elements: Vec<String> = entries
+            .iter()
+            .filter_map(|entry| Some((entry.key.strip_prefix(&elements)?, entry.default.as_deref())))
+            .map(|(key, default)| format!("{key} = {}", default.unwrap_or("...")))
+            .collect();
+        match &self.default {
+            Some(default) if self.only_with.is_none() => format!("{key} = {default}\n"),
+            Some(default) => format!("# {key} = {default}\n"),
+            None if elements.is_empty() => format!("# {key} = ...\n"),
+            None => format!("# {key} = [{{ {} }}]\n", elements.join(", ")),
+        }
+    }
+
+    /// What it is and what is allowed.
+    pub(crate) fn words(&self) -> String {
+        let allowed = if self.choices.is_empty() {
+            self.allowed.clone()
+        } else {
+            let words: Vec<String> = self.choices.iter().map(|(word, about)| format!("{word:?} ({about})")).collect();
+            words.join(", ")
+        };
+        let only = self.only_with.map_or_else(String::new, |kind| format!("; only with kind = {kind:?}"));
+        format!("{} Allowed: {allowed}{}{only}.", self.about, self.unit_words())
+    }
+
+    fn unit_words(&self) -> String {
+        if self.unit.is_empty() {
+            String::new()
+        } else {
+            format!(" ({})", self.unit)
+        }
+    }
+}
+
+/// An experiment with every value as it would be if its line were missing, and a comment for each.
+pub(crate) fn example(name: &str, is_swarm: bool) -> String {
+    let (what, entries) = if is_swarm {
+        (
+            "E-pucks learn to forage: the study of O'Dowd, Studley and Winfield, \"The distributed co-evolution of an \
+             on-board simulator and controller for swarm robot behaviours\", 2014.",
+            swarm(),
+        )
+    } else {
+        (
+            "A Khepera learns to avoid obstacles: the study of Miglino, Lund and Nolfi, \"Evolving mobile robots in \
+             simulated and real environments\", Artificial Life 2(4), 1995, in its condition without noise.",
+            single(),
+        )
+    };
+    let rest = "Every value stands here as it would be if its line were missing. Any of them can be changed for one run, \
+                such as --set seed=3. Files are looked for from where this file lies. `oneiro keys` and \
+                docs/configuration.md list all keys, and where each default is from.";
+    let mut text = format!("{}#\n#     oneiro run {name}.toml --seed 1\n#\n{}\n", comment(what), comment(rest));
+    let mut table = "";
+    for entry in &entries {
+        let (own, _) = entry.place();
+        // Elements stand in the line of their list; hashes of files are for runs to add.
+        if entry.key.contains("[]") || entry.key == "files" {
+            continue;
+        }
+        if own != table {
+            text += &format!("\n[{own}]\n");
+            table = own;
+        }
+        text += &comment(&entry.words());
+        text += &match entry.key {
+            "name" => format!("name = {name:?}\n"),
+            _ => entry.line(&entries),
+        };
+    }
+    text
+}
+
+/// Lines of a comment.
+fn comment(words: &str) -> String {
+    const WIDTH: usize = 118;
+    let mut lines = String::new();
+    let mut line = String::new();
+    for word in words.split(' ') {
+        if !line.is_empty() && line.len() + 1 + word.len() > WIDTH {
+            lines += &format!("# {line}\n");
+            line.clear();
+        }
+        if !line.is_empty() {
+            line.push(' ');
+        }
+        line += word;
+    }
+    lines + &format!("# {line}\n")
+}
+
+/// The tables of the reference page.
+#[cfg(test)]
+pub(crate) fn tables() -> String {
+    let mut page = String::new();
+    for (title, entries) in [("Experiments with single robots", single()), ("Experiments with swarms", swarm())] {
+        page += &format!("\n## {title}\n");
+        let mut table = None;
+        for entry in &entries {
+            let (own, _) = entry.place();
+            if table != Some(own) {
+                let title = if own.is_empty() { "Before all tables".into() } else { format!("`[{own}]`") };
+                page += &format!("\n### {title}\n\n| key | default | allowed | meaning | default from |\n|---|---|---|---|---|\n");
+                table = Some(own);
+            }
+            page += &line(entry);
+        }
+    }
+    page
+}
+
+#[cfg(test)]
+fn line(entry: &Entry) -> String {
+    let words = entry.choices.iter().map(|(word, about)| format!("`{word}`: {about}"));
+    let allowed = if entry.choices.is_empty() {
+        format!("{}{}", entry.allowed, entry.unit_words())
+    } else {
+        words.collect::<Vec<_>>().join("; ")
+    };
+    let default = entry.default.as_ref().map_or(String::new(), |default| format!("`{default}`"));
+    let only = entry.only_with.map_or_else(String::new, |kind| format!(" Only with `kind = \"{kind}\"`."));
+    let cells = [format!("`{}`", entry.key), default, allowed, format!("{}{only}", entry.about), entry.source.into()];
+    format!("| {} |\n", cells.map(|cell| cell.replace('|', "\\|")).join(" | "))
+}
