@@ -759,9 +759,9 @@ fn examples_are_those_of_the_rows() {
     holds(&shipped, &reference::example("khepera-avoidance", false)).unwrap();
     let scratch = Scratch::new("new-swarm");
     let path = scratch.write("own.toml", reference::example("own", true));
-    let swarm = swarm::SwarmExperiment::read(&path, &[]).unwrap();
+    let swarm = runs::read(&path, &[]).unwrap();
     let empty = scratch.write("empty/own.toml", "[swarm]");
-    let empty = swarm::SwarmExperiment::read(&empty, &[]).unwrap();
+    let empty = runs::read(&empty, &[]).unwrap();
     assert_eq!(swarm.resolved_toml(1), empty.resolved_toml(1));
 }
 

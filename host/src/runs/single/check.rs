@@ -24,7 +24,8 @@ pub(super) fn run(experiment: &Experiment, picture: Option<&Path>, console: Cons
             "genes": experiment.world().genes(),
             "free_share": experiment.world().free_share(),
             "robot_steps": robot_steps(experiment),
-            "settings": experiment.settings(),
+            "gene_names": experiment.world().gene_names(),
+            "settings": experiment.values(),
         }));
     }
     console.data(summary(experiment))
@@ -36,7 +37,7 @@ fn robot_steps(experiment: &Experiment) -> u64 {
     let lives = u64::from(settings.evolution.population) * u64::from(settings.evolution.generations);
     lives
         .saturating_mul(u64::from(settings.trials))
-        .saturating_mul(u64::from(settings.cycles))
+        .saturating_mul(u64::from(settings.world.cycles))
 }
 
 fn summary(experiment: &Experiment) -> String {
@@ -97,7 +98,7 @@ fn summary(experiment: &Experiment) -> String {
             "life",
             format!(
                 "{} cycles of 100 ms, {} for each individual",
-                settings.cycles,
+                settings.world.cycles,
                 counted(settings.trials, "life", "lives")
             ),
         ),
@@ -129,7 +130,14 @@ fn summary(experiment: &Experiment) -> String {
         ),
     ];
     let lines = lines.map(|(what, value)| format!("  {what:<12}{value}\n"));
-    format!("{} is valid\n{}", experiment.name(), lines.concat())
+    let names = world.gene_names();
+    let genes = names.iter().enumerate().map(|(gene, name)| format!("  {gene:>5}  {name}\n"));
+    format!(
+        "{} is valid\n{}  genes\n{}",
+        experiment.name(),
+        lines.concat(),
+        genes.collect::<String>()
+    )
 }
 
 fn noise(noise: Noise) -> String {

@@ -205,7 +205,7 @@ impl Job for Evolving {
         let Places { simulator, reality } = &*self.places;
         let simulator = std::slice::from_ref(simulator);
         let individuals = self.evolution.ask().len() as u64;
-        let life = u64::from(settings.cycles);
+        let life = u64::from(settings.world.cycles);
         let kernel = |places: &[Place]| places.first().map_or("", |place| place.world.kernel().name);
         Some(match purpose {
             Purpose::Generation | Purpose::Simulated => Request {

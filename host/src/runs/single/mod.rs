@@ -167,7 +167,7 @@ impl super::Experiment for Single {
     fn steps(&self) -> u64 {
         let settings = self.experiment.settings();
         let evolution = &settings.evolution;
-        let generation = u64::from(evolution.population) * u64::from(settings.cycles);
+        let generation = u64::from(evolution.population) * u64::from(settings.world.cycles);
         let lives = u64::from(evolution.generations).saturating_mul(u64::from(settings.trials));
         // The last offspring live in the simulator once more, and in reality.
         let reality = match self.sites.len() as u64 {

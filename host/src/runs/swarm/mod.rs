@@ -122,7 +122,7 @@ impl Experiment for SwarmExperiment {
 
     fn bytes(&self) -> u64 {
         let settings = self.settings();
-        u64::from(settings.robots) * u64::from(settings.seconds()) * 64
+        u64::from(settings.world.robots) * u64::from(settings.seconds()) * 64
     }
 
     fn sample(&self) -> Result<Worlds> {
@@ -192,7 +192,7 @@ impl Experiment for SwarmExperiment {
             return console.json_data(&json!({
                 "name": self.name(),
                 "robot_steps": Experiment::steps(self),
-                "settings": settings,
+                "settings": self.values()["swarm"],
             }));
         }
         console.data(format!(
@@ -200,9 +200,9 @@ impl Experiment for SwarmExperiment {
              {:.1} million robot-steps a run",
             self.name(),
             settings.case.title(),
-            settings.robots,
+            settings.world.robots,
             settings.minutes,
-            settings.arena.radius_mm,
+            settings.world.forager.arena_radius,
             Experiment::steps(self) as f64 / 1e6
         ))
     }
