@@ -2,18 +2,125 @@
 //! mutated.
 
 use oneiro::batch::GREATEST_GENE;
+use oneiro::parameter::Choice;
 use rand::distr::Distribution;
 use rand_pcg::Pcg64;
+use serde::{Deserialize, Serialize};
 
 use super::random::{Chance, Normal, Stream, Uniform, stream};
 use super::{Generation, Optimizer, Population, ranked};
 use crate::exit::{Failure, Result};
-use crate::experiment::settings::{Evolution as Settings, MutationKind, MutationUnit};
 use crate::sealed;
 
 /// The algorithm's name, and the version of its saved states.
 const NAME: &str = "genetic";
 const VERSION: u32 = 1;
+
+/// The table `[evolution]` of an experiment: the algorithm, and for how many generations it runs.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub(crate) struct Settings {
+    /// Individuals.
+    pub(crate) population: u32,
+    /// How many of the best are copied, each equally often.
+    pub(crate) parents: u32,
+    /// Generations that are evaluated.
+    pub(crate) generations: u32,
+    /// How many of the best also keep one copy without mutation.
+    pub(crate) elite: u32,
+    /// Range of the uniform initial genes.
+    pub(crate) initial: [f64; 2],
+    /// A file of initial genes instead.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(crate) init: Option<String>,
+    /// Range that genes are kept within.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(crate) limits: Option<[f64; 2]>,
+    /// Mutation of copies.
+    pub(crate) mutation: Mutation,
+}
+
+impl Default for Settings {
+    fn default() -> Self {
+        Self {
+            population: 100,
+            parents: 20,
+            generations: 200,
+            elite: 0,
+            initial: [-1.0, 1.0],
+            init: None,
+            limits: None,
+            mutation: Mutation::default(),
+        }
+    }
+}
+
+/// Mutation of copies.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub(crate) struct Mutation {
+    /// The change of a gene.
+    pub(crate) kind: MutationKind,
+    /// The chance of a change.
+    pub(crate) rate: f64,
+    /// Whether the chance is drawn for each gene or each individual.
+    pub(crate) per: MutationUnit,
+    /// Size of the change.
+    pub(crate) amount: f64,
+}
+
+impl Default for Mutation {
+    fn default() -> Self {
+        Self {
+            kind: MutationKind::AddUniform,
+            rate: 0.25,
+            per: MutationUnit::Gene,
+            amount: 1.0,
+        }
+    }
+}
+
+/// A kind of mutation.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub(crate) enum MutationKind {
+    AddUniform,
+    AddNormal,
+    Replace,
+}
+
+impl Choice for MutationKind {
+    const CHOICES: &'static [(&'static str, Self, &'static str)] = &[
+        (
+            "add_uniform",
+            Self::AddUniform,
+            "adds a uniform number between minus and plus the amount",
+        ),
+        (
+            "add_normal",
+            Self::AddNormal,
+            "adds a normal number with the amount as its standard deviation",
+        ),
+        ("replace", Self::Replace, "draws the gene again from the initial range"),
+    ];
+}
+
+/// The unit that the chance of mutation is drawn for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub(crate) enum MutationUnit {
+    Gene,
+    Individual,
+}
+
+impl Choice for MutationUnit {
+    const CHOICES: &'static [(&'static str, Self, &'static str)] = &[
+        ("gene", Self::Gene, "each gene by itself"),
+        (
+            "individual",
+            Self::Individual,
+            "each individual: all its genes change, or none",
+        ),
+    ];
+}
 
 /// The algorithm at one generation: a function of its settings, its seed and the fitness that it was told.
 #[derive(Clone, Debug)]
@@ -182,7 +289,6 @@ fn kept(gene: f64, settings: &Settings) -> f32 {
 mod tests {
     use super::super::tests::fitness;
     use super::*;
-    use crate::experiment::settings::Mutation;
 
     const GENES: usize = 18;
 

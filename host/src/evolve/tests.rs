@@ -1,8 +1,7 @@
 //! What holds of every optimiser, and of an evolution by any.
 
-use super::genetic::Genetic;
+use super::genetic::{Genetic, Settings};
 use super::*;
-use crate::experiment::settings;
 
 const GENES: usize = 18;
 
@@ -12,7 +11,7 @@ fn all(seed: u64) -> Vec<Box<dyn Optimizer>> {
 }
 
 fn genetic(seed: u64) -> Genetic {
-    let settings = settings::Evolution {
+    let settings = Settings {
         population: 20,
         parents: 4,
         ..Default::default()

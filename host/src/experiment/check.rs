@@ -5,7 +5,8 @@ use std::fmt::Display;
 use oneiro::arena::Arena;
 use oneiro::world::Invalid;
 
-use super::settings::{ArenaSize, Evolution, Settings};
+use super::settings::{ArenaSize, Settings};
+use crate::evolve::genetic;
 
 pub(super) type Checked = Result<(), Invalid>;
 
@@ -72,7 +73,7 @@ fn arena(settings: &Settings) -> Checked {
     }
 }
 
-fn evolution(evolution: &Evolution) -> Checked {
+fn evolution(evolution: &genetic::Settings) -> Checked {
     if !evolution.population.is_multiple_of(evolution.parents) {
         return invalid(
             "evolution.parents",
@@ -82,7 +83,10 @@ fn evolution(evolution: &Evolution) -> Checked {
             ),
         );
     }
-    let ranges = [("evolution.initial", Some(evolution.initial)), ("evolution.limits", evolution.limits)];
+    let ranges = [
+        ("evolution.initial", Some(evolution.initial)),
+        ("evolution.limits", evolution.limits),
+    ];
     for (key, range) in ranges {
         if let Some([low, high]) = range
             && low >= high

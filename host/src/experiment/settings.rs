@@ -10,9 +10,9 @@ use oneiro::parameter::Allowed::{Any, Number, Text, Whole, WholeUpTo};
 use oneiro::parameter::{Choice, Datum, Field, Parameter, Select, row};
 use oneiro::tables::MotorStates;
 use oneiro::world::{self, LENGTH, Noise, WorldSpec};
-use serde::{Deserialize, Serialize};
 
 use super::values::Described;
+use crate::evolve::genetic;
 
 /// A whole experiment.
 #[derive(Clone, Debug, PartialEq)]
@@ -32,7 +32,7 @@ pub(crate) struct Settings {
     /// All else of the world; its arena has only the objects that the experiment lists.
     pub(crate) world: WorldSpec,
     /// The genetic algorithm.
-    pub(crate) evolution: Evolution,
+    pub(crate) evolution: genetic::Settings,
     /// What a run writes, and when.
     pub(crate) record: Record,
     /// BLAKE3 hashes of the files that are named.
@@ -75,7 +75,7 @@ impl Default for Settings {
                 },
                 ..WorldSpec::miglino1995()
             },
-            evolution: Evolution::default(),
+            evolution: genetic::Settings::default(),
             record: Record {
                 checkpoint_every: 50,
                 individuals: true,
@@ -250,108 +250,6 @@ pub(crate) struct ArenaSize {
     pub(crate) preset: Option<String>,
     pub(crate) width_mm: Option<f32>,
     pub(crate) height_mm: Option<f32>,
-}
-
-/// The genetic algorithm.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub(crate) struct Evolution {
-    /// Individuals.
-    pub(crate) population: u32,
-    /// How many of the best are copied, each equally often.
-    pub(crate) parents: u32,
-    /// Generations that are evaluated.
-    pub(crate) generations: u32,
-    /// How many of the best also keep one copy without mutation.
-    pub(crate) elite: u32,
-    /// Range of the uniform initial genes.
-    pub(crate) initial: [f64; 2],
-    /// A file of initial genes instead.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub(crate) init: Option<String>,
-    /// Range that genes are kept within.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub(crate) limits: Option<[f64; 2]>,
-    /// How copies change.
-    pub(crate) mutation: Mutation,
-}
-
-impl Default for Evolution {
-    fn default() -> Self {
-        Self {
-            population: 100,
-            parents: 20,
-            generations: 200,
-            elite: 0,
-            initial: [-1.0, 1.0],
-            init: None,
-            limits: None,
-            mutation: Mutation::default(),
-        }
-    }
-}
-
-/// How copies change.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub(crate) struct Mutation {
-    /// What becomes of a gene.
-    pub(crate) kind: MutationKind,
-    /// The chance of a change.
-    pub(crate) rate: f64,
-    /// What the chance is drawn for.
-    pub(crate) per: MutationUnit,
-    /// Size of the change.
-    pub(crate) amount: f64,
-}
-
-impl Default for Mutation {
-    fn default() -> Self {
-        Self {
-            kind: MutationKind::AddUniform,
-            rate: 0.25,
-            per: MutationUnit::Gene,
-            amount: 1.0,
-        }
-    }
-}
-
-/// What mutation does to a gene.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub(crate) enum MutationKind {
-    AddUniform,
-    AddNormal,
-    Replace,
-}
-
-impl Choice for MutationKind {
-    const CHOICES: &'static [(&'static str, Self, &'static str)] = &[
-        (
-            "add_uniform",
-            Self::AddUniform,
-            "adds a uniform number between minus and plus the amount",
-        ),
-        (
-            "add_normal",
-            Self::AddNormal,
-            "adds a normal number with the amount as its standard deviation",
-        ),
-        ("replace", Self::Replace, "draws the gene again from the initial range"),
-    ];
-}
-
-/// What the chance of mutation is drawn for.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub(crate) enum MutationUnit {
-    Gene,
-    Individual,
-}
-
-impl Choice for MutationUnit {
-    const CHOICES: &'static [(&'static str, Self, &'static str)] = &[
-        ("gene", Self::Gene, "each gene by itself"),
-        ("individual", Self::Individual, "each individual: all its genes change, or none"),
-    ];
 }
 
 /// What a run writes, and when. Nothing of it reaches a result.

@@ -13,7 +13,7 @@ use serde::{Deserialize, Serialize};
 use super::interpolation::interpolated;
 use super::real_lives::RealStarts;
 use super::results::Condition;
-use crate::experiment::settings::{Evolution, MutationKind, MutationUnit};
+use crate::evolve::genetic::{self, MutationKind, MutationUnit};
 
 /// One assumption that is made otherwise. On the command line and in files it goes by its [name](Self::name).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -232,8 +232,8 @@ impl Arm {
     }
 
     /// The genetic algorithm, but for the number of generations.
-    pub(crate) fn evolution(self) -> Evolution {
-        let mut evolution = Evolution::default();
+    pub(crate) fn evolution(self) -> genetic::Settings {
+        let mut evolution = genetic::Settings::default();
         match self {
             Self::MutationReplaces => evolution.mutation.kind = MutationKind::Replace,
             Self::MutationPerIndividual => evolution.mutation.per = MutationUnit::Individual,

@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 
 use super::arms::Arm;
 use super::results::Condition;
-use crate::experiment::settings::Evolution;
+use crate::evolve::genetic;
 use crate::reality::site::Site;
 use crate::studies::assumptions::Assumption;
 
@@ -45,8 +45,8 @@ impl Settings {
     }
 
     /// The genetic algorithm, through all generations.
-    pub(crate) fn evolution(&self) -> Evolution {
-        Evolution {
+    pub(crate) fn evolution(&self) -> genetic::Settings {
+        genetic::Settings {
             generations: SIMULATED + REAL,
             ..self.arm.evolution()
         }
