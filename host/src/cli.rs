@@ -135,18 +135,38 @@ pub(crate) struct Resume {
 /// `oneiro evaluate`
 #[derive(Args, Debug)]
 pub(crate) struct Evaluate {
-    /// The experiment's TOML file
+    /// The experiment's TOML file, given before --genomes [default: that of the runs in --genomes]
     #[arg(value_hint = ValueHint::FilePath)]
-    pub(crate) experiment: PathBuf,
-    /// Genomes, one per row: .npy (f4 or f8, rows x genes) or .csv
-    #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath)]
-    pub(crate) genomes: PathBuf,
-    /// Seed of the rollouts' random numbers [default: the experiment's, else 1]
+    pub(crate) experiment: Option<PathBuf>,
+    /// .npy (f4 or f8, rows x genes), .csv (a genome per row; a header is optional), a run's champion.json, a run's
+    /// directory (its champion), or a directory of runs. Any number of them
+    #[arg(long, value_name = "FILE|DIR", required = true, num_args = 1.., value_hint = ValueHint::AnyPath)]
+    pub(crate) genomes: Vec<PathBuf>,
+    /// Of runs, take the whole last generation instead of the champion
+    #[arg(long)]
+    pub(crate) population: bool,
+    /// Seed of the rollouts' random numbers [default: the experiment's, else 1; 1 if only runs are given]
     #[arg(long, value_name = "N")]
     pub(crate) seed: Option<u64>,
     /// Rollouts of each genome [default: the experiment's]
     #[arg(long, value_name = "K", value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
     pub(crate) trials: Option<u32>,
+    /// Give all genomes the same starts and the same random numbers, so that they can be compared trial by trial
+    #[arg(long)]
+    pub(crate) common_starts: bool,
+    /// Start one rollout of each genome at each of these poses, one pose per line: x and y in mm, heading in turns
+    #[arg(long, value_name = "FILE.csv", value_hint = ValueHint::FilePath, conflicts_with = "trials")]
+    pub(crate) starts: Option<PathBuf>,
+    /// The experiment's noise, or none of any kind
+    #[arg(long, value_name = "on|off", value_enum, default_value_t = Noise::On)]
+    pub(crate) noise: Noise,
+    /// Add collisions (cycles), cells of 50 mm visited, distance (mm), mean speed (mm/s) and time stuck (s: less than
+    /// 50 mm in 10 s)
+    #[arg(long)]
+    pub(crate) measures: bool,
+    /// Write a trace of each rollout into this directory, which must be empty or new
+    #[arg(long, value_name = "DIR", value_hint = ValueHint::DirPath)]
+    pub(crate) traces: Option<PathBuf>,
     /// The device that evaluates.
     #[command(flatten)]
     pub(crate) backend: Backend,
@@ -156,6 +176,15 @@ pub(crate) struct Evaluate {
     /// Write the results to this file (.csv or .npy, never overwritten); - is standard output
     #[arg(long, value_name = "FILE", default_value = "-", value_hint = ValueHint::FilePath)]
     pub(crate) out: PathBuf,
+}
+
+/// Whether lives have their experiment's noise.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
+pub(crate) enum Noise {
+    /// As the experiment says
+    On,
+    /// None of any kind
+    Off,
 }
 
 /// `oneiro replay`
@@ -173,6 +202,14 @@ pub(crate) struct Replay {
     /// Which of the champion's trials to draw, from 0
     #[arg(long, value_name = "K", default_value_t = 0)]
     pub(crate) trial: u32,
+    /// Start elsewhere: x and y in mm, heading in turns, such as 100,90,0.125. The record has no such life, so nothing
+    /// is compared
+    #[arg(long, value_name = "X,Y,HEADING", value_parser = pose, allow_hyphen_values = true)]
+    pub(crate) start: Option<[f32; 3]>,
+    /// Draw other random numbers, for starts and noise: those of `oneiro evaluate --seed N`. The record has no such life,
+    /// so nothing is compared
+    #[arg(long, value_name = "N")]
+    pub(crate) seed: Option<u64>,
     /// Record every Nth cycle
     #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..))]
     pub(crate) every: u32,
@@ -540,6 +577,13 @@ fn seeds(text: &str) -> Result<std::ops::RangeInclusive<u64>, String> {
     Ok(first..=last)
 }
 
+/// Parses `X,Y,HEADING`.
+fn pose(text: &str) -> Result<[f32; 3], String> {
+    let numbers: Option<Vec<f32>> = text.split(',').map(|number| number.trim().parse().ok()).collect();
+    let pose = numbers.and_then(|numbers| <[f32; 3]>::try_from(numbers).ok());
+    pose.ok_or_else(|| "allowed: x and y in mm and a heading in turns, such as 100,90,0.125".to_owned())
+}
+
 /// Parses a number above 0 and up to 1.
 fn share(text: &str) -> Result<f64, String> {
     match text.parse::<f64>() {
@@ -564,6 +608,14 @@ mod tests {
         assert_eq!(seeds("5..5"), Ok(5..=5));
         for wrong in ["", "3", "7..3", "a..b", "-1..2", "0..1000000", "1..2..3"] {
             assert!(seeds(wrong).is_err(), "{wrong}");
+        }
+    }
+
+    #[test]
+    fn poses_have_three_numbers() {
+        assert_eq!(pose("100, -90.5,0.125"), Ok([100.0, -90.5, 0.125]));
+        for wrong in ["", "1,2", "1,2,3,4", "1,2,x", "1;2;3"] {
+            assert!(pose(wrong).is_err(), "{wrong}");
         }
     }
 

@@ -1,5 +1,6 @@
-//! Files that a user names: read whole, and never overwritten.
+//! Files that a user names: read whole, and never overwritten; directories in the order of their numbers.
 
+use std::cmp::Ordering;
 use std::fs::{self, OpenOptions};
 use std::io::{self, Write};
 use std::path::Path;
@@ -11,7 +12,75 @@ use crate::exit::{Failure, Result};
 /// # Errors
 /// Exit 3 when there is no such text file, exit 6 when reading fails otherwise.
 pub(crate) fn text(path: &Path) -> Result<String> {
-    fs::read_to_string(path).map_err(|error| Failure::unreadable(path, &error))
+    String::from_utf8(bytes(path)?)
+        .map_err(|error| Failure::input(format_args!("{}: is no text: {}", path.display(), error.utf8_error())))
+}
+
+/// Reads an input file.
+///
+/// # Errors
+/// Exit 3 when there is no such file, or a directory, with what to name instead; exit 6 when reading fails otherwise.
+pub(crate) fn bytes(path: &Path) -> Result<Vec<u8>> {
+    fs::read(path).map_err(|error| {
+        if path.is_dir() {
+            Failure::input(instead_of_directory(path))
+        } else {
+            Failure::unreadable(path, &error)
+        }
+    })
+}
+
+/// Tells that a directory was named where a file is wanted, and which of its files can be meant.
+fn instead_of_directory(directory: &Path) -> String {
+    /// What commands read: experiments and sweeps, genomes, tables.
+    const READ: [&str; 6] = ["toml", "npy", "csv", "json", "sam", "sample"];
+    const MOST: usize = 4;
+    let is_read = |path: &Path| {
+        let extension = path.extension().and_then(|extension| extension.to_str());
+        extension.is_some_and(|extension| READ.contains(&extension)) && path.is_file()
+    };
+    let entries = fs::read_dir(directory).into_iter().flatten().flatten();
+    let mut files: Vec<_> = entries.map(|entry| entry.path()).filter(|path| is_read(path)).collect();
+    // Experiments first.
+    files.sort_by(|a, b| {
+        let kind = |path: &Path| {
+            READ.iter()
+                .position(|read| path.extension().is_some_and(|own| own == *read))
+        };
+        kind(a).cmp(&kind(b)).then_with(|| by_numbers(a, b))
+    });
+    let names: Vec<String> = files.iter().take(MOST).map(|path| path.display().to_string()).collect();
+    let such_as = if names.is_empty() {
+        String::new()
+    } else {
+        format!(", such as {}", names.join(", "))
+    };
+    format!("{}: is a directory; allowed: a file{such_as}", directory.display())
+}
+
+/// Orders paths by the numbers in them, as people do: `run-2` comes before `run-10`.
+pub(crate) fn by_numbers(a: &Path, b: &Path) -> Ordering {
+    fn parts(path: &Path) -> impl Iterator<Item = Part<'_>> {
+        let bytes = path.as_os_str().as_encoded_bytes();
+        bytes
+            .chunk_by(|a, b| a.is_ascii_digit() == b.is_ascii_digit())
+            .map(|part| {
+                if part[0].is_ascii_digit() {
+                    let zeros = part.iter().take_while(|digit| **digit == b'0').count();
+                    Part::Number(part.len() - zeros, &part[zeros..])
+                } else {
+                    Part::Words(part)
+                }
+            })
+    }
+    parts(a).cmp(parts(b)).then_with(|| a.cmp(b))
+}
+
+/// A part of a path. Of numbers without leading zeros the longer is the greater.
+#[derive(PartialEq, Eq, PartialOrd, Ord)]
+enum Part<'a> {
+    Number(usize, &'a [u8]),
+    Words(&'a [u8]),
 }
 
 /// Refuses a path that exists.
@@ -48,4 +117,30 @@ fn exists(path: &Path) -> Failure {
         "{}: exists already, and nothing is overwritten; name another file",
         path.display()
     ))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_in_paths_count_as_numbers() {
+        let sorted = [
+            "run-1",
+            "run-2",
+            "run-2-a",
+            "run-02-b",
+            "run-10",
+            "run-18446744073709551616",
+            "run-a",
+            "runs",
+        ];
+        for a in 0..sorted.len() {
+            for b in 0..sorted.len() {
+                let order = by_numbers(Path::new(sorted[a]), Path::new(sorted[b]));
+                assert_eq!(order, a.cmp(&b), "{} and {}", sorted[a], sorted[b]);
+            }
+        }
+        assert_ne!(by_numbers(Path::new("a1"), Path::new("a01")), Ordering::Equal);
+    }
 }

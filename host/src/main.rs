@@ -5,6 +5,7 @@ use std::process::ExitCode;
 use clap::Parser;
 
 mod cli;
+mod columns;
 mod commands;
 mod console;
 mod device;
@@ -15,6 +16,7 @@ mod exit;
 mod experiment;
 mod files;
 mod genomes;
+mod lives;
 mod npy;
 mod progress;
 mod reality;

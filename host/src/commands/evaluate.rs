@@ -1,94 +1,197 @@
-//! `oneiro evaluate`: fitness for genomes that come from elsewhere.
+//! `oneiro evaluate`: fitness of genomes, and how they live.
 
-use std::fmt::Write;
-use std::path::Path;
+use std::collections::BTreeMap;
+use std::fs::{self, OpenOptions};
+use std::io::Write;
+use std::path::{Path, PathBuf};
 
-use oneiro::batch::{Batch, Rollout};
-use oneiro::evaluator::Control;
-use oneiro::random::Key;
-use oneiro::world::World;
+use oneiro::batch::Record;
+use oneiro::evaluator::{Control, Evaluator};
+use oneiro::world::{self, World, WorldSpec};
 use serde_json::json;
 
-use crate::cli::Evaluate;
+use super::subjects::{Named, Subjects, common_experiment};
+use crate::cli::{Evaluate, Noise};
 use crate::console::{Console, decimal};
-use crate::evolve::Population;
 use crate::exit::{Failure, Result};
 use crate::experiment::Experiment;
+use crate::lives::measures::{Measures, Meter};
+use crate::lives::{Keys, LifeIndex, Lives, Observer, starts};
 use crate::npy::npy;
-use crate::{device, files, genomes, progress};
+use crate::report::csv::{Csv, number};
+use crate::runs::single::trace::{trace_head, trace_lines};
+use crate::{device, files, progress};
 
-/// Rollouts that are evaluated at once: enough for any device, and a few hundred megabytes at most.
-const AT_ONCE: usize = 1 << 18;
+/// Cycles that a world can have.
+const MOST_CYCLES: u32 = 1_000_000;
 
-/// Evaluates, and prints or writes one row a genome and trial.
+/// Evaluates, and prints or writes one row for each genome and trial.
 pub(crate) fn run(arguments: &Evaluate, console: Console) -> Result {
-    let sink = Sink::of(&arguments.out)?;
-    let experiment = Experiment::read(&arguments.experiment, &arguments.set)?;
-    let world = experiment.world();
-    let genomes = genomes::read(&arguments.genomes, world.genes())?;
-    let seed = arguments.seed.or(experiment.settings().seed).unwrap_or(1);
-    let trials = arguments.trials.unwrap_or(experiment.settings().trials) as usize;
+    let sink = Sink::of(arguments)?;
+    let named = Named::all(&arguments.genomes)?;
+    let experiment = match &arguments.experiment {
+        Some(path) => Experiment::read(path, &arguments.set)?,
+        None => common_experiment(&named, &arguments.set)?,
+    };
+    let settings = experiment.settings();
+    let own_seed = arguments.experiment.as_ref().and(settings.seed);
+    let seed = arguments.seed.or(own_seed).unwrap_or(1);
+    let mut spec = experiment.world().spec().clone();
+    let cycles = spec.cycles;
+    if arguments.noise == Noise::Off {
+        spec.noise = world::Noise::NONE;
+    }
+    let watched = arguments.measures || arguments.traces.is_some();
+    if watched {
+        // Where a life ends is where its next cycle would begin.
+        spec.cycles = (cycles + 1).min(MOST_CYCLES);
+    }
+    let subjects = Subjects::read(&named, spec.controller, arguments.population)?;
+    let worlds = match &arguments.starts {
+        Some(path) => starts::read(path, &spec)?,
+        None => vec![World::new(spec.clone())?],
+    };
+    let trials = if arguments.starts.is_some() {
+        worlds.len()
+    } else {
+        arguments.trials.unwrap_or(settings.trials) as usize
+    };
+    let lives = Lives {
+        worlds: &worlds,
+        genomes: &subjects.genomes,
+        count: trials,
+        keys: Keys {
+            common: arguments.common_starts,
+            ..Keys::of_seed(seed)
+        },
+    };
     let mut evaluator = device::open(&arguments.backend)?;
-    let rollouts = genomes.len() * trials;
     console.say(format!(
         "{} genomes, {trials} trials, seed {seed}, on {}",
-        genomes.len(),
+        subjects.genomes.len(),
         device::name(evaluator.as_ref())
     ));
 
-    let steps = rollouts as u64 * u64::from(world.cycles());
     let control = Control::new();
-    let fitness = progress::watched(steps, "evaluating", console, &control, || -> Result<Vec<f32>> {
-        let mut fitness = Vec::with_capacity(rollouts);
-        for first in (0..rollouts).step_by(AT_ONCE) {
-            let batch = batch(world, &genomes, seed, trials, first..(first + AT_ONCE).min(rollouts))?;
-            fitness.extend(evaluator.evaluate(&batch, &control)?.fitness);
+    let mut watch = Watch::new(&spec, cycles, &lives, arguments.traces.as_deref());
+    let results = progress::watched(lives.steps(), "evaluating", console, &control, || -> Result<_> {
+        let evaluator: &mut dyn Evaluator = evaluator.as_mut();
+        if watched {
+            lives.traced(evaluator, &control, &mut watch)?;
+            Ok(watch.ended)
+        } else {
+            let each = |fitness| (fitness, Measures::default());
+            Ok(lives
+                .fitness(evaluator, &control)?
+                .into_iter()
+                .map(each)
+                .collect::<Vec<_>>())
         }
-        Ok(fitness)
-    })?;
+    });
+    let table = Table {
+        sources: Some(subjects.sources).filter(|_| named.len() > 1),
+        trials,
+        results: results?,
+        measures: arguments.measures,
+    };
     device::tell_warnings(evaluator.as_ref(), console);
-    sink.take(&fitness, trials, console)
+    sink.take(&table, console)
 }
 
-/// Some of the rollouts, which are numbered genome by genome and within each by trial.
-fn batch(
-    world: &World,
-    genomes: &Population,
-    seed: u64,
+/// Measures lives, and writes their traces.
+struct Watch<'a> {
+    field: oneiro::arena::Field,
+    /// Cycles of a life, and records of its trace.
+    cycles: u32,
+    records: u32,
     trials: usize,
-    range: std::ops::Range<usize>,
-) -> Result<Batch> {
-    let rollouts: Vec<Rollout<'_>> = range
-        .map(|index| {
-            let (genome, trial) = (index / trials, index % trials);
-            let key = Key::rollout(seed, 0, genome as u64, trial as u64);
-            Rollout {
-                world: 0,
-                genes: genomes.genome(genome),
-                key,
-            }
-        })
-        .collect();
-    Ok(Batch::new(std::slice::from_ref(world), &rollouts, None)?)
+    directory: Option<&'a Path>,
+    under_way: BTreeMap<LifeIndex, (f32, Meter)>,
+    /// Fitness and measures of each life that has ended, genome by genome.
+    ended: Vec<Lived>,
+}
+
+impl<'a> Watch<'a> {
+    fn new(spec: &WorldSpec, cycles: u32, lives: &Lives<'_>, directory: Option<&'a Path>) -> Self {
+        Self {
+            field: spec.arena.field,
+            cycles,
+            records: spec.cycles,
+            trials: lives.count,
+            directory,
+            under_way: BTreeMap::new(),
+            ended: vec![(f32::NAN, Measures::default()); lives.genomes.len() * lives.count],
+        }
+    }
+}
+
+impl Observer for Watch<'_> {
+    fn observe(&mut self, life: LifeIndex, first: u32, records: &[Record]) -> Result {
+        let new = || (0.0, Meter::new(self.field, self.cycles));
+        let (fitness, meter) = self.under_way.entry(life).or_insert_with(new);
+        for record in records {
+            meter.add(record);
+        }
+        let lived = &records[..records.len().min((self.cycles - first.min(self.cycles)) as usize)];
+        if let Some(record) = lived.last() {
+            *fitness = record.fitness;
+        }
+        if let Some(directory) = self.directory {
+            write_trace(directory, life, first, lived)?;
+        }
+        if first + records.len() as u32 == self.records
+            && let Some((fitness, meter)) = self.under_way.remove(&life)
+        {
+            self.ended[life.genome * self.trials + life.number] = (fitness, meter.finish());
+        }
+        Ok(())
+    }
+}
+
+/// Writes the next lines of a life's trace.
+fn write_trace(directory: &Path, life: LifeIndex, first: u32, records: &[Record]) -> Result {
+    let path = directory.join(format!("trace-{}-{}.csv", life.genome, life.number));
+    let lines = trace_lines(records, first, 1);
+    if first == 0 {
+        fs::create_dir_all(directory).map_err(|error| Failure::unreadable(directory, &error))?;
+        return files::write_new(&path, (trace_head() + &lines).as_bytes());
+    }
+    let file = OpenOptions::new().append(true).open(&path);
+    file.and_then(|mut file| file.write_all(lines.as_bytes()))
+        .map_err(|error| Failure::storage(&path, &error))
 }
 
 /// Where the rows go.
-enum Sink<'a> {
+enum Sink {
     Stdout,
-    Csv(&'a Path),
-    Npy(&'a Path),
+    Csv(PathBuf),
+    Npy(PathBuf),
 }
 
-impl<'a> Sink<'a> {
-    /// As the path says; refused before anything is computed.
-    fn of(out: &'a Path) -> Result<Self> {
+impl Sink {
+    /// As the command line says; refused before anything is computed.
+    fn of(arguments: &Evaluate) -> Result<Self> {
+        if let Some(directory) = &arguments.traces {
+            let is_free = fs::read_dir(directory).map_or(!directory.exists(), |mut entries| entries.next().is_none());
+            if !is_free {
+                return Err(Failure::input(format_args!(
+                    "--traces {}: exists and is not empty, and nothing is overwritten; name another directory",
+                    directory.display()
+                )));
+            }
+        }
+        let out = &arguments.out;
         if out.as_os_str() == "-" {
             return Ok(Self::Stdout);
         }
         files::must_be_new(out)?;
         match out.extension().and_then(|extension| extension.to_str()) {
-            Some("csv") => Ok(Self::Csv(out)),
-            Some("npy") => Ok(Self::Npy(out)),
+            Some("csv") => Ok(Self::Csv(out.clone())),
+            Some("npy") if arguments.measures => Err(Failure::usage(format_args!(
+                "--out {}: has fitness only; allowed with --measures: .csv, or - for standard output",
+                out.display()
+            ))),
+            Some("npy") => Ok(Self::Npy(out.clone())),
             _ => Err(Failure::input(format_args!(
                 "--out {}: the extension names no format; allowed: .csv, .npy, or - for standard output",
                 out.display()
@@ -96,13 +199,16 @@ impl<'a> Sink<'a> {
         }
     }
 
-    /// Prints or writes fitness, genome by genome and within each by trial.
-    fn take(&self, fitness: &[f32], trials: usize, console: Console) -> Result {
+    /// Prints or writes a table.
+    fn take(&self, table: &Table, console: Console) -> Result {
         match self {
-            Self::Stdout if console.json() => console.json_data(&rows(fitness, trials)),
-            Self::Stdout => console.data(csv(fitness, trials)),
-            Self::Csv(path) => files::write_new(path, csv(fitness, trials).as_bytes()),
-            Self::Npy(path) => files::write_new(path, &npy(&[fitness.len() / trials, trials], fitness)),
+            Self::Stdout if console.json() => console.json_data(&table.json()),
+            Self::Stdout => console.data(table.csv()),
+            Self::Csv(path) => files::write_new(path, table.csv().as_bytes()),
+            Self::Npy(path) => {
+                let fitness: Vec<f32> = table.results.iter().map(|(fitness, _)| *fitness).collect();
+                files::write_new(path, &npy(&[fitness.len() / table.trials, table.trials], &fitness))
+            }
         }?;
         if let Self::Csv(path) | Self::Npy(path) = self {
             console.say(format!("wrote {}", path.display()));
@@ -111,65 +217,115 @@ impl<'a> Sink<'a> {
     }
 }
 
-fn rows(fitness: &[f32], trials: usize) -> Vec<serde_json::Value> {
-    let row = |(index, &fitness): (usize, &f32)| {
-        json!({
-            "genome": index / trials,
-            "trial": index % trials,
-            "fitness": decimal(fitness),
-            "bits": format!("{:08x}", fitness.to_bits()),
-        })
-    };
-    fitness.iter().enumerate().map(row).collect()
+/// A life's fitness and measures.
+type Lived = (f32, Measures);
+
+/// What lives gave, genome by genome.
+struct Table {
+    /// Of each genome, where they come from several files.
+    sources: Option<Vec<String>>,
+    trials: usize,
+    results: Vec<Lived>,
+    /// Whether measures are wanted.
+    measures: bool,
 }
 
-/// Fitness in the shortest decimal that reads back as the same number, and its bits.
-fn csv(fitness: &[f32], trials: usize) -> String {
-    let mut text = String::from("genome,trial,fitness,bits\n");
-    for (index, fitness) in fitness.iter().enumerate() {
-        // Writing to a string can't fail.
-        let _ = writeln!(
-            text,
-            "{},{},{fitness},{:08x}",
-            index / trials,
-            index % trials,
-            fitness.to_bits()
-        );
+type Column = (&'static str, fn(&Measures) -> f64);
+
+const MEASURES: [Column; 5] = [
+    ("collisions", |measures| measures.collisions.into()),
+    ("cells", |measures| measures.cells.into()),
+    ("distance_mm", |measures| measures.distance),
+    ("mean_speed_mm_s", |measures| measures.speed),
+    ("stuck_s", |measures| measures.stuck),
+];
+
+impl Table {
+    fn measures(&self) -> &[Column] {
+        if self.measures { &MEASURES } else { &[] }
     }
-    text
+
+    fn rows(&self) -> impl Iterator<Item = (usize, usize, &Lived)> {
+        let place = |index| (index / self.trials, index % self.trials);
+        self.results.iter().enumerate().map(move |(index, lived)| {
+            let (genome, trial) = place(index);
+            (genome, trial, lived)
+        })
+    }
+
+    fn json(&self) -> Vec<serde_json::Value> {
+        let row = |(genome, trial, (fitness, measures)): (usize, usize, &Lived)| {
+            let mut row = json!({
+                "genome": genome,
+                "trial": trial,
+                "fitness": decimal(*fitness),
+                "bits": format!("{:08x}", fitness.to_bits()),
+            });
+            for (name, value) in self.measures() {
+                row[name] = serde_json::from_str(&number(value(measures))).unwrap_or_default();
+            }
+            if let Some(sources) = &self.sources {
+                row["source"] = sources[genome].as_str().into();
+            }
+            row
+        };
+        self.rows().map(row).collect()
+    }
+
+    /// Fitness in the shortest decimal that reads back as the same number, and its bits; measures to six digits.
+    fn csv(&self) -> String {
+        let names = self.measures().iter().map(|(name, _)| *name);
+        let source = self.sources.iter().map(|_| "source");
+        let own = ["genome", "trial", "fitness", "bits"];
+        let mut csv = Csv::new(own.into_iter().chain(names).chain(source));
+        for (genome, trial, (fitness, measures)) in self.rows() {
+            let own = [
+                genome.to_string(),
+                trial.to_string(),
+                fitness.to_string(),
+                format!("{:08x}", fitness.to_bits()),
+            ];
+            let numbers = self.measures().iter().map(|(_, value)| number(value(measures)));
+            let source = self.sources.iter().map(|sources| sources[genome].clone());
+            csv.row(own.into_iter().chain(numbers).chain(source));
+        }
+        csv.text()
+    }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use oneiro::world::WorldSpec;
 
-    #[test]
-    fn rows_are_genomes_by_trials() {
-        let text = csv(&[1.5, -0.1, 0.0, 3.0], 2);
-        assert_eq!(
-            text,
-            "genome,trial,fitness,bits\n0,0,1.5,3fc00000\n0,1,-0.1,bdcccccd\n1,0,0,00000000\n1,1,3,40400000\n"
-        );
+    fn table(measures: bool) -> Table {
+        let own = Measures {
+            collisions: 3,
+            cells: 12,
+            distance: 1234.5678,
+            speed: 24.691_356,
+            stuck: 9.9,
+        };
+        Table {
+            sources: measures.then(|| vec!["a.npy".into(), "a, b.npy[3]".into()]),
+            trials: 2,
+            results: [1.5, -0.1, 0.0, 3.0].map(|fitness| (fitness, own)).into(),
+            measures,
+        }
     }
 
     #[test]
-    fn batches_take_each_rollout_once_wherever_they_are_cut() {
-        let world = World::new(WorldSpec::miglino1995()).unwrap();
-        let genomes = Population::new(18, (0_u8..72).map(f32::from).collect());
-        let inputs = |range| batch(&world, &genomes, 7, 3, range).unwrap().all().inputs().to_vec();
-        let whole = inputs(0..12);
-        let lane = |inputs: &[u32], lane: usize| inputs.iter().skip(lane).step_by(64).copied().collect::<Vec<_>>();
-        for cut in 1..12 {
-            let (first, second) = (inputs(0..cut), inputs(cut..12));
-            for rollout in 0..12 {
-                let there = if rollout < cut {
-                    lane(&first, rollout)
-                } else {
-                    lane(&second, rollout - cut)
-                };
-                assert_eq!(there, lane(&whole, rollout), "cut {cut}, rollout {rollout}");
-            }
-        }
+    fn rows_are_genomes_by_trials() {
+        assert_eq!(
+            table(false).csv(),
+            "genome,trial,fitness,bits\n0,0,1.5,3fc00000\n0,1,-0.1,bdcccccd\n1,0,0,00000000\n1,1,3,40400000\n"
+        );
+        let text = table(true).csv();
+        assert!(text.starts_with(
+            "genome,trial,fitness,bits,collisions,cells,distance_mm,mean_speed_mm_s,stuck_s,source\n\
+             0,0,1.5,3fc00000,3,12,1234.57,24.6914,9.9,a.npy\n"
+        ));
+        assert!(text.ends_with("1,1,3,40400000,3,12,1234.57,24.6914,9.9,\"a, b.npy[3]\"\n"));
+        assert_eq!(table(true).json()[3]["distance_mm"], 1234.57);
+        assert_eq!(table(true).json()[3]["collisions"], 3);
     }
 }

@@ -8,6 +8,7 @@ use serde_json::{Value, json};
 use crate::cli::List;
 use crate::console::{Console, columns, decimal};
 use crate::exit::{Failure, Result};
+use crate::files;
 use crate::record::{self, Done, SavedRun, State};
 
 /// Prints a line a run.
@@ -46,13 +47,17 @@ pub(crate) fn run(arguments: &List, console: Console) -> Result {
     ))
 }
 
-/// The runs that a directory holds, in the order of their names; or the directory itself if it is one.
+/// The runs that a directory holds, in the order of the numbers in their names; or the directory itself if it is one.
 ///
 /// # Errors
 /// Exit 3 when there is no such directory, or no run in it.
 pub(crate) fn runs(directory: &Path) -> Result<Vec<PathBuf>> {
     if record::is_run(directory) {
         return Ok(vec![directory.to_owned()]);
+    }
+    if directory.is_file() {
+        let problem = "is a file; allowed: a run's directory, or one that holds runs";
+        return Err(Failure::input(format_args!("{}: {problem}", directory.display())));
     }
     let entries = fs::read_dir(directory).map_err(|error| Failure::unreadable(directory, &error))?;
     let mut runs = Vec::new();
@@ -68,7 +73,7 @@ pub(crate) fn runs(directory: &Path) -> Result<Vec<PathBuf>> {
             directory.display()
         )));
     }
-    runs.sort();
+    runs.sort_by(|a, b| files::by_numbers(a, b));
     Ok(runs)
 }
 

@@ -22,6 +22,7 @@ mod run;
 pub(crate) mod sample;
 mod selftest;
 mod slurm;
+mod subjects;
 mod sweep;
 mod tables;
 mod verify;

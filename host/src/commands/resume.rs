@@ -8,6 +8,7 @@ use super::run::run_all;
 use crate::cli;
 use crate::console::Console;
 use crate::exit::Result;
+use crate::files;
 use crate::record::{Done, RunPlace, SavedRun};
 
 /// Goes on with a run, or with all runs of a directory, from their last good checkpoints.
@@ -25,7 +26,7 @@ pub(crate) fn run(arguments: &cli::Resume, console: Console) -> Result {
         console.say(format!("{} of {} runs are done already", done.len(), directories.len()));
     }
     done.extend(run_all(saved, "resuming", &arguments.backend, console)?);
-    done.sort_by(|(a, _), (b, _)| a.cmp(b));
+    done.sort_by(|(a, _), (b, _)| files::by_numbers(a, b));
     let read = |(directory, done): &(PathBuf, Done)| Report::read(directory, done);
     let reports = done.iter().map(read).collect::<Result<Vec<_>>>()?;
     report::print(&reports, directories.len() > 1, console)

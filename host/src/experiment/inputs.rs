@@ -1,17 +1,17 @@
 //! The files that an experiment names: found, read, and hashed, so that a run can keep copies.
 
 use std::collections::BTreeMap;
-use std::fs;
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, PoisonError};
 
 use oneiro::tables::{self, MotorStates, MotorTable, SensorTables};
+use oneiro::world::Controller;
 
 use super::settings::{BUILT_IN, SensorFiles, Settings};
 use super::source::Source;
 use crate::evolve::Population;
 use crate::exit::{Failure, Result};
-use crate::genomes;
+use crate::{files, genomes};
 
 /// The directory of a run's copies.
 pub(crate) const DIRECTORY: &str = "inputs";
@@ -158,13 +158,18 @@ impl<'a> Inputs<'a> {
     }
 
     /// The genes that an evolution starts from.
-    pub(super) fn init(&mut self, file: Option<&str>, genes: usize, population: u32) -> Result<Option<Population>> {
+    pub(super) fn init(
+        &mut self,
+        file: Option<&str>,
+        controller: Controller,
+        population: u32,
+    ) -> Result<Option<Population>> {
         const KEY: &str = "evolution.init";
         let Some(file) = file else {
             return Ok(None);
         };
         let path = self.take(KEY, file)?;
-        let genomes = genomes::read(&path, genes).map_err(|failure| self.source.invalid(KEY, failure))?;
+        let genomes = genomes::read(&path, controller).map_err(|failure| self.source.invalid(KEY, failure))?;
         if genomes.len() != population as usize {
             let problem = format!(
                 "{} holds {} genomes; allowed: as many as evolution.population, {population}",
@@ -195,13 +200,13 @@ impl<'a> Inputs<'a> {
             self.directory.join(file)
         };
         let read = |path: &PathBuf| {
-            fs::read(path).map(|bytes| {
+            files::bytes(path).map(|bytes| {
                 let hash = blake3::hash(&bytes).to_hex().to_string();
                 Arc::new(Content { bytes, hash })
             })
         };
-        let content = known(&self.files.contents, path.clone(), read)
-            .map_err(|error| self.source.invalid(key, Failure::unreadable(&path, &error)))?;
+        let content =
+            known(&self.files.contents, path.clone(), read).map_err(|failure| self.source.invalid(key, failure))?;
         let name = path.file_name().unwrap_or_default().to_string_lossy();
         let input = Input {
             named: file.into(),

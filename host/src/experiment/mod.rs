@@ -71,7 +71,7 @@ impl Experiment {
         let world = world::world(&settings, &source, &mut inputs)?;
         let init = inputs.init(
             settings.evolution.init.as_deref(),
-            world.genes(),
+            world.spec().controller,
             settings.evolution.population,
         )?;
         let (inputs, warnings) = inputs.finish()?;

@@ -71,6 +71,11 @@ impl SavedRun {
         &self.directory
     }
 
+    /// The experiment's file, with every value written out.
+    pub(crate) fn config(&self) -> PathBuf {
+        self.directory.join(CONFIG)
+    }
+
     /// What it is a run of.
     pub(crate) fn experiment(&self) -> &Arc<dyn Experiment> {
         &self.experiment

@@ -30,6 +30,8 @@ use oneiro::batch::Worlds;
 pub(crate) trait Experiment: Debug + Send + Sync {
     /// Its name.
     fn name(&self) -> &str;
+    /// Whether its robots meet.
+    fn is_swarm(&self) -> bool;
     /// The seed of its file, if it names one.
     fn seed(&self) -> Option<u64>;
     /// What the user should know of its files, although they are allowed.
@@ -126,6 +128,10 @@ pub(crate) struct Replay<'a> {
     pub(crate) trial: u32,
     /// Cycles from one record to the next.
     pub(crate) every: u32,
+    /// Another start than the champion's own: x and y in mm, heading in turns.
+    pub(crate) start: Option<[f32; 3]>,
+    /// A seed of other random numbers than the champion's own.
+    pub(crate) seed: Option<u64>,
 }
 
 /// Where a run is recorded.

@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use oneiro::random::Key;
+use oneiro::world::Controller;
 use serde::{Deserialize, Serialize};
 
 use super::{CHAMPION, CHAMPION_GENES};
@@ -47,17 +48,17 @@ pub(super) fn files(champion: &Champion, seed: u64, keys: &[Key]) -> [(&'static 
     ]
 }
 
-/// Reads the champion of a finished run of so many genes.
+/// Reads the champion of a finished run.
 ///
 /// # Errors
 /// Exit 5 when the files are not what was written.
-pub(super) fn read(directory: &Path, genes: usize) -> Result<Champion> {
+pub(super) fn read(directory: &Path, controller: Controller) -> Result<Champion> {
     let path = directory.join(CHAMPION);
     let corrupt = |problem: &dyn std::fmt::Display| Failure::corrupt(format_args!("{}: {problem}", path.display()));
     let file: ChampionFile = serde_json::from_str(&disk::read_text(&path)?).map_err(|error| corrupt(&error))?;
     let bits =
         u32::from_str_radix(&file.fitness_bits, 16).map_err(|error| corrupt(&format_args!("fitness_bits: {error}")))?;
-    let genomes = genomes::read(&directory.join(CHAMPION_GENES), genes).map_err(Failure::corrupt)?;
+    let genomes = genomes::read(&directory.join(CHAMPION_GENES), controller).map_err(Failure::corrupt)?;
     Ok(Champion {
         generation: file.generation,
         individual: file.individual,

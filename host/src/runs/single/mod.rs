@@ -4,6 +4,7 @@
 //! |---|---|
 //! | [`job`] | the state machine: generations, reality, the champion's trace |
 //! | [`rows`], [`individuals`], [`champion`], [`trace`], [`pictures`] | the files of a run |
+//! | [`saved`] | a finished run, read again |
 //! | [`check`], [`replay`], [`audit`] | what the commands do for such runs |
 
 mod audit;
@@ -14,7 +15,8 @@ pub(crate) mod job;
 mod pictures;
 mod replay;
 mod rows;
-mod trace;
+pub(crate) mod saved;
+pub(crate) mod trace;
 
 use std::path::Path;
 use std::sync::{Arc, OnceLock};
@@ -140,6 +142,10 @@ impl super::Experiment for Single {
         self.experiment.name()
     }
 
+    fn is_swarm(&self) -> bool {
+        false
+    }
+
     fn seed(&self) -> Option<u64> {
         self.experiment.settings().seed
     }
@@ -246,7 +252,7 @@ impl super::Experiment for Single {
             individual,
             fitness,
             ..
-        } = champion::read(run.directory, self.experiment.world().genes())?;
+        } = champion::read(run.directory, self.experiment.world().spec().controller)?;
         let nan: u64 = rows(run.directory)?.iter().map(|row| u64::from(row.nan)).sum();
         let bits = format!("{:08x}", fitness.to_bits());
         let warning = format!("{}: {nan} scores were NaN; they ranked last", run.directory.display());

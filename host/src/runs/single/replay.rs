@@ -1,20 +1,24 @@
-//! `oneiro replay`: a champion's life again.
+//! `oneiro replay`: a champion's life again, or another life of it.
 
 use std::fs;
 
 use oneiro::batch::{Batch, Rollout, TraceRequest};
+use oneiro::random::Key;
+use oneiro::world::{Start, World, WorldSpec};
 use serde_json::json;
 
 use super::job::{keys, score};
 use super::trace::trace_csv;
 use super::{Experiment, Recorded, Replay, champion};
 use crate::console::{Console, decimal};
-use crate::exit::{Failure, Result};
 use crate::engine::disk;
 use crate::engine::handle::Engine;
+use crate::exit::{Failure, Result};
+use crate::lives::Keys;
 use crate::report::figures;
 
-/// Lives the champion's lives again, compares its score with the recorded one, and writes one life's path and trace.
+/// Simulates the champion's lives again, compares its score with the recorded one, and writes one life's path and trace.
+/// A life from another start or with other random numbers is written, too, but compared with nothing.
 pub(super) fn run(
     experiment: &Experiment,
     run: &Recorded<'_>,
@@ -22,7 +26,7 @@ pub(super) fn run(
     engine: &Engine,
     console: Console,
 ) -> Result {
-    let champion = champion::read(run.directory, experiment.world().genes())?;
+    let champion = champion::read(run.directory, experiment.world().spec().controller)?;
     let settings = experiment.settings();
     if replay.trial >= settings.trials {
         return Err(Failure::input(format_args!(
@@ -31,8 +35,25 @@ pub(super) fn run(
             settings.trials - 1
         )));
     }
-    let worlds = std::slice::from_ref(experiment.world());
-    let rollouts: Vec<Rollout<'_>> = keys(run.seed, champion.generation, champion.individual, settings.trials)
+    let is_new = replay.start.is_some() || replay.seed.is_some();
+    let world = match replay.start {
+        None => experiment.world().clone(),
+        Some([x, y, heading]) => World::new(WorldSpec {
+            start: Start::At { x, y, heading },
+            ..experiment.world().spec().clone()
+        })
+        .map_err(|invalid| Failure::input(format_args!("--start {x},{y},{heading}: {invalid}")))?,
+    };
+    let keys: Vec<Key> = match replay.seed {
+        None => keys(run.seed, champion.generation, champion.individual, settings.trials).collect(),
+        Some(seed) => {
+            let keys = Keys::of_seed(seed);
+            (0..settings.trials as usize).map(|trial| keys.of(0, trial)).collect()
+        }
+    };
+    let worlds = std::slice::from_ref(&world);
+    let rollouts: Vec<Rollout<'_>> = keys
+        .into_iter()
         .map(|key| Rollout {
             world: 0,
             genes: &champion.genome,
@@ -42,7 +63,7 @@ pub(super) fn run(
     let lives = engine.evaluate(&Batch::new(worlds, &rollouts, None)?)?;
     let own = score(settings.trial_score, &lives.fitness);
     let (bits, recorded) = (own.to_bits(), champion.fitness.to_bits());
-    if bits != recorded {
+    if !is_new && bits != recorded {
         return Err(Failure::failed(format_args!(
             "{}: the champion's recorded fitness is {} (bits {recorded:08x}), but {own} (bits {bits:08x}) on {}",
             run.directory.display(),
@@ -52,7 +73,7 @@ pub(super) fn run(
     }
 
     let shown = rollouts[replay.trial as usize];
-    let every = replay.every.min(experiment.world().cycles());
+    let every = replay.every.min(world.cycles());
     let traced = Batch::new(worlds, &[shown], Some(TraceRequest { every }))?;
     let trace = engine.evaluate(&traced)?.traces.into_iter().next().unwrap_or_default();
     let life = lives.fitness[replay.trial as usize];
@@ -62,7 +83,7 @@ pub(super) fn run(
         run.seed,
         champion.generation
     );
-    let spec = experiment.world().spec();
+    let spec = world.spec();
     let picture = figures::life(&spec.arena, spec.robot.body_radius, &title, &trace, every);
 
     let directory = replay.out;
@@ -75,19 +96,24 @@ pub(super) fn run(
         return console.json_data(&json!({
             "generation": champion.generation,
             "individual": champion.individual,
-            "fitness": decimal(champion.fitness),
+            "fitness": decimal(own),
             "bits": format!("{bits:08x}"),
+            "compared": !is_new,
             "collisions": collisions,
             "path": path.display().to_string(),
             "trace": table.display().to_string(),
             "device": engine.name(),
         }));
     }
+    let compared = if is_new {
+        "a new life, which is not compared with the record"
+    } else {
+        "as recorded"
+    };
     console.data(format!(
-        "generation {}, individual {}: fitness {} (bits {bits:08x}), as recorded\n{}\n{}",
+        "generation {}, individual {}: fitness {own} (bits {bits:08x}), {compared}\n{}\n{}",
         champion.generation,
         champion.individual,
-        champion.fitness,
         path.display(),
         table.display()
     ))

@@ -14,16 +14,23 @@ pub(super) fn trace_every(experiment: &Experiment) -> u32 {
 
 /// A trace with a record each `every` cycles as CSV: a line a record.
 pub(crate) fn trace_csv(trace: &[Record], every: u32) -> String {
+    trace_head() + &trace_lines(trace, 0, every)
+}
+
+/// The names of the columns.
+pub(crate) fn trace_head() -> String {
+    let names: Vec<&str> = std::iter::once("cycle")
+        .chain(COLUMNS.iter().map(|(name, _)| *name))
+        .collect();
+    names.join(",") + "\n"
+}
+
+/// Lines of a trace, from that of the cycle `first` on.
+pub(crate) fn trace_lines(trace: &[Record], first: u32, every: u32) -> String {
     let mut text = String::with_capacity(trace.len() * 160);
-    text.push_str("cycle");
-    for (name, _) in COLUMNS {
-        text.push(',');
-        text.push_str(name);
-    }
-    text.push('\n');
-    for (index, record) in trace.iter().enumerate() {
+    for (record, index) in trace.iter().zip(0_u64..) {
         // Writing to a string can't fail.
-        let _ = write!(text, "{}", index as u64 * u64::from(every));
+        let _ = write!(text, "{}", u64::from(first) + index * u64::from(every));
         for (_, value) in COLUMNS {
             let _ = write!(text, ",{}", value(record));
         }

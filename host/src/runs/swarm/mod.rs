@@ -83,6 +83,10 @@ impl Experiment for SwarmExperiment {
         self.name()
     }
 
+    fn is_swarm(&self) -> bool {
+        true
+    }
+
     fn seed(&self) -> Option<u64> {
         self.seed()
     }

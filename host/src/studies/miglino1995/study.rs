@@ -18,6 +18,7 @@ use crate::engine::handle::Engine;
 use crate::evolve::Optimizer;
 use crate::evolve::genetic::Genetic;
 use crate::exit::{Failure, Result};
+use crate::lives::measures::{Grid, PLACES, distance, is_stuck, moves};
 use crate::reality::site::Site;
 use crate::reality::{self, patiently};
 
@@ -667,13 +668,8 @@ fn discrepancy<'a>(one: &'a [Record], other: &'a [Record]) -> impl Iterator<Item
     })
 }
 
-fn distance(a: &Record, b: &Record) -> f64 {
-    let (x, y) = (f64::from(a.x - b.x), f64::from(a.y - b.y));
-    (x * x + y * y).sqrt()
-}
-
 fn path_length(life: &[Record]) -> f64 {
-    life.windows(2).map(|pair| distance(&pair[0], &pair[1])).sum()
+    moves(life).sum()
 }
 
 /// Sums over starts.
@@ -747,42 +743,26 @@ fn effect(name: &str, with: &[Record], without: &[Record]) -> DifferenceEffect {
 
 /// The arena's cells of 50 mm, and its corners.
 struct Cells {
-    field: Field,
+    grid: Grid,
     free: Vec<bool>,
-    columns: usize,
     corners: Vec<[f32; 2]>,
 }
 
 impl Cells {
-    const SIZE: f32 = 50.0;
-
     fn new(spec: &WorldSpec) -> Self {
-        let field = spec.arena.field;
-        let columns = (field.width / Self::SIZE).ceil() as usize;
-        let rows = (field.height / Self::SIZE).ceil() as usize;
-        let middle = |index: usize| (index as f32 + 0.5) * Self::SIZE;
-        let free = (0..columns * rows)
+        let grid = Grid::new(spec.arena.field);
+        let free = (0..grid.columns * grid.rows)
             .map(|cell| {
-                let start = Start::At {
-                    x: field.x + middle(cell % columns),
-                    y: field.y + middle(cell / columns),
-                    heading: 0.0,
-                };
+                let [x, y] = grid.middle(cell);
+                let start = Start::At { x, y, heading: 0.0 };
                 World::new(WorldSpec { start, ..spec.clone() }).is_ok()
             })
             .collect();
         Self {
-            field,
+            grid,
             free,
-            columns,
             corners: spec.arena.walls.iter().map(|wall| wall.from).collect(),
         }
-    }
-
-    fn cell(&self, record: &Record) -> usize {
-        let index = |x: f32| (x / Self::SIZE).max(0.0) as usize;
-        let cell = index(record.y - self.field.y) * self.columns + index(record.x - self.field.x).min(self.columns - 1);
-        cell.min(self.free.len() - 1)
     }
 
     /// A life of one cycle more than it counts.
@@ -793,7 +773,7 @@ impl Cells {
         };
         let mut visited = vec![false; self.free.len()];
         for record in lived {
-            visited[self.cell(record)] = true;
+            visited[self.grid.cell(record)] = true;
         }
         let free = self.free.iter().filter(|free| **free).count();
         let seen = visited
@@ -819,17 +799,15 @@ impl Cells {
 
     /// Whether the last 100 cycles are spent within 100 mm of one corner, and less than 50 mm gone in them.
     fn stuck(&self, trace: &[Record]) -> bool {
-        const CYCLES: usize = 100;
         const NEAR: f32 = 100.0;
-        const LEAST: f64 = 50.0;
-        let end = &trace[trace.len().saturating_sub(CYCLES)..];
+        let end = &trace[trace.len().saturating_sub(PLACES)..];
         let near = |&[x, y]: &[f32; 2]| {
             end.iter().all(|record| {
                 let (x, y) = (record.x - x, record.y - y);
                 x * x + y * y < NEAR * NEAR
             })
         };
-        path_length(end) < LEAST && self.corners.iter().any(near)
+        is_stuck(moves(end)) && self.corners.iter().any(near)
     }
 }
 

@@ -1,83 +1,11 @@
-//! Genomes from files: one a row, as `.npy` or `.csv`.
-
-use std::fs;
-use std::path::Path;
+//! Genomes from `.npy` files.
 
 use npyz::{NpyFile, Order};
-use oneiro::batch::GREATEST_GENE;
 
-use crate::evolve::Population;
-use crate::exit::{Failure, Result};
-
-/// Reads genomes of `genes` genes: `.npy` (float32 or float64, shape rows x genes, or genes alone for one genome) or
-/// `.csv` (numbers separated by commas, one genome a line, at most one line of names before them).
-///
-/// # Errors
-/// Exit 3: there is no such file, no genome in it, another shape, or a gene that is no number or beyond
-/// [`GREATEST_GENE`]; with the file and the row, counted from 1.
-pub(crate) fn read(path: &Path, genes: usize) -> Result<Population> {
-    let bytes = fs::read(path).map_err(|error| Failure::unreadable(path, &error))?;
-    let extension = path
-        .extension()
-        .and_then(|extension| extension.to_str())
-        .map(str::to_ascii_lowercase);
-    let genomes = match extension.as_deref() {
-        Some("npy") => from_npy(&bytes, genes),
-        Some("csv") => from_csv(&bytes, genes),
-        _ => Err("the extension names no format; allowed: .npy, .csv".to_owned()),
-    };
-    let values = genomes.map_err(|problem| Failure::input(format_args!("{}: {problem}", path.display())))?;
-    if values.is_empty() {
-        return Err(Failure::input(format_args!(
-            "{}: holds no genome; allowed: one or more rows",
-            path.display()
-        )));
-    }
-    Ok(Population::new(genes, values))
-}
-
-/// A gene, or why it can't be one; `shown` is how the file has it.
-fn checked(gene: f32, shown: &dyn std::fmt::Display) -> std::result::Result<f32, String> {
-    if gene.abs() <= GREATEST_GENE {
-        return Ok(gene);
-    }
-    Err(format!(
-        "{shown} is no gene; allowed: -{GREATEST_GENE} to {GREATEST_GENE}"
-    ))
-}
-
-/// The numbers of a CSV file's lines, in their order.
-fn from_csv(bytes: &[u8], genes: usize) -> std::result::Result<Vec<f32>, String> {
-    let text = std::str::from_utf8(bytes).map_err(|error| format!("is no text: {error}"))?;
-    let mut values = Vec::new();
-    let mut lines = text
-        .lines()
-        .zip(1..)
-        .filter(|(line, _)| !line.trim().is_empty())
-        .peekable();
-    // Names are no numbers, all of them.
-    lines.next_if(|(line, _)| line.split(',').all(|cell| cell.trim().parse::<f64>().is_err()));
-    for (line, number) in lines {
-        let cells = line.split(',').map(str::trim);
-        let count = cells.clone().count();
-        if count != genes {
-            return Err(format!(
-                "line {number}: has {count} numbers; allowed: {genes}, one a gene"
-            ));
-        }
-        for (cell, column) in cells.zip(1..) {
-            let place = |problem| format!("line {number}, column {column}: {problem}");
-            let gene = cell
-                .parse::<f32>()
-                .map_err(|_| place(format!("`{cell}` is no number")))?;
-            values.push(checked(gene, &cell).map_err(place)?);
-        }
-    }
-    Ok(values)
-}
+use super::checked;
 
 /// The numbers of a `.npy` file, row by row.
-fn from_npy(bytes: &[u8], genes: usize) -> std::result::Result<Vec<f32>, String> {
+pub(super) fn parse(bytes: &[u8], genes: usize) -> Result<Vec<f32>, String> {
     let allowed = format!("allowed: an array of float32 or float64 with the shape (rows, {genes})");
     if !has_plain_header(bytes) {
         return Err(format!("is no .npy file, or not of one plain array; {allowed}"));
@@ -171,21 +99,18 @@ mod tests {
     #[test]
     fn npy_of_both_widths_and_orders() {
         let genes = [1.0_f32, 2.0, 3.0, 4.0, 5.0, 6.0];
-        assert_eq!(from_npy(&npy(&genes, &[3, 2], Order::C), 2).unwrap(), genes);
+        assert_eq!(parse(&npy(&genes, &[3, 2], Order::C), 2).unwrap(), genes);
+        assert_eq!(parse(&npy(&genes.map(f64::from), &[3, 2], Order::C), 2).unwrap(), genes);
         assert_eq!(
-            from_npy(&npy(&genes.map(f64::from), &[3, 2], Order::C), 2).unwrap(),
+            parse(&npy(&[1.0, 3.0, 5.0, 2.0, 4.0, 6.0], &[3, 2], Order::Fortran), 2).unwrap(),
             genes
         );
-        assert_eq!(
-            from_npy(&npy(&[1.0, 3.0, 5.0, 2.0, 4.0, 6.0], &[3, 2], Order::Fortran), 2).unwrap(),
-            genes
-        );
-        assert_eq!(from_npy(&npy(&genes, &[6], Order::C), 6).unwrap(), genes);
+        assert_eq!(parse(&npy(&genes, &[6], Order::C), 6).unwrap(), genes);
     }
 
     #[test]
     fn npy_that_is_not_allowed_is_refused_with_its_place() {
-        let refusal = |bytes: &[u8]| from_npy(bytes, 2).unwrap_err();
+        let refusal = |bytes: &[u8]| parse(bytes, 2).unwrap_err();
         assert!(refusal(&npy(&[1.0_f32; 6], &[2, 3], Order::C)).contains("[2, 3]"));
         assert!(refusal(&npy(&[1_i32; 4], &[2, 2], Order::C)).contains("i4"));
         assert!(refusal(&npy(&[0.0, 1.0, 2.0, f32::NAN], &[2, 2], Order::C)).contains("row 2, gene 2: NaN"));
@@ -196,14 +121,14 @@ mod tests {
     fn damaged_npy_is_refused_whatever_is_wrong() {
         let good = npy(&[1.0_f32, 2.0, 3.0, 4.0], &[2, 2], Order::C);
         for length in 0..good.len() {
-            from_npy(&good[..length], 2).unwrap_err();
+            parse(&good[..length], 2).unwrap_err();
         }
         for place in 0..good.len() {
             for bit in 0..8 {
                 let mut bad = good.clone();
                 bad[place] ^= 1 << bit;
                 // Some flips change nothing but a number; none may panic.
-                let _ = from_npy(&bad, 2);
+                let _ = parse(&bad, 2);
             }
         }
         let mut deep = b"\x93NUMPY\x01\x00\xff\xff".to_vec();
@@ -212,23 +137,5 @@ mod tests {
         let mut huge = b"\x93NUMPY\x02\x00\xff\xff\xff\xff".to_vec();
         huge.extend(b"{'descr': '<f4'");
         assert!(!has_plain_header(&huge));
-    }
-
-    #[test]
-    fn csv_with_and_without_a_line_of_names() {
-        assert_eq!(from_csv(b"1, 2.5\n-3e-1,4\n", 2).unwrap(), [1.0, 2.5, -0.3, 4.0]);
-        assert_eq!(from_csv(b"a,b\r\n1,2\r\n", 2).unwrap(), [1.0, 2.0]);
-        assert_eq!(from_csv(b"", 2).unwrap().len(), 0);
-    }
-
-    #[test]
-    fn csv_that_is_not_allowed_is_refused_with_its_line() {
-        let refusal = |text: &str| from_csv(text.as_bytes(), 2).unwrap_err();
-        assert!(refusal("1,2\n1,2,3\n").contains("line 2: has 3 numbers"));
-        assert!(refusal("1,2\n\n1,x\n").contains("line 3, column 2: `x`"));
-        assert!(refusal("1,nan\n").contains("line 1, column 2: nan"));
-        assert!(refusal("1,1e39\n").contains("line 1, column 2: 1e39"));
-        assert!(refusal("a,b\nc,d\n").contains("line 2, column 1"));
-        from_csv(b"1,\xff\n", 2).unwrap_err();
     }
 }

@@ -1,0 +1,91 @@
+//! Genomes from files: `.npy`, `.csv` and `.json`.
+
+mod npy;
+
+use std::path::Path;
+
+use oneiro::batch::GREATEST_GENE;
+use oneiro::world::Controller;
+use serde::Deserialize;
+
+use crate::columns;
+use crate::evolve::Population;
+use crate::exit::{Failure, Result};
+use crate::files;
+
+/// Reads genomes of a controller:
+/// - `.npy`: float32 or float64, of the shape rows x genes, or genes alone for one genome;
+/// - `.csv`: a genome a line. A line of names may go before them; if it has the controller's [gene names](Controller::gene_names), the
+///   columns are found by them, and others beside them don't matter;
+/// - `.json`: one genome, as a run's `champion.json` has it.
+///
+/// # Errors
+/// Exit 3: there is no such file, no genome in it, another shape, or a gene that is no number or beyond
+/// [`GREATEST_GENE`]; with the file and the row, counted from 1.
+pub(crate) fn read(path: &Path, controller: Controller) -> Result<Population> {
+    let bytes = files::bytes(path)?;
+    let extension = path
+        .extension()
+        .and_then(|extension| extension.to_str())
+        .map(str::to_ascii_lowercase);
+    let genes = controller.genes();
+    let genomes = match extension.as_deref() {
+        Some("npy") => npy::parse(&bytes, genes),
+        Some("csv") => {
+            columns::read(&bytes, &controller.gene_names(), |gene, shown| checked(gene, &shown)).map(|(values, _)| values)
+        }
+        Some("json") => from_json(&bytes, genes),
+        _ => Err("the extension names no format; allowed: .npy, .csv, .json".to_owned()),
+    };
+    let values = genomes.map_err(|problem| Failure::input(format_args!("{}: {problem}", path.display())))?;
+    if values.is_empty() {
+        return Err(Failure::input(format_args!(
+            "{}: holds no genome; allowed: one or more rows",
+            path.display()
+        )));
+    }
+    Ok(Population::new(genes, values))
+}
+
+/// A gene, or why it can't be one; `shown` is how the file has it.
+fn checked(gene: f32, shown: &dyn std::fmt::Display) -> std::result::Result<f32, String> {
+    if gene.abs() <= GREATEST_GENE {
+        return Ok(gene);
+    }
+    Err(format!(
+        "{shown} is no gene; allowed: -{GREATEST_GENE} to {GREATEST_GENE}"
+    ))
+}
+
+/// The genome of a champion's file, or of another with such a list.
+fn from_json(bytes: &[u8], genes: usize) -> std::result::Result<Vec<f32>, String> {
+    #[derive(Deserialize)]
+    struct Champion {
+        genome: Vec<f32>,
+    }
+    let allowed = format!("allowed: an object with the key genome, a list of {genes} numbers, as champion.json is");
+    let Champion { genome } = serde_json::from_slice(bytes).map_err(|error| format!("{error}; {allowed}"))?;
+    if genome.len() != genes {
+        return Err(format!("genome: has {} numbers; {allowed}", genome.len()));
+    }
+    let place =
+        |(index, &gene): (usize, &f32)| checked(gene, &gene).map_err(|problem| format!("genome[{index}]: {problem}"));
+    genome.iter().enumerate().map(place).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_champions_file_has_one_genome() {
+        let good = br#"{"fitness": 3.5, "genome": [1.5, -2.0], "seed": 7}"#;
+        assert_eq!(from_json(good, 2).unwrap(), [1.5, -2.0]);
+        let refusal = |text: &str| from_json(text.as_bytes(), 2).unwrap_err();
+        assert!(refusal("{\n\"genome\": [1, true]}").contains("line 2 column"));
+        assert!(refusal("{}").contains("`genome`"));
+        assert!(refusal("[1, 2]").contains("allowed"));
+        assert!(refusal(r#"{"genome": [1, 2, 3]}"#).contains("has 3 numbers"));
+        assert!(refusal(r#"{"genome": [1, 2e6]}"#).contains("genome[1]: 2000000 is no gene"));
+    }
+}

@@ -1,0 +1,244 @@
+//! Measures of how a robot lived, from the trace of its life.
+//!
+//! The places of a life are where the robot's centre is at the beginning of each cycle, and at the end of the last.
+
+use std::collections::{BTreeSet, VecDeque};
+
+use oneiro::arena::Field;
+use oneiro::batch::Record;
+
+/// Cycles of a second.
+const CYCLES_A_SECOND: f64 = 10.0;
+/// Places that a robot is stuck in, if it goes less than [`STUCK`] from the first to the last of them: 9.9 s.
+pub(crate) const PLACES: usize = 100;
+/// mm
+const STUCK: f64 = 50.0;
+
+/// How a robot lived.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(crate) struct Measures {
+    /// Cycles that end in a collision.
+    pub(crate) collisions: u32,
+    /// Squares of 50 mm of the arena's field that the robot's centre is in at the beginning of a cycle.
+    pub(crate) cells: u32,
+    /// Length of the path from place to place, mm.
+    pub(crate) distance: f64,
+    /// `distance` over the time that it took, mm/s.
+    pub(crate) speed: f64,
+    /// Time stuck, s: of all stretches of [`PLACES`] successive places in which the robot goes less than 50 mm, each
+    /// moment counted once.
+    pub(crate) stuck: f64,
+}
+
+/// Takes the records of a life, one after the other. What it remembers does not grow with the life's length.
+#[derive(Debug)]
+pub(crate) struct Meter {
+    grid: Grid,
+    cycles: u32,
+    visited: BTreeSet<usize>,
+    collisions: u32,
+    distance: f64,
+    place: Option<Record>,
+    /// Lengths of the last moves from place to place.
+    moves: VecDeque<f64>,
+    /// Moves so far, and those of them that count as stuck.
+    moved: u32,
+    stuck: u32,
+    /// All moves before this one that can count have been counted.
+    counted: u32,
+}
+
+impl Meter {
+    /// Of a life of so many cycles. Records of later cycles count as places only: the first of them is where the life
+    /// ends.
+    pub(crate) fn new(field: Field, cycles: u32) -> Self {
+        Self {
+            grid: Grid::new(field),
+            cycles,
+            visited: BTreeSet::new(),
+            collisions: 0,
+            distance: 0.0,
+            place: None,
+            moves: VecDeque::with_capacity(PLACES),
+            moved: 0,
+            stuck: 0,
+            counted: 0,
+        }
+    }
+
+    /// Takes the record of the next cycle.
+    pub(crate) fn add(&mut self, record: &Record) {
+        if let Some(last) = self.place.replace(*record) {
+            let length = distance(&last, record);
+            self.distance += length;
+            self.moved += 1;
+            if self.moves.len() == PLACES - 1 {
+                self.moves.pop_front();
+            }
+            self.moves.push_back(length);
+            if self.moves.len() == PLACES - 1 && is_stuck(self.moves.iter().copied()) {
+                let first = self.counted.max(self.moved - self.moves.len() as u32);
+                self.stuck += self.moved - first;
+                self.counted = self.moved;
+            }
+            if self.moved >= self.cycles {
+                return;
+            }
+        }
+        self.visited.insert(self.grid.cell(record));
+        self.collisions += u32::from(record.collided > 0.0);
+    }
+
+    /// What the life amounted to.
+    pub(crate) fn finish(&self) -> Measures {
+        let seconds = |moves: u32| f64::from(moves) / CYCLES_A_SECOND;
+        Measures {
+            collisions: self.collisions,
+            cells: self.visited.len() as u32,
+            distance: self.distance,
+            speed: self.distance / seconds(self.moved.max(1)),
+            stuck: seconds(self.stuck),
+        }
+    }
+}
+
+/// Whether a robot that makes these moves is stuck.
+pub(crate) fn is_stuck(moves: impl Iterator<Item = f64>) -> bool {
+    moves.sum::<f64>() < STUCK
+}
+
+/// The distances from each place of a trace to the next, mm.
+pub(crate) fn moves(trace: &[Record]) -> impl Iterator<Item = f64> {
+    trace.windows(2).map(|pair| distance(&pair[0], &pair[1]))
+}
+
+/// The distance between two places, mm.
+pub(crate) fn distance(a: &Record, b: &Record) -> f64 {
+    let (x, y) = (f64::from(a.x - b.x), f64::from(a.y - b.y));
+    (x * x + y * y).sqrt()
+}
+
+/// The squares of 50 mm that cover a field, row by row from its lower left corner.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Grid {
+    field: Field,
+    pub(crate) columns: usize,
+    pub(crate) rows: usize,
+}
+
+impl Grid {
+    /// Length of a square's side, mm.
+    pub(crate) const SIZE: f32 = 50.0;
+
+    /// Of a field; the squares at its right and upper end may reach beyond it.
+    pub(crate) fn new(field: Field) -> Self {
+        Self {
+            field,
+            columns: (field.width / Self::SIZE).ceil() as usize,
+            rows: (field.height / Self::SIZE).ceil() as usize,
+        }
+    }
+
+    /// The square that a robot is in.
+    pub(crate) fn cell(&self, record: &Record) -> usize {
+        let index = |x: f32| (x / Self::SIZE).max(0.0) as usize;
+        let cell = index(record.y - self.field.y) * self.columns + index(record.x - self.field.x).min(self.columns - 1);
+        cell.min(self.columns * self.rows - 1)
+    }
+
+    /// The middle of a square.
+    pub(crate) fn middle(&self, cell: usize) -> [f32; 2] {
+        let middle = |index: usize| (index as f32 + 0.5) * Self::SIZE;
+        [
+            self.field.x + middle(cell % self.columns),
+            self.field.y + middle(cell / self.columns),
+        ]
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const FIELD: Field = Field {
+        x: 0.0,
+        y: 0.0,
+        width: 600.0,
+        height: 350.0,
+    };
+
+    /// The measures of a life whose places are given.
+    fn measured(places: &[[f32; 2]]) -> Measures {
+        let mut meter = Meter::new(FIELD, places.len() as u32 - 1);
+        for &[x, y] in places {
+            meter.add(&Record {
+                x,
+                y,
+                collided: f32::from(u8::from(x > 500.0)),
+                ..Record::default()
+            });
+        }
+        meter.finish()
+    }
+
+    #[test]
+    fn a_straight_drive() {
+        // 8 mm a cycle, from the first square into the eighth; the last place is in the ninth.
+        let places: Vec<[f32; 2]> = (0..=50_u8).map(|cycle| [f32::from(cycle) * 8.0, 10.0]).collect();
+        let measures = measured(&places);
+        assert_eq!((measures.collisions, measures.cells), (0, 8));
+        assert_eq!((measures.distance, measures.speed, measures.stuck), (400.0, 80.0, 0.0));
+    }
+
+    #[test]
+    fn collisions_are_cycles_and_the_end_is_none() {
+        let measures = measured(&[[501.0, 10.0], [501.0, 10.0], [400.0, 10.0], [501.0, 10.0]]);
+        assert_eq!((measures.collisions, measures.cells), (2, 2));
+    }
+
+    /// The robot drives for 20 s, stands for 30 s, and drives on for 10 s. It is stuck as long as it stands, and before and after as
+    /// long as less than 50 mm of its way is in some 100 places.
+    #[test]
+    fn time_stuck_counts_each_moment_once() {
+        let mut x = 0.0;
+        let mut places = vec![[x, 100.0]];
+        for cycle in 0..600 {
+            if !(200..500).contains(&cycle) {
+                x += 1.0;
+            }
+            places.push([x, 100.0]);
+        }
+        let stuck = measured(&places).stuck;
+        // 49 moves of 1 mm at either end.
+        assert_eq!(stuck, 30.0 + 2.0 * 4.9);
+        let still = vec![[10.0, 10.0]; 501];
+        assert_eq!(measured(&still).stuck, 50.0);
+        assert_eq!(
+            measured(&still[..99]).stuck,
+            0.0,
+            "nobody is stuck in less than 100 places"
+        );
+        assert_eq!(measured(&still[..100]).stuck, 9.9);
+    }
+
+    #[test]
+    fn squares_cover_the_field() {
+        let grid = Grid::new(FIELD);
+        assert_eq!((grid.columns, grid.rows), (12, 7));
+        for cell in 0..84 {
+            let [x, y] = grid.middle(cell);
+            let record = Record {
+                x,
+                y,
+                ..Record::default()
+            };
+            assert_eq!(grid.cell(&record), cell);
+        }
+        let beyond = Record {
+            x: 1e4,
+            y: 1e4,
+            ..Record::default()
+        };
+        assert_eq!(grid.cell(&beyond), 83);
+    }
+}

@@ -1,0 +1,321 @@
+//! Lives of given genomes in one experiment's world: evaluated in batches whose memory is bounded, however many lives
+//! there are, however long they are, and with or without their traces.
+//!
+//! | file | content |
+//! |---|---|
+//! | [`measures`] | how a robot lived, from its trace |
+//! | [`starts`] | places where lives start, from a file |
+
+pub(crate) mod measures;
+pub(crate) mod starts;
+
+use std::ops::Range;
+
+use oneiro::batch::{Batch, LANES, Outcome, Record, Rollout, TraceRequest, Worlds};
+use oneiro::evaluator::{Control, Evaluator};
+use oneiro::random::Key;
+use oneiro::world::World;
+
+use crate::evolve::Population;
+use crate::exit::Result;
+
+/// Groups of lanes that are evaluated at once: enough for any device, and a few hundred megabytes at most.
+const GROUPS: usize = 1 << 12;
+/// Records of traces that are held at once: 84 MB.
+const RECORDS: usize = 1 << 20;
+
+/// Some lives of each of some genomes.
+pub(crate) struct Lives<'a> {
+    /// The world of all lives, or a world for each of a genome's lives. They differ in nothing but the start.
+    pub(crate) worlds: &'a [World],
+    /// Who lives.
+    pub(crate) genomes: &'a Population,
+    /// Lives of each genome.
+    pub(crate) count: usize,
+    /// The keys of their random numbers.
+    pub(crate) keys: Keys,
+}
+
+/// Which random numbers lives have.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Keys {
+    pub(crate) seed: u64,
+    /// Keys of different numbers have nothing in common; those of evolution are below 2^32.
+    pub(crate) generation: u64,
+    /// Whether the lives of all genomes have the random numbers of the first genome's: common random numbers. Random
+    /// starts are then common, too.
+    pub(crate) common: bool,
+}
+
+impl Keys {
+    /// Of the lives that commands make from a seed.
+    pub(crate) fn of_seed(seed: u64) -> Self {
+        Self {
+            seed,
+            generation: 0,
+            common: false,
+        }
+    }
+
+    /// The key of a genome's life.
+    pub(crate) fn of(self, genome: usize, life: usize) -> Key {
+        let genome = if self.common { 0 } else { genome };
+        Key::rollout(self.seed, self.generation, genome as u64, life as u64)
+    }
+}
+
+/// Sees the traces of lives, piece by piece.
+pub(crate) trait Observer {
+    /// Takes the records of a life's next cycles; `first` is the first of them. Lives come in any order, the pieces of a
+    /// life in theirs.
+    fn observe(&mut self, life: LifeIndex, first: u32, records: &[Record]) -> Result;
+}
+
+/// Which of the lives it is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub(crate) struct LifeIndex {
+    pub(crate) genome: usize,
+    /// Its number among the genome's lives.
+    pub(crate) number: usize,
+}
+
+impl Lives<'_> {
+    /// Robot-steps of all of them.
+    pub(crate) fn steps(&self) -> u64 {
+        (self.genomes.len() * self.count) as u64 * u64::from(self.worlds[0].cycles())
+    }
+
+    /// The fitness of each life, genome by genome.
+    ///
+    /// # Errors
+    /// As the evaluator's.
+    pub(crate) fn fitness(&self, evaluator: &mut dyn Evaluator, control: &Control) -> Result<Vec<f32>> {
+        let mut all = vec![0.0; self.genomes.len() * self.count];
+        for chunk in self.chunks(GROUPS) {
+            let rollouts = self.rollouts(&chunk);
+            let batch = self.packed(&chunk)?.batch(&rollouts, None)?;
+            let Outcome { fitness, .. } = evaluator.evaluate(&batch, control)?;
+            for (life, fitness) in chunk.lives.zip(fitness) {
+                all[self.place(life)] = fitness;
+            }
+        }
+        Ok(all)
+    }
+
+    /// Shows all traces to an observer, with a record for each cycle.
+    ///
+    /// # Errors
+    /// As the evaluator's and the observer's.
+    pub(crate) fn traced(
+        &self,
+        evaluator: &mut dyn Evaluator,
+        control: &Control,
+        observer: &mut dyn Observer,
+    ) -> Result {
+        let cycles = self.worlds[0].cycles();
+        let groups = (RECORDS / LANES / cycles as usize).clamp(1, GROUPS);
+        let stretch = (RECORDS / LANES / groups) as u32;
+        for chunk in self.chunks(groups) {
+            let (rollouts, worlds) = (self.rollouts(&chunk), self.packed(&chunk)?);
+            let mut states = Vec::new();
+            for first in (0..cycles).step_by(stretch as usize) {
+                let end = first.saturating_add(stretch).min(cycles);
+                let batch: Batch = worlds.stretch(&rollouts, first..end, &states, Some(TraceRequest { every: 1 }))?;
+                let outcome = evaluator.evaluate(&batch, control)?;
+                for (life, records) in chunk.lives.clone().zip(&outcome.traces) {
+                    observer.observe(self.at(life), first, records)?;
+                }
+                states = outcome.states;
+            }
+        }
+        Ok(())
+    }
+
+    /// Lives are counted genome by genome where all have one world, else world by world, so that lives of one world
+    /// follow each other.
+    fn at(&self, index: usize) -> LifeIndex {
+        let (genomes, count) = (self.genomes.len(), self.count);
+        if self.worlds.len() == 1 {
+            LifeIndex {
+                genome: index / count,
+                number: index % count,
+            }
+        } else {
+            LifeIndex {
+                genome: index % genomes,
+                number: index / genomes,
+            }
+        }
+    }
+
+    /// Where a life's result stands, genome by genome.
+    fn place(&self, index: usize) -> usize {
+        let LifeIndex { genome, number } = self.at(index);
+        genome * self.count + number
+    }
+
+    /// All lives in chunks that fill so many groups of lanes at most.
+    fn chunks(&self, groups: usize) -> Vec<Chunk> {
+        let each = self.genomes.len() * self.count / self.worlds.len();
+        let groups_of_world = each.div_ceil(LANES);
+        if groups_of_world <= groups {
+            let worlds = groups / groups_of_world;
+            return (0..self.worlds.len())
+                .step_by(worlds)
+                .map(|first| {
+                    let end = (first + worlds).min(self.worlds.len());
+                    Chunk {
+                        worlds: first..end,
+                        lives: first * each..end * each,
+                    }
+                })
+                .collect();
+        }
+        (0..self.worlds.len())
+            .flat_map(|world| {
+                (0..each).step_by(groups * LANES).map(move |first| Chunk {
+                    worlds: world..world + 1,
+                    lives: world * each + first..world * each + (first + groups * LANES).min(each),
+                })
+            })
+            .collect()
+    }
+
+    fn packed(&self, chunk: &Chunk) -> Result<Worlds> {
+        Ok(Worlds::new(&self.worlds[chunk.worlds.clone()])?)
+    }
+
+    fn rollouts(&self, chunk: &Chunk) -> Vec<Rollout<'_>> {
+        let rollout = |index| {
+            let LifeIndex { genome, number } = self.at(index);
+            Rollout {
+                world: if self.worlds.len() == 1 {
+                    0
+                } else {
+                    number - chunk.worlds.start
+                },
+                genes: self.genomes.genome(genome),
+                key: self.keys.of(genome, number),
+            }
+        };
+        chunk.lives.clone().map(rollout).collect()
+    }
+}
+
+/// Lives that share a batch, and their worlds.
+#[derive(Clone, Debug, PartialEq)]
+struct Chunk {
+    worlds: Range<usize>,
+    lives: Range<usize>,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use oneiro::world::{Start, WorldSpec};
+
+    fn genomes(count: u16) -> Population {
+        Population::new(
+            18,
+            (0..count * 18).map(|gene| f32::from(gene % 37) / 18.0 - 1.0).collect(),
+        )
+    }
+
+    fn worlds(count: u8) -> Vec<World> {
+        let world = |index| {
+            let start = Start::At {
+                x: 60.0 + f32::from(index),
+                y: 60.0,
+                heading: 0.0,
+            };
+            World::new(WorldSpec {
+                cycles: 20,
+                start: if count == 1 { Start::Random } else { start },
+                ..WorldSpec::miglino1995()
+            })
+            .unwrap()
+        };
+        (0..count).map(world).collect()
+    }
+
+    const KEYS: Keys = Keys {
+        seed: 7,
+        generation: 0,
+        common: false,
+    };
+
+    /// Each life is in one chunk, in its own world, with its own genome and key, wherever chunks are cut.
+    #[test]
+    fn chunks_take_each_life_once() {
+        for (genome_count, world_count) in [(200, 1), (3, 1), (3, 5), (200, 3)] {
+            let (genomes, worlds) = (genomes(genome_count), worlds(world_count));
+            let lives = Lives {
+                worlds: &worlds,
+                genomes: &genomes,
+                count: if world_count == 1 { 2 } else { worlds.len() },
+                keys: KEYS,
+            };
+            for groups in [1, 2, 3, 100] {
+                let mut seen = vec![0; genomes.len() * lives.count];
+                for chunk in lives.chunks(groups) {
+                    let rollouts = lives.rollouts(&chunk);
+                    let batch = lives.packed(&chunk).unwrap().batch(&rollouts, None).unwrap();
+                    assert!(batch.groups() as usize <= groups);
+                    for (index, rollout) in chunk.lives.clone().zip(rollouts) {
+                        let LifeIndex { genome, number } = lives.at(index);
+                        seen[lives.place(index)] += 1;
+                        assert_eq!(rollout.genes, genomes.genome(genome));
+                        assert_eq!(rollout.key, Key::rollout(7, 0, genome as u64, number as u64));
+                        let world = &worlds[chunk.worlds.start + rollout.world];
+                        assert_eq!(world.spec().start, worlds[number % worlds.len()].spec().start);
+                    }
+                }
+                assert!(seen.iter().all(|times| *times == 1), "{groups} groups: {seen:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn common_random_numbers_are_the_first_genomes() {
+        let common = Keys { common: true, ..KEYS };
+        assert_eq!(common.of(5, 3), KEYS.of(0, 3));
+        assert_ne!(KEYS.of(5, 3), KEYS.of(0, 3));
+    }
+
+    /// Traces come whole, and fitness at their ends is fitness, also where lives are cut into stretches.
+    #[test]
+    fn traces_are_whole_however_they_are_cut() {
+        struct Seen(Vec<Vec<Record>>);
+        impl Observer for Seen {
+            fn observe(&mut self, life: LifeIndex, first: u32, records: &[Record]) -> Result {
+                let own = &mut self.0[life.genome * 2 + life.number];
+                assert_eq!(own.len(), first as usize);
+                own.extend(records);
+                Ok(())
+            }
+        }
+        let genomes = genomes(70);
+        for cycles in [20, 40_000] {
+            let world = World::new(WorldSpec {
+                cycles,
+                ..WorldSpec::miglino1995()
+            })
+            .unwrap();
+            let few = Population::new(18, genomes.values()[..18 * if cycles == 20 { 70 } else { 1 }].to_vec());
+            let lives = Lives {
+                worlds: &[world],
+                genomes: &few,
+                count: 2,
+                keys: KEYS,
+            };
+            let mut cpu = oneiro::cpu::Cpu::new(Some(2)).unwrap();
+            let fitness = lives.fitness(&mut cpu, &Control::new()).unwrap();
+            let mut seen = Seen(vec![Vec::new(); fitness.len()]);
+            lives.traced(&mut cpu, &Control::new(), &mut seen).unwrap();
+            for (fitness, trace) in fitness.iter().zip(&seen.0) {
+                assert_eq!(trace.len(), cycles as usize);
+                assert_eq!(trace.last().unwrap().fitness.to_bits(), fitness.to_bits());
+            }
+        }
+    }
+}

@@ -1,0 +1,445 @@
+//! What becomes of champions: evaluated again with measures and traces, from other starts, by every way to name them.
+
+use std::fs;
+
+use serde_json::Value;
+
+mod place;
+use place::Place;
+
+const SMALL: &str = "cycles = 300
+trials = 2
+noise.sensor = [0.0, 0.4]
+
+[evolution]
+population = 20
+parents = 4
+generations = 5
+";
+
+impl Place {
+    /// Finished runs of a small experiment, from the seeds 2 and 10, in `runs/`.
+    fn two_runs(&self) {
+        self.write("small.toml", SMALL);
+        for seed in ["2", "10"] {
+            let out = format!("runs/run-{seed}");
+            self.good(&[
+                "run",
+                "small.toml",
+                "--seed",
+                seed,
+                "--out",
+                &out,
+                "--backend",
+                "cpu",
+                "--quiet",
+            ]);
+        }
+    }
+
+    fn evaluate(&self, arguments: &[&str]) -> Vec<Value> {
+        let all = [&["evaluate"], arguments, &["--json", "--backend", "cpu", "--quiet"]].concat();
+        serde_json::from_str(&self.good(&all)).unwrap()
+    }
+}
+
+/// A table without a line of names, as cells.
+fn table(text: &str) -> (Vec<&str>, Vec<Vec<&str>>) {
+    let mut lines = text.lines().map(|line| line.split(',').collect());
+    (lines.next().unwrap(), lines.collect())
+}
+
+fn bits(rows: &[Value]) -> Vec<&str> {
+    rows.iter().map(|row| row["bits"].as_str().unwrap()).collect()
+}
+
+/// By its directory, its file of genes, its JSON, and as CSV with and without names, a champion is the same.
+#[test]
+fn a_champion_by_every_name() {
+    let place = Place::new("names");
+    place.two_runs();
+    let champion: Value = serde_json::from_str(&place.text("runs/run-2/champion.json")).unwrap();
+    let genome: Vec<String> = champion["genome"]
+        .as_array()
+        .unwrap()
+        .iter()
+        .map(ToString::to_string)
+        .collect();
+    place.write("plain.csv", format!("{}\n", genome.join(",")));
+    // By the names of their columns, in any order, others among them.
+    let checked: Value = serde_json::from_str(&place.good(&["check", "small.toml", "--json"])).unwrap();
+    let names = checked["gene_names"].as_array().unwrap().iter().map(|name| name.as_str().unwrap());
+    let mut columns: Vec<(&str, &str)> = names.zip(genome.iter().map(String::as_str)).collect();
+    columns.push(("note", "best"));
+    columns.reverse();
+    let (names, cells): (Vec<&str>, Vec<&str>) = columns.into_iter().unzip();
+    place.write("named.csv", format!("{}\n{}\n", names.join(","), cells.join(",")));
+    let here = place.evaluate(&["small.toml", "--genomes", "runs/run-2", "--trials", "5"]);
+    assert_eq!(here.len(), 5);
+    for name in ["runs/run-2/champion.npy", "runs/run-2/champion.json", "plain.csv", "named.csv"] {
+        let other = place.evaluate(&["small.toml", "--genomes", name, "--trials", "5"]);
+        assert_eq!(other, here, "{name}");
+    }
+    // The run's experiment is known, and its seed is none of the question.
+    assert_eq!(place.evaluate(&["--genomes", "runs/run-2", "--trials", "5"]), here);
+    let otherwise = ["--genomes", "runs/run-2", "--trials", "5", "--seed", "2"];
+    assert_ne!(place.evaluate(&otherwise), here);
+
+    // Several at once, in the order of their numbers; genomes have numbers of their own.
+    let both = place.evaluate(&["--genomes", "runs"]);
+    assert_eq!(both.len(), 4);
+    let sources: Vec<&str> = both
+        .iter()
+        .map(|row| row["source"].as_str().unwrap_or_default())
+        .collect();
+    assert_eq!(sources, ["runs/run-2", "runs/run-2", "runs/run-10", "runs/run-10"]);
+    assert_eq!(bits(&both)[..2], bits(&here)[..2]);
+
+    let last = place.evaluate(&["--genomes", "runs", "--population"]);
+    assert_eq!(last.len(), 2 * 20 * 2);
+    assert_eq!(last[41]["source"], "runs/run-10[0]");
+    let population = place.evaluate(&["small.toml", "--genomes", "runs/run-2/population.npy"]);
+    assert_eq!(bits(&population), bits(&last)[..40]);
+}
+
+/// With common starts a genome lives as it would as the first; without, every life is another.
+#[test]
+fn common_starts_are_the_first_genomes() {
+    let place = Place::new("common");
+    place.two_runs();
+    let both = ["--genomes", "runs/run-2", "runs/run-10", "--trials", "3"];
+    let own = place.evaluate(&both);
+    let common = place.evaluate(&[&both[..], &["--common-starts"]].concat());
+    let alone = place.evaluate(&["--genomes", "runs/run-10", "--trials", "3"]);
+    assert_eq!(bits(&common)[3..], bits(&alone));
+    assert_eq!(bits(&common)[..3], bits(&own)[..3]);
+    assert_ne!(bits(&common)[3..], bits(&own)[3..]);
+    place.good(
+        &[
+            &["evaluate"],
+            &both[..],
+            &["--common-starts", "--traces", "traces", "--quiet"],
+        ]
+        .concat(),
+    );
+    for trial in 0..3 {
+        let start = |genome: usize| {
+            let text = place.text(format!("traces/trace-{genome}-{trial}.csv"));
+            let first = text.lines().nth(1).unwrap();
+            first.split(',').take(4).map(str::to_owned).collect::<Vec<_>>()
+        };
+        assert_eq!(start(0), start(1));
+    }
+}
+
+/// Measures are what the traces say, fitness has the bits that it has without them, and a life starts where it is told to.
+#[test]
+fn measures_are_those_of_the_traces() {
+    let place = Place::new("measures");
+    place.two_runs();
+    place.write(
+        "starts.csv",
+        "x_mm,y_mm,heading_turns\n100,90,0.125\n\n500,250,0.75\n60,60,0\n",
+    );
+    let own = ["--genomes", "runs", "--starts", "starts.csv"];
+    let plain = place.evaluate(&own);
+    let measured = place.evaluate(&[&own[..], &["--measures", "--traces", "traces"]].concat());
+    assert_eq!(plain.len(), 6);
+    assert_eq!(bits(&measured), bits(&plain));
+    let mut stuck = 0.0;
+    for row in &measured {
+        let text = place.text(format!("traces/trace-{}-{}.csv", row["genome"], row["trial"]));
+        let (names, lines) = table(&text);
+        assert_eq!(lines.len(), 300);
+        let column = |name: &str| {
+            let index = names.iter().position(|own| *own == name).unwrap();
+            lines
+                .iter()
+                .map(|line| line[index].parse::<f64>().unwrap())
+                .collect::<Vec<_>>()
+        };
+        let (x, y) = (column("x_mm"), column("y_mm"));
+        let start = [[100.0, 90.0], [500.0, 250.0], [60.0, 60.0]][row["trial"].as_u64().unwrap() as usize];
+        assert_eq!([x[0], y[0]], start);
+        let fitness = column("fitness");
+        assert_eq!(Some(fitness[299]), row["fitness"].as_f64());
+        let collisions = column("collided").iter().filter(|collided| **collided > 0.0).count();
+        assert_eq!(row["collisions"].as_u64(), Some(collisions as u64));
+        let mut cells: Vec<_> = x
+            .iter()
+            .zip(&y)
+            .map(|(x, y)| ((x / 50.0) as u32, (y / 50.0) as u32))
+            .collect();
+        cells.sort_unstable();
+        cells.dedup();
+        assert_eq!(row["cells"].as_u64(), Some(cells.len() as u64));
+        let moves: Vec<f64> = (1..300).map(|i| (x[i] - x[i - 1]).hypot(y[i] - y[i - 1])).collect();
+        let distance = row["distance_mm"].as_f64().unwrap();
+        // The last cycle's move ends behind the trace; a cycle goes 8.2 mm at most.
+        let most = moves.iter().sum::<f64>() + 8.2;
+        assert!((most - 8.21..=most + 0.01).contains(&distance), "{distance} {most}");
+        let speed = row["mean_speed_mm_s"].as_f64().unwrap();
+        assert!((speed - distance / 30.0).abs() < 1e-3 * speed.max(1.0), "{speed}");
+        stuck += row["stuck_s"].as_f64().unwrap();
+        let still = row["collisions"] == 300;
+        assert!(!still || row["stuck_s"] == 30.0, "{row}");
+    }
+    assert!(stuck > 0.0, "someone of these beginners gets stuck");
+    // A trace is a list of starts, too.
+    let along = place.evaluate(&["--genomes", "runs/run-2", "--starts", "traces/trace-0-0.csv"]);
+    assert_eq!(along.len(), 300);
+}
+
+/// Without noise lives from one start are one life; with it they are not.
+#[test]
+fn noise_can_be_switched_off() {
+    let place = Place::new("noise");
+    place.two_runs();
+    place.write("starts.csv", "100,90,0.125\n".repeat(3));
+    let own = ["--genomes", "runs/run-2", "--starts", "starts.csv"];
+    let with = place.evaluate(&own);
+    let without = place.evaluate(&[&own[..], &["--noise", "off"]].concat());
+    assert_eq!(without[0]["bits"], without[1]["bits"]);
+    assert_ne!(with[0]["bits"], with[1]["bits"]);
+    let named = place.evaluate(&[&own[..], &["--set", "noise.sensor=[0.0,0.0]"]].concat());
+    assert_eq!(named, without);
+}
+
+#[test]
+fn what_does_not_fit_is_refused_with_its_place() {
+    let place = Place::new("refused");
+    place.two_runs();
+    place.write("hidden.toml", format!("controller.kind = \"hidden\"\n{SMALL}"));
+    place.good(&[
+        "run",
+        "hidden.toml",
+        "--seed",
+        "1",
+        "--out",
+        "hidden",
+        "--backend",
+        "cpu",
+        "--quiet",
+    ]);
+    fs::create_dir(place.at("empty")).unwrap();
+    place.write("wall.csv", "100,90,0\n3,3,0\n");
+    place.write("few.csv", "100,90\n");
+    place.write("turns.csv", "x_mm,heading_turns,y_mm\n100,1.5,90\n");
+    place.write("none.csv", "x_mm,y_mm,heading_turns\n");
+    place.write("some.csv", "left_90_to_left,bias_left\n0,0\n");
+    place.write("long.json", "{\"genome\": [1, 2,\n 3]}");
+    place.write("not.json", "{\"genome\":\n [1, \"2\"]}");
+    let runs = ["--genomes", "runs"];
+    for (code, arguments, words) in [
+        (
+            3,
+            &["--genomes", "hidden", "runs"][..],
+            &["hidden", "run-2", "one experiment", "before --genomes"][..],
+        ),
+        (
+            3,
+            &["small.toml", "--genomes", "hidden"],
+            &["hidden", "46 genes", "allowed: 18"],
+        ),
+        (3, &["--genomes", "empty"], &["empty", "allowed"]),
+        (
+            2,
+            &["--genomes", "runs/run-2/champion.npy"],
+            &["champion.npy", "before --genomes"],
+        ),
+        (
+            2,
+            &["--genomes", "runs", "--starts", "wall.csv", "--trials", "2"],
+            &["--trials"],
+        ),
+        (2, &["--genomes", "runs", "--noise", "maybe"], &["on", "off"]),
+        (
+            2,
+            &["--genomes", "runs", "--measures", "--out", "a.npy"],
+            &["--measures", ".csv"],
+        ),
+        (
+            3,
+            &[runs[0], runs[1], "--starts", "wall.csv"],
+            &["wall.csv: line 2: start", "allowed"],
+        ),
+        (
+            3,
+            &[runs[0], runs[1], "--starts", "few.csv"],
+            &["few.csv: line 1", "2 numbers", "allowed: 3"],
+        ),
+        (
+            3,
+            &[runs[0], runs[1], "--starts", "turns.csv"],
+            &["turns.csv: line 2: start.heading", "1.5", "allowed"],
+        ),
+        (
+            3,
+            &[runs[0], runs[1], "--starts", "none.csv"],
+            &["none.csv", "x_mm, y_mm, heading_turns"],
+        ),
+        (
+            3,
+            &["small.toml", "--genomes", "some.csv"],
+            &["some.csv: line 1", "none is called left_45_to_left", "allowed"],
+        ),
+        (
+            3,
+            &["small.toml", "--genomes", "long.json"],
+            &["long.json", "3 numbers", "18"],
+        ),
+        (
+            3,
+            &["small.toml", "--genomes", "not.json"],
+            &["not.json", "line 2 column", "allowed"],
+        ),
+        (
+            3,
+            &["small.toml", "--genomes", "small.toml"],
+            &["small.toml", "allowed: .npy, .csv, .json"],
+        ),
+        (
+            3,
+            &[runs[0], runs[1], "--traces", "runs"],
+            &["runs", "nothing is overwritten"],
+        ),
+    ] {
+        place.run(&[&["evaluate"], arguments].concat()).exits(code).says(words);
+    }
+    assert!(!place.at("a.npy").exists());
+}
+
+/// Where a directory is named and a file is wanted, the error says which file.
+#[test]
+fn directories_in_place_of_files_are_refused_with_what_to_name() {
+    let place = Place::new("directories");
+    place.two_runs();
+    fs::create_dir(place.at("experiments")).unwrap();
+    place.write("experiments/mine.toml", SMALL);
+    place.write("experiments/table.sam", "");
+    place.write("init.toml", format!("{SMALL}init = \"runs/run-2\"\n"));
+    place.write("tables.toml", format!("robot.tables = [\"experiments\"]\n{SMALL}"));
+    place.write("starts.csv", "100,90,0\n");
+    for (arguments, words) in [
+        (
+            &["check", "runs/run-2"][..],
+            &["runs/run-2: is a directory", "runs/run-2/config.toml"][..],
+        ),
+        (&["run", "experiments"], &["experiments/mine.toml"]),
+        (&["run", "runs/run-10", "--out", "x"], &["runs/run-10/config.toml"]),
+        (
+            &["evaluate", "runs/run-2", "--genomes", "runs/run-2"],
+            &["runs/run-2/config.toml"],
+        ),
+        (
+            &["evaluate", "--genomes", "runs", "--starts", "experiments"],
+            &["experiments: is a directory"],
+        ),
+        (
+            &["check", "init.toml"],
+            &["init.toml:9", "evolution.init", "runs/run-2/champion.npy"],
+        ),
+        (&["check", "tables.toml"], &["tables.toml:1", "experiments/table.sam"]),
+        (&["tables", "show", "experiments"], &["experiments/table.sam"]),
+        (
+            &["tables", "convert", "experiments", "a.sam"],
+            &["experiments/table.sam"],
+        ),
+        (&["sweep", "plan", "experiments"], &["experiments/mine.toml"]),
+        (&["list", "small.toml"], &["small.toml: is a file", "allowed"]),
+        (&["replay", "small.toml"], &["small.toml: is no run's directory"]),
+    ] {
+        place.run(arguments).exits(3).says(words);
+    }
+}
+
+/// A champion from another start, or with other random numbers: as `evaluate` has it, and compared with nothing.
+#[test]
+fn a_champion_lives_elsewhere() {
+    let place = Place::new("elsewhere");
+    place.two_runs();
+    place.write("starts.csv", "100,90,0.125\n");
+    let replay = |more: &[&str]| -> Value {
+        let all = [
+            &["replay", "runs/run-2", "--json", "--backend", "cpu", "--out", "again"],
+            more,
+        ]
+        .concat();
+        serde_json::from_str(&place.good(&all)).unwrap()
+    };
+    let recorded = replay(&[]);
+    assert_eq!(recorded["compared"], true);
+    let other = replay(&["--seed", "5"]);
+    assert_eq!(other["compared"], false);
+    assert_ne!(other["bits"], recorded["bits"]);
+    let lives = place.evaluate(&["--genomes", "runs/run-2", "--seed", "5"]);
+    let [one, two] = [0, 1].map(|trial: usize| lives[trial]["fitness"].as_f64().unwrap() as f32);
+    let mean = f64::from(one).midpoint(f64::from(two)) as f32;
+    assert_eq!(other["bits"], format!("{:08x}", mean.to_bits()));
+
+    let moved = replay(&["--start", "100,90,0.125"]);
+    assert_eq!(moved["compared"], false);
+    let trace = place.text("again/replay.csv");
+    assert!(trace.lines().nth(1).unwrap().starts_with("0,100,90,0.125,"), "{trace}");
+    let both = replay(&["--start", "100,90,0.125", "--seed", "5", "--trial", "1"]);
+    assert_ne!(both["bits"], moved["bits"]);
+    let words = place.good(&["replay", "runs/run-2", "--seed", "5", "--out", "again"]);
+    assert!(words.contains("not compared"), "{words}");
+    place
+        .run(&["replay", "runs/run-2", "--start", "3,3,0"])
+        .exits(3)
+        .says(&["--start 3,3,0", "allowed"]);
+    place
+        .run(&["replay", "runs/run-2", "--start", "3,3"])
+        .exits(2)
+        .says(&["allowed"]);
+}
+
+/// Runs are listed, verified, audited and resumed in the order of their numbers.
+#[test]
+fn runs_are_in_the_order_of_their_numbers() {
+    let place = Place::new("order");
+    place.two_runs();
+    let ordered = |text: &str| {
+        let places = ["run-2", "run-10"].map(|name| text.find(name).unwrap_or_else(|| panic!("{text}")));
+        assert!(places[0] < places[1], "{text}");
+    };
+    for command in ["list", "verify", "audit", "resume"] {
+        ordered(&place.good(&[command, "runs"]));
+        ordered(&place.good(&[command, "runs", "--json"]));
+    }
+    ordered(&place.good(&["evaluate", "--genomes", "runs"]));
+}
+
+/// What drivers say by themselves, such as Mesa without a desktop, does not reach the user.
+#[cfg(feature = "gpu")]
+#[test]
+fn drivers_are_quiet_without_a_desktop() {
+    let place = Place::new("drivers");
+    place.write("small.toml", SMALL);
+    for arguments in [
+        &["devices"][..],
+        &[
+            "run",
+            "small.toml",
+            "--seed",
+            "1",
+            "--out",
+            "run",
+            "--quiet",
+            "--backend",
+            "gpu:0",
+        ],
+        &["audit", "run", "--quiet", "--backend", "gpu:0"],
+    ] {
+        let output = place
+            .command(arguments)
+            .env_remove("XDG_RUNTIME_DIR")
+            .env_remove("WAYLAND_DISPLAY")
+            .env_remove("DISPLAY")
+            .output()
+            .unwrap();
+        let ran = place::Ran::new(arguments, &output).exits(0);
+        assert_eq!(ran.stderr, "", "oneiro {}", ran.arguments);
+    }
+}
