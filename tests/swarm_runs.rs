@@ -3,6 +3,11 @@
 
 use std::fs;
 use std::path::Path;
+use std::process::Stdio;
+use std::thread;
+use std::time::Duration;
+
+use serde_json::Value;
 
 mod place;
 use place::Place;
@@ -93,6 +98,63 @@ fn runs_that_were_stopped_are_done_again_and_changed_ones_are_found_out() {
         .run(&["audit", "runs/seed-1", "--backend", "cpu"])
         .exits(1)
         .says(&["intervals.csv is not what this device computes"]);
+}
+
+/// A killed swarm continues from its last checkpoint, and ends as if nothing had been.
+#[test]
+fn a_killed_swarm_continues_from_its_checkpoint() {
+    let place = Place::new("killed");
+    let file = experiment("over-then-opposite");
+    let minutes = ["--set", "swarm.minutes=120", "--seed", "7", "--backend", "cpu"];
+    let run = |out| [&["run", &file, "--out", out][..], &minutes].concat();
+    place.good(&run("whole"));
+    let mut child = place
+        .command(&run("killed"))
+        .stdout(Stdio::null())
+        .stderr(Stdio::null())
+        .spawn()
+        .unwrap();
+    while !place.at("killed/checkpoint-20").exists() && child.try_wait().unwrap().is_none() {
+        thread::sleep(Duration::from_millis(1));
+    }
+    child.kill().unwrap();
+    child.wait().unwrap();
+    assert!(
+        !place.at("killed/DONE").exists(),
+        "the run was too short to be killed"
+    );
+    place.good(&["resume", "killed", "--backend", "cpu"]);
+    for name in ["intervals.csv", "food.csv", "DONE"] {
+        assert!(place.read(format!("whole/{name}")) == place.read(format!("killed/{name}")), "{name}");
+    }
+    let meta: Value = serde_json::from_str(&place.text("killed/meta.json")).unwrap();
+    let from = meta["sessions"][1]["from_generation"].as_u64().unwrap();
+    assert!(from >= 10, "it began again at minute {from}");
+}
+
+/// Runs of several kinds in one directory: resumed together, and each command prints one JSON document.
+#[test]
+fn kinds_of_runs_may_share_a_directory() {
+    let place = Place::new("mixed");
+    let file = experiment("over");
+    let swarm = ["--set", "swarm.minutes=3", "--seed", "1", "--backend", "cpu"];
+    place.good(&[&["run", &file, "--out", "runs/swarm"][..], &swarm].concat());
+    place.write("single.toml", "cycles = 20\n[evolution]\npopulation = 8\nparents = 2\ngenerations = 3\n");
+    place.good(&["run", "single.toml", "--seed", "1", "--out", "runs/single"]);
+    let done = [place.read("runs/single/DONE"), place.read("runs/swarm/DONE")];
+    for name in ["single", "swarm"] {
+        fs::remove_file(place.at(format!("runs/{name}/DONE"))).unwrap();
+    }
+    let document = |arguments: &[&str]| -> Value { serde_json::from_str(&place.good(arguments)).unwrap() };
+    let resumed = document(&["resume", "runs", "--backend", "cpu", "--json"]);
+    assert_eq!(resumed[0]["directory"], "runs/single");
+    assert!(resumed[0]["fitness"].is_number() && resumed[1]["brought"].is_number());
+    assert_eq!(done, [place.read("runs/single/DONE"), place.read("runs/swarm/DONE")]);
+    let audited = document(&["audit", "runs", "--backend", "cpu", "--json"]);
+    assert_eq!(audited["runs"].as_array().unwrap().len(), 2);
+    for command in ["list", "verify"] {
+        assert_eq!(document(&[command, "runs", "--json"]).as_array().unwrap().len(), 2);
+    }
 }
 
 #[test]

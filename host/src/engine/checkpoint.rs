@@ -21,11 +21,7 @@ pub(crate) fn words(problem: &Problem, owner: &str) -> String {
     match problem {
         Problem::Damaged => problem.to_string(),
         Problem::Owner => format!("belongs to another {owner}"),
-        Problem::Other(_) => format!(
-            "was written by another version of oneiro, not by {}; finish with the version that began it, or begin anew \
-             in another directory",
-            env!("CARGO_PKG_VERSION")
-        ),
+        Problem::Other(_) => "was written by another version of oneiro".into(),
     }
 }
 

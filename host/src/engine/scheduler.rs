@@ -62,7 +62,9 @@ pub(crate) trait Runs {
     ///
     /// # Errors
     /// As [`Runs::record`].
-    fn pause(&mut self, under_way: &UnderWay<'_, Self::Job>) -> Result;
+    fn pause(&mut self, _under_way: &UnderWay<'_, Self::Job>) -> Result {
+        Ok(())
+    }
 
     /// Called at the end with the jobs that are still under way: none when all runs are finished, all that had begun when
     /// the user or the device ended the work. They are to be saved.
@@ -92,10 +94,6 @@ impl<J: Job> Runs for InMemory<J> {
 
     fn finish(&mut self, run: RunNumber, job: J) -> Result {
         self.0[run] = Some(job);
-        Ok(())
-    }
-
-    fn pause(&mut self, _: &UnderWay<'_, J>) -> Result {
         Ok(())
     }
 
@@ -565,9 +563,11 @@ impl<R: Runs> Scheduler<'_, R> {
 
     /// Records all steps that jobs took; the device has its next batch by now.
     fn record(&mut self, watch: &mut dyn Watch) -> Result {
+        let mut has_advanced = false;
         let groups = self.groups.iter_mut().flat_map(|group| &mut group.entries);
         for entry in groups.chain(&mut self.ready).chain(&mut self.finished) {
             if let Some(step) = entry.step.take() {
+                has_advanced = true;
                 let progress = step.progress;
                 self.runs.record(entry.run, &entry.job, step)?;
                 if let Some(progress) = progress {
@@ -578,8 +578,11 @@ impl<R: Runs> Scheduler<'_, R> {
         for entry in self.finished.drain(..) {
             self.runs.finish(entry.run, entry.job)?;
         }
-        let under_way = listed(&self.groups, &self.ready);
-        self.runs.pause(&under_way)
+        if has_advanced {
+            let under_way = listed(&self.groups, &self.ready);
+            self.runs.pause(&under_way)?;
+        }
+        Ok(())
     }
 
     fn end(&mut self) -> Result {

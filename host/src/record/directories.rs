@@ -63,15 +63,11 @@ impl Directories {
 
     /// All runs, as the engine takes them.
     pub(crate) fn waiting(&self) -> Vec<Waiting> {
-        let kernel = |place: &RunPlace| place.experiment().kernel();
-        self.places
-            .iter()
-            .enumerate()
-            .map(|(run, place)| Waiting {
-                run,
-                kernel: kernel(place),
-            })
-            .collect()
+        let waiting = |(run, place): (RunNumber, &RunPlace)| Waiting {
+            run,
+            kernel: place.experiment().kernel(),
+        };
+        self.places.iter().enumerate().map(waiting).collect()
     }
 
     /// Robot-steps of all runs, from their beginnings.
@@ -126,10 +122,6 @@ impl Runs for Directories {
         let directory = recorder.directory().to_owned();
         self.done.push((directory, done));
         self.under_way.remove(&run);
-        Ok(())
-    }
-
-    fn pause(&mut self, _: &UnderWay<'_, Box<dyn Job>>) -> Result {
         Ok(())
     }
 

@@ -159,12 +159,17 @@ impl Recorder {
             let (recorder, job) = Self::begin(directory, lock, experiment, seed, session)?;
             return Ok((recorder, job, problems));
         }
-        let all = format!("no checkpoint of this run is good: {}", problems.join("; "));
-        Err(if is_other_version {
-            Failure::input(all)
-        } else {
-            Failure::corrupt(all)
-        })
+        if is_other_version {
+            return Err(Failure::input(format_args!(
+                "{}: its checkpoints were written by another version of oneiro; allowed: finish it with that version, or \
+                 begin anew in another directory",
+                directory.display()
+            )));
+        }
+        Err(Failure::corrupt(format_args!(
+            "no checkpoint of this run is good: {}",
+            problems.join("; ")
+        )))
     }
 
     /// Begins with the first step.
