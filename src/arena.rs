@@ -6,7 +6,7 @@ use crate::exact::cosine;
 
 /// Walls, round obstacles and blocks, and the field that random starts are drawn from. Lengths in mm, x to the right
 /// and y up.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct Arena {
     /// What reports call it.
     pub name: String,
@@ -21,7 +21,7 @@ pub struct Arena {
 }
 
 /// A rectangle, mm.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Field {
     /// Left edge.
     pub x: f32,

@@ -87,15 +87,20 @@ pub trait Field {
     }
 }
 
+/// Each word of a choice, the value that it stands for, and what it means.
+pub type Choices<C> = &'static [(&'static str, C, &'static str)];
+
 /// A choice between words.
 pub trait Choice: Clone + 'static {
-    /// Each word, the value that it stands for, and what it means.
-    const CHOICES: &'static [(&'static str, Self, &'static str)];
+    /// The words, in the order in which they are listed.
+    const CHOICES: Choices<Self>;
 
     /// The word of a value.
     fn word(&self) -> &'static str {
         let own = std::mem::discriminant(self);
-        let found = Self::CHOICES.iter().find(|(_, value, _)| std::mem::discriminant(value) == own);
+        let found = Self::CHOICES
+            .iter()
+            .find(|(_, value, _)| std::mem::discriminant(value) == own);
         found.map_or("", |(word, ..)| word)
     }
 }
@@ -185,23 +190,39 @@ impl Datum {
     }
 }
 
-field!(bool, "true or false", |datum| matches!(datum, Datum::Flag(_)).then(|| *datum == Datum::Flag(true)), |own| {
-    Datum::Flag(*own)
-});
+field!(
+    bool,
+    "true or false",
+    |datum| matches!(datum, Datum::Flag(_)).then(|| *datum == Datum::Flag(true)),
+    |own| { Datum::Flag(*own) }
+);
 field!(u32, "a whole number", Datum::whole, |own| Datum::Whole((*own).into()));
 field!(u64, "a whole number", Datum::whole, |own| Datum::Whole((*own).into()));
-field!(f32, "a number", |datum| datum.number().map(|number| number as f32), |own| {
-    Datum::Single(*own)
-});
+field!(
+    f32,
+    "a number",
+    |datum| datum.number().map(|number| number as f32),
+    |own| { Datum::Single(*own) }
+);
 field!(f64, "a number", Datum::number, |own| Datum::Double(*own));
-field!(String, "text", |datum| datum.word().cloned(), |own| Datum::Word(own.clone()));
-field!([f32; 2], "two numbers", |datum| Some(datum.pair()?.map(|number| number as f32)), |own| {
-    Datum::List(own.map(Datum::Single).into())
-});
-field!([f64; 2], "two numbers", Datum::pair, |own| Datum::List(own.map(Datum::Double).into()));
-field!((f32, f32), "two numbers", |datum| Some(datum.pair()?.map(|number| number as f32).into()), |own| {
-    Datum::List(vec![Datum::Single(own.0), Datum::Single(own.1)])
-});
+field!(String, "text", |datum| datum.word().cloned(), |own| Datum::Word(
+    own.clone()
+));
+field!(
+    [f32; 2],
+    "two numbers",
+    |datum| Some(datum.pair()?.map(|number| number as f32)),
+    |own| { Datum::List(own.map(Datum::Single).into()) }
+);
+field!([f64; 2], "two numbers", Datum::pair, |own| Datum::List(
+    own.map(Datum::Double).into()
+));
+field!(
+    (f32, f32),
+    "two numbers",
+    |datum| Some(datum.pair()?.map(|number| number as f32).into()),
+    |own| { Datum::List(vec![Datum::Single(own.0), Datum::Single(own.1)]) }
+);
 
 impl<F: Field + Default> Field for Option<F> {
     fn get(&self) -> Option<Datum> {
@@ -229,7 +250,9 @@ impl<F: Field + Default> Field for Option<F> {
 /// Texts by names; none is not written.
 impl Field for BTreeMap<String, String> {
     fn get(&self) -> Option<Datum> {
-        let texts = self.iter().map(|(name, text)| (name.clone(), Datum::Word(text.clone())));
+        let texts = self
+            .iter()
+            .map(|(name, text)| (name.clone(), Datum::Word(text.clone())));
         (!self.is_empty()).then(|| Datum::Table(texts.collect()))
     }
 
@@ -237,7 +260,9 @@ impl Field for BTreeMap<String, String> {
         let Datum::Table(table) = datum else {
             return false;
         };
-        let texts = table.iter().map(|(name, text)| Some((name.clone(), text.word()?.clone())));
+        let texts = table
+            .iter()
+            .map(|(name, text)| Some((name.clone(), text.word()?.clone())));
         let texts: Option<Self> = texts.collect();
         let is_set = texts.is_some();
         *self = texts.unwrap_or_default();
@@ -309,9 +334,7 @@ impl Allowed {
             (Self::Whole(least, greatest), Datum::Whole(number)) => {
                 (i128::from(least)..=i128::from(greatest)).contains(number)
             }
-            (Self::Number(least, greatest), Datum::Single(number)) => {
-                (least as f32..=greatest as f32).contains(number)
-            }
+            (Self::Number(least, greatest), Datum::Single(number)) => (least as f32..=greatest as f32).contains(number),
             (Self::Number(least, greatest), Datum::Double(number)) => (least..=greatest).contains(number),
             (Self::Turns, Datum::Single(number)) => (0.0..1.0).contains(number),
             _ => true,

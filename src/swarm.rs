@@ -123,7 +123,7 @@ pub struct Swarm {
 #[rustfmt::skip]
 pub fn parameters<T: AsMut<Swarm>>() -> Vec<Parameter<T>> {
     vec![
-        row("robots", "", Whole(1, GREATEST_ROBOTS as u64), "paper",
+        row("robots", "", Whole(1, GREATEST_ROBOTS.into()), "paper",
             "Robots.", |own, _| Some(&mut own.as_mut().robots)),
         row("robot.individuals", "", Whole(0, i64::MAX as u64), "ours: the seed of how robots differ",
             "The seed from which the differences between robots are drawn.", |own, _| Some(&mut own.as_mut().individuals)),

@@ -12,14 +12,21 @@ use std::sync::{Arc, LazyLock};
 
 pub use sam::Format;
 
-use crate::parameter::Choice;
+use crate::parameter::{Choice, Choices};
 
 /// Proximity sensors of a robot.
 pub const SENSORS: usize = 8;
 
 /// What each of them is called: where it looks, and degrees from the heading.
 pub const SENSOR_NAMES: [&str; SENSORS] = [
-    "left_90", "left_45", "left_10", "right_10", "right_45", "right_90", "back_right", "back_left",
+    "left_90",
+    "left_45",
+    "left_10",
+    "right_10",
+    "right_45",
+    "right_90",
+    "back_right",
+    "back_left",
 ];
 
 /// The greatest reading of a sensor: ten bits.
@@ -299,7 +306,7 @@ pub enum MotorStates {
 }
 
 impl Choice for MotorStates {
-    const CHOICES: &'static [(&'static str, Self, &'static str)] = &[
+    const CHOICES: Choices<Self> = &[
         (
             "symmetric",
             Self::Symmetric20,

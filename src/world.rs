@@ -114,7 +114,9 @@ impl Controller {
             Self::Hidden { units } => {
                 let unit = |unit: u32| {
                     let weights = OUTPUTS.map(|to| format!("unit_{unit}_to_{to}"));
-                    inputs(&SENSOR_NAMES, &format!("unit_{unit}")).into_iter().chain(weights)
+                    inputs(&SENSOR_NAMES, &format!("unit_{unit}"))
+                        .into_iter()
+                        .chain(weights)
                 };
                 let biases = OUTPUTS.map(|to| format!("bias_{to}"));
                 (0..units).flat_map(unit).chain(biases).collect()

@@ -54,10 +54,19 @@ fn genes_have_names() {
         assert_eq!(distinct.len(), names.len(), "{names:?}");
     }
     let [perceptron, hidden, recurrent] = controllers.map(Controller::gene_names);
-    assert_eq!([&perceptron[0], &perceptron[8], &perceptron[16]], ["left_90_to_left", "bias_left", "back_left_to_right"]);
-    assert_eq!([&hidden[11], &hidden[19], &hidden[21]], ["left_90_to_unit_1", "bias_unit_1", "unit_1_to_right"]);
+    assert_eq!(
+        [&perceptron[0], &perceptron[8], &perceptron[16]],
+        ["left_90_to_left", "bias_left", "back_left_to_right"]
+    );
+    assert_eq!(
+        [&hidden[11], &hidden[19], &hidden[21]],
+        ["left_90_to_unit_1", "bias_unit_1", "unit_1_to_right"]
+    );
     assert_eq!([&hidden[33], &hidden[34]], ["bias_left", "bias_right"]);
-    assert_eq!([&recurrent[8], &recurrent[20]], ["previous_left_to_left", "previous_right_to_right"]);
+    assert_eq!(
+        [&recurrent[8], &recurrent[20]],
+        ["previous_left_to_left", "previous_right_to_right"]
+    );
 }
 
 #[test]
@@ -158,7 +167,9 @@ fn what_is_not_allowed_is_refused_by_name() {
             spec.controller = Controller::Hidden { units: 33 };
         }),
         ("robot.body_radius_mm", "is 0;", |spec| spec.robot.body_radius = 0.0),
-        ("robot.body_radius_mm", "is NaN;", |spec| spec.robot.body_radius = f32::NAN),
+        ("robot.body_radius_mm", "is NaN;", |spec| {
+            spec.robot.body_radius = f32::NAN;
+        }),
         ("robot.body_radius_mm", "is inf;", |spec| {
             spec.robot.body_radius = f32::INFINITY;
         }),

@@ -4,16 +4,16 @@ use std::sync::LazyLock;
 
 use super::{Activation, Controller, Difference, Speed, Start, Task, WorldSpec};
 use crate::parameter::Allowed::{Any, Number, Text, Turns, Whole};
-use crate::parameter::{Choice, Parameter, row};
+use crate::parameter::{Allowed, Choice, Choices, Parameter, row};
 
 /// Coordinates, mm: beyond 100 m single precision is too coarse for a robot's steps.
-pub const COORDINATE: crate::parameter::Allowed = Number(-1e5, 1e5);
+pub const COORDINATE: Allowed = Number(-1e5, 1e5);
 /// Lengths of bodies, arenas and blocks, mm.
-pub const LENGTH: crate::parameter::Allowed = Number(1.0, 1e5);
+pub const LENGTH: Allowed = Number(1.0, 1e5);
 
 const PAPER: &str = "paper";
 const OURS: &str = "ours";
-const CLASS: crate::parameter::Allowed = Text("a class of the sensor tables");
+const CLASS: Allowed = Text("a class of the sensor tables");
 
 /// The rows of everything but tables and the size of the arena, which an experiment names in words of its own.
 #[rustfmt::skip]
@@ -103,7 +103,7 @@ impl AsMut<Self> for WorldSpec {
 }
 
 impl Choice for Controller {
-    const CHOICES: &'static [(&'static str, Self, &'static str)] = &[
+    const CHOICES: Choices<Self> = &[
         ("perceptron", Self::Perceptron, "8 inputs, 2 logistic outputs: 18 genes"),
         (
             "hidden",
@@ -119,7 +119,7 @@ impl Choice for Controller {
 }
 
 impl Choice for Task {
-    const CHOICES: &'static [(&'static str, Self, &'static str)] = &[(
+    const CHOICES: Choices<Self> = &[(
         "avoidance",
         Self::AVOIDANCE,
         "equation 1 of the paper: the sum over a life's cycles of V (1 - sqrt(DV)) (1 - I)",
@@ -127,7 +127,7 @@ impl Choice for Task {
 }
 
 impl Choice for Speed {
-    const CHOICES: &'static [(&'static str, Self, &'static str)] = &[
+    const CHOICES: Choices<Self> = &[
         (
             "unsigned",
             Self::Unsigned,
@@ -138,14 +138,14 @@ impl Choice for Speed {
 }
 
 impl Choice for Difference {
-    const CHOICES: &'static [(&'static str, Self, &'static str)] = &[
+    const CHOICES: Choices<Self> = &[
         ("root", Self::Root, "1 - sqrt(DV)"),
         ("square", Self::Square, "1 - DV^2"),
     ];
 }
 
 impl Choice for Activation {
-    const CHOICES: &'static [(&'static str, Self, &'static str)] = &[
+    const CHOICES: Choices<Self> = &[
         ("real", Self::Real, "the greatest activation without the added noise"),
         ("perceived", Self::Perceived, "the greatest activation with its noise"),
         ("none", Self::None, "no term for it"),
@@ -153,7 +153,7 @@ impl Choice for Activation {
 }
 
 impl Choice for Start {
-    const CHOICES: &'static [(&'static str, Self, &'static str)] = &[
+    const CHOICES: Choices<Self> = &[
         ("random", Self::Random, "a free pose for each life"),
         (
             "at",

@@ -24,13 +24,19 @@ pub(crate) fn run(arguments: &Keys, console: Console) -> Result {
         return console.json_data(&json!({ "single": single, "swarm": swarm }));
     }
     let mut text = String::new();
-    for (title, entries) in [("Experiments with single robots", single), ("Experiments with swarms", swarm)] {
+    for (title, entries) in [
+        ("Experiments with single robots", single),
+        ("Experiments with swarms", swarm),
+    ] {
         if !entries.is_empty() {
-            text += &format!("{title}\n");
+            text.extend([title, "\n"]);
         }
         for entry in entries {
-            let default = entry.default.as_ref().map_or_else(String::new, |default| format!(" = {default}"));
-            text += &format!("  {}{default}\n      {}\n", entry.key, entry.words());
+            let default = entry
+                .default
+                .as_ref()
+                .map_or_else(String::new, |default| format!(" = {default}"));
+            text.extend(["  ", entry.key, &default, "\n      ", &entry.words(), "\n"]);
         }
     }
     console.data(text.trim_end())

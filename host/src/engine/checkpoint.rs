@@ -36,7 +36,10 @@ pub(crate) fn write(
     identity: &blake3::Hash,
     content: &impl Serialize,
 ) -> Result {
-    disk::write(&directory.join(format!("{PREFIX}{number}")), &sealed::seal(FORMAT, VERSION, identity, content))?;
+    disk::write(
+        &directory.join(format!("{PREFIX}{number}")),
+        &sealed::seal(FORMAT, VERSION, identity, content),
+    )?;
     disk::sync_directory(directory)?;
     for (_, path) in list(directory)?.into_iter().skip(kept) {
         fs::remove_file(&path).map_err(|error| Failure::storage(&path, &error))?;
@@ -61,9 +64,7 @@ pub(crate) fn list(directory: &Path) -> Result<Vec<(u64, PathBuf)>> {
     for entry in fs::read_dir(directory).map_err(failed)? {
         let entry = entry.map_err(failed)?;
         let name = entry.file_name();
-        let number = name
-            .to_str()
-            .and_then(|name| name.strip_prefix(PREFIX)?.parse().ok());
+        let number = name.to_str().and_then(|name| name.strip_prefix(PREFIX)?.parse().ok());
         found.extend(number.map(|number| (number, entry.path())));
     }
     found.sort_unstable_by(|a, b| b.cmp(a));
@@ -107,7 +108,11 @@ mod tests {
         for number in [8, 9, 10, 100] {
             write(&directory, number, 2, &identity(), &number).unwrap();
         }
-        let list: Vec<u64> = list(&directory).unwrap().into_iter().map(|(number, _)| number).collect();
+        let list: Vec<u64> = list(&directory)
+            .unwrap()
+            .into_iter()
+            .map(|(number, _)| number)
+            .collect();
         assert_eq!(list, [100, 10]);
         assert_eq!(read(&directory.join("checkpoint-10"), &identity()), Ok(10_u64));
         let other = read::<u64>(&directory.join("checkpoint-10"), &blake3::hash(b"another"));

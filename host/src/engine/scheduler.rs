@@ -483,7 +483,8 @@ impl<R: Runs> Scheduler<'_, R> {
 
     /// Whether the device would soon have nothing to do: fewer than two groups are large, or can grow.
     fn wants_group(&self) -> bool {
-        let lasts = |group: &&Group<R::Job>| !self.room.has(group.entries.len(), group.steps) || self.queues.has(&group.stage);
+        let lasts =
+            |group: &&Group<R::Job>| !self.room.has(group.entries.len(), group.steps) || self.queues.has(&group.stage);
         self.groups.len() < GROUPS && self.groups.iter().filter(lasts).count() < 2
     }
 

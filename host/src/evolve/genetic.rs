@@ -2,7 +2,7 @@
 //! mutated.
 
 use oneiro::batch::GREATEST_GENE;
-use oneiro::parameter::Choice;
+use oneiro::parameter::{Choice, Choices};
 use rand::distr::Distribution;
 use rand_pcg::Pcg64;
 use serde::{Deserialize, Serialize};
@@ -88,7 +88,7 @@ pub(crate) enum MutationKind {
 }
 
 impl Choice for MutationKind {
-    const CHOICES: &'static [(&'static str, Self, &'static str)] = &[
+    const CHOICES: Choices<Self> = &[
         (
             "add_uniform",
             Self::AddUniform,
@@ -112,7 +112,7 @@ pub(crate) enum MutationUnit {
 }
 
 impl Choice for MutationUnit {
-    const CHOICES: &'static [(&'static str, Self, &'static str)] = &[
+    const CHOICES: Choices<Self> = &[
         ("gene", Self::Gene, "each gene by itself"),
         (
             "individual",

@@ -54,7 +54,8 @@ fn entry<T: Described>(row: &Parameter<T>) -> Entry {
     if (row.field)(&mut own, 0).is_none() {
         if let Some((list, _)) = row.key.split_once("[]") {
             let list = T::rows().iter().find(|row| row.key == list);
-            list.and_then(|list| (list.field)(&mut own, 0)).map(|list| list.resize(1));
+            list.and_then(|list| (list.field)(&mut own, 0))
+                .map(|list| list.resize(1));
         } else if let Some((kind, under)) = values::under(row) {
             (only_with, own) = (Some(kind), under);
         }
@@ -103,10 +104,16 @@ impl Entry {
         let allowed = if self.choices.is_empty() {
             self.allowed.clone()
         } else {
-            let words: Vec<String> = self.choices.iter().map(|(word, about)| format!("{word:?} ({about})")).collect();
+            let words: Vec<String> = self
+                .choices
+                .iter()
+                .map(|(word, about)| format!("{word:?} ({about})"))
+                .collect();
             words.join(", ")
         };
-        let only = self.only_with.map_or_else(String::new, |kind| format!("; only with kind = {kind:?}"));
+        let only = self
+            .only_with
+            .map_or_else(String::new, |kind| format!("; only with kind = {kind:?}"));
         format!("{} Allowed: {allowed}{}{only}.", self.about, self.unit_words())
     }
 
@@ -137,7 +144,11 @@ pub(crate) fn example(name: &str, is_swarm: bool) -> String {
     let rest = "Every value stands here as it would be if its line were missing. Any of them can be changed for one run, \
                 such as --set seed=3. Files are looked for from where this file lies. `oneiro keys` and \
                 docs/configuration.md list all keys, and where each default is from.";
-    let mut text = format!("{}#\n#     oneiro run {name}.toml --seed 1\n#\n{}\n", comment(what), comment(rest));
+    let mut text = format!(
+        "{}#\n#     oneiro run {name}.toml --seed 1\n#\n{}\n",
+        comment(what),
+        comment(rest)
+    );
     let mut table = "";
     for entry in &entries {
         let (own, _) = entry.place();
@@ -146,14 +157,15 @@ pub(crate) fn example(name: &str, is_swarm: bool) -> String {
             continue;
         }
         if own != table {
-            text += &format!("\n[{own}]\n");
+            text.extend(["\n[", own, "]\n"]);
             table = own;
         }
         text += &comment(&entry.words());
-        text += &match entry.key {
-            "name" => format!("name = {name:?}\n"),
-            _ => entry.line(&entries),
-        };
+        if entry.key == "name" {
+            text.extend(["name = \"", name, "\"\n"]);
+        } else {
+            text += &entry.line(&entries);
+        }
     }
     text
 }
@@ -165,7 +177,7 @@ fn comment(words: &str) -> String {
     let mut line = String::new();
     for word in words.split(' ') {
         if !line.is_empty() && line.len() + 1 + word.len() > WIDTH {
-            lines += &format!("# {line}\n");
+            lines.extend(["# ", &line, "\n"]);
             line.clear();
         }
         if !line.is_empty() {
@@ -180,14 +192,23 @@ fn comment(words: &str) -> String {
 #[cfg(test)]
 pub(crate) fn tables() -> String {
     let mut page = String::new();
-    for (title, entries) in [("Experiments with single robots", single()), ("Experiments with swarms", swarm())] {
+    for (title, entries) in [
+        ("Experiments with single robots", single()),
+        ("Experiments with swarms", swarm()),
+    ] {
         page += &format!("\n## {title}\n");
         let mut table = None;
         for entry in &entries {
             let (own, _) = entry.place();
             if table != Some(own) {
-                let title = if own.is_empty() { "Before all tables".into() } else { format!("`[{own}]`") };
-                page += &format!("\n### {title}\n\n| key | default | allowed | meaning | default from |\n|---|---|---|---|---|\n");
+                let title = if own.is_empty() {
+                    "Before all tables".into()
+                } else {
+                    format!("`[{own}]`")
+                };
+                page += &format!(
+                    "\n### {title}\n\n| key | default | allowed | meaning | default from |\n|---|---|---|---|---|\n"
+                );
                 table = Some(own);
             }
             page += &line(entry);
@@ -204,8 +225,19 @@ fn line(entry: &Entry) -> String {
     } else {
         words.collect::<Vec<_>>().join("; ")
     };
-    let default = entry.default.as_ref().map_or(String::new(), |default| format!("`{default}`"));
-    let only = entry.only_with.map_or_else(String::new, |kind| format!(" Only with `kind = \"{kind}\"`."));
-    let cells = [format!("`{}`", entry.key), default, allowed, format!("{}{only}", entry.about), entry.source.into()];
+    let default = entry
+        .default
+        .as_ref()
+        .map_or(String::new(), |default| format!("`{default}`"));
+    let only = entry
+        .only_with
+        .map_or_else(String::new, |kind| format!(" Only with `kind = \"{kind}\"`."));
+    let cells = [
+        format!("`{}`", entry.key),
+        default,
+        allowed,
+        format!("{}{only}", entry.about),
+        entry.source.into(),
+    ];
     format!("| {} |\n", cells.map(|cell| cell.replace('|', "\\|")).join(" | "))
 }

@@ -4,10 +4,10 @@
 use std::collections::BTreeMap;
 use std::sync::LazyLock;
 
-use oneiro::arena::{Arena, Field as Ground};
+use oneiro::arena::Arena;
 use oneiro::batch::GREATEST_GENE;
 use oneiro::parameter::Allowed::{Any, Number, Text, Whole, WholeUpTo};
-use oneiro::parameter::{Choice, Datum, Field, Parameter, Select, row};
+use oneiro::parameter::{Choice, Choices, Datum, Field, Parameter, Select, row};
 use oneiro::tables::MotorStates;
 use oneiro::world::{self, LENGTH, Noise, WorldSpec};
 
@@ -57,18 +57,7 @@ impl Default for Settings {
                 height_mm: None,
             },
             world: WorldSpec {
-                arena: Arena {
-                    name: String::new(),
-                    field: Ground {
-                        x: 0.0,
-                        y: 0.0,
-                        width: 0.0,
-                        height: 0.0,
-                    },
-                    walls: Vec::new(),
-                    obstacles: Vec::new(),
-                    blocks: Vec::new(),
-                },
+                arena: Arena::default(),
                 noise: Noise {
                     walk_step: Noise::CONSERVATIVE.walk_step,
                     ..Noise::NONE
@@ -153,7 +142,7 @@ fn rows() -> Vec<Parameter<Settings>> {
             "What that chance is drawn for.", |own, _| Some(&mut own.evolution.mutation.per)),
         row("evolution.mutation.amount", "", Number(0.0, GREATEST_GENE.into()), "ours: the paper gives no size",
             "Size of the change: the greatest that is added, or its standard deviation.", |own, _| Some(&mut own.evolution.mutation.amount)),
-        row("record.checkpoint_every", "generations", Whole(1, u32::MAX as u64), OURS,
+        row("record.checkpoint_every", "generations", Whole(1, u32::MAX.into()), OURS,
             "Generations from one checkpoint to the next: what a power cut costs at most.", |own, _| Some(&mut own.record.checkpoint_every)),
         row("record.individuals", "", Any, OURS,
             "Whether every individual is kept, so that `oneiro audit` can evaluate any of them again.", |own, _| Some(&mut own.record.individuals)),
@@ -188,7 +177,7 @@ pub(crate) enum TrialScore {
 }
 
 impl Choice for TrialScore {
-    const CHOICES: &'static [(&'static str, Self, &'static str)] = &[
+    const CHOICES: Choices<Self> = &[
         ("mean", Self::Mean, "the mean of their fitness"),
         ("least", Self::Least, "the least of their fitness"),
     ];

@@ -55,7 +55,7 @@ impl Described for File {
     fn rows() -> &'static [Parameter<Self>] {
         static ROWS: LazyLock<Vec<Parameter<File>>> = LazyLock::new(|| {
             let mut rows = head(|own: &mut File, _| Some(&mut own.name), |own, _| Some(&mut own.seed));
-            rows.extend(settings::parameters().into_iter().map(below_swarm));
+            rows.extend(settings::parameters().into_iter().map(|row| below_swarm(&row)));
             rows
         });
         &ROWS
@@ -63,7 +63,7 @@ impl Described for File {
 }
 
 /// A row with its keys below the table `swarm`. Rows are made once, and live as long as the program.
-fn below_swarm(row: Parameter<File>) -> Parameter<File> {
+fn below_swarm(row: &Parameter<File>) -> Parameter<File> {
     let below = |key: &str| -> &'static str { format!("swarm.{key}").leak() };
     Parameter {
         key: below(row.key),
@@ -72,7 +72,7 @@ fn below_swarm(row: Parameter<File>) -> Parameter<File> {
             Allowed::NumberUpTo(least, factor, key) => Allowed::NumberUpTo(least, factor, below(key)),
             other => other,
         },
-        ..row
+        ..*row
     }
 }
 

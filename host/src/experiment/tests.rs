@@ -194,10 +194,7 @@ const REFUSED: &[(&str, &str)] = &[
         "[task]\nspeed = \"fast\"",
         "test.toml:2:9: task.speed: is \"fast\"; allowed: unsigned or signed",
     ),
-    (
-        "noise = 3",
-        "test.toml:1:9: noise: is 3; allowed: a table of keys",
-    ),
+    ("noise = 3", "test.toml:1:9: noise: is 3; allowed: a table of keys"),
     ("cycles = 5\ncycles = 6", "test.toml:2:1: duplicate key"),
     (
         "cycles = ",
@@ -267,8 +264,14 @@ const REFUSED: &[(&str, &str)] = &[
         "[controller]\nkind = \"hidden\"\nunits = 33",
         "test.toml:3:9: controller.units: is 33; allowed: 1 to 32",
     ),
-    ("[start]\nx_mm = 3", "test.toml:2:8: start.x_mm: is given; allowed: only with kind = \"at\""),
-    ("[start]\nkind = \"at\"\nx_mm = 3", "test.toml:1:1: start: there is no key `y_mm`"),
+    (
+        "[start]\nx_mm = 3",
+        "test.toml:2:8: start.x_mm: is given; allowed: only with kind = \"at\"",
+    ),
+    (
+        "[start]\nkind = \"at\"\nx_mm = 3",
+        "test.toml:1:1: start: there is no key `y_mm`",
+    ),
     (
         "[start]\nkind = \"at\"\nx_mm = 3\ny_mm = 3",
         "test.toml:1:1: start: (3, 3) mm touches an object",
@@ -623,7 +626,10 @@ fn ranges_hold_their_ends_and_nothing_beyond() {
             };
             let whole = |least: u64, greatest: u64| {
                 let [least, greatest] = [least, greatest].map(i128::from);
-                ([least, greatest].map(Datum::Whole), [least - 1, greatest + 1].map(Datum::Whole))
+                (
+                    [least, greatest].map(Datum::Whole),
+                    [least - 1, greatest + 1].map(Datum::Whole),
+                )
             };
             let number = |least: f64, greatest: f64| {
                 if is_single(row) {
@@ -640,7 +646,10 @@ fn ranges_hold_their_ends_and_nothing_beyond() {
                 Allowed::WholeUpTo(least, key) => whole(least, of(key) as u64),
                 Allowed::Number(least, greatest) => number(least, greatest),
                 Allowed::NumberUpTo(least, factor, key) => number(least, factor * of(key)),
-                Allowed::Turns => ([0.0, 1_f32.next_down()].map(Datum::Single), [-0.1, 1.0].map(Datum::Single)),
+                Allowed::Turns => (
+                    [0.0, 1_f32.next_down()].map(Datum::Single),
+                    [-0.1, 1.0].map(Datum::Single),
+                ),
                 Allowed::Any | Allowed::Text(_) => continue,
             };
             for end in ends {
@@ -717,10 +726,15 @@ fn documents_name_keys_that_there_are() {
                 .any(|row| *row == key || row.strip_prefix(key).is_some_and(|rest| rest.starts_with('.')))
         })
     };
-    let tables: Vec<&str> = known.iter().filter_map(|key| key.split_once('.').map(|(table, _)| table)).collect();
+    let tables: Vec<&str> = known
+        .iter()
+        .filter_map(|key| key.split_once('.').map(|(table, _)| table))
+        .collect();
     let mut wrong = Vec::new();
     let mut named = 0;
-    let documents = fs::read_dir(root.join("docs")).unwrap().map(|entry| entry.unwrap().path());
+    let documents = fs::read_dir(root.join("docs"))
+        .unwrap()
+        .map(|entry| entry.unwrap().path());
     for path in documents.chain([root.join("README.md")]) {
         if path.extension().is_none_or(|extension| extension != "md") {
             continue;
@@ -729,8 +743,11 @@ fn documents_name_keys_that_there_are() {
         for quoted in text.split('`').skip(1).step_by(2) {
             let key = quoted.split([' ', '=']).next().unwrap_or_default();
             let parts: Vec<&str> = key.split('.').collect();
-            let is_plain = key.chars().all(|c| c.is_ascii_lowercase() || c.is_ascii_digit() || "._".contains(c));
-            let is_file = ["toml", "rs", "svg", "sam", "csv", "npy", "json", "html", "md"].contains(parts.last().unwrap());
+            let is_plain = key
+                .chars()
+                .all(|c| c.is_ascii_lowercase() || c.is_ascii_digit() || "._".contains(c));
+            let is_file =
+                ["toml", "rs", "svg", "sam", "csv", "npy", "json", "html", "md"].contains(parts.last().unwrap());
             if parts.len() > 1 && is_plain && !is_file && tables.contains(&parts[0]) {
                 named += 1;
                 if !is_key(key) {
@@ -780,5 +797,8 @@ fn typed_files_are_looked_for_from_the_working_directory() {
     assert_eq!(typed.unwrap().inputs().len(), 1);
     assert!(beside.contains("sub/motor.sam: No such file"), "{beside}");
     let gone = Experiment::read(&path, &[set]).unwrap_err().to_string();
-    assert!(gone.contains(&format!("robot.motors: {}: No such file", here.display())), "{gone}");
+    assert!(
+        gone.contains(&format!("robot.motors: {}: No such file", here.display())),
+        "{gone}"
+    );
 }

@@ -29,7 +29,7 @@ struct Leaf<T: 'static> {
 pub(crate) fn read<T: Described>(given: &Table, own: &mut T, source: &Source<'_>) -> Result {
     let mut leaves = Vec::new();
     for (key, value) in given {
-        collect(key.clone(), value, source, &mut leaves)?;
+        collect(key, value, source, &mut leaves)?;
     }
     // Choices come first: some values exist only under one of them.
     for is_choice in [true, false] {
@@ -51,22 +51,22 @@ pub(crate) fn read<T: Described>(given: &Table, own: &mut T, source: &Source<'_>
 }
 
 /// Lists what stands at a path and below.
-fn collect<T: Described>(path: String, value: &Value, source: &Source<'_>, leaves: &mut Vec<Leaf<T>>) -> Result {
-    let (key, index) = key_of(&path);
+fn collect<T: Described>(path: &str, value: &Value, source: &Source<'_>, leaves: &mut Vec<Leaf<T>>) -> Result {
+    let (key, index) = key_of(path);
     let has = |start: String| T::rows().iter().any(|row| row.key.starts_with(&start));
     let Some(row) = T::rows().iter().find(|row| row.key == key) else {
         let Value::Table(table) = value else {
             return Err(if has(format!("{key}.")) {
-                source.invalid(&path, format_args!("is {}; allowed: a table of keys", datum(value)))
+                source.invalid(path, format_args!("is {}; allowed: a table of keys", datum(value)))
             } else {
-                unknown::<T>(&path, source)
+                unknown::<T>(path, source)
             });
         };
         if !has(format!("{key}.")) {
-            return Err(unknown::<T>(&path, source));
+            return Err(unknown::<T>(path, source));
         }
         for (key, value) in table {
-            collect(format!("{path}.{key}"), value, source, leaves)?;
+            collect(&format!("{path}.{key}"), value, source, leaves)?;
         }
         return Ok(());
     };
@@ -75,13 +75,13 @@ fn collect<T: Described>(path: String, value: &Value, source: &Source<'_>, leave
         _ => &[],
     };
     leaves.push(Leaf {
-        path: path.clone(),
+        path: path.to_owned(),
         index,
         row,
         datum: datum(value),
     });
     for (index, value) in elements.iter().enumerate() {
-        collect(format!("{path}[{index}]"), value, source, leaves)?;
+        collect(&format!("{path}[{index}]"), value, source, leaves)?;
     }
     Ok(())
 }
@@ -179,7 +179,7 @@ pub(crate) fn table<T: Described>(own: &mut T, given: &Table) -> Table {
                 continue;
             };
             let name = row.name(index);
-            let exact = at(given, &name).map(|value| self::datum(value));
+            let exact = at(given, &name).map(self::datum);
             put(&mut all, &name, value(&datum, exact.as_ref()));
         }
     }
@@ -198,9 +198,13 @@ fn ordered(table: Table) -> Table {
 
 /// The value at a path such as `arena.walls[2].class`.
 pub(crate) fn at<'a>(table: &'a Table, path: &str) -> Option<&'a Value> {
-    let (first, rest) = path.split_once('.').map_or((path, None), |(first, rest)| (first, Some(rest)));
+    let (first, rest) = path
+        .split_once('.')
+        .map_or((path, None), |(first, rest)| (first, Some(rest)));
     let mut value = match first.split_once('[') {
-        Some((list, index)) => table.get(list)?.get(index.trim_end_matches(']').parse::<usize>().ok()?)?,
+        Some((list, index)) => table
+            .get(list)?
+            .get(index.trim_end_matches(']').parse::<usize>().ok()?)?,
         None => table.get(first)?,
     };
     if let Some(rest) = rest {

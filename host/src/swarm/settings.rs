@@ -3,7 +3,7 @@
 
 use oneiro::foraging::{self, Foraging, Light};
 use oneiro::parameter::Allowed::{Any, Number, Whole, WholeUpTo};
-use oneiro::parameter::{Choice, Datum, Parameter, row};
+use oneiro::parameter::{Choice, Choices, Datum, Parameter, row};
 use oneiro::swarm::{self, Swarm};
 use serde::{Serialize, Serializer};
 
@@ -158,18 +158,26 @@ fn own_parameters<T: AsMut<Settings>>() -> Vec<Parameter<T>> {
 }
 
 impl Choice for Case {
-    const CHOICES: &'static [(&'static str, Self, &'static str)] = &[
+    const CHOICES: Choices<Self> = &[
         ("no-light", Self::NoLight, "1: no light source"),
         ("over", Self::Over, "2: the light stays over the nest"),
         ("opposite", Self::Opposite, "3: the light stays opposite the nest"),
-        ("over-then-opposite", Self::OverThenOpposite, "4: over the nest, later opposite"),
-        ("opposite-then-over", Self::OppositeThenOver, "5: opposite the nest, later over it"),
+        (
+            "over-then-opposite",
+            Self::OverThenOpposite,
+            "4: over the nest, later opposite",
+        ),
+        (
+            "opposite-then-over",
+            Self::OppositeThenOver,
+            "5: opposite the nest, later over it",
+        ),
         ("random", Self::Random, "6: no evolution, all search at random"),
     ];
 }
 
 impl Choice for Boundary {
-    const CHOICES: &'static [(&'static str, Self, &'static str)] = &[
+    const CHOICES: Choices<Self> = &[
         ("clamp", Self::Clamp, "a gene stays at the bound"),
         ("reflect", Self::Reflect, "it is reflected from the bound"),
         ("wrap", Self::Wrap, "it enters again at the other bound"),
@@ -178,30 +186,50 @@ impl Choice for Boundary {
 }
 
 impl Choice for Credit {
-    const CHOICES: &'static [(&'static str, Self, &'static str)] = &[
-        ("lagged", Self::Lagged, "the one that the robot has while it earns it, as the paper says"),
-        ("matched", Self::Matched, "the one in which the controller was chosen that earns it"),
+    const CHOICES: Choices<Self> = &[
+        (
+            "lagged",
+            Self::Lagged,
+            "the one that the robot has while it earns it, as the paper says",
+        ),
+        (
+            "matched",
+            Self::Matched,
+            "the one in which the controller was chosen that earns it",
+        ),
     ];
 }
 
 impl Choice for Key {
-    const CHOICES: &'static [(&'static str, Self, &'static str)] = &[
-        ("robot_and_interval", Self::RobotAndInterval, "that of a robot's interval"),
+    const CHOICES: Choices<Self> = &[
+        (
+            "robot_and_interval",
+            Self::RobotAndInterval,
+            "that of a robot's interval",
+        ),
         ("robot", Self::Robot, "that of a robot"),
     ];
 }
 
 impl Choice for Leaves {
-    const CHOICES: &'static [(&'static str, Self, &'static str)] = &[
-        ("lowest", Self::Lowest, "the one of the lowest fitness, if the other's is higher"),
+    const CHOICES: Choices<Self> = &[
+        (
+            "lowest",
+            Self::Lowest,
+            "the one of the lowest fitness, if the other's is higher",
+        ),
         ("oldest", Self::Oldest, "the one that was heard first"),
     ];
 }
 
 impl Choice for Says {
-    const CHOICES: &'static [(&'static str, Self, &'static str)] = &[
+    const CHOICES: Choices<Self> = &[
         ("so_far", Self::SoFar, "what they have earned in this interval so far"),
-        ("last_whole", Self::LastWhole, "what they earned in the interval before, and in which simulator"),
+        (
+            "last_whole",
+            Self::LastWhole,
+            "what they earned in the interval before, and in which simulator",
+        ),
     ];
 }
 

@@ -60,7 +60,9 @@ pub(crate) const ARMS: [Arm; 26] = [
     arm("decay-1", "Light fades as exp(-1 d), d in metres", |own| {
         own.world.forager.light_decay = 1.0;
     }),
-    arm("decay-4", "Light fades as exp(-4 d)", |own| own.world.forager.light_decay = 4.0),
+    arm("decay-4", "Light fades as exp(-4 d)", |own| {
+        own.world.forager.light_decay = 4.0;
+    }),
     arm("light-noise-0", "Light sensors without noise", |own| {
         own.world.forager.light_noise = 0.0;
     }),
