@@ -117,7 +117,14 @@ impl Renewal {
     fn of_this_run() -> Self {
         Self {
             ci: env::var_os("CI").is_some(),
-            reason: env::var("ONEIRO_ACCEPT").ok(),
+            reason: env::var("ONEIRO_ACCEPT").ok().map(|reason| {
+                let reason = reason.trim();
+                assert!(
+                    !reason.is_empty() && !reason.contains('\n'),
+                    "ONEIRO_ACCEPT has no reason in one line"
+                );
+                reason.to_owned()
+            }),
         }
     }
 }
@@ -129,23 +136,26 @@ impl Renewal {
 pub(crate) fn compared(path: &Path, found: &str, renewal: &Renewal) -> Result<(), String> {
     let new = beside(path);
     let kept = fs::read_to_string(path).unwrap_or_default();
+    let io = |error: std::io::Error| format!("{}: {error}", path.display());
     if kept == found {
         if !renewal.ci {
             // What was found before the code was put right again.
-            let _ = fs::remove_file(new);
+            let _ = fs::remove_file(&new);
         }
-        return accepted(path, &kept);
+        let Err(problem) = accepted(path, &kept) else {
+            return Ok(());
+        };
+        let Some(reason) = renewal.reason.as_deref().filter(|_| !renewal.ci) else {
+            return Err(problem);
+        };
+        log(path, found, reason, &[]).map_err(io)?;
+        return Err(format!("{}: accepted: {reason}; the next run passes", path.display()));
     }
     let differences = differences(path, &kept, found);
     let mut message = format!("{} differs:\n{}", path.display(), shown(&differences));
-    let io = |error: std::io::Error| format!("{}: {error}", new.display());
     match &renewal.reason {
         _ if renewal.ci => message += "nothing is written where CI is set",
         Some(reason) if fs::read_to_string(&new).is_ok_and(|seen| seen == found) => {
-            let reason = reason.trim();
-            if reason.is_empty() || reason.contains('\n') {
-                return Err(format!("{message}ONEIRO_ACCEPT has no reason in one line"));
-            }
             log(path, found, reason, &differences).map_err(io)?;
             fs::rename(&new, path).map_err(io)?;
             let _ = write!(message, "accepted: {reason}; the next run passes");
@@ -257,7 +267,8 @@ fn log(path: &Path, text: &str, reason: &str, differences: &[Difference]) -> std
     let log = log_of(path);
     let mut file = fs::OpenOptions::new().create(true).append(true).open(&log)?;
     let head = if file.metadata()?.len() == 0 { LOG_BEGINS } else { "" };
-    let line = format!("{head}{}{reason} ({})\n", entry(path, text), stages.join(", "));
+    let changed = if stages.is_empty() { "as it was".to_owned() } else { stages.join(", ") };
+    let line = format!("{head}{}{reason} ({changed})\n", entry(path, text));
     file.write_all(line.as_bytes())
 }
 
@@ -271,7 +282,7 @@ fn accepted(path: &Path, text: &str) -> Result<(), String> {
         return Ok(());
     }
     Err(format!(
-        "{} was changed by hand: {} has no reason for it; put it back, and run this test with ONEIRO_ACCEPT=\"why\"",
+        "{} was changed by hand: {} has no reason for it; put it back, or run this test with ONEIRO_ACCEPT=\"why\"",
         path.display(),
         log_of(path).display()
     ))
