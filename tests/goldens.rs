@@ -15,6 +15,8 @@ use oneiro_shaders::{KERNELS, Kernel};
 #[path = "lives/choices.rs"]
 mod choices;
 mod pinned;
+#[cfg(feature = "gpu")]
+mod skips;
 #[path = "lives/subjects.rs"]
 mod subjects;
 
@@ -127,7 +129,7 @@ fn devices() -> Vec<(String, Box<dyn Evaluator>)> {
             let gpu = gpu.expect("an adapter that can be opened");
             match gpu.why_inexact() {
                 None => devices.push((adapter.name().to_owned(), Box::new(gpu))),
-                Some(why) => println!("{} is not held against anything: {why}", adapter.name()),
+                Some(why) => skips::skipped("exact-adapter", &format!("{}: {why}", adapter.name())),
             }
         }
     }
@@ -176,6 +178,35 @@ fn lives_are_as_pinned() {
     }
     assert!(problems.is_empty(), "{}", problems.join("\n"));
     pinned::check_folder(&folder(), &files);
+}
+
+/// The first world of each kernel for hours, wherever it has the room.
+#[test]
+#[ignore = "takes minutes: tests/long.sh runs it"]
+fn long_lives_are_as_pinned() {
+    let mut devices = devices();
+    let mut rows = Rows::default();
+    for (kernel, subject) in subjects::long() {
+        let mut expected = None;
+        let batch = subject.batch(1_000);
+        for (device, evaluator) in &mut devices {
+            let Some(found) = lived(&batch, &mut **evaluator) else {
+                continue;
+            };
+            let Some(expected) = &expected else {
+                rows.words("fitness", kernel, &found.fitness);
+                rows.words("trace", kernel, &found.trace);
+                expected = Some(found);
+                continue;
+            };
+            assert!(
+                found == *expected,
+                "{kernel}: {device}: {}",
+                difference(&found, expected)
+            );
+        }
+    }
+    pinned::check(&folder().join("long.rows"), &rows.to_string());
 }
 
 /// The tables that are compiled in.

@@ -12,9 +12,11 @@ use oneiro::world::{World, WorldSpec};
 
 #[path = "lives/choices.rs"]
 mod choices;
+mod skips;
 mod witness;
 
 use choices::{specs, with_blocks};
+use skips::skipped;
 
 /// Genes uniform in -5..5, a multiple of 2^-20 each.
 fn genes(rollout: usize, count: usize) -> Vec<f32> {
@@ -116,10 +118,7 @@ fn recorded(spec: &WorldSpec) -> Option<WorldSpec> {
         std::path::PathBuf::from,
     );
     if !folder.is_dir() {
-        eprintln!(
-            "no recordings at {}: this part ran on the built-in tables only",
-            folder.display()
-        );
+        skipped("recordings", "lives by the tables of a real robot");
         return None;
     }
     let tables = SensorTables::read(&[folder.join("wall.sam"), folder.join("round.sam")]).expect("recordings");

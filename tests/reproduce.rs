@@ -7,7 +7,9 @@ use std::process::Stdio;
 use std::time::{Duration, Instant};
 
 mod place;
+mod skips;
 use place::{Place, Ran};
+use skips::skipped;
 
 impl Place {
     /// Samples a robot, into a directory of that name.
@@ -170,7 +172,7 @@ fn a_study_takes_recordings() {
     if real.join("wall.sam").exists() {
         folders.push(real);
     } else {
-        eprintln!("no recordings in {} (set ONEIRO_RECORDINGS)", real.display());
+        skipped("recordings", "a study of a real robot's tables");
     }
     for (number, folder) in folders.iter().enumerate() {
         let files =

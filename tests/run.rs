@@ -217,7 +217,7 @@ fn bad_experiments_are_refused_with_their_place() {
 /// Killed again and again at any moment, a run ends as if nothing had been.
 #[test]
 fn a_run_survives_being_killed() {
-    const KILLS: usize = 25;
+    let kills_in_all = if std::env::var_os("ONEIRO_LONG").is_some() { 500 } else { 25 };
     let experiment = EXPERIMENT
         .replace("generations = 30", "generations = 300")
         .replace("every = 4", "every = 10");
@@ -229,7 +229,7 @@ fn a_run_survives_being_killed() {
     let mut kills = 0;
     // A step through the golden section's multiples, which meets all of a run's moments.
     let mut moment = 0.0;
-    while kills < KILLS {
+    while kills < kills_in_all {
         moment = (moment + 0.618_034) % 1.0_f64;
         let arguments = if place.at("killed/config.toml").exists() {
             &["resume", "killed"][..]

@@ -15,6 +15,8 @@ use place::{Place, Ran};
 
 #[cfg(all(target_os = "linux", target_env = "gnu"))]
 mod faults;
+#[cfg(all(target_os = "linux", target_env = "gnu"))]
+mod skips;
 
 #[path = "sweep/answers.rs"]
 mod answers;
@@ -293,6 +295,11 @@ impl Place {
         killed.runs += self.done("killed");
         killed
     }
+}
+
+/// Whether there is time for more than a few seconds: in `tests/long.sh`.
+fn is_long() -> bool {
+    std::env::var_os("ONEIRO_LONG").is_some()
 }
 
 /// Waits until something is so.

@@ -4,6 +4,9 @@ use std::path::{Path, PathBuf};
 
 use oneiro::tables::{MotorSamples, MotorStates, MotorTable, SENSORS, SensorTable, SensorTables};
 
+mod skips;
+use skips::skipped;
+
 /// An empty folder of one test's own.
 fn scratch(test: &str) -> PathBuf {
     let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("tables").join(test);
@@ -25,10 +28,7 @@ fn recordings() -> Option<PathBuf> {
     if folder.join("wall.sam").exists() {
         return Some(folder);
     }
-    eprintln!(
-        "no recordings in {}: only the built-in tables are tested (set ONEIRO_RECORDINGS)",
-        folder.display()
-    );
+    skipped("recordings", "files that others wrote");
     None
 }
 

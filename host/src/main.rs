@@ -24,6 +24,9 @@ mod record;
 mod report;
 mod runs;
 mod sealed;
+#[cfg(test)]
+#[path = "../../tests/skips/mod.rs"]
+mod skips;
 mod statistics;
 mod studies;
 mod swarm;

@@ -54,6 +54,48 @@ pub(crate) fn of_kernel(name: &str) -> Vec<Subject> {
     }
 }
 
+/// For kernels of each kind a world with all noises in which lives are long, by the kernel's name.
+pub(crate) fn long() -> Vec<(&'static str, Subject)> {
+    let spec = |surrogate| WorldSpec {
+        cycles: 100_000,
+        surrogate,
+        ..WorldSpec::miglino1995()
+    };
+    let simulated = WorldSpec {
+        noise: Noise {
+            sensor: (-0.2, 0.2),
+            motor: 0.1,
+            ..Noise::CONSERVATIVE
+        },
+        ..spec(None)
+    };
+    let surrogate = spec(Some(Arc::new(Surrogate::drawn(1, Differences::all(1.75)))));
+    let of = |spec: WorldSpec| subjects(vec![("long".into(), spec)], &[Controller::Recurrent], 6).remove(0);
+    let forager = Foraging {
+        cycles: 100_000,
+        ..Foraging::odowd2014(Light::OverNest)
+    };
+    let swarm = Swarm::odowd2014(10);
+    let alone = Subject {
+        name: "long".into(),
+        worlds: Worlds::new(&[forager]).expect("a valid world"),
+        genomes: (0..9).map(|rollout| thirds(rollout).into()).collect(),
+    };
+    let together = Subject {
+        name: "long".into(),
+        worlds: Worlds::new(&[swarm]).expect("a valid world"),
+        genomes: (0..3)
+            .map(|rollout| orders(&swarm, rollout, swarm.forager.cycles))
+            .collect(),
+    };
+    vec![
+        ("life_recurrent", of(simulated)),
+        ("surrogate_recurrent", of(surrogate)),
+        ("forager", alone),
+        ("swarm", together),
+    ]
+}
+
 /// Genes from -`size` to `size`, each its own. They are the same in all worlds, so that what differs comes of worlds.
 fn genes(rollout: u32, count: usize, size: f32) -> Vec<f32> {
     let gene = |gene| {

@@ -267,7 +267,11 @@ fn log(path: &Path, text: &str, reason: &str, differences: &[Difference]) -> std
     let log = log_of(path);
     let mut file = fs::OpenOptions::new().create(true).append(true).open(&log)?;
     let head = if file.metadata()?.len() == 0 { LOG_BEGINS } else { "" };
-    let changed = if stages.is_empty() { "as it was".to_owned() } else { stages.join(", ") };
+    let changed = if stages.is_empty() {
+        "as it was".to_owned()
+    } else {
+        stages.join(", ")
+    };
     let line = format!("{head}{}{reason} ({changed})\n", entry(path, text));
     file.write_all(line.as_bytes())
 }

@@ -12,6 +12,8 @@ const WORKGROUP: u32 = 1;
 /// Kernels that are tried, if there is time.
 const KERNELS: u64 = 4000;
 const PATIENCE: Duration = Duration::from_secs(15);
+/// How much more `tests/long.sh` does.
+const LONG: u32 = 60;
 const THREADS: u64 = 2;
 
 fn text(seed: u64) -> String {
@@ -116,10 +118,12 @@ fn compare(seed: u64) -> Outcome {
 #[test]
 fn lanes_do_what_the_program_means() {
     let start = Instant::now();
+    let times = if std::env::var_os("ONEIRO_LONG").is_some() { LONG } else { 1 };
+    let (kernels, patience) = (KERNELS * u64::from(times), PATIENCE * times);
     let work = |first: u64| {
         let mut outcomes = Vec::new();
-        for seed in (first..KERNELS).step_by(THREADS as usize) {
-            if start.elapsed() > PATIENCE && outcomes.len() > 100 {
+        for seed in (first..kernels).step_by(THREADS as usize) {
+            if start.elapsed() > patience && outcomes.len() > 100 {
                 break;
             }
             outcomes.push(compare(seed));

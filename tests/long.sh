@@ -1,0 +1,57 @@
+#!/usr/bin/env bash
+# long.sh: what takes too long for tests/all.sh, on a machine on which that has passed: both studies with all their
+# parts, crowds held against another physics engine, random kernels for a quarter of an hour, runs and sweeps that are
+# killed hundreds of times, long lives on every device, and a hundred thousand runs. Some two hours on two cores.
+set -euo pipefail
+cd "$(dirname "$0")/.."
+export ONEIRO_LONG=1
+target=$(realpath -m "${CARGO_TARGET_DIR:-target}")
+
+say() { printf '\n== %s (%s s so far)\n' "$*" "$SECONDS"; }
+long() { cargo test --release --locked --workspace --features oneiro-host/parquet "$@"; }
+
+say "long lives on every lane code and adapter; both studies with all their parts"
+long --test goldens --test program_goldens -- --ignored
+
+say "random kernels"
+long -p oneiro-shader-compiler --test random
+
+say "runs and sweeps that are killed"
+long --test run survives_being_killed
+long --test sweep after_kills
+
+say "crowds that another physics engine moves"
+long --test rapier -- --ignored
+
+say "a hundred thousand runs, in one go and in shards"
+cargo build --release --locked -p oneiro-host --features parquet
+scratch=$(mktemp -d)
+trap 'rm -rf "$scratch"' EXIT
+cat >"$scratch/tiny.toml" <<'END'
+cycles = 20
+[evolution]
+population = 4
+parents = 2
+generations = 3
+END
+cat >"$scratch/sweep.toml" <<'END'
+experiment = "tiny.toml"
+seeds = "1..50000"
+[grid]
+noise.motor = [0.0, 0.1]
+END
+sweep() { "$target/release/oneiro" sweep run "$scratch/sweep.toml" --quiet "$@"; }
+sweep --out "$scratch/whole"
+for shard in 3 1 2; do
+    sweep --out "$scratch/shards" --shard "$shard/3"
+done
+"$target/release/oneiro" sweep merge "$scratch/shards" --quiet
+for table in results.csv generations.csv; do
+    cmp "$scratch/whole/$table" "$scratch/shards/$table"
+done
+[ "$(wc -l <"$scratch/whole/results.csv")" = 100001 ] || {
+    echo "there are not a hundred thousand runs" >&2
+    exit 1
+}
+
+say "all is well"
