@@ -139,7 +139,7 @@ fn devices() -> Vec<(String, Box<dyn Evaluator>)> {
 #[test]
 fn lives_are_as_pinned() {
     let mut devices = devices();
-    let mut files = ["tables.rows", "corpus.rows", "functions.rows"]
+    let mut files = ["tables.rows", "corpus.rows", "functions.rows", "long.rows"]
         .map(str::to_owned)
         .to_vec();
     let mut problems = Vec::new();

@@ -14,7 +14,7 @@ say "long lives on every lane code and adapter; both studies with all their part
 long --test goldens --test program_goldens -- --ignored
 
 say "random kernels"
-long -p oneiro-shader-compiler --test random
+long --test random
 
 say "runs and sweeps that are killed"
 long --test run survives_being_killed
