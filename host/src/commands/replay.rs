@@ -3,18 +3,13 @@
 use crate::cli;
 use crate::console::Console;
 use crate::device;
-use crate::exit::{Failure, Result};
+use crate::exit::Result;
 use crate::record::SavedRun;
 use crate::runs::Replay;
 
 /// Evaluates it again, compares it with what was recorded, and draws it.
 pub(crate) fn run(arguments: &cli::Replay, console: Console) -> Result {
     let run = SavedRun::open(&arguments.run_dir)?;
-    if run.experiment().is_swarm() && (arguments.start.is_some() || arguments.seed.is_some()) {
-        return Err(Failure::usage(
-            "--start and --seed: allowed for champions; a swarm has none",
-        ));
-    }
     let recorded = run.finished()?;
     let replay = Replay {
         out: arguments.out.as_deref().unwrap_or(run.directory()),

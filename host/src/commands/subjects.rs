@@ -9,7 +9,7 @@ use crate::evolve::Population;
 use crate::exit::{Failure, Result};
 use crate::experiment::Experiment;
 use crate::genomes;
-use crate::runs::single::saved::SingleRun;
+use crate::record::SingleRun;
 
 /// Genomes, and where each comes from.
 pub(super) struct Subjects {
@@ -65,9 +65,9 @@ pub(super) fn common_experiment(named: &[Named], set: &[String]) -> Result<Exper
         }
     }
     let lives = |run: &SingleRun| {
-        let experiment = run.experiment();
+        let experiment = run.experiment().ok()?;
         let settings = experiment.settings();
-        (experiment.world_identity(), settings.trials, settings.trial_score)
+        Some((experiment.world_identity(), settings.trials, settings.trial_score))
     };
     if let Some(other) = runs.iter().find(|run| lives(run) != lives(runs[0])) {
         return Err(Failure::input(format_args!(

@@ -15,6 +15,7 @@ mod done;
 mod meta;
 mod recorder;
 mod saved;
+mod single;
 #[cfg(test)]
 mod tests;
 
@@ -23,6 +24,7 @@ pub(crate) use directories::{Directories, RunPlace};
 pub(crate) use done::{Done, result_of, verify};
 pub(crate) use meta::{Meta, Session, Status, now};
 pub(crate) use recorder::{Recorder, Standing, standing, try_lock};
+pub(crate) use single::SingleRun;
 pub(crate) use saved::{SavedRun, State, is_locked, is_run};
 
 const CONFIG: &str = "config.toml";

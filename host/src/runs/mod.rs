@@ -30,8 +30,8 @@ use oneiro::batch::Worlds;
 pub(crate) trait Experiment: Debug + Send + Sync {
     /// Its name.
     fn name(&self) -> &str;
-    /// Whether its robots meet.
-    fn is_swarm(&self) -> bool;
+    /// Its values, if it is one with single robots, whose controllers can be evaluated alone.
+    fn single(&self) -> Option<&experiment::Experiment>;
     /// The seed of its file, if it names one.
     fn seed(&self) -> Option<u64>;
     /// What the user should know of its files, although they are allowed.

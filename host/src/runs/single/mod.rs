@@ -4,7 +4,6 @@
 //! |---|---|
 //! | [`job`] | the state machine: generations, reality, the champion's trace |
 //! | [`rows`], [`individuals`], [`champion`], [`trace`], [`pictures`] | the files of a run |
-//! | [`saved`] | a finished run, read again |
 //! | [`check`], [`replay`], [`audit`] | what the commands do for such runs |
 
 mod audit;
@@ -15,7 +14,6 @@ pub(crate) mod job;
 mod pictures;
 mod replay;
 mod rows;
-pub(crate) mod saved;
 pub(crate) mod trace;
 
 use std::path::Path;
@@ -29,8 +27,9 @@ use crate::console::{Console, decimal};
 use crate::engine::disk;
 use crate::engine::handle::Engine;
 use crate::engine::job::{Job, Place};
-use crate::evolve::Champion;
+use crate::evolve::{Champion, Population};
 use crate::exit::{Failure, Result};
+use crate::genomes;
 use crate::experiment::{Experiment, Identities, Input};
 use crate::reality::site::Site;
 use individuals::Individuals;
@@ -130,6 +129,23 @@ impl Single {
     }
 }
 
+/// The champion of a finished run.
+///
+/// # Errors
+/// Exit 5 when the files are not what was written.
+pub(crate) fn champion(run: &Recorded<'_>, experiment: &Experiment) -> Result<Champion> {
+    champion::read(run.directory, experiment.world().spec().controller)
+}
+
+/// The last generation of a finished run.
+///
+/// # Errors
+/// As [`champion`].
+pub(crate) fn population(run: &Recorded<'_>, experiment: &Experiment) -> Result<Population> {
+    let controller = experiment.world().spec().controller;
+    genomes::read(&run.directory.join(POPULATION), controller).map_err(Failure::corrupt)
+}
+
 /// The table of generations of a run.
 fn rows(directory: &Path) -> Result<Vec<Row>> {
     let path = directory.join(GENERATIONS);
@@ -142,8 +158,8 @@ impl super::Experiment for Single {
         self.experiment.name()
     }
 
-    fn is_swarm(&self) -> bool {
-        false
+    fn single(&self) -> Option<&Experiment> {
+        Some(&self.experiment)
     }
 
     fn seed(&self) -> Option<u64> {
@@ -252,7 +268,7 @@ impl super::Experiment for Single {
             individual,
             fitness,
             ..
-        } = champion::read(run.directory, self.experiment.world().spec().controller)?;
+        } = champion(run, &self.experiment)?;
         let nan: u64 = rows(run.directory)?.iter().map(|row| u64::from(row.nan)).sum();
         let bits = format!("{:08x}", fitness.to_bits());
         let warning = format!("{}: {nan} scores were NaN; they ranked last", run.directory.display());

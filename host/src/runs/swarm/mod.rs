@@ -17,7 +17,7 @@ use crate::engine::job::Job;
 use crate::engine::watcher::Watcher;
 use crate::exit::{Failure, Result};
 use crate::experiment::swarm::SwarmExperiment;
-use crate::experiment::{Identities, Input};
+use crate::experiment::{self, Identities, Input};
 use crate::swarm::job::SwarmJob;
 use crate::swarm::record::{Case, Run};
 use crate::swarm::steps;
@@ -83,8 +83,8 @@ impl Experiment for SwarmExperiment {
         self.name()
     }
 
-    fn is_swarm(&self) -> bool {
-        true
+    fn single(&self) -> Option<&experiment::Experiment> {
+        None
     }
 
     fn seed(&self) -> Option<u64> {

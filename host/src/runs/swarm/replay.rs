@@ -23,6 +23,11 @@ pub(super) fn run(
     engine: &Engine,
     console: Console,
 ) -> Result {
+    if replay.start.is_some() || replay.seed.is_some() {
+        return Err(Failure::usage(
+            "--start and --seed: allowed for champions; a swarm has none",
+        ));
+    }
     let job = again(experiment, recorded.seed, engine, console)?;
     let run = job.run();
     if let Some(problem) = difference(&run, recorded.directory)? {

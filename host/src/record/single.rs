@@ -2,19 +2,15 @@
 
 use std::path::{Path, PathBuf};
 
-use super::{POPULATION, champion};
+use super::SavedRun;
 use crate::evolve::{Champion, Population};
 use crate::exit::{Failure, Result};
 use crate::experiment::Experiment;
-use crate::genomes;
-use crate::record::SavedRun;
+use crate::runs::single;
 
 /// A run of single robots in its directory.
 #[derive(Debug)]
-pub(crate) struct SingleRun {
-    run: SavedRun,
-    experiment: Experiment,
-}
+pub(crate) struct SingleRun(SavedRun);
 
 impl SingleRun {
     /// Opens a run's directory.
@@ -22,30 +18,32 @@ impl SingleRun {
     /// # Errors
     /// Exit 3 when it is none, when its configuration is invalid, or when it is the run of a swarm.
     pub(crate) fn open(directory: &Path) -> Result<Self> {
-        let run = SavedRun::open(directory)?;
-        if run.experiment().is_swarm() {
-            return Err(Failure::input(format_args!(
-                "{}: is the run of a swarm, whose controllers live among others; allowed: runs of single robots",
-                directory.display()
-            )));
-        }
-        let experiment = Experiment::read(&run.config(), &[])?;
-        Ok(Self { run, experiment })
+        let run = Self(SavedRun::open(directory)?);
+        run.experiment()?;
+        Ok(run)
     }
 
     /// Where it is.
     pub(crate) fn directory(&self) -> &Path {
-        self.run.directory()
+        self.0.directory()
     }
 
     /// The experiment's file, with every value written out.
     pub(crate) fn config(&self) -> PathBuf {
-        self.run.config()
+        self.0.config()
     }
 
     /// What it is a run of.
-    pub(crate) fn experiment(&self) -> &Experiment {
-        &self.experiment
+    ///
+    /// # Errors
+    /// Exit 3 when it is the run of a swarm.
+    pub(crate) fn experiment(&self) -> Result<&Experiment> {
+        self.0.experiment().single().ok_or_else(|| {
+            Failure::input(format_args!(
+                "{}: is the run of a swarm, whose controllers live among others; allowed: runs of single robots",
+                self.directory().display()
+            ))
+        })
     }
 
     /// Its champion.
@@ -53,8 +51,7 @@ impl SingleRun {
     /// # Errors
     /// Exit 1 when the run is not finished, exit 5 when the files are not what was written.
     pub(crate) fn champion(&self) -> Result<Champion> {
-        let recorded = self.run.finished()?;
-        champion::read(recorded.directory, self.experiment.world().spec().controller)
+        single::champion(&self.0.finished()?, self.experiment()?)
     }
 
     /// Its last generation.
@@ -62,8 +59,6 @@ impl SingleRun {
     /// # Errors
     /// As [`SingleRun::champion`].
     pub(crate) fn population(&self) -> Result<Population> {
-        let recorded = self.run.finished()?;
-        let controller = self.experiment.world().spec().controller;
-        genomes::read(&recorded.directory.join(POPULATION), controller).map_err(Failure::corrupt)
+        single::population(&self.0.finished()?, self.experiment()?)
     }
 }
