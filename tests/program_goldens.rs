@@ -190,7 +190,7 @@ impl Found {
         let mut files: Vec<String> = fs::read_dir(place.at(study))
             .unwrap()
             .map(|entry| entry.unwrap().file_name().into_string().unwrap())
-            .filter(|name| name.ends_with(".csv"))
+            .filter(|name| Path::new(name).extension().is_some_and(|extension| extension == "csv"))
             .collect();
         files.sort();
         for file in files {

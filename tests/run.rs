@@ -217,7 +217,11 @@ fn bad_experiments_are_refused_with_their_place() {
 /// Killed again and again at any moment, a run ends as if nothing had been.
 #[test]
 fn a_run_survives_being_killed() {
-    let kills_in_all = if std::env::var_os("ONEIRO_LONG").is_some() { 500 } else { 25 };
+    let kills_in_all = if std::env::var_os("ONEIRO_LONG").is_some() {
+        500
+    } else {
+        25
+    };
     let experiment = EXPERIMENT
         .replace("generations = 30", "generations = 300")
         .replace("every = 4", "every = 10");

@@ -458,7 +458,7 @@ fn orders(swarm: &Swarm, rollout: u32, cycles: u32) -> Vec<f32> {
             before: (robot % 4 != 3).then(|| thirds(word)),
             after: thirds(other),
             at: if robot % 4 == 2 { 0 } else { at % cycles },
-            begins: (robot % 2 == 0).then_some(begins % cycles),
+            begins: robot.is_multiple_of(2).then_some(begins % cycles),
         }
     };
     let orders: Vec<Order> = (0..swarm.robots).map(order).collect();

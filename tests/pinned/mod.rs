@@ -297,10 +297,11 @@ fn accepted(path: &Path, text: &str) -> Result<(), String> {
 /// # Errors
 /// What is missing, and what nothing uses.
 pub(crate) fn all_used(folder: &Path, files: &[String]) -> Result<(), String> {
+    let is_new = |name: &str| Path::new(name).extension().is_some_and(|extension| extension == "new");
     let entries = fs::read_dir(folder).map_err(|error| format!("{}: {error}", folder.display()))?;
     let mut unused: Vec<String> = entries
         .filter_map(|entry| Some(entry.ok()?.file_name().to_string_lossy().into_owned()))
-        .filter(|name| name != LOG && !name.ends_with(".new") && !files.contains(name))
+        .filter(|name| name != LOG && !is_new(name) && !files.contains(name))
         .collect();
     unused.sort();
     if unused.is_empty() {

@@ -106,11 +106,12 @@ fn are_the_same_when_time_runs_out_again_and_again() {
     place.assert_same("whole", "stopped");
 }
 
-/// Processes are killed at any moment, two hundred of them in `tests/long.sh`; each is followed by the same command.
+/// Two hundred processes are killed at any moment, ten times as many in `tests/long.sh`; each is followed by the same
+/// command.
 #[test]
 fn are_the_same_after_kills() {
     const GENERATIONS: u32 = 300;
-    let kills = if is_long() { 200 } else { 40 };
+    let kills = if is_long() { 2000 } else { 200 };
     let place = Place::with("kill", &long(GENERATIONS));
     // A run after the other, and processes that live for less than a fourth of one: from checkpoint to checkpoint alone
     // can one be brought to its end.

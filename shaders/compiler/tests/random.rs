@@ -118,7 +118,11 @@ fn compare(seed: u64) -> Outcome {
 #[test]
 fn lanes_do_what_the_program_means() {
     let start = Instant::now();
-    let times = if std::env::var_os("ONEIRO_LONG").is_some() { LONG } else { 1 };
+    let times = if std::env::var_os("ONEIRO_LONG").is_some() {
+        LONG
+    } else {
+        1
+    };
     let (kernels, patience) = (KERNELS * u64::from(times), PATIENCE * times);
     let work = |first: u64| {
         let mut outcomes = Vec::new();
