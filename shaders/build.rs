@@ -1,11 +1,12 @@
 //! Compiles the kernels of `wgsl/`. The catalogue is the place to add one.
 
+use std::collections::BTreeMap;
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
 use std::{env, fs};
 
 use oneiro_shader_compiler::instances::{self, TARGETS, Target};
-use oneiro_shader_compiler::{Part, compile};
+use oneiro_shader_compiler::{Compiled, Constant, Part, compile};
 
 /// A kernel: its constant's name, the module of its host structs, its parts, and whether its lane code is compiled for
 /// several vectors at a time too. That pays where a life is small enough for the registers; elsewhere it gains a few
@@ -20,10 +21,10 @@ struct Entry {
 /// A life: its physics are those of the simulator made from samples, or of what stands in for the robot itself.
 macro_rules! life {
     ($name:literal, sampled, $controller:literal) => {
-        life!($name, "life", true, $controller, "robot/differential", "sensor/sampled", "physics/sampled")
+        life!($name, "life", true, $controller, "robot/differential", "sensor/sampled", "physics/sliding", "physics/sampled")
     };
     ($name:literal, surrogate, $controller:literal) => {
-        life!($name, "surrogate", false, $controller, "lib/individual", "robot/wheels", "sensor/rays", "physics/surrogate")
+        life!($name, "surrogate", false, $controller, "lib/individual", "physics/sliding", "robot/wheels", "sensor/rays", "physics/surrogate")
     };
     ($name:literal, $module:literal, $wide:literal, $controller:literal, $($physics:literal),+) => {
         Entry {
@@ -117,9 +118,11 @@ fn main() {
     let out = PathBuf::from(env::var("OUT_DIR").expect("cargo sets it"));
     let mut text = String::from("use crate::kernel::{Binding, BindingKind, Kernel};\n");
     let mut modules: Vec<(&str, String)> = Vec::new();
+    // Kernels of a module have parts in common, and constants with them.
+    let mut constants: BTreeMap<&str, Vec<Constant>> = BTreeMap::new();
     let mut failed = false;
     for entry in CATALOGUE {
-        match compile(entry.name, &parts(&wgsl, entry)) {
+        match compile(entry.name, &parts(&wgsl, entry)).and_then(Compiled::bounded) {
             Ok(kernel) => {
                 let items = instances::write(&out, "crate", entry.name, &kernel, &targets(entry));
                 text.push_str(&items.expect("OUT_DIR is writable"));
@@ -131,6 +134,11 @@ fn main() {
                     ),
                     None => modules.push((entry.module, kernel.structs)),
                 }
+                add_constants(
+                    constants.entry(entry.module).or_default(),
+                    &kernel.constants,
+                    entry.module,
+                );
             }
             Err(refusals) => {
                 failed = true;
@@ -146,7 +154,11 @@ fn main() {
     for (name, structs) in modules {
         let _ = writeln!(
             text,
-            "/// Host structs of the buffers of `{name}` kernels.\npub mod {name} {{\n{structs}}}"
+            "/// Constants of the `{name}` kernels, and host structs of their buffers.\npub mod {name} {{\n{structs}{}}}",
+            constants[name]
+                .iter()
+                .map(|constant| constant.item.as_str())
+                .collect::<String>(),
         );
     }
     let names: Vec<_> = CATALOGUE
@@ -159,6 +171,16 @@ fn main() {
         names.join(", ")
     );
     fs::write(out.join("kernels.rs"), text).expect("OUT_DIR is writable");
+}
+
+/// Adds a kernel's constants to its module's.
+fn add_constants(all: &mut Vec<Constant>, own: &[Constant], module: &str) {
+    for constant in own {
+        match all.iter().find(|other| other.name == constant.name) {
+            Some(other) => assert_eq!(other.item, constant.item, "the kernels of module {module} disagree"),
+            None => all.push(constant.clone()),
+        }
+    }
 }
 
 /// What an entry is compiled for: each target's shapes, or only its narrowest.

@@ -17,7 +17,7 @@ use packing::Packed;
 pub use packing::{Buffers, WorldKind};
 
 /// Rollouts a group: the workgroup of the kernels.
-pub const LANES: usize = 64;
+pub const LANES: usize = life::LANES as usize;
 
 /// Genes may be as large as this in size: no sum in a controller overflows.
 pub const GREATEST_GENE: f32 = 1e6;
@@ -31,7 +31,7 @@ pub const GREATEST_TRACE: u64 = (1 << 25) * WORDS_OF_RECORD as u64;
 const WORDS_OF_RECORD: usize = size_of::<Record>() / size_of::<u32>();
 
 /// Words of a group's key, before its genes.
-const KEY_WORDS: usize = 2;
+const KEY_WORDS: usize = life::KEY_WORDS as usize;
 
 /// One genome's life in one world from one key.
 #[derive(Clone, Copy, Debug)]
@@ -77,18 +77,20 @@ struct Facts {
     genes: usize,
     /// Robots of a rollout in it.
     robots: u32,
-    /// The most iterations of all loops of a cycle together, and of those with which a life begins.
+    /// The most turns of all loops of a cycle together, and of those with which a life begins.
     loops: u32,
     begin_loops: u32,
 }
 
 impl Facts {
-    fn of(world: &impl WorldKind) -> Self {
+    fn of(world: &impl WorldKind, index: usize, packed: &Packed) -> Self {
+        let turns = |cycles| packed.turns(world.kernel(), index, cycles);
+        let begin_loops = turns(0);
         Self {
             genes: world.genes(),
             robots: world.robots(),
-            loops: world.loops(),
-            begin_loops: world.begin_loops(),
+            loops: turns(1) - begin_loops,
+            begin_loops,
         }
     }
 }
@@ -117,13 +119,15 @@ impl Worlds {
                 .check()
                 .map_err(|invalid| Invalid::new(format!("worlds[{index}].{}", invalid.field), invalid.problem))?;
         }
+        let packed = Packed::new(worlds);
+        let facts = |(index, world)| Facts::of(world, index, &packed);
         let most = |words: fn(&W) -> u32| worlds.iter().map(words).max().unwrap_or(0);
         Ok(Self(Arc::new(PackedWorlds {
             kernel,
-            facts: worlds.iter().map(Facts::of).collect(),
+            facts: worlds.iter().enumerate().map(facts).collect(),
             state_words: most(W::state_words),
             record_words: most(W::record_words),
-            packed: Packed::new(worlds),
+            packed,
         })))
     }
 
@@ -536,10 +540,9 @@ impl<'a> Part<'a> {
         &self.batch.states[self.groups.start as usize * words..self.groups.end as usize * words]
     }
 
-    /// The most iterations that a kernel's loops make together in one cycle of one rollout, at least 1.
+    /// The most turns that a kernel's loops make together in one cycle of one rollout, at least 1.
     pub fn loops(&self) -> u32 {
-        // The loop over cycles.
-        self.most(|facts| facts.loops + 1)
+        self.most(|facts| facts.loops)
     }
 
     /// Those that come on top when lives begin, as a random start does.

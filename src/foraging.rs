@@ -8,9 +8,10 @@
 
 use std::sync::LazyLock;
 
-use oneiro_shaders::{Kernel, life};
+use oneiro_shaders::{Kernel, forager, life};
 
 use crate::batch::{Buffers, WorldKind};
+use crate::cells::Cells;
 use crate::exact::cosine;
 use crate::parameter::Allowed::{Number, NumberUpTo, Whole};
 use crate::parameter::{self, Parameter, row};
@@ -18,15 +19,10 @@ use crate::world::Invalid;
 use crate::world::check::{integer, number};
 
 /// Genes of a forager: `G0` and `G1`.
-pub const GENES: usize = 2;
+pub const GENES: usize = forager::FORAGER_GENES as usize;
 
 /// Seconds of a cycle.
 const CYCLE: f64 = 0.1;
-/// The kernel has room for so many.
-pub(crate) const GREATEST_ITEMS: u32 = 8;
-
-/// Turns of the loops of a random start and of the first food.
-pub(crate) const BEGIN_LOOPS: u32 = 65 + 9 * 66;
 
 /// What an e-puck's proximity sensor reads at a distance, of 4095, and the standard deviation of its noise as a share
 /// of that (the table of Webots' e-puck, which was calibrated on a robot): mm, reading, share.
@@ -47,7 +43,7 @@ const PROXIMITY: [(f64, f64, f64); 12] = [
 ];
 const GREATEST_PROXIMITY: f64 = 4095.0;
 /// How far it reads, mm.
-const SIGHT: u32 = 70;
+const SIGHT: u32 = forager::CURVE_ENTRIES;
 
 /// Bearings of the eight sensors, degrees counter-clockwise from the heading (ARGoS, GCtronic): those that obstacle
 /// avoidance asks first.
@@ -134,7 +130,7 @@ pub fn parameters<T: AsMut<Foraging>>() -> Vec<Parameter<T>> {
             "Radius of the arena.", |own, _| Some(&mut own.as_mut().arena_radius)),
         row("arena.nest_radius_mm", "mm", NumberUpTo(10.0, 1.0, "arena.radius_mm"), "paper; its centre on the wall",
             "Radius of the nest, whose centre is on the wall.", |own, _| Some(&mut own.as_mut().nest_radius)),
-        row("arena.food_items", "", Whole(0, GREATEST_ITEMS.into()), "paper",
+        row("arena.food_items", "", Whole(0, forager::GREATEST_ITEMS.into()), "paper",
             "Items of food in the arena at all times.", |own, _| Some(&mut own.as_mut().food_items)),
         row("arena.food_radius_mm", "mm", NumberUpTo(1.0, 1.0, "arena.radius_mm"), "ours: the paper gives no size",
             "How near a robot's centre must come to an item to take it.", |own, _| Some(&mut own.as_mut().food_radius)),
@@ -243,8 +239,8 @@ impl Foraging {
         }
     }
 
-    /// The cells of one of several robots, whose food earns what is left of so many seconds.
-    pub(crate) fn cells_with(&self, robots: f64, seconds: f64) -> Vec<[u32; 4]> {
+    /// What a kernel reads of it, in so many cells; food earns what is left of so many seconds.
+    pub(crate) fn cells(&self, count: u32, robots: u32, seconds: f64) -> Cells {
         const TURN: f64 = 2.0 * std::f64::consts::PI;
         let of = f64::from;
         let (arena, nest, food) = (of(self.arena_radius), of(self.nest_radius), of(self.food_radius));
@@ -254,41 +250,88 @@ impl Foraging {
             Light::Nowhere => (0.0, 0.0),
             Light::OppositeNest => (lamp, 1.0),
         };
-        let turns_per_cycle = |radians_per_second: f32| of(radians_per_second) * CYCLE / TURN;
-        let (near, _) = proximity(of(self.near));
-        let mut cells = vec![
-            [-arena, 0.0, nest * nest, food * food],
-            [lamp_x, 0.0, of(self.light_decay) / 1000.0, shines],
-            [of(self.ambient), of(self.light_noise), f64::from(SIGHT), 1.0],
-            [
-                of(self.body_radius),
-                0.5 * TURN * of(self.wheel_base),
-                of(self.greatest_speed) * CYCLE,
-                of(self.wheel_noise),
-            ],
-            [
-                of(self.cruise) * CYCLE,
-                turns_per_cycle(self.turn),
-                of(self.phototaxis_gain) * CYCLE,
-                turns_per_cycle(self.phototaxis_turn),
-            ],
-            [
-                (of(self.escape) / CYCLE).round(),
-                of(self.search_interval) / CYCLE,
-                near,
-                seconds,
-            ],
-            [arena, CYCLE, f64::from(self.food_items), robots],
-        ];
-        for four in BEARINGS.as_chunks::<4>().0 {
-            cells.push(four.map(cosine));
-            cells.push(four.map(|degrees| cosine(degrees - 90.0)));
+        let turns_per_cycle = |radians_per_second: f32| in_kernel(of(radians_per_second) * CYCLE / TURN);
+        let mut cells = Cells::new(count);
+        cells.put(
+            forager::NEST,
+            forager::NestCell {
+                x: in_kernel(-arena),
+                y: 0.0,
+                squared_radius: in_kernel(nest * nest),
+                squared_reach: in_kernel(food * food),
+            },
+        );
+        cells.put(
+            forager::LAMP,
+            forager::LampCell {
+                x: in_kernel(lamp_x),
+                y: 0.0,
+                decay: in_kernel(of(self.light_decay) / 1000.0),
+                shines,
+            },
+        );
+        cells.put(
+            forager::SENSING,
+            forager::SensingCell {
+                ambient: in_kernel(of(self.ambient)),
+                light_noise: in_kernel(of(self.light_noise)),
+                sight: SIGHT as f32,
+                entries_per_mm: 1.0,
+            },
+        );
+        cells.put(
+            forager::ROBOT,
+            forager::RobotCell {
+                radius: in_kernel(of(self.body_radius)),
+                half_turn_path: in_kernel(0.5 * TURN * of(self.wheel_base)),
+                farthest: in_kernel(of(self.greatest_speed) * CYCLE),
+                wheel_noise: in_kernel(of(self.wheel_noise)),
+            },
+        );
+        cells.put(
+            forager::DRIVING,
+            forager::DrivingCell {
+                cruise: in_kernel(of(self.cruise) * CYCLE),
+                turn: turns_per_cycle(self.turn),
+                gain: in_kernel(of(self.phototaxis_gain) * CYCLE),
+                greatest_turn: turns_per_cycle(self.phototaxis_turn),
+            },
+        );
+        cells.put(
+            forager::TIMES,
+            forager::TimesCell {
+                straight: in_kernel((of(self.escape) / CYCLE).round()),
+                interval: in_kernel(of(self.search_interval) / CYCLE),
+                near: in_kernel(proximity(of(self.near)).0),
+                limit: in_kernel(seconds),
+            },
+        );
+        cells.put(
+            forager::ARENA,
+            forager::ArenaCell {
+                radius: in_kernel(arena),
+                cycle: in_kernel(CYCLE),
+                items: self.food_items as f32,
+                robots: robots as f32,
+            },
+        );
+        for (axes, four) in (forager::AXES..).step_by(2).zip(BEARINGS.as_chunks::<4>().0) {
+            cells.put(axes, four.map(|degrees| in_kernel(cosine(degrees))));
+            cells.put(axes + 1, four.map(|degrees| in_kernel(cosine(degrees - 90.0))));
         }
-        for pair in (0..SIGHT).step_by(2) {
-            let [(here, noise), (next, next_noise)] = [pair, pair + 1].map(|mm| proximity(f64::from(mm) + 0.5));
-            cells.push([here, noise, next, next_noise]);
+        for (pair, mm) in (forager::CURVE..).zip((0..SIGHT).step_by(2)) {
+            let [here, next] = [mm, mm + 1].map(|mm| proximity(f64::from(mm) + 0.5));
+            cells.put(
+                pair,
+                forager::CurveCell {
+                    reading: in_kernel(here.0),
+                    noise: in_kernel(here.1),
+                    next_reading: in_kernel(next.0),
+                    next_noise: in_kernel(next.1),
+                },
+            );
         }
-        cells.into_iter().map(|cell| cell.map(word)).collect()
+        cells
     }
 }
 
@@ -320,28 +363,21 @@ impl WorldKind for Foraging {
     }
 
     fn pack(&self, buffers: &mut Buffers) -> life::World {
-        let numbers = buffers.add_table(self.cells_with(1.0, f64::from(self.cycles) * CYCLE));
+        let numbers = buffers.add_table(
+            self.cells(forager::FORAGER_CELLS, 1, f64::from(self.cycles) * CYCLE)
+                .into_table(),
+        );
         life::World {
             numbers,
             ..self.world()
         }
     }
-
-    /// Where food appears anew, and the sensors' two halves.
-    fn loops(&self) -> u32 {
-        65 + 3
-    }
-
-    fn begin_loops(&self) -> u32 {
-        BEGIN_LOOPS
-    }
 }
 
 /// A number as kernels read it.
-pub(crate) fn word(number: f64) -> u32 {
+pub(crate) fn in_kernel(number: f64) -> f32 {
     // Zero has one sign, and nothing is nearly zero.
-    let number = if number.abs() < 1e-9 { 0.0 } else { number };
-    (number as f32).to_bits()
+    if number.abs() < 1e-9 { 0.0 } else { number as f32 }
 }
 
 /// What a proximity sensor reads at a distance (mm), of 1, and the share that its noise is of that.

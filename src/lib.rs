@@ -5,6 +5,7 @@ pub mod arena;
 pub mod audit;
 pub mod backend;
 pub mod batch;
+mod cells;
 pub mod cpu;
 pub mod evaluator;
 pub mod exact;

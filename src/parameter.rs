@@ -95,6 +95,11 @@ pub trait Choice: Clone + 'static {
     /// The words, in the order in which they are listed.
     const CHOICES: Choices<Self>;
 
+    /// Whether it stands in an experiment with all defaults written out.
+    fn is_written(&self) -> bool {
+        true
+    }
+
     /// The word of a value.
     fn word(&self) -> &'static str {
         let own = std::mem::discriminant(self);
@@ -107,7 +112,7 @@ pub trait Choice: Clone + 'static {
 
 impl<C: Choice> Field for C {
     fn get(&self) -> Option<Datum> {
-        Some(Datum::Word(self.word().into()))
+        self.is_written().then(|| Datum::Word(self.word().into()))
     }
 
     fn set(&mut self, datum: &Datum) -> bool {

@@ -6,6 +6,9 @@
 //! the simulator has a switch, and one severity scales them all. At severity 0 the robot behaves as its simulator but for
 //! roundings: its first readings are equal, and its motion is computed in smaller steps.
 
+use oneiro_shaders::surrogate as kernel;
+
+use crate::cells::Cells;
 use crate::exact::{cosine, exponential};
 use crate::random::pcg4d;
 use crate::tables::SENSORS;
@@ -21,9 +24,9 @@ const WHEEL_BASE: f64 = 53.0;
 const FULL_SPEED: f64 = 82.0;
 /// The rays' angles from the sensor's axis, both ways, degrees.
 const RAYS: [f64; 4] = [7.5, 22.5, 37.5, 52.5];
-/// Rates are of steps of 20 ms, five a cycle.
-const SUBSTEP_MS: f64 = 20.0;
 const CYCLE_MS: f64 = 100.0;
+/// Rates are of the steps of a cycle's ride.
+const SUBSTEP_MS: f64 = CYCLE_MS / kernel::SUBSTEPS as f64;
 
 /// A difference between the surrogate and the simulator made from its samples.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -228,7 +231,7 @@ pub enum Object {
 #[derive(Clone, Debug, PartialEq)]
 pub struct Surroundings {
     /// The field of light. Each wave has a quarter of its amplitude.
-    pub waves: [Wave; 4],
+    pub waves: [Wave; kernel::WAVE_COUNT as usize],
     /// Added to every activation by the surroundings' own light.
     pub ambient: f64,
     seed: u64,
@@ -320,55 +323,95 @@ impl Surrogate {
         (1.0 + strength * (self.surroundings.reflectivity(kind, index) - 1.0)) as f32
     }
 
-    /// Packs it for the kernel, four numbers per cell, in the order of `lib/individual.wgsl`.
+    /// Packs it for the kernel.
     pub(crate) fn cells(&self, body_radius: f32) -> Vec<[u32; 4]> {
         // The logistic falls from 1/2 to 1/20 where 2 exp(x) grows from 2 to 29.
         const LOGARITHM_OF_29_HALVES: f64 = 2.674_148_649_426_529;
         let radius = f64::from(body_radius);
         let strength = |difference| self.differences.of(difference);
-        let mut cells = Vec::new();
-        for sensor in &self.individual.sensors {
+        let mut cells = Cells::new(kernel::INDIVIDUAL_CELLS);
+        for (own, sensor) in (0..)
+            .step_by(kernel::SENSOR_CELLS as usize)
+            .zip(&self.individual.sensors)
+        {
             // The kernel's angles are counter-clockwise.
             let (x, y) = (cosine(sensor.bearing), cosine(sensor.bearing + 90.0));
-            cells.push([radius * x, radius * y, x, y]);
-            cells.push(ray_weights(sensor, radius));
+            cells.put(
+                own + kernel::PLACE,
+                kernel::PlaceCell {
+                    x: in_kernel(radius * x),
+                    y: in_kernel(radius * y),
+                    axis_x: in_kernel(x),
+                    axis_y: in_kernel(y),
+                },
+            );
+            cells.put(own + kernel::RAY_WEIGHTS, ray_weights(sensor, radius).map(in_kernel));
             let fade = (sensor.twentieth - sensor.half) / LOGARITHM_OF_29_HALVES;
-            cells.push([sensor.half, 1.0 / fade, 0.0, 0.0]);
+            cells.put(
+                own + kernel::CURVE,
+                kernel::CurveCell {
+                    half: in_kernel(sensor.half),
+                    steepness: in_kernel(1.0 / fade),
+                    ..kernel::CurveCell::default()
+                },
+            );
         }
         let light = strength(Difference::Illumination);
-        for wave in &self.surroundings.waves {
+        for (own, wave) in (kernel::WAVES..).zip(&self.surroundings.waves) {
             let [x, y] = wave.turns_per_mm;
-            cells.push([x, y, wave.phase, light * 0.3 / 4.0]);
+            cells.put(
+                own,
+                kernel::WaveCell {
+                    turns_x: in_kernel(x),
+                    turns_y: in_kernel(y),
+                    phase: in_kernel(wave.phase),
+                    amplitude: in_kernel(light * 0.3 / 4.0),
+                },
+            );
         }
         let noise = strength(Difference::ReadNoise);
-        cells.push([
-            strength(Difference::Geometry),
-            noise * 3.4 / 1023.0,
-            noise * 0.03,
-            light * self.surroundings.ambient,
-        ]);
+        cells.put(
+            kernel::SENSING,
+            kernel::SensingCell {
+                geometry: in_kernel(strength(Difference::Geometry)),
+                noise: in_kernel(noise * 3.4 / f64::from(kernel::GREATEST_READING)),
+                noise_share: in_kernel(noise * 0.03),
+                ambient: in_kernel(light * self.surroundings.ambient),
+            },
+        );
         let age = strength(Difference::Latency);
-        cells.push([
-            age * f64::from(self.differences.latency_ms) / CYCLE_MS,
-            age * SUBSTEP_MS / CYCLE_MS,
-            strength(Difference::Arcs).min(1.0),
-            (0.5 * strength(Difference::Slip)).min(1.0),
-        ]);
-        let full = self
+        cells.put(
+            kernel::TIMING,
+            kernel::TimingCell {
+                latency: in_kernel(age * f64::from(self.differences.latency_ms) / CYCLE_MS),
+                period: in_kernel(age * SUBSTEP_MS / CYCLE_MS),
+                arc: in_kernel(strength(Difference::Arcs).min(1.0)),
+                slip: in_kernel((0.5 * strength(Difference::Slip)).min(1.0)),
+            },
+        );
+        let [left, right] = self
             .individual
             .wheels
             .map(|share| FULL_SPEED * (1.0 + strength(Difference::Wheels) * share));
-        // A time constant of 20 ms, by the implicit Euler rule.
-        let response = 1.0 / (1.0 + strength(Difference::MotorLag));
-        let turns_per_mm = 1.0 / (WHEEL_BASE * 2.0 * std::f64::consts::PI);
-        cells.push([full[0], full[1], turns_per_mm, response]);
-        let word = |number: f64| {
-            let number = number as f32;
-            // Zero has one sign, and nothing is subnormal.
-            if number.abs() < 1e-30 { 0 } else { number.to_bits() }
-        };
-        cells.into_iter().map(|cell| cell.map(word)).collect()
+        cells.put(
+            kernel::WHEELS,
+            kernel::WheelsCell {
+                full_left: in_kernel(left),
+                full_right: in_kernel(right),
+                turns_per_mm: in_kernel(1.0 / (WHEEL_BASE * 2.0 * std::f64::consts::PI)),
+                // A time constant of 20 ms, by the implicit Euler rule.
+                response: in_kernel(1.0 / (1.0 + strength(Difference::MotorLag))),
+            },
+        );
+        cells.into_table()
     }
+}
+
+/// A number as the kernel reads it.
+fn in_kernel(number: f64) -> f32 {
+    let number = number as f32;
+    // Zero has one sign, and nothing is subnormal.
+    if number.abs() < 1e-30 { 0.0 } else { number }
 }
 
 /// The weights of the pairs of rays: a bell over the rays' angles. Its width gives the sensor its width, and its scale

@@ -11,11 +11,11 @@
 
 use std::sync::LazyLock;
 
-use oneiro_shaders::{Kernel, life};
+use oneiro_shaders::{Kernel, life, swarm as kernel};
 
 use crate::batch::{Batch, Buffers, Outcome, Rollout, TraceRequest, WorldKind, Worlds};
 use crate::evaluator::{Control, Error, Evaluator};
-use crate::foraging::{self, Foraging, Light};
+use crate::foraging::{Foraging, Light, in_kernel};
 use crate::parameter::Allowed::{Any, Number, Whole};
 use crate::parameter::{self, Parameter, row};
 use crate::random::Key;
@@ -23,21 +23,12 @@ use crate::world::Invalid;
 use crate::world::check::integer;
 
 /// Robots that a world can have.
-pub const GREATEST_ROBOTS: u32 = 128;
+pub const GREATEST_ROBOTS: u32 = kernel::GREATEST_ROBOTS;
 /// Cycles of a second.
-pub const SECOND: u32 = 10;
+pub const SECOND: u32 = kernel::SECOND;
 
-/// Words of a world's state and of each robot's: those of `lib/swarm.wgsl`.
-const WORLD_WORDS: u32 = 17;
-const ROBOT_WORDS: u32 = 38;
-/// Words of a robot in a line, besides whom it heard; and of the food.
-const LINE_WORDS: u32 = 5;
-const FOOD_WORDS: u32 = 16;
-/// How often robots are looked at in all when places are drawn: `LOOKS` of `physics/arena.wgsl`.
-const LOOKS: u32 = 20_000;
-/// Inputs of a world before those of its robots, and of each robot.
-const LAMP_INPUTS: usize = 3;
-const ORDER_INPUTS: usize = 6;
+/// Words of all items in a line of the trace.
+const FOOD_WORDS: u32 = kernel::ITEM_WORDS * kernel::GREATEST_ITEMS;
 
 /// How the arena differs from what robots have on board. Each is off at 0 or false; all are our choice.
 ///
@@ -186,7 +177,7 @@ impl Swarm {
         }
     }
 
-    /// What the kernel reads of it, four numbers a cell; the order is that of `lib/forager.wgsl` and `lib/swarm.wgsl`.
+    /// What the kernel reads of it.
     fn cells(&self) -> Vec<[u32; 4]> {
         let Self { differences: own, .. } = self;
         // The lamp's side is a world's input; the cells have where it is if opposite.
@@ -195,38 +186,69 @@ impl Swarm {
             ..self.forager
         };
         let seconds = f64::from(self.interval) / f64::from(SECOND);
-        let mut cells = forager.cells_with(f64::from(self.robots), seconds);
+        let mut cells = forager.cells(kernel::SWARM_CELLS, self.robots, seconds);
         let flag = |on: bool| if on { 1.0 } else { 0.0 };
-        let of = f64::from;
-        let own = [
-            [
-                of(self.range) * of(self.range),
-                of(self.heard),
-                flag(self.line_of_sight),
-                0.0,
-            ],
-            [flag(own.latency), of(own.slip), of(own.tracking_loss), 0.0],
-            [of(own.beam), of(own.reflection), of(own.shadows), 0.0],
-            [of(own.wheels), of(own.proximity), of(own.light), 0.0],
-        ];
-        cells.extend(own.map(|cell| cell.map(foraging::word)));
+        let of = |number: f32| in_kernel(f64::from(number));
+        cells.put(
+            kernel::MEETING,
+            kernel::MeetingCell {
+                squared_range: in_kernel(f64::from(self.range) * f64::from(self.range)),
+                heard: of(self.heard),
+                line_of_sight: flag(self.line_of_sight),
+                ..kernel::MeetingCell::default()
+            },
+        );
+        cells.put(
+            kernel::DELAYS,
+            kernel::DelaysCell {
+                latency: flag(own.latency),
+                slip: of(own.slip),
+                tracking_loss: of(own.tracking_loss),
+                ..kernel::DelaysCell::default()
+            },
+        );
+        cells.put(
+            kernel::FIELD,
+            kernel::FieldCell {
+                beam: of(own.beam),
+                reflection: of(own.reflection),
+                shadows: of(own.shadows),
+                ..kernel::FieldCell::default()
+            },
+        );
+        cells.put(
+            kernel::SPREAD,
+            kernel::SpreadCell {
+                wheels: of(own.wheels),
+                proximity: of(own.proximity),
+                light: of(own.light),
+                ..kernel::SpreadCell::default()
+            },
+        );
         let Key([low, high]) = Key::rollout(self.individuals, 0, 0, 0);
-        cells.push([low, high, 0, 0]);
-        cells
+        cells.put(kernel::WHO, [low, high, 0, 0]);
+        cells.into_table()
     }
 
     fn robot_line_words(&self) -> u32 {
-        LINE_WORDS + self.robots.div_ceil(32)
+        kernel::LINE_WORDS + self.robots.div_ceil(u32::BITS)
     }
 
     /// What the kernel takes as the genes of a world's rollout.
     pub fn inputs(&self, lamp: &Lamp, orders: &[Order]) -> Vec<f32> {
-        let mut inputs = vec![side(lamp.first), side(lamp.then), lamp.moves as f32];
-        for order in orders {
-            inputs.extend(order.before.unwrap_or([-1.0; 2]));
-            inputs.extend(order.after);
-            inputs.push(order.at as f32);
-            inputs.push(order.begins.map_or(-1.0, |cycle| cycle as f32));
+        let words = kernel::ORDERS as usize + kernel::ORDER_WORDS as usize * orders.len();
+        let mut inputs = vec![0.0; words];
+        inputs[kernel::LAMP_FIRST as usize] = side(lamp.first);
+        inputs[kernel::LAMP_THEN as usize] = side(lamp.then);
+        inputs[kernel::LAMP_MOVES as usize] = lamp.moves as f32;
+        let each = inputs[kernel::ORDERS as usize..].chunks_exact_mut(kernel::ORDER_WORDS as usize);
+        for (input, order) in each.zip(orders) {
+            let mut put =
+                |first: u32, numbers: &[f32]| input[first as usize..][..numbers.len()].copy_from_slice(numbers);
+            put(kernel::ORDER_BEFORE, &order.before.unwrap_or([-1.0; 2]));
+            put(kernel::ORDER_AFTER, &order.after);
+            put(kernel::ORDER_AT, &[order.at as f32]);
+            put(kernel::ORDER_BEGINS, &[order.begins.map_or(-1.0, |cycle| cycle as f32)]);
         }
         inputs
     }
@@ -238,18 +260,22 @@ impl Swarm {
         words
             .chunks_exact(line_words)
             .map(|line| {
-                let robot = |words: &[u32]| Seen {
-                    x: f32::from_bits(words[0]),
-                    y: f32::from_bits(words[1]),
-                    heading: f32::from_bits(words[2]),
-                    behaviour: Behaviour::of(words[3] & 7),
-                    carries: words[3] >> 3 & 1 == 1,
-                    brought: words[3] >> 4,
-                    earned: f32::from_bits(words[4]),
-                    heard: words[5..]
-                        .iter()
-                        .rev()
-                        .fold(0, |mask, &word| mask << 32 | u128::from(word)),
+                let robot = |words: &[u32]| {
+                    let number = |word: u32| f32::from_bits(words[word as usize]);
+                    let does = words[kernel::LINE_DOES as usize];
+                    Seen {
+                        x: number(kernel::LINE_X),
+                        y: number(kernel::LINE_Y),
+                        heading: number(kernel::LINE_HEADING),
+                        behaviour: Behaviour::of(does & ((1 << kernel::LINE_CARRIES) - 1)),
+                        carries: does >> kernel::LINE_CARRIES & 1 == 1,
+                        brought: does >> kernel::LINE_BROUGHT,
+                        earned: number(kernel::LINE_EARNED),
+                        heard: words[kernel::LINE_WORDS as usize..]
+                            .iter()
+                            .rev()
+                            .fold(0, |mask, &word| mask << u32::BITS | u128::from(word)),
+                    }
                 };
                 let food = &line[robots * own..][..FOOD_WORDS as usize];
                 Line {
@@ -285,7 +311,7 @@ impl WorldKind for Swarm {
     }
 
     fn genes(&self) -> usize {
-        LAMP_INPUTS + ORDER_INPUTS * self.robots as usize
+        (kernel::ORDERS + kernel::ORDER_WORDS * self.robots) as usize
     }
 
     fn robots(&self) -> u32 {
@@ -301,30 +327,11 @@ impl WorldKind for Swarm {
     }
 
     fn state_words(&self) -> u32 {
-        WORLD_WORDS + ROBOT_WORDS * self.robots
+        kernel::WORLD_WORDS + kernel::ROBOT_WORDS * self.robots
     }
 
     fn record_words(&self) -> u32 {
         self.robots * self.robot_line_words() + FOOD_WORDS
-    }
-
-    fn loops(&self) -> u32 {
-        let robots = self.robots;
-        let each = robots + 1;
-        // Whom it senses, the light's two halves, how often it is pushed by whom.
-        let moving = robots * (each + 3) + 4 * (1 + each + robots * each) + 1;
-        // A tenth of the robots listen to all, past all.
-        let listening = robots.div_ceil(SECOND) * (each + robots * each);
-        // Food appears anew, and what is done once for each robot or item.
-        let food = foraging::GREATEST_ITEMS * 65 + 9;
-        let line = each * (robots.div_ceil(32) + 2) + 9;
-        moving + listening + food + line + 5 * each
-    }
-
-    /// Those with which a world begins: each robot's words and draws, whom it is held against, and the first food.
-    fn begin_loops(&self) -> u32 {
-        let robots = self.robots;
-        robots * (ROBOT_WORDS + 65 + robots + 3) + LOOKS + foraging::BEGIN_LOOPS
     }
 }
 
@@ -401,10 +408,10 @@ pub enum Behaviour {
 impl Behaviour {
     fn of(number: u32) -> Self {
         match number {
-            0 => Self::FleeLight,
-            1 => Self::Search,
-            2 => Self::SeekLight,
-            3 => Self::Avoid,
+            kernel::FLEE_LIGHT => Self::FleeLight,
+            kernel::SEARCH => Self::Search,
+            kernel::SEEK_LIGHT => Self::SeekLight,
+            kernel::AVOID => Self::Avoid,
             _ => Self::Off,
         }
     }

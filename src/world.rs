@@ -28,6 +28,22 @@ pub struct Robot {
     pub motors: Arc<MotorTable>,
     /// Share of a cycle's turn that is made before its displacement, 0 to 1. 0 moves along the old heading.
     pub turn_before_move: f32,
+    /// What a collision does.
+    pub collision: Collision,
+}
+
+/// What becomes of a cycle after which a robot's body would touch something. It is a collision and earns nothing in any
+/// case.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Collision {
+    /// Neither the move nor the turn is made, as in the simulator of Miglino et al. 1995: without noise, a robot that
+    /// touches stays where it is.
+    #[default]
+    Undo,
+    /// The turn is made, the move is not.
+    KeepTurn,
+    /// The body slides along what it would touch, and turns. In a corner it stops.
+    Slide,
 }
 
 impl Robot {
@@ -38,6 +54,7 @@ impl Robot {
             sensors: SensorTables::khepera(),
             motors: MotorTable::khepera(MotorStates::Symmetric20),
             turn_before_move: 0.0,
+            collision: Collision::Undo,
         }
     }
 }
@@ -95,9 +112,9 @@ impl Controller {
     /// How many genes it takes.
     pub fn genes(self) -> usize {
         match self {
-            Self::Perceptron => 18,
-            Self::Hidden { units } => 11 * units as usize + 2,
-            Self::Recurrent => 22,
+            Self::Perceptron => life::PERCEPTRON_GENES as usize,
+            Self::Hidden { units } => (life::HIDDEN_UNIT_GENES * units + life::HIDDEN_OUTPUT_GENES) as usize,
+            Self::Recurrent => life::RECURRENT_GENES as usize,
         }
     }
 
@@ -345,28 +362,5 @@ impl WorldKind for World {
     fn pack(&self, buffers: &mut Buffers) -> life::World {
         let Checked { spec, packed } = &*self.0;
         packed.in_buffers(spec, buffers)
-    }
-
-    fn loops(&self) -> u32 {
-        let world = &self.0.packed.world;
-        let shapes = world.shapes + 1;
-        let units = world.hidden + 1;
-        if self.spec().surrogate.is_none() {
-            // What is sensed, and what is touched.
-            return units + 2 * shapes;
-        }
-        // Rays on both sides of eight sensors against all that is in reach, of which each may be a block of two faces,
-        // and against each one's turn; the waves of light; two rides of five steps each, of which one slides, and what
-        // is touched.
-        let sides = 9 + 8 * 3;
-        let faces = 8 * 2 * 3;
-        let rays = shapes + sides + 8 * 2 * shapes + faces * shapes + shapes * (shapes + sides + faces);
-        let ride = 3 + 2 * 6 + 5 * 3 * shapes + 2 * shapes;
-        units + rays + 5 + ride
-    }
-
-    /// Those of a random start.
-    fn begin_loops(&self) -> u32 {
-        65 + 64 * (self.0.packed.world.shapes + 1)
     }
 }

@@ -157,6 +157,7 @@ fn contractible(kernel: &'static Kernel) -> &'static Kernel {
         workgroup_size,
         bindings,
         variants,
+        turns,
         ..
     } = *kernel;
     let spirv = Vec::leak(words);
@@ -168,6 +169,7 @@ fn contractible(kernel: &'static Kernel) -> &'static Kernel {
         workgroup_size,
         bindings,
         variants,
+        turns,
     }))
 }
 

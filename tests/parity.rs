@@ -15,7 +15,7 @@ mod choices;
 mod skips;
 mod witness;
 
-use choices::{specs, with_blocks};
+use choices::{collisions, specs, with_blocks};
 use skips::skipped;
 
 /// Genes uniform in -5..5, a multiple of 2^-20 each.
@@ -83,7 +83,7 @@ fn first_difference(outcome: &Outcome, spec: &WorldSpec) -> Option<(usize, usize
 
 #[test]
 fn every_instruction_set_agrees_with_the_witness() {
-    for (name, spec) in specs() {
+    for (name, spec) in specs().into_iter().chain(collisions()) {
         for variant in Cpu::variants() {
             let mut cpu = Cpu::new(None)
                 .and_then(|cpu| cpu.with_variant(variant))
@@ -150,7 +150,7 @@ fn the_gpu_agrees_with_the_cpu() {
     let mut gpu = oneiro::backend::open("gpu:llvmpipe", oneiro::backend::Options::default()).expect("a Vulkan driver");
     assert!(gpu.device().exact, "{:?} is not exact", gpu.device());
     let mut cpu = Cpu::new(None).expect("a CPU");
-    for (name, spec) in specs() {
+    for (name, spec) in specs().into_iter().chain(collisions()) {
         for spec in [Some(spec.clone()), recorded(&spec)].into_iter().flatten() {
             let traced = first_difference(&evaluate(&mut *gpu, &spec, 20, true), &spec);
             assert_eq!(

@@ -24,6 +24,10 @@ pub struct Binding {
     pub stride: u32,
 }
 
+/// Gives a word of a buffer: the buffer's name, the element, and the word within it. No element is that of the uniform
+/// buffer and of the world in which a rollout lives.
+pub type WordOf<'a> = dyn Fn(&str, Option<u64>, u32) -> u32 + 'a;
+
 /// One kernel, compiled.
 #[derive(Debug)]
 pub struct Kernel {
@@ -39,6 +43,9 @@ pub struct Kernel {
     pub workgroup_size: u32,
     /// Its buffers.
     pub bindings: &'static [Binding],
+    /// The most turns of all loops of an invocation together, given words of buffers; a loop's last look at its condition
+    /// is a turn. Software drivers leave loops silently after so many.
+    pub turns: fn(&WordOf<'_>) -> u64,
     /// The lane code, widest first; which of them run here, [`Variant::available`] says.
     pub variants: &'static [Variant],
 }

@@ -18,7 +18,7 @@ fn main(@builtin(workgroup_id) workgroup: vec3<u32>, @builtin(local_invocation_i
     let slot = group * LANES + lane;
     let input = groups[group].inputs - dispatch.first_input + lane;
     let world = groups[group].world;
-    let life = Life(world, vec2<u32>(inputs[input], inputs[input + LANES]), input + 2u * LANES);
+    let life = Life(world, vec2<u32>(inputs[input], inputs[input + LANES]), input + KEY_WORDS * LANES);
 
     var own: State;
     if (dispatch.step_begin == 0u) {

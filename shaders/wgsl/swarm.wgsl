@@ -12,7 +12,7 @@ fn main(@builtin(workgroup_id) workgroup: vec3<u32>, @builtin(local_invocation_i
     let base = group * dispatch.state_words * LANES + lane;
     let first_line = group * dispatch.trace_records * dispatch.record_words * LANES + lane;
     var life = Life(
-        world, vec2<u32>(inputs[input_at], inputs[input_at + LANES]), input_at + 2u * LANES, base,
+        world, vec2<u32>(inputs[input_at], inputs[input_at + LANES]), input_at + KEY_WORDS * LANES, base,
         vec4<f32>(0.0f), 0.0f, 1.0f,
     );
 
@@ -39,11 +39,12 @@ fn line(world: u32, base: u32, at: u32) {
     var place = at;
     for (var robot = 0u; robot < count; robot++) {
         let own = robot_at(base, robot);
-        trace[place] = word(own, X);
-        trace[place + LANES] = word(own, Y);
-        trace[place + 2u * LANES] = word(own, HEADING);
-        trace[place + 3u * LANES] = word(own, BEHAVIOUR) | (word(own, CARRIES) << 3u) | (word(own, BROUGHT) << 4u);
-        trace[place + 4u * LANES] = word(own, EARNED);
+        trace[place + LINE_X * LANES] = word(own, X);
+        trace[place + LINE_Y * LANES] = word(own, Y);
+        trace[place + LINE_HEADING * LANES] = word(own, HEADING);
+        trace[place + LINE_DOES * LANES] =
+            word(own, BEHAVIOUR) | (word(own, CARRIES) << LINE_CARRIES) | (word(own, BROUGHT) << LINE_BROUGHT);
+        trace[place + LINE_EARNED * LANES] = word(own, EARNED);
         place += LINE_WORDS * LANES;
         for (var mask = 0u; mask < masks; mask++) {
             trace[place] = word(own, HEARD + mask);
@@ -55,6 +56,6 @@ fn line(world: u32, base: u32, at: u32) {
     for (var item = 0u; item < GREATEST_ITEMS; item++) {
         trace[place] = word(base, ITEM_X + item);
         trace[place + LANES] = word(base, ITEM_Y + item);
-        place += 2u * LANES;
+        place += ITEM_WORDS * LANES;
     }
 }

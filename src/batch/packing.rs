@@ -44,12 +44,6 @@ pub trait WorldKind {
     fn record_words(&self) -> u32 {
         words(self.kernel(), "trace")
     }
-
-    /// The most turns of all loops of a cycle together; the last look at a loop's condition counts.
-    fn loops(&self) -> u32;
-
-    /// Those with which a life begins.
-    fn begin_loops(&self) -> u32;
 }
 
 /// Words of an element of a kernel's buffer.
@@ -85,14 +79,6 @@ impl<W: WorldKind + ?Sized> WorldKind for &W {
     fn record_words(&self) -> u32 {
         (**self).record_words()
     }
-
-    fn loops(&self) -> u32 {
-        (**self).loops()
-    }
-
-    fn begin_loops(&self) -> u32 {
-        (**self).begin_loops()
-    }
 }
 
 /// What the rollouts of a batch share, as the kernels read it.
@@ -116,6 +102,25 @@ impl Packed {
             packed.shapes.push(life::Shape::default());
         }
         packed
+    }
+
+    /// The most turns of a kernel's loops when a life in a world begins and so many cycles of it are lived.
+    pub(super) fn turns(&self, kernel: &Kernel, world: usize, cycles: u32) -> u32 {
+        let dispatch = life::Dispatch {
+            step_end: cycles,
+            ..life::Dispatch::default()
+        };
+        let word = |buffer: &str, element: Option<u64>, word: u32| {
+            let words: &[u32] = match (buffer, element) {
+                ("dispatch", None) => bytemuck::cast_slice(std::slice::from_ref(&dispatch)),
+                ("worlds", None) => bytemuck::cast_slice(std::slice::from_ref(&self.worlds[world])),
+                ("tables", Some(cell)) => &self.tables[cell as usize],
+                // What a rollout has of its own may be anything.
+                _ => return u32::MAX,
+            };
+            words[word as usize]
+        };
+        u32::try_from((kernel.turns)(&word)).unwrap_or(u32::MAX)
     }
 }
 

@@ -4,8 +4,10 @@
 use std::fmt::Display;
 use std::ops::RangeInclusive;
 
+use oneiro_shaders::life;
+
 use super::parameters::{COORDINATE, LENGTH, PARAMETERS};
-use super::{Noise, Robot, Task, WorldSpec, pack};
+use super::{Collision, Noise, Robot, Task, WorldSpec, pack};
 use crate::arena::{Arena, Field, Wall};
 pub(super) use crate::parameter::LEAST;
 use crate::parameter::{self, Allowed, Datum};
@@ -31,10 +33,11 @@ impl Invalid {
 }
 
 /// The sensors' sums of readings are 16 bits wide.
-pub(super) const GREATEST_SHAPES: usize = (u16::MAX / GREATEST_READING) as usize;
+pub(super) const GREATEST_SHAPES: usize = life::GREATEST_SHAPES as usize;
+const _: () = assert!(life::GREATEST_SHAPES * GREATEST_READING as u32 <= u16::MAX as u32);
 
 /// Cells whose visits a life keeps.
-const GREATEST_CELLS: usize = 128;
+const GREATEST_CELLS: usize = life::GREATEST_CELLS as usize;
 
 pub(crate) fn integer(field: &str, value: u32, allowed: RangeInclusive<u32>) -> Result<(), Invalid> {
     if allowed.contains(&value) {
@@ -71,6 +74,10 @@ pub(super) fn check(spec: &mut WorldSpec) -> Result<(), Invalid> {
             let problem = "is not zero in a surrogate's life; allowed: none, since it has the noise of its own sensors";
             return Err(Invalid::new("noise", problem));
         }
+        if spec.robot.collision != Collision::Undo {
+            let problem = "is not `Undo` in a surrogate's life; allowed: `Undo`, since its slip says how it slides";
+            return Err(Invalid::new("robot.collision", problem));
+        }
     }
     let Task::Avoidance { new_cell, .. } = spec.task;
     if new_cell > 0.0 {
@@ -82,7 +89,8 @@ pub(super) fn check(spec: &mut WorldSpec) -> Result<(), Invalid> {
         }
         if cells > GREATEST_CELLS {
             let problem = format!(
-                "is not zero in a field of {cells} cells; allowed: 0, or a field of up to {GREATEST_CELLS} cells of 50 mm"
+                "is not zero in a field of {cells} cells; allowed: 0, or a field of up to {GREATEST_CELLS} cells of {} mm",
+                life::CELL
             );
             return Err(Invalid::new("task.new_cell", problem));
         }

@@ -4,25 +4,15 @@ use std::collections::VecDeque;
 use std::sync::{Mutex, PoisonError};
 
 use glam::Vec2;
-use oneiro_shaders::life;
+use oneiro_shaders::life::{self, BLOCK, CELL, ROUND, WALL};
 
 use super::check::Invalid;
-use super::{Activation, Controller, Difference, Speed, Start, Task, WorldSpec};
+use super::{Activation, Collision, Controller, Difference, Speed, Start, Task, WorldSpec};
 use crate::arena::Field;
 use crate::batch::Buffers;
+use crate::cells::Cells;
 use crate::surrogate::{self, Object};
 use crate::tables::{MotorTable, SensorTable};
-
-/// Flags of `life::World::task_choices`; the names are those of the kernel's task.
-const SIGNED_SPEED: u32 = 1;
-const SQUARED_DIFFERENCE: u32 = 2;
-const PERCEIVED_ACTIVATION: u32 = 4;
-const NO_ACTIVATION_TERM: u32 = 8;
-
-/// What a shape is; the values are those of `lib/geometry.wgsl`.
-const WALL: u32 = 0;
-const ROUND: u32 = 1;
-const BLOCK: u32 = 2;
 
 /// Points a side of the grid on which free space is looked for.
 const GRID: usize = 64;
@@ -91,11 +81,16 @@ fn sensor_cells(table: &SensorTable) -> Vec<[u32; 4]> {
 }
 
 fn motor_cells(table: &MotorTable) -> Vec<[u32; 4]> {
-    table
-        .cells
-        .iter()
-        .map(|cell| [cell.displacement, cell.turn, cell.left, cell.right].map(|number| zero(number).to_bits()))
-        .collect()
+    let mut cells = Cells::new(0);
+    for cell in &table.cells {
+        cells.push(life::MotorCell {
+            displacement: zero(cell.displacement),
+            turn: zero(cell.turn),
+            left: zero(cell.left),
+            right: zero(cell.right),
+        });
+    }
+    cells.into_table()
 }
 
 /// The pose that a life takes whose every draw of a random one touches something.
@@ -159,11 +154,13 @@ fn world(spec: &WorldSpec, random_start: u32, start: [f32; 3], shapes: u32) -> l
         new_cell: zero(new_cell),
         cell_columns: cells(width) as u32,
         numbers: 0,
+        collision: match spec.robot.collision {
+            Collision::Undo => life::UNDO,
+            Collision::KeepTurn => life::KEEP_TURN,
+            Collision::Slide => life::SLIDE,
+        },
     }
 }
-
-/// Sides of the cells that are counted, mm; as `task/avoidance.wgsl` has it.
-const CELL: f32 = 50.0;
 
 /// Cells along a side of the field.
 pub(super) fn cells(side: f32) -> usize {
@@ -179,16 +176,16 @@ fn task_choices(task: Task) -> u32 {
     } = task;
     let speed = match speed {
         Speed::Unsigned => 0,
-        Speed::Signed => SIGNED_SPEED,
+        Speed::Signed => life::SIGNED_SPEED,
     };
     let difference = match difference {
         Difference::Root => 0,
-        Difference::Square => SQUARED_DIFFERENCE,
+        Difference::Square => life::SQUARED_DIFFERENCE,
     };
     let activation = match activation {
         Activation::Real => 0,
-        Activation::Perceived => PERCEIVED_ACTIVATION,
-        Activation::None => NO_ACTIVATION_TERM,
+        Activation::Perceived => life::PERCEIVED_ACTIVATION,
+        Activation::None => life::NO_ACTIVATION_TERM,
     };
     speed | difference | activation
 }

@@ -2,7 +2,9 @@
 
 use std::sync::LazyLock;
 
-use super::{Activation, Controller, Difference, Speed, Start, Task, WorldSpec};
+use oneiro_shaders::life;
+
+use super::{Activation, Collision, Controller, Difference, Speed, Start, Task, WorldSpec};
 use crate::parameter::Allowed::{Any, Number, Text, Turns, Whole};
 use crate::parameter::{Allowed, Choice, Choices, Parameter, row};
 
@@ -23,6 +25,8 @@ pub fn parameters<T: AsMut<WorldSpec>>() -> Vec<Parameter<T>> {
             "Length of a life: 500 cycles are 50 s.", |own, _| Some(&mut own.as_mut().cycles)),
         row("robot.body_radius_mm", "mm", LENGTH, PAPER,
             "Radius of the round body.", |own, _| Some(&mut own.as_mut().robot.body_radius)),
+        row("robot.collision", "", Any, "the paper, whose simulator undoes",
+            "What a collision does: undo, unless it is given.", |own, _| Some(&mut own.as_mut().robot.collision)),
         row("robot.turn_before_move", "", Number(0.0, 1.0), "Evorobot",
             "Share of a cycle's turn that is made before its displacement.", |own, _| Some(&mut own.as_mut().robot.turn_before_move)),
         row("arena.walls", "", Any, OURS,
@@ -67,7 +71,7 @@ pub fn parameters<T: AsMut<WorldSpec>>() -> Vec<Parameter<T>> {
             "Relative uniform noise of each cycle's displacement and turn.", |own, _| Some(&mut own.as_mut().noise.motor)),
         row("controller.kind", "", Any, PAPER,
             "How genes become wheel commands.", |own, _| Some(&mut own.as_mut().controller)),
-        row("controller.units", "", Whole(1, 32), "ours: the paper has no hidden layer",
+        row("controller.units", "", Whole(1, life::GREATEST_HIDDEN.into()), "ours: the paper has no hidden layer",
             "Hidden units.", |own, _| match &mut own.as_mut().controller {
                 Controller::Hidden { units } => Some(units),
                 _ => None,
@@ -116,6 +120,23 @@ impl Choice for Controller {
             "both outputs are fed back as inputs: 22 genes",
         ),
     ];
+}
+
+impl Choice for Collision {
+    const CHOICES: Choices<Self> = &[
+        ("undo", Self::Undo, "neither the move nor the turn is made"),
+        ("keep_turn", Self::KeepTurn, "the turn is made, the move is not"),
+        (
+            "slide",
+            Self::Slide,
+            "the robot slides along what it would touch, and turns",
+        ),
+    ];
+
+    /// Experiments of before there was a choice keep their identity.
+    fn is_written(&self) -> bool {
+        *self != Self::Undo
+    }
 }
 
 impl Choice for Task {

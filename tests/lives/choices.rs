@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use oneiro::arena::Arena;
 use oneiro::tables::{SensorTable, SensorTables};
-use oneiro::world::{Activation, Controller, Difference, Speed, Start, Task, WorldSpec};
+use oneiro::world::{Activation, Collision, Controller, Difference, Speed, Start, Task, WorldSpec};
 
 /// Tables with one for blocks, which look different from each of five sides.
 pub(crate) fn with_blocks(sensors: &SensorTables) -> Arc<SensorTables> {
@@ -83,4 +83,20 @@ pub(crate) fn specs() -> Vec<(String, WorldSpec)> {
         spec.task = Task::AVOIDANCE.with_new_cell(2.5);
     });
     specs
+}
+
+/// What collisions do besides undoing moves.
+pub(crate) fn collisions() -> Vec<(String, WorldSpec)> {
+    let with = |name: &str, collision, change: &dyn Fn(&mut WorldSpec)| {
+        let mut spec = WorldSpec::miglino1995();
+        spec.robot.collision = collision;
+        change(&mut spec);
+        (name.to_owned(), spec)
+    };
+    vec![
+        with("turns that collisions keep", Collision::KeepTurn, &|_| ()),
+        with("sliding", Collision::Slide, &|_| ()),
+        with("sliding, motor noise", Collision::Slide, &|spec| spec.noise.motor = 0.2),
+        with("sliding along a block", Collision::Slide, &beside_a_block),
+    ]
 }

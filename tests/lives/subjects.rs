@@ -11,7 +11,7 @@ use oneiro::swarm::{self, Lamp, Order, Swarm};
 use oneiro::tables::{MotorStates, MotorTable};
 use oneiro::world::{Activation, Controller, Difference, Noise, Speed, Start, Task, World, WorldSpec};
 
-use super::choices::{beside_a_block, specs, task};
+use super::choices::{beside_a_block, collisions, specs, task};
 
 /// One world and what lives in it.
 pub(crate) struct Subject {
@@ -206,6 +206,7 @@ fn lives(controllers: &[Controller]) -> Vec<Subject> {
         spec.cycles = 500;
         spec.noise = noisy;
     });
+    all.extend(collisions());
     for (_, spec) in &mut all {
         spec.cycles = spec.cycles.min(250);
     }

@@ -7,7 +7,7 @@
 
 use oneiro::random::{Key, pcg4d};
 use oneiro::tables::MotorCell;
-use oneiro::world::{Activation, Controller, Difference, Speed, Start, Task, WorldSpec};
+use oneiro::world::{Activation, Collision, Controller, Difference, Speed, Start, Task, WorldSpec};
 
 mod numerics;
 use numerics::{cosine_sine, direction_by, floor, least, logistic, most, reciprocal_root, root};
@@ -232,6 +232,26 @@ impl<'a> Setting<'a> {
         true
     }
 
+    /// Where a body gets that slides along what it would touch at its goal.
+    fn slide(&self, start: [f32; 2], goal: [f32; 2]) -> [f32; 2] {
+        let touches = |object: &Object<'_>, [x, y]: [f32; 2]| squared(object.toward(x, y)) < object.contact_squared;
+        let mut way = [goal[0] - start[0], goal[1] - start[1]];
+        for object in self.objects.iter().filter(|object| touches(object, goal)) {
+            let to = object.toward(start[0], start[1]);
+            let inverse = reciprocal_root(most(squared(to), TOUCHING));
+            let room = squared(to) * inverse - (object.contact + 0.003_906_25);
+            let approach = (way[0] * to[0] + way[1] * to[1]) * inverse;
+            if approach > room {
+                for axis in 0..2 {
+                    way[axis] -= (approach - room) * (to[axis] * inverse);
+                }
+            }
+        }
+        let end = [start[0] + way[0], start[1] + way[1]];
+        let stays = self.objects.iter().any(|object| touches(object, end));
+        if stays { start } else { end }
+    }
+
     /// Adds the readings that an object in some direction gives.
     fn read(&self, readings: &[[u16; 8]], to: [f32; 2], squared: f32, contact: f32, heading: f32, sums: &mut [u32; 8]) {
         let inverse = reciprocal_root(most(squared, TOUCHING));
@@ -355,6 +375,14 @@ impl<'a> Life<'a> {
             let heading = self.heading + moved.turn;
             (self.x, self.y, self.heading) = (x, y, heading - floor(heading));
             self.facing = cosine_sine(self.heading);
+        } else if spec.robot.collision != Collision::Undo {
+            if spec.robot.collision == Collision::Slide {
+                [self.x, self.y] = self.setting.slide([self.x, self.y], [x, y]);
+            }
+            let heading = self.heading + moved.turn;
+            self.heading = heading - floor(heading);
+            self.facing = cosine_sine(self.heading);
+            self.setting.around(self.x, self.y, &mut self.near);
         }
         let setting = self.setting;
         if setting.new_cell > 0.0 {

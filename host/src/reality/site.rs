@@ -4,7 +4,7 @@
 use std::sync::Arc;
 
 use oneiro::surrogate::{Differences, Surrogate};
-use oneiro::world::{Invalid, Noise, World, WorldSpec};
+use oneiro::world::{Collision, Invalid, Noise, Robot, World, WorldSpec};
 
 use super::surrogate::SurrogateRobot;
 use super::{Reality, Trouble};
@@ -37,7 +37,7 @@ impl Site {
     }
 
     /// The world of its rollouts, for batches that others share: where reality is a simulation. `spec` says all but its
-    /// noise.
+    /// noise and what collisions do.
     ///
     /// # Errors
     /// The first value that the world does not allow.
@@ -45,11 +45,16 @@ impl Site {
         World::new(WorldSpec {
             surrogate: Some(Arc::clone(&self.surrogate)),
             noise: Noise::NONE,
+            robot: Robot {
+                collision: Collision::Undo,
+                ..spec.robot.clone()
+            },
             ..spec.clone()
         })
     }
 
-    /// The robot, ready to be sampled and to be driven. `spec` says how it is evaluated, all but its noise.
+    /// The robot, ready to be sampled and to be driven. `spec` says how it is evaluated, all but its noise and what
+    /// collisions do.
     ///
     /// # Errors
     /// [`Trouble::Broken`] with the value that the world does not allow.

@@ -428,10 +428,7 @@ impl Checker<'_> {
             }
             Op::ShiftLeft | Op::ShiftRight => {
                 let expressions = &self.function.expressions;
-                let below_32 = |handle: Handle<Expression>| match expressions[handle] {
-                    Expression::Literal(Literal::U32(count)) => count < 32,
-                    _ => false,
-                };
+                let below_32 = |handle: Handle<Expression>| matches!(self.constants(handle)[..], [count] if count < 32);
                 let safe = match expressions[right] {
                     Expression::Binary {
                         op: Op::And,

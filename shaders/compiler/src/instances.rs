@@ -5,7 +5,7 @@ use std::fmt::Write;
 use std::path::Path;
 use std::{fs, io};
 
-use crate::Compiled;
+use crate::{Bound, Compiled};
 
 /// An instruction set: what code must be compiled for it and with which lanes.
 #[derive(Clone, Copy, Debug)]
@@ -93,13 +93,21 @@ pub fn write(
          name: \"{name}\",\n\
          wgsl: include_str!(concat!(env!(\"OUT_DIR\"), \"/{name}.wgsl\")),\n\
          spirv: include!(concat!(env!(\"OUT_DIR\"), \"/{name}.spv.rs\")),\n\
-         entry_point: \"main\",\nworkgroup_size: {},\nbindings: &[{}],\nvariants: {name}_lanes::VARIANTS,\n}};\n\
+         entry_point: \"main\",\nworkgroup_size: {},\nbindings: &[{}],\nvariants: {name}_lanes::VARIANTS,\nturns: {turns},\n}};\n\
          #[allow(clippy::all, clippy::pedantic, unused, unused_comparisons, unsafe_op_in_unsafe_fn, reason = \"generated\")]\n\
          mod {name}_lanes {{ include!(concat!(env!(\"OUT_DIR\"), \"/{name}.lanes.rs\")); }}\n",
         kernel.workgroup_size,
         kernel.bindings,
         constant = name.to_uppercase(),
+        turns = kernel.turns.as_ref().map_or_else(|_| "|_| u64::MAX".to_owned(), turns),
     ))
+}
+
+/// A closure that says how often a kernel's loops turn.
+fn turns(bound: &Bound) -> String {
+    let expression = bound.as_rust();
+    let word = if expression.contains("word(") { "word" } else { "_" };
+    format!("|{word}| {expression}")
 }
 
 /// A kernel's lane function and its instances with their run-time tests, as Rust items: `VARIANTS` lists them.

@@ -70,7 +70,7 @@ impl Memory<'_> {
     }
 }
 
-/// Runs one invocation.
+/// Runs one invocation and says how often its loops turned in all.
 ///
 /// # Errors
 /// A program that does not end or uses what is not set; if `strict`, one that breaks the exactness rules.
@@ -80,7 +80,7 @@ pub fn run_invocation(
     workgroup: u32,
     lane: u32,
     strict: bool,
-) -> Result<(), Trap> {
+) -> Result<u64, Trap> {
     let mut invocation = Invocation {
         program,
         memory,
@@ -91,8 +91,10 @@ pub fn run_invocation(
         variables: vec![None; program.variables.len()],
         arrays: vec![Vec::new(); program.arrays.len()],
         patience: PATIENCE,
+        turns: 0,
     };
-    invocation.block(&program.body).map(|_| ())
+    invocation.block(&program.body)?;
+    Ok(invocation.turns)
 }
 
 struct Invocation<'a, 'm> {
@@ -105,6 +107,7 @@ struct Invocation<'a, 'm> {
     variables: Vec<Option<u32>>,
     arrays: Vec<Vec<u32>>,
     patience: u64,
+    turns: u64,
 }
 
 impl Invocation<'_, '_> {
@@ -197,8 +200,9 @@ impl Invocation<'_, '_> {
                 let branch = if self.get(*condition)? != 0 { accept } else { reject };
                 return self.block(branch);
             }
-            Statement::Loop { label, body } => loop {
+            Statement::Loop { label, body, .. } => loop {
                 self.patience = self.patience.checked_sub(1).ok_or(Trap::Endless)?;
+                self.turns += 1;
                 match self.block(body)? {
                     None => {}
                     Some(left) if left == *label => break,
@@ -411,7 +415,7 @@ impl<const N: usize> Group<'_, '_, N> {
                 accept,
                 reject,
             } => return self.branch(*condition, accept, reject),
-            Statement::Loop { label, body } => {
+            Statement::Loop { label, body, .. } => {
                 let masked = self.shapes.loop_is_left_by_some(*label);
                 return self.enter(*label, masked, |group| {
                     let mask = group.masks.len().wrapping_sub(1);

@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 use std::fmt::Write;
 
-use naga::{AddressSpace, ArraySize, Handle, Module, ScalarKind, Type, TypeInner};
+use naga::{AddressSpace, ArraySize, Expression, Handle, Literal, Module, ScalarKind, Type, TypeInner};
 
 /// What a binding holds, as the host sees it.
 #[derive(Clone, Debug)]
@@ -76,10 +76,43 @@ pub(crate) fn bindings(module: &Module) -> Result<Vec<Bound>, String> {
     Ok(bound)
 }
 
-/// Rust structs for every struct that a binding holds.
+/// A module-level constant as a Rust item.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Constant {
+    /// Its name.
+    pub name: String,
+    /// Its definition.
+    pub item: String,
+}
+
+/// Rust constants for all of a kernel's that are numbers or truth values.
+pub(crate) fn constants(module: &Module) -> Vec<Constant> {
+    let constant = |constant: &naga::Constant| {
+        let name = constant.name.clone()?;
+        let Expression::Literal(literal) = module.global_expressions[constant.init] else {
+            return None;
+        };
+        let (ty, value) = match literal {
+            Literal::F32(x) => ("f32", format!("{x:?}")),
+            Literal::U32(x) => ("u32", x.to_string()),
+            Literal::I32(x) => ("i32", x.to_string()),
+            Literal::Bool(x) => ("bool", x.to_string()),
+            _ => return None,
+        };
+        let item = format!("/// The WGSL constant `{name}`.\npub const {name}: {ty} = {value};\n");
+        Some(Constant { name, item })
+    };
+    module.constants.iter().filter_map(|(_, own)| constant(own)).collect()
+}
+
+/// A struct of this ending is what four words of a buffer hold that has no struct of its own: its fields stand in the
+/// order in which the host fills them.
+const CELL: &str = "Cell";
+
+/// Rust structs for every struct that a binding holds, and for cells.
 ///
 /// # Errors
-/// A struct whose WGSL layout Rust's `repr(C)` doesn't have.
+/// A struct whose WGSL layout Rust's `repr(C)` doesn't have; a cell that is not four words.
 pub(crate) fn structs(module: &Module) -> Result<String, String> {
     let mut out = String::new();
     let mut written = BTreeSet::new();
@@ -94,6 +127,17 @@ pub(crate) fn structs(module: &Module) -> Result<String, String> {
         let is_struct = matches!(module.types[ty].inner, TypeInner::Struct { .. });
         if is_struct && written.insert(ty) {
             one(module, ty, &mut out)?;
+        }
+    }
+    for (handle, ty) in module.types.iter() {
+        let Some(name) = ty.name.as_ref().filter(|name| name.ends_with(CELL)) else {
+            continue;
+        };
+        if !matches!(ty.inner, TypeInner::Struct { span: 16, .. }) {
+            return Err(format!("`{name}`: a cell has four words"));
+        }
+        if written.insert(handle) {
+            one(module, handle, &mut out)?;
         }
     }
     Ok(out)

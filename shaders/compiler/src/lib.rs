@@ -3,6 +3,7 @@
 //! A kernel is a list of parts ([`Part`]), concatenated. [`compile`] parses and validates it, refuses what
 //! would not come out the same bits on every device, and writes its three forms.
 
+pub mod bounds;
 mod exact;
 mod front;
 pub mod generate;
@@ -17,6 +18,8 @@ mod tidy;
 pub mod tree;
 pub mod uniform;
 
+pub use bounds::Bound;
+pub use layout::Constant;
 pub use source::{Part, Place, Refusal, Refusals, Source};
 
 /// The most lanes of any instance.
@@ -31,12 +34,29 @@ pub struct Compiled {
     pub spirv: Vec<u32>,
     /// Rust items: host structs.
     pub structs: String,
+    /// Its constants.
+    pub constants: Vec<Constant>,
     /// Rust: a constant slice expression of bindings.
     pub bindings: String,
     /// Invocations a workgroup.
     pub workgroup_size: u32,
     /// Rust: the lane function.
     pub lanes: String,
+    /// The most turns of its loops, or the loops that nothing bounds: see [`Compiled::bounded`].
+    pub turns: Result<Bound, Refusals>,
+}
+
+impl Compiled {
+    /// Refuses loops that nothing bounds. Only test programs have any.
+    ///
+    /// # Errors
+    /// Each such loop.
+    pub fn bounded(self) -> Result<Self, Refusals> {
+        match self.turns {
+            Ok(_) => Ok(self),
+            Err(refusals) => Err(refusals),
+        }
+    }
 }
 
 /// A kernel's program before and after it is tidied, for tests that run both.
@@ -50,6 +70,10 @@ pub struct Trees {
     pub shapes: uniform::Shapes,
     /// Words an element of each buffer.
     pub strides: Vec<u32>,
+    /// The buffers' names.
+    pub buffers: Vec<String>,
+    /// The most turns of its loops, or the loops that nothing bounds.
+    pub turns: Result<Bound, Refusals>,
 }
 
 /// Compiles a kernel.
@@ -62,6 +86,7 @@ pub fn compile(name: &str, parts: &[Part]) -> Result<Compiled, Refusals> {
         tidied,
         shapes,
         strides,
+        turns,
         ..
     } = checked.trees()?;
     let Checked { source, module, info } = &checked;
@@ -71,9 +96,11 @@ pub fn compile(name: &str, parts: &[Part]) -> Result<Compiled, Refusals> {
         wgsl: source.text.clone(),
         spirv: spirv::write(module, info).map_err(refuse)?,
         structs: layout::structs(module).map_err(refuse)?,
+        constants: layout::constants(module),
         bindings: bindings.iter().map(layout::Bound::as_rust).collect::<Vec<_>>().concat(),
         workgroup_size: module.entry_points[0].workgroup_size[0],
         lanes: print::print(&tidied, &shapes, name, &strides),
+        turns,
     })
 }
 
@@ -130,7 +157,15 @@ impl Checked {
         tidy::select_short_branches(&mut tidied, &shapes);
         tidy::remove_unused(&mut tidied);
         let bound = layout::bindings(module).map_err(|message| refused(source, message))?;
+        let buffer = |bound: &layout::Bound| bounds::Buffer {
+            name: bound.name.clone(),
+            is_constant: bound.kind != "ReadWrite",
+            is_uniform: bound.kind == "Uniform",
+        };
+        let buffers: Vec<_> = bound.iter().map(buffer).collect();
         Ok(Trees {
+            turns: bounds::turns(&raw, &buffers, &place),
+            buffers: buffers.into_iter().map(|buffer| buffer.name).collect(),
             shapes: uniform::analyse(&tidied, &place)?,
             raw,
             tidied,

@@ -421,7 +421,7 @@ impl<'a> Lowering<'a> {
                 let body = self.blocks.pop().expect("pushed above");
                 call.breaks.pop();
                 call.continues.pop();
-                self.push(Statement::Loop { label, body });
+                self.push(Statement::Loop { label, body, span });
             }
             S::Break => {
                 let label = *call

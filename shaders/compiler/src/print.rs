@@ -204,7 +204,7 @@ impl Printer<'_> {
                 accept,
                 reject,
             } => self.branch(*condition, accept, reject, outermost),
-            Statement::Loop { label, body } => {
+            Statement::Loop { label, body, .. } => {
                 self.regions.push(Region::Label(*label));
                 if self.shapes.loop_is_left_by_some(*label) {
                     let live = self.mask_name("live");

@@ -175,20 +175,18 @@ fn carry(program: &mut Program, block: &mut Block, exits: &BTreeSet<Label>) {
         let leaving = matches!(&block[at], Statement::Labeled { label, .. } if exits.contains(label));
         if leaving {
             let mut set = BTreeSet::new();
-            visit(&vec![block[at].clone()], &mut |statement| {
+            visit(&block[at..=at], &mut |statement| {
                 set.extend(statement.results().iter().copied());
             });
             let mut needed = BTreeSet::new();
-            for later in &block[at + 1..] {
-                visit(&vec![later.clone()], &mut |statement| {
-                    needed.extend(
-                        statement
-                            .operands(program)
-                            .into_iter()
-                            .filter(|value| set.contains(value)),
-                    );
-                });
-            }
+            visit(&block[at + 1..], &mut |statement| {
+                needed.extend(
+                    statement
+                        .operands(program)
+                        .into_iter()
+                        .filter(|value| set.contains(value)),
+                );
+            });
             for value in needed {
                 let ty = program.ty(value);
                 let name = program.values[value.0 as usize]

@@ -212,6 +212,8 @@ pub enum Statement {
         label: Label,
         /// Its statements.
         body: Block,
+        /// Where in the WGSL.
+        span: naga::Span,
     },
     /// A block that can be left early.
     Labeled {
@@ -333,7 +335,7 @@ impl Statement {
 }
 
 /// Visits every statement, outer before inner, in order.
-pub fn visit(block: &Block, see: &mut impl FnMut(&Statement)) {
+pub fn visit(block: &[Statement], see: &mut impl FnMut(&Statement)) {
     for statement in block {
         see(statement);
         for inner in statement.blocks() {

@@ -210,7 +210,7 @@ impl Analysis<'_> {
                     self.block(reject, regions);
                     regions.pop();
                 }
-                Statement::Loop { label, body } | Statement::Labeled { label, body, .. } => {
+                Statement::Loop { label, body, .. } | Statement::Labeled { label, body, .. } => {
                     regions.push(Region::Label(*label));
                     self.block(body, regions);
                     regions.pop();

@@ -8,6 +8,11 @@ const SEARCH: u32 = 1u;
 const SEEK_LIGHT: u32 = 2u;
 const AVOID: u32 = 3u;
 
+// Its genes: the one for when it carries food, and the one for when it does not.
+const GENE_LADEN: u32 = 0u;
+const GENE_EMPTY: u32 = 1u;
+const FORAGER_GENES: u32 = 2u;
+
 // What behaviours remember.
 struct Memory {
     // the side that it turns to while something is near: 1 left, -1 right, 0 none
@@ -36,24 +41,24 @@ fn selected(gene: f32) -> u32 {
 
 fn behave(life: Life, step: u32, pose: vec3<f32>, carries: bool, before: Memory) -> Deed {
     let world = life.world;
-    let driving = numbers(world, DRIVING);
-    let times = numbers(world, TIMES);
+    let driving = driving_of(world);
+    let times = times_of(world);
     let words = random_words(life.key, STREAM_BEHAVIOUR, step, 0u);
     var memory = before;
-    var wanted = Drive(driving.x, 0.0f);
+    var wanted = Drive(driving.cruise, 0.0f);
 
     // 17 and 50 degrees to the left, then 50 and 17 to the right.
     let front = near(life, step, pose);
     let nearest = max(max(front.x, front.y), max(front.z, front.w));
-    if (nearest > times.z) {
+    if (nearest > times.near) {
         if (memory.escape == 0.0f) {
             // Away from the stronger side; chance decides where none is.
             let stronger = (front.x + front.y) - (front.z + front.w);
             let chance = select(-1.0f, 1.0f, (words.x & 1u) == 0u);
             memory.escape = select(select(chance, 1.0f, stronger < 0.0f), -1.0f, stronger > 0.0f);
         }
-        memory.straight = u32(times.x);
-        return Deed(Drive(0.0f, memory.escape * driving.y), AVOID, front, memory);
+        memory.straight = u32(times.straight);
+        return Deed(Drive(0.0f, memory.escape * driving.turn), AVOID, front, memory);
     }
     memory.escape = 0.0f;
     if (memory.straight > 0u) {
@@ -61,7 +66,7 @@ fn behave(life: Life, step: u32, pose: vec3<f32>, carries: bool, before: Memory)
         return Deed(wanted, AVOID, front, memory);
     }
 
-    let chosen = selected(gene(life, select(1u, 0u, carries)));
+    let chosen = selected(gene(life, select(GENE_EMPTY, GENE_LADEN, carries)));
     if (chosen != SEARCH) {
         return Deed(phototaxis(life, step, pose, chosen == FLEE_LIGHT), chosen, front, memory);
     }
@@ -72,11 +77,11 @@ fn behave(life: Life, step: u32, pose: vec3<f32>, carries: bool, before: Memory)
             memory.wait -= 1u;
         } else {
             memory.turn = 0.5f * unit(words.y) - 0.25f;
-            memory.wait = u32(-times.y * logarithm(max(unit(words.z), 0x1p-24f)));
+            memory.wait = u32(-times.interval * logarithm(max(unit(words.z), 0x1p-24f)));
         }
     }
     if (memory.turn != 0.0f) {
-        wanted = Drive(0.0f, clamp(memory.turn, -driving.y, driving.y));
+        wanted = Drive(0.0f, clamp(memory.turn, -driving.turn, driving.turn));
         memory.turn -= wanted.turn;
     }
     return Deed(wanted, SEARCH, front, memory);
@@ -84,7 +89,7 @@ fn behave(life: Life, step: u32, pose: vec3<f32>, carries: bool, before: Memory)
 
 // To where the light comes from, as all sensors have it, or away from there: the faster the straighter ahead it is.
 fn phototaxis(life: Life, step: u32, pose: vec3<f32>, flee: bool) -> Drive {
-    let driving = numbers(life.world, DRIVING);
+    let driving = driving_of(life.world);
     var ahead = 0.0f;
     var aside = 0.0f;
     for (var half = 0u; half < 2u; half++) {
@@ -98,5 +103,5 @@ fn phototaxis(life: Life, step: u32, pose: vec3<f32>, flee: bool) -> Drive {
     // From -1/2 to 1/2.
     let off = turned - floor(turned + 0.5f);
     let straight = max(cosine_sine(off).x, 0.0f);
-    return Drive(driving.x * straight, clamp(driving.z * off, -driving.w, driving.w));
+    return Drive(driving.cruise * straight, clamp(driving.gain * off, -driving.greatest_turn, driving.greatest_turn));
 }

@@ -64,6 +64,8 @@ struct World {
     cell_columns: u32,
     // first cell of what only some kernels read: a surrogate robot, or a forager and its arena
     numbers: u32,
+    // what a collision does, for the kernels that have a choice: UNDO, KEEP_TURN or SLIDE
+    collision: u32,
 }
 
 // An object. Of a wall where it starts, where it goes and its direction over its squared length; of others where
@@ -80,7 +82,7 @@ struct Shape {
     reach_squared: f32,
     // first cell of the sensor table of its class
     table: u32,
-    // 0 for a wall, ROUND or BLOCK
+    // WALL, ROUND or BLOCK
     kind: u32,
     // 1 for the last object of a layer, within which no two are ever in reach of one robot
     ends_layer: u32,
@@ -116,6 +118,8 @@ struct Group {
 @group(0) @binding(7) var<storage, read_write> fitness: array<f32>;
 
 const LANES: u32 = 64u;
+// Words of the key.
+const KEY_WORDS: u32 = 2u;
 
 // A number with zero's one sign, as everything is stored.
 fn stored(x: f32) -> f32 {

@@ -6,6 +6,6 @@ fn squared_length(v: vec2<f32>) -> f32 {
 
 // Whether a robot's body that stands there touches the wall.
 fn touches(world: u32, at: vec2<f32>) -> bool {
-    let room = numbers(world, ARENA).x - numbers(world, ROBOT).x;
+    let room = arena_of(world).radius - robot_of(world).radius;
     return squared_length(at) > room * room;
 }

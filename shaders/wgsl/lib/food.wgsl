@@ -11,15 +11,15 @@ struct Food {
 // A place for an item: uniform in the arena, outside the nest. `block` numbers the draws of this place among all of
 // the step.
 fn place_of_food(life: Life, step: u32, block: u32) -> vec2<f32> {
-    let nest = numbers(life.world, NEST);
-    let radius = numbers(life.world, ARENA).x;
+    let nest = nest_of(life.world);
+    let radius = arena_of(life.world).radius;
     // Of 64 draws none being good leaves the centre: it happens once in 1e17.
     var place = vec2<f32>(0.0f, 0.0f);
     for (var draw = 0u; draw < 64u; draw++) {
         let u = 2.0f * units(random_words(life.key, STREAM_ENVIRONMENT, step, block + draw)) - 1.0f;
         let at = vec2<f32>(radius * u.x, radius * u.y);
         let from_nest = vec2<f32>(at.x - nest.x, at.y - nest.y);
-        if ((squared_length(at) < radius * radius) & (squared_length(from_nest) >= nest.z)) {
+        if ((squared_length(at) < radius * radius) & (squared_length(from_nest) >= nest.squared_radius)) {
             place = at;
             break;
         }
@@ -41,23 +41,23 @@ fn with_item(food: Food, item: u32, place: vec2<f32>) -> Food {
 fn first_food(life: Life) -> Food {
     let far = vec4<f32>(0x1p17f);
     var food = Food(far, far, far, far);
-    let items = u32(numbers(life.world, ARENA).z);
+    let items = min(u32(arena_of(life.world).items), GREATEST_ITEMS);
     for (var item = 0u; item < items; item++) {
         food = with_item(food, item, place_of_food(life, 0u, 64u * (item + 1u)));
     }
     return food;
 }
 
-// The first item within reach of a place, or 8.
+// The first item within reach of a place, or GREATEST_ITEMS.
 fn item_at(world: u32, food: Food, at: vec2<f32>) -> u32 {
-    let reach = numbers(world, NEST).w;
+    let reach = nest_of(world).squared_reach;
     let x_first = food.x_first - at.x;
     let y_first = food.y_first - at.y;
     let x_last = food.x_last - at.x;
     let y_last = food.y_last - at.y;
     let first = x_first * x_first + y_first * y_first;
     let last = x_last * x_last + y_last * y_last;
-    var item = 8u;
+    var item = GREATEST_ITEMS;
     item = select(item, 7u, last.w < reach);
     item = select(item, 6u, last.z < reach);
     item = select(item, 5u, last.y < reach);

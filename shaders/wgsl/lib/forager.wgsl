@@ -1,13 +1,141 @@
-// What a forager and its arena are: numbers that its sensors, its wheels, its behaviours and its task read. The arena
-// is a circle around the origin. Lengths in mm, angles in turns, times in cycles.
+// What a forager and its arena are: numbers that its sensors, its wheels, its behaviours and its task read, in cells of
+// `tables` from `worlds[..].numbers` on. Each cell's struct says what is in it. The arena is a circle around the origin.
+// Lengths in mm, angles in turns, times in cycles.
 
-// Cells of a forager's world, from `worlds[..].numbers` on.
-const NEST: u32 = 0u; // centre x and y, squared radius, squared radius of a food item
-const LAMP: u32 = 1u; // x, y, decay per mm, and 1 if it shines; of a swarm x as if it were opposite
-const SENSING: u32 = 2u; // ambient light, its noise, range of the proximity sensors, entries per mm of their curve
-const ROBOT: u32 = 3u; // radius of the body, half a turn's wheel path per turn, farthest a wheel goes, noise of wheels
-const DRIVING: u32 = 4u; // cruise, turn on the spot, turn per turn off the light, fastest such turn
-const TIMES: u32 = 5u; // straight on after an escape, mean between random turns, what counts as near, time limit in s
-const ARENA: u32 = 6u; // radius, seconds of a cycle, food items, robots
-const AXES: u32 = 7u; // cosines and sines of the bearings of the four sensors at the front, then of the others
-const CURVE: u32 = 11u; // two entries a cell: reading and its relative noise, by distance
+const NEST: u32 = 0u;
+const LAMP: u32 = 1u;
+const SENSING: u32 = 2u;
+const ROBOT: u32 = 3u;
+const DRIVING: u32 = 4u;
+const TIMES: u32 = 5u;
+const ARENA: u32 = 6u;
+// cosines and sines of the bearings of the four sensors at the front, then of the others
+const AXES: u32 = 7u;
+const CURVE: u32 = 11u;
+// The proximity sensors' curve has an entry each mm, two in a cell.
+const CURVE_ENTRIES: u32 = 70u;
+const FORAGER_CELLS: u32 = CURVE + CURVE_ENTRIES / 2u;
+
+// Up to so many items of food, and so many robots, a world can have.
+const GREATEST_ITEMS: u32 = 8u;
+const GREATEST_ROBOTS: u32 = 128u;
+
+// The nest, and the food.
+struct NestCell {
+    x: f32,
+    y: f32,
+    squared_radius: f32,
+    // how near an item is taken
+    squared_reach: f32,
+}
+
+fn nest_of(world: u32) -> NestCell {
+    let own = numbers(world, NEST);
+    return NestCell(own.x, own.y, own.z, own.w);
+}
+
+// The lamp; of a swarm as if it were opposite.
+struct LampCell {
+    x: f32,
+    y: f32,
+    // per mm
+    decay: f32,
+    // 1 if it does
+    shines: f32,
+}
+
+fn lamp_of(world: u32) -> LampCell {
+    let own = numbers(world, LAMP);
+    return LampCell(own.x, own.y, own.z, own.w);
+}
+
+// Light and proximity sensors.
+struct SensingCell {
+    ambient: f32,
+    light_noise: f32,
+    // range of the proximity sensors
+    sight: f32,
+    // of their curve
+    entries_per_mm: f32,
+}
+
+fn sensing_of(world: u32) -> SensingCell {
+    let own = numbers(world, SENSING);
+    return SensingCell(own.x, own.y, own.z, own.w);
+}
+
+// The body and its wheels.
+struct RobotCell {
+    radius: f32,
+    // what a wheel goes more, and the other less, in a turn on the spot
+    half_turn_path: f32,
+    // that a wheel goes in a cycle
+    farthest: f32,
+    wheel_noise: f32,
+}
+
+fn robot_of(world: u32) -> RobotCell {
+    let own = numbers(world, ROBOT);
+    return RobotCell(own.x, own.y, own.z, own.w);
+}
+
+// What behaviours drive.
+struct DrivingCell {
+    cruise: f32,
+    // on the spot
+    turn: f32,
+    // turn for each turn off the light
+    gain: f32,
+    // towards the light
+    greatest_turn: f32,
+}
+
+fn driving_of(world: u32) -> DrivingCell {
+    let own = numbers(world, DRIVING);
+    return DrivingCell(own.x, own.y, own.z, own.w);
+}
+
+// Times and thresholds of behaviours and of the task.
+struct TimesCell {
+    // after an escape
+    straight: f32,
+    // mean between random turns
+    interval: f32,
+    // a reading from which on something is near
+    near: f32,
+    // seconds in which food earns
+    limit: f32,
+}
+
+fn times_of(world: u32) -> TimesCell {
+    let own = numbers(world, TIMES);
+    return TimesCell(own.x, own.y, own.z, own.w);
+}
+
+// The arena.
+struct ArenaCell {
+    radius: f32,
+    // s
+    cycle: f32,
+    // of food
+    items: f32,
+    robots: f32,
+}
+
+fn arena_of(world: u32) -> ArenaCell {
+    let own = numbers(world, ARENA);
+    return ArenaCell(own.x, own.y, own.z, own.w);
+}
+
+// Two entries of the curve of the proximity sensors: reading and its relative noise, by distance.
+struct CurveCell {
+    reading: f32,
+    noise: f32,
+    next_reading: f32,
+    next_noise: f32,
+}
+
+fn curve_of(world: u32, pair: u32) -> CurveCell {
+    let own = numbers(world, CURVE + pair);
+    return CurveCell(own.x, own.y, own.z, own.w);
+}

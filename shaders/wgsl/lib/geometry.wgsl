@@ -1,7 +1,15 @@
 // What stands in an arena: walls without thickness, round obstacles, and blocks, which are rectangles at any angle.
 
+const WALL: u32 = 0u;
 const ROUND: u32 = 1u;
 const BLOCK: u32 = 2u;
+
+// Objects of a world: the sums of their sampled readings, each up to 1023, have 16 bits.
+const GREATEST_SHAPES: u32 = 64u;
+
+fn shape_count(world: u32) -> u32 {
+    return min(worlds[world].shapes, GREATEST_SHAPES);
+}
 
 // From a point to the nearest point of a wall or a block, or to a round obstacle's centre, in mm.
 fn toward(shape: u32, at: vec2<f32>) -> vec2<f32> {
@@ -48,7 +56,7 @@ fn view_from(own: vec2<f32>, views: u32) -> u32 {
 // Whether a robot's body that stands there touches an object of its world.
 fn touches(world: u32, at: vec2<f32>) -> bool {
     let first = worlds[world].first_shape;
-    let end = first + worlds[world].shapes;
+    let end = first + shape_count(world);
     var hit = false;
     for (var shape = first; shape < end; shape++) {
         hit = hit | (squared_length(toward(shape, at)) < shapes[shape].contact_squared);

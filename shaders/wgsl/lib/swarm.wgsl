@@ -36,17 +36,87 @@ const NEAR_GAINS: u32 = 26u;
 const LIGHT_GAINS: u32 = 30u;
 const ROBOT_WORDS: u32 = 38u;
 
-// Words of a line of the trace: of each robot its pose, what it does, its fitness so far and whom it heard; then all
-// items' x and y.
+// Words of a robot in a line of the trace. What it does is its behaviour, from LINE_CARRIES on a bit for whether it
+// carries food, and from LINE_BROUGHT on how much it brought. A bit for each robot that it heard comes after; after all
+// robots each item's x and y.
+const LINE_X: u32 = 0u;
+const LINE_Y: u32 = 1u;
+const LINE_HEADING: u32 = 2u;
+const LINE_DOES: u32 = 3u;
+const LINE_EARNED: u32 = 4u;
 const LINE_WORDS: u32 = 5u;
-const GREATEST_ITEMS: u32 = 8u;
+const LINE_CARRIES: u32 = 3u;
+const LINE_BROUGHT: u32 = 4u;
+const ITEM_WORDS: u32 = 2u;
 
 // Cells of a swarm's world besides a forager's.
-const MEETING: u32 = 46u; // squared range of messages, the chance that one is heard, 1 if bodies are in the way
-const DELAYS: u32 = 47u; // cycles from sensors to wheels (0 or 1), greatest slip, chance of no word from the tracking
-const FIELD: u32 = 48u; // darker off the lamp's axis, light thrown back by the walls, share of light a body takes
-const SPREAD: u32 = 49u; // deviation of wheels, of proximity and of light sensors
-const WHO: u32 = 50u; // the key of the robots' differences, two words
+const MEETING: u32 = FORAGER_CELLS;
+const DELAYS: u32 = FORAGER_CELLS + 1u;
+const FIELD: u32 = FORAGER_CELLS + 2u;
+const SPREAD: u32 = FORAGER_CELLS + 3u;
+// the key of the robots' differences, two words
+const WHO: u32 = FORAGER_CELLS + 4u;
+const SWARM_CELLS: u32 = FORAGER_CELLS + 5u;
+
+// How messages are heard.
+struct MeetingCell {
+    squared_range: f32,
+    // chance that one is
+    heard: f32,
+    // 1 if bodies are in the way
+    line_of_sight: f32,
+    unused_a: f32,
+}
+
+fn meeting_of(world: u32) -> MeetingCell {
+    let own = numbers(world, MEETING);
+    return MeetingCell(own.x, own.y, own.z, own.w);
+}
+
+// What goes wrong.
+struct DelaysCell {
+    // cycles from sensors to wheels, 0 or 1
+    latency: f32,
+    // at the most
+    slip: f32,
+    // chance of no word from the tracking
+    tracking_loss: f32,
+    unused_a: f32,
+}
+
+fn delays_of(world: u32) -> DelaysCell {
+    let own = numbers(world, DELAYS);
+    return DelaysCell(own.x, own.y, own.z, own.w);
+}
+
+// How the light differs from place to place.
+struct FieldCell {
+    // how much darker it is off the axis of the lamp
+    beam: f32,
+    // light thrown back by the walls
+    reflection: f32,
+    // share of light that a body takes
+    shadows: f32,
+    unused_a: f32,
+}
+
+fn field_of(world: u32) -> FieldCell {
+    let own = numbers(world, FIELD);
+    return FieldCell(own.x, own.y, own.z, own.w);
+}
+
+// Standard deviations of what differs between robots.
+struct SpreadCell {
+    wheels: f32,
+    proximity: f32,
+    light: f32,
+    unused_a: f32,
+}
+
+fn spread_of(world: u32) -> SpreadCell {
+    let own = numbers(world, SPREAD);
+    return SpreadCell(own.x, own.y, own.z, own.w);
+}
 
 // Inputs of a world after its key: which side the lamp is on (-1 over the nest, 0 nowhere, 1 opposite), on which side
 // later, and from which step on; then of each robot the genes that it has, those that it gets, and when; and when its
@@ -55,7 +125,14 @@ const LAMP_FIRST: u32 = 0u;
 const LAMP_THEN: u32 = 1u;
 const LAMP_MOVES: u32 = 2u;
 const ORDERS: u32 = 3u;
+const ORDER_BEFORE: u32 = 0u;
+const ORDER_AFTER: u32 = 2u;
+const ORDER_AT: u32 = 4u;
+const ORDER_BEGINS: u32 = 5u;
 const ORDER_WORDS: u32 = 6u;
+
+// Cycles of a second.
+const SECOND: u32 = 10u;
 
 @group(0) @binding(6) var<storage, read_write> state: array<u32>;
 @group(0) @binding(8) var<storage, read_write> trace: array<u32>;
@@ -95,7 +172,7 @@ fn put(own: u32, field: u32, value: f32) {
 }
 
 fn robots(world: u32) -> u32 {
-    return u32(numbers(world, ARENA).w);
+    return min(u32(arena_of(world).robots), GREATEST_ROBOTS);
 }
 
 // Where a robot's words are, given where its world's are.

@@ -14,17 +14,15 @@ fn robot_life(life: Life, own: u32) -> Life {
     return Life(life.world, robot_key(own), life.genes, own, life.others, life.lamp, life.share);
 }
 
-// How often robots are looked at in all before their places are taken as drawn: drivers may leave longer loops, and
-// bodies that overlap push each other apart.
+// Draws of a robot's place, and how often robots are looked at in all before their places are taken as drawn: drivers may
+// leave longer loops, and bodies that overlap push each other apart.
+const DRAWS: u32 = 64u;
 const LOOKS: u32 = 20000u;
 
 // Robots anywhere in the arena, none on another, and food outside the nest.
 fn begin(life: Life, base: u32) {
     let world = life.world;
     let count = robots(world);
-    let radius = numbers(world, ARENA).x;
-    let body = numbers(world, ROBOT).x;
-    var looks = 0u;
     state[base + HARVESTED * LANES] = 0u;
     for (var robot = 0u; robot < count; robot++) {
         let own = robot_at(base, robot);
@@ -36,28 +34,57 @@ fn begin(life: Life, base: u32) {
         state[own + (KEY + 1u) * LANES] = key.y;
         state[own + BEHAVIOUR * LANES] = OFF;
         differ(world, own, robot);
-        // Of 64 draws none being free leaves the last one in the arena.
-        for (var draw = 0u; draw < 64u; draw++) {
-            let u = units(random_words(key.xy, STREAM_START, 0u, draw));
+    }
+    place_robots(world, base, count);
+    save_food(base, first_food(life));
+}
+
+// One robot after the other gets a place. Each turn of the loop draws one, or looks at one other robot from there: a
+// vector of worlds then needs no more turns than the world that needs most.
+fn place_robots(world: u32, base: u32, count: u32) {
+    let radius = arena_of(world).radius;
+    let body = robot_of(world).radius;
+    var looks = 0u;
+    var robot = 0u;
+    var draws = 0u;
+    // whether a place was drawn, how many others have been looked at from there, and whether none is too near
+    var drawn = false;
+    var looked_at = 0u;
+    var free = true;
+    for (var turn = 0u; turn < DRAWS * count + LOOKS + count * count; turn++) {
+        if (robot == count) {
+            break;
+        }
+        let own = robot_at(base, robot);
+        if (drawn) {
+            let place = robot_at(base, looked_at);
+            let apart = vec2<f32>(number(place, X) - number(own, X), number(place, Y) - number(own, Y));
+            free = free & (squared_length(apart) >= 4.0f * body * body);
+            looked_at++;
+        } else {
+            let u = units(random_words(robot_key(own), STREAM_START, 0u, draws));
             let at = vec2<f32>((2.0f * u.x - 1.0f) * radius, (2.0f * u.y - 1.0f) * radius);
+            draws++;
             if (!touches(world, at)) {
                 put(own, X, at.x);
                 put(own, Y, at.y);
                 put(own, HEADING, u.z);
-                var free = true;
-                for (var other = 0u; other < robot; other++) {
-                    let place = robot_at(base, other);
-                    let apart = vec2<f32>(number(place, X) - at.x, number(place, Y) - at.y);
-                    free = free & (squared_length(apart) >= 4.0f * body * body);
-                }
+                drawn = true;
+                looked_at = 0u;
+                free = true;
                 looks += robot + 1u;
-                if (free | (looks > LOOKS)) {
-                    break;
-                }
             }
         }
+        if (drawn & (looked_at == robot)) {
+            drawn = false;
+            draws = select(draws, DRAWS, free | (looks > LOOKS));
+        }
+        // Of all draws none being free leaves the last one in the arena.
+        if (!drawn & (draws == DRAWS)) {
+            robot++;
+            draws = 0u;
+        }
     }
-    save_food(base, first_food(life));
 }
 
 // A robot senses, decides and drives: where it would get to if it were alone.
@@ -65,27 +92,27 @@ fn act(life: Life, base: u32, robot: u32, step: u32) {
     let own = robot_at(base, robot);
     let order = life.genes + (ORDERS + robot * ORDER_WORDS) * LANES;
     let pose = vec3<f32>(number(own, X), number(own, Y), number(own, HEADING));
-    if (f32(step) == input(order + 5u * LANES)) {
+    if (f32(step) == input(order + ORDER_BEGINS * LANES)) {
         put(own, EARNED, 0.0f);
         state[own + SINCE * LANES] = step;
     }
-    let later = f32(step) >= input(order + 4u * LANES);
+    let later = f32(step) >= input(order + ORDER_AT * LANES);
     var me = robot_life(life, own);
-    me.genes = order + select(0u, 2u * LANES, later);
-    let is_on = gene(me, 0u) >= 0.0f;
+    me.genes = order + select(ORDER_BEFORE, ORDER_AFTER, later) * LANES;
+    let is_on = gene(me, GENE_LADEN) >= 0.0f;
     var to = pose;
     if (is_on) {
         me = among(me, base, robot, pose);
         let memory = Memory(number(own, ESCAPE), word(own, STRAIGHT), number(own, TURN), word(own, WAIT));
         let deed = behave(me, step, pose, word(own, CARRIES) != 0u, memory);
-        let delays = numbers(life.world, DELAYS);
+        let delays = delays_of(life.world);
         var wanted = deed.wanted;
-        if (delays.x > 0.0f) {
+        if (delays.latency > 0.0f) {
             wanted = Drive(number(own, WANTED), number(own, WANTED + 1u));
         }
         let moved = driven(me, step, wanted);
         // What slips is lost of the way and of the turn.
-        let kept = 1.0f - delays.y * unit(random_words(me.key, STREAM_ACTUATOR, step, 1u).x);
+        let kept = 1.0f - delays.slip * unit(random_words(me.key, STREAM_ACTUATOR, step, 1u).x);
         to = driven_pose(pose, Drive(kept * moved.forward, kept * moved.turn));
         put(own, ESCAPE, deed.memory.escape);
         state[own + STRAIGHT * LANES] = deed.memory.straight;
@@ -102,7 +129,7 @@ fn act(life: Life, base: u32, robot: u32, step: u32) {
 
 // A robot that overlaps others gives way by half of each overlap, and the wall keeps it in.
 fn push(world: u32, base: u32, robot: u32, from_field: u32, to_field: u32) {
-    let body = numbers(world, ROBOT).x;
+    let body = robot_of(world).radius;
     let apart = 2.0f * body;
     let count = robots(world);
     let own = robot_at(base, robot);
@@ -120,7 +147,7 @@ fn push(world: u32, base: u32, robot: u32, from_field: u32, to_field: u32) {
             moved.y += share * away.y;
         }
     }
-    let room = numbers(world, ARENA).x - body;
+    let room = arena_of(world).radius - body;
     let squared = squared_length(moved);
     if (squared > room * room) {
         let share = room * reciprocal_root(squared);
@@ -149,17 +176,15 @@ fn cycle(life: Life, base: u32, step: u32) {
         state[own + Y * LANES] = word(own, PUSHED + 1u);
     }
     share_food(life, base, step);
-    for (var robot = 0u; robot < count; robot++) {
-        // Each listens once a second, and no two neighbours in number at once.
-        if ((step + robot) % 10u == 0u) {
-            listen(life, base, robot, step);
-        }
+    // Each listens once a second, and no two neighbours in number at once.
+    for (var robot = (SECOND - step % SECOND) % SECOND; robot < count; robot += SECOND) {
+        listen(life, base, robot, step);
     }
 }
 
 // Whom a robot hears: everybody within range whose message gets through and whom no body hides.
 fn listen(life: Life, base: u32, robot: u32, step: u32) {
-    let meeting = numbers(life.world, MEETING);
+    let meeting = meeting_of(life.world);
     let count = robots(life.world);
     let own = robot_at(base, robot);
     let at = vec2<f32>(number(own, X), number(own, Y));
@@ -168,7 +193,7 @@ fn listen(life: Life, base: u32, robot: u32, step: u32) {
         let to = vec2<f32>(number(place, X) - at.x, number(place, Y) - at.y);
         let chance = unit(random_words(robot_key(own), STREAM_ENVIRONMENT, step, 0x8000u + other).x);
         let talks = (word(own, BEHAVIOUR) != OFF) & (word(place, BEHAVIOUR) != OFF);
-        if ((other != robot) & talks & (squared_length(to) <= meeting.x) & (chance < meeting.y)) {
+        if ((other != robot) & talks & (squared_length(to) <= meeting.squared_range) & (chance < meeting.heard)) {
             if (!hidden(life.world, base, robot, other, at, to)) {
                 let field = HEARD + other / 32u;
                 state[own + field * LANES] = word(own, field) | (1u << (other & 31u));
@@ -180,8 +205,8 @@ fn listen(life: Life, base: u32, robot: u32, step: u32) {
 // Whether a third body is in the way.
 fn hidden(world: u32, base: u32, robot: u32, other: u32, at: vec2<f32>, to: vec2<f32>) -> bool {
     var is_hidden = false;
-    if (numbers(world, MEETING).z > 0.0f) {
-        let body = numbers(world, ROBOT).x;
+    if (meeting_of(world).line_of_sight > 0.0f) {
+        let body = robot_of(world).radius;
         let squared = squared_length(to);
         let count = robots(world);
         for (var third = 0u; third < count; third++) {

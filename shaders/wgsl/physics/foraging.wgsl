@@ -70,9 +70,9 @@ fn cycle(life: Life, step: u32, before: State) -> Cycle {
     own.fitness += brought.earned;
 
     // Wheel speeds as shares of the greatest.
-    let robot = numbers(life.world, ROBOT);
-    let share = reciprocal(robot.z);
-    let apart = robot.y * moved.turn;
+    let robot = robot_of(life.world);
+    let share = reciprocal(robot.farthest);
+    let apart = robot.half_turn_path * moved.turn;
     return Cycle(own, Record(
         pose.x, pose.y, pose.z, deed.front.x, deed.front.y, deed.front.z, deed.front.w, 0.0f, 0.0f, 0.0f, 0.0f,
         0.0f, 0.0f, (moved.forward - apart) * share, (moved.forward + apart) * share,

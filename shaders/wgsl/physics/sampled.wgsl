@@ -49,10 +49,17 @@ fn cycle(life: Life, step: u32, before: State) -> Cycle {
     let collided = touches(world, vec2<f32>(reached.x, reached.y));
     var earned = reward(world, moved, collided, real, perceived);
 
-    // A collision undoes the move.
     own.x = select(reached.x, pose.x, collided);
     own.y = select(reached.y, pose.y, collided);
     own.heading = select(reached.z, pose.z, collided);
+    if (worlds[world].collision != UNDO) {
+        own.heading = reached.z;
+        if (collided & (worlds[world].collision == SLIDE)) {
+            let at = slid(world, vec2<f32>(pose.x, pose.y), vec2<f32>(reached.x, reached.y), true);
+            own.x = at.x;
+            own.y = at.y;
+        }
+    }
     if (worlds[world].new_cell > 0.0f) {
         let here = cell_at(world, vec2<f32>(own.x, own.y));
         let fresh = here & ~own.visited;

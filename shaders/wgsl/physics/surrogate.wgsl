@@ -45,9 +45,9 @@ fn cycle(life: Life, step: u32, before: State) -> Cycle {
 
     // The next readings are of some moment before the end of this cycle: of the latency and, since the sensors
     // are read on their own clock, up to a period of it more.
-    let timing = numbers(world, TIMING);
+    let timing = timing_of(world);
     let early = unit(random_words(life.key, STREAM_SENSOR, step, 2u).x);
-    let age = min(timing.x + timing.y * early, 1.0f);
+    let age = min(timing.latency + timing.period * early, 1.0f);
     own.read_x = end.pose.x - age * (end.pose.x - pose.x);
     own.read_y = end.pose.y - age * (end.pose.y - pose.y);
     own.read_heading = end.pose.z - age * (end.pose.z - pose.z);

@@ -10,13 +10,13 @@ struct Drive {
 
 // What it does: each wheel goes no faster than it can, and by a random share more or less.
 fn driven(life: Life, step: u32, wanted: Drive) -> Drive {
-    let robot = numbers(life.world, ROBOT);
-    let apart = robot.y * wanted.turn;
+    let robot = robot_of(life.world);
+    let apart = robot.half_turn_path * wanted.turn;
     let noise = 2.0f * units(random_words(life.key, STREAM_ACTUATOR, step, 0u)) - 1.0f;
     let own = wheels(life);
-    let left = own.x * (clamp(wanted.forward - apart, -robot.z, robot.z) * (1.0f + robot.w * noise.x));
-    let right = own.y * (clamp(wanted.forward + apart, -robot.z, robot.z) * (1.0f + robot.w * noise.y));
-    return Drive(0.5f * (left + right), (right - left) * reciprocal(2.0f * robot.y));
+    let left = own.x * (clamp(wanted.forward - apart, -robot.farthest, robot.farthest) * (1.0f + robot.wheel_noise * noise.x));
+    let right = own.y * (clamp(wanted.forward + apart, -robot.farthest, robot.farthest) * (1.0f + robot.wheel_noise * noise.y));
+    return Drive(0.5f * (left + right), (right - left) * reciprocal(2.0f * robot.half_turn_path));
 }
 
 // Where that leads from a pose (x and y in mm, heading in turns), along the heading that it has half way.

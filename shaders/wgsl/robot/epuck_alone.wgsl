@@ -7,9 +7,9 @@ fn near(life: Life, step: u32, pose: vec3<f32>) -> vec4<f32> {
 
 // What four sensors read of the light, in [0, 1].
 fn light(life: Life, step: u32, half: u32, pose: vec3<f32>) -> vec4<f32> {
-    let lamp = numbers(life.world, LAMP);
+    let lamp = lamp_of(life.world);
     var shine = vec4<f32>(0.0f);
-    if (lamp.w > 0.0f) {
+    if (lamp.shines > 0.0f) {
         shine = lamp_light(life.world, half, pose, vec2<f32>(lamp.x, lamp.y));
     }
     return light_readings(life, step, half, shine);

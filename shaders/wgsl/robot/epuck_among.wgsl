@@ -6,10 +6,10 @@ fn among(before: Life, base: u32, robot: u32, pose: vec3<f32>) -> Life {
     const BEAM: f32 = 0.25f;
     var life = before;
     let world = life.world;
-    let body = numbers(world, ROBOT).x;
-    let sight = 2.0f * body + numbers(world, SENSING).z;
+    let body = robot_of(world).radius;
+    let sight = 2.0f * body + sensing_of(world).sight;
     let own = axes(world, 0u, pose.z);
-    let lamp = vec2<f32>(life.lamp * numbers(world, LAMP).x, 0.0f);
+    let lamp = vec2<f32>(life.lamp * lamp_of(world).x, 0.0f);
     let way = vec2<f32>(lamp.x - pose.x, lamp.y - pose.y);
     let lamp_inverse = reciprocal_root(max(squared_length(way), 1.0f));
     let to_lamp = vec2<f32>(way.x * lamp_inverse, way.y * lamp_inverse);
@@ -38,11 +38,11 @@ fn among(before: Life, base: u32, robot: u32, pose: vec3<f32>) -> Life {
             shade = max(shade, select(0.0f, taken, (along > 0.0f) & (along < to_lamp_distance)));
         }
     }
-    let field = numbers(world, FIELD);
+    let field = field_of(world);
     // The lamp looks towards the centre.
     let off_axis = to_lamp.y * to_lamp.y;
     life.others = others;
-    life.share = (1.0f - field.z * shade) * (1.0f - field.x * off_axis);
+    life.share = (1.0f - field.shadows * shade) * (1.0f - field.beam * off_axis);
     return life;
 }
 
@@ -56,11 +56,11 @@ fn near(life: Life, step: u32, pose: vec3<f32>) -> vec4<f32> {
 fn light(life: Life, step: u32, half: u32, pose: vec3<f32>) -> vec4<f32> {
     var shine = vec4<f32>(0.0f);
     if (life.lamp != 0.0f) {
-        let arena = numbers(life.world, ARENA).x;
-        let direct = lamp_light(life.world, half, pose, vec2<f32>(life.lamp * numbers(life.world, LAMP).x, 0.0f));
+        let arena = arena_of(life.world).radius;
+        let direct = lamp_light(life.world, half, pose, vec2<f32>(life.lamp * lamp_of(life.world).x, 0.0f));
         // What the walls throw back comes from everywhere, and more of it near the lamp.
         let nearness = 0.5f + 0.5f * clamp(life.lamp * pose.x * reciprocal(arena), -1.0f, 1.0f);
-        shine = life.share * direct + numbers(life.world, FIELD).y * nearness;
+        shine = life.share * direct + field_of(life.world).reflection * nearness;
     }
     return light_readings(life, step, half, four(life.own, LIGHT_GAINS + 4u * half) * shine);
 }
@@ -73,11 +73,11 @@ fn wheels(life: Life) -> vec2<f32> {
 // Draws how a robot differs from others.
 fn differ(world: u32, own: u32, robot: u32) {
     let words = tables[worlds[world].numbers + WHO];
-    let spread = numbers(world, SPREAD);
-    put_four(own, NEAR_GAINS, gains(words.xy, robot, 0u, spread.y));
-    put_four(own, LIGHT_GAINS, gains(words.xy, robot, 1u, spread.z));
-    put_four(own, LIGHT_GAINS + 4u, gains(words.xy, robot, 2u, spread.z));
-    let wheel = gains(words.xy, robot, 3u, spread.x);
+    let spread = spread_of(world);
+    put_four(own, NEAR_GAINS, gains(words.xy, robot, 0u, spread.proximity));
+    put_four(own, LIGHT_GAINS, gains(words.xy, robot, 1u, spread.light));
+    put_four(own, LIGHT_GAINS + 4u, gains(words.xy, robot, 2u, spread.light));
+    let wheel = gains(words.xy, robot, 3u, spread.wheels);
     put(own, WHEELS, wheel.x);
     put(own, WHEELS + 1u, wheel.y);
 }

@@ -17,12 +17,21 @@ fn motor_state(world: u32, output: f32) -> u32 {
     return min(u32(scaled), worlds[world].motor_states - 1u);
 }
 
+// The motion of a pair of motor states, as it was sampled.
+struct MotorCell {
+    displacement: f32,
+    turn: f32,
+    left: f32,
+    right: f32,
+}
+
 // The sampled motion of a pair of outputs (left, right).
 fn commanded(world: u32, outputs: vec2<f32>) -> Motion {
     let left = motor_state(world, outputs.x);
     let right = motor_state(world, outputs.y);
-    let cell = tables[worlds[world].motor_table + left * worlds[world].motor_states + right];
-    return Motion(bitcast<f32>(cell.x), bitcast<f32>(cell.y), bitcast<f32>(cell.z), bitcast<f32>(cell.w));
+    let words = tables[worlds[world].motor_table + left * worlds[world].motor_states + right];
+    let cell = MotorCell(bitcast<f32>(words.x), bitcast<f32>(words.y), bitcast<f32>(words.z), bitcast<f32>(words.w));
+    return Motion(cell.displacement, cell.turn, cell.left, cell.right);
 }
 
 // A cycle's line of the trace.

@@ -13,30 +13,10 @@ struct Ridden {
     right: f32,
 }
 
-// A surrogate's wheels: the share of arcs in the motion, slip, and what a wheel does.
-struct Wheels {
-    // speed of a wheel at its greatest command, mm/s
-    full_left: f32,
-    full_right: f32,
-    // turns per mm that the right wheel goes farther than the left
-    turns_per_mm: f32,
-    // share of the difference between command and speed that 20 ms make up for
-    response: f32,
-    // 0: a cycle goes along its first heading, as in the simulator; 1: along an arc
-    arc: f32,
-    // share of what a robot that is stopped does nevertheless: slide along and turn
-    slip: f32,
-}
-
-fn wheels_of(world: u32) -> Wheels {
-    let timing = numbers(world, TIMING);
-    let own = numbers(world, WHEELS);
-    return Wheels(own.x, own.y, own.z, own.w, timing.z, timing.w);
-}
-
 // A cycle's ride. A robot that `minds` objects stops before them and slides along; one that does not goes through.
 fn ride(world: u32, start: Ridden, moved: Motion, minds: bool) -> Ridden {
     let wheels = wheels_of(world);
+    let arc = timing_of(world).arc;
     let goal_left = moved.left * wheels.full_left;
     let goal_right = moved.right * wheels.full_right;
     var own = start;
@@ -44,42 +24,17 @@ fn ride(world: u32, start: Ridden, moved: Motion, minds: bool) -> Ridden {
         own.left += wheels.response * (goal_left - own.left);
         own.right += wheels.response * (goal_right - own.right);
         let turn = (own.right - own.left) * (SUBSTEP * wheels.turns_per_mm);
-        let ahead = cosine_sine(start.heading + wheels.arc * (own.heading + 0.5f * turn - start.heading));
+        let ahead = cosine_sine(start.heading + arc * (own.heading + 0.5f * turn - start.heading));
         let length = (0.5f * SUBSTEP) * (own.left + own.right);
         var next = vec2<f32>(own.x + length * ahead.x, own.y + length * ahead.y);
         if (minds) {
-            next = slid(world, vec2<f32>(own.x, own.y), next);
+            next = slid(world, vec2<f32>(own.x, own.y), next, false);
         }
         own.x = next.x;
         own.y = next.y;
         own.heading += turn;
     }
     return own;
-}
-
-// Where a body that wants to go from one point to another comes to: there, or along what it would touch, or
-// nowhere.
-fn slid(world: u32, start: vec2<f32>, goal: vec2<f32>) -> vec2<f32> {
-    if (!touches(world, goal)) {
-        return goal;
-    }
-    let first = worlds[world].first_shape;
-    let end = first + worlds[world].shapes;
-    var moved = vec2<f32>(goal.x - start.x, goal.y - start.y);
-    for (var shape = first; shape < end; shape++) {
-        if (squared_length(toward(shape, goal)) < shapes[shape].contact_squared) {
-            // Without what leads into the object.
-            let to = toward(shape, start);
-            let inverse = reciprocal_root(max(squared_length(to), 0x1p-60f));
-            let into = max((moved.x * to.x + moved.y * to.y) * inverse, 0.0f);
-            moved = vec2<f32>(moved.x - into * (to.x * inverse), moved.y - into * (to.y * inverse));
-        }
-    }
-    let aside = vec2<f32>(start.x + moved.x, start.y + moved.y);
-    if (touches(world, aside)) {
-        return start;
-    }
-    return aside;
 }
 
 // What a cycle does to a robot, and whether it ends in a collision: if its ride would end where it touches an
@@ -110,7 +65,7 @@ fn reached(world: u32, pose: vec3<f32>, speeds: vec2<f32>, moved: Motion) -> Rea
         }
     }
     if (collided) {
-        let slip = wheels_of(world).slip;
+        let slip = timing_of(world).slip;
         let at = vec2<f32>(pose.x + slip * (held.x - pose.x), pose.y + slip * (held.y - pose.y));
         let stuck = touches(world, at);
         end = Ridden(

@@ -17,8 +17,8 @@ fn axes(world: u32, half: u32, heading: f32) -> Axes {
 // How far the wall is along the axes of the four sensors at the front, mm.
 fn wall_distances(world: u32, pose: vec3<f32>) -> vec4<f32> {
     let own = axes(world, 0u, pose.z);
-    let body = numbers(world, ROBOT).x;
-    let radius = numbers(world, ARENA).x;
+    let body = robot_of(world).radius;
+    let radius = arena_of(world).radius;
     let x = pose.x + body * own.x;
     let y = pose.y + body * own.y;
     let along = x * own.x + y * own.y;
@@ -37,13 +37,13 @@ fn near_readings(life: Life, step: u32, distances: vec4<f32>) -> vec4<f32> {
 
 // The curve's value at a distance, with its noise.
 fn proximity(world: u32, distance: f32, word: u32) -> f32 {
-    let sensing = numbers(world, SENSING);
+    let sensing = sensing_of(world);
     var reading = 0.0f;
-    if (distance < sensing.z) {
-        let entry = u32(max(distance * sensing.w, 0.0f));
-        let cell = numbers(world, CURVE + entry / 2u);
-        let value = select(cell.z, cell.x, entry % 2u == 0u);
-        let spread = select(cell.w, cell.y, entry % 2u == 0u);
+    if (distance < sensing.sight) {
+        let entry = u32(max(distance * sensing.entries_per_mm, 0.0f));
+        let cell = curve_of(world, entry / 2u);
+        let value = select(cell.next_reading, cell.reading, entry % 2u == 0u);
+        let spread = select(cell.next_noise, cell.noise, entry % 2u == 0u);
         reading = clamp(value * (1.0f + spread * nearly_normal(word)), 0.0f, 1.0f);
     }
     return reading;
@@ -53,8 +53,8 @@ fn proximity(world: u32, distance: f32, word: u32) -> f32 {
 // axis.
 fn lamp_light(world: u32, half: u32, pose: vec3<f32>, lamp: vec2<f32>) -> vec4<f32> {
     let own = axes(world, half, pose.z);
-    let body = numbers(world, ROBOT).x;
-    let decay = numbers(world, LAMP).z;
+    let body = robot_of(world).radius;
+    let decay = lamp_of(world).decay;
     let x = lamp.x - (pose.x + body * own.x);
     let y = lamp.y - (pose.y + body * own.y);
     return vec4<f32>(
@@ -67,9 +67,9 @@ fn lamp_light(world: u32, half: u32, pose: vec3<f32>, lamp: vec2<f32>) -> vec4<f
 
 // What they read of that, in [0, 1], over an ambient light and with noise.
 fn light_readings(life: Life, step: u32, half: u32, shine: vec4<f32>) -> vec4<f32> {
-    let sensing = numbers(life.world, SENSING);
+    let sensing = sensing_of(life.world);
     let noise = 2.0f * units(random_words(life.key, STREAM_SENSOR, step, 1u + half)) - 1.0f;
-    return clamp(shine + sensing.x + sensing.y * noise, vec4<f32>(0.0f), vec4<f32>(1.0f));
+    return clamp(shine + sensing.ambient + sensing.light_noise * noise, vec4<f32>(0.0f), vec4<f32>(1.0f));
 }
 
 // exp(-decay distance) max(0, 1 - 2 |angle| / pi): of a lamp that lies at `to` from a sensor that looks along `axis`.

@@ -121,12 +121,12 @@ fn meet_face(
 
 // A sensor's reading, as an integer, of what its rays on both sides bring back, in so much more light.
 fn reading_of(world: u32, sensor: u32, light_of_pairs: vec4<f32>, gain: f32) -> u32 {
-    let weights = numbers(world, sensor * SENSOR_CELLS + 1u);
-    let curve = numbers(world, sensor * SENSOR_CELLS + 2u);
+    let weights = numbers(world, sensor * SENSOR_CELLS + RAY_WEIGHTS);
+    let curve = curve_of(world, sensor);
     let returned = weights * light_of_pairs;
     let light = gain * ((returned.x + returned.y) + (returned.z + returned.w));
     let distance = reciprocal_root(max(light, 0x1p-40f));
-    let x = clamp((distance - curve.x) * curve.y, -30.0f, 30.0f);
+    let x = clamp((distance - curve.half) * curve.steepness, -30.0f, 30.0f);
     return whole(1.5f * reciprocal(1.0f + 2.0f * exponential_within(x)));
 }
 
@@ -153,8 +153,9 @@ fn added(sums: Sums, sensor: u32, value: u32) -> Sums {
 // The objects in reach of a robot that stands there, a bit each: the first 32 of its world, and the others.
 fn in_reach(world: u32, at: vec2<f32>) -> vec2<u32> {
     let first = worlds[world].first_shape;
+    let count = shape_count(world);
     var near = vec2<u32>(0u);
-    for (var index = 0u; index < worlds[world].shapes; index++) {
+    for (var index = 0u; index < count; index++) {
         let shape = first + index;
         let bit = select(0u, 1u << (index & 31u), squared_length(toward(shape, at)) < shapes[shape].reach_squared);
         if (index < 32u) {
@@ -176,20 +177,21 @@ fn is_near(near: vec2<u32>, index: u32) -> bool {
 fn traced_readings(world: u32, pose: vec3<f32>, gain: f32) -> Sums {
     let ahead = cosine_sine(pose.z);
     let first = worlds[world].first_shape;
+    let count = shape_count(world);
     let near = in_reach(world, vec2<f32>(pose.x, pose.y));
     var sums = Sums(vec4<u32>(0u), vec4<u32>(0u));
     for (var sensor = 0u; sensor < 8u; sensor++) {
-        let place = numbers(world, sensor * SENSOR_CELLS);
+        let place = place_of(world, sensor);
         let at = vec2<f32>(
             pose.x + place.x * ahead.x - place.y * ahead.y,
             pose.y + place.x * ahead.y + place.y * ahead.x,
         );
-        let axis = vec2<f32>(place.z * ahead.x - place.w * ahead.y, place.z * ahead.y + place.w * ahead.x);
+        let axis = vec2<f32>(place.axis_x * ahead.x - place.axis_y * ahead.y, place.axis_x * ahead.y + place.axis_y * ahead.x);
         var light = vec4<f32>(0.0f);
         for (var side = 0u; side < SIDES; side++) {
             let rays = rays_of(axis, side);
             var met = nothing_met();
-            for (var index = 0u; index < worlds[world].shapes; index++) {
+            for (var index = 0u; index < count; index++) {
                 if (is_near(near, index)) {
                     let shape = first + index;
                     let reflectivity = shapes[shape].reflectivity;
@@ -266,10 +268,10 @@ fn viewed(block: Lone) -> Lone {
 fn lone_reading(world: u32, object: Lone, gain: f32) -> Sums {
     var sums = Sums(vec4<u32>(0u), vec4<u32>(0u));
     for (var sensor = 0u; sensor < 8u; sensor++) {
-        let place = numbers(world, sensor * SENSOR_CELLS);
+        let place = place_of(world, sensor);
         var light = vec4<f32>(0.0f);
         for (var side = 0u; side < SIDES; side++) {
-            let rays = rays_of(place.zw, side);
+            let rays = rays_of(vec2<f32>(place.axis_x, place.axis_y), side);
             var met = nothing_met();
             if (object.kind == ROUND) {
                 let centre = vec2<f32>(
@@ -300,11 +302,12 @@ fn lone_reading(world: u32, object: Lone, gain: f32) -> Sums {
 // Few objects are in reach at once, though other lanes have others: so each turn takes every lane's next one.
 fn lone_readings(world: u32, pose: vec3<f32>, gain: f32) -> Sums {
     let first = worlds[world].first_shape;
-    let end = first + worlds[world].shapes;
+    let count = shape_count(world);
+    let end = first + count;
     let spacing = reciprocal(worlds[world].rows_per_mm);
     var sums = Sums(vec4<u32>(0u), vec4<u32>(0u));
     var in_reach = 1u;
-    for (var turn = 0u; turn < in_reach; turn++) {
+    for (var turn = 0u; turn < min(in_reach, count); turn++) {
         var to = vec2<f32>(0.0f, 0.0f);
         var inverse = 0.0f;
         var row = 0u;
@@ -355,33 +358,31 @@ fn lone_readings(world: u32, pose: vec3<f32>, gain: f32) -> Sums {
 fn illumination(world: u32, at: vec2<f32>) -> f32 {
     var gain = 1.0f;
     for (var wave = 0u; wave < WAVE_COUNT; wave++) {
-        // Turns per mm along x and y, the phase in turns, the amplitude.
-        let own = numbers(world, WAVES + wave);
-        gain += own.w * cosine_sine(own.x * at.x + own.y * at.y + own.z).x;
+        let own = wave_of(world, wave);
+        gain += own.amplitude * cosine_sine(own.turns_x * at.x + own.turns_y * at.y + own.phase).x;
     }
     return max(gain, 0.0f);
 }
 
 // The integer that the robot gets: the simulator's picture, and of what the true one differs from it the share
-// `strength.x`, with the noise of reading, `strength.y` and in proportion `strength.z`, over the surroundings'
-// own light, `strength.w`.
-fn read_out(lone: u32, traced: u32, strength: vec4<f32>, word: u32) -> u32 {
+// `geometry`, with the noise of reading, over the surroundings' own light.
+fn read_out(lone: u32, traced: u32, strength: SensingCell, word: u32) -> u32 {
     let summed = min(f32(lone) * READING, 1.0f);
-    let seen = clamp(summed + strength.x * (f32(traced) * READING - summed), 0.0f, 1.0f);
-    return whole(seen + strength.w + nearly_normal(word) * (strength.y + strength.z * seen));
+    let seen = clamp(summed + strength.geometry * (f32(traced) * READING - summed), 0.0f, 1.0f);
+    return whole(seen + strength.ambient + nearly_normal(word) * (strength.noise + strength.noise_share * seen));
 }
 
 // The robot's readings at the pose where it was when they were taken.
 fn sense_by_rays(life: Life, step: u32, pose: vec3<f32>) -> Readings {
     let world = life.world;
-    let strength = numbers(world, SENSING);
+    let strength = sensing_of(world);
     let gain = illumination(world, vec2<f32>(pose.x, pose.y));
     var lone = Sums(vec4<u32>(0u), vec4<u32>(0u));
     var traced = lone;
-    if (strength.x != 1.0f) {
+    if (strength.geometry != 1.0f) {
         lone = lone_readings(world, pose, gain);
     }
-    if (strength.x != 0.0f) {
+    if (strength.geometry != 0.0f) {
         traced = traced_readings(world, pose, gain);
     }
     let a = random_words(life.key, STREAM_SENSOR, step, 0u);

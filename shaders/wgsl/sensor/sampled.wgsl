@@ -26,7 +26,7 @@ fn sampled(world: u32, heading: f32, to: vec2<f32>, contact: f32, table: u32) ->
 fn sense(world: u32, pose: vec3<f32>, shift: vec2<f32>) -> Readings {
     let at = vec2<f32>(pose.x + shift.x, pose.y + shift.y);
     let first = worlds[world].first_shape;
-    let end = first + worlds[world].shapes;
+    let end = first + shape_count(world);
     var sums = vec4<u32>(0u);
     var in_reach = false;
     var to = vec2<f32>(0.0f, 0.0f);

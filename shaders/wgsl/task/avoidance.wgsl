@@ -6,13 +6,15 @@ const SQUARED_DIFFERENCE: u32 = 2u;
 const PERCEIVED_ACTIVATION: u32 = 4u;
 const NO_ACTIVATION_TERM: u32 = 8u;
 
-// Cells that are counted are squares of 50 mm: so many to a mm.
-const CELLS: f32 = 0.02f;
+// The sides of the squares that are counted, mm, and how many of them there are to a mm; and up to how many there are.
+const CELL: f32 = 50.0f;
+const CELLS_PER_MM: f32 = 0.02f;
+const GREATEST_CELLS: u32 = 128u;
 
 // The cell of the field at a place, a bit of four words.
 fn cell_at(world: u32, at: vec2<f32>) -> vec4<u32> {
-    let column = u32(max((at.x - worlds[world].field_x) * CELLS, 0.0f));
-    let row = u32(max((at.y - worlds[world].field_y) * CELLS, 0.0f));
+    let column = u32(max((at.x - worlds[world].field_x) * CELLS_PER_MM, 0.0f));
+    let row = u32(max((at.y - worlds[world].field_y) * CELLS_PER_MM, 0.0f));
     let cell = row * worlds[world].cell_columns + column;
     let bit = 1u << (cell & 31u);
     return select(vec4<u32>(0u), vec4<u32>(bit), vec4<u32>(cell >> 5u) == vec4<u32>(0u, 1u, 2u, 3u));

@@ -20,7 +20,7 @@ fn no_claims() -> Claims {
 fn claimed(before: Claims, world: u32, robot: u32, at: vec2<f32>, food: Food) -> Claims {
     var claims = before;
     let item = item_at(world, food, at);
-    if (item < 8u) {
+    if (item < GREATEST_ITEMS) {
         let x_first = food.x_first - at.x;
         let y_first = food.y_first - at.y;
         let x_last = food.x_last - at.x;
@@ -70,9 +70,9 @@ fn save_food(base: u32, food: Food) {
 fn share_food(life: Life, base: u32, step: u32) {
     let world = life.world;
     let food = load_food(base);
-    let nest = numbers(world, NEST);
-    let arena = numbers(world, ARENA);
-    let unheard = numbers(world, DELAYS).z;
+    let nest = nest_of(world);
+    let arena = arena_of(world);
+    let unheard = delays_of(world).tracking_loss;
     let count = robots(world);
     var claims = no_claims();
     for (var robot = 0u; robot < count; robot++) {
@@ -83,9 +83,9 @@ fn share_food(life: Life, base: u32, step: u32) {
         if (told & (word(own, BEHAVIOUR) != OFF)) {
             if (word(own, CARRIES) == 0u) {
                 claims = claimed(claims, world, robot, at, food);
-            } else if (squared_length(vec2<f32>(at.x - nest.x, at.y - nest.y)) < nest.z) {
-                let seconds = f32(step + 1u - word(own, SINCE)) * arena.y;
-                put(own, EARNED, number(own, EARNED) + max(numbers(world, TIMES).w - seconds, 0.0f));
+            } else if (squared_length(vec2<f32>(at.x - nest.x, at.y - nest.y)) < nest.squared_radius) {
+                let seconds = f32(step + 1u - word(own, SINCE)) * arena.cycle;
+                put(own, EARNED, number(own, EARNED) + max(times_of(world).limit - seconds, 0.0f));
                 state[own + CARRIES * LANES] = 0u;
                 state[own + BROUGHT * LANES] = word(own, BROUGHT) + 1u;
                 state[base + HARVESTED * LANES] = word(base, HARVESTED) + 1u;

@@ -1,0 +1,207 @@
+//! How often loops turn at the most: never less than they do, exactly where that can be known, and a refusal where
+//! nothing is known.
+
+use oneiro_shader_compiler::interpret::{Memory, Trap, run_invocation};
+use oneiro_shader_compiler::{Part, Trees, compile, generate, trees};
+
+const BUFFERS: &str = "\
+struct World { count: u32, cells: u32, share: f32 }
+struct Dispatch { begin: u32, end: u32 }
+@group(0) @binding(0) var<uniform> dispatch: Dispatch;
+@group(0) @binding(1) var<storage, read> worlds: array<World>;
+@group(0) @binding(2) var<storage, read> tables: array<vec4<u32>>;
+@group(0) @binding(3) var<storage, read_write> out: array<u32>;
+const MOST: u32 = 9u;
+";
+const WORLD: [u32; 3] = [5, 2, 0];
+const DISPATCH: [u32; 2] = [3, 10];
+const LANE: u32 = 4;
+
+fn part(path: &str, text: String) -> Part {
+    Part {
+        path: path.into(),
+        text,
+    }
+}
+
+fn parts(body: &str) -> [Part; 2] {
+    let kernel = format!(
+        "@compute @workgroup_size(64)\nfn main(@builtin(local_invocation_index) lane: u32) {{\n    var sum = 0u;\n    \
+         {body}\n    out[lane] = sum;\n}}\n"
+    );
+    [part("buffers", BUFFERS.into()), part("kernel", kernel)]
+}
+
+fn memory() -> Vec<Vec<u32>> {
+    let cells = [[0; 4], [0; 4], [0, 0, 0, 7.5_f32.to_bits()], [6, 0, 0, 0]];
+    vec![DISPATCH.into(), WORLD.into(), cells.concat(), vec![0; 64]]
+}
+
+fn bound(trees: &Trees, buffers: &[Vec<u32>]) -> Option<u64> {
+    let word = |name: &str, element: Option<u64>, word: u32| {
+        let at = trees
+            .buffers
+            .iter()
+            .position(|buffer| buffer == name)
+            .expect("a buffer");
+        let first = element.unwrap_or(0) as usize * trees.strides[at] as usize;
+        buffers[at][first + word as usize]
+    };
+    Some(trees.turns.as_ref().ok()?.value(&word))
+}
+
+/// The bound of a body, and how often its loops turn in truth.
+fn turns(body: &str) -> (u64, u64) {
+    let trees = trees(&parts(body)).unwrap_or_else(|refusals| panic!("`{body}`: {}", refusals[0]));
+    let mut buffers = memory();
+    let bound = bound(&trees, &buffers).unwrap_or_else(|| panic!("`{body}`: {:?}", trees.turns));
+    let mut memory = Memory {
+        buffers: &mut buffers,
+        strides: &trees.strides,
+    };
+    (bound, run_invocation(&trees.raw, &mut memory, 0, LANE, true).unwrap())
+}
+
+#[test]
+fn loops_that_run_to_their_end_turn_as_often_as_is_said() {
+    for (body, expected) in [
+        ("sum += 1u;", 0),
+        ("for (var i = 0u; i < 7u; i++) { sum += i; }", 8),
+        ("for (var i = 2u; i < 7u; i++) { sum += i; }", 6),
+        ("for (var i = 0u; i <= 7u; i++) { sum += i; }", 9),
+        ("for (var i = 0u; 7u > i; i += 3u) { sum += i; }", 4),
+        ("for (var i = 0u; (sum < 100u) & (i < 7u); i++) { sum += i; }", 8),
+        (
+            "let end = min(worlds[0].count, MOST); for (var i = 0u; i < end; i++) { sum += i; }",
+            6,
+        ),
+        (
+            "let end = 3u * min(worlds[0].count, MOST); for (var i = 0u; i < end; i += 3u) { sum += i; }",
+            6,
+        ),
+        (
+            "let end = (min(worlds[0].count, MOST) + 31u) / 32u; for (var i = 0u; i < end; i++) { sum += i; }",
+            2,
+        ),
+        (
+            "let first = worlds[0].cells; let end = first + min(worlds[0].count, MOST);
+             for (var i = first; i < end; i++) { sum += i; }",
+            6,
+        ),
+        (
+            "let end = min(u32(bitcast<f32>(tables[worlds[0].cells].w)), MOST); for (var i = 0u; i < end; i++) { sum += i; }",
+            8,
+        ),
+        (
+            "let end = min(tables[worlds[0].cells + 1u].x, MOST); for (var i = 0u; i < end; i++) { sum += i; }",
+            7,
+        ),
+        (
+            "for (var i = dispatch.begin; i < min(dispatch.end, worlds[0].count); i++) { sum += i; }",
+            3,
+        ),
+        (
+            "for (var i = 0u; i < 7u; i++) { for (var k = 0u; k < 3u; k++) { sum += k; } }
+             for (var i = 0u; i < 2u; i++) { sum += i; }",
+            8 + 7 * 4 + 3,
+        ),
+    ] {
+        assert_eq!(turns(body), (expected, expected), "{body}");
+    }
+}
+
+#[test]
+fn loops_that_end_early_turn_no_oftener_than_is_said() {
+    for (body, expected) in [
+        ("for (var i = 0u; i < 64u; i++) { if (i == lane) { break; } }", 65),
+        ("for (var i = lane; i < 7u; i++) { sum += i; }", 8),
+        (
+            "for (var i = 0u; i < 7u; i++) { if (i == lane) { continue; } sum += i; }",
+            8,
+        ),
+        (
+            "for (var i = 0u; i < 7u; i++) { for (var k = 0u; k < i; k++) { sum += k; } }",
+            8 + 7 * 8,
+        ),
+        ("for (var i = 0u; i < min(lane, 7u); i++) { sum += i; }", 8),
+        (
+            "var near = 1u; for (var i = 0u; i < min(near, 7u); i++) { near = 2u; }",
+            8,
+        ),
+        (
+            "if (lane > 3u) { for (var i = 0u; i < 7u; i++) { sum += i; } } else { for (var i = 0u; i < 2u; i++) { sum += i; } }",
+            8 + 3,
+        ),
+        ("for (var i = 0u; i < select(3u, 7u, lane > 9u); i++) { sum += i; }", 8),
+        ("for (var i = 0u; i < lane % 7u; i++) { sum += i; }", 7),
+        ("for (var i = 0u; i < (lane & 7u); i++) { sum += i; }", 8),
+    ] {
+        let (bound, counted) = turns(body);
+        assert!(counted <= bound, "{counted} turns of {bound}: {body}");
+        assert_eq!(bound, expected, "{body}");
+    }
+}
+
+#[test]
+fn loops_without_a_bound_are_refused_with_their_line() {
+    for body in [
+        "for (var i = 0u; i < lane; i++) { sum += i; }",
+        "for (var i = 0u; i < worlds[0].count; i++) { sum += i; }",
+        "for (var i = 0u; i < tables[lane].x; i++) { sum += i; }",
+        "for (var i = 0u; i < u32(worlds[0].share); i++) { sum += i; }",
+        "for (var i = 0u; i < out[0]; i++) { sum += i; }",
+        "for (var i = 0u; i < worlds[0].count + 1u; i++) { sum += i; }",
+        "for (var i = 0u; i < 7u * worlds[0].count; i++) { sum += i; }",
+        "for (var i = 0u; i != 7u; i++) { sum += i; }",
+        "for (var i = 0u; i < 7u; i++) { i -= sum; }",
+        "for (var i = 0u; i < 7u; i += lane) { sum += i; }",
+        "for (var i = 7u; i > 0u; i--) { sum += i; }",
+        "for (var i = 0u; i < 4294967295u; i += 2u) { sum += i; }",
+        "for (var i = 0; i < 7; i++) { sum += 1u; }",
+        "while (sum < 7u) { if (lane > 3u) { continue; } sum++; }",
+        "while (sum < 7u) { sum *= 2u; }",
+        "loop { sum++; if (sum > lane) { break; } }",
+        "for (var i = 0u; i < 7u; i++) { for (var k = 0u; k < lane; k++) { sum += k; } }",
+        "if (lane > 3u) { loop { break; } }",
+    ] {
+        let compiled = compile("kernel", &parts(body)).unwrap_or_else(|refusals| panic!("`{body}`: {}", refusals[0]));
+        let Err(refusals) = compiled.bounded() else {
+            panic!("`{body}` is taken")
+        };
+        let message = refusals[0].to_string();
+        assert!(
+            message.starts_with("kernel:4: in `main`: nothing known beforehand bounds this loop; write `for"),
+            "`{body}`: {message}"
+        );
+    }
+}
+
+/// The loops of random kernels.
+#[test]
+fn random_loops_turn_no_oftener_than_is_said() {
+    let (mut known, mut unknown) = (0, 0);
+    for seed in 0..100 {
+        let text = generate::kernel(seed, 20 + (seed % 80) as u32);
+        let Ok(trees) = trees(&[part("prelude", generate::PRELUDE.into()), part("kernel", text.clone())]) else {
+            continue;
+        };
+        let mut buffers = generate::buffers(seed, 1);
+        let Some(bound) = bound(&trees, &buffers) else {
+            unknown += 1;
+            continue;
+        };
+        known += 1;
+        for lane in 0..8 {
+            let mut memory = Memory {
+                buffers: &mut buffers,
+                strides: &trees.strides,
+            };
+            match run_invocation(&trees.raw, &mut memory, 0, lane, true) {
+                Ok(turns) => assert!(turns <= bound, "seed {seed}: {turns} turns of {bound}\n{text}"),
+                Err(Trap::Endless) => break,
+                Err(trap) => panic!("seed {seed}: {trap}"),
+            }
+        }
+    }
+    assert!(known > 10, "{known} kernels have a bound, {unknown} have none");
+}
