@@ -311,7 +311,7 @@ impl super::Experiment for Single {
             values.push(("mean", json!(mean)));
             values.push(("interval", json!(interval)));
             values.push(("lives", json!(lives)));
-            values.push(("luckiest", json!(luckiest.fitness)));
+            values.push(("luckiest", json!(luckiest.fitness.map(decimal))));
             let shown = |number: Option<f64>| number.map_or_else(|| "NaN".to_owned(), |number| significant(number, 6));
             let [low, high] = interval.map_or([None; 2], |bounds| bounds.map(Some)).map(shown);
             let mean = shown(mean);
