@@ -2,6 +2,11 @@
 
 use std::fs;
 
+use oneiro::batch::{Batch, Rollout};
+use oneiro::cpu::Cpu;
+use oneiro::evaluator::{Control, Evaluator};
+use oneiro::random::Key;
+use oneiro::world::{Noise, World, WorldSpec};
 use serde_json::Value;
 
 mod place;
@@ -68,7 +73,11 @@ fn a_champion_by_every_name() {
     place.write("plain.csv", format!("{}\n", genome.join(",")));
     // By the names of their columns, in any order, others among them.
     let checked: Value = serde_json::from_str(&place.good(&["check", "small.toml", "--json"])).unwrap();
-    let names = checked["gene_names"].as_array().unwrap().iter().map(|name| name.as_str().unwrap());
+    let names = checked["gene_names"]
+        .as_array()
+        .unwrap()
+        .iter()
+        .map(|name| name.as_str().unwrap());
     let mut columns: Vec<(&str, &str)> = names.zip(genome.iter().map(String::as_str)).collect();
     columns.push(("note", "best"));
     columns.reverse();
@@ -76,7 +85,12 @@ fn a_champion_by_every_name() {
     place.write("named.csv", format!("{}\n{}\n", names.join(","), cells.join(",")));
     let here = place.evaluate(&["small.toml", "--genomes", "runs/run-2", "--trials", "5"]);
     assert_eq!(here.len(), 5);
-    for name in ["runs/run-2/champion.npy", "runs/run-2/champion.json", "plain.csv", "named.csv"] {
+    for name in [
+        "runs/run-2/champion.npy",
+        "runs/run-2/champion.json",
+        "plain.csv",
+        "named.csv",
+    ] {
         let other = place.evaluate(&["small.toml", "--genomes", name, "--trials", "5"]);
         assert_eq!(other, here, "{name}");
     }
@@ -442,4 +456,164 @@ fn drivers_are_quiet_without_a_desktop() {
         let ran = place::Ran::new(arguments, &output).exits(0);
         assert_eq!(ran.stderr, "", "oneiro {}", ran.arguments);
     }
+}
+
+/// The champion's mean is that of fresh lives, worked out here with the library alone: the same lives for all finalists,
+/// who are the luckiest of the run and the best others of the last generation.
+#[test]
+fn a_champion_is_the_finalist_with_the_best_mean() {
+    const LIVES: u64 = 100;
+    let place = Place::new("finalists");
+    place.two_runs();
+    let read = |file: &str| -> Value { serde_json::from_str(&place.text(format!("runs/run-2/{file}"))).unwrap() };
+    let npy = |file: &str| {
+        let bytes = place.read(format!("runs/run-2/{file}"));
+        npyz::NpyFile::new(&bytes[..]).unwrap().into_vec::<f32>().unwrap()
+    };
+    let (champion, luckiest) = (read("champion.json"), read("luckiest.json"));
+    let who = |file: &Value| {
+        (
+            file["generation"].as_u64().unwrap(),
+            file["individual"].as_u64().unwrap(),
+        )
+    };
+    let generations = place.text("runs/run-2/generations.csv");
+    let (names, lines) = table(&generations);
+    let column = |name: &str| {
+        let index = names.iter().position(|own| *own == name).unwrap();
+        lines
+            .iter()
+            .map(|line| line[index].parse::<f64>().unwrap())
+            .collect::<Vec<_>>()
+    };
+    let best = column("best").into_iter().fold(f64::MIN, f64::max);
+    assert_eq!(
+        luckiest["fitness"].as_f64(),
+        Some(best),
+        "the luckiest is what the champion was"
+    );
+
+    let (population, fitness) = (npy("population.npy"), npy("fitness.npy"));
+    let mut ranking: Vec<usize> = (0..20).collect();
+    ranking.sort_by(|&a, &b| fitness[b].total_cmp(&fitness[a]));
+    let others = ranking.into_iter().map(|individual| (4, individual as u64));
+    let others = others.filter(|other| *other != who(&luckiest)).take(20);
+    let finalists: Vec<(u64, u64)> = std::iter::once(who(&luckiest)).chain(others).collect();
+    let genes = |&(_, individual): &(u64, u64), index: usize| match index {
+        0 => npy("luckiest.npy"),
+        _ => population[individual as usize * 18..][..18].to_vec(),
+    };
+    let genomes: Vec<Vec<f32>> = finalists
+        .iter()
+        .zip(0..)
+        .map(|(who, index)| genes(who, index))
+        .collect();
+    let world = World::new(WorldSpec {
+        cycles: 300,
+        noise: Noise::SENSOR,
+        ..WorldSpec::miglino1995()
+    })
+    .unwrap();
+    let rollouts: Vec<Rollout<'_>> = genomes
+        .iter()
+        .flat_map(|genes| {
+            (0..LIVES).map(move |life| Rollout {
+                world: 0,
+                genes,
+                key: Key::rollout(2, 1 << 32, 0, life),
+            })
+        })
+        .collect();
+    let batch = Batch::new(&[world], &rollouts, None).unwrap();
+    let lives = Cpu::new(Some(1)).unwrap().evaluate(&batch, &Control::new()).unwrap();
+    let mean = |lives: &[f32]| lives.iter().map(|life| f64::from(*life)).sum::<f64>() / lives.len() as f64;
+    let means: Vec<f64> = lives.fitness.chunks(LIVES as usize).map(mean).collect();
+    let most = (0..means.len()).fold(0, |most, index| if means[index] > means[most] { index } else { most });
+    assert_eq!(who(&champion), finalists[most]);
+    assert_eq!(npy("champion.npy"), genomes[most]);
+    let near = |value: &Value, expected: f64| (value.as_f64().unwrap() - expected).abs() < 1e-6;
+    assert!(near(&champion["mean"], means[most]) && near(&luckiest["mean"], means[0]));
+    assert!(
+        most > 0 && means[most] > means[0] + 1.0,
+        "here luck is not enough: {means:?}"
+    );
+    let own = &lives.fitness[most * LIVES as usize..][..LIVES as usize];
+    let squares: f64 = own.iter().map(|life| (f64::from(*life) - means[most]).powi(2)).sum();
+    // t of 99 degrees of freedom.
+    let reach = 1.984_217 * (squares / 99.0 / 100.0).sqrt();
+    assert!(near(&champion["interval"][0], means[most] - reach) && near(&champion["interval"][1], means[most] + reach));
+    assert_eq!(
+        (
+            champion["lives"].as_u64(),
+            champion["gene_names"].as_array().unwrap().len()
+        ),
+        (Some(LIVES), 18)
+    );
+
+    let checked: Value = serde_json::from_str(&place.good(&["check", "small.toml", "--json"])).unwrap();
+    assert_eq!(checked["robot_steps"].as_u64(), Some((20 * 5 * 2 + 21 * LIVES) * 300));
+    let shown = place.good(&["resume", "runs/run-2"]);
+    assert!(
+        shown.contains("of 100 lives (95 %: ") && shown.contains("luckiest  fitness"),
+        "{shown}"
+    );
+}
+
+/// Without finalists a run is what it was before there were any, but for two lines of its configuration.
+#[test]
+fn without_finalists_the_champion_is_the_luckiest() {
+    let place = Place::new("off");
+    place.two_runs();
+    let off = [
+        "--set",
+        "evolution.finalists=0",
+        "--seed",
+        "2",
+        "--out",
+        "off",
+        "--backend",
+        "cpu",
+    ];
+    place.good(&[&["run", "small.toml"], &off[..]].concat());
+    assert!(!place.at("off/luckiest.json").exists());
+    for file in ["generations.csv", "individuals.npy", "population.npy", "fitness.npy"] {
+        assert_eq!(
+            place.read(format!("off/{file}")),
+            place.read(format!("runs/run-2/{file}")),
+            "{file}"
+        );
+    }
+    assert_eq!(place.read("off/champion.npy"), place.read("runs/run-2/luckiest.npy"));
+    let champion: Value = serde_json::from_str(&place.text("off/champion.json")).unwrap();
+    assert!(champion.get("mean").is_none() && champion.get("gene_names").is_none());
+    // As version 0.1 had it: such a run is still whole.
+    let config = place.text("off/config.toml");
+    let older = config.replace("finalists = 0\nfinalist_lives = 100\n", "");
+    assert_eq!(older.lines().count() + 2, config.lines().count());
+    place.write("off/config.toml", &older);
+    let verified = place
+        .run(&["verify", "off"])
+        .exits(5)
+        .says(&["config.toml is not what was recorded"]);
+    assert!(
+        !verified.stderr.contains("experiment is another"),
+        "{}",
+        verified.stderr
+    );
+    assert!(place.good(&["replay", "off", "--out", "again"]).contains("as recorded"));
+    place
+        .run(&["check", "small.toml", "--set", "evolution.finalists=1001"])
+        .exits(3)
+        .says(&["1000"]);
+    place
+        .run(&[
+            "check",
+            "small.toml",
+            "--set",
+            "evolution.finalists=1000",
+            "--set",
+            "evolution.finalist_lives=1000",
+        ])
+        .exits(3)
+        .says(&["evolution.finalist_lives", "1000000 lives"]);
 }

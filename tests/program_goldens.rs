@@ -114,6 +114,15 @@ impl Found {
                 of("individual")
             ),
         );
+        if !of("lives").is_null() {
+            let (_, luckiest) = npy(&place.read(format!("{run}/luckiest.npy")));
+            self.content.numbers("luckiest", run, &luckiest);
+            self.content.text(
+                "mean",
+                run,
+                format_args!("{} of {} lives, {}", of("mean"), of("lives"), of("interval")),
+            );
+        }
         self.table(place, run, "trace.csv");
         self.done(place, run);
     }
@@ -149,7 +158,8 @@ impl Found {
         let mut results = String::new();
         for row in reader.records() {
             let row = row.unwrap();
-            for (name, value) in head.iter().zip(&row) {
+            // Runs without finalists have no cells of a champion by its mean.
+            for (name, value) in head.iter().zip(&row).filter(|(_, value)| !value.is_empty()) {
                 let to = if ["id", "result"].contains(&name) {
                     &mut results
                 } else {
@@ -278,6 +288,7 @@ const PLAIN: &str = "
     population = 20
     parents = 4
     generations = 8
+    finalists = 0
     [record]
     checkpoint_every = 3
 ";
@@ -302,6 +313,7 @@ const NOISY: &str = r#"
     population = 12
     parents = 3
     generations = 6
+    finalists = 0
     elite = 2
     initial = [-3.0, 3.0]
     limits = [-2.5, 2.5]
@@ -336,6 +348,7 @@ const REPLACED: &str = r#"
     population = 15
     parents = 5
     generations = 6
+    finalists = 0
     [evolution.mutation]
     kind = "replace"
     rate = 0.3
@@ -373,7 +386,14 @@ fn runs_are_as_pinned() {
     let init = ["--set", "evolution.init=init.npy", "--set", "noise.sensor=[0.0, 0.4]"];
     place.evolve("init", "plain.toml", &init);
     found.run(&place, "init");
-    let short = ["--set", "evolution.generations=3", "--set", "cycles=100"];
+    let short = [
+        "--set",
+        "evolution.generations=3",
+        "--set",
+        "cycles=100",
+        "--set",
+        "evolution.finalists=0",
+    ];
     for name in ["block", "conservative-noise"] {
         place.evolve(name, &shipped(&format!("khepera-{name}.toml")), &short);
         found.run(&place, name);
@@ -382,6 +402,14 @@ fn runs_are_as_pinned() {
     {
         place.evolve_and_resume("resumed", "plain.toml", &["--set", "cycles=61"]);
         found.run(&place, "resumed");
+    }
+    let finalists = ["--set", "evolution.finalists=5", "--set", "evolution.finalist_lives=12"];
+    place.evolve("finalists", "noisy.toml", &finalists);
+    found.run(&place, "finalists");
+    #[cfg(unix)]
+    {
+        place.evolve_and_resume("resumed-finalists", "plain.toml", &finalists);
+        found.run(&place, "resumed-finalists");
     }
     found.check("runs");
 }
@@ -428,8 +456,19 @@ fn sweeps_are_as_pinned() {
         swarm.simulators.credit = "matched"
         "#,
     );
+    place.write(
+        "finalists.toml",
+        r#"
+        experiment = "small.toml"
+        seeds = "3..4"
+        [set]
+        evolution.finalist_lives = 10
+        [grid]
+        evolution.finalists = [0, 4]
+        "#,
+    );
     let mut found = Found::default();
-    for name in ["reality", "swarms"] {
+    for name in ["reality", "swarms", "finalists"] {
         let file = format!("{name}.toml");
         place.good(&["sweep", "run", &file, "--backend", "cpu", "--out", name]);
         found.sweep(&place, name);

@@ -134,7 +134,7 @@ fn a_finished_run_is_whole_and_is_not_run_again() {
     let best = |line: &str| line.split(',').nth(1).unwrap().parse::<f32>().unwrap();
     let bests: Vec<f32> = rows.lines().skip(1).map(best).collect();
     assert_eq!(
-        report["fitness"].as_f64().unwrap() as f32,
+        report["luckiest"].as_f64().unwrap() as f32,
         bests.iter().copied().fold(f32::MIN, f32::max)
     );
     assert_eq!(

@@ -1,6 +1,7 @@
 //! Evolution: optimisers that name the genomes to evaluate next and take their fitness. It knows nothing of robots,
 //! devices or files.
 
+pub(crate) mod appraisal;
 pub(crate) mod encapsulated;
 pub(crate) mod genetic;
 pub(crate) mod random;
@@ -213,7 +214,7 @@ pub(crate) fn by_fitness(a: f32, b: f32) -> Ordering {
 }
 
 /// Indices from the best to the worst; of equals, the lower index first.
-fn ranked(fitness: &[f32]) -> Vec<u32> {
+pub(crate) fn ranked(fitness: &[f32]) -> Vec<u32> {
     let mut ranking: Vec<u32> = (0..fitness.len() as u32).collect();
     ranking.sort_by(|&a, &b| by_fitness(fitness[a as usize], fitness[b as usize]).then(a.cmp(&b)));
     ranking

@@ -5,7 +5,7 @@ use std::fmt::Display;
 use oneiro::arena::Arena;
 use oneiro::world::Invalid;
 
-use super::settings::{ArenaSize, Settings};
+use super::settings::{ArenaSize, Finalists, Settings};
 use crate::evolve::genetic;
 
 pub(super) type Checked = Result<(), Invalid>;
@@ -21,7 +21,17 @@ pub(super) fn invalid(key: &str, problem: impl Display) -> Checked {
 pub(super) fn check(settings: &Settings) -> Checked {
     name(&settings.name)?;
     arena(settings)?;
-    evolution(&settings.evolution)
+    evolution(&settings.evolution)?;
+    finalists(settings.finalists)
+}
+
+fn finalists(Finalists { count, lives }: Finalists) -> Checked {
+    const MOST: u64 = 1_000_000;
+    if (1 + u64::from(count)) * u64::from(lives) > MOST {
+        let problem = format!("is {lives} for {count} finalists and the luckiest; allowed: up to {MOST} lives in all");
+        return invalid("evolution.finalist_lives", problem);
+    }
+    Ok(())
 }
 
 pub(super) fn name(name: &str) -> Checked {

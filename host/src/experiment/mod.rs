@@ -12,7 +12,7 @@ mod world;
 use std::path::Path;
 
 use oneiro::world::World;
-use toml::Table;
+use toml::{Table, Value};
 
 use crate::evolve::genetic::Genetic;
 use crate::evolve::{Evolution, Population};
@@ -140,6 +140,29 @@ impl Experiment {
         values
     }
 
+    /// Individuals that live again after the last generation: the luckiest of the run and the best others.
+    pub(crate) fn finalists(&self) -> u32 {
+        match self.settings.finalists.count {
+            0 => 0,
+            count => 1 + count.min(self.settings.evolution.population),
+        }
+    }
+
+    /// Robot-steps of a run, but for its trace. (Where all of a population are finalists, the luckiest may be one of
+    /// them; then there is one less.)
+    pub(crate) fn steps(&self) -> u64 {
+        let Settings {
+            evolution,
+            trials,
+            finalists,
+            ..
+        } = &self.settings;
+        let individuals = u64::from(evolution.population) * u64::from(evolution.generations);
+        let again = u64::from(self.finalists()) * u64::from(finalists.lives);
+        let lives = individuals.saturating_mul((*trials).into()).saturating_add(again);
+        lives.saturating_mul(self.world.cycles().into())
+    }
+
     /// What decides how its robots live: of experiments that differ in their evolution alone it is the same.
     pub(crate) fn world_identity(&self) -> blake3::Hash {
         let mut world = self.values.clone();
@@ -154,6 +177,13 @@ impl Experiment {
         let mut values = self.values.clone();
         let defaults = values::table(&mut Settings::default(), &Table::new());
         values.insert("record".into(), defaults["record"].clone());
+        if self.settings.finalists.count == 0
+            && let Some(evolution) = values.get_mut("evolution").and_then(Value::as_table_mut)
+        {
+            // Runs were so before there were finalists.
+            evolution.remove("finalists");
+            evolution.remove("finalist_lives");
+        }
         Identities::new(&text(&values))
     }
 }

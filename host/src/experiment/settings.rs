@@ -33,6 +33,8 @@ pub(crate) struct Settings {
     pub(crate) world: WorldSpec,
     /// The genetic algorithm.
     pub(crate) evolution: genetic::Settings,
+    /// Who lives again after the last generation.
+    pub(crate) finalists: Finalists,
     /// What a run writes, and when.
     pub(crate) record: Record,
     /// BLAKE3 hashes of the files that are named.
@@ -65,6 +67,7 @@ impl Default for Settings {
                 ..WorldSpec::miglino1995()
             },
             evolution: genetic::Settings::default(),
+            finalists: Finalists { count: 20, lives: 100 },
             record: Record {
                 checkpoint_every: 50,
                 individuals: true,
@@ -134,6 +137,10 @@ fn rows() -> Vec<Parameter<Settings>> {
             "Instead of random genes, those of this file.", |own, _| Some(&mut own.evolution.init)),
         row("evolution.limits", "", gene, OURS,
             "Range that genes are kept within, if any.", |own, _| Some(&mut own.evolution.limits)),
+        row("evolution.finalists", "", Whole(0, 1000), OURS,
+            "How many of the last generation's best live again, with the luckiest of the run: the best mean is the champion; 0 for none.", |own, _| Some(&mut own.finalists.count)),
+        row("evolution.finalist_lives", "", Whole(2, 10_000), OURS,
+            "Lives of each finalist, with common random numbers that evolution never used.", |own, _| Some(&mut own.finalists.lives)),
         row("evolution.mutation.kind", "", Any, OURS,
             "What mutation does to a gene.", |own, _| Some(&mut own.evolution.mutation.kind)),
         row("evolution.mutation.rate", "", Number(0.0, 1.0), PAPER,
@@ -239,6 +246,15 @@ pub(crate) struct ArenaSize {
     pub(crate) preset: Option<String>,
     pub(crate) width_mm: Option<f32>,
     pub(crate) height_mm: Option<f32>,
+}
+
+/// Who lives again after the last generation, so that the champion is chosen by the mean of many lives.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Finalists {
+    /// How many of the last generation's best, besides the luckiest individual of the run. 0 switches all of it off.
+    pub(crate) count: u32,
+    /// Lives of each.
+    pub(crate) lives: u32,
 }
 
 /// What a run writes, and when. Nothing of it reaches a result.

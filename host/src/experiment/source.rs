@@ -35,9 +35,12 @@ impl<'a> Parsed<'a> {
         }
     }
 
-    /// Whether it has a key, or a table of this name.
-    pub(crate) fn has(&self, key: &str) -> bool {
-        self.values.get_ref().contains_key(key)
+    /// Whether it has a key such as `evolution.init`, or a table of this name.
+    pub(crate) fn has(&self, path: &str) -> bool {
+        let mut keys = path.split('.');
+        let first = keys.next().and_then(|key| self.values.get_ref().get(key));
+        let found = keys.try_fold(first, |value, key| value?.get_ref().as_table().map(|table| table.get(key)));
+        found.flatten().is_some()
     }
 }
 

@@ -52,7 +52,7 @@ impl SavedRun {
             )));
         }
         let config = directory.join(CONFIG);
-        let experiment = runs::read(&config, &[])?;
+        let experiment = runs::recorded(&config)?;
         let seed = experiment.seed().ok_or_else(|| {
             Failure::input(format_args!(
                 "{}: there is no key seed; a run's has one",

@@ -220,6 +220,20 @@ pub(crate) fn read(path: &Path, set: &[String]) -> Result<Arc<dyn Experiment>> {
     of(path, &values, &Setting::all_typed(set)?, &Files::default(), None)
 }
 
+/// Reads the experiment of a run's directory. Before there were finalists runs had none, and did not say so.
+///
+/// # Errors
+/// As [`read`].
+pub(crate) fn recorded(config: &Path) -> Result<Arc<dyn Experiment>> {
+    const FINALISTS: &str = "evolution.finalists";
+    let text = files::text(config)?;
+    let values = Parsed::new(config.display().to_string(), &text)?;
+    let is_older = !values.has("swarm") && !values.has(FINALISTS);
+    let none = Setting::at(config.display().to_string(), FINALISTS, &0.into());
+    let missing = if is_older { vec![none] } else { Vec::new() };
+    of(config, &values, &missing, &Files::default(), None)
+}
+
 /// Reads the values of an experiment's file. What other experiments named already is taken from `files`.
 ///
 /// # Errors

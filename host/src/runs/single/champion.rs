@@ -1,4 +1,4 @@
-//! `champion.json` and `champion.npy`.
+//! `champion.json` and `champion.npy`, and the same of the luckiest individual.
 
 use std::path::Path;
 
@@ -6,46 +6,123 @@ use oneiro::random::Key;
 use oneiro::world::Controller;
 use serde::{Deserialize, Serialize};
 
-use super::{CHAMPION, CHAMPION_GENES};
+use super::{CHAMPION, CHAMPION_GENES, LUCKIEST, LUCKIEST_GENES};
 use crate::engine::disk;
 use crate::evolve::Champion;
+use crate::evolve::appraisal::Appraisal;
 use crate::exit::{Failure, Result};
 use crate::genomes;
 use crate::npy::npy;
 
-/// The best individual of a run, for people and programs to read.
-#[derive(Serialize, Deserialize)]
-struct ChampionFile {
-    /// Its score; null if it is NaN.
-    fitness: Option<f32>,
+/// An individual of a run, for people and programs to read.
+#[derive(Debug, Serialize, Deserialize)]
+pub(super) struct IndividualFile {
+    /// Its score in its generation; null if it is NaN.
+    pub(super) fitness: Option<f32>,
     /// The score's 32 bits in hex.
-    fitness_bits: String,
-    generation: u32,
-    individual: u32,
+    pub(super) fitness_bits: String,
+    /// The mean of the lives that finalists live, its 95 % confidence interval (Student's t), and how many they are.
+    /// Missing where there were no finalists.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub(super) mean: Option<f64>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub(super) interval: Option<[f64; 2]>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub(super) lives: Option<u32>,
+    pub(super) generation: u32,
+    pub(super) individual: u32,
     /// The run's.
     seed: u64,
-    /// The keys of its lives' random numbers, both words in hex.
+    /// The keys of the random numbers of its lives in its generation, both words in hex.
     keys: Vec<String>,
+    /// What each gene is; missing where there were no finalists.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    gene_names: Vec<String>,
     genome: Vec<f32>,
 }
 
-/// The files' names and contents.
-pub(super) fn files(champion: &Champion, seed: u64, keys: &[Key]) -> [(&'static str, Vec<u8>); 2] {
-    let file = ChampionFile {
-        fitness: Some(champion.fitness).filter(|fitness| fitness.is_finite()),
-        fitness_bits: format!("{:08x}", champion.fitness.to_bits()),
-        generation: champion.generation,
-        individual: champion.individual,
-        seed,
-        keys: keys.iter().map(|Key([a, b])| format!("{a:08x}{b:08x}")).collect(),
-        genome: champion.genome.clone(),
-    };
-    let mut text = serde_json::to_vec_pretty(&file).expect("numbers and words");
-    text.push(b'\n');
-    [
-        (CHAMPION, text),
-        (CHAMPION_GENES, npy(&[champion.genome.len()], &champion.genome)),
-    ]
+/// One of a run's individuals, as its files have it.
+pub(super) struct Individual<'a> {
+    pub(super) own: &'a Champion,
+    /// Of a finalist.
+    pub(super) appraisal: Option<Appraisal>,
+    /// The run's seed.
+    pub(super) seed: u64,
+    /// The keys of its lives in its generation.
+    pub(super) keys: Vec<Key>,
+    pub(super) controller: Controller,
+}
+
+impl Individual<'_> {
+    /// The champion's files: their names and contents.
+    pub(super) fn champion(&self) -> [(&'static str, Vec<u8>); 2] {
+        [(CHAMPION, self.json()), (CHAMPION_GENES, self.genes())]
+    }
+
+    /// The same of the luckiest.
+    pub(super) fn luckiest(&self) -> [(&'static str, Vec<u8>); 2] {
+        [(LUCKIEST, self.json()), (LUCKIEST_GENES, self.genes())]
+    }
+
+    fn genes(&self) -> Vec<u8> {
+        npy(&[self.own.genome.len()], &self.own.genome)
+    }
+
+    fn json(&self) -> Vec<u8> {
+        let Champion {
+            generation,
+            individual,
+            fitness,
+            genome,
+        } = self.own;
+        let known = self.appraisal.filter(|appraisal| appraisal.mean.is_finite());
+        let file = IndividualFile {
+            fitness: Some(*fitness).filter(|fitness| fitness.is_finite()),
+            fitness_bits: format!("{:08x}", fitness.to_bits()),
+            mean: known.map(|appraisal| to_six_places(appraisal.mean)),
+            interval: known.map(|appraisal| appraisal.interval().map(to_six_places)),
+            lives: self.appraisal.map(|appraisal| appraisal.lives),
+            generation: *generation,
+            individual: *individual,
+            seed: self.seed,
+            keys: self.keys.iter().map(|Key([a, b])| format!("{a:08x}{b:08x}")).collect(),
+            gene_names: self.appraisal.map_or_else(Vec::new, |_| self.controller.gene_names()),
+            genome: genome.clone(),
+        };
+        let mut text = serde_json::to_vec_pretty(&file).expect("numbers and words");
+        text.push(b'\n');
+        text
+    }
+}
+
+/// Rounds a number as tables have it.
+fn to_six_places(number: f64) -> f64 {
+    format!("{number:.6}").parse().unwrap_or(number)
+}
+
+/// Reads `champion.json`, or what `luckiest.json` has.
+///
+/// # Errors
+/// Exit 5 when the file is not what was written.
+pub(super) fn read_file(directory: &Path, file: &str) -> Result<IndividualFile> {
+    let path = directory.join(file);
+    let corrupt = |error| Failure::corrupt(format_args!("{}: {error}", path.display()));
+    serde_json::from_str(&disk::read_text(&path)?).map_err(corrupt)
+}
+
+impl IndividualFile {
+    /// Its score in its generation.
+    ///
+    /// # Errors
+    /// Exit 5 when the file is not what was written.
+    pub(super) fn score(&self, directory: &Path) -> Result<f32> {
+        let bits = u32::from_str_radix(&self.fitness_bits, 16);
+        let bits = bits.map_err(|error| {
+            let path = directory.join(CHAMPION);
+            Failure::corrupt(format_args!("{}: fitness_bits: {error}", path.display()))
+        })?;
+        Ok(f32::from_bits(bits))
+    }
 }
 
 /// Reads the champion of a finished run.
@@ -53,16 +130,12 @@ pub(super) fn files(champion: &Champion, seed: u64, keys: &[Key]) -> [(&'static 
 /// # Errors
 /// Exit 5 when the files are not what was written.
 pub(super) fn read(directory: &Path, controller: Controller) -> Result<Champion> {
-    let path = directory.join(CHAMPION);
-    let corrupt = |problem: &dyn std::fmt::Display| Failure::corrupt(format_args!("{}: {problem}", path.display()));
-    let file: ChampionFile = serde_json::from_str(&disk::read_text(&path)?).map_err(|error| corrupt(&error))?;
-    let bits =
-        u32::from_str_radix(&file.fitness_bits, 16).map_err(|error| corrupt(&format_args!("fitness_bits: {error}")))?;
+    let file = read_file(directory, CHAMPION)?;
     let genomes = genomes::read(&directory.join(CHAMPION_GENES), controller).map_err(Failure::corrupt)?;
     Ok(Champion {
         generation: file.generation,
         individual: file.individual,
-        fitness: f32::from_bits(bits),
+        fitness: file.score(directory)?,
         genome: genomes.genomes().next().unwrap_or_default().to_vec(),
     })
 }

@@ -8,6 +8,7 @@ use serde_json::json;
 use crate::console::{Console, counted};
 use crate::exit::Result;
 use crate::experiment::Experiment;
+use crate::experiment::settings::Finalists;
 use crate::files;
 use crate::report::figures;
 
@@ -23,21 +24,12 @@ pub(super) fn run(experiment: &Experiment, picture: Option<&Path>, console: Cons
             "name": experiment.name(),
             "genes": experiment.world().genes(),
             "free_share": experiment.world().free_share(),
-            "robot_steps": robot_steps(experiment),
+            "robot_steps": experiment.steps(),
             "gene_names": experiment.world().gene_names(),
             "settings": experiment.values(),
         }));
     }
     console.data(summary(experiment))
-}
-
-/// Robot-steps of one run.
-fn robot_steps(experiment: &Experiment) -> u64 {
-    let settings = experiment.settings();
-    let lives = u64::from(settings.evolution.population) * u64::from(settings.evolution.generations);
-    lives
-        .saturating_mul(u64::from(settings.trials))
-        .saturating_mul(u64::from(settings.world.cycles))
 }
 
 fn summary(experiment: &Experiment) -> String {
@@ -125,8 +117,15 @@ fn summary(experiment: &Experiment) -> String {
             ),
         ),
         (
+            "champion",
+            match settings.finalists {
+                Finalists { count: 0, .. } => "the luckiest life of the run".to_owned(),
+                Finalists { lives, .. } => format!("the best mean of {lives} lives, of {} finalists", experiment.finalists()),
+            },
+        ),
+        (
             "work",
-            format!("{:.1} million robot-steps a run", robot_steps(experiment) as f64 / 1e6),
+            format!("{:.1} million robot-steps a run", experiment.steps() as f64 / 1e6),
         ),
     ];
     let lines = lines.map(|(what, value)| format!("  {what:<12}{value}\n"));

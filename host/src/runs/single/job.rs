@@ -1,5 +1,5 @@
-//! The job of a run of single robots: generations, lives of the last offspring in reality if there is one, and the
-//! champion's life again for its trace.
+//! The job of a run of single robots: generations, lives of the finalists, lives of the last offspring in reality if
+//! there is one, and the champion's life again for its trace.
 
 use std::sync::Arc;
 
@@ -9,9 +9,11 @@ use serde::{Deserialize, Serialize};
 
 use super::rows::Row;
 use super::trace::trace_every;
-use super::{FITNESS, GENERATIONS, INDIVIDUALS, POPULATION, Places, Single, champion, pictures};
+use super::champion::Individual;
+use super::{FITNESS, GENERATIONS, INDIVIDUALS, POPULATION, Places, Single, pictures};
 use crate::engine::job::{Added, Finished, Job, Place, Progress, Request, Results, Stage, Step};
-use crate::evolve::{Champion, Evolution, SavedEvolution};
+use crate::evolve::appraisal::{Appraisal, by_mean};
+use crate::evolve::{Champion, Evolution, SavedEvolution, ranked};
 use crate::exit::{Failure, Result};
 use crate::experiment::settings::TrialScore;
 use crate::npy::npy;
@@ -27,6 +29,10 @@ pub(super) struct Evolving {
     evolution: Evolution,
     /// Genomes and scores of the last generation, once all have been evaluated.
     last: Option<Generation>,
+    /// Who lives again then, the luckiest of the run first. Nobody where finalists are switched off.
+    finalists: Vec<Champion>,
+    /// Fitness of each finalist's lives, finalist by finalist.
+    appraised: Vec<f32>,
     /// Scores of the offspring of the last generation in the simulator, and of each of their lives in reality.
     simulated: Vec<f32>,
     real: Vec<f32>,
@@ -37,6 +43,7 @@ pub(super) struct Evolving {
 #[derive(Clone, Copy, PartialEq)]
 enum Purpose {
     Generation,
+    Finalists,
     /// The last offspring, which nobody selected, in the simulator and in reality.
     Simulated,
     Real,
@@ -51,9 +58,13 @@ type Generation = (Vec<f32>, Vec<f32>);
 struct Saved {
     evolution: SavedEvolution,
     last: Option<Generation>,
+    appraised: Vec<f32>,
     simulated: Vec<f32>,
     real: Vec<f32>,
 }
+
+/// The generation in the keys of finalists' lives: no evolution has so large a number.
+const FINALISTS: u64 = 1 << 32;
 
 impl Evolving {
     pub(super) fn new(single: Arc<Single>, seed: u64, recording: Recording) -> Result<Self> {
@@ -64,6 +75,8 @@ impl Evolving {
             evolution: single.experiment.evolution(seed),
             single,
             last: None,
+            finalists: Vec::new(),
+            appraised: Vec::new(),
             simulated: Vec::new(),
             real: Vec::new(),
             trace: None,
@@ -75,6 +88,7 @@ impl Evolving {
         let Saved {
             evolution,
             last,
+            appraised,
             simulated,
             real,
         } = postcard::from_bytes(saved).map_err(|_| Failure::corrupt("a saved run has another content"))?;
@@ -82,18 +96,62 @@ impl Evolving {
         if self.evolution.is_finished() != last.is_some() {
             return Err(Failure::corrupt("a saved run lacks its last generation"));
         }
+        self.last = last;
+        self.finalists = self.chosen_finalists()?;
+        let lives = self.finalists.len() * self.single.experiment.settings().finalists.lives as usize;
+        if !appraised.is_empty() && appraised.len() != lives {
+            return Err(Failure::corrupt("a saved run has other finalists"));
+        }
         Ok(Self {
-            last,
+            appraised,
             simulated,
             real,
             ..self
         })
     }
 
+    /// Who lives again after the last generation: the luckiest of the run, and the best others of the generation.
+    fn chosen_finalists(&self) -> Result<Vec<Champion>> {
+        let count = self.single.experiment.settings().finalists.count as usize;
+        let Some((genomes, fitness)) = self.last.as_ref().filter(|_| count > 0) else {
+            return Ok(Vec::new());
+        };
+        let luckiest = self.luckiest()?;
+        let generation = self.evolution.generation() - 1;
+        let genes = genomes.len() / fitness.len();
+        let others = ranked(fitness)
+            .into_iter()
+            .filter(|&individual| (generation, individual) != (luckiest.generation, luckiest.individual))
+            .map(|individual| Champion {
+                generation,
+                individual,
+                fitness: fitness[individual as usize],
+                genome: genomes[individual as usize * genes..][..genes].to_vec(),
+            });
+        Ok(std::iter::once(luckiest.clone()).chain(others.take(count)).collect())
+    }
+
+    /// What the finalists' lives make of them; nothing before they have lived.
+    fn appraisals(&self) -> Vec<Appraisal> {
+        let lives = self.single.experiment.settings().finalists.lives as usize;
+        self.appraised.chunks_exact(lives).map(Appraisal::of).collect()
+    }
+
+    /// The champion: the finalist with the best mean, or the luckiest where there are none.
+    fn champion(&self) -> Result<(&Champion, Option<Appraisal>)> {
+        let appraisals = self.appraisals();
+        match by_mean(&appraisals).first() {
+            Some(&best) => Ok((&self.finalists[best], Some(appraisals[best]))),
+            None => Ok((self.luckiest()?, None)),
+        }
+    }
+
     fn purpose(&self) -> Option<Purpose> {
         let has_reality = self.single.has_reality();
         if !self.evolution.is_finished() {
             Some(Purpose::Generation)
+        } else if self.appraised.is_empty() && !self.finalists.is_empty() {
+            Some(Purpose::Finalists)
         } else if has_reality && self.simulated.is_empty() {
             Some(Purpose::Simulated)
         } else if has_reality && self.real.is_empty() {
@@ -105,15 +163,27 @@ impl Evolving {
         }
     }
 
-    fn champion(&self) -> Result<&Champion> {
-        let champion = self.evolution.champion();
-        champion.ok_or_else(|| Failure::failed("a run has no generation"))
+    fn luckiest(&self) -> Result<&Champion> {
+        let luckiest = self.evolution.champion();
+        luckiest.ok_or_else(|| Failure::failed("a run has no generation"))
     }
 
-    /// The keys of the champion's lives.
-    fn keys(&self, champion: &Champion) -> Vec<Key> {
+    /// The keys of an individual's lives in its generation.
+    fn keys(&self, individual: &Champion) -> Vec<Key> {
         let trials = self.single.experiment.settings().trials;
-        keys(self.seed, champion.generation, champion.individual, trials).collect()
+        keys(self.seed, individual.generation, individual.individual, trials).collect()
+    }
+
+    /// The lives of the finalists, of all with the same random numbers.
+    fn finalists_lives(&self) -> impl Iterator<Item = Rollout<'_>> {
+        let lives = self.single.experiment.settings().finalists.lives;
+        self.finalists.iter().flat_map(move |finalist| {
+            (0..lives).map(move |life| Rollout {
+                world: 0,
+                genes: &finalist.genome,
+                key: Key::rollout(self.seed, FINALISTS, 0, life.into()),
+            })
+        })
     }
 
     /// Each individual's lives in the simulator.
@@ -151,7 +221,7 @@ impl Evolving {
         let settings = self.single.experiment.settings();
         let generation = self.evolution.tell(self.scores(fitness))?;
         let done = self.evolution.generation();
-        let best = self.champion()?.fitness;
+        let best = self.luckiest()?.fitness;
         let line = Row::new(&generation, settings.evolution.parents).line();
         let mut added = vec![Added {
             file: GENERATIONS,
@@ -168,6 +238,7 @@ impl Evolving {
         let is_finished = self.evolution.is_finished();
         if is_finished {
             self.last = Some((generation.population.values().to_vec(), generation.fitness));
+            self.finalists = self.chosen_finalists()?;
         }
         Ok(Step {
             added,
@@ -178,7 +249,7 @@ impl Evolving {
 
     /// Takes the champion's life for its trace, which must be what it was.
     fn traced(&mut self, results: &Results<'_>) -> Result {
-        let champion = self.champion()?;
+        let (champion, _) = self.champion()?;
         let (then, now) = (
             champion.fitness,
             results.fitness.first().copied().unwrap_or(f32::NAN),
@@ -215,6 +286,13 @@ impl Job for Evolving {
                 states: &[],
                 steps: individuals * u64::from(settings.trials) * life,
             },
+            Purpose::Finalists => Request {
+                stage: Stage::lives(kernel(simulator)),
+                worlds: simulator,
+                rollouts: Box::new(self.finalists_lives()),
+                states: &[],
+                steps: self.finalists.len() as u64 * u64::from(settings.finalists.lives) * life,
+            },
             Purpose::Real => Request {
                 stage: Stage::lives(kernel(reality)),
                 worlds: reality,
@@ -223,7 +301,7 @@ impl Job for Evolving {
                 steps: individuals * reality.len() as u64 * life,
             },
             Purpose::Trace => {
-                let champion = self.evolution.champion()?;
+                let (champion, _) = self.champion().ok()?;
                 let life_again = Rollout {
                     world: 0,
                     genes: &champion.genome,
@@ -246,6 +324,7 @@ impl Job for Evolving {
     fn tell(&mut self, results: &Results<'_>) -> Result<Step> {
         match self.purpose() {
             Some(Purpose::Generation) => return self.bred(results.fitness),
+            Some(Purpose::Finalists) => self.appraised = results.fitness.to_vec(),
             Some(Purpose::Simulated) => self.simulated = self.scores(results.fitness),
             Some(Purpose::Real) => self.real = results.fitness.to_vec(),
             Some(Purpose::Trace) => self.traced(results)?,
@@ -258,6 +337,7 @@ impl Job for Evolving {
         let saved = Saved {
             evolution: self.evolution.save(),
             last: self.last.clone(),
+            appraised: self.appraised.clone(),
             simulated: self.simulated.clone(),
             real: self.real.clone(),
         };
@@ -265,9 +345,18 @@ impl Job for Evolving {
     }
 
     fn finish(&mut self, table: &str) -> Result<Finished> {
-        let champion = self.champion()?;
-        let keys = self.keys(champion);
-        let mut files = champion::files(champion, self.seed, &keys).to_vec();
+        let (luckiest, (champion, appraisal)) = (self.luckiest()?, self.champion()?);
+        let individual = |own, appraisal| Individual {
+            own,
+            appraisal,
+            seed: self.seed,
+            keys: self.keys(own),
+            controller: self.single.experiment.world().spec().controller,
+        };
+        let mut files = individual(champion, appraisal).champion().to_vec();
+        if let Some(&own) = self.appraisals().first() {
+            files.extend(individual(luckiest, Some(own)).luckiest());
+        }
         if let Some((genomes, fitness)) = &self.last {
             let shape = [fitness.len(), genomes.len() / fitness.len()];
             files.push((POPULATION, npy(&shape, genomes)));
@@ -281,13 +370,22 @@ impl Job for Evolving {
         let last = rows.last().ok_or_else(|| corrupt("there is no generation".into()))?;
         let nan: u64 = rows.iter().map(|row| u64::from(row.nan)).sum();
         let mut cells = vec![
-            champion.fitness.to_string(),
-            champion.generation.to_string(),
-            champion.individual.to_string(),
+            luckiest.fitness.to_string(),
+            luckiest.generation.to_string(),
+            luckiest.individual.to_string(),
             format!("{:.6}", last.peak),
             format!("{:.6}", last.mean),
             nan.to_string(),
         ];
+        cells.extend(match appraisal {
+            Some(appraisal) => {
+                let [low, high] = appraisal.interval();
+                let numbers = [appraisal.mean, low, high].map(|number| format!("{number:.6}"));
+                let who = [champion.generation, champion.individual].map(|number| number.to_string());
+                [&numbers[..], &who].concat()
+            }
+            None => vec![String::new(); 5],
+        });
         if self.single.has_reality() {
             let mean_of = |fitness: &[f32]| mean(&fitness.iter().copied().map(f64::from).collect::<Vec<_>>());
             let best = self.real.iter().copied().fold(f32::NAN, f32::max);

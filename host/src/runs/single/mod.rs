@@ -32,6 +32,8 @@ use crate::exit::{Failure, Result};
 use crate::genomes;
 use crate::experiment::{Experiment, Identities, Input};
 use crate::reality::site::Site;
+use crate::report::numbers::significant;
+use champion::IndividualFile;
 use individuals::Individuals;
 use job::Evolving;
 use rows::Row;
@@ -40,21 +42,29 @@ const GENERATIONS: &str = "generations.csv";
 const INDIVIDUALS: &str = "individuals.npy";
 const CHAMPION: &str = "champion.json";
 const CHAMPION_GENES: &str = "champion.npy";
+const LUCKIEST: &str = "luckiest.json";
+const LUCKIEST_GENES: &str = "luckiest.npy";
 const POPULATION: &str = "population.npy";
 const FITNESS: &str = "fitness.npy";
 const TRACE: &str = "trace.csv";
 const PATH: &str = "path.svg";
 const LEARNING_CURVE: &str = "learning-curve.svg";
 
-/// Of the champion the fitness and whose it was; of the last generation the mean of the parents and of all; scores of
-/// the whole run that are NaN.
-const OUTCOMES: [Column; 6] = [
+/// The best single score of the run and whose it was; of the last generation the mean of the parents and of all; scores
+/// of the whole run that are NaN; the champion's mean, its 95 % confidence interval, and who it is. Of runs without
+/// finalists the champion's cells are empty: it has the best score.
+const OUTCOMES: [Column; 11] = [
     ("best", Holds::Number),
     ("best_generation", Holds::Whole),
     ("best_individual", Holds::Whole),
     ("peak", Holds::Number),
     ("mean", Holds::Number),
     ("nan", Holds::Whole),
+    ("champion_mean", Holds::Number),
+    ("champion_low", Holds::Number),
+    ("champion_high", Holds::Number),
+    ("champion_generation", Holds::Whole),
+    ("champion_individual", Holds::Whole),
 ];
 /// Of the last offspring, which nobody selected: their mean fitness in the simulator, their mean and their best in
 /// reality.
@@ -188,15 +198,13 @@ impl super::Experiment for Single {
 
     fn steps(&self) -> u64 {
         let settings = self.experiment.settings();
-        let evolution = &settings.evolution;
-        let generation = u64::from(evolution.population) * u64::from(settings.world.cycles);
-        let lives = u64::from(evolution.generations).saturating_mul(u64::from(settings.trials));
+        let generation = u64::from(settings.evolution.population) * u64::from(settings.world.cycles);
         // The last offspring live in the simulator once more, and in reality.
         let reality = match self.sites.len() as u64 {
             0 => 0,
             robots => 1 + robots,
         };
-        generation.saturating_mul(lives.saturating_add(reality))
+        self.experiment.steps().saturating_add(generation.saturating_mul(reality))
     }
 
     fn kernel(&self) -> &'static str {
@@ -237,7 +245,19 @@ impl super::Experiment for Single {
     }
 
     fn results(&self) -> &'static [&'static str] {
-        &[GENERATIONS, CHAMPION, CHAMPION_GENES, POPULATION, FITNESS]
+        const ALL: [&str; 7] = [
+            GENERATIONS,
+            CHAMPION,
+            CHAMPION_GENES,
+            POPULATION,
+            FITNESS,
+            LUCKIEST,
+            LUCKIEST_GENES,
+        ];
+        match self.experiment.finalists() {
+            0 => &ALL[..5],
+            _ => &ALL,
+        }
     }
 
     fn outcomes(&self) -> Vec<Column> {
@@ -263,28 +283,51 @@ impl super::Experiment for Single {
     }
 
     fn summary(&self, run: &Recorded<'_>) -> Result<Summary> {
-        let Champion {
+        let file = champion::read_file(run.directory, CHAMPION)?;
+        let fitness = file.score(run.directory)?;
+        let IndividualFile {
+            mean,
+            interval,
+            lives,
             generation,
             individual,
-            fitness,
             ..
-        } = champion(run, &self.experiment)?;
+        } = file;
         let nan: u64 = rows(run.directory)?.iter().map(|row| u64::from(row.nan)).sum();
         let bits = format!("{:08x}", fitness.to_bits());
         let warning = format!("{}: {nan} scores were NaN; they ranked last", run.directory.display());
+        let mut values = vec![
+            ("fitness", decimal(fitness)),
+            ("bits", json!(bits)),
+            ("generation", json!(generation)),
+            ("individual", json!(individual)),
+            ("nan", json!(nan)),
+        ];
+        let who = format!("individual {individual} of generation {generation}");
+        let mut line = format!("fitness {fitness} (bits {bits}), {who}");
+        let mut cells = vec![("fitness", fitness.to_string()), ("generation", generation.to_string())];
+        if let Some(lives) = lives {
+            let luckiest = champion::read_file(run.directory, LUCKIEST)?;
+            values.push(("mean", json!(mean)));
+            values.push(("interval", json!(interval)));
+            values.push(("lives", json!(lives)));
+            values.push(("luckiest", json!(luckiest.fitness.map(decimal))));
+            let shown = |number: Option<f64>| number.map_or_else(|| "NaN".to_owned(), |number| significant(number, 6));
+            let [low, high] = interval.map_or([None; 2], |bounds| bounds.map(Some)).map(shown);
+            let mean = shown(mean);
+            line = format!(
+                "mean {mean} of {lives} lives (95 %: {low} to {high}), {who}\nluckiest  fitness {}, individual {} of \
+                 generation {}",
+                luckiest.fitness.unwrap_or(f32::NAN),
+                luckiest.individual,
+                luckiest.generation
+            );
+            cells.insert(0, ("mean", mean));
+        }
         Ok(Summary {
-            line: (
-                "champion",
-                format!("fitness {fitness} (bits {bits}), individual {individual} of generation {generation}"),
-            ),
-            values: vec![
-                ("fitness", decimal(fitness)),
-                ("bits", json!(bits)),
-                ("generation", json!(generation)),
-                ("individual", json!(individual)),
-                ("nan", json!(nan)),
-            ],
-            cells: vec![("fitness", fitness.to_string()), ("generation", generation.to_string())],
+            line: ("champion", line),
+            values,
+            cells,
             warnings: if nan > 0 { vec![warning] } else { Vec::new() },
         })
     }
