@@ -15,7 +15,6 @@ use super::results::{Condition, Family};
 use crate::evolve::genetic;
 use crate::exit::Result;
 use crate::experiment::source::{Parsed, Setting, Source};
-use crate::experiment::values::Described;
 use crate::experiment::{Experiment, Files, settings};
 use crate::reality::site::Site;
 use crate::studies::assumptions::Assumption;
