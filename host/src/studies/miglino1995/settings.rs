@@ -15,6 +15,7 @@ use super::results::{Condition, Family};
 use crate::evolve::genetic;
 use crate::exit::Result;
 use crate::experiment::source::{Parsed, Setting, Source};
+use crate::experiment::values::Described;
 use crate::experiment::{Experiment, Files, settings};
 use crate::reality::site::Site;
 use crate::studies::assumptions::Assumption;
@@ -168,7 +169,7 @@ struct Variants {
 struct OtherSimulator {
     name: String,
     #[serde(default)]
-    value: f64,
+    value: f32,
     #[serde(default = "without_noise")]
     condition: Condition,
     #[serde(default)]
@@ -264,7 +265,7 @@ impl Settings {
                     variants.push(Simulator {
                         family: family.family,
                         name: own.name.clone(),
-                        value: own.value,
+                        value: f64::from(own.value),
                         tables: own.samples,
                         world: experiment.world().spec().clone(),
                     });
@@ -465,8 +466,12 @@ impl Settings {
             self.parameters_hash()
         );
         rows.push(("reality.robot".into(), robot));
-        self.arm
-            .assumptions(rows, |key| self.sources.get(key).map(String::as_str))
+        let of_row = |key: &str| {
+            let described = settings::Settings::rows();
+            described.iter().find(|row| row.key == key).map(|row| row.source)
+        };
+        let source = |key: &str| self.sources.get(key).map(String::as_str).or_else(|| of_row(key));
+        self.arm.assumptions(rows, source)
     }
 }
 
