@@ -43,6 +43,8 @@ const EXPERIMENT: &str = "
     population = 20
     parents = 4
     generations = 12
+    finalists = 3
+    finalist_lives = 5
 ";
 
 /// Twelve runs in four cells.

@@ -41,10 +41,11 @@ fn of_a_plan_are_what_comes_to_be() {
     for (run, values) in values.iter().enumerate() {
         assert_eq!(*values, columns.clone().map(|column| column[run].clone()));
     }
-    // Robot-steps: individuals, generations and cycles of each.
+    // Robot-steps: individuals, generations and cycles of each; then lives of three finalists and the luckiest.
     let steps = |run: usize| plan["runs"][run]["steps"].as_u64();
-    assert_eq!((steps(0), steps(11)), (Some(20 * 12 * 40), Some(40 * 12 * 40)));
-    assert_eq!(plan["steps"], (20 + 40) * 12 * 40 * 6);
+    let of = |population: u64| (population * 12 + 4 * 5) * 40;
+    assert_eq!((steps(0), steps(11)), (Some(of(20)), Some(of(40))));
+    assert_eq!(plan["steps"], (of(20) + of(40)) * 6);
     // A run is one, wherever it is asked for: in `generations.csv` it has as many lines as generations.
     let of_run = place.column("out/generations.csv", "run");
     let all: Vec<String> = (0..12).flat_map(|run| vec![run.to_string(); 12]).collect();
