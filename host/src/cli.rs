@@ -7,6 +7,7 @@ use clap::{Args, Parser, Subcommand, ValueHint};
 
 use crate::console::Output;
 use crate::device::Backend;
+use crate::studies::file::{ArmParser, MIGLINO1995, ODOWD2014};
 use crate::sweep::store::Shard;
 
 /// Evolves robot controllers in simulated lives, bit for bit the same on every device.
@@ -354,18 +355,18 @@ pub(crate) enum Paper {
 /// `oneiro reproduce miglino1995`
 #[derive(Args, Debug)]
 pub(crate) struct Miglino1995 {
-    /// Runs of each condition, 2 to 1000; the paper has 5
-    #[arg(long, value_name = "N", default_value_t = 5)]
-    pub(crate) runs: u32,
+    /// Runs of each condition, 2 to 1000 [default: 5, as in the paper]
+    #[arg(long, value_name = "N")]
+    pub(crate) runs: Option<u32>,
     /// Seed of everything random but the robot
     #[arg(long, value_name = "N", default_value_t = 1)]
     pub(crate) seed: u64,
     /// The robot to sample and to transfer to: surrogate:SEED
     #[arg(long, value_name = "ROBOT", default_value = "surrogate:1")]
     pub(crate) robot: String,
-    /// How much reality differs from its simulator, 0 to 2
-    #[arg(long, value_name = "LAMBDA", default_value_t = crate::studies::miglino1995::settings::SEVERITY)]
-    pub(crate) severity: f32,
+    /// How much reality differs from its simulator, 0 to 2 [default: 1.75]
+    #[arg(long, value_name = "LAMBDA")]
+    pub(crate) severity: Option<f32>,
     /// Make the simulator from recordings of a robot instead of samples: wall, round and, if wanted, motors
     #[arg(long, value_name = "FILE,..", value_delimiter = ',', value_hint = ValueHint::FilePath)]
     pub(crate) tables: Vec<PathBuf>,
@@ -373,8 +374,8 @@ pub(crate) struct Miglino1995 {
     #[arg(long)]
     pub(crate) full: bool,
     /// Change one of the preregistered assumptions
-    #[arg(long, value_name = "ARM", value_enum, default_value_t = crate::studies::miglino1995::arms::Arm::Main)]
-    pub(crate) arm: crate::studies::miglino1995::arms::Arm,
+    #[arg(long, value_name = "ARM", value_parser = ArmParser(&MIGLINO1995), default_value = "main")]
+    pub(crate) arm: String,
     /// Repeat the study under each other assumption, and tabulate the claims by assumption
     #[arg(long, conflicts_with = "arm")]
     pub(crate) sensitivity: bool,
@@ -384,6 +385,9 @@ pub(crate) struct Miglino1995 {
     /// The device that evaluates.
     #[command(flatten)]
     pub(crate) backend: Backend,
+    /// A file to take in place of the shipped experiments/miglino1995/study.toml: what the study runs, and its arms
+    #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath)]
+    pub(crate) study: Option<PathBuf>,
     /// The study's directory. A study that was stopped continues there [default: runs/miglino1995-SEED-HASH]
     #[arg(long, value_name = "DIR", value_hint = ValueHint::DirPath)]
     pub(crate) out: Option<PathBuf>,
@@ -392,17 +396,17 @@ pub(crate) struct Miglino1995 {
 /// `oneiro reproduce odowd2014`
 #[derive(Args, Debug)]
 pub(crate) struct Odowd2014 {
-    /// Runs of each case, 2 to 400; the paper has 10
-    #[arg(long, value_name = "N", default_value_t = 10)]
-    pub(crate) runs: u32,
+    /// Runs of each case, 2 to 400 [default: 10, as in the paper]
+    #[arg(long, value_name = "N")]
+    pub(crate) runs: Option<u32>,
     /// Seed of everything random but the robots
     #[arg(long, value_name = "N", default_value_t = 1)]
     pub(crate) seed: u64,
-    /// Standard deviations of mutations to try
-    #[arg(long, value_name = "S,..", value_delimiter = ',', default_values_t = crate::studies::odowd2014::arms::SCALES)]
+    /// Standard deviations of mutations to try [default: 2,0.2,0.02]
+    #[arg(long, value_name = "S,..", value_delimiter = ',')]
     pub(crate) scale: Vec<f64>,
-    /// Rules to try for which simulator a robot's fitness is credited to
-    #[arg(long, value_name = "RULE,..", value_delimiter = ',', value_enum, default_values_t = crate::studies::odowd2014::arms::CREDITS)]
+    /// Rules to try for which simulator a robot's fitness is credited to [default: lagged,matched]
+    #[arg(long, value_name = "RULE,..", value_delimiter = ',', value_enum)]
     pub(crate) credit: Vec<crate::swarm::record::Credit>,
     /// Run only the paper's six cases, without the null and the interventions
     #[arg(long)]
@@ -411,7 +415,7 @@ pub(crate) struct Odowd2014 {
     #[arg(long)]
     pub(crate) questions: bool,
     /// Change one of the preregistered assumptions
-    #[arg(long, value_name = "ARM", value_parser = crate::studies::odowd2014::arms::names(), default_value = "main")]
+    #[arg(long, value_name = "ARM", value_parser = ArmParser(&ODOWD2014), default_value = "main")]
     pub(crate) arm: String,
     /// Repeat the study under each other assumption, and tabulate the claims by assumption
     #[arg(long, conflicts_with = "arm")]
@@ -419,6 +423,9 @@ pub(crate) struct Odowd2014 {
     /// The device that evaluates.
     #[command(flatten)]
     pub(crate) backend: Backend,
+    /// A file to take in place of the shipped experiments/odowd2014/study.toml: what the study runs, and its arms
+    #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath)]
+    pub(crate) study: Option<PathBuf>,
     /// The study's directory. A study that was stopped continues there [default: runs/odowd2014-SEED-HASH]
     #[arg(long, value_name = "DIR", value_hint = ValueHint::DirPath)]
     pub(crate) out: Option<PathBuf>,

@@ -1,8 +1,10 @@
-//! The claims of the paper, and what the study says of each.
+//! The claims of the papers, and what the studies say of each. What a paper says, when that counts as reproduced and which
+//! figures it prints stand in a table for each study, `experiments/*/claims.toml`, and nowhere else.
 
+use std::collections::BTreeMap;
 use std::fmt;
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 /// What the first effect of a claim is called that is judged in several combinations of settings alike.
 pub(crate) const HOLDS_IN: &str = "combinations in which it holds";
@@ -64,8 +66,12 @@ pub(crate) struct Claim {
     pub(crate) id: String,
     /// What the paper says.
     pub(crate) statement: String,
+    /// Where it says so.
+    pub(crate) source: String,
     /// When it counts as reproduced; fixed before anything was evolved.
     pub(crate) criterion: String,
+    /// What the criterion's figures are of.
+    pub(crate) unit: String,
     /// How it came out.
     pub(crate) verdict: Verdict,
     /// What the verdict rests on.
@@ -74,4 +80,177 @@ pub(crate) struct Claim {
     pub(crate) tests: Vec<Test>,
     /// What a reader should know besides.
     pub(crate) remark: String,
+}
+
+/// A claim before it is judged.
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct Criterion {
+    id: String,
+    /// The words by which the preregistration calls it.
+    #[cfg_attr(not(test), expect(dead_code, reason = "the preregistration is held against it"))]
+    title: String,
+    statement: String,
+    source: String,
+    criterion: String,
+    unit: String,
+    #[serde(default)]
+    remark: String,
+    /// The paper's own figures, by the names of effects.
+    #[serde(default)]
+    paper: BTreeMap<String, f64>,
+}
+
+/// What is found of a claim.
+#[derive(Debug, Default)]
+pub(crate) struct Finding {
+    /// Whether its criterion holds; None if it has not the runs that are needed.
+    pub(crate) holds: Option<bool>,
+    pub(crate) effects: Vec<Effect>,
+    pub(crate) tests: Vec<Test>,
+    /// What a reader should know of it, besides what is always to be known.
+    pub(crate) remark: String,
+}
+
+impl Finding {
+    /// Adds a figure. The paper's own comes from the table of claims.
+    pub(crate) fn note(&mut self, name: impl Into<String>, value: f64) {
+        self.effects.push(Effect {
+            name: name.into(),
+            value,
+            paper: None,
+        });
+    }
+}
+
+/// All claims of a table that is compiled in.
+pub(crate) fn criteria(table: &str) -> Vec<Criterion> {
+    #[derive(Deserialize)]
+    #[serde(deny_unknown_fields)]
+    struct Table {
+        claims: Vec<Criterion>,
+    }
+    let table: Table = toml::from_str(table).expect("a test has read it");
+    table.claims
+}
+
+impl Criterion {
+    /// Its number among its study's claims, such as `C1`.
+    pub(crate) fn id(&self) -> &str {
+        &self.id
+    }
+
+    /// The paper's own figure, where it prints one.
+    pub(crate) fn paper(&self, name: &str) -> Option<f64> {
+        self.paper.get(name).copied()
+    }
+
+    /// The same effects beside the paper's own figures.
+    pub(crate) fn beside_the_papers(&self, effects: Vec<Effect>) -> impl Iterator<Item = Effect> {
+        effects.into_iter().map(|effect| Effect {
+            paper: effect.paper.or_else(|| self.paper(&effect.name)),
+            ..effect
+        })
+    }
+
+    /// The claim with its verdict; what was found has its figures beside the paper's, and remarks come after each other.
+    pub(crate) fn judged(&self, verdict: Verdict, finding: Finding, remark: String) -> Claim {
+        Claim {
+            id: self.id.clone(),
+            statement: self.statement.clone(),
+            source: self.source.clone(),
+            criterion: self.criterion.clone(),
+            unit: self.unit.clone(),
+            verdict,
+            effects: self.beside_the_papers(finding.effects).collect(),
+            tests: finding.tests,
+            remark,
+        }
+    }
+
+    /// What a reader should know besides, whatever was found.
+    pub(crate) fn remark(&self) -> &str {
+        &self.remark
+    }
+}
+
+impl From<Option<bool>> for Verdict {
+    fn from(holds: Option<bool>) -> Self {
+        match holds {
+            Some(true) => Self::Reproduced,
+            Some(false) => Self::NotReproduced,
+            None => Self::Undecided,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::path::Path;
+
+    use super::super::{MIGLINO1995_CLAIMS, ODOWD2014_CLAIMS};
+    use super::*;
+
+    fn document(name: &str) -> String {
+        let docs = Path::new(env!("CARGO_MANIFEST_DIR")).join("../docs");
+        std::fs::read_to_string(docs.join(name)).unwrap()
+    }
+
+    /// The rows of all tables of a document, cell by cell.
+    fn rows(document: &str) -> impl Iterator<Item = Vec<&str>> {
+        let rows = document
+            .lines()
+            .filter_map(|line| line.strip_prefix("| ")?.strip_suffix(" |"));
+        rows.map(|row| row.split(" | ").collect())
+    }
+
+    /// Word for word, and none is missing on either side.
+    #[test]
+    fn criteria_are_those_that_were_preregistered() {
+        for (table, name, letter) in [
+            (MIGLINO1995_CLAIMS, "preregistration-1995.md", 'C'),
+            (ODOWD2014_CLAIMS, "preregistration-2014.md", 'D'),
+        ] {
+            let document = document(name);
+            let is_claim = |row: &Vec<&str>| {
+                let number = row[0].strip_prefix(letter).and_then(|rest| rest.split(' ').next());
+                number.is_some_and(|number| number.parse::<u32>().is_ok())
+            };
+            let preregistered: Vec<Vec<&str>> = rows(&document).filter(is_claim).collect();
+            let criteria = criteria(table);
+            let ours: Vec<Vec<String>> = criteria
+                .iter()
+                .map(|own| vec![format!("{} {}", own.id, own.title), own.criterion.clone()])
+                .collect();
+            assert_eq!(ours, preregistered, "{name}");
+            for own in criteria {
+                assert!(
+                    ![own.statement, own.source, own.unit].contains(&String::new()),
+                    "{}",
+                    own.id
+                );
+            }
+        }
+    }
+
+    /// The paper's figures in `docs/miglino1995.md` are those of the table of claims.
+    #[test]
+    fn documents_have_the_papers_figures() {
+        let document = document("miglino1995.md");
+        let mut compared = 0;
+        for criterion in criteria(MIGLINO1995_CLAIMS) {
+            let start = format!("{}: ", criterion.id);
+            for row in rows(&document) {
+                let Some(effect) = row[0].strip_prefix(&start) else {
+                    continue;
+                };
+                let paper = criterion
+                    .paper(effect)
+                    .map_or_else(|| "-".to_owned(), |figure| figure.to_string());
+                assert_eq!(row[1], paper, "{}", row[0]);
+                compared += usize::from(paper != "-");
+            }
+        }
+        assert!(compared >= 8, "{compared} figures");
+    }
 }

@@ -1,61 +1,199 @@
-//! A study's directory, and what every study writes and says.
+//! What all studies do alike: a directory in which what is done stays done, the study under each arm, and what is written
+//! and said of it.
 
 use std::fs;
 use std::path::{Path, PathBuf};
 
 use serde::Serialize;
+use serde::de::DeserializeOwned;
 
+use super::assumptions::Assumption;
 use super::claims::Claim;
+use super::file::{Arm, StudyFile};
+use super::verdicts::{Assumed, Sensitivity};
 use crate::console::{Console, columns};
 use crate::exit::{Failure, Result};
 use crate::record::write_whole;
 use crate::report::csv::Csv;
+use crate::sealed;
 
 /// What a study's directory says of it.
 const SETTINGS: &str = "study.json";
 
-/// Where a study goes whose user names no place.
-pub(super) fn usual(name: &str, seed: u64, settings: &impl std::fmt::Debug) -> PathBuf {
-    let hash = blake3::hash(format!("{settings:?}").as_bytes()).to_hex();
-    PathBuf::from(format!("runs/{name}-{seed}-{}", &hash[..8]))
+/// A study under one arm.
+pub(super) trait Reproduction {
+    /// What it finds.
+    type Found;
+
+    /// What its directory says of it.
+    fn record(&self) -> String;
+
+    /// All that is in force.
+    fn assumptions(&self) -> Vec<Assumption>;
+
+    /// Runs it; what is kept in the directory is not run again.
+    fn run(&self, directory: &Directory, console: Console) -> Result<Self::Found>;
+
+    /// Judges the claims.
+    fn judge(&self, found: &Self::Found) -> Vec<Claim>;
+
+    /// The results for programs.
+    fn json(&self, found: &Self::Found) -> Result<Vec<u8>>;
+
+    /// Names and contents of the CSV files.
+    fn csv(&self, found: &Self::Found) -> Vec<(&'static str, String)>;
+
+    /// The report.
+    fn html(&self, found: &Self::Found, claims: &[Claim], arms: Option<&Sensitivity>) -> String;
 }
 
-/// Makes the study's directory, or recognises it.
-pub(super) fn open(directory: &Path, settings: &impl Serialize) -> Result {
-    let path = directory.join(SETTINGS);
-    fs::create_dir_all(directory).map_err(|error| Failure::storage(directory, &error))?;
-    let text = serde_json::to_string_pretty(settings).map_err(Failure::failed)?;
-    match fs::read_to_string(&path) {
-        Ok(known) if known == text => Ok(()),
-        Ok(_) => Err(Failure::input(format_args!(
-            "{}: is another study's; allowed: the arguments that it was begun with, or another --out",
-            path.display()
-        ))),
-        Err(_) if fs::read_dir(directory).is_ok_and(|mut entries| entries.next().is_some()) => {
-            Err(Failure::input(format_args!(
-                "{}: is not empty and holds no study; allowed: a new directory, or one of a study",
-                directory.display()
-            )))
+/// Which study a command line asks for, and where it goes.
+pub(super) struct Request<'a> {
+    /// What the study is called.
+    pub(super) name: &'a str,
+    pub(super) seed: u64,
+    pub(super) arm: &'a str,
+    /// Under each other arm, too.
+    pub(super) sensitivity: bool,
+    pub(super) out: Option<&'a Path>,
+}
+
+/// Does a study, or goes on with it; `under` makes it of the name of an arm.
+pub(super) fn reproduce<S: Reproduction>(
+    request: &Request<'_>,
+    file: &StudyFile,
+    under: impl Fn(&str) -> Result<S>,
+    console: Console,
+) -> Result {
+    let main = under(request.arm)?;
+    let out = request.out.map_or_else(|| usual(request, &main), Path::to_owned);
+    let (found, claims) = studied(&main, &out, console)?;
+    if request.sensitivity {
+        let mut arms = Sensitivity {
+            main: Assumed {
+                arm: Arm::main(),
+                claims: claims.clone(),
+            },
+            groups: Vec::new(),
+        };
+        for group in file.groups()? {
+            let mut own = Vec::new();
+            for arm in group.arms {
+                console.say(format!("arm {}", arm.name));
+                let (_, claims) = studied(&under(&arm.name)?, &out.join("arms").join(&arm.name), console)?;
+                own.push(Assumed { arm, claims });
+            }
+            arms.groups.push((group.about, own));
         }
-        Err(_) => write_whole(&path, text.as_bytes()),
+        write_whole(&out.join("sensitivity.csv"), sensitivity(&arms).as_bytes())?;
+        write_report(&main, &out, &found, &claims, Some(&arms))?;
     }
+    tell(&claims, &out, console)
 }
 
-/// Writes the claims.
-pub(super) fn write_claims(directory: &Path, claims: &[Claim]) -> Result {
-    let text = serde_json::to_vec_pretty(claims).map_err(Failure::failed)?;
-    write_whole(&directory.join("claims.json"), &text)
+/// Where a study goes whose user names no place.
+fn usual(request: &Request<'_>, study: &impl Reproduction) -> PathBuf {
+    let hash = blake3::hash(study.record().as_bytes()).to_hex();
+    PathBuf::from(format!("runs/{}-{}-{}", request.name, request.seed, &hash[..8]))
 }
 
-/// Writes which claims hold under which assumptions: a row an assumption, a column a claim.
-pub(super) fn write_sensitivity(directory: &Path, arms: &[(String, Vec<Claim>)]) -> Result {
-    let first = arms.first().map_or(&[][..], |(_, claims)| claims);
-    let mut table = Csv::new(std::iter::once("arm").chain(first.iter().map(|claim| claim.id.as_str())));
-    for (arm, claims) in arms {
+/// Does one study in its directory and writes all that there is of it.
+fn studied<S: Reproduction>(study: &S, path: &Path, console: Console) -> Result<(S::Found, Vec<Claim>)> {
+    let directory = Directory::open(path, study)?;
+    let found = study.run(&directory, console)?;
+    let claims = study.judge(&found);
+    write_whole(&path.join("results.json"), &study.json(&found)?)?;
+    let text = serde_json::to_vec_pretty(&claims).map_err(Failure::failed)?;
+    write_whole(&path.join("claims.json"), &text)?;
+    for (name, csv) in study.csv(&found) {
+        write_whole(&path.join(name), csv.as_bytes())?;
+    }
+    write_report(study, path, &found, &claims, None)?;
+    Ok((found, claims))
+}
+
+fn write_report<S: Reproduction>(
+    study: &S,
+    path: &Path,
+    found: &S::Found,
+    claims: &[Claim],
+    arms: Option<&Sensitivity>,
+) -> Result {
+    write_whole(&path.join("report.html"), study.html(found, claims, arms).as_bytes())
+}
+
+/// Which claims hold under which assumption: a row an assumption, a column a claim.
+fn sensitivity(arms: &Sensitivity) -> String {
+    let ids = arms.main.claims.iter().map(|claim| claim.id.as_str());
+    let mut table = Csv::new(std::iter::once("arm").chain(ids));
+    for Assumed { arm, claims } in arms.all() {
         let verdicts = claims.iter().map(|claim| claim.verdict.to_string());
-        table.row(std::iter::once(arm.clone()).chain(verdicts));
+        table.row(std::iter::once(arm.name.clone()).chain(verdicts));
     }
-    write_whole(&directory.join("sensitivity.csv"), table.text().as_bytes())
+    table.text()
+}
+
+/// A study's directory.
+pub(super) struct Directory {
+    path: PathBuf,
+    /// A hash of all that decides what is kept there.
+    owner: blake3::Hash,
+}
+
+impl Directory {
+    /// Makes it, or recognises it.
+    fn open(path: &Path, study: &impl Reproduction) -> Result<Self> {
+        let settings = path.join(SETTINGS);
+        fs::create_dir_all(path).map_err(|error| Failure::storage(path, &error))?;
+        let text = study.record();
+        match fs::read_to_string(&settings) {
+            Ok(known) if known == text => (),
+            Ok(_) => {
+                return Err(Failure::input(format_args!(
+                    "{}: is another study's; allowed: the arguments that it was begun with, or another --out",
+                    settings.display()
+                )));
+            }
+            Err(_) if fs::read_dir(path).is_ok_and(|mut entries| entries.next().is_some()) => {
+                return Err(Failure::input(format_args!(
+                    "{}: is not empty and holds no study; allowed: a new directory, or one of a study",
+                    path.display()
+                )));
+            }
+            Err(_) => write_whole(&settings, text.as_bytes())?,
+        }
+        let decides = format!("{text}{:?}", study.assumptions());
+        Ok(Self {
+            path: path.to_owned(),
+            owner: blake3::hash(decides.as_bytes()),
+        })
+    }
+
+    /// The place of a file or a directory in it.
+    pub(super) fn join(&self, name: &str) -> PathBuf {
+        self.path.join(name)
+    }
+
+    /// What a file of it holds, or what is made now and then kept there.
+    pub(super) fn kept<T: Serialize + DeserializeOwned>(
+        &self,
+        name: &str,
+        make: impl FnOnce() -> Result<T>,
+    ) -> Result<T> {
+        const NAME: &str = "part of a study";
+        const VERSION: u32 = 1;
+        let path = self.join(name);
+        if let Ok(bytes) = fs::read(&path) {
+            return sealed::open(NAME, VERSION, &self.owner, &bytes)
+                .map_err(|problem| Failure::corrupt(format_args!("{}: {problem}", path.display())));
+        }
+        let made = make()?;
+        if let Some(folder) = path.parent() {
+            fs::create_dir_all(folder).map_err(|error| Failure::storage(folder, &error))?;
+        }
+        write_whole(&path, &sealed::seal(NAME, VERSION, &self.owner, &made))?;
+        Ok(made)
+    }
 }
 
 /// Refuses a number of runs that has no spread to hold a difference against, or too many.
@@ -69,7 +207,7 @@ pub(super) fn check_runs(runs: u32, most: u32) -> Result {
 }
 
 /// Tells the user what came out.
-pub(super) fn tell(claims: &[Claim], directory: &Path, console: Console) -> Result {
+fn tell(claims: &[Claim], directory: &Path, console: Console) -> Result {
     let verdicts: Vec<Vec<String>> = claims
         .iter()
         .map(|claim| vec![claim.id.clone(), claim.verdict.to_string()])

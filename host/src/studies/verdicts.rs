@@ -4,6 +4,7 @@ use crate::report::figures::escaped;
 use crate::report::numbers::{NONE, probability, shown};
 use crate::report::page::{Cell, Head, Row, Section, id, joined, paragraph, table};
 use crate::studies::claims::{Claim, Effect, HOLDS_IN, Test, Verdict};
+use crate::studies::file::Arm;
 
 /// Significant digits of effects and statistics.
 const DIGITS: usize = 4;
@@ -77,13 +78,15 @@ pub(super) fn one_by_one(claims: &[Claim]) -> Section {
 fn article(claim: &Claim) -> String {
     let mut text = format!(
         "<article id=\"{}\" class=\"is-{}\">\n<h3>{} {}</h3>\n<blockquote>{}</blockquote>\n\
-         <p><b>Criterion.</b> {}</p>\n",
+         <p><b>Criterion.</b> {}</p>\n<p class=\"small\">The paper: {}. Unit of analysis: {}.</p>\n",
         id(&claim.id),
         class(claim.verdict),
         escaped(&claim.id),
         chip(claim.verdict, words(claim.verdict)),
         escaped(&claim.statement),
         escaped(&claim.criterion),
+        escaped(&claim.source),
+        escaped(&claim.unit),
     );
     if !claim.effects.is_empty() {
         let head = [Head::Text("Effect"), Head::Number("here"), Head::Number("paper")];
@@ -145,33 +148,41 @@ fn papers(effect: &Effect) -> String {
 }
 
 /// The claims under one assumption.
-pub(super) struct Assumed<'a> {
-    /// Its name, as it is asked for.
-    pub(super) name: String,
-    /// What it is; may be empty.
-    pub(super) words: String,
-    /// What came out.
-    pub(super) claims: &'a [Claim],
+pub(crate) struct Assumed {
+    pub(crate) arm: Arm,
+    pub(crate) claims: Vec<Claim>,
 }
 
-/// Which claims hold under which assumption: a study's own first, then others by what they are about. Groups without a
-/// title have none.
-pub(super) fn by_assumption(main: &Assumed<'_>, groups: &[(&str, Vec<Assumed<'_>>)]) -> Section {
+/// The claims under every assumption.
+pub(crate) struct Sensitivity {
+    /// A study's own.
+    pub(crate) main: Assumed,
+    /// Others by what they are about.
+    pub(crate) groups: Vec<(String, Vec<Assumed>)>,
+}
+
+impl Sensitivity {
+    /// All of them, a study's own first.
+    pub(crate) fn all(&self) -> impl Iterator<Item = &Assumed> + Clone {
+        std::iter::once(&self.main).chain(self.groups.iter().flat_map(|(_, group)| group))
+    }
+}
+
+/// Which claims hold under which assumption.
+pub(super) fn by_assumption(arms: &Sensitivity) -> Section {
+    let Sensitivity { main, groups } = arms;
     let mut head = vec![Head::Text("Assumption")];
     head.extend(main.claims.iter().map(|claim| Head::Text(&claim.id)));
     let mut rows = vec![assumed(main)];
     for (title, group) in groups.iter().filter(|(_, group)| !group.is_empty()) {
-        if !title.is_empty() {
-            rows.push(Row {
-                cells: vec![Cell::across(head.len(), title)],
-                sum: true,
-            });
-        }
+        rows.push(Row {
+            cells: vec![Cell::across(head.len(), title)],
+            sum: true,
+        });
         rows.extend(group.iter().map(assumed));
     }
-    let all = || std::iter::once(main).chain(groups.iter().flat_map(|(_, group)| group));
     let counts = (0..main.claims.len()).map(|column| {
-        let asked = all().filter_map(|one| one.claims.get(column));
+        let asked = arms.all().filter_map(|one| one.claims.get(column));
         let asked = asked.filter(|claim| claim.verdict != Verdict::Undecided);
         let reproduced = asked.clone().filter(|claim| claim.verdict == Verdict::Reproduced);
         Cell::text(&format!("{}/{}", reproduced.count(), asked.count()))
@@ -192,11 +203,11 @@ pub(super) fn by_assumption(main: &Assumed<'_>, groups: &[(&str, Vec<Assumed<'_>
     }
 }
 
-fn assumed(one: &Assumed<'_>) -> Row {
+fn assumed(one: &Assumed) -> Row {
     let what = format!(
         "<code>{}</code><br/><span class=\"small\">{}</span>",
-        escaped(&one.name),
-        escaped(&one.words)
+        escaped(&one.arm.name),
+        escaped(&one.arm.words)
     );
     let verdicts = one.claims.iter().map(|claim| match claim.verdict {
         Verdict::Reproduced => Cell::html(chip(claim.verdict, "yes")),
@@ -227,5 +238,61 @@ fn words(verdict: Verdict) -> &'static str {
         Verdict::Reproduced => "reproduced",
         Verdict::NotReproduced => "not reproduced",
         Verdict::Undecided => "undecided",
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::report::page::check::unbalanced;
+    use crate::studies::file::{MIGLINO1995, StudyFile};
+
+    fn claims(verdicts: [Verdict; 3]) -> Vec<Claim> {
+        let claim = |(number, verdict): (usize, Verdict)| Claim {
+            id: format!("C{number}"),
+            statement: "Robots <do>.".into(),
+            source: "section 4".into(),
+            criterion: "They do.".into(),
+            unit: "runs".into(),
+            verdict,
+            effects: Vec::new(),
+            tests: Vec::new(),
+            remark: String::new(),
+        };
+        verdicts.into_iter().enumerate().map(claim).collect()
+    }
+
+    #[test]
+    fn claims_stand_by_assumption_below_what_these_are_about() {
+        use Verdict::{NotReproduced, Reproduced, Undecided};
+        let assumed = |arm: Arm, first| Assumed {
+            arm,
+            claims: claims([first, NotReproduced, Undecided]),
+        };
+        let groups = StudyFile::open(&MIGLINO1995, None).unwrap().groups().unwrap();
+        let arms = Sensitivity {
+            main: assumed(Arm::main(), Reproduced),
+            groups: groups
+                .into_iter()
+                .map(|group| {
+                    let shown = ["ten-readings", "interpolated", "only-read-noise"];
+                    let own = group.arms.into_iter().filter(|arm| shown.contains(&arm.name.as_str()));
+                    (group.about, own.map(|arm| assumed(arm, NotReproduced)).collect())
+                })
+                .collect(),
+        };
+        let section = by_assumption(&arms).body;
+        assert_eq!(unbalanced(&section), None);
+        assert_eq!(section.matches(">yes</span>").count(), 1);
+        assert_eq!(section.matches(">no</span>").count(), 1 + 3 * 2);
+        assert!(
+            section.contains("<td>1/4</td>") && section.contains("<td>0/4</td>") && section.contains("<td>0/0</td>")
+        );
+        let kinds: Vec<&str> = section.split("<tr class=\"sum\">").collect();
+        assert_eq!(kinds.len(), 1 + 2 + 1, "two kinds with arms and the last row");
+        assert!(kinds[1].contains("its samples") && kinds[1].contains("mean of ten turns"));
+        assert!(kinds[1].contains("<code>ten-readings</code>") && kinds[1].contains("<code>interpolated</code>"));
+        assert!(kinds[2].contains("one difference") && kinds[2].contains("<code>only-read-noise</code>"));
+        assert!(kinds[2].contains("Reality differs in read noise alone"));
     }
 }

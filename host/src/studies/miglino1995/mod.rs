@@ -1,7 +1,6 @@
 //! The study of Miglino, Lund and Nolfi (1995): sample a robot, evolve in the simulator made from the samples, move
 //! to reality, evolve on, and hold every claim of the paper against what came out.
 
-pub(crate) mod arms;
 mod full;
 mod interpolation;
 mod judge;
@@ -11,16 +10,12 @@ pub(crate) mod results;
 pub(crate) mod settings;
 pub(crate) mod study;
 
-use std::fs;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::Instant;
 
-use clap::ValueEnum;
-use oneiro::tables::{MotorSamples, MotorTable, SensorTables};
+use oneiro::tables::{MotorSamples, MotorStates, MotorTable, SensorTables};
 use oneiro::world::Robot;
-use serde::Serialize;
-use serde::de::DeserializeOwned;
 
 use crate::cli::Miglino1995;
 use crate::commands::sample;
@@ -29,13 +24,16 @@ use crate::engine::handle::Engine;
 use crate::exit::{Failure, Result};
 use crate::reality::Object;
 use crate::reality::sampling::{self, Averaged};
-use crate::record::write_whole;
+use crate::reality::site::Site;
+use crate::statistics::mean;
+use crate::studies::assumptions::Assumption;
 use crate::studies::claims::Claim;
-use crate::studies::directory;
+use crate::studies::directory::{self, Directory, Reproduction, Request};
+use crate::studies::file::{Arm, MIGLINO1995, StudyFile};
+use crate::studies::verdicts::Sensitivity;
 use crate::{device, progress};
-use arms::Arm;
 use results::{Results, Run, Variant};
-use settings::{REAL, SIMULATED, Settings};
+use settings::{Asked, Calibration, Settings};
 use study::Study;
 
 /// Runs of a condition that a study may have.
@@ -46,133 +44,133 @@ const COHORT: u32 = 5;
 /// Does the whole study, or goes on with it.
 pub(crate) fn run(arguments: &Miglino1995, console: Console) -> Result {
     let evaluations = device::engine(&arguments.backend)?;
+    let file = StudyFile::open(&MIGLINO1995, arguments.study.as_deref())?;
     if arguments.calibrate {
-        calibrate(arguments.seed, &evaluations, console)?;
+        calibrate(&file, arguments.seed, &evaluations, console)?;
     } else {
-        whole(arguments, &evaluations, console)?;
+        whole(arguments, &file, &evaluations, console)?;
     }
     device::close(evaluations, console);
     Ok(())
 }
 
 /// The study that was asked for, and with `--sensitivity` under every other assumption too.
-fn whole(arguments: &Miglino1995, evaluations: &Engine, console: Console) -> Result {
-    directory::check_runs(arguments.runs, GREATEST_RUNS)?;
+fn whole(arguments: &Miglino1995, file: &StudyFile, evaluations: &Engine, console: Console) -> Result {
+    if let Some(runs) = arguments.runs {
+        directory::check_runs(runs, GREATEST_RUNS)?;
+    }
     let robot = sample::robot_seed(&arguments.robot)?;
-    let under = |arm| -> Result<(Settings, Option<Robot>)> {
-        let recordings = recordings(&arguments.tables, arm, console)?;
-        let settings = Settings {
+    let under = |arm: &str| -> Result<Whole<'_>> {
+        let mut asked = Asked {
             seed: arguments.seed,
             runs: arguments.runs,
             robot,
             severity: arguments.severity,
-            arm,
             full: arguments.full,
-            tables: recordings.as_ref().map(hashes).unwrap_or_default(),
+            tables: Vec::new(),
         };
-        Ok((settings, recordings))
+        let states = Settings::new(file, arm, asked.clone())?.states();
+        let recordings = recordings(&arguments.tables, states, console)?;
+        asked.tables = recordings.as_ref().map(hashes).unwrap_or_default();
+        let settings = Settings::new(file, arm, asked)?;
+        directory::check_runs(settings.runs, GREATEST_RUNS)?;
+        Ok(Whole {
+            settings,
+            recordings,
+            evaluations,
+        })
     };
-    let (settings, recordings) = under(arguments.arm)?;
-    let directory = arguments
-        .out
-        .clone()
-        .unwrap_or_else(|| directory::usual("miglino1995", settings.seed, &settings));
-    let main = study(&settings, recordings, evaluations, &directory, console)?;
-    main.report(&directory, &[])?;
-    if arguments.sensitivity {
-        let mut arms = vec![(Arm::Main, main.claims.clone())];
-        for &arm in Arm::value_variants().iter().filter(|arm| **arm != Arm::Main) {
-            let (settings, recordings) = under(arm)?;
-            let own = directory.join("arms").join(arm.name());
-            console.say(format!("arm {}", arm.name()));
-            let studied = study(&settings, recordings, evaluations, &own, console)?;
-            studied.report(&own, &[])?;
-            arms.push((arm, studied.claims));
-        }
-        let named: Vec<_> = arms.iter().map(|(arm, claims)| (arm.name(), claims.clone())).collect();
-        directory::write_sensitivity(&directory, &named)?;
-        main.report(&directory, &arms)?;
+    let request = Request {
+        name: "miglino1995",
+        seed: arguments.seed,
+        arm: &arguments.arm,
+        sensitivity: arguments.sensitivity,
+        out: arguments.out.as_deref(),
+    };
+    directory::reproduce(&request, file, under, console)
+}
+
+/// A study under one arm, with the robot of recordings if there are any.
+struct Whole<'a> {
+    settings: Settings,
+    recordings: Option<Robot>,
+    evaluations: &'a Engine,
+}
+
+impl Reproduction for Whole<'_> {
+    /// The sampled sensors, and what came of them.
+    type Found = (Arc<SensorTables>, Results);
+
+    fn record(&self) -> String {
+        self.settings.record()
     }
-    directory::tell(&main.claims, &directory, console)
-}
 
-/// A study that was done: all that its report is made of.
-struct Studied<'a> {
-    settings: &'a Settings,
-    sensors: Arc<SensorTables>,
-    results: Results,
-    claims: Vec<Claim>,
-}
+    fn assumptions(&self) -> Vec<Assumption> {
+        self.settings.assumptions()
+    }
 
-impl Studied<'_> {
-    /// Writes its report, with what came out under other assumptions where that is known.
-    fn report(&self, directory: &Path, arms: &[(Arm, Vec<Claim>)]) -> Result {
+    fn run(&self, directory: &Directory, console: Console) -> Result<Self::Found> {
+        let Self {
+            settings, evaluations, ..
+        } = self;
+        let robot = match &self.recordings {
+            Some(robot) => robot.clone(),
+            None => sampled(settings, evaluations, &directory.join("robot"), console)?,
+        };
+        let study = Study::new(settings, robot.clone(), evaluations)?;
+        let begun = Instant::now();
+        let to_and_fro = study.to_and_fro()?;
+        let life_within_two_seconds = begun.elapsed().as_secs_f64() < 2.0 * to_and_fro.len() as f64;
+        let evolution = settings.evolution();
+        let results = Results {
+            simulated_generations: settings.simulated_generations(),
+            real_generations: settings.reality.generations,
+            population: evolution.population,
+            parents: evolution.parents,
+            cycles: settings.world().cycles,
+            assumptions: settings.assumptions(),
+            differences: study.differences()?,
+            to_and_fro,
+            life_within_two_seconds,
+            variants: if settings.is_full() {
+                directory.kept("variants", || variants(settings, &study, &robot, evaluations))?
+            } else {
+                Vec::new()
+            },
+            runs: cohorts(settings, &study, evaluations, directory, console)?,
+        };
+        Ok((Arc::clone(study.sensors()), results))
+    }
+
+    fn judge(&self, (sensors, results): &Self::Found) -> Vec<Claim> {
+        judge::judge(results, sensors)
+    }
+
+    fn json(&self, (_, results): &Self::Found) -> Result<Vec<u8>> {
+        serde_json::to_vec(results).map_err(Failure::failed)
+    }
+
+    fn csv(&self, (_, results): &Self::Found) -> Vec<(&'static str, String)> {
+        report::csv_files(results)
+    }
+
+    fn html(&self, (sensors, results): &Self::Found, claims: &[Claim], arms: Option<&Sensitivity>) -> String {
         let world = self.settings.world();
-        let html = report::html(&report::Study {
-            results: &self.results,
-            claims: &self.claims,
-            sensors: &self.sensors,
+        report::html(&report::Report {
+            results,
+            claims,
+            sensors,
             arena: &world.arena,
             body_radius: world.robot.body_radius,
             robot: &self.settings.describe(),
-            seed: self.settings.seed,
+            seed: self.settings.seed(),
             arms,
-        });
-        write_whole(&directory.join("report.html"), html.as_bytes())
+        })
     }
-}
-
-/// One study in its directory, all but its report: what is kept there already is not done again.
-fn study<'a>(
-    settings: &'a Settings,
-    recordings: Option<Robot>,
-    evaluations: &Engine,
-    directory: &Path,
-    console: Console,
-) -> Result<Studied<'a>> {
-    directory::open(directory, settings)?;
-    let robot = match recordings {
-        Some(robot) => robot,
-        None => sampled(settings, evaluations, &directory.join("robot"), console)?,
-    };
-    let study = Study::new(settings, robot.clone(), evaluations)?;
-    let begun = Instant::now();
-    let to_and_fro = study.to_and_fro()?;
-    let life_within_two_seconds = begun.elapsed().as_secs_f64() < 2.0 * to_and_fro.len() as f64;
-    let results = Results {
-        simulated_generations: SIMULATED,
-        real_generations: REAL,
-        population: settings.evolution().population,
-        parents: settings.evolution().parents,
-        cycles: settings.world().cycles,
-        assumptions: settings.assumptions(),
-        differences: study.differences()?,
-        to_and_fro,
-        life_within_two_seconds,
-        variants: if settings.full {
-            variants(settings, &study, &robot, evaluations, directory)?
-        } else {
-            Vec::new()
-        },
-        runs: cohorts(settings, &study, evaluations, directory, console)?,
-    };
-    let claims = judge::judge(&results, study.sensors());
-    let text = serde_json::to_vec(&results).map_err(Failure::failed)?;
-    write_whole(&directory.join("results.json"), &text)?;
-    directory::write_claims(directory, &claims)?;
-    for (name, csv) in report::csv_files(&results) {
-        write_whole(&directory.join(name), csv.as_bytes())?;
-    }
-    Ok(Studied {
-        settings,
-        sensors: Arc::clone(study.sensors()),
-        results,
-        claims,
-    })
 }
 
 /// The robot of recordings, if there are any.
-fn recordings(paths: &[PathBuf], arm: Arm, console: Console) -> Result<Option<Robot>> {
+fn recordings(paths: &[PathBuf], states: MotorStates, console: Console) -> Result<Option<Robot>> {
     if paths.is_empty() {
         return Ok(None);
     }
@@ -183,8 +181,8 @@ fn recordings(paths: &[PathBuf], arm: Arm, console: Console) -> Result<Option<Ro
         console.say(format!("warning: {warning}"));
     }
     let motors = match motors.first() {
-        Some(path) => Arc::new(MotorTable::read(path, arm.states()).map_err(Failure::input)?),
-        None => MotorTable::khepera(arm.states()),
+        Some(path) => Arc::new(MotorTable::read(path, states).map_err(Failure::input)?),
+        None => MotorTable::khepera(states),
     };
     Ok(Some(Robot {
         sensors: Arc::new(import.table),
@@ -203,20 +201,18 @@ fn hashes(robot: &Robot) -> Vec<String> {
 /// The robot of the surrogate's samples.
 fn sampled(settings: &Settings, evaluations: &Engine, directory: &Path, console: Console) -> Result<Robot> {
     let objects = Object::of_the_paper();
-    let mut robot = settings
-        .reality()
-        .open(evaluations, &settings.world())
-        .map_err(Failure::input)?;
-    let samples = match settings.arm.turns() {
+    let site = settings.site();
+    let mut robot = site.open(evaluations, &settings.world()).map_err(Failure::input)?;
+    let samples = match settings.samples.turns {
         1 => sample::take(&mut *robot, &objects, directory, console)?,
         turns => sample::take(&mut Averaged::new(&mut *robot, turns), &objects, directory, console)?,
     };
-    Ok(simulated_robot(samples.sensors, &samples.motors, settings.arm))
+    Ok(simulated_robot(settings, samples.sensors, &samples.motors))
 }
 
 /// The robot of a simulator that is made from samples.
-fn simulated_robot(sensors: SensorTables, motors: &MotorSamples, arm: Arm) -> Robot {
-    let motors = MotorTable::new(motors, arm.states());
+fn simulated_robot(settings: &Settings, sensors: SensorTables, motors: &MotorSamples) -> Robot {
+    let motors = MotorTable::new(motors, settings.states());
     Robot {
         sensors: Arc::new(sensors),
         motors: Arc::new(motors.expect("all speeds were sampled")),
@@ -224,34 +220,18 @@ fn simulated_robot(sensors: SensorTables, motors: &MotorSamples, arm: Arm) -> Ro
     }
 }
 
-/// The study's first half in other simulators; what was kept is not done again.
-fn variants(
-    settings: &Settings,
-    study: &Study<'_>,
-    own: &Robot,
-    evaluations: &Engine,
-    directory: &Path,
-) -> Result<Vec<Variant>> {
-    kept(&directory.join("variants.json"), || {
-        let objects = Object::of_the_paper();
-        let site = settings.other_reality();
-        let mut robot = site.open(evaluations, &settings.world()).map_err(Failure::input)?;
-        let mut averaged = Averaged::new(&mut *robot, settings.arm.turns());
-        let samples = sampling::sample_unkept(&mut averaged, &objects)?;
-        let other = simulated_robot(samples.sensors, &samples.motors, settings.arm);
-        full::variants(settings, study, own, &other)
-    })
+/// Samples of a robot of which nothing is kept, and the robot of the simulator made from them.
+fn sampled_unkept(settings: &Settings, site: &Site, evaluations: &Engine) -> Result<Robot> {
+    let mut robot = site.open(evaluations, &settings.world()).map_err(Failure::input)?;
+    let mut averaged = Averaged::new(&mut *robot, settings.samples.turns);
+    let samples = sampling::sample_unkept(&mut averaged, &Object::of_the_paper())?;
+    Ok(simulated_robot(settings, samples.sensors, &samples.motors))
 }
 
-/// What a file holds, or what is made now and then kept there.
-fn kept<T: Serialize + DeserializeOwned>(path: &Path, make: impl FnOnce() -> Result<T>) -> Result<T> {
-    if let Ok(bytes) = fs::read(path) {
-        return serde_json::from_slice(&bytes)
-            .map_err(|error| Failure::corrupt(format_args!("{}: {error}", path.display())));
-    }
-    let made = make()?;
-    write_whole(path, &serde_json::to_vec(&made).map_err(Failure::failed)?)?;
-    Ok(made)
+/// The study's first half in other simulators.
+fn variants(settings: &Settings, study: &Study<'_>, own: &Robot, evaluations: &Engine) -> Result<Vec<Variant>> {
+    let other = sampled_unkept(settings, &settings.other_site(), evaluations)?;
+    full::variants(settings, study, own, &other)
 }
 
 /// All runs, some at a time; those that were kept are not run again.
@@ -259,22 +239,18 @@ fn cohorts(
     settings: &Settings,
     study: &Study<'_>,
     evaluations: &Engine,
-    directory: &Path,
+    directory: &Directory,
     console: Console,
 ) -> Result<Vec<Run>> {
-    let cohorts = directory.join("cohorts");
-    fs::create_dir_all(&cohorts).map_err(|error| Failure::storage(&cohorts, &error))?;
     let mut runs: Vec<Run> = Vec::new();
     let life = u64::from(settings.world().cycles) * u64::from(settings.evolution().population);
-    // A generation a generation, and generation 200 some times more.
-    let generations = SIMULATED + REAL + 5 + settings.arm.champion_lives().unwrap_or(0);
+    // A generation a generation, and the transferred one some times more.
+    let generations = settings.evolution().generations + 5 + settings.champion.lives;
     let steps = 3 * u64::from(settings.runs) * u64::from(generations) * life + evaluations.control.steps();
     progress::watched(steps, "evolving", console, &evaluations.control, || -> Result {
         for first in (0..settings.runs).step_by(COHORT as usize) {
             let numbers = first..(first + COHORT).min(settings.runs);
-            runs.extend(kept(&cohorts.join(format!("{first:04}.json")), || {
-                study.cohort(numbers)
-            })?);
+            runs.extend(directory.kept(&format!("cohorts/{first:04}"), || study.cohort(numbers))?);
         }
         Ok(())
     })?;
@@ -282,36 +258,32 @@ fn cohorts(
 }
 
 /// The gap between simulation and reality without noise, by severity: what the severity is chosen by.
-fn calibrate(seed: u64, evaluations: &Engine, console: Console) -> Result {
-    /// Of `docs/preregistration-1995.md`.
-    const ROBOTS: std::ops::RangeInclusive<u64> = 1001..=1005;
-    const RUNS: u32 = 5;
+fn calibrate(file: &StudyFile, seed: u64, evaluations: &Engine, console: Console) -> Result {
+    let of = |robot: u64, severity: Option<f32>| {
+        let asked = Asked {
+            seed,
+            runs: None,
+            robot,
+            severity,
+            full: false,
+            tables: Vec::new(),
+        };
+        Settings::new(file, Arm::MAIN, asked)
+    };
+    let Calibration {
+        runs,
+        robots,
+        severities,
+    } = of(0, None)?.calibration;
     let mut rows = Vec::new();
-    for quarter in 0..=8_u8 {
-        let severity = f32::from(quarter) / 4.0;
+    for severity in severities {
         let mut gaps = Vec::new();
-        for robot in ROBOTS {
-            let settings = Settings {
-                seed,
-                runs: RUNS,
-                robot,
-                severity,
-                arm: Arm::Main,
-                full: false,
-                tables: Vec::new(),
-            };
-            let objects = Object::of_the_paper();
-            let site = settings.reality();
-            let mut own = site.open(evaluations, &settings.world()).map_err(Failure::input)?;
-            let samples = sampling::sample_unkept(&mut *own, &objects)?;
-            let study = Study::new(
-                &settings,
-                simulated_robot(samples.sensors, &samples.motors, settings.arm),
-                evaluations,
-            )?;
-            gaps.push(study.gap_without_noise(RUNS)?);
+        for &robot in &robots {
+            let settings = of(robot, Some(severity))?;
+            let robot = sampled_unkept(&settings, &settings.site(), evaluations)?;
+            gaps.push(Study::new(&settings, robot, evaluations)?.gap_without_noise(runs)?);
         }
-        let mean = gaps.iter().sum::<f64>() / gaps.len() as f64;
+        let mean = mean(&gaps);
         let row: Vec<String> = [f64::from(severity), mean]
             .iter()
             .chain(&gaps)
@@ -320,7 +292,11 @@ fn calibrate(seed: u64, evaluations: &Engine, console: Console) -> Result {
         console.say(format!("severity {severity}: d {mean:.3}"));
         rows.push(row);
     }
-    let head = ["severity", "mean d", "1001", "1002", "1003", "1004", "1005"];
+    let robots: Vec<String> = robots.iter().map(u64::to_string).collect();
+    let head: Vec<&str> = ["severity", "mean d"]
+        .into_iter()
+        .chain(robots.iter().map(String::as_str))
+        .collect();
     console.data(columns(&head, &rows))
 }
 

@@ -4,23 +4,13 @@
 use oneiro::random::{Key, pcg4d};
 use oneiro::world::{Start, World, WorldSpec};
 
+use super::settings::RealStarts;
 use super::study::{Evolving, Trial, by_run, lives};
 use crate::engine::handle::Engine;
 use crate::evolve::Optimizer;
 use crate::exit::Result;
 use crate::reality::site::Site;
 use crate::reality::{Life, Lived, Reality, patiently};
-
-/// How the robot gets to the start of a life.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum RealStarts {
-    /// It is put at a fresh free pose.
-    Fresh,
-    /// It stays where the last life of the same run stopped.
-    Continuing,
-    /// From there it drives about for [`WALK`] cycles, and starts where it then is.
-    Walk,
-}
 
 /// Cycles of 100 ms that a robot drives about between two lives.
 const WALK: u32 = 100;
@@ -161,7 +151,6 @@ fn wanderer(key: Key, genes: usize) -> Vec<f32> {
 mod tests {
     use oneiro::world::Robot;
 
-    use super::super::arms::Arm;
     use super::super::results::Condition;
     use super::super::settings::Settings;
     use super::super::study::Study;
@@ -169,19 +158,19 @@ mod tests {
     use super::*;
 
     /// Reality takes something of the samples' grid.
-    fn settings(arm: Arm) -> Settings {
+    fn settings(arm: &str) -> Settings {
         tests::settings(arm, 0.5)
     }
 
     /// Real lives of some of two runs' first generation, and where each run stopped.
-    fn lived(arm: Arm, numbers: &[u32]) -> (Vec<Vec<f32>>, Vec<Option<[f32; 3]>>) {
+    fn lived(arm: &str, numbers: &[u32]) -> (Vec<Vec<f32>>, Vec<Option<[f32; 3]>>) {
         let (settings, evaluations) = (settings(arm), evaluations());
         let study = Study::new(&settings, Robot::khepera(), &evaluations).unwrap();
         let runs: Vec<Evolving> = numbers
             .iter()
             .map(|&number| study.begin(Condition::None, number))
             .collect();
-        let mut robot = study.real_lives(&settings.reality()).unwrap();
+        let mut robot = study.real_lives(&settings.site()).unwrap();
         let fitness = robot.live(&runs, Trial::Real).unwrap();
         (fitness, robot.places)
     }
@@ -189,11 +178,11 @@ mod tests {
     /// The lives of a run, one call a life.
     #[test]
     fn a_life_starts_where_the_last_one_stopped() {
-        let (settings, evaluations) = (settings(Arm::RealStartsContinuing), evaluations());
+        let (settings, evaluations) = (settings("real-starts-continuing"), evaluations());
         let study = Study::new(&settings, Robot::khepera(), &evaluations).unwrap();
         let run = study.begin(Condition::None, 1);
         let world = settings.world();
-        let mut robot = settings.reality().open(&evaluations, &world).unwrap();
+        let mut robot = settings.site().open(&evaluations, &world).unwrap();
         let mut start = None;
         let mut expected = Vec::new();
         let mut continued = 0;
@@ -215,16 +204,16 @@ mod tests {
             expected.push(lived.fitness);
         }
         assert!(continued > 50, "{continued} of 99 lives go on from the last");
-        let (fitness, places) = lived(Arm::RealStartsContinuing, &[0, 1]);
+        let (fitness, places) = lived("real-starts-continuing", &[0, 1]);
         assert_eq!(fitness[1], expected);
         assert_eq!(places[1], start);
     }
 
     #[test]
     fn only_the_first_life_is_the_one_from_a_fresh_start() {
-        let fresh = lived(Arm::Main, &[0]);
-        let continuing = lived(Arm::RealStartsContinuing, &[0]);
-        let walk = lived(Arm::RealStartsWalk, &[0]);
+        let fresh = lived("main", &[0]);
+        let continuing = lived("real-starts-continuing", &[0]);
+        let walk = lived("real-starts-walk", &[0]);
         assert_eq!(fresh.1, []);
         let others = [
             (&fresh.0[0], &continuing.0[0]),
@@ -241,13 +230,13 @@ mod tests {
     /// What the simulator looks up is no matter of reality, whose grid is that of the samples.
     #[test]
     fn interpolated_tables_leave_reality_as_it_is() {
-        assert_eq!(lived(Arm::Interpolated, &[0]), lived(Arm::Main, &[0]));
+        assert_eq!(lived("interpolated", &[0]), lived("main", &[0]));
     }
 
     /// Runs that live beside one another are not in one another's way.
     #[test]
     fn a_run_lives_as_if_it_were_alone() {
-        for arm in [Arm::RealStartsContinuing, Arm::RealStartsWalk] {
+        for arm in ["real-starts-continuing", "real-starts-walk"] {
             let (both, places) = lived(arm, &[0, 1]);
             let (alone, place) = lived(arm, &[1]);
             assert_eq!((&both[1], places[1]), (&alone[0], place[0]), "{arm:?}");

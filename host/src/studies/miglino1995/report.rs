@@ -4,11 +4,10 @@
 use oneiro::arena::Arena;
 use oneiro::tables::SensorTables;
 
-use super::arms::Arm;
 use super::results::{Condition, Results, Run};
 use crate::report::page;
 use crate::studies::claims::Claim;
-use crate::studies::verdicts;
+use crate::studies::verdicts::{self, Sensitivity};
 
 mod background;
 mod behaviour;
@@ -23,7 +22,7 @@ pub(super) mod tests;
 pub(crate) use csv::csv_files;
 
 /// What a report is made of.
-pub(crate) struct Study<'a> {
+pub(crate) struct Report<'a> {
     /// What the study found.
     pub(crate) results: &'a Results,
     /// What is said of it. Tables 1 and 2 show the tests of C3 and C6 whose statistic is `F` and whose name starts
@@ -39,15 +38,15 @@ pub(crate) struct Study<'a> {
     pub(crate) robot: &'a str,
     /// What all random numbers follow from.
     pub(crate) seed: u64,
-    /// The claims again under each assumption, this study's own first; none where no other was asked for.
-    pub(crate) arms: &'a [(Arm, Vec<Claim>)],
+    /// The claims under each assumption, where others were asked for.
+    pub(crate) arms: Option<&'a Sensitivity>,
 }
 
 /// The report as one HTML file, complete in itself.
-pub(crate) fn html(study: &Study<'_>) -> String {
+pub(crate) fn html(study: &Report<'_>) -> String {
     let sections = [
         Some(verdicts::summary(study.claims)),
-        others::sensitivity(study),
+        study.arms.map(verdicts::by_assumption),
         Some(robot::section(study)),
         Some(evolution::section(study)),
         Some(behaviour::section(study)),

@@ -1,79 +1,394 @@
-//! What the study does: every choice that the paper leaves open, by name, with its value and its source.
+//! What the study runs: the values of its file under an arm, made into worlds, evolutions and realities.
 
-use oneiro::surrogate::{Differences, Individual, Surrogate};
-use oneiro::world::{Noise, WorldSpec};
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+use oneiro::surrogate::{Difference, Differences, Individual, Surrogate};
+use oneiro::tables::{MotorStates, SensorTables};
+use oneiro::world::{Noise, Robot, WorldSpec};
+use serde::de::IgnoredAny;
 use serde::{Deserialize, Serialize};
+use toml::Table;
 
-use super::arms::Arm;
-use super::results::Condition;
+use super::interpolation::interpolated;
+use super::results::{Condition, Family};
 use crate::evolve::genetic;
+use crate::exit::Result;
+use crate::experiment::source::{Parsed, Setting, Source};
+use crate::experiment::values::Described;
+use crate::experiment::{Experiment, Files, settings};
 use crate::reality::site::Site;
 use crate::studies::assumptions::Assumption;
+use crate::studies::file::{self, Arm, StudyFile};
 
-/// Generations that are selected by simulated fitness.
-pub(crate) const SIMULATED: u32 = 200;
-/// Generations that live in reality.
-pub(crate) const REAL: u32 = 20;
 /// How different reality is from its simulator: chosen by the calibration of `docs/preregistration-1995.md`, on the
 /// condition without noise and on other robots.
 pub(crate) const SEVERITY: f32 = 1.75;
 
-/// A whole study. Two studies with equal settings give equal reports.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub(crate) struct Settings {
+/// What a command line asks for.
+#[derive(Clone, Debug)]
+pub(crate) struct Asked {
     /// Everything random but the robot comes from it.
     pub(crate) seed: u64,
-    /// Runs of each condition.
-    pub(crate) runs: u32,
+    /// Runs of each condition, where the file's are not meant.
+    pub(crate) runs: Option<u32>,
     /// The seed of the surrogate robot and its surroundings.
     pub(crate) robot: u64,
-    /// How different reality is from its simulator, 0 to 2.
-    pub(crate) severity: f32,
-    /// What is assumed otherwise than preregistered.
-    pub(crate) arm: Arm,
+    /// How different reality is from its simulator, where the file's is not meant.
+    pub(crate) severity: Option<f32>,
     /// With controls and with other simulators.
     pub(crate) full: bool,
     /// Hashes of the files with the simulator's tables, where it is not made from samples of the surrogate.
     pub(crate) tables: Vec<String>,
 }
 
+/// The file of the study.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct File {
+    experiment: Option<String>,
+    runs: u32,
+    #[serde(default)]
+    set: Table,
+    #[serde(default)]
+    conditions: Conditions,
+    samples: Samples,
+    selection: Selection,
+    champion: Champion,
+    reality: Reality,
+    calibration: Calibration,
+    #[serde(default)]
+    variants: Vec<Variants>,
+    #[serde(default)]
+    sources: BTreeMap<String, String>,
+    /// Read before all else.
+    #[serde(default, rename = "arms")]
+    _arms: IgnoredAny,
+}
+
+/// Values of the conditions' experiments.
+#[derive(Default, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+struct Conditions {
+    none: Table,
+    sensor: Table,
+    conservative: Table,
+}
+
+impl Conditions {
+    fn of(&self, condition: Condition) -> &Table {
+        match condition {
+            Condition::None => &self.none,
+            Condition::Sensor => &self.sensor,
+            Condition::Conservative => &self.conservative,
+        }
+    }
+}
+
+/// How the robot is sampled.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct Samples {
+    /// Turns before an object whose mean makes a row of its table.
+    pub(crate) turns: u32,
+    /// Whether simulators interpolate between samples.
+    pub(crate) interpolated: bool,
+}
+
+/// What simulated lives are selected by besides their fitness.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct Selection {
+    /// What each cell of 50 mm is worth that is new. Only selection knows of it; fitness is as everywhere, since a real
+    /// robot does not know where it is.
+    pub(crate) new_cell: f32,
+}
+
+/// How champions are chosen.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct Champion {
+    /// Simulated lives of each individual of the transferred generation by whose mean the champion is chosen. One: the
+    /// life that simulation and reality are compared by.
+    pub(crate) lives: u32,
+}
+
+/// Where transferred controllers live.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct Reality {
+    /// Generations that are selected by real fitness.
+    pub(crate) generations: u32,
+    /// How far it differs from its simulator.
+    severity: f32,
+    #[serde(skip_serializing)]
+    severity_factor: f32,
+    #[serde(skip_serializing)]
+    robot_offset: u64,
+    /// The age of readings, at severity 1.
+    latency_ms: f32,
+    /// The one difference that there is, or that there is not.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    only: Option<String>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    without: Option<String>,
+    /// Where lives start.
+    pub(crate) starts: RealStarts,
+}
+
+/// How the robot gets to the start of a life.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub(crate) enum RealStarts {
+    /// It is put at a fresh free pose.
+    Fresh,
+    /// It stays where the last life of the same run stopped.
+    Continuing,
+    /// From there it drives about for a while, and starts where it then is.
+    Walk,
+}
+
+/// What the severity is chosen by.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct Calibration {
+    pub(crate) runs: u32,
+    pub(crate) robots: Vec<u64>,
+    pub(crate) severities: Vec<f32>,
+}
+
+/// Other simulators of one family.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Variants {
+    family: Family,
+    simulators: Vec<OtherSimulator>,
+}
+
+#[derive(Deserialize)]
+struct OtherSimulator {
+    name: String,
+    #[serde(default)]
+    value: f32,
+    #[serde(default = "without_noise")]
+    condition: Condition,
+    #[serde(default)]
+    samples: Tables,
+    #[serde(flatten)]
+    set: Table,
+}
+
+fn without_noise() -> Condition {
+    Condition::None
+}
+
+/// What another simulator is made from.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub(crate) enum Tables {
+    /// The robot's samples.
+    #[default]
+    Own,
+    /// Those of another robot in the same surroundings.
+    Another,
+    /// The means of both.
+    Average,
+    /// None of them.
+    BuiltIn,
+}
+
+/// Another simulator.
+#[derive(Clone, Debug)]
+pub(crate) struct Simulator {
+    pub(crate) family: Family,
+    /// What is different.
+    pub(crate) name: String,
+    /// The number that is different, if it is one.
+    pub(crate) value: f64,
+    pub(crate) tables: Tables,
+    /// Its world, but for its tables.
+    pub(crate) world: WorldSpec,
+}
+
+/// A whole study. Two studies with equal settings give equal reports.
+#[derive(Debug)]
+pub(crate) struct Settings {
+    /// What was asked for.
+    asked: Asked,
+    arm: Arm,
+    /// The hash of a file of the user's own.
+    file: Option<String>,
+    pub(crate) runs: u32,
+    /// How different reality is from its simulator, before the arm's factor.
+    severity: f32,
+    pub(crate) samples: Samples,
+    pub(crate) selection: Selection,
+    pub(crate) champion: Champion,
+    pub(crate) reality: Reality,
+    pub(crate) calibration: Calibration,
+    /// Other simulators, where they were asked for.
+    pub(crate) variants: Vec<Simulator>,
+    /// Those of the conditions.
+    experiments: [Experiment; 3],
+    differences: Differences,
+    sources: BTreeMap<String, String>,
+}
+
 impl Settings {
+    /// Reads what a study runs under an arm.
+    ///
+    /// # Errors
+    /// Exit 2 for an arm that there is not; exit 3: the file, line and column (or the arm), the key, what it is and what
+    /// is allowed.
+    pub(crate) fn new(file: &StudyFile, arm: &str, asked: Asked) -> Result<Self> {
+        let arm = file.arm(arm)?;
+        file.under(&arm, |mut values: File, source| {
+            check(&values, source)?;
+            let severity = asked.severity.unwrap_or(values.reality.severity);
+            values.reality.severity = values.reality.severity_factor * severity;
+            let differences = differences(&values.reality, source)?;
+            let (path, text) = file.experiment(values.experiment.as_deref())?;
+            let base = Parsed::new(path.display().to_string(), &text)?;
+            let files = Files::default();
+            let experiment = |condition: Condition, more: Vec<Setting>| {
+                let mut set = file::settings("set", &values.set, source);
+                let own = format!("conditions.{}", condition.name());
+                set.extend(file::settings(&own, values.conditions.of(condition), source));
+                set.extend(more);
+                Experiment::of(&path, &base, &set, &files)
+            };
+            let mut variants = Vec::new();
+            for (place, family) in values.variants.iter().enumerate().filter(|_| asked.full) {
+                for (index, own) in family.simulators.iter().enumerate() {
+                    let under = format!("variants[{place}].simulators[{index}]");
+                    let experiment = experiment(own.condition, file::settings(&under, &own.set, source))?;
+                    variants.push(Simulator {
+                        family: family.family,
+                        name: own.name.clone(),
+                        value: f64::from(own.value),
+                        tables: own.samples,
+                        world: experiment.world().spec().clone(),
+                    });
+                }
+            }
+            let [none, sensor, conservative] = Condition::ALL.map(|condition| experiment(condition, Vec::new()));
+            Ok(Self {
+                file: file.own_hash(),
+                runs: asked.runs.unwrap_or(values.runs),
+                severity,
+                asked,
+                arm: arm.clone(),
+                samples: values.samples,
+                selection: values.selection,
+                champion: values.champion,
+                reality: values.reality,
+                calibration: values.calibration,
+                variants,
+                experiments: [none?, sensor?, conservative?],
+                differences,
+                sources: values.sources,
+            })
+        })
+    }
+
+    /// What the study's directory says of it.
+    pub(crate) fn record(&self) -> String {
+        #[derive(Serialize)]
+        struct Record {
+            seed: u64,
+            runs: u32,
+            robot: u64,
+            severity: f32,
+            arm: String,
+            full: bool,
+            tables: Vec<String>,
+            #[serde(skip_serializing_if = "Option::is_none")]
+            study: Option<String>,
+        }
+        let record = Record {
+            seed: self.asked.seed,
+            runs: self.runs,
+            robot: self.asked.robot,
+            severity: self.severity,
+            arm: self.arm.name.clone(),
+            full: self.asked.full,
+            tables: self.asked.tables.clone(),
+            study: self.file.clone(),
+        };
+        serde_json::to_string_pretty(&record).expect("numbers and words are JSON")
+    }
+
+    pub(crate) fn seed(&self) -> u64 {
+        self.asked.seed
+    }
+
+    /// With controls and with other simulators.
+    pub(crate) fn is_full(&self) -> bool {
+        self.asked.full
+    }
+
+    fn experiment(&self, condition: Condition) -> &Experiment {
+        &self.experiments[condition as usize]
+    }
+
     /// The noise of a condition's simulator.
     pub(crate) fn noise(&self, condition: Condition) -> Noise {
-        self.arm.noise(condition)
+        self.experiment(condition).world().spec().noise
+    }
+
+    /// Generations that are selected by simulated fitness.
+    pub(crate) fn simulated_generations(&self) -> u32 {
+        self.experiment(Condition::None).settings().evolution.generations
     }
 
     /// The genetic algorithm, through all generations.
     pub(crate) fn evolution(&self) -> genetic::Settings {
         genetic::Settings {
-            generations: SIMULATED + REAL,
-            ..self.arm.evolution()
+            generations: self.simulated_generations() + self.reality.generations,
+            ..self.experiment(Condition::None).settings().evolution.clone()
         }
     }
 
-    /// How reality differs from its simulator.
-    pub(crate) fn differences(&self) -> Differences {
-        self.arm.differences(self.severity)
+    /// Arena and task, whatever robot and noise.
+    pub(crate) fn world(&self) -> WorldSpec {
+        WorldSpec {
+            robot: Robot::khepera(),
+            noise: Noise::NONE,
+            ..self.experiment(Condition::None).world().spec().clone()
+        }
+    }
+
+    /// Which states the motors have.
+    pub(crate) fn states(&self) -> MotorStates {
+        self.experiment(Condition::None).settings().robot.states
+    }
+
+    /// What a simulator looks up in place of a robot's samples.
+    pub(crate) fn looked_up(&self, sensors: &Arc<SensorTables>) -> Arc<SensorTables> {
+        if self.samples.interpolated {
+            Arc::new(interpolated(sensors))
+        } else {
+            Arc::clone(sensors)
+        }
     }
 
     /// The robot's seed.
     pub(crate) fn robot(&self) -> u64 {
-        self.arm.robot(self.robot)
+        self.asked.robot.wrapping_add(self.reality.robot_offset)
     }
 
     /// The robot that is sampled and lives.
     pub(crate) fn surrogate(&self) -> Surrogate {
-        Surrogate::drawn(self.robot(), self.differences())
+        Surrogate::drawn(self.robot(), self.differences)
     }
 
     /// That robot as the site of reality.
-    pub(crate) fn reality(&self) -> Site {
+    pub(crate) fn site(&self) -> Site {
         Site::surrogate(self.robot(), self.surrogate())
     }
 
     /// Another robot of the same kind in the same surroundings.
-    pub(crate) fn other_reality(&self) -> Site {
+    pub(crate) fn other_site(&self) -> Site {
         let surrogate = Surrogate {
             individual: Individual::drawn(self.robot().wrapping_add(1)),
             ..self.surrogate()
@@ -82,7 +397,7 @@ impl Settings {
     }
 
     /// The hash of the sampled robot's parameters, of its surroundings and of how reality differs.
-    pub(crate) fn parameters_hash(&self) -> String {
+    fn parameters_hash(&self) -> String {
         let text = format!("{:?}", self.surrogate());
         blake3::hash(text.as_bytes()).to_hex()[..16].to_owned()
     }
@@ -92,13 +407,13 @@ impl Settings {
         let reality = format!(
             "surrogate:{}, severity {}, parameters {}",
             self.robot(),
-            self.surrogate().differences.severity,
+            self.reality.severity,
             self.parameters_hash()
         );
-        if self.tables.is_empty() {
+        if self.asked.tables.is_empty() {
             format!("{reality}; its simulator is made from its samples")
         } else {
-            let tables = self.tables.join(", ");
+            let tables = self.asked.tables.join(", ");
             format!(
                 "{reality}; the simulator is made from recordings of another robot ({tables}), to which the surrogate is fitted in nothing"
             )
@@ -107,126 +422,237 @@ impl Settings {
 
     /// The seed of a run.
     pub(crate) fn run_seed(&self, condition: Condition, number: u32) -> u64 {
-        let index = self.seed.wrapping_mul(1 << 20).wrapping_add(u64::from(number));
+        let index = self.seed().wrapping_mul(1 << 20).wrapping_add(u64::from(number));
         index.wrapping_mul(4).wrapping_add(condition as u64)
     }
 
-    /// Arena and task, whatever robot and noise.
-    pub(crate) fn world(&self) -> WorldSpec {
-        self.arm.world()
+    /// All that is in force, for the report.
+    pub(crate) fn assumptions(&self) -> Vec<Assumption> {
+        let resolved = |condition| file::listed(&self.experiment(condition).resolved_toml(0));
+        let of_all = resolved(Condition::None);
+        let made_from = if self.asked.tables.is_empty() {
+            "the robot's samples".to_owned()
+        } else {
+            format!("recordings {}", self.asked.tables.join(", "))
+        };
+        let mut rows = vec![("runs".to_owned(), format!("{} of each condition", self.runs))];
+        rows.extend(of_all.iter().map(|(key, value)| {
+            let is_sampled = ["robot.tables", "robot.motors"].contains(&key.as_str());
+            (key.clone(), if is_sampled { &made_from } else { value }.clone())
+        }));
+        for condition in [Condition::Sensor, Condition::Conservative] {
+            let own = resolved(condition).into_iter();
+            let own = own.filter(|(key, value)| of_all.get(key) != Some(value));
+            rows.extend(own.map(|(key, value)| (format!("conditions.{}.{key}", condition.name()), value)));
+        }
+        let table = |values: toml::Value| values.as_table().map(file::leaves).unwrap_or_default();
+        let parts = [
+            ("samples", toml::Value::try_from(&self.samples)),
+            ("selection", toml::Value::try_from(&self.selection)),
+            ("champion", toml::Value::try_from(&self.champion)),
+            ("reality", toml::Value::try_from(&self.reality)),
+        ];
+        for (name, values) in parts {
+            let values = table(values.expect("values of a study are numbers and words"));
+            rows.extend(
+                values
+                    .into_iter()
+                    .map(|(key, value)| (format!("{name}.{key}"), file::words(&value))),
+            );
+        }
+        let robot = format!(
+            "surrogate robot {}, parameters {}",
+            self.robot(),
+            self.parameters_hash()
+        );
+        rows.push(("reality.robot".into(), robot));
+        let of_row = |key: &str| {
+            let described = settings::Settings::rows();
+            described.iter().find(|row| row.key == key).map(|row| row.source)
+        };
+        let source = |key: &str| self.sources.get(key).map(String::as_str).or_else(|| of_row(key));
+        self.arm.assumptions(rows, source)
+    }
+}
+
+fn check(values: &File, source: &Source<'_>) -> Result {
+    for (key, value, [least, most]) in [
+        ("samples.turns", values.samples.turns, [1, 100]),
+        ("champion.lives", values.champion.lives, [1, 10_000]),
+        ("reality.generations", values.reality.generations, [1, 10_000]),
+    ] {
+        if !(least..=most).contains(&value) {
+            return Err(source.invalid(key, format_args!("is {value}; allowed: {least} to {most}")));
+        }
+    }
+    Ok(())
+}
+
+/// How reality differs from its simulator.
+fn differences(reality: &Reality, source: &Source<'_>) -> Result<Differences> {
+    let named = |key: &str, name: &str| {
+        let names = Difference::ALL.map(Difference::name);
+        let known = Difference::ALL.into_iter().find(|difference| difference.name() == name);
+        known.ok_or_else(|| source.invalid(key, format_args!("is \"{name}\"; allowed: {}", names.join(", "))))
+    };
+    let differences = match (&reality.only, &reality.without) {
+        (None, None) => Differences::all(reality.severity),
+        (Some(only), None) => Differences::only(reality.severity, named("reality.only", only)?),
+        (None, Some(without)) => Differences::without(reality.severity, named("reality.without", without)?),
+        (Some(_), Some(_)) => {
+            return Err(source.invalid("reality.without", "stands beside reality.only; allowed: one of them"));
+        }
+    };
+    Ok(differences.with_latency(reality.latency_ms))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::studies::file::MIGLINO1995;
+
+    fn shipped() -> StudyFile {
+        StudyFile::open(&MIGLINO1995, None).unwrap()
     }
 
-    /// All that is assumed, for the report.
-    pub(crate) fn assumptions(&self) -> Vec<Assumption> {
-        let evolution = self.evolution();
-        let row = |name: &str, value: String, source: &str| Assumption {
-            name: name.into(),
-            value,
-            source: source.into(),
+    fn under(arm: &str) -> Settings {
+        let asked = Asked {
+            seed: 1,
+            runs: None,
+            robot: 3,
+            severity: None,
+            full: true,
+            tables: Vec::new(),
         };
-        let arm = (self.arm != Arm::Main).then(|| {
-            row(
-                "arm",
-                self.arm.name(),
-                "ours: in place of the preregistered choice below that it names",
-            )
-        });
-        let main =
-            vec![
-            row("runs", format!("{} a condition", self.runs), "paper: 5"),
-            row(
-                "generations",
-                format!("{SIMULATED} selected in simulation, then {REAL} in reality, from number {SIMULATED}"),
-                "paper; generation 200 lives in both, unmutated in between: ours",
+        Settings::new(&shipped(), arm, asked).unwrap()
+    }
+
+    fn assumption(settings: &Settings, name: &str) -> Assumption {
+        let all = settings.assumptions();
+        all.into_iter()
+            .find(|own| own.name == name)
+            .unwrap_or_else(|| panic!("{name}"))
+    }
+
+    #[test]
+    fn the_shipped_study_is_the_papers() {
+        let main = under("main");
+        assert_eq!(
+            (main.runs, main.simulated_generations(), main.reality.generations),
+            (5, 200, 20)
+        );
+        assert_eq!(main.reality.severity.to_bits(), SEVERITY.to_bits());
+        assert_eq!(
+            Condition::ALL.map(|condition| main.noise(condition)),
+            [Noise::NONE, Noise::SENSOR, Noise::CONSERVATIVE]
+        );
+        assert_eq!(main.differences, Differences::all(SEVERITY));
+        assert_eq!(main.variants.len(), 18);
+    }
+
+    #[test]
+    fn what_an_arm_changes_is_reported_as_it_is() {
+        let [main, square] = ["main", "square"].map(|arm| assumption(&under(arm), "task.difference"));
+        assert_eq!(main.value, "root");
+        assert_eq!(square.value, "square");
+        assert_eq!(square.source, "arm square: The square of DV, as the paper prints it");
+        let half = assumption(&under("half-severity"), "reality.severity");
+        assert_eq!(half.value, "0.875");
+        let step = assumption(&under("walk-step-small"), "conditions.conservative.noise.walk_step_mm");
+        assert_eq!(step.value, "0.3");
+        assert!(
+            under("wide-genes")
+                .assumptions()
+                .iter()
+                .any(|own| own.name == "evolution.limits")
+        );
+    }
+
+    /// A source of a value that there is not would never be read.
+    #[test]
+    fn every_source_is_that_of_a_value() {
+        let main = under("main");
+        for key in main.sources.keys() {
+            assert!(!assumption(&main, key).source.is_empty(), "{key}");
+        }
+    }
+
+    #[test]
+    fn a_difference_is_alone_or_the_only_one_that_is_missing() {
+        for difference in Difference::ALL {
+            let name = difference.name().replace('_', "-");
+            let [only, without] = ["only", "without"].map(|which| under(&format!("{which}-{name}")).differences);
+            for other in Difference::ALL {
+                let expected = if other == difference { [1.75, 0.0] } else { [0.0, 1.75] };
+                assert_eq!([only, without].map(|own| own.strength(other)), expected, "{name}");
+            }
+        }
+    }
+
+    /// Another robot's tables and noise reach the simulators that `--full` adds.
+    #[test]
+    fn displacements_are_of_one_size_and_differ_in_how_they_change() {
+        let all = under("main").variants;
+        let displaced: Vec<_> = all.iter().filter(|own| own.family == Family::Displacement).collect();
+        let noises: Vec<_> = displaced.iter().map(|own| own.world.noise).collect();
+        assert_eq!(
+            noises.iter().map(|noise| noise.walk_step).collect::<Vec<_>>(),
+            [0.0, 1.5, 60.0]
+        );
+        for noise in &noises {
+            assert_eq!((noise.walk_range, noise.sensor, noise.motor), (30.0, (0.0, 0.0), 0.0));
+        }
+        let made_from: Vec<Tables> = all.iter().skip(13).map(|own| own.tables).collect();
+        assert_eq!(
+            made_from,
+            [
+                Tables::Own,
+                Tables::Another,
+                Tables::Average,
+                Tables::BuiltIn,
+                Tables::Own
+            ]
+        );
+        // The range is the variant's, the step that of the arm.
+        let small = under("walk-step-small").variants;
+        let walk = small
+            .iter()
+            .find(|own| own.family == Family::WalkRange)
+            .unwrap()
+            .world
+            .noise;
+        assert_eq!((walk.walk_range, walk.walk_step), (7.5, 0.3));
+    }
+
+    #[test]
+    fn a_study_that_can_not_be_says_where() {
+        let directory = std::env::temp_dir().join(format!("oneiro-study-{}", std::process::id()));
+        std::fs::create_dir_all(&directory).unwrap();
+        let path = directory.join("own.toml");
+        let shipped = MIGLINO1995
+            .text
+            .replace("experiment = \"../khepera-avoidance.toml\"", "");
+        let refusal = |from: &str, to: &str| {
+            assert!(shipped.contains(from), "{from}");
+            std::fs::write(&path, shipped.replacen(from, to, 1)).unwrap();
+            let file = StudyFile::open(&MIGLINO1995, Some(&path)).unwrap();
+            let asked = under("main").asked;
+            Settings::new(&file, "main", asked).unwrap_err().to_string()
+        };
+        for (from, to, expected) in [
+            ("turns = 1", "turns = 0", "samples.turns: is 0; allowed: 1 to 100"),
+            ("starts = \"fresh\"", "starts = \"here\"", "reality.starts: "),
+            (
+                "starts = \"fresh\"",
+                "starts = \"fresh\"\nonly = \"magic\"",
+                "allowed: geometry, ",
             ),
-            row("population", evolution.population.to_string(), "paper"),
-            row(
-                "parents",
-                format!("{}, equally many copies each", evolution.parents),
-                "paper",
-            ),
-            row(
-                "mutation",
-                format!(
-                    "each gene with probability {}, + U(-{1}, {1})",
-                    evolution.mutation.rate, evolution.mutation.amount
-                ),
-                "paper: \"25 %\", not of what, nor how large: ours",
-            ),
-            row(
-                "champion",
-                "the best single simulated life of generation 200".into(),
-                "ours",
-            ),
-            row("first genes", "U(-1, 1)".into(), "ours"),
-            row(
-                "fitness.V",
-                "mean of the wheels' absolute speeds".into(),
-                "from the paper's remark on Figure 11 d",
-            ),
-            row(
-                "fitness.DV",
-                "root of the difference of signed speeds".into(),
-                "Floreano and Mondada; the paper prints the square",
-            ),
-            row(
-                "fitness.I",
-                "the greatest activation without added noise".into(),
-                "ours",
-            ),
-            row(
-                "collision",
-                "undoes the cycle's motion and earns nothing".into(),
-                "Evorobot",
-            ),
-            row(
-                "motor states",
-                "-10 to -1 and 1 to 10, symmetric".into(),
-                "ours; the paper has 20 x 20 states",
-            ),
-            row(
-                "arena",
-                "600 x 350 mm, obstacles of radius 27.5 mm at (180, 175), (300, 175), (420, 175) mm".into(),
-                "paper; the obstacles' places are ours",
-            ),
-            row(
-                "start",
-                "uniform free pose, a fresh one for each life".into(),
-                "paper: random position; heading and reality: ours",
-            ),
-            row(
-                "noise.sensor",
-                "U(0, 0.4) added to each activation, clipped".into(),
-                "paper, read literally",
-            ),
-            row("noise.walk_range", "30 mm".into(), "paper"),
-            row(
-                "noise.walk_step",
-                "U(-1.5, 1.5) mm each cycle, reflected".into(),
-                "ours",
-            ),
-            row(
-                "network",
-                "8 inputs, 2 logistic outputs, 16 weights and 2 biases".into(),
-                "paper; logistic: Evorobot",
-            ),
-            row(
-                "samples",
-                "180 bearings x 20 distances from 5 mm in steps of 2 mm, one reading a point, look-up by truncation"
-                    .into(),
-                "paper; distances and truncation: Evorobot",
-            ),
-            row(
-                "reality",
-                format!("surrogate robot {}, parameters {}", self.robot(), self.parameters_hash()),
-                "docs/preregistration-1995.md",
-            ),
-            row(
-                "reality.severity",
-                self.severity.to_string(),
-                "calibrated as docs/preregistration-1995.md says",
-            ),
-        ];
-        arm.into_iter().chain(main).collect()
+            ("noise.sensor = [0.0, 0.4]", "noise.sensors = [0.0, 0.4]", "own.toml:"),
+            ("[selection]", "[selections]", "selections"),
+        ] {
+            let refusal = refusal(from, to);
+            assert!(refusal.contains("own.toml:") && refusal.contains(expected), "{refusal}");
+        }
+        std::fs::remove_dir_all(&directory).unwrap();
     }
 }

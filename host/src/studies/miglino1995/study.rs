@@ -13,7 +13,7 @@ use oneiro::world::{Robot, Start, Task, World, WorldSpec};
 
 use super::real_lives::RealLives;
 use super::results::{Champion, Condition, Controls, DifferenceEffect, Discrepancy, Level, Life, Run, Transferred};
-use super::settings::{REAL, SIMULATED, Settings};
+use super::settings::Settings;
 use crate::engine::handle::Engine;
 use crate::evolve::Optimizer;
 use crate::evolve::genetic::Genetic;
@@ -21,6 +21,7 @@ use crate::exit::{Failure, Result};
 use crate::lives::measures::{Grid, PLACES, distance, is_stuck, moves};
 use crate::reality::site::Site;
 use crate::reality::{self, patiently};
+use crate::statistics::cohens_d;
 
 /// How many of the best make the peak.
 pub(crate) const PEAK: usize = 20;
@@ -95,7 +96,7 @@ impl<'a> Study<'a> {
         let sampled = Arc::clone(&robot.sensors);
         let simulator = WorldSpec {
             robot: Robot {
-                sensors: settings.arm.looked_up(&sampled),
+                sensors: settings.looked_up(&sampled),
                 ..robot
             },
             ..settings.world()
@@ -112,10 +113,8 @@ impl<'a> Study<'a> {
             Ok::<_, Failure>([with_noise(none)?, with_noise(sensor)?, with_noise(conservative)?])
         };
         let simulators = each(simulator.task)?;
-        let more = settings
-            .arm
-            .new_cell()
-            .map(|new_cell| simulator.task.with_new_cell(new_cell));
+        let new_cell = settings.selection.new_cell;
+        let more = (new_cell > 0.0).then(|| simulator.task.with_new_cell(new_cell));
         let selecting = more.map(each).transpose()?;
         Ok(Self {
             settings,
@@ -150,15 +149,15 @@ impl<'a> Study<'a> {
             .map(|(number, condition)| self.begin(condition, number))
             .collect();
         self.evolve(&mut runs)?;
-        let mut robot = self.real_lives(&self.settings.reality())?;
+        let mut robot = self.real_lives(&self.settings.site())?;
         let transferred = self.transfer(&mut runs, &mut robot)?;
         let champions = self.champions(&runs, &transferred)?;
-        let controls = if self.settings.full {
+        let controls = if self.settings.is_full() {
             self.controls(&runs)?.into_iter().map(Some).collect()
         } else {
             vec![None; runs.len()]
         };
-        let last = evolve_on(&mut runs, &transferred, &mut robot)?;
+        let last = self.evolve_on(&mut runs, &transferred, &mut robot)?;
         let rest = transferred.into_iter().zip(champions).zip(last).zip(controls);
         Ok(runs
             .into_iter()
@@ -179,7 +178,7 @@ impl<'a> Study<'a> {
 
     /// The mean real fitness that each run's generation 219 would have had otherwise.
     fn controls(&self, runs: &[Evolving]) -> Result<Vec<Controls>> {
-        let robot = || self.real_lives(&self.settings.reality());
+        let robot = || self.real_lives(&self.settings.site());
         let means = |fitness: Vec<Vec<f32>>| fitness.iter().map(|own| level(own).average).collect::<Vec<_>>();
 
         let mut on = runs.to_vec();
@@ -190,13 +189,13 @@ impl<'a> Study<'a> {
                 let fresh = self.begin(run.condition, run.number).evolution.ask().clone();
                 let settings = self.settings.evolution();
                 Evolving {
-                    evolution: Genetic::at(&settings, run.seed, SIMULATED, fresh),
+                    evolution: Genetic::at(&settings, run.seed, self.settings.simulated_generations(), fresh),
                     ..run.clone()
                 }
             })
             .collect();
         let mut evolving = robot()?;
-        for generation in 1..REAL {
+        for generation in 1..self.settings.reality.generations {
             let simulated = self.simulate(&on, Trial::Simulated)?;
             self.select(&mut on, simulated)?;
             for run in &mut neutral {
@@ -236,14 +235,14 @@ impl<'a> Study<'a> {
         for world in worlds {
             runs.clone_from(&fresh);
             let one = |runs: &[Evolving]| self.lives_in(std::slice::from_ref(world), runs, |_| 0, Trial::Simulated);
-            for _ in 0..SIMULATED {
+            for _ in 0..self.settings.simulated_generations() {
                 let fitness = one(&runs)?;
                 for (run, fitness) in runs.iter_mut().zip(fitness) {
                     run.evolution.tell(fitness)?;
                 }
             }
             let means = |fitness: Vec<Vec<f32>>| fitness.iter().map(|own| level(own).average).collect();
-            let mut robot = self.real_lives(&self.settings.reality())?;
+            let mut robot = self.real_lives(&self.settings.site())?;
             all.push((means(one(&runs)?), means(robot.live(&runs, Trial::Real)?)));
         }
         Ok(all)
@@ -253,15 +252,17 @@ impl<'a> Study<'a> {
     pub(crate) fn gap_without_noise(&self, runs: u32) -> Result<f64> {
         let mut runs: Vec<Evolving> = (0..runs).map(|number| self.begin(Condition::None, number)).collect();
         self.evolve(&mut runs)?;
-        let simulated = self.simulate(&runs, Trial::Simulated)?.concat();
-        let mut robot = self.real_lives(&self.settings.reality())?;
-        let real = robot.live(&runs, Trial::Real)?.concat();
-        Ok(difference(&simulated, &real))
+        let simulated = self.simulate(&runs, Trial::Simulated)?;
+        let mut robot = self.real_lives(&self.settings.site())?;
+        let real = robot.live(&runs, Trial::Real)?;
+        let [simulated, real] =
+            [simulated, real].map(|fitness| fitness.into_iter().flatten().map(f64::from).collect::<Vec<_>>());
+        Ok(cohens_d(&simulated, &real).unwrap_or(f64::NAN))
     }
 
     /// Generations 0 to 199, selected by their simulated lives.
     fn evolve(&self, runs: &mut [Evolving]) -> Result {
-        for _ in 0..SIMULATED {
+        for _ in 0..self.settings.simulated_generations() {
             let fitness = self.simulate(runs, Trial::Simulated)?;
             for (run, fitness) in runs.iter_mut().zip(&fitness) {
                 run.simulated.push(level(fitness));
@@ -269,6 +270,26 @@ impl<'a> Study<'a> {
             self.select(runs, fitness)?;
         }
         Ok(())
+    }
+
+    /// Generations 200 to 219, selected by their real lives. The fitness of the last.
+    fn evolve_on(
+        &self,
+        runs: &mut [Evolving],
+        transferred: &[Transferred],
+        robot: &mut RealLives<'_>,
+    ) -> Result<Vec<Vec<f32>>> {
+        let mut fitness: Vec<Vec<f32>> = transferred.iter().map(|own| own.real.clone()).collect();
+        for generation in 0..self.settings.reality.generations {
+            if generation > 0 {
+                fitness = robot.live(runs, Trial::Real)?;
+            }
+            for (run, fitness) in runs.iter_mut().zip(&fitness) {
+                run.real.push(level(fitness));
+                run.evolution.tell(fitness.clone())?;
+            }
+        }
+        Ok(fitness)
     }
 
     /// Selects by the fitness of simulated lives, or by what counts in its place, of the same lives.
@@ -334,7 +355,7 @@ impl<'a> Study<'a> {
 
     /// A robot that has not lived yet, for the lives of runs.
     pub(super) fn real_lives(&self, site: &Site) -> Result<RealLives<'a>> {
-        RealLives::new(self.evaluations, site, &self.reality(), self.settings.arm.real_starts())
+        RealLives::new(self.evaluations, site, &self.reality(), self.settings.reality.starts)
     }
 
     /// Generation 200 in every environment. `robot` is the one that lives on with the generations to come.
@@ -343,9 +364,9 @@ impl<'a> Study<'a> {
         let simulated_again = self.simulate(runs, Trial::SimulatedAgain)?;
         let quiet = self.simulate(runs, Trial::Quiet)?;
         let real = robot.live(runs, Trial::Real)?;
-        let mut again = self.real_lives(&self.settings.reality())?;
+        let mut again = self.real_lives(&self.settings.site())?;
         let real_again = again.live(runs, Trial::RealAgain)?;
-        let mut other = self.real_lives(&self.settings.other_reality())?;
+        let mut other = self.real_lives(&self.settings.other_site())?;
         let other_robot = other.live(runs, Trial::OtherRobot)?;
         for (run, fitness) in runs.iter_mut().zip(&simulated) {
             run.simulated.push(level(fitness));
@@ -406,9 +427,10 @@ impl<'a> Study<'a> {
 
     /// The best individual of each run, and its mean where it was chosen by that.
     fn chosen(&self, runs: &[Evolving], transferred: &[Transferred]) -> Result<Vec<(usize, Option<f64>)>> {
-        let Some(lives) = self.settings.arm.champion_lives() else {
+        let lives = self.settings.champion.lives;
+        if lives == 1 {
             return Ok(transferred.iter().map(|own| (best(&own.simulated), None)).collect());
-        };
+        }
         let means = self.appraise(runs, 0..lives)?;
         Ok(means
             .iter()
@@ -449,7 +471,7 @@ impl<'a> Study<'a> {
         let lives = |trial: u64| -> Vec<(usize, Condition, reality::Life<'_>)> {
             let each = |start: usize| {
                 runs.iter().zip(genomes).map(move |(run, genes)| {
-                    let generation = u64::from(SIMULATED) + 1_000_000;
+                    let generation = u64::from(self.settings.simulated_generations()) + 1_000_000;
                     let life = reality::Life {
                         genes,
                         key: Key::rollout(run.seed, generation, (first + start) as u64, trial),
@@ -470,7 +492,7 @@ impl<'a> Study<'a> {
             .collect();
         let batch = Batch::new(&simulators, &simulated, Some(TraceRequest { every: 1 }))?;
         let simulated = self.evaluations.evaluate(&batch)?.traces;
-        let mut robot = self.settings.reality().open(self.evaluations, &self.reality())?;
+        let mut robot = self.settings.site().open(self.evaluations, &self.reality())?;
         let mut real = |trial| -> Result<Vec<reality::Lived>> {
             let lives: Vec<_> = lives(trial).into_iter().map(|(_, _, life)| life).collect();
             patiently(|| robot.live(&lives, true))
@@ -492,7 +514,7 @@ impl<'a> Study<'a> {
         const DRAWS: u32 = 100 * STARTS as u32;
         let Field { x, y, width, height } = self.simulator.arena.field;
         let share = |word: u32| (word >> 8) as f32 / (1 << 24) as f32;
-        let seed = self.settings.seed;
+        let seed = self.settings.seed();
         let starts: Vec<[f32; 3]> = (0..DRAWS)
             .map(|draw| {
                 let [across, up, heading, _] = pcg4d([seed as u32, (seed >> 32) as u32, draw, 1995]);
@@ -543,7 +565,7 @@ impl<'a> Study<'a> {
                 .map(|(genes, life)| Rollout {
                     world: 0,
                     genes,
-                    key: Key::rollout(self.settings.seed, u64::MAX, life, 0),
+                    key: Key::rollout(self.settings.seed(), u64::MAX, life, 0),
                 })
                 .collect();
             let batch = Batch::new(&[world], &rollouts, Some(TraceRequest { every: 1 }))?;
@@ -572,27 +594,12 @@ impl<'a> Study<'a> {
             .map(|life| Rollout {
                 world: 0,
                 genes: &genes,
-                key: Key::rollout(self.settings.seed, u64::MAX, life, 1),
+                key: Key::rollout(self.settings.seed(), u64::MAX, life, 1),
             })
             .collect();
         let batch = Batch::new(&self.simulators, &rollouts, None)?;
         Ok(self.evaluations.evaluate(&batch)?.fitness)
     }
-}
-
-/// Generations 200 to 219, selected by their real lives. The fitness of the last.
-fn evolve_on(runs: &mut [Evolving], transferred: &[Transferred], robot: &mut RealLives<'_>) -> Result<Vec<Vec<f32>>> {
-    let mut fitness: Vec<Vec<f32>> = transferred.iter().map(|own| own.real.clone()).collect();
-    for generation in 0..REAL {
-        if generation > 0 {
-            fitness = robot.live(runs, Trial::Real)?;
-        }
-        for (run, fitness) in runs.iter_mut().zip(&fitness) {
-            run.real.push(level(fitness));
-            run.evolution.tell(fitness.clone())?;
-        }
-    }
-    Ok(fitness)
 }
 
 /// A simulated and two real lives from one start.
@@ -633,17 +640,6 @@ fn level(fitness: &[f32]) -> Level {
         peak: mean(&ranked[..PEAK.min(ranked.len())]),
         average: mean(&ranked),
     }
-}
-
-/// d of two equally large samples: the difference of their means over the pooled standard deviation.
-fn difference(a: &[f32], b: &[f32]) -> f64 {
-    let mean = |values: &[f32]| values.iter().map(|&x| f64::from(x)).sum::<f64>() / values.len() as f64;
-    let variance = |values: &[f32]| {
-        let mean = mean(values);
-        let squares = values.iter().map(|&x| (f64::from(x) - mean) * (f64::from(x) - mean));
-        squares.sum::<f64>() / (values.len() - 1) as f64
-    };
-    (mean(a) - mean(b)) / (0.5 * (variance(a) + variance(b))).sqrt()
 }
 
 /// The index of the greatest; of equal ones the first.
@@ -813,12 +809,11 @@ impl Cells {
 
 #[cfg(test)]
 mod tests {
-    use super::super::arms::Arm;
     use super::super::settings::Settings;
     use super::super::tests::{self, evaluations};
     use super::*;
 
-    fn settings(arm: Arm) -> Settings {
+    fn settings(arm: &str) -> Settings {
         tests::settings(arm, 1.0)
     }
 
@@ -834,7 +829,7 @@ mod tests {
     #[test]
     fn cells_visited_select_and_are_not_fitness() {
         let evaluations = evaluations();
-        let settings = settings(Arm::CellsVisited);
+        let settings = settings("cells-visited");
         let study = Study::new(&settings, Robot::khepera(), &evaluations).unwrap();
         let mut runs = begun(&study);
         let fitness = study.simulate(&runs, Trial::Simulated).unwrap();
@@ -871,7 +866,7 @@ mod tests {
             let settings = settings(arm);
             let study = Study::new(&settings, Robot::khepera(), &evaluations).unwrap();
             let mut runs = begun(&study);
-            let mut robot = study.real_lives(&settings.reality()).unwrap();
+            let mut robot = study.real_lives(&settings.site()).unwrap();
             let transferred = study.transfer(&mut runs, &mut robot).unwrap();
             let chosen = study.chosen(&runs, &transferred).unwrap();
             let others = study.appraise(&runs, 1000..1100).unwrap();
@@ -881,12 +876,12 @@ mod tests {
                     // Other lives, of the same individual.
                     Some(mean) => assert!(mean != others[individual] && (mean / others[individual] - 1.0).abs() < 0.3),
                 }
-                assert_eq!(mean.is_some(), arm == Arm::ChampionByMean);
+                assert_eq!(mean.is_some(), arm == "champion-by-mean");
             }
             let fitness: Vec<f64> = chosen.iter().zip(&others).map(|((best, _), own)| own[*best]).collect();
             fitness
         };
-        let (by_life, by_mean) = (in_other_lives(Arm::Main), in_other_lives(Arm::ChampionByMean));
+        let (by_life, by_mean) = (in_other_lives("main"), in_other_lives("champion-by-mean"));
         let sum = |fitness: &[f64]| fitness.iter().sum::<f64>();
         assert!(sum(&by_mean) > 1.05 * sum(&by_life), "{by_mean:?}, {by_life:?}");
     }
@@ -895,7 +890,7 @@ mod tests {
     #[test]
     fn differences_that_an_arm_has_not_do_nothing() {
         let evaluations = evaluations();
-        let settings = settings(Arm::Only(Difference::MotorLag));
+        let settings = settings("only-motor-lag");
         let study = Study::new(&settings, Robot::khepera(), &evaluations).unwrap();
         for effect in study.differences().unwrap() {
             let change = effect.activation + effect.displacement + effect.turn;

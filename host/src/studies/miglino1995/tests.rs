@@ -11,43 +11,44 @@ use oneiro::random::{Key, pcg4d};
 use oneiro::surrogate::{Differences, Surrogate};
 use oneiro::world::{World, WorldSpec};
 
-use super::arms::Arm;
-use super::settings::Settings;
+use super::settings::{Asked, Settings};
 use super::simulated_robot;
 use crate::engine::handle::Engine;
 use crate::reality::Object;
 use crate::reality::sampling::sample_unkept;
 use crate::reality::site::Site;
+use crate::studies::file::{MIGLINO1995, StudyFile};
 
 pub(super) fn evaluations() -> Engine {
     Engine::new(Box::new(Cpu::new(None).unwrap()), Arc::new(AtomicBool::new(false)))
 }
 
 /// A small study.
-pub(super) fn settings(arm: Arm, severity: f32) -> Settings {
-    Settings {
+pub(super) fn settings(arm: &str, severity: f32) -> Settings {
+    let asked = Asked {
         seed: 1,
-        runs: 2,
+        runs: Some(2),
         robot: 3,
-        severity,
-        arm,
+        severity: Some(severity),
         full: false,
         tables: Vec::new(),
-    }
+    };
+    Settings::new(&StudyFile::open(&MIGLINO1995, None).unwrap(), arm, asked).unwrap()
 }
 
 /// The simulator that is made from a surrogate's samples, and its life as itself.
 fn worlds(seed: u64, differences: Differences, arena: Arena) -> [World; 2] {
     let evaluations = evaluations();
     let surrogate = Surrogate::drawn(seed, differences);
-    let spec = Arm::Main.world();
+    let settings = settings("main", 0.0);
+    let spec = settings.world();
     let mut robot = Site::surrogate(seed, surrogate.clone())
         .open(&evaluations, &spec)
         .unwrap();
     let objects: Vec<Object> = Object::NAMES.into_iter().filter_map(Object::named).collect();
     let samples = sample_unkept(&mut *robot, &objects).unwrap();
     let simulator = WorldSpec {
-        robot: simulated_robot(samples.sensors, &samples.motors, Arm::Main),
+        robot: simulated_robot(&settings, samples.sensors, &samples.motors),
         arena,
         ..spec
     };

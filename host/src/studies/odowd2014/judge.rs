@@ -9,7 +9,8 @@ use rand_pcg::Pcg64;
 use super::measures::{ALL, BEFORE_MOVE, BIN, FIRST_HALF, G0, G1, LATE, S0, SECOND_HALF, SETTLED};
 use super::results::{Case, Combination, Kind, Results, Run};
 use crate::statistics::{cohens_d, holm, mean, one_sample_t, paired_t, ratio_interval, roc_area, student_t, subset};
-use crate::studies::claims::{Claim, Effect, HOLDS_IN, Test, Verdict};
+use crate::studies::ODOWD2014_CLAIMS;
+use crate::studies::claims::{Claim, Criterion, Effect, Finding, HOLDS_IN, Test, Verdict, criteria};
 
 use Case::{NoLight, Opposite, OppositeThenOver, Over, OverThenOpposite, Random};
 use Kind::{Alone, Evolved, FitnessShuffled as Null, SimulatorRandom, SimulatorRight};
@@ -26,62 +27,42 @@ const HIGH: f64 = 0.66;
 const MANY: usize = 20;
 const SETS: usize = 1000;
 
-/// What one combination says of a claim.
-#[derive(Default)]
-struct Finding {
-    /// None if it has not the runs that are needed.
-    holds: Option<bool>,
-    effects: Vec<Effect>,
-    tests: Vec<Test>,
-}
-
-/// A claim before it is judged.
-struct Criterion {
-    id: &'static str,
-    statement: &'static str,
-    holds_if: &'static str,
-    remark: &'static str,
-    finding: fn(&Judged<'_>) -> Option<Finding>,
-}
-
 /// Every claim, D1 to D17.
 pub(crate) fn judge(results: &Results) -> Vec<Claim> {
-    CRITERIA.iter().map(|criterion| claim(results, criterion)).collect()
+    let criteria = criteria(ODOWD2014_CLAIMS);
+    criteria.iter().map(|criterion| claim(results, criterion)).collect()
 }
 
+/// A claim is reproduced if its criterion holds in all combinations, and not if in none.
 fn claim(results: &Results, criterion: &Criterion) -> Claim {
-    let mut claim = Claim {
-        id: criterion.id.into(),
-        statement: criterion.statement.into(),
-        criterion: criterion.holds_if.into(),
-        verdict: Verdict::Undecided,
-        effects: Vec::new(),
-        tests: Vec::new(),
-        remark: String::new(),
-    };
+    let mut all = Finding::default();
     let mut scopes = [Vec::new(), Vec::new(), Vec::new()];
     for combination in &results.combinations {
         let judged = Judged { results, combination };
         let title = combination.title();
-        let finding = (criterion.finding)(&judged).unwrap_or_default();
+        let finding = judged.finding(criterion.id()).unwrap_or_default();
         let scope = finding.holds.map_or(2, usize::from);
         scopes[scope].push(title.clone());
-        claim.effects.extend(finding.effects.into_iter().map(|effect| Effect {
-            name: format!("{title}: {}", effect.name),
-            ..effect
-        }));
-        claim.tests.extend(finding.tests.into_iter().map(|test| Test {
+        all.effects
+            .extend(criterion.beside_the_papers(finding.effects).map(|effect| Effect {
+                name: format!("{title}: {}", effect.name),
+                ..effect
+            }));
+        all.tests.extend(finding.tests.into_iter().map(|test| Test {
             name: format!("{title}: {}", test.name),
             ..test
         }));
     }
     let [fails, holds, unknown] = scopes;
     if results.combinations.len() > 1 {
-        let count = results.combinations.len();
-        let name = format!("{HOLDS_IN}, of {count}");
-        claim.effects.insert(0, effect(name, holds.len() as f64, None));
+        let scope = Effect {
+            name: format!("{HOLDS_IN}, of {}", results.combinations.len()),
+            value: holds.len() as f64,
+            paper: None,
+        };
+        all.effects.insert(0, scope);
     }
-    claim.verdict = match (holds.is_empty(), fails.is_empty(), unknown.is_empty()) {
+    let verdict = match (holds.is_empty(), fails.is_empty(), unknown.is_empty()) {
         (false, true, true) => Verdict::Reproduced,
         (true, false, true) => Verdict::NotReproduced,
         _ => Verdict::Undecided,
@@ -90,154 +71,14 @@ fn claim(results: &Results, criterion: &Criterion) -> Claim {
         [] => String::new(),
         titles => format!("{words} at {}. ", titles.join("; ")),
     };
-    let scope = format!(
-        "{}{}{}",
+    let remark = format!(
+        "{}{}{}{}",
         list("The criterion holds", &holds),
         list("It fails", &fails),
-        list("Runs that it needs were not asked for", &unknown)
+        list("Runs that it needs were not asked for", &unknown),
+        criterion.remark()
     );
-    claim.remark = format!("{scope}{}", criterion.remark).trim_end().into();
-    claim
-}
-
-const CRITERIA: [Criterion; 17] = [
-    Criterion {
-        id: "D1",
-        statement: "No Light forages like Random Movement (p > 0.5), the other four cases differ from it (p < 0.005)",
-        holds_if: "rates of cases 2 to 5 above Random Movement's with p < 0.005 and above their own nulls; the 90 % interval \
-                    of No Light's ratio to Random Movement within 0.9 to 1.1",
-        remark: "The paper's test takes 50 minute means of the same runs as independent; it stands beside those of runs.",
-        finding: |own| own.against_random(),
-    },
-    Criterion {
-        id: "D2",
-        statement: "The light over the nest \"appears to double the effective foraging efficiency\"",
-        holds_if: "1.5 to 2.5 times the rate of Random Movement or of Light Opposite Nest, and above its null",
-        remark: "What it is double of, the paper leaves open.",
-        finding: |own| own.doubles(),
-    },
-    Criterion {
-        id: "D3",
-        statement: "Light opposite the nest forages better than random movement, and worse than over the nest",
-        holds_if: "rates: over above opposite, opposite above random, opposite above its null",
-        remark: "",
-        finding: |own| own.order(),
-    },
-    Criterion {
-        id: "D4",
-        statement: "No Light: the mean of S0 maps to no light throughout, G0 and G1 are wide around random search (Fig. 6)",
-        holds_if: "share of the No Light bin above the null's (minutes 10 to 50), mean S0 in that bin in each ten minutes, late \
-                    G0 and G1 in the middle bin and wide",
-        remark: "The mean of genes that nothing selects lies in that bin too.",
-        finding: |own| own.no_light(),
-    },
-    Criterion {
-        id: "D5",
-        statement: "Over Nest: S0 averages around 0.66; with food robots seek the light, without they flee it, both narrow (Fig. 7)",
-        holds_if: "late: mean G0 above 0.66 and G1 below 0.33, s.d. smaller than in No Light, share of the Over bin above the \
-                    null's",
-        remark: "",
-        finding: |own| own.over(),
-    },
-    Criterion {
-        id: "D6",
-        statement: "Opposite Nest: S0 stays at no light, which is wrong, and G0 and G1 wide (Fig. 8)",
-        holds_if: "late: share of the Opposite bin not above the null's, mean S0 in the No Light bin, G0 and G1 wide",
-        remark: "",
-        finding: |own| own.opposite(),
-    },
-    Criterion {
-        id: "D7",
-        statement: "Over, then opposite: right before the move, after it a sharp fall in foraging and a slow change of S0, without \
-                    convergence (Figs. 5, 9)",
-        holds_if: "before the move share of the Over bin above the null's; the rate of the two 250 s bins after it more than 25 % \
-                    below that of the bin before; late mean S0 below that before; late share of the Opposite bin at most 0.5",
-        remark: "",
-        finding: |own| own.moved_away(),
-    },
-    Criterion {
-        id: "D8",
-        statement: "Opposite, then over: a response after the move, but foraging stays below that of a start over the nest (Fig. 10)",
-        holds_if: "rate of the second half below that of Light Over Nest in its second half; late share of the Over bin above \
-                    that before the move",
-        remark: "Section 5.5's first sentence has the two positions the wrong way round.",
-        finding: |own| own.moved_over(),
-    },
-    Criterion {
-        id: "D9",
-        statement: "Cases 3 and 5 share their first 25 minutes and yet differ in S0: an anomaly",
-        holds_if: "mean S0 of the first 25 minutes differs (p < 0.05)",
-        remark: "Until the light moves both cases are one: at p < 0.05 one study in twenty differs by chance.",
-        finding: |own| own.anomaly(),
-    },
-    Criterion {
-        id: "D10",
-        statement: "With fewer than two robots nothing selects simulators",
-        holds_if: "one robot alone: late share of the Over bin does not differ between light over the nest and no light",
-        remark: "",
-        finding: |own| own.alone(),
-    },
-    Criterion {
-        id: "D11",
-        statement: "Ten simulated lives of 60 s take 34 s on board, of the 60 s that there are",
-        holds_if: "ten lives take less than 34 s by the scalar code on one core",
-        remark: "A time is not written down here, since it differs from run to run; docs/measurements.md has it.",
-        finding: |own| own.cost(),
-    },
-    Criterion {
-        id: "D12",
-        statement: "Conjectures: more robots converge faster; density and mobility limit connectivity; light opposite is a weak \
-                    repulsive cue",
-        holds_if: "with simulators fixed right, the gain over Random Movement with the light opposite is below half of that with it \
-                    over the nest",
-        remark: "Number and density of robots are among the open questions.",
-        finding: |own| own.weak_cue(),
-    },
-    Criterion {
-        id: "D13",
-        statement: "Real fitness informs on the simulator",
-        holds_if: "simulators drawn anew each interval: the area under the curve of fitness for a controller chosen with the light \
-                    where it is above 0.5, over and opposite",
-        remark: "",
-        finding: |own| own.informs(),
-    },
-    Criterion {
-        id: "D14",
-        statement: "Exploring controllers explain the better foraging of Opposite (section 5.3)",
-        holds_if: "Opposite's null above Random Movement, and Opposite not above its null",
-        remark: "",
-        finding: |own| own.exploration(),
-    },
-    Criterion {
-        id: "D15",
-        statement: "Exploitation is due to the stability of the environment (section 5.4)",
-        holds_if: "second half: share of the right bin with the light left over the nest above that in case 4, s.d. of S0 in case 4 \
-                    above that in Light Over Nest",
-        remark: "",
-        finding: |own| own.stability(),
-    },
-    Criterion {
-        id: "D16",
-        statement: "A simulator that is dissociated from reality would spread wide (section 5.6)",
-        holds_if: "No Light, late: the null's s.d. of S0 above that of evolved runs",
-        remark: "Copying without selection draws genes together as well.",
-        finding: |own| own.dissociation(),
-    },
-    Criterion {
-        id: "D17",
-        statement: "Precedence: controllers can only follow once the simulator is right (sections 5.3, 5.5)",
-        holds_if: "simulators fixed right bring rates above simulators drawn anew, with the light over and opposite",
-        remark: "",
-        finding: |own| own.precedence(),
-    },
-];
-
-fn effect(name: impl Into<String>, value: f64, paper: Option<f64>) -> Effect {
-    Effect {
-        name: name.into(),
-        value,
-        paper,
-    }
+    criterion.judged(verdict, all, remark.trim_end().into())
 }
 
 /// Samples of runs that are compared.
@@ -335,17 +176,13 @@ impl Finding {
                 p_holm: Some(p_holm),
             });
             if let Ok(d) = cohens_d(&pair.a, &pair.b) {
-                self.effects.push(effect(format!("d, {}", pair.name), d, None));
+                self.note(format!("d, {}", pair.name), d);
             }
         }
         Some(std::array::from_fn(|index| Compared {
             difference: mean(&pairs[index].a) - mean(&pairs[index].b),
             p: corrected[index],
         }))
-    }
-
-    fn note(&mut self, name: impl Into<String>, value: f64) {
-        self.effects.push(effect(name, value, None));
     }
 
     #[expect(clippy::unnecessary_wraps, reason = "what ends every claim that has its runs")]
@@ -362,6 +199,30 @@ struct Judged<'a> {
 }
 
 impl Judged<'_> {
+    /// What it says of a claim; None if it has not the runs that are needed.
+    fn finding(&self, claim: &str) -> Option<Finding> {
+        match claim {
+            "D1" => self.against_random(),
+            "D2" => self.doubles(),
+            "D3" => self.order(),
+            "D4" => self.no_light(),
+            "D5" => self.over(),
+            "D6" => self.opposite(),
+            "D7" => self.moved_away(),
+            "D8" => self.moved_over(),
+            "D9" => self.anomaly(),
+            "D10" => self.alone(),
+            "D11" => self.cost(),
+            "D12" => self.weak_cue(),
+            "D13" => self.informs(),
+            "D14" => self.exploration(),
+            "D15" => self.stability(),
+            "D16" => self.dissociation(),
+            "D17" => self.precedence(),
+            id => unreachable!("no claim is called {id}"),
+        }
+    }
+
     /// A figure of each run of a case and kind.
     fn each(&self, case: Case, kind: Kind, figure: impl Fn(&Run) -> f64) -> Vec<f64> {
         self.combination.of(case, kind).map(figure).collect()
@@ -513,12 +374,8 @@ impl Judged<'_> {
         let over = mean(&self.rates(Over, Evolved));
         let to_random = over / mean(&self.rates(Random, Evolved));
         let to_opposite = over / mean(&self.rates(Opposite, Evolved));
-        finding
-            .effects
-            .push(effect("over the nest to random", to_random, Some(2.0)));
-        finding
-            .effects
-            .push(effect("over the nest to opposite", to_opposite, Some(2.0)));
+        finding.note("over the nest to random", to_random);
+        finding.note("over the nest to opposite", to_opposite);
         let doubles = |ratio: f64| (1.5..=2.5).contains(&ratio);
         let verdict = "a ratio of 1.5 to 2.5 to either";
         self.power(
@@ -576,7 +433,7 @@ impl Judged<'_> {
         let mut finding = Finding::default();
         let [share] = finding.compare(&[self.share_by_null(Over, Light::OverNest, LATE, "late")])?;
         let (simulator, _) = self.gene(Over, S0, LATE);
-        finding.effects.push(effect("late mean S0", simulator, Some(0.66)));
+        finding.note("late mean S0", simulator);
         finding.note(
             "late share of Over",
             mean(&self.shares(Over, Evolved, Light::OverNest, LATE)),
@@ -646,9 +503,7 @@ impl Judged<'_> {
             .kind(Comparison::Paired),
         ])?;
         let (before, _) = self.gene(OppositeThenOver, S0, BEFORE_MOVE);
-        finding
-            .effects
-            .push(effect("mean S0 before the move", before, Some(0.33)));
+        finding.note("mean S0 before the move", before);
         finding.note(
             "rate of its second half to Light Over Nest's",
             mean(&half(OppositeThenOver)) / mean(&half(Over)),

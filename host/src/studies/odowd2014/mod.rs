@@ -1,15 +1,12 @@
 //! The study of O'Dowd, Studley and Winfield (2014): swarms whose on-board simulators evolve with their controllers, in
 //! six cases, with nulls and interventions, each claim of the paper held against what came out.
 
-pub(crate) mod arms;
 mod judge;
 mod measures;
 mod report;
 pub(crate) mod results;
 mod study;
 
-use std::fs;
-use std::path::Path;
 use std::time::Instant;
 
 use oneiro::batch::{Rollout, Worlds};
@@ -17,19 +14,19 @@ use oneiro::cpu::Cpu;
 use oneiro::evaluator::{Control, Evaluator};
 use oneiro::foraging::{Foraging, Light};
 use oneiro::random::Key;
-use serde::Serialize;
-use serde::de::DeserializeOwned;
 
 use crate::cli::Odowd2014;
 use crate::console::Console;
 use crate::engine::handle::Engine;
 use crate::exit::{Failure, Result};
-use crate::record::write_whole;
+use crate::studies::assumptions::Assumption;
 use crate::studies::claims::Claim;
-use crate::studies::directory;
-use crate::{device, progress, swarm};
-use results::{Case, Kind, Results};
-use study::{Cohort, Study, combined};
+use crate::studies::directory::{self, Directory, Reproduction, Request};
+use crate::studies::file::{ODOWD2014, StudyFile};
+use crate::studies::verdicts::Sensitivity;
+use crate::{device, progress};
+use results::Results;
+use study::{Asked, Study, combined};
 
 /// Runs of each case and kind that a study may have: their figures take two gigabytes of memory.
 const GREATEST_RUNS: u32 = 400;
@@ -40,7 +37,9 @@ const PAPERS_SECONDS: f64 = 34.0;
 
 /// Does the whole study, or goes on with it.
 pub(crate) fn run(arguments: &Odowd2014, console: Console) -> Result {
-    directory::check_runs(arguments.runs, GREATEST_RUNS)?;
+    if let Some(runs) = arguments.runs {
+        directory::check_runs(runs, GREATEST_RUNS)?;
+    }
     if let Some(scale) = arguments.scale.iter().find(|scale| !(**scale > 0.0 && **scale <= 10.0)) {
         return Err(Failure::input(format_args!(
             "--scale {scale}: allowed: above 0, up to 10"
@@ -53,38 +52,33 @@ pub(crate) fn run(arguments: &Odowd2014, console: Console) -> Result {
     if let Some(credit) = again(&arguments.credit) {
         return Err(twice(&format!("--credit {}", credit.title())));
     }
-    let study = |arm: &str, questions| Study {
-        seed: arguments.seed,
-        runs: arguments.runs,
-        scales: arguments.scale.clone(),
-        credits: arguments.credit.clone(),
-        only_cases: arguments.only_cases,
-        arm: arm.into(),
-        questions,
-    };
+    let file = StudyFile::open(&ODOWD2014, arguments.study.as_deref())?;
     let evaluations = device::engine(&arguments.backend)?;
-    let main = study(&arguments.arm, arguments.questions);
-    let out = arguments
-        .out
-        .clone()
-        .unwrap_or_else(|| directory::usual("odowd2014", main.seed, &main));
-    let (results, claims) = studied(&main, &evaluations, &out, console)?;
-    write(&out, &main, &results, &claims, &[])?;
-    if arguments.sensitivity {
-        let mut all = vec![(main.arm.clone(), claims.clone())];
-        for arm in arms::ARMS.iter().skip(1) {
-            console.say(format!("arm {}", arm.name));
-            let own = study(arm.name, false);
-            let place = out.join("arms").join(arm.name);
-            let (results, claims) = studied(&own, &evaluations, &place, console)?;
-            write(&place, &own, &results, &claims, &[])?;
-            all.push((arm.name.into(), claims));
-        }
-        directory::write_sensitivity(&out, &all)?;
-        write(&out, &main, &results, &claims, &all)?;
-    }
+    let under = |arm: &str| -> Result<Whole<'_>> {
+        let asked = Asked {
+            seed: arguments.seed,
+            runs: arguments.runs,
+            scales: arguments.scale.clone(),
+            credits: arguments.credit.clone(),
+            only_cases: arguments.only_cases,
+            // Those of other arms are nobody's.
+            questions: arguments.questions && arm == arguments.arm,
+        };
+        let study = Study::new(&file, arm, &asked)?;
+        directory::check_runs(study.runs(), GREATEST_RUNS)?;
+        let evaluations = &evaluations;
+        Ok(Whole { study, evaluations })
+    };
+    let request = Request {
+        name: "odowd2014",
+        seed: arguments.seed,
+        arm: &arguments.arm,
+        sensitivity: arguments.sensitivity,
+        out: arguments.out.as_deref(),
+    };
+    directory::reproduce(&request, &file, under, console)?;
     device::close(evaluations, console);
-    directory::tell(&claims, &out, console)
+    Ok(())
 }
 
 /// The first of a list that stands in it twice.
@@ -95,88 +89,73 @@ fn again<T: PartialEq>(list: &[T]) -> Option<&T> {
         .map(|(_, one)| one)
 }
 
-/// One study in its directory, all but its report: what is kept there already is not done again.
-fn studied(study: &Study, evaluations: &Engine, place: &Path, console: Console) -> Result<(Results, Vec<Claim>)> {
-    directory::open(place, study)?;
-    let kept_in = place.join("cohorts");
-    fs::create_dir_all(&kept_in).map_err(|error| Failure::storage(&kept_in, &error))?;
-    let cohorts = study.cohorts(COHORT);
-    let asked = if study.questions { Study::asked() } else { Vec::new() };
-    let steps = cohorts.iter().map(|cohort| study.steps(cohort)).sum::<u64>()
-        + asked
-            .iter()
-            .flat_map(|own| study.asked_plans(own))
-            .map(|plan| swarm::steps(&plan))
-            .sum::<u64>();
-    let done = evaluations.control.steps();
-    let mut runs = Vec::new();
-    let mut questions = Vec::new();
-    progress::watched(steps + done, "foraging", console, &evaluations.control, || -> Result {
-        for cohort in cohorts {
-            let Cohort {
-                scale, credit, first, ..
-            } = cohort;
-            let path = kept_in.join(format!("{scale}-{}-{first:04}", credit.title()));
-            runs.push((cohort, kept(&path, || study.run(&cohort, evaluations))?));
-        }
-        for own in &asked {
-            let path = kept_in.join(own.name());
-            questions.push(kept(&path, || study.answer(own, evaluations))?);
-        }
-        Ok(())
-    })?;
-    let settings = study.settings(Case::Over, Kind::Evolved, study.scales[0], study.credits[0]);
-    let results = Results {
-        robots: settings.world.robots,
-        minutes: settings.minutes,
-        light_moves_minute: settings.light_moves_minute,
-        runs: study.runs,
-        generation_within_34_s: generation_seconds(&settings.simulator(Light::OverNest))? < PAPERS_SECONDS,
-        combinations: combined(runs),
-        questions,
-    };
-    let claims = judge::judge(&results);
-    directory::write_claims(place, &claims)?;
-    Ok((results, claims))
+/// A study under one arm.
+struct Whole<'a> {
+    study: Study,
+    evaluations: &'a Engine,
 }
 
-/// Writes what came out, with what came out under other assumptions where that is known.
-fn write(place: &Path, study: &Study, results: &Results, claims: &[Claim], arms: &[(String, Vec<Claim>)]) -> Result {
-    let settings = study.settings(Case::Over, Kind::Evolved, study.scales[0], study.credits[0]);
-    let html = report::html(&report::Study {
-        results,
-        claims,
-        swarm: &settings.swarm(),
-        assumptions: &study.assumptions(),
-        seed: study.seed,
-        arms,
-    });
-    write_whole(&place.join("report.html"), html.as_bytes())?;
-    let text = serde_json::to_vec(&report::summary(results)).map_err(Failure::failed)?;
-    write_whole(&place.join("results.json"), &text)?;
-    for (name, csv) in report::csv_files(results) {
-        write_whole(&place.join(name), csv.as_bytes())?;
-    }
-    Ok(())
-}
+impl Reproduction for Whole<'_> {
+    type Found = Results;
 
-/// What a file holds, or what is made now and then kept there.
-fn kept<T: Serialize + DeserializeOwned>(path: &Path, make: impl FnOnce() -> Result<T>) -> Result<T> {
-    const HASH: usize = 32;
-    if let Ok(bytes) = fs::read(path) {
-        let corrupt = || Failure::corrupt(format_args!("{}: is not what was written there", path.display()));
-        let (data, hash) = bytes.split_last_chunk::<HASH>().ok_or_else(corrupt)?;
-        if blake3::hash(data).as_bytes() != hash {
-            return Err(corrupt());
-        }
-        return postcard::from_bytes(data).map_err(|_| corrupt());
+    fn record(&self) -> String {
+        self.study.record()
     }
-    let made = make()?;
-    let mut bytes = postcard::to_allocvec(&made).map_err(Failure::failed)?;
-    let hash = blake3::hash(&bytes);
-    bytes.extend(hash.as_bytes());
-    write_whole(path, &bytes)?;
-    Ok(made)
+
+    fn assumptions(&self) -> Vec<Assumption> {
+        self.study.assumptions()
+    }
+
+    fn run(&self, directory: &Directory, console: Console) -> Result<Results> {
+        let Self { study, evaluations } = self;
+        let steps = study.steps() + evaluations.control.steps();
+        let mut runs = Vec::new();
+        let mut questions = Vec::new();
+        progress::watched(steps, "foraging", console, &evaluations.control, || -> Result {
+            for cohort in study.cohorts(COHORT) {
+                let name = format!("cohorts/{}", cohort.name());
+                runs.push((cohort, directory.kept(&name, || study.run(&cohort, evaluations))?));
+            }
+            for question in study.questions() {
+                let name = format!("cohorts/{}", question.0.name());
+                questions.push(directory.kept(&name, || study.answer(question, evaluations))?);
+            }
+            Ok(())
+        })?;
+        let settings = study.settings();
+        Ok(Results {
+            robots: settings.world.robots,
+            minutes: settings.minutes,
+            light_moves_minute: settings.light_moves_minute,
+            runs: study.runs(),
+            generation_within_34_s: generation_seconds(&settings.simulator(Light::OverNest))? < PAPERS_SECONDS,
+            combinations: combined(runs),
+            questions,
+        })
+    }
+
+    fn judge(&self, results: &Results) -> Vec<Claim> {
+        judge::judge(results)
+    }
+
+    fn json(&self, results: &Results) -> Result<Vec<u8>> {
+        serde_json::to_vec(&report::summary(results)).map_err(Failure::failed)
+    }
+
+    fn csv(&self, results: &Results) -> Vec<(&'static str, String)> {
+        report::csv_files(results)
+    }
+
+    fn html(&self, results: &Results, claims: &[Claim], arms: Option<&Sensitivity>) -> String {
+        report::html(&report::Report {
+            results,
+            claims,
+            swarm: &self.study.settings().swarm(),
+            assumptions: &self.study.assumptions(),
+            seed: self.study.seed(),
+            arms,
+        })
+    }
 }
 
 /// How long ten simulated lives take one core by the scalar code.

@@ -10,8 +10,7 @@ use crate::report::numbers::shown;
 use crate::report::page::{self, Cell, Section};
 use crate::studies::assumptions::Assumption;
 use crate::studies::claims::Claim;
-use crate::studies::verdicts;
-use crate::studies::verdicts::Assumed;
+use crate::studies::verdicts::{self, Sensitivity};
 
 mod background;
 mod csv;
@@ -32,7 +31,7 @@ pub(crate) use csv::csv_files;
 pub(crate) use summary::summary;
 
 /// What a report is made of.
-pub(crate) struct Study<'a> {
+pub(crate) struct Report<'a> {
     /// What the study found.
     pub(crate) results: &'a Results,
     /// What is said of it.
@@ -43,14 +42,14 @@ pub(crate) struct Study<'a> {
     pub(crate) assumptions: &'a [Assumption],
     /// What all random numbers follow from.
     pub(crate) seed: u64,
-    /// The claims again under each assumption, by its name, this study's own first; none where no other was asked for.
-    pub(crate) arms: &'a [(String, Vec<Claim>)],
+    /// The claims under each assumption, where others were asked for.
+    pub(crate) arms: Option<&'a Sensitivity>,
 }
 
 /// The report as one HTML file, complete in itself.
-pub(crate) fn html(study: &Study<'_>) -> String {
+pub(crate) fn html(study: &Report<'_>) -> String {
     let mut sections = vec![verdicts::summary(study.claims)];
-    sections.extend(sensitivity(study));
+    sections.extend(study.arms.map(verdicts::by_assumption));
     sections.push(system::section(study));
     sections.extend(overview::section(study.results));
     for (place, combination) in study.results.combinations.iter().enumerate() {
@@ -79,13 +78,6 @@ fn section(results: &Results, place: usize, combination: &Combination) -> Sectio
         title: title(combination).into(),
         body: body.concat(),
     }
-}
-
-/// Which claims hold under which assumption; nothing where no other was asked for.
-fn sensitivity(study: &Study<'_>) -> Option<Section> {
-    let (main, others) = study.arms.split_first()?;
-    let others = others.iter().map(assumed).collect();
-    Some(verdicts::by_assumption(&assumed(main), &[("", others)]))
 }
 
 /// A combination's name for readers.
@@ -166,14 +158,6 @@ fn evolving() -> impl Iterator<Item = Case> {
 fn moves(case: Case) -> bool {
     let [first, then] = case.lights();
     first != then
-}
-
-fn assumed((name, claims): &(String, Vec<Claim>)) -> Assumed<'_> {
-    Assumed {
-        name: name.clone(),
-        words: String::new(),
-        claims,
-    }
 }
 
 /// The kinds, other than the paper's own, of which there are runs.

@@ -1,246 +1,366 @@
 //! Which swarms the study has, and how they are run.
 
-use serde::Serialize;
+use std::fmt;
 
-use super::arms;
+use serde::de::IgnoredAny;
+use serde::{Deserialize, Serialize};
+use toml::{Table, Value};
+
 use super::results::{Case, Combination, Credit, Kind, Question, Run};
 use crate::engine::handle::Engine;
 use crate::exit::Result;
+use crate::experiment::source::{Parsed, Setting};
+use crate::experiment::swarm::SwarmExperiment;
 use crate::studies::assumptions::Assumption;
+use crate::studies::file::{self, Arm, StudyFile};
 use crate::swarm::settings::Settings;
 use crate::swarm::{Plan, live, steps};
 
-/// What is asked of the study; what its directory says of it.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-pub(crate) struct Study {
+/// What a command line asks for.
+#[derive(Clone, Debug)]
+pub(crate) struct Asked {
     /// Everything random follows from it.
     pub(crate) seed: u64,
-    /// Runs of each case and kind.
-    pub(crate) runs: u32,
-    /// Mutation scales.
+    /// Runs of each case and kind, where the file's are not meant.
+    pub(crate) runs: Option<u32>,
+    /// Mutation scales and rules of credit; the file's where there are none.
     pub(crate) scales: Vec<f64>,
-    /// Rules of credit.
     pub(crate) credits: Vec<Credit>,
     /// The paper's six cases alone, without null and interventions.
     pub(crate) only_cases: bool,
-    /// The assumption that is made otherwise.
-    pub(crate) arm: String,
-    /// Whether the open questions are asked.
+    /// With the open questions.
     pub(crate) questions: bool,
 }
 
-/// The runs of some numbers at one scale and credit.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Cohort {
-    /// Standard deviation of mutations.
-    pub(crate) scale: f64,
-    /// The rule of credit.
-    pub(crate) credit: Credit,
-    /// First number, and how many.
-    pub(crate) first: u32,
-    pub(crate) runs: u32,
+/// The file of the study.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct File {
+    experiment: Option<String>,
+    runs: u32,
+    scales: Vec<f64>,
+    credits: Vec<Credit>,
+    #[serde(default)]
+    set: Table,
+    conditions: Vec<Conditions>,
+    questions: Questions,
+    /// Read before all else.
+    #[serde(default, rename = "arms")]
+    _arms: IgnoredAny,
 }
 
-/// Cases and kinds that a combination has.
-pub(crate) fn conditions(only_cases: bool) -> Vec<(Case, Kind)> {
-    let mut all: Vec<(Case, Kind)> = Case::ALL.map(|case| (case, Kind::Evolved)).into();
-    if !only_cases {
-        let kinds = [
-            Kind::FitnessShuffled,
-            Kind::SimulatorShuffled,
-            Kind::SimulatorRight,
-            Kind::SimulatorWrong,
-            Kind::SimulatorRandom,
-        ];
-        let evolving = Case::ALL.into_iter().filter(|case| *case != Case::Random);
-        all.extend(evolving.flat_map(|case| kinds.map(|kind| (case, kind))));
-        all.extend([(Case::NoLight, Kind::Alone), (Case::Over, Kind::Alone)]);
+/// All kinds of all cases.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Conditions {
+    cases: Vec<Case>,
+    kinds: Vec<Kind>,
+    #[serde(default)]
+    set: Table,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Questions {
+    scale: f64,
+    credit: Credit,
+    asked: Vec<OneQuestion>,
+}
+
+#[derive(Deserialize)]
+struct OneQuestion {
+    about: String,
+    #[serde(flatten)]
+    set: Table,
+}
+
+/// A study under an arm.
+#[derive(Debug)]
+pub(crate) struct Study {
+    record: Record,
+    arm: Arm,
+    /// The swarms of each combination of scale and credit.
+    combinations: Vec<Swarms>,
+    /// The open questions and their swarms; none where they are not asked.
+    questions: Vec<(Open, Settings)>,
+}
+
+/// What the study's directory says of it.
+#[derive(Clone, Debug, Serialize)]
+struct Record {
+    seed: u64,
+    runs: u32,
+    scales: Vec<f64>,
+    credits: Vec<Credit>,
+    only_cases: bool,
+    arm: String,
+    questions: bool,
+    /// The hash of a file of the user's own.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    study: Option<String>,
+}
+
+/// The swarms of one scale and credit.
+#[derive(Debug)]
+struct Swarms {
+    scale: f64,
+    credit: Credit,
+    all: Vec<(Case, Kind, Settings)>,
+}
+
+/// The runs of some numbers of one combination.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Cohort<'a> {
+    swarms: &'a Swarms,
+    /// First number, and how many.
+    first: u32,
+    runs: u32,
+}
+
+impl Cohort<'_> {
+    /// What its runs are kept under.
+    pub(crate) fn name(&self) -> String {
+        let Swarms { scale, credit, .. } = self.swarms;
+        format!("{scale}-{}-{:04}", credit.title(), self.first)
     }
-    all
 }
 
 impl Study {
-    /// The settings of a case under this study's assumptions.
-    pub(crate) fn settings(&self, case: Case, kind: Kind, scale: f64, credit: Credit) -> Settings {
-        let mut settings = Settings {
-            case,
-            ..Settings::default()
-        };
-        settings.controllers.mutation_scale = scale;
-        settings.simulators.mutation_scale = scale;
-        settings.simulators.credit = credit;
-        if let Some(arm) = arms::named(&self.arm) {
-            (arm.change)(&mut settings);
-        }
-        if kind == Kind::Alone {
-            settings.world.robots = 1;
-        }
-        settings
+    /// Reads what a study runs under an arm.
+    ///
+    /// # Errors
+    /// Exit 2 for an arm that there is not; exit 3: the file, line and column (or the arm), the key, what it is and what
+    /// is allowed.
+    pub(crate) fn new(file: &StudyFile, arm: &str, asked: &Asked) -> Result<Self> {
+        let arm = file.arm(arm)?;
+        file.under(&arm, |values: File, source| {
+            let (path, text) = file.experiment(values.experiment.as_deref())?;
+            let base = Parsed::new(path.display().to_string(), &text)?;
+            let or = |own: &[f64], file: &[f64]| if own.is_empty() { file } else { own }.to_vec();
+            let record = Record {
+                seed: asked.seed,
+                runs: asked.runs.unwrap_or(values.runs),
+                scales: or(&asked.scales, &values.scales),
+                credits: if asked.credits.is_empty() {
+                    &values.credits
+                } else {
+                    &asked.credits
+                }
+                .clone(),
+                only_cases: asked.only_cases,
+                arm: arm.name.clone(),
+                questions: asked.questions,
+                study: file.own_hash(),
+            };
+            let of_all = file::settings("set", &values.set, source);
+            let settings = |scale: f64, credit: Credit, case: Case, more: Vec<Setting>| -> Result<Settings> {
+                const WORD: &str = "cases and rules are words";
+                let own = [
+                    ("swarm.case", Value::try_from(case).expect(WORD)),
+                    ("swarm.controllers.mutation_scale", Value::Float(scale)),
+                    ("swarm.simulators.mutation_scale", Value::Float(scale)),
+                    ("swarm.simulators.credit", Value::try_from(credit).expect(WORD)),
+                ];
+                let own = own.map(|(key, value)| Setting::at(format!("{}, {key}", record.arm), key, &value));
+                let set = [&own[..], &of_all, &more].concat();
+                Ok(SwarmExperiment::of(&path, &base, &set)?.settings().clone())
+            };
+            let mut combinations = Vec::new();
+            for &scale in &record.scales {
+                for &credit in &record.credits {
+                    let mut all = Vec::new();
+                    for (place, own) in values.conditions.iter().enumerate() {
+                        let set = file::settings(&format!("conditions[{place}].set"), &own.set, source);
+                        for &case in &own.cases {
+                            for &kind in own
+                                .kinds
+                                .iter()
+                                .filter(|kind| !asked.only_cases || **kind == Kind::Evolved)
+                            {
+                                all.push((case, kind, settings(scale, credit, case, set.clone())?));
+                            }
+                        }
+                    }
+                    combinations.push(Swarms { scale, credit, all });
+                }
+            }
+            let mut questions = Vec::new();
+            for (place, own) in values.questions.asked.iter().enumerate().filter(|_| asked.questions) {
+                let set = file::settings(&format!("questions.asked[{place}]"), &own.set, source);
+                let Questions { scale, credit, .. } = values.questions;
+                let settings = settings(scale, credit, Case::Over, set)?;
+                questions.push((Open::new(&own.about, &settings), settings));
+            }
+            Ok(Self {
+                record,
+                arm: arm.clone(),
+                combinations,
+                questions,
+            })
+        })
     }
 
-    /// All that it takes for granted.
+    /// What the study's directory says of it.
+    pub(crate) fn record(&self) -> String {
+        serde_json::to_string_pretty(&self.record).expect("numbers and words are JSON")
+    }
+
+    pub(crate) fn seed(&self) -> u64 {
+        self.record.seed
+    }
+
+    /// Runs of each case and kind.
+    pub(crate) fn runs(&self) -> u32 {
+        self.record.runs
+    }
+
+    /// The settings that all swarms have in common, but for what makes them differ.
+    pub(crate) fn settings(&self) -> &Settings {
+        let all = self.combinations.iter().flat_map(|own| &own.all);
+        let mut of_light = all.filter(|(case, kind, _)| (*case, *kind) == (Case::Over, Kind::Evolved));
+        &of_light.next().expect("every study has the light over the nest").2
+    }
+
+    /// All that is in force.
     pub(crate) fn assumptions(&self) -> Vec<Assumption> {
-        let row = |name: &str, value: String, source: &str| Assumption {
-            name: name.into(),
-            value,
-            source: source.into(),
-        };
-        let mut all = vec![
-            row("runs", format!("{} of each case", self.runs), "paper: 10"),
-            row(
-                "arm",
-                self.arm.clone(),
-                "ours: what is made otherwise than preregistered, if anything",
-            ),
-        ];
-        let settings = self.settings(Case::Over, Kind::Evolved, self.scales[0], self.credits[0]);
-        let scales: Vec<String> = self.scales.iter().map(f64::to_string).collect();
-        let credits: Vec<&str> = self.credits.iter().map(|credit| credit.title()).collect();
-        for (key, value, source) in settings.listed() {
+        let join = |words: Vec<String>| words.join(", ");
+        let scales = join(self.record.scales.iter().map(f64::to_string).collect());
+        let credits = join(self.record.credits.iter().map(|credit| credit.title().into()).collect());
+        let listed = self.settings().listed();
+        let runs = ("runs".to_owned(), format!("{} of each case", self.record.runs));
+        let rows = listed.iter().map(|(key, value, _)| {
             let value = match key.as_str() {
-                "case" => "all six".to_owned(),
-                "controllers.mutation_scale" | "simulators.mutation_scale" => scales.join(", "),
-                "simulators.credit" => credits.join(", "),
+                "case" => "all six",
+                "controllers.mutation_scale" | "simulators.mutation_scale" => &scales,
+                "simulators.credit" => &credits,
                 _ => value,
             };
-            all.push(row(&key, value, source));
-        }
-        all
+            (format!("swarm.{key}"), value.to_owned())
+        });
+        self.arm.assumptions(std::iter::once(runs).chain(rows), |name| {
+            match name.strip_prefix("swarm.") {
+                None => Some("paper: 10"),
+                Some(key) => listed.iter().find(|(own, ..)| own == key).map(|(.., source)| *source),
+            }
+        })
     }
 
     /// The cohorts of the study, each so many runs of each case and kind.
-    pub(crate) fn cohorts(&self, size: u32) -> Vec<Cohort> {
-        let mut all = Vec::new();
-        for &scale in &self.scales {
-            for &credit in &self.credits {
-                all.extend((0..self.runs).step_by(size as usize).map(|first| Cohort {
-                    scale,
-                    credit,
-                    first,
-                    runs: size.min(self.runs - first),
-                }));
-            }
-        }
-        all
+    pub(crate) fn cohorts(&self, size: u32) -> impl Iterator<Item = Cohort<'_>> {
+        let runs = self.record.runs;
+        self.combinations.iter().flat_map(move |swarms| {
+            (0..runs).step_by(size as usize).map(move |first| Cohort {
+                swarms,
+                first,
+                runs: size.min(runs - first),
+            })
+        })
     }
 
     /// The swarms of a cohort.
-    pub(crate) fn plans(&self, cohort: &Cohort) -> Vec<Plan> {
+    fn plans(&self, cohort: &Cohort<'_>) -> Vec<Plan> {
+        let Swarms { scale, credit, all } = cohort.swarms;
         let numbers = cohort.first..cohort.first + cohort.runs;
-        let plan = |(case, kind): (Case, Kind), number: u32| Plan {
-            settings: self.settings(case, kind, cohort.scale, cohort.credit),
-            kind,
-            number,
-            seed: self.seed_of(&(case, kind, cohort.scale.to_bits(), cohort.credit, number)),
-        };
-        let conditions = conditions(self.only_cases);
-        conditions
-            .into_iter()
-            .flat_map(|condition| numbers.clone().map(move |number| (condition, number)))
-            .map(|(condition, number)| plan(condition, number))
-            .collect()
+        let plans = all.iter().flat_map(|(case, kind, settings)| {
+            numbers.clone().map(move |number| Plan {
+                settings: settings.clone(),
+                kind: *kind,
+                number,
+                seed: self.seed_of(&(case, kind, scale.to_bits(), credit, number)),
+            })
+        });
+        plans.collect()
     }
 
     /// A seed of whatever tells a run from others; the arm is none of it, so that arms begin alike.
-    fn seed_of(&self, what: &impl std::fmt::Debug) -> u64 {
-        let hash = blake3::hash(format!("{}, {what:?}", self.seed).as_bytes());
+    fn seed_of(&self, what: &impl fmt::Debug) -> u64 {
+        let hash = blake3::hash(format!("{}, {what:?}", self.record.seed).as_bytes());
         let bytes: &[u8; 32] = hash.as_bytes();
         u64::from_le_bytes(*bytes.first_chunk().expect("a hash has 32 bytes"))
     }
 
     /// Runs a cohort.
-    pub(crate) fn run(&self, cohort: &Cohort, evaluations: &Engine) -> Result<Vec<Run>> {
+    pub(crate) fn run(&self, cohort: &Cohort<'_>, evaluations: &Engine) -> Result<Vec<Run>> {
         live(&self.plans(cohort), evaluations)
     }
 
-    /// Robot-steps of a cohort, on board and in the arena.
-    pub(crate) fn steps(&self, cohort: &Cohort) -> u64 {
-        self.plans(cohort).iter().map(steps).sum()
+    /// The open questions.
+    pub(crate) fn questions(&self) -> &[(Open, Settings)] {
+        &self.questions
     }
 
-    /// The open questions: how many robots, how densely, how far they hear each other, how far off the light is.
-    pub(crate) fn asked() -> Vec<Asked> {
-        const ROBOTS: [u32; 7] = [1, 2, 5, 10, 20, 50, 100];
-        const RANGES: [f32; 4] = [100.0, 250.0, 500.0, 1200.0];
-        const LAMPS: [f32; 4] = [50.0, 100.0, 300.0, 1000.0];
-        let own = Asked {
-            about: "",
-            robots: 10,
-            radius: 600.0,
-            range: 250.0,
-            lamp: 100.0,
-        };
-        let mut all = Vec::new();
-        for robots in ROBOTS {
-            // As many robots on the area as ten have.
-            let radius = (600.0 * (f64::from(robots) / 10.0).sqrt()) as f32;
-            all.push(Asked {
-                about: "density",
-                robots,
-                radius: radius.max(300.0),
-                ..own
-            });
-            all.push(Asked {
-                about: "arena",
-                robots,
-                ..own
-            });
-        }
-        all.extend(RANGES.map(|range| Asked {
-            about: "range",
-            range,
-            ..own
-        }));
-        all.extend(LAMPS.map(|lamp| Asked {
-            about: "lamp",
-            lamp,
-            ..own
-        }));
-        all
+    /// Robot-steps of all, on board and in the arena.
+    pub(crate) fn steps(&self) -> u64 {
+        let of = |settings: &Settings| steps(&plan(settings, 0, 0));
+        let swarms = self
+            .combinations
+            .iter()
+            .flat_map(|own| &own.all)
+            .map(|(.., settings)| of(settings));
+        let questions = self.questions.iter().map(|(_, settings)| of(settings));
+        u64::from(self.record.runs) * swarms.chain(questions).sum::<u64>()
     }
 
-    /// The swarms of one of them.
-    pub(crate) fn asked_plans(&self, asked: &Asked) -> Vec<Plan> {
-        let mut settings = self.settings(Case::Over, Kind::Evolved, 0.2, Credit::Matched);
-        settings.world.robots = asked.robots;
-        settings.world.forager.arena_radius = asked.radius;
-        settings.world.range = asked.range;
-        settings.world.forager.lamp_behind_wall = asked.lamp;
-        (0..self.runs)
-            .map(|number| Plan {
-                settings: settings.clone(),
-                kind: Kind::Evolved,
-                number,
-                seed: self.seed_of(&(asked, number)),
-            })
-            .collect()
-    }
-
-    /// Answers one of them.
-    pub(crate) fn answer(&self, asked: &Asked, evaluations: &Engine) -> Result<Question> {
-        let runs = live(&self.asked_plans(asked), evaluations)?;
+    /// Answers an open question.
+    pub(crate) fn answer(&self, (open, settings): &(Open, Settings), evaluations: &Engine) -> Result<Question> {
+        let numbers = 0..self.record.runs;
+        let plans: Vec<Plan> = numbers
+            .map(|number| plan(settings, number, self.seed_of(&(open, number))))
+            .collect();
         Ok(Question {
-            about: asked.about.into(),
-            robots: asked.robots,
-            arena_radius: f64::from(asked.radius),
-            range: f64::from(asked.range),
-            lamp: f64::from(asked.lamp),
-            runs,
+            about: open.about.clone(),
+            robots: open.robots,
+            arena_radius: f64::from(open.radius),
+            range: f64::from(open.range),
+            lamp: f64::from(open.lamp),
+            runs: live(&plans, evaluations)?,
         })
     }
 }
 
-/// One of the open questions.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Asked {
-    pub(crate) about: &'static str,
-    pub(crate) robots: u32,
-    pub(crate) radius: f32,
-    pub(crate) range: f32,
-    pub(crate) lamp: f32,
+fn plan(settings: &Settings, number: u32, seed: u64) -> Plan {
+    Plan {
+        settings: settings.clone(),
+        kind: Kind::Evolved,
+        number,
+        seed,
+    }
 }
 
-impl Asked {
+/// An open question.
+#[derive(Clone, PartialEq)]
+pub(crate) struct Open {
+    about: String,
+    robots: u32,
+    radius: f32,
+    range: f32,
+    lamp: f32,
+}
+
+/// Seeds follow from it: it says what it has always said.
+impl fmt::Debug for Open {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("Asked")
+            .field("about", &self.about)
+            .field("robots", &self.robots)
+            .field("radius", &self.radius)
+            .field("range", &self.range)
+            .field("lamp", &self.lamp)
+            .finish()
+    }
+}
+
+impl Open {
+    fn new(about: &str, settings: &Settings) -> Self {
+        Self {
+            about: about.into(),
+            robots: settings.world.robots,
+            radius: settings.world.forager.arena_radius,
+            range: settings.world.range,
+            lamp: settings.world.forager.lamp_behind_wall,
+        }
+    }
+
     /// What its runs are kept under.
     pub(crate) fn name(&self) -> String {
         let Self {
@@ -255,17 +375,15 @@ impl Asked {
 }
 
 /// Gathers runs of the same combination.
-pub(crate) fn combined(cohorts: Vec<(Cohort, Vec<Run>)>) -> Vec<Combination> {
+pub(crate) fn combined(cohorts: Vec<(Cohort<'_>, Vec<Run>)>) -> Vec<Combination> {
     let mut all: Vec<Combination> = Vec::new();
-    for (cohort, runs) in cohorts {
-        match all
-            .iter_mut()
-            .find(|own| own.scale == cohort.scale && own.credit == cohort.credit)
-        {
+    for (Cohort { swarms, .. }, runs) in cohorts {
+        let is_of = |own: &&mut Combination| own.scale == swarms.scale && own.credit == swarms.credit;
+        match all.iter_mut().find(is_of) {
             Some(own) => own.runs.extend(runs),
             None => all.push(Combination {
-                scale: cohort.scale,
-                credit: cohort.credit,
+                scale: swarms.scale,
+                credit: swarms.credit,
                 runs,
             }),
         }

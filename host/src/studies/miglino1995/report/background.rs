@@ -1,7 +1,7 @@
 //! What the study was: its facts, the differences between its reality and its simulator, what was assumed, and what
 //! it would have cost.
 
-use super::{Study, last_generation, life_seconds, paper, runs_of};
+use super::{Report, last_generation, life_seconds, paper, runs_of};
 use crate::report::numbers::{count, shown};
 use crate::report::page::{self, Cell, Head, Row, Section, paragraph, table};
 use crate::studies::assumptions;
@@ -12,7 +12,7 @@ const DIGITS: usize = 4;
 const DAY: f64 = 86_400.0;
 
 /// What stands below the title, as HTML.
-pub(super) fn facts(study: &Study<'_>) -> String {
+pub(super) fn facts(study: &Report<'_>) -> String {
     let results = study.results;
     let runs: Vec<String> = Condition::ALL
         .iter()
@@ -56,7 +56,7 @@ pub(super) fn facts(study: &Study<'_>) -> String {
     )
 }
 
-pub(super) fn section(study: &Study<'_>) -> Section {
+pub(super) fn section(study: &Report<'_>) -> Section {
     Section {
         id: "background".into(),
         title: "Differences, assumptions, cost".into(),
@@ -64,7 +64,7 @@ pub(super) fn section(study: &Study<'_>) -> Section {
     }
 }
 
-fn differences(study: &Study<'_>) -> String {
+fn differences(study: &Report<'_>) -> String {
     let head = [
         Head::Text("Difference"),
         Head::Number("activation, 0 to 1"),
@@ -101,7 +101,7 @@ struct Bill {
     cycles: f64,
 }
 
-fn cost(study: &Study<'_>) -> String {
+fn cost(study: &Report<'_>) -> String {
     let results = study.results;
     let lives = |generations: fn(&super::Run) -> usize| -> u64 {
         let generations: usize = results.runs.iter().map(generations).sum();

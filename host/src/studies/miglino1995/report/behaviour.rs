@@ -1,7 +1,7 @@
 //! Figures 9 to 12: what the best individuals do in both environments, and how far apart.
 
 use super::evolution::name;
-use super::{Study, colours, life_seconds, paper, run_name, runs_of};
+use super::{Report, colours, life_seconds, paper, run_name, runs_of};
 use crate::report::figures::{self, Band, Journey, Panel, Spread, evenly};
 use crate::report::numbers::{NONE, mean, percent, shown, spread_words, spreads};
 use crate::report::page::{Cell, Head, Row, Section, figure, paragraph, table};
@@ -17,7 +17,7 @@ const DIGITS: usize = 4;
 const REPEATED: &str = "1.5 4";
 const UNRELATED: &str = "9 5";
 
-pub(super) fn section(study: &Study<'_>) -> Section {
+pub(super) fn section(study: &Report<'_>) -> Section {
     let by_mean = study.results.runs.iter().any(|run| run.champion.mean.is_some());
     let chosen_by = if by_mean {
         "mean of many simulated lives"
@@ -45,7 +45,7 @@ pub(super) fn section(study: &Study<'_>) -> Section {
 }
 
 /// Figure 9, 10 or 11.
-fn trajectories(study: &Study<'_>, condition: Condition) -> String {
+fn trajectories(study: &Report<'_>, condition: Condition) -> String {
     let pairs: Vec<Journey<'_>> = runs_of(study.results, condition)
         .take(SHOWN)
         .map(|run| Journey {

@@ -1,7 +1,7 @@
 //! Figures 6 to 8, Tables 1 and 2: fitness through generations, at the transfer and after it.
 
 use super::verdicts::degrees_of_freedom;
-use super::{Study, colours, last_generation, paper, runs_of};
+use super::{Report, colours, last_generation, paper, runs_of};
 use crate::report::figures::{self, Band, Panel, Spread, evenly};
 use crate::report::numbers::{NONE, mean, probability, shown, spread_words, spreads};
 use crate::report::page::{Cell, Head, Row, Section, dotted, figure, paragraph, table};
@@ -14,7 +14,7 @@ const NEAR: f64 = 10.0;
 const FITNESS: usize = 4;
 const F_DIGITS: usize = 5;
 
-pub(super) fn section(study: &Study<'_>) -> Section {
+pub(super) fn section(study: &Report<'_>) -> Section {
     let results = study.results;
     let mut body = paragraph(&format!(
         "The peak is the mean of the best {} individuals of a generation, the average that of all {}, ranked in the \
@@ -131,8 +131,8 @@ fn generations(results: &Results, condition: Condition, curves: Curves, high: f6
     figure(&format!("Figure {number}"), &words, &svg)
 }
 
-/// The test of a claim that the paper's tables have: see [`Study::claims`].
-fn papers_test<'a>(study: &Study<'a>, claim: &str, condition: Condition) -> Option<&'a Test> {
+/// The test of a claim that the paper's tables have: see [`Report::claims`].
+fn papers_test<'a>(study: &Report<'a>, claim: &str, condition: Condition) -> Option<&'a Test> {
     let claim = study.claims.iter().find(|one| one.id == claim)?;
     claim
         .tests
@@ -141,7 +141,7 @@ fn papers_test<'a>(study: &Study<'a>, claim: &str, condition: Condition) -> Opti
 }
 
 /// Simulation against reality in the transferred generation.
-fn first_table(study: &Study<'_>) -> String {
+fn first_table(study: &Report<'_>) -> String {
     let individuals = |condition, lives: fn(&Run) -> &[f32]| mean_of(study.results, condition, lives);
     let rows: Vec<Row> = Condition::ALL
         .into_iter()
@@ -168,7 +168,7 @@ fn first_table(study: &Study<'_>) -> String {
 }
 
 /// The transferred generation against the last one, both in reality.
-fn second_table(study: &Study<'_>) -> String {
+fn second_table(study: &Report<'_>) -> String {
     let results = study.results;
     let rows: Vec<Row> = Condition::ALL
         .into_iter()

@@ -1,18 +1,15 @@
-//! What else could have been done: other last generations, other simulators, other assumptions.
+//! What else could have been done: other last generations, other simulators.
 
 use std::fmt::Write;
 
 use rand_pcg::Pcg64;
 
 use super::evolution::name;
-use super::{Study, colours, last_generation, runs_of, verdicts};
+use super::{Report, colours, last_generation, runs_of};
 use crate::report::numbers::{NONE, mean, shown, significant};
 use crate::report::page::{Cell, Head, Row, Section, table};
 use crate::statistics::{Interval, bootstrap_interval, variance};
-use crate::studies::claims::Claim;
-use crate::studies::miglino1995::arms::Arm;
 use crate::studies::miglino1995::results::{Condition, Controls, Family, Results, Run, Variant};
-use crate::studies::verdicts::Assumed;
 
 /// Significant digits of fitness.
 const DIGITS: usize = 4;
@@ -24,7 +21,7 @@ const INTERVAL: &str = "The interval is the bootstrap's of the mean over runs, 9
                         Each dot is a run, the bar the interval, the tick the mean.";
 
 /// Other last generations and other simulators; nothing where they were not run.
-pub(super) fn section(study: &Study<'_>) -> Option<Section> {
+pub(super) fn section(study: &Report<'_>) -> Option<Section> {
     let results = study.results;
     let controlled = results.runs.iter().any(|run| run.controls.is_some());
     if !controlled && results.variants.is_empty() {
@@ -239,21 +236,4 @@ fn variants(results: &Results) -> String {
         results.simulated_generations
     );
     format!("<h3>Other simulators</h3>\n{}", table("", &words, &head, &rows))
-}
-
-/// Which claims hold under which assumption; nothing where no other was asked for.
-pub(super) fn sensitivity(study: &Study<'_>) -> Option<Section> {
-    fn line((arm, claims): &(Arm, Vec<Claim>)) -> Assumed<'_> {
-        Assumed {
-            name: arm.name(),
-            words: arm.describe(),
-            claims,
-        }
-    }
-    let main = line(study.arms.first()?);
-    let groups = Arm::groups().map(|(title, group)| {
-        let own = study.arms.iter().filter(|(arm, _)| group.contains(arm));
-        (title, own.map(line).collect())
-    });
-    Some(verdicts::by_assumption(&main, &groups))
 }

@@ -1,10 +1,10 @@
 //! Figures 2 to 5: the arena, what was sampled, why points of view matter, and a controller.
 
-use super::{Study, run_name};
+use super::{Report, run_name};
 use crate::report::figures;
 use crate::report::page::{Section, figure};
 
-pub(super) fn section(study: &Study<'_>) -> Section {
+pub(super) fn section(study: &Report<'_>) -> Section {
     let mut body = figure(
         "Figure 2",
         &format!(

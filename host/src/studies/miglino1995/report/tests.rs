@@ -1,6 +1,5 @@
 use oneiro::arena::Arena;
 use oneiro::random::pcg4d;
-use oneiro::surrogate::Difference;
 use oneiro::tables::SensorTables;
 
 use super::*;
@@ -183,6 +182,8 @@ fn claims() -> Vec<Claim> {
             test(name, 123.456 + f64::from(number), 3.2e-143)
         });
         Claim {
+            source: "section 4".into(),
+            unit: "runs".into(),
             id: format!("C{number}"),
             statement: format!("What the paper says <{number}> of its robots, their noise & their transfer."),
             criterion: "The order of |d| is sensor noise > no noise > conservative noise.".into(),
@@ -211,7 +212,7 @@ fn claims() -> Vec<Claim> {
 }
 
 fn report(results: &Results, claims: &[Claim]) -> String {
-    html(&Study {
+    html(&Report {
         results,
         claims,
         sensors: &SensorTables::khepera(),
@@ -219,7 +220,7 @@ fn report(results: &Results, claims: &[Claim]) -> String {
         body_radius: 27.5,
         robot: "surrogate:1 <severity 1>, parameters 8f2a",
         seed: 7,
-        arms: &[],
+        arms: None,
     })
 }
 
@@ -474,51 +475,6 @@ fn controls_and_other_simulators_are_shown_where_they_were_run() {
     assert!(section.contains("a &quot;slow&quot; walk &amp; more"));
     // One run has no interval.
     assert_eq!(unbalanced(&report(&full(1), &claims())), None);
-}
-
-#[test]
-fn claims_by_assumption_are_shown_where_they_are_known() {
-    let own = claims();
-    let mut other = claims();
-    other[0].verdict = Verdict::NotReproduced;
-    let arms = [
-        (Arm::Main, own.clone()),
-        (Arm::TenReadings, other.clone()),
-        (Arm::Only(Difference::ReadNoise), other.clone()),
-        (Arm::Interpolated, other),
-    ];
-    let study = |arms| {
-        html(&Study {
-            results: &results(5),
-            claims: &own,
-            sensors: &SensorTables::khepera(),
-            arena: &Arena::miglino1995(),
-            body_radius: 27.5,
-            robot: "surrogate:1",
-            seed: 7,
-            arms,
-        })
-    };
-    assert!(!study(&[]).contains("id=\"sensitivity\""));
-    let html = study(&arms);
-    assert_eq!(unbalanced(&html), None);
-    let section = part(&html, "section", "sensitivity");
-    assert!(section.contains("<code>ten-readings</code>") && section.contains("mean of ten turns"));
-    // Of the twelve made-up verdicts six hold, three don't and three are open; other assumptions lose one.
-    assert_eq!(section.matches(">yes</span>").count(), 6 + 3 * 5);
-    assert_eq!(section.matches(">no</span>").count(), 3 + 3 * 4);
-    assert!(section.contains("<td>1/4</td>") && section.contains("<td>0/0</td>"));
-    // Assumptions of a kind are together, below what they are about; kinds without any are not there.
-    assert_eq!(
-        section.matches("<tr class=\"sum\">").count(),
-        2 + 1,
-        "two kinds and the last row"
-    );
-    let kinds: Vec<&str> = section.split("<tr class=\"sum\">").collect();
-    assert!(kinds[1].contains("its samples"));
-    assert!(kinds[1].contains("<code>ten-readings</code>") && kinds[1].contains("<code>interpolated</code>"));
-    assert!(kinds[2].contains("one difference") && kinds[2].contains("<code>only-read-noise</code>"));
-    assert!(kinds[2].contains("Reality differs in read noise alone"));
 }
 
 #[test]

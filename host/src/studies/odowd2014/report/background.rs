@@ -1,6 +1,6 @@
 //! What the study was: its facts, what was assumed, and the paper's slips.
 
-use super::{Study, credit_words, paper};
+use super::{Report, credit_words, paper};
 use crate::report::numbers::shown;
 use crate::report::page::{self, Section, facts as facts_html, list};
 use crate::studies::assumptions;
@@ -8,7 +8,7 @@ use crate::studies::assumptions;
 const DIGITS: usize = 4;
 
 /// What stands below the title, as HTML.
-pub(super) fn facts(study: &Study<'_>) -> String {
+pub(super) fn facts(study: &Report<'_>) -> String {
     let results = study.results;
     let combinations: Vec<String> = results
         .combinations
@@ -35,7 +35,7 @@ pub(super) fn facts(study: &Study<'_>) -> String {
     )
 }
 
-pub(super) fn section(study: &Study<'_>) -> Section {
+pub(super) fn section(study: &Report<'_>) -> Section {
     let body = [
         assumptions::html(study.assumptions),
         "<h3>Slips of the paper</h3>\n".to_owned(),

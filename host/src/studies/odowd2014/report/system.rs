@@ -1,10 +1,10 @@
 //! Figures 1 to 4: the loop on a robot, the scenarios, the controller, the arena with its robots.
 
-use super::Study;
+use super::Report;
 use crate::report::figures;
 use crate::report::page::{Section, figure};
 
-pub(super) fn section(study: &Study<'_>) -> Section {
+pub(super) fn section(study: &Report<'_>) -> Section {
     let forager = &study.swarm.forager;
     let body = [
         figure(

@@ -121,6 +121,8 @@ fn full(runs: u32) -> Results {
 
 fn claims() -> Vec<Claim> {
     let claim = |number: u32| Claim {
+        source: "section 5".into(),
+        unit: "runs".into(),
         id: format!("D{number}"),
         statement: format!("What the paper says <{number}> of S0 & its robots."),
         criterion: "The share of the right third is above the null's.".into(),
@@ -147,8 +149,8 @@ fn claims() -> Vec<Claim> {
     (1..=17).map(claim).collect()
 }
 
-fn report(results: &Results, claims: &[Claim], arms: &[(String, Vec<Claim>)]) -> String {
-    html(&Study {
+fn report(results: &Results, claims: &[Claim]) -> String {
+    html(&Report {
         results,
         claims,
         swarm: &Swarm::odowd2014(ROBOTS),
@@ -158,13 +160,13 @@ fn report(results: &Results, claims: &[Claim], arms: &[(String, Vec<Claim>)]) ->
             source: "ARGoS".into(),
         }],
         seed: 7,
-        arms,
+        arms: None,
     })
 }
 
 #[test]
 fn every_figure_of_the_paper_is_there() {
-    let html = report(&full(2), &claims(), &[]);
+    let html = report(&full(2), &claims());
     for number in 1..=4 {
         assert!(part(&html, "figure", &format!("figure-{number}")).contains("<svg"));
     }
@@ -195,17 +197,17 @@ fn every_figure_of_the_paper_is_there() {
 #[test]
 fn the_page_is_well_formed_and_needs_nothing_else() {
     for (results, claims) in [(full(2), claims()), (small(1), vec![])] {
-        let html = report(&results, &claims, &[("main".into(), claims.clone())]);
+        let html = report(&results, &claims);
         assert_eq!(unbalanced(&html), None);
         assert_eq!(outside(&html), None);
         assert!(!html.contains("NaN") && !html.contains("inf<"));
-        assert_eq!(html, report(&results, &claims, &[("main".into(), claims.clone())]));
+        assert_eq!(html, report(&results, &claims));
     }
 }
 
 #[test]
 fn sections_are_there_where_their_data_is() {
-    let html = report(&small(2), &claims(), &[]);
+    let html = report(&small(2), &claims());
     for section in ["combinations", "combination-2", "sensitivity"] {
         assert!(!html.contains(&format!("id=\"{section}\"")), "{section}");
     }
@@ -213,12 +215,12 @@ fn sections_are_there_where_their_data_is() {
     bare.combinations[0]
         .runs
         .retain(|run| run.kind == Kind::Evolved && run.case == Case::Over);
-    let html = report(&bare, &[], &[]);
+    let html = report(&bare, &[]);
     assert_eq!(unbalanced(&html), None);
     assert!(!html.contains("NaN") && !html.contains("interventions") && !html.contains("figure-6"));
     assert!(!part(&html, "figure", "figure-7-s-d-0-2-matched-credit").contains("Dashed"));
     let nothing = of(vec![], 0);
-    let html = report(&nothing, &[], &[]);
+    let html = report(&nothing, &[]);
     assert_eq!(unbalanced(&html), None);
     assert!(csv_files(&nothing).iter().all(|(_, text)| text.lines().count() == 1));
     // Cut short in the first minute.
@@ -227,27 +229,15 @@ fn sections_are_there_where_their_data_is() {
         run.brought.truncate(10);
         run.intervals.clear();
     }
-    let html = report(&short, &[], &[]);
+    let html = report(&short, &[]);
     assert_eq!(unbalanced(&html), None);
     assert!(!html.contains("NaN") && html.contains("no data"));
     assert!(csv_files(&short).iter().all(|(_, text)| !text.contains("NaN")));
 }
 
 #[test]
-fn claims_by_assumption_are_shown_where_they_are_known() {
-    let own = claims();
-    let mut other = claims();
-    other[0].verdict = Verdict::NotReproduced;
-    let arms = [("main".to_owned(), own.clone()), ("store-50".to_owned(), other)];
-    let html = report(&small(1), &own, &arms);
-    let section = part(&html, "section", "sensitivity");
-    assert!(section.contains("<code>store-50</code>") && section.contains("<td>1/2</td>"));
-    assert_eq!(section.matches("<tr class=\"sum\">").count(), 1, "the last row");
-}
-
-#[test]
 fn the_light_s_move_is_marked_where_it_moves() {
-    let html = report(&small(1), &[], &[]);
+    let html = report(&small(1), &[]);
     let marks = |number: u32| {
         let figure = part(&html, "figure", &format!("figure-{number}-s-d-0-2-matched-credit"));
         figure.matches(">the light moves<").count()
@@ -390,7 +380,7 @@ fn csv_rows_add_up_to_the_data() {
 
 #[test]
 fn the_control_is_what_others_are_held_against() {
-    let html = report(&small(3), &[], &[]);
+    let html = report(&small(3), &[]);
     let table = part(&html, "table", "rates-s-d-0-2-matched-credit");
     assert_eq!(table.matches("<tr>").count(), 1 + 6);
     assert!(table.contains("what the others are held against"));

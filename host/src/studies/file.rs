@@ -1,0 +1,355 @@
+//! A study's file: what it runs, as values over those of an experiment, and its arms, which are named sets of other values.
+//! The papers' studies are compiled in; a file of the user's own can take the place of one.
+
+use std::borrow::Cow;
+use std::collections::BTreeMap;
+use std::ffi::OsStr;
+use std::path::{Path, PathBuf};
+
+use clap::builder::{PossibleValue, StringValueParser, TypedValueParser};
+use serde::Deserialize;
+use toml::{Table, Value};
+
+use super::assumptions::Assumption;
+use crate::exit::{Failure, Result};
+use crate::experiment::source::{Parsed, Setting, Source};
+use crate::files;
+
+/// A study that is compiled in, and the experiment that it names.
+pub(crate) struct Shipped {
+    pub(crate) path: &'static str,
+    pub(crate) text: &'static str,
+    pub(crate) experiment_path: &'static str,
+    pub(crate) experiment: &'static str,
+}
+
+/// The study of 1995.
+pub(crate) const MIGLINO1995: Shipped = Shipped {
+    path: "experiments/miglino1995/study.toml",
+    text: include_str!("../../../experiments/miglino1995/study.toml"),
+    experiment_path: "experiments/khepera-avoidance.toml",
+    experiment: include_str!("../../../experiments/khepera-avoidance.toml"),
+};
+
+/// The study of 2014.
+pub(crate) const ODOWD2014: Shipped = Shipped {
+    path: "experiments/odowd2014/study.toml",
+    text: include_str!("../../../experiments/odowd2014/study.toml"),
+    experiment_path: "experiments/odowd2014-over.toml",
+    experiment: include_str!("../../../experiments/odowd2014-over.toml"),
+};
+
+/// A study's file, read from where it lies or compiled in.
+pub(crate) struct StudyFile {
+    shipped: &'static Shipped,
+    /// None: the one that is compiled in.
+    path: Option<PathBuf>,
+    text: Cow<'static, str>,
+}
+
+impl StudyFile {
+    /// Reads a file of the user's own, or takes the one that is compiled in.
+    ///
+    /// # Errors
+    /// Exit 3 when there is no such text file.
+    pub(crate) fn open(shipped: &'static Shipped, path: Option<&Path>) -> Result<Self> {
+        let text = path.map_or(Ok(Cow::Borrowed(shipped.text)), |path| {
+            files::text(path).map(Cow::Owned)
+        })?;
+        Ok(Self {
+            shipped,
+            path: path.map(Path::to_owned),
+            text,
+        })
+    }
+
+    /// A hash of a user's own file; none of the one that is compiled in.
+    pub(crate) fn own_hash(&self) -> Option<String> {
+        self.path
+            .is_some()
+            .then(|| blake3::hash(self.text.as_bytes()).to_hex()[..16].to_owned())
+    }
+
+    /// Reads the values of the file under an arm, and makes something of them that may refuse them by their place.
+    ///
+    /// # Errors
+    /// Exit 3: the file, line and column (or the arm), the key, what it is and what is allowed.
+    pub(crate) fn under<T: for<'a> Deserialize<'a>, U>(
+        &self,
+        arm: &Arm,
+        make: impl FnOnce(T, &Source<'_>) -> Result<U>,
+    ) -> Result<U> {
+        let name = self.path.as_deref().unwrap_or(Path::new(self.shipped.path));
+        let parsed = Parsed::new(name.display().to_string(), &self.text)?;
+        let (values, source) = Source::read(&parsed, &arm.settings())?;
+        make(values, &source)
+    }
+
+    /// Its arms by what they are about.
+    ///
+    /// # Errors
+    /// As [`StudyFile::under`].
+    pub(crate) fn groups(&self) -> Result<Vec<Group>> {
+        /// All else is for the study to read.
+        #[derive(Deserialize)]
+        struct File {
+            #[serde(default)]
+            arms: Vec<Group>,
+        }
+        self.under(&Arm::main(), |file: File, _| Ok(file.arms))
+    }
+
+    /// An arm by its name.
+    ///
+    /// # Errors
+    /// Exit 2 with the names that there are.
+    pub(crate) fn arm(&self, name: &str) -> Result<Arm> {
+        if name == Arm::MAIN {
+            return Ok(Arm::main());
+        }
+        let arms: Vec<Arm> = self.groups()?.into_iter().flat_map(|group| group.arms).collect();
+        let names: Vec<&str> = arms.iter().map(|arm| arm.name.as_str()).collect();
+        let unknown = Failure::usage(format_args!(
+            "--arm {name}: no such arm; allowed: {}, {}",
+            Arm::MAIN,
+            names.join(", ")
+        ));
+        arms.into_iter().find(|arm| arm.name == name).ok_or(unknown)
+    }
+
+    /// The experiment that a file names, and where it lies; the one that is compiled in where none is named.
+    ///
+    /// # Errors
+    /// Exit 3 when there is no such text file.
+    pub(crate) fn experiment(&self, named: Option<&str>) -> Result<(PathBuf, Cow<'static, str>)> {
+        match (&self.path, named) {
+            (Some(study), Some(named)) => {
+                let path = study.parent().unwrap_or(Path::new("")).join(named);
+                let text = files::text(&path)?;
+                Ok((path, Cow::Owned(text)))
+            }
+            _ => Ok((
+                self.shipped.experiment_path.into(),
+                Cow::Borrowed(self.shipped.experiment),
+            )),
+        }
+    }
+}
+
+/// The name of an arm on a command line: those of a study that is compiled in are listed, a user's own file has others.
+#[derive(Clone)]
+pub(crate) struct ArmParser(pub(crate) &'static Shipped);
+
+impl TypedValueParser for ArmParser {
+    type Value = String;
+
+    fn parse_ref(
+        &self,
+        command: &clap::Command,
+        argument: Option<&clap::Arg>,
+        value: &OsStr,
+    ) -> std::result::Result<String, clap::Error> {
+        StringValueParser::new().parse_ref(command, argument, value)
+    }
+
+    fn possible_values(&self) -> Option<Box<dyn Iterator<Item = PossibleValue> + '_>> {
+        let groups = StudyFile::open(self.0, None).and_then(|file| file.groups()).ok()?;
+        let others = groups.into_iter().flat_map(|group| group.arms);
+        let values = std::iter::once(Arm::main()).chain(others);
+        Some(Box::new(values.map(|arm| PossibleValue::new(arm.name).help(arm.words))))
+    }
+}
+
+/// Arms that are about one thing.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct Group {
+    pub(crate) about: String,
+    pub(crate) arms: Vec<Arm>,
+}
+
+/// One assumption that is made otherwise.
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+pub(crate) struct Arm {
+    /// What it goes by on the command line and in files.
+    pub(crate) name: String,
+    /// What it assumes, in a line.
+    pub(crate) words: String,
+    /// Values of the study's file, in place of those that stand there.
+    #[serde(flatten)]
+    changes: Table,
+}
+
+impl Arm {
+    /// The name of the study as it stands in its file.
+    pub(crate) const MAIN: &str = "main";
+
+    /// The study as it stands in its file.
+    pub(crate) fn main() -> Self {
+        Self {
+            name: Self::MAIN.into(),
+            words: "As preregistered".into(),
+            changes: Table::new(),
+        }
+    }
+
+    /// Whether it changes nothing.
+    pub(crate) fn is_main(&self) -> bool {
+        self.changes.is_empty()
+    }
+
+    fn settings(&self) -> Vec<Setting> {
+        let place = format!("arm {}", self.name);
+        let values = leaves(&self.changes).into_iter();
+        values
+            .map(|(key, value)| Setting::at(place.clone(), &key, &value))
+            .collect()
+    }
+
+    /// Rows of a report: values by their keys, each with where it is from. What the arm changed is from the arm.
+    pub(crate) fn assumptions<'a>(
+        &self,
+        values: impl IntoIterator<Item = (String, String)>,
+        source: impl Fn(&str) -> Option<&'a str>,
+    ) -> Vec<Assumption> {
+        let changed: Vec<String> = leaves(&self.changes).into_iter().map(|(key, _)| key).collect();
+        let own = format!("arm {}: {}", self.name, self.words);
+        let rows = values.into_iter().map(|(name, value)| {
+            // All conditions' values stand below `set` there.
+            let is_changed = changed
+                .iter()
+                .any(|key| *key == name || key.strip_prefix("set.") == Some(&name));
+            let source = if is_changed {
+                &own
+            } else {
+                source(&name).unwrap_or_default()
+            };
+            Assumption {
+                value,
+                source: source.into(),
+                name,
+            }
+        });
+        let arm = (!self.is_main()).then(|| Assumption {
+            name: "arm".into(),
+            value: self.name.clone(),
+            source: self.words.clone(),
+        });
+        arm.into_iter().chain(rows).collect()
+    }
+}
+
+/// The values of a table and of those in it, by their dotted keys.
+pub(crate) fn leaves(table: &Table) -> Vec<(String, Value)> {
+    fn collect(table: &Table, prefix: &str, all: &mut Vec<(String, Value)>) {
+        for (key, value) in table {
+            let key = format!("{prefix}{key}");
+            match value {
+                Value::Table(table) => collect(table, &format!("{key}."), all),
+                _ => all.push((key, value.clone())),
+            }
+        }
+    }
+    let mut all = Vec::new();
+    collect(table, "", &mut all);
+    all
+}
+
+/// The values of a table that stands in a study's file under a key, as settings that say where they stand.
+pub(crate) fn settings(under: &str, table: &Table, source: &Source<'_>) -> Vec<Setting> {
+    let values = leaves(table).into_iter();
+    values
+        .map(|(key, value)| Setting::at(source.place_of(&format!("{under}.{key}")), &key, &value))
+        .collect()
+}
+
+/// The values of an experiment that decide what comes out, as readers see them, by their keys.
+pub(crate) fn listed(resolved: &str) -> BTreeMap<String, String> {
+    let table: Table = resolved.parse().expect("a resolved experiment is TOML");
+    let decides =
+        |key: &str| !["name", "seed"].contains(&key) && !["record.", "files."].iter().any(|no| key.starts_with(no));
+    let values = leaves(&table).into_iter().filter(|(key, _)| decides(key));
+    values.map(|(key, value)| (key, words(&value))).collect()
+}
+
+/// A value as readers see it: words without quotes.
+pub(crate) fn words(value: &Value) -> String {
+    match value {
+        Value::String(word) => word.clone(),
+        // Single precision, as it was given.
+        Value::Float(number) => (*number as f32).to_string(),
+        other => other.to_string(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use clap::CommandFactory;
+
+    use super::*;
+    use crate::cli::Cli;
+
+    /// What is compiled in is what lies beside each other in the repository.
+    #[test]
+    fn shipped_studies_name_the_experiments_that_are_compiled_in_with_them() {
+        for shipped in [&MIGLINO1995, &ODOWD2014] {
+            let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
+            let table: Table = shipped.text.parse().unwrap();
+            let named = root
+                .join(shipped.path)
+                .parent()
+                .unwrap()
+                .join(table["experiment"].as_str().unwrap());
+            let compiled_in = root.join(shipped.experiment_path);
+            assert_eq!(named.canonicalize().unwrap(), compiled_in.canonicalize().unwrap());
+        }
+    }
+
+    /// `--help` has every arm in a line, with what it assumes.
+    #[test]
+    fn help_lists_every_arm() {
+        let mut command = Cli::command();
+        command.build();
+        let reproduce = command.find_subcommand_mut("reproduce").unwrap();
+        let words = |text: &str| text.split_whitespace().collect::<Vec<_>>().join(" ");
+        for (name, shipped) in [("miglino1995", &MIGLINO1995), ("odowd2014", &ODOWD2014)] {
+            let study = reproduce.find_subcommand_mut(name).unwrap();
+            let help = words(&study.render_long_help().to_string());
+            for arm in StudyFile::open(shipped, None)
+                .unwrap()
+                .groups()
+                .unwrap()
+                .into_iter()
+                .flat_map(|group| group.arms)
+            {
+                let line = words(&format!("- {}: {}", arm.name, arm.words));
+                assert!(help.contains(&line), "{line}");
+            }
+        }
+    }
+
+    #[test]
+    fn arms_have_names_and_words_of_their_own_and_change_something() {
+        for shipped in [&MIGLINO1995, &ODOWD2014] {
+            let file = StudyFile::open(shipped, None).unwrap();
+            let arms: Vec<Arm> = file
+                .groups()
+                .unwrap()
+                .into_iter()
+                .flat_map(|group| group.arms)
+                .collect();
+            for (place, arm) in arms.iter().enumerate() {
+                assert!(!arm.is_main() && !arm.words.is_empty(), "{}", arm.name);
+                let differs =
+                    |other: &Arm| other.name != arm.name && other.words != arm.words && other.changes != arm.changes;
+                assert!(arms[..place].iter().all(differs), "{}", arm.name);
+                assert_eq!(file.arm(&arm.name).unwrap(), *arm);
+            }
+            let refusal = file.arm("only-magic").unwrap_err().to_string();
+            assert!(
+                refusal.contains("allowed: main, ") && refusal.contains(&arms[3].name),
+                "{refusal}"
+            );
+        }
+    }
+}
