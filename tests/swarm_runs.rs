@@ -119,13 +119,13 @@ fn a_killed_swarm_continues_from_its_checkpoint() {
     }
     child.kill().unwrap();
     child.wait().unwrap();
-    assert!(
-        !place.at("killed/DONE").exists(),
-        "the run was too short to be killed"
-    );
+    assert!(!place.at("killed/DONE").exists(), "the run was too short to be killed");
     place.good(&["resume", "killed", "--backend", "cpu"]);
     for name in ["intervals.csv", "food.csv", "DONE"] {
-        assert!(place.read(format!("whole/{name}")) == place.read(format!("killed/{name}")), "{name}");
+        assert!(
+            place.read(format!("whole/{name}")) == place.read(format!("killed/{name}")),
+            "{name}"
+        );
     }
     let meta: Value = serde_json::from_str(&place.text("killed/meta.json")).unwrap();
     let from = meta["sessions"][1]["from_generation"].as_u64().unwrap();
@@ -139,7 +139,10 @@ fn kinds_of_runs_may_share_a_directory() {
     let file = experiment("over");
     let swarm = ["--set", "swarm.minutes=3", "--seed", "1", "--backend", "cpu"];
     place.good(&[&["run", &file, "--out", "runs/swarm"][..], &swarm].concat());
-    place.write("single.toml", "cycles = 20\n[evolution]\npopulation = 8\nparents = 2\ngenerations = 3\n");
+    place.write(
+        "single.toml",
+        "cycles = 20\n[evolution]\npopulation = 8\nparents = 2\ngenerations = 3\n",
+    );
     place.good(&["run", "single.toml", "--seed", "1", "--out", "runs/single"]);
     let done = [place.read("runs/single/DONE"), place.read("runs/swarm/DONE")];
     for name in ["single", "swarm"] {

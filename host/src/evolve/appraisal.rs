@@ -56,7 +56,12 @@ fn students_t(degrees: u32) -> f64 {
         return FEW[degrees as usize - 1];
     }
     let z = NORMAL;
-    let [z3, z5, z7, z9] = [z * z * z, z * z * z * z * z, z * z * z * z * z * z * z, z * z * z * z * z * z * z * z * z];
+    let [z3, z5, z7, z9] = [
+        z * z * z,
+        z * z * z * z * z,
+        z * z * z * z * z * z * z,
+        z * z * z * z * z * z * z * z * z,
+    ];
     let terms = [
         (z3 + z) / 4.0,
         (5.0 * z5 + 16.0 * z3 + 3.0 * z) / 96.0,

@@ -39,7 +39,9 @@ impl<'a> Parsed<'a> {
     pub(crate) fn has(&self, path: &str) -> bool {
         let mut keys = path.split('.');
         let first = keys.next().and_then(|key| self.values.get_ref().get(key));
-        let found = keys.try_fold(first, |value, key| value?.get_ref().as_table().map(|table| table.get(key)));
+        let found = keys.try_fold(first, |value, key| {
+            value?.get_ref().as_table().map(|table| table.get(key))
+        });
         found.flatten().is_some()
     }
 }

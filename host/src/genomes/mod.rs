@@ -31,9 +31,8 @@ pub(crate) fn read(path: &Path, controller: Controller) -> Result<Population> {
     let genes = controller.genes();
     let genomes = match extension.as_deref() {
         Some("npy") => npy::parse(&bytes, genes),
-        Some("csv") => {
-            columns::read(&bytes, &controller.gene_names(), |gene, shown| checked(gene, &shown)).map(|(values, _)| values)
-        }
+        Some("csv") => columns::read(&bytes, &controller.gene_names(), |gene, shown| checked(gene, &shown))
+            .map(|(values, _)| values),
         Some("json") => from_json(&bytes, genes),
         _ => Err("the extension names no format; allowed: .npy, .csv, .json".to_owned()),
     };

@@ -27,7 +27,12 @@ pub(crate) struct Done {
 /// The hash of a run's results, as its `DONE` would have it, from what its files would hold.
 pub(crate) fn result_of(experiment: blake3::Hash, results: &[&str], files: &[(&str, &[u8])]) -> String {
     let hash = |(name, bytes): &(&str, &[u8])| ((*name).to_owned(), blake3::hash(bytes).to_hex().to_string());
-    Done::new(experiment.to_hex().to_string(), files.iter().map(hash).collect(), results).result
+    Done::new(
+        experiment.to_hex().to_string(),
+        files.iter().map(hash).collect(),
+        results,
+    )
+    .result
 }
 
 impl Done {

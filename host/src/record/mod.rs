@@ -24,8 +24,8 @@ pub(crate) use directories::{Directories, RunPlace};
 pub(crate) use done::{Done, result_of, verify};
 pub(crate) use meta::{Meta, Session, Status, now};
 pub(crate) use recorder::{Recorder, Standing, standing, try_lock};
-pub(crate) use single::SingleRun;
 pub(crate) use saved::{SavedRun, State, is_locked, is_run};
+pub(crate) use single::SingleRun;
 
 const CONFIG: &str = "config.toml";
 const META: &str = "meta.json";

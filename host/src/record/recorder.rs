@@ -185,7 +185,11 @@ impl Recorder {
             log.push(&head)?;
             Ok((file, log))
         };
-        let tables = experiment.tables(Recording::Directory).into_iter().map(create).collect::<Result<_>>()?;
+        let tables = experiment
+            .tables(Recording::Directory)
+            .into_iter()
+            .map(create)
+            .collect::<Result<_>>()?;
         let progress = Progress {
             done: 0,
             best: f32::NAN,
@@ -243,7 +247,11 @@ impl Recorder {
     fn checkpoint(&mut self, job: &dyn Job) -> Result {
         let saved = Saved {
             progress: self.progress,
-            tables: self.tables.iter_mut().map(|(_, log)| log.sync()).collect::<Result<_>>()?,
+            tables: self
+                .tables
+                .iter_mut()
+                .map(|(_, log)| log.sync())
+                .collect::<Result<_>>()?,
             job: job.save(),
         };
         checkpoint::write(&self.directory, self.progress.done.into(), 2, &self.identity, &saved)

@@ -9,8 +9,8 @@ use oneiro::batch::{LANES, Part};
 use oneiro::evaluator::{self, Control, Error, Evaluator, PartResult};
 
 use super::*;
-use crate::console::Output;
 use crate::console::Console;
+use crate::console::Output;
 use crate::engine::handle::Engine;
 use crate::engine::job::Progress;
 use crate::engine::watcher::Watch;
@@ -183,7 +183,8 @@ fn nan_fitness_ranks_last_and_is_counted() {
     };
     Scratch::run(vec![scratch.new_run(1, "run")], mock, u32::MAX).unwrap();
     let directory = scratch.path.join("run");
-    let champion: serde_json::Value = serde_json::from_slice(&fs::read(directory.join("champion.json")).unwrap()).unwrap();
+    let champion: serde_json::Value =
+        serde_json::from_slice(&fs::read(directory.join("champion.json")).unwrap()).unwrap();
     assert!(champion["genome"][0].as_f64().unwrap() <= 0.2 && champion["fitness"].is_number());
     // A generation's individuals: 18 genes and a score each.
     let individuals = fs::read(directory.join("individuals.npy")).unwrap();
@@ -219,7 +220,10 @@ fn stopped_runs_go_on() {
         };
         assert_eq!(failure.code(), 75);
         for name in &names {
-            assert!(failure.to_string().contains(&format!("{name}  (generation ")), "{failure}");
+            assert!(
+                failure.to_string().contains(&format!("{name}  (generation ")),
+                "{failure}"
+            );
             assert_eq!(scratch.saved(name).state().unwrap(), State::Stopped);
         }
         let runs = names.iter().map(|name| RunPlace::Saved(scratch.saved(name))).collect();

@@ -12,9 +12,9 @@ use oneiro::swarm::{Line, Order, SECOND, Swarm};
 use serde::{Deserialize, Serialize};
 
 use super::clock::Clock;
-use super::record::{Case, Kind, RobotInterval, Run};
 use super::memory::{Memory, Second, Seconds};
 use super::on_board::OnBoard;
+use super::record::{Case, Kind, RobotInterval, Run};
 use super::{Plan, tables};
 use crate::engine::job::{Added, Finished, Job, Place, Progress, Request, Results, Stage, Step};
 use crate::evolve::encapsulated::{Genome, any_gene};

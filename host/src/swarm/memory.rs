@@ -5,8 +5,8 @@ use std::ops::Range;
 
 use serde::{Deserialize, Serialize};
 
-use super::record::Credit;
 use super::on_board::OnBoard;
+use super::record::Credit;
 use super::settings::Says;
 use crate::exchange::{Exchange, Message};
 

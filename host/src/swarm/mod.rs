@@ -55,7 +55,8 @@ pub(crate) fn steps(plan: &Plan) -> u64 {
     let own = &plan.settings;
     let real = u64::from(own.world.robots) * u64::from(SECOND * own.seconds());
     let rollouts = u64::from(own.world.robots) * u64::from(own.controllers.population);
-    let simulated = rollouts * u64::from(SECOND * own.clock.interval_s) * u64::from(own.seconds() / own.clock.interval_s);
+    let simulated =
+        rollouts * u64::from(SECOND * own.clock.interval_s) * u64::from(own.seconds() / own.clock.interval_s);
     real + if own.case == Case::Random { 0 } else { simulated }
 }
 

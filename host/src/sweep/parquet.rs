@@ -14,9 +14,9 @@ use parquet::file::properties::WriterProperties;
 use parquet::file::writer::{SerializedColumnWriter, SerializedFileWriter};
 use parquet::schema::types::{ColumnPath, Type};
 
-use crate::runs::Holds;
-use crate::exit::{Failure, Result};
 use crate::engine::disk::write_through;
+use crate::exit::{Failure, Result};
+use crate::runs::Holds;
 
 /// Rows of a row group: so many are in memory at a time, whatever the table's length.
 const ROWS: usize = 1 << 17;

@@ -19,8 +19,8 @@ use serde::{Deserialize, Serialize};
 
 use super::journal::{Line, Logged};
 use super::{Plan, RunIndex, Sweep};
-use crate::exit::{Failure, Result};
 use crate::engine::disk;
+use crate::exit::{Failure, Result};
 
 const MADE: &str = "sweep.json";
 const SWEEP: &str = "sweep.toml";

@@ -13,9 +13,9 @@ use toml::Value;
 use super::journal::Generations;
 use super::store::{AllFinished, Finished};
 use super::{Plan, RunIndex, Sweep};
+use crate::engine::disk;
 use crate::exit::{Failure, Result};
 use crate::runs::Holds;
-use crate::engine::disk;
 
 /// The tables' names.
 pub(crate) const RESULTS: &str = "results.csv";

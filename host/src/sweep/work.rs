@@ -37,7 +37,6 @@ struct Recorded {
     tables: Vec<(&'static str, Vec<u8>)>,
 }
 
-
 impl<'a> Work<'a> {
     /// Of a sweep; `saved` are the runs that were under way when the last process stopped.
     pub(crate) fn new(

@@ -51,13 +51,7 @@ struct Difference {
 }
 
 impl Report {
-    fn of(
-        experiment: &Experiment,
-        run: &Recorded<'_>,
-        share: f64,
-        engine: &Engine,
-        console: Console,
-    ) -> Result<Self> {
+    fn of(experiment: &Experiment, run: &Recorded<'_>, share: f64, engine: &Engine, console: Console) -> Result<Self> {
         let directory = run.directory;
         let individuals = Individuals::read(directory, experiment)?;
         let chosen = chosen(&individuals, run.seed, share);
@@ -65,42 +59,48 @@ impl Report {
         let world = experiment.world();
         let trials = settings.trials as usize;
         let steps = (chosen.len() * trials) as u64 * u64::from(world.cycles());
-        let differences = progress::watched(steps, "auditing", console, &engine.control, || -> Result<Vec<Difference>> {
-            let mut differences = Vec::new();
-            for some in chosen.chunks(AT_ONCE.div_ceil(trials)) {
-                let rollouts: Vec<Rollout<'_>> = some
-                    .iter()
-                    .filter_map(|&index| Some((individuals.get(index)?.0, individuals.place(index))))
-                    .flat_map(|(genes, (generation, individual))| {
-                        keys(run.seed, generation, individual, settings.trials).map(move |key| Rollout {
-                            world: 0,
-                            genes,
-                            key,
+        let differences = progress::watched(
+            steps,
+            "auditing",
+            console,
+            &engine.control,
+            || -> Result<Vec<Difference>> {
+                let mut differences = Vec::new();
+                for some in chosen.chunks(AT_ONCE.div_ceil(trials)) {
+                    let rollouts: Vec<Rollout<'_>> = some
+                        .iter()
+                        .filter_map(|&index| Some((individuals.get(index)?.0, individuals.place(index))))
+                        .flat_map(|(genes, (generation, individual))| {
+                            keys(run.seed, generation, individual, settings.trials).map(move |key| Rollout {
+                                world: 0,
+                                genes,
+                                key,
+                            })
                         })
-                    })
-                    .collect();
-                // Genes that no batch takes were not written by a run.
-                let batch = Batch::new(std::slice::from_ref(world), &rollouts, None)
-                    .map_err(|invalid| Failure::corrupt(format_args!("{}: {invalid}", directory.display())))?;
-                let outcome = engine.evaluate(&batch)?;
-                for (&index, lives) in some.iter().zip(outcome.fitness.chunks_exact(trials)) {
-                    let Some((_, recorded)) = individuals.get(index) else {
-                        continue;
-                    };
-                    let here = score(settings.trial_score, lives);
-                    if here.to_bits() != recorded.to_bits() {
-                        let (generation, individual) = individuals.place(index);
-                        differences.push(Difference {
-                            generation,
-                            individual,
-                            recorded,
-                            here,
-                        });
+                        .collect();
+                    // Genes that no batch takes were not written by a run.
+                    let batch = Batch::new(std::slice::from_ref(world), &rollouts, None)
+                        .map_err(|invalid| Failure::corrupt(format_args!("{}: {invalid}", directory.display())))?;
+                    let outcome = engine.evaluate(&batch)?;
+                    for (&index, lives) in some.iter().zip(outcome.fitness.chunks_exact(trials)) {
+                        let Some((_, recorded)) = individuals.get(index) else {
+                            continue;
+                        };
+                        let here = score(settings.trial_score, lives);
+                        if here.to_bits() != recorded.to_bits() {
+                            let (generation, individual) = individuals.place(index);
+                            differences.push(Difference {
+                                generation,
+                                individual,
+                                recorded,
+                                here,
+                            });
+                        }
                     }
                 }
-            }
-            Ok(differences)
-        })?;
+                Ok(differences)
+            },
+        )?;
         Ok(Self {
             directory: directory.display().to_string(),
             recorded: individuals.len(),

@@ -120,7 +120,10 @@ fn summary(experiment: &Experiment) -> String {
             "champion",
             match settings.finalists {
                 Finalists { count: 0, .. } => "the luckiest life of the run".to_owned(),
-                Finalists { lives, .. } => format!("the best mean of {lives} lives, of {} finalists", experiment.finalists()),
+                Finalists { lives, .. } => format!(
+                    "the best mean of {lives} lives, of {} finalists",
+                    experiment.finalists()
+                ),
             },
         ),
         (
@@ -130,7 +133,10 @@ fn summary(experiment: &Experiment) -> String {
     ];
     let lines = lines.map(|(what, value)| format!("  {what:<12}{value}\n"));
     let names = world.gene_names();
-    let genes = names.iter().enumerate().map(|(gene, name)| format!("  {gene:>5}  {name}\n"));
+    let genes = names
+        .iter()
+        .enumerate()
+        .map(|(gene, name)| format!("  {gene:>5}  {name}\n"));
     format!(
         "{} is valid\n{}  genes\n{}",
         experiment.name(),

@@ -7,9 +7,9 @@ use oneiro::batch::{Record, Rollout};
 use oneiro::random::Key;
 use serde::{Deserialize, Serialize};
 
+use super::champion::Individual;
 use super::rows::Row;
 use super::trace::trace_every;
-use super::champion::Individual;
 use super::{FITNESS, GENERATIONS, INDIVIDUALS, POPULATION, Places, Single, pictures};
 use crate::engine::job::{Added, Finished, Job, Place, Progress, Request, Results, Stage, Step};
 use crate::evolve::appraisal::{Appraisal, by_mean};
@@ -250,10 +250,7 @@ impl Evolving {
     /// Takes the champion's life for its trace, which must be what it was.
     fn traced(&mut self, results: &Results<'_>) -> Result {
         let (champion, _) = self.champion()?;
-        let (then, now) = (
-            champion.fitness,
-            results.fitness.first().copied().unwrap_or(f32::NAN),
-        );
+        let (then, now) = (champion.fitness, results.fitness.first().copied().unwrap_or(f32::NAN));
         if self.single.experiment.settings().trials == 1 && then.to_bits() != now.to_bits() {
             return Err(Failure::failed(format_args!(
                 "seed {}: the champion's fitness was {then} (bits {:08x}) in its generation and is {now} (bits {:08x}) in \
@@ -365,7 +362,13 @@ impl Job for Evolving {
         let corrupt = |problem| Failure::corrupt(format_args!("{GENERATIONS}: {problem}"));
         let rows = Row::parse(table).map_err(corrupt)?;
         if let Some(trace) = &self.trace {
-            files.extend(pictures::all(&self.single.experiment, self.seed, champion, trace, &rows));
+            files.extend(pictures::all(
+                &self.single.experiment,
+                self.seed,
+                champion,
+                trace,
+                &rows,
+            ));
         }
         let last = rows.last().ok_or_else(|| corrupt("there is no generation".into()))?;
         let nan: u64 = rows.iter().map(|row| u64::from(row.nan)).sum();

@@ -29,8 +29,8 @@ use crate::engine::handle::Engine;
 use crate::engine::job::{Job, Place};
 use crate::evolve::{Champion, Population};
 use crate::exit::{Failure, Result};
-use crate::genomes;
 use crate::experiment::{Experiment, Identities, Input};
+use crate::genomes;
 use crate::reality::site::Site;
 use crate::report::numbers::significant;
 use champion::IndividualFile;
@@ -204,7 +204,9 @@ impl super::Experiment for Single {
             0 => 0,
             robots => 1 + robots,
         };
-        self.experiment.steps().saturating_add(generation.saturating_mul(reality))
+        self.experiment
+            .steps()
+            .saturating_add(generation.saturating_mul(reality))
     }
 
     fn kernel(&self) -> &'static str {

@@ -31,7 +31,10 @@ pub(super) fn run(
     let job = again(experiment, recorded.seed, engine, console)?;
     let run = job.run();
     if let Some(problem) = difference(&run, recorded.directory)? {
-        return Err(Failure::failed(format_args!("{}: {problem}", recorded.directory.display())));
+        return Err(Failure::failed(format_args!(
+            "{}: {problem}",
+            recorded.directory.display()
+        )));
     }
     let settings = experiment.settings();
     let genes: Vec<Vec<Genes>> = (0..run.intervals.first().map_or(0, Vec::len))
