@@ -721,7 +721,7 @@ fn each_word_of_a_choice_is_taken_and_given_back() {
 #[test]
 fn documents_name_keys_that_there_are() {
     let root = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("..");
-    let all: Vec<&str> = settings::Settings::rows().iter().map(|row| row.key).collect();
+    let all: Vec<&str> = Settings::rows().iter().map(|row| row.key).collect();
     let swarm: Vec<&str> = swarm::File::rows().iter().map(|row| row.key).collect();
     let known: Vec<&str> = all.iter().chain(&swarm).copied().collect();
     let is_key = |key: &str| {
