@@ -196,19 +196,21 @@ pub(crate) fn tables() -> String {
         ("Experiments with single robots", single()),
         ("Experiments with swarms", swarm()),
     ] {
-        page += &format!("\n## {title}\n");
+        page.extend(["\n## ", title, "\n"]);
         let mut table = None;
         for entry in &entries {
             let (own, _) = entry.place();
             if table != Some(own) {
                 let title = if own.is_empty() {
-                    "Before all tables".into()
+                    "Before all tables".to_owned()
                 } else {
                     format!("`[{own}]`")
                 };
-                page += &format!(
-                    "\n### {title}\n\n| key | default | allowed | meaning | default from |\n|---|---|---|---|---|\n"
-                );
+                page.extend([
+                    "\n### ",
+                    &title,
+                    "\n\n| key | default | allowed | meaning | default from |\n|---|---|---|---|---|\n",
+                ]);
                 table = Some(own);
             }
             page += &line(entry);

@@ -543,7 +543,7 @@ fn resolved_experiments_keep_their_bytes() {
         let stem = path.file_stem().unwrap().to_string_lossy();
         let name = stem.strip_suffix(".in").unwrap_or(&stem);
         wrong.extend(holds(&resolved.join(format!("{name}.toml")), &text).err());
-        identities += &format!("{name} {identity}\n");
+        identities.extend([name, " ", &identity.to_hex(), "\n"]);
     }
     assert!(identities.lines().count() >= 18, "{identities}");
     wrong.extend(holds(&resolved.join("identities.txt"), &identities).err());

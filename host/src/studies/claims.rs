@@ -85,7 +85,7 @@ pub(crate) struct Claim {
 /// A claim before it is judged.
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub(crate) struct Criterion {
+pub(crate) struct Preregistered {
     id: String,
     /// The words by which the preregistration calls it.
     #[cfg_attr(not(test), expect(dead_code, reason = "the preregistration is held against it"))]
@@ -124,17 +124,17 @@ impl Finding {
 }
 
 /// All claims of a table that is compiled in.
-pub(crate) fn criteria(table: &str) -> Vec<Criterion> {
+pub(crate) fn criteria(table: &str) -> Vec<Preregistered> {
     #[derive(Deserialize)]
     #[serde(deny_unknown_fields)]
     struct Table {
-        claims: Vec<Criterion>,
+        claims: Vec<Preregistered>,
     }
     let table: Table = toml::from_str(table).expect("a test has read it");
     table.claims
 }
 
-impl Criterion {
+impl Preregistered {
     /// Its number among its study's claims, such as `C1`.
     pub(crate) fn id(&self) -> &str {
         &self.id

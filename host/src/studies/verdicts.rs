@@ -25,7 +25,7 @@ pub(super) fn summary(claims: &[Claim]) -> Section {
     let head = [
         Head::Text("Claim"),
         Head::Text("What the paper says"),
-        Head::Text("Criterion"),
+        Head::Text("Preregistered"),
         Head::Text("Verdict"),
         Head::Text("Main effect"),
         Head::Number("here"),
@@ -78,7 +78,7 @@ pub(super) fn one_by_one(claims: &[Claim]) -> Section {
 fn article(claim: &Claim) -> String {
     let mut text = format!(
         "<article id=\"{}\" class=\"is-{}\">\n<h3>{} {}</h3>\n<blockquote>{}</blockquote>\n\
-         <p><b>Criterion.</b> {}</p>\n<p class=\"small\">The paper: {}. Unit of analysis: {}.</p>\n",
+         <p><b>Preregistered.</b> {}</p>\n<p class=\"small\">The paper: {}. Unit of analysis: {}.</p>\n",
         id(&claim.id),
         class(claim.verdict),
         escaped(&claim.id),

@@ -8,7 +8,7 @@ use crate::statistics::{
     anova, cohens_d, holm, mean, median, paired_t, quantile, random_intercept, student_t, subset, variance,
 };
 use crate::studies::MIGLINO1995_CLAIMS;
-use crate::studies::claims::{Claim, Criterion, Effect, Finding, Test, criteria};
+use crate::studies::claims::{Claim, Effect, Finding, Preregistered, Test, criteria};
 
 use Condition::{Conservative, None as Without, Sensor};
 
@@ -111,7 +111,7 @@ const STARTS: Sums = |run| &run.champion.discrepancy.starts;
 struct Judged<'a> {
     results: &'a Results,
     sensors: &'a SensorTables,
-    criterion: &'a Criterion,
+    criterion: &'a Preregistered,
 }
 
 impl Judged<'_> {

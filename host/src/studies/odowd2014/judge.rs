@@ -10,7 +10,7 @@ use super::measures::{ALL, BEFORE_MOVE, BIN, FIRST_HALF, G0, G1, LATE, S0, SECON
 use super::results::{Case, Combination, Kind, Results, Run};
 use crate::statistics::{cohens_d, holm, mean, one_sample_t, paired_t, ratio_interval, roc_area, student_t, subset};
 use crate::studies::ODOWD2014_CLAIMS;
-use crate::studies::claims::{Claim, Criterion, Effect, Finding, HOLDS_IN, Test, Verdict, criteria};
+use crate::studies::claims::{Claim, Effect, Finding, HOLDS_IN, Preregistered, Test, Verdict, criteria};
 
 use Case::{NoLight, Opposite, OppositeThenOver, Over, OverThenOpposite, Random};
 use Kind::{Alone, Evolved, FitnessShuffled as Null, SimulatorRandom, SimulatorRight};
@@ -34,7 +34,7 @@ pub(crate) fn judge(results: &Results) -> Vec<Claim> {
 }
 
 /// A claim is reproduced if its criterion holds in all combinations, and not if in none.
-fn claim(results: &Results, criterion: &Criterion) -> Claim {
+fn claim(results: &Results, criterion: &Preregistered) -> Claim {
     let mut all = Finding::default();
     let mut scopes = [Vec::new(), Vec::new(), Vec::new()];
     for combination in &results.combinations {

@@ -265,7 +265,7 @@ fn every_figure_and_table_of_the_paper_is_there() {
         assert_eq!(part(&html, "table", table).matches("<tr>").count(), 1 + 3, "{table}");
     }
     for number in 1..=12 {
-        assert!(part(&html, "article", &format!("c{number}")).contains("Criterion"));
+        assert!(part(&html, "article", &format!("c{number}")).contains("Preregistered"));
     }
 }
 

@@ -180,7 +180,7 @@ fn every_figure_of_the_paper_is_there() {
         }
     }
     for number in 1..=17 {
-        assert!(part(&html, "article", &format!("d{number}")).contains("Criterion"));
+        assert!(part(&html, "article", &format!("d{number}")).contains("Preregistered"));
     }
     assert!(part(&html, "section", "background").contains("2 &lt;a metre&gt;"));
     let mut ids: Vec<&str> = html
