@@ -3,7 +3,7 @@
 //! | file | content |
 //! |---|---|
 //! | [`job`] | the state machine: generations, reality, the champion's trace |
-//! | [`rows`], [`individuals`], [`champion`], [`trace`], [`pictures`] | the files of a run |
+//! | [`mod@rows`], [`individuals`], [`mod@champion`], [`trace`], [`pictures`] | the files of a run |
 //! | [`check`], [`replay`], [`audit`] | what the commands do for such runs |
 
 mod audit;
@@ -150,7 +150,7 @@ pub(crate) fn champion(run: &Recorded<'_>, experiment: &Experiment) -> Result<Ch
 /// The last generation of a finished run.
 ///
 /// # Errors
-/// As [`champion`].
+/// As [`champion()`].
 pub(crate) fn population(run: &Recorded<'_>, experiment: &Experiment) -> Result<Population> {
     let controller = experiment.world().spec().controller;
     genomes::read(&run.directory.join(POPULATION), controller).map_err(Failure::corrupt)
