@@ -74,7 +74,7 @@ impl Engine {
         format!("{name} ({detail}{exact})")
     }
 
-    /// Does runs, in their order as far as batches allow it; at most so many at a time.
+    /// Does runs, as far as batches allow in the order given; `most` limits how many are under way at once.
     ///
     /// # Errors
     /// Exit 75 when the work was stopped, and as the evaluator's errors, both with all jobs under way saved; the errors of

@@ -1,4 +1,4 @@
-//! Jobs: what the engine runs. A job is a state machine. It names what it wants evaluated next, is told the results, and
+//! Jobs: what the engine runs. A job is a state machine. It names what it wants evaluated next, takes the results, and
 //! is finished at some point. It knows nothing of devices, files, or the jobs that share its batches.
 //!
 //! Who calls what, in which order:
@@ -28,7 +28,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::exit::Result;
 
-/// A state machine that asks for evaluations, is told their results, and can be saved and restored between any two steps.
+/// A state machine that asks for evaluations, takes their results, and can be saved and restored between any two steps.
 pub(crate) trait Job: Send {
     /// The next request, or nothing once the job is finished. Cheap: it is called several times a step.
     fn ask(&self) -> Option<Request<'_>>;

@@ -1,6 +1,6 @@
 //! The one loop of the engine: jobs of all kinds share the device. Jobs whose next requests may share a batch make up a
 //! group. Groups take turns: while the device evaluates one, this thread lets the jobs of another take their step, records
-//! what came of it, and lets waiting runs join.
+//! the results, and lets waiting runs join.
 
 use std::collections::{HashMap, VecDeque};
 use std::time::{Duration, Instant};
@@ -40,7 +40,7 @@ pub(crate) trait Runs {
     /// The jobs: of one kind, or boxed.
     type Job: Job;
 
-    /// Begins a run, or goes on with it from where it was saved.
+    /// Begins a run, or resumes it from where it was saved.
     ///
     /// # Errors
     /// As the place says; all work ends.
@@ -380,7 +380,7 @@ impl Room {
         }
     }
 
-    /// A batch of so many steps has come back.
+    /// Learns the device's speed from a batch of `steps` robot-steps that has come back.
     fn learn(&mut self, steps: f64) {
         let took = self.last.elapsed().as_secs_f64();
         self.last = Instant::now();
@@ -388,7 +388,7 @@ impl Room {
         self.steps = (0.75 * self.steps + 0.25 * aim).clamp(ROOM[0], ROOM[1]);
     }
 
-    /// Whether there is room for more than so many jobs, whose requests take so many steps.
+    /// Whether a batch that holds `jobs` jobs and `steps` robot-steps has room for another.
     fn has(&self, jobs: usize, steps: f64) -> bool {
         jobs == 0 || (jobs < self.jobs && steps < self.steps)
     }
