@@ -54,7 +54,7 @@ export SLURM_CONF=$work/slurm.conf
 began=$SECONDS
 
 # Daemons, tasks and programs, whosever children they are by now: they all have this variable.
-processes() { env -u SLURM_CONF grep -lsz "^SLURM_CONF=$SLURM_CONF\$" /proc/[0-9]*/environ | cut -d/ -f3; }
+processes() { grep -lsz "^SLURM_CONF=$SLURM_CONF\$" /proc/[0-9]*/environ | cut -d/ -f3; }
 
 clean_up() {
     local code=$? file
@@ -65,8 +65,9 @@ clean_up() {
             tail -n 40 "$file"
         done
     fi >&2
-    # From here on the shell would only tell of what it kills.
+    # From here on the shell would only report what it kills, and what it starts must not be taken for a task.
     exec 2>/dev/null
+    export -n SLURM_CONF
     while processes | xargs -r kill -KILL; [ "$(processes)" ]; do sleep 0.1; done
     rm -rf "$work"
     exit $code
@@ -126,9 +127,15 @@ within() {
 }
 # The states of tasks 1 to 4, whether a task is at work, and its program.
 are() { [ "$(squeue --noheader --states=all --array --format="%K %T" --job="$job" | sort | cut -d' ' -f2 | xargs)" = "$*" ]; }
-program() { pgrep -f "sweep run $work/sweep.toml .*--shard $1/4( |\$)"; }
-at_work() { scontrol show job "${job}_$1" | grep JobState=RUNNING && program "$1"; }
-signal_all() { pkill "$1" -f "sweep run $work/sweep.toml .*--shard ./4( |\$)"; }
+shard() { echo "sweep run $work/sweep.toml .*--shard $1/4( |\$)"; }
+program() { pgrep -f "$(shard "$1")"; }
+# Its program holds the lock of its shard by then.
+at_work() {
+    local lock
+    scontrol show job "${job}_$1" | grep JobState=RUNNING && program "$1" &&
+        lock=$(stat -c %i "array/shard-$1-of-4/lock") && grep ":$lock " /proc/locks
+}
+signal_all() { pkill "$1" -f "$(shard .)"; }
 digests() { (cd "$1" && sha256sum results.csv generations.csv); }
 content() { find "$work/array" -type f -exec sha256sum {} + | sort; }
 
@@ -148,18 +155,26 @@ sweep=("$oneiro" sweep run "$work/sweep.toml" --backend cpu)
 say "the sweep in one process"
 before=${EPOCHREALTIME/[.,]/}
 "${sweep[@]}" --threads 4 --out reference --quiet
-# So long at a time as a third of what a task with one thread takes.
-budget=$(printf '%07d' $(((${EPOCHREALTIME/[.,]/} - before) / 3)))
+# At most a third of what a task with one thread takes, so that each is stopped; and no more than 3 s, because this may
+# have run on a busier machine than the tasks will.
+budget=$(((${EPOCHREALTIME/[.,]/} - before) / 3))
+budget=$(printf '%07d' $((budget < 3000000 ? budget : 3000000)))
 budget=${budget::-6}.${budget: -6:3}s
 
 say "the sweep in four tasks, $budget at a time"
 "${sweep[@]}" --threads 1 --out "$work/array" --checkpoint-every 0.2s --shards 4 --time-budget "$budget" --print-slurm >array.sh
 within 20 scontrol ping
 job=$(sbatch --parsable array.sh)
-for task in 1 2 3 4; do within 20 at_work $task; done
+# Each is held where it is as soon as it is at work: its time may be over before another's begins.
+hold() { at_work "$1" && pkill -STOP -f "$(shard "$1")"; }
+holds=()
+for task in 1 2 3 4; do
+    within 60 hold $task &
+    holds+=($!)
+done
+for hold in "${holds[@]}"; do wait "$hold"; done
 
 say "another process for task 1's shard is refused and changes nothing"
-signal_all -STOP
 sleep 0.2
 before=$(content)
 code=0
@@ -168,16 +183,19 @@ code=0
 [ "$(content)" = "$before" ] || fail "it changed files"
 
 say "task 1 is requeued, 2 cancelled, 3 killed, 4 told to stop"
+# What waits is not started again before all four are seen.
+scontrol update PartitionName=all State=DOWN
 scontrol requeue "${job}_1"
 scancel "${job}_2"
 kill -KILL "$(program 3)"
 scancel --signal=TERM --batch "${job}_4"
 signal_all -CONT
-within 20 are PENDING CANCELLED FAILED PENDING
+within 60 are PENDING CANCELLED FAILED PENDING
 scontrol requeue "${job}_2,${job}_3"
+scontrol update PartitionName=all State=UP
 
 say "the controller is killed; the next one requeues by itself what ends with 75"
-within 20 at_work 3
+within 60 at_work 3
 # It saves what it knows some seconds after a change. A task whose start was not saved would be started twice, for which
 # Slurm holds the task and closes the node; so none is started now, and something changes.
 scontrol update PartitionName=all State=DOWN
