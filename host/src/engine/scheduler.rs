@@ -10,7 +10,7 @@ use oneiro::evaluator;
 use rayon::prelude::*;
 
 use super::handle::{Interruption, Queue};
-use super::job::{Job, Place, Results, Stage, Step};
+use super::job::{Job, Place, Request, Results, Stage, Step};
 use super::watcher::Watch;
 use crate::exit::{Failure, Result};
 
@@ -52,11 +52,11 @@ pub(crate) trait Runs {
     /// Exit 6 when writing fails; all work ends.
     fn record(&mut self, run: RunNumber, job: &Self::Job, step: Step) -> Result;
 
-    /// Records what a finished run gave. All its steps are recorded.
+    /// Records what finished runs gave. All their steps are recorded.
     ///
     /// # Errors
     /// As [`Runs::record`].
-    fn finish(&mut self, run: RunNumber, job: Self::Job) -> Result;
+    fn finish(&mut self, finished: Vec<(RunNumber, Self::Job)>) -> Result;
 
     /// Called now and then with all jobs under way, whose steps are all recorded: the place may save them.
     ///
@@ -92,8 +92,10 @@ impl<J: Job> Runs for InMemory<J> {
         Ok(())
     }
 
-    fn finish(&mut self, run: RunNumber, job: J) -> Result {
-        self.0[run] = Some(job);
+    fn finish(&mut self, finished: Vec<(RunNumber, J)>) -> Result {
+        for (run, job) in finished {
+            self.0[run] = Some(job);
+        }
         Ok(())
     }
 
@@ -211,14 +213,10 @@ struct Packed {
 }
 
 impl Packed {
-    fn new<J: Job>(entries: &[Entry<J>], kernel: &'static str) -> Result<Self> {
+    fn new(requests: &[Request<'_>], kernel: &'static str) -> Result<Self> {
         let mut indices = HashMap::new();
         let mut places = Vec::new();
-        for place in entries
-            .iter()
-            .filter_map(|entry| entry.job.ask())
-            .flat_map(|request| request.worlds)
-        {
+        for place in requests.iter().flat_map(|request| request.worlds) {
             indices.entry(*place.key.as_bytes()).or_insert_with(|| {
                 places.push(place);
                 places.len() - 1
@@ -240,25 +238,21 @@ impl Packed {
 impl<J: Job> Group<J> {
     /// Packs the next requests of jobs, all of one stage.
     fn new(stage: Stage, entries: Vec<Entry<J>>, mut packed: Vec<Packed>) -> Result<(Self, Batch)> {
+        let requests: Vec<Request<'_>> = entries.iter().filter_map(|entry| entry.job.ask()).collect();
         let fits = |known: &Packed| {
-            known.kernel == stage.kernel
-                && entries.iter().filter_map(|entry| entry.job.ask()).all(|request| {
-                    request
-                        .worlds
-                        .iter()
-                        .all(|place| known.indices.contains_key(place.key.as_bytes()))
-                })
+            let mut places = requests.iter().flat_map(|request| request.worlds);
+            known.kernel == stage.kernel && places.all(|place| known.index(place).is_some())
         };
         if !packed.iter().any(fits) {
             packed.retain(|known| known.kernel != stage.kernel);
-            packed.push(Packed::new(&entries, stage.kernel)?);
+            packed.push(Packed::new(&requests, stage.kernel)?);
         }
         let own = packed.iter().find(|known| known.kernel == stage.kernel);
         let own = own.ok_or_else(|| Failure::failed("a batch has no worlds"))?;
         let mut rollouts = Vec::new();
         let mut states = Vec::new();
         let mut counts = Vec::with_capacity(entries.len());
-        for request in entries.iter().filter_map(|entry| entry.job.ask()) {
+        for request in requests {
             let indices: Vec<usize> = request.worlds.iter().filter_map(|place| own.index(place)).collect();
             let before = rollouts.len();
             rollouts.extend(request.rollouts.map(|rollout| Rollout {
@@ -576,8 +570,9 @@ impl<R: Runs> Scheduler<'_, R> {
                 }
             }
         }
-        for entry in self.finished.drain(..) {
-            self.runs.finish(entry.run, entry.job)?;
+        let finished: Vec<_> = self.finished.drain(..).map(|entry| (entry.run, entry.job)).collect();
+        if !finished.is_empty() {
+            self.runs.finish(finished)?;
         }
         if has_advanced {
             let under_way = listed(&self.groups, &self.ready);

@@ -116,12 +116,14 @@ impl Runs for Directories {
         self.recorder(run)?.record(&**job, step)
     }
 
-    fn finish(&mut self, run: RunNumber, mut job: Self::Job) -> Result {
-        let recorder = self.recorder(run)?;
-        let done = recorder.finish(&mut *job)?;
-        let directory = recorder.directory().to_owned();
-        self.done.push((directory, done));
-        self.under_way.remove(&run);
+    fn finish(&mut self, finished: Vec<(RunNumber, Self::Job)>) -> Result {
+        for (run, mut job) in finished {
+            let recorder = self.recorder(run)?;
+            let done = recorder.finish(&mut *job)?;
+            let directory = recorder.directory().to_owned();
+            self.done.push((directory, done));
+            self.under_way.remove(&run);
+        }
         Ok(())
     }
 

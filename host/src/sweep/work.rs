@@ -4,6 +4,8 @@ use std::collections::BTreeMap;
 use std::sync::{Arc, Weak};
 use std::time::{Duration, Instant};
 
+use rayon::prelude::*;
+
 use super::journal::{Journal, Outcome, Saved};
 use super::{Plan, RunIndex, Sweep};
 use crate::engine::job::{Job, Step};
@@ -83,8 +85,7 @@ impl<'a> Work<'a> {
     }
 
     fn recorded(&mut self, run: RunNumber) -> Result<&mut Recorded> {
-        let recorded = self.under_way.get_mut(&run);
-        recorded.ok_or_else(|| Failure::failed("a run has no tables"))
+        self.under_way.get_mut(&run).ok_or_else(no_tables)
     }
 
     fn checkpoint(&mut self, under_way: &UnderWay<'_, Box<dyn Job>>) -> Result {
@@ -104,6 +105,26 @@ impl<'a> Work<'a> {
         }
         self.journal.checkpoint(all)
     }
+}
+
+fn no_tables() -> Failure {
+    Failure::failed("a run has no tables")
+}
+
+/// The outcome of a finished run.
+fn outcome(plan: &Plan, run: RunNumber, mut job: Box<dyn Job>, recorded: &Recorded) -> Result<Outcome> {
+    let (_, table) = &recorded.tables[0];
+    let table = std::str::from_utf8(table).map_err(Failure::failed)?;
+    let finished = job.finish(table)?;
+    let tables = recorded.tables.iter().map(|(file, bytes)| (*file, &bytes[..]));
+    let files = finished.files.iter().map(|(file, bytes)| (*file, &bytes[..]));
+    let files: Vec<_> = tables.chain(files).collect();
+    Ok(Outcome {
+        run: run as RunIndex,
+        cells: finished.cells,
+        generations: table[plan.head.len()..].to_owned(),
+        result: result_of(plan.ids[run], recorded.experiment.results(), &files),
+    })
 }
 
 impl Runs for Work<'_> {
@@ -146,24 +167,22 @@ impl Runs for Work<'_> {
         Ok(())
     }
 
-    fn finish(&mut self, run: RunNumber, mut job: Self::Job) -> Result {
-        let Some(recorded) = self.under_way.remove(&run) else {
-            return Err(Failure::failed("a run has no tables"));
-        };
-        let id = self.plan.ids[run];
-        let (_, table) = &recorded.tables[0];
-        let table = std::str::from_utf8(table).map_err(Failure::failed)?;
-        let finished = job.finish(table)?;
-        let tables = recorded.tables.iter().map(|(file, bytes)| (*file, &bytes[..]));
-        let files = finished.files.iter().map(|(file, bytes)| (*file, &bytes[..]));
-        let files: Vec<_> = tables.chain(files).collect();
-        let outcome = Outcome {
-            run: run as RunIndex,
-            cells: finished.cells,
-            generations: table[self.plan.head.len()..].to_owned(),
-            result: result_of(id, recorded.experiment.results(), &files),
-        };
-        self.journal.done(outcome, id)
+    fn finish(&mut self, finished: Vec<(RunNumber, Self::Job)>) -> Result {
+        let finished: Vec<_> = finished
+            .into_iter()
+            .map(|(run, job)| Ok((run, job, self.under_way.remove(&run).ok_or_else(no_tables)?)))
+            .collect::<Result<_>>()?;
+        let plan = self.plan;
+        // Of short runs, a fast device would wait for one thread's hashes.
+        let outcomes: Vec<Outcome> = finished
+            .into_par_iter()
+            .map(|(run, job, recorded)| outcome(plan, run, job, &recorded))
+            .collect::<Result<_>>()?;
+        for outcome in outcomes {
+            let id = self.plan.ids[outcome.run as RunNumber];
+            self.journal.done(outcome, id)?;
+        }
+        Ok(())
     }
 
     fn pause(&mut self, under_way: &UnderWay<'_, Box<dyn Job>>) -> Result {
