@@ -1,8 +1,8 @@
 //! Audits: a share of a device's results is computed again on the CPU and compared bit for bit.
 
-use crate::batch::{Batch, LANES, Part};
+use crate::batch::{Batch, LANES, Part, PartResult};
 use crate::cpu::Cpu;
-use crate::evaluator::{Control, Device, Error, Evaluator, PartResult};
+use crate::evaluator::{Control, Device, Error, Evaluator};
 use crate::random::pcg4d;
 
 /// An evaluator with audits: in each call a share of the groups of 64 rollouts runs again on the CPU. The rollouts' keys

@@ -9,9 +9,8 @@ use std::sync::Arc;
 pub use oneiro_shaders::life::Record;
 use oneiro_shaders::{Kernel, life};
 
-use crate::evaluator::PartResult;
+use crate::parameter::Invalid;
 use crate::random::Key;
-use crate::world::Invalid;
 
 use packing::Packed;
 pub use packing::{Buffers, WorldKind};
@@ -413,6 +412,18 @@ impl Batch {
                 .collect(),
         }
     }
+}
+
+/// The results of a part: one fitness per slot (idle slots hold anything), and on request traces and states, as words
+/// that [`Batch::place`] finds.
+#[derive(Clone, Debug, Default)]
+pub struct PartResult {
+    /// `part.slots()` values.
+    pub fitness: Vec<f32>,
+    /// `part.slots() * batch.trace_words()` words, or none.
+    pub trace: Vec<u32>,
+    /// `part.slots() * batch.state_words()` words, or none.
+    pub states: Vec<u32>,
 }
 
 /// What a batch's evaluation gave, by rollout, in the order in which they were given.

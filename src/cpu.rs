@@ -9,8 +9,8 @@ use oneiro_shaders::life::{Dispatch, Group};
 use oneiro_shaders::{Kernel, Variant, Words};
 use rayon::prelude::*;
 
-use crate::batch::{Batch, LANES, Part};
-use crate::evaluator::{Control, Device, Error, Evaluator, PartResult};
+use crate::batch::{Batch, LANES, Part, PartResult};
+use crate::evaluator::{Control, Device, Error, Evaluator};
 
 /// Cycles between two looks at the control: some ten milliseconds of 64 rollouts.
 const CHUNK: u32 = 16_384;

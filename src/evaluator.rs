@@ -2,7 +2,7 @@
 
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 
-use crate::batch::{Batch, Outcome, Part};
+use crate::batch::{Batch, Outcome, Part, PartResult};
 
 /// Watches and cancels an evaluation, from any thread.
 #[derive(Debug, Default)]
@@ -112,18 +112,6 @@ pub trait Evaluator: Send {
     fn warnings(&self) -> &[String] {
         &[]
     }
-}
-
-/// The results of a part: one fitness per slot (idle slots hold anything), and on request traces and states, as words
-/// that [`Batch::place`] finds.
-#[derive(Clone, Debug, Default)]
-pub struct PartResult {
-    /// `part.slots()` values.
-    pub fitness: Vec<f32>,
-    /// `part.slots() * batch.trace_words()` words, or none.
-    pub trace: Vec<u32>,
-    /// `part.slots() * batch.state_words()` words, or none.
-    pub states: Vec<u32>,
 }
 
 impl PartResult {

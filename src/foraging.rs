@@ -14,9 +14,7 @@ use crate::batch::{Buffers, WorldKind};
 use crate::cells::Cells;
 use crate::exact::cosine;
 use crate::parameter::Allowed::{Number, NumberUpTo, Whole};
-use crate::parameter::{self, Parameter, row};
-use crate::world::Invalid;
-use crate::world::check::{integer, number};
+use crate::parameter::{self, Invalid, Parameter, integer, number, row};
 
 /// Genes of a forager: `G0` and `G1`.
 pub const GENES: usize = forager::FORAGER_GENES as usize;

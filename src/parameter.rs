@@ -3,8 +3,8 @@
 //! specifications, the reading and writing of experiments, and the reference page all come from these rows.
 
 use std::collections::BTreeMap;
-
-use crate::world::Invalid;
+use std::fmt::Display;
+use std::ops::RangeInclusive;
 
 /// A value of a specification `T`.
 #[derive(Debug)]
@@ -300,7 +300,7 @@ impl<T: Default> Field for Vec<T> {
     }
 }
 
-impl std::fmt::Display for Datum {
+impl Display for Datum {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         match self {
             Self::Flag(flag) => write!(f, "{flag}"),
@@ -366,7 +366,7 @@ impl Allowed {
     }
 }
 
-impl std::fmt::Display for Allowed {
+impl Display for Allowed {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         match self {
             Self::Any => Ok(()),
@@ -413,6 +413,51 @@ impl<T> Parameter<T> {
     pub fn name(&self, index: usize) -> String {
         self.key.replacen("[]", &format!("[{index}]"), 1)
     }
+}
+
+/// A value that is not allowed.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("{field}: {problem}")]
+pub struct Invalid {
+    /// Where it stands, such as `noise.sensor` or `arena.walls[3].from`.
+    pub field: String,
+    /// What it is, and what is allowed.
+    pub problem: String,
+}
+
+impl Invalid {
+    pub(crate) fn new(field: impl Into<String>, problem: impl Into<String>) -> Self {
+        Self {
+            field: field.into(),
+            problem: problem.into(),
+        }
+    }
+}
+
+/// Checks a whole number that has no row.
+pub(crate) fn integer(field: &str, value: u32, allowed: RangeInclusive<u32>) -> Result<(), Invalid> {
+    if allowed.contains(&value) {
+        return Ok(());
+    }
+    Err(Invalid::new(
+        field,
+        format!("is {value}; allowed: {} to {}", allowed.start(), allowed.end()),
+    ))
+}
+
+/// Checks a number; the field's name is only built for the message.
+pub(crate) fn number(field: impl Display, value: f32, allowed: RangeInclusive<f32>) -> Result<(), Invalid> {
+    if !allowed.contains(&value) {
+        let problem = format!("is {value}; allowed: {} to {}", allowed.start(), allowed.end());
+        return Err(Invalid::new(field.to_string(), problem));
+    }
+    allowed_number(field, value, Allowed::Any)
+}
+
+/// Checks what every number must be: finite, and not too small.
+pub(crate) fn allowed_number(field: impl Display, value: f32, allowed: Allowed) -> Result<(), Invalid> {
+    let checked = allowed.check(&Datum::Single(value), |_| None);
+    checked.map_err(|problem| Invalid::new(field.to_string(), problem))
 }
 
 /// Checks every value of a specification.

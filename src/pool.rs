@@ -4,8 +4,8 @@ use std::ops::Range;
 use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::Instant;
 
-use crate::batch::{LANES, Part};
-use crate::evaluator::{Control, Device, Error, Evaluator, PartResult};
+use crate::batch::{LANES, Part, PartResult};
+use crate::evaluator::{Control, Device, Error, Evaluator};
 
 /// The least time that a piece should take, in seconds, so that fixed costs don't matter. A piece is never more than the
 /// member's share.

@@ -10,10 +10,9 @@ use oneiro_shaders::surrogate as kernel;
 
 use crate::cells::Cells;
 use crate::exact::{cosine, exponential};
+use crate::parameter::{Invalid, number};
 use crate::random::pcg4d;
 use crate::tables::SENSORS;
-use crate::world::Invalid;
-use crate::world::check::number;
 
 /// Objects farther from the rim than this are not sensed, mm: no individual reads 1 of 1023 there.
 pub(crate) const SIGHT: f32 = 80.0;

@@ -17,10 +17,8 @@ use crate::batch::{Batch, Buffers, Outcome, Rollout, TraceRequest, WorldKind, Wo
 use crate::evaluator::{Control, Error, Evaluator};
 use crate::foraging::{Foraging, Light, in_kernel};
 use crate::parameter::Allowed::{Any, Number, Whole};
-use crate::parameter::{self, Parameter, row};
+use crate::parameter::{self, Invalid, Parameter, integer, row};
 use crate::random::Key;
-use crate::world::Invalid;
-use crate::world::check::integer;
 
 /// Robots that a world can have.
 pub const GREATEST_ROBOTS: u32 = kernel::GREATEST_ROBOTS;

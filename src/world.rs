@@ -11,10 +11,10 @@ use oneiro_shaders::{Kernel, life};
 
 use crate::arena::Arena;
 use crate::batch::{Buffers, WorldKind};
+use crate::parameter::Invalid;
 use crate::surrogate::Surrogate;
 use crate::tables::{MotorStates, MotorTable, SENSOR_NAMES, SensorTables};
 
-pub use check::Invalid;
 pub use parameters::{COORDINATE, LENGTH, parameters};
 
 /// A robot on two wheels with sampled sensors and motors.

@@ -2,8 +2,7 @@
 
 use std::sync::Arc;
 
-use oneiro::batch::{Batch, GREATEST_GENE, LANES, LEAST_GENE, Record, Rollout, TraceRequest, Worlds};
-use oneiro::evaluator::PartResult;
+use oneiro::batch::{Batch, GREATEST_GENE, LANES, LEAST_GENE, PartResult, Record, Rollout, TraceRequest, Worlds};
 use oneiro::random::Key;
 use oneiro::world::{Controller, Robot, World, WorldSpec};
 

@@ -1,8 +1,8 @@
 //! The CPU's results depend on the batch alone: not on lanes, threads, chunks, or how it is cut.
 
-use oneiro::batch::Batch;
+use oneiro::batch::{Batch, PartResult};
 use oneiro::cpu::Cpu;
-use oneiro::evaluator::{Control, Error, Evaluator, PartResult};
+use oneiro::evaluator::{Control, Error, Evaluator};
 use oneiro::world::{Controller, World, WorldSpec};
 
 mod lives;

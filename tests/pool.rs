@@ -2,9 +2,9 @@
 
 use oneiro::audit::Audited;
 use oneiro::backend::{Options, open};
-use oneiro::batch::{Batch, Part, Rollout};
+use oneiro::batch::{Batch, Part, PartResult, Rollout};
 use oneiro::cpu::Cpu;
-use oneiro::evaluator::{Control, Device, Error, Evaluator, PartResult};
+use oneiro::evaluator::{Control, Device, Error, Evaluator};
 use oneiro::pool::Pool;
 use oneiro::random::{Key, pcg4d};
 use oneiro::world::{World, WorldSpec};

@@ -5,7 +5,7 @@ use std::io;
 use std::path::Path;
 
 use oneiro::evaluator;
-use oneiro::world::Invalid;
+use oneiro::parameter::Invalid;
 
 /// Exit codes other than 0; the README lists them for users.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -5,11 +5,12 @@ use std::sync::Arc;
 use oneiro::arena::Arena;
 use oneiro::batch::{Batch, Rollout, TraceRequest, Worlds};
 use oneiro::foraging::{Foraging, Light};
+use oneiro::parameter::Invalid;
 use oneiro::random::{Key, pcg4d};
 use oneiro::surrogate::{Differences, Surrogate};
 use oneiro::swarm::{self, Lamp, Order, Swarm};
 use oneiro::tables::SensorTable;
-use oneiro::world::{Activation, Controller, Difference, Invalid, Noise, Robot, Speed, Start, Task, World, WorldSpec};
+use oneiro::world::{Activation, Controller, Difference, Noise, Robot, Speed, Start, Task, World, WorldSpec};
 
 /// Cycles of a life, as in the 1995 paper.
 pub(crate) const CYCLES: u32 = 500;

@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use oneiro_shaders::{Kernel, life};
 
-use crate::world::Invalid;
+use crate::parameter::Invalid;
 
 /// A kind of world: [`World`](crate::world::World), [`Foraging`](crate::foraging::Foraging),
 /// [`Swarm`](crate::swarm::Swarm), or any other that a kernel simulates.

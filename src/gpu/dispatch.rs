@@ -10,8 +10,8 @@ use oneiro_shaders::life::Dispatch;
 use super::buffers::{Bench, Scene};
 use super::device::{Device, Fault, Pipeline};
 use super::pace::Pace;
-use crate::batch::{LANES, Part};
-use crate::evaluator::{Control, PartResult};
+use crate::batch::{LANES, Part, PartResult};
+use crate::evaluator::Control;
 
 /// Target size of a cut's own buffers, in bytes: enough rollouts to fill any device, few enough for a small one. Two cuts
 /// are on the device at a time.

@@ -19,8 +19,8 @@ pub use run::Run;
 use device::{Device, Fault};
 use dispatch::Lives;
 
-use crate::batch::Part;
-use crate::evaluator::{self, Control, Error, Evaluator, PartResult};
+use crate::batch::{Part, PartResult};
+use crate::evaluator::{self, Control, Error, Evaluator};
 
 /// One GPU, real or not.
 #[derive(Debug)]

@@ -1,8 +1,8 @@
 //! Recovers from a lost GPU: opens it again once, then uses another evaluator.
 
 use super::Gpu;
-use crate::batch::Part;
-use crate::evaluator::{Control, Device, Error, Evaluator, PartResult};
+use crate::batch::{Part, PartResult};
+use crate::evaluator::{Control, Device, Error, Evaluator};
 
 /// Evaluates on a GPU. If its device is lost, it is opened again and the part repeated; if that fails too, this
 /// part and all later ones run on the fallback. The result is the same.

@@ -1,36 +1,14 @@
 //! What a world's numbers may be. The bounds are far beyond any use; they keep every number that a kernel computes
 //! finite and out of the subnormals, where machines differ.
 
-use std::fmt::Display;
-use std::ops::RangeInclusive;
-
 use oneiro_shaders::life;
 
 use super::parameters::{COORDINATE, LENGTH, PARAMETERS};
 use super::{Collision, Noise, Robot, Task, WorldSpec, pack};
 use crate::arena::{Arena, Field, Wall};
 pub(super) use crate::parameter::LEAST;
-use crate::parameter::{self, Allowed, Datum};
+use crate::parameter::{self, Invalid, allowed_number, integer, number};
 use crate::tables::{GREATEST_READING, MotorTable, SensorTable, SensorTables};
-
-/// A value that is not allowed.
-#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("{field}: {problem}")]
-pub struct Invalid {
-    /// Where it stands, such as `noise.sensor` or `arena.walls[3].from`.
-    pub field: String,
-    /// What it is, and what is allowed.
-    pub problem: String,
-}
-
-impl Invalid {
-    pub(crate) fn new(field: impl Into<String>, problem: impl Into<String>) -> Self {
-        Self {
-            field: field.into(),
-            problem: problem.into(),
-        }
-    }
-}
 
 /// The sensors' sums of readings are 16 bits wide.
 pub(super) const GREATEST_SHAPES: usize = life::GREATEST_SHAPES as usize;
@@ -38,30 +16,6 @@ const _: () = assert!(life::GREATEST_SHAPES * GREATEST_READING as u32 <= u16::MA
 
 /// Cells whose visits a life keeps.
 const GREATEST_CELLS: usize = life::GREATEST_CELLS as usize;
-
-pub(crate) fn integer(field: &str, value: u32, allowed: RangeInclusive<u32>) -> Result<(), Invalid> {
-    if allowed.contains(&value) {
-        return Ok(());
-    }
-    Err(Invalid::new(
-        field,
-        format!("is {value}; allowed: {} to {}", allowed.start(), allowed.end()),
-    ))
-}
-
-/// Checks a number; the field's name is only built for the message.
-pub(crate) fn number(field: impl Display, value: f32, allowed: RangeInclusive<f32>) -> Result<(), Invalid> {
-    if !allowed.contains(&value) {
-        let problem = format!("is {value}; allowed: {} to {}", allowed.start(), allowed.end());
-        return Err(Invalid::new(field.to_string(), problem));
-    }
-    allowed_number(field, value, Allowed::Any)
-}
-
-fn allowed_number(field: impl Display, value: f32, allowed: Allowed) -> Result<(), Invalid> {
-    let checked = allowed.check(&Datum::Single(value), |_| None);
-    checked.map_err(|problem| Invalid::new(field.to_string(), problem))
-}
 
 pub(super) fn check(spec: &mut WorldSpec) -> Result<(), Invalid> {
     parameter::check(&PARAMETERS, spec)?;

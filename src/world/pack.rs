@@ -6,11 +6,11 @@ use std::sync::{Mutex, PoisonError};
 use glam::Vec2;
 use oneiro_shaders::life::{self, BLOCK, CELL, ROUND, WALL};
 
-use super::check::Invalid;
 use super::{Activation, Collision, Controller, Difference, Speed, Start, Task, WorldSpec};
 use crate::arena::Field;
 use crate::batch::Buffers;
 use crate::cells::Cells;
+use crate::parameter::Invalid;
 use crate::surrogate::{self, Object};
 use crate::tables::{MotorTable, SensorTable};
 

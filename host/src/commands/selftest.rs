@@ -3,14 +3,15 @@
 use std::sync::Arc;
 use std::thread;
 
-use oneiro::batch::{Batch, Outcome, TraceRequest, Worlds};
+use oneiro::batch::{Batch, Outcome, PartResult, TraceRequest, Worlds};
 use oneiro::evaluator::{Control, Evaluator};
 use oneiro::foraging::Foraging;
+use oneiro::parameter::Invalid;
 use oneiro::probe::{self, Case, Subject};
 use oneiro::random::{KNOWN_ANSWERS, pcg4d};
 use oneiro::swarm::Swarm;
 use oneiro::tables::SensorTables;
-use oneiro::world::{Invalid, Robot, World, WorldSpec};
+use oneiro::world::{Robot, World, WorldSpec};
 use serde::Serialize;
 use serde_json::json;
 
@@ -395,7 +396,7 @@ const CHUNK: u32 = 37;
 fn in_parts(evaluator: &mut dyn Evaluator, batch: &Batch) -> Result<Outcome> {
     let groups = batch.groups();
     let cuts = [0, 1, 1 + groups / 3, groups];
-    let mut whole = oneiro::evaluator::PartResult::default();
+    let mut whole = PartResult::default();
     for pair in cuts.windows(2) {
         if pair[0] < pair[1] {
             let part = evaluator.evaluate_part(&batch.part(pair[0]..pair[1]), &Control::new())?;

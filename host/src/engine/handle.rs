@@ -1,46 +1,17 @@
 //! The engine's handle: an evaluator for all jobs and all single evaluations of a command.
 
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::mpsc::{self, Receiver, RecvTimeoutError, Sender};
+use std::sync::mpsc;
 use std::sync::{Arc, Mutex, PoisonError};
 use std::thread;
-use std::time::Duration;
 
 use oneiro::batch::{Batch, Outcome};
 use oneiro::evaluator::{Control, Device, Error, Evaluator};
-use oneiro::world::Invalid;
 
 use super::job::Job;
+use super::queue::Queue;
 use super::scheduler::{self, InMemory, Runs, Waiting};
 use super::watcher::Watch;
-use crate::exit::Failure;
-
-/// What ends work on a device early.
-#[derive(Debug)]
-pub(crate) enum Interruption {
-    /// The evaluator: all steps that jobs took are whole, and can be kept.
-    Evaluation(Error),
-    /// Anything else: only what was recorded before is sure.
-    Other(Failure),
-}
-
-impl From<Error> for Interruption {
-    fn from(error: Error) -> Self {
-        Self::Evaluation(error)
-    }
-}
-
-impl From<Failure> for Interruption {
-    fn from(failure: Failure) -> Self {
-        Self::Other(failure)
-    }
-}
-
-impl From<Invalid> for Interruption {
-    fn from(invalid: Invalid) -> Self {
-        Self::Other(invalid.into())
-    }
-}
 
 /// The one way to hold an evaluator: all jobs and all single evaluations of a command share it, and what stops them.
 pub(crate) struct Engine {
@@ -89,9 +60,10 @@ impl Engine {
         let (batches, submitted) = mpsc::channel::<Batch>();
         let (results, outcomes) = mpsc::channel();
         let queue = Queue {
-            engine: self,
             batches,
             outcomes,
+            control: &self.control,
+            stop: &self.stop,
         };
         thread::scope(|scope| {
             let worker = scope.spawn(move || {
@@ -145,39 +117,5 @@ impl Engine {
     pub(crate) fn close(self) -> Vec<String> {
         let evaluator = self.evaluator.into_inner().unwrap_or_else(PoisonError::into_inner);
         evaluator.warnings().to_vec()
-    }
-}
-
-/// Batches on their way to the device and back, so that jobs advance while it evaluates.
-pub(super) struct Queue<'a> {
-    engine: &'a Engine,
-    batches: Sender<Batch>,
-    outcomes: Receiver<Result<Outcome, Error>>,
-}
-
-impl Queue<'_> {
-    /// Hands a batch over; outcomes come in the same order.
-    pub(super) fn submit(&self, batch: Batch) {
-        // A thread that has ended is noticed where its outcome is awaited.
-        let _ = self.batches.send(batch);
-    }
-
-    /// Waits for the next outcome.
-    pub(super) fn receive(&self, watch: &mut dyn Watch) -> Result<Outcome, Interruption> {
-        const BLINK: Duration = Duration::from_millis(100);
-        let Engine { control, stop, .. } = self.engine;
-        loop {
-            if watch.stops() || stop.load(Ordering::Relaxed) {
-                control.cancel();
-                return Err(Error::Cancelled.into());
-            }
-            let outcome = self.outcomes.recv_timeout(BLINK);
-            watch.steps(control.steps());
-            match outcome {
-                Ok(outcome) => return Ok(outcome?),
-                Err(RecvTimeoutError::Timeout) => (),
-                Err(RecvTimeoutError::Disconnected) => return Err(Failure::failed("the evaluator broke down").into()),
-            }
-        }
     }
 }

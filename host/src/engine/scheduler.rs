@@ -9,8 +9,8 @@ use oneiro::batch::{Batch, Outcome, Rollout, WorldKind, Worlds};
 use oneiro::evaluator;
 use rayon::prelude::*;
 
-use super::handle::{Interruption, Queue};
 use super::job::{Job, Place, Request, Results, Stage, Step};
+use super::queue::{Interruption, Queue};
 use super::watcher::Watch;
 use crate::exit::{Failure, Result};
 

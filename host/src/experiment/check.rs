@@ -3,7 +3,7 @@
 use std::fmt::Display;
 
 use oneiro::arena::Arena;
-use oneiro::world::Invalid;
+use oneiro::parameter::Invalid;
 
 use super::settings::{ArenaSize, Finalists, Settings};
 use crate::evolve::genetic;

@@ -3,8 +3,9 @@
 
 use std::sync::Arc;
 
+use oneiro::parameter::Invalid;
 use oneiro::surrogate::{Differences, Surrogate};
-use oneiro::world::{Collision, Invalid, Noise, Robot, World, WorldSpec};
+use oneiro::world::{Collision, Noise, Robot, World, WorldSpec};
 
 use super::surrogate::SurrogateRobot;
 use super::{Reality, Trouble};

@@ -5,8 +5,8 @@ use std::path::PathBuf;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
-use oneiro::batch::{LANES, Part};
-use oneiro::evaluator::{self, Control, Error, Evaluator, PartResult};
+use oneiro::batch::{LANES, Part, PartResult};
+use oneiro::evaluator::{self, Control, Error, Evaluator};
 
 use super::*;
 use crate::console::Console;

@@ -1,9 +1,11 @@
 //! The study of Miglino, Lund and Nolfi (1995): sample a robot, evolve in the simulator made from the samples, move
 //! to reality, evolve on, and hold every claim of the paper against what came out.
 
+mod evolving;
 mod full;
 mod interpolation;
 mod judge;
+mod measures;
 mod real_lives;
 pub(crate) mod report;
 pub(crate) mod results;

@@ -4,8 +4,8 @@
 use oneiro::random::{Key, pcg4d};
 use oneiro::world::{Start, World, WorldSpec};
 
+use super::evolving::{Evolving, Trial, by_run, lives};
 use super::settings::RealStarts;
-use super::study::{Evolving, Trial, by_run, lives};
 use crate::engine::handle::Engine;
 use crate::evolve::Optimizer;
 use crate::exit::Result;

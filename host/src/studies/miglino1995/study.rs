@@ -11,14 +11,15 @@ use oneiro::surrogate::{Difference, Differences, Surrogate};
 use oneiro::tables::SensorTables;
 use oneiro::world::{Robot, Start, Task, World, WorldSpec};
 
+use super::evolving::{Evolving, Trial, by_run, lives};
+use super::measures::{Cells, Pair, Sums, effect};
 use super::real_lives::RealLives;
-use super::results::{Champion, Condition, Controls, DifferenceEffect, Discrepancy, Level, Life, Run, Transferred};
+use super::results::{Champion, Condition, Controls, DifferenceEffect, Level, Run, Transferred};
 use super::settings::Settings;
 use crate::engine::handle::Engine;
 use crate::evolve::Optimizer;
 use crate::evolve::genetic::Genetic;
 use crate::exit::{Failure, Result};
-use crate::lives::measures::{Grid, PLACES, distance, is_stuck, moves};
 use crate::reality::site::Site;
 use crate::reality::{self, patiently};
 use crate::statistics::cohens_d;
@@ -29,38 +30,8 @@ pub(crate) const PEAK: usize = 20;
 const STARTS: usize = 100;
 /// Starts whose traces are held at once.
 const STARTS_AT_ONCE: usize = 10;
-/// Cycles from one term of D to the next (equation 2).
-const TERM: usize = 5;
 /// The start that all champions share: x and y in mm, heading in turns. The paper does not give its own.
 const SHARED_START: [f32; 3] = [100.0, 90.0, 0.125];
-
-/// A life's place in the numbering of an individual's lives: each has random numbers of its own.
-#[derive(Clone, Copy)]
-pub(super) enum Trial {
-    Simulated,
-    SimulatedAgain,
-    Quiet,
-    Real,
-    RealAgain,
-    OtherRobot,
-    /// One of the simulated lives by whose mean a champion is chosen.
-    Appraised(u32),
-}
-
-impl Trial {
-    /// Its number, other than that of any drive between lives (`real_lives`), which have 16 to 31.
-    pub(super) fn number(self) -> u64 {
-        match self {
-            Self::Simulated => 0,
-            Self::SimulatedAgain => 1,
-            Self::Quiet => 2,
-            Self::Real => 3,
-            Self::RealAgain => 4,
-            Self::OtherRobot => 5,
-            Self::Appraised(life) => 32 + u64::from(life),
-        }
-    }
-}
 
 /// A study under way.
 pub(crate) struct Study<'a> {
@@ -74,17 +45,6 @@ pub(crate) struct Study<'a> {
     simulators: [World; 3],
     /// The same where simulated lives are selected by more than their fitness.
     selecting: Option<[World; 3]>,
-}
-
-/// A run while it evolves.
-#[derive(Clone)]
-pub(super) struct Evolving {
-    condition: Condition,
-    number: u32,
-    pub(super) seed: u64,
-    pub(super) evolution: Genetic,
-    simulated: Vec<Level>,
-    real: Vec<Level>,
 }
 
 impl<'a> Study<'a> {
@@ -602,35 +562,6 @@ impl<'a> Study<'a> {
     }
 }
 
-/// A simulated and two real lives from one start.
-struct Pair {
-    simulated: Vec<Record>,
-    real: Vec<Record>,
-    again: Vec<Record>,
-}
-
-/// The lives of a run's present generation.
-pub(super) fn lives(run: &Evolving, trial: Trial) -> impl Iterator<Item = reality::Life<'_>> {
-    let generation = u64::from(run.evolution.generation());
-    run.evolution
-        .ask()
-        .genomes()
-        .zip(0..)
-        .map(move |(genes, individual)| reality::Life {
-            genes,
-            key: Key::rollout(run.seed, generation, individual, trial.number()),
-            start: None,
-        })
-}
-
-/// A batch's fitness, run by run.
-pub(super) fn by_run(runs: &[Evolving], fitness: Vec<f32>) -> Vec<Vec<f32>> {
-    let mut rest = fitness.into_iter();
-    runs.iter()
-        .map(|run| rest.by_ref().take(run.evolution.ask().len()).collect())
-        .collect()
-}
-
 /// Peak and average.
 fn level(fitness: &[f32]) -> Level {
     let mut ranked: Vec<f64> = fitness.iter().map(|&fitness| f64::from(fitness)).collect();
@@ -653,158 +584,6 @@ fn unrelated(runs: &[Evolving], index: usize) -> usize {
     let others = (1..runs.len()).map(|step| (index + step) % runs.len());
     let same = |&other: &usize| runs[other].condition == runs[index].condition;
     others.clone().find(same).or(others.clone().next()).unwrap_or(index)
-}
-
-/// Sums of distances at cycles 5, 10, .. of two lives, mm (equation 2).
-fn discrepancy<'a>(one: &'a [Record], other: &'a [Record]) -> impl Iterator<Item = f64> + 'a {
-    let pairs = one.iter().zip(other).skip(TERM).step_by(TERM);
-    pairs.scan(0.0, |sum, (a, b)| {
-        *sum += distance(a, b);
-        Some(*sum)
-    })
-}
-
-fn path_length(life: &[Record]) -> f64 {
-    moves(life).sum()
-}
-
-/// Sums over starts.
-#[derive(Default)]
-struct Sums {
-    starts: Vec<f64>,
-    repeated: Vec<f64>,
-    unrelated: Vec<f64>,
-    per_length: f64,
-    count: usize,
-}
-
-impl Sums {
-    fn add(&mut self, pair: &Pair, other: &Pair) {
-        let add = |sums: &mut Vec<f64>, values: &mut dyn Iterator<Item = f64>| {
-            for (index, value) in values.enumerate() {
-                if index == sums.len() {
-                    sums.push(0.0);
-                }
-                sums[index] += value;
-            }
-        };
-        add(&mut self.starts, &mut discrepancy(&pair.simulated, &pair.real));
-        add(&mut self.repeated, &mut discrepancy(&pair.real, &pair.again));
-        add(&mut self.unrelated, &mut discrepancy(&pair.simulated, &other.real));
-        let whole = discrepancy(&pair.simulated, &pair.real).last().unwrap_or_default();
-        // A robot that stays where it is has gone a millimetre, for the quotient's sake.
-        self.per_length += whole / path_length(&pair.simulated).max(1.0);
-        self.count += 1;
-    }
-
-    fn mean(self, shared: &Pair) -> Discrepancy {
-        let count = self.count.max(1) as f64;
-        let mean = |sums: Vec<f64>| sums.into_iter().map(|sum| sum / count).collect();
-        Discrepancy {
-            paper: discrepancy(&shared.simulated, &shared.real).collect(),
-            starts: mean(self.starts),
-            per_length: self.per_length / count,
-            repeated: mean(self.repeated),
-            unrelated: mean(self.unrelated),
-        }
-    }
-}
-
-/// Root mean square changes.
-fn effect(name: &str, with: &[Record], without: &[Record]) -> DifferenceEffect {
-    let mean = |change: &dyn Fn(&Record, &Record) -> f64| {
-        let sum: f64 = with.iter().zip(without).map(|(a, b)| change(a, b)).sum();
-        (sum / with.len() as f64).sqrt()
-    };
-    let sensors = |r: &Record| {
-        [
-            r.sensor_0, r.sensor_1, r.sensor_2, r.sensor_3, r.sensor_4, r.sensor_5, r.sensor_6, r.sensor_7,
-        ]
-    };
-    let square = |a: f32, b: f32| (f64::from(a) - f64::from(b)) * (f64::from(a) - f64::from(b));
-    DifferenceEffect {
-        name: name.into(),
-        activation: mean(&|a, b| {
-            let pairs = sensors(a).into_iter().zip(sensors(b));
-            pairs.map(|(a, b)| square(a, b)).sum::<f64>() / 8.0
-        }),
-        displacement: mean(&|a, b| square(a.x, b.x) + square(a.y, b.y)),
-        turn: mean(&|a, b| {
-            let turn = f64::from(a.heading) - f64::from(b.heading);
-            let degrees = 360.0 * (turn - (turn + 0.5).floor());
-            degrees * degrees
-        }),
-    }
-}
-
-/// The arena's cells of 50 mm, and its corners.
-struct Cells {
-    grid: Grid,
-    free: Vec<bool>,
-    corners: Vec<[f32; 2]>,
-}
-
-impl Cells {
-    fn new(spec: &WorldSpec) -> Self {
-        let grid = Grid::new(spec.arena.field);
-        let free = (0..grid.columns * grid.rows)
-            .map(|cell| {
-                let [x, y] = grid.middle(cell);
-                let start = Start::At { x, y, heading: 0.0 };
-                World::new(WorldSpec { start, ..spec.clone() }).is_ok()
-            })
-            .collect();
-        Self {
-            grid,
-            free,
-            corners: spec.arena.walls.iter().map(|wall| wall.from).collect(),
-        }
-    }
-
-    /// A life of one cycle more than it counts.
-    fn life(&self, trace: &[Record]) -> Life {
-        let lived = &trace[..trace.len() - 1];
-        let share = |which: &dyn Fn(&Record) -> bool| {
-            lived.iter().filter(|record| which(record)).count() as f64 / lived.len() as f64
-        };
-        let mut visited = vec![false; self.free.len()];
-        for record in lived {
-            visited[self.grid.cell(record)] = true;
-        }
-        let free = self.free.iter().filter(|free| **free).count();
-        let seen = visited
-            .iter()
-            .zip(&self.free)
-            .filter(|(seen, free)| **seen && **free)
-            .count();
-        let speeds: f64 = lived
-            .iter()
-            .map(|record| 0.5 * (f64::from(record.speed_left).abs() + f64::from(record.speed_right).abs()))
-            .sum();
-        Life {
-            fitness: lived.last().map_or(0.0, |record| record.fitness),
-            path: trace.iter().map(|record| [record.x, record.y]).collect(),
-            collided: share(&|record| record.collided > 0.0),
-            forwards: share(&|record| record.speed_left > 0.0 && record.speed_right > 0.0),
-            visited: seen as f64 / free.max(1) as f64,
-            speed: speeds / lived.len() as f64,
-            length: path_length(trace),
-            stuck_in_corner: self.stuck(trace),
-        }
-    }
-
-    /// Whether the last 100 cycles are spent within 100 mm of one corner, and less than 50 mm gone in them.
-    fn stuck(&self, trace: &[Record]) -> bool {
-        const NEAR: f32 = 100.0;
-        let end = &trace[trace.len().saturating_sub(PLACES)..];
-        let near = |&[x, y]: &[f32; 2]| {
-            end.iter().all(|record| {
-                let (x, y) = (record.x - x, record.y - y);
-                x * x + y * y < NEAR * NEAR
-            })
-        };
-        is_stuck(moves(end)) && self.corners.iter().any(near)
-    }
 }
 
 #[cfg(test)]

@@ -1,0 +1,69 @@
+//! Runs while they evolve, and the lives of their individuals.
+
+use oneiro::random::Key;
+
+use super::results::{Condition, Level};
+use crate::evolve::Optimizer;
+use crate::evolve::genetic::Genetic;
+use crate::reality;
+
+/// A life's place in the numbering of an individual's lives: each has random numbers of its own.
+#[derive(Clone, Copy)]
+pub(super) enum Trial {
+    Simulated,
+    SimulatedAgain,
+    Quiet,
+    Real,
+    RealAgain,
+    OtherRobot,
+    /// One of the simulated lives by whose mean a champion is chosen.
+    Appraised(u32),
+}
+
+impl Trial {
+    /// Its number, other than that of any drive between lives (`real_lives`), which have 16 to 31.
+    pub(super) fn number(self) -> u64 {
+        match self {
+            Self::Simulated => 0,
+            Self::SimulatedAgain => 1,
+            Self::Quiet => 2,
+            Self::Real => 3,
+            Self::RealAgain => 4,
+            Self::OtherRobot => 5,
+            Self::Appraised(life) => 32 + u64::from(life),
+        }
+    }
+}
+
+/// A run while it evolves.
+#[derive(Clone)]
+pub(super) struct Evolving {
+    pub(super) condition: Condition,
+    pub(super) number: u32,
+    pub(super) seed: u64,
+    pub(super) evolution: Genetic,
+    pub(super) simulated: Vec<Level>,
+    pub(super) real: Vec<Level>,
+}
+
+/// The lives of a run's present generation.
+pub(super) fn lives(run: &Evolving, trial: Trial) -> impl Iterator<Item = reality::Life<'_>> {
+    let generation = u64::from(run.evolution.generation());
+    run.evolution
+        .ask()
+        .genomes()
+        .zip(0..)
+        .map(move |(genes, individual)| reality::Life {
+            genes,
+            key: Key::rollout(run.seed, generation, individual, trial.number()),
+            start: None,
+        })
+}
+
+/// A batch's fitness, run by run.
+pub(super) fn by_run(runs: &[Evolving], fitness: Vec<f32>) -> Vec<Vec<f32>> {
+    let mut rest = fitness.into_iter();
+    runs.iter()
+        .map(|run| rest.by_ref().take(run.evolution.ask().len()).collect())
+        .collect()
+}

@@ -1,0 +1,168 @@
+//! What is measured of champions' lives and of the differences between reality and simulator.
+
+use oneiro::batch::Record;
+use oneiro::world::{Start, World, WorldSpec};
+
+use super::results::{DifferenceEffect, Discrepancy, Life};
+use crate::lives::measures::{Grid, PLACES, distance, is_stuck, moves};
+
+/// Cycles from one term of D to the next (equation 2).
+const TERM: usize = 5;
+/// A simulated and two real lives from one start.
+pub(super) struct Pair {
+    pub(super) simulated: Vec<Record>,
+    pub(super) real: Vec<Record>,
+    pub(super) again: Vec<Record>,
+}
+
+/// Sums of distances at cycles 5, 10, .. of two lives, mm (equation 2).
+fn discrepancy<'a>(one: &'a [Record], other: &'a [Record]) -> impl Iterator<Item = f64> + 'a {
+    let pairs = one.iter().zip(other).skip(TERM).step_by(TERM);
+    pairs.scan(0.0, |sum, (a, b)| {
+        *sum += distance(a, b);
+        Some(*sum)
+    })
+}
+
+fn path_length(life: &[Record]) -> f64 {
+    moves(life).sum()
+}
+
+/// Sums over starts.
+#[derive(Default)]
+pub(super) struct Sums {
+    starts: Vec<f64>,
+    repeated: Vec<f64>,
+    unrelated: Vec<f64>,
+    per_length: f64,
+    count: usize,
+}
+
+impl Sums {
+    pub(super) fn add(&mut self, pair: &Pair, other: &Pair) {
+        let add = |sums: &mut Vec<f64>, values: &mut dyn Iterator<Item = f64>| {
+            for (index, value) in values.enumerate() {
+                if index == sums.len() {
+                    sums.push(0.0);
+                }
+                sums[index] += value;
+            }
+        };
+        add(&mut self.starts, &mut discrepancy(&pair.simulated, &pair.real));
+        add(&mut self.repeated, &mut discrepancy(&pair.real, &pair.again));
+        add(&mut self.unrelated, &mut discrepancy(&pair.simulated, &other.real));
+        let whole = discrepancy(&pair.simulated, &pair.real).last().unwrap_or_default();
+        // A robot that stays where it is has gone a millimetre, for the quotient's sake.
+        self.per_length += whole / path_length(&pair.simulated).max(1.0);
+        self.count += 1;
+    }
+
+    pub(super) fn mean(self, shared: &Pair) -> Discrepancy {
+        let count = self.count.max(1) as f64;
+        let mean = |sums: Vec<f64>| sums.into_iter().map(|sum| sum / count).collect();
+        Discrepancy {
+            paper: discrepancy(&shared.simulated, &shared.real).collect(),
+            starts: mean(self.starts),
+            per_length: self.per_length / count,
+            repeated: mean(self.repeated),
+            unrelated: mean(self.unrelated),
+        }
+    }
+}
+
+/// Root mean square changes.
+pub(super) fn effect(name: &str, with: &[Record], without: &[Record]) -> DifferenceEffect {
+    let mean = |change: &dyn Fn(&Record, &Record) -> f64| {
+        let sum: f64 = with.iter().zip(without).map(|(a, b)| change(a, b)).sum();
+        (sum / with.len() as f64).sqrt()
+    };
+    let sensors = |r: &Record| {
+        [
+            r.sensor_0, r.sensor_1, r.sensor_2, r.sensor_3, r.sensor_4, r.sensor_5, r.sensor_6, r.sensor_7,
+        ]
+    };
+    let square = |a: f32, b: f32| (f64::from(a) - f64::from(b)) * (f64::from(a) - f64::from(b));
+    DifferenceEffect {
+        name: name.into(),
+        activation: mean(&|a, b| {
+            let pairs = sensors(a).into_iter().zip(sensors(b));
+            pairs.map(|(a, b)| square(a, b)).sum::<f64>() / 8.0
+        }),
+        displacement: mean(&|a, b| square(a.x, b.x) + square(a.y, b.y)),
+        turn: mean(&|a, b| {
+            let turn = f64::from(a.heading) - f64::from(b.heading);
+            let degrees = 360.0 * (turn - (turn + 0.5).floor());
+            degrees * degrees
+        }),
+    }
+}
+
+/// The arena's cells of 50 mm, and its corners.
+pub(super) struct Cells {
+    grid: Grid,
+    free: Vec<bool>,
+    corners: Vec<[f32; 2]>,
+}
+
+impl Cells {
+    pub(super) fn new(spec: &WorldSpec) -> Self {
+        let grid = Grid::new(spec.arena.field);
+        let free = (0..grid.columns * grid.rows)
+            .map(|cell| {
+                let [x, y] = grid.middle(cell);
+                let start = Start::At { x, y, heading: 0.0 };
+                World::new(WorldSpec { start, ..spec.clone() }).is_ok()
+            })
+            .collect();
+        Self {
+            grid,
+            free,
+            corners: spec.arena.walls.iter().map(|wall| wall.from).collect(),
+        }
+    }
+
+    /// A life of one cycle more than it counts.
+    pub(super) fn life(&self, trace: &[Record]) -> Life {
+        let lived = &trace[..trace.len() - 1];
+        let share = |which: &dyn Fn(&Record) -> bool| {
+            lived.iter().filter(|record| which(record)).count() as f64 / lived.len() as f64
+        };
+        let mut visited = vec![false; self.free.len()];
+        for record in lived {
+            visited[self.grid.cell(record)] = true;
+        }
+        let free = self.free.iter().filter(|free| **free).count();
+        let seen = visited
+            .iter()
+            .zip(&self.free)
+            .filter(|(seen, free)| **seen && **free)
+            .count();
+        let speeds: f64 = lived
+            .iter()
+            .map(|record| 0.5 * (f64::from(record.speed_left).abs() + f64::from(record.speed_right).abs()))
+            .sum();
+        Life {
+            fitness: lived.last().map_or(0.0, |record| record.fitness),
+            path: trace.iter().map(|record| [record.x, record.y]).collect(),
+            collided: share(&|record| record.collided > 0.0),
+            forwards: share(&|record| record.speed_left > 0.0 && record.speed_right > 0.0),
+            visited: seen as f64 / free.max(1) as f64,
+            speed: speeds / lived.len() as f64,
+            length: path_length(trace),
+            stuck_in_corner: self.stuck(trace),
+        }
+    }
+
+    /// Whether the last 100 cycles are spent within 100 mm of one corner, and less than 50 mm gone in them.
+    fn stuck(&self, trace: &[Record]) -> bool {
+        const NEAR: f32 = 100.0;
+        let end = &trace[trace.len().saturating_sub(PLACES)..];
+        let near = |&[x, y]: &[f32; 2]| {
+            end.iter().all(|record| {
+                let (x, y) = (record.x - x, record.y - y);
+                x * x + y * y < NEAR * NEAR
+            })
+        };
+        is_stuck(moves(end)) && self.corners.iter().any(near)
+    }
+}
