@@ -7,7 +7,7 @@ use clap::{Args, Parser, Subcommand, ValueHint};
 
 use crate::console::Output;
 use crate::device::Backend;
-use crate::studies::file::{ArmParser, MIGLINO1995, ODOWD2014};
+use crate::studies::{miglino1995, odowd2014};
 use crate::sweep::store::Shard;
 
 /// Evolves robot controllers in simulated lives, bit for bit the same on every device.
@@ -321,7 +321,7 @@ pub(crate) struct Sample {
     #[arg(long, value_name = "ROBOT", default_value = "surrogate:1")]
     pub(crate) robot: String,
     /// How much the surrogate differs from the simulator made from its samples, 0 to 2
-    #[arg(long, value_name = "LAMBDA", default_value_t = crate::studies::miglino1995::settings::SEVERITY)]
+    #[arg(long, value_name = "LAMBDA", default_value_t = miglino1995::settings::SEVERITY)]
     pub(crate) severity: f32,
     /// The objects to sample: wall, round, block
     #[arg(long, value_name = "OBJECT,..", value_delimiter = ',', default_value = "wall,round")]
@@ -346,89 +346,10 @@ pub(crate) struct Reproduce {
 #[derive(Debug, Subcommand)]
 pub(crate) enum Paper {
     /// Miglino, Lund and Nolfi, "Evolving mobile robots in simulated and real environments", 1995
-    Miglino1995(Miglino1995),
+    Miglino1995(miglino1995::Arguments),
     /// O'Dowd, Studley and Winfield, "The distributed co-evolution of an on-board simulator and controller for swarm
     /// robot behaviours", 2014
-    Odowd2014(Odowd2014),
-}
-
-/// `oneiro reproduce miglino1995`
-#[derive(Args, Debug)]
-pub(crate) struct Miglino1995 {
-    /// Runs of each condition, 2 to 1000 [default: 5, as in the paper]
-    #[arg(long, value_name = "N")]
-    pub(crate) runs: Option<u32>,
-    /// Seed of everything random but the robot
-    #[arg(long, value_name = "N", default_value_t = 1)]
-    pub(crate) seed: u64,
-    /// The robot to sample and to transfer to: surrogate:SEED
-    #[arg(long, value_name = "ROBOT", default_value = "surrogate:1")]
-    pub(crate) robot: String,
-    /// How much reality differs from its simulator, 0 to 2 [default: 1.75]
-    #[arg(long, value_name = "LAMBDA")]
-    pub(crate) severity: Option<f32>,
-    /// Make the simulator from recordings of a robot instead of samples: wall, round and, if wanted, motors
-    #[arg(long, value_name = "FILE,..", value_delimiter = ',', value_hint = ValueHint::FilePath)]
-    pub(crate) tables: Vec<PathBuf>,
-    /// Add the controls of the real generations, and simulators of other noise and other tables (claim C11)
-    #[arg(long)]
-    pub(crate) full: bool,
-    /// Change one of the preregistered assumptions
-    #[arg(long, value_name = "ARM", value_parser = ArmParser(&MIGLINO1995), default_value = "main")]
-    pub(crate) arm: String,
-    /// Repeat the study under each other assumption, and tabulate the claims by assumption
-    #[arg(long, conflicts_with = "arm")]
-    pub(crate) sensitivity: bool,
-    /// Instead of the study, measure the gap without noise by severity, on five other robots
-    #[arg(long, conflicts_with_all = ["runs", "robot", "severity", "tables", "out", "arm", "full", "sensitivity"])]
-    pub(crate) calibrate: bool,
-    /// The device that evaluates.
-    #[command(flatten)]
-    pub(crate) backend: Backend,
-    /// A file to take in place of the shipped experiments/miglino1995/study.toml: what the study runs, and its arms
-    #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath)]
-    pub(crate) study: Option<PathBuf>,
-    /// The study's directory. A study that was stopped continues there [default: runs/miglino1995-SEED-HASH]
-    #[arg(long, value_name = "DIR", value_hint = ValueHint::DirPath)]
-    pub(crate) out: Option<PathBuf>,
-}
-
-/// `oneiro reproduce odowd2014`
-#[derive(Args, Debug)]
-pub(crate) struct Odowd2014 {
-    /// Runs of each case, 2 to 400 [default: 10, as in the paper]
-    #[arg(long, value_name = "N")]
-    pub(crate) runs: Option<u32>,
-    /// Seed of everything random but the robots
-    #[arg(long, value_name = "N", default_value_t = 1)]
-    pub(crate) seed: u64,
-    /// Standard deviations of mutations to try [default: 2,0.2,0.02]
-    #[arg(long, value_name = "S,..", value_delimiter = ',')]
-    pub(crate) scale: Vec<f64>,
-    /// Rules to try for which simulator a robot's fitness is credited to [default: lagged,matched]
-    #[arg(long, value_name = "RULE,..", value_delimiter = ',', value_enum)]
-    pub(crate) credit: Vec<crate::swarm::record::Credit>,
-    /// Run only the paper's six cases, without the null and the interventions
-    #[arg(long)]
-    pub(crate) only_cases: bool,
-    /// Also run the open questions: number of robots, density, range
-    #[arg(long)]
-    pub(crate) questions: bool,
-    /// Change one of the preregistered assumptions
-    #[arg(long, value_name = "ARM", value_parser = ArmParser(&ODOWD2014), default_value = "main")]
-    pub(crate) arm: String,
-    /// Repeat the study under each other assumption, and tabulate the claims by assumption
-    #[arg(long, conflicts_with = "arm")]
-    pub(crate) sensitivity: bool,
-    /// The device that evaluates.
-    #[command(flatten)]
-    pub(crate) backend: Backend,
-    /// A file to take in place of the shipped experiments/odowd2014/study.toml: what the study runs, and its arms
-    #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath)]
-    pub(crate) study: Option<PathBuf>,
-    /// The study's directory. A study that was stopped continues there [default: runs/odowd2014-SEED-HASH]
-    #[arg(long, value_name = "DIR", value_hint = ValueHint::DirPath)]
-    pub(crate) out: Option<PathBuf>,
+    Odowd2014(odowd2014::Arguments),
 }
 
 /// `oneiro sweep`

@@ -11,9 +11,10 @@ use super::slurm;
 use crate::cli::{self, SweepCommand, SweepPlan, SweepRun};
 use crate::console::{Console, columns, counted};
 use crate::device;
+use crate::engine::disk;
 use crate::engine::watcher::Watcher;
 use crate::exit::{Failure, Result};
-use crate::record::{Done, RunPlace, Session, is_locked, write_whole};
+use crate::record::{Done, RunPlace, Session, is_locked};
 use crate::runs::Shown;
 use crate::sweep::estimate::{Estimate, estimates};
 use crate::sweep::file::Axis;
@@ -399,7 +400,7 @@ fn reported(dir: &Path, outcome: Option<&str>, out: Option<&Path>, console: Cons
         ("effects.csv", &page.effects_csv),
     ];
     for (name, text) in files {
-        write_whole(&out.join(name), text.as_bytes())?;
+        disk::write(&out.join(name), text.as_bytes())?;
     }
     said(console, &page.json, || {
         let files: Vec<String> = files

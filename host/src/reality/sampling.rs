@@ -9,8 +9,11 @@ use serde::Serialize;
 use serde::de::DeserializeOwned;
 
 use super::{Driven, Life, Lived, Object, Reality, Trouble, Turned, patiently};
+use crate::console::Console;
+use crate::engine::disk;
 use crate::exit::{Failure, Result};
-use crate::record::write_whole;
+use crate::progress;
+use crate::report::figures;
 
 /// Bearings of a turn.
 const BEARINGS: u32 = 180;
@@ -57,7 +60,7 @@ impl Notebook {
                     directory.display()
                 )));
             }
-            Err(_) => write_whole(&name, robot.as_bytes())?,
+            Err(_) => disk::write(&name, robot.as_bytes())?,
         }
         Ok(Self { directory: Some(rows) })
     }
@@ -74,7 +77,7 @@ impl Notebook {
         }
         let row = take()?;
         let text = serde_json::to_vec(&row).map_err(Failure::failed)?;
-        write_whole(&path, &text)?;
+        disk::write(&path, &text)?;
         Ok(row)
     }
 }
@@ -115,6 +118,29 @@ pub(crate) fn sample(
         sensors: SensorTables::new(classes),
         motors: motors(&taken),
     })
+}
+
+/// Takes the samples that are missing, and writes `CLASS.sam` and `CLASS.svg` for each object, and `motor.sam`.
+///
+/// # Errors
+/// The robot's troubles; exit 3 if the directory holds rows of another robot; exit 6 if a file can't be written.
+pub(crate) fn take(
+    reality: &mut dyn Reality,
+    objects: &[Object],
+    directory: &Path,
+    console: Console,
+) -> Result<Samples> {
+    let notebook = Notebook::open(directory, &reality.describe())?;
+    let bar = progress::rows(rows(objects), "sampling", console);
+    let samples = sample(reality, objects, &notebook, &|| bar.inc(1))?;
+    bar.finish_and_clear();
+    for table in &samples.sensors.classes {
+        disk::write(&directory.join(format!("{}.sam", table.class)), table.text().as_bytes())?;
+        let picture = figures::sensor_table(table);
+        disk::write(&directory.join(format!("{}.svg", table.class)), picture.as_bytes())?;
+    }
+    disk::write(&directory.join("motor.sam"), samples.motors.text().as_bytes())?;
+    Ok(samples)
 }
 
 /// Samples a robot without saving rows: for a simulation, which takes a second.

@@ -10,6 +10,7 @@ use oneiro::world::{Collision, Noise, Robot, World, WorldSpec};
 use super::surrogate::SurrogateRobot;
 use super::{Reality, Trouble};
 use crate::engine::handle::Engine;
+use crate::exit::Failure;
 
 /// A robot in its surroundings. Today every robot is a surrogate.
 #[derive(Clone, Debug, PartialEq)]
@@ -72,10 +73,17 @@ impl Site {
     }
 }
 
-/// The seed in a robot's address, `surrogate:SEED`, or what is wrong with the address.
-pub(crate) fn seed_of(address: &str) -> Result<u64, String> {
+/// The seed in a robot's address, `surrogate:SEED`, the value of `--robot`.
+///
+/// # Errors
+/// Exit 3 with what is wrong with the address.
+pub(crate) fn seed_of(address: &str) -> Result<u64, Failure> {
     let seed = address.strip_prefix("surrogate:").and_then(|seed| seed.parse().ok());
-    seed.ok_or_else(|| format!("{address}: no such robot; allowed: surrogate:SEED, such as surrogate:1"))
+    seed.ok_or_else(|| {
+        Failure::input(format_args!(
+            "--robot {address}: no such robot; allowed: surrogate:SEED, such as surrogate:1"
+        ))
+    })
 }
 
 #[cfg(test)]
@@ -84,7 +92,7 @@ mod tests {
 
     #[test]
     fn addresses_are_parsed() {
-        assert_eq!(seed_of("surrogate:17"), Ok(17));
+        assert_eq!(seed_of("surrogate:17").unwrap(), 17);
         for bad in [
             "surrogate",
             "surrogate:",
@@ -93,7 +101,13 @@ mod tests {
             "khepera:1",
             "",
         ] {
-            assert!(seed_of(bad).unwrap_err().contains("allowed: surrogate:SEED"), "{bad}");
+            assert!(
+                seed_of(bad)
+                    .unwrap_err()
+                    .to_string()
+                    .contains("allowed: surrogate:SEED"),
+                "{bad}"
+            );
         }
     }
 

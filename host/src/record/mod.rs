@@ -19,7 +19,6 @@ mod single;
 #[cfg(test)]
 mod tests;
 
-pub(crate) use crate::engine::disk::write as write_whole;
 pub(crate) use directories::{Directories, RunPlace};
 pub(crate) use done::{Done, result_of, verify};
 pub(crate) use meta::{Meta, Session, Status, now};

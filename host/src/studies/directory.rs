@@ -12,8 +12,8 @@ use super::claims::Claim;
 use super::file::{Arm, StudyFile};
 use super::verdicts::{Assumed, Sensitivity};
 use crate::console::{Console, columns};
+use crate::engine::disk;
 use crate::exit::{Failure, Result};
-use crate::record::write_whole;
 use crate::report::csv::Csv;
 use crate::sealed;
 
@@ -85,7 +85,7 @@ pub(super) fn reproduce<S: Reproduction>(
             }
             arms.groups.push((group.about, own));
         }
-        write_whole(&out.join("sensitivity.csv"), sensitivity(&arms).as_bytes())?;
+        disk::write(&out.join("sensitivity.csv"), sensitivity(&arms).as_bytes())?;
         write_report(&main, &out, &found, &claims, Some(&arms))?;
     }
     tell(&claims, &out, console)
@@ -102,11 +102,11 @@ fn studied<S: Reproduction>(study: &S, path: &Path, console: Console) -> Result<
     let directory = Directory::open(path, study)?;
     let found = study.run(&directory, console)?;
     let claims = study.judge(&found);
-    write_whole(&path.join("results.json"), &study.json(&found)?)?;
+    disk::write(&path.join("results.json"), &study.json(&found)?)?;
     let text = serde_json::to_vec_pretty(&claims).map_err(Failure::failed)?;
-    write_whole(&path.join("claims.json"), &text)?;
+    disk::write(&path.join("claims.json"), &text)?;
     for (name, csv) in study.csv(&found) {
-        write_whole(&path.join(name), csv.as_bytes())?;
+        disk::write(&path.join(name), csv.as_bytes())?;
     }
     write_report(study, path, &found, &claims, None)?;
     Ok((found, claims))
@@ -119,7 +119,7 @@ fn write_report<S: Reproduction>(
     claims: &[Claim],
     arms: Option<&Sensitivity>,
 ) -> Result {
-    write_whole(&path.join("report.html"), study.html(found, claims, arms).as_bytes())
+    disk::write(&path.join("report.html"), study.html(found, claims, arms).as_bytes())
 }
 
 /// Which claims hold under which assumption: a row an assumption, a column a claim.
@@ -160,7 +160,7 @@ impl Directory {
                     path.display()
                 )));
             }
-            Err(_) => write_whole(&settings, text.as_bytes())?,
+            Err(_) => disk::write(&settings, text.as_bytes())?,
         }
         let decides = format!("{text}{:?}", study.assumptions());
         Ok(Self {
@@ -191,7 +191,7 @@ impl Directory {
         if let Some(folder) = path.parent() {
             fs::create_dir_all(folder).map_err(|error| Failure::storage(folder, &error))?;
         }
-        write_whole(&path, &sealed::seal(NAME, VERSION, &self.owner, &made))?;
+        disk::write(&path, &sealed::seal(NAME, VERSION, &self.owner, &made))?;
         Ok(made)
     }
 }

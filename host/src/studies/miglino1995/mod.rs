@@ -1,6 +1,7 @@
 //! The study of Miglino, Lund and Nolfi (1995): sample a robot, evolve in the simulator made from the samples, move
 //! to reality, evolve on, and hold every claim of the paper against what came out.
 
+mod arguments;
 mod evolving;
 mod full;
 mod interpolation;
@@ -19,14 +20,13 @@ use std::time::Instant;
 use oneiro::tables::{MotorSamples, MotorStates, MotorTable, SensorTables};
 use oneiro::world::Robot;
 
-use crate::cli::Miglino1995;
-use crate::commands::sample;
+pub(crate) use self::arguments::Arguments;
 use crate::console::{Console, columns};
 use crate::engine::handle::Engine;
 use crate::exit::{Failure, Result};
 use crate::reality::Object;
 use crate::reality::sampling::{self, Averaged};
-use crate::reality::site::Site;
+use crate::reality::site::{self, Site};
 use crate::statistics::mean;
 use crate::studies::assumptions::Assumption;
 use crate::studies::claims::Claim;
@@ -44,7 +44,7 @@ const GREATEST_RUNS: u32 = 1000;
 const COHORT: u32 = 5;
 
 /// Does the whole study, or goes on with it.
-pub(crate) fn run(arguments: &Miglino1995, console: Console) -> Result {
+pub(crate) fn run(arguments: &Arguments, console: Console) -> Result {
     let evaluations = device::engine(&arguments.backend)?;
     let file = StudyFile::open(&MIGLINO1995, arguments.study.as_deref())?;
     if arguments.calibrate {
@@ -57,11 +57,11 @@ pub(crate) fn run(arguments: &Miglino1995, console: Console) -> Result {
 }
 
 /// The study that was asked for, and with `--sensitivity` under every other assumption too.
-fn whole(arguments: &Miglino1995, file: &StudyFile, evaluations: &Engine, console: Console) -> Result {
+fn whole(arguments: &Arguments, file: &StudyFile, evaluations: &Engine, console: Console) -> Result {
     if let Some(runs) = arguments.runs {
         directory::check_runs(runs, GREATEST_RUNS)?;
     }
-    let robot = sample::robot_seed(&arguments.robot)?;
+    let robot = site::seed_of(&arguments.robot)?;
     let under = |arm: &str| -> Result<Whole<'_>> {
         let mut asked = Asked {
             seed: arguments.seed,
@@ -206,8 +206,8 @@ fn sampled(settings: &Settings, evaluations: &Engine, directory: &Path, console:
     let site = settings.site();
     let mut robot = site.open(evaluations, &settings.world()).map_err(Failure::input)?;
     let samples = match settings.samples.turns {
-        1 => sample::take(&mut *robot, &objects, directory, console)?,
-        turns => sample::take(&mut Averaged::new(&mut *robot, turns), &objects, directory, console)?,
+        1 => sampling::take(&mut *robot, &objects, directory, console)?,
+        turns => sampling::take(&mut Averaged::new(&mut *robot, turns), &objects, directory, console)?,
     };
     Ok(simulated_robot(settings, samples.sensors, &samples.motors))
 }

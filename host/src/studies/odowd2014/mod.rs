@@ -1,6 +1,7 @@
 //! The study of O'Dowd, Studley and Winfield (2014): swarms whose on-board simulators evolve with their controllers, in
 //! six cases, with nulls and interventions, each claim of the paper held against what came out.
 
+mod arguments;
 mod judge;
 mod measures;
 mod report;
@@ -15,7 +16,7 @@ use oneiro::evaluator::{Control, Evaluator};
 use oneiro::foraging::{Foraging, Light};
 use oneiro::random::Key;
 
-use crate::cli::Odowd2014;
+pub(crate) use self::arguments::Arguments;
 use crate::console::Console;
 use crate::engine::handle::Engine;
 use crate::exit::{Failure, Result};
@@ -36,7 +37,7 @@ const COHORT: u32 = 10;
 const PAPERS_SECONDS: f64 = 34.0;
 
 /// Does the whole study, or goes on with it.
-pub(crate) fn run(arguments: &Odowd2014, console: Console) -> Result {
+pub(crate) fn run(arguments: &Arguments, console: Console) -> Result {
     if let Some(runs) = arguments.runs {
         directory::check_runs(runs, GREATEST_RUNS)?;
     }

@@ -1,0 +1,49 @@
+//! Arguments of `oneiro reproduce miglino1995`.
+
+use std::path::PathBuf;
+
+use clap::{Args, ValueHint};
+
+use crate::device::Backend;
+use crate::studies::file::{ArmParser, MIGLINO1995};
+
+/// `oneiro reproduce miglino1995`
+#[derive(Args, Debug)]
+pub(crate) struct Arguments {
+    /// Runs of each condition, 2 to 1000 [default: 5, as in the paper]
+    #[arg(long, value_name = "N")]
+    pub(crate) runs: Option<u32>,
+    /// Seed of everything random but the robot
+    #[arg(long, value_name = "N", default_value_t = 1)]
+    pub(crate) seed: u64,
+    /// The robot to sample and to transfer to: surrogate:SEED
+    #[arg(long, value_name = "ROBOT", default_value = "surrogate:1")]
+    pub(crate) robot: String,
+    /// How much reality differs from its simulator, 0 to 2 [default: 1.75]
+    #[arg(long, value_name = "LAMBDA")]
+    pub(crate) severity: Option<f32>,
+    /// Make the simulator from recordings of a robot instead of samples: wall, round and, if wanted, motors
+    #[arg(long, value_name = "FILE,..", value_delimiter = ',', value_hint = ValueHint::FilePath)]
+    pub(crate) tables: Vec<PathBuf>,
+    /// Add the controls of the real generations, and simulators of other noise and other tables (claim C11)
+    #[arg(long)]
+    pub(crate) full: bool,
+    /// Change one of the preregistered assumptions
+    #[arg(long, value_name = "ARM", value_parser = ArmParser(&MIGLINO1995), default_value = "main")]
+    pub(crate) arm: String,
+    /// Repeat the study under each other assumption, and tabulate the claims by assumption
+    #[arg(long, conflicts_with = "arm")]
+    pub(crate) sensitivity: bool,
+    /// Instead of the study, measure the gap without noise by severity, on five other robots
+    #[arg(long, conflicts_with_all = ["runs", "robot", "severity", "tables", "out", "arm", "full", "sensitivity"])]
+    pub(crate) calibrate: bool,
+    /// The device that evaluates.
+    #[command(flatten)]
+    pub(crate) backend: Backend,
+    /// A file to take in place of the shipped experiments/miglino1995/study.toml: what the study runs, and its arms
+    #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath)]
+    pub(crate) study: Option<PathBuf>,
+    /// The study's directory. A study that was stopped continues there [default: runs/miglino1995-SEED-HASH]
+    #[arg(long, value_name = "DIR", value_hint = ValueHint::DirPath)]
+    pub(crate) out: Option<PathBuf>,
+}

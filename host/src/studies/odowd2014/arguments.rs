@@ -1,0 +1,47 @@
+//! Arguments of `oneiro reproduce odowd2014`.
+
+use std::path::PathBuf;
+
+use clap::{Args, ValueHint};
+
+use crate::device::Backend;
+use crate::studies::file::{ArmParser, ODOWD2014};
+use crate::swarm::record::Credit;
+
+/// `oneiro reproduce odowd2014`
+#[derive(Args, Debug)]
+pub(crate) struct Arguments {
+    /// Runs of each case, 2 to 400 [default: 10, as in the paper]
+    #[arg(long, value_name = "N")]
+    pub(crate) runs: Option<u32>,
+    /// Seed of everything random but the robots
+    #[arg(long, value_name = "N", default_value_t = 1)]
+    pub(crate) seed: u64,
+    /// Standard deviations of mutations to try [default: 2,0.2,0.02]
+    #[arg(long, value_name = "S,..", value_delimiter = ',')]
+    pub(crate) scale: Vec<f64>,
+    /// Rules to try for which simulator a robot's fitness is credited to [default: lagged,matched]
+    #[arg(long, value_name = "RULE,..", value_delimiter = ',', value_enum)]
+    pub(crate) credit: Vec<Credit>,
+    /// Run only the paper's six cases, without the null and the interventions
+    #[arg(long)]
+    pub(crate) only_cases: bool,
+    /// Also run the open questions: number of robots, density, range
+    #[arg(long)]
+    pub(crate) questions: bool,
+    /// Change one of the preregistered assumptions
+    #[arg(long, value_name = "ARM", value_parser = ArmParser(&ODOWD2014), default_value = "main")]
+    pub(crate) arm: String,
+    /// Repeat the study under each other assumption, and tabulate the claims by assumption
+    #[arg(long, conflicts_with = "arm")]
+    pub(crate) sensitivity: bool,
+    /// The device that evaluates.
+    #[command(flatten)]
+    pub(crate) backend: Backend,
+    /// A file to take in place of the shipped experiments/odowd2014/study.toml: what the study runs, and its arms
+    #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath)]
+    pub(crate) study: Option<PathBuf>,
+    /// The study's directory. A study that was stopped continues there [default: runs/odowd2014-SEED-HASH]
+    #[arg(long, value_name = "DIR", value_hint = ValueHint::DirPath)]
+    pub(crate) out: Option<PathBuf>,
+}
