@@ -1,21 +1,21 @@
-//! What a study takes for granted, and where each choice is from.
+//! Assumptions of a study and the source of each.
 
 use serde::{Deserialize, Serialize};
 
 use crate::report::page::{Cell, Head, Row, table};
 
-/// A choice that the paper leaves open.
+/// A value that a study assumes.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Assumption {
-    /// Its name in the settings, such as `noise.walk_step`.
+    /// Key in the settings, such as `noise.walk_step`.
     pub(crate) name: String,
-    /// Its value, with its unit.
+    /// Value with its unit.
     pub(crate) value: String,
-    /// Where the value is from: the paper, a source, or ours.
+    /// Source of the value: the paper, another publication, or our own choice.
     pub(crate) source: String,
 }
 
-/// All of them as a table under its own heading.
+/// Formats the assumptions as a table under its own heading.
 pub(super) fn html(assumptions: &[Assumption]) -> String {
     let head = [Head::Text("Setting"), Head::Text("Value"), Head::Text("Source")];
     let rows: Vec<Row> = assumptions

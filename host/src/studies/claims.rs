@@ -1,15 +1,15 @@
-//! The claims of the papers, and what the studies say of each. What a paper says, when that counts as reproduced and which
-//! figures it prints stand in a table for each study, `experiments/*/claims.toml`, and nowhere else.
+//! The papers' claims and the studies' verdicts on them. Each claim's statement, criterion and printed figures stand in
+//! one table per study, `experiments/*/claims.toml`, and nowhere else.
 
 use std::collections::BTreeMap;
 use std::fmt;
 
 use serde::{Deserialize, Serialize};
 
-/// What the first effect of a claim is called that is judged in several combinations of settings alike.
+/// Name of a claim's first effect if the claim is judged separately in several combinations of settings.
 pub(crate) const HOLDS_IN: &str = "combinations in which it holds";
 
-/// How a claim came out.
+/// Outcome of a claim.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub(crate) enum Verdict {
@@ -34,51 +34,49 @@ impl fmt::Display for Verdict {
 /// A figure that a verdict rests on.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub(crate) struct Effect {
-    /// What it is, such as `d, no noise, noise as evolved`.
+    /// Label, such as `d, no noise, noise as evolved`.
     pub(crate) name: String,
-    /// Its value.
     pub(crate) value: f64,
-    /// The paper's own value, where it prints one.
+    /// The paper's own value, if it prints one.
     pub(crate) paper: Option<f64>,
 }
 
 /// A test of significance.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub(crate) struct Test {
-    /// What is compared, and how.
+    /// The comparison and its method.
     pub(crate) name: String,
-    /// `F`, `t`, `U` or `z`.
+    /// Statistic: `F`, `t`, `U` or `z`.
     pub(crate) statistic: String,
-    /// Its value.
+    /// Value of the statistic.
     pub(crate) value: f64,
-    /// Degrees of freedom, where it has any.
+    /// Degrees of freedom; empty if the statistic has none.
     pub(crate) degrees_of_freedom: Vec<f64>,
-    /// Probability of as much or more by chance.
+    /// Probability of a value at least as extreme under the null hypothesis.
     pub(crate) p: f64,
-    /// p after Holm's correction, over the tests that the study's preregistration names together.
+    /// p after Holm's correction over the family of tests named in the preregistration.
     pub(crate) p_holm: Option<f64>,
 }
 
 /// One claim and its verdict.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub(crate) struct Claim {
-    /// Such as `C1`.
+    /// Identifier, such as `C1`.
     pub(crate) id: String,
-    /// What the paper says.
+    /// The paper's statement.
     pub(crate) statement: String,
-    /// Where it says so.
+    /// Where the paper makes it.
     pub(crate) source: String,
-    /// When it counts as reproduced; fixed before anything was evolved.
+    /// Condition for counting as reproduced, fixed before anything was evolved.
     pub(crate) criterion: String,
-    /// What the criterion's figures are of.
+    /// Unit of analysis of the criterion's figures.
     pub(crate) unit: String,
-    /// How it came out.
     pub(crate) verdict: Verdict,
-    /// What the verdict rests on.
+    /// Figures that the verdict rests on.
     pub(crate) effects: Vec<Effect>,
-    /// Tests: the paper's, of individuals, and those of runs.
+    /// Significance tests: the paper's, over individuals, and ours, over runs.
     pub(crate) tests: Vec<Test>,
-    /// What a reader should know besides.
+    /// Remarks for the reader.
     pub(crate) remark: String,
 }
 
@@ -87,7 +85,7 @@ pub(crate) struct Claim {
 #[serde(deny_unknown_fields)]
 pub(crate) struct Preregistered {
     id: String,
-    /// The words by which the preregistration calls it.
+    /// Title in the preregistration.
     #[cfg_attr(not(test), expect(dead_code, reason = "the preregistration is held against it"))]
     title: String,
     statement: String,
@@ -96,24 +94,24 @@ pub(crate) struct Preregistered {
     unit: String,
     #[serde(default)]
     remark: String,
-    /// The paper's own figures, by the names of effects.
+    /// The paper's own figures by the name of the effect.
     #[serde(default)]
     paper: BTreeMap<String, f64>,
 }
 
-/// What is found of a claim.
+/// Evidence found for or against a claim.
 #[derive(Debug, Default)]
 pub(crate) struct Finding {
-    /// Whether its criterion holds; None if it has not the runs that are needed.
+    /// Whether its criterion holds; `None` if the runs it needs are missing.
     pub(crate) holds: Option<bool>,
     pub(crate) effects: Vec<Effect>,
     pub(crate) tests: Vec<Test>,
-    /// What a reader should know of it, besides what is always to be known.
+    /// Remark that depends on the results, in addition to the claim's fixed one.
     pub(crate) remark: String,
 }
 
 impl Finding {
-    /// Adds a figure. The paper's own comes from the table of claims.
+    /// Adds a figure. The paper's own figure comes from the table of claims.
     pub(crate) fn note(&mut self, name: impl Into<String>, value: f64) {
         self.effects.push(Effect {
             name: name.into(),
@@ -123,7 +121,7 @@ impl Finding {
     }
 }
 
-/// All claims of a table that is compiled in.
+/// Parses a compiled-in table of claims.
 pub(crate) fn criteria(table: &str) -> Vec<Preregistered> {
     #[derive(Deserialize)]
     #[serde(deny_unknown_fields)]
@@ -135,17 +133,17 @@ pub(crate) fn criteria(table: &str) -> Vec<Preregistered> {
 }
 
 impl Preregistered {
-    /// Its number among its study's claims, such as `C1`.
+    /// Identifier of the claim within its study, such as `C1`.
     pub(crate) fn id(&self) -> &str {
         &self.id
     }
 
-    /// The paper's own figure, where it prints one.
+    /// The paper's own figure, if it prints one.
     pub(crate) fn paper(&self, name: &str) -> Option<f64> {
         self.paper.get(name).copied()
     }
 
-    /// The same effects beside the paper's own figures.
+    /// Adds the paper's own figures to the effects.
     pub(crate) fn beside_the_papers(&self, effects: Vec<Effect>) -> impl Iterator<Item = Effect> {
         effects.into_iter().map(|effect| Effect {
             paper: effect.paper.or_else(|| self.paper(&effect.name)),
@@ -153,7 +151,7 @@ impl Preregistered {
         })
     }
 
-    /// The claim with its verdict; what was found has its figures beside the paper's, and remarks come after each other.
+    /// The claim with its verdict: effects stand beside the paper's figures, and remarks are joined.
     pub(crate) fn judged(&self, verdict: Verdict, finding: Finding, remark: String) -> Claim {
         Claim {
             id: self.id.clone(),
@@ -168,7 +166,7 @@ impl Preregistered {
         }
     }
 
-    /// What a reader should know besides, whatever was found.
+    /// Remark that applies whatever was found.
     pub(crate) fn remark(&self) -> &str {
         &self.remark
     }
@@ -196,7 +194,7 @@ mod tests {
         std::fs::read_to_string(docs.join(name)).unwrap()
     }
 
-    /// The rows of all tables of a document, cell by cell.
+    /// Rows of all tables in a document, split into cells.
     fn rows(document: &str) -> impl Iterator<Item = Vec<&str>> {
         let rows = document
             .lines()
@@ -204,7 +202,7 @@ mod tests {
         rows.map(|row| row.split(" | ").collect())
     }
 
-    /// Word for word, and none is missing on either side.
+    /// Criteria match the preregistration word for word, and neither side has one that the other lacks.
     #[test]
     fn criteria_are_those_that_were_preregistered() {
         for (table, name, letter) in [

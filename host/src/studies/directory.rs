@@ -1,5 +1,5 @@
-//! What all studies do alike: a directory in which what is done stays done, the study under each arm, and what is written
-//! and said of it.
+//! Code shared by all studies: a directory that keeps finished work, the study under each arm, and the files and
+//! messages it produces.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -17,48 +17,47 @@ use crate::exit::{Failure, Result};
 use crate::report::csv::Csv;
 use crate::sealed;
 
-/// What a study's directory says of it.
+/// File that records the settings of the study in a directory.
 const SETTINGS: &str = "study.json";
 
 /// A study under one arm.
 pub(super) trait Reproduction {
-    /// What it finds.
+    /// Results of the study.
     type Found;
 
-    /// What its directory says of it.
+    /// Record of the settings, kept in the directory to recognise the study again.
     fn record(&self) -> String;
 
-    /// All that is in force.
+    /// All values in force.
     fn assumptions(&self) -> Vec<Assumption>;
 
-    /// Runs it; what is kept in the directory is not run again.
+    /// Runs the study, except for results that the directory already has.
     fn run(&self, directory: &Directory, console: Console) -> Result<Self::Found>;
 
-    /// Judges the claims.
     fn judge(&self, found: &Self::Found) -> Vec<Claim>;
 
-    /// The results for programs.
+    /// The results as JSON.
     fn json(&self, found: &Self::Found) -> Result<Vec<u8>>;
 
     /// Names and contents of the CSV files.
     fn csv(&self, found: &Self::Found) -> Vec<(&'static str, String)>;
 
-    /// The report.
+    /// The report as HTML.
     fn html(&self, found: &Self::Found, claims: &[Claim], arms: Option<&Sensitivity>) -> String;
 }
 
-/// Which study a command line asks for, and where it goes.
+/// The study that the command line asks for, and its output directory.
 pub(super) struct Request<'a> {
-    /// What the study is called.
+    /// Name of the study.
     pub(super) name: &'a str,
     pub(super) seed: u64,
     pub(super) arm: &'a str,
-    /// Under each other arm, too.
+    /// Whether to repeat the study under every other arm.
     pub(super) sensitivity: bool,
     pub(super) out: Option<&'a Path>,
 }
 
-/// Does a study, or goes on with it; `under` makes it of the name of an arm.
+/// Runs or resumes a study. `under` constructs the study from the name of an arm.
 pub(super) fn reproduce<S: Reproduction>(
     request: &Request<'_>,
     file: &StudyFile,
@@ -91,13 +90,13 @@ pub(super) fn reproduce<S: Reproduction>(
     tell(&claims, &out, console)
 }
 
-/// Where a study goes whose user names no place.
+/// Default directory of a study.
 fn usual(request: &Request<'_>, study: &impl Reproduction) -> PathBuf {
     let hash = blake3::hash(study.record().as_bytes()).to_hex();
     PathBuf::from(format!("runs/{}-{}-{}", request.name, request.seed, &hash[..8]))
 }
 
-/// Does one study in its directory and writes all that there is of it.
+/// Runs one study in its directory and writes all of its files.
 fn studied<S: Reproduction>(study: &S, path: &Path, console: Console) -> Result<(S::Found, Vec<Claim>)> {
     let directory = Directory::open(path, study)?;
     let found = study.run(&directory, console)?;
@@ -122,7 +121,7 @@ fn write_report<S: Reproduction>(
     disk::write(&path.join("report.html"), study.html(found, claims, arms).as_bytes())
 }
 
-/// Which claims hold under which assumption: a row an assumption, a column a claim.
+/// Claims by assumption as CSV: one row per assumption, one column per claim.
 fn sensitivity(arms: &Sensitivity) -> String {
     let ids = arms.main.claims.iter().map(|claim| claim.id.as_str());
     let mut table = Csv::new(std::iter::once("arm").chain(ids));
@@ -136,12 +135,12 @@ fn sensitivity(arms: &Sensitivity) -> String {
 /// A study's directory.
 pub(super) struct Directory {
     path: PathBuf,
-    /// A hash of all that decides what is kept there.
+    /// Hash of everything that decides the contents of the directory.
     owner: blake3::Hash,
 }
 
 impl Directory {
-    /// Makes it, or recognises it.
+    /// Creates the directory, or checks that an existing one belongs to this study.
     fn open(path: &Path, study: &impl Reproduction) -> Result<Self> {
         let settings = path.join(SETTINGS);
         fs::create_dir_all(path).map_err(|error| Failure::storage(path, &error))?;
@@ -169,12 +168,12 @@ impl Directory {
         })
     }
 
-    /// The place of a file or a directory in it.
+    /// Path of a file or directory in it.
     pub(super) fn join(&self, name: &str) -> PathBuf {
         self.path.join(name)
     }
 
-    /// What a file of it holds, or what is made now and then kept there.
+    /// Loads a file of the directory, or makes its contents and saves them there.
     pub(super) fn kept<T: Serialize + DeserializeOwned>(
         &self,
         name: &str,
@@ -196,7 +195,7 @@ impl Directory {
     }
 }
 
-/// Refuses a number of runs that has no spread to hold a difference against, or too many.
+/// Refuses a number of runs that is too small to have a spread, or too large.
 pub(super) fn check_runs(runs: u32, most: u32) -> Result {
     if (2..=most).contains(&runs) {
         return Ok(());
@@ -206,7 +205,7 @@ pub(super) fn check_runs(runs: u32, most: u32) -> Result {
     )))
 }
 
-/// Tells the user what came out.
+/// Prints the verdicts.
 fn tell(claims: &[Claim], directory: &Path, console: Console) -> Result {
     let verdicts: Vec<Vec<String>> = claims
         .iter()

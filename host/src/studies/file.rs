@@ -1,5 +1,5 @@
-//! A study's file: what it runs, as values over those of an experiment, and its arms, which are named sets of other values.
-//! The papers' studies are compiled in; a file of the user's own can take the place of one.
+//! A study's file: the values that it changes in an experiment, and its arms, which are named sets of further changes.
+//! The papers' studies are compiled in; a user's own file can replace one.
 
 use std::borrow::Cow;
 use std::collections::BTreeMap;
@@ -15,7 +15,7 @@ use crate::exit::{Failure, Result};
 use crate::experiment::source::{Parsed, Setting, Source};
 use crate::files;
 
-/// A study that is compiled in, and the experiment that it names.
+/// A compiled-in study and the experiment that it names.
 pub(crate) struct Shipped {
     pub(crate) path: &'static str,
     pub(crate) text: &'static str,
@@ -39,19 +39,19 @@ pub(crate) const ODOWD2014: Shipped = Shipped {
     experiment: include_str!("../../../experiments/odowd2014-over.toml"),
 };
 
-/// A study's file, read from where it lies or compiled in.
+/// A study's file, read from disk or compiled in.
 pub(crate) struct StudyFile {
     shipped: &'static Shipped,
-    /// None: the one that is compiled in.
+    /// Path of the file; `None` if it is compiled in.
     path: Option<PathBuf>,
     text: Cow<'static, str>,
 }
 
 impl StudyFile {
-    /// Reads a file of the user's own, or takes the one that is compiled in.
+    /// Reads a user's own file, or takes the compiled-in one.
     ///
     /// # Errors
-    /// Exit 3 when there is no such text file.
+    /// Exit 3 if the file doesn't exist or isn't text.
     pub(crate) fn open(shipped: &'static Shipped, path: Option<&Path>) -> Result<Self> {
         let text = path.map_or(Ok(Cow::Borrowed(shipped.text)), |path| {
             files::text(path).map(Cow::Owned)
@@ -63,17 +63,18 @@ impl StudyFile {
         })
     }
 
-    /// A hash of a user's own file; none of the one that is compiled in.
+    /// Hash of a user's own file; `None` for the compiled-in one.
     pub(crate) fn own_hash(&self) -> Option<String> {
         self.path
             .is_some()
             .then(|| blake3::hash(self.text.as_bytes()).to_hex()[..16].to_owned())
     }
 
-    /// Reads the values of the file under an arm, and makes something of them that may refuse them by their place.
+    /// Reads the file's values under an arm and converts them; the conversion may refuse a value, with its place in the
+    /// file.
     ///
     /// # Errors
-    /// Exit 3: the file, line and column (or the arm), the key, what it is and what is allowed.
+    /// Exit 3: the file, line and column (or the arm), the key, the value found and the values allowed.
     pub(crate) fn under<T: for<'a> Deserialize<'a>, U>(
         &self,
         arm: &Arm,
@@ -85,12 +86,12 @@ impl StudyFile {
         make(values, &source)
     }
 
-    /// Its arms by what they are about.
+    /// The arms, grouped by subject.
     ///
     /// # Errors
     /// As [`StudyFile::under`].
     pub(crate) fn groups(&self) -> Result<Vec<Group>> {
-        /// All else is for the study to read.
+        /// The rest of the file is read by the study.
         #[derive(Deserialize)]
         struct File {
             #[serde(default)]
@@ -99,10 +100,10 @@ impl StudyFile {
         self.under(&Arm::main(), |file: File, _| Ok(file.arms))
     }
 
-    /// An arm by its name.
+    /// Finds an arm by name.
     ///
     /// # Errors
-    /// Exit 2 with the names that there are.
+    /// Exit 2 with the names of all arms.
     pub(crate) fn arm(&self, name: &str) -> Result<Arm> {
         if name == Arm::MAIN {
             return Ok(Arm::main());
@@ -117,10 +118,10 @@ impl StudyFile {
         arms.into_iter().find(|arm| arm.name == name).ok_or(unknown)
     }
 
-    /// The experiment that a file names, and where it lies; the one that is compiled in where none is named.
+    /// Path and text of the experiment that a file names, or of the compiled-in one if it names none.
     ///
     /// # Errors
-    /// Exit 3 when there is no such text file.
+    /// Exit 3 if the file doesn't exist or isn't text.
     pub(crate) fn experiment(&self, named: Option<&str>) -> Result<(PathBuf, Cow<'static, str>)> {
         match (&self.path, named) {
             (Some(study), Some(named)) => {
@@ -136,7 +137,8 @@ impl StudyFile {
     }
 }
 
-/// The name of an arm on a command line: those of a study that is compiled in are listed, a user's own file has others.
+/// Parser of an arm's name on the command line. It lists the compiled-in study's arms; a user's own file may have
+/// others.
 #[derive(Clone)]
 pub(crate) struct ArmParser(pub(crate) &'static Shipped);
 
@@ -160,7 +162,7 @@ impl TypedValueParser for ArmParser {
     }
 }
 
-/// Arms that are about one thing.
+/// Arms that vary the same subject.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct Group {
@@ -168,23 +170,23 @@ pub(crate) struct Group {
     pub(crate) arms: Vec<Arm>,
 }
 
-/// One assumption that is made otherwise.
+/// An alternative to one of the study's assumptions.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 pub(crate) struct Arm {
-    /// What it goes by on the command line and in files.
+    /// Name on the command line and in files.
     pub(crate) name: String,
-    /// What it assumes, in a line.
+    /// One-line description of the assumption.
     pub(crate) words: String,
-    /// Values of the study's file, in place of those that stand there.
+    /// Values that replace those of the study's file.
     #[serde(flatten)]
     changes: Table,
 }
 
 impl Arm {
-    /// The name of the study as it stands in its file.
+    /// Name of the unchanged study.
     pub(crate) const MAIN: &str = "main";
 
-    /// The study as it stands in its file.
+    /// The unchanged study.
     pub(crate) fn main() -> Self {
         Self {
             name: Self::MAIN.into(),
@@ -193,7 +195,7 @@ impl Arm {
         }
     }
 
-    /// Whether it changes nothing.
+    /// Whether the arm changes nothing.
     pub(crate) fn is_main(&self) -> bool {
         self.changes.is_empty()
     }
@@ -206,7 +208,8 @@ impl Arm {
             .collect()
     }
 
-    /// Rows of a report: values by their keys, each with where it is from. What the arm changed is from the arm.
+    /// Rows of the report's table of assumptions: each value by its key, with its source. For values that the arm
+    /// changes, the source is the arm.
     pub(crate) fn assumptions<'a>(
         &self,
         values: impl IntoIterator<Item = (String, String)>,
@@ -215,7 +218,7 @@ impl Arm {
         let changed: Vec<String> = leaves(&self.changes).into_iter().map(|(key, _)| key).collect();
         let own = format!("arm {}: {}", self.name, self.words);
         let rows = values.into_iter().map(|(name, value)| {
-            // All conditions' values stand below `set` there.
+            // In the study's file, the values of all conditions stand under `set`.
             let is_changed = changed
                 .iter()
                 .any(|key| *key == name || key.strip_prefix("set.") == Some(&name));
@@ -239,7 +242,7 @@ impl Arm {
     }
 }
 
-/// The values of a table and of those in it, by their dotted keys.
+/// Values of a table and its nested tables by dotted key.
 pub(crate) fn leaves(table: &Table) -> Vec<(String, Value)> {
     fn collect(table: &Table, prefix: &str, all: &mut Vec<(String, Value)>) {
         for (key, value) in table {
@@ -255,7 +258,7 @@ pub(crate) fn leaves(table: &Table) -> Vec<(String, Value)> {
     all
 }
 
-/// The values of a table that stands in a study's file under a key, as settings that say where they stand.
+/// Converts the values of a table that stands under a key of a study's file into settings that know their place.
 pub(crate) fn settings(under: &str, table: &Table, source: &Source<'_>) -> Vec<Setting> {
     let values = leaves(table).into_iter();
     values
@@ -263,7 +266,7 @@ pub(crate) fn settings(under: &str, table: &Table, source: &Source<'_>) -> Vec<S
         .collect()
 }
 
-/// The values of an experiment that decide what comes out, as readers see them, by their keys.
+/// Values of an experiment that affect results, formatted for readers, by key.
 pub(crate) fn listed(resolved: &str) -> BTreeMap<String, String> {
     let table: Table = resolved.parse().expect("a resolved experiment is TOML");
     let decides =
@@ -272,11 +275,11 @@ pub(crate) fn listed(resolved: &str) -> BTreeMap<String, String> {
     values.map(|(key, value)| (key, words(&value))).collect()
 }
 
-/// A value as readers see it: words without quotes.
+/// Formats a value for readers: strings without quotes.
 pub(crate) fn words(value: &Value) -> String {
     match value {
         Value::String(word) => word.clone(),
-        // Single precision, as it was given.
+        // In single precision, as it was written.
         Value::Float(number) => (*number as f32).to_string(),
         other => other.to_string(),
     }
@@ -289,7 +292,7 @@ mod tests {
     use super::*;
     use crate::cli::Cli;
 
-    /// What is compiled in is what lies beside each other in the repository.
+    /// Compiled-in texts are those of the repository, and studies name experiments from beside them.
     #[test]
     fn shipped_studies_name_the_experiments_that_are_compiled_in_with_them() {
         for shipped in [&MIGLINO1995, &ODOWD2014] {
@@ -305,7 +308,7 @@ mod tests {
         }
     }
 
-    /// `--help` has every arm in a line, with what it assumes.
+    /// `--help` has one line for each arm, with its assumption.
     #[test]
     fn help_lists_every_arm() {
         let mut command = Cli::command();

@@ -1,5 +1,5 @@
-//! Whole studies of papers, from one command to a report. What they run and what they claim stands in files under
-//! `experiments`; the arithmetic of judging is here.
+//! Whole studies of papers, from one command to a report. Experiments and claims stand in files under `experiments`;
+//! only the arithmetic of judging is here.
 
 pub(crate) mod assumptions;
 pub(crate) mod claims;

@@ -1,4 +1,4 @@
-//! A study's claims: all of them in a table, and each by itself with what its verdict rests on.
+//! A study's claims: a table of all of them, and each in detail with the evidence for its verdict.
 
 use crate::report::figures::escaped;
 use crate::report::numbers::{NONE, probability, shown};
@@ -9,7 +9,7 @@ use crate::studies::file::Arm;
 /// Significant digits of effects and statistics.
 const DIGITS: usize = 4;
 
-/// The verdicts at a glance.
+/// Table of all verdicts.
 pub(super) fn summary(claims: &[Claim]) -> Section {
     let introduction = paragraph(
         "Each claim has a criterion that was fixed before anything was evolved. The main effect stands beside the \
@@ -40,8 +40,8 @@ pub(super) fn summary(claims: &[Claim]) -> Section {
 }
 
 fn line(claim: &Claim) -> Vec<Cell> {
-    // What is judged in several combinations has no one of them for its main effect; else what can be held against the
-    // paper comes first.
+    // A claim judged in several combinations has no single combination as its main effect. Otherwise effects that can
+    // be compared with the paper come first.
     let effects = &claim.effects;
     let scope = effects.first().filter(|effect| effect.name.starts_with(HOLDS_IN));
     let main = scope
@@ -61,7 +61,7 @@ fn line(claim: &Claim) -> Vec<Cell> {
     ]
 }
 
-/// Claim by claim.
+/// Each claim in detail.
 pub(super) fn one_by_one(claims: &[Claim]) -> Section {
     let body = if claims.is_empty() {
         paragraph("Nothing has been judged.")
@@ -133,7 +133,7 @@ fn test(test: &Test) -> Row {
     .into()
 }
 
-/// Degrees of freedom one after the other.
+/// Degrees of freedom, separated by commas.
 pub(super) fn degrees_of_freedom(test: &Test) -> String {
     let degrees: Vec<String> = test.degrees_of_freedom.iter().map(|&df| shown(df, DIGITS)).collect();
     if degrees.is_empty() {
@@ -155,20 +155,20 @@ pub(crate) struct Assumed {
 
 /// The claims under every assumption.
 pub(crate) struct Sensitivity {
-    /// A study's own.
+    /// The study's own arm.
     pub(crate) main: Assumed,
-    /// Others by what they are about.
+    /// Other arms by subject.
     pub(crate) groups: Vec<(String, Vec<Assumed>)>,
 }
 
 impl Sensitivity {
-    /// All of them, a study's own first.
+    /// All arms, the study's own first.
     pub(crate) fn all(&self) -> impl Iterator<Item = &Assumed> + Clone {
         std::iter::once(&self.main).chain(self.groups.iter().flat_map(|(_, group)| group))
     }
 }
 
-/// Which claims hold under which assumption.
+/// Table of verdicts by assumption.
 pub(super) fn by_assumption(arms: &Sensitivity) -> Section {
     let Sensitivity { main, groups } = arms;
     let mut head = vec![Head::Text("Assumption")];
@@ -220,7 +220,7 @@ fn assumed(one: &Assumed) -> Row {
     }
 }
 
-/// A verdict's colour behind words.
+/// Words on a verdict's background colour.
 fn chip(verdict: Verdict, words: &str) -> String {
     format!("<span class=\"chip {}\">{words}</span>", class(verdict))
 }

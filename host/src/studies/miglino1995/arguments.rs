@@ -37,7 +37,7 @@ pub(crate) struct Arguments {
     /// Instead of the study, measure the gap without noise by severity, on five other robots
     #[arg(long, conflicts_with_all = ["runs", "robot", "severity", "tables", "out", "arm", "full", "sensitivity"])]
     pub(crate) calibrate: bool,
-    /// The device that evaluates.
+    /// Device that evaluates.
     #[command(flatten)]
     pub(crate) backend: Backend,
     /// A file to take in place of the shipped experiments/miglino1995/study.toml: what the study runs, and its arms

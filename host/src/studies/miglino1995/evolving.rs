@@ -1,4 +1,4 @@
-//! Runs while they evolve, and the lives of their individuals.
+//! Runs in progress and the lives of their individuals.
 
 use oneiro::random::Key;
 
@@ -7,7 +7,7 @@ use crate::evolve::Optimizer;
 use crate::evolve::genetic::Genetic;
 use crate::reality;
 
-/// A life's place in the numbering of an individual's lives: each has random numbers of its own.
+/// Identifies one life of an individual; each has random numbers of its own.
 #[derive(Clone, Copy)]
 pub(super) enum Trial {
     Simulated,
@@ -16,12 +16,12 @@ pub(super) enum Trial {
     Real,
     RealAgain,
     OtherRobot,
-    /// One of the simulated lives by whose mean a champion is chosen.
+    /// One of the simulated lives whose mean decides the champion.
     Appraised(u32),
 }
 
 impl Trial {
-    /// Its number, other than that of any drive between lives (`real_lives`), which have 16 to 31.
+    /// Number of the life. 16 to 31 are taken by the drives between lives (`real_lives`).
     pub(super) fn number(self) -> u64 {
         match self {
             Self::Simulated => 0,
@@ -35,7 +35,7 @@ impl Trial {
     }
 }
 
-/// A run while it evolves.
+/// A run in progress.
 #[derive(Clone)]
 pub(super) struct Evolving {
     pub(super) condition: Condition,
@@ -46,7 +46,7 @@ pub(super) struct Evolving {
     pub(super) real: Vec<Level>,
 }
 
-/// The lives of a run's present generation.
+/// Lives of a run's current generation.
 pub(super) fn lives(run: &Evolving, trial: Trial) -> impl Iterator<Item = reality::Life<'_>> {
     let generation = u64::from(run.evolution.generation());
     run.evolution
@@ -60,7 +60,7 @@ pub(super) fn lives(run: &Evolving, trial: Trial) -> impl Iterator<Item = realit
         })
 }
 
-/// A batch's fitness, run by run.
+/// Splits a batch's fitness by run.
 pub(super) fn by_run(runs: &[Evolving], fitness: Vec<f32>) -> Vec<Vec<f32>> {
     let mut rest = fitness.into_iter();
     runs.iter()

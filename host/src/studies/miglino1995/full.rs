@@ -1,4 +1,4 @@
-//! What `--full` adds: the study's first half again in other simulators, each tested in the same reality.
+//! The additions of `--full`: the study's simulated half repeated in other simulators, each tested in the same reality.
 
 use std::sync::Arc;
 
@@ -10,7 +10,7 @@ use super::settings::{Settings, Tables};
 use super::study::Study;
 use crate::exit::Result;
 
-/// Readings half way between two robots'.
+/// Averages the readings of two robots.
 fn average(one: &SensorTables, other: &SensorTables) -> SensorTables {
     let table = |table: &SensorTable| {
         let other = other.class(&table.class).map(|class| &other.classes[class]);
@@ -26,7 +26,8 @@ fn average(one: &SensorTables, other: &SensorTables) -> SensorTables {
     SensorTables::new(one.classes.iter().map(table).collect())
 }
 
-/// Evolves in each other simulator and tests the transferred generation in reality: the means of each run.
+/// Evolves in each other simulator and tests the transferred generation in reality; returns the mean fitness of each
+/// run.
 pub(crate) fn variants(settings: &Settings, study: &Study<'_>, own: &Robot, other: &Robot) -> Result<Vec<Variant>> {
     let averaged = Robot {
         sensors: Arc::new(average(&own.sensors, &other.sensors)),
@@ -67,8 +68,8 @@ pub(crate) fn variants(settings: &Settings, study: &Study<'_>, own: &Robot, othe
 
 #[cfg(test)]
 mod tests {
-    /// As the kernels fold a walk back, from anywhere within its range a step of up to twice the range ends evenly
-    /// spread over it.
+    /// The kernels reflect a walk at the ends of its range, so a step of up to twice the range, from anywhere, ends
+    /// uniformly distributed over it.
     #[test]
     fn the_greatest_step_forgets_where_it_was() {
         const RANGE: f64 = 30.0;

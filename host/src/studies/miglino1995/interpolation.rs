@@ -1,15 +1,15 @@
-//! Sampled tables made finer. A simulator looks its tables up by truncation; in a table that was interpolated at so
-//! many more points that comes close to interpolating at each look-up.
+//! Refinement of sampled tables. A simulator looks its tables up by truncation; with enough interpolated points in
+//! between, that approximates interpolation at every lookup.
 
 use oneiro::tables::{SENSORS, SensorTable, SensorTables};
 
-/// Points of the finer table for one of the samples, in distance and in bearing: 0.5 mm and 0.5 degrees where the
-/// samples stand 2 mm and 2 degrees apart.
+/// Points of the finer table per sample, in distance and in bearing: 0.5 mm and 0.5 degrees if samples are 2 mm and 2
+/// degrees apart.
 const FINER: u32 = 4;
 
-/// The same tables with [`FINER`] times the rows and bearings, bilinear between the points that were sampled. These keep
-/// their readings; points of view stay apart. Beyond the last row, where nothing was sampled to go on to, its readings
-/// hold as far as they did.
+/// Refines tables to [`FINER`] times the rows and bearings by bilinear interpolation. Sampled points keep their
+/// readings, and points of view aren't mixed. Beyond the last row, where there is no next sample to interpolate to, its
+/// readings hold as far as before.
 pub(crate) fn interpolated(tables: &SensorTables) -> SensorTables {
     SensorTables {
         classes: tables.classes.iter().map(finer).collect(),
@@ -32,8 +32,8 @@ fn finer(table: &SensorTable) -> SensorTable {
     }
 }
 
-/// From a point of view the readings at a point of the finer table: the mean of the four samples around it, by how near
-/// they are. It is reckoned in whole numbers and rounded once, halves up, so that it is the same on all machines.
+/// Readings from one point of view at a point of the finer table: the mean of the four surrounding samples, weighted by
+/// proximity. Computed in integers and rounded once, halves up, so that all machines agree.
 fn between(table: &SensorTable, view: u32, row: u32, bearing: u32) -> [u16; SENSORS] {
     let here = [row / FINER, bearing / FINER];
     let next = [(here[0] + 1).min(table.rows - 1), (here[1] + 1) % table.bearings];
@@ -61,7 +61,7 @@ fn between(table: &SensorTable, view: u32, row: u32, bearing: u32) -> [u16; SENS
 mod tests {
     use super::*;
 
-    /// Three rows of four bearings, readings apart from one another.
+    /// Three rows of four bearings with distinct readings.
     fn table() -> SensorTable {
         let reading = |cell: u16, sensor: u16| (cell * 83 + sensor * 11) % 1024;
         SensorTable {
@@ -101,7 +101,7 @@ mod tests {
         let table = table();
         let finer = finer(&table);
         let at = |row: usize, bearing: usize| finer.readings[row * 16 + bearing][0];
-        // The corners of the first square: 0 and 83, and 332 and 415 a row further.
+        // The corners of the first square are 0 and 83, and in the next row 332 and 415.
         assert_eq!([at(0, 0), at(0, 1), at(0, 2), at(0, 3), at(0, 4)], [0, 21, 42, 62, 83]);
         assert_eq!([at(1, 0), at(2, 0), at(3, 0), at(4, 0)], [83, 166, 249, 332]);
         assert_eq!(at(2, 2), 208, "the mean of all four, 207.5, rounded");
@@ -132,7 +132,7 @@ mod tests {
         let table = table();
         let finer = finer(&table);
         let at = |row: usize, bearing: usize| finer.readings[row * 16 + bearing][0];
-        // From the last bearing, 249, back to the first, 0.
+        // Wraps from the last bearing, 249, to the first, 0.
         assert_eq!([at(0, 12), at(0, 14), at(0, 15)], [249, 125, 62]);
         for row in 9..12 {
             assert_eq!(at(row, 0), at(8, 0), "row {row}");

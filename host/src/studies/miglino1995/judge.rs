@@ -12,20 +12,20 @@ use crate::studies::claims::{Claim, Effect, Finding, Preregistered, Test, criter
 
 use Condition::{Conservative, None as Without, Sensor};
 
-/// Tests over runs have this in their names; Holm's correction is over them.
+/// Part of the name of each test over runs; Holm's correction covers these tests.
 const RUNS: &str = ": runs, ";
 
-/// Runs of a condition in the paper, whose F has 1 and 998 degrees of freedom for it.
+/// Runs of a condition in the paper, giving its F 1 and 998 degrees of freedom.
 const PAPERS_RUNS: usize = 5;
-/// So many sets of five are drawn out of more runs.
+/// Number of sets of five drawn if there are more runs.
 const SETS: usize = 2000;
-/// What such sets are for.
+/// Explanation of these sets for the reader.
 const OF_SETS: &str = "Sets of five runs, drawn out of all, show what a study of the paper's size would find; of all runs pooled any \
      difference is significant";
-/// The paper's level of significance.
+/// The paper's significance level.
 const LEVEL: f64 = 0.01;
 
-/// Every claim, C1 to C12.
+/// Judges all claims, C1 to C12.
 pub(crate) fn judge(results: &Results, sensors: &SensorTables) -> Vec<Claim> {
     let mut claims: Vec<Claim> = criteria(MIGLINO1995_CLAIMS)
         .iter()
@@ -46,7 +46,7 @@ pub(crate) fn judge(results: &Results, sensors: &SensorTables) -> Vec<Claim> {
     claims
 }
 
-/// Holm's correction over all tests of runs.
+/// Applies Holm's correction to all tests over runs.
 fn correct(claims: &mut [Claim]) {
     let tests = || claims.iter().flat_map(|claim| &claim.tests);
     let ps: Vec<f64> = tests()
@@ -70,12 +70,12 @@ fn mean_of(values: &[f32]) -> f64 {
     mean(&widened(values).collect::<Vec<_>>())
 }
 
-/// All individuals of some runs.
+/// Fitness of all individuals of some runs.
 fn pooled(runs: &[&Run], lives: Lives) -> Vec<f64> {
     runs.iter().flat_map(|run| widened(lives(run))).collect()
 }
 
-/// C3's order of the sizes of d: no noise, sensor noise, conservative noise.
+/// Whether the sizes of d (no noise, sensor noise, conservative noise) are in C3's order.
 fn in_order([none, sensor, conservative]: [f64; 3]) -> bool {
     sensor > none && none > conservative
 }
@@ -85,13 +85,13 @@ fn in_order_and_small(sizes: [f64; 3]) -> bool {
     in_order(sizes) && sizes[2] < 0.2
 }
 
-/// One of a run's controls.
+/// Selects one of a run's controls.
 type Control = fn(&Controls) -> f64;
 
-/// One of a champion's sums of distances.
+/// Selects one of a champion's sums of distances.
 type Sums = fn(&Run) -> &Vec<f64>;
 
-/// Which fitness of a run's individuals.
+/// Selects the lives whose fitness is meant.
 type Lives = fn(&Run) -> &[f32];
 
 const SIMULATED: Lives = |run| &run.transferred.simulated;
@@ -99,7 +99,7 @@ const QUIET: Lives = |run| &run.transferred.quiet;
 const REAL: Lives = |run| &run.transferred.real;
 const LAST: Lives = |run| &run.last;
 
-/// Which figure of a generation.
+/// Selects a figure of a generation.
 type Figure = fn(&Level) -> f64;
 
 const PEAK: Figure = |level| level.peak;
@@ -137,27 +137,27 @@ impl Judged<'_> {
         self.results.runs.iter().filter(move |run| run.condition == condition)
     }
 
-    /// A figure of each run of a condition.
+    /// One figure for each run of a condition.
     fn each(&self, condition: Condition, figure: impl Fn(&Run) -> f64) -> Vec<f64> {
         self.runs(condition).map(figure).collect()
     }
 
-    /// The mean of a figure over a condition's runs.
+    /// Mean of a figure over a condition's runs.
     fn mean(&self, condition: Condition, figure: impl Fn(&Run) -> f64) -> f64 {
         mean(&self.each(condition, figure))
     }
 
-    /// All individuals of a condition's runs.
+    /// Fitness of all individuals of a condition's runs.
     fn pooled(&self, condition: Condition, lives: Lives) -> Vec<f64> {
         pooled(&self.runs(condition).collect::<Vec<_>>(), lives)
     }
 
-    /// d of all individuals, one life against another.
+    /// Cohen's d between two lives over all individuals of a condition.
     fn d(&self, condition: Condition, one: Lives, other: Lives) -> f64 {
         cohens_d(&self.pooled(condition, one), &self.pooled(condition, other)).unwrap_or(f64::NAN)
     }
 
-    /// The paper's analysis of variance over individuals, the same question of runs, and a mixed model.
+    /// The paper's analysis of variance over individuals, the same comparison over runs, and a mixed model.
     fn compared(&self, condition: Condition, what: &str, one: Lives, other: Lives) -> Vec<Test> {
         let title = condition.title();
         let mut tests = Vec::new();
@@ -206,8 +206,8 @@ impl Judged<'_> {
         tests
     }
 
-    /// Sets of as many runs as the paper has, drawn without putting back out of a condition's: always the same ones.
-    /// None where there are no more runs than that.
+    /// Draws sets of as many runs as the paper has from a condition's runs, without replacement and always the same
+    /// ones. Empty if there are no more runs than that.
     fn sets(&self, condition: Condition) -> Vec<Vec<&Run>> {
         let runs: Vec<&Run> = self.runs(condition).collect();
         if runs.len() <= PAPERS_RUNS {
@@ -220,8 +220,8 @@ impl Judged<'_> {
             .collect()
     }
 
-    /// What the paper's analysis of variance comes to in sets of five runs. Of all runs pooled it would find any
-    /// difference significant.
+    /// Adds the outcome of the paper's analysis of variance in sets of five runs. Pooled over all runs it would find
+    /// any difference significant.
     fn paper_sized(&self, finding: &mut Finding, condition: Condition, one: Lives, other: Lives) {
         let anovas: Vec<_> = self
             .sets(condition)
@@ -252,8 +252,8 @@ impl Judged<'_> {
         OF_SETS.clone_into(&mut finding.remark);
     }
 
-    /// In how many sets of five runs the gaps of C3 come in its order, and in how many its criterion holds: how often a
-    /// study of the paper's size would say so.
+    /// Adds the shares of sets of five runs in which the gaps have C3's order and fulfil its criterion: the power of a
+    /// study of the paper's size.
     fn power(&self, finding: &mut Finding) {
         let gaps = Condition::ALL.map(|condition| -> Vec<f64> {
             let gap =
@@ -275,7 +275,7 @@ impl Judged<'_> {
         finding.note(name("the criterion holds"), share(in_order_and_small));
     }
 
-    /// One figure of the runs of two conditions.
+    /// Compares a figure between the runs of two conditions.
     fn between(&self, name: &str, conditions: [Condition; 2], figure: impl Fn(&Run) -> f64) -> Option<Test> {
         let [a, b] = conditions.map(|condition| self.each(condition, &figure));
         let test = student_t(&a, &b).ok()?;
@@ -558,7 +558,7 @@ impl Judged<'_> {
             run.champion.mean.unwrap_or_else(best_life)
         });
         let middle = median(&champions);
-        // One that was chosen by its mean is known by that, as the controller made by hand is.
+        // A champion chosen by its mean is represented by that mean, like the handmade controller.
         let by_mean = self.results.runs.iter().any(|run| run.champion.mean.is_some());
         let fitness = if by_mean {
             "the mean that it was chosen by"
@@ -624,7 +624,7 @@ impl Judged<'_> {
     }
 }
 
-/// How far the best individuals by simulated fitness fall in lives that they were not chosen by.
+/// Mean gap, simulated minus real, in fresh lives of the individuals with the best simulated fitness.
 fn best_again(run: &Run, parents: usize) -> f64 {
     let own = &run.transferred;
     let mut ranking: Vec<usize> = (0..own.simulated.len()).collect();
@@ -637,7 +637,7 @@ fn best_again(run: &Run, parents: usize) -> f64 {
     mean(&falls)
 }
 
-/// For each sensor the gap at which its greatest reading of any bearing falls through one half, mm.
+/// For each sensor, the gap in mm at which its greatest reading over all bearings falls below one half.
 fn half_gaps(table: &SensorTable) -> Vec<f64> {
     let half = f64::from(GREATEST_READING) / 2.0;
     let bearings = table.bearings as usize;
@@ -677,7 +677,7 @@ mod tests {
         effects.map(|effect| (effect.name.clone(), effect.value)).collect()
     }
 
-    /// So many copies of each condition's first run.
+    /// Copies each condition's first run `count` times.
     fn copies(count: u32) -> Results {
         let mut results = results(1);
         let firsts = results.runs.clone();
@@ -695,7 +695,7 @@ mod tests {
         }
     }
 
-    /// Any five of equal runs give the F that five of them give.
+    /// Any five of several equal runs give the F of five of them.
     #[test]
     fn sets_of_equal_runs_all_give_the_papers_test() {
         for id in ["C3", "C6"] {
@@ -721,11 +721,11 @@ mod tests {
             .filter(|(name, _)| name.contains("share"))
             .map(|(_, share)| share)
             .collect();
-        // The made-up gaps are 60, 110 and 5: two are found and one not, and they come in the order.
+        // The made-up gaps are 60, 110 and 5: two are found, one isn't, and they are in order.
         assert_eq!(shares, [1.0, 1.0, 0.0, 1.0, 1.0]);
     }
 
-    /// Going to and fro scores 300 here, single lives of champions score more, and their means less.
+    /// Going to and fro scores 300 here; champions' single lives score more, their means less.
     #[test]
     fn champions_are_measured_by_what_they_were_chosen_by() {
         let mut by_life = results(5);

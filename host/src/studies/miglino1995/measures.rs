@@ -1,4 +1,4 @@
-//! What is measured of champions' lives and of the differences between reality and simulator.
+//! Measures of champions' lives and of the differences between reality and simulator.
 
 use oneiro::batch::Record;
 use oneiro::world::{Start, World, WorldSpec};
@@ -6,16 +6,16 @@ use oneiro::world::{Start, World, WorldSpec};
 use super::results::{DifferenceEffect, Discrepancy, Life};
 use crate::lives::measures::{Grid, PLACES, distance, is_stuck, moves};
 
-/// Cycles from one term of D to the next (equation 2).
+/// Cycles between terms of D (equation 2).
 const TERM: usize = 5;
-/// A simulated and two real lives from one start.
+/// One simulated and two real lives from the same start.
 pub(super) struct Pair {
     pub(super) simulated: Vec<Record>,
     pub(super) real: Vec<Record>,
     pub(super) again: Vec<Record>,
 }
 
-/// Sums of distances at cycles 5, 10, .. of two lives, mm (equation 2).
+/// Cumulative distances between two lives at cycles 5, 10, .. in mm (equation 2).
 fn discrepancy<'a>(one: &'a [Record], other: &'a [Record]) -> impl Iterator<Item = f64> + 'a {
     let pairs = one.iter().zip(other).skip(TERM).step_by(TERM);
     pairs.scan(0.0, |sum, (a, b)| {
@@ -52,7 +52,7 @@ impl Sums {
         add(&mut self.repeated, &mut discrepancy(&pair.real, &pair.again));
         add(&mut self.unrelated, &mut discrepancy(&pair.simulated, &other.real));
         let whole = discrepancy(&pair.simulated, &pair.real).last().unwrap_or_default();
-        // A robot that stays where it is has gone a millimetre, for the quotient's sake.
+        // A robot that doesn't move counts as having gone 1 mm, which avoids a division by zero.
         self.per_length += whole / path_length(&pair.simulated).max(1.0);
         self.count += 1;
     }
@@ -70,7 +70,7 @@ impl Sums {
     }
 }
 
-/// Root mean square changes.
+/// Root mean square changes of activations, position and heading.
 pub(super) fn effect(name: &str, with: &[Record], without: &[Record]) -> DifferenceEffect {
     let mean = |change: &dyn Fn(&Record, &Record) -> f64| {
         let sum: f64 = with.iter().zip(without).map(|(a, b)| change(a, b)).sum();
@@ -121,7 +121,7 @@ impl Cells {
         }
     }
 
-    /// A life of one cycle more than it counts.
+    /// Measures a life from a trace with one cycle more than the life counts.
     pub(super) fn life(&self, trace: &[Record]) -> Life {
         let lived = &trace[..trace.len() - 1];
         let share = |which: &dyn Fn(&Record) -> bool| {
@@ -153,7 +153,7 @@ impl Cells {
         }
     }
 
-    /// Whether the last 100 cycles are spent within 100 mm of one corner, and less than 50 mm gone in them.
+    /// Whether the robot spends the last 100 cycles within 100 mm of one corner and moves less than 50 mm in them.
     fn stuck(&self, trace: &[Record]) -> bool {
         const NEAR: f32 = 100.0;
         let end = &trace[trace.len().saturating_sub(PLACES)..];

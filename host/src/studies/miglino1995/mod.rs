@@ -1,5 +1,5 @@
-//! The study of Miglino, Lund and Nolfi (1995): sample a robot, evolve in the simulator made from the samples, move
-//! to reality, evolve on, and hold every claim of the paper against what came out.
+//! The study of Miglino, Lund and Nolfi (1995): sample a robot, evolve in a simulator made from the samples, transfer
+//! to reality, continue evolving there, and test every claim of the paper.
 
 mod arguments;
 mod evolving;
@@ -38,12 +38,12 @@ use results::{Results, Run, Variant};
 use settings::{Asked, Calibration, Settings};
 use study::Study;
 
-/// Runs of a condition that a study may have.
+/// Most runs of a condition.
 const GREATEST_RUNS: u32 = 1000;
-/// Runs of a condition that advance together and are kept together.
+/// Runs of a condition that advance, and are saved, together.
 const COHORT: u32 = 5;
 
-/// Does the whole study, or goes on with it.
+/// Runs or resumes the whole study.
 pub(crate) fn run(arguments: &Arguments, console: Console) -> Result {
     let evaluations = device::engine(&arguments.backend)?;
     let file = StudyFile::open(&MIGLINO1995, arguments.study.as_deref())?;
@@ -56,7 +56,7 @@ pub(crate) fn run(arguments: &Arguments, console: Console) -> Result {
     Ok(())
 }
 
-/// The study that was asked for, and with `--sensitivity` under every other assumption too.
+/// The requested study, and with `--sensitivity` the study under every other arm too.
 fn whole(arguments: &Arguments, file: &StudyFile, evaluations: &Engine, console: Console) -> Result {
     if let Some(runs) = arguments.runs {
         directory::check_runs(runs, GREATEST_RUNS)?;
@@ -92,7 +92,7 @@ fn whole(arguments: &Arguments, file: &StudyFile, evaluations: &Engine, console:
     directory::reproduce(&request, file, under, console)
 }
 
-/// A study under one arm, with the robot of recordings if there are any.
+/// A study under one arm, with a recorded robot if recordings are given.
 struct Whole<'a> {
     settings: Settings,
     recordings: Option<Robot>,
@@ -100,7 +100,7 @@ struct Whole<'a> {
 }
 
 impl Reproduction for Whole<'_> {
-    /// The sampled sensors, and what came of them.
+    /// The sampled sensors, and the results of the study that used them.
     type Found = (Arc<SensorTables>, Results);
 
     fn record(&self) -> String {
@@ -171,7 +171,7 @@ impl Reproduction for Whole<'_> {
     }
 }
 
-/// The robot of recordings, if there are any.
+/// The recorded robot, if recordings are given.
 fn recordings(paths: &[PathBuf], states: MotorStates, console: Console) -> Result<Option<Robot>> {
     if paths.is_empty() {
         return Ok(None);
@@ -193,14 +193,14 @@ fn recordings(paths: &[PathBuf], states: MotorStates, console: Console) -> Resul
     }))
 }
 
-/// Hashes of what a robot was recorded to do.
+/// Hashes of a robot's recordings.
 fn hashes(robot: &Robot) -> Vec<String> {
     let hash = |text: String| blake3::hash(text.as_bytes()).to_hex()[..16].to_owned();
     let sensors = robot.sensors.classes.iter().map(|table| hash(table.text()));
     sensors.chain([hash(format!("{:?}", robot.motors.cells))]).collect()
 }
 
-/// The robot of the surrogate's samples.
+/// The simulated robot made from the surrogate's samples.
 fn sampled(settings: &Settings, evaluations: &Engine, directory: &Path, console: Console) -> Result<Robot> {
     let objects = Object::of_the_paper();
     let site = settings.site();
@@ -212,7 +212,7 @@ fn sampled(settings: &Settings, evaluations: &Engine, directory: &Path, console:
     Ok(simulated_robot(settings, samples.sensors, &samples.motors))
 }
 
-/// The robot of a simulator that is made from samples.
+/// A simulated robot made from samples.
 fn simulated_robot(settings: &Settings, sensors: SensorTables, motors: &MotorSamples) -> Robot {
     let motors = MotorTable::new(motors, settings.states());
     Robot {
@@ -222,7 +222,7 @@ fn simulated_robot(settings: &Settings, sensors: SensorTables, motors: &MotorSam
     }
 }
 
-/// Samples of a robot of which nothing is kept, and the robot of the simulator made from them.
+/// Samples a robot without saving the samples, and makes the simulated robot from them.
 fn sampled_unkept(settings: &Settings, site: &Site, evaluations: &Engine) -> Result<Robot> {
     let mut robot = site.open(evaluations, &settings.world()).map_err(Failure::input)?;
     let mut averaged = Averaged::new(&mut *robot, settings.samples.turns);
@@ -230,13 +230,13 @@ fn sampled_unkept(settings: &Settings, site: &Site, evaluations: &Engine) -> Res
     Ok(simulated_robot(settings, samples.sensors, &samples.motors))
 }
 
-/// The study's first half in other simulators.
+/// The study's simulated half in other simulators.
 fn variants(settings: &Settings, study: &Study<'_>, own: &Robot, evaluations: &Engine) -> Result<Vec<Variant>> {
     let other = sampled_unkept(settings, &settings.other_site(), evaluations)?;
     full::variants(settings, study, own, &other)
 }
 
-/// All runs, some at a time; those that were kept are not run again.
+/// All runs, one cohort at a time; saved ones aren't run again.
 fn cohorts(
     settings: &Settings,
     study: &Study<'_>,
@@ -246,7 +246,7 @@ fn cohorts(
 ) -> Result<Vec<Run>> {
     let mut runs: Vec<Run> = Vec::new();
     let life = u64::from(settings.world().cycles) * u64::from(settings.evolution().population);
-    // A generation a generation, and the transferred one some times more.
+    // One step per generation, a few more for the transferred one.
     let generations = settings.evolution().generations + 5 + settings.champion.lives;
     let steps = 3 * u64::from(settings.runs) * u64::from(generations) * life + evaluations.control.steps();
     progress::watched(steps, "evolving", console, &evaluations.control, || -> Result {
@@ -259,7 +259,7 @@ fn cohorts(
     Ok(runs)
 }
 
-/// The gap between simulation and reality without noise, by severity: what the severity is chosen by.
+/// Measures the gap between simulation and reality without noise by severity; the severity was chosen from it.
 fn calibrate(file: &StudyFile, seed: u64, evaluations: &Engine, console: Console) -> Result {
     let of = |robot: u64, severity: Option<f32>| {
         let asked = Asked {

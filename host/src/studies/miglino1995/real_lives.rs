@@ -1,5 +1,5 @@
-//! Real lives, and where each of them starts. As preregistered the robot is carried to a fresh place for each; in other
-//! arms its lives follow one another, as those of a robot that nobody picks up.
+//! Real lives and their starts. As preregistered, the robot is carried to a fresh place for each life; in other arms
+//! its lives follow one another, as for a robot that nobody picks up.
 
 use oneiro::random::{Key, pcg4d};
 use oneiro::world::{Start, World, WorldSpec};
@@ -12,30 +12,30 @@ use crate::exit::Result;
 use crate::reality::site::Site;
 use crate::reality::{Life, Lived, Reality, patiently};
 
-/// Cycles of 100 ms that a robot drives about between two lives.
+/// Cycles of 100 ms for which a robot drives about between two lives.
 const WALK: u32 = 100;
-/// Lives between lives are numbered from here on among an individual's lives.
+/// First number of the drives between lives among an individual's lives.
 const WALKS: u64 = 16;
 
-/// A robot that lives the lives of some runs: one after the other within a run, and all runs beside one another, as
-/// if each had an arena to itself.
+/// A robot that lives the lives of several runs: one after another within a run, and all runs in parallel, as if each
+/// had its own arena.
 pub(crate) struct RealLives<'a> {
     starts: RealStarts,
     robot: Box<dyn Reality + 'a>,
-    /// The same robot, for [`WALK`] cycles.
+    /// The same robot with lives of [`WALK`] cycles.
     walker: Box<dyn Reality + 'a>,
     world: WorldSpec,
-    /// Where the last life of each run stopped: x and y in mm, heading in turns. None: nowhere yet, or where the body
-    /// touches an object by a rounding, from where no life can start. The next life then starts at a fresh free pose; in
-    /// 33,000 lives this did not happen once.
+    /// Where the last life of each run stopped: x and y in mm, heading in turns. `None` before the first life, or if
+    /// rounding leaves the body touching an object, where no life can start. The next life then starts at a fresh free
+    /// pose; in 33,000 lives this never happened.
     places: Vec<Option<[f32; 3]>>,
 }
 
 impl<'a> RealLives<'a> {
-    /// A robot that has not lived yet, in the world of `world`.
+    /// Places a robot in the world of `world`, before its first life.
     ///
     /// # Errors
-    /// Exit 3 with what the world does not allow.
+    /// Exit 3 with the reason why the world is invalid.
     pub(crate) fn new(evaluations: &'a Engine, site: &Site, world: &WorldSpec, starts: RealStarts) -> Result<Self> {
         let walk = WorldSpec {
             cycles: WALK,
@@ -50,8 +50,8 @@ impl<'a> RealLives<'a> {
         })
     }
 
-    /// One life of each individual of each run, in the order of the individuals. A run is known by its place among the
-    /// runs, which must be the same in each call.
+    /// Lives one life of each individual of each run, in the order of the individuals. A run is identified by its index
+    /// in `runs`, which must be the same in each call.
     pub(super) fn live(&mut self, runs: &[Evolving], trial: Trial) -> Result<Vec<Vec<f32>>> {
         let lives: Vec<Vec<Life<'_>>> = runs.iter().map(|run| lives(run, trial).collect()).collect();
         if self.starts == RealStarts::Fresh {
@@ -81,8 +81,8 @@ impl<'a> RealLives<'a> {
         Ok(fitness)
     }
 
-    /// Drives from where the last lives stopped, if any did, under controllers of random genes that go ahead where
-    /// they see nothing.
+    /// Drives on from where the last lives stopped, under controllers with random genes that go straight ahead if they
+    /// see nothing.
     fn drive_about(&mut self, runs: &[Evolving], trial: Trial, individual: u64) -> Result<()> {
         let turn: Vec<usize> = (0..runs.len()).filter(|&run| self.places[run].is_some()).collect();
         if turn.is_empty() {
@@ -116,11 +116,11 @@ impl<'a> RealLives<'a> {
         Ok(())
     }
 
-    /// Where a life stopped, if one can start there.
+    /// The pose where a life stopped, if a life can start there.
     fn stopped(&self, lived: &Lived) -> Option<[f32; 3]> {
         let last = lived.trace.last()?;
         let (x, y) = (last.x, last.y);
-        // A turn that a rounding made whole is none.
+        // Rounding can turn a heading into a whole turn, which is 0.
         let heading = if last.heading < 1.0 { last.heading } else { 0.0 };
         let world = World::new(WorldSpec {
             start: Start::At { x, y, heading },
@@ -130,10 +130,10 @@ impl<'a> RealLives<'a> {
     }
 }
 
-/// Genes of a perceptron, from its key alone: weights U(-5, 5), which turn anywhere before an object, and biases
-/// U(0, 5), which go ahead without.
+/// Genes of a perceptron, from its key alone: weights U(-5, 5), which turn in either direction before an object, and
+/// biases U(0, 5), which drive ahead in the open.
 fn wanderer(key: Key, genes: usize) -> Vec<f32> {
-    /// The genes of an output: eight weights, then its bias.
+    /// Genes of an output: eight weights, then its bias.
     const OUTPUT: u32 = 9;
     let gene = |gene: u32| {
         let [word, ..] = pcg4d([key.0[0], key.0[1], gene, 1995]);
@@ -157,12 +157,12 @@ mod tests {
     use super::super::tests::{self, evaluations};
     use super::*;
 
-    /// Reality takes something of the samples' grid.
+    /// Reality uses part of the samples' grid.
     fn settings(arm: &str) -> Settings {
         tests::settings(arm, 0.5)
     }
 
-    /// Real lives of some of two runs' first generation, and where each run stopped.
+    /// Lives some real lives of two runs' first generation; also returns where each run stopped.
     fn lived(arm: &str, numbers: &[u32]) -> (Vec<Vec<f32>>, Vec<Option<[f32; 3]>>) {
         let (settings, evaluations) = (settings(arm), evaluations());
         let study = Study::new(&settings, Robot::khepera(), &evaluations).unwrap();
@@ -175,7 +175,7 @@ mod tests {
         (fitness, robot.places)
     }
 
-    /// The lives of a run, one call a life.
+    /// One life of a run per call.
     #[test]
     fn a_life_starts_where_the_last_one_stopped() {
         let (settings, evaluations) = (settings("real-starts-continuing"), evaluations());
@@ -227,13 +227,13 @@ mod tests {
         }
     }
 
-    /// What the simulator looks up is no matter of reality, whose grid is that of the samples.
+    /// Interpolating the simulator's tables leaves reality alone: its grid is that of the samples.
     #[test]
     fn interpolated_tables_leave_reality_as_it_is() {
         assert_eq!(lived("interpolated", &[0]), lived("main", &[0]));
     }
 
-    /// Runs that live beside one another are not in one another's way.
+    /// Parallel runs don't affect one another.
     #[test]
     fn a_run_lives_as_if_it_were_alone() {
         for arm in ["real-starts-continuing", "real-starts-walk"] {

@@ -1,5 +1,5 @@
-//! The study as a page to hold beside the paper: one file with its verdicts, figures and tables, and the numbers
-//! behind them as CSV. Both are functions of what they are given alone, byte for byte.
+//! The study as a page to read beside the paper: one file with its verdicts, figures and tables, and the underlying
+//! numbers as CSV. Both depend only on their input, byte for byte.
 
 use oneiro::arena::Arena;
 use oneiro::tables::SensorTables;
@@ -21,28 +21,27 @@ pub(super) mod tests;
 
 pub(crate) use csv::csv_files;
 
-/// What a report is made of.
+/// Input of a report.
 pub(crate) struct Report<'a> {
-    /// What the study found.
     pub(crate) results: &'a Results,
-    /// What is said of it. Tables 1 and 2 show the tests of C3 and C6 whose statistic is `F` and whose name starts
-    /// with the condition's [title](Condition::title).
+    /// Claims with their verdicts. Tables 1 and 2 show the tests of C3 and C6 whose statistic is `F` and whose name
+    /// starts with the condition's [title](Condition::title).
     pub(crate) claims: &'a [Claim],
     /// The sampled sensors.
     pub(crate) sensors: &'a SensorTables,
-    /// Where the robots live.
+    /// Arena of the robots.
     pub(crate) arena: &'a Arena,
     /// The robot's radius, mm.
     pub(crate) body_radius: f32,
-    /// Which robot was sampled, in a line.
+    /// One-line description of the sampled robot.
     pub(crate) robot: &'a str,
-    /// What all random numbers follow from.
+    /// Seed of all random numbers.
     pub(crate) seed: u64,
-    /// The claims under each assumption, where others were asked for.
+    /// The claims under each arm, if requested.
     pub(crate) arms: Option<&'a Sensitivity>,
 }
 
-/// The report as one HTML file, complete in itself.
+/// The report as one self-contained HTML file.
 pub(crate) fn html(study: &Report<'_>) -> String {
     let sections = [
         Some(verdicts::summary(study.claims)),
@@ -62,12 +61,11 @@ pub(crate) fn html(study: &Report<'_>) -> String {
     )
 }
 
-/// A condition's runs.
 fn runs_of(results: &Results, condition: Condition) -> impl Iterator<Item = &Run> {
     results.runs.iter().filter(move |run| run.condition == condition)
 }
 
-/// A condition's colours, full and light.
+/// Full and light colour of a condition.
 fn colours(condition: Condition) -> (&'static str, &'static str) {
     match condition {
         Condition::None => ("#2b3a8f", "#8791c9"),
@@ -76,7 +74,7 @@ fn colours(condition: Condition) -> (&'static str, &'static str) {
     }
 }
 
-/// The letter by which the paper calls a run, and a number where letters end.
+/// The paper's letter for a run, or a number when letters run out.
 fn run_name(number: u32) -> String {
     match u8::try_from(number) {
         Ok(place @ 0..26) => char::from(b'a' + place).to_string(),
@@ -84,12 +82,12 @@ fn run_name(number: u32) -> String {
     }
 }
 
-/// The last generation that lived in reality.
+/// Number of the last generation that lived in reality.
 fn last_generation(results: &Results) -> u32 {
     (results.simulated_generations + results.real_generations).saturating_sub(1)
 }
 
-/// Seconds of a life in reality, of 100 ms a cycle.
+/// Duration of a real life in seconds, at 100 ms per cycle.
 fn life_seconds(results: &Results) -> f64 {
     f64::from(results.cycles) * 0.1
 }

@@ -1,4 +1,4 @@
-//! What the study runs: the values of its file under an arm, made into worlds, evolutions and realities.
+//! Settings of the study: the values of its file under an arm, made into worlds, evolutions and realities.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -21,28 +21,28 @@ use crate::reality::site::Site;
 use crate::studies::assumptions::Assumption;
 use crate::studies::file::{self, Arm, StudyFile};
 
-/// How different reality is from its simulator: chosen by the calibration of `docs/preregistration-1995.md`, on the
+/// How much reality differs from its simulator: chosen by the calibration of `docs/preregistration-1995.md`, on the
 /// condition without noise and on other robots.
 pub(crate) const SEVERITY: f32 = 1.75;
 
-/// What a command line asks for.
+/// Values from the command line.
 #[derive(Clone, Debug)]
 pub(crate) struct Asked {
-    /// Everything random but the robot comes from it.
+    /// Seed of everything random except the robot.
     pub(crate) seed: u64,
-    /// Runs of each condition, where the file's are not meant.
+    /// Runs of each condition; `None` takes the file's number.
     pub(crate) runs: Option<u32>,
-    /// The seed of the surrogate robot and its surroundings.
+    /// Seed of the surrogate robot and its surroundings.
     pub(crate) robot: u64,
-    /// How different reality is from its simulator, where the file's is not meant.
+    /// How much reality differs from its simulator; `None` takes the file's value.
     pub(crate) severity: Option<f32>,
-    /// With controls and with other simulators.
+    /// Whether to add controls and other simulators.
     pub(crate) full: bool,
-    /// Hashes of the files with the simulator's tables, where it is not made from samples of the surrogate.
+    /// Hashes of the files with the simulator's tables; empty if the tables are sampled from the surrogate.
     pub(crate) tables: Vec<String>,
 }
 
-/// The file of the study.
+/// The study's file.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct File {
@@ -61,7 +61,7 @@ struct File {
     variants: Vec<Variants>,
     #[serde(default)]
     sources: BTreeMap<String, String>,
-    /// Read before all else.
+    /// Read before the rest.
     #[serde(default, rename = "arms")]
     _arms: IgnoredAny,
 }
@@ -89,50 +89,50 @@ impl Conditions {
 #[derive(Clone, Debug, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct Samples {
-    /// Turns before an object whose mean makes a row of its table.
+    /// Turns in front of an object that are averaged into a row of its table.
     pub(crate) turns: u32,
     /// Whether simulators interpolate between samples.
     pub(crate) interpolated: bool,
 }
 
-/// What simulated lives are selected by besides their fitness.
+/// Criteria of selection in simulation, besides fitness.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct Selection {
-    /// What each cell of 50 mm is worth that is new. Only selection knows of it; fitness is as everywhere, since a real
-    /// robot does not know where it is.
+    /// Value of each newly visited 50 mm cell. It counts only in selection and not in fitness, since a real robot
+    /// doesn't know where it is.
     pub(crate) new_cell: f32,
 }
 
-/// How champions are chosen.
+/// Choice of champions.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct Champion {
-    /// Simulated lives of each individual of the transferred generation by whose mean the champion is chosen. One: the
-    /// life that simulation and reality are compared by.
+    /// Simulated lives of each individual of the transferred generation whose mean decides the champion. 1: the life in
+    /// which simulation and reality are compared.
     pub(crate) lives: u32,
 }
 
-/// Where transferred controllers live.
+/// The reality that controllers are transferred to.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct Reality {
-    /// Generations that are selected by real fitness.
+    /// Generations selected by real fitness.
     pub(crate) generations: u32,
-    /// How far it differs from its simulator.
+    /// How much reality differs from its simulator.
     severity: f32,
     #[serde(skip_serializing)]
     severity_factor: f32,
     #[serde(skip_serializing)]
     robot_offset: u64,
-    /// The age of readings, at severity 1.
+    /// Age of readings in ms, at severity 1.
     latency_ms: f32,
-    /// The one difference that there is, or that there is not.
+    /// The only difference in force; `without` names the only one that is left out.
     #[serde(skip_serializing_if = "Option::is_none")]
     only: Option<String>,
     #[serde(skip_serializing_if = "Option::is_none")]
     without: Option<String>,
-    /// Where lives start.
+    /// Starts of real lives.
     pub(crate) starts: RealStarts,
 }
 
@@ -140,15 +140,15 @@ pub(crate) struct Reality {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub(crate) enum RealStarts {
-    /// It is put at a fresh free pose.
+    /// Placed at a fresh free pose.
     Fresh,
-    /// It stays where the last life of the same run stopped.
+    /// Left where the last life of the same run stopped.
     Continuing,
-    /// From there it drives about for a while, and starts where it then is.
+    /// Left there to drive about for a while; the life starts where it ends up.
     Walk,
 }
 
-/// What the severity is chosen by.
+/// Values for calibrating the severity.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct Calibration {
@@ -182,18 +182,18 @@ fn without_noise() -> Condition {
     Condition::None
 }
 
-/// What another simulator is made from.
+/// Source of another simulator's tables.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub(crate) enum Tables {
-    /// The robot's samples.
+    /// The robot's own samples.
     #[default]
     Own,
-    /// Those of another robot in the same surroundings.
+    /// Samples of another robot in the same surroundings.
     Another,
     /// The means of both.
     Average,
-    /// None of them.
+    /// Built-in tables instead of samples.
     BuiltIn,
 }
 
@@ -201,45 +201,45 @@ pub(crate) enum Tables {
 #[derive(Clone, Debug)]
 pub(crate) struct Simulator {
     pub(crate) family: Family,
-    /// What is different.
+    /// The difference from the study's simulator.
     pub(crate) name: String,
-    /// The number that is different, if it is one.
+    /// Value of that difference if it is a number.
     pub(crate) value: f64,
     pub(crate) tables: Tables,
-    /// Its world, but for its tables.
+    /// World of the simulator, apart from its tables.
     pub(crate) world: WorldSpec,
 }
 
-/// A whole study. Two studies with equal settings give equal reports.
+/// A whole study. Studies with equal settings have equal reports.
 #[derive(Debug)]
 pub(crate) struct Settings {
-    /// What was asked for.
+    /// Values from the command line.
     asked: Asked,
     arm: Arm,
-    /// The hash of a file of the user's own.
+    /// Hash of a user's own file.
     file: Option<String>,
     pub(crate) runs: u32,
-    /// How different reality is from its simulator, before the arm's factor.
+    /// How much reality differs from its simulator, before the arm's factor.
     severity: f32,
     pub(crate) samples: Samples,
     pub(crate) selection: Selection,
     pub(crate) champion: Champion,
     pub(crate) reality: Reality,
     pub(crate) calibration: Calibration,
-    /// Other simulators, where they were asked for.
+    /// Other simulators, if requested.
     pub(crate) variants: Vec<Simulator>,
-    /// Those of the conditions.
+    /// Experiments of the conditions.
     experiments: [Experiment; 3],
     differences: Differences,
     sources: BTreeMap<String, String>,
 }
 
 impl Settings {
-    /// Reads what a study runs under an arm.
+    /// Reads the study's settings under an arm.
     ///
     /// # Errors
-    /// Exit 2 for an arm that there is not; exit 3: the file, line and column (or the arm), the key, what it is and what
-    /// is allowed.
+    /// Exit 2 for an unknown arm. Exit 3: the file, line and column (or the arm), the key, the value found and the
+    /// values allowed.
     pub(crate) fn new(file: &StudyFile, arm: &str, asked: Asked) -> Result<Self> {
         let arm = file.arm(arm)?;
         file.under(&arm, |mut values: File, source| {
@@ -291,7 +291,7 @@ impl Settings {
         })
     }
 
-    /// What the study's directory says of it.
+    /// Record of the settings for the study's directory.
     pub(crate) fn record(&self) -> String {
         #[derive(Serialize)]
         struct Record {
@@ -322,7 +322,7 @@ impl Settings {
         self.asked.seed
     }
 
-    /// With controls and with other simulators.
+    /// Whether to add controls and other simulators.
     pub(crate) fn is_full(&self) -> bool {
         self.asked.full
     }
@@ -331,17 +331,17 @@ impl Settings {
         &self.experiments[condition as usize]
     }
 
-    /// The noise of a condition's simulator.
+    /// Noise of a condition's simulator.
     pub(crate) fn noise(&self, condition: Condition) -> Noise {
         self.experiment(condition).world().spec().noise
     }
 
-    /// Generations that are selected by simulated fitness.
+    /// Generations selected by simulated fitness.
     pub(crate) fn simulated_generations(&self) -> u32 {
         self.experiment(Condition::None).settings().evolution.generations
     }
 
-    /// The genetic algorithm, through all generations.
+    /// Settings of the genetic algorithm, over all generations.
     pub(crate) fn evolution(&self) -> genetic::Settings {
         genetic::Settings {
             generations: self.simulated_generations() + self.reality.generations,
@@ -349,7 +349,7 @@ impl Settings {
         }
     }
 
-    /// Arena and task, whatever robot and noise.
+    /// Arena and task; robot and noise are set elsewhere.
     pub(crate) fn world(&self) -> WorldSpec {
         WorldSpec {
             robot: Robot::khepera(),
@@ -358,12 +358,12 @@ impl Settings {
         }
     }
 
-    /// Which states the motors have.
+    /// States of the motors.
     pub(crate) fn states(&self) -> MotorStates {
         self.experiment(Condition::None).settings().robot.states
     }
 
-    /// What a simulator looks up in place of a robot's samples.
+    /// Tables that a simulator looks up in place of a robot's samples.
     pub(crate) fn looked_up(&self, sensors: &Arc<SensorTables>) -> Arc<SensorTables> {
         if self.samples.interpolated {
             Arc::new(interpolated(sensors))
@@ -377,17 +377,17 @@ impl Settings {
         self.asked.robot.wrapping_add(self.reality.robot_offset)
     }
 
-    /// The robot that is sampled and lives.
+    /// The robot that is sampled and lives in reality.
     pub(crate) fn surrogate(&self) -> Surrogate {
         Surrogate::drawn(self.robot(), self.differences)
     }
 
-    /// That robot as the site of reality.
+    /// The site of reality with that robot.
     pub(crate) fn site(&self) -> Site {
         Site::surrogate(self.robot(), self.surrogate())
     }
 
-    /// Another robot of the same kind in the same surroundings.
+    /// The site with another robot of the same kind in the same surroundings.
     pub(crate) fn other_site(&self) -> Site {
         let surrogate = Surrogate {
             individual: Individual::drawn(self.robot().wrapping_add(1)),
@@ -396,13 +396,13 @@ impl Settings {
         Site::surrogate(self.robot(), surrogate)
     }
 
-    /// The hash of the sampled robot's parameters, of its surroundings and of how reality differs.
+    /// Hash of the sampled robot's parameters, its surroundings and its reality's differences.
     fn parameters_hash(&self) -> String {
         let text = format!("{:?}", self.surrogate());
         blake3::hash(text.as_bytes()).to_hex()[..16].to_owned()
     }
 
-    /// Which robot it is, and what its simulator is made from.
+    /// Description of the robot and of its simulator's tables.
     pub(crate) fn describe(&self) -> String {
         let reality = format!(
             "surrogate:{}, severity {}, parameters {}",
@@ -420,13 +420,13 @@ impl Settings {
         }
     }
 
-    /// The seed of a run.
+    /// Seed of a run.
     pub(crate) fn run_seed(&self, condition: Condition, number: u32) -> u64 {
         let index = self.seed().wrapping_mul(1 << 20).wrapping_add(u64::from(number));
         index.wrapping_mul(4).wrapping_add(condition as u64)
     }
 
-    /// All that is in force, for the report.
+    /// All values in force, for the report.
     pub(crate) fn assumptions(&self) -> Vec<Assumption> {
         let resolved = |condition| file::listed(&self.experiment(condition).resolved_toml(0));
         let of_all = resolved(Condition::None);
@@ -488,7 +488,7 @@ fn check(values: &File, source: &Source<'_>) -> Result {
     Ok(())
 }
 
-/// How reality differs from its simulator.
+/// Differences between reality and its simulator.
 fn differences(reality: &Reality, source: &Source<'_>) -> Result<Differences> {
     let named = |key: &str, name: &str| {
         let names = Difference::ALL.map(Difference::name);
@@ -568,7 +568,7 @@ mod tests {
         );
     }
 
-    /// A source of a value that there is not would never be read.
+    /// The source of a value that doesn't exist would never be read.
     #[test]
     fn every_source_is_that_of_a_value() {
         let main = under("main");
@@ -613,7 +613,7 @@ mod tests {
                 Tables::Own
             ]
         );
-        // The range is the variant's, the step that of the arm.
+        // The range is the variant's; the step is the arm's.
         let small = under("walk-step-small").variants;
         let walk = small
             .iter()

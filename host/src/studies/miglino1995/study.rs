@@ -1,5 +1,5 @@
-//! The study itself: evolves in simulation, moves to reality, evolves on, and lets champions live again. It is a
-//! function of its settings and tables alone; runs advance together, so that their generations share each batch.
+//! The study itself: evolves in simulation, transfers to reality, evolves on, and lets champions live again. Its
+//! results depend only on its settings and tables. Runs advance together so that their generations share each batch.
 
 use std::ops::Range;
 use std::sync::Arc;
@@ -24,34 +24,34 @@ use crate::reality::site::Site;
 use crate::reality::{self, patiently};
 use crate::statistics::cohens_d;
 
-/// How many of the best make the peak.
+/// Number of best individuals whose mean is the peak.
 pub(crate) const PEAK: usize = 20;
-/// Starts that champions' paths are compared from, besides the paper's one.
+/// Starts from which champions' paths are compared, besides the paper's one.
 const STARTS: usize = 100;
-/// Starts whose traces are held at once.
+/// Starts whose traces are in memory at once.
 const STARTS_AT_ONCE: usize = 10;
-/// The start that all champions share: x and y in mm, heading in turns. The paper does not give its own.
+/// Start that all champions share: x and y in mm, heading in turns. The paper doesn't give its own.
 const SHARED_START: [f32; 3] = [100.0, 90.0, 0.125];
 
-/// A study under way.
+/// A study in progress.
 pub(crate) struct Study<'a> {
     settings: &'a Settings,
     evaluations: &'a Engine,
     /// The simulator without noise.
     simulator: WorldSpec,
-    /// The robot's samples as they were taken: reality's grid is theirs, whatever the simulator looks up.
+    /// The robot's samples as taken: they set reality's grid, whatever the simulator looks up.
     sampled: Arc<SensorTables>,
     /// A simulator for each condition.
     simulators: [World; 3],
-    /// The same where simulated lives are selected by more than their fitness.
+    /// The same simulators with other criteria of selection than fitness, if there are any.
     selecting: Option<[World; 3]>,
 }
 
 impl<'a> Study<'a> {
-    /// Of the simulator that is made from a robot's samples.
+    /// Prepares a study with the simulator made from a robot's samples.
     ///
     /// # Errors
-    /// Exit 3 with what the world does not allow.
+    /// Exit 3 with the reason why a world is invalid.
     pub(crate) fn new(settings: &'a Settings, robot: Robot, evaluations: &'a Engine) -> Result<Self> {
         let sampled = Arc::clone(&robot.sensors);
         let simulator = WorldSpec {
@@ -86,12 +86,12 @@ impl<'a> Study<'a> {
         })
     }
 
-    /// The tables that its simulator is made from.
+    /// Tables of the study's simulator.
     pub(crate) fn sensors(&self) -> &Arc<SensorTables> {
         &self.sampled
     }
 
-    /// The world of real lives, but for the surrogate in it.
+    /// World of real lives, before the surrogate is put in.
     fn reality(&self) -> WorldSpec {
         WorldSpec {
             robot: Robot {
@@ -102,7 +102,7 @@ impl<'a> Study<'a> {
         }
     }
 
-    /// Some runs of each condition, from first genes to the last real generation.
+    /// Runs the numbered runs of each condition, from their first genes to their last real generation.
     pub(crate) fn cohort(&self, numbers: Range<u32>) -> Result<Vec<Run>> {
         let mut runs: Vec<Evolving> = numbers
             .flat_map(|number| Condition::ALL.map(|condition| (number, condition)))
@@ -136,7 +136,7 @@ impl<'a> Study<'a> {
             .collect())
     }
 
-    /// The mean real fitness that each run's generation 219 would have had otherwise.
+    /// Mean real fitness of each run's generation 219 under each alternative.
     fn controls(&self, runs: &[Evolving]) -> Result<Vec<Controls>> {
         let robot = || self.real_lives(&self.settings.site());
         let means = |fitness: Vec<Vec<f32>>| fitness.iter().map(|own| level(own).average).collect::<Vec<_>>();
@@ -184,8 +184,8 @@ impl<'a> Study<'a> {
             .collect())
     }
 
-    /// Evolution in other simulators, and generation 200 in this study's reality: for each simulator the mean
-    /// fitness of each run, there and in reality.
+    /// Evolves in other simulators and tests generation 200 in this study's reality. Returns the mean simulated and
+    /// real fitness of each run for each simulator.
     pub(crate) fn elsewhere(&self, worlds: &[World]) -> Result<Vec<(Vec<f64>, Vec<f64>)>> {
         let mut runs: Vec<Evolving> = (0..self.settings.runs)
             .map(|number| self.begin(Condition::None, number))
@@ -208,7 +208,7 @@ impl<'a> Study<'a> {
         Ok(all)
     }
 
-    /// d of generation 200 without noise, simulated minus real: what the severity is calibrated by.
+    /// Cohen's d of generation 200 without noise, simulated minus real. The severity is calibrated by it.
     pub(crate) fn gap_without_noise(&self, runs: u32) -> Result<f64> {
         let mut runs: Vec<Evolving> = (0..runs).map(|number| self.begin(Condition::None, number)).collect();
         self.evolve(&mut runs)?;
@@ -220,7 +220,7 @@ impl<'a> Study<'a> {
         Ok(cohens_d(&simulated, &real).unwrap_or(f64::NAN))
     }
 
-    /// Generations 0 to 199, selected by their simulated lives.
+    /// Generations 0 to 199, selected by simulated lives.
     fn evolve(&self, runs: &mut [Evolving]) -> Result {
         for _ in 0..self.settings.simulated_generations() {
             let fitness = self.simulate(runs, Trial::Simulated)?;
@@ -232,7 +232,7 @@ impl<'a> Study<'a> {
         Ok(())
     }
 
-    /// Generations 200 to 219, selected by their real lives. The fitness of the last.
+    /// Generations 200 to 219, selected by real lives; returns the fitness of the last.
     fn evolve_on(
         &self,
         runs: &mut [Evolving],
@@ -252,7 +252,7 @@ impl<'a> Study<'a> {
         Ok(fitness)
     }
 
-    /// Selects by the fitness of simulated lives, or by what counts in its place, of the same lives.
+    /// Selects by the fitness of simulated lives, or by the criterion that replaces it in the same lives.
     fn select(&self, runs: &mut [Evolving], fitness: Vec<Vec<f32>>) -> Result {
         let scores = match &self.selecting {
             None => fitness,
@@ -281,7 +281,7 @@ impl<'a> Study<'a> {
         }
     }
 
-    /// One life of each individual of each run, in its own simulator.
+    /// Lives one life of each individual of each run in the run's own simulator.
     fn simulate(&self, runs: &[Evolving], trial: Trial) -> Result<Vec<Vec<f32>>> {
         let world = |run: &Evolving| match trial {
             Trial::Quiet => 0,
@@ -290,7 +290,7 @@ impl<'a> Study<'a> {
         self.lives_in(&self.simulators, runs, world, trial)
     }
 
-    /// One life of each individual of each run, in one of some worlds.
+    /// Lives one life of each individual of each run in one of some worlds.
     fn lives_in(
         &self,
         worlds: &[World],
@@ -313,12 +313,12 @@ impl<'a> Study<'a> {
         Ok(by_run(runs, outcome.fitness))
     }
 
-    /// A robot that has not lived yet, for the lives of runs.
+    /// Prepares a robot for real lives of runs.
     pub(super) fn real_lives(&self, site: &Site) -> Result<RealLives<'a>> {
         RealLives::new(self.evaluations, site, &self.reality(), self.settings.reality.starts)
     }
 
-    /// Generation 200 in every environment. `robot` is the one that lives on with the generations to come.
+    /// Tests generation 200 in every environment. `robot` is the one that later generations will live on.
     fn transfer(&self, runs: &mut [Evolving], robot: &mut RealLives<'_>) -> Result<Vec<Transferred>> {
         let simulated = self.simulate(runs, Trial::Simulated)?;
         let simulated_again = self.simulate(runs, Trial::SimulatedAgain)?;
@@ -352,7 +352,7 @@ impl<'a> Study<'a> {
             .collect())
     }
 
-    /// The best of each run's generation 200, and how it lives here and there.
+    /// The best individual of each run's generation 200, with its simulated and real lives.
     fn champions(&self, runs: &[Evolving], transferred: &[Transferred]) -> Result<Vec<Champion>> {
         let best = self.chosen(runs, transferred)?;
         let genomes: Vec<&[f32]> = runs
@@ -385,7 +385,7 @@ impl<'a> Study<'a> {
             .collect())
     }
 
-    /// The best individual of each run, and its mean where it was chosen by that.
+    /// Index of each run's best individual, and its mean fitness if that decided.
     fn chosen(&self, runs: &[Evolving], transferred: &[Transferred]) -> Result<Vec<(usize, Option<f64>)>> {
         let lives = self.settings.champion.lives;
         if lives == 1 {
@@ -401,7 +401,7 @@ impl<'a> Study<'a> {
             .collect())
     }
 
-    /// The mean fitness of each individual of each run in some lives of its own simulator.
+    /// Mean fitness of each individual of each run in some lives of its own simulator.
     fn appraise(&self, runs: &[Evolving], lives: Range<u32>) -> Result<Vec<Vec<f64>>> {
         let count = f64::from(lives.end - lives.start);
         let mut means: Vec<Vec<f64>> = runs.iter().map(|run| vec![0.0; run.evolution.ask().len()]).collect();
@@ -414,8 +414,8 @@ impl<'a> Study<'a> {
         Ok(means)
     }
 
-    /// A simulated and two real lives of each genome from each start, one cycle longer than a life for its last
-    /// place. Start by start, and in each run by run.
+    /// Lives one simulated and two real lives of each genome from each start, one cycle longer than usual to get the
+    /// final position. Sorted by start, then by run.
     fn pairs(&self, runs: &[Evolving], genomes: &[&[f32]], starts: &[[f32; 3]], first: usize) -> Result<Vec<Pair>> {
         let mut simulators = Vec::new();
         for &[x, y, heading] in starts {
@@ -468,9 +468,9 @@ impl<'a> Study<'a> {
             .collect())
     }
 
-    /// Free poses, uniform over the field, the same for all.
+    /// Free poses, uniformly distributed over the field and the same for all champions.
     fn starts(&self) -> Result<Vec<[f32; 3]>> {
-        /// Of so many draws a quarter and more is free.
+        /// At least a quarter of this many draws is free.
         const DRAWS: u32 = 100 * STARTS as u32;
         let Field { x, y, width, height } = self.simulator.arena.field;
         let share = |word: u32| (word >> 8) as f32 / (1 << 24) as f32;
@@ -496,11 +496,11 @@ impl<'a> Study<'a> {
         Ok(starts)
     }
 
-    /// What each difference between reality and simulator does by itself, over the first cycles of the lives of
-    /// random controllers: nothing, where the arm has it not.
+    /// Effect of each difference between reality and simulator by itself, over the first cycles of the lives of random
+    /// controllers. Zero if the arm lacks the difference.
     pub(crate) fn differences(&self) -> Result<Vec<DifferenceEffect>> {
         const LIVES: u64 = 4000;
-        /// A cycle after the first, so that what is old or slow shows.
+        /// Not the first cycle, so that delays and lags show.
         const CYCLE: usize = 2;
         let surrogate = self.settings.surrogate();
         let genomes: Vec<Vec<f32>> = (0..LIVES)
@@ -544,8 +544,8 @@ impl<'a> Study<'a> {
             .collect()
     }
 
-    /// The fitness of a controller made by hand that goes to and fro between two obstacles it hardly sees, without
-    /// turning (the deceptive optimum that the paper's conclusions describe), in the simulator without noise.
+    /// Fitness in the simulator without noise of a handmade controller that goes to and fro between two obstacles it
+    /// hardly sees, without turning: the deceptive optimum that the paper's conclusions describe.
     pub(crate) fn to_and_fro(&self) -> Result<Vec<f32>> {
         const LIVES: u64 = 100;
         let wheel = [-60.0, -60.0, -60.0, -60.0, -60.0, -60.0, 60.0, 60.0, 3.0];
@@ -562,7 +562,7 @@ impl<'a> Study<'a> {
     }
 }
 
-/// Peak and average.
+/// Peak and average fitness.
 fn level(fitness: &[f32]) -> Level {
     let mut ranked: Vec<f64> = fitness.iter().map(|&fitness| f64::from(fitness)).collect();
     ranked.sort_by(|a, b| b.total_cmp(a));
@@ -573,13 +573,13 @@ fn level(fitness: &[f32]) -> Level {
     }
 }
 
-/// The index of the greatest; of equal ones the first.
+/// Index of the greatest element, and of the first one if several are equal.
 fn best<T: PartialOrd>(fitness: &[T]) -> usize {
     let better = |best: usize, index: usize| if fitness[index] > fitness[best] { index } else { best };
     (1..fitness.len()).fold(0, better)
 }
 
-/// Another run of the same condition, or of another if there is none.
+/// Index of another run of the same condition, or of another condition if there is none.
 fn unrelated(runs: &[Evolving], index: usize) -> usize {
     let others = (1..runs.len()).map(|step| (index + step) % runs.len());
     let same = |&other: &usize| runs[other].condition == runs[index].condition;
@@ -596,7 +596,7 @@ mod tests {
         tests::settings(arm, 1.0)
     }
 
-    /// Two runs of each condition, at their first generation.
+    /// Two runs of each condition at their first generation.
     fn begun(study: &Study<'_>) -> Vec<Evolving> {
         let numbers = (0..2).flat_map(|number| Condition::ALL.map(|condition| (condition, number)));
         numbers
@@ -604,7 +604,7 @@ mod tests {
             .collect()
     }
 
-    /// New cells count in selection, five each, and in nothing that is measured.
+    /// New cells count five each in selection, and don't change any measure.
     #[test]
     fn cells_visited_select_and_are_not_fitness() {
         let evaluations = evaluations();
@@ -636,8 +636,8 @@ mod tests {
         }
     }
 
-    /// In a hundred lives more, by which none was chosen, those that were chosen by a mean do better than those of one
-    /// good life.
+    /// In a hundred further lives that chose none of them, champions chosen by a mean do better than those chosen by
+    /// one good life.
     #[test]
     fn champions_by_mean_stay_good() {
         let evaluations = evaluations();
@@ -652,7 +652,7 @@ mod tests {
             for ((&(individual, mean), own), others) in chosen.iter().zip(&transferred).zip(&others) {
                 match mean {
                     None => assert!(own.simulated.iter().all(|life| *life <= own.simulated[individual])),
-                    // Other lives, of the same individual.
+                    // Other lives of the same individual.
                     Some(mean) => assert!(mean != others[individual] && (mean / others[individual] - 1.0).abs() < 0.3),
                 }
                 assert_eq!(mean.is_some(), arm == "champion-by-mean");
@@ -665,7 +665,7 @@ mod tests {
         assert!(sum(&by_mean) > 1.05 * sum(&by_life), "{by_mean:?}, {by_life:?}");
     }
 
-    /// What is not different has no effect, what is different has one.
+    /// Only differences in force have an effect.
     #[test]
     fn differences_that_an_arm_has_not_do_nothing() {
         let evaluations = evaluations();

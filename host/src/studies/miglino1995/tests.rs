@@ -1,4 +1,4 @@
-//! What must hold of the surrogate and its simulator before anything evolves.
+//! Properties of the surrogate and its simulator that the study relies on.
 
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
@@ -36,7 +36,7 @@ pub(super) fn settings(arm: &str, severity: f32) -> Settings {
     Settings::new(&StudyFile::open(&MIGLINO1995, None).unwrap(), arm, asked).unwrap()
 }
 
-/// The simulator that is made from a surrogate's samples, and its life as itself.
+/// The simulator made from a surrogate's samples, and the surrogate's own world.
 fn worlds(seed: u64, differences: Differences, arena: Arena) -> [World; 2] {
     let evaluations = evaluations();
     let surrogate = Surrogate::drawn(seed, differences);
@@ -59,7 +59,7 @@ fn worlds(seed: u64, differences: Differences, arena: Arena) -> [World; 2] {
     [World::new(simulator).unwrap(), World::new(real).unwrap()]
 }
 
-/// Random controllers that drive forwards where nothing is near, so that they come about.
+/// Genes of random controllers that drive forwards if nothing is near, so that they get around.
 fn genes(life: u32) -> Vec<f32> {
     (0..18)
         .map(|gene| {
@@ -69,7 +69,8 @@ fn genes(life: u32) -> Vec<f32> {
         .collect()
 }
 
-/// With no difference a surrogate reads what its simulator reads, in the first cycle bit for bit, and lives as well.
+/// Without differences a surrogate reads the same as its simulator, in the first cycle bit for bit, and its lives are
+/// as good.
 #[test]
 fn without_severity_reality_is_the_simulator() {
     for arena in [Arena::miglino1995(), Arena::miglino1995_block()] {
@@ -117,12 +118,12 @@ fn without_severity_reality_is_the_simulator_in(arena: &Arena) {
     };
     let ((a, va), (b, vb)) = (moments(&simulated.fitness), moments(&real.fitness));
     let d = (a - b) / (0.5 * (va + vb)).sqrt();
-    // Paths part after many cycles, by rounding; two samples of 4,000 from one population differ by 0.045 at p = .05,
+    // Rounding makes paths part after many cycles. Two samples of 4,000 from one population differ by 0.045 at p = .05,
     // and these share their starts.
     assert!(d.abs() < 0.02, "{}, d {d}: {a} and {b}", arena.name);
 }
 
-/// With all differences it is not, so that the test above can fail.
+/// With all differences, reality is not the simulator, so the test above can fail.
 #[test]
 fn with_severity_reality_is_another() {
     let [simulated, real] = worlds(5, Differences::all(1.0), Arena::miglino1995());

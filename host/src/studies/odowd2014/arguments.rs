@@ -35,7 +35,7 @@ pub(crate) struct Arguments {
     /// Repeat the study under each other assumption, and tabulate the claims by assumption
     #[arg(long, conflicts_with = "arm")]
     pub(crate) sensitivity: bool,
-    /// The device that evaluates.
+    /// Device that evaluates.
     #[command(flatten)]
     pub(crate) backend: Backend,
     /// A file to take in place of the shipped experiments/odowd2014/study.toml: what the study runs, and its arms

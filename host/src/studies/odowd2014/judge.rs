@@ -1,5 +1,5 @@
-//! Judges the claims of the paper by the criteria of `docs/preregistration-2014.md`, in each combination of mutation scale
-//! and credit alike.
+//! Judges the claims of the paper by the criteria of `docs/preregistration-2014.md`, in the same way for each
+//! combination of mutation scale and credit.
 
 use std::ops::Range;
 
@@ -15,25 +15,25 @@ use crate::studies::claims::{Claim, Effect, Finding, HOLDS_IN, Preregistered, Te
 use Case::{NoLight, Opposite, OppositeThenOver, Over, OverThenOpposite, Random};
 use Kind::{Alone, Evolved, FitnessShuffled as Null, SimulatorRandom, SimulatorRight};
 
-/// The study's level of significance, and the paper's.
+/// Significance level of the study and of the paper.
 const LEVEL: f64 = 0.05;
 const PAPERS_LEVEL: f64 = 0.005;
-/// Genes of this standard deviation are widely spread: three quarters of that of uniform ones.
+/// Standard deviation above which genes are widely spread: three quarters of that of a uniform distribution.
 const WIDE: f64 = 0.214;
 /// The bounds of the bins.
 const LOW: f64 = 0.33;
 const HIGH: f64 = 0.66;
-/// From so many runs on, how often smaller studies would give the paper's verdict is worth a figure.
+/// Number of runs from which the share of smaller studies that would find the paper's verdict is reported.
 const MANY: usize = 20;
 const SETS: usize = 1000;
 
-/// Every claim, D1 to D17.
+/// Judges all claims, D1 to D17.
 pub(crate) fn judge(results: &Results) -> Vec<Claim> {
     let criteria = criteria(ODOWD2014_CLAIMS);
     criteria.iter().map(|criterion| claim(results, criterion)).collect()
 }
 
-/// A claim is reproduced if its criterion holds in all combinations, and not if in none.
+/// Judges a claim: reproduced if its criterion holds in all combinations, not reproduced if it holds in none.
 fn claim(results: &Results, criterion: &Preregistered) -> Claim {
     let mut all = Finding::default();
     let mut scopes = [Vec::new(), Vec::new(), Vec::new()];
@@ -81,7 +81,7 @@ fn claim(results: &Results, criterion: &Preregistered) -> Claim {
     criterion.judged(verdict, all, remark.trim_end().into())
 }
 
-/// Samples of runs that are compared.
+/// Two samples of runs to compare.
 struct Pair {
     name: String,
     a: Vec<f64>,
@@ -89,14 +89,14 @@ struct Pair {
     kind: Comparison,
 }
 
-/// How two samples belong together.
+/// How two samples are related.
 #[derive(Clone, Copy, PartialEq)]
 enum Comparison {
-    /// Not at all.
+    /// Independent.
     Apart,
-    /// Run by run.
+    /// Paired run by run.
     Paired,
-    /// The second is a number that the first is held against.
+    /// The second is a number that the first is compared with.
     Number,
 }
 
@@ -114,8 +114,7 @@ impl Pair {
         Self { kind, ..self }
     }
 
-    /// t, its degrees of freedom and p; samples that do not vary differ for certain, or not at all. None without the
-    /// runs that are needed.
+    /// t, its degrees of freedom and p. Samples that don't vary have p = 0 or 1. `None` if the needed runs are missing.
     fn tested(&self) -> Option<(f64, f64, f64)> {
         let least = if self.kind == Comparison::Number { 1 } else { 2 };
         let finite = self.a.iter().chain(&self.b).all(|value| value.is_finite());
@@ -136,12 +135,12 @@ impl Pair {
     }
 }
 
-/// Whether a sample is greater than another by Student's t, without a correction.
+/// Whether a sample is greater than another by Student's t test, uncorrected.
 fn is_greater(a: &[f64], b: &[f64], level: f64) -> bool {
     student_t(a, b).is_ok_and(|test| test.t > 0.0 && test.p.value < level)
 }
 
-/// How a comparison came out: its sign, and p after Holm's correction.
+/// Outcome of a comparison: the sign of the difference, and p after Holm's correction.
 #[derive(Clone, Copy)]
 struct Compared {
     difference: f64,
@@ -159,7 +158,7 @@ impl Compared {
 }
 
 impl Finding {
-    /// Tests several pairs, and corrects over them; without all their runs there is nothing to say.
+    /// Tests several pairs and corrects over them; `None` if runs of any are missing.
     fn compare<const N: usize>(&mut self, pairs: &[Pair; N]) -> Option<[Compared; N]> {
         let mut tested = [(0.0, 0.0, 1.0); N];
         for (place, pair) in tested.iter_mut().zip(pairs) {
@@ -199,7 +198,7 @@ struct Judged<'a> {
 }
 
 impl Judged<'_> {
-    /// What it says of a claim; None if it has not the runs that are needed.
+    /// Evidence for a claim; `None` if the runs it needs are missing.
     fn finding(&self, claim: &str) -> Option<Finding> {
         match claim {
             "D1" => self.against_random(),
@@ -223,7 +222,7 @@ impl Judged<'_> {
         }
     }
 
-    /// A figure of each run of a case and kind.
+    /// One figure for each run of a case and kind.
     fn each(&self, case: Case, kind: Kind, figure: impl Fn(&Run) -> f64) -> Vec<f64> {
         self.combination.of(case, kind).map(figure).collect()
     }
@@ -236,7 +235,7 @@ impl Judged<'_> {
         self.each(case, kind, |run| run.share(light, intervals.clone()))
     }
 
-    /// A comparison of rates.
+    /// Pair of foraging rates.
     fn by_rate(&self, (case, kind): (Case, Kind), (other, its_kind): (Case, Kind)) -> Pair {
         let words = |case: Case, kind: Kind| match kind {
             Evolved => case.title().to_owned(),
@@ -249,12 +248,12 @@ impl Judged<'_> {
         )
     }
 
-    /// The same case evolved and under the null.
+    /// Pair of foraging rates of one case, evolved and under the null.
     fn by_null(&self, case: Case) -> Pair {
         self.by_rate((case, Evolved), (case, Null))
     }
 
-    /// Shares of a bin, evolved and under the null.
+    /// Pair of shares of a bin, evolved and under the null.
     fn share_by_null(&self, case: Case, light: Light, intervals: Range<usize>, when: &str) -> Pair {
         pair(
             format!("share of {light:?}, {when}, {} and its null", case.title()),
@@ -263,7 +262,7 @@ impl Judged<'_> {
         )
     }
 
-    /// Mean over runs of a gene's mean and standard deviation.
+    /// A gene's mean and standard deviation, averaged over runs.
     fn gene(&self, case: Case, gene: super::measures::Gene, intervals: Range<usize>) -> (f64, f64) {
         (
             mean(&self.each(case, Evolved, |run| run.mean(gene, intervals.clone()))),
@@ -271,7 +270,7 @@ impl Judged<'_> {
         )
     }
 
-    /// Late G0 and G1, noted.
+    /// Adds late G0 and G1 to the finding and returns them.
     fn late_controllers(&self, case: Case, finding: &mut Finding) -> [(f64, f64); 2] {
         [("G0", G0 as super::measures::Gene), ("G1", G1)].map(|(name, gene)| {
             let (middle, deviation) = self.gene(case, gene, LATE);
@@ -340,7 +339,8 @@ impl Judged<'_> {
         finding.judged(differs && informed && equivalent)
     }
 
-    /// Of many runs, how often 5 or 10 drawn out of them would give a verdict on the rates of some cases.
+    /// With many runs, adds the share of sets of 5 or 10 of them that would reach the verdict on the rates of some
+    /// cases.
     fn power<const N: usize>(
         &self,
         finding: &mut Finding,
@@ -549,8 +549,8 @@ impl Judged<'_> {
         finding.judged(over > 0.0 && opposite < 0.5 * over)
     }
 
-    /// The areas under the curve of fitness, run by run, for simulators that have the light where it is; which simulator
-    /// goes with a robot's fitness, `of` says by the run, the interval and the robot.
+    /// Area under the curve, for each run, of fitness as a predictor of whether a simulator has the light where it is.
+    /// `of` gives the simulator that a robot's fitness belongs to, by run, interval and robot.
     fn areas(&self, case: Case, of: impl Fn(&Run, usize, usize) -> f32) -> Vec<f64> {
         let moves = self.results.light_moves_minute as usize;
         let area = |run: &Run| {

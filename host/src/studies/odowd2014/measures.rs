@@ -1,4 +1,4 @@
-//! What claims and reports measure of a run.
+//! Measures of a run for claims and reports.
 
 use std::ops::Range;
 
@@ -7,9 +7,9 @@ use oneiro::foraging::Light;
 use super::results::{Case, RobotInterval, Run};
 use crate::statistics::{mean, variance};
 
-/// Seconds of a bin of Figure 5.
+/// Duration of a bin of Figure 5 in seconds.
 pub(crate) const BIN: usize = 250;
-/// Intervals of a minute each, by the phases that claims speak of; the light moves at 25.
+/// Phases that the claims name, in intervals of a minute; the light moves at 25.
 pub(crate) const ALL: Range<usize> = 0..50;
 pub(crate) const SETTLED: Range<usize> = 10..50;
 pub(crate) const FIRST_HALF: Range<usize> = 0..25;
@@ -17,14 +17,14 @@ pub(crate) const SECOND_HALF: Range<usize> = 25..50;
 pub(crate) const BEFORE_MOVE: Range<usize> = 15..25;
 pub(crate) const LATE: Range<usize> = 40..50;
 
-/// Which gene of a robot in an interval.
+/// Selects a gene of a robot in an interval.
 pub(crate) type Gene = fn(&RobotInterval) -> f32;
 pub(crate) const S0: Gene = |own| own.s0;
 pub(crate) const G0: Gene = |own| own.g0;
 pub(crate) const G1: Gene = |own| own.g1;
 
 impl Run {
-    /// Food that the swarm brought per minute in some minutes.
+    /// Food per minute that the swarm collected in a range of minutes.
     pub(crate) fn rate(&self, minutes: Range<usize>) -> f64 {
         let end = (60 * minutes.end).min(self.brought.len());
         per_minute(&self.brought[(60 * minutes.start).min(end)..end])
@@ -40,7 +40,7 @@ impl Run {
         self.brought.chunks(60).map(total).collect()
     }
 
-    /// All robots in some intervals, as far as there are any.
+    /// All robots in a range of intervals, as far as the run goes.
     pub(crate) fn robots(&self, intervals: Range<usize>) -> impl Iterator<Item = &RobotInterval> {
         self.intervals
             .iter()
@@ -49,7 +49,7 @@ impl Run {
             .flatten()
     }
 
-    /// The share of simulators that have the light there.
+    /// Share of simulators that have the light at `light`.
     pub(crate) fn share(&self, light: Light, intervals: Range<usize>) -> f64 {
         let there = |own: &RobotInterval| if Light::of_gene(own.s0) == light { 1.0 } else { 0.0 };
         mean(&self.robots(intervals).map(there).collect::<Vec<f64>>())
@@ -70,7 +70,7 @@ impl Run {
     }
 }
 
-/// Food per minute, of what was brought in each second; NaN of none.
+/// Food per minute from the food of each second; NaN for an empty slice.
 pub(crate) fn per_minute(brought: &[u16]) -> f64 {
     60.0 * total(brought) / brought.len() as f64
 }
@@ -80,7 +80,7 @@ fn total(brought: &[u16]) -> f64 {
 }
 
 impl Case {
-    /// Where the light is in an interval.
+    /// Position of the light in an interval.
     pub(crate) fn light_in(self, interval: usize, moves: usize) -> Light {
         self.lights()[usize::from(interval >= moves)]
     }
@@ -91,7 +91,7 @@ mod tests {
     use super::super::results::Kind;
     use super::*;
 
-    /// Two robots in two minutes: food at seconds 10, 70 and 71.
+    /// A run with two robots and two minutes: food at seconds 10, 70 and 71.
     fn run() -> Run {
         let own = |s0, g0| RobotInterval {
             s0,

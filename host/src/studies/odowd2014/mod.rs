@@ -1,5 +1,5 @@
 //! The study of O'Dowd, Studley and Winfield (2014): swarms whose on-board simulators evolve with their controllers, in
-//! six cases, with nulls and interventions, each claim of the paper held against what came out.
+//! six cases, with nulls and interventions. Every claim of the paper is tested against the results.
 
 mod arguments;
 mod judge;
@@ -29,14 +29,14 @@ use crate::{device, progress};
 use results::Results;
 use study::{Asked, Study, combined};
 
-/// Runs of each case and kind that a study may have: their figures take two gigabytes of memory.
+/// Most runs of each case and kind: their figures take two gigabytes of memory.
 const GREATEST_RUNS: u32 = 400;
-/// Runs of each case and kind that advance together and are kept together.
+/// Runs of each case and kind that advance, and are saved, together.
 const COHORT: u32 = 10;
-/// What the paper's robots took for the simulations of an interval, in seconds.
+/// Seconds that the paper's robots needed for the simulations of an interval.
 const PAPERS_SECONDS: f64 = 34.0;
 
-/// Does the whole study, or goes on with it.
+/// Runs or resumes the whole study.
 pub(crate) fn run(arguments: &Arguments, console: Console) -> Result {
     if let Some(runs) = arguments.runs {
         directory::check_runs(runs, GREATEST_RUNS)?;
@@ -62,7 +62,7 @@ pub(crate) fn run(arguments: &Arguments, console: Console) -> Result {
             scales: arguments.scale.clone(),
             credits: arguments.credit.clone(),
             only_cases: arguments.only_cases,
-            // Those of other arms are nobody's.
+            // Open questions aren't repeated under other arms.
             questions: arguments.questions && arm == arguments.arm,
         };
         let study = Study::new(&file, arm, &asked)?;
@@ -82,7 +82,7 @@ pub(crate) fn run(arguments: &Arguments, console: Console) -> Result {
     Ok(())
 }
 
-/// The first of a list that stands in it twice.
+/// The first element that occurs twice.
 fn again<T: PartialEq>(list: &[T]) -> Option<&T> {
     let mut places = list.iter().enumerate();
     places
@@ -159,7 +159,7 @@ impl Reproduction for Whole<'_> {
     }
 }
 
-/// How long ten simulated lives take one core by the scalar code.
+/// Seconds that one core needs for ten simulated lives with the scalar code.
 fn generation_seconds(simulator: &Foraging) -> Result<f64> {
     const LIVES: u64 = 10;
     let worlds = Worlds::new(&[*simulator])?;

@@ -1,5 +1,5 @@
-//! The study as a page to hold beside the paper: one file with its verdicts, figures and tables, and the numbers
-//! behind them as CSV. Both are functions of what they are given alone, byte for byte.
+//! The study as a page to read beside the paper: one file with its verdicts, figures and tables, and the underlying
+//! numbers as CSV. Both depend only on their input, byte for byte.
 
 use clap::ValueEnum;
 use oneiro::swarm::Swarm;
@@ -30,23 +30,22 @@ mod tests;
 pub(crate) use csv::csv_files;
 pub(crate) use summary::summary;
 
-/// What a report is made of.
+/// Input of a report.
 pub(crate) struct Report<'a> {
-    /// What the study found.
     pub(crate) results: &'a Results,
-    /// What is said of it.
+    /// Claims with their verdicts.
     pub(crate) claims: &'a [Claim],
     /// The arena and the robots in it.
     pub(crate) swarm: &'a Swarm,
-    /// All that is taken for granted.
+    /// Values in force.
     pub(crate) assumptions: &'a [Assumption],
-    /// What all random numbers follow from.
+    /// Seed of all random numbers.
     pub(crate) seed: u64,
-    /// The claims under each assumption, where others were asked for.
+    /// The claims under each arm, if requested.
     pub(crate) arms: Option<&'a Sensitivity>,
 }
 
-/// The report as one HTML file, complete in itself.
+/// The report as one self-contained HTML file.
 pub(crate) fn html(study: &Report<'_>) -> String {
     let mut sections = vec![verdicts::summary(study.claims)];
     sections.extend(study.arms.map(verdicts::by_assumption));
@@ -65,7 +64,7 @@ pub(crate) fn html(study: &Report<'_>) -> String {
     )
 }
 
-/// What came out at one mutation scale with one rule of credit.
+/// Results at one mutation scale with one rule of credit.
 fn section(results: &Results, place: usize, combination: &Combination) -> Section {
     let body = [
         foraging::html(results, combination),
@@ -96,7 +95,7 @@ fn credit_words(credit: Credit) -> &'static str {
     }
 }
 
-/// A figure's or a table's name in one combination, such as that no other of the page has.
+/// Name of a figure or table in a combination, unique on the page.
 fn named(what: &str, combination: &Combination) -> String {
     format!(
         "{what}, s.d. {}, {}",
@@ -105,17 +104,17 @@ fn named(what: &str, combination: &Combination) -> String {
     )
 }
 
-/// Significant digits of what readers see.
+/// Significant digits of numbers on the page.
 const DIGITS: usize = 4;
 
-/// What a case, a kind or a rule of credit is called in files and arguments.
+/// Name of a case, a kind or a rule of credit in files and arguments.
 fn name(value: &impl ValueEnum) -> String {
     value
         .to_possible_value()
         .map_or_else(String::new, |value| value.get_name().to_owned())
 }
 
-/// A case's name where there is little room.
+/// A case's name where space is short.
 fn short_title(case: Case) -> &'static str {
     match case {
         Case::NoLight => "no light",
@@ -127,7 +126,6 @@ fn short_title(case: Case) -> &'static str {
     }
 }
 
-/// A case's colour.
 fn colour(case: Case) -> &'static str {
     match case {
         Case::NoLight => "#7c818c",
@@ -139,7 +137,7 @@ fn colour(case: Case) -> &'static str {
     }
 }
 
-/// A case with its colour, as HTML.
+/// A case's name in its colour, as HTML.
 fn case_name(case: Case) -> String {
     page::dotted(colour(case), case.title())
 }
@@ -160,7 +158,7 @@ fn moves(case: Case) -> bool {
     first != then
 }
 
-/// The kinds, other than the paper's own, of which there are runs.
+/// The kinds other than the paper's own that have runs.
 fn other_kinds(combination: &Combination) -> impl Iterator<Item = Kind> {
     let kinds = Kind::ALL.into_iter().filter(|&kind| kind != Kind::Evolved);
     kinds.filter(|&kind| combination.runs.iter().any(|run| run.kind == kind))

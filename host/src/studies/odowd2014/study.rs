@@ -1,4 +1,4 @@
-//! Which swarms the study has, and how they are run.
+//! The study's swarms, and how they are run.
 
 use std::fmt;
 
@@ -16,23 +16,23 @@ use crate::studies::file::{self, Arm, StudyFile};
 use crate::swarm::settings::Settings;
 use crate::swarm::{Plan, live, steps};
 
-/// What a command line asks for.
+/// Values from the command line.
 #[derive(Clone, Debug)]
 pub(crate) struct Asked {
-    /// Everything random follows from it.
+    /// Seed of everything random.
     pub(crate) seed: u64,
-    /// Runs of each case and kind, where the file's are not meant.
+    /// Runs of each case and kind; `None` takes the file's number.
     pub(crate) runs: Option<u32>,
-    /// Mutation scales and rules of credit; the file's where there are none.
+    /// Mutation scales and rules of credit; empty takes the file's.
     pub(crate) scales: Vec<f64>,
     pub(crate) credits: Vec<Credit>,
-    /// The paper's six cases alone, without null and interventions.
+    /// Whether to run only the paper's six cases, without the null and the interventions.
     pub(crate) only_cases: bool,
-    /// With the open questions.
+    /// Whether to run the open questions.
     pub(crate) questions: bool,
 }
 
-/// The file of the study.
+/// The study's file.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct File {
@@ -44,7 +44,7 @@ struct File {
     set: Table,
     conditions: Vec<Conditions>,
     questions: Questions,
-    /// Read before all else.
+    /// Read before the rest.
     #[serde(default, rename = "arms")]
     _arms: IgnoredAny,
 }
@@ -81,11 +81,11 @@ pub(crate) struct Study {
     arm: Arm,
     /// The swarms of each combination of scale and credit.
     combinations: Vec<Swarms>,
-    /// The open questions and their swarms; none where they are not asked.
+    /// The open questions with the settings of their swarms; empty if not requested.
     questions: Vec<(Open, Settings)>,
 }
 
-/// What the study's directory says of it.
+/// Record of the settings for the study's directory.
 #[derive(Clone, Debug, Serialize)]
 struct Record {
     seed: u64,
@@ -95,7 +95,7 @@ struct Record {
     only_cases: bool,
     arm: String,
     questions: bool,
-    /// The hash of a file of the user's own.
+    /// Hash of a user's own file.
     #[serde(skip_serializing_if = "Option::is_none")]
     study: Option<String>,
 }
@@ -108,7 +108,7 @@ struct Swarms {
     all: Vec<(Case, Kind, Settings)>,
 }
 
-/// The runs of some numbers of one combination.
+/// Some consecutively numbered runs of one combination.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Cohort<'a> {
     swarms: &'a Swarms,
@@ -118,7 +118,7 @@ pub(crate) struct Cohort<'a> {
 }
 
 impl Cohort<'_> {
-    /// What its runs are kept under.
+    /// Name under which the cohort's runs are saved.
     pub(crate) fn name(&self) -> String {
         let Swarms { scale, credit, .. } = self.swarms;
         format!("{scale}-{}-{:04}", credit.title(), self.first)
@@ -126,11 +126,11 @@ impl Cohort<'_> {
 }
 
 impl Study {
-    /// Reads what a study runs under an arm.
+    /// Reads the study under an arm.
     ///
     /// # Errors
-    /// Exit 2 for an arm that there is not; exit 3: the file, line and column (or the arm), the key, what it is and what
-    /// is allowed.
+    /// Exit 2 for an unknown arm. Exit 3: the file, line and column (or the arm), the key, the value found and the
+    /// values allowed.
     pub(crate) fn new(file: &StudyFile, arm: &str, asked: &Asked) -> Result<Self> {
         let arm = file.arm(arm)?;
         file.under(&arm, |values: File, source| {
@@ -200,7 +200,7 @@ impl Study {
         })
     }
 
-    /// What the study's directory says of it.
+    /// Record of the settings for the study's directory.
     pub(crate) fn record(&self) -> String {
         serde_json::to_string_pretty(&self.record).expect("numbers and words are JSON")
     }
@@ -214,14 +214,14 @@ impl Study {
         self.record.runs
     }
 
-    /// The settings that all swarms have in common, but for what makes them differ.
+    /// Settings that all swarms share, before the values in which they differ.
     pub(crate) fn settings(&self) -> &Settings {
         let all = self.combinations.iter().flat_map(|own| &own.all);
         let mut of_light = all.filter(|(case, kind, _)| (*case, *kind) == (Case::Over, Kind::Evolved));
         &of_light.next().expect("every study has the light over the nest").2
     }
 
-    /// All that is in force.
+    /// All values in force.
     pub(crate) fn assumptions(&self) -> Vec<Assumption> {
         let join = |words: Vec<String>| words.join(", ");
         let scales = join(self.record.scales.iter().map(f64::to_string).collect());
@@ -245,7 +245,7 @@ impl Study {
         })
     }
 
-    /// The cohorts of the study, each so many runs of each case and kind.
+    /// The cohorts of the study, with `size` runs of each case and kind in each.
     pub(crate) fn cohorts(&self, size: u32) -> impl Iterator<Item = Cohort<'_>> {
         let runs = self.record.runs;
         self.combinations.iter().flat_map(move |swarms| {
@@ -272,7 +272,7 @@ impl Study {
         plans.collect()
     }
 
-    /// A seed of whatever tells a run from others; the arm is none of it, so that arms begin alike.
+    /// Seed derived from whatever distinguishes a run. The arm isn't part of it, so that all arms begin alike.
     fn seed_of(&self, what: &impl fmt::Debug) -> u64 {
         let hash = blake3::hash(format!("{}, {what:?}", self.record.seed).as_bytes());
         let bytes: &[u8; 32] = hash.as_bytes();
@@ -289,7 +289,7 @@ impl Study {
         &self.questions
     }
 
-    /// Robot-steps of all, on board and in the arena.
+    /// Total robot-steps, on board and in the arena.
     pub(crate) fn steps(&self) -> u64 {
         let of = |settings: &Settings| steps(&plan(settings, 0, 0));
         let swarms = self
@@ -337,7 +337,7 @@ pub(crate) struct Open {
     lamp: f32,
 }
 
-/// Seeds follow from it: it says what it has always said.
+/// Seeds are derived from this text, so it must never change.
 impl fmt::Debug for Open {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.debug_struct("Asked")
@@ -361,7 +361,7 @@ impl Open {
         }
     }
 
-    /// What its runs are kept under.
+    /// Name under which its runs are saved.
     pub(crate) fn name(&self) -> String {
         let Self {
             about,
@@ -374,7 +374,7 @@ impl Open {
     }
 }
 
-/// Gathers runs of the same combination.
+/// Groups runs by combination.
 pub(crate) fn combined(cohorts: Vec<(Cohort<'_>, Vec<Run>)>) -> Vec<Combination> {
     let mut all: Vec<Combination> = Vec::new();
     for (Cohort { swarms, .. }, runs) in cohorts {

@@ -1,5 +1,5 @@
-//! What the study was: its facts, the differences between its reality and its simulator, what was assumed, and what
-//! it would have cost.
+//! Background of the study: its facts, the differences between its reality and its simulator, its assumptions, and what
+//! it would have cost with the paper's hardware.
 
 use super::{Report, last_generation, life_seconds, paper, runs_of};
 use crate::report::numbers::{count, shown};
@@ -8,10 +8,10 @@ use crate::studies::assumptions;
 use crate::studies::miglino1995::results::Condition;
 
 const DIGITS: usize = 4;
-/// Seconds of a day.
+/// Seconds in a day.
 const DAY: f64 = 86_400.0;
 
-/// What stands below the title, as HTML.
+/// The facts below the title, as HTML.
 pub(super) fn facts(study: &Report<'_>) -> String {
     let results = study.results;
     let runs: Vec<String> = Condition::ALL
@@ -93,7 +93,7 @@ fn differences(study: &Report<'_>) -> String {
     )
 }
 
-/// Lives and what they take at the paper's rates.
+/// Lives, and their duration at the paper's rates.
 struct Bill {
     what: &'static str,
     simulated: u64,
@@ -159,7 +159,7 @@ fn cost(study: &Report<'_>) -> String {
 }
 
 impl Bill {
-    /// On a workstation and on a robot.
+    /// Seconds on a workstation and on a robot.
     fn seconds(&self) -> (f64, f64) {
         let lives = self.cycles / paper::CYCLES;
         (
@@ -183,7 +183,7 @@ impl Bill {
     }
 }
 
-/// Seconds in days, to a tenth.
+/// Formats seconds as days, to a tenth.
 fn days(seconds: f64) -> String {
     format!("{:.1}", seconds / DAY)
 }

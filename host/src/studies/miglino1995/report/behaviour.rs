@@ -1,4 +1,4 @@
-//! Figures 9 to 12: what the best individuals do in both environments, and how far apart.
+//! Figures 9 to 12: the behaviour of the best individuals in both environments, and the distance between their paths.
 
 use super::evolution::name;
 use super::{Report, colours, life_seconds, paper, run_name, runs_of};
@@ -7,13 +7,13 @@ use crate::report::numbers::{NONE, mean, percent, shown, spread_words, spreads};
 use crate::report::page::{Cell, Head, Row, Section, figure, paragraph, table};
 use crate::studies::miglino1995::results::{Condition, Discrepancy, Life, Results, Run};
 
-/// Runs that are shown one by one: the paper's five.
+/// Runs shown individually: the paper's five.
 const SHOWN: usize = 5;
-/// Cycles between two compared positions (equation 2), and how many of those the paper's figure spans.
+/// Cycles between two compared positions (equation 2), and the number of them in the paper's figure.
 const EVERY: f64 = 5.0;
 const POSITIONS: usize = 100;
 const DIGITS: usize = 4;
-/// How lines are dashed.
+/// Dash patterns of lines.
 const REPEATED: &str = "1.5 4";
 const UNRELATED: &str = "9 5";
 
@@ -71,7 +71,7 @@ fn trajectories(study: &Report<'_>, condition: Condition) -> String {
     figure(&format!("Figure {number}"), &words, &svg)
 }
 
-/// The spread of a condition's sums of distances.
+/// Spread of a condition's sums of distances.
 fn sums(results: &Results, condition: Condition, of: fn(&Discrepancy) -> &[f64]) -> Vec<Spread> {
     let rows = runs_of(results, condition).map(|run| of(&run.champion.discrepancy));
     let mut sums = spreads(rows);
@@ -79,7 +79,7 @@ fn sums(results: &Results, condition: Condition, of: fn(&Discrepancy) -> &[f64])
     sums
 }
 
-/// Figure 12 and its last values as numbers.
+/// Figure 12, and its final values as numbers.
 fn discrepancies(results: &Results) -> String {
     let lines = |dash: &'static str, of: fn(&Discrepancy) -> &[f64]| {
         Condition::ALL.map(|condition| {
@@ -195,7 +195,7 @@ fn ends(results: &Results, condition: Condition) -> Row {
     .into()
 }
 
-/// The mean alone, for lines that others are held against.
+/// The mean alone, for reference lines.
 fn without_spread(Spread { mean, .. }: Spread) -> Spread {
     Spread {
         low: mean,
@@ -204,7 +204,7 @@ fn without_spread(Spread { mean, .. }: Spread) -> Spread {
     }
 }
 
-/// Short enough for the end of a line.
+/// Title that is short enough for the end of a line.
 fn short_title(condition: Condition) -> &'static str {
     match condition {
         Condition::None => "no noise",
@@ -213,7 +213,7 @@ fn short_title(condition: Condition) -> &'static str {
     }
 }
 
-/// How the best individuals live.
+/// Table of the best individuals' lives.
 fn champions(results: &Results) -> String {
     let head = [
         Head::Text("Run"),
@@ -248,7 +248,7 @@ fn champions(results: &Results) -> String {
     )
 }
 
-/// The means over some runs of what simulated and real lives are like, after a name as HTML.
+/// Means over some runs of the measures of simulated and real lives, after a name as HTML.
 fn cells(name: String, runs: &[&Run]) -> Vec<Cell> {
     type Measure = (fn(&Life) -> f64, fn(f64) -> String);
     const MEASURES: [Measure; 7] = [

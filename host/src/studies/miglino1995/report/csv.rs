@@ -1,11 +1,11 @@
-//! The numbers behind the figures, for whoever wants to do their own statistics.
+//! The numbers behind the figures, for readers who want to do their own statistics.
 
 use crate::report::csv::{Csv, number};
 use crate::studies::miglino1995::results::{Family, Level, Life, Results, Run};
 
-/// Names and contents of the files: values of generations, of the individuals of the transferred generation and of
-/// the last one, distances of paths in mm, and lives of the best individuals; where they were run, also mean fitness
-/// of each run with other last generations, and in other simulators.
+/// Names and contents of the files: values of generations, of the individuals of the transferred generation and of the
+/// last one, distances between paths in mm, and lives of the best individuals; and, if they were run, mean fitness of
+/// each run with other last generations and in other simulators.
 pub(crate) fn csv_files(results: &Results) -> Vec<(&'static str, String)> {
     let mut files = vec![
         ("generations.csv", generations(results)),
@@ -23,13 +23,13 @@ pub(crate) fn csv_files(results: &Results) -> Vec<(&'static str, String)> {
     files
 }
 
-/// A row of a run.
+/// Adds a row of a run.
 fn row(table: &mut Csv, run: &Run, fields: impl IntoIterator<Item = String>) {
     let whose = [run.condition.name().to_owned(), run.number.to_string()];
     table.row(whose.into_iter().chain(fields));
 }
 
-/// An entry of a row that may be short.
+/// An entry of a list that may be too short for the row; empty beyond its end.
 fn entry<T: Copy + Into<f64>>(values: &[T], i: usize) -> String {
     values.get(i).map_or(String::new(), |&value| number(value.into()))
 }
@@ -166,7 +166,7 @@ fn controls(results: &Results) -> String {
 }
 
 fn variants(results: &Results) -> String {
-    // All names are quoted, those too that have no comma.
+    // All names are quoted, including those without a comma.
     let mut table = Csv::quoted_already("family,name,value,run,simulated,real".split(','));
     for variant in &results.variants {
         let family = match variant.family {

@@ -1,4 +1,4 @@
-//! Figures 6 to 8, Tables 1 and 2: fitness through generations, at the transfer and after it.
+//! Figures 6 to 8 and Tables 1 and 2: fitness over the generations, at the transfer and after it.
 
 use super::verdicts::degrees_of_freedom;
 use super::{Report, colours, last_generation, paper, runs_of};
@@ -8,9 +8,9 @@ use crate::report::page::{Cell, Head, Row, Section, dotted, figure, paragraph, t
 use crate::studies::claims::Test;
 use crate::studies::miglino1995::results::{Condition, Level, Results, Run};
 
-/// Generations before the transfer that are shown again, larger.
+/// Generations before the transfer that are shown again, enlarged.
 const NEAR: f64 = 10.0;
-/// Significant digits of mean fitness, and of F as the paper prints it.
+/// Significant digits of mean fitness, and of F as printed in the paper.
 const FITNESS: usize = 4;
 const F_DIGITS: usize = 5;
 
@@ -85,7 +85,7 @@ fn generations(results: &Results, condition: Condition, curves: Curves, high: f6
                 dash: "",
                 values: evenly(first, 1.0, values.iter().copied()),
             };
-            // The name stands once, where the line ends.
+            // The name appears once, where the line ends.
             let (middle, last) = match (named, real.is_empty()) {
                 (false, _) => ("", ""),
                 (true, true) => (label, ""),
@@ -131,7 +131,7 @@ fn generations(results: &Results, condition: Condition, curves: Curves, high: f6
     figure(&format!("Figure {number}"), &words, &svg)
 }
 
-/// The test of a claim that the paper's tables have: see [`Report::claims`].
+/// The test of a claim that corresponds to the paper's tables: see [`Report::claims`].
 fn papers_test<'a>(study: &Report<'a>, claim: &str, condition: Condition) -> Option<&'a Test> {
     let claim = study.claims.iter().find(|one| one.id == claim)?;
     claim
@@ -140,7 +140,7 @@ fn papers_test<'a>(study: &Report<'a>, claim: &str, condition: Condition) -> Opt
         .find(|test| test.statistic == "F" && test.name.starts_with(condition.title()))
 }
 
-/// Simulation against reality in the transferred generation.
+/// Table 1: simulation against reality in the transferred generation.
 fn first_table(study: &Report<'_>) -> String {
     let individuals = |condition, lives: fn(&Run) -> &[f32]| mean_of(study.results, condition, lives);
     let rows: Vec<Row> = Condition::ALL
@@ -167,7 +167,7 @@ fn first_table(study: &Report<'_>) -> String {
     table("Table 1", &words, &head("mean, simulated", "mean, real"), &rows)
 }
 
-/// The transferred generation against the last one, both in reality.
+/// Table 2: the transferred generation against the last one, both in reality.
 fn second_table(study: &Report<'_>) -> String {
     let results = study.results;
     let rows: Vec<Row> = Condition::ALL
@@ -237,12 +237,12 @@ fn remark(significant: bool) -> &'static str {
     }
 }
 
-/// A condition with its colour.
+/// A condition's name in its colour.
 pub(super) fn name(condition: Condition) -> String {
     dotted(colours(condition).0, condition.title())
 }
 
-/// The mean over all individuals of a condition.
+/// Mean over all individuals of a condition.
 fn mean_of(results: &Results, condition: Condition, lives: fn(&Run) -> &[f32]) -> f64 {
     mean(
         runs_of(results, condition)

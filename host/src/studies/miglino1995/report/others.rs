@@ -1,4 +1,4 @@
-//! What else could have been done: other last generations, other simulators.
+//! Alternatives: other last generations and other simulators.
 
 use std::fmt::Write;
 
@@ -13,14 +13,14 @@ use crate::studies::miglino1995::results::{Condition, Controls, Family, Results,
 
 /// Significant digits of fitness.
 const DIGITS: usize = 4;
-/// A strip of runs, in pixels.
+/// Width and height of a strip of runs, in pixels.
 const STRIP: (f64, f64) = (300.0, 18.0);
 
-/// What an interval is, for readers.
+/// Explanation of the intervals for the reader.
 const INTERVAL: &str = "The interval is the bootstrap's of the mean over runs, 95 %; of five runs it is rough itself. \
                         Each dot is a run, the bar the interval, the tick the mean.";
 
-/// Other last generations and other simulators; nothing where they were not run.
+/// The section on other last generations and other simulators; `None` if they were not run.
 pub(super) fn section(study: &Report<'_>) -> Option<Section> {
     let results = study.results;
     let controlled = results.runs.iter().any(|run| run.controls.is_some());
@@ -34,11 +34,11 @@ pub(super) fn section(study: &Report<'_>) -> Option<Section> {
     })
 }
 
-/// Numbers that runs are drawn along, from and to.
+/// Ends of the axis of a strip.
 struct Scale(f64, f64);
 
 impl Scale {
-    /// Around some values, in round numbers.
+    /// An axis around some values, with round ends.
     fn around(values: impl Iterator<Item = f64>) -> Self {
         const ROUND: f64 = 50.0;
         let (low, high) = values
@@ -57,7 +57,7 @@ impl Scale {
         format!("runs, from {} to {}", self.0, self.1)
     }
 
-    /// Runs as dots on a line, with their mean and its interval.
+    /// Draws runs as dots on a line, with their mean and its interval.
     fn strip(&self, values: &[f64], colour: &str) -> String {
         let (width, height) = STRIP;
         let middle = height / 2.0;
@@ -96,7 +96,7 @@ impl Scale {
     }
 }
 
-/// Where the mean over runs lies with 95 %, by the bootstrap with always the same draws; of two runs or more.
+/// The 95 % interval of the mean over runs, by a bootstrap with fixed draws; needs at least two runs.
 fn interval(values: &[f64]) -> Option<Interval> {
     const LEVEL: f64 = 0.95;
     const RESAMPLES: usize = 2000;
@@ -107,7 +107,7 @@ fn interval(values: &[f64]) -> Option<Interval> {
     bootstrap_interval(&[values], mean, LEVEL, RESAMPLES, &mut Pcg64::new(1995, 0)).ok()
 }
 
-/// A mean, its interval and the runs themselves.
+/// Cells with a mean, its interval and the runs themselves.
 fn cells(values: &[f64], scale: &Scale, colour: &str) -> [Cell; 3] {
     let interval = interval(values).map_or(NONE.to_owned(), |Interval { low, high }| {
         format!("{} to {}", shown(low, 3), shown(high, 3))
@@ -119,7 +119,7 @@ fn cells(values: &[f64], scale: &Scale, colour: &str) -> [Cell; 3] {
     ]
 }
 
-/// Real fitness of the last generation, as it is and as it would have been otherwise, condition by condition.
+/// Real fitness of the last generation beside that of each alternative, by condition.
 fn controls(results: &Results) -> String {
     type Figure = fn(&Run) -> Option<f64>;
     fn control(run: &Run, which: fn(&Controls) -> f64) -> Option<f64> {
@@ -173,7 +173,7 @@ fn controls(results: &Results) -> String {
     )
 }
 
-/// Other simulators, family by family.
+/// Other simulators by family.
 fn variants(results: &Results) -> String {
     const COLOUR: &str = "#4a4d57";
     const FAMILIES: [(Family, &str); 4] = [

@@ -1,35 +1,35 @@
-//! What the paper prints, as far as it can be held against numbers: Miglino, Lund and Nolfi, "Evolving Mobile Robots
-//! in Simulated and Real Environments", Artificial Life 2(4), 1995.
+//! The paper's printed figures, as far as they can be compared with numbers: Miglino, Lund and Nolfi, "Evolving Mobile
+//! Robots in Simulated and Real Environments", Artificial Life 2(4), 1995.
 
 use crate::studies::miglino1995::results::Condition;
 
 /// Degrees of freedom of all tests of Tables 1 and 2.
 pub(super) const DEGREES_OF_FREEDOM: &str = "1, 998";
-/// The level of significance of Tables 1 and 2.
+/// Significance level of Tables 1 and 2.
 pub(super) const LEVEL: f64 = 0.01;
-/// Runs of all conditions, generations in simulation and in reality, and individuals of each.
+/// Total runs, generations in simulation and in reality, and individuals in each.
 pub(super) const RUNS: u64 = 15;
 pub(super) const SIMULATED_GENERATIONS: u64 = 200;
 pub(super) const REAL_GENERATIONS: u64 = 20;
 pub(super) const POPULATION: u64 = 100;
-/// Cycles of a life, and how long they take on an IBM RISC/6000 and in reality, seconds.
+/// Cycles of a life, and their duration in seconds on an IBM RISC/6000 and in reality.
 pub(super) const CYCLES: f64 = 500.0;
 pub(super) const SIMULATED_LIFE: f64 = 2.0;
 pub(super) const REAL_LIFE: f64 = 50.0;
 
-/// What is printed of one condition.
+/// Figures printed for one condition.
 pub(super) struct Printed {
-    /// The F of Table 1, simulation against reality in generation 200, and whether the effect is significant.
+    /// F of Table 1 (simulation against reality in generation 200), and whether the effect is significant.
     pub(super) gap: (f64, bool),
-    /// The same of Table 2, generation 200 against generation 219, in reality.
+    /// F of Table 2 (generation 200 against generation 219, in reality), and whether the effect is significant.
     pub(super) recovery: (f64, bool),
-    /// The number of the figure with its generations, and what the text says of it.
+    /// Number of the figure of the generations, and the text's comment on it.
     pub(super) generations: (u32, &'static str),
-    /// The number of the figure with its trajectories, and what the text says of it.
+    /// Number of the figure of the trajectories, and the text's comment on it.
     pub(super) trajectories: (u32, &'static str),
 }
 
-/// What is printed of a condition.
+/// Figures printed for a condition.
 pub(super) fn printed(condition: Condition) -> Printed {
     match condition {
         Condition::None => Printed {

@@ -1,4 +1,4 @@
-//! Figures 2 to 5: the arena, what was sampled, why points of view matter, and a controller.
+//! Figures 2 to 5: the arena, the samples, why points of view matter, and a controller.
 
 use super::{Report, run_name};
 use crate::report::figures;
@@ -17,7 +17,7 @@ pub(super) fn section(study: &Report<'_>) -> Section {
         &figures::arena(study.arena, study.body_radius),
     );
     for (place, table) in study.sensors.classes.iter().enumerate() {
-        // The paper shows the wall alone; what else was sampled comes after the same words.
+        // The paper shows only the wall; other samples follow with the same wording.
         let (name, says) = if place == 0 {
             let says = " In the paper the sixth sensor's range is nearly twice the fifth's.";
             ("Figure 3".to_owned(), says)

@@ -14,7 +14,7 @@ const GENERATIONS: u32 = 200;
 const REAL: u32 = 20;
 const POPULATION: u32 = 100;
 
-/// Numbers from 0 to 1, always the same ones.
+/// Fixed sequence of numbers from 0 to 1.
 struct Numbers(u32);
 
 impl Numbers {
@@ -31,7 +31,7 @@ impl Numbers {
         (0..POPULATION).map(|_| self.around(middle, 160.0) as f32).collect()
     }
 
-    /// Straight on until a wall.
+    /// Path straight ahead until a wall.
     fn path(&mut self, speed: f64) -> Vec<[f32; 2]> {
         let ((mut x, mut y), (mut dx, mut dy)) = ((300.0, 80.0), (speed, 0.6 * speed));
         (0..500)
@@ -123,7 +123,7 @@ impl Numbers {
     }
 }
 
-/// So many runs of each condition.
+/// Made-up results with `runs` runs of each condition.
 pub(in crate::studies::miglino1995) fn results(runs: u32) -> Results {
     let mut numbers = Numbers(0);
     Results {
@@ -224,7 +224,7 @@ fn report(results: &Results, claims: &[Claim]) -> String {
     })
 }
 
-/// With controls of each run, and other simulators of each family.
+/// Made-up results with controls of each run and other simulators of each family.
 fn full(runs: u32) -> Results {
     let mut results = results(runs);
     for (number, run) in (0_u32..).zip(&mut results.runs) {
@@ -314,7 +314,7 @@ fn the_papers_figures_stand_beside_ours() {
     for value in ["129.46", "74.09", "30.74", "26.01"] {
         assert!(second.contains(value), "{value} in {second}");
     }
-    // The effect that the paper prints comes first, though it is the second.
+    // The effect that the paper prints comes first, though it is the second in the list.
     let verdicts = part(&html, "section", "verdicts");
     assert_eq!(verdicts.matches("<td class=\"number\">0.7346</td>").count(), 12);
     assert_eq!(verdicts.matches("<span class=\"paper\">0.81</span>").count(), 12);
@@ -462,10 +462,10 @@ fn controls_and_other_simulators_are_shown_where_they_were_run() {
     let html = report(&full(5), &claims());
     assert_eq!(unbalanced(&html), None);
     let section = part(&html, "section", "others");
-    // Five figures a condition; two families with a title each, and three simulators.
+    // Five figures per condition; two families with a title each, and three simulators.
     assert_eq!(section.matches("<svg class=\"strip\"").count(), 5 * 3 + 3);
     assert_eq!(section.matches("<tr class=\"sum\">").count(), 2);
-    // The runs of sensor noise, 206 to 210, and no others.
+    // Only the runs with sensor noise, 206 to 210.
     let of_sensor = section
         .lines()
         .filter(|line| line.contains(">208</td>"))

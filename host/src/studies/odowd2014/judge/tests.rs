@@ -1,10 +1,10 @@
-//! Made-up studies: one as the paper tells it, one in which nothing evolves anything.
+//! Made-up studies: one that agrees with the paper and one in which nothing has an effect.
 
 use super::*;
 use crate::studies::odowd2014::results::{Credit, RobotInterval};
 use Kind::{SimulatorShuffled, SimulatorWrong};
 
-/// Numbers from -1 to 1 that only look random.
+/// Deterministic numbers from -1 to 1 that look random.
 struct Numbers(u64);
 
 impl Numbers {
@@ -14,13 +14,13 @@ impl Numbers {
     }
 }
 
-/// What a run is made to be, interval by interval: food a minute, and each gene's middle and reach.
+/// Target values of a made-up run by interval: food per minute, and the centre and half-width of each gene's range.
 struct Made {
     food: f64,
     s0: (f64, f64),
     g0: (f64, f64),
     g1: (f64, f64),
-    /// Whether fitness tells of the simulator.
+    /// Whether fitness depends on the simulator.
     informs: bool,
 }
 
@@ -31,7 +31,7 @@ fn run(case: Case, kind: Kind, number: u32, numbers: &mut Numbers, made: impl Fn
     let mut intervals = Vec::new();
     for minute in 0..50 {
         let Made { food, s0, g0, g1, .. } = made(minute);
-        // The whole of it in one second, give or take one.
+        // All food arrives in one second, give or take one item.
         let food = (food + 1.5 * numbers.next()).round().max(0.0) as u16;
         brought.extend((0..60).map(|second| if second == 30 { food } else { 0 }));
         let mut drawn = |(middle, reach): (f64, f64)| (middle + reach * numbers.next()).clamp(0.0, 0.99) as f32;
@@ -51,7 +51,7 @@ fn run(case: Case, kind: Kind, number: u32, numbers: &mut Numbers, made: impl Fn
     if case == Random {
         intervals.clear();
     }
-    // Fitness tells where the controller was chosen with the light where it is: an interval before.
+    // Fitness depends on the light at the time the controller was chosen, an interval earlier.
     for interval in 1..intervals.len() {
         let (before, now) = intervals.split_at_mut(interval);
         for (before, own) in before[interval - 1].iter().zip(&mut now[0]) {
@@ -70,7 +70,7 @@ fn run(case: Case, kind: Kind, number: u32, numbers: &mut Numbers, made: impl Fn
     }
 }
 
-/// A study in which all is as the paper says.
+/// A run in which everything is as the paper says.
 fn as_told(number: u32, case: Case, kind: Kind, numbers: &mut Numbers) -> Run {
     run(case, kind, number, numbers, |minute| {
         let second = minute >= 25;
@@ -106,7 +106,7 @@ fn as_told(number: u32, case: Case, kind: Kind, numbers: &mut Numbers) -> Run {
     })
 }
 
-/// A study in which nothing depends on anything.
+/// A run in which nothing depends on anything.
 fn as_nothing(number: u32, case: Case, kind: Kind, numbers: &mut Numbers) -> Run {
     run(case, kind, number, numbers, |_| Made {
         food: 6.0,
@@ -167,7 +167,7 @@ fn what_the_paper_says_is_reproduced_where_it_is_so() {
     let claims = study(vec![told()]);
     for (id, verdict) in verdicts(&claims) {
         let expected = match id {
-            // Cases 3 and 5 differ here, as they do in the paper, and a robot alone is the same anywhere.
+            // Cases 3 and 5 differ here, as in the paper, and a lone robot is the same anywhere.
             "D16" | "D14" => verdict,
             _ => Verdict::Reproduced,
         };
@@ -180,7 +180,7 @@ fn what_the_paper_says_is_reproduced_where_it_is_so() {
     }
 }
 
-/// No claim of a difference, an order or a direction holds where there is none; those of no difference do.
+/// Without effects, no claim of a difference, an order or a direction holds; claims of no difference do.
 #[test]
 fn what_is_not_so_is_not_reproduced() {
     for (id, verdict) in verdicts(&study(vec![nothing(Credit::Lagged)])) {
@@ -211,7 +211,7 @@ fn a_verdict_states_its_scope() {
     );
 }
 
-/// Without the null and the interventions there is nothing to hold most claims against.
+/// Without the null and the interventions, most claims lack a comparison.
 #[test]
 fn without_their_runs_claims_are_undecided() {
     let claims = study(vec![combination(Credit::Lagged, as_told, &[Evolved])]);
@@ -228,7 +228,7 @@ fn without_their_runs_claims_are_undecided() {
     assert_eq!(claims[0].verdict, Verdict::Undecided);
 }
 
-/// Holm's correction, worked out by hand: p of 0.01, 0.02 and 0.03 become 0.03, 0.04 and 0.04.
+/// Holm's correction, computed by hand: p of 0.01, 0.02 and 0.03 become 0.03, 0.04 and 0.04.
 #[test]
 fn comparisons_are_corrected_and_have_signs() {
     let mut finding = Finding::default();

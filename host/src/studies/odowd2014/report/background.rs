@@ -1,4 +1,4 @@
-//! What the study was: its facts, what was assumed, and the paper's slips.
+//! Background of the study: its facts, its assumptions, and the paper's slips.
 
 use super::{Report, credit_words, paper};
 use crate::report::numbers::shown;
@@ -7,7 +7,7 @@ use crate::studies::assumptions;
 
 const DIGITS: usize = 4;
 
-/// What stands below the title, as HTML.
+/// The facts below the title, as HTML.
 pub(super) fn facts(study: &Report<'_>) -> String {
     let results = study.results;
     let combinations: Vec<String> = results

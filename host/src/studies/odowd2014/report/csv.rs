@@ -1,12 +1,13 @@
-//! The numbers behind the figures, for whoever wants to do their own statistics.
+//! The numbers behind the figures, for readers who want to do their own statistics.
 
 use super::measures::{BIN, G0, G1, MINUTE, S0, at_the_end, intervals, level, robots_at, runs_of, shares, total};
 use super::{name, questions};
 use crate::report::csv::{Csv, known, number};
 use crate::studies::odowd2014::results::{Case, Combination, Kind, Results, Run};
 
-/// Names and contents of the files: a row a run; a row a robot and interval of those that are as the paper has them; food in bins of 250 s; means and standard
-/// deviations of genes, and shares of what they select, of each interval over all runs of a case and kind.
+/// Names and contents of the files: one row per run; one row per robot and interval of the runs that are as in the
+/// paper; food in bins of 250 s; and by interval, over all runs of a case and kind, means and standard deviations of
+/// genes and shares of what they select.
 pub(crate) fn csv_files(results: &Results) -> Vec<(&'static str, String)> {
     vec![
         ("runs.csv", runs(results)),
@@ -20,7 +21,7 @@ pub(crate) fn csv_files(results: &Results) -> Vec<(&'static str, String)> {
     .collect()
 }
 
-/// Fields that say of which case, kind and combination a row is.
+/// Fields that identify a row's combination, case and kind.
 fn whose(combination: &Combination, case: Case, kind: Kind) -> [String; 4] {
     [
         number(combination.scale),
@@ -35,7 +36,7 @@ fn file(columns: &str) -> Csv {
     Csv::new("scale,credit,case,kind".split(',').chain(columns.split(',')))
 }
 
-/// Runs with the fields that say whose they are, and their number.
+/// Runs with their identifying fields and their number.
 fn all_runs(results: &Results) -> impl Iterator<Item = (Vec<String>, &Run)> {
     results.combinations.iter().flat_map(|combination| {
         combination.runs.iter().map(move |run| {
@@ -46,7 +47,7 @@ fn all_runs(results: &Results) -> impl Iterator<Item = (Vec<String>, &Run)> {
     })
 }
 
-/// Cases and kinds with runs, and the fields that say which.
+/// Cases and kinds that have runs, with their identifying fields.
 fn groups(results: &Results) -> impl Iterator<Item = ([String; 4], Vec<&Run>)> {
     results.combinations.iter().flat_map(|combination| {
         let kinds = Case::ALL
@@ -74,7 +75,7 @@ fn runs(results: &Results) -> String {
 
 fn robots(results: &Results) -> String {
     let mut table = file("run,interval,robot,s0,chosen_under,g0,g1,real,simulated,heard,reached,taken");
-    // Of all kinds it would be a hundred megabytes.
+    // The rows of all kinds would take a hundred megabytes.
     for (whose, run) in all_runs(results).filter(|(_, run)| run.kind == Kind::Evolved) {
         for (interval, robots) in run.intervals.iter().enumerate() {
             for (place, robot) in robots.iter().enumerate() {

@@ -1,4 +1,4 @@
-//! How well the swarm is connected: who hears whom, and whose simulators go on.
+//! Connectivity of the swarm: who hears whom, and whose simulators are passed on.
 
 use super::measures::runs_of;
 use super::{DIGITS, case_name, evolving, named};
@@ -46,7 +46,7 @@ pub(super) fn html(results: &Results, combination: &Combination) -> String {
     )
 }
 
-/// How often robots took another's simulator; after the last interval nobody goes on with any.
+/// Share of intervals after which robots adopted another's simulator; nothing is adopted after the last.
 fn taken(runs: &[&Run]) -> f64 {
     let decided = |run: &&Run| run.intervals.len().saturating_sub(1);
     let robots = runs
@@ -55,7 +55,7 @@ fn taken(runs: &[&Run]) -> f64 {
     mean(robots.map(|robot| f64::from(u8::from(robot.taken))))
 }
 
-/// The mean over all robots and intervals of some runs.
+/// Mean over all robots and intervals of some runs.
 fn over(runs: &[&Run], of: impl Fn(&RobotInterval) -> f64) -> f64 {
     mean(runs.iter().flat_map(|run| run.intervals.iter().flatten()).map(of))
 }

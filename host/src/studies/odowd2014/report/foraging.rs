@@ -1,4 +1,4 @@
-//! Figure 5 and its tests: food brought in, case by case.
+//! Figure 5 and its tests: food collected, by case.
 
 use super::measures::{BIN, MINUTE, difference, minutes, rate, rates, runs_of};
 use super::{colour, moves, named, paper, short_title};
@@ -16,7 +16,7 @@ pub(super) fn html(results: &Results, combination: &Combination) -> String {
     )
 }
 
-/// The cases with runs as the paper has them.
+/// Cases that have runs as in the paper.
 fn cases(combination: &Combination) -> impl Iterator<Item = (Case, Vec<&Run>)> {
     let runs = |case| (case, runs_of(combination, case, Kind::Evolved));
     Case::ALL.into_iter().map(runs).filter(|(_, runs)| !runs.is_empty())
@@ -73,7 +73,7 @@ fn rate_figure(results: &Results, combination: &Combination) -> String {
     figure(&named("Figure 5", combination), &words, &svg)
 }
 
-/// What each case's rate is, and how it differs from that of random movement.
+/// Table of each case's rate and its difference from that of random movement.
 fn tests(results: &Results, combination: &Combination) -> String {
     let all = results.minutes as usize * MINUTE;
     let half = results.light_moves_minute as usize * MINUTE;

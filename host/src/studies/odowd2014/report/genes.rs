@@ -1,4 +1,4 @@
-//! Figures 6 to 10: how simulators and controllers evolve, case by case, and what they are in the end.
+//! Figures 6 to 10: the evolution of simulators and controllers by case, and their final genes.
 
 use super::measures::{G0, G1, Gene, LAST, S0, alone, at_the_end, difference, level, levels, robots_at, runs_of};
 use super::measures::{intervals, shares, third_of};
@@ -8,14 +8,14 @@ use crate::report::numbers::{mean, percent, probability, shown};
 use crate::report::page::{Cell, Head, Row, figure, table};
 use crate::studies::odowd2014::results::{Case, Combination, Kind, Results, Run};
 
-/// What the thirds of `S0`, `G0` and `G1` are called, their colours in lines and as grounds.
+/// Names of the thirds of `S0`, `G0` and `G1`, their line colours and their background colours.
 const SCENARIOS: [&str; 3] = ["opposite nest", "no light", "over nest"];
 const BEHAVIOURS: [&str; 3] = ["flees light", "random search", "seeks light"];
 const COLOURS: [&str; 3] = ["#2b3a8f", "#6b6e76", "#b87700"];
 const GROUNDS: [&str; 3] = ["#e8ebf6", "#f3f3f1", "#fbf1d8"];
-/// Where thirds begin and end.
+/// Borders of the thirds.
 const BORDERS: [f64; 4] = [0.0, 0.33, 0.66, 1.0];
-/// How what is without selection is dashed.
+/// Dash pattern of lines without selection.
 const NULL: &str = "5 4";
 
 pub(super) fn html(results: &Results, combination: &Combination) -> String {
@@ -37,7 +37,7 @@ fn thirds(labels: [&'static str; 3]) -> [Ground<'static>; 3] {
     })
 }
 
-/// Figure 6, 7, 8, 9 or 10; nothing where the case was not run.
+/// Figure 6, 7, 8, 9 or 10; empty if the case was not run.
 fn evolution(results: &Results, combination: &Combination, case: Case) -> String {
     let own = runs_of(combination, case, Kind::Evolved);
     let null = runs_of(combination, case, Kind::FitnessShuffled);
@@ -52,7 +52,7 @@ fn evolution(results: &Results, combination: &Combination, case: Case) -> String
         label,
         colour,
         dash,
-        // What a robot is in its first minute stands in that minute's middle.
+        // The value for a robot's first minute is drawn at the middle of that minute.
         values: evenly(0.5, 1.0, values),
     };
     let panel = |title, up, grounds, bands| Panel {
@@ -113,18 +113,18 @@ fn evolution(results: &Results, combination: &Combination, case: Case) -> String
     figure(&named(&format!("Figure {number}"), combination), &words, &svg)
 }
 
-/// The share of robots whose simulator has its gene in a third, interval by interval.
+/// Share of robots by interval whose simulator has its gene in a third.
 fn share_of(runs: &[&Run], third: usize) -> Vec<Spread> {
     let at = |interval| alone(shares(robots_at(runs, interval), S0)[third]);
     (0..intervals(runs)).map(at).collect()
 }
 
-/// A share of each run's end.
+/// The same share at the end of each run.
 fn ends(runs: &[&Run], third: usize) -> Vec<f64> {
     runs.iter().map(|run| shares(at_the_end(run), S0)[third]).collect()
 }
 
-/// What simulators are in the end, in runs of each kind.
+/// Table of final simulators, in runs of each kind.
 fn simulators(combination: &Combination) -> String {
     let head = [
         Head::Text("Case"),
@@ -170,7 +170,7 @@ fn simulators(combination: &Combination) -> String {
     table(&named("Simulators", combination), &words, &head, &rows)
 }
 
-/// What controllers are in the end.
+/// Table of final controllers.
 fn controllers(combination: &Combination) -> String {
     let head = [
         Head::Text("Case"),

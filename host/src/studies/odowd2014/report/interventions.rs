@@ -1,4 +1,4 @@
-//! What simulators are good for: rates of foraging where they are shuffled, fixed or drawn, and of one robot alone.
+//! Usefulness of simulators: foraging rates when they are shuffled, fixed or drawn at random, and of a lone robot.
 
 use super::measures::{difference, rate, runs_of};
 use super::{DIGITS, case_name, kind_name, named, other_kinds};
@@ -7,7 +7,7 @@ use crate::report::page::{Cell, Head, Row, table};
 use crate::statistics::variance;
 use crate::studies::odowd2014::results::{Case, Combination, Kind, Run};
 
-/// Nothing where all was left as it is.
+/// The table of interventions; empty if there were none.
 pub(super) fn html(combination: &Combination) -> String {
     if other_kinds(combination).next().is_none() {
         return String::new();

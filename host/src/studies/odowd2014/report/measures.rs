@@ -1,4 +1,4 @@
-//! What is worked out of runs: rates of foraging, shares of what genes select, and tests.
+//! Measures and tests of runs: foraging rates and shares of what genes select.
 
 use std::ops::Range;
 
@@ -12,7 +12,7 @@ use crate::studies::odowd2014::results::{Case, Combination, Kind, RobotInterval,
 
 /// Seconds of a minute.
 pub(super) const MINUTE: usize = 60;
-/// Intervals, the last ones of a run, that its end is measured by.
+/// Number of final intervals that are averaged for the end of a run.
 pub(super) const LAST: usize = 10;
 
 /// The runs of a case and kind.
@@ -20,24 +20,24 @@ pub(super) fn runs_of(combination: &Combination, case: Case, kind: Kind) -> Vec<
     combination.of(case, kind).collect()
 }
 
-/// Food a minute that a swarm brings in during some seconds of a run; NaN where it did not last to any of them.
+/// Food per minute that a swarm collects in a range of seconds; NaN if the run ended before.
 pub(super) fn rate(run: &Run, seconds: Range<usize>) -> f64 {
     let end = seconds.end.min(run.brought.len());
     let brought = run.brought.get(seconds.start..end).unwrap_or_default();
     per_minute(brought)
 }
 
-/// All food.
+/// Total food.
 pub(super) fn total(brought: &[u16]) -> u64 {
     brought.iter().map(|&food| u64::from(food)).sum()
 }
 
-/// Food a minute in one bin after another, each of so many seconds.
+/// Food per minute in successive bins of `bin` seconds.
 pub(super) fn rates(run: &Run, bin: usize) -> Vec<f64> {
     run.brought.chunks(bin).map(per_minute).collect()
 }
 
-/// Food in each minute, mean over runs: the samples of the paper's test.
+/// Food in each minute, as the mean over runs: the samples of the paper's test.
 pub(super) fn minutes(runs: &[&Run]) -> Vec<f64> {
     let rows: Vec<Vec<f64>> = runs.iter().map(|run| rates(run, MINUTE)).collect();
     let length = rows.iter().map(Vec::len).min().unwrap_or(0);
@@ -46,12 +46,12 @@ pub(super) fn minutes(runs: &[&Run]) -> Vec<f64> {
         .collect()
 }
 
-/// Which third of its range a gene is in: opposite, no light or over; flees light, searches at random or seeks light.
+/// Third of its range that a gene is in: opposite, no light or over; flees light, searches at random or seeks light.
 pub(super) fn third(gene: f32) -> usize {
     third_of(Light::of_gene(gene))
 }
 
-/// The third in which a simulator has the light there.
+/// Third in which a simulator has the light at `light`.
 pub(super) fn third_of(light: Light) -> usize {
     match light {
         Light::OppositeNest => 0,
@@ -60,7 +60,7 @@ pub(super) fn third_of(light: Light) -> usize {
     }
 }
 
-/// The share of some robots with a gene in each third; NaN of none.
+/// Share of some robots with a gene in each third; NaN if there are no robots.
 pub(super) fn shares<'a>(robots: impl IntoIterator<Item = &'a RobotInterval>, gene: Gene) -> [f64; 3] {
     let mut counts = [0_u32; 3];
     for robot in robots {
@@ -80,19 +80,19 @@ pub(super) fn intervals(runs: &[&Run]) -> usize {
     runs.iter().map(|run| run.intervals.len()).max().unwrap_or(0)
 }
 
-/// The robots of a run's last intervals.
+/// The robots of a run's final intervals.
 pub(super) fn at_the_end(run: &Run) -> impl Iterator<Item = &RobotInterval> {
     let first = run.intervals.len().saturating_sub(LAST);
     run.intervals[first..].iter().flatten()
 }
 
-/// The mean of a gene and its standard deviation; NaN where there are too few robots.
+/// Mean and standard deviation of a gene; NaN if there are too few robots.
 pub(super) fn level<'a>(robots: impl IntoIterator<Item = &'a RobotInterval>, gene: Gene) -> (f64, f64) {
     let genes: Vec<f64> = robots.into_iter().map(|robot| f64::from(gene(robot))).collect();
     (mean(&genes), variance(&genes).sqrt())
 }
 
-/// A gene's mean in each interval over robots and runs, with the standard deviation to both sides as far as genes go.
+/// Mean of a gene in each interval over robots and runs, plus and minus the standard deviation within the gene's range.
 pub(super) fn levels(runs: &[&Run], gene: Gene) -> Vec<Spread> {
     let at = |interval| {
         let (mean, deviation) = level(robots_at(runs, interval), gene);
@@ -106,10 +106,10 @@ pub(super) fn levels(runs: &[&Run], gene: Gene) -> Vec<Spread> {
     (0..intervals(runs)).map(at).collect()
 }
 
-/// The greatest gene.
+/// Greatest value of a gene.
 const GREATEST: f32 = 0.99;
 
-/// A mean without what it is the mean of.
+/// A mean without a spread.
 pub(super) fn alone(mean: f64) -> Spread {
     Spread {
         low: mean,
@@ -118,13 +118,13 @@ pub(super) fn alone(mean: f64) -> Spread {
     }
 }
 
-/// Two samples held against each other: Cohen's d, and the p of Student's t test.
+/// Comparison of two samples: Cohen's d, and the p of Student's t test.
 pub(super) struct Difference {
     pub(super) d: f64,
     pub(super) p: f64,
 }
 
-/// The first sample against the second; NaN where they are too small or do not vary.
+/// Compares the first sample with the second; NaN if they are too small or don't vary.
 pub(super) fn difference(a: &[f64], b: &[f64]) -> Difference {
     Difference {
         d: cohens_d(a, b).unwrap_or(f64::NAN),

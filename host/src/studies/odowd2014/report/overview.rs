@@ -1,4 +1,4 @@
-//! All combinations of mutation scale and credit beside each other.
+//! All combinations of mutation scale and credit side by side.
 
 use super::measures::{LAST, S0, at_the_end, rate, runs_of, shares, third_of};
 use super::{DIGITS, evolving, short_title, title};
@@ -7,7 +7,7 @@ use crate::report::numbers::{mean, percent, shown};
 use crate::report::page::{Cell, Head, Row, Section, paragraph, table};
 use crate::studies::odowd2014::results::{Case, Combination, Kind, Results};
 
-/// Nothing where there is none, or nothing to hold it against.
+/// The overview; `None` unless there are several combinations to compare.
 pub(super) fn section(results: &Results) -> Option<Section> {
     if results.combinations.len() < 2 {
         return None;
@@ -28,7 +28,7 @@ pub(super) fn section(results: &Results) -> Option<Section> {
     })
 }
 
-/// A combination with a link to its own section.
+/// A combination with a link to its section.
 fn whose(place: usize, combination: &Combination) -> Cell {
     Cell::html(format!(
         "<a href=\"#combination-{}\">{}</a>",

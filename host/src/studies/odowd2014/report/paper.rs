@@ -1,10 +1,10 @@
-//! What the paper prints, as far as it can be held against numbers: O'Dowd, Studley and Winfield, "The distributed
-//! co-evolution of an on-board simulator and controller for swarm robot behaviours", Evolutionary Intelligence 7(2),
-//! 2014.
+//! The paper's printed figures, as far as they can be compared with numbers: O'Dowd, Studley and Winfield, "The
+//! distributed co-evolution of an on-board simulator and controller for swarm robot behaviours", Evolutionary
+//! Intelligence 7(2), 2014.
 
 use crate::studies::odowd2014::results::Case;
 
-/// The p of the t test of Figure 5 of a case against Random Movement.
+/// p of Figure 5's t test of a case against Random Movement.
 pub(super) fn test(case: Case) -> &'static str {
     match case {
         Case::NoLight => "> 0.5",
@@ -13,7 +13,7 @@ pub(super) fn test(case: Case) -> &'static str {
     }
 }
 
-/// The number of the figure with a case's genes, and what the text says of it.
+/// Number of the figure of a case's genes, and the text's comment on it.
 pub(super) fn genes(case: Case) -> Option<(u32, &'static str)> {
     Some(match case {
         Case::NoLight => (
@@ -42,7 +42,7 @@ pub(super) fn genes(case: Case) -> Option<(u32, &'static str)> {
     })
 }
 
-/// Slips of the paper, and what they leave open.
+/// Slips of the paper and the ambiguities they cause.
 pub(super) const SLIPS: [&str; 7] = [
     "The first sentence of section 5.5 says that in the case Light Opposite Nest \u{2192} Light Over Nest the light is \
      over the nest first and opposite it then; the case's title and Figure 10 say that it is the other way round.",

@@ -1,4 +1,4 @@
-//! The paper's open questions: how many robots, how densely, how far they hear each other, and how far off the light is.
+//! The paper's open questions: number and density of robots, range of messages, and distance of the light.
 
 use oneiro::foraging::Light;
 
@@ -10,14 +10,14 @@ use crate::statistics::mean;
 use crate::studies::odowd2014::measures::{ALL, LATE};
 use crate::studies::odowd2014::results::{Question, Results, Run};
 
-/// The columns of the table of open questions.
+/// Columns of the table of open questions.
 const COLUMNS: &str = "about,robots,arena_radius_mm,range_mm,lamp_behind_wall_mm,runs,food_per_robot_minute,late_share_over,late_s0,\
                                          converged_minute,heard,reached_share";
 
-/// Intervals that a share is taken over.
+/// Intervals that a share is averaged over.
 const TOGETHER: usize = 5;
 
-/// What was found for one of them.
+/// Results for one of the questions.
 struct Answer {
     food_per_robot: f64,
     late_share: f64,
@@ -43,8 +43,8 @@ fn answer(question: &Question) -> Answer {
     }
 }
 
-/// The first interval from which on simulators have the light over the nest in more than half of the cases, mean of
-/// runs over five intervals.
+/// First interval from which more than half of the simulators have the light over the nest, as the mean over runs and
+/// five intervals.
 pub(super) fn converged(runs: &[Run]) -> Option<usize> {
     let intervals = runs.iter().map(|run| run.intervals.len()).min()?;
     let share = |first: usize| {
@@ -61,7 +61,7 @@ pub(super) fn converged(runs: &[Run]) -> Option<usize> {
     (first + TOGETHER <= intervals).then_some(first)
 }
 
-/// The section, if they were asked.
+/// The section on open questions, if they were run.
 pub(super) fn section(results: &Results) -> Option<Section> {
     if results.questions.is_empty() {
         return None;
@@ -117,7 +117,7 @@ pub(super) fn section(results: &Results) -> Option<Section> {
     })
 }
 
-/// The same as a file.
+/// The same table as CSV.
 pub(super) fn csv(results: &Results) -> String {
     let mut rows = Csv::new(COLUMNS.split(','));
     for question in &results.questions {

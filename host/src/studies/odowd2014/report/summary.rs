@@ -1,4 +1,4 @@
-//! The study in a file for programs: each run in a few figures. The tables have the rest.
+//! Summary of the study as JSON: a few figures for each run. The tables have the rest.
 
 use oneiro::foraging::Light;
 use serde_json::{Value, json};
@@ -6,7 +6,6 @@ use serde_json::{Value, json};
 use crate::studies::odowd2014::measures::{ALL, FIRST_HALF, G0, G1, LATE, S0, SECOND_HALF};
 use crate::studies::odowd2014::results::{Results, Run};
 
-/// The whole study.
 pub(crate) fn summary(results: &Results) -> Value {
     let combinations = results.combinations.iter().map(|combination| {
         json!({

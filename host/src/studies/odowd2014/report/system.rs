@@ -1,4 +1,4 @@
-//! Figures 1 to 4: the loop on a robot, the scenarios, the controller, the arena with its robots.
+//! Figures 1 to 4: the loop on a robot, the scenarios, the controller, and the arena with its robots.
 
 use super::Report;
 use crate::report::figures;

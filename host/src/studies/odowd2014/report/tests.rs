@@ -11,7 +11,7 @@ use crate::studies::odowd2014::results::{RobotInterval, Run};
 const MINUTES: u32 = 50;
 const ROBOTS: u32 = 10;
 
-/// Numbers from 0 to 1, always the same ones.
+/// Fixed sequence of numbers from 0 to 1.
 struct Numbers(u32);
 
 impl Numbers {
@@ -20,7 +20,7 @@ impl Numbers {
         f64::from(pcg4d([self.0, 1, 20, 14])[0]) / f64::from(u32::MAX)
     }
 
-    /// A gene about as far from its goal as it was before, and a little nearer.
+    /// Moves a gene randomly, and a little towards its goal.
     fn gene(&mut self, gene: f64, goal: f64, scale: f64) -> f64 {
         let step = (2.0 * self.next() - 1.0) * scale.min(0.5);
         (gene + 0.08 * (goal - gene) + step).clamp(0.0, 0.99)
@@ -105,13 +105,13 @@ fn of(combinations: Vec<Combination>, runs: u32) -> Results {
     }
 }
 
-/// One combination, as the paper has it and without selection.
+/// One combination, with the paper's kind of runs and those without selection.
 fn small(runs: u32) -> Results {
     let kinds = [Kind::Evolved, Kind::FitnessShuffled];
     of(vec![Numbers(0).combination(0.2, Credit::Matched, &kinds, runs)], runs)
 }
 
-/// Two combinations, with all kinds.
+/// Two combinations with all kinds.
 fn full(runs: u32) -> Results {
     let mut numbers = Numbers(0);
     let combinations = [(0.2, Credit::Lagged), (2.0, Credit::Matched)];
@@ -223,7 +223,7 @@ fn sections_are_there_where_their_data_is() {
     let html = report(&nothing, &[]);
     assert_eq!(unbalanced(&html), None);
     assert!(csv_files(&nothing).iter().all(|(_, text)| text.lines().count() == 1));
-    // Cut short in the first minute.
+    // A run that was cut short in its first minute.
     let mut short = small(1);
     for run in &mut short.combinations[0].runs {
         run.brought.truncate(10);
@@ -258,7 +258,7 @@ fn run(brought: Vec<u16>) -> Run {
 
 #[test]
 fn rates_are_food_per_minute() {
-    // An item every ten seconds, and none after 250.
+    // An item every ten seconds, and none after 250 s.
     let own = run((0..500)
         .map(|second| u16::from(second < 250 && second % 10 == 0))
         .collect());
@@ -268,7 +268,7 @@ fn rates_are_food_per_minute() {
     assert_eq!(measures::rate(&own, 240..usize::MAX), 1.0 * 60.0 / 260.0);
     assert!(measures::rate(&own, 500..600).is_nan() && measures::rate(&own, 900..1000).is_nan());
     let other = run(vec![1; 130]);
-    // The third minute has 10 s of the other run.
+    // The third minute includes 10 s of the other run.
     assert_eq!(measures::minutes(&[&own, &other]), [33.0, 33.0, 33.0]);
 }
 
