@@ -1,7 +1,7 @@
 //! Numbers as they are printed, and what several of them have in common.
 
 use crate::report::figures::Spread;
-use crate::statistics::quantile_of_sorted;
+use crate::statistics::{self, quantile_of_sorted};
 
 /// Runs from which on the outer ones are left out of a spread.
 const MANY: usize = 10;
@@ -75,18 +75,10 @@ pub(crate) fn count(n: u64) -> String {
     text
 }
 
-/// The mean; NaN of nothing.
-pub(crate) fn mean(values: impl IntoIterator<Item = f64>) -> f64 {
-    let (sum, n) = values
-        .into_iter()
-        .fold((0.0, 0.0), |(sum, n), value| (sum + value, n + 1.0));
-    sum / n
-}
-
 /// The mean of several runs, and between what they lie: all of them, or, of ten and more, their middle half.
 pub(crate) fn spread(mut values: Vec<f64>) -> Spread {
     values.sort_by(f64::total_cmp);
-    let mean = mean(values.iter().copied());
+    let mean = statistics::mean(&values);
     let outer = if values.len() < MANY { 0.0 } else { 0.25 };
     Spread {
         low: quantile_of_sorted(&values, outer),

@@ -38,7 +38,7 @@ pub(crate) fn anova(groups: &[&[f64]]) -> Result<Anova> {
         );
     }
     let grand = mean(&values);
-    let distance = |group: &&[f64]| group.len() as f64 * (mean(group) - grand) * (mean(group) - grand);
+    let distance = |group: &&[f64]| group.len() as f64 * (mean(*group) - grand) * (mean(*group) - grand);
     let between: f64 = groups.iter().map(distance).sum();
     let within: f64 = groups.iter().map(|group| squares(group)).sum();
     let df_between = (groups.len() - 1) as f64;

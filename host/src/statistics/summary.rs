@@ -1,8 +1,13 @@
 //! Figures of one sample. They are NaN where the sample has none.
 
+use std::borrow::Borrow;
+
 /// The arithmetic mean; NaN without values.
-pub(crate) fn mean(sample: &[f64]) -> f64 {
-    sample.iter().sum::<f64>() / sample.len() as f64
+pub(crate) fn mean(values: impl IntoIterator<Item = impl Borrow<f64>>) -> f64 {
+    let (sum, count) = values
+        .into_iter()
+        .fold((0.0, 0.0), |(sum, count), value| (sum + value.borrow(), count + 1.0));
+    sum / count
 }
 
 /// The variance with n - 1 below; NaN for fewer than two values.

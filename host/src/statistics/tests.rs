@@ -81,7 +81,7 @@ fn computed(figure: &str, samples: &[&[f64]], parameters: &Value) -> Result<Figu
         ("effects", [a, b]) => effects(a, b)?,
         ("summary", [sample]) => {
             let mut all = figures([
-                ("mean", mean(sample)),
+                ("mean", mean(*sample)),
                 ("variance", variance(sample)),
                 ("median", median(sample)),
             ]);
@@ -232,7 +232,7 @@ fn balanced_treatment_of_groups_has_its_closed_form() {
             .iter()
             .skip(kind)
             .step_by(2)
-            .map(|group| mean(group))
+            .map(|group| mean(*group))
             .collect::<Vec<_>>()
     };
     let (control, treated) = (means(0), means(1));

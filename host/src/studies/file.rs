@@ -81,8 +81,10 @@ impl StudyFile {
         make: impl FnOnce(T, &Source<'_>) -> Result<U>,
     ) -> Result<U> {
         let name = self.path.as_deref().unwrap_or(Path::new(self.shipped.path));
-        let parsed = Parsed::new(name.display().to_string(), &self.text)?;
-        let (values, source) = Source::read(&parsed, &arm.settings())?;
+        let name = name.display().to_string();
+        let settings = arm.settings(&name);
+        let parsed = Parsed::new(name, &self.text)?;
+        let (values, source) = Source::read(&parsed, &settings)?;
         make(values, &source)
     }
 
@@ -200,8 +202,8 @@ impl Arm {
         self.changes.is_empty()
     }
 
-    fn settings(&self) -> Vec<Setting> {
-        let place = format!("arm {}", self.name);
+    fn settings(&self, file: &str) -> Vec<Setting> {
+        let place = format!("{file}: arm {}", self.name);
         let values = leaves(&self.changes).into_iter();
         values
             .map(|(key, value)| Setting::at(place.clone(), &key, &value))

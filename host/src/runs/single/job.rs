@@ -390,7 +390,7 @@ impl Job for Evolving {
             None => vec![String::new(); 5],
         });
         if self.single.has_reality() {
-            let mean_of = |fitness: &[f32]| mean(&fitness.iter().copied().map(f64::from).collect::<Vec<_>>());
+            let mean_of = |fitness: &[f32]| mean(fitness.iter().copied().map(f64::from));
             let best = self.real.iter().copied().fold(f32::NAN, f32::max);
             cells.push(format!("{:.6}", mean_of(&self.simulated)));
             cells.push(format!("{:.6}", mean_of(&self.real)));

@@ -67,7 +67,7 @@ fn widened(values: &[f32]) -> impl Iterator<Item = f64> + '_ {
 }
 
 fn mean_of(values: &[f32]) -> f64 {
-    mean(&widened(values).collect::<Vec<_>>())
+    mean(widened(values))
 }
 
 /// Fitness of all individuals of some runs.

@@ -306,7 +306,7 @@ impl Judged<'_> {
             let runs: Vec<Vec<f64>> = self.combination.of(case, Evolved).map(Run::minutes).collect();
             let minutes = runs.iter().map(Vec::len).min().unwrap_or(0);
             (0..minutes)
-                .map(|minute| mean(&runs.iter().map(|run| run[minute]).collect::<Vec<_>>()))
+                .map(|minute| mean(runs.iter().map(|run| run[minute])))
                 .collect::<Vec<_>>()
         };
         for case in [NoLight, Over, Opposite, OverThenOpposite, OppositeThenOver] {

@@ -52,7 +52,7 @@ impl Run {
     /// Share of simulators that have the light at `light`.
     pub(crate) fn share(&self, light: Light, intervals: Range<usize>) -> f64 {
         let there = |own: &RobotInterval| if Light::of_gene(own.s0) == light { 1.0 } else { 0.0 };
-        mean(&self.robots(intervals).map(there).collect::<Vec<f64>>())
+        mean(self.robots(intervals).map(there))
     }
 
     /// The mean of a gene.

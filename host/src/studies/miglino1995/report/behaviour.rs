@@ -3,8 +3,9 @@
 use super::evolution::name;
 use super::{Report, colours, life_seconds, paper, run_name, runs_of};
 use crate::report::figures::{self, Band, Journey, Panel, Spread, evenly};
-use crate::report::numbers::{NONE, mean, percent, shown, spread_words, spreads};
+use crate::report::numbers::{NONE, percent, shown, spread_words, spreads};
 use crate::report::page::{Cell, Head, Row, Section, figure, paragraph, table};
+use crate::statistics::mean;
 use crate::studies::miglino1995::results::{Condition, Discrepancy, Life, Results, Run};
 
 /// Runs shown individually: the paper's five.

@@ -3,8 +3,9 @@
 use super::verdicts::degrees_of_freedom;
 use super::{Report, colours, last_generation, paper, runs_of};
 use crate::report::figures::{self, Band, Panel, Spread, evenly};
-use crate::report::numbers::{NONE, mean, probability, shown, spread_words, spreads};
+use crate::report::numbers::{NONE, probability, shown, spread_words, spreads};
 use crate::report::page::{Cell, Head, Row, Section, dotted, figure, paragraph, table};
+use crate::statistics::mean;
 use crate::studies::claims::Test;
 use crate::studies::miglino1995::results::{Condition, Level, Results, Run};
 

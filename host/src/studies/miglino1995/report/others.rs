@@ -6,9 +6,9 @@ use rand_pcg::Pcg64;
 
 use super::evolution::name;
 use super::{Report, colours, last_generation, runs_of};
-use crate::report::numbers::{NONE, mean, shown, significant};
+use crate::report::numbers::{NONE, shown, significant};
 use crate::report::page::{Cell, Head, Row, Section, table};
-use crate::statistics::{Interval, bootstrap_interval, variance};
+use crate::statistics::{Interval, bootstrap_interval, mean, variance};
 use crate::studies::miglino1995::results::{Condition, Controls, Family, Results, Run, Variant};
 
 /// Significant digits of fitness.

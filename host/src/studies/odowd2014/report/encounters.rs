@@ -2,8 +2,9 @@
 
 use super::measures::runs_of;
 use super::{DIGITS, case_name, evolving, named};
-use crate::report::numbers::{mean, percent, shown};
+use crate::report::numbers::{percent, shown};
 use crate::report::page::{Cell, Head, Row, table};
+use crate::statistics::mean;
 use crate::studies::odowd2014::results::{Combination, Kind, Results, RobotInterval, Run};
 
 pub(super) fn html(results: &Results, combination: &Combination) -> String {

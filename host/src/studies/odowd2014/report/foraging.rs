@@ -3,9 +3,9 @@
 use super::measures::{BIN, MINUTE, difference, minutes, rate, rates, runs_of};
 use super::{colour, moves, named, paper, short_title};
 use crate::report::figures::{self, Band, Panel, evenly};
-use crate::report::numbers::{mean, probability, shown, spread_words, spreads};
+use crate::report::numbers::{probability, shown, spread_words, spreads};
 use crate::report::page::{Cell, Head, Row, dotted, figure, table};
-use crate::statistics::variance;
+use crate::statistics::{mean, variance};
 use crate::studies::odowd2014::results::{Case, Combination, Kind, Results, Run};
 
 pub(super) fn html(results: &Results, combination: &Combination) -> String {

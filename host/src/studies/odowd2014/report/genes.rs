@@ -4,8 +4,9 @@ use super::measures::{G0, G1, Gene, LAST, S0, alone, at_the_end, difference, lev
 use super::measures::{intervals, shares, third_of};
 use super::{DIGITS, case_name, colour, evolving, kind_name, moves, named, other_kinds, paper};
 use crate::report::figures::{self, Band, Ground, Panel, Spread, evenly};
-use crate::report::numbers::{mean, percent, probability, shown};
+use crate::report::numbers::{percent, probability, shown};
 use crate::report::page::{Cell, Head, Row, figure, table};
+use crate::statistics::mean;
 use crate::studies::odowd2014::results::{Case, Combination, Kind, Results, Run};
 
 /// Names of the thirds of `S0`, `G0` and `G1`, their line colours and their background colours.

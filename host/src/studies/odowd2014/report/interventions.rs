@@ -2,9 +2,9 @@
 
 use super::measures::{difference, rate, runs_of};
 use super::{DIGITS, case_name, kind_name, named, other_kinds};
-use crate::report::numbers::{mean, probability, shown};
+use crate::report::numbers::{probability, shown};
 use crate::report::page::{Cell, Head, Row, table};
-use crate::statistics::variance;
+use crate::statistics::{mean, variance};
 use crate::studies::odowd2014::results::{Case, Combination, Kind, Run};
 
 /// The table of interventions; empty if there were none.

@@ -42,7 +42,7 @@ pub(super) fn minutes(runs: &[&Run]) -> Vec<f64> {
     let rows: Vec<Vec<f64>> = runs.iter().map(|run| rates(run, MINUTE)).collect();
     let length = rows.iter().map(Vec::len).min().unwrap_or(0);
     (0..length)
-        .map(|minute| mean(&rows.iter().map(|row| row[minute]).collect::<Vec<_>>()))
+        .map(|minute| mean(rows.iter().map(|row| row[minute])))
         .collect()
 }
 

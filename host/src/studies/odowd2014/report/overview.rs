@@ -3,8 +3,9 @@
 use super::measures::{LAST, S0, at_the_end, rate, runs_of, shares, third_of};
 use super::{DIGITS, evolving, short_title, title};
 use crate::report::figures::escaped;
-use crate::report::numbers::{mean, percent, shown};
+use crate::report::numbers::{percent, shown};
 use crate::report::page::{Cell, Head, Row, Section, paragraph, table};
+use crate::statistics::mean;
 use crate::studies::odowd2014::results::{Case, Combination, Kind, Results};
 
 /// The overview; `None` unless there are several combinations to compare.

@@ -28,10 +28,10 @@ struct Answer {
 }
 
 fn answer(question: &Question) -> Answer {
-    let over = |figure: &dyn Fn(&Run) -> f64| mean(&question.runs.iter().map(figure).collect::<Vec<_>>());
+    let over = |figure: &dyn Fn(&Run) -> f64| mean(question.runs.iter().map(figure));
     let robots = f64::from(question.robots);
     let each = |figure: fn(&crate::studies::odowd2014::results::RobotInterval) -> f64| {
-        over(&|run| mean(&run.robots(ALL).map(figure).collect::<Vec<_>>()))
+        over(&|run| mean(run.robots(ALL).map(figure)))
     };
     Answer {
         food_per_robot: over(&|run| run.rate(ALL)) / robots,
