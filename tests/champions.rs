@@ -621,3 +621,340 @@ fn without_finalists_the_champion_is_the_luckiest() {
         .exits(3)
         .says(&["evolution.finalist_lives", "1000000 lives"]);
 }
+
+/// A sweep of cells that differ in their evolution alone, and its directory `sweep/`.
+fn small_sweep(place: &Place, grid: &str) {
+    place.write("small.toml", SMALL);
+    place.write(
+        "s.toml",
+        format!("experiment = \"small.toml\"\nseeds = [2, 10]\n{grid}"),
+    );
+    place.good(&[
+        "sweep",
+        "run",
+        "s.toml",
+        "--out",
+        "sweep",
+        "--backend",
+        "cpu",
+        "--quiet",
+    ]);
+}
+
+fn best(place: &Place, arguments: &[&str]) -> Value {
+    let all = [&["best"], arguments, &["--json", "--backend", "cpu", "--quiet"]].concat();
+    serde_json::from_str(&place.good(&all)).unwrap()
+}
+
+/// The best has the best mean, worked out here with the library alone; the genome with the highest single life is another.
+#[test]
+fn the_best_of_what_was_recorded_has_the_best_mean() {
+    const LIVES: usize = 30;
+    let place = Place::new("best");
+    place.two_runs();
+    let found = best(&place, &["runs", "--lives", "30", "--seed", "4", "--out", "best.json"]);
+    let npy = |file: &str| {
+        let bytes = place.read(format!("runs/{file}"));
+        npyz::NpyFile::new(&bytes[..]).unwrap().into_vec::<f32>().unwrap()
+    };
+    // Each genome once, by the name that comes first.
+    let mut genomes: Vec<(String, Vec<f32>)> = Vec::new();
+    for run in ["run-2", "run-10"] {
+        for file in ["champion.npy", "luckiest.npy", "population.npy"] {
+            let all = npy(&format!("{run}/{file}"));
+            for (row, genome) in all.chunks(18).enumerate() {
+                let row = if all.len() > 18 {
+                    format!("[{row}]")
+                } else {
+                    String::new()
+                };
+                if genomes.iter().all(|(_, known)| known != genome) {
+                    genomes.push((format!("runs/{run}/{file}{row}"), genome.to_vec()));
+                }
+            }
+        }
+    }
+    assert!((40..44).contains(&genomes.len()), "{}", genomes.len());
+    let world = World::new(WorldSpec {
+        cycles: 300,
+        noise: Noise::SENSOR,
+        ..WorldSpec::miglino1995()
+    })
+    .unwrap();
+    let rollouts: Vec<Rollout<'_>> = genomes
+        .iter()
+        .flat_map(|(_, genes)| {
+            (0..LIVES as u64).map(move |life| Rollout {
+                world: 0,
+                genes,
+                key: Key::rollout(4, (1 << 32) + 1, 0, life),
+            })
+        })
+        .collect();
+    let batch = Batch::new(&[world], &rollouts, None).unwrap();
+    let lives = Cpu::new(Some(1)).unwrap().evaluate(&batch, &Control::new()).unwrap();
+    let mean = |lives: &[f32]| lives.iter().map(|life| f64::from(*life)).sum::<f64>() / lives.len() as f64;
+    let highest = |lives: &[f32]| lives.iter().copied().fold(f32::MIN, f32::max);
+    let mut known: Vec<(&str, f64, f32, &[f32])> = genomes
+        .iter()
+        .zip(lives.fitness.chunks(LIVES))
+        .map(|((source, _), lives)| (source.as_str(), mean(lives), highest(lives), lives))
+        .collect();
+    known.sort_by(|a, b| b.1.total_cmp(&a.1));
+    let luckiest = known.iter().max_by(|a, b| a.2.total_cmp(&b.2)).unwrap();
+    assert_ne!(luckiest.0, known[0].0, "here the best life is not the best genome's");
+
+    let rows = found["genomes"].as_array().unwrap();
+    assert_eq!(rows.len(), known.len());
+    let near = |value: &Value, expected: f64| (value.as_f64().unwrap() - expected).abs() < 1e-6;
+    for (row, (source, mean, highest, lives)) in rows.iter().zip(&known) {
+        assert_eq!(row["source"], *source);
+        assert!(near(&row["mean"], *mean));
+        assert_eq!(row["highest"].as_f64().unwrap() as f32, *highest);
+        let lowest = lives.iter().copied().fold(f32::MAX, f32::min);
+        assert_eq!(row["lowest"].as_f64().unwrap() as f32, lowest);
+        let squares: f64 = lives.iter().map(|life| (f64::from(*life) - mean).powi(2)).sum();
+        let deviation = (squares / 29.0).sqrt();
+        assert!(near(&row["deviation"], deviation));
+        // t of 29 degrees of freedom.
+        let reach = 2.045_23 * deviation / 30.0_f64.sqrt();
+        assert!((row["interval"][0].as_f64().unwrap() - (mean - reach)).abs() < 1e-3);
+    }
+    assert_eq!(found["best"]["source"], known[0].0);
+    assert_eq!(place.text("best.json").parse::<Value>().unwrap(), found["best"]);
+    assert_ne!(
+        best(&place, &["runs", "--lives", "30"])["best"]["mean"],
+        found["best"]["mean"]
+    );
+
+    // For people: the best is marked, and the first of all.
+    let shown = place.good(&["best", "runs", "--lives", "30", "--seed", "4"]);
+    let lines: Vec<&str> = shown.lines().collect();
+    assert!(
+        lines[1].starts_with(known[0].0) && lines[1].ends_with("  best"),
+        "{shown}"
+    );
+    assert!(lines.len() == 22 && lines[21].contains("more; --all"), "{shown}");
+    let all = place.good(&["best", "runs", "--lives", "30", "--seed", "4", "--all"]);
+    assert_eq!(all.lines().count(), known.len() + 1);
+
+    // What was written is taken by other commands, also among what was recorded.
+    let one = place.evaluate(&["small.toml", "--genomes", "best.json", "--trials", "1", "--seed", "9"]);
+    let replay = |more: &[&str]| -> Value {
+        let all = [
+            "replay",
+            "runs/run-2",
+            "--json",
+            "--genome",
+            "best.json",
+            "--out",
+            "again",
+        ];
+        serde_json::from_str(&place.good(&[&all[..], more].concat())).unwrap()
+    };
+    let drawn = replay(&["--seed", "9"]);
+    assert_eq!(
+        (&drawn["compared"], &drawn["individual"]),
+        (&Value::Bool(false), &Value::Null)
+    );
+    let trace = place.text("again/replay.csv");
+    let (names, lines) = table(&trace);
+    let fitness = names.iter().position(|name| *name == "fitness").unwrap();
+    assert_eq!(lines[299][fitness].parse::<f64>().ok(), one[0]["fitness"].as_f64());
+    assert_ne!(replay(&[])["bits"], drawn["bits"]);
+    let again = best(&place, &["best.json", "runs/run-10", "--lives", "30", "--seed", "4"]);
+    assert_eq!(again["best"]["source"], "best.json");
+    assert_eq!(again["best"]["mean"], found["best"]["mean"]);
+
+    let individuals = best(&place, &["runs/run-2", "--lives", "2", "--individuals"]);
+    let names: Vec<&str> = individuals["genomes"]
+        .as_array()
+        .unwrap()
+        .iter()
+        .map(|row| row["source"].as_str().unwrap())
+        .collect();
+    assert!(names.len() > 90 && names.iter().any(|name| name.starts_with("runs/run-2/individuals.npy[")));
+}
+
+/// A sweep records its champions: those that its runs have by themselves, whatever the other tables are called.
+#[test]
+fn the_best_of_a_sweep() {
+    let place = Place::new("best-sweep");
+    small_sweep(&place, "[grid]\nevolution.elite = [0, 1]\n");
+    let champions = place.text("sweep/champions.csv");
+    let (names, lines) = table(&champions);
+    assert_eq!(
+        (names[0], names[1], names.len(), lines.len()),
+        ("run", "left_90_to_left", 19, 4)
+    );
+    place.good(&[
+        "sweep",
+        "extract",
+        "sweep",
+        "3",
+        "--out",
+        "run",
+        "--backend",
+        "cpu",
+        "--quiet",
+    ]);
+    let bytes = place.read("run/champion.npy");
+    let genome = npyz::NpyFile::new(&bytes[..]).unwrap().into_vec::<f32>().unwrap();
+    let own: Vec<f32> = lines[3][1..].iter().map(|gene| gene.parse().unwrap()).collect();
+    assert_eq!(own, genome);
+
+    let found = best(&place, &["sweep", "--lives", "50"]);
+    let rows = found["genomes"].as_array().unwrap();
+    assert_eq!(rows.len(), 4);
+    let last = rows
+        .iter()
+        .find(|row| row["source"] == "sweep/champions.csv[3]")
+        .unwrap();
+    let alone = best(
+        &place,
+        &["run/champion.npy", "--experiment", "small.toml", "--lives", "50"],
+    );
+    assert_eq!(alone["best"]["mean"], last["mean"]);
+    // The same genome by another name is there once.
+    let with = best(&place, &["sweep", "run/champion.npy", "--lives", "50"]);
+    assert_eq!(with, found);
+    assert_eq!(place.evaluate(&["--genomes", "sweep", "--trials", "3"]).len(), 12);
+
+    // Shards bring theirs along.
+    for shard in ["1/2", "2/2"] {
+        let out = format!("shard-{}", &shard[..1]);
+        let all = [
+            "sweep",
+            "run",
+            "s.toml",
+            "--out",
+            &out,
+            "--shard",
+            shard,
+            "--backend",
+            "cpu",
+            "--quiet",
+        ];
+        place.good(&all);
+    }
+    place
+        .run(&["best", "shard-1"])
+        .exits(3)
+        .says(&["shard-1", "has no champions yet", "sweep merge"]);
+    place.good(&["sweep", "merge", "shard-1", "shard-2", "--out", "merged"]);
+    assert_eq!(place.text("merged/champions.csv"), champions);
+}
+
+#[test]
+fn what_can_t_be_compared_is_refused_with_the_key() {
+    let place = Place::new("best-refused");
+    place.two_runs();
+    let run = |name: &str, set: &str| {
+        let all = [
+            "run",
+            "small.toml",
+            "--seed",
+            "1",
+            "--set",
+            set,
+            "--out",
+            name,
+            "--backend",
+            "cpu",
+            "--quiet",
+        ];
+        place.good(&all);
+    };
+    run("hidden", "controller.kind=\"hidden\"");
+    run("quiet", "noise.sensor=[0.0,0.0]");
+    small_sweep(&place, "[grid]\nnoise.sensor = [[0.0, 0.0], [0.0, 0.4]]\n");
+    place.write(
+        "mixed.toml",
+        "experiment = \"small.toml\"\nseeds = [1]\n[grid]\ncontroller.kind = [\"perceptron\", \"recurrent\"]\n",
+    );
+    place.good(&[
+        "sweep",
+        "run",
+        "mixed.toml",
+        "--out",
+        "mixed",
+        "--backend",
+        "cpu",
+        "--quiet",
+    ]);
+    let mixed = place.text("mixed/champions.csv");
+    let (names, lines) = table(&mixed);
+    assert_eq!(names.len(), 1 + 18 + 4);
+    assert_eq!(lines[0].iter().filter(|cell| cell.is_empty()).count(), 4);
+    assert!(lines[1].iter().all(|cell| !cell.is_empty()));
+    fs::create_dir(place.at("unfinished")).unwrap();
+    fs::copy(place.at("quiet/config.toml"), place.at("unfinished/config.toml")).unwrap();
+    fs::create_dir(place.at("empty")).unwrap();
+    place.write("swarm.toml", "[swarm]\nminutes = 3\n");
+    place.write("swarms.toml", "experiment = \"swarm.toml\"\nseeds = [1]\n");
+    place.good(&[
+        "sweep",
+        "run",
+        "swarms.toml",
+        "--out",
+        "swarms",
+        "--backend",
+        "cpu",
+        "--quiet",
+    ]);
+    assert!(!place.at("swarms/champions.csv").exists());
+    for (code, arguments, words) in [
+        (3, &["runs", "--lives", "1"][..], &["--lives 1", "allowed: 2 to"][..]),
+        (
+            3,
+            &["runs", "quiet"],
+            &[
+                "run-2",
+                "quiet",
+                "differ in noise.sensor",
+                "[0.0, 0.4]",
+                "--experiment",
+                "--set noise.sensor=VALUE",
+            ],
+        ),
+        (
+            3,
+            &["runs", "hidden"],
+            &["differ in controller.kind", "\"perceptron\" and \"hidden\""],
+        ),
+        (3, &["sweep"], &["noise.sensor = [0.0, 0.0]", "differ in noise.sensor"]),
+        (3, &["mixed"], &["differ in controller.kind"]),
+        (
+            3,
+            &["mixed", "--experiment", "small.toml"],
+            &["22 genes", "allowed: 18"],
+        ),
+        (
+            3,
+            &["hidden", "--experiment", "small.toml"],
+            &["46 genes", "allowed: 18"],
+        ),
+        (3, &["swarms"], &["swarms", "allowed: sweeps of single robots"]),
+        (
+            3,
+            &["unfinished"],
+            &["unfinished: is not finished", "nothing is recorded yet", "allowed"],
+        ),
+        (3, &["empty"], &["empty", "allowed"]),
+        (3, &["nothing.npy", "--experiment", "small.toml"], &["nothing.npy"]),
+        (2, &["runs/run-2/champion.npy"], &["champion.npy", "--experiment"]),
+        (3, &["runs", "--out", "best.npy"], &["--out best.npy", ".json"]),
+        (3, &["runs", "--out", "runs/run-2/champion.json"], &["exists already"]),
+        (2, &[], &["DIR|FILE"]),
+    ] {
+        place.run(&[&["best"], arguments].concat()).exits(code).says(words);
+    }
+    // One world for all, by a setting or by an experiment; unfinished runs are left out.
+    for more in [
+        &["--set", "noise.sensor=[0.0,0.4]"][..],
+        &["--experiment", "small.toml"],
+    ] {
+        let all = [&["sweep", "quiet", "runs/run-2", "unfinished", "--lives", "3"], more].concat();
+        assert!(best(&place, &all)["genomes"].as_array().unwrap().len() > 20);
+    }
+}

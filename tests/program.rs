@@ -87,7 +87,7 @@ fn help_is_quick() {
         let text = place.good(&["--help"]);
         least = least.min(start.elapsed());
         for command in [
-            "new", "check", "run", "resume", "evaluate", "replay", "audit", "verify", "list", "devices",
+            "new", "check", "run", "resume", "evaluate", "best", "replay", "audit", "verify", "list", "devices",
         ] {
             assert!(text.contains(command), "{text}");
         }

@@ -41,6 +41,8 @@ pub(crate) enum Command {
     Resume(Resume),
     /// Compute the fitness of genomes from a file
     Evaluate(Evaluate),
+    /// Compare what runs and sweeps recorded by the mean of many fresh lives, and name the best
+    Best(Best),
     /// Simulate a run's champion again, and write its path and its trace
     Replay(Replay),
     /// Evaluate a share of a run's individuals again on this machine and compare the bits
@@ -140,7 +142,7 @@ pub(crate) struct Evaluate {
     #[arg(value_hint = ValueHint::FilePath)]
     pub(crate) experiment: Option<PathBuf>,
     /// .npy (f4 or f8, rows x genes), .csv (a genome per row; a header is optional), a run's champion.json, a run's
-    /// directory (its champion), or a directory of runs. Any number of them
+    /// directory (its champion), a directory of runs, or a sweep's directory (its champions). Any number of them
     #[arg(long, value_name = "FILE|DIR", required = true, num_args = 1.., value_hint = ValueHint::AnyPath)]
     pub(crate) genomes: Vec<PathBuf>,
     /// Of runs, take the whole last generation instead of the champion
@@ -188,6 +190,40 @@ pub(crate) enum Noise {
     Off,
 }
 
+/// `oneiro best`
+#[derive(Args, Debug)]
+pub(crate) struct Best {
+    /// Run directories (champion, luckiest and last generation of each), directories of runs, directories of sweeps (the
+    /// champion of each run), and files of genomes: .npy, .csv, champion.json
+    #[arg(value_name = "DIR|FILE", required = true, value_hint = ValueHint::AnyPath)]
+    pub(crate) recorded: Vec<PathBuf>,
+    /// Fresh lives of each genome, the same for all. The best of many genomes has been lucky, too: what its mean really is
+    /// shows another --seed
+    #[arg(long, value_name = "N", default_value_t = 100)]
+    pub(crate) lives: u32,
+    /// Seed of the lives' random numbers [default: that of --experiment, else 1]
+    #[arg(long, value_name = "N")]
+    pub(crate) seed: Option<u64>,
+    /// The experiment in whose world all live [default: that of the runs and sweeps, which must be one]
+    #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath)]
+    pub(crate) experiment: Option<PathBuf>,
+    /// Of runs, take every individual that ever lived, not only the last generation
+    #[arg(long)]
+    pub(crate) individuals: bool,
+    /// List all genomes, not only the best ones
+    #[arg(long)]
+    pub(crate) all: bool,
+    /// The device that evaluates.
+    #[command(flatten)]
+    pub(crate) backend: Backend,
+    /// Change a value of the experiments, such as noise.sensor=[0.0,0.4]. May be repeated
+    #[arg(long = "set", value_name = "KEY=VALUE")]
+    pub(crate) set: Vec<String>,
+    /// Write the best genome into this file (.json, never overwritten), as champion.json has it
+    #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath)]
+    pub(crate) out: Option<PathBuf>,
+}
+
 /// `oneiro replay`
 #[derive(Args, Debug)]
 pub(crate) struct Replay {
@@ -211,6 +247,10 @@ pub(crate) struct Replay {
     /// so nothing is compared
     #[arg(long, value_name = "N")]
     pub(crate) seed: Option<u64>,
+    /// Draw this genome instead of the champion, such as what `oneiro best --out` wrote. Its random numbers are those of
+    /// --seed, 1 if not given, and nothing is compared
+    #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath)]
+    pub(crate) genome: Option<PathBuf>,
     /// Record every Nth cycle
     #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..))]
     pub(crate) every: u32,

@@ -10,7 +10,7 @@ use oneiro::evaluator::{Control, Evaluator};
 use oneiro::world::{self, World, WorldSpec};
 use serde_json::json;
 
-use super::subjects::{Named, Subjects, common_experiment};
+use super::subjects::{Common, Named, Subjects, Which};
 use crate::cli::{Evaluate, Noise};
 use crate::console::{Console, decimal};
 use crate::exit::{Failure, Result};
@@ -31,7 +31,13 @@ pub(crate) fn run(arguments: &Evaluate, console: Console) -> Result {
     let named = Named::all(&arguments.genomes)?;
     let experiment = match &arguments.experiment {
         Some(path) => Experiment::read(path, &arguments.set)?,
-        None => common_experiment(&named, &arguments.set)?,
+        None => {
+            let common = Common {
+                scores: true,
+                instead: "an experiment before --genomes",
+            };
+            common.experiment(&named, &arguments.set)?
+        }
     };
     let settings = experiment.settings();
     let own_seed = arguments.experiment.as_ref().and(settings.seed);
@@ -46,7 +52,12 @@ pub(crate) fn run(arguments: &Evaluate, console: Console) -> Result {
         // Where a life ends is where its next cycle would begin.
         spec.cycles = (cycles + 1).min(MOST_CYCLES);
     }
-    let subjects = Subjects::read(&named, spec.controller, arguments.population)?;
+    let which = if arguments.population {
+        Which::LastGeneration
+    } else {
+        Which::Champion
+    };
+    let subjects = Subjects::read(&named, spec.controller, which)?;
     let worlds = match &arguments.starts {
         Some(path) => starts::read(path, &spec)?,
         None => vec![World::new(spec.clone())?],

@@ -6,6 +6,7 @@ use crate::exit::Result;
 
 mod audit;
 mod bench;
+mod best;
 mod check;
 mod completions;
 mod devices;
@@ -36,6 +37,7 @@ pub(crate) fn run(command: Command, console: Console) -> Result {
         Command::Run(arguments) => run::run(&arguments, console),
         Command::Resume(arguments) => resume::run(&arguments, console),
         Command::Evaluate(arguments) => evaluate::run(&arguments, console),
+        Command::Best(arguments) => best::run(&arguments, console),
         Command::Replay(arguments) => replay::run(&arguments, console),
         Command::Audit(arguments) => audit::run(&arguments, console),
         Command::Verify(arguments) => verify::run(&arguments, console),

@@ -17,6 +17,7 @@ pub(crate) fn run(arguments: &cli::Replay, console: Console) -> Result {
         every: arguments.every,
         start: arguments.start,
         seed: arguments.seed,
+        genome: arguments.genome.as_deref(),
     };
     let engine = device::engine(&arguments.backend)?;
     run.experiment().replay(&recorded, &replay, &engine, console)?;

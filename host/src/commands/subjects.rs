@@ -1,15 +1,20 @@
-//! Genomes that a command line names: files, and runs.
+//! Genomes that a command line names: files, runs and sweeps.
 
-use std::path::PathBuf;
+use std::collections::BTreeSet;
+use std::path::{Path, PathBuf};
 
 use oneiro::world::Controller;
+use rayon::prelude::*;
 
 use super::list;
 use crate::evolve::Population;
 use crate::exit::{Failure, Result};
-use crate::experiment::Experiment;
+use crate::experiment::source::Setting;
+use crate::experiment::{Difference, Experiment};
 use crate::genomes;
 use crate::record::SingleRun;
+use crate::sweep::champions::Champions;
+use crate::sweep::store::Store;
 
 /// Genomes, and where each comes from.
 pub(super) struct Subjects {
@@ -24,17 +29,33 @@ pub(super) enum Named {
     File(PathBuf),
     /// A run of single robots.
     Run(Box<SingleRun>),
+    /// A sweep of single robots.
+    Sweep(Box<Champions>),
+}
+
+/// Which genomes of a run are meant; of a sweep they are always the champions.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub(super) enum Which {
+    Champion,
+    LastGeneration,
+    /// The champion, the luckiest and the last generation, or every individual that ever lived.
+    All {
+        individuals: bool,
+    },
 }
 
 impl Named {
-    /// Looks at paths: a directory is a run's, or one that holds runs, which are then taken in the order of their numbers.
+    /// Looks at paths: a directory is a run's, a sweep's, or one that holds runs, which are then taken in the order of their
+    /// numbers.
     ///
     /// # Errors
-    /// Exit 3: a directory without a run, or the run of a swarm.
+    /// Exit 3: a directory without a run, a sweep that has no tables yet, or something with swarms.
     pub(super) fn all(paths: &[PathBuf]) -> Result<Vec<Self>> {
         let mut all = Vec::new();
         for path in paths {
-            if path.is_dir() {
+            if Store::is_at(path) {
+                all.push(Self::Sweep(Box::new(Champions::open(path)?)));
+            } else if path.is_dir() {
                 for directory in list::runs(path)? {
                     all.push(Self::Run(Box::new(SingleRun::open(&directory)?)));
                 }
@@ -46,68 +67,90 @@ impl Named {
     }
 }
 
-/// The experiment that some runs have in common, with settings that go before its values.
-///
-/// # Errors
-/// Exit 2 where something that is no run is among them; exit 3 where their worlds or their numbers of trials differ.
-pub(super) fn common_experiment(named: &[Named], set: &[String]) -> Result<Experiment> {
-    let mut runs = Vec::with_capacity(named.len());
-    for named in named {
-        match named {
-            Named::Run(run) => runs.push(run),
-            Named::File(path) => {
-                return Err(Failure::usage(format_args!(
-                    "{}: says nothing of its experiment; allowed: genomes from run directories only, or an experiment \
-                     before --genomes",
-                    path.display()
-                )));
+/// What experiments must have in common, and what the user can do where they don't.
+#[derive(Clone, Copy)]
+pub(super) struct Common<'a> {
+    /// Whether several lives have to count alike, too.
+    pub(super) scores: bool,
+    /// How the command line names an experiment for all.
+    pub(super) instead: &'a str,
+}
+
+impl Common<'_> {
+    /// The experiment that runs and sweeps have in common, with settings that go before its values.
+    ///
+    /// # Errors
+    /// Exit 2 where there is no run and no sweep; exit 3 where their experiments differ, with the key.
+    pub(super) fn experiment(self, named: &[Named], set: &[String]) -> Result<Experiment> {
+        let typed = Setting::all_typed(set)?;
+        let mut first: Option<(String, Experiment)> = None;
+        for named in named {
+            let (name, own) = match named {
+                Named::File(_) => continue,
+                Named::Run(run) => (
+                    run.directory().display().to_string(),
+                    Experiment::read(&run.config(), set)?,
+                ),
+                Named::Sweep(champions) => self.of_sweep(champions, &typed)?,
+            };
+            let Some((known, experiment)) = &first else {
+                first = Some((name, own));
+                continue;
+            };
+            if let Some(difference) = experiment.difference(&own, self.scores) {
+                return Err(self.refused(known, &name, &difference));
             }
         }
+        match (first, named) {
+            (Some((_, experiment)), _) => Ok(experiment),
+            (None, [Named::File(path), ..]) => Err(Failure::usage(format_args!(
+                "{}: says nothing of its experiment; allowed: genomes from run directories, or {}",
+                path.display(),
+                self.instead
+            ))),
+            (None, _) => Err(Failure::usage("nothing is named")),
+        }
     }
-    let lives = |run: &SingleRun| {
-        let experiment = run.experiment().ok()?;
-        let settings = experiment.settings();
-        Some((experiment.world_identity(), settings.trials, settings.trial_score))
-    };
-    if let Some(other) = runs.iter().find(|run| lives(run) != lives(runs[0])) {
-        return Err(Failure::input(format_args!(
-            "{} and {} are runs of different worlds or trials; allowed: runs of one experiment, or an experiment before \
-             --genomes, such as {}",
-            runs[0].directory().display(),
-            other.directory().display(),
-            runs[0].config().display()
-        )));
+
+    /// The experiment that the cells of a sweep have in common, and what the first is called.
+    fn of_sweep(self, champions: &Champions, set: &[Setting]) -> Result<(String, Experiment)> {
+        let sweep = &champions.sweep;
+        let first = sweep.single_of(0, set)?;
+        let name = |cell| match sweep.described(cell) {
+            words if words.is_empty() => champions.path().display().to_string(),
+            words => format!("{} ({words})", champions.path().display()),
+        };
+        let compared = |cell| Ok(first.difference(&sweep.single_of(cell, set)?, self.scores));
+        // All are kept, so that the first that differs is told, whichever thread found it.
+        let differences: Vec<Result<_>> = (1..sweep.file().cells()).into_par_iter().map(compared).collect();
+        for (difference, cell) in differences.into_iter().zip(1..) {
+            if let Some(difference) = difference? {
+                return Err(self.refused(&name(0), &name(cell), &difference));
+            }
+        }
+        Ok((name(0), first))
     }
-    Experiment::read(&runs[0].config(), set)
+
+    fn refused(self, one: &str, other: &str, Difference { key, values: [a, b] }: &Difference) -> Failure {
+        Failure::input(format_args!(
+            "{one} and {other} differ in {key}, which is {a} and {b}; allowed: runs of one experiment, {}, or --set \
+             {key}=VALUE",
+            self.instead
+        ))
+    }
 }
 
 impl Subjects {
-    /// Reads the genomes, for a controller: of runs their champions, or their last generations.
+    /// Reads the genomes, for a controller.
     ///
     /// # Errors
     /// As [`genomes::read`]; exit 3 where a run's controller takes another number of genes; as [`SingleRun::champion`].
-    pub(super) fn read(named: &[Named], controller: Controller, last_generations: bool) -> Result<Self> {
+    pub(super) fn read(named: &[Named], controller: Controller, which: Which) -> Result<Self> {
         let genes = controller.genes();
         let (mut values, mut sources) = (Vec::new(), Vec::new());
-        for named in named {
-            let (path, population) = match named {
-                Named::File(path) => (path.as_path(), genomes::read(path, controller)?),
-                Named::Run(run) => {
-                    let population = if last_generations {
-                        run.population()?
-                    } else {
-                        let genome = run.champion()?.genome;
-                        Population::new(genome.len(), genome)
-                    };
-                    (run.directory(), population)
-                }
-            };
+        let mut add = |path: &Path, population: &Population| {
             if population.genes() != genes {
-                return Err(Failure::input(format_args!(
-                    "{}: its genomes have {} genes; allowed: {genes}, as the experiment's controller takes",
-                    path.display(),
-                    population.genes()
-                )));
+                return Err(genomes::other_size(path, population.genes(), genes));
             }
             let path = path.display();
             match population.len() {
@@ -115,10 +158,38 @@ impl Subjects {
                 rows => sources.extend((0..rows).map(|row| format!("{path}[{row}]"))),
             }
             values.extend_from_slice(population.values());
+            Ok(())
+        };
+        for named in named {
+            match named {
+                Named::File(path) => add(path, &genomes::read(path, controller)?)?,
+                Named::Sweep(champions) => add(champions.path(), &champions.genomes(controller)?)?,
+                Named::Run(run) => match which {
+                    Which::Champion => add(run.directory(), &run.champion()?.alone())?,
+                    Which::LastGeneration => add(run.directory(), &run.population()?)?,
+                    Which::All { individuals } => {
+                        for (file, population) in run.all_genomes(individuals)? {
+                            add(&run.directory().join(file), &population)?;
+                        }
+                    }
+                },
+            }
         }
         Ok(Self {
             genomes: Population::new(genes, values),
             sources,
         })
+    }
+
+    /// Each genome once, under the name that comes first.
+    pub(super) fn distinct(self) -> Self {
+        let mut known = BTreeSet::new();
+        let bits = |genome: &[f32]| genome.iter().map(|gene| gene.to_bits()).collect::<Vec<_>>();
+        let genomes = self.genomes.genomes().zip(self.sources);
+        let (values, sources): (Vec<&[f32]>, _) = genomes.filter(|(genome, _)| known.insert(bits(genome))).unzip();
+        Self {
+            genomes: Population::new(self.genomes.genes(), values.concat()),
+            sources,
+        }
     }
 }

@@ -189,4 +189,6 @@ pub(crate) struct Finished {
     pub(crate) files: Vec<(&'static str, Vec<u8>)>,
     /// Its row in a sweep's table of results: a cell for each column that its kind of experiment names.
     pub(crate) cells: Vec<String>,
+    /// The champion's genes; none where there is no champion.
+    pub(crate) champion: Vec<f32>,
 }

@@ -12,6 +12,8 @@ pub(crate) struct Appraisal {
     pub(crate) mean: f64,
     /// Half the width of its 95 % confidence interval: Student's t times the standard error.
     pub(crate) reach: f64,
+    /// The standard deviation of the lives.
+    pub(crate) deviation: f64,
 }
 
 impl Appraisal {
@@ -26,6 +28,7 @@ impl Appraisal {
             lives: fitness.len() as u32,
             mean,
             reach: students_t(fitness.len() as u32 - 1) * standard_error,
+            deviation: (squares / (count - 1.0)).sqrt(),
         }
     }
 
@@ -92,6 +95,7 @@ mod tests {
         assert_eq!((appraisal.lives, appraisal.mean), (5, 3.0));
         // 2.776 standard errors of sqrt(2.5 / 5).
         assert!((appraisal.reach - 2.776_445 * 0.5_f64.sqrt()).abs() < 1e-3);
+        assert_eq!(appraisal.deviation, 2.5_f64.sqrt());
         let [low, high] = appraisal.interval();
         assert_eq!((low, high), (3.0 - appraisal.reach, 3.0 + appraisal.reach));
         assert_eq!(Appraisal::of(&[7.0, 7.0]).interval(), [7.0, 7.0]);

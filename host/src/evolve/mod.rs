@@ -67,6 +67,13 @@ pub(crate) struct Champion {
     pub(crate) genome: Vec<f32>,
 }
 
+impl Champion {
+    /// Its genome as a population of one.
+    pub(crate) fn alone(self) -> Population {
+        Population::new(self.genome.len(), self.genome)
+    }
+}
+
 /// A generation that was evaluated.
 #[derive(Clone, Debug)]
 pub(crate) struct Generation {

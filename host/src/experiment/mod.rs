@@ -165,11 +165,29 @@ impl Experiment {
 
     /// What decides how its robots live: of experiments that differ in their evolution alone it is the same.
     pub(crate) fn world_identity(&self) -> blake3::Hash {
+        blake3::hash(text(&self.world_values()).as_bytes())
+    }
+
+    /// The values that decide how its robots live.
+    fn world_values(&self) -> Table {
         let mut world = self.values.clone();
-        for key in ["name", "trials", "trial_score", "evolution", "record"] {
+        for key in [&SCORE[..], &["name", "evolution", "record"]].concat() {
             world.remove(key);
         }
-        blake3::hash(text(&world).as_bytes())
+        world
+    }
+
+    /// The first key in which the lives of two experiments differ, and both values; none if their robots live alike. With
+    /// `scores`, what lives count as is compared, too.
+    pub(crate) fn difference(&self, other: &Self, scores: bool) -> Option<Difference> {
+        let values = |own: &Self| {
+            let mut values = own.world_values();
+            for key in SCORE.iter().filter(|_| scores) {
+                values.extend(own.values.get(*key).map(|value| ((*key).to_owned(), value.clone())));
+            }
+            Value::Table(values)
+        };
+        difference("", Some(&values(self)), Some(&values(other)))
     }
 
     /// What decides the results of its runs: the same with nothing of what is recorded, and when.
@@ -186,6 +204,40 @@ impl Experiment {
         }
         Identities::new(&text(&values))
     }
+}
+
+/// What several lives of an individual count as.
+const SCORE: [&str; 2] = ["trials", "trial_score"];
+
+/// A key that two experiments differ in.
+#[derive(Debug, PartialEq)]
+pub(crate) struct Difference {
+    pub(crate) key: String,
+    /// As TOML has them, or that there is none.
+    pub(crate) values: [String; 2],
+}
+
+/// The first difference of two values of a key.
+fn difference(key: &str, one: Option<&Value>, other: Option<&Value>) -> Option<Difference> {
+    if one == other {
+        return None;
+    }
+    if let (Some(Value::Table(one)), Some(Value::Table(other))) = (one, other) {
+        let mut keys: Vec<&String> = one.keys().chain(other.keys()).collect();
+        keys.sort();
+        let inner = |inner: &String| match key {
+            "" => inner.clone(),
+            outer => format!("{outer}.{inner}"),
+        };
+        return keys
+            .into_iter()
+            .find_map(|key| difference(&inner(key), one.get(key), other.get(key)));
+    }
+    let shown = |value: Option<&Value>| value.map_or_else(|| "not given".to_owned(), ToString::to_string);
+    Some(Difference {
+        key: key.to_owned(),
+        values: [shown(one), shown(other)],
+    })
 }
 
 /// What decides the results of an experiment's runs: hashes of all its values and a run's seed.

@@ -46,6 +46,14 @@ pub(crate) fn read(path: &Path, controller: Controller) -> Result<Population> {
     Ok(Population::new(genes, values))
 }
 
+/// Refuses genomes whose number of genes is another than the controller's.
+pub(crate) fn other_size(path: &Path, genes: usize, allowed: usize) -> Failure {
+    Failure::input(format_args!(
+        "{}: its genomes have {genes} genes; allowed: {allowed}, as the experiment's controller takes",
+        path.display()
+    ))
+}
+
 /// A gene, or why it can't be one; `shown` is how the file has it.
 fn checked(gene: f32, shown: &dyn std::fmt::Display) -> std::result::Result<f32, String> {
     if gene.abs() <= GREATEST_GENE {

@@ -54,11 +54,28 @@ impl SingleRun {
         single::champion(&self.0.finished()?, self.experiment()?)
     }
 
+    /// The champion, the luckiest if there are finalists, and the last generation or every individual; each with the file
+    /// that has it.
+    ///
+    /// # Errors
+    /// As [`SingleRun::champion`]; exit 1 where individuals are wanted and were not recorded.
+    pub(crate) fn all_genomes(&self, individuals: bool) -> Result<Vec<(&'static str, Population)>> {
+        single::all_genomes(&self.0.finished()?, self.experiment()?, individuals)
+    }
+
     /// Its last generation.
     ///
     /// # Errors
     /// As [`SingleRun::champion`].
     pub(crate) fn population(&self) -> Result<Population> {
         single::population(&self.0.finished()?, self.experiment()?)
+    }
+
+    /// Whether it is finished.
+    ///
+    /// # Errors
+    /// Exit 5 when what says so is damaged.
+    pub(crate) fn is_done(&self) -> Result<bool> {
+        Ok(self.0.recorded()?.is_done)
     }
 }

@@ -24,7 +24,12 @@ pub(crate) fn significant(x: f64, digits: usize) -> String {
     }
 }
 
-/// The same for readers, as HTML.
+/// Rounds a number as tables of fixed places have it.
+pub(crate) fn to_six_places(number: f64) -> f64 {
+    format!("{number:.6}").parse().unwrap_or(number)
+}
+
+/// A number for readers, as HTML.
 pub(crate) fn shown(x: f64, digits: usize) -> String {
     if x.is_nan() {
         return NONE.to_owned();

@@ -132,6 +132,8 @@ pub(crate) struct Replay<'a> {
     pub(crate) start: Option<[f32; 3]>,
     /// A seed of other random numbers than the champion's own.
     pub(crate) seed: Option<u64>,
+    /// The file of a genome other than the champion's.
+    pub(crate) genome: Option<&'a Path>,
 }
 
 /// Where a run is recorded.

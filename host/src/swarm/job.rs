@@ -391,6 +391,7 @@ impl Job for SwarmJob {
         Ok(Finished {
             files: vec![(tables::FOOD, run.food_table().into_bytes())],
             cells: run.cells(&self.plan.settings),
+            champion: Vec::new(),
         })
     }
 }

@@ -37,6 +37,9 @@ pub(crate) struct Line {
     pub(crate) id: String,
     /// Its row of the table of results.
     pub(crate) cells: Vec<String>,
+    /// Its champion's genes, if it has a champion.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub(crate) champion: Vec<f32>,
     /// The hash of its results.
     pub(crate) result: String,
     /// Where its generations begin in `generations.log`, how long they are, and their hash.
@@ -160,6 +163,8 @@ pub(crate) struct Outcome {
     pub(crate) run: RunIndex,
     /// Its cells of the table of results.
     pub(crate) cells: Vec<String>,
+    /// Its champion's genes, if it has a champion.
+    pub(crate) champion: Vec<f32>,
     /// Its table of steps, without the first line.
     pub(crate) generations: String,
     /// The hash of its results, the same that a directory of this run has.
@@ -357,6 +362,7 @@ impl Writer {
                     run: outcome.run,
                     id: id.to_hex().to_string(),
                     cells: outcome.cells,
+                    champion: outcome.champion,
                     result: outcome.result,
                     from: self.generations.bytes,
                     bytes: generations.len() as u64,
@@ -427,6 +433,7 @@ mod tests {
             run: 5,
             id: "ab".into(),
             cells: vec!["1.5".into(), "NaN".into()],
+            champion: vec![0.1, -3.402_823_5e38, 1e-45],
             result: "cd".into(),
             from: 10,
             bytes: 20,

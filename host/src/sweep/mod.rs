@@ -11,8 +11,10 @@
 //! | [`journal`] | what one process has done, on the disk |
 //! | [`store`] | a sweep's directory: whose it is, and its shards' journals |
 //! | [`tables`], `parquet` | the runs of all shards in one table |
+//! | [`mod@champions`] | their champions, read again |
 //! | [`report`] | the page: curves, heat maps, champions, which cells differ |
 
+pub(crate) mod champions;
 pub(crate) mod estimate;
 pub(crate) mod file;
 pub(crate) mod journal;
@@ -26,11 +28,12 @@ pub(crate) mod work;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
+use oneiro::world::Controller;
 use rayon::prelude::*;
 
 use crate::exit::{Failure, Result};
-use crate::experiment::Files;
 use crate::experiment::source::{Parsed, Setting};
+use crate::experiment::{self, Files};
 use crate::files;
 use crate::reality::site::Site;
 use crate::runs::{self, Column, Experiment, Reality, Recording, Shown};
@@ -66,6 +69,8 @@ pub(crate) struct Plan {
     /// The columns of their own tables of generations, and the first line.
     pub(crate) columns: &'static [Column],
     pub(crate) head: Vec<u8>,
+    /// The controller of each cell's robots, if they have one of their own.
+    pub(crate) controllers: Vec<Option<Controller>>,
     /// What reports show.
     pub(crate) shown: Shown,
 }
@@ -170,6 +175,15 @@ impl Sweep {
         )
     }
 
+    /// The experiment of a cell of single robots, with settings that go before its values.
+    ///
+    /// # Errors
+    /// As [`Sweep::cell`].
+    pub(crate) fn single_of(&self, cell: usize, set: &[Setting]) -> Result<experiment::Experiment> {
+        let all = [&self.settings_of(cell), set].concat();
+        experiment::Experiment::of(&self.experiment, &self.parsed()?, &all, &self.files)
+    }
+
     /// The experiment's values.
     fn parsed(&self) -> Result<Parsed<'_>> {
         Parsed::new(self.experiment.display().to_string(), &self.text)
@@ -214,7 +228,8 @@ impl Sweep {
             let own = self.cell_of_file(&experiment, cell)?;
             let identities = own.identities();
             let ids: Vec<_> = self.file.seeds.iter().map(|&seed| identities.of(seed)).collect();
-            Ok((ids, own.steps(), own.kernel(), own.bytes()))
+            let controller = own.single().map(|single| single.world().spec().controller);
+            Ok((ids, own.steps(), own.kernel(), own.bytes(), controller))
         };
         // All are kept, so that the first that is wrong is told, whichever thread found it.
         let all: Vec<Result<_>> = (0..cells).into_par_iter().map(of_cell).collect();
@@ -227,13 +242,15 @@ impl Sweep {
             outcomes: first.outcomes(),
             columns: first.columns(),
             head: first.tables(Recording::Tables).swap_remove(0).head,
+            controllers: Vec::with_capacity(cells),
             shown: first.shown(),
         };
         for cell in all {
-            let (ids, steps, kernel, bytes) = cell?;
+            let (ids, steps, kernel, bytes, controller) = cell?;
             plan.ids.extend(ids);
             plan.steps.push(steps);
             plan.kernels.push(kernel);
+            plan.controllers.push(controller);
             plan.bytes = plan.bytes.max(bytes);
         }
         self.refuse_twins(&plan)?;

@@ -5,7 +5,7 @@
 //! | `sweep.json` | what made it, see [`Made`]; written last of what every process brings |
 //! | `sweep.toml`, `experiment/` | the sweep's file and the experiment's, and the files that they name |
 //! | `shard-I-of-N/` | a process's [journal](super::journal) |
-//! | `results.csv`, `generations.csv` | the [tables](super::tables) of all runs, when all are done |
+//! | `results.csv`, `generations.csv`, `champions.csv` | the [tables](super::tables) of all runs, when all are done |
 
 use std::collections::BTreeMap;
 use std::ffi::OsString;
@@ -256,6 +256,11 @@ impl Store {
         text.push('\n');
         disk::write(&directory.join(MADE), text.as_bytes())?;
         disk::sync_directory(directory)
+    }
+
+    /// Whether a directory is a sweep's.
+    pub(crate) fn is_at(directory: &Path) -> bool {
+        directory.join(MADE).is_file()
     }
 
     /// Opens one.

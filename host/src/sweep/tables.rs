@@ -1,5 +1,5 @@
-//! The tables of a sweep: a row for each run, and in long form one for each of its generations. Whatever did the runs,
-//! and in which order, the files have the same bytes.
+//! The tables of a sweep: a row for each run, in long form one for each of its generations, and the champions' genes.
+//! Whatever did the runs, and in which order, the files have the same bytes.
 
 use std::collections::BTreeMap;
 use std::collections::btree_map::Entry;
@@ -8,6 +8,7 @@ use std::fs::File;
 use std::io::{BufWriter, Write};
 use std::path::{Path, PathBuf};
 
+use oneiro::world::Controller;
 use toml::Value;
 
 use super::journal::Generations;
@@ -15,17 +16,19 @@ use super::store::{AllFinished, Finished};
 use super::{Plan, RunIndex, Sweep};
 use crate::engine::disk;
 use crate::exit::{Failure, Result};
+use crate::report::csv::Csv;
 use crate::runs::Holds;
 
 /// The tables' names.
 pub(crate) const RESULTS: &str = "results.csv";
 pub(crate) const GENERATIONS: &str = "generations.csv";
+pub(crate) const CHAMPIONS: &str = "champions.csv";
 
 /// Tables that were written.
 #[derive(Debug)]
 pub(crate) struct Written {
     pub(crate) runs: usize,
-    /// The BLAKE3 hash of both files, one after the other.
+    /// The BLAKE3 hash of the tables of results and of generations, one after the other.
     pub(crate) hash: String,
     pub(crate) files: Vec<PathBuf>,
 }
@@ -63,6 +66,28 @@ fn columns_of_generations(plan: &Plan) -> Vec<(String, Holds)> {
     std::iter::once(("run".into(), Holds::Whole)).chain(own).collect()
 }
 
+/// The columns of the table of champions: the run, and the genes of all cells' controllers by their names. None of runs
+/// without champions.
+fn columns_of_champions(plan: &Plan) -> Vec<(String, Holds)> {
+    let mut controllers: Vec<Controller> = Vec::new();
+    for &controller in plan.controllers.iter().flatten() {
+        if !controllers.contains(&controller) {
+            controllers.push(controller);
+        }
+    }
+    let mut columns = Vec::new();
+    for gene in controllers.into_iter().flat_map(Controller::gene_names) {
+        let column = (gene, Holds::Number);
+        if !columns.contains(&column) {
+            columns.push(column);
+        }
+    }
+    if !columns.is_empty() {
+        columns.insert(0, ("run".into(), Holds::Whole));
+    }
+    columns
+}
+
 fn holds<'a>(values: impl Iterator<Item = &'a Value>) -> Holds {
     values.fold(Holds::Whole, |known, value| match (known, value) {
         (Holds::Whole, Value::Integer(_)) => Holds::Whole,
@@ -98,10 +123,19 @@ pub(crate) fn write(directory: &Path, sweep: &Sweep, plan: &Plan, finished: &All
         write_generations(&mut table, plan, finished)?;
         table.finish()
     })?;
-    let mut files = vec![results, generations];
-    let columns = [sweep.columns(plan), columns_of_generations(plan)];
-    for (index, columns) in columns.iter().enumerate() {
-        files.extend(also_as_parquet(&files[index], columns)?);
+    let mut tables = vec![
+        (results, sweep.columns(plan)),
+        (generations, columns_of_generations(plan)),
+    ];
+    let genes = columns_of_champions(plan);
+    if !genes.is_empty() {
+        let champions = directory.join(CHAMPIONS);
+        disk::write(&champions, champions_table(&genes, sweep, plan, finished).as_bytes())?;
+        tables.push((champions, genes));
+    }
+    let mut files: Vec<PathBuf> = tables.iter().map(|(table, _)| table.clone()).collect();
+    for (table, columns) in &tables {
+        files.extend(also_as_parquet(table, columns)?);
     }
     disk::sync_directory(directory)?;
     Ok(Written {
@@ -161,6 +195,18 @@ fn write_generations(table: &mut Table<'_>, plan: &Plan, finished: &AllFinished)
         table.push(rows.as_bytes())?;
     }
     Ok(())
+}
+
+/// The genes of each run's champion. Those that its controller does not have are empty.
+fn champions_table(columns: &[(String, Holds)], sweep: &Sweep, plan: &Plan, finished: &AllFinished) -> String {
+    let mut table = Csv::new(columns.iter().map(|(name, _)| name));
+    for (&run, Finished { line, .. }) in &finished.runs {
+        let names = plan.controllers[sweep.cell_of(run)].map_or_else(Vec::new, Controller::gene_names);
+        let genes: BTreeMap<&String, &f32> = names.iter().zip(&line.champion).collect();
+        let gene = |(name, _): &(String, Holds)| genes.get(name).map(ToString::to_string).unwrap_or_default();
+        table.row(std::iter::once(run.to_string()).chain(columns[1..].iter().map(gene)));
+    }
+    table.text()
 }
 
 /// A file that is hashed as it is written.

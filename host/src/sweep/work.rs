@@ -122,6 +122,7 @@ fn outcome(plan: &Plan, run: RunNumber, mut job: Box<dyn Job>, recorded: &Record
     Ok(Outcome {
         run: run as RunIndex,
         cells: finished.cells,
+        champion: finished.champion,
         generations: table[plan.head.len()..].to_owned(),
         result: result_of(plan.ids[run], recorded.experiment.results(), &files),
     })

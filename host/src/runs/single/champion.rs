@@ -13,6 +13,7 @@ use crate::evolve::appraisal::Appraisal;
 use crate::exit::{Failure, Result};
 use crate::genomes;
 use crate::npy::npy;
+use crate::report::numbers::to_six_places;
 
 /// An individual of a run, for people and programs to read.
 #[derive(Debug, Serialize, Deserialize)]
@@ -95,11 +96,6 @@ impl Individual<'_> {
     }
 }
 
-/// Rounds a number as tables have it.
-fn to_six_places(number: f64) -> f64 {
-    format!("{number:.6}").parse().unwrap_or(number)
-}
-
 /// Reads `champion.json`, or what `luckiest.json` has.
 ///
 /// # Errors
@@ -125,17 +121,17 @@ impl IndividualFile {
     }
 }
 
-/// Reads the champion of a finished run.
+/// Reads an individual of a finished run from its two files, such as [`CHAMPION`] and [`CHAMPION_GENES`].
 ///
 /// # Errors
 /// Exit 5 when the files are not what was written.
-pub(super) fn read(directory: &Path, controller: Controller) -> Result<Champion> {
-    let file = read_file(directory, CHAMPION)?;
-    let genomes = genomes::read(&directory.join(CHAMPION_GENES), controller).map_err(Failure::corrupt)?;
+pub(super) fn read(directory: &Path, [file, genes]: [&str; 2], controller: Controller) -> Result<Champion> {
+    let own = read_file(directory, file)?;
+    let genomes = genomes::read(&directory.join(genes), controller).map_err(Failure::corrupt)?;
     Ok(Champion {
-        generation: file.generation,
-        individual: file.individual,
-        fitness: file.score(directory)?,
+        generation: own.generation,
+        individual: own.individual,
+        fitness: own.score(directory)?,
         genome: genomes.genomes().next().unwrap_or_default().to_vec(),
     })
 }

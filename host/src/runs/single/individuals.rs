@@ -4,6 +4,7 @@ use std::path::Path;
 
 use super::INDIVIDUALS;
 use crate::engine::disk;
+use crate::evolve::Population;
 use crate::exit::{Failure, Result};
 use crate::experiment::Experiment;
 use crate::npy;
@@ -54,6 +55,12 @@ impl Individuals {
     /// How many there are, in whole generations.
     pub(crate) fn len(&self) -> usize {
         self.values.len() / (self.genes + 1) / self.population * self.population
+    }
+
+    /// The genomes of all.
+    pub(super) fn genomes(&self) -> Population {
+        let rows = self.values.chunks_exact(self.genes + 1).take(self.len());
+        Population::new(self.genes, rows.flat_map(|row| &row[..self.genes]).copied().collect())
     }
 
     /// Generation and number of the index-th individual.

@@ -396,7 +396,11 @@ impl Job for Evolving {
             cells.push(format!("{:.6}", mean_of(&self.real)));
             cells.push(best.to_string());
         }
-        Ok(Finished { files, cells })
+        Ok(Finished {
+            files,
+            cells,
+            champion: champion.genome.clone(),
+        })
     }
 }
 

@@ -144,7 +144,33 @@ impl Single {
 /// # Errors
 /// Exit 5 when the files are not what was written.
 pub(crate) fn champion(run: &Recorded<'_>, experiment: &Experiment) -> Result<Champion> {
-    champion::read(run.directory, experiment.world().spec().controller)
+    let controller = experiment.world().spec().controller;
+    champion::read(run.directory, [CHAMPION, CHAMPION_GENES], controller)
+}
+
+/// The genomes that a finished run has recorded and the files that have them: the champion, the luckiest if there are
+/// finalists, and the last generation, or instead of it every individual that ever lived.
+///
+/// # Errors
+/// As [`champion()`]; exit 1 where individuals are wanted and were not recorded.
+pub(crate) fn all_genomes(
+    run: &Recorded<'_>,
+    experiment: &Experiment,
+    individuals: bool,
+) -> Result<Vec<(&'static str, Population)>> {
+    let controller = experiment.world().spec().controller;
+    let mut all = vec![(CHAMPION_GENES, champion(run, experiment)?.alone())];
+    if experiment.finalists() > 0 {
+        let luckiest = champion::read(run.directory, [LUCKIEST, LUCKIEST_GENES], controller)?;
+        all.push((LUCKIEST_GENES, luckiest.alone()));
+    }
+    all.push(if individuals {
+        let individuals = Individuals::read(run.directory, experiment)?;
+        (INDIVIDUALS, individuals.genomes())
+    } else {
+        (POPULATION, population(run, experiment)?)
+    });
+    Ok(all)
 }
 
 /// The last generation of a finished run.

@@ -1,6 +1,7 @@
 //! `oneiro replay`: a champion's life again, or another life of it.
 
 use std::fs;
+use std::path::Path;
 
 use oneiro::batch::{Batch, Rollout, TraceRequest};
 use oneiro::random::Key;
@@ -9,16 +10,17 @@ use serde_json::json;
 
 use super::job::{keys, score};
 use super::trace::trace_csv;
-use super::{Experiment, Recorded, Replay, champion};
+use super::{Experiment, Recorded, Replay};
 use crate::console::{Console, decimal};
 use crate::engine::disk;
 use crate::engine::handle::Engine;
 use crate::exit::{Failure, Result};
+use crate::genomes;
 use crate::lives::Keys;
 use crate::report::figures;
 
 /// Simulates the champion's lives again, compares its score with the recorded one, and writes one life's path and trace.
-/// A life from another start or with other random numbers is written, too, but compared with nothing.
+/// A life from another start, with other random numbers or of another genome is written, too, but compared with nothing.
 pub(super) fn run(
     experiment: &Experiment,
     run: &Recorded<'_>,
@@ -26,7 +28,8 @@ pub(super) fn run(
     engine: &Engine,
     console: Console,
 ) -> Result {
-    let champion = champion::read(run.directory, experiment.world().spec().controller)?;
+    let champion = super::champion(run, experiment)?;
+    let other = replay.genome.map(|file| genome(file, experiment)).transpose()?;
     let settings = experiment.settings();
     if replay.trial >= settings.trials {
         return Err(Failure::input(format_args!(
@@ -35,7 +38,7 @@ pub(super) fn run(
             settings.trials - 1
         )));
     }
-    let is_new = replay.start.is_some() || replay.seed.is_some();
+    let is_new = replay.start.is_some() || replay.seed.is_some() || other.is_some();
     let world = match replay.start {
         None => experiment.world().clone(),
         Some([x, y, heading]) => World::new(WorldSpec {
@@ -44,7 +47,7 @@ pub(super) fn run(
         })
         .map_err(|invalid| Failure::input(format_args!("--start {x},{y},{heading}: {invalid}")))?,
     };
-    let keys: Vec<Key> = match replay.seed {
+    let keys: Vec<Key> = match replay.seed.or(other.as_ref().map(|_| 1)) {
         None => keys(run.seed, champion.generation, champion.individual, settings.trials).collect(),
         Some(seed) => {
             let keys = Keys::of_seed(seed);
@@ -56,7 +59,7 @@ pub(super) fn run(
         .into_iter()
         .map(|key| Rollout {
             world: 0,
-            genes: &champion.genome,
+            genes: other.as_ref().unwrap_or(&champion.genome),
             key,
         })
         .collect();
@@ -77,12 +80,15 @@ pub(super) fn run(
     let traced = Batch::new(worlds, &[shown], Some(TraceRequest { every }))?;
     let trace = engine.evaluate(&traced)?.traces.into_iter().next().unwrap_or_default();
     let life = lives.fitness[replay.trial as usize];
-    let title = format!(
-        "{}, seed {}: generation {}, fitness {life:.1}",
-        experiment.name(),
-        run.seed,
-        champion.generation
-    );
+    let title = match replay.genome {
+        Some(file) => format!("{}: {}, fitness {life:.1}", experiment.name(), file.display()),
+        None => format!(
+            "{}, seed {}: generation {}, fitness {life:.1}",
+            experiment.name(),
+            run.seed,
+            champion.generation
+        ),
+    };
     let spec = world.spec();
     let picture = figures::life(&spec.arena, spec.robot.body_radius, &title, &trace, every);
 
@@ -94,8 +100,9 @@ pub(super) fn run(
     let collisions = trace.iter().filter(|record| record.collided > 0.0).count();
     if console.json() {
         return console.json_data(&json!({
-            "generation": champion.generation,
-            "individual": champion.individual,
+            "genome": replay.genome,
+            "generation": other.is_none().then_some(champion.generation),
+            "individual": other.is_none().then_some(champion.individual),
             "fitness": decimal(own),
             "bits": format!("{bits:08x}"),
             "compared": !is_new,
@@ -110,11 +117,25 @@ pub(super) fn run(
     } else {
         "as recorded"
     };
+    let who = match replay.genome {
+        Some(file) => file.display().to_string(),
+        None => format!("generation {}, individual {}", champion.generation, champion.individual),
+    };
     console.data(format!(
-        "generation {}, individual {}: fitness {own} (bits {bits:08x}), {compared}\n{}\n{}",
-        champion.generation,
-        champion.individual,
+        "{who}: fitness {own} (bits {bits:08x}), {compared}\n{}\n{}",
         path.display(),
         table.display()
     ))
+}
+
+/// The one genome of a file.
+fn genome(file: &Path, experiment: &Experiment) -> Result<Vec<f32>> {
+    let all = genomes::read(file, experiment.world().spec().controller)?;
+    if all.len() > 1 {
+        let (file, count) = (file.display(), all.len());
+        return Err(Failure::input(format_args!(
+            "--genome {file}: has {count} genomes; allowed: one"
+        )));
+    }
+    Ok(all.genome(0).to_vec())
 }

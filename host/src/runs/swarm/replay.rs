@@ -23,9 +23,9 @@ pub(super) fn run(
     engine: &Engine,
     console: Console,
 ) -> Result {
-    if replay.start.is_some() || replay.seed.is_some() {
+    if replay.start.is_some() || replay.seed.is_some() || replay.genome.is_some() {
         return Err(Failure::usage(
-            "--start and --seed: allowed for champions; a swarm has none",
+            "--start, --seed and --genome: allowed for champions; a swarm has none",
         ));
     }
     let job = again(experiment, recorded.seed, engine, console)?;

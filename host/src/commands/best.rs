@@ -1,0 +1,186 @@
+//! `oneiro best`: appraises what was recorded, and names the best mean.
+
+use std::path::Path;
+
+use oneiro::evaluator::Control;
+use serde::Serialize;
+use serde_json::{Value, json};
+
+use super::subjects::{Common, Named, Subjects, Which};
+use crate::cli::Best;
+use crate::console::{Console, columns, counted, decimal};
+use crate::evolve::appraisal::{Appraisal, by_mean};
+use crate::exit::{Failure, Result};
+use crate::experiment::Experiment;
+use crate::lives::{Keys, Lives};
+use crate::report::numbers::{significant, to_six_places};
+use crate::{device, files, progress};
+
+const MOST_LIVES: u32 = 1_000_000;
+/// The generation in the keys of the lives: no run has lives with it, neither in its evolution nor of its finalists.
+const GENERATION: u64 = (1 << 32) + 1;
+/// Genomes that are shown, unless all are asked for.
+const SHOWN: usize = 20;
+
+/// Lets all genomes live the same fresh lives, prints them from the best mean to the worst, and writes the best.
+pub(crate) fn run(arguments: &Best, console: Console) -> Result {
+    let lives = arguments.lives;
+    if !(2..=MOST_LIVES).contains(&lives) {
+        return Err(Failure::input(format_args!(
+            "--lives {lives}: a mean has an interval from two lives on; allowed: 2 to {MOST_LIVES}"
+        )));
+    }
+    arguments.out.as_deref().map(writable).transpose()?;
+    let named = finished(Named::all(&arguments.recorded)?, console)?;
+    let experiment = match &arguments.experiment {
+        Some(path) => Experiment::read(path, &arguments.set)?,
+        None => Common {
+            scores: false,
+            instead: "one experiment for all with --experiment FILE",
+        }
+        .experiment(&named, &arguments.set)?,
+    };
+    let own_seed = arguments.experiment.as_ref().and(experiment.settings().seed);
+    let seed = arguments.seed.or(own_seed).unwrap_or(1);
+    let controller = experiment.world().spec().controller;
+    let which = Which::All {
+        individuals: arguments.individuals,
+    };
+    let subjects = Subjects::read(&named, controller, which)?.distinct();
+    let all = Lives {
+        worlds: std::slice::from_ref(experiment.world()),
+        genomes: &subjects.genomes,
+        count: lives as usize,
+        keys: Keys {
+            seed,
+            generation: GENERATION,
+            common: true,
+        },
+    };
+    let mut evaluator = device::open(&arguments.backend)?;
+    console.say(format!(
+        "{}, {lives} lives each, seed {seed}, on {}",
+        counted(subjects.genomes.len() as u32, "genome", "genomes"),
+        device::name(evaluator.as_ref())
+    ));
+    let control = Control::new();
+    let fitness = progress::watched(all.steps(), "appraising", console, &control, || {
+        all.fitness(evaluator.as_mut(), &control)
+    })?;
+    device::tell_warnings(evaluator.as_ref(), console);
+
+    let each = fitness.chunks_exact(lives as usize);
+    let appraisals: Vec<Appraisal> = each.clone().map(Appraisal::of).collect();
+    let fitness: Vec<&[f32]> = each.collect();
+    let ranking = by_mean(&appraisals);
+    let row = |&index: &usize| Row::new(&subjects.sources[index], &appraisals[index], fitness[index]);
+    let rows: Vec<Row<'_>> = ranking.iter().map(row).collect();
+    let best = ranking[0];
+    let json = |row: &Row<'_>, genome: &[f32]| {
+        let mut own = json!(row);
+        own["lives"] = lives.into();
+        own["seed"] = seed.into();
+        own["gene_names"] = json!(controller.gene_names());
+        own["genome"] = genome.iter().copied().map(decimal).collect();
+        own
+    };
+    let champion = json(&rows[0], subjects.genomes.genome(best));
+    if let Some(out) = &arguments.out {
+        let text = serde_json::to_string_pretty(&champion).map_err(Failure::failed)? + "\n";
+        files::write_new(out, text.as_bytes())?;
+        console.say(format!("wrote {}", out.display()));
+    }
+    if console.json() {
+        return console.json_data(&json!({"best": champion, "genomes": rows}));
+    }
+    console.data(table(&rows, arguments.all))
+}
+
+/// Refuses a file that can't be written, before anything is computed.
+fn writable(out: &Path) -> Result {
+    if out.extension().is_none_or(|extension| extension != "json") {
+        return Err(Failure::input(format_args!(
+            "--out {}: the best is written as champion.json is; allowed: a name that ends in .json",
+            out.display()
+        )));
+    }
+    files::must_be_new(out)
+}
+
+/// All but the runs that are not finished, which have no champion yet.
+fn finished(named: Vec<Named>, console: Console) -> Result<Vec<Named>> {
+    let mut finished = Vec::with_capacity(named.len());
+    for named in named {
+        match &named {
+            Named::Run(run) if !run.is_done()? => console.say(format!(
+                "warning: {}: is not finished, and left out; `oneiro resume` goes on with it",
+                run.directory().display()
+            )),
+            _ => finished.push(named),
+        }
+    }
+    if finished.is_empty() {
+        return Err(Failure::input(
+            "nothing is recorded yet; allowed: finished runs and sweeps, and files of genomes",
+        ));
+    }
+    Ok(finished)
+}
+
+/// What the lives of one genome came to.
+#[derive(Serialize)]
+struct Row<'a> {
+    /// The file that has it, and its row there.
+    source: &'a str,
+    mean: f64,
+    /// 95 % of the mean, by Student's t.
+    interval: [f64; 2],
+    deviation: f64,
+    lowest: Value,
+    highest: Value,
+}
+
+impl<'a> Row<'a> {
+    fn new(source: &'a str, appraisal: &Appraisal, lives: &[f32]) -> Self {
+        let extreme = |of: fn(f32, f32) -> f32| decimal(lives.iter().copied().fold(f32::NAN, of));
+        Self {
+            source,
+            mean: to_six_places(appraisal.mean),
+            interval: appraisal.interval().map(to_six_places),
+            deviation: to_six_places(appraisal.deviation),
+            lowest: extreme(f32::min),
+            highest: extreme(f32::max),
+        }
+    }
+}
+
+/// The best genomes, or all, with the best marked.
+fn table(rows: &[Row<'_>], all: bool) -> String {
+    let shown = if all { rows.len() } else { SHOWN.min(rows.len()) };
+    let line = |(row, mark): (&Row<'_>, &str)| {
+        let [from, to] = row.interval;
+        let numbers = [row.mean, from, to, row.deviation].map(|number| significant(number, 6));
+        let extremes = [&row.lowest, &row.highest].map(|number| significant(number.as_f64().unwrap_or(f64::NAN), 6));
+        let mut line = vec![row.source.to_owned()];
+        line.extend(numbers.into_iter().chain(extremes));
+        line.push(mark.to_owned());
+        line
+    };
+    let marks = std::iter::once("best").chain(std::iter::repeat(""));
+    let lines: Vec<Vec<String>> = rows[..shown].iter().zip(marks).map(line).collect();
+    let head = [
+        "genome",
+        "mean",
+        "95 %: from",
+        "to",
+        "deviation",
+        "lowest",
+        "highest",
+        "",
+    ];
+    let more = match rows.len() - shown {
+        0 => String::new(),
+        more => format!("... and {more} more; --all lists them\n"),
+    };
+    columns(&head, &lines) + &more
+}

@@ -1,0 +1,57 @@
+//! The champions of a sweep, read from its tables.
+
+use std::path::{Path, PathBuf};
+
+use oneiro::world::Controller;
+
+use super::store::Store;
+use super::{Plan, Sweep, tables};
+use crate::evolve::Population;
+use crate::exit::{Failure, Result};
+use crate::genomes;
+
+/// A finished sweep of single robots.
+#[derive(Debug)]
+pub(crate) struct Champions {
+    pub(crate) sweep: Sweep,
+    plan: Plan,
+    /// The table.
+    path: PathBuf,
+}
+
+impl Champions {
+    /// Opens a sweep's directory.
+    ///
+    /// # Errors
+    /// Exit 3 when it is none that this program can read, when its runs are of swarms, or when it has no tables yet.
+    pub(crate) fn open(directory: &Path) -> Result<Self> {
+        let (sweep, plan) = Store::open(directory)?.sweep()?;
+        let path = directory.join(tables::CHAMPIONS);
+        let refused = |problem: &str| Err(Failure::input(format_args!("{}: {problem}", directory.display())));
+        if plan.controllers.contains(&None) {
+            return refused("is of swarms, whose controllers live among others; allowed: sweeps of single robots");
+        }
+        if !path.is_file() {
+            return refused("has no champions yet; `oneiro sweep run` and `oneiro sweep merge` make its tables");
+        }
+        Ok(Self { sweep, plan, path })
+    }
+
+    /// The file that has them: a row for each run, in the order of the runs.
+    pub(crate) fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// All of them, for a controller.
+    ///
+    /// # Errors
+    /// Exit 3 when a run's controller takes another number of genes, and when the file is not what was written.
+    pub(crate) fn genomes(&self, controller: Controller) -> Result<Population> {
+        let genes = controller.genes();
+        let mut others = self.plan.controllers.iter().flatten().map(|other| other.genes());
+        match others.find(|other| *other != genes) {
+            Some(other) => Err(genomes::other_size(&self.path, other, genes)),
+            None => genomes::read(&self.path, controller),
+        }
+    }
+}
