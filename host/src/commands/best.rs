@@ -32,13 +32,13 @@ pub(crate) fn run(arguments: &Best, console: Console) -> Result {
     }
     arguments.out.as_deref().map(writable).transpose()?;
     let named = finished(Named::all(&arguments.recorded)?, console)?;
+    let common = Common {
+        scores: false,
+        instead: "one experiment for all with --experiment FILE",
+    };
     let experiment = match &arguments.experiment {
         Some(path) => Experiment::read(path, &arguments.set)?,
-        None => Common {
-            scores: false,
-            instead: "one experiment for all with --experiment FILE",
-        }
-        .experiment(&named, &arguments.set)?,
+        None => common.experiment(&named, &arguments.set)?,
     };
     let own_seed = arguments.experiment.as_ref().and(experiment.settings().seed);
     let seed = arguments.seed.or(own_seed).unwrap_or(1);

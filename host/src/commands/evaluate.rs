@@ -29,15 +29,13 @@ const MOST_CYCLES: u32 = 1_000_000;
 pub(crate) fn run(arguments: &Evaluate, console: Console) -> Result {
     let sink = Sink::of(arguments)?;
     let named = Named::all(&arguments.genomes)?;
+    let common = Common {
+        scores: true,
+        instead: "an experiment before --genomes",
+    };
     let experiment = match &arguments.experiment {
         Some(path) => Experiment::read(path, &arguments.set)?,
-        None => {
-            let common = Common {
-                scores: true,
-                instead: "an experiment before --genomes",
-            };
-            common.experiment(&named, &arguments.set)?
-        }
+        None => common.experiment(&named, &arguments.set)?,
     };
     let settings = experiment.settings();
     let own_seed = arguments.experiment.as_ref().and(settings.seed);
