@@ -271,7 +271,7 @@ fn a_run_has_one_writer() {
     place
         .run(&["resume", "run"])
         .exits(3)
-        .says(&["another process works on this run"]);
+        .says(&["another process is working on this run"]);
     place
         .run(&["run", "small.toml", "--seed", "1", "--out", "run"])
         .exits(3);

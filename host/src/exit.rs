@@ -145,7 +145,7 @@ impl From<Invalid> for Failure {
 impl From<evaluator::Error> for Failure {
     fn from(error: evaluator::Error) -> Self {
         match error {
-            evaluator::Error::Cancelled => Self::stopped("stopped; the same command goes on"),
+            evaluator::Error::Cancelled => Self::stopped("stopped; run the same command again to continue"),
             evaluator::Error::NoDevice(_) | evaluator::Error::TooLarge(_) => Self::device(error),
             _ => Self::failed(error),
         }

@@ -95,7 +95,7 @@ fn are_the_same_when_time_runs_out_again_and_again() {
         if ran.code == Some(0) {
             break hash(&ran.stdout);
         }
-        ran.exits(75).says(&["the same command goes on"]);
+        ran.exits(75).says(&["run the same command again to continue"]);
         assert!(!place.at("stopped/results.csv").exists());
         assert!(!place.checkpoints("stopped").is_empty());
         stops += 1;

@@ -29,7 +29,7 @@ fn that_work_on_one_shard_are_never_two() {
         let ran = place
             .run(second)
             .exits(75)
-            .says(&["out/shard-1-of-1", "another process works on this shard"]);
+            .says(&["out/shard-1-of-1", "another process is working on this shard"]);
         assert!(ran.stdout.is_empty());
     }
     assert!(
@@ -80,7 +80,9 @@ fn that_are_told_to_end_leave_what_the_next_goes_on_from() {
         let arguments = sweep(out, &["--threads", "1", "--checkpoint-every", "1h"]);
         let child = working(&place, &arguments, &format!("{out}/shard-1-of-1"));
         signal(&child, name);
-        let ran = ended(&arguments, child).exits(75).says(&["the same command goes on"]);
+        let ran = ended(&arguments, child)
+            .exits(75)
+            .says(&["run the same command again to continue"]);
         assert!(ran.stdout.is_empty(), "{}", ran.stdout);
         assert_eq!(place.checkpoints(out).len(), 1);
         place.assert_goes_on(out, &["--threads", "1"]);

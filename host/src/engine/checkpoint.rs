@@ -1,5 +1,5 @@
-//! Checkpoints: all that jobs need to go on, in a file that never loads when a bit of it is wrong. Runs' directories and
-//! shards of sweeps have the same files, [sealed]: `checkpoint-N`, the two newest of them.
+//! Checkpoints: everything that jobs need in order to resume, in a file that never loads if a bit of it is wrong. Run
+//! directories and shards of sweeps use the same files, [sealed]: `checkpoint-N`, the two newest of them.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -12,11 +12,11 @@ use crate::exit::{Failure, Result};
 use crate::sealed::{self, Problem};
 
 const FORMAT: &str = "oneiro checkpoint";
-/// 1 were two formats, of runs and of sweeps.
+/// Version 1 had two formats, of runs and of sweeps.
 const VERSION: u32 = 2;
 const PREFIX: &str = "checkpoint-";
 
-/// Why a checkpoint can't be used, in words; `owner` is what it should be of.
+/// Explains why a checkpoint can't be used; `owner` is the run or sweep that it should belong to.
 pub(crate) fn words(problem: &Problem, owner: &str) -> String {
     match problem {
         Problem::Damaged => problem.to_string(),
@@ -25,10 +25,10 @@ pub(crate) fn words(problem: &Problem, owner: &str) -> String {
     }
 }
 
-/// Writes a checkpoint and waits until it is on the disk. All but the newest are removed.
+/// Writes a checkpoint and waits until it is on disk. Keeps the newest `kept` and removes the others.
 ///
 /// # Errors
-/// Exit 6 when writing fails.
+/// Exit 6 if writing fails.
 pub(crate) fn write(
     directory: &Path,
     number: u64,
@@ -47,17 +47,17 @@ pub(crate) fn write(
     Ok(())
 }
 
-/// Reads a checkpoint, or says why it can't be used.
+/// Reads a checkpoint, or returns the reason why it can't be used.
 pub(crate) fn read<T: DeserializeOwned>(path: &Path, identity: &blake3::Hash) -> std::result::Result<T, Problem> {
-    // One that can't be read is of no more use than a damaged one.
+    // A file that can't be read is as useless as a damaged one.
     let bytes = fs::read(path).map_err(|_| Problem::Damaged)?;
     sealed::open(FORMAT, VERSION, identity, &bytes)
 }
 
-/// A directory's checkpoints and their numbers, the newest first.
+/// A directory's checkpoints with their numbers, newest first.
 ///
 /// # Errors
-/// Exit 6 when the directory can't be read.
+/// Exit 6 if the directory can't be read.
 pub(crate) fn list(directory: &Path) -> Result<Vec<(u64, PathBuf)>> {
     let failed = |error| Failure::storage(directory, &error);
     let mut found = Vec::new();
@@ -85,7 +85,7 @@ mod tests {
         directory
     }
 
-    /// The formats of earlier versions: a line of JSON and values for runs, an identity and values for sweeps.
+    /// Formats of earlier versions: a line of JSON and values for runs, an identity and values for sweeps.
     #[test]
     fn checkpoints_of_earlier_versions_are_refused_as_such() {
         let directory = directory("versions");

@@ -1,4 +1,4 @@
-//! Writing that a power cut can't tear.
+//! Writing files that survive a power cut intact.
 
 use std::fs::{self, File};
 use std::io::{self, Write};
@@ -6,24 +6,24 @@ use std::path::{Path, PathBuf};
 
 use crate::exit::{Failure, Result};
 
-/// What unfinished files end in.
+/// Suffix of unfinished files.
 pub(crate) const TEMPORARY: &str = ".tmp";
 
-/// Writes a file whole or not at all, and waits until its content is on the disk; its name is there after
+/// Writes a file completely or not at all, and waits until its content is on disk. Its name is on disk after
 /// [`sync_directory`].
 pub(crate) fn write(path: &Path, bytes: &[u8]) -> Result {
     write_through(path, |file| all(path, file, bytes))
 }
 
-/// As [`write()`], for a file too large to be held in memory: `fill` writes it.
+/// Like [`write()`], for a file that is too large for memory: `fill` writes it.
 ///
 /// # Errors
-/// Those of `fill`, and exit 6 when the file can't be made, synced or given its name.
+/// Those of `fill`, and exit 6 if the file can't be created, synced or renamed.
 pub(crate) fn write_through(path: &Path, fill: impl FnOnce(&mut File) -> Result) -> Result {
     replace(path, fill, File::sync_all)
 }
 
-/// Writes a file that nothing depends on: whole or not at all, but a power cut may take it.
+/// Writes a file that nothing depends on: completely or not at all, but a power cut may lose it.
 pub(crate) fn note(path: &Path, bytes: &[u8]) -> Result {
     replace(path, |file| all(path, file, bytes), |_| Ok(()))
 }
@@ -42,14 +42,14 @@ fn replace(path: &Path, fill: impl FnOnce(&mut File) -> Result, sync: fn(&File) 
         .and_then(|()| sync(&file).map_err(storage))
         .and_then(|()| fs::rename(&temporary, path).map_err(storage));
     written.inspect_err(|_| {
-        // What can't be removed is told by the error.
+        // If this fails too, the error that follows names the file.
         let _ = fs::remove_file(&temporary);
     })
 }
 
-/// Waits until a directory's names are on the disk.
+/// Waits until a directory's names are on disk.
 pub(crate) fn sync_directory(path: &Path) -> Result {
-    // Elsewhere a directory can't be opened as a file, and renaming is a matter of the file system's journal.
+    // Elsewhere a directory can't be opened as a file, and the file system's journal takes care of renames.
     if cfg!(unix) {
         File::open(path)
             .and_then(|directory| directory.sync_all())
@@ -58,7 +58,7 @@ pub(crate) fn sync_directory(path: &Path) -> Result {
     Ok(())
 }
 
-/// The bytes of a file that the program wrote itself.
+/// Reads the bytes of a file that the program itself has written.
 pub(crate) fn read(path: &Path) -> Result<Vec<u8>> {
     fs::read(path).map_err(|error| match error.kind() {
         io::ErrorKind::NotFound => Failure::corrupt(format_args!("{}: is missing", path.display())),
@@ -66,7 +66,7 @@ pub(crate) fn read(path: &Path) -> Result<Vec<u8>> {
     })
 }
 
-/// The text of such a file.
+/// Reads the text of a file that the program itself has written.
 pub(crate) fn read_text(path: &Path) -> Result<String> {
     String::from_utf8(read(path)?)
         .map_err(|_| Failure::corrupt(format_args!("{}: is no text any more", path.display())))

@@ -1,4 +1,4 @@
-//! The engine's handle: an evaluator for all jobs and all single evaluations of a command.
+//! The engine's handle: an evaluator that all jobs and all single evaluations of a command share.
 
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc;
@@ -13,17 +13,17 @@ use super::queue::Queue;
 use super::scheduler::{self, InMemory, Runs, Waiting};
 use super::watcher::Watch;
 
-/// The one way to hold an evaluator: all jobs and all single evaluations of a command share it, and what stops them.
+/// The only holder of an evaluator: all jobs and all single evaluations of a command share it, and its stop flag.
 pub(crate) struct Engine {
     evaluator: Mutex<Box<dyn Evaluator>>,
     description: Device,
-    /// Counts the robot-steps.
+    /// Counter of robot-steps.
     pub(crate) control: Control,
     stop: Arc<AtomicBool>,
 }
 
 impl Engine {
-    /// Of an evaluator; it works until `stop` is set.
+    /// Wraps an evaluator, which works until `stop` is set.
     pub(crate) fn new(evaluator: Box<dyn Evaluator>, stop: Arc<AtomicBool>) -> Self {
         Self {
             description: evaluator.device(),
@@ -33,23 +33,23 @@ impl Engine {
         }
     }
 
-    /// What the evaluator runs on.
+    /// Description of the evaluator's device.
     pub(crate) fn description(&self) -> &Device {
         &self.description
     }
 
-    /// The device in a few words.
+    /// Short name of the device.
     pub(crate) fn name(&self) -> String {
         let Device { name, detail, exact } = &self.description;
         let exact = if *exact { "" } else { ", not exact" };
         format!("{name} ({detail}{exact})")
     }
 
-    /// Does runs, as far as batches allow in the order given; `most` limits how many are under way at once.
+    /// Does runs, in the given order as far as batches allow; `most` limits the number in progress at once.
     ///
     /// # Errors
-    /// Exit 75 when the work was stopped, and as the evaluator's errors, both with all jobs under way saved; the errors of
-    /// [`Runs`] and of jobs.
+    /// Exit 75 if the work was stopped, and errors of the evaluator, in both cases with all jobs in progress saved;
+    /// errors of [`Runs`] and of jobs.
     pub(crate) fn run(
         &self,
         waiting: Vec<Waiting>,
@@ -75,17 +75,17 @@ impl Engine {
             });
             let ended = scheduler::run(waiting, most, runs, &queue, watch);
             if ended.is_err() {
-                // Nobody waits for what it still has to do.
+                // The results of the remaining work aren't needed.
                 self.control.cancel();
             }
             drop(queue);
-            // A worker that broke down was noticed where its outcome was awaited.
+            // If the worker panicked, that was noticed when its outcome was awaited.
             let _ = worker.join();
             ended
         })
     }
 
-    /// Runs jobs to their end, and keeps nothing but them.
+    /// Runs jobs to their end and keeps only the jobs.
     ///
     /// # Errors
     /// As [`Engine::run`].
@@ -101,7 +101,7 @@ impl Engine {
         Ok(runs.0.into_iter().flatten().collect())
     }
 
-    /// Evaluates one batch, on this thread.
+    /// Evaluates one batch on this thread.
     ///
     /// # Errors
     /// As [`Evaluator::evaluate`].
@@ -113,7 +113,7 @@ impl Engine {
         evaluator.evaluate(batch, &self.control)
     }
 
-    /// The evaluator's warnings, when all is done.
+    /// Returns the evaluator's warnings after all work.
     pub(crate) fn close(self) -> Vec<String> {
         let evaluator = self.evaluator.into_inner().unwrap_or_else(PoisonError::into_inner);
         evaluator.warnings().to_vec()

@@ -1,4 +1,4 @@
-//! A file that only grows, and can be cut back to where a checkpoint saw it.
+//! An append-only file that can be cut back to its length at a checkpoint.
 
 use std::fs::{self, File, OpenOptions};
 use std::io::{self, Write};
@@ -9,14 +9,14 @@ use serde::{Deserialize, Serialize};
 
 use crate::exit::{Failure, Result};
 
-/// How much of a log there was, and its hash.
+/// Length of a log and its hash.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub(crate) struct Extent {
     bytes: u64,
     blake3: String,
 }
 
-/// The beginning of a log that is still what it was.
+/// The beginning of a log, known to be unchanged.
 #[derive(Debug)]
 pub(crate) struct Prefix {
     bytes: u64,
@@ -24,7 +24,7 @@ pub(crate) struct Prefix {
 }
 
 impl Prefix {
-    /// Reads it from a log, if it is still there.
+    /// Reads the beginning of a log, if it is still there.
     pub(crate) fn of(path: &Path, extent: &Extent) -> Option<Self> {
         let bytes = fs::read(path).ok()?;
         let mut hasher = blake3::Hasher::new();
@@ -37,13 +37,13 @@ impl Prefix {
     }
 }
 
-/// Writes a log. Lines wait in memory: a crash takes back what follows the last checkpoint anyway.
+/// Writer of a log. Lines wait in memory: after a crash, everything beyond the last checkpoint is discarded anyway.
 #[derive(Debug)]
 pub(crate) struct Log {
     path: PathBuf,
-    /// What is not written yet.
+    /// Bytes that are not written yet.
     waiting: Vec<u8>,
-    /// Bytes that are.
+    /// Number of bytes written.
     written: u64,
     hasher: blake3::Hasher,
     flushed: Instant,
@@ -66,7 +66,7 @@ impl Log {
         }
     }
 
-    /// Cuts a log back to its beginning, and goes on from there.
+    /// Cuts a log back to its beginning and continues from there.
     pub(crate) fn cut_back(path: PathBuf, prefix: Prefix) -> Result<Self> {
         let cut = OpenOptions::new()
             .write(true)
@@ -76,7 +76,7 @@ impl Log {
         Ok(Self::new(path, prefix.bytes, prefix.hasher))
     }
 
-    /// Adds bytes at the end; they are in the file a second later, or when there are many.
+    /// Appends bytes; they are written within a second, or earlier if there are many.
     pub(crate) fn push(&mut self, bytes: &[u8]) -> Result {
         const MANY: usize = 1 << 22;
         const LATE: Duration = Duration::from_secs(1);
@@ -88,7 +88,7 @@ impl Log {
         Ok(())
     }
 
-    /// Writes what waits, and waits until all is on the disk. How much there is then.
+    /// Writes all waiting bytes and waits until they are on disk. Returns the log's extent.
     pub(crate) fn sync(&mut self) -> Result<Extent> {
         self.flush(true)?;
         Ok(Extent {

@@ -1,14 +1,14 @@
 //! The engine: jobs of all kinds share the devices. It knows no kind of job by name.
 //!
-//! | file | content |
+//! | file | contents |
 //! |---|---|
-//! | [`job`] | what a job is, and what it exchanges with the engine |
+//! | [`job`] | jobs, and their exchange with the engine |
 //! | [`scheduler`] | the loop: which jobs share a batch, and when they take their steps |
-//! | [`handle`] | the engine for those who use it: an evaluator on a thread of its own |
+//! | [`handle`] | the engine's interface: an evaluator on a thread of its own |
 //! | [`queue`] | batches on their way to the device and back |
-//! | [`watcher`] | what shows how far jobs are, and stops them |
-//! | [`checkpoint`] | jobs as they are saved |
-//! | [`disk`], [`log`] | files that a power cut can't tear; files that only grow |
+//! | [`watcher`] | shows the progress of jobs, and stops them |
+//! | [`checkpoint`] | saved jobs |
+//! | [`disk`], [`log`] | files that survive a power cut; append-only files |
 
 pub(crate) mod checkpoint;
 pub(crate) mod disk;

@@ -1,4 +1,4 @@
-//! Batches on their way to the device and back, and what ends their work.
+//! Batches on their way to the device and back, and reasons for ending early.
 
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender};
@@ -11,12 +11,12 @@ use oneiro::parameter::Invalid;
 use super::watcher::Watch;
 use crate::exit::Failure;
 
-/// What ends work on a device early.
+/// Reasons for work on a device to end early.
 #[derive(Debug)]
 pub(crate) enum Interruption {
-    /// The evaluator: all steps that jobs took are whole, and can be kept.
+    /// The evaluator: all finished steps of jobs are complete and can be saved.
     Evaluation(Error),
-    /// Anything else: only what was recorded before is sure.
+    /// Anything else: only earlier records are safe.
     Other(Failure),
 }
 
@@ -42,15 +42,15 @@ impl From<Invalid> for Interruption {
 pub(super) struct Queue<'a> {
     pub(super) batches: Sender<Batch>,
     pub(super) outcomes: Receiver<Result<Outcome, Error>>,
-    /// Counts the robot-steps, and cancels them.
+    /// Counts robot-steps and cancels work.
     pub(super) control: &'a Control,
     pub(super) stop: &'a AtomicBool,
 }
 
 impl Queue<'_> {
-    /// Hands a batch over; outcomes come in the same order.
+    /// Hands a batch over; outcomes come back in the same order.
     pub(super) fn submit(&self, batch: Batch) {
-        // A thread that has ended is noticed where its outcome is awaited.
+        // If the thread has ended, that is noticed when its outcome is awaited.
         let _ = self.batches.send(batch);
     }
 

@@ -1,6 +1,6 @@
-//! The one loop of the engine: jobs of all kinds share the device. Jobs whose next requests may share a batch make up a
-//! group. Groups take turns: while the device evaluates one, this thread lets the jobs of another take their step, records
-//! the results, and lets waiting runs join.
+//! The engine's only loop: jobs of all kinds share the device. Jobs whose next requests may share a batch form a group.
+//! Groups take turns: while the device evaluates one, this thread lets the jobs of another take their step, records the
+//! results, and lets waiting runs join.
 
 use std::collections::{HashMap, VecDeque};
 use std::time::{Duration, Instant};
@@ -14,51 +14,50 @@ use super::queue::{Interruption, Queue};
 use super::watcher::Watch;
 use crate::exit::{Failure, Result};
 
-/// What a batch should take, so that what it costs to hand it over does not show.
+/// Target duration of a batch, long enough to hide the cost of handing it over.
 const BATCH: Duration = Duration::from_millis(30);
-/// Robot-steps of a batch before it is known how fast the device is, and the fewest and most.
+/// Robot-steps of a batch before the device's speed is known, and the fewest and most.
 const FIRST_ROOM: f64 = 4e6;
 const ROOM: [f64; 2] = [1e6, 4e9];
-/// Groups at most: two keep the device busy, others are the tails of what had other stages.
+/// Most groups: two keep the device busy, others are remainders at other stages.
 const GROUPS: usize = 4;
 
-/// Which of the runs that the scheduler is given.
+/// Index of a run given to the scheduler.
 pub(crate) type RunNumber = usize;
 
-/// A run that waits to begin.
+/// A run that has not begun.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Waiting {
-    /// Which it is.
     pub(crate) run: RunNumber,
-    /// The kernel that its first request is of.
+    /// Kernel of its first request.
     pub(crate) kernel: &'static str,
 }
 
-/// The runs that the scheduler does: where jobs come from, and where what they give is recorded. Runs' directories are
-/// one such place, a shard of a sweep is another.
+/// The scheduler's source of jobs and recorder of their results: run directories are one implementation, a shard of a
+/// sweep is another.
 pub(crate) trait Runs {
-    /// The jobs: of one kind, or boxed.
+    /// Type of the jobs: of one kind, or boxed.
     type Job: Job;
 
     /// Begins a run, or resumes it from where it was saved.
     ///
     /// # Errors
-    /// As the place says; all work ends.
+    /// As the implementation says; all work ends.
     fn begin(&mut self, run: RunNumber) -> Result<Self::Job>;
 
-    /// Records a step of a run. The job has taken it, and no other step yet.
+    /// Records a step of a run. The job has taken this step, and no later one yet.
     ///
     /// # Errors
-    /// Exit 6 when writing fails; all work ends.
+    /// Exit 6 if writing fails; all work ends.
     fn record(&mut self, run: RunNumber, job: &Self::Job, step: Step) -> Result;
 
-    /// Records what finished runs gave. All their steps are recorded.
+    /// Records the results of finished runs. All their steps have been recorded.
     ///
     /// # Errors
     /// As [`Runs::record`].
     fn finish(&mut self, finished: Vec<(RunNumber, Self::Job)>) -> Result;
 
-    /// Called now and then with all jobs under way, whose steps are all recorded: the place may save them.
+    /// Called from time to time with all jobs in progress, whose steps have all been recorded; may save them.
     ///
     /// # Errors
     /// As [`Runs::record`].
@@ -66,18 +65,18 @@ pub(crate) trait Runs {
         Ok(())
     }
 
-    /// Called at the end with the jobs that are still under way: none when all runs are finished, all that had begun when
-    /// the user or the device ended the work. They are to be saved.
+    /// Called at the end with the jobs still in progress, to save them: none if all runs are finished, or all that had
+    /// begun when the user or the device ended the work.
     ///
     /// # Errors
     /// As [`Runs::record`].
     fn end(&mut self, under_way: &UnderWay<'_, Self::Job>) -> Result;
 
-    /// Tells the user how to go on after a stop.
+    /// Message that tells the user how to continue after a stop.
     fn stopped(&self) -> String;
 }
 
-/// Jobs that are made before they are run, and are kept in memory: all results are theirs.
+/// Jobs that exist before they are run and stay in memory; they hold all of their results.
 pub(super) struct InMemory<J>(pub(super) Vec<Option<J>>);
 
 impl<J: Job> Runs for InMemory<J> {
@@ -108,7 +107,7 @@ impl<J: Job> Runs for InMemory<J> {
     }
 }
 
-/// Jobs that have begun and are not finished.
+/// Jobs that have begun and aren't finished.
 pub(crate) type UnderWay<'a, J> = [(RunNumber, &'a J)];
 
 /// As [`super::handle::Engine::run`].
@@ -142,17 +141,17 @@ pub(super) fn run<R: Runs>(
     }
 }
 
-/// A run under way.
+/// A run in progress.
 struct Entry<J> {
     run: RunNumber,
     job: J,
-    /// What its next request is: nothing when it is finished.
+    /// Its next request; `None` once it is finished.
     next: Option<Next>,
-    /// What is not recorded yet.
+    /// Step that has not been recorded yet.
     step: Option<Step>,
 }
 
-/// The next request of a job in short.
+/// Summary of a job's next request.
 #[derive(Clone, Copy)]
 struct Next {
     stage: Stage,
@@ -196,16 +195,16 @@ fn steps_of<J: Job>(entries: &[Entry<J>]) -> f64 {
 struct Group<J> {
     stage: Stage,
     entries: Vec<Entry<J>>,
-    /// Rollouts of each entry.
+    /// Number of rollouts of each entry.
     counts: Vec<usize>,
     /// Robot-steps of the batch.
     steps: f64,
-    /// Words of a line of a log.
+    /// Words per line of a log.
     log_words: usize,
     packed: Vec<Packed>,
 }
 
-/// Worlds of one kernel that are packed, and where in them each place is.
+/// Packed worlds of one kernel, and the index of each place in them.
 struct Packed {
     kernel: &'static str,
     worlds: Worlds,
@@ -265,7 +264,7 @@ impl<J: Job> Group<J> {
         let batch = match stage.stretch() {
             None => own.worlds.batch(&rollouts, stage.trace())?,
             Some(cycles) => {
-                // Worlds that share a batch have states of one length: that of the largest.
+                // Worlds that share a batch have states of the same length: that of the largest.
                 let words = own.worlds.state_words();
                 for state in &mut states {
                     state.resize(words, 0);
@@ -284,9 +283,9 @@ impl<J: Job> Group<J> {
         Ok((group, batch))
     }
 
-    /// Lets all its jobs take their step.
+    /// Lets all of its jobs take their step.
     fn tell(&mut self, outcome: &Outcome) -> Result {
-        /// Jobs that are worth waking a thread for.
+        /// Number of jobs that are worth waking a thread for.
         const FEW: usize = 16;
         let mut rest = 0;
         let shares: Vec<_> = self
@@ -298,7 +297,7 @@ impl<J: Job> Group<J> {
             })
             .collect();
         let log_words = self.log_words;
-        // A fast device would wait for one thread.
+        // With one thread, a fast device would have to wait.
         self.entries
             .par_iter_mut()
             .zip(shares)
@@ -319,7 +318,7 @@ impl<J: Job> Group<J> {
     }
 }
 
-/// Runs that wait: those that begin with one kernel together, each kind in the order in which they were given.
+/// Waiting runs, by the kernel that they begin with, each queue in the given order.
 struct Queues(Vec<(&'static str, VecDeque<RunNumber>)>);
 
 impl Queues {
@@ -334,7 +333,7 @@ impl Queues {
         Self(queues)
     }
 
-    /// A kernel that runs wait for.
+    /// A kernel that runs are waiting for.
     fn kernel(&self) -> Option<&'static str> {
         self.0
             .iter()
@@ -342,7 +341,7 @@ impl Queues {
             .map(|(kernel, _)| *kernel)
     }
 
-    /// Whether any run waits that could join a stage: one that jobs begin with.
+    /// Whether any waiting run could join a stage, which requires a stage that jobs begin with.
     fn has(&self, stage: &Stage) -> bool {
         let is_own = |(kernel, queue): &(&str, VecDeque<_>)| *kernel == stage.kernel && !queue.is_empty();
         stage.reached == 0 && self.0.iter().any(is_own)
@@ -354,11 +353,11 @@ impl Queues {
     }
 }
 
-/// How large batches are to be.
+/// Room in batches.
 struct Room {
     /// Robot-steps of a batch.
     steps: f64,
-    /// Jobs of a group, and of all groups.
+    /// Most jobs of a group, and of all groups together.
     jobs: usize,
     all: usize,
     last: Instant,
@@ -374,7 +373,7 @@ impl Room {
         }
     }
 
-    /// Learns the device's speed from a batch of `steps` robot-steps that has come back.
+    /// Learns the device's speed from a returned batch of `steps` robot-steps.
     fn learn(&mut self, steps: f64) {
         let took = self.last.elapsed().as_secs_f64();
         self.last = Instant::now();
@@ -382,21 +381,21 @@ impl Room {
         self.steps = (0.75 * self.steps + 0.25 * aim).clamp(ROOM[0], ROOM[1]);
     }
 
-    /// Whether a batch that holds `jobs` jobs and `steps` robot-steps has room for another.
+    /// Whether a batch with `jobs` jobs and `steps` robot-steps has room for another job.
     fn has(&self, jobs: usize, steps: f64) -> bool {
         jobs == 0 || (jobs < self.jobs && steps < self.steps)
     }
 }
 
-/// All that is under way.
+/// Everything in progress.
 struct Scheduler<'a, R: Runs> {
     queues: Queues,
     room: Room,
-    /// Those whose batches the device has, in their order.
+    /// Groups whose batches are with the device, in order.
     groups: VecDeque<Group<R::Job>>,
-    /// Jobs that wait for a batch of their stage.
+    /// Jobs waiting for a batch of their stage.
     ready: Vec<Entry<R::Job>>,
-    /// Jobs that are finished, but not recorded as such yet.
+    /// Finished jobs that have not been recorded as such.
     finished: Vec<Entry<R::Job>>,
     runs: &'a mut R,
     queue: &'a Queue<'a>,
@@ -455,7 +454,7 @@ impl<R: Runs> Scheduler<'_, R> {
         }
     }
 
-    /// A stage that enough jobs are ready for to fill a batch.
+    /// A stage for which enough jobs are ready to fill a batch.
     fn full_stage(&self) -> Option<Stage> {
         let stages = self.ready.iter().filter_map(|own| own.next).map(|next| next.stage);
         let is_full = |stage: &Stage| {
@@ -475,14 +474,14 @@ impl<R: Runs> Scheduler<'_, R> {
         None
     }
 
-    /// Whether the device would soon have nothing to do: fewer than two groups are large, or can grow.
+    /// Whether the device would soon be idle: fewer than two groups are large or can grow.
     fn wants_group(&self) -> bool {
         let lasts =
             |group: &&Group<R::Job>| !self.room.has(group.entries.len(), group.steps) || self.queues.has(&group.stage);
         self.groups.len() < GROUPS && self.groups.iter().filter(lasts).count() < 2
     }
 
-    /// Lets the next run begin, if one waits and there is room for it. The stage that it begins with.
+    /// Begins the next run, if one is waiting and there is room for it. Returns its first stage.
     fn begun_stage(&mut self) -> Result<Option<Stage>> {
         while let Some(kernel) = self.queues.kernel()
             && self.under_way() < self.room.all
@@ -496,7 +495,7 @@ impl<R: Runs> Scheduler<'_, R> {
         Ok(None)
     }
 
-    /// Lets a run of a kernel begin. Whether it is ready now.
+    /// Begins a run of a kernel. Returns whether it is ready now.
     fn begin(&mut self, kernel: &str) -> Result<bool> {
         let Some(run) = self.queues.next(kernel) else {
             return Ok(false);
@@ -511,7 +510,7 @@ impl<R: Runs> Scheduler<'_, R> {
         Ok(is_ready)
     }
 
-    /// Lets jobs of a stage join, as many as there is room for: those that are ready, then runs that wait.
+    /// Adds jobs of a stage as long as there is room: first those that are ready, then waiting runs.
     fn joined(&mut self, mut entries: Vec<Entry<R::Job>>, stage: &Stage) -> Result<Vec<Entry<R::Job>>> {
         let mut steps = steps_of(&entries);
         let mut ready = std::mem::take(&mut self.ready).into_iter();
@@ -534,7 +533,7 @@ impl<R: Runs> Scheduler<'_, R> {
                 continue;
             }
             let Some(entry) = self.ready.pop_if(|own| own.is_at(stage)) else {
-                // Saved at another stage, or of another pace.
+                // It was saved at another stage, or its stage covers other cycles.
                 break;
             };
             steps += entry.steps();
@@ -543,7 +542,7 @@ impl<R: Runs> Scheduler<'_, R> {
         Ok(entries)
     }
 
-    /// Jobs that have begun and are in no one's hands.
+    /// Number of jobs that have begun and not finished.
     fn under_way(&self) -> usize {
         let groups = self.groups.iter().map(|group| group.entries.len());
         groups.sum::<usize>() + self.ready.len()
@@ -556,7 +555,7 @@ impl<R: Runs> Scheduler<'_, R> {
         Ok(())
     }
 
-    /// Records all steps that jobs took; the device has its next batch by now.
+    /// Records all steps that jobs have taken, after the device has got its next batch.
     fn record(&mut self, watch: &mut dyn Watch) -> Result {
         let mut has_advanced = false;
         let groups = self.groups.iter_mut().flat_map(|group| &mut group.entries);

@@ -1,4 +1,4 @@
-//! What shows how far jobs are, and when they are to stop.
+//! Watchers show the progress of jobs and say when to stop.
 
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
@@ -13,22 +13,21 @@ use crate::console::Console;
 use crate::exit::{Code, Failure, Result};
 use crate::progress;
 
-/// Watches the engine as it works.
+/// Observer of the engine at work.
 pub(crate) trait Watch {
     /// Whether to stop.
     fn stops(&self) -> bool;
-    /// Called every now and then with the robot-steps that have been done in all.
+    /// Called from time to time with the total of robot-steps done.
     fn steps(&mut self, done: u64);
     /// Called when a job has advanced.
     fn advanced(&mut self, progress: Progress);
 }
 
-/// Whether the user wants the program to stop: after the first Ctrl-C, or SIGTERM. The next Ctrl-C then ends it at
-/// once, exit 130.
+/// A flag that the first Ctrl-C or SIGTERM sets. The next Ctrl-C then ends the program at once, exit 130.
 pub(crate) fn stop_signal() -> Result<Arc<AtomicBool>> {
     let stop = Arc::new(AtomicBool::new(false));
     let register = || {
-        // In this order: the first Ctrl-C finds the flag unset.
+        // In this order, so that the first Ctrl-C finds the flag unset.
         flag::register_conditional_shutdown(SIGINT, Code::Aborted as i32, Arc::clone(&stop))?;
         flag::register(SIGINT, Arc::clone(&stop))?;
         flag::register(SIGTERM, Arc::clone(&stop))
@@ -37,19 +36,19 @@ pub(crate) fn stop_signal() -> Result<Arc<AtomicBool>> {
     Ok(stop)
 }
 
-/// Watches jobs for the user: a bar on standard error, and a time that may run out.
+/// A watcher for users: a progress bar on standard error, and an optional time limit.
 pub(crate) struct Watcher {
     until: Option<Instant>,
     bar: ProgressBar,
-    /// Whether the bar shows the progress of single jobs, in place of a label.
+    /// Whether the bar shows the progress of single jobs instead of a label.
     shows_jobs: bool,
-    /// The best of any job.
+    /// Best fitness of any job.
     best: f32,
     shown: Instant,
 }
 
 impl Watcher {
-    /// Begins to show robot-steps that are to come. Without a label the bar shows the progress of single jobs.
+    /// Shows a bar for the given number of robot-steps. Without a label the bar shows the progress of single jobs.
     pub(crate) fn new(steps: u64, label: &str, until: Option<Instant>, console: Console) -> Self {
         Self {
             until,
@@ -67,7 +66,7 @@ impl Drop for Watcher {
     }
 }
 
-/// Nobody watches.
+/// Doesn't watch.
 impl Watch for () {
     fn stops(&self) -> bool {
         false

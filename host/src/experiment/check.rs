@@ -1,4 +1,4 @@
-//! What an experiment's values may be together, beyond what the row of each says.
+//! Checks of combinations of an experiment's values, beyond the limits in each row.
 
 use std::fmt::Display;
 
@@ -17,7 +17,7 @@ pub(super) fn invalid(key: &str, problem: impl Display) -> Checked {
     })
 }
 
-/// Checks what neither rows nor a world do.
+/// Checks what neither rows nor the world check.
 pub(super) fn check(settings: &Settings) -> Checked {
     name(&settings.name)?;
     arena(settings)?;
@@ -45,7 +45,7 @@ pub(super) fn name(name: &str) -> Checked {
     )
 }
 
-/// Whether an experiment has anything of an arena of its own.
+/// Whether an experiment defines any part of an arena of its own.
 pub(super) fn is_own_arena(settings: &Settings) -> bool {
     let ArenaSize {
         width_mm, height_mm, ..

@@ -1,4 +1,4 @@
-//! The files that an experiment names: found, read, and hashed, so that a run can keep copies.
+//! Files that an experiment names: found, read, and hashed, so that a run can keep copies.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -13,29 +13,28 @@ use crate::evolve::Population;
 use crate::exit::{Failure, Result};
 use crate::{files, genomes};
 
-/// The directory of a run's copies.
+/// Directory of a run's copies.
 pub(crate) const DIRECTORY: &str = "inputs";
 
 /// A file that an experiment names.
 #[derive(Debug)]
 pub(crate) struct Input {
-    /// As the experiment has it.
+    /// Name in the experiment.
     pub(crate) named: String,
-    /// Its name in a run's directory.
+    /// Name in a run's directory.
     pub(crate) name: String,
-    /// What it holds.
     pub(crate) content: Arc<Content>,
 }
 
-/// What a file holds.
+/// Content of a file.
 #[derive(Debug)]
 pub(crate) struct Content {
     pub(crate) bytes: Vec<u8>,
-    /// Its BLAKE3 hash, in hex.
+    /// BLAKE3 hash of the content, in hex.
     hash: String,
 }
 
-/// Files that experiments name, each read once for all of them.
+/// Files that experiments name, each read only once.
 #[derive(Debug, Default)]
 pub(crate) struct Files {
     contents: Mutex<BTreeMap<PathBuf, Arc<Content>>>,
@@ -44,7 +43,7 @@ pub(crate) struct Files {
 }
 
 impl Files {
-    /// All that were read, by their paths.
+    /// All files read so far, with their paths.
     pub(crate) fn contents(&self) -> Vec<(PathBuf, Arc<Content>)> {
         let contents = self.contents.lock().unwrap_or_else(PoisonError::into_inner);
         contents
@@ -54,7 +53,7 @@ impl Files {
     }
 }
 
-/// Tables, and what the user should know of their files.
+/// Tables, and warnings about their files.
 #[derive(Debug)]
 struct Tables<T> {
     tables: Arc<T>,
@@ -70,7 +69,7 @@ impl<T> Clone for Tables<T> {
     }
 }
 
-/// What is known of a key, or else found out.
+/// Returns the known value of a key, or finds it out and remembers it.
 fn known<K: Ord, V: Clone, E>(
     known: &Mutex<BTreeMap<K, V>>,
     key: K,
@@ -85,12 +84,12 @@ fn known<K: Ord, V: Clone, E>(
     Ok(value)
 }
 
-/// Reads the files that an experiment names.
+/// Reader of the files that an experiment names.
 pub(super) struct Inputs<'a> {
-    /// Where the experiment lies.
+    /// Directory of the experiment.
     directory: &'a Path,
     source: &'a Source<'a>,
-    /// Hashes that the experiment gives.
+    /// Hashes given in the experiment.
     hashes: &'a BTreeMap<String, String>,
     files: &'a Files,
     found: Vec<Input>,
@@ -114,7 +113,7 @@ impl<'a> Inputs<'a> {
         }
     }
 
-    /// The sensor tables.
+    /// Reads the sensor tables.
     pub(super) fn sensors(&mut self, files: &SensorFiles) -> Result<Arc<SensorTables>> {
         let SensorFiles::Files(files) = files else {
             return Ok(SensorTables::khepera());
@@ -140,7 +139,7 @@ impl<'a> Inputs<'a> {
         Ok(found.tables)
     }
 
-    /// The motor table.
+    /// Reads the motor table.
     pub(super) fn motors(&mut self, file: &str, states: MotorStates) -> Result<Arc<MotorTable>> {
         if file == BUILT_IN {
             return Ok(MotorTable::khepera(states));
@@ -157,7 +156,7 @@ impl<'a> Inputs<'a> {
         Ok(found.tables)
     }
 
-    /// The genes that an evolution starts from.
+    /// Reads the genes that an evolution starts from.
     pub(super) fn init(
         &mut self,
         file: Option<&str>,
@@ -181,7 +180,7 @@ impl<'a> Inputs<'a> {
         Ok(Some(genomes))
     }
 
-    /// What was read, and what the user should know of it.
+    /// Returns the files read, and warnings about them.
     pub(super) fn finish(self) -> Result<(Vec<Input>, Vec<String>)> {
         let is_named = |file: &String| self.found.iter().any(|input| input.named == *file);
         if let Some(file) = self.hashes.keys().find(|file| !is_named(file)) {
@@ -191,9 +190,9 @@ impl<'a> Inputs<'a> {
         Ok((self.found, self.warnings))
     }
 
-    /// Keeps a file and checks its hash, if one is given. Its path.
+    /// Adds a file, checks its hash if one is given, and returns its path.
     fn take(&mut self, key: &str, file: &str) -> Result<PathBuf> {
-        // What is typed is looked for from where it is typed.
+        // Files on the command line are relative to the working directory.
         let path = if self.source.is_typed(key) {
             file.into()
         } else {
@@ -239,7 +238,7 @@ impl<'a> Inputs<'a> {
     }
 }
 
-/// Names files as a run's directory has them, and gives their hashes.
+/// Gives files the names that they have in a run's directory, and adds their hashes.
 pub(super) fn rename(settings: &mut Settings, inputs: &[Input]) {
     let rename = |file: &mut String| {
         if let Some(input) = inputs.iter().find(|input| input.named == *file) {

@@ -1,4 +1,4 @@
-//! An experiment: a run's complete configuration but its seed, from one TOML file.
+//! An experiment: a run's complete configuration except its seed, from one TOML file.
 
 mod check;
 mod inputs;
@@ -28,9 +28,9 @@ use source::{Parsed, Setting, Source};
 /// A checked experiment, its world, and the files that it names.
 #[derive(Debug)]
 pub(crate) struct Experiment {
-    /// All values, defaults included; files by the names that a run's directory gives them.
+    /// All values, including defaults; files have the names that a run's directory gives them.
     settings: Settings,
-    /// The same as TOML, with the seed 0.
+    /// The same values as TOML, with the seed 0.
     values: Table,
     world: World,
     init: Option<Population>,
@@ -39,18 +39,19 @@ pub(crate) struct Experiment {
 }
 
 impl Experiment {
-    /// Reads an experiment's file, with `key=value` settings that go before what it says. Files that it names are
-    /// looked for from where it lies.
+    /// Reads an experiment's file, with `key=value` settings that override it. Files that it names are relative to its
+    /// directory.
     ///
     /// # Errors
-    /// Exit 3: the file and the line and column in it (or the setting), the key, what it is, and what is allowed.
+    /// Exit 3: the file and the line and column in it (or the setting), the key, the value found, and the values
+    /// allowed.
     pub(crate) fn read(path: &Path, set: &[String]) -> Result<Self> {
         let text = files::text(path)?;
         let file = Parsed::new(path.display().to_string(), &text)?;
         Self::of(path, &file, &Setting::all_typed(set)?, &Files::default())
     }
 
-    /// Reads the values of an experiment's file. What other experiments named already is taken from `files`.
+    /// Reads the values of an experiment's file. Files that other experiments have already named come from `files`.
     ///
     /// # Errors
     /// As [`Experiment::read`].
@@ -91,22 +92,20 @@ impl Experiment {
         })
     }
 
-    /// Its name.
     pub(crate) fn name(&self) -> &str {
         &self.settings.name
     }
 
-    /// All its values.
     pub(crate) fn settings(&self) -> &Settings {
         &self.settings
     }
 
-    /// Where its robots live.
+    /// World of its robots.
     pub(crate) fn world(&self) -> &World {
         &self.world
     }
 
-    /// The evolution of a run, before its first generation: where the optimiser is chosen.
+    /// The evolution of a run before its first generation. This is where the optimiser is chosen.
     pub(crate) fn evolution(&self, seed: u64) -> Evolution {
         let settings = &self.settings.evolution;
         let genetic = Genetic::new(settings, seed, self.world.genes(), self.init.clone());
@@ -118,12 +117,12 @@ impl Experiment {
         &self.inputs
     }
 
-    /// What the user should know of its files, although they are allowed.
+    /// Warnings about its files.
     pub(crate) fn warnings(&self) -> &[String] {
         &self.warnings
     }
 
-    /// The experiment of a run with every default written out, as TOML: read again, it is this run's experiment.
+    /// The experiment of a run as TOML with every default written out; reading it gives this run's experiment again.
     pub(crate) fn resolved_toml(&self, seed: u64) -> String {
         let mut values = self.values.clone();
         values.insert("seed".into(), (seed as i64).into());
@@ -140,7 +139,7 @@ impl Experiment {
         values
     }
 
-    /// Individuals that live again after the last generation: the luckiest of the run and the best others.
+    /// Number of individuals that live again after the last generation: the luckiest of the run and the best others.
     pub(crate) fn finalists(&self) -> u32 {
         match self.settings.finalists.count {
             0 => 0,
@@ -148,7 +147,7 @@ impl Experiment {
         }
     }
 
-    /// Robot-steps of a run, but for its trace. (Where all of a population are finalists, the luckiest may be one of
+    /// Robot-steps of a run, excluding its trace. (If a whole population are finalists, the luckiest may be one of
     /// them; then there is one less.)
     pub(crate) fn steps(&self) -> u64 {
         let Settings {
@@ -163,7 +162,7 @@ impl Experiment {
         lives.saturating_mul(self.world.cycles().into())
     }
 
-    /// What decides how its robots live: of experiments that differ in their evolution alone it is the same.
+    /// Hash of everything that decides how its robots live. Experiments that differ only in their evolution share it.
     pub(crate) fn world_identity(&self) -> blake3::Hash {
         blake3::hash(text(&self.world_values()).as_bytes())
     }
@@ -177,8 +176,8 @@ impl Experiment {
         world
     }
 
-    /// The first key in which the lives of two experiments differ, and both values; none if their robots live alike. With
-    /// `scores`, what lives count as is compared, too.
+    /// The first key in which the lives of two experiments differ, with both values; `None` if their robots live alike.
+    /// With `scores`, the ways to combine several lives are compared too.
     pub(crate) fn difference(&self, other: &Self, scores: bool) -> Option<Difference> {
         let values = |own: &Self| {
             let mut values = own.world_values();
@@ -190,7 +189,7 @@ impl Experiment {
         difference("", Some(&values(self)), Some(&values(other)))
     }
 
-    /// What decides the results of its runs: the same with nothing of what is recorded, and when.
+    /// Hashes of everything that decides the results of its runs, which excludes what is recorded and when.
     pub(crate) fn identities(&self) -> Identities {
         let mut values = self.values.clone();
         let defaults = values::table(&mut Settings::default(), &Table::new());
@@ -198,7 +197,7 @@ impl Experiment {
         if self.settings.finalists.count == 0
             && let Some(evolution) = values.get_mut("evolution").and_then(Value::as_table_mut)
         {
-            // Runs were so before there were finalists.
+            // Runs had this identity before there were finalists.
             evolution.remove("finalists");
             evolution.remove("finalist_lives");
         }
@@ -206,18 +205,18 @@ impl Experiment {
     }
 }
 
-/// What several lives of an individual count as.
+/// Keys that decide how the fitness of an individual's several lives is combined.
 const SCORE: [&str; 2] = ["trials", "trial_score"];
 
-/// A key that two experiments differ in.
+/// A key in which two experiments differ.
 #[derive(Debug, PartialEq)]
 pub(crate) struct Difference {
     pub(crate) key: String,
-    /// As TOML has them, or that there is none.
+    /// Both values as TOML, or a note that there is none.
     pub(crate) values: [String; 2],
 }
 
-/// The first difference of two values of a key.
+/// Finds the first difference between two values of a key.
 fn difference(key: &str, one: Option<&Value>, other: Option<&Value>) -> Option<Difference> {
     if one == other {
         return None;
@@ -240,16 +239,16 @@ fn difference(key: &str, one: Option<&Value>, other: Option<&Value>) -> Option<D
     })
 }
 
-/// What decides the results of an experiment's runs: hashes of all its values and a run's seed.
+/// Identities of an experiment's runs: hashes of all values that affect results, and a run's seed.
 #[derive(Clone, Debug)]
 pub(crate) struct Identities {
-    /// The experiment as TOML, before and after its seed.
+    /// The experiment as TOML, before and after the place of its seed.
     before: String,
     after: String,
 }
 
 impl Identities {
-    /// Of an experiment as TOML with the seed 0.
+    /// Takes an experiment as TOML with the seed 0.
     fn new(toml: &str) -> Self {
         const SEED: &str = "\nseed = ";
         let (before, after) = toml
@@ -261,7 +260,7 @@ impl Identities {
         }
     }
 
-    /// Of the run from a seed.
+    /// Hash of the run with a seed.
     pub(crate) fn of(&self, seed: u64) -> blake3::Hash {
         let mut hasher = blake3::Hasher::new();
         hasher.update(self.before.as_bytes());
@@ -271,12 +270,12 @@ impl Identities {
     }
 }
 
-/// Whether something can be called so: experiments and sweeps, by whose names directories are named; or why not.
+/// Checks a name of an experiment or a sweep, which becomes part of directory names; the error says what is wrong.
 pub(crate) fn check_name(name: &str) -> std::result::Result<(), String> {
     check::name(name).map_err(|invalid| invalid.problem)
 }
 
-/// A table as the text of a file.
+/// Formats a table as the text of a file.
 fn text(values: &Table) -> String {
     toml::to_string(values).expect("values are tables of numbers, words and lists")
 }

@@ -1,4 +1,4 @@
-//! What there is to set, in words: the commented experiment of `oneiro new`, the listing of `oneiro keys`, and
+//! Reference of all settings: the commented experiment of `oneiro new`, the listing of `oneiro keys`, and
 //! `docs/configuration.md`.
 
 use oneiro::parameter::Parameter;
@@ -8,17 +8,17 @@ use super::settings::Settings;
 use super::swarm;
 use super::values::{self, Described};
 
-/// One key.
+/// A key of an experiment.
 #[derive(Debug, Serialize)]
 pub(crate) struct Entry {
     pub(crate) key: &'static str,
     pub(crate) unit: &'static str,
-    /// As TOML; none where the key may be missing.
+    /// Default as TOML; `None` if the key is optional.
     pub(crate) default: Option<String>,
     pub(crate) allowed: String,
-    /// The words to choose from, and what each means.
+    /// The allowed words with their meanings.
     pub(crate) choices: Vec<(&'static str, &'static str)>,
-    /// The `kind` of its table under which it exists, if not under every one.
+    /// The `kind` of its table that the key requires, if it requires one.
     pub(crate) only_with: Option<&'static str>,
     pub(crate) source: &'static str,
     pub(crate) about: &'static str,
@@ -34,7 +34,7 @@ pub(crate) fn swarm() -> Vec<Entry> {
     entries::<swarm::File>()
 }
 
-/// One for each row, table by table.
+/// One entry for each row, table by table.
 fn entries<T: Described>() -> Vec<Entry> {
     let mut entries: Vec<Entry> = T::rows().iter().map(entry).collect();
     let mut tables: Vec<&str> = Vec::new();
@@ -75,14 +75,14 @@ fn entry<T: Described>(row: &Parameter<T>) -> Entry {
 }
 
 impl Entry {
-    /// The table that it stands in, and its name there; elements of a list stand with their list.
+    /// The entry's table, and its name in that table; elements of a list belong to their list's table.
     fn place(&self) -> (&'static str, &'static str) {
         let list = self.key.split('[').next().unwrap_or_default();
         let table = list.rsplit_once('.').map_or("", |(table, _)| table);
         (table, self.key[table.len()..].trim_start_matches('.'))
     }
 
-    /// A line of a file: without a default, it is for the user to fill in.
+    /// A line of a file; without a default, the user has to fill it in.
     fn line(&self, entries: &[Self]) -> String {
         let (_, key) = self.place();
         let elements = format!("{}[].", self.key);
@@ -99,7 +99,7 @@ impl Entry {
         }
     }
 
-    /// What it is and what is allowed.
+    /// Description of the key and its allowed values.
     pub(crate) fn words(&self) -> String {
         let allowed = if self.choices.is_empty() {
             self.allowed.clone()
@@ -126,7 +126,7 @@ impl Entry {
     }
 }
 
-/// An experiment with every value as it would be if its line were missing, and a comment for each.
+/// An experiment with every value at its default, each with a comment.
 pub(crate) fn example(name: &str, is_swarm: bool) -> String {
     let (what, entries) = if is_swarm {
         (
@@ -152,7 +152,7 @@ pub(crate) fn example(name: &str, is_swarm: bool) -> String {
     let mut table = "";
     for entry in &entries {
         let (own, _) = entry.place();
-        // Elements stand in the line of their list; hashes of files are for runs to add.
+        // Elements are in the line of their list; hashes of files are added by runs.
         if entry.key.contains("[]") || entry.key == "files" {
             continue;
         }
@@ -170,7 +170,7 @@ pub(crate) fn example(name: &str, is_swarm: bool) -> String {
     text
 }
 
-/// Lines of a comment.
+/// Formats text as lines of a comment.
 fn comment(words: &str) -> String {
     const WIDTH: usize = 118;
     let mut lines = String::new();

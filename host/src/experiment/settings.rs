@@ -1,4 +1,4 @@
-//! An experiment's values, each described by a row. The defaults are the study of Miglino, Lund and Nolfi, "Evolving
+//! Settings of an experiment, each described by a row. The defaults are the study of Miglino, Lund and Nolfi, "Evolving
 //! mobile robots in simulated and real environments", Artificial Life 2(4), 1995, without noise.
 
 use std::collections::BTreeMap;
@@ -17,27 +17,27 @@ use crate::evolve::genetic;
 /// A whole experiment.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Settings {
-    /// What runs are called.
+    /// Name of the experiment's runs.
     pub(crate) name: String,
-    /// The run's seed where the command line gives none.
+    /// Seed of the run; the command line's takes precedence.
     pub(crate) seed: Option<u64>,
     /// Lives of each individual in each generation.
     pub(crate) trials: u32,
-    /// What several lives count as.
+    /// How the fitness of several lives is combined.
     pub(crate) trial_score: TrialScore,
-    /// What the robot is sampled from.
+    /// Samples that the robot is made from.
     pub(crate) robot: Robot,
-    /// The arena's name, or its size.
+    /// Name or size of the arena.
     pub(crate) arena: ArenaSize,
-    /// All else of the world; its arena has only the objects that the experiment lists.
+    /// Everything else about the world; its arena has only the objects that the experiment lists.
     pub(crate) world: WorldSpec,
     /// The genetic algorithm.
     pub(crate) evolution: genetic::Settings,
-    /// Who lives again after the last generation.
+    /// Individuals that live again after the last generation.
     pub(crate) finalists: Finalists,
-    /// What a run writes, and when.
+    /// Files that a run writes, and when.
     pub(crate) record: Record,
-    /// BLAKE3 hashes of the files that are named.
+    /// BLAKE3 hashes of the named files.
     pub(crate) files: BTreeMap<String, String>,
 }
 
@@ -83,7 +83,7 @@ impl AsMut<WorldSpec> for Settings {
     }
 }
 
-/// TOML's integers have a sign.
+/// Integers in TOML are signed.
 pub(crate) const GREATEST_SEED: u64 = i64::MAX as u64;
 
 impl Described for Settings {
@@ -159,7 +159,7 @@ fn rows() -> Vec<Parameter<Settings>> {
     rows
 }
 
-/// The rows that experiments of all kinds begin with.
+/// Rows that all kinds of experiments begin with.
 pub(super) fn head<T>(name: Select<T>, seed: Select<T>) -> Vec<Parameter<T>> {
     let plain = Text("letters, digits, - and _, since directories are named so");
     let about = "What runs are called; the file's name where it is missing.";
@@ -170,13 +170,13 @@ pub(super) fn head<T>(name: Select<T>, seed: Select<T>) -> Vec<Parameter<T>> {
     ]
 }
 
-/// Puts rows behind that of a key.
+/// Inserts rows after that of a key.
 fn insert<const N: usize>(rows: &mut Vec<Parameter<Settings>>, key: &str, more: [Parameter<Settings>; N]) {
     let at = rows.iter().position(|row| row.key == key).expect("the key has a row");
     rows.splice(at + 1..=at, more);
 }
 
-/// What several lives of one individual count as.
+/// How the fitness of an individual's several lives is combined.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum TrialScore {
     Mean,
@@ -190,7 +190,7 @@ impl Choice for TrialScore {
     ];
 }
 
-/// What the robot is sampled from.
+/// Samples that the robot is made from.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Robot {
     pub(crate) tables: SensorFiles,
@@ -198,10 +198,10 @@ pub(crate) struct Robot {
     pub(crate) states: MotorStates,
 }
 
-/// The name of the tables that are compiled in.
+/// Name of the compiled-in tables.
 pub(crate) const BUILT_IN: &str = "khepera";
 
-/// Where sensor tables come from.
+/// Source of the sensor tables.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) enum SensorFiles {
     /// `"khepera"`
@@ -240,7 +240,7 @@ impl Field for SensorFiles {
     }
 }
 
-/// An arena of the catalogue by its name, or the size of one's own.
+/// An arena of the catalogue by name, or the size of an arena of the experiment's own.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct ArenaSize {
     pub(crate) preset: Option<String>,
@@ -248,20 +248,21 @@ pub(crate) struct ArenaSize {
     pub(crate) height_mm: Option<f32>,
 }
 
-/// Who lives again after the last generation, so that the champion is chosen by the mean of many lives.
+/// Individuals that live again after the last generation, so that the champion is chosen by the mean of many lives.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Finalists {
-    /// How many of the last generation's best, besides the luckiest individual of the run. 0 switches all of it off.
+    /// Number of the last generation's best to take, besides the luckiest individual of the run. 0 switches finalists
+    /// off.
     pub(crate) count: u32,
-    /// Lives of each.
+    /// Lives of each finalist.
     pub(crate) lives: u32,
 }
 
-/// What a run writes, and when. Nothing of it reaches a result.
+/// Files that a run writes, and when. None of this affects results.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Record {
-    /// Generations from one checkpoint to the next.
+    /// Generations between checkpoints.
     pub(crate) checkpoint_every: u32,
-    /// Whether every individual is kept, its genes and its fitness, for `audit`.
+    /// Whether to keep every individual's genes and fitness, for `audit`.
     pub(crate) individuals: bool,
 }

@@ -1,5 +1,5 @@
-//! Where an experiment's values stand: in its file, or in a `--set`. Both are one tree of values whose places count
-//! through all their texts, so that every error can say where.
+//! Sources of an experiment's values: its file, or a `--set`. All values form one tree, whose places are offsets into
+//! all texts together, so that every error can name its place.
 
 use std::cell::OnceCell;
 use std::fmt::Display;
@@ -11,20 +11,20 @@ use toml::de::{DeTable, DeValue};
 
 use crate::exit::{Failure, Result};
 
-/// A file's values, read once for any number of settings that go before them.
+/// Values of a file, parsed once for any number of settings that override them.
 #[derive(Debug)]
 pub(crate) struct Parsed<'a> {
-    /// What messages call the file.
+    /// Name of the file in messages.
     name: String,
     text: &'a str,
     values: Spanned<DeTable<'a>>,
 }
 
 impl<'a> Parsed<'a> {
-    /// Of a file's text.
+    /// Parses a file's text.
     ///
     /// # Errors
-    /// Exit 3: the place of what is no TOML.
+    /// Exit 3: the place of invalid TOML.
     pub(crate) fn new(name: String, text: &'a str) -> Result<Self> {
         match DeTable::parse(text) {
             Ok(values) => Ok(Self { name, text, values }),
@@ -35,7 +35,7 @@ impl<'a> Parsed<'a> {
         }
     }
 
-    /// Whether it has a key such as `evolution.init`, or a table of this name.
+    /// Whether there is a key such as `evolution.init`, or a table with this name.
     pub(crate) fn has(&self, path: &str) -> bool {
         let mut keys = path.split('.');
         let first = keys.next().and_then(|key| self.values.get_ref().get(key));
@@ -51,46 +51,46 @@ impl<'a> Parsed<'a> {
 pub(crate) struct Source<'a> {
     file: &'a Parsed<'a>,
     set: Vec<Text>,
-    /// Only who looks for a place needs them.
+    /// Built only if a place is needed.
     keys: OnceCell<Vec<Key>>,
 }
 
-/// One setting.
+/// A text with values: the file or one setting.
 #[derive(Debug)]
 struct Text {
-    /// What messages call it.
+    /// Name in messages.
     name: String,
     content: String,
-    /// Where it starts in the count through all texts.
+    /// Offset of its start in all texts together.
     start: usize,
-    /// Whether it stands on a command line.
+    /// Whether it comes from the command line.
     is_typed: bool,
 }
 
 /// A key or an element of a list.
 #[derive(Debug)]
 struct Key {
-    /// Such as `arena.walls[2].class`.
+    /// Full path, such as `arena.walls[2].class`.
     path: String,
-    /// Of the key itself.
+    /// Range of the key itself.
     name: Range<usize>,
-    /// Of its value.
+    /// Range of its value.
     value: Range<usize>,
 }
 
-/// A value that goes before a file's.
+/// A value that overrides the file's.
 #[derive(Clone, Debug)]
 pub(crate) struct Setting {
-    /// Where it stands, for messages.
+    /// Place for messages.
     place: String,
     /// `key = value`
     line: String,
-    /// Whether it stands on a command line, and not in a file.
+    /// Whether it comes from the command line rather than a file.
     is_typed: bool,
 }
 
 impl Setting {
-    /// `key=value` from a command line.
+    /// Parses `key=value` from the command line.
     ///
     /// # Errors
     /// Exit 2 without `=`.
@@ -107,7 +107,7 @@ impl Setting {
         })
     }
 
-    /// All of a command line.
+    /// Parses all settings of a command line.
     ///
     /// # Errors
     /// As [`Setting::typed`].
@@ -115,7 +115,7 @@ impl Setting {
         settings.iter().map(|setting| Self::typed(setting)).collect()
     }
 
-    /// A key and its value as TOML, which stand at `place`.
+    /// A key with a TOML value that stands at `place`.
     pub(crate) fn at(place: String, key: &str, value: &toml::Value) -> Self {
         Self {
             place,
@@ -126,10 +126,10 @@ impl Setting {
 }
 
 impl<'a> Source<'a> {
-    /// Reads values from a file and from settings that go before it.
+    /// Reads values from a file and from settings that override it.
     ///
     /// # Errors
-    /// Exit 3: the place, the key, and what is allowed.
+    /// Exit 3: the place, the key, and the allowed values.
     pub(crate) fn read<T: for<'b> Deserialize<'b>>(file: &'a Parsed<'a>, set: &[Setting]) -> Result<(T, Self)> {
         let mut source = Self {
             file,
@@ -153,7 +153,7 @@ impl<'a> Source<'a> {
         }
     }
 
-    /// All values, their places counted through all texts.
+    /// Merges all values, with places as offsets into all texts together.
     fn merged(&self) -> Result<Spanned<DeTable<'_>>> {
         let mut whole = self.file.values.clone();
         for text in &self.set {
@@ -164,11 +164,11 @@ impl<'a> Source<'a> {
         Ok(whole)
     }
 
-    /// The keys of all texts and their places.
+    /// The keys of all texts with their places.
     fn keys(&self) -> &[Key] {
         self.keys.get_or_init(|| {
             let mut keys = Vec::new();
-            // What was read once can be read again.
+            // Texts that were parsed before can be parsed again.
             if let Ok(whole) = self.merged() {
                 list(whole.get_ref(), "", &mut keys);
             }
@@ -176,44 +176,44 @@ impl<'a> Source<'a> {
         })
     }
 
-    /// A value that is not allowed: `problem` says what it is and what is allowed. The place is that of the key, or of
-    /// the nearest table around it that is there.
+    /// Error for a value that isn't allowed; `problem` names the value and the allowed ones. The place is that of the
+    /// key, or of the nearest existing table around it.
     pub(crate) fn invalid(&self, key: &str, problem: impl Display) -> Failure {
         Failure::input(format_args!("{}: {key}: {problem}", self.place_of(key)))
     }
 
-    /// A key that is not allowed, whatever its value.
+    /// Error for a key that isn't allowed, whatever its value.
     pub(crate) fn invalid_key(&self, key: &str, problem: impl Display) -> Failure {
         let place = self.keys().iter().find(|known| known.path == key);
         let place = place.map_or_else(|| self.place_of(key), |known| self.place(known.name.start));
         Failure::input(format_args!("{place}: {key}: {problem}"))
     }
 
-    /// Whether a value is from a command line: files that it names lie where the program was started.
+    /// Whether a value comes from the command line; files that it names are relative to the working directory.
     pub(crate) fn is_typed(&self, key: &str) -> bool {
         let start = self.start_of(key).unwrap_or_default();
         self.setting(start).is_some_and(|setting| setting.is_typed)
     }
 
-    /// The setting that stands at a place, if it is none of the file.
+    /// The setting at a place; `None` if the place is in the file.
     fn setting(&self, at: usize) -> Option<&Text> {
         self.set.iter().rfind(|text| text.start <= at)
     }
 
-    /// A key that is given in two places.
+    /// Error for a key that is given in two places.
     pub(crate) fn conflict(key: &str, place: &str, other: &str, first: &str) -> Failure {
         Failure::input(format_args!(
             "{place}: {key}: is given already, as {other} ({first}); allowed: each key once"
         ))
     }
 
-    /// Where a key's value stands, or the nearest table around it that is there.
+    /// Place of a key's value, or of the nearest existing table around it.
     pub(crate) fn place_of(&self, key: &str) -> String {
         self.start_of(key)
             .map_or_else(|| self.file.name.clone(), |at| self.place(at))
     }
 
-    /// The same as a count through all texts, by which keys can be put in the order in which they stand.
+    /// Offset of that place in all texts together, by which keys can be sorted in the order of the texts.
     pub(crate) fn start_of(&self, key: &str) -> Option<usize> {
         let mut prefix = key;
         loop {
@@ -225,7 +225,7 @@ impl<'a> Source<'a> {
         }
     }
 
-    /// What serde refuses, in this program's words.
+    /// Translates an error of serde into this program's wording.
     fn refusal(&self, error: &toml::de::Error) -> Failure {
         let Some(span) = error.span() else {
             return Failure::input(format_args!("{}: {}", self.file.name, plain(error.message())));
@@ -247,7 +247,7 @@ impl<'a> Source<'a> {
         ))
     }
 
-    /// `file:line:column`, or the setting.
+    /// `file:line:column` of an offset, or the setting.
     fn place(&self, at: usize) -> String {
         match self.setting(at) {
             Some(setting) => setting.name.clone(),
@@ -264,7 +264,7 @@ fn place(name: &str, text: &str, at: usize) -> String {
     format!("{name}:{line}:{column}")
 }
 
-/// `key = value` as TOML; a word that is no TOML value is a string without its quotes.
+/// Formats `key = value` as TOML; a word that isn't a TOML value is a string without its quotes.
 fn toml_line(key: &str, value: &str) -> String {
     let line = format!("{key}={value}");
     let is_word = value.starts_with(|first: char| first.is_ascii_alphabetic() || "./_".contains(first))
@@ -302,7 +302,7 @@ fn moved_value(value: Spanned<DeValue<'_>>, by: usize) -> Spanned<DeValue<'_>> {
     Spanned::new(span, value)
 }
 
-/// Puts the values of `over` in the place of those in `under`; tables are merged.
+/// Replaces values of `under` with those of `over`; tables are merged.
 fn merge<'a>(under: &mut DeTable<'a>, over: DeTable<'a>) {
     for (key, value) in over {
         match (under.get_mut(&**key.get_ref()).map(Spanned::get_mut), value) {
@@ -312,7 +312,7 @@ fn merge<'a>(under: &mut DeTable<'a>, over: DeTable<'a>) {
                 }
             }
             (_, value) => {
-                // The key is replaced with the value, since it tells the place.
+                // The key is replaced with the value because it carries the place.
                 under.remove(&**key.get_ref());
                 under.insert(key, value);
             }
@@ -345,7 +345,7 @@ fn list_value(path: String, name: &Range<usize>, value: &Spanned<DeValue<'_>>, k
     });
 }
 
-/// Serde's message without Rust's words.
+/// Removes Rust's terms from serde's message.
 fn plain(message: &str) -> String {
     let Some((problem, expected)) = message.split_once(", expected ") else {
         return message

@@ -22,14 +22,13 @@ use crate::swarm::settings::{self, Clock, Settings};
 #[derive(Clone, Debug)]
 pub(crate) struct SwarmExperiment(File);
 
-/// What may stand in its file.
+/// Contents of its file.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct File {
-    /// What runs are called; the file's name where it is not given.
+    /// Name of the experiment's runs; the file's name by default.
     name: String,
-    /// The run's seed where the command line gives none.
+    /// Seed of the run; the command line's takes precedence.
     seed: Option<u64>,
-    /// All else.
     swarm: Settings,
 }
 
@@ -62,7 +61,7 @@ impl Described for File {
     }
 }
 
-/// A row with its keys below the table `swarm`. Rows are made once, and live as long as the program.
+/// Moves a row's keys below the table `swarm`. Rows are made once and live as long as the program.
 fn below_swarm(row: &Parameter<File>) -> Parameter<File> {
     let below = |key: &str| -> &'static str { format!("swarm.{key}").leak() };
     Parameter {
@@ -80,7 +79,8 @@ impl SwarmExperiment {
     /// Reads the values of an experiment's file.
     ///
     /// # Errors
-    /// Exit 3: the file and the line and column in it (or the setting), the key, what it is, and what is allowed.
+    /// Exit 3: the file and the line and column in it (or the setting), the key, the value found, and the values
+    /// allowed.
     pub(crate) fn of(path: &Path, text: &Parsed<'_>, set: &[Setting]) -> Result<Self> {
         let (given, source): (Table, _) = Source::read(text, set)?;
         let mut file = File::default();
@@ -92,12 +92,11 @@ impl SwarmExperiment {
         Ok(Self(file))
     }
 
-    /// Its name.
     pub(crate) fn name(&self) -> &str {
         &self.0.name
     }
 
-    /// The seed of its file.
+    /// The seed in its file, if any.
     pub(crate) fn seed(&self) -> Option<u64> {
         self.0.seed
     }
@@ -107,12 +106,11 @@ impl SwarmExperiment {
         values::table(&mut self.0.clone(), &Table::new())
     }
 
-    /// All its values.
     pub(crate) fn settings(&self) -> &Settings {
         &self.0.swarm
     }
 
-    /// Its run from a seed.
+    /// The plan of its run with a seed.
     pub(crate) fn plan(&self, seed: u64) -> Plan {
         Plan {
             settings: self.0.swarm.clone(),
@@ -122,7 +120,7 @@ impl SwarmExperiment {
         }
     }
 
-    /// The experiment of a run with every default written out, as TOML.
+    /// The experiment of a run as TOML, with every default written out.
     pub(crate) fn resolved_toml(&self, seed: u64) -> String {
         let mut file = File {
             seed: Some(seed),
@@ -131,13 +129,13 @@ impl SwarmExperiment {
         text(&values::table(&mut file, &Table::new()))
     }
 
-    /// What decides the results of its runs.
+    /// Hashes of everything that decides the results of its runs.
     pub(crate) fn identities(&self) -> Identities {
         Identities::new(&self.resolved_toml(0))
     }
 }
 
-/// Checks what no row does.
+/// Checks what the rows don't.
 fn check(file: &File) -> Checked {
     name(&file.name)?;
     let Clock {

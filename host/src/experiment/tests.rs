@@ -8,7 +8,7 @@ use super::values::Described;
 use super::*;
 use crate::runs;
 
-/// A directory of its own, removed when the test ends.
+/// A temporary directory, removed when the test ends.
 struct Scratch(PathBuf);
 
 impl Scratch {
@@ -28,7 +28,7 @@ impl Scratch {
 
 impl Drop for Scratch {
     fn drop(&mut self) {
-        // What is left in the system's directory for such files does no harm.
+        // A leftover in the system's temporary directory does no harm.
         let _ = fs::remove_dir_all(&self.0);
     }
 }
@@ -38,7 +38,7 @@ fn read(scratch: &Scratch, text: &str, set: &[&str]) -> Result<Experiment> {
     Experiment::read(&path, &set.iter().map(|&set| set.to_owned()).collect::<Vec<_>>())
 }
 
-/// Where and what: the message without the directory that the file lies in.
+/// Place and problem: the message without the directory of the file.
 fn refusal(scratch: &Scratch, text: &str, set: &[&str]) -> String {
     let Err(failure) = read(scratch, text, set) else {
         return format!("{text} {set:?} is accepted");
@@ -60,7 +60,7 @@ fn an_empty_experiment_is_the_paper_without_noise() {
     );
 }
 
-/// The example's comments promise that each value is what it would be without its line.
+/// The example's comments promise that each value is its default.
 #[test]
 fn the_example_holds_the_defaults() {
     let scratch = Scratch::new("example");
@@ -163,7 +163,7 @@ fn a_step_of_the_walk_is_nothing_without_its_range() {
     assert_eq!((noise.walk_range, noise.walk_step), (30.0, 1.5));
 }
 
-/// Text, and what is said of it: where, what, and what is allowed.
+/// Texts with the expected place, problem and allowed values.
 const REFUSED: &[(&str, &str)] = &[
     ("cycles = 0", "test.toml:1:10: cycles: is 0; allowed: 1 to 1000000"),
     (
@@ -383,12 +383,12 @@ fn refusals_of_settings_name_the_setting() {
         assert!(message.starts_with(expected), "{set} gave {message}");
     }
     assert_eq!(read(&scratch, text, &["cycles"]).map(|_| ()).unwrap_err().code(), 2);
-    // What is wrong in the file is still told with its line.
+    // A problem in the file is still reported with its line.
     let message = refusal(&scratch, "cycles = 10\n[noise]\nmotor = 5", &["cycles=3"]);
     assert!(message.starts_with("test.toml:3:9: noise.motor"), "{message}");
 }
 
-/// Files are found from the experiment, and a run's copies are checked by their hashes.
+/// Files are found relative to the experiment, and a run's copies are checked by their hashes.
 #[test]
 fn files_are_inputs_with_hashes() {
     let scratch = Scratch::new("inputs");
@@ -410,7 +410,7 @@ fn files_are_inputs_with_hashes() {
     assert_eq!(experiment.evolution(1).ask().genome(1)[0], 18.0);
     assert_eq!(experiment.inputs().len(), 4);
 
-    // As a run does it.
+    // As runs do.
     for input in experiment.inputs() {
         scratch.write(&format!("run/{}", input.name), &input.content.bytes);
     }
@@ -439,7 +439,7 @@ fn files_are_inputs_with_hashes() {
     assert!(hidden.contains("evolution.init") && hidden.contains("22"), "{hidden}");
 }
 
-/// What a world calls a value leads back to its key in the file, whichever value it is.
+/// The world's name for any value leads back to its key in the file.
 #[test]
 fn values_of_worlds_are_refused_by_their_keys() {
     let scratch = Scratch::new("keys");
@@ -500,8 +500,8 @@ fn values_of_worlds_are_refused_by_their_keys() {
     }
 }
 
-/// Compares a file of the repository with what it should hold. What differs is written beside it, under a name that
-/// ends in `.new`, for a person to read and to move: nothing is overwritten.
+/// Compares a file of the repository with its expected content. If it differs, the expected content is written beside
+/// it, with the suffix `.new`, to be read and moved by hand: nothing is overwritten.
 fn holds(path: &Path, text: &str) -> std::result::Result<(), String> {
     let old = fs::read_to_string(path).unwrap_or_default();
     let new = PathBuf::from(format!("{}.new", path.display()));
@@ -521,8 +521,8 @@ fn holds(path: &Path, text: &str) -> std::result::Result<(), String> {
     Err(format!("{} differs from {} in {place}", path.display(), new.display()))
 }
 
-/// Names of runs' directories and hashes of results depend on these bytes: whoever changes them changes the identity of
-/// every run, and finds the new ones beside the old.
+/// Names of run directories and hashes of results depend on these bytes: changing them changes the identity of every
+/// run. The new ones are written beside the old.
 #[test]
 fn resolved_experiments_keep_their_bytes() {
     let root = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("..");
@@ -550,7 +550,7 @@ fn resolved_experiments_keep_their_bytes() {
     assert!(wrong.is_empty(), "{}", wrong.join("\n"));
 }
 
-/// The rows of both kinds of experiments, one after the other.
+/// Rows of both kinds of experiments, one after the other.
 macro_rules! each_kind {
     ($check:ident) => {
         $check::<settings::Settings>();
@@ -581,7 +581,7 @@ fn keys_are_plain_and_unique() {
     each_kind!(check);
 }
 
-/// Settings with a value of each row, also where a list or a choice is needed for it.
+/// Settings with a value of each row, even if that requires a list or a choice.
 fn with<T: Described>(row: &Parameter<T>) -> T {
     let mut own = values::under(row).map_or_else(T::default, |(_, own)| own);
     for list in T::rows() {
@@ -600,7 +600,7 @@ fn with<T: Described>(row: &Parameter<T>) -> T {
     own
 }
 
-/// What is refused of a value.
+/// The problem reported for a value, if any.
 fn problem<T: Described>(row: &Parameter<T>, datum: &Datum) -> Option<String> {
     let mut own = with(row);
     let field = (row.field)(&mut own, 0).unwrap();
@@ -609,7 +609,7 @@ fn problem<T: Described>(row: &Parameter<T>, datum: &Datum) -> Option<String> {
     }
     match oneiro::parameter::check(T::rows(), &mut own) {
         Err(invalid) if invalid.field == row.name(0) => Some(invalid.problem),
-        // Another value may be limited by this one.
+        // This value may limit another one.
         _ => None,
     }
 }
@@ -658,7 +658,7 @@ fn ranges_hold_their_ends_and_nothing_beyond() {
             for beyond in beyond {
                 let problem = problem(row, &beyond).unwrap_or_else(|| panic!("{} may be {beyond}", row.key));
                 let is_told = problem.starts_with(&format!("is {beyond}; allowed: "));
-                // Next to zero there is nothing that kernels compute with.
+                // Kernels can't compute with numbers next to zero.
                 assert!(is_told || problem.contains("allowed: 0, or"), "{}: {problem}", row.key);
             }
             ranges += 1;
@@ -668,7 +668,7 @@ fn ranges_hold_their_ends_and_nothing_beyond() {
     each_kind!(check);
 }
 
-/// Whether a number, or both of two, are of single precision.
+/// Whether a number, or each of a pair, has single precision.
 fn is_single<T: Described>(row: &Parameter<T>) -> bool {
     let mut own = with(row);
     let field = (row.field)(&mut own, 0).unwrap();
@@ -710,14 +710,14 @@ fn each_word_of_a_choice_is_taken_and_given_back() {
                 assert!(is_given, "{} = {word}: {given:?}", row.key);
                 assert!(!about.is_empty(), "{} = {word}", row.key);
             }
-            // Only a default may be left unwritten.
+            // Only the default may be unwritten.
             assert!(unwritten <= 1, "{}", row.key);
         }
     }
     each_kind!(check);
 }
 
-/// Keys in the documents are keys of experiments: in backticks, with a table that experiments have.
+/// Keys named in the documents, in backticks and with an experiment's table, exist.
 #[test]
 fn documents_name_keys_that_there_are() {
     let root = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("..");
@@ -775,7 +775,7 @@ fn the_reference_page_is_that_of_the_rows() {
     holds(&path, &format!("{head}{MARK}{}", reference::tables())).unwrap();
 }
 
-/// Both examples of `oneiro new` are valid; that of single robots is shipped.
+/// Both examples of `oneiro new` are valid, and the one for single robots is shipped.
 #[test]
 fn examples_are_those_of_the_rows() {
     let shipped = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../experiments/khepera-avoidance.toml");
@@ -788,7 +788,7 @@ fn examples_are_those_of_the_rows() {
     assert_eq!(swarm.resolved_toml(1), empty.resolved_toml(1));
 }
 
-/// Files of an experiment lie beside it, those of a command line where it was typed.
+/// Files of an experiment are relative to it; those on the command line are relative to the working directory.
 #[test]
 fn typed_files_are_looked_for_from_the_working_directory() {
     let scratch = Scratch::new("typed");

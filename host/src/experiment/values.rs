@@ -1,4 +1,4 @@
-//! Between an experiment's TOML and its fields, by the rows that describe each value.
+//! Conversion between an experiment's TOML and its fields, by the rows that describe each value.
 
 use oneiro::parameter::{Allowed, Datum, Field, Parameter};
 use toml::{Table, Value};
@@ -8,24 +8,24 @@ use crate::exit::{Failure, Result};
 
 /// Values that rows describe.
 pub(crate) trait Described: Default + 'static {
-    /// A row for each value, in the order in which files have them.
+    /// One row for each value, in the order of a file.
     fn rows() -> &'static [Parameter<Self>];
 }
 
-/// A value of a file, and what describes it.
+/// A value of a file and its row.
 struct Leaf<T: 'static> {
-    /// Such as `arena.walls[2].class`.
+    /// Full path, such as `arena.walls[2].class`.
     path: String,
-    /// The number of the element that it belongs to, if any.
+    /// Index of the list element that it belongs to; 0 without one.
     index: usize,
     row: &'static Parameter<T>,
     datum: Datum,
 }
 
-/// Sets the values that a file has; all others keep what they are.
+/// Sets the values that a file has and leaves all others.
 ///
 /// # Errors
-/// Exit 3: the place, the key, what it is, and what is allowed.
+/// Exit 3: the place, the key, the value found, and the allowed values.
 pub(crate) fn read<T: Described>(given: &Table, own: &mut T, source: &Source<'_>) -> Result {
     let mut leaves = Vec::new();
     for (key, value) in given {
@@ -50,7 +50,7 @@ pub(crate) fn read<T: Described>(given: &Table, own: &mut T, source: &Source<'_>
     oneiro::parameter::check(T::rows(), own).map_err(|invalid| source.invalid(&invalid.field, invalid.problem))
 }
 
-/// Lists what stands at a path and below.
+/// Collects the values at a path and below.
 fn collect<T: Described>(path: &str, value: &Value, source: &Source<'_>, leaves: &mut Vec<Leaf<T>>) -> Result {
     let (key, index) = key_of(path);
     let has = |start: String| T::rows().iter().any(|row| row.key.starts_with(&start));
@@ -86,7 +86,7 @@ fn collect<T: Described>(path: &str, value: &Value, source: &Source<'_>, leaves:
     Ok(())
 }
 
-/// Refuses a key that no row has: the keys of its table are allowed, and one may be meant.
+/// Error for an unknown key, with the allowed keys of its table and the one that was probably meant.
 fn unknown<T: Described>(path: &str, source: &Source<'_>) -> Failure {
     let (key, _) = key_of(path);
     let (table, own) = key.rsplit_once('.').map_or(("", &*key), |(table, own)| (table, own));
@@ -106,7 +106,7 @@ fn unknown<T: Described>(path: &str, source: &Source<'_>) -> Failure {
     source.invalid_key(path, problem)
 }
 
-/// The key that is most like what was written: a slip of the keyboard, or the same in another table.
+/// The key most similar to the written one: a typo, or the same key in another table.
 fn nearest(keys: impl Iterator<Item = &'static str>, written: &str) -> Option<&'static str> {
     const ALIKE: f64 = 0.7;
     let last = |key: &str| key.rsplit('.').next().unwrap_or_default().to_owned();
@@ -118,7 +118,7 @@ fn nearest(keys: impl Iterator<Item = &'static str>, written: &str) -> Option<&'
     best.filter(|(likeness, _)| *likeness >= ALIKE).map(|(_, key)| key)
 }
 
-/// Sets one value, if it is a choice or if it is none.
+/// Sets one value, unless it is a choice and `is_choice` is false, or the other way round.
 fn set<T: Described>(leaf: &Leaf<T>, is_choice: bool, own: &mut T, source: &Source<'_>) -> Result {
     let Some(field) = (leaf.row.field)(own, leaf.index) else {
         if is_choice {
@@ -135,7 +135,7 @@ fn set<T: Described>(leaf: &Leaf<T>, is_choice: bool, own: &mut T, source: &Sour
     Err(source.invalid(&leaf.path, problem))
 }
 
-/// Whether a field took a value.
+/// Sets a field, and returns whether it accepted the value.
 fn taken(field: &mut dyn Field, datum: &Datum) -> bool {
     match datum {
         Datum::List(list) if field.get().is_none() && field.resize(list.len()) => true,
@@ -143,7 +143,7 @@ fn taken(field: &mut dyn Field, datum: &Datum) -> bool {
     }
 }
 
-/// What a row allows, in words.
+/// Description of the values that a row allows.
 pub(super) fn allowed<T>(row: &Parameter<T>, field: &dyn Field) -> String {
     let choices: Vec<&str> = field.choices().into_iter().map(|(word, _)| word).collect();
     match (&choices[..], row.allowed) {
@@ -156,7 +156,7 @@ pub(super) fn allowed<T>(row: &Parameter<T>, field: &dyn Field) -> String {
     }
 }
 
-/// The choice of its table's `kind` under which a value exists, and the settings with it.
+/// The choice of its table's `kind` that a value requires, and settings with it.
 pub(super) fn under<T: Described>(row: &Parameter<T>) -> Option<(&'static str, T)> {
     let (table, _) = row.key.rsplit_once('.')?;
     let kind = T::rows().iter().find(|kind| kind.key == format!("{table}.kind"))?;
@@ -169,8 +169,7 @@ pub(super) fn under<T: Described>(row: &Parameter<T>) -> Option<(&'static str, T
     })
 }
 
-/// All values as TOML, in the order of the rows. Numbers of single precision are those of `given` where it has them, so
-/// that they keep all digits.
+/// All values as TOML, in the order of the rows. Single-precision numbers keep the digits they have in `given`.
 pub(crate) fn table<T: Described>(own: &mut T, given: &Table) -> Table {
     let mut all = Table::new();
     for row in T::rows() {
@@ -186,7 +185,7 @@ pub(crate) fn table<T: Described>(own: &mut T, given: &Table) -> Table {
     ordered(all)
 }
 
-/// Values before tables, as TOML wants them.
+/// Puts values before tables, as TOML requires.
 fn ordered(table: Table) -> Table {
     let (tables, values): (Vec<_>, Vec<_>) = table.into_iter().partition(|(_, value)| value.is_table());
     let tables = tables.into_iter().map(|(key, value)| match value {
@@ -213,7 +212,7 @@ pub(crate) fn at<'a>(table: &'a Table, path: &str) -> Option<&'a Value> {
     Some(value)
 }
 
-/// Puts a value at a path, and makes the tables and the next element of a list that lead there.
+/// Puts a value at a path, creating the tables and the next element of a list on the way.
 fn put(table: &mut Table, path: &str, value: Value) {
     let Some((first, rest)) = path.split_once('.') else {
         table.insert(path.into(), value);
@@ -234,7 +233,7 @@ fn put(table: &mut Table, path: &str, value: Value) {
     put(inner.as_table_mut().expect("rows are tables or none"), rest, value);
 }
 
-/// The key of a path's row, and the number in it: `arena.walls[].class` and 2 of `arena.walls[2].class`.
+/// Splits a path into its row's key and its index: `arena.walls[2].class` into `arena.walls[].class` and 2.
 fn key_of(path: &str) -> (String, usize) {
     let Some((list, rest)) = path.split_once('[') else {
         return (path.to_owned(), 0);
@@ -243,7 +242,7 @@ fn key_of(path: &str) -> (String, usize) {
     (format!("{list}[]{rest}"), index.parse().unwrap_or(0))
 }
 
-/// Whether a number is not set yet.
+/// Whether a number has not been set.
 pub(super) fn is_open(datum: &Datum) -> bool {
     match datum {
         Datum::Single(number) => number.is_nan(),
@@ -264,7 +263,7 @@ fn datum(value: &Value) -> Datum {
     }
 }
 
-/// A field's value as TOML, with the digits that a file gives it.
+/// A field's value as TOML, with the digits given in the file.
 pub(super) fn value(own: &Datum, given: Option<&Datum>) -> Value {
     match own {
         Datum::Flag(flag) => (*flag).into(),
@@ -272,7 +271,7 @@ pub(super) fn value(own: &Datum, given: Option<&Datum>) -> Value {
         Datum::Single(number) => match given {
             Some(Datum::Double(exact)) => *exact,
             Some(Datum::Whole(exact)) => *exact as f64,
-            // The shortest digits that tell it from its neighbours.
+            // The shortest digits that distinguish it from its neighbours.
             _ => number.to_string().parse().unwrap_or(f64::NAN),
         }
         .into(),

@@ -1,4 +1,4 @@
-//! The world that an experiment's robots live in.
+//! The world of an experiment's robots.
 
 use oneiro::arena::Arena;
 use oneiro::world::{Noise, Robot, World, WorldSpec};
@@ -8,7 +8,7 @@ use super::settings::Settings;
 use super::source::Source;
 use crate::exit::Result;
 
-/// Makes the world; what it refuses is reported with the place in the experiment.
+/// Makes the world; its errors are reported with the place in the experiment.
 pub(super) fn world(settings: &Settings, source: &Source<'_>, inputs: &mut Inputs<'_>) -> Result<World> {
     let own = settings.world.clone();
     World::new(WorldSpec {
@@ -19,7 +19,7 @@ pub(super) fn world(settings: &Settings, source: &Source<'_>, inputs: &mut Input
         },
         arena: arena(settings, own.arena),
         noise: Noise {
-            // A step without a range to walk in is none.
+            // A step is meaningless without a range to walk in.
             walk_step: if own.noise.walk_range == 0.0 {
                 0.0
             } else {
@@ -32,14 +32,14 @@ pub(super) fn world(settings: &Settings, source: &Source<'_>, inputs: &mut Input
     .map_err(|invalid| source.invalid(key(&invalid.field), &invalid.problem))
 }
 
-/// The experiment's key of a world's field: the same, but for the parts that files bring.
+/// The experiment's key for a field of the world: the same, except for the parts that come from files.
 fn key(field: &str) -> &str {
     let files = [("robot.sensors", "robot.tables"), ("robot.motors", "robot.motors")];
     let found = files.iter().find(|(part, _)| field.starts_with(part));
     found.map_or(field, |(_, key)| key)
 }
 
-/// The arena of the catalogue, or one of the experiment's own size and objects.
+/// The arena from the catalogue, or one with the experiment's own size and objects.
 fn arena(settings: &Settings, own: Arena) -> Arena {
     if let Some(preset) = settings.arena.preset.as_deref().and_then(Arena::named) {
         return preset;

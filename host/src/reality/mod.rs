@@ -149,7 +149,7 @@ impl From<evaluator::Error> for Trouble {
 impl From<Trouble> for Failure {
     fn from(trouble: Trouble) -> Self {
         match trouble {
-            Trouble::Stopped => Self::stopped("stopped; the same command goes on"),
+            Trouble::Stopped => Self::stopped("stopped; run the same command again to continue"),
             other => Self::device(other),
         }
     }

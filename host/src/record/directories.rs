@@ -143,9 +143,9 @@ impl Runs for Directories {
         let unborn = self.places.len() - self.under_way.len() - self.done.len();
         if unborn > 0 {
             lines.push(format!(
-                "  the same command, when these are finished, for {unborn} runs that have not begun"
+                "  the same command, once these are finished, for {unborn} runs that have not begun"
             ));
         }
-        format!("stopped; to go on:\n{}", lines.join("\n"))
+        format!("stopped; to continue:\n{}", lines.join("\n"))
     }
 }

@@ -295,7 +295,7 @@ impl Recorder {
 pub(super) fn lock(directory: &Path) -> Result<File> {
     try_lock(directory)?.ok_or_else(|| {
         Failure::input(format_args!(
-            "{}: another process works on this run; allowed: one at a time",
+            "{}: another process is working on this run; allowed: one at a time",
             directory.display()
         ))
     })

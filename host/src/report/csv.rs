@@ -7,16 +7,16 @@ use super::numbers::significant;
 /// Significant digits of a number.
 const DIGITS: usize = 6;
 
-/// A CSV file under construction.
+/// A CSV file in the making.
 pub(crate) struct Csv(Writer<Vec<u8>>);
 
 impl Csv {
-    /// A file that has the names of its columns and no rows yet.
+    /// Starts a file with the names of its columns and no rows.
     pub(crate) fn new(columns: impl IntoIterator<Item = impl AsRef<[u8]>>) -> Self {
         Self::with(QuoteStyle::Necessary, columns)
     }
 
-    /// The same, for rows whose fields are quoted already where they have to be.
+    /// Starts a file for rows whose fields are already quoted where necessary.
     pub(crate) fn quoted_already(columns: impl IntoIterator<Item = impl AsRef<[u8]>>) -> Self {
         Self::with(QuoteStyle::Never, columns)
     }
@@ -27,7 +27,7 @@ impl Csv {
         csv
     }
 
-    /// Adds a row, of as many fields as there are columns.
+    /// Adds a row with as many fields as there are columns.
     pub(crate) fn row(&mut self, fields: impl IntoIterator<Item = impl AsRef<[u8]>>) {
         let written = self.0.write_record(fields);
         written.expect("memory takes rows that have a field for each column");
@@ -40,12 +40,12 @@ impl Csv {
     }
 }
 
-/// A number as a field.
+/// Formats a number as a field.
 pub(crate) fn number(x: f64) -> String {
     significant(x, DIGITS)
 }
 
-/// A number as a field, or an empty field where there is none.
+/// Formats a number as a field, empty if the number isn't finite.
 pub(crate) fn known(x: f64) -> String {
     if x.is_finite() { number(x) } else { String::new() }
 }

@@ -1,4 +1,4 @@
-//! What readers see: pages, figures, tables, numbers and CSV files. It knows of no study, sweep or run.
+//! Output for readers: pages, figures, tables, numbers and CSV files. It knows nothing of studies, sweeps or runs.
 
 pub(crate) mod csv;
 pub(crate) mod figures;

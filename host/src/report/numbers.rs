@@ -1,14 +1,14 @@
-//! Numbers as they are printed, and what several of them have in common.
+//! Formatting of numbers, and means and spreads of several.
 
 use crate::report::figures::Spread;
 use crate::statistics::{self, quantile_of_sorted};
 
-/// Runs from which on the outer ones are left out of a spread.
+/// Number of runs from which a spread leaves the outer ones out.
 const MANY: usize = 10;
-/// No value.
+/// Mark of a missing value.
 pub(crate) const NONE: &str = "\u{2013}";
 
-/// A number of at most so many significant digits, without an exponent where that is short.
+/// Formats a number with at most `digits` significant digits, without an exponent if that is short.
 pub(crate) fn significant(x: f64, digits: usize) -> String {
     if !x.is_finite() {
         return x.to_string();
@@ -24,12 +24,12 @@ pub(crate) fn significant(x: f64, digits: usize) -> String {
     }
 }
 
-/// Rounds a number as tables of fixed places have it.
+/// Rounds a number to six decimal places, as in tables.
 pub(crate) fn to_six_places(number: f64) -> f64 {
     format!("{number:.6}").parse().unwrap_or(number)
 }
 
-/// A number for readers, as HTML.
+/// Formats a number for readers, as HTML.
 pub(crate) fn shown(x: f64, digits: usize) -> String {
     if x.is_nan() {
         return NONE.to_owned();
@@ -49,7 +49,7 @@ pub(crate) fn shown(x: f64, digits: usize) -> String {
     }
 }
 
-/// A probability, as HTML.
+/// Formats a probability, as HTML.
 pub(crate) fn probability(p: f64) -> String {
     if p == 0.0 {
         "&lt;\u{2009}10<sup>\u{2212}300</sup>".to_owned()
@@ -58,7 +58,7 @@ pub(crate) fn probability(p: f64) -> String {
     }
 }
 
-/// A share in per cent, to a tenth.
+/// Formats a share in per cent, to a tenth.
 pub(crate) fn percent(share: f64) -> String {
     if share.is_finite() {
         format!("{:.1}", 100.0 * share)
@@ -67,7 +67,7 @@ pub(crate) fn percent(share: f64) -> String {
     }
 }
 
-/// A whole number with its thousands apart.
+/// Formats a whole number with thousands separated.
 pub(crate) fn count(n: u64) -> String {
     let digits = n.to_string();
     let mut text = String::new();
@@ -80,7 +80,7 @@ pub(crate) fn count(n: u64) -> String {
     text
 }
 
-/// The mean of several runs, and between what they lie: all of them, or, of ten and more, their middle half.
+/// Mean of several runs with their range, or with their middle half for ten runs or more.
 pub(crate) fn spread(mut values: Vec<f64>) -> Spread {
     values.sort_by(f64::total_cmp);
     let mean = statistics::mean(&values);
@@ -92,7 +92,7 @@ pub(crate) fn spread(mut values: Vec<f64>) -> Spread {
     }
 }
 
-/// What [`spread`] of so many runs is.
+/// Description of the [`spread`] of `runs` runs.
 pub(crate) fn spread_words(runs: usize) -> &'static str {
     if runs < MANY {
         "shaded: from the lowest to the highest run"
@@ -101,7 +101,7 @@ pub(crate) fn spread_words(runs: usize) -> &'static str {
     }
 }
 
-/// Entry by entry the spread of several rows, as far as any of them reaches.
+/// Spread of several rows entry by entry, as far as the longest reaches.
 pub(crate) fn spreads<'a>(rows: impl Iterator<Item = &'a [f64]>) -> Vec<Spread> {
     let rows: Vec<&[f64]> = rows.collect();
     let length = rows.iter().map(|row| row.len()).max().unwrap_or(0);

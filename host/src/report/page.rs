@@ -1,24 +1,23 @@
-//! Just enough HTML: a document, sections, figures and tables. What is called text is escaped here; what is called
-//! HTML was escaped where it was made.
+//! Just enough HTML: a document, sections, figures and tables. Arguments named text are escaped here; those named HTML
+//! were escaped where they were made.
 
 use std::borrow::Cow;
 
 use crate::report::figures::escaped;
 
-/// How the page looks, on screens and on paper.
+/// Style of the page on screen and on paper.
 const STYLE: &str = include_str!("page/style.css");
 
-/// A part of the document.
+/// A section of the document.
 pub(crate) struct Section {
-    /// What links point to.
+    /// Target of links.
     pub(crate) id: Cow<'static, str>,
-    /// Its heading.
     pub(crate) title: Cow<'static, str>,
     /// Its content, as HTML.
     pub(crate) body: String,
 }
 
-/// The whole file: the title, what stands below it as HTML, and the sections with links to them.
+/// The whole file: the title, the lead below it as HTML, and the sections with links to them.
 pub(crate) fn document(title: &str, lead: &str, sections: &[Section]) -> String {
     let title = escaped(title);
     let links = joined(sections, |section| {
@@ -40,14 +39,14 @@ pub(crate) fn paragraph(text: &str) -> String {
     format!("<p>{}</p>\n", escaped(text))
 }
 
-/// Text that may be broken after the dots and strokes of a long name, which are no part of what is copied from it.
+/// Text that may break after the dots and slashes of a long name; copying it leaves the name intact.
 pub(crate) fn breakable(text: &str) -> String {
     let mut html = String::new();
     let mut rest = text;
     while let Some(place) = rest.find(['_', '.', '/']) {
         let (before, after) = rest.split_at(place + 1);
         html.push_str(&escaped(before));
-        // Numbers and abbreviations stay whole.
+        // Numbers and abbreviations aren't broken.
         let letters = |side: &[u8]| side.len() == 2 && side.iter().all(u8::is_ascii_alphabetic);
         let (left, right) = (&before.as_bytes()[place.saturating_sub(2)..place], after.as_bytes());
         if letters(left) && letters(&right[..right.len().min(2)]) {
@@ -58,7 +57,7 @@ pub(crate) fn breakable(text: &str) -> String {
     html + &escaped(rest)
 }
 
-/// A picture with its name, such as `Figure 6`, and words below.
+/// A picture with its name, such as `Figure 6`, and a caption.
 pub(crate) fn figure(name: &str, words: &str, svg: &str) -> String {
     format!(
         "<figure id=\"{}\">\n{svg}<figcaption><b>{}.</b> {}</figcaption>\n</figure>\n",
@@ -68,7 +67,7 @@ pub(crate) fn figure(name: &str, words: &str, svg: &str) -> String {
     )
 }
 
-/// A name as links have it.
+/// Converts a name into the target of a link.
 pub(crate) fn id(name: &str) -> String {
     let words = name
         .split(|c: char| !c.is_ascii_alphanumeric())
@@ -76,7 +75,7 @@ pub(crate) fn id(name: &str) -> String {
     words.collect::<Vec<_>>().join("-").to_ascii_lowercase()
 }
 
-/// Text after a dot of its colour, as HTML.
+/// Text after a dot in the given colour, as HTML.
 pub(crate) fn dotted(colour: &str, text: &str) -> String {
     format!(
         "<span class=\"condition\"><span class=\"dot\" style=\"background:{colour}\"></span>{}</span>",
@@ -90,7 +89,7 @@ pub(crate) fn list(items: &[&str]) -> String {
     format!("<ul>\n{items}</ul>\n")
 }
 
-/// Names and their values, as HTML.
+/// Names with their values, as HTML.
 pub(crate) fn facts(facts: &[(&str, String)]) -> String {
     let facts = joined(facts, |(name, value)| {
         format!("<dt>{}</dt><dd>{}</dd>\n", escaped(name), escaped(value))
@@ -102,7 +101,7 @@ pub(crate) fn facts(facts: &[(&str, String)]) -> String {
 pub(crate) struct Cell {
     html: String,
     class: &'static str,
-    /// Columns that it stands in.
+    /// Number of columns that it spans.
     columns: usize,
 }
 
@@ -112,7 +111,7 @@ impl Cell {
         Self::html(escaped(text))
     }
 
-    /// A name: a short one stays whole, a long one may be broken.
+    /// A name: short ones aren't broken, long ones may be.
     pub(crate) fn name(text: &str) -> Self {
         const SHORT: usize = 24;
         let is_short = text.chars().count() <= SHORT;
@@ -122,7 +121,7 @@ impl Cell {
         }
     }
 
-    /// HTML, set like text.
+    /// HTML, aligned like text.
     pub(crate) fn html(html: String) -> Self {
         Self {
             html,
@@ -131,7 +130,7 @@ impl Cell {
         }
     }
 
-    /// HTML, set like a number.
+    /// HTML, aligned like a number.
     pub(crate) fn number(html: String) -> Self {
         Self {
             class: "number",
@@ -139,7 +138,7 @@ impl Cell {
         }
     }
 
-    /// Text across several columns.
+    /// Text that spans several columns.
     pub(crate) fn across(columns: usize, text: &str) -> Self {
         Self {
             columns,
@@ -156,7 +155,7 @@ impl Cell {
 /// A row of a table.
 pub(crate) struct Row {
     pub(crate) cells: Vec<Cell>,
-    /// Whether it sums up others.
+    /// Whether the row sums up others.
     pub(crate) sum: bool,
 }
 
@@ -189,11 +188,11 @@ impl From<Vec<Cell>> for Row {
 /// A column's heading.
 #[derive(Clone, Copy)]
 pub(crate) enum Head<'a> {
-    /// Of text.
+    /// Heading of a column of text.
     Text(&'a str),
-    /// Of numbers.
+    /// Heading of a column of numbers.
     Number(&'a str),
-    /// Of two columns of numbers: simulated and real.
+    /// Heading of two columns of numbers: simulated and real.
     Pair(&'a str),
 }
 
@@ -203,7 +202,7 @@ impl Head<'_> {
     }
 }
 
-/// A table with its name and words above, both may be empty; one without rows says so.
+/// A table with a name and a text above it, either of which may be empty. A table without rows says so.
 pub(crate) fn table(name: &str, words: &str, head: &[Head<'_>], rows: &[Row]) -> String {
     let (id, name) = if name.is_empty() {
         (String::new(), String::new())
@@ -225,12 +224,12 @@ pub(crate) fn table(name: &str, words: &str, head: &[Head<'_>], rows: &[Row]) ->
     format!("<div class=\"scroll\">\n<table{id}>\n{caption}{head}<tbody>\n{body}</tbody>\n</table>\n</div>\n")
 }
 
-/// All items, one after the other.
+/// Joins the HTML of all items.
 pub(crate) fn joined<T>(items: &[T], html: impl Fn(&T) -> String) -> String {
     items.iter().map(html).collect::<Vec<_>>().concat()
 }
 
-/// One row of headings, or two where there are pairs.
+/// One row of headings, or two if there are pairs.
 fn headings(head: &[Head<'_>]) -> String {
     let pairs = head.iter().any(|head| matches!(head, Head::Pair(_)));
     let rows = if pairs { " rowspan=\"2\"" } else { "" };
@@ -250,10 +249,10 @@ fn headings(head: &[Head<'_>]) -> String {
     }
 }
 
-/// What tests of any report ask of it.
+/// Checks that the tests of all reports share.
 #[cfg(test)]
 pub(crate) mod check {
-    /// The first tag that is not closed, or closes nothing; text outside tags is skipped.
+    /// The first tag that isn't closed or doesn't close anything; text outside tags is skipped.
     pub(crate) fn unbalanced(html: &str) -> Option<String> {
         let mut open = Vec::new();
         for piece in html.split('<').skip(1) {
@@ -275,7 +274,7 @@ pub(crate) mod check {
         open.pop().map(str::to_owned)
     }
 
-    /// What stands in the element with an id, up to the end of its kind.
+    /// Content of the element with an id, up to its end tag.
     pub(crate) fn part<'a>(html: &'a str, element: &str, id: &str) -> &'a str {
         let start = html
             .find(&format!("<{element} id=\"{id}\""))
@@ -284,7 +283,7 @@ pub(crate) mod check {
         &html[start..start + end]
     }
 
-    /// What would fetch something from elsewhere.
+    /// The first thing on the page that would be fetched from elsewhere.
     pub(crate) fn outside(html: &str) -> Option<&'static str> {
         let fetches = ["<script", "<img", "<link", "src=", "url(", "@import"];
         fetches.into_iter().find(|outside| html.contains(outside))

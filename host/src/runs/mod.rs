@@ -1,7 +1,7 @@
-//! Kinds of runs. All that differs from one kind of experiment to another is behind one trait, [`Experiment`]: what
-//! the engine runs for it, what a run's directory and a sweep's tables hold of it, and what commands say of it.
+//! Kinds of runs. All differences between kinds of experiments are behind one trait, [`Experiment`]: what the engine
+//! runs, what a run's directory and a sweep's tables hold, and what commands report.
 //!
-//! | folder | content |
+//! | folder | contents |
 //! |---|---|
 //! | [`single`] | evolutions of single robots |
 //! | [`swarm`] | swarms whose on-board simulators evolve |
@@ -26,111 +26,108 @@ use crate::files;
 use crate::reality::site::Site;
 use oneiro::batch::Worlds;
 
-/// An experiment of any kind, as far as running it goes.
+/// An experiment of any kind, as needed to run it.
 pub(crate) trait Experiment: Debug + Send + Sync {
-    /// Its name.
+    /// Name of the experiment.
     fn name(&self) -> &str;
-    /// Its values, if it is one with single robots, whose controllers can be evaluated alone.
+    /// Its values, if it has single robots, whose controllers can be evaluated alone.
     fn single(&self) -> Option<&experiment::Experiment>;
-    /// The seed of its file, if it names one.
+    /// The seed in its file, if any.
     fn seed(&self) -> Option<u64>;
-    /// What the user should know of its files, although they are allowed.
+    /// Warnings about its files.
     fn warnings(&self) -> &[String];
     /// The files that it names, for a run's directory.
     fn inputs(&self) -> &[Input];
-    /// The experiment of a run with every default written out, as TOML.
+    /// The experiment of a run as TOML, with every default written out.
     fn resolved_toml(&self, seed: u64) -> String;
-    /// What decides the results of its runs.
+    /// Everything that decides the results of its runs, hashed.
     fn identities(&self) -> Identities;
 
-    /// Steps of a run that people count: generations, or minutes.
+    /// Number of steps of a run in the user's units: generations or minutes.
     fn length(&self) -> u32;
-    /// Robot-steps of a run, but for its trace.
+    /// Robot-steps of a run, excluding its trace.
     fn steps(&self) -> u64;
-    /// The kernel that its runs begin with.
+    /// Kernel that its runs begin with.
     fn kernel(&self) -> &'static str;
-    /// Bytes that a run needs while it is under way, about.
+    /// Approximate memory of a run in progress, in bytes.
     fn bytes(&self) -> u64;
-    /// Worlds to time a device with.
+    /// Worlds for measuring a device's speed.
     ///
     /// # Errors
-    /// As packing them says.
+    /// Errors of packing them.
     fn sample(&self) -> Result<Worlds>;
 
-    /// The job of a run.
+    /// Makes the job of a run.
     ///
     /// # Errors
-    /// Exit 3 for a value that a world does not allow.
+    /// Exit 3 for a value that the world doesn't allow.
     fn job(self: Arc<Self>, seed: u64, recording: Recording) -> Result<Box<dyn Job>>;
-    /// The job of a run that was saved.
+    /// Restores the job of a saved run.
     ///
     /// # Errors
-    /// Exit 5 when the bytes are not what a job of this run saves.
+    /// Exit 5 if the bytes aren't what a job of this run saves.
     fn restored(self: Arc<Self>, seed: u64, recording: Recording, saved: &[u8]) -> Result<Box<dyn Job>>;
 
-    /// The tables that runs add to, the table of steps first.
+    /// Tables that runs append to, the table of steps first.
     fn tables(&self, recording: Recording) -> Vec<Table>;
-    /// The files of a run that are results and nothing else, in the order in which they are hashed.
+    /// Files of a run that contain only results, in the order in which they are hashed.
     fn results(&self) -> &'static [&'static str];
 
-    /// The columns of what a run gives in a sweep's table of results.
+    /// Columns of a run's results in a sweep's table.
     fn outcomes(&self) -> Vec<Column>;
-    /// The columns of its table of steps.
+    /// Columns of its table of steps.
     fn columns(&self) -> &'static [Column];
-    /// What a sweep's report shows where nobody names something else.
+    /// Columns that a sweep's report shows by default.
     fn shown(&self) -> Shown;
 
-    /// A finished run in a few values.
+    /// Summarises a finished run.
     ///
     /// # Errors
-    /// Exit 5 when its files are not what was written.
+    /// Exit 5 if its files aren't what was written.
     fn summary(&self, run: &Recorded<'_>) -> Result<Summary>;
-    /// How far a run is, and the best of it so far.
+    /// Finished steps of a run, and its best fitness so far.
     ///
     /// # Errors
-    /// Exit 5 when its files are not what was written.
+    /// Exit 5 if its files aren't what was written.
     fn progress(&self, run: &Recorded<'_>) -> Result<(u32, Option<f32>)>;
 
-    /// `oneiro check`: prints what the experiment amounts to, and draws it if a file is named.
+    /// `oneiro check`: prints a summary of the experiment, and draws it if a file is named.
     ///
     /// # Errors
     /// As the command says.
     fn check(&self, picture: Option<&Path>, console: Console) -> Result;
-    /// `oneiro replay`: evaluates a finished run's best again, and draws it.
+    /// `oneiro replay`: evaluates a finished run's champion again and draws it.
     ///
     /// # Errors
     /// As the command says.
     fn replay(&self, run: &Recorded<'_>, replay: &Replay<'_>, engine: &Engine, console: Console) -> Result;
-    /// `oneiro audit`: evaluates a part of a recorded run again, and compares.
+    /// `oneiro audit`: evaluates a part of a recorded run again and compares the results.
     ///
     /// # Errors
-    /// Errors of the evaluator, and files that are not what was written; differences are no error.
+    /// Errors of the evaluator, and files that aren't what was written. Differences aren't errors.
     fn audit(&self, run: &Recorded<'_>, share: f64, engine: &Engine, console: Console) -> Result<Audit>;
 }
 
 /// A recorded run of an experiment.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Recorded<'a> {
-    /// Its directory.
     pub(crate) directory: &'a Path,
-    /// Its seed.
     pub(crate) seed: u64,
-    /// Whether it is finished.
     pub(crate) is_done: bool,
 }
 
-/// What is drawn of a run again, and where.
+/// What to draw of a run again, and where.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Replay<'a> {
-    /// The directory of its files.
+    /// Output directory.
     pub(crate) out: &'a Path,
-    /// Which of the champion's lives, from 0.
+    /// Number of the champion's life, from 0.
     pub(crate) trial: u32,
-    /// Cycles from one record to the next.
+    /// Cycles between records.
     pub(crate) every: u32,
-    /// Another start than the champion's own: x and y in mm, heading in turns.
+    /// A start other than the champion's own: x and y in mm, heading in turns.
     pub(crate) start: Option<[f32; 3]>,
-    /// A seed of other random numbers than the champion's own.
+    /// A seed for random numbers other than the champion's own.
     pub(crate) seed: Option<u64>,
     /// The file of a genome other than the champion's.
     pub(crate) genome: Option<&'a Path>,
@@ -139,41 +136,41 @@ pub(crate) struct Replay<'a> {
 /// Where a run is recorded.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Recording {
-    /// In a directory of its own, with every individual, a trace and pictures.
+    /// In its own directory, with every individual, a trace and pictures.
     Directory,
     /// In a sweep's tables.
     Tables,
 }
 
-/// A file of a run that grows as the run goes on.
+/// An append-only file of a run.
 #[derive(Debug)]
 pub(crate) struct Table {
-    /// Its name in the run's directory.
+    /// File name in the run's directory.
     pub(crate) file: &'static str,
-    /// What it begins with.
+    /// Its first bytes.
     pub(crate) head: Vec<u8>,
 }
 
-/// What the cells of a column hold. An empty cell holds nothing.
+/// Type of a column's cells. An empty cell is a missing value.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Holds {
-    /// Whole numbers from -2^63 to 2^63 - 1.
+    /// Integers from -2^63 to 2^63 - 1.
     Whole,
-    /// Numbers as f64 holds them, NaN and infinities among them.
+    /// Numbers in f64, including NaN and infinities.
     Number,
-    /// Words.
+    /// Text.
     Text,
 }
 
-/// A column's name and what it holds.
+/// Name and type of a column.
 pub(crate) type Column = (&'static str, Holds);
 
-/// What reports show of a sweep: columns, and what readers call them.
+/// Columns that a sweep's report shows, with their names for readers.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Shown {
-    /// The outcome that cells are compared by; higher is better.
+    /// Outcome by which cells are compared; higher is better.
     pub(crate) by: (&'static str, &'static str),
-    /// Of the table of steps, along the axes of learning curves.
+    /// Columns of the table of steps for the axes of learning curves.
     pub(crate) time: (&'static str, &'static str),
     pub(crate) value: (&'static str, &'static str),
 }
@@ -181,48 +178,48 @@ pub(crate) struct Shown {
 /// A finished run in a few values.
 #[derive(Debug)]
 pub(crate) struct Summary {
-    /// Names and values, for programs.
+    /// Names and values, for JSON.
     pub(crate) values: Vec<(&'static str, Value)>,
-    /// The same in a line for people, and what it is called.
+    /// A label and a line of text with the same values.
     pub(crate) line: (&'static str, String),
-    /// Cells of a list of runs, by their columns.
+    /// Cells of a list of runs, by column.
     pub(crate) cells: Vec<(&'static str, String)>,
-    /// What the user should know of it.
+    /// Warnings for the user.
     pub(crate) warnings: Vec<String>,
 }
 
-/// What the audit of a run found.
+/// Result of the audit of a run.
 #[derive(Debug)]
 pub(crate) struct Audit {
-    /// For people.
+    /// For humans.
     pub(crate) text: String,
-    /// For programs.
+    /// For JSON.
     pub(crate) value: Value,
-    /// What differs, in words; nothing if nothing does.
+    /// Description of the differences, if any.
     pub(crate) problem: Option<String>,
 }
 
-/// Where the last offspring of a sweep's runs are evaluated besides their simulator.
+/// Robots that evaluate the last offspring of a sweep's runs, in addition to their simulator.
 #[derive(Debug)]
 pub(crate) struct Reality<'a> {
     /// The robots.
     pub(crate) sites: Vec<Site>,
-    /// Where the sweep's file says so, for messages.
+    /// Place in the sweep's file, for messages.
     pub(crate) place: &'a str,
 }
 
-/// Reads an experiment's file, with `key=value` settings that go before what it says. Files that it names are looked
-/// for from where it lies.
+/// Reads an experiment's file, with `key=value` settings that override it. Files that it names are relative to its
+/// directory.
 ///
 /// # Errors
-/// Exit 3: the file and the line and column in it (or the setting), the key, what it is, and what is allowed.
+/// Exit 3: the file and the line and column in it (or the setting), the key, the value found, and the values allowed.
 pub(crate) fn read(path: &Path, set: &[String]) -> Result<Arc<dyn Experiment>> {
     let text = files::text(path)?;
     let values = Parsed::new(path.display().to_string(), &text)?;
     of(path, &values, &Setting::all_typed(set)?, &Files::default(), None)
 }
 
-/// Reads the experiment of a run's directory. Before there were finalists runs had none, and did not say so.
+/// Reads the experiment of a run's directory. Older runs without finalists don't mention them.
 ///
 /// # Errors
 /// As [`read`].
@@ -236,7 +233,7 @@ pub(crate) fn recorded(config: &Path) -> Result<Arc<dyn Experiment>> {
     of(config, &values, &missing, &Files::default(), None)
 }
 
-/// Reads the values of an experiment's file. What other experiments named already is taken from `files`.
+/// Reads the values of an experiment's file. Files that other experiments have already named come from `files`.
 ///
 /// # Errors
 /// As [`read`].

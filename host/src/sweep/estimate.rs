@@ -1,4 +1,4 @@
-//! How long a sweep takes on each device here: a short batch of its first cell is timed.
+//! Estimates the duration of a sweep on each device of this machine by timing a short batch of its first cell.
 
 use std::time::{Duration, Instant};
 
@@ -11,20 +11,20 @@ use super::Sweep;
 use crate::device::{self, Backend};
 use crate::exit::Result;
 
-/// A device, and how fast it is.
+/// A device and its speed.
 #[derive(Clone, Debug, Serialize)]
 pub(crate) struct Estimate {
-    /// What `--backend` calls it, and what it is.
+    /// Name for `--backend`, with a description.
     pub(crate) name: String,
     pub(crate) steps_per_second: f64,
-    /// For all runs.
+    /// Duration of all runs in seconds.
     pub(crate) seconds: f64,
 }
 
-/// For the CPU and each exact adapter that can be opened.
+/// Estimates for the CPU and for each exact adapter that can be opened.
 ///
 /// # Errors
-/// Exit 3 when the first cell is not valid.
+/// Exit 3 if the first cell is invalid.
 pub(crate) fn estimates(sweep: &Sweep, steps: u64) -> Result<Vec<Estimate>> {
     let worlds = sweep.cell(0)?.sample()?;
     let mut names = vec!["cpu".to_owned()];
@@ -36,7 +36,7 @@ pub(crate) fn estimates(sweep: &Sweep, steps: u64) -> Result<Vec<Estimate>> {
             threads: None,
             recheck: 0.0,
         };
-        // What can't be opened is no way to run it.
+        // A device that can't be opened can't run the sweep.
         let Ok(mut evaluator) = device::open(&backend) else {
             continue;
         };
@@ -52,7 +52,7 @@ pub(crate) fn estimates(sweep: &Sweep, steps: u64) -> Result<Vec<Estimate>> {
     Ok(found)
 }
 
-/// Robot-steps per second: batches grow until one takes long enough to be timed.
+/// Robot-steps per second. Batches grow until one takes long enough to be timed.
 fn rate(evaluator: &mut dyn Evaluator, worlds: &Worlds) -> Option<f64> {
     const LONG: Duration = Duration::from_millis(40);
     const MOST: usize = 1 << 18;
@@ -70,7 +70,7 @@ fn rate(evaluator: &mut dyn Evaluator, worlds: &Worlds) -> Option<f64> {
         let start = Instant::now();
         evaluator.evaluate(&batch, &Control::new()).ok()?;
         let took = start.elapsed();
-        // The first batch pays for what is prepared once.
+        // The first batch includes one-time preparation.
         if count > 256 && (took >= LONG || count >= MOST) {
             return Some(batch.steps() as f64 / took.as_secs_f64());
         }

@@ -1,11 +1,11 @@
-//! A sweep's file: which values of which keys, and from which seeds.
+//! Sweep files: the keys and values to sweep, and the seeds.
 //!
 //! ```toml
-//! name = "noise"                              # the file's name where it is not given
-//! experiment = "khepera-avoidance.toml"       # looked for from where this file lies
+//! name = "noise"                              # default: the file's name
+//! experiment = "khepera-avoidance.toml"       # relative to this file
 //! seeds = "1..20"                             # or a list
 //!
-//! [set]                                       # what all runs have instead of the experiment's values
+//! [set]                                       # values that replace the experiment's in all runs
 //! evolution.generations = 100
 //!
 //! [grid]                                      # every combination of these
@@ -13,11 +13,11 @@
 //! evolution.population = [20, 100]
 //! "evolution.initial, evolution.limits" = [[-1.0, 1.0], [-5.0, 5.0]]      # one value for both keys
 //!
-//! [[list]]                                    # with each of these rows, all of the same keys
+//! [[list]]                                    # combined with each of these rows, all of the same keys
 //! evolution.parents = 5
 //! evolution.elite = 1
 //!
-//! [random]                                    # and with each of so many draws from these ranges
+//! [random]                                    # and with each random draw from these ranges
 //! samples = 50
 //! seed = 1
 //! [random.ranges]
@@ -44,10 +44,10 @@ use crate::files;
 
 /// The most runs of a sweep.
 pub(crate) const GREATEST_RUNS: u64 = 10_000_000;
-/// The most seeds, and the most draws from ranges.
+/// Most seeds, and most draws from ranges.
 const GREATEST_COUNT: u64 = 1_000_000;
 
-/// What may stand in a sweep's file.
+/// Keys of a sweep file.
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct Written {
@@ -81,13 +81,13 @@ struct WrittenRandom {
     ranges: Table,
 }
 
-/// Where the last offspring of each run live in reality: surrogates of the sampled robot, as in the 1995 study.
+/// The reality of each run's last offspring: surrogates of the sampled robot, as in the 1995 study.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct Reality {
-    /// Numbers of surrogates, each another robot in other surroundings.
+    /// Numbers of surrogates, each of them another robot in other surroundings.
     pub(crate) robots: Vec<u64>,
-    /// How far they differ from the simulator; 1.75 is what the 1995 study was calibrated to.
+    /// How much they differ from the simulator; the 1995 study was calibrated to 1.75.
     #[serde(default = "severity")]
     pub(crate) severity: f32,
 }
@@ -96,53 +96,53 @@ fn severity() -> f32 {
     1.75
 }
 
-/// Values that cells have of some keys.
+/// Some keys and the values they take in cells.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Axis {
-    /// The keys, in the order in which they stand.
+    /// Keys in the order of the file.
     pub(crate) keys: Vec<String>,
-    /// Whether all keys always have one value, and so count as one factor.
+    /// Whether all keys always share one value, and so count as one factor.
     pub(crate) is_shared: bool,
-    /// For each level a value of each key, and its place.
+    /// For each level, the value of each key with its place in the file.
     pub(crate) levels: Vec<Vec<(Value, String)>>,
 }
 
 impl Axis {
-    /// The keys that tell its levels apart.
+    /// The keys that distinguish its levels.
     pub(crate) fn factors(&self) -> &[String] {
         if self.is_shared { &self.keys[..1] } else { &self.keys }
     }
 }
 
-/// A sweep's file, checked as far as no experiment is needed to tell.
+/// A sweep file, checked as far as possible without the experiment.
 #[derive(Debug)]
 pub(crate) struct SweepFile {
     pub(crate) name: String,
-    /// As it stands there, and where.
+    /// The experiment as the file names it, and the place where it does.
     pub(crate) experiment: String,
     pub(crate) experiment_place: String,
     pub(crate) seeds: Vec<u64>,
     pub(crate) seeds_place: String,
-    /// What all runs have.
+    /// Values that all runs share.
     pub(crate) set: Vec<Setting>,
-    /// All combinations of their levels are the sweep's cells, the last axis the fastest.
+    /// The sweep's cells are all combinations of their levels; the last axis varies fastest.
     pub(crate) axes: Vec<Axis>,
     pub(crate) reality: Option<Reality>,
     pub(crate) reality_place: String,
 }
 
 impl SweepFile {
-    /// Reads and checks one.
+    /// Reads and checks a sweep file.
     ///
     /// # Errors
-    /// Exit 3: the file, the line and column in it, what is wrong and what is allowed.
+    /// Exit 3: the file, the line and column in it, the problem and the allowed values.
     pub(crate) fn read(path: &Path) -> Result<Self> {
         let text = files::text(path)?;
         let file = Parsed::new(path.display().to_string(), &text)?;
         Self::of(&file, &path.file_stem().unwrap_or_default().to_string_lossy())
     }
 
-    /// Checks a file's values; it is called `name` where it does not say.
+    /// Checks a file's values; the sweep is called `name` if the file doesn't name it.
     fn of(file: &Parsed<'_>, name: &str) -> Result<Self> {
         let (written, source): (Written, _) = Source::read(file, &[])?;
         let seeds = seeds(&written.seeds, &source)?;
@@ -189,17 +189,17 @@ impl SweepFile {
         })
     }
 
-    /// How many cells there are.
+    /// Number of cells.
     pub(crate) fn cells(&self) -> usize {
         self.axes.iter().map(|axis| axis.levels.len()).product()
     }
 
-    /// The keys that are swept, in the order of the axes.
+    /// The swept keys, in the order of the axes.
     pub(crate) fn keys(&self) -> impl Iterator<Item = &str> {
         self.axes.iter().flat_map(|axis| &axis.keys).map(String::as_str)
     }
 
-    /// A cell's values of the swept keys and where they stand, in the order of [`SweepFile::keys`].
+    /// Values of the swept keys in a cell, with their places, in the order of [`SweepFile::keys`].
     pub(crate) fn values(&self, cell: usize) -> Vec<&(Value, String)> {
         let mut rest = cell;
         let mut levels = vec![0; self.axes.len()];
@@ -215,7 +215,7 @@ impl SweepFile {
     }
 }
 
-/// A key of an experiment with its value, from a table whose keys may be dotted, quoted or nested.
+/// A key of an experiment with its value, from a table with dotted, quoted or nested keys.
 #[derive(Clone, Debug)]
 struct Leaf {
     key: String,
@@ -229,7 +229,7 @@ impl Leaf {
     }
 }
 
-/// The values below a table of the file, in the order in which they stand.
+/// The values below a table of the file, in the order of the file.
 fn leaves(table: &str, values: &Table, source: &Source<'_>) -> Result<Vec<Leaf>> {
     fn collect(prefix: &str, values: &Table, is_leaf: &dyn Fn(&Table) -> bool, leaves: &mut Vec<(String, Value)>) {
         for (key, value) in values {
@@ -265,7 +265,7 @@ fn leaves(table: &str, values: &Table, source: &Source<'_>) -> Result<Vec<Leaf>>
     Ok(leaves.into_iter().map(|(_, leaf)| leaf).collect())
 }
 
-/// Keys of experiments that a sweep has in another place.
+/// Keys of experiments that stand elsewhere in a sweep file.
 const RESERVED: [(&str, &str); 2] = [
     ("seed", "is no value to set; allowed: the key seeds, above all tables"),
     ("name", "is no value to set; allowed: the experiment's own name"),
@@ -306,7 +306,7 @@ fn seeds(seeds: &WrittenSeeds, source: &Source<'_>) -> Result<Vec<u64>> {
     }
 }
 
-/// The axis of a key of the grid.
+/// The axis of a grid key.
 fn axis(leaf: Leaf, source: &Source<'_>) -> Result<Axis> {
     let path = format!("grid.{}", leaf.key);
     let Value::Array(values) = leaf.value else {
@@ -415,7 +415,7 @@ impl Range {
         }
     }
 
-    /// A number of it: whole ones up to both ends, others with six significant digits.
+    /// Draws a number: integers include both ends, other numbers have six significant digits.
     fn draw(self, random: &mut rand_pcg::Pcg64) -> Value {
         let mut within = |low, high| Uniform { low, high }.sample(random);
         let number = match self {
@@ -434,7 +434,7 @@ impl Range {
     }
 }
 
-/// The axis of draws from ranges.
+/// The axis of random draws.
 fn drawn(random: &WrittenRandom, source: &Source<'_>) -> Result<Axis> {
     if !(1..=GREATEST_COUNT).contains(&u64::from(random.samples)) {
         let problem = format!("is {}; allowed: 1 to {GREATEST_COUNT}", random.samples);
@@ -453,7 +453,7 @@ fn drawn(random: &WrittenRandom, source: &Source<'_>) -> Result<Axis> {
     let mut numbers = stream(random.seed, Stream::Samples, 0);
     let mut known = BTreeSet::new();
     let mut levels = Vec::with_capacity(random.samples as usize);
-    // What was drawn already, as happens with few whole numbers, is drawn again.
+    // Repeated draws, which are likely in small integer ranges, are drawn again.
     for _ in 0..100 * u64::from(random.samples) {
         if levels.len() == random.samples as usize {
             break;
@@ -484,7 +484,7 @@ fn drawn(random: &WrittenRandom, source: &Source<'_>) -> Result<Axis> {
     })
 }
 
-/// Refuses keys that are given twice, or with a part of them.
+/// Refuses keys that are given twice, or together with a part of them.
 fn conflicts(set: &[Leaf], axes: &[Axis]) -> Result {
     let swept = axes.iter().flat_map(|axis| {
         axis.keys
@@ -544,7 +544,7 @@ mod tests {
         read(text).map(|_| ()).unwrap_err().to_string()
     }
 
-    /// The last axis is the fastest: lists, then the grid in the order of the file, then draws.
+    /// The last axis varies fastest: lists, then the grid in the order of the file, then random draws.
     #[test]
     fn cells_are_all_combinations_in_the_order_of_the_file() {
         let file = read(
@@ -570,7 +570,7 @@ mod tests {
         assert_eq!(factors, ["b", "c.d", "noise.motor", "a.x"]);
     }
 
-    /// Whoever changes these draws changes every sweep that has any.
+    /// Changing these draws would change every sweep that has any.
     #[test]
     fn draws_are_known_and_within_their_ranges() {
         let file = read(
@@ -591,7 +591,7 @@ mod tests {
             (-1.0..=2.0).contains(a) && (0.001..=1000.0).contains(b) && [1.0, 2.0, 3.0].contains(c)
         }));
         let share = |is: &dyn Fn(&[f64; 3]) -> bool| draws.iter().filter(|draw| is(draw)).count();
-        // Half of the logarithmic draws are below the middle of the exponents, and each whole number comes up.
+        // Half of the logarithmic draws are below the middle of the exponents, and every integer occurs.
         assert!((440..560).contains(&share(&|draw| draw[1] < 1.0)));
         assert!((440..560).contains(&share(&|draw| draw[0] < 0.5)));
         assert!((1..=3).all(|whole| (270..400).contains(&share(&|draw| draw[2] == f64::from(whole)))));

@@ -1,12 +1,11 @@
-//! What one process, a shard, has done of a sweep: it grows while the device works, and survives whatever ends the
-//! process.
+//! Journal of one process, a shard, of a sweep. It grows while the device works, and survives any end of the process.
 //!
-//! | file | what |
+//! | file | contents |
 //! |---|---|
-//! | `results.log` | a line for each finished run: a tag that a damaged line does not have, then JSON, see [`Line`] |
-//! | `generations.log` | the finished runs' tables of generations, one after the other |
-//! | `checkpoint-N` | the two newest: the runs under way, see [`Saved`] and [`crate::engine::checkpoint`] |
-//! | `sessions.json` | what is no result: which processes worked here, when, on what |
+//! | `results.log` | a line for each finished run: a tag that exposes damaged lines, then JSON, see [`Line`] |
+//! | `generations.log` | the finished runs' tables of generations, one after another |
+//! | `checkpoint-N` | the two newest: the runs in progress, see [`Saved`] and [`crate::engine::checkpoint`] |
+//! | `sessions.json` | provenance: the processes that worked here, with their times and devices |
 //! | `lock` | held by the one process that writes |
 
 use std::collections::BTreeSet;
@@ -26,7 +25,7 @@ use crate::record::{Session, now, try_lock};
 const RESULTS: &str = "results.log";
 const GENERATIONS: &str = "generations.log";
 const SESSIONS: &str = "sessions.json";
-/// Hex digits before a line's JSON: the beginning of its BLAKE3 hash.
+/// Length of the tag before a line's JSON, in hex digits: the beginning of its BLAKE3 hash.
 const TAG: usize = 16;
 
 /// A finished run, as a line of `results.log`.
@@ -35,14 +34,14 @@ const TAG: usize = 16;
 pub(crate) struct Line {
     pub(crate) run: RunIndex,
     pub(crate) id: String,
-    /// Its row of the table of results.
+    /// Row of the table of results.
     pub(crate) cells: Vec<String>,
     /// Its champion's genes, if it has a champion.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub(crate) champion: Vec<f32>,
-    /// The hash of its results.
+    /// Hash of the results.
     pub(crate) result: String,
-    /// Where its generations begin in `generations.log`, how long they are, and their hash.
+    /// Position of its generations in `generations.log`, their length, and their hash.
     pub(crate) from: u64,
     pub(crate) bytes: u64,
     pub(crate) blake3: String,
@@ -68,19 +67,19 @@ fn tag(json: &str) -> String {
     blake3::hash(json.as_bytes()).to_hex()[..TAG].to_owned()
 }
 
-/// What is in a shard's logs.
+/// Contents of a shard's logs.
 #[derive(Debug, Default)]
 pub(crate) struct Logged {
-    /// The runs that are finished there.
+    /// The shard's finished runs.
     pub(crate) lines: Vec<Line>,
-    /// What is to be told of lines that can't be used; their runs are done again.
+    /// Warnings about unusable lines; their runs are repeated.
     pub(crate) problems: Vec<String>,
-    /// Bytes of the table of results up to its last whole line.
+    /// Length in bytes of the table of results up to its last complete line.
     whole: u64,
 }
 
 impl Logged {
-    /// Reads a shard's logs. A process may be writing there.
+    /// Reads a shard's logs. A process may be writing them.
     pub(crate) fn read(directory: &Path) -> Result<Self> {
         let path = directory.join(RESULTS);
         let text = match fs::read(&path) {
@@ -89,7 +88,7 @@ impl Logged {
             Err(error) => return Err(Failure::storage(&path, &error)),
         };
         let whole = text.iter().rposition(|&byte| byte == b'\n').map_or(0, |end| end + 1);
-        // After the lines: whoever writes puts generations first.
+        // Must be read after the lines: the writer puts generations first.
         let there = fs::metadata(directory.join(GENERATIONS)).map_or(0, |file| file.len());
         let mut logged = Self {
             whole: whole as u64,
@@ -116,24 +115,24 @@ impl Logged {
     }
 }
 
-/// Reads the tables of generations of finished runs.
+/// Reader of the tables of generations of finished runs.
 pub(crate) struct Generations {
     path: PathBuf,
     file: File,
 }
 
 impl Generations {
-    /// Of a shard.
+    /// Opens a shard's tables.
     pub(crate) fn open(directory: &Path) -> Result<Self> {
         let path = directory.join(GENERATIONS);
         let file = File::open(&path).map_err(|error| Failure::storage(&path, &error))?;
         Ok(Self { path, file })
     }
 
-    /// A run's lines.
+    /// Reads a run's lines.
     ///
     /// # Errors
-    /// Exit 5 when they are not what was written.
+    /// Exit 5 if they aren't what was written.
     pub(crate) fn of(&mut self, line: &Line) -> Result<String> {
         let mut bytes = vec![0; line.bytes as usize];
         self.file
@@ -157,56 +156,57 @@ impl Generations {
     }
 }
 
-/// What a finished run gave. Numbers are text as the tables have it, so that every way to them has the same bytes.
+/// Results of a finished run. Numbers are text as in the tables, so that they have the same bytes whichever way they
+/// take.
 #[derive(Clone, Debug)]
 pub(crate) struct Outcome {
     pub(crate) run: RunIndex,
-    /// Its cells of the table of results.
+    /// Cells of the table of results.
     pub(crate) cells: Vec<String>,
     /// Its champion's genes, if it has a champion.
     pub(crate) champion: Vec<f32>,
-    /// Its table of steps, without the first line.
+    /// Table of steps without its first line.
     pub(crate) generations: String,
-    /// The hash of its results, the same that a directory of this run has.
+    /// Hash of the results; a run directory of the same run has the same hash.
     pub(crate) result: String,
 }
 
-/// A run under way between two steps.
+/// A run in progress, saved between two steps.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Saved {
     pub(crate) run: RunIndex,
-    /// Generations or minutes that it has lived.
+    /// Finished generations or minutes.
     pub(crate) done: u32,
-    /// Its tables so far, with their beginnings.
+    /// Tables so far, with their first lines.
     pub(crate) tables: Vec<Vec<u8>>,
-    /// Its job.
+    /// The saved job.
     pub(crate) job: Vec<u8>,
 }
 
-/// How many runs were under way in a shard at its newest good checkpoint, and how many generations they had lived. A
+/// Number of runs in progress at a shard's newest good checkpoint, and the total of their finished generations. A
 /// process may be writing there.
 pub(crate) fn under_way(directory: &Path, identity: &blake3::Hash) -> Result<(usize, u64)> {
     let newest = checkpoint::list(directory)?
         .into_iter()
-        // One that is gone by now was not the newest.
+        // A file that has disappeared wasn't the newest.
         .find_map(|(_, path)| checkpoint::read::<Vec<Saved>>(&path, identity).ok());
     let runs = newest.unwrap_or_default();
     let generations = runs.iter().map(|run| u64::from(run.done)).sum();
     Ok((runs.len(), generations))
 }
 
-/// What a shard had done when a process begins to work on it.
+/// State of a shard when a process begins to work on it.
 #[derive(Debug)]
 pub(crate) struct Begun {
-    /// Runs that are finished, maybe since anyone looked: until now another process may have worked here.
+    /// Finished runs. There may be more than at the last look: another process may have worked here until now.
     pub(crate) finished: BTreeSet<RunIndex>,
-    /// Runs under way.
+    /// Runs in progress.
     pub(crate) saved: Vec<Saved>,
-    /// What is to be told of damaged files.
+    /// Warnings about damaged files.
     pub(crate) problems: Vec<String>,
 }
 
-/// Writes a shard's journal, on a thread of its own; as long as it lives, no other process does.
+/// Writer of a shard's journal, on its own thread. While it exists, no other process can write the journal.
 #[derive(Debug)]
 pub(crate) struct Journal {
     entries: SyncSender<Entry>,
@@ -222,24 +222,24 @@ enum Entry {
 }
 
 impl Journal {
-    /// Begins to write, from where the last process stopped.
+    /// Starts writing where the last process stopped.
     ///
     /// # Errors
-    /// Exit 75 when another process writes there, exit 6 when writing fails.
+    /// Exit 75 if another process writes there, exit 6 if writing fails.
     pub(crate) fn begin(directory: &Path, identity: blake3::Hash, session: Session) -> Result<(Self, Begun)> {
-        /// Entries that wait for the disk at most; then the loop waits, too.
+        /// Most entries that may wait for the disk; beyond that, the main loop waits too.
         const WAITING: usize = 1024;
         fs::create_dir_all(directory).map_err(|error| Failure::storage(directory, &error))?;
         let Some(lock) = try_lock(directory)? else {
             return Err(Failure::stopped(format_args!(
-                "{}: another process works on this shard; the same command goes on when it has ended",
+                "{}: another process is working on this shard; run the same command again once it has finished",
                 directory.display()
             )));
         };
         let logged = Logged::read(directory)?;
         let mut whole = logged.whole;
         if !logged.problems.is_empty() {
-            // Lines that can't be used go: they would seem good once other generations have grown into their place.
+            // Unusable lines are removed: they would look good once new generations have grown into their place.
             let lines: String = logged.lines.iter().map(Line::encode).collect();
             disk::write(&directory.join(RESULTS), lines.as_bytes())?;
             disk::sync_directory(directory)?;
@@ -294,7 +294,7 @@ impl Journal {
         Ok((journal, begun))
     }
 
-    /// A run has ended.
+    /// Records a finished run.
     ///
     /// # Errors
     /// Nothing can be written any more; [`Journal::close`] says why.
@@ -302,7 +302,7 @@ impl Journal {
         self.write(Entry::Done(outcome, id))
     }
 
-    /// From here the runs under way can go on, whatever happens.
+    /// Records runs in progress, which can be resumed from here whatever happens.
     ///
     /// # Errors
     /// As [`Journal::done`].
@@ -315,10 +315,10 @@ impl Journal {
         sent.map_err(|_| Failure::failed("results can't be written"))
     }
 
-    /// Waits until all is on the disk.
+    /// Waits until everything is on disk.
     ///
     /// # Errors
-    /// Exit 6: what could not be written.
+    /// Exit 6 with what could not be written.
     pub(crate) fn close(mut self) -> Result {
         let Self { entries, writer, .. } = self;
         drop(entries);
@@ -349,7 +349,7 @@ struct Writer {
     generations: Appended,
     directory: PathBuf,
     identity: blake3::Hash,
-    /// The next checkpoint's number.
+    /// Number of the next checkpoint.
     next: u64,
 }
 
@@ -372,10 +372,10 @@ impl Writer {
                 self.results.push(line.encode().as_bytes())
             }
             Entry::UnderWay(runs) => {
-                // What a checkpoint does not hold any more is on the disk before it.
+                // Runs that have left the checkpoint must be on disk before it is written.
                 self.generations.sync()?;
                 self.results.sync()?;
-                // Where nothing is under way, no older one is of use either.
+                // With no run in progress, older checkpoints are useless too.
                 let kept = if runs.is_empty() { 1 } else { 2 };
                 checkpoint::write(&self.directory, self.next, kept, &self.identity, &runs)?;
                 self.next += 1;
@@ -385,7 +385,7 @@ impl Writer {
     }
 }
 
-/// A file that only grows.
+/// An append-only file.
 struct Appended {
     path: PathBuf,
     file: File,
@@ -393,7 +393,7 @@ struct Appended {
 }
 
 impl Appended {
-    /// Opens one, without what follows so many bytes.
+    /// Opens a file and truncates it to `bytes` bytes.
     fn cut_back(path: PathBuf, bytes: u64) -> Result<Self> {
         let open = || -> io::Result<File> {
             let file = OpenOptions::new().create(true).append(true).open(&path)?;

@@ -1,18 +1,18 @@
-//! Sweeps: many runs of one experiment, with other values and from several seeds, as one job.
+//! Sweeps: many runs of one experiment, with different values and seeds, as one job.
 //!
 //! A sweep is a list of runs: each cell, a point of its grid, from each seed. A run's id is the hash of its resolved
-//! experiment and its seed, the same that a run's directory has, so that what is done is known wherever it was done.
+//! experiment and its seed, as in a run directory, so finished runs are recognised wherever they were done.
 //!
-//! | file | what |
+//! | file | contents |
 //! |---|---|
-//! | [`mod@file`] | what a sweep's TOML says |
-//! | [`estimate`] | how long it takes on each device here |
+//! | [`mod@file`] | sweep files in TOML |
+//! | [`estimate`] | duration on each device of this machine |
 //! | [`work`] | a shard's runs, for the engine |
-//! | [`journal`] | what one process has done, on the disk |
-//! | [`store`] | a sweep's directory: whose it is, and its shards' journals |
+//! | [`journal`] | finished work of one process, on disk |
+//! | [`store`] | a sweep's directory: its origin, and its shards' journals |
 //! | [`tables`], `parquet` | the runs of all shards in one table |
-//! | [`mod@champions`] | their champions, read again |
-//! | [`report`] | the page: curves, heat maps, champions, which cells differ |
+//! | [`mod@champions`] | recorded champions |
+//! | [`report`] | the page: curves, heat maps, champions, differences between cells |
 
 pub(crate) mod champions;
 pub(crate) mod estimate;
@@ -39,44 +39,44 @@ use crate::reality::site::Site;
 use crate::runs::{self, Column, Experiment, Reality, Recording, Shown};
 use file::SweepFile;
 
-/// Which of a sweep's runs: cell by cell, in each cell seed by seed.
+/// Index of a run: by cell, then by seed.
 pub(crate) type RunIndex = u32;
 
-/// A sweep, and the experiment that it is of.
+/// A sweep and its experiment.
 #[derive(Debug)]
 pub(crate) struct Sweep {
     path: PathBuf,
     file: SweepFile,
-    /// The experiment's file, as it is and where.
+    /// Path and text of the experiment's file.
     experiment: PathBuf,
     text: String,
     files: Files,
 }
 
-/// All runs of a sweep in a few values each.
+/// All runs of a sweep in brief.
 #[derive(Debug)]
 pub(crate) struct Plan {
-    /// The id of each run.
+    /// Id of each run.
     pub(crate) ids: Vec<blake3::Hash>,
-    /// Robot-steps of a run of each cell.
+    /// Robot-steps of one run of each cell.
     pub(crate) steps: Vec<u64>,
-    /// The kernel that each cell's runs begin with.
+    /// Kernel with which each cell's runs begin.
     pub(crate) kernels: Vec<&'static str>,
-    /// Bytes that a run of any cell needs at most.
+    /// Most bytes that a run of any cell needs.
     pub(crate) bytes: u64,
-    /// The columns of what runs give.
+    /// Columns of the results of a run.
     pub(crate) outcomes: Vec<Column>,
-    /// The columns of their own tables of generations, and the first line.
+    /// Columns of each run's table of generations, and its first line.
     pub(crate) columns: &'static [Column],
     pub(crate) head: Vec<u8>,
     /// The controller of each cell's robots, if they have one of their own.
     pub(crate) controllers: Vec<Option<Controller>>,
-    /// What reports show.
+    /// Columns that reports show.
     pub(crate) shown: Shown,
 }
 
 impl Plan {
-    /// Robot-steps of some runs.
+    /// Total robot-steps of some runs.
     pub(crate) fn steps(&self, sweep: &Sweep, runs: impl Iterator<Item = RunIndex>) -> u64 {
         runs.map(|run| self.steps[sweep.cell_of(run)])
             .fold(0, u64::saturating_add)
@@ -84,17 +84,17 @@ impl Plan {
 }
 
 impl Sweep {
-    /// Reads a sweep's file, and the experiment that it names.
+    /// Reads a sweep file and the experiment that it names.
     ///
     /// # Errors
-    /// Exit 3: the file, the line and column in it, what is wrong and what is allowed.
+    /// Exit 3: the file, the line and column in it, the problem and the allowed values.
     pub(crate) fn read(path: &Path) -> Result<Self> {
         let file = SweepFile::read(path)?;
         let experiment = path.parent().unwrap_or(Path::new("")).join(&file.experiment);
         Self::of(path, file, experiment)
     }
 
-    /// Reads the sweep of a file that was called otherwise, and whose experiment lies somewhere else by now.
+    /// Reads a sweep whose file had another name, and whose experiment has moved.
     ///
     /// # Errors
     /// As [`Sweep::read`].
@@ -118,27 +118,27 @@ impl Sweep {
         })
     }
 
-    /// What it is called.
+    /// Name of the sweep.
     pub(crate) fn name(&self) -> &str {
         &self.file.name
     }
 
-    /// Its file.
+    /// Path of its file.
     pub(crate) fn path(&self) -> &Path {
         &self.path
     }
 
-    /// What its file says.
+    /// Contents of its file.
     pub(crate) fn file(&self) -> &SweepFile {
         &self.file
     }
 
-    /// The experiment's file, its text, and the files that experiments named so far.
+    /// Path and text of the experiment's file, and the files that experiments have named so far.
     pub(crate) fn experiment(&self) -> (&Path, &str, &Files) {
         (&self.experiment, &self.text, &self.files)
     }
 
-    /// How many runs it has.
+    /// Number of runs.
     pub(crate) fn runs(&self) -> usize {
         self.file.cells() * self.file.seeds.len()
     }
@@ -153,15 +153,15 @@ impl Sweep {
         self.file.seeds[run as usize % self.file.seeds.len()]
     }
 
-    /// The experiment of a cell.
+    /// Loads the experiment of a cell.
     ///
     /// # Errors
-    /// Exit 3 with the place of the value that is not allowed, in the sweep's file or in the experiment's.
+    /// Exit 3 with the place of the value that isn't allowed, in the sweep's file or in the experiment's.
     pub(crate) fn cell(&self, cell: usize) -> Result<Arc<dyn Experiment>> {
         self.cell_of_file(&self.parsed()?, cell)
     }
 
-    /// The experiment of a cell as a run of it by itself has it: without reality.
+    /// Loads the experiment of a cell as for a run of its own: without reality.
     ///
     /// # Errors
     /// As [`Sweep::cell`].
@@ -175,7 +175,7 @@ impl Sweep {
         )
     }
 
-    /// The experiment of a cell of single robots, with settings that go before its values.
+    /// Loads the experiment of a cell of single robots, with settings that override its values.
     ///
     /// # Errors
     /// As [`Sweep::cell`].
@@ -184,12 +184,12 @@ impl Sweep {
         experiment::Experiment::of(&self.experiment, &self.parsed()?, &all, &self.files)
     }
 
-    /// The experiment's values.
+    /// Parses the experiment's values.
     fn parsed(&self) -> Result<Parsed<'_>> {
         Parsed::new(self.experiment.display().to_string(), &self.text)
     }
 
-    /// What a cell changes of the experiment.
+    /// The values that a cell changes in the experiment.
     fn settings_of(&self, cell: usize) -> Vec<Setting> {
         let swept = self
             .file
@@ -217,10 +217,10 @@ impl Sweep {
         )
     }
 
-    /// Checks all cells, and lists all runs.
+    /// Checks all cells and lists all runs.
     ///
     /// # Errors
-    /// Exit 3: the first value that is not allowed, or two runs that are the same.
+    /// Exit 3: the first value that isn't allowed, or two equal runs.
     pub(crate) fn plan(&self) -> Result<Plan> {
         let cells = self.file.cells();
         let experiment = self.parsed()?;
@@ -231,7 +231,7 @@ impl Sweep {
             let controller = own.single().map(|single| single.world().spec().controller);
             Ok((ids, own.steps(), own.kernel(), own.bytes(), controller))
         };
-        // All are kept, so that the first that is wrong is told, whichever thread found it.
+        // All are collected first, so that the error is always the first one, whichever thread found it.
         let all: Vec<Result<_>> = (0..cells).into_par_iter().map(of_cell).collect();
         let first = self.cell_of_file(&experiment, 0)?;
         let mut plan = Plan {
@@ -257,7 +257,7 @@ impl Sweep {
         Ok(plan)
     }
 
-    /// Cells that come out equal, such as those of 20 and 20.0.
+    /// Refuses cells that come out equal, such as those of 20 and 20.0.
     fn refuse_twins(&self, plan: &Plan) -> Result {
         let mut order: Vec<RunIndex> = (0..plan.ids.len() as RunIndex).collect();
         order.par_sort_unstable_by_key(|&run| (*plan.ids[run as usize].as_bytes(), run));
@@ -279,7 +279,7 @@ impl Sweep {
         )))
     }
 
-    /// A cell in words: its keys and their values.
+    /// Description of a cell: its keys and their values.
     pub(crate) fn described(&self, cell: usize) -> String {
         let values = self.file.keys().zip(self.file.values(cell));
         let words: Vec<String> = values.map(|(key, (value, _))| format!("{key} = {value}")).collect();

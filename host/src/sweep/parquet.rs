@@ -1,4 +1,4 @@
-//! A sweep's tables as Parquet, for readers to whom text is too slow or too large.
+//! Conversion of a sweep's tables to Parquet, for readers that need it faster or smaller than text.
 
 use std::fmt::Display;
 use std::fs::File;
@@ -18,16 +18,16 @@ use crate::engine::disk::write_through;
 use crate::exit::{Failure, Result};
 use crate::runs::Holds;
 
-/// Rows of a row group: so many are in memory at a time, whatever the table's length.
+/// Rows of a row group. Only one group is in memory at a time, whatever the table's length.
 const ROWS: usize = 1 << 17;
 
-/// Writes a CSV file's table as Parquet: the same bytes for the same table on every machine. `columns` are the names of
-/// the file's columns, in its order, and what they hold; a cell that is empty becomes a null. The file is there whole or
-/// not at all, and on the disk, its name after its directory was synced; one that stood there is replaced.
+/// Writes a CSV file's table as Parquet, with the same bytes for the same table on every machine. `columns` are the
+/// names and types of the file's columns, in order; an empty cell becomes a null. The file is written completely or not
+/// at all, and replaces an earlier one. It is on disk afterwards; its name is, once its directory has been synced.
 ///
 /// # Errors
-/// Exit 5 with the line and the column when the CSV file is missing or does not hold what it should; exit 6 when reading
-/// or writing fails.
+/// Exit 5 with the line and the column if the CSV file is missing or has a cell of the wrong type; exit 6 if reading or
+/// writing fails.
 pub(crate) fn convert(csv: &Path, parquet: &Path, columns: &[(String, Holds)]) -> Result {
     let mut table = Table::open(csv, columns)?;
     let unwritten = |error| Failure::storage(parquet, &system(error));
@@ -43,7 +43,7 @@ pub(crate) fn convert(csv: &Path, parquet: &Path, columns: &[(String, Holds)]) -
     })
 }
 
-/// The system's error in that of a library that wrote to a file, for its kind.
+/// Extracts the system's error from that of the Parquet library, for its kind.
 fn system(error: ParquetError) -> io::Error {
     match error {
         ParquetError::External(error) => error.downcast().map_or_else(io::Error::other, |error| *error),
@@ -71,9 +71,9 @@ fn schema(columns: &[(String, Holds)]) -> Written<Arc<Type>> {
         .map(Arc::new)
 }
 
-/// Runs and generations count up: their differences are next to nothing. The bytes of numbers are alike where they have
-/// the same place, and stand place by place so that the compression sees it. What is nearly all different, as scores are,
-/// only grows by a dictionary.
+/// Runs and generations count up, so their differences are tiny. Numbers of similar size share bytes, which the
+/// compression sees if bytes are grouped by position. A dictionary would only enlarge columns of mostly distinct
+/// values, such as scores.
 fn properties(columns: &[(String, Holds)]) -> WriterProperties {
     let properties = WriterProperties::builder()
         .set_created_by(concat!("oneiro version ", env!("CARGO_PKG_VERSION")).to_owned())
@@ -90,11 +90,11 @@ fn properties(columns: &[(String, Holds)]) -> WriterProperties {
     encoded.build()
 }
 
-/// A table as it is read, a row group at a time.
+/// A table that is read one row group at a time.
 struct Table<'a> {
     path: &'a Path,
     reader: csv::Reader<File>,
-    /// The row that was read last.
+    /// The row read last.
     row: StringRecord,
     columns: Vec<Column<'a>>,
 }
@@ -107,7 +107,7 @@ impl<'a> Table<'a> {
         })?;
         let mut table = Self {
             path,
-            // The names and the rows' lengths are checked here, in the words of all other checks.
+            // Names and row lengths are checked here, with the same messages as in all other checks.
             reader: csv::ReaderBuilder::new()
                 .has_headers(false)
                 .flexible(true)
@@ -124,7 +124,7 @@ impl<'a> Table<'a> {
         }
     }
 
-    /// Reads the next row group into the columns; how many rows it has.
+    /// Reads the next row group into the columns and returns its number of rows.
     fn read(&mut self) -> Result<usize> {
         for rows in 0..ROWS {
             if !self.next()? {
@@ -144,7 +144,7 @@ impl<'a> Table<'a> {
         Ok(ROWS)
     }
 
-    /// Reads a row, if there is one more.
+    /// Reads a row; false at the end.
     fn next(&mut self) -> Result<bool> {
         self.reader.read_record(&mut self.row).map_err(|error| {
             let line = error.position().map_or(1, csv::Position::line);
@@ -155,7 +155,7 @@ impl<'a> Table<'a> {
         })
     }
 
-    /// Says what is wrong with the row that was read last.
+    /// The error for the row read last.
     fn wrong(&self, problem: impl Display) -> Failure {
         self.wrong_at(self.row.position().map_or(1, csv::Position::line), problem)
     }
@@ -164,11 +164,11 @@ impl<'a> Table<'a> {
         Failure::corrupt(format_args!("{}: line {line}: {problem}", self.path.display()))
     }
 
-    /// Moves what was read into a file.
+    /// Moves the row group into a file.
     fn write(&mut self, file: &mut SerializedFileWriter<impl Write + Send>) -> Written<()> {
         let mut group = file.next_row_group()?;
         for column in &mut self.columns {
-            // The schema has as many.
+            // The schema has the same number of columns.
             if let Some(mut writer) = group.next_column()? {
                 column.write(&mut writer)?;
                 writer.close()?;
@@ -181,9 +181,9 @@ impl<'a> Table<'a> {
 /// A column of a row group.
 struct Column<'a> {
     name: &'a str,
-    /// Of each row, whether its cell holds something: the definition levels of Parquet.
+    /// Whether each row's cell is filled: Parquet's definition levels.
     holds: Vec<i16>,
-    /// What the cells that are not empty hold.
+    /// Values of the filled cells.
     cells: Cells,
 }
 
@@ -206,7 +206,7 @@ impl<'a> Column<'a> {
         }
     }
 
-    /// Adds a cell, or says what is allowed.
+    /// Adds a cell, or returns what is allowed.
     fn push(&mut self, cell: &str) -> std::result::Result<(), &'static str> {
         self.holds.push(i16::from(!cell.is_empty()));
         if cell.is_empty() {
@@ -252,7 +252,7 @@ mod tests {
 
     use super::*;
 
-    /// A directory of its own, removed when the test ends.
+    /// A temporary directory, removed when the test ends.
     struct Scratch(PathBuf);
 
     impl Scratch {
@@ -278,12 +278,12 @@ mod tests {
 
     impl Drop for Scratch {
         fn drop(&mut self) {
-            // What is left in the system's directory for such files does no harm.
+            // A leftover in the system's temporary directory does no harm.
             let _ = fs::remove_dir_all(&self.0);
         }
     }
 
-    /// A table's cells, row by row.
+    /// Cells of a table, by row.
     fn rows(table: &SerializedFileReader<File>) -> Vec<Vec<Field>> {
         let rows = table.get_row_iter(None).unwrap();
         rows.map(|row| row.unwrap().get_column_iter().map(|(_, cell)| cell.clone()).collect())
@@ -370,7 +370,7 @@ mod tests {
         };
         let first = bytes();
         assert_eq!(first, bytes());
-        // Those of every machine. Another version of the program or of the library may have others.
+        // The same on every machine. Another version of the program or of the library may have others.
         assert_eq!(
             blake3::hash(&first).to_hex().as_str(),
             "120c7017f7a82589b13fec623f526b21f64b22630c2a210c9b9a972860d157d1"
@@ -418,7 +418,7 @@ mod tests {
                 failure.to_string(),
                 format!("{}: {problem}", scratch.0.join("table.csv").display())
             );
-            // The file of before stands, and nothing is left of the other.
+            // The earlier file is intact, and nothing is left of the new one.
             assert_eq!(fs::read(scratch.table()).unwrap(), before);
             assert_eq!(fs::read_dir(&scratch.0).unwrap().count(), 2);
         }
@@ -435,7 +435,7 @@ mod tests {
         let csv = scratch.0.join("table.csv");
         fs::write(&csv, "run\n1\n").unwrap();
         assert_eq!(refused(&csv, &scratch.0.join("no/table.parquet")).code(), 6);
-        // A directory is opened, but not read, as a file.
+        // A directory can be opened as a file but not read.
         assert_eq!(refused(&scratch.0, &scratch.table()).code(), 6);
         let full = system(io::Error::from(io::ErrorKind::StorageFull).into());
         assert_eq!(full.kind(), io::ErrorKind::StorageFull);

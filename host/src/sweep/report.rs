@@ -1,5 +1,5 @@
-//! What came out of a sweep as a page: one file with figures, tables and tests, and the numbers behind them as CSV. All
-//! are functions of the sweep's tables alone, byte for byte.
+//! Report of a sweep: one page with figures, tables and tests, and the underlying numbers as CSV. All of it depends
+//! only on the sweep's tables, byte for byte.
 
 use std::path::Path;
 
@@ -32,44 +32,44 @@ use sample::Sample;
 /// Significant digits of outcomes.
 const DIGITS: usize = 6;
 
-/// What a report is drawn from.
+/// Input of a report.
 pub(crate) struct Tables<'a> {
-    /// What the sweep is called.
+    /// Title of the sweep.
     pub(crate) title: &'a str,
     /// The table of runs: `run`, `id`, the factors, `seed`, the outcomes and `result`, in any order.
     pub(crate) results: &'a Path,
-    /// The table of generations: `run`, a time and a value; all rows of a run stand together, in order of time.
+    /// The table of generations: `run`, a time and a value. The rows of a run are contiguous and in order of time.
     pub(crate) generations: &'a Path,
-    /// Columns of the table of runs that were swept, in order.
+    /// Swept columns of the table of runs, in order.
     pub(crate) factors: &'a [String],
-    /// The outcome that cells are compared by, a column of which more is better, and its name with unit for readers.
+    /// Outcome by which cells are compared, the more the better: its column, and its name with unit for readers.
     pub(crate) outcome: (&'a str, &'a str),
-    /// All other outcomes that tables show.
+    /// Other outcomes that tables show.
     pub(crate) others: &'a [String],
-    /// The column of times of the table of generations, whole numbers, and the name of its axis.
+    /// Column of integer times in the table of generations, and the name of its axis.
     pub(crate) time: (&'a str, &'a str),
-    /// The column of values that lines are drawn of, and the name of their axis.
+    /// Column of values that lines show, and the name of its axis.
     pub(crate) value: (&'a str, &'a str),
 }
 
 /// A report.
 #[derive(Debug, PartialEq)]
 pub(crate) struct Report {
-    /// The page, complete in itself.
+    /// The page, self-contained.
     pub(crate) html: String,
-    /// All comparisons of levels and cells.
+    /// All comparisons of levels and cells, as CSV.
     pub(crate) effects_csv: String,
-    /// All cells, best first.
+    /// All cells, best first, as CSV.
     pub(crate) cells_csv: String,
-    /// The same for programs, in short.
+    /// A shorter version as JSON.
     pub(crate) json: serde_json::Value,
 }
 
-/// Reads a sweep's tables and says what is in them. The table of generations may be of any length: only sums are kept.
+/// Reads a sweep's tables and makes the report. The table of generations may have any length: only sums are kept.
 ///
 /// # Errors
-/// Exit 3 when a table is not there; exit 5, with file and line, when it lacks a column, or a row is cut short, is not
-/// what its columns are, stands twice or belongs to no run; exit 6 when reading fails.
+/// Exit 3 if a table is missing. Exit 5, with file and line, if it lacks a column, or if a row is cut short, has a cell
+/// of the wrong type, occurs twice or belongs to no run. Exit 6 if reading fails.
 pub(crate) fn report(tables: &Tables<'_>) -> Result<Report> {
     let runs = Runs::read(tables)?;
     let curves = Curves::read(tables, &runs)?;
@@ -94,7 +94,7 @@ pub(crate) fn report(tables: &Tables<'_>) -> Result<Report> {
     })
 }
 
-/// What stands below the title.
+/// Facts below the title.
 fn facts(tables: &Tables<'_>, runs: &Runs, cells: &Cells<'_>) -> String {
     let number = |n: usize| count(n as u64);
     let all = runs.outcomes();
@@ -131,7 +131,7 @@ fn facts(tables: &Tables<'_>, runs: &Runs, cells: &Cells<'_>) -> String {
     format!("<p class=\"lead\">{lead}</p>\n{}", page::facts(&facts))
 }
 
-/// A corrected probability, marked where it is low.
+/// A corrected probability, highlighted if it is low.
 fn marked(p: f64) -> String {
     if p < effects::LEVEL {
         format!("<b>{}\u{a0}*</b>", probability(p))

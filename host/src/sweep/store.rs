@@ -1,11 +1,11 @@
-//! A sweep's directory: whose it is, and what its shards have done.
+//! A sweep's directory: its origin, and the work of its shards.
 //!
-//! | file | what |
+//! | file | contents |
 //! |---|---|
-//! | `sweep.json` | what made it, see [`Made`]; written last of what every process brings |
+//! | `sweep.json` | the origin, see [`Made`]; written after everything else that each process brings |
 //! | `sweep.toml`, `experiment/` | the sweep's file and the experiment's, and the files that they name |
 //! | `shard-I-of-N/` | a process's [journal](super::journal) |
-//! | `results.csv`, `generations.csv`, `champions.csv` | the [tables](super::tables) of all runs, when all are done |
+//! | `results.csv`, `generations.csv`, `champions.csv` | the [tables](super::tables) of all runs, once all are done |
 
 use std::collections::BTreeMap;
 use std::ffi::OsString;
@@ -40,7 +40,7 @@ impl Shard {
     /// All runs.
     pub(crate) const ALL: Self = Self { index: 1, of: 1 };
 
-    /// Its runs.
+    /// The shard's runs.
     pub(crate) fn runs(self, all: usize) -> impl Iterator<Item = RunIndex> {
         (self.index - 1..all as RunIndex).step_by(self.of as usize)
     }
@@ -69,7 +69,7 @@ impl FromStr for Shard {
     }
 }
 
-/// What made a directory: results of another program or of other runs are never mixed with it.
+/// Origin of a directory: results of another program or of other runs are never mixed with it.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct Made {
@@ -78,22 +78,22 @@ pub(crate) struct Made {
     /// The program's version, and the hash of its kernels.
     program: String,
     kernels: String,
-    /// Where the experiment's file is in the directory.
+    /// Path of the experiment's file in the directory.
     experiment: PathBuf,
-    /// The sweep.
+    /// Name of the sweep.
     pub(crate) name: String,
     pub(crate) runs: usize,
     pub(crate) cells: usize,
-    /// Robot-steps of all runs.
+    /// Total robot-steps of all runs.
     pub(crate) steps: u64,
-    /// The hash of all runs' ids, and of how they meet reality.
+    /// Hash of all runs' ids, and of the settings of reality.
     identity: String,
 }
 
 const FORMAT: &str = "oneiro sweep";
 const VERSION: u32 = 1;
 
-/// What every version writes.
+/// Keys that every version writes.
 #[derive(Debug, Deserialize)]
 struct Head {
     format: String,
@@ -102,7 +102,7 @@ struct Head {
 }
 
 impl Head {
-    /// Refuses what another version of the program made, and says which.
+    /// Refuses directories made by another version of the program, naming it.
     fn is_own(&self) -> std::result::Result<(), String> {
         let Self {
             format,
@@ -138,7 +138,7 @@ impl Made {
         }
     }
 
-    /// Why results of another are not of this one.
+    /// Reason why another directory's results don't belong with these.
     fn differs_from(&self, other: &Self) -> Option<String> {
         if self.kernels != other.kernels {
             return Some(format!(
@@ -160,7 +160,7 @@ impl Made {
     }
 }
 
-/// What decides all results of a sweep.
+/// Hash of everything that decides a sweep's results.
 fn identity(sweep: &Sweep, plan: &Plan) -> blake3::Hash {
     let mut hasher = blake3::Hasher::new();
     for id in &plan.ids {
@@ -175,7 +175,7 @@ fn identity(sweep: &Sweep, plan: &Plan) -> blake3::Hash {
     hasher.finalize()
 }
 
-/// The hash of what the kernels are made from: another kernel may give other bits.
+/// Hash of the kernels' sources: another kernel may give other bits.
 fn kernels() -> String {
     let mut hasher = blake3::Hasher::new();
     for kernel in oneiro_shaders::KERNELS {
@@ -198,23 +198,23 @@ pub(crate) struct Finished {
     pub(crate) line: Line,
 }
 
-/// What all shards have done.
+/// Work finished by all shards.
 #[derive(Debug, Default)]
 pub(crate) struct AllFinished {
-    /// The shards' directories.
+    /// Directories of the shards.
     pub(crate) shards: Vec<PathBuf>,
-    /// By run.
+    /// Finished runs by index.
     pub(crate) runs: BTreeMap<RunIndex, Finished>,
-    /// What is to be told of damaged lines.
+    /// Warnings about damaged lines.
     pub(crate) problems: Vec<String>,
 }
 
 impl Store {
-    /// Makes a sweep's directory, or finds that it is there.
+    /// Makes a sweep's directory, or checks that an existing one belongs to this sweep.
     ///
     /// # Errors
-    /// Exit 3 when something else stands there, or results of another sweep or program, with what differs; exit 6 when
-    /// writing fails.
+    /// Exit 3 if the directory holds something else, or results of another sweep or program, with the difference; exit
+    /// 6 if writing fails.
     pub(crate) fn prepare(directory: &Path, sweep: &Sweep, plan: &Plan) -> Result<Self> {
         let made = Made::new(sweep, plan);
         fs::create_dir_all(directory).map_err(|error| Failure::unreadable(directory, &error))?;
@@ -233,9 +233,9 @@ impl Store {
         })
     }
 
-    /// Shards may begin at the same time: the first makes the directory.
+    /// Shards may begin at the same time: the first one makes the directory.
     fn make(directory: &Path, sweep: &Sweep, made: Made) -> Result {
-        // Not even a lock is put among what others have there.
+        // Other people's directories don't even get a lock file.
         refuse_others(directory).or_else(|refusal| match Self::made(directory)? {
             Some(_) => Ok(()),
             None => Err(refusal),
@@ -263,10 +263,10 @@ impl Store {
         directory.join(MADE).is_file()
     }
 
-    /// Opens one.
+    /// Opens a sweep's directory.
     ///
     /// # Errors
-    /// Exit 3 when it is none.
+    /// Exit 3 if it isn't one.
     pub(crate) fn open(directory: &Path) -> Result<Self> {
         let Some(made) = Self::made(directory)? else {
             return Err(Failure::input(format_args!(
@@ -280,7 +280,7 @@ impl Store {
         })
     }
 
-    /// What made a directory, if it is a sweep's.
+    /// Origin of a directory, if it is a sweep's.
     fn made(directory: &Path) -> Result<Option<Made>> {
         let path = directory.join(MADE);
         let bytes = match fs::read(&path) {
@@ -290,26 +290,26 @@ impl Store {
         };
         let corrupt = |error| Failure::corrupt(format_args!("{}: {error}", path.display()));
         let head: Head = serde_json::from_slice(&bytes).map_err(corrupt)?;
-        // Before all else: what another version wrote may have other keys.
+        // First of all: files of another version may have other keys.
         head.is_own()
             .map_err(|difference| Failure::input(format_args!("{}: {difference}", directory.display())))?;
         serde_json::from_slice(&bytes).map(Some).map_err(corrupt)
     }
 
-    /// Where it is.
+    /// Path of the directory.
     pub(crate) fn directory(&self) -> &Path {
         &self.directory
     }
 
-    /// What made it.
+    /// Origin of the directory.
     pub(crate) fn what(&self) -> &Made {
         &self.made
     }
 
-    /// Its sweep with all its runs.
+    /// The sweep with all its runs.
     ///
     /// # Errors
-    /// Exit 3 when this program would not make the same of it.
+    /// Exit 3 if this program would give other results for it.
     pub(crate) fn sweep(&self) -> Result<(Sweep, Plan)> {
         let [file, experiment] = [Path::new(SWEEP), &self.made.experiment].map(|name| self.directory.join(name));
         let sweep = Sweep::moved(&self.made.name, &file, experiment)?;
@@ -323,7 +323,7 @@ impl Store {
         }
     }
 
-    /// The hash that its shards' checkpoints carry.
+    /// Hash that its shards' checkpoints carry.
     pub(crate) fn identity(&self) -> Result<blake3::Hash> {
         blake3::Hash::from_hex(&self.made.identity).map_err(|error| {
             Failure::corrupt(format_args!(
@@ -333,12 +333,12 @@ impl Store {
         })
     }
 
-    /// Where a shard's journal is.
+    /// Path of a shard's journal.
     pub(crate) fn journal(&self, shard: Shard) -> PathBuf {
         self.directory.join(format!("{SHARD}{}-of-{}", shard.index, shard.of))
     }
 
-    /// The journals that are there, in the order of their shards.
+    /// Existing journals, in the order of their shards.
     pub(crate) fn journals(&self) -> Result<Vec<(Shard, PathBuf)>> {
         let failed = |error| Failure::storage(&self.directory, &error);
         let mut found = Vec::new();
@@ -354,10 +354,10 @@ impl Store {
         Ok(found)
     }
 
-    /// Whether another directory's results are of the same sweep, by the same program.
+    /// Checks that another directory has results of the same sweep by the same program.
     ///
     /// # Errors
-    /// Exit 3 with what differs.
+    /// Exit 3 with the difference.
     pub(crate) fn fits(&self, other: &Self) -> Result {
         match self.made.differs_from(&other.made) {
             None => Ok(()),
@@ -369,10 +369,10 @@ impl Store {
         }
     }
 
-    /// The runs that any shard has finished; `ids` are the sweep's, where they are known.
+    /// Adds the runs that any shard has finished. `ids` are the sweep's, if known.
     ///
     /// # Errors
-    /// Exit 5 when two shards have other results of one run.
+    /// Exit 5 if two shards have different results of the same run.
     pub(crate) fn finished(&self, ids: Option<&[blake3::Hash]>, all: &mut AllFinished) -> Result {
         for (_, directory) in self.journals()? {
             let Logged { lines, problems, .. } = Logged::read(&directory)?;
@@ -417,7 +417,7 @@ impl Store {
     }
 }
 
-/// Refuses a directory that holds something else. Whoever makes a sweep's directory begins with its lock.
+/// Refuses a directory with other contents. A sweep's directory begins with its lock.
 fn refuse_others(directory: &Path) -> Result {
     let names = fs::read_dir(directory)
         .map_err(|error| Failure::unreadable(directory, &error))?
@@ -437,8 +437,8 @@ fn refuse_others(directory: &Path) -> Result {
     )))
 }
 
-/// Copies the sweep's file, the experiment's, and the files that they name, so that the directory can go anywhere. Files
-/// with absolute names stay where they are. Where the experiment's file is then.
+/// Copies the sweep's file, the experiment's, and the files that they name, so that the directory can be moved. Files
+/// with absolute paths stay where they are. Returns the new path of the experiment's file.
 fn bring(directory: &Path, sweep: &Sweep) -> Result<PathBuf> {
     let (experiment, text, files) = sweep.experiment();
     let beside = experiment.parent().unwrap_or(Path::new(""));
@@ -448,7 +448,7 @@ fn bring(directory: &Path, sweep: &Sweep) -> Result<PathBuf> {
         .filter_map(|(path, content)| Some((path.strip_prefix(beside).ok()?.to_owned(), content)))
         .filter(|(name, _)| name.is_relative())
         .collect();
-    // As far down as names lead up, so that all of them stay within.
+    // Nested as deep as names lead up, so that all of them stay inside.
     let is_up = |part: &Component<'_>| *part == Component::ParentDir;
     let ups = files
         .iter()

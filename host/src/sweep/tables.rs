@@ -1,5 +1,5 @@
-//! The tables of a sweep: a row for each run, in long form one for each of its generations, and the champions' genes.
-//! Whatever did the runs, and in which order, the files have the same bytes.
+//! Tables of a sweep: one row per run, in long form one row per generation of each run, and the champions' genes.
+//! Whichever processes did the runs, in whatever order, the files have the same bytes.
 
 use std::collections::BTreeMap;
 use std::collections::btree_map::Entry;
@@ -19,23 +19,23 @@ use crate::exit::{Failure, Result};
 use crate::report::csv::Csv;
 use crate::runs::Holds;
 
-/// The tables' names.
+/// File names of the tables.
 pub(crate) const RESULTS: &str = "results.csv";
 pub(crate) const GENERATIONS: &str = "generations.csv";
 pub(crate) const CHAMPIONS: &str = "champions.csv";
 
-/// Tables that were written.
+/// Tables written by [`write`].
 #[derive(Debug)]
 pub(crate) struct Written {
     pub(crate) runs: usize,
-    /// The BLAKE3 hash of the tables of results and of generations, one after the other.
+    /// BLAKE3 hash of the tables of results and of generations, one after the other.
     pub(crate) hash: String,
     pub(crate) files: Vec<PathBuf>,
 }
 
 impl Sweep {
-    /// The columns of the table of results: the run and its id, the swept keys, the seed, what the run gave, and the hash
-    /// of its results.
+    /// Columns of the table of results: the run and its id, the swept keys, the seed, the run's results, and their
+    /// hash.
     pub(crate) fn columns(&self, plan: &Plan) -> Vec<(String, Holds)> {
         let mut columns = vec![("run".into(), Holds::Whole), ("id".into(), Holds::Text)];
         columns.extend(self.file().axes.iter().flat_map(|axis| {
@@ -50,7 +50,7 @@ impl Sweep {
         columns
     }
 
-    /// A cell's values as the table of results has them.
+    /// A cell's values as they stand in the table of results.
     pub(crate) fn levels(&self, cell: usize) -> Vec<String> {
         self.file()
             .values(cell)
@@ -60,7 +60,7 @@ impl Sweep {
     }
 }
 
-/// The columns of the table of generations: the run, and those of a run's own table.
+/// Columns of the table of generations: the run, and the columns of a run's own table.
 fn columns_of_generations(plan: &Plan) -> Vec<(String, Holds)> {
     let own = plan.columns.iter().map(|(name, holds)| ((*name).into(), *holds));
     std::iter::once(("run".into(), Holds::Whole)).chain(own).collect()
@@ -96,7 +96,7 @@ fn holds<'a>(values: impl Iterator<Item = &'a Value>) -> Holds {
     })
 }
 
-/// A value as a table has it: words without quotes.
+/// A value as it stands in a table: strings without quotes.
 fn text(value: &Value) -> String {
     match value {
         Value::String(word) => word.clone(),
@@ -104,10 +104,10 @@ fn text(value: &Value) -> String {
     }
 }
 
-/// Writes the tables of all runs into a directory, in place of those that are there.
+/// Writes the tables of all runs into a directory, replacing earlier ones.
 ///
 /// # Errors
-/// Exit 1 when runs are missing, exit 5 when what was recorded is damaged, exit 6 when writing fails.
+/// Exit 1 if runs are missing, exit 5 if recorded data is damaged, exit 6 if writing fails.
 pub(crate) fn write(directory: &Path, sweep: &Sweep, plan: &Plan, finished: &AllFinished) -> Result<Written> {
     finished.is_all_of(sweep)?;
     let mut hasher = blake3::Hasher::new();
@@ -145,7 +145,7 @@ pub(crate) fn write(directory: &Path, sweep: &Sweep, plan: &Plan, finished: &All
     })
 }
 
-/// Writes a table once more, in a program that can.
+/// Also writes a table as Parquet if the program was built with it.
 #[cfg(feature = "parquet")]
 fn also_as_parquet(table: &Path, columns: &[(String, Holds)]) -> Result<Option<PathBuf>> {
     let path = table.with_extension("parquet");
@@ -238,10 +238,10 @@ impl<'a> Table<'a> {
 }
 
 impl AllFinished {
-    /// Says which runs no shard has done, if any.
+    /// Checks that shards have done all runs.
     ///
     /// # Errors
-    /// Exit 1.
+    /// Exit 1 with the missing runs.
     pub(crate) fn is_all_of(&self, sweep: &Sweep) -> Result {
         const SHOWN: usize = 10;
         let all = sweep.runs();

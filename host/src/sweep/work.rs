@@ -1,4 +1,4 @@
-//! A shard's runs, for the engine: they begin from the sweep's cells, and what they give goes to the shard's journal.
+//! A shard's runs as the engine's work: they start from the sweep's cells, and their results go to the shard's journal.
 
 use std::collections::BTreeMap;
 use std::sync::{Arc, Weak};
@@ -14,33 +14,33 @@ use crate::exit::{Failure, Result};
 use crate::record::result_of;
 use crate::runs::{Experiment, Recording};
 
-/// Bytes that runs under way may need in all.
+/// Most bytes that all runs in progress may need.
 const MEMORY: u64 = 512 << 20;
 
-/// A shard's runs while they are done.
+/// A shard's runs as they are done.
 pub(crate) struct Work<'a> {
     sweep: &'a Sweep,
     plan: &'a Plan,
     journal: &'a Journal,
-    /// The experiments of cells with runs under way.
+    /// Experiments of cells with runs in progress.
     cells: BTreeMap<usize, Weak<dyn Experiment>>,
-    /// Runs that a checkpoint held, and that have not begun again yet.
+    /// Runs from a checkpoint that have not been resumed yet.
     saved: BTreeMap<RunIndex, Saved>,
     under_way: BTreeMap<RunNumber, Recorded>,
     checkpoint_every: Duration,
     checkpointed: Instant,
 }
 
-/// What a run under way has recorded.
+/// Records of a run in progress.
 struct Recorded {
     experiment: Arc<dyn Experiment>,
     done: u32,
-    /// Its tables so far.
+    /// Tables so far.
     tables: Vec<(&'static str, Vec<u8>)>,
 }
 
 impl<'a> Work<'a> {
-    /// Of a sweep; `saved` are the runs that were under way when the last process stopped.
+    /// Prepares a shard's runs; `saved` are those that were in progress when the last process stopped.
     pub(crate) fn new(
         (sweep, plan): (&'a Sweep, &'a Plan),
         saved: Vec<Saved>,
@@ -59,7 +59,7 @@ impl<'a> Work<'a> {
         }
     }
 
-    /// Some runs of the sweep, as the engine takes them: those that were under way first.
+    /// Some runs of the sweep for the engine, those with a checkpoint first.
     pub(crate) fn waiting(&self, mut runs: Vec<RunIndex>) -> Vec<Waiting> {
         runs.sort_by_key(|run| !self.saved.contains_key(run));
         let waiting = |run: RunIndex| Waiting {
@@ -69,7 +69,7 @@ impl<'a> Work<'a> {
         runs.into_iter().map(waiting).collect()
     }
 
-    /// Runs under way at most, as memory allows.
+    /// Most runs in progress at a time, as memory allows.
     pub(crate) fn most(&self) -> usize {
         (MEMORY / self.plan.bytes.max(1)).max(2) as usize
     }
@@ -90,7 +90,7 @@ impl<'a> Work<'a> {
 
     fn checkpoint(&mut self, under_way: &UnderWay<'_, Box<dyn Job>>) -> Result {
         self.checkpointed = Instant::now();
-        // A run that is still to go on from an earlier checkpoint stays in the next.
+        // Runs that are still to be resumed from an earlier checkpoint stay in the next one.
         let mut all: Vec<Saved> = self.saved.values().cloned().collect();
         for &(run, job) in under_way {
             let Some(recorded) = self.under_way.get(&run) else {
@@ -139,7 +139,7 @@ impl Runs for Work<'_> {
         let tables: Vec<_> = experiment.tables(Recording::Tables);
         let saved = self.saved.remove(&index).and_then(|saved| {
             let job = Arc::clone(&experiment).restored(seed, Recording::Tables, &saved.job);
-            // One that does not fit begins anew.
+            // A saved run that doesn't fit starts over.
             (saved.tables.len() == tables.len()).then_some((job.ok()?, saved))
         });
         let (job, done, contents) = if let Some((job, saved)) = saved {
@@ -174,7 +174,7 @@ impl Runs for Work<'_> {
             .map(|(run, job)| Ok((run, job, self.under_way.remove(&run).ok_or_else(no_tables)?)))
             .collect::<Result<_>>()?;
         let plan = self.plan;
-        // Of short runs, a fast device would wait for one thread's hashes.
+        // With short runs, a fast device would wait for one thread's hashes.
         let outcomes: Vec<Outcome> = finished
             .into_par_iter()
             .map(|(run, job, recorded)| outcome(plan, run, job, &recorded))
@@ -194,11 +194,11 @@ impl Runs for Work<'_> {
     }
 
     fn end(&mut self, under_way: &UnderWay<'_, Box<dyn Job>>) -> Result {
-        // Also when all is done: what the last checkpoint held is in the table of results by now.
+        // Even if all runs are done: those of the last checkpoint are in the table of results now.
         self.checkpoint(under_way)
     }
 
     fn stopped(&self) -> String {
-        "stopped; the same command goes on".into()
+        "stopped; run the same command again to continue".into()
     }
 }

@@ -1,4 +1,4 @@
-//! An arena to scale, and the path of a life in it.
+//! An arena drawn to scale, and the path of a life in it.
 
 use glam::DVec2;
 use oneiro::arena::Arena;
@@ -6,9 +6,9 @@ use oneiro::batch::Record;
 
 use super::svg::{Anchor, INK, SOFT_INK, Svg, number, ramp, tick_step};
 
-/// The longer side of the arena in a picture, in pixels.
+/// Longer side of the arena in a picture, in pixels.
 const SIDE: f64 = 880.0;
-/// Room around the arena, above it for the title, and below it for what explains the picture.
+/// Room around the arena, above it for the title, and below it for the key.
 const MARGIN: f64 = 28.0;
 const HEAD: f64 = 28.0;
 const FOOT: f64 = 34.0;
@@ -19,12 +19,12 @@ const TIME: [[u8; 3]; 4] = [
     [0xd9, 0x48, 0x5f],
     [0xf4, 0xa2, 0x3b],
 ];
-/// Pieces of one colour that a path is drawn in.
+/// Number of single-coloured pieces in which a path is drawn.
 const PIECES: usize = 64;
-/// Seconds of a cycle.
+/// Duration of a cycle in seconds.
 const CYCLE: f64 = 0.1;
 
-/// An arena with a robot where there is most room, for scale. `body_radius` in mm.
+/// Draws an arena, with a robot for scale where there is most room. `body_radius` is in mm.
 pub(crate) fn arena(arena: &Arena, body_radius: f32) -> String {
     let sheet = Sheet::new(arena);
     let title = format!(
@@ -39,7 +39,7 @@ pub(crate) fn arena(arena: &Arena, body_radius: f32) -> String {
     svg.finish()
 }
 
-/// The path of a life: `trace` in the order of its cycles, `every` cycles apart.
+/// Draws the path of a life. `trace` is in the order of its cycles, `every` cycles apart.
 pub(crate) fn life(arena: &Arena, body_radius: f32, title: &str, trace: &[Record], every: u32) -> String {
     let sheet = Sheet::new(arena);
     let mut svg = sheet.start(arena, title);
@@ -58,7 +58,7 @@ pub(crate) fn life(arena: &Arena, body_radius: f32, title: &str, trace: &[Record
             "fill=\"{colour}\" font-weight=\"600\" stroke=\"#ffffff\" stroke-width=\"3\" paint-order=\"stroke\""
         );
         let beside = body * sheet.scale + 6.0;
-        // On the side of the arena's middle, where there is room.
+        // Towards the middle of the arena, where there is room.
         if x < 0.5 * sheet.width() {
             svg.words((x + beside, y + 4.0), 13.0, Anchor::Start, &style, label);
         } else {
@@ -72,7 +72,8 @@ pub(crate) fn life(arena: &Arena, body_radius: f32, title: &str, trace: &[Record
     svg.finish()
 }
 
-/// The point of a grid over the field that is farthest from all walls and obstacles; the first of equals.
+/// The point of a grid over the field that is farthest from all walls and obstacles; the first one if several are
+/// equal.
 fn roomiest(arena: &Arena) -> (f64, f64) {
     const GRID: u32 = 24;
     let field = arena.field;
@@ -114,16 +115,16 @@ fn clearance(arena: &Arena, (x, y): (f64, f64)) -> f64 {
         let from = DVec2::new(x - f64::from(block.x), y - f64::from(block.y));
         let beyond_x = from.dot(axis).abs() - 0.5 * f64::from(block.length);
         let beyond_y = from.perp_dot(axis).abs() - 0.5 * f64::from(block.width);
-        // Inside both are negative, and the greater is of the nearer side.
+        // Inside, both are negative, and the greater one belongs to the nearer side.
         let outside = DVec2::new(beyond_x.max(0.0), beyond_y.max(0.0)).length();
         outside + beyond_x.max(beyond_y).min(0.0)
     });
     walls.chain(obstacles).chain(blocks).fold(f64::INFINITY, f64::min)
 }
 
-/// How millimetres become pixels: x to the right, y up in the arena and down in the picture.
+/// Mapping from millimetres to pixels: x to the right, y up in the arena and down in the picture.
 pub(super) struct Sheet {
-    /// The arena's upper left corner, mm, and where it is in the picture.
+    /// The arena's upper left corner, in mm and in the picture.
     left: f64,
     top: f64,
     corner: (f64, f64),
@@ -132,12 +133,12 @@ pub(super) struct Sheet {
 }
 
 impl Sheet {
-    /// Fills a picture of its own.
+    /// A mapping that fills a picture of its own.
     fn new(arena: &Arena) -> Self {
         Self::within(arena, (MARGIN, MARGIN + HEAD), SIDE)
     }
 
-    /// Holds the field and all that stands around it: its upper left corner and its longer side, pixels.
+    /// Maps the field and everything around it to a given upper left corner and longer side in pixels.
     pub(super) fn within(arena: &Arena, corner: (f64, f64), side: f64) -> Self {
         let bounds = arena.bounds();
         let size = (f64::from(bounds.width), f64::from(bounds.height));
@@ -149,7 +150,8 @@ impl Sheet {
         )
     }
 
-    /// Of an arena by its upper left corner and its size, mm: the same corner and its longer side, pixels.
+    /// Maps an arena, given by its upper left corner and size in mm, to a given upper left corner and longer side in
+    /// pixels.
     pub(super) fn of((left, top): (f64, f64), size: (f64, f64), corner: (f64, f64), side: f64) -> Self {
         let size = (size.0.max(1.0), size.1.max(1.0));
         Self {
@@ -167,7 +169,7 @@ impl Sheet {
     }
 
     fn width(&self) -> f64 {
-        // The words need room below narrow arenas too.
+        // The text needs room below narrow arenas too.
         (self.size.0 * self.scale).max(0.6 * SIDE) + 2.0 * MARGIN
     }
 
@@ -175,7 +177,7 @@ impl Sheet {
         self.size.1 * self.scale + 2.0 * MARGIN + HEAD + FOOT
     }
 
-    /// A point of the arena in the picture.
+    /// Maps a point of the arena into the picture.
     pub(super) fn place(&self, at: (f64, f64)) -> (f64, f64) {
         (
             self.corner.0 + (at.0 - self.left) * self.scale,
@@ -183,7 +185,7 @@ impl Sheet {
         )
     }
 
-    /// Title, floor, obstacles and walls.
+    /// Draws title, floor, obstacles and walls.
     fn start(&self, arena: &Arena, title: &str) -> Svg {
         let mut svg = Svg::new(self.width(), self.height(), title);
         let style = format!("fill=\"{INK}\" font-weight=\"600\"");
@@ -192,7 +194,7 @@ impl Sheet {
         svg
     }
 
-    /// Floor, obstacles and walls, these as wide as said.
+    /// Draws floor, obstacles and walls of the given width.
     pub(super) fn ground(&self, svg: &mut Svg, arena: &Arena, wall_width: f64) {
         let field = arena.field;
         let corner = self.place((f64::from(field.x), f64::from(field.y + field.height)));
@@ -230,7 +232,7 @@ impl Sheet {
         }
     }
 
-    /// A robot from above: body, wheels, and a line to its front. Heading in turns, counter-clockwise.
+    /// Draws a robot from above: body, wheels, and a line to its front. Heading in turns, counter-clockwise.
     pub(super) fn robot(&self, svg: &mut Svg, at: (f64, f64), heading: f64, radius: f64, colour: &str, filled: f64) {
         let (x, y) = self.place(at);
         let r = radius * self.scale;
@@ -253,7 +255,7 @@ impl Sheet {
         svg.raw("</g>");
     }
 
-    /// The way of the robot's centre, coloured by time, and where it bumped into things.
+    /// Draws the path of the robot's centre, coloured by time, and its collisions.
     fn path(&self, svg: &mut Svg, trace: &[Record]) {
         let points: Vec<(f64, f64)> = trace
             .iter()
@@ -277,7 +279,7 @@ impl Sheet {
         }
     }
 
-    /// A length for scale.
+    /// Draws a scale bar.
     fn foot(&self, svg: &mut Svg) {
         let line = self.height() - 24.0;
         let length = tick_step(self.size.0.max(self.size.1), 8);
@@ -299,7 +301,7 @@ impl Sheet {
         );
     }
 
-    /// What the colours and the marks of a path mean.
+    /// Draws the key to the colours and marks of a path.
     fn clock(&self, svg: &mut Svg, seconds: f64, collisions: usize) {
         const WIDTH: f64 = 110.0;
         let line = self.height() - 24.0;
@@ -324,13 +326,13 @@ impl Sheet {
     }
 }
 
-/// Where a robot bumped into something.
+/// Mark of a collision.
 fn cross(x: f64, y: f64) -> String {
     let (left, top) = (number(x - 3.0), number(y - 3.0));
     format!("<path d=\"M{left} {top}l6 6m0 -6l-6 6\" stroke=\"#c1121f\" stroke-width=\"1.6\"/>")
 }
 
-/// Millimetres without needless decimals.
+/// Formats millimetres without needless decimals.
 fn number_mm(x: f32) -> String {
     number(f64::from(x))
 }
@@ -371,7 +373,7 @@ mod tests {
     fn a_block_is_drawn_where_it_stands() {
         let miglino = Arena::miglino1995_block();
         assert_eq!(arena(&miglino, 27.5).matches("<polygon").count(), 1);
-        // Its length lies 30 degrees askew through (300, 175).
+        // The block's long axis is tilted by 30 degrees and passes through (300, 175).
         let along = |mm: f64| (300.0 + mm * 0.75_f64.sqrt(), 175.0 + 0.5 * mm);
         for (mm, expected) in [(75.0, 20.0), (-75.0, 20.0), (0.0, -27.5), (50.0, -5.0)] {
             let room = clearance(&miglino, along(mm));

@@ -1,4 +1,4 @@
-//! Means of several runs with how far they spread, in panels side by side.
+//! Means of several runs and their spread, in panels side by side.
 
 use super::plot::{Plot, Range, label_room};
 use super::svg::{Anchor, INK, SOFT_INK, Svg};
@@ -9,10 +9,10 @@ const LOWER: f64 = 300.0;
 const LEFT: f64 = 74.0;
 const TOP: f64 = 52.0;
 const BOTTOM: f64 = 58.0;
-/// Right of a panel without names.
+/// Room to the right of a panel without names, in pixels.
 const CLEAR: f64 = 16.0;
 
-/// The middle of several values and how far they spread.
+/// Mean of several values, and the range of their spread.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Spread {
     pub(crate) low: f64,
@@ -22,61 +22,60 @@ pub(crate) struct Spread {
 
 /// A line and its spread.
 pub(crate) struct Band<'a> {
-    /// Its name, at its right end; empty for none.
+    /// Name at its right end; empty for none.
     pub(crate) label: &'a str,
-    /// Its colour.
     pub(crate) colour: &'a str,
     /// Lengths of dashes and gaps; empty for a full line.
     pub(crate) dash: &'a str,
-    /// Where its values stand, and what they are; means that are not finite leave gaps.
+    /// Positions and values; means that aren't finite leave gaps.
     pub(crate) values: Vec<(f64, Spread)>,
 }
 
-/// Values with where they stand: from `first` on, `spacing` apart.
+/// Gives values evenly spaced positions from `first` on.
 pub(crate) fn evenly(first: f64, spacing: f64, values: impl IntoIterator<Item = Spread>) -> Vec<(f64, Spread)> {
     let place = |(i, spread)| (first + spacing * f64::from(i), spread);
     (0_u32..).zip(values).map(place).collect()
 }
 
-/// A panel: its axes and its lines.
+/// A panel with its axes and its lines.
 pub(crate) struct Panel<'a> {
     pub(crate) title: &'a str,
-    /// Names of the axes with their units.
+    /// Names of the axes, with their units.
     pub(crate) across: &'a str,
     pub(crate) up: &'a str,
-    /// What part of the values is shown.
+    /// Range of positions shown.
     pub(crate) from: f64,
     pub(crate) to: f64,
-    /// The upper axis begins below this and ends above that.
+    /// The vertical axis includes these values.
     pub(crate) low: f64,
     pub(crate) high: f64,
-    /// Its part of the picture's width, relative to the others'.
+    /// Width relative to the other panels.
     pub(crate) share: f64,
-    /// Where something changes, and what holds before and after.
+    /// Position of a change, and labels of the times before and after it.
     pub(crate) change: Option<(f64, &'a str, &'a str)>,
-    /// What dashes mean.
+    /// Meanings of dash patterns.
     pub(crate) key: &'a [(&'a str, &'a str)],
-    /// Stripes of values that mean the same, where there are any.
+    /// Stripes of values with the same meaning; may be empty.
     pub(crate) grounds: &'a [Ground<'a>],
     pub(crate) bands: Vec<Band<'a>>,
 }
 
-/// A stripe of values from `low` to `high` that mean the same.
+/// A stripe of values from `low` to `high` with the same meaning.
 #[derive(Clone, Copy)]
 pub(crate) struct Ground<'a> {
     pub(crate) low: f64,
     pub(crate) high: f64,
-    /// What they mean, right of the panel.
+    /// Meaning, written to the right of the panel.
     pub(crate) label: &'a str,
     pub(crate) colour: &'a str,
 }
 
-/// Panels from left to right.
+/// Draws panels from left to right.
 pub(crate) fn bands(title: &str, panels: &[Panel<'_>]) -> String {
     rows(title, &[panels], HEIGHT)
 }
 
-/// Rows of panels, all rows lower than that of [`bands`].
+/// Draws rows of panels, each row lower than that of [`bands`].
 pub(crate) fn grid(title: &str, panels: &[&[Panel<'_>]]) -> String {
     rows(title, panels, LOWER)
 }
@@ -97,7 +96,7 @@ fn rows(title: &str, rows: &[&[Panel<'_>]], height: f64) -> String {
     svg.finish()
 }
 
-/// A panel between these edges.
+/// Draws a panel between these edges.
 pub(super) fn draw(svg: &mut Svg, panel: &Panel<'_>, (left, right): (f64, f64), (top, bottom): (f64, f64)) {
     let named = panel.bands.iter().any(|band| !band.label.is_empty());
     let room = if named || !panel.grounds.is_empty() {
@@ -155,13 +154,13 @@ pub(super) fn draw(svg: &mut Svg, panel: &Panel<'_>, (left, right): (f64, f64), 
     }
 }
 
-/// The values that a panel shows of a line.
+/// The values of a line that a panel shows.
 fn values(panel: &Panel<'_>, band: &Band<'_>) -> Vec<(f64, Spread)> {
     let values = band.values.iter().copied();
     values.filter(|(x, _)| (panel.from..=panel.to).contains(x)).collect()
 }
 
-/// Stripes of values with their names.
+/// Draws stripes of values with their names.
 fn grounds(svg: &mut Svg, plot: &Plot, grounds: &[Ground<'_>]) {
     for ground in grounds {
         let (low, high) = (plot.y(ground.low), plot.y(ground.high));
@@ -172,7 +171,7 @@ fn grounds(svg: &mut Svg, plot: &Plot, grounds: &[Ground<'_>]) {
     }
 }
 
-/// A vertical line, and, if so asked, what comes after it on another ground.
+/// Draws a vertical line and, if `shaded`, a different background after it.
 fn change(svg: &mut Svg, plot: &Plot, at: f64, before: &str, after: &str, shaded: bool) {
     let x = plot.x(at);
     if shaded {
@@ -186,7 +185,7 @@ fn change(svg: &mut Svg, plot: &Plot, at: f64, before: &str, after: &str, shaded
     svg.words((x + 5.0, plot.top - 4.0), 11.0, Anchor::Start, &soft, after);
 }
 
-/// What dashes mean, in the upper left corner.
+/// Draws the key to the dash patterns in the upper left corner.
 fn key(svg: &mut Svg, plot: &Plot, entries: &[(&str, &str)]) {
     for (i, (dash, words)) in entries.iter().enumerate() {
         let (left, y) = (plot.left + 12.0, plot.top + 10.0 + 18.0 * i as f64);
@@ -290,7 +289,7 @@ mod tests {
         };
         let text = grid("t", &[&[striped()], &[striped()]]);
         assert_eq!(text.matches("low &lt; high").count(), 2);
-        // Half of a plot from 52 to 242, and the same a row lower; a change has no ground of its own.
+        // Half of a plot from 52 to 242, and the same one row lower; a change has no background of its own.
         assert!(text.contains("y=\"147\"") && text.contains("y=\"447\"") && text.contains("height=\"95\""));
         assert!(!text.contains("#fbf3dc"));
     }

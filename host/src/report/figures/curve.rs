@@ -8,18 +8,18 @@ const HEIGHT: f64 = 440.0;
 const LEFT: f64 = 64.0;
 const TOP: f64 = 48.0;
 const BOTTOM: f64 = 56.0;
-/// Colours of the lines, in their order.
+/// Colours of the lines, in order.
 const COLOURS: [&str; 5] = ["#d9485f", "#2b3a8f", "#2a9d8f", "#f4a23b", "#8a3fa0"];
 
-/// One line of a figure: a value for each generation from 0 on.
+/// A line of a figure: one value for each generation from 0 on.
 pub(crate) struct Series<'a> {
-    /// What it shows.
+    /// Name of the line.
     pub(crate) label: &'a str,
-    /// Its values; one that is not finite leaves a gap.
+    /// Values; one that isn't finite leaves a gap.
     pub(crate) values: Vec<f64>,
 }
 
-/// Lines over generations, each named at its right end.
+/// Draws lines over generations, each with its name at its right end.
 pub(crate) fn learning_curve(title: &str, value: &str, series: &[Series<'_>]) -> String {
     let plot = plot(series);
     let mut svg = Svg::new(WIDTH, HEIGHT, title);
@@ -43,7 +43,7 @@ pub(crate) fn learning_curve(title: &str, value: &str, series: &[Series<'_>]) ->
     svg.finish()
 }
 
-/// Room for all values and their names.
+/// A plot with room for all values and names.
 fn plot(series: &[Series<'_>]) -> Plot {
     let last = series
         .iter()

@@ -1,4 +1,4 @@
-//! What a factor does: on the left how runs of each of its levels went, on the right what came out of them.
+//! Effect of a factor: on the left the curves of its levels, on the right their outcomes.
 
 use super::bands::{Panel, Spread, draw};
 use super::plot::{Plot, Range};
@@ -7,65 +7,66 @@ use crate::report::numbers::significant;
 
 const WIDTH: f64 = 1060.0;
 const HEIGHT: f64 = 380.0;
-/// Where the right panel begins.
+/// Left edge of the right panel.
 const MIDDLE: f64 = 600.0;
 const LEFT: f64 = 74.0;
 const TOP: f64 = 52.0;
 const BOTTOM: f64 = 58.0;
 const RIGHT: f64 = 20.0;
-/// Width of a letter of a tick's name, about.
+/// Approximate width of a letter of a tick's name.
 const LETTER: f64 = 6.8;
-/// The least and the greatest half width of what is drawn at a level.
+/// Least and greatest half-width of the drawing at a level.
 const HALF: (f64, f64) = (3.0, 24.0);
-/// From the least level to the greatest: dark enough for letters, light enough to be told from black.
+/// Colours of ordered levels from the lowest to the highest: dark enough for letters, light enough to differ from
+/// black.
 const ORDERED: [[u8; 3]; 4] = [
     [0xc9, 0x7f, 0x00],
     [0xc8, 0x37, 0x4f],
     [0x7a, 0x35, 0x9a],
     [0x1f, 0x2d, 0x7a],
 ];
-/// Of levels without an order.
+/// Colours of unordered levels.
 const UNORDERED: [&str; 6] = ["#2b3a8f", "#c8374f", "#1f8a7d", "#b87400", "#8a3fa0", "#6b6e76"];
-/// What lines of neighbouring levels are told apart by where there are no colours.
+/// Dash patterns that distinguish lines of neighbouring levels in print without colours.
 const DASHES: [&str; 3] = ["", "8 4", "2.5 3.5"];
 
-/// What a factor's levels stand on.
+/// Axis of a factor's levels.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Scale {
-    /// One beside the other; places are 0, 1, 2 and so on.
+    /// Names side by side, at positions 0, 1, 2 and so on.
     Names,
-    /// An axis of numbers.
+    /// A linear axis of numbers.
     Linear,
-    /// An axis of positive numbers, equal ratios the same distance apart.
+    /// A logarithmic axis of positive numbers.
     Logarithmic,
 }
 
-/// What came out at a level, or at several neighbouring ones.
+/// Outcomes at one level, or at several neighbouring ones.
 pub(crate) struct Column<'a> {
     pub(crate) label: &'a str,
     pub(crate) colour: &'a str,
-    /// Where its first and last level stand: the same place where it is one.
+    /// Positions of its first and last level; equal for a single level.
     pub(crate) from: f64,
     pub(crate) to: f64,
     /// The mean and its interval.
     pub(crate) mean: Spread,
-    /// The least, the quartiles and the greatest, to be drawn as a box.
+    /// Minimum, quartiles and maximum, to be drawn as a box.
     pub(crate) quartiles: Option<[f64; 5]>,
-    /// Places and values, to be drawn as points.
+    /// Positions and values, to be drawn as points.
     pub(crate) points: Vec<(f64, f64)>,
 }
 
-/// What came out at all levels.
+/// Outcomes at all levels.
 pub(crate) struct Outcomes<'a> {
     pub(crate) title: &'a str,
-    /// Names of the axes with their units.
+    /// Names of the axes, with their units.
     pub(crate) across: &'a str,
     pub(crate) up: &'a str,
     pub(crate) scale: Scale,
     pub(crate) columns: &'a [Column<'a>],
 }
 
-/// Colours and dashes of so many levels.
+/// Colours and dash patterns of `count` levels.
 pub(crate) fn level_styles(count: usize, is_ordered: bool) -> Vec<(String, &'static str)> {
     let colour = |level: usize| {
         if is_ordered && count > 1 {
@@ -78,7 +79,7 @@ pub(crate) fn level_styles(count: usize, is_ordered: bool) -> Vec<(String, &'sta
     (0..count).map(style).collect()
 }
 
-/// Both panels.
+/// Draws both panels.
 pub(crate) fn factor(title: &str, curves: &Panel<'_>, outcomes: &Outcomes<'_>) -> String {
     let names = Names::of(outcomes);
     let mut svg = Svg::new(WIDTH, HEIGHT + names.room, title);
@@ -87,13 +88,13 @@ pub(crate) fn factor(title: &str, curves: &Panel<'_>, outcomes: &Outcomes<'_>) -
     svg.finish()
 }
 
-/// The names of levels under the right panel.
+/// Names of levels under the right panel.
 struct Names {
-    /// Where they stand, and what they are.
+    /// Positions and names.
     ticks: Vec<(f64, String)>,
-    /// Whether they stand askew, for want of room beside each other.
+    /// Whether the names are slanted because they don't fit side by side.
     askew: bool,
-    /// What they need below.
+    /// Room that the names need below the axis, in pixels.
     room: f64,
 }
 
@@ -122,12 +123,12 @@ impl Names {
     }
 }
 
-/// A place on the axis.
+/// Position on the axis.
 fn place(scale: Scale, x: f64) -> f64 {
     if scale == Scale::Logarithmic { x.log10() } else { x }
 }
 
-/// The plane of the right panel.
+/// The coordinate system of the right panel.
 fn plane(outcomes: &Outcomes<'_>) -> Plot {
     let columns = outcomes.columns;
     let places = columns.iter().flat_map(|column| [column.from, column.to]);
@@ -153,7 +154,7 @@ fn plane(outcomes: &Outcomes<'_>) -> Plot {
     }
 }
 
-/// The least and the greatest of what is finite.
+/// Minimum and maximum of the finite values.
 fn ends(values: impl Iterator<Item = f64>) -> Option<(f64, f64)> {
     let mut ends: Option<(f64, f64)> = None;
     for value in values.filter(|value| value.is_finite()) {
@@ -186,7 +187,7 @@ fn levels(svg: &mut Svg, outcomes: &Outcomes<'_>, names: &Names) {
     }
 }
 
-/// Half the width of what is drawn at a level: clear of its neighbours'.
+/// Half-width of the drawing at a level, which keeps clear of its neighbours.
 fn half_width(outcomes: &Outcomes<'_>, plot: &Plot) -> f64 {
     let at = outcomes
         .columns
@@ -198,7 +199,7 @@ fn half_width(outcomes: &Outcomes<'_>, plot: &Plot) -> f64 {
     (0.36 * gaps.fold(f64::INFINITY, f64::min)).clamp(HALF.0, HALF.1)
 }
 
-/// Between what pixels a column is drawn.
+/// Left and right edge of a column in pixels.
 fn edges(scale: Scale, column: &Column<'_>, plot: &Plot, half: f64) -> (f64, f64) {
     let (from, to) = (plot.x(place(scale, column.from)), plot.x(place(scale, column.to)));
     if to > from {
@@ -208,7 +209,7 @@ fn edges(scale: Scale, column: &Column<'_>, plot: &Plot, half: f64) -> (f64, f64
     }
 }
 
-/// The lower axis.
+/// Draws the horizontal axis.
 fn axis(svg: &mut Svg, outcomes: &Outcomes<'_>, names: &Names, plot: &Plot) {
     if !names.ticks.is_empty() {
         if names.askew {
@@ -235,7 +236,7 @@ fn axis(svg: &mut Svg, outcomes: &Outcomes<'_>, names: &Names, plot: &Plot) {
     svg.words(at, 13.0, Anchor::Middle, &format!("fill=\"{INK}\""), outcomes.across);
 }
 
-/// Ticks with names, but for names that would run into the one before.
+/// Draws ticks, leaving out names that would overlap the one before.
 fn apart<'a>(svg: &mut Svg, plot: &Plot, ticks: impl Iterator<Item = (f64, &'a str)>) {
     let mut clear = f64::NEG_INFINITY;
     for (at, name) in ticks {
@@ -248,7 +249,7 @@ fn apart<'a>(svg: &mut Svg, plot: &Plot, ticks: impl Iterator<Item = (f64, &'a s
     }
 }
 
-/// Ticks with names that run up to them.
+/// Draws ticks with slanted names.
 fn askew(svg: &mut Svg, plot: &Plot, ticks: &[(f64, String)]) {
     for (at, name) in ticks {
         plot.tick(svg, *at, "");
@@ -257,7 +258,7 @@ fn askew(svg: &mut Svg, plot: &Plot, ticks: &[(f64, String)]) {
     }
 }
 
-/// Powers of ten in a range of logarithms, and 2 and 5 times these where there are few.
+/// Powers of ten in a range of logarithms, and 2 and 5 times those if there are few.
 fn decades(range: &Range) -> Vec<(f64, String)> {
     let factors: &[f64] = if range.high - range.low > 3.0 {
         &[1.0]
@@ -272,7 +273,7 @@ fn decades(range: &Range) -> Vec<(f64, String)> {
         .collect()
 }
 
-/// The middle half as a box with the median in it, and lines to the least and the greatest.
+/// Draws the interquartile range as a box with its median, and lines to minimum and maximum.
 fn quartile_box(svg: &mut Svg, plot: &Plot, colour: &str, (left, right): (f64, f64), quartiles: [f64; 5]) {
     let [least, lower, median, upper, greatest] = quartiles.map(|value| plot.y(value));
     let stroke = format!("stroke=\"{colour}\" stroke-width=\"1.3\"");
@@ -288,9 +289,10 @@ fn quartile_box(svg: &mut Svg, plot: &Plot, colour: &str, (left, right): (f64, f
     );
 }
 
-/// Runs as points. Those of one level lie side by side, so that equal ones are seen, always in the same way.
+/// Draws runs as points. Those of one level lie side by side so that equal ones are visible; the order is always the
+/// same.
 fn points(svg: &mut Svg, plot: &Plot, scale: Scale, column: &Column<'_>, half: f64) {
-    /// Multiples of it, without their whole parts, fill the width evenly from the first point on.
+    /// The fractional parts of its multiples fill the width evenly from the first point on.
     const GOLDEN: f64 = 0.618_033_988_749_894_8;
     let style = format!("fill=\"{}\" fill-opacity=\"0.42\"", column.colour);
     for (i, &(x, y)) in (1_u32..).zip(&column.points) {
@@ -303,7 +305,7 @@ fn points(svg: &mut Svg, plot: &Plot, scale: Scale, column: &Column<'_>, half: f
     }
 }
 
-/// The mean as a diamond, with its interval.
+/// Draws the mean as a diamond, with its interval.
 fn mean(svg: &mut Svg, plot: &Plot, column: &Column<'_>, (left, right): (f64, f64)) {
     const SIZE: f64 = 5.5;
     let Spread { low, mean, high } = column.mean;
@@ -316,7 +318,7 @@ fn mean(svg: &mut Svg, plot: &Plot, column: &Column<'_>, (left, right): (f64, f6
         svg.line((left, y), (right, y), &style);
     }
     if high > low {
-        // Clear of the points behind.
+        // Separates it from the points behind.
         let halo = "stroke=\"#ffffff\" stroke-width=\"4.5\" stroke-opacity=\"0.8\"";
         svg.line((x, plot.y(low)), (x, plot.y(high)), halo);
         let style = format!("stroke=\"{INK}\" stroke-width=\"1.6\"");

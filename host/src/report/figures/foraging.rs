@@ -1,4 +1,5 @@
-//! The round arena of foraging e-pucks, to scale: where the light can be, and the robots with how far they sense.
+//! The round arena of foraging e-pucks drawn to scale: positions of the light, and robots with the range of their
+//! sensors.
 
 use oneiro::foraging::{Foraging, Light};
 use oneiro::random::pcg4d;
@@ -7,15 +8,15 @@ use oneiro::swarm::Swarm;
 use super::arena::Sheet;
 use super::svg::{Anchor, INK, SOFT_INK, Svg, number};
 
-/// Room between arenas, around the light and above for the title, in pixels.
+/// Room between arenas, around the light, and above for the title, in pixels.
 const GAP: f64 = 24.0;
 const AROUND: f64 = 56.0;
 const HEAD: f64 = 56.0;
 const FOOT: f64 = 40.0;
-/// An arena's diameter: of three side by side, and of one alone.
+/// Diameter of an arena among three side by side, and of a single one.
 const SMALL: f64 = 232.0;
 const LARGE: f64 = 600.0;
-/// Where what explains the one alone begins, right of it.
+/// Room between a single arena and the key to its right.
 const KEY: f64 = 40.0;
 const WIDTH: f64 = 1060.0;
 const FLOOR: &str = "#f5f3ee";
@@ -25,10 +26,10 @@ const LAMP: &str = "#f2b51d";
 const ROBOT: &str = "#33363f";
 const PROXIMITY: &str = "#c8374f";
 const MESSAGE: &str = "#23528f";
-/// How far proximity sensors read, from the body, mm.
+/// Range of proximity sensors from the body, mm.
 const SIGHT: f64 = 70.0;
 
-/// The three scenarios of Figure 2: where the light is.
+/// The three scenarios of Figure 2, which differ in the position of the light.
 pub(crate) fn scenarios(title: &str, forager: &Foraging) -> String {
     let cell = SMALL + 2.0 * AROUND;
     let mut svg = Svg::new(3.0 * cell + 2.0 * GAP, HEAD + SMALL + FOOT, title);
@@ -76,7 +77,7 @@ pub(crate) fn scenarios(title: &str, forager: &Foraging) -> String {
     svg.finish()
 }
 
-/// The robots of Figure 4, each with how far its proximity sensors read, and one of them with how far messages reach.
+/// The robots of Figure 4, each with the range of its proximity sensors, and one with the range of messages.
 pub(crate) fn swarm(title: &str, swarm: &Swarm) -> String {
     let forager = &swarm.forager;
     let mut svg = Svg::new(WIDTH, HEAD + LARGE + FOOT, title);
@@ -91,7 +92,7 @@ pub(crate) fn swarm(title: &str, swarm: &Swarm) -> String {
         let style = format!("fill=\"{PROXIMITY}\" fill-opacity=\"0.07\" stroke=\"{PROXIMITY}\" stroke-opacity=\"0.5\"");
         svg.circle(sheet.place(at), (body + SIGHT) * scale, &style, "");
     }
-    // The one that hears most is shown to hear.
+    // The robot that hears most others is the one to show.
     let heard = |of: usize| -> Vec<usize> {
         let all = 0..robots.len();
         all.filter(|&other| other != of && distance(robots[of].0, robots[other].0) <= range)
@@ -118,7 +119,7 @@ pub(crate) fn swarm(title: &str, swarm: &Swarm) -> String {
     svg.finish()
 }
 
-/// What is drawn around robots, and how large it is.
+/// Draws the key to the marks around robots, with their sizes.
 fn key(svg: &mut Svg, swarm: &Swarm) {
     let forager = &swarm.forager;
     let left = AROUND + 20.0 + LARGE + KEY;
@@ -184,13 +185,13 @@ fn sheet(forager: &Foraging, corner: (f64, f64), side: f64) -> Sheet {
     Sheet::of((-radius, radius), (2.0 * radius, 2.0 * radius), corner, side)
 }
 
-/// Floor, nest, food and wall.
+/// Draws floor, nest, food and wall.
 fn arena(svg: &mut Svg, sheet: &Sheet, forager: &Foraging, food: &[(f64, f64)]) {
     let (arena, nest) = (f64::from(forager.arena_radius), f64::from(forager.nest_radius));
     let (centre, (right, _)) = (sheet.place((0.0, 0.0)), sheet.place((arena, 0.0)));
     let scale = (right - centre.0) / arena;
     svg.circle(centre, arena * scale, &format!("fill=\"{FLOOR}\""), "");
-    // Where the nest's circle meets the wall.
+    // The nest's circle meets the wall here.
     let x = 0.5 * nest * nest / arena - arena;
     let y = (arena * arena - x * x).max(0.0).sqrt();
     let [(left, upper), (_, lower)] = [sheet.place((x, y)), sheet.place((x, -y))];
@@ -215,7 +216,7 @@ fn arena(svg: &mut Svg, sheet: &Sheet, forager: &Foraging, food: &[(f64, f64)]) 
     );
 }
 
-/// A lamp with its rays.
+/// Draws a lamp with its rays.
 fn lamp(svg: &mut Svg, sheet: &Sheet, forager: &Foraging, light: Light) {
     let away = f64::from(forager.arena_radius + forager.lamp_behind_wall);
     let (x, y) = match light {
@@ -235,7 +236,7 @@ fn lamp(svg: &mut Svg, sheet: &Sheet, forager: &Foraging, light: Light) {
     svg.circle((x, y), 7.0, &format!("fill=\"{LAMP}\""), "lamp");
 }
 
-/// A length for scale, by its right end.
+/// Draws a scale bar, given its right end.
 fn ruler(svg: &mut Svg, (right, y): (f64, f64), scale: f64) {
     const LENGTH: f64 = 200.0;
     let left = right - LENGTH * scale;
@@ -258,9 +259,9 @@ fn distance(a: (f64, f64), b: (f64, f64)) -> f64 {
     (a.0 - b.0).hypot(a.1 - b.1)
 }
 
-/// Places and headings (turns) somewhere in a circle, always the same ones.
+/// Fixed pseudorandom positions and headings (turns) in a circle.
 fn places(radius: f64, what: u32) -> impl Iterator<Item = ((f64, f64), f64)> {
-    // So many that whatever fits into an arena finds its place.
+    // Enough for everything that fits into an arena to find a place.
     const TRIES: u32 = 20_000;
     (0..TRIES).filter_map(move |i| {
         let [x, y, heading, _] = pcg4d([i, what, 20, 14]).map(|word| f64::from(word) / f64::from(u32::MAX));
@@ -269,7 +270,7 @@ fn places(radius: f64, what: u32) -> impl Iterator<Item = ((f64, f64), f64)> {
     })
 }
 
-/// Food in the arena, outside the nest and for the picture's sake apart.
+/// Food in the arena, outside the nest, and spaced out for the sake of the picture.
 fn food(forager: &Foraging) -> Vec<(f64, f64)> {
     let (arena, radius) = (f64::from(forager.arena_radius), f64::from(forager.food_radius));
     let nest = f64::from(forager.nest_radius);
@@ -285,7 +286,7 @@ fn food(forager: &Foraging) -> Vec<(f64, f64)> {
     food
 }
 
-/// Robots and their headings (turns), none in another's way.
+/// Robots and their headings (turns), without overlaps.
 fn robots(swarm: &Swarm) -> Vec<((f64, f64), f64)> {
     let body = f64::from(swarm.forager.body_radius);
     let mut robots: Vec<((f64, f64), f64)> = Vec::new();

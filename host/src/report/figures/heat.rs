@@ -1,4 +1,4 @@
-//! A value for each pair of levels of two factors, as squares that are darker where it is greater.
+//! Values for each pair of levels of two factors, as squares that are darker for greater values.
 
 use super::plot::label_room;
 use super::svg::{Anchor, INK, SOFT_INK, Svg, ramp};
@@ -10,48 +10,48 @@ const DIGITS: usize = 4;
 const TOP: f64 = 78.0;
 const BOTTOM: f64 = 62.0;
 const RIGHT: f64 = 16.0;
-/// The least and the greatest width of a square, and what all of them have together if they can.
+/// Least and greatest width of a square, and the total width that the squares should have.
 const WIDTHS: (f64, f64) = (68.0, 132.0);
 const ALL: f64 = 900.0;
 const HEIGHT: f64 = 50.0;
-/// The least width of the whole picture: the key must fit in.
+/// Least width of the picture, so that the key fits in.
 const LEAST: f64 = 560.0;
-/// Width of a letter of a tick's name, about.
+/// Approximate width of a letter of a tick's name.
 const LETTER: f64 = 6.6;
-/// The key's width, and the parts that it is drawn in.
+/// Width of the key, and the number of its shades.
 const KEY: f64 = 160.0;
 const SHADES: u32 = 32;
 
 /// One of the two factors.
 pub(crate) struct Side<'a> {
     pub(crate) name: &'a str,
-    /// Its levels, from left to right or from below up.
+    /// Levels from left to right, or from bottom to top.
     pub(crate) levels: &'a [&'a str],
 }
 
-/// What runs of two levels have.
+/// Result of the runs with two levels.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Square {
-    /// Their mean; NaN where none of them has a number.
+    /// Mean; NaN if no run has a value.
     pub(crate) mean: f64,
-    /// How many have one; where none has, how many there are.
+    /// Number of runs with a value; if none has one, number of all runs.
     pub(crate) runs: usize,
 }
 
-/// Two factors and the values of all pairs of their levels.
+/// Two factors and the values for all pairs of their levels.
 pub(crate) struct HeatMap<'a> {
     pub(crate) across: Side<'a>,
     pub(crate) up: Side<'a>,
-    /// What the values are, with their unit.
+    /// Name of the value with its unit.
     pub(crate) value: &'a str,
-    /// What is shown lightest and darkest.
+    /// Values of the lightest and the darkest shade.
     pub(crate) low: f64,
     pub(crate) high: f64,
-    /// Row by row from below, each from left to right; none where there is no run.
+    /// Squares by row from the bottom, each row from left to right; `None` if there is no run.
     pub(crate) squares: &'a [Option<Square>],
 }
 
-/// The squares with their numbers; the greatest has a frame.
+/// Draws the squares with their numbers; the greatest has a frame.
 pub(crate) fn heat_map(map: &HeatMap<'_>) -> String {
     let columns = map.across.levels.len().max(1);
     let rows = map.squares.len().div_ceil(columns);
@@ -84,10 +84,10 @@ pub(crate) fn heat_map(map: &HeatMap<'_>) -> String {
     svg.finish()
 }
 
-/// The frame of the greatest: no other thing in the picture has its colour.
+/// Colour of the greatest value's frame, used for nothing else in the picture.
 const FRAME: &str = "#d98e04";
 
-/// Where the greatest value stands, the first of equal ones.
+/// Index of the greatest value, and of the first one if several are equal.
 fn best(squares: &[Option<Square>]) -> Option<usize> {
     let mut best: Option<(usize, f64)> = None;
     for (place, square) in squares.iter().enumerate() {
@@ -101,7 +101,7 @@ fn best(squares: &[Option<Square>]) -> Option<usize> {
     best.map(|(place, _)| place)
 }
 
-/// How far from the lightest to the darkest a value is.
+/// Position of a value between the lightest (0) and the darkest (1) shade.
 fn share(map: &HeatMap<'_>, value: f64) -> f64 {
     if map.high > map.low {
         (value - map.low) / (map.high - map.low)
@@ -144,7 +144,7 @@ fn draw(svg: &mut Svg, map: &HeatMap<'_>, square: Option<&Square>, (x, y): (f64,
     );
 }
 
-/// What the shades mean.
+/// Draws the key to the shades.
 fn key(svg: &mut Svg, map: &HeatMap<'_>, left: f64) {
     if !map.high.is_finite() || !map.low.is_finite() {
         return;
@@ -162,7 +162,7 @@ fn key(svg: &mut Svg, map: &HeatMap<'_>, left: f64) {
     svg.words((from + KEY + 8.0, 51.0), 12.0, Anchor::Start, &soft, &words(map.high));
 }
 
-/// Both factors' names and levels.
+/// Draws the names and levels of both factors.
 fn names(svg: &mut Svg, map: &HeatMap<'_>, (left, bottom): (f64, f64), (width, rows): (f64, usize)) {
     let soft = format!("fill=\"{SOFT_INK}\"");
     let ink = format!("fill=\"{INK}\"");
@@ -232,7 +232,7 @@ mod tests {
     fn the_greatest_is_darkest_and_has_the_frame() {
         let text = map(&[Some(square(1.0, 1)), Some(square(3.0, 1)), Some(square(3.0, 1)), None]);
         assert_eq!(text.matches(FRAME).count(), 1);
-        // The second of the lower row.
+        // The second square of the lower row.
         let frame = text.lines().find(|line| line.contains(FRAME)).expect("a frame");
         let left = 40.0 + label_room(["small"].into_iter()) + WIDTHS.1 + 2.0;
         assert!(

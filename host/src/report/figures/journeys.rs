@@ -1,28 +1,28 @@
-//! Pairs of paths from one start, in simulation and in reality, each pair in its arena.
+//! Pairs of paths from the same start, in simulation and in reality, each pair in an arena of its own.
 
 use oneiro::arena::Arena;
 
 use super::arena::Sheet;
 use super::svg::{Anchor, INK, Svg};
 
-/// The longer side of an arena, in pixels.
+/// Longer side of an arena, in pixels.
 const SIDE: f64 = 320.0;
 const COLUMNS: usize = 3;
 const MARGIN: f64 = 20.0;
 const GAP: (f64, f64) = (28.0, 44.0);
 const TOP: f64 = 34.0;
 const BOTTOM: f64 = 14.0;
-/// Of a simulated path.
+/// Dash pattern of simulated paths.
 const DASH: &str = "5 3.5";
 
-/// Two paths of one controller, mm.
+/// Two paths of one controller, in mm.
 pub(crate) struct Journey<'a> {
     pub(crate) label: String,
     pub(crate) simulated: &'a [[f32; 2]],
     pub(crate) real: &'a [[f32; 2]],
 }
 
-/// A panel a journey and one that explains them. `body_radius` in mm.
+/// Draws a panel for each journey and one with the key. `body_radius` is in mm.
 pub(crate) fn journeys(arena: &Arena, body_radius: f32, title: &str, colour: &str, journeys: &[Journey<'_>]) -> String {
     let extent = Sheet::within(arena, (0.0, 0.0), SIDE).extent();
     let corner = |panel: usize| {
@@ -33,7 +33,7 @@ pub(crate) fn journeys(arena: &Arena, body_radius: f32, title: &str, colour: &st
     };
     let rows = (journeys.len() + 1).div_ceil(COLUMNS);
     let width = 2.0 * MARGIN + COLUMNS as f64 * SIDE + (COLUMNS - 1) as f64 * GAP.0;
-    // The words that explain need room beside narrow arenas too.
+    // The key needs room beside narrow arenas too.
     let height = (TOP + rows as f64 * (extent.1 + GAP.1) - GAP.1 + BOTTOM).max(TOP + 130.0);
     let mut svg = Svg::new(width, height, title);
     for (panel, journey) in journeys.iter().enumerate() {
@@ -77,7 +77,7 @@ fn draw(svg: &mut Svg, sheet: &Sheet, arena: &Arena, body_radius: f64, colour: &
     svg.words((corner.0, corner.1 - 9.0), 13.0, Anchor::Start, &style, &journey.label);
 }
 
-/// What lines and circles mean.
+/// Draws the key to lines and circles.
 fn key(svg: &mut Svg, (left, top): (f64, f64), colour: &str) {
     let ink = format!("fill=\"{INK}\"");
     let (left, end) = (left + 12.0, left + 62.0);

@@ -1,4 +1,4 @@
-//! Pictures, as SVG text, and a page that plays a swarm: each function takes data and returns a whole file.
+//! Pictures as SVG text, and a page that plays a swarm: each function takes data and returns a whole file.
 
 mod arena;
 mod bands;
@@ -25,9 +25,9 @@ pub(crate) use svg::escaped;
 pub(crate) use swarm::{Genes, SwarmReplay, swarm_page};
 pub(crate) use tables::sensor_table;
 
-/// Why an object that is not round needs a sample for each point of view: Figure 4 of the 1995 study.
+/// Why an object that isn't round needs a sample for each point of view: Figure 4 of the 1995 study.
 pub(crate) const POINTS_OF_VIEW: &str = include_str!("points_of_view.svg");
 /// How a simulator and its controllers evolve on a robot, numbered as in the caption of Figure 1 of the 2014 study.
 pub(crate) const COEVOLUTION: &str = include_str!("coevolution.svg");
-/// Layers of behaviours, of which higher ones take over from lower ones: Figure 3 of the 2014 study.
+/// Layers of behaviours, of which higher ones override lower ones: Figure 3 of the 2014 study.
 pub(crate) const SUBSUMPTION: &str = include_str!("subsumption.svg");

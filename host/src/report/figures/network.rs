@@ -1,4 +1,4 @@
-//! A network without hidden units: eight sensors and a bias, two motors, and what weighs how much.
+//! A network without hidden units: eight sensors and a bias, two motors, and the weights between them.
 
 use oneiro::tables::SENSORS;
 
@@ -7,21 +7,22 @@ use super::tables::NAMES;
 
 const WIDTH: f64 = 900.0;
 const HEIGHT: f64 = 470.0;
-/// Centres of the first input, and of the inputs' and outputs' rows.
+/// Centre of the first input, and rows of the inputs and outputs.
 const FIRST: f64 = 130.0;
 const INPUTS: f64 = 290.0;
 const OUTPUTS: f64 = 74.0;
-/// Between two inputs.
+/// Distance between two inputs.
 const STEP: f64 = 84.0;
 const RADIUS: f64 = 17.0;
-/// The greatest weight's line.
+/// Line width of the greatest weight.
 const WIDEST: f64 = 9.0;
-/// Weights above and below nothing, and none.
+/// Colours of positive, negative and missing weights.
 const FORWARDS: &str = "#2a7f8f";
 const BACKWARDS: &str = "#c8563b";
 const UNKNOWN: &str = "#c9ccd3";
 
-/// `weights`: eight and a bias for the left motor, then for the right one; lines of what is missing are grey.
+/// Draws a network. `weights` are eight and a bias for the left motor, then for the right one; missing ones are drawn
+/// grey.
 pub(crate) fn network(title: &str, weights: &[f32]) -> String {
     let mut svg = Svg::new(WIDTH, HEIGHT, title);
     let greatest = weights.iter().map(|weight| f64::from(weight.abs())).fold(0.0, f64::max);
@@ -51,7 +52,7 @@ pub(crate) fn network(title: &str, weights: &[f32]) -> String {
     svg.rectangle((x - 0.5 * side, INPUTS - 0.5 * side), (side, side), &node);
     svg.words((x, INPUTS + 4.5), 13.0, Anchor::Middle, &ink, "1");
     svg.words((x, INPUTS + RADIUS + 18.0), 12.0, Anchor::Middle, &ink, "bias");
-    // The same as numbers.
+    // The weights as numbers.
     for (output, words) in ["to the left", "to the right"].iter().enumerate() {
         let y = INPUTS + RADIUS + 52.0 + 24.0 * output as f64;
         svg.words((FIRST - 0.62 * STEP, y), 12.0, Anchor::End, &soft, words);
@@ -87,7 +88,7 @@ pub(crate) fn network(title: &str, weights: &[f32]) -> String {
     svg.finish()
 }
 
-/// How a weight's line is drawn.
+/// Style of a weight's line.
 fn link(weight: Option<f64>, greatest: f64) -> String {
     let Some(weight) = weight else {
         return format!("stroke=\"{UNKNOWN}\" stroke-width=\"1\"");

@@ -1,13 +1,13 @@
-//! A plane with axes, and lines in it.
+//! A coordinate system with axes, and lines in it.
 
 use super::svg::{Anchor, INK, SOFT_INK, Svg, number, tick_step};
 
 /// Least distance of two labels, in pixels.
 pub(super) const LABEL_GAP: f64 = 17.0;
-/// Width of a letter of a label, about, in pixels.
+/// Approximate width of a letter of a label, in pixels.
 const LETTER: f64 = 7.6;
 
-/// What an axis shows.
+/// Range of an axis.
 pub(super) struct Range {
     pub(super) low: f64,
     pub(super) high: f64,
@@ -15,7 +15,7 @@ pub(super) struct Range {
 }
 
 impl Range {
-    /// From one value to another, with a tick about every `count`th part.
+    /// A range from one value to another, with about `count` ticks.
     pub(super) fn between(low: f64, high: f64, count: u32) -> Self {
         let high = if high > low { high } else { low + 1.0 };
         Self {
@@ -25,7 +25,7 @@ impl Range {
         }
     }
 
-    /// Holds 0 and all values that are finite, and ends above with a tick.
+    /// A range that contains 0 and all finite values and ends with a tick at the top.
     pub(super) fn holding(values: impl Iterator<Item = f64>, count: u32) -> Self {
         let (low, high) = values
             .filter(|value| value.is_finite())
@@ -34,21 +34,21 @@ impl Range {
             });
         let Self { low, high, step } = Self::between(low, high, count);
         Self {
-            // A little below nothing shall not cost a whole step of height.
+            // Values slightly below 0 don't get a whole step of height.
             low: low - if low < 0.0 { 0.1 * step } else { 0.0 },
             high: (high / step).ceil() * step,
             step,
         }
     }
 
-    /// Holds both values and what is between, and 0 unless both are farther from it than from each other; begins and
-    /// ends with a tick, but for a little below 0.
+    /// A range that contains both values and everything between, and 0 unless both are farther from it than from each
+    /// other. It begins and ends with a tick, except slightly below 0.
     pub(super) fn around(low: f64, high: f64, count: u32) -> Self {
         let nearest = if low > 0.0 { low } else { -high };
         if nearest <= high - low || !(high - low).is_finite() {
             return Self::holding([low, high].into_iter(), count);
         }
-        // What is the same everywhere has room to both sides.
+        // A constant value gets room on both sides.
         let room = if high > low { 0.0 } else { 0.05 * nearest };
         let step = tick_step(high - low + 2.0 * room, count);
         Self {
@@ -58,7 +58,7 @@ impl Range {
         }
     }
 
-    /// A multiple of the step, with as many decimals as the step asks for, and two where it asks for none.
+    /// Formats a tick with as many decimals as the step needs, and with two if it needs none.
     pub(super) fn words(&self, tick: f64) -> String {
         let mut decimals = 2;
         while decimals < 12 && self.step * 10_f64.powi(decimals) < 0.999 {
@@ -84,7 +84,7 @@ impl Range {
     }
 }
 
-/// How values become pixels: the plot's edges, and what stretches between them.
+/// Mapping from values to pixels: the plot's edges and the ranges between them.
 pub(super) struct Plot {
     pub(super) left: f64,
     pub(super) right: f64,
@@ -103,7 +103,7 @@ impl Plot {
         self.bottom - self.up.share(value) * (self.bottom - self.top)
     }
 
-    /// Both axes with their names.
+    /// Draws both axes with their names.
     pub(super) fn axes(&self, svg: &mut Svg, across: &str, up: &str) {
         self.ground(svg, up);
         for tick in self.across.ticks() {
@@ -113,7 +113,7 @@ impl Plot {
         svg.words(at, 13.0, Anchor::Middle, &format!("fill=\"{INK}\""), across);
     }
 
-    /// A place on the lower axis with its name.
+    /// Draws a tick of the horizontal axis with its name.
     pub(super) fn tick(&self, svg: &mut Svg, at: f64, name: &str) {
         let (x, bottom) = (self.x(at), self.bottom);
         svg.line((x, bottom), (x, bottom + 5.0), &format!("stroke=\"{SOFT_INK}\""));
@@ -121,7 +121,7 @@ impl Plot {
         svg.words((x, bottom + 20.0), 12.0, Anchor::Middle, &style, name);
     }
 
-    /// The upper axis with its name, and the line that the lower one stands on.
+    /// Draws the vertical axis with its name, and the base line of the horizontal one.
     pub(super) fn ground(&self, svg: &mut Svg, up: &str) {
         let &Self {
             left,
@@ -148,8 +148,8 @@ impl Plot {
         svg.turned((x, 0.5 * (top + bottom)), 13.0, &ink, up);
     }
 
-    /// A line through values, with gaps where one is not finite; a value between gaps becomes a dot that is named
-    /// when it is pointed at.
+    /// Draws a line through values, with gaps for values that aren't finite. An isolated value becomes a dot with its
+    /// name as a tooltip.
     pub(super) fn line(&self, svg: &mut Svg, values: &[(f64, f64)], colour: &str, style: &str, name: &str) {
         let style = format!("stroke=\"{colour}\" stroke-linejoin=\"round\" stroke-linecap=\"round\" {style}");
         for piece in values.split(|(_, value)| !value.is_finite()) {
@@ -161,8 +161,8 @@ impl Plot {
         }
     }
 
-    /// Names beside the right ends of lines, moved apart where they would overlap: the lines' last values, names and
-    /// colours.
+    /// Draws names beside the right ends of lines, moved apart to avoid overlaps. `ends` has the lines' last values,
+    /// names and colours.
     pub(super) fn labels<'a>(&self, svg: &mut Svg, ends: impl Iterator<Item = (f64, &'a str, &'a str)>) {
         let mut labels: Vec<(f64, &str, &str)> = ends
             .map(|(value, name, colour)| (self.y(value), name, colour))
@@ -184,7 +184,7 @@ impl Plot {
     }
 }
 
-/// The room right of a plot that names take.
+/// Room that names take to the right of a plot.
 pub(super) fn label_room<'a>(names: impl Iterator<Item = &'a str>) -> f64 {
     let letters = names.map(|name| name.chars().count()).max().unwrap_or(0);
     26.0 + LETTER * letters as f64

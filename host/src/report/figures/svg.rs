@@ -1,15 +1,15 @@
-//! Just enough SVG: elements with attributes, numbers of two decimals, escaped text.
+//! Just enough SVG: elements with attributes, numbers with two decimals, escaped text.
 
 use std::fmt::Write;
 
-/// What letters are set in.
+/// Fonts of all text.
 const FONT: &str = "system-ui, -apple-system, 'Segoe UI', 'Helvetica Neue', 'DejaVu Sans', Arial, sans-serif";
-/// Words and axes.
+/// Colour of text and axes.
 pub(super) const INK: &str = "#33363f";
-/// Words of less weight.
+/// Colour of secondary text.
 pub(super) const SOFT_INK: &str = "#74777f";
 
-/// Where a text stands relative to its point.
+/// Alignment of a text relative to its point.
 #[derive(Clone, Copy)]
 pub(super) enum Anchor {
     Start,
@@ -17,13 +17,13 @@ pub(super) enum Anchor {
     End,
 }
 
-/// A picture under construction, in pixels, y down.
+/// A picture in the making, in pixels, with y down.
 pub(super) struct Svg {
     text: String,
 }
 
 impl Svg {
-    /// A white sheet; the title is read out to those who can't see the picture.
+    /// A white sheet; screen readers read its title aloud.
     pub(super) fn new(width: f64, height: f64, title: &str) -> Self {
         let mut text = String::new();
         let (width, height) = (number(width), number(height));
@@ -38,13 +38,13 @@ impl Svg {
         Self { text }
     }
 
-    /// An element as it is, such as a `<g ..>` or its end.
+    /// Adds raw markup, such as `<g ..>` or its end tag.
     pub(super) fn raw(&mut self, element: &str) {
         self.text.push_str(element);
         self.text.push('\n');
     }
 
-    /// A straight line.
+    /// Draws a straight line.
     pub(super) fn line(&mut self, from: (f64, f64), to: (f64, f64), style: &str) {
         self.raw(&format!(
             "<line x1=\"{}\" y1=\"{}\" x2=\"{}\" y2=\"{}\" {style}/>",
@@ -55,7 +55,7 @@ impl Svg {
         ));
     }
 
-    /// A rectangle by its upper left corner.
+    /// Draws a rectangle from its upper left corner.
     pub(super) fn rectangle(&mut self, at: (f64, f64), size: (f64, f64), style: &str) {
         self.raw(&format!(
             "<rect x=\"{}\" y=\"{}\" width=\"{}\" height=\"{}\" {style}/>",
@@ -66,7 +66,7 @@ impl Svg {
         ));
     }
 
-    /// A circle, with a text that shows when it is pointed at.
+    /// Draws a circle with a tooltip.
     pub(super) fn circle(&mut self, at: (f64, f64), radius: f64, style: &str, hint: &str) {
         let (x, y, radius) = (number(at.0), number(at.1), number(radius));
         if hint.is_empty() {
@@ -79,19 +79,19 @@ impl Svg {
         }
     }
 
-    /// A line through points, not filled.
+    /// Draws a line through points, unfilled.
     pub(super) fn polyline(&mut self, points: impl IntoIterator<Item = (f64, f64)>, style: &str) {
         let points = joined(points);
         self.raw(&format!("<polyline points=\"{points}\" fill=\"none\" {style}/>"));
     }
 
-    /// A filled shape through points.
+    /// Draws a filled polygon.
     pub(super) fn polygon(&mut self, points: impl IntoIterator<Item = (f64, f64)>, style: &str) {
         let points = joined(points);
         self.raw(&format!("<polygon points=\"{points}\" {style}/>"));
     }
 
-    /// A line of text.
+    /// Draws a line of text.
     pub(super) fn words(&mut self, at: (f64, f64), size: f64, anchor: Anchor, style: &str, words: &str) {
         let anchor = match anchor {
             Anchor::Start => "start",
@@ -107,26 +107,26 @@ impl Svg {
         ));
     }
 
-    /// A line of text that runs upwards, around its middle.
+    /// Draws a vertical line of text that reads upwards, centred on its point.
     pub(super) fn turned(&mut self, (x, y): (f64, f64), size: f64, style: &str, words: &str) {
         let style = format!("{style} transform=\"rotate(-90 {} {})\"", number(x), number(y));
         self.words((x, y), size, Anchor::Middle, &style, words);
     }
 
-    /// A line of text that ends at a point and runs up to it.
+    /// Draws a slanted line of text that rises to its point and ends there.
     pub(super) fn askew(&mut self, (x, y): (f64, f64), size: f64, style: &str, words: &str) {
         let style = format!("{style} transform=\"rotate(-35 {} {})\"", number(x), number(y));
         self.words((x, y), size, Anchor::End, &style, words);
     }
 
-    /// The file.
+    /// Returns the file's text.
     pub(super) fn finish(mut self) -> String {
         self.text.push_str("</svg>\n");
         self.text
     }
 }
 
-/// Points as the attribute `points` has them.
+/// Formats points for the attribute `points`.
 fn joined(points: impl IntoIterator<Item = (f64, f64)>) -> String {
     let points: Vec<String> = points
         .into_iter()
@@ -135,7 +135,7 @@ fn joined(points: impl IntoIterator<Item = (f64, f64)>) -> String {
     points.join(" ")
 }
 
-/// A number with at most two decimals; what is not finite has no place in a picture and becomes 0.
+/// Formats a number with at most two decimals; a number that isn't finite becomes 0.
 pub(super) fn number(x: f64) -> String {
     if !x.is_finite() {
         return "0".to_owned();
@@ -145,7 +145,7 @@ pub(super) fn number(x: f64) -> String {
     if text == "-0" { "0".to_owned() } else { text.to_owned() }
 }
 
-/// Text as it may stand in an element.
+/// Escapes text for use in an element.
 pub(crate) fn escaped(text: &str) -> String {
     text.chars().fold(String::with_capacity(text.len()), |mut escaped, c| {
         match c {
@@ -160,7 +160,7 @@ pub(crate) fn escaped(text: &str) -> String {
     })
 }
 
-/// The colour at `share` (0 to 1) of a row of evenly spaced red-green-blue stops.
+/// Colour at `share` (0 to 1) of evenly spaced red-green-blue stops.
 pub(super) fn ramp(stops: &[[u8; 3]], share: f64) -> String {
     let Some(last) = stops.len().checked_sub(1) else {
         return INK.to_owned();

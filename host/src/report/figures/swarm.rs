@@ -1,8 +1,8 @@
-//! A page that plays what a swarm did: one file of HTML that needs nothing else.
+//! A self-contained HTML page that plays what a swarm did.
 //!
-//! Its data are JSON in which long rows of numbers are Base64 of little-endian integers of 16 bits: fifty minutes of
-//! ten robots, a line each second, are half a megabyte. Poses are rounded to a tenth of a millimetre (one millimetre in
-//! arenas of more than 3 m across) and 1/65536 turn; nothing that is counted is rounded.
+//! Its data are JSON in which long lists of numbers are Base64 of little-endian 16-bit integers: fifty minutes of ten
+//! robots with a line per second take half a megabyte. Poses are rounded to 0.1 mm (1 mm in arenas more than 3 m
+//! across) and 1/65536 turn; counts are exact.
 
 use std::collections::BTreeMap;
 
@@ -12,47 +12,46 @@ use serde_json::{Value, json};
 
 use super::svg::{escaped, number};
 
-/// The page, with `{{name}}` where what it is filled with stands.
+/// The page, with `{{name}}` as placeholders.
 const PAGE: &str = include_str!("swarm.html");
 const STYLE: &str = include_str!("swarm.css");
 const SCRIPT: &str = include_str!("swarm.js");
-/// Arenas up to this radius, mm, have poses in tenths of millimetres.
+/// Arena radius in mm up to which poses are in tenths of millimetres.
 const FINE: f32 = 1600.0;
 
-/// What a swarm did.
+/// Record of a swarm, to be played.
 pub(crate) struct SwarmReplay<'a> {
-    /// Above the page.
+    /// Title of the page.
     pub(crate) title: &'a str,
-    /// The world.
+    /// World of the swarm.
     pub(crate) swarm: &'a Swarm,
-    /// Its light.
     pub(crate) lamp: Lamp,
-    /// Cycles from line to line; the first line is after so many.
+    /// Cycles between lines; the first line is after `every` cycles.
     pub(crate) every: u32,
-    /// What was seen.
+    /// Recorded lines of the trace.
     pub(crate) lines: &'a [Line],
-    /// What genes each robot had, in the order of cycles; nothing if robots do not evolve.
+    /// Each robot's genes in the order of cycles; empty if robots don't evolve.
     pub(crate) genes: &'a [Vec<Genes>],
 }
 
-/// The genes that a robot has from a cycle on.
+/// Genes of a robot from a cycle on.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Genes {
-    /// The first cycle.
+    /// First cycle.
     pub(crate) cycle: u32,
-    /// Its simulator's.
+    /// Gene of its simulator.
     pub(crate) s0: f32,
-    /// Its controller's with food.
+    /// Gene of its controller when carrying food.
     pub(crate) g0: f32,
-    /// Its controller's without.
+    /// Gene of its controller when carrying none.
     pub(crate) g1: f32,
 }
 
-/// The page.
+/// Makes the page.
 pub(crate) fn swarm_page(replay: &SwarmReplay<'_>) -> String {
     let title = escaped(replay.title);
     let lead = escaped(&lead(replay));
-    // In a script element, a less-than sign might begin the element's end.
+    // In a script element, a less-than sign could begin the end tag.
     let data = data(replay).to_string().replace('<', "\\u003c");
     filled(
         PAGE,
@@ -66,7 +65,7 @@ pub(crate) fn swarm_page(replay: &SwarmReplay<'_>) -> String {
     )
 }
 
-/// A text whose `{{name}}` are replaced; what they are replaced by stays as it is, whatever stands in it.
+/// Replaces each `{{name}}` of a template. Placeholders in replacements stay as they are.
 fn filled(template: &str, parts: &[(&str, &str)]) -> String {
     let mut rest = template;
     let mut text = String::new();
@@ -79,7 +78,7 @@ fn filled(template: &str, parts: &[(&str, &str)]) -> String {
     text + rest
 }
 
-/// What stands below the title.
+/// Text below the title.
 fn lead(replay: &SwarmReplay<'_>) -> String {
     let SwarmReplay {
         swarm, every, lines, ..
@@ -101,7 +100,7 @@ fn lead(replay: &SwarmReplay<'_>) -> String {
     )
 }
 
-/// Everything that the script reads.
+/// All data for the script.
 fn data(replay: &SwarmReplay<'_>) -> Value {
     let SwarmReplay {
         swarm, every, lines, ..
@@ -111,7 +110,7 @@ fn data(replay: &SwarmReplay<'_>) -> Value {
     let robots = || lines.iter().flat_map(|line| &line.robots);
     let food = || lines.iter().flat_map(|line| &line.food);
     let length = |mm: f32| (f64::from(mm) / unit).round() as i16 as u16;
-    // Keys in a fixed order, that of the alphabet.
+    // Keys in alphabetical order, so that the page is always the same.
     let facts: BTreeMap<&str, Value> = BTreeMap::from([
         ("robots", json!(swarm.robots)),
         ("lines", json!(lines.len())),
@@ -125,19 +124,19 @@ fn data(replay: &SwarmReplay<'_>) -> Value {
         ("range", json!(swarm.range)),
         ("lights", lights(replay.lamp)),
         ("genes", genes(replay.genes)),
-        // mm of a step of what follows.
+        // Unit of positions, mm.
         ("unit", json!(unit)),
-        // Of each line, of each robot.
+        // For each line, for each robot.
         ("x", json!(packed(robots().map(|seen| length(seen.x))))),
         ("y", json!(packed(robots().map(|seen| length(seen.y))))),
         ("heading", json!(packed(robots().map(|seen| turns(seen.heading))))),
         ("state", json!(packed(robots().map(state)))),
-        // Tenths.
+        // In tenths.
         (
             "earned",
             json!(packed(robots().map(|seen| (10.0 * seen.earned).round() as u16))),
         ),
-        // Of each line, of each item.
+        // For each line, for each item.
         ("food_x", json!(packed(food().map(|at| length(at[0]))))),
         ("food_y", json!(packed(food().map(|at| length(at[1]))))),
         ("heard", json!(packed(lines.iter().flat_map(heard)))),
@@ -145,7 +144,7 @@ fn data(replay: &SwarmReplay<'_>) -> Value {
     json!(facts)
 }
 
-/// From which cycle on the light is where.
+/// Positions of the light with the cycles from which they hold.
 fn lights(lamp: Lamp) -> Value {
     let name = |light| match light {
         Light::OverNest => "over",
@@ -158,9 +157,9 @@ fn lights(lamp: Lamp) -> Value {
     json!([[0, name(lamp.first)], [lamp.moves, name(lamp.then)]])
 }
 
-/// Of each robot its changes: the cycle, S0, G0, G1, and in which third each of them is.
+/// Changes of each robot's genes: cycle, S0, G0, G1, and the third that each of them is in.
 fn genes(robots: &[Vec<Genes>]) -> Value {
-    // All three have the same thirds; asked of whom the kernels have them from, so that rounding is theirs.
+    // All three have the same thirds. The kernels' source of the thirds is used, so that rounding agrees.
     let third = |gene| match Light::of_gene(gene) {
         Light::OppositeNest => 0,
         Light::Nowhere => 1,
@@ -176,12 +175,12 @@ fn genes(robots: &[Vec<Genes>]) -> Value {
         .collect()
 }
 
-/// A heading in 1/65536 turn.
+/// Converts a heading to 1/65536 turn.
 fn turns(heading: f32) -> u16 {
     (f64::from(heading).rem_euclid(1.0) * 65_536.0).round() as u32 as u16
 }
 
-/// From the lowest bit: 3 of what it does, 1 of whether it carries food, 12 of the food that it brought.
+/// State in bits, from the lowest: 3 for its behaviour, 1 for whether it carries food, 12 for the food it has brought.
 fn state(seen: &Seen) -> u16 {
     let behaviour = match seen.behaviour {
         Behaviour::FleeLight => 0,
@@ -193,7 +192,8 @@ fn state(seen: &Seen) -> u16 {
     behaviour | u16::from(seen.carries) << 3 | (seen.brought.min(0xfff) as u16) << 4
 }
 
-/// Who heard whom: how many pairs there are, then each with the hearer in its upper half and whom it heard below.
+/// Who heard whom: the number of pairs, then each pair with the hearer in the upper half and the robot it heard in the
+/// lower half.
 fn heard(line: &Line) -> Vec<u16> {
     let mut words = vec![0];
     for (hearer, seen) in line.robots.iter().enumerate() {
@@ -204,7 +204,7 @@ fn heard(line: &Line) -> Vec<u16> {
     words
 }
 
-/// Base64 of little-endian integers.
+/// Encodes little-endian integers as Base64.
 fn packed(words: impl Iterator<Item = u16>) -> String {
     const DIGITS: &[u8; 64] = b"ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
     let bytes: Vec<u8> = words.flat_map(u16::to_le_bytes).collect();
@@ -239,7 +239,7 @@ mod tests {
 
     use super::*;
 
-    /// What robots did, with genes that were made up.
+    /// A made-up record of a swarm with made-up genes.
     struct Life {
         swarm: Swarm,
         lamp: Lamp,
@@ -249,7 +249,7 @@ mod tests {
     }
 
     impl Life {
-        /// So many robots, whose genes change each minute; the light moves half-way.
+        /// `robots` robots whose genes change every minute; the light moves half-way through.
         fn of(robots: u32, seconds: u32, every: u32) -> Self {
             let cycles = seconds * SECOND;
             let swarm = Swarm::odowd2014(robots);
@@ -276,7 +276,7 @@ mod tests {
                 let mut orders = Vec::new();
                 for (robot, changes) in (0..).zip(&mut genes) {
                     let [s0, g0, g1] = [0, 1, 2].map(|which| gene(robot, now, which) as f32 / 100.0);
-                    // Robots are switched on one after the other.
+                    // Robots are switched on one after another.
                     let at = if now == 0 { robot % 5 * SECOND } else { now };
                     changes.push(Genes { cycle: at, s0, g0, g1 });
                     orders.push(Order {
@@ -310,7 +310,7 @@ mod tests {
         }
     }
 
-    /// The data of a page.
+    /// Reads the data of a page.
     fn read(page: &str) -> Value {
         let (_, after) = page
             .split_once("<script type=\"application/json\" id=\"replay\">")
@@ -436,7 +436,7 @@ mod tests {
         assert!(page.len() < 1_000_000, "{}", page.len());
     }
 
-    /// A browser that runs without a screen, if there is one.
+    /// A browser that runs without a display, if one is installed.
     fn browser() -> Option<PathBuf> {
         let folders: Vec<PathBuf> = std::env::split_paths(&std::env::var_os("PATH")?).collect();
         ["chromium", "chromium-browser", "google-chrome"]
@@ -445,7 +445,7 @@ mod tests {
             .find(|path| path.is_file())
     }
 
-    /// What a page's elements are once its scripts ran.
+    /// The page's elements after its scripts have run.
     fn opened(browser: &Path, folder: &Path, page: &str) -> String {
         fs::create_dir_all(folder).unwrap();
         let (file, elements) = (folder.join("page.html"), folder.join("elements.html"));
@@ -481,11 +481,11 @@ mod tests {
         };
         let life = Life::of(10, 120, 10);
         let page = swarm_page(&life.replay());
-        // Without a screen there are no frames: a timer's do.
+        // Without a display there are no frames, so a timer replaces them.
         let frames = "<head><script>\n\
             window.requestAnimationFrame = (then) => setTimeout(() => then(performance.now()), 16);\n\
             </script>";
-        // What was drawn, what keys and clicks did, or what went wrong, as an element's text.
+        // Reports drawings and the effects of keys and clicks, or an error, as an element's text.
         let ask = "<pre id=\"told\"></pre><script>\n\
             const told = document.getElementById('told');\n\
             const at = (id) => document.getElementById(id);\n\
@@ -519,7 +519,7 @@ mod tests {
         let drawn = told["drawn"].as_array().unwrap();
         assert_eq!(drawn.len(), 8);
 
-        // Half a step of packing, and what the canvas rounds.
+        // Half a step of packing, plus the canvas's rounding.
         let (length, turn) = (0.05 + 0.005, 0.5 / 65_536.0 + 1e-6);
         let near = |value: &Value, expected: f64, tolerance: f64| {
             let value = value.as_f64().unwrap();
@@ -553,7 +553,7 @@ mod tests {
                 near(&item[1], f64::from(place[1]), length);
             }
         }
-        // Between two lines, half of the way; food stays until the next line.
+        // Half-way between two lines; food stays until the next line.
         let (before, after) = (&life.lines[59], &life.lines[60]);
         let robots = drawn[7]["robots"].as_array().unwrap();
         for ((robot, from), to) in robots.iter().zip(&before.robots).zip(&after.robots) {

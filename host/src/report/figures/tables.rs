@@ -1,4 +1,4 @@
-//! A sampled sensor table as heat panels, one a sensor and point of view.
+//! A sampled sensor table as heat maps, one panel for each sensor and point of view.
 
 use std::fmt::Write;
 
@@ -6,13 +6,13 @@ use oneiro::tables::{SENSORS, SensorTable};
 
 use super::svg::{Anchor, INK, SOFT_INK, Svg, number, ramp};
 
-/// A panel's plot, its distance to the next, and the room for words.
+/// Size of a panel's plot, distance to the next one, and room for text.
 const PANEL: (f64, f64) = (200.0, 130.0);
 const GAP: (f64, f64) = (34.0, 54.0);
 const LEFT: f64 = 60.0;
 const TOP: f64 = 80.0;
 const COLUMNS: usize = 4;
-/// From nothing to the greatest reading.
+/// Colours from zero to the greatest reading.
 pub(super) const HEAT: [[u8; 3]; 5] = [
     [0xf5, 0xf3, 0xee],
     [0xb9, 0xd6, 0xd2],
@@ -20,11 +20,11 @@ pub(super) const HEAT: [[u8; 3]; 5] = [
     [0x2b, 0x4f, 0x8f],
     [0x1c, 0x1f, 0x4f],
 ];
-/// Shades that are told apart.
+/// Number of distinguishable shades.
 const SHADES: u16 = 32;
 /// The greatest reading.
 const GREATEST: u16 = 1023;
-/// Names of the sensors in the order of the Khepera's answer.
+/// Names of the sensors, in the order of the Khepera's answer.
 pub(super) const NAMES: [&str; SENSORS] = [
     "left 90",
     "left 45",
@@ -36,12 +36,12 @@ pub(super) const NAMES: [&str; SENSORS] = [
     "back left",
 ];
 
-/// Panels of one point of view, one below the other.
+/// Rows of panels for one point of view.
 const ROWS: usize = SENSORS.div_ceil(COLUMNS);
-/// Room above a point of view for its name, where there are several.
+/// Room for a heading above each point of view, if there are several.
 const HEADING: f64 = 30.0;
 
-/// What each sensor reads for an object at a bearing (clockwise, ahead in the middle) and a distance, point of view by
+/// Draws each sensor's reading for an object at a bearing (clockwise, straight ahead in the middle) and a distance, by
 /// point of view.
 pub(crate) fn sensor_table(table: &SensorTable) -> String {
     let views = table.views as usize;
@@ -85,7 +85,7 @@ pub(crate) fn sensor_table(table: &SensorTable) -> String {
     svg.finish()
 }
 
-/// What the shades mean.
+/// Draws the key to the shades.
 fn key(svg: &mut Svg, right: f64) {
     let width = 140.0 / f64::from(SHADES);
     for shade in 0..SHADES {
@@ -119,7 +119,7 @@ fn panel(svg: &mut Svg, table: &SensorTable, view: usize, sensor: usize, name: &
         &format!("fill=\"{INK}\""),
         &format!("{sensor}: {name}"),
     );
-    // The outer words stay within the panel, clear of the next one's.
+    // The outer labels stay within the panel, clear of the next one's.
     let bearings = [
         (-180, Anchor::Start),
         (-90, Anchor::Middle),
@@ -138,7 +138,7 @@ fn panel(svg: &mut Svg, table: &SensorTable, view: usize, sensor: usize, name: &
             &format!("{degrees}\u{b0}"),
         );
     }
-    // Only the leftmost panels name their distances; all share them.
+    // Only the leftmost panels label their distances; all share them.
     if sensor.is_multiple_of(COLUMNS) {
         let farthest = table.nearest + table.spacing * table.rows.saturating_sub(1) as f32;
         let near = format!("{} mm", number(f64::from(table.nearest)));
@@ -148,7 +148,7 @@ fn panel(svg: &mut Svg, table: &SensorTable, view: usize, sensor: usize, name: &
     }
 }
 
-/// The cells of one shade as a path's data, neighbours in a row joined; nearest distance at the bottom.
+/// Path data of the cells of one shade, with neighbours in a row joined; the nearest distance is at the bottom.
 fn cells_of(table: &SensorTable, view: usize, sensor: usize, shade: u16) -> String {
     let (rows, bearings) = (table.rows as usize, table.bearings as usize);
     let (width, height) = (PANEL.0 / bearings.max(1) as f64, PANEL.1 / rows.max(1) as f64);
@@ -190,7 +190,7 @@ fn cells_of(table: &SensorTable, view: usize, sensor: usize, shade: u16) -> Stri
 }
 
 fn shade_of(reading: u16) -> u16 {
-    // Any reading at all is told from none.
+    // Even the smallest reading looks different from none.
     let shade = u32::from(reading.min(GREATEST)) * u32::from(SHADES - 1);
     shade.div_ceil(u32::from(GREATEST)) as u16
 }
@@ -227,7 +227,7 @@ mod tests {
         assert_eq!(cells_of(&table, 0, 3, SHADES - 1), "M150 65h50v65h-50z");
         assert_eq!(cells_of(&table, 0, 2, SHADES - 1), "");
         assert_eq!(cells_of(&table, 1, 3, SHADES - 1), "");
-        // The same of the other point of view.
+        // The same from the other point of view.
         table.readings[8 + 1][2] = 1023;
         assert_eq!(cells_of(&table, 1, 2, SHADES - 1), "M150 65h50v65h-50z");
     }

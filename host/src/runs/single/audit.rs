@@ -14,7 +14,7 @@ use crate::progress;
 
 /// Individuals per batch.
 const AT_ONCE: usize = 1 << 16;
-/// Differences that are listed one by one.
+/// Differences that are listed individually.
 const TOLD: usize = 10;
 
 /// Evaluates a share of a run's individuals again.
@@ -34,7 +34,7 @@ pub(super) fn run(
     })
 }
 
-/// What the audit of one run found.
+/// Result of the audit of one run.
 struct Report {
     directory: String,
     recorded: usize,
@@ -42,7 +42,7 @@ struct Report {
     differences: Vec<Difference>,
 }
 
-/// An individual whose score is another here.
+/// An individual whose score differs on this machine.
 struct Difference {
     generation: u32,
     individual: u32,
@@ -78,7 +78,7 @@ impl Report {
                             })
                         })
                         .collect();
-                    // Genes that no batch takes were not written by a run.
+                    // A run can't have written genes that a batch doesn't accept.
                     let batch = Batch::new(std::slice::from_ref(world), &rollouts, None)
                         .map_err(|invalid| Failure::corrupt(format_args!("{}: {invalid}", directory.display())))?;
                     let outcome = engine.evaluate(&batch)?;
@@ -152,7 +152,7 @@ impl Report {
     }
 }
 
-/// The individuals that are audited: by lots that anyone can draw again, and if none is drawn, the first.
+/// Individuals to audit: a reproducible random choice, or the first one if none is drawn.
 fn chosen(individuals: &Individuals, seed: u64, share: f64) -> Vec<usize> {
     let drawn = |&index: &usize| {
         let (generation, individual) = individuals.place(index);

@@ -1,4 +1,4 @@
-//! `champion.json` and `champion.npy`, and the same of the luckiest individual.
+//! `champion.json` and `champion.npy`, and the same files for the luckiest individual.
 
 use std::path::Path;
 
@@ -15,15 +15,15 @@ use crate::genomes;
 use crate::npy::npy;
 use crate::report::numbers::to_six_places;
 
-/// An individual of a run, for people and programs to read.
+/// An individual of a run, for humans and programs to read.
 #[derive(Debug, Serialize, Deserialize)]
 pub(super) struct IndividualFile {
-    /// Its score in its generation; null if it is NaN.
+    /// Score in its generation; null if it is NaN.
     pub(super) fitness: Option<f32>,
     /// The score's 32 bits in hex.
     pub(super) fitness_bits: String,
-    /// The mean of the lives that finalists live, its 95 % confidence interval (Student's t), and how many they are.
-    /// Missing where there were no finalists.
+    /// Mean of a finalist's lives, its 95 % confidence interval (Student's t), and the number of lives. Missing if
+    /// there were no finalists.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub(super) mean: Option<f64>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -32,35 +32,34 @@ pub(super) struct IndividualFile {
     pub(super) lives: Option<u32>,
     pub(super) generation: u32,
     pub(super) individual: u32,
-    /// The run's.
+    /// Seed of the run.
     seed: u64,
-    /// The keys of the random numbers of its lives in its generation, both words in hex.
+    /// Random number keys of its lives in its generation, both words in hex.
     keys: Vec<String>,
-    /// What each gene is; missing where there were no finalists.
+    /// Name of each gene; missing if there were no finalists.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     gene_names: Vec<String>,
     genome: Vec<f32>,
 }
 
-/// One of a run's individuals, as its files have it.
+/// One of a run's individuals, for its files.
 pub(super) struct Individual<'a> {
     pub(super) own: &'a Champion,
-    /// Of a finalist.
+    /// Appraisal of a finalist.
     pub(super) appraisal: Option<Appraisal>,
-    /// The run's seed.
     pub(super) seed: u64,
-    /// The keys of its lives in its generation.
+    /// Keys of its lives in its generation.
     pub(super) keys: Vec<Key>,
     pub(super) controller: Controller,
 }
 
 impl Individual<'_> {
-    /// The champion's files: their names and contents.
+    /// Names and contents of the champion's files.
     pub(super) fn champion(&self) -> [(&'static str, Vec<u8>); 2] {
         [(CHAMPION, self.json()), (CHAMPION_GENES, self.genes())]
     }
 
-    /// The same of the luckiest.
+    /// Names and contents of the luckiest individual's files.
     pub(super) fn luckiest(&self) -> [(&'static str, Vec<u8>); 2] {
         [(LUCKIEST, self.json()), (LUCKIEST_GENES, self.genes())]
     }
@@ -96,10 +95,10 @@ impl Individual<'_> {
     }
 }
 
-/// Reads `champion.json`, or what `luckiest.json` has.
+/// Reads `champion.json` or `luckiest.json`.
 ///
 /// # Errors
-/// Exit 5 when the file is not what was written.
+/// Exit 5 if the file isn't what was written.
 pub(super) fn read_file(directory: &Path, file: &str) -> Result<IndividualFile> {
     let path = directory.join(file);
     let corrupt = |error| Failure::corrupt(format_args!("{}: {error}", path.display()));
@@ -107,10 +106,10 @@ pub(super) fn read_file(directory: &Path, file: &str) -> Result<IndividualFile> 
 }
 
 impl IndividualFile {
-    /// Its score in its generation.
+    /// Score in its generation.
     ///
     /// # Errors
-    /// Exit 5 when the file is not what was written.
+    /// Exit 5 if the file isn't what was written.
     pub(super) fn score(&self, directory: &Path) -> Result<f32> {
         let bits = u32::from_str_radix(&self.fitness_bits, 16);
         let bits = bits.map_err(|error| {
@@ -124,7 +123,7 @@ impl IndividualFile {
 /// Reads an individual of a finished run from its two files, such as [`CHAMPION`] and [`CHAMPION_GENES`].
 ///
 /// # Errors
-/// Exit 5 when the files are not what was written.
+/// Exit 5 if the files aren't what was written.
 pub(super) fn read(directory: &Path, [file, genes]: [&str; 2], controller: Controller) -> Result<Champion> {
     let own = read_file(directory, file)?;
     let genomes = genomes::read(&directory.join(genes), controller).map_err(Failure::corrupt)?;

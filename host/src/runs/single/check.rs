@@ -12,7 +12,7 @@ use crate::experiment::settings::Finalists;
 use crate::files;
 use crate::report::figures;
 
-/// Draws the experiment's arena if a file is named, and prints what it amounts to.
+/// Draws the experiment's arena if a file is named, and prints a summary of the experiment.
 pub(super) fn run(experiment: &Experiment, picture: Option<&Path>, console: Console) -> Result {
     let spec = experiment.world().spec();
     if let Some(path) = picture {

@@ -1,4 +1,4 @@
-//! Every individual of a run, its genes and its score: `individuals.npy`.
+//! Every individual of a run with its genes and score: `individuals.npy`.
 
 use std::path::Path;
 
@@ -9,7 +9,7 @@ use crate::exit::{Failure, Result};
 use crate::experiment::Experiment;
 use crate::npy;
 
-/// Every individual of a run, its genes and its score.
+/// Every individual of a run with its genes and score.
 #[derive(Debug)]
 pub(crate) struct Individuals {
     genes: usize,
@@ -28,10 +28,10 @@ impl Individuals {
         ])
     }
 
-    /// Reads all individuals that are recorded.
+    /// Reads all recorded individuals.
     ///
     /// # Errors
-    /// Exit 1 when the run does not record them, exit 5 when the file is none of theirs.
+    /// Exit 1 if the run doesn't record them, exit 5 if the file isn't what was written.
     pub(crate) fn read(directory: &Path, experiment: &Experiment) -> Result<Self> {
         if !experiment.settings().record.individuals {
             let problem = "its individuals were not recorded (record.individuals = false)";
@@ -52,7 +52,7 @@ impl Individuals {
         })
     }
 
-    /// How many there are, in whole generations.
+    /// Number of individuals in complete generations.
     pub(crate) fn len(&self) -> usize {
         self.values.len() / (self.genes + 1) / self.population * self.population
     }

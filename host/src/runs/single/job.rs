@@ -1,5 +1,5 @@
 //! The job of a run of single robots: generations, lives of the finalists, lives of the last offspring in reality if
-//! there is one, and the champion's life again for its trace.
+//! there is one, and a repetition of the champion's life for its trace.
 
 use std::sync::Arc;
 
@@ -27,24 +27,24 @@ pub(super) struct Evolving {
     seed: u64,
     recording: Recording,
     evolution: Evolution,
-    /// Genomes and scores of the last generation, once all have been evaluated.
+    /// Genomes and scores of the last generation, after all have been evaluated.
     last: Option<Generation>,
-    /// Who lives again then, the luckiest of the run first. Nobody where finalists are switched off.
+    /// Individuals that live again then, the luckiest of the run first. Empty if finalists are switched off.
     finalists: Vec<Champion>,
-    /// Fitness of each finalist's lives, finalist by finalist.
+    /// Fitness of each finalist's lives, by finalist.
     appraised: Vec<f32>,
-    /// Scores of the offspring of the last generation in the simulator, and of each of their lives in reality.
+    /// Scores of the last generation's offspring in the simulator, and of each of their lives in reality.
     simulated: Vec<f32>,
     real: Vec<f32>,
     trace: Option<Vec<Record>>,
 }
 
-/// What the next request is for.
+/// Purpose of the next request.
 #[derive(Clone, Copy, PartialEq)]
 enum Purpose {
     Generation,
     Finalists,
-    /// The last offspring, which nobody selected, in the simulator and in reality.
+    /// Lives of the last offspring, which were never selected, in the simulator and in reality.
     Simulated,
     Real,
     Trace,
@@ -53,7 +53,7 @@ enum Purpose {
 /// Genomes and scores of a generation.
 type Generation = (Vec<f32>, Vec<f32>);
 
-/// All that is saved. A trace is not: it is asked for again.
+/// Saved state. It lacks the trace, which is requested again.
 #[derive(Serialize, Deserialize)]
 struct Saved {
     evolution: SavedEvolution,
@@ -63,7 +63,7 @@ struct Saved {
     real: Vec<f32>,
 }
 
-/// The generation in the keys of finalists' lives: no evolution has so large a number.
+/// Number of the generation in the keys of finalists' lives, larger than any generation of an evolution.
 const FINALISTS: u64 = 1 << 32;
 
 impl Evolving {
@@ -83,7 +83,7 @@ impl Evolving {
         })
     }
 
-    /// Continues from what [`Job::save`] gave.
+    /// Restores a job from the output of [`Job::save`].
     pub(super) fn restored(mut self, saved: &[u8]) -> Result<Self> {
         let Saved {
             evolution,
@@ -110,7 +110,8 @@ impl Evolving {
         })
     }
 
-    /// Who lives again after the last generation: the luckiest of the run, and the best others of the generation.
+    /// Chooses the individuals that live again after the last generation: the luckiest of the run, and the best others
+    /// of the generation.
     fn chosen_finalists(&self) -> Result<Vec<Champion>> {
         let count = self.single.experiment.settings().finalists.count as usize;
         let Some((genomes, fitness)) = self.last.as_ref().filter(|_| count > 0) else {
@@ -131,13 +132,13 @@ impl Evolving {
         Ok(std::iter::once(luckiest.clone()).chain(others.take(count)).collect())
     }
 
-    /// What the finalists' lives make of them; nothing before they have lived.
+    /// Appraises the finalists by their lives; empty before they have lived.
     fn appraisals(&self) -> Vec<Appraisal> {
         let lives = self.single.experiment.settings().finalists.lives as usize;
         self.appraised.chunks_exact(lives).map(Appraisal::of).collect()
     }
 
-    /// The champion: the finalist with the best mean, or the luckiest where there are none.
+    /// The champion: the finalist with the best mean, or the luckiest individual if there are no finalists.
     fn champion(&self) -> Result<(&Champion, Option<Appraisal>)> {
         let appraisals = self.appraisals();
         match by_mean(&appraisals).first() {
@@ -168,13 +169,13 @@ impl Evolving {
         luckiest.ok_or_else(|| Failure::failed("a run has no generation"))
     }
 
-    /// The keys of an individual's lives in its generation.
+    /// Keys of an individual's lives in its generation.
     fn keys(&self, individual: &Champion) -> Vec<Key> {
         let trials = self.single.experiment.settings().trials;
         keys(self.seed, individual.generation, individual.individual, trials).collect()
     }
 
-    /// The lives of the finalists, of all with the same random numbers.
+    /// Lives of the finalists, all with the same random numbers.
     fn finalists_lives(&self) -> impl Iterator<Item = Rollout<'_>> {
         let lives = self.single.experiment.settings().finalists.lives;
         self.finalists.iter().flat_map(move |finalist| {
@@ -203,7 +204,7 @@ impl Evolving {
             let each = move |(genes, individual): (_, u32)| Rollout {
                 world: robot,
                 genes,
-                // No simulated trial has so large a number.
+                // Larger than the number of any simulated trial.
                 key: Key::rollout(seed, generation.into(), individual.into(), (1 << 32) + robot as u64),
             };
             self.evolution.ask().genomes().zip(0..).map(each)
@@ -247,7 +248,7 @@ impl Evolving {
         })
     }
 
-    /// Takes the champion's life for its trace, which must be what it was.
+    /// Takes the champion's life for its trace; its fitness must be the same as before.
     fn traced(&mut self, results: &Results<'_>) -> Result {
         let (champion, _) = self.champion()?;
         let (then, now) = (champion.fitness, results.fitness.first().copied().unwrap_or(f32::NAN));
@@ -404,12 +405,12 @@ impl Job for Evolving {
     }
 }
 
-/// The keys of an individual's lives.
+/// Keys of an individual's lives.
 pub(crate) fn keys(seed: u64, generation: u32, individual: u32, trials: u32) -> impl Iterator<Item = Key> {
     (0..trials).map(move |trial| Key::rollout(seed, generation.into(), individual.into(), trial.into()))
 }
 
-/// An individual's score: the mean or the least of its lives; NaN if one of them is.
+/// An individual's score: the mean or the minimum of its lives; NaN if one of them is.
 pub(crate) fn score(kind: TrialScore, lives: &[f32]) -> f32 {
     let nan = lives.iter().copied().find(|life| life.is_nan());
     nan.unwrap_or_else(|| match kind {

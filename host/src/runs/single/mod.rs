@@ -1,10 +1,10 @@
 //! Evolutions of single robots.
 //!
-//! | file | content |
+//! | file | contents |
 //! |---|---|
 //! | [`job`] | the state machine: generations, reality, the champion's trace |
 //! | [`mod@rows`], [`individuals`], [`mod@champion`], [`trace`], [`pictures`] | the files of a run |
-//! | [`check`], [`replay`], [`audit`] | what the commands do for such runs |
+//! | [`check`], [`replay`], [`audit`] | the commands of these names for such runs |
 
 mod audit;
 mod champion;
@@ -50,9 +50,9 @@ const TRACE: &str = "trace.csv";
 const PATH: &str = "path.svg";
 const LEARNING_CURVE: &str = "learning-curve.svg";
 
-/// The best single score of the run and whose it was; of the last generation the mean of the parents and of all; scores
-/// of the whole run that are NaN; the champion's mean, its 95 % confidence interval, and who it is. Of runs without
-/// finalists the champion's cells are empty: it has the best score.
+/// Best single score of the run and the individual that reached it; of the last generation, the mean score of the
+/// parents and of all; the number of NaN scores in the whole run; the champion's mean, its 95 % confidence interval,
+/// and its number. Without finalists the champion's cells are empty: it has the best score.
 const OUTCOMES: [Column; 11] = [
     ("best", Holds::Number),
     ("best_generation", Holds::Whole),
@@ -66,8 +66,7 @@ const OUTCOMES: [Column; 11] = [
     ("champion_generation", Holds::Whole),
     ("champion_individual", Holds::Whole),
 ];
-/// Of the last offspring, which nobody selected: their mean fitness in the simulator, their mean and their best in
-/// reality.
+/// Of the last offspring, which were never selected: mean fitness in the simulator, mean and best fitness in reality.
 const OUTCOMES_OF_REALITY: [Column; 3] = [
     ("simulated", Holds::Number),
     ("real", Holds::Number),
@@ -89,7 +88,7 @@ const COLUMNS: [Column; 9] = [
 #[derive(Debug)]
 pub(crate) struct Single {
     experiment: Experiment,
-    /// Where the last offspring are evaluated in reality.
+    /// Robots that evaluate the last offspring in reality.
     sites: Vec<Site>,
     /// Made when the first run begins.
     places: OnceLock<Arc<Places>>,
@@ -99,7 +98,7 @@ pub(crate) struct Single {
 #[derive(Debug)]
 struct Places {
     simulator: Place,
-    /// A world for each robot.
+    /// One world for each robot.
     reality: Vec<Place>,
 }
 
@@ -139,10 +138,10 @@ impl Single {
     }
 }
 
-/// The champion of a finished run.
+/// Reads the champion of a finished run.
 ///
 /// # Errors
-/// Exit 5 when the files are not what was written.
+/// Exit 5 if the files aren't what was written.
 pub(crate) fn champion(run: &Recorded<'_>, experiment: &Experiment) -> Result<Champion> {
     let controller = experiment.world().spec().controller;
     champion::read(run.directory, [CHAMPION, CHAMPION_GENES], controller)
@@ -173,7 +172,7 @@ pub(crate) fn all_genomes(
     Ok(all)
 }
 
-/// The last generation of a finished run.
+/// Reads the last generation of a finished run.
 ///
 /// # Errors
 /// As [`champion()`].
@@ -182,7 +181,7 @@ pub(crate) fn population(run: &Recorded<'_>, experiment: &Experiment) -> Result<
     genomes::read(&run.directory.join(POPULATION), controller).map_err(Failure::corrupt)
 }
 
-/// The table of generations of a run.
+/// Reads a run's table of generations.
 fn rows(directory: &Path) -> Result<Vec<Row>> {
     let path = directory.join(GENERATIONS);
     let rows = Row::parse(&disk::read_text(&path)?);
@@ -225,7 +224,7 @@ impl super::Experiment for Single {
     fn steps(&self) -> u64 {
         let settings = self.experiment.settings();
         let generation = u64::from(settings.evolution.population) * u64::from(settings.world.cycles);
-        // The last offspring live in the simulator once more, and in reality.
+        // The last offspring live once more in the simulator, and in reality.
         let reality = match self.sites.len() as u64 {
             0 => 0,
             robots => 1 + robots,
@@ -242,7 +241,7 @@ impl super::Experiment for Single {
     fn bytes(&self) -> u64 {
         let evolution = &self.experiment.settings().evolution;
         let genes = self.experiment.world().genes() as u64;
-        // Parents, offspring and a batch's inputs; a line of the table for each generation.
+        // Parents, offspring and a batch's inputs, and one row of the table per generation.
         3 * u64::from(evolution.population) * genes * 4 + u64::from(evolution.generations) * 64
     }
 

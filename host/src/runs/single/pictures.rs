@@ -1,4 +1,4 @@
-//! A finished run in pictures: its champion's life, and how it learned.
+//! Pictures of a finished run: its champion's life and its learning curve.
 
 use oneiro::batch::Record;
 
@@ -9,7 +9,7 @@ use crate::evolve::Champion;
 use crate::experiment::Experiment;
 use crate::report::figures::{self, Series};
 
-/// The trace of the champion's life, its path, and the learning curve.
+/// Files with the trace of the champion's life, its path, and the learning curve.
 pub(super) fn all(
     experiment: &Experiment,
     seed: u64,

@@ -1,4 +1,4 @@
-//! `oneiro replay`: a champion's life again, or another life of it.
+//! `oneiro replay`: repeats a champion's life, or lets it live another one.
 
 use std::fs;
 use std::path::Path;
@@ -19,8 +19,8 @@ use crate::genomes;
 use crate::lives::Keys;
 use crate::report::figures;
 
-/// Simulates the champion's lives again, compares its score with the recorded one, and writes one life's path and trace.
-/// A life from another start, with other random numbers or of another genome is written, too, but compared with nothing.
+/// Simulates the champion's lives again, compares its score with the recorded one, and writes one life's path and
+/// trace. A life from another start, with other random numbers or of another genome is also written, but not compared.
 pub(super) fn run(
     experiment: &Experiment,
     run: &Recorded<'_>,

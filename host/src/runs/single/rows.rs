@@ -2,33 +2,33 @@
 
 use crate::evolve::Generation;
 
-/// One line of `generations.csv`: a generation in numbers. Scores that are NaN are counted, and left out of the rest;
-/// a number that none is left for is NaN.
+/// One row of `generations.csv`: statistics of a generation. NaN scores are counted and left out of the rest;
+/// statistics without any score are NaN.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Row {
-    /// Its number, from 0.
+    /// Number, from 0.
     pub(crate) generation: u32,
     /// The best score.
     pub(crate) best: f32,
-    /// The mean score of those that become parents: of the best 20, in the paper.
+    /// Mean score of the individuals that become parents, the best 20 in the paper.
     pub(crate) peak: f64,
-    /// The mean score of all.
+    /// Mean score of all individuals.
     pub(crate) mean: f64,
-    /// The least score.
+    /// Minimum score.
     pub(crate) least: f32,
-    /// The standard deviation of all scores, divided by their number less one.
+    /// Standard deviation of all scores, with divisor n - 1.
     pub(crate) deviation: f64,
-    /// Index of the best.
+    /// Index of the best individual.
     pub(crate) individual: u32,
-    /// Scores that are NaN.
+    /// Number of NaN scores.
     pub(crate) nan: u32,
 }
 
 impl Row {
-    /// The table's first line. `best_bits` is `best` as the 32 bits that it is, in hex.
+    /// First line of the table. `best_bits` is `best` as its 32 bits in hex.
     pub(crate) const HEAD: &str = "generation,best,peak,mean,least,deviation,individual,nan,best_bits\n";
 
-    /// Of a generation of which so many become parents.
+    /// Statistics of a generation with `parents` parents.
     pub(crate) fn new(generation: &Generation, parents: u32) -> Self {
         let score = |&individual: &u32| generation.fitness[individual as usize];
         // NaN ranks last.
@@ -63,7 +63,7 @@ impl Row {
         }
     }
 
-    /// As a line of the table.
+    /// Formats a line of the table.
     pub(crate) fn line(&self) -> String {
         let Self {
             generation,
@@ -79,7 +79,7 @@ impl Row {
         format!("{generation},{best},{peak:.6},{mean:.6},{least},{deviation:.6},{individual},{nan},{bits:08x}\n")
     }
 
-    /// Reads a table; what is wrong with it, and in which line.
+    /// Parses a table, or returns a problem with its line.
     pub(super) fn parse(text: &str) -> Result<Vec<Self>, String> {
         let Some(lines) = text.strip_prefix(Self::HEAD) else {
             return Err(format!("line 1: is not {}", Self::HEAD.trim_end()));

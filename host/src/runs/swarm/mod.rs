@@ -23,8 +23,8 @@ use crate::swarm::record::{Case, Run};
 use crate::swarm::steps;
 use crate::swarm::tables::{FOOD, INTERVALS, INTERVALS_HEAD};
 
-/// Food in all and per robot-minute; per robot-minute in the last fifth of the time, and there the share of simulators
-/// that have the light where it is, and their mean gene.
+/// Food in total and per robot-minute; and of the last fifth of the time, food per robot-minute, the share of
+/// simulators that have the light where it is, and their mean gene.
 const OUTCOMES: [Column; 5] = [
     ("brought", Holds::Whole),
     ("rate", Holds::Number),
@@ -46,7 +46,7 @@ const COLUMNS: [Column; 11] = [
     ("taken", Holds::Whole),
 ];
 
-/// Food of a run by its table, in each second.
+/// Food in each second, from a run's table.
 fn food(directory: &Path) -> Result<Vec<u32>> {
     let path = directory.join(FOOD);
     let text = disk::read_text(&path)?;
@@ -55,7 +55,7 @@ fn food(directory: &Path) -> Result<Vec<u32>> {
     seconds.ok_or_else(|| Failure::corrupt(format_args!("{}: is no table of food", path.display())))
 }
 
-/// Runs a recorded run again.
+/// Repeats a recorded run.
 fn again(experiment: &SwarmExperiment, seed: u64, engine: &Engine, console: Console) -> Result<SwarmJob> {
     let plan = experiment.plan(seed);
     let mut watcher = Watcher::new(steps(&plan), "foraging", None, console);
@@ -64,7 +64,7 @@ fn again(experiment: &SwarmExperiment, seed: u64, engine: &Engine, console: Cons
     job.ok_or_else(|| Failure::failed("a swarm gave nothing"))
 }
 
-/// The first table that is not what was recorded, if any.
+/// Name of the first table that differs from the recorded one, if any.
 fn difference(run: &Run, directory: &Path) -> Result<Option<String>> {
     let tables = [
         (INTERVALS, INTERVALS_HEAD.to_owned() + &run.interval_rows()),
@@ -116,7 +116,7 @@ impl Experiment for SwarmExperiment {
     }
 
     fn kernel(&self) -> &'static str {
-        // Where nothing evolves, the arena is all there is.
+        // If nothing evolves, there is only the arena.
         if self.settings().case == Case::Random {
             oneiro_shaders::SWARM.name
         } else {
@@ -215,7 +215,7 @@ impl Experiment for SwarmExperiment {
         replay::run(self, run, replay, engine, console)
     }
 
-    /// The whole run: the share does not matter.
+    /// Audits the whole run, whatever the share.
     fn audit(&self, run: &Recorded<'_>, _: f64, engine: &Engine, console: Console) -> Result<Audit> {
         let directory = run.directory.display();
         if !run.is_done {
@@ -234,7 +234,7 @@ impl Experiment for SwarmExperiment {
     }
 }
 
-/// Minutes at a run's newest checkpoint.
+/// Finished minutes at a run's newest checkpoint.
 fn checkpointed(directory: &Path) -> Option<u32> {
     let (newest, _) = crate::engine::checkpoint::list(directory).ok()?.into_iter().next()?;
     u32::try_from(newest).ok()

@@ -1,4 +1,4 @@
-//! `oneiro replay` of a swarm: a page that plays it.
+//! `oneiro replay` for a swarm: a page that plays it.
 
 use std::fs;
 
@@ -15,7 +15,7 @@ use crate::report::figures::{self, Genes, SwarmReplay};
 use crate::runs::{Recorded, Replay};
 use crate::swarm::record::RobotInterval;
 
-/// Runs a finished run again, and writes a page that plays it.
+/// Repeats a finished run and writes a page that plays it.
 pub(super) fn run(
     experiment: &SwarmExperiment,
     recorded: &Recorded<'_>,

@@ -1,4 +1,4 @@
-//! The combinations of levels that were run, best first.
+//! Combinations of levels, best first.
 
 use super::runs::{Cell, Runs};
 use super::sample::Sample;
@@ -8,16 +8,16 @@ use crate::report::numbers::{count, shown};
 use crate::report::page::{self, Head, Row, Section, paragraph, table};
 use crate::statistics::mean;
 
-/// Cells that the page shows.
+/// Number of cells on the page.
 const SHOWN: usize = 200;
 
 /// All cells.
 pub(super) struct Cells<'a> {
-    /// By their mean outcome, the greatest first; those without one last. Equal ones in the order of their runs.
+    /// Cells by mean outcome, the greatest first and those without one last. Equal ones are in the order of their runs.
     pub(super) ranked: Vec<Ranked<'a>>,
 }
 
-/// A cell and its outcomes.
+/// A cell with its outcomes.
 pub(super) struct Ranked<'a> {
     pub(super) cell: &'a Cell,
     pub(super) sample: Sample,
@@ -37,13 +37,13 @@ impl<'a> Cells<'a> {
         }
     }
 
-    /// The fewest and the most runs of a cell.
+    /// Fewest and most runs of a cell.
     pub(super) fn runs(&self) -> (usize, usize) {
         let counts = || self.ranked.iter().map(|ranked| ranked.cell.runs.len());
         (counts().min().unwrap_or(0), counts().max().unwrap_or(0))
     }
 
-    /// The best ones, for readers.
+    /// Table of the best cells.
     pub(super) fn section(&self, tables: &Tables<'_>, runs: &Runs) -> Section {
         let all = self.ranked.len();
         let words = format!(
@@ -84,7 +84,7 @@ impl<'a> Cells<'a> {
         }
     }
 
-    /// All of them as CSV, with the means of the other outcomes as far as these are numbers.
+    /// All cells as CSV, with the means of the other outcomes if they are numbers.
     pub(super) fn csv(&self, tables: &Tables<'_>, runs: &Runs) -> String {
         let mut head: Vec<String> = vec!["cell".into()];
         head.extend(runs.factors.iter().map(|factor| factor.name.clone()));
@@ -110,7 +110,7 @@ impl<'a> Cells<'a> {
     }
 }
 
-/// The number of outcomes, and how many runs have none.
+/// Number of outcomes, and of runs without one.
 pub(super) fn counted(sample: &Sample) -> String {
     let n = count(sample.values.len() as u64);
     match sample.not_numbers {

@@ -5,10 +5,10 @@ use super::{DIGITS, Tables};
 use crate::report::numbers::shown;
 use crate::report::page::{Cell, Head, Row, Section, table};
 
-/// How many there are.
+/// Number of runs shown.
 const BEST: usize = 20;
 
-/// The best runs by their outcome, the greatest first; equal ones by number. Runs without one are none.
+/// The best runs by outcome, the greatest first and equal ones by number. Runs without an outcome are left out.
 pub(super) fn champions(runs: &Runs) -> Vec<&Run> {
     let mut best: Vec<&Run> = runs.all.iter().filter(|run| run.outcome.is_finite()).collect();
     best.sort_by(|a, b| b.outcome.total_cmp(&a.outcome));
@@ -16,7 +16,7 @@ pub(super) fn champions(runs: &Runs) -> Vec<&Run> {
     best
 }
 
-/// The table of them.
+/// Table of the best runs.
 pub(super) fn section(tables: &Tables<'_>, runs: &Runs) -> Section {
     let best = champions(runs);
     let example = best.first().map_or_else(String::new, |run| {

@@ -1,4 +1,4 @@
-//! The tables of effect sizes and tests.
+//! Tables of effect sizes and tests.
 
 use super::cells::Cells;
 use super::effects::{Comparison, EXACT, Effects, FEW, FEWER_RESAMPLES, Family, LEAST, LEVEL, RESAMPLES};
@@ -9,12 +9,12 @@ use crate::report::csv::{Csv, known};
 use crate::report::numbers::{NONE, count, probability, shown};
 use crate::report::page::{Cell, Head, Row, Section, list, paragraph, table};
 
-/// Comparisons of a family that the page shows.
+/// Number of comparisons of a family on the page.
 const SHOWN: usize = 200;
 /// Significant digits of effect sizes.
 const EFFECT: usize = 3;
 
-/// What the tests are, and both families of comparisons.
+/// Explanation of the tests, and both families of comparisons.
 pub(super) fn section(tables: &Tables<'_>, runs: &Runs, cells: &Cells<'_>, effects: &Effects) -> Section {
     let tests = if effects.levels.comparisons.is_empty() && effects.cells.comparisons.is_empty() {
         String::new()
@@ -28,7 +28,7 @@ pub(super) fn section(tables: &Tables<'_>, runs: &Runs, cells: &Cells<'_>, effec
     }
 }
 
-/// What all of the tables have in common.
+/// Explanation that applies to all tables.
 fn tests(tables: &Tables<'_>) -> String {
     list(&[
         &format!(
@@ -128,7 +128,7 @@ fn of_cells(runs: &Runs, cells: &Cells<'_>, effects: &Effects) -> String {
     )
 }
 
-/// Which samples were too small.
+/// Names the samples that were too small.
 fn untested(family: &Family, what: &str) -> String {
     match family.untested {
         0 => String::new(),
@@ -139,7 +139,7 @@ fn untested(family: &Family, what: &str) -> String {
     }
 }
 
-/// Says so where no result whatever could have been marked.
+/// A note if no possible result could have been significant.
 fn hopeless(family: &Family) -> String {
     let least = family.least_p();
     if family.comparisons.is_empty() || least < LEVEL {
@@ -152,7 +152,7 @@ fn hopeless(family: &Family) -> String {
     )
 }
 
-/// What cells have in common that share seeds.
+/// A note on cells that share seeds.
 fn seeds(family: &Family, correlation: Option<f64>) -> String {
     let all = family.comparisons.iter();
     if all.clone().all(|one| one.shared_seeds == 0) {
@@ -178,7 +178,7 @@ fn seeds(family: &Family, correlation: Option<f64>) -> String {
     )
 }
 
-/// A table of comparisons: all of them, or those of the least p.
+/// A table of comparisons: all of them, or those with the least p.
 fn comparisons(family: &Family, names: &[Head<'_>], cells: impl Fn(&Comparison) -> Vec<Cell>) -> String {
     let mut head = names.to_vec();
     head.extend(
@@ -225,8 +225,8 @@ fn comparisons(family: &Family, names: &[Head<'_>], cells: impl Fn(&Comparison) 
     table("", &words, &head, &rows)
 }
 
-/// All comparisons of both families as CSV. Groups of a factor's levels are named, cells numbered as in the table of
-/// cells; A's interval is that of delta on its scale.
+/// All comparisons of both families as CSV. Groups of a factor's levels are named; cells are numbered as in the table
+/// of cells. A's interval is delta's, converted to the scale of A.
 pub(super) fn csv(runs: &Runs, effects: &Effects) -> String {
     const HEAD: &str = "family,factor,first,second,n_first,n_second,mean_first,mean_second,difference,a,a_low,a_high,\
                         delta,delta_low,delta_high,u,p,p_holm,shared_seeds";

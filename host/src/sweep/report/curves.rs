@@ -1,4 +1,4 @@
-//! How runs went: the table of generations, read row by row, as means over runs at each time.
+//! Means over runs at each time, from the table of generations, which is read row by row.
 
 use std::collections::BTreeMap;
 
@@ -9,32 +9,32 @@ use super::table::Table;
 use crate::exit::Result;
 use crate::report::figures::Spread;
 
-/// Values that a line is drawn of, at most: more are not told apart.
+/// Most values that a line is drawn with; more couldn't be distinguished.
 const MOST_POINTS: usize = 300;
 
-/// A line: times, and the mean and its interval there.
+/// A line: times with the mean and its interval at each.
 pub(super) type Line = Vec<(f64, Spread)>;
 
-/// Means over runs through time.
+/// Means over runs by time.
 pub(super) struct Curves {
-    /// Of all runs.
+    /// Mean of all runs.
     pub(super) all: Line,
-    /// Of each factor's groups of levels.
+    /// Means of each factor's groups of levels.
     pub(super) groups: Vec<Vec<Line>>,
-    /// The most and the fewest runs that any mean of all runs is of.
+    /// Most and fewest runs behind a mean of all runs.
     pub(super) runs: (u32, u32),
-    /// Every how many times one is drawn.
+    /// Every `stride`th time is drawn.
     pub(super) stride: usize,
 }
 
-/// What is summed up, by the places of times in the order in which they first come.
+/// Sums, indexed by times in the order of their first occurrence.
 struct Sums {
     all: Vec<Moments>,
     /// By factor and group.
     groups: Vec<Vec<Vec<Moments>>>,
 }
 
-/// A run at a time: what its robots have is one value.
+/// One run at one time: the values of its robots become one.
 struct Moment {
     run: usize,
     time: u64,
@@ -43,12 +43,12 @@ struct Moment {
 }
 
 impl Curves {
-    /// Reads the table: several rows of one run and time, such as robots', count as their mean, and what is no number
-    /// is left out.
+    /// Reads the table. Several rows of one run and time, such as those of robots, count as their mean; values that
+    /// aren't numbers are left out.
     ///
     /// # Errors
-    /// Exit 3 when there is none; exit 5 with the line that is wrong, is of no run, or is not in order of time within
-    /// its run; exit 6 when reading fails.
+    /// Exit 3 if there is no table. Exit 5 with the line that is invalid, belongs to no run, or isn't in order of time
+    /// within its run. Exit 6 if reading fails.
     pub(super) fn read(tables: &Tables<'_>, runs: &Runs) -> Result<Self> {
         let mut table = Table::open(tables.generations)?;
         let number = table.column("run")?;
@@ -104,26 +104,26 @@ impl Curves {
         Ok(sums.curves(&times))
     }
 
-    /// The first and the last time.
+    /// First and last time.
     pub(super) fn ends(&self) -> (f64, f64) {
         let ends = self.all.first().zip(self.all.last());
         ends.map_or((0.0, 1.0), |((first, _), (last, _))| (*first, *last))
     }
 }
 
-/// The times that there are.
+/// Times that occur in the table.
 #[derive(Default)]
 struct Times {
-    /// In the order in which they came.
+    /// In the order of their first occurrence.
     all: Vec<u64>,
     places: BTreeMap<u64, usize>,
-    /// The place that was asked for last.
+    /// Index found last.
     last: usize,
 }
 
 impl Times {
     fn place(&mut self, time: u64) -> usize {
-        // Mostly it follows that of the row before.
+        // Usually the time after that of the previous row.
         let next = self.last + 1;
         self.last = if self.all.get(next) == Some(&time) {
             next
@@ -166,7 +166,7 @@ impl Sums {
         let stride = times.all.len().div_ceil(MOST_POINTS).max(1);
         let last = times.all.len().saturating_sub(1);
         let drawn = times.places.iter().enumerate();
-        // The last time too: it is what the runs came to.
+        // The last time is included: it shows the final values.
         let drawn = drawn.filter(|(i, _)| i.is_multiple_of(stride) || *i == last);
         let drawn: Vec<(f64, usize)> = drawn.map(|(_, (&time, &place))| (time as f64, place)).collect();
         let mut critical = Critical::default();

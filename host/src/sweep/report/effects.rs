@@ -1,4 +1,4 @@
-//! How far apart levels and cells are: effect sizes with intervals, and tests corrected for their number.
+//! Differences between levels and between cells: effect sizes with intervals, and tests corrected for multiplicity.
 
 use std::collections::BTreeMap;
 
@@ -11,30 +11,30 @@ use crate::statistics::{
     Interval, Method, bootstrap_interval, cliffs_delta, holm, kruskal_wallis, mann_whitney, vargha_delaney,
 };
 
-/// Runs that a sample needs to be tested.
+/// Fewest runs that a sample needs to be tested.
 pub(super) const LEAST: usize = 3;
-/// Samples up to which all pairs are compared; of more, each is held against the best.
+/// Most samples whose pairs are all compared; if there are more, each is compared only with the best.
 pub(super) const FEW: usize = 12;
-/// Runs of each sample up to which tests are exact, where there are no ties.
+/// Most runs per sample for exact tests, if there are no ties.
 pub(super) const EXACT: usize = 20;
-/// Resamples of a bootstrap, and of a sample so large that it is sure of itself.
+/// Resamples of a bootstrap, and size of a sample that needs fewer of them.
 pub(super) const RESAMPLES: usize = 1000;
 pub(super) const FEWER_RESAMPLES: usize = 200;
-/// Values that a bootstrap draws, about: beyond that it has fewer resamples.
+/// Approximate number of values that a bootstrap draws; beyond that it has fewer resamples.
 const DRAWS: usize = 2_000_000;
-/// The p below which a difference is marked.
+/// p below which a difference is highlighted.
 pub(super) const LEVEL: f64 = 0.05;
 
 /// All comparisons.
 pub(super) struct Effects {
-    /// Of each factor with several groups of levels.
+    /// Effect of each factor with several groups of levels.
     pub(super) factors: Vec<FactorEffect>,
-    /// Pairs of a factor's groups, the later one first; of many, the best with each other one.
+    /// Pairs of a factor's groups, the later one first; if there are many, the best with each other one.
     pub(super) levels: Family,
-    /// Pairs of cells, the better one first; of many, the best with each other one.
+    /// Pairs of cells, the better one first; if there are many, the best with each other one.
     pub(super) cells: Family,
-    /// How alike runs of one seed in two cells are: the mean product of what they are above their cells' means, over
-    /// the mean square. None where no two cells share a seed, or nothing varies within any.
+    /// Similarity of runs with the same seed in two cells: the mean product of their deviations from their cells'
+    /// means, over the mean square deviation. `None` if no two cells share a seed, or nothing varies within any.
     pub(super) seed_correlation: Option<f64>,
 }
 
@@ -42,39 +42,39 @@ pub(super) struct Effects {
 #[derive(Default)]
 pub(super) struct Family {
     pub(super) comparisons: Vec<Comparison>,
-    /// Samples with too few runs to be tested.
+    /// Number of samples with too few runs to be tested.
     pub(super) untested: usize,
 }
 
-/// Two samples.
+/// Comparison of two samples.
 pub(super) struct Comparison {
-    /// Whose groups they are; none of cells.
+    /// Factor that the groups belong to; `None` for cells.
     pub(super) factor: Option<usize>,
-    /// Which they are: groups of the factor, or cells by rank, from 0.
+    /// The two samples: groups of the factor, or cells by rank, from 0.
     pub(super) pair: [usize; 2],
     pub(super) runs: [usize; 2],
     pub(super) means: [f64; 2],
     /// Vargha and Delaney's A and Cliff's delta of the first over the second.
     pub(super) a: f64,
     pub(super) delta: f64,
-    /// Of delta.
+    /// Interval of delta.
     pub(super) interval: Option<Interval>,
     /// Mann and Whitney's U of the first, its p, whether that is exact, and p corrected for the family.
     pub(super) u: f64,
     pub(super) p: f64,
     is_exact: bool,
     pub(super) p_holm: f64,
-    /// Seeds that both samples have, and whether they have no others.
+    /// Number of seeds in both samples, and whether these are all.
     pub(super) shared_seeds: usize,
     pub(super) same_seeds: bool,
 }
 
-/// What a factor explains.
+/// Variance explained by a factor.
 pub(super) struct FactorEffect {
     pub(super) factor: usize,
-    /// The share of the ranks' variance that is between groups, 0 to 1; NaN where it is not known.
+    /// Share of the ranks' variance that is between groups, 0 to 1; NaN if unknown.
     pub(super) explained: f64,
-    /// Of more than two groups.
+    /// Test for more than two groups.
     pub(super) test: Option<OmnibusTest>,
 }
 
@@ -87,7 +87,7 @@ pub(super) struct OmnibusTest {
 }
 
 impl Effects {
-    /// Of all runs, and of cells in order of rank.
+    /// Compares groups of all factors, and cells in order of rank.
     pub(super) fn of(runs: &Runs, samples: &[Vec<Sample>], cells: &Cells<'_>) -> Self {
         let mut factors: Vec<FactorEffect> = Vec::new();
         let mut levels = Family::default();
@@ -128,14 +128,14 @@ impl Effects {
 }
 
 impl Family {
-    /// The samples that are large enough, with their places; counts the others.
+    /// Samples that are large enough, with their indices; counts the others.
     fn tested<'a>(&mut self, samples: impl Iterator<Item = (usize, &'a Sample)>) -> Vec<(usize, &'a Sample)> {
         let (tested, others): (Vec<_>, Vec<_>) = samples.partition(|(_, sample)| sample.values.len() >= LEAST);
         self.untested += others.len();
         tested
     }
 
-    /// Holds each sample against all that follow; of many, only the first.
+    /// Compares each sample with all that follow; if there are many, only the first.
     fn compare_all(&mut self, factor: Option<usize>, samples: &[(usize, &Sample)]) {
         let firsts = if samples.len() <= FEW { samples.len() } else { 1 };
         for (place, first) in samples[..firsts].iter().enumerate() {
@@ -145,12 +145,12 @@ impl Family {
         }
     }
 
-    /// Holds one sample against another, with their places.
+    /// Compares two samples, given with their indices.
     fn compare(&mut self, factor: Option<usize>, first: (usize, &Sample), second: (usize, &Sample)) {
         let (pair, [first, second]) = ([first.0, second.0], [first.1, second.1]);
         let (a, b) = (first.values.as_slice(), second.values.as_slice());
         let test = test(a, b);
-        // Random numbers of its own, so that it does not depend on how many came before.
+        // Each comparison has random numbers of its own, so it doesn't depend on the number of comparisons before.
         let stream = factor.map_or(0, |factor| factor as u128 + 1);
         let mut random = Pcg64::new((pair[0] as u128) << 64 | pair[1] as u128, stream);
         self.comparisons.push(Comparison {
@@ -174,8 +174,8 @@ impl Family {
         correct(self.comparisons.iter_mut(), |one| (one.p, &mut one.p_holm));
     }
 
-    /// The least corrected p that samples of these sizes can give, that of two which do not overlap; 0 where it is not
-    /// known, since not all tests are exact.
+    /// Least corrected p that samples of these sizes can reach, which is that of two samples without overlap; 0 if
+    /// unknown because not all tests are exact.
     pub(super) fn least_p(&self) -> f64 {
         let least = self.comparisons.iter().map(|one| {
             let [m, n] = one.runs;
@@ -188,7 +188,7 @@ impl Family {
 
 /// See [`Effects::seed_correlation`].
 fn seed_correlation(runs: &Runs, cells: &Cells<'_>) -> Option<f64> {
-    // Count, sum and sum of squares of each seed's differences from the means of cells.
+    // Count, sum and sum of squares of each seed's deviations from the means of cells.
     let mut seeds: BTreeMap<u64, [f64; 3]> = BTreeMap::new();
     for ranked in cells.ranked.iter().filter(|ranked| ranked.sample.values.len() >= LEAST) {
         let mean = ranked.sample.mean();
@@ -210,24 +210,24 @@ fn seed_correlation(runs: &Runs, cells: &Cells<'_>) -> Option<f64> {
     (squares > 0.0).then_some(products / squares)
 }
 
-/// Holm's correction of all p values there are.
+/// Applies Holm's correction to all p values.
 fn correct<'a, T: 'a>(tests: impl Iterator<Item = &'a mut T>, p: impl Fn(&'a mut T) -> (f64, &'a mut f64)) {
     let (raw, places): (Vec<f64>, Vec<&mut f64>) = tests.map(p).unzip();
-    // All are probabilities, so that there is a correction.
+    // All of them are probabilities, so the correction can't fail.
     for (place, corrected) in places.into_iter().zip(holm(&raw).unwrap_or_default()) {
         *place = corrected;
     }
 }
 
-/// What Mann and Whitney's test says.
+/// Result of Mann and Whitney's test.
 struct RankTest {
     u: f64,
     p: f64,
     is_exact: bool,
 }
 
-/// Mann and Whitney's test: exact for small samples without ties. Where all values are equal, nothing speaks against
-/// their being alike.
+/// Mann and Whitney's test, exact for small samples without ties. If all values are equal, there is no evidence of a
+/// difference.
 fn test(a: &[f64], b: &[f64]) -> RankTest {
     let by = |method, is_exact| {
         let test = mann_whitney(a, b, method).ok()?;
@@ -243,11 +243,11 @@ fn test(a: &[f64], b: &[f64]) -> RankTest {
     })
 }
 
-/// The bootstrap's interval of Cliff's delta.
+/// Bootstrap interval of Cliff's delta.
 fn delta_interval(a: &[f64], b: &[f64], random: &mut Pcg64) -> Option<Interval> {
     let ends = |sample: &[f64]| Some((*sample.first()?, *sample.last()?));
     let ((least_a, most_a), (least_b, most_b)) = (ends(a)?, ends(b)?);
-    // Resamples of samples that do not overlap do not either.
+    // Resamples of samples without overlap don't overlap either.
     if least_a > most_b || least_b > most_a {
         let delta = if least_a > most_b { 1.0 } else { -1.0 };
         return Some(Interval {
@@ -255,7 +255,7 @@ fn delta_interval(a: &[f64], b: &[f64], random: &mut Pcg64) -> Option<Interval> 
             high: delta,
         });
     }
-    // Only the order of values matters: with their places in it, a resample is counted instead of sorted.
+    // Only the order of values matters: with their ranks, a resample is counted instead of sorted.
     let mut order = [a, b].concat();
     order.sort_by(f64::total_cmp);
     order.dedup();
@@ -281,7 +281,7 @@ fn delta_interval(a: &[f64], b: &[f64], random: &mut Pcg64) -> Option<Interval> 
     bootstrap_interval(&[&places(a), &places(b)], delta, CONFIDENCE, resamples, random).ok()
 }
 
-/// What a factor explains, by its groups that are large enough.
+/// Variance explained by a factor, from its groups that are large enough.
 fn explained(factor: usize, samples: &[Sample]) -> FactorEffect {
     let tested: Vec<&[f64]> = samples
         .iter()

@@ -1,4 +1,4 @@
-//! Factor by factor: what each explains, how runs of its levels went, and what came out of them.
+//! Each factor: the variance it explains, the curves of its levels, and their outcomes.
 
 use super::curves::Curves;
 use super::effects::{Comparison, Effects, FactorEffect, LEAST, LEVEL};
@@ -10,34 +10,35 @@ use crate::report::figures::escaped;
 use crate::report::numbers::{NONE, count, probability, shown};
 use crate::report::page::{Cell, Head, Row, Section, breakable, paragraph, table};
 
-/// Levels that are listed one by one.
+/// Most levels that are listed individually.
 const LISTED: usize = 12;
-/// Levels that a table shows.
+/// Number of levels in a table.
 const SHOWN: usize = 200;
 
-/// Where the best of ordered groups is.
+/// Position of the best among ordered groups.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Place {
     /// Between others.
     Inside,
-    /// The first of them.
+    /// At the first.
     LowEnd,
-    /// The last.
+    /// At the last.
     HighEnd,
 }
 
-/// The group of the greatest mean outcome.
+/// The group with the greatest mean outcome.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Best {
     pub(super) group: usize,
-    /// Where it is among three ordered groups or more.
+    /// Its position, if there are at least three ordered groups.
     pub(super) place: Option<Place>,
-    /// What it is held against: inside, the better of the ends; at an end, its neighbour; else, the second best.
+    /// Group to compare with: for an inner group the better of the ends, for an end its neighbour, otherwise the second
+    /// best.
     rival: Option<usize>,
 }
 
 impl Best {
-    /// Of a factor's groups; none where no run has an outcome. The first of equal ones.
+    /// Finds the best of a factor's groups, the first of equal ones; `None` if no run has an outcome.
     pub(super) fn of(factor: &Factor, samples: &[Sample]) -> Option<Self> {
         let known = samples.iter().map(Sample::mean).enumerate();
         let known: Vec<(usize, f64)> = known.filter(|(_, mean)| mean.is_finite()).collect();
@@ -72,7 +73,7 @@ impl Best {
     }
 }
 
-/// What each factor explains, at a glance.
+/// Table of the variance that each factor explains.
 pub(super) fn overview(tables: &Tables<'_>, runs: &Runs, samples: &[Vec<Sample>], effects: &Effects) -> Section {
     let words = format!(
         "What each swept key explains of {}, over all levels of the others. The best level is that of the greatest mean. \
@@ -126,8 +127,8 @@ pub(super) fn overview(tables: &Tables<'_>, runs: &Runs, samples: &[Vec<Sample>]
     }
 }
 
-/// Says so where levels of one factor were not run with the same levels of the others. Numbers that are drawn at random
-/// are spread over them by chance.
+/// A note if levels of one factor were not run with the same levels of the others. Randomly drawn numbers are spread
+/// over them by chance.
 fn unbalanced(runs: &Runs) -> String {
     let levels = runs.factors.iter().map(|factor| factor.levels.len());
     let combinations = levels.fold(1, usize::saturating_mul);
@@ -145,7 +146,7 @@ fn unbalanced(runs: &Runs) -> String {
     )
 }
 
-/// The numbers of the overview.
+/// Numbers of the overview.
 fn explained(effect: Option<&FactorEffect>) -> [String; 5] {
     let share = effect.map_or(NONE.to_owned(), |effect| shown(effect.explained, 3));
     match effect.and_then(|effect| effect.test.as_ref()) {
@@ -160,7 +161,7 @@ fn explained(effect: Option<&FactorEffect>) -> [String; 5] {
     }
 }
 
-/// A factor's levels in words.
+/// Description of a factor's levels.
 pub(super) fn levels(factor: &Factor) -> String {
     let texts: Vec<&str> = factor.levels.iter().map(|level| level.text.as_str()).collect();
     match texts[..] {
@@ -182,12 +183,12 @@ pub(super) fn levels(factor: &Factor) -> String {
     }
 }
 
-/// What links to a factor point to.
+/// Target of links to a factor.
 fn anchor(place: usize) -> String {
     format!("factor-{}", place + 1)
 }
 
-/// How runs went and what came out, a picture a factor; one of all runs where there is no factor.
+/// One picture per factor of the curves and outcomes of its runs; a single one of all runs if there is no factor.
 pub(super) fn one_by_one(
     tables: &Tables<'_>,
     runs: &Runs,
@@ -219,7 +220,7 @@ pub(super) fn one_by_one(
     }
 }
 
-/// Which level is the best, whether it lies inside what was swept, and how sure that is.
+/// Names the best level, whether it lies inside the swept range, and how certain that is.
 fn verdict(factor: &Factor, samples: &[Sample], place: usize, effects: &Effects) -> String {
     let [unit, units] = factor.unit();
     let Some(best) = Best::of(factor, samples) else {
@@ -265,7 +266,7 @@ fn verdict(factor: &Factor, samples: &[Sample], place: usize, effects: &Effects)
     )
 }
 
-/// Whether a group is told from another.
+/// Says whether a group differs significantly from another.
 fn told(comparison: Option<&Comparison>, group: usize) -> String {
     let Some(comparison) = comparison else {
         return "too few runs to tell them apart".to_owned();
@@ -287,7 +288,7 @@ fn told(comparison: Option<&Comparison>, group: usize) -> String {
     )
 }
 
-/// The numbers behind the picture.
+/// Table of the numbers behind the picture.
 fn numbers(tables: &Tables<'_>, factor: &Factor, samples: &[Sample], place: usize) -> String {
     let head = [
         Head::Text(&factor.name),

@@ -1,4 +1,4 @@
-//! The report for programs: what it says, without its pictures.
+//! The report as JSON, without pictures.
 
 use serde_json::{Value, json};
 

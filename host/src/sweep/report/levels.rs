@@ -1,49 +1,49 @@
-//! Factors and their levels: in what order they stand, and which of them are taken together.
+//! Factors and their levels: their order, and which levels are grouped.
 
 use crate::report::numbers::significant;
 
-/// Levels of a factor up to which each stands for itself. More, if they have an order, are taken together in bins.
+/// Most levels of a factor that are all shown. If there are more and they have an order, they are grouped in bins.
 const MOST: usize = 10;
-/// Bins, each of about as many runs.
+/// Number of bins, each with about the same number of runs.
 const BINS: usize = 5;
 /// Significant digits of the ends of a bin.
 const DIGITS: usize = 3;
 
-/// What a factor's levels are.
+/// Type of a factor's levels.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Kind {
-    /// Numbers, in their order.
+    /// Numbers in ascending order.
     Numbers,
-    /// Lists of a lower and an upper end, in the order of their widths; of equal widths, in that of their lower ends.
+    /// Lists of a lower and an upper end, ordered by width, then by lower end.
     Ranges,
     /// Anything else, in the order of the runs.
     Words,
 }
 
-/// A level as the table has it.
+/// A level as it stands in the table.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Level {
     pub(super) text: String,
-    /// The number, or the range's width; NaN of words.
+    /// The number, or the range's width; NaN for words.
     pub(super) value: f64,
 }
 
-/// A level, or several neighbouring ones, whose runs are looked at together.
+/// One level or several neighbouring ones whose runs are analysed together.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Group {
     /// The level's text, or the ends of the bin.
     pub(super) label: String,
-    /// Its first and last level.
+    /// First and last level.
     pub(super) first: usize,
     pub(super) last: usize,
 }
 
-/// A key that was swept.
+/// A swept key.
 #[derive(Clone, Debug)]
 pub(super) struct Factor {
     pub(super) name: String,
     pub(super) kind: Kind,
-    /// In their order.
+    /// In order.
     pub(super) levels: Vec<Level>,
     pub(super) groups: Vec<Group>,
     /// The group of each level.
@@ -51,7 +51,8 @@ pub(super) struct Factor {
 }
 
 impl Factor {
-    /// Of the levels of all runs, as places in the list of `texts`; makes them places in the order of levels.
+    /// Makes a factor from the levels of all runs. `runs` has indices into `texts`, which become indices into the
+    /// ordered levels.
     pub(super) fn new(name: &str, texts: Vec<String>, runs: &mut [u32]) -> Self {
         let (kind, mut order) = ordered(&texts);
         if kind == Kind::Words {
@@ -95,7 +96,7 @@ impl Factor {
         self.kind != Kind::Words
     }
 
-    /// Whether several levels are taken together.
+    /// Whether levels are grouped in bins.
     pub(super) fn is_binned(&self) -> bool {
         self.groups.len() < self.levels.len()
     }
@@ -105,7 +106,7 @@ impl Factor {
         self.group_of[level as usize]
     }
 
-    /// What its groups are called, one and several.
+    /// Name of its groups, singular and plural.
     pub(super) fn unit(&self) -> [&'static str; 2] {
         if self.is_binned() {
             ["bin", "bins"]
@@ -115,7 +116,7 @@ impl Factor {
     }
 }
 
-/// What texts are, and their places with what they are ordered by, in order; words stay as they are.
+/// Kind of some texts, and their indices with sort keys, sorted; words keep their order.
 fn ordered(texts: &[String]) -> (Kind, Vec<([f64; 2], usize)>) {
     let all = |keys: fn(&str) -> Option<[f64; 2]>| -> Option<Vec<([f64; 2], usize)>> {
         let keys = texts.iter().zip(0..).map(|(text, place)| Some((keys(text)?, place)));
@@ -142,16 +143,16 @@ fn number(text: &str) -> Option<f64> {
     text.parse().ok().filter(|number: &f64| number.is_finite())
 }
 
-/// The width of a list of two ends, and the lower one.
+/// Width and lower end of a list of two ends.
 fn range(text: &str) -> Option<[f64; 2]> {
     let (low, high) = text.strip_prefix('[')?.strip_suffix(']')?.split_once(',')?;
     let (low, high) = (number(low.trim())?, number(high.trim())?);
-    // Such that [0.1, 0.4] is as wide as [0.2, 0.5].
+    // Rounded, so that [0.1, 0.4] is as wide as [0.2, 0.5].
     let width: f64 = format!("{:.12e}", high - low).parse().ok()?;
     (width >= 0.0).then_some([width, low])
 }
 
-/// Each level by itself, or bins where there are too many for that.
+/// One group for each level, or bins if there are too many levels.
 fn groups(kind: Kind, levels: &[Level], counts: &[usize]) -> Vec<Group> {
     if kind == Kind::Words || levels.len() <= MOST {
         let alone = levels.iter().enumerate().map(|(place, level)| Group {
@@ -165,7 +166,7 @@ fn groups(kind: Kind, levels: &[Level], counts: &[usize]) -> Vec<Group> {
     let mut before = 0;
     let mut groups: Vec<(usize, Group)> = Vec::new();
     for (place, count) in counts.iter().enumerate() {
-        // Where the middle of the level's runs is among all runs.
+        // Position of the middle of the level's runs among all runs.
         let bin = BINS * (2 * before + count) / (2 * all).max(1);
         before += count;
         match groups.last_mut() {

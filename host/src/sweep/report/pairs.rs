@@ -1,4 +1,4 @@
-//! Two factors at a time: the mean outcome of each pair of their levels.
+//! Pairs of factors: the mean outcome for each pair of their levels.
 
 use super::Tables;
 use super::effects::{Effects, FactorEffect};
@@ -8,9 +8,9 @@ use super::sample::Moments;
 use crate::report::figures::{HeatMap, Side, Square, escaped, heat_map};
 use crate::report::page::{Section, figure, id, joined, paragraph};
 
-/// Factors of which all pairs are shown; of more, those of as many that explain the most.
+/// Most factors of which all pairs are shown; if there are more, those that explain the most.
 const FACTORS: usize = 4;
-/// Shows one picture at a time; on paper, and where no script runs, all are there.
+/// Shows one picture at a time; on paper, and without scripts, all are visible.
 const SCRIPT: &str = "<script>
 {
   const choice = document.getElementById('pair-choice');
@@ -24,13 +24,13 @@ const SCRIPT: &str = "<script>
 </script>
 ";
 
-/// Two factors, and what runs of each pair of their groups have.
+/// Two factors, and the outcome for each pair of their groups.
 struct Pair {
     factors: [usize; 2],
     squares: Vec<Option<Square>>,
 }
 
-/// The section, if there are two factors of several levels.
+/// The section, if there are two factors with several levels.
 pub(super) fn section(tables: &Tables<'_>, runs: &Runs, effects: &Effects) -> Option<Section> {
     let factors = shown(runs, effects);
     let pairs: Vec<Pair> = factors
@@ -86,7 +86,7 @@ pub(super) fn section(tables: &Tables<'_>, runs: &Runs, effects: &Effects) -> Op
     })
 }
 
-/// The factors that are shown, in their order.
+/// Factors to show, in order.
 fn shown(runs: &Runs, effects: &Effects) -> Vec<usize> {
     let fits = |effect: &&FactorEffect| runs.factors[effect.factor].groups.len() <= MOST_COLUMNS;
     let mut factors: Vec<_> = effects.factors.iter().filter(fits).collect();
@@ -153,7 +153,7 @@ fn picture(tables: &Tables<'_>, runs: &Runs, pair: &Pair, number: u32, (low, hig
     figure(&name(number), &format!("{} and {}.", across.name, up.name), &svg)
 }
 
-/// The list to choose a picture from, hidden as long as nothing can be chosen.
+/// The list to choose a picture from, hidden unless a script runs.
 fn choice(runs: &Runs, pairs: &[Pair]) -> String {
     let pairs: Vec<(u32, &Pair)> = (1..).zip(pairs).collect();
     let options = joined(&pairs, |(number, pair)| {

@@ -1,4 +1,4 @@
-//! A picture a factor: how runs of its levels went, and what came out of them.
+//! A picture for each factor: the curves of its levels, and their outcomes.
 
 use super::Tables;
 use super::curves::{Curves, Line};
@@ -10,17 +10,17 @@ use crate::report::numbers::count;
 use crate::report::page::figure;
 use crate::statistics::quantile_of_sorted;
 
-/// Runs up to which each is a point; the outcomes of more are drawn as boxes.
+/// Most runs that are drawn as points; the outcomes of more are drawn as boxes.
 const MOST_POINTS: usize = 600;
-/// Lines and columns of a picture, at most, where levels have no order to be taken together by.
+/// Most lines and columns in a picture of levels without an order, which can't be grouped in bins.
 const MOST_LINES: usize = 10;
 pub(super) const MOST_COLUMNS: usize = 40;
-/// The ratio of the greatest and the least level from which on equal ratios may be the same distance apart.
+/// Ratio of the greatest to the least level from which a logarithmic axis is considered.
 const RATIO: f64 = 10.0;
-/// Letters of a level's name in a picture.
+/// Most letters of a level's name in a picture.
 const LETTERS: usize = 24;
 
-/// The lines over time and what came out, of the levels of one factor.
+/// Draws the lines over time and the outcomes for the levels of one factor.
 pub(super) fn picture(tables: &Tables<'_>, runs: &Runs, curves: &Curves, samples: &[Sample], place: usize) -> String {
     let own = &runs.factors[place];
     let styles = level_styles(own.groups.len(), own.is_ordered());
@@ -46,7 +46,7 @@ pub(super) fn picture(tables: &Tables<'_>, runs: &Runs, curves: &Curves, samples
         columns.push(column(&labels[group], &styles[group].0, ends, &samples[group], many));
     }
     if own.is_binned() && !many {
-        // Within a bin, runs stand where their own levels are.
+        // Within a bin, runs stand at their own levels.
         for column in &mut columns {
             column.points.clear();
         }
@@ -86,7 +86,7 @@ pub(super) fn picture(tables: &Tables<'_>, runs: &Runs, curves: &Curves, samples
     figure(&format!("Figure {}", place + 1), &words, &svg)
 }
 
-/// All runs together.
+/// Draws all runs together.
 pub(super) fn all_runs(tables: &Tables<'_>, runs: &Runs, curves: &Curves) -> String {
     let all = runs.outcomes();
     let many = all.values.len() > MOST_POINTS;
@@ -116,7 +116,7 @@ pub(super) fn all_runs(tables: &Tables<'_>, runs: &Runs, curves: &Curves) -> Str
     figure("Figure 1", &words, &svg)
 }
 
-/// What came out of runs whose levels stand at the same place, or from one to another.
+/// Outcomes of runs whose levels stand at one position, or in a range of positions.
 fn column<'a>(label: &'a str, colour: &'a str, [from, to]: [f64; 2], sample: &Sample, many: bool) -> Column<'a> {
     let values = sample.values.iter().filter(|_| !many);
     Column {
@@ -143,7 +143,7 @@ fn outcomes<'a>(tables: &Tables<'a>, across: &'a str, scale: Scale, columns: &'a
 /// A line of the left panel.
 struct Drawn<'a> {
     label: &'a str,
-    /// Colour and dashes.
+    /// Colour and dash pattern.
     style: &'a (String, &'static str),
     line: &'a Line,
 }
@@ -182,7 +182,7 @@ fn panel<'a>(tables: &Tables<'a>, title: &'a str, curves: &Curves, lines: &[Draw
     }
 }
 
-/// The groups of the greatest means, as many as there may be, in their order.
+/// Indices of the groups with the greatest means, at most `most`, in ascending order.
 pub(super) fn greatest(samples: &[Sample], most: usize) -> Vec<usize> {
     let mut groups: Vec<usize> = (0..samples.len()).collect();
     if groups.len() > most {
@@ -194,14 +194,14 @@ pub(super) fn greatest(samples: &[Sample], most: usize) -> Vec<usize> {
     groups
 }
 
-/// On what the outcomes of a factor's levels stand.
+/// Axis for the outcomes of a factor's levels.
 fn scale(factor: &Factor) -> Scale {
     match factor.kind {
         Kind::Words => Scale::Names,
         Kind::Ranges if !factor.is_binned() => Scale::Names,
         _ => match (&factor.levels[..], middle(factor)) {
             ([first, .., last], middle) if first.value > 0.0 && last.value >= RATIO * first.value => {
-                // The scale on which the middle level is nearer the middle.
+                // Chooses the scale that puts the middle level nearer to the middle.
                 let aside = |place: fn(f64) -> f64| {
                     let [low, middle, high] = [first.value, middle, last.value].map(place);
                     ((middle - low) / (high - low) - 0.5).abs()
@@ -217,13 +217,13 @@ fn scale(factor: &Factor) -> Scale {
     }
 }
 
-/// The middle level, or the mean of the middle two.
+/// The middle level, or the mean of the two in the middle.
 fn middle(factor: &Factor) -> f64 {
     let values: Vec<f64> = factor.levels.iter().map(|level| level.value).collect();
     quantile_of_sorted(&values, 0.5)
 }
 
-/// What a line and its band are.
+/// Caption for lines and their bands.
 fn band_words(curves: &Curves) -> String {
     let mut words = vec!["shaded: its 95 % confidence interval by Student\u{2019}s t, from run to run".to_owned()];
     let (most, fewest) = curves.runs;
@@ -239,7 +239,7 @@ fn band_words(curves: &Curves) -> String {
     words.join("; ")
 }
 
-/// What stands for runs and their mean.
+/// Caption for the marks of runs and their mean.
 fn outcome_words(many: bool) -> &'static str {
     if many {
         "boxes: the middle half of the runs with the median, lines to the least and the greatest; diamonds: means with \
@@ -249,7 +249,7 @@ fn outcome_words(many: bool) -> &'static str {
     }
 }
 
-/// A name that fits into a picture: the end of a long one, which is what tells paths apart.
+/// Shortens a name for a picture, keeping the end: that is where paths differ.
 fn clipped(label: &str) -> String {
     let letters = label.chars().count();
     if letters <= LETTERS {

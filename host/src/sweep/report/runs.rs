@@ -1,4 +1,4 @@
-//! The table of runs, read whole.
+//! The table of runs, read completely.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -8,37 +8,37 @@ use super::sample::Sample;
 use super::table::Table;
 use crate::exit::Result;
 
-/// Letters of an identifier or a hash that readers see.
+/// Letters shown of an identifier or a hash.
 const SHORT: usize = 12;
 
 /// All runs.
 pub(super) struct Runs {
     pub(super) factors: Vec<Factor>,
-    /// In the order of their numbers.
+    /// By number.
     pub(super) all: Vec<Run>,
-    /// The combinations of levels that were run, in the order of their first runs.
+    /// Combinations of levels that were run, in the order of their first runs.
     pub(super) cells: Vec<Cell>,
 }
 
 /// One run.
 pub(super) struct Run {
     pub(super) number: u64,
-    /// The beginnings of its identifier and of its result's hash.
+    /// Beginnings of its identifier and of its result's hash.
     pub(super) id: Box<str>,
     pub(super) result: Box<str>,
     pub(super) seed: u64,
-    /// The level of each factor.
+    /// Level of each factor.
     pub(super) levels: Box<[u32]>,
-    /// NaN where it is not a finite number.
+    /// NaN if it isn't a finite number.
     pub(super) outcome: f64,
-    /// What the table says of the other outcomes.
+    /// The other outcomes, as text.
     pub(super) others: Box<[Box<str>]>,
 }
 
 /// The runs of one combination of levels.
 pub(super) struct Cell {
     pub(super) levels: Box<[u32]>,
-    /// Places of its runs.
+    /// Indices of its runs.
     pub(super) runs: Vec<usize>,
 }
 
@@ -46,14 +46,14 @@ impl Runs {
     /// Reads the table.
     ///
     /// # Errors
-    /// Exit 3 when there is none, exit 5 with the line that is not a run's, exit 6 when reading fails.
+    /// Exit 3 if there is none, exit 5 with the invalid line, exit 6 if reading fails.
     pub(super) fn read(tables: &Tables<'_>) -> Result<Self> {
         let mut table = Table::open(tables.results)?;
         let [number, id, seed, result, outcome] =
             ["run", "id", "seed", "result", tables.outcome.0].map(|name| table.column(name));
         let (number, id, seed, result, outcome) = (number?, id?, seed?, result?, outcome?);
         let (factors, others) = (table.columns(tables.factors)?, table.columns(tables.others)?);
-        // The texts of each factor's levels, as they first come.
+        // Texts of each factor's levels in the order of their first occurrence.
         let mut texts: Vec<BTreeMap<String, u32>> = vec![BTreeMap::new(); factors.len()];
         let mut known = BTreeSet::new();
         let mut runs = Vec::new();
@@ -86,13 +86,13 @@ impl Runs {
         })
     }
 
-    /// The outcomes of the runs at some places.
+    /// Outcomes of the runs with some indices.
     pub(super) fn sample(&self, places: &[usize]) -> Sample {
         let runs = places.iter().map(|&place| &self.all[place]);
         Sample::new(runs.map(|run| (run.seed, run.outcome)))
     }
 
-    /// The outcomes of each group of a factor's levels.
+    /// Outcomes of each group of a factor's levels.
     pub(super) fn samples(&self, factor: usize) -> Vec<Sample> {
         let mut groups = vec![Vec::new(); self.factors[factor].groups.len()];
         for run in &self.all {
@@ -101,23 +101,23 @@ impl Runs {
         groups.into_iter().map(Sample::new).collect()
     }
 
-    /// The outcomes of all runs.
+    /// Outcomes of all runs.
     pub(super) fn outcomes(&self) -> Sample {
         Sample::new(self.all.iter().map(|run| (run.seed, run.outcome)))
     }
 
-    /// In which group of a factor's levels a run is.
+    /// Group of a factor's levels that a run belongs to.
     pub(super) fn group(&self, run: &Run, factor: usize) -> usize {
         self.factors[factor].group(run.levels[factor])
     }
 
-    /// What the table says of a run's or a cell's levels.
+    /// Texts of a run's or a cell's levels.
     pub(super) fn texts<'a>(&'a self, levels: &'a [u32]) -> impl Iterator<Item = &'a str> {
         let levels = self.factors.iter().zip(levels);
         levels.map(|(factor, &level)| factor.levels[level as usize].text.as_str())
     }
 
-    /// Where a run of that number is.
+    /// Index of the run with a number.
     pub(super) fn place(&self, number: u64) -> Option<usize> {
         self.all.binary_search_by_key(&number, |run| run.number).ok()
     }
@@ -127,7 +127,7 @@ fn short(text: &str) -> Box<str> {
     text.chars().take(SHORT).collect()
 }
 
-/// The place of a text in the order in which texts came.
+/// Index of a text in the order of first occurrence.
 fn place(texts: &mut BTreeMap<String, u32>, text: &str) -> u32 {
     if let Some(&place) = texts.get(text) {
         return place;
@@ -137,7 +137,7 @@ fn place(texts: &mut BTreeMap<String, u32>, text: &str) -> u32 {
     place
 }
 
-/// Orders the levels of a factor, in the runs too.
+/// Makes a factor with ordered levels, and updates the runs' levels to that order.
 fn factor(name: &str, texts: BTreeMap<String, u32>, place: usize, runs: &mut [Run]) -> Factor {
     let mut sorted = vec![String::new(); texts.len()];
     for (text, place) in texts {

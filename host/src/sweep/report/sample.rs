@@ -1,26 +1,26 @@
-//! Samples of outcomes in figures.
+//! Samples of outcomes and their statistics.
 
 use std::collections::BTreeMap;
 
 use crate::report::figures::Spread;
 use crate::statistics::{mean, quantile_of_sorted, t_within, variance};
 
-/// The share of chances that a confidence interval stands for.
+/// Confidence level of intervals.
 pub(super) const CONFIDENCE: f64 = 0.95;
 
-/// The outcomes of some runs.
+/// Outcomes of some runs.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Sample {
-    /// Those that are numbers, in ascending order.
+    /// Outcomes that are numbers, in ascending order.
     pub(super) values: Vec<f64>,
-    /// How many are not.
+    /// Number of outcomes that aren't.
     pub(super) not_numbers: usize,
-    /// The seeds of all these runs, in ascending order, each once.
+    /// Distinct seeds of all these runs, in ascending order.
     seeds: Vec<u64>,
 }
 
 impl Sample {
-    /// Of seeds and outcomes.
+    /// Makes a sample from seeds and outcomes.
     pub(super) fn new(runs: impl IntoIterator<Item = (u64, f64)>) -> Self {
         let (mut seeds, mut values): (Vec<u64>, Vec<f64>) = runs.into_iter().unzip();
         let runs = values.len();
@@ -35,12 +35,12 @@ impl Sample {
         }
     }
 
-    /// The arithmetic mean; NaN without values.
+    /// Arithmetic mean; NaN if there are no values.
     pub(super) fn mean(&self) -> f64 {
         mean(&self.values)
     }
 
-    /// The mean to rank samples by: below all others without values.
+    /// Mean for ranking; samples without values rank last.
     pub(super) fn mean_or_least(&self) -> f64 {
         if self.values.is_empty() {
             f64::NEG_INFINITY
@@ -49,17 +49,17 @@ impl Sample {
         }
     }
 
-    /// The standard deviation with n - 1 below; NaN for fewer than two values.
+    /// Standard deviation with divisor n - 1; NaN for fewer than two values.
     pub(super) fn deviation(&self) -> f64 {
         variance(&self.values).sqrt()
     }
 
-    /// The least value, the quartiles and the greatest; NaN without values.
+    /// Minimum, quartiles and maximum; NaN if there are no values.
     pub(super) fn quartiles(&self) -> [f64; 5] {
         [0.0, 0.25, 0.5, 0.75, 1.0].map(|share| quantile_of_sorted(&self.values, share))
     }
 
-    /// The mean and its confidence interval.
+    /// Mean with its confidence interval.
     pub(super) fn spread(&self) -> Spread {
         let mut moments = Moments::default();
         for &value in &self.values {
@@ -68,7 +68,7 @@ impl Sample {
         moments.spread(&mut Critical::default())
     }
 
-    /// Seeds that both have.
+    /// Number of seeds in both samples.
     pub(super) fn shared_seeds(&self, other: &Self) -> usize {
         let has = |seed: &&u64| other.seeds.binary_search(seed).is_ok();
         self.seeds.iter().filter(has).count()
@@ -80,18 +80,18 @@ impl Sample {
     }
 }
 
-/// What is kept of values that come one by one, by Welford's recurrence ("Note on a method for calculating corrected
-/// sums of squares and products", Technometrics 4(3), 1962): sums of squares would lose what large values differ by.
+/// Running moments by Welford's recurrence ("Note on a method for calculating corrected sums of squares and products",
+/// Technometrics 4(3), 1962): sums of squares would cancel the differences between large values.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Moments {
     pub(super) count: u32,
     mean: f64,
-    /// The sum of the squared differences from the mean.
+    /// Sum of squared differences from the mean.
     squares: f64,
 }
 
 impl Moments {
-    /// One value more.
+    /// Adds a value.
     pub(super) fn add(&mut self, value: f64) {
         self.count += 1;
         let before = value - self.mean;
@@ -99,12 +99,13 @@ impl Moments {
         self.squares += before * (value - self.mean);
     }
 
-    /// The mean; NaN of nothing.
+    /// Mean; NaN if there are no values.
     pub(super) fn mean(&self) -> f64 {
         if self.count == 0 { f64::NAN } else { self.mean }
     }
 
-    /// The mean and its confidence interval by Student's t; of one value that value alone, and NaN of none.
+    /// Mean with its confidence interval by Student's t; a single value is its own interval. NaN if there are no
+    /// values.
     pub(super) fn spread(&self, critical: &mut Critical) -> Spread {
         let Self { count, mean, squares } = *self;
         let n = f64::from(count);
@@ -131,7 +132,7 @@ impl Moments {
     }
 }
 
-/// The t of confidence intervals by degrees of freedom: each takes long enough to be found only once.
+/// Critical values of t by degrees of freedom, cached because they are slow to compute.
 #[derive(Debug, Default)]
 pub(super) struct Critical(BTreeMap<u32, f64>);
 

@@ -1,4 +1,4 @@
-//! A recorded table, row by row.
+//! Reader of recorded tables, row by row.
 
 use std::fmt::Display;
 use std::fs::File;
@@ -9,13 +9,13 @@ use csv::{ErrorKind, Reader, StringRecord};
 
 use crate::exit::{Failure, Result};
 
-/// A CSV file whose first line names its columns, and the row that was read last.
+/// A CSV file whose first line names its columns, and the row read last.
 pub(super) struct Table<'a> {
     path: &'a Path,
     reader: Reader<BufReader<File>>,
     head: StringRecord,
     row: StringRecord,
-    /// Whether the last line has no end, as where writing stopped in it.
+    /// Whether the last line lacks its end because writing was interrupted.
     is_cut: bool,
 }
 
@@ -23,7 +23,7 @@ impl<'a> Table<'a> {
     /// Opens a file and reads the names of its columns.
     ///
     /// # Errors
-    /// Exit 3 when it is not there, exit 5 when it has no first line, exit 6 when reading fails.
+    /// Exit 3 if it doesn't exist, exit 5 if it has no first line, exit 6 if reading fails.
     pub(super) fn open(path: &'a Path) -> Result<Self> {
         let (file, is_cut) = open(path).map_err(|error| Failure::unreadable(path, &error))?;
         let mut reader = Reader::from_reader(BufReader::with_capacity(1 << 16, file));
@@ -41,27 +41,27 @@ impl<'a> Table<'a> {
         Ok(table)
     }
 
-    /// Where a column stands.
+    /// Index of a column.
     ///
     /// # Errors
-    /// Exit 5 when there is none of that name.
+    /// Exit 5 if there is no column with that name.
     pub(super) fn column(&self, name: &str) -> Result<usize> {
         let place = self.head.iter().position(|column| column == name);
         place.ok_or_else(|| self.corrupt_at(1, format_args!("has no column \u{201c}{name}\u{201d}")))
     }
 
-    /// Where several columns stand.
+    /// Indices of several columns.
     ///
     /// # Errors
-    /// Exit 5 when there is none of a name.
+    /// Exit 5 if a name has no column.
     pub(super) fn columns(&self, names: &[String]) -> Result<Vec<usize>> {
         names.iter().map(|name| self.column(name)).collect()
     }
 
-    /// Reads the next row; false when there is none.
+    /// Reads the next row; false at the end.
     ///
     /// # Errors
-    /// Exit 5 when it has not a cell for each column, is no text, or is cut short; exit 6 when reading fails.
+    /// Exit 5 if it has too few or too many cells, isn't text, or is cut short; exit 6 if reading fails.
     pub(super) fn advance(&mut self) -> Result<bool> {
         let last = self.line();
         let has_row = self.reader.read_record(&mut self.row);
@@ -74,23 +74,23 @@ impl<'a> Table<'a> {
 
     /// A cell of this row.
     pub(super) fn cell(&self, column: usize) -> &str {
-        // A row has as many cells as the first line, where columns come from.
+        // A row has as many cells as the first line, which column indices come from.
         self.row.get(column).unwrap_or_default()
     }
 
-    /// A cell that is a whole number.
+    /// A cell with a whole number.
     ///
     /// # Errors
-    /// Exit 5 when it is none.
+    /// Exit 5 if it is anything else.
     pub(super) fn whole(&self, column: usize) -> Result<u64> {
         let cell = self.cell(column);
         cell.parse().map_err(|_| self.not_a(column, "whole number"))
     }
 
-    /// A cell that is a number: NaN where it is empty or not finite.
+    /// A cell with a number: NaN if it is empty or not finite.
     ///
     /// # Errors
-    /// Exit 5 when it is something else.
+    /// Exit 5 if it is anything else.
     pub(super) fn number(&self, column: usize) -> Result<f64> {
         let cell = self.cell(column);
         if cell.is_empty() {
@@ -100,7 +100,7 @@ impl<'a> Table<'a> {
         Ok(if number.is_finite() { number } else { f64::NAN })
     }
 
-    /// Exit 5: what is wrong with this row.
+    /// Exit 5 with a problem of this row.
     pub(super) fn corrupt(&self, problem: impl Display) -> Failure {
         self.corrupt_at(self.line(), problem)
     }
@@ -119,7 +119,7 @@ impl<'a> Table<'a> {
     }
 }
 
-/// The file, and whether its last line has no end.
+/// Opens the file, and finds whether its last line lacks its end.
 fn open(path: &Path) -> io::Result<(File, bool)> {
     let mut file = File::open(path)?;
     let mut last = [b'\n'];
@@ -138,7 +138,7 @@ fn corrupt(path: &Path, line: Option<u64>, problem: impl Display) -> Failure {
     }
 }
 
-/// What the reader of CSV has to say.
+/// Converts an error of the CSV reader.
 fn failure(path: &Path, error: csv::Error) -> Failure {
     let line = error.position().map(csv::Position::line);
     match error.into_kind() {

@@ -1,4 +1,4 @@
-//! Small sweeps whose figures are `SciPy`'s.
+//! Small sweeps whose figures were computed with `SciPy`.
 
 use std::fs;
 use std::path::PathBuf;
@@ -7,7 +7,7 @@ use super::levels::Factor;
 use super::*;
 use crate::report::page::check::{outside, part, unbalanced};
 
-/// A sweep on the disk, for one test.
+/// Tables of a sweep on disk, for one test.
 struct Example {
     directory: PathBuf,
     factors: Vec<String>,
@@ -16,19 +16,19 @@ struct Example {
 
 impl Drop for Example {
     fn drop(&mut self) {
-        // What can't be removed is the system's to clean up.
+        // A leftover in the temporary directory does no harm.
         let _ = fs::remove_dir_all(&self.directory);
     }
 }
 
-/// A run: its levels, seed and outcome.
+/// A run: levels, seed and outcome.
 type Run = (Vec<String>, u64, f64);
 
-/// A row of `generations.csv`: its run, time and value.
+/// A row of `generations.csv`: run, time and value.
 type Generation = (u64, u64, String);
 
 impl Example {
-    /// Of runs, each of three generations that rise to its outcome.
+    /// Writes tables of runs, each with three generations that rise to its outcome.
     fn new(name: &str, factors: &[&str], runs: &[Run]) -> Self {
         let rises =
             |(number, run): (u64, &Run)| [1, 2, 3].map(|i| (number, i - 1, (run.2 * i as f64 / 3.0).to_string()));
@@ -98,14 +98,14 @@ impl Example {
         self.tables(report).unwrap_or_else(|failure| panic!("{failure}"))
     }
 
-    /// What is wrong, with its exit code.
+    /// Exit code and message of a failing report.
     fn failure(&self) -> (u8, String) {
         let failure = self.tables(report).map(|_| ()).expect_err("a failure");
         (failure.code(), failure.to_string())
     }
 }
 
-/// What outcomes differ by beside their levels.
+/// Variation of outcomes apart from levels.
 fn noise(run: u32) -> u32 {
     (37 * run * run + 11 * run + 5) % 401
 }
@@ -114,7 +114,7 @@ fn one_of<const N: usize>(texts: [&str; N]) -> [String; N] {
     texts.map(str::to_owned)
 }
 
-/// Three factors, their levels not in order, 4 seeds a cell, and one run without a number.
+/// Three factors with unsorted levels, 4 seeds per cell, and one run without a number.
 fn three(name: &str) -> Example {
     let mut runs = Vec::new();
     for (size, of_size) in [("20", 300), ("10", 0), ("40", 100)] {
@@ -157,14 +157,14 @@ fn random(name: &str) -> Example {
     Example::new(name, &["scale"], &(0..50).map(run).collect::<Vec<_>>())
 }
 
-/// Rows of a CSV file, the first one's names with them.
+/// Rows of a CSV file by column name.
 fn rows(text: &str) -> Vec<std::collections::BTreeMap<String, String>> {
     let mut reader = csv::Reader::from_reader(text.as_bytes());
     let rows = reader.deserialize().map(|row| row.expect("as many cells as columns"));
     rows.collect()
 }
 
-/// Asserts that numbers are those expected, to six digits as they are printed.
+/// Asserts that numbers equal the expected ones in the six printed digits.
 fn agree(found: &std::collections::BTreeMap<String, String>, expected: &[(&str, f64)]) {
     for &(name, expected) in expected {
         let number: f64 = found[name].parse().unwrap_or(f64::NAN);
@@ -224,7 +224,7 @@ fn levels_are_compared_as_scipy_does() {
         pair("kind", "perceptron", "hidden"),
         &[("a", 0.303_174_603_174_603), ("p_holm", 0.017_678_631_914_813)],
     );
-    // Wider ranges are the later levels.
+    // Wider ranges are later levels.
     agree(
         pair("noise.sensor", "[0.0, 0.4]", "[0.0, 0.0]"),
         &[
@@ -239,7 +239,7 @@ fn levels_are_compared_as_scipy_does() {
         &[("p", 0.005_481_176_550_1)],
     );
     assert_eq!(effects.iter().filter(|row| row["family"] == "levels").count(), 7);
-    // NumPy's bootstrap of 20,000 resamples has 0.355 to 0.837.
+    // NumPy's bootstrap of 20,000 resamples gives 0.355 to 0.837.
     let bounds = pair("size", "20", "10");
     for (end, expected) in [("delta_low", 0.355), ("delta_high", 0.837)] {
         let found: f64 = bounds[end].parse().expect("a number");
@@ -304,7 +304,7 @@ fn cells_are_ranked_and_held_against_the_best() {
     );
     agree(against("18"), &[("difference", 91.4), ("p_holm", 0.485_714_285_714)]);
     assert_eq!(effects.iter().filter(|row| row["family"] == "cells").count(), 17);
-    // 17 tests of at least 2 / 70 each.
+    // 17 tests, each with p of at least 2 / 70.
     let section = part(&report.html, "section", "effects");
     assert!(section.contains("no corrected p can be below 0.49"), "{section}");
     assert!(
@@ -400,7 +400,7 @@ fn the_page_says_what_the_tables_hold() {
         curves.contains("The best of 2 levels is <b>hidden</b>")
             && curves.contains("Against perceptron, the other: A\u{a0}=\u{a0}0.697")
     );
-    // Size and noise: 8 runs, of both kinds; one is without a number.
+    // Size and noise: 8 runs, of both kinds; one has no number.
     let pair = part(&html, "figure", "pair-2");
     assert!(
         pair.contains(">396.2<") && pair.matches(">7 runs<").count() == 1 && pair.matches(">8 runs<").count() == 8,
@@ -486,7 +486,7 @@ fn all_pairs_of_few_cells_are_compared() {
     );
     agree(pair("1", "5"), &[("p_holm", 0.285_714_285_714)]);
     assert_eq!(effects.iter().filter(|row| row["family"] == "cells").count(), 10);
-    // Of one factor, levels are cells: the same tests, the later level first.
+    // With one factor, levels are cells: the same tests, but the later level is first.
     let levels = row_of(
         &effects,
         [
@@ -540,7 +540,7 @@ fn many_numbers_are_taken_together_in_bins() {
         row_of(&effects, names),
         &[("u", 30.0), ("p", 0.143_140_141_592_154), ("p_holm", 1.0)],
     );
-    // One run a cell: none is tested, and the page says so.
+    // With one run per cell, none is tested, and the page says so.
     assert_eq!(effects.len(), 10);
     assert!(part(&report.html, "section", "effects").contains("Fewer than two cells have 3 runs"));
     assert_eq!(part(&report.html, "section", "cells").matches("<tr>").count(), 1 + 50);
@@ -610,7 +610,7 @@ fn equal_outcomes_speak_for_no_difference() {
 fn pairs_of_many_factors_are_those_that_explain_the_most() {
     let runs = (0..64_u32).map(|run| {
         let levels: Vec<u32> = (0..5).map(|bit| run >> bit & 1).collect();
-        // The fourth factor does nothing.
+        // The fourth factor has no effect.
         let outcome = [1, 4, 16, 0, 64]
             .iter()
             .zip(&levels)
@@ -679,7 +679,7 @@ fn rows_of_one_time_count_as_their_mean() {
         .map(|run| (vec![["a", "b"][run as usize % 2].to_owned()], run, 1.0))
         .collect();
     let row = |run, time, value: &str| (run, time, value.to_owned());
-    // Two robots; the first times have no value of one, and of both.
+    // Two robots; at the first times no robot, or both, have a value.
     let generations = [
         row(1, 5, ""),
         row(1, 5, "3"),
@@ -759,7 +759,7 @@ fn levels_have_an_order_where_they_are_numbers_or_ranges() {
 #[test]
 fn a_bin_has_all_runs_of_its_levels() {
     let texts: Vec<String> = (0..11).map(|level| level.to_string()).collect();
-    // Half of all runs have level 3: no bin parts them, and one has nothing left.
+    // Half of all runs have level 3: no bin splits them, and one bin is left empty.
     let mut runs: Vec<u32> = (0..11).chain(std::iter::repeat_n(3, 10)).collect();
     let factor = Factor::new("f", texts, &mut runs);
     let groups: Vec<(usize, usize)> = factor.groups.iter().map(|group| (group.first, group.last)).collect();
