@@ -1,4 +1,4 @@
-//! Where robots live: walls, round obstacles and blocks, as data. An arena is checked when a world is made of it.
+//! Arenas as data: walls, round obstacles and blocks. An arena is checked when a world is made from it.
 
 use glam::Vec2;
 
@@ -8,11 +8,11 @@ use crate::exact::cosine;
 /// and y up.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Arena {
-    /// What reports call it.
+    /// Name in reports.
     pub name: String,
-    /// Where robots start.
+    /// Field in which robots start.
     pub field: Field,
-    /// Walls, without thickness, at any angle.
+    /// Walls of no thickness, at any angle.
     pub walls: Vec<Wall>,
     /// Round obstacles.
     pub obstacles: Vec<Obstacle>,
@@ -38,9 +38,9 @@ pub struct Field {
 pub struct Wall {
     /// One end.
     pub from: [f32; 2],
-    /// The other.
+    /// Other end.
     pub to: [f32; 2],
-    /// The class of object, by which the sensors' table is chosen.
+    /// Class of object, which selects the sensor table.
     pub class: String,
 }
 
@@ -53,29 +53,29 @@ pub struct Obstacle {
     pub y: f32,
     /// Radius.
     pub radius: f32,
-    /// The class of object, by which the sensors' table is chosen.
+    /// Class of object, which selects the sensor table.
     pub class: String,
 }
 
-/// A rectangular obstacle at any angle, mm. It looks different from different sides: the sensors' table of its class
-/// may hold several points of view.
+/// A rectangular obstacle at any angle, mm. It looks different from different sides, so its class's sensor table may
+/// have several points of view.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Block {
     /// Centre.
     pub x: f32,
     /// Centre.
     pub y: f32,
-    /// Its longer side, or either.
+    /// Length of one pair of sides, usually the longer one.
     pub length: f32,
-    /// The other side.
+    /// Length of the other sides.
     pub width: f32,
-    /// The direction of its length, turns counter-clockwise from the x axis, `0..1`.
+    /// Direction of its length in turns, counter-clockwise from the x axis, `0..1`.
     pub heading: f32,
-    /// The class of object, by which the sensors' table is chosen.
+    /// Class of object, which selects the sensor table.
     pub class: String,
 }
 
-/// Nowhere yet, of the class `wall`.
+/// All zeros, with the class `wall`.
 impl Default for Wall {
     fn default() -> Self {
         Self {
@@ -86,7 +86,7 @@ impl Default for Wall {
     }
 }
 
-/// Nowhere yet, of the class `round`.
+/// All zeros, with the class `round`.
 impl Default for Obstacle {
     fn default() -> Self {
         Self {
@@ -98,7 +98,7 @@ impl Default for Obstacle {
     }
 }
 
-/// Nowhere yet, of the class `block`.
+/// All zeros, with the class `block`.
 impl Default for Block {
     fn default() -> Self {
         Self {
@@ -113,7 +113,7 @@ impl Default for Block {
 }
 
 impl Block {
-    /// The direction of its length as a unit vector, along an axis exactly where it nearly is.
+    /// Direction of its length as a unit vector, exactly along an axis if it is nearly so.
     pub fn axis(&self) -> Vec2 {
         const NEARLY: f64 = 1e-6;
         let degrees = 360.0 * f64::from(self.heading);
@@ -121,7 +121,7 @@ impl Block {
         Vec2::new(x as f32, y as f32)
     }
 
-    /// Its corners, in their order around it.
+    /// Corners, in order around the block.
     pub fn corners(&self) -> [Vec2; 4] {
         let along = 0.5 * self.length * self.axis();
         let across = 0.5 * self.width * self.axis().perp();
@@ -145,7 +145,7 @@ impl Arena {
         "octagon",
     ];
 
-    /// An arena of the catalogue.
+    /// Looks up an arena of the catalogue.
     pub fn named(name: &str) -> Option<Self> {
         match name {
             "miglino1995" => Some(Self::miglino1995()),
@@ -160,7 +160,7 @@ impl Arena {
         }
     }
 
-    /// Four walls of the class `wall`, the lower left corner at the origin.
+    /// Four walls of the class `wall`, with the lower left corner at the origin.
     pub fn rectangle(width: f32, height: f32) -> Self {
         let corners = [[0.0, 0.0], [width, 0.0], [width, height], [0.0, height]];
         Self {
@@ -170,23 +170,23 @@ impl Arena {
     }
 
     /// 600 x 350 mm with three obstacles of 55 mm diameter in a row (Miglino et al. 1995; the paper says "in the
-    /// center", the positions are ours).
+    /// center", the exact positions are ours).
     pub fn miglino1995() -> Self {
         Self::rectangle(600.0, 350.0)
             .with_obstacles([(180.0, 175.0), (300.0, 175.0), (420.0, 175.0)], 27.5)
             .called("miglino1995")
     }
 
-    /// The same with the obstacles in a triangle.
+    /// Like [`Arena::miglino1995`], with the obstacles in a triangle.
     pub fn miglino1995_triangle() -> Self {
         Self::rectangle(600.0, 350.0)
             .with_obstacles([(300.0, 250.0), (235.0, 137.5), (365.0, 137.5)], 27.5)
             .called("miglino1995-triangle")
     }
 
-    /// The same with a block of 110 x 55 mm in place of the obstacle in the middle, a twelfth of a turn askew: what
-    /// section 3.2 of the paper says of objects that are not symmetrical. It needs a sensor table of the class `block`,
-    /// which is not compiled in: `oneiro sample --objects wall,round,block` makes one.
+    /// Like [`Arena::miglino1995`], with the middle obstacle replaced by a block of 110 x 55 mm that is rotated by a
+    /// twelfth of a turn, for the asymmetric objects of the paper's section 3.2. It needs a sensor table of the class
+    /// `block`, which isn't compiled in: `oneiro sample --objects wall,round,block` makes one.
     pub fn miglino1995_block() -> Self {
         let mut arena = Self::rectangle(600.0, 350.0)
             .with_obstacles([(140.0, 175.0), (460.0, 175.0)], 27.5)
@@ -217,7 +217,7 @@ impl Arena {
             [0.0, FAR],
             [0.0, NEAR],
         ];
-        // Random starts stay within the square that the octagon holds.
+        // Random starts stay within a square inside the octagon.
         let field = Field {
             x: NEAR / 2.0,
             y: NEAR / 2.0,
@@ -232,7 +232,7 @@ impl Arena {
         .called("octagon")
     }
 
-    /// The smallest rectangle around the field and all that stands there: what a picture shows.
+    /// The smallest rectangle around the field and all objects, for pictures.
     pub fn bounds(&self) -> Field {
         let Field { x, y, width, height } = self.field;
         let mut low = Vec2::new(x, y);
@@ -284,7 +284,7 @@ impl Arena {
         }
     }
 
-    /// With more obstacles of the class `round`, centres and radius in mm.
+    /// Adds obstacles of the class `round`; centres and radius in mm.
     #[must_use]
     pub fn with_obstacles(mut self, centres: impl IntoIterator<Item = (f32, f32)>, radius: f32) -> Self {
         self.obstacles.extend(centres.into_iter().map(|(x, y)| Obstacle {
@@ -296,7 +296,7 @@ impl Arena {
         self
     }
 
-    /// With another name.
+    /// Renames the arena.
     #[must_use]
     pub fn called(mut self, name: &str) -> Self {
         self.name = name.into();

@@ -5,8 +5,8 @@ use crate::cpu::Cpu;
 use crate::evaluator::{Control, Device, Error, Evaluator};
 use crate::random::pcg4d;
 
-/// An evaluator with audits: in each call a share of the groups of 64 rollouts runs again on the CPU. The rollouts' keys
-/// alone decide which.
+/// An evaluator with audits: in each call a share of the groups of 64 rollouts runs again on the CPU. Only the
+/// rollouts' keys decide which.
 pub struct Audited {
     evaluator: Box<dyn Evaluator>,
     cpu: Cpu,
@@ -14,12 +14,12 @@ pub struct Audited {
 }
 
 impl Audited {
-    /// Audits a share of an evaluator's groups, from 0 (none) to 1 (all). Above 0, at least one group a call.
+    /// Audits a share of an evaluator's groups, from 0 (none) to 1 (all). Above 0, at least one group per call.
     pub fn new(evaluator: Box<dyn Evaluator>, cpu: Cpu, share: f64) -> Self {
         Self { evaluator, cpu, share }
     }
 
-    /// The groups of a part that run again.
+    /// Groups of a part to run again.
     fn chosen(&self, part: &Part<'_>) -> Vec<u32> {
         let lots: Vec<(u32, u32)> = part.groups().map(|group| (lot(part.batch(), group), group)).collect();
         let drawn = lots
@@ -77,7 +77,7 @@ impl Evaluator for Audited {
     }
 }
 
-/// A pseudo-random number that depends on the rollouts alone.
+/// A pseudorandom number that depends only on the rollouts.
 fn lot(batch: &Batch, group: u32) -> u32 {
     let inputs = batch.part(group..group + 1).inputs();
     pcg4d([inputs[0], inputs[LANES], 0, 0])[3]

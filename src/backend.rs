@@ -1,22 +1,21 @@
-//! Evaluators by name, as users choose them on the command line.
+//! Evaluators by the names that users give on the command line.
 
 use crate::cpu::Cpu;
 use crate::evaluator::{Error, Evaluator};
 use crate::pool::Pool;
 
-/// The names that [`open`] takes, for messages.
+/// Names that [`open`] accepts, for messages.
 pub const BACKENDS: &str =
     "auto, cpu, cpu:LANES such as cpu:avx2x16, gpu, gpu:NAME or index, pool, pool:A+B.. of these";
 
-/// Options of a backend. No result depends on them.
+/// Options of a backend. They don't affect results.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Options {
     /// CPU threads; by default one per processor.
     pub threads: Option<usize>,
-    /// The greatest number of cycles in one call of a kernel; by default chosen for speed and a prompt cancel.
+    /// Most cycles in one call of a kernel; by default chosen for speed and quick cancellation.
     pub chunk: Option<u32>,
-    /// Share of a GPU's rollouts, 0 to 1, that runs again on the CPU and is compared. Ignored on a GPU that is not
-    /// exact.
+    /// Share of a GPU's rollouts, 0 to 1, that run again on the CPU for comparison. Ignored on GPUs that aren't exact.
     pub audit_share: f64,
 }
 
@@ -37,7 +36,7 @@ pub struct Options {
 /// ```
 ///
 /// # Errors
-/// [`Error::NoDevice`]: no backend of that name, no such device, or options that are not allowed.
+/// [`Error::NoDevice`]: an unknown backend, a missing device, or options that aren't allowed.
 pub fn open(name: &str, options: Options) -> Result<Box<dyn Evaluator>, Error> {
     if !(0.0..=1.0).contains(&options.audit_share) {
         return Err(Error::NoDevice(format!(
@@ -91,7 +90,7 @@ mod gpus {
     use crate::audit::Audited;
     use crate::gpu::{self, Bounds, Choice, Gpu, Recovering};
 
-    /// Opens the adapter of that index or name, or the best real GPU.
+    /// Opens the adapter with an index or name, or the best real GPU.
     pub(super) fn named(which: Option<&str>, options: Options) -> Result<Box<dyn Evaluator>, Error> {
         let choice = which.map_or(Choice::Hardware, |name| Choice::Named(name.into()));
         guarded(Gpu::open(&choice)?, options)
@@ -114,7 +113,7 @@ mod gpus {
             .collect()
     }
 
-    /// Wraps a GPU: the CPU takes its place when it is lost, and its results are audited.
+    /// Wraps a GPU: the CPU replaces it if it is lost, and its results are audited.
     fn guarded(mut gpu: Gpu, options: Options) -> Result<Box<dyn Evaluator>, Error> {
         if let Some(cycles) = options.chunk {
             gpu.set_bounds(Bounds {
@@ -131,7 +130,7 @@ mod gpus {
     }
 }
 
-/// A program without GPUs has none.
+/// Without the feature `gpu` there are none.
 #[cfg(not(feature = "gpu"))]
 mod gpus {
     use super::{Error, Evaluator, Options};

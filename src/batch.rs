@@ -1,4 +1,4 @@
-//! What is evaluated in one call: rollouts in any mix of worlds, checked and packed once.
+//! Batches: rollouts in any mix of worlds, checked and packed once, to be evaluated in one call.
 
 mod packing;
 
@@ -15,40 +15,40 @@ use crate::random::Key;
 use packing::Packed;
 pub use packing::{Buffers, WorldKind};
 
-/// Rollouts a group: the workgroup of the kernels.
+/// Rollouts per group: the kernels' workgroup size.
 pub const LANES: usize = life::LANES as usize;
 
-/// Genes may be as large as this in size: no sum in a controller overflows.
+/// Greatest magnitude of a gene, so that no sum in a controller overflows.
 pub const GREATEST_GENE: f32 = 1e6;
 
-/// Genes smaller than this in size (2^-40), zero of either sign among them, count as 0. A gene times an output of a
-/// unit, at least 2^-63, is then a multiple of 2^-126, and so is any sum of such: none is subnormal.
+/// Genes of smaller magnitude than this (2^-40) count as 0, as does zero of either sign. A gene times a unit's output,
+/// at least 2^-63, is then a multiple of 2^-126, and so is every sum of such products: none is subnormal.
 pub const LEAST_GENE: f32 = 1.0 / (1_u64 << 40) as f32;
 
-/// Words that the traces of a batch may have in all: 2.7 GB.
+/// Most words in all traces of a batch: 2.7 GB.
 pub const GREATEST_TRACE: u64 = (1 << 25) * WORDS_OF_RECORD as u64;
 const WORDS_OF_RECORD: usize = size_of::<Record>() / size_of::<u32>();
 
-/// Words of a group's key, before its genes.
+/// Words of a group's keys, which precede its genes.
 const KEY_WORDS: usize = life::KEY_WORDS as usize;
 
-/// One genome's life in one world from one key.
+/// A genome's life in a world, with the random numbers of one key.
 #[derive(Clone, Copy, Debug)]
 pub struct Rollout<'a> {
     /// Index of its world.
     pub world: usize,
-    /// As many as its world's controller takes, at most [`GREATEST_GENE`] in size. Those of a world of several robots are
-    /// what [`crate::swarm::Swarm::inputs`] makes.
+    /// As many genes as its world's controller takes, each of magnitude [`GREATEST_GENE`] at most. For a world of
+    /// several robots, the output of [`crate::swarm::Swarm::inputs`].
     pub genes: &'a [f32],
-    /// The key of its random numbers.
+    /// Key of its random numbers.
     pub key: Key,
 }
 
-/// Asks for a trace of each rollout.
+/// Requests a trace of each rollout.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct TraceRequest {
-    /// A record each so many cycles, from 1; the first is of the first cycle that is lived. Worlds of several robots have
-    /// a line after each so many cycles.
+    /// Record every Nth cycle, from 1, beginning with the first cycle lived. Worlds of several robots have a line after
+    /// every Nth cycle.
     pub every: u32,
 }
 
@@ -61,22 +61,22 @@ pub struct Worlds(Arc<PackedWorlds>);
 #[derive(Debug)]
 struct PackedWorlds {
     kernel: &'static Kernel,
-    /// Of each world.
+    /// Facts of each world.
     facts: Vec<Facts>,
-    /// Words that each slot keeps from one dispatch to the next, and of a record of its trace.
+    /// Words that each slot keeps between dispatches, and words per record of its trace.
     state_words: u32,
     record_words: u32,
     packed: Packed,
 }
 
-/// What batches need to know of a world, besides what the kernels read.
+/// Properties of a world that batches need, besides its packed values.
 #[derive(Clone, Copy, Debug)]
 struct Facts {
-    /// Genes of a rollout in it.
+    /// Genes of a rollout.
     genes: usize,
-    /// Robots of a rollout in it.
+    /// Robots of a rollout.
     robots: u32,
-    /// The most turns of all loops of a cycle together, and of those with which a life begins.
+    /// Most iterations of all loops in one cycle, and in the beginning of a life.
     loops: u32,
     begin_loops: u32,
 }
@@ -95,11 +95,11 @@ impl Facts {
 }
 
 impl Worlds {
-    /// Checks and packs worlds: values of one type that is a [`WorldKind`], or references to values of several
-    /// (`&dyn WorldKind`).
+    /// Checks and packs worlds: values of one type that implements [`WorldKind`], or references to values of several
+    /// types (`&dyn WorldKind`).
     ///
     /// # Errors
-    /// No world; the first value that is not allowed; worlds of different kernels.
+    /// No world; the first invalid value; worlds of different kernels.
     pub fn new<W: WorldKind>(worlds: &[W]) -> Result<Self, Invalid> {
         let Some(first) = worlds.first() else {
             return Err(Invalid::new("worlds", "there is none; allowed: one and more"));
@@ -130,22 +130,22 @@ impl Worlds {
         })))
     }
 
-    /// Checks and packs rollouts in these worlds: whole lives.
+    /// Checks and packs rollouts of whole lives in these worlds.
     ///
     /// # Errors
-    /// No rollout, or too many; a rollout's world that is none; a rollout's genes that are too many, too few, not
-    /// finite or beyond [`GREATEST_GENE`]; a trace with more than [`GREATEST_TRACE`] words.
+    /// No rollout, or too many; an unknown world; genes that are too many, too few, not finite or beyond
+    /// [`GREATEST_GENE`]; a trace with more than [`GREATEST_TRACE`] words.
     pub fn batch(&self, rollouts: &[Rollout<'_>], trace: Option<TraceRequest>) -> Result<Batch, Invalid> {
         self.lives(rollouts, 0..u32::MAX, &[], false, trace)
     }
 
-    /// Checks and packs a stretch of lives, so many cycles from the first on, and asks for what is needed to go on
-    /// afterwards. `states` are what the stretch before gave, of each rollout; none if lives begin. Genes and keys may
-    /// have changed since.
+    /// Checks and packs a stretch of lives, given by its first cycle and number of cycles, and requests the states for
+    /// continuing them. `states` has each rollout's state after the previous stretch, or is empty if lives begin. Genes
+    /// and keys may have changed since.
     ///
     /// # Errors
-    /// As [`Worlds::batch`], and no cycle, a rollout whose life has ended by then, or states that are not of such
-    /// rollouts.
+    /// As [`Worlds::batch`], and an empty stretch, a rollout whose life has ended by its start, or states that don't
+    /// fit the rollouts.
     pub fn stretch(
         &self,
         rollouts: &[Rollout<'_>],
@@ -226,8 +226,8 @@ impl Worlds {
         Ok(batch)
     }
 
-    /// Where a slot's word is in a buffer of which each slot has so many: kernels of single lives keep a slot's words
-    /// together, those of several robots the same word of a group's slots.
+    /// Index of a slot's word in a buffer with `words` words per slot. Kernels of single lives keep the words of a slot
+    /// together; kernels of several robots keep the same word of a group's slots together.
     fn place(&self, slot: usize, word: usize, words: usize) -> usize {
         if self.0.kernel.stride("state") == size_of::<u32>() {
             (slot / LANES * words + word) * LANES + slot % LANES
@@ -236,17 +236,17 @@ impl Worlds {
         }
     }
 
-    /// The kernel that simulates them.
+    /// Kernel that simulates them.
     pub fn kernel(&self) -> &'static Kernel {
         self.0.kernel
     }
 
-    /// Words that each rollout keeps from one stretch to the next.
+    /// Words that each rollout keeps between stretches.
     pub fn state_words(&self) -> usize {
         self.0.state_words as usize
     }
 
-    /// For each world, genes of a rollout in it.
+    /// Number of genes of a rollout in each world.
     pub fn genes(&self) -> Vec<usize> {
         self.0.facts.iter().map(|facts| facts.genes).collect()
     }
@@ -255,15 +255,15 @@ impl Worlds {
 /// Checked rollouts, packed as the kernels read them: in groups of 64 slots that share a world. Rollouts keep their
 /// order within a world; a world's last group may have idle slots.
 ///
-/// See [`Worlds`] for what its worlds have in common.
+/// The worlds of a batch have one kernel, see [`Worlds`].
 #[derive(Debug)]
 pub struct Batch {
     worlds: Worlds,
     groups: Vec<life::Group>,
     inputs: Vec<u32>,
-    /// The slot of each rollout.
+    /// Slot of each rollout.
     slots: Vec<u32>,
-    /// What each slot kept of its life so far, as the kernel has it; none if lives begin.
+    /// State of each slot's life so far, in the kernel's layout; empty if lives begin.
     states: Vec<u32>,
     keeps_states: bool,
     trace_every: u32,
@@ -271,7 +271,7 @@ pub struct Batch {
 }
 
 impl Batch {
-    /// Checks and packs rollouts. Whoever makes many batches packs their worlds once, with [`Worlds::new`].
+    /// Checks and packs rollouts. To make many batches, pack their worlds once with [`Worlds::new`].
     ///
     /// # Errors
     /// As [`Worlds::new`] and [`Worlds::batch`].
@@ -283,67 +283,67 @@ impl Batch {
         Worlds::new(worlds)?.batch(rollouts, trace)
     }
 
-    /// How many rollouts it has.
+    /// Number of rollouts.
     pub fn rollouts(&self) -> usize {
         self.slots.len()
     }
 
-    /// Robot-steps in all: a step is one robot for one cycle.
+    /// Total robot-steps: a step is one robot for one cycle.
     pub fn steps(&self) -> u64 {
         self.all().steps()
     }
 
-    /// The kernel that simulates it.
+    /// Kernel that simulates it.
     pub fn kernel(&self) -> &'static Kernel {
         self.worlds.kernel()
     }
 
-    /// How many groups it has.
+    /// Number of groups.
     pub fn groups(&self) -> u32 {
         self.groups.len() as u32
     }
 
-    /// The cycles of its longest life that are lived.
+    /// Range of cycles lived, up to the end of the longest life.
     pub fn cycles(&self) -> Range<u32> {
         self.cycles.clone()
     }
 
-    /// Words that each slot keeps from one dispatch to the next.
+    /// Words that each slot keeps between dispatches.
     pub fn state_words(&self) -> usize {
         self.worlds.0.state_words as usize
     }
 
-    /// Words of a record of a trace.
+    /// Words per record of a trace.
     pub fn record_words(&self) -> usize {
         self.worlds.0.record_words as usize
     }
 
-    /// Words of each slot's trace; 0 without one.
+    /// Words of each slot's trace; 0 without a trace.
     pub fn trace_words(&self) -> usize {
         self.trace_records() as usize * self.record_words()
     }
 
-    /// Whether slots' states are a result, for lives to go on.
+    /// Whether slots' states are part of the result, so that lives can continue.
     pub fn keeps_states(&self) -> bool {
         self.keeps_states
     }
 
-    /// Words of each slot's state in a result; 0 if nobody asked for them.
+    /// Words of each slot's state in a result; 0 if states were not requested.
     pub fn kept_words(&self) -> usize {
         if self.keeps_states { self.state_words() } else { 0 }
     }
 
-    /// Where a slot's word is among a result's, of which each slot has so many.
+    /// Index of a slot's word in a result with `words` words per slot.
     pub fn place(&self, slot: usize, word: usize, words: usize) -> usize {
         self.worlds.place(slot, word, words)
     }
 
-    /// Cycles from one record of a trace to the next; 0 without a trace.
+    /// Cycles between records of a trace; 0 without a trace.
     pub fn trace_every(&self) -> u32 {
         self.trace_every
     }
 
-    /// Records that each slot has room for; 0 without a trace.
+    /// Records per slot; 0 without a trace.
     pub fn trace_records(&self) -> u32 {
         if self.trace_every == 0 {
             0
@@ -352,7 +352,7 @@ impl Batch {
         }
     }
 
-    /// The slot of a rollout: its lane is `slot % 64` of the group `slot / 64`.
+    /// Slot of a rollout: its lane is `slot % 64` of the group `slot / 64`.
     pub fn slot(&self, rollout: usize) -> Option<usize> {
         self.slots.get(rollout).map(|&slot| slot as usize)
     }
@@ -367,7 +367,7 @@ impl Batch {
         self.part(0..self.groups())
     }
 
-    /// Some of its groups. A range that goes too far ends where the batch does.
+    /// A range of its groups, clipped to the batch.
     pub fn part(&self, groups: Range<u32>) -> Part<'_> {
         let end = groups.end.min(self.groups());
         Part {
@@ -376,10 +376,10 @@ impl Batch {
         }
     }
 
-    /// The evaluation of [`Batch::all`], by rollout.
+    /// Converts the result of [`Batch::all`] to results by rollout.
     ///
     /// # Panics
-    /// If the result is not one of the whole batch.
+    /// If the result isn't that of the whole batch.
     pub fn outcome(&self, result: PartResult) -> Outcome {
         let PartResult { fitness, trace, states } = result;
         let records = self.trace_records() as usize;
@@ -414,32 +414,32 @@ impl Batch {
     }
 }
 
-/// The results of a part: one fitness per slot (idle slots hold anything), and on request traces and states, as words
-/// that [`Batch::place`] finds.
+/// Results of a part: one fitness per slot (idle slots hold arbitrary values) and, if requested, traces and states as
+/// words, indexed with [`Batch::place`].
 #[derive(Clone, Debug, Default)]
 pub struct PartResult {
     /// `part.slots()` values.
     pub fitness: Vec<f32>,
-    /// `part.slots() * batch.trace_words()` words, or none.
+    /// `part.slots() * batch.trace_words()` words, or empty.
     pub trace: Vec<u32>,
-    /// `part.slots() * batch.state_words()` words, or none.
+    /// `part.slots() * batch.state_words()` words, or empty.
     pub states: Vec<u32>,
 }
 
-/// What a batch's evaluation gave, by rollout, in the order in which they were given.
+/// Results of a batch, in the order of its rollouts.
 #[derive(Clone, Debug, Default)]
 pub struct Outcome {
-    /// Fitness; more is better. Of a world of several robots all food that they brought so far.
+    /// Fitness; higher is better. For a world of several robots, all food collected so far.
     pub fitness: Vec<f32>,
-    /// Traces of single lives, each as long as its life; none if none were asked for.
+    /// Traces of single lives, each as long as its life; empty unless requested.
     pub traces: Vec<Vec<Record>>,
     /// Traces of worlds of several robots, as [`crate::swarm`] reads them.
     pub logs: Vec<Vec<u32>>,
-    /// What each life is to go on with; none if whole lives were asked for.
+    /// States for continuing each life; empty for whole lives.
     pub states: Vec<Vec<u32>>,
 }
 
-/// Some neighbouring groups of a batch: what evaluators share out. Groups, inputs and results are counted within it.
+/// A range of a batch's groups: the unit of work for evaluators. Groups, inputs and results are numbered within it.
 #[derive(Clone, Debug)]
 pub struct Part<'a> {
     batch: &'a Batch,
@@ -452,49 +452,49 @@ impl<'a> Part<'a> {
         self.batch
     }
 
-    /// Which of the batch's groups these are.
+    /// The range of the batch's groups.
     pub fn groups(&self) -> Range<u32> {
         self.groups.clone()
     }
 
-    /// A part of this part, its groups counted within this one.
+    /// A part of this part; groups are numbered within this one.
     #[must_use]
     pub fn part(&self, groups: Range<u32>) -> Part<'a> {
         let end = self.groups.start.saturating_add(groups.end).min(self.groups.end);
         self.batch.part(self.groups.start.saturating_add(groups.start)..end)
     }
 
-    /// The kernel that simulates it.
+    /// Kernel that simulates it.
     pub fn kernel(&self) -> &'static Kernel {
         self.batch.kernel()
     }
 
-    /// All the batch's worlds.
+    /// All worlds of the batch.
     pub fn worlds(&self) -> &'a [life::World] {
         &self.batch.worlds.0.packed.worlds
     }
 
-    /// All the batch's objects; at least one, so that the buffer is not empty.
+    /// All objects of the batch; at least one, so that the buffer isn't empty.
     pub fn shapes(&self) -> &'a [life::Shape] {
         &self.batch.worlds.0.packed.shapes
     }
 
-    /// All the batch's tables.
+    /// All tables of the batch.
     pub fn tables(&self) -> &'a [[u32; 4]] {
         &self.batch.worlds.0.packed.tables
     }
 
-    /// This part's groups. Their `inputs` count from the start of the batch's.
+    /// Groups of this part. Their `inputs` count from the start of the batch's.
     pub fn group_table(&self) -> &'a [life::Group] {
         &self.batch.groups[self.groups.start as usize..self.groups.end as usize]
     }
 
-    /// This part's inputs.
+    /// Inputs of this part.
     pub fn inputs(&self) -> &'a [u32] {
         &self.batch.inputs[self.inputs_before(self.groups.start)..self.inputs_before(self.groups.end)]
     }
 
-    /// Where this part's inputs start in the batch's: `Dispatch::first_input`.
+    /// Index of this part's first input in the batch's: `Dispatch::first_input`.
     pub fn first_input(&self) -> u32 {
         self.inputs_before(self.groups.start) as u32
     }
@@ -506,22 +506,22 @@ impl<'a> Part<'a> {
             .map_or(self.batch.inputs.len(), |group| group.inputs as usize)
     }
 
-    /// Slots: 64 a group.
+    /// Number of slots, 64 per group.
     pub fn slots(&self) -> usize {
         self.groups.len() * LANES
     }
 
-    /// Rollouts, idle slots not counted.
+    /// Number of rollouts, without idle slots.
     pub fn rollouts(&self) -> usize {
         self.group_table().iter().map(|group| group.rollouts as usize).sum()
     }
 
-    /// Robot-steps in all.
+    /// Total robot-steps.
     pub fn steps(&self) -> u64 {
         self.steps_of(self.group_table(), &self.batch.cycles)
     }
 
-    /// Robot-steps of some groups in some cycles.
+    /// Robot-steps of some groups in a range of cycles.
     pub fn steps_of(&self, groups: &[life::Group], cycles: &Range<u32>) -> u64 {
         let steps = |group: &life::Group| {
             let world = group.world as usize;
@@ -532,7 +532,7 @@ impl<'a> Part<'a> {
         groups.iter().map(steps).sum()
     }
 
-    /// The cycles of its longest life that are lived.
+    /// Range of cycles lived, up to the end of the longest life.
     pub fn cycles(&self) -> Range<u32> {
         let lives = self
             .group_table()
@@ -542,7 +542,7 @@ impl<'a> Part<'a> {
         start..end.min(lives.max().unwrap_or(0))
     }
 
-    /// What this part's slots kept of their lives so far, as the kernel has it; none if lives begin.
+    /// State of this part's slots so far, in the kernel's layout; empty if lives begin.
     pub fn states(&self) -> &'a [u32] {
         if self.batch.states.is_empty() {
             return &[];
@@ -551,12 +551,12 @@ impl<'a> Part<'a> {
         &self.batch.states[self.groups.start as usize * words..self.groups.end as usize * words]
     }
 
-    /// The most turns that a kernel's loops make together in one cycle of one rollout, at least 1.
+    /// Most iterations of all of the kernel's loops in one cycle of one rollout, at least 1.
     pub fn loops(&self) -> u32 {
         self.most(|facts| facts.loops)
     }
 
-    /// Those that come on top when lives begin, as a random start does.
+    /// Most additional iterations in the beginning of a life, as for a random start.
     pub fn begin_loops(&self) -> u32 {
         self.most(|facts| facts.begin_loops)
     }
@@ -570,18 +570,18 @@ impl<'a> Part<'a> {
             .unwrap_or(1)
     }
 
-    /// Cycles from one record of a trace to the next; 0 without a trace.
+    /// Cycles between records of a trace; 0 without a trace.
     pub fn trace_every(&self) -> u32 {
         self.batch.trace_every()
     }
 
-    /// Records that each slot has room for; 0 without a trace. The same in each part of a batch.
+    /// Records per slot; 0 without a trace. The same in each part of a batch.
     pub fn trace_records(&self) -> u32 {
         self.batch.trace_records()
     }
 }
 
-/// Which rollout goes where.
+/// Assignment of rollouts to slots.
 struct Layout {
     groups: Vec<life::Group>,
     slots: Vec<u32>,
@@ -606,7 +606,7 @@ impl Layout {
         }
         let mut groups = Vec::new();
         let mut words = 0_usize;
-        // The next free slot of each world.
+        // Next free slot of each world.
         let mut next = Vec::with_capacity(facts.len());
         for (world, count) in counts.into_iter().enumerate() {
             next.push(groups.len() * LANES);
@@ -638,7 +638,7 @@ impl Layout {
         Ok(Self { groups, slots, words })
     }
 
-    /// The groups' inputs: field by field 64 values, first the keys' two words, then the genes.
+    /// Inputs of the groups: for each field 64 values, first the two words of the keys, then the genes.
     fn inputs(&self, facts: &[Facts], rollouts: &[Rollout<'_>]) -> Result<Vec<u32>, Invalid> {
         let mut inputs = vec![0_u32; self.words];
         for (index, (rollout, &slot)) in rollouts.iter().zip(&self.slots).enumerate() {
@@ -646,7 +646,7 @@ impl Layout {
             check_genes(index, rollout.genes, genes)?;
             let slot = slot as usize;
             let first = self.groups[slot / LANES].inputs as usize + slot % LANES;
-            // A group's strided writes stay within a few kilobytes.
+            // Strided writes stay within a group's few kilobytes.
             let lane = &mut inputs[first..=first + (KEY_WORDS + genes - 1) * LANES];
             lane[0] = rollout.key.0[0];
             lane[LANES] = rollout.key.0[1];
@@ -658,7 +658,7 @@ impl Layout {
     }
 }
 
-/// A gene as the kernels get it.
+/// Converts a gene to the kernels' form.
 fn canonical(gene: f32) -> f32 {
     if gene.abs() < LEAST_GENE { 0.0 } else { gene }
 }
@@ -671,9 +671,9 @@ fn check_genes(rollout: usize, genes: &[f32], count: usize) -> Result<(), Invali
         );
         return Err(Invalid::new(format!("rollouts[{rollout}].genes"), problem));
     }
-    // NaN is not within.
+    // NaN isn't within.
     let within = |gene: &f32| gene.abs() <= GREATEST_GENE;
-    // One pass without branches; where the fault is, is asked later.
+    // One pass without branches; the fault is located only if there is one.
     if genes.iter().fold(true, |good, gene| good & within(gene)) {
         return Ok(());
     }

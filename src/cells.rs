@@ -1,13 +1,13 @@
-//! Numbers that only some kernels read, as cells of four words.
+//! Values that only some kernels read, as cells of four words.
 
 use bytemuck::NoUninit;
 
-/// A world's cells. What is in each, the kernel's own struct says.
+/// A world's cells, laid out as in the kernel's own struct.
 #[derive(Debug)]
 pub(crate) struct Cells(Vec<[u32; 4]>);
 
 impl Cells {
-    /// So many cells, all 0.
+    /// Makes `count` cells of zeros.
     pub(crate) fn new(count: u32) -> Self {
         Self(vec![[0; 4]; count as usize])
     }

@@ -1,4 +1,4 @@
-//! Batches on the CPU: the kernels' lane code, spread over threads.
+//! Evaluation on the CPU: the kernels' lane code, on many threads.
 
 mod affinity;
 
@@ -12,7 +12,7 @@ use rayon::prelude::*;
 use crate::batch::{Batch, LANES, Part, PartResult};
 use crate::evaluator::{Control, Device, Error, Evaluator};
 
-/// Cycles between two looks at the control: some ten milliseconds of 64 rollouts.
+/// Cycles between checks for cancellation: some ten milliseconds of 64 rollouts.
 const CHUNK: u32 = 16_384;
 
 /// The CPU evaluator: a pool of threads, and for each batch the lane code that suits its size.
@@ -24,7 +24,7 @@ pub struct Cpu {
 }
 
 impl Cpu {
-    /// Opens the CPU with this number of threads; by default one per processor.
+    /// Opens the CPU with a number of threads, by default one per processor.
     ///
     /// ```
     /// use oneiro::cpu::Cpu;
@@ -36,8 +36,7 @@ impl Cpu {
     /// ```
     ///
     /// # Errors
-    /// [`Error::NoDevice`] for no threads or too many, or if threads do not round to the nearest and keep
-    /// subnormals.
+    /// [`Error::NoDevice`] for no threads or too many, or if threads don't round to nearest or don't keep subnormals.
     pub fn new(threads: Option<usize>) -> Result<Self, Error> {
         const GREATEST: usize = 1024;
         if threads.is_some_and(|threads| threads == 0 || threads > GREATEST) {
@@ -65,18 +64,18 @@ impl Cpu {
         })
     }
 
-    /// The names of the lane codes that this processor runs, widest first, such as `avx2x16`.
+    /// Names of the lane codes that this processor can run, widest first, such as `avx2x16`.
     pub fn variants() -> Vec<&'static str> {
         available(&oneiro_shaders::LIFE_PERCEPTRON)
             .map(|variant| variant.name)
             .collect()
     }
 
-    /// Always runs one lane code, instead of the one that suits each batch. A kernel that has none so wide runs the
-    /// widest of the same instruction set.
+    /// Always runs one lane code instead of choosing one for each batch. A kernel that isn't compiled so wide runs the
+    /// widest code of the same instruction set.
     ///
     /// # Errors
-    /// [`Error::NoDevice`] if this processor has none of that name.
+    /// [`Error::NoDevice`] if this processor can't run a lane code with that name.
     pub fn with_variant(mut self, name: &str) -> Result<Self, Error> {
         let known = Self::variants();
         let Some(variant) = known.iter().find(|known| **known == name) else {
@@ -87,7 +86,7 @@ impl Cpu {
         Ok(self)
     }
 
-    /// Sets the number of cycles in one call of a kernel, at least 1. No result depends on it.
+    /// Sets the number of cycles in one call of a kernel, at least 1. Results don't depend on it.
     #[must_use]
     pub fn with_chunk(mut self, cycles: u32) -> Self {
         self.chunk = cycles.max(1);
@@ -99,7 +98,7 @@ impl Cpu {
         self.pool.current_num_threads()
     }
 
-    /// Runs some groups of a batch, and returns results in the order of the groups. With `report_progress`, `control`
+    /// Runs some groups of a batch and returns results in the order of `groups`. With `report_progress`, `control`
     /// counts the steps.
     pub(crate) fn run(
         &self,
@@ -134,7 +133,7 @@ impl Cpu {
                 states: states.next().map(written),
             })
             .collect();
-        // Lanes that idle are not run.
+        // Idle lanes aren't run.
         let calls: Vec<(&Lives<'_>, usize)> = lives
             .iter()
             .flat_map(|lives| (0..lives.calls()).map(move |call| (lives, call)))
@@ -144,7 +143,7 @@ impl Cpu {
         Ok(result)
     }
 
-    /// The lane code with the shortest estimated time. With few rollouts, narrow ones keep more threads busy.
+    /// The lane code with the shortest estimated time. If there are few rollouts, narrow ones keep more threads busy.
     fn choose(&self, kernel: &'static Kernel, parts: &[Part<'_>]) -> Result<&'static Variant, Error> {
         let has_named = available(kernel).any(|variant| self.variant == Some(variant.name));
         let named = |variant: &&Variant| match self.variant {
@@ -195,8 +194,8 @@ fn instruction_set(name: &str) -> &str {
     name.rsplit_once('x').map_or(name, |(set, _)| set)
 }
 
-/// The approximate time of one call of a lane code: microseconds for 500 cycles of the perceptron's kernel, measured on
-/// a server's core. Only the choice of a lane code depends on it.
+/// Approximate time of one call of a lane code: microseconds for 500 cycles of the perceptron's kernel, measured on a
+/// server's core. It only affects the choice of a lane code.
 fn cost(variant: &Variant) -> f32 {
     let each_lane = match variant.name {
         name if name.starts_with("avx512") => 4.1,
@@ -208,27 +207,27 @@ fn cost(variant: &Variant) -> f32 {
     45.0 + each_lane * variant.lanes as f32
 }
 
-/// The rollouts of one group, and where their results go.
+/// Rollouts of one group, and the destination of their results.
 struct Lives<'a> {
     part: &'a Part<'a>,
     variant: &'static Variant,
     chunk: u32,
     control: &'a Control,
-    /// Counts the steps, if wanted.
+    /// Counter of steps, if wanted.
     steps: Option<&'a Control>,
     fitness: Words,
-    /// None without a trace.
+    /// `None` without a trace.
     trace: Option<Words>,
-    /// None if not wanted. Otherwise they also hold the states that lives begin with.
+    /// `None` if states aren't requested. Otherwise they also hold the states that lives begin with.
     states: Option<Words>,
 }
 
-// SAFETY: the group's results are filled by several calls at the same time, but each runs lanes of its own, and the
-// kernels write to words of their own lanes only.
+// SAFETY: several calls fill the group's results at the same time, but each runs its own lanes, and the kernels write
+// only to words of their own lanes.
 unsafe impl Sync for Lives<'_> {}
 
 impl Lives<'_> {
-    /// The calls that run all rollouts.
+    /// Number of calls needed for all rollouts.
     fn calls(&self) -> usize {
         self.part.rollouts().div_ceil(self.variant.lanes as usize)
     }
@@ -280,9 +279,8 @@ impl Lives<'_> {
                 self.fitness,
                 trace,
             ];
-            // SAFETY: `available` was asked before the variant was chosen. The buffers are those of the kernel's
-            // bindings, in their order (a test holds their names against these), none is empty, and the words of these
-            // lanes belong to this call alone.
+            // SAFETY: `available` has returned this variant. The buffers are those of the kernel's bindings, in order
+            // (a test compares their names), none is empty, and the words of these lanes belong to this call alone.
             unsafe { (self.variant.run)(&buffers, 0, first_lane as u32) };
             if let Some(control) = self.steps {
                 control.add_steps(part.steps_of(&[active], &(begin..end)));
@@ -292,7 +290,7 @@ impl Lives<'_> {
     }
 }
 
-/// A buffer that kernels read only.
+/// A buffer that kernels only read.
 fn read<T: bytemuck::Pod>(items: &[T]) -> Words {
     let words: &[u32] = bytemuck::cast_slice(items);
     Words {
@@ -310,9 +308,9 @@ fn written<T: bytemuck::Pod>(items: &mut [T]) -> Words {
     }
 }
 
-/// A thread's mode of float operations.
+/// Floating-point mode of a thread.
 mod float_mode {
-    /// Whether this thread rounds to the nearest and keeps subnormals, as threads do unless they were changed.
+    /// Whether this thread rounds to nearest and keeps subnormals, which is every thread's default.
     #[cfg(target_arch = "x86_64")]
     pub(super) fn is_default() -> bool {
         const FLUSH_TO_ZERO: u32 = 1 << 15;
@@ -324,7 +322,7 @@ mod float_mode {
         mode & (FLUSH_TO_ZERO | ROUNDING | DENORMALS_ARE_ZERO) == 0
     }
 
-    /// Whether this thread rounds to the nearest and keeps subnormals, as threads do unless they were changed.
+    /// Whether this thread rounds to nearest and keeps subnormals, which is every thread's default.
     #[cfg(target_arch = "aarch64")]
     pub(super) fn is_default() -> bool {
         const FLUSH_TO_ZERO: u64 = 1 << 24;
@@ -336,7 +334,7 @@ mod float_mode {
         mode & (FLUSH_TO_ZERO | ROUNDING | FLUSH_INPUTS) == 0
     }
 
-    /// Whether this thread rounds to the nearest and keeps subnormals: by trial, where no register says so.
+    /// Whether this thread rounds to nearest and keeps subnormals, found by trial because no register tells.
     #[cfg(not(any(target_arch = "x86_64", target_arch = "aarch64")))]
     pub(super) fn is_default() -> bool {
         use std::hint::black_box;
@@ -366,7 +364,7 @@ mod tests {
         }
     }
 
-    /// A changed mode is noticed.
+    /// A changed mode is detected.
     #[cfg(target_arch = "x86_64")]
     #[test]
     fn a_changed_float_mode_is_noticed() {

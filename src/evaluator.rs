@@ -12,7 +12,7 @@ pub struct Control {
 }
 
 impl Control {
-    /// Not cancelled, and no step done.
+    /// A control that isn't cancelled and has counted no steps.
     pub fn new() -> Self {
         Self::default()
     }
@@ -28,30 +28,30 @@ impl Control {
     pub fn steps(&self) -> u64 {
         self.steps.load(Ordering::Relaxed)
     }
-    /// Adds steps that are done; called by evaluators.
+    /// Adds finished steps; called by evaluators.
     pub fn add_steps(&self, steps: u64) {
         self.steps.fetch_add(steps, Ordering::Relaxed);
     }
-    /// Takes back steps that must be repeated, as after a lost device; called by evaluators.
+    /// Subtracts steps that must be repeated, as after a lost device; called by evaluators.
     pub fn take_back_steps(&self, steps: u64) {
         self.steps.fetch_sub(steps, Ordering::Relaxed);
     }
 }
 
-/// Why an evaluation gave no result. Never the batch's content, which is checked when a batch is made.
+/// Reason why an evaluation gave no result. It is never the batch's content, which was checked when the batch was made.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum Error {
     /// [`Control::cancel`] was called.
     #[error("the evaluation was cancelled")]
     Cancelled,
-    /// There is no such device on this machine, or it can't run the kernels.
+    /// This machine has no such device, or the device can't run the kernels.
     #[error("{0}")]
     NoDevice(String),
     /// The device was lost, and so was its replacement.
     #[error("the device {device} was lost: {reason}")]
     Lost {
-        /// Its name.
+        /// Name of the device.
         device: String,
         /// The driver's message.
         reason: String,
@@ -59,20 +59,20 @@ pub enum Error {
     /// A trace or a batch needs more memory than the device has.
     #[error("{0}")]
     TooLarge(String),
-    /// An audited rollout gave different bits on the CPU.
+    /// An audited rollout has different bits on the CPU.
     #[error(
         "rollout {rollout}: {device} computed {there} (bits {:08x}), the CPU {here} (bits {:08x}); \
          results of this device can't be trusted to be exact",
         there.to_bits(), here.to_bits()
     )]
     Differs {
-        /// Its index in the batch.
+        /// Index in the batch.
         rollout: usize,
-        /// The device's name.
+        /// Name of the device.
         device: String,
-        /// The device's fitness.
+        /// Fitness on the device.
         there: f32,
-        /// The CPU's fitness.
+        /// Fitness on the CPU.
         here: f32,
     },
 }
@@ -84,22 +84,22 @@ pub struct Device {
     pub name: String,
     /// Instruction set and lanes, or the driver's name and version.
     pub detail: String,
-    /// Whether results are promised to be bit for bit those of every other exact device.
+    /// Whether results are guaranteed to equal those of every other exact device, bit for bit.
     pub exact: bool,
 }
 
-/// Runs batches. Results depend on the batch alone, never on the device, its threads, or how it cuts the batch.
+/// Runs batches. Results depend only on the batch, never on the device, its threads, or how it divides the batch.
 pub trait Evaluator: Send {
     /// The device that it runs on.
     fn device(&self) -> Device;
 
-    /// Runs a part of a batch and returns the fitness of each of its slots, and its trace.
+    /// Runs a part of a batch and returns the fitness of each of its slots, and traces and states if requested.
     ///
     /// # Errors
     /// See [`Error`]; none is about the batch's content.
     fn evaluate_part(&mut self, part: &Part<'_>, control: &Control) -> Result<PartResult, Error>;
 
-    /// Runs a batch: the fitness of each rollout in the order in which they were given, and on request traces.
+    /// Runs a batch and returns the fitness of each rollout, in the given order, and traces and states if requested.
     ///
     /// # Errors
     /// As [`Evaluator::evaluate_part`].
@@ -108,17 +108,17 @@ pub trait Evaluator: Send {
         Ok(batch.outcome(result))
     }
 
-    /// Warnings for the user, such as a lost device, the oldest first. The results are right nevertheless.
+    /// Warnings for the user, such as a lost device, oldest first. Results are right nevertheless.
     fn warnings(&self) -> &[String] {
         &[]
     }
 }
 
 impl PartResult {
-    /// Allocates a part's results.
+    /// Allocates the results of a part.
     ///
     /// # Errors
-    /// [`Error::TooLarge`] if there is no memory for it.
+    /// [`Error::TooLarge`] if there isn't enough memory.
     pub(crate) fn blank(batch: &Batch, slots: usize) -> Result<Self, Error> {
         Ok(Self {
             fitness: room(slots)?,
@@ -128,7 +128,7 @@ impl PartResult {
     }
 }
 
-/// A vector of zeros, if there is memory for it.
+/// Allocates a vector of default values, if there is enough memory.
 fn room<T: Clone + Default>(len: usize) -> Result<Vec<T>, Error> {
     let mut values = Vec::new();
     values.try_reserve_exact(len).map_err(|_| {

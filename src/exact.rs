@@ -1,7 +1,7 @@
-//! Functions of the host from exactly rounded operations, so that what is derived with them is the same on every
-//! machine; the standard library's differ.
+//! Functions made only of exactly rounded operations, so that values derived with them are the same on every machine,
+//! unlike with the standard library.
 
-/// The cosine of an angle in degrees, to 1e-14.
+/// Cosine of an angle in degrees, to 1e-14.
 pub fn cosine(degrees: f64) -> f64 {
     let turns = degrees / 360.0;
     let x = (turns - (turns + 0.5).floor()) * (2.0 * std::f64::consts::PI);
@@ -13,7 +13,7 @@ pub fn cosine(degrees: f64) -> f64 {
     sum
 }
 
-/// e^x for x up to 700, to a relative 1e-14; 0 below -700.
+/// e^x for x up to 700, with a relative error of 1e-14; 0 below -700.
 pub fn exponential(x: f64) -> f64 {
     if x < -700.0 {
         return 0.0;

@@ -3,8 +3,8 @@
 //! robot lives its minute.
 //!
 //! The arena is a circle around the origin, with the nest at its left edge: x to the right and y up. A forager has two
-//! genes, `G0` for when it carries food and `G1` for when it does not: from 0 to 0.99, below 0.33 it flees the light,
-//! from 0.66 on it seeks it, and between it searches at random (Table 1). Obstacle avoidance goes before either.
+//! genes, `G0` while it carries food and `G1` while it doesn't, from 0 to 0.99: below 0.33 it flees the light, from
+//! 0.66 it seeks it, and in between it searches at random (Table 1). Obstacle avoidance takes precedence.
 
 use std::sync::LazyLock;
 
@@ -19,11 +19,11 @@ use crate::parameter::{self, Invalid, Parameter, integer, number, row};
 /// Genes of a forager: `G0` and `G1`.
 pub const GENES: usize = forager::FORAGER_GENES as usize;
 
-/// Seconds of a cycle.
+/// Duration of a cycle in seconds.
 const CYCLE: f64 = 0.1;
 
-/// What an e-puck's proximity sensor reads at a distance, of 4095, and the standard deviation of its noise as a share
-/// of that (the table of Webots' e-puck, which was calibrated on a robot): mm, reading, share.
+/// Readings of an e-puck's proximity sensor by distance, of 4095, and the standard deviation of its noise as a share of
+/// the reading (the table of Webots' e-puck, calibrated on a robot): mm, reading, share.
 const PROXIMITY: [(f64, f64, f64); 12] = [
     (0.0, 4095.0, 0.002),
     (5.0, 2133.0, 0.003),
@@ -35,32 +35,32 @@ const PROXIMITY: [(f64, f64, f64); 12] = [
     (50.0, 120.0, 0.042),
     (60.0, 104.0, 0.031),
     (70.0, 67.0, 0.049),
-    // Beyond, nothing is told from noise.
+    // Beyond this, readings can't be distinguished from noise.
     (70.0, 0.0, 0.0),
     (80.0, 0.0, 0.0),
 ];
 const GREATEST_PROXIMITY: f64 = 4095.0;
-/// How far it reads, mm.
+/// Range of the sensor, mm.
 const SIGHT: u32 = forager::CURVE_ENTRIES;
 
-/// Bearings of the eight sensors, degrees counter-clockwise from the heading (ARGoS, GCtronic): those that obstacle
-/// avoidance asks first.
+/// Bearings of the eight sensors, degrees counter-clockwise from the heading (ARGoS, GCtronic). The first four are
+/// those that obstacle avoidance checks first.
 const BEARINGS: [f64; 8] = [17.0, 50.0, -50.0, -17.0, 90.0, 150.0, 210.0, 270.0];
 
-/// Where the light is, seen from the nest: Figure 2 of the paper.
+/// Position of the light, seen from the nest: Figure 2 of the paper.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Light {
     /// Behind the nest.
     OverNest,
-    /// There is none.
+    /// No light.
     Nowhere,
     /// On the other side of the arena.
     OppositeNest,
 }
 
 impl Light {
-    /// The scenario that a simulator's gene `S0` selects, by its hundredths in thirds: opposite, nowhere, over the nest
-    /// (Table 2). The gene is taken to be from 0 to 0.99.
+    /// Scenario that a simulator's gene `S0` selects by thirds of its hundredths: opposite, nowhere, over the nest
+    /// (Table 2). The gene must be from 0 to 0.99.
     pub fn of_gene(s0: f32) -> Self {
         match (100.0 * s0) as u32 {
             0..33 => Self::OppositeNest,
@@ -70,57 +70,57 @@ impl Light {
     }
 }
 
-/// One robot's foraging, and everything about its world: lengths in mm, speeds in mm/s and rad/s, times in s.
-/// [`parameters`] says where each value is from.
+/// One foraging robot and everything about its world: lengths in mm, speeds in mm/s and rad/s, times in s.
+/// [`parameters`] has the source of each value.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Foraging {
     /// Radius of the arena.
     pub arena_radius: f32,
     /// Radius of the nest, whose centre is on the wall.
     pub nest_radius: f32,
-    /// Items of food in the arena at all times.
+    /// Number of food items in the arena at all times.
     pub food_items: u32,
-    /// A robot takes an item when its centre is so near to it.
+    /// Distance from its centre within which a robot takes an item.
     pub food_radius: f32,
-    /// The scenario.
+    /// Scenario.
     pub light: Light,
-    /// How far behind the wall the lamp is.
+    /// Distance of the lamp behind the wall.
     pub lamp_behind_wall: f32,
     /// The light fades as `exp(-decay * metres)`.
     pub light_decay: f32,
-    /// What sensors read without any lamp, of 1.
+    /// Sensor reading without any lamp, of 1.
     pub ambient: f32,
-    /// Uniform noise of each light reading, plus and minus.
+    /// Uniform noise of each light reading, plus or minus this.
     pub light_noise: f32,
     /// Radius of the body.
     pub body_radius: f32,
-    /// Distance of the wheels.
+    /// Distance between the wheels.
     pub wheel_base: f32,
-    /// Fastest a wheel goes.
+    /// Greatest speed of a wheel.
     pub greatest_speed: f32,
-    /// Uniform noise of each wheel's way in a cycle, as a share.
+    /// Uniform noise of each wheel's travel in a cycle, as a share.
     pub wheel_noise: f32,
-    /// Speed straight on.
+    /// Speed when going straight.
     pub cruise: f32,
     /// Speed of turns on the spot, rad/s.
     pub turn: f32,
-    /// Phototaxis turns this many rad/s for each rad off the light.
+    /// Speed of phototactic turns, rad/s for each rad off the light.
     pub phototaxis_gain: f32,
-    /// And at most so fast, rad/s.
+    /// Greatest speed of phototactic turns, rad/s.
     pub phototaxis_turn: f32,
-    /// A wall nearer than this makes a robot turn away.
+    /// Distance of a wall below which a robot turns away.
     pub near: f32,
-    /// How long it goes straight on once the wall is clear, s.
+    /// Time for which it goes straight after the wall is clear, s.
     pub escape: f32,
     /// Mean time between the turns of random search, s.
     pub search_interval: f32,
-    /// Where the robot starts: x, y, and heading in turns. None: at any free pose.
+    /// Start of the robot: x, y, and heading in turns. `None`: a random free pose.
     pub start: Option<[f32; 3]>,
-    /// Cycles of 100 ms: 600, a minute (paper). Food that is brought earns what is left of that time.
+    /// Cycles of 100 ms: 600, a minute (paper). Collected food earns the time that remains.
     pub cycles: u32,
 }
 
-/// The rows of the values that experiments have.
+/// Rows of the values that experiments can set.
 #[rustfmt::skip]
 pub fn parameters<T: AsMut<Foraging>>() -> Vec<Parameter<T>> {
     vec![
@@ -219,7 +219,7 @@ impl Foraging {
         }
     }
 
-    /// As the kernel reads it, but for the place of its numbers.
+    /// The world in the kernel's form, before its cells have a position.
     pub(crate) fn world(&self) -> life::World {
         let radius = self.arena_radius;
         let [start_x, start_y, start_heading] = self.start.unwrap_or_default();
@@ -237,7 +237,7 @@ impl Foraging {
         }
     }
 
-    /// What a kernel reads of it, in so many cells; food earns what is left of so many seconds.
+    /// The kernel's cells of these values, `count` of them; food earns the time that remains of `seconds` seconds.
     pub(crate) fn cells(&self, count: u32, robots: u32, seconds: f64) -> Cells {
         const TURN: f64 = 2.0 * std::f64::consts::PI;
         let of = f64::from;
@@ -342,7 +342,7 @@ impl WorldKind for Foraging {
         };
         number("start.heading", heading, 0.0..=1.0)?;
         let room = self.arena_radius - self.body_radius;
-        // NaN is nowhere.
+        // NaN isn't inside.
         if x * x + y * y < room * room && heading < 1.0 {
             return Ok(());
         }
@@ -372,13 +372,13 @@ impl WorldKind for Foraging {
     }
 }
 
-/// A number as kernels read it.
+/// Converts a number to the kernels' form.
 pub(crate) fn in_kernel(number: f64) -> f32 {
-    // Zero has one sign, and nothing is nearly zero.
+    // Zero has one sign, and no other number is too close to zero.
     if number.abs() < 1e-9 { 0.0 } else { number as f32 }
 }
 
-/// What a proximity sensor reads at a distance (mm), of 1, and the share that its noise is of that.
+/// Reading of a proximity sensor at a distance in mm, of 1, and its noise as a share of the reading.
 fn proximity(distance: f64) -> (f64, f64) {
     let after = PROXIMITY
         .partition_point(|(at, ..)| *at <= distance)

@@ -1,5 +1,4 @@
-//! Oneiro evaluates robot controllers in simulated lives, millions at a time, bit for bit the same on every
-//! device.
+//! Oneiro evaluates robot controllers in simulated lives, millions at a time, with the same bits on every device.
 
 pub mod arena;
 pub mod audit;
@@ -21,7 +20,7 @@ pub mod swarm;
 pub mod tables;
 pub mod world;
 
-/// The program in the README is a test.
+/// Compiles the program in the README as a test.
 #[cfg(doctest)]
 #[doc = include_str!("../README.md")]
 pub struct Readme;

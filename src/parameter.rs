@@ -1,6 +1,6 @@
 //! Descriptions of values. A row says everything about one value of a specification: its key in an experiment's file,
-//! its unit, what is allowed, where its default is from, what it means, and the field that holds it. Checks of
-//! specifications, the reading and writing of experiments, and the reference page all come from these rows.
+//! its unit, the allowed values, the source of its default, its meaning, and the field that holds it. Validation,
+//! reading and writing of experiments, and the reference page all derive from these rows.
 
 use std::collections::BTreeMap;
 use std::fmt::Display;
@@ -9,53 +9,53 @@ use std::ops::RangeInclusive;
 /// A value of a specification `T`.
 #[derive(Debug)]
 pub struct Parameter<T> {
-    /// Its key in an experiment's file, such as `noise.motor`; with `[]` for every element of a list, such as
+    /// Key in an experiment's file, such as `noise.motor`; with `[]` for every element of a list, such as
     /// `arena.walls[].class`.
     pub key: &'static str,
-    /// Its unit; empty for words, counts and shares.
+    /// Unit; empty for words, counts and shares.
     pub unit: &'static str,
-    /// What it may be.
+    /// Allowed values.
     pub allowed: Allowed,
-    /// Where its default is from: a paper, another simulator, or ours.
+    /// Source of the default: a paper, another simulator, or our own choice.
     pub source: &'static str,
-    /// What it means, in one line.
+    /// Meaning, in one line.
     pub about: &'static str,
-    /// The field that holds it, if this specification has one. The number selects an element of a list.
+    /// Selects the field that holds it, if this specification has one.
     pub field: Select<T>,
 }
 
-/// Selects the field of a specification that holds a value.
+/// Selects the field of a specification that holds a value; the number is the index of a list's element.
 pub type Select<T> = for<'a> fn(&'a mut T, usize) -> Option<&'a mut dyn Field>;
 
-/// What a value may be, beyond its type.
+/// Allowed values, beyond the type.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Allowed {
     /// Anything of the field's type.
     Any,
-    /// Text, in words.
+    /// Text; the rule is described in words.
     Text(&'static str),
-    /// Whole numbers from the first to the second.
+    /// Whole numbers in a range, ends included.
     Whole(u64, u64),
-    /// Whole numbers from the first up to the value of another key.
+    /// Whole numbers from a minimum to the value of another key.
     WholeUpTo(u64, &'static str),
-    /// Numbers from the first to the second.
+    /// Numbers in a range, ends included.
     Number(f64, f64),
-    /// Numbers from the first up to a multiple of the value of another key.
+    /// Numbers from a minimum to a multiple of the value of another key.
     NumberUpTo(f64, f64, &'static str),
     /// Turns: numbers from 0 to less than 1.
     Turns,
 }
 
-/// A value outside its specification.
+/// A value, independent of its field's type.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Datum {
     /// True or false.
     Flag(bool),
     /// A whole number.
     Whole(i128),
-    /// A number of single precision, as kernels compute.
+    /// A single-precision number, as in kernels.
     Single(f32),
-    /// A number of double precision.
+    /// A double-precision number.
     Double(f64),
     /// A word or a text.
     Word(String),
@@ -65,42 +65,42 @@ pub enum Datum {
     Table(Vec<(String, Datum)>),
 }
 
-/// What can hold a value.
+/// A field that can hold a value.
 pub trait Field {
-    /// The value, if it is set.
+    /// Returns the value, if it is set.
     fn get(&self) -> Option<Datum>;
 
-    /// Takes a value, unless it is of another type.
+    /// Sets the value; returns false if it has the wrong type.
     fn set(&mut self, datum: &Datum) -> bool;
 
-    /// The type in words.
+    /// Name of the type.
     fn kind(&self) -> &'static str;
 
-    /// The words to choose from, and what each means; none where it is no choice.
+    /// Words to choose from with their meanings; empty if the field isn't a choice.
     fn choices(&self) -> Vec<(&'static str, &'static str)> {
         Vec::new()
     }
 
-    /// Makes a list so many elements long, to be filled by the rows of its elements; false where it is no such list.
+    /// Resizes a list, whose elements are then filled by their own rows; false if the field isn't such a list.
     fn resize(&mut self, _: usize) -> bool {
         false
     }
 }
 
-/// Each word of a choice, the value that it stands for, and what it means.
+/// Each word of a choice, its value, and its meaning.
 pub type Choices<C> = &'static [(&'static str, C, &'static str)];
 
 /// A choice between words.
 pub trait Choice: Clone + 'static {
-    /// The words, in the order in which they are listed.
+    /// Words in the order in which they are listed.
     const CHOICES: Choices<Self>;
 
-    /// Whether it stands in an experiment with all defaults written out.
+    /// Whether it is written in an experiment with all defaults.
     fn is_written(&self) -> bool {
         true
     }
 
-    /// The word of a value.
+    /// Word for the value.
     fn word(&self) -> &'static str {
         let own = std::mem::discriminant(self);
         let found = Self::CHOICES
@@ -134,7 +134,7 @@ impl<C: Choice> Field for C {
     }
 }
 
-/// Implements [`Field`] for a type: what it is in words, the value from data, and data from the value.
+/// Implements [`Field`] for a type: its name, the value from data, and data from the value.
 macro_rules! field {
     ($type:ty, $kind:literal, $from:expr, $to:expr) => {
         impl Field for $type {
@@ -252,7 +252,7 @@ impl<F: Field + Default> Field for Option<F> {
     }
 }
 
-/// Texts by names; none is not written.
+/// Texts by name; an empty map isn't written.
 impl Field for BTreeMap<String, String> {
     fn get(&self) -> Option<Datum> {
         let texts = self
@@ -317,14 +317,15 @@ impl Display for Datum {
     }
 }
 
-/// Numbers nearer to zero than this (about 1e-6), but not zero, are refused: kernels would come to subnormals.
+/// Numbers closer to zero than this (about 1e-6), except zero itself, are refused: they would lead to subnormals in
+/// kernels.
 pub(crate) const LEAST: f32 = 1.0 / (1 << 20) as f32;
 
 impl Allowed {
-    /// Checks a value; `other` gives the values of other keys.
+    /// Checks a value; `other` returns the values of other keys.
     ///
     /// # Errors
-    /// What the value is, and what is allowed.
+    /// The value and the allowed values.
     pub fn check(self, datum: &Datum, other: impl Fn(&str) -> Option<Datum> + Copy) -> Result<(), String> {
         if let Datum::List(list) = datum {
             return list.iter().try_for_each(|datum| self.check(datum, other));
@@ -350,7 +351,7 @@ impl Allowed {
         Err(format!("is {datum}; allowed: {}", self.bounded(other)))
     }
 
-    /// The same with the value of the key that it depends on.
+    /// The same rule with the value of the key that it depends on filled in.
     fn bounded(self, other: impl Fn(&str) -> Option<Datum>) -> Self {
         match self {
             Self::WholeUpTo(least, key) => {
@@ -381,7 +382,7 @@ impl Display for Allowed {
     }
 }
 
-/// Makes a row; its arguments stand in the order of a table's columns.
+/// Makes a row; the arguments are in the order of a table's columns.
 pub const fn row<T>(
     key: &'static str,
     unit: &'static str,
@@ -401,27 +402,26 @@ pub const fn row<T>(
 }
 
 impl<T> Parameter<T> {
-    /// How many values of this row a specification has: one, or as many as a list has elements; none where it has no
-    /// such value.
+    /// Number of values of this row in a specification: one, or the length of a list; 0 if it has no such value.
     pub fn count(&self, specification: &mut T) -> usize {
         let most = if self.key.contains("[]") { usize::MAX } else { 1 };
         let is_none = |&index: &usize| (self.field)(specification, index).is_none();
         (0..most).find(is_none).unwrap_or(most)
     }
 
-    /// The key of one of them.
+    /// Key of one of the values.
     pub fn name(&self, index: usize) -> String {
         self.key.replacen("[]", &format!("[{index}]"), 1)
     }
 }
 
-/// A value that is not allowed.
+/// An error for a value that isn't allowed.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("{field}: {problem}")]
 pub struct Invalid {
-    /// Where it stands, such as `noise.sensor` or `arena.walls[3].from`.
+    /// Path of the value, such as `noise.sensor` or `arena.walls[3].from`.
     pub field: String,
-    /// What it is, and what is allowed.
+    /// The value and the allowed values.
     pub problem: String,
 }
 
@@ -445,7 +445,7 @@ pub(crate) fn integer(field: &str, value: u32, allowed: RangeInclusive<u32>) -> 
     ))
 }
 
-/// Checks a number; the field's name is only built for the message.
+/// Checks a number; the field's name is only formatted for the message.
 pub(crate) fn number(field: impl Display, value: f32, allowed: RangeInclusive<f32>) -> Result<(), Invalid> {
     if !allowed.contains(&value) {
         let problem = format!("is {value}; allowed: {} to {}", allowed.start(), allowed.end());
@@ -454,7 +454,7 @@ pub(crate) fn number(field: impl Display, value: f32, allowed: RangeInclusive<f3
     allowed_number(field, value, Allowed::Any)
 }
 
-/// Checks what every number must be: finite, and not too small.
+/// Checks the rules for all numbers: finite, and not too close to zero.
 pub(crate) fn allowed_number(field: impl Display, value: f32, allowed: Allowed) -> Result<(), Invalid> {
     let checked = allowed.check(&Datum::Single(value), |_| None);
     checked.map_err(|problem| Invalid::new(field.to_string(), problem))
@@ -463,7 +463,7 @@ pub(crate) fn allowed_number(field: impl Display, value: f32, allowed: Allowed) 
 /// Checks every value of a specification.
 ///
 /// # Errors
-/// The first value that is not allowed: its key, itself, and what is allowed.
+/// The first invalid value: its key, the value itself, and the allowed values.
 pub fn check<T>(rows: &[Parameter<T>], specification: &mut T) -> Result<(), Invalid> {
     for row in rows {
         let other = match row.allowed {
@@ -480,7 +480,7 @@ pub fn check<T>(rows: &[Parameter<T>], specification: &mut T) -> Result<(), Inva
     Ok(())
 }
 
-/// The value of a key, if a specification has one.
+/// Value of a key, if the specification has one.
 pub fn value<T>(rows: &[Parameter<T>], key: &str, specification: &mut T) -> Option<Datum> {
     let row = rows.iter().find(|row| row.key == key)?;
     (row.field)(specification, 0)?.get()

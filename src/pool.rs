@@ -7,12 +7,12 @@ use std::time::Instant;
 use crate::batch::{LANES, Part, PartResult};
 use crate::evaluator::{Control, Device, Error, Evaluator};
 
-/// The least time that a piece should take, in seconds, so that fixed costs don't matter. A piece is never more than the
-/// member's share.
+/// Least duration of a piece in seconds, so that fixed costs don't matter. A piece is never more than the member's
+/// share.
 const LEAST_PIECE: f64 = 0.02;
 
-/// Evaluators that share each batch. All take pieces of it until none is left; faster ones take larger pieces. If a
-/// member is lost, the others do its piece. No result depends on who computes what.
+/// Evaluators that share each batch. Each takes pieces until none is left; faster ones take larger pieces. If a member
+/// is lost, the others take over its piece. Results don't depend on the division of work.
 pub struct Pool {
     members: Vec<Member>,
     warnings: Vec<String>,
@@ -22,18 +22,17 @@ struct Member {
     evaluator: Box<dyn Evaluator>,
     /// Robot-steps per second of its last piece.
     speed: Option<f64>,
-    /// The number of its warnings that the pool has passed on.
+    /// Number of its warnings that the pool has passed on.
     heard: usize,
-    /// Why it was lost.
+    /// Error that ended its membership, if any.
     gone: Option<Error>,
 }
 
 impl Pool {
-    /// A pool of one or more evaluators.
+    /// Makes a pool of one or more evaluators.
     ///
     /// # Errors
-    /// [`Error::NoDevice`] if there is none, or one is not exact: its share of the results would depend on the
-    /// division.
+    /// [`Error::NoDevice`] if there are none, or if one isn't exact: results would depend on the division of work.
     pub fn new(evaluators: Vec<Box<dyn Evaluator>>) -> Result<Self, Error> {
         if evaluators.is_empty() {
             return Err(Error::NoDevice("a pool of no devices; allowed: one and more".into()));
@@ -72,7 +71,7 @@ impl Evaluator for Pool {
 
     fn evaluate_part(&mut self, part: &Part<'_>, control: &Control) -> Result<PartResult, Error> {
         let work = Work::new(part, self.members.len())?;
-        // Once is enough, unless a member gives a piece back when the others have left.
+        // One round is enough unless a member returns a piece after the others have left.
         while work.has_pieces() {
             if self.members.is_empty() {
                 return Err(Error::NoDevice(format!(
@@ -109,7 +108,7 @@ impl Evaluator for Pool {
 }
 
 impl Pool {
-    /// Takes over the members' new warnings.
+    /// Passes on the members' new warnings.
     fn hear(&mut self) {
         for member in &mut self.members {
             let warnings = member.evaluator.warnings();
@@ -141,16 +140,16 @@ impl Member {
     }
 }
 
-/// The work of a part: what is left and what is done.
+/// The work of a part: remaining pieces and results.
 struct Work<'a> {
     part: &'a Part<'a>,
     shared: Mutex<Shared>,
 }
 
 struct Shared {
-    /// Groups that are left.
+    /// Remaining groups.
     open: Vec<Range<u32>>,
-    /// The members' speeds, as far as they are known.
+    /// Known speeds of the members.
     speeds: Vec<Option<f64>>,
     stopped: bool,
     result: PartResult,
@@ -179,7 +178,7 @@ impl<'a> Work<'a> {
         self.shared().open.iter().any(|groups| !groups.is_empty())
     }
 
-    /// Takes a piece for a member: half of its share of what is left, by its speed, so that all finish together.
+    /// Takes a piece for a member: half of its share of the remaining work, by its speed, so that all finish together.
     fn take(&self, member: usize, speed: Option<f64>) -> Option<Range<u32>> {
         let mut shared = self.shared();
         shared.open.retain(|groups| !groups.is_empty());

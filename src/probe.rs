@@ -1,4 +1,4 @@
-//! Runs one operation or one function of the kernels at a time. Tests and `oneiro selftest` compare these between
+//! Runs single operations and functions of the kernels. Tests and `oneiro selftest` compare their results between
 //! devices, bit by bit. The kernels are in `shaders/wgsl/probe/`.
 
 mod functions;
@@ -11,42 +11,41 @@ use oneiro_shaders::{Kernel, Variant, Words};
 pub use functions::functions;
 pub use operations::operations;
 
-/// One dispatch of a probe kernel: an operation or a function, and the operands that it is tried on.
+/// One dispatch of a probe kernel: an operation or a function, and the operands to test it with.
 ///
 /// Its buffers, in the order of the kernel's bindings: [`parameters`](Self::parameters), [`left`](Self::left),
-/// [`right`](Self::right), and a word for each result. An f32 is its bits, there and in the results, where 0 has one
-/// sign.
+/// [`right`](Self::right), and one word per result. f32 operands and results are given by their bits; 0 has one sign.
 #[derive(Clone, Debug)]
 pub struct Case {
-    /// The kernel that computes it.
+    /// Kernel that computes it.
     pub kernel: &'static Kernel,
-    /// The operation or function that it computes.
+    /// Operation or function that it computes.
     pub subject: Subject,
-    /// The kernel's first buffer.
+    /// First buffer of the kernel.
     pub parameters: [u32; 4],
     /// First operands, x.
     pub left: Vec<u32>,
-    /// Second operands, y, as many as first ones, whether they are read or not.
+    /// Second operands, y, as many as first ones even if they aren't used.
     pub right: Vec<u32>,
 }
 
-/// The operation or function of a case.
+/// Operation or function of a case.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Subject {
     /// An operation.
     Operation {
-        /// The type of its operands.
+        /// Type of its operands.
         scalar: Scalar,
-        /// As WGSL writes it, with operands x and y, such as `x + y`.
+        /// Expression in WGSL with operands x and y, such as `x + y`.
         text: &'static str,
-        /// Whether the kernel has one of its operands as a constant.
+        /// Which operand is a constant in the kernel, if any.
         form: Form,
     },
-    /// A function, by its name in the kernels' library; `cosine` and `sine` are the two values of `cosine_sine`.
+    /// A function by its name in the kernels' library; `cosine` and `sine` are the two values of `cosine_sine`.
     Function(&'static str),
 }
 
-/// The type of an operation's operands.
+/// Type of an operation's operands.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Scalar {
     /// Numbers.
@@ -59,7 +58,7 @@ pub enum Scalar {
     Bool,
 }
 
-/// Which operand the kernel has as a constant, so that compilers can fold it. The case's operands have it, too.
+/// Which operand is a constant in the kernel, where compilers can fold it. The case's operands include it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Form {
     /// None.
@@ -71,17 +70,17 @@ pub enum Form {
 }
 
 impl Case {
-    /// Workgroups that make a dispatch of it.
+    /// Number of workgroups that compute the case.
     pub fn workgroups(&self) -> u32 {
         (self.left.len() as u32).div_ceil(self.kernel.workgroup_size)
     }
 
-    /// The lane codes that this processor runs.
+    /// Lane codes that this processor can run.
     pub fn variants(&self) -> impl Iterator<Item = &'static Variant> + use<> {
         self.kernel.variants.iter().filter(|variant| (variant.available)())
     }
 
-    /// Computes it on this processor with the lane code of a name; nothing if there is none of that name here.
+    /// Computes the case on this processor with the named lane code; `None` if the processor can't run it.
     pub fn run(&self, variant: &str) -> Option<Vec<u32>> {
         let variant = self.variants().find(|known| known.name == variant)?;
         let mut results = vec![0; self.left.len()];
@@ -95,7 +94,7 @@ impl Case {
             },
         ];
         let size = self.kernel.workgroup_size;
-        // Lanes that idle are not run.
+        // Idle lanes aren't run.
         for first in (0..self.left.len() as u32).step_by(variant.lanes as usize) {
             // SAFETY: the variant is available. The buffers are those of the bindings of both probe kernels, and not
             // empty; only the last is written, by one call at a time.

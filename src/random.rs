@@ -1,12 +1,12 @@
-//! The host's side of counter-based random numbers: a rollout's key is a function of run, generation, individual and
-//! trial, never of what was drawn before.
+//! The host's side of counter-based random numbers: a rollout's key depends only on run, generation, individual and
+//! trial, never on earlier draws.
 
-/// The key of a rollout's random numbers.
+/// Key of a rollout's random numbers.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub struct Key(pub [u32; 2]);
 
 impl Key {
-    /// The key of one trial of one individual. All 256 bits of the arguments enter. It is the same on every host.
+    /// Derives the key of one trial of one individual from all 256 bits of the arguments. It is the same on every host.
     ///
     /// ```
     /// use oneiro::random::Key;
@@ -25,8 +25,8 @@ fn mixed(hash: [u32; 4], first: u64, second: u64) -> [u32; 4] {
     pcg4d(std::array::from_fn(|word| hash[word] ^ more[word] as u32))
 }
 
-/// The hash that the kernels draw from: 128 bits to 128 bits, a bijection (Jarzynski and Olano, "Hash Functions for
-/// GPU Rendering", Journal of Computer Graphics Techniques 9(3), 2020), with the third round of `lib/random.wgsl`.
+/// Hash that the kernels draw from: 128 bits to 128 bits, a bijection (Jarzynski and Olano, "Hash Functions for GPU
+/// Rendering", Journal of Computer Graphics Techniques 9(3), 2020), with the third round of `lib/random.wgsl`.
 pub fn pcg4d(words: [u32; 4]) -> [u32; 4] {
     let round = |[x, y, z, w]: [u32; 4]| {
         let x = x.wrapping_add(y.wrapping_mul(w));
@@ -40,7 +40,7 @@ pub fn pcg4d(words: [u32; 4]) -> [u32; 4] {
     round(folded(round(folded(round(seeded)))))
 }
 
-/// Words and their [hashes](pcg4d), worked out from the definition with integers of any size: for tests.
+/// Words and their [hashes](pcg4d), computed from the definition with arbitrary-precision integers: for tests.
 pub const KNOWN_ANSWERS: [([u32; 4], [u32; 4]); 3] = [
     ([0; 4], [0xb945_c51c, 0xcce1_9873, 0x67ad_221f, 0xe36d_57bc]),
     ([1, 2, 3, 4], [0x62d0_9abc, 0x66de_8150, 0xf741_90ef, 0x3a81_0846]),
@@ -51,7 +51,7 @@ pub const KNOWN_ANSWERS: [([u32; 4], [u32; 4]); 3] = [
 mod tests {
     use super::*;
 
-    /// Worked out from the definition with integers of any size.
+    /// Computed from the definition with arbitrary-precision integers.
     #[test]
     fn known_answers() {
         for (words, hash) in KNOWN_ANSWERS {

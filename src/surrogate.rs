@@ -1,10 +1,10 @@
-//! A surrogate of a real Khepera: an individual robot in its surroundings, simulated by physics that no table of samples
-//! contains. It takes the place of a real robot: it is sampled, and controllers are transferred to it.
+//! A surrogate of a real Khepera: an individual robot in its surroundings, simulated by physics that no table of
+//! samples contains. It takes the place of a real robot: it is sampled, and controllers are transferred to it.
 //!
-//! Everything random about it follows from seeds, by exactly rounded operations. The distributions are in
-//! [`Individual::drawn`] and [`Surroundings::drawn`]; `docs/preregistration-1995.md` has the reasons. Every difference from
-//! the simulator has a switch, and one severity scales them all. At severity 0 the robot behaves as its simulator but for
-//! roundings: its first readings are equal, and its motion is computed in smaller steps.
+//! All of its random properties follow from seeds, by exactly rounded operations. The distributions are in
+//! [`Individual::drawn`] and [`Surroundings::drawn`]; `docs/preregistration-1995.md` explains them. Every difference
+//! from the simulator has a switch, and one severity scales them all. At severity 0 the robot behaves like its
+//! simulator except for rounding: its first readings are equal, and its motion is computed in smaller steps.
 
 use oneiro_shaders::surrogate as kernel;
 
@@ -14,24 +14,24 @@ use crate::parameter::{Invalid, number};
 use crate::random::pcg4d;
 use crate::tables::SENSORS;
 
-/// Objects farther from the rim than this are not sensed, mm: no individual reads 1 of 1023 there.
+/// Objects farther than this from the rim, in mm, aren't sensed: no individual reads 1 of 1023 there.
 pub(crate) const SIGHT: f32 = 80.0;
 
-/// Distance of the contact points of both wheels, mm (evorobotpy2, `KiKS`).
+/// Distance between the contact points of the wheels, mm (evorobotpy2, `KiKS`).
 const WHEEL_BASE: f64 = 53.0;
 /// Speed of a wheel at its greatest command, 10 units of 8.2 mm/s (`KiKS`; Nolfi's recordings).
 const FULL_SPEED: f64 = 82.0;
-/// The rays' angles from the sensor's axis, both ways, degrees.
+/// Angles of the rays from the sensor's axis, to both sides, in degrees.
 const RAYS: [f64; 4] = [7.5, 22.5, 37.5, 52.5];
 const CYCLE_MS: f64 = 100.0;
-/// Rates are of the steps of a cycle's ride.
+/// Rates are per step of a cycle's motion.
 const SUBSTEP_MS: f64 = CYCLE_MS / kernel::SUBSTEPS as f64;
 
 /// A difference between the surrogate and the simulator made from its samples.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Difference {
-    /// Rays meet all objects at once, at any distance and angle: true corners, occlusion, no grid. Without it each
-    /// object is seen as if it stood alone on the samples' grid, and readings are added.
+    /// Rays meet all objects at once, at any distance and angle: true corners, occlusion, no grid. Without it, each
+    /// object is seen on the samples' grid as if it were alone, and readings are added.
     Geometry,
     /// Each object reflects up to 20 % more or less light.
     Reflectivity,
@@ -39,20 +39,20 @@ pub enum Difference {
     Illumination,
     /// Each reading has noise: s.d. 3.4 of 1023, and 3 % of the reading.
     ReadNoise,
-    /// Readings are old: by the latency and up to 20 ms more, because sensors are read every 20 ms.
+    /// Readings are old by the latency plus up to 20 ms, because sensors are read every 20 ms.
     Latency,
     /// Wheels follow their commands with a time constant of 20 ms.
     MotorLag,
     /// Each wheel turns up to 1 % faster or slower than it should.
     Wheels,
-    /// A cycle's motion is an arc, not a straight line and then a turn.
+    /// A cycle's motion is an arc, not a straight line followed by a turn.
     Arcs,
-    /// A robot that is stopped moves and turns half as far as if it slid along the object, instead of not at all.
+    /// A blocked robot moves and turns half as far as if it slid along the object, instead of not at all.
     Slip,
 }
 
 impl Difference {
-    /// Each of them.
+    /// All differences.
     pub const ALL: [Self; 9] = [
         Self::Geometry,
         Self::Reflectivity,
@@ -65,7 +65,7 @@ impl Difference {
         Self::Slip,
     ];
 
-    /// Its name in files and reports.
+    /// Name in files and reports.
     pub fn name(self) -> &'static str {
         match self {
             Self::Geometry => "geometry",
@@ -81,18 +81,18 @@ impl Difference {
     }
 }
 
-/// Which differences are on, and how strong they are.
+/// Which differences are on, and their strength.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Differences {
-    /// Scales all of them: 0 none, 1 as they are drawn, at most 2.
+    /// Scales all of them: 0 for none, 1 as drawn, at most 2.
     pub severity: f32,
-    /// The least age of readings at severity 1, ms: 0 to 100. The study has 20.
+    /// Minimum age of readings at severity 1, ms: 0 to 100. The study has 20.
     pub latency_ms: f32,
     on: [bool; Difference::ALL.len()],
 }
 
 impl Differences {
-    /// All of them.
+    /// All differences.
     pub fn all(severity: f32) -> Self {
         Self {
             severity,
@@ -101,7 +101,7 @@ impl Differences {
         }
     }
 
-    /// One of them alone.
+    /// Only one difference.
     pub fn only(severity: f32, difference: Difference) -> Self {
         let mut on = [false; Difference::ALL.len()];
         on[difference as usize] = true;
@@ -111,20 +111,20 @@ impl Differences {
         }
     }
 
-    /// All but one.
+    /// All differences but one.
     pub fn without(severity: f32, difference: Difference) -> Self {
         let mut all = Self::all(severity);
         all.on[difference as usize] = false;
         all
     }
 
-    /// The same with another least age of readings at severity 1, ms.
+    /// Sets the minimum age of readings at severity 1, ms.
     #[must_use]
     pub fn with_latency(self, latency_ms: f32) -> Self {
         Self { latency_ms, ..self }
     }
 
-    /// The severity of one difference: 0 if it is off.
+    /// Severity of one difference: 0 if it is off.
     pub fn strength(&self, difference: Difference) -> f32 {
         if self.on[difference as usize] {
             self.severity
@@ -138,29 +138,29 @@ impl Differences {
     }
 }
 
-/// One infra-red sensor: its direction, and its readings of a white wall.
+/// An infrared sensor: its direction, and its readings of a white wall.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct InfraRed {
-    /// Its place on the rim, looking outwards: degrees clockwise from the heading.
+    /// Position on the rim, facing outwards: degrees clockwise from the heading.
     pub bearing: f64,
-    /// Gap between rim and wall at which it reads 50 % of the greatest, head-on, mm.
+    /// Gap between rim and wall at which it reads 50 % of the maximum, head-on, mm.
     pub half: f64,
     /// Gap at which it reads 5 %, mm.
     pub twentieth: f64,
-    /// The angle over which it reads 50 % or more at a gap of 15 mm, degrees.
+    /// Angle over which it reads at least 50 % at a gap of 15 mm, degrees.
     pub width: f64,
 }
 
-/// One individual robot: how its parts differ from those of others.
+/// An individual robot, whose parts differ from those of others.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Individual {
     /// Left 90, left 45, left 10, right 10, right 45, right 90, back right, back left.
     pub sensors: [InfraRed; SENSORS],
-    /// The share by which each wheel is faster than it should be: left, right.
+    /// Share by which each wheel is too fast: left, right.
     pub wheels: [f64; 2],
 }
 
-/// Named sources of random numbers. A number is found by its source and index.
+/// Named sources of random numbers. A number is identified by its source and index.
 #[derive(Clone, Copy)]
 enum Source {
     Sensor = 0,
@@ -171,7 +171,7 @@ enum Source {
     Block = 5,
 }
 
-/// Four numbers in `0..1`.
+/// Four random numbers in `0..1`.
 fn units(seed: u64, source: Source, index: usize) -> [f64; 4] {
     let words = pcg4d([seed as u32, (seed >> 32) as u32, source as u32, index as u32]);
     words.map(|word| f64::from(word >> 8) / f64::from(1 << 24))
@@ -182,10 +182,10 @@ fn between(low: f64, high: f64, share: f64) -> f64 {
 }
 
 impl Individual {
-    /// Draws one, within what the recordings of a real Khepera's eight sensors show: half readings at 20.2 to
-    /// 29.5 mm; from there to 5 % another 8.9 to 13.6 mm; widths of 52 to 92 degrees. A sensor that sees far sees
-    /// widely, as there: one number makes 60 % of the fade and 85 % of the width, and another the rest. Bearings are
-    /// the recordings', made symmetric, and up to 5 degrees off; wheels up to 1 %.
+    /// Draws an individual within the range of a real Khepera's eight recorded sensors: half readings at 20.2 to 29.5
+    /// mm; a further 8.9 to 13.6 mm to 5 %; widths of 52 to 92 degrees. As in the recordings, far-sighted sensors have
+    /// wide views: one random number makes up 60 % of the fade and 85 % of the width, another the rest. Bearings are
+    /// those of the recordings, made symmetric, plus or minus up to 5 degrees; wheels vary by up to 1 %.
     pub fn drawn(seed: u64) -> Self {
         const BEARINGS: [f64; SENSORS] = [-72.0, -43.0, -11.0, 11.0, 43.0, 72.0, 167.5, -167.5];
         let sensor = |index: usize| {
@@ -206,7 +206,7 @@ impl Individual {
     }
 }
 
-/// A wave of light: stronger and weaker along a direction.
+/// A wave of light intensity along a direction.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Wave {
     /// Turns per mm along x and y.
@@ -222,23 +222,23 @@ pub enum Object {
     Wall,
     /// A round obstacle.
     Obstacle,
-    /// A rectangular one.
+    /// A rectangular obstacle.
     Block,
 }
 
-/// The surroundings of a robot: light, and the reflectivity of objects.
+/// Surroundings of a robot: light, and the reflectivity of objects.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Surroundings {
-    /// The field of light. Each wave has a quarter of its amplitude.
+    /// Waves of the light field, each with a quarter of its amplitude.
     pub waves: [Wave; kernel::WAVE_COUNT as usize],
-    /// Added to every activation by the surroundings' own light.
+    /// Ambient light, added to every activation.
     pub ambient: f64,
     seed: u64,
 }
 
 impl Surroundings {
-    /// Draws some: waves of 300 to 1,000 mm in any direction and phase; an ambient activation of 0 to 0.02; and
-    /// objects of a reflectivity of 0.8 to 1.2.
+    /// Draws surroundings: waves of 300 to 1,000 mm in any direction and phase; an ambient activation of 0 to 0.02; and
+    /// objects with a reflectivity of 0.8 to 1.2.
     pub fn drawn(seed: u64) -> Self {
         let wave = |index: usize| {
             let [length, direction, phase, _] = units(seed, Source::Light, index);
@@ -257,7 +257,7 @@ impl Surroundings {
         }
     }
 
-    /// The reflectivity of an object, by its index among those of its kind.
+    /// Reflectivity of an object, by its index among those of its kind.
     pub fn reflectivity(&self, kind: Object, index: usize) -> f64 {
         let source = match kind {
             Object::Wall => Source::Wall,
@@ -272,16 +272,16 @@ impl Surroundings {
 /// An individual in its surroundings.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Surrogate {
-    /// The robot.
+    /// Its body.
     pub individual: Individual,
-    /// Its surroundings.
+    /// Its light and its objects' reflectivity.
     pub surroundings: Surroundings,
-    /// Its differences from the simulator.
+    /// Differences from the simulator.
     pub differences: Differences,
 }
 
 impl Surrogate {
-    /// The individual and the surroundings of one seed.
+    /// Draws an individual and its surroundings from one seed.
     pub fn drawn(seed: u64, differences: Differences) -> Self {
         Self {
             individual: Individual::drawn(seed),
@@ -316,7 +316,7 @@ impl Surrogate {
         number("surrogate.ambient", self.surroundings.ambient as f32, 0.0..=1.0)
     }
 
-    /// The reflectivity of an object for the kernel; 1 if that difference is off.
+    /// Reflectivity of an object for the kernel; 1 if that difference is off.
     pub(crate) fn reflectivity(&self, kind: Object, index: usize) -> f32 {
         let strength = self.differences.of(Difference::Reflectivity);
         (1.0 + strength * (self.surroundings.reflectivity(kind, index) - 1.0)) as f32
@@ -398,7 +398,7 @@ impl Surrogate {
                 full_left: in_kernel(left),
                 full_right: in_kernel(right),
                 turns_per_mm: in_kernel(1.0 / (WHEEL_BASE * 2.0 * std::f64::consts::PI)),
-                // A time constant of 20 ms, by the implicit Euler rule.
+                // A time constant of 20 ms, by the implicit Euler method.
                 response: in_kernel(1.0 / (1.0 + strength(Difference::MotorLag))),
             },
         );
@@ -406,19 +406,19 @@ impl Surrogate {
     }
 }
 
-/// A number as the kernel reads it.
+/// Converts a number to the kernel's form.
 fn in_kernel(number: f64) -> f32 {
     let number = number as f32;
     // Zero has one sign, and nothing is subnormal.
     if number.abs() < 1e-30 { 0.0 } else { number }
 }
 
-/// The weights of the pairs of rays: a bell over the rays' angles. Its width gives the sensor its width, and its scale
-/// makes a wall head-on read as at its own distance.
+/// Weights of the pairs of rays: a bell curve over the rays' angles. Its width matches the sensor's width, and its
+/// scale makes a wall head-on read as at its own distance.
 fn ray_weights(sensor: &InfraRed, radius: f64) -> [f64; 4] {
     const GAP: f64 = 15.0;
     let half_width = sensor.width / 2.0;
-    // Off the axis the rim leads away from the wall.
+    // Off the axis, the rim curves away from the wall.
     let distance = GAP + radius * (1.0 - cosine(half_width));
     let wanted = distance / sensor.half;
     let returned = |weights: [f64; 4], bearing: f64| {
@@ -434,7 +434,7 @@ fn ray_weights(sensor: &InfraRed, radius: f64) -> [f64; 4] {
         let sum = returned(weights, 0.0);
         weights.map(|weight| weight / sum)
     };
-    // The wider the bell, the more returns from the side.
+    // A wider bell returns more light from the side.
     let (mut narrow, mut wide) = (5.0, 500.0);
     for _ in 0..60 {
         let spread = 0.5 * (narrow + wide);

@@ -1,13 +1,13 @@
 //! Swarms of foraging e-pucks in one arena, as in O'Dowd, Studley and Winfield (2014): the surrogate of the real arena,
-//! in which robots that are not alike meet, push and shade each other, share the food and hear each other at close
-//! range. It differs from the [on-board simulator](crate::foraging) in what [`Differences`] says.
+//! in which individual robots meet, push and shade each other, share the food and hear each other at close range.
+//! [`Differences`] lists how it differs from the [on-board simulator](crate::foraging).
 //!
-//! One invocation of the kernel is a whole world, its robots in a loop over words of its state: lanes are worlds, so that
-//! a processor's vectors are full whatever the number of robots, nothing waits for anything, and a batch of a few dozen
-//! worlds fills them.
+//! One invocation of the kernel is a whole world, with its robots in a loop over words of its state. Lanes are worlds,
+//! so a processor's vectors are full whatever the number of robots, nothing waits for anything, and a batch of a few
+//! dozen worlds fills them.
 //!
-//! Worlds live on from stretch to stretch, and robots get new controllers on the way: [`Arena`] is what whoever runs
-//! robots sees of them, [`Simulated`] its implementation by an evaluator.
+//! Worlds live on from stretch to stretch, and robots get new controllers in between: [`Arena`] is the interface to
+//! them, and [`Simulated`] implements it with an evaluator.
 
 use std::sync::LazyLock;
 
@@ -20,46 +20,47 @@ use crate::parameter::Allowed::{Any, Number, Whole};
 use crate::parameter::{self, Invalid, Parameter, integer, row};
 use crate::random::Key;
 
-/// Robots that a world can have.
+/// Most robots of a world.
 pub const GREATEST_ROBOTS: u32 = kernel::GREATEST_ROBOTS;
-/// Cycles of a second.
+/// Cycles per second.
 pub const SECOND: u32 = kernel::SECOND;
 
-/// Words of all items in a line of the trace.
+/// Words of all food items in a line of the trace.
 const FOOD_WORDS: u32 = kernel::ITEM_WORDS * kernel::GREATEST_ITEMS;
 
-/// How the arena differs from what robots have on board. Each is off at 0 or false; all are our choice.
+/// Differences between the arena and the on-board simulator. Each is off at 0 or false; all are our own choice.
 ///
-/// Beyond them the arena has bodies. A proximity sensor sees another robot whose centre is before it and no farther off
-/// its axis than a body's radius and a quarter of the way along, and reads the gap between the bodies; of several things
-/// it reads the nearest. Bodies that overlap push each other apart by half of it, four times a cycle.
+/// In addition, robots in the arena have bodies. A proximity sensor sees another robot whose centre is in front of it
+/// and no farther off its axis than a body's radius plus a quarter of the distance along the axis, and reads the gap
+/// between the bodies; of several objects it reads the nearest. Overlapping bodies push each other apart by half of the
+/// overlap, four times per cycle.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Differences {
-    /// Standard deviation of wheels, as a share: a robot curves.
+    /// Standard deviation of the wheels' speeds, as a share: a robot curves.
     pub wheels: f32,
     /// Standard deviation of the gains of proximity sensors.
     pub proximity: f32,
-    /// Standard deviation of the gains of light sensors: on what they get of the lamp and of the walls, not on the ambient
-    /// light.
+    /// Standard deviation of the gains of light sensors. They apply to light from the lamp and the walls, not to
+    /// ambient light.
     pub light: f32,
-    /// Wheels lose up to so much of their way in a cycle.
+    /// Greatest share of their travel that wheels lose in a cycle.
     pub slip: f32,
     /// Whether wheels obey one cycle late.
     pub latency: bool,
-    /// How much darker the lamp is across its axis: its light is multiplied by `1 - beam sin^2`.
+    /// Darkening of the lamp off its axis: its light is multiplied by `1 - beam sin^2`.
     pub beam: f32,
-    /// Light that the walls throw back, from all sides, next to the lamp; none of it at the other end.
+    /// Light reflected by the walls, from all sides, next to the lamp; there is none at the other end.
     pub reflection: f32,
-    /// Share of the lamp's light that a robot takes from one right behind it. To the side it takes less, and nothing from
-    /// two radii off the line to the lamp on; a shadow is as wide far from the lamp as near it. Of several shadows the
-    /// darkest counts.
+    /// Share of the lamp's light that a robot blocks for one directly behind it. To the sides it blocks less, and
+    /// nothing from two radii off the line to the lamp; a shadow is equally wide at any distance. Of several shadows
+    /// the darkest counts.
     pub shadows: f32,
-    /// Chance that the tracking system tells a robot nothing in a cycle, so that it neither takes nor brings food.
+    /// Chance per cycle that the tracking system reports nothing to a robot, which then neither takes nor brings food.
     pub tracking_loss: f32,
 }
 
 impl Differences {
-    /// Bodies that are in each other's way, and nothing else.
+    /// Bodies that block each other, and no other differences.
     pub const NONE: Self = Self {
         wheels: 0.0,
         proximity: 0.0,
@@ -72,7 +73,7 @@ impl Differences {
         tracking_loss: 0.0,
     };
 
-    /// Those of the surrogate of the 2014 study.
+    /// Differences of the 2014 study's surrogate.
     pub const ODOWD2014: Self = Self {
         wheels: 0.02,
         proximity: 0.1,
@@ -89,26 +90,26 @@ impl Differences {
 /// A world of robots: lengths in mm, cycles of 100 ms.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Swarm {
-    /// Robots.
+    /// Number of robots.
     pub robots: u32,
-    /// Arena, food, nest, body and behaviours. `cycles` is the length of the whole life; `light` is not asked for
-    /// (see [`Lamp`]), and starts are random.
+    /// Arena, food, nest, body and behaviours. `cycles` is the length of the whole life; `light` isn't used (see
+    /// [`Lamp`]), and starts are random.
     pub forager: Foraging,
     /// Cycles of a robot's interval, after whose end food earns nothing: 600 (paper).
     pub interval: u32,
-    /// How far a message reaches, between centres.
+    /// Range of messages, between centres.
     pub range: f32,
-    /// The chance that a robot within range is heard, once a second.
+    /// Chance that a robot within range is heard, once per second.
     pub heard: f32,
-    /// Whether a third robot in the way keeps a message from being heard.
+    /// Whether a third robot in the way blocks messages.
     pub line_of_sight: bool,
-    /// Beyond what the on-board simulator has.
+    /// Differences from the on-board simulator.
     pub differences: Differences,
-    /// Draws how robots differ from each other: the same robots in all worlds with the same number.
+    /// Seed of the differences between robots: worlds with equal numbers have the same robots.
     pub individuals: u64,
 }
 
-/// The rows of the values that experiments have besides those of [`Foraging`].
+/// Rows of the values that experiments can set in addition to those of [`Foraging`].
 #[rustfmt::skip]
 pub fn parameters<T: AsMut<Swarm>>() -> Vec<Parameter<T>> {
     vec![
@@ -175,10 +176,10 @@ impl Swarm {
         }
     }
 
-    /// What the kernel reads of it.
+    /// Values in the kernel's form.
     fn cells(&self) -> Vec<[u32; 4]> {
         let Self { differences: own, .. } = self;
-        // The lamp's side is a world's input; the cells have where it is if opposite.
+        // The lamp's side is an input of a world; the cells have its position if it is opposite.
         let forager = Foraging {
             light: Light::OppositeNest,
             ..self.forager
@@ -232,7 +233,7 @@ impl Swarm {
         kernel::LINE_WORDS + self.robots.div_ceil(u32::BITS)
     }
 
-    /// What the kernel takes as the genes of a world's rollout.
+    /// Packs the lamp and orders into the kernel's genes of a world's rollout.
     pub fn inputs(&self, lamp: &Lamp, orders: &[Order]) -> Vec<f32> {
         let words = kernel::ORDERS as usize + kernel::ORDER_WORDS as usize * orders.len();
         let mut inputs = vec![0.0; words];
@@ -251,7 +252,7 @@ impl Swarm {
         inputs
     }
 
-    /// The lines of a world's trace, of which each has so many words: as many as the largest world of its batch needs.
+    /// Decodes a world's trace with `line_words` words per line: as many as the largest world of its batch needs.
     pub fn lines(&self, words: &[u32], line_words: usize) -> Vec<Line> {
         let own = self.robot_line_words() as usize;
         let robots = self.robots as usize;
@@ -341,19 +342,19 @@ fn side(light: Light) -> f32 {
     }
 }
 
-/// Where a world's lamp is.
+/// Position of a world's lamp over time.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Lamp {
-    /// At first.
+    /// Position at first.
     pub first: Light,
-    /// Later.
+    /// Position later.
     pub then: Light,
-    /// From this cycle on.
+    /// Cycle from which the later position holds.
     pub moves: u32,
 }
 
 impl Lamp {
-    /// One that stays.
+    /// A lamp that stays in place.
     pub fn fixed(light: Light) -> Self {
         Self {
             first: light,
@@ -363,21 +364,21 @@ impl Lamp {
     }
 }
 
-/// What one robot is to do in a stretch of its life.
+/// Instructions for one robot in a stretch of its life.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Order {
-    /// The genes that it acts by at first, each from 0 to 0.99; none if it is not switched on yet.
+    /// Genes that control it at first, each from 0 to 0.99; `None` if it isn't switched on yet.
     pub before: Option<[f32; 2]>,
-    /// Those that it acts by later.
+    /// Genes that control it later.
     pub after: [f32; 2],
-    /// From this cycle on.
+    /// Cycle from which the later genes hold.
     pub at: u32,
-    /// The cycle, if any is in this stretch, in which an interval begins: its fitness starts from 0.
+    /// Cycle of this stretch in which an interval begins, if any: its fitness restarts from 0.
     pub begins: Option<u32>,
 }
 
 impl Order {
-    /// The same genes from beginning to end.
+    /// The same genes throughout.
     pub fn always(genes: [f32; 2]) -> Self {
         Self {
             before: Some(genes),
@@ -388,18 +389,18 @@ impl Order {
     }
 }
 
-/// What a robot does.
+/// Behaviour of a robot.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Behaviour {
-    /// It flees the light.
+    /// Flees the light.
     FleeLight,
-    /// It searches at random.
+    /// Searches at random.
     Search,
-    /// It seeks the light.
+    /// Seeks the light.
     SeekLight,
-    /// It avoids an obstacle.
+    /// Avoids an obstacle.
     Avoid,
-    /// It is not switched on.
+    /// Isn't switched on.
     Off,
 }
 
@@ -415,61 +416,61 @@ impl Behaviour {
     }
 }
 
-/// What is seen of a robot after a cycle.
+/// A robot as seen after a cycle.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Seen {
-    /// mm.
+    /// Position, mm.
     pub x: f32,
-    /// mm.
+    /// Position, mm.
     pub y: f32,
     /// Turns, counter-clockwise from the x axis.
     pub heading: f32,
-    /// What it does.
+    /// Behaviour in that cycle.
     pub behaviour: Behaviour,
     /// Whether it carries food.
     pub carries: bool,
-    /// Food that it brought since the line before.
+    /// Food that it has brought since the previous line.
     pub brought: u32,
-    /// Its fitness in this interval so far.
+    /// Fitness in this interval so far.
     pub earned: f32,
-    /// Whom it heard since the line before, a bit each.
+    /// Robots that it has heard since the previous line, one bit each.
     pub heard: u128,
 }
 
-/// What is seen of a world after a cycle.
+/// A world as seen after a cycle.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Line {
-    /// Its robots.
+    /// Its robots, in their order.
     pub robots: Vec<Seen>,
-    /// Where the food lies, mm.
+    /// Positions of the food, mm.
     pub food: Vec<[f32; 2]>,
 }
 
 /// Worlds of robots that live on, stretch by stretch.
 pub trait Arena {
-    /// Lets all worlds live until a cycle, each robot under its order. For each world a line each `every` cycles, which
-    /// divides a second and the stretch.
+    /// Lets all worlds live until a cycle, each robot under its order. Returns for each world a line every `every`
+    /// cycles, which must divide both a second and the stretch.
     ///
     /// # Errors
-    /// What kept them from living.
+    /// The reason why they couldn't live.
     fn live(&mut self, until: u32, orders: &[Vec<Order>], every: u32) -> Result<Vec<Vec<Line>>, Trouble>;
 }
 
-/// Why worlds did not live.
+/// Reason why worlds couldn't live.
 #[derive(Debug, thiserror::Error)]
 pub enum Trouble {
-    /// The evaluator's error.
+    /// Error of the evaluator.
     #[error(transparent)]
     Evaluation(#[from] Error),
-    /// Orders that are not allowed.
+    /// Invalid orders.
     #[error(transparent)]
     Invalid(#[from] Invalid),
 }
 
-/// What runs batches.
+/// Runs batches.
 type Evaluate<'a> = Box<dyn FnMut(&Batch) -> Result<Outcome, Error> + 'a>;
 
-/// The worlds of an [`Arena`] by an evaluator.
+/// An [`Arena`] simulated by an evaluator.
 pub struct Simulated<'a> {
     evaluate: Evaluate<'a>,
     worlds: Worlds,
@@ -482,19 +483,19 @@ pub struct Simulated<'a> {
 /// One world of an arena.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct World {
-    /// Which of the swarms it has.
+    /// Index of its swarm.
     pub swarm: usize,
-    /// Its lamp.
+    /// Its light.
     pub lamp: Lamp,
-    /// The key of its random numbers.
+    /// Key of its random numbers.
     pub key: Key,
 }
 
 impl<'a> Simulated<'a> {
-    /// Worlds that have not lived yet.
+    /// Makes worlds before their first cycle.
     ///
     /// # Errors
-    /// The first value of a swarm that is not allowed.
+    /// The first invalid value of a swarm.
     pub fn new(
         evaluator: &'a mut dyn Evaluator,
         control: &'a Control,
@@ -504,7 +505,7 @@ impl<'a> Simulated<'a> {
         Self::with(move |batch| evaluator.evaluate(batch, control), swarms, lives)
     }
 
-    /// Worlds that have not lived yet, whose batches are run by a function.
+    /// Makes worlds before their first cycle, with a function that runs batches.
     ///
     /// # Errors
     /// As [`Simulated::new`].
@@ -523,12 +524,12 @@ impl<'a> Simulated<'a> {
         })
     }
 
-    /// The cycle that is next, and what all worlds keep from one stretch to the next.
+    /// Next cycle, and the states that all worlds keep between stretches.
     pub fn state(&self) -> (u32, &[Vec<u32>]) {
         (self.now, &self.states)
     }
 
-    /// Goes on from where [`Simulated::state`] was.
+    /// Continues from [`Simulated::state`].
     #[must_use]
     pub fn at(mut self, now: u32, states: Vec<Vec<u32>>) -> Self {
         self.now = now;

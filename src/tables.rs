@@ -1,7 +1,7 @@
 //! Sampled tables: measured readings of a robot's sensors, and measured motions of its motors.
 //!
 //! [`SensorTables::khepera`] and [`MotorSamples::khepera`] are compiled in: a Khepera synthesised from published
-//! statistics, no recording. Recordings come in through [`SensorTables::read`] and [`MotorSamples::read`].
+//! statistics, not a recording. Read recordings with [`SensorTables::read`] and [`MotorSamples::read`].
 
 mod sam;
 #[cfg(test)]
@@ -14,10 +14,10 @@ pub use sam::Format;
 
 use crate::parameter::{Choice, Choices};
 
-/// Proximity sensors of a robot.
+/// Number of a robot's proximity sensors.
 pub const SENSORS: usize = 8;
 
-/// What each of them is called: where it looks, and degrees from the heading.
+/// Names of the sensors: direction, and degrees from the heading.
 pub const SENSOR_NAMES: [&str; SENSORS] = [
     "left_90",
     "left_45",
@@ -29,17 +29,17 @@ pub const SENSOR_NAMES: [&str; SENSORS] = [
     "back_left",
 ];
 
-/// The greatest reading of a sensor: ten bits.
+/// Greatest reading of a sensor: ten bits.
 pub const GREATEST_READING: u16 = 1023;
 
-/// Why a table could not be read or written, and where.
+/// Reason why a table couldn't be read or written, and where.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Error {
     /// The file.
     pub path: PathBuf,
-    /// The line that is wrong, counted from 1, if it is one line.
+    /// Line with the problem, counted from 1, if it is a single line.
     pub line: Option<usize>,
-    /// What is wrong, and what is allowed.
+    /// The problem and what is allowed.
     pub problem: String,
 }
 
@@ -55,7 +55,7 @@ impl std::fmt::Display for Error {
 
 impl std::error::Error for Error {}
 
-/// A table that was read, with warnings.
+/// A table read from a file, with warnings.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Import<T> {
     /// The table.
@@ -64,79 +64,79 @@ pub struct Import<T> {
     pub warnings: Vec<String>,
 }
 
-/// The readings of objects of one class, by distance and bearing.
+/// Readings of objects of one class, by distance and bearing.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SensorTable {
-    /// The class of object that was sampled, such as `wall` or `round`.
+    /// Class of object that was sampled, such as `wall` or `round`.
     pub class: String,
-    /// Distances.
+    /// Number of distances.
     pub rows: u32,
-    /// Bearings in a full turn, clockwise from the heading: number k is the object at k / bearings turns.
+    /// Number of bearings in a full turn, clockwise from the heading: number k is the object at k / bearings turns.
     pub bearings: u32,
-    /// Gap between the robot's rim and the nearest point of the object in the first row, mm.
+    /// Gap in mm between the robot's rim and the nearest point of the object in the first row.
     pub nearest: f32,
-    /// From one row to the next, mm.
+    /// Distance between rows, mm.
     pub spacing: f32,
-    /// Points of view: 1 for an object that looks the same from everywhere. Otherwise number k is for a robot whose
-    /// direction from the block, counted from the block's length, is between k and k + 1 times `1 / (2 views)` turns. Half a
-    /// turn farther a block looks the same.
+    /// Number of points of view: 1 for an object that looks the same from everywhere. Otherwise number k is for a robot
+    /// whose direction from the block, relative to the block's length, is between k and k + 1 times `1 / (2 views)`
+    /// turns. From the opposite side a block looks the same.
     pub views: u32,
-    /// Eight readings a cell, 0 to 1023, at `(view * rows + row) * bearings + bearing`.
+    /// Eight readings per cell, 0 to 1023, at `(view * rows + row) * bearings + bearing`.
     pub readings: Vec<[u16; SENSORS]>,
 }
 
 impl SensorTable {
     /// Reads a `.sam` or `.sample` file. The class is the file's name without its extension.
     ///
-    /// A file begins with the line `sensors bearings rows nearest spacing`; then, for each row, come a line
-    /// `TURN row` and a line of readings for each bearing; `END` ends it. Readings are integers from 0 to 1023
-    /// in `.sam`, and the same divided by 1023 in `.sample`. If an object was sampled from several points of view, the first
-    /// line has their number as a sixth number, and the rows of all views follow one another, numbered on. That is this
-    /// project's own extension. `docs/khepera.md` has examples.
+    /// A file begins with the line `sensors bearings rows nearest spacing`. Each row follows with a line `TURN row` and
+    /// a line of readings for each bearing; `END` ends the file. Readings are integers from 0 to 1023 in `.sam`, and
+    /// these divided by 1023 in `.sample`. If an object was sampled from several points of view, their number is the
+    /// sixth number of the first line, and the rows of all views follow one another with consecutive numbers. That is
+    /// this project's own extension. `docs/khepera.md` has examples.
     ///
     /// # Errors
-    /// The file can't be read; or the line that breaks the format, and what it allows.
+    /// The file can't be read; or the line that breaks the format, and what is allowed there.
     pub fn read(path: impl AsRef<Path>) -> Result<Import<Self>, Error> {
         let path = path.as_ref();
         sam::parse_sensors(&sam::load(path)?, path, Format::of(path)?)
     }
 
-    /// Writes a new `.sam` or `.sample` file, as the path's extension says.
+    /// Writes a new file in the format of its extension, `.sam` or `.sample`.
     ///
     /// # Errors
-    /// The file exists already or can't be written; the extension is another.
+    /// The file exists already or can't be written; another extension.
     pub fn write(&self, path: impl AsRef<Path>) -> Result<(), Error> {
         let path = path.as_ref();
         sam::save(path, &sam::print_sensors(self, Format::of(path)?))
     }
 
-    /// As the text of a `.sam` file.
+    /// Formats the table as the text of a `.sam` file.
     pub fn text(&self) -> String {
         sam::print_sensors(self, Format::Sam)
     }
 
-    /// The number of cells.
+    /// Number of cells.
     pub fn cells(&self) -> usize {
         self.views as usize * self.rows as usize * self.bearings as usize
     }
 
-    /// The gap from the rim beyond which an object is not sensed, mm.
+    /// Gap from the rim beyond which an object isn't sensed, mm.
     pub fn reach(&self) -> f32 {
         self.nearest + self.rows as f32 * self.spacing
     }
 }
 
-/// A robot's sensor tables: one for each class of object.
+/// Sensor tables of a robot, one for each class of object.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SensorTables {
-    /// The tables, of equal shape.
+    /// Tables of equal shape.
     pub classes: Vec<SensorTable>,
     /// Activation of one unit of a reading: 1/1023. (Evorobot divides by 1024.)
     pub reading_scale: f32,
 }
 
 impl SensorTables {
-    /// The Khepera compiled in, with the classes `wall` and `round`.
+    /// The compiled-in Khepera with the classes `wall` and `round`.
     pub fn khepera() -> Arc<Self> {
         static TABLES: LazyLock<Arc<SensorTables>> = LazyLock::new(|| {
             let built_in = |path: &str, text| {
@@ -152,7 +152,7 @@ impl SensorTables {
         Arc::clone(&TABLES)
     }
 
-    /// Tables whose readings count as 1/1023 each.
+    /// Makes tables whose readings count as 1/1023 each.
     pub fn new(classes: Vec<SensorTable>) -> Self {
         Self {
             classes,
@@ -160,10 +160,10 @@ impl SensorTables {
         }
     }
 
-    /// Reads one file for each class, as [`SensorTable::read`] does, and warns of classes with equal readings.
+    /// Reads one file for each class, like [`SensorTable::read`], and warns of classes with equal readings.
     ///
     /// # Errors
-    /// As [`SensorTable::read`]; two files of one class; a shape other than the first file's.
+    /// As [`SensorTable::read`]; two files of one class; a shape that differs from the first file's.
     pub fn read<P: AsRef<Path>>(paths: &[P]) -> Result<Import<Self>, Error> {
         let mut warnings = Vec::new();
         let mut classes: Vec<SensorTable> = Vec::new();
@@ -209,13 +209,13 @@ impl SensorTables {
         })
     }
 
-    /// The index of a class.
+    /// Index of a class.
     pub fn class(&self, name: &str) -> Option<usize> {
         self.classes.iter().position(|table| table.class == name)
     }
 }
 
-/// A table's shape, for messages.
+/// Shape of a table, for messages.
 fn shape(table: &SensorTable) -> String {
     format!(
         "{} rows of {} bearings, from {} mm in steps of {} mm",
@@ -223,20 +223,20 @@ fn shape(table: &SensorTable) -> String {
     )
 }
 
-/// The measured motion of a robot in one cycle at each pair of wheel speeds.
+/// Measured motion of a robot in one cycle for each pair of wheel speeds.
 #[derive(Clone, Debug, PartialEq)]
 pub struct MotorSamples {
-    /// The speeds that were sampled, in the robot's own unit, ascending.
+    /// Sampled speeds in the robot's own unit, ascending.
     pub speeds: Vec<i32>,
-    /// For each pair at `left * speeds + right`: change of heading in degrees, clockwise positive.
+    /// For each pair, at `left * speeds + right`: change of heading in degrees, clockwise positive.
     pub degrees: Vec<f32>,
     /// For each pair: displacement along the heading, cm.
     pub centimetres: Vec<f32>,
 }
 
 impl MotorSamples {
-    /// The Khepera compiled in, speeds -12 to 12: in 100 ms a wheel goes 0.82 mm a unit of speed, and the wheels
-    /// work as if they stood 54.0 mm apart.
+    /// The compiled-in Khepera with speeds -12 to 12: in 100 ms a wheel travels 0.82 mm per unit of speed, and the
+    /// effective wheel base is 54.0 mm.
     pub fn khepera() -> Self {
         const MM_PER_UNIT: f64 = 0.82;
         const WHEEL_BASE: f64 = 54.0;
@@ -259,19 +259,19 @@ impl MotorSamples {
         }
     }
 
-    /// Reads a motors' `.sam` file: as many lines of changes of heading, degrees clockwise, as there are speeds,
-    /// one line a speed of the left wheel and one column a speed of the right; then as many of displacements in
-    /// cm. An odd number of speeds n counts from -(n - 1)/2 to (n - 1)/2; an even number leaves out 0.
+    /// Reads a motor `.sam` file. It has one line for each speed of the left wheel and one column for each speed of the
+    /// right wheel, first with changes of heading in degrees clockwise, then with displacements in cm. An odd number of
+    /// speeds n counts from -(n - 1)/2 to (n - 1)/2; an even number leaves out 0.
     ///
     /// # Errors
-    /// The file can't be read; or the line that breaks the format, and what it allows.
+    /// The file can't be read; or the line that breaks the format, and what is allowed there.
     pub fn read(path: impl AsRef<Path>) -> Result<Self, Error> {
         let path = path.as_ref();
         sam::parse_motors(&sam::load(path)?, path)
     }
 
-    /// As the text of a `.sam` file, whose speeds [`MotorSamples::read`] knows if they are every integer from -n to n,
-    /// with or without 0.
+    /// Formats the samples as the text of a `.sam` file. [`MotorSamples::read`] can only recover the speeds if they are
+    /// all integers from -n to n, with or without 0.
     pub fn text(&self) -> String {
         sam::print_motors(self)
     }
@@ -279,7 +279,7 @@ impl MotorSamples {
     /// Writes a new `.sam` file.
     ///
     /// # Errors
-    /// The file exists already or can't be written; or the speeds are none that [`MotorSamples::read`] would know.
+    /// The file exists already or can't be written; or [`MotorSamples::read`] couldn't recover the speeds.
     pub fn write(&self, path: impl AsRef<Path>) -> Result<(), Error> {
         let path = path.as_ref();
         if self.speeds != sam::speeds(self.speeds.len()) {
@@ -293,15 +293,15 @@ impl MotorSamples {
     }
 }
 
-/// Which sampled speeds a wheel uses, and how an output in `0..=1` selects one.
+/// The sampled speeds that a wheel uses, and the rule by which an output in `0..=1` selects one.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
 pub enum MotorStates {
-    /// -10 to 10 without 0, state `floor(20 output)`: backwards is as fast as forwards.
+    /// -10 to 10 without 0, state `floor(20 output)`: as many speeds backwards as forwards.
     #[default]
     Symmetric20,
     /// -10 to 9, state `floor(20 output)`.
     Asymmetric20,
-    /// -10 to 10, state `round(20 output)`, as Evorobot has it.
+    /// -10 to 10, state `round(20 output)`, as in Evorobot.
     Evorobot21,
 }
 
@@ -318,7 +318,7 @@ impl Choice for MotorStates {
 }
 
 impl MotorStates {
-    /// The speeds of the states, slowest (fastest backwards) first.
+    /// Speeds of the states in ascending order, fastest backwards first.
     pub fn speeds(self) -> Vec<i32> {
         match self {
             Self::Symmetric20 => (-10..=-1).chain(1..=10).collect(),
@@ -328,12 +328,12 @@ impl MotorStates {
     }
 }
 
-/// Sampled motions for each pair of motor states.
+/// Motions for each pair of motor states.
 #[derive(Clone, Debug, PartialEq)]
 pub struct MotorTable {
-    /// States of a wheel.
+    /// Number of states of a wheel.
     pub states: u32,
-    /// The motions, at `left * states + right`.
+    /// Motions at `left * states + right`.
     pub cells: Vec<MotorCell>,
     /// With `offset`: the state of an output in `0..=1` is `floor(output * scale + offset)`, at most the last.
     pub scale: f32,
@@ -341,21 +341,21 @@ pub struct MotorTable {
     pub offset: f32,
 }
 
-/// The motion of one pair of motor states in one cycle.
+/// Motion of one pair of motor states in one cycle.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct MotorCell {
     /// Along the heading, mm.
     pub displacement: f32,
     /// Counter-clockwise, turns.
     pub turn: f32,
-    /// The left wheel's signed speed as a share of the greatest, -1 to 1.
+    /// The left wheel's signed speed as a share of the maximum, -1 to 1.
     pub left: f32,
-    /// The right wheel's.
+    /// The right wheel's signed speed as a share of the maximum, -1 to 1.
     pub right: f32,
 }
 
 impl MotorTable {
-    /// The Khepera compiled in.
+    /// The compiled-in Khepera.
     pub fn khepera(states: MotorStates) -> Arc<Self> {
         static TABLES: LazyLock<[Arc<MotorTable>; 3]> = LazyLock::new(|| {
             [
@@ -388,7 +388,7 @@ impl MotorTable {
                 let sample = left * samples.speeds.len() + right;
                 cells.push(MotorCell {
                     displacement: samples.centimetres[sample] * 10.0,
-                    // Not a negation: zero has one sign.
+                    // Subtracted rather than negated: zero has one sign.
                     turn: 0.0 - samples.degrees[sample] / 360.0,
                     left: left_speed as f32 / greatest,
                     right: right_speed as f32 / greatest,
@@ -407,7 +407,7 @@ impl MotorTable {
         })
     }
 
-    /// Reads a motors' `.sam` file, as [`MotorSamples::read`], and selects the states' speeds.
+    /// Reads a motor `.sam` file, like [`MotorSamples::read`], and selects the states' speeds.
     ///
     /// # Errors
     /// As [`MotorSamples::read`]; a speed that was not sampled.

@@ -1,5 +1,5 @@
-//! What a rollout lives in: robot, arena, noise, controller, task and start, as plain data, and the validated
-//! [`World`] that is made from it.
+//! The world of a rollout: robot, arena, noise, controller, task and start as plain data, and the validated [`World`]
+//! that is made from them.
 
 pub(crate) mod check;
 mod pack;
@@ -17,37 +17,37 @@ use crate::tables::{MotorStates, MotorTable, SENSOR_NAMES, SensorTables};
 
 pub use parameters::{COORDINATE, LENGTH, parameters};
 
-/// A robot on two wheels with sampled sensors and motors.
+/// A robot with two wheels and sampled sensors and motors.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Robot {
     /// Radius of the round body, mm. Khepera: 27.5 (Miglino et al. 1995).
     pub body_radius: f32,
-    /// What its proximity sensors were measured to read.
+    /// Measured readings of its proximity sensors.
     pub sensors: Arc<SensorTables>,
-    /// What its motors were measured to do.
+    /// Measured motions of its motors.
     pub motors: Arc<MotorTable>,
-    /// Share of a cycle's turn that is made before its displacement, 0 to 1. 0 moves along the old heading.
+    /// Share of a cycle's turn made before its displacement, 0 to 1. With 0 it moves along the old heading.
     pub turn_before_move: f32,
-    /// What a collision does.
+    /// Effect of a collision.
     pub collision: Collision,
 }
 
-/// What becomes of a cycle after which a robot's body would touch something. It is a collision and earns nothing in any
+/// Effect of a collision: a cycle after which the robot's body would touch something. Such a cycle earns nothing in any
 /// case.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Collision {
-    /// Neither the move nor the turn is made, as in the simulator of Miglino et al. 1995: without noise, a robot that
-    /// touches stays where it is.
+    /// Undoes both move and turn, as in the simulator of Miglino et al. 1995: without noise, a robot that touches
+    /// something stays where it is.
     #[default]
     Undo,
-    /// The turn is made, the move is not.
+    /// Keeps the turn and undoes the move.
     KeepTurn,
-    /// The body slides along what it would touch, and turns. In a corner it stops.
+    /// Lets the body slide along what it would touch, and turn. In a corner it stops.
     Slide,
 }
 
 impl Robot {
-    /// The Khepera that is compiled in, with its symmetric motor states.
+    /// The compiled-in Khepera with its symmetric motor states.
     pub fn khepera() -> Self {
         Self {
             body_radius: 27.5,
@@ -59,15 +59,16 @@ impl Robot {
     }
 }
 
-/// The noise of a simulated life. All zero is the paper's "no noise".
+/// Noise of a simulated life. All zeros is the paper's "no noise".
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Noise {
-    /// A uniform number from this range is added to each activation, which is then clipped to `0..=1`.
-    /// The paper's sensor noise is `(0.0, 0.4)`; a symmetric one is `(-0.2, 0.2)`.
+    /// Range of a uniform number that is added to each activation, which is then clipped to `0..=1`. The paper's sensor
+    /// noise is `(0.0, 0.4)`; a symmetric one is `(-0.2, 0.2)`.
     pub sensor: (f32, f32),
-    /// Conservative noise: what is perceived is displaced by a walk within plus and minus this, mm. Paper: 30.
+    /// Conservative noise: perceived positions are displaced by a random walk within plus and minus this, mm. Paper:
+    /// 30.
     pub walk_range: f32,
-    /// Greatest step of that walk in one cycle, mm, for x and y each.
+    /// Greatest step of that walk in one cycle, mm, in x and y each.
     pub walk_step: f32,
     /// Relative uniform noise on each cycle's displacement and turn, 0 to 1.
     pub motor: f32,
@@ -94,14 +95,14 @@ impl Noise {
     };
 }
 
-/// How genes become wheel commands.
+/// Mapping from sensors to wheel commands, with weights and biases as genes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Controller {
     /// 8 inputs, 2 logistic outputs: 18 genes.
     Perceptron,
     /// 8 inputs, `units` hidden logistic units, 2 logistic outputs: `11 units + 2` genes.
     Hidden {
-        /// 1 to 32.
+        /// Number of hidden units, 1 to 32.
         units: u32,
     },
     /// 8 inputs and the 2 previous outputs, 2 logistic outputs: 22 genes.
@@ -109,7 +110,7 @@ pub enum Controller {
 }
 
 impl Controller {
-    /// How many genes it takes.
+    /// Number of genes.
     pub fn genes(self) -> usize {
         match self {
             Self::Perceptron => life::PERCEPTRON_GENES as usize,
@@ -118,7 +119,7 @@ impl Controller {
         }
     }
 
-    /// What each gene is, in the order of a genome: the weight of an input to a unit or an output, such as
+    /// Name of each gene, in the order of a genome: the weight of an input to a unit or an output, such as
     /// `left_90_to_right`, or a bias, such as `bias_right`.
     pub fn gene_names(self) -> Vec<String> {
         const OUTPUTS: [&str; 2] = ["left", "right"];
@@ -146,36 +147,36 @@ impl Controller {
     }
 }
 
-/// How speed counts in equation 1.
+/// The role of speed in equation 1.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Speed {
-    /// `(|left| + |right|) / 2`: driving backwards pays as forwards does.
+    /// `(|left| + |right|) / 2`: driving backwards earns as much as driving forwards.
     Unsigned,
     /// `(left + right) / 2`.
     Signed,
 }
 
-/// The power of the wheels' difference in equation 1.
+/// Power of the wheels' difference in equation 1.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Difference {
-    /// `1 - sqrt(DV)`, as Floreano and Mondada and Evorobot have it.
+    /// `1 - sqrt(DV)`, as in Floreano and Mondada and in Evorobot.
     Root,
-    /// `1 - DV^2`, as the 1995 paper prints it.
+    /// `1 - DV^2`, as printed in the 1995 paper.
     Square,
 }
 
-/// Which activation counts in equation 1.
+/// Activation that counts in equation 1.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Activation {
     /// Without the added sensor noise.
     Real,
-    /// With it.
+    /// With the added sensor noise.
     Perceived,
     /// No sensor term (the two-term formula of Jakobi et al. 1995).
     None,
 }
 
-/// What fitness is given for.
+/// Task that fitness measures.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Task {
     /// Equation 1 of Miglino et al. 1995, summed over the cycles of a life.
@@ -184,17 +185,17 @@ pub enum Task {
         speed: Speed,
         /// Root or square of DV.
         difference: Difference,
-        /// The activation in (1 - I).
+        /// Activation in (1 - I).
         activation: Activation,
-        /// Besides, what each cell of 50 mm is worth that the robot's centre enters for the first time, 0 to 1000. The
-        /// paper's conclusion proposes such a term, for simulations only: there one knows where the robot is. Not 0
-        /// for fields of up to 128 cells.
+        /// Additional value of each 50 mm cell that the robot's centre enters for the first time, 0 to 1000. The
+        /// paper's conclusion proposes such a term, only for simulations, where the robot's position is known. Must be
+        /// 0 for fields of more than 128 cells.
         new_cell: f32,
     },
 }
 
 impl Task {
-    /// Equation 1 with unsigned V, the root of DV and the activation as it is.
+    /// Equation 1 with unsigned V, the root of DV and the activation without added noise.
     pub const AVOIDANCE: Self = Self::Avoidance {
         speed: Speed::Unsigned,
         difference: Difference::Root,
@@ -202,7 +203,7 @@ impl Task {
         new_cell: 0.0,
     };
 
-    /// The same where a new cell is worth so much.
+    /// Sets the value of a new cell.
     #[must_use]
     pub fn with_new_cell(self, new_cell: f32) -> Self {
         let Self::Avoidance {
@@ -220,38 +221,38 @@ impl Task {
     }
 }
 
-/// Where a life starts.
+/// Start of a life.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Start {
-    /// A free pose, uniform over the arena's field and all headings, drawn from the rollout's own key.
+    /// A free pose, drawn uniformly over the arena's field and all headings with the rollout's own key.
     Random,
-    /// One pose for all: x and y in mm, heading in turns counter-clockwise from the x axis.
+    /// A fixed pose: x and y in mm, heading in turns counter-clockwise from the x axis.
     At {
-        /// mm
+        /// x in mm.
         x: f32,
-        /// mm
+        /// y in mm.
         y: f32,
-        /// turns, `0..1`
+        /// Heading in turns, `0..1`.
         heading: f32,
     },
 }
 
-/// Everything about a life but genes and seed.
+/// Everything about a life except genes and seed.
 #[derive(Clone, Debug, PartialEq)]
 pub struct WorldSpec {
     /// The body, its sensors and motors.
     pub robot: Robot,
-    /// Lives are those of this individual, by its own physics. None: of the simulator made from the robot's tables.
+    /// The individual that lives, by its own physics. `None`: the simulator made from the robot's tables.
     pub surrogate: Option<Arc<Surrogate>>,
     /// Walls and obstacles.
     pub arena: Arena,
     /// Noise of the simulation.
     pub noise: Noise,
-    /// How genes become commands.
+    /// Mapping from sensors to wheel commands.
     pub controller: Controller,
-    /// What fitness is given for.
+    /// Task that fitness measures.
     pub task: Task,
-    /// Where lives start.
+    /// Start of lives.
     pub start: Start,
     /// Length of a life in cycles of 100 ms, 1 to 1,000,000.
     pub cycles: u32,
@@ -274,7 +275,7 @@ impl WorldSpec {
     }
 }
 
-/// A checked world, ready to be lived in. Cheap to clone.
+/// A checked world, ready for lives. Cheap to clone.
 #[derive(Clone, Debug)]
 pub struct World(Arc<Checked>);
 
@@ -285,7 +286,7 @@ struct Checked {
 }
 
 impl World {
-    /// Checks every number and prepares what the kernels need of it.
+    /// Checks every number and prepares the kernels' data.
     ///
     /// ```
     /// use oneiro::world::{World, WorldSpec};
@@ -299,39 +300,39 @@ impl World {
     /// ```
     ///
     /// # Errors
-    /// The first value that is not allowed: its path, itself, and what is allowed.
+    /// The first invalid value: its path, the value itself, and the allowed values.
     pub fn new(mut spec: WorldSpec) -> Result<Self, Invalid> {
         check::check(&mut spec)?;
         let packed = pack::Packed::new(&spec)?;
         Ok(Self(Arc::new(Checked { spec, packed })))
     }
 
-    /// What it was made from.
+    /// Specification that it was made from.
     pub fn spec(&self) -> &WorldSpec {
         &self.0.spec
     }
 
-    /// Genes of a controller that lives in it.
+    /// Number of genes of a controller that lives in it.
     pub fn genes(&self) -> usize {
         self.0.spec.controller.genes()
     }
 
-    /// What each gene is.
+    /// Name of each gene.
     pub fn gene_names(&self) -> Vec<String> {
         self.0.spec.controller.gene_names()
     }
 
-    /// Cycles of a life.
+    /// Number of cycles of a life.
     pub fn cycles(&self) -> u32 {
         self.0.spec.cycles
     }
 
-    /// Estimated share of the field, 0 to 1, in which a robot's body touches nothing.
+    /// Estimated share of the field, 0 to 1, where a robot's body touches nothing.
     pub fn free_share(&self) -> f32 {
         self.0.packed.free_share
     }
 
-    /// The kernel that simulates it.
+    /// Kernel that simulates it.
     pub fn kernel(&self) -> &'static Kernel {
         let spec = &self.0.spec;
         match (spec.controller, &spec.surrogate) {

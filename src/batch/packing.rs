@@ -1,4 +1,4 @@
-//! What a batch needs to know of a world, whatever kind it is of, and the buffers that worlds are packed into.
+//! The interface between batches and kinds of worlds, and the buffers that worlds are packed into.
 
 use std::collections::{BTreeMap, HashMap};
 use std::sync::Arc;
@@ -10,43 +10,43 @@ use crate::parameter::Invalid;
 /// A kind of world: [`World`](crate::world::World), [`Foraging`](crate::foraging::Foraging),
 /// [`Swarm`](crate::swarm::Swarm), or any other that a kernel simulates.
 ///
-/// Batches know worlds by this trait alone. To add a kind of world, write its kernel and implement this; nothing else
-/// in this module changes.
+/// Batches know worlds only by this trait. To add a kind of world, write its kernel and implement this trait; nothing
+/// else in this module changes.
 pub trait WorldKind {
     /// Checks every value.
     ///
     /// # Errors
-    /// The first value that is not allowed.
+    /// The first invalid value.
     fn check(&self) -> Result<(), Invalid>;
 
-    /// The kernel that simulates it.
+    /// Kernel that simulates it.
     fn kernel(&self) -> &'static Kernel;
 
-    /// Genes of a rollout in it.
+    /// Number of genes of a rollout.
     fn genes(&self) -> usize;
 
-    /// Robots of a rollout in it.
+    /// Number of robots of a rollout.
     fn robots(&self) -> u32 {
         1
     }
 
-    /// Gives the world as the kernel reads it. Its objects and tables go into the buffers of its batch; where they are
-    /// there is part of the world.
+    /// Converts the world to the kernel's form. Its objects and tables go into the buffers of its batch, and their
+    /// positions become part of the world.
     fn pack(&self, buffers: &mut Buffers) -> life::World;
 
-    /// Words that a slot keeps from one dispatch to the next. Kernels that declare their state as a struct say it
-    /// themselves.
+    /// Words that a slot keeps between dispatches. By default, the size of the struct that the kernel declares for its
+    /// state.
     fn state_words(&self) -> u32 {
         words(self.kernel(), "state")
     }
 
-    /// Words of a record of a trace. Kernels that declare their records as a struct say it themselves.
+    /// Words per record of a trace. By default, the size of the struct that the kernel declares for its records.
     fn record_words(&self) -> u32 {
         words(self.kernel(), "trace")
     }
 }
 
-/// Words of an element of a kernel's buffer.
+/// Words per element of a kernel's buffer.
 fn words(kernel: &Kernel, buffer: &str) -> u32 {
     (kernel.stride(buffer) / size_of::<u32>()) as u32
 }
@@ -81,7 +81,7 @@ impl<W: WorldKind + ?Sized> WorldKind for &W {
     }
 }
 
-/// What the rollouts of a batch share, as the kernels read it.
+/// Data that the rollouts of a batch share, in the kernel's form.
 #[derive(Debug, Default)]
 pub(super) struct Packed {
     pub(super) worlds: Vec<life::World>,
@@ -97,14 +97,14 @@ impl Packed {
             buffers.packed.worlds.push(packed);
         }
         let mut packed = buffers.packed;
-        // No buffer is empty.
+        // Buffers can't be empty.
         if packed.shapes.is_empty() {
             packed.shapes.push(life::Shape::default());
         }
         packed
     }
 
-    /// The most turns of a kernel's loops when a life in a world begins and so many cycles of it are lived.
+    /// Most iterations of a kernel's loops in the first `cycles` cycles of a life in a world, including its beginning.
     pub(super) fn turns(&self, kernel: &Kernel, world: usize, cycles: u32) -> u32 {
         let dispatch = life::Dispatch {
             step_end: cycles,
@@ -115,7 +115,7 @@ impl Packed {
                 ("dispatch", None) => bytemuck::cast_slice(std::slice::from_ref(&dispatch)),
                 ("worlds", None) => bytemuck::cast_slice(std::slice::from_ref(&self.worlds[world])),
                 ("tables", Some(cell)) => &self.tables[cell as usize],
-                // What a rollout has of its own may be anything.
+                // A rollout's own values are unbounded.
                 _ => return u32::MAX,
             };
             words[word as usize]
@@ -124,11 +124,11 @@ impl Packed {
     }
 }
 
-/// The buffers that worlds are packed into: objects, and each different table once.
+/// Buffers that worlds are packed into: objects, and each distinct table once.
 #[derive(Debug, Default)]
 pub struct Buffers {
     packed: Packed,
-    /// Where tables were put: by owner, which is quick, and by content.
+    /// Positions of tables by owner, for speed, and by content.
     owners: HashMap<(*const (), usize), u32>,
     contents: BTreeMap<Vec<[u32; 4]>, u32>,
 }
@@ -141,7 +141,7 @@ impl Buffers {
         first
     }
 
-    /// Adds a table, unless an equal one is there, and returns its first cell.
+    /// Adds a table, unless there is an equal one, and returns the index of its first cell.
     pub fn add_table(&mut self, cells: Vec<[u32; 4]>) -> u32 {
         *self.contents.entry(cells).or_insert_with_key(|cells| {
             let first = self.packed.tables.len() as u32;
@@ -150,8 +150,8 @@ impl Buffers {
         })
     }
 
-    /// Adds the table of this number that belongs to a value which worlds share; its cells are made once. The value
-    /// must outlive the packing.
+    /// Adds table `number` of a value that worlds share; its cells are made only once. The value must outlive the
+    /// packing.
     pub fn add_shared_table<T>(&mut self, owner: &Arc<T>, number: usize, cells: impl FnOnce() -> Vec<[u32; 4]>) -> u32 {
         let owner = (Arc::as_ptr(owner).cast(), number);
         if let Some(first) = self.owners.get(&owner) {

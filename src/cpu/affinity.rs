@@ -16,23 +16,23 @@ pub(super) fn settle(_index: usize, _threads: usize) {}
 mod linux {
     use libc::cpu_set_t;
 
-    /// Binds this thread, number `index` of `threads`, to a processor of its own, if there are as many threads as
-    /// processors that it may run on. With fewer threads, two evaluators could bind theirs to the same processors while
-    /// others idle.
+    /// Binds this thread, number `index` of `threads`, to its own processor if there are as many threads as processors
+    /// that it may run on. With fewer threads, two evaluators could bind theirs to the same processors while others
+    /// idle.
     pub(in crate::cpu) fn settle(index: usize, threads: usize) {
         let allowed = allowed();
         if allowed.len() != threads {
             return;
         }
         let mut own = none();
-        // SAFETY: the processor is one that such a set held. If the system refuses, the thread runs as it did.
+        // SAFETY: the processor is from such a set. If the system refuses, the thread runs as before.
         unsafe {
             libc::CPU_SET(allowed[index], &mut own);
             libc::sched_setaffinity(0, size_of::<cpu_set_t>(), &raw const own);
         }
     }
 
-    /// The processors that this thread may run on; none if the system doesn't say, or has more than a set holds.
+    /// Processors that this thread may run on; empty if the system doesn't say, or has more than a set holds.
     fn allowed() -> Vec<usize> {
         let mut set = none();
         // SAFETY: writes a set of that size; 0 is this thread.
@@ -44,7 +44,7 @@ mod linux {
         (0..8 * size_of::<cpu_set_t>()).filter(holds).collect()
     }
 
-    /// No processor.
+    /// An empty set.
     fn none() -> cpu_set_t {
         // SAFETY: a set is an array of integers.
         unsafe { std::mem::zeroed() }
@@ -54,7 +54,7 @@ mod linux {
     mod tests {
         use super::*;
 
-        /// The processors of a thread that is one of `threads`.
+        /// Processors allowed to a thread that is one of `threads`.
         fn settled(index: usize, threads: usize) -> Vec<usize> {
             let thread = std::thread::spawn(move || {
                 settle(index, threads);

@@ -1,11 +1,11 @@
-//! Lists this machine's adapters and their abilities.
+//! This machine's adapters and their capabilities.
 
 use crate::evaluator::Error;
 
-/// The modes of 32-bit floats that a driver offers to kernels (`VK_KHR_shader_float_controls`).
+/// Modes of 32-bit floats that a driver offers to kernels (`VK_KHR_shader_float_controls`).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct FloatControls {
-    /// `shaderRoundingModeRTEFloat32`: results are rounded to the nearest, ties to even.
+    /// `shaderRoundingModeRTEFloat32`: results are rounded to nearest, ties to even.
     pub round_to_nearest: bool,
     /// `shaderSignedZeroInfNanPreserveFloat32`.
     pub keep_special: bool,
@@ -13,16 +13,16 @@ pub struct FloatControls {
     pub keep_subnormal: bool,
 }
 
-/// Limits on what an adapter takes in one dispatch.
+/// Limits of an adapter on one dispatch.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Limits {
-    /// Storage buffers that one kernel may bind.
+    /// Storage buffers per kernel.
     pub storage_buffers: u32,
-    /// Bytes that one binding may span.
+    /// Bytes per binding.
     pub binding_bytes: u64,
-    /// Bytes of one buffer.
+    /// Bytes per buffer.
     pub buffer_bytes: u64,
-    /// Workgroups in one dispatch.
+    /// Workgroups per dispatch.
     pub workgroups: u32,
 }
 
@@ -38,15 +38,15 @@ pub struct Adapter {
 }
 
 impl Adapter {
-    /// Its place in [`adapters`], by which it can be named.
+    /// Index in [`adapters`], by which it can be named.
     pub fn index(&self) -> usize {
         self.index
     }
-    /// Its name, such as `NVIDIA H100` or `llvmpipe (LLVM 15.0.6, 256 bits)`.
+    /// Name, such as `NVIDIA H100` or `llvmpipe (LLVM 15.0.6, 256 bits)`.
     pub fn name(&self) -> &str {
         &self.info.name
     }
-    /// Its driver's name and version, such as `llvmpipe, Mesa 22.3.6 (LLVM 15.0.6)`; empty if unknown.
+    /// Name and version of the driver, such as `llvmpipe, Mesa 22.3.6 (LLVM 15.0.6)`; empty if unknown.
     pub fn driver(&self) -> String {
         [self.info.driver.as_str(), self.info.driver_info.as_str()]
             .into_iter()
@@ -54,21 +54,21 @@ impl Adapter {
             .collect::<Vec<_>>()
             .join(", ")
     }
-    /// The interface it is reached through: `vulkan`, `metal`, `dx12` or `gl`.
+    /// Interface of the adapter: `vulkan`, `metal`, `dx12` or `gl`.
     pub fn backend(&self) -> &'static str {
         self.info.backend.to_str()
     }
-    /// Whether it is a program on the CPU that stands in for a GPU.
+    /// Whether it is software that emulates a GPU on the CPU.
     pub fn is_software(&self) -> bool {
         const NAMES: [&str; 5] = ["llvmpipe", "lavapipe", "swiftshader", "softpipe", "basic render"];
         let name = self.info.name.to_lowercase();
         self.info.device_type == wgpu::DeviceType::Cpu || NAMES.iter().any(|known| name.contains(known))
     }
-    /// Whether it takes SPIR-V. If not, it gets its kernels in WGSL and is never exact.
+    /// Whether it accepts SPIR-V. If not, it gets its kernels in WGSL and is never exact.
     pub fn takes_spirv(&self) -> bool {
         self.takes_spirv
     }
-    /// The float modes of its driver.
+    /// Float modes of its driver.
     pub fn float_controls(&self) -> FloatControls {
         self.float_controls
     }
@@ -80,7 +80,7 @@ impl Adapter {
     fn new(index: usize, handle: wgpu::Adapter) -> Self {
         let limits = handle.limits();
         let info = handle.get_info();
-        // Every backend lists the feature, but only Vulkan's is about SPIR-V.
+        // All backends report the feature, but only Vulkan's is about SPIR-V.
         let takes_spirv =
             info.backend == wgpu::Backend::Vulkan && handle.features().contains(wgpu::Features::PASSTHROUGH_SHADERS);
         Self {
@@ -114,20 +114,20 @@ impl Adapter {
     }
 }
 
-/// Names an adapter.
+/// Selects an adapter.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Choice {
     /// The best real GPU; never a software driver.
     Hardware,
-    /// The best adapter, a software driver if there is nothing else.
+    /// The best adapter; a software driver if there is nothing else.
     Best,
-    /// By its index in [`adapters`], or by a part of its name (in any case).
+    /// By its index in [`adapters`], or by a part of its name (ignoring case).
     Named(String),
 }
 
-/// All adapters, in the order in which the drivers list them. `WGPU_BACKEND` chooses the interfaces asked
-/// (such as `vulkan`); without it, OpenGL is asked only if there is nothing else, since its libraries are slow to
-/// start and talk on standard error where there is no display.
+/// All adapters, in the order in which the drivers list them. `WGPU_BACKEND` selects the interfaces to try (such as
+/// `vulkan`). By default OpenGL is tried only if there is nothing else, since its libraries start slowly and print to
+/// standard error if there is no display.
 pub fn adapters() -> Vec<Adapter> {
     let found = adapters_of(wgpu::Backends::PRIMARY);
     if found.is_empty() {
@@ -137,10 +137,10 @@ pub fn adapters() -> Vec<Adapter> {
     }
 }
 
-/// The adapters of these interfaces, or of those that `WGPU_BACKEND` names.
+/// Adapters of these interfaces, or of those that `WGPU_BACKEND` names.
 fn adapters_of(backends: wgpu::Backends) -> Vec<Adapter> {
     let mut descriptor = wgpu::InstanceDescriptor::new_without_display_handle_from_env();
-    // Kernels are never dispatched indirectly, and the check's own kernels would cost start-up time.
+    // Kernels are never dispatched indirectly, and compiling the check's own kernels would slow the start.
     descriptor.flags.remove(wgpu::InstanceFlags::VALIDATION_INDIRECT_CALL);
     descriptor.backends = wgpu::Backends::from_env().unwrap_or(backends);
     let instance = wgpu::Instance::new(descriptor);
@@ -152,10 +152,10 @@ fn adapters_of(backends: wgpu::Backends) -> Vec<Adapter> {
         .collect()
 }
 
-/// Finds the adapter that is named.
+/// Finds an adapter.
 ///
 /// # Errors
-/// [`Error::NoDevice`], with what there is instead, or what to install.
+/// [`Error::NoDevice`], with the adapters that there are, or with what to install.
 pub fn find(choice: &Choice) -> Result<Adapter, Error> {
     let mut all = adapters();
     all.sort_by_key(Adapter::rank);
@@ -190,7 +190,7 @@ pub fn find(choice: &Choice) -> Result<Adapter, Error> {
     Err(Error::NoDevice(format!("{problem}; there are: {}", list.join("; "))))
 }
 
-/// The modes of 32-bit floats that a Vulkan driver offers. wgpu doesn't expose them.
+/// Modes of 32-bit floats that a Vulkan driver offers, which wgpu doesn't expose.
 #[cfg(any(windows, target_os = "linux", target_os = "android", target_os = "freebsd"))]
 fn ask_vulkan(handle: &wgpu::Adapter) -> FloatControls {
     use ash::vk;
@@ -198,7 +198,7 @@ fn ask_vulkan(handle: &wgpu::Adapter) -> FloatControls {
     let Some(adapter) = (unsafe { handle.as_hal::<wgpu::hal::api::Vulkan>() }) else {
         return FloatControls::default();
     };
-    // Before Vulkan 1.2 the modes are an extension, which wgpu doesn't enable.
+    // Before Vulkan 1.2 the modes require an extension, which wgpu doesn't enable.
     if adapter.physical_device_capabilities().properties().api_version < vk::API_VERSION_1_2 {
         return FloatControls::default();
     }
@@ -218,7 +218,7 @@ fn ask_vulkan(handle: &wgpu::Adapter) -> FloatControls {
     }
 }
 
-/// There is no Vulkan here.
+/// Without Vulkan there are none.
 #[cfg(not(any(windows, target_os = "linux", target_os = "android", target_os = "freebsd")))]
 fn ask_vulkan(_: &wgpu::Adapter) -> FloatControls {
     FloatControls::default()

@@ -1,17 +1,17 @@
-//! Device buffers that live on between batches and grow as needed.
+//! Device buffers that are kept between batches and grow as needed.
 
 use wgpu::BufferUsages as Usage;
 
 use super::device::{Device, Fault};
 
-/// A buffer of which the first `used` bytes are bound.
+/// A buffer whose first `used` bytes are bound.
 #[derive(Debug)]
 pub(super) struct Pooled {
     label: &'static str,
     usage: Usage,
     buffer: Option<wgpu::Buffer>,
     used: u64,
-    /// The bytes last written, for contents that seldom change.
+    /// Bytes written last, for contents that seldom change.
     written: Vec<u8>,
 }
 
@@ -26,13 +26,13 @@ impl Pooled {
         }
     }
 
-    /// Makes room for so many bytes; what was there is lost if it grows.
+    /// Makes room for a number of bytes; growing discards the contents.
     pub(super) fn reserve(&mut self, device: &Device, bytes: u64) -> &wgpu::Buffer {
         const STEP: u64 = 1 << 20;
         self.used = bytes;
         if self.buffer.as_ref().is_none_or(|buffer| buffer.size() < bytes) {
             self.written.clear();
-            // Freed before its successor is made, so that both need not fit.
+            // Freed before its replacement is made, so that both needn't fit.
             self.buffer = None;
             let size = if bytes < STEP {
                 bytes.next_power_of_two()
@@ -67,24 +67,24 @@ impl Pooled {
         }
     }
 
-    /// The whole buffer; the used bytes are its first.
+    /// The whole buffer, which begins with the used bytes.
     pub(super) fn buffer(&self) -> &wgpu::Buffer {
         self.buffer
             .as_ref()
             .expect("a pooled buffer is reserved before it is used")
     }
 
-    /// Bytes in use.
+    /// Number of bytes in use.
     pub(super) fn used(&self) -> u64 {
         self.used
     }
 
-    /// The used bytes, as a binding: kernels clamp their indices to its size.
+    /// The used bytes as a binding; kernels clamp their indices to its size.
     pub(super) fn binding(&self) -> wgpu::BindingResource<'_> {
         self.range(0, self.used)
     }
 
-    /// Some bytes from some byte on, as a binding.
+    /// A range of bytes as a binding.
     pub(super) fn range(&self, offset: u64, bytes: u64) -> wgpu::BindingResource<'_> {
         wgpu::BindingResource::Buffer(wgpu::BufferBinding {
             buffer: self.buffer(),
@@ -93,11 +93,11 @@ impl Pooled {
         })
     }
 
-    /// Brings data to a buffer of the device by way of this one, which the host writes. Unlike the queue's own
-    /// writes that makes no new host memory, which is slow to get in large pieces.
+    /// Copies data to a device buffer through this one, which the host writes. Unlike the queue's own writes, that
+    /// allocates no host memory, which is slow in large pieces.
     ///
     /// # Errors
-    /// [`Fault::Lost`] if the host can't write it.
+    /// [`Fault::Lost`] if the host can't write this buffer.
     pub(super) fn send(
         &mut self,
         device: &Device,
@@ -113,22 +113,22 @@ impl Pooled {
             .copy_from_slice(bytes);
         own.unmap();
         encoder.copy_buffer_to_buffer(own, 0, to, 0, Some(size));
-        // Ready for the next time once this copy is done.
+        // Mapped again once this copy is done, ready for the next.
         encoder.map_buffer_on_submit(own, wgpu::MapMode::Write, 0..own.size(), |_| {});
         Ok(())
     }
 
-    /// Copies the used bytes to where the host reads them, and maps that once the copy is done.
+    /// Copies the used bytes to a buffer that the host reads, and maps that once the copy is done.
     pub(super) fn bring(&self, encoder: &mut wgpu::CommandEncoder, to: &Self) {
         encoder.copy_buffer_to_buffer(self.buffer(), 0, to.buffer(), 0, Some(self.used));
-        // A failure is seen when the range is asked for.
+        // A failure shows when the mapped range is requested.
         encoder.map_buffer_on_submit(to.buffer(), wgpu::MapMode::Read, 0..self.used, |_| {});
     }
 
-    /// Takes what was brought here.
+    /// Reads the bytes copied to this buffer.
     ///
     /// # Errors
-    /// [`Fault::Lost`] if it never came.
+    /// [`Fault::Lost`] if they never arrived.
     pub(super) fn read<T: bytemuck::Pod>(&self, into: &mut [T]) -> Result<(), Fault> {
         let view = self
             .buffer()
@@ -141,7 +141,7 @@ impl Pooled {
     }
 }
 
-/// The buffers that all rollouts of a batch share.
+/// Buffers that all rollouts of a batch share.
 #[derive(Debug)]
 pub(super) struct Scene {
     pub(super) worlds: Pooled,
@@ -160,8 +160,7 @@ impl Default for Scene {
     }
 }
 
-/// The buffers of one cut of a batch. Two of them take turns, so that one is filled and read while the device works on the
-/// other.
+/// Buffers of one cut of a batch. There are two, so that one is filled and read while the device works on the other.
 #[derive(Debug)]
 pub(super) struct Bench {
     pub(super) dispatch: Pooled,

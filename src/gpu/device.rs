@@ -11,19 +11,19 @@ use super::adapter::{Adapter, FloatControls};
 use super::spirv;
 use crate::evaluator::{Control, Error};
 
-/// Storage buffers that a life binds.
+/// Number of storage buffers that a life binds.
 const STORAGE_BUFFERS: u32 = 8;
 
-/// The form in which a device takes its kernels.
+/// Form of a device's kernels.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Path {
-    /// As exact SPIR-V.
+    /// Exact SPIR-V.
     Spirv,
-    /// As WGSL, which drivers may round as they like.
+    /// WGSL, which drivers may round as they like.
     Wgsl,
 }
 
-/// Why a device gave no result.
+/// Reason why a device gave no result.
 #[derive(Debug)]
 pub(super) enum Fault {
     /// The evaluation was cancelled.
@@ -38,7 +38,7 @@ pub(super) enum Fault {
     Refused(String),
 }
 
-/// Errors that wgpu reported through its callbacks.
+/// Errors reported by wgpu's callbacks.
 #[derive(Debug, Default)]
 struct Told {
     lost: Option<String>,
@@ -60,11 +60,11 @@ pub(super) struct Device {
     pub(super) queue: wgpu::Queue,
     adapter: Adapter,
     path: Path,
-    /// The modes that its kernels ask for.
+    /// Modes that its kernels request.
     float_controls: FloatControls,
     told: Arc<Mutex<Told>>,
     pub(super) doom: Doom,
-    /// By name and SPIR-V, so that an altered kernel is another one.
+    /// By name and SPIR-V, so that a changed kernel is a different one.
     pipelines: BTreeMap<(&'static str, usize), Arc<Pipeline>>,
 }
 
@@ -72,7 +72,7 @@ impl Device {
     /// Opens a device.
     ///
     /// # Errors
-    /// [`Error::NoDevice`] if the adapter can't run the kernels, or takes no SPIR-V where that is the path.
+    /// [`Error::NoDevice`] if the adapter can't run the kernels, or doesn't accept SPIR-V where the path requires it.
     pub(super) fn open(adapter: &Adapter, path: Path) -> Result<Self, Error> {
         let refused = |problem: String| Error::NoDevice(format!("{}: {problem}", adapter.name()));
         let (needed, has) = (STORAGE_BUFFERS, adapter.limits().storage_buffers);
@@ -106,7 +106,7 @@ impl Device {
         let told = Arc::new(Mutex::new(Told::default()));
         let ear = Arc::clone(&told);
         device.on_uncaptured_error(Arc::new(move |error| {
-            // The first error is the cause, those that follow are its consequences.
+            // The first error is the cause; those that follow are consequences.
             lock(&ear).error.get_or_insert(error);
         }));
         let ear = Arc::clone(&told);
@@ -130,26 +130,26 @@ impl Device {
         })
     }
 
-    /// The adapter it was opened on.
+    /// Adapter that it was opened on.
     pub(super) fn adapter(&self) -> &Adapter {
         &self.adapter
     }
 
-    /// The form in which it gets its kernels.
+    /// Form of its kernels.
     pub(super) fn path(&self) -> Path {
         self.path
     }
 
-    /// Asks for other modes from now on.
+    /// Sets the modes to request from now on.
     pub(super) fn ask_for(&mut self, float_controls: FloatControls) {
         self.float_controls = float_controls;
         self.pipelines.clear();
     }
 
-    /// A kernel, compiled on first use.
+    /// Returns a kernel, which is compiled on first use.
     ///
     /// # Errors
-    /// [`Fault::Refused`] if the driver doesn't take it, [`Fault::Lost`].
+    /// [`Fault::Refused`] if the driver doesn't accept it, [`Fault::Lost`].
     pub(super) fn pipeline(&mut self, kernel: &Kernel) -> Result<Arc<Pipeline>, Fault> {
         let key = (kernel.name, kernel.spirv.as_ptr().addr());
         if let Some(pipeline) = self.pipelines.get(&key) {
@@ -186,8 +186,8 @@ impl Device {
                     spirv: Some(words.into()),
                     ..Default::default()
                 };
-                // SAFETY: the module was written by naga from a validated one, with every index clamped to its
-                // buffer and every loop ended by its own bound; the modes added are those the driver has.
+                // SAFETY: naga wrote the module from a validated one, with every index clamped to its buffer and every
+                // loop ended by its own bound; the added modes are supported by the driver.
                 unsafe { self.raw.create_shader_module_passthrough(descriptor) }
             }
             Path::Wgsl => self.raw.create_shader_module(wgpu::ShaderModuleDescriptor {
@@ -219,7 +219,7 @@ impl Device {
         submission
     }
 
-    /// Waits for a submission. Gives up soon after a cancel; the device then finishes on its own.
+    /// Waits for a submission. Returns soon after a cancellation; the device then finishes on its own.
     ///
     /// # Errors
     /// [`Fault::Cancelled`], and any fault of the device.
@@ -232,7 +232,7 @@ impl Device {
             };
             match self.poll(wait) {
                 Err(wgpu::PollError::Timeout) => {}
-                // An index that was never submitted: the queue refused it, and why was told.
+                // The submission was refused by the queue, which has reported the reason.
                 Err(wgpu::PollError::WrongSubmissionIndex(..)) => {
                     self.check()?;
                     return Err(Fault::Lost("it takes no more work".into()));
@@ -249,7 +249,7 @@ impl Device {
     /// Checks for faults since the last call.
     ///
     /// # Errors
-    /// The fault since the last call.
+    /// The fault, if any.
     pub(super) fn check(&self) -> Result<(), Fault> {
         let mut told = lock(&self.told);
         if let Some(reason) = &told.lost {
@@ -257,7 +257,7 @@ impl Device {
         }
         let Some(error) = told.error.take() else { return Ok(()) };
         drop(told);
-        // Errors may be the first sign of a loss, which is told when somebody looks.
+        // An error may be the first sign of a lost device, which polling reports.
         let _ = self.poll(wgpu::PollType::Poll);
         if let Some(reason) = &lock(&self.told).lost {
             return Err(Fault::Lost(reason.clone()));
@@ -270,7 +270,7 @@ impl Device {
         })
     }
 
-    /// Looks after finished work, without wgpu's panic when the driver answers that the device is lost.
+    /// Polls for finished work, without wgpu's panic when the driver reports that the device is lost.
     fn poll(&self, how: wgpu::PollType) -> Result<(), wgpu::PollError> {
         match catch_unwind(AssertUnwindSafe(|| self.raw.poll(how))) {
             Ok(result) => result.map(|_| ()),
@@ -285,7 +285,7 @@ impl Device {
     }
 }
 
-/// The time at which a device is lost on purpose, in tests.
+/// When a device is lost on purpose, in tests.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Doom {
     dispatches: u32,
@@ -294,7 +294,7 @@ pub(super) struct Doom {
 }
 
 impl Doom {
-    /// After so many dispatches each, on so many devices in succession.
+    /// Loses `devices` devices in succession, each after `dispatches` dispatches.
     pub(super) fn after(dispatches: u32, devices: u32) -> Self {
         Self {
             dispatches,
@@ -302,7 +302,7 @@ impl Doom {
             passed: 0,
         }
     }
-    /// The loss planned for the device that replaces this one.
+    /// The planned loss of the device that replaces this one.
     pub(super) fn next(self) -> Self {
         Self::after(self.dispatches, self.devices.saturating_sub(1))
     }

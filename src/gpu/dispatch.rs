@@ -1,4 +1,5 @@
-//! A part of a batch on a device: cut to what fits, each cut run in chunks of cycles, its state kept there.
+//! Runs a part of a batch on a device: cut into pieces that fit, each run in chunks of cycles, with its state kept
+//! there.
 
 use std::collections::{BTreeMap, VecDeque};
 use std::ops::Range;
@@ -13,20 +14,20 @@ use super::pace::Pace;
 use crate::batch::{LANES, Part, PartResult};
 use crate::evaluator::Control;
 
-/// Target size of a cut's own buffers, in bytes: enough rollouts to fill any device, few enough for a small one. Two cuts
-/// are on the device at a time.
+/// Target size of a cut's own buffers, in bytes: enough rollouts to fill any device, few enough for a small one. Two
+/// cuts are on the device at a time.
 const CUT_BYTES: u64 = 64 << 20;
 
-/// The greatest number of iterations of all loops of an invocation in a dispatch. Mesa's software driver leaves every loop
-/// of an invocation after 65,535 in all, silently, corrupting results.
+/// Most iterations of all loops of an invocation in a dispatch. Mesa's software driver leaves every loop of an
+/// invocation after 65,535 in total, silently, corrupting results.
 const GREATEST_LOOPS: u32 = 60_000;
 
-/// Limits on a dispatch, besides those of time and memory. No result depends on them.
+/// Limits on a dispatch, besides those of time and memory. Results don't depend on them.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Bounds {
-    /// Groups in a cut, at least 1.
+    /// Most groups in a cut, at least 1.
     pub groups: u32,
-    /// Cycles in a chunk, at least 1.
+    /// Most cycles in a chunk, at least 1.
     pub cycles: u32,
 }
 
@@ -39,7 +40,7 @@ impl Default for Bounds {
     }
 }
 
-/// Runs rollouts on one device, and keeps buffers and speeds for the next batch.
+/// Runs rollouts on one device, and keeps buffers and measured speeds for the next batch.
 #[derive(Debug, Default)]
 pub(super) struct Lives {
     scene: Scene,
@@ -49,10 +50,10 @@ pub(super) struct Lives {
 }
 
 impl Lives {
-    /// Runs a part, in smaller cuts if the device's memory doesn't hold them.
+    /// Runs a part, in smaller cuts if the device's memory is too small for them.
     ///
     /// # Errors
-    /// See [`Fault`]; progress told to `control` is then taken back.
+    /// See [`Fault`]; progress reported to `control` is then taken back.
     pub(super) fn run(&mut self, device: &mut Device, part: &Part<'_>, control: &Control) -> Result<PartResult, Fault> {
         let mut groups = self.bounds.groups.min(part.group_table().len() as u32);
         loop {
@@ -63,7 +64,7 @@ impl Lives {
         }
     }
 
-    /// Runs a part in cuts of so many groups at most.
+    /// Runs a part in cuts of at most `groups` groups.
     fn run_cut(
         &mut self,
         device: &mut Device,
@@ -85,7 +86,7 @@ impl Lives {
         let first = GREATEST_LOOPS.saturating_sub(begins) / part.loops();
         if first == 0 && device.adapter().is_software() {
             return Err(Fault::TooLarge(format!(
-                "a cycle of so many robots takes {} loops, and its first one {begins} more; a software driver may leave \
+                "a cycle of this many robots takes {} loops, and its first one {begins} more; a software driver may leave \
                  them after {GREATEST_LOOPS}; allowed there: fewer robots, or another backend",
                 part.loops()
             )));
@@ -110,7 +111,7 @@ impl Lives {
             Ok(()) => Ok(run.result),
             Err(fault) => {
                 control.take_back_steps(run.told_steps);
-                // Their buffers may still be in use, on their way to being mapped, or never have come to be.
+                // The buffers may still be in use, waiting to be mapped, or incomplete.
                 self.benches = Default::default();
                 self.scene = Scene::default();
                 Err(fault)
@@ -119,7 +120,7 @@ impl Lives {
     }
 }
 
-/// The limits on a cut.
+/// Limits on a cut.
 #[derive(Clone, Copy, Debug)]
 struct Bytes {
     groups: usize,
@@ -138,14 +139,14 @@ impl Bytes {
     }
 }
 
-/// Groups that are on the device together.
+/// Groups that are on the device at the same time.
 #[derive(Clone, Debug, PartialEq, Eq)]
 struct Cut {
-    /// Of the part's groups.
+    /// Range of the part's groups.
     groups: Range<usize>,
-    /// Words of the part's inputs.
+    /// Range of words of the part's inputs.
     inputs: Range<usize>,
-    /// Those of the longest life.
+    /// Cycles up to the end of the longest life.
     cycles: Range<u32>,
 }
 
@@ -188,7 +189,7 @@ fn cuts(part: &Part<'_>, bounds: Bytes) -> Result<Vec<Cut>, Fault> {
             let largest = input.max(traced * count).max(fixed * count);
             end - start <= bounds.groups && largest <= bounds.binding && input + (fixed + traced) * count <= bounds.cut
         };
-        // One group always goes, whatever the aim says; the bindings hold it (32 hidden units are 90 kB).
+        // A cut has at least one group, whatever the target; the bindings hold it (32 hidden units are 90 kB).
         let mut end = start + 1;
         while end < groups.len() && fits(end + 1) {
             end += 1;
@@ -208,7 +209,7 @@ fn cuts(part: &Part<'_>, bounds: Bytes) -> Result<Vec<Cut>, Fault> {
     Ok(cuts)
 }
 
-/// A dispatch that was submitted.
+/// A submitted dispatch.
 struct Flight {
     submission: wgpu::SubmissionIndex,
     submitted: Instant,
@@ -216,7 +217,7 @@ struct Flight {
     slots: u64,
     cycles: u32,
     steps: u64,
-    /// The slots whose results it brings: those of its cut, if it is the cut's last.
+    /// Slots whose results it returns: those of its cut, if it is the cut's last dispatch.
     brings: Option<Range<usize>>,
 }
 
@@ -230,7 +231,7 @@ struct Run<'a> {
     scene: &'a Scene,
     benches: &'a mut [Bench; 2],
     pace: &'a mut Pace,
-    /// Cycles of a dispatch with which lives begin, and of others.
+    /// Most cycles of a dispatch that begins lives, and of others.
     most_cycles: [u32; 2],
     flights: VecDeque<Flight>,
     told_steps: u64,
@@ -239,13 +240,13 @@ struct Run<'a> {
 }
 
 impl Run<'_> {
-    /// One cut after the other, chunk by chunk, each submitted while the one before is worked on.
+    /// Runs one cut after another, chunk by chunk, each submitted while the device works on the one before.
     fn all(&mut self, cuts: &[Cut]) -> Result<(), Fault> {
         for (index, cut) in cuts.iter().enumerate() {
             let bench = index % self.benches.len();
             let mut begin = cut.cycles.start;
             while begin < cut.cycles.end {
-                // Until the speed is known there is nothing to plan the next chunk with.
+                // The next chunk can't be planned until the speed is known.
                 self.land_until(usize::from(self.pace.is_known()))?;
                 let cycles = self
                     .pace
@@ -273,7 +274,7 @@ impl Run<'_> {
         let fitness = cut.slots() * size_of::<f32>() as u64;
         bench.fitness.reserve(device, fitness);
         bench.fitness_out.reserve(device, fitness);
-        // A binding can't be empty: without a trace it is one record that nobody writes.
+        // A binding can't be empty: without a trace it is one record that isn't written.
         let words = (cut.slots() as usize * batch.trace_words()).max(batch.record_words());
         let trace = 4 * words as u64;
         bench.trace.reserve(device, trace);
@@ -311,7 +312,7 @@ impl Run<'_> {
                 bench.state.write(self.device, bytemuck::cast_slice(states));
             }
             if traced {
-                // A life that ends before the batch's longest leaves the rest of its records as they were.
+                // A life that ends before the batch's longest doesn't write the rest of its records.
                 encoder.clear_buffer(bench.trace.buffer(), 0, Some(bench.trace.used()));
             }
         }
@@ -359,7 +360,7 @@ impl Run<'_> {
         Ok(())
     }
 
-    /// Waits until no more than so many dispatches are under way.
+    /// Waits until at most `under_way` dispatches are in progress.
     fn land_until(&mut self, under_way: usize) -> Result<(), Fault> {
         if self.control.is_cancelled() {
             return Err(Fault::Cancelled);
@@ -367,7 +368,7 @@ impl Run<'_> {
         while self.flights.len() > under_way {
             let Some(flight) = self.flights.pop_front() else { break };
             self.device.wait(&flight.submission, self.control)?;
-            // It began when it was submitted, or when the one before was done.
+            // A dispatch begins when it is submitted, or when the one before is done.
             let now = Instant::now();
             self.pace
                 .observe(flight.slots, flight.cycles, now - flight.submitted.max(self.landed));
@@ -439,7 +440,7 @@ mod tests {
     use crate::random::Key;
     use crate::world::{Controller, World, WorldSpec};
 
-    /// Rollouts in worlds of other sizes: 200 of 13 genes over 30 cycles, 100 of 24 over 80.
+    /// Rollouts in worlds of different sizes: 200 of 13 genes over 30 cycles, 100 of 24 over 80.
     fn batch(trace: Option<TraceRequest>) -> Batch {
         let world = |units, cycles| {
             World::new(WorldSpec {
@@ -496,7 +497,7 @@ mod tests {
     fn cuts_keep_to_every_bound_and_leave_nothing_out() {
         let plain = batch(None);
         let traced = batch(Some(TraceRequest { every: 10 }));
-        // The inputs of a group of 13 genes take 3,840 bytes, of 24 genes 6,656.
+        // The inputs of a group take 3,840 bytes with 13 genes, and 6,656 with 24 genes.
         let kept = (LANES * (4 * plain.state_words() + size_of::<f32>())) as u64;
         let eight_records = (4 * LANES * 8 * plain.record_words()) as u64;
         for (batch, bounds, expected) in [

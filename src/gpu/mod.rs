@@ -31,7 +31,7 @@ pub struct Gpu {
 }
 
 impl Gpu {
-    /// Opens an adapter, with the exact kernels where it takes them.
+    /// Opens an adapter, with the exact kernels if it accepts them.
     ///
     /// # Errors
     /// [`Error::NoDevice`] if there is no such adapter, or it can't run the kernels.
@@ -44,7 +44,7 @@ impl Gpu {
     /// Opens an adapter with kernels in the given form.
     ///
     /// # Errors
-    /// [`Error::NoDevice`] if the adapter can't run the kernels, or not on this path.
+    /// [`Error::NoDevice`] if the adapter can't run the kernels, or not in this form.
     pub fn open_with(adapter: &Adapter, path: Path) -> Result<Self, Error> {
         let mut gpu = Self {
             device: Device::open(adapter, path)?,
@@ -55,12 +55,12 @@ impl Gpu {
         Ok(gpu)
     }
 
-    /// Opens a lost device again.
+    /// Reopens a lost device.
     ///
     /// # Errors
     /// [`Error::NoDevice`] if it is gone for good.
     pub(crate) fn reopen(&self) -> Result<Self, Error> {
-        // A driver that was reset may refuse whatever was made before, so everything is made anew.
+        // After a reset, a driver may refuse everything made before, so all of it is made again.
         let old = self.device.adapter();
         let is_same = |a: &Adapter| a.name() == old.name() && a.backend() == old.backend();
         let mut found: Vec<_> = adapters().into_iter().filter(is_same).collect();
@@ -74,30 +74,30 @@ impl Gpu {
         Ok(gpu)
     }
 
-    /// The adapter it runs on.
+    /// Adapter that it runs on.
     pub fn adapter(&self) -> &Adapter {
         self.device.adapter()
     }
 
-    /// Why its results are not exact; nothing if they are. They are if it runs the exact kernels, and every operation and
-    /// function of these gave the CPU's bits when it was opened.
+    /// Reason why its results aren't exact, or `None` if they are: if it runs the exact kernels, and all of their
+    /// operations and functions had the CPU's bits when it was opened.
     pub fn why_inexact(&self) -> Option<&str> {
         self.inexact.as_deref()
     }
 
-    /// Limits each dispatch further than time and memory do.
+    /// Sets limits on each dispatch, besides those of time and memory.
     pub fn set_bounds(&mut self, bounds: Bounds) {
         self.lives.bounds = bounds;
     }
 
-    /// Loses the device after so many more dispatches, and as many devices in all (each re-created one after
-    /// as many dispatches). For tests of what happens then.
+    /// Loses the device after a number of dispatches, and `devices` devices in all, each replacement after as many
+    /// dispatches. For tests of recovery.
     #[doc(hidden)]
     pub fn lose_after(&mut self, dispatches: u32, devices: u32) {
         self.device.doom = device::Doom::after(dispatches, devices);
     }
 
-    /// Asks for other modes than all that the driver has, to see in tests what they are good for.
+    /// Requests other modes than all that the driver has, to show their effect in tests.
     #[doc(hidden)]
     pub fn ask_for(&mut self, float_controls: FloatControls) {
         self.device.ask_for(float_controls);

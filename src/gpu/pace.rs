@@ -2,15 +2,14 @@
 
 use std::time::Duration;
 
-/// Target duration of a dispatch: long enough for its overhead not to matter, and, even if the next one is twice as slow,
-/// a tenth of what desktop drivers take for a hang.
+/// Target duration of a dispatch: long enough to make its overhead negligible, and, even if the next one is twice as
+/// slow, a tenth of what desktop drivers consider a hang.
 const AIM: Duration = Duration::from_millis(100);
 
-/// Robot-steps of a first dispatch, when nothing is known: a tenth of a second on the slowest device that is
-/// of any use.
+/// Robot-steps of the first dispatch, before the speed is known: a tenth of a second on the slowest useful device.
 const FIRST_STEPS: u64 = 1 << 18;
 
-/// The speed of one kernel on one device, as last measured.
+/// Last measured speed of one kernel on one device.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Pace {
     measured: Option<Measured>,
@@ -23,17 +22,17 @@ struct Measured {
 }
 
 impl Pace {
-    /// Whether a dispatch was measured.
+    /// Whether a dispatch has been measured.
     pub(super) fn is_known(self) -> bool {
         self.measured.is_some()
     }
 
-    /// Cycles for a dispatch of so many slots, at least 1.
+    /// Number of cycles for a dispatch of `slots` slots, at least 1.
     pub(super) fn cycles(self, slots: u64) -> u32 {
         let cycles = match self.measured {
             None => FIRST_STEPS / slots.max(1),
-            // Fewer slots may take as long (a device that isn't full waits for its slowest), more of them take
-            // at most their share more: either way the dispatch is no longer than aimed at.
+            // Fewer slots may take as long (a device that isn't full waits for its slowest), and more take at most
+            // proportionally longer. Either way the dispatch stays within its target.
             Some(m) => {
                 let growth = (slots as f64 / m.slots.max(1) as f64).max(1.0);
                 (AIM.as_secs_f64() / (m.seconds_per_cycle * growth)) as u64
@@ -42,9 +41,9 @@ impl Pace {
         cycles.clamp(1, u64::from(u32::MAX)) as u32
     }
 
-    /// Takes in the measured time of a dispatch.
+    /// Updates the speed with the measured time of a dispatch.
     pub(super) fn observe(&mut self, slots: u64, cycles: u32, lasted: Duration) {
-        // A clock that stood still would promise an endless speed.
+        // A clock that stood still would imply an infinite speed.
         let seconds = lasted.as_secs_f64().max(1e-6);
         self.measured = Some(Measured {
             slots,

@@ -1,11 +1,11 @@
-//! Recovers from a lost GPU: opens it again once, then uses another evaluator.
+//! Recovery from a lost GPU: reopens it once, then uses another evaluator.
 
 use super::Gpu;
 use crate::batch::{Part, PartResult};
 use crate::evaluator::{Control, Device, Error, Evaluator};
 
-/// Evaluates on a GPU. If its device is lost, it is opened again and the part repeated; if that fails too, this
-/// part and all later ones run on the fallback. The result is the same.
+/// Evaluates on a GPU. If its device is lost, it is reopened and the part repeated; if that fails too, this part and
+/// all later ones run on the fallback. Results stay the same.
 pub struct Recovering {
     gpu: Option<Gpu>,
     fallback: Box<dyn Evaluator>,
@@ -13,7 +13,7 @@ pub struct Recovering {
 }
 
 impl Recovering {
-    /// Wraps a GPU and the evaluator that takes over when it is gone.
+    /// Wraps a GPU and the evaluator that replaces it when it is lost.
     pub fn new(gpu: Gpu, fallback: Box<dyn Evaluator>) -> Self {
         Self {
             gpu: Some(gpu),
@@ -22,7 +22,7 @@ impl Recovering {
         }
     }
 
-    /// The part on the GPU, which is opened again if it is lost; `None` if it is gone for good.
+    /// Runs the part on the GPU, which is reopened if it is lost; `None` if it is gone for good.
     fn on_gpu(&mut self, part: &Part<'_>, control: &Control) -> Option<Result<PartResult, Error>> {
         let gpu = self.gpu.as_mut()?;
         let lost = match gpu.evaluate_part(part, control) {

@@ -1,4 +1,4 @@
-//! Runs any kernel on any buffers, for the suites that compare a driver's operations with the CPU's.
+//! Runs any kernel on any buffers, for tests that compare a driver's operations with the CPU's.
 
 use oneiro_shaders::{BindingKind, Kernel};
 use wgpu::BufferUsages as Usage;
@@ -11,19 +11,19 @@ use crate::evaluator::{Control, Error};
 /// One dispatch of a kernel.
 #[derive(Clone, Debug)]
 pub struct Run<'a> {
-    /// The kernel.
+    /// Kernel to run.
     pub kernel: &'a Kernel,
-    /// Buffers in the order of its bindings, none of them empty; those it may write have its results afterwards.
+    /// Non-empty buffers in the order of its bindings; writable ones hold the results afterwards.
     pub buffers: Vec<Vec<u32>>,
-    /// The number of workgroups.
+    /// Number of workgroups.
     pub workgroups: u32,
 }
 
-/// Bytes to whose multiples bound ranges are aligned on every device.
+/// Alignment of bound ranges on every device, in bytes.
 const ALIGNMENT: usize = 256;
 
 impl Gpu {
-    /// Runs a kernel once, on buffers as those of [`Run`].
+    /// Runs a kernel once, on buffers as in [`Run`].
     ///
     /// # Errors
     /// As [`Evaluator::evaluate_part`](crate::evaluator::Evaluator::evaluate_part).
@@ -51,7 +51,7 @@ impl Gpu {
     /// As [`Evaluator::evaluate_part`](crate::evaluator::Evaluator::evaluate_part).
     ///
     /// # Panics
-    /// If there are not as many buffers as bindings, or a buffer is empty or no multiple of its element.
+    /// If the number of buffers isn't that of the bindings, or a buffer is empty or isn't a multiple of its element.
     pub fn run(&mut self, runs: &mut [Run<'_>]) -> Result<(), Error> {
         for Run { kernel, buffers, .. } in runs.iter() {
             assert_eq!(buffers.len(), kernel.bindings.len(), "the buffers of `{}`", kernel.name);
@@ -70,8 +70,8 @@ impl Gpu {
     }
 }
 
-/// All buffers that are bound in one way, one after the other in one buffer of the device: wgpu tracks the use of
-/// whole buffers, so what is only read and what is written must be apart.
+/// All buffers with one kind of binding, concatenated in one buffer of the device. wgpu tracks the use of whole
+/// buffers, so read-only and writable data must be separate.
 struct Arena {
     buffer: Pooled,
     words: Vec<u32>,
@@ -85,7 +85,7 @@ impl Arena {
         }
     }
 
-    /// Appends a buffer; the first of its words here.
+    /// Appends a buffer and returns the index of its first word.
     fn push(&mut self, words: &[u32]) -> usize {
         let start = self.words.len();
         self.words.extend_from_slice(words);
@@ -94,7 +94,7 @@ impl Arena {
     }
 }
 
-/// The arena of a binding.
+/// Index of the arena for a kind of binding.
 fn arena(kind: BindingKind) -> usize {
     match kind {
         BindingKind::Uniform => 0,
@@ -110,7 +110,7 @@ fn run(device: &mut Device, runs: &mut [Run<'_>]) -> Result<(), Fault> {
         Arena::new("read", Usage::STORAGE),
         Arena::new("written", Usage::STORAGE | Usage::COPY_SRC),
     ];
-    // Where the buffers of each run are in their arenas.
+    // Start of each run's buffers in their arenas.
     let mut starts: Vec<Vec<usize>> = Vec::with_capacity(runs.len());
     for run in runs.iter() {
         let buffers = run.buffers.iter().zip(run.kernel.bindings);

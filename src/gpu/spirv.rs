@@ -1,4 +1,4 @@
-//! The float-control modes that a driver has, added to a kernel's SPIR-V.
+//! Adds the float-control modes that a driver has to a kernel's SPIR-V.
 
 use super::adapter::FloatControls;
 
@@ -10,7 +10,7 @@ const OP_EXECUTION_MODE: u32 = 16;
 const OP_CAPABILITY: u32 = 17;
 const FLOAT_BITS: u32 = 32;
 
-/// A mode: the capability that a module declares for it, and the execution mode itself.
+/// A mode: the capability that a module must declare, and the execution mode itself.
 struct Mode {
     capability: u32,
     execution_mode: u32,
@@ -28,7 +28,7 @@ const ROUNDING_MODE_RTE: Mode = Mode {
     execution_mode: 4462,
 };
 
-/// A module that asks for the given modes for 32-bit floats in each of its entry points; else unchanged.
+/// Requests the given modes for 32-bit floats in each of a module's entry points.
 pub(super) fn with_modes(module: &[u32], controls: FloatControls) -> Vec<u32> {
     let modes: Vec<Mode> = [
         (controls.round_to_nearest, ROUNDING_MODE_RTE),
@@ -43,8 +43,8 @@ pub(super) fn with_modes(module: &[u32], controls: FloatControls) -> Vec<u32> {
     }
 
     let mut entry_points = Vec::new();
-    // The layout of a module is fixed: capabilities, extensions, imports, memory model, entry points, their
-    // modes. New instructions go to the end of their own section.
+    // A module has a fixed layout: capabilities, extensions, imports, memory model, entry points, their modes. New
+    // instructions go to the end of their section.
     let mut capabilities_end = HEADER;
     let mut extensions_end = HEADER;
     let mut entry_points_end = HEADER;
@@ -94,7 +94,7 @@ fn instruction(opcode: u32, words: usize) -> u32 {
     (words as u32) << 16 | opcode
 }
 
-/// A string as SPIR-V has it: little-endian words, ended by a zero byte.
+/// A string in SPIR-V: little-endian words, ended by a zero byte.
 fn literal(text: &str) -> Vec<u32> {
     let mut bytes = text.as_bytes().to_vec();
     bytes.resize(text.len() / 4 * 4 + 4, 0);
@@ -118,7 +118,7 @@ mod tests {
         keep_subnormal: true,
     };
 
-    /// Each instruction's words.
+    /// Words of each instruction.
     fn instructions(module: &[u32]) -> Vec<&[u32]> {
         let mut rest = &module[HEADER..];
         let mut found = Vec::new();
@@ -184,13 +184,13 @@ mod tests {
                 .iter()
                 .any(|i| i[..] == [instruction(OP_CAPABILITY, 2), 4464])
         );
-        // From 1.4 on the modes are no extension.
+        // From version 1.4 on, the modes need no extension.
         let mut newer = module.to_vec();
         newer[1] = VERSION_1_4;
         assert_eq!(with_modes(&newer, ALL).len(), module.len() + 3 * (2 + 4));
     }
 
-    /// The Khronos validator's word on it, where the validator is installed.
+    /// The Khronos validator accepts the result, if it is installed.
     #[test]
     fn the_validator_accepts_it() {
         for (index, kernel) in KERNELS.iter().enumerate() {

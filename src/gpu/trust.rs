@@ -8,13 +8,13 @@ use super::{Gpu, Run};
 use crate::evaluator::Error;
 use crate::probe::{self, Case};
 
-/// Arguments that each function is tried on.
+/// Number of arguments that each function is tested with.
 const ARGUMENTS: usize = 1024;
 
-/// Findings of this process by adapter and driver: why its results are not exact, or nothing.
+/// Verdicts of this process by adapter and driver: the reason why results aren't exact, or `None`.
 static VERDICTS: Mutex<BTreeMap<String, Option<String>>> = Mutex::new(BTreeMap::new());
 
-/// Why a GPU's results are not exact; nothing if they are.
+/// Returns the reason why a GPU's results aren't exact, or `None` if they are.
 ///
 /// # Errors
 /// As [`Gpu::run`].
@@ -41,7 +41,7 @@ fn verdicts() -> MutexGuard<'static, BTreeMap<String, Option<String>>> {
 }
 
 impl Gpu {
-    /// Runs cases on both devices. For each that differs, returns both results where they differ first.
+    /// Runs cases on both devices. For each case that differs, returns the first pair of different results.
     ///
     /// # Errors
     /// As [`Gpu::run`].
@@ -65,7 +65,7 @@ fn run_of(case: &Case) -> Run<'static> {
     }
 }
 
-/// The first difference from the CPU's results.
+/// Describes the first difference from the CPU's results.
 fn difference(case: &Case, there: &[u32]) -> Option<String> {
     let Some(here) = case.variants().next().and_then(|variant| case.run(variant.name)) else {
         return Some(format!("there is no lane code to compare `{}` with", case.subject));

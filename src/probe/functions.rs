@@ -5,12 +5,12 @@ use oneiro_shaders::PROBE_NUMERICS;
 use super::{Case, Subject};
 use crate::random::pcg4d;
 
-/// The arguments that a function is tried on: the range for which its comment states an error.
+/// Arguments to test a function with: the range for which its comment states an error.
 #[derive(Clone, Copy)]
 enum Arguments {
-    /// Numbers from one to another, both positive.
+    /// Positive numbers in a range.
     Positive(f32, f32),
-    /// The same of either sign, and 0 where the last says so.
+    /// Numbers of either sign with magnitudes in a range, and 0 if the flag is set.
     Signed(f32, f32, bool),
     /// Vectors of every direction and length.
     Vectors,
@@ -18,7 +18,7 @@ enum Arguments {
     Words,
 }
 
-/// The functions, by their numbers in the kernel.
+/// Functions by their number in the kernel.
 const FUNCTIONS: &[(&str, Arguments)] = &[
     ("reciprocal", Arguments::Signed(LEAST, RECIPROCAL_GREATEST, false)),
     ("reciprocal_root", Arguments::Positive(LEAST, f32::MAX)),
@@ -42,11 +42,11 @@ const RECIPROCAL_GREATEST: f32 = 7.975_367_5e37;
 /// 2^-100
 const ROOT_LEAST: f32 = 7.888_609e-31;
 
-/// The step and the block that random words are drawn at.
+/// Step and block of the random draws.
 const DRAW: [u32; 2] = [4_999, 3];
 
-/// Every function of the kernels' library, each on so many arguments (at least 64) from all over its range. Random words
-/// are those of stream 1, step 4999 and block 3, the arguments being the key.
+/// Every function of the kernels' library, each with `arguments` arguments (at least 64) from its whole range. Random
+/// words are those of stream 1, step 4999 and block 3, with the arguments as keys.
 pub fn functions(arguments: usize) -> Vec<Case> {
     let count = arguments.max(64);
     FUNCTIONS
@@ -89,7 +89,7 @@ impl Arguments {
     }
 }
 
-/// The bits of numbers from one to another, ends included, evenly spread over all floats between.
+/// Bits of numbers in a range, ends included, evenly spread over all floats in between.
 fn spread(least: f32, greatest: f32, count: usize) -> Vec<u32> {
     let (first, last) = (least.to_bits(), greatest.to_bits());
     let span = u64::from(last - first);
@@ -98,7 +98,7 @@ fn spread(least: f32, greatest: f32, count: usize) -> Vec<u32> {
         .collect()
 }
 
-/// Vectors along the axes and diagonals, of like components, of any in [2^-60, 2^60], and (0, 0).
+/// Vectors along the axes and diagonals, with similar components, with any components in [2^-60, 2^60], and (0, 0).
 fn vectors(count: usize) -> Vec<(u32, u32)> {
     let exact = [0.0, 1.0, -1.0, 1e-18, -1e-18, 1e18, -1e18].map(f32::to_bits);
     let mut vectors: Vec<(u32, u32)> = exact.iter().flat_map(|&x| exact.map(|y| (x, y))).collect();

@@ -1,11 +1,11 @@
-//! The operations that kernels may use, one by one.
+//! The operations that kernels may use.
 
 use oneiro_shaders::PROBE_OPERATIONS;
 
 use super::{Case, Form, Scalar, Subject};
 use crate::random::pcg4d;
 
-/// Operations on two operands, by their numbers in the kernel: first those on numbers and integers alike.
+/// Binary operations by their number in the kernel: first those for both numbers and integers.
 const PAIR: &[&str] = &[
     "x + y",
     "x - y",
@@ -34,7 +34,7 @@ const U32_PAIR: &[&str] = &[
     "(x & 0x7fffffff) % ((y & 0x7fffffff) | 1)",
 ];
 const BOOL_PAIR: &[&str] = &["x && y", "x || y", "x & y", "x | y", "!x", "select(x, y, !x)"];
-/// Operations on one operand, by their numbers less [`ALONE`].
+/// Unary operations by their number less [`ALONE`].
 const F32_ALONE: &[&str] = &[
     "-x",
     "abs(x)",
@@ -47,7 +47,7 @@ const F32_ALONE: &[&str] = &[
 const I32_ALONE: &[&str] = &["-x", "~x", "f32(x >> 8)", "u32(x)", "clamp(x, -1000, 1000)"];
 const U32_ALONE: &[&str] = &["~x", "f32(x >> 8)", "i32(x)", "clamp(x, 1000, 2000000000)"];
 const ALONE: u32 = 32;
-/// Which operand is a constant, by the kernel's numbers.
+/// Which operand is a constant, by the kernel's numbering.
 const FORMS: [Form; 9] = [
     Form::Open,
     Form::Right(0),
@@ -60,8 +60,8 @@ const FORMS: [Form; 9] = [
     Form::Left(2),
 ];
 
-/// Every operation that kernels may use, with both operands known at run time only, and with each of the constants 0,
-/// 1, -1 and 2 in place of either. No operand, intermediate or result is NaN, infinite or subnormal, as in a kernel.
+/// Every operation that kernels may use, with both operands known only at run time, and with each of the constants 0,
+/// 1, -1 and 2 in place of either. As in kernels, no operand, intermediate or result is NaN, infinite or subnormal.
 pub fn operations() -> Vec<Case> {
     let scalars = [
         (Scalar::F32, [PAIR, F32_PAIR].concat(), F32_ALONE),
@@ -112,7 +112,7 @@ fn operation(subject: Subject, [number, form]: [u32; 2], operands: &[[u32; 2]]) 
     }
 }
 
-/// The intermediate values of an operation, for operations that can leave the ordinary numbers.
+/// Intermediate values of operations that can leave the range of normal numbers.
 fn steps(text: &str, x: f32, y: f32) -> [f32; 3] {
     let product = x * y;
     match text {
@@ -132,7 +132,7 @@ fn is_ordinary(x: f32) -> bool {
     x == 0.0 || x.is_normal()
 }
 
-/// Pairs of operands: special ones with special ones, and random ones.
+/// Pairs of operands: special with special ones, and random ones.
 fn operands(scalar: Scalar, form: Form) -> Vec<[u32; 2]> {
     const RANDOM: u32 = 640;
     let special: Vec<u32> = match scalar {
@@ -227,7 +227,7 @@ const SPECIAL_INTEGERS: [u32; 24] = [
     0xffff_ffff,
 ];
 
-/// A pair that nobody thought of. Every other pair of numbers is of one size, so that digits cancel.
+/// A random pair. Every other pair of numbers has similar magnitudes, so that digits cancel.
 fn random_pair(scalar: Scalar, index: u32) -> [u32; 2] {
     let [a, b, c, d] = pcg4d([index, 0, 0, 0]);
     if scalar != Scalar::F32 {

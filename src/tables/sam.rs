@@ -7,17 +7,17 @@ use std::str::FromStr;
 
 use super::{Error, GREATEST_READING, Import, MotorSamples, SENSORS, SensorTable};
 
-/// The format of a sensor table's readings.
+/// Format of a sensor table's readings.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Format {
     /// `.sam`: integers from 0 to 1023.
     Sam,
-    /// `.sample`: the same divided by 1023, six decimals.
+    /// `.sample`: the same integers divided by 1023, with six decimals.
     Sample,
 }
 
 impl Format {
-    /// The format that a path's extension names.
+    /// Format named by a path's extension.
     ///
     /// # Errors
     /// Another extension.
@@ -80,7 +80,7 @@ impl<'a> Lines<'a> {
         None
     }
 
-    /// The next line, of which `what` says what it should be.
+    /// Next line; `what` describes the expected line for the error.
     fn expect(&mut self, what: impl Fn() -> String) -> Result<&'a str, Error> {
         self.next()
             .ok_or_else(|| fault(self.path, None, format!("ends early; missing: {}", what())))
@@ -90,7 +90,7 @@ impl<'a> Lines<'a> {
         fault(self.path, Some(self.last), problem)
     }
 
-    /// The numbers of a line, each checked; `allowed` describes the whole line.
+    /// Parses and checks the numbers of a line; `allowed` describes the whole line for the error.
     fn numbers<T: FromStr, const N: usize>(
         &self,
         line: &str,
@@ -169,7 +169,7 @@ pub(super) fn parse_sensors(text: &str, path: &Path, format: Format) -> Result<I
                     shares.map(|share| {
                         let exact = share * f64::from(GREATEST_READING);
                         let reading = (exact + 0.5).floor();
-                        // Six decimals are good to 0.0005.
+                        // Six decimals determine a reading to within 0.0005.
                         rounded += usize::from((exact - reading).abs() > 0.001);
                         reading as u16
                     })
@@ -243,7 +243,7 @@ pub(super) fn print_sensors(table: &SensorTable, format: Format) -> String {
     text
 }
 
-/// The speeds of a motors' file with `count` of them.
+/// Speeds of a motor file with `count` of them.
 pub(super) fn speeds(count: usize) -> Vec<i32> {
     let greatest = (count / 2) as i32;
     (-greatest..=greatest)

@@ -1,23 +1,23 @@
-//! Synthesises the built-in Khepera from published statistics of a real one's recordings. Only exactly rounded operations
-//! are used, so that every machine makes the same integers.
+//! Synthesises the built-in Khepera from published statistics of a real one's recordings. It uses only exactly rounded
+//! operations, so that every machine makes the same integers.
 //!
-//! A sensor's reading of an object at distance d and bearing b from its own axis is
-//! `clip(1.5 / (1 + 2 exp((d - reach(b)) / fade))) * 1023`, a logistic that is clipped where the sensor saturates,
-//! and the reach falls off like a cosine. So the reading is one half at the reach, which is published on the axis, and
-//! off it as the angles over which the reading is one half or more at 9, 15 and 21 mm: between these points it is linear
-//! in `cos b`. The fade is set by where on the axis the reading has fallen to 5 %.
+//! A sensor's reading of an object at distance d and bearing b from its own axis is `clip(1.5 / (1 + 2 exp((d -
+//! reach(b)) / fade))) * 1023`, a logistic that is clipped where the sensor saturates, with a reach that falls off like
+//! a cosine. So the reading is one half at the reach. On the axis the reach is published; off the axis it follows from
+//! the published angles over which the reading is at least one half at 9, 15 and 21 mm, and is linear in `cos b`
+//! between these points. The fade follows from the distance on the axis at which the reading has fallen to 5 %.
 
 use super::{GREATEST_READING, SENSORS, SensorTable};
 use crate::exact::{cosine, exponential};
 use crate::random::pcg4d;
 
-/// The response of one sensor to one class of object.
+/// Response of one sensor to one class of object.
 pub(super) struct Response {
-    /// Distance on the axis at which the reading is 50 % of the greatest, mm.
+    /// Distance on the axis at which the reading is 50 % of the maximum, mm.
     pub(super) half: f64,
-    /// Distance at which it is 5 %, mm.
+    /// Distance on the axis at which it is 5 %, mm.
     pub(super) twentieth: f64,
-    /// The angles over which it is 50 % or more at [`WIDTHS_AT`], degrees.
+    /// Angles over which it is at least 50 % at [`WIDTHS_AT`], degrees.
     pub(super) widths: [f64; 3],
 }
 
@@ -35,7 +35,7 @@ const fn response(half: f64, twentieth: f64, widths: [f64; 3]) -> Response {
     }
 }
 
-/// A wall's statistics.
+/// Statistics of a wall.
 pub(super) const WALL: [Response; SENSORS] = [
     response(24.5, 34.2, [96.0, 74.0, 46.0]),
     response(24.4, 36.1, [92.0, 72.0, 42.0]),
@@ -47,7 +47,7 @@ pub(super) const WALL: [Response; SENSORS] = [
     response(29.4, 43.0, [112.0, 92.0, 68.0]),
 ];
 
-/// A round obstacle's, of 27 mm radius.
+/// Statistics of a round obstacle of 27 mm radius.
 pub(super) const ROUND: [Response; SENSORS] = [
     response(19.9, 26.2, [58.0, 32.0, 0.0]),
     response(19.9, 26.6, [54.0, 34.0, 0.0]),
@@ -59,7 +59,7 @@ pub(super) const ROUND: [Response; SENSORS] = [
     response(23.1, 32.7, [64.0, 48.0, 22.0]),
 ];
 
-/// A table in the shape of the recordings: 20 rows from 5 mm in steps of 2 mm, 180 bearings.
+/// Makes a table in the shape of the recordings: 20 rows from 5 mm in steps of 2 mm, 180 bearings.
 pub(super) fn table(class: &str, responses: &[Response; SENSORS]) -> SensorTable {
     let (rows, bearings) = (20, 180);
     let readings = (0..rows * bearings)
@@ -85,7 +85,7 @@ pub(super) fn table(class: &str, responses: &[Response; SENSORS]) -> SensorTable
     }
 }
 
-/// The reading as a share of the greatest; `off_axis` in degrees.
+/// Reading as a share of the maximum; `off_axis` in degrees.
 fn share(response: &Response, distance: f64, off_axis: f64) -> f64 {
     // The logistic falls from 1/2 to 1/20 where 2 exp(x) grows from 2 to 29.
     const LOGARITHM_OF_29_HALVES: f64 = 2.674_148_649_426_529;
@@ -94,7 +94,7 @@ fn share(response: &Response, distance: f64, off_axis: f64) -> f64 {
     (1.5 / (1.0 + 2.0 * exponential((distance - reach) / fade))).min(1.0)
 }
 
-/// Distance at which the reading is one half, mm, at an angle off the axis whose cosine is 1 - `fall`.
+/// Distance in mm at which the reading is one half, at an angle off the axis whose cosine is 1 - `fall`.
 fn reach(response: &Response, fall: f64) -> f64 {
     let mut near = (0.0, response.half);
     let mut slope = 0.0;
@@ -115,7 +115,7 @@ fn reach(response: &Response, fall: f64) -> f64 {
     near.1 + slope * (fall - near.0)
 }
 
-/// A reading of nothing: half the time 0, else 1 to 10, so 2.75 with a standard deviation of 3.42.
+/// Reading without an object: half the time 0, else 1 to 10, so 2.75 on average with a standard deviation of 3.42.
 fn background(word: u32) -> u16 {
     let of_twenty = (u64::from(word) * 20) >> 32;
     of_twenty.saturating_sub(9) as u16
@@ -149,7 +149,7 @@ mod tests {
         }
     }
 
-    /// The distance at which a sensor's readings, read along its axis, fall through a level.
+    /// Distance at which a sensor's readings, along its axis, fall below a level.
     fn falls_through(table: &SensorTable, sensor: usize, level: f64) -> f64 {
         let bearing = (BEARINGS[sensor] / 2.0 + 180.5).floor() as usize % 180;
         let reading = |row: usize| f64::from(table.readings[row * 180 + bearing][sensor]);
@@ -165,7 +165,7 @@ mod tests {
             let table = table(class, responses);
             let greatest = f64::from(GREATEST_READING);
             for (sensor, response) in responses.iter().enumerate() {
-                // Rows are 2 mm apart and readings bear a background of up to 10.
+                // Rows are 2 mm apart, and readings include a background of up to 10.
                 let half = falls_through(&table, sensor, 0.5 * greatest);
                 assert!(
                     (half - response.half).abs() < 0.5,
@@ -208,7 +208,7 @@ mod tests {
 
     #[test]
     fn background_is_as_published() {
-        // Beyond 90 degrees off its axis, a sensor sees nothing in the far rows.
+        // More than 90 degrees off its axis, a sensor sees nothing in the far rows.
         let wall = table("wall", &WALL);
         let mut readings = Vec::new();
         for cell in 10 * 180..20 * 180 {

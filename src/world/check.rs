@@ -1,5 +1,5 @@
-//! What a world's numbers may be. The bounds are far beyond any use; they keep every number that a kernel computes
-//! finite and out of the subnormals, where machines differ.
+//! Limits of a world's numbers. They are far beyond any use, and keep every number that a kernel computes finite and
+//! normal, because machines differ in subnormals.
 
 use oneiro_shaders::life;
 
@@ -14,7 +14,7 @@ use crate::tables::{GREATEST_READING, MotorTable, SensorTable, SensorTables};
 pub(super) const GREATEST_SHAPES: usize = life::GREATEST_SHAPES as usize;
 const _: () = assert!(life::GREATEST_SHAPES * GREATEST_READING as u32 <= u16::MAX as u32);
 
-/// Cells whose visits a life keeps.
+/// Most cells whose visits a life records.
 const GREATEST_CELLS: usize = life::GREATEST_CELLS as usize;
 
 pub(super) fn check(spec: &mut WorldSpec) -> Result<(), Invalid> {
@@ -49,7 +49,7 @@ pub(super) fn check(spec: &mut WorldSpec) -> Result<(), Invalid> {
             return Err(Invalid::new("task.new_cell", problem));
         }
     }
-    // A robot that jumps no further than its diameter can't jump over a wall.
+    // A robot that moves no farther than its diameter per cycle can't jump over a wall.
     let diameter = 2.0 * spec.robot.body_radius;
     let greatest = spec
         .robot
@@ -186,7 +186,7 @@ fn wall(field: &str, wall: &Wall) -> Result<(), Invalid> {
     Ok(())
 }
 
-/// The class of an object that looks the same from everywhere.
+/// Checks the class of an object that looks the same from everywhere.
 fn class(field: &str, class: &str, sensors: &SensorTables) -> Result<(), Invalid> {
     let views = known_class(field, class, sensors)?.views;
     if views == 1 {
@@ -212,7 +212,7 @@ fn noise(noise: &Noise) -> Result<(), Invalid> {
         let problem = format!("is ({low}, {high}); allowed: (0, 0), or a smaller and a greater number");
         return Err(Invalid::new("noise.sensor", problem));
     }
-    // A longer step could leave the range on the other side when it is reflected.
+    // A longer step could leave the range on the other side after it is reflected.
     if noise.walk_step > 2.0 * noise.walk_range {
         let problem = format!(
             "is {}; allowed: at most twice noise.walk_range_mm, {}",

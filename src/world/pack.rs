@@ -1,4 +1,4 @@
-//! A world as the kernels read it.
+//! Packs a world for the kernels.
 
 use std::collections::VecDeque;
 use std::sync::{Mutex, PoisonError};
@@ -14,11 +14,10 @@ use crate::parameter::Invalid;
 use crate::surrogate::{self, Object};
 use crate::tables::{MotorTable, SensorTable};
 
-/// Points a side of the grid on which free space is looked for.
+/// Points per side of the grid that is searched for free space.
 const GRID: usize = 64;
 
-/// A world whose places in a batch's buffers are not known yet: they are 0, and an object's table is the index of its
-/// class.
+/// A world before it has positions in a batch's buffers: they are 0, and an object's table is the index of its class.
 #[derive(Debug)]
 pub(super) struct Packed {
     pub(super) world: life::World,
@@ -27,7 +26,7 @@ pub(super) struct Packed {
 }
 
 impl Packed {
-    /// Of a specification whose numbers have been checked.
+    /// Packs a specification whose numbers have been checked.
     pub(super) fn new(spec: &WorldSpec) -> Result<Self, Invalid> {
         let shapes = shapes(spec);
         let free = Free::of(spec.arena.field, &shapes);
@@ -48,7 +47,7 @@ impl Packed {
         })
     }
 
-    /// The world with the places of its objects and tables in a batch's buffers.
+    /// The world with the positions of its objects and tables in a batch's buffers.
     pub(super) fn in_buffers(&self, spec: &WorldSpec, buffers: &mut Buffers) -> life::World {
         let robot = &spec.robot;
         let mut shapes = self.shapes.clone();
@@ -72,7 +71,7 @@ impl Packed {
     }
 }
 
-/// A cell's eight readings in four words, the even sensors in the low halves.
+/// Packs a cell's eight readings into four words, the even sensors in the low halves.
 fn sensor_cells(table: &SensorTable) -> Vec<[u32; 4]> {
     let pack = |readings: &[u16; 8]| {
         std::array::from_fn(|pair| u32::from(readings[2 * pair]) | u32::from(readings[2 * pair + 1]) << 16)
@@ -93,7 +92,7 @@ fn motor_cells(table: &MotorTable) -> Vec<[u32; 4]> {
     cells.into_table()
 }
 
-/// The pose that a life takes whose every draw of a random one touches something.
+/// Start of a life whose every random draw touches something.
 fn random_start(free: &Free) -> Result<[f32; 3], Invalid> {
     match free.roomiest {
         // A life draws 64 times: with a quarter free, one in 1e8 finds nothing.
@@ -113,7 +112,7 @@ fn world(spec: &WorldSpec, random_start: u32, start: [f32; 3], shapes: u32) -> l
     let (low, high) = spec.noise.sensor;
     let Task::Avoidance { new_cell, .. } = spec.task;
     let motors = &spec.robot.motors;
-    // Without classes there are no objects, and nothing of the tables is used.
+    // Without classes there are no objects, and the tables aren't used.
     let (nearest, spacing, rows, bearings) = match spec.robot.sensors.classes.first() {
         Some(table) => (table.nearest, table.spacing, table.rows, table.bearings),
         None => (0.0, 1.0, 1, 1),
@@ -162,7 +161,7 @@ fn world(spec: &WorldSpec, random_start: u32, start: [f32; 3], shapes: u32) -> l
     }
 }
 
-/// Cells along a side of the field.
+/// Number of cells along a side of the field.
 pub(super) fn cells(side: f32) -> usize {
     (side / CELL).ceil() as usize
 }
@@ -236,7 +235,7 @@ fn shapes(spec: &WorldSpec) -> Vec<life::Shape> {
     layered(walls.chain(obstacles).chain(blocks).collect())
 }
 
-/// What all shapes have in common.
+/// Properties that all shapes have.
 fn shape(spec: &WorldSpec, at: Vec2, radius: f32, class: &str, kind: Object, index: usize) -> life::Shape {
     let sensors = &spec.robot.sensors;
     let class = sensors.class(class).unwrap_or_default();
@@ -257,8 +256,8 @@ fn shape(spec: &WorldSpec, at: Vec2, radius: f32, class: &str, kind: Object, ind
     }
 }
 
-/// Sorts shapes into layers within which no two are in reach of a robot at once, so that a kernel looks up one of
-/// a layer. Readings are summed as integers: the order changes no bit.
+/// Sorts shapes into layers within which no two are in a robot's reach at once, so that a kernel looks up only one per
+/// layer. Readings are summed as integers, so the order changes no bit.
 fn layered(shapes: Vec<life::Shape>) -> Vec<life::Shape> {
     let mut layers: Vec<Vec<life::Shape>> = Vec::new();
     for shape in shapes {
@@ -278,13 +277,12 @@ fn layered(shapes: Vec<life::Shape>) -> Vec<life::Shape> {
     layers.concat()
 }
 
-/// Whether the places from where one shape is in reach and those from where the other is lie apart, by a
-/// millimetre that no rounding makes up for.
+/// Whether the areas from which two shapes are in reach are at least a millimetre apart, more than any rounding.
 fn never_both_in_reach(a: &life::Shape, b: &life::Shape) -> bool {
     let ([a0, a1], [b0, b1]) = (axis(a), axis(b));
     let side = |from: Vec2, to: Vec2, at: Vec2| (to - from).perp_dot(at - from);
     let crossing = side(a0, a1, b0) * side(a0, a1, b1) < 0.0 && side(b0, b1, a0) * side(b0, b1, a1) < 0.0;
-    // Segments that don't cross are nearest at an end of one of them.
+    // Segments that don't cross are closest at an end of one of them.
     let apart = [(a0, a1, b0), (a0, a1, b1), (b0, b1, a0), (b0, b1, a1)]
         .into_iter()
         .fold(f32::MAX, |least, (from, to, end)| {
@@ -295,7 +293,7 @@ fn never_both_in_reach(a: &life::Shape, b: &life::Shape) -> bool {
     !crossing && apart > reach(a) + reach(b) + 1.0
 }
 
-/// The ends of the line that a shape lies around, at the most by its thickness.
+/// Ends of a shape's centre line.
 fn axis(shape: &life::Shape) -> [Vec2; 2] {
     let at = Vec2::new(shape.x, shape.y);
     let along = shape.half_length * Vec2::new(shape.unit_x, shape.unit_y);
@@ -305,14 +303,14 @@ fn axis(shape: &life::Shape) -> [Vec2; 2] {
     }
 }
 
-/// Distance of a point from a segment, which may have no length.
+/// Distance of a point from a segment, which may have length 0.
 fn from_segment(from: Vec2, to: Vec2, at: Vec2) -> f32 {
     let length = to - from;
     let along = (at - from).dot(length) / length.length_squared().max(f32::MIN_POSITIVE);
     at.distance(from + along.clamp(0.0, 1.0) * length)
 }
 
-/// Zero with its one sign.
+/// Gives zero its one sign.
 fn zero(x: f32) -> f32 {
     if x == 0.0 { 0.0 } else { x }
 }
@@ -345,24 +343,24 @@ fn touches(shapes: &[life::Shape], at: Vec2) -> bool {
         .any(|shape| squared_distance(shape, at) < shape.contact_squared)
 }
 
-/// The gap between a robot and the nearest object, mm.
+/// Gap between a robot and the nearest object, mm.
 fn room(shapes: &[life::Shape], at: Vec2) -> f32 {
     shapes.iter().fold(f32::MAX, |least, shape| {
         least.min(squared_distance(shape, at).sqrt() - shape.contact)
     })
 }
 
-/// What a grid over the field shows of its free space.
+/// Free space found on a grid over the field.
 #[derive(Clone, Copy)]
 struct Free {
     /// Share of its points where a robot is free.
     share: f32,
-    /// The free point farthest from all objects; of equal ones the first.
+    /// Free point farthest from all objects; the first one if several are equal.
     roomiest: Option<Vec2>,
 }
 
 impl Free {
-    /// Looks once for worlds of one arena: a sweep has thousands of them.
+    /// Searched only once for all worlds of an arena: a sweep has thousands of them.
     fn of(field: Field, shapes: &[life::Shape]) -> Self {
         const REMEMBERED: usize = 16;
         static KNOWN: Mutex<VecDeque<(Vec<u32>, Free)>> = Mutex::new(VecDeque::new());

@@ -8,16 +8,16 @@ use super::{Activation, Collision, Controller, Difference, Speed, Start, Task, W
 use crate::parameter::Allowed::{Any, Number, Text, Turns, Whole};
 use crate::parameter::{Allowed, Choice, Choices, Parameter, row};
 
-/// Coordinates, mm: beyond 100 m single precision is too coarse for a robot's steps.
+/// Range of coordinates, mm: beyond 100 m single precision is too coarse for a robot's steps.
 pub const COORDINATE: Allowed = Number(-1e5, 1e5);
-/// Lengths of bodies, arenas and blocks, mm.
+/// Range of lengths of bodies, arenas and blocks, mm.
 pub const LENGTH: Allowed = Number(1.0, 1e5);
 
 const PAPER: &str = "paper";
 const OURS: &str = "ours";
 const CLASS: Allowed = Text("a class of the sensor tables");
 
-/// The rows of everything but tables and the size of the arena, which an experiment names in words of its own.
+/// Rows of all values except tables and the size of the arena, which an experiment specifies in its own way.
 #[rustfmt::skip]
 pub fn parameters<T: AsMut<WorldSpec>>() -> Vec<Parameter<T>> {
     vec![
@@ -97,7 +97,7 @@ pub fn parameters<T: AsMut<WorldSpec>>() -> Vec<Parameter<T>> {
     ]
 }
 
-/// The rows for worlds by themselves.
+/// Rows for worlds by themselves.
 pub(super) static PARAMETERS: LazyLock<Vec<Parameter<WorldSpec>>> = LazyLock::new(parameters);
 
 impl AsMut<Self> for WorldSpec {
@@ -133,7 +133,7 @@ impl Choice for Collision {
         ),
     ];
 
-    /// Experiments of before there was a choice keep their identity.
+    /// Experiments from before there was a choice keep their identity.
     fn is_written(&self) -> bool {
         *self != Self::Undo
     }
