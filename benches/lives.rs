@@ -1,6 +1,5 @@
-//! How fast the lane code of the other lives is than those that `oneiro bench` times: `cargo bench --bench lives`.
-//! A surrogate's severities between 0 and 1 and above 1 mix both pictures of what the sensors see, and so take both
-//! their times.
+//! Speeds of the lane codes in the lives that `oneiro bench` doesn't time: `cargo bench --bench lives`. Surrogates with
+//! severities other than 0 and 1 mix both models of the sensors, and so take the time of both.
 
 use std::sync::Arc;
 
@@ -13,9 +12,9 @@ use oneiro::world::{World, WorldSpec};
 mod subjects;
 use subjects::{Subject, batch, genomes, weight};
 
-/// Rollouts of a turn.
+/// Rollouts per turn.
 const ROLLOUTS: usize = 2000;
-/// Worlds of ten robots in a turn.
+/// Worlds of ten robots per turn.
 const SWARMS: usize = 100;
 /// Turns of each lane code.
 const TURNS: usize = 5;
@@ -63,7 +62,7 @@ fn main() {
     }
 }
 
-/// Lets lives be lived by each lane code in turn, some times, and prints the medians.
+/// Times lives on each lane code in turn, several times, and prints the medians.
 fn time(life: &str, worlds: &Worlds, genomes: &[Vec<f32>]) {
     let batch = batch(worlds, genomes);
     let mut subjects = Subject::all(&[1, 2]);

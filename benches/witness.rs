@@ -1,8 +1,8 @@
 //! The speed of the lane code as ratios to a program written by hand (the witness): `cargo bench --bench witness`.
 //!
-//! The machine may be shared and its speed may drift. So the subjects take turns, and medians are compared. It fails if
-//! AVX-512 is too slow: a single function that is no longer inlined loses its instruction set and most of its speed, and
-//! no other test notices.
+//! The machine may be shared and its speed may drift, so the subjects take turns, and medians are compared. The
+//! benchmark fails if AVX-512 is too slow: a single function that is no longer inlined loses its instruction set and
+//! most of its speed, and no other test notices.
 
 use std::process::ExitCode;
 use std::time::Instant;
@@ -16,13 +16,13 @@ use subjects::{Subject, batch, genomes, key, median, weight};
 #[path = "../tests/witness/mod.rs"]
 mod witness;
 
-/// Rollouts of a turn of the lane code, and of the witness.
+/// Rollouts per turn of the lane code, and of the witness.
 const ROLLOUTS: usize = 10_000;
 const WITNESSED: usize = 400;
 /// Turns of each subject.
 const TURNS: usize = 7;
-/// The least ratio of AVX-512 to the witness on one thread: half of the target in docs/measurements.md, since this is a
-/// guard, not the measurement.
+/// Least accepted ratio of AVX-512 to the witness on one thread: half of the target in docs/measurements.md, since this
+/// is a guard, not the measurement.
 const CLIFF: f64 = 2.5;
 
 fn main() -> ExitCode {

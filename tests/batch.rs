@@ -1,4 +1,4 @@
-//! What a batch makes of rollouts.
+//! Packing of rollouts into batches.
 
 use std::sync::Arc;
 
@@ -12,7 +12,7 @@ fn world(change: impl Fn(&mut WorldSpec)) -> World {
     World::new(spec).unwrap()
 }
 
-/// Rollouts in the given worlds, with genes and keys that tell who they are.
+/// Rollouts in the given worlds, with genes and keys that identify them.
 struct Crowd {
     worlds: Vec<usize>,
     genes: Vec<Vec<f32>>,
@@ -49,7 +49,7 @@ fn rollouts_are_grouped_by_world_in_their_order() {
         world(|spec| spec.cycles = 30),
         world(|spec| spec.cycles = 20),
     ];
-    // World 1 gets nothing; 0 and 2 take turns, 100 each.
+    // World 1 gets none; 0 and 2 take turns, 100 each.
     let batch = batch(&worlds, (0..200).map(|index| 2 * (index % 2)), None);
     assert_eq!((batch.rollouts(), batch.groups(), batch.cycles()), (200, 4, 0..20));
     assert_eq!(batch.steps(), 100 * 10 + 100 * 20);
@@ -115,7 +115,7 @@ fn equal_tables_are_packed_once() {
     assert_eq!(three.all().shapes().len(), 7 + 7 + 3);
     let first_shapes: Vec<_> = three.all().worlds().iter().map(|world| world.first_shape).collect();
     assert_eq!(first_shapes, [0, 7, 14]);
-    // Another cell is another table.
+    // A different cell makes a different table.
     let mut scaled = (*WorldSpec::miglino1995().robot.motors).clone();
     scaled.cells[0].turn = 0.25;
     let other = world(|spec| spec.robot.motors = Arc::new(scaled.clone()));
@@ -241,7 +241,7 @@ fn traces_that_fill_the_memory_are_refused() {
     );
 }
 
-/// What a batch holds of the worlds is the same whichever of them it lives in, and the rest is its own.
+/// Batches share packed worlds, whichever of them they use; the rest is their own.
 #[test]
 fn worlds_serve_many_batches() {
     let worlds = [world(|spec| spec.cycles = 10), world(|spec| spec.cycles = 25)];

@@ -1,4 +1,4 @@
-//! What becomes of champions: evaluated again with measures and traces, from other starts, by every way to name them.
+//! Champions evaluated again: with measures and traces, from other starts, by every way to name them.
 
 use std::fs;
 
@@ -23,7 +23,7 @@ generations = 5
 ";
 
 impl Place {
-    /// Finished runs of a small experiment, from the seeds 2 and 10, in `runs/`.
+    /// Finished runs of a small experiment, with seeds 2 and 10, in `runs/`.
     fn two_runs(&self) {
         self.write("small.toml", SMALL);
         for seed in ["2", "10"] {
@@ -48,7 +48,7 @@ impl Place {
     }
 }
 
-/// A table without a line of names, as cells.
+/// Splits a CSV table into its header and rows of cells.
 fn table(text: &str) -> (Vec<&str>, Vec<Vec<&str>>) {
     let mut lines = text.lines().map(|line| line.split(',').collect());
     (lines.next().unwrap(), lines.collect())
@@ -58,7 +58,7 @@ fn bits(rows: &[Value]) -> Vec<&str> {
     rows.iter().map(|row| row["bits"].as_str().unwrap()).collect()
 }
 
-/// By its directory, its file of genes, its JSON, and as CSV with and without names, a champion is the same.
+/// A champion is the same by its directory, its file of genes, its JSON, and as CSV with and without a header.
 #[test]
 fn a_champion_by_every_name() {
     let place = Place::new("names");
@@ -71,7 +71,7 @@ fn a_champion_by_every_name() {
         .map(ToString::to_string)
         .collect();
     place.write("plain.csv", format!("{}\n", genome.join(",")));
-    // By the names of their columns, in any order, others among them.
+    // By the names of their columns, in any order, among other columns.
     let checked: Value = serde_json::from_str(&place.good(&["check", "small.toml", "--json"])).unwrap();
     let names = checked["gene_names"]
         .as_array()
@@ -94,12 +94,12 @@ fn a_champion_by_every_name() {
         let other = place.evaluate(&["small.toml", "--genomes", name, "--trials", "5"]);
         assert_eq!(other, here, "{name}");
     }
-    // The run's experiment is known, and its seed is none of the question.
+    // The run's experiment is known; its seed doesn't matter.
     assert_eq!(place.evaluate(&["--genomes", "runs/run-2", "--trials", "5"]), here);
     let otherwise = ["--genomes", "runs/run-2", "--trials", "5", "--seed", "2"];
     assert_ne!(place.evaluate(&otherwise), here);
 
-    // Several at once, in the order of their numbers; genomes have numbers of their own.
+    // Several at once, ordered by number; genomes have numbers of their own.
     let both = place.evaluate(&["--genomes", "runs"]);
     assert_eq!(both.len(), 4);
     let sources: Vec<&str> = both
@@ -116,7 +116,7 @@ fn a_champion_by_every_name() {
     assert_eq!(bits(&population), bits(&last)[..40]);
 }
 
-/// With common starts a genome lives as it would as the first; without, every life is another.
+/// With common starts, a genome lives as if it were the first; without, every life is different.
 #[test]
 fn common_starts_are_the_first_genomes() {
     let place = Place::new("common");
@@ -146,7 +146,7 @@ fn common_starts_are_the_first_genomes() {
     }
 }
 
-/// Measures are what the traces say, fitness has the bits that it has without them, and a life starts where it is told to.
+/// Measures agree with the traces, fitness has the same bits as without them, and a life starts where requested.
 #[test]
 fn measures_are_those_of_the_traces() {
     let place = Place::new("measures");
@@ -155,7 +155,7 @@ fn measures_are_those_of_the_traces() {
         "starts.csv",
         "x_mm,y_mm,heading_turns\n100,90,0.125\n\n500,250,0.75\n60,60,0\n",
     );
-    // One that turns on the spot.
+    // A genome that turns on the spot.
     let spin = |gene| match gene {
         8 => "10",
         17 => "-10",
@@ -195,7 +195,7 @@ fn measures_are_those_of_the_traces() {
         assert_eq!(row["cells"].as_u64(), Some(cells.len() as u64));
         let moves: Vec<f64> = (1..300).map(|i| (x[i] - x[i - 1]).hypot(y[i] - y[i - 1])).collect();
         let distance = row["distance_mm"].as_f64().unwrap();
-        // The last cycle's move ends behind the trace; a cycle goes 8.2 mm at most.
+        // The last cycle's move ends after the trace; a cycle goes 8.2 mm at most.
         let most = moves.iter().sum::<f64>() + 8.2;
         assert!((most - 8.21..=most + 0.01).contains(&distance), "{distance} {most}");
         let speed = row["mean_speed_mm_s"].as_f64().unwrap();
@@ -203,12 +203,12 @@ fn measures_are_those_of_the_traces() {
         let stands = row["source"] == "spin.csv";
         assert_eq!(row["stuck_s"] == 30.0, stands, "{row}");
     }
-    // A trace is a list of starts, too.
+    // A trace also serves as a list of starts.
     let along = place.evaluate(&["--genomes", "runs/run-2", "--starts", "traces/trace-0-0.csv"]);
     assert_eq!(along.len(), 300);
 }
 
-/// Without noise lives from one start are one life; with it they are not.
+/// Without noise, lives from the same start are identical; with noise they differ.
 #[test]
 fn noise_can_be_switched_off() {
     let place = Place::new("noise");
@@ -327,7 +327,7 @@ fn what_does_not_fit_is_refused_with_its_place() {
     assert!(!place.at("a.npy").exists());
 }
 
-/// Where a directory is named and a file is wanted, the error says which file.
+/// If a directory is given instead of a file, the error names the file to give.
 #[test]
 fn directories_in_place_of_files_are_refused_with_what_to_name() {
     let place = Place::new("directories");
@@ -371,7 +371,7 @@ fn directories_in_place_of_files_are_refused_with_what_to_name() {
     }
 }
 
-/// A champion from another start, or with other random numbers: as `evaluate` has it, and compared with nothing.
+/// Another start or other random numbers: the same as `evaluate`, without a comparison.
 #[test]
 fn a_champion_lives_elsewhere() {
     let place = Place::new("elsewhere");
@@ -413,7 +413,7 @@ fn a_champion_lives_elsewhere() {
         .says(&["allowed"]);
 }
 
-/// Runs are listed, verified, audited and resumed in the order of their numbers.
+/// Runs are listed, verified, audited and resumed in the order of their seeds.
 #[test]
 fn runs_are_in_the_order_of_their_numbers() {
     let place = Place::new("order");
@@ -429,7 +429,7 @@ fn runs_are_in_the_order_of_their_numbers() {
     ordered(&place.good(&["evaluate", "--genomes", "runs"]));
 }
 
-/// What drivers say by themselves, such as Mesa without a desktop, does not reach the user.
+/// Messages that drivers print by themselves, such as Mesa's without a desktop, don't reach the user.
 #[cfg(feature = "gpu")]
 #[test]
 fn drivers_are_quiet_without_a_desktop() {
@@ -462,7 +462,7 @@ fn drivers_are_quiet_without_a_desktop() {
     }
 }
 
-/// The champion's mean is that of fresh lives, worked out here with the library alone: the same lives for all finalists,
+/// The champion's mean is that of fresh lives, computed here with the library alone: the same lives for all finalists,
 /// who are the luckiest of the run and the best others of the last generation.
 #[test]
 fn a_champion_is_the_finalist_with_the_best_mean() {
@@ -543,7 +543,7 @@ fn a_champion_is_the_finalist_with_the_best_mean() {
     );
     let own = &lives.fitness[most * LIVES as usize..][..LIVES as usize];
     let squares: f64 = own.iter().map(|life| (f64::from(*life) - means[most]).powi(2)).sum();
-    // t of 99 degrees of freedom.
+    // Student's t with 99 degrees of freedom.
     let reach = 1.984_217 * (squares / 99.0 / 100.0).sqrt();
     assert!(near(&champion["interval"][0], means[most] - reach) && near(&champion["interval"][1], means[most] + reach));
     assert_eq!(
@@ -563,7 +563,7 @@ fn a_champion_is_the_finalist_with_the_best_mean() {
     );
 }
 
-/// Without finalists a run is what it was before there were any, but for two lines of its configuration.
+/// Without finalists a run is the same as before they existed, except for two lines of its configuration.
 #[test]
 fn without_finalists_the_champion_is_the_luckiest() {
     let place = Place::new("off");
@@ -590,7 +590,7 @@ fn without_finalists_the_champion_is_the_luckiest() {
     assert_eq!(place.read("off/champion.npy"), place.read("runs/run-2/luckiest.npy"));
     let champion: Value = serde_json::from_str(&place.text("off/champion.json")).unwrap();
     assert!(champion.get("mean").is_none() && champion.get("gene_names").is_none());
-    // As version 0.1 had it: such a run is still whole.
+    // A run as version 0.1 wrote it is still valid.
     let config = place.text("off/config.toml");
     let older = config.replace("finalists = 0\nfinalist_lives = 100\n", "");
     assert_eq!(older.lines().count() + 2, config.lines().count());

@@ -1,4 +1,4 @@
-//! What a collision does, held against geometry: undone, with its turn kept, or sliding.
+//! Effects of collisions compared with geometry: undone, with the turn kept, or sliding.
 
 use std::sync::Arc;
 
@@ -12,7 +12,7 @@ use oneiro::tables::SensorTable;
 use oneiro::world::{Collision, Start, World, WorldSpec};
 
 const RADIUS: f64 = 27.5;
-/// A body that slides comes as near as this to what it touches, mm; and so far the kernels' roundings may take it.
+/// Gap in mm that a sliding body keeps to what it touches, minus the kernels' rounding errors.
 const GAP: f64 = 1.0 / 256.0;
 const ROUNDING: f64 = 1e-3;
 
@@ -67,7 +67,7 @@ fn lived(spec: &WorldSpec, genes: &[f32], rollouts: u64) -> Vec<Vec<Record>> {
         .traces
 }
 
-/// Genes that give both wheels fixed commands whatever is sensed: 0 is full speed back, 1 full speed ahead.
+/// Genes that command both wheels regardless of the sensors: 0 is full speed back, 1 full speed ahead.
 fn driving(left: f32, right: f32) -> Vec<f32> {
     let bias = |share: f32| {
         if share >= 1.0 {
@@ -81,12 +81,12 @@ fn driving(left: f32, right: f32) -> Vec<f32> {
     genes
 }
 
-/// The trace of a robot that drives on at full speed.
+/// Trace of a robot that drives straight ahead at full speed.
 fn ahead(spec: &WorldSpec) -> Vec<Record> {
     lived(spec, &driving(1.0, 1.0), 1).remove(0)
 }
 
-/// How far a robot goes in a cycle at full speed.
+/// Distance that a robot travels per cycle at full speed.
 fn stride() -> f64 {
     let trace = ahead(&spec(arena(Vec::new()), Collision::Undo, [0.0, 0.0, 0.0]));
     f64::from(trace[1].x)
@@ -100,7 +100,7 @@ fn from_segment(at: [f64; 2], from: [f64; 2], to: [f64; 2]) -> f64 {
     (at[0] - from[0] - share * way[0]).hypot(at[1] - from[1] - share * way[1])
 }
 
-/// The gap between a robot and the nearest thing in its arena.
+/// Gap between a robot and the nearest object in its arena.
 fn gap(arena: &Arena, record: &Record) -> f64 {
     let at = [record.x, record.y].map(f64::from);
     let walls = arena.walls.iter().map(|wall| {
@@ -122,7 +122,7 @@ fn gap(arena: &Arena, record: &Record) -> f64 {
 
 #[test]
 fn a_robot_at_a_wall_slides_along_it() {
-    // Walls at any angle: the robot comes from their left side at 45 degrees.
+    // Walls at any angle: the robot approaches from their left side at 45 degrees.
     for turns in [0.0, 0.1, 0.3, 0.77_f64] {
         let (sine, cosine) = (turns * std::f64::consts::TAU).sin_cos();
         let end = [(900.0 * cosine) as f32, (900.0 * sine) as f32];
@@ -135,7 +135,7 @@ fn a_robot_at_a_wall_slides_along_it() {
         for (cycle, record) in trace.iter().enumerate() {
             let (x, y) = (f64::from(record.x), f64::from(record.y));
             let (along, across) = (x * cosine + y * sine, y * cosine - x * sine);
-            // All of the way along the wall, and of the way to it as much as there is.
+            // It slides all of the way along the wall, and moves towards it as far as there is room.
             let far = cycle as f64 * part;
             assert!(
                 (along - far).abs() < 60.0 * ROUNDING,
@@ -165,7 +165,7 @@ fn a_robot_at_a_wall_slides_along_it() {
 
 #[test]
 fn a_robot_in_a_corner_stops() {
-    // A corner at the origin that opens to the upper right, and one of 60 degrees.
+    // Corners at the origin that open to the upper right, with right angles and 60 degrees.
     for second in [[0.0, 900.0], [450.0, 779.4229_f32]] {
         let arena = arena(vec![wall([0.0, 0.0], [900.0, 0.0]), wall([0.0, 0.0], second)]);
         let (sine, cosine) = (f64::from(second[1]).atan2(f64::from(second[0])) / 2.0).sin_cos();
@@ -180,7 +180,7 @@ fn a_robot_in_a_corner_stops() {
                 "it stops: {last:?}"
             );
             assert!(trace.iter().all(|record| gap(&arena, record) >= -1e-4));
-            // As deep as it gets, but for a cycle's way.
+            // As deep as it gets, to within a cycle's travel.
             let depth = f64::from(last.x).hypot(f64::from(last.y));
             assert!(
                 (depth - RADIUS / sine).abs() < stride(),
@@ -221,7 +221,7 @@ fn a_robot_slides_around_a_cylinder() {
 #[test]
 fn what_is_not_made_of_a_move_is_undone() {
     let arena = arena(vec![wall([-900.0, 0.0], [900.0, 0.0])]);
-    // Down to the wall, turning left.
+    // Down towards the wall, turning left.
     let start = [0.0, 40.0, 0.75];
     let lives = [Collision::Undo, Collision::KeepTurn, Collision::Slide]
         .map(|collision| lived(&spec(arena.clone(), collision, start), &driving(0.75, 1.0), 1).remove(0));
@@ -252,7 +252,7 @@ fn what_is_not_made_of_a_move_is_undone() {
     }
 }
 
-/// A table of blocks that read as walls do.
+/// A table of blocks that has the same readings as walls.
 fn with_blocks(spec: &mut WorldSpec) {
     let mut own = (*spec.robot.sensors).clone();
     let wall = own.classes[own.class("wall").unwrap()].clone();

@@ -1,5 +1,5 @@
-//! The shader compiler's corpus on a GPU: the same bits as its interpreter and its lane code, and mistakes in the
-//! SPIR-V are seen. These tests need an adapter: without one they fail.
+//! The shader compiler's corpus on a GPU has the same bits as in its interpreter and its lane code, and mistakes in the
+//! SPIR-V are detected. These tests need an adapter: without one they fail.
 #![cfg(feature = "gpu")]
 
 use oneiro::gpu::{Choice, FloatControls, Gpu};
@@ -10,7 +10,7 @@ fn gpu() -> Gpu {
     Gpu::open(&Choice::Best).expect("these tests need an adapter")
 }
 
-/// Where a kernel's buffers differ from what those of a case must be.
+/// Positions where a kernel's buffers differ from the expected ones of a case.
 fn differences(gpu: &mut Gpu, kernel: &Kernel, case: &Case) -> Vec<(usize, usize, u32, u32)> {
     let mut buffers = case.buffers();
     gpu.run_kernel(kernel, &mut buffers, WORKGROUPS)
@@ -37,7 +37,7 @@ fn every_kernel_does_what_the_program_means() {
 #[test]
 fn mistakes_are_seen() {
     let mut gpu = gpu();
-    // Where a driver has these modes, some keep it from contracting by themselves.
+    // Some drivers that have these modes don't contract while the modes are on.
     gpu.ask_for(FloatControls::default());
     assert!(!CONTROLS.is_empty());
     for control in CONTROLS {

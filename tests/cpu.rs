@@ -1,4 +1,4 @@
-//! The CPU's results depend on the batch alone: not on lanes, threads, chunks, or how it is cut.
+//! The CPU's results depend only on the batch, not on lanes, threads, chunks, or its division.
 
 use oneiro::batch::{Batch, PartResult};
 use oneiro::cpu::Cpu;
@@ -16,7 +16,7 @@ fn worlds(controller: Controller) -> Vec<World> {
     lives::worlds(controller, 120, 37)
 }
 
-/// The bits of all that an evaluation gave.
+/// Bits of all results of an evaluation.
 fn bits(mut cpu: Cpu, batch: &Batch) -> (Vec<u32>, Vec<u32>) {
     let outcome = cpu.evaluate(batch, &Control::new()).unwrap();
     let fitness = outcome.fitness.iter().map(|fitness| fitness.to_bits()).collect();
@@ -98,7 +98,7 @@ fn parts_make_the_whole() {
     assert!(batch.outcome(parts).traces == batch.outcome(whole).traces);
 }
 
-/// What the other tests rest on: the smallest change of a constant shows.
+/// The other tests rely on this: the smallest change of a constant is detected.
 #[test]
 fn one_changed_constant_shows() {
     let bits_of = |scale: f32| {
@@ -132,7 +132,7 @@ fn traces_tell_the_life() {
         }
         for pair in trace.windows(2) {
             let moved = (pair[1].x - pair[0].x).hypot(pair[1].y - pair[0].y);
-            // 8.2 mm a cycle, and a tenth more with the third world's motor noise.
+            // 8.2 mm per cycle, and a tenth more with the third world's motor noise.
             assert!(moved < 8.2 * 1.1 + 0.01, "{moved} mm");
             assert!(pair[0].collided == 0.0 || (moved == 0.0 && pair[0].reward == 0.0));
         }

@@ -1,4 +1,4 @@
-//! The on-board simulator of a foraging e-puck: what it does and may not do, its light, and the same bits everywhere.
+//! The on-board simulator of a foraging e-puck: its behaviour and its limits, its light, and the same bits everywhere.
 
 use oneiro::batch::{Batch, Outcome, Record, Rollout, TraceRequest, Worlds};
 use oneiro::cpu::Cpu;
@@ -46,8 +46,8 @@ fn genomes(count: u32) -> Vec<[f32; 2]> {
         .collect()
 }
 
-/// Every lane code, the one that traps NaN, infinities and subnormals among them, lives cut anywhere, and the first
-/// adapter.
+/// All lane codes agree, including the one that traps NaN, infinities and subnormals, with lives cut anywhere, and so
+/// does the first adapter.
 #[test]
 fn all_devices_agree_to_the_last_bit() {
     let mut foragers: Vec<Foraging> = SCENARIOS.map(Foraging::odowd2014).into();
@@ -81,7 +81,7 @@ fn all_devices_agree_to_the_last_bit() {
     }
 }
 
-/// One constant that differs in its last place shows, so that the test above can fail.
+/// A constant that differs in its last place is detected, so the test above can fail.
 #[test]
 fn one_constant_changed_by_one_ulp_is_seen() {
     let one = Foraging::odowd2014(Light::OverNest);
@@ -93,8 +93,8 @@ fn one_constant_changed_by_one_ulp_is_seen() {
     assert_ne!(fitness(one), fitness(other));
 }
 
-/// No robot leaves the arena or is faster than its wheels, food is taken and brought where it may be, and what is
-/// earned is the time that was left.
+/// No robot leaves the arena or exceeds its wheels' speed, food is taken and delivered only where allowed, and it earns
+/// the time that remains.
 #[test]
 fn nothing_is_made_out_of_nothing() {
     let forager = Foraging::odowd2014(Light::OverNest);
@@ -131,7 +131,7 @@ fn nothing_is_made_out_of_nothing() {
     assert!(taken > 200 && brought > 100, "{taken} items taken, {brought} brought");
 }
 
-/// Table 1: genes act by their hundredths in thirds, each in its own food state; the wall goes first.
+/// Table 1: genes act by thirds of their hundredths, each in its own food state; obstacle avoidance takes precedence.
 #[test]
 fn genes_select_behaviours_by_the_food_state() {
     let values = [
@@ -166,7 +166,7 @@ fn genes_select_behaviours_by_the_food_state() {
     }
 }
 
-/// A robot's first drive by phototaxis, worked out in double precision from the laws as the documentation has them.
+/// A robot's first movement by phototaxis, computed in double precision from the documented laws.
 fn first_drive(forager: &Foraging, [x, y, heading]: [f64; 3], sign: f64) -> (f64, f64) {
     let lamp = f64::from(forager.arena_radius + forager.lamp_behind_wall);
     let lamp_x = if forager.light == Light::OverNest { -lamp } else { lamp };
@@ -186,7 +186,7 @@ fn first_drive(forager: &Foraging, [x, y, heading]: [f64; 3], sign: f64) -> (f64
     let off = (sign * aside).atan2(sign * ahead);
     let forward = 80.0 * off.cos().max(0.0);
     let turned = (3.0 * off).clamp(-2.4, 2.4);
-    // The wheels' limit.
+    // Limit of the wheels.
     let wheels = [-1.0, 1.0].map(|side| (forward + side * 0.5 * 53.0 * turned).clamp(-128.8, 128.8));
     (
         0.05 * (wheels[0] + wheels[1]),
@@ -234,7 +234,7 @@ fn phototaxis_follows_its_law() {
     }
 }
 
-/// Straight on for 3 s on average, and then a turn of up to 90 degrees to either side.
+/// Straight ahead for 3 s on average, followed by a turn of up to 90 degrees to either side.
 #[test]
 fn random_search_turns_as_often_and_as_far_as_said() {
     let forager = Foraging {
@@ -258,15 +258,15 @@ fn random_search_turns_as_often_and_as_far_as_said() {
             }
         }
     }
-    // 3 s, less on average half a cycle that is cut off; turns shorter than what is told from noise are not seen.
+    // 3 s, less half a cycle that is cut off on average; turns too short to distinguish from noise aren't counted.
     let seconds = 0.1 * f64::from(straight) / f64::from(turns);
     assert!((2.8..3.6).contains(&seconds), "a turn each {seconds} s");
     let degrees = 360.0 * f64::from(turned) / f64::from(turns);
     assert!((40.0..52.0).contains(&degrees), "by {degrees} degrees on average");
 }
 
-/// The sanity of the arena, and no more: with the light over the nest, robots that seek it with food and flee it
-/// without bring more than robots that search at random.
+/// A sanity check of the arena, and no more: with the light over the nest, robots that seek it with food and flee it
+/// without bring more food than robots that search at random.
 #[test]
 fn light_over_the_nest_helps() {
     let forager = Foraging::odowd2014(Light::OverNest);

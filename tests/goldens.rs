@@ -1,6 +1,6 @@
-//! Results are pinned: every kernel's lives, on every lane code and adapter of this machine, and on an emulated ARM
-//! (`tests/aarch64.sh`), give what `tests/goldens/kernels/` says, so that no bit of them changes unnoticed.
-//! How these files are renewed, [`pinned`] says.
+//! Pinned results: every kernel's lives, on every lane code and adapter of this machine, and on an emulated ARM
+//! (`tests/aarch64.sh`), match `tests/goldens/kernels/`, so that no bit of them changes unnoticed. [`pinned`] explains
+//! how these files are renewed.
 
 use std::path::PathBuf;
 
@@ -27,7 +27,7 @@ fn folder() -> PathBuf {
     PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("tests/goldens/kernels")
 }
 
-/// The kernels that simulate lives, with their worlds: all but those that compute one function at a time.
+/// Kernels that simulate lives, with their worlds: all except those that compute one function at a time.
 fn kernels() -> impl Iterator<Item = (&'static Kernel, Vec<Subject>)> {
     let simulates = KERNELS.iter().filter(|kernel| !kernel.name.starts_with("probe_"));
     simulates.map(|kernel| {
@@ -40,14 +40,14 @@ fn kernels() -> impl Iterator<Item = (&'static Kernel, Vec<Subject>)> {
     })
 }
 
-/// What lives come to: the bits of their fitness, and of their traces.
+/// Results of lives: the bits of their fitness, and of their traces.
 #[derive(PartialEq, Eq)]
 struct Lived {
     fitness: Vec<u32>,
     trace: Vec<u32>,
 }
 
-/// The lives of a batch on a device; none if they are too large for it.
+/// Results of a batch on a device; `None` if the batch is too large for it.
 fn lived(batch: &Batch, evaluator: &mut dyn Evaluator) -> Option<Lived> {
     let outcome = match evaluator.evaluate(batch, &Control::new()) {
         Ok(outcome) => outcome,
@@ -85,7 +85,7 @@ fn rows(kernel: &Kernel, subjects: &[Subject], batches: &[Batch], lives: &[Lived
     rows
 }
 
-/// Where the lives of one device differ from those of another.
+/// Describes where the results of one device differ from those of another.
 fn difference(found: &Lived, expected: &Lived) -> String {
     for (stage, found, expected) in [
         ("fitness", &found.fitness, &expected.fitness),
@@ -106,10 +106,10 @@ fn difference(found: &Lived, expected: &Lived) -> String {
     "its lengths differ".to_owned()
 }
 
-/// Cycles from one record of a trace to the next: enough to see each stretch of a life, and no multiple of anything.
+/// Cycles between records of a trace: few enough to see each stretch of a life, and prime, so that it divides no length.
 const EVERY: u32 = 7;
 
-/// The devices that must agree, each by its name.
+/// Devices that must agree, by name.
 fn devices() -> Vec<(String, Box<dyn Evaluator>)> {
     let lane_code = |name: &'static str| -> (String, Box<dyn Evaluator>) {
         let cpu = Cpu::new(None).and_then(|cpu| cpu.with_variant(name));
@@ -150,7 +150,7 @@ fn lives_are_as_pinned() {
             .iter()
             .map(|batch| lived(batch, &mut *first.1).expect("what a CPU has room for"))
             .collect();
-        // Were two worlds lived in alike, one of them would pin nothing.
+        // If two worlds had equal lives, one of them would pin nothing.
         for (index, lived) in expected.iter().enumerate() {
             let same = expected[..index].iter().position(|other| other.trace == lived.trace);
             let name = |index: usize| &subjects[index].name;
@@ -180,7 +180,7 @@ fn lives_are_as_pinned() {
     pinned::check_folder(&folder(), &files);
 }
 
-/// The first world of each kernel for hours, wherever it has the room.
+/// The first world of each kernel for hours of simulated time, wherever it fits.
 #[test]
 #[ignore = "takes minutes: tests/long.sh runs it"]
 fn long_lives_are_as_pinned() {
@@ -209,7 +209,7 @@ fn long_lives_are_as_pinned() {
     pinned::check(&folder().join("long.rows"), &rows.to_string());
 }
 
-/// The tables that are compiled in.
+/// The compiled-in tables.
 #[test]
 fn tables_are_as_pinned() {
     let mut rows = Rows::default();
@@ -243,8 +243,7 @@ fn functions_are_as_pinned() {
     pinned::check(&folder().join("functions.rows"), &rows.to_string());
 }
 
-/// What the compiler's interpreter says of the corpus; what lane code and SPIR-V make of it is held against that in
-/// tests of their own.
+/// Results of the compiler's interpreter on the corpus; other tests compare lane code and SPIR-V with them.
 #[test]
 fn the_corpus_is_as_pinned() {
     let mut rows = Rows::default();
@@ -254,7 +253,7 @@ fn the_corpus_is_as_pinned() {
     pinned::check(&folder().join("corpus.rows"), &rows.to_string());
 }
 
-/// Negative controls: what is pinned is noticed when it changes, and nothing is renewed in passing.
+/// Negative controls: a change of pinned results is detected, and nothing is renewed by accident.
 mod controls {
     use super::pinned::{Renewal, Rows, all_used, compared};
     use std::fs;
@@ -268,7 +267,7 @@ mod controls {
         rows.to_string()
     }
 
-    /// A folder of one control's own with a golden file in it that was accepted.
+    /// A folder for one control, with an accepted golden file.
     fn accepted(control: &str) -> PathBuf {
         let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("goldens").join(control);
         let _ = fs::remove_dir_all(&folder);
@@ -303,7 +302,7 @@ mod controls {
             assert!(message.contains(&format!("new: {row}")), "{message}");
         }
         assert!(!message.contains("genes"), "{message}");
-        // It is written beside the old one, which stays, until all is as before.
+        // The new rows are written beside the old ones, which stay until everything is as before.
         assert_eq!(fs::read_to_string(new(&file)).unwrap(), changed);
         assert_eq!(fs::read_to_string(&file).unwrap(), rows(&[1.0, 2.0]));
         compared(&file, &rows(&[1.0, 2.0]), &Renewal::default()).unwrap();
@@ -340,7 +339,7 @@ mod controls {
             ci: false,
             reason: Some(reason.to_owned()),
         };
-        // The first run shows what differs; one that finds something else again shows that.
+        // The first run shows the difference; a run that finds yet another one shows that instead.
         compared(&file, &rows(&[3.0]), &renewal("it is right")).unwrap_err();
         compared(&file, &rows(&[4.0]), &renewal("it is right")).unwrap_err();
         assert_eq!(fs::read_to_string(&file).unwrap(), rows(&[1.0, 2.0]));
@@ -350,7 +349,7 @@ mod controls {
         let last = log.lines().last().unwrap();
         assert!(last.ends_with(": it is right (1 end, 1 fitness)"), "{log}");
         assert!(log.contains("the first"), "{log}");
-        // A file that was changed by hand is none that was accepted.
+        // A file that was edited by hand counts as not accepted.
         fs::write(&file, rows(&[5.0])).unwrap();
         let message = compared(&file, &rows(&[5.0]), &Renewal::default()).unwrap_err();
         assert!(message.contains("changed by hand"), "{message}");

@@ -1,5 +1,5 @@
-//! The GPU's results against the CPU's, however it cuts, and whatever befalls it. These tests need an adapter:
-//! without one they fail.
+//! The GPU's results equal the CPU's, however it cuts batches, and whatever fails. These tests need an adapter: without
+//! one they fail.
 #![cfg(feature = "gpu")]
 
 use std::sync::Arc;
@@ -34,7 +34,7 @@ fn worlds(controller: Controller) -> Vec<World> {
     lives::worlds(controller, 60, 23)
 }
 
-/// The bits of a rollout's results: its fitness, and its slot's whole trace.
+/// Bits of a rollout's results: its fitness, and its slot's whole trace.
 type Bits = (u32, Vec<u32>);
 
 fn bits(evaluator: &mut dyn Evaluator, batch: &Batch) -> Vec<Bits> {
@@ -51,7 +51,7 @@ fn bits(evaluator: &mut dyn Evaluator, batch: &Batch) -> Vec<Bits> {
         .collect()
 }
 
-/// The rollouts whose results differ.
+/// Rollouts whose results differ.
 fn differing(a: &[Bits], b: &[Bits]) -> Vec<usize> {
     assert_eq!(a.len(), b.len());
     (0..a.len()).filter(|&rollout| a[rollout] != b[rollout]).collect()
@@ -105,7 +105,7 @@ fn all_kernels_give_the_cpus_bits() {
         );
         assert_eq!(differing(&bits(&mut gpu, &batch), &expected), NONE, "{controller:?}");
 
-        // The comparison sees one other genome.
+        // The comparison detects one different genome.
         let changed = batch_with(&worlds, 300, Some(7), |index, genes| {
             if index == 121 {
                 genes.reverse();
@@ -115,7 +115,7 @@ fn all_kernels_give_the_cpus_bits() {
     }
 }
 
-/// What a driver may round in its own way gives other bits, and nothing else does.
+/// Only operations that a driver may round in its own way differ.
 fn assert_numbers_alone_differ(differences: &[String]) {
     let any_of = |scalar: &str| differences.iter().any(|difference| difference.contains(scalar));
     assert!(any_of("f32: ") && !any_of("u32: "), "{differences:?}");
@@ -129,7 +129,7 @@ fn the_suite_tells_exact_kernels_from_others() {
     assert_eq!(exact.why_inexact(), None);
     assert_eq!(exact.differences(&cases).unwrap(), Vec::<String>::new());
 
-    // As WGSL the driver may contract and reassociate, and does.
+    // With WGSL the driver may contract and reassociate, and does.
     let mut inexact = Gpu::open_with(exact.adapter(), Path::Wgsl).unwrap();
     assert!(inexact.why_inexact().is_some());
     let differences = inexact.differences(&cases).unwrap();
@@ -203,8 +203,8 @@ fn cuts_and_chunks_do_not_matter() {
     }
 }
 
-/// Mesa's software driver leaves the loops of an invocation after so many iterations in all; a dispatch has to end
-/// before. Fast devices are asked for long dispatches, so the pace is made known first.
+/// Mesa's software driver leaves the loops of an invocation after a total number of iterations, so a dispatch has to
+/// end before. Fast devices get long dispatches, so the pace is measured first.
 #[test]
 fn no_driver_ends_a_long_life_early() {
     let plain = world(|spec| spec.cycles = 12_000);
@@ -294,7 +294,7 @@ fn a_lost_device_is_an_error() {
 fn a_lost_device_is_opened_again_and_then_replaced() {
     let batch = batch(&worlds(Controller::Perceptron), 500, Some(20));
     let expected = bits(&mut cpu(), &batch);
-    // After how many dispatches, on how many devices in a row, and how many warnings that gives.
+    // Number of dispatches until a loss, number of devices lost in a row, and number of warnings.
     for (dispatches, devices, warnings) in [(1, 1, 1), (7, 1, 1), (20, 1, 1), (1, 2, 2), (9, 2, 2)] {
         let mut gpu = gpu();
         gpu.set_bounds(Bounds { groups: 3, cycles: 10 });
@@ -371,7 +371,8 @@ fn any_kernel_runs_on_bare_buffers() {
     assert!(runs.iter().all(|run| run.buffers[7] == expected));
 }
 
-/// Crowds of robots take many loops: as many as a software driver allows come out as on the CPU, and more are refused.
+/// Large swarms take many loops: sizes that a software driver allows have the CPU's results, and larger ones are
+/// refused.
 #[test]
 fn crowds_are_exact_or_refused() {
     use oneiro::foraging::Light;

@@ -1,10 +1,11 @@
-//! The kernels' functions are as exact as their comments in `lib/numerics.wgsl` say, and the same in every lane code.
+//! The kernels' functions are as accurate as their comments in `lib/numerics.wgsl` say, and the same in every lane
+//! code.
 
 use std::f64::consts::TAU;
 
 use oneiro::probe::{Case, Subject, functions};
 
-/// Arguments of each function: a strided part of all floats, of which `docs/numerics.md` has the errors.
+/// Arguments of each function: a strided subset of all floats, for which `docs/numerics.md` has the errors.
 const ARGUMENTS: usize = 1 << 17;
 
 fn name(case: &Case) -> &'static str {
@@ -49,7 +50,7 @@ fn every_lane_code_gives_the_same_bits() {
     }
 }
 
-/// The greatest error of a function, relative to the truth.
+/// Greatest relative error of a function.
 fn relative(name: &str, truth: impl Fn(f64) -> f64) -> f64 {
     let error = |[x, _, y]: [f32; 3]| {
         let truth = truth(f64::from(x));
@@ -62,14 +63,14 @@ fn relative(name: &str, truth: impl Fn(f64) -> f64) -> f64 {
     values(&case(name, ARGUMENTS)).map(error).fold(0.0, f64::max)
 }
 
-/// The greatest error of a function.
+/// Greatest absolute error of a function.
 fn absolute(name: &str, truth: impl Fn(f64) -> f64) -> f64 {
     let error = |[x, _, y]: [f32; 3]| (f64::from(y) - truth(f64::from(x))).abs();
     values(&case(name, ARGUMENTS)).map(error).fold(0.0, f64::max)
 }
 
-/// Whether the greatest error is what was measured over every float: no more, and not so much less that the arguments
-/// would miss what they are to find.
+/// Asserts that the greatest error is the one measured over every float: no more, and not so much less that the
+/// arguments would miss the worst ones.
 fn assert_error(what: &str, error: f64, measured: f64) {
     assert!(
         error <= measured && error > 0.5 * measured,
@@ -106,7 +107,7 @@ fn directions_are_as_stated() {
     assert_error("direction", greatest, 4.5e-7);
 }
 
-/// A function's results for chosen arguments; an f32 is its bits.
+/// Results of a function for given arguments; f32 results are given by their bits.
 fn results(function: &str, arguments: &[(u32, u32)]) -> Vec<u32> {
     let mut case = case(function, 0);
     (case.left, case.right) = arguments.iter().copied().unzip();
@@ -114,7 +115,7 @@ fn results(function: &str, arguments: &[(u32, u32)]) -> Vec<u32> {
     case.run("scalarx1").unwrap()
 }
 
-/// What a function makes of a number.
+/// Result of a function for a number.
 fn value(function: &str, x: f32) -> f32 {
     f32::from_bits(results(function, &[(x.to_bits(), 0)])[0])
 }
@@ -177,7 +178,7 @@ fn units_are_the_upper_24_bits() {
     );
 }
 
-/// Worked out from the definition of the hash with integers of any size, for stream 1.
+/// Computed from the definition of the hash with arbitrary-precision integers, for stream 1.
 #[test]
 fn random_words_are_known() {
     let known = [
@@ -206,7 +207,7 @@ fn random_words_are_known() {
     }
 }
 
-/// A control: arguments that differ in the last bit that is read give other results.
+/// A control: arguments that differ in the last bit that is used give other results.
 #[test]
 fn the_last_bit_shows() {
     for case in functions(ARGUMENTS) {

@@ -1,13 +1,14 @@
-//! Every operation that kernels may use gives the bits that IEEE 754 and integers modulo 2^32 say, in every lane code.
+//! Every operation that kernels may use gives the bits that IEEE 754 and integers modulo 2^32 require, in every lane
+//! code.
 
 use oneiro::probe::{Case, Form, Scalar, Subject, operations};
 
-/// The bits of a number, with zero's one sign.
+/// Bits of a number, with zero's one sign.
 fn stored(x: f32) -> u32 {
     if x == 0.0 { 0 } else { x.to_bits() }
 }
 
-/// What Rust makes of an operation.
+/// Result of an operation in Rust.
 fn reference(scalar: Scalar, text: &str, left: u32, right: u32) -> u32 {
     match scalar {
         Scalar::F32 => of_numbers(text, f32::from_bits(left), f32::from_bits(right)),
@@ -117,7 +118,7 @@ fn every_lane_code_computes_every_operation() {
     }
 }
 
-/// For how many operands an operation on numbers gives other bits when it is computed in some wrong way.
+/// Number of operands for which an operation on numbers gives other bits when it is computed in a wrong way.
 fn shown(text: &str, wrong: impl Fn(f32, f32) -> f32) -> usize {
     let open = (Scalar::F32, text, Form::Open);
     let cases = operations();
@@ -136,7 +137,7 @@ fn contraction_shows() {
     assert!(shown("x * x - y * y", |x, y| x.mul_add(x, -(y * y))) > 20);
 }
 
-/// A control: constants show that are folded as algebra would have it, and reassociated sums.
+/// A control: algebraic folding of constants and reassociation of sums would be caught.
 #[test]
 fn reassociation_shows() {
     for text in ["(x + y) - y", "(x - y) + y"] {

@@ -1,5 +1,5 @@
-//! The same bits everywhere: the life kernel on every instruction set and through the Vulkan driver, held against
-//! each other and against a witness written by hand.
+//! The same bits everywhere: the life kernel on every instruction set and through the Vulkan driver, compared with one
+//! another and with a witness written by hand.
 
 use std::sync::Arc;
 
@@ -18,7 +18,7 @@ mod witness;
 use choices::{collisions, specs, with_blocks};
 use skips::skipped;
 
-/// Genes uniform in -5..5, a multiple of 2^-20 each.
+/// Genes uniform in -5..5, multiples of 2^-20.
 fn genes(rollout: usize, count: usize) -> Vec<f32> {
     (0..count as u32)
         .map(|gene| {
@@ -28,7 +28,7 @@ fn genes(rollout: usize, count: usize) -> Vec<f32> {
         .collect()
 }
 
-/// Batches are traced so that poses are compared too: a fitness alone hides what its steps round away.
+/// Batches are traced so that poses are compared too: a fitness alone hides differences that its steps round away.
 fn batch(spec: &WorldSpec, rollouts: usize, traced: bool) -> Batch {
     let world = World::new(spec.clone()).expect("a valid world");
     let genomes: Vec<_> = (0..rollouts).map(|rollout| genes(rollout, world.genes())).collect();
@@ -50,7 +50,7 @@ fn evaluate(evaluator: &mut dyn Evaluator, spec: &WorldSpec, rollouts: usize, tr
         .expect("an evaluation")
 }
 
-/// The rollouts whose bits differ.
+/// Rollouts whose bits differ.
 #[cfg(feature = "gpu")]
 fn differing(a: &[f32], b: &[f32]) -> Vec<usize> {
     assert_eq!(a.len(), b.len());
@@ -59,7 +59,7 @@ fn differing(a: &[f32], b: &[f32]) -> Vec<usize> {
         .collect()
 }
 
-/// The first rollout and cycle in which a traced life is not the witness's.
+/// First rollout and cycle in which a traced life differs from the witness's.
 fn first_difference(outcome: &Outcome, spec: &WorldSpec) -> Option<(usize, usize)> {
     let setting = witness::Setting::new(spec);
     for (rollout, trace) in outcome.traces.iter().enumerate() {
@@ -97,7 +97,7 @@ fn every_instruction_set_agrees_with_the_witness() {
     }
 }
 
-/// The test above can fail: a motion longer by one unit in the last place is seen.
+/// The test above can fail: a motion longer by one unit in the last place is detected.
 #[test]
 fn one_constant_changed_by_one_ulp_is_seen() {
     let spec = WorldSpec::miglino1995();
@@ -111,7 +111,7 @@ fn one_constant_changed_by_one_ulp_is_seen() {
     assert_ne!(first_difference(&outcome, &other), None);
 }
 
-/// Recordings of a real robot, where the machine has some.
+/// Recordings of a real robot, if the machine has some.
 fn recorded(spec: &WorldSpec) -> Option<WorldSpec> {
     let folder = std::env::var_os("ONEIRO_RECORDINGS").map_or_else(
         || std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared/data/khepera"),

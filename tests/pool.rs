@@ -35,13 +35,13 @@ fn fitness(evaluator: &mut dyn Evaluator, batch: &Batch) -> Result<Vec<u32>, Err
     Ok(outcome.fitness.iter().map(|fitness| fitness.to_bits()).collect())
 }
 
-/// A device with the results of the CPU, that can fail.
+/// A device with the CPU's results that can fail.
 struct Device1995 {
     cpu: Cpu,
     exact: bool,
-    /// Parts after which it is lost.
+    /// Number of parts after which it is lost.
     life: usize,
-    /// A slot of each part whose result has another last bit.
+    /// Slot of each part whose result has a wrong last bit.
     wrong: Option<usize>,
 }
 
@@ -113,7 +113,7 @@ fn a_lost_member_leaves_its_piece_to_the_others() {
             ..Device1995::new()
         };
         let mut pool = Pool::new(vec![Box::new(cpu()), Box::new(old)]).unwrap();
-        // A member may come too late to a batch to get a piece of it.
+        // A member may be too late for a piece of a batch.
         for _ in 0..1000 {
             assert_eq!(fitness(&mut pool, &batch).unwrap(), expected);
             if !pool.warnings().is_empty() {
@@ -209,7 +209,7 @@ fn an_audit_lets_what_is_right_pass() {
             expected
         );
     }
-    // Nobody looks.
+    // Without an audit nobody notices.
     let device = Device1995 {
         wrong: Some(0),
         ..Device1995::new()
@@ -217,7 +217,7 @@ fn an_audit_lets_what_is_right_pass() {
     assert!(fitness(&mut Audited::new(Box::new(device), cpu(), 0.0), &batch).is_ok());
 }
 
-/// With a small share, each call has its group, and the groups take turns as the keys change.
+/// With a small share, one group per call is audited, and the groups vary with the keys.
 #[test]
 fn an_audit_of_a_share_looks_at_that_share() {
     let found = |share: f64, first_lane: usize, batch: &Batch| {
@@ -294,7 +294,7 @@ fn unknown_backends_are_refused_by_name() {
     assert!(share.contains("allowed: 0 to 1"), "{share}");
 }
 
-/// Worlds of robots whose states are handed on, too.
+/// Worlds of several robots, including states passed from stretch to stretch.
 #[test]
 fn swarms_live_the_same_on_a_pool() {
     use oneiro::foraging::Light;

@@ -1,4 +1,4 @@
-//! The program from outside: what it prints, writes and refuses, and the codes that it exits with.
+//! The program from outside: what it prints, writes and refuses, and its exit codes.
 
 use std::fs;
 use std::process::Stdio;
@@ -23,12 +23,12 @@ impl Place {
         serde_json::from_str(&self.good(arguments)).unwrap()
     }
 
-    /// An experiment that takes no time.
+    /// Writes an experiment that takes no time.
     fn small_experiment(&self) {
         self.write("small.toml", SMALL);
     }
 
-    /// A finished run of it in `run/`.
+    /// Makes a finished run of it in `run/`.
     fn small_run(&self) {
         self.small_experiment();
         self.good(&[
@@ -364,7 +364,7 @@ fn from_a_new_experiment_to_its_champion() {
         assert_eq!(trace.lines().count(), 1 + 50 / 5, "{trace}");
         assert!(place.text(format!("{directory}/replay.svg")).contains("</svg>"));
     }
-    // The replay's own files are no part of the run.
+    // The replay's own files aren't part of the run.
     assert_eq!(place.good(&["verify", "runs"]), verified);
 }
 
@@ -400,7 +400,7 @@ fn fitness_is_the_same_by_every_way_in_and_out() {
         let bits = u32::from_str_radix(line[3], 16).unwrap();
         assert_eq!(line[2].parse::<f32>().unwrap().to_bits(), bits);
     }
-    // The trials start in different places, and the genomes do different things.
+    // The trials start in different places, and the genomes behave differently.
     let mut bits: Vec<&str> = lines[1..].iter().map(|line| line[3]).collect();
     bits.sort_unstable();
     bits.dedup();
@@ -430,7 +430,7 @@ fn fitness_is_the_same_by_every_way_in_and_out() {
     }
 }
 
-/// A run's first generation lives as `evaluate` lets the same genomes live.
+/// A run's first generation has the same lives as `evaluate` gives the same genomes.
 #[test]
 fn a_run_and_an_evaluation_agree() {
     let place = Place::new("agree");
@@ -530,7 +530,7 @@ fn tables_come_and_go_without_a_change() {
     assert!(place.text("wall.svg").contains("</svg>"));
     assert!(place.good(&["tables", "show", "motor.sam"]).contains("25 x 25"));
 
-    // An experiment that names the exported tables is the built-in one.
+    // An experiment that names the exported tables equals the built-in one.
     place.small_experiment();
     place.write(
         "tables.toml",
@@ -609,7 +609,7 @@ fn words_go_where_they_belong() {
 fn a_reader_that_leaves_is_no_error() {
     let place = Place::new("pipe");
     place.small_experiment();
-    // More rows than a pipe holds.
+    // More rows than fit into a pipe.
     place.write("genomes.csv", csv(&three_genomes().repeat(1000), 18));
     let arguments = [
         "evaluate",
@@ -632,7 +632,7 @@ fn a_reader_that_leaves_is_no_error() {
     assert_eq!(output.stderr, b"");
 }
 
-/// A limit on the size of files is as near to a full disk as a test without rights can come.
+/// A limit on file sizes is as close to a full disk as a test without privileges can get.
 #[cfg(target_os = "linux")]
 #[test]
 fn a_full_disk_exits_with_6_and_leaves_nothing_half_written() {
@@ -720,7 +720,7 @@ fn the_cpu_is_a_device_and_exact() {
     assert!(lanes.iter().any(|lane| lane == "scalarx1"), "{devices}");
 }
 
-/// Without an adapter this fails: a software one will do, and the test command installs it.
+/// Fails without an adapter: a software one is enough, and the test command installs it.
 #[cfg(feature = "gpu")]
 #[test]
 fn every_exact_adapter_gives_the_cpu_s_bits() {

@@ -1,7 +1,7 @@
-//! Results of the program are pinned: runs, sweeps, swarms, what was stopped and resumed, and both studies at their
-//! smallest give what `tests/goldens/program/` says. Of each kind there are two files: `NAME.rows` has what was computed;
-//! `NAME.identity.rows` has what also depends on how values, columns and claims are called, and so may change where
-//! nothing else does. How these files are renewed, [`pinned`] says.
+//! Pinned results of the program: runs, sweeps, swarms, stopped and resumed work, and both studies at their smallest
+//! match `tests/goldens/program/`. There are two files of each kind: `NAME.rows` has computed results;
+//! `NAME.identity.rows` has results that also depend on the names of values, columns and claims, and so may change when
+//! nothing else does. [`pinned`] explains how these files are renewed.
 
 use std::fmt::Write as _;
 use std::fs;
@@ -16,14 +16,14 @@ mod place;
 use pinned::{Rows, digest};
 use place::Place;
 
-/// What one kind of result comes to.
+/// Results of one kind.
 #[derive(Default)]
 struct Found {
     content: Rows,
     identity: Rows,
 }
 
-/// The kinds, each with the test that computes it.
+/// Kinds of results, each with a test that computes it.
 const KINDS: [&str; 7] = [
     "runs",
     "sweeps",
@@ -53,7 +53,7 @@ impl Found {
         assert!(problems.is_empty(), "{}", problems.join("\n"));
     }
 
-    /// A table without its first line, which is words.
+    /// Adds a table without its first line, which is text.
     fn table(&mut self, place: &Place, directory: &str, file: &str) {
         let text = place.text(Path::new(directory).join(file));
         let (head, body) = text.split_once('\n').unwrap();
@@ -61,7 +61,7 @@ impl Found {
         self.body("table", &format!("{directory}/{file}"), body);
     }
 
-    /// Lines: how many, their digest, and the last of them.
+    /// Adds lines: their number, their digest, and the last of them.
     fn body(&mut self, stage: &str, subject: &str, body: &str) {
         let last = body.lines().last().unwrap_or_default();
         self.content.text(
@@ -75,7 +75,7 @@ impl Found {
         );
     }
 
-    /// What identifies a run, and the hash of its results, which depends on that.
+    /// Adds a run's identity, and the hash of its results, which depends on it.
     fn done(&mut self, place: &Place, run: &str) {
         let done = json(place, run, "DONE");
         let hash = |key: &str| done[key].as_str().unwrap()[..16].to_owned();
@@ -85,7 +85,7 @@ impl Found {
         self.identity.text("result", run, hash("result"));
     }
 
-    /// A run of one robot.
+    /// Adds a run of a single robot.
     fn run(&mut self, place: &Place, run: &str) {
         let (shape, individuals) = npy(&place.read(format!("{run}/individuals.npy")));
         let [_, population, columns] = shape[..] else {
@@ -127,7 +127,7 @@ impl Found {
         self.done(place, run);
     }
 
-    /// A swarm's run.
+    /// Adds a swarm's run.
     fn swarm(&mut self, place: &Place, run: &str) {
         let food = place.text(format!("{run}/food.csv"));
         let brought: u32 = food
@@ -136,7 +136,7 @@ impl Found {
             .map(|line| line.split(',').nth(1).unwrap().parse::<u32>().unwrap())
             .sum();
         let intervals = place.text(format!("{run}/intervals.csv"));
-        // A line each robot has: those of the first interval, then all.
+        // Each robot has a line: those of the first interval, then all.
         let first: String = intervals
             .lines()
             .filter(|line| line.starts_with("0,"))
@@ -149,7 +149,7 @@ impl Found {
         self.done(place, run);
     }
 
-    /// A sweep. The ids of runs and the hashes of their results are no content.
+    /// Adds a sweep. The ids of runs and the hashes of their results aren't content.
     fn sweep(&mut self, place: &Place, sweep: &str) {
         let text = place.text(format!("{sweep}/results.csv"));
         let mut reader = csv::Reader::from_reader(text.as_bytes());
@@ -158,7 +158,7 @@ impl Found {
         let mut results = String::new();
         for row in reader.records() {
             let row = row.unwrap();
-            // Runs without finalists have no cells of a champion by its mean.
+            // Runs without finalists have empty cells for a champion by its mean.
             for (name, value) in head.iter().zip(&row).filter(|(_, value)| !value.is_empty()) {
                 let to = if ["id", "result"].contains(&name) {
                     &mut results
@@ -180,14 +180,14 @@ impl Found {
         self.table(place, sweep, "generations.csv");
     }
 
-    /// A study: its results, its claims, its tables and its figures.
+    /// Adds a study: its results, claims, tables and figures.
     fn study(&mut self, place: &Place, study: &str) {
         self.identity
             .bytes("settings", study, &place.read(format!("{study}/study.json")));
         let results = json(place, study, "results.json");
         for (key, value) in results.as_object().unwrap() {
             let mut numbers = numbers_of(value);
-            // In an order that does not depend on names.
+            // In an order that doesn't depend on names.
             numbers.sort_unstable();
             self.content.text(
                 "results",
@@ -233,7 +233,7 @@ impl Found {
     }
 }
 
-/// All numbers of a value in the order of their keys, without their names.
+/// All numbers of a value in the order of their keys, without the keys.
 fn numbers_of(value: &Value) -> Vec<String> {
     match value {
         Value::Array(values) => values.iter().flat_map(numbers_of).collect(),
@@ -243,7 +243,7 @@ fn numbers_of(value: &Value) -> Vec<String> {
     }
 }
 
-/// The drawings of a page, without their words.
+/// Drawings of a page, without their text.
 fn drawings(page: &str) -> Vec<String> {
     let drawings = page
         .split("<svg")
@@ -269,7 +269,7 @@ fn json(place: &Place, directory: &str, file: &str) -> Value {
     serde_json::from_slice(&place.read(Path::new(directory).join(file))).unwrap()
 }
 
-/// The shape and the numbers of an array file.
+/// Shape and numbers of an array file.
 fn npy(bytes: &[u8]) -> (Vec<usize>, Vec<f32>) {
     let file = npyz::NpyFile::new(bytes).unwrap();
     let shape = file.shape().iter().map(|&length| length as usize).collect();
@@ -281,7 +281,7 @@ fn shipped(name: &str) -> String {
     experiments.join(name).display().to_string()
 }
 
-/// All of a small evolution.
+/// A small evolution without any options.
 const PLAIN: &str = "
     cycles = 60
     [evolution]
@@ -324,7 +324,7 @@ const NOISY: &str = r#"
     amount = 0.7
 "#;
 
-/// Genes drawn anew, the mean of several lives, another arena, a chosen start, outputs fed back.
+/// Redrawn genes, the mean of several lives, another arena, a chosen start, and outputs fed back.
 const REPLACED: &str = r#"
     cycles = 50
     trials = 2
@@ -360,7 +360,7 @@ impl Place {
         self.good(&[&run[..], more].concat());
     }
 
-    /// The same, but that the last file can't be written, and then resumed.
+    /// The same, but the last file can't be written, and the run is then resumed.
     #[cfg(unix)]
     fn evolve_and_resume(&self, out: &str, experiment: &str, more: &[&str]) {
         fs::create_dir(self.at(out)).unwrap();
@@ -507,7 +507,7 @@ fn swarms_are_as_pinned() {
     found.check("swarms");
 }
 
-/// What a study comes to with each of these options.
+/// Results of a study with each of these options.
 fn study(kind: &str, paper: &str, options: &[(&str, &[&str])]) {
     let place = Place::new(kind);
     let mut found = Found::default();
@@ -540,7 +540,7 @@ fn the_study_of_2014_is_as_pinned() {
     study("odowd2014", "odowd2014", &[("main", &one)]);
 }
 
-/// With all its parts, and under other assumptions.
+/// With all of its parts, and under other assumptions.
 #[test]
 #[ignore = "takes minutes: tests/long.sh runs it"]
 fn the_whole_study_of_1995_is_as_pinned() {
@@ -552,7 +552,7 @@ fn the_whole_study_of_1995_is_as_pinned() {
     study("miglino1995-whole", "miglino1995", &options);
 }
 
-/// With all its parts, and under other assumptions.
+/// With all of its parts, and under other assumptions.
 #[test]
 #[ignore = "takes minutes: tests/long.sh runs it"]
 fn the_whole_study_of_2014_is_as_pinned() {

@@ -1,11 +1,11 @@
-//! The swarm's arena against a [twin] whose bodies rapier moves: ten robots bring as much food in either.
+//! The swarm's arena compared with a [twin] whose bodies rapier moves: ten robots collect as much food in either.
 //!
-//! Controllers, lights and the margin were fixed before any comparison, and so was how many worlds each takes: the
-//! arena's own worlds of ten minutes differ by 0.11, 0.08 and 0.11 of their mean for the first three cases, and by 0.46
-//! and 0.50 for the others. With 2 (0.11 / 0.0277)^2 = 32 worlds a ratio that is 1 has its interval within the margin in
-//! nine of ten comparisons; the others took 640.
+//! Controllers, lights, the margin and the number of worlds were fixed before any comparison: the arena's own worlds of
+//! ten minutes differ by 0.11, 0.08 and 0.11 of their mean for the first three cases, and by 0.46 and 0.50 for the
+//! others. With 2 (0.11 / 0.0277)^2 = 32 worlds, the interval of a ratio that is 1 lies within the margin in nine of
+//! ten comparisons; the others took 640.
 //!
-//! What was found, as ratios of the arena's rate to the twin's, plus and minus half of the interval:
+//! Results, as ratios of the arena's rate to the twin's, plus and minus half of the interval:
 //!
 //! | with food, without, light | worlds | first twin | worlds | with the arena's forms |
 //! |---|---|---|---|---|
@@ -15,16 +15,16 @@
 //! | seek, flee, over the nest | 128 | 0.96 +- 0.12 | 640 | 0.97 +- 0.05 |
 //! | flee, seek, opposite | 128 | **0.72 +- 0.12** | 640 | 0.99 +- 0.05 |
 //!
-//! The last two were compared before a fault of the arena's food was mended. Since then the first of them is undecided with
-//! 640 worlds, 1.05 +- 0.05, the other not compared; the test now takes 2,560.
+//! The last two were compared before a bug in the arena's food was fixed. Since then the first of them is undecided
+//! with 640 worlds, 1.05 +- 0.05, and the other has not been compared; the test now takes 2,560.
 //!
-//! The twin as it was first written, from the documentation alone, is told from the arena in two cases. It is not the
-//! contacts: with the arena's way to push bodies apart in place of rapier's the last ratio was 0.71, since robots that
-//! see each other hardly ever touch. It is the three laws that [`Forms`] lists, whose forms the documentation leaves
-//! open. The gain's form alone left 0.73, the sensors' alone 0.72, the darkest of several shades in place of all of them
-//! 0.76; these three together 0.87 +- 0.05, with 512 worlds; and with the form of a single shade as well 0.98 +- 0.08, with
-//! 256. They were looked up in the kernel after the first comparison, so for these laws the twin is no independent
-//! witness.
+//! The twin as first written, from the documentation alone, differs from the arena in two cases. Contacts aren't the
+//! cause: with the arena's way of pushing bodies apart in place of rapier's, the last ratio was 0.71, since robots that
+//! see each other hardly ever touch. The causes are the three laws listed in [`Forms`], whose forms the documentation
+//! leaves open. The gain's form alone left 0.73, the sensors' alone 0.72, the darkest of several shadows in place of
+//! all of them 0.76; these three together 0.87 +- 0.05, with 512 worlds; and with the form of a single shadow as well
+//! 0.98 +- 0.08, with 256. These forms were looked up in the kernel after the first comparison, so for these laws the
+//! twin is no independent witness.
 
 #[path = "rapier/twin.rs"]
 mod twin;
@@ -38,22 +38,22 @@ use twin::{Forms, Twins};
 
 const MINUTES: u32 = 10;
 const ROBOTS: u32 = 10;
-/// The ratio of the arena's rate to the twin's, all of its 95 % interval.
+/// Accepted ratios of the arena's rate to the twin's, for the whole 95 % interval.
 const MARGIN: (f64, f64) = (0.9, 1.1);
 /// Controller and light.
 type Case = ([f32; 2], Light);
-/// Cases that little tells apart from their mean.
+/// Cases with little variation between worlds.
 const EVEN: [Case; 3] = [
     ([0.5, 0.5], Light::Nowhere),
     ([0.99, 0.5], Light::OverNest),
     ([0.0, 0.5], Light::OppositeNest),
 ];
 const EVEN_WORLDS: usize = 40;
-/// Cases in which robots crowd far from the food, some worlds' more than others'.
+/// Cases in which robots crowd far from the food, more in some worlds than in others.
 const UNEVEN: [Case; 2] = [([0.99, 0.0], Light::OverNest), ([0.0, 0.99], Light::OppositeNest)];
 const UNEVEN_WORLDS: usize = 2560;
 
-/// Food brought per robot-minute, of each world.
+/// Food collected per robot-minute in each world.
 fn rates(arena: &mut dyn Arena, genes: [f32; 2], worlds: usize) -> Vec<f64> {
     let orders = vec![vec![Order::always(genes); ROBOTS as usize]; worlds];
     let mut brought = vec![0; worlds];
@@ -74,9 +74,9 @@ fn rates(arena: &mut dyn Arena, genes: [f32; 2], worlds: usize) -> Vec<f64> {
     brought.into_iter().map(rate).collect()
 }
 
-/// Those of the arena, each of whose worlds has other robots, as each of the twin's does.
+/// Rates of the arena, each of whose worlds has different robots, as in the twin.
 fn arena_rates(swarm: Swarm, (genes, light): Case, worlds: usize) -> Vec<f64> {
-    /// What fits into one trace.
+    /// Most worlds that fit into one trace.
     const AT_ONCE: usize = 640;
     let mut cpu = Cpu::new(None).unwrap();
     let control = Control::new();
@@ -103,7 +103,7 @@ fn twin_rates(swarm: Swarm, (genes, light): Case, forms: Forms, worlds: usize) -
     rates(&mut arena, genes, worlds)
 }
 
-/// A mean, and the squared standard error of it as a share of it.
+/// A mean, and its squared standard error as a share of it.
 fn mean_and_error(sample: &[f64]) -> (f64, f64) {
     let count = sample.len() as f64;
     let mean = sample.iter().sum::<f64>() / count;
@@ -111,7 +111,7 @@ fn mean_and_error(sample: &[f64]) -> (f64, f64) {
     (mean, variance / count / (mean * mean))
 }
 
-/// The ends of the 95 % interval of the ratio of two means.
+/// Ends of the 95 % interval of the ratio of two means.
 fn ratio(name: &str, arena: &[f64], twin: &[f64]) -> (f64, f64) {
     let [(here, error), (there, other)] = [mean_and_error(arena), mean_and_error(twin)];
     let spread = (1.96 * (error + other).sqrt()).exp();
@@ -150,7 +150,7 @@ fn bodies_that_rapier_moves_bring_as_much_food() {
     agree(&EVEN, Forms::Arena, EVEN_WORLDS);
 }
 
-/// The forms of the laws that the documentation leaves open don't matter to these.
+/// In these cases the forms that the documentation leaves open don't matter.
 #[test]
 fn a_twin_by_the_documentation_alone_brings_as_much_food() {
     agree(&EVEN[..2], Forms::First, EVEN_WORLDS);
@@ -162,7 +162,7 @@ fn bodies_that_rapier_moves_bring_as_much_food_in_crowds() {
     agree(&UNEVEN, Forms::Arena, UNEVEN_WORLDS);
 }
 
-/// Robots at three quarters of their speed are told from the arena's, so that the tests above can fail.
+/// Robots at three quarters of their speed differ from the arena's, so the tests above can fail.
 #[test]
 fn slower_robots_are_seen() {
     let swarm = Swarm::odowd2014(ROBOTS);

@@ -1,5 +1,5 @@
-//! `oneiro sample` and `oneiro reproduce`, by the program itself: the same bytes on every device and after any stop,
-//! and what they refuse.
+//! `oneiro sample` and `oneiro reproduce` as programs: the same bytes on every device and after any stop, and their
+//! refusals.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -12,12 +12,12 @@ use place::{Place, Ran};
 use skips::skipped;
 
 impl Place {
-    /// Samples a robot, into a directory of that name.
+    /// Samples a robot into a directory with that name.
     fn sample(&self, out: &str, more: &[&str]) -> Ran {
         self.run(&[&["sample", "--backend", "cpu", "--out", out], more].concat())
     }
 
-    /// Begins something, and kills it after a while.
+    /// Starts a command and kills it after a while.
     #[cfg(unix)]
     fn kill_after(&self, time: Duration, arguments: &[&str]) {
         let mut command = self.command(arguments);
@@ -27,7 +27,7 @@ impl Place {
         child.wait().unwrap();
     }
 
-    /// Every file below a directory, with its bytes.
+    /// All files below a directory, with their bytes.
     fn files(&self, directory: &str) -> Vec<(PathBuf, Vec<u8>)> {
         fn collect(root: &Path, at: &Path, files: &mut Vec<(PathBuf, Vec<u8>)>) {
             for entry in fs::read_dir(at).unwrap() {
@@ -68,7 +68,7 @@ fn a_sampled_robot_is_one_that_runs_take() {
     let motors = "robot.motors=\"seven/motor.sam\"";
     place.good(&["check", "own.toml", "--set", tables, "--set", motors]);
 
-    // On one thread as on all, and not as another robot.
+    // The same on one thread as on all, and different for another robot.
     place
         .sample("again", &["--robot", "surrogate:7", "--threads", "1"])
         .exits(0);
@@ -77,7 +77,7 @@ fn a_sampled_robot_is_one_that_runs_take() {
     assert_ne!(place.files("seven"), place.files("eight"));
 }
 
-/// The experiment with a block runs on samples that this machine takes again, to the last bit.
+/// The experiment with a block uses shipped samples, which this machine reproduces to the last bit.
 #[test]
 fn the_shipped_samples_are_those_of_their_robot() {
     let place = Place::new("block");
@@ -151,7 +151,7 @@ fn studies_that_can_not_be_are_refused() {
     }
 }
 
-/// Tables of another robot in place of samples, those of a real one where its recordings are.
+/// Recorded tables replace samples: another robot's, or a real one's if its recordings are there.
 #[test]
 fn a_study_takes_recordings() {
     fn study<'a>(tables: &'a str, out: &'a str) -> Vec<&'a str> {
@@ -184,7 +184,7 @@ fn a_study_takes_recordings() {
         assert!(!place.at(format!("{out}/robot")).exists(), "nothing is sampled");
     }
 
-    // Equal tables are told.
+    // Equal tables are reported.
     fs::copy(place.at("eight/wall.sam"), place.at("round.sam")).unwrap();
     place
         .run(&study("eight/wall.sam,round.sam", "equal"))
@@ -192,7 +192,7 @@ fn a_study_takes_recordings() {
         .says(&["warning"]);
 }
 
-/// Real lives that follow one another are as little a matter of threads and stops.
+/// Results of consecutive real lives don't depend on threads and stops either.
 #[cfg(unix)]
 #[test]
 fn lives_in_sequence_are_a_function_of_the_settings() {
@@ -223,8 +223,8 @@ fn lives_in_sequence_are_a_function_of_the_settings() {
     place.run(&study("whole", &[])).exits(3).says(&["another study's"]);
 }
 
-/// Killed at some moments and begun again, a study ends in the same files as one that was let alone; on one thread
-/// too, and under another backend.
+/// A study that is killed at several moments and restarted ends in the same files as an undisturbed one, also on one
+/// thread and on another backend.
 #[cfg(unix)]
 #[test]
 fn a_study_is_a_function_of_its_settings() {
@@ -266,7 +266,7 @@ fn a_study_is_a_function_of_its_settings() {
     }
 }
 
-/// The 2014 study: killed and begun again, on one thread, and on another device, it ends in the same files.
+/// The 2014 study, killed and restarted, on one thread, and on another device, ends in the same files.
 #[cfg(unix)]
 #[test]
 fn a_study_of_swarms_is_a_function_of_its_settings() {
@@ -296,7 +296,7 @@ fn a_study_of_swarms_is_a_function_of_its_settings() {
     place.good(&study("killed", "0.2,2", &["--backend", "cpu", "--threads", "1"]));
     place.assert_same("whole", "killed");
 
-    // What is kept is never taken on trust.
+    // Saved files are never trusted unchecked.
     let cohort = "whole/cohorts/2-matched-0000";
     let mut bytes = place.read(cohort);
     bytes[1000] ^= 1;

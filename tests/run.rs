@@ -1,4 +1,4 @@
-//! Runs, stopped and resumed, by the program itself.
+//! Runs, stopped and resumed, through the program.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -37,7 +37,7 @@ const RESULTS: [&str; 10] = [
 ];
 
 impl Place {
-    /// With an experiment in it.
+    /// A place with an experiment in it.
     fn with(name: &str, experiment: &str) -> Self {
         let place = Self::new(name);
         place.write("small.toml", experiment);
@@ -57,7 +57,7 @@ impl Place {
         serde_json::from_slice(&self.read(Path::new(run).join(file))).unwrap()
     }
 
-    /// The result's hash of a finished run.
+    /// Hash of a finished run's results.
     fn hash(&self, run: &str) -> String {
         self.json(run, "DONE")["result"].as_str().unwrap().to_owned()
     }
@@ -72,7 +72,7 @@ impl Place {
         assert_eq!(self.hash(run), self.hash(other));
     }
 
-    /// A run's newest checkpoints, the newest first.
+    /// Checkpoints of a run, newest first.
     fn checkpoints(&self, run: &str) -> Vec<PathBuf> {
         let entries = fs::read_dir(self.at(run)).unwrap().map(|entry| entry.unwrap().path());
         let number = |path: &PathBuf| {
@@ -101,12 +101,12 @@ fn a_run_is_the_same_however_it_is_computed() {
     place.assert_same("one", "two");
     run("scalar", &["--backend", "cpu:scalarx1"]);
     place.assert_same("one", "scalar");
-    // In lockstep with others, and from the resolved configuration.
+    // Together with other runs, and from the resolved configuration.
     place.good(&["run", "small.toml", "--seeds", "3..7", "--out", "many"]);
     place.assert_same("one", "many/seed-5");
     place.good(&["run", "one/config.toml", "--out", "again"]);
     place.assert_same("one", "again");
-    // Another seed is another run, and so is another experiment.
+    // Another seed makes another run, and so does another experiment.
     assert_ne!(place.hash("one"), place.hash("many/seed-6"));
     assert_ne!(
         place.read("one/generations.csv"),
@@ -144,7 +144,7 @@ fn a_finished_run_is_whole_and_is_not_run_again() {
     assert_eq!(place.checkpoints(run).len(), 2);
     assert_eq!(place.json(run, "meta.json")["status"], "done");
 
-    // Again: nothing is done, and the report is the same.
+    // Again: no work is done, and the report is the same.
     let times = |file: &str| fs::metadata(place.at(run).join(file)).unwrap().modified().unwrap();
     let before = (times("DONE"), times("meta.json"));
     assert_eq!(place.good(&json), output);
@@ -170,7 +170,7 @@ fn nothing_is_overwritten() {
     assert_eq!(fs::read_dir(place.at("mine")).unwrap().count(), 1);
     place.run(&["resume", "mine"]).exits(3).says(&["mine"]);
     place.run(&["resume", "nowhere"]).exits(3);
-    // One of several places is taken: none of the runs begins.
+    // One of several directories is taken: none of the runs begins.
     fs::create_dir_all(place.at("many/seed-3")).unwrap();
     place.write("many/seed-3/notes", "");
     place
@@ -214,7 +214,7 @@ fn bad_experiments_are_refused_with_their_place() {
     assert_eq!(fs::read_dir(place.at(".")).unwrap().count(), 1, "nothing was written");
 }
 
-/// Killed again and again at any moment, a run ends as if nothing had been.
+/// Killed again and again at any moment, a run ends with the same results.
 #[test]
 fn a_run_survives_being_killed() {
     let kills_in_all = if std::env::var_os("ONEIRO_LONG").is_some() {
@@ -231,7 +231,7 @@ fn a_run_survives_being_killed() {
     let whole = whole.elapsed();
     let run = ["run", "small.toml", "--seed", "9", "--out", "killed"];
     let mut kills = 0;
-    // A step through the golden section's multiples, which meets all of a run's moments.
+    // Multiples of the golden section cover all moments of a run evenly.
     let mut moment = 0.0;
     while kills < kills_in_all {
         moment = (moment + 0.618_034) % 1.0_f64;
@@ -259,7 +259,7 @@ fn a_run_survives_being_killed() {
     place.assert_same("whole", "killed");
 }
 
-/// Of two processes on one run, one works.
+/// Of two processes on one run, only one works.
 #[test]
 fn a_run_has_one_writer() {
     let place = Place::with(
@@ -279,7 +279,7 @@ fn a_run_has_one_writer() {
     child.wait().unwrap();
 }
 
-/// Waits until something is not so any more.
+/// Waits until a condition holds.
 fn wait_for(mut is_so: impl FnMut() -> bool) {
     let begun = Instant::now();
     while is_so() {
@@ -318,7 +318,7 @@ mod unix {
                 .stderr(Stdio::piped())
                 .spawn()
                 .unwrap();
-            // From then on it listens. A fast machine may be through with it by now.
+            // From then on it handles signals. A fast machine may have finished already.
             let has_begun = || {
                 let meta = fs::read_to_string(place.at("stopped/seed-2/meta.json")).unwrap_or_default();
                 meta.contains("\"running\"") || meta.contains("\"done\"")
@@ -330,7 +330,7 @@ mod unix {
             let said = String::from_utf8(output.stderr).unwrap();
             if output.status.code() == Some(75) {
                 assert!(said.contains("oneiro resume stopped"), "{said}");
-                // A run that no generation has lived in yet has nothing to keep.
+                // A run without a finished generation has nothing to keep.
                 let unborn = said.contains("stopped/seed-1  (generation 0)");
                 assert!(unborn || !place.checkpoints("stopped/seed-1").is_empty(), "{said}");
                 stops += 1;
@@ -347,17 +347,17 @@ mod unix {
         }
     }
 
-    /// What could not be finished takes no space.
+    /// Unfinished files are gone and take no space.
     fn assert_gone(unfinished: &Path) {
         assert!(unfinished.symlink_metadata().is_err(), "{}", unfinished.display());
     }
 
-    /// A damaged checkpoint is told and not used, the one before it is; without a good one, exit 5.
+    /// A damaged checkpoint is reported and skipped in favour of the one before; without a good one, exit 5.
     #[test]
     fn a_damaged_checkpoint_is_not_used() {
         let place = Place::with("damaged", EXPERIMENT);
         place.good(&["run", "small.toml", "--seed", "1", "--out", "whole"]);
-        // Everything that a run writes after its last checkpoint fails.
+        // Makes every write after the run's last checkpoint fail.
         let interrupted = |name: &str| {
             fs::create_dir(place.at(name)).unwrap();
             symlink("/dev/full", place.at(name).join("champion.json.tmp")).unwrap();
@@ -387,7 +387,7 @@ mod unix {
             .exits(5)
             .says(&["no checkpoint of this run is good"]);
 
-        // What a checkpoint counts on is checked too.
+        // The files that a checkpoint relies on are checked too.
         interrupted("rows");
         let rows = place.text("rows/generations.csv");
         place.write("rows/generations.csv", rows.replacen("\n3,", "\n33,", 1));
@@ -404,15 +404,15 @@ mod unix {
             .says(&["belongs to another experiment than config.toml"]);
     }
 
-    /// Whatever can't be written, for want of space: exit 6, and when there is space again the run goes on and ends
-    /// as if nothing had been.
+    /// If any file can't be written for lack of space: exit 6, and once there is space again the run resumes and ends
+    /// with the same results.
     #[test]
     fn a_full_disk_costs_nothing_but_time() {
         let place = Place::with("full", EXPERIMENT);
         place.good(&["run", "small.toml", "--seed", "1", "--out", "whole"]);
         let files = ["config.toml", "meta.json", "checkpoint-4", "checkpoint-28"];
         for file in files.into_iter().chain(RESULTS.into_iter().filter(|file| {
-            // These grow, and are not written at once.
+            // These are append-only, and not written at once.
             !["config.toml", "generations.csv", "individuals.npy"].contains(file)
         })) {
             let name = format!("run-{file}");
@@ -433,7 +433,7 @@ mod unix {
             });
             place.assert_same("whole", &name);
         }
-        // And when what grows can't.
+        // And if append-only files can't be written.
         for file in ["generations.csv", "individuals.npy"] {
             let name = format!("run-{file}");
             fs::create_dir(place.at(&name)).unwrap();

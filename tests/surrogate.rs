@@ -1,4 +1,4 @@
-//! The surrogate of a real Khepera: its sensors' moments, its differences one by one, and the same bits everywhere.
+//! The surrogate of a real Khepera: statistics of its sensors, each difference, and the same bits everywhere.
 
 use std::sync::Arc;
 
@@ -41,7 +41,7 @@ fn open(surrogate: Surrogate, start: [f32; 3]) -> World {
     .unwrap()
 }
 
-/// What one sensor reads of a wall, of 1023, head-on or at an angle.
+/// A sensor's reading of a wall, of 1023, head-on or at an angle.
 fn reading(surrogate: &Surrogate, sensor: usize, gap: f32, off_axis: f64) -> f32 {
     let bearing = surrogate.individual.sensors[sensor].bearing + off_axis;
     // The wall is in the direction 0; bearings are clockwise from the heading.
@@ -110,7 +110,7 @@ fn world(differences: Differences, controller: Controller, cycles: u32) -> World
     .unwrap()
 }
 
-/// Lives around a block that is sampled from eight points of view.
+/// Lives around a block that was sampled from eight points of view.
 fn beside_a_block(differences: Differences) -> World {
     let mut spec = WorldSpec {
         arena: Arena::miglino1995_block(),
@@ -150,7 +150,7 @@ fn scalar() -> Cpu {
     Cpu::new(Some(1)).unwrap().with_variant("scalarx1").unwrap()
 }
 
-/// Every lane code, the one that traps NaN, infinities and subnormals among them, and the first adapter.
+/// All lane codes agree, including the one that traps NaN, infinities and subnormals, and so does the first adapter.
 #[test]
 fn all_devices_agree_to_the_last_bit() {
     let worlds = [
@@ -177,8 +177,8 @@ fn all_devices_agree_to_the_last_bit() {
     }
 }
 
-/// Each difference alone changes what is read or where robots come to; without any, a robot's surroundings are nothing
-/// to it.
+/// Each difference alone changes what is read or where robots end up; without differences, a robot's surroundings don't
+/// matter.
 #[test]
 fn each_difference_shows() {
     let lives_in = |world| evaluated(&mut scalar(), &batch(world, 200));

@@ -1,4 +1,4 @@
-//! The arena of a swarm: what robots may not do, what they share, and the same bits everywhere.
+//! The arena of a swarm: limits of its robots, their interactions, and the same bits everywhere.
 
 use oneiro::batch::{Rollout, TraceRequest, Worlds};
 use oneiro::cpu::Cpu;
@@ -7,7 +7,7 @@ use oneiro::foraging::{Foraging, Light};
 use oneiro::random::Key;
 use oneiro::swarm::{Arena, Behaviour, Differences, Lamp, Line, Order, Seen, Simulated, Swarm, World};
 
-/// To the light with food, away from it without.
+/// Genes that seek the light with food and flee it without.
 const GOOD: [f32; 2] = [0.99, 0.0];
 
 fn worlds(count: usize, lamp: Lamp) -> Vec<World> {
@@ -71,7 +71,7 @@ fn watched(swarm: Swarm, worlds: &[World], orders: &[Vec<Order>], until: u32) ->
     arena.live(until, orders, 1).unwrap()
 }
 
-/// Every cycle of some worlds whose lamp is over the nest and whose robots have one controller.
+/// Every cycle of some worlds with the lamp over the nest and one controller for all robots.
 fn over_nest(swarm: Swarm, genes: [f32; 2], count: usize, until: u32) -> Vec<Vec<Line>> {
     let orders = always(genes, swarm.robots, count);
     watched(swarm, &worlds(count, Lamp::fixed(Light::OverNest)), &orders, until)
@@ -96,7 +96,7 @@ fn mean_and_error(sample: &[f64]) -> (f64, f64) {
     (mean, (variance / count).sqrt())
 }
 
-/// Robots that see nothing before them and drive into each other and the wall; others seldom touch anything.
+/// Robots that see nothing in front of them and drive into each other and the wall; others seldom touch anything.
 fn blind(robots: u32) -> Swarm {
     let swarm = Swarm::odowd2014(robots);
     let forager = Foraging {
@@ -106,8 +106,8 @@ fn blind(robots: u32) -> Swarm {
     Swarm { forager, ..swarm }
 }
 
-/// The farthest that wheels take a robot in a cycle: none forward faster than it cruises, noise and three standard
-/// deviations of both wheels on top, more than which no gain is off.
+/// Greatest distance that wheels move a robot in a cycle: no wheel is commanded faster than cruising, plus noise and
+/// three standard deviations of both wheels' gains, which are never exceeded.
 fn farthest_way(swarm: &Swarm) -> f32 {
     let forager = &swarm.forager;
     0.1 * forager.cruise * (1.0 + forager.wheel_noise) * (1.0 + 3.0 * swarm.differences.wheels)
@@ -126,7 +126,7 @@ fn no_robot_is_ever_outside_the_wall() {
                     .flat_map(|line| &line.robots)
                     .map(|robot| robot.x.hypot(robot.y))
                     .fold(0.0, f32::max);
-                // A few roundings of one number.
+                // Allows for a few roundings of one number.
                 assert!(farthest <= room * (1.0 + 4.0 * f32::EPSILON), "{genes:?}: {farthest}");
                 assert!(
                     !comes_to_it || farthest > room - 0.01,
@@ -137,7 +137,7 @@ fn no_robot_is_ever_outside_the_wall() {
     }
 }
 
-/// The greatest overlap of two bodies.
+/// Greatest overlap of two bodies.
 fn greatest_overlap(swarm: &Swarm, worlds: &[Vec<Line>]) -> f32 {
     let overlap = |robots: &[Seen]| {
         let pairs = robots
@@ -154,11 +154,11 @@ fn greatest_overlap(swarm: &Swarm, worlds: &[Vec<Line>]) -> f32 {
         .fold(0.0, f32::max)
 }
 
-/// Robots that see turn away before they touch, and two alone are put apart at once. Those that don't see press on:
-/// one in a queue before a wall gains 8.4 mm in a cycle and loses half of what the overlap before it is greater than
-/// that behind it, four times; so overlaps grow by 4.2 mm with each robot in the queue. Ten around one point at the
-/// wall stand at most five deep, with four overlaps. Sixty press the innermost from all sides; but even then no two
-/// come as close as a robot's way in a cycle, so that none can pass through another.
+/// Robots that see turn away before they touch, and a touching pair is separated at once. Robots that don't see press
+/// on: in a queue at a wall, each gains 8.4 mm per cycle and loses, four times, half of the amount by which the overlap
+/// in front of it exceeds the one behind it, so overlaps grow by 4.2 mm with each robot in the queue. Ten around one
+/// point at the wall stand at most five deep, with four overlaps. Sixty press the innermost from all sides, but even
+/// then no two come closer than a robot's travel per cycle, so none can pass through another.
 #[test]
 fn bodies_overlap_no_more_than_pushing_leaves() {
     for genes in CONTROLLERS {
@@ -172,13 +172,13 @@ fn bodies_overlap_no_more_than_pushing_leaves() {
         let many = greatest_overlap(&blind(60), &over_nest(blind(60), genes, 4, 600));
         assert!(many < 70.0 - farthest_way(&blind(60)), "{genes:?}: {many} mm");
     }
-    // Pushing is at work.
+    // Pushing is active.
     let pressed = greatest_overlap(&blind(60), &over_nest(blind(60), [0.99; 2], 4, 600));
     assert!(pressed > 5.0, "{pressed} mm");
 }
 
-/// A robot whose neighbours are out of reach goes where its wheels take it; one of two gives way besides by half of
-/// what they overlapped before and drove into each other since.
+/// A robot whose neighbours are out of reach goes where its wheels take it. One of two also gives way by half of their
+/// previous overlap and of what they have driven into each other since.
 #[test]
 fn no_robot_moves_farther_than_wheels_and_neighbours_take_it() {
     let swarm = blind(10);
@@ -187,7 +187,7 @@ fn no_robot_moves_farther_than_wheels_and_neighbours_take_it() {
     for lines in CONTROLLERS.map(|genes| over_nest(swarm, genes, 4, 600)).concat() {
         for pair in lines.windows(2) {
             let [before, after] = [&pair[0].robots, &pair[1].robots];
-            // No other comes from beyond, pushed or not.
+            // No robot comes from farther away, pushed or not.
             let reach = 70.0 + 6.0 * own;
             let neighbours = |robot: usize| -> Vec<usize> {
                 (0..before.len())
@@ -218,8 +218,8 @@ fn no_robot_moves_farther_than_wheels_and_neighbours_take_it() {
     );
 }
 
-/// Who may take which item, by where all are: each robot without food asks for the first item that it reaches, and the
-/// nearest that asks gets it. None if roundings decide.
+/// Which robot may take which item, by position: each robot without food requests the first item within its reach, and
+/// the nearest one that requests it gets it. `None` if rounding decides.
 fn expected_takers(before: &Line, after: &Line, radius: f32) -> Option<Vec<(usize, usize)>> {
     let mut claims: Vec<Vec<(f32, usize)>> = vec![Vec::new(); before.food.len()];
     for (index, robot) in after.robots.iter().enumerate() {
@@ -245,7 +245,7 @@ fn expected_takers(before: &Line, after: &Line, radius: f32) -> Option<Vec<(usiz
     Some(takers)
 }
 
-/// Forty robots, most of whose items two or more reach at once, whenever food appears among them.
+/// Forty robots, most of which compete with others for an item whenever food appears among them.
 #[test]
 fn of_two_robots_on_one_item_the_nearer_gets_it() {
     let ours = Swarm::odowd2014(40);
@@ -341,7 +341,7 @@ fn food_is_conserved() {
     }
 }
 
-/// Equation 1: food earns what is left of a robot's own interval, and each interval starts from nothing.
+/// Equation 1: food earns the time that remains of a robot's own interval, and each interval starts from zero.
 #[test]
 fn fitness_is_the_time_that_was_left() {
     let swarm = Swarm::odowd2014(10);
@@ -374,7 +374,7 @@ fn fitness_is_the_time_that_was_left() {
     assert!(in_time > 50 && late > 10, "{in_time} in time, {late} late");
 }
 
-/// Half of the robots come later; the others change their ways. Each does so in its cycle and not before.
+/// Half of the robots are switched on later; the others change their genes. Each does so exactly in its cycle.
 #[test]
 fn orders_take_effect_in_their_cycle() {
     let swarm = Swarm {
@@ -435,8 +435,8 @@ fn orders_take_effect_in_their_cycle() {
     assert!(seeks.iter().all(|&count| count > 0), "{seeks:?}");
 }
 
-/// In one stretch, in several, by another arena that goes on from the first one's state, and by an evaluator that stops
-/// every seven cycles.
+/// In one stretch, in several, by another arena that continues from the first one's state, and by an evaluator that
+/// stops every seven cycles.
 #[test]
 fn a_life_in_stretches_is_the_same_life() {
     let swarm = Swarm::odowd2014(10);
@@ -481,13 +481,13 @@ fn a_life_in_stretches_is_the_same_life() {
     assert!(together(vec![first, then]) == expected, "gone on from a state");
 }
 
-/// What stands between two robots.
+/// Obstruction between two robots.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Way {
     Free,
     Hidden,
     TooFar,
-    /// Roundings decide.
+    /// Rounding decides.
     Unclear,
 }
 
@@ -519,7 +519,7 @@ fn way(robots: &[Seen], listener: usize, talker: usize, range: f32) -> Way {
     found
 }
 
-/// A robot listens once a second: robot i when the cycle and i add up to tens.
+/// A robot listens once a second: robot i when the sum of the cycle and i is a multiple of ten.
 #[test]
 fn robots_hear_half_of_those_in_sight_and_nobody_else() {
     for (heard, line_of_sight) in [(0.5, true), (0.5, false), (1.0, true), (0.0, true)] {
@@ -560,7 +560,7 @@ fn robots_hear_half_of_those_in_sight_and_nobody_else() {
             }
         }
         assert!(in_sight > 5_000 && hidden > 200, "{in_sight} in sight, {hidden} not");
-        // Four standard deviations; none for what always or never happens.
+        // Four standard deviations; zero for what always or never happens.
         let is_likely = |count: u32, of: u32, chance: f64| {
             let [count, of] = [count, of].map(f64::from);
             (count - chance * of).abs() <= 4.0 * (of * chance * (1.0 - chance)).sqrt()
@@ -640,7 +640,7 @@ fn each_difference_changes_lives() {
     }
     assert!(lines(none, 2) == plain, "robots that are alike");
     assert!(lines(all, 2) != lines(all, 1), "robots that are not");
-    // Wheels that obey a cycle late do nothing in the first.
+    // Wheels that obey a cycle late do nothing in the first one.
     let late = lines(Differences { latency: true, ..none }, 1);
     let moved = |worlds: &[Vec<Line>], cycle: usize| {
         let pairs = worlds
@@ -683,8 +683,8 @@ fn each_difference_changes_lives() {
     assert!(moved(&late, 2) > 1.0);
 }
 
-/// Food that one robot brings in a minute, in the arena without differences and on board. Their walls differ: the arena's
-/// lets a robot slide, the other stops it. The margin, 10 %, was fixed before either was looked at.
+/// Food that one robot collects in a minute, in the arena without differences and on board. Their walls differ: the
+/// arena's lets a robot slide, the other stops it. The margin, 10 %, was fixed before looking at either.
 #[test]
 fn one_robot_alone_forages_as_on_board() {
     const LIVES: usize = 4_096;
@@ -720,7 +720,7 @@ fn one_robot_alone_forages_as_on_board() {
             let batch = worlds.batch(&rollouts, Some(TraceRequest { every: 1 })).unwrap();
             let outcome = Cpu::new(None).unwrap().evaluate(&batch, &Control::new()).unwrap();
             let brought = |cycles: &Vec<oneiro::batch::Record>| {
-                // The last cycle's deposit would show in a cycle after it, which is not in either's minute.
+                // The last cycle's deposit would show one cycle later, which is in neither minute.
                 cycles
                     .windows(2)
                     .filter(|pair| pair[0].carries > pair[1].carries)
@@ -743,7 +743,7 @@ fn one_robot_alone_forages_as_on_board() {
     }
 }
 
-/// Food that ten robots bring, under a light over the nest, per robot-minute and world.
+/// Food that ten robots collect with the light over the nest, per robot-minute and world.
 fn rates(genes: [f32; 2], minutes: u32, count: usize) -> Vec<f64> {
     let swarm = Swarm::odowd2014(10);
     let lines = lived(
@@ -763,8 +763,8 @@ fn rates(genes: [f32; 2], minutes: u32, count: usize) -> Vec<f64> {
         .collect()
 }
 
-/// The sanity of the arena, and no more. Seeking the nest's light with food helps for good; fleeing it besides without
-/// food helps a robot that starts anywhere through its first minute, before it is in the dark for good.
+/// A sanity check of the arena, and no more. Seeking the nest's light with food helps permanently. Fleeing it without
+/// food also helps a robot that starts anywhere in its first minute, until it stays in the dark.
 #[test]
 fn light_over_the_nest_helps() {
     let mean = |genes, minutes| mean_and_error(&rates(genes, minutes, 64));
@@ -817,11 +817,11 @@ fn what_is_not_allowed_is_refused_by_name() {
         assert!(invalid.problem.contains("; allowed"), "{invalid}");
     }
     assert!(Worlds::new::<Swarm>(&[]).is_err());
-    // The most that are allowed.
+    // The greatest number allowed.
     assert!(Worlds::new(&[with(|swarm| swarm.robots = 128)]).is_ok());
 }
 
-/// Food never appears just where other food already lies.
+/// Food never appears exactly where other food lies.
 #[test]
 fn no_two_items_lie_at_one_place() {
     let swarm = Swarm {
@@ -840,7 +840,7 @@ fn no_two_items_lie_at_one_place() {
     assert!(taken_at_once > 50, "{taken_at_once} taken in the first cycle");
 }
 
-/// Worlds of different sizes in one batch live as they do alone.
+/// Worlds of different sizes in one batch have the same lives as alone.
 #[test]
 fn worlds_live_the_same_in_any_company() {
     let sizes = [1, 10, 40];

@@ -1,5 +1,5 @@
-//! Experiments with a swarm, by the program itself: what is recorded is what any device computes, and what can't be is
-//! refused by its key.
+//! Experiments with a swarm through the program: records are the same on every device, and invalid values are refused
+//! by key.
 
 use std::fs;
 use std::path::Path;
@@ -42,7 +42,7 @@ fn each_case_is_an_experiment() {
         assert_eq!(place.text(format!("{case}/food.csv")).lines().count(), 1 + 240);
     }
     place.good(&["list", "."]);
-    // The same seed elsewhere gives the same bytes; another gives others.
+    // The same seed elsewhere gives the same bytes; another seed gives different ones.
     let file = experiment("over");
     let again = |seed, out| {
         let short = ["--set", "swarm.minutes=4", "--set", "swarm.light_moves_minute=2"];
@@ -77,7 +77,7 @@ fn runs_that_were_stopped_are_done_again_and_changed_ones_are_found_out() {
         "runs",
     ];
     place.good(&[&["run", &file][..], &short].concat());
-    // As a process leaves it that is killed while it runs.
+    // The state that a killed process leaves.
     for name in ["DONE", "intervals.csv", "food.csv"] {
         fs::remove_file(place.at(format!("runs/seed-2/{name}"))).unwrap();
     }
@@ -100,7 +100,7 @@ fn runs_that_were_stopped_are_done_again_and_changed_ones_are_found_out() {
         .says(&["intervals.csv is not what this device computes"]);
 }
 
-/// A killed swarm continues from its last checkpoint, and ends as if nothing had been.
+/// A killed swarm continues from its last checkpoint and ends with the same results.
 #[test]
 fn a_killed_swarm_continues_from_its_checkpoint() {
     let place = Place::new("killed");

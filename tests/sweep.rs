@@ -1,5 +1,5 @@
-//! Sweeps by the program itself: the same bytes however they are done and whatever happens meanwhile, and clear words for
-//! what can't be done.
+//! Sweeps through the program: the same bytes however they are done and whatever interrupts them, and clear messages
+//! for what can't be done.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -59,7 +59,7 @@ const SWEEP: &str = r#"
     evolution.population = [20, 40]
 "#;
 
-/// Eight runs that take equally long, one processor a second or two for all with three hundred generations.
+/// Eight equally long runs; with three hundred generations, one processor takes a second or two for all.
 fn long(generations: u32) -> String {
     format!(
         r#"
@@ -76,10 +76,10 @@ fn long(generations: u32) -> String {
 }
 const LONG_RUNS: u64 = 8;
 
-/// A sweep's tables.
+/// Tables of a sweep.
 const TABLES: [&str; 2] = ["results.csv", "generations.csv"];
 
-/// What a command's directory has: each file's path in it, and its content.
+/// Contents of a directory: each file's path in it, and its bytes.
 type Files = BTreeMap<PathBuf, Vec<u8>>;
 
 fn files(directory: &Path) -> Files {
@@ -107,12 +107,12 @@ fn copy(from: &Path, to: &Path) {
     }
 }
 
-/// A shard's journal in a sweep's directory.
+/// A file of a shard's journal in a sweep's directory.
 fn journal(out: &str, file: &str) -> PathBuf {
     Path::new(out).join("shard-1-of-1").join(file)
 }
 
-/// The command that does a sweep.
+/// Command that does a sweep.
 fn sweep<'a>(out: &'a str, more: &[&'a str]) -> Vec<&'a str> {
     let run = ["sweep", "run", "sweep.toml", "--out", out, "--json"];
     let cpu = ["--backend", "cpu"];
@@ -126,7 +126,7 @@ fn hash(output: &str) -> String {
 }
 
 impl Place {
-    /// With an experiment and a sweep of it.
+    /// A place with an experiment and a sweep of it.
     fn with(name: &str, sweep: &str) -> Self {
         let place = Self::new(name);
         place.write("small.toml", EXPERIMENT);
@@ -134,7 +134,7 @@ impl Place {
         place
     }
 
-    /// Does a sweep to its end; the hash of its tables.
+    /// Does a sweep to its end, and returns the hash of its tables.
     #[track_caller]
     fn swept(&self, out: &str, more: &[&str]) -> String {
         hash(&self.good(&sweep(out, more)))
@@ -148,14 +148,14 @@ impl Place {
             .unwrap()
     }
 
-    /// The data of a command that has to go well.
+    /// JSON output of a command that must succeed.
     #[track_caller]
     fn data(&self, arguments: &[&str]) -> Value {
         let output = self.good(&[arguments, &["--json"]].concat());
         serde_json::from_str(&output).unwrap()
     }
 
-    /// How many runs a sweep has done.
+    /// Number of runs that a sweep has done.
     fn done(&self, out: &str) -> u64 {
         if self.at(out).join("sweep.json").exists() {
             self.data(&["sweep", "status", out])["done"].as_u64().unwrap()
@@ -172,7 +172,7 @@ impl Place {
         }
     }
 
-    /// The rows of a table: the first is its head.
+    /// Rows of a table, with its header first.
     fn rows(&self, table: impl AsRef<Path>) -> Vec<Vec<String>> {
         let text = self.text(table);
         let mut reader = csv::ReaderBuilder::new()
@@ -184,14 +184,14 @@ impl Place {
             .collect()
     }
 
-    /// A column of a table, by its name.
+    /// A column of a table, by name.
     fn column(&self, table: impl AsRef<Path>, name: &str) -> Vec<String> {
         let rows = self.rows(table);
         let column = rows[0].iter().position(|head| head == name).unwrap();
         rows[1..].iter().map(|row| row[column].clone()).collect()
     }
 
-    /// A shard's checkpoints, the newest first.
+    /// Checkpoints of a shard, newest first.
     fn checkpoints(&self, out: &str) -> Vec<PathBuf> {
         let Ok(entries) = fs::read_dir(self.at(journal(out, ""))) else {
             return Vec::new();
@@ -208,7 +208,7 @@ impl Place {
 }
 
 impl Place {
-    /// A stopped sweep goes on from its newest checkpoint without a warning, and ends as the one in `known`.
+    /// A stopped sweep resumes from its newest checkpoint without a warning, and ends like the one in `known`.
     fn assert_goes_on(&self, out: &str, more: &[&str]) {
         let newest = self.checkpoints(out).remove(0);
         let name = newest.file_name().unwrap();
@@ -230,8 +230,8 @@ impl Place {
         self.assert_same("known", out);
     }
 
-    /// Changes the first line of a run's generations in a checkpoint, and the checkpoint's hash with it: only who goes on
-    /// from there can have this line. None where no generation has lived yet.
+    /// Changes the first line of a run's generations in a checkpoint, and the checkpoint's hash with it: the line can
+    /// only reach the results from this checkpoint. `None` if no generation has finished yet.
     fn forge(&self, checkpoint: &Path, known: &str) -> Option<String> {
         let bytes = self.read(checkpoint);
         let (content, hash) = bytes.split_last_chunk::<32>().unwrap();
@@ -245,7 +245,7 @@ impl Place {
             let at = content.windows(line.len()).position(|here| here == line.as_bytes())?;
             Some((at, line))
         })?;
-        // The last digit of the best's bits.
+        // The last digit of the best score's bits.
         let last = line.len() - 2;
         let other = if line.as_bytes()[last] == b'0' { "1" } else { "0" };
         let line = format!("{}{other}\n", &line[..last]);
@@ -257,23 +257,23 @@ impl Place {
     }
 }
 
-/// What became of processes that were killed.
+/// Outcome of repeated kills.
 #[derive(Debug, Default)]
 struct Killed {
-    /// Those that had ended by themselves.
+    /// Processes that finished before they were killed.
     misses: u32,
-    /// Those that found runs done.
+    /// Processes that resumed runs.
     resumed: u32,
-    /// Runs that were done in all.
+    /// Total runs done.
     runs: u64,
 }
 
 impl Place {
-    /// Kills a sweep in `killed` again and again, at moments up to the longest. When it is done it has to be as the one
-    /// that is known, and begins anew.
+    /// Kills a sweep in `killed` again and again, at moments up to the longest. Whenever it finishes, it must equal the
+    /// known one, and starts over.
     fn killed(&self, arguments: &[&str], kills: u32, longest: Duration, known: &str) -> Killed {
         let mut killed = Killed::default();
-        // Steps of the golden section meet all parts of an interval.
+        // Multiples of the golden section cover all parts of an interval evenly.
         let mut moments = std::iter::successors(Some(0.0), |moment| Some((moment + 0.618_034) % 1.0));
         let mut left = kills;
         while left > 0 {
@@ -299,12 +299,12 @@ impl Place {
     }
 }
 
-/// Whether there is time for more than a few seconds: in `tests/long.sh`.
+/// Whether more than a few seconds are available: in `tests/long.sh`.
 fn is_long() -> bool {
     std::env::var_os("ONEIRO_LONG").is_some()
 }
 
-/// Waits until something is so.
+/// Waits until a condition holds.
 fn wait_for(mut is_so: impl FnMut() -> bool) {
     let begun = Instant::now();
     while !is_so() {
@@ -313,7 +313,7 @@ fn wait_for(mut is_so: impl FnMut() -> bool) {
     }
 }
 
-/// What became of a process that was started with pipes.
+/// Outcome of a process that was started with pipes.
 fn ended(arguments: &[&str], child: Child) -> Ran {
     Ran::new(arguments, &child.wait_with_output().unwrap())
 }

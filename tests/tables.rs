@@ -1,4 +1,4 @@
-//! Sampled tables: import, export, and what is refused.
+//! Sampled tables: import, export, and refusals.
 
 use std::path::{Path, PathBuf};
 
@@ -7,7 +7,7 @@ use oneiro::tables::{MotorSamples, MotorStates, MotorTable, SENSORS, SensorTable
 mod skips;
 use skips::skipped;
 
-/// An empty folder of one test's own.
+/// An empty folder for one test.
 fn scratch(test: &str) -> PathBuf {
     let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("tables").join(test);
     let _ = std::fs::remove_dir_all(&folder);
@@ -21,7 +21,7 @@ fn written(folder: &Path, name: &str, text: &str) -> PathBuf {
     path
 }
 
-/// Recordings of a real Khepera, where this machine has them; they are not part of this project.
+/// Recordings of a real Khepera, if this machine has them; they aren't part of this project.
 fn recordings() -> Option<PathBuf> {
     let beside = Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared/data/khepera");
     let folder = std::env::var_os("ONEIRO_RECORDINGS").map_or(beside, PathBuf::from);
@@ -60,7 +60,7 @@ fn recordings_survive_a_round_trip() {
     for (class, rows, warnings) in [("wall", 20, 0), ("round", 20, 0), ("small", 20, 0), ("light", 26, 1)] {
         let import = SensorTable::read(recordings.join(class).with_extension("sam")).unwrap();
         assert_eq!((import.table.rows, import.table.bearings), (rows, 180), "{class}");
-        // One row of the light's recording bears the number of another.
+        // One row of the light's recording has another row's number.
         assert_eq!(import.warnings.len(), warnings, "{class}: {:?}", import.warnings);
         round_trip(&import.table, &folder);
     }
@@ -86,7 +86,7 @@ fn built_in_motors_are_a_khepera() {
     let table = MotorTable::khepera(MotorStates::Symmetric20);
     assert_eq!((table.states, table.cells.len()), (20, 400));
     let cell = |left: usize, right: usize| table.cells[left * 20 + right];
-    // Straight on at full speed: 8.2 mm in 100 ms. State 19 is the speed 10, state 10 the speed 1.
+    // Straight ahead at full speed: 8.2 mm in 100 ms. State 19 is the speed 10, state 10 the speed 1.
     assert!((cell(19, 19).displacement - 8.2).abs() < 1e-5);
     assert_eq!(
         (cell(19, 19).turn, cell(19, 19).left, cell(19, 19).right),
@@ -188,7 +188,7 @@ fn points_of_view_survive_a_round_trip() {
         assert_eq!((import.table, import.warnings.len()), (table.clone(), 0), "{name}");
         std::fs::remove_file(path).unwrap();
     }
-    // A row is missing in the last view, or there is no such number of views.
+    // The last view lacks a row, or the number of views is wrong.
     let text = table.text();
     let short = text.replace("TURN 59\n", "END\n");
     let error = SensorTable::read(written(&folder, "short.sam", &short)).unwrap_err();
@@ -223,7 +223,7 @@ fn no_file_is_overwritten() {
     assert_eq!(std::fs::read_to_string(&path).unwrap(), "mine");
 }
 
-/// A small table's text with one thing replaced.
+/// Text of a small table with one replacement.
 fn broken(from: &str, to: &str) -> String {
     let row = |row: u32| {
         let bearing = |bearing: u32| format!("{row} {bearing} 2 3 4 5 6 7 \r\n");

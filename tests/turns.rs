@@ -1,5 +1,5 @@
-//! Software drivers leave loops silently after so many turns, and dispatches are cut accordingly: no kernel's loops may
-//! turn oftener than its compiler says. An interpreter counts them in real worlds.
+//! Software drivers leave loops silently after a total number of iterations, and dispatches are cut accordingly: no
+//! kernel's loops may iterate more often than its compiler says. An interpreter counts them in real worlds.
 
 use oneiro::batch::{Batch, LANES, Rollout, WorldKind, Worlds};
 use oneiro::foraging::{Foraging, Light};
@@ -19,7 +19,7 @@ fn tree(kernel: &Kernel) -> Trees {
     trees(&[part]).expect("it was compiled before")
 }
 
-/// The greatest number of turns among a batch's rollouts in each of its first cycles.
+/// Greatest number of iterations among a batch's rollouts in each of its first cycles.
 fn counted(batch: &Batch, cycles: u32) -> Vec<u64> {
     let trees = tree(batch.kernel());
     let part = batch.all();
@@ -68,7 +68,7 @@ fn counted(batch: &Batch, cycles: u32) -> Vec<u64> {
     (0..cycles).map(cycle).collect()
 }
 
-/// Counts loops in a few rollouts in each world.
+/// Counts iterations in a few rollouts in each world.
 fn hold<W: WorldKind>(name: &str, worlds: &[W], genes: impl Fn(usize, usize) -> Vec<f32>) {
     for (index, world) in worlds.iter().enumerate() {
         let genomes: Vec<Vec<f32>> = (0..2).map(|rollout| genes(rollout, world.genes())).collect();
@@ -96,7 +96,7 @@ fn hold<W: WorldKind>(name: &str, worlds: &[W], genes: impl Fn(usize, usize) -> 
             "{name} {index}: {} in the first cycle",
             counted[0]
         );
-        // The last look of the loop over cycles counts with the begin.
+        // The last check of the loop over cycles counts as part of the beginning.
         assert!(most <= cycle + 1, "{name} {index}: {most} in a cycle");
         // Every loop that always runs is counted.
         assert!(most > 1, "{name} {index}");

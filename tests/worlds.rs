@@ -1,4 +1,4 @@
-//! What a world may be made of.
+//! Validation of worlds.
 
 use std::sync::Arc;
 
@@ -33,13 +33,13 @@ fn block_table() -> SensorTable {
     table
 }
 
-/// The arena with the block, and a table for it.
+/// Puts the robot into the arena with the block, with a table for it.
 fn with_block(spec: &mut WorldSpec) {
     spec.arena = Arena::miglino1995_block();
     spec.robot.sensors = sensors(|sensors| sensors.classes.push(block_table()));
 }
 
-/// A weight of a sensor is a gene that says so: without it, the sensor does not move the output.
+/// Gene names are right: without the weight of a named sensor, that sensor doesn't move the named output.
 #[test]
 fn genes_have_names() {
     let controllers = [
@@ -73,7 +73,7 @@ fn genes_have_names() {
 fn a_block_is_solid_to_its_corners() {
     let mut spec = spec();
     with_block(&mut spec);
-    // A centre is free in 545 x 295 mm, less two discs of 55 mm radius and what is within 27.5 mm of the block.
+    // A centre is free in 545 x 295 mm, less two discs of 55 mm radius and the points within 27.5 mm of the block.
     let discs = std::f32::consts::PI * (2.0 * 55.0 * 55.0 + 27.5 * 27.5);
     let block = 110.0 * 55.0 + 2.0 * 27.5 * (110.0 + 55.0);
     let free = (545.0 * 295.0 - discs - block) / (600.0 * 350.0);

@@ -1,4 +1,4 @@
-//! What benchmarks share: random lives, and the lane codes that take turns at living them.
+//! Shared by the benchmarks: random lives, and the lane codes that take turns.
 
 use std::time::Instant;
 
@@ -7,12 +7,12 @@ use oneiro::cpu::Cpu;
 use oneiro::evaluator::{Control, Evaluator};
 use oneiro::random::{Key, pcg4d};
 
-/// A random number as a weight from -5 to 5.
+/// Converts a random number to a weight from -5 to 5.
 pub(crate) fn weight(word: u32) -> f32 {
     (word >> 8) as f32 / 1_677_721.6 - 5.0
 }
 
-/// Random controllers; `gene` makes a gene of a random number.
+/// Random genomes; `gene` converts a random number to a gene.
 pub(crate) fn genomes(count: usize, genes: u32, gene: impl Fn(u32) -> f32) -> Vec<Vec<f32>> {
     let drawn = |genome: usize, index| gene(pcg4d([genome as u32, index, 0, 0])[0]);
     (0..count)
@@ -20,7 +20,7 @@ pub(crate) fn genomes(count: usize, genes: u32, gene: impl Fn(u32) -> f32) -> Ve
         .collect()
 }
 
-/// The key of a genome's life.
+/// Key of a genome's life.
 pub(crate) fn key(genome: usize) -> Key {
     Key::rollout(1, 0, genome as u64, 0)
 }
@@ -36,16 +36,16 @@ pub(crate) fn batch(worlds: &Worlds, genomes: &[Vec<f32>]) -> Batch {
     worlds.batch(&rollouts, None).expect("a valid batch")
 }
 
-/// A lane code on some threads.
+/// A lane code on a number of threads.
 pub(crate) struct Subject {
     name: String,
     cpu: Cpu,
-    /// Steps per second of each turn.
+    /// Steps per second in each turn.
     rates: Vec<f64>,
 }
 
 impl Subject {
-    /// Each lane code that is there for its speed, on each of these numbers of threads.
+    /// Each lane code meant for speed, on each of these numbers of threads.
     pub(crate) fn all(threads: &[usize]) -> Vec<Self> {
         let mut subjects = Vec::new();
         for variant in Cpu::variants() {
@@ -70,7 +70,7 @@ impl Subject {
         self.rates.push(batch.steps() as f64 / start.elapsed().as_secs_f64());
     }
 
-    /// Its name and the median of its turns, in steps per second.
+    /// Name and median of its turns, in steps per second.
     pub(crate) fn result(mut self) -> (String, f64) {
         (self.name, median(&mut self.rates))
     }

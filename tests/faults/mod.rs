@@ -1,4 +1,4 @@
-//! A disk that fails: a small library, preloaded into the program, makes its calls to the disk go wrong.
+//! A failing disk: a small library, preloaded into the program, makes its calls to the disk fail.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -6,23 +6,23 @@ use std::process::Command;
 
 use super::place::Place;
 
-/// How a call goes wrong.
+/// Ways for a call to fail.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Fault {
-    /// It fails, and says that the disk is broken.
+    /// Fails with an I/O error.
     Broken,
-    /// It fails, and says that the disk is full.
+    /// Fails because the disk is full.
     Full,
-    /// A write takes half of its bytes, and the next one finds the disk full.
+    /// A write takes half of its bytes, and the next one fails because the disk is full.
     Short,
-    /// The process is killed in its place.
+    /// Kills the process instead.
     Kill,
 }
 
-/// A call that went wrong.
+/// A call that failed.
 #[derive(Clone, Debug)]
 pub(crate) struct Failed {
-    /// Such as `rename`.
+    /// Name of the call, such as `rename`.
     pub(crate) call: String,
     pub(crate) path: PathBuf,
 }
@@ -35,7 +35,7 @@ pub(crate) struct Faults {
 }
 
 impl Faults {
-    /// Builds it with the linker that Rust needs, too.
+    /// Builds the library with the linker that Rust needs, too.
     pub(crate) fn below(place: &Place, directory: &Path) -> Self {
         let source = Path::new(env!("CARGO_MANIFEST_DIR")).join("../tests/faults/faults.c");
         let preloaded = place.at("faults.so");
@@ -53,7 +53,7 @@ impl Faults {
         }
     }
 
-    /// Has the call of that number, from 1 on, go wrong.
+    /// Makes the call with that number, from 1 on, fail.
     pub(crate) fn at(&self, mut command: Command, number: u32, fault: Fault) -> Command {
         let kind = match fault {
             Fault::Broken => "EIO",
@@ -67,13 +67,13 @@ impl Faults {
         command
     }
 
-    /// Has no call go wrong; only the disk is not waited for.
+    /// Makes no call fail, but skips waiting for the disk.
     pub(crate) fn none(&self, mut command: Command) -> Command {
         self.load(&mut command);
         command
     }
 
-    /// A disk that has room for so many bytes.
+    /// Simulates a disk with room for `bytes` bytes.
     pub(crate) fn space(&self, mut command: Command, bytes: u64) -> Command {
         self.load(&mut command).env("FAULTS_SPACE", bytes.to_string());
         command
@@ -87,7 +87,7 @@ impl Faults {
             .env("FAULTS_REPORT", &self.report)
     }
 
-    /// The last command's call that went wrong, if there were so many.
+    /// The call that failed in the last command, if it made enough calls.
     pub(crate) fn failed(&self) -> Option<Failed> {
         let report = fs::read_to_string(&self.report).ok()?;
         let (call, path) = report.split_once(' ')?;

@@ -1,4 +1,4 @@
-//! Worlds that differ by one choice each, for tests that hold lives against a witness or against what is pinned.
+//! Worlds that each differ in one choice, for tests that compare lives with a witness or with pinned results.
 
 use std::sync::Arc;
 
@@ -85,7 +85,7 @@ pub(crate) fn specs() -> Vec<(String, WorldSpec)> {
     specs
 }
 
-/// What collisions do besides undoing moves.
+/// Effects of collisions other than undoing moves.
 pub(crate) fn collisions() -> Vec<(String, WorldSpec)> {
     let with = |name: &str, collision, change: &dyn Fn(&mut WorldSpec)| {
         let mut spec = WorldSpec::miglino1995();

@@ -1,4 +1,4 @@
-//! Lives with all there is in them, for tests that hold devices against each other.
+//! Varied lives, for tests that compare devices.
 
 use oneiro::batch::{Batch, Rollout, TraceRequest};
 use oneiro::random::{Key, pcg4d};
@@ -19,7 +19,7 @@ pub(crate) fn world(cycles: u32, change: impl Fn(&mut WorldSpec)) -> World {
     World::new(spec).unwrap()
 }
 
-/// The noises; and a chosen start, for a life of another length.
+/// All kinds of noise; and a chosen start, for a life of another length.
 pub(crate) fn worlds(controller: Controller, cycles: u32, short: u32) -> Vec<World> {
     let noise = |noise| world(cycles, |spec| (spec.noise, spec.controller) = (noise, controller));
     vec![
@@ -40,18 +40,18 @@ pub(crate) fn worlds(controller: Controller, cycles: u32, short: u32) -> Vec<Wor
     ]
 }
 
-/// Genes from -5 to 5, each its own.
+/// Distinct genes from -5 to 5.
 fn genes(individual: usize, count: usize) -> Vec<f32> {
     let gene = |gene| pcg4d([individual as u32, gene, 0, 0])[3] as f32 / 2.0_f32.powi(32) * 10.0 - 5.0;
     (0..count as u32).map(gene).collect()
 }
 
-/// Rollouts that take turns in all worlds, traced `every` so many cycles.
+/// Rollouts that take turns in all worlds, with a record every `every` cycles.
 pub(crate) fn batch(worlds: &[World], rollouts: usize, every: Option<u32>) -> Batch {
     batch_with(worlds, rollouts, every, |_, _| {})
 }
 
-/// The same; `change` has the last word on each rollout's genes.
+/// The same; `change` may modify each rollout's genes.
 pub(crate) fn batch_with(
     worlds: &[World],
     rollouts: usize,

@@ -1,4 +1,4 @@
-//! For each kernel worlds that together reach every branch of it, and rollouts in them.
+//! For each kernel, worlds that together reach every branch of it, and rollouts in them.
 
 use std::sync::Arc;
 
@@ -13,16 +13,16 @@ use oneiro::world::{Activation, Controller, Difference, Noise, Speed, Start, Tas
 
 use super::choices::{beside_a_block, collisions, specs, task};
 
-/// One world and what lives in it.
+/// A world and the rollouts in it.
 pub(crate) struct Subject {
     pub(crate) name: String,
     pub(crate) worlds: Worlds,
-    /// The genes of each rollout.
+    /// Genes of each rollout.
     pub(crate) genomes: Vec<Vec<f32>>,
 }
 
 impl Subject {
-    /// Whole lives, traced each so many cycles.
+    /// Whole lives, with a record every `every` cycles.
     pub(crate) fn batch(&self, every: u32) -> Batch {
         let rollouts: Vec<_> = (0..)
             .zip(&self.genomes)
@@ -37,7 +37,7 @@ impl Subject {
     }
 }
 
-/// The worlds of a kernel of the catalogue, by its name; none of one that simulates nothing.
+/// Worlds of a kernel of the catalogue, by its name; empty if it simulates nothing.
 pub(crate) fn of_kernel(name: &str) -> Vec<Subject> {
     let controllers: &[Controller] = match name.rsplit('_').next() {
         Some("perceptron") => &[Controller::Perceptron],
@@ -54,7 +54,7 @@ pub(crate) fn of_kernel(name: &str) -> Vec<Subject> {
     }
 }
 
-/// For kernels of each kind a world with all noises in which lives are long, by the kernel's name.
+/// For each kind of kernel, a world with all noises whose lives are long, by the kernel's name.
 pub(crate) fn long() -> Vec<(&'static str, Subject)> {
     let spec = |surrogate| WorldSpec {
         cycles: 100_000,
@@ -96,7 +96,7 @@ pub(crate) fn long() -> Vec<(&'static str, Subject)> {
     ]
 }
 
-/// Genes from -`size` to `size`, each its own. They are the same in all worlds, so that what differs comes of worlds.
+/// Distinct genes from -`size` to `size`, the same in all worlds, so that differences come from the worlds.
 fn genes(rollout: u32, count: usize, size: f32) -> Vec<f32> {
     let gene = |gene| {
         let [word, ..] = pcg4d([rollout, gene, 0, 0x676f_6c64]);
@@ -105,7 +105,7 @@ fn genes(rollout: u32, count: usize, size: f32) -> Vec<f32> {
     (0..count as u32).map(gene).collect()
 }
 
-/// Worlds of lives, controllers taking turns in them; the first world is lived in with each controller.
+/// Worlds with controllers that take turns in them; the first world has each controller.
 fn subjects(specs: Vec<(String, WorldSpec)>, controllers: &[Controller], rollouts: u32) -> Vec<Subject> {
     let again = specs[0].clone();
     let all = controllers.iter().skip(1).map(|_| again.clone()).chain(specs);
@@ -117,7 +117,7 @@ fn subjects(specs: Vec<(String, WorldSpec)>, controllers: &[Controller], rollout
                 Controller::Hidden { units } => format!("{name}, {units} hidden"),
                 _ => name,
             };
-            // Small and large genes; those of the last are as small and as large as they may be.
+            // Small and large genes; the last rollout's are the smallest and largest allowed.
             let count = world.genes();
             let sizes = [5.0, 1.0, 20.0].into_iter().cycle();
             let genomes = (1..rollouts)
@@ -132,7 +132,7 @@ fn subjects(specs: Vec<(String, WorldSpec)>, controllers: &[Controller], rollout
         .collect()
 }
 
-/// The least and the greatest genes that are allowed, and those that count as 0, among others.
+/// The smallest and greatest allowed genes, and those that count as 0, among others.
 fn extreme(count: usize) -> Vec<f32> {
     let ends = [LEAST_GENE, 1e-30, 0.0, GREATEST_GENE];
     let mut genes = genes(0, count, 2.0);
@@ -142,7 +142,7 @@ fn extreme(count: usize) -> Vec<f32> {
     genes
 }
 
-/// A row of round obstacles along each wall, more than 32 objects in all.
+/// A row of round obstacles along each wall, more than 32 objects in total.
 fn crowded(spec: &mut WorldSpec) {
     let row = |y: f32| (0..16).map(move |column| (60.0 + 32.0 * column as f32, y));
     spec.arena = Arena::rectangle(600.0, 350.0)
@@ -191,7 +191,7 @@ fn lives(controllers: &[Controller]) -> Vec<Subject> {
         spec.robot.motors = MotorTable::khepera(MotorStates::Evorobot21);
     });
     for (name, chosen) in tasks() {
-        // Two are there by other names.
+        // Two exist under other names.
         if ![Task::AVOIDANCE, perceived].contains(&chosen) {
             with(&name, &|spec| {
                 spec.noise.sensor = (0.0, 0.4);
@@ -202,7 +202,7 @@ fn lives(controllers: &[Controller]) -> Vec<Subject> {
     with("new cells of all words", &|spec| {
         spec.arena = Arena::rectangle(800.0, 400.0);
         spec.task = Task::AVOIDANCE.with_new_cell(1.0);
-        // Fast and straight, so that many cells are entered.
+        // Fast and straight, to enter many cells.
         spec.cycles = 500;
         spec.noise = noisy;
     });
@@ -213,7 +213,7 @@ fn lives(controllers: &[Controller]) -> Vec<Subject> {
     subjects(all, controllers, 6)
 }
 
-/// Every choice of terms.
+/// Every combination of terms.
 fn tasks() -> Vec<(String, Task)> {
     let mut tasks = Vec::new();
     for speed in [Speed::Unsigned, Speed::Signed] {
@@ -264,7 +264,7 @@ fn surrogates(controllers: &[Controller]) -> Vec<Subject> {
         };
     });
     for (name, chosen) in tasks() {
-        // A surrogate perceives what is real.
+        // A surrogate perceives the real activation.
         let Task::Avoidance { activation, .. } = chosen;
         if activation != Activation::Perceived && chosen != Task::AVOIDANCE {
             with(name, Differences::all(1.0), &|spec| spec.task = chosen);
@@ -273,7 +273,7 @@ fn surrogates(controllers: &[Controller]) -> Vec<Subject> {
     subjects(all, controllers, 4)
 }
 
-/// Two genes in hundredths: of each third for a robot with food, and of each for one without.
+/// Two genes in hundredths, from each third for a robot with food and for one without.
 fn thirds(rollout: u32) -> [f32; 2] {
     [rollout % 3, rollout / 3 % 3].map(|third| [0.0, 0.5, 0.99][third as usize])
 }
@@ -334,7 +334,7 @@ fn foragers() -> Vec<Subject> {
         .collect()
 }
 
-/// Worlds of robots that meet: ten as the 2014 study has them, with each difference alone, and crowds.
+/// Worlds with several robots: ten as in the 2014 study, with each difference alone, and large swarms.
 fn swarms() -> Vec<Subject> {
     const ALL: swarm::Differences = swarm::Differences::ODOWD2014;
     const NONE: swarm::Differences = swarm::Differences::NONE;
@@ -430,7 +430,7 @@ fn swarms() -> Vec<Subject> {
         ("one robot", Swarm { robots: 1, ..ten }, 200),
         ("a blind crowd", blind(50, NONE), 200),
         ("a crowd", Swarm { robots: 50, ..ten }, 100),
-        // No software driver takes as many: their loops are bounded.
+        // No software driver accepts so many: it limits loops.
         ("as many as there can be", blind(128, ALL), 20),
     ];
     all.into_iter()
@@ -445,7 +445,7 @@ fn swarms() -> Vec<Subject> {
         .collect()
 }
 
-/// A world's lamp, which may move, and its robots' orders: some are switched on on the way, most get other genes.
+/// A world's lamp, which may move, and its robots' orders: some are switched on later, most get other genes.
 fn orders(swarm: &Swarm, rollout: u32, cycles: u32) -> Vec<f32> {
     let lights = [Light::OverNest, Light::Nowhere, Light::OppositeNest];
     let lamp = Lamp {

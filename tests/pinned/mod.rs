@@ -1,8 +1,8 @@
-//! Results that are kept in files, called goldens: a test computes them again and fails where they differ.
+//! Results kept in files, called goldens: a test computes them again and fails if they differ.
 //!
-//! A mismatch prints the old and the new rows, and writes what was found beside the file, as `FILE.new`. To accept it,
-//! run the same test again with `ONEIRO_ACCEPT="reason"`: if it finds what `FILE.new` says, the file is replaced, and
-//! the reason is added to `CHANGES.md` in the same folder; that run fails too. Where `CI` is set, nothing is written.
+//! A mismatch prints the old and the new rows, and writes the new ones beside the file, as `FILE.new`. To accept them,
+//! run the same test again with `ONEIRO_ACCEPT="reason"`: if it finds the rows of `FILE.new`, the file is replaced, and
+//! the reason is added to `CHANGES.md` in the same folder; that run fails too. If `CI` is set, nothing is written.
 //! `docs/testing.md` has more.
 
 #![allow(dead_code, reason = "each test target uses what it needs")]
@@ -13,16 +13,16 @@ use std::io::Write as _;
 use std::path::{Path, PathBuf};
 use std::{env, fs};
 
-/// Rows of a golden file in the order in which results depend on each other, so that the first one that differs says
-/// where a difference begins. Each has a stage, a subject, and what is pinned of it.
+/// Rows of a golden file, ordered so that results follow those they depend on: the first row that differs shows where a
+/// difference begins. Each has a stage, a subject, and the pinned value.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub(crate) struct Rows(Vec<String>);
 
-/// How many words of a row are shown besides their digest.
+/// Words of a row shown in addition to their digest.
 const SHOWN: usize = 4;
 
 impl Rows {
-    /// A row in clear.
+    /// Adds a row of plain text.
     pub(crate) fn text(&mut self, stage: &str, subject: &str, text: impl Display) {
         let row = format!("{stage} | {subject} | {text}");
         assert!(!row.contains('\n'), "a row is a line: {row}");
@@ -33,20 +33,20 @@ impl Rows {
         self.0.push(row);
     }
 
-    /// A row of words: how many, their digest, and the first of them.
+    /// Adds a row of words: their number, their digest, and the first of them.
     pub(crate) fn words(&mut self, stage: &str, subject: &str, words: &[u32]) {
         let first = words.iter().map(|word| format!("{word:08x}"));
         self.digested(stage, subject, "words", words, first);
     }
 
-    /// A row of numbers: how many, the digest of their bits, and the first of them.
+    /// Adds a row of numbers: how many, the digest of their bits, and the first of them.
     pub(crate) fn numbers(&mut self, stage: &str, subject: &str, numbers: &[f32]) {
         let words: Vec<u32> = numbers.iter().map(|number| number.to_bits()).collect();
         let first = numbers.iter().map(|number| format!("{number:?}"));
         self.digested(stage, subject, "numbers", &words, first);
     }
 
-    /// A row of bytes: how many, and their digest.
+    /// Adds a row of bytes: their number and their digest.
     pub(crate) fn bytes(&mut self, stage: &str, subject: &str, bytes: &[u8]) {
         self.text(stage, subject, format_args!("{} bytes, {}", bytes.len(), digest(bytes)));
     }
@@ -79,7 +79,7 @@ fn key(row: &str) -> &str {
     second.map_or(row, |(end, _)| &row[..end])
 }
 
-/// Fails unless a golden file says what was found.
+/// Fails unless a golden file agrees with the results.
 ///
 /// # Panics
 /// If it doesn't.
@@ -89,27 +89,27 @@ pub(crate) fn check(path: &Path, found: &str) {
     }
 }
 
-/// Why a golden file does not say what was found; nothing if it does.
+/// Describes how a golden file differs from the results; `None` if it doesn't.
 pub(crate) fn problem(path: &Path, found: &str) -> Option<String> {
     compared(path, found, &Renewal::of_this_run()).err()
 }
 
-/// Fails unless a folder has these golden files and their list of changes, and no other file.
+/// Fails unless a folder has exactly these golden files and their list of changes.
 ///
 /// # Panics
-/// If another is there.
+/// If a file is missing or superfluous.
 pub(crate) fn check_folder(folder: &Path, files: &[String]) {
     if let Err(problem) = all_used(folder, files) {
         panic!("{problem}");
     }
 }
 
-/// Whether a run may write.
+/// Settings for renewing goldens.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Renewal {
-    /// In continuous integration nothing is written.
+    /// Nothing is written in continuous integration.
     pub(crate) ci: bool,
-    /// Why what differs is right.
+    /// Reason why the differences are right.
     pub(crate) reason: Option<String>,
 }
 
@@ -129,17 +129,17 @@ impl Renewal {
     }
 }
 
-/// Compares what was found with a golden file.
+/// Compares results with a golden file.
 ///
 /// # Errors
-/// What differs, and what to do about it.
+/// The differences, and what to do about them.
 pub(crate) fn compared(path: &Path, found: &str, renewal: &Renewal) -> Result<(), String> {
     let new = beside(path);
     let kept = fs::read_to_string(path).unwrap_or_default();
     let io = |error: std::io::Error| format!("{}: {error}", path.display());
     if kept == found {
         if !renewal.ci {
-            // What was found before the code was put right again.
+            // Results from before the code was put right again.
             let _ = fs::remove_file(&new);
         }
         let Err(problem) = accepted(path, &kept) else {
@@ -174,7 +174,7 @@ pub(crate) fn compared(path: &Path, found: &str, renewal: &Renewal) -> Result<()
 
 /// A row that differs.
 struct Difference {
-    /// Its stage; of a file that has no rows, its line.
+    /// Stage of the row, or the line of a file that has no rows.
     stage: String,
     old: Option<String>,
     new: Option<String>,
@@ -215,7 +215,7 @@ fn differences(path: &Path, kept: &str, found: &str) -> Vec<Difference> {
     }
 }
 
-/// How many differences a message shows.
+/// Most differences in a message.
 const GREATEST: usize = 20;
 
 fn shown(differences: &[Difference]) -> String {
@@ -292,10 +292,10 @@ fn accepted(path: &Path, text: &str) -> Result<(), String> {
     ))
 }
 
-/// Whether a folder has these golden files and no other.
+/// Checks that a folder has exactly these golden files.
 ///
 /// # Errors
-/// What is missing, and what nothing uses.
+/// Missing files and unused ones.
 pub(crate) fn all_used(folder: &Path, files: &[String]) -> Result<(), String> {
     let is_new = |name: &str| Path::new(name).extension().is_some_and(|extension| extension == "new");
     let entries = fs::read_dir(folder).map_err(|error| format!("{}: {error}", folder.display()))?;

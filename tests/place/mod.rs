@@ -1,10 +1,10 @@
-//! What tests of the program share: a directory to run it in, and what became of a command.
+//! Shared by tests of the program: a directory to run it in, and the outcome of a command.
 
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output, Stdio};
 
-/// A directory of a test's own, removed when the test ends.
+/// A temporary directory, removed when the test ends.
 pub(crate) struct Place(PathBuf);
 
 impl Place {
@@ -15,7 +15,7 @@ impl Place {
         Self(path)
     }
 
-    /// Where something of that name is in it, or would be.
+    /// Path of a name in the directory.
     pub(crate) fn at(&self, name: impl AsRef<Path>) -> PathBuf {
         self.0.join(name)
     }
@@ -33,7 +33,7 @@ impl Place {
         String::from_utf8(self.read(name)).unwrap()
     }
 
-    /// The program in this directory, to be run in some way of one's own.
+    /// The program in this directory, to be run in any way.
     pub(crate) fn command(&self, arguments: &[&str]) -> Command {
         let mut command = Command::new(env!("CARGO_BIN_EXE_oneiro"));
         command
@@ -51,7 +51,7 @@ impl Place {
         Ran::new(arguments, &self.command(arguments).output().unwrap())
     }
 
-    /// Runs what has to go well; its standard output.
+    /// Runs a command that must succeed, and returns its standard output.
     #[track_caller]
     pub(crate) fn good(&self, arguments: &[&str]) -> String {
         self.run(arguments).exits(0).stdout
@@ -60,12 +60,12 @@ impl Place {
 
 impl Drop for Place {
     fn drop(&mut self) {
-        // What is left in the system's directory for such files does no harm.
+        // A leftover in the system's temporary directory does no harm.
         let _ = fs::remove_dir_all(&self.0);
     }
 }
 
-/// What became of a command.
+/// Outcome of a command.
 pub(crate) struct Ran {
     pub(crate) arguments: String,
     pub(crate) code: Option<i32>,
@@ -97,7 +97,7 @@ impl Ran {
         self
     }
 
-    /// Its message has all of these words.
+    /// Asserts that its message contains all of these words.
     #[track_caller]
     pub(crate) fn says(self, words: &[&str]) -> Self {
         for word in words {

@@ -1,11 +1,11 @@
 //! A twin of the swarm's arena, written from its documentation (`src/swarm.rs`, `src/foraging.rs`) and not from its
 //! kernel: in double precision, with other random numbers, and with bodies that rapier moves. Where the documentation
-//! leaves a law's form open, [`Forms`] or the line says what was chosen. Messages are left out, since nobody's food
-//! depends on them.
+//! leaves a law's form open, [`Forms`] or a comment states the choice. Messages are left out, since food doesn't depend
+//! on them.
 //!
-//! Bodies are discs of 150 g on a plane without gravity. Wheels hold no body against a push: each substep of 20 ms sets
-//! a body's velocity to that of its wheels along its heading, and contacts then take from it. The wall is a fixed ring
-//! of 256 segments, whose middles are 0.05 mm inside the circle. Friction is 0.2 wherever bodies touch.
+//! Bodies are discs of 150 g on a plane without gravity. Wheels don't resist pushes: each substep of 20 ms sets a
+//! body's velocity to that of its wheels along its heading, and contacts then reduce it. The wall is a fixed ring of
+//! 256 segments, whose midpoints are 0.05 mm inside the circle. Friction is 0.2 wherever bodies touch.
 
 use std::f64::consts::{PI, TAU};
 
@@ -17,10 +17,10 @@ use rand_pcg::Pcg64;
 use rapier2d::prelude::{ColliderBuilder, PhysicsWorld, RigidBodyBuilder, RigidBodyHandle, Vector as RapierVector};
 use rayon::prelude::*;
 
-/// Seconds of a cycle.
+/// Duration of a cycle in seconds.
 const CYCLE: f64 = 0.1;
 const SUBSTEPS: u32 = 5;
-/// Rapier is tuned for bodies of about its unit: decimetres here.
+/// Rapier is tuned for bodies of about unit size: decimetres here.
 const UNIT: f64 = 100.0;
 const FRICTION: f32 = 0.2;
 /// Grams.
@@ -29,7 +29,7 @@ const SEGMENTS: u32 = 256;
 
 const BEARINGS: [f64; 8] = [17.0, 50.0, 310.0, 343.0, 90.0, 150.0, 210.0, 270.0];
 const FRONT: usize = 4;
-/// A sensor sees what is so far off its axis (the tangent).
+/// Greatest tangent of the angle off its axis at which a sensor sees.
 const BEAM: f64 = 0.25;
 const SIGHT: f64 = 70.0;
 /// Webots' table: mm, reading of 4095, relative deviation of noise.
@@ -46,16 +46,16 @@ const PROXIMITY: [(f64, f64, f64); 10] = [
     (70.0, 67.0, 0.049),
 ];
 
-/// The forms of three laws that the documentation leaves open: how far off another body is before a sensor, how bodies
-/// shade each other, and what a light sensor's gain is of.
+/// Forms of three laws that the documentation leaves open: the distance of another body from a sensor, the shadows of
+/// bodies, and the light to which a sensor's gain applies.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Forms {
-    /// As the twin was first written. A sensor has a cone from the body's edge on; what of a robot's width is hidden, as
-    /// seen from the lamp, each robot before it hides by itself; a gain is that of all light.
+    /// As the twin was first written. A sensor has a cone that begins at the body's edge; each robot in between hides
+    /// its own share of a robot's width, as seen from the lamp; a gain applies to all light.
     First,
-    /// As the arena has them. A sensor reads the gap between two bodies if the other reaches into a beam as wide as the
-    /// body; shade falls evenly with the distance from the line to the lamp, the same all along it, and the darkest
-    /// counts; a gain is not that of ambient light.
+    /// As in the arena. A sensor reads the gap between two bodies if the other reaches into a beam as wide as the body;
+    /// shade falls linearly with the distance from the line to the lamp, the same all along it, and the darkest counts;
+    /// a gain doesn't apply to ambient light.
     Arena,
 }
 
@@ -65,7 +65,7 @@ pub(crate) struct Twins {
 }
 
 impl Twins {
-    /// Worlds under one lamp; the robots of each world are others.
+    /// Worlds under one lamp, each with different robots.
     pub(crate) fn new(swarm: Swarm, lamp: Lamp, forms: Forms, worlds: u64) -> Self {
         Self {
             now: 0,
@@ -84,7 +84,7 @@ impl Arena for Twins {
     }
 }
 
-/// What one robot is, keeps and has been given.
+/// Properties, state and orders of one robot.
 struct Robot {
     at: DVec2,
     heading: f64,
@@ -97,13 +97,13 @@ struct Robot {
     earned: f64,
     since: u32,
     behaviour: Behaviour,
-    /// 1 to the left, -1 to the right, 0 while nothing is near.
+    /// 1 to the left, -1 to the right, 0 if nothing is near.
     side: f64,
     escape: u32,
-    /// Left of a turn, rad, and s to the next one.
+    /// Rest of a turn in rad, and time to the next one in s.
     turn: f64,
     straight: f64,
-    /// Forward mm/s and turning rad/s, as decided and a cycle ago.
+    /// Forward mm/s and turning rad/s, as decided now and a cycle ago.
     wanted: [f64; 2],
 }
 
@@ -121,7 +121,7 @@ fn of(number: f32) -> f64 {
     f64::from(number)
 }
 
-/// Box and Muller.
+/// A normal random number by Box and Muller's method.
 fn normal(random: &mut Pcg64) -> f64 {
     let [a, b]: [f64; 2] = [random.random(), random.random()];
     (-2.0 * (1.0 - a).ln()).sqrt() * (TAU * b).cos()
@@ -148,7 +148,7 @@ fn food_place(random: &mut Pcg64, forager: &Foraging) -> DVec2 {
     }
 }
 
-/// Reading, of 1, and the relative deviation of its noise.
+/// Reading, of 1, and the relative standard deviation of its noise.
 fn proximity(distance: f64) -> (f64, f64) {
     if distance >= SIGHT {
         return (0.0, 0.0);
@@ -160,7 +160,7 @@ fn proximity(distance: f64) -> (f64, f64) {
     (between(near.1, far.1) / 4095.0, between(near.2, far.2))
 }
 
-/// How far the nearest point of a disc is, of those in a cone around an axis.
+/// Distance of the nearest point of a disc in a cone around an axis.
 fn along_cone(to: DVec2, axis: DVec2, radius: f64) -> f64 {
     let ahead = to.dot(axis);
     let aside = axis.perp_dot(to);
@@ -177,7 +177,7 @@ fn along_cone(to: DVec2, axis: DVec2, radius: f64) -> f64 {
     (ahead - half.sqrt()).max(0.0)
 }
 
-/// The gap between two bodies, if the other reaches into a beam that is as wide as the body where it begins.
+/// Gap between two bodies, if the other reaches into a beam that is as wide as the body where it begins.
 fn gap_in_beam(to: DVec2, axis: DVec2, radius: f64) -> f64 {
     let ahead = to.dot(axis);
     if ahead > 0.0 && axis.perp_dot(to).abs() < radius + BEAM * ahead {
@@ -328,7 +328,7 @@ impl Twin {
             };
             drives.push(drive);
         }
-        // The wheels' limit, their noise, and what slips, of way and turn alike.
+        // Limit of the wheels, their noise, and slip, for both distance and turn.
         let own = self.swarm.differences;
         let half = 0.5 * of(forager.wheel_base);
         let greatest = of(forager.greatest_speed);
@@ -397,7 +397,7 @@ impl Twin {
         }
     }
 
-    /// What a robot's wheels are to do in this cycle: mm/s and rad/s.
+    /// Commands for a robot's wheels in this cycle: mm/s and rad/s.
     fn decide(&mut self, index: usize, places: &[DVec2], light: Light, genes: [f32; 2]) -> [f64; 2] {
         let forager = self.swarm.forager;
         let readings = self.proximity(index, places);
@@ -405,7 +405,7 @@ impl Twin {
         let (cruise, turning) = (of(forager.cruise), of(forager.turn));
         let gene = if self.robots[index].carries { genes[0] } else { genes[1] };
         let wanted = if readings.iter().any(|&reading| reading > near) {
-            // The first two are to the left; ours is the stronger sum.
+            // The first two are on the left; comparing the sums is our choice of form.
             let [left, right] = [readings[0] + readings[1], readings[2] + readings[3]];
             let chance = if self.random.random::<bool>() { 1.0 } else { -1.0 };
             let robot = &mut self.robots[index];
@@ -463,7 +463,8 @@ impl Twin {
         [0.0, now / CYCLE]
     }
 
-    /// What the sensors at the front read of wall and others; a sensor sits on the body's edge and looks outward.
+    /// Readings of the front sensors for the wall and other robots; a sensor sits on the body's edge and looks
+    /// outwards.
     fn proximity(&mut self, index: usize, places: &[DVec2]) -> [f64; FRONT] {
         let forager = self.swarm.forager;
         let radius = of(forager.body_radius);
@@ -472,7 +473,7 @@ impl Twin {
         for (sensor, reading) in readings.iter_mut().enumerate() {
             let axis = DVec2::from_angle(robot.heading + BEARINGS[sensor].to_radians());
             let from = robot.at + of(forager.body_radius) * axis;
-            // The wall along the axis alone: it is nearly flat.
+            // The wall is nearly flat, so its distance along the axis is enough.
             let inward = from.dot(axis);
             let reach = inward * inward + of(forager.arena_radius).powi(2) - from.length_squared();
             let mut distance = (reach.max(0.0).sqrt() - inward).max(0.0);
@@ -491,7 +492,7 @@ impl Twin {
         readings
     }
 
-    /// The sum of the light sensors' axes by what they read, as the robot has it: x is ahead.
+    /// Sum of the light sensors' axes, weighted by their readings, in the robot's frame: x is ahead.
     fn light(&mut self, index: usize, places: &[DVec2], light: Light) -> DVec2 {
         let forager = self.swarm.forager;
         let own = self.swarm.differences;
@@ -509,7 +510,7 @@ impl Twin {
             (0.0, 0.0)
         } else {
             let beam = 1.0 - of(own.beam) * (to.y / to.length()).powi(2);
-            // Ours falls evenly from the wall next to the lamp to the other end.
+            // Our choice of form: linear from the wall next to the lamp to the other end.
             let near = 0.5 * (1.0 + side * at.x / of(forager.arena_radius));
             let shade = match self.forms {
                 Forms::First => shadows(places, index, to, radius, of(own.shadows)),
@@ -540,7 +541,7 @@ impl Twin {
     }
 }
 
-/// What share of the lamp's light others leave: of its width as the lamp sees it, bodies before it hide a part.
+/// Share of the lamp's light that other robots leave: those in between hide a part of its width as seen from the lamp.
 fn shadows(places: &[DVec2], index: usize, to: DVec2, radius: f64, share: f64) -> f64 {
     let from_lamp = -to;
     let half = |distance: f64| (radius / distance).clamp(0.0, 1.0).asin();
@@ -558,7 +559,7 @@ fn shadows(places: &[DVec2], index: usize, to: DVec2, radius: f64, share: f64) -
     left
 }
 
-/// The same in a shadow as wide as two bodies, of the robot that darkens most.
+/// The same with shadows as wide as two bodies, of which the darkest counts.
 fn strips(places: &[DVec2], index: usize, to: DVec2, radius: f64, share: f64) -> f64 {
     let line = to.normalize();
     let mut darkest = 0.0_f64;

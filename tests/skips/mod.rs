@@ -1,11 +1,11 @@
-//! What a test can't do here, since something is not there that not every machine has: said, and kept for the summary
-//! of `tests/all.sh`, which fails unless `ONEIRO_MAY_SKIP` names it.
+//! Reports tests that can't run here because something is missing that not every machine has. The summary of
+//! `tests/all.sh` fails unless `ONEIRO_MAY_SKIP` names it.
 
 use std::io::Write;
 use std::{env, fs};
 
-/// Says that a part of the calling test is skipped: what is missing, by the word that `ONEIRO_MAY_SKIP` has for it, and
-/// what is not tested without it.
+/// Reports that a part of the calling test is skipped: the missing thing, by its word in `ONEIRO_MAY_SKIP`, and what
+/// remains untested without it.
 #[track_caller]
 pub(crate) fn skipped(missing: &str, untested: &str) {
     let file = std::panic::Location::caller().file();

@@ -1,4 +1,4 @@
-//! What users are told of a sweep.
+//! Messages to users about a sweep.
 
 use super::*;
 
@@ -41,17 +41,17 @@ fn of_a_plan_are_what_comes_to_be() {
     for (run, values) in values.iter().enumerate() {
         assert_eq!(*values, columns.clone().map(|column| column[run].clone()));
     }
-    // Robot-steps: individuals, generations and cycles of each; then lives of three finalists and the luckiest.
+    // Robot-steps: individuals, generations and cycles of each run, plus lives of three finalists and the luckiest.
     let steps = |run: usize| plan["runs"][run]["steps"].as_u64();
     let of = |population: u64| (population * 12 + 4 * 5) * 40;
     assert_eq!((steps(0), steps(11)), (Some(of(20)), Some(of(40))));
     assert_eq!(plan["steps"], (of(20) + of(40)) * 6);
-    // A run is one, wherever it is asked for: in `generations.csv` it has as many lines as generations.
+    // A run appears the same everywhere: in `generations.csv` it has as many lines as generations.
     let of_run = place.column("out/generations.csv", "run");
     let all: Vec<String> = (0..12).flat_map(|run| vec![run.to_string(); 12]).collect();
     assert_eq!(of_run, all);
 
-    // In words: the first runs, or all; and how fast the devices are.
+    // As text: the first runs, or all of them, and the speed of each device.
     let many = SWEEP.replace("1..3", "1..9");
     place.write("sweep.toml", many);
     let text = place.good(&["sweep", "plan", "sweep.toml", "--no-estimate"]);
@@ -97,7 +97,7 @@ fn of_its_state_are_there_while_it_runs_and_after() {
     assert_eq!(state["shards"][0]["state"], "done");
     let text = place.good(&["sweep", "status", "out"]);
     assert!(text.contains("8 of 8 runs are done") && text.contains("1/1"), "{text}");
-    // What a finished sweep answers, again: the same.
+    // A finished sweep gives the same answers again.
     assert_eq!(place.good(&arguments), output);
     let merged = place.data(&["sweep", "merge", "out"]);
     let output: Value = serde_json::from_str(&output).unwrap();
@@ -126,7 +126,7 @@ fn of_stopped_shards_say_what_is_left() {
     });
     let all = serde_json::json!({"name": "twelve", "runs": 12, "done": 4, "tables": false, "shards": [shard]});
     assert_eq!(state, all);
-    // One that has lost a run is stopped.
+    // A sweep that has lost a run counts as stopped.
     let log = place.text("out/shard-2-of-3/results.log");
     place.write("out/shard-2-of-3/results.log", &log[..log.len() - 9]);
     let state = place.data(&["sweep", "status", "out"]);
@@ -136,7 +136,7 @@ fn of_stopped_shards_say_what_is_left() {
     );
 }
 
-/// The page names the best cell, and is written again to the same bytes.
+/// The page names the best cell, and is written again with the same bytes.
 #[test]
 fn of_a_report_are_drawn_from_the_tables() {
     let place = Place::with("report", SWEEP);

@@ -23,10 +23,10 @@ fn are_the_same_however_a_sweep_is_done() {
         assert_eq!(place.swept(&out, way), known, "{way:?}");
         place.assert_same("known", &out);
     }
-    // It is the hash of both tables, one after the other.
+    // The hash covers both tables, one after the other.
     let tables = TABLES.map(|table| place.read(Path::new("known").join(table)));
     assert_eq!(blake3::hash(&tables.concat()).to_hex().as_str(), known);
-    // All runs are there, and the comparison can fail: other seeds and other values have other bytes.
+    // All runs are there, and the comparison can fail: other seeds and other values give other bytes.
     assert_eq!(place.rows("known/results.csv").len(), 1 + 12);
     assert_eq!(place.rows("known/generations.csv").len(), 1 + 12 * 12);
     for (from, to, out) in [
@@ -40,7 +40,7 @@ fn are_the_same_however_a_sweep_is_done() {
             assert!(place.read(format!("known/{table}")) != place.read(format!("{out}/{table}")));
         }
     }
-    // And the experiment's own.
+    // And with the experiment's own values.
     place.write("sweep.toml", SWEEP);
     place.write("small.toml", EXPERIMENT.replace("parents = 4", "parents = 5"));
     assert_ne!(place.swept("experiment", &[]), known);
@@ -53,7 +53,7 @@ fn are_the_same_from_any_number_of_shards_in_any_order() {
     let merged = |arguments: &[&str]| hash(&place.good(&[&["sweep", "merge", "--json"], arguments].concat()));
     for (shards, threads, jobs) in [(1, "2", "3"), (3, "1", "1"), (7, "8", "100")] {
         let out = format!("of-{shards}");
-        // The last first.
+        // In reverse order.
         for shard in (1..=shards).rev() {
             let shard = format!("{shard}/{shards}");
             let more = ["--shard", &shard, "--threads", threads, "--jobs", jobs];
@@ -62,7 +62,7 @@ fn are_the_same_from_any_number_of_shards_in_any_order() {
         assert_eq!(merged(&[&out]), known, "{shards} shards");
         place.assert_same("whole", &out);
     }
-    // As if on several machines: in directories of their own, of different numbers of shards, some done twice.
+    // As if on several machines: in separate directories, with different numbers of shards, some runs done twice.
     for (out, shard) in [("one", "1/2"), ("two", "2/3"), ("three", "3/3"), ("four", "1/3")] {
         place.good(&sweep(out, &["--shard", shard]));
     }
@@ -70,10 +70,10 @@ fn are_the_same_from_any_number_of_shards_in_any_order() {
     assert_eq!(merged(&["one", "four", "two", "three", "--out", "all"]), known);
     place.assert_same("whole", "all");
     assert_eq!(before, ["one", "two", "three", "four"].map(|out| files(&place.at(out))));
-    // Without --out, the first directory has the tables.
+    // Without --out, the first directory gets the tables.
     assert_eq!(merged(&["four", "three", "two", "one"]), known);
     place.assert_same("whole", "four");
-    // What is left of a sweep that shards have begun is all that is done without them.
+    // The rest of a sweep that shards have begun can be done without them.
     place.good(&sweep("mixed", &["--shard", "2/7"]));
     place
         .run(&sweep("mixed", &[]))
@@ -106,15 +106,15 @@ fn are_the_same_when_time_runs_out_again_and_again() {
     place.assert_same("whole", "stopped");
 }
 
-/// Two hundred processes are killed at any moment, ten times as many in `tests/long.sh`; each is followed by the same
+/// Two hundred processes, ten times as many in `tests/long.sh`, are killed at any moment; each is followed by the same
 /// command.
 #[test]
 fn are_the_same_after_kills() {
     const GENERATIONS: u32 = 300;
     let kills = if is_long() { 2000 } else { 200 };
     let place = Place::with("kill", &long(GENERATIONS));
-    // A run after the other, and processes that live for less than a fourth of one: from checkpoint to checkpoint alone
-    // can one be brought to its end.
+    // One run at a time, and processes that live for less than a fourth of one: only from checkpoint to checkpoint can
+    // a run reach its end.
     let pace = ["--threads", "1", "--jobs", "1"];
     let begun = Instant::now();
     let known = place.swept("known", &pace);
@@ -134,7 +134,7 @@ fn are_the_same_after_kills() {
     place.assert_same("known", "killed");
 }
 
-/// Generations that have lived of the run under way, by the newest checkpoint of what was killed.
+/// Finished generations of the runs in progress, by the newest checkpoint of the killed process.
 fn generations_under_way(place: &Place) -> u64 {
     let Some(newest) = place.checkpoints("killed").first().map(|path| fs::read(path).unwrap()) else {
         return 0;
@@ -144,7 +144,7 @@ fn generations_under_way(place: &Place) -> u64 {
         let line = row[1..].join(",");
         newest.windows(line.len()).any(|here| here == line.as_bytes())
     };
-    // Every tenth is looked for.
+    // Every tenth is sampled.
     10 * rows[1..]
         .iter()
         .filter(|row| row[1].ends_with('9') && is_there(row))

@@ -1,8 +1,8 @@
-//! What can no longer be read as it was written.
+//! Damaged files.
 
 use super::*;
 
-/// A sweep that was killed while runs were under way, whose two newest checkpoints hold generations.
+/// A sweep that was killed with runs in progress, and its two newest checkpoints, which hold generations.
 fn killed(place: &Place, out: &str) -> [PathBuf; 2] {
     let arguments = sweep(out, &["--threads", "1", "--checkpoint-every", "0.001s"]);
     for _ in 0..50 {
@@ -50,7 +50,7 @@ fn of_checkpoints_are_told_and_the_one_before_is_used() {
         let whole = place.read(file);
         place.write(file, &whole[..whole.len() - 1]);
     };
-    // A good one, but in it the sweep is another: its hash follows the format's name, with its length, and a version.
+    // An intact one of another sweep: its hash follows the format's name, with its length, and a version.
     let foreign = |place: &Place, file: &Path| {
         flip(place, file, 1 + "oneiro checkpoint".len() + 1);
         let bytes = place.read(file);
@@ -75,7 +75,7 @@ fn of_checkpoints_are_told_and_the_one_before_is_used() {
             let name = checkpoint.file_name().unwrap().to_str().unwrap();
             format!("warning: {out}/shard-1-of-1/{name}: {problem}; it is not used")
         };
-        // Only what goes on from the one before has this line.
+        // Only a run resumed from the previous checkpoint has this line.
         let line = place.forge(&before, "known").unwrap();
         damage(&place, &newest);
         let again = sweep(out, &["--threads", "1"]);
@@ -83,7 +83,7 @@ fn of_checkpoints_are_told_and_the_one_before_is_used() {
         assert!(place.text(format!("{out}/generations.csv")).contains(&line), "{out}");
         fs::remove_dir_all(place.at(out)).unwrap();
 
-        // Without a good one the runs begin anew.
+        // Without an intact one the runs start over.
         copy(&place.at("killed"), &place.at(out));
         damage(&place, &newest);
         damage(&place, &before);
@@ -92,7 +92,7 @@ fn of_checkpoints_are_told_and_the_one_before_is_used() {
     }
 }
 
-/// A finished sweep without its tables, as it is before they are written.
+/// A finished sweep as it is before its tables are written.
 fn finished(place: &Place, out: &str) {
     copy(&place.at("known"), &place.at(out));
     for table in TABLES {
@@ -106,7 +106,7 @@ fn of_records_cost_the_runs_that_they_are_of() {
     let known = place.swept("known", &[]);
     let text = place.text(journal("known", "results.log"));
     let lines: Vec<&str> = text.split_inclusive('\n').collect();
-    // Where in its log a line begins, and where in theirs the generations of its run end.
+    // Start of a line in its log, and end of its run's generations in theirs.
     let start_of = |line: usize| lines[..line].concat().len();
     let end_of = |line: usize| {
         let (_, json) = lines[line].split_once(' ').unwrap();
@@ -135,9 +135,9 @@ fn of_records_cost_the_runs_that_they_are_of() {
     for (out, runs, words) in [
         ("tag", 1, "results.log:3: is damaged; its run is done again"),
         ("json", 1, "results.log:6: is damaged; its run is done again"),
-        // Two lines that are one now.
+        // Two lines joined into one.
         ("break", 2, "results.log:8: is damaged; its run is done again"),
-        // What a power cut leaves, and nothing to worry about.
+        // Left by a power cut, and harmless.
         ("torn", 1, ""),
         ("none", 12, ""),
         ("short", 1, "results.log:12: generations.log is shorter than it was"),
@@ -148,14 +148,14 @@ fn of_records_cost_the_runs_that_they_are_of() {
         let ran = place.run(&sweep(out, &[])).exits(0).says(&[&says, words]);
         assert_eq!(ran.stderr.contains("warning"), !words.is_empty(), "{}", ran.stderr);
         assert_eq!(hash(&ran.stdout), known, "{out}");
-        // What was mended is well: nothing is told or done again.
+        // After the repair, there is no warning and no work.
         let ran = place
             .run(&sweep(out, &[]))
             .exits(0)
             .says(&["12 of 12 runs are done already"]);
         assert!(!ran.stderr.contains("warning"), "{}", ran.stderr);
     }
-    // Changed generations are found out by whoever joins them.
+    // Changed generations are detected when they are joined.
     finished(&place, "changed");
     flip(&place, &journal("changed", "generations.log"), end_of(5) - 100);
     place

@@ -1,4 +1,4 @@
-//! Disks that fail: at every call once, or for want of room.
+//! Failing disks: at every call once, or out of space.
 
 use super::*;
 use faults::{Fault, Faults};
@@ -24,8 +24,8 @@ fn output(arguments: &[&str], mut command: Command) -> Ran {
     Ran::new(arguments, &command.output().unwrap())
 }
 
-/// A sweep that is begun from `before`, or from nothing, again and again, each time with another call that fails.
-/// The calls that did.
+/// Starts a sweep again and again, from `before` or from nothing, each time with a different call that fails. Returns
+/// the names of these calls.
 fn each_call_fails(place: &Place, pace: &[&str], before: Option<&str>) -> BTreeSet<String> {
     let known = place.swept("known", pace);
     let place_path = fs::canonicalize(place.at(".")).unwrap();
@@ -35,7 +35,7 @@ fn each_call_fails(place: &Place, pace: &[&str], before: Option<&str>) -> BTreeS
     let mut calls = BTreeSet::new();
     let mut is_write = false;
     for number in 1.. {
-        // Either error for every other call.
+        // Alternates between the two errors.
         let error = [Fault::Broken, Fault::Full][number as usize % 2];
         for fault in [error, Fault::Kill, Fault::Short] {
             if fault == Fault::Short && !is_write {
@@ -64,7 +64,7 @@ fn each_call_fails(place: &Place, pace: &[&str], before: Option<&str>) -> BTreeS
                     .says(&[path.strip_suffix(".tmp").unwrap_or(path)]);
                 calls.insert(failed.call);
             }
-            // As if nothing had been: what was begun is no damage.
+            // Begun work isn't damaged: the results are the same.
             let ran = output(&arguments, faults.none(place.command(&arguments))).exits(0);
             assert_eq!(hash(&ran.stdout), known, "after {what}");
             assert!(before.is_some() || !ran.stderr.contains("warning"), "{}", ran.stderr);
@@ -81,7 +81,7 @@ fn may_fail_at_any_call() {
     assert_eq!(calls.iter().map(String::as_str).collect::<Vec<_>>(), all);
 }
 
-/// Also while it mends what a power cut left: a damaged line, and generations that never reached the disk.
+/// Also while it repairs the effects of a power cut: a damaged line, and generations that never reached the disk.
 #[test]
 fn may_fail_at_any_call_while_logs_are_mended() {
     let sweep = TINY.replace("1..2", "1..4");
@@ -107,7 +107,7 @@ fn may_fail_at_any_call_while_logs_are_mended() {
 /// A sweep whose checkpoints soon fill a disk.
 const PLENTY: [&str; 4] = ["--threads", "1", "--checkpoint-every", "0.000001s"];
 
-/// The sweep has stopped for want of room, and says so.
+/// Asserts that the sweep has stopped for lack of space, and says so.
 fn says_that_the_disk_is_full(ran: Ran) {
     let ran = ran
         .exits(6)
@@ -127,7 +127,7 @@ fn may_be_full() {
     place.assert_goes_on("out", &["--threads", "1"]);
 }
 
-/// A file system of a megabyte, where this may be mounted.
+/// A file system of one megabyte, if it may be mounted.
 struct Small(PathBuf);
 
 impl Small {
@@ -145,7 +145,7 @@ impl Small {
 
 impl Drop for Small {
     fn drop(&mut self) {
-        // Nobody looks into it any more.
+        // Nothing uses it any more.
         let _ = Command::new("umount").arg("--lazy").arg(&self.0).status();
     }
 }
@@ -154,7 +154,7 @@ impl Drop for Small {
 fn may_be_full_in_truth() {
     let place = Place::with("small", &long(100));
     let Some(_small) = Small::mounted(&place, "disk") else {
-        // One that fails as if it were full is tested all the same.
+        // A disk that fails as if it were full is tested in any case.
         skipped("disk", "a disk that is full: only root may mount a small one");
         return;
     };
@@ -172,7 +172,7 @@ fn may_be_full_in_truth() {
         child.try_wait().unwrap().is_some()
     });
     says_that_the_disk_is_full(ended(&arguments, child));
-    // What is on it stays, and there is room again.
+    // Its contents stay, and there is space again.
     fs::remove_file(place.at("disk/ballast")).unwrap();
     place.assert_goes_on("disk/out", &["--threads", "1"]);
 }

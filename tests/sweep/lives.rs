@@ -2,7 +2,7 @@
 
 use super::*;
 
-/// Six runs of a swarm's experiment that comes with the program, of three minutes each.
+/// Six runs of a shipped swarm experiment, three minutes each.
 const SWARMS: &str = r#"
     experiment = "odowd2014-over.toml"
     seeds = "1..3"
@@ -14,7 +14,7 @@ const SWARMS: &str = r#"
     swarm.controllers.mutation_scale = 0.1
 "#;
 
-/// Of a sweep in `sweep.toml`: the same with one thread, one run after the other, in shards, and after kills.
+/// The sweep in `sweep.toml` gives the same with one thread, one run at a time, in shards, and after kills.
 fn is_the_same_however_it_is_done(place: &Place, kills: u32) {
     let begun = Instant::now();
     let known = place.swept("known", &["--threads", "2"]);
@@ -75,7 +75,7 @@ fn of_swarms_are_the_same_however_they_are_done() {
     ];
     place.good(&[&run[..], &set.iter().flat_map(|set| ["--set", set]).collect::<Vec<_>>()].concat());
     assert!(place.text("own/DONE").contains(&results[4]));
-    // Another seed is another life.
+    // Another seed gives different results.
     assert!(results[3] != results[4]);
 }
 
@@ -107,7 +107,7 @@ fn in_reality_and_of_drawn_values_are_the_same_however_they_are_done() {
         let [simulated, real, best] = [simulated, real, best].map(|cell| cell.parse::<f64>().unwrap());
         assert!(simulated != real && real <= best, "{simulated}, {real}, {best}");
     }
-    // Another robot is another reality, and the same evolution.
+    // Another robot changes reality but not the evolution.
     place.write("sweep.toml", sweep.replace("[1, 2]", "[1, 3]"));
     place.swept("other", &[]);
     let other = |name| place.column("other/results.csv", name);

@@ -1,4 +1,4 @@
-//! What processes do to each other and are told.
+//! Several processes on one sweep, and signals to them.
 
 use super::*;
 
@@ -8,11 +8,11 @@ fn signal(child: &Child, name: &str) {
     assert!(sent.success());
 }
 
-/// Starts a sweep; when this returns, it works.
+/// Starts a sweep and returns once it works.
 fn working(place: &Place, arguments: &[&str], out: &str) -> Child {
     let child = place.start(arguments);
     wait_for(|| place.at(out).join("sessions.json").exists());
-    // From then on it listens.
+    // From then on it handles signals.
     thread::sleep(Duration::from_millis(100));
     child
 }
@@ -76,7 +76,7 @@ fn that_are_told_to_end_leave_what_the_next_goes_on_from() {
     let place = Place::with("term", &long(300));
     place.swept("known", &["--threads", "1"]);
     for (name, out) in [("-TERM", "term"), ("-INT", "int")] {
-        // No checkpoint by itself.
+        // No checkpoint before the signal.
         let arguments = sweep(out, &["--threads", "1", "--checkpoint-every", "1h"]);
         let child = working(&place, &arguments, &format!("{out}/shard-1-of-1"));
         signal(&child, name);

@@ -1,8 +1,8 @@
-//! What is refused, and left as it is.
+//! Refusals, which leave everything unchanged.
 
 use super::*;
 
-/// Runs a command that is refused: with this code and these words, and nothing changes.
+/// Runs a command that must be refused with this exit code and these words, without changing any file.
 #[track_caller]
 fn refused(place: &Place, arguments: &[&str], code: i32, words: &[&str]) {
     let before = files(&place.at("."));
@@ -46,7 +46,7 @@ fn leave_directories_of_other_sweeps_as_they_are() {
     refused(&place, &sweep("out", &[]), 3, &["out: is of another sweep"]);
     place.write("small.toml", EXPERIMENT);
 
-    // Of another program.
+    // Made by another program.
     let made = place.text("out/sweep.json");
     let content: Value = serde_json::from_str(&made).unwrap();
     let version = env!("CARGO_PKG_VERSION");
@@ -87,7 +87,7 @@ fn leave_directories_of_other_sweeps_as_they_are() {
     }
     place.write("out/sweep.json", &made[..made.len() / 2]);
     refused(&place, &sweep("out", &[]), 5, &["out/sweep.json"]);
-    // A control: as it was, it is taken.
+    // A control: in its original state it is accepted.
     place.write("out/sweep.json", made);
     place.swept("out", &[]);
 }
@@ -115,7 +115,7 @@ fn leave_what_is_no_sweep_as_it_is() {
             refused(&place, &[&["sweep"], command].concat(), 3, &[out]);
         }
     }
-    // An empty directory, and one whose making was cut short, are taken.
+    // An empty directory, and one whose creation was interrupted, are accepted.
     fs::create_dir(place.at("empty")).unwrap();
     place.swept("empty", &[]);
     fs::create_dir_all(place.at("begun/experiment")).unwrap();
@@ -161,7 +161,7 @@ fn of_shards_that_do_not_fit_together_say_why() {
     refused(&place, &merge(&["one", "nowhere"]), 3, &["nowhere"]);
     refused(&place, &["sweep", "merge"], 2, &[]);
 
-    // Two machines disagree on a run.
+    // Two machines disagree about a run.
     place.write("sweep.toml", SWEEP);
     place.good(&sweep("two", &["--shard", "2/2"]));
     place.good(&sweep("lie", &[]));
@@ -191,15 +191,15 @@ fn of_shards_that_do_not_fit_together_say_why() {
         .says(&["8 of 12 runs are missing"]);
 }
 
-/// A sweep as it may be.
+/// A valid sweep.
 const GOOD: &str = r#"experiment = "small.toml"
 seeds = "1..3"
 [grid]
 noise.motor = [0.0, 0.1]
 "#;
 
-/// Changes of it, and words of the messages. A change is what is replaced and by what, or begins with `+` for lines
-/// before the grid, or with `~` for ranges to draw from there; `/` is the end of a line.
+/// Changes of it, and words of the error messages. A change is the text to replace and its replacement, or begins with
+/// `+` for lines before the grid, or with `~` for ranges to draw from there; `/` is the end of a line.
 const REFUSED: &str = r#"
 # What is not in a sweep.
 seeds => sedes
@@ -421,7 +421,7 @@ fn of_sweeps_say_where_and_what_is_allowed() {
     refused_with(&place, "nothing", &["sweep.toml: No such file"]);
 }
 
-/// Whoever plans a sweep is told as well as who runs it, and nothing is begun.
+/// Planning a sweep gives the same error as running it, and nothing is begun.
 #[track_caller]
 fn refused_with(place: &Place, text: &str, words: &[&str]) {
     for arguments in [
@@ -451,7 +451,7 @@ fn of_too_many_runs_can_be_overruled() {
     let words = ["sweep.toml:2:9: has 10002 runs; allowed: up to 10000 without --yes"];
     refused(&place, &sweep("out", &[]), 3, &words);
     refused(&place, &sweep("out", &["--shard", "1/5001"]), 3, &words);
-    // A shard of them is two runs.
+    // One shard of them has two runs.
     place.good(&sweep("out", &["--shard", "1/5001", "--yes"]));
     place.good(&["sweep", "plan", "sweep.toml", "--no-estimate"]);
     place.write("sweep.toml", GOOD.replace("1..3", "1..5000"));
@@ -487,7 +487,7 @@ fn of_command_lines_say_what_is_allowed() {
         .says(&["abacus"]);
 }
 
-/// A file cut at any length, and with any of its bytes changed, is a sweep or is refused with its name.
+/// A file cut at any length, or with any of its bytes changed, is a valid sweep or is refused with its name.
 #[test]
 fn of_any_bytes_are_words() {
     let place = Place::new("fuzz");
@@ -498,7 +498,7 @@ fn of_any_bytes_are_words() {
         "khepera-avoidance.toml",
         fs::read(sweeps.join("../khepera-avoidance.toml")).unwrap(),
     );
-    // What comments say is of no consequence.
+    // The contents of comments don't matter.
     let first = whole.windows(4).position(|here| here == b"name").unwrap();
     let cut = (first..=whole.len()).map(|length| whole[..length].to_vec());
     let changed = (first..whole.len())

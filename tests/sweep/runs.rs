@@ -2,7 +2,7 @@
 
 use super::*;
 
-/// Values of each kind: in a grid, in rows, drawn; and lives in reality.
+/// Values of each kind, in a grid, in rows and drawn, and lives in reality.
 const ALL_KINDS: &str = r#"
     experiment = "small.toml"
     seeds = [7, 3]
@@ -27,7 +27,7 @@ const ALL_KINDS: &str = r#"
     severity = 1.5
 "#;
 
-/// A run's lines of a sweep's table of generations, as the run's own table has them.
+/// A run's lines in a sweep's table of generations, in the format of the run's own table.
 fn generations(place: &Place, out: &str, run: u64) -> String {
     let text = place.text(Path::new(out).join("generations.csv"));
     let (head, rows) = text.split_once('\n').unwrap();
@@ -37,7 +37,7 @@ fn generations(place: &Place, out: &str, run: u64) -> String {
     std::iter::once(head).chain(rows).flat_map(|row| [row, "\n"]).collect()
 }
 
-/// What a finished run gave.
+/// Hash of a finished run's results.
 fn result(place: &Place, run: &str) -> String {
     let done: Value = serde_json::from_slice(&place.read(Path::new(run).join("DONE"))).unwrap();
     done["result"].as_str().unwrap().to_owned()
@@ -57,7 +57,7 @@ fn are_what_oneiro_run_makes_of_the_same_values() {
     let runs = plan["runs"].as_array().unwrap();
     assert_eq!(runs.len(), 2 * 2 * 2 * 2);
     let results = place.column("out/results.csv", "result");
-    // One of each seed, row and draw.
+    // One for each seed, row and draw.
     for run in [0, 5, 11, 14] {
         let planned = &runs[run as usize];
         let mut set = vec!["task.speed=signed".to_owned()];
@@ -75,7 +75,7 @@ fn are_what_oneiro_run_makes_of_the_same_values() {
     // A control: another seed.
     place.good(&["run", "small.toml", "--backend", "cpu", "--seed", "4", "--out", "other"]);
     assert!(!results.contains(&result(&place, "other")));
-    // What is drawn stays within its range.
+    // Drawn values are within their range.
     let within = |name, [least, greatest]: [f64; 2]| {
         let values = place.column("out/results.csv", name);
         let values: Vec<f64> = values.iter().map(|value| value.parse().unwrap()).collect();
@@ -97,7 +97,7 @@ fn are_what_oneiro_run_makes_of_the_same_values() {
 #[test]
 fn are_done_again_with_a_directory_that_can_be_verified() {
     let place = Place::with("extract", "");
-    // The sweep is called as its file is.
+    // The sweep has the name of its file.
     place.write("kinds.toml", ALL_KINDS);
     let run = ["sweep", "run", "kinds.toml", "--out", "out", "--backend", "cpu"];
     place.good(&run);
@@ -124,7 +124,7 @@ fn are_done_again_with_a_directory_that_can_be_verified() {
             .at(format!("out/runs/kinds-{}-{}", seeds[0], &ids[0][..8]))
             .is_dir()
     );
-    // By its id; nothing is overwritten; and by what is none.
+    // By its id, without overwriting anything, and by an unknown id.
     assert_eq!(extract(&ids[3][..8], &["--out", "three"])["result"], results[3]);
     for (run, words) in [
         ("0", "exists"),
@@ -136,13 +136,13 @@ fn are_done_again_with_a_directory_that_can_be_verified() {
         let code = if run == "-1" { 2 } else { 3 };
         ran.exits(code).says(&[words]);
     }
-    // A sweep goes on beside them, and keeps its name where its shards are joined.
+    // A sweep continues beside them, and keeps its name when its shards are joined.
     place.good(&run);
     place.good(&["sweep", "merge", "out", "--out", "joined"]);
     assert_eq!(place.data(&["sweep", "status", "joined"])["name"], "kinds");
 }
 
-/// Tables that lie above the experiment come along: the directory needs nothing of where it was made.
+/// Tables above the experiment are copied too: the directory doesn't depend on where it was made.
 #[test]
 fn need_nothing_of_where_their_sweep_was_made() {
     let place = Place::new("above");

@@ -1,9 +1,9 @@
-//! An independent witness of the life kernel: one robot's life in plain scalar Rust, written by hand from the
-//! models and from the order of operations that the WGSL states. Every backend shares the compiler's front end,
-//! whose mistakes would be invisible to tests that only compare backends with each other.
+//! An independent witness of the life kernel: one robot's life in plain scalar Rust, written by hand from the models
+//! and from the order of operations in the WGSL. All backends share the compiler's front end, whose mistakes would be
+//! invisible to tests that only compare backends with each other.
 //!
-//! It is also what `cargo bench` measures the lane code against, so it is written to be fast: what a world's lives
-//! share is worked out once, and the distances that show a move to be free serve the next cycle's senses too.
+//! `cargo bench` also compares the lane code's speed with it, so it is written to be fast: everything that a world's
+//! lives share is computed once, and the distances that show a move to be free are reused for the next cycle's sensing.
 
 use oneiro::random::{Key, pcg4d};
 use oneiro::tables::MotorCell;
@@ -17,10 +17,10 @@ const SENSOR: u32 = 1;
 const ACTUATOR: u32 = 2;
 const ENVIRONMENT: u32 = 3;
 
-/// Squared distances are taken to be at least this, 2^-60.
+/// Least squared distance, 2^-60.
 const TOUCHING: f32 = 1.0 / (1_u64 << 60) as f32;
 
-/// The gap to an object on whose far side a displaced robot finds itself.
+/// Gap to an object when a displaced robot is on its far side.
 const BEHIND: f32 = 1_048_576.0;
 
 /// An object of the arena: a segment with a radius, or a block around `from`.
@@ -35,7 +35,7 @@ struct Object<'a> {
     readings: &'a [[u16; 8]],
 }
 
-/// What a block is besides its centre.
+/// Properties of a block besides its centre.
 struct Block {
     axis: [f32; 2],
     half: [f32; 2],
@@ -98,7 +98,7 @@ impl<'a> Object<'a> {
         }
     }
 
-    /// From a point to the nearest point of the axis, or of a block; an object without length is at `from`.
+    /// Vector from a point to the nearest point of the axis, or of a block; an object without length is at `from`.
     fn toward(&self, x: f32, y: f32) -> [f32; 2] {
         let (from_x, from_y) = (x - self.from[0], y - self.from[1]);
         if let Some(block) = &self.block {
@@ -117,14 +117,14 @@ impl<'a> Object<'a> {
 }
 
 impl<'a> Object<'a> {
-    /// A point along and across a block, from its centre.
+    /// Coordinates of a point along and across a block, from its centre.
     fn within(&self, block: &Block, x: f32, y: f32) -> [f32; 2] {
         let (from_x, from_y) = (x - self.from[0], y - self.from[1]);
         let [cosine, sine] = block.axis;
         [from_x * cosine + from_y * sine, from_y * cosine - from_x * sine]
     }
 
-    /// The readings of what is seen from a point.
+    /// Readings for an object seen from a point.
     fn seen_from(&self, x: f32, y: f32) -> &'a [[u16; 8]] {
         let Some(block) = &self.block else {
             return self.readings;
@@ -147,7 +147,7 @@ fn units(key: Key, stream: u32, step: u32, block: u32) -> [f32; 4] {
     pcg4d([key.0[0], key.0[1], step, stream << 16 | block]).map(|word| (word >> 8) as f32 / 16_777_216.0)
 }
 
-/// What one pair of motor states does, and what it earns where nothing is near.
+/// Motion of one pair of motor states, and its reward if nothing is near.
 #[derive(Clone, Copy)]
 struct Motion {
     displacement: f32,
@@ -175,16 +175,16 @@ impl Motion {
     }
 }
 
-/// All that lives in one world share.
+/// Data shared by all lives in one world.
 pub(crate) struct Setting<'a> {
     spec: &'a WorldSpec,
     objects: Vec<Object<'a>>,
     /// At `left * states + right`.
     motions: Vec<Motion>,
     activation: Activation,
-    /// What a new cell is worth.
+    /// Value of a new cell.
     new_cell: f32,
-    /// Of the sensor tables: gap of the first row, rows per mm, rows, bearings.
+    /// From the sensor tables: gap of the first row, rows per mm, rows, bearings.
     nearest: f32,
     rows_per_mm: f32,
     rows: u32,
@@ -192,7 +192,7 @@ pub(crate) struct Setting<'a> {
 }
 
 impl<'a> Setting<'a> {
-    /// For worlds with objects.
+    /// Prepares a world with objects.
     pub(crate) fn new(spec: &'a WorldSpec) -> Self {
         let Task::Avoidance {
             activation, new_cell, ..
@@ -212,7 +212,7 @@ impl<'a> Setting<'a> {
         }
     }
 
-    /// Finds the objects within reach of a robot. Whether it is free; if not, some are missing.
+    /// Finds the objects within a robot's reach. Returns whether the robot is free; if not, some objects are missing.
     fn around(&self, x: f32, y: f32, near: &mut Vec<Near>) -> bool {
         near.clear();
         for (object, index) in self.objects.iter().zip(0..) {
@@ -232,7 +232,7 @@ impl<'a> Setting<'a> {
         true
     }
 
-    /// Where a body gets that slides along what it would touch at its goal.
+    /// Final position of a body that slides along what it would touch at its goal.
     fn slide(&self, start: [f32; 2], goal: [f32; 2]) -> [f32; 2] {
         let touches = |object: &Object<'_>, [x, y]: [f32; 2]| squared(object.toward(x, y)) < object.contact_squared;
         let mut way = [goal[0] - start[0], goal[1] - start[1]];
@@ -252,7 +252,7 @@ impl<'a> Setting<'a> {
         if stays { start } else { end }
     }
 
-    /// Adds the readings that an object in some direction gives.
+    /// Adds the readings of an object in some direction.
     fn read(&self, readings: &[[u16; 8]], to: [f32; 2], squared: f32, contact: f32, heading: f32, sums: &mut [u32; 8]) {
         let inverse = reciprocal_root(most(squared, TOUCHING));
         let gap = squared * inverse - contact;
@@ -286,21 +286,21 @@ pub(crate) struct Life<'a> {
     x: f32,
     y: f32,
     heading: f32,
-    /// The heading's cosine and sine.
+    /// Cosine and sine of the heading.
     facing: (f32, f32),
-    /// The objects within reach of this pose, and where the next pose's go.
+    /// Objects within reach of this pose, and a buffer for the next pose's.
     near: Vec<Near>,
     next_near: Vec<Near>,
     shift: [f32; 2],
     outputs: [f32; 2],
-    /// The cells of the field that it has been in, by column and row.
+    /// Cells of the field that it has visited, by column and row.
     visited: std::collections::HashSet<(i32, i32)>,
-    /// The sum of all rewards so far.
+    /// Sum of all rewards so far.
     pub(crate) fitness: f32,
 }
 
 impl<'a> Life<'a> {
-    /// A life at its start. For worlds with random starts of which one of 64 draws is free.
+    /// A life at its start. A random start must be free in one of 64 draws.
     pub(crate) fn new(setting: &'a Setting<'a>, genes: &'a [f32], key: Key) -> Self {
         let spec = setting.spec;
         let range = spec.noise.walk_range;
@@ -342,7 +342,7 @@ impl<'a> Life<'a> {
         [self.x, self.y, self.heading]
     }
 
-    /// One cycle of 100 ms.
+    /// Lives one cycle of 100 ms.
     pub(crate) fn cycle(&mut self, step: u32) {
         let spec = self.setting.spec;
         let sums = if spec.noise.walk_range > 0.0 {
@@ -396,7 +396,7 @@ impl<'a> Life<'a> {
         self.outputs = outputs;
     }
 
-    /// The sums of all objects' readings.
+    /// Sums of all objects' readings.
     fn sense(&self) -> [u32; 8] {
         let mut sums = [0; 8];
         for near in &self.near {
@@ -408,7 +408,7 @@ impl<'a> Life<'a> {
         sums
     }
 
-    /// The same from where conservative noise displaces the robot to, and the next step of that walk.
+    /// The same from the position displaced by conservative noise, followed by the next step of that walk.
     fn sense_displaced(&mut self, step: u32) -> [u32; 8] {
         let noise = &self.setting.spec.noise;
         let shift = self.shift;
@@ -497,7 +497,7 @@ impl<'a> Life<'a> {
     }
 }
 
-/// The sum of the first eight genes' products with the readings, from the first to the last.
+/// Sum of the first eight genes' products with the readings, from the first to the last.
 fn weighed(genes: &[f32], readings: &[f32; 8]) -> f32 {
     let mut sum = genes[0] * readings[0];
     for (gene, reading) in genes[1..8].iter().zip(&readings[1..]) {
@@ -510,7 +510,7 @@ fn highest(readings: &[f32; 8]) -> f32 {
     readings.iter().fold(0.0, |highest, &reading| most(highest, reading))
 }
 
-/// Folds a number back at -range and range.
+/// Reflects a number at -range and range.
 fn reflect(x: f32, range: f32) -> f32 {
     if x < -range {
         -2.0 * range - x

@@ -24,23 +24,23 @@ pub(super) fn root(x: f32) -> f32 {
     x * reciprocal_root(most(x, f32::from_bits((127 - 100) << 23)))
 }
 
-/// Towards minus infinity, for numbers less than 2^22 in size. Sums with the constant have no bits below 1. The standard
-/// library's would be a call into the system's, and conversions to an integer and back take longer.
+/// Rounds towards minus infinity, for magnitudes below 2^22: sums with the constant have no bits below 1. The standard
+/// library's function would be a library call, and conversions to an integer and back take longer.
 pub(super) fn floor(x: f32) -> f32 {
     const WHOLE: f32 = 12_582_912.0;
     let nearest = (x + WHOLE) - WHOLE;
     if nearest > x { nearest - 1.0 } else { nearest }
 }
 
-/// Squares of numbers smaller than this could be subnormal.
+/// Squares of smaller numbers could be subnormal.
 const SMALL: f32 = f32::from_bits((127 - 40) << 23);
 
-/// The larger of two; one instruction, which `f32::max` is not.
+/// The larger of two numbers; a single instruction, unlike `f32::max`.
 pub(super) fn most(a: f32, b: f32) -> f32 {
     if a > b { a } else { b }
 }
 
-/// The smaller of two.
+/// The smaller of two numbers.
 pub(super) fn least(a: f32, b: f32) -> f32 {
     if a < b { a } else { b }
 }
