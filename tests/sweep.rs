@@ -215,7 +215,7 @@ impl Place {
         copy(&self.at(out), &self.at("forged"));
         let line = self
             .forge(&journal("forged", "").join(name), "known")
-            .expect("runs are under way in it");
+            .expect("runs are in progress");
         self.swept("forged", more);
         let rows = self.text("forged/generations.csv");
         assert!(

@@ -33,7 +33,7 @@ pub(crate) enum Command {
     New(New),
     /// Validate an experiment, summarise it and draw its arena
     Check(Check),
-    /// List the keys of experiments: default, what is allowed, what each means
+    /// List the keys of experiments with their defaults, allowed values and meanings
     Keys(Keys),
     /// Evolve controllers: run an experiment from one seed or from many
     Run(Run),
@@ -41,7 +41,7 @@ pub(crate) enum Command {
     Resume(Resume),
     /// Compute the fitness of genomes from a file
     Evaluate(Evaluate),
-    /// Compare what runs and sweeps recorded by the mean of many fresh lives, and name the best
+    /// Appraise recorded genomes by the mean of many fresh lives, and name the best
     Best(Best),
     /// Simulate a run's champion again, and write its path and its trace
     Replay(Replay),
@@ -197,14 +197,14 @@ pub(crate) struct Best {
     /// champion of each run), and files of genomes: .npy, .csv, champion.json
     #[arg(value_name = "DIR|FILE", required = true, value_hint = ValueHint::AnyPath)]
     pub(crate) recorded: Vec<PathBuf>,
-    /// Fresh lives of each genome, the same for all. The best of many genomes has been lucky, too: what its mean really is
-    /// shows another --seed
+    /// Fresh lives of each genome, the same for all. The best of many genomes was also lucky: another --seed shows its
+    /// true mean
     #[arg(long, value_name = "N", default_value_t = 100)]
     pub(crate) lives: u32,
     /// Seed of the lives' random numbers [default: that of --experiment, else 1]
     #[arg(long, value_name = "N")]
     pub(crate) seed: Option<u64>,
-    /// The experiment in whose world all live [default: that of the runs and sweeps, which must be one]
+    /// The experiment whose world all genomes live in [default: that of the runs and sweeps, which must agree]
     #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath)]
     pub(crate) experiment: Option<PathBuf>,
     /// Of runs, take every individual that ever lived, not only the last generation
@@ -247,8 +247,8 @@ pub(crate) struct Replay {
     /// so nothing is compared
     #[arg(long, value_name = "N")]
     pub(crate) seed: Option<u64>,
-    /// Draw this genome instead of the champion, such as what `oneiro best --out` wrote. Its random numbers are those of
-    /// --seed, 1 if not given, and nothing is compared
+    /// Draw this genome instead of the champion, such as one written by `oneiro best --out`. Its random numbers are
+    /// those of --seed, 1 if not given, and nothing is compared
     #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath)]
     pub(crate) genome: Option<PathBuf>,
     /// Record every Nth cycle
@@ -405,9 +405,9 @@ pub(crate) struct Sweep {
 pub(crate) enum SweepCommand {
     /// Check a sweep's file, list its runs, and estimate how long they take on this machine
     Plan(SweepPlan),
-    /// Do the runs that are not done yet. The same command continues after any interruption
+    /// Do all runs that are not finished. Repeat the command to continue after any interruption
     Run(SweepRun),
-    /// Show how far a sweep is, also while it runs
+    /// Show the progress of a sweep, also while it runs
     Status {
         /// The sweep's directory
         #[arg(value_hint = ValueHint::DirPath)]
@@ -473,14 +473,14 @@ pub(crate) struct SweepRun {
     /// The sweep's directory
     #[arg(long, value_name = "DIR", value_hint = ValueHint::DirPath)]
     pub(crate) out: PathBuf,
-    /// Do every N-th run, from the I-th on. Any number of shards may run at once [default: in a Slurm array the task's
-    /// shard, else all runs]
+    /// Do every N-th run, beginning with the I-th. Any number of shards may run at once [default: in a Slurm array the
+    /// task's shard, else all runs]
     #[arg(long, value_name = "I/N")]
     pub(crate) shard: Option<Shard>,
     /// Save a checkpoint and stop with exit code 75 after this time, such as 90s, 30m, 2h or 1h30m
     #[arg(long, value_name = "TIME", value_parser = duration)]
     pub(crate) time_budget: Option<Duration>,
-    /// Time between checkpoints, which is the most that a power cut can cost
+    /// Time between checkpoints: the most work that a power cut can cost
     #[arg(long, value_name = "TIME", default_value = "10s", value_parser = duration)]
     pub(crate) checkpoint_every: Duration,
     /// Most runs at a time [default: as many as keep the device busy]

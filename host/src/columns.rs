@@ -1,11 +1,11 @@
-//! Columns of numbers from `.csv` files, by their names or by their order.
+//! Columns of numbers from `.csv` files, by name or by position.
 
-/// The numbers of the columns of these names, row by row, and the line of each row. Where no line of names goes before
-/// the numbers, or one that has none of these names, there are as many columns as names, in their order. Other columns
-/// beside those that are named don't matter. `check` makes a number of the column's, or says why it can't be one.
+/// Reads the named columns: numbers row by row, and the line of each row. Without a header, or with one that has none
+/// of these names, the file must have exactly as many columns as names, in their order. Other columns are ignored if
+/// there is a header with the names. `check` converts a column's number, or says why it isn't allowed.
 ///
 /// # Errors
-/// The line and the column, what is there, and what is allowed.
+/// The line and the column, the value found, and the allowed values.
 pub(crate) fn read<S: AsRef<str>>(
     bytes: &[u8],
     names: &[S],
@@ -22,7 +22,7 @@ pub(crate) fn read<S: AsRef<str>>(
         cells.clear();
         cells.extend(text.split(',').map(|cell| cell.trim().trim_matches('"')));
         let at_line = |problem| format!("line {line}: {problem}");
-        // Names are no numbers, all of them.
+        // In a header, no cell is a number.
         let is_head = layout.is_none() && cells.iter().all(|cell| cell.parse::<f64>().is_err());
         let known = layout.get_or_insert(Layout::in_order(names.len()));
         if is_head {
@@ -48,11 +48,11 @@ pub(crate) fn read<S: AsRef<str>>(
     Ok((values, lines))
 }
 
-/// Where a row has what is wanted.
+/// Positions of the wanted columns.
 struct Layout {
-    /// Cells of a row.
+    /// Number of cells in a row.
     cells: usize,
-    /// Those that are wanted, in the order of their names.
+    /// Indices of the wanted columns, in the order of their names.
     columns: Vec<usize>,
 }
 

@@ -6,7 +6,7 @@ use clap::Args;
 
 use crate::exit::{Failure, Result};
 
-/// Options of what a command prints.
+/// Options for the output of all commands.
 #[derive(Args, Clone, Copy, Debug, Default)]
 pub(crate) struct Output {
     /// Print data as JSON
@@ -24,7 +24,7 @@ pub(crate) struct Console {
 }
 
 impl Console {
-    /// Follows `--json` and `--quiet`.
+    /// Applies `--json` and `--quiet`.
     pub(crate) fn new(output: Output) -> Self {
         Self { output }
     }
@@ -66,13 +66,13 @@ impl Console {
     /// Prints a message, unless `--quiet` is given.
     pub(crate) fn say(self, text: impl AsRef<str>) {
         if !self.output.quiet {
-            // Nothing is lost when standard error is closed.
+            // If standard error is closed, there is nobody to read the message.
             let _ = writeln!(io::stderr(), "{}", text.as_ref());
         }
     }
 }
 
-/// A float32 for JSON: the shortest decimal that reads back as the same number; null if it is not finite.
+/// A float32 for JSON: the shortest decimal that reads back as the same number; null if it isn't finite.
 pub(crate) fn decimal(value: f32) -> serde_json::Value {
     value
         .to_string()

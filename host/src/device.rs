@@ -30,7 +30,7 @@ pub(crate) struct Backend {
 /// Opens the evaluator of `--backend`, `--threads` and `--recheck`.
 ///
 /// # Errors
-/// Exit 4 if there is no such device; the message lists those there are.
+/// Exit 4 if there is no such device; the message lists those that exist.
 pub(crate) fn open(arguments: &Backend) -> Result<Box<dyn Evaluator>> {
     let options = Options {
         threads: arguments.threads.map(usize::from),
@@ -40,7 +40,7 @@ pub(crate) fn open(arguments: &Backend) -> Result<Box<dyn Evaluator>> {
     Ok(backend::open(&arguments.name, options)?)
 }
 
-/// The same, to be shared by all jobs of a command, until the user stops it.
+/// Like [`open`], shared by all jobs of a command until the user stops it.
 ///
 /// # Errors
 /// As [`open`].
@@ -55,8 +55,8 @@ pub(crate) fn close(engine: Engine, console: Console) {
     }
 }
 
-/// Keeps Mesa's device-select layer out: where there is no desktop it complains on standard error, and the order that
-/// it puts adapters in is of no use here. Called before any thread is started.
+/// Disables Mesa's device-select layer: without a desktop it prints to standard error, and its order of adapters isn't
+/// needed here. Call before starting any thread.
 pub(crate) fn quiet_drivers() {
     if cfg!(feature = "gpu") {
         // SAFETY: this thread is the only one.
@@ -64,14 +64,14 @@ pub(crate) fn quiet_drivers() {
     }
 }
 
-/// A device's name and details, for messages.
+/// Name and details of a device, for messages.
 pub(crate) fn name(evaluator: &dyn Evaluator) -> String {
     let device = evaluator.device();
     let exact = if device.exact { "" } else { ", not exact" };
     format!("{} ({}{exact})", device.name, device.detail)
 }
 
-/// Prints a device's warnings, such as that it was lost and opened again. Its results are right nevertheless.
+/// Prints a device's warnings, such as that it was lost and reopened. Its results are right nevertheless.
 pub(crate) fn tell_warnings(evaluator: &dyn Evaluator, console: Console) {
     for warning in evaluator.warnings() {
         console.say(format!("warning: {warning}"));
@@ -86,14 +86,14 @@ fn share_or_none(text: &str) -> std::result::Result<f64, String> {
     }
 }
 
-/// The lane code of one lane.
+/// Lane code with a single lane.
 const SCALAR: &str = "scalarx1";
 
 /// One device or instruction set of this machine, to compare with the others.
 pub(crate) struct Candidate {
-    /// Its name, such as `cpu avx2x16` or `llvmpipe (LLVM 15.0.6, 256 bits)`.
+    /// Name, such as `cpu avx2x16` or `llvmpipe (LLVM 15.0.6, 256 bits)`.
     pub(crate) name: String,
-    /// Number of CPU threads; none for an adapter.
+    /// Number of CPU threads; `None` for an adapter.
     pub(crate) threads: Option<usize>,
     /// Whether it is exact.
     pub(crate) exact: bool,
@@ -131,7 +131,7 @@ impl Candidate {
         matches!(self.way, Way::Cpu(lanes) if lanes.starts_with("checked"))
     }
 
-    /// Opens it to compute one operation or function at a time.
+    /// Opens it to compute single operations or functions.
     ///
     /// # Errors
     /// Exit 4: it can't run the kernels.
@@ -180,7 +180,7 @@ impl Candidate {
     }
 }
 
-/// A device that computes one operation or function at a time.
+/// A device that computes single operations or functions.
 pub(crate) enum Probe {
     /// A lane code.
     Cpu(&'static str),
@@ -302,7 +302,7 @@ fn adapters() -> Vec<Candidate> {
 
 #[cfg(not(feature = "gpu"))]
 fn adapter(name: &str) -> Result<Candidate> {
-    // The library says what is missing.
+    // The library's message says what is missing.
     Err(Failure::from(
         match backend::open(&format!("gpu:{name}"), Options::default()) {
             Err(error) => error,

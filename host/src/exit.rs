@@ -56,7 +56,7 @@ impl Failure {
         Self::new(Code::Usage, problem)
     }
 
-    /// Exit 3: what is wrong, where, and what is allowed.
+    /// Exit 3: the problem, its place, and what is allowed.
     pub(crate) fn input(problem: impl Display) -> Self {
         Self::new(Code::Input, problem)
     }
@@ -88,7 +88,7 @@ impl Failure {
         Self::new(Code::Storage, problem)
     }
 
-    /// For a file that the user named as input: exit 3 if it is missing or not such a file, else exit 6.
+    /// For a file that the user named as input: exit 3 if it is missing or of the wrong kind, else exit 6.
     pub(crate) fn unreadable(path: &Path, error: &io::Error) -> Self {
         match error.kind() {
             io::ErrorKind::NotFound

@@ -1,4 +1,4 @@
-//! Files that a user names: read whole, and never overwritten; directories in the order of their numbers.
+//! Files named by the user: read completely, and never overwritten; directories in the order of their numbers.
 
 use std::cmp::Ordering;
 use std::fs::{self, OpenOptions};
@@ -10,7 +10,7 @@ use crate::exit::{Failure, Result};
 /// Reads the text of an input file.
 ///
 /// # Errors
-/// Exit 3 when there is no such text file, exit 6 when reading fails otherwise.
+/// Exit 3 if it doesn't exist or isn't text, exit 6 if reading fails otherwise.
 pub(crate) fn text(path: &Path) -> Result<String> {
     String::from_utf8(bytes(path)?)
         .map_err(|error| Failure::input(format_args!("{}: is no text: {}", path.display(), error.utf8_error())))
@@ -19,7 +19,7 @@ pub(crate) fn text(path: &Path) -> Result<String> {
 /// Reads an input file.
 ///
 /// # Errors
-/// Exit 3 when there is no such file, or a directory, with what to name instead; exit 6 when reading fails otherwise.
+/// Exit 3 if it doesn't exist, or is a directory, with what to name instead; exit 6 if reading fails otherwise.
 pub(crate) fn bytes(path: &Path) -> Result<Vec<u8>> {
     fs::read(path).map_err(|error| {
         if path.is_dir() {
@@ -30,9 +30,9 @@ pub(crate) fn bytes(path: &Path) -> Result<Vec<u8>> {
     })
 }
 
-/// Tells that a directory was named where a file is wanted, and which of its files can be meant.
+/// Says that a directory was named instead of a file, and which of its files could be meant.
 fn instead_of_directory(directory: &Path) -> String {
-    /// What commands read: experiments and sweeps, genomes, tables.
+    /// Extensions that commands read: experiments and sweeps, genomes, tables.
     const READ: [&str; 6] = ["toml", "npy", "csv", "json", "sam", "sample"];
     const MOST: usize = 4;
     let is_read = |path: &Path| {
@@ -58,7 +58,7 @@ fn instead_of_directory(directory: &Path) -> String {
     format!("{}: is a directory; allowed: a file{such_as}", directory.display())
 }
 
-/// Orders paths by the numbers in them, as people do: `run-2` comes before `run-10`.
+/// Orders paths by the numbers in them: `run-2` comes before `run-10`.
 pub(crate) fn by_numbers(a: &Path, b: &Path) -> Ordering {
     fn parts(path: &Path) -> impl Iterator<Item = Part<'_>> {
         let bytes = path.as_os_str().as_encoded_bytes();
@@ -76,7 +76,7 @@ pub(crate) fn by_numbers(a: &Path, b: &Path) -> Ordering {
     parts(a).cmp(parts(b)).then_with(|| a.cmp(b))
 }
 
-/// A part of a path. Of numbers without leading zeros the longer is the greater.
+/// Part of a path. Of numbers without leading zeros the longer is the greater.
 #[derive(PartialEq, Eq, PartialOrd, Ord)]
 enum Part<'a> {
     Number(usize, &'a [u8]),
@@ -98,7 +98,7 @@ pub(crate) fn must_be_new(path: &Path) -> Result {
 /// Writes a new file.
 ///
 /// # Errors
-/// Exit 3 when the path exists or its directory doesn't, exit 6 when writing fails; a file begun is removed.
+/// Exit 3 if the path exists or its directory doesn't, exit 6 if writing fails; a partial file is removed.
 pub(crate) fn write_new(path: &Path, bytes: &[u8]) -> Result {
     let mut file = match OpenOptions::new().write(true).create_new(true).open(path) {
         Ok(file) => file,
@@ -106,7 +106,7 @@ pub(crate) fn write_new(path: &Path, bytes: &[u8]) -> Result {
         Err(error) => return Err(Failure::unreadable(path, &error)),
     };
     file.write_all(bytes).and_then(|()| file.sync_all()).map_err(|error| {
-        // What can't be removed is told by the error that follows.
+        // If this fails too, the error that follows names the file.
         let _ = fs::remove_file(path);
         Failure::storage(path, &error)
     })

@@ -41,7 +41,7 @@ fn main() -> ExitCode {
         Ok(()) => ExitCode::SUCCESS,
         Err(failure) => {
             if !matches!(failure, exit::Failure::BrokenPipe) {
-                // Nothing is lost when standard error is closed.
+                // If standard error is closed, there is nobody to read the message.
                 let _ = std::io::Write::write_fmt(&mut std::io::stderr(), format_args!("oneiro: {failure}\n"));
             }
             ExitCode::from(failure.code())

@@ -22,7 +22,7 @@ pub(crate) fn npy(shape: &[usize], values: &[f32]) -> Vec<u8> {
     bytes
 }
 
-/// Little-endian f32 from bytes, as many as are whole.
+/// Little-endian f32 from bytes; an incomplete last one is ignored.
 pub(crate) fn floats(bytes: &[u8]) -> Vec<f32> {
     bytes
         .as_chunks()

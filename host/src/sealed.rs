@@ -1,5 +1,5 @@
-//! Saved states as bytes that open only as what they are: a name, a version, a hash of what they belong to, the state, and
-//! a BLAKE3 hash of it all.
+//! Saved states as bytes that can only be opened as what they are: a name, a version, a hash of their owner, the state,
+//! and a BLAKE3 hash of it all.
 
 use std::fmt;
 
@@ -13,12 +13,12 @@ struct Header<'a> {
     owner: [u8; blake3::OUT_LEN],
 }
 
-/// Why bytes don't open.
+/// Reason why bytes can't be opened.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) enum Problem {
-    /// They are not what was sealed.
+    /// They aren't what was sealed.
     Damaged,
-    /// They are whole, but were sealed by something else, or by another version: in words.
+    /// They are intact, but were sealed by something else, or by another version, as described.
     Other(String),
     /// They belong to something else.
     Owner,
@@ -34,7 +34,7 @@ impl fmt::Display for Problem {
     }
 }
 
-/// A state of something by name and version. `owner` is a hash of what it belongs to: its settings, its experiment.
+/// Seals a state under a name and version. `owner` is a hash of what it belongs to: its settings, its experiment.
 pub(crate) fn seal(name: &str, version: u32, owner: &blake3::Hash, state: &impl Serialize) -> Vec<u8> {
     let header = Header {
         name,
@@ -47,7 +47,7 @@ pub(crate) fn seal(name: &str, version: u32, owner: &blake3::Hash, state: &impl 
     bytes
 }
 
-/// The state that [`seal`] was given, or what is wrong with the bytes.
+/// Opens a sealed state, or returns the problem with the bytes.
 pub(crate) fn open<T: DeserializeOwned>(
     name: &str,
     version: u32,

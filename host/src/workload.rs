@@ -1,4 +1,4 @@
-//! Lives to compare and to time devices with: worlds of every kind and random genomes, the same on every machine.
+//! Lives for comparing and timing devices: worlds of every kind and random genomes, the same on every machine.
 
 use std::sync::Arc;
 
@@ -46,8 +46,8 @@ pub(crate) fn noises() -> [(&'static str, Noise); 4] {
     ]
 }
 
-/// A robot that knows the class of every arena's objects: of blocks, if it has no table for them, it reads something
-/// else from each of four points of view, at random. Bits are compared here, not what robots do.
+/// A robot that knows the class of every arena's objects. If it has no table for blocks, it gets one with random
+/// readings for each of four points of view: here only bits are compared, not behaviour.
 fn knowing_blocks(robot: &Robot) -> Robot {
     const CLASS: &str = "block";
     let mut sensors = (*robot.sensors).clone();

@@ -40,7 +40,7 @@ pub(super) enum Fault {
 
 /// Errors reported by wgpu's callbacks.
 #[derive(Debug, Default)]
-struct Told {
+struct Reported {
     lost: Option<String>,
     error: Option<wgpu::Error>,
 }
@@ -62,7 +62,7 @@ pub(super) struct Device {
     path: Path,
     /// Modes that its kernels request.
     float_controls: FloatControls,
-    told: Arc<Mutex<Told>>,
+    reported: Arc<Mutex<Reported>>,
     pub(super) doom: Doom,
     /// By name and SPIR-V, so that a changed kernel is a different one.
     pipelines: BTreeMap<(&'static str, usize), Arc<Pipeline>>,
@@ -103,20 +103,20 @@ impl Device {
         let (device, queue) = pollster::block_on(adapter.handle.request_device(&descriptor))
             .map_err(|error| refused(error.to_string()))?;
 
-        let told = Arc::new(Mutex::new(Told::default()));
-        let ear = Arc::clone(&told);
+        let reported = Arc::new(Mutex::new(Reported::default()));
+        let sink = Arc::clone(&reported);
         device.on_uncaptured_error(Arc::new(move |error| {
             // The first error is the cause; those that follow are consequences.
-            lock(&ear).error.get_or_insert(error);
+            lock(&sink).error.get_or_insert(error);
         }));
-        let ear = Arc::clone(&told);
+        let sink = Arc::clone(&reported);
         device.set_device_lost_callback(move |reason, message| {
             let said = if message.is_empty() {
                 format!("{reason:?}").to_lowercase()
             } else {
                 message
             };
-            lock(&ear).lost.get_or_insert(said);
+            lock(&sink).lost.get_or_insert(said);
         });
         Ok(Self {
             raw: device,
@@ -124,7 +124,7 @@ impl Device {
             adapter: adapter.clone(),
             path,
             float_controls: adapter.float_controls(),
-            told,
+            reported,
             doom: Doom::default(),
             pipelines: BTreeMap::new(),
         })
@@ -251,15 +251,17 @@ impl Device {
     /// # Errors
     /// The fault, if any.
     pub(super) fn check(&self) -> Result<(), Fault> {
-        let mut told = lock(&self.told);
-        if let Some(reason) = &told.lost {
+        let mut reported = lock(&self.reported);
+        if let Some(reason) = &reported.lost {
             return Err(Fault::Lost(reason.clone()));
         }
-        let Some(error) = told.error.take() else { return Ok(()) };
-        drop(told);
+        let Some(error) = reported.error.take() else {
+            return Ok(());
+        };
+        drop(reported);
         // An error may be the first sign of a lost device, which polling reports.
         let _ = self.poll(wgpu::PollType::Poll);
-        if let Some(reason) = &lock(&self.told).lost {
+        if let Some(reason) = &lock(&self.reported).lost {
             return Err(Fault::Lost(reason.clone()));
         }
         Err(match error {
@@ -278,7 +280,7 @@ impl Device {
                 let said = panic
                     .downcast_ref::<String>()
                     .map_or("no reason given", |message| message.as_str());
-                lock(&self.told).lost.get_or_insert_with(|| said.to_owned());
+                lock(&self.reported).lost.get_or_insert_with(|| said.to_owned());
                 Ok(())
             }
         }
@@ -313,8 +315,8 @@ impl Doom {
     }
 }
 
-fn lock(told: &Mutex<Told>) -> std::sync::MutexGuard<'_, Told> {
-    told.lock().unwrap_or_else(PoisonError::into_inner)
+fn lock(reported: &Mutex<Reported>) -> std::sync::MutexGuard<'_, Reported> {
+    reported.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
 fn layout_entry(binding: &Binding) -> wgpu::BindGroupLayoutEntry {
@@ -339,6 +341,6 @@ impl Device {
     /// Fails as if the driver had run out of memory.
     pub(super) fn pretend_out_of_memory(&self) {
         let source = Box::new(std::io::Error::from(std::io::ErrorKind::OutOfMemory));
-        lock(&self.told).error = Some(wgpu::Error::OutOfMemory { source });
+        lock(&self.reported).error = Some(wgpu::Error::OutOfMemory { source });
     }
 }

@@ -71,7 +71,7 @@ fn of_checkpoints_are_told_and_the_one_before_is_used() {
         let [newest, before] = names
             .clone()
             .map(|name| Path::new(out).join(name.strip_prefix("killed").unwrap()));
-        let told = |checkpoint: &Path| {
+        let warning = |checkpoint: &Path| {
             let name = checkpoint.file_name().unwrap().to_str().unwrap();
             format!("warning: {out}/shard-1-of-1/{name}: {problem}; it is not used")
         };
@@ -79,7 +79,7 @@ fn of_checkpoints_are_told_and_the_one_before_is_used() {
         let line = place.forge(&before, "known").unwrap();
         damage(&place, &newest);
         let again = sweep(out, &["--threads", "1"]);
-        place.run(&again).exits(0).says(&[&told(&newest)]);
+        place.run(&again).exits(0).says(&[&warning(&newest)]);
         assert!(place.text(format!("{out}/generations.csv")).contains(&line), "{out}");
         fs::remove_dir_all(place.at(out)).unwrap();
 
@@ -87,7 +87,7 @@ fn of_checkpoints_are_told_and_the_one_before_is_used() {
         copy(&place.at("killed"), &place.at(out));
         damage(&place, &newest);
         damage(&place, &before);
-        place.run(&again).exits(0).says(&[&told(&newest), &told(&before)]);
+        place.run(&again).exits(0).says(&[&warning(&newest), &warning(&before)]);
         place.assert_same("known", out);
     }
 }

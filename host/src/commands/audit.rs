@@ -1,4 +1,4 @@
-//! `oneiro audit`: a share of what was recorded evaluated again on this machine, and compared bit for bit.
+//! `oneiro audit`: evaluates a share of recorded individuals again on this machine and compares them bit for bit.
 
 use serde_json::json;
 

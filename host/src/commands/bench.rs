@@ -61,7 +61,7 @@ pub(crate) struct Cell {
     pub(crate) seconds: f64,
     pub(crate) repetitions: usize,
     pub(crate) steps_per_second: f64,
-    /// Times the scalar code on one thread, at the same batch size, or at the largest that it was given.
+    /// Speed relative to the scalar code on one thread, at the same batch size, or at the largest that it ran.
     pub(crate) ratio: Option<f64>,
     /// Rollouts of the batch that `ratio` compares with.
     pub(crate) ratio_rollouts: Option<u32>,
@@ -145,7 +145,7 @@ pub(crate) fn measure(candidates: &[Candidate], plan: &Plan, console: Console) -
     let smallest = batch(&world, plan.sizes.first().copied().unwrap_or(1000))?;
     let mut firsts = Vec::new();
     let mut evaluators = Vec::new();
-    // Seconds a robot-step, as last seen.
+    // Seconds per robot-step, as last measured.
     let mut paces = Vec::new();
     for candidate in candidates {
         let start = Instant::now();
@@ -175,7 +175,7 @@ pub(crate) fn measure(candidates: &[Candidate], plan: &Plan, console: Console) -
         let repetitions = ((plan.whole.as_secs_f64() / round.max(1e-6)) as usize).clamp(fewest, most);
         let mut times = vec![Vec::with_capacity(repetitions); candidates.len()];
         for &i in &taking_part {
-            // The first batch of a size makes its buffers.
+            // The first batch of a size allocates its buffers.
             time(evaluators[i].as_mut(), &batch)?;
         }
         for _ in 0..repetitions {
@@ -237,7 +237,7 @@ fn time(evaluator: &mut dyn Evaluator, batch: &Batch) -> Result<f64> {
     Ok(start.elapsed().as_secs_f64())
 }
 
-/// The median; 0 of no values.
+/// Median; 0 if there are no values.
 fn median(values: &mut [f64]) -> f64 {
     values.sort_by(f64::total_cmp);
     match (values.len(), values.len() / 2) {

@@ -1,4 +1,4 @@
-//! `oneiro best`: appraises what was recorded, and names the best mean.
+//! `oneiro best`: appraises recorded genomes and names the one with the best mean.
 
 use std::path::Path;
 
@@ -17,9 +17,9 @@ use crate::report::numbers::{significant, to_six_places};
 use crate::{device, files, progress};
 
 const MOST_LIVES: u32 = 1_000_000;
-/// The generation in the keys of the lives: no run has lives with it, neither in its evolution nor of its finalists.
+/// Generation in the keys of the lives, which no run uses for its evolution or its finalists.
 const GENERATION: u64 = (1 << 32) + 1;
-/// Genomes that are shown, unless all are asked for.
+/// Genomes that are shown without `--all`.
 const SHOWN: usize = 20;
 
 /// Lets all genomes live the same fresh lives, prints them from the best mean to the worst, and writes the best.
@@ -107,13 +107,13 @@ fn writable(out: &Path) -> Result {
     files::must_be_new(out)
 }
 
-/// All but the runs that are not finished, which have no champion yet.
+/// Leaves out unfinished runs, which have no champion yet.
 fn finished(named: Vec<Named>, console: Console) -> Result<Vec<Named>> {
     let mut finished = Vec::with_capacity(named.len());
     for named in named {
         match &named {
             Named::Run(run) if !run.is_done()? => console.say(format!(
-                "warning: {}: is not finished, and left out; `oneiro resume` goes on with it",
+                "warning: {}: is not finished, and left out; `oneiro resume` continues it",
                 run.directory().display()
             )),
             _ => finished.push(named),
@@ -127,13 +127,13 @@ fn finished(named: Vec<Named>, console: Console) -> Result<Vec<Named>> {
     Ok(finished)
 }
 
-/// What the lives of one genome came to.
+/// Appraisal of one genome.
 #[derive(Serialize)]
 struct Row<'a> {
-    /// The file that has it, and its row there.
+    /// File of the genome, with its row.
     source: &'a str,
     mean: f64,
-    /// 95 % of the mean, by Student's t.
+    /// 95 % confidence interval of the mean, by Student's t.
     interval: [f64; 2],
     deviation: f64,
     lowest: Value,
@@ -154,7 +154,7 @@ impl<'a> Row<'a> {
     }
 }
 
-/// The best genomes, or all, with the best marked.
+/// Formats the best genomes, or all, with the best marked.
 fn table(rows: &[Row<'_>], all: bool) -> String {
     let shown = if all { rows.len() } else { SHOWN.min(rows.len()) };
     let line = |(row, mark): (&Row<'_>, &str)| {

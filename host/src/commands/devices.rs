@@ -39,16 +39,16 @@ pub(crate) fn run(console: Console) -> Result {
     console.data(text)
 }
 
-/// An adapter, as printed.
+/// An adapter in the output.
 struct Adapter {
     index: usize,
     name: String,
     interface: &'static str,
     driver: String,
     software: bool,
-    /// Why it is not exact, if it is not.
+    /// Reason why it isn't exact, if it isn't.
     inexact: Option<String>,
-    /// Name, value.
+    /// Names and values.
     limits: Vec<(&'static str, u64)>,
     float_controls: Vec<(&'static str, bool)>,
 }

@@ -1,4 +1,4 @@
-//! `oneiro evaluate`: fitness of genomes, and how they live.
+//! `oneiro evaluate`: fitness and measures of genomes.
 
 use std::collections::BTreeMap;
 use std::fs::{self, OpenOptions};
@@ -22,7 +22,7 @@ use crate::report::csv::{Csv, number};
 use crate::runs::single::trace::{trace_head, trace_lines};
 use crate::{device, files, progress};
 
-/// Cycles that a world can have.
+/// Most cycles of a world.
 const MOST_CYCLES: u32 = 1_000_000;
 
 /// Evaluates, and prints or writes one row for each genome and trial.
@@ -47,7 +47,7 @@ pub(crate) fn run(arguments: &Evaluate, console: Console) -> Result {
     }
     let watched = arguments.measures || arguments.traces.is_some();
     if watched {
-        // Where a life ends is where its next cycle would begin.
+        // A life ends where its next cycle would begin.
         spec.cycles = (cycles + 1).min(MOST_CYCLES);
     }
     let which = if arguments.population {
@@ -110,13 +110,13 @@ pub(crate) fn run(arguments: &Evaluate, console: Console) -> Result {
 /// Measures lives, and writes their traces.
 struct Watch<'a> {
     field: oneiro::arena::Field,
-    /// Cycles of a life, and records of its trace.
+    /// Cycles of a life, and of its trace.
     cycles: u32,
     records: u32,
     trials: usize,
     directory: Option<&'a Path>,
     under_way: BTreeMap<LifeIndex, (f32, Meter)>,
-    /// Fitness and measures of each life that has ended, genome by genome.
+    /// Fitness and measures of each finished life, by genome.
     ended: Vec<Lived>,
 }
 
@@ -170,7 +170,7 @@ fn write_trace(directory: &Path, life: LifeIndex, first: u32, records: &[Record]
         .map_err(|error| Failure::storage(&path, &error))
 }
 
-/// Where the rows go.
+/// Destination of the rows.
 enum Sink {
     Stdout,
     Csv(PathBuf),
@@ -178,7 +178,7 @@ enum Sink {
 }
 
 impl Sink {
-    /// As the command line says; refused before anything is computed.
+    /// The destination on the command line; an invalid one is refused before anything is computed.
     fn of(arguments: &Evaluate) -> Result<Self> {
         if let Some(directory) = &arguments.traces {
             let is_free = fs::read_dir(directory).map_or(!directory.exists(), |mut entries| entries.next().is_none());
@@ -229,13 +229,13 @@ impl Sink {
 /// A life's fitness and measures.
 type Lived = (f32, Measures);
 
-/// What lives gave, genome by genome.
+/// Results of lives, by genome.
 struct Table {
-    /// Of each genome, where they come from several files.
+    /// Source of each genome, if they come from several files.
     sources: Option<Vec<String>>,
     trials: usize,
     results: Vec<Lived>,
-    /// Whether measures are wanted.
+    /// Whether measures were requested.
     measures: bool,
 }
 
@@ -281,7 +281,8 @@ impl Table {
         self.rows().map(row).collect()
     }
 
-    /// Fitness in the shortest decimal that reads back as the same number, and its bits; measures to six digits.
+    /// Formats fitness as the shortest decimal that reads back as the same number, with its bits; measures to six
+    /// digits.
     fn csv(&self) -> String {
         let names = self.measures().iter().map(|(name, _)| *name);
         let source = self.sources.iter().map(|_| "source");

@@ -1,4 +1,4 @@
-//! `oneiro keys`: what there is to set in an experiment.
+//! `oneiro keys`: lists the settings of an experiment.
 
 use serde_json::json;
 
@@ -7,7 +7,7 @@ use crate::console::Console;
 use crate::exit::{Failure, Result};
 use crate::experiment::reference::{self, Entry};
 
-/// Prints the keys that contain what was asked for.
+/// Prints the keys that contain the given text.
 pub(crate) fn run(arguments: &Keys, console: Console) -> Result {
     let of = |mut entries: Vec<Entry>| {
         entries.retain(|entry| entry.key.contains(&arguments.part));

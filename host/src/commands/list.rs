@@ -11,7 +11,7 @@ use crate::exit::{Failure, Result};
 use crate::files;
 use crate::record::{self, Done, SavedRun, State};
 
-/// Prints a line a run.
+/// Prints one line per run.
 pub(crate) fn run(arguments: &List, console: Console) -> Result {
     let runs = runs(&arguments.dir)?;
     if console.json() {
@@ -47,10 +47,10 @@ pub(crate) fn run(arguments: &List, console: Console) -> Result {
     ))
 }
 
-/// The runs that a directory holds, in the order of the numbers in their names; or the directory itself if it is one.
+/// The runs in a directory, in the order of the numbers in their names; or the directory itself if it is one.
 ///
 /// # Errors
-/// Exit 3 when there is no such directory, or no run in it.
+/// Exit 3 if there is no such directory, or no run in it.
 pub(crate) fn runs(directory: &Path) -> Result<Vec<PathBuf>> {
     if record::is_run(directory) {
         return Ok(vec![directory.to_owned()]);
@@ -77,7 +77,7 @@ pub(crate) fn runs(directory: &Path) -> Result<Vec<PathBuf>> {
     Ok(runs)
 }
 
-/// What a run amounts to. One that can't be read has that as its state.
+/// Summary of a run. If it can't be read, its state says so.
 fn entry(directory: &Path) -> Value {
     let words = |state| match state {
         State::Done => "done",

@@ -1,4 +1,4 @@
-//! One file a command.
+//! The commands, one file each.
 
 use crate::cli::Command;
 use crate::console::Console;
@@ -28,7 +28,7 @@ mod sweep;
 mod tables;
 mod verify;
 
-/// Does what was typed.
+/// Runs a command.
 pub(crate) fn run(command: Command, console: Console) -> Result {
     match command {
         Command::New(arguments) => new::run(&arguments, console),

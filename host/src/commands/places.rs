@@ -1,4 +1,4 @@
-//! Where runs go, and from which seeds they start.
+//! Directories of runs, and their seeds.
 
 use std::hash::BuildHasher;
 use std::path::{Path, PathBuf};
@@ -9,8 +9,8 @@ use crate::console::Console;
 use crate::exit::{Failure, Result};
 use crate::record::{Done, Standing, standing};
 
-/// The seeds and their runs' directories; `own` is the experiment's seed, `name` what a run's directory is called where
-/// the user names none.
+/// The seeds and their runs' directories. `own` is the experiment's seed; `name` makes the default name of a run's
+/// directory.
 pub(super) fn seeds_and_places(
     arguments: &cli::Run,
     own: Option<u64>,
@@ -33,16 +33,16 @@ pub(super) fn seeds_and_places(
     vec![(seed, arguments.out.clone().unwrap_or_else(|| usual(seed)))]
 }
 
-/// Runs by their directories: those that are done, with their results, and those that are still to be, with their seeds.
+/// Runs by their directories: finished ones with their results, and those still to be done with their seeds.
 pub(super) struct Places {
     pub(super) done: Vec<(PathBuf, Done)>,
     pub(super) new: Vec<(u64, PathBuf)>,
 }
 
-/// Looks at all places before anything begins.
+/// Checks all directories before anything begins.
 ///
 /// # Errors
-/// Exit 3 for one that holds something else, or a run that is not finished.
+/// Exit 3 if one holds something else, or an unfinished run.
 pub(super) fn sorted_out(
     places: Vec<(u64, PathBuf)>,
     identity: impl Fn(u64) -> blake3::Hash,
@@ -72,8 +72,8 @@ pub(super) fn sorted_out(
     Ok(sorted)
 }
 
-/// A seed that nobody chose, below 2^53 so that every reader of JSON reads it right.
+/// A random seed below 2^53, so that every JSON reader reads it right.
 fn drawn_seed() -> u64 {
-    // The system draws the keys of this hasher.
+    // The operating system draws the keys of this hasher.
     std::hash::RandomState::new().hash_one(SystemTime::now()) >> 11
 }

@@ -1,4 +1,4 @@
-//! `oneiro replay`: a finished run's best again.
+//! `oneiro replay`: evaluates a finished run's best again.
 
 use crate::cli;
 use crate::console::Console;
@@ -7,7 +7,7 @@ use crate::exit::Result;
 use crate::record::SavedRun;
 use crate::runs::Replay;
 
-/// Evaluates it again, compares it with what was recorded, and draws it.
+/// Evaluates the best again, compares it with the record, and draws it.
 pub(crate) fn run(arguments: &cli::Replay, console: Console) -> Result {
     let run = SavedRun::open(&arguments.run_dir)?;
     let recorded = run.finished()?;

@@ -1,4 +1,4 @@
-//! What is printed of finished runs.
+//! Output about finished runs.
 
 use std::path::{Path, PathBuf};
 
@@ -10,18 +10,18 @@ use crate::exit::Result;
 use crate::record::{Done, SavedRun};
 use crate::runs::Summary;
 
-/// A finished run in a few values.
+/// Summary of a finished run.
 #[derive(Debug)]
 pub(super) struct Report {
     directory: PathBuf,
     pub(super) seed: u64,
     summary: Summary,
-    /// The result's hash.
+    /// Hash of the results.
     result: String,
 }
 
 impl Report {
-    /// Of a finished run.
+    /// Reads a finished run.
     pub(super) fn read(directory: &Path, done: &Done) -> Result<Self> {
         let run = SavedRun::open(directory)?;
         Ok(Self {
@@ -51,7 +51,7 @@ impl Serialize for Report {
     }
 }
 
-/// Prints reports: one by itself, or several as a list.
+/// Prints reports: a single one by itself, or several as a list.
 pub(super) fn print(reports: &[Report], as_list: bool, console: Console) -> Result {
     for warning in reports.iter().flat_map(|report| &report.summary.warnings) {
         console.say(format!("warning: {warning}"));
@@ -71,7 +71,7 @@ pub(super) fn print(reports: &[Report], as_list: bool, console: Console) -> Resu
             ))
         }
         _ => {
-            // Of runs of several kinds each has its own columns.
+            // Each kind of run has its own columns.
             let mut names: Vec<&str> = Vec::new();
             for (name, _) in reports.iter().flat_map(|report| &report.summary.cells) {
                 if !names.contains(name) {

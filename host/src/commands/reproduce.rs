@@ -5,7 +5,7 @@ use crate::console::Console;
 use crate::exit::Result;
 use crate::studies::{miglino1995, odowd2014};
 
-/// Does the study that was asked for.
+/// Runs the requested study.
 pub(crate) fn run(arguments: &Reproduce, console: Console) -> Result {
     match &arguments.study {
         Paper::Miglino1995(arguments) => miglino1995::run(arguments, console),

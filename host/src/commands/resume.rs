@@ -1,4 +1,4 @@
-//! `oneiro resume`: goes on with runs that were stopped or killed.
+//! `oneiro resume`: resumes runs that were stopped or killed.
 
 use std::path::PathBuf;
 
@@ -11,7 +11,7 @@ use crate::exit::Result;
 use crate::files;
 use crate::record::{Done, RunPlace, SavedRun};
 
-/// Goes on with a run, or with all runs of a directory, from their last good checkpoints.
+/// Resumes a run, or all runs of a directory, from their last good checkpoints.
 pub(crate) fn run(arguments: &cli::Resume, console: Console) -> Result {
     let directories = list::runs(&arguments.run_dir)?;
     let mut done = Vec::new();

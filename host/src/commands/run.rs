@@ -13,7 +13,7 @@ use crate::exit::Result;
 use crate::record::{Directories, Done, RunPlace, Session};
 use crate::runs;
 
-/// Runs the experiment for each seed; what is done already is not done again.
+/// Runs the experiment for each seed, except for finished runs.
 pub(crate) fn run(arguments: &cli::Run, console: Console) -> Result {
     let experiment = runs::read(&arguments.experiment, &arguments.set)?;
     for warning in experiment.warnings() {
@@ -37,7 +37,7 @@ pub(crate) fn run(arguments: &cli::Run, console: Console) -> Result {
     report::print(&reports, arguments.seeds.is_some(), console)
 }
 
-/// Does runs, each in a directory of its own; what they gave.
+/// Does runs, each in its own directory, and returns their results.
 pub(super) fn run_all(
     places: Vec<RunPlace>,
     title: &str,

@@ -1,4 +1,4 @@
-//! `oneiro selftest`: whether this machine computes the same bits as every other.
+//! `oneiro selftest`: checks that this machine computes the same bits as every other.
 
 use std::sync::Arc;
 use std::thread;
@@ -26,7 +26,7 @@ use crate::workload;
 const TRACED: u32 = 256;
 /// Arguments of each function of the kernels' library.
 const ARGUMENTS: usize = 10_000;
-/// The seed of all genomes and keys.
+/// Seed of all genomes and keys.
 const SEED: u32 = 1995;
 
 /// One comparison.
@@ -34,29 +34,29 @@ const SEED: u32 = 1995;
 struct Check {
     what: String,
     device: String,
-    /// Values whose bits were compared.
+    /// Number of values whose bits were compared.
     compared: u64,
-    /// How many of them differ.
+    /// Number of values that differ.
     different: u64,
     verdict: Verdict,
-    /// Which, where it is known.
+    /// The differences, if they are known in detail.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     details: Vec<String>,
 }
 
-/// What a comparison came to.
+/// Result of a comparison.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 enum Verdict {
     /// No bit differs.
     Same,
-    /// Some do, where none may.
+    /// Some bits differ, but none may.
     Differs,
-    /// Some do, on a device that promises nothing.
+    /// Some bits differ, on a device that doesn't guarantee them.
     NotExact,
     /// A control that must differ does.
     Caught,
-    /// A control that must differ doesn't: the comparison is worth nothing.
+    /// A control that must differ doesn't, so the comparison is worthless.
     Missed,
 }
 
@@ -77,7 +77,7 @@ impl Verdict {
 }
 
 impl Check {
-    /// Bits that have to be the same where the device promises it.
+    /// Checks bits that must be equal if the device guarantees it.
     fn same(what: impl Into<String>, device: &str, exact: bool, counts: (u64, u64)) -> Self {
         let verdict = match counts.1 {
             0 => Verdict::Same,
@@ -87,7 +87,7 @@ impl Check {
         Self::new(what, device, counts, verdict)
     }
 
-    /// Bits of something else, some of which have to differ.
+    /// Checks bits of altered inputs, some of which must differ.
     fn control(what: impl Into<String>, device: &str, counts: (u64, u64)) -> Self {
         let verdict = if counts.1 > 0 { Verdict::Caught } else { Verdict::Missed };
         Self::new(what, device, counts, verdict)
@@ -105,7 +105,7 @@ impl Check {
     }
 }
 
-/// Compares everything, prints a table, and fails if anything is not as it must be.
+/// Compares everything, prints a table, and fails if any check fails.
 pub(crate) fn run(arguments: &Selftest, console: Console) -> Result {
     let candidates = compared(&arguments.backend)?;
     let robot = robot(arguments, console)?;
@@ -119,13 +119,13 @@ pub(crate) fn run(arguments: &Selftest, console: Console) -> Result {
     for (name, controller) in workload::CONTROLLERS {
         let lives = workload::worlds(controller, &robot)?;
         subjects.push((name.to_owned(), Lives::of_worlds(&lives)?, arguments.rollouts));
-        // A cycle of a surrogate takes some twenty times as long.
+        // A surrogate's cycle takes some twenty times as long.
         let surrogates = workload::surrogates(controller, &robot)?;
         let name = format!("surrogate, {name}");
         subjects.push((name, Lives::of_worlds(&surrogates)?, arguments.rollouts / 20));
     }
     subjects.push(("forager".into(), Lives::of_foragers()?, arguments.rollouts));
-    // Some dozen robots each.
+    // Each has some dozen robots.
     subjects.push(("swarm".into(), Lives::of_swarms()?, arguments.rollouts / 20));
     for (name, lives, rollouts) in subjects {
         console.say(format!("lives of the {name}"));
@@ -156,7 +156,7 @@ pub(crate) fn run(arguments: &Selftest, console: Console) -> Result {
     Ok(())
 }
 
-/// A line a check, and below what differs.
+/// Formats one line per check, followed by the differences.
 fn table(checks: &[Check]) -> String {
     let row = |check: &Check| {
         let Check {
@@ -193,7 +193,7 @@ fn compared(which: &str) -> Result<Vec<Candidate>> {
     Ok(candidates)
 }
 
-/// The built-in Khepera, or one with the tables that were named.
+/// The built-in Khepera, or one with the given tables.
 fn robot(arguments: &Selftest, console: Console) -> Result<Robot> {
     let built_in = WorldSpec::miglino1995().robot;
     if arguments.tables.is_empty() {
@@ -209,7 +209,7 @@ fn robot(arguments: &Selftest, console: Console) -> Result<Robot> {
     })
 }
 
-/// The host's random numbers.
+/// Checks the host's random numbers against known answers.
 fn known_answers() -> Check {
     let wrong = KNOWN_ANSWERS
         .iter()
@@ -223,7 +223,7 @@ fn known_answers() -> Check {
     )
 }
 
-/// What the scalar code computes, one operation or function at a time.
+/// Results of the scalar code for single operations and functions.
 struct Arithmetic {
     cases: Vec<Case>,
     results: Vec<Vec<u32>>,
@@ -236,7 +236,7 @@ impl Arithmetic {
         Ok(Self { cases, results })
     }
 
-    /// Compares a device's operations and functions with these, and one operation with another.
+    /// Compares a device's operations and functions with these results, and as a control one operation with another.
     fn check(&self, candidate: &Candidate, checks: &mut Vec<Check>) -> Result {
         let Candidate { name, exact, .. } = candidate;
         let results = candidate.probe()?.compute(&self.cases)?;
@@ -265,16 +265,16 @@ impl Arithmetic {
     }
 }
 
-/// What is another in two lists; what one list has not is.
+/// Number of positions where two lists differ, including those that only one has.
 fn differing<T: PartialEq>(here: &[T], there: &[T]) -> u64 {
     (here.iter().zip(there).filter(|(a, b)| a != b).count() + here.len().abs_diff(there.len())) as u64
 }
 
-/// Worlds to live in, and the same with one constant one unit in the last place larger.
+/// Worlds, and the same worlds with one constant larger by one unit in the last place.
 struct Lives {
     worlds: Worlds,
     altered: Worlds,
-    /// Makes batches of them.
+    /// Makes batches in these worlds.
     batch: fn(&Worlds, u32, u32, Option<TraceRequest>) -> std::result::Result<Batch, Invalid>,
 }
 
@@ -317,14 +317,14 @@ impl Lives {
     }
 }
 
-/// Lives as the scalar code lives them.
+/// Results of the scalar code for lives.
 struct Reference {
     name: String,
     batch: Batch,
     outcome: Outcome,
     traced: Batch,
     traces: Outcome,
-    /// The same lives where one constant is another.
+    /// The same lives with one constant altered.
     altered: Batch,
 }
 
@@ -332,7 +332,7 @@ impl Reference {
     fn new(name: &str, lives: &Lives, rollouts: u32) -> Result<Self> {
         let batch = (lives.batch)(&lives.worlds, rollouts, SEED, None)?;
         let traced = (lives.batch)(&lives.worlds, TRACED, SEED, Some(TraceRequest { every: 3 }))?;
-        // One ulp shows at once in what is traced, and late if ever in fitness that is of few events.
+        // One ulp shows at once in a trace, but late or never in a fitness that counts few events.
         let altered = (lives.batch)(&lives.altered, TRACED, SEED, Some(TraceRequest { every: 3 }))?;
         let mut scalar = Candidate::scalar(thread::available_parallelism().map_or(1, usize::from)).open(None)?;
         let outcome = scalar.evaluate(&batch, &Control::new())?;
@@ -369,7 +369,7 @@ impl Reference {
         Ok(())
     }
 
-    /// Rollouts compared, and those whose fitness has other bits.
+    /// Number of rollouts compared, and of those whose fitness has other bits.
     fn fitness(&self, other: &Outcome) -> (u64, u64) {
         let pairs = self.outcome.fitness.iter().zip(&other.fitness);
         (
@@ -378,7 +378,8 @@ impl Reference {
         )
     }
 
-    /// Records compared, or words of the records of several robots, and those of which any number differs. (Zero has one sign there, and a NaN differs from all.)
+    /// Number of records compared (words for worlds of several robots), and of those in which any number differs. (Zero
+    /// has one sign there, and a NaN differs from everything.)
     fn trace(&self, other: &Outcome) -> (u64, u64) {
         let (here, there) = (self.traces.traces.concat(), other.traces.concat());
         let (logs, others) = (self.traces.logs.concat(), other.logs.concat());
@@ -389,7 +390,7 @@ impl Reference {
     }
 }
 
-/// Cycles in one dispatch, so that lives are cut into many.
+/// Cycles per dispatch, few enough to cut lives into many pieces.
 const CHUNK: u32 = 37;
 
 /// Evaluates a batch in three parts of different sizes.
@@ -406,7 +407,7 @@ fn in_parts(evaluator: &mut dyn Evaluator, batch: &Batch) -> Result<Outcome> {
     Ok(batch.outcome(whole))
 }
 
-/// The same worlds, but that one unit of a reading activates a sensor by the next greater number.
+/// The same worlds, with the activation per unit of a reading increased to the next float.
 fn altered(worlds: &[World]) -> Result<Vec<World>> {
     let mut altered = Vec::new();
     for world in worlds {

@@ -1,4 +1,4 @@
-//! Slurm: a job array that does a sweep, and which shard a task of one is.
+//! Slurm: a job array that does a sweep, and the shard of each of its tasks.
 
 use std::env;
 use std::path::{Path, absolute};
@@ -10,19 +10,19 @@ use crate::exit::{Failure, Result};
 use crate::sweep::Sweep;
 use crate::sweep::store::Shard;
 
-/// The script, with names in braces for what differs.
+/// The script, with names in braces as placeholders.
 const SCRIPT: &str = include_str!("slurm.sh");
-/// Processors of a task where `--threads` does not say.
+/// Processors per task without `--threads`.
 const PROCESSORS: u16 = 4;
-/// How long a task may take where `--time-budget` does not say: what many clusters allow.
+/// Time limit of a task without `--time-budget`: the limit of many clusters.
 const LONGEST: Duration = Duration::from_hours(24);
-/// What a task has to stop in, after it was told or its budget was over.
+/// Time that a task gets to stop, after a signal or the end of its budget.
 const STOPPING: Duration = Duration::from_mins(2);
 
-/// The job array that does a sweep in so many shards as the command line says.
+/// The job array that does a sweep in as many shards as the command line says.
 ///
 /// # Errors
-/// Exit 6 when this directory has no name.
+/// Exit 6 if this directory has no name.
 pub(crate) fn script(sweep: &Sweep, arguments: &SweepRun) -> Result<String> {
     let whole = |path: &Path| match absolute(path) {
         Ok(path) => Ok(quoted(&path.display().to_string())),
@@ -70,14 +70,14 @@ pub(crate) fn script(sweep: &Sweep, arguments: &SweepRun) -> Result<String> {
         .fold(SCRIPT.to_owned(), |script, (name, value)| script.replace(name, value)))
 }
 
-/// Where the tasks' logs go: where the script was made.
+/// Directory of the tasks' logs: the one where the script was made.
 fn folder() -> Result<String> {
     env::current_dir()
         .map(|folder| folder.display().to_string())
         .map_err(|error| Failure::storage(Path::new("."), &error))
 }
 
-/// A word for a shell, whatever is in it.
+/// Quotes a word for a shell.
 fn quoted(word: &str) -> String {
     let is_plain = |c: char| c.is_ascii_alphanumeric() || "-_./:=,".contains(c);
     if !word.is_empty() && word.chars().all(is_plain) {
@@ -91,17 +91,17 @@ fn seconds(time: Duration) -> String {
     format!("{}s", time.as_secs_f64())
 }
 
-/// A time as Slurm has it, rounded up to minutes.
+/// Formats a time for Slurm, rounded up to minutes.
 fn clock(time: Duration) -> String {
     let minutes = time.as_secs().div_ceil(60);
     format!("{}:{:02}:00", minutes / 60, minutes % 60)
 }
 
-/// The shard of the array's task that this process is, if it is one: tasks are numbered from any number on, without
+/// The shard of the array task that this process is, if it is one. Tasks may be numbered from any number on, without
 /// gaps.
 ///
 /// # Errors
-/// Exit 3 when the tasks' numbers have gaps.
+/// Exit 3 if the tasks' numbers have gaps.
 pub(crate) fn shard(console: Console) -> Result<Option<Shard>> {
     let number = |name: &str| env::var(name).ok().and_then(|text| text.parse::<u32>().ok());
     let Some(task) = number("SLURM_ARRAY_TASK_ID") else {

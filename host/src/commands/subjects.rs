@@ -1,4 +1,4 @@
-//! Genomes that a command line names: files, runs and sweeps.
+//! Genomes given on the command line: files, runs and sweeps.
 
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
@@ -16,14 +16,14 @@ use crate::record::SingleRun;
 use crate::sweep::champions::Champions;
 use crate::sweep::store::Store;
 
-/// Genomes, and where each comes from.
+/// Genomes and their sources.
 pub(super) struct Subjects {
     pub(super) genomes: Population,
-    /// The path that names it, with its row where there are several: `genomes.npy[3]`.
+    /// Paths, with the row if there are several: `genomes.npy[3]`.
     pub(super) sources: Vec<String>,
 }
 
-/// What was named.
+/// A kind of source.
 pub(super) enum Named {
     /// A file of genomes.
     File(PathBuf),
@@ -33,7 +33,7 @@ pub(super) enum Named {
     Sweep(Box<Champions>),
 }
 
-/// Which genomes of a run are meant; of a sweep they are always the champions.
+/// The genomes to take from a run; from a sweep, always the champions.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(super) enum Which {
     Champion,
@@ -45,8 +45,8 @@ pub(super) enum Which {
 }
 
 impl Named {
-    /// Looks at paths: a directory is a run's, a sweep's, or one that holds runs, which are then taken in the order of their
-    /// numbers.
+    /// Examines paths: a directory is a run's, a sweep's, or one that holds runs, which are then taken in the order of
+    /// their numbers.
     ///
     /// # Errors
     /// Exit 3: a directory without a run, a sweep that has no tables yet, or something with swarms.
@@ -67,20 +67,20 @@ impl Named {
     }
 }
 
-/// What experiments must have in common, and what the user can do where they don't.
+/// Values that experiments must share, and the user's alternative if they don't.
 #[derive(Clone, Copy)]
 pub(super) struct Common<'a> {
-    /// Whether several lives have to count alike, too.
+    /// Whether the combination of several lives must agree, too.
     pub(super) scores: bool,
-    /// How the command line names an experiment for all.
+    /// The option that names an experiment for all genomes.
     pub(super) instead: &'a str,
 }
 
 impl Common<'_> {
-    /// The experiment that runs and sweeps have in common, with settings that go before its values.
+    /// The experiment that runs and sweeps share, with settings that override its values.
     ///
     /// # Errors
-    /// Exit 2 where there is no run and no sweep; exit 3 where their experiments differ, with the key.
+    /// Exit 2 if there is no run and no sweep; exit 3 if their experiments differ, with the key.
     pub(super) fn experiment(self, named: &[Named], set: &[String]) -> Result<Experiment> {
         let typed = Setting::all_typed(set)?;
         let mut first: Option<(String, Experiment)> = None;
@@ -112,7 +112,7 @@ impl Common<'_> {
         }
     }
 
-    /// The experiment that the cells of a sweep have in common, and what the first is called.
+    /// The experiment that the cells of a sweep share, and the name of the first cell.
     fn of_sweep(self, champions: &Champions, set: &[Setting]) -> Result<(String, Experiment)> {
         let sweep = &champions.sweep;
         let first = sweep.single_of(0, set)?;
@@ -121,7 +121,7 @@ impl Common<'_> {
             words => format!("{} ({words})", champions.path().display()),
         };
         let compared = |cell| Ok(first.difference(&sweep.single_of(cell, set)?, self.scores));
-        // All are kept, so that the first that differs is told, whichever thread found it.
+        // All are collected first, so that the error is always the first difference, whichever thread found it.
         let differences: Vec<Result<_>> = (1..sweep.file().cells()).into_par_iter().map(compared).collect();
         for (difference, cell) in differences.into_iter().zip(1..) {
             if let Some(difference) = difference? {
@@ -141,10 +141,10 @@ impl Common<'_> {
 }
 
 impl Subjects {
-    /// Reads the genomes, for a controller.
+    /// Reads the genomes for a controller.
     ///
     /// # Errors
-    /// As [`genomes::read`]; exit 3 where a run's controller takes another number of genes; as [`SingleRun::champion`].
+    /// As [`genomes::read`]; exit 3 if a run's controller takes another number of genes; as [`SingleRun::champion`].
     pub(super) fn read(named: &[Named], controller: Controller, which: Which) -> Result<Self> {
         let genes = controller.genes();
         let (mut values, mut sources) = (Vec::new(), Vec::new());
@@ -181,7 +181,7 @@ impl Subjects {
         })
     }
 
-    /// Each genome once, under the name that comes first.
+    /// Removes duplicate genomes, keeping the first source of each.
     pub(super) fn distinct(self) -> Self {
         let mut known = BTreeSet::new();
         let bits = |genome: &[f32]| genome.iter().map(|gene| gene.to_bits()).collect::<Vec<_>>();

@@ -24,12 +24,12 @@ use crate::sweep::tables::{self, Written};
 use crate::sweep::work::Work;
 use crate::sweep::{Plan, RunIndex, Sweep, report};
 
-/// Runs that are done without asking whether they were meant.
+/// Most runs of a sweep that needs no `--yes`.
 const UNASKED: usize = 10_000;
-/// Runs that a plan shows, unless all are asked for.
+/// Runs that a plan shows without `--all`.
 const SHOWN: usize = 20;
 
-/// Does what was typed.
+/// Runs the subcommand.
 pub(super) fn run(arguments: &cli::Sweep, console: Console) -> Result {
     match &arguments.command {
         SweepCommand::Plan(arguments) => plan(arguments, console),
@@ -111,7 +111,7 @@ fn plan(arguments: &SweepPlan, console: Console) -> Result {
         columns(&["here", "M steps/s", "all runs"], &rows)
     };
     console.data(format!(
-        "{}: {all} runs, {} cells from {} each; {:.4} billion robot-steps; {} of memory for each run under way\n\n\
+        "{}: {all} runs, {} cells from {} each; {:.4} billion robot-steps; {} of memory for each run in progress\n\n\
          {}{more}\n{here}",
         sweep.name(),
         sweep.file().cells(),
@@ -122,7 +122,7 @@ fn plan(arguments: &SweepPlan, console: Console) -> Result {
     ))
 }
 
-/// A time in words.
+/// Formats a duration.
 fn time(seconds: f64) -> String {
     match seconds {
         s if s < 100.0 => format!("{s:.1} s"),
@@ -181,7 +181,7 @@ fn sweep(arguments: &SweepRun, console: Console) -> Result {
     }
     let stores = [store];
     let finished = all_finished(&stores, &plan, console)?;
-    told(
+    print_written(
         &tables::write(stores[0].directory(), &sweep, &plan, &finished)?,
         console,
     )
@@ -216,12 +216,12 @@ fn work(
     let ended = engine.run(waiting, most, &mut work, &mut watcher);
     drop(watcher);
     device::close(engine, console);
-    // What could not be written is why it ended.
+    // The work ended because something could not be written; closing says what.
     journal.close()?;
     ended
 }
 
-/// What the directories of one sweep have. What is damaged is told.
+/// Combines finished runs from directories of one sweep, and warns of damage.
 fn all_finished(stores: &[Store], plan: &Plan, console: Console) -> Result<AllFinished> {
     let mut finished = AllFinished::default();
     for store in stores {
@@ -233,7 +233,7 @@ fn all_finished(stores: &[Store], plan: &Plan, console: Console) -> Result<AllFi
     Ok(finished)
 }
 
-fn told(written: &Written, console: Console) -> Result {
+fn print_written(written: &Written, console: Console) -> Result {
     let Written { runs, hash, files } = written;
     said(console, &json!({"runs": runs, "hash": hash, "files": files}), || {
         let files: Vec<String> = files.iter().map(|file| format!("  {}", file.display())).collect();
@@ -241,7 +241,7 @@ fn told(written: &Written, console: Console) -> Result {
     })
 }
 
-/// Prints data as the user wants them.
+/// Prints data as JSON or as text.
 fn said(console: Console, json: &serde_json::Value, text: impl FnOnce() -> String) -> Result {
     if console.json() {
         console.json_data(json)
@@ -309,20 +309,20 @@ fn status(dir: &Path, console: Console) -> Result {
             made.name,
             made.runs,
             columns(
-                &["shard", "done", "runs", "under way", "generations of these", "state"],
+                &["shard", "done", "runs", "in progress", "generations of these", "state"],
                 &rows
             )
         )
     })
 }
 
-/// How far a shard is.
+/// Progress of a shard.
 #[derive(Debug, Serialize)]
 struct ShardStatus {
     shard: String,
     done: usize,
     runs: usize,
-    /// As of its last checkpoint, and the generations that these have lived.
+    /// Runs in progress at the last checkpoint, and the total of their finished generations.
     under_way: usize,
     generations: u64,
     state: &'static str,
@@ -342,12 +342,12 @@ fn merge(dirs: &[PathBuf], out: Option<&Path>, console: Console) -> Result {
         None => tables::write(first.directory(), &sweep, &plan, &finished)?,
         Some(out) => {
             finished.is_all_of(&sweep)?;
-            // So that it can be reported on and extracted from, as any sweep's directory.
+            // Makes it a sweep's directory like any other, for reports and extraction.
             let store = Store::prepare(out, &sweep, &plan)?;
             tables::write(store.directory(), &sweep, &plan, &finished)?
         }
     };
-    told(&written, console)
+    print_written(&written, console)
 }
 
 fn reported(dir: &Path, outcome: Option<&str>, out: Option<&Path>, console: Console) -> Result {
@@ -449,7 +449,7 @@ fn extract(dir: &Path, run: &str, out: Option<&Path>, backend: &device::Backend,
     )
 }
 
-/// The run that the user means.
+/// The run that the user selected.
 fn chosen(text: &str, plan: &Plan, dir: &Path) -> Result<RunIndex> {
     let all = plan.ids.len();
     if let Ok(run) = text.parse::<RunIndex>()

@@ -34,7 +34,7 @@ enum Table {
     Motors(MotorSamples),
 }
 
-/// The tables compiled in.
+/// Looks up a compiled-in table.
 fn built_in(name: &str) -> Option<Table> {
     if name == "motor" {
         return Some(Table::Motors(MotorSamples::khepera()));
@@ -122,14 +122,14 @@ fn show(name: &Path, out: Option<&Path>, console: Console) -> Result {
 /// Key figures of one sensor in a table.
 #[derive(Debug, Serialize)]
 struct Moments {
-    /// The point of view, where the object was sampled from several.
+    /// Point of view, if the object was sampled from several.
     view: usize,
     sensor: usize,
-    /// Centre of the bearings it sees, degrees clockwise.
+    /// Centre of the bearings that it sees, degrees clockwise.
     bearing_degrees: f64,
-    /// Distance at which its highest reading falls below a half of the greatest.
+    /// Distance at which its highest reading falls below half of the maximum.
     half_mm: Option<f64>,
-    /// Distance at which its highest reading falls below a twentieth of the greatest.
+    /// Distance at which its highest reading falls below a twentieth of the maximum.
     twentieth_mm: Option<f64>,
     /// Width of the bearings that read at least a half, at three distances.
     width_degrees: [f64; 3],
@@ -145,7 +145,7 @@ fn moments(table: &SensorTable, view: usize, sensor: usize) -> Moments {
     let degrees = 360.0 / bearings as f64;
     let half = 0.5 * f64::from(GREATEST_READING);
 
-    // The mean bearing, counted from the strongest so that it doesn't matter where a turn begins.
+    // The mean bearing is relative to the strongest one, so the start of the turn doesn't matter.
     let profile: Vec<f64> = (0..bearings)
         .map(|bearing| (0..rows).map(|row| reading(row, bearing)).sum())
         .collect();

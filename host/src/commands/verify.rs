@@ -1,4 +1,4 @@
-//! `oneiro verify`: checks that a run's files are those that were written, and prints the hash of its results.
+//! `oneiro verify`: checks that a run's files are as they were written, and prints the hash of its results.
 
 use serde_json::json;
 
@@ -8,7 +8,7 @@ use crate::console::Console;
 use crate::exit::Result;
 use crate::record;
 
-/// Checks a run, or each run of a directory. Stops at the first that is damaged.
+/// Checks a run, or each run of a directory. Stops at the first damaged one.
 pub(crate) fn run(arguments: &Verify, console: Console) -> Result {
     let mut verified = Vec::new();
     for directory in list::runs(&arguments.run_dir)? {

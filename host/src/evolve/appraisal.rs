@@ -1,12 +1,12 @@
-//! Appraisals: what a genome is worth by the mean of many lives, and between what that mean lies. They are results, so
-//! they take nothing that differs from machine to machine: sums in their order, and square roots.
+//! Appraisal of genomes by the mean of many lives, with its confidence interval. Appraisals are results, so they use
+//! only operations that are equal on all machines: sums in a fixed order, and square roots.
 
 use std::cmp::Ordering;
 
 /// A genome's mean fitness.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Appraisal {
-    /// How many lives it is the mean of.
+    /// Number of lives.
     pub(crate) lives: u32,
     /// The mean; NaN if one of the lives is.
     pub(crate) mean: f64,
@@ -17,7 +17,7 @@ pub(crate) struct Appraisal {
 }
 
 impl Appraisal {
-    /// Of the fitness of two lives or more.
+    /// Appraises the fitness of two or more lives.
     pub(crate) fn of(fitness: &[f32]) -> Self {
         let count = fitness.len() as f64;
         let mean = fitness.iter().map(|&life| f64::from(life)).sum::<f64>() / count;
@@ -32,13 +32,13 @@ impl Appraisal {
         }
     }
 
-    /// The bounds of the interval.
+    /// Bounds of the interval.
     pub(crate) fn interval(&self) -> [f64; 2] {
         [self.mean - self.reach, self.mean + self.reach]
     }
 }
 
-/// Indices of means from the best to the worst: of equals, the lower index first; NaN last.
+/// Indices of means from best to worst: ties keep their order, NaN is last.
 pub(crate) fn by_mean(appraisals: &[Appraisal]) -> Vec<usize> {
     let mut ranking: Vec<usize> = (0..appraisals.len()).collect();
     let order = |a: f64, b: f64| b.partial_cmp(&a).unwrap_or_else(|| a.is_nan().cmp(&b.is_nan()));
@@ -49,9 +49,9 @@ pub(crate) fn by_mean(appraisals: &[Appraisal]) -> Vec<usize> {
     ranking
 }
 
-/// The t between whose two signs lie 95 % of Student's distribution. Above three degrees of freedom the expansion in
-/// their reciprocals (Abramowitz and Stegun, "Handbook of Mathematical Functions", 26.7.5) is within 0.001 of it, above
-/// ten within 0.00001.
+/// The t with 95 % of Student's distribution between -t and t. Above three degrees of freedom the expansion in their
+/// reciprocals (Abramowitz and Stegun, "Handbook of Mathematical Functions", 26.7.5) is within 0.001 of it, above ten
+/// within 0.00001.
 fn students_t(degrees: u32) -> f64 {
     const NORMAL: f64 = 1.959_963_984_540_054;
     const FEW: [f64; 3] = [12.706_204_736_432_1, 4.302_652_729_749_46, 3.182_446_305_284_26];

@@ -122,7 +122,7 @@ impl Choice for MutationUnit {
     ];
 }
 
-/// The algorithm at one generation: a function of its settings, its seed and the fitness that it was told.
+/// The algorithm at one generation: a function of its settings, its seed and the fitness reported to it.
 #[derive(Clone, Debug)]
 pub(crate) struct Genetic {
     settings: Settings,
@@ -149,7 +149,7 @@ impl Genetic {
         }
     }
 
-    /// A hash of all that decides its results besides fitness.
+    /// Hash of everything that decides its results besides fitness.
     fn owner(&self) -> blake3::Hash {
         let settings = (&self.settings, self.seed, self.population.genes());
         blake3::hash(&serde_json::to_vec(&settings).expect("settings are numbers and words"))

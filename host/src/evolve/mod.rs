@@ -53,8 +53,8 @@ impl Population {
     }
 }
 
-/// The luckiest life of a run so far: the best score that any individual had in any generation. With noise, or random
-/// starts, it says less of a controller than the mean of many lives.
+/// The luckiest life of a run so far: the best score of any individual in any generation. With noise or random starts,
+/// it says less about a controller than the mean of many lives.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Champion {
     /// Generation.

@@ -1,4 +1,4 @@
-//! What holds of every optimiser, and of an evolution by any.
+//! Properties of every optimiser, and of an evolution with any.
 
 use super::genetic::{Genetic, Settings};
 use super::*;
@@ -43,8 +43,11 @@ fn asked_again_the_same() {
                 optimizer.name()
             );
             let asked = optimizer.ask().clone();
-            let told = optimizer.tell(fitness(&asked)).unwrap();
-            assert_eq!((told.number, bits(&told.population)), (generation, bits(&asked)));
+            let generated = optimizer.tell(fitness(&asked)).unwrap();
+            assert_eq!(
+                (generated.number, bits(&generated.population)),
+                (generation, bits(&asked))
+            );
             assert_ne!(bits(&asked), bits(optimizer.ask()));
         }
     }

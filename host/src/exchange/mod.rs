@@ -1,5 +1,5 @@
-//! Exchange between robots: each broadcasts its simulator and the fitness it earned with it, and robots within range hear
-//! it. How messages travel is behind one trait.
+//! Exchange between robots: each broadcasts its simulator and the fitness earned with it, and robots within range hear
+//! it. The transport of messages is behind one trait.
 
 pub(crate) mod pairs;
 

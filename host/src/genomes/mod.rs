@@ -15,12 +15,12 @@ use crate::files;
 
 /// Reads genomes of a controller:
 /// - `.npy`: float32 or float64, of the shape rows x genes, or genes alone for one genome;
-/// - `.csv`: a genome a line. A line of names may go before them; if it has the controller's [gene names](Controller::gene_names), the
-///   columns are found by them, and others beside them don't matter;
-/// - `.json`: one genome, as a run's `champion.json` has it.
+/// - `.csv`: one genome per line. There may be a header; if it has the controller's [gene names](Controller::gene_names),
+///   columns are found by name, and other columns are ignored;
+/// - `.json`: one genome, in the format of a run's `champion.json`.
 ///
 /// # Errors
-/// Exit 3: there is no such file, no genome in it, another shape, or a gene that is no number or beyond
+/// Exit 3: there is no such file, no genome in it, another shape, or a gene that isn't a number or is beyond
 /// [`GREATEST_GENE`]; with the file and the row, counted from 1.
 pub(crate) fn read(path: &Path, controller: Controller) -> Result<Population> {
     let bytes = files::bytes(path)?;
@@ -46,7 +46,7 @@ pub(crate) fn read(path: &Path, controller: Controller) -> Result<Population> {
     Ok(Population::new(genes, values))
 }
 
-/// Refuses genomes whose number of genes is another than the controller's.
+/// Refuses genomes whose number of genes differs from the controller's.
 pub(crate) fn other_size(path: &Path, genes: usize, allowed: usize) -> Failure {
     Failure::input(format_args!(
         "{}: its genomes have {genes} genes; allowed: {allowed}, as the experiment's controller takes",
@@ -54,7 +54,7 @@ pub(crate) fn other_size(path: &Path, genes: usize, allowed: usize) -> Failure {
     ))
 }
 
-/// A gene, or why it can't be one; `shown` is how the file has it.
+/// Checks a gene, or says why it isn't allowed; `shown` is the text in the file.
 fn checked(gene: f32, shown: &dyn std::fmt::Display) -> std::result::Result<f32, String> {
     if gene.abs() <= GREATEST_GENE {
         return Ok(gene);
@@ -64,7 +64,7 @@ fn checked(gene: f32, shown: &dyn std::fmt::Display) -> std::result::Result<f32,
     ))
 }
 
-/// The genome of a champion's file, or of another with such a list.
+/// The genome in a champion's file, or in another file with such a list.
 fn from_json(bytes: &[u8], genes: usize) -> std::result::Result<Vec<f32>, String> {
     #[derive(Deserialize)]
     struct Champion {

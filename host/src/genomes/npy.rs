@@ -4,7 +4,7 @@ use npyz::{NpyFile, Order};
 
 use super::checked;
 
-/// The numbers of a `.npy` file, row by row.
+/// Numbers of a `.npy` file, row by row.
 pub(super) fn parse(bytes: &[u8], genes: usize) -> Result<Vec<f32>, String> {
     let allowed = format!("allowed: an array of float32 or float64 with the shape (rows, {genes})");
     if !has_plain_header(bytes) {
@@ -54,8 +54,8 @@ pub(super) fn parse(bytes: &[u8], genes: usize) -> Result<Vec<f32>, String> {
     Ok(values)
 }
 
-/// Whether a `.npy` header is short and flat and its numbers are small, as those of plain arrays are. The library that
-/// parses it trusts its nesting, and its sizes not to overflow.
+/// Whether a `.npy` header is short and flat with small numbers, as for plain arrays. The library that parses it
+/// doesn't limit nesting, nor check that sizes don't overflow.
 fn has_plain_header(bytes: &[u8]) -> bool {
     let header = match bytes {
         [0x93, b'N', b'U', b'M', b'P', b'Y', 1, 0, low, high, rest @ ..] => {
@@ -127,7 +127,7 @@ mod tests {
             for bit in 0..8 {
                 let mut bad = good.clone();
                 bad[place] ^= 1 << bit;
-                // Some flips change nothing but a number; none may panic.
+                // Some flips only change a number; none may panic.
                 let _ = parse(&bad, 2);
             }
         }

@@ -1,36 +1,37 @@
-//! Measures of how a robot lived, from the trace of its life.
+//! Measures of a robot's behaviour, from the trace of its life.
 //!
-//! The places of a life are where the robot's centre is at the beginning of each cycle, and at the end of the last.
+//! The places of a life are the positions of the robot's centre at the beginning of each cycle, and at the end of the
+//! last.
 
 use std::collections::{BTreeSet, VecDeque};
 
 use oneiro::arena::Field;
 use oneiro::batch::Record;
 
-/// Cycles of a second.
+/// Cycles per second.
 const CYCLES_A_SECOND: f64 = 10.0;
-/// Places that a robot is stuck in, if it goes less than [`STUCK`] from the first to the last of them: 9.9 s.
+/// Number of successive places, 9.9 s, over which a stuck robot goes less than [`STUCK`].
 pub(crate) const PLACES: usize = 100;
-/// mm
+/// Distance in mm.
 const STUCK: f64 = 50.0;
 
-/// How a robot lived.
+/// Measures of a robot's behaviour.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct Measures {
     /// Cycles that end in a collision.
     pub(crate) collisions: u32,
-    /// Squares of 50 mm of the arena's field that the robot's centre is in at the beginning of a cycle.
+    /// 50 mm squares of the arena's field that contain the robot's centre at the beginning of a cycle.
     pub(crate) cells: u32,
     /// Length of the path from place to place, mm.
     pub(crate) distance: f64,
-    /// `distance` over the time that it took, mm/s.
+    /// `distance` over the duration, mm/s.
     pub(crate) speed: f64,
-    /// Time stuck, s: of all stretches of [`PLACES`] successive places in which the robot goes less than 50 mm, each
-    /// moment counted once.
+    /// Time stuck, s: the union of all stretches of [`PLACES`] successive places in which the robot goes less than 50
+    /// mm.
     pub(crate) stuck: f64,
 }
 
-/// Takes the records of a life, one after the other. What it remembers does not grow with the life's length.
+/// Takes the records of a life, one after another. Its memory doesn't grow with the life's length.
 #[derive(Debug)]
 pub(crate) struct Meter {
     grid: Grid,
@@ -41,16 +42,16 @@ pub(crate) struct Meter {
     place: Option<Record>,
     /// Lengths of the last moves from place to place.
     moves: VecDeque<f64>,
-    /// Moves so far, and those of them that count as stuck.
+    /// Moves so far, and the number of them that count as stuck.
     moved: u32,
     stuck: u32,
-    /// All moves before this one that can count have been counted.
+    /// All earlier moves that can count have been counted.
     counted: u32,
 }
 
 impl Meter {
-    /// Of a life of so many cycles. Records of later cycles count as places only: the first of them is where the life
-    /// ends.
+    /// Measures a life of `cycles` cycles. Records of later cycles only count as places: the first of them is where the
+    /// life ends.
     pub(crate) fn new(field: Field, cycles: u32) -> Self {
         Self {
             grid: Grid::new(field),
@@ -89,7 +90,7 @@ impl Meter {
         self.collisions += u32::from(record.collided > 0.0);
     }
 
-    /// What the life amounted to.
+    /// Measures of the life.
     pub(crate) fn finish(&self) -> Measures {
         let seconds = |moves: u32| f64::from(moves) / CYCLES_A_SECOND;
         Measures {
@@ -107,7 +108,7 @@ pub(crate) fn is_stuck(moves: impl Iterator<Item = f64>) -> bool {
     moves.sum::<f64>() < STUCK
 }
 
-/// The distances from each place of a trace to the next, mm.
+/// Distances between successive places of a trace, mm.
 pub(crate) fn moves(trace: &[Record]) -> impl Iterator<Item = f64> {
     trace.windows(2).map(|pair| distance(&pair[0], &pair[1]))
 }
@@ -118,7 +119,7 @@ pub(crate) fn distance(a: &Record, b: &Record) -> f64 {
     (x * x + y * y).sqrt()
 }
 
-/// The squares of 50 mm that cover a field, row by row from its lower left corner.
+/// The 50 mm squares that cover a field, row by row from its lower left corner.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Grid {
     field: Field,
@@ -127,10 +128,10 @@ pub(crate) struct Grid {
 }
 
 impl Grid {
-    /// Length of a square's side, mm.
+    /// Side of a square, mm.
     pub(crate) const SIZE: f32 = 50.0;
 
-    /// Of a field; the squares at its right and upper end may reach beyond it.
+    /// Covers a field; the squares at its right and upper edges may extend beyond it.
     pub(crate) fn new(field: Field) -> Self {
         Self {
             field,
@@ -139,14 +140,14 @@ impl Grid {
         }
     }
 
-    /// The square that a robot is in.
+    /// Index of the square that a robot is in.
     pub(crate) fn cell(&self, record: &Record) -> usize {
         let index = |x: f32| (x / Self::SIZE).max(0.0) as usize;
         let cell = index(record.y - self.field.y) * self.columns + index(record.x - self.field.x).min(self.columns - 1);
         cell.min(self.columns * self.rows - 1)
     }
 
-    /// The middle of a square.
+    /// Centre of a square.
     pub(crate) fn middle(&self, cell: usize) -> [f32; 2] {
         let middle = |index: usize| (index as f32 + 0.5) * Self::SIZE;
         [
@@ -167,7 +168,7 @@ mod tests {
         height: 350.0,
     };
 
-    /// The measures of a life whose places are given.
+    /// Measures of a life with the given places.
     fn measured(places: &[[f32; 2]]) -> Measures {
         let mut meter = Meter::new(FIELD, places.len() as u32 - 1);
         for &[x, y] in places {
@@ -196,8 +197,8 @@ mod tests {
         assert_eq!((measures.collisions, measures.cells), (2, 2));
     }
 
-    /// The robot drives for 20 s, stands for 30 s, and drives on for 10 s. It is stuck as long as it stands, and before and after as
-    /// long as less than 50 mm of its way is in some 100 places.
+    /// The robot drives for 20 s, stands for 30 s, and drives on for 10 s. It is stuck while it stands, and before and
+    /// after that as long as some 100 places contain less than 50 mm of its path.
     #[test]
     fn time_stuck_counts_each_moment_once() {
         let mut x = 0.0;

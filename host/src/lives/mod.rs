@@ -1,10 +1,10 @@
-//! Lives of given genomes in one experiment's world: evaluated in batches whose memory is bounded, however many lives
-//! there are, however long they are, and with or without their traces.
+//! Lives of given genomes in one experiment's world: evaluated in batches of bounded memory, whatever the number and
+//! length of the lives, and with or without their traces.
 //!
-//! | file | content |
+//! | file | contents |
 //! |---|---|
-//! | [`measures`] | how a robot lived, from its trace |
-//! | [`starts`] | places where lives start, from a file |
+//! | [`measures`] | measures of a robot's behaviour, from its trace |
+//! | [`starts`] | starts of lives, from a file |
 
 pub(crate) mod measures;
 pub(crate) mod starts;
@@ -19,36 +19,35 @@ use oneiro::world::World;
 use crate::evolve::Population;
 use crate::exit::Result;
 
-/// Groups of lanes that are evaluated at once: enough for any device, and a few hundred megabytes at most.
+/// Groups of lanes per batch: enough for any device, and a few hundred megabytes at most.
 const GROUPS: usize = 1 << 12;
-/// Records of traces that are held at once: 84 MB.
+/// Records of traces in memory at once: 84 MB.
 const RECORDS: usize = 1 << 20;
 
 /// Some lives of each of some genomes.
 pub(crate) struct Lives<'a> {
-    /// The world of all lives, or a world for each of a genome's lives. They differ in nothing but the start.
+    /// The world of all lives, or one world for each of a genome's lives. They differ only in the start.
     pub(crate) worlds: &'a [World],
-    /// Who lives.
     pub(crate) genomes: &'a Population,
     /// Lives of each genome.
     pub(crate) count: usize,
-    /// The keys of their random numbers.
+    /// Keys of their random numbers.
     pub(crate) keys: Keys,
 }
 
-/// Which random numbers lives have.
+/// Choice of the lives' random numbers.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Keys {
     pub(crate) seed: u64,
-    /// Keys of different numbers have nothing in common; those of evolution are below 2^32.
+    /// Keys with different numbers are independent; those of evolution are below 2^32.
     pub(crate) generation: u64,
-    /// Whether the lives of all genomes have the random numbers of the first genome's: common random numbers. Random
-    /// starts are then common, too.
+    /// Whether all genomes' lives have the random numbers of the first genome's: common random numbers. Random starts
+    /// are then the same, too.
     pub(crate) common: bool,
 }
 
 impl Keys {
-    /// Of the lives that commands make from a seed.
+    /// Keys of the lives that commands make from a seed.
     pub(crate) fn of_seed(seed: u64) -> Self {
         Self {
             seed,
@@ -57,35 +56,35 @@ impl Keys {
         }
     }
 
-    /// The key of a genome's life.
+    /// Key of a genome's life.
     pub(crate) fn of(self, genome: usize, life: usize) -> Key {
         let genome = if self.common { 0 } else { genome };
         Key::rollout(self.seed, self.generation, genome as u64, life as u64)
     }
 }
 
-/// Sees the traces of lives, piece by piece.
+/// Receives the traces of lives, piece by piece.
 pub(crate) trait Observer {
-    /// Takes the records of a life's next cycles; `first` is the first of them. Lives come in any order, the pieces of a
-    /// life in theirs.
+    /// Takes the records of a life's next cycles, of which `first` is the first. Lives come in any order, the pieces of
+    /// a life in theirs.
     fn observe(&mut self, life: LifeIndex, first: u32, records: &[Record]) -> Result;
 }
 
-/// Which of the lives it is.
+/// Identifies one of the lives.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(crate) struct LifeIndex {
     pub(crate) genome: usize,
-    /// Its number among the genome's lives.
+    /// Number among the genome's lives.
     pub(crate) number: usize,
 }
 
 impl Lives<'_> {
-    /// Robot-steps of all of them.
+    /// Total robot-steps.
     pub(crate) fn steps(&self) -> u64 {
         (self.genomes.len() * self.count) as u64 * u64::from(self.worlds[0].cycles())
     }
 
-    /// The fitness of each life, genome by genome.
+    /// Fitness of each life, by genome.
     ///
     /// # Errors
     /// As the evaluator's.
@@ -102,7 +101,7 @@ impl Lives<'_> {
         Ok(all)
     }
 
-    /// Shows all traces to an observer, with a record for each cycle.
+    /// Passes all traces to an observer, with a record for each cycle.
     ///
     /// # Errors
     /// As the evaluator's and the observer's.
@@ -131,8 +130,7 @@ impl Lives<'_> {
         Ok(())
     }
 
-    /// Lives are counted genome by genome where all have one world, else world by world, so that lives of one world
-    /// follow each other.
+    /// Lives are numbered by genome if all have one world, else by world, so that lives of one world are contiguous.
     fn at(&self, index: usize) -> LifeIndex {
         let (genomes, count) = (self.genomes.len(), self.count);
         if self.worlds.len() == 1 {
@@ -148,13 +146,13 @@ impl Lives<'_> {
         }
     }
 
-    /// Where a life's result stands, genome by genome.
+    /// Index of a life's result, by genome.
     fn place(&self, index: usize) -> usize {
         let LifeIndex { genome, number } = self.at(index);
         genome * self.count + number
     }
 
-    /// All lives in chunks that fill so many groups of lanes at most.
+    /// Divides all lives into chunks that fill at most `groups` groups of lanes.
     fn chunks(&self, groups: usize) -> Vec<Chunk> {
         let each = self.genomes.len() * self.count / self.worlds.len();
         let groups_of_world = each.div_ceil(LANES);
@@ -282,7 +280,7 @@ mod tests {
         assert_ne!(KEYS.of(5, 3), KEYS.of(0, 3));
     }
 
-    /// Traces come whole, and fitness at their ends is fitness, also where lives are cut into stretches.
+    /// Traces are complete, and their last fitness is the fitness, also if lives are cut into stretches.
     #[test]
     fn traces_are_whole_however_they_are_cut() {
         struct Seen(Vec<Vec<Record>>);

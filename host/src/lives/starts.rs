@@ -1,4 +1,4 @@
-//! Places where lives start, from a file.
+//! Starts of lives, from a file.
 
 use std::path::Path;
 
@@ -8,15 +8,15 @@ use crate::columns;
 use crate::exit::{Failure, Result};
 use crate::files;
 
-/// The columns of a file of starts.
+/// Columns of a file of starts.
 const COLUMNS: [&str; 3] = ["x_mm", "y_mm", "heading_turns"];
 
-/// Reads starts from a `.csv` file, one a line: x and y in mm, heading in turns. Where a line of names goes before them,
-/// other columns don't matter, so that a trace can be read. For each start the world that lives from there have.
+/// Reads starts from a `.csv` file, one per line: x and y in mm, heading in turns. With a header, other columns are
+/// ignored, so that a trace can be read. Returns the world of each start.
 ///
 /// # Errors
-/// Exit 3: there is no such file, no start in it, something that is no number, or a start that the world does not
-/// allow, such as one in a wall; with the line.
+/// Exit 3: there is no such file, no start in it, a value that isn't a number, or a start that the world doesn't allow,
+/// such as one in a wall; with the line.
 pub(crate) fn read(path: &Path, spec: &WorldSpec) -> Result<Vec<World>> {
     let refused = |problem: &dyn std::fmt::Display| Failure::input(format_args!("{}: {problem}", path.display()));
     let bytes = files::bytes(path)?;

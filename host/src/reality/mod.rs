@@ -1,4 +1,5 @@
-//! Reality: where a robot is sampled, and where transferred controllers are evaluated. Today it is always a surrogate.
+//! Reality: the place where a robot is sampled, and where transferred controllers are evaluated. Today it is always a
+//! surrogate.
 
 pub(crate) mod sampling;
 pub(crate) mod site;

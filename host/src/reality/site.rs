@@ -1,5 +1,4 @@
-//! The site of reality: which robot it is, where it is, and how to get there. Nothing outside this file names a kind of
-//! reality.
+//! The site of reality: which robot it is, where it is, and how to reach it. Only this file names kinds of reality.
 
 use std::sync::Arc;
 
@@ -25,7 +24,7 @@ impl Site {
         Self::surrogate(seed, Surrogate::drawn(seed, Differences::all(severity)))
     }
 
-    /// A surrogate. The seed draws what happens while it is sampled.
+    /// A surrogate. The seed draws the randomness of sampling.
     pub(crate) fn surrogate(seed: u64, surrogate: Surrogate) -> Self {
         Self {
             seed,
@@ -33,16 +32,16 @@ impl Site {
         }
     }
 
-    /// A hash of all that decides how controllers do there, with the world's other values.
+    /// Hash of everything that decides how controllers perform there, apart from the world's other values.
     pub(crate) fn hash(&self) -> blake3::Hash {
         blake3::hash(format!("{:?}", self.surrogate).as_bytes())
     }
 
-    /// The world of its rollouts, for batches that others share: where reality is a simulation. `spec` says all but its
-    /// noise and what collisions do.
+    /// The world of its rollouts, for batches shared with others, if reality is a simulation. `spec` has everything
+    /// except its noise and the effect of collisions.
     ///
     /// # Errors
-    /// The first value that the world does not allow.
+    /// The first value that the world doesn't allow.
     pub(crate) fn world(&self, spec: &WorldSpec) -> Result<World, Invalid> {
         World::new(WorldSpec {
             surrogate: Some(Arc::clone(&self.surrogate)),
@@ -55,11 +54,11 @@ impl Site {
         })
     }
 
-    /// The robot, ready to be sampled and to be driven. `spec` says how it is evaluated, all but its noise and what
-    /// collisions do.
+    /// The robot, ready to be sampled and driven. `spec` says how it is evaluated, except for its noise and the effect
+    /// of collisions.
     ///
     /// # Errors
-    /// [`Trouble::Broken`] with the value that the world does not allow.
+    /// [`Trouble::Broken`] with the value that the world doesn't allow.
     pub(crate) fn open<'a>(&self, engine: &'a Engine, spec: &WorldSpec) -> Result<Box<dyn Reality + 'a>, Trouble> {
         let world = self
             .world(spec)
@@ -73,10 +72,10 @@ impl Site {
     }
 }
 
-/// The seed in a robot's address, `surrogate:SEED`, the value of `--robot`.
+/// Parses the seed in a robot's address, `surrogate:SEED`, the value of `--robot`.
 ///
 /// # Errors
-/// Exit 3 with what is wrong with the address.
+/// Exit 3 with the problem of the address.
 pub(crate) fn seed_of(address: &str) -> Result<u64, Failure> {
     let seed = address.strip_prefix("surrogate:").and_then(|seed| seed.parse().ok());
     seed.ok_or_else(|| {

@@ -19,14 +19,14 @@ pub(super) struct SurrogateRobot<'a> {
     seed: u64,
     /// The world of its lives.
     world: World,
-    /// The place in the field of light where objects are sampled.
+    /// Position in the light field where objects are sampled.
     place: [f32; 2],
-    /// The number of rollouts that sampling took so far: their keys count on.
+    /// Number of rollouts that sampling has taken so far: their keys continue from it.
     sampled: u64,
 }
 
 impl<'a> SurrogateRobot<'a> {
-    /// The robot and surroundings of `surrogate`, which is that of the world.
+    /// The robot and surroundings of `surrogate`, which must be the world's.
     pub(super) fn new(engine: &'a Engine, seed: u64, surrogate: Arc<Surrogate>, world: World) -> Self {
         let Field { x, y, width, height } = world.spec().arena.field;
         let [across, up, ..] = pcg4d([seed as u32, (seed >> 32) as u32, u32::MAX, 0]);
@@ -41,7 +41,7 @@ impl<'a> SurrogateRobot<'a> {
         }
     }
 
-    /// The world of rollouts of this length from one start, or from any.
+    /// The world of rollouts of this length from a given start, or from a random one.
     fn started(&self, start: Option<[f32; 3]>, cycles: u32) -> Result<World, Trouble> {
         let spec = self.world.spec();
         if start.is_none() && cycles == spec.cycles {
@@ -55,7 +55,7 @@ impl<'a> SurrogateRobot<'a> {
         .map_err(|invalid| Trouble::Broken(invalid.to_string()))
     }
 
-    /// The grid that an object is sampled on, in place of its table, which is still to come.
+    /// The grid on which an object is sampled, in place of its future table.
     fn grid(&self, object: &Object) -> Arc<SensorTables> {
         let mut grid = SensorTable {
             class: object.class.clone(),
@@ -104,14 +104,14 @@ impl<'a> SurrogateRobot<'a> {
     }
 }
 
-/// Where a block is, seen from a robot whose direction from the block is `view` turns off the block's length, and whose
-/// centre is so many mm from the block's nearest point, which lies straight ahead: the block's centre, mm ahead and to
-/// the left, and the direction of its length, turns. `view` is from 0 to 1/2.
+/// Position of a block seen from a robot. The robot's direction from the block is `view` turns off the block's length,
+/// and its centre is `distance` mm from the block's nearest point, which lies straight ahead. Returns the block's
+/// centre, mm ahead and to the left, and the direction of its length, turns. `view` is from 0 to 1/2.
 fn seen_from(view: f64, sides: [f32; 2], distance: f32) -> [f32; 3] {
     let [half_length, half_width] = sides.map(|side| 0.5 * f64::from(side));
     let distance = f64::from(distance);
     let [along, across] = direction(view);
-    // From the centre to where the distance is as wanted: before the end, before the long side, or beside a corner.
+    // From the centre to where the distance is as wanted: in front of the end, of the long side, or of a corner.
     let before_end = (half_length + distance) / along.abs();
     let before_side = (half_width + distance) / across.abs();
     let far = if before_end * across <= half_width {
@@ -123,7 +123,7 @@ fn seen_from(view: f64, sides: [f32; 2], distance: f32) -> [f32; 3] {
         let past = half_length * half_length + half_width * half_width - corner * corner;
         corner + (distance * distance - past).sqrt()
     };
-    // The robot as the block has it, and the direction from there to the nearest point.
+    // The robot in the block's frame, and the direction from there to the nearest point.
     let (x, y) = (far * along, far * across);
     let to_x = (x.clamp(-half_length, half_length) - x) / distance;
     let to_y = (y.min(half_width) - y) / distance;
@@ -140,7 +140,7 @@ fn seen_from(view: f64, sides: [f32; 2], distance: f32) -> [f32; 3] {
     [-(to_x * x + to_y * y), to_y * x - to_x * y, low / 360.0].map(|number| number as f32)
 }
 
-/// A batch of what is known to be valid but for its size.
+/// Makes a batch of valid rollouts, which can only be too large.
 fn one_batch(worlds: &[World], rollouts: &[Rollout<'_>], traced: bool) -> Result<Batch, Trouble> {
     let trace = traced.then_some(TraceRequest { every: 1 });
     Batch::new(worlds, rollouts, trace).map_err(|invalid| Trouble::Broken(invalid.to_string()))
@@ -152,7 +152,7 @@ fn holding((left, right): (i32, i32)) -> Option<Vec<f32>> {
         if !(-10..=10).contains(&speed) {
             return None;
         }
-        // In the middle of what rounds to the state, so that no rounding of the logistic matters.
+        // In the middle of the outputs that round to the state, so that rounding of the logistic doesn't matter.
         let output = ((f64::from(speed) + 10.0) / 20.0).clamp(0.001, 0.999);
         Some((output / (1.0 - output)).ln() as f32)
     };
@@ -161,7 +161,7 @@ fn holding((left, right): (i32, i32)) -> Option<Vec<f32>> {
     Some(genes)
 }
 
-/// A record's readings as the integers that the robot gave.
+/// Readings of a record as the integers that the robot gave.
 fn readings(record: &Record) -> [u16; 8] {
     let r = record;
     [
@@ -170,7 +170,7 @@ fn readings(record: &Record) -> [u16; 8] {
     .map(|activation| (f64::from(activation) * 1023.0 + 0.5) as u16)
 }
 
-/// From one heading to another, turns counter-clockwise, -1/2 to 1/2.
+/// Turn from one heading to another, in turns counter-clockwise, -1/2 to 1/2.
 fn turned(from: f32, to: f32) -> f64 {
     let turn = f64::from(to) - f64::from(from);
     turn - (turn + 0.5).floor()
@@ -189,7 +189,7 @@ impl Reality for SurrogateRobot<'_> {
         const CYCLES: u32 = 230;
         /// Rounding never brings the robot into the row below.
         const MARGIN: f32 = 0.01;
-        /// Longer than any robot sees.
+        /// Farther than any robot sees.
         const HALF_WALL: f32 = 1000.0;
         let [x, y] = self.place;
         let rim = x + self.world.spec().robot.body_radius + gap + MARGIN;
@@ -227,8 +227,8 @@ impl Reality for SurrogateRobot<'_> {
         }
         let heading = match object.shape {
             Shape::Wall | Shape::Round { .. } => 0.0,
-            // A block's nearest point is straight ahead but for a rounding: so no reading is taken on an edge between
-            // two bearings.
+            // A block's nearest point is straight ahead except for rounding, so this keeps readings off the edges
+            // between bearings.
             Shape::Block { .. } => 0.001,
         };
         let start = Start::At { x, y, heading };
@@ -242,7 +242,7 @@ impl Reality for SurrogateRobot<'_> {
     }
 
     fn drive(&mut self, speeds: (i32, i32)) -> Result<Driven, Trouble> {
-        /// Enough for wheels of any lag allowed to reach their speeds.
+        /// Enough for wheels with any allowed lag to reach their speeds.
         const CYCLES: u32 = 22;
         let arena = Arena {
             name: "open".into(),

@@ -1,4 +1,4 @@
-//! Runs that have a directory each, for the engine.
+//! Runs with a directory each, for the engine.
 
 use std::collections::BTreeMap;
 use std::path::PathBuf;
@@ -11,19 +11,17 @@ use crate::engine::scheduler::{RunNumber, Runs, UnderWay, Waiting};
 use crate::exit::{Failure, Result};
 use crate::runs::Experiment;
 
-/// A run that is to be done, and its place.
+/// A run to be done, and its place.
 #[derive(Debug)]
 pub(crate) enum RunPlace {
-    /// One that begins.
+    /// A new run.
     New {
-        /// Its experiment.
         experiment: Arc<dyn Experiment>,
-        /// Its seed.
         seed: u64,
-        /// Where it is to go.
+        /// Its future directory.
         directory: PathBuf,
     },
-    /// One that was stopped or killed.
+    /// A run that was stopped or killed.
     Saved(SavedRun),
 }
 
@@ -36,7 +34,7 @@ impl RunPlace {
     }
 }
 
-/// Runs that have a directory each.
+/// Runs with a directory each.
 #[derive(Debug)]
 pub(crate) struct Directories {
     places: Vec<RunPlace>,
@@ -47,10 +45,10 @@ pub(crate) struct Directories {
 }
 
 impl Directories {
-    /// Runs under way at most: each has a lock open, and systems allow some thousand open files.
+    /// Most runs in progress: each holds a lock file open, and systems allow some thousand open files.
     pub(crate) const MOST: usize = 256;
 
-    /// Of runs and their places.
+    /// Prepares runs and their places.
     pub(crate) fn new(places: Vec<RunPlace>, session: Session, console: Console) -> Self {
         Self {
             places,
@@ -61,7 +59,7 @@ impl Directories {
         }
     }
 
-    /// All runs, as the engine takes them.
+    /// All runs in the engine's form.
     pub(crate) fn waiting(&self) -> Vec<Waiting> {
         let waiting = |(run, place): (RunNumber, &RunPlace)| Waiting {
             run,
@@ -70,7 +68,7 @@ impl Directories {
         self.places.iter().enumerate().map(waiting).collect()
     }
 
-    /// Robot-steps of all runs, from their beginnings.
+    /// Total robot-steps of all runs, from their beginnings.
     pub(crate) fn steps(&self) -> u64 {
         self.places.iter().map(|place| place.experiment().steps()).sum()
     }

@@ -1,4 +1,4 @@
-//! `DONE`: that a run is finished, and the hashes of what it gave.
+//! `DONE`: marks a run as finished, with the hashes of its results.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -15,16 +15,15 @@ use crate::exit::{Failure, Result};
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct Done {
-    /// The hash of the results: of the lines `HASH  NAME` of the experiment and of each of its results. The same
-    /// for every backend, number of threads, path and time.
+    /// Hash of the results: of the lines `HASH  NAME` of the experiment and of each of its results. The same for every backend, number of threads, path and time.
     pub(crate) result: String,
-    /// The hash of the resolved experiment and the seed.
+    /// Hash of the resolved experiment and the seed.
     pub(crate) experiment: String,
-    /// The hash of each file of the run.
+    /// Hash of each file of the run.
     pub(crate) files: BTreeMap<String, String>,
 }
 
-/// The hash of a run's results, as its `DONE` would have it, from what its files would hold.
+/// Hash of a run's results, as in its `DONE`, from the contents of its files.
 pub(crate) fn result_of(experiment: blake3::Hash, results: &[&str], files: &[(&str, &[u8])]) -> String {
     let hash = |(name, bytes): &(&str, &[u8])| ((*name).to_owned(), blake3::hash(bytes).to_hex().to_string());
     Done::new(
@@ -36,7 +35,7 @@ pub(crate) fn result_of(experiment: blake3::Hash, results: &[&str], files: &[(&s
 }
 
 impl Done {
-    /// Of an experiment, files with their hashes, and which of them are results.
+    /// Makes it from an experiment, files with their hashes, and the names of the results among them.
     fn new(experiment: String, files: BTreeMap<String, String>, results: &[&str]) -> Self {
         let line = |name: &str| format!("{}  {name}\n", files.get(name).map_or("", String::as_str));
         let own: String = results.iter().map(|name| line(name)).collect();
@@ -48,7 +47,7 @@ impl Done {
         }
     }
 
-    /// Hashes a run's files as they are on the disk.
+    /// Hashes a run's files on disk.
     pub(super) fn of(directory: &Path, experiment: blake3::Hash, files: &[&str], results: &[&str]) -> Result<Self> {
         let hash = |name: &&str| {
             let bytes = disk::read(&directory.join(name))?;
@@ -58,7 +57,7 @@ impl Done {
         Ok(Self::new(experiment.to_hex().to_string(), files, results))
     }
 
-    /// Reads a run's, if it is done.
+    /// Reads a run's `DONE`, if it is finished.
     pub(crate) fn read(directory: &Path) -> Result<Option<Self>> {
         let path = directory.join(DONE);
         match fs::read(&path) {
@@ -71,7 +70,7 @@ impl Done {
         }
     }
 
-    /// Writes a run's.
+    /// Writes a run's `DONE`.
     pub(super) fn write(&self, directory: &Path) -> Result {
         let mut text = serde_json::to_string_pretty(self).expect("words");
         text.push('\n');
@@ -83,7 +82,7 @@ impl Done {
 /// Checks a finished run: each file's hash, the experiment's, and the result's.
 ///
 /// # Errors
-/// Exit 3 when it is no run, exit 1 when it is not finished, exit 5 with all that differs.
+/// Exit 3 if it isn't a run, exit 1 if it isn't finished, exit 5 with everything that differs.
 pub(crate) fn verify(directory: &Path) -> Result<Done> {
     let run = SavedRun::open(directory)?;
     let results = run.experiment().results();

@@ -1,4 +1,4 @@
-//! What is no result of a run but worth knowing: who computed it, where and when.
+//! Provenance of a run, which isn't part of its results: who computed it, where and when.
 
 use std::path::Path;
 use std::time::{Duration, SystemTime};
@@ -13,23 +13,23 @@ use crate::exit::Result;
 /// `meta.json`
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub(crate) struct Meta {
-    /// The experiment's name.
+    /// Name of the experiment.
     pub(crate) name: String,
-    /// The run's seed.
+    /// Seed of the run.
     pub(crate) seed: u64,
-    /// How far it is.
+    /// Progress of the run.
     pub(crate) status: Status,
-    /// Generations that have lived, as of the last checkpoint or stop.
+    /// Finished generations, as of the last checkpoint or stop.
     pub(crate) generation: u32,
-    /// Generations in all.
+    /// Total number of generations.
     pub(crate) generations: u32,
     /// The best score so far.
     pub(crate) best: Option<f32>,
-    /// The processes that worked on it, the first first.
+    /// Processes that worked on it, in order.
     pub(crate) sessions: Vec<Session>,
 }
 
-/// How far a run is.
+/// Progress of a run.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub(crate) enum Status {
@@ -37,35 +37,35 @@ pub(crate) enum Status {
     Running,
     /// Stopped at a checkpoint.
     Stopped,
-    /// All generations have lived.
+    /// All generations are finished.
     Done,
 }
 
 /// One process's work on a run.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub(crate) struct Session {
-    /// The program's version.
+    /// Version of the program.
     pub(crate) version: String,
-    /// The commit that it was built from.
+    /// Commit that it was built from.
     pub(crate) commit: String,
-    /// What the command line asked for.
+    /// Backend on the command line.
     pub(crate) backend: String,
-    /// The device's name.
+    /// Name of the device.
     pub(crate) device: String,
-    /// Its instruction set or driver.
+    /// Instruction set or driver of the device.
     pub(crate) detail: String,
-    /// Whether it promises the bits that every other exact device gives.
+    /// Whether it guarantees the bits that every other exact device gives.
     pub(crate) exact: bool,
-    /// The first generation that lived in it.
+    /// First generation of this session.
     pub(crate) from_generation: u32,
-    /// When it began, UTC.
+    /// Beginning, UTC.
     pub(crate) started: String,
-    /// When it ended, UTC; nothing if it was killed.
+    /// End, UTC; `None` if it was killed.
     pub(crate) ended: Option<String>,
 }
 
 impl Session {
-    /// Begins now.
+    /// Begins a session now.
     pub(crate) fn new(backend: &str, device: &Device) -> Self {
         Self {
             version: env!("CARGO_PKG_VERSION").into(),
@@ -82,7 +82,7 @@ impl Session {
 }
 
 impl Meta {
-    /// Notes that a process works on a run of so many generations.
+    /// Notes that a process works on a run of `generations` generations.
     pub(super) fn begin(directory: &Path, name: &str, seed: u64, generations: u32, session: Session) -> Result<Self> {
         let mut meta = Self::read(directory).unwrap_or_else(|| Self {
             name: name.into(),
@@ -108,12 +108,12 @@ impl Meta {
         self.write(directory)
     }
 
-    /// Reads a run's; none if there is no readable one, since nothing depends on it.
+    /// Reads a run's metadata; `None` if they can't be read, since nothing depends on them.
     pub(crate) fn read(directory: &Path) -> Option<Self> {
         serde_json::from_slice(&std::fs::read(directory.join(META)).ok()?).ok()
     }
 
-    /// Writes a run's.
+    /// Writes a run's metadata.
     pub(super) fn write(&self, directory: &Path) -> Result {
         let mut text = serde_json::to_string_pretty(self).expect("numbers and words");
         text.push('\n');

@@ -15,21 +15,21 @@ use crate::experiment::INPUTS;
 use crate::runs::{Experiment, Recording, Table};
 use crate::sealed::Problem;
 
-/// What stands where a run is to go.
+/// Current contents of a run's directory.
 #[derive(Debug)]
 pub(crate) enum Standing {
     /// Nothing.
     New,
-    /// A run that is not finished.
+    /// An unfinished run.
     Unfinished,
-    /// This very run, finished.
+    /// The same run, finished.
     Done(Done),
 }
 
-/// What stands in a directory where a run is to go.
+/// Examines the directory of a future run.
 ///
 /// # Errors
-/// Exit 3 when it is something else, which is never overwritten.
+/// Exit 3 if it holds something else, which is never overwritten.
 pub(crate) fn standing(directory: &Path, identity: blake3::Hash) -> Result<Standing> {
     let refused = |what: &str| {
         Err(Failure::input(format_args!(
@@ -52,7 +52,7 @@ pub(crate) fn standing(directory: &Path, identity: blake3::Hash) -> Result<Stand
     if super::is_run(directory) {
         return Ok(Standing::Unfinished);
     }
-    // What a run that was killed at once leaves behind is not in the way.
+    // Files of a run that was killed at once are not in the way.
     let entries = fs::read_dir(directory).map_err(|error| Failure::unreadable(directory, &error))?;
     for entry in entries {
         let name = entry.map_err(|error| Failure::storage(directory, &error))?.file_name();
@@ -63,7 +63,7 @@ pub(crate) fn standing(directory: &Path, identity: blake3::Hash) -> Result<Stand
     Ok(Standing::New)
 }
 
-/// Writes a run's directory; as long as it lives, no other process does.
+/// Writer of a run's directory. While it exists, no other process can write there.
 #[derive(Debug)]
 pub(crate) struct Recorder {
     directory: PathBuf,
@@ -79,7 +79,7 @@ pub(crate) struct Recorder {
 #[derive(Serialize, Deserialize)]
 struct Saved {
     progress: Progress,
-    /// How much there was of each table.
+    /// Length of each table.
     tables: Vec<Extent>,
     job: Vec<u8>,
 }
@@ -88,7 +88,7 @@ impl Recorder {
     /// Starts a run's directory.
     ///
     /// # Errors
-    /// Exit 3 when something stands there, or another process writes there; exit 6 when writing fails.
+    /// Exit 3 if the directory isn't empty, or another process writes there; exit 6 if writing fails.
     pub(crate) fn create(
         directory: &Path,
         experiment: &Arc<dyn Experiment>,
@@ -97,7 +97,7 @@ impl Recorder {
     ) -> Result<(Self, Box<dyn Job>)> {
         fs::create_dir_all(directory).map_err(|error| Failure::storage(directory, &error))?;
         let lock = lock(directory)?;
-        // Another process may have been quicker.
+        // Another process may have been faster.
         if !matches!(standing(directory, experiment.identities().of(seed))?, Standing::New) {
             return Err(Failure::input(format_args!(
                 "{}: another process has begun this run",
@@ -118,12 +118,12 @@ impl Recorder {
         Self::begin(directory, lock, experiment, seed, session)
     }
 
-    /// Resumes a run from its newest good checkpoint, or from the start when there was none yet. What the tables have
-    /// behind the checkpoint is cut off. Also returns warnings about checkpoints that are not good.
+    /// Resumes a run from its newest good checkpoint, or from the start if there was none yet. Cuts off what the tables
+    /// have beyond the checkpoint. Also returns warnings about bad checkpoints.
     ///
     /// # Errors
-    /// Exit 3 when another process writes there, or when another version of the program wrote its checkpoints; exit 5
-    /// when there are checkpoints and none of them is good; exit 6 when writing fails.
+    /// Exit 3 if another process writes there, or if another version of the program wrote its checkpoints; exit 5 if
+    /// there are checkpoints and none of them is good; exit 6 if writing fails.
     pub(crate) fn resume(run: &SavedRun, session: Session) -> Result<(Self, Box<dyn Job>, Vec<String>)> {
         let (directory, experiment, seed) = (run.directory(), run.experiment(), run.seed());
         let lock = lock(directory)?;
@@ -218,12 +218,12 @@ impl Recorder {
         })
     }
 
-    /// Where it writes.
+    /// Path of the directory.
     pub(crate) fn directory(&self) -> &Path {
         &self.directory
     }
 
-    /// How far the run is, in words.
+    /// Description of the run's progress.
     pub(crate) fn reached(&self) -> String {
         let (_, unit) = self.experiment.shown().time;
         format!("{unit} {}", self.progress.done)
@@ -243,7 +243,7 @@ impl Recorder {
         Ok(())
     }
 
-    /// Makes sure that the run can go on from here, whatever happens.
+    /// Saves the run so that it can be resumed from here, whatever happens.
     fn checkpoint(&mut self, job: &dyn Job) -> Result {
         let saved = Saved {
             progress: self.progress,
@@ -269,7 +269,7 @@ impl Recorder {
         self.meta.end(&self.directory, status)
     }
 
-    /// Writes the results, and `DONE` when all of them are on the disk.
+    /// Writes the results, and `DONE` once all of them are on disk.
     pub(super) fn finish(&mut self, job: &mut dyn Job) -> Result<Done> {
         for (_, log) in &mut self.tables {
             log.sync()?;
@@ -301,7 +301,7 @@ pub(super) fn lock(directory: &Path) -> Result<File> {
     })
 }
 
-/// The same, or nothing if another process writes there.
+/// Like [`lock`], but returns `None` if another process writes there.
 pub(crate) fn try_lock(directory: &Path) -> Result<Option<File>> {
     let path = directory.join(LOCK);
     let file = OpenOptions::new().create(true).truncate(false).write(true).open(&path);
@@ -313,7 +313,7 @@ pub(crate) fn try_lock(directory: &Path) -> Result<Option<File>> {
     }
 }
 
-/// A checkpoint that can be gone on from, and what the tables held then.
+/// A checkpoint that can be resumed from, and the tables at that time.
 struct Good {
     progress: Progress,
     tables: Vec<(&'static str, Prefix)>,
@@ -321,7 +321,7 @@ struct Good {
 }
 
 impl Good {
-    /// Reads a checkpoint of a run, or says what is wrong with it.
+    /// Reads a checkpoint of a run, or returns the problem with it.
     fn of(run: &SavedRun, saved: &Saved) -> std::result::Result<Self, String> {
         let tables = run.experiment().tables(Recording::Directory);
         if saved.tables.len() != tables.len() {

@@ -1,4 +1,4 @@
-//! A run's directory, read again: to go on with it, to replay, audit, verify or list it.
+//! A run's directory, read again: to resume, replay, audit, verify or list it.
 
 use std::fs::{File, TryLockError};
 use std::path::{Path, PathBuf};
@@ -13,7 +13,7 @@ pub(crate) fn is_run(directory: &Path) -> bool {
     directory.join(CONFIG).is_file()
 }
 
-/// A run as it is on the disk.
+/// A run on disk.
 #[derive(Debug)]
 pub(crate) struct SavedRun {
     directory: PathBuf,
@@ -21,10 +21,10 @@ pub(crate) struct SavedRun {
     seed: u64,
 }
 
-/// How far a run on the disk is.
+/// Progress of a run on disk.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum State {
-    /// Recorded.
+    /// Finished and recorded.
     Done,
     /// A process works on it.
     Running,
@@ -43,7 +43,7 @@ impl SavedRun {
     /// Opens a run's directory.
     ///
     /// # Errors
-    /// Exit 3 when it is none, or its configuration is invalid.
+    /// Exit 3 if it isn't one, or its configuration is invalid.
     pub(crate) fn open(directory: &Path) -> Result<Self> {
         if !is_run(directory) {
             return Err(Failure::input(format_args!(
@@ -66,7 +66,7 @@ impl SavedRun {
         })
     }
 
-    /// Where it is.
+    /// Path of the directory.
     pub(crate) fn directory(&self) -> &Path {
         &self.directory
     }
@@ -76,22 +76,21 @@ impl SavedRun {
         self.directory.join(CONFIG)
     }
 
-    /// What it is a run of.
+    /// Experiment of the run.
     pub(crate) fn experiment(&self) -> &Arc<dyn Experiment> {
         &self.experiment
     }
 
-    /// Its seed.
     pub(crate) fn seed(&self) -> u64 {
         self.seed
     }
 
-    /// What decides its results.
+    /// Hash of everything that decides its results.
     pub(crate) fn identity(&self) -> blake3::Hash {
         self.experiment.identities().of(self.seed)
     }
 
-    /// How far it is.
+    /// Progress of the run.
     pub(crate) fn state(&self) -> Result<State> {
         if Done::read(&self.directory)?.is_some() {
             return Ok(State::Done);
@@ -103,23 +102,23 @@ impl SavedRun {
         })
     }
 
-    /// The run, if it is finished.
+    /// Returns the run if it is finished.
     ///
     /// # Errors
-    /// Exit 1 when it is not.
+    /// Exit 1 if it isn't.
     pub(crate) fn finished(&self) -> Result<Recorded<'_>> {
         let recorded = self.recorded()?;
         if !recorded.is_done {
-            let problem = "is not finished, so it has no champion yet; `oneiro resume` goes on with it";
+            let problem = "is not finished, so it has no champion yet; `oneiro resume` continues it";
             return Err(Failure::failed(format_args!("{}: {problem}", self.directory.display())));
         }
         Ok(recorded)
     }
 
-    /// The run as far as it is recorded.
+    /// Returns the run as far as it is recorded.
     ///
     /// # Errors
-    /// Exit 5 when what says that it is finished is damaged.
+    /// Exit 5 if the record that it is finished is damaged.
     pub(crate) fn recorded(&self) -> Result<Recorded<'_>> {
         Ok(Recorded {
             directory: &self.directory,

@@ -16,14 +16,14 @@ impl SingleRun {
     /// Opens a run's directory.
     ///
     /// # Errors
-    /// Exit 3 when it is none, when its configuration is invalid, or when it is the run of a swarm.
+    /// Exit 3 if it isn't one, if its configuration is invalid, or if it is the run of a swarm.
     pub(crate) fn open(directory: &Path) -> Result<Self> {
         let run = Self(SavedRun::open(directory)?);
         run.experiment()?;
         Ok(run)
     }
 
-    /// Where it is.
+    /// Path of the directory.
     pub(crate) fn directory(&self) -> &Path {
         self.0.directory()
     }
@@ -33,10 +33,10 @@ impl SingleRun {
         self.0.config()
     }
 
-    /// What it is a run of.
+    /// Experiment of the run.
     ///
     /// # Errors
-    /// Exit 3 when it is the run of a swarm.
+    /// Exit 3 if it is the run of a swarm.
     pub(crate) fn experiment(&self) -> Result<&Experiment> {
         self.0.experiment().single().ok_or_else(|| {
             Failure::input(format_args!(
@@ -46,24 +46,24 @@ impl SingleRun {
         })
     }
 
-    /// Its champion.
+    /// The champion.
     ///
     /// # Errors
-    /// Exit 1 when the run is not finished, exit 5 when the files are not what was written.
+    /// Exit 1 if the run isn't finished, exit 5 if the files aren't what was written.
     pub(crate) fn champion(&self) -> Result<Champion> {
         single::champion(&self.0.finished()?, self.experiment()?)
     }
 
-    /// The champion, the luckiest if there are finalists, and the last generation or every individual; each with the file
-    /// that has it.
+    /// The champion, the luckiest individual if there are finalists, and the last generation or every individual; each
+    /// with its file.
     ///
     /// # Errors
-    /// As [`SingleRun::champion`]; exit 1 where individuals are wanted and were not recorded.
+    /// As [`SingleRun::champion`]; exit 1 if individuals are requested and were not recorded.
     pub(crate) fn all_genomes(&self, individuals: bool) -> Result<Vec<(&'static str, Population)>> {
         single::all_genomes(&self.0.finished()?, self.experiment()?, individuals)
     }
 
-    /// Its last generation.
+    /// The last generation.
     ///
     /// # Errors
     /// As [`SingleRun::champion`].
@@ -74,7 +74,7 @@ impl SingleRun {
     /// Whether it is finished.
     ///
     /// # Errors
-    /// Exit 5 when what says so is damaged.
+    /// Exit 5 if the record of that is damaged.
     pub(crate) fn is_done(&self) -> Result<bool> {
         Ok(self.0.recorded()?.is_done)
     }

@@ -1,4 +1,4 @@
-//! Runs in directories, on a device that likes genes near one half.
+//! Runs in directories, on a device that prefers genes near one half.
 
 use std::fs;
 use std::path::PathBuf;
@@ -17,13 +17,13 @@ use crate::engine::watcher::Watch;
 use crate::exit::{Failure, Result};
 use crate::runs::{self, Experiment};
 
-/// Likes genes near one half, and says that those who begin with more than `nan_above` are no numbers.
+/// Prefers genes near one half, and gives NaN to genomes whose first gene is above `nan_above`.
 struct Mock {
     nan_above: f32,
     /// Evaluations until it fails.
     lasts: usize,
     failure: fn() -> Error,
-    /// What it adds in traces.
+    /// Error that it adds to traces.
     lies: f32,
 }
 
@@ -91,7 +91,7 @@ impl Watch for Impatient {
     }
 }
 
-/// A directory of its own with an experiment, removed when the test ends.
+/// A temporary directory with an experiment, removed when the test ends.
 struct Scratch {
     path: PathBuf,
     experiment: Arc<dyn Experiment>,
@@ -119,7 +119,7 @@ impl Scratch {
         }
     }
 
-    /// Does runs; what they gave, in the order of their directories.
+    /// Does runs and returns their results, in the order of their directories.
     fn run(places: Vec<RunPlace>, mock: Mock, patience: u32) -> Result<Vec<(PathBuf, Done)>> {
         let engine = Engine::new(Box::new(mock), Arc::new(AtomicBool::new(false)));
         let session = Session::new("mock", engine.description());
@@ -140,7 +140,7 @@ impl Scratch {
         Ok(done)
     }
 
-    /// Why a run in `run` does not come to its end.
+    /// Failure of a run in `run`.
     fn failure(&self, mock: Mock) -> Failure {
         match Self::run(vec![self.new_run(1, "run")], mock, u32::MAX) {
             Err(failure) => failure,
@@ -155,7 +155,7 @@ impl Scratch {
 
 impl Drop for Scratch {
     fn drop(&mut self) {
-        // What is left in the system's directory for such files does no harm.
+        // A leftover in the system's temporary directory does no harm.
         let _ = fs::remove_dir_all(&self.path);
     }
 }
@@ -235,7 +235,7 @@ fn stopped_runs_go_on() {
     }
 }
 
-/// What a broken device leaves can be gone on with, at the generation where it broke.
+/// After a device breaks, the run can be resumed at the generation where it broke.
 #[test]
 fn a_broken_device_costs_no_generation() {
     let scratch = Scratch::new("broken");
@@ -253,7 +253,7 @@ fn a_broken_device_costs_no_generation() {
     assert!(scratch.path.join("run/checkpoint-5").is_file());
 }
 
-/// A device that gives a life another fitness in its trace is found out.
+/// A device that gives a life another fitness in its trace is detected.
 #[test]
 fn a_device_that_contradicts_itself_is_found_out() {
     let mut scratch = Scratch::new("lies");

@@ -43,7 +43,7 @@ impl fmt::Display for Undefined {
 
 impl std::error::Error for Undefined {}
 
-/// What these functions return.
+/// Result of these functions.
 pub(crate) type Result<T> = std::result::Result<T, Undefined>;
 
 fn undefined<T>(figure: &'static str, problem: impl Into<String>) -> Result<T> {

@@ -1,13 +1,13 @@
-//! Probabilities of the tails of distributions, as logarithms too, so that none is too small to be told.
+//! Tail probabilities of distributions, also as logarithms, so that none is too small to represent.
 //!
 //! `statrs` has the gamma function and its incomplete integral in the body of the distribution. In the tails it has no
-//! logarithms: below 1e-308 it says 0, and its incomplete beta function stops after 140 terms of its continued
-//! fraction, whether or not these are enough. Here both fractions are taken in log space, until they have converged.
-//! For up to 100,000 degrees of freedom the relative error of a probability is below 1e-9.
+//! logarithms: below 1e-308 it returns 0, and its incomplete beta function stops after 140 terms of its continued
+//! fraction, whether or not these are enough. Here both fractions are evaluated in log space, until they converge. For
+//! up to 100,000 degrees of freedom the relative error of a probability is below 1e-9.
 
 use statrs::function::gamma::{gamma_lr, ln_gamma};
 
-/// How probable a statistic at least as extreme is where the null hypothesis holds.
+/// Probability of a statistic at least as extreme under the null hypothesis.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Probability {
     /// The p value, 0 to 1; 0 where it is below the least positive number.

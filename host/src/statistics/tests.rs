@@ -45,7 +45,7 @@ fn with_tail<const N: usize>(others: [(&'static str, f64); N], p: Probability) -
     all
 }
 
-/// What the module says of a case.
+/// The module's figures for a case.
 fn computed(figure: &str, samples: &[&[f64]], parameters: &Value) -> Result<Figures> {
     let number = |name: &str| parameters[name].as_f64().expect("a number");
     let numbers = |name: &str| numbers(&parameters[name]);

@@ -426,7 +426,7 @@ impl State {
         self.now += 1;
     }
 
-    /// A robot's fitness at the end of an interval, or by now if that has not ended.
+    /// A robot's fitness at the end of an interval, or so far if the interval has not ended.
     fn real(&self, robot: usize, interval: u32) -> f32 {
         let last = self.clocks[robot].seconds_of(interval).end.min(self.now) - 1;
         self.seconds.get(last).map_or(0.0, |second| second.earned_after[robot])

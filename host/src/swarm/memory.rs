@@ -1,4 +1,4 @@
-//! The exchange of messages within one process: the arena says who heard whom, and what was said is looked up.
+//! Exchange of messages within one process: the arena says who heard whom, and the contents of messages are looked up.
 
 use std::collections::VecDeque;
 use std::ops::Range;

@@ -34,7 +34,7 @@ pub(crate) struct Plan {
     pub(crate) kind: Kind,
     /// Its number among those of its kind and case.
     pub(crate) number: u32,
-    /// Everything random follows from it, but how robots differ.
+    /// Seed of everything random except the differences between robots.
     pub(crate) seed: u64,
 }
 

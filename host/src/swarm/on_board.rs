@@ -1,5 +1,5 @@
-//! What runs on board of one robot: its simulator, its controllers, and what it decides at the end of each interval. It
-//! needs nothing but its own fitness, what its simulations gave and what it heard.
+//! The program on board of one robot: its simulator, its controllers, and its decisions at the end of each interval. It
+//! needs only its own fitness, the results of its simulations and the messages it heard.
 
 use oneiro::foraging::Light;
 use serde::{Deserialize, Serialize};

@@ -1,5 +1,5 @@
-//! What there is to choose of a swarm whose simulators evolve with its controllers, each value described by a row. The
-//! defaults are those of O'Dowd, Studley and Winfield (2014) where the paper has them.
+//! Settings of a swarm whose simulators evolve with its controllers, each described by a row. The defaults are those of
+//! O'Dowd, Studley and Winfield (2014), where the paper has them.
 
 use oneiro::foraging::{self, Foraging, Light};
 use oneiro::parameter::Allowed::{Any, Number, Whole, WholeUpTo};
@@ -11,14 +11,14 @@ use crate::evolve::encapsulated::{Boundary, Breeding, Mutation};
 use crate::exchange::pairs::{Key, Leaves, Rules};
 use crate::swarm::record::{Case, Credit};
 
-/// All of it. Lengths in mm, times in s.
+/// All settings. Lengths in mm, times in s.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Settings {
     /// The experiment case, 1 to 6 of the paper.
     pub(crate) case: Case,
-    /// Minutes that robots forage.
+    /// Duration of foraging in minutes.
     pub(crate) minutes: u32,
-    /// The minute in which the light moves, in the cases where it does.
+    /// Minute in which the light moves, in the cases where it does.
     pub(crate) light_moves_minute: u32,
     /// Robots, arena, messages, and how the arena differs from the robots' simulators. Its times follow from `minutes`
     /// and `clock`.
@@ -27,7 +27,7 @@ pub(crate) struct Settings {
     pub(crate) controllers: Controllers,
     /// The evolution of simulators among them.
     pub(crate) simulators: Simulators,
-    /// When what happens.
+    /// Times of events.
     pub(crate) clock: Clock,
 }
 
@@ -87,14 +87,14 @@ pub(crate) struct Simulators {
     pub(crate) says: Says,
 }
 
-/// What robots say of their fitness.
+/// The fitness that robots report.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Says {
     SoFar,
     LastWhole,
 }
 
-/// When what happens.
+/// Times of events.
 #[expect(clippy::struct_field_names, reason = "the unit of each")]
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Clock {
@@ -103,10 +103,10 @@ pub(crate) struct Clock {
     pub(crate) installed_s: u32,
 }
 
-/// Minutes of a run: a kernel's cycles are numbers up to a million.
+/// Most minutes of a run: a kernel counts up to a million cycles.
 const GREATEST_MINUTES: u64 = 1_666;
 
-/// The rows of all values, for whatever holds them.
+/// Rows of all values, for any type that holds them.
 pub(crate) fn parameters<T: AsMut<Settings> + AsMut<Swarm> + AsMut<Foraging>>() -> Vec<Parameter<T>> {
     let mut rows = own_parameters();
     rows.splice(1..1, foraging::parameters().into_iter().chain(swarm::parameters()));
@@ -259,7 +259,7 @@ impl Serialize for Settings {
 }
 
 impl Settings {
-    /// Every value by its key, with where it is from.
+    /// Every value by its key, with its source.
     pub(crate) fn listed(&self) -> Vec<(String, String, &'static str)> {
         let mut own = self.clone();
         let value = |row: &Parameter<Self>| {
@@ -291,7 +291,7 @@ impl Settings {
         }
     }
 
-    /// Where robots really are.
+    /// World of the real robots.
     pub(crate) fn swarm(&self) -> Swarm {
         Swarm {
             forager: Foraging {

@@ -1,4 +1,4 @@
-//! The tables and numbers that a swarm's run gives.
+//! Tables and figures of a swarm's run.
 
 use std::fmt::Write;
 
@@ -54,13 +54,13 @@ impl Run {
         text
     }
 
-    /// Food that the swarm brought in all.
+    /// Total food that the swarm collected.
     pub(crate) fn total(&self) -> u32 {
         self.brought.iter().map(|&food| u32::from(food)).sum()
     }
 
-    /// Its row in a sweep's table of results: food in all and per robot-minute; per robot-minute in the last fifth of the
-    /// time, and there the share of simulators that have the light where it is, and their mean gene.
+    /// Row in a sweep's table of results: food in total and per robot-minute; and of the last fifth of the time, food
+    /// per robot-minute, the share of simulators that have the light where it is, and their mean gene.
     pub(crate) fn cells(&self, settings: &Settings) -> Vec<String> {
         let robots = f64::from(settings.world.robots);
         let rate = |brought: &[u16]| {

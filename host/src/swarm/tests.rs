@@ -55,7 +55,7 @@ fn run_traced(plan: Plan) -> (Run, Vec<Line>) {
     (job.run(), job.lines().to_vec())
 }
 
-/// Lets a swarm take its next step, alone. Whether there was one.
+/// Lets a swarm take its next step alone. Returns whether there was one.
 fn step(job: &mut SwarmJob, engine: &Engine) -> bool {
     let Some(Request {
         stage,
@@ -332,7 +332,7 @@ fn nothing_selects_the_simulator_of_one_robot() {
     assert!(over.windows(2).all(|pair| pair[0] != pair[1]), "it always changes");
 }
 
-/// Food is brought in the seconds in which the lines say so, and an interval's fitness is what it earned.
+/// Food is collected in the seconds of the trace that say so, and an interval's fitness is what it earned.
 #[test]
 fn what_is_recorded_is_what_was_seen() {
     let mut settings = small(Case::Over);
@@ -411,8 +411,8 @@ fn the_better_simulator_is_taken_over_and_changed() {
     assert!(!taken && (next - own).abs() < 1e-4);
 }
 
-/// As the paper has it fitness counts for the simulator of the same interval; matched, for the one before, in which the
-/// controller was chosen.
+/// As in the paper, fitness is credited to the simulator of the same interval; when matched, to that of the interval
+/// before, in which the controller was chosen.
 #[test]
 fn credit_goes_where_it_is_said_to() {
     for (credit, back) in [(Credit::Lagged, 0), (Credit::Matched, 1)] {

@@ -15,7 +15,7 @@ use crate::progress;
 /// Individuals per batch.
 const AT_ONCE: usize = 1 << 16;
 /// Differences that are listed individually.
-const TOLD: usize = 10;
+const LISTED: usize = 10;
 
 /// Evaluates a share of a run's individuals again.
 pub(super) fn run(
@@ -116,7 +116,7 @@ impl Report {
             audited,
             differences,
         } = self;
-        let told = differences.iter().take(TOLD).map(|difference| {
+        let listed = differences.iter().take(LISTED).map(|difference| {
             let Difference { generation, individual, recorded, here } = difference;
             format!(
                 "  generation {generation}, individual {individual}: recorded {recorded} ({:08x}), here {here} ({:08x})\n",
@@ -124,9 +124,9 @@ impl Report {
                 here.to_bits()
             )
         });
-        let told: String = told.collect();
+        let listed: String = listed.collect();
         let different = differences.len();
-        format!("{directory}: {audited} of {recorded} individuals audited, {different} with other bits\n{told}")
+        format!("{directory}: {audited} of {recorded} individuals audited, {different} with other bits\n{listed}")
     }
 
     fn value(&self) -> Value {

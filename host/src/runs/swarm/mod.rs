@@ -220,7 +220,7 @@ impl Experiment for SwarmExperiment {
         let directory = run.directory.display();
         if !run.is_done {
             return Err(Failure::failed(format_args!(
-                "{directory}: is not finished; `oneiro resume` goes on with it"
+                "{directory}: is not finished; `oneiro resume` continues it"
             )));
         }
         let again = again(self, run.seed, engine, console)?.run();

@@ -257,7 +257,11 @@ fn verdict(factor: &Factor, samples: &[Sample], place: usize, effects: &Effects)
             None => "the second best",
         };
         let comparison = effects.of_groups(place, [best.group, rival]);
-        format!(" Against {}, {who}: {}.", label(rival), told(comparison, best.group))
+        format!(
+            " Against {}, {who}: {}.",
+            label(rival),
+            distinction(comparison, best.group)
+        )
     });
     format!(
         "<p>The best of {all} {units} is <b>{}</b>, with a mean of {}{at}.{against}</p>\n",
@@ -267,7 +271,7 @@ fn verdict(factor: &Factor, samples: &[Sample], place: usize, effects: &Effects)
 }
 
 /// Says whether a group differs significantly from another.
-fn told(comparison: Option<&Comparison>, group: usize) -> String {
+fn distinction(comparison: Option<&Comparison>, group: usize) -> String {
     let Some(comparison) = comparison else {
         return "too few runs to tell them apart".to_owned();
     };

@@ -71,7 +71,7 @@ fn run(case: Case, kind: Kind, number: u32, numbers: &mut Numbers, made: impl Fn
 }
 
 /// A run in which everything is as the paper says.
-fn as_told(number: u32, case: Case, kind: Kind, numbers: &mut Numbers) -> Run {
+fn as_in_the_paper(number: u32, case: Case, kind: Kind, numbers: &mut Numbers) -> Run {
     run(case, kind, number, numbers, |minute| {
         let second = minute >= 25;
         let rate = match (case, kind) {
@@ -154,8 +154,8 @@ fn verdicts(claims: &[Claim]) -> Vec<(&str, Verdict)> {
     claims.iter().map(|claim| (claim.id.as_str(), claim.verdict)).collect()
 }
 
-fn told() -> Combination {
-    combination(Credit::Lagged, as_told, &Kind::ALL)
+fn as_published() -> Combination {
+    combination(Credit::Lagged, as_in_the_paper, &Kind::ALL)
 }
 
 fn nothing(credit: Credit) -> Combination {
@@ -164,7 +164,7 @@ fn nothing(credit: Credit) -> Combination {
 
 #[test]
 fn what_the_paper_says_is_reproduced_where_it_is_so() {
-    let claims = study(vec![told()]);
+    let claims = study(vec![as_published()]);
     for (id, verdict) in verdicts(&claims) {
         let expected = match id {
             // Cases 3 and 5 differ here, as in the paper, and a lone robot is the same anywhere.
@@ -194,7 +194,7 @@ fn what_is_not_so_is_not_reproduced() {
 
 #[test]
 fn a_verdict_states_its_scope() {
-    let claims = study(vec![told(), nothing(Credit::Matched)]);
+    let claims = study(vec![as_published(), nothing(Credit::Matched)]);
     let order = &claims[2];
     assert_eq!((order.id.as_str(), order.verdict), ("D3", Verdict::Undecided));
     assert!(
@@ -214,7 +214,7 @@ fn a_verdict_states_its_scope() {
 /// Without the null and the interventions, most claims lack a comparison.
 #[test]
 fn without_their_runs_claims_are_undecided() {
-    let claims = study(vec![combination(Credit::Lagged, as_told, &[Evolved])]);
+    let claims = study(vec![combination(Credit::Lagged, as_in_the_paper, &[Evolved])]);
     for (id, verdict) in verdicts(&claims) {
         let expected = match id {
             "D8" | "D9" | "D11" | "D15" => Verdict::Reproduced,
@@ -224,7 +224,7 @@ fn without_their_runs_claims_are_undecided() {
     }
     assert!(claims[0].remark.contains("Runs that it needs were not asked for"));
     let interventions = [Evolved, SimulatorShuffled, SimulatorWrong];
-    let claims = study(vec![combination(Credit::Lagged, as_told, &interventions)]);
+    let claims = study(vec![combination(Credit::Lagged, as_in_the_paper, &interventions)]);
     assert_eq!(claims[0].verdict, Verdict::Undecided);
 }
 
