@@ -4,7 +4,7 @@ use std::path::Path;
 use std::process::Command;
 
 fn main() {
-    // What decides the commit, or whether what is built is another thing than it.
+    // Files that determine the commit, and whether the build differs from it.
     for path in ["build.rs", "src", "../src", "../shaders", "../.git/logs/HEAD"] {
         if Path::new(path).exists() {
             println!("cargo::rerun-if-changed={path}");

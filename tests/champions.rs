@@ -365,7 +365,7 @@ fn directories_in_place_of_files_are_refused_with_what_to_name() {
         ),
         (&["sweep", "plan", "experiments"], &["experiments/mine.toml"]),
         (&["list", "small.toml"], &["small.toml: is a file", "allowed"]),
-        (&["replay", "small.toml"], &["small.toml: is no run's directory"]),
+        (&["replay", "small.toml"], &["small.toml: is not a run directory"]),
     ] {
         place.run(arguments).exits(3).says(words);
     }
@@ -738,7 +738,7 @@ fn the_best_of_what_was_recorded_has_the_best_mean() {
     let all = place.good(&["best", "runs", "--lives", "30", "--seed", "4", "--all"]);
     assert_eq!(all.lines().count(), known.len() + 1);
 
-    // What was written is taken by other commands, also among what was recorded.
+    // Other commands accept the written file, also beside run directories.
     let one = place.evaluate(&["small.toml", "--genomes", "best.json", "--trials", "1", "--seed", "9"]);
     let replay = |more: &[&str]| -> Value {
         let all = [

@@ -113,7 +113,7 @@ fn what_can_not_be_sampled_is_refused() {
         (["--robot", "surrogate:x"], "allowed: surrogate:SEED"),
         (["--severity", "3"], "surrogate.severity: is 3; allowed: 0 to 2"),
         (["--objects", "wall,cube"], "allowed: wall, round"),
-        (["--objects", "wall,wall"], "is there twice"),
+        (["--objects", "wall,wall"], "is given twice"),
     ] {
         place.sample("none", &arguments).exits(3).says(&[words]);
     }
@@ -133,7 +133,7 @@ fn studies_that_can_not_be_are_refused() {
     for (arguments, words) in [
         (&["--severity=-1"][..], "allowed: 0 to 2"),
         (&["--robot", "mine"], "allowed: surrogate:SEED"),
-        (&["--out", "full"], "is not empty and holds no study"),
+        (&["--out", "full"], "is not empty and does not hold a study"),
         (&["--tables", "wall.sam,none.sam"], "wall.sam"),
         (&["--tables", "none.sam"], "none.sam"),
     ] {
@@ -313,8 +313,8 @@ fn a_study_of_swarms_is_a_function_of_its_settings() {
     }
     for (arguments, words) in [
         (&["--scale", "0"][..], "allowed: above 0"),
-        (&["--scale", "0.2,2,0.2"], "is there twice"),
-        (&["--credit", "lagged,lagged"], "is there twice"),
+        (&["--scale", "0.2,2,0.2"], "is given twice"),
+        (&["--credit", "lagged,lagged"], "is given twice"),
         (&["--runs", "1"], "allowed: 2 to 400"),
     ] {
         let all = [&["reproduce", "odowd2014", "--out", "none"], arguments].concat();

@@ -385,7 +385,7 @@ mod unix {
         place
             .run(&["resume", "flipped"])
             .exits(5)
-            .says(&["no checkpoint of this run is good"]);
+            .says(&["this run has no intact checkpoint"]);
 
         // The files that a checkpoint relies on are checked too.
         interrupted("rows");

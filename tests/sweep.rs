@@ -281,7 +281,7 @@ impl Place {
             thread::sleep(longest.mul_f64(moments.next().unwrap()));
             child.kill().unwrap();
             let ran = ended(arguments, child);
-            killed.resumed += u32::from(ran.stderr.contains("runs are done already"));
+            killed.resumed += u32::from(ran.stderr.contains("runs are already done"));
             if ran.code.is_none() {
                 left -= 1;
             } else {

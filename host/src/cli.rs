@@ -317,7 +317,7 @@ pub(crate) struct Bench {
 /// `oneiro tables`
 #[derive(Args, Debug)]
 pub(crate) struct Tables {
-    /// What to do.
+    /// Subcommand to run.
     #[command(subcommand)]
     pub(crate) command: TablesCommand,
 }
@@ -395,7 +395,7 @@ pub(crate) enum Paper {
 /// `oneiro sweep`
 #[derive(Args, Debug)]
 pub(crate) struct Sweep {
-    /// What to do.
+    /// Subcommand to run.
     #[command(subcommand)]
     pub(crate) command: SweepCommand,
 }

@@ -13,7 +13,7 @@ pub(crate) fn read<S: AsRef<str>>(
 ) -> Result<(Vec<f32>, Vec<u64>), String> {
     let text = std::str::from_utf8(bytes).map_err(|error| {
         let line = bytes[..error.valid_up_to()].split(|byte| *byte == b'\n').count();
-        format!("line {line}: is no text: {error}")
+        format!("line {line}: is not text: {error}")
     })?;
     let (mut values, mut lines) = (Vec::new(), Vec::new());
     let mut layout: Option<Layout> = None;

@@ -13,7 +13,7 @@ use crate::exit::{Failure, Result};
 /// Exit 3 if it doesn't exist or isn't text, exit 6 if reading fails otherwise.
 pub(crate) fn text(path: &Path) -> Result<String> {
     String::from_utf8(bytes(path)?)
-        .map_err(|error| Failure::input(format_args!("{}: is no text: {}", path.display(), error.utf8_error())))
+        .map_err(|error| Failure::input(format_args!("{}: is not text: {}", path.display(), error.utf8_error())))
 }
 
 /// Reads an input file.

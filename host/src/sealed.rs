@@ -78,7 +78,7 @@ pub(crate) fn open<T: DeserializeOwned>(
     }
     match postcard::take_from_bytes(state) {
         Ok((state, [])) => Ok(state),
-        _ => Err(other(&"has another content")),
+        _ => Err(other(&"has unexpected contents")),
     }
 }
 

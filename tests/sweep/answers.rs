@@ -161,5 +161,5 @@ fn of_a_report_are_drawn_from_the_tables() {
     );
     place.good(&sweep("part", &["--shard", "1/2"]));
     let refused = place.run(&["sweep", "report", "part"]).exits(3);
-    assert!(refused.stderr.contains("is not there yet"), "{}", refused.stderr);
+    assert!(refused.stderr.contains("does not exist yet"), "{}", refused.stderr);
 }

@@ -78,7 +78,7 @@ fn are_the_same_from_any_number_of_shards_in_any_order() {
     place
         .run(&sweep("mixed", &[]))
         .exits(0)
-        .says(&["2 of 12 runs are done already"]);
+        .says(&["2 of 12 runs are already done"]);
     place.assert_same("whole", "mixed");
 }
 

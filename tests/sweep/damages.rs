@@ -152,7 +152,7 @@ fn of_records_cost_the_runs_that_they_are_of() {
         let ran = place
             .run(&sweep(out, &[]))
             .exits(0)
-            .says(&["12 of 12 runs are done already"]);
+            .says(&["12 of 12 runs are already done"]);
         assert!(!ran.stderr.contains("warning"), "{}", ran.stderr);
     }
     // Changed generations are detected when they are joined.

@@ -279,19 +279,19 @@ noise.motor = [0.0, 0.1] => cycles = [20, 20.0]
 sweep.toml:4:15:
 # Keys that are given twice.
 + [set] / noise.motor = 0.2
-sweep.toml:6:16: noise.motor: is given already, as noise.motor (sweep.toml:4:15); allowed: each key once
+sweep.toml:6:16: noise.motor: is already given, as noise.motor (sweep.toml:4:15); allowed: each key once
 + [[list]] / noise.motor = 0.2
-sweep.toml:6: | noise.motor: is given already, as noise.motor (sweep.toml:4:15)
+sweep.toml:6: | noise.motor: is already given, as noise.motor (sweep.toml:4:15)
 + [random] / samples = 1 / [random.ranges] / noise.motor = { from = 0, to = 1 }
-noise.motor: is given already, as noise.motor (sweep.toml:
+noise.motor: is already given, as noise.motor (sweep.toml:
 + [set] / "noise.motor" = 0.2
-noise.motor: is given already, as noise.motor (sweep.toml:4:
+noise.motor: is already given, as noise.motor (sweep.toml:4:
 noise.motor = [0.0, 0.1] => noise.motor = [0.0] / "noise.motor" = [0.5]
-sweep.toml:4:16: noise.motor: is given already, as noise.motor (sweep.toml:4:16)
+sweep.toml:4:16: noise.motor: is already given, as noise.motor (sweep.toml:4:16)
 noise.motor = [0.0, 0.1] => noise = [{ motor = 0.1 }] / [set] / noise.motor = 0.2
-noise: is given already, as noise.motor (sweep.toml:6:15); allowed: each key once
+noise: is already given, as noise.motor (sweep.toml:6:15); allowed: each key once
 + [[list]] / noise = [0.1]
-sweep.toml:6: | noise.motor: is given already, as noise (sweep.toml:4:9); allowed: each key once
+sweep.toml:6: | noise.motor: is already given, as noise (sweep.toml:4:9); allowed: each key once
 noise.motor = [0.0, 0.1] => noise.motor = [0.0] / noise.motor = [0.5]
 sweep.toml:5:
 # Rows.

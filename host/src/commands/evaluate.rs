@@ -202,7 +202,7 @@ impl Sink {
             ))),
             Some("npy") => Ok(Self::Npy(out.clone())),
             _ => Err(Failure::input(format_args!(
-                "--out {}: the extension names no format; allowed: .csv, .npy, or - for standard output",
+                "--out {}: has an unknown extension; allowed: .csv, .npy, or - for standard output",
                 out.display()
             ))),
         }

@@ -69,7 +69,7 @@ pub(crate) fn runs(directory: &Path) -> Result<Vec<PathBuf>> {
     }
     if runs.is_empty() {
         return Err(Failure::input(format_args!(
-            "{}: is no run and holds none; allowed: what `oneiro run` wrote",
+            "{}: is not a run directory and holds none; allowed: directories that `oneiro run` wrote",
             directory.display()
         )));
     }

@@ -67,7 +67,7 @@ pub(super) fn sorted_out(
         }
     }
     if !sorted.done.is_empty() {
-        console.say(format!("{} of {all} runs are done already", sorted.done.len()));
+        console.say(format!("{} of {all} runs are already done", sorted.done.len()));
     }
     Ok(sorted)
 }

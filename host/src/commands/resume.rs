@@ -23,7 +23,7 @@ pub(crate) fn run(arguments: &cli::Resume, console: Console) -> Result {
         }
     }
     if !done.is_empty() {
-        console.say(format!("{} of {} runs are done already", done.len(), directories.len()));
+        console.say(format!("{} of {} runs are already done", done.len(), directories.len()));
     }
     done.extend(run_all(saved, "resuming", &arguments.backend, console)?);
     done.sort_by(|(a, _), (b, _)| files::by_numbers(a, b));

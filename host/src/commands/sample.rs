@@ -40,7 +40,7 @@ fn objects(names: &[String]) -> Result<Vec<Object>> {
         })?;
         if objects.contains(&object) {
             return Err(Failure::input(format_args!(
-                "--objects {name}: is there twice; allowed: each once"
+                "--objects {name}: is given twice; allowed: each once"
             )));
         }
         objects.push(object);

@@ -104,7 +104,7 @@ impl Common<'_> {
         match (first, named) {
             (Some((_, experiment)), _) => Ok(experiment),
             (None, [Named::File(path), ..]) => Err(Failure::usage(format_args!(
-                "{}: says nothing of its experiment; allowed: genomes from run directories, or {}",
+                "{}: does not name its experiment; allowed: genomes from run directories, or {}",
                 path.display(),
                 self.instead
             ))),

@@ -166,7 +166,7 @@ fn sweep(arguments: &SweepRun, console: Console) -> Result {
     let of_shard = shard.runs(all).count();
     let todo: Vec<RunIndex> = shard.runs(all).filter(|run| !finished.runs.contains_key(run)).collect();
     if todo.len() < of_shard {
-        console.say(format!("{} of {of_shard} runs are done already", of_shard - todo.len()));
+        console.say(format!("{} of {of_shard} runs are already done", of_shard - todo.len()));
     }
     if !todo.is_empty() {
         work(arguments, (&sweep, &plan), &store, shard, todo, began, console)?;
@@ -331,7 +331,7 @@ struct ShardStatus {
 fn merge(dirs: &[PathBuf], out: Option<&Path>, console: Console) -> Result {
     let stores = dirs.iter().map(|dir| Store::open(dir)).collect::<Result<Vec<_>>>()?;
     let Some((first, others)) = stores.split_first() else {
-        return Err(Failure::usage("merge takes a directory and more"));
+        return Err(Failure::usage("merge needs at least one directory"));
     };
     for other in others {
         first.fits(other)?;
@@ -357,7 +357,7 @@ fn reported(dir: &Path, outcome: Option<&str>, out: Option<&Path>, console: Cons
     for table in [&results, &generations] {
         if !table.is_file() {
             return Err(Failure::input(format_args!(
-                "{}: is not there yet; `oneiro sweep run` and `oneiro sweep merge` make it",
+                "{}: does not exist yet; `oneiro sweep run` and `oneiro sweep merge` create it",
                 table.display()
             )));
         }
@@ -432,7 +432,7 @@ fn extract(dir: &Path, run: &str, out: Option<&Path>, backend: &device::Backend,
     };
     let done = run_all(vec![place], sweep.name(), backend, console)?;
     let Some((_, Done { result, .. })) = done.into_iter().next() else {
-        return Err(Failure::failed("the run gave nothing"));
+        return Err(Failure::failed("the run has no result"));
     };
     if let Some(known) = known
         && known != result

@@ -82,7 +82,7 @@ fn write(table: &Table, to: &Path, console: Console) -> Result {
         Table::Sensors(table) => table.write(to),
         Table::Motors(_) if format != Format::Sam => {
             return Err(Failure::input(format_args!(
-                "{}: motors' samples have one format; allowed: .sam",
+                "{}: motor samples have only one format; allowed: .sam",
                 to.display()
             )));
         }

@@ -68,6 +68,5 @@ pub(crate) fn read(path: &Path) -> Result<Vec<u8>> {
 
 /// Reads the text of a file that the program itself has written.
 pub(crate) fn read_text(path: &Path) -> Result<String> {
-    String::from_utf8(read(path)?)
-        .map_err(|_| Failure::corrupt(format_args!("{}: is no text any more", path.display())))
+    String::from_utf8(read(path)?).map_err(|_| Failure::corrupt(format_args!("{}: is no longer text", path.display())))
 }

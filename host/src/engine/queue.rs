@@ -67,7 +67,7 @@ impl Queue<'_> {
             match outcome {
                 Ok(outcome) => return Ok(outcome?),
                 Err(RecvTimeoutError::Timeout) => (),
-                Err(RecvTimeoutError::Disconnected) => return Err(Failure::failed("the evaluator broke down").into()),
+                Err(RecvTimeoutError::Disconnected) => return Err(Failure::failed("the evaluator crashed").into()),
             }
         }
     }

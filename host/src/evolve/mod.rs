@@ -135,7 +135,7 @@ pub(crate) struct Evolution {
 }
 
 impl Evolution {
-    /// Of an optimiser, until its generation has this number. `champion` is that of the generations before, if any.
+    /// Evolves with an optimiser for `generations` generations. `champion` is that of earlier generations, if any.
     pub(crate) fn new(optimizer: impl Optimizer + 'static, generations: u32, champion: Option<Champion>) -> Self {
         Self {
             optimizer: Box::new(optimizer),

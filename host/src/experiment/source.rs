@@ -203,7 +203,7 @@ impl<'a> Source<'a> {
     /// Error for a key that is given in two places.
     pub(crate) fn conflict(key: &str, place: &str, other: &str, first: &str) -> Failure {
         Failure::input(format_args!(
-            "{place}: {key}: is given already, as {other} ({first}); allowed: each key once"
+            "{place}: {key}: is already given, as {other} ({first}); allowed: each key once"
         ))
     }
 

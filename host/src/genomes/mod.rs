@@ -34,7 +34,7 @@ pub(crate) fn read(path: &Path, controller: Controller) -> Result<Population> {
         Some("csv") => columns::read(&bytes, &controller.gene_names(), |gene, shown| checked(gene, &shown))
             .map(|(values, _)| values),
         Some("json") => from_json(&bytes, genes),
-        _ => Err("the extension names no format; allowed: .npy, .csv, .json".to_owned()),
+        _ => Err("has an unknown extension; allowed: .npy, .csv, .json".to_owned()),
     };
     let values = genomes.map_err(|problem| Failure::input(format_args!("{}: {problem}", path.display())))?;
     if values.is_empty() {
@@ -60,7 +60,7 @@ fn checked(gene: f32, shown: &dyn std::fmt::Display) -> std::result::Result<f32,
         return Ok(gene);
     }
     Err(format!(
-        "{shown} is no gene; allowed: -{GREATEST_GENE} to {GREATEST_GENE}"
+        "{shown} is not a valid gene; allowed: -{GREATEST_GENE} to {GREATEST_GENE}"
     ))
 }
 
@@ -93,6 +93,6 @@ mod tests {
         assert!(refusal("{}").contains("`genome`"));
         assert!(refusal("[1, 2]").contains("allowed"));
         assert!(refusal(r#"{"genome": [1, 2, 3]}"#).contains("has 3 numbers"));
-        assert!(refusal(r#"{"genome": [1, 2e6]}"#).contains("genome[1]: 2000000 is no gene"));
+        assert!(refusal(r#"{"genome": [1, 2e6]}"#).contains("genome[1]: 2000000 is not a valid gene"));
     }
 }

@@ -167,7 +167,7 @@ impl Recorder {
             )));
         }
         Err(Failure::corrupt(format_args!(
-            "no checkpoint of this run is good: {}",
+            "this run has no intact checkpoint: {}",
             problems.join("; ")
         )))
     }

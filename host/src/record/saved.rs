@@ -47,7 +47,7 @@ impl SavedRun {
     pub(crate) fn open(directory: &Path) -> Result<Self> {
         if !is_run(directory) {
             return Err(Failure::input(format_args!(
-                "{}: is no run's directory: there is no {CONFIG} in it",
+                "{}: is not a run directory: there is no {CONFIG} in it",
                 directory.display()
             )));
         }
@@ -55,7 +55,7 @@ impl SavedRun {
         let experiment = runs::recorded(&config)?;
         let seed = experiment.seed().ok_or_else(|| {
             Failure::input(format_args!(
-                "{}: there is no key seed; a run's has one",
+                "{}: lacks the key seed, which the configuration of a run has",
                 config.display()
             ))
         })?;

@@ -116,7 +116,7 @@ pub(crate) struct Recorded<'a> {
     pub(crate) is_done: bool,
 }
 
-/// What to draw of a run again, and where.
+/// A request to draw a run's best again.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Replay<'a> {
     /// Output directory.

@@ -84,7 +84,7 @@ struct Group {
     y: f64,
 }
 
-/// What the likelihood needs of the values.
+/// Statistics of the values that suffice for the likelihood.
 struct Data {
     groups: Vec<Group>,
     /// How many values there are.

@@ -31,7 +31,7 @@ pub(crate) use summary::{mean, median, quantile, quantile_of_sorted, variance};
 pub(crate) struct Undefined {
     /// The figure, such as "Student's t test".
     pub(crate) figure: &'static str,
-    /// What is wrong with the samples, and what is allowed.
+    /// The problem with the samples, and what is allowed.
     pub(crate) problem: String,
 }
 

@@ -155,7 +155,7 @@ impl Directory {
             }
             Err(_) if fs::read_dir(path).is_ok_and(|mut entries| entries.next().is_some()) => {
                 return Err(Failure::input(format_args!(
-                    "{}: is not empty and holds no study; allowed: a new directory, or one of a study",
+                    "{}: is not empty and does not hold a study; allowed: a new directory, or one of a study",
                     path.display()
                 )));
             }
@@ -201,7 +201,7 @@ pub(super) fn check_runs(runs: u32, most: u32) -> Result {
         return Ok(());
     }
     Err(Failure::input(format_args!(
-        "--runs {runs}: a test of runs needs two at the least; allowed: 2 to {most}"
+        "--runs {runs}: a test of runs needs at least two; allowed: 2 to {most}"
     )))
 }
 

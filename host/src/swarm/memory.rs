@@ -10,7 +10,7 @@ use super::record::Credit;
 use super::settings::Says;
 use crate::exchange::{Exchange, Message};
 
-/// Who heard whom in one second, and the fitness that they spoke of.
+/// Messages heard in one second, and the fitness that they reported.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Second {
     /// The robots that each robot heard, a bit each.
@@ -57,7 +57,7 @@ impl Seconds {
 
 /// The messages of one world.
 pub(crate) struct Memory<'a> {
-    /// Who heard whom.
+    /// The last seconds of the world.
     pub(crate) seconds: &'a Seconds,
     /// The robots that spoke.
     pub(crate) robots: &'a [OnBoard],
@@ -65,7 +65,7 @@ pub(crate) struct Memory<'a> {
     pub(crate) says: Says,
     /// The simulator that they credit it to.
     pub(crate) credit: Credit,
-    /// Whose fitness each robot reports: its own, except under the null.
+    /// Robot whose fitness each robot reports: itself, except under the null.
     pub(crate) whose: &'a [usize],
 }
 

@@ -32,7 +32,7 @@ pub(crate) struct OnBoard {
 }
 
 impl OnBoard {
-    /// Of a robot that is about to be switched on.
+    /// State of a robot that is about to be switched on.
     pub(crate) fn new(settings: &Settings, clock: Clock, seed: u64) -> Self {
         let controllers = Controllers::new(settings.controllers.population as usize, seed);
         Self {

@@ -156,9 +156,9 @@ pub(crate) struct RobotInterval {
     /// The gene of the simulator in which the controller was chosen that acts: that of the interval before, unless
     /// controllers are installed within their interval.
     pub(crate) chosen_under: f32,
-    /// The controller that acts: the behaviour with food, 0 to 0.99.
+    /// Gene of the acting controller for behaviour with food, 0 to 0.99.
     pub(crate) g0: f32,
-    /// That without food.
+    /// Gene of the acting controller for behaviour without food, 0 to 0.99.
     pub(crate) g1: f32,
     /// Its real fitness, `F_R` (equation 1); under the null another robot's.
     pub(crate) real: f32,

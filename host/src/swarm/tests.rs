@@ -135,7 +135,7 @@ fn all_kinds() -> Vec<Plan> {
         plans.push(plan);
     }
     for plan in &mut plans {
-        // So that most are heard.
+        // Most are then heard.
         plan.settings.world.range = 600.0;
         plan.settings.minutes = 4;
         plan.settings.light_moves_minute = 2;

@@ -630,7 +630,7 @@ mod tests {
             ),
             (
                 "seeds = [1]\n[set]\na.b = 1\n[grid]\na = [1]",
-                "s.toml:6:6: a: is given already, as a.b (s.toml:4:7)",
+                "s.toml:6:6: a: is already given, as a.b (s.toml:4:7)",
             ),
             (
                 "seeds = [1]\n[[list]]\na = 1\n[[list]]\nb = 1",

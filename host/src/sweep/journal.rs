@@ -324,7 +324,7 @@ impl Journal {
         drop(entries);
         let written = writer
             .join()
-            .unwrap_or_else(|_| Err(Failure::failed("what writes results broke down")));
+            .unwrap_or_else(|_| Err(Failure::failed("the writer of results crashed")));
         if let Some(session) = self.sessions.last_mut() {
             session.ended = Some(now());
         }

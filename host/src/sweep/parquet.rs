@@ -150,7 +150,7 @@ impl<'a> Table<'a> {
             let line = error.position().map_or(1, csv::Position::line);
             match error.into_kind() {
                 csv::ErrorKind::Io(error) => Failure::storage(self.path, &error),
-                _ => self.wrong_at(line, "is no text any more; allowed: UTF-8"),
+                _ => self.wrong_at(line, "is no longer text; allowed: UTF-8"),
             }
         })
     }
@@ -405,7 +405,7 @@ mod tests {
             (
                 &good,
                 b"1,2,\xff\n",
-                "line 3: is no text any more; allowed: UTF-8".to_owned(),
+                "line 3: is no longer text; allowed: UTF-8".to_owned(),
             ),
         ];
         for (start, end, problem) in cases {

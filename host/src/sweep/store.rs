@@ -270,7 +270,7 @@ impl Store {
     pub(crate) fn open(directory: &Path) -> Result<Self> {
         let Some(made) = Self::made(directory)? else {
             return Err(Failure::input(format_args!(
-                "{}: is no sweep's directory: there is no {MADE} in it",
+                "{}: is not a sweep directory: there is no {MADE} in it",
                 directory.display()
             )));
         };

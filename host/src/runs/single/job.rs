@@ -91,7 +91,7 @@ impl Evolving {
             appraised,
             simulated,
             real,
-        } = postcard::from_bytes(saved).map_err(|_| Failure::corrupt("a saved run has another content"))?;
+        } = postcard::from_bytes(saved).map_err(|_| Failure::corrupt("a saved run has unexpected contents"))?;
         self.evolution.restore(evolution)?;
         if self.evolution.is_finished() != last.is_some() {
             return Err(Failure::corrupt("a saved run lacks its last generation"));

@@ -52,7 +52,7 @@ fn food(directory: &Path) -> Result<Vec<u32>> {
     let text = disk::read_text(&path)?;
     let of_line = |line: &str| line.split_once(',')?.1.parse().ok();
     let seconds: Option<Vec<u32>> = text.lines().skip(1).map(of_line).collect();
-    seconds.ok_or_else(|| Failure::corrupt(format_args!("{}: is no table of food", path.display())))
+    seconds.ok_or_else(|| Failure::corrupt(format_args!("{}: is not a table of food", path.display())))
 }
 
 /// Repeats a recorded run.
@@ -61,7 +61,7 @@ fn again(experiment: &SwarmExperiment, seed: u64, engine: &Engine, console: Cons
     let mut watcher = Watcher::new(steps(&plan), "foraging", None, console);
     let jobs = engine.finished(vec![SwarmJob::new(plan).keeping_lines()], &mut watcher)?;
     let job = jobs.into_iter().next();
-    job.ok_or_else(|| Failure::failed("a swarm gave nothing"))
+    job.ok_or_else(|| Failure::failed("a swarm has no result"))
 }
 
 /// Name of the first table that differs from the recorded one, if any.

@@ -46,7 +46,7 @@ pub(crate) fn run(arguments: &Arguments, console: Console) -> Result {
             "--scale {scale}: allowed: above 0, up to 10"
         )));
     }
-    let twice = |words: &str| Failure::input(format_args!("{words} is there twice; allowed: each once"));
+    let twice = |words: &str| Failure::input(format_args!("{words} is given twice; allowed: each once"));
     if let Some(scale) = again(&arguments.scale) {
         return Err(twice(&format!("--scale {scale}")));
     }
