@@ -31,7 +31,7 @@ emulated+=(
 )
 
 say "operations, corpus and lives on qemu"
-# Little optimisation: the bits do not depend on it, and compiling is what takes the time.
+# Little optimisation: bits don't depend on it, and compiling takes most of the time.
 "${emulated[@]}" cargo test --release --locked --target $arm \
     -p oneiro-shader-corpus -p oneiro --no-default-features --test variants --test operations --test goldens
 say "the bits are those of tests/goldens/kernels"

@@ -1,8 +1,8 @@
 #!/usr/bin/env bash
-# all.sh [--with-slurm]: everything that has to hold, from nothing: formatting, lints, the build without a GPU, all
-# tests, the docs, and a sweep on a real Slurm if asked for. One profile throughout, so that dependencies are built once.
-# What can't be tested for want of something is listed at the end, and fails unless ONEIRO_MAY_SKIP names it: by default
-# the recordings of a real robot, which can't be installed. docs/testing.md has more; tests/long.sh has what takes longer.
+# all.sh [--with-slurm]: all checks, from a clean checkout: formatting, lints, the build without a GPU, all tests, the
+# docs, and on request a sweep on a real Slurm. One profile throughout, so that dependencies are built once.
+# Skipped tests are listed at the end, and are failures unless ONEIRO_MAY_SKIP names the missing thing: by default the
+# recordings of a real robot, which can't be installed. docs/testing.md has more; tests/long.sh has longer tests.
 set -euo pipefail
 case $* in
 "") slurm= ;;
@@ -51,7 +51,7 @@ software_vulkan() {
     exit 4
 }
 
-# 64-bit ARM: its lane code is compiled and run under an emulator where the tools for that can be had.
+# 64-bit ARM: its lane code is compiled and run under an emulator if the tools are available.
 arm_tools() {
     command -v qemu-aarch64 >/dev/null && command -v aarch64-linux-gnu-gcc >/dev/null && return
     say "installing an emulator and a linker for 64-bit ARM"
@@ -59,7 +59,7 @@ arm_tools() {
         echo "64-bit ARM: no emulator or linker; its lane code will not be tested"
 }
 
-# The page that plays a swarm is opened in a browser where one can be had.
+# The page that plays a swarm is opened in a browser if one is available.
 browser() {
     local name
     for name in chromium chromium-browser google-chrome; do
@@ -69,7 +69,7 @@ browser() {
     install chromium || echo "no browser: the page that plays a swarm will not be tested in one"
 }
 
-# What the compiler writes is held against a validator where it can be had.
+# The compiler's output is checked by a validator if it is available.
 validator() {
     command -v spirv-val >/dev/null && return
     say "installing a validator of SPIR-V"
@@ -87,7 +87,7 @@ cargo fmt --all --check
 say "lints"
 cargo clippy --release --workspace --all-targets --features oneiro-host/parquet --locked -- -D warnings
 
-# Without the long ones that have nothing to do with what computes: they are among all tests.
+# Without the long tests that don't depend on the device: they are among all tests.
 say "the program without the GPU backend: build and tests"
 tests=()
 for test in batch cpu forager goldens numerics pool program run surrogate sweep swarm tables worlds; do

@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # debian-rust.sh FOLDER: Debian's Rust compiler with its standard libraries for x86-64 and 64-bit ARM, unpacked
-# into FOLDER without being installed; FOLDER/rustc runs it. For machines that rustup can't serve. Says why it
-# fails, in one line.
+# into FOLDER without being installed; FOLDER/rustc runs it. For machines that rustup doesn't support. Prints one line
+# with the reason if it fails.
 set -euo pipefail
 # shellcheck source=tests/own-apt.sh
 . "$(dirname "$0")/own-apt.sh"
@@ -29,7 +29,7 @@ unpack() {
         dpkg -x "$package" "$folder/root"
     done
 }
-# What a package depends on, by the beginning of its name.
+# Dependency of a package, by the beginning of its name.
 needs() { apt-cache depends --important "$1" | sed -n "s/^ *Depends: \($2.*\)/\1/p"; }
 missing() { LD_LIBRARY_PATH=$libraries ldd "$folder"/root/usr/lib/x86_64-linux-gnu/librustc_driver*.so | grep "not found" || true; }
 

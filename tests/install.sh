@@ -1,4 +1,4 @@
-# For scripts to source: installing what Debian calls by these names.
+# For scripts to source: installs Debian packages by name.
 
 as_root() {
     if [ "$(id -u)" = 0 ]; then

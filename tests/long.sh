@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# long.sh: what takes too long for tests/all.sh, on a machine on which that has passed: both studies with all their
-# parts, crowds held against another physics engine, random kernels for a quarter of an hour, runs and sweeps that are
+# long.sh: tests that take too long for tests/all.sh, on a machine where that has passed: both studies with all their
+# parts, large swarms compared with another physics engine, random kernels for a quarter of an hour, runs and sweeps that are
 # killed hundreds of times, long lives on every device, and a hundred thousand runs. Some two hours on two cores.
 set -euo pipefail
 cd "$(dirname "$0")/.."

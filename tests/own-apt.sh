@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# Sourced: own_apt FOLDER [SETTINGS] makes the apt-get and apt-cache of this script keep all that they know in FOLDER,
-# where the file `status` says what counts as installed. The system stays as it is, and nobody needs to be root.
+# Sourced: own_apt FOLDER [SETTINGS] makes the apt-get and apt-cache of this script keep all of their state in FOLDER,
+# where the file `status` lists installed packages. The system isn't changed, and root isn't needed.
 own_apt() {
     mkdir -p "$1"/lists/partial "$1"/cache/archives/partial
     cat >"$1/apt.conf" <<END

@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
-# docs/sweeps.py with pandas and Polars as they are today, on the tables of a small sweep, or of the one in a directory
-# that is named: python.sh [SWEEP]. What it prints is held against means that awk takes, and both checks are shown to
-# fail where something is wrong. Where there is no Python, or its packages can't be had, that is skipped.
+# python.sh [SWEEP]: docs/sweeps.py with the current pandas and Polars, on the tables of a small sweep, or of the given
+# directory. Its output is compared with means computed by awk, and both checks are shown to fail if something is wrong.
+# Skipped if there is no Python, or its packages aren't available.
 set -euo pipefail
 sweep=${1:+$(realpath -e "$1")}
 cd "$(dirname "$0")/.."
@@ -19,7 +19,7 @@ no_python() {
     exit 0
 }
 
-# Kept between calls; what an interrupted call left is made again.
+# Kept between calls, except for leftovers of an interrupted call.
 python=$folder/python/bin/python
 if ! "$python" -c 'import pandas, polars, pyarrow' 2>/dev/null; then
     python3 -c 'import venv, ensurepip' 2>/dev/null || {
@@ -44,9 +44,9 @@ fi
 say "docs/sweeps.py on $sweep"
 "$python" -W error docs/sweeps.py "$sweep" | tee "$scratch/printed"
 
-# Means as they must stand in rows of what was printed: what a row begins with, and the number that follows. First those
-# of the first outcome by each value of the first key, then those of the last scores by all keys. Only text before the
-# seed is ever quoted: what follows it is counted from the right.
+# Expected means in rows of the output: the beginning of a row, and the number that follows. First the means of the first
+# outcome by each value of the first key, then those of the last scores by all keys. Only text before the seed is ever
+# quoted, so later columns are counted from the right.
 expected() {
     awk -F, '
         FNR == 1 { split("", column); for (i = 1; i <= NF; i++) column[$i] = i }
@@ -76,8 +76,8 @@ expected() {
     ' "$sweep/results.csv" "$sweep/generations.csv"
 }
 
-# Whether rows with all these means were printed, in nine digits; says which were not. Of lists and quoted words only the
-# words are compared.
+# Checks that rows with all these means were printed, to nine digits, and names missing ones. Only the words of lists and
+# quoted words are compared.
 words() { tr ',"' '  ' <"$1"; }
 is_printed() {
     words "$scratch/printed" >"$scratch/rows"
@@ -112,7 +112,7 @@ while read -r mean; do
 done <"$scratch/others"
 echo "means that are off by a ten-millionth are refused"
 
-# Whether a snippet finds that two tables of a sweep differ.
+# Checks that a snippet detects a difference between two tables of a sweep.
 differs() { ! "$python" "$1" "$2" >/dev/null 2>"$scratch/error" && grep -q AssertionError "$scratch/error"; }
 sed 's/rows_pl\.join/rows_pl.filter(pl.col("run") > 0).join/' docs/sweeps.py >"$scratch/sweeps.py"
 differs "$scratch/sweeps.py" "$sweep" || fail "CONTROL: Polars lacks a run, and the snippet does not notice"

@@ -1,13 +1,13 @@
-# For scripts to source: what can't be tested here, as tests/skips/mod.rs has it for Rust.
+# For scripts to source: reports skipped tests, as tests/skips/mod.rs does for Rust.
 
-# skipped MISSING UNTESTED: says so, and keeps it for the summary of tests/all.sh.
+# skipped MISSING UNTESTED: reports a skipped test, and records it for the summary of tests/all.sh.
 skipped() {
     echo "skipped for want of $1: $2" >&2
     [ -z "${ONEIRO_SKIPPED:-}" ] || echo "$1: $2 (${0##*/})" >>"$ONEIRO_SKIPPED"
 }
 
-# skip_summary: what was skipped since ONEIRO_SKIPPED was emptied. Fails unless ONEIRO_MAY_SKIP, words with commas
-# between, names all that was missing.
+# skip_summary: lists tests skipped since ONEIRO_SKIPPED was emptied. Fails unless ONEIRO_MAY_SKIP, a comma-separated
+# list of words, names everything that was missing.
 skip_summary() {
     local missing code=0
     if [ ! -s "$ONEIRO_SKIPPED" ]; then

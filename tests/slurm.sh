@@ -1,8 +1,8 @@
 #!/usr/bin/env bash
 # slurm.sh [ONEIRO]: a sweep as a job array of a real Slurm, whose daemons run for it on loopback. Tasks are stopped by
-# their time budget, told to stop, requeued, cancelled and killed, and the controller is killed too: the tables must be
-# those of one process, byte for byte. Where Slurm is not installed, Debian's packages are unpacked into the target
-# folder; nothing of the system is changed, and nobody needs to be root.
+# their time budget, signalled, requeued, cancelled and killed, and the controller is killed too: the tables must be
+# those of one process, byte for byte. If Slurm isn't installed, Debian's packages are unpacked into the target folder;
+# the system isn't changed, and root isn't needed.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 . tests/own-apt.sh
@@ -30,7 +30,7 @@ get_slurm() {
     say "getting Debian's packages"
     rm -rf "$slurm"
     mkdir -p "$slurm/root"
-    # What is installed is not fetched again.
+    # Installed packages aren't fetched again.
     cp /var/lib/dpkg/status "$slurm/status" || fail "this is no Debian: please install Slurm and munge"
     own_apt "$slurm" || fail "Debian's package lists can't be had"
     apt-get install -q -y --download-only --no-install-recommends slurmctld slurmd slurm-client munge >/dev/null ||
@@ -45,7 +45,7 @@ get_slurm() {
 }
 
 has_slurm || get_slurm
-# Empty where the system's own are used.
+# Empty if the system's own are used.
 plugins=$(find "$slurm/root/usr/lib" -name auth_munge.so -printf %h 2>/dev/null || true)
 [ -z "$plugins" ] || export LD_LIBRARY_PATH=$plugins:${plugins%/*}
 
@@ -53,7 +53,7 @@ work=$(mktemp -d)
 export SLURM_CONF=$work/slurm.conf
 began=$SECONDS
 
-# Daemons, tasks and programs, whosever children they are by now: they all have this variable.
+# Daemons, tasks and programs, even if they have been reparented: they all have this variable.
 processes() { grep -lsz "^SLURM_CONF=$SLURM_CONF\$" /proc/[0-9]*/environ | cut -d/ -f3; }
 
 clean_up() {
@@ -65,7 +65,7 @@ clean_up() {
             tail -n 40 "$file"
         done
     fi >&2
-    # From here on the shell would only report what it kills, and what it starts must not be taken for a task.
+    # From here on the shell would only report its kills, and its own processes must not be mistaken for tasks.
     exec 2>/dev/null
     export -n SLURM_CONF
     while processes | xargs -r kill -KILL; [ "$(processes)" ]; do sleep 0.1; done
@@ -75,7 +75,7 @@ clean_up() {
 trap clean_up EXIT
 trap 'exit 1' HUP INT TERM
 
-# Ports that are free in all likelihood, and others than another of these tests has at the same time.
+# Ports that are probably free, and differ from those of another such test running at the same time.
 port=$((20000 + $$ % 10000 * 2))
 mkdir "$work"/{state,spool}
 echo "CgroupPlugin=cgroup/v1" >"$work/cgroup.conf"
@@ -87,7 +87,7 @@ SlurmdPort=$((port + 1))
 CommunicationParameters=NoCtldInAddrAny,NoInAddrAny
 SlurmUser=$(id -un)
 SlurmdUser=$(id -un)
-# A task that is queued again waits until the credential that it had ends: by default two minutes, at least 5 s.
+# A requeued task waits until its previous credential expires: by default two minutes, at least 5 s.
 AuthInfo=socket=$work/munge.socket,cred_expire=5
 ${plugins:+PluginDir=$plugins}
 StateSaveLocation=$work/state
@@ -95,19 +95,19 @@ SlurmdSpoolDir=$work/spool
 SlurmctldPidFile=$work/slurmctld.pid
 SlurmdPidFile=$work/slurmd.pid
 MailProg=/bin/true
-# A container may have no control groups.
+# A container may lack control groups.
 ProctrackType=proctrack/linuxproc
 TaskPlugin=task/none
 SelectType=select/cons_tres
 SelectTypeParameters=CR_CPU
 SchedulerParameters=sched_interval=1,bf_interval=1
-# More processors than there may be, so that all tasks run at the same time.
+# Possibly more processors than there are, so that all tasks run at the same time.
 SlurmdParameters=config_overrides
 NodeName=node NodeAddr=127.0.0.1 CPUs=8
 PartitionName=all Nodes=node Default=YES
 END
 (umask 077 && head -c 1024 /dev/urandom >"$work/munge.key")
-# By force, because nobody else can enter its folder.
+# By force, because no other user can enter its folder.
 munged --foreground --force --key-file="$work/munge.key" --socket="$work/munge.socket" --pid-file="$work/munge.pid" \
     --seed-file="$work/munge.seed" &>"$work/munged.log" &
 start_controller() {
@@ -125,11 +125,11 @@ within() {
         sleep 0.1
     done
 }
-# The states of tasks 1 to 4, whether a task is at work, and its program.
+# The states of tasks 1 to 4, whether a task is working, and its program.
 are() { [ "$(squeue --noheader --states=all --array --format="%K %T" --job="$job" | sort | cut -d' ' -f2 | xargs)" = "$*" ]; }
 shard() { echo "sweep run $work/sweep.toml .*--shard $1/4( |\$)"; }
 program() { pgrep -f "$(shard "$1")"; }
-# Its program holds the lock of its shard by then.
+# Its program then holds the lock of its shard.
 at_work() {
     local lock
     scontrol show job "${job}_$1" | grep JobState=RUNNING && program "$1" &&
@@ -155,8 +155,8 @@ sweep=("$oneiro" sweep run "$work/sweep.toml" --backend cpu)
 say "the sweep in one process"
 before=${EPOCHREALTIME/[.,]/}
 "${sweep[@]}" --threads 4 --out reference --quiet
-# At most a third of what a task with one thread takes, so that each is stopped; and no more than 3 s, because this may
-# have run on a busier machine than the tasks will.
+# At most a third of the time of a task with one thread, so that each is stopped; and no more than 3 s, because the
+# machine may have been busier for this measurement than it will be for the tasks.
 budget=$(((${EPOCHREALTIME/[.,]/} - before) / 3))
 budget=$(printf '%07d' $((budget < 3000000 ? budget : 3000000)))
 budget=${budget::-6}.${budget: -6:3}s
@@ -165,7 +165,7 @@ say "the sweep in four tasks, $budget at a time"
 "${sweep[@]}" --threads 1 --out "$work/array" --checkpoint-every 0.2s --shards 4 --time-budget "$budget" --print-slurm >array.sh
 within 20 scontrol ping
 job=$(sbatch --parsable array.sh)
-# Each is held where it is as soon as it is at work: its time may be over before another's begins.
+# Each is paused as soon as it works: its time may be over before another one begins.
 hold() { at_work "$1" && pkill -STOP -f "$(shard "$1")"; }
 holds=()
 for task in 1 2 3 4; do
@@ -183,7 +183,7 @@ code=0
 [ "$(content)" = "$before" ] || fail "it changed files"
 
 say "task 1 is requeued, 2 cancelled, 3 killed, 4 told to stop"
-# What waits is not started again before all four are seen.
+# Waiting tasks aren't restarted before all four have been seen.
 scontrol update PartitionName=all State=DOWN
 scontrol requeue "${job}_1"
 scancel "${job}_2"
@@ -196,8 +196,8 @@ scontrol update PartitionName=all State=UP
 
 say "the controller is killed; the next one requeues by itself what ends with 75"
 within 60 at_work 3
-# It saves what it knows some seconds after a change. A task whose start was not saved would be started twice, for which
-# Slurm holds the task and closes the node; so none is started now, and something changes.
+# The controller saves its state some seconds after a change. A task whose start was not saved would be started twice, and
+# Slurm would then hold the task and close the node. So no task may start now, and a change makes the controller save.
 scontrol update PartitionName=all State=DOWN
 signal_all -STOP
 touch mark

@@ -24,7 +24,7 @@ pub(crate) const RESULTS: &str = "results.csv";
 pub(crate) const GENERATIONS: &str = "generations.csv";
 pub(crate) const CHAMPIONS: &str = "champions.csv";
 
-/// Tables written by [`write`].
+/// Tables written by [`write()`].
 #[derive(Debug)]
 pub(crate) struct Written {
     pub(crate) runs: usize,
