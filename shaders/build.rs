@@ -101,13 +101,13 @@ const CATALOGUE: &[Entry] = &[
     Entry {
         name: "probe_numerics",
         module: "probe_numerics",
-        parts: &["lib/numerics", "lib/random", "probe/numerics"],
+        parts: &["lib/numerics", "lib/random", "probe/buffers", "probe/numerics"],
         wide: true,
     },
     Entry {
         name: "probe_operations",
         module: "probe_operations",
-        parts: &["probe/operations"],
+        parts: &["probe/buffers", "probe/operations"],
         wide: true,
     },
 ];

@@ -21,8 +21,6 @@ pub(crate) const SIGHT: f32 = 80.0;
 const WHEEL_BASE: f64 = 53.0;
 /// Speed of a wheel at its greatest command, 10 units of 8.2 mm/s (`KiKS`; Nolfi's recordings).
 const FULL_SPEED: f64 = 82.0;
-/// Angles of the rays from the sensor's axis, to both sides, in degrees.
-const RAYS: [f64; 4] = [7.5, 22.5, 37.5, 52.5];
 const CYCLE_MS: f64 = 100.0;
 /// Rates are per step of a cycle's motion.
 const SUBSTEP_MS: f64 = CYCLE_MS / kernel::SUBSTEPS as f64;
@@ -420,6 +418,7 @@ fn ray_weights(sensor: &InfraRed, radius: f64) -> [f64; 4] {
     let half_width = sensor.width / 2.0;
     // Off the axis, the rim curves away from the wall.
     let distance = GAP + radius * (1.0 - cosine(half_width));
+    let rays = kernel::RAY_DEGREES.map(f64::from);
     let wanted = distance / sensor.half;
     let returned = |weights: [f64; 4], bearing: f64| {
         let cube = |degrees: f64| {
@@ -427,10 +426,10 @@ fn ray_weights(sensor: &InfraRed, radius: f64) -> [f64; 4] {
             c * c * c
         };
         let pair = |(weight, ray): (f64, f64)| weight * (cube(ray - bearing) + cube(ray + bearing));
-        weights.into_iter().zip(RAYS).map(pair).sum::<f64>()
+        weights.into_iter().zip(rays).map(pair).sum::<f64>()
     };
     let bell = |spread: f64| {
-        let weights = RAYS.map(|ray| exponential(-0.5 * (ray / spread) * (ray / spread)));
+        let weights = rays.map(|ray| exponential(-0.5 * (ray / spread) * (ray / spread)));
         let sum = returned(weights, 0.0);
         weights.map(|weight| weight / sum)
     };
@@ -445,4 +444,18 @@ fn ray_weights(sensor: &InfraRed, radius: f64) -> [f64; 4] {
         }
     }
     bell(wide)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn rays_go_where_their_angles_say() {
+        for (ray, degrees) in kernel::RAY_DEGREES.map(f64::from).into_iter().enumerate() {
+            let near = |rounded: f32, exact: f64| (f64::from(rounded) - exact).abs() < 1e-7;
+            assert!(near(kernel::RAY_COSINES[ray], cosine(degrees)), "{degrees}");
+            assert!(near(kernel::RAY_SINES[ray], cosine(90.0 - degrees)), "{degrees}");
+        }
+    }
 }

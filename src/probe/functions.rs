@@ -1,6 +1,6 @@
 //! The functions of `lib/numerics.wgsl` and `lib/random.wgsl`, one by one.
 
-use oneiro_shaders::PROBE_NUMERICS;
+use oneiro_shaders::{PROBE_NUMERICS, probe_numerics as kernel};
 
 use super::{Case, Subject};
 use crate::random::pcg4d;
@@ -18,22 +18,30 @@ enum Arguments {
     Words,
 }
 
-/// Functions by their number in the kernel.
-const FUNCTIONS: &[(&str, Arguments)] = &[
-    ("reciprocal", Arguments::Signed(LEAST, RECIPROCAL_GREATEST, false)),
-    ("reciprocal_root", Arguments::Positive(LEAST, f32::MAX)),
-    ("root", Arguments::Positive(ROOT_LEAST, f32::MAX)),
-    ("cosine", Arguments::Signed(LEAST, 8_388_608.0, true)),
-    ("sine", Arguments::Signed(LEAST, 8_388_608.0, true)),
-    ("direction", Arguments::Vectors),
-    ("exponential", Arguments::Signed(LEAST, 87.0, true)),
-    ("logistic", Arguments::Signed(LEAST, f32::MAX, true)),
-    ("logarithm", Arguments::Positive(LEAST, f32::MAX)),
-    ("unit", Arguments::Words),
-    ("random word 0", Arguments::Words),
-    ("random word 1", Arguments::Words),
-    ("random word 2", Arguments::Words),
-    ("random word 3", Arguments::Words),
+/// Functions: number in the kernel, name and arguments.
+const FUNCTIONS: &[(u32, &str, Arguments)] = &[
+    (
+        kernel::RECIPROCAL,
+        "reciprocal",
+        Arguments::Signed(LEAST, RECIPROCAL_GREATEST, false),
+    ),
+    (
+        kernel::RECIPROCAL_ROOT,
+        "reciprocal_root",
+        Arguments::Positive(LEAST, f32::MAX),
+    ),
+    (kernel::ROOT, "root", Arguments::Positive(ROOT_LEAST, f32::MAX)),
+    (kernel::COSINE, "cosine", Arguments::Signed(LEAST, 8_388_608.0, true)),
+    (kernel::SINE, "sine", Arguments::Signed(LEAST, 8_388_608.0, true)),
+    (kernel::DIRECTION, "direction", Arguments::Vectors),
+    (kernel::EXPONENTIAL, "exponential", Arguments::Signed(LEAST, 87.0, true)),
+    (kernel::LOGISTIC, "logistic", Arguments::Signed(LEAST, f32::MAX, true)),
+    (kernel::LOGARITHM, "logarithm", Arguments::Positive(LEAST, f32::MAX)),
+    (kernel::UNIT, "unit", Arguments::Words),
+    (kernel::WORD_0, "random word 0", Arguments::Words),
+    (kernel::WORD_1, "random word 1", Arguments::Words),
+    (kernel::WORD_2, "random word 2", Arguments::Words),
+    (kernel::WORD_3, "random word 3", Arguments::Words),
 ];
 
 const LEAST: f32 = f32::MIN_POSITIVE;
@@ -42,22 +50,24 @@ const RECIPROCAL_GREATEST: f32 = 7.975_367_5e37;
 /// 2^-100
 const ROOT_LEAST: f32 = 7.888_609e-31;
 
-/// Step and block of the random draws.
-const DRAW: [u32; 2] = [4_999, 3];
-
 /// Every function of the kernels' library, each with `arguments` arguments (at least 64) from its whole range. Random
 /// words are those of stream 1, step 4999 and block 3, with the arguments as keys.
 pub fn functions(arguments: usize) -> Vec<Case> {
     let count = arguments.max(64);
     FUNCTIONS
         .iter()
-        .zip(0..)
-        .map(|(&(name, range), number)| {
+        .map(|&(function, name, range)| {
             let (left, right) = range.operands(count);
+            let probe = kernel::Probe {
+                function,
+                count: left.len() as u32,
+                step: 4_999,
+                block: 3,
+            };
             Case {
                 kernel: &PROBE_NUMERICS,
                 subject: Subject::Function(name),
-                parameters: [number, left.len() as u32, DRAW[0], DRAW[1]],
+                parameters: bytemuck::cast(probe),
                 left,
                 right,
             }

@@ -1,96 +1,121 @@
 //! The operations that kernels may use.
 
-use oneiro_shaders::PROBE_OPERATIONS;
+use oneiro_shaders::{PROBE_OPERATIONS, probe_operations as kernel};
 
 use super::{Case, Form, Scalar, Subject};
 use crate::random::pcg4d;
 
-/// Binary operations by their number in the kernel: first those for both numbers and integers.
-const PAIR: &[&str] = &[
-    "x + y",
-    "x - y",
-    "x * y",
-    "min(x, y)",
-    "max(x, y)",
-    "x < y",
-    "x <= y",
-    "x > y",
-    "x >= y",
-    "x == y",
-    "x != y",
-    "select(x, y, x > y)",
+/// The number of an operation in the kernel, and how WGSL writes it.
+type Operation = (u32, &'static str);
+
+/// Binary operations for both numbers and integers.
+const PAIR: &[Operation] = &[
+    (kernel::ADD, "x + y"),
+    (kernel::SUBTRACT, "x - y"),
+    (kernel::MULTIPLY, "x * y"),
+    (kernel::MINIMUM, "min(x, y)"),
+    (kernel::MAXIMUM, "max(x, y)"),
+    (kernel::IS_LESS, "x < y"),
+    (kernel::IS_LESS_OR_EQUAL, "x <= y"),
+    (kernel::IS_GREATER, "x > y"),
+    (kernel::IS_GREATER_OR_EQUAL, "x >= y"),
+    (kernel::IS_EQUAL, "x == y"),
+    (kernel::IS_UNEQUAL, "x != y"),
+    (kernel::SELECT, "select(x, y, x > y)"),
 ];
-const F32_PAIR: &[&str] = &[
-    "x * y + x",
-    "y - x * y",
-    "x * x - y * y",
-    "(x + y) - y",
-    "(x - y) + y",
-    "clamp(x, -abs(y), abs(y))",
+const F32_PAIR: &[Operation] = &[
+    (kernel::MULTIPLY_ADD, "x * y + x"),
+    (kernel::SUBTRACT_PRODUCT, "y - x * y"),
+    (kernel::SUBTRACT_SQUARES, "x * x - y * y"),
+    (kernel::ADD_SUBTRACT, "(x + y) - y"),
+    (kernel::SUBTRACT_ADD, "(x - y) + y"),
+    (kernel::CLAMP, "clamp(x, -abs(y), abs(y))"),
 ];
-const INTEGER_PAIR: &[&str] = &["x & y", "x | y", "x ^ y", "x << (y & 31)", "x >> (y & 31)"];
-const U32_PAIR: &[&str] = &[
-    "(x & 0x7fffffff) / ((y & 0x7fffffff) | 1)",
-    "(x & 0x7fffffff) % ((y & 0x7fffffff) | 1)",
+const INTEGER_PAIR: &[Operation] = &[
+    (kernel::AND, "x & y"),
+    (kernel::OR, "x | y"),
+    (kernel::XOR, "x ^ y"),
+    (kernel::SHIFT_LEFT, "x << (y & 31)"),
+    (kernel::SHIFT_RIGHT, "x >> (y & 31)"),
 ];
-const BOOL_PAIR: &[&str] = &["x && y", "x || y", "x & y", "x | y", "!x", "select(x, y, !x)"];
-/// Unary operations by their number less [`ALONE`].
-const F32_ALONE: &[&str] = &[
-    "-x",
-    "abs(x)",
-    "floor(x)",
-    "trunc(x)",
-    "i32(clamp(x, -16777215, 16777215))",
-    "u32(clamp(x, 0, 16777215))",
-    "x",
+const U32_PAIR: &[Operation] = &[
+    (kernel::DIVIDE, "(x & 0x7fffffff) / ((y & 0x7fffffff) | 1)"),
+    (kernel::REMAINDER, "(x & 0x7fffffff) % ((y & 0x7fffffff) | 1)"),
 ];
-const I32_ALONE: &[&str] = &["-x", "~x", "f32(x >> 8)", "u32(x)", "clamp(x, -1000, 1000)"];
-const U32_ALONE: &[&str] = &["~x", "f32(x >> 8)", "i32(x)", "clamp(x, 1000, 2000000000)"];
-const ALONE: u32 = 32;
+const BOOL_PAIR: &[Operation] = &[
+    (kernel::BOTH, "x && y"),
+    (kernel::EITHER, "x || y"),
+    (kernel::AND, "x & y"),
+    (kernel::OR, "x | y"),
+    (kernel::SELECT, "select(x, y, !x)"),
+];
+/// Unary operations.
+const F32_ALONE: &[Operation] = &[
+    (kernel::NEGATE, "-x"),
+    (kernel::ABSOLUTE, "abs(x)"),
+    (kernel::FLOOR, "floor(x)"),
+    (kernel::TRUNCATE, "trunc(x)"),
+    (kernel::TO_I32, "i32(clamp(x, -16777215, 16777215))"),
+    (kernel::TO_U32, "u32(clamp(x, 0, 16777215))"),
+    (kernel::SAME, "x"),
+];
+const I32_ALONE: &[Operation] = &[
+    (kernel::NEGATE, "-x"),
+    (kernel::COMPLEMENT, "~x"),
+    (kernel::TO_F32, "f32(x >> 8)"),
+    (kernel::TO_U32, "u32(x)"),
+    (kernel::CLAMP_ALONE, "clamp(x, -1000, 1000)"),
+];
+const U32_ALONE: &[Operation] = &[
+    (kernel::COMPLEMENT, "~x"),
+    (kernel::TO_F32, "f32(x >> 8)"),
+    (kernel::TO_I32, "i32(x)"),
+    (kernel::CLAMP_ALONE, "clamp(x, 1000, 2000000000)"),
+];
+const BOOL_ALONE: &[Operation] = &[(kernel::NOT, "!x")];
 /// Which operand is a constant, by the kernel's numbering.
-const FORMS: [Form; 9] = [
-    Form::Open,
-    Form::Right(0),
-    Form::Right(1),
-    Form::Right(-1),
-    Form::Right(2),
-    Form::Left(0),
-    Form::Left(1),
-    Form::Left(-1),
-    Form::Left(2),
+const FORMS: [(u32, Form); 9] = [
+    (kernel::OPEN, Form::Open),
+    (kernel::RIGHT_0, Form::Right(0)),
+    (kernel::RIGHT_1, Form::Right(1)),
+    (kernel::RIGHT_MINUS_1, Form::Right(-1)),
+    (kernel::RIGHT_2, Form::Right(2)),
+    (kernel::LEFT_0, Form::Left(0)),
+    (kernel::LEFT_1, Form::Left(1)),
+    (kernel::LEFT_MINUS_1, Form::Left(-1)),
+    (kernel::LEFT_2, Form::Left(2)),
 ];
 
 /// Every operation that kernels may use, with both operands known only at run time, and with each of the constants 0,
 /// 1, -1 and 2 in place of either. As in kernels, no operand, intermediate or result is NaN, infinite or subnormal.
 pub fn operations() -> Vec<Case> {
-    let scalars = [
-        (Scalar::F32, [PAIR, F32_PAIR].concat(), F32_ALONE),
-        (Scalar::I32, [PAIR, INTEGER_PAIR].concat(), I32_ALONE),
-        (Scalar::U32, [PAIR, INTEGER_PAIR, U32_PAIR].concat(), U32_ALONE),
-        (Scalar::Bool, BOOL_PAIR.to_vec(), &[]),
+    let types = [
+        (kernel::F32, Scalar::F32, [PAIR, F32_PAIR].concat(), F32_ALONE),
+        (kernel::I32, Scalar::I32, [PAIR, INTEGER_PAIR].concat(), I32_ALONE),
+        (
+            kernel::U32,
+            Scalar::U32,
+            [PAIR, INTEGER_PAIR, U32_PAIR].concat(),
+            U32_ALONE,
+        ),
+        (kernel::BOOL, Scalar::Bool, BOOL_PAIR.to_vec(), BOOL_ALONE),
     ];
     let mut cases = Vec::new();
-    for (index, (scalar, pair, alone)) in scalars.into_iter().enumerate() {
+    for (of, scalar, pair, alone) in types {
         let forms = if scalar == Scalar::Bool { &FORMS[..1] } else { &FORMS };
-        let kind = index as u32 * 256;
-        for (form_number, &form) in forms.iter().enumerate() {
+        for &(form_number, form) in forms {
             let operands = operands(scalar, form);
-            for (text, number) in pair.iter().zip(kind..) {
+            let alone = if form == Form::Open { alone } else { &[] };
+            for &(number, text) in pair.iter().chain(alone) {
                 let subject = Subject::Operation { scalar, text, form };
-                cases.push(operation(subject, [number, form_number as u32], &operands));
-            }
-            if form == Form::Open {
-                for (text, number) in alone.iter().zip(kind + ALONE..) {
-                    let subject = Subject::Operation { scalar, text, form };
-                    cases.push(operation(subject, [number, 0], &operands));
-                }
+                cases.push(operation(subject, [of, number, form_number], &operands));
             }
         }
     }
     cases
 }
 
-fn operation(subject: Subject, [number, form]: [u32; 2], operands: &[[u32; 2]]) -> Case {
+fn operation(subject: Subject, [scalar, operation, form]: [u32; 3], operands: &[[u32; 2]]) -> Case {
     let ordinary = |&&[x, y]: &&[u32; 2]| match subject {
         Subject::Operation {
             scalar: Scalar::F32,
@@ -102,11 +127,16 @@ fn operation(subject: Subject, [number, form]: [u32; 2], operands: &[[u32; 2]]) 
         _ => true,
     };
     let (left, right): (Vec<u32>, Vec<u32>) = operands.iter().filter(ordinary).map(|&[x, y]| (x, y)).unzip();
-    let parameters = [number, form, left.len() as u32, 0];
+    let probe = kernel::Probe {
+        scalar,
+        operation,
+        form,
+        count: left.len() as u32,
+    };
     Case {
         kernel: &PROBE_OPERATIONS,
         subject,
-        parameters,
+        parameters: bytemuck::cast(probe),
         left,
         right,
     }

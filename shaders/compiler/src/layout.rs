@@ -85,24 +85,36 @@ pub struct Constant {
     pub item: String,
 }
 
-/// Rust constants for all of a kernel's that are numbers or truth values.
+/// Rust constants for all of a kernel's that are numbers, truth values, or vectors that are written out.
 pub(crate) fn constants(module: &Module) -> Vec<Constant> {
     let constant = |constant: &naga::Constant| {
         let name = constant.name.clone()?;
-        let Expression::Literal(literal) = module.global_expressions[constant.init] else {
-            return None;
-        };
-        let (ty, value) = match literal {
-            Literal::F32(x) => ("f32", format!("{x:?}")),
-            Literal::U32(x) => ("u32", x.to_string()),
-            Literal::I32(x) => ("i32", x.to_string()),
-            Literal::Bool(x) => ("bool", x.to_string()),
-            _ => return None,
-        };
+        let (ty, value) = value(module, constant.init)?;
         let item = format!("/// The WGSL constant `{name}`.\npub const {name}: {ty} = {value};\n");
         Some(Constant { name, item })
     };
     module.constants.iter().filter_map(|(_, own)| constant(own)).collect()
+}
+
+/// A constant's type and value in Rust.
+fn value(module: &Module, init: Handle<Expression>) -> Option<(String, String)> {
+    let (ty, value) = match &module.global_expressions[init] {
+        Expression::Literal(Literal::F32(x)) => ("f32", format!("{x:?}")),
+        Expression::Literal(Literal::U32(x)) => ("u32", x.to_string()),
+        Expression::Literal(Literal::I32(x)) => ("i32", x.to_string()),
+        Expression::Literal(Literal::Bool(x)) => ("bool", x.to_string()),
+        Expression::Compose { ty, components } => {
+            let TypeInner::Vector { size, scalar } = module.types[*ty].inner else {
+                return None;
+            };
+            let components = components.iter().map(|&own| Some(value(module, own)?.1));
+            let components = components.collect::<Option<Vec<_>>>()?;
+            let ty = format!("[{}; {}]", rust_scalar(scalar), size as u32);
+            return Some((ty, format!("[{}]", components.join(", "))));
+        }
+        _ => return None,
+    };
+    Some((ty.into(), value))
 }
 
 /// A struct of this ending is what four words of a buffer hold that has no struct of its own: its fields stand in the

@@ -61,6 +61,33 @@ fn structs_and_strides() {
 }
 
 #[test]
+fn constants() {
+    let kernel = compiled(
+        "const COUNT: u32 = 8u;
+        const LEAST: i32 = -3i;
+        const SPEED: f32 = 8.25f;
+        const ON: bool = true;
+        const TWICE: u32 = 2u * COUNT;
+        const AXES: vec4<f32> = vec4<f32>(0.5f, 1.0f, -0.25f, SPEED);
+        const CELL: vec2<u32> = vec2<u32>(COUNT, 3u);",
+    )
+    .unwrap();
+    let items: Vec<_> = kernel.constants.iter().map(|own| squeezed(&own.item)).collect();
+    assert_eq!(
+        items,
+        [
+            "pub const COUNT: u32 = 8;",
+            "pub const LEAST: i32 = -3;",
+            "pub const SPEED: f32 = 8.25;",
+            "pub const ON: bool = true;",
+            "pub const TWICE: u32 = 16;",
+            "pub const AXES: [f32; 4] = [0.5, 1.0, -0.25, 8.25];",
+            "pub const CELL: [u32; 2] = [8, 3];",
+        ]
+    );
+}
+
+#[test]
 fn offsets_are_those_that_lane_code_uses() {
     let text = "struct Item { a: f32, b: u32, at: vec2<f32>, last: vec3<f32>, end: u32 }
         @group(0) @binding(0) var<storage, read> items: array<Item>;

@@ -1,56 +1,102 @@
 // One operation of the closed list of allowed ones at a time, for tests and for `oneiro selftest`: the same
 // operands must give the same bits on every device, with both operands known at run time only, and with one of
-// them a constant, since compilers fold those. src/probe.rs names the operations and makes the operands.
+// them a constant, since compilers fold those. src/probe/operations.rs makes the operands.
+
+// The type of the operands.
+const F32: u32 = 0u;
+const I32: u32 = 1u;
+const U32: u32 = 2u;
+const BOOL: u32 = 3u;
+
+// Operations on two operands.
+const ADD: u32 = 0u;
+const SUBTRACT: u32 = 1u;
+const MULTIPLY: u32 = 2u;
+const MINIMUM: u32 = 3u;
+const MAXIMUM: u32 = 4u;
+const IS_LESS: u32 = 5u;
+const IS_LESS_OR_EQUAL: u32 = 6u;
+const IS_GREATER: u32 = 7u;
+const IS_GREATER_OR_EQUAL: u32 = 8u;
+const IS_EQUAL: u32 = 9u;
+const IS_UNEQUAL: u32 = 10u;
+const SELECT: u32 = 11u;
+const MULTIPLY_ADD: u32 = 12u;
+const SUBTRACT_PRODUCT: u32 = 13u;
+const SUBTRACT_SQUARES: u32 = 14u;
+const ADD_SUBTRACT: u32 = 15u;
+const SUBTRACT_ADD: u32 = 16u;
+const CLAMP: u32 = 17u;
+const AND: u32 = 18u;
+const OR: u32 = 19u;
+const XOR: u32 = 20u;
+const SHIFT_LEFT: u32 = 21u;
+const SHIFT_RIGHT: u32 = 22u;
+const DIVIDE: u32 = 23u;
+const REMAINDER: u32 = 24u;
+const BOTH: u32 = 25u;
+const EITHER: u32 = 26u;
+
+// Operations on one, which are numbered from here on.
+const ALONE: u32 = 27u;
+const NEGATE: u32 = 27u;
+const ABSOLUTE: u32 = 28u;
+const FLOOR: u32 = 29u;
+const TRUNCATE: u32 = 30u;
+const TO_I32: u32 = 31u;
+const TO_U32: u32 = 32u;
+const SAME: u32 = 33u;
+const COMPLEMENT: u32 = 34u;
+const TO_F32: u32 = 35u;
+const CLAMP_ALONE: u32 = 36u;
+const NOT: u32 = 37u;
+
+// Which operand is a constant: none, or the right or the left one, which is 0, 1, -1 or 2.
+const OPEN: u32 = 0u;
+const RIGHT_0: u32 = 1u;
+const RIGHT_1: u32 = 2u;
+const RIGHT_MINUS_1: u32 = 3u;
+const RIGHT_2: u32 = 4u;
+const LEFT_0: u32 = 5u;
+const LEFT_1: u32 = 6u;
+const LEFT_MINUS_1: u32 = 7u;
+const LEFT_2: u32 = 8u;
 
 // What one dispatch does.
 struct Probe {
-    // type (0 f32, 1 i32, 2 u32, 3 bool) times 256, plus the number in the type's function below
+    scalar: u32,
     operation: u32,
-    // which operand is a constant: 0 none; 1 to 4 the right one, which is 0, 1, -1 or 2; 5 to 8 the left one
     form: u32,
     // pairs of operands
     count: u32,
-    unused: u32,
-}
-
-// Not a uniform: lavapipe would compile the kernel anew for each of its values.
-@group(0) @binding(0) var<storage, read> probe: Probe;
-// Left and right operands; f32 and i32 as their bits.
-@group(0) @binding(1) var<storage, read> left: array<u32>;
-@group(0) @binding(2) var<storage, read> right: array<u32>;
-@group(0) @binding(3) var<storage, read_write> results: array<u32>;
-
-// A number's bits, with zero's one sign.
-fn stored_bits(x: f32) -> u32 {
-    return bitcast<u32>(select(x, 0.0f, x == 0.0f));
 }
 
 fn truth(condition: bool) -> u32 {
     return select(0u, 1u, condition);
 }
 
-// From 12 on, what compilers would like to contract, to reassociate or to fold.
+// From MULTIPLY_ADD on, what compilers would like to contract, to reassociate or to fold.
 fn f32_pair(x: f32, y: f32) -> u32 {
     var value = 0u;
-    switch (probe.operation & 255u) {
-        case 0u: { value = stored_bits(x + y); }
-        case 1u: { value = stored_bits(x - y); }
-        case 2u: { value = stored_bits(x * y); }
-        case 3u: { value = stored_bits(min(x, y)); }
-        case 4u: { value = stored_bits(max(x, y)); }
-        case 5u: { value = truth(x < y); }
-        case 6u: { value = truth(x <= y); }
-        case 7u: { value = truth(x > y); }
-        case 8u: { value = truth(x >= y); }
-        case 9u: { value = truth(x == y); }
-        case 10u: { value = truth(x != y); }
-        case 11u: { value = stored_bits(select(x, y, x > y)); }
-        case 12u: { value = stored_bits(x * y + x); }
-        case 13u: { value = stored_bits(y - x * y); }
-        case 14u: { value = stored_bits(x * x - y * y); }
-        case 15u: { value = stored_bits((x + y) - y); }
-        case 16u: { value = stored_bits((x - y) + y); }
-        case 17u: { value = stored_bits(clamp(x, -abs(y), abs(y))); }
+    switch (probe.operation) {
+        case ADD: { value = stored_bits(x + y); }
+        case SUBTRACT: { value = stored_bits(x - y); }
+        case MULTIPLY: { value = stored_bits(x * y); }
+        case MINIMUM: { value = stored_bits(min(x, y)); }
+        case MAXIMUM: { value = stored_bits(max(x, y)); }
+        case IS_LESS: { value = truth(x < y); }
+        case IS_LESS_OR_EQUAL: { value = truth(x <= y); }
+        case IS_GREATER: { value = truth(x > y); }
+        case IS_GREATER_OR_EQUAL: { value = truth(x >= y); }
+        case IS_EQUAL: { value = truth(x == y); }
+        case IS_UNEQUAL: { value = truth(x != y); }
+        case SELECT: { value = stored_bits(select(x, y, x > y)); }
+        case MULTIPLY_ADD: { value = stored_bits(x * y + x); }
+        case SUBTRACT_PRODUCT: { value = stored_bits(y - x * y); }
+        case SUBTRACT_SQUARES: { value = stored_bits(x * x - y * y); }
+        case ADD_SUBTRACT: { value = stored_bits((x + y) - y); }
+        case SUBTRACT_ADD: { value = stored_bits((x - y) + y); }
+        case CLAMP: { value = stored_bits(clamp(x, -abs(y), abs(y))); }
         default: {}
     }
     return value;
@@ -58,14 +104,14 @@ fn f32_pair(x: f32, y: f32) -> u32 {
 
 fn f32_alone(x: f32) -> u32 {
     var value = 0u;
-    switch (probe.operation & 255u) {
-        case 32u: { value = stored_bits(-x); }
-        case 33u: { value = stored_bits(abs(x)); }
-        case 34u: { value = stored_bits(floor(x)); }
-        case 35u: { value = stored_bits(trunc(x)); }
-        case 36u: { value = bitcast<u32>(i32(clamp(x, -16777215.0f, 16777215.0f))); }
-        case 37u: { value = u32(clamp(x, 0.0f, 16777215.0f)); }
-        case 38u: { value = stored_bits(x); }
+    switch (probe.operation) {
+        case NEGATE: { value = stored_bits(-x); }
+        case ABSOLUTE: { value = stored_bits(abs(x)); }
+        case FLOOR: { value = stored_bits(floor(x)); }
+        case TRUNCATE: { value = stored_bits(trunc(x)); }
+        case TO_I32: { value = bitcast<u32>(i32(clamp(x, -16777215.0f, 16777215.0f))); }
+        case TO_U32: { value = u32(clamp(x, 0.0f, 16777215.0f)); }
+        case SAME: { value = stored_bits(x); }
         default: {}
     }
     return value;
@@ -74,24 +120,24 @@ fn f32_alone(x: f32) -> u32 {
 // Shift counts are brought into range, and below the operands of division, which is for u32 only.
 fn i32_pair(x: i32, y: i32) -> u32 {
     var value = 0i;
-    switch (probe.operation & 255u) {
-        case 0u: { value = x + y; }
-        case 1u: { value = x - y; }
-        case 2u: { value = x * y; }
-        case 3u: { value = min(x, y); }
-        case 4u: { value = max(x, y); }
-        case 5u: { value = i32(truth(x < y)); }
-        case 6u: { value = i32(truth(x <= y)); }
-        case 7u: { value = i32(truth(x > y)); }
-        case 8u: { value = i32(truth(x >= y)); }
-        case 9u: { value = i32(truth(x == y)); }
-        case 10u: { value = i32(truth(x != y)); }
-        case 11u: { value = select(x, y, x > y); }
-        case 12u: { value = x & y; }
-        case 13u: { value = x | y; }
-        case 14u: { value = x ^ y; }
-        case 15u: { value = x << (u32(y) & 31u); }
-        case 16u: { value = x >> (u32(y) & 31u); }
+    switch (probe.operation) {
+        case ADD: { value = x + y; }
+        case SUBTRACT: { value = x - y; }
+        case MULTIPLY: { value = x * y; }
+        case MINIMUM: { value = min(x, y); }
+        case MAXIMUM: { value = max(x, y); }
+        case IS_LESS: { value = i32(truth(x < y)); }
+        case IS_LESS_OR_EQUAL: { value = i32(truth(x <= y)); }
+        case IS_GREATER: { value = i32(truth(x > y)); }
+        case IS_GREATER_OR_EQUAL: { value = i32(truth(x >= y)); }
+        case IS_EQUAL: { value = i32(truth(x == y)); }
+        case IS_UNEQUAL: { value = i32(truth(x != y)); }
+        case SELECT: { value = select(x, y, x > y); }
+        case AND: { value = x & y; }
+        case OR: { value = x | y; }
+        case XOR: { value = x ^ y; }
+        case SHIFT_LEFT: { value = x << (u32(y) & 31u); }
+        case SHIFT_RIGHT: { value = x >> (u32(y) & 31u); }
         default: {}
     }
     return bitcast<u32>(value);
@@ -99,12 +145,12 @@ fn i32_pair(x: i32, y: i32) -> u32 {
 
 fn i32_alone(x: i32) -> u32 {
     var value = 0u;
-    switch (probe.operation & 255u) {
-        case 32u: { value = bitcast<u32>(-x); }
-        case 33u: { value = bitcast<u32>(~x); }
-        case 34u: { value = stored_bits(f32(x >> 8u)); }
-        case 35u: { value = u32(x); }
-        case 36u: { value = bitcast<u32>(clamp(x, -1000i, 1000i)); }
+    switch (probe.operation) {
+        case NEGATE: { value = bitcast<u32>(-x); }
+        case COMPLEMENT: { value = bitcast<u32>(~x); }
+        case TO_F32: { value = stored_bits(f32(x >> 8u)); }
+        case TO_U32: { value = u32(x); }
+        case CLAMP_ALONE: { value = bitcast<u32>(clamp(x, -1000i, 1000i)); }
         default: {}
     }
     return value;
@@ -112,26 +158,26 @@ fn i32_alone(x: i32) -> u32 {
 
 fn u32_pair(x: u32, y: u32) -> u32 {
     var value = 0u;
-    switch (probe.operation & 255u) {
-        case 0u: { value = x + y; }
-        case 1u: { value = x - y; }
-        case 2u: { value = x * y; }
-        case 3u: { value = min(x, y); }
-        case 4u: { value = max(x, y); }
-        case 5u: { value = truth(x < y); }
-        case 6u: { value = truth(x <= y); }
-        case 7u: { value = truth(x > y); }
-        case 8u: { value = truth(x >= y); }
-        case 9u: { value = truth(x == y); }
-        case 10u: { value = truth(x != y); }
-        case 11u: { value = select(x, y, x > y); }
-        case 12u: { value = x & y; }
-        case 13u: { value = x | y; }
-        case 14u: { value = x ^ y; }
-        case 15u: { value = x << (y & 31u); }
-        case 16u: { value = x >> (y & 31u); }
-        case 17u: { value = (x & 0x7fffffffu) / ((y & 0x7fffffffu) | 1u); }
-        case 18u: { value = (x & 0x7fffffffu) % ((y & 0x7fffffffu) | 1u); }
+    switch (probe.operation) {
+        case ADD: { value = x + y; }
+        case SUBTRACT: { value = x - y; }
+        case MULTIPLY: { value = x * y; }
+        case MINIMUM: { value = min(x, y); }
+        case MAXIMUM: { value = max(x, y); }
+        case IS_LESS: { value = truth(x < y); }
+        case IS_LESS_OR_EQUAL: { value = truth(x <= y); }
+        case IS_GREATER: { value = truth(x > y); }
+        case IS_GREATER_OR_EQUAL: { value = truth(x >= y); }
+        case IS_EQUAL: { value = truth(x == y); }
+        case IS_UNEQUAL: { value = truth(x != y); }
+        case SELECT: { value = select(x, y, x > y); }
+        case AND: { value = x & y; }
+        case OR: { value = x | y; }
+        case XOR: { value = x ^ y; }
+        case SHIFT_LEFT: { value = x << (y & 31u); }
+        case SHIFT_RIGHT: { value = x >> (y & 31u); }
+        case DIVIDE: { value = (x & 0x7fffffffu) / ((y & 0x7fffffffu) | 1u); }
+        case REMAINDER: { value = (x & 0x7fffffffu) % ((y & 0x7fffffffu) | 1u); }
         default: {}
     }
     return value;
@@ -139,11 +185,11 @@ fn u32_pair(x: u32, y: u32) -> u32 {
 
 fn u32_alone(x: u32) -> u32 {
     var value = 0u;
-    switch (probe.operation & 255u) {
-        case 32u: { value = ~x; }
-        case 33u: { value = stored_bits(f32(x >> 8u)); }
-        case 34u: { value = bitcast<u32>(i32(x)); }
-        case 35u: { value = clamp(x, 1000u, 2000000000u); }
+    switch (probe.operation) {
+        case COMPLEMENT: { value = ~x; }
+        case TO_F32: { value = stored_bits(f32(x >> 8u)); }
+        case TO_I32: { value = bitcast<u32>(i32(x)); }
+        case CLAMP_ALONE: { value = clamp(x, 1000u, 2000000000u); }
         default: {}
     }
     return value;
@@ -151,73 +197,73 @@ fn u32_alone(x: u32) -> u32 {
 
 fn bool_pair(x: bool, y: bool) -> u32 {
     var value = false;
-    switch (probe.operation & 255u) {
-        case 0u: { value = x && y; }
-        case 1u: { value = x || y; }
-        case 2u: { value = x & y; }
-        case 3u: { value = x | y; }
-        case 4u: { value = !x; }
-        case 5u: { value = select(x, y, !x); }
+    switch (probe.operation) {
+        case BOTH: { value = x && y; }
+        case EITHER: { value = x || y; }
+        case AND: { value = x & y; }
+        case OR: { value = x | y; }
+        case NOT: { value = !x; }
+        case SELECT: { value = select(x, y, !x); }
         default: {}
     }
     return truth(value);
 }
 
 fn f32_value(x: f32, y: f32) -> u32 {
-    if ((probe.operation & 255u) >= 32u) {
+    if (probe.operation >= ALONE) {
         return f32_alone(x);
     }
     var value = 0u;
     switch (probe.form) {
-        case 0u: { value = f32_pair(x, y); }
-        case 1u: { value = f32_pair(x, 0.0f); }
-        case 2u: { value = f32_pair(x, 1.0f); }
-        case 3u: { value = f32_pair(x, -1.0f); }
-        case 4u: { value = f32_pair(x, 2.0f); }
-        case 5u: { value = f32_pair(0.0f, y); }
-        case 6u: { value = f32_pair(1.0f, y); }
-        case 7u: { value = f32_pair(-1.0f, y); }
-        case 8u: { value = f32_pair(2.0f, y); }
+        case OPEN: { value = f32_pair(x, y); }
+        case RIGHT_0: { value = f32_pair(x, 0.0f); }
+        case RIGHT_1: { value = f32_pair(x, 1.0f); }
+        case RIGHT_MINUS_1: { value = f32_pair(x, -1.0f); }
+        case RIGHT_2: { value = f32_pair(x, 2.0f); }
+        case LEFT_0: { value = f32_pair(0.0f, y); }
+        case LEFT_1: { value = f32_pair(1.0f, y); }
+        case LEFT_MINUS_1: { value = f32_pair(-1.0f, y); }
+        case LEFT_2: { value = f32_pair(2.0f, y); }
         default: {}
     }
     return value;
 }
 
 fn i32_value(x: i32, y: i32) -> u32 {
-    if ((probe.operation & 255u) >= 32u) {
+    if (probe.operation >= ALONE) {
         return i32_alone(x);
     }
     var value = 0u;
     switch (probe.form) {
-        case 0u: { value = i32_pair(x, y); }
-        case 1u: { value = i32_pair(x, 0i); }
-        case 2u: { value = i32_pair(x, 1i); }
-        case 3u: { value = i32_pair(x, -1i); }
-        case 4u: { value = i32_pair(x, 2i); }
-        case 5u: { value = i32_pair(0i, y); }
-        case 6u: { value = i32_pair(1i, y); }
-        case 7u: { value = i32_pair(-1i, y); }
-        case 8u: { value = i32_pair(2i, y); }
+        case OPEN: { value = i32_pair(x, y); }
+        case RIGHT_0: { value = i32_pair(x, 0i); }
+        case RIGHT_1: { value = i32_pair(x, 1i); }
+        case RIGHT_MINUS_1: { value = i32_pair(x, -1i); }
+        case RIGHT_2: { value = i32_pair(x, 2i); }
+        case LEFT_0: { value = i32_pair(0i, y); }
+        case LEFT_1: { value = i32_pair(1i, y); }
+        case LEFT_MINUS_1: { value = i32_pair(-1i, y); }
+        case LEFT_2: { value = i32_pair(2i, y); }
         default: {}
     }
     return value;
 }
 
 fn u32_value(x: u32, y: u32) -> u32 {
-    if ((probe.operation & 255u) >= 32u) {
+    if (probe.operation >= ALONE) {
         return u32_alone(x);
     }
     var value = 0u;
     switch (probe.form) {
-        case 0u: { value = u32_pair(x, y); }
-        case 1u: { value = u32_pair(x, 0u); }
-        case 2u: { value = u32_pair(x, 1u); }
-        case 3u: { value = u32_pair(x, 0xffffffffu); }
-        case 4u: { value = u32_pair(x, 2u); }
-        case 5u: { value = u32_pair(0u, y); }
-        case 6u: { value = u32_pair(1u, y); }
-        case 7u: { value = u32_pair(0xffffffffu, y); }
-        case 8u: { value = u32_pair(2u, y); }
+        case OPEN: { value = u32_pair(x, y); }
+        case RIGHT_0: { value = u32_pair(x, 0u); }
+        case RIGHT_1: { value = u32_pair(x, 1u); }
+        case RIGHT_MINUS_1: { value = u32_pair(x, 0xffffffffu); }
+        case RIGHT_2: { value = u32_pair(x, 2u); }
+        case LEFT_0: { value = u32_pair(0u, y); }
+        case LEFT_1: { value = u32_pair(1u, y); }
+        case LEFT_MINUS_1: { value = u32_pair(0xffffffffu, y); }
+        case LEFT_2: { value = u32_pair(2u, y); }
         default: {}
     }
     return value;
@@ -232,11 +278,11 @@ fn main(@builtin(workgroup_id) workgroup: vec3<u32>, @builtin(local_invocation_i
     let x = left[i];
     let y = right[i];
     var value = 0u;
-    switch (probe.operation >> 8u) {
-        case 0u: { value = f32_value(bitcast<f32>(x), bitcast<f32>(y)); }
-        case 1u: { value = i32_value(bitcast<i32>(x), bitcast<i32>(y)); }
-        case 2u: { value = u32_value(x, y); }
-        case 3u: { value = bool_pair((x & 1u) != 0u, (y & 1u) != 0u); }
+    switch (probe.scalar) {
+        case F32: { value = f32_value(bitcast<f32>(x), bitcast<f32>(y)); }
+        case I32: { value = i32_value(bitcast<i32>(x), bitcast<i32>(y)); }
+        case U32: { value = u32_value(x, y); }
+        case BOOL: { value = bool_pair((x & 1u) != 0u, (y & 1u) != 0u); }
         default: {}
     }
     results[i] = value;

@@ -6,7 +6,8 @@
 // All that the samples of single objects don't contain is here, each with a strength that may be 0: true corners
 // and occlusion, reflectivity, illumination, noise of reading, and that readings are old.
 
-// The rays' angles from the sensor's axis, +-7.5, +-22.5, +-37.5 and +-52.5 degrees.
+// The rays' angles from the sensor's axis, both ways, in degrees, and their cosines and sines.
+const RAY_DEGREES: vec4<f32> = vec4<f32>(7.5f, 22.5f, 37.5f, 52.5f);
 const RAY_COSINES: vec4<f32> = vec4<f32>(0.9914449f, 0.9238795f, 0.7933533f, 0.6087614f);
 const RAY_SINES: vec4<f32> = vec4<f32>(0.1305262f, 0.3826834f, 0.6087614f, 0.7933533f);
 
