@@ -1,9 +1,5 @@
 // An arena without objects whose wall is a circle around the origin.
 
-fn squared_length(v: vec2<f32>) -> f32 {
-    return v.x * v.x + v.y * v.y;
-}
-
 // Whether a robot's body that stands there touches the wall.
 fn touches(world: u32, at: vec2<f32>) -> bool {
     let room = arena_of(world).radius - robot_of(world).radius;

@@ -48,22 +48,31 @@ fn first_food(life: Life) -> Food {
     return food;
 }
 
-// The first item within reach of a place, or GREATEST_ITEMS.
-fn item_at(world: u32, food: Food, at: vec2<f32>) -> u32 {
-    let reach = nest_of(world).squared_reach;
+// The squared distances of eight items from a place.
+struct Squares {
+    first: vec4<f32>,
+    last: vec4<f32>,
+}
+
+fn squares_from(food: Food, at: vec2<f32>) -> Squares {
     let x_first = food.x_first - at.x;
     let y_first = food.y_first - at.y;
     let x_last = food.x_last - at.x;
     let y_last = food.y_last - at.y;
-    let first = x_first * x_first + y_first * y_first;
-    let last = x_last * x_last + y_last * y_last;
+    return Squares(x_first * x_first + y_first * y_first, x_last * x_last + y_last * y_last);
+}
+
+// The first item within reach of a place, or GREATEST_ITEMS.
+fn item_at(world: u32, food: Food, at: vec2<f32>) -> u32 {
+    let reach = nest_of(world).squared_reach;
+    let far = squares_from(food, at);
     var item = GREATEST_ITEMS;
-    item = select(item, 7u, last.w < reach);
-    item = select(item, 6u, last.z < reach);
-    item = select(item, 5u, last.y < reach);
-    item = select(item, 4u, last.x < reach);
-    item = select(item, 3u, first.w < reach);
-    item = select(item, 2u, first.z < reach);
-    item = select(item, 1u, first.y < reach);
-    return select(item, 0u, first.x < reach);
+    item = select(item, 7u, far.last.w < reach);
+    item = select(item, 6u, far.last.z < reach);
+    item = select(item, 5u, far.last.y < reach);
+    item = select(item, 4u, far.last.x < reach);
+    item = select(item, 3u, far.first.w < reach);
+    item = select(item, 2u, far.first.z < reach);
+    item = select(item, 1u, far.first.y < reach);
+    return select(item, 0u, far.first.x < reach);
 }

@@ -41,10 +41,6 @@ fn within(block: u32, at: vec2<f32>) -> vec2<f32> {
     );
 }
 
-fn squared_length(v: vec2<f32>) -> f32 {
-    return v.x * v.x + v.y * v.y;
-}
-
 // Of so many points of view around an object the one of a point, which the object has as `own`. They share half a
 // turn, since a block looks the same from behind.
 fn view_from(own: vec2<f32>, views: u32) -> u32 {

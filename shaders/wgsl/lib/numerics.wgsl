@@ -29,6 +29,11 @@ fn root(x: f32) -> f32 {
     return x * reciprocal_root(max(x, 0x1p-100f));
 }
 
+// The sum of two squares, whose root is a vector's length.
+fn squared_length(v: vec2<f32>) -> f32 {
+    return v.x * v.x + v.y * v.y;
+}
+
 // sin of t turns, |t| <= 1/4: an odd polynomial. What is squared is kept from underflow.
 fn quarter_sine(t: f32) -> f32 {
     let bounded = max(abs(t), 0x1p-40f);

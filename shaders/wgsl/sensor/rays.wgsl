@@ -320,7 +320,7 @@ fn lone_readings(world: u32, pose: vec3<f32>, gain: f32) -> Sums {
             let squared = squared_length(candidate);
             let over = reciprocal_root(max(squared, 0x1p-60f));
             let gap = squared * over - shapes[shape].contact;
-            let at = u32(max((gap - worlds[world].nearest) * worlds[world].rows_per_mm, 0.0f));
+            let at = row_of(world, gap);
             if (at < worlds[world].rows) {
                 if (in_reach == turn) {
                     to = candidate;
@@ -340,9 +340,7 @@ fn lone_readings(world: u32, pose: vec3<f32>, gain: f32) -> Sums {
             }
         }
         if (turn < in_reach) {
-            let clockwise = pose.z - direction_by(to, inverse);
-            let share = clockwise - floor(clockwise);
-            let bearing = min(u32(share * worlds[world].bearings_per_turn), worlds[world].bearings - 1u);
+            let bearing = bearing_of(world, pose.z, to, inverse);
             object.normal = cosine_sine(-f32(bearing) * reciprocal(worlds[world].bearings_per_turn));
             object.distance = contact + (worlds[world].nearest + f32(row) * spacing);
             if (object.kind == BLOCK) {
@@ -390,17 +388,17 @@ fn sense_by_rays(life: Life, step: u32, pose: vec3<f32>) -> Readings {
     let b = random_words(life.key, STREAM_SENSOR, step, 1u);
     let scale = worlds[world].reading_scale;
     return Readings(
-        vec4<f32>(
-            activation(read_out(lone.first.x, traced.first.x, strength, a.x), scale),
-            activation(read_out(lone.first.y, traced.first.y, strength, a.y), scale),
-            activation(read_out(lone.first.z, traced.first.z, strength, a.z), scale),
-            activation(read_out(lone.first.w, traced.first.w, strength, a.w), scale),
-        ),
-        vec4<f32>(
-            activation(read_out(lone.last.x, traced.last.x, strength, b.x), scale),
-            activation(read_out(lone.last.y, traced.last.y, strength, b.y), scale),
-            activation(read_out(lone.last.z, traced.last.z, strength, b.z), scale),
-            activation(read_out(lone.last.w, traced.last.w, strength, b.w), scale),
-        ),
+        four_read_out(lone.first, traced.first, strength, a, scale),
+        four_read_out(lone.last, traced.last, strength, b, scale),
+    );
+}
+
+// Four of them, as activations.
+fn four_read_out(lone: vec4<u32>, traced: vec4<u32>, strength: SensingCell, words: vec4<u32>, scale: f32) -> vec4<f32> {
+    return vec4<f32>(
+        activation(read_out(lone.x, traced.x, strength, words.x), scale),
+        activation(read_out(lone.y, traced.y, strength, words.y), scale),
+        activation(read_out(lone.z, traced.z, strength, words.z), scale),
+        activation(read_out(lone.w, traced.w, strength, words.w), scale),
     );
 }

@@ -1,4 +1,4 @@
-// Eight readings, and what controllers and tasks take from them.
+// Eight readings, what controllers and tasks take from them, and where in a table of samples an object is found.
 
 // One value a sensor, in [0, 1].
 struct Readings {
@@ -9,6 +9,19 @@ struct Readings {
 // A sum of readings as an activation, clipped to 1.
 fn activation(sum: u32, scale: f32) -> f32 {
     return min(f32(sum) * scale, 1.0f);
+}
+
+// The row of a table for a gap between the robot's rim and an object, mm.
+fn row_of(world: u32, gap: f32) -> u32 {
+    return u32(max((gap - worlds[world].nearest) * worlds[world].rows_per_mm, 0.0f));
+}
+
+// The bearing of a table for an object in the direction `to`, of which the inverse length is given. Tables count
+// bearings clockwise, headings count the other way.
+fn bearing_of(world: u32, heading: f32, to: vec2<f32>, inverse: f32) -> u32 {
+    let clockwise = heading - direction_by(to, inverse);
+    let share = clockwise - floor(clockwise);
+    return min(u32(share * worlds[world].bearings_per_turn), worlds[world].bearings - 1u);
 }
 
 // The greatest of eight readings.

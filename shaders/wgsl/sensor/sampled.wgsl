@@ -7,11 +7,8 @@ fn sampled(world: u32, heading: f32, to: vec2<f32>, contact: f32, table: u32) ->
     let squared = squared_length(to);
     let inverse = reciprocal_root(max(squared, 0x1p-60f));
     let gap = squared * inverse - contact;
-    let row = u32(max((gap - worlds[world].nearest) * worlds[world].rows_per_mm, 0.0f));
-    // Recordings count bearings clockwise, headings count the other way.
-    let clockwise = heading - direction_by(to, inverse);
-    let share = clockwise - floor(clockwise);
-    let bearing = min(u32(share * worlds[world].bearings_per_turn), worlds[world].bearings - 1u);
+    let row = row_of(world, gap);
+    let bearing = bearing_of(world, heading, to, inverse);
     var cell = vec4<u32>(0u);
     if (row < worlds[world].rows) {
         cell = tables[table + row * worlds[world].bearings + bearing];

@@ -21,18 +21,13 @@ fn claimed(before: Claims, world: u32, robot: u32, at: vec2<f32>, food: Food) ->
     var claims = before;
     let item = item_at(world, food, at);
     if (item < GREATEST_ITEMS) {
-        let x_first = food.x_first - at.x;
-        let y_first = food.y_first - at.y;
-        let x_last = food.x_last - at.x;
-        let y_last = food.y_last - at.y;
-        let first = x_first * x_first + y_first * y_first;
-        let last = x_last * x_last + y_last * y_last;
-        let gets_first = (vec4<u32>(item) == vec4<u32>(0u, 1u, 2u, 3u)) & (first < claims.first_squared);
-        let gets_last = (vec4<u32>(item) == vec4<u32>(4u, 5u, 6u, 7u)) & (last < claims.last_squared);
+        let far = squares_from(food, at);
+        let gets_first = (vec4<u32>(item) == vec4<u32>(0u, 1u, 2u, 3u)) & (far.first < claims.first_squared);
+        let gets_last = (vec4<u32>(item) == vec4<u32>(4u, 5u, 6u, 7u)) & (far.last < claims.last_squared);
         claims.first = select(claims.first, vec4<u32>(robot), gets_first);
         claims.last = select(claims.last, vec4<u32>(robot), gets_last);
-        claims.first_squared = select(claims.first_squared, first, gets_first);
-        claims.last_squared = select(claims.last_squared, last, gets_last);
+        claims.first_squared = select(claims.first_squared, far.first, gets_first);
+        claims.last_squared = select(claims.last_squared, far.last, gets_last);
     }
     return claims;
 }
