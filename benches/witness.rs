@@ -39,7 +39,9 @@ fn main() -> ExitCode {
             let setting = witness::Setting::new(&spec);
             for (index, genes) in genomes.iter().take(WITNESSED).enumerate() {
                 let mut life = witness::Life::new(&setting, genes, key(index));
-                (0..spec.cycles).for_each(|step| life.cycle(step));
+                for step in 0..spec.cycles {
+                    life.cycle(step);
+                }
                 std::hint::black_box((life.pose(), life.fitness));
             }
             witness.push((WITNESSED * spec.cycles as usize) as f64 / start.elapsed().as_secs_f64());

@@ -5,7 +5,7 @@ mod packing;
 use std::ops::Range;
 use std::sync::Arc;
 
-/// One line of a trace: the pose at the start of a cycle, what was perceived there, and what came of it.
+/// One line of a trace: the pose at the start of a cycle, what the sensors read there, and what came of it.
 pub use oneiro_shaders::life::Record;
 use oneiro_shaders::{Kernel, life};
 
@@ -26,7 +26,7 @@ pub const GREATEST_GENE: f32 = 1e6;
 pub const LEAST_GENE: f32 = 1.0 / (1_u64 << 40) as f32;
 
 /// Most words in all traces of a batch: 2.7 GB.
-pub const GREATEST_TRACE: u64 = (1 << 25) * WORDS_OF_RECORD as u64;
+pub const GREATEST_TRACE: u64 = 640 << 20;
 const WORDS_OF_RECORD: usize = size_of::<Record>() / size_of::<u32>();
 
 /// Words of a group's keys, which precede its genes.

@@ -208,6 +208,150 @@ fn measures_are_those_of_the_traces() {
     assert_eq!(along.len(), 300);
 }
 
+/// Columns of a trace, by their names.
+fn columns<const N: usize>(text: &str, names: [&str; N]) -> Vec<[f32; N]> {
+    let (all, lines) = table(text);
+    let places = names.map(|name| {
+        all.iter()
+            .position(|own| *own == name)
+            .unwrap_or_else(|| panic!("{name}"))
+    });
+    let numbers = |line: Vec<&str>| places.map(|place| line[place].parse().unwrap());
+    lines.into_iter().map(numbers).collect()
+}
+
+/// Eight activations of each cycle: those whose names begin so.
+fn activations(text: &str, kind: &str) -> Vec<[f32; 8]> {
+    let names: [String; 8] = std::array::from_fn(|sensor| format!("{kind}_{sensor}"));
+    columns(text, names.each_ref().map(String::as_str))
+}
+
+/// The rewards of a life by equation 1, as `docs/khepera.md` has it, from the speeds and some activations of its trace.
+fn rewards(text: &str, kind: &str) -> Vec<f32> {
+    let moves = columns(text, ["speed_left", "speed_right", "collided"]);
+    let reward = |(&[left, right, collided], near): (&[f32; 3], [f32; 8])| {
+        let (speed, apart) = (0.5 * (left.abs() + right.abs()), 0.5 * (left - right).abs());
+        let earned = speed * (1.0 - apart.sqrt()) * (1.0 - near.into_iter().fold(0.0, f32::max));
+        if collided == 1.0 { 0.0 } else { earned }
+    };
+    moves.iter().zip(activations(text, kind)).map(reward).collect()
+}
+
+/// With sensor noise and conservative noise, the fitness of a life follows from its trace alone; and with the readings as
+/// perceived in place of those that count, another does.
+#[test]
+fn the_fitness_of_a_noisy_life_follows_from_its_trace() {
+    let place = Place::new("noisy");
+    for (activation, counts, other) in [("real", "real", "sensor"), ("perceived", "sensor", "real")] {
+        place.write(
+            format!("{activation}.toml"),
+            format!(
+                "task.activation = \"{activation}\"
+noise = {{ sensor = [0.0, 0.4], walk_range_mm = 30.0, walk_step_mm = 1.5 }}
+evolution = {{ population = 20, parents = 4, generations = 5 }}
+"
+            ),
+        );
+        let experiment = format!("{activation}.toml");
+        let run = ["run", &experiment, "--seed", "3", "--out", activation];
+        place.good(&[&run[..], &["--backend", "cpu", "--quiet"]].concat());
+        let text = place.text(format!("{activation}/trace.csv"));
+        let champion: Value = serde_json::from_str(&place.text(format!("{activation}/champion.json"))).unwrap();
+        let fitness = champion["fitness"].as_f64().unwrap() as f32;
+
+        // What is recorded adds up to the fitness, to its last bit.
+        let recorded = columns(&text, ["reward", "fitness"]);
+        let mut sum = 0.0;
+        for &[reward, so_far] in &recorded {
+            sum += reward;
+            assert_eq!(so_far, sum);
+        }
+        assert_eq!(sum, fitness);
+
+        // And each reward is that of the readings, to the kernel's square root, which has an error of 2e-7.
+        let computed = rewards(&text, counts);
+        assert_eq!(computed.len(), 500);
+        for (cycle, (computed, [reward, _])) in computed.iter().zip(&recorded).enumerate() {
+            assert!(
+                (computed - reward).abs() < 4e-7,
+                "{activation}, cycle {cycle}: {computed}, {reward}"
+            );
+        }
+        let six = |fitness: f32| format!("{fitness:.5e}");
+        assert_eq!(six(computed.iter().sum()), six(fitness));
+        assert!((rewards(&text, other).iter().sum::<f32>() - fitness).abs() > 1.0);
+
+        // A replay records the same.
+        place.good(&["replay", activation, "--backend", "cpu", "--quiet"]);
+        assert_eq!(place.text(format!("{activation}/replay.csv")), text);
+    }
+}
+
+/// The activations before sensor noise are those of a life without noise that starts at the same pose. Conservative noise
+/// displaces them, as far as it may.
+#[test]
+fn traces_say_what_noise_does() {
+    let place = Place::new("seen");
+    place.two_runs();
+    let text = place.text("runs/run-2/trace.csv");
+    let along = [
+        "evaluate",
+        "--genomes",
+        "runs/run-2",
+        "--starts",
+        "runs/run-2/trace.csv",
+        "--quiet",
+    ];
+    place.good(
+        &[
+            &along[..],
+            &["--noise", "off", "--set", "cycles=1", "--traces", "without"],
+        ]
+        .concat(),
+    );
+    let (real, perceived) = (activations(&text, "real"), activations(&text, "sensor"));
+    assert_eq!(real.len(), 300);
+    for (cycle, real) in real.iter().enumerate() {
+        let alone = place.text(format!("without/trace-0-{cycle}.csv"));
+        assert_eq!(activations(&alone, "sensor"), [*real], "cycle {cycle}");
+        assert_eq!(activations(&alone, "real"), [*real], "cycle {cycle}");
+        let noise = perceived[cycle]
+            .iter()
+            .zip(real)
+            .map(|(perceived, real)| perceived - real);
+        assert!(
+            noise.clone().all(|noise| (-1e-6..0.400_001).contains(&noise)),
+            "cycle {cycle}"
+        );
+        assert!(noise.fold(0.0, f32::max) > 0.0, "cycle {cycle}");
+    }
+    let shifts = |text: &str| -> Vec<[f32; 2]> {
+        let places = columns(text, ["x_mm", "y_mm", "seen_x_mm", "seen_y_mm"]);
+        places
+            .into_iter()
+            .map(|[x, y, seen_x, seen_y]| [seen_x - x, seen_y - y])
+            .collect()
+    };
+    assert!(shifts(&text).iter().all(|shift| *shift == [0.0; 2]));
+
+    let walk = [
+        "--set",
+        "noise.walk_range_mm=30",
+        "--set",
+        "noise.walk_step_mm=1.5",
+        "--traces",
+        "walked",
+    ];
+    place.good(&[&["evaluate", "--genomes", "runs/run-2", "--quiet"], &walk[..]].concat());
+    let walked = shifts(&place.text("walked/trace-0-0.csv"));
+    let greatest = |numbers: &mut dyn Iterator<Item = f32>| numbers.fold(0.0, |most: f32, x| most.max(x.abs()));
+    assert!((1.5..30.001).contains(&greatest(&mut walked.iter().copied().flatten())));
+    for axis in [0, 1] {
+        let steps = walked.windows(2).map(|pair| pair[1][axis] - pair[0][axis]);
+        assert!((1.0..1.501).contains(&greatest(&mut steps.into_iter())));
+    }
+}
+
 /// Without noise, lives from the same start are identical; with noise they differ.
 #[test]
 fn noise_can_be_switched_off() {

@@ -28,7 +28,8 @@ fn genes(rollout: usize, count: usize) -> Vec<f32> {
         .collect()
 }
 
-/// Batches are traced so that poses are compared too: a fitness alone hides differences that its steps round away.
+/// Batches are traced so that poses and readings are compared too: a fitness alone hides differences that its steps
+/// round away.
 fn batch(spec: &WorldSpec, rollouts: usize, traced: bool) -> Batch {
     let world = World::new(spec.clone()).expect("a valid world");
     let genomes: Vec<_> = (0..rollouts).map(|rollout| genes(rollout, world.genes())).collect();
@@ -68,11 +69,20 @@ fn first_difference(outcome: &Outcome, spec: &WorldSpec) -> Option<(usize, usize
         assert_eq!(trace.len(), spec.cycles as usize);
         for (cycle, record) in trace.iter().enumerate() {
             let pose = life.pose();
-            life.cycle(cycle as u32);
-            let expected = [pose[0], pose[1], pose[2], life.fitness];
-            let found = [record.x, record.y, record.heading, record.fitness];
+            let (seen, readings) = life.cycle(cycle as u32);
+            let expected = [&pose[..], &seen, readings.as_flattened(), &[life.fitness]].concat();
+            #[rustfmt::skip]
+            let found = [
+                record.x, record.y, record.heading, record.seen_x, record.seen_y,
+                record.sensor_0, record.sensor_1, record.sensor_2, record.sensor_3,
+                record.sensor_4, record.sensor_5, record.sensor_6, record.sensor_7,
+                record.real_0, record.real_1, record.real_2, record.real_3,
+                record.real_4, record.real_5, record.real_6, record.real_7,
+                record.fitness,
+            ];
             // Records hold zero with its one sign.
-            if expected.map(|x| (x + 0.0).to_bits()) != found.map(f32::to_bits) {
+            let same = |(expected, found): (&f32, &f32)| (expected + 0.0).to_bits() == found.to_bits();
+            if !expected.iter().zip(&found).all(same) {
                 return Some((rollout, cycle));
             }
         }

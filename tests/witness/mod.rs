@@ -342,9 +342,15 @@ impl<'a> Life<'a> {
         [self.x, self.y, self.heading]
     }
 
-    /// Lives one cycle of 100 ms.
-    pub(crate) fn cycle(&mut self, step: u32) {
+    /// Lives one cycle of 100 ms. Returns the place that it senses from, and its readings, as perceived and before
+    /// sensor noise.
+    pub(crate) fn cycle(&mut self, step: u32) -> ([f32; 2], [[f32; 8]; 2]) {
         let spec = self.setting.spec;
+        let seen = if spec.noise.walk_range > 0.0 {
+            [self.x + self.shift[0], self.y + self.shift[1]]
+        } else {
+            [self.x, self.y]
+        };
         let sums = if spec.noise.walk_range > 0.0 {
             self.sense_displaced(step)
         } else {
@@ -394,6 +400,7 @@ impl<'a> Life<'a> {
         }
         self.fitness += earned;
         self.outputs = outputs;
+        (seen, [perceived, real])
     }
 
     /// Sums of all objects' readings.

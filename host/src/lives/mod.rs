@@ -21,7 +21,7 @@ use crate::exit::Result;
 
 /// Groups of lanes per batch: enough for any device, and a few hundred megabytes at most.
 const GROUPS: usize = 1 << 12;
-/// Records of traces in memory at once: 84 MB.
+/// Records of traces in memory at once: 126 MB.
 const RECORDS: usize = 1 << 20;
 
 /// Some lives of each of some genomes.

@@ -5,6 +5,10 @@ struct Record {
     x: f32,
     y: f32,
     heading: f32,
+    // where the readings are from: the pose, or where noise or age displaces it to
+    seen_x: f32,
+    seen_y: f32,
+    // the readings as perceived
     sensor_0: f32,
     sensor_1: f32,
     sensor_2: f32,
@@ -13,6 +17,15 @@ struct Record {
     sensor_5: f32,
     sensor_6: f32,
     sensor_7: f32,
+    // the same before sensor noise; of a forager, whose reward depends on none, 0
+    real_0: f32,
+    real_1: f32,
+    real_2: f32,
+    real_3: f32,
+    real_4: f32,
+    real_5: f32,
+    real_6: f32,
+    real_7: f32,
     left: f32,
     right: f32,
     speed_left: f32,

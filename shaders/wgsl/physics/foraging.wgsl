@@ -74,7 +74,9 @@ fn cycle(life: Life, step: u32, before: State) -> Cycle {
     let share = reciprocal(robot.farthest);
     let apart = robot.half_turn_path * moved.turn;
     return Cycle(own, Record(
-        pose.x, pose.y, pose.z, deed.front.x, deed.front.y, deed.front.z, deed.front.w, 0.0f, 0.0f, 0.0f, 0.0f,
+        pose.x, pose.y, pose.z, pose.x, pose.y,
+        deed.front.x, deed.front.y, deed.front.z, deed.front.w, 0.0f, 0.0f, 0.0f, 0.0f,
+        0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f,
         0.0f, 0.0f, (moved.forward - apart) * share, (moved.forward + apart) * share,
         select(0.0f, 1.0f, collided), brought.earned, own.fitness, f32(deed.behaviour), select(0.0f, 1.0f, carried),
     ));

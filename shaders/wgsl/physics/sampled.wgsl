@@ -41,7 +41,8 @@ fn cycle(life: Life, step: u32, before: State) -> Cycle {
         own.shift_x = next.x;
         own.shift_y = next.y;
     }
-    let real = sense(world, pose, shift);
+    let seen = vec2<f32>(pose.x + shift.x, pose.y + shift.y);
+    let real = sense(world, pose, seen);
     let perceived = with_noise(life, step, real);
     let outputs = control(life, perceived, vec2<f32>(own.left, own.right));
     let moved = motion(life, step, outputs);
@@ -70,5 +71,5 @@ fn cycle(life: Life, step: u32, before: State) -> Cycle {
     own.fitness += earned;
     own.left = outputs.x;
     own.right = outputs.y;
-    return Cycle(own, recorded(pose, perceived, outputs, moved, collided, earned, own.fitness));
+    return Cycle(own, recorded(pose, seen, real, perceived, outputs, moved, collided, earned, own.fitness));
 }

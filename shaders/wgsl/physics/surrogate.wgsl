@@ -60,5 +60,6 @@ fn cycle(life: Life, step: u32, before: State) -> Cycle {
     own.right = outputs.y;
     own.speed_left = end.left;
     own.speed_right = end.right;
-    return Cycle(own, recorded(pose, readings, outputs, moved, end.collided, earned, own.fitness));
+    let seen = vec2<f32>(before.read_x, before.read_y);
+    return Cycle(own, recorded(pose, seen, readings, readings, outputs, moved, end.collided, earned, own.fitness));
 }

@@ -34,14 +34,17 @@ fn commanded(world: u32, outputs: vec2<f32>) -> Motion {
     return Motion(cell.displacement, cell.turn, cell.left, cell.right);
 }
 
-// A cycle's line of the trace.
+// A cycle's line of the trace. The readings are from the place `seen`.
 fn recorded(
-    pose: vec3<f32>, perceived: Readings, outputs: vec2<f32>, moved: Motion, collided: bool, earned: f32, total: f32,
+    pose: vec3<f32>, seen: vec2<f32>, real: Readings, perceived: Readings,
+    outputs: vec2<f32>, moved: Motion, collided: bool, earned: f32, total: f32,
 ) -> Record {
     return Record(
-        pose.x, pose.y, pose.z,
+        pose.x, pose.y, pose.z, seen.x, seen.y,
         perceived.first.x, perceived.first.y, perceived.first.z, perceived.first.w,
         perceived.last.x, perceived.last.y, perceived.last.z, perceived.last.w,
+        real.first.x, real.first.y, real.first.z, real.first.w,
+        real.last.x, real.last.y, real.last.z, real.last.w,
         outputs.x, outputs.y, moved.left, moved.right,
         select(0.0f, 1.0f, collided), earned, total, 0.0f, 0.0f,
     );

@@ -16,12 +16,11 @@ fn sampled(world: u32, heading: f32, to: vec2<f32>, contact: f32, table: u32) ->
     return cell;
 }
 
-// What the sensors read at a pose, before any noise is added. The shift displaces what is perceived only.
+// What the sensors read at a pose, before any noise is added, were the robot at the place `at`.
 //
 // The objects come in layers: from nowhere are two of one layer in reach. So it is enough to look up one object
 // a layer, which lanes that stand near different objects then do together.
-fn sense(world: u32, pose: vec3<f32>, shift: vec2<f32>) -> Readings {
-    let at = vec2<f32>(pose.x + shift.x, pose.y + shift.y);
+fn sense(world: u32, pose: vec3<f32>, at: vec2<f32>) -> Readings {
     let first = worlds[world].first_shape;
     let end = first + shape_count(world);
     var sums = vec4<u32>(0u);
@@ -35,12 +34,12 @@ fn sense(world: u32, pose: vec3<f32>, shift: vec2<f32>) -> Readings {
         let near = squared_length(candidate) < shapes[shape].reach_squared;
         var seen_from = at;
         if (worlds[world].walk_range > 0.0f) {
-            // A shift through a wall keeps the wall's bearing and stands at the nearest distance.
+            // A displacement through a wall keeps the wall's bearing and stands at the nearest distance.
             let unshifted = toward(shape, vec2<f32>(pose.x, pose.y));
             let facing = unshifted.x * candidate.x + unshifted.y * candidate.y;
             var crossed = facing < 0.0f;
             if (shapes[shape].kind == BLOCK) {
-                // So does a shift into a block or through it, where the nearest point may be on any side.
+                // So does one into a block or through it, where the nearest point may be on any side.
                 crossed = facing <= 0.0f;
                 candidate.x = select(candidate.x, -unshifted.x, crossed);
                 candidate.y = select(candidate.y, -unshifted.y, crossed);

@@ -27,7 +27,7 @@ pub(crate) fn trace_head() -> String {
 
 /// Lines of a trace, from that of the cycle `first` on.
 pub(crate) fn trace_lines(trace: &[Record], first: u32, every: u32) -> String {
-    let mut text = String::with_capacity(trace.len() * 160);
+    let mut text = String::with_capacity(trace.len() * 240);
     for (record, index) in trace.iter().zip(0_u64..) {
         // Writing to a string can't fail.
         let _ = write!(text, "{}", u64::from(first) + index * u64::from(every));
@@ -41,8 +41,9 @@ pub(crate) fn trace_lines(trace: &[Record], first: u32, every: u32) -> String {
 
 type Column = (&'static str, fn(&Record) -> f32);
 
-/// The pose at the start of a cycle, what was perceived there, and what came of it.
-const COLUMNS: [Column; 18] = [
+/// The pose at the start of a cycle, what was perceived there, and what came of it; then the readings without sensor noise
+/// and the place that they are from. Programs may count columns, so new ones come last.
+const COLUMNS: [Column; 28] = [
     ("x_mm", |record| record.x),
     ("y_mm", |record| record.y),
     ("heading_turns", |record| record.heading),
@@ -61,6 +62,16 @@ const COLUMNS: [Column; 18] = [
     ("collided", |record| record.collided),
     ("reward", |record| record.reward),
     ("fitness", |record| record.fitness),
+    ("real_0", |record| record.real_0),
+    ("real_1", |record| record.real_1),
+    ("real_2", |record| record.real_2),
+    ("real_3", |record| record.real_3),
+    ("real_4", |record| record.real_4),
+    ("real_5", |record| record.real_5),
+    ("real_6", |record| record.real_6),
+    ("real_7", |record| record.real_7),
+    ("seen_x_mm", |record| record.seen_x),
+    ("seen_y_mm", |record| record.seen_y),
 ];
 
 #[cfg(test)]
@@ -72,12 +83,16 @@ mod tests {
         let record = Record {
             x: 1.5,
             fitness: 0.1,
+            seen_y: 7.25,
             ..Record::default()
         };
         let text = trace_csv(&[Record::default(), record], 5);
         let lines: Vec<&str> = text.lines().collect();
-        assert!(lines[0].starts_with("cycle,x_mm,") && lines[0].ends_with(",reward,fitness"));
-        assert_eq!(lines[2], "5,1.5,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0.1");
-        assert!(lines.iter().all(|line| line.split(',').count() == 19));
+        assert!(lines[0].starts_with("cycle,x_mm,") && lines[0].ends_with(",seen_x_mm,seen_y_mm"));
+        assert_eq!(
+            lines[2],
+            "5,1.5,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0.1,0,0,0,0,0,0,0,0,0,7.25"
+        );
+        assert!(lines.iter().all(|line| line.split(',').count() == 29));
     }
 }
