@@ -517,7 +517,7 @@ fn directories_in_place_of_files_are_refused_with_what_to_name() {
 
 /// Another start or other random numbers: the same as `evaluate`, without a comparison.
 #[test]
-fn a_champion_lives_elsewhere() {
+fn a_champion_lives_from_another_start() {
     let place = Place::new("elsewhere");
     place.two_runs();
     place.write("starts.csv", "100,90,0.125\n");
@@ -990,7 +990,7 @@ fn the_best_of_a_sweep() {
 }
 
 #[test]
-fn what_can_t_be_compared_is_refused_with_the_key() {
+fn incomparable_genomes_are_refused_with_the_key() {
     let place = Place::new("best-refused");
     place.two_runs();
     let run = |name: &str, set: &str| {

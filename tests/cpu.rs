@@ -66,7 +66,7 @@ fn threads_and_chunks_do_not_matter() {
 }
 
 #[test]
-fn size_and_company_do_not_matter() {
+fn batch_size_and_other_swarms_do_not_matter() {
     let worlds = worlds(Controller::Recurrent);
     let all = bits(cpu(2), &batch(&worlds, 260, None)).0;
     for rollouts in [1, 2, 3, 15, 16, 17, 63, 64, 65, 129] {

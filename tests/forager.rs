@@ -96,7 +96,7 @@ fn one_constant_changed_by_one_ulp_is_seen() {
 /// No robot leaves the arena or exceeds its wheels' speed, food is taken and delivered only where allowed, and it earns
 /// the time that remains.
 #[test]
-fn nothing_is_made_out_of_nothing() {
+fn food_and_motion_have_their_causes() {
     let forager = Foraging::odowd2014(Light::OverNest);
     let outcome = lived(&[forager], &genomes(300), 1);
     let room = forager.arena_radius - forager.body_radius;
@@ -279,7 +279,7 @@ fn light_over_the_nest_helps() {
 }
 
 #[test]
-fn what_is_not_allowed_is_refused_by_name() {
+fn invalid_values_are_refused_by_name() {
     let good = Foraging::odowd2014(Light::OverNest);
     for (field, wrong) in [
         ("arena.food_items", Foraging { food_items: 9, ..good }),

@@ -290,7 +290,7 @@ mod controls {
     }
 
     #[test]
-    fn one_bit_is_noticed_where_it_is() {
+    fn one_changed_bit_is_located() {
         let file = accepted("bit");
         let changed = rows(&[1.0, 2.0_f32.next_up()]);
         let message = compared(&file, &changed, &Renewal::default()).unwrap_err();
@@ -310,7 +310,7 @@ mod controls {
     }
 
     #[test]
-    fn rows_that_nothing_uses_are_noticed() {
+    fn unused_rows_are_detected() {
         let file = accepted("unused");
         let fewer: String = rows(&[1.0, 2.0]).lines().skip(1).flat_map(|row| [row, "\n"]).collect();
         let message = compared(&file, &fewer, &Renewal::default()).unwrap_err();

@@ -250,7 +250,7 @@ fn parts_are_as_good_as_the_whole() {
 }
 
 #[test]
-fn what_an_earlier_batch_left_behind_does_not_matter() {
+fn earlier_batches_do_not_matter() {
     let mut gpu = gpu();
     let long = batch(&[world(|spec| spec.cycles = 90)], 200, Some(1));
     let mixed = batch(&worlds(Controller::Perceptron), 260, Some(1));

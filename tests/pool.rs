@@ -193,7 +193,7 @@ fn an_audit_of_all_finds_one_wrong_bit() {
 }
 
 #[test]
-fn an_audit_lets_what_is_right_pass() {
+fn an_audit_passes_right_results() {
     let batch = batch(500);
     let expected = fitness(&mut cpu(), &batch).unwrap();
     for share in [0.0, 0.1, 1.0] {

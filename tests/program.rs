@@ -235,7 +235,7 @@ fn genomes_that_are_not_allowed_exit_with_3_and_say_where() {
 }
 
 #[test]
-fn a_device_that_is_not_there_exits_with_4() {
+fn a_missing_device_exits_with_4() {
     let place = Place::new("devices-none");
     place.small_experiment();
     place.write("genomes.csv", csv(&three_genomes(), 18));
@@ -606,7 +606,7 @@ fn words_go_where_they_belong() {
 }
 
 #[test]
-fn a_reader_that_leaves_is_no_error() {
+fn a_closed_pipe_is_no_error() {
     let place = Place::new("pipe");
     place.small_experiment();
     // More rows than fit into a pipe.

@@ -106,7 +106,7 @@ fn the_shipped_samples_are_those_of_their_robot() {
 }
 
 #[test]
-fn what_can_not_be_sampled_is_refused() {
+fn invalid_samplings_are_refused() {
     let place = Place::new("refused");
     for (arguments, words) in [
         (["--robot", "khepera:1"], "allowed: surrogate:SEED"),
@@ -125,7 +125,7 @@ fn what_can_not_be_sampled_is_refused() {
 }
 
 #[test]
-fn studies_that_can_not_be_are_refused() {
+fn invalid_studies_are_refused() {
     let place = Place::new("studies");
     fs::create_dir(place.at("full")).unwrap();
     place.write("full/own.txt", "mine");

@@ -303,7 +303,7 @@ mod unix {
 
     /// Ctrl-C and SIGTERM stop a run at a checkpoint, whatever its interval, exit 75.
     #[test]
-    fn a_run_is_stopped_and_goes_on() {
+    fn a_run_is_stopped_and_resumed() {
         let experiment = EXPERIMENT
             .replace("generations = 30", "generations = 3000")
             .replace("every = 4", "every = 1000000");

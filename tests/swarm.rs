@@ -247,7 +247,7 @@ fn expected_takers(before: &Line, after: &Line, radius: f32) -> Option<Vec<(usiz
 
 /// Forty robots, most of which compete with others for an item whenever food appears among them.
 #[test]
-fn of_two_robots_on_one_item_the_nearer_gets_it() {
+fn the_nearer_of_two_robots_gets_an_item() {
     let ours = Swarm::odowd2014(40);
     let swarm = Swarm {
         forager: Foraging {
@@ -780,7 +780,7 @@ fn light_over_the_nest_helps() {
 }
 
 #[test]
-fn what_is_not_allowed_is_refused_by_name() {
+fn invalid_values_are_refused_by_name() {
     let good = Swarm::odowd2014(10);
     let with = |change: fn(&mut Swarm)| {
         let mut swarm = good;
@@ -842,7 +842,7 @@ fn no_two_items_lie_at_one_place() {
 
 /// Worlds of different sizes in one batch have the same lives as alone.
 #[test]
-fn worlds_live_the_same_in_any_company() {
+fn worlds_have_the_same_lives_in_any_batch() {
     let sizes = [1, 10, 40];
     let mut cpu = Cpu::new(Some(2)).unwrap();
     let control = Control::new();

@@ -63,7 +63,7 @@ fn each_case_is_an_experiment() {
 }
 
 #[test]
-fn runs_that_were_stopped_are_done_again_and_changed_ones_are_found_out() {
+fn stopped_runs_are_repeated_and_changed_ones_are_detected() {
     let place = Place::new("changed");
     let file = experiment("over");
     let short = [
@@ -161,7 +161,7 @@ fn kinds_of_runs_may_share_a_directory() {
 }
 
 #[test]
-fn what_can_not_be_is_refused_by_its_key() {
+fn invalid_values_are_refused_by_key() {
     let place = Place::new("refused");
     let file = experiment("over");
     for (set, words) in [

@@ -133,7 +133,7 @@ fn the_1995_arena_is_as_the_paper_has_it() {
 }
 
 #[test]
-fn genes_are_as_many_as_documented() {
+fn the_number_of_genes_is_as_documented() {
     for (controller, genes) in [
         (Controller::Perceptron, 18),
         (Controller::Hidden { units: 5 }, 57),
@@ -155,7 +155,7 @@ fn an_arena_without_objects_is_allowed() {
 
 #[test]
 #[expect(clippy::too_many_lines, reason = "a table of everything that is refused")]
-fn what_is_not_allowed_is_refused_by_name() {
+fn invalid_values_are_refused_by_name() {
     type Change = fn(&mut WorldSpec);
     let cases: [(&str, &str, Change); 53] = [
         ("cycles", "1 to 1000000", |spec| spec.cycles = 0),

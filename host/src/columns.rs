@@ -116,7 +116,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_not_allowed_is_refused_with_its_line() {
+    fn invalid_lines_are_refused_with_their_number() {
         let refusal = |text: &str| two(text.as_bytes()).unwrap_err();
         assert!(refusal("1,2\n1,2,3\n").contains("line 2: has 3 numbers"));
         assert!(refusal("1,2\n\n1,x\n").contains("line 3, column 2: `x`"));

@@ -168,7 +168,7 @@ mod tests {
     }
 
     #[test]
-    fn what_a_driver_lacks_is_not_asked_for() {
+    fn missing_driver_modes_are_not_requested() {
         let module = KERNELS[0].spirv;
         assert_eq!(with_modes(module, FloatControls::default()), module);
         let some = with_modes(

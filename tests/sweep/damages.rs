@@ -42,7 +42,7 @@ fn flip(place: &Place, file: &Path, at: usize) {
 }
 
 #[test]
-fn of_checkpoints_are_told_and_the_one_before_is_used() {
+fn of_checkpoints_are_reported_and_the_previous_one_is_used() {
     let place = Place::with("damaged", &long(100));
     place.swept("known", &["--threads", "1"]);
     let names = killed(&place, "killed");

@@ -83,7 +83,7 @@ fn may_fail_at_any_call() {
 
 /// Also while it repairs the effects of a power cut: a damaged line, and generations that never reached the disk.
 #[test]
-fn may_fail_at_any_call_while_logs_are_mended() {
+fn may_fail_at_any_call_while_logs_are_repaired() {
     let sweep = TINY.replace("1..2", "1..4");
     let place = Place::with("mended", &sweep);
     let pace = ["--threads", "1"];

@@ -18,7 +18,7 @@ fn working(place: &Place, arguments: &[&str], out: &str) -> Child {
 }
 
 #[test]
-fn that_work_on_one_shard_are_never_two() {
+fn never_share_a_shard() {
     let place = Place::with("writer", &long(300));
     let arguments = sweep("out", &["--threads", "1"]);
     let first = working(&place, &arguments, "out/shard-1-of-1");
@@ -72,7 +72,7 @@ fn work_on_two_shards_at_once() {
 }
 
 #[test]
-fn that_are_told_to_end_leave_what_the_next_goes_on_from() {
+fn that_are_signalled_leave_a_checkpoint_for_the_next() {
     let place = Place::with("term", &long(300));
     place.swept("known", &["--threads", "1"]);
     for (name, out) in [("-TERM", "term"), ("-INT", "int")] {

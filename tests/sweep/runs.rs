@@ -144,7 +144,7 @@ fn are_done_again_with_a_directory_that_can_be_verified() {
 
 /// Tables above the experiment are copied too: the directory doesn't depend on where it was made.
 #[test]
-fn need_nothing_of_where_their_sweep_was_made() {
+fn do_not_depend_on_where_their_sweep_was_made() {
     let place = Place::new("above");
     let tables = Path::new(env!("CARGO_MANIFEST_DIR")).join("../experiments/surrogate-1");
     copy(&tables, &place.at("tables"));

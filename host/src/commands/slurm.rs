@@ -134,7 +134,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn words_and_times_are_what_shells_and_slurm_read() {
+    fn words_and_times_are_written_for_shells_and_slurm() {
         assert_eq!(quoted("/a/b-1.toml"), "/a/b-1.toml");
         assert_eq!(quoted("it's $HOME"), r"'it'\''s $HOME'");
         assert_eq!(quoted(""), "''");

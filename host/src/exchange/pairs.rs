@@ -123,7 +123,7 @@ mod tests {
     }
 
     #[test]
-    fn a_robot_s_later_word_replaces_the_earlier() {
+    fn a_robots_later_message_replaces_the_earlier() {
         let mut pairs = Pairs::new(rules(10, Key::RobotAndInterval, Leaves::Lowest));
         for (interval, fitness) in [(4, 10.0), (4, 55.0), (5, 0.0), (5, 30.0)] {
             pairs.hear(said(3, interval, fitness));

@@ -116,7 +116,7 @@ fn a_resolved_experiment_is_itself_again() {
 }
 
 #[test]
-fn what_is_recorded_does_not_change_the_identity() {
+fn recording_does_not_change_the_identity() {
     let scratch = Scratch::new("identity");
     let experiment = read(&scratch, "", &[]).unwrap();
     let other = read(&scratch, "", &["record.checkpoint_every=3", "record.individuals=false"]).unwrap();

@@ -282,7 +282,7 @@ mod tests {
 
     /// Traces are complete, and their last fitness is the fitness, also if lives are cut into stretches.
     #[test]
-    fn traces_are_whole_however_they_are_cut() {
+    fn traces_are_complete_however_lives_are_cut() {
         struct Seen(Vec<Vec<Record>>);
         impl Observer for Seen {
             fn observe(&mut self, life: LifeIndex, first: u32, records: &[Record]) -> Result {

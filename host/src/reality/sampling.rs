@@ -403,7 +403,7 @@ mod tests {
     }
 
     #[test]
-    fn what_may_pass_is_tried_three_times() {
+    fn temporary_failures_are_tried_three_times() {
         let lifted = || Trouble::Displaced("it was lifted".into());
         let sampled = |troubles| {
             sample_unkept(
@@ -420,7 +420,7 @@ mod tests {
     }
 
     #[test]
-    fn a_notebook_goes_on_and_is_of_one_robot() {
+    fn a_notebook_resumes_and_belongs_to_one_robot() {
         let directory = std::env::temp_dir().join(format!("oneiro-notebook-{}", std::process::id()));
         let mut robot = Wired {
             degrees_a_cycle: 1.5,

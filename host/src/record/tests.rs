@@ -255,7 +255,7 @@ fn a_broken_device_costs_no_generation() {
 
 /// A device that gives a life another fitness in its trace is detected.
 #[test]
-fn a_device_that_contradicts_itself_is_found_out() {
+fn a_device_that_contradicts_itself_is_detected() {
     let mut scratch = Scratch::new("lies");
     let file = scratch.path.join("mock.toml");
     scratch.experiment = runs::read(&file, &["trials=1".into()]).unwrap();

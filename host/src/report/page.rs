@@ -301,7 +301,7 @@ pub(crate) mod check {
     }
 
     #[test]
-    fn the_balance_of_tags_is_found_out() {
+    fn unbalanced_tags_are_detected() {
         assert_eq!(unbalanced("<p>a <b>c</b><br/></p>"), None);
         assert_eq!(unbalanced("<p><b>c</p></b>"), Some("/p".into()));
         assert_eq!(unbalanced("<p><b>c</b>"), Some("p".into()));

@@ -334,7 +334,7 @@ fn nothing_selects_the_simulator_of_one_robot() {
 
 /// Food is collected in the seconds of the trace that say so, and an interval's fitness is what it earned.
 #[test]
-fn what_is_recorded_is_what_was_seen() {
+fn records_agree_with_the_trace() {
     let mut settings = small(Case::Over);
     settings.clock.offset_s = 0;
     let plan = Plan {
@@ -414,7 +414,7 @@ fn the_better_simulator_is_taken_over_and_changed() {
 /// As in the paper, fitness is credited to the simulator of the same interval; when matched, to that of the interval
 /// before, in which the controller was chosen.
 #[test]
-fn credit_goes_where_it_is_said_to() {
+fn credit_follows_the_rule() {
     for (credit, back) in [(Credit::Lagged, 0), (Credit::Matched, 1)] {
         let mut settings = exact();
         settings.simulators.credit = credit;
@@ -432,7 +432,7 @@ fn credit_goes_where_it_is_said_to() {
 }
 
 #[test]
-fn guests_are_tried_in_one_s_own_simulator() {
+fn guests_are_tested_in_the_robots_own_simulator() {
     let mut settings = exact();
     settings.controllers.guests = 2;
     let mut robot = robot(&settings, 0);
@@ -443,7 +443,7 @@ fn guests_are_tried_in_one_s_own_simulator() {
 
 /// A message has the fitness when the second began, in the sender's own interval; under the null another robot's.
 #[test]
-fn messages_are_looked_up_by_the_speaker_s_clock() {
+fn messages_are_looked_up_by_the_senders_clock() {
     let settings = exact();
     let mut robots = vec![robot(&settings, 0), robot(&settings, 2)];
     for robot in &mut robots {

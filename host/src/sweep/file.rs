@@ -610,7 +610,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_wrong_is_told_with_its_place() {
+    fn errors_name_their_place() {
         for (text, expected) in [
             ("seeds = \"5..1\"", "s.toml:2:9: seeds: is \"5..1\", an empty range"),
             ("seeds = []", "s.toml:2:9: seeds: is empty"),

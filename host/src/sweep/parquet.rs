@@ -378,7 +378,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_such_table_is_refused() {
+    fn invalid_tables_are_refused() {
         let scratch = Scratch::new("refused");
         scratch.convert(format!("{HEAD}1,2,3\n"), &COLUMNS).unwrap();
         let before = fs::read(scratch.table()).unwrap();
@@ -425,7 +425,7 @@ mod tests {
     }
 
     #[test]
-    fn what_the_disk_refuses_says_so() {
+    fn disk_errors_are_reported() {
         let scratch = Scratch::new("disk");
         let columns = [("run".to_owned(), Holds::Whole)];
         let refused = |csv: &Path, parquet: &Path| convert(csv, parquet, &columns).unwrap_err();

@@ -295,7 +295,7 @@ mod tests {
     }
 
     #[test]
-    fn a_change_is_marked_where_the_panel_spans_it() {
+    fn a_change_is_marked_if_the_panel_spans_it() {
         let marked = |at| {
             let change = Some((at, "simulation", "reality"));
             bands(

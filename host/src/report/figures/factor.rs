@@ -415,7 +415,7 @@ mod tests {
     }
 
     #[test]
-    fn names_without_room_stand_askew() {
+    fn names_without_room_are_slanted() {
         let long = [
             "arenas/first.toml",
             "arenas/second.toml",

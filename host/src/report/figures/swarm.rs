@@ -337,7 +337,7 @@ mod tests {
     }
 
     #[test]
-    fn what_fills_a_page_is_not_filled_again() {
+    fn replacements_are_not_expanded_again() {
         let parts = [("a", "{{b}}"), ("b", "2")];
         assert_eq!(filled("x {{a}} y {{b}}{{none}} z", &parts), "x {{b}} y 2 z");
     }
@@ -474,7 +474,7 @@ mod tests {
     }
 
     #[test]
-    fn a_browser_draws_robots_and_food_where_they_were() {
+    fn a_browser_draws_robots_and_food_in_place() {
         let Some(browser) = browser() else {
             crate::skips::skipped("browser", "the page of a swarm: there is no chromium");
             return;

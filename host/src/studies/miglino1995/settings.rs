@@ -551,7 +551,7 @@ mod tests {
     }
 
     #[test]
-    fn what_an_arm_changes_is_reported_as_it_is() {
+    fn values_changed_by_an_arm_are_reported() {
         let [main, square] = ["main", "square"].map(|arm| assumption(&under(arm), "task.difference"));
         assert_eq!(main.value, "root");
         assert_eq!(square.value, "square");
@@ -625,7 +625,7 @@ mod tests {
     }
 
     #[test]
-    fn a_study_that_can_not_be_says_where() {
+    fn invalid_studies_name_the_place() {
         let directory = std::env::temp_dir().join(format!("oneiro-study-{}", std::process::id()));
         std::fs::create_dir_all(&directory).unwrap();
         let path = directory.join("own.toml");

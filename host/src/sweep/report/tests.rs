@@ -248,7 +248,7 @@ fn levels_are_compared_as_scipy_does() {
 }
 
 #[test]
-fn cells_are_ranked_and_held_against_the_best() {
+fn cells_are_ranked_and_compared_with_the_best() {
     let report = three("cells").report();
     let cells = rows(&report.cells_csv);
     assert_eq!(cells.len(), 18);
@@ -508,7 +508,7 @@ fn all_pairs_of_few_cells_are_compared() {
 }
 
 #[test]
-fn many_numbers_are_taken_together_in_bins() {
+fn many_numbers_are_grouped_in_bins() {
     let report = random("bins").report();
     let factor = &report.json["factors"][0];
     assert_eq!((&factor["levels"], &factor["binned"]), (&50.into(), &true.into()));
@@ -636,7 +636,7 @@ fn pairs_of_many_factors_are_those_that_explain_the_most() {
 }
 
 #[test]
-fn many_levels_without_an_order_are_held_against_the_best() {
+fn many_unordered_levels_are_compared_with_the_best() {
     let runs = (0..135_u32).map(|run| {
         let levels = vec![format!("arenas/{}.toml", run % 45), (run % 2).to_string()];
         (levels, u64::from(run / 45), f64::from(run % 45))
@@ -772,7 +772,7 @@ fn a_bin_has_all_runs_of_its_levels() {
 }
 
 #[test]
-fn what_is_wrong_with_a_table_is_told_with_its_line() {
+fn errors_in_tables_name_their_line() {
     let example = one("corrupt", 3);
     let (results, generations) = (example.read("results.csv"), example.read("generations.csv"));
     let wrong = |file: &str, text: &str| {

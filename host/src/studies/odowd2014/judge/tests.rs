@@ -163,7 +163,7 @@ fn nothing(credit: Credit) -> Combination {
 }
 
 #[test]
-fn what_the_paper_says_is_reproduced_where_it_is_so() {
+fn claims_hold_where_the_paper_is_right() {
     let claims = study(vec![as_published()]);
     for (id, verdict) in verdicts(&claims) {
         let expected = match id {
@@ -182,7 +182,7 @@ fn what_the_paper_says_is_reproduced_where_it_is_so() {
 
 /// Without effects, no claim of a difference, an order or a direction holds; claims of no difference do.
 #[test]
-fn what_is_not_so_is_not_reproduced() {
+fn without_effects_no_claim_of_one_holds() {
     for (id, verdict) in verdicts(&study(vec![nothing(Credit::Lagged)])) {
         let expected = match id {
             "D6" | "D10" | "D11" => Verdict::Reproduced,

@@ -379,7 +379,7 @@ fn csv_rows_add_up_to_the_data() {
 }
 
 #[test]
-fn the_control_is_what_others_are_held_against() {
+fn other_cases_are_compared_with_the_control() {
     let html = report(&small(3), &[]);
     let table = part(&html, "table", "rates-s-d-0-2-matched-credit");
     assert_eq!(table.matches("<tr>").count(), 1 + 6);
