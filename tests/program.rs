@@ -6,6 +6,7 @@ use std::time::{Duration, Instant};
 
 use serde_json::Value;
 
+mod contents;
 mod place;
 use place::Place;
 
@@ -747,4 +748,67 @@ fn every_exact_adapter_gives_the_cpu_s_bits() {
     for adapter in exact {
         assert_eq!(evaluate(&format!("gpu:{}", adapter["index"])), here, "{adapter}");
     }
+}
+
+/// What a directory holds is what its README says: with everything that runs can have, and with as little as they can.
+#[test]
+fn directories_say_what_is_in_them() {
+    let place = Place::new("readme");
+    place.small_experiment();
+    place.write("genes.npy", npy(&vec![0.25; 20 * 18], &[20, 18]));
+    let run = |arguments: &[&str]| {
+        place.good(&[arguments, &["--backend", "cpu", "--quiet"]].concat());
+    };
+    let one = |out, more: &[&str]| {
+        let own = [
+            "run",
+            "small.toml",
+            "--seed",
+            "7",
+            "--set",
+            "record.checkpoint_every=2",
+            "--out",
+            out,
+        ];
+        run(&[&own[..], more].concat());
+        run(&["replay", out]);
+        contents::check(&place.at(out));
+    };
+    one("all", &["--set", "evolution.init=genes.npy"]);
+    one(
+        "few",
+        &["--set", "evolution.finalists=0", "--set", "record.individuals=false"],
+    );
+    assert!(place.at("all/inputs").exists() && !place.at("few/individuals.npy").exists());
+
+    place.write("swarm.toml", "[swarm]\nrobots = 2\nminutes = 12\n");
+    run(&["run", "swarm.toml", "--seed", "7", "--out", "swarm"]);
+    run(&["replay", "swarm"]);
+    contents::check(&place.at("swarm"));
+
+    let sweep = |name: &str, text: &str| {
+        place.write(format!("{name}.toml"), text);
+        for shard in ["1/2", "2/2"] {
+            run(&["sweep", "run", &format!("{name}.toml"), "--out", name, "--shard", shard]);
+        }
+        place.good(&["sweep", "merge", name]);
+        place.good(&["sweep", "report", name]);
+        run(&["sweep", "extract", name, "0"]);
+        contents::check(&place.at(name));
+    };
+    let grid =
+        "[grid]\n\"evolution.parents, evolution.elite\" = [2, 4]\ncontroller.kind = [\"perceptron\", \"recurrent\"]\n";
+    let reality = "[reality]\nrobots = [1]\nseverity = 1.0\n";
+    sweep(
+        "single",
+        &format!("experiment = \"small.toml\"\nseeds = [1, 2]\n{grid}{reality}"),
+    );
+    let grid = "[grid]\nswarm.arena.radius_mm = [500, 600]\n";
+    sweep(
+        "swarms",
+        &format!("experiment = \"swarm.toml\"\nseeds = [1, 2]\n{grid}"),
+    );
+    place.good(&["sweep", "merge", "single", "--out", "merged"]);
+    let readme = place.text("merged/README.md");
+    assert_eq!(readme, place.text("single/README.md"));
 }

@@ -9,6 +9,7 @@ use std::path::{Path, PathBuf};
 
 use serde_json::Value;
 
+mod contents;
 mod pinned;
 #[allow(dead_code, reason = "nothing fails here")]
 mod place;
@@ -524,6 +525,7 @@ fn study(kind: &str, paper: &str, options: &[(&str, &[&str])]) {
             name,
         ];
         place.good(&[&study[..], more].concat());
+        contents::check(&place.at(name));
         found.study(&place, name);
     }
     found.check(kind);

@@ -8,6 +8,7 @@ mod cli;
 mod columns;
 mod commands;
 mod console;
+mod contents;
 mod device;
 mod engine;
 mod evolve;

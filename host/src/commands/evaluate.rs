@@ -13,6 +13,7 @@ use serde_json::json;
 use super::subjects::{Common, Named, Subjects, Which};
 use crate::cli::{Evaluate, Noise};
 use crate::console::{Console, decimal};
+use crate::contents::Column;
 use crate::exit::{Failure, Result};
 use crate::experiment::Experiment;
 use crate::lives::measures::{Measures, Meter};
@@ -239,18 +240,38 @@ struct Table {
     measures: bool,
 }
 
-type Column = (&'static str, fn(&Measures) -> f64);
+type Measured = (Column, fn(&Measures) -> f64);
 
-const MEASURES: [Column; 5] = [
-    ("collisions", |measures| measures.collisions.into()),
-    ("cells", |measures| measures.cells.into()),
-    ("distance_mm", |measures| measures.distance),
-    ("mean_speed_mm_s", |measures| measures.speed),
-    ("stuck_s", |measures| measures.stuck),
+static OWN: [Column; 4] = [
+    Column::whole("genome", "", "its number, from 0"),
+    Column::whole("trial", "", "the number of its rollout, from 0"),
+    Column::number("fitness", "", "the rollout's fitness"),
+    Column::text("bits", "the fitness as its 32 bits, in hex"),
 ];
+static MEASURES: [Measured; 5] = [
+    (
+        Column::whole("collisions", "cycles", "those that end in a collision"),
+        |measures| measures.collisions.into(),
+    ),
+    (Column::whole("cells", "", "cells of 50 mm visited"), |measures| {
+        measures.cells.into()
+    }),
+    (Column::number("distance_mm", "mm", "the path's length"), |measures| {
+        measures.distance
+    }),
+    (
+        Column::number("mean_speed_mm_s", "mm/s", "the mean speed"),
+        |measures| measures.speed,
+    ),
+    (
+        Column::number("stuck_s", "s", "time stuck: less than 50 mm in 10 s"),
+        |measures| measures.stuck,
+    ),
+];
+static SOURCE: Column = Column::text("source", "the file that has the genome");
 
 impl Table {
-    fn measures(&self) -> &[Column] {
+    fn measures(&self) -> &'static [Measured] {
         if self.measures { &MEASURES } else { &[] }
     }
 
@@ -270,8 +291,8 @@ impl Table {
                 "fitness": decimal(*fitness),
                 "bits": format!("{:08x}", fitness.to_bits()),
             });
-            for (name, value) in self.measures() {
-                row[name] = serde_json::from_str(&number(value(measures))).unwrap_or_default();
+            for (column, value) in self.measures() {
+                row[&*column.name] = serde_json::from_str(&number(value(measures))).unwrap_or_default();
             }
             if let Some(sources) = &self.sources {
                 row["source"] = sources[genome].as_str().into();
@@ -284,10 +305,9 @@ impl Table {
     /// Formats fitness as the shortest decimal that reads back as the same number, with its bits; measures to six
     /// digits.
     fn csv(&self) -> String {
-        let names = self.measures().iter().map(|(name, _)| *name);
-        let source = self.sources.iter().map(|_| "source");
-        let own = ["genome", "trial", "fitness", "bits"];
-        let mut csv = Csv::new(own.into_iter().chain(names).chain(source));
+        let measures = self.measures().iter().map(|(column, _)| column);
+        let source = self.sources.iter().map(|_| &SOURCE);
+        let mut csv = Csv::new(OWN.iter().chain(measures).chain(source));
         for (genome, trial, (fitness, measures)) in self.rows() {
             let own = [
                 genome.to_string(),

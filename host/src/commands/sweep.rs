@@ -367,19 +367,19 @@ fn reported(dir: &Path, outcome: Option<&str>, out: Option<&Path>, console: Cons
     let by = match outcome {
         None => by,
         Some(name) => {
-            let known = columns.iter().find(|(known, _)| *known == name);
-            let Some((known, _)) = known else {
-                let allowed: Vec<&str> = columns.iter().map(|(name, _)| *name).collect();
+            let known = columns.iter().find(|known| known.name == name);
+            let Some(known) = known else {
+                let allowed: Vec<&str> = columns.iter().map(|column| &*column.name).collect();
                 let allowed = allowed.join(", ");
                 return Err(Failure::input(format_args!("--outcome {name}: allowed: {allowed}")));
             };
-            (*known, *known)
+            (&*known.name, &*known.name)
         }
     };
     let others: Vec<String> = columns
         .iter()
-        .filter(|(name, _)| *name != by.0)
-        .map(|(name, _)| (*name).to_owned())
+        .filter(|column| column.name != by.0)
+        .map(|column| column.name.to_string())
         .collect();
     let factors: Vec<String> = sweep.file().axes.iter().flat_map(Axis::factors).cloned().collect();
     let page = report::report(&report::Tables {
@@ -395,9 +395,9 @@ fn reported(dir: &Path, outcome: Option<&str>, out: Option<&Path>, console: Cons
     let out = out.unwrap_or(dir);
     std::fs::create_dir_all(out).map_err(|error| Failure::unreadable(out, &error))?;
     let files = [
-        ("report.html", &page.html),
-        ("cells.csv", &page.cells_csv),
-        ("effects.csv", &page.effects_csv),
+        (report::PAGE, &page.html),
+        (report::CELLS, &page.cells_csv),
+        (report::EFFECTS, &page.effects_csv),
     ];
     for (name, text) in files {
         disk::write(&out.join(name), text.as_bytes())?;

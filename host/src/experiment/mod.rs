@@ -281,4 +281,4 @@ fn text(values: &Table) -> String {
 }
 
 #[cfg(test)]
-mod tests;
+pub(crate) mod tests;

@@ -502,7 +502,7 @@ fn values_of_worlds_are_refused_by_their_keys() {
 
 /// Compares a file of the repository with its expected content. If it differs, the expected content is written beside
 /// it, with the suffix `.new`, to be read and moved by hand: nothing is overwritten.
-fn holds(path: &Path, text: &str) -> std::result::Result<(), String> {
+pub(crate) fn holds(path: &Path, text: &str) -> std::result::Result<(), String> {
     let old = fs::read_to_string(path).unwrap_or_default();
     let new = PathBuf::from(format!("{}.new", path.display()));
     if old == text {

@@ -1,14 +1,5 @@
-//! A run's directory: what is in it, how it gets there, and how it is read again. Besides what follows it has the tables
-//! and the results of its kind of experiment, see [`crate::runs`].
-//!
-//! | file | content |
-//! |---|---|
-//! | `config.toml` | the experiment with every default written out, and the seed |
-//! | `inputs/` | copies of the files that the experiment names |
-//! | `checkpoint-N` | the two newest, see [`crate::engine::checkpoint`] |
-//! | `meta.json` | what is no result: program, device, times, status, see [`Meta`] |
-//! | `lock` | held by the one process that writes |
-//! | `DONE` | written last: the files' hashes and the result's, see [`Done`] |
+//! A run's directory: what is in it, how it gets there, and how it is read again. [`contents`] lists what is there of every
+//! run; besides it has the tables and the results of its kind of experiment, see [`crate::runs`].
 
 mod directories;
 mod done;
@@ -26,7 +17,35 @@ pub(crate) use recorder::{Recorder, Standing, standing, try_lock};
 pub(crate) use saved::{SavedRun, State, is_locked, is_run};
 pub(crate) use single::SingleRun;
 
+use crate::contents::Entry;
+use crate::experiment::INPUTS;
+
 const CONFIG: &str = "config.toml";
 const META: &str = "meta.json";
 const LOCK: &str = "lock";
 const DONE: &str = "DONE";
+
+/// The files of a run's directory: those of its kind, among those that every run has.
+pub(crate) fn contents(own: Vec<Entry>, has_inputs: bool) -> Vec<Entry> {
+    let config = "the experiment with every value written out, and the seed: read again, it is the same experiment";
+    let mut all = vec![Entry::file(CONFIG, config)];
+    if has_inputs {
+        all.push(Entry::file(
+            format!("{INPUTS}/"),
+            "copies of the files that the experiment names",
+        ));
+    }
+    all.extend(own);
+    let meta = "nothing of the results: program, devices, times, status, how far the run is, and its best so far";
+    let done = "written last, by which a run is finished: the BLAKE3 hashes of each file, of the experiment and of the results";
+    all.extend([
+        Entry::file(META, meta),
+        Entry::file(
+            "checkpoint-N",
+            "the two newest checkpoints, from which `oneiro resume` goes on. N counts generations, or minutes of a swarm",
+        ),
+        Entry::file(LOCK, "held by the process that writes"),
+        Entry::file(DONE, done),
+    ]);
+    all
+}

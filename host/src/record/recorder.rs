@@ -7,6 +7,7 @@ use std::sync::Arc;
 use serde::{Deserialize, Serialize};
 
 use super::{CONFIG, Done, LOCK, Meta, SavedRun, Session, Status};
+use crate::contents::describe;
 use crate::engine::job::{Job, Progress, Step};
 use crate::engine::log::{Extent, Log, Prefix};
 use crate::engine::{checkpoint, disk};
@@ -207,6 +208,12 @@ impl Recorder {
         tables: Vec<(&'static str, Log)>,
         progress: Progress,
     ) -> Result<Self> {
+        let contents = super::contents(experiment.contents(), !experiment.inputs().is_empty());
+        describe(
+            directory,
+            &format!("{}, seed {seed}: a run of oneiro", experiment.name()),
+            &contents,
+        )?;
         Ok(Self {
             directory: directory.to_owned(),
             _lock: lock,

@@ -3,6 +3,7 @@
 use ::csv::{QuoteStyle, Writer, WriterBuilder};
 
 use super::numbers::significant;
+use crate::contents::Column;
 
 /// Significant digits of a number.
 const DIGITS: usize = 6;
@@ -11,19 +12,19 @@ const DIGITS: usize = 6;
 pub(crate) struct Csv(Writer<Vec<u8>>);
 
 impl Csv {
-    /// Starts a file with the names of its columns and no rows.
-    pub(crate) fn new(columns: impl IntoIterator<Item = impl AsRef<[u8]>>) -> Self {
+    /// A file that has the names of its columns and no rows yet.
+    pub(crate) fn new<'a>(columns: impl IntoIterator<Item = &'a Column>) -> Self {
         Self::with(QuoteStyle::Necessary, columns)
     }
 
     /// Starts a file for rows whose fields are already quoted where necessary.
-    pub(crate) fn quoted_already(columns: impl IntoIterator<Item = impl AsRef<[u8]>>) -> Self {
+    pub(crate) fn quoted_already<'a>(columns: impl IntoIterator<Item = &'a Column>) -> Self {
         Self::with(QuoteStyle::Never, columns)
     }
 
-    fn with(quotes: QuoteStyle, columns: impl IntoIterator<Item = impl AsRef<[u8]>>) -> Self {
+    fn with<'a>(quotes: QuoteStyle, columns: impl IntoIterator<Item = &'a Column>) -> Self {
         let mut csv = Self(WriterBuilder::new().quote_style(quotes).from_writer(Vec::new()));
-        csv.row(columns);
+        csv.row(columns.into_iter().map(|column| column.name.as_bytes()));
         csv
     }
 

@@ -16,6 +16,7 @@ use std::sync::Arc;
 use serde_json::Value;
 
 use crate::console::Console;
+use crate::contents::{Column, Entry};
 use crate::engine::handle::Engine;
 use crate::engine::job::Job;
 use crate::exit::{Failure, Result};
@@ -72,6 +73,8 @@ pub(crate) trait Experiment: Debug + Send + Sync {
     fn tables(&self, recording: Recording) -> Vec<Table>;
     /// Files of a run that contain only results, in the order in which they are hashed.
     fn results(&self) -> &'static [&'static str];
+    /// The files of a run's directory that other kinds of runs don't have.
+    fn contents(&self) -> Vec<Entry>;
 
     /// Columns of a run's results in a sweep's table.
     fn outcomes(&self) -> Vec<Column>;
@@ -150,20 +153,6 @@ pub(crate) struct Table {
     /// Its first bytes.
     pub(crate) head: Vec<u8>,
 }
-
-/// Type of a column's cells. An empty cell is a missing value.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Holds {
-    /// Integers from -2^63 to 2^63 - 1.
-    Whole,
-    /// Numbers in f64, including NaN and infinities.
-    Number,
-    /// Text.
-    Text,
-}
-
-/// Name and type of a column.
-pub(crate) type Column = (&'static str, Holds);
 
 /// Columns that a sweep's report shows, with their names for readers.
 #[derive(Clone, Copy, Debug)]

@@ -12,6 +12,7 @@ use super::claims::Claim;
 use super::file::{Arm, StudyFile};
 use super::verdicts::{Assumed, Sensitivity};
 use crate::console::{Console, columns};
+use crate::contents::{Column, Entry, describe};
 use crate::engine::disk;
 use crate::exit::{Failure, Result};
 use crate::report::csv::Csv;
@@ -19,6 +20,44 @@ use crate::sealed;
 
 /// File that records the settings of the study in a directory.
 const SETTINGS: &str = "study.json";
+const RESULTS: &str = "results.json";
+const CLAIMS: &str = "claims.json";
+const REPORT: &str = "report.html";
+const SENSITIVITY: &str = "sensitivity.csv";
+/// The directory of the study under each other arm.
+const ARMS: &str = "arms";
+
+static ARM: Column = Column::text("arm", "the arm: which assumption is another");
+static CLAIM: Column = Column::text("CLAIM", "a column for each claim, by its number: the verdict on it");
+
+/// The files of a study's directory: its own, among those that every study has.
+pub(super) fn contents(own: Vec<Entry>, sensitivity: bool) -> Vec<Entry> {
+    let mut all = vec![
+        Entry::file(
+            REPORT,
+            "the report: each claim of the paper judged, with figures and tables",
+        ),
+        Entry::file(CLAIMS, "each claim with its verdict, its figures and its tests"),
+        Entry::file(RESULTS, "what the study found, before anything is judged"),
+    ];
+    all.extend(own);
+    if sensitivity {
+        let verdicts = "with `--sensitivity`: a row for each arm";
+        all.push(Entry::table(SENSITIVITY, verdicts, [&ARM, &CLAIM]));
+        all.push(Entry::file(
+            format!("{ARMS}/"),
+            "with `--sensitivity`: the study's directory under each other arm",
+        ));
+    }
+    all.extend([
+        Entry::file(SETTINGS, "the arguments that the study was begun with"),
+        Entry::file(
+            "cohorts/",
+            "runs that are done, so that a study that was stopped goes on",
+        ),
+    ]);
+    all
+}
 
 /// A study under one arm.
 pub(super) trait Reproduction {
@@ -38,6 +77,9 @@ pub(super) trait Reproduction {
 
     /// The results as JSON.
     fn json(&self, found: &Self::Found) -> Result<Vec<u8>>;
+
+    /// The files of its directory that other studies don't have.
+    fn contents(&self) -> Vec<Entry>;
 
     /// Names and contents of the CSV files.
     fn csv(&self, found: &Self::Found) -> Vec<(&'static str, String)>;
@@ -66,7 +108,7 @@ pub(super) fn reproduce<S: Reproduction>(
 ) -> Result {
     let main = under(request.arm)?;
     let out = request.out.map_or_else(|| usual(request, &main), Path::to_owned);
-    let (found, claims) = studied(&main, &out, console)?;
+    let (found, claims) = studied(&main, &out, request.sensitivity, console)?;
     if request.sensitivity {
         let mut arms = Sensitivity {
             main: Assumed {
@@ -79,12 +121,12 @@ pub(super) fn reproduce<S: Reproduction>(
             let mut own = Vec::new();
             for arm in group.arms {
                 console.say(format!("arm {}", arm.name));
-                let (_, claims) = studied(&under(&arm.name)?, &out.join("arms").join(&arm.name), console)?;
+                let (_, claims) = studied(&under(&arm.name)?, &out.join(ARMS).join(&arm.name), false, console)?;
                 own.push(Assumed { arm, claims });
             }
             arms.groups.push((group.about, own));
         }
-        disk::write(&out.join("sensitivity.csv"), sensitivity(&arms).as_bytes())?;
+        disk::write(&out.join(SENSITIVITY), sensitivity(&arms).as_bytes())?;
         write_report(&main, &out, &found, &claims, Some(&arms))?;
     }
     tell(&claims, &out, console)
@@ -97,13 +139,19 @@ fn usual(request: &Request<'_>, study: &impl Reproduction) -> PathBuf {
 }
 
 /// Runs one study in its directory and writes all of its files.
-fn studied<S: Reproduction>(study: &S, path: &Path, console: Console) -> Result<(S::Found, Vec<Claim>)> {
+fn studied<S: Reproduction>(
+    study: &S,
+    path: &Path,
+    sensitivity: bool,
+    console: Console,
+) -> Result<(S::Found, Vec<Claim>)> {
     let directory = Directory::open(path, study)?;
+    describe(path, "A study of oneiro", &contents(study.contents(), sensitivity))?;
     let found = study.run(&directory, console)?;
     let claims = study.judge(&found);
-    disk::write(&path.join("results.json"), &study.json(&found)?)?;
+    disk::write(&path.join(RESULTS), &study.json(&found)?)?;
     let text = serde_json::to_vec_pretty(&claims).map_err(Failure::failed)?;
-    disk::write(&path.join("claims.json"), &text)?;
+    disk::write(&path.join(CLAIMS), &text)?;
     for (name, csv) in study.csv(&found) {
         disk::write(&path.join(name), csv.as_bytes())?;
     }
@@ -118,13 +166,15 @@ fn write_report<S: Reproduction>(
     claims: &[Claim],
     arms: Option<&Sensitivity>,
 ) -> Result {
-    disk::write(&path.join("report.html"), study.html(found, claims, arms).as_bytes())
+    disk::write(&path.join(REPORT), study.html(found, claims, arms).as_bytes())
 }
 
 /// Claims by assumption as CSV: one row per assumption, one column per claim.
 fn sensitivity(arms: &Sensitivity) -> String {
     let ids = arms.main.claims.iter().map(|claim| claim.id.as_str());
-    let mut table = Csv::new(std::iter::once("arm").chain(ids));
+    let claim = |id: &str| CLAIM.clone().named(id.to_owned());
+    let columns: Vec<Column> = std::iter::once(ARM.clone()).chain(ids.map(claim)).collect();
+    let mut table = Csv::new(&columns);
     for Assumed { arm, claims } in arms.all() {
         let verdicts = claims.iter().map(|claim| claim.verdict.to_string());
         table.row(std::iter::once(arm.name.clone()).chain(verdicts));

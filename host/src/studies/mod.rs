@@ -9,6 +9,12 @@ pub(crate) mod miglino1995;
 pub(crate) mod odowd2014;
 mod verdicts;
 
+/// The files of any directory of the 1995 study, and of the 2014 study.
+#[cfg(test)]
+pub(crate) fn all_contents() -> [Vec<crate::contents::Entry>; 2] {
+    [miglino1995::contents(true, true), odowd2014::contents(true)].map(|own| directory::contents(own, true))
+}
+
 /// The claims of the papers.
 const MIGLINO1995_CLAIMS: &str = include_str!("../../../experiments/miglino1995/claims.toml");
 const ODOWD2014_CLAIMS: &str = include_str!("../../../experiments/odowd2014/claims.toml");

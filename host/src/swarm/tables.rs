@@ -6,13 +6,54 @@ use oneiro::foraging::Light;
 
 use super::record::{RobotInterval, Run};
 use super::settings::Settings;
+use crate::contents::{Column, head};
 use crate::statistics::mean;
 
-/// The table of intervals: its file, and its first line.
+/// The table of intervals: its file, and its columns.
 pub(crate) const INTERVALS: &str = "intervals.csv";
-pub(crate) const INTERVALS_HEAD: &str = "interval,robot,s0,chosen_under,g0,g1,real,simulated,heard,reached,taken\n";
-/// The table of food: its file.
+pub(crate) static INTERVALS_COLUMNS: [Column; 11] = [
+    Column::whole(
+        "interval",
+        "",
+        "its number, from 0, by the robot's own clock (`swarm.clock.interval_s`)",
+    ),
+    Column::whole("robot", "", "its number, from 0"),
+    Column::number("s0", "0 to 0.99", "the gene of its simulator"),
+    Column::number(
+        "chosen_under",
+        "0 to 0.99",
+        "the gene of the simulator in which the controller that acts was chosen",
+    ),
+    Column::number(
+        "g0",
+        "0 to 0.99",
+        "the controller that acts at the interval's end: the behaviour with food",
+    ),
+    Column::number("g1", "0 to 0.99", "the behaviour without food"),
+    Column::number(
+        "real",
+        "",
+        "the fitness that it earned in the arena in this interval; in the study's null, what another robot earned",
+    ),
+    Column::number(
+        "simulated",
+        "",
+        "what the same controller earned in the simulator in which it was chosen; empty in the first interval",
+    ),
+    Column::whole("heard", "robots", "how many it heard"),
+    Column::whole(
+        "reached",
+        "robots",
+        "how many are linked with it by this interval's encounters, itself included",
+    ),
+    Column::whole("taken", "", "1 if its next simulator came from another robot, else 0"),
+];
+/// The table of food: its file, and its columns.
 pub(crate) const FOOD: &str = "food.csv";
+pub(crate) static FOOD_COLUMNS: [Column; 2] = [
+    Column::whole("second", "s", "its number, from 0"),
+    Column::whole("brought", "items", "food that all robots brought in that second"),
+];
 
 /// A line for each robot in an interval.
 pub(crate) fn interval_rows(interval: usize, robots: &[RobotInterval]) -> String {
@@ -47,7 +88,7 @@ impl Run {
 
     /// The table of food: a line for each second.
     pub(crate) fn food_table(&self) -> String {
-        let mut text = String::from("second,brought\n");
+        let mut text = head(&FOOD_COLUMNS);
         for (second, food) in self.brought.iter().enumerate() {
             let _ = writeln!(text, "{second},{food}");
         }

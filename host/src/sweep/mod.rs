@@ -31,12 +31,13 @@ use std::sync::Arc;
 use oneiro::world::Controller;
 use rayon::prelude::*;
 
+use crate::contents::Column;
 use crate::exit::{Failure, Result};
 use crate::experiment::source::{Parsed, Setting};
 use crate::experiment::{self, Files};
 use crate::files;
 use crate::reality::site::Site;
-use crate::runs::{self, Column, Experiment, Reality, Recording, Shown};
+use crate::runs::{self, Experiment, Reality, Recording, Shown};
 use file::SweepFile;
 
 /// Index of a run: by cell, then by seed.

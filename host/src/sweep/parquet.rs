@@ -14,9 +14,9 @@ use parquet::file::properties::WriterProperties;
 use parquet::file::writer::{SerializedColumnWriter, SerializedFileWriter};
 use parquet::schema::types::{ColumnPath, Type};
 
+use crate::contents::{self, Holds};
 use crate::engine::disk::write_through;
 use crate::exit::{Failure, Result};
-use crate::runs::Holds;
 
 /// Rows of a row group. Only one group is in memory at a time, whatever the table's length.
 const ROWS: usize = 1 << 17;
@@ -28,7 +28,7 @@ const ROWS: usize = 1 << 17;
 /// # Errors
 /// Exit 5 with the line and the column if the CSV file is missing or has a cell of the wrong type; exit 6 if reading or
 /// writing fails.
-pub(crate) fn convert(csv: &Path, parquet: &Path, columns: &[(String, Holds)]) -> Result {
+pub(crate) fn convert(csv: &Path, parquet: &Path, columns: &[contents::Column]) -> Result {
     let mut table = Table::open(csv, columns)?;
     let unwritten = |error| Failure::storage(parquet, &system(error));
     write_through(parquet, |file| {
@@ -51,8 +51,8 @@ fn system(error: ParquetError) -> io::Error {
     }
 }
 
-fn schema(columns: &[(String, Holds)]) -> Written<Arc<Type>> {
-    let column = |(name, holds): &(String, Holds)| {
+fn schema(columns: &[contents::Column]) -> Written<Arc<Type>> {
+    let column = |contents::Column { name, holds, .. }: &contents::Column| {
         let (physical, logical) = match holds {
             Holds::Whole => (Physical::INT64, None),
             Holds::Number => (Physical::DOUBLE, None),
@@ -74,19 +74,21 @@ fn schema(columns: &[(String, Holds)]) -> Written<Arc<Type>> {
 /// Runs and generations count up, so their differences are tiny. Numbers of similar size share bytes, which the
 /// compression sees if bytes are grouped by position. A dictionary would only enlarge columns of mostly distinct
 /// values, such as scores.
-fn properties(columns: &[(String, Holds)]) -> WriterProperties {
+fn properties(columns: &[contents::Column]) -> WriterProperties {
     let properties = WriterProperties::builder()
         .set_created_by(concat!("oneiro version ", env!("CARGO_PKG_VERSION")).to_owned())
         .set_compression(Compression::SNAPPY)
         .set_dictionary_enabled(false);
-    let encoded = columns.iter().fold(properties, |properties, (name, holds)| {
-        let encoding = match holds {
-            Holds::Whole => Encoding::DELTA_BINARY_PACKED,
-            Holds::Number => Encoding::BYTE_STREAM_SPLIT,
-            Holds::Text => Encoding::PLAIN,
-        };
-        properties.set_column_encoding(ColumnPath::from(name.clone()), encoding)
-    });
+    let encoded = columns
+        .iter()
+        .fold(properties, |properties, contents::Column { name, holds, .. }| {
+            let encoding = match holds {
+                Holds::Whole => Encoding::DELTA_BINARY_PACKED,
+                Holds::Number => Encoding::BYTE_STREAM_SPLIT,
+                Holds::Text => Encoding::PLAIN,
+            };
+            properties.set_column_encoding(ColumnPath::from(name.to_string()), encoding)
+        });
     encoded.build()
 }
 
@@ -100,7 +102,7 @@ struct Table<'a> {
 }
 
 impl<'a> Table<'a> {
-    fn open(path: &'a Path, columns: &'a [(String, Holds)]) -> Result<Self> {
+    fn open(path: &'a Path, columns: &'a [contents::Column]) -> Result<Self> {
         let file = File::open(path).map_err(|error| match error.kind() {
             io::ErrorKind::NotFound => Failure::corrupt(format_args!("{}: is missing", path.display())),
             _ => Failure::storage(path, &error),
@@ -194,7 +196,7 @@ enum Cells {
 }
 
 impl<'a> Column<'a> {
-    fn new((name, holds): &'a (String, Holds)) -> Self {
+    fn new(contents::Column { name, holds, .. }: &'a contents::Column) -> Self {
         Self {
             name,
             holds: Vec::new(),
@@ -263,10 +265,17 @@ mod tests {
         }
 
         /// Converts a table with these columns.
-        fn convert(&self, text: impl AsRef<[u8]>, columns: &[(&str, Holds)]) -> Result<SerializedFileReader<File>> {
+        fn convert(
+            &self,
+            text: impl AsRef<[u8]>,
+            columns: &[(&'static str, Holds)],
+        ) -> Result<SerializedFileReader<File>> {
             let csv = self.0.join("table.csv");
             fs::write(&csv, text).unwrap();
-            let columns: Vec<_> = columns.iter().map(|&(name, holds)| (name.to_owned(), holds)).collect();
+            let columns = columns
+                .iter()
+                .map(|&(name, holds)| contents::Column::new(name, "", "", holds));
+            let columns: Vec<_> = columns.collect();
             convert(&csv, &self.table(), &columns)?;
             Ok(SerializedFileReader::new(File::open(self.table()).unwrap()).unwrap())
         }
@@ -427,7 +436,7 @@ mod tests {
     #[test]
     fn disk_errors_are_reported() {
         let scratch = Scratch::new("disk");
-        let columns = [("run".to_owned(), Holds::Whole)];
+        let columns = [contents::Column::whole("run", "", "")];
         let refused = |csv: &Path, parquet: &Path| convert(csv, parquet, &columns).unwrap_err();
         let missing = refused(&scratch.0.join("no.csv"), &scratch.table());
         assert_eq!(missing.code(), 5);

@@ -3,6 +3,7 @@
 
 use std::path::Path;
 
+use crate::contents::{Column, Entry};
 use crate::exit::Result;
 use crate::report::numbers::{count, probability};
 use crate::report::page;
@@ -31,6 +32,26 @@ use sample::Sample;
 
 /// Significant digits of outcomes.
 const DIGITS: usize = 6;
+
+/// The files of a report.
+pub(crate) const PAGE: &str = "report.html";
+pub(crate) const CELLS: &str = "cells.csv";
+pub(crate) const EFFECTS: &str = "effects.csv";
+
+/// The same, described; `factors` are the columns of what was swept.
+pub(super) fn contents(factors: &[Column]) -> Vec<Entry> {
+    let others = Column::number("mean_OUTCOME", "", "a column for each other outcome: its mean");
+    let cells = cells::columns(factors, std::slice::from_ref(&others));
+    vec![
+        Entry::file(PAGE, "after `oneiro sweep report`: figures, tables and tests"),
+        Entry::table(CELLS, "the same: a row for each cell, the best first", &cells),
+        Entry::table(
+            EFFECTS,
+            "the same: a row for each two levels and each two cells that it compares",
+            &comparisons::COLUMNS,
+        ),
+    ]
+}
 
 /// Input of a report.
 pub(crate) struct Tables<'a> {

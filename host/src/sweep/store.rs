@@ -19,6 +19,7 @@ use serde::{Deserialize, Serialize};
 
 use super::journal::{Line, Logged};
 use super::{Plan, RunIndex, Sweep};
+use crate::contents::README;
 use crate::engine::disk;
 use crate::exit::{Failure, Result};
 
@@ -219,7 +220,7 @@ impl Store {
         let made = Made::new(sweep, plan);
         fs::create_dir_all(directory).map_err(|error| Failure::unreadable(directory, &error))?;
         if Self::made(directory)?.is_none() {
-            Self::make(directory, sweep, made.clone())?;
+            Self::make(directory, sweep, plan, made.clone())?;
         }
         if let Some(difference) = Self::made(directory)?.and_then(|other| made.differs_from(&other)) {
             return Err(Failure::input(format_args!(
@@ -234,7 +235,7 @@ impl Store {
     }
 
     /// Shards may begin at the same time: the first one makes the directory.
-    fn make(directory: &Path, sweep: &Sweep, made: Made) -> Result {
+    fn make(directory: &Path, sweep: &Sweep, plan: &Plan, made: Made) -> Result {
         // Other people's directories don't even get a lock file.
         refuse_others(directory).or_else(|refusal| match Self::made(directory)? {
             Some(_) => Ok(()),
@@ -254,6 +255,7 @@ impl Store {
         };
         let mut text = serde_json::to_string_pretty(&made).expect("numbers and words");
         text.push('\n');
+        super::tables::describe(directory, sweep, plan)?;
         disk::write(&directory.join(MADE), text.as_bytes())?;
         disk::sync_directory(directory)
     }
@@ -426,7 +428,8 @@ fn refuse_others(directory: &Path) -> Result {
         .map_err(|error| Failure::storage(directory, &error))?;
     let is_begun = directory.join(LOCK).is_file();
     let is_own = |name: &OsString| {
-        [LOCK, SWEEP, EXPERIMENT].iter().any(|own| name == *own) || name.to_string_lossy().ends_with(disk::TEMPORARY)
+        [LOCK, SWEEP, EXPERIMENT, README].iter().any(|own| name == *own)
+            || name.to_string_lossy().ends_with(disk::TEMPORARY)
     };
     if names.iter().all(|name| is_begun && is_own(name)) {
         return Ok(());

@@ -22,8 +22,9 @@ use std::sync::{Arc, OnceLock};
 use oneiro::batch::Worlds;
 use serde_json::json;
 
-use super::{Audit, Column, Holds, Reality, Recorded, Recording, Replay, Shown, Summary, Table};
+use super::{Audit, Reality, Recorded, Recording, Replay, Shown, Summary, Table};
 use crate::console::{Console, decimal};
+use crate::contents::{self, Column, Entry};
 use crate::engine::disk;
 use crate::engine::handle::Engine;
 use crate::engine::job::{Job, Place};
@@ -49,40 +50,116 @@ const FITNESS: &str = "fitness.npy";
 const TRACE: &str = "trace.csv";
 const PATH: &str = "path.svg";
 const LEARNING_CURVE: &str = "learning-curve.svg";
+const REPLAY: &str = "replay.csv";
+const REPLAY_PATH: &str = "replay.svg";
 
-/// Best single score of the run and the individual that reached it; of the last generation, the mean score of the
-/// parents and of all; the number of NaN scores in the whole run; the champion's mean, its 95 % confidence interval,
-/// and its number. Without finalists the champion's cells are empty: it has the best score.
-const OUTCOMES: [Column; 11] = [
-    ("best", Holds::Number),
-    ("best_generation", Holds::Whole),
-    ("best_individual", Holds::Whole),
-    ("peak", Holds::Number),
-    ("mean", Holds::Number),
-    ("nan", Holds::Whole),
-    ("champion_mean", Holds::Number),
-    ("champion_low", Holds::Number),
-    ("champion_high", Holds::Number),
-    ("champion_generation", Holds::Whole),
-    ("champion_individual", Holds::Whole),
+/// What a run gives in a sweep's table of results.
+static OUTCOMES: [Column; 11] = [
+    Column::number("best", "", "the highest score of any individual in its generation"),
+    Column::whole("best_generation", "", "the generation of that individual, the luckiest"),
+    Column::whole("best_individual", "", "its index in the generation"),
+    Column::number(
+        "peak",
+        "",
+        "of the last generation: the mean fitness of those that would become parents",
+    ),
+    Column::number("mean", "", "of the last generation: the mean fitness of all"),
+    Column::whole(
+        "nan",
+        "",
+        "how many fitness values of the whole run were NaN. They ranked last",
+    ),
+    Column::number(
+        "champion_mean",
+        "",
+        "the mean of the champion's fresh lives (`evolution.finalist_lives`). Empty without finalists, whose champion is the \
+         luckiest",
+    ),
+    Column::number(
+        "champion_low",
+        "",
+        "the lower bound of that mean's 95 % confidence interval, by Student's t",
+    ),
+    Column::number("champion_high", "", "the upper bound"),
+    Column::whole("champion_generation", "", "the champion's generation"),
+    Column::whole("champion_individual", "", "its index in the generation"),
 ];
-/// Of the last offspring, which were never selected: mean fitness in the simulator, mean and best fitness in reality.
-const OUTCOMES_OF_REALITY: [Column; 3] = [
-    ("simulated", Holds::Number),
-    ("real", Holds::Number),
-    ("real_best", Holds::Number),
+/// Of the last offspring, which nobody selected.
+static OUTCOMES_OF_REALITY: [Column; 3] = [
+    Column::number(
+        "simulated",
+        "",
+        "with `[reality]`, of the offspring of the last generation, before any selection: their mean fitness in the simulator",
+    ),
+    Column::number(
+        "real",
+        "",
+        "with `[reality]`, of the same: their mean fitness in reality",
+    ),
+    Column::number(
+        "real_best",
+        "",
+        "with `[reality]`, of the same: the highest fitness in reality",
+    ),
 ];
-const COLUMNS: [Column; 9] = [
-    ("generation", Holds::Whole),
-    ("best", Holds::Number),
-    ("peak", Holds::Number),
-    ("mean", Holds::Number),
-    ("least", Holds::Number),
-    ("deviation", Holds::Number),
-    ("individual", Holds::Whole),
-    ("nan", Holds::Whole),
-    ("best_bits", Holds::Text),
-];
+
+/// The files of a run's directory.
+fn files(has_finalists: bool, has_individuals: bool) -> Vec<Entry> {
+    let mut all = vec![
+        Entry::table(GENERATIONS, "a row for each generation", &rows::COLUMNS),
+        Entry::file(
+            CHAMPION,
+            "the champion: its score in its generation as a number and as bits, the mean of its fresh lives with the 95 % \
+             confidence interval, who it is, the keys of its random numbers, and its genes with their names",
+        ),
+        Entry::file(CHAMPION_GENES, "its genes, f32"),
+    ];
+    if has_finalists {
+        let luckiest = "the same of the individual with the highest score in its generation, where there are finalists";
+        all.push(Entry::file(LUCKIEST, luckiest));
+        all.push(Entry::file(LUCKIEST_GENES, "its genes, f32"));
+    }
+    all.push(Entry::file(
+        POPULATION,
+        "the last generation's genes, f32, individuals x genes",
+    ));
+    all.push(Entry::file(FITNESS, "the last generation's fitness, f32"));
+    if has_individuals {
+        all.push(Entry::file(
+            INDIVIDUALS,
+            "every individual that ever lived (`record.individuals`): f32, generations x individuals x (genes + 1), the last \
+             number its fitness",
+        ));
+    }
+    let record = "the champion's first life, a row for each cycle, or for each Nth of more than 10,000";
+    let again = "after `oneiro replay`: the drawn life, with the columns of `trace.csv`";
+    all.extend([
+        Entry::table(TRACE, record, trace::columns()),
+        Entry::file(PATH, "a picture of that life"),
+        Entry::file(LEARNING_CURVE, "a picture of the evolution"),
+        Entry::file(REPLAY, again),
+        Entry::file(REPLAY_PATH, "after `oneiro replay`: a picture of that life"),
+    ]);
+    all
+}
+
+/// The files of the directory of any run.
+#[cfg(test)]
+pub(crate) fn all_contents() -> Vec<Entry> {
+    files(true, true)
+}
+
+/// The columns of a run's table of steps.
+#[cfg(test)]
+pub(crate) fn all_steps() -> &'static [Column] {
+    &rows::COLUMNS
+}
+
+/// The columns of what runs give in a sweep's table of results, of any sweep.
+#[cfg(test)]
+pub(crate) fn all_outcomes() -> Vec<Column> {
+    [&OUTCOMES[..], &OUTCOMES_OF_REALITY].concat()
+}
 
 /// An experiment with single robots.
 #[derive(Debug)]
@@ -260,7 +337,7 @@ impl super::Experiment for Single {
     fn tables(&self, recording: Recording) -> Vec<Table> {
         let mut tables = vec![Table {
             file: GENERATIONS,
-            head: Row::HEAD.into(),
+            head: contents::head(&rows::COLUMNS).into_bytes(),
         }];
         if recording == Recording::Directory && self.experiment.settings().record.individuals {
             tables.push(Table {
@@ -287,13 +364,20 @@ impl super::Experiment for Single {
         }
     }
 
+    fn contents(&self) -> Vec<Entry> {
+        files(
+            self.experiment.finalists() > 0,
+            self.experiment.settings().record.individuals,
+        )
+    }
+
     fn outcomes(&self) -> Vec<Column> {
         let reality: &[Column] = if self.has_reality() { &OUTCOMES_OF_REALITY } else { &[] };
-        [&OUTCOMES, reality].concat()
+        [&OUTCOMES[..], reality].concat()
     }
 
     fn columns(&self) -> &'static [Column] {
-        &COLUMNS
+        &rows::COLUMNS
     }
 
     fn shown(&self) -> Shown {

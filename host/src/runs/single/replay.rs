@@ -10,7 +10,7 @@ use serde_json::json;
 
 use super::job::{keys, score};
 use super::trace::trace_csv;
-use super::{Experiment, Recorded, Replay};
+use super::{Experiment, REPLAY, REPLAY_PATH, Recorded, Replay};
 use crate::console::{Console, decimal};
 use crate::engine::disk;
 use crate::engine::handle::Engine;
@@ -94,7 +94,7 @@ pub(super) fn run(
 
     let directory = replay.out;
     fs::create_dir_all(directory).map_err(|error| Failure::unreadable(directory, &error))?;
-    let (path, table) = (directory.join("replay.svg"), directory.join("replay.csv"));
+    let (path, table) = (directory.join(REPLAY_PATH), directory.join(REPLAY));
     disk::write(&path, picture.as_bytes())?;
     disk::write(&table, trace_csv(&trace, every).as_bytes())?;
     let collisions = trace.iter().filter(|record| record.collided > 0.0).count();

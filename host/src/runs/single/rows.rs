@@ -1,6 +1,28 @@
 //! The table of generations.
 
+use crate::contents::{Column, head};
 use crate::evolve::Generation;
+
+/// The table's columns.
+pub(super) static COLUMNS: [Column; 9] = [
+    Column::whole("generation", "", "its number, from 0"),
+    Column::number("best", "", "the highest fitness"),
+    Column::number(
+        "peak",
+        "",
+        "the mean fitness of those that become parents (`evolution.parents`)",
+    ),
+    Column::number("mean", "", "the mean fitness of all"),
+    Column::number("least", "", "the lowest fitness"),
+    Column::number("deviation", "", "the standard deviation of the fitness of all"),
+    Column::whole("individual", "", "the index of the best"),
+    Column::whole(
+        "nan",
+        "",
+        "how many fitness values were NaN. They rank last and are in no other column",
+    ),
+    Column::text("best_bits", "`best` as its 32 bits, in hex"),
+];
 
 /// One row of `generations.csv`: statistics of a generation. NaN scores are counted and left out of the rest;
 /// statistics without any score are NaN.
@@ -25,9 +47,6 @@ pub(crate) struct Row {
 }
 
 impl Row {
-    /// First line of the table. `best_bits` is `best` as its 32 bits in hex.
-    pub(crate) const HEAD: &str = "generation,best,peak,mean,least,deviation,individual,nan,best_bits\n";
-
     /// Statistics of a generation with `parents` parents.
     pub(crate) fn new(generation: &Generation, parents: u32) -> Self {
         let score = |&individual: &u32| generation.fitness[individual as usize];
@@ -81,8 +100,9 @@ impl Row {
 
     /// Parses a table, or returns a problem with its line.
     pub(super) fn parse(text: &str) -> Result<Vec<Self>, String> {
-        let Some(lines) = text.strip_prefix(Self::HEAD) else {
-            return Err(format!("line 1: is not {}", Self::HEAD.trim_end()));
+        let head = head(&COLUMNS);
+        let Some(lines) = text.strip_prefix(&*head) else {
+            return Err(format!("line 1: is not {}", head.trim_end()));
         };
         let rows = lines.lines().zip(2..).map(|(line, number)| {
             Self::parse_line(line).ok_or_else(|| format!("line {number}: is not a generation's"))
@@ -151,15 +171,11 @@ mod tests {
         let rows: Vec<Row> = [[0.1, -3.5], [1e-9, 0.0]]
             .map(|fitness| Row::new(&generation(&fitness, &[0, 1]), 1))
             .to_vec();
-        let again = Row::parse(&(Row::HEAD.to_owned() + &rows[0].line() + &rows[1].line())).unwrap();
+        let again = Row::parse(&(head(&COLUMNS) + &rows[0].line() + &rows[1].line())).unwrap();
         assert_eq!(again[0].best, 0.1);
         assert_eq!(again[1].best, 1e-9);
         assert_eq!(again.len(), 2);
         assert!(Row::parse("").unwrap_err().contains("line 1"));
-        assert!(
-            Row::parse(&format!("{}1,2\n", Row::HEAD))
-                .unwrap_err()
-                .contains("line 2")
-        );
+        assert!(Row::parse(&(head(&COLUMNS) + "1,2\n")).unwrap_err().contains("line 2"));
     }
 }

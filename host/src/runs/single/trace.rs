@@ -4,6 +4,7 @@ use std::fmt::Write;
 
 use oneiro::batch::Record;
 
+use crate::contents::{Column, head};
 use crate::experiment::Experiment;
 
 /// Cycles from one record of a champion's trace to the next: a long life is traced less often.
@@ -19,10 +20,12 @@ pub(crate) fn trace_csv(trace: &[Record], every: u32) -> String {
 
 /// The names of the columns.
 pub(crate) fn trace_head() -> String {
-    let names: Vec<&str> = std::iter::once("cycle")
-        .chain(COLUMNS.iter().map(|(name, _)| *name))
-        .collect();
-    names.join(",") + "\n"
+    head(columns())
+}
+
+/// The columns of a trace.
+pub(super) fn columns() -> impl Iterator<Item = &'static Column> {
+    std::iter::once(&CYCLE).chain(COLUMNS.iter().map(|(column, _)| column))
 }
 
 /// Lines of a trace, from that of the cycle `first` on.
@@ -31,7 +34,7 @@ pub(crate) fn trace_lines(trace: &[Record], first: u32, every: u32) -> String {
     for (record, index) in trace.iter().zip(0_u64..) {
         // Writing to a string can't fail.
         let _ = write!(text, "{}", u64::from(first) + index * u64::from(every));
-        for (_, value) in COLUMNS {
+        for (_, value) in &COLUMNS {
             let _ = write!(text, ",{}", value(record));
         }
         text.push('\n');
@@ -39,39 +42,41 @@ pub(crate) fn trace_lines(trace: &[Record], first: u32, every: u32) -> String {
     text
 }
 
-type Column = (&'static str, fn(&Record) -> f32);
+type Traced = (Column, fn(&Record) -> f32);
 
+static CYCLE: Column = Column::whole("cycle", "100 ms", "its number, from 0");
 /// The pose at the start of a cycle, what was perceived there, and what came of it; then the readings without sensor noise
 /// and the place that they are from. Programs may count columns, so new ones come last.
-const COLUMNS: [Column; 28] = [
-    ("x_mm", |record| record.x),
-    ("y_mm", |record| record.y),
-    ("heading_turns", |record| record.heading),
-    ("sensor_0", |record| record.sensor_0),
-    ("sensor_1", |record| record.sensor_1),
-    ("sensor_2", |record| record.sensor_2),
-    ("sensor_3", |record| record.sensor_3),
-    ("sensor_4", |record| record.sensor_4),
-    ("sensor_5", |record| record.sensor_5),
-    ("sensor_6", |record| record.sensor_6),
-    ("sensor_7", |record| record.sensor_7),
-    ("output_left", |record| record.left),
-    ("output_right", |record| record.right),
-    ("speed_left", |record| record.speed_left),
-    ("speed_right", |record| record.speed_right),
-    ("collided", |record| record.collided),
-    ("reward", |record| record.reward),
-    ("fitness", |record| record.fitness),
-    ("real_0", |record| record.real_0),
-    ("real_1", |record| record.real_1),
-    ("real_2", |record| record.real_2),
-    ("real_3", |record| record.real_3),
-    ("real_4", |record| record.real_4),
-    ("real_5", |record| record.real_5),
-    ("real_6", |record| record.real_6),
-    ("real_7", |record| record.real_7),
-    ("seen_x_mm", |record| record.seen_x),
-    ("seen_y_mm", |record| record.seen_y),
+#[rustfmt::skip]
+static COLUMNS: [Traced; 28] = [
+    (Column::number("x_mm", "mm", "the place at the beginning of the cycle"), |record| record.x),
+    (Column::number("y_mm", "mm", "the same"), |record| record.y),
+    (Column::number("heading_turns", "turns", "the heading there, counter-clockwise from the x axis"), |record| record.heading),
+    (Column::number("sensor_0", "0 to 1", "the activation of `left_90` as perceived there, noise included"), |record| record.sensor_0),
+    (Column::number("sensor_1", "0 to 1", "of `left_45`"), |record| record.sensor_1),
+    (Column::number("sensor_2", "0 to 1", "of `left_10`"), |record| record.sensor_2),
+    (Column::number("sensor_3", "0 to 1", "of `right_10`"), |record| record.sensor_3),
+    (Column::number("sensor_4", "0 to 1", "of `right_45`"), |record| record.sensor_4),
+    (Column::number("sensor_5", "0 to 1", "of `right_90`"), |record| record.sensor_5),
+    (Column::number("sensor_6", "0 to 1", "of `back_right`"), |record| record.sensor_6),
+    (Column::number("sensor_7", "0 to 1", "of `back_left`"), |record| record.sensor_7),
+    (Column::number("output_left", "0 to 1", "the controller's output for the left wheel"), |record| record.left),
+    (Column::number("output_right", "0 to 1", "for the right wheel"), |record| record.right),
+    (Column::number("speed_left", "-1 to 1", "the selected speed of the left wheel as a share of the greatest"), |record| record.speed_left),
+    (Column::number("speed_right", "-1 to 1", "of the right wheel"), |record| record.speed_right),
+    (Column::number("collided", "", "1 if the cycle ended in a collision, else 0"), |record| record.collided),
+    (Column::number("reward", "", "the reward of the cycle"), |record| record.reward),
+    (Column::number("fitness", "", "the sum of the rewards so far, this cycle's included"), |record| record.fitness),
+    (Column::number("real_0", "0 to 1", "the activation of `left_90` before sensor noise"), |record| record.real_0),
+    (Column::number("real_1", "0 to 1", "of `left_45`"), |record| record.real_1),
+    (Column::number("real_2", "0 to 1", "of `left_10`"), |record| record.real_2),
+    (Column::number("real_3", "0 to 1", "of `right_10`"), |record| record.real_3),
+    (Column::number("real_4", "0 to 1", "of `right_45`"), |record| record.real_4),
+    (Column::number("real_5", "0 to 1", "of `right_90`"), |record| record.real_5),
+    (Column::number("real_6", "0 to 1", "of `back_right`"), |record| record.real_6),
+    (Column::number("real_7", "0 to 1", "of `back_left`"), |record| record.real_7),
+    (Column::number("seen_x_mm", "mm", "the place that the activations are from: the pose's, displaced by conservative noise"), |record| record.seen_x),
+    (Column::number("seen_y_mm", "mm", "the same"), |record| record.seen_y),
 ];
 
 #[cfg(test)]

@@ -9,8 +9,9 @@ use oneiro::batch::Worlds;
 use oneiro::foraging::Light;
 use serde_json::json;
 
-use super::{Audit, Column, Experiment, Holds, Recorded, Recording, Replay, Shown, Summary, Table};
+use super::{Audit, Experiment, Recorded, Recording, Replay, Shown, Summary, Table};
 use crate::console::Console;
+use crate::contents::{Column, Entry, head};
 use crate::engine::disk;
 use crate::engine::handle::Engine;
 use crate::engine::job::Job;
@@ -21,30 +22,56 @@ use crate::experiment::{self, Identities, Input};
 use crate::swarm::job::SwarmJob;
 use crate::swarm::record::{Case, Run};
 use crate::swarm::steps;
-use crate::swarm::tables::{FOOD, INTERVALS, INTERVALS_HEAD};
+use crate::swarm::tables::{FOOD, FOOD_COLUMNS, INTERVALS, INTERVALS_COLUMNS};
 
-/// Food in total and per robot-minute; and of the last fifth of the time, food per robot-minute, the share of
-/// simulators that have the light where it is, and their mean gene.
-const OUTCOMES: [Column; 5] = [
-    ("brought", Holds::Whole),
-    ("rate", Holds::Number),
-    ("late_rate", Holds::Number),
-    ("late_right", Holds::Number),
-    ("late_s0", Holds::Number),
+/// What a run gives in a sweep's table of results.
+static OUTCOMES: [Column; 5] = [
+    Column::whole("brought", "items", "food that all robots brought"),
+    Column::number("rate", "items a robot-minute", "food"),
+    Column::number(
+        "late_rate",
+        "items a robot-minute",
+        "food in the last fifth of the time",
+    ),
+    Column::number(
+        "late_right",
+        "0 to 1",
+        "the share of simulators that have the light where it is, in the last fifth of the time",
+    ),
+    Column::number(
+        "late_s0",
+        "0 to 0.99",
+        "the mean gene of simulators in the last fifth of the time",
+    ),
 ];
-const COLUMNS: [Column; 11] = [
-    ("interval", Holds::Whole),
-    ("robot", Holds::Whole),
-    ("s0", Holds::Number),
-    ("chosen_under", Holds::Number),
-    ("g0", Holds::Number),
-    ("g1", Holds::Number),
-    ("real", Holds::Number),
-    ("simulated", Holds::Number),
-    ("heard", Holds::Whole),
-    ("reached", Holds::Whole),
-    ("taken", Holds::Whole),
-];
+const REPLAY: &str = "replay.html";
+
+/// The files of the directory of any run.
+#[cfg(test)]
+pub(crate) fn all_contents() -> Vec<Entry> {
+    contents()
+}
+
+/// The columns of a run's table of steps.
+#[cfg(test)]
+pub(crate) fn all_steps() -> &'static [Column] {
+    &INTERVALS_COLUMNS
+}
+
+/// The columns of what runs give in a sweep's table of results.
+#[cfg(test)]
+pub(crate) fn all_outcomes() -> Vec<Column> {
+    OUTCOMES.to_vec()
+}
+
+fn contents() -> Vec<Entry> {
+    let intervals = "a row for each robot in each interval; none in the case `random`, in which nothing evolves";
+    vec![
+        Entry::table(INTERVALS, intervals, &INTERVALS_COLUMNS),
+        Entry::table(FOOD, "a row for each second", &FOOD_COLUMNS),
+        Entry::file(REPLAY, "after `oneiro replay`: a page that plays the run"),
+    ]
+}
 
 /// Food in each second, from a run's table.
 fn food(directory: &Path) -> Result<Vec<u32>> {
@@ -67,7 +94,7 @@ fn again(experiment: &SwarmExperiment, seed: u64, engine: &Engine, console: Cons
 /// Name of the first table that differs from the recorded one, if any.
 fn difference(run: &Run, directory: &Path) -> Result<Option<String>> {
     let tables = [
-        (INTERVALS, INTERVALS_HEAD.to_owned() + &run.interval_rows()),
+        (INTERVALS, head(&INTERVALS_COLUMNS) + &run.interval_rows()),
         (FOOD, run.food_table()),
     ];
     for (name, text) in tables {
@@ -144,7 +171,7 @@ impl Experiment for SwarmExperiment {
     fn tables(&self, _: Recording) -> Vec<Table> {
         vec![Table {
             file: INTERVALS,
-            head: INTERVALS_HEAD.into(),
+            head: head(&INTERVALS_COLUMNS).into_bytes(),
         }]
     }
 
@@ -152,12 +179,16 @@ impl Experiment for SwarmExperiment {
         &[INTERVALS, FOOD]
     }
 
+    fn contents(&self) -> Vec<Entry> {
+        contents()
+    }
+
     fn outcomes(&self) -> Vec<Column> {
         OUTCOMES.to_vec()
     }
 
     fn columns(&self) -> &'static [Column] {
-        &COLUMNS
+        &INTERVALS_COLUMNS
     }
 
     fn shown(&self) -> Shown {

@@ -5,7 +5,7 @@ use std::fs;
 use oneiro::swarm::SECOND;
 use serde_json::json;
 
-use super::{again, difference};
+use super::{REPLAY, again, difference};
 use crate::console::Console;
 use crate::engine::disk;
 use crate::engine::handle::Engine;
@@ -62,7 +62,7 @@ pub(super) fn run(
     });
     let directory = replay.out;
     fs::create_dir_all(directory).map_err(|error| Failure::unreadable(directory, &error))?;
-    let path = directory.join("replay.html");
+    let path = directory.join(REPLAY);
     disk::write(&path, page.as_bytes())?;
     if console.json() {
         return console.json_data(&json!({

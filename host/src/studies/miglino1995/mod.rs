@@ -22,6 +22,7 @@ use oneiro::world::Robot;
 
 pub(crate) use self::arguments::Arguments;
 use crate::console::{Console, columns};
+use crate::contents::Entry;
 use crate::engine::handle::Engine;
 use crate::exit::{Failure, Result};
 use crate::reality::Object;
@@ -152,6 +153,10 @@ impl Reproduction for Whole<'_> {
         serde_json::to_vec(results).map_err(Failure::failed)
     }
 
+    fn contents(&self) -> Vec<Entry> {
+        contents(self.recordings.is_none(), self.settings.is_full())
+    }
+
     fn csv(&self, (_, results): &Self::Found) -> Vec<(&'static str, String)> {
         report::csv_files(results)
     }
@@ -169,6 +174,21 @@ impl Reproduction for Whole<'_> {
             arms,
         })
     }
+}
+
+/// The files of the study's directory that other studies don't have.
+pub(super) fn contents(has_samples: bool, is_full: bool) -> Vec<Entry> {
+    let mut all = report::contents(is_full);
+    if has_samples {
+        let robot = "the sampled robot: a table and a picture for each kind of object, the motors, and each row as it was taken";
+        all.push(Entry::file("robot/", robot));
+    }
+    if is_full {
+        let variants =
+            "with `--full`: runs in other simulators that are done, so that a study that was stopped goes on";
+        all.push(Entry::file("variants", variants));
+    }
+    all
 }
 
 /// The recorded robot, if recordings are given.

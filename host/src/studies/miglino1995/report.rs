@@ -19,7 +19,7 @@ mod robot;
 #[cfg(test)]
 pub(super) mod tests;
 
-pub(crate) use csv::csv_files;
+pub(crate) use csv::{contents, csv_files};
 
 /// Input of a report.
 pub(crate) struct Report<'a> {

@@ -18,6 +18,7 @@ use oneiro::random::Key;
 
 pub(crate) use self::arguments::Arguments;
 use crate::console::Console;
+use crate::contents::Entry;
 use crate::engine::handle::Engine;
 use crate::exit::{Failure, Result};
 use crate::studies::assumptions::Assumption;
@@ -26,6 +27,7 @@ use crate::studies::directory::{self, Directory, Reproduction, Request};
 use crate::studies::file::{ODOWD2014, StudyFile};
 use crate::studies::verdicts::Sensitivity;
 use crate::{device, progress};
+pub(super) use report::contents;
 use results::Results;
 use study::{Asked, Study, combined};
 
@@ -141,6 +143,10 @@ impl Reproduction for Whole<'_> {
 
     fn json(&self, results: &Results) -> Result<Vec<u8>> {
         serde_json::to_vec(&report::summary(results)).map_err(Failure::failed)
+    }
+
+    fn contents(&self) -> Vec<Entry> {
+        contents(self.study.has_questions())
     }
 
     fn csv(&self, results: &Results) -> Vec<(&'static str, String)> {

@@ -27,7 +27,7 @@ mod system;
 #[cfg(test)]
 mod tests;
 
-pub(crate) use csv::csv_files;
+pub(crate) use csv::{contents, csv_files};
 pub(crate) use summary::summary;
 
 /// Input of a report.

@@ -126,6 +126,11 @@ impl Cohort<'_> {
 }
 
 impl Study {
+    /// Whether open questions are asked.
+    pub(crate) fn has_questions(&self) -> bool {
+        !self.questions.is_empty()
+    }
+
     /// Reads the study under an arm.
     ///
     /// # Errors

@@ -3,6 +3,7 @@
 use super::runs::{Cell, Runs};
 use super::sample::Sample;
 use super::{DIGITS, Tables};
+use crate::contents::Column;
 use crate::report::csv::{Csv, known};
 use crate::report::numbers::{count, shown};
 use crate::report::page::{self, Head, Row, Section, paragraph, table};
@@ -86,11 +87,14 @@ impl<'a> Cells<'a> {
 
     /// All cells as CSV, with the means of the other outcomes if they are numbers.
     pub(super) fn csv(&self, tables: &Tables<'_>, runs: &Runs) -> String {
-        let mut head: Vec<String> = vec!["cell".into()];
-        head.extend(runs.factors.iter().map(|factor| factor.name.clone()));
-        head.extend(["runs", "n", "mean", "sd", "median", "min", "max"].map(str::to_owned));
-        head.extend(tables.others.iter().map(|other| format!("mean_{other}")));
-        let mut table = Csv::new(head);
+        let column = |name: String| Column::number("", "", "").named(name);
+        let factors: Vec<Column> = runs.factors.iter().map(|factor| column(factor.name.clone())).collect();
+        let others: Vec<Column> = tables
+            .others
+            .iter()
+            .map(|other| column(format!("mean_{other}")))
+            .collect();
+        let mut table = Csv::new(&columns(&factors, &others));
         for (Ranked { cell, sample }, rank) in self.ranked.iter().zip(1_u64..) {
             let [least, _, median, _, greatest] = sample.quartiles();
             let mut row = vec![rank.to_string()];
@@ -108,6 +112,25 @@ impl<'a> Cells<'a> {
         }
         table.text()
     }
+}
+
+/// The columns of the table of cells, with those of what was swept and of other outcomes.
+pub(super) fn columns(factors: &[Column], others: &[Column]) -> Vec<Column> {
+    let outcome = [
+        Column::whole("runs", "", "the cell's runs"),
+        Column::whole("n", "", "those whose outcome is a number; all that follows is of these"),
+        Column::number(
+            "mean",
+            "",
+            "the outcome's mean (`--outcome`; the unit is the outcome's)",
+        ),
+        Column::number("sd", "", "its standard deviation"),
+        Column::number("median", "", "its median"),
+        Column::number("min", "", "the lowest"),
+        Column::number("max", "", "the highest"),
+    ];
+    let cell = Column::whole("cell", "", "its number, from 1, the best first");
+    [&[cell], factors, &outcome, others].concat()
 }
 
 /// Number of outcomes, and of runs without one.

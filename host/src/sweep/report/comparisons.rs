@@ -5,6 +5,7 @@ use super::effects::{Comparison, EXACT, Effects, FEW, FEWER_RESAMPLES, Family, L
 use super::levels::Factor;
 use super::runs::Runs;
 use super::{DIGITS, Tables, marked};
+use crate::contents::Column;
 use crate::report::csv::{Csv, known};
 use crate::report::numbers::{NONE, count, probability, shown};
 use crate::report::page::{Cell, Head, Row, Section, list, paragraph, table};
@@ -225,12 +226,45 @@ fn comparisons(family: &Family, names: &[Head<'_>], cells: impl Fn(&Comparison) 
     table("", &words, &head, &rows)
 }
 
+/// The columns of the table of comparisons.
+pub(super) static COLUMNS: [Column; 19] = [
+    Column::text("family", "`levels` of one key, or whole `cells`"),
+    Column::text("factor", "the key, of levels"),
+    Column::text("first", "the first level, or the first cell's number in `cells.csv`"),
+    Column::text("second", "the second"),
+    Column::whole("n_first", "", "runs with the first"),
+    Column::whole("n_second", "", "runs with the second"),
+    Column::number("mean_first", "", "the outcome's mean with the first"),
+    Column::number("mean_second", "", "its mean with the second"),
+    Column::number("difference", "", "the first mean minus the second"),
+    Column::number(
+        "a",
+        "0 to 1",
+        "Vargha and Delaney's A: how often a run with the first is better",
+    ),
+    Column::number("a_low", "0 to 1", "the lower bound of A's 95 % confidence interval"),
+    Column::number("a_high", "0 to 1", "the upper bound"),
+    Column::number("delta", "-1 to 1", "Cliff's delta, 2 A - 1"),
+    Column::number(
+        "delta_low",
+        "-1 to 1",
+        "the lower bound of delta's 95 % confidence interval",
+    ),
+    Column::number("delta_high", "-1 to 1", "the upper bound"),
+    Column::number("u", "", "Mann and Whitney's U"),
+    Column::number("p", "0 to 1", "the test's probability, two-sided"),
+    Column::number(
+        "p_holm",
+        "0 to 1",
+        "the same, corrected by Holm's procedure for all comparisons of its family",
+    ),
+    Column::whole("shared_seeds", "", "seeds that runs of both have"),
+];
+
 /// All comparisons of both families as CSV. Groups of a factor's levels are named; cells are numbered as in the table
 /// of cells. A's interval is delta's, converted to the scale of A.
 pub(super) fn csv(runs: &Runs, effects: &Effects) -> String {
-    const HEAD: &str = "family,factor,first,second,n_first,n_second,mean_first,mean_second,difference,a,a_low,a_high,\
-                        delta,delta_low,delta_high,u,p,p_holm,shared_seeds";
-    let mut table = Csv::new(HEAD.split(','));
+    let mut table = Csv::new(&COLUMNS);
     for one in effects.levels.comparisons.iter().chain(&effects.cells.comparisons) {
         let names = if let Some(factor) = one.factor {
             let factor = &runs.factors[factor];

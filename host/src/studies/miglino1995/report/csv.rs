@@ -1,11 +1,173 @@
 //! The numbers behind the figures, for readers who want to do their own statistics.
 
+use crate::contents::{Column, Entry};
 use crate::report::csv::{Csv, number};
 use crate::studies::miglino1995::results::{Family, Level, Life, Results, Run};
 
-/// Names and contents of the files: values of generations, of the individuals of the transferred generation and of the
-/// last one, distances between paths in mm, and lives of the best individuals; and, if they were run, mean fitness of
-/// each run with other last generations and in other simulators.
+static CONDITION: Column = Column::text("condition", "the simulator's noise: `none`, `sensor` or `conservative`");
+static RUN: Column = Column::whole("run", "", "the run's number within its condition, from 0");
+
+static GENERATIONS: [Column; 4] = [
+    Column::whole("generation", "", "its number, from 0"),
+    Column::text("environment", "where it lived: `simulation` or `reality`"),
+    Column::number("peak", "", "the mean fitness of the best, those that become parents"),
+    Column::number("average", "", "the mean fitness of all"),
+];
+static TRANSFERRED: [Column; 7] = [
+    Column::whole("individual", "", "its index in the generation"),
+    Column::number(
+        "simulated",
+        "",
+        "its fitness in simulation, with the noise it evolved with",
+    ),
+    Column::number("simulated_again", "", "the same from another start"),
+    Column::number("quiet", "", "in simulation without noise"),
+    Column::number("real", "", "in reality"),
+    Column::number("real_again", "", "in reality again, from another start"),
+    Column::number("other_robot", "", "in another robot of the same kind"),
+];
+static LAST: [Column; 2] = [
+    Column::whole("individual", "", "its index in the generation"),
+    Column::number("real", "", "its fitness in reality"),
+];
+static DISCREPANCY: [Column; 6] = [
+    Column::whole("k", "", "how many distances are summed"),
+    Column::whole("cycle", "100 ms", "the cycle of the last of them, 5 k"),
+    Column::number(
+        "paper",
+        "mm",
+        "the sum of distances between the simulated and the real path, from the start that all share",
+    ),
+    Column::number("starts", "mm", "the same, the mean of 100 other starts"),
+    Column::number(
+        "repeated",
+        "mm",
+        "between two real paths from one start, the mean of the 100 starts",
+    ),
+    Column::number(
+        "unrelated",
+        "mm",
+        "between the simulated path and the real path of another run's champion, the mean of the 100 starts",
+    ),
+];
+static CHAMPIONS: [Column; 3] = [
+    Column::whole("seed", "", "the run's seed"),
+    Column::whole("individual", "", "the champion's index in the generation"),
+    Column::number(
+        "discrepancy_per_length",
+        "",
+        "`starts` of `discrepancy.csv` at its end, over the simulated path's length",
+    ),
+];
+/// Of the champion's life in each environment.
+static MEASURES: [Column; 7] = [
+    Column::number("fitness", "", "its fitness"),
+    Column::number("collided", "0 to 1", "the share of cycles that end in a collision"),
+    Column::number(
+        "forwards",
+        "0 to 1",
+        "the share of cycles in which both wheels turn forwards",
+    ),
+    Column::number(
+        "visited",
+        "0 to 1",
+        "the share of the arena's free cells of 50 mm that it visits",
+    ),
+    Column::number(
+        "speed",
+        "0 to 1",
+        "the mean of the wheels' absolute speed as a share of the greatest",
+    ),
+    Column::number("length", "mm", "the length of the path"),
+    Column::whole(
+        "stuck_in_corner",
+        "",
+        "1 if it spends its last 100 cycles within 100 mm of a corner and goes less than 50 mm in them, else 0",
+    ),
+];
+static CONTROLS: [Column; 5] = [
+    Column::number("first", "", "the mean real fitness of the first generation in reality"),
+    Column::number("last", "", "of the last"),
+    Column::number(
+        "simulated_on",
+        "",
+        "the same where the generations in reality are replaced by as many in simulation",
+    ),
+    Column::number("neutral", "", "by as many in reality with parents drawn by lot"),
+    Column::number("from_random", "", "by as many in reality from random genes"),
+];
+static VARIANTS: [Column; 6] = [
+    Column::text(
+        "family",
+        "what the simulator is one of: `sensor_range`, `walk_range`, `displacement` or `simulator`",
+    ),
+    Column::text("name", "what is different"),
+    Column::number(
+        "value",
+        "",
+        "the upper end of a sensor noise, or the range or the greatest step of a walk in mm; else 0",
+    ),
+    Column::whole("run", "", "the run's number, from 0"),
+    Column::number(
+        "simulated",
+        "",
+        "the mean simulated fitness of the transferred generation",
+    ),
+    Column::number("real", "", "its mean real fitness"),
+];
+
+/// The columns that identify a row's run, and others.
+fn of_run(others: &[Column]) -> Vec<Column> {
+    [&[CONDITION.clone(), RUN.clone()], others].concat()
+}
+
+fn columns_of_champions() -> Vec<Column> {
+    let lives = ["simulated", "real"].map(|environment| {
+        MEASURES.clone().map(|measure| {
+            let about = format!("of its {environment} life: {}", measure.words());
+            let name = format!("{environment}_{}", measure.name);
+            measure.named(name).about(about)
+        })
+    });
+    of_run(&[&CHAMPIONS[..], &lives.concat()].concat())
+}
+
+/// The files of numbers; two of them only of a full study.
+pub(crate) fn contents(is_full: bool) -> Vec<Entry> {
+    let table = |name, about, columns: &[Column]| Entry::table(name, about, &of_run(columns));
+    let mut all = vec![
+        table("generations.csv", "a row for each generation of each run", &GENERATIONS),
+        table(
+            "transferred.csv",
+            "a row for each individual of the generation that is transferred to reality",
+            &TRANSFERRED,
+        ),
+        table(
+            "last.csv",
+            "a row for each individual of the last generation in reality",
+            &LAST,
+        ),
+        table(
+            "discrepancy.csv",
+            "how far the champions' simulated and real paths are apart",
+            &DISCREPANCY,
+        ),
+        Entry::table(
+            "champions.csv",
+            "a row for each run: how its champion, the best of the transferred generation, lives",
+            &columns_of_champions(),
+        ),
+    ];
+    if is_full {
+        let controls = "with `--full`: a row for each run, what else could have raised real fitness";
+        all.push(table("controls.csv", controls, &CONTROLS));
+        let variants = "with `--full`: a row for each run in other simulators";
+        all.push(Entry::table("variants.csv", variants, &VARIANTS));
+    }
+    all
+}
+
+/// Names and contents of the files that [`contents()`] describes, if they were run.
 pub(crate) fn csv_files(results: &Results) -> Vec<(&'static str, String)> {
     let mut files = vec![
         ("generations.csv", generations(results)),
@@ -35,7 +197,7 @@ fn entry<T: Copy + Into<f64>>(values: &[T], i: usize) -> String {
 }
 
 fn generations(results: &Results) -> String {
-    let mut table = Csv::new("condition,run,generation,environment,peak,average".split(','));
+    let mut table = Csv::new(&of_run(&GENERATIONS));
     for run in &results.runs {
         let simulated = run
             .simulated
@@ -63,8 +225,7 @@ fn generations(results: &Results) -> String {
 }
 
 fn transferred(results: &Results) -> String {
-    let mut table =
-        Csv::new("condition,run,individual,simulated,simulated_again,quiet,real,real_again,other_robot".split(','));
+    let mut table = Csv::new(&of_run(&TRANSFERRED));
     for run in &results.runs {
         let lives = &run.transferred;
         let columns = [
@@ -84,7 +245,7 @@ fn transferred(results: &Results) -> String {
 }
 
 fn last(results: &Results) -> String {
-    let mut table = Csv::new("condition,run,individual,real".split(','));
+    let mut table = Csv::new(&of_run(&LAST));
     for run in &results.runs {
         for i in 0..run.last.len() {
             row(&mut table, run, [i.to_string(), entry(&run.last, i)]);
@@ -94,7 +255,7 @@ fn last(results: &Results) -> String {
 }
 
 fn discrepancy(results: &Results) -> String {
-    let mut table = Csv::new("condition,run,k,cycle,paper,starts,repeated,unrelated".split(','));
+    let mut table = Csv::new(&of_run(&DISCREPANCY));
     for run in &results.runs {
         let sums = &run.champion.discrepancy;
         let columns = [&sums.paper, &sums.starts, &sums.repeated, &sums.unrelated];
@@ -108,18 +269,7 @@ fn discrepancy(results: &Results) -> String {
 }
 
 fn champions(results: &Results) -> String {
-    const MEASURES: [&str; 7] = [
-        "fitness",
-        "collided",
-        "forwards",
-        "visited",
-        "speed",
-        "length",
-        "stuck_in_corner",
-    ];
-    let who = ["condition", "run", "seed", "individual", "discrepancy_per_length"];
-    let lives = ["simulated", "real"].map(|environment| MEASURES.map(|measure| format!("{environment}_{measure}")));
-    let mut table = Csv::new(who.map(str::to_owned).into_iter().chain(lives.concat()));
+    let mut table = Csv::new(&columns_of_champions());
     let values = |life: &Life| {
         [
             f64::from(life.fitness),
@@ -146,7 +296,7 @@ fn champions(results: &Results) -> String {
 }
 
 fn controls(results: &Results) -> String {
-    let mut table = Csv::new("condition,run,first,last,simulated_on,neutral,from_random".split(','));
+    let mut table = Csv::new(&of_run(&CONTROLS));
     for run in &results.runs {
         let Some(controls) = &run.controls else { continue };
         let level = |level: Option<&Level>| level.map_or(String::new(), |level| number(level.average));
@@ -167,7 +317,7 @@ fn controls(results: &Results) -> String {
 
 fn variants(results: &Results) -> String {
     // All names are quoted, including those without a comma.
-    let mut table = Csv::quoted_already("family,name,value,run,simulated,real".split(','));
+    let mut table = Csv::quoted_already(&VARIANTS);
     for variant in &results.variants {
         let family = match variant.family {
             Family::SensorRange => "sensor_range",

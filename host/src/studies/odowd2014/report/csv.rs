@@ -2,12 +2,110 @@
 
 use super::measures::{BIN, G0, G1, MINUTE, S0, at_the_end, intervals, level, robots_at, runs_of, shares, total};
 use super::{name, questions};
+use crate::contents::{Column, Entry};
 use crate::report::csv::{Csv, known, number};
 use crate::studies::odowd2014::results::{Case, Combination, Kind, Results, Run};
+use crate::swarm::tables::INTERVALS_COLUMNS;
 
-/// Names and contents of the files: one row per run; one row per robot and interval of the runs that are as in the
-/// paper; food in bins of 250 s; and by interval, over all runs of a case and kind, means and standard deviations of
-/// genes and shares of what they select.
+static WHOSE: [Column; 4] = [
+    Column::number("scale", "", "the standard deviation of mutations"),
+    Column::text(
+        "credit",
+        "the simulator that a robot's fitness is credited to: `lagged` or `matched`",
+    ),
+    Column::text("case", "where the light is, as `swarm.case` has it"),
+    Column::text("kind", "the evolution, `evolved`, or one of the controls"),
+];
+static RUN: Column = Column::whole("run", "", "the run's number within its case and kind, from 0");
+static RUNS: [Column; 9] = [
+    Column::whole("brought", "items", "food that all robots brought"),
+    Column::whole("first_half", "items", "before the light moves"),
+    Column::whole("second_half", "items", "from then on"),
+    Column::number(
+        "s0_opposite",
+        "0 to 1",
+        "at the end: the share of simulators with the light opposite the nest",
+    ),
+    Column::number("s0_no_light", "0 to 1", "without a light"),
+    Column::number("s0_over", "0 to 1", "with the light over the nest"),
+    Column::number("s0", "0 to 0.99", "at the end: the mean gene of simulators"),
+    Column::number("g0", "0 to 0.99", "of the behaviour with food"),
+    Column::number("g1", "0 to 0.99", "of the behaviour without food"),
+];
+static RATES: [Column; 4] = [
+    Column::whole("from", "s", "the beginning of the bin"),
+    Column::whole("to", "s", "its end"),
+    Column::whole("brought", "items", "food that all robots brought in it"),
+    Column::number("per_minute", "items a minute", "the same by time"),
+];
+static INTERVAL: Column = Column::whole("interval", "", "its number, from 0");
+static GENES: [Column; 7] = [
+    Column::whole(
+        "robots",
+        "",
+        "robots of all runs in this interval; all that follows is of these",
+    ),
+    Column::number("s0_mean", "0 to 0.99", "the mean gene of simulators"),
+    Column::number("s0_sd", "", "its standard deviation"),
+    Column::number("g0_mean", "0 to 0.99", "the mean gene of the behaviour with food"),
+    Column::number("g0_sd", "", "its standard deviation"),
+    Column::number("g1_mean", "0 to 0.99", "the mean gene of the behaviour without food"),
+    Column::number("g1_sd", "", "its standard deviation"),
+];
+static BINS: [Column; 9] = [
+    Column::number(
+        "s0_opposite",
+        "0 to 1",
+        "the share of simulators with the light opposite the nest",
+    ),
+    Column::number("s0_no_light", "0 to 1", "without a light"),
+    Column::number("s0_over", "0 to 1", "with the light over the nest"),
+    Column::number(
+        "g0_flees",
+        "0 to 1",
+        "the share of controllers that flee the light with food",
+    ),
+    Column::number("g0_random", "0 to 1", "that search at random with food"),
+    Column::number("g0_seeks", "0 to 1", "that seek the light with food"),
+    Column::number(
+        "g1_flees",
+        "0 to 1",
+        "the share of controllers that flee the light without food",
+    ),
+    Column::number("g1_random", "0 to 1", "that search at random without food"),
+    Column::number("g1_seeks", "0 to 1", "that seek the light without food"),
+];
+
+/// The columns that identify a row's combination, case and kind, the number of its run or interval, and others.
+fn of(number: &Column, others: &[Column]) -> Vec<Column> {
+    [&WHOSE[..], std::slice::from_ref(number), others].concat()
+}
+
+/// The files of numbers; one of them only where open questions are asked.
+pub(crate) fn contents(has_questions: bool) -> Vec<Entry> {
+    let mut all = vec![
+        Entry::table("runs.csv", "a row for each run", &of(&RUN, &RUNS)),
+        Entry::table(
+            "intervals.csv",
+            "a row for each robot in each interval of the runs that are as in the paper",
+            &of(&RUN, &INTERVALS_COLUMNS),
+        ),
+        Entry::table("rates.csv", "a row for each 250 s of each run", &of(&RUN, &RATES)),
+        Entry::table(
+            "genes.csv",
+            "a row for each interval of each case and kind, over all runs",
+            &of(&INTERVAL, &GENES),
+        ),
+        Entry::table("bins.csv", "the same: what the genes select", &of(&INTERVAL, &BINS)),
+    ];
+    if has_questions {
+        let about = "with `--questions`: a row for each open question";
+        all.push(Entry::table("questions.csv", about, &questions::COLUMNS));
+    }
+    all
+}
+
+/// Names and contents of the files that [`contents()`] describes, if they were run.
 pub(crate) fn csv_files(results: &Results) -> Vec<(&'static str, String)> {
     vec![
         ("runs.csv", runs(results)),
@@ -29,11 +127,6 @@ fn whose(combination: &Combination, case: Case, kind: Kind) -> [String; 4] {
         name(&case),
         name(&kind),
     ]
-}
-
-/// A file whose rows begin with those fields.
-fn file(columns: &str) -> Csv {
-    Csv::new("scale,credit,case,kind".split(',').chain(columns.split(',')))
 }
 
 /// Runs with their identifying fields and their number.
@@ -61,7 +154,7 @@ fn groups(results: &Results) -> impl Iterator<Item = ([String; 4], Vec<&Run>)> {
 }
 
 fn runs(results: &Results) -> String {
-    let mut table = file("run,brought,first_half,second_half,s0_opposite,s0_no_light,s0_over,s0,g0,g1");
+    let mut table = Csv::new(&of(&RUN, &RUNS));
     let half = results.light_moves_minute as usize * MINUTE;
     for (whose, run) in all_runs(results) {
         let (first, second) = run.brought.split_at(half.min(run.brought.len()));
@@ -74,7 +167,7 @@ fn runs(results: &Results) -> String {
 }
 
 fn robots(results: &Results) -> String {
-    let mut table = file("run,interval,robot,s0,chosen_under,g0,g1,real,simulated,heard,reached,taken");
+    let mut table = Csv::new(&of(&RUN, &INTERVALS_COLUMNS));
     // The rows of all kinds would take a hundred megabytes.
     for (whose, run) in all_runs(results).filter(|(_, run)| run.kind == Kind::Evolved) {
         for (interval, robots) in run.intervals.iter().enumerate() {
@@ -101,7 +194,7 @@ fn robots(results: &Results) -> String {
 }
 
 fn rates(results: &Results) -> String {
-    let mut table = file("run,from,to,brought,per_minute");
+    let mut table = Csv::new(&of(&RUN, &RATES));
     for (whose, run) in all_runs(results) {
         let per_minute = super::measures::rates(run, BIN);
         for (bin, (food, rate)) in run.brought.chunks(BIN).zip(per_minute).enumerate() {
@@ -119,7 +212,7 @@ fn rates(results: &Results) -> String {
 }
 
 fn genes(results: &Results) -> String {
-    let mut table = file("interval,robots,s0_mean,s0_sd,g0_mean,g0_sd,g1_mean,g1_sd");
+    let mut table = Csv::new(&of(&INTERVAL, &GENES));
     for (whose, runs) in groups(results) {
         for interval in 0..intervals(&runs) {
             let at = || robots_at(&runs, interval);
@@ -135,8 +228,7 @@ fn genes(results: &Results) -> String {
 }
 
 fn bins(results: &Results) -> String {
-    let mut table =
-        file("interval,s0_opposite,s0_no_light,s0_over,g0_flees,g0_random,g0_seeks,g1_flees,g1_random,g1_seeks");
+    let mut table = Csv::new(&of(&INTERVAL, &BINS));
     for (whose, runs) in groups(results) {
         for interval in 0..intervals(&runs) {
             let shares = [S0, G0, G1].map(|gene| shares(robots_at(&runs, interval), gene));

@@ -3,6 +3,7 @@
 use oneiro::foraging::Light;
 
 use super::measures::S0;
+use crate::contents::Column;
 use crate::report::csv::{Csv, number};
 use crate::report::numbers::{NONE, shown};
 use crate::report::page::{Cell, Head, Row, Section, paragraph, table};
@@ -11,8 +12,35 @@ use crate::studies::odowd2014::measures::{ALL, LATE};
 use crate::studies::odowd2014::results::{Question, Results, Run};
 
 /// Columns of the table of open questions.
-const COLUMNS: &str = "about,robots,arena_radius_mm,range_mm,lamp_behind_wall_mm,runs,food_per_robot_minute,late_share_over,late_s0,\
-                                         converged_minute,heard,reached_share";
+pub(super) static COLUMNS: [Column; 12] = [
+    Column::text(
+        "about",
+        "what is asked: the number of robots, their density, or their range",
+    ),
+    Column::whole("robots", "", "how many there are"),
+    Column::number("arena_radius_mm", "mm", "the arena's radius"),
+    Column::number("range_mm", "mm", "how far robots hear each other"),
+    Column::number("lamp_behind_wall_mm", "mm", "how far behind the wall the lamp is"),
+    Column::whole("runs", "", "how many runs; all that follows are their means"),
+    Column::number("food_per_robot_minute", "items a robot-minute", "food"),
+    Column::number(
+        "late_share_over",
+        "0 to 1",
+        "the share of simulators with the light over the nest, late in the run",
+    ),
+    Column::number("late_s0", "0 to 0.99", "the mean gene of simulators, late in the run"),
+    Column::whole(
+        "converged_minute",
+        "min",
+        "from when on more than half of the simulators have the light over the nest, over five minutes; empty if never",
+    ),
+    Column::number("heard", "robots", "how many a robot hears in an interval"),
+    Column::number(
+        "reached_share",
+        "0 to 1",
+        "the share of robots that are linked with a robot in an interval",
+    ),
+];
 
 /// Intervals that a share is averaged over.
 const TOGETHER: usize = 5;
@@ -119,7 +147,7 @@ pub(super) fn section(results: &Results) -> Option<Section> {
 
 /// The same table as CSV.
 pub(super) fn csv(results: &Results) -> String {
-    let mut rows = Csv::new(COLUMNS.split(','));
+    let mut rows = Csv::new(&COLUMNS);
     for question in &results.questions {
         let own = answer(question);
         rows.row([

@@ -1,0 +1,63 @@
+use std::fs;
+use std::path::Path;
+
+use super::*;
+use crate::{record, runs, studies, sweep};
+
+/// All directories, each with all that it may hold.
+fn page() -> String {
+    let single = runs::single::all_contents();
+    let swarm = runs::swarm::all_contents();
+    let of_single = sweep::tables::all_contents(runs::single::all_outcomes(), runs::single::all_steps(), true);
+    let of_swarms = sweep::tables::all_contents(runs::swarm::all_outcomes(), runs::swarm::all_steps(), false);
+    let [of_1995, of_2014] = studies::all_contents();
+    let directories = [
+        ("A run of a single robot", record::contents(single, true)),
+        ("A run of a swarm", record::contents(swarm, false)),
+        ("A sweep of single robots", of_single),
+        ("A sweep of swarms", of_swarms),
+        ("The 1995 study", of_1995),
+        ("The 2014 study", of_2014),
+    ];
+    let section = |(title, entries): (&str, Vec<Entry>)| format!("\n## {title}\n{}", tables(&entries, "###"));
+    directories.map(section).concat()
+}
+
+#[test]
+fn the_page_on_files_is_that_of_the_writers() {
+    const MARK: &str = "move it here. -->\n";
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../docs/files.md");
+    let text = fs::read_to_string(&path).unwrap();
+    let (head, _) = text.split_once(MARK).unwrap();
+    crate::experiment::tests::holds(&path, &format!("{head}{MARK}{}", page())).unwrap();
+}
+
+#[test]
+fn tables_line_up_and_have_a_unit_where_there_is_one() {
+    let columns = [
+        Column::whole("cycle", "100 ms", "its number"),
+        Column::number("x", "", "a score"),
+    ];
+    let entries = [
+        Entry::file("a", "a file"),
+        Entry::table("trace.csv", "a table", &columns),
+    ];
+    assert_eq!(head(&columns), "cycle,x\n");
+    assert_eq!(
+        tables(&entries, "---"),
+        "
+| file        | content |
+| ----------- | --- |
+| `a`         | a file |
+| `trace.csv` | a table |
+
+trace.csv
+---------
+
+| column  | unit   | content |
+| ------- | ------ | --- |
+| `cycle` | 100 ms | its number |
+| `x`     |        | a score |
+"
+    );
+}
