@@ -115,25 +115,33 @@ fn devices() -> Vec<(String, Box<dyn Evaluator>)> {
         let cpu = Cpu::new(None).and_then(|cpu| cpu.with_variant(name));
         (name.to_owned(), Box::new(cpu.expect("it is available")))
     };
-    let mut devices: Vec<_> = Cpu::variants().into_iter().map(lane_code).collect();
+    let lane_codes: Vec<_> = Cpu::variants().into_iter().map(lane_code).collect();
     assert!(
-        devices.iter().any(|(name, _)| name.starts_with("checked")),
+        lane_codes.iter().any(|(name, _)| name.starts_with("checked")),
         "the lane code that traps is not there"
     );
-    #[cfg(feature = "gpu")]
-    {
-        let adapters = oneiro::gpu::adapters();
-        assert!(!adapters.is_empty(), "these tests need an adapter");
-        for adapter in adapters {
-            let gpu = oneiro::gpu::Gpu::open(&oneiro::gpu::Choice::Named(adapter.index().to_string()));
-            let gpu = gpu.expect("an adapter that can be opened");
-            match gpu.why_inexact() {
-                None => devices.push((adapter.name().to_owned(), Box::new(gpu))),
-                Some(why) => skips::skipped("exact-adapter", &format!("{}: {why}", adapter.name())),
-            }
+    lane_codes.into_iter().chain(adapters()).collect()
+}
+
+#[cfg(not(feature = "gpu"))]
+fn adapters() -> Vec<(String, Box<dyn Evaluator>)> {
+    Vec::new()
+}
+
+#[cfg(feature = "gpu")]
+fn adapters() -> Vec<(String, Box<dyn Evaluator>)> {
+    let adapters = oneiro::gpu::adapters();
+    assert!(!adapters.is_empty(), "these tests need an adapter");
+    let mut exact: Vec<(String, Box<dyn Evaluator>)> = Vec::new();
+    for adapter in adapters {
+        let gpu = oneiro::gpu::Gpu::open(&oneiro::gpu::Choice::Named(adapter.index().to_string()));
+        let gpu = gpu.expect("an adapter that can be opened");
+        match gpu.why_inexact() {
+            None => exact.push((adapter.name().to_owned(), Box::new(gpu))),
+            Some(why) => skips::skipped("exact-adapter", &format!("{}: {why}", adapter.name())),
         }
     }
-    devices
+    exact
 }
 
 #[test]

@@ -9,28 +9,69 @@ use crate::kernel::Words;
 pub struct Checked;
 
 /// Panics unless a float is one that kernels may hold.
-#[track_caller]
-fn ordinary(x: f32, operation: &str, a: f32, b: f32) -> f32 {
-    assert!(
-        x.is_normal() || x == 0.0,
-        "{operation} of {a:e} and {b:e} is {x:e}: kernels hold no NaN, infinity or subnormal"
-    );
+#[inline(always)]
+fn ordinary(x: f32, operation: &'static str, a: f32, b: f32) -> f32 {
+    if !(x.is_normal() || x == 0.0) {
+        not_ordinary(x, operation, a, b);
+    }
     x
 }
 
-#[track_caller]
+#[inline(always)]
 fn whole(x: f32, least: f32) -> f32 {
-    assert!(
-        x > least && x < 16_777_216.0,
-        "{x:e} is converted to an integer, which is out of range"
-    );
+    if !(x > least && x < 16_777_216.0) {
+        not_whole(x);
+    }
     x
 }
 
-#[track_caller]
+#[inline(always)]
+fn exact(a: u32, size: u32) -> u32 {
+    if size > 1 << 24 {
+        not_exact(a);
+    }
+    a
+}
+
+#[inline(always)]
 fn inside(e: u32, n: u32) -> u32 {
-    assert!(e < n, "element {e} of a buffer of {n} is accessed");
+    if e >= n {
+        not_inside(e, n);
+    }
     e
+}
+
+// Out of the kernels' way: a message where each operation stands would make most of their code, and of the time that
+// they take to compile.
+
+#[cold]
+#[inline(never)]
+fn not_ordinary(x: f32, operation: &str, a: f32, b: f32) -> ! {
+    panic!("{operation} of {a:e} and {b:e} is {x:e}: kernels hold no NaN, infinity or subnormal");
+}
+
+#[cold]
+#[inline(never)]
+fn not_whole(x: f32) -> ! {
+    panic!("{x:e} is converted to an integer, which is out of range");
+}
+
+#[cold]
+#[inline(never)]
+fn not_exact(a: u32) -> ! {
+    panic!("{a} (as a signed number {}) is converted to a float, which could round", a as i32);
+}
+
+#[cold]
+#[inline(never)]
+fn not_inside(e: u32, n: u32) -> ! {
+    panic!("element {e} of a buffer of {n} is accessed");
+}
+
+#[cold]
+#[inline(never)]
+fn divided_by_zero(a: u32) -> ! {
+    panic!("{a} is divided by zero");
 }
 
 macro_rules! as_scalar {
@@ -61,16 +102,10 @@ impl Lanes for Checked {
         ordinary(a * b, "the product", a, b)
     }
     unsafe fn f_of_u(a: u32) -> f32 {
-        assert!(a <= 1 << 24, "{a} is converted to a float, which could round");
-        a as f32
+        exact(a, a) as f32
     }
     unsafe fn f_of_i(a: u32) -> f32 {
-        assert!(
-            (a as i32).unsigned_abs() <= 1 << 24,
-            "{} is converted to a float, which could round",
-            a as i32
-        );
-        a as i32 as f32
+        exact(a, (a as i32).unsigned_abs()) as i32 as f32
     }
     unsafe fn i_of_f(a: f32) -> u32 {
         whole(a, -16_777_216.0) as i32 as u32
@@ -82,11 +117,15 @@ impl Lanes for Checked {
         ordinary(f32::from_bits(a), "a bitcast", f32::from_bits(a), 0.0)
     }
     unsafe fn udiv(a: u32, b: u32) -> u32 {
-        assert!(b != 0, "{a} is divided by zero");
+        if b == 0 {
+            divided_by_zero(a);
+        }
         a / b
     }
     unsafe fn urem(a: u32, b: u32) -> u32 {
-        assert!(b != 0, "{a} is divided by zero");
+        if b == 0 {
+            divided_by_zero(a);
+        }
         a % b
     }
     unsafe fn index(e: u32, n: u32, stride: u32, offset: u32) -> u32 {
