@@ -87,10 +87,10 @@ cargo fmt --all --check
 say "lints"
 cargo clippy --release --workspace --all-targets --features oneiro-host/parquet --locked -- -D warnings
 
-# Without the long tests that don't depend on the device: they are among all tests.
+# Those that tell a program without the backend from one with it, and what they both compute. The rest run in the next stage.
 say "the program without the GPU backend: build and tests"
 tests=()
-for test in batch cpu forager goldens numerics pool program run surrogate sweep swarm tables worlds; do
+for test in batch cpu forager goldens numerics pool run surrogate tables worlds; do
     tests+=(--test "$test")
 done
 cargo test --release --locked -p oneiro -p oneiro-host --no-default-features --lib --bins "${tests[@]}"
