@@ -59,7 +59,10 @@ fn not_whole(x: f32) -> ! {
 #[cold]
 #[inline(never)]
 fn not_exact(a: u32) -> ! {
-    panic!("{a} (as a signed number {}) is converted to a float, which could round", a as i32);
+    panic!(
+        "{a} (as a signed number {}) is converted to a float, which could round",
+        a as i32
+    );
 }
 
 #[cold]
