@@ -74,8 +74,8 @@ fn leave_directories_of_other_sweeps_as_they_are() {
         ("format", Value::from("oneiro swap"), "\"oneiro swap\"".into()),
         (
             "version",
-            Value::from(2),
-            "out: is of version 2 of the format \"oneiro sweep\"".into(),
+            Value::from(1),
+            "out: is of version 1 of the format \"oneiro sweep\"; allowed: version 2".into(),
         ),
     ] {
         let mut other = content.clone();

@@ -5,10 +5,10 @@
 //!
 //! 1. A job's maker gives it to the [scheduler](super::scheduler), new or restored from the output of [`Job::save`].
 //! 2. The scheduler calls [`Job::ask`]. It puts the requests of jobs with equal [`Stage`]s into one batch and hands
-//! that to the device. While the device works, jobs aren't changed, but may be saved.
+//!    that to the device. While the device works, jobs aren't changed, but may be saved.
 //! 3. The scheduler calls [`Job::tell`] with the job's share of the results, on any thread. The job takes a complete
-//! step: it advances, or it fails and the run ends. The step's additions to the job's tables go to the recorder at
-//! once, before the next step.
+//!    step: it advances, or it fails and the run ends. The step's additions to the job's tables go to the recorder at
+//!    once, before the next step.
 //! 4. Steps 2 and 3 repeat until `ask` returns nothing. Then [`Job::finish`] is called once.
 //!
 //! [`Job::save`] may be called between any two steps: before the first `ask`, while a request is being evaluated (its

@@ -16,7 +16,7 @@ use crate::contents::{Column, Entry, describe};
 use crate::engine::disk;
 use crate::exit::{Failure, Result};
 use crate::report::csv::Csv;
-use crate::sealed;
+use crate::sealed::{self, Problem};
 
 /// File that records the settings of the study in a directory.
 const SETTINGS: &str = "study.json";
@@ -233,8 +233,15 @@ impl Directory {
         const VERSION: u32 = 1;
         let path = self.join(name);
         if let Ok(bytes) = fs::read(&path) {
-            return sealed::open(NAME, VERSION, &self.owner, &bytes)
-                .map_err(|problem| Failure::corrupt(format_args!("{}: {problem}", path.display())));
+            return sealed::open(NAME, VERSION, &self.owner, &bytes).map_err(|problem| match problem {
+                Problem::Other(words) => Failure::input(format_args!(
+                    "{}: {words}; allowed: finish the study with the program that began it, or begin again in another --out",
+                    path.display()
+                )),
+                Problem::Damaged | Problem::Owner => {
+                    Failure::corrupt(format_args!("{}: {problem}", path.display()))
+                }
+            });
         }
         let made = make()?;
         if let Some(folder) = path.parent() {

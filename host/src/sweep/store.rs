@@ -92,7 +92,7 @@ pub(crate) struct Made {
 }
 
 const FORMAT: &str = "oneiro sweep";
-const VERSION: u32 = 1;
+const VERSION: u32 = 2;
 
 /// Keys that every version writes.
 #[derive(Debug, Deserialize)]
@@ -113,7 +113,8 @@ impl Head {
         let own = env!("CARGO_PKG_VERSION");
         if (format.as_str(), *version) != (FORMAT, VERSION) {
             return Err(format!(
-                "is of version {version} of the format \"{format}\"; this program writes {VERSION} of \"{FORMAT}\""
+                "is of version {version} of the format \"{format}\"; allowed: version {VERSION} of \"{FORMAT}\". Finish it with \
+                 the program that began it, or begin again in another directory"
             ));
         }
         if program != own {

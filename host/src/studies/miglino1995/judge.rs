@@ -144,7 +144,7 @@ impl Judged<'_> {
 
     /// Mean of a figure over a condition's runs.
     fn mean(&self, condition: Condition, figure: impl Fn(&Run) -> f64) -> f64 {
-        mean(&self.each(condition, figure))
+        mean(self.each(condition, figure))
     }
 
     /// Fitness of all individuals of a condition's runs.

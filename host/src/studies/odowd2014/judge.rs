@@ -265,8 +265,8 @@ impl Judged<'_> {
     /// A gene's mean and standard deviation, averaged over runs.
     fn gene(&self, case: Case, gene: super::measures::Gene, intervals: Range<usize>) -> (f64, f64) {
         (
-            mean(&self.each(case, Evolved, |run| run.mean(gene, intervals.clone()))),
-            mean(&self.each(case, Evolved, |run| run.deviation(gene, intervals.clone()))),
+            mean(self.each(case, Evolved, |run| run.mean(gene, intervals.clone()))),
+            mean(self.each(case, Evolved, |run| run.deviation(gene, intervals.clone()))),
         )
     }
 
@@ -371,9 +371,9 @@ impl Judged<'_> {
     fn doubles(&self) -> Option<Finding> {
         let mut finding = Finding::default();
         let [null] = finding.compare(&[self.by_null(Over)])?;
-        let over = mean(&self.rates(Over, Evolved));
-        let to_random = over / mean(&self.rates(Random, Evolved));
-        let to_opposite = over / mean(&self.rates(Opposite, Evolved));
+        let over = mean(self.rates(Over, Evolved));
+        let to_random = over / mean(self.rates(Random, Evolved));
+        let to_opposite = over / mean(self.rates(Opposite, Evolved));
         finding.note("over the nest to random", to_random);
         finding.note("over the nest to opposite", to_opposite);
         let doubles = |ratio: f64| (1.5..=2.5).contains(&ratio);
@@ -404,7 +404,7 @@ impl Judged<'_> {
         for case in Case::ALL {
             finding.note(
                 format!("food per minute, {}", case.title()),
-                mean(&self.rates(case, Evolved)),
+                mean(self.rates(case, Evolved)),
             );
         }
         finding.judged(all.iter().all(|compared| compared.is_above(LEVEL)))
@@ -413,9 +413,9 @@ impl Judged<'_> {
     fn no_light(&self) -> Option<Finding> {
         let mut finding = Finding::default();
         let [share] = finding.compare(&[self.share_by_null(NoLight, Light::Nowhere, SETTLED, "minutes 10 to 50")])?;
-        let shares = mean(&self.shares(NoLight, Evolved, Light::Nowhere, SETTLED));
+        let shares = mean(self.shares(NoLight, Evolved, Light::Nowhere, SETTLED));
         finding.note("share of No Light, minutes 10 to 50", shares);
-        finding.note("the null's", mean(&self.shares(NoLight, Null, Light::Nowhere, SETTLED)));
+        finding.note("the null's", mean(self.shares(NoLight, Null, Light::Nowhere, SETTLED)));
         let mut stays = true;
         for first in (0..50).step_by(10) {
             let (middle, _) = self.gene(NoLight, S0, first..first + 10);
@@ -436,9 +436,9 @@ impl Judged<'_> {
         finding.note("late mean S0", simulator);
         finding.note(
             "late share of Over",
-            mean(&self.shares(Over, Evolved, Light::OverNest, LATE)),
+            mean(self.shares(Over, Evolved, Light::OverNest, LATE)),
         );
-        finding.note("the null's", mean(&self.shares(Over, Null, Light::OverNest, LATE)));
+        finding.note("the null's", mean(self.shares(Over, Null, Light::OverNest, LATE)));
         let [with, without] = self.late_controllers(Over, &mut finding);
         let [wide_with, wide_without] = self.late_controllers(NoLight, &mut finding);
         let narrow = with.1 < wide_with.1 && without.1 < wide_without.1;
@@ -452,11 +452,11 @@ impl Judged<'_> {
         finding.note("late mean S0", simulator);
         finding.note(
             "late share of Opposite",
-            mean(&self.shares(Opposite, Evolved, Light::OppositeNest, LATE)),
+            mean(self.shares(Opposite, Evolved, Light::OppositeNest, LATE)),
         );
         finding.note(
             "the null's",
-            mean(&self.shares(Opposite, Null, Light::OppositeNest, LATE)),
+            mean(self.shares(Opposite, Null, Light::OppositeNest, LATE)),
         );
         let wide = self
             .late_controllers(Opposite, &mut finding)
@@ -474,13 +474,13 @@ impl Judged<'_> {
         ])?;
         let bin = self.results.light_moves_minute as usize * 60 / BIN;
         let rate = |bins: Range<usize>| {
-            mean(&self.each(OverThenOpposite, Evolved, |run| {
+            mean(self.each(OverThenOpposite, Evolved, |run| {
                 mean(run.rates().get(bins.clone()).unwrap_or(&[]))
             }))
         };
         let fall = 1.0 - rate(bin..bin + 2) / rate(bin - 1..bin);
         finding.note("fall of the rate", fall);
-        let converged = mean(&self.shares(OverThenOpposite, Evolved, Light::OppositeNest, LATE));
+        let converged = mean(self.shares(OverThenOpposite, Evolved, Light::OppositeNest, LATE));
         finding.note("late share of Opposite", converged);
         finding.judged(before.is_above(LEVEL) && fall > 0.25 && moved.is_below(LEVEL) && converged <= 0.5)
     }
@@ -506,7 +506,7 @@ impl Judged<'_> {
         finding.note("mean S0 before the move", before);
         finding.note(
             "rate of its second half to Light Over Nest's",
-            mean(&half(OppositeThenOver)) / mean(&half(Over)),
+            mean(half(OppositeThenOver)) / mean(half(Over)),
         );
         finding.judged(rate.is_below(LEVEL) && share.is_above(LEVEL))
     }
@@ -539,8 +539,8 @@ impl Judged<'_> {
 
     fn weak_cue(&self) -> Option<Finding> {
         let mut finding = Finding::default();
-        let random = mean(&self.rates(Random, Evolved));
-        let [over, opposite] = [Over, Opposite].map(|case| mean(&self.rates(case, SimulatorRight)) - random);
+        let random = mean(self.rates(Random, Evolved));
+        let [over, opposite] = [Over, Opposite].map(|case| mean(self.rates(case, SimulatorRight)) - random);
         if over.is_nan() || opposite.is_nan() {
             return None;
         }

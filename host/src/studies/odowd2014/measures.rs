@@ -57,7 +57,7 @@ impl Run {
 
     /// The mean of a gene.
     pub(crate) fn mean(&self, gene: Gene, intervals: Range<usize>) -> f64 {
-        mean(&self.values(gene, intervals))
+        mean(self.values(gene, intervals))
     }
 
     /// The standard deviation of a gene over robots and intervals.
