@@ -41,8 +41,7 @@ fn inside(e: u32, n: u32) -> u32 {
     e
 }
 
-// Out of the kernels' way: a message where each operation stands would make most of their code, and of the time that
-// they take to compile.
+// Out of the kernels' way: a message where each operation stands would make their code a fifth larger.
 
 #[cold]
 #[inline(never)]
