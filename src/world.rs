@@ -296,7 +296,7 @@ impl World {
     ///
     /// let error = World::new(WorldSpec { cycles: 0, ..WorldSpec::miglino1995() }).unwrap_err();
     /// assert_eq!(error.to_string(), "cycles: is 0; allowed: 1 to 1000000");
-    /// # Ok::<(), oneiro::world::Invalid>(())
+    /// # Ok::<(), oneiro::parameter::Invalid>(())
     /// ```
     ///
     /// # Errors
