@@ -512,7 +512,7 @@ fn damage_is_found() {
     place.run(&["verify", "nowhere"]).exits(3);
     place.run(&["replay", "."]).exits(3).says(&["is not a run directory"]);
     fs::create_dir(place.at("empty")).unwrap();
-    place.run(&["list", "empty"]).exits(3).says(&["no run"]);
+    place.run(&["list", "empty"]).exits(3).says(&["is not a run directory"]);
 }
 
 #[test]
