@@ -1,6 +1,7 @@
 //! The program from outside: what it prints, writes and refuses, and its exit codes.
 
 use std::fs;
+use std::path::Path;
 use std::process::Stdio;
 use std::time::{Duration, Instant};
 
@@ -811,4 +812,64 @@ fn directories_say_what_is_in_them() {
     place.good(&["sweep", "merge", "single", "--out", "merged"]);
     let readme = place.text("merged/README.md");
     assert_eq!(readme, place.text("single/README.md"));
+}
+
+/// Directories of version 0.1.0: what is finished can be read, and what is not is refused by version and left as it is.
+#[test]
+fn directories_of_the_first_version() {
+    fn copy(from: &Path, to: &Path) {
+        fs::create_dir_all(to).unwrap();
+        for entry in fs::read_dir(from).unwrap() {
+            let entry = entry.unwrap();
+            let target = to.join(entry.file_name());
+            if entry.file_type().unwrap().is_dir() {
+                copy(&entry.path(), &target);
+            } else {
+                fs::copy(entry.path(), target).unwrap();
+            }
+        }
+    }
+    let place = Place::new("first");
+    let kept = Path::new(env!("CARGO_MANIFEST_DIR")).join("../tests/first");
+    for name in ["finished", "stopped", "sweep"] {
+        copy(&kept.join(name), &place.at(name));
+    }
+
+    assert!(place.good(&["list", "finished"]).contains("done"));
+    place.good(&["verify", "finished"]);
+    place.good(&["audit", "finished"]);
+    let champion: Value = serde_json::from_str(&place.text("finished/champion.json")).unwrap();
+    assert_eq!(
+        place.json(&["replay", "finished", "--json"])["bits"],
+        champion["fitness_bits"]
+    );
+    place.good(&["evaluate", "--genomes", "finished"]);
+    place.good(&["best", "finished", "--lives", "2"]);
+
+    place.run(&["resume", "stopped"]).exits(3).says(&[
+        "its checkpoints were written by another version",
+        "begin anew in another directory",
+    ]);
+    fs::copy(place.at("sweep/experiment/long.toml"), place.at("long.toml")).unwrap();
+    fs::copy(place.at("sweep/sweep.toml"), place.at("sweep.toml")).unwrap();
+    for arguments in [
+        &["sweep", "run", "sweep.toml", "--out", "sweep", "--shard", "1/2"][..],
+        &["sweep", "status", "sweep"],
+        &["sweep", "merge", "sweep"],
+    ] {
+        place.run(arguments).exits(3).says(&[
+            "is of version 1 of the format \"oneiro sweep\"; allowed: version 2",
+            "begin again in another directory",
+        ]);
+    }
+    for name in [
+        "stopped/checkpoint-13",
+        "stopped/generations.csv",
+        "sweep/shard-1-of-2/checkpoint-0",
+    ] {
+        assert!(
+            place.read(name) == fs::read(kept.join(name)).unwrap(),
+            "{name} was changed"
+        );
+    }
 }
