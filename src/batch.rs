@@ -5,7 +5,8 @@ mod packing;
 use std::ops::Range;
 use std::sync::Arc;
 
-/// One line of a trace: the pose at the start of a cycle, what the sensors read there, and what came of it.
+/// One record of a trace: the pose at the start of a cycle, the sensor activations there, and the resulting action and
+/// reward.
 pub use oneiro_shaders::life::Record;
 use oneiro_shaders::{Kernel, life};
 

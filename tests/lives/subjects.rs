@@ -430,7 +430,7 @@ fn swarms() -> Vec<Subject> {
         ("one robot", Swarm { robots: 1, ..ten }, 200),
         ("a blind crowd", blind(50, NONE), 200),
         ("a crowd", Swarm { robots: 50, ..ten }, 100),
-        // No software driver accepts so many: it limits loops.
+        // Software drivers reject this many robots, because they limit loop iterations.
         ("as many as there can be", blind(128, ALL), 20),
     ];
     all.into_iter()

@@ -45,8 +45,9 @@ pub(crate) fn trace_lines(trace: &[Record], first: u32, every: u32) -> String {
 type Traced = (Column, fn(&Record) -> f32);
 
 static CYCLE: Column = Column::whole("cycle", "100 ms", "its number, from 0");
-/// The pose at the start of a cycle, what was perceived there, and what came of it; then the readings without sensor noise
-/// and the place that they are from. Programs may count columns, so new ones come last.
+/// Columns after `cycle`: the pose at the start of the cycle, the perceived activations, the outputs and their results, then
+/// the activations before sensor noise and where they were sensed. New columns go at the end, since scripts may select
+/// columns by position.
 #[rustfmt::skip]
 static COLUMNS: [Traced; 28] = [
     (Column::number("x_mm", "mm", "the place at the beginning of the cycle"), |record| record.x),
