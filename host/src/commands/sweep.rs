@@ -16,6 +16,7 @@ use crate::engine::watcher::Watcher;
 use crate::exit::{Failure, Result};
 use crate::record::{Done, RunPlace, Session, is_locked};
 use crate::runs::Shown;
+use crate::sweep::contents;
 use crate::sweep::estimate::{Estimate, estimates};
 use crate::sweep::file::Axis;
 use crate::sweep::journal::{self, Journal};
@@ -278,7 +279,7 @@ fn status(dir: &Path, console: Console) -> Result {
     for problem in &finished.problems {
         console.say(format!("warning: {problem}"));
     }
-    let is_merged = dir.join(tables::RESULTS).is_file();
+    let is_merged = dir.join(contents::RESULTS).is_file();
     let json = json!({
         "name": made.name,
         "runs": made.runs,
@@ -353,7 +354,7 @@ fn merge(dirs: &[PathBuf], out: Option<&Path>, console: Console) -> Result {
 fn reported(dir: &Path, outcome: Option<&str>, out: Option<&Path>, console: Console) -> Result {
     let store = Store::open(dir)?;
     let (sweep, plan) = store.sweep()?;
-    let [results, generations] = [tables::RESULTS, tables::GENERATIONS].map(|name| dir.join(name));
+    let [results, generations] = [contents::RESULTS, contents::GENERATIONS].map(|name| dir.join(name));
     for table in [&results, &generations] {
         if !table.is_file() {
             return Err(Failure::input(format_args!(

@@ -8,8 +8,8 @@ use crate::{record, runs, studies, sweep};
 fn page() -> String {
     let single = runs::single::all_contents();
     let swarm = runs::swarm::all_contents();
-    let of_single = sweep::tables::all_contents(runs::single::all_outcomes(), runs::single::all_steps(), true);
-    let of_swarms = sweep::tables::all_contents(runs::swarm::all_outcomes(), runs::swarm::all_steps(), false);
+    let of_single = sweep::contents::all_entries(runs::single::all_outcomes(), runs::single::all_steps(), true);
+    let of_swarms = sweep::contents::all_entries(runs::swarm::all_outcomes(), runs::swarm::all_steps(), false);
     let [of_1995, of_2014] = studies::all_contents();
     let directories = [
         ("A run of a single robot", record::contents(single, true)),

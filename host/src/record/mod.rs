@@ -27,7 +27,7 @@ const DONE: &str = "DONE";
 
 /// The files of a run's directory: those of its kind, among those that every run has.
 pub(crate) fn contents(own: Vec<Entry>, has_inputs: bool) -> Vec<Entry> {
-    let config = "the experiment with every value written out, and the seed: read again, it is the same experiment";
+    let config = "the complete experiment: every value written out, and the seed";
     let mut all = vec![Entry::file(CONFIG, config)];
     if has_inputs {
         all.push(Entry::file(
@@ -36,15 +36,16 @@ pub(crate) fn contents(own: Vec<Entry>, has_inputs: bool) -> Vec<Entry> {
         ));
     }
     all.extend(own);
-    let meta = "nothing of the results: program, devices, times, status, how far the run is, and its best so far";
-    let done = "written last, by which a run is finished: the BLAKE3 hashes of each file, of the experiment and of the results";
+    let meta = "provenance, not part of the results: program, devices, times, status, progress, and the best so far";
+    let done =
+        "written last, when the run is finished: BLAKE3 hashes of each file, of the experiment and of the results";
     all.extend([
         Entry::file(META, meta),
         Entry::file(
             "checkpoint-N",
-            "the two newest checkpoints, from which `oneiro resume` goes on. N counts generations, or minutes of a swarm",
+            "the two newest checkpoints, from which `oneiro resume` continues; N is the generation, or the minute of a swarm",
         ),
-        Entry::file(LOCK, "held by the process that writes"),
+        Entry::file(LOCK, "locked by the process that is writing"),
         Entry::file(DONE, done),
     ]);
     all

@@ -27,22 +27,19 @@ const SENSITIVITY: &str = "sensitivity.csv";
 /// The directory of the study under each other arm.
 const ARMS: &str = "arms";
 
-static ARM: Column = Column::text("arm", "the arm: which assumption is another");
-static CLAIM: Column = Column::text("CLAIM", "a column for each claim, by its number: the verdict on it");
+static ARM: Column = Column::text("arm", "the arm: which assumption is changed");
+static CLAIM: Column = Column::text("CLAIM", "the verdict on a claim, one column per claim");
 
 /// The files of a study's directory: its own, among those that every study has.
 pub(super) fn contents(own: Vec<Entry>, sensitivity: bool) -> Vec<Entry> {
     let mut all = vec![
-        Entry::file(
-            REPORT,
-            "the report: each claim of the paper judged, with figures and tables",
-        ),
+        Entry::file(REPORT, "the report: a verdict on each claim, with figures and tables"),
         Entry::file(CLAIMS, "each claim with its verdict, its figures and its tests"),
-        Entry::file(RESULTS, "what the study found, before anything is judged"),
+        Entry::file(RESULTS, "the study's results, before they are judged"),
     ];
     all.extend(own);
     if sensitivity {
-        let verdicts = "with `--sensitivity`: a row for each arm";
+        let verdicts = "with `--sensitivity`: one row per arm";
         all.push(Entry::table(SENSITIVITY, verdicts, [&ARM, &CLAIM]));
         all.push(Entry::file(
             format!("{ARMS}/"),
@@ -50,11 +47,8 @@ pub(super) fn contents(own: Vec<Entry>, sensitivity: bool) -> Vec<Entry> {
         ));
     }
     all.extend([
-        Entry::file(SETTINGS, "the arguments that the study was begun with"),
-        Entry::file(
-            "cohorts/",
-            "runs that are done, so that a study that was stopped goes on",
-        ),
+        Entry::file(SETTINGS, "the arguments that the study was started with"),
+        Entry::file("cohorts/", "finished runs, from which a stopped study continues"),
     ]);
     all
 }

@@ -22,29 +22,29 @@ pub(crate) static INTERVALS_COLUMNS: [Column; 11] = [
     Column::number(
         "chosen_under",
         "0 to 0.99",
-        "the gene of the simulator in which the controller that acts was chosen",
+        "the gene of the simulator in which the acting controller was chosen",
     ),
     Column::number(
         "g0",
         "0 to 0.99",
-        "the controller that acts at the interval's end: the behaviour with food",
+        "the gene of the acting controller's behaviour with food, at the interval's end",
     ),
-    Column::number("g1", "0 to 0.99", "the behaviour without food"),
+    Column::number("g1", "0 to 0.99", "the gene of its behaviour without food"),
     Column::number(
         "real",
         "",
-        "the fitness that it earned in the arena in this interval; in the study's null, what another robot earned",
+        "its fitness in the arena during this interval; in the study's null model, that of another robot",
     ),
     Column::number(
         "simulated",
         "",
-        "what the same controller earned in the simulator in which it was chosen; empty in the first interval",
+        "the same controller's fitness in the simulator in which it was chosen; empty in the first interval",
     ),
-    Column::whole("heard", "robots", "how many it heard"),
+    Column::whole("heard", "robots", "the number of robots that it heard"),
     Column::whole(
         "reached",
         "robots",
-        "how many are linked with it by this interval's encounters, itself included",
+        "the number of robots linked to it by this interval's encounters, itself included",
     ),
     Column::whole("taken", "", "1 if its next simulator came from another robot, else 0"),
 ];

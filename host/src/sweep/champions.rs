@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use oneiro::world::Controller;
 
 use super::store::Store;
-use super::{Plan, Sweep, tables};
+use super::{Plan, Sweep, contents};
 use crate::evolve::Population;
 use crate::exit::{Failure, Result};
 use crate::genomes;
@@ -26,7 +26,7 @@ impl Champions {
     /// Exit 3 when it is none that this program can read, when its runs are of swarms, or when it has no tables yet.
     pub(crate) fn open(directory: &Path) -> Result<Self> {
         let (sweep, plan) = Store::open(directory)?.sweep()?;
-        let path = directory.join(tables::CHAMPIONS);
+        let path = directory.join(contents::CHAMPIONS);
         let refused = |problem: &str| Err(Failure::input(format_args!("{}: {problem}", directory.display())));
         if plan.controllers.contains(&None) {
             return refused("is of swarms, whose controllers live among others; allowed: sweeps of single robots");

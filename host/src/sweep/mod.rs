@@ -15,6 +15,7 @@
 //! | [`report`] | the page: curves, heat maps, champions, differences between cells |
 
 pub(crate) mod champions;
+pub(crate) mod contents;
 pub(crate) mod estimate;
 pub(crate) mod file;
 pub(crate) mod journal;

@@ -40,14 +40,22 @@ pub(crate) const EFFECTS: &str = "effects.csv";
 
 /// The same, described; `factors` are the columns of what was swept.
 pub(super) fn contents(factors: &[Column]) -> Vec<Entry> {
-    let others = Column::number("mean_OUTCOME", "", "a column for each other outcome: its mean");
+    let others = Column::number(
+        "mean_OUTCOME",
+        "",
+        "the mean of another outcome, one column per outcome",
+    );
     let cells = cells::columns(factors, std::slice::from_ref(&others));
     vec![
-        Entry::file(PAGE, "after `oneiro sweep report`: figures, tables and tests"),
-        Entry::table(CELLS, "the same: a row for each cell, the best first", &cells),
+        Entry::file(PAGE, "written by `oneiro sweep report`: figures, tables and tests"),
+        Entry::table(
+            CELLS,
+            "written by `oneiro sweep report`: one row per cell, best first",
+            &cells,
+        ),
         Entry::table(
             EFFECTS,
-            "the same: a row for each two levels and each two cells that it compares",
+            "written by `oneiro sweep report`: one row per pair of levels or cells compared",
             &comparisons::COLUMNS,
         ),
     ]

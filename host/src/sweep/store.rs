@@ -256,7 +256,7 @@ impl Store {
         };
         let mut text = serde_json::to_string_pretty(&made).expect("numbers and words");
         text.push('\n');
-        super::tables::describe(directory, sweep, plan)?;
+        super::contents::describe(directory, sweep, plan)?;
         disk::write(&directory.join(MADE), text.as_bytes())?;
         disk::sync_directory(directory)
     }

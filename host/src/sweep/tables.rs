@@ -11,19 +11,14 @@ use std::path::{Path, PathBuf};
 use oneiro::world::Controller;
 use toml::Value;
 
-use super::file::Axis;
+use super::contents::{CHAMPIONS, GENERATIONS, RESULTS, columns_of_champions, columns_of_generations};
 use super::journal::Generations;
 use super::store::{AllFinished, Finished};
 use super::{Plan, RunIndex, Sweep};
-use crate::contents::{Column, Entry as Contents, Holds};
+use crate::contents::Column;
 use crate::engine::disk;
 use crate::exit::{Failure, Result};
 use crate::report::csv::Csv;
-
-/// File names of the tables.
-pub(crate) const RESULTS: &str = "results.csv";
-pub(crate) const GENERATIONS: &str = "generations.csv";
-pub(crate) const CHAMPIONS: &str = "champions.csv";
 
 /// Tables written by [`write()`].
 #[derive(Debug)]
@@ -35,17 +30,6 @@ pub(crate) struct Written {
 }
 
 impl Sweep {
-    /// The columns of the table of results.
-    pub(crate) fn columns(&self, plan: &Plan) -> Vec<Column> {
-        let swept = self.file().axes.iter().flat_map(|axis| {
-            axis.keys.iter().enumerate().map(|(index, key)| {
-                let values = axis.levels.iter().map(|level| &level[index].0);
-                Column::new("", "", SWEPT, holds(values)).named(key.clone())
-            })
-        });
-        columns_of_results(swept.collect(), plan.outcomes.clone())
-    }
-
     /// A cell's values as they stand in the table of results.
     pub(crate) fn levels(&self, cell: usize) -> Vec<String> {
         self.file()
@@ -54,168 +38,6 @@ impl Sweep {
             .map(|(value, _)| text(value))
             .collect()
     }
-}
-
-/// What a column of a swept key holds.
-const SWEPT: &str = "the value of this key of the experiment";
-static RUN: Column = Column::whole("run", "", "its number, from 0: cell by cell, in each cell seed by seed");
-
-/// The run and its id, the swept keys, the seed, what the run gave, and the hash of its results.
-fn columns_of_results(swept: Vec<Column>, outcomes: Vec<Column>) -> Vec<Column> {
-    let id = Column::text("id", "the hash of the run's experiment and seed");
-    let seed = Column::whole("seed", "", "the run's seed");
-    let result = "the hash of the run's results, as `DONE` has it in a directory of this run";
-    [
-        vec![RUN.clone(), id],
-        swept,
-        vec![seed],
-        outcomes,
-        vec![Column::text("result", result)],
-    ]
-    .concat()
-}
-
-/// The run, and the columns of its own table.
-fn columns_of_generations(own: &[Column]) -> Vec<Column> {
-    [std::slice::from_ref(&RUN), own].concat()
-}
-
-/// The run, and the genes of all cells' controllers by their names. Nothing of runs without champions.
-fn columns_of_champions(controllers: &[Option<Controller>]) -> Vec<Column> {
-    let mut kinds: Vec<Controller> = Vec::new();
-    for &controller in controllers.iter().flatten() {
-        if !kinds.contains(&controller) {
-            kinds.push(controller);
-        }
-    }
-    let mut columns = Vec::new();
-    for name in kinds.into_iter().flat_map(Controller::gene_names) {
-        let gene = GENE.clone().named(name);
-        if !columns.contains(&gene) {
-            columns.push(gene);
-        }
-    }
-    if !columns.is_empty() {
-        columns.insert(0, RUN.clone());
-    }
-    columns
-}
-
-static GENE: Column = Column::number(
-    "",
-    "",
-    "a gene of the run's champion; empty where its controller has no such gene",
-);
-
-/// The files of a sweep's directory but its tables.
-fn other_contents() -> Vec<Contents> {
-    vec![
-        Contents::file("sweep.toml", "the sweep's file"),
-        Contents::file("experiment/", "the experiment's file, and the files that it names"),
-        Contents::file(
-            "sweep.json",
-            "which program and which kernels made the directory, and of how many runs it is",
-        ),
-        Contents::file("lock", "held by the process that makes the directory"),
-        Contents::file("shard-I-of-N/", "what one process does, by itself 1 of 1"),
-        Contents::file(
-            "shard-I-of-N/results.log",
-            "a line for each finished run, with its row of the tables",
-        ),
-        Contents::file("shard-I-of-N/generations.log", "the finished runs' rows of generations"),
-        Contents::file(
-            "shard-I-of-N/checkpoint-N",
-            "the two newest checkpoints of runs under way",
-        ),
-        Contents::file(
-            "shard-I-of-N/sessions.json",
-            "nothing of the results: programs, devices and times",
-        ),
-        Contents::file("shard-I-of-N/lock", "held by the process that works on the shard"),
-    ]
-}
-
-/// The files of a sweep's directory: its tables with their columns, once for each format, and all others.
-fn contents(tables: [Vec<Column>; 3], factors: &[Column], also_parquet: bool) -> Vec<Contents> {
-    let [results, generations, champions] = tables;
-    let mut all = vec![
-        Contents::table(RESULTS, "when all runs are done: a row for each run", &results),
-        Contents::table(
-            GENERATIONS,
-            "a row for each run and generation; of swarms for each run, interval and robot",
-            &generations,
-        ),
-    ];
-    if !champions.is_empty() {
-        all.push(Contents::table(
-            CHAMPIONS,
-            "the genes of each run's champion",
-            &champions,
-        ));
-    }
-    if also_parquet {
-        let names = [RESULTS, GENERATIONS, CHAMPIONS];
-        let parquet = |name: &str| {
-            let about = format!("`{name}` again, for quicker reading, by programs built with `--features parquet`");
-            Contents::file(name.replace("csv", "parquet"), about)
-        };
-        all.extend(
-            names[..if champions.is_empty() { 2 } else { 3 }]
-                .iter()
-                .map(|name| parquet(name)),
-        );
-    }
-    all.extend(super::report::contents(factors));
-    all.push(Contents::file(
-        "runs/",
-        "after `oneiro sweep extract`: directories of runs",
-    ));
-    all.extend(other_contents());
-    all
-}
-
-/// Writes the description of a sweep's directory there.
-///
-/// # Errors
-/// Exit 6 when writing fails.
-pub(super) fn describe(directory: &Path, sweep: &Sweep, plan: &Plan) -> Result {
-    let tables = [
-        sweep.columns(plan),
-        columns_of_generations(plan.columns),
-        columns_of_champions(&plan.controllers),
-    ];
-    let factors = sweep.file().axes.iter().flat_map(Axis::factors);
-    let factors: Vec<Column> = factors
-        .map(|factor| Column::text("", SWEPT).named(factor.clone()))
-        .collect();
-    let contents = contents(tables, &factors, cfg!(feature = "parquet"));
-    crate::contents::describe(directory, &format!("{}: a sweep of oneiro", sweep.name()), &contents)
-}
-
-/// The files of the directory of any sweep, whose runs give this and have these steps and controllers.
-#[cfg(test)]
-pub(crate) fn all_contents(outcomes: Vec<Column>, steps: &[Column], champions: bool) -> Vec<Contents> {
-    let key = Column::text("KEY", "a column for each swept key: its value");
-    let gene = Column::number(
-        "GENE",
-        "",
-        "a column for each gene, by its name; empty where a run's controller has no such gene",
-    );
-    let champions = if champions { vec![RUN.clone(), gene] } else { Vec::new() };
-    let tables = [
-        columns_of_results(vec![key.clone()], outcomes),
-        columns_of_generations(steps),
-        champions,
-    ];
-    contents(tables, &[key], true)
-}
-
-fn holds<'a>(values: impl Iterator<Item = &'a Value>) -> Holds {
-    values.fold(Holds::Whole, |known, value| match (known, value) {
-        (Holds::Whole, Value::Integer(_)) => Holds::Whole,
-        (Holds::Whole | Holds::Number, Value::Integer(_) | Value::Float(_)) => Holds::Number,
-        _ => Holds::Text,
-    })
 }
 
 /// A value as it stands in a table: strings without quotes.
@@ -325,14 +147,28 @@ fn write_generations(table: &mut Table<'_>, plan: &Plan, finished: &AllFinished)
     Ok(())
 }
 
-/// The genes of each run's champion. Those that its controller does not have are empty.
+/// The genes of each run's champion. Genes that its controller doesn't have are empty.
 fn champions_table(columns: &[Column], sweep: &Sweep, plan: &Plan, finished: &AllFinished) -> String {
+    let genes = &columns[1..];
+    let positions = |controller: Controller| -> Vec<Option<usize>> {
+        let names = controller.gene_names();
+        let position = |gene: &Column| names.iter().position(|name| *name == gene.name);
+        genes.iter().map(position).collect()
+    };
+    // The positions of the columns' genes in each controller's genome: a sweep has few controllers and many runs.
+    let mut known: Vec<(Option<Controller>, Vec<Option<usize>>)> = vec![(None, vec![None; genes.len()])];
     let mut table = Csv::new(columns);
     for (&run, Finished { line, .. }) in &finished.runs {
-        let names = plan.controllers[sweep.cell_of(run)].map_or_else(Vec::new, Controller::gene_names);
-        let genes: BTreeMap<&str, &f32> = names.iter().map(String::as_str).zip(&line.champion).collect();
-        let gene = |gene: &Column| genes.get(&*gene.name).map(ToString::to_string).unwrap_or_default();
-        table.row(std::iter::once(run.to_string()).chain(columns[1..].iter().map(gene)));
+        let controller = plan.controllers[sweep.cell_of(run)];
+        if known.iter().all(|(other, _)| *other != controller) {
+            known.push((controller, controller.map_or_else(Vec::new, positions)));
+        }
+        let own = known.iter().find(|(other, _)| *other == controller);
+        let cells = own.into_iter().flat_map(|(_, positions)| positions).map(|position| {
+            let value = position.and_then(|position| line.champion.get(position));
+            value.map(ToString::to_string).unwrap_or_default()
+        });
+        table.row(std::iter::once(run.to_string()).chain(cells));
     }
     table.text()
 }

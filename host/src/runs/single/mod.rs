@@ -58,21 +58,17 @@ static OUTCOMES: [Column; 11] = [
     Column::number("best", "", "the highest score of any individual in its generation"),
     Column::whole("best_generation", "", "the generation of that individual, the luckiest"),
     Column::whole("best_individual", "", "its index in the generation"),
-    Column::number(
-        "peak",
-        "",
-        "of the last generation: the mean fitness of those that would become parents",
-    ),
-    Column::number("mean", "", "of the last generation: the mean fitness of all"),
+    Column::number("peak", "", "the mean fitness of the last generation's would-be parents"),
+    Column::number("mean", "", "the mean fitness of the last generation"),
     Column::whole(
         "nan",
         "",
-        "how many fitness values of the whole run were NaN. They ranked last",
+        "the number of NaN fitness values in the whole run; they ranked last",
     ),
     Column::number(
         "champion_mean",
         "",
-        "the mean of the champion's fresh lives (`evolution.finalist_lives`). Empty without finalists, whose champion is the \
+        "the mean of the champion's fresh lives (`evolution.finalist_lives`); empty without finalists, when the champion is the \
          luckiest",
     ),
     Column::number(
@@ -80,7 +76,7 @@ static OUTCOMES: [Column; 11] = [
         "",
         "the lower bound of that mean's 95 % confidence interval, by Student's t",
     ),
-    Column::number("champion_high", "", "the upper bound"),
+    Column::number("champion_high", "", "the upper bound of that interval"),
     Column::whole("champion_generation", "", "the champion's generation"),
     Column::whole("champion_individual", "", "its index in the generation"),
 ];
@@ -89,56 +85,56 @@ static OUTCOMES_OF_REALITY: [Column; 3] = [
     Column::number(
         "simulated",
         "",
-        "with `[reality]`, of the offspring of the last generation, before any selection: their mean fitness in the simulator",
+        "with `[reality]`: the mean simulated fitness of the last generation's offspring, before any selection",
     ),
     Column::number(
         "real",
         "",
-        "with `[reality]`, of the same: their mean fitness in reality",
+        "with `[reality]`: the mean real fitness of the same offspring",
     ),
     Column::number(
         "real_best",
         "",
-        "with `[reality]`, of the same: the highest fitness in reality",
+        "with `[reality]`: the highest real fitness of the same offspring",
     ),
 ];
 
 /// The files of a run's directory.
 fn files(has_finalists: bool, has_individuals: bool) -> Vec<Entry> {
     let mut all = vec![
-        Entry::table(GENERATIONS, "a row for each generation", &rows::COLUMNS),
+        Entry::table(GENERATIONS, "one row per generation", &rows::COLUMNS),
         Entry::file(
             CHAMPION,
-            "the champion: its score in its generation as a number and as bits, the mean of its fresh lives with the 95 % \
-             confidence interval, who it is, the keys of its random numbers, and its genes with their names",
+            "the champion: its score (as a number and as bits), the mean of its fresh lives with a 95 % confidence interval, its \
+             generation and index, the keys of its random numbers, and its genes by name",
         ),
-        Entry::file(CHAMPION_GENES, "its genes, f32"),
+        Entry::file(CHAMPION_GENES, "its genes (f32)"),
     ];
     if has_finalists {
-        let luckiest = "the same of the individual with the highest score in its generation, where there are finalists";
+        let luckiest = "the same for the individual with the highest single score; only if there are finalists";
         all.push(Entry::file(LUCKIEST, luckiest));
-        all.push(Entry::file(LUCKIEST_GENES, "its genes, f32"));
+        all.push(Entry::file(LUCKIEST_GENES, "its genes (f32)"));
     }
     all.push(Entry::file(
         POPULATION,
-        "the last generation's genes, f32, individuals x genes",
+        "the last generation's genes (f32, individuals x genes)",
     ));
-    all.push(Entry::file(FITNESS, "the last generation's fitness, f32"));
+    all.push(Entry::file(FITNESS, "the last generation's fitness (f32)"));
     if has_individuals {
         all.push(Entry::file(
             INDIVIDUALS,
-            "every individual that ever lived (`record.individuals`): f32, generations x individuals x (genes + 1), the last \
-             number its fitness",
+            "every individual of the run, with `record.individuals` (f32, generations x individuals x (genes + 1); the last number \
+             is its fitness)",
         ));
     }
-    let record = "the champion's first life, a row for each cycle, or for each Nth of more than 10,000";
-    let again = "after `oneiro replay`: the drawn life, with the columns of `trace.csv`";
+    let record = "the champion's first life: one row per cycle, or per Nth cycle of a life of more than 10,000";
+    let again = "written by `oneiro replay`: the replayed life, with the columns of `trace.csv`";
     all.extend([
         Entry::table(TRACE, record, trace::columns()),
         Entry::file(PATH, "a picture of that life"),
         Entry::file(LEARNING_CURVE, "a picture of the evolution"),
         Entry::file(REPLAY, again),
-        Entry::file(REPLAY_PATH, "after `oneiro replay`: a picture of that life"),
+        Entry::file(REPLAY_PATH, "written by `oneiro replay`: a picture of that life"),
     ]);
     all
 }

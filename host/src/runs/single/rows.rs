@@ -19,7 +19,7 @@ pub(super) static COLUMNS: [Column; 9] = [
     Column::whole(
         "nan",
         "",
-        "how many fitness values were NaN. They rank last and are in no other column",
+        "the number of NaN fitness values; they rank last and are left out of the other columns",
     ),
     Column::text("best_bits", "`best` as its 32 bits, in hex"),
 ];

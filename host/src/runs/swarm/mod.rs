@@ -27,7 +27,7 @@ use crate::swarm::tables::{FOOD, FOOD_COLUMNS, INTERVALS, INTERVALS_COLUMNS};
 /// What a run gives in a sweep's table of results.
 static OUTCOMES: [Column; 5] = [
     Column::whole("brought", "items", "food that all robots brought"),
-    Column::number("rate", "items a robot-minute", "food"),
+    Column::number("rate", "items a robot-minute", "food brought"),
     Column::number(
         "late_rate",
         "items a robot-minute",
@@ -36,7 +36,7 @@ static OUTCOMES: [Column; 5] = [
     Column::number(
         "late_right",
         "0 to 1",
-        "the share of simulators that have the light where it is, in the last fifth of the time",
+        "the share of simulators with the light in its true position, in the last fifth of the time",
     ),
     Column::number(
         "late_s0",
@@ -65,11 +65,11 @@ pub(crate) fn all_outcomes() -> Vec<Column> {
 }
 
 fn contents() -> Vec<Entry> {
-    let intervals = "a row for each robot in each interval; none in the case `random`, in which nothing evolves";
+    let intervals = "one row per robot and interval; none in the case `random`, in which nothing evolves";
     vec![
         Entry::table(INTERVALS, intervals, &INTERVALS_COLUMNS),
-        Entry::table(FOOD, "a row for each second", &FOOD_COLUMNS),
-        Entry::file(REPLAY, "after `oneiro replay`: a page that plays the run"),
+        Entry::table(FOOD, "one row per second", &FOOD_COLUMNS),
+        Entry::file(REPLAY, "written by `oneiro replay`: a page that plays the run"),
     ]
 }
 

@@ -180,12 +180,11 @@ impl Reproduction for Whole<'_> {
 pub(super) fn contents(has_samples: bool, is_full: bool) -> Vec<Entry> {
     let mut all = report::contents(is_full);
     if has_samples {
-        let robot = "the sampled robot: a table and a picture for each kind of object, the motors, and each row as it was taken";
+        let robot = "the sampled robot: a table and a picture per kind of object, the motors, and each row as sampled";
         all.push(Entry::file("robot/", robot));
     }
     if is_full {
-        let variants =
-            "with `--full`: runs in other simulators that are done, so that a study that was stopped goes on";
+        let variants = "with `--full`: finished runs in other simulators, from which a stopped study continues";
         all.push(Entry::file("variants", variants));
     }
     all

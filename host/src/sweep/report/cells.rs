@@ -117,8 +117,12 @@ impl<'a> Cells<'a> {
 /// The columns of the table of cells, with those of what was swept and of other outcomes.
 pub(super) fn columns(factors: &[Column], others: &[Column]) -> Vec<Column> {
     let outcome = [
-        Column::whole("runs", "", "the cell's runs"),
-        Column::whole("n", "", "those whose outcome is a number; all that follows is of these"),
+        Column::whole("runs", "", "the number of runs in the cell"),
+        Column::whole(
+            "n",
+            "",
+            "the number of runs whose outcome is a number; the columns below are computed from these",
+        ),
         Column::number(
             "mean",
             "",
@@ -129,7 +133,7 @@ pub(super) fn columns(factors: &[Column], others: &[Column]) -> Vec<Column> {
         Column::number("min", "", "the lowest"),
         Column::number("max", "", "the highest"),
     ];
-    let cell = Column::whole("cell", "", "its number, from 1, the best first");
+    let cell = Column::whole("cell", "", "its number, from 1, best first");
     [&[cell], factors, &outcome, others].concat()
 }
 

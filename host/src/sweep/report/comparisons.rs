@@ -229,11 +229,11 @@ fn comparisons(family: &Family, names: &[Head<'_>], cells: impl Fn(&Comparison) 
 /// The columns of the table of comparisons.
 pub(super) static COLUMNS: [Column; 19] = [
     Column::text("family", "`levels` of one key, or whole `cells`"),
-    Column::text("factor", "the key, of levels"),
+    Column::text("factor", "the key whose levels are compared"),
     Column::text("first", "the first level, or the first cell's number in `cells.csv`"),
-    Column::text("second", "the second"),
-    Column::whole("n_first", "", "runs with the first"),
-    Column::whole("n_second", "", "runs with the second"),
+    Column::text("second", "the second level or cell number"),
+    Column::whole("n_first", "", "the number of runs with the first"),
+    Column::whole("n_second", "", "the number of runs with the second"),
     Column::number("mean_first", "", "the outcome's mean with the first"),
     Column::number("mean_second", "", "its mean with the second"),
     Column::number("difference", "", "the first mean minus the second"),
@@ -243,22 +243,22 @@ pub(super) static COLUMNS: [Column; 19] = [
         "Vargha and Delaney's A: how often a run with the first is better",
     ),
     Column::number("a_low", "0 to 1", "the lower bound of A's 95 % confidence interval"),
-    Column::number("a_high", "0 to 1", "the upper bound"),
+    Column::number("a_high", "0 to 1", "the upper bound of A's interval"),
     Column::number("delta", "-1 to 1", "Cliff's delta, 2 A - 1"),
     Column::number(
         "delta_low",
         "-1 to 1",
         "the lower bound of delta's 95 % confidence interval",
     ),
-    Column::number("delta_high", "-1 to 1", "the upper bound"),
+    Column::number("delta_high", "-1 to 1", "the upper bound of delta's interval"),
     Column::number("u", "", "Mann and Whitney's U"),
-    Column::number("p", "0 to 1", "the test's probability, two-sided"),
+    Column::number("p", "0 to 1", "the two-sided p-value of the test"),
     Column::number(
         "p_holm",
         "0 to 1",
-        "the same, corrected by Holm's procedure for all comparisons of its family",
+        "the p-value corrected by Holm's procedure for all comparisons of its family",
     ),
-    Column::whole("shared_seeds", "", "seeds that runs of both have"),
+    Column::whole("shared_seeds", "", "the number of seeds that occur in both"),
 ];
 
 /// All comparisons of both families as CSV. Groups of a factor's levels are named; cells are numbered as in the table

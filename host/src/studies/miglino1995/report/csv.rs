@@ -20,34 +20,38 @@ static TRANSFERRED: [Column; 7] = [
         "",
         "its fitness in simulation, with the noise it evolved with",
     ),
-    Column::number("simulated_again", "", "the same from another start"),
-    Column::number("quiet", "", "in simulation without noise"),
-    Column::number("real", "", "in reality"),
-    Column::number("real_again", "", "in reality again, from another start"),
-    Column::number("other_robot", "", "in another robot of the same kind"),
+    Column::number(
+        "simulated_again",
+        "",
+        "its fitness in another simulated life, from another start",
+    ),
+    Column::number("quiet", "", "its fitness in simulation without noise"),
+    Column::number("real", "", "its fitness in reality"),
+    Column::number("real_again", "", "its fitness in another real life, from another start"),
+    Column::number("other_robot", "", "its fitness in another robot of the same kind"),
 ];
 static LAST: [Column; 2] = [
     Column::whole("individual", "", "its index in the generation"),
     Column::number("real", "", "its fitness in reality"),
 ];
 static DISCREPANCY: [Column; 6] = [
-    Column::whole("k", "", "how many distances are summed"),
-    Column::whole("cycle", "100 ms", "the cycle of the last of them, 5 k"),
+    Column::whole("k", "", "the number of distances summed"),
+    Column::whole("cycle", "100 ms", "the cycle of the last distance, 5 k"),
     Column::number(
         "paper",
         "mm",
         "the sum of distances between the simulated and the real path, from the start that all share",
     ),
-    Column::number("starts", "mm", "the same, the mean of 100 other starts"),
+    Column::number("starts", "mm", "the same sum, mean over 100 other starts"),
     Column::number(
         "repeated",
         "mm",
-        "between two real paths from one start, the mean of the 100 starts",
+        "the sum between two real paths from one start, mean over the 100 starts",
     ),
     Column::number(
         "unrelated",
         "mm",
-        "between the simulated path and the real path of another run's champion, the mean of the 100 starts",
+        "the sum between the simulated path and the real path of another run's champion, mean over the 100 starts",
     ),
 ];
 static CHAMPIONS: [Column; 3] = [
@@ -56,7 +60,7 @@ static CHAMPIONS: [Column; 3] = [
     Column::number(
         "discrepancy_per_length",
         "",
-        "`starts` of `discrepancy.csv` at its end, over the simulated path's length",
+        "the last `starts` in `discrepancy.csv` divided by the length of the simulated path",
     ),
 ];
 /// Of the champion's life in each environment.
@@ -87,21 +91,25 @@ static MEASURES: [Column; 7] = [
 ];
 static CONTROLS: [Column; 5] = [
     Column::number("first", "", "the mean real fitness of the first generation in reality"),
-    Column::number("last", "", "of the last"),
+    Column::number("last", "", "the mean real fitness of the last generation in reality"),
     Column::number(
         "simulated_on",
         "",
-        "the same where the generations in reality are replaced by as many in simulation",
+        "the same if the generations in reality are replaced by as many in simulation",
     ),
-    Column::number("neutral", "", "by as many in reality with parents drawn by lot"),
-    Column::number("from_random", "", "by as many in reality from random genes"),
+    Column::number("neutral", "", "the same if parents in reality are drawn at random"),
+    Column::number(
+        "from_random",
+        "",
+        "the same if evolution in reality starts from random genes",
+    ),
 ];
 static VARIANTS: [Column; 6] = [
     Column::text(
         "family",
-        "what the simulator is one of: `sensor_range`, `walk_range`, `displacement` or `simulator`",
+        "the family of the simulator: `sensor_range`, `walk_range`, `displacement` or `simulator`",
     ),
-    Column::text("name", "what is different"),
+    Column::text("name", "how the simulator differs"),
     Column::number(
         "value",
         "",
@@ -136,32 +144,32 @@ fn columns_of_champions() -> Vec<Column> {
 pub(crate) fn contents(is_full: bool) -> Vec<Entry> {
     let table = |name, about, columns: &[Column]| Entry::table(name, about, &of_run(columns));
     let mut all = vec![
-        table("generations.csv", "a row for each generation of each run", &GENERATIONS),
+        table("generations.csv", "one row per generation of each run", &GENERATIONS),
         table(
             "transferred.csv",
-            "a row for each individual of the generation that is transferred to reality",
+            "one row per individual of the generation transferred to reality",
             &TRANSFERRED,
         ),
         table(
             "last.csv",
-            "a row for each individual of the last generation in reality",
+            "one row per individual of the last generation in reality",
             &LAST,
         ),
         table(
             "discrepancy.csv",
-            "how far the champions' simulated and real paths are apart",
+            "the distance between the champions' simulated and real paths",
             &DISCREPANCY,
         ),
         Entry::table(
             "champions.csv",
-            "a row for each run: how its champion, the best of the transferred generation, lives",
+            "one row per run: the lives of its champion, the best of the transferred generation",
             &columns_of_champions(),
         ),
     ];
     if is_full {
-        let controls = "with `--full`: a row for each run, what else could have raised real fitness";
+        let controls = "with `--full`: one row per run, with controls for what else could have raised real fitness";
         all.push(table("controls.csv", controls, &CONTROLS));
-        let variants = "with `--full`: a row for each run in other simulators";
+        let variants = "with `--full`: one row per run in other simulators";
         all.push(Entry::table("variants.csv", variants, &VARIANTS));
     }
     all

@@ -19,31 +19,47 @@ static WHOSE: [Column; 4] = [
 static RUN: Column = Column::whole("run", "", "the run's number within its case and kind, from 0");
 static RUNS: [Column; 9] = [
     Column::whole("brought", "items", "food that all robots brought"),
-    Column::whole("first_half", "items", "before the light moves"),
-    Column::whole("second_half", "items", "from then on"),
+    Column::whole("first_half", "items", "food brought before the light moves"),
+    Column::whole("second_half", "items", "food brought after that"),
     Column::number(
         "s0_opposite",
         "0 to 1",
-        "at the end: the share of simulators with the light opposite the nest",
+        "the share of simulators at the end with the light opposite the nest",
     ),
-    Column::number("s0_no_light", "0 to 1", "without a light"),
-    Column::number("s0_over", "0 to 1", "with the light over the nest"),
+    Column::number(
+        "s0_no_light",
+        "0 to 1",
+        "the share of simulators at the end without a light",
+    ),
+    Column::number(
+        "s0_over",
+        "0 to 1",
+        "the share of simulators at the end with the light over the nest",
+    ),
     Column::number("s0", "0 to 0.99", "at the end: the mean gene of simulators"),
-    Column::number("g0", "0 to 0.99", "of the behaviour with food"),
-    Column::number("g1", "0 to 0.99", "of the behaviour without food"),
+    Column::number(
+        "g0",
+        "0 to 0.99",
+        "at the end: the mean gene of the behaviour with food",
+    ),
+    Column::number(
+        "g1",
+        "0 to 0.99",
+        "at the end: the mean gene of the behaviour without food",
+    ),
 ];
 static RATES: [Column; 4] = [
     Column::whole("from", "s", "the beginning of the bin"),
     Column::whole("to", "s", "its end"),
     Column::whole("brought", "items", "food that all robots brought in it"),
-    Column::number("per_minute", "items a minute", "the same by time"),
+    Column::number("per_minute", "items a minute", "food brought per minute of the bin"),
 ];
 static INTERVAL: Column = Column::whole("interval", "", "its number, from 0");
 static GENES: [Column; 7] = [
     Column::whole(
         "robots",
         "",
-        "robots of all runs in this interval; all that follows is of these",
+        "the number of robots of all runs in this interval; the columns below are computed from these",
     ),
     Column::number("s0_mean", "0 to 0.99", "the mean gene of simulators"),
     Column::number("s0_sd", "", "its standard deviation"),
@@ -58,22 +74,42 @@ static BINS: [Column; 9] = [
         "0 to 1",
         "the share of simulators with the light opposite the nest",
     ),
-    Column::number("s0_no_light", "0 to 1", "without a light"),
-    Column::number("s0_over", "0 to 1", "with the light over the nest"),
+    Column::number("s0_no_light", "0 to 1", "the share of simulators without a light"),
+    Column::number(
+        "s0_over",
+        "0 to 1",
+        "the share of simulators with the light over the nest",
+    ),
     Column::number(
         "g0_flees",
         "0 to 1",
         "the share of controllers that flee the light with food",
     ),
-    Column::number("g0_random", "0 to 1", "that search at random with food"),
-    Column::number("g0_seeks", "0 to 1", "that seek the light with food"),
+    Column::number(
+        "g0_random",
+        "0 to 1",
+        "the share of controllers that search at random with food",
+    ),
+    Column::number(
+        "g0_seeks",
+        "0 to 1",
+        "the share of controllers that seek the light with food",
+    ),
     Column::number(
         "g1_flees",
         "0 to 1",
         "the share of controllers that flee the light without food",
     ),
-    Column::number("g1_random", "0 to 1", "that search at random without food"),
-    Column::number("g1_seeks", "0 to 1", "that seek the light without food"),
+    Column::number(
+        "g1_random",
+        "0 to 1",
+        "the share of controllers that search at random without food",
+    ),
+    Column::number(
+        "g1_seeks",
+        "0 to 1",
+        "the share of controllers that seek the light without food",
+    ),
 ];
 
 /// The columns that identify a row's combination, case and kind, the number of its run or interval, and others.
@@ -84,22 +120,26 @@ fn of(number: &Column, others: &[Column]) -> Vec<Column> {
 /// The files of numbers; one of them only where open questions are asked.
 pub(crate) fn contents(has_questions: bool) -> Vec<Entry> {
     let mut all = vec![
-        Entry::table("runs.csv", "a row for each run", &of(&RUN, &RUNS)),
+        Entry::table("runs.csv", "one row per run", &of(&RUN, &RUNS)),
         Entry::table(
             "intervals.csv",
-            "a row for each robot in each interval of the runs that are as in the paper",
+            "one row per robot and interval, for runs as in the paper",
             &of(&RUN, &INTERVALS_COLUMNS),
         ),
-        Entry::table("rates.csv", "a row for each 250 s of each run", &of(&RUN, &RATES)),
+        Entry::table("rates.csv", "one row per 250 s of each run", &of(&RUN, &RATES)),
         Entry::table(
             "genes.csv",
-            "a row for each interval of each case and kind, over all runs",
+            "one row per interval of each case and kind, over all runs",
             &of(&INTERVAL, &GENES),
         ),
-        Entry::table("bins.csv", "the same: what the genes select", &of(&INTERVAL, &BINS)),
+        Entry::table(
+            "bins.csv",
+            "one row per interval of each case and kind, over all runs: what the genes select",
+            &of(&INTERVAL, &BINS),
+        ),
     ];
     if has_questions {
-        let about = "with `--questions`: a row for each open question";
+        let about = "with `--questions`: one row per open question";
         all.push(Entry::table("questions.csv", about, &questions::COLUMNS));
     }
     all

@@ -15,14 +15,14 @@ use crate::studies::odowd2014::results::{Question, Results, Run};
 pub(super) static COLUMNS: [Column; 12] = [
     Column::text(
         "about",
-        "what is asked: the number of robots, their density, or their range",
+        "the question: the number of robots, their density, or their range",
     ),
-    Column::whole("robots", "", "how many there are"),
+    Column::whole("robots", "", "the number of robots"),
     Column::number("arena_radius_mm", "mm", "the arena's radius"),
-    Column::number("range_mm", "mm", "how far robots hear each other"),
-    Column::number("lamp_behind_wall_mm", "mm", "how far behind the wall the lamp is"),
-    Column::whole("runs", "", "how many runs; all that follows are their means"),
-    Column::number("food_per_robot_minute", "items a robot-minute", "food"),
+    Column::number("range_mm", "mm", "the range at which robots hear each other"),
+    Column::number("lamp_behind_wall_mm", "mm", "the distance of the lamp behind the wall"),
+    Column::whole("runs", "", "the number of runs; the columns below are means over them"),
+    Column::number("food_per_robot_minute", "items a robot-minute", "food brought"),
     Column::number(
         "late_share_over",
         "0 to 1",
@@ -32,13 +32,17 @@ pub(super) static COLUMNS: [Column; 12] = [
     Column::whole(
         "converged_minute",
         "min",
-        "from when on more than half of the simulators have the light over the nest, over five minutes; empty if never",
+        "the minute from which more than half of the simulators have the light over the nest, over five minutes; empty if never",
     ),
-    Column::number("heard", "robots", "how many a robot hears in an interval"),
+    Column::number(
+        "heard",
+        "robots",
+        "the number of robots that a robot hears in an interval",
+    ),
     Column::number(
         "reached_share",
         "0 to 1",
-        "the share of robots that are linked with a robot in an interval",
+        "the share of robots linked to a robot in an interval",
     ),
 ];
 
