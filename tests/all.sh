@@ -87,7 +87,8 @@ cargo fmt --all --check
 say "lints"
 cargo clippy --release --workspace --all-targets --features oneiro-host/parquet --locked -- -D warnings
 
-# Those that tell a program without the backend from one with it, and what they both compute. The rest run in the next stage.
+# Only the tests of the evaluators, the unit tests and one of the program: nothing else depends on the backend, and the next
+# stage runs all tests.
 say "the program without the GPU backend: build and tests"
 tests=()
 for test in batch cpu forager goldens numerics pool run surrogate tables worlds; do

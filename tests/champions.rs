@@ -1082,7 +1082,7 @@ fn incomparable_genomes_are_refused_with_the_key() {
         (
             3,
             &["unfinished"],
-            &["unfinished: is not finished", "nothing is recorded yet", "allowed"],
+            &["unfinished: is not finished", "there are no genomes yet", "allowed"],
         ),
         (3, &["empty"], &["empty", "allowed"]),
         (3, &["nothing.npy", "--experiment", "small.toml"], &["nothing.npy"]),

@@ -27,7 +27,7 @@ pub(crate) fn run(arguments: &Best, console: Console) -> Result {
     let lives = arguments.lives;
     if !(2..=MOST_LIVES).contains(&lives) {
         return Err(Failure::input(format_args!(
-            "--lives {lives}: a mean has an interval from two lives on; allowed: 2 to {MOST_LIVES}"
+            "--lives {lives}: a confidence interval needs at least two lives; allowed: 2 to {MOST_LIVES}"
         )));
     }
     arguments.out.as_deref().map(writable).transpose()?;
@@ -100,7 +100,7 @@ pub(crate) fn run(arguments: &Best, console: Console) -> Result {
 fn writable(out: &Path) -> Result {
     if out.extension().is_none_or(|extension| extension != "json") {
         return Err(Failure::input(format_args!(
-            "--out {}: the best is written as champion.json is; allowed: a name that ends in .json",
+            "--out {}: the best is written in the format of champion.json; allowed: a name that ends in .json",
             out.display()
         )));
     }
@@ -113,7 +113,7 @@ fn finished(named: Vec<Named>, console: Console) -> Result<Vec<Named>> {
     for named in named {
         match &named {
             Named::Run(run) if !run.is_done()? => console.say(format!(
-                "warning: {}: is not finished, and left out; `oneiro resume` continues it",
+                "warning: {}: is not finished, so it is left out; `oneiro resume` continues it",
                 run.directory().display()
             )),
             _ => finished.push(named),
@@ -121,7 +121,7 @@ fn finished(named: Vec<Named>, console: Console) -> Result<Vec<Named>> {
     }
     if finished.is_empty() {
         return Err(Failure::input(
-            "nothing is recorded yet; allowed: finished runs and sweeps, and files of genomes",
+            "there are no genomes yet; allowed: finished runs and sweeps, and files of genomes",
         ));
     }
     Ok(finished)

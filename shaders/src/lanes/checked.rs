@@ -41,7 +41,7 @@ fn inside(e: u32, n: u32) -> u32 {
     e
 }
 
-// Out of the kernels' way: a message where each operation stands would make their code a fifth larger.
+// Kept out of line: formatting a message at every operation would make the kernels' code a fifth larger.
 
 #[cold]
 #[inline(never)]
