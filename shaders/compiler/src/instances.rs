@@ -119,11 +119,8 @@ pub fn lanes(library: &str, name: &str, function: &str, targets: &[Target]) -> S
         for (count, width) in target.shapes {
             let lanes = count * width;
             let instance = format!("{name}_{}x{lanes}", target.name);
-            let ty = if *count == 1 {
-                target.vector.to_owned()
-            } else {
-                format!("Wide<{}, {count}>", target.vector)
-            };
+            let pairs = count.ilog2() as usize;
+            let ty = format!("{}{}{}", "Pair<".repeat(pairs), target.vector, ">".repeat(pairs));
             let enable = if target.features.is_empty() {
                 String::new()
             } else {

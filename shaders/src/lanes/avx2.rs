@@ -97,6 +97,8 @@ impl Lanes for Avx2 {
     unsafe fn sar(a: __m256i, count: u32) -> __m256i {
         _mm256_sra_epi32(a, _mm_cvtsi32_si128(count as i32))
     }
+    lane_by_lane! { division: 0 1 2 3 4 5 6 7 }
+    lane_by_lane! { scattered_stores: 0 1 2 3 4 5 6 7 }
     #[inline(always)]
     unsafe fn any(a: __m256) -> bool {
         _mm256_movemask_ps(a) != 0
@@ -112,14 +114,12 @@ impl Lanes for Avx2 {
     #[inline(always)]
     unsafe fn gather_quads(buffer: Words, at: __m256i) -> [__m256i; 4] {
         // As in AVX-512: vector j holds the quads of lanes j and j + 4.
-        let mut rows = [_mm256_setzero_si256(); 4];
-        let mut j = 0;
-        while j < 4 {
-            let low = _mm_loadu_si128(buffer.start.add(Self::lane(at, j) as usize).cast());
-            let high = _mm_loadu_si128(buffer.start.add(Self::lane(at, j + 4) as usize).cast());
-            rows[j] = _mm256_inserti128_si256::<1>(_mm256_castsi128_si256(low), high);
-            j += 1;
-        }
+        let rows = [
+            quads::<0>(buffer, at),
+            quads::<1>(buffer, at),
+            quads::<2>(buffer, at),
+            quads::<3>(buffer, at),
+        ];
         let low_01 = _mm256_unpacklo_epi32(rows[0], rows[1]);
         let high_01 = _mm256_unpackhi_epi32(rows[0], rows[1]);
         let low_23 = _mm256_unpacklo_epi32(rows[2], rows[3]);
@@ -139,4 +139,12 @@ impl Lanes for Avx2 {
     unsafe fn store_words(buffer: Words, at: usize, value: __m256i, active: __m256) {
         _mm256_maskstore_epi32(buffer.start.add(at).cast(), _mm256_castps_si256(active), value);
     }
+}
+
+/// The four words from the index of lane `J` on, and those of lane `J + 4`.
+#[inline(always)]
+unsafe fn quads<const J: usize>(buffer: Words, at: __m256i) -> __m256i {
+    let low = _mm_loadu_si128(buffer.start.add(Avx2::lane(at, J) as usize).cast());
+    let high = _mm_loadu_si128(buffer.start.add(Avx2::lane(at, J + 4) as usize).cast());
+    _mm256_inserti128_si256::<1>(_mm256_castsi128_si256(low), high)
 }

@@ -94,6 +94,7 @@ impl Lanes for Avx512 {
     unsafe fn sar(a: __m512i, count: u32) -> __m512i {
         _mm512_sra_epi32(a, _mm_cvtsi32_si128(count as i32))
     }
+    lane_by_lane! { division: 0 1 2 3 4 5 6 7 8 9 10 11 12 13 14 15 }
     #[inline(always)]
     unsafe fn any(a: __mmask16) -> bool {
         a != 0
@@ -110,18 +111,12 @@ impl Lanes for Avx512 {
     unsafe fn gather_quads(buffer: Words, at: __m512i) -> [__m512i; 4] {
         // Vector j holds the quads of lanes j, j + 4, j + 8, j + 12; a transposition in each quarter then
         // brings the lanes into order. Four gathers would load each word by itself.
-        let mut rows = [_mm512_setzero_si512(); 4];
-        let mut j = 0;
-        while j < 4 {
-            let a = quad(buffer, Self::lane(at, j));
-            let b = quad(buffer, Self::lane(at, j + 4));
-            let c = quad(buffer, Self::lane(at, j + 8));
-            let d = quad(buffer, Self::lane(at, j + 12));
-            let low = _mm256_inserti128_si256::<1>(_mm256_castsi128_si256(a), b);
-            let high = _mm256_inserti128_si256::<1>(_mm256_castsi128_si256(c), d);
-            rows[j] = _mm512_inserti64x4::<1>(_mm512_castsi256_si512(low), high);
-            j += 1;
-        }
+        let rows = [
+            quads::<0>(buffer, at),
+            quads::<1>(buffer, at),
+            quads::<2>(buffer, at),
+            quads::<3>(buffer, at),
+        ];
         let low_01 = _mm512_unpacklo_epi32(rows[0], rows[1]);
         let high_01 = _mm512_unpackhi_epi32(rows[0], rows[1]);
         let low_23 = _mm512_unpacklo_epi32(rows[2], rows[3]);
@@ -138,9 +133,26 @@ impl Lanes for Avx512 {
         _mm512_loadu_si512(buffer.start.add(at).cast())
     }
     #[inline(always)]
+    unsafe fn scatter_words(buffer: Words, at: __m512i, value: __m512i, active: __mmask16) {
+        // Of lanes with one index, the instruction keeps the last.
+        _mm512_mask_i32scatter_epi32::<4>(buffer.start.cast(), active, at, value);
+    }
+    #[inline(always)]
     unsafe fn store_words(buffer: Words, at: usize, value: __m512i, active: __mmask16) {
         _mm512_mask_storeu_epi32(buffer.start.add(at).cast(), active, value);
     }
+}
+
+/// The four words from the index of lane `J` on, and those of lanes `J + 4`, `J + 8` and `J + 12`.
+#[inline(always)]
+unsafe fn quads<const J: usize>(buffer: Words, at: __m512i) -> __m512i {
+    let a = quad(buffer, Avx512::lane(at, J));
+    let b = quad(buffer, Avx512::lane(at, J + 4));
+    let c = quad(buffer, Avx512::lane(at, J + 8));
+    let d = quad(buffer, Avx512::lane(at, J + 12));
+    let low = _mm256_inserti128_si256::<1>(_mm256_castsi128_si256(a), b);
+    let high = _mm256_inserti128_si256::<1>(_mm256_castsi128_si256(c), d);
+    _mm512_inserti64x4::<1>(_mm512_castsi256_si512(low), high)
 }
 
 #[inline(always)]

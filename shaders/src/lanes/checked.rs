@@ -147,6 +147,9 @@ impl Lanes for Checked {
         }
     }
 
+    lane_by_lane! { shifts: 0 }
+    lane_by_lane! { stores: 0 }
+    lane_by_lane! { scattered_stores: 0 }
     as_scalar! {
         i(x: u32) -> u32;
         m(x: bool) -> bool;

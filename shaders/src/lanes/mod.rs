@@ -14,6 +14,53 @@
 
 use crate::kernel::Words;
 
+/// Operations that an instruction set lacks or that are rare, lane by lane: those named, for the lanes listed.
+///
+/// They are written out because LLVM would unroll each of a kernel's thousands of small loops by itself, and reconsider
+/// the loops around it every time: that took four fifths of the time that all kernels took to compile.
+macro_rules! lane_by_lane {
+    (division: $($k:literal)+) => {
+        #[inline(always)]
+        unsafe fn udiv(a: Self::I, b: Self::I) -> Self::I {
+            core::mem::transmute([$(super::uniform::divide(Self::lane(a, $k), Self::lane(b, $k))),+])
+        }
+        #[inline(always)]
+        unsafe fn urem(a: Self::I, b: Self::I) -> Self::I {
+            core::mem::transmute([$(super::uniform::remainder(Self::lane(a, $k), Self::lane(b, $k))),+])
+        }
+    };
+    (shifts: $($k:literal)+) => {
+        #[inline(always)]
+        unsafe fn shl_each(a: Self::I, b: Self::I) -> Self::I {
+            core::mem::transmute([$(Self::lane(a, $k).wrapping_shl(Self::lane(b, $k))),+])
+        }
+        #[inline(always)]
+        unsafe fn shr_each(a: Self::I, b: Self::I) -> Self::I {
+            core::mem::transmute([$(Self::lane(a, $k).wrapping_shr(Self::lane(b, $k))),+])
+        }
+        #[inline(always)]
+        unsafe fn sar_each(a: Self::I, b: Self::I) -> Self::I {
+            core::mem::transmute([$((Self::lane(a, $k) as i32).wrapping_shr(Self::lane(b, $k)) as u32),+])
+        }
+    };
+    (stores: $($k:literal)+) => {
+        #[inline(always)]
+        unsafe fn store_words(buffer: crate::kernel::Words, at: usize, value: Self::I, active: Self::M) {
+            $(if Self::test(active, $k) {
+                *buffer.start.add(at + $k) = Self::lane(value, $k);
+            })+
+        }
+    };
+    (scattered_stores: $($k:literal)+) => {
+        #[inline(always)]
+        unsafe fn scatter_words(buffer: crate::kernel::Words, at: Self::I, value: Self::I, active: Self::M) {
+            $(if Self::test(active, $k) {
+                *buffer.start.add(Self::lane(at, $k) as usize) = Self::lane(value, $k);
+            })+
+        }
+    };
+}
+
 #[cfg(target_arch = "x86_64")]
 mod avx2;
 #[cfg(target_arch = "x86_64")]
@@ -21,11 +68,11 @@ mod avx512;
 mod checked;
 #[cfg(target_arch = "aarch64")]
 mod neon;
+mod pair;
 mod scalar;
 #[cfg(target_arch = "x86_64")]
 mod sse41;
 pub mod uniform;
-mod wide;
 
 #[cfg(target_arch = "x86_64")]
 pub use avx2::Avx2;
@@ -34,10 +81,10 @@ pub use avx512::Avx512;
 pub use checked::Checked;
 #[cfg(target_arch = "aarch64")]
 pub use neon::Neon;
+pub use pair::Pair;
 pub use scalar::Scalar;
 #[cfg(target_arch = "x86_64")]
 pub use sse41::Sse41;
-pub use wide::Wide;
 
 #[cfg(target_arch = "arm")]
 compile_error!("NEON on 32-bit ARM flushes subnormals, and without it floats are not portable: use a 64-bit target");
@@ -127,16 +174,16 @@ pub trait Lanes: Copy {
     /// `N` words from this index on, which lie within the buffer.
     unsafe fn load_words(buffer: Words, at: usize) -> Self::I;
     /// Stores the active ones of `N` words from this index on, which lie within the buffer.
-    #[inline(always)]
-    unsafe fn store_words(buffer: Words, at: usize, value: Self::I, active: Self::M) {
-        let mut k = 0;
-        while k < Self::N {
-            if Self::test(active, k) {
-                *buffer.start.add(at + k) = Self::lane(value, k);
-            }
-            k += 1;
-        }
-    }
+    unsafe fn store_words(buffer: Words, at: usize, value: Self::I, active: Self::M);
+    /// Stores the active ones of `N` words at these indices, which lie within the buffer, in the lanes' order.
+    unsafe fn scatter_words(buffer: Words, at: Self::I, value: Self::I, active: Self::M);
+
+    unsafe fn udiv(a: Self::I, b: Self::I) -> Self::I;
+    unsafe fn urem(a: Self::I, b: Self::I) -> Self::I;
+    // Shifts by counts of each lane, modulo 32.
+    unsafe fn shl_each(a: Self::I, b: Self::I) -> Self::I;
+    unsafe fn shr_each(a: Self::I, b: Self::I) -> Self::I;
+    unsafe fn sar_each(a: Self::I, b: Self::I) -> Self::I;
 
     #[inline(always)]
     unsafe fn msel(m: Self::M, a: Self::M, b: Self::M) -> Self::M {
@@ -147,63 +194,6 @@ pub trait Lanes: Copy {
     #[inline(always)]
     unsafe fn lane(a: Self::I, k: usize) -> u32 {
         *core::ptr::addr_of!(a).cast::<u32>().add(k)
-    }
-
-    /// Rare operations, lane by lane.
-    #[inline(always)]
-    unsafe fn udiv(a: Self::I, b: Self::I) -> Self::I {
-        let mut out = a;
-        let words = core::ptr::addr_of_mut!(out).cast::<u32>();
-        let mut k = 0;
-        while k < Self::N {
-            *words.add(k) = uniform::divide(Self::lane(a, k), Self::lane(b, k));
-            k += 1;
-        }
-        out
-    }
-    #[inline(always)]
-    unsafe fn urem(a: Self::I, b: Self::I) -> Self::I {
-        let mut out = a;
-        let words = core::ptr::addr_of_mut!(out).cast::<u32>();
-        let mut k = 0;
-        while k < Self::N {
-            *words.add(k) = uniform::remainder(Self::lane(a, k), Self::lane(b, k));
-            k += 1;
-        }
-        out
-    }
-    #[inline(always)]
-    unsafe fn shl_each(a: Self::I, b: Self::I) -> Self::I {
-        let mut out = a;
-        let words = core::ptr::addr_of_mut!(out).cast::<u32>();
-        let mut k = 0;
-        while k < Self::N {
-            *words.add(k) = Self::lane(a, k).wrapping_shl(Self::lane(b, k));
-            k += 1;
-        }
-        out
-    }
-    #[inline(always)]
-    unsafe fn shr_each(a: Self::I, b: Self::I) -> Self::I {
-        let mut out = a;
-        let words = core::ptr::addr_of_mut!(out).cast::<u32>();
-        let mut k = 0;
-        while k < Self::N {
-            *words.add(k) = Self::lane(a, k).wrapping_shr(Self::lane(b, k));
-            k += 1;
-        }
-        out
-    }
-    #[inline(always)]
-    unsafe fn sar_each(a: Self::I, b: Self::I) -> Self::I {
-        let mut out = a;
-        let words = core::ptr::addr_of_mut!(out).cast::<u32>();
-        let mut k = 0;
-        while k < Self::N {
-            *words.add(k) = (Self::lane(a, k) as i32).wrapping_shr(Self::lane(b, k)) as u32;
-            k += 1;
-        }
-        out
     }
 
     // What the kernels' buffer accesses are: element `e`, clamped below `n` as SPIR-V's is, of `stride` words,
@@ -258,14 +248,7 @@ pub trait Lanes: Copy {
     /// Stores a word for each active lane, in the lanes' order.
     #[inline(always)]
     unsafe fn store(buffer: Words, e: Self::I, n: u32, stride: u32, offset: u32, value: Self::I, active: Self::M) {
-        let at = Self::index(e, n, stride, offset);
-        let mut k = 0;
-        while k < Self::N {
-            if Self::test(active, k) {
-                *buffer.start.add(Self::lane(at, k) as usize) = Self::lane(value, k);
-            }
-            k += 1;
-        }
+        Self::scatter_words(buffer, Self::index(e, n, stride, offset), value, active);
     }
 
     /// Stores word elements `e`, `e + 1`, .. of the active lanes.

@@ -96,6 +96,10 @@ impl Lanes for Neon {
     unsafe fn sar(a: uint32x4_t, count: u32) -> uint32x4_t {
         vreinterpretq_u32_s32(vshlq_s32(vreinterpretq_s32_u32(a), vdupq_n_s32(-(count as i32))))
     }
+    lane_by_lane! { division: 0 1 2 3 }
+    lane_by_lane! { shifts: 0 1 2 3 }
+    lane_by_lane! { stores: 0 1 2 3 }
+    lane_by_lane! { scattered_stores: 0 1 2 3 }
     #[inline(always)]
     unsafe fn any(a: uint32x4_t) -> bool {
         vmaxvq_u32(a) != 0

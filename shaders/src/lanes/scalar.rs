@@ -88,6 +88,10 @@ impl Lanes for Scalar {
     unsafe fn sar(a: u32, count: u32) -> u32 {
         (a as i32).wrapping_shr(count) as u32
     }
+    lane_by_lane! { division: 0 }
+    lane_by_lane! { shifts: 0 }
+    lane_by_lane! { stores: 0 }
+    lane_by_lane! { scattered_stores: 0 }
     #[inline(always)]
     unsafe fn any(a: bool) -> bool {
         a

@@ -91,6 +91,10 @@ impl Lanes for Sse41 {
     unsafe fn sar(a: __m128i, count: u32) -> __m128i {
         _mm_sra_epi32(a, _mm_cvtsi32_si128(count as i32))
     }
+    lane_by_lane! { division: 0 1 2 3 }
+    lane_by_lane! { shifts: 0 1 2 3 }
+    lane_by_lane! { stores: 0 1 2 3 }
+    lane_by_lane! { scattered_stores: 0 1 2 3 }
     #[inline(always)]
     unsafe fn any(a: __m128) -> bool {
         _mm_movemask_ps(a) != 0
@@ -110,12 +114,12 @@ impl Lanes for Sse41 {
     }
     #[inline(always)]
     unsafe fn gather_quads(buffer: Words, at: __m128i) -> [__m128i; 4] {
-        let mut rows = [_mm_setzero_si128(); 4];
-        let mut j = 0;
-        while j < 4 {
-            rows[j] = _mm_loadu_si128(buffer.start.add(Self::lane(at, j) as usize).cast());
-            j += 1;
-        }
+        let rows = [
+            quad::<0>(buffer, at),
+            quad::<1>(buffer, at),
+            quad::<2>(buffer, at),
+            quad::<3>(buffer, at),
+        ];
         let low_01 = _mm_unpacklo_epi32(rows[0], rows[1]);
         let high_01 = _mm_unpackhi_epi32(rows[0], rows[1]);
         let low_23 = _mm_unpacklo_epi32(rows[2], rows[3]);
@@ -131,4 +135,10 @@ impl Lanes for Sse41 {
     unsafe fn load_words(buffer: Words, at: usize) -> __m128i {
         _mm_loadu_si128(buffer.start.add(at).cast())
     }
+}
+
+/// The four words from lane `J`'s index on.
+#[inline(always)]
+unsafe fn quad<const J: usize>(buffer: Words, at: __m128i) -> __m128i {
+    _mm_loadu_si128(buffer.start.add(Sse41::lane(at, J) as usize).cast())
 }
