@@ -239,7 +239,7 @@ impl Printer<'_> {
                         depth: self.regions.len() - 1,
                     });
                 }
-                if self.is_left_by_all(*label, body) {
+                if self.shapes.is_left_by_all(*label, body, &mut self.regions.clone()) {
                     self.line(&format!("'l{}: {{", label.0));
                     self.indented(body);
                     self.line("}");
@@ -262,27 +262,6 @@ impl Printer<'_> {
         self.depth += 1;
         self.block(block);
         self.depth -= 1;
-    }
-
-    /// Whether all active lanes leave a labelled block together somewhere.
-    fn is_left_by_all(&self, label: Label, body: &Block) -> bool {
-        fn search(shapes: &Shapes, label: Label, block: &Block, regions: &mut Vec<Region>) -> bool {
-            block.iter().any(|statement| {
-                let region = match statement {
-                    Statement::Exit(own) => {
-                        return *own == label && !shapes.exit_diverges(regions, label);
-                    }
-                    Statement::If { condition, .. } => Region::Branch(!shapes.is_uniform(*condition)),
-                    Statement::Loop { label, .. } | Statement::Labeled { label, .. } => Region::Label(*label),
-                    _ => return false,
-                };
-                regions.push(region);
-                let found = statement.blocks().any(|inner| search(shapes, label, inner, regions));
-                regions.pop();
-                found
-            })
-        }
-        search(self.shapes, label, body, &mut self.regions.clone())
     }
 
     fn branch(&mut self, condition: Value, accept: &Block, reject: &Block, outermost: bool) {

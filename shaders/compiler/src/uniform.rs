@@ -31,7 +31,7 @@ pub struct Shapes {
 
 /// Something that encloses a statement.
 #[derive(Clone, Copy, Debug)]
-pub(crate) enum Region {
+pub enum Region {
     /// A branch of an `if`, and whether its condition varies.
     Branch(bool),
     /// A labelled block or loop.
@@ -74,7 +74,7 @@ impl Shapes {
     }
 
     /// Whether lanes that are active outside of these regions may be idle inside.
-    pub(crate) fn diverges(&self, regions: &[Region]) -> bool {
+    pub fn diverges(&self, regions: &[Region]) -> bool {
         regions.iter().any(|region| match region {
             Region::Branch(varying) => *varying,
             Region::Label(label) => self.left_by_some.contains(label),
@@ -82,13 +82,34 @@ impl Shapes {
     }
 
     /// Whether an exit is taken by some of the lanes of its label's block only.
-    pub(crate) fn exit_diverges(&self, regions: &[Region], label: Label) -> bool {
+    pub fn exit_diverges(&self, regions: &[Region], label: Label) -> bool {
         self.diverges(&regions[depth_of(regions, label) + 1..])
+    }
+
+    /// Whether all active lanes leave a labelled block together somewhere in its body; `regions` enclose the body.
+    pub fn is_left_by_all(&self, label: Label, body: &Block, regions: &mut Vec<Region>) -> bool {
+        body.iter().any(|statement| {
+            let region = match statement {
+                Statement::Exit(own) => return *own == label && !self.exit_diverges(regions, label),
+                Statement::If { condition, .. } => Region::Branch(!self.is_uniform(*condition)),
+                Statement::Loop { label, .. } | Statement::Labeled { label, .. } => Region::Label(*label),
+                _ => return false,
+            };
+            regions.push(region);
+            let found = statement
+                .blocks()
+                .any(|inner| self.is_left_by_all(label, inner, regions));
+            regions.pop();
+            found
+        })
     }
 }
 
 /// Where a label's block is among the enclosing regions.
-pub(crate) fn depth_of(regions: &[Region], label: Label) -> usize {
+///
+/// # Panics
+/// If it is not among them.
+pub fn depth_of(regions: &[Region], label: Label) -> usize {
     regions
         .iter()
         .position(|region| matches!(region, Region::Label(own) if *own == label))

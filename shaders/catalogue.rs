@@ -1,0 +1,120 @@
+//! The kernels of `wgsl/`, for the build script and for tests that compile them again. This is the place to add one.
+
+use std::fs;
+use std::path::Path;
+
+use oneiro_shader_compiler::Part;
+
+/// A kernel: its constant's name, the module of its host structs, its parts, and whether its lane code is compiled for
+/// several vectors at a time too. That pays where a life is small enough for the registers; elsewhere it gains a few
+/// percent or loses, and takes longest to compile (`docs/measurements.md`).
+pub(crate) struct Entry {
+    pub(crate) name: &'static str,
+    pub(crate) module: &'static str,
+    pub(crate) parts: &'static [&'static str],
+    pub(crate) wide: bool,
+}
+
+/// A life: its physics are those of the simulator made from samples, or of what stands in for the robot itself.
+macro_rules! life {
+    ($name:literal, sampled, $controller:literal) => {
+        life!($name, "life", true, $controller, "robot/differential", "sensor/sampled", "physics/sliding", "physics/sampled")
+    };
+    ($name:literal, surrogate, $controller:literal) => {
+        life!($name, "surrogate", false, $controller, "lib/individual", "physics/sliding", "robot/wheels", "sensor/rays", "physics/surrogate")
+    };
+    ($name:literal, $module:literal, $wide:literal, $controller:literal, $($physics:literal),+) => {
+        Entry {
+            name: $name,
+            module: $module,
+            parts: &[
+                "lib/numerics",
+                "lib/random",
+                "lib/geometry",
+                "lib/batch",
+                "lib/rollout",
+                "robot/motors",
+                "sensor/readings",
+                $controller,
+                "task/avoidance",
+                $($physics,)+
+                "life",
+            ],
+            wide: $wide,
+        }
+    };
+}
+
+/// The catalogue of kernels: one part a slot (robot, sensor, physics, controller, task).
+pub(crate) const CATALOGUE: &[Entry] = &[
+    life!("life_perceptron", sampled, "controller/perceptron"),
+    life!("life_hidden", sampled, "controller/hidden"),
+    life!("life_recurrent", sampled, "controller/recurrent"),
+    life!("surrogate_perceptron", surrogate, "controller/perceptron"),
+    life!("surrogate_hidden", surrogate, "controller/hidden"),
+    life!("surrogate_recurrent", surrogate, "controller/recurrent"),
+    Entry {
+        name: "forager",
+        module: "forager",
+        parts: &[
+            "lib/numerics",
+            "lib/random",
+            "lib/batch",
+            "lib/rollout",
+            "lib/forager",
+            "lib/circle",
+            "lib/food",
+            "sensor/epuck",
+            "robot/epuck_alone",
+            "robot/epuck",
+            "controller/behaviours",
+            "task/foraging",
+            "physics/foraging",
+            "life",
+        ],
+        wide: false,
+    },
+    Entry {
+        name: "swarm",
+        module: "swarm",
+        parts: &[
+            "lib/numerics",
+            "lib/random",
+            "lib/batch",
+            "lib/forager",
+            "lib/circle",
+            "lib/swarm",
+            "lib/food",
+            "sensor/epuck",
+            "robot/epuck_among",
+            "robot/epuck",
+            "controller/behaviours",
+            "task/shared_foraging",
+            "physics/arena",
+            "swarm",
+        ],
+        wide: false,
+    },
+    Entry {
+        name: "probe_numerics",
+        module: "probe_numerics",
+        parts: &["lib/numerics", "lib/random", "probe/buffers", "probe/numerics"],
+        wide: true,
+    },
+    Entry {
+        name: "probe_operations",
+        module: "probe_operations",
+        parts: &["probe/buffers", "probe/operations"],
+        wide: true,
+    },
+];
+
+/// Reads the parts of a kernel.
+pub(crate) fn parts(wgsl: &Path, entry: &Entry) -> Vec<Part> {
+    let read = |name: &&str| {
+        let path = format!("{name}.wgsl");
+        let text = fs::read_to_string(wgsl.join(&path)).unwrap_or_else(|error| panic!("wgsl/{path}: {error}"));
+        Part { path, text }
+    };
+    entry.parts.iter().map(read).collect()
+}

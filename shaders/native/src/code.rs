@@ -1,0 +1,82 @@
+//! Compiled code as bytes, to be kept and found again.
+
+use crate::cache::Key;
+
+/// Machine code of one kernel: a function that stands by itself, wherever it is put. It begins at the first byte.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Code {
+    /// Invocations that a call runs.
+    pub lanes: u32,
+    /// What it was compiled for: see [`crate::Target::description`].
+    pub target: String,
+    /// Words an element of each buffer.
+    pub strides: Vec<u32>,
+    /// The instructions and their constants.
+    pub(crate) bytes: Vec<u8>,
+}
+
+/// What kept code begins with: a name and a version of the format.
+const MAGIC: &[u8; 8] = b"oneiro\0\x01";
+
+impl Code {
+    /// Bytes of instructions and constants.
+    pub fn size(&self) -> usize {
+        self.bytes.len()
+    }
+
+    /// The code as bytes that [`Self::from_bytes`] takes with the same key.
+    pub fn to_bytes(&self, key: &Key) -> Vec<u8> {
+        let mut bytes = MAGIC.to_vec();
+        let number = |bytes: &mut Vec<u8>, number: usize| bytes.extend((number as u32).to_le_bytes());
+        number(&mut bytes, self.lanes as usize);
+        number(&mut bytes, self.strides.len());
+        for stride in &self.strides {
+            number(&mut bytes, *stride as usize);
+        }
+        for part in [self.target.as_bytes(), &self.bytes] {
+            number(&mut bytes, part.len());
+            bytes.extend(part);
+        }
+        let checksum = blake3::keyed_hash(key.as_bytes(), &bytes);
+        bytes.extend(checksum.as_bytes());
+        bytes
+    }
+
+    /// Code from bytes; none if they are not exactly what [`Self::to_bytes`] made with this key.
+    pub fn from_bytes(bytes: &[u8], key: &Key) -> Option<Self> {
+        let (bytes, checksum) = bytes.split_last_chunk::<{ blake3::OUT_LEN }>()?;
+        if blake3::keyed_hash(key.as_bytes(), bytes) != *checksum {
+            return None;
+        }
+        let mut reader = Reader(bytes.strip_prefix(MAGIC)?);
+        let lanes = reader.number()?;
+        let buffers = reader.number()?;
+        let strides = (0..buffers).map(|_| reader.number()).collect::<Option<_>>()?;
+        let target = String::from_utf8(reader.part()?.to_vec()).ok()?;
+        let bytes = reader.part()?.to_vec();
+        let code = Self {
+            lanes,
+            target,
+            strides,
+            bytes,
+        };
+        reader.0.is_empty().then_some(code)
+    }
+}
+
+struct Reader<'a>(&'a [u8]);
+
+impl<'a> Reader<'a> {
+    fn number(&mut self) -> Option<u32> {
+        let (number, rest) = self.0.split_first_chunk()?;
+        self.0 = rest;
+        Some(u32::from_le_bytes(*number))
+    }
+
+    fn part(&mut self) -> Option<&'a [u8]> {
+        let length = self.number()? as usize;
+        let (part, rest) = self.0.split_at_checked(length)?;
+        self.0 = rest;
+        Some(part)
+    }
+}

@@ -1,0 +1,626 @@
+//! Machine code by Cranelift: vectors of 128 bits, without its optimiser, whose hoisting costs more in spills than it
+//! saves (`docs/measurements.md`).
+
+use cranelift_codegen::control::ControlPlane;
+use cranelift_codegen::ir::condcodes::{FloatCC, IntCC};
+use cranelift_codegen::ir::immediates::V128Imm;
+use cranelift_codegen::ir::types::{F32, F32X4, I8, I32, I32X4, I64};
+use cranelift_codegen::ir::{
+    self, AbiParam, BlockArg, InstBuilder, MemFlagsData, Signature, StackSlot, StackSlotData, StackSlotKind, TrapCode,
+    UserFuncName,
+};
+use cranelift_codegen::isa::{CallConv, OwnedTargetIsa, TargetIsa};
+use cranelift_codegen::settings::{self, Configurable};
+use cranelift_codegen::{CodegenError, Context};
+use cranelift_frontend::{FunctionBuilder, FunctionBuilderContext, Variable};
+use oneiro_shader_compiler::Trees;
+use oneiro_shader_compiler::tree::{Binary, Ty, Unary};
+use target_lexicon::Architecture;
+
+use crate::Error;
+use crate::assembler::{Assembler, Form, LANES};
+use crate::emit::emit;
+
+/// Bytes of a word.
+const WORD: u32 = 4;
+/// Bytes of a buffer's description: where it starts and its words. See [`crate::Words`].
+const BUFFER: i32 = 16;
+
+/// How Cranelift shall compile for this machine, with all tests that it has of its own work if `checked`.
+pub(crate) fn host(checked: bool) -> Result<OwnedTargetIsa, Error> {
+    let builder = cranelift_native::builder().map_err(|why| Error::Machine(why.into()))?;
+    let mut flags = settings::builder();
+    let mut set = |name: &str, value: &str| {
+        flags
+            .set(name, value)
+            .expect("this version of Cranelift has the setting");
+    };
+    set("opt_level", "none");
+    set("enable_verifier", if checked { "true" } else { "false" });
+    set("regalloc_checker", if checked { "true" } else { "false" });
+    set("unwind_info", "false");
+    // A frame greater than the guard below a stack must not reach past it.
+    set("enable_probestack", "true");
+    set("probestack_strategy", "inline");
+    let isa = builder
+        .finish(settings::Flags::new(flags))
+        .map_err(|error| Error::Machine(error.to_string()))?;
+    match isa.triple().architecture {
+        Architecture::X86_64 if !has(&*isa, "has_sse41") => Err(Error::Machine(
+            "this processor has no SSE4.1, which code compiled at run time needs".into(),
+        )),
+        Architecture::X86_64 | Architecture::Aarch64(_) => Ok(isa),
+        other => Err(Error::Machine(format!(
+            "there is no code for {other}; allowed: 64-bit x86, 64-bit ARM"
+        ))),
+    }
+}
+
+fn has(isa: &dyn TargetIsa, flag: &str) -> bool {
+    isa.isa_flags()
+        .iter()
+        .any(|value| value.name == flag && value.as_bool() == Some(true))
+}
+
+/// What code must be compiled for to run here: the machine, and what its processor has.
+pub(crate) fn description(isa: &dyn TargetIsa) -> String {
+    let flags = isa.isa_flags().into_iter().map(|flag| format!(" {flag}"));
+    format!("{}{}", isa.triple(), flags.collect::<String>())
+}
+
+/// The machine code of a program.
+pub(crate) fn compile(isa: &dyn TargetIsa, trees: &Trees, lanes: u32) -> Result<Vec<u8>, Error> {
+    let mut signature = Signature::new(CallConv::triple_default(isa.triple()));
+    signature.params = [isa.pointer_type(), I32, I32, I32].map(AbiParam::new).into();
+    signature.returns.push(AbiParam::new(I32));
+    let mut context = Context::new();
+    context.func = ir::Function::with_name_signature(UserFuncName::user(0, 0), signature);
+    let mut of_function = FunctionBuilderContext::new();
+    let mut builder = FunctionBuilder::new(&mut context.func, &mut of_function);
+    let entry = builder.create_block();
+    builder.append_block_params_for_function_params(entry);
+    builder.switch_to_block(entry);
+    builder.seal_block(entry);
+    let &[buffers, workgroup, first_lane, turns] = builder.block_params(entry) else {
+        unreachable!("the signature has four parameters")
+    };
+    let flags = MemFlagsData::trusted();
+    let buffers = (0..trees.strides.len() as i32)
+        .map(|at| {
+            let start = builder.ins().load(isa.pointer_type(), flags, buffers, at * BUFFER);
+            let words = builder
+                .ins()
+                .load(isa.pointer_type(), flags, buffers, at * BUFFER + BUFFER / 2);
+            Buffer { start, words }
+        })
+        .collect();
+    let slot = |words| StackSlotData::new(StackSlotKind::ExplicitSlot, words * WORD, 4);
+    let sink = builder.create_sized_stack_slot(slot(1));
+    let mut asm = Clif {
+        is_x86: isa.triple().architecture == Architecture::X86_64,
+        builder,
+        buffers,
+        workgroup,
+        first_lane,
+        turns,
+        sink,
+        open: Vec::new(),
+    };
+    emit(&mut asm, trees, lanes);
+    let Clif { mut builder, .. } = asm;
+    // The emitter ends with a return; what follows one is never reached, but must end too.
+    builder.ins().trap(TrapCode::unwrap_user(1));
+    builder.finalize(isa.frontend_config());
+    let compiled = context
+        .compile(isa, &mut ControlPlane::default())
+        .map_err(|error| match error.inner {
+            CodegenError::CodeTooLarge | CodegenError::ImplLimitExceeded => Error::TooLarge,
+            other => Error::Backend(format!("{other:?}")),
+        })?;
+    match compiled.buffer.relocs() {
+        [] => Ok(compiled.code_buffer().to_vec()),
+        [first, ..] => Err(Error::Backend(format!("the code refers to {:?}", first.target))),
+    }
+}
+
+/// A buffer's first address and its words.
+#[derive(Clone, Copy, Debug)]
+struct Buffer {
+    start: ir::Value,
+    words: ir::Value,
+}
+
+/// What has been begun and not ended.
+#[derive(Clone, Copy, Debug)]
+enum Open {
+    /// An `if`: what runs otherwise, and what runs after it.
+    If(ir::Block, ir::Block),
+    /// Its second part.
+    Else(ir::Block),
+    /// A block: what runs after it.
+    Block(ir::Block),
+    /// A loop: where it turns, and what runs after it.
+    Loop(ir::Block, ir::Block),
+}
+
+/// Cranelift's intermediate language.
+struct Clif<'a> {
+    builder: FunctionBuilder<'a>,
+    is_x86: bool,
+    buffers: Vec<Buffer>,
+    workgroup: ir::Value,
+    first_lane: ir::Value,
+    turns: ir::Value,
+    /// A word that idle lanes store to.
+    sink: StackSlot,
+    open: Vec<Open>,
+}
+
+fn scalar(ty: Ty) -> ir::Type {
+    match ty {
+        Ty::F32 => F32,
+        Ty::I32 | Ty::U32 => I32,
+        Ty::Bool => I8,
+    }
+}
+
+fn clif(form: Form) -> ir::Type {
+    match form {
+        Form::One(ty) => scalar(ty),
+        Form::Four(Ty::F32) => F32X4,
+        Form::Four(_) => I32X4,
+    }
+}
+
+/// What loads and stores may be taken to be: they don't trap; words are aligned.
+fn of_words() -> MemFlagsData {
+    MemFlagsData::trusted()
+}
+
+/// The same for vectors, which begin at any word.
+fn of_vectors() -> MemFlagsData {
+    MemFlagsData::new().with_notrap()
+}
+
+/// Four words, one after the other.
+fn words(words: [u32; 4]) -> V128Imm {
+    let mut bytes = [0; 16];
+    for (bytes, word) in bytes.chunks_exact_mut(4).zip(words) {
+        bytes.copy_from_slice(&word.to_le_bytes());
+    }
+    V128Imm(bytes)
+}
+
+impl Clif<'_> {
+    fn vector(&mut self, bits: [u32; 4]) -> ir::Value {
+        let constant = self.builder.func.dfg.constants.insert(words(bits).0.as_slice().into());
+        self.builder.ins().vconst(I32X4, constant)
+    }
+
+    fn cast(&mut self, to: ir::Type, a: ir::Value) -> ir::Value {
+        let flags = MemFlagsData::new().with_endianness(ir::Endianness::Little);
+        if self.builder.func.dfg.value_type(a) == to {
+            a
+        } else {
+            self.builder.ins().bitcast(to, flags, a)
+        }
+    }
+
+    /// The address of a buffer's word, and what is left to add in bytes.
+    fn address(&mut self, buffer: u32, index: ir::Value, offset: u32) -> (ir::Value, i32) {
+        let start = self.buffers[buffer as usize].start;
+        let index = self.builder.ins().uextend(I64, index);
+        let bytes = self.builder.ins().ishl_imm_u(index, 2);
+        let address = self.builder.ins().iadd(start, bytes);
+        let offset = i64::from(offset) * i64::from(WORD);
+        // Displacements of instructions are signed and have 32 bits.
+        if let Ok(displacement) = i32::try_from(offset) {
+            return (address, displacement);
+        }
+        (self.builder.ins().iadd_imm_s(address, offset), 0)
+    }
+
+    /// The address of an array's word.
+    fn array_address(&mut self, array: StackSlot, index: ir::Value) -> ir::Value {
+        let start = self.builder.ins().stack_addr(I64, array, 0);
+        let index = self.builder.ins().uextend(I64, index);
+        let bytes = self.builder.ins().ishl_imm_u(index, 2);
+        self.builder.ins().iadd(start, bytes)
+    }
+
+    /// Goes on after a jump, where nothing gets.
+    fn nowhere(&mut self) {
+        let block = self.builder.create_block();
+        self.builder.switch_to_block(block);
+        self.builder.seal_block(block);
+    }
+
+    fn go_on(&mut self, block: ir::Block) {
+        self.builder.switch_to_block(block);
+        self.builder.seal_block(block);
+    }
+
+    fn jump(&mut self, to: ir::Block) {
+        self.builder.ins().jump(to, &[] as &[BlockArg]);
+    }
+
+    fn branch(&mut self, condition: ir::Value, accept: ir::Block, reject: ir::Block) {
+        let none: &[BlockArg] = &[];
+        self.builder.ins().brif(condition, accept, none, reject, none);
+    }
+
+    fn compare(&mut self, op: Binary, ty: Ty, a: ir::Value, b: ir::Value) -> Option<ir::Value> {
+        let float = match op {
+            Binary::Equal => FloatCC::Equal,
+            Binary::NotEqual => FloatCC::NotEqual,
+            Binary::Less => FloatCC::LessThan,
+            Binary::LessEqual => FloatCC::LessThanOrEqual,
+            Binary::Greater => FloatCC::GreaterThan,
+            Binary::GreaterEqual => FloatCC::GreaterThanOrEqual,
+            _ => return None,
+        };
+        if ty == Ty::F32 {
+            return Some(self.builder.ins().fcmp(float, a, b));
+        }
+        let signed = ty == Ty::I32;
+        let int = match op {
+            Binary::Equal => IntCC::Equal,
+            Binary::NotEqual => IntCC::NotEqual,
+            Binary::Less if signed => IntCC::SignedLessThan,
+            Binary::LessEqual if signed => IntCC::SignedLessThanOrEqual,
+            Binary::Greater if signed => IntCC::SignedGreaterThan,
+            Binary::GreaterEqual if signed => IntCC::SignedGreaterThanOrEqual,
+            Binary::Less => IntCC::UnsignedLessThan,
+            Binary::LessEqual => IntCC::UnsignedLessThanOrEqual,
+            Binary::Greater => IntCC::UnsignedGreaterThan,
+            _ => IntCC::UnsignedGreaterThanOrEqual,
+        };
+        Some(self.builder.ins().icmp(int, a, b))
+    }
+
+    /// `a < b ? a : b`, or `a > b ? a : b`: in the one form of which x86's instructions are made.
+    fn extreme(&mut self, form: Form, a: ir::Value, b: ir::Value, least: bool) -> ir::Value {
+        let (x, y) = if least { (a, b) } else { (b, a) };
+        let less = self.builder.ins().fcmp(FloatCC::LessThan, x, y);
+        if let Form::One(_) = form {
+            return self.builder.ins().select(less, a, b);
+        }
+        let mask = self.cast(F32X4, less);
+        self.builder.ins().bitselect(mask, a, b)
+    }
+}
+
+impl Assembler for Clif<'_> {
+    type Value = ir::Value;
+    type Variable = Variable;
+    type Array = StackSlot;
+    type Label = ir::Block;
+
+    fn workgroup(&mut self) -> ir::Value {
+        self.workgroup
+    }
+
+    fn first_lane(&mut self) -> ir::Value {
+        self.first_lane
+    }
+
+    fn turns(&mut self) -> ir::Value {
+        self.turns
+    }
+
+    fn elements(&mut self, buffer: u32, stride: u32) -> ir::Value {
+        let words = self.buffers[buffer as usize].words;
+        let words = self.builder.ins().ireduce(I32, words);
+        if stride == 1 {
+            return words;
+        }
+        let stride = self.builder.ins().iconst(I32, i64::from(stride));
+        self.builder.ins().udiv(words, stride)
+    }
+
+    fn constant(&mut self, form: Form, bits: u32) -> ir::Value {
+        match form {
+            Form::One(Ty::F32) => self.builder.ins().f32const(f32::from_bits(bits)),
+            Form::One(ty) => self.builder.ins().iconst(scalar(ty), i64::from(bits)),
+            Form::Four(Ty::F32) => {
+                let constant = self.vector([bits; 4]);
+                self.cast(F32X4, constant)
+            }
+            Form::Four(Ty::Bool) => self.vector([0_u32.wrapping_sub(bits); 4]),
+            Form::Four(_) => self.vector([bits; 4]),
+        }
+    }
+
+    fn ramp(&mut self, first: u32) -> ir::Value {
+        self.vector([first, first + 1, first + 2, first + 3])
+    }
+
+    fn splat(&mut self, ty: Ty, value: ir::Value) -> ir::Value {
+        let value = if ty == Ty::Bool {
+            let word = self.builder.ins().uextend(I32, value);
+            self.builder.ins().ineg(word)
+        } else {
+            value
+        };
+        self.builder.ins().splat(clif(Form::Four(ty)), value)
+    }
+
+    fn lane(&mut self, vector: ir::Value, lane: u32) -> ir::Value {
+        self.builder.ins().extractlane(vector, lane as u8)
+    }
+
+    fn with_lane(&mut self, vector: ir::Value, lane: u32, word: ir::Value) -> ir::Value {
+        self.builder.ins().insertlane(vector, word, lane as u8)
+    }
+
+    fn unary(&mut self, op: Unary, form: Form, a: ir::Value) -> ir::Value {
+        let (Form::One(ty) | Form::Four(ty)) = form;
+        match (op, ty) {
+            (Unary::Negate, Ty::F32) => self.builder.ins().fneg(a),
+            (Unary::Negate, _) => self.builder.ins().ineg(a),
+            (Unary::Not, Ty::Bool) if form == Form::One(ty) => self.builder.ins().bxor_imm_u(a, 1),
+            (Unary::Not, _) => self.builder.ins().bnot(a),
+            (Unary::Abs, Ty::F32) => self.builder.ins().fabs(a),
+            (Unary::Abs, Ty::I32) => self.builder.ins().iabs(a),
+            (Unary::Abs, _) => a,
+            (Unary::Floor, _) => self.builder.ins().floor(a),
+            (Unary::Trunc, _) => self.builder.ins().trunc(a),
+        }
+    }
+
+    fn binary(&mut self, op: Binary, form: Form, a: ir::Value, b: ir::Value) -> ir::Value {
+        let (Form::One(ty) | Form::Four(ty)) = form;
+        let (float, signed) = (ty == Ty::F32, ty == Ty::I32);
+        if let Some(result) = self.compare(op, ty, a, b) {
+            return result;
+        }
+        match op {
+            Binary::Min if float => return self.extreme(form, a, b, true),
+            Binary::Max if float => return self.extreme(form, a, b, false),
+            _ => {}
+        }
+        let ins = self.builder.ins();
+        match op {
+            Binary::Add if float => ins.fadd(a, b),
+            Binary::Subtract if float => ins.fsub(a, b),
+            Binary::Multiply if float => ins.fmul(a, b),
+            Binary::Add => ins.iadd(a, b),
+            Binary::Subtract => ins.isub(a, b),
+            Binary::Multiply => ins.imul(a, b),
+            Binary::Divide => ins.udiv(a, b),
+            Binary::Remainder => ins.urem(a, b),
+            Binary::Min if signed => ins.smin(a, b),
+            Binary::Max if signed => ins.smax(a, b),
+            Binary::Min => ins.umin(a, b),
+            Binary::Max => ins.umax(a, b),
+            Binary::And => ins.band(a, b),
+            Binary::Or => ins.bor(a, b),
+            Binary::Xor => ins.bxor(a, b),
+            Binary::ShiftLeft => ins.ishl(a, b),
+            Binary::ShiftRight if signed => ins.sshr(a, b),
+            Binary::ShiftRight => ins.ushr(a, b),
+            _ => unreachable!("a comparison has returned"),
+        }
+    }
+
+    fn select(&mut self, condition: ir::Value, accept: ir::Value, reject: ir::Value) -> ir::Value {
+        self.builder.ins().select(condition, accept, reject)
+    }
+
+    fn blend(&mut self, ty: Ty, mask: ir::Value, accept: ir::Value, reject: ir::Value) -> ir::Value {
+        let (accept, reject) = (self.cast(I32X4, accept), self.cast(I32X4, reject));
+        // One instruction on each.
+        let words = if self.is_x86 {
+            self.builder.ins().blendv(mask, accept, reject)
+        } else {
+            self.builder.ins().bitselect(mask, accept, reject)
+        };
+        self.cast(clif(Form::Four(ty)), words)
+    }
+
+    fn convert(&mut self, from: Form, to: Ty, a: ir::Value) -> ir::Value {
+        match (from, to) {
+            (Form::One(Ty::Bool), Ty::U32 | Ty::I32) => self.builder.ins().uextend(I32, a),
+            (Form::One(Ty::U32), Ty::F32) => self.builder.ins().fcvt_from_uint(F32, a),
+            (Form::One(Ty::I32), Ty::F32) => self.builder.ins().fcvt_from_sint(F32, a),
+            (Form::One(Ty::F32), Ty::U32) => self.builder.ins().fcvt_to_uint_sat(I32, a),
+            (Form::One(Ty::F32), Ty::I32) => self.builder.ins().fcvt_to_sint_sat(I32, a),
+            // Exact kernels convert no number from 2^24 on.
+            (Form::Four(Ty::I32 | Ty::U32), Ty::F32) => self.builder.ins().fcvt_from_sint(F32X4, a),
+            (Form::Four(Ty::F32), Ty::I32 | Ty::U32) if self.is_x86 => self.builder.ins().x86_cvtt2dq(I32X4, a),
+            (Form::Four(Ty::F32), Ty::I32 | Ty::U32) => self.builder.ins().fcvt_to_sint_sat(I32X4, a),
+            _ => a,
+        }
+    }
+
+    fn bitcast(&mut self, from: Form, to: Ty, a: ir::Value) -> ir::Value {
+        let to = match from {
+            Form::One(_) => Form::One(to),
+            Form::Four(_) => Form::Four(to),
+        };
+        self.cast(clif(to), a)
+    }
+
+    fn any(&mut self, mask: ir::Value) -> ir::Value {
+        self.builder.ins().vany_true(mask)
+    }
+
+    fn load(&mut self, buffer: u32, index: ir::Value, offset: u32) -> ir::Value {
+        let (address, offset) = self.address(buffer, index, offset);
+        self.builder.ins().load(I32, of_words(), address, offset)
+    }
+
+    fn load_four(&mut self, buffer: u32, index: ir::Value, offset: u32) -> ir::Value {
+        let (address, offset) = self.address(buffer, index, offset);
+        self.builder.ins().load(I32X4, of_vectors(), address, offset)
+    }
+
+    fn gather(&mut self, buffer: u32, indices: ir::Value, offset: u32) -> ir::Value {
+        let index = self.lane(indices, 0);
+        let word = self.load(buffer, index, offset);
+        let mut words = self.builder.ins().scalar_to_vector(I32X4, word);
+        for lane in 1..LANES {
+            let index = self.lane(indices, lane);
+            let word = self.load(buffer, index, offset);
+            words = self.with_lane(words, lane, word);
+        }
+        words
+    }
+
+    fn gather_four(&mut self, buffer: u32, indices: ir::Value, offset: u32) -> [ir::Value; 4] {
+        let rows = [0, 1, 2, 3].map(|lane| {
+            let index = self.lane(indices, lane);
+            self.load_four(buffer, index, offset)
+        });
+        // The halves of two vectors, and words of two by turns: what x86 and ARM have instructions for.
+        let mut shuffle = |a, b, order: [u8; 4]| {
+            let mut bytes = [0; 16];
+            for (at, byte) in bytes.iter_mut().enumerate() {
+                *byte = order[at / 4] * 4 + at as u8 % 4;
+            }
+            let mask = self.builder.func.dfg.immediates.push(bytes.as_slice().into());
+            let flags = MemFlagsData::new().with_endianness(ir::Endianness::Little);
+            let a = self.builder.ins().bitcast(ir::types::I8X16, flags, a);
+            let b = self.builder.ins().bitcast(ir::types::I8X16, flags, b);
+            let bytes = self.builder.ins().shuffle(a, b, mask);
+            self.builder.ins().bitcast(I32X4, flags, bytes)
+        };
+        let [low_turns, high_turns, lows, highs] = [[0, 4, 1, 5], [2, 6, 3, 7], [0, 1, 4, 5], [2, 3, 6, 7]];
+        let low_01 = shuffle(rows[0], rows[1], low_turns);
+        let high_01 = shuffle(rows[0], rows[1], high_turns);
+        let low_23 = shuffle(rows[2], rows[3], low_turns);
+        let high_23 = shuffle(rows[2], rows[3], high_turns);
+        [
+            shuffle(low_01, low_23, lows),
+            shuffle(low_01, low_23, highs),
+            shuffle(high_01, high_23, lows),
+            shuffle(high_01, high_23, highs),
+        ]
+    }
+
+    fn store(&mut self, buffer: u32, index: ir::Value, offset: u32, word: ir::Value) {
+        let (address, offset) = self.address(buffer, index, offset);
+        self.builder.ins().store(of_words(), word, address, offset);
+    }
+
+    fn store_four(&mut self, buffer: u32, index: ir::Value, offset: u32, words: ir::Value) {
+        let (address, offset) = self.address(buffer, index, offset);
+        self.builder.ins().store(of_vectors(), words, address, offset);
+    }
+
+    fn scatter(&mut self, buffer: u32, indices: ir::Value, offset: u32, words: ir::Value, mask: Option<ir::Value>) {
+        for lane in 0..LANES {
+            let (index, word) = (self.lane(indices, lane), self.lane(words, lane));
+            let (address, displacement) = self.address(buffer, index, offset);
+            let Some(mask) = mask else {
+                self.builder.ins().store(of_words(), word, address, displacement);
+                continue;
+            };
+            let address = self.builder.ins().iadd_imm_s(address, i64::from(displacement));
+            let sink = self.builder.ins().stack_addr(I64, self.sink, 0);
+            let active = self.lane(mask, lane);
+            let address = self.builder.ins().select(active, address, sink);
+            self.builder.ins().store(of_words(), word, address, 0);
+        }
+    }
+
+    fn array(&mut self, words: u32) -> StackSlot {
+        let data = StackSlotData::new(StackSlotKind::ExplicitSlot, words * WORD, 4);
+        self.builder.create_sized_stack_slot(data)
+    }
+
+    fn read(&mut self, array: StackSlot, form: Form, index: ir::Value, offset: u32) -> ir::Value {
+        let address = self.array_address(array, index);
+        self.builder
+            .ins()
+            .load(clif(form), of_vectors(), address, (offset * WORD) as i32)
+    }
+
+    fn write(&mut self, array: StackSlot, index: ir::Value, offset: u32, value: ir::Value) {
+        let address = self.array_address(array, index);
+        self.builder
+            .ins()
+            .store(of_vectors(), value, address, (offset * WORD) as i32);
+    }
+
+    fn variable(&mut self, form: Form) -> Variable {
+        self.builder.declare_var(clif(form))
+    }
+
+    fn get(&mut self, variable: Variable) -> ir::Value {
+        self.builder.use_var(variable)
+    }
+
+    fn set(&mut self, variable: Variable, value: ir::Value) {
+        self.builder.def_var(variable, value);
+    }
+
+    fn begin_if(&mut self, condition: ir::Value) {
+        let [accept, reject, after] = [(); 3].map(|()| self.builder.create_block());
+        self.branch(condition, accept, reject);
+        self.go_on(accept);
+        self.open.push(Open::If(reject, after));
+    }
+
+    fn begin_else(&mut self) {
+        let Some(Open::If(reject, after)) = self.open.pop() else {
+            unreachable!("an `else` stands in an `if`")
+        };
+        self.jump(after);
+        self.go_on(reject);
+        self.open.push(Open::Else(after));
+    }
+
+    fn end_if(&mut self) {
+        if let Some(Open::If(..)) = self.open.last() {
+            self.begin_else();
+        }
+        let Some(Open::Else(after)) = self.open.pop() else {
+            unreachable!("an `if` was begun")
+        };
+        self.jump(after);
+        self.go_on(after);
+    }
+
+    fn begin_block(&mut self) -> ir::Block {
+        let after = self.builder.create_block();
+        self.open.push(Open::Block(after));
+        after
+    }
+
+    fn end_block(&mut self) {
+        let Some(Open::Block(after)) = self.open.pop() else {
+            unreachable!("a block was begun")
+        };
+        self.jump(after);
+        self.go_on(after);
+    }
+
+    fn begin_loop(&mut self) -> ir::Block {
+        let [head, after] = [(); 2].map(|()| self.builder.create_block());
+        self.jump(head);
+        self.builder.switch_to_block(head);
+        self.open.push(Open::Loop(head, after));
+        after
+    }
+
+    fn end_loop(&mut self) {
+        let Some(Open::Loop(head, after)) = self.open.pop() else {
+            unreachable!("a loop was begun")
+        };
+        self.jump(head);
+        self.builder.seal_block(head);
+        self.go_on(after);
+    }
+
+    fn leave(&mut self, label: ir::Block) {
+        self.jump(label);
+        self.nowhere();
+    }
+
+    fn finish(&mut self, done: bool) {
+        let used_up = self.builder.ins().iconst(I32, i64::from(!done));
+        self.builder.ins().return_(&[used_up]);
+        self.nowhere();
+    }
+}

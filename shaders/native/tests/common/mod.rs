@@ -1,0 +1,80 @@
+//! What these tests have in common: kernels of the generator's prelude, by the interpreter and by machine code.
+#![allow(dead_code, reason = "each test uses some of it")]
+
+use oneiro_shader_compiler::interpret::{Memory, Trap, run_invocation};
+use oneiro_shader_compiler::{Part, Refusals, Trees, generate, trees};
+use oneiro_shader_native::{Native, Stopped, Target, Words};
+
+/// More turns than any of these kernels takes.
+pub(crate) const TURNS: u32 = 1_000_000;
+
+/// A kernel of a text after the generator's prelude.
+pub(crate) fn program(text: &str) -> Result<Trees, Refusals> {
+    let part = |path: &str, text: &str| Part {
+        path: path.into(),
+        text: text.into(),
+    };
+    trees(&[part("prelude", generate::PRELUDE), part("kernel", text)])
+}
+
+/// Workgroups and lanes of a run.
+#[derive(Clone, Debug)]
+pub(crate) struct Extent {
+    pub(crate) workgroups: std::ops::Range<u32>,
+    pub(crate) lanes: u32,
+}
+
+impl Extent {
+    /// The first lanes of calls that run so many lanes each.
+    fn calls(&self, lanes: u32) -> impl Iterator<Item = (u32, u32)> {
+        let all = self.lanes;
+        self.workgroups
+            .clone()
+            .flat_map(move |workgroup| (0..all).step_by(lanes as usize).map(move |first| (workgroup, first)))
+    }
+}
+
+/// What the program means: each invocation by itself.
+pub(crate) fn meaning(trees: &Trees, mut buffers: Vec<Vec<u32>>, extent: &Extent) -> Result<Vec<Vec<u32>>, Trap> {
+    let mut memory = Memory {
+        buffers: &mut buffers,
+        strides: &trees.strides,
+    };
+    for (workgroup, lane) in extent.calls(1) {
+        run_invocation(&trees.raw, &mut memory, workgroup, lane, true)?;
+    }
+    Ok(buffers)
+}
+
+/// A program's machine code. That of few lanes, which is short, is compiled with all tests that the code generator has of
+/// its own work.
+pub(crate) fn native(trees: &Trees, lanes: u32) -> Native {
+    let target = if lanes == 4 {
+        Target::checked_host()
+    } else {
+        Target::host()
+    };
+    let code = target.expect("this machine has machine code").compile(trees, lanes);
+    Native::new(&code.expect("it compiles")).expect("there is memory")
+}
+
+/// What machine code leaves in buffers.
+pub(crate) fn run(
+    native: &Native,
+    mut buffers: Vec<Vec<u32>>,
+    extent: &Extent,
+    turns: u32,
+) -> Result<Vec<Vec<u32>>, Stopped> {
+    let words: Vec<_> = buffers
+        .iter_mut()
+        .map(|buffer| Words {
+            start: buffer.as_mut_ptr(),
+            len: buffer.len(),
+        })
+        .collect();
+    for (workgroup, first) in extent.calls(native.lanes()) {
+        // SAFETY: the buffers are whole, and used by this call only.
+        unsafe { native.run(&words, workgroup, first, turns) }?;
+    }
+    Ok(buffers)
+}
