@@ -35,6 +35,7 @@ macro_rules! life {
                 "lib/rollout",
                 "robot/motors",
                 "sensor/readings",
+                "lib/task",
                 $controller,
                 "task/avoidance",
                 $($physics,)+

@@ -29,6 +29,9 @@ fn main(@builtin(workgroup_id) workgroup: vec3<u32>, @builtin(local_invocation_i
 
     let end = min(dispatch.step_end, worlds[world].steps);
     for (var step = dispatch.step_begin; step < end; step++) {
+        if (is_over(own)) {
+            break;
+        }
         let lived = cycle(life, step, own);
         own = lived.next;
         if (dispatch.trace_every > 0u && (step - dispatch.trace_begin) % dispatch.trace_every == 0u) {
@@ -46,5 +49,5 @@ fn main(@builtin(workgroup_id) workgroup: vec3<u32>, @builtin(local_invocation_i
     }
 
     state[slot] = kept(own);
-    fitness[slot] = stored(own.fitness);
+    fitness[slot] = stored(score(own));
 }

@@ -136,9 +136,8 @@ pub(crate) fn structs(module: &Module) -> Result<String, String> {
             TypeInner::Array { base, .. } => base,
             _ => variable.ty,
         };
-        let is_struct = matches!(module.types[ty].inner, TypeInner::Struct { .. });
-        if is_struct && written.insert(ty) {
-            one(module, ty, &mut out)?;
+        if matches!(module.types[ty].inner, TypeInner::Struct { .. }) {
+            one(module, ty, &mut written, &mut out)?;
         }
     }
     for (handle, ty) in module.types.iter() {
@@ -148,17 +147,24 @@ pub(crate) fn structs(module: &Module) -> Result<String, String> {
         if !matches!(ty.inner, TypeInner::Struct { span: 16, .. }) {
             return Err(format!("`{name}`: a cell has four words"));
         }
-        if written.insert(handle) {
-            one(module, handle, &mut out)?;
-        }
+        one(module, handle, &mut written, &mut out)?;
     }
     Ok(out)
 }
 
-fn one(module: &Module, ty: Handle<Type>, out: &mut String) -> Result<(), String> {
+/// Writes a struct, after those that it holds, unless it is already written.
+fn one(
+    module: &Module,
+    ty: Handle<Type>,
+    written: &mut BTreeSet<Handle<Type>>,
+    out: &mut String,
+) -> Result<(), String> {
     let TypeInner::Struct { members, span } = &module.types[ty].inner else {
         return Ok(());
     };
+    if !written.insert(ty) {
+        return Ok(());
+    }
     let name = module.types[ty].name.clone().unwrap_or_default();
     let mut fields = String::new();
     let mut names = Vec::new();
@@ -166,14 +172,18 @@ fn one(module: &Module, ty: Handle<Type>, out: &mut String) -> Result<(), String
     for member in members {
         let field = member.name.clone().unwrap_or_default();
         let inner = &module.types[member.ty].inner;
-        let (scalar, rust) = match inner {
-            TypeInner::Scalar(scalar) => (*scalar, rust_scalar(*scalar)),
-            TypeInner::Vector { size, scalar } => (*scalar, format!("[{}; {}]", rust_scalar(*scalar), *size as u32)),
-            _ => return Err(format!("`{name}.{field}`: host structs hold only scalars and vectors")),
+        let rust = match inner {
+            TypeInner::Scalar(scalar) | TypeInner::Vector { scalar, .. } if scalar.kind == ScalarKind::Bool => {
+                return Err(format!("`{name}.{field}`: a bool has no layout"));
+            }
+            TypeInner::Scalar(scalar) => rust_scalar(*scalar),
+            TypeInner::Vector { size, scalar } => format!("[{}; {}]", rust_scalar(*scalar), *size as u32),
+            TypeInner::Struct { .. } => {
+                one(module, member.ty, written, out)?;
+                module.types[member.ty].name.clone().unwrap_or_default()
+            }
+            _ => return Err(format!("`{name}.{field}`: host structs hold only scalars, vectors and structs")),
         };
-        if scalar.kind == ScalarKind::Bool {
-            return Err(format!("`{name}.{field}`: a bool has no layout"));
-        }
         if member.offset != offset {
             return Err(format!(
                 "`{name}.{field}` is preceded by padding; fill it with a named field"

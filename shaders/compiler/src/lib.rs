@@ -150,6 +150,7 @@ impl Checked {
         let place = |span| source.place_of(span);
         let raw = lower::lower(source, module, info)?;
         let mut tidied = raw.clone();
+        tidy::take_constant_branches(&mut tidied);
         tidy::carry_values_out(&mut tidied);
         tidy::remove_unused(&mut tidied);
         tidy::sink_declarations(&mut tidied);

@@ -274,6 +274,34 @@ fn substitute(program: &mut Program, statement: &mut Statement, with: &BTreeMap<
     }
 }
 
+/// Replaces branches whose condition is a constant by the side that is taken.
+pub(crate) fn take_constant_branches(program: &mut Program) {
+    fn take(program: &Program, block: &mut Block) {
+        for statement in std::mem::take(block) {
+            match statement {
+                Statement::If {
+                    condition,
+                    accept,
+                    reject,
+                } if let Op::Constant(bits) = program.op(condition) => {
+                    let mut taken = if bits == 0 { reject } else { accept };
+                    take(program, &mut taken);
+                    block.append(&mut taken);
+                }
+                mut other => {
+                    for inner in other.blocks_mut() {
+                        take(program, inner);
+                    }
+                    block.push(other);
+                }
+            }
+        }
+    }
+    let mut body = std::mem::take(&mut program.body);
+    take(program, &mut body);
+    program.body = body;
+}
+
 /// The greatest number of operations of a branch that becomes a selection.
 const SHORT: usize = 12;
 

@@ -2,8 +2,7 @@
 
 // What a rollout keeps from one dispatch to the next, and its fitness so far.
 struct State {
-    // the cells of the field that it has been in, if they count
-    visited: vec4<u32>,
+    task: TaskState,
     x: f32,
     y: f32,
     heading: f32,
@@ -19,13 +18,12 @@ struct State {
 fn first_state(life: Life) -> State {
     let pose = first_pose(life);
     let shift = first_shift(life);
-    let visited = vec4<u32>(0u);
-    return State(visited, pose.x, pose.y, pose.z, 0.0f, shift.x, shift.y, 0.0f, 0.0f);
+    return State(task_begin(life, pose), pose.x, pose.y, pose.z, 0.0f, shift.x, shift.y, 0.0f, 0.0f);
 }
 
 fn kept(own: State) -> State {
     return State(
-        own.visited, stored(own.x), stored(own.y), stored(own.heading), stored(own.fitness),
+        task_kept(own.task), stored(own.x), stored(own.y), stored(own.heading), stored(own.fitness),
         stored(own.shift_x), stored(own.shift_y), stored(own.left), stored(own.right),
     );
 }
@@ -48,7 +46,6 @@ fn cycle(life: Life, step: u32, before: State) -> Cycle {
     let moved = motion(life, step, outputs);
     let reached = moved_pose(world, pose, moved);
     let collided = touches(world, vec2<f32>(reached.x, reached.y));
-    var earned = reward(world, moved, collided, real, perceived);
 
     own.x = select(reached.x, pose.x, collided);
     own.y = select(reached.y, pose.y, collided);
@@ -61,15 +58,19 @@ fn cycle(life: Life, step: u32, before: State) -> Cycle {
             own.y = at.y;
         }
     }
-    if (worlds[world].new_cell > 0.0f) {
-        let here = cell_at(world, vec2<f32>(own.x, own.y));
-        let fresh = here & ~own.visited;
-        let is_new = ((fresh.x | fresh.y) | (fresh.z | fresh.w)) != 0u;
-        earned += select(0.0f, worlds[world].new_cell, is_new);
-        own.visited |= here;
-    }
-    own.fitness += earned;
+    let end = vec3<f32>(own.x, own.y, own.heading);
+    let reward = task_cycle(life, Experience(step, pose, end, real, perceived, outputs, moved, collided), own.task);
+    own.task = reward.state;
+    own.fitness += reward.earned;
     own.left = outputs.x;
     own.right = outputs.y;
-    return Cycle(own, recorded(pose, seen, real, perceived, outputs, moved, collided, earned, own.fitness));
+    return Cycle(own, recorded(pose, seen, real, perceived, outputs, moved, collided, reward.earned, own.fitness));
+}
+
+fn is_over(own: State) -> bool {
+    return task_ends(own.task);
+}
+
+fn score(own: State) -> f32 {
+    return task_score(own.task, own.fitness);
 }

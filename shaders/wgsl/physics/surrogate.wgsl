@@ -3,6 +3,7 @@
 
 // What a rollout keeps from one dispatch to the next, and its fitness so far.
 struct State {
+    task: TaskState,
     x: f32,
     y: f32,
     heading: f32,
@@ -16,20 +17,22 @@ struct State {
     read_heading: f32,
     speed_left: f32,
     speed_right: f32,
+    unused_a: u32,
 }
 
 fn first_state(life: Life) -> State {
     let pose = first_pose(life);
     return State(
-        pose.x, pose.y, pose.z, 0.0f, 0.0f, 0.0f, pose.x, pose.y, pose.z, 0.0f, 0.0f,
+        task_begin(life, pose), pose.x, pose.y, pose.z, 0.0f, 0.0f, 0.0f, pose.x, pose.y, pose.z, 0.0f, 0.0f, 0u,
     );
 }
 
 fn kept(own: State) -> State {
     return State(
+        task_kept(own.task),
         stored(own.x), stored(own.y), stored(own.heading), stored(own.fitness), stored(own.left), stored(own.right),
         stored(own.read_x), stored(own.read_y), stored(own.read_heading),
-        stored(own.speed_left), stored(own.speed_right),
+        stored(own.speed_left), stored(own.speed_right), 0u,
     );
 }
 
@@ -41,7 +44,10 @@ fn cycle(life: Life, step: u32, before: State) -> Cycle {
     let outputs = control(life, readings, vec2<f32>(own.left, own.right));
     let moved = commanded(world, outputs);
     let end = reached(world, pose, vec2<f32>(own.speed_left, own.speed_right), moved);
-    let earned = reward(world, moved, end.collided, readings, readings);
+    let heading = end.pose.z - floor(end.pose.z);
+    let there = vec3<f32>(end.pose.x, end.pose.y, heading);
+    let now = Experience(step, pose, there, readings, readings, outputs, moved, end.collided);
+    let reward = task_cycle(life, now, own.task);
 
     // The next readings are of some moment before the end of this cycle: of the latency and, since the sensors
     // are read on their own clock, up to a period of it more.
@@ -54,12 +60,21 @@ fn cycle(life: Life, step: u32, before: State) -> Cycle {
 
     own.x = end.pose.x;
     own.y = end.pose.y;
-    own.heading = end.pose.z - floor(end.pose.z);
-    own.fitness += earned;
+    own.heading = heading;
+    own.task = reward.state;
+    own.fitness += reward.earned;
     own.left = outputs.x;
     own.right = outputs.y;
     own.speed_left = end.left;
     own.speed_right = end.right;
     let seen = vec2<f32>(before.read_x, before.read_y);
-    return Cycle(own, recorded(pose, seen, readings, readings, outputs, moved, end.collided, earned, own.fitness));
+    return Cycle(own, recorded(pose, seen, readings, readings, outputs, moved, end.collided, reward.earned, own.fitness));
+}
+
+fn is_over(own: State) -> bool {
+    return task_ends(own.task);
+}
+
+fn score(own: State) -> f32 {
+    return task_score(own.task, own.fitness);
 }

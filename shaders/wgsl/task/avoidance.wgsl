@@ -20,9 +20,24 @@ fn cell_at(world: u32, at: vec2<f32>) -> vec4<u32> {
     return select(vec4<u32>(0u), vec4<u32>(bit), vec4<u32>(cell >> 5u) == vec4<u32>(0u, 1u, 2u, 3u));
 }
 
-// The reward of one cycle, in [-1, 1]. A cycle that ends in a collision earns nothing: the wheels are stopped.
-fn reward(world: u32, moved: Motion, collided: bool, real: Readings, perceived: Readings) -> f32 {
+// The cells of the field that the robot has been in, if they count.
+struct TaskState {
+    visited: vec4<u32>,
+}
+
+fn task_begin(life: Life, pose: vec3<f32>) -> TaskState {
+    return TaskState(vec4<u32>(0u));
+}
+
+fn task_kept(own: TaskState) -> TaskState {
+    return own;
+}
+
+// In [-1, 1] without new cells. A cycle that ends in a collision earns nothing else: the wheels are stopped.
+fn task_cycle(life: Life, now: Experience, before: TaskState) -> Reward {
+    let world = life.world;
     let choices = worlds[world].task_choices;
+    let moved = now.moved;
     var speed = 0.5f * (abs(moved.left) + abs(moved.right));
     if ((choices & SIGNED_SPEED) != 0u) {
         speed = 0.5f * (moved.left + moved.right);
@@ -32,12 +47,28 @@ fn reward(world: u32, moved: Motion, collided: bool, real: Readings, perceived: 
     if ((choices & SQUARED_DIFFERENCE) == 0u) {
         turning = root(difference);
     }
-    var near = highest(real);
+    var near = highest(now.real);
     if ((choices & PERCEIVED_ACTIVATION) != 0u) {
-        near = highest(perceived);
+        near = highest(now.perceived);
     }
     if ((choices & NO_ACTIVATION_TERM) != 0u) {
         near = 0.0f;
     }
-    return select(speed * (1.0f - turning) * (1.0f - near), 0.0f, collided);
+    var next = Reward(select(speed * (1.0f - turning) * (1.0f - near), 0.0f, now.collided), before);
+    if (worlds[world].new_cell > 0.0f) {
+        let here = cell_at(world, vec2<f32>(now.end.x, now.end.y));
+        let fresh = here & ~before.visited;
+        let is_new = ((fresh.x | fresh.y) | (fresh.z | fresh.w)) != 0u;
+        next.earned += select(0.0f, worlds[world].new_cell, is_new);
+        next.state.visited |= here;
+    }
+    return next;
+}
+
+fn task_ends(own: TaskState) -> bool {
+    return false;
+}
+
+fn task_score(own: TaskState, sum: f32) -> f32 {
+    return sum;
 }
