@@ -10,6 +10,7 @@ use oneiro_shaders::{Kernel, Variant, Words};
 use rayon::prelude::*;
 
 use crate::batch::{Batch, LANES, Part, PartResult};
+use crate::code::{LaneCode, ahead};
 use crate::evaluator::{Control, Device, Error, Evaluator};
 
 /// Cycles between checks for cancellation: some ten milliseconds of 64 rollouts.
@@ -64,11 +65,10 @@ impl Cpu {
         })
     }
 
-    /// Names of the lane codes that this processor can run, widest first, such as `avx2x16`.
+    /// Names of the lane codes that this processor can run, such as `avx2x16`: those compiled with this program, widest
+    /// first, and `native128x16`, which is compiled at run time where that is possible.
     pub fn variants() -> Vec<&'static str> {
-        available(&oneiro_shaders::LIFE_PERCEPTRON)
-            .map(|variant| variant.name)
-            .collect()
+        LaneCode::names(&oneiro_shaders::LIFE_PERCEPTRON).collect()
     }
 
     /// Always runs one lane code instead of choosing one for each batch. A kernel that isn't compiled so wide runs the
@@ -108,7 +108,7 @@ impl Cpu {
         report_progress: bool,
     ) -> Result<PartResult, Error> {
         let parts: Vec<Part<'_>> = groups.iter().map(|&group| batch.part(group..group + 1)).collect();
-        let variant = self.choose(batch.kernel(), &parts)?;
+        let code = self.choose(batch.kernel(), &parts)?;
         let mut result = PartResult::blank(batch, parts.len() * LANES)?;
         if batch.keeps_states() {
             let states = result.states.chunks_exact_mut(LANES * batch.state_words());
@@ -124,7 +124,7 @@ impl Cpu {
             .iter()
             .map(|part| Lives {
                 part,
-                variant,
+                code: &code,
                 chunk: self.chunk,
                 control,
                 steps,
@@ -143,13 +143,17 @@ impl Cpu {
         Ok(result)
     }
 
-    /// The lane code with the shortest estimated time. If there are few rollouts, narrow ones keep more threads busy.
-    fn choose(&self, kernel: &'static Kernel, parts: &[Part<'_>]) -> Result<&'static Variant, Error> {
-        let has_named = available(kernel).any(|variant| self.variant == Some(variant.name));
-        let named = |variant: &&Variant| match self.variant {
-            None => true,
-            Some(name) if has_named => name == variant.name,
-            Some(name) => instruction_set(name) == instruction_set(variant.name),
+    /// The named lane code, or that with the shortest estimated time of those compiled with this program. If there are
+    /// few rollouts, narrow ones keep more threads busy.
+    fn choose(&self, kernel: &'static Kernel, parts: &[Part<'_>]) -> Result<LaneCode, Error> {
+        if let Some(name) = self.variant
+            && let Some(code) = LaneCode::named(kernel, name)?
+        {
+            return Ok(code);
+        }
+        let named = |variant: &&Variant| {
+            self.variant
+                .is_none_or(|name| instruction_set(name) == instruction_set(variant.name))
         };
         let time = |variant: &&Variant| {
             let calls: usize = parts
@@ -158,9 +162,10 @@ impl Cpu {
                 .sum();
             calls.div_ceil(self.threads()) as f32 * cost(variant)
         };
-        available(kernel)
+        ahead(kernel)
             .filter(named)
             .min_by(|a, b| time(a).total_cmp(&time(b)))
+            .map(LaneCode::Ahead)
             .ok_or_else(|| Error::NoDevice(format!("this CPU has no lane code for the kernel {}", kernel.name)))
     }
 }
@@ -184,11 +189,6 @@ impl Evaluator for Cpu {
     }
 }
 
-/// The lane codes that this processor can run.
-fn available(kernel: &'static Kernel) -> impl Iterator<Item = &'static Variant> {
-    kernel.variants.iter().filter(|variant| (variant.available)())
-}
-
 /// The instruction set in a lane code's name, such as `avx2` of `avx2x16`.
 fn instruction_set(name: &str) -> &str {
     name.rsplit_once('x').map_or(name, |(set, _)| set)
@@ -210,7 +210,7 @@ fn cost(variant: &Variant) -> f32 {
 /// Rollouts of one group, and the destination of their results.
 struct Lives<'a> {
     part: &'a Part<'a>,
-    variant: &'static Variant,
+    code: &'a LaneCode,
     chunk: u32,
     control: &'a Control,
     /// Counter of steps, if wanted.
@@ -229,14 +229,14 @@ unsafe impl Sync for Lives<'_> {}
 impl Lives<'_> {
     /// Number of calls needed for all rollouts.
     fn calls(&self) -> usize {
-        self.part.rollouts().div_ceil(self.variant.lanes as usize)
+        self.part.rollouts().div_ceil(self.code.lanes() as usize)
     }
 
     /// Runs the rollouts of one call's lanes.
     fn run(&self, call: usize) -> Result<(), Error> {
         let part = self.part;
         let batch = part.batch();
-        let lanes = self.variant.lanes as usize;
+        let lanes = self.code.lanes() as usize;
         let first_lane = call * lanes;
         let active = Group {
             rollouts: (part.rollouts() - first_lane).min(lanes) as u32,
@@ -279,9 +279,9 @@ impl Lives<'_> {
                 self.fitness,
                 trace,
             ];
-            // SAFETY: `available` has returned this variant. The buffers are those of the kernel's bindings, in order
-            // (a test compares their names), none is empty, and the words of these lanes belong to this call alone.
-            unsafe { (self.variant.run)(&buffers, 0, first_lane as u32) };
+            // SAFETY: the buffers are those of the kernel's bindings, in order (a test compares their names), none is
+            // empty, and the words of these lanes belong to this call alone.
+            unsafe { self.code.run(&buffers, 0, first_lane as u32) };
             if let Some(control) = self.steps {
                 control.add_steps(part.steps_of(&[active], &(begin..end)));
             }

@@ -5,6 +5,7 @@ pub mod audit;
 pub mod backend;
 pub mod batch;
 mod cells;
+mod code;
 pub mod cpu;
 pub mod evaluator;
 pub mod exact;

@@ -6,7 +6,9 @@ mod operations;
 
 use std::fmt;
 
-use oneiro_shaders::{Kernel, Variant, Words};
+use oneiro_shaders::{Kernel, Words};
+
+use crate::code::LaneCode;
 
 pub use functions::functions;
 pub use operations::operations;
@@ -75,14 +77,14 @@ impl Case {
         (self.left.len() as u32).div_ceil(self.kernel.workgroup_size)
     }
 
-    /// Lane codes that this processor can run.
-    pub fn variants(&self) -> impl Iterator<Item = &'static Variant> + use<> {
-        self.kernel.variants.iter().filter(|variant| (variant.available)())
+    /// Names of the lane codes that this processor can run.
+    pub fn lane_codes(&self) -> impl Iterator<Item = &'static str> + use<> {
+        LaneCode::names(self.kernel)
     }
 
     /// Computes the case on this processor with the named lane code; `None` if the processor can't run it.
-    pub fn run(&self, variant: &str) -> Option<Vec<u32>> {
-        let variant = self.variants().find(|known| known.name == variant)?;
+    pub fn run(&self, lane_code: &str) -> Option<Vec<u32>> {
+        let code = LaneCode::named(self.kernel, lane_code).ok()??;
         let mut results = vec![0; self.left.len()];
         let buffers = [
             read(&self.parameters),
@@ -95,10 +97,10 @@ impl Case {
         ];
         let size = self.kernel.workgroup_size;
         // Idle lanes aren't run.
-        for first in (0..self.left.len() as u32).step_by(variant.lanes as usize) {
-            // SAFETY: the variant is available. The buffers are those of the bindings of both probe kernels, and not
-            // empty; only the last is written, by one call at a time.
-            unsafe { (variant.run)(&buffers, first / size, first % size) };
+        for first in (0..self.left.len() as u32).step_by(code.lanes() as usize) {
+            // SAFETY: the buffers are those of the bindings of both probe kernels, and not empty; only the last is written,
+            // by one call at a time.
+            unsafe { code.run(&buffers, first / size, first % size) };
         }
         Some(results)
     }

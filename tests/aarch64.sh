@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
-# The lane code for 64-bit ARM on an emulated processor: every operation, the compiler's corpus, and lives, all
-# with the bits that are pinned. Needs qemu, a linker for ARM, and Rust's standard library for it: rustup's, or
-# Debian's with its compiler.
+# The lane code for 64-bit ARM on an emulated processor, compiled ahead and at run time: every operation, the compiler's
+# corpus, and lives, all with the bits that are pinned; and random kernels. Needs qemu, a linker for ARM, and Rust's
+# standard library for it: rustup's, or Debian's with its compiler.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 . tests/skips.sh
@@ -33,5 +33,6 @@ emulated+=(
 say "operations, corpus and lives on qemu"
 # Little optimisation: bits don't depend on it, and compiling takes most of the time.
 "${emulated[@]}" cargo test --release --locked --target $arm \
-    -p oneiro-shader-corpus -p oneiro --no-default-features --test variants --test operations --test goldens
+    -p oneiro-shader-corpus -p oneiro-shader-native -p oneiro --no-default-features --features oneiro/native \
+    --test variants --test operations --test goldens --test random --test kernels
 say "the bits are those of tests/goldens/kernels"

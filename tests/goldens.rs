@@ -109,6 +109,12 @@ fn difference(found: &Lived, expected: &Lived) -> String {
 /// Cycles between records of a trace: few enough to see each stretch of a life, and prime, so that it divides no length.
 const EVERY: u32 = 7;
 
+/// Whether lane code is compiled at run time too.
+const NATIVE: bool = cfg!(all(
+    feature = "native",
+    any(target_arch = "x86_64", target_arch = "aarch64")
+));
+
 /// Devices that must agree, by name.
 fn devices() -> Vec<(String, Box<dyn Evaluator>)> {
     let lane_code = |name: &'static str| -> (String, Box<dyn Evaluator>) {
@@ -120,6 +126,9 @@ fn devices() -> Vec<(String, Box<dyn Evaluator>)> {
         lane_codes.iter().any(|(name, _)| name.starts_with("checked")),
         "the lane code that traps is not there"
     );
+    // Compiled at run time, where the library can.
+    let has_native = lane_codes.iter().any(|(name, _)| name == "native128x16");
+    assert_eq!(has_native, NATIVE, "{:?}", Cpu::variants());
     lane_codes.into_iter().chain(adapters()).collect()
 }
 
@@ -244,7 +253,7 @@ fn tables_are_as_pinned() {
 fn functions_are_as_pinned() {
     let mut rows = Rows::default();
     for case in probe::functions(1 << 12) {
-        let results: Vec<_> = case.variants().filter_map(|variant| case.run(variant.name)).collect();
+        let results: Vec<_> = case.lane_codes().filter_map(|variant| case.run(variant)).collect();
         assert!(results.iter().all(|other| *other == results[0]), "{}", case.subject);
         rows.words("function", &case.subject.to_string(), &results[0]);
     }

@@ -67,7 +67,7 @@ fn run_of(case: &Case) -> Run<'static> {
 
 /// Describes the first difference from the CPU's results.
 fn difference(case: &Case, there: &[u32]) -> Option<String> {
-    let Some(here) = case.variants().next().and_then(|variant| case.run(variant.name)) else {
+    let Some(here) = case.lane_codes().next().and_then(|variant| case.run(variant)) else {
         return Some(format!("there is no lane code to compare `{}` with", case.subject));
     };
     let at = here.iter().zip(there).position(|(here, there)| here != there)?;

@@ -24,13 +24,13 @@ pub(crate) trait Assembler {
     type Variable: Copy;
     /// Words of memory that belong to one call.
     type Array: Copy;
+    /// Where in a buffer one lane's words begin.
+    type Place: Copy;
     /// A block or loop that can be left.
     type Label: Copy;
 
     fn workgroup(&mut self) -> Self::Value;
     fn first_lane(&mut self) -> Self::Value;
-    /// How often loops may turn.
-    fn turns(&mut self) -> Self::Value;
     /// The number of elements of so many words that a buffer has.
     fn elements(&mut self, buffer: u32, stride: u32) -> Self::Value;
 
@@ -65,21 +65,16 @@ pub(crate) trait Assembler {
     fn load(&mut self, buffer: u32, index: Self::Value, offset: u32) -> Self::Value;
     /// Four words from there on.
     fn load_four(&mut self, buffer: u32, index: Self::Value, offset: u32) -> Self::Value;
-    /// Word `index + offset` for each lane's index.
-    fn gather(&mut self, buffer: u32, indices: Self::Value, offset: u32) -> Self::Value;
-    /// The four words from there on: a vector for each.
-    fn gather_four(&mut self, buffer: u32, indices: Self::Value, offset: u32) -> [Self::Value; 4];
     fn store(&mut self, buffer: u32, index: Self::Value, offset: u32, word: Self::Value);
     fn store_four(&mut self, buffer: u32, index: Self::Value, offset: u32, words: Self::Value);
-    /// Stores the words of a mask's lanes, in their order; of all lanes if there is no mask.
-    fn scatter(
-        &mut self,
-        buffer: u32,
-        indices: Self::Value,
-        offset: u32,
-        words: Self::Value,
-        mask: Option<Self::Value>,
-    );
+    /// Where the words begin that the lanes' indices name; those of lanes that a mask leaves out, where nothing is.
+    fn places(&mut self, buffer: u32, indices: Self::Value, mask: Option<Self::Value>) -> [Self::Place; 4];
+    /// Word `offset` of each place.
+    fn gather(&mut self, places: &[Self::Place; 4], offset: u32) -> Self::Value;
+    /// The four words from there on: a vector for each.
+    fn gather_four(&mut self, places: &[Self::Place; 4], offset: u32) -> [Self::Value; 4];
+    /// Stores word `offset` of each place, in the lanes' order.
+    fn scatter(&mut self, places: &[Self::Place; 4], offset: u32, words: Self::Value);
 
     /// Memory for so many words.
     fn array(&mut self, words: u32) -> Self::Array;
@@ -104,6 +99,8 @@ pub(crate) trait Assembler {
     fn end_loop(&mut self);
     /// Goes to the end of a block or loop.
     fn leave(&mut self, label: Self::Label);
-    /// Leaves the function, which has done its work, or else has used up its turns.
-    fn finish(&mut self, done: bool);
+    /// Counts a turn of a loop. If there is none left, the function ends and says so.
+    fn count_turn(&mut self);
+    /// Ends the function.
+    fn finish(&mut self);
 }

@@ -4,7 +4,7 @@
 use cranelift_codegen::control::ControlPlane;
 use cranelift_codegen::ir::condcodes::{FloatCC, IntCC};
 use cranelift_codegen::ir::immediates::V128Imm;
-use cranelift_codegen::ir::types::{F32, F32X4, I8, I32, I32X4, I64};
+use cranelift_codegen::ir::types::{F32, F32X4, I8, I32, I32X4, I64, I64X2};
 use cranelift_codegen::ir::{
     self, AbiParam, BlockArg, InstBuilder, MemFlagsData, Signature, StackSlot, StackSlotData, StackSlotKind, TrapCode,
     UserFuncName,
@@ -17,9 +17,9 @@ use oneiro_shader_compiler::Trees;
 use oneiro_shader_compiler::tree::{Binary, Ty, Unary};
 use target_lexicon::Architecture;
 
-use crate::Error;
-use crate::assembler::{Assembler, Form, LANES};
+use crate::assembler::{Assembler, Form};
 use crate::emit::emit;
+use crate::{Error, FRAME};
 
 /// Bytes of a word.
 const WORD: u32 = 4;
@@ -71,7 +71,7 @@ pub(crate) fn description(isa: &dyn TargetIsa) -> String {
 /// The machine code of a program.
 pub(crate) fn compile(isa: &dyn TargetIsa, trees: &Trees, lanes: u32) -> Result<Vec<u8>, Error> {
     let mut signature = Signature::new(CallConv::triple_default(isa.triple()));
-    signature.params = [isa.pointer_type(), I32, I32, I32].map(AbiParam::new).into();
+    signature.params = [isa.pointer_type(), I32, I32, I64].map(AbiParam::new).into();
     signature.returns.push(AbiParam::new(I32));
     let mut context = Context::new();
     context.func = ir::Function::with_name_signature(UserFuncName::user(0, 0), signature);
@@ -95,14 +95,19 @@ pub(crate) fn compile(isa: &dyn TargetIsa, trees: &Trees, lanes: u32) -> Result<
         })
         .collect();
     let slot = |words| StackSlotData::new(StackSlotKind::ExplicitSlot, words * WORD, 4);
-    let sink = builder.create_sized_stack_slot(slot(1));
+    let longest = trees.strides.iter().max().copied().unwrap_or(1);
+    let sink = builder.create_sized_stack_slot(slot(longest));
+    let left = builder.declare_var(I64);
+    builder.def_var(left, turns);
+    let used_up = builder.create_block();
     let mut asm = Clif {
         is_x86: isa.triple().architecture == Architecture::X86_64,
         builder,
         buffers,
         workgroup,
         first_lane,
-        turns,
+        left,
+        used_up,
         sink,
         open: Vec::new(),
     };
@@ -110,6 +115,10 @@ pub(crate) fn compile(isa: &dyn TargetIsa, trees: &Trees, lanes: u32) -> Result<
     let Clif { mut builder, .. } = asm;
     // The emitter ends with a return; what follows one is never reached, but must end too.
     builder.ins().trap(TrapCode::unwrap_user(1));
+    builder.switch_to_block(used_up);
+    builder.seal_block(used_up);
+    let result = builder.ins().iconst(I32, 1);
+    builder.ins().return_(&[result]);
     builder.finalize(isa.frontend_config());
     let compiled = context
         .compile(isa, &mut ControlPlane::default())
@@ -117,6 +126,13 @@ pub(crate) fn compile(isa: &dyn TargetIsa, trees: &Trees, lanes: u32) -> Result<
             CodegenError::CodeTooLarge | CodegenError::ImplLimitExceeded => Error::TooLarge,
             other => Error::Backend(format!("{other:?}")),
         })?;
+    let frame = compiled
+        .buffer
+        .frame_layout()
+        .map_or(0, |layout| layout.frame_to_fp_offset);
+    if u64::from(frame) > FRAME {
+        return Err(Error::TooLarge);
+    }
     match compiled.buffer.relocs() {
         [] => Ok(compiled.code_buffer().to_vec()),
         [first, ..] => Err(Error::Backend(format!("the code refers to {:?}", first.target))),
@@ -150,8 +166,10 @@ struct Clif<'a> {
     buffers: Vec<Buffer>,
     workgroup: ir::Value,
     first_lane: ir::Value,
-    turns: ir::Value,
-    /// A word that idle lanes store to.
+    /// How often loops may still turn, and where it goes on if that is not at all.
+    left: Variable,
+    used_up: ir::Block,
+    /// Idle lanes store to it, as long as any element.
     sink: StackSlot,
     open: Vec<Open>,
 }
@@ -170,6 +188,12 @@ fn clif(form: Form) -> ir::Type {
         Form::Four(Ty::F32) => F32X4,
         Form::Four(_) => I32X4,
     }
+}
+
+/// What instructions add to an address for so many words: elements of buffers and arrays are far smaller than that
+/// number can be.
+fn displacement(words: u32) -> i32 {
+    (words * WORD) as i32
 }
 
 /// What loads and stores may be taken to be: they don't trap; words are aligned.
@@ -206,26 +230,22 @@ impl Clif<'_> {
         }
     }
 
-    /// The address of a buffer's word, and what is left to add in bytes.
-    fn address(&mut self, buffer: u32, index: ir::Value, offset: u32) -> (ir::Value, i32) {
+    /// The address of a buffer's word.
+    fn address(&mut self, buffer: u32, index: ir::Value) -> ir::Value {
         let start = self.buffers[buffer as usize].start;
+        self.word_of(start, index)
+    }
+
+    fn word_of(&mut self, start: ir::Value, index: ir::Value) -> ir::Value {
         let index = self.builder.ins().uextend(I64, index);
         let bytes = self.builder.ins().ishl_imm_u(index, 2);
-        let address = self.builder.ins().iadd(start, bytes);
-        let offset = i64::from(offset) * i64::from(WORD);
-        // Displacements of instructions are signed and have 32 bits.
-        if let Ok(displacement) = i32::try_from(offset) {
-            return (address, displacement);
-        }
-        (self.builder.ins().iadd_imm_s(address, offset), 0)
+        self.builder.ins().iadd(start, bytes)
     }
 
     /// The address of an array's word.
     fn array_address(&mut self, array: StackSlot, index: ir::Value) -> ir::Value {
         let start = self.builder.ins().stack_addr(I64, array, 0);
-        let index = self.builder.ins().uextend(I64, index);
-        let bytes = self.builder.ins().ishl_imm_u(index, 2);
-        self.builder.ins().iadd(start, bytes)
+        self.word_of(start, index)
     }
 
     /// Goes on after a jump, where nothing gets.
@@ -294,6 +314,7 @@ impl Assembler for Clif<'_> {
     type Value = ir::Value;
     type Variable = Variable;
     type Array = StackSlot;
+    type Place = ir::Value;
     type Label = ir::Block;
 
     fn workgroup(&mut self) -> ir::Value {
@@ -302,10 +323,6 @@ impl Assembler for Clif<'_> {
 
     fn first_lane(&mut self) -> ir::Value {
         self.first_lane
-    }
-
-    fn turns(&mut self) -> ir::Value {
-        self.turns
     }
 
     fn elements(&mut self, buffer: u32, stride: u32) -> ir::Value {
@@ -446,32 +463,56 @@ impl Assembler for Clif<'_> {
     }
 
     fn load(&mut self, buffer: u32, index: ir::Value, offset: u32) -> ir::Value {
-        let (address, offset) = self.address(buffer, index, offset);
-        self.builder.ins().load(I32, of_words(), address, offset)
+        let address = self.address(buffer, index);
+        self.builder.ins().load(I32, of_words(), address, displacement(offset))
     }
 
     fn load_four(&mut self, buffer: u32, index: ir::Value, offset: u32) -> ir::Value {
-        let (address, offset) = self.address(buffer, index, offset);
-        self.builder.ins().load(I32X4, of_vectors(), address, offset)
+        let address = self.address(buffer, index);
+        self.builder
+            .ins()
+            .load(I32X4, of_vectors(), address, displacement(offset))
     }
 
-    fn gather(&mut self, buffer: u32, indices: ir::Value, offset: u32) -> ir::Value {
-        let index = self.lane(indices, 0);
-        let word = self.load(buffer, index, offset);
+    fn places(&mut self, buffer: u32, indices: ir::Value, mask: Option<ir::Value>) -> [ir::Value; 4] {
+        let start = self.buffers[buffer as usize].start;
+        // Two indices at a time: taking one out of a vector is slower than taking it out of a register.
+        let flags = MemFlagsData::new().with_endianness(ir::Endianness::Little);
+        let pairs = self.builder.ins().bitcast(I64X2, flags, indices);
+        let [low, high] = [0, 1].map(|pair| self.builder.ins().extractlane(pairs, pair));
+        [(low, false), (low, true), (high, false), (high, true)].map(|(pair, upper)| {
+            let index = if upper {
+                self.builder.ins().ushr_imm_u(pair, 32)
+            } else {
+                let word = self.builder.ins().ireduce(I32, pair);
+                self.builder.ins().uextend(I64, word)
+            };
+            let bytes = self.builder.ins().ishl_imm_u(index, 2);
+            let place = self.builder.ins().iadd(start, bytes);
+            let Some(mask) = mask else {
+                return place;
+            };
+            let lane = u8::from(pair == high) * 2 + u8::from(upper);
+            let active = self.builder.ins().extractlane(mask, lane);
+            let sink = self.builder.ins().stack_addr(I64, self.sink, 0);
+            self.builder.ins().select(active, place, sink)
+        })
+    }
+
+    fn gather(&mut self, places: &[ir::Value; 4], offset: u32) -> ir::Value {
+        let load = |asm: &mut Self, place| asm.builder.ins().load(I32, of_words(), place, displacement(offset));
+        let word = load(self, places[0]);
         let mut words = self.builder.ins().scalar_to_vector(I32X4, word);
-        for lane in 1..LANES {
-            let index = self.lane(indices, lane);
-            let word = self.load(buffer, index, offset);
+        for (lane, place) in (1..).zip(&places[1..]) {
+            let word = load(self, *place);
             words = self.with_lane(words, lane, word);
         }
         words
     }
 
-    fn gather_four(&mut self, buffer: u32, indices: ir::Value, offset: u32) -> [ir::Value; 4] {
-        let rows = [0, 1, 2, 3].map(|lane| {
-            let index = self.lane(indices, lane);
-            self.load_four(buffer, index, offset)
-        });
+    fn gather_four(&mut self, places: &[ir::Value; 4], offset: u32) -> [ir::Value; 4] {
+        let offset = displacement(offset);
+        let rows = places.map(|place| self.builder.ins().load(I32X4, of_vectors(), place, offset));
         // The halves of two vectors, and words of two by turns: what x86 and ARM have instructions for.
         let mut shuffle = |a, b, order: [u8; 4]| {
             let mut bytes = [0; 16];
@@ -499,28 +540,23 @@ impl Assembler for Clif<'_> {
     }
 
     fn store(&mut self, buffer: u32, index: ir::Value, offset: u32, word: ir::Value) {
-        let (address, offset) = self.address(buffer, index, offset);
-        self.builder.ins().store(of_words(), word, address, offset);
+        let address = self.address(buffer, index);
+        self.builder
+            .ins()
+            .store(of_words(), word, address, displacement(offset));
     }
 
     fn store_four(&mut self, buffer: u32, index: ir::Value, offset: u32, words: ir::Value) {
-        let (address, offset) = self.address(buffer, index, offset);
-        self.builder.ins().store(of_vectors(), words, address, offset);
+        let address = self.address(buffer, index);
+        self.builder
+            .ins()
+            .store(of_vectors(), words, address, displacement(offset));
     }
 
-    fn scatter(&mut self, buffer: u32, indices: ir::Value, offset: u32, words: ir::Value, mask: Option<ir::Value>) {
-        for lane in 0..LANES {
-            let (index, word) = (self.lane(indices, lane), self.lane(words, lane));
-            let (address, displacement) = self.address(buffer, index, offset);
-            let Some(mask) = mask else {
-                self.builder.ins().store(of_words(), word, address, displacement);
-                continue;
-            };
-            let address = self.builder.ins().iadd_imm_s(address, i64::from(displacement));
-            let sink = self.builder.ins().stack_addr(I64, self.sink, 0);
-            let active = self.lane(mask, lane);
-            let address = self.builder.ins().select(active, address, sink);
-            self.builder.ins().store(of_words(), word, address, 0);
+    fn scatter(&mut self, places: &[ir::Value; 4], offset: u32, words: ir::Value) {
+        for (lane, place) in (0..).zip(places) {
+            let word = self.lane(words, lane);
+            self.builder.ins().store(of_words(), word, *place, displacement(offset));
         }
     }
 
@@ -533,14 +569,14 @@ impl Assembler for Clif<'_> {
         let address = self.array_address(array, index);
         self.builder
             .ins()
-            .load(clif(form), of_vectors(), address, (offset * WORD) as i32)
+            .load(clif(form), of_vectors(), address, displacement(offset))
     }
 
     fn write(&mut self, array: StackSlot, index: ir::Value, offset: u32, value: ir::Value) {
         let address = self.array_address(array, index);
         self.builder
             .ins()
-            .store(of_vectors(), value, address, (offset * WORD) as i32);
+            .store(of_vectors(), value, address, displacement(offset));
     }
 
     fn variable(&mut self, form: Form) -> Variable {
@@ -618,9 +654,18 @@ impl Assembler for Clif<'_> {
         self.nowhere();
     }
 
-    fn finish(&mut self, done: bool) {
-        let used_up = self.builder.ins().iconst(I32, i64::from(!done));
-        self.builder.ins().return_(&[used_up]);
+    fn count_turn(&mut self) {
+        let left = self.get(self.left);
+        let any = self.builder.create_block();
+        self.branch(left, any, self.used_up);
+        self.go_on(any);
+        let left = self.builder.ins().iadd_imm_s(left, -1);
+        self.set(self.left, left);
+    }
+
+    fn finish(&mut self) {
+        let done = self.builder.ins().iconst(I32, 0);
+        self.builder.ins().return_(&[done]);
         self.nowhere();
     }
 }

@@ -17,9 +17,6 @@ use crate::assembler::{Assembler, Form, LANES};
 /// Writes a program for so many lanes, a multiple of [`LANES`].
 pub(crate) fn emit<A: Assembler>(asm: &mut A, trees: &Trees, lanes: u32) {
     let program = &trees.tidied;
-    let turns = asm.variable(Form::One(Ty::U32));
-    let start = asm.turns();
-    asm.set(turns, start);
     let mut emitter = Emitter {
         program,
         shapes: &trees.shapes,
@@ -34,8 +31,9 @@ pub(crate) fn emit<A: Assembler>(asm: &mut A, trees: &Trees, lanes: u32) {
         masks: Vec::new(),
         labels: vec![None; program.labels as usize],
         counts: Vec::new(),
-        indices: Vec::new(),
-        turns,
+        places: Vec::new(),
+        stored_to: None,
+        scratch: None,
     };
     for (buffer, stride) in trees.strides.iter().enumerate() {
         let elements = emitter.asm.elements(buffer as u32, *stride);
@@ -45,7 +43,7 @@ pub(crate) fn emit<A: Assembler>(asm: &mut A, trees: &Trees, lanes: u32) {
         emitter.counts.push(Count { elements, last, lasts });
     }
     emitter.block(&program.body);
-    emitter.asm.finish(true);
+    emitter.asm.finish();
 }
 
 /// The arrays that are indexed by what is not constant; the others are variables, one an element.
@@ -127,10 +125,19 @@ struct Emitter<'a, A: Assembler> {
     masks: Vec<Mask<A::Variable>>,
     labels: Vec<Option<A::Label>>,
     counts: Vec<Count<A::Value>>,
-    /// Clamped indices of elements, by buffer, element and stride, that are known here.
-    indices: Vec<((u32, Value, u32), Lanes)>,
-    turns: A::Variable,
+    /// Elements whose places are known here.
+    places: Vec<(Element, Places<A::Place>)>,
+    /// The element that was last stored to under the mask of here, and the places of its active lanes.
+    stored_to: Option<(Element, Places<A::Place>)>,
+    /// A word for each lane.
+    scratch: Option<A::Array>,
 }
+
+/// An element of a buffer: its binding number, the index, and its words.
+type Element = (u32, Value, u32);
+
+/// Places of all lanes, for each vector.
+type Places<P> = Vec<[P; LANES as usize]>;
 
 impl<A: Assembler> Emitter<'_, A> {
     // Vectors of all lanes.
@@ -680,12 +687,18 @@ impl<A: Assembler> Emitter<'_, A> {
 
     /// A block that may be passed by: what is known in it is not known after it.
     fn scope(&mut self, block: &Block) {
-        let known = self.indices.len();
+        let known = self.places.len();
         self.block(block);
-        self.indices.truncate(known);
+        self.places.truncate(known);
     }
 
     fn statement(&mut self, statement: &Statement, outermost: bool) {
+        if matches!(
+            statement,
+            Statement::If { .. } | Statement::Loop { .. } | Statement::Labeled { .. } | Statement::Exit(_)
+        ) {
+            self.stored_to = None;
+        }
         match statement {
             Statement::Let(value) => self.computed(*value),
             Statement::Load { targets, address } => self.load(targets, address),
@@ -726,25 +739,13 @@ impl<A: Assembler> Emitter<'_, A> {
             self.asm.leave(own);
             self.asm.end_if();
         }
-        self.count_turn();
+        self.asm.count_turn();
         self.scope(body);
         self.asm.end_loop();
         if masked {
             self.masks.pop();
         }
         self.regions.pop();
-    }
-
-    /// Ends the program if its loops have turned as often as they may.
-    fn count_turn(&mut self) {
-        let turns = self.asm.get(self.turns);
-        let (zero, one) = (self.word(0), self.word(1));
-        let used_up = self.arithmetic(Binary::Equal, turns, zero);
-        self.asm.begin_if(used_up);
-        self.asm.finish(false);
-        self.asm.end_if();
-        let left = self.arithmetic(Binary::Subtract, turns, one);
-        self.asm.set(self.turns, left);
     }
 
     fn labeled(&mut self, label: Label, body: &Block) {
@@ -815,7 +816,7 @@ impl<A: Assembler> Emitter<'_, A> {
         {
             let none = self.none(active);
             self.asm.begin_if(none);
-            self.asm.finish(true);
+            self.asm.finish();
             self.asm.end_if();
         }
     }
@@ -863,12 +864,8 @@ impl<A: Assembler> Emitter<'_, A> {
         self.arithmetic(Binary::Multiply, clamped, stride)
     }
 
-    /// The words at which the lanes' elements begin, clamped.
-    fn indices(&mut self, address: &Address, element: Value) -> Lanes {
-        let key = (address.buffer, element, address.stride);
-        if let Some((_, known)) = self.indices.iter().find(|(other, _)| *other == key) {
-            return *known;
-        }
+    /// Where the lanes' elements begin, clamped.
+    fn places(&mut self, address: &Address, element: Value, mask: Option<Lanes>) -> Places<A::Place> {
         let elements = self.lanes(element);
         let lasts = self.counts[address.buffer as usize].lasts;
         let mut indices = self.binaries(Binary::Min, Ty::U32, elements, lasts);
@@ -883,8 +880,24 @@ impl<A: Assembler> Emitter<'_, A> {
             let strides = self.constants(Ty::U32, stride);
             indices = self.binaries(Binary::Multiply, Ty::U32, indices, strides);
         }
-        self.indices.push((key, indices));
-        indices
+        let vectors = 0..self.vectors;
+        let place = |k| {
+            let indices = self.part(indices, k);
+            let mask = mask.map(|mask| self.part(mask, k));
+            self.asm.places(address.buffer, indices, mask)
+        };
+        vectors.map(place).collect()
+    }
+
+    /// The same, of all lanes, if it is not known yet.
+    fn known_places(&mut self, address: &Address, element: Value) -> Places<A::Place> {
+        let key = (address.buffer, element, address.stride);
+        if let Some((_, known)) = self.places.iter().find(|(other, _)| *other == key) {
+            return known.clone();
+        }
+        let places = self.places(address, element, None);
+        self.places.push((key, places.clone()));
+        places
     }
 
     /// Whether the lanes' elements are words one after the other, none beyond the end.
@@ -915,22 +928,22 @@ impl<A: Assembler> Emitter<'_, A> {
             }
             return;
         };
-        if let [target] = targets {
-            let words = if self.is_consecutive(address, element) {
-                self.load_consecutive(address, element)
-            } else {
-                let indices = self.indices(address, element);
-                self.gather(address, indices)
-            };
+        if let [target] = targets
+            && self.is_consecutive(address, element)
+        {
+            let words = self.load_consecutive(address, element);
             self.loaded(*target, words);
             return;
         }
-        let indices = self.indices(address, element);
-        let quads: Vec<_> = (0..self.vectors)
-            .map(|k| {
-                let at = self.part(indices, k);
-                self.asm.gather_four(address.buffer, at, address.offset)
-            })
+        let places = self.known_places(address, element);
+        if let [target] = targets {
+            let words = self.each(|emitter, k| emitter.asm.gather(&places[k], address.offset));
+            self.loaded(*target, words);
+            return;
+        }
+        let quads: Vec<_> = places
+            .iter()
+            .map(|places| self.asm.gather_four(places, address.offset))
             .collect();
         for (word, target) in targets.iter().enumerate() {
             let words = self.each(|_, k| quads[k][word]);
@@ -946,13 +959,6 @@ impl<A: Assembler> Emitter<'_, A> {
         self.hold_lanes(target, lanes);
     }
 
-    fn gather(&mut self, address: &Address, indices: Lanes) -> Lanes {
-        self.each(|emitter, k| {
-            let at = emitter.part(indices, k);
-            emitter.asm.gather(address.buffer, at, address.offset)
-        })
-    }
-
     fn load_consecutive(&mut self, address: &Address, element: Value) -> Lanes {
         let first = self.scalar(element);
         let parts: Vec<_> = (0..self.vectors)
@@ -965,16 +971,67 @@ impl<A: Assembler> Emitter<'_, A> {
             self.asm.set(*part, words);
         }
         self.asm.begin_else();
-        let known = self.indices.len();
-        let indices = self.indices(address, element);
-        self.indices.truncate(known);
-        let words = self.gather(address, indices);
+        // Rare, so it shall be short.
+        let scratch = self.scratch();
+        self.each_word(address, first, |emitter, lane, index| {
+            let word = emitter.asm.load(address.buffer, index, address.offset);
+            emitter.asm.write(scratch, lane, 0, word);
+        });
+        let zero = self.word(0);
         for (k, part) in parts.iter().enumerate() {
-            let words = self.part(words, k);
+            let words = self.asm.read(scratch, Form::Four(Ty::U32), zero, k as u32 * LANES);
             self.asm.set(*part, words);
         }
         self.asm.end_if();
         self.each(|emitter, k| emitter.asm.get(parts[k]))
+    }
+
+    fn store_consecutive(&mut self, address: &Address, element: Value, words: Lanes) {
+        let first = self.scalar(element);
+        self.begin_if_within(address, first);
+        for k in 0..self.vectors {
+            let words = self.part(words, k);
+            let at = address.offset + k as u32 * LANES;
+            self.asm.store_four(address.buffer, first, at, words);
+        }
+        self.asm.begin_else();
+        let scratch = self.scratch();
+        let zero = self.word(0);
+        for k in 0..self.vectors {
+            let words = self.part(words, k);
+            self.asm.write(scratch, zero, k as u32 * LANES, words);
+        }
+        self.each_word(address, first, |emitter, lane, index| {
+            let word = emitter.asm.read(scratch, Form::One(Ty::U32), lane, 0);
+            emitter.asm.store(address.buffer, index, address.offset, word);
+        });
+        self.asm.end_if();
+    }
+
+    fn scratch(&mut self) -> A::Array {
+        let words = self.vectors as u32 * LANES;
+        *self.scratch.get_or_insert_with(|| self.asm.array(words))
+    }
+
+    /// Repeats something for each lane's number and for the clamped index of its element, which is a word.
+    fn each_word(&mut self, address: &Address, first: A::Value, mut act: impl FnMut(&mut Self, A::Value, A::Value)) {
+        let lane = self.asm.variable(Form::One(Ty::U32));
+        let (zero, one) = (self.word(0), self.word(1));
+        let lanes = self.word(self.vectors as u32 * LANES);
+        self.asm.set(lane, zero);
+        let label = self.asm.begin_loop();
+        let at = self.asm.get(lane);
+        let element = self.arithmetic(Binary::Add, first, at);
+        let last = self.counts[address.buffer as usize].last;
+        let index = self.arithmetic(Binary::Min, element, last);
+        act(self, at, index);
+        let next = self.arithmetic(Binary::Add, at, one);
+        self.asm.set(lane, next);
+        let all = self.arithmetic(Binary::Equal, next, lanes);
+        self.asm.begin_if(all);
+        self.asm.leave(label);
+        self.asm.end_if();
+        self.asm.end_loop();
     }
 
     fn store(&mut self, address: &Address, value: Value) {
@@ -1006,29 +1063,27 @@ impl<A: Assembler> Emitter<'_, A> {
             self.bitcasts(ty, Ty::U32, lanes)
         };
         let active = self.active();
-        let whole = active.is_none() && self.is_consecutive(address, element);
-        if whole {
-            let first = self.scalar(element);
-            self.begin_if_within(address, first);
-            for k in 0..self.vectors {
-                let words = self.part(words, k);
-                let at = address.offset + k as u32 * LANES;
-                self.asm.store_four(address.buffer, first, at, words);
-            }
-            self.asm.begin_else();
+        if active.is_none() && self.is_consecutive(address, element) {
+            return self.store_consecutive(address, element, words);
         }
-        let known = self.indices.len();
-        let indices = self.indices(address, element);
-        if whole {
-            self.indices.truncate(known);
+        let places = match active {
+            None => self.known_places(address, element),
+            Some(_) => self.active_places(address, element, active),
+        };
+        for (k, places) in places.iter().enumerate() {
+            let words = self.part(words, k);
+            self.asm.scatter(places, address.offset, words);
         }
-        for k in 0..self.vectors {
-            let (at, words) = (self.part(indices, k), self.part(words, k));
-            let mask = active.map(|active| self.part(active, k));
-            self.asm.scatter(address.buffer, at, address.offset, words, mask);
+    }
+
+    /// Where the active lanes' elements begin. A struct is stored word by word.
+    fn active_places(&mut self, address: &Address, element: Value, active: Option<Lanes>) -> Places<A::Place> {
+        let key = (address.buffer, element, address.stride);
+        if let Some((_, known)) = self.stored_to.as_ref().filter(|(other, _)| *other == key) {
+            return known.clone();
         }
-        if whole {
-            self.asm.end_if();
-        }
+        let places = self.places(address, element, active);
+        self.stored_to = Some((key, places.clone()));
+        places
     }
 }

@@ -38,6 +38,9 @@ pub use memory::{Native, Stopped, Words};
 /// Numbers of lanes that code is compiled for.
 pub const LANES: [u32; 3] = [4, 8, 16];
 
+/// The most memory that a call may take of its thread's stack, in bytes.
+const FRAME: u64 = 1 << 18;
+
 /// Why there is no code.
 #[derive(Debug, thiserror::Error)]
 pub enum Error {
@@ -47,8 +50,8 @@ pub enum Error {
     /// A number of lanes that is not one of [`LANES`].
     #[error("{0} lanes; allowed: 4, 8, 16")]
     Lanes(u32),
-    /// The program needs more than the code generator has.
-    #[error("the kernel is too large to be compiled")]
+    /// The program needs more than the code generator or a thread's stack has.
+    #[error("the kernel is too large to be compiled, or its local variables take more than {FRAME} bytes")]
     TooLarge,
     /// The code generator failed, or made what can't stand by itself.
     #[error("the kernel can't be compiled: {0}")]
@@ -106,6 +109,10 @@ impl Target {
     pub fn compile(&self, trees: &Trees, lanes: u32) -> Result<Code, Error> {
         if !LANES.contains(&lanes) {
             return Err(Error::Lanes(lanes));
+        }
+        let words: u64 = trees.tidied.arrays.iter().map(|array| array.init.len() as u64).sum();
+        if words * u64::from(4 * lanes) > FRAME {
+            return Err(Error::TooLarge);
         }
         Ok(Code {
             lanes,

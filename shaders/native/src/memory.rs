@@ -22,7 +22,7 @@ pub struct Words {
 pub enum Stopped {
     /// Its loops have turned as often as they might.
     #[error("the kernel's loops turned {0} times, and had not ended")]
-    TurnsUsedUp(u32),
+    TurnsUsedUp(u64),
     /// It was given other buffers than it binds.
     #[error("the kernel binds {expected} buffers, and was given {found}")]
     Buffers {
@@ -45,7 +45,7 @@ pub enum Stopped {
 
 /// Called with the buffers, the workgroup, the first lane and how often loops may turn; returns whether all of that was
 /// used up.
-type Entry = unsafe extern "C" fn(*const Words, u32, u32, u32) -> u32;
+type Entry = unsafe extern "C" fn(*const Words, u32, u32, u64) -> u32;
 
 /// Code that can be run. It may be called from several threads at a time.
 #[derive(Debug)]
@@ -98,7 +98,7 @@ impl Native {
     /// # Safety
     /// Every buffer must be valid for reads, and those that the kernel writes for writes, for its whole length; what one
     /// call writes, no other may access at the same time.
-    pub unsafe fn run(&self, buffers: &[Words], workgroup: u32, first_lane: u32, turns: u32) -> Result<(), Stopped> {
+    pub unsafe fn run(&self, buffers: &[Words], workgroup: u32, first_lane: u32, turns: u64) -> Result<(), Stopped> {
         if buffers.len() != self.strides.len() {
             return Err(Stopped::Buffers {
                 expected: self.strides.len(),

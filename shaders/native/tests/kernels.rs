@@ -165,6 +165,27 @@ fn buffers_that_do_not_fit_are_refused() {
 }
 
 #[test]
+fn arrays_that_a_stack_does_not_hold_are_refused() {
+    let of_length = |length: u32| {
+        let text = format!(
+            "@compute @workgroup_size(64)
+            fn main(@builtin(workgroup_id) workgroup: vec3<u32>, @builtin(local_invocation_index) lane: u32) {{
+                var local: array<u32, {length}>;
+                for (var i = 0u; i < {length}u; i++) {{ local[i] = lane + i; }}
+                results[lane * 16u] = local[settings.a];
+            }}"
+        );
+        let trees = program(&text).expect("it is exact");
+        Target::host()
+            .expect("this machine has machine code")
+            .compile(&trees, 16)
+    };
+    assert!(of_length(1000).is_ok());
+    let error = of_length(5_000).unwrap_err();
+    assert!(matches!(error, Error::TooLarge), "{error}");
+}
+
+#[test]
 fn other_numbers_of_lanes_are_refused() {
     let trees = program(&corpus()[0].1).expect("it is exact");
     let target = Target::host().expect("this machine has machine code");

@@ -12,7 +12,7 @@ use common::{Extent, TURNS, meaning, native, program, run};
 
 /// Kernels that are tried, if there is time; how many are tried in any case; and how much more `tests/long.sh` does.
 const KERNELS: u64 = 600;
-const LEAST: u64 = 300;
+const LEAST: u64 = 100;
 const PATIENCE: Duration = Duration::from_secs(20);
 const LONG: u32 = 30;
 

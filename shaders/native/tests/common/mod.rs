@@ -6,7 +6,7 @@ use oneiro_shader_compiler::{Part, Refusals, Trees, generate, trees};
 use oneiro_shader_native::{Native, Stopped, Target, Words};
 
 /// More turns than any of these kernels takes.
-pub(crate) const TURNS: u32 = 1_000_000;
+pub(crate) const TURNS: u64 = 1_000_000;
 
 /// A kernel of a text after the generator's prelude.
 pub(crate) fn program(text: &str) -> Result<Trees, Refusals> {
@@ -63,7 +63,7 @@ pub(crate) fn run(
     native: &Native,
     mut buffers: Vec<Vec<u32>>,
     extent: &Extent,
-    turns: u32,
+    turns: u64,
 ) -> Result<Vec<Vec<u32>>, Stopped> {
     let words: Vec<_> = buffers
         .iter_mut()
