@@ -197,7 +197,7 @@ fn random_words_are_known() {
             (case.left, case.right) = (vec![key.0], vec![key.1]);
             (case.parameters[1], case.parameters[2], case.parameters[3]) = (1, step, block);
             for variant in case.lane_codes() {
-                assert_eq!(case.run(variant).unwrap(), [word], "{key:x?} in {}", variant);
+                assert_eq!(case.run(variant).unwrap(), [word], "{key:x?} in {variant}");
             }
         }
     }
