@@ -1,6 +1,6 @@
 //! Compiles the kernels of `wgsl/`. `catalogue.rs` is the place to add one.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write;
 use std::path::PathBuf;
 use std::{env, fs};
@@ -22,17 +22,18 @@ fn main() {
     let mut constants: BTreeMap<&str, Vec<Constant>> = BTreeMap::new();
     let mut failed = false;
     for entry in CATALOGUE {
-        match compile(entry.name, &parts(&wgsl, entry)).and_then(Compiled::bounded) {
-            Ok(kernel) => {
+        let compiled = compile(entry.name, &parts(&wgsl, entry)).and_then(Compiled::bounded);
+        match compiled.and_then(|kernel| Ok((kernel.structs.clone()?, kernel))) {
+            Ok((structs, kernel)) => {
                 let items = instances::write(&out, "crate", entry.name, &kernel, &targets(entry));
                 text.push_str(&items.expect("OUT_DIR is writable"));
                 match modules.iter().find(|(name, _)| *name == entry.module) {
-                    Some((_, structs)) => assert_eq!(
-                        *structs, kernel.structs,
+                    Some((_, others)) => assert_eq!(
+                        *others, structs,
                         "the kernels of module {} disagree about its structs",
                         entry.module
                     ),
-                    None => modules.push((entry.module, kernel.structs)),
+                    None => modules.push((entry.module, structs)),
                 }
                 add_constants(
                     constants.entry(entry.module).or_default(),
@@ -65,6 +66,13 @@ fn main() {
         .iter()
         .map(|entry| format!("&{}", entry.name.to_uppercase()))
         .collect();
+    let shipped: BTreeSet<_> = CATALOGUE.iter().flat_map(|entry| entry.parts).collect();
+    text.push_str("/// Every part of the kernels: path and text.\npub static PARTS: &[(&str, &str)] = &[\n");
+    for part in shipped {
+        let file = "env!(\"CARGO_MANIFEST_DIR\"), \"/wgsl/";
+        let _ = writeln!(text, "(\"{part}.wgsl\", include_str!(concat!({file}{part}.wgsl\"))),");
+    }
+    text.push_str("];\n");
     let _ = writeln!(
         text,
         "/// Every kernel.\npub static KERNELS: &[&Kernel] = &[{}];",

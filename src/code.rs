@@ -33,9 +33,17 @@ impl LaneCode {
     /// [`Error::NoDevice`] if it can't be compiled.
     pub(crate) fn named(kernel: &'static Kernel, name: &str) -> Result<Option<Self>, Error> {
         if name == native::NAME && native::is_available() {
-            return native::compiled(kernel).map(Self::Native).map(Some);
+            return Self::native(kernel).map(Some);
         }
         Ok(ahead(kernel).find(|variant| variant.name == name).map(Self::Ahead))
+    }
+
+    /// The code of a kernel that was compiled at run time.
+    ///
+    /// # Errors
+    /// [`Error::NoDevice`] if it can't be compiled.
+    pub(crate) fn native(kernel: &'static Kernel) -> Result<Self, Error> {
+        native::compiled(kernel).map(Self::Native)
     }
 
     /// Number of lanes that a call runs.

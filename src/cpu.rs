@@ -144,12 +144,15 @@ impl Cpu {
     }
 
     /// The named lane code, or that with the shortest estimated time of those compiled with this program. If there are
-    /// few rollouts, narrow ones keep more threads busy.
+    /// few rollouts, narrow ones keep more threads busy. A kernel composed at run time has only one.
     fn choose(&self, kernel: &'static Kernel, parts: &[Part<'_>]) -> Result<LaneCode, Error> {
         if let Some(name) = self.variant
             && let Some(code) = LaneCode::named(kernel, name)?
         {
             return Ok(code);
+        }
+        if kernel.variants.is_empty() {
+            return LaneCode::native(kernel);
         }
         let named = |variant: &&Variant| {
             self.variant

@@ -252,32 +252,43 @@ impl<F: Field + Default> Field for Option<F> {
     }
 }
 
-/// Texts by name; an empty map isn't written.
-impl Field for BTreeMap<String, String> {
-    fn get(&self) -> Option<Datum> {
-        let texts = self
-            .iter()
-            .map(|(name, text)| (name.clone(), Datum::Word(text.clone())));
-        (!self.is_empty()).then(|| Datum::Table(texts.collect()))
-    }
+/// Implements [`Field`] for values by name; an empty map isn't written.
+macro_rules! field_by_name {
+    ($type:ty, $kind:literal, $from:expr, $to:expr) => {
+        impl Field for BTreeMap<String, $type> {
+            fn get(&self) -> Option<Datum> {
+                let to: fn(&$type) -> Datum = $to;
+                let values = self.iter().map(|(name, value)| (name.clone(), to(value)));
+                (!self.is_empty()).then(|| Datum::Table(values.collect()))
+            }
 
-    fn set(&mut self, datum: &Datum) -> bool {
-        let Datum::Table(table) = datum else {
-            return false;
-        };
-        let texts = table
-            .iter()
-            .map(|(name, text)| Some((name.clone(), text.word()?.clone())));
-        let texts: Option<Self> = texts.collect();
-        let is_set = texts.is_some();
-        *self = texts.unwrap_or_default();
-        is_set
-    }
+            fn set(&mut self, datum: &Datum) -> bool {
+                let Datum::Table(table) = datum else {
+                    return false;
+                };
+                let from: fn(&Datum) -> Option<$type> = $from;
+                let values = table
+                    .iter()
+                    .map(|(name, value)| Some((name.clone(), from(value)?)));
+                let values: Option<Self> = values.collect();
+                let is_set = values.is_some();
+                *self = values.unwrap_or_default();
+                is_set
+            }
 
-    fn kind(&self) -> &'static str {
-        "a table of texts"
-    }
+            fn kind(&self) -> &'static str {
+                $kind
+            }
+        }
+    };
 }
+
+field_by_name!(String, "a table of texts", |datum| datum.word().cloned(), |text| {
+    Datum::Word(text.clone())
+});
+field_by_name!(f64, "a table of numbers", Datum::number, |number| Datum::Double(
+    *number
+));
 
 /// A list whose elements have rows of their own.
 impl<T: Default> Field for Vec<T> {

@@ -11,6 +11,7 @@ use oneiro_shaders::{Kernel, life};
 
 use crate::arena::Arena;
 use crate::batch::{Buffers, WorldKind};
+use crate::compose::OwnTask;
 use crate::parameter::Invalid;
 use crate::surrogate::Surrogate;
 use crate::tables::{MotorStates, MotorTable, SENSOR_NAMES, SensorTables};
@@ -179,6 +180,8 @@ pub enum Activation {
 /// Task that fitness measures.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Task {
+    /// A task of the user's own: [`WorldSpec::own_task`].
+    Own,
     /// Equation 1 of Miglino et al. 1995, summed over the cycles of a life.
     Avoidance {
         /// Signed or unsigned V.
@@ -203,21 +206,13 @@ impl Task {
         new_cell: 0.0,
     };
 
-    /// Sets the value of a new cell.
+    /// Sets the value of a new cell, if the task has one.
     #[must_use]
-    pub fn with_new_cell(self, new_cell: f32) -> Self {
-        let Self::Avoidance {
-            speed,
-            difference,
-            activation,
-            ..
-        } = self;
-        Self::Avoidance {
-            speed,
-            difference,
-            activation,
-            new_cell,
+    pub fn with_new_cell(mut self, value: f32) -> Self {
+        if let Self::Avoidance { new_cell, .. } = &mut self {
+            *new_cell = value;
         }
+        self
     }
 }
 
@@ -252,6 +247,8 @@ pub struct WorldSpec {
     pub controller: Controller,
     /// Task that fitness measures.
     pub task: Task,
+    /// The task and its values if `task` is [`Task::Own`], else `None`.
+    pub own_task: Option<Arc<OwnTask>>,
     /// Start of lives.
     pub start: Start,
     /// Length of a life in cycles of 100 ms, 1 to 1,000,000.
@@ -269,6 +266,7 @@ impl WorldSpec {
             noise: Noise::NONE,
             controller: Controller::Perceptron,
             task: Task::AVOIDANCE,
+            own_task: None,
             start: Start::Random,
             cycles: 500,
         }
@@ -282,6 +280,7 @@ pub struct World(Arc<Checked>);
 #[derive(Debug)]
 struct Checked {
     spec: WorldSpec,
+    kernel: &'static Kernel,
     packed: pack::Packed,
 }
 
@@ -303,8 +302,9 @@ impl World {
     /// The first invalid value: its path, the value itself, and the allowed values.
     pub fn new(mut spec: WorldSpec) -> Result<Self, Invalid> {
         check::check(&mut spec)?;
+        let kernel = kernel(&spec)?;
         let packed = pack::Packed::new(&spec)?;
-        Ok(Self(Arc::new(Checked { spec, packed })))
+        Ok(Self(Arc::new(Checked { spec, kernel, packed })))
     }
 
     /// Specification that it was made from.
@@ -334,14 +334,24 @@ impl World {
 
     /// Kernel that simulates it.
     pub fn kernel(&self) -> &'static Kernel {
-        let spec = &self.0.spec;
-        match (spec.controller, &spec.surrogate) {
-            (Controller::Perceptron, None) => &oneiro_shaders::LIFE_PERCEPTRON,
-            (Controller::Hidden { .. }, None) => &oneiro_shaders::LIFE_HIDDEN,
-            (Controller::Recurrent, None) => &oneiro_shaders::LIFE_RECURRENT,
-            (Controller::Perceptron, Some(_)) => &oneiro_shaders::SURROGATE_PERCEPTRON,
-            (Controller::Hidden { .. }, Some(_)) => &oneiro_shaders::SURROGATE_HIDDEN,
-            (Controller::Recurrent, Some(_)) => &oneiro_shaders::SURROGATE_RECURRENT,
+        self.0.kernel
+    }
+}
+
+fn kernel(spec: &WorldSpec) -> Result<&'static Kernel, Invalid> {
+    let shipped = match (spec.controller, &spec.surrogate) {
+        (Controller::Perceptron, None) => &oneiro_shaders::LIFE_PERCEPTRON,
+        (Controller::Hidden { .. }, None) => &oneiro_shaders::LIFE_HIDDEN,
+        (Controller::Recurrent, None) => &oneiro_shaders::LIFE_RECURRENT,
+        (Controller::Perceptron, Some(_)) => &oneiro_shaders::SURROGATE_PERCEPTRON,
+        (Controller::Hidden { .. }, Some(_)) => &oneiro_shaders::SURROGATE_HIDDEN,
+        (Controller::Recurrent, Some(_)) => &oneiro_shaders::SURROGATE_RECURRENT,
+    };
+    match &spec.own_task {
+        None => Ok(shipped),
+        Some(task) => {
+            let composed = task.part().kernel(shipped);
+            composed.map_err(|refused| Invalid::new("task.part", refused.to_string()))
         }
     }
 }
@@ -361,7 +371,7 @@ impl WorldKind for World {
     }
 
     fn pack(&self, buffers: &mut Buffers) -> life::World {
-        let Checked { spec, packed } = &*self.0;
+        let Checked { spec, packed, .. } = &*self.0;
         packed.in_buffers(spec, buffers)
     }
 }

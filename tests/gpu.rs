@@ -150,26 +150,9 @@ fn contractible(kernel: &'static Kernel) -> &'static Kernel {
         rest = next;
     }
     assert!(words.len() < kernel.spirv.len());
-    let Kernel {
-        name,
-        wgsl,
-        entry_point,
-        workgroup_size,
-        bindings,
-        variants,
-        turns,
-        ..
-    } = *kernel;
-    let spirv = Vec::leak(words);
     Box::leak(Box::new(Kernel {
-        name,
-        wgsl,
-        spirv,
-        entry_point,
-        workgroup_size,
-        bindings,
-        variants,
-        turns,
+        spirv: Vec::leak(words),
+        ..*kernel
     }))
 }
 

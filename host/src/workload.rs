@@ -108,6 +108,7 @@ pub(crate) fn worlds(controller: Controller, robot: &Robot) -> Result<Vec<World>
                 arena: arena.clone(),
                 noise,
                 controller,
+                own_task: None,
                 task: Task::Avoidance {
                     speed: speeds[turn % 2],
                     difference: differences[turn / 2 % 2],

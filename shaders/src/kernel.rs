@@ -1,5 +1,7 @@
 //! What a compiled kernel is: one program in three forms.
 
+use std::fmt;
+
 /// How a kernel sees a buffer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum BindingKind {
@@ -28,11 +30,23 @@ pub struct Binding {
 /// buffer and of the world in which a rollout lives.
 pub type WordOf<'a> = dyn Fn(&str, Option<u64>, u32) -> u32 + 'a;
 
+/// Computes the most turns of all loops of an invocation together, given words of buffers.
+#[derive(Clone, Copy)]
+pub struct Turns(pub &'static (dyn Fn(&WordOf<'_>) -> u64 + Sync));
+
+impl fmt::Debug for Turns {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str("Turns")
+    }
+}
+
 /// One kernel, compiled.
-#[derive(Debug)]
+#[derive(Clone, Copy, Debug)]
 pub struct Kernel {
-    /// Its name in the catalogue.
+    /// Its name in the catalogue, or that of a kernel composed when the program runs.
     pub name: &'static str,
+    /// The paths of the parts that its WGSL is made of, in order.
+    pub parts: &'static [&'static str],
     /// The concatenated WGSL, for adapters that take no SPIR-V.
     pub wgsl: &'static str,
     /// SPIR-V with `NoContraction` on every float arithmetic result, without float-control modes.
@@ -45,8 +59,9 @@ pub struct Kernel {
     pub bindings: &'static [Binding],
     /// The most turns of all loops of an invocation together, given words of buffers; a loop's last look at its condition
     /// is a turn. Software drivers leave loops silently after so many.
-    pub turns: fn(&WordOf<'_>) -> u64,
-    /// The lane code, widest first; which of them run here, [`Variant::available`] says.
+    pub turns: Turns,
+    /// The lane code compiled with the program, widest first; which of them run here, [`Variant::available`] says. A kernel
+    /// composed when the program runs has none.
     pub variants: &'static [Variant],
 }
 

@@ -10,4 +10,4 @@ mod generated {
     include!(concat!(env!("OUT_DIR"), "/kernels.rs"));
 }
 pub use generated::*;
-pub use kernel::{Binding, BindingKind, Kernel, LaneFn, Variant, WordOf, Words};
+pub use kernel::{Binding, BindingKind, Kernel, LaneFn, Turns, Variant, WordOf, Words};

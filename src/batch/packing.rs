@@ -120,7 +120,7 @@ impl Packed {
             };
             words[word as usize]
         };
-        u32::try_from((kernel.turns)(&word)).unwrap_or(u32::MAX)
+        u32::try_from((kernel.turns.0)(&word)).unwrap_or(u32::MAX)
     }
 }
 

@@ -33,8 +33,13 @@ pub(super) fn check(spec: &mut WorldSpec) -> Result<(), Invalid> {
             return Err(Invalid::new("robot.collision", problem));
         }
     }
-    let Task::Avoidance { new_cell, .. } = spec.task;
-    if new_cell > 0.0 {
+    if (spec.task == Task::Own) != spec.own_task.is_some() {
+        let problem = "and `own_task` disagree; allowed: `Task::Own` with an own task, or another task without";
+        return Err(Invalid::new("task.kind", problem));
+    }
+    if let Task::Avoidance { new_cell, .. } = spec.task
+        && new_cell > 0.0
+    {
         let Field { width, height, .. } = spec.arena.field;
         let cells = pack::cells(width) * pack::cells(height);
         if spec.surrogate.is_some() {

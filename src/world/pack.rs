@@ -62,10 +62,12 @@ impl Packed {
             let radius = robot.body_radius;
             buffers.add_shared_table(surrogate, radius.to_bits() as usize, || surrogate.cells(radius))
         });
+        let task_values = spec.own_task.as_ref().map_or(0, |task| buffers.add_table(task.cells()));
         life::World {
             first_shape,
             motor_table,
             numbers,
+            task_values,
             ..self.world
         }
     }
@@ -110,7 +112,7 @@ fn random_start(free: &Free) -> Result<[f32; 3], Invalid> {
 fn world(spec: &WorldSpec, random_start: u32, start: [f32; 3], shapes: u32) -> life::World {
     let Field { x, y, width, height } = spec.arena.field;
     let (low, high) = spec.noise.sensor;
-    let Task::Avoidance { new_cell, .. } = spec.task;
+    let (task_choices, new_cell) = task(spec.task);
     let motors = &spec.robot.motors;
     // Without classes there are no objects, and the tables aren't used.
     let (nearest, spacing, rows, bearings) = match spec.robot.sensors.classes.first() {
@@ -149,7 +151,7 @@ fn world(spec: &WorldSpec, random_start: u32, start: [f32; 3], shapes: u32) -> l
             Controller::Hidden { units } => units,
             Controller::Perceptron | Controller::Recurrent => 0,
         },
-        task_choices: task_choices(spec.task),
+        task_choices,
         new_cell: zero(new_cell),
         cell_columns: cells(width) as u32,
         numbers: 0,
@@ -158,6 +160,7 @@ fn world(spec: &WorldSpec, random_start: u32, start: [f32; 3], shapes: u32) -> l
             Collision::KeepTurn => life::KEEP_TURN,
             Collision::Slide => life::SLIDE,
         },
+        task_values: 0,
     }
 }
 
@@ -166,13 +169,17 @@ pub(super) fn cells(side: f32) -> usize {
     (side / CELL).ceil() as usize
 }
 
-fn task_choices(task: Task) -> u32 {
+/// The choices of a task, and the value of a new cell.
+fn task(task: Task) -> (u32, f32) {
     let Task::Avoidance {
         speed,
         difference,
         activation,
-        ..
-    } = task;
+        new_cell,
+    } = task
+    else {
+        return (0, 0.0);
+    };
     let speed = match speed {
         Speed::Unsigned => 0,
         Speed::Signed => life::SIGNED_SPEED,
@@ -186,7 +193,7 @@ fn task_choices(task: Task) -> u32 {
         Activation::Perceived => life::PERCEIVED_ACTIVATION,
         Activation::None => life::NO_ACTIVATION_TERM,
     };
-    speed | difference | activation
+    (speed | difference | activation, new_cell)
 }
 
 fn shapes(spec: &WorldSpec) -> Vec<life::Shape> {

@@ -79,13 +79,13 @@ pub fn parameters<T: AsMut<WorldSpec>>() -> Vec<Parameter<T>> {
         row("task.kind", "", Any, PAPER,
             "What fitness is given for.", |own, _| Some(&mut own.as_mut().task)),
         row("task.speed", "", Any, "the paper's remark that driving to and fro \"will score relatively high\"",
-            "V of equation 1.", |own, _| { let Task::Avoidance { speed, .. } = &mut own.as_mut().task; Some(speed) }),
+            "V of equation 1.", |own, _| match &mut own.as_mut().task { Task::Avoidance { speed, .. } => Some(speed), Task::Own => None }),
         row("task.difference", "", Any, "Floreano and Mondada, whose formula the paper takes; it prints the square",
-            "DV of equation 1.", |own, _| { let Task::Avoidance { difference, .. } = &mut own.as_mut().task; Some(difference) }),
+            "DV of equation 1.", |own, _| match &mut own.as_mut().task { Task::Avoidance { difference, .. } => Some(difference), Task::Own => None }),
         row("task.activation", "", Any, OURS,
-            "I of equation 1.", |own, _| { let Task::Avoidance { activation, .. } = &mut own.as_mut().task; Some(activation) }),
+            "I of equation 1.", |own, _| match &mut own.as_mut().task { Task::Avoidance { activation, .. } => Some(activation), Task::Own => None }),
         row("task.new_cell", "", Number(0.0, 1000.0), "none in the paper, whose conclusion proposes such a term",
-            "Fitness for each cell of 50 mm that a robot enters for the first time; for fields of up to 128 such cells.", |own, _| { let Task::Avoidance { new_cell, .. } = &mut own.as_mut().task; Some(new_cell) }),
+            "Fitness for each cell of 50 mm that a robot enters for the first time; for fields of up to 128 such cells.", |own, _| match &mut own.as_mut().task { Task::Avoidance { new_cell, .. } => Some(new_cell), Task::Own => None }),
         row("start.kind", "", Any, PAPER,
             "Where lives start.", |own, _| Some(&mut own.as_mut().start)),
         row("start.x_mm", "mm", COORDINATE, "",
@@ -140,11 +140,14 @@ impl Choice for Collision {
 }
 
 impl Choice for Task {
-    const CHOICES: Choices<Self> = &[(
-        "avoidance",
-        Self::AVOIDANCE,
-        "equation 1 of the paper: the sum over a life's cycles of V (1 - sqrt(DV)) (1 - I)",
-    )];
+    const CHOICES: Choices<Self> = &[
+        (
+            "avoidance",
+            Self::AVOIDANCE,
+            "equation 1 of the paper: the sum over a life's cycles of V (1 - sqrt(DV)) (1 - I)",
+        ),
+        ("own", Self::Own, "a task of your own, in WGSL: see docs/extend.md"),
+    ];
 }
 
 impl Choice for Speed {

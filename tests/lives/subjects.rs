@@ -265,8 +265,16 @@ fn surrogates(controllers: &[Controller]) -> Vec<Subject> {
     });
     for (name, chosen) in tasks() {
         // A surrogate perceives the real activation.
-        let Task::Avoidance { activation, .. } = chosen;
-        if activation != Activation::Perceived && chosen != Task::AVOIDANCE {
+        let perceives = |task| {
+            matches!(
+                task,
+                Task::Avoidance {
+                    activation: Activation::Perceived,
+                    ..
+                }
+            )
+        };
+        if !perceives(chosen) && chosen != Task::AVOIDANCE {
             with(name, Differences::all(1.0), &|spec| spec.task = chosen);
         }
     }

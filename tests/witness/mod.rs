@@ -157,7 +157,9 @@ struct Motion {
 
 impl Motion {
     fn new(task: Task, cell: &MotorCell) -> Self {
-        let Task::Avoidance { speed, difference, .. } = task;
+        let Task::Avoidance { speed, difference, .. } = task else {
+            panic!("the witness knows equation 1 alone");
+        };
         let speed = match speed {
             Speed::Unsigned => 0.5 * (cell.left.abs() + cell.right.abs()),
             Speed::Signed => 0.5 * (cell.left + cell.right),
@@ -196,7 +198,10 @@ impl<'a> Setting<'a> {
     pub(crate) fn new(spec: &'a WorldSpec) -> Self {
         let Task::Avoidance {
             activation, new_cell, ..
-        } = spec.task;
+        } = spec.task
+        else {
+            panic!("the witness knows equation 1 alone");
+        };
         let table = &spec.robot.sensors.classes[0];
         let cells = spec.robot.motors.cells.iter();
         Self {

@@ -4,10 +4,11 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, PoisonError};
 
+use oneiro::compose::{OwnTask, TaskPart};
 use oneiro::tables::{self, MotorStates, MotorTable, SensorTables};
 use oneiro::world::Controller;
 
-use super::settings::{BUILT_IN, SensorFiles, Settings};
+use super::settings::{BUILT_IN, SensorFiles, Settings, TaskFile};
 use super::source::Source;
 use crate::evolve::Population;
 use crate::exit::{Failure, Result};
@@ -40,6 +41,7 @@ pub(crate) struct Files {
     contents: Mutex<BTreeMap<PathBuf, Arc<Content>>>,
     sensors: Mutex<BTreeMap<Vec<PathBuf>, Tables<SensorTables>>>,
     motors: Mutex<BTreeMap<(PathBuf, MotorStates), Tables<MotorTable>>>,
+    tasks: Mutex<BTreeMap<PathBuf, Arc<TaskPart>>>,
 }
 
 impl Files {
@@ -156,6 +158,30 @@ impl<'a> Inputs<'a> {
         Ok(found.tables)
     }
 
+    /// Reads a task of the user's own.
+    pub(super) fn task(&mut self, task: &TaskFile) -> Result<Arc<OwnTask>> {
+        const KEY: &str = "task.part";
+        if task.part.is_empty() {
+            let problem = "there is no key `part`; allowed: the file of the task, .wgsl";
+            return Err(self.source.invalid("task", problem));
+        }
+        let path = self.take(KEY, &task.part)?;
+        let read = |path: &PathBuf| {
+            let text = files::text(path)?;
+            let part = TaskPart::new(&path.display().to_string(), &text);
+            part.map(Arc::new).map_err(Failure::input)
+        };
+        let part = known(&self.files.tasks, path, read)?;
+        let values: Vec<_> = task
+            .values
+            .iter()
+            .map(|(name, value)| (name.as_str(), *value))
+            .collect();
+        let own = OwnTask::new(part, &values);
+        own.map(Arc::new)
+            .map_err(|invalid| self.source.invalid(&invalid.field, &invalid.problem))
+    }
+
     /// Reads the genes that an evolution starts from.
     pub(super) fn init(
         &mut self,
@@ -249,6 +275,7 @@ pub(super) fn rename(settings: &mut Settings, inputs: &[Input]) {
         files.iter_mut().for_each(rename);
     }
     rename(&mut settings.robot.motors);
+    rename(&mut settings.task.part);
     settings.evolution.init.iter_mut().for_each(rename);
     settings.files = inputs
         .iter()

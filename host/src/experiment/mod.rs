@@ -77,6 +77,9 @@ impl Experiment {
         )?;
         let (inputs, warnings) = inputs.finish()?;
         inputs::rename(&mut settings, &inputs);
+        if let Some(own) = &world.spec().own_task {
+            settings.task.values = own.named_values();
+        }
         let mut with_seed = Settings {
             seed: Some(0),
             ..settings.clone()

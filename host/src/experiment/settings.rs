@@ -9,7 +9,7 @@ use oneiro::batch::GREATEST_GENE;
 use oneiro::parameter::Allowed::{Any, Number, Text, Whole, WholeUpTo};
 use oneiro::parameter::{Choice, Choices, Datum, Field, Parameter, Select, row};
 use oneiro::tables::MotorStates;
-use oneiro::world::{self, LENGTH, Noise, WorldSpec};
+use oneiro::world::{self, LENGTH, Noise, Task, WorldSpec};
 
 use super::values::Described;
 use crate::evolve::genetic;
@@ -31,6 +31,8 @@ pub(crate) struct Settings {
     pub(crate) arena: ArenaSize,
     /// Everything else about the world; its arena has only the objects that the experiment lists.
     pub(crate) world: WorldSpec,
+    /// The task of the user's own, if the world's is.
+    pub(crate) task: TaskFile,
     /// The genetic algorithm.
     pub(crate) evolution: genetic::Settings,
     /// Individuals that live again after the last generation.
@@ -66,6 +68,7 @@ impl Default for Settings {
                 },
                 ..WorldSpec::miglino1995()
             },
+            task: TaskFile::default(),
             evolution: genetic::Settings::default(),
             finalists: Finalists { count: 20, lives: 100 },
             record: Record {
@@ -113,6 +116,12 @@ fn rows() -> Vec<Parameter<Settings>> {
             "Sampled motors: the Khepera that is built in, or a file.", |own, _| Some(&mut own.robot.motors)),
         row("robot.states", "", Any, "ours: the paper says 20 x 20",
             "Which of the sampled speeds are a wheel's states.", |own, _| Some(&mut own.robot.states)),
+    ]);
+    insert(&mut rows, "task.kind", [
+        row("task.part", "", Text("a file, .wgsl"), OURS,
+            "A task of your own.", |own, _| (own.world.task == Task::Own).then_some(&mut own.task.part)),
+        row("task.values", "", Text("a table of numbers, by the names that the part declares"), OURS,
+            "Values of that task; each has the default that the part declares.", |own, _| (own.world.task == Task::Own).then_some(&mut own.task.values)),
     ]);
     insert(&mut rows, "robot.turn_before_move", [
         row("arena.preset", "", Text(Arena::NAMES.join(", ").leak()), PAPER,
@@ -238,6 +247,15 @@ impl Field for SensorFiles {
     fn kind(&self) -> &'static str {
         "a word or a list"
     }
+}
+
+/// A task of the user's own.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(crate) struct TaskFile {
+    /// The file of its part.
+    pub(crate) part: String,
+    /// Values that the part declares, by name.
+    pub(crate) values: BTreeMap<String, f64>,
 }
 
 /// An arena of the catalogue by name, or the size of an arena of the experiment's own.

@@ -1,7 +1,7 @@
 //! The world of an experiment's robots.
 
 use oneiro::arena::Arena;
-use oneiro::world::{Noise, Robot, World, WorldSpec};
+use oneiro::world::{Noise, Robot, Task, World, WorldSpec};
 
 use super::inputs::Inputs;
 use super::settings::Settings;
@@ -11,6 +11,10 @@ use crate::exit::Result;
 /// Makes the world; its errors are reported with the place in the experiment.
 pub(super) fn world(settings: &Settings, source: &Source<'_>, inputs: &mut Inputs<'_>) -> Result<World> {
     let own = settings.world.clone();
+    let own_task = match own.task {
+        Task::Own => Some(inputs.task(&settings.task)?),
+        Task::Avoidance { .. } => None,
+    };
     World::new(WorldSpec {
         robot: Robot {
             sensors: inputs.sensors(&settings.robot.tables)?,
@@ -18,6 +22,7 @@ pub(super) fn world(settings: &Settings, source: &Source<'_>, inputs: &mut Input
             ..own.robot
         },
         arena: arena(settings, own.arena),
+        own_task,
         noise: Noise {
             // A step is meaningless without a range to walk in.
             walk_step: if own.noise.walk_range == 0.0 {

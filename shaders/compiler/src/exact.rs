@@ -60,8 +60,9 @@ pub(crate) fn check_source(source: &Source) -> Result<(), Refusals> {
                 refuse(
                     at,
                     format!(
-                        "`{word}` is not on the list of functions that are exact on every device: {}",
-                        CALLS.join(", ")
+                        "`{word}` is not on the list of functions that are exact on every device: {}{}",
+                        CALLS.join(", "),
+                        instead(word).map_or_else(String::new, |other| format!("; write {other}")),
                     ),
                 );
             }
@@ -73,6 +74,32 @@ pub(crate) fn check_source(source: &Source) -> Result<(), Refusals> {
         }
     }
     if refusals.is_empty() { Ok(()) } else { Err(refusals) }
+}
+
+/// What to write instead of a function that is not on the list; functions without a name of WGSL's are those of
+/// `lib/numerics.wgsl`.
+fn instead(function: &str) -> Option<&'static str> {
+    Some(match function {
+        "sqrt" => "`root(x)`",
+        "inverseSqrt" => "`reciprocal_root(x)`",
+        "exp" => "`exponential(x)`",
+        "exp2" | "pow" => "`exponential(logarithm(x) * y)`",
+        "log" | "log2" => "`logarithm(x)`",
+        "sin" => "`cosine_sine(turns).y`",
+        "cos" => "`cosine_sine(turns).x`",
+        "atan2" => "`direction(vec2<f32>(x, y))`, in turns",
+        "length" => "`root(squared_length(v))`",
+        "distance" => "`root(squared_length(vec2<f32>(a.x - b.x, a.y - b.y)))`",
+        "dot" => "`a.x * b.x + a.y * b.y`",
+        "mix" => "`a + share * (b - a)`",
+        "fma" => "`a * b + c`",
+        "saturate" => "`clamp(x, 0.0f, 1.0f)`",
+        "sign" => "`select(select(0.0f, 1.0f, x > 0.0f), -1.0f, x < 0.0f)`",
+        "round" => "`floor(x + 0.5f)`",
+        "ceil" => "`-floor(-x)`",
+        "fract" => "`x - floor(x)`",
+        _ => return None,
+    })
 }
 
 /// Whether a word is refused wherever it stands: types, and a statement of other stages.
@@ -95,7 +122,7 @@ fn is_unsupported(word: &str) -> bool {
 }
 
 /// The text with comments turned to spaces, byte for byte.
-fn blank_comments(text: &str) -> String {
+pub(crate) fn blank_comments(text: &str) -> String {
     let mut bytes = text.as_bytes().to_vec();
     let mut at = 0;
     let mut depth = 0;
@@ -124,7 +151,7 @@ fn blank_comments(text: &str) -> String {
 }
 
 /// Identifiers and numbers with their places.
-fn words(text: &str) -> impl Iterator<Item = (usize, &str)> {
+pub(crate) fn words(text: &str) -> impl Iterator<Item = (usize, &str)> {
     let mut rest = 0;
     std::iter::from_fn(move || {
         let after = &text[rest..];

@@ -5,7 +5,7 @@ use std::fmt::Write;
 use std::path::Path;
 use std::{fs, io};
 
-use crate::{Bound, Compiled};
+use crate::{Binding, Bound, Compiled};
 
 /// An instruction set: what code must be compiled for it and with which lanes.
 #[derive(Clone, Copy, Debug)]
@@ -90,14 +90,16 @@ pub fn write(
     fs::write(out.join(format!("{name}.spv.rs")), format!("&[{}]", words.join(",")))?;
     Ok(format!(
         "/// The kernel `{name}`.\npub static {constant}: Kernel = Kernel {{\n\
-         name: \"{name}\",\n\
+         name: \"{name}\",\nparts: &{parts:?},\n\
          wgsl: include_str!(concat!(env!(\"OUT_DIR\"), \"/{name}.wgsl\")),\n\
          spirv: include!(concat!(env!(\"OUT_DIR\"), \"/{name}.spv.rs\")),\n\
-         entry_point: \"main\",\nworkgroup_size: {},\nbindings: &[{}],\nvariants: {name}_lanes::VARIANTS,\nturns: {turns},\n}};\n\
+         entry_point: \"main\",\nworkgroup_size: {},\nbindings: &[{}],\nvariants: {name}_lanes::VARIANTS,\n\
+         turns: {library}::kernel::Turns(&{turns}),\n}};\n\
          #[allow(clippy::all, clippy::pedantic, unused, unused_comparisons, unsafe_op_in_unsafe_fn, reason = \"generated\")]\n\
          mod {name}_lanes {{ include!(concat!(env!(\"OUT_DIR\"), \"/{name}.lanes.rs\")); }}\n",
         kernel.workgroup_size,
-        kernel.bindings,
+        kernel.bindings.iter().map(Binding::as_rust).collect::<String>(),
+        parts = kernel.parts,
         constant = name.to_uppercase(),
         turns = kernel.turns.as_ref().map_or_else(|_| "|_| u64::MAX".to_owned(), turns),
     ))

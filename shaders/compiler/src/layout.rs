@@ -5,18 +5,22 @@ use std::fmt::Write;
 
 use naga::{AddressSpace, ArraySize, Expression, Handle, Literal, Module, ScalarKind, Type, TypeInner};
 
-/// What a binding holds, as the host sees it.
-#[derive(Clone, Debug)]
-pub(crate) struct Bound {
-    pub(crate) binding: u32,
-    pub(crate) name: String,
-    pub(crate) kind: &'static str,
-    pub(crate) stride: u32,
+/// A buffer that a kernel binds, in group 0.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Binding {
+    /// `@binding` number.
+    pub binding: u32,
+    /// Its name in the WGSL.
+    pub name: String,
+    /// `Uniform`, `Read` or `ReadWrite`: the names of `oneiro_shaders::BindingKind`.
+    pub kind: &'static str,
+    /// Bytes of one element of its array, or of the whole buffer if it is no array.
+    pub stride: u32,
 }
 
-impl Bound {
+impl Binding {
     /// As an element of a slice of `Binding`s.
-    pub(crate) fn as_rust(&self) -> String {
+    pub fn as_rust(&self) -> String {
         let Self {
             binding,
             name,
@@ -31,7 +35,7 @@ impl Bound {
 ///
 /// # Errors
 /// A group other than 0, a gap, or an array with a length of its own.
-pub(crate) fn bindings(module: &Module) -> Result<Vec<Bound>, String> {
+pub(crate) fn bindings(module: &Module) -> Result<Vec<Binding>, String> {
     let mut bound = Vec::new();
     for (_, variable) in module.global_variables.iter() {
         let Some(binding) = variable.binding else { continue };
@@ -60,7 +64,7 @@ pub(crate) fn bindings(module: &Module) -> Result<Vec<Bound>, String> {
             TypeInner::Array { stride, .. } => *stride,
             other => other.size(module.to_ctx()),
         };
-        bound.push(Bound {
+        bound.push(Binding {
             binding: binding.binding,
             name,
             kind,
@@ -182,7 +186,11 @@ fn one(
                 one(module, member.ty, written, out)?;
                 module.types[member.ty].name.clone().unwrap_or_default()
             }
-            _ => return Err(format!("`{name}.{field}`: host structs hold only scalars, vectors and structs")),
+            _ => {
+                return Err(format!(
+                    "`{name}.{field}`: host structs hold only scalars, vectors and structs"
+                ));
+            }
         };
         if member.offset != offset {
             return Err(format!(

@@ -4,6 +4,7 @@
 //! would not come out the same bits on every device, and writes its three forms.
 
 pub mod bounds;
+pub mod declarations;
 mod exact;
 mod front;
 pub mod generate;
@@ -19,7 +20,7 @@ pub mod tree;
 pub mod uniform;
 
 pub use bounds::Bound;
-pub use layout::Constant;
+pub use layout::{Binding, Constant};
 pub use source::{Part, Place, Refusal, Refusals, Source};
 
 /// The most lanes of any instance.
@@ -28,16 +29,18 @@ const LANES: u32 = 64;
 /// A kernel's three forms.
 #[derive(Clone, Debug)]
 pub struct Compiled {
+    /// The paths of its parts, in order.
+    pub parts: Vec<String>,
     /// The joined WGSL.
     pub wgsl: String,
     /// SPIR-V words.
     pub spirv: Vec<u32>,
-    /// Rust items: host structs.
-    pub structs: String,
+    /// Rust items: host structs; or why a struct of its buffers has no layout in Rust.
+    pub structs: Result<String, Refusals>,
     /// Its constants.
     pub constants: Vec<Constant>,
-    /// Rust: a constant slice expression of bindings.
-    pub bindings: String,
+    /// What it binds, in ascending order.
+    pub bindings: Vec<Binding>,
     /// Invocations a workgroup.
     pub workgroup_size: u32,
     /// Rust: the lane function.
@@ -93,11 +96,12 @@ pub fn compile(name: &str, parts: &[Part]) -> Result<Compiled, Refusals> {
     let refuse = |message: String| refused(source, message);
     let bindings = layout::bindings(module).map_err(refuse)?;
     Ok(Compiled {
+        parts: source.paths(),
         wgsl: source.text.clone(),
         spirv: spirv::write(module, info).map_err(refuse)?,
-        structs: layout::structs(module).map_err(refuse)?,
+        structs: layout::structs(module).map_err(refuse),
         constants: layout::constants(module),
-        bindings: bindings.iter().map(layout::Bound::as_rust).collect::<Vec<_>>().concat(),
+        bindings,
         workgroup_size: module.entry_points[0].workgroup_size[0],
         lanes: print::print(&tidied, &shapes, name, &strides),
         turns,
@@ -158,7 +162,7 @@ impl Checked {
         tidy::select_short_branches(&mut tidied, &shapes);
         tidy::remove_unused(&mut tidied);
         let bound = layout::bindings(module).map_err(|message| refused(source, message))?;
-        let buffer = |bound: &layout::Bound| bounds::Buffer {
+        let buffer = |bound: &Binding| bounds::Buffer {
             name: bound.name.clone(),
             is_constant: bound.kind != "ReadWrite",
             is_uniform: bound.kind == "Uniform",

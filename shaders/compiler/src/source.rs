@@ -34,12 +34,15 @@ impl Source {
         Self { text, parts: starts }
     }
 
+    /// The parts' paths, in order.
+    pub fn paths(&self) -> Vec<String> {
+        self.parts.iter().map(|(path, _)| path.clone()).collect()
+    }
+
     /// Where a byte of the joined text comes from.
     pub fn place(&self, byte: usize) -> Place {
-        let line = self.text[..byte.min(self.text.len())]
-            .bytes()
-            .filter(|b| *b == b'\n')
-            .count();
+        let before = &self.text[..byte.min(self.text.len())];
+        let line = before.matches('\n').count();
         let (path, first) = self
             .parts
             .iter()
@@ -50,6 +53,7 @@ impl Source {
         Place {
             path,
             line: line - first + 1,
+            column: before.rsplit('\n').next().unwrap_or_default().chars().count() + 1,
         }
     }
 
@@ -59,18 +63,20 @@ impl Source {
     }
 }
 
-/// A line of a part.
+/// A place in a part.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Place {
     /// The part.
     pub path: String,
     /// Counted from 1.
     pub line: usize,
+    /// In characters, counted from 1.
+    pub column: usize,
 }
 
 impl fmt::Display for Place {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{}:{}", self.path, self.line)
+        write!(f, "{}:{}:{}", self.path, self.line, self.column)
     }
 }
 

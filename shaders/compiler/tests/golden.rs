@@ -3,7 +3,7 @@
 use std::fs;
 use std::path::PathBuf;
 
-use oneiro_shader_compiler::{Part, compile};
+use oneiro_shader_compiler::{Binding, Part, compile};
 
 #[path = "../../../tests/pinned/mod.rs"]
 mod pinned;
@@ -25,7 +25,9 @@ fn kernels_become_what_is_pinned() {
             let compiled = compile(name, &[Part { path, text }]).unwrap_or_else(|refusals| panic!("{}", refusals[0]));
             let found = format!(
                 "// bindings\n{}\n// structs\n{}\n// lanes\n{}",
-                compiled.bindings, compiled.structs, compiled.lanes
+                compiled.bindings.iter().map(Binding::as_rust).collect::<String>(),
+                compiled.structs.unwrap(),
+                compiled.lanes
             );
             pinned::problem(&folder().join(format!("{name}.lanes")), &found)
         })

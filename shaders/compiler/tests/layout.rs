@@ -1,6 +1,6 @@
 //! Host structs have the layout of the WGSL's, or the kernel is refused.
 
-use oneiro_shader_compiler::{Compiled, Part, Refusals, compile};
+use oneiro_shader_compiler::{Binding, Compiled, Part, Refusals, compile};
 
 fn compiled(declarations: &str) -> Result<Compiled, Refusals> {
     let text = format!("{declarations}\n@compute @workgroup_size(64)\nfn main() {{}}\n");
@@ -8,7 +8,9 @@ fn compiled(declarations: &str) -> Result<Compiled, Refusals> {
         path: "kernel".into(),
         text,
     };
-    compile("kernel", &[part])
+    let kernel = compile("kernel", &[part])?;
+    kernel.structs.clone()?;
+    Ok(kernel)
 }
 
 fn refused(declarations: &str, words: &str) {
@@ -34,7 +36,7 @@ fn structs_and_strides() {
     )
     .unwrap();
     assert_eq!(
-        squeezed(&kernel.structs),
+        squeezed(kernel.structs.as_ref().unwrap()),
         "#[derive(Clone, Copy, Debug, Default, PartialEq, bytemuck::Pod, bytemuck::Zeroable)] #[repr(C)] \
          pub struct Mixed { pub a: f32, pub b: i32, pub at: [f32; 2], pub direction: [f32; 3], pub count: u32, \
          pub four: [u32; 4], } \
@@ -49,10 +51,11 @@ fn structs_and_strides() {
         "at byte 32.",
         "48 bytes.",
     ] {
-        assert!(kernel.structs.contains(offset), "{offset}");
+        assert!(kernel.structs.as_ref().unwrap().contains(offset), "{offset}");
     }
+    let bindings: String = kernel.bindings.iter().map(Binding::as_rust).collect();
     assert_eq!(
-        squeezed(&kernel.bindings),
+        squeezed(&bindings),
         "Binding { binding: 0, name: \"one\", kind: BindingKind::Uniform, stride: 48 }, \
          Binding { binding: 1, name: \"vectors\", kind: BindingKind::Read, stride: 16 }, \
          Binding { binding: 2, name: \"mixed\", kind: BindingKind::ReadWrite, stride: 48 }, \
@@ -67,9 +70,11 @@ fn structs_in_structs() {
         @group(0) @binding(0) var<storage, read> outer: array<Outer>;",
     )
     .unwrap();
-    let text = squeezed(&kernel.structs);
+    let text = squeezed(kernel.structs.as_ref().unwrap());
     let inner = text.find("pub struct Inner { pub c: u32, pub d: f32, }").expect(&text);
-    let outer = text.find("pub struct Outer { pub a: f32, pub inner: Inner, pub b: f32, }").expect(&text);
+    let outer = text
+        .find("pub struct Outer { pub a: f32, pub inner: Inner, pub b: f32, }")
+        .expect(&text);
     assert!(inner < outer);
     assert_eq!(text.matches("pub struct").count(), 2);
 }

@@ -41,7 +41,7 @@ fn assert_refused(kernel: &str, line: usize, what: &str, words: &str) {
     let Err(refusals) = check(kernel) else {
         panic!("`{what}` is taken");
     };
-    let place = format!("kernel:{line}: ");
+    let place = format!("kernel:{line}:");
     let fits = |refusal: &String| refusal.starts_with(&place) && refusal.contains(words);
     let refusals: Vec<_> = refusals.iter().map(ToString::to_string).collect();
     assert!(refusals.iter().any(fits), "`{what}` at {place}: {refusals:#?}");
@@ -322,7 +322,7 @@ fn whole_kernels() {
             &main.replace("()", &format!("(@builtin({builtin}) n: vec3<u32>)")),
             "depend on how",
         );
-        assert_eq!(place, "kernel:2");
+        assert!(place.starts_with("kernel:2:"), "{place}");
     }
     refused(&main.replace("()", "(@builtin(subgroup_size) n: u32)"), "SUBGROUP");
     let bound = |declaration: &str| format!("{declaration}\n{main}");

@@ -1,4 +1,4 @@
-//! Messages name the part and its line.
+//! Messages name the part, its line and the column.
 
 use oneiro_shader_compiler::{Part, Source, compile};
 
@@ -21,8 +21,17 @@ fn bytes_map_to_lines_of_parts() {
     assert_eq!(
         places,
         [
-            "part_0:1", "part_0:1", "part_0:2", "part_0:2", "part_1:1", "part_2:1", "part_2:1", "part_3:1", "part_3:2",
-            "part_3:2", "part_3:3"
+            "part_0:1:1",
+            "part_0:1:2",
+            "part_0:2:1",
+            "part_0:2:2",
+            "part_1:1:1",
+            "part_2:1:1",
+            "part_2:1:2",
+            "part_3:1:1",
+            "part_3:2:1",
+            "part_3:2:2",
+            "part_3:3:1"
         ]
     );
     assert_eq!(source.place(1000), source.place(source.text.len()));
@@ -33,7 +42,7 @@ fn names_of_several_bytes_do_not_shift_lines() {
     let main = "// é∑\n@compute @workgroup_size(64)\nfn main() {\n    /* é\n */ let é = sin(1.0f);\n}";
     let refusals = compile("kernel", &parts(&["// ü\n", main])).unwrap_err();
     assert_eq!(refusals.len(), 1);
-    assert_eq!(refusals[0].place.to_string(), "part_1:5");
+    assert_eq!(refusals[0].place.to_string(), "part_1:5:13");
 }
 
 #[test]
@@ -48,7 +57,7 @@ fn each_stage_names_the_part() {
         let refusals = compile("kernel", &parts(&["const one = 1u;\n", part, main])).unwrap_err();
         let refusal = refusals[0].to_string();
         assert!(
-            refusal.starts_with("part_1:3: ") && refusal.contains(problem),
+            refusal.starts_with("part_1:3:") && refusal.contains(problem),
             "{refusal}"
         );
     }
