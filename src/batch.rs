@@ -77,6 +77,8 @@ struct Facts {
     genes: usize,
     /// Robots of a rollout.
     robots: u32,
+    /// Whether a life may be shorter than its world says.
+    may_end_early: bool,
     /// Most iterations of all loops in one cycle, and in the beginning of a life.
     loops: u32,
     begin_loops: u32,
@@ -89,6 +91,7 @@ impl Facts {
         Self {
             genes: world.genes(),
             robots: world.robots(),
+            may_end_early: world.may_end_early(),
             loops: turns(1) - begin_loops,
             begin_loops,
         }
@@ -391,7 +394,14 @@ impl Batch {
             let world = self.groups[slot as usize / LANES].world;
             let end = self.worlds.0.packed.worlds[world as usize].steps.min(self.cycles.end);
             let own = end.saturating_sub(self.cycles.start).div_ceil(self.trace_every);
-            bytemuck::cast_slice(&trace[slot as usize * words..][..own as usize * WORDS_OF_RECORD]).to_vec()
+            let records: &[Record] =
+                bytemuck::cast_slice(&trace[slot as usize * words..][..own as usize * WORDS_OF_RECORD]);
+            if !self.worlds.0.facts[world as usize].may_end_early {
+                return records.to_vec();
+            }
+            // From an early end on there are no records. No controller's outputs are both 0.
+            let lived = records.iter().rposition(|record| *record != Record::default());
+            records[..lived.map_or(0, |last| last + 1)].to_vec()
         };
         let gathered = |from: &[u32], slot: u32, words: usize| -> Vec<u32> {
             (0..words)

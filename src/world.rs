@@ -370,6 +370,10 @@ impl WorldKind for World {
         self.genes()
     }
 
+    fn may_end_early(&self) -> bool {
+        self.0.spec.own_task.is_some()
+    }
+
     fn pack(&self, buffers: &mut Buffers) -> life::World {
         let Checked { spec, packed, .. } = &*self.0;
         packed.in_buffers(spec, buffers)

@@ -138,17 +138,13 @@ fn a_task_has_values_a_state_an_end_and_a_score() {
     let (fitness, traces) = of(&[]);
     let mut ended = 0;
     for (fitness, trace) in fitness.iter().zip(&traces) {
-        // The records after an early end are empty.
-        let lived = trace
-            .iter()
-            .take_while(|record| record.speed_left != 0.0 || record.x != 0.0)
-            .count();
+        let lived = trace.len();
         let start = (trace[0].x, trace[0].y);
         let away = |x: f32, y: f32| ((x - start.0).powi(2) + (y - start.1).powi(2)).sqrt();
-        let farthest = trace[..lived]
+        let farthest = trace
             .iter()
             .fold(0.0_f32, |most, record| most.max(away(record.x, record.y)));
-        ended += u32::from(lived < trace.len());
+        ended += u32::from(lived < 200);
         let earned = trace[lived - 1].fitness;
         let least = earned + farthest + lived as f32;
         // The last cycle's end is not in the trace.
@@ -221,7 +217,7 @@ fn mistakes_are_refused_with_their_place() {
         ),
         (
             SAME.replace("let moved = now.moved;", "let moved = now.mood;"),
-            "own.wgsl:3:17: invalid field accessor `mood`",
+            "own.wgsl:3:21: invalid field accessor `mood`",
         ),
         (
             SAME.replace("let moved", "fitness[0] = 1.0f; let moved"),
@@ -281,4 +277,27 @@ fn values_are_checked() {
         (values[0].unit.as_str(), values[0].about.as_str()),
         ("mm", "distance from the start that ends a life")
     );
+}
+
+/// The blocks of a page in one language.
+fn blocks<'a>(page: &'a str, language: &str) -> Vec<&'a str> {
+    let fence = format!("```{language}\n");
+    page.split(&fence)
+        .skip(1)
+        .filter_map(|block| block.split("```").next())
+        .collect()
+}
+
+#[test]
+fn the_parts_of_the_documentation_are_taken() {
+    let page = include_str!("../docs/extend.md");
+    let parts = blocks(page, "wgsl");
+    assert_eq!(parts.len(), 2);
+    for text in parts {
+        assert!(
+            fitness(&world(text, &[], &|_| {}))
+                .iter()
+                .any(|bits| f32::from_bits(*bits) > 0.0)
+        );
+    }
 }

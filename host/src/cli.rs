@@ -77,6 +77,9 @@ pub(crate) struct New {
     /// Write an experiment with a swarm
     #[arg(long)]
     pub(crate) swarm: bool,
+    /// Write an experiment with a task of your own, and the task, TASK.wgsl, to change as you like
+    #[arg(long, value_name = "TASK", conflicts_with = "swarm")]
+    pub(crate) task: Option<String>,
 }
 
 /// `oneiro keys`

@@ -30,6 +30,11 @@ pub trait WorldKind {
         1
     }
 
+    /// Whether its task may end a life before its last cycle.
+    fn may_end_early(&self) -> bool {
+        false
+    }
+
     /// Converts the world to the kernel's form. Its objects and tables go into the buffers of its batch, and their
     /// positions become part of the world.
     fn pack(&self, buffers: &mut Buffers) -> life::World;
@@ -66,6 +71,10 @@ impl<W: WorldKind + ?Sized> WorldKind for &W {
 
     fn robots(&self) -> u32 {
         (**self).robots()
+    }
+
+    fn may_end_early(&self) -> bool {
+        (**self).may_end_early()
     }
 
     fn pack(&self, buffers: &mut Buffers) -> life::World {

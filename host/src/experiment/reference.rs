@@ -29,6 +29,20 @@ pub(crate) fn single() -> Vec<Entry> {
     entries::<Settings>()
 }
 
+/// All keys of an experiment with a task of the user's own, in this file.
+fn single_with(part: &str) -> Vec<Entry> {
+    let mut entries = single();
+    entries.retain(|entry| entry.place().0 != "task" || entry.only_with == Some("own") || entry.key == "task.kind");
+    for entry in &mut entries {
+        match entry.key {
+            "task.kind" => entry.default = Some("\"own\"".into()),
+            "task.part" => (entry.only_with, entry.default) = (None, Some(format!("{part:?}"))),
+            _ => {}
+        }
+    }
+    entries
+}
+
 /// All keys of an experiment with a swarm.
 pub(crate) fn swarm() -> Vec<Entry> {
     entries::<swarm::File>()
@@ -126,27 +140,46 @@ impl Entry {
     }
 }
 
+/// A task to start from, as a part in WGSL.
+pub(crate) const TASK: &str = include_str!("task.wgsl");
+
+/// Kinds of experiments to start from.
+#[derive(Clone, Copy, Debug)]
+pub(crate) enum Kind<'a> {
+    /// Single robots and a task that ships.
+    Single,
+    /// Single robots and a task of the user's own, in this file.
+    OwnTask(&'a str),
+    /// A swarm.
+    Swarm,
+}
+
 /// An experiment with every value at its default, each with a comment.
-pub(crate) fn example(name: &str, is_swarm: bool) -> String {
-    let (what, entries) = if is_swarm {
-        (
+pub(crate) fn example(name: &str, kind: Kind<'_>) -> String {
+    let (what, entries) = match kind {
+        Kind::Swarm => (
             "E-pucks learn to forage: the study of O'Dowd, Studley and Winfield, \"The distributed co-evolution of an \
-             on-board simulator and controller for swarm robot behaviours\", 2014.",
+             on-board simulator and controller for swarm robot behaviours\", 2014."
+                .to_owned(),
             swarm(),
-        )
-    } else {
-        (
+        ),
+        Kind::Single => (
             "A Khepera learns to avoid obstacles: the study of Miglino, Lund and Nolfi, \"Evolving mobile robots in \
-             simulated and real environments\", Artificial Life 2(4), 1995, in its condition without noise.",
+             simulated and real environments\", Artificial Life 2(4), 1995, in its condition without noise."
+                .to_owned(),
             single(),
-        )
+        ),
+        Kind::OwnTask(part) => (
+            format!("A Khepera learns a task of your own: what {part} says (docs/extend.md)."),
+            single_with(part),
+        ),
     };
     let rest = "Every value stands here as it would be if its line were missing. Any of them can be changed for one run, \
                 such as --set seed=3. Files are looked for from where this file lies. `oneiro keys` and \
                 docs/configuration.md list all keys, and where each default is from.";
     let mut text = format!(
         "{}#\n#     oneiro run {name}.toml --seed 1\n#\n{}\n",
-        comment(what),
+        comment(&what),
         comment(rest)
     );
     let mut table = "";

@@ -779,9 +779,13 @@ fn the_reference_page_is_that_of_the_rows() {
 #[test]
 fn examples_are_those_of_the_rows() {
     let shipped = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../experiments/khepera-avoidance.toml");
-    holds(&shipped, &reference::example("khepera-avoidance", false)).unwrap();
+    holds(
+        &shipped,
+        &reference::example("khepera-avoidance", reference::Kind::Single),
+    )
+    .unwrap();
     let scratch = Scratch::new("new-swarm");
-    let path = scratch.write("own.toml", reference::example("own", true));
+    let path = scratch.write("own.toml", reference::example("own", reference::Kind::Swarm));
     let swarm = runs::read(&path, &[]).unwrap();
     let empty = scratch.write("empty/own.toml", "[swarm]");
     let empty = runs::read(&empty, &[]).unwrap();

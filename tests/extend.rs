@@ -1,0 +1,190 @@
+//! A stranger's task, with the program alone: every step of docs/extend.md, in a directory of its own.
+
+use std::fs;
+
+mod place;
+use place::Place;
+
+const CPU: [&str; 3] = ["--backend", "cpu", "--quiet"];
+
+/// The first block of a page in a language that contains some words.
+fn block(language: &str, words: &str) -> String {
+    let page = include_str!("../docs/extend.md");
+    let fence = format!("```{language}\n");
+    let blocks = page.split(&fence).skip(1).filter_map(|block| block.split("```").next());
+    let found = blocks.into_iter().find(|block| block.contains(words));
+    found
+        .unwrap_or_else(|| panic!("no block of {language} has {words}"))
+        .to_owned()
+}
+
+/// The files of the page's example with values.
+fn circles(place: &Place) {
+    place.write("circles.wgsl", block("wgsl", "radius: f32"));
+    let own = block("toml", "radius = 200.0");
+    place.write(
+        "circles.toml",
+        format!("cycles = 100\nevolution.generations = 4\n{own}"),
+    );
+}
+
+/// The result hash of a run.
+fn result(place: &Place, run: &str) -> String {
+    let printed = place.good(&["verify", run]);
+    printed.split_whitespace().next().unwrap().to_owned()
+}
+
+#[test]
+fn the_five_minutes() {
+    let place = Place::new("five-minutes");
+    for line in block("sh", "oneiro new").lines() {
+        let arguments: Vec<&str> = line.split_whitespace().skip(1).collect();
+        place.good(&arguments);
+    }
+    let task = place.text("corridor-task.wgsl");
+    assert!(task.contains("fn task_cycle"));
+    // Neither file is overwritten.
+    place
+        .run(&["new", "corridor", "--task", "other"])
+        .exits(3)
+        .says(&["exists already"]);
+    place
+        .run(&["new", "other", "--task", "corridor-task"])
+        .exits(3)
+        .says(&["exists already"]);
+    assert_eq!(place.text("corridor-task.wgsl"), task);
+    assert!(!place.at("other.wgsl").exists() && !place.at("other.toml").exists());
+    place
+        .run(&["new", "third", "--task", "../elsewhere"])
+        .exits(3)
+        .says(&["--task", "allowed"]);
+    place.run(&["new", "third", "--task", "own", "--swarm"]).exits(2);
+}
+
+#[test]
+fn a_task_runs_on_all_devices_with_the_same_bits() {
+    let place = Place::new("own-task");
+    circles(&place);
+    let run = |out: &str, backend: &str| {
+        place.good(&[
+            "run",
+            "circles.toml",
+            "--seed",
+            "1",
+            "--out",
+            out,
+            "--backend",
+            backend,
+            "--quiet",
+        ]);
+        result(&place, out)
+    };
+    let own = run("cpu", "cpu");
+    #[cfg(feature = "gpu")]
+    assert_eq!(own, run("gpu", "gpu:0"));
+    // The run has all that it needs.
+    fs::remove_file(place.at("circles.wgsl")).unwrap();
+    fs::remove_file(place.at("circles.toml")).unwrap();
+    let config = place.text("cpu/config.toml");
+    assert!(config.contains("part = \"inputs/circles.wgsl\""), "{config}");
+    assert!(
+        config.contains("radius = 200.0\nwidth = 30.0"),
+        "every value is written out: {config}"
+    );
+    place.good(&["audit", "cpu"]);
+    place.good(&["replay", "cpu"]);
+    place.good(&[
+        "run",
+        "cpu/config.toml",
+        "--out",
+        "again",
+        "--backend",
+        "cpu",
+        "--quiet",
+    ]);
+    assert_eq!(own, result(&place, "again"));
+    place.good(&[
+        "evaluate",
+        "cpu/config.toml",
+        "--genomes",
+        "cpu",
+        "--backend",
+        "cpu",
+        "--quiet",
+    ]);
+    // A task that has changed is another experiment.
+    let text = place.text("cpu/inputs/circles.wgsl").replace("near * speed", "near");
+    place.write("cpu/inputs/circles.wgsl", text);
+    place
+        .run(&["audit", "cpu"])
+        .exits(3)
+        .says(&["task.part", "has changed"]);
+}
+
+#[test]
+fn values_of_a_task_are_swept() {
+    let place = Place::new("own-values");
+    circles(&place);
+    place.write("sweep.toml", block("toml", "task.values.radius"));
+    place.good(&[&["sweep", "run", "sweep.toml", "--out", "all", "--yes"], &CPU[..]].concat());
+    let table = place.text("all/results.csv");
+    assert_eq!(table.lines().count(), 7, "{table}");
+    let head = table.lines().next().unwrap();
+    assert!(head.contains("task.values.radius"), "{head}");
+    // A run of the sweep is that of the program.
+    let of = |line: &str| line.split(',').map(str::to_owned).collect::<Vec<_>>();
+    let (names, cells) = (of(head), of(table.lines().nth(4).unwrap()));
+    let cell = |name: &str| cells[names.iter().position(|own| own == name).unwrap()].clone();
+    let radius = format!("task.values.radius={}", cell("task.values.radius"));
+    place.good(&[
+        "run",
+        "circles.toml",
+        "--seed",
+        &cell("seed"),
+        "--set",
+        &radius,
+        "--set",
+        "evolution.generations=3",
+        "--out",
+        "one",
+        "--backend",
+        "cpu",
+        "--quiet",
+    ]);
+    assert!(table.contains(&result(&place, "one")), "{table}");
+}
+
+#[test]
+fn mistakes_name_the_file_and_the_place() {
+    let place = Place::new("own-mistakes");
+    circles(&place);
+    let task = place.text("circles.wgsl");
+    for (set, words) in [
+        (
+            "task.values.radus=3",
+            &["task.values.radus", "is no value of", "radius, width"][..],
+        ),
+        (
+            "task.values.radius=3",
+            &["task.values.radius: is 3; allowed: 50 to 1000"],
+        ),
+        ("task.values.radius=\"far\"", &["task.values"]),
+        ("task.speed=signed", &["task.speed", "only with kind = \"avoidance\""]),
+        ("task.part=none.wgsl", &["task.part", "none.wgsl"]),
+        ("task.part=circles.toml", &["has no function `task_cycle`"]),
+    ] {
+        place.run(&["check", "circles.toml", "--set", set]).exits(3).says(words);
+    }
+    place.write("bare.toml", "[task]\nkind = \"own\"\n");
+    place
+        .run(&["check", "bare.toml"])
+        .exits(3)
+        .says(&["bare.toml:1:1: task: there is no key `part`"]);
+    place.write("circles.wgsl", task.replace("root(", "sqrt("));
+    for command in ["check", "run"] {
+        let ran = place.run(&[command, "circles.toml"]).exits(3);
+        ran.says(&["circles.wgsl:18:19: `sqrt` is not on the list", "write `root(x)`"]);
+    }
+    place.write("circles.wgsl", "struct TaskState { a: f32 }\n".repeat(2));
+    place.run(&["check", "circles.toml"]).exits(3).says(&["circles.wgsl"]);
+}
