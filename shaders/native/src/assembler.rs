@@ -61,26 +61,25 @@ pub(crate) trait Assembler {
     /// Whether any lane of a mask is set, as a scalar.
     fn any(&mut self, mask: Self::Value) -> Self::Value;
 
-    /// Word `index + offset` of a buffer.
-    fn load(&mut self, buffer: u32, index: Self::Value, offset: u32) -> Self::Value;
-    /// Four words from there on.
-    fn load_four(&mut self, buffer: u32, index: Self::Value, offset: u32) -> Self::Value;
-    fn store(&mut self, buffer: u32, index: Self::Value, offset: u32, word: Self::Value);
-    fn store_four(&mut self, buffer: u32, index: Self::Value, offset: u32, words: Self::Value);
-    /// Where the words begin that the lanes' indices name; those of lanes that a mask leaves out, where nothing is.
+    /// Where a word of a buffer lies.
+    fn place(&mut self, buffer: u32, index: Self::Value) -> Self::Place;
+    /// The same for each lane's index; where nothing is for lanes that a mask leaves out.
     fn places(&mut self, buffer: u32, indices: Self::Value, mask: Option<Self::Value>) -> [Self::Place; 4];
-    /// Word `offset` of each place.
+    /// Memory for so many words.
+    fn array(&mut self, words: u32) -> Self::Array;
+    /// Where a word of an array lies.
+    fn place_in(&mut self, array: Self::Array, index: Self::Value) -> Self::Place;
+    /// One of two places.
+    fn choose(&mut self, condition: Self::Value, accept: Self::Place, reject: Self::Place) -> Self::Place;
+    /// The number, or the numbers one after the other, that lie `offset` words after a place.
+    fn load(&mut self, form: Form, place: Self::Place, offset: u32) -> Self::Value;
+    fn store(&mut self, form: Form, place: Self::Place, offset: u32, value: Self::Value);
+    /// The word `offset` after each place.
     fn gather(&mut self, places: &[Self::Place; 4], offset: u32) -> Self::Value;
     /// The four words from there on: a vector for each.
     fn gather_four(&mut self, places: &[Self::Place; 4], offset: u32) -> [Self::Value; 4];
-    /// Stores word `offset` of each place, in the lanes' order.
+    /// Stores the word `offset` after each place, in the lanes' order.
     fn scatter(&mut self, places: &[Self::Place; 4], offset: u32, words: Self::Value);
-
-    /// Memory for so many words.
-    fn array(&mut self, words: u32) -> Self::Array;
-    /// What begins at word `index + offset` of an array: a number, or a vector.
-    fn read(&mut self, array: Self::Array, form: Form, index: Self::Value, offset: u32) -> Self::Value;
-    fn write(&mut self, array: Self::Array, index: Self::Value, offset: u32, value: Self::Value);
 
     fn variable(&mut self, form: Form) -> Self::Variable;
     /// What a variable holds; it has been set on every way here.

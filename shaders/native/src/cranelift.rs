@@ -196,14 +196,15 @@ fn displacement(words: u32) -> i32 {
     (words * WORD) as i32
 }
 
-/// What loads and stores may be taken to be: they don't trap; words are aligned.
-fn of_words() -> MemFlagsData {
-    MemFlagsData::trusted()
-}
+/// A word's form.
+const WORD_FORM: Form = Form::One(Ty::U32);
 
-/// The same for vectors, which begin at any word.
-fn of_vectors() -> MemFlagsData {
-    MemFlagsData::new().with_notrap()
+/// What loads and stores may be taken to be: they don't trap; words are aligned, but vectors begin at any word.
+fn of_words(form: Form) -> MemFlagsData {
+    match form {
+        Form::One(_) => MemFlagsData::trusted(),
+        Form::Four(_) => MemFlagsData::new().with_notrap(),
+    }
 }
 
 /// Four words, one after the other.
@@ -230,22 +231,11 @@ impl Clif<'_> {
         }
     }
 
-    /// The address of a buffer's word.
-    fn address(&mut self, buffer: u32, index: ir::Value) -> ir::Value {
-        let start = self.buffers[buffer as usize].start;
-        self.word_of(start, index)
-    }
-
+    /// The address of a word.
     fn word_of(&mut self, start: ir::Value, index: ir::Value) -> ir::Value {
         let index = self.builder.ins().uextend(I64, index);
         let bytes = self.builder.ins().ishl_imm_u(index, 2);
         self.builder.ins().iadd(start, bytes)
-    }
-
-    /// The address of an array's word.
-    fn array_address(&mut self, array: StackSlot, index: ir::Value) -> ir::Value {
-        let start = self.builder.ins().stack_addr(I64, array, 0);
-        self.word_of(start, index)
     }
 
     /// Goes on after a jump, where nothing gets.
@@ -462,16 +452,9 @@ impl Assembler for Clif<'_> {
         self.builder.ins().vany_true(mask)
     }
 
-    fn load(&mut self, buffer: u32, index: ir::Value, offset: u32) -> ir::Value {
-        let address = self.address(buffer, index);
-        self.builder.ins().load(I32, of_words(), address, displacement(offset))
-    }
-
-    fn load_four(&mut self, buffer: u32, index: ir::Value, offset: u32) -> ir::Value {
-        let address = self.address(buffer, index);
-        self.builder
-            .ins()
-            .load(I32X4, of_vectors(), address, displacement(offset))
+    fn place(&mut self, buffer: u32, index: ir::Value) -> ir::Value {
+        let start = self.buffers[buffer as usize].start;
+        self.word_of(start, index)
     }
 
     fn places(&mut self, buffer: u32, indices: ir::Value, mask: Option<ir::Value>) -> [ir::Value; 4] {
@@ -499,20 +482,42 @@ impl Assembler for Clif<'_> {
         })
     }
 
+    fn array(&mut self, words: u32) -> StackSlot {
+        let data = StackSlotData::new(StackSlotKind::ExplicitSlot, words * WORD, 4);
+        self.builder.create_sized_stack_slot(data)
+    }
+
+    fn place_in(&mut self, array: StackSlot, index: ir::Value) -> ir::Value {
+        let start = self.builder.ins().stack_addr(I64, array, 0);
+        self.word_of(start, index)
+    }
+
+    fn choose(&mut self, condition: ir::Value, accept: ir::Value, reject: ir::Value) -> ir::Value {
+        self.builder.ins().select(condition, accept, reject)
+    }
+
+    fn load(&mut self, form: Form, place: ir::Value, offset: u32) -> ir::Value {
+        let offset = displacement(offset);
+        self.builder.ins().load(clif(form), of_words(form), place, offset)
+    }
+
+    fn store(&mut self, form: Form, place: ir::Value, offset: u32, value: ir::Value) {
+        let offset = displacement(offset);
+        self.builder.ins().store(of_words(form), value, place, offset);
+    }
+
     fn gather(&mut self, places: &[ir::Value; 4], offset: u32) -> ir::Value {
-        let load = |asm: &mut Self, place| asm.builder.ins().load(I32, of_words(), place, displacement(offset));
-        let word = load(self, places[0]);
+        let word = self.load(WORD_FORM, places[0], offset);
         let mut words = self.builder.ins().scalar_to_vector(I32X4, word);
         for (lane, place) in (1..).zip(&places[1..]) {
-            let word = load(self, *place);
+            let word = self.load(WORD_FORM, *place, offset);
             words = self.with_lane(words, lane, word);
         }
         words
     }
 
     fn gather_four(&mut self, places: &[ir::Value; 4], offset: u32) -> [ir::Value; 4] {
-        let offset = displacement(offset);
-        let rows = places.map(|place| self.builder.ins().load(I32X4, of_vectors(), place, offset));
+        let rows = places.map(|place| self.load(Form::Four(Ty::U32), place, offset));
         // The halves of two vectors, and words of two by turns: what x86 and ARM have instructions for.
         let mut shuffle = |a, b, order: [u8; 4]| {
             let mut bytes = [0; 16];
@@ -539,44 +544,11 @@ impl Assembler for Clif<'_> {
         ]
     }
 
-    fn store(&mut self, buffer: u32, index: ir::Value, offset: u32, word: ir::Value) {
-        let address = self.address(buffer, index);
-        self.builder
-            .ins()
-            .store(of_words(), word, address, displacement(offset));
-    }
-
-    fn store_four(&mut self, buffer: u32, index: ir::Value, offset: u32, words: ir::Value) {
-        let address = self.address(buffer, index);
-        self.builder
-            .ins()
-            .store(of_vectors(), words, address, displacement(offset));
-    }
-
     fn scatter(&mut self, places: &[ir::Value; 4], offset: u32, words: ir::Value) {
         for (lane, place) in (0..).zip(places) {
             let word = self.lane(words, lane);
-            self.builder.ins().store(of_words(), word, *place, displacement(offset));
+            self.store(WORD_FORM, *place, offset, word);
         }
-    }
-
-    fn array(&mut self, words: u32) -> StackSlot {
-        let data = StackSlotData::new(StackSlotKind::ExplicitSlot, words * WORD, 4);
-        self.builder.create_sized_stack_slot(data)
-    }
-
-    fn read(&mut self, array: StackSlot, form: Form, index: ir::Value, offset: u32) -> ir::Value {
-        let address = self.array_address(array, index);
-        self.builder
-            .ins()
-            .load(clif(form), of_vectors(), address, displacement(offset))
-    }
-
-    fn write(&mut self, array: StackSlot, index: ir::Value, offset: u32, value: ir::Value) {
-        let address = self.array_address(array, index);
-        self.builder
-            .ins()
-            .store(of_vectors(), value, address, displacement(offset));
     }
 
     fn variable(&mut self, form: Form) -> Variable {

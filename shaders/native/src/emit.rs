@@ -14,35 +14,40 @@ use oneiro_shader_compiler::uniform::{Region, Shape, Shapes, depth_of};
 
 use crate::assembler::{Assembler, Form, LANES};
 
+const WORD: Form = Form::One(Ty::U32);
+const WORDS: Form = Form::Four(Ty::U32);
+
 /// Writes a program for so many lanes, a multiple of [`LANES`].
 pub(crate) fn emit<A: Assembler>(asm: &mut A, trees: &Trees, lanes: u32) {
     let program = &trees.tidied;
+    let vectors = (lanes / LANES) as usize;
     let mut emitter = Emitter {
         program,
         shapes: &trees.shapes,
         asm,
-        vectors: (lanes / LANES) as usize,
-        pool: Vec::new(),
-        values: vec![None; program.values.len()],
+        vectors,
+        scalars: vec![None; program.values.len()],
+        parts: vec![None; program.values.len() * vectors],
         variables: vec![None; program.variables.len()],
         arrays: vec![None; program.arrays.len()],
         indexed: indexed_arrays(program),
+        shared: Vec::new(),
         regions: Vec::new(),
         masks: Vec::new(),
         labels: vec![None; program.labels as usize],
-        counts: Vec::new(),
+        last: Vec::new(),
         places: Vec::new(),
         stored_to: None,
         scratch: None,
     };
-    for (buffer, stride) in trees.strides.iter().enumerate() {
-        let elements = emitter.asm.elements(buffer as u32, *stride);
+    for (buffer, stride) in (0..).zip(&trees.strides) {
+        let elements = emitter.asm.elements(buffer, *stride);
         let one = emitter.word(1);
         let last = emitter.arithmetic(Binary::Subtract, elements, one);
-        let lasts = emitter.splat(Ty::U32, last);
-        emitter.counts.push(Count { elements, last, lasts });
+        let lasts = emitter.asm.splat(Ty::U32, last);
+        emitter.last.push((last, lasts));
     }
-    emitter.block(&program.body);
+    emitter.scope(&program.body);
     emitter.asm.finish();
 }
 
@@ -62,19 +67,6 @@ fn indexed_arrays(program: &Program) -> BTreeSet<Array> {
         _ => {}
     });
     indexed
-}
-
-/// Vectors of all lanes: where they begin in [`Emitter::pool`].
-#[derive(Clone, Copy, Debug)]
-struct Lanes(u32);
-
-/// What is known of a computed value.
-#[derive(Clone, Copy, Debug)]
-struct Held<V> {
-    /// If it is uniform, or linear: then that of lane 0.
-    scalar: Option<V>,
-    /// For all lanes.
-    lanes: Lanes,
 }
 
 /// A variable, and how many regions enclose its declaration.
@@ -102,13 +94,10 @@ struct Mask<T> {
     depth: usize,
 }
 
-/// A buffer's elements.
-#[derive(Clone, Copy, Debug)]
-struct Count<V> {
-    elements: V,
-    last: V,
-    lasts: Lanes,
-}
+/// An element of a buffer, in one vector: its binding number, the index, its words, and the vector.
+type Element = (u32, Value, u32, usize);
+/// Where four lanes' words lie.
+type Places<P> = [P; LANES as usize];
 
 struct Emitter<'a, A: Assembler> {
     program: &'a Program,
@@ -116,124 +105,41 @@ struct Emitter<'a, A: Assembler> {
     asm: &'a mut A,
     /// Vectors that hold all lanes.
     vectors: usize,
-    pool: Vec<A::Value>,
-    values: Vec<Option<Held<A::Value>>>,
+    /// Uniform values, and of linear values those of lane 0.
+    scalars: Vec<Option<A::Value>>,
+    /// Values for all lanes: each one's vectors, one after the other.
+    parts: Vec<Option<A::Value>>,
     variables: Vec<Option<Local<A::Variable>>>,
     arrays: Vec<Option<Storage<A::Variable, A::Array>>>,
     indexed: BTreeSet<Array>,
+    /// Constants and splats that the vectors of a statement share.
+    shared: Vec<(Value, A::Value)>,
     regions: Vec<Region>,
     masks: Vec<Mask<A::Variable>>,
     labels: Vec<Option<A::Label>>,
-    counts: Vec<Count<A::Value>>,
+    /// The number of each buffer's last element, and the same in each lane.
+    last: Vec<(A::Value, A::Value)>,
     /// Elements whose places are known here.
     places: Vec<(Element, Places<A::Place>)>,
     /// The element that was last stored to under the mask of here, and the places of its active lanes.
-    stored_to: Option<(Element, Places<A::Place>)>,
-    /// A word for each lane.
+    stored_to: Option<(Element, Vec<Places<A::Place>>)>,
+    /// Memory with a word for each lane.
     scratch: Option<A::Array>,
 }
 
-/// An element of a buffer: its binding number, the index, and its words.
-type Element = (u32, Value, u32);
-
-/// Places of all lanes, for each vector.
-type Places<P> = Vec<[P; LANES as usize]>;
-
 impl<A: Assembler> Emitter<'_, A> {
-    // Vectors of all lanes.
-
-    fn each(&mut self, mut make: impl FnMut(&mut Self, usize) -> A::Value) -> Lanes {
-        let vectors: Vec<_> = (0..self.vectors).map(|k| make(self, k)).collect();
-        let lanes = Lanes(self.pool.len() as u32);
-        self.pool.extend(vectors);
-        lanes
-    }
-
-    fn part(&self, lanes: Lanes, k: usize) -> A::Value {
-        self.pool[lanes.0 as usize + k]
-    }
-
-    fn same(&mut self, vector: A::Value) -> Lanes {
-        self.each(|_, _| vector)
-    }
-
-    fn splat(&mut self, ty: Ty, scalar: A::Value) -> Lanes {
-        let vector = self.asm.splat(ty, scalar);
-        self.same(vector)
-    }
-
-    fn constants(&mut self, ty: Ty, bits: u32) -> Lanes {
-        let vector = self.asm.constant(Form::Four(ty), bits);
-        self.same(vector)
-    }
-
-    /// `base`, `base + 1`, ..
-    fn linear(&mut self, base: A::Value) -> Lanes {
-        let base = self.asm.splat(Ty::U32, base);
-        self.each(|emitter, k| {
-            let ramp = emitter.asm.ramp(k as u32 * LANES);
-            emitter.asm.binary(Binary::Add, Form::Four(Ty::U32), base, ramp)
-        })
-    }
-
-    fn unaries(&mut self, op: Unary, ty: Ty, a: Lanes) -> Lanes {
-        self.each(|emitter, k| {
-            let a = emitter.part(a, k);
-            emitter.asm.unary(op, Form::Four(ty), a)
-        })
-    }
-
-    fn binaries(&mut self, op: Binary, ty: Ty, a: Lanes, b: Lanes) -> Lanes {
-        self.each(|emitter, k| {
-            let (a, b) = (emitter.part(a, k), emitter.part(b, k));
-            emitter.asm.binary(op, Form::Four(ty), a, b)
-        })
-    }
-
-    fn bitcasts(&mut self, from: Ty, to: Ty, a: Lanes) -> Lanes {
-        if from == to {
-            return a;
-        }
-        self.each(|emitter, k| {
-            let a = emitter.part(a, k);
-            emitter.asm.bitcast(Form::Four(from), to, a)
-        })
-    }
-
-    fn blends(&mut self, ty: Ty, mask: Lanes, accept: Lanes, reject: Lanes) -> Lanes {
-        self.each(|emitter, k| {
-            let (mask, accept, reject) = (emitter.part(mask, k), emitter.part(accept, k), emitter.part(reject, k));
-            emitter.asm.blend(ty, mask, accept, reject)
-        })
-    }
-
-    /// What has no form for vectors: of each lane's words.
-    fn lane_by_lane(&mut self, op: Binary, ty: Ty, a: Lanes, b: Lanes) -> Lanes {
-        self.each(|emitter, k| {
-            let (vector, with) = (emitter.part(a, k), emitter.part(b, k));
-            let mut out = vector;
-            for lane in 0..LANES {
-                let x = emitter.asm.lane(vector, lane);
-                let y = emitter.asm.lane(with, lane);
-                let result = emitter.integers(op, ty, x, y);
-                out = emitter.asm.with_lane(out, lane, result);
-            }
-            out
-        })
-    }
-
     // Scalars.
 
     fn word(&mut self, bits: u32) -> A::Value {
-        self.asm.constant(Form::One(Ty::U32), bits)
+        self.asm.constant(WORD, bits)
     }
 
     fn arithmetic(&mut self, op: Binary, a: A::Value, b: A::Value) -> A::Value {
-        self.asm.binary(op, Form::One(Ty::U32), a, b)
+        self.asm.binary(op, WORD, a, b)
     }
 
-    /// An operation on integers, of which division by zero leaves the dividend: it divides by one.
-    fn integers(&mut self, op: Binary, ty: Ty, a: A::Value, b: A::Value) -> A::Value {
+    /// An operation on scalars, of which division by zero leaves the dividend: it divides by one.
+    fn operation(&mut self, op: Binary, ty: Ty, a: A::Value, b: A::Value) -> A::Value {
         let b = if matches!(op, Binary::Divide | Binary::Remainder) {
             let one = self.word(1);
             self.arithmetic(Binary::Max, b, one)
@@ -243,55 +149,31 @@ impl<A: Assembler> Emitter<'_, A> {
         self.asm.binary(op, Form::One(ty), a, b)
     }
 
-    // Values of the program.
-
-    fn held(&self, value: Value) -> Held<A::Value> {
-        self.values[value.0 as usize].expect("a value is set before it is used")
-    }
-
     /// A uniform value, or a linear value's number in lane 0.
     fn scalar(&mut self, value: Value) -> A::Value {
         match self.program.op(value) {
             Op::Constant(bits) => self.asm.constant(Form::One(self.program.ty(value)), bits),
-            _ => self.held(value).scalar.expect("it is uniform or linear"),
+            _ => self.scalars[value.0 as usize].expect("it is set before it is used, and not varying"),
         }
     }
 
-    /// A value for all lanes.
-    fn lanes(&mut self, value: Value) -> Lanes {
-        match self.program.op(value) {
-            Op::Constant(bits) => self.constants(self.program.ty(value), bits),
-            _ => self.held(value).lanes,
-        }
-    }
-
-    fn hold_lanes(&mut self, value: Value, lanes: Lanes) {
-        self.values[value.0 as usize] = Some(Held { scalar: None, lanes });
-    }
-
-    /// Keeps a value that is a scalar, and what it is for all lanes: what of that nothing uses is never written.
     fn hold_scalar(&mut self, value: Value, scalar: A::Value) {
-        let lanes = match self.shapes.shape(value) {
-            Shape::Linear => self.linear(scalar),
-            _ => self.splat(self.program.ty(value), scalar),
-        };
-        self.values[value.0 as usize] = Some(Held {
-            scalar: Some(scalar),
-            lanes,
-        });
+        self.scalars[value.0 as usize] = Some(scalar);
     }
 
-    fn computed(&mut self, value: Value) {
-        if let Op::Constant(_) = self.program.op(value) {
-            return;
+    /// What a uniform or linear value is in each vector: what nothing uses of that is never written.
+    fn spread(&mut self, value: Value, k: usize) {
+        let scalar = self.scalar(value);
+        let mut part = match self.shared.iter().find(|(other, _)| *other == value) {
+            Some((_, known)) => *known,
+            None => self.asm.splat(self.program.ty(value), scalar),
+        };
+        self.shared.push((value, part));
+        if self.shapes.shape(value) == Shape::Linear {
+            let ramp = self.asm.ramp(k as u32 * LANES);
+            part = self.asm.binary(Binary::Add, WORDS, part, ramp);
         }
-        if self.shapes.shape(value) == Shape::Varying {
-            let lanes = self.varying(value);
-            self.hold_lanes(value, lanes);
-        } else {
-            let scalar = self.uniform(value);
-            self.hold_scalar(value, scalar);
-        }
+        self.hold_part(value, k, part);
     }
 
     fn uniform(&mut self, value: Value) -> A::Value {
@@ -304,7 +186,7 @@ impl<A: Assembler> Emitter<'_, A> {
                 let part = self.variable(variable).parts[0];
                 self.asm.get(part)
             }
-            Op::ReadElement(array, index) => self.element(array, index, None),
+            Op::ReadElement(array, index) => self.uniform_element(array, index),
             Op::Unary(op, a) => {
                 let a = self.scalar(a);
                 self.asm.unary(op, Form::One(ty), a)
@@ -312,14 +194,14 @@ impl<A: Assembler> Emitter<'_, A> {
             Op::Binary(op, a, b) => {
                 let from = self.program.ty(a);
                 let (a, b) = (self.scalar(a), self.scalar(b));
-                self.integers(op, from, a, b)
+                self.operation(op, from, a, b)
             }
             Op::Select {
                 condition,
                 accept,
                 reject,
             } => {
-                let (condition, accept, reject) = (self.scalar(condition), self.scalar(accept), self.scalar(reject));
+                let [condition, accept, reject] = [condition, accept, reject].map(|value| self.scalar(value));
                 self.asm.select(condition, accept, reject)
             }
             Op::Convert(a) => {
@@ -328,9 +210,9 @@ impl<A: Assembler> Emitter<'_, A> {
                 match (from, ty) {
                     (Ty::Bool, Ty::F32) => {
                         let word = self.asm.convert(Form::One(from), Ty::U32, a);
-                        self.asm.convert(Form::One(Ty::U32), Ty::F32, word)
+                        self.asm.convert(WORD, Ty::F32, word)
                     }
-                    (_, Ty::Bool) if from != Ty::Bool => {
+                    (Ty::F32 | Ty::I32 | Ty::U32, Ty::Bool) => {
                         let zero = self.asm.constant(Form::One(from), 0);
                         self.asm.binary(Binary::NotEqual, Form::One(from), a, zero)
                     }
@@ -345,80 +227,111 @@ impl<A: Assembler> Emitter<'_, A> {
         }
     }
 
-    fn varying(&mut self, value: Value) -> Lanes {
+    // Vectors.
+
+    /// One vector of a value for all lanes.
+    fn part(&mut self, value: Value, k: usize) -> A::Value {
+        match self.program.op(value) {
+            Op::Constant(bits) => {
+                if let Some((_, known)) = self.shared.iter().find(|(other, _)| *other == value) {
+                    return *known;
+                }
+                let constant = self.asm.constant(Form::Four(self.program.ty(value)), bits);
+                self.shared.push((value, constant));
+                constant
+            }
+            _ => self.parts[value.0 as usize * self.vectors + k].expect("it is set before it is used"),
+        }
+    }
+
+    fn hold_part(&mut self, value: Value, k: usize, part: A::Value) {
+        self.parts[value.0 as usize * self.vectors + k] = Some(part);
+    }
+
+    fn varying(&mut self, value: Value, k: usize, place: Option<A::Place>) -> A::Value {
         let ty = self.program.ty(value);
         match self.program.op(value) {
             Op::Constant(_) | Op::Lane | Op::Workgroup | Op::Loaded => unreachable!("it does not vary by itself"),
             Op::Read(variable) => {
-                let parts = self.variable(variable).parts.clone();
-                self.each(|emitter, k| emitter.asm.get(parts[k]))
+                let part = self.variable(variable).parts[k];
+                self.asm.get(part)
             }
-            Op::ReadElement(array, index) => self.each(|emitter, k| emitter.element(array, index, Some(k))),
+            Op::ReadElement(array, index) => {
+                if let Some(place) = place {
+                    return self.asm.load(Form::Four(Self::stored(ty)), place, k as u32 * LANES);
+                }
+                let part = self.element_variable(array, index, k);
+                self.asm.get(part)
+            }
             Op::Unary(op, a) => {
-                let a = self.lanes(a);
-                self.unaries(op, ty, a)
+                let a = self.part(a, k);
+                self.asm.unary(op, Form::Four(ty), a)
             }
-            Op::Binary(op, a, b) => self.varying_binary(op, a, b),
+            Op::Binary(op, a, b) => self.varying_binary(op, a, b, k),
             Op::Select {
                 condition,
                 accept,
                 reject,
             } => {
-                let (accept, reject) = (self.lanes(accept), self.lanes(reject));
+                let (accept, reject) = (self.part(accept, k), self.part(reject, k));
                 if self.shapes.is_uniform(condition) {
                     let condition = self.scalar(condition);
-                    return self.each(|emitter, k| {
-                        let (accept, reject) = (emitter.part(accept, k), emitter.part(reject, k));
-                        emitter.asm.select(condition, accept, reject)
-                    });
+                    self.asm.select(condition, accept, reject)
+                } else {
+                    let mask = self.part(condition, k);
+                    self.asm.blend(ty, mask, accept, reject)
                 }
-                let condition = self.lanes(condition);
-                self.blends(ty, condition, accept, reject)
             }
             Op::Convert(a) => {
                 let from = self.program.ty(a);
-                let a = self.lanes(a);
+                let a = self.part(a, k);
                 match (from, ty) {
-                    (Ty::Bool, _) if ty != Ty::Bool => {
+                    (Ty::Bool, Ty::F32 | Ty::I32 | Ty::U32) => {
                         let one = if ty == Ty::F32 { 1.0_f32.to_bits() } else { 1 };
-                        let ones = self.constants(Ty::U32, one);
-                        let bits = self.binaries(Binary::And, Ty::U32, a, ones);
-                        self.bitcasts(Ty::U32, ty, bits)
+                        let bits = self.masked_bits(a, one);
+                        self.asm.bitcast(WORDS, ty, bits)
                     }
-                    (_, Ty::Bool) if from != Ty::Bool => {
-                        let zeros = self.constants(from, 0);
-                        self.binaries(Binary::NotEqual, from, a, zeros)
+                    (Ty::F32 | Ty::I32 | Ty::U32, Ty::Bool) => {
+                        let zeros = self.asm.constant(Form::Four(from), 0);
+                        self.asm.binary(Binary::NotEqual, Form::Four(from), a, zeros)
                     }
-                    _ => self.each(|emitter, k| {
-                        let a = emitter.part(a, k);
-                        emitter.asm.convert(Form::Four(from), ty, a)
-                    }),
+                    _ => self.asm.convert(Form::Four(from), ty, a),
                 }
             }
             Op::Bitcast(a) => {
                 let from = self.program.ty(a);
-                let a = self.lanes(a);
-                self.bitcasts(from, ty, a)
+                let a = self.part(a, k);
+                self.asm.bitcast(Form::Four(from), ty, a)
             }
         }
     }
 
-    fn varying_binary(&mut self, op: Binary, a: Value, b: Value) -> Lanes {
+    /// Bits where a mask is set.
+    fn masked_bits(&mut self, mask: A::Value, bits: u32) -> A::Value {
+        let bits = self.asm.constant(WORDS, bits);
+        self.asm.binary(Binary::And, WORDS, mask, bits)
+    }
+
+    fn varying_binary(&mut self, op: Binary, a: Value, b: Value, k: usize) -> A::Value {
         let ty = self.program.ty(a);
-        let lanes = self.lanes(a);
+        let vector = self.part(a, k);
         let shifts = matches!(op, Binary::ShiftLeft | Binary::ShiftRight);
         if shifts && self.shapes.is_uniform(b) {
             let count = self.scalar(b);
-            return self.each(|emitter, k| {
-                let a = emitter.part(lanes, k);
-                emitter.asm.binary(op, Form::Four(ty), a, count)
-            });
+            return self.asm.binary(op, Form::Four(ty), vector, count);
         }
-        let with = self.lanes(b);
-        if shifts || matches!(op, Binary::Divide | Binary::Remainder) {
-            return self.lane_by_lane(op, ty, lanes, with);
+        let with = self.part(b, k);
+        if !shifts && !matches!(op, Binary::Divide | Binary::Remainder) {
+            return self.asm.binary(op, Form::Four(ty), vector, with);
         }
-        self.binaries(op, ty, lanes, with)
+        // There is no such instruction for vectors.
+        let mut out = vector;
+        for lane in 0..LANES {
+            let operands = [vector, with].map(|vector| self.asm.lane(vector, lane));
+            let result = self.operation(op, ty, operands[0], operands[1]);
+            out = self.asm.with_lane(out, lane, result);
+        }
+        out
     }
 
     // Locals.
@@ -431,9 +344,12 @@ impl<A: Assembler> Emitter<'_, A> {
 
     /// A new variable, uniform or for all lanes, with a constant in it.
     fn declared(&mut self, ty: Ty, varies: bool, init: u32) -> Vec<A::Variable> {
-        let form = if varies { Form::Four(ty) } else { Form::One(ty) };
+        let (form, parts) = if varies {
+            (Form::Four(ty), self.vectors)
+        } else {
+            (Form::One(ty), 1)
+        };
         let value = self.asm.constant(form, init);
-        let parts = if varies { self.vectors } else { 1 };
         let declare = |_| {
             let part = self.asm.variable(form);
             self.asm.set(part, value);
@@ -442,7 +358,11 @@ impl<A: Assembler> Emitter<'_, A> {
         (0..parts).map(declare).collect()
     }
 
-    /// Memory's form of a local array's elements: truth values are words there.
+    fn element_type(&self, array: Array) -> Ty {
+        self.program.arrays[array.0 as usize].ty
+    }
+
+    /// What an array's elements are in memory: truth values are words there.
     fn stored(ty: Ty) -> Ty {
         if ty == Ty::Bool { Ty::U32 } else { ty }
     }
@@ -454,30 +374,33 @@ impl<A: Assembler> Emitter<'_, A> {
         let home = self.regions.len();
         let slot = array.0 as usize;
         if !self.indexed.contains(&array) {
-            let parts = info.init.iter().flat_map(|bits| self.declared(info.ty, varies, *bits));
-            let parts = parts.collect();
+            let mut parts = Vec::new();
+            for bits in &info.init {
+                parts.extend(self.declared(info.ty, varies, *bits));
+            }
             self.arrays[slot] = Some(Storage::Variables(Local { home, parts }));
             return;
         }
-        // A declaration that is passed again starts anew, in the same memory.
-        let memory = match &self.arrays[slot] {
-            Some(Storage::Memory(memory, _)) => *memory,
-            _ => self.asm.array(info.init.len() as u32 * self.element_words(array)),
-        };
+        let words = self.element_words(array);
+        let memory = self.asm.array(info.init.len() as u32 * words);
         self.arrays[slot] = Some(Storage::Memory(memory, home));
         let zero = self.word(0);
-        for (at, bits) in info.init.iter().enumerate() {
-            let bits = match (info.ty, varies) {
-                (Ty::Bool, true) => 0_u32.wrapping_sub(*bits),
-                _ => *bits,
-            };
-            let ty = Self::stored(info.ty);
-            let form = if varies { Form::Four(ty) } else { Form::One(ty) };
-            let value = self.asm.constant(form, bits);
-            let first = at as u32 * self.element_words(array);
-            let parts = if varies { self.vectors as u32 } else { 1 };
-            for k in 0..parts {
-                self.asm.write(memory, zero, first + k * LANES, value);
+        let start = self.asm.place_in(memory, zero);
+        let ty = Self::stored(info.ty);
+        for (at, &bits) in (0..).zip(&info.init) {
+            if varies {
+                let bits = if info.ty == Ty::Bool {
+                    0_u32.wrapping_sub(bits)
+                } else {
+                    bits
+                };
+                let value = self.asm.constant(Form::Four(ty), bits);
+                for k in 0..self.vectors as u32 {
+                    self.asm.store(Form::Four(ty), start, at * words + k * LANES, value);
+                }
+            } else {
+                let value = self.asm.constant(Form::One(ty), bits);
+                self.asm.store(Form::One(ty), start, at, value);
             }
         }
     }
@@ -491,199 +414,152 @@ impl<A: Assembler> Emitter<'_, A> {
         }
     }
 
-    /// The clamped number of an element, if it is a constant.
-    fn fixed_element(&self, array: Array, index: Value) -> Option<usize> {
-        let last = self.program.arrays[array.0 as usize].init.len() - 1;
-        match self.program.op(index) {
-            Op::Constant(bits) => Some((bits as usize).min(last)),
-            _ => None,
-        }
-    }
-
-    /// Where in its array's memory an element begins.
-    fn element_index(&mut self, array: Array, index: Value) -> A::Value {
-        let words = self.element_words(array);
-        if let Some(at) = self.fixed_element(array, index) {
-            return self.word(at as u32 * words);
-        }
-        let last = self.program.arrays[array.0 as usize].init.len() as u32 - 1;
-        let (index, last) = (self.scalar(index), self.word(last));
-        let clamped = self.arithmetic(Binary::Min, index, last);
-        let words = self.word(words);
-        self.arithmetic(Binary::Multiply, clamped, words)
-    }
-
     fn storage(&self, array: Array) -> &Storage<A::Variable, A::Array> {
         self.arrays[array.0 as usize]
             .as_ref()
             .expect("an array is declared before it is used")
     }
 
-    /// An element of a local array, or one of its vectors.
-    fn element(&mut self, array: Array, index: Value, vector: Option<usize>) -> A::Value {
-        let ty = self.program.arrays[array.0 as usize].ty;
-        match self.storage(array) {
-            Storage::Variables(local) => {
-                let at = self.fixed_element(array, index).expect("its indices are constants");
-                let part = match vector {
-                    Some(k) => local.parts[at * self.vectors + k],
-                    None => local.parts[at],
-                };
-                self.asm.get(part)
-            }
-            Storage::Memory(memory, _) => {
-                let memory = *memory;
-                let first = self.element_index(array, index);
-                let stored = Self::stored(ty);
-                if let Some(k) = vector {
-                    return self.asm.read(memory, Form::Four(stored), first, k as u32 * LANES);
-                }
-                let value = self.asm.read(memory, Form::One(stored), first, 0);
-                self.truth(ty, value)
-            }
+    /// A variable that is an element of an array, or a vector of it.
+    fn element_variable(&self, array: Array, index: Value, k: usize) -> A::Variable {
+        let (Storage::Variables(local), Op::Constant(index)) = (self.storage(array), self.program.op(index)) else {
+            unreachable!("an array that has other indices than constants is in memory")
+        };
+        let elements = self.program.arrays[array.0 as usize].init.len();
+        let each = local.parts.len() / elements;
+        local.parts[(index as usize).min(elements - 1) * each + k]
+    }
+
+    /// Where an element begins, if its array is in memory.
+    fn element_place(&mut self, array: Array, index: Value) -> Option<A::Place> {
+        let Storage::Memory(memory, _) = *self.storage(array) else {
+            return None;
+        };
+        let last = self.program.arrays[array.0 as usize].init.len() as u32 - 1;
+        let words = self.element_words(array);
+        let (index, last, words) = (self.scalar(index), self.word(last), self.word(words));
+        let clamped = self.arithmetic(Binary::Min, index, last);
+        let at = self.arithmetic(Binary::Multiply, clamped, words);
+        Some(self.asm.place_in(memory, at))
+    }
+
+    fn uniform_element(&mut self, array: Array, index: Value) -> A::Value {
+        let ty = self.element_type(array);
+        let Some(place) = self.element_place(array, index) else {
+            let variable = self.element_variable(array, index, 0);
+            return self.asm.get(variable);
+        };
+        let value = self.asm.load(Form::One(Self::stored(ty)), place, 0);
+        if ty == Ty::Bool {
+            let zero = self.word(0);
+            self.arithmetic(Binary::NotEqual, value, zero)
+        } else {
+            value
         }
     }
 
-    /// A scalar that has been a word in memory.
-    fn truth(&mut self, ty: Ty, value: A::Value) -> A::Value {
-        if ty != Ty::Bool {
-            return value;
+    fn write_uniform_element(&mut self, array: Array, index: Value, value: Value) {
+        let ty = self.element_type(array);
+        let mut scalar = self.scalar(value);
+        let Some(place) = self.element_place(array, index) else {
+            let variable = self.element_variable(array, index, 0);
+            return self.asm.set(variable, scalar);
+        };
+        if ty == Ty::Bool {
+            scalar = self.asm.convert(Form::One(ty), Ty::U32, scalar);
         }
-        let zero = self.word(0);
-        self.arithmetic(Binary::NotEqual, value, zero)
-    }
-
-    fn write(&mut self, variable: Variable, value: Value) {
-        let Local { home, parts } = self.variable(variable).clone();
-        let ty = self.program.variables[variable.0 as usize].ty;
-        if !self.shapes.variable_varies(variable) {
-            let scalar = self.scalar(value);
-            self.asm.set(parts[0], scalar);
-            return;
-        }
-        let active = self.written_under(home);
-        self.write_parts(&parts, ty, value, active);
+        self.asm.store(Form::One(Self::stored(ty)), place, 0, scalar);
     }
 
     /// The mask under which is written what was declared in so many regions; none if all lanes that are active there
     /// are active here.
-    fn written_under(&mut self, home: usize) -> Option<Lanes> {
-        if self.shapes.diverges(&self.regions[home..]) {
-            self.active()
-        } else {
-            None
-        }
+    fn written_under(&mut self, home: usize, k: usize) -> Option<A::Value> {
+        let mask = self.masks.last()?.parts[k];
+        let diverges = self.shapes.diverges(&self.regions[home..]);
+        diverges.then(|| self.asm.get(mask))
     }
 
-    fn write_parts(&mut self, parts: &[A::Variable], ty: Ty, value: Value, active: Option<Lanes>) {
-        let mut new = self.lanes(value);
-        if let Some(active) = active {
-            let old = self.each(|emitter, k| emitter.asm.get(parts[k]));
-            new = self.blends(ty, active, new, old);
-        }
-        for (k, part) in parts.iter().enumerate() {
-            let vector = self.part(new, k);
-            self.asm.set(*part, vector);
-        }
-    }
-
-    fn write_element(&mut self, array: Array, index: Value, value: Value) {
-        let ty = self.program.arrays[array.0 as usize].ty;
-        let varies = self.shapes.array_varies(array);
-        match self.storage(array).clone() {
-            Storage::Variables(Local { home, parts }) => {
-                let at = self.fixed_element(array, index).expect("its indices are constants");
-                if varies {
-                    let active = self.written_under(home);
-                    let parts = &parts[at * self.vectors..(at + 1) * self.vectors];
-                    self.write_parts(parts, ty, value, active);
-                } else {
-                    let scalar = self.scalar(value);
-                    self.asm.set(parts[at], scalar);
-                }
+    fn write_variable(&mut self, part: A::Variable, home: usize, ty: Ty, new: A::Value, k: usize) {
+        let new = match self.written_under(home, k) {
+            Some(active) => {
+                let old = self.asm.get(part);
+                self.asm.blend(ty, active, new, old)
             }
-            Storage::Memory(memory, home) => {
-                let first = self.element_index(array, index);
-                if !varies {
-                    let mut scalar = self.scalar(value);
-                    if ty == Ty::Bool {
-                        scalar = self.asm.convert(Form::One(Ty::Bool), Ty::U32, scalar);
-                    }
-                    self.asm.write(memory, first, 0, scalar);
-                    return;
-                }
-                let active = self.written_under(home);
-                let mut new = self.lanes(value);
-                if let Some(active) = active {
-                    let form = Form::Four(Self::stored(ty));
-                    let old = self.each(|emitter, k| emitter.asm.read(memory, form, first, k as u32 * LANES));
-                    new = self.blends(ty, active, new, old);
-                }
-                for k in 0..self.vectors {
-                    let vector = self.part(new, k);
-                    self.asm.write(memory, first, k as u32 * LANES, vector);
-                }
-            }
-        }
+            None => new,
+        };
+        self.asm.set(part, new);
     }
 
-    // Masks.
+    fn write_varying_element(&mut self, array: Array, index: Value, value: Value, k: usize, place: Option<A::Place>) {
+        let ty = self.element_type(array);
+        let new = self.part(value, k);
+        let home = match self.storage(array) {
+            Storage::Variables(local) => local.home,
+            Storage::Memory(_, home) => *home,
+        };
+        let Some(place) = place else {
+            let variable = self.element_variable(array, index, k);
+            return self.write_variable(variable, home, ty, new, k);
+        };
+        let (form, offset) = (Form::Four(Self::stored(ty)), k as u32 * LANES);
+        let new = match self.written_under(home, k) {
+            Some(active) => {
+                let old = self.asm.load(form, place, offset);
+                self.asm.blend(Self::stored(ty), active, new, old)
+            }
+            None => new,
+        };
+        self.asm.store(form, place, offset, new);
+    }
+
+    // Masks: a vector of truth values for each vector of lanes.
 
     /// The lanes that are active here; none if all are.
-    fn active(&mut self) -> Option<Lanes> {
+    fn active(&mut self) -> Option<Vec<A::Value>> {
         let parts = self.masks.last()?.parts.clone();
-        Some(self.each(|emitter, k| emitter.asm.get(parts[k])))
+        Some(parts.into_iter().map(|part| self.asm.get(part)).collect())
     }
 
     /// Begins a region's mask, with the lanes that are active in it.
-    fn push_mask(&mut self, lanes: Lanes) {
-        let parts: Vec<_> = (0..self.vectors)
-            .map(|_| self.asm.variable(Form::Four(Ty::Bool)))
-            .collect();
-        for (k, part) in parts.iter().enumerate() {
-            let mask = self.part(lanes, k);
-            self.asm.set(*part, mask);
-        }
+    fn push_mask(&mut self, lanes: &[A::Value]) {
+        let start = |mask: &A::Value| {
+            let part = self.asm.variable(Form::Four(Ty::Bool));
+            self.asm.set(part, *mask);
+            part
+        };
+        let parts = lanes.iter().map(start).collect();
         let depth = self.regions.len() - 1;
         self.masks.push(Mask { parts, depth });
     }
 
     /// Begins a mask that lanes leave, with all that are active.
     fn push_live(&mut self) {
-        let lanes = match self.active() {
-            Some(active) => active,
-            None => self.constants(Ty::Bool, 1),
-        };
-        self.push_mask(lanes);
+        let all = self.asm.constant(Form::Four(Ty::Bool), 1);
+        let lanes = self.active().unwrap_or_else(|| vec![all; self.vectors]);
+        self.push_mask(&lanes);
     }
 
-    fn any(&mut self, lanes: Lanes) -> A::Value {
-        let mut all = self.part(lanes, 0);
-        for k in 1..self.vectors {
-            let part = self.part(lanes, k);
-            all = self.asm.binary(Binary::Or, Form::Four(Ty::Bool), all, part);
-        }
+    fn any(&mut self, lanes: &[A::Value]) -> A::Value {
+        let or = |a, b: &A::Value| self.asm.binary(Binary::Or, Form::Four(Ty::Bool), a, *b);
+        let all = lanes[1..].iter().fold(lanes[0], or);
         self.asm.any(all)
     }
 
-    fn none(&mut self, lanes: Lanes) -> A::Value {
+    fn begin_if_none(&mut self, lanes: &[A::Value]) {
         let any = self.any(lanes);
-        self.asm.unary(Unary::Not, Form::One(Ty::Bool), any)
+        let none = self.asm.unary(Unary::Not, Form::One(Ty::Bool), any);
+        self.asm.begin_if(none);
     }
 
-    /// `a & !b`
-    fn and_not(&mut self, a: Lanes, b: Lanes) -> Lanes {
-        let inverted = self.unaries(Unary::Not, Ty::Bool, b);
-        self.binaries(Binary::And, Ty::Bool, a, inverted)
+    fn not(&mut self, mask: A::Value) -> A::Value {
+        self.asm.unary(Unary::Not, Form::Four(Ty::Bool), mask)
+    }
+
+    fn and(&mut self, a: A::Value, b: A::Value) -> A::Value {
+        self.asm.binary(Binary::And, Form::Four(Ty::Bool), a, b)
     }
 
     // Statements.
-
-    fn block(&mut self, block: &Block) {
-        for (at, statement) in block.iter().enumerate() {
-            self.statement(statement, at == 0 && self.regions.is_empty());
-        }
-    }
 
     /// A block that may be passed by: what is known in it is not known after it.
     fn scope(&mut self, block: &Block) {
@@ -692,16 +568,65 @@ impl<A: Assembler> Emitter<'_, A> {
         self.places.truncate(known);
     }
 
-    fn statement(&mut self, statement: &Statement, outermost: bool) {
-        if matches!(
-            statement,
-            Statement::If { .. } | Statement::Loop { .. } | Statement::Labeled { .. } | Statement::Exit(_)
-        ) {
-            self.stored_to = None;
+    fn block(&mut self, block: &Block) {
+        for statement in block {
+            self.statement(statement);
+            self.shared.clear();
         }
+    }
+
+    fn statement(&mut self, statement: &Statement) {
         match statement {
-            Statement::Let(value) => self.computed(*value),
-            Statement::Load { targets, address } => self.load(targets, address),
+            // Constants are written where they are used.
+            Statement::Let(value) if matches!(self.program.op(*value), Op::Constant(_)) => {}
+            Statement::Store { address, value, .. } => self.store(address, *value),
+            Statement::If { .. } | Statement::Loop { .. } | Statement::Labeled { .. } | Statement::Exit(_) => {
+                self.stored_to = None;
+                self.jump(statement);
+                self.stored_to = None;
+            }
+            _ => {
+                let place = self.once(statement);
+                for k in 0..self.vectors {
+                    self.vector(statement, k, place);
+                }
+            }
+        }
+    }
+
+    fn jump(&mut self, statement: &Statement) {
+        match statement {
+            Statement::If {
+                condition,
+                accept,
+                reject,
+            } => self.branch(*condition, accept, reject),
+            Statement::Loop { label, body, .. } => self.repeat(*label, body),
+            Statement::Labeled { label, body, .. } => self.labeled(*label, body),
+            Statement::Exit(label) => self.exit(*label),
+            _ => unreachable!("other statements don't jump"),
+        }
+    }
+
+    /// What a statement does but once; and where its vectors lie one after the other, if they lie in memory so.
+    fn once(&mut self, statement: &Statement) -> Option<A::Place> {
+        match statement {
+            Statement::Let(value) if self.shapes.shape(*value) != Shape::Varying => {
+                let scalar = self.uniform(*value);
+                self.hold_scalar(*value, scalar);
+            }
+            Statement::Let(value) => {
+                if let Op::ReadElement(array, index) = self.program.op(*value) {
+                    return self.element_place(array, index);
+                }
+            }
+            Statement::Load { targets, address } => match self.varying_element(address) {
+                None => self.load_uniform(targets, address),
+                Some(element) if self.is_consecutive(address, element) => {
+                    return Some(self.consecutive(address, element));
+                }
+                Some(_) => {}
+            },
             Statement::Declare(variable) => {
                 let info = &self.program.variables[variable.0 as usize];
                 let parts = self.declared(info.ty, self.shapes.variable_varies(*variable), info.init);
@@ -709,19 +634,47 @@ impl<A: Assembler> Emitter<'_, A> {
                 self.variables[variable.0 as usize] = Some(Local { home, parts });
             }
             Statement::DeclareArray(array) => self.declare_array(*array),
-            Statement::Write(variable, value) => self.write(*variable, *value),
+            Statement::Write(variable, value) if !self.shapes.variable_varies(*variable) => {
+                let part = self.variable(*variable).parts[0];
+                let scalar = self.scalar(*value);
+                self.asm.set(part, scalar);
+            }
             Statement::WriteElement {
                 array, index, value, ..
-            } => self.write_element(*array, *index, *value),
-            Statement::Store { address, value, .. } => self.store(address, *value),
-            Statement::If {
-                condition,
-                accept,
-                reject,
-            } => self.branch(*condition, accept, reject, outermost),
-            Statement::Loop { label, body, .. } => self.repeat(*label, body),
-            Statement::Labeled { label, body, .. } => self.labeled(*label, body),
-            Statement::Exit(label) => self.exit(*label),
+            } => {
+                if self.shapes.array_varies(*array) {
+                    return self.element_place(*array, *index);
+                }
+                self.write_uniform_element(*array, *index, *value);
+            }
+            _ => {}
+        }
+        None
+    }
+
+    /// What a statement does with a vector.
+    fn vector(&mut self, statement: &Statement, k: usize, place: Option<A::Place>) {
+        match statement {
+            Statement::Let(value) if self.shapes.shape(*value) == Shape::Varying => {
+                let part = self.varying(*value, k, place);
+                self.hold_part(*value, k, part);
+            }
+            Statement::Let(value) => self.spread(*value, k),
+            Statement::Load { targets, address } => match self.varying_element(address) {
+                Some(element) => self.load(targets, address, element, k, place),
+                None => targets.iter().for_each(|target| self.spread(*target, k)),
+            },
+            Statement::Write(variable, value) if self.shapes.variable_varies(*variable) => {
+                let local = self.variable(*variable);
+                let (part, home) = (local.parts[k], local.home);
+                let ty = self.program.variables[variable.0 as usize].ty;
+                let new = self.part(*value, k);
+                self.write_variable(part, home, ty, new, k);
+            }
+            Statement::WriteElement {
+                array, index, value, ..
+            } if self.shapes.array_varies(*array) => self.write_varying_element(*array, *index, *value, k, place),
+            _ => {}
         }
     }
 
@@ -734,8 +687,7 @@ impl<A: Assembler> Emitter<'_, A> {
         let own = self.asm.begin_loop();
         self.labels[label.0 as usize] = Some(own);
         if let (true, Some(active)) = (masked, self.active()) {
-            let none = self.none(active);
-            self.asm.begin_if(none);
+            self.begin_if_none(&active);
             self.asm.leave(own);
             self.asm.end_if();
         }
@@ -759,10 +711,7 @@ impl<A: Assembler> Emitter<'_, A> {
             self.scope(body);
             self.asm.end_block();
         } else {
-            let first_in_kernel = self.regions.len() == 1;
-            for statement in body {
-                self.statement(statement, first_in_kernel);
-            }
+            self.block(body);
         }
         if masked {
             self.masks.pop();
@@ -770,7 +719,7 @@ impl<A: Assembler> Emitter<'_, A> {
         self.regions.pop();
     }
 
-    fn branch(&mut self, condition: Value, accept: &Block, reject: &Block, outermost: bool) {
+    fn branch(&mut self, condition: Value, accept: &Block, reject: &Block) {
         if self.shapes.is_uniform(condition) {
             let condition = self.scalar(condition);
             self.regions.push(Region::Branch(false));
@@ -784,38 +733,48 @@ impl<A: Assembler> Emitter<'_, A> {
             self.regions.pop();
             return;
         }
-        let test = self.lanes(condition);
         self.regions.push(Region::Branch(true));
         for (block, inverted) in [(accept, false), (reject, true)] {
             if block.is_empty() {
                 continue;
             }
-            let lanes = match (self.active(), inverted) {
-                (None, false) => test,
-                (None, true) => self.unaries(Unary::Not, Ty::Bool, test),
-                (Some(outer), false) => self.binaries(Binary::And, Ty::Bool, outer, test),
-                (Some(outer), true) => self.and_not(outer, test),
-            };
-            self.push_mask(lanes);
-            let any = self.any(lanes);
+            let outer = self.active();
+            let mut lanes = Vec::new();
+            for k in 0..self.vectors {
+                let test = self.part(condition, k);
+                let test = if inverted { self.not(test) } else { test };
+                lanes.push(match &outer {
+                    Some(outer) => self.and(outer[k], test),
+                    None => test,
+                });
+            }
+            self.push_mask(&lanes);
+            let any = self.any(&lanes);
             self.asm.begin_if(any);
             self.scope(block);
             self.asm.end_if();
             self.masks.pop();
         }
         self.regions.pop();
+        self.finish_early([accept, reject]);
+    }
+
+    /// After branches in which lanes may have left the program, ends it if all have.
+    fn finish_early(&mut self, branches: [&Block; 2]) {
+        let is_program =
+            |label| matches!(self.program.body.last(), Some(Statement::Labeled { label: own, .. }) if *own == label);
+        let in_program = matches!(self.regions.as_slice(), [Region::Label(label)] if is_program(*label));
         let mut leaves = false;
-        for block in [accept, reject] {
+        for block in branches {
             visit(block, &mut |statement| {
                 leaves |= matches!(statement, Statement::Exit(_));
             });
         }
-        if outermost
+        if in_program
             && leaves
             && let Some(active) = self.active()
         {
-            let none = self.none(active);
-            self.asm.begin_if(none);
+            self.begin_if_none(&active);
             self.asm.finish();
             self.asm.end_if();
         }
@@ -833,11 +792,11 @@ impl<A: Assembler> Emitter<'_, A> {
             if mask.depth < depth {
                 continue;
             }
-            let old = self.each(|emitter, k| emitter.asm.get(mask.parts[k]));
-            let left = self.and_not(old, gone);
-            for (k, part) in mask.parts.iter().enumerate() {
-                let lanes = self.part(left, k);
-                self.asm.set(*part, lanes);
+            for (part, gone) in mask.parts.iter().zip(&gone) {
+                let old = self.asm.get(*part);
+                let others = self.not(*gone);
+                let left = self.and(old, others);
+                self.asm.set(*part, left);
             }
         }
     }
@@ -849,184 +808,146 @@ impl<A: Assembler> Emitter<'_, A> {
         address.element.filter(|element| !self.shapes.is_uniform(*element))
     }
 
-    /// The word at which a uniform element begins, clamped.
-    fn index(&mut self, address: &Address) -> A::Value {
-        let Some(element) = address.element else {
-            return self.word(0);
-        };
-        let element = self.scalar(element);
-        let last = self.counts[address.buffer as usize].last;
-        let clamped = self.arithmetic(Binary::Min, element, last);
-        if address.stride == 1 {
-            return clamped;
-        }
-        let stride = self.word(address.stride);
-        self.arithmetic(Binary::Multiply, clamped, stride)
-    }
-
-    /// Where the lanes' elements begin, clamped.
-    fn places(&mut self, address: &Address, element: Value, mask: Option<Lanes>) -> Places<A::Place> {
-        let elements = self.lanes(element);
-        let lasts = self.counts[address.buffer as usize].lasts;
-        let mut indices = self.binaries(Binary::Min, Ty::U32, elements, lasts);
-        let stride = address.stride;
-        if stride.is_power_of_two() && stride > 1 {
-            let count = self.word(stride.trailing_zeros());
-            indices = self.each(|emitter, k| {
-                let at = emitter.part(indices, k);
-                emitter.asm.binary(Binary::ShiftLeft, Form::Four(Ty::U32), at, count)
-            });
-        } else if stride > 1 {
-            let strides = self.constants(Ty::U32, stride);
-            indices = self.binaries(Binary::Multiply, Ty::U32, indices, strides);
-        }
-        let vectors = 0..self.vectors;
-        let place = |k| {
-            let indices = self.part(indices, k);
-            let mask = mask.map(|mask| self.part(mask, k));
-            self.asm.places(address.buffer, indices, mask)
-        };
-        vectors.map(place).collect()
-    }
-
-    /// The same, of all lanes, if it is not known yet.
-    fn known_places(&mut self, address: &Address, element: Value) -> Places<A::Place> {
-        let key = (address.buffer, element, address.stride);
-        if let Some((_, known)) = self.places.iter().find(|(other, _)| *other == key) {
-            return known.clone();
-        }
-        let places = self.places(address, element, None);
-        self.places.push((key, places.clone()));
-        places
-    }
-
-    /// Whether the lanes' elements are words one after the other, none beyond the end.
-    fn begin_if_within(&mut self, address: &Address, first: A::Value) {
-        let count = self.counts[address.buffer as usize].elements;
-        let all = self.word(self.vectors as u32 * LANES);
-        let room = self.arithmetic(Binary::Subtract, count, all);
-        let enough = self.arithmetic(Binary::LessEqual, all, count);
-        let within = self.arithmetic(Binary::LessEqual, first, room);
-        let both = self.asm.binary(Binary::And, Form::One(Ty::Bool), enough, within);
-        self.asm.begin_if(both);
-    }
-
+    /// Whether the lanes' elements are words one after the other, and nothing else.
     fn is_consecutive(&self, address: &Address, element: Value) -> bool {
         self.shapes.shape(element) == Shape::Linear && address.stride == 1
     }
 
-    fn load(&mut self, targets: &[Value], address: &Address) {
-        let Some(element) = self.varying_element(address) else {
-            let index = self.index(address);
-            for (k, target) in targets.iter().enumerate() {
-                let word = self.asm.load(address.buffer, index, address.offset + k as u32);
-                let scalar = match self.program.ty(*target) {
-                    Ty::F32 => self.asm.bitcast(Form::One(Ty::U32), Ty::F32, word),
-                    _ => word,
-                };
-                self.hold_scalar(*target, scalar);
-            }
-            return;
+    /// Where a uniform element begins, clamped.
+    fn place(&mut self, address: &Address) -> A::Place {
+        let Some(element) = address.element else {
+            let zero = self.word(0);
+            return self.asm.place(address.buffer, zero);
         };
-        if let [target] = targets
-            && self.is_consecutive(address, element)
-        {
-            let words = self.load_consecutive(address, element);
-            self.loaded(*target, words);
-            return;
+        let key = (address.buffer, element, address.stride, 0);
+        if let Some((_, known)) = self.places.iter().find(|(other, _)| *other == key) {
+            return known[0];
         }
-        let places = self.known_places(address, element);
-        if let [target] = targets {
-            let words = self.each(|emitter, k| emitter.asm.gather(&places[k], address.offset));
-            self.loaded(*target, words);
-            return;
+        let element = self.scalar(element);
+        let (last, _) = self.last[address.buffer as usize];
+        let mut index = self.arithmetic(Binary::Min, element, last);
+        if address.stride != 1 {
+            let stride = self.word(address.stride);
+            index = self.arithmetic(Binary::Multiply, index, stride);
         }
-        let quads: Vec<_> = places
-            .iter()
-            .map(|places| self.asm.gather_four(places, address.offset))
-            .collect();
-        for (word, target) in targets.iter().enumerate() {
-            let words = self.each(|_, k| quads[k][word]);
-            self.loaded(*target, words);
+        let place = self.asm.place(address.buffer, index);
+        self.places.push((key, [place; LANES as usize]));
+        place
+    }
+
+    /// Where the elements of a vector's lanes begin, clamped.
+    fn places(&mut self, address: &Address, element: Value, k: usize, mask: Option<A::Value>) -> Places<A::Place> {
+        let elements = self.part(element, k);
+        let (_, lasts) = self.last[address.buffer as usize];
+        let mut indices = self.asm.binary(Binary::Min, WORDS, elements, lasts);
+        let stride = address.stride;
+        if stride.is_power_of_two() && stride > 1 {
+            let count = self.word(stride.trailing_zeros());
+            indices = self.asm.binary(Binary::ShiftLeft, WORDS, indices, count);
+        } else if stride > 1 {
+            let strides = self.asm.constant(WORDS, stride);
+            indices = self.asm.binary(Binary::Multiply, WORDS, indices, strides);
+        }
+        self.asm.places(address.buffer, indices, mask)
+    }
+
+    /// The same, of all lanes, if it is not known yet.
+    fn known_places(&mut self, address: &Address, element: Value, k: usize) -> Places<A::Place> {
+        let key = (address.buffer, element, address.stride, k);
+        if let Some((_, known)) = self.places.iter().find(|(other, _)| *other == key) {
+            return *known;
+        }
+        let places = self.places(address, element, k, None);
+        self.places.push((key, places));
+        places
+    }
+
+    fn load_uniform(&mut self, targets: &[Value], address: &Address) {
+        let place = self.place(address);
+        for (word, target) in (0..).zip(targets) {
+            let ty = self.program.ty(*target);
+            let scalar = self.asm.load(Form::One(ty), place, address.offset + word);
+            self.hold_scalar(*target, scalar);
         }
     }
 
-    fn loaded(&mut self, target: Value, words: Lanes) {
-        let lanes = match self.program.ty(target) {
-            Ty::F32 => self.bitcasts(Ty::U32, Ty::F32, words),
-            _ => words,
+    fn load(&mut self, targets: &[Value], address: &Address, element: Value, k: usize, place: Option<A::Place>) {
+        if let (Some(place), [target]) = (place, targets) {
+            let form = Form::Four(self.program.ty(*target));
+            let part = self.asm.load(form, place, k as u32 * LANES);
+            return self.hold_part(*target, k, part);
+        }
+        let places = self.known_places(address, element, k);
+        let words = if let [_] = targets {
+            vec![self.asm.gather(&places, address.offset)]
+        } else {
+            self.asm.gather_four(&places, address.offset).to_vec()
         };
-        self.hold_lanes(target, lanes);
+        for (target, words) in targets.iter().zip(words) {
+            let ty = self.program.ty(*target);
+            let part = self.asm.bitcast(WORDS, ty, words);
+            self.hold_part(*target, k, part);
+        }
     }
 
-    fn load_consecutive(&mut self, address: &Address, element: Value) -> Lanes {
+    /// Whether the lanes' words, one after the other, all lie in the buffer.
+    fn within(&mut self, address: &Address, first: A::Value) -> A::Value {
+        let (last, _) = self.last[address.buffer as usize];
+        let others = self.word(self.vectors as u32 * LANES - 1);
+        let room = self.arithmetic(Binary::Subtract, last, others);
+        let enough = self.arithmetic(Binary::LessEqual, others, last);
+        let within = self.arithmetic(Binary::LessEqual, first, room);
+        self.asm.binary(Binary::And, Form::One(Ty::Bool), enough, within)
+    }
+
+    /// Where the lanes' words lie one after the other: in the buffer, or else, which is rare, in a copy.
+    fn consecutive(&mut self, address: &Address, element: Value) -> A::Place {
         let first = self.scalar(element);
-        let parts: Vec<_> = (0..self.vectors)
-            .map(|_| self.asm.variable(Form::Four(Ty::U32)))
-            .collect();
-        self.begin_if_within(address, first);
-        for (k, part) in parts.iter().enumerate() {
-            let at = address.offset + k as u32 * LANES;
-            let words = self.asm.load_four(address.buffer, first, at);
-            self.asm.set(*part, words);
-        }
-        self.asm.begin_else();
-        // Rare, so it shall be short.
+        let within = self.within(address, first);
         let scratch = self.scratch();
-        self.each_word(address, first, |emitter, lane, index| {
-            let word = emitter.asm.load(address.buffer, index, address.offset);
-            emitter.asm.write(scratch, lane, 0, word);
-        });
-        let zero = self.word(0);
-        for (k, part) in parts.iter().enumerate() {
-            let words = self.asm.read(scratch, Form::Four(Ty::U32), zero, k as u32 * LANES);
-            self.asm.set(*part, words);
-        }
+        let beyond = self.asm.unary(Unary::Not, Form::One(Ty::Bool), within);
+        self.asm.begin_if(beyond);
+        self.each_word(address, first, scratch, true);
         self.asm.end_if();
-        self.each(|emitter, k| emitter.asm.get(parts[k]))
+        self.choose(within, address, first, scratch)
     }
 
-    fn store_consecutive(&mut self, address: &Address, element: Value, words: Lanes) {
-        let first = self.scalar(element);
-        self.begin_if_within(address, first);
-        for k in 0..self.vectors {
-            let words = self.part(words, k);
-            let at = address.offset + k as u32 * LANES;
-            self.asm.store_four(address.buffer, first, at, words);
-        }
-        self.asm.begin_else();
-        let scratch = self.scratch();
+    /// Where words lie one after the other from one on, or else their copy.
+    fn choose(&mut self, within: A::Value, address: &Address, first: A::Value, scratch: A::Array) -> A::Place {
+        let place = self.asm.place(address.buffer, first);
         let zero = self.word(0);
-        for k in 0..self.vectors {
-            let words = self.part(words, k);
-            self.asm.write(scratch, zero, k as u32 * LANES, words);
-        }
-        self.each_word(address, first, |emitter, lane, index| {
-            let word = emitter.asm.read(scratch, Form::One(Ty::U32), lane, 0);
-            emitter.asm.store(address.buffer, index, address.offset, word);
-        });
-        self.asm.end_if();
+        let copy = self.asm.place_in(scratch, zero);
+        self.asm.choose(within, place, copy)
     }
 
+    /// Memory with a word for each lane, for one statement.
     fn scratch(&mut self) -> A::Array {
         let words = self.vectors as u32 * LANES;
         *self.scratch.get_or_insert_with(|| self.asm.array(words))
     }
 
-    /// Repeats something for each lane's number and for the clamped index of its element, which is a word.
-    fn each_word(&mut self, address: &Address, first: A::Value, mut act: impl FnMut(&mut Self, A::Value, A::Value)) {
-        let lane = self.asm.variable(Form::One(Ty::U32));
+    /// Loads each lane's word into a copy, or stores it from there, one after the other, their elements clamped.
+    fn each_word(&mut self, address: &Address, first: A::Value, scratch: A::Array, load: bool) {
+        let lane = self.asm.variable(WORD);
         let (zero, one) = (self.word(0), self.word(1));
-        let lanes = self.word(self.vectors as u32 * LANES);
         self.asm.set(lane, zero);
         let label = self.asm.begin_loop();
         let at = self.asm.get(lane);
         let element = self.arithmetic(Binary::Add, first, at);
-        let last = self.counts[address.buffer as usize].last;
+        let (last, _) = self.last[address.buffer as usize];
         let index = self.arithmetic(Binary::Min, element, last);
-        act(self, at, index);
+        let place = self.asm.place(address.buffer, index);
+        let copy = self.asm.place_in(scratch, at);
+        if load {
+            let word = self.asm.load(WORD, place, 0);
+            self.asm.store(WORD, copy, 0, word);
+        } else {
+            let word = self.asm.load(WORD, copy, 0);
+            self.asm.store(WORD, place, 0, word);
+        }
         let next = self.arithmetic(Binary::Add, at, one);
         self.asm.set(lane, next);
+        let lanes = self.word(self.vectors as u32 * LANES);
         let all = self.arithmetic(Binary::Equal, next, lanes);
         self.asm.begin_if(all);
         self.asm.leave(label);
@@ -1035,54 +956,76 @@ impl<A: Assembler> Emitter<'_, A> {
     }
 
     fn store(&mut self, address: &Address, value: Value) {
-        let ty = self.program.ty(value);
-        let Some(element) = self.varying_element(address) else {
-            let scalar = self.scalar(value);
-            let word = match ty {
-                Ty::F32 => self.asm.bitcast(Form::One(ty), Ty::U32, scalar),
-                Ty::Bool => self.asm.convert(Form::One(ty), Ty::U32, scalar),
-                _ => scalar,
-            };
-            let index = self.index(address);
-            let active = self.active();
-            if let Some(active) = active {
-                let any = self.any(active);
-                self.asm.begin_if(any);
-            }
-            self.asm.store(address.buffer, index, address.offset, word);
-            if active.is_some() {
-                self.asm.end_if();
-            }
-            return;
-        };
-        let lanes = self.lanes(value);
-        let words = if ty == Ty::Bool {
-            let ones = self.constants(Ty::U32, 1);
-            self.binaries(Binary::And, Ty::U32, lanes, ones)
-        } else {
-            self.bitcasts(ty, Ty::U32, lanes)
-        };
         let active = self.active();
-        if active.is_none() && self.is_consecutive(address, element) {
-            return self.store_consecutive(address, element, words);
-        }
-        let places = match active {
-            None => self.known_places(address, element),
-            Some(_) => self.active_places(address, element, active),
+        let Some(element) = self.varying_element(address) else {
+            return self.store_uniform(address, value, active.as_deref());
         };
-        for (k, places) in places.iter().enumerate() {
-            let words = self.part(words, k);
+        let words: Vec<_> = (0..self.vectors).map(|k| self.stored_words(value, k)).collect();
+        if active.is_none() && self.is_consecutive(address, element) {
+            return self.store_consecutive(address, element, &words);
+        }
+        let places = self.active_places(address, element, active.as_deref());
+        for (places, words) in places.iter().zip(words) {
             self.asm.scatter(places, address.offset, words);
         }
     }
 
-    /// Where the active lanes' elements begin. A struct is stored word by word.
-    fn active_places(&mut self, address: &Address, element: Value, active: Option<Lanes>) -> Places<A::Place> {
-        let key = (address.buffer, element, address.stride);
+    /// The words of a vector, as they are stored.
+    fn stored_words(&mut self, value: Value, k: usize) -> A::Value {
+        let part = self.part(value, k);
+        match self.program.ty(value) {
+            Ty::Bool => self.masked_bits(part, 1),
+            ty => self.asm.bitcast(Form::Four(ty), Ty::U32, part),
+        }
+    }
+
+    fn store_uniform(&mut self, address: &Address, value: Value, active: Option<&[A::Value]>) {
+        let scalar = self.scalar(value);
+        let word = match self.program.ty(value) {
+            Ty::Bool => self.asm.convert(Form::One(Ty::Bool), Ty::U32, scalar),
+            ty => self.asm.bitcast(Form::One(ty), Ty::U32, scalar),
+        };
+        let place = self.place(address);
+        if let Some(active) = active {
+            let any = self.any(active);
+            self.asm.begin_if(any);
+        }
+        self.asm.store(WORD, place, address.offset, word);
+        if active.is_some() {
+            self.asm.end_if();
+        }
+    }
+
+    fn store_consecutive(&mut self, address: &Address, element: Value, words: &[A::Value]) {
+        let first = self.scalar(element);
+        let within = self.within(address, first);
+        let scratch = self.scratch();
+        let place = self.choose(within, address, first, scratch);
+        for (k, words) in (0..).zip(words) {
+            self.asm.store(WORDS, place, k * LANES, *words);
+        }
+        let beyond = self.asm.unary(Unary::Not, Form::One(Ty::Bool), within);
+        self.asm.begin_if(beyond);
+        self.each_word(address, first, scratch, false);
+        self.asm.end_if();
+    }
+
+    /// Where the active lanes' elements begin. A struct is stored word by word, so the last are kept.
+    fn active_places(
+        &mut self,
+        address: &Address,
+        element: Value,
+        active: Option<&[A::Value]>,
+    ) -> Vec<Places<A::Place>> {
+        let key = (address.buffer, element, address.stride, 0);
         if let Some((_, known)) = self.stored_to.as_ref().filter(|(other, _)| *other == key) {
             return known.clone();
         }
-        let places = self.places(address, element, active);
+        let mut places = Vec::new();
+        for k in 0..self.vectors {
+            let mask = active.map(|active| active[k]);
+            places.push(self.places(address, element, k, mask));
+        }
         self.stored_to = Some((key, places.clone()));
         places
     }

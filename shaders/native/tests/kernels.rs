@@ -89,6 +89,34 @@ fn the_kernels_that_ship_compile() {
     }
 }
 
+/// One element is stored to under one mask after the other.
+#[test]
+fn stores_keep_to_their_masks() {
+    let text = "@compute @workgroup_size(64)
+        fn main(@builtin(workgroup_id) workgroup: vec3<u32>, @builtin(local_invocation_index) lane: u32) {
+            let slot = workgroup.x * 64u + lane;
+            notes[slot].third = 1i;
+            if (lane % 2u == 0u) {
+                notes[slot].second = 2.0f;
+                if (lane % 3u == 0u) {
+                    notes[slot].third = 3i;
+                    return;
+                }
+                notes[slot].second = 4.0f;
+            }
+            notes[slot].third = 5i;
+        }";
+    let trees = program(text).expect("it is exact");
+    let buffers = generate::buffers(0, EXTENT.workgroups.end);
+    let expected = meaning(&trees, buffers.clone(), &EXTENT).expect("it ends");
+    for lanes in LANES {
+        assert!(
+            run(&native(&trees, lanes), buffers.clone(), &EXTENT, TURNS) == Ok(expected.clone()),
+            "{lanes} lanes"
+        );
+    }
+}
+
 /// Loops that a budget must stop: without end, and in a branch that only one lane takes, and too long.
 #[test]
 fn turns_are_counted() {
