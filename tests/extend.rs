@@ -188,3 +188,47 @@ fn mistakes_name_the_file_and_the_place() {
     place.write("circles.wgsl", "struct TaskState { a: f32 }\n".repeat(2));
     place.run(&["check", "circles.toml"]).exits(3).says(&["circles.wgsl"]);
 }
+
+/// Machine code is kept in the user's cache, and made again where that is damaged.
+#[test]
+fn machine_code_is_cached() {
+    let place = Place::new("own-cache");
+    circles(&place);
+    let run = |out: &str| {
+        let arguments = [
+            "run",
+            "circles.toml",
+            "--seed",
+            "1",
+            "--out",
+            out,
+            "--backend",
+            "cpu",
+            "--quiet",
+        ];
+        let output = place
+            .command(&arguments)
+            .env("XDG_CACHE_HOME", place.at("cache"))
+            .output()
+            .unwrap();
+        assert!(output.status.success(), "{output:?}");
+        result(&place, out)
+    };
+    let entries = || {
+        let folder = fs::read_dir(place.at("cache/oneiro/kernels")).unwrap();
+        folder.map(|entry| entry.unwrap().path()).collect::<Vec<_>>()
+    };
+    let first = run("first");
+    let [entry] = &entries()[..] else {
+        panic!("one kernel is kept: {:?}", entries());
+    };
+    let code = fs::read(entry).unwrap();
+    assert_eq!(first, run("again"));
+    assert_eq!(code, fs::read(entry).unwrap());
+    let mut damaged = code.clone();
+    let middle = damaged.len() / 2;
+    damaged[middle] ^= 1;
+    fs::write(entry, &damaged).unwrap();
+    assert_eq!(first, run("repaired"));
+    assert_eq!(code, fs::read(entry).unwrap());
+}

@@ -1,4 +1,5 @@
-//! Kernels compiled to machine code at run time, once in a program's life.
+//! Kernels compiled to machine code at run time, once in a program's life; the next program finds the code in the user's
+//! cache.
 
 use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex, PoisonError};
@@ -38,12 +39,23 @@ pub(crate) fn compiled(kernel: &'static Kernel) -> Result<Code, Error> {
         path: format!("{}.wgsl", kernel.name),
         text: kernel.wgsl.into(),
     };
-    let trees = trees(&[part]).map_err(|refusals| refused(refusals[0].to_string()))?;
-    let code = native::Target::host()
-        .and_then(|target| target.compile(&trees, LANES))
-        .and_then(|code| native::Native::new(&code))
-        .map_err(|error| refused(error.to_string()))?;
-    let code = Code(Arc::new(code));
+    let failed = |error: native::Error| refused(error.to_string());
+    let target = native::Target::host().map_err(failed)?;
+    let cache = native::Cache::of_user();
+    let key = native::Key::new(kernel.wgsl, LANES, &target);
+    let code = match cache.as_ref().and_then(|cache| cache.load(&key)) {
+        Some(code) => code,
+        None => {
+            let trees = trees(&[part]).map_err(|refusals| refused(refusals[0].to_string()))?;
+            let code = target.compile(&trees, LANES).map_err(failed)?;
+            if let Some(cache) = cache {
+                // Without it the next program compiles again.
+                let _ = cache.save(&key, &code);
+            }
+            code
+        }
+    };
+    let code = Code(Arc::new(native::Native::new(&code).map_err(failed)?));
     compiled.insert(kernel.name, code.clone());
     Ok(code)
 }
