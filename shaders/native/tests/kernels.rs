@@ -6,7 +6,7 @@ use std::path::Path;
 use std::time::Instant;
 
 use oneiro_shader_compiler::{generate, trees};
-use oneiro_shader_native::{Error, LANES, Native, Stopped, Target, Words};
+use oneiro_shader_native::{Cache, Error, Key, LANES, Native, Stopped, Target, Words};
 
 #[path = "../../catalogue.rs"]
 #[allow(dead_code, reason = "these tests need no host structs")]
@@ -66,26 +66,36 @@ fn a_changed_constant_is_noticed() {
     assert_ne!(results(&changed), results(&text));
 }
 
+/// They compile, and are found again; both times are printed.
 #[test]
 fn the_kernels_that_ship_compile() {
     let wgsl = Path::new(env!("CARGO_MANIFEST_DIR")).join("../wgsl");
-    let target = Target::host().expect("this machine has machine code");
+    let cache = Cache::new(Path::new(env!("CARGO_TARGET_TMPDIR")).join("kernels/shipped"));
+    let milliseconds = |since: Instant| since.elapsed().as_secs_f64() * 1e3;
     for entry in catalogue::CATALOGUE {
         let parts = catalogue::parts(&wgsl, entry);
         let start = Instant::now();
+        let target = Target::host().expect("this machine has machine code");
         let trees = trees(&parts).expect("it is exact");
-        let front = start.elapsed();
+        let front = milliseconds(start);
         let code = target.compile(&trees, 16).expect("it compiles");
-        let all = start.elapsed();
         let native = Native::new(&code).expect("there is memory");
-        eprintln!(
-            "{:20} {:7} bytes, {:5.1} ms for the tree and {:5.1} ms in all",
-            entry.name,
-            code.size(),
-            front.as_secs_f64() * 1e3,
-            all.as_secs_f64() * 1e3
-        );
+        let all = milliseconds(start);
         assert_eq!(native.lanes(), 16);
+
+        let text: String = parts.iter().map(|part| part.text.as_str()).collect();
+        let key = Key::new(&text, 16, &target);
+        cache.save(&key, &code).expect("the folder can be written");
+        let start = Instant::now();
+        let target = Target::host().expect("this machine has machine code");
+        let kept = cache.load(&Key::new(&text, 16, &target)).expect("it was saved");
+        Native::new(&kept).expect("there is memory");
+        let from_cache = milliseconds(start);
+        assert_eq!(kept, code);
+        let (name, bytes) = (entry.name, code.size());
+        eprintln!(
+            "{name:20} {bytes:7} bytes; {front:5.1} ms for the tree, {all:5.1} in all, {from_cache:4.1} from the cache"
+        );
     }
 }
 
