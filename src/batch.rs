@@ -28,6 +28,9 @@ pub const LEAST_GENE: f32 = 1.0 / (1_u64 << 40) as f32;
 
 /// Most words in all traces of a batch: 2.7 GB.
 pub const GREATEST_TRACE: u64 = 640 << 20;
+
+/// Most iterations of all loops in a cycle of a kernel composed at run time.
+pub const GREATEST_TURNS: u32 = 100_000;
 const WORDS_OF_RECORD: usize = size_of::<Record>() / size_of::<u32>();
 
 /// Words of a group's keys, which precede its genes.
@@ -123,11 +126,25 @@ impl Worlds {
                 .map_err(|invalid| Invalid::new(format!("worlds[{index}].{}", invalid.field), invalid.problem))?;
         }
         let packed = Packed::new(worlds);
-        let facts = |(index, world)| Facts::of(world, index, &packed);
+        let facts: Vec<_> = worlds
+            .iter()
+            .enumerate()
+            .map(|(index, world)| Facts::of(world, index, &packed))
+            .collect();
+        // What ships is known to be within bounds.
+        let too_long =
+            |facts: &Facts| kernel.variants.is_empty() && facts.loops.max(facts.begin_loops) > GREATEST_TURNS;
+        if let Some(index) = facts.iter().position(too_long) {
+            let turns = facts[index].loops.max(facts[index].begin_loops);
+            let problem = format!(
+                "loops up to {turns} times in a cycle; allowed: up to {GREATEST_TURNS}, so that a run can be stopped"
+            );
+            return Err(Invalid::new(format!("worlds[{index}].kernel"), problem));
+        }
         let most = |words: fn(&W) -> u32| worlds.iter().map(words).max().unwrap_or(0);
         Ok(Self(Arc::new(PackedWorlds {
             kernel,
-            facts: worlds.iter().enumerate().map(facts).collect(),
+            facts,
             state_words: most(W::state_words),
             record_words: most(W::record_words),
             packed,

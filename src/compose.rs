@@ -115,6 +115,11 @@ impl TaskPart {
         Ok(own)
     }
 
+    /// The path of its file.
+    pub fn path(&self) -> &str {
+        &self.path
+    }
+
     /// The values that it declares.
     pub fn values(&self) -> &[Value] {
         &self.values
@@ -128,7 +133,7 @@ impl TaskPart {
         static COMPOSED: Mutex<BTreeMap<String, &'static Kernel>> = Mutex::new(BTreeMap::new());
         let stem = Path::new(&self.path).file_stem().unwrap_or_default().to_string_lossy();
         let hash = blake3::hash(self.text.as_bytes()).to_hex();
-        let name = format!("{}+{stem}-{}", base.name, &hash[..8]);
+        let name = format!("{}+{stem}-{}", base.name, &hash[..16]);
         let known = || COMPOSED.lock().unwrap_or_else(PoisonError::into_inner);
         if let Some(kernel) = known().get(&name) {
             return Ok(kernel);
@@ -222,13 +227,8 @@ fn values(part: &Part) -> Result<Vec<Value>, Refused> {
         }
         let value =
             value(&member.name, &member.comment).ok_or_else(|| refused("its comment doesn't say what it may be"))?;
-        let Allowed::Number(least, greatest) = value.allowed else {
-            unreachable!("values are numbers");
-        };
-        let is_within = (least..=greatest).contains(&f64::from(value.default));
-        if !is_within {
-            return Err(refused(&format!("the default is not within {least} to {greatest}")));
-        }
+        let checked = value.allowed.check(&Datum::Single(value.default), |_| None);
+        checked.map_err(|problem| refused(&format!("the default {problem}")))?;
         values.push(value);
     }
     Ok(values)
@@ -241,12 +241,12 @@ fn value(name: &str, comment: &str) -> Option<Value> {
     let (least, rest) = range.split_once(" to ")?;
     let (greatest, unit) = rest.trim().split_once(' ').unwrap_or((rest.trim(), ""));
     let number = |text: &str| text.trim().parse::<f32>().ok().filter(|number| number.is_finite());
-    let (least, greatest) = (number(least)?, number(greatest)?);
+    let (least, greatest) = (shortest(number(least)?), shortest(number(greatest)?));
     (least <= greatest).then_some(())?;
     Some(Value {
         name: name.to_owned(),
         default: number(default)?,
-        allowed: Allowed::Number(least.into(), greatest.into()),
+        allowed: Allowed::Number(least, greatest),
         unit: unit.trim().to_owned(),
         about: about.trim().to_owned(),
     })

@@ -10,7 +10,7 @@ use std::sync::Arc;
 use oneiro_shaders::{Kernel, life};
 
 use crate::arena::Arena;
-use crate::batch::{Buffers, WorldKind};
+use crate::batch::{Buffers, WorldKind, Worlds};
 use crate::compose::OwnTask;
 use crate::parameter::Invalid;
 use crate::surrogate::Surrogate;
@@ -304,7 +304,12 @@ impl World {
         check::check(&mut spec)?;
         let kernel = kernel(&spec)?;
         let packed = pack::Packed::new(&spec)?;
-        Ok(Self(Arc::new(Checked { spec, kernel, packed })))
+        let world = Self(Arc::new(Checked { spec, kernel, packed }));
+        if world.spec().own_task.is_some() {
+            // How often its loops turn depends on the world.
+            Worlds::new(&[&world]).map_err(|invalid| Invalid::new("task.part", invalid.problem))?;
+        }
+        Ok(world)
     }
 
     /// Specification that it was made from.

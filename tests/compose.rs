@@ -237,7 +237,7 @@ fn mistakes_are_refused_with_their_place() {
         ),
         (
             format!("struct TaskValues {{\n  a: f32, // 3, 0 to 2: more\n}}\n{cycle}"),
-            "the default is not within 0 to 2",
+            "the default is 3; allowed: 0 to 2",
         ),
         (
             SAME.replace(
@@ -261,6 +261,28 @@ fn mistakes_are_refused_with_their_place() {
         }
     }
     assert!(problems.is_empty(), "{}", problems.join("\n\n"));
+}
+
+/// Nothing could stop it in time.
+#[test]
+fn a_cycle_of_too_many_loops_is_refused() {
+    let text = SAME.replace(
+        "let moved = now.moved;",
+        "var sum = 0.0f; for (var i = 0u; i < 4000000000u; i++) { sum = 0.5f * sum + 1.0f; } let moved = now.moved;",
+    );
+    let text = text.replace("Reward(select(earned", "Reward(sum + select(earned");
+    let task = OwnTask::new(part(&text), &[]).unwrap();
+    let refused = World::new(WorldSpec {
+        task: Task::Own,
+        own_task: Some(Arc::new(task)),
+        ..WorldSpec::miglino1995()
+    });
+    let refused = refused.unwrap_err().to_string();
+    assert!(
+        refused.starts_with("task.part: loops up to 4")
+            && refused.ends_with("allowed: up to 100000, so that a run can be stopped"),
+        "{refused}"
+    );
 }
 
 #[test]

@@ -43,17 +43,17 @@ pub(crate) fn compiled(kernel: &'static Kernel) -> Result<Code, Error> {
     let target = native::Target::host().map_err(failed)?;
     let cache = native::Cache::of_user();
     let key = native::Key::new(kernel.wgsl, LANES, &target);
-    let code = match cache.as_ref().and_then(|cache| cache.load(&key)) {
-        Some(code) => code,
-        None => {
-            let trees = trees(&[part]).map_err(|refusals| refused(refusals[0].to_string()))?;
-            let code = target.compile(&trees, LANES).map_err(failed)?;
-            if let Some(cache) = cache {
-                // Without it the next program compiles again.
-                let _ = cache.save(&key, &code);
-            }
-            code
+    let kept = cache.as_ref().and_then(|cache| cache.load(&key));
+    let code = if let Some(code) = kept {
+        code
+    } else {
+        let trees = trees(&[part]).map_err(|refusals| refused(refusals[0].to_string()))?;
+        let code = target.compile(&trees, LANES).map_err(failed)?;
+        if let Some(cache) = cache {
+            // Without it the next program compiles again.
+            let _ = cache.save(&key, &code);
         }
+        code
     };
     let code = Code(Arc::new(native::Native::new(&code).map_err(failed)?));
     compiled.insert(kernel.name, code.clone());

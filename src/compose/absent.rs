@@ -41,6 +41,11 @@ impl TaskPart {
         Err(Refused)
     }
 
+    /// The path of its file.
+    pub fn path(&self) -> &str {
+        match *self {}
+    }
+
     /// The values that it declares.
     pub fn values(&self) -> &[Value] {
         match *self {}

@@ -2,7 +2,8 @@
 
 use std::path::Path;
 
-use oneiro::world::{Noise, Start};
+use oneiro::parameter::Choice;
+use oneiro::world::{Noise, Start, WorldSpec};
 use serde_json::json;
 
 use crate::console::{Console, counted};
@@ -30,6 +31,26 @@ pub(super) fn run(experiment: &Experiment, picture: Option<&Path>, console: Cons
         }));
     }
     console.data(summary(experiment))
+}
+
+/// The task, and the values of one of the user's own.
+fn task(spec: &WorldSpec) -> String {
+    let Some(own) = &spec.own_task else {
+        return spec.task.word().to_owned();
+    };
+    let values = own.named_values();
+    let shown = own.part().values().iter().map(|value| {
+        let unit = if value.unit.is_empty() {
+            String::new()
+        } else {
+            format!(" {}", value.unit)
+        };
+        format!("{} = {}{unit}", value.name, values[&value.name])
+    });
+    std::iter::once(own.part().path().to_owned())
+        .chain(shown)
+        .collect::<Vec<_>>()
+        .join(", ")
 }
 
 fn summary(experiment: &Experiment) -> String {
@@ -73,12 +94,9 @@ fn summary(experiment: &Experiment) -> String {
         ("noise", noise(spec.noise)),
         (
             "controller",
-            format!(
-                "{}, {} genes",
-                world.kernel().name.trim_start_matches("life_"),
-                world.genes()
-            ),
+            format!("{}, {} genes", spec.controller.word(), world.genes()),
         ),
+        ("task", task(spec)),
         (
             "start",
             match spec.start {
