@@ -1,5 +1,5 @@
 //! Compiles kernels to machine code at run time, with no compiler installed: the tree that the shader compiler makes of
-//! WGSL becomes instructions by [`emit`], through Cranelift.
+//! WGSL becomes instructions by `emit`, through Cranelift.
 //!
 //! ```
 //! use oneiro_shader_compiler::{Part, trees};
