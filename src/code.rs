@@ -1,4 +1,4 @@
-//! Lane code: how the CPU runs kernels, many lanes at a time.
+//! Lane code: kernels as the CPU runs them, many lanes at a time.
 
 #[cfg_attr(
     not(all(feature = "native", any(target_arch = "x86_64", target_arch = "aarch64"))),
@@ -20,14 +20,14 @@ pub(crate) enum LaneCode {
 }
 
 impl LaneCode {
-    /// Names of a kernel's codes that this processor can run: those compiled with this program, widest first, and that
-    /// compiled at run time.
+    /// Names of a kernel's lane codes that this processor can run: first those compiled with this program, from the widest,
+    /// then the one compiled at run time.
     pub(crate) fn names(kernel: &'static Kernel) -> impl Iterator<Item = &'static str> {
         let native = native::is_available().then_some(native::NAME);
         ahead(kernel).map(|variant| variant.name).chain(native)
     }
 
-    /// The code of a kernel with a name; `None` if this processor can't run one with that name.
+    /// Returns a kernel's lane code by name; `None` if this processor can't run one with that name.
     ///
     /// # Errors
     /// [`Error::NoDevice`] if it can't be compiled.
@@ -38,7 +38,7 @@ impl LaneCode {
         Ok(ahead(kernel).find(|variant| variant.name == name).map(Self::Ahead))
     }
 
-    /// The code of a kernel that was compiled at run time.
+    /// Compiles a kernel, or returns its code if that was done before.
     ///
     /// # Errors
     /// [`Error::NoDevice`] if it can't be compiled.
@@ -57,14 +57,14 @@ impl LaneCode {
     /// Runs its lanes of one workgroup, from `first_lane` on.
     ///
     /// # Safety
-    /// The buffers must be those of the kernel's bindings, in order, and not empty. All must be valid for reads, and
-    /// those that the kernel writes for writes, for their whole length. What one call writes, no other may access at the
-    /// same time.
+    /// The buffers must be those of the kernel's bindings, in order, and not empty. All must be valid for reads for their
+    /// whole length, and those that the kernel writes also for writes. While a call runs, no other may access the words that
+    /// it writes.
     pub(crate) unsafe fn run(&self, buffers: &[Words], workgroup: u32, first_lane: u32) {
         match self {
-            // SAFETY: the variant is available, and the caller vouches for the rest.
+            // SAFETY: the variant is available; the caller guarantees the rest.
             Self::Ahead(variant) => unsafe { (variant.run)(buffers, workgroup, first_lane) },
-            // SAFETY: the caller vouches for it.
+            // SAFETY: the caller guarantees it.
             Self::Native(code) => unsafe { code.run(buffers, workgroup, first_lane) },
         }
     }
@@ -79,7 +79,7 @@ pub(crate) fn ahead(kernel: &'static Kernel) -> impl Iterator<Item = &'static Va
 mod tests {
     use super::*;
 
-    /// Whoever builds for a processor that has machine code has it.
+    /// It is available in every build for a processor that code can be generated for.
     #[test]
     fn machine_code_is_available() {
         let expected = cfg!(all(

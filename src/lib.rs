@@ -6,10 +6,6 @@ pub mod backend;
 pub mod batch;
 mod cells;
 mod code;
-#[cfg_attr(
-    not(all(feature = "native", any(target_arch = "x86_64", target_arch = "aarch64"))),
-    path = "compose/absent.rs"
-)]
 pub mod compose;
 pub mod cpu;
 pub mod evaluator;

@@ -34,6 +34,25 @@ fn result(place: &Place, run: &str) -> String {
     printed.split_whitespace().next().unwrap().to_owned()
 }
 
+/// Runs the page's example into a directory, with its own cache of machine code, and returns the result hash.
+fn run(place: &Place, out: &str, backend: &str) -> String {
+    let arguments = [
+        "run",
+        "circles.toml",
+        "--seed",
+        "1",
+        "--out",
+        out,
+        "--backend",
+        backend,
+        "--quiet",
+    ];
+    let mut command = place.command(&arguments);
+    let output = command.env("XDG_CACHE_HOME", place.at("cache")).output().unwrap();
+    assert!(output.status.success(), "{output:?}");
+    result(place, out)
+}
+
 #[test]
 fn the_five_minutes() {
     let place = Place::new("five-minutes");
@@ -65,23 +84,9 @@ fn the_five_minutes() {
 fn a_task_runs_on_all_devices_with_the_same_bits() {
     let place = Place::new("own-task");
     circles(&place);
-    let run = |out: &str, backend: &str| {
-        place.good(&[
-            "run",
-            "circles.toml",
-            "--seed",
-            "1",
-            "--out",
-            out,
-            "--backend",
-            backend,
-            "--quiet",
-        ]);
-        result(&place, out)
-    };
-    let own = run("cpu", "cpu");
+    let own = run(&place, "cpu", "cpu");
     #[cfg(feature = "gpu")]
-    assert_eq!(own, run("gpu", "gpu:0"));
+    assert_eq!(own, run(&place, "gpu", "gpu:0"));
     // The run has all that it needs.
     fs::remove_file(place.at("circles.wgsl")).unwrap();
     fs::remove_file(place.at("circles.toml")).unwrap();
@@ -194,41 +199,21 @@ fn mistakes_name_the_file_and_the_place() {
 fn machine_code_is_cached() {
     let place = Place::new("own-cache");
     circles(&place);
-    let run = |out: &str| {
-        let arguments = [
-            "run",
-            "circles.toml",
-            "--seed",
-            "1",
-            "--out",
-            out,
-            "--backend",
-            "cpu",
-            "--quiet",
-        ];
-        let output = place
-            .command(&arguments)
-            .env("XDG_CACHE_HOME", place.at("cache"))
-            .output()
-            .unwrap();
-        assert!(output.status.success(), "{output:?}");
-        result(&place, out)
-    };
     let entries = || {
         let folder = fs::read_dir(place.at("cache/oneiro/kernels")).unwrap();
         folder.map(|entry| entry.unwrap().path()).collect::<Vec<_>>()
     };
-    let first = run("first");
+    let first = run(&place, "first", "cpu");
     let [entry] = &entries()[..] else {
         panic!("one kernel is kept: {:?}", entries());
     };
     let code = fs::read(entry).unwrap();
-    assert_eq!(first, run("again"));
+    assert_eq!(first, run(&place, "again", "cpu"));
     assert_eq!(code, fs::read(entry).unwrap());
     let mut damaged = code.clone();
     let middle = damaged.len() / 2;
     damaged[middle] ^= 1;
     fs::write(entry, &damaged).unwrap();
-    assert_eq!(first, run("repaired"));
+    assert_eq!(first, run(&place, "repaired", "cpu"));
     assert_eq!(code, fs::read(entry).unwrap());
 }

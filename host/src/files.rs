@@ -12,7 +12,15 @@ use crate::exit::{Failure, Result};
 /// # Errors
 /// Exit 3 if it doesn't exist or isn't text, exit 6 if reading fails otherwise.
 pub(crate) fn text(path: &Path) -> Result<String> {
-    String::from_utf8(bytes(path)?)
+    as_text(path, bytes(path)?)
+}
+
+/// Converts the bytes of an input file to text.
+///
+/// # Errors
+/// Exit 3 if they aren't text.
+pub(crate) fn as_text(path: &Path, bytes: Vec<u8>) -> Result<String> {
+    String::from_utf8(bytes)
         .map_err(|error| Failure::input(format_args!("{}: is not text: {}", path.display(), error.utf8_error())))
 }
 

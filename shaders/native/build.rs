@@ -1,5 +1,5 @@
-//! Identifies what turns WGSL into machine code: this crate, the shader compiler, and the versions of all others.
-//! Code that is kept belongs to one such identity.
+//! Hashes everything that turns WGSL into machine code: this crate, the shader compiler, and the versions of their
+//! dependencies. The hash is part of the key of cached code.
 
 use std::path::{Path, PathBuf};
 use std::{env, fs};
@@ -13,7 +13,7 @@ fn main() {
     println!("cargo::rustc-env=ONEIRO_SHADER_NATIVE={}", hasher.finalize().to_hex());
 }
 
-/// Adds a file, or all files of a folder.
+/// Adds a file, or all files of a directory.
 fn add(hasher: &mut blake3::Hasher, path: &Path) {
     println!("cargo::rerun-if-changed={}", path.display());
     if path.is_dir() {

@@ -58,7 +58,7 @@ pub struct Kernel {
     /// Its buffers.
     pub bindings: &'static [Binding],
     /// The most turns of all loops of an invocation together, given words of buffers; a loop's last look at its condition
-    /// is a turn. Software drivers leave loops silently after so many.
+    /// is a turn. Software drivers leave loops silently after a limit.
     pub turns: Turns,
     /// The lane code compiled with the program, widest first; which of them run here, [`Variant::available`] says. A kernel
     /// composed when the program runs has none.

@@ -1,14 +1,14 @@
-//! In place of machine code compiled at run time, where there is none: without the feature `native`, and on processors
-//! that no code is generated for.
+//! Stands in for machine code compiled at run time in builds without the feature `native`, and on processors that code
+//! can't be generated for.
 
 use oneiro_shaders::{Kernel, Words};
 
 use crate::evaluator::Error;
 
-/// Nothing has this name.
+/// No lane code has this name.
 pub(crate) const NAME: &str = "";
 
-/// There is none.
+/// Code; there is none.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum Code {}
 

@@ -128,7 +128,7 @@ impl<'a> Inputs<'a> {
         let paths = files
             .iter()
             .enumerate()
-            .map(|(index, file)| self.take(&format!("robot.tables[{index}]"), file))
+            .map(|(index, file)| Ok(self.take(&format!("robot.tables[{index}]"), file)?.0))
             .collect::<Result<Vec<_>>>()?;
         let read = |paths: &Vec<PathBuf>| {
             SensorTables::read(paths).map(|import| Tables {
@@ -146,7 +146,7 @@ impl<'a> Inputs<'a> {
         if file == BUILT_IN {
             return Ok(MotorTable::khepera(states));
         }
-        let path = self.take("robot.motors", file)?;
+        let (path, _) = self.take("robot.motors", file)?;
         let read = |(path, _): &(PathBuf, _)| {
             MotorTable::read(path, states).map(|table| Tables {
                 tables: Arc::new(table),
@@ -165,9 +165,9 @@ impl<'a> Inputs<'a> {
             let problem = "there is no key `part`; allowed: the file of the task, .wgsl";
             return Err(self.source.invalid("task", problem));
         }
-        let path = self.take(KEY, &task.part)?;
+        let (path, content) = self.take(KEY, &task.part)?;
         let read = |path: &PathBuf| {
-            let text = files::text(path)?;
+            let text = files::as_text(path, content.bytes.clone())?;
             let part = TaskPart::new(&path.display().to_string(), &text);
             part.map(Arc::new).map_err(Failure::input)
         };
@@ -193,7 +193,7 @@ impl<'a> Inputs<'a> {
         let Some(file) = file else {
             return Ok(None);
         };
-        let path = self.take(KEY, file)?;
+        let (path, _) = self.take(KEY, file)?;
         let genomes = genomes::read(&path, controller).map_err(|failure| self.source.invalid(KEY, failure))?;
         if genomes.len() != population as usize {
             let problem = format!(
@@ -216,8 +216,8 @@ impl<'a> Inputs<'a> {
         Ok((self.found, self.warnings))
     }
 
-    /// Adds a file, checks its hash if one is given, and returns its path.
-    fn take(&mut self, key: &str, file: &str) -> Result<PathBuf> {
+    /// Adds a file, checks its hash if one is given, and returns its path and content.
+    fn take(&mut self, key: &str, file: &str) -> Result<(PathBuf, Arc<Content>)> {
         // Files on the command line are relative to the working directory.
         let path = if self.source.is_typed(key) {
             file.into()
@@ -236,7 +236,7 @@ impl<'a> Inputs<'a> {
         let input = Input {
             named: file.into(),
             name: format!("{DIRECTORY}/{name}"),
-            content,
+            content: Arc::clone(&content),
         };
         if let Some(expected) = self.hashes.get(file)
             && *expected != input.content.hash
@@ -256,7 +256,7 @@ impl<'a> Inputs<'a> {
             return Err(self.source.invalid(key, problem));
         }
         self.found.push(input);
-        Ok(path)
+        Ok((path, content))
     }
 
     fn refused(&self, key: &str, error: tables::Error) -> Failure {

@@ -43,7 +43,7 @@ pub fn buffers(seed: u64, workgroups: u32) -> Vec<Vec<u32>> {
     ]
 }
 
-/// A kernel's text of at most so many statements (those of inlined functions counted at each call), [`PRELUDE`]
+/// Text of a kernel with at most a given number of statements (those of inlined functions are counted at each call), [`PRELUDE`]
 /// left out.
 pub fn kernel(seed: u64, statements: u32) -> String {
     let mut generator = Generator {
@@ -82,7 +82,7 @@ impl Random {
         (((self.next() >> 32) * u64::from(bound)) >> 32) as u32
     }
 
-    /// Once in so many times.
+    /// True once in `times` on average.
     fn once_in(&mut self, times: u32) -> bool {
         self.below(times) == 0
     }

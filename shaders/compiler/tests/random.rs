@@ -1,20 +1,24 @@
-//! Random kernels through the interpreter: one invocation at a time, before and after tidying, and many lanes
-//! at once under masks must leave the same bits. Mistakes that are made on purpose must be seen.
+//! Random kernels in the interpreter leave the same bits one invocation at a time, before and after tidying, and with many
+//! lanes at once under masks. Deliberate mistakes are noticed.
 
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 use oneiro_shader_compiler::interpret::{Fault, Memory, Trap, run_invocation, run_lanes};
 use oneiro_shader_compiler::{Part, Trees, generate, trees};
 
+#[path = "../../../tests/seeds/mod.rs"]
+mod seeds;
+use seeds::{Outcome, Plan};
+
 /// Invocations of the workgroup that are run.
 const LANES: u32 = 16;
 const WORKGROUP: u32 = 1;
-/// Kernels that are tried, if there is time.
-const KERNELS: u64 = 4000;
-const PATIENCE: Duration = Duration::from_secs(15);
-/// How much more `tests/long.sh` does.
-const LONG: u32 = 60;
-const THREADS: u64 = 2;
+const PLAN: Plan = Plan {
+    kernels: 4000,
+    least: 202,
+    patience: Duration::from_secs(15),
+    long: 60,
+};
 
 fn text(seed: u64) -> String {
     generate::kernel(seed, 20 + (seed % 80) as u32)
@@ -84,14 +88,6 @@ fn lanes<const N: usize>(trees: &Trees, seed: u64, fault: Option<Fault>) -> Resu
     Ok(buffers)
 }
 
-/// What became of a kernel.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Outcome {
-    Same,
-    Refused,
-    Endless,
-}
-
 fn compare(seed: u64) -> Outcome {
     let Some(trees) = program(seed) else {
         return Outcome::Refused;
@@ -117,40 +113,7 @@ fn compare(seed: u64) -> Outcome {
 
 #[test]
 fn lanes_do_what_the_program_means() {
-    let start = Instant::now();
-    let times = if std::env::var_os("ONEIRO_LONG").is_some() {
-        LONG
-    } else {
-        1
-    };
-    let (kernels, patience) = (KERNELS * u64::from(times), PATIENCE * times);
-    let work = |first: u64| {
-        let mut outcomes = Vec::new();
-        for seed in (first..kernels).step_by(THREADS as usize) {
-            if start.elapsed() > patience && outcomes.len() > 100 {
-                break;
-            }
-            outcomes.push(compare(seed));
-        }
-        outcomes
-    };
-    let outcomes: Vec<_> = std::thread::scope(|scope| {
-        let threads: Vec<_> = (0..THREADS).map(|first| scope.spawn(move || work(first))).collect();
-        threads
-            .into_iter()
-            .flat_map(|thread| thread.join().expect("the message is above"))
-            .collect()
-    });
-    let same = outcomes.iter().filter(|outcome| **outcome == Outcome::Same).count();
-    eprintln!(
-        "{same} of {} kernels do what they mean, in {:.1?}",
-        outcomes.len(),
-        start.elapsed()
-    );
-    assert!(
-        same > outcomes.len() * 3 / 4,
-        "the generator makes too many kernels that are refused"
-    );
+    PLAN.run(compare);
 }
 
 /// How many of some kernels a mistake changes.

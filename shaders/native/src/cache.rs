@@ -1,4 +1,4 @@
-//! A folder of compiled code, each entry named by all that it was made from.
+//! A directory of compiled code. Each file is named by a hash of everything that the code depends on.
 
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicU32, Ordering};
@@ -6,12 +6,12 @@ use std::{env, fs, io, process};
 
 use crate::{Code, Target};
 
-/// What code is made from: the kernel's text, the number of lanes, the machine, and the compilers on the way.
+/// Hash of everything that code depends on: the kernel's text, the number of lanes, the machine, and the compilers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Key(blake3::Hash);
 
 impl Key {
-    /// The key of a kernel's joined WGSL.
+    /// Makes the key for a kernel's joined WGSL.
     pub fn new(wgsl: &str, lanes: u32, target: &Target) -> Self {
         let mut hasher = blake3::Hasher::new();
         let target = target.description();
@@ -33,19 +33,20 @@ impl Key {
     }
 }
 
-/// A folder of compiled code. It belongs to one user: whoever can write to it decides what runs.
+/// A directory of compiled code. It must belong to one user, since whoever can write to it decides what runs.
 #[derive(Clone, Debug)]
 pub struct Cache {
     folder: PathBuf,
 }
 
 impl Cache {
-    /// A cache in a folder, which need not be there yet.
+    /// A cache in a directory, which need not exist yet.
     pub fn new(folder: impl Into<PathBuf>) -> Self {
         Self { folder: folder.into() }
     }
 
-    /// The user's cache, by `$XDG_CACHE_HOME` or the system's custom; none if the environment names no home.
+    /// The user's cache: below `$XDG_CACHE_HOME`, or where the system keeps caches. `None` if the environment names no home
+    /// directory.
     pub fn of_user() -> Option<Self> {
         let named = |name: &str| env::var_os(name).map(PathBuf::from).filter(|path| path.is_absolute());
         let caches = named("XDG_CACHE_HOME").or_else(|| {
@@ -64,19 +65,19 @@ impl Cache {
         self.folder.join(key.0.to_hex().as_str())
     }
 
-    /// The code of a key; none if there is none, or if it is damaged.
+    /// Reads the code of a key. `None` if there is none, or if it is damaged.
     pub fn load(&self, key: &Key) -> Option<Code> {
         Code::from_bytes(&fs::read(self.path(key)).ok()?, key)
     }
 
-    /// Keeps code, in place of what the key had.
+    /// Saves code, replacing what is there for the key.
     ///
     /// # Errors
-    /// What the system says. A cache that can't be written is no reason not to run.
+    /// Errors of the file system. Callers can ignore them: the code is then compiled again next time.
     pub fn save(&self, key: &Key, code: &Code) -> Result<(), io::Error> {
         static SAVED: AtomicU32 = AtomicU32::new(0);
         create(&self.folder)?;
-        // Another program's or thread's file has another name until it is whole.
+        // Until it is complete, it has a name that no other program or thread uses.
         let own = format!("{}.{}.new", process::id(), SAVED.fetch_add(1, Ordering::Relaxed));
         let new = self.folder.join(own);
         let saved = fs::write(&new, code.to_bytes(key)).and_then(|()| fs::rename(&new, self.path(key)));
@@ -86,10 +87,10 @@ impl Cache {
         saved
     }
 
-    /// The code of a key, or else what a compiler makes, which is kept if possible.
+    /// Returns the code of a key. If there is none, compiles it and saves it if possible.
     ///
     /// # Errors
-    /// The compiler's.
+    /// Errors of the compiler.
     pub fn load_or<E>(&self, key: &Key, compile: impl FnOnce() -> Result<Code, E>) -> Result<Code, E> {
         if let Some(code) = self.load(key) {
             return Ok(code);
@@ -100,7 +101,7 @@ impl Cache {
     }
 }
 
-/// Creates a folder that only its user may read and write.
+/// Creates a directory that only its user can read and write.
 fn create(folder: &Path) -> Result<(), io::Error> {
     let mut builder = fs::DirBuilder::new();
     builder.recursive(true);

@@ -1,30 +1,30 @@
-//! Compiled code as bytes, to be kept and found again.
+//! Compiled code, and its form as bytes in the cache.
 
 use crate::cache::Key;
 
-/// Machine code of one kernel: a function that stands by itself, wherever it is put. It begins at the first byte.
+/// Machine code of one kernel: a position-independent function that starts at the first byte and refers to nothing outside.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Code {
-    /// Invocations that a call runs.
+    /// Number of invocations that a call runs.
     pub lanes: u32,
-    /// What it was compiled for: see [`crate::Target::description`].
+    /// Machine that it was compiled for, see [`crate::Target::description`].
     pub target: String,
-    /// Words an element of each buffer.
+    /// Words per element of each buffer.
     pub strides: Vec<u32>,
-    /// The instructions and their constants.
+    /// Instructions and constants.
     pub(crate) bytes: Vec<u8>,
 }
 
-/// What kept code begins with: a name and a version of the format.
+/// First bytes of cached code: a name, and the version of the format.
 const MAGIC: &[u8; 8] = b"oneiro\0\x01";
 
 impl Code {
-    /// Bytes of instructions and constants.
+    /// Number of bytes of instructions and constants.
     pub fn size(&self) -> usize {
         self.bytes.len()
     }
 
-    /// The code as bytes that [`Self::from_bytes`] takes with the same key.
+    /// Converts the code to bytes, for [`Self::from_bytes`] with the same key.
     pub fn to_bytes(&self, key: &Key) -> Vec<u8> {
         let mut bytes = MAGIC.to_vec();
         let number = |bytes: &mut Vec<u8>, number: usize| bytes.extend((number as u32).to_le_bytes());
@@ -42,7 +42,7 @@ impl Code {
         bytes
     }
 
-    /// Code from bytes; none if they are not exactly what [`Self::to_bytes`] made with this key.
+    /// Reads code from bytes. Returns `None` unless they are exactly what [`Self::to_bytes`] made with this key.
     pub fn from_bytes(bytes: &[u8], key: &Key) -> Option<Self> {
         let (bytes, checksum) = bytes.split_last_chunk::<{ blake3::OUT_LEN }>()?;
         if blake3::keyed_hash(key.as_bytes(), bytes) != *checksum {

@@ -1,5 +1,5 @@
-//! Machine code by Cranelift: vectors of 128 bits, without its optimiser, whose hoisting costs more in spills than it
-//! saves (`docs/measurements.md`).
+//! Machine code by Cranelift: vectors of 128 bits. Its optimiser is off, since values that it hoists out of loops are then
+//! spilled, which costs more than it saves.
 
 use cranelift_codegen::control::ControlPlane;
 use cranelift_codegen::ir::condcodes::{FloatCC, IntCC};
@@ -21,12 +21,12 @@ use crate::assembler::{Assembler, Form};
 use crate::emit::emit;
 use crate::{Error, FRAME};
 
-/// Bytes of a word.
+/// Bytes per word.
 const WORD: u32 = 4;
-/// Bytes of a buffer's description: where it starts and its words. See [`crate::Words`].
+/// Bytes of a [`crate::Words`]: address and length of a buffer.
 const BUFFER: i32 = 16;
 
-/// How Cranelift shall compile for this machine, with all tests that it has of its own work if `checked`.
+/// Settings of Cranelift for this machine, with all of its internal checks if `checked`.
 pub(crate) fn host(checked: bool) -> Result<OwnedTargetIsa, Error> {
     let builder = cranelift_native::builder().map_err(|why| Error::Machine(why.into()))?;
     let mut flags = settings::builder();
@@ -39,7 +39,7 @@ pub(crate) fn host(checked: bool) -> Result<OwnedTargetIsa, Error> {
     set("enable_verifier", if checked { "true" } else { "false" });
     set("regalloc_checker", if checked { "true" } else { "false" });
     set("unwind_info", "false");
-    // A frame greater than the guard below a stack must not reach past it.
+    // So that a large frame can't skip over the guard page below the stack.
     set("enable_probestack", "true");
     set("probestack_strategy", "inline");
     let isa = builder
@@ -62,13 +62,13 @@ fn has(isa: &dyn TargetIsa, flag: &str) -> bool {
         .any(|value| value.name == flag && value.as_bool() == Some(true))
 }
 
-/// What code must be compiled for to run here: the machine, and what its processor has.
+/// The machine and its processor's features.
 pub(crate) fn description(isa: &dyn TargetIsa) -> String {
     let flags = isa.isa_flags().into_iter().map(|flag| format!(" {flag}"));
     format!("{}{}", isa.triple(), flags.collect::<String>())
 }
 
-/// The machine code of a program.
+/// Compiles a program to machine code.
 pub(crate) fn compile(isa: &dyn TargetIsa, trees: &Trees, lanes: u32) -> Result<Vec<u8>, Error> {
     let mut signature = Signature::new(CallConv::triple_default(isa.triple()));
     signature.params = [isa.pointer_type(), I32, I32, I64].map(AbiParam::new).into();
@@ -113,7 +113,7 @@ pub(crate) fn compile(isa: &dyn TargetIsa, trees: &Trees, lanes: u32) -> Result<
     };
     emit(&mut asm, trees, lanes);
     let Clif { mut builder, .. } = asm;
-    // The emitter ends with a return; what follows one is never reached, but must end too.
+    // The emitter ends with a return. The block after it is never reached, but must end as well.
     builder.ins().trap(TrapCode::unwrap_user(1));
     builder.switch_to_block(used_up);
     builder.seal_block(used_up);
@@ -139,37 +139,37 @@ pub(crate) fn compile(isa: &dyn TargetIsa, trees: &Trees, lanes: u32) -> Result<
     }
 }
 
-/// A buffer's first address and its words.
+/// Address and length of a buffer.
 #[derive(Clone, Copy, Debug)]
 struct Buffer {
     start: ir::Value,
     words: ir::Value,
 }
 
-/// What has been begun and not ended.
+/// A construct that has begun and not ended.
 #[derive(Clone, Copy, Debug)]
 enum Open {
-    /// An `if`: what runs otherwise, and what runs after it.
+    /// An `if`: the block of its `else`, and the block after it.
     If(ir::Block, ir::Block),
-    /// Its second part.
+    /// An `else`: the block after it.
     Else(ir::Block),
-    /// A block: what runs after it.
+    /// A block: the one after it.
     Block(ir::Block),
-    /// A loop: where it turns, and what runs after it.
+    /// A loop: its head, and the block after it.
     Loop(ir::Block, ir::Block),
 }
 
-/// Cranelift's intermediate language.
+/// Writes Cranelift's intermediate language.
 struct Clif<'a> {
     builder: FunctionBuilder<'a>,
     is_x86: bool,
     buffers: Vec<Buffer>,
     workgroup: ir::Value,
     first_lane: ir::Value,
-    /// How often loops may still turn, and where it goes on if that is not at all.
+    /// Turns left for loops, and the block to go to when there are none.
     left: Variable,
     used_up: ir::Block,
-    /// Idle lanes store to it, as long as any element.
+    /// Memory that idle lanes store to, as long as the longest element.
     sink: StackSlot,
     open: Vec<Open>,
 }
@@ -190,16 +190,15 @@ fn clif(form: Form) -> ir::Type {
     }
 }
 
-/// What instructions add to an address for so many words: elements of buffers and arrays are far smaller than that
-/// number can be.
+/// Byte offset of a word. No element is large enough to overflow it.
 fn displacement(words: u32) -> i32 {
     (words * WORD) as i32
 }
 
-/// A word's form.
+/// Form of a word.
 const WORD_FORM: Form = Form::One(Ty::U32);
 
-/// What loads and stores may be taken to be: they don't trap; words are aligned, but vectors begin at any word.
+/// Properties of loads and stores: they never trap. Words are aligned; vectors may start at any word.
 fn of_words(form: Form) -> MemFlagsData {
     match form {
         Form::One(_) => MemFlagsData::trusted(),
@@ -207,7 +206,7 @@ fn of_words(form: Form) -> MemFlagsData {
     }
 }
 
-/// Four words, one after the other.
+/// Four consecutive words.
 fn words(words: [u32; 4]) -> V128Imm {
     let mut bytes = [0; 16];
     for (bytes, word) in bytes.chunks_exact_mut(4).zip(words) {
@@ -238,7 +237,7 @@ impl Clif<'_> {
         self.builder.ins().iadd(start, bytes)
     }
 
-    /// Goes on after a jump, where nothing gets.
+    /// Starts an unreachable block, for what follows a jump.
     fn nowhere(&mut self) {
         let block = self.builder.create_block();
         self.builder.switch_to_block(block);
@@ -288,7 +287,7 @@ impl Clif<'_> {
         Some(self.builder.ins().icmp(int, a, b))
     }
 
-    /// `a < b ? a : b`, or `a > b ? a : b`: in the one form of which x86's instructions are made.
+    /// `a < b ? a : b`, or `a > b ? a : b`, in the form that Cranelift matches to a single x86 instruction.
     fn extreme(&mut self, form: Form, a: ir::Value, b: ir::Value, least: bool) -> ir::Value {
         let (x, y) = if least { (a, b) } else { (b, a) };
         let less = self.builder.ins().fcmp(FloatCC::LessThan, x, y);
@@ -416,7 +415,7 @@ impl Assembler for Clif<'_> {
 
     fn blend(&mut self, ty: Ty, mask: ir::Value, accept: ir::Value, reject: ir::Value) -> ir::Value {
         let (accept, reject) = (self.cast(I32X4, accept), self.cast(I32X4, reject));
-        // One instruction on each.
+        // Each is one instruction on its architecture.
         let words = if self.is_x86 {
             self.builder.ins().blendv(mask, accept, reject)
         } else {
@@ -432,7 +431,7 @@ impl Assembler for Clif<'_> {
             (Form::One(Ty::I32), Ty::F32) => self.builder.ins().fcvt_from_sint(F32, a),
             (Form::One(Ty::F32), Ty::U32) => self.builder.ins().fcvt_to_uint_sat(I32, a),
             (Form::One(Ty::F32), Ty::I32) => self.builder.ins().fcvt_to_sint_sat(I32, a),
-            // Exact kernels convert no number from 2^24 on.
+            // Exact kernels convert no number of 2^24 or more.
             (Form::Four(Ty::I32 | Ty::U32), Ty::F32) => self.builder.ins().fcvt_from_sint(F32X4, a),
             (Form::Four(Ty::F32), Ty::I32 | Ty::U32) if self.is_x86 => self.builder.ins().x86_cvtt2dq(I32X4, a),
             (Form::Four(Ty::F32), Ty::I32 | Ty::U32) => self.builder.ins().fcvt_to_sint_sat(I32X4, a),
@@ -459,7 +458,7 @@ impl Assembler for Clif<'_> {
 
     fn places(&mut self, buffer: u32, indices: ir::Value, mask: Option<ir::Value>) -> [ir::Value; 4] {
         let start = self.buffers[buffer as usize].start;
-        // Two indices at a time: taking one out of a vector is slower than taking it out of a register.
+        // Two indices at a time, since extracting from a vector is slower than shifting in a register.
         let flags = MemFlagsData::new().with_endianness(ir::Endianness::Little);
         let pairs = self.builder.ins().bitcast(I64X2, flags, indices);
         let [low, high] = [0, 1].map(|pair| self.builder.ins().extractlane(pairs, pair));
@@ -518,7 +517,7 @@ impl Assembler for Clif<'_> {
 
     fn gather_four(&mut self, places: &[ir::Value; 4], offset: u32) -> [ir::Value; 4] {
         let rows = places.map(|place| self.load(Form::Four(Ty::U32), place, offset));
-        // The halves of two vectors, and words of two by turns: what x86 and ARM have instructions for.
+        // Interleaved words and joined halves of two vectors: x86 and ARM have instructions for both.
         let mut shuffle = |a, b, order: [u8; 4]| {
             let mut bytes = [0; 16];
             for (at, byte) in bytes.iter_mut().enumerate() {

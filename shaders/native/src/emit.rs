@@ -1,8 +1,8 @@
-//! A program of the shader compiler's tree as instructions, in SPMD style like the lane code that is printed ahead:
-//! what is uniform stays a scalar, what varies is one vector for every four lanes, and a branch on a varying condition
-//! runs, under a mask, if any lane is in it.
+//! Turns the shader compiler's tree into instructions, in SPMD style like the lane code that is compiled ahead of time.
+//! Uniform values are scalars. Varying values take one vector for every four lanes. A branch on a varying condition runs
+//! under a mask if any lane takes it.
 //!
-//! Nothing that an idle lane does reaches memory outside of the buffers: elements are clamped for all lanes alike.
+//! Idle lanes can't reach memory outside the buffers either: indices are clamped in all lanes.
 
 use std::collections::BTreeSet;
 
@@ -17,7 +17,7 @@ use crate::assembler::{Assembler, Form, LANES};
 const WORD: Form = Form::One(Ty::U32);
 const WORDS: Form = Form::Four(Ty::U32);
 
-/// Writes a program for so many lanes, a multiple of [`LANES`].
+/// Emits a program for a number of lanes that is a multiple of [`LANES`].
 pub(crate) fn emit<A: Assembler>(asm: &mut A, trees: &Trees, lanes: u32) {
     let program = &trees.tidied;
     let vectors = (lanes / LANES) as usize;
@@ -51,7 +51,7 @@ pub(crate) fn emit<A: Assembler>(asm: &mut A, trees: &Trees, lanes: u32) {
     emitter.asm.finish();
 }
 
-/// The arrays that are indexed by what is not constant; the others are variables, one an element.
+/// Arrays with an index that isn't constant. The others become variables, one per element.
 fn indexed_arrays(program: &Program) -> BTreeSet<Array> {
     let mut indexed = BTreeSet::new();
     let is_constant = |index: Value| matches!(program.op(index), Op::Constant(_));
@@ -69,11 +69,11 @@ fn indexed_arrays(program: &Program) -> BTreeSet<Array> {
     indexed
 }
 
-/// A variable, and how many regions enclose its declaration.
+/// A variable, and the number of regions around its declaration.
 #[derive(Clone, Debug)]
 struct Local<T> {
     home: usize,
-    /// One if it is uniform, else one a vector; for an array's elements, one after the other.
+    /// One part if it is uniform, else one per vector. For an array, the parts of all elements in order.
     parts: Vec<T>,
 }
 
@@ -82,48 +82,48 @@ struct Local<T> {
 enum Storage<T, M> {
     /// A variable for each element.
     Variables(Local<T>),
-    /// Memory, and how many regions enclose its declaration.
+    /// Memory, and the number of regions around its declaration.
     Memory(M, usize),
 }
 
-/// A mask of the lanes that are active in a region.
+/// Mask of the lanes that are active in a region.
 #[derive(Clone, Debug)]
 struct Mask<T> {
     parts: Vec<T>,
-    /// How many regions enclose the one that it is of.
+    /// Number of regions around its own.
     depth: usize,
 }
 
-/// An element of a buffer, in one vector: its binding number, the index, its words, and the vector.
+/// An element of a buffer in one vector: binding number, index, words per element, and number of the vector.
 type Element = (u32, Value, u32, usize);
-/// Where four lanes' words lie.
+/// Addresses of four lanes' words.
 type Places<P> = [P; LANES as usize];
 
 struct Emitter<'a, A: Assembler> {
     program: &'a Program,
     shapes: &'a Shapes,
     asm: &'a mut A,
-    /// Vectors that hold all lanes.
+    /// Number of vectors that hold all lanes.
     vectors: usize,
-    /// Uniform values, and of linear values those of lane 0.
+    /// Uniform values, and linear values in lane 0.
     scalars: Vec<Option<A::Value>>,
-    /// Values for all lanes: each one's vectors, one after the other.
+    /// Values in all lanes: the vectors of each value in order.
     parts: Vec<Option<A::Value>>,
     variables: Vec<Option<Local<A::Variable>>>,
     arrays: Vec<Option<Storage<A::Variable, A::Array>>>,
     indexed: BTreeSet<Array>,
-    /// Constants and splats that the vectors of a statement share.
+    /// Constants and splats shared by the vectors of a statement.
     shared: Vec<(Value, A::Value)>,
     regions: Vec<Region>,
     masks: Vec<Mask<A::Variable>>,
     labels: Vec<Option<A::Label>>,
-    /// The number of each buffer's last element, and the same in each lane.
+    /// Index of each buffer's last element, as a scalar and as a vector.
     last: Vec<(A::Value, A::Value)>,
-    /// Elements whose places are known here.
+    /// Elements whose addresses are already computed at this point.
     places: Vec<(Element, Places<A::Place>)>,
-    /// The element that was last stored to under the mask of here, and the places of its active lanes.
+    /// The element last stored to under the current mask, with the addresses of its active lanes.
     stored_to: Option<(Element, Vec<Places<A::Place>>)>,
-    /// Memory with a word for each lane.
+    /// Memory of one word per lane.
     scratch: Option<A::Array>,
 }
 
@@ -138,7 +138,7 @@ impl<A: Assembler> Emitter<'_, A> {
         self.asm.binary(op, WORD, a, b)
     }
 
-    /// An operation on scalars, of which division by zero leaves the dividend: it divides by one.
+    /// An operation on scalars. Division by zero divides by one instead.
     fn operation(&mut self, op: Binary, ty: Ty, a: A::Value, b: A::Value) -> A::Value {
         let b = if matches!(op, Binary::Divide | Binary::Remainder) {
             let one = self.word(1);
@@ -149,7 +149,7 @@ impl<A: Assembler> Emitter<'_, A> {
         self.asm.binary(op, Form::One(ty), a, b)
     }
 
-    /// A uniform value, or a linear value's number in lane 0.
+    /// A uniform value, or a linear value in lane 0.
     fn scalar(&mut self, value: Value) -> A::Value {
         match self.program.op(value) {
             Op::Constant(bits) => self.asm.constant(Form::One(self.program.ty(value)), bits),
@@ -161,7 +161,7 @@ impl<A: Assembler> Emitter<'_, A> {
         self.scalars[value.0 as usize] = Some(scalar);
     }
 
-    /// What a uniform or linear value is in each vector: what nothing uses of that is never written.
+    /// Spreads a uniform or linear value over a vector. Cranelift drops it if nothing uses it.
     fn spread(&mut self, value: Value, k: usize) {
         let scalar = self.scalar(value);
         let mut part = match self.shared.iter().find(|(other, _)| *other == value) {
@@ -306,7 +306,7 @@ impl<A: Assembler> Emitter<'_, A> {
         }
     }
 
-    /// Bits where a mask is set.
+    /// The given bits in lanes where the mask is set, else 0.
     fn masked_bits(&mut self, mask: A::Value, bits: u32) -> A::Value {
         let bits = self.asm.constant(WORDS, bits);
         self.asm.binary(Binary::And, WORDS, mask, bits)
@@ -324,7 +324,7 @@ impl<A: Assembler> Emitter<'_, A> {
         if !shifts && !matches!(op, Binary::Divide | Binary::Remainder) {
             return self.asm.binary(op, Form::Four(ty), vector, with);
         }
-        // There is no such instruction for vectors.
+        // Vectors have no such instruction.
         let mut out = vector;
         for lane in 0..LANES {
             let operands = [vector, with].map(|vector| self.asm.lane(vector, lane));
@@ -342,7 +342,7 @@ impl<A: Assembler> Emitter<'_, A> {
             .expect("a variable is declared before it is used")
     }
 
-    /// A new variable, uniform or for all lanes, with a constant in it.
+    /// Declares a variable, uniform or one per lane, initialised with a constant.
     fn declared(&mut self, ty: Ty, varies: bool, init: u32) -> Vec<A::Variable> {
         let (form, parts) = if varies {
             (Form::Four(ty), self.vectors)
@@ -362,7 +362,7 @@ impl<A: Assembler> Emitter<'_, A> {
         self.program.arrays[array.0 as usize].ty
     }
 
-    /// What an array's elements are in memory: truth values are words there.
+    /// Type of an array's elements in memory, where truth values are words.
     fn stored(ty: Ty) -> Ty {
         if ty == Ty::Bool { Ty::U32 } else { ty }
     }
@@ -405,7 +405,7 @@ impl<A: Assembler> Emitter<'_, A> {
         }
     }
 
-    /// Words of an element in memory.
+    /// Words per element in memory.
     fn element_words(&self, array: Array) -> u32 {
         if self.shapes.array_varies(array) {
             self.vectors as u32 * LANES
@@ -420,7 +420,7 @@ impl<A: Assembler> Emitter<'_, A> {
             .expect("an array is declared before it is used")
     }
 
-    /// A variable that is an element of an array, or a vector of it.
+    /// The variable of an array's element, or of one of its vectors.
     fn element_variable(&self, array: Array, index: Value, k: usize) -> A::Variable {
         let (Storage::Variables(local), Op::Constant(index)) = (self.storage(array), self.program.op(index)) else {
             unreachable!("an array that has other indices than constants is in memory")
@@ -430,7 +430,7 @@ impl<A: Assembler> Emitter<'_, A> {
         local.parts[(index as usize).min(elements - 1) * each + k]
     }
 
-    /// Where an element begins, if its array is in memory.
+    /// Address of an element, if its array is in memory.
     fn element_place(&mut self, array: Array, index: Value) -> Option<A::Place> {
         let Storage::Memory(memory, _) = *self.storage(array) else {
             return None;
@@ -471,8 +471,8 @@ impl<A: Assembler> Emitter<'_, A> {
         self.asm.store(Form::One(Self::stored(ty)), place, 0, scalar);
     }
 
-    /// The mask under which is written what was declared in so many regions; none if all lanes that are active there
-    /// are active here.
+    /// Mask for writing a local that was declared inside `home` regions. `None` if every lane that was active there is
+    /// active here.
     fn written_under(&mut self, home: usize, k: usize) -> Option<A::Value> {
         let mask = self.masks.last()?.parts[k];
         let diverges = self.shapes.diverges(&self.regions[home..]);
@@ -512,15 +512,15 @@ impl<A: Assembler> Emitter<'_, A> {
         self.asm.store(form, place, offset, new);
     }
 
-    // Masks: a vector of truth values for each vector of lanes.
+    // Masks: one vector of truth values for each vector of lanes.
 
-    /// The lanes that are active here; none if all are.
+    /// The lanes that are active here; `None` if all are.
     fn active(&mut self) -> Option<Vec<A::Value>> {
         let parts = self.masks.last()?.parts.clone();
         Some(parts.into_iter().map(|part| self.asm.get(part)).collect())
     }
 
-    /// Begins a region's mask, with the lanes that are active in it.
+    /// Starts the mask of a region with its active lanes.
     fn push_mask(&mut self, lanes: &[A::Value]) {
         let start = |mask: &A::Value| {
             let part = self.asm.variable(Form::Four(Ty::Bool));
@@ -532,7 +532,7 @@ impl<A: Assembler> Emitter<'_, A> {
         self.masks.push(Mask { parts, depth });
     }
 
-    /// Begins a mask that lanes leave, with all that are active.
+    /// Starts a mask that lanes can leave, with all lanes that are active now.
     fn push_live(&mut self) {
         let all = self.asm.constant(Form::Four(Ty::Bool), 1);
         let lanes = self.active().unwrap_or_else(|| vec![all; self.vectors]);
@@ -561,7 +561,7 @@ impl<A: Assembler> Emitter<'_, A> {
 
     // Statements.
 
-    /// A block that may be passed by: what is known in it is not known after it.
+    /// Emits a block that may be skipped: what was computed in it isn't available after it.
     fn scope(&mut self, block: &Block) {
         let known = self.places.len();
         self.block(block);
@@ -577,7 +577,7 @@ impl<A: Assembler> Emitter<'_, A> {
 
     fn statement(&mut self, statement: &Statement) {
         match statement {
-            // Constants are written where they are used.
+            // Constants are emitted where they are used.
             Statement::Let(value) if matches!(self.program.op(*value), Op::Constant(_)) => {}
             Statement::Store { address, value, .. } => self.store(address, *value),
             Statement::If { .. } | Statement::Loop { .. } | Statement::Labeled { .. } | Statement::Exit(_) => {
@@ -608,7 +608,7 @@ impl<A: Assembler> Emitter<'_, A> {
         }
     }
 
-    /// What a statement does but once; and where its vectors lie one after the other, if they lie in memory so.
+    /// Emits what a statement does once. Returns the address of its vectors if they are consecutive in memory.
     fn once(&mut self, statement: &Statement) -> Option<A::Place> {
         match statement {
             Statement::Let(value) if self.shapes.shape(*value) != Shape::Varying => {
@@ -652,7 +652,7 @@ impl<A: Assembler> Emitter<'_, A> {
         None
     }
 
-    /// What a statement does with a vector.
+    /// Emits what a statement does with one vector.
     fn vector(&mut self, statement: &Statement, k: usize, place: Option<A::Place>) {
         match statement {
             Statement::Let(value) if self.shapes.shape(*value) == Shape::Varying => {
@@ -759,7 +759,7 @@ impl<A: Assembler> Emitter<'_, A> {
         self.finish_early([accept, reject]);
     }
 
-    /// After branches in which lanes may have left the program, ends it if all have.
+    /// After branches in which lanes may have left the program, returns if all lanes have.
     fn finish_early(&mut self, branches: [&Block; 2]) {
         let is_program =
             |label| matches!(self.program.body.last(), Some(Statement::Labeled { label: own, .. }) if *own == label);
@@ -803,17 +803,17 @@ impl<A: Assembler> Emitter<'_, A> {
 
     // Buffers.
 
-    /// An address' element, if it is not the same for all lanes.
+    /// Element of an address, unless it is the same for all lanes.
     fn varying_element(&self, address: &Address) -> Option<Value> {
         address.element.filter(|element| !self.shapes.is_uniform(*element))
     }
 
-    /// Whether the lanes' elements are words one after the other, and nothing else.
+    /// Whether the lanes' elements are consecutive words.
     fn is_consecutive(&self, address: &Address, element: Value) -> bool {
         self.shapes.shape(element) == Shape::Linear && address.stride == 1
     }
 
-    /// Where a uniform element begins, clamped.
+    /// Address of a uniform element, clamped.
     fn place(&mut self, address: &Address) -> A::Place {
         let Some(element) = address.element else {
             let zero = self.word(0);
@@ -835,7 +835,7 @@ impl<A: Assembler> Emitter<'_, A> {
         place
     }
 
-    /// Where the elements of a vector's lanes begin, clamped.
+    /// Addresses of the elements of a vector's lanes, clamped.
     fn places(&mut self, address: &Address, element: Value, k: usize, mask: Option<A::Value>) -> Places<A::Place> {
         let elements = self.part(element, k);
         let (_, lasts) = self.last[address.buffer as usize];
@@ -851,7 +851,7 @@ impl<A: Assembler> Emitter<'_, A> {
         self.asm.places(address.buffer, indices, mask)
     }
 
-    /// The same, of all lanes, if it is not known yet.
+    /// The same without a mask, computed only once.
     fn known_places(&mut self, address: &Address, element: Value, k: usize) -> Places<A::Place> {
         let key = (address.buffer, element, address.stride, k);
         if let Some((_, known)) = self.places.iter().find(|(other, _)| *other == key) {
@@ -890,7 +890,7 @@ impl<A: Assembler> Emitter<'_, A> {
         }
     }
 
-    /// Whether the lanes' words, one after the other, all lie in the buffer.
+    /// Whether all lanes' consecutive words lie within the buffer.
     fn within(&mut self, address: &Address, first: A::Value) -> A::Value {
         let (last, _) = self.last[address.buffer as usize];
         let others = self.word(self.vectors as u32 * LANES - 1);
@@ -900,7 +900,7 @@ impl<A: Assembler> Emitter<'_, A> {
         self.asm.binary(Binary::And, Form::One(Ty::Bool), enough, within)
     }
 
-    /// Where the lanes' words lie one after the other: in the buffer, or else, which is rare, in a copy.
+    /// Address of the lanes' consecutive words: in the buffer, or in a copy in the rare case that they reach beyond its end.
     fn consecutive(&mut self, address: &Address, element: Value) -> A::Place {
         let first = self.scalar(element);
         let within = self.within(address, first);
@@ -912,7 +912,7 @@ impl<A: Assembler> Emitter<'_, A> {
         self.choose(within, address, first, scratch)
     }
 
-    /// Where words lie one after the other from one on, or else their copy.
+    /// Address of the words from `first` on if they are `within` the buffer, else of their copy.
     fn choose(&mut self, within: A::Value, address: &Address, first: A::Value, scratch: A::Array) -> A::Place {
         let place = self.asm.place(address.buffer, first);
         let zero = self.word(0);
@@ -920,13 +920,13 @@ impl<A: Assembler> Emitter<'_, A> {
         self.asm.choose(within, place, copy)
     }
 
-    /// Memory with a word for each lane, for one statement.
+    /// Memory of one word per lane, for use within one statement.
     fn scratch(&mut self) -> A::Array {
         let words = self.vectors as u32 * LANES;
         *self.scratch.get_or_insert_with(|| self.asm.array(words))
     }
 
-    /// Loads each lane's word into a copy, or stores it from there, one after the other, their elements clamped.
+    /// Copies the lanes' words one by one, with clamped indices: to `scratch` if `load`, else from it.
     fn each_word(&mut self, address: &Address, first: A::Value, scratch: A::Array, load: bool) {
         let lane = self.asm.variable(WORD);
         let (zero, one) = (self.word(0), self.word(1));
@@ -970,7 +970,7 @@ impl<A: Assembler> Emitter<'_, A> {
         }
     }
 
-    /// The words of a vector, as they are stored.
+    /// The words of a vector in the form in which they are stored.
     fn stored_words(&mut self, value: Value, k: usize) -> A::Value {
         let part = self.part(value, k);
         match self.program.ty(value) {
@@ -1010,7 +1010,7 @@ impl<A: Assembler> Emitter<'_, A> {
         self.asm.end_if();
     }
 
-    /// Where the active lanes' elements begin. A struct is stored word by word, so the last are kept.
+    /// Addresses of the active lanes' elements. The last ones are kept, since a struct is stored word by word.
     fn active_places(
         &mut self,
         address: &Address,

@@ -1,5 +1,5 @@
-//! Compiles kernels to machine code at run time, with no compiler installed: the tree that the shader compiler makes of
-//! WGSL becomes instructions by `emit`, through Cranelift.
+//! Compiles kernels to machine code at run time, without a compiler on the machine: `emit` turns the shader compiler's tree
+//! into instructions, through Cranelift.
 //!
 //! ```
 //! use oneiro_shader_compiler::{Part, trees};
@@ -35,36 +35,36 @@ pub use cache::{Cache, Key};
 pub use code::Code;
 pub use memory::{Native, Stopped, Words};
 
-/// Numbers of lanes that code is compiled for.
+/// Numbers of lanes that code can be compiled for.
 pub const LANES: [u32; 3] = [4, 8, 16];
 
-/// The most memory that a call may take of its thread's stack, in bytes.
+/// Most bytes of its thread's stack that a call may use.
 const FRAME: u64 = 1 << 18;
 
-/// Why there is no code.
+/// Reasons why there is no code.
 #[derive(Debug, thiserror::Error)]
 pub enum Error {
-    /// No code can be compiled for this machine.
+    /// Code can't be compiled for this machine.
     #[error("this machine can't run code compiled at run time: {0}")]
     Machine(String),
-    /// A number of lanes that is not one of [`LANES`].
+    /// A number of lanes that isn't in [`LANES`].
     #[error("{0} lanes; allowed: 4, 8, 16")]
     Lanes(u32),
-    /// The program needs more than the code generator or a thread's stack has.
+    /// The kernel is too large for the code generator, or its variables for a thread's stack.
     #[error("the kernel is too large to be compiled, or its local variables take more than {FRAME} bytes")]
     TooLarge,
-    /// The code generator failed, or made what can't stand by itself.
+    /// The code generator failed, or produced code that refers to something outside of itself.
     #[error("the kernel can't be compiled: {0}")]
     Backend(String),
-    /// Code that was compiled for another machine.
+    /// The code was compiled for another machine.
     #[error("the code is for {code}; this is {machine}")]
     Foreign {
-        /// Its machine.
+        /// The machine that it was compiled for.
         code: String,
-        /// This one.
+        /// This machine.
         machine: String,
     },
-    /// The system gave no memory for code.
+    /// The system provided no memory for code.
     #[error("no memory for code: {0}")]
     Memory(#[from] std::io::Error),
 }
@@ -84,12 +84,12 @@ impl Target {
     /// This machine.
     ///
     /// # Errors
-    /// [`Error::Machine`] if its processor isn't one of 64 bits by x86, with SSE4.1, or by ARM.
+    /// [`Error::Machine`] unless the processor is 64-bit x86 with SSE4.1, or 64-bit ARM.
     pub fn host() -> Result<Self, Error> {
         cranelift::host(false).map(|isa| Self { isa })
     }
 
-    /// This machine, with all tests that the code generator has of its own work. Compiling takes several times as long.
+    /// This machine, with all of the code generator's internal checks switched on. Compiling takes several times as long.
     ///
     /// # Errors
     /// As [`Self::host`].
@@ -97,12 +97,12 @@ impl Target {
         cranelift::host(true).map(|isa| Self { isa })
     }
 
-    /// What code must be compiled for to run here: the machine, and what its processor has.
+    /// The machine and its processor's features, as code must name them in order to run here.
     pub fn description(&self) -> String {
         cranelift::description(&*self.isa)
     }
 
-    /// Compiles a program for so many lanes.
+    /// Compiles a program for the given number of lanes.
     ///
     /// # Errors
     /// [`Error::Lanes`], [`Error::TooLarge`] or [`Error::Backend`].

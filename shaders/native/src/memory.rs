@@ -1,4 +1,4 @@
-//! Code in memory that can be run, and never written again.
+//! Code in executable memory, which is never written to again.
 
 use std::ffi::c_void;
 
@@ -7,50 +7,50 @@ use wasmtime_internal_jit_icache_coherence as icache;
 
 use crate::{Code, Error, Target};
 
-/// A buffer as code sees it: 32-bit words.
+/// A buffer of 32-bit words, as the code sees it.
 #[derive(Clone, Copy, Debug)]
 #[repr(C)]
 pub struct Words {
     /// First word.
     pub start: *mut u32,
-    /// Words.
+    /// Number of words.
     pub len: usize,
 }
 
-/// Why a call stopped.
+/// Reasons why a call stopped early.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum Stopped {
-    /// Its loops have turned as often as they might.
+    /// Its loops used up their turns.
     #[error("the kernel's loops turned {0} times, and had not ended")]
     TurnsUsedUp(u64),
-    /// It was given other buffers than it binds.
+    /// The number of buffers isn't the kernel's.
     #[error("the kernel binds {expected} buffers, and was given {found}")]
     Buffers {
-        /// Those that it binds.
+        /// Number that it binds.
         expected: usize,
-        /// Those that it was given.
+        /// Number that it was given.
         found: usize,
     },
-    /// A buffer without a single element, or beyond what an index reaches.
+    /// A buffer is shorter than one element, or longer than an index can reach.
     #[error("buffer {binding} has {words} words; allowed: {least} to {}", u32::MAX)]
     Size {
-        /// Its binding number.
+        /// Binding number of the buffer.
         binding: usize,
-        /// Its words.
+        /// Number of its words.
         words: usize,
-        /// Words of an element.
+        /// Words of one element.
         least: u32,
     },
 }
 
-/// Called with the buffers, the workgroup, the first lane and how often loops may turn; returns whether all of that was
-/// used up.
+/// Takes the buffers, the workgroup, the first lane, and the turns that loops may take. Returns 1 if those were used up, else
+/// 0.
 type Entry = unsafe extern "C" fn(*const Words, u32, u32, u64) -> u32;
 
-/// Code that can be run. It may be called from several threads at a time.
+/// Code that is ready to run, from several threads at a time.
 #[derive(Debug)]
 pub struct Native {
-    /// Owns what `entry` points to.
+    /// Owns the memory that `entry` points to.
     _memory: Mmap,
     entry: Entry,
     lanes: u32,
@@ -58,10 +58,10 @@ pub struct Native {
 }
 
 impl Native {
-    /// Puts code into memory.
+    /// Copies code into executable memory.
     ///
     /// # Errors
-    /// [`Error::Foreign`] if it was compiled for another machine, [`Error::Memory`] if the system gives none.
+    /// [`Error::Foreign`] if it was compiled for another machine, [`Error::Memory`] if the system provides none.
     pub fn new(code: &Code) -> Result<Self, Error> {
         let machine = Target::host()?.description();
         if code.target != machine {
@@ -71,11 +71,11 @@ impl Native {
         let mut memory = MmapMut::map_anon(code.bytes.len())?;
         memory.copy_from_slice(&code.bytes);
         let memory = memory.make_exec()?;
-        // SAFETY: the mapping is that long and stays where it is.
+        // SAFETY: the range is that of the mapping, which stays where it is.
         unsafe { icache::clear_cache(memory.as_ptr().cast::<c_void>(), memory.len()) }?;
         icache::pipeline_flush_mt()?;
-        // SAFETY: what begins there is a function with this signature, compiled for this machine; its callers need not
-        // trust it with more than `Self::run` says. It is only called through `Self`, which owns the memory.
+        // SAFETY: a function with this signature starts there, compiled for this machine. It is only called through `Self`,
+        // which owns the memory.
         let entry = unsafe { std::mem::transmute::<*const u8, Entry>(memory.as_ptr()) };
         Ok(Self {
             _memory: memory,
@@ -85,19 +85,19 @@ impl Native {
         })
     }
 
-    /// Invocations that a call runs.
+    /// Number of invocations that a call runs.
     pub fn lanes(&self) -> u32 {
         self.lanes
     }
 
-    /// Runs invocations `first_lane..first_lane + lanes` of one workgroup, whose loops may turn so often in all.
+    /// Runs invocations `first_lane..first_lane + lanes` of one workgroup. Their loops may take `turns` turns in all.
     ///
     /// # Errors
-    /// What [`Stopped`] says. A kernel that has used up its turns leaves the buffers as they are by then.
+    /// See [`Stopped`]. A kernel that has used up its turns leaves the buffers as they are at that point.
     ///
     /// # Safety
-    /// Every buffer must be valid for reads, and those that the kernel writes for writes, for its whole length; what one
-    /// call writes, no other may access at the same time.
+    /// Every buffer must be valid for reads for its whole length, and those that the kernel writes also for writes. While a
+    /// call runs, no other may access the words that it writes.
     pub unsafe fn run(&self, buffers: &[Words], workgroup: u32, first_lane: u32, turns: u64) -> Result<(), Stopped> {
         if buffers.len() != self.strides.len() {
             return Err(Stopped::Buffers {
@@ -111,8 +111,8 @@ impl Native {
                 return Err(Stopped::Size { binding, words, least });
             }
         }
-        // SAFETY: there are as many buffers as the code looks at, each with an element at least; it clamps every
-        // element into its buffer. The caller vouches for what they point to.
+        // SAFETY: all buffers that the code reads are there, each with at least one element, and the code clamps every
+        // index into its buffer. The caller guarantees that they are valid.
         match unsafe { (self.entry)(buffers.as_ptr(), workgroup, first_lane, turns) } {
             0 => Ok(()),
             _ => Err(Stopped::TurnsUsedUp(turns)),

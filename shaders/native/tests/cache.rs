@@ -1,4 +1,4 @@
-//! Kept code: found again for what it was made from, and for nothing else.
+//! Cached code is found by its own key, and by no other.
 
 use std::fs;
 use std::path::PathBuf;
@@ -40,13 +40,13 @@ fn key(number: u32, lanes: u32) -> Key {
     )
 }
 
-/// What code stores.
+/// The number that the code stores.
 fn stored(code: &Code) -> u32 {
     let native = Native::new(code).expect("there is memory");
     run(&native, generate::buffers(0, 1), &ONE, TURNS).expect("it has no loops")[5][0]
 }
 
-/// An empty folder of a test's own.
+/// An empty directory for one test.
 fn folder(test: &str) -> PathBuf {
     let folder = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join("kernels").join(test);
     let _ = fs::remove_dir_all(&folder);
@@ -75,7 +75,7 @@ fn a_key_is_all_that_code_is_made_from() {
     assert_ne!(key(7, 8), key(7, 16));
 }
 
-/// Whatever byte of an entry is changed, and wherever it is cut off, it is compiled again and written again.
+/// An entry with any changed byte, or cut off anywhere, is compiled and saved again.
 #[test]
 fn a_damaged_entry_is_replaced() {
     let folder = folder("damaged");
@@ -112,7 +112,7 @@ fn a_damaged_entry_is_replaced() {
     assert_eq!(fs::read(entry).expect("it is there"), whole);
 }
 
-/// An entry of one kernel under the name of another is not taken for it.
+/// An entry that was renamed to another kernel's key is not used.
 #[test]
 fn a_renamed_entry_is_not_found() {
     let folder = folder("renamed");

@@ -1,5 +1,5 @@
-//! Hand-written kernels as machine code, the kernels that ship, and what must be noticed: other constants, loops without
-//! end, buffers that don't fit.
+//! Machine code of the hand-written kernels and of those that ship; endless loops are stopped, and unsuitable buffers,
+//! arrays and numbers of lanes are refused.
 
 use std::fs;
 use std::path::Path;
@@ -66,7 +66,7 @@ fn a_changed_constant_is_noticed() {
     assert_ne!(results(&changed), results(&text));
 }
 
-/// They compile, and are found again; both times are printed.
+/// They compile, and load from the cache. Both times are printed.
 #[test]
 fn the_kernels_that_ship_compile() {
     let wgsl = Path::new(env!("CARGO_MANIFEST_DIR")).join("../wgsl");
@@ -99,7 +99,7 @@ fn the_kernels_that_ship_compile() {
     }
 }
 
-/// One element is stored to under one mask after the other.
+/// Stores to the same element under different masks.
 #[test]
 fn stores_keep_to_their_masks() {
     let text = "@compute @workgroup_size(64)
@@ -127,7 +127,7 @@ fn stores_keep_to_their_masks() {
     }
 }
 
-/// Loops that a budget must stop: without end, and in a branch that only one lane takes, and too long.
+/// Loops that must be stopped: endless, endless in one lane only, or one turn too long.
 #[test]
 fn turns_are_counted() {
     let kernel = |loops: &str| {
@@ -157,7 +157,7 @@ fn turns_are_counted() {
             "{endless}"
         );
     }
-    // The number of turns that it takes is enough, and one less is not: each look at the condition is one.
+    // Each evaluation of the condition counts as a turn: 101 turns suffice, and 100 don't.
     let native = native(&kernel("while (i < 100u + settings.a * 0u) { i += 1u; }"), 16);
     let found = run(&native, buffers(), &one, 101).expect("it may turn so often");
     assert_eq!(found[5][0], 102);

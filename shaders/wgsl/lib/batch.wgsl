@@ -6,9 +6,9 @@
 struct Dispatch {
     step_begin: u32,
     step_end: u32,
-    // a record each so many steps; 0 for no trace
+    // record every Nth step; 0 for no trace
     trace_every: u32,
-    // records a rollout
+    // records per rollout
     trace_records: u32,
     // where the first group's inputs start in the whole batch
     first_input: u32,

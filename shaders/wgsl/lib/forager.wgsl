@@ -16,7 +16,7 @@ const CURVE: u32 = 11u;
 const CURVE_ENTRIES: u32 = 70u;
 const FORAGER_CELLS: u32 = CURVE + CURVE_ENTRIES / 2u;
 
-// Up to so many items of food, and so many robots, a world can have.
+// Most items of food and most robots of a world.
 const GREATEST_ITEMS: u32 = 8u;
 const GREATEST_ROBOTS: u32 = 128u;
 

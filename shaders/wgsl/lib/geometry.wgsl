@@ -41,8 +41,8 @@ fn within(block: u32, at: vec2<f32>) -> vec2<f32> {
     );
 }
 
-// Of so many points of view around an object the one of a point, which the object has as `own`. They share half a
-// turn, since a block looks the same from behind.
+// The view of an object from a point, given in the object's own coordinates. The views divide half a turn, since a block looks
+// the same from behind.
 fn view_from(own: vec2<f32>, views: u32) -> u32 {
     let twice = 2.0f * direction_by(own, reciprocal_root(max(squared_length(own), 0x1p-60f)));
     let share = twice - floor(twice);

@@ -1,14 +1,14 @@
-//! What these tests have in common: kernels of the generator's prelude, by the interpreter and by machine code.
+//! Shared by these tests: kernels run by the interpreter and as machine code.
 #![allow(dead_code, reason = "each test uses some of it")]
 
 use oneiro_shader_compiler::interpret::{Memory, Trap, run_invocation};
 use oneiro_shader_compiler::{Part, Refusals, Trees, generate, trees};
 use oneiro_shader_native::{Native, Stopped, Target, Words};
 
-/// More turns than any of these kernels takes.
+/// More loop turns than any of these kernels takes.
 pub(crate) const TURNS: u64 = 1_000_000;
 
-/// A kernel of a text after the generator's prelude.
+/// The program of a kernel that follows the generator's prelude.
 pub(crate) fn program(text: &str) -> Result<Trees, Refusals> {
     let part = |path: &str, text: &str| Part {
         path: path.into(),
@@ -25,7 +25,7 @@ pub(crate) struct Extent {
 }
 
 impl Extent {
-    /// The first lanes of calls that run so many lanes each.
+    /// Workgroup and first lane of each call, if a call runs `lanes` lanes.
     fn calls(&self, lanes: u32) -> impl Iterator<Item = (u32, u32)> {
         let all = self.lanes;
         self.workgroups
@@ -34,7 +34,7 @@ impl Extent {
     }
 }
 
-/// What the program means: each invocation by itself.
+/// Buffers after the program, as the interpreter runs it: one invocation at a time.
 pub(crate) fn meaning(trees: &Trees, mut buffers: Vec<Vec<u32>>, extent: &Extent) -> Result<Vec<Vec<u32>>, Trap> {
     let mut memory = Memory {
         buffers: &mut buffers,
@@ -46,8 +46,7 @@ pub(crate) fn meaning(trees: &Trees, mut buffers: Vec<Vec<u32>>, extent: &Extent
     Ok(buffers)
 }
 
-/// A program's machine code. That of few lanes, which is short, is compiled with all tests that the code generator has of
-/// its own work.
+/// A program's machine code. The short code for four lanes is compiled with the code generator's internal checks.
 pub(crate) fn native(trees: &Trees, lanes: u32) -> Native {
     let target = if lanes == 4 {
         Target::checked_host()
@@ -58,7 +57,7 @@ pub(crate) fn native(trees: &Trees, lanes: u32) -> Native {
     Native::new(&code.expect("it compiles")).expect("there is memory")
 }
 
-/// What machine code leaves in buffers.
+/// Buffers after machine code has run.
 pub(crate) fn run(
     native: &Native,
     mut buffers: Vec<Vec<u32>>,
