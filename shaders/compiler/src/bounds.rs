@@ -1,17 +1,18 @@
-//! How often a kernel's loops turn at the most, before it runs. A software driver may leave loops silently after so
-//! many turns, so whoever dispatches a kernel must know.
+//! Upper bounds of the turns of a kernel's loops, known before it runs. A software driver may leave loops silently after a number
+//! of turns, so whoever dispatches a kernel must know them.
 //!
-//! A loop counts a variable up to an end: `for (var i = start; i < end; i++)`, with any step. The end is built from
-//! constants and from words that the host knows: of the uniform buffer, which it chooses for a dispatch, of the
-//! rollout's element of `worlds`, and of other read-only buffers at places that are known so. It must have a greatest
-//! value, so a word is written as `min(word, GREATEST)`. A loop that is anything else is refused.
+//! A loop counts a variable up to an end: `for (var i = start; i < end; i++)`, with any constant step. The end is computed from
+//! constants and from words that the host knows: those of the uniform buffer, which it sets for each dispatch, of the
+//! rollout's element of `worlds`, and of other read-only buffers at indices that are known in the same way. It must have an upper
+//! limit, so a word is written as `min(word, GREATEST)`. Any other loop is refused.
 //!
 //! All branches of an `if` count together, since a vector of invocations takes all of them.
 
+use std::cell::Cell;
 use std::collections::BTreeMap;
 
 use crate::source::{Place, Refusal, Refusals};
-use crate::tree::{Binary, Block, Label, Op, Program, Statement, Ty, Value, Variable, visit};
+use crate::tree::{Binary, Label, Op, Program, Statement, Ty, Value, Variable, visit};
 
 /// A number that is known before a kernel runs, or that no run exceeds.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -22,12 +23,12 @@ pub enum Bound {
     Word {
         /// The buffer's name.
         buffer: String,
-        /// Which element; none for the uniform buffer and for the world in which a rollout lives.
+        /// Index of the element; `None` for the uniform buffer and for the world of the rollout.
         element: Option<Box<Bound>>,
         /// Word within the element.
         word: u32,
     },
-    /// The whole number below a float, of which the bits are given.
+    /// The integer part of a float, given by its bits.
     Floor(Box<Bound>),
     /// `a + b`
     Sum(Box<Bound>, Box<Bound>),
@@ -37,9 +38,9 @@ pub enum Bound {
     Product(Box<Bound>, Box<Bound>),
     /// `a / b`, rounded down
     Quotient(Box<Bound>, u64),
-    /// The lesser one.
+    /// `min(a, b)`
     Least(Box<Bound>, Box<Bound>),
-    /// The greater one.
+    /// `max(a, b)`
     Greatest(Box<Bound>, Box<Bound>),
 }
 
@@ -93,8 +94,12 @@ impl Bound {
                 buffer,
                 element,
                 word: at,
-            } => u64::from(word(buffer, element.as_deref().map(of), *at)),
-            Self::Floor(bits) => f32::from_bits(of(bits) as u32) as u64,
+            } => {
+                // Kernels compute indices in 32 bits.
+                let element = element.as_deref().map(|element| u64::from(of(element) as u32));
+                u64::from(word(buffer, element, *at))
+            }
+            Self::Floor(bits) => u64::from(f32::from_bits(of(bits) as u32) as u32),
             Self::Sum(a, b) => of(a).saturating_add(of(b)),
             Self::Difference(a, b) => of(a).saturating_sub(of(b)),
             Self::Product(a, b) => of(a).saturating_mul(of(b)),
@@ -104,8 +109,23 @@ impl Bound {
         }
     }
 
-    /// What it never exceeds whatever the buffers hold; none if it may be anything. The host chooses what stands in
-    /// the uniform buffer.
+    /// Number of its terms.
+    fn terms(&self) -> u32 {
+        let of = |bound: &Self| bound.terms();
+        1_u32.saturating_add(match self {
+            Self::Constant(_) => 0,
+            Self::Word { element, .. } => element.as_deref().map_or(0, of),
+            Self::Floor(a) | Self::Quotient(a, _) => of(a),
+            Self::Sum(a, b)
+            | Self::Difference(a, b)
+            | Self::Product(a, b)
+            | Self::Least(a, b)
+            | Self::Greatest(a, b) => of(a).saturating_add(of(b)),
+        })
+    }
+
+    /// An upper limit for any content of the buffers; `None` if there is none. The host sets the uniform buffer, so its words
+    /// are limited.
     fn most(&self, uniforms: &[String]) -> Option<u64> {
         let of = |bound: &Self| bound.most(uniforms);
         match self {
@@ -124,19 +144,19 @@ impl Bound {
         }
     }
 
-    /// As a Rust expression of type `u64`, in which `word` is what [`Bound::value`] takes.
+    /// A Rust expression of type `u64`, in which `word` is the argument of [`Bound::value`].
     pub(crate) fn as_rust(&self) -> String {
         let call = |a: &Self, name: &str, b: &Self| format!("{}.{name}({})", a.as_rust(), b.as_rust());
         match self {
             Self::Constant(value) => format!("{value}_u64"),
             Self::Word { buffer, element, word } => {
                 let element = match element {
-                    Some(element) => format!("Some({})", element.as_rust()),
+                    Some(element) => format!("Some(u64::from({} as u32))", element.as_rust()),
                     None => "None".to_owned(),
                 };
                 format!("u64::from(word(\"{buffer}\", {element}, {word}))")
             }
-            Self::Floor(bits) => format!("(f32::from_bits({} as u32) as u64)", bits.as_rust()),
+            Self::Floor(bits) => format!("u64::from(f32::from_bits({} as u32) as u32)", bits.as_rust()),
             Self::Sum(a, b) => call(a, "saturating_add", b),
             Self::Difference(a, b) => call(a, "saturating_sub", b),
             Self::Product(a, b) => call(a, "saturating_mul", b),
@@ -147,7 +167,7 @@ impl Bound {
     }
 }
 
-/// What the host can know of a buffer.
+/// A buffer, as the host knows it.
 #[derive(Clone, Debug)]
 pub(crate) struct Buffer {
     pub(crate) name: String,
@@ -156,7 +176,7 @@ pub(crate) struct Buffer {
     pub(crate) is_uniform: bool,
 }
 
-/// The most turns of all loops of an invocation together. A loop's last look at its condition is a turn.
+/// An upper bound of the turns of all loops of an invocation together. The last test of a loop counts as a turn.
 ///
 /// # Errors
 /// Each loop without a bound.
@@ -183,7 +203,9 @@ pub(crate) fn turns(
             .collect(),
         place,
         loaded,
-        counters: BTreeMap::new(),
+        counts: BTreeMap::new(),
+        visits: Cell::new(MOST_VISITS),
+        depth: Cell::new(0),
         functions: Vec::new(),
         refusals: Vec::new(),
     };
@@ -195,6 +217,10 @@ pub(crate) fn turns(
     }
 }
 
+/// Most visits to values in a kernel, and the longest chain of operands: far more than kernels that ship need.
+const MOST_VISITS: u32 = 100_000;
+const DEEPEST: u32 = 200;
+
 struct Analysis<'a> {
     program: &'a Program,
     buffers: &'a [Buffer],
@@ -202,25 +228,43 @@ struct Analysis<'a> {
     place: &'a dyn Fn(naga::Span) -> Place,
     /// Where values were loaded from: buffer, element, word.
     loaded: BTreeMap<Value, (u32, Option<Value>, u32)>,
-    /// What the counters of the enclosing loops don't exceed.
-    counters: BTreeMap<Variable, Bound>,
-    /// The inlined functions that enclose what is looked at.
+    /// Upper bounds of the reads of counters within their loops. A read from before a loop is not among them: the counter may
+    /// have held any number then.
+    counts: BTreeMap<Value, Bound>,
+    /// Number of values and terms of bounds that may still be visited.
+    visits: Cell<u32>,
+    /// Number of values that the visited one is an operand of, in a chain.
+    depth: Cell<u32>,
+    /// The inlined functions that enclose the current statement.
     functions: Vec<String>,
     refusals: Refusals,
 }
 
-/// A loop that counts: its counter, the counter's step, the value that it stays below or (`or_equal`) does not exceed,
-/// and how many statements of its body come before the test.
-struct Counted {
+/// The value of a counter before its loop.
+#[derive(Clone, Copy)]
+enum Start {
+    /// A computed one.
+    Value(Value),
+    /// The initial value of its variable.
+    Constant(u64),
+}
+
+/// A loop that counts.
+struct Counted<'a> {
     counter: Variable,
+    /// What is added to the counter at the end of each turn.
     step: u64,
+    /// The value that the counter stays below or (`or_equal`) doesn't exceed.
     end: Value,
     or_equal: bool,
-    before_test: usize,
+    /// Statements before the test, the test with those that follow it, and those that count.
+    before_test: &'a [Statement],
+    tested: &'a [Statement],
+    counting: &'a [Statement],
 }
 
 impl Analysis<'_> {
-    fn block(&mut self, block: &Block) -> Bound {
+    fn block(&mut self, block: &[Statement]) -> Bound {
         let mut all = Bound::Constant(0);
         for (at, statement) in block.iter().enumerate() {
             let turns = match statement {
@@ -249,51 +293,86 @@ impl Analysis<'_> {
             place: (self.place)(span),
             function: self.functions.last().cloned(),
             message:
-                "nothing known beforehand bounds this loop; write `for (var i = 0u; i < end; i++)`, where `end` is a \
-                      constant or `min(value, GREATEST)` of a value of the world and a constant"
+                "this loop has no bound known before it runs; write `for (var i = 0u; i < end; i++)`, where `end` is a \
+                      constant or `min(value, GREATEST)` of a value of the world and a constant, and both are u32"
                     .into(),
         });
         Bound::Constant(0)
     }
 
-    /// The turns of a loop and of all loops in it; none if nothing bounds it. `before` is what comes before it in its
+    /// The turns of a loop and of all loops in it; `None` if nothing bounds it. `before` has the statements before it in its
     /// block.
-    fn repeated(&mut self, label: Label, body: &Block, before: &[Statement]) -> Option<Bound> {
+    fn repeated(&mut self, label: Label, body: &[Statement], before: &[Statement]) -> Option<Bound> {
         let found = self.counted(label, body)?;
         let mut end = self.upper(found.end)?;
         if found.or_equal {
             end = end.sum(Bound::Constant(1));
         }
-        let ways = self.way(found.counter, &found, end.clone(), before);
-        ways.most(&self.uniforms)?;
+        let start = self.start(found.counter, before);
+        let distance = self.distance(&found, start, end.clone());
+        distance.most(&self.uniforms)?;
         // Else the counter might start again from 0.
-        let is_safe = |most: u64| u32::try_from(most + found.step).is_ok();
+        let is_safe = |most: u64| u32::try_from(most.saturating_add(found.step)).is_ok();
         if (found.step > 1 || found.or_equal) && !end.most(&self.uniforms).is_some_and(is_safe) {
             return None;
         }
-        let turns = ways.in_steps_of(found.step);
-        self.counters.insert(found.counter, end);
-        let (test, rest) = split(body, found.before_test);
-        let [test, rest] = [test, rest].map(|block| self.block(&block));
-        self.counters.remove(&found.counter);
-        let looks = turns.clone().sum(Bound::Constant(1));
-        Some(looks.clone().sum(looks.product(test)).sum(turns.product(rest)))
+        let turns = distance.in_steps_of(found.step);
+        // Once it has counted, the counter may be a step beyond its end; at the first test it may be anywhere.
+        let beyond = end.clone().sum(Bound::Constant(found.step));
+        let first = start.and_then(|start| match start {
+            Start::Value(value) => self.upper(value),
+            Start::Constant(bits) => Some(Bound::Constant(bits)),
+        });
+        let at_test = first.map(|first| Bound::Greatest(Box::new(beyond.clone()), Box::new(first)));
+        let [test, tested, counting] = [
+            (found.before_test, at_test),
+            (found.tested, Some(end)),
+            (found.counting, Some(beyond)),
+        ]
+        .map(|(statements, most)| {
+            if let Some(most) = most {
+                self.bound_reads(statements, found.counter, &most);
+            }
+            self.block(statements)
+        });
+        let tests = turns.clone().sum(Bound::Constant(1));
+        let each = tested.sum(counting);
+        Some(tests.clone().sum(tests.product(test)).sum(turns.product(each)))
     }
 
-    /// How far a counter goes: from what it is set to just before the loop, or from 0, to its end.
-    fn way(&self, counter: Variable, found: &Counted, end: Bound, before: &[Statement]) -> Bound {
+    /// Notes the upper bound of a counter where statements read it.
+    fn bound_reads(&mut self, statements: &[Statement], counter: Variable, most: &Bound) {
+        visit(statements, &mut |statement| {
+            if let Statement::Let(value) = statement
+                && self.program.op(*value) == Op::Read(counter)
+            {
+                self.counts.insert(*value, most.clone());
+            }
+        });
+    }
+
+    /// The value that a counter is set to just before a loop; `None` if it isn't set there.
+    fn start(&self, counter: Variable, before: &[Statement]) -> Option<Start> {
         let set = before
             .iter()
             .rev()
             .find(|statement| changes(std::slice::from_ref(statement), counter));
-        let start = match set {
-            Some(Statement::Write(_, start)) => self.exact(*start),
-            Some(Statement::Declare(_)) => {
+        match set? {
+            Statement::Write(_, start) => Some(Start::Value(*start)),
+            Statement::Declare(_) => {
                 let init = self.program.variables[counter.0 as usize].init;
-                Some(Bound::Constant(u64::from(init)))
+                Some(Start::Constant(u64::from(init)))
             }
             _ => None,
-        };
+        }
+    }
+
+    /// The distance that a counter covers: from its value just before the loop, or from 0, to its end.
+    fn distance(&self, found: &Counted<'_>, start: Option<Start>, end: Bound) -> Bound {
+        let start = start.and_then(|start| match start {
+            Start::Value(value) => self.exact(value),
+            Start::Constant(bits) => Some(Bound::Constant(bits)),
+        });
         let Some(known) = start else { return end };
         // From `start` to `start + count`.
         if let Op::Binary(Binary::Add, a, b) = self.program.op(found.end)
@@ -309,13 +388,13 @@ impl Analysis<'_> {
         }
         match known {
             Bound::Constant(_) | Bound::Word { .. } => end.less(known),
-            // A sum may be too large for a word.
+            // A sum may wrap around.
             _ => end,
         }
     }
 
     /// Finds how a loop counts.
-    fn counted(&self, label: Label, body: &Block) -> Option<Counted> {
+    fn counted<'b>(&self, label: Label, body: &'b [Statement]) -> Option<Counted<'b>> {
         // A `for` tests first, in the block that `continue` leaves, and counts after that block.
         let [
             Statement::Labeled {
@@ -324,21 +403,22 @@ impl Analysis<'_> {
                 function: None,
             },
             counting @ ..,
-        ] = body.as_slice()
+        ] = body
         else {
             return None;
         };
-        let before_test = tested.iter().position(|statement| {
+        let position = tested.iter().position(|statement| {
             let Statement::If { accept, reject, .. } = statement else {
                 return false;
             };
             accept.is_empty() && matches!(reject.as_slice(), [Statement::Exit(left)] if *left == label)
         })?;
         let mut skips = false;
-        visit(&tested[..before_test], &mut |statement| {
+        let (before_test, tested) = tested.split_at(position);
+        visit(before_test, &mut |statement| {
             skips |= matches!(statement, Statement::Exit(left) if left == next);
         });
-        let Statement::If { condition, .. } = &tested[before_test] else {
+        let Statement::If { condition, .. } = &tested[0] else {
             return None;
         };
         if skips {
@@ -358,9 +438,14 @@ impl Analysis<'_> {
             let Op::Read(counter) = self.program.op(small) else {
                 continue;
             };
+            // A read from before the loop stays the same at every test.
+            if !sets(before_test, small) {
+                continue;
+            }
             let step = self.step(counter, counting);
             if let Some(step) = step
                 && self.program.ty(small) == Ty::U32
+                && !changes(before_test, counter)
                 && !changes(tested, counter)
             {
                 return Some(Counted {
@@ -369,16 +454,18 @@ impl Analysis<'_> {
                     end: large,
                     or_equal,
                     before_test,
+                    tested,
+                    counting,
                 });
             }
         }
         None
     }
 
-    /// By how much a variable grows at the end of each turn, if that is all that happens to it there.
+    /// The amount that a variable grows by at the end of each turn, if nothing else happens to it there.
     fn step(&self, counter: Variable, counting: &[Statement]) -> Option<u64> {
         let mut step = None;
-        for statement in counting {
+        for (at, statement) in counting.iter().enumerate() {
             match statement {
                 Statement::Write(variable, value) if *variable == counter => {
                     let Op::Binary(Binary::Add, old, added) = self.program.op(*value) else {
@@ -387,7 +474,7 @@ impl Analysis<'_> {
                     let (Op::Read(read), Op::Constant(bits)) = (self.program.op(old), self.program.op(added)) else {
                         return None;
                     };
-                    if read != counter || bits == 0 || step.is_some() {
+                    if read != counter || bits == 0 || step.is_some() || !sets(&counting[..at], old) {
                         return None;
                     }
                     step = Some(u64::from(bits));
@@ -399,8 +486,31 @@ impl Analysis<'_> {
         step
     }
 
-    /// What a value is, if that is known before the kernel runs.
+    /// Visits an operand. An end that is computed from shared values, each from the one before twice, would take forever, and
+    /// a chain of thousands would overflow the stack.
+    fn visited<T>(&self, visit: impl FnOnce() -> Option<T>) -> Option<T> {
+        self.charge(1)?;
+        let depth = self.depth.get();
+        if depth == DEEPEST {
+            return None;
+        }
+        self.depth.set(depth + 1);
+        let found = visit();
+        self.depth.set(depth);
+        found
+    }
+
+    fn charge(&self, visits: u32) -> Option<()> {
+        self.visits.set(self.visits.get().checked_sub(visits)?);
+        Some(())
+    }
+
+    /// A value, if it is known before the kernel runs.
     fn exact(&self, value: Value) -> Option<Bound> {
+        self.visited(|| self.exact_unless_deep(value))
+    }
+
+    fn exact_unless_deep(&self, value: Value) -> Option<Bound> {
         match self.program.op(value) {
             Op::Constant(bits) => Some(Bound::Constant(u64::from(bits))),
             Op::Loaded => {
@@ -424,19 +534,32 @@ impl Analysis<'_> {
                 Some(Bound::Floor(Box::new(self.exact(inner)?)))
             }
             Op::Binary(Binary::Add, a, b) if self.program.ty(value) == Ty::U32 => {
-                Some(self.exact(a)?.sum(self.exact(b)?))
+                Some(match (self.exact(a)?, self.exact(b)?) {
+                    (Bound::Constant(a), Bound::Constant(b)) => {
+                        Bound::Constant(u64::from((a as u32).wrapping_add(b as u32)))
+                    }
+                    (a, b) => a.sum(b),
+                })
             }
             _ => None,
         }
     }
 
-    /// What a value does not exceed.
+    /// An upper bound of a value.
     fn upper(&self, value: Value) -> Option<Bound> {
         if self.program.ty(value) != Ty::U32 {
             return None;
         }
+        self.visited(|| self.upper_unless_deep(value))
+    }
+
+    fn upper_unless_deep(&self, value: Value) -> Option<Bound> {
         match self.program.op(value) {
-            Op::Read(variable) => self.counters.get(&variable).cloned(),
+            Op::Read(_) => {
+                let count = self.counts.get(&value)?;
+                self.charge(count.terms())?;
+                Some(count.clone())
+            }
             Op::Binary(op, a, b) => {
                 let (known_a, known_b) = (self.upper(a), self.upper(b));
                 match op {
@@ -457,7 +580,7 @@ impl Analysis<'_> {
                         Op::Constant(by) if by > 0 => Some(Bound::Quotient(Box::new(known_a?), u64::from(by))),
                         _ => None,
                     },
-                    // Those that are too large for a word come out less.
+                    // A result that wraps around is less.
                     Binary::Add => Some(known_a?.sum(known_b?)),
                     Binary::Multiply => Some(known_a?.product(known_b?)),
                     _ => None,
@@ -484,24 +607,7 @@ fn changes(statements: &[Statement], variable: Variable) -> bool {
     changes
 }
 
-/// A loop's body in two: what is done at each look at its condition, and the rest.
-fn split(body: &Block, before_test: usize) -> (Block, Block) {
-    let [
-        Statement::Labeled {
-            label,
-            body: tested,
-            function,
-        },
-        rest @ ..,
-    ] = body.as_slice()
-    else {
-        return (body.clone(), Vec::new());
-    };
-    let after = Statement::Labeled {
-        label: *label,
-        body: tested[before_test..].to_vec(),
-        function: function.clone(),
-    };
-    let rest = std::iter::once(after).chain(rest.iter().cloned()).collect();
-    (tested[..before_test].to_vec(), rest)
+/// Whether one of these statements computes a value.
+fn sets(statements: &[Statement], value: Value) -> bool {
+    statements.iter().any(|statement| statement.results().contains(&value))
 }

@@ -1,75 +1,184 @@
-//! What a part declares, from its text alone: a part by itself can't be parsed, since it uses what other parts declare.
+//! Declarations of a part, found in its text alone: a part by itself can't be parsed, since it uses what other parts declare.
 
-use crate::exact::{blank_comments, words};
+use crate::exact::{blank_comments, is_built_in, is_call, words};
 use crate::source::{Part, Place, Source};
+
+/// A declaration outside of functions.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Declaration {
+    /// `fn`, `struct`, `const`, `alias`, `override` or `var`.
+    pub keyword: String,
+    /// Its name.
+    pub name: String,
+    /// Place of its name.
+    pub place: Place,
+    /// For a function, the types of its parameters and its result without blanks, such as `(f32,vec2<f32>)->u32`; for a
+    /// constant, its type if it says one.
+    pub signature: String,
+}
 
 /// A field of a struct.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Member {
     /// Its name.
     pub name: String,
-    /// Its type, without blanks.
+    /// Its type without blanks; `vec2f` and its like are written `vec2<f32>`.
     pub ty: String,
     /// The comment after it on its line; empty if there is none.
     pub comment: String,
-    /// Where its name stands.
+    /// Place of its name.
     pub place: Place,
 }
 
-/// Whether a part declares a function (`fn`) or a struct (`struct`) with a name.
-pub fn declares(part: &Part, keyword: &str, name: &str) -> bool {
-    declaration(&blank_comments(&part.text), keyword, name).is_some()
+/// The declarations of a part, in order.
+pub fn declarations(part: &Part) -> Vec<Declaration> {
+    const KEYWORDS: [&str; 6] = ["fn", "struct", "const", "alias", "override", "var"];
+    let text = blank_comments(&part.text);
+    let source = Source::new(std::slice::from_ref(part));
+    let (mut found, mut depth, mut seen, mut previous, mut in_space) = (Vec::new(), 0_i64, 0, "", false);
+    for (at, word) in words(&text) {
+        let between = &text[seen..at];
+        depth += between.bytes().map(nesting).sum::<i64>();
+        seen = at;
+        // The address space of a variable comes before its name.
+        in_space = (in_space || previous == "var" && between.contains('<')) && !between.contains('>');
+        if in_space {
+            continue;
+        }
+        if depth == 0 && KEYWORDS.contains(&previous) {
+            let after = &text[at + word.len()..];
+            found.push(Declaration {
+                keyword: previous.to_owned(),
+                name: word.to_owned(),
+                place: source.place(at),
+                signature: match previous {
+                    "fn" => signature(after),
+                    "const" => type_of_constant(after),
+                    _ => String::new(),
+                },
+            });
+        }
+        previous = word;
+    }
+    found
 }
 
-/// The place after a declaration's name.
-fn declaration(text: &str, keyword: &str, name: &str) -> Option<usize> {
-    let mut previous = "";
-    words(text).find_map(|(at, word)| {
-        let is_found = previous == keyword && word == name;
-        previous = word;
-        is_found.then_some(at + word.len())
+fn nesting(byte: u8) -> i64 {
+    i64::from(byte == b'{') - i64::from(byte == b'}')
+}
+
+/// The types of a function's parameters and its result, given what follows its name.
+pub fn signature(after: &str) -> String {
+    let header = after.split('{').next().unwrap_or_default();
+    let (parameters, result) = header.rsplit_once("->").unwrap_or((header, ""));
+    let parameters = parameters.trim().trim_start_matches('(').trim_end_matches(')');
+    let types: Vec<_> = split(parameters)
+        .filter_map(|(_, parameter)| parameter.split_once(':'))
+        .map(|(_, ty)| type_of(ty))
+        .collect();
+    format!("({})->{}", types.join(","), type_of(result))
+}
+
+/// The type of a constant, given what follows its name.
+fn type_of_constant(after: &str) -> String {
+    let (ty, _) = after.split_once('=').unwrap_or_default();
+    ty.trim().strip_prefix(':').map(type_of).unwrap_or_default()
+}
+
+/// Splits a list at the commas that are in no type's arguments; each item with its offset.
+fn split(list: &str) -> impl Iterator<Item = (usize, &str)> {
+    let mut depth = 0_i32;
+    let mut start = 0;
+    list.split_inclusive(move |c| {
+        depth += i32::from(c == '<') - i32::from(c == '>');
+        c == ',' && depth == 0
     })
+    .map(move |item| {
+        let at = start;
+        start += item.len();
+        (at, item.strip_suffix(',').unwrap_or(item))
+    })
+}
+
+/// A type without blanks, its short name written out.
+fn type_of(text: &str) -> String {
+    let ty: String = text.split_whitespace().collect();
+    let ty = ty.replace(",>", ">");
+    match ty.strip_prefix("vec").map(str::as_bytes) {
+        Some([size @ b'2'..=b'4', scalar @ (b'f' | b'u' | b'i')]) => {
+            format!("vec{}<{}32>", char::from(*size), char::from(*scalar))
+        }
+        _ => ty,
+    }
 }
 
 /// The fields of a part's struct with this name, if it has one.
 pub fn members(part: &Part, name: &str) -> Option<Vec<Member>> {
     let text = blank_comments(&part.text);
-    let after = declaration(&text, "struct", name)?;
+    let mut previous = "";
+    let after = words(&text).find_map(|(at, word)| {
+        let is_found = previous == "struct" && word == name;
+        previous = word;
+        is_found.then_some(at + word.len())
+    })?;
     let open = after + text[after..].find('{')? + 1;
     let close = open + text[open..].find('}').unwrap_or(text.len() - open);
     let source = Source::new(std::slice::from_ref(part));
-    let mut members = Vec::new();
-    let mut start = open;
-    for field in text[open..close].split_inclusive(',') {
-        if let Some((name, ty)) = field.trim_end_matches(',').split_once(':') {
-            let at = start + (name.len() - name.trim_start().len());
-            let written = start + field.trim_end_matches(',').trim_end().len();
-            let line = part.text[written..].lines().next().unwrap_or_default();
-            let comment = line
-                .trim_start_matches([',', ' '])
-                .strip_prefix("//")
-                .unwrap_or_default();
-            members.push(Member {
-                name: name.split_whitespace().last().unwrap_or_default().to_owned(),
-                ty: ty.split_whitespace().collect(),
-                comment: comment.trim().to_owned(),
-                place: source.place(at),
-            });
-        }
-        start += field.len();
-    }
-    Some(members)
+    let member = |(offset, field): (usize, &str)| {
+        let (name, ty) = field.split_once(':')?;
+        let start = open + offset;
+        let line = part.text[start + field.trim_end().len()..]
+            .lines()
+            .next()
+            .unwrap_or_default();
+        let comment = line
+            .trim_start_matches([',', ' ', '\t'])
+            .strip_prefix("//")
+            .unwrap_or_default();
+        // Attributes may come before it.
+        let own = name.split_whitespace().last().unwrap_or_default();
+        Some(Member {
+            name: own.to_owned(),
+            ty: type_of(ty),
+            comment: comment.trim().to_owned(),
+            place: source.place(start + name.rfind(own).unwrap_or(0)),
+        })
+    };
+    Some(split(&text[open..close]).filter_map(member).collect())
+}
+
+/// Names that a part calls and neither declares itself nor has from WGSL, with their places.
+pub fn calls(part: &Part) -> Vec<(String, Place)> {
+    let text = blank_comments(&part.text);
+    let declared = declarations(part);
+    let source = Source::new(std::slice::from_ref(part));
+    let is_foreign = |word: &str| !is_built_in(word) && declared.iter().all(|own| own.name != word);
+    words(&text)
+        .filter(|(at, word)| !text[..*at].ends_with('@') && is_call(&text[at + word.len()..]) && is_foreign(word))
+        .map(|(at, word)| (word.to_owned(), source.place(at)))
+        .collect()
 }
 
 /// The first use of one of these names in a part, other than as a field's name.
 pub fn use_of<'a>(part: &Part, names: &[&'a str]) -> Option<(Place, &'a str)> {
+    find(part, names, |before, after| {
+        !before.trim_end().ends_with('.') && !after.trim_start().starts_with(':')
+    })
+}
+
+/// The first access to a field with one of these names in a part.
+pub fn access_of<'a>(part: &Part, fields: &[&'a str]) -> Option<(Place, &'a str)> {
+    find(part, fields, |before, _| before.trim_end().ends_with('.'))
+}
+
+/// The first of these names in a part whose surrounding text passes a test.
+fn find<'a>(part: &Part, names: &[&'a str], fits: impl Fn(&str, &str) -> bool) -> Option<(Place, &'a str)> {
     let text = blank_comments(&part.text);
-    let used = words(&text).find_map(|(at, word)| {
+    let (at, name) = words(&text).find_map(|(at, word)| {
         let name = names.iter().find(|name| **name == word)?;
-        let is_field = text[..at].trim_end().ends_with('.') || text[at + word.len()..].trim_start().starts_with(':');
-        (!is_field).then_some((at, *name))
-    });
-    used.map(|(at, name)| (Source::new(std::slice::from_ref(part)).place(at), name))
+        fits(&text[..at], &text[at + word.len()..]).then_some((at, *name))
+    })?;
+    Some((Source::new(std::slice::from_ref(part)).place(at), name))
 }
 
 #[cfg(test)]
@@ -86,30 +195,56 @@ mod tests {
     #[test]
     fn members_have_their_comments_and_places() {
         let own = part(
-            "// struct Values { no: u32 }\nstruct Other { a: u32 }\nstruct Values {\n    // before\n    a: f32, // 1, of it\n    at: vec2 < f32 >,\n    c: u32 // the last\n}\n",
+            "// struct Values { no: u32 }\nstruct Other { a: u32 }\nstruct Values {\n    // before\n    a: f32,\t// 1, of it\n    @align(8) at: vec2 < f32, >,\n    b: vec3f,\n    c: u32 // the last\n}\n",
         );
         let members = members(&own, "Values").unwrap();
-        let told: Vec<_> = members
+        let shown: Vec<_> = members
             .iter()
             .map(|own| format!("{} {}: {} ({})", own.place, own.name, own.ty, own.comment))
             .collect();
         assert_eq!(
-            told,
+            shown,
             [
                 "own.wgsl:5:5 a: f32 (1, of it)",
-                "own.wgsl:6:5 at: vec2<f32> ()",
-                "own.wgsl:7:5 c: u32 (the last)"
+                "own.wgsl:6:15 at: vec2<f32> ()",
+                "own.wgsl:7:5 b: vec3<f32> ()",
+                "own.wgsl:8:5 c: u32 (the last)"
             ]
         );
         assert_eq!(super::members(&own, "State"), None);
     }
 
     #[test]
-    fn declarations_and_uses_are_found_outside_of_comments() {
-        let own = part("// fn a() fitness\nfn b(state: u32) { c.fitness = 1u; }\nfn d() { state[0] = 1u; }");
-        assert!(!declares(&own, "fn", "a") && declares(&own, "fn", "b"));
+    fn declarations_outside_of_functions_and_comments_are_found() {
+        let own = part(
+            "// fn a() {}\nfn b(at: vec2f, state: array<u32, 3>,) -> f32 { var x = 1u; }\nvar<storage, read_write> mine: u32;\n// x\u{85}const C: u32 = 1u;",
+        );
+        let shown: Vec<_> = declarations(&own)
+            .iter()
+            .map(|own| format!("{} {} {} {}", own.place, own.keyword, own.name, own.signature))
+            .collect();
+        assert_eq!(
+            shown,
+            [
+                "own.wgsl:2:4 fn b (vec2<f32>,array<u32,3>)->f32",
+                "own.wgsl:3:26 var mine ",
+                "own.wgsl:4:12 const C u32"
+            ]
+        );
+    }
+
+    #[test]
+    fn uses_accesses_and_calls_are_found() {
+        let own = part("// fitness\nfn b(state: u32) { c.fitness = abs(1u); }\nfn d() { b(state[0]); root(2.0f); }");
         let (place, name) = use_of(&own, &["fitness", "state"]).unwrap();
-        assert_eq!((place.to_string().as_str(), name), ("own.wgsl:3:10", "state"));
+        assert_eq!((place.to_string().as_str(), name), ("own.wgsl:3:12", "state"));
         assert_eq!(use_of(&own, &["fitness"]), None);
+        assert_eq!(access_of(&own, &["state", "fitness"]).unwrap().1, "fitness");
+        assert_eq!(access_of(&own, &["state"]), None);
+        let called: Vec<_> = calls(&own)
+            .into_iter()
+            .map(|(name, place)| (name, place.line))
+            .collect();
+        assert_eq!(called, [("root".to_owned(), 3)]);
     }
 }

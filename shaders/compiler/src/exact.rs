@@ -15,9 +15,15 @@ use crate::source::{Place, Refusal, Refusals, Source};
 /// Built-in functions that may be called.
 const CALLS: [&str; 8] = ["abs", "floor", "trunc", "select", "bitcast", "min", "max", "clamp"];
 /// Types that may be constructed.
-const CONSTRUCTORS: [&str; 8] = ["f32", "u32", "i32", "bool", "vec2", "vec3", "vec4", "array"];
-/// Words before a parenthesis that are no calls.
+const CONSTRUCTORS: [&str; 17] = [
+    "f32", "u32", "i32", "bool", "array", "vec2", "vec3", "vec4", "vec2f", "vec3f", "vec4f", "vec2u", "vec3u", "vec4u",
+    "vec2i", "vec3i", "vec4i",
+];
+/// Words before a parenthesis that aren't calls.
 const KEYWORDS: [&str; 7] = ["if", "for", "while", "switch", "return", "case", "var"];
+
+/// Most bytes of a local variable: each of many lanes has its own.
+const GREATEST_LOCAL: u32 = 1 << 16;
 
 const TYPES: &str = "types are f32, i32, u32, bool, their vectors, arrays and structs";
 
@@ -27,12 +33,6 @@ pub(crate) fn check_source(source: &Source) -> Result<(), Refusals> {
     let bytes = text.as_bytes();
     let mut declared = BTreeSet::new();
     let mut previous = "";
-    for (_, word) in words(&text) {
-        if matches!(previous, "fn" | "struct" | "alias") {
-            declared.insert(word);
-        }
-        previous = word;
-    }
     let mut refusals = Vec::new();
     let mut refuse = |at: usize, message: String| {
         refusals.push(Refusal {
@@ -42,10 +42,18 @@ pub(crate) fn check_source(source: &Source) -> Result<(), Refusals> {
         });
     };
     for (at, word) in words(&text) {
+        if matches!(previous, "fn" | "struct" | "alias") {
+            declared.insert(word);
+            if is_built_in(word) || is_unsupported(word) {
+                refuse(at, format!("`{word}` shadows a WGSL built-in; choose another name"));
+            }
+        }
+        previous = word;
+    }
+    for (at, word) in words(&text) {
         let attribute = at > 0 && bytes[at - 1] == b'@';
         if is_number(word) {
-            let hex = word.starts_with("0x") || word.starts_with("0X");
-            let float = word.contains('.') || word.contains(if hex { ['p', 'P'] } else { ['e', 'E'] });
+            let float = word.contains('.') || word.contains(if is_hex(word) { ['p', 'P'] } else { ['e', 'E'] });
             if word.ends_with('h') {
                 refuse(at, format!("the constant `{word}` has 16 bits; floats are f32"));
             } else if float && !word.ends_with('f') {
@@ -55,8 +63,7 @@ pub(crate) fn check_source(source: &Source) -> Result<(), Refusals> {
                 );
             }
         } else if !attribute && is_call(&text[at + word.len()..]) {
-            let known = CALLS.contains(&word) || CONSTRUCTORS.contains(&word) || KEYWORDS.contains(&word);
-            if !known && !declared.contains(word) {
+            if !is_built_in(word) && !declared.contains(word) {
                 refuse(
                     at,
                     format!(
@@ -66,9 +73,6 @@ pub(crate) fn check_source(source: &Source) -> Result<(), Refusals> {
                     ),
                 );
             }
-            if declared.contains(word) && CALLS.contains(&word) {
-                refuse(at, format!("`{word}` hides a built-in function; give it another name"));
-            }
         } else if !attribute && !declared.contains(word) && is_unsupported(word) {
             refuse(at, format!("`{word}` is not supported in kernels; {TYPES}"));
         }
@@ -76,7 +80,12 @@ pub(crate) fn check_source(source: &Source) -> Result<(), Refusals> {
     if refusals.is_empty() { Ok(()) } else { Err(refusals) }
 }
 
-/// What to write instead of a function that is not on the list; functions without a name of WGSL's are those of
+/// Whether a word before a parenthesis is WGSL's own, and allowed.
+pub(crate) fn is_built_in(word: &str) -> bool {
+    CALLS.contains(&word) || CONSTRUCTORS.contains(&word) || KEYWORDS.contains(&word)
+}
+
+/// The replacement of a function that is not on the list. Functions that WGSL doesn't have are those of
 /// `lib/numerics.wgsl`.
 fn instead(function: &str) -> Option<&'static str> {
     Some(match function {
@@ -87,10 +96,15 @@ fn instead(function: &str) -> Option<&'static str> {
         "log" | "log2" => "`logarithm(x)`",
         "sin" => "`cosine_sine(turns).y`",
         "cos" => "`cosine_sine(turns).x`",
+        "tan" => "`cosine_sine(turns).y * reciprocal(cosine_sine(turns).x)`",
+        "tanh" => "`2.0f * logistic(2.0f * x) - 1.0f`",
         "atan2" => "`direction(vec2<f32>(x, y))`, in turns",
         "length" => "`root(squared_length(v))`",
         "distance" => "`root(squared_length(vec2<f32>(a.x - b.x, a.y - b.y)))`",
         "dot" => "`a.x * b.x + a.y * b.y`",
+        "cross" => "`a.x * b.y - a.y * b.x`, for vectors of two",
+        "normalize" => "`v * reciprocal_root(squared_length(v))`",
+        "step" => "`select(0.0f, 1.0f, x >= edge)`",
         "mix" => "`a + share * (b - a)`",
         "fma" => "`a * b + c`",
         "saturate" => "`clamp(x, 0.0f, 1.0f)`",
@@ -128,7 +142,7 @@ pub(crate) fn blank_comments(text: &str) -> String {
     let mut depth = 0;
     while at < bytes.len() {
         if depth == 0 && bytes[at..].starts_with(b"//") {
-            while at < bytes.len() && bytes[at] != b'\n' {
+            while at < bytes.len() && !ends_line(&bytes[at..]) {
                 bytes[at] = b' ';
                 at += 1;
             }
@@ -150,6 +164,14 @@ pub(crate) fn blank_comments(text: &str) -> String {
     String::from_utf8_lossy(&bytes).into_owned()
 }
 
+/// Whether a text starts with a line break. WGSL has more kinds than `\n`, and each ends a comment.
+fn ends_line(bytes: &[u8]) -> bool {
+    matches!(bytes[0], b'\n'..=b'\r')
+        || ["\u{85}", "\u{2028}", "\u{2029}"]
+            .iter()
+            .any(|end| bytes.starts_with(end.as_bytes()))
+}
+
 /// Identifiers and numbers with their places.
 pub(crate) fn words(text: &str) -> impl Iterator<Item = (usize, &str)> {
     let mut rest = 0;
@@ -164,7 +186,7 @@ pub(crate) fn words(text: &str) -> impl Iterator<Item = (usize, &str)> {
         let length = text[start..]
             .find(|c: char| {
                 let exponent_sign = number && matches!(c, '+' | '-') && matches!(before, 'e' | 'E' | 'p' | 'P');
-                let hex_e = text[start..].starts_with("0x") && matches!(before, 'e' | 'E');
+                let hex_e = is_hex(&text[start..]) && matches!(before, 'e' | 'E');
                 let inside = c.is_alphanumeric() || c == '_' || (number && c == '.') || (exponent_sign && !hex_e);
                 before = c;
                 !inside
@@ -175,12 +197,16 @@ pub(crate) fn words(text: &str) -> impl Iterator<Item = (usize, &str)> {
     })
 }
 
+fn is_hex(number: &str) -> bool {
+    number.starts_with("0x") || number.starts_with("0X")
+}
+
 fn is_number(word: &str) -> bool {
     word.starts_with(|c: char| c.is_ascii_digit() || c == '.')
 }
 
 /// Whether what follows a word makes it a call: `(`, or template arguments and `(`.
-fn is_call(after: &str) -> bool {
+pub(crate) fn is_call(after: &str) -> bool {
     let after = after.trim_start();
     if !after.starts_with('<') {
         return after.starts_with('(');
@@ -243,6 +269,13 @@ pub(crate) fn check_module(source: &Source, module: &Module, info: &ModuleInfo) 
     }
     for (handle, variable) in module.global_variables.iter() {
         use naga::AddressSpace::{Private, Storage, Uniform};
+        if variable.space == Private && module.types[variable.ty].inner.size(module.to_ctx()) > GREATEST_LOCAL {
+            let span = module.global_variables.get_span(handle);
+            refuse(
+                span,
+                &format!("this variable is too large; allowed: {GREATEST_LOCAL} bytes"),
+            );
+        }
         if !matches!(variable.space, Private | Storage { .. } | Uniform) {
             refuse(
                 module.global_variables.get_span(handle),
@@ -295,7 +328,7 @@ fn is_allowed(scalar: naga::Scalar) -> bool {
     scalar.kind == ScalarKind::Bool || scalar.width == 4
 }
 
-/// Why a constant is refused: for what it is, or for how it was folded before the IR could be looked at.
+/// The reason why a constant is refused: its value, or the way in which naga folded it.
 fn refused_literal(literal: Literal, text: &str, span: naga::Span) -> Option<&'static str> {
     let written = span.to_range().and_then(|range| text.get(range)).unwrap_or_default();
     match literal {
@@ -355,6 +388,31 @@ impl Checker<'_> {
     }
 
     fn check(&mut self) {
+        let size = |ty: &TypeInner| ty.size(self.module.to_ctx());
+        let is_large =
+            |handle: &Handle<Expression>| size(self.info[*handle].ty.inner_with(&self.module.types)) > GREATEST_LOCAL;
+        let large = self
+            .function
+            .expressions
+            .iter()
+            .map(|(handle, _)| handle)
+            .find(is_large);
+        if let Some(handle) = large {
+            let span = self.function.expressions.get_span(handle);
+            self.refuse(
+                span,
+                &format!("this value is too large; allowed: {GREATEST_LOCAL} bytes"),
+            );
+        }
+        for (handle, local) in self.function.local_variables.iter() {
+            if self.module.types[local.ty].inner.size(self.module.to_ctx()) > GREATEST_LOCAL {
+                let span = self.function.local_variables.get_span(handle);
+                self.refuse(
+                    span,
+                    &format!("this variable is too large; allowed: {GREATEST_LOCAL} bytes"),
+                );
+            }
+        }
         for (handle, expression) in self.function.expressions.iter() {
             let span = self.function.expressions.get_span(handle);
             if let Some(message) = self.refused(expression, span) {
@@ -447,9 +505,11 @@ impl Checker<'_> {
         let kind = self.kind(left)?;
         match op {
             Op::Divide if kind == ScalarKind::Float => {
-                Some("float division is not correctly rounded on every device; use `reciprocal` of lib/numerics.wgsl")
+                Some("float division is not correctly rounded on every device; write `a * reciprocal(b)`")
             }
-            Op::Modulo if kind == ScalarKind::Float => Some("float remainder is not exact on every device"),
+            Op::Modulo if kind == ScalarKind::Float => {
+                Some("float remainder is not exact on every device; write `a - b * floor(a * reciprocal(b))`")
+            }
             Op::Divide | Op::Modulo if kind == ScalarKind::Sint => {
                 Some("signed division and remainder differ between devices; use unsigned integers")
             }
@@ -472,6 +532,16 @@ impl Checker<'_> {
         }
     }
 
+    /// Whether an expression is a pointer to a part of a variable, which SPIR-V can't pass.
+    fn is_pointer_into(&self, expression: Handle<Expression>) -> bool {
+        let inner = self.info[expression].ty.inner_with(&self.module.types);
+        let is_part = matches!(
+            self.function.expressions[expression],
+            Expression::Access { .. } | Expression::AccessIndex { .. }
+        );
+        is_part && matches!(inner, TypeInner::Pointer { .. } | TypeInner::ValuePointer { .. })
+    }
+
     fn check_block(&mut self, block: &naga::Block) {
         for (statement, span) in block.span_iter() {
             match statement {
@@ -479,8 +549,15 @@ impl Checker<'_> {
                 | Statement::Break
                 | Statement::Continue
                 | Statement::Return { .. }
-                | Statement::Store { .. }
-                | Statement::Call { .. } => {}
+                | Statement::Store { .. } => {}
+                Statement::Call { arguments, .. } => {
+                    if arguments.iter().any(|argument| self.is_pointer_into(*argument)) {
+                        self.refuse(
+                            *span,
+                            "a pointer to a part of a variable can't be passed; pass one to the whole, or return the value",
+                        );
+                    }
+                }
                 Statement::Block(inner) => self.check_block(inner),
                 Statement::If { accept, reject, .. } => {
                     self.check_block(accept);

@@ -7,7 +7,7 @@ use crate::source::{Refusal, Refusals, Source};
 /// Parses and validates a kernel.
 ///
 /// # Errors
-/// What naga says, at the part's line.
+/// Messages of naga, with the part and its line.
 pub(crate) fn parse(source: &Source) -> Result<(naga::Module, ModuleInfo), Refusals> {
     let module = naga::front::wgsl::parse_str(&source.text).map_err(|error| {
         let byte = error
@@ -35,8 +35,9 @@ pub(crate) fn parse(source: &Source) -> Result<(naga::Module, ModuleInfo), Refus
         .map_err(|error| {
             let byte = error
                 .spans()
-                .next()
-                .and_then(|(span, _)| span.to_range())
+                .filter_map(|(span, _)| span.to_range())
+                // The first is that of the whole function.
+                .min_by_key(ExactSizeIterator::len)
                 .map_or(0, |range| range.start);
             let mut message = error.as_inner().to_string();
             let mut cause = std::error::Error::source(error.as_inner());

@@ -1,21 +1,21 @@
-//! Random kernels for tests: all that the compiler takes, in loops that end, on floats that stay ordinary, with
-//! every invocation writing to words of its own, so that there is one right result.
+//! Generates random kernels for tests, from all constructs that the compiler accepts. Their loops end, their floats stay
+//! ordinary, and each invocation writes to different words, so that there is one right result.
 
 use std::fmt::Write;
 
-/// What every generated kernel starts with.
+/// First part of every generated kernel.
 pub const PRELUDE: &str = include_str!("generate.wgsl");
 
-/// Invocations a workgroup.
+/// Invocations per workgroup.
 pub const WORKGROUP: u32 = 64;
-/// Words of `results` an invocation.
+/// Words of `results` per invocation.
 const RESULTS: u32 = 16;
-/// Words of `shared_words` a workgroup.
+/// Words of `shared_words` per workgroup.
 const SHARED: u32 = 16;
-/// Words of a `Note`.
+/// Words per `Note`.
 const NOTE: u32 = 3;
 
-/// The buffers of a dispatch of a generated kernel, by binding number.
+/// Fills the buffers of a dispatch of a generated kernel, by binding number.
 pub fn buffers(seed: u64, workgroups: u32) -> Vec<Vec<u32>> {
     let mut random = Random(seed ^ 0x6275_6666_6572_7321);
     let mut float = |steps: u32, step: f32| (random.below(2 * steps + 1) as f32 - steps as f32) * step;
@@ -43,8 +43,8 @@ pub fn buffers(seed: u64, workgroups: u32) -> Vec<Vec<u32>> {
     ]
 }
 
-/// Text of a kernel with at most a given number of statements (those of inlined functions are counted at each call), [`PRELUDE`]
-/// left out.
+/// Writes a kernel with at most the given number of statements, where those of a function count at each call. The text
+/// belongs after [`PRELUDE`].
 pub fn kernel(seed: u64, statements: u32) -> String {
     let mut generator = Generator {
         most: statements,
@@ -66,7 +66,7 @@ pub fn kernel(seed: u64, statements: u32) -> String {
     generator.text
 }
 
-/// `SplitMix64`.
+/// The generator `SplitMix64`.
 struct Random(u64);
 
 impl Random {
@@ -119,31 +119,31 @@ impl Ty {
     }
 }
 
-/// What can be a variable, an argument and a result.
+/// Types of variables, arguments and results.
 const VALUES: [Ty; 7] = [Ty::F32, Ty::F32, Ty::U32, Ty::I32, Ty::Bool, Ty::Vec2, Ty::Vec3u];
 
-/// Something that has a name.
+/// A variable or constant.
 #[derive(Clone, Debug)]
 struct Named {
-    /// How it is read and written.
+    /// Expression that reads it, or to which values are assigned.
     text: String,
     ty: Ty,
     assignable: bool,
-    /// How a pointer to it is written, if one can be.
+    /// Expression for a pointer to it, if there can be one.
     pointer: Option<String>,
-    /// Thought to be the same in all invocations.
+    /// Whether it should be the same in all invocations.
     uniform: bool,
 }
 
 struct Function {
     name: String,
-    /// Types, and whether by pointer.
+    /// Types, and whether they are passed by pointer.
     parameters: Vec<(Ty, bool)>,
     result: Option<Ty>,
     weight: u32,
 }
 
-/// Whether a function may be left early here.
+/// Ways in which a function may return early.
 #[derive(Clone, Copy, Debug, Default)]
 enum Returns {
     #[default]
@@ -152,7 +152,7 @@ enum Returns {
     Of(Ty),
 }
 
-/// Which jumps may stand here, and how deep it is.
+/// Jumps that are allowed here, and the depth of nesting.
 #[derive(Clone, Copy, Debug, Default)]
 struct Around {
     loops: u32,
@@ -160,7 +160,7 @@ struct Around {
     can_break: bool,
     can_continue: bool,
     returns: Returns,
-    /// Outside of functions and loops: each place runs once at most.
+    /// Outside of functions and loops, where each statement runs at most once.
     once: bool,
 }
 
@@ -173,7 +173,7 @@ struct Generator {
     functions: Vec<Function>,
     shared: u32,
     most: u32,
-    /// Statements so far.
+    /// Number of statements so far.
     weight: u32,
     around: Around,
 }
@@ -205,7 +205,7 @@ impl Generator {
         }
     }
 
-    /// One of the names that a test takes.
+    /// Picks one of the names that fulfil a condition.
     fn one(&mut self, take: impl Fn(&Named) -> bool) -> Option<Named> {
         let fitting: Vec<_> = self.scope.iter().filter(|named| take(named)).collect();
         if fitting.is_empty() {
@@ -342,13 +342,13 @@ impl Generator {
         }
     }
 
-    /// An element of a local array.
+    /// Writes an element of a local array.
     fn element(&mut self) -> Option<String> {
         let array = self.one(|named| named.ty == Ty::Array)?;
         Some(format!("{}[{}]", array.text, self.uniform_index()))
     }
 
-    /// An index that is the same for all invocations, as far as can be seen here; it may be too large.
+    /// Writes an index that is likely to be the same in all invocations. It may be too large.
     fn uniform_index(&mut self) -> String {
         let named = self.one(|named| named.uniform && named.ty == Ty::U32);
         match (self.random.below(4), named) {
@@ -388,7 +388,7 @@ impl Generator {
         }
     }
 
-    /// A float that can be a factor.
+    /// Writes a float that may be multiplied.
     fn tamed(&mut self, depth: u32) -> String {
         format!("tame({})", self.expression(Ty::F32, depth))
     }
@@ -432,12 +432,12 @@ impl Generator {
         }
     }
 
-    /// An index that stays near a buffer's length: just beyond it, it is clamped.
+    /// Writes an index that is less than a buffer's length, or a little greater, so that it is clamped.
     fn index(&mut self, index: &str) -> String {
         match self.random.below(3) {
             0 => format!("({index}) & 127u"),
             1 => format!("({index}) % 19u"),
-            // Not a constant: naga refuses those that are too large.
+            // Not a constant, since naga refuses those that are too large.
             _ => format!("({index}) + settings.c"),
         }
     }
@@ -451,7 +451,7 @@ impl Generator {
             4 => format!("({a} & {})", self.expression(Ty::U32, depth)),
             5 => format!("({a} | {})", self.expression(Ty::U32, depth)),
             6 => format!("({a} ^ {})", self.expression(Ty::U32, depth)),
-            // Never constants: naga refuses those that overflow, and floats made of quotients are refused too.
+            // Never of constants: naga refuses those that overflow, and floats made of quotients are refused, too.
             7 => format!("(({a} ^ settings.b) << ({} & 31u))", self.expression(Ty::U32, depth)),
             8 => format!("({a} >> ({} & 31u))", self.expression(Ty::U32, depth)),
             9 => format!("({a} >> {}u)", self.random.below(32)),
@@ -554,7 +554,7 @@ impl Generator {
         }
     }
 
-    /// A call of a function with that result.
+    /// Writes a call of a function with this type of result.
     fn call(&mut self, result: Option<Ty>) -> Option<String> {
         let fitting: Vec<_> = (0..self.functions.len())
             .filter(|at| self.functions[*at].result == result && self.weight + self.functions[*at].weight < self.most)
@@ -582,7 +582,7 @@ impl Generator {
         Some(format!("{}({})", self.functions[at].name, arguments.join(", ")))
     }
 
-    /// A value to be kept: floats are tamed, so that they stay ordinary from one loop to the next.
+    /// Writes a value for a variable. Floats are tamed, so that they stay ordinary from one loop to the next.
     fn kept(&mut self, ty: Ty, depth: u32) -> String {
         let value = self.expression(ty, depth);
         match ty {
@@ -620,7 +620,7 @@ impl Generator {
         self.around = outer;
     }
 
-    /// A jump as the last statement of a block.
+    /// Writes a jump as the last statement of a block.
     fn jump(&mut self) {
         match self.random.below(3) {
             0 if self.around.can_break => self.line("break;"),
@@ -630,7 +630,7 @@ impl Generator {
                     let value = self.kept(ty, 1);
                     self.line(&format!("return {value};"));
                 }
-                // Not always: what leaves the kernel is not tested further.
+                // Seldom, since an invocation that returns tests nothing more.
                 Returns::WithoutValue if !self.random.once_in(3) => self.line("return;"),
                 _ => {}
             },
@@ -765,7 +765,7 @@ impl Generator {
         };
         match (self.random.below(9), self.around.returns) {
             (0, returns @ (Returns::WithoutValue | Returns::Of(_))) => {
-                // Nothing but a return leaves this one.
+                // This loop ends only by a return.
                 let condition = self.condition();
                 self.line(&format!("if ({condition}) {{"));
                 self.line(&format!("var {counter} = 0u;"));
@@ -883,7 +883,8 @@ impl Generator {
         }
     }
 
-    /// A store of what is uniform, at an address that is: only one in each place, or the last would win.
+    /// Writes a store of a uniform value at a uniform address. Each address is stored to once, since otherwise the order of
+    /// invocations would matter.
     fn share(&mut self) {
         if !self.around.once || self.shared == SHARED {
             return self.assign();
@@ -959,7 +960,7 @@ impl Generator {
         self.weight = before;
     }
 
-    /// Variables that differ between invocations from the start.
+    /// Declares variables that differ between invocations.
     fn starting_values(&mut self) {
         let all = [
             (Ty::F32, "floats[slot % 97u]"),

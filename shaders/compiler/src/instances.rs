@@ -1,5 +1,5 @@
-//! A compiled kernel as Rust source: its lane function, one instance of it for each instruction set and number
-//! of lanes, and the `Kernel` that names them all.
+//! Writes a compiled kernel as Rust source: its lane function, an instance of it for each instruction set and number of
+//! lanes, and the `Kernel` that lists them.
 
 use std::fmt::Write;
 use std::path::Path;
@@ -7,22 +7,22 @@ use std::{fs, io};
 
 use crate::{Binding, Bound, Compiled};
 
-/// An instruction set: what code must be compiled for it and with which lanes.
+/// An instruction set, and the numbers of lanes for which code is compiled.
 #[derive(Clone, Copy, Debug)]
 pub struct Target {
     /// `cfg` of the architecture.
     pub arch: &'static str,
-    /// What variants are called after.
+    /// First part of its variants' names.
     pub name: &'static str,
-    /// What the processor must have.
+    /// Features that the processor must have.
     pub features: &'static [&'static str],
-    /// Vectors side by side, and lanes of one vector: a variant for each.
+    /// Vectors side by side, and lanes per vector, of each variant.
     pub shapes: &'static [(u32, u32)],
-    /// The type of one vector, in `oneiro_shaders::lanes`.
+    /// Type of one vector, in `oneiro_shaders::lanes`.
     pub vector: &'static str,
 }
 
-/// Widest first. The numbers of lanes were measured: see `docs/measurements.md`.
+/// Instruction sets, the widest first. The numbers of lanes are the fastest that were measured: see `docs/measurements.md`.
 pub const TARGETS: &[Target] = &[
     Target {
         arch: "target_arch = \"x86_64\"",
@@ -68,12 +68,11 @@ pub const TARGETS: &[Target] = &[
     },
 ];
 
-/// Writes a kernel's forms as files of a build's output folder, and returns Rust items: a static `Kernel`
-/// called like the kernel in upper case, which includes them. `library` is how those items reach
-/// `oneiro_shaders`.
+/// Writes a kernel's forms to files in a build's output folder, and returns Rust items that include them: a static `Kernel`
+/// with the kernel's name in upper case. `library` is the path of `oneiro_shaders` as seen from those items.
 ///
 /// # Errors
-/// What writing a file says.
+/// Errors of the file system.
 pub fn write(
     out: &Path,
     library: &str,
@@ -105,14 +104,15 @@ pub fn write(
     ))
 }
 
-/// A closure that says how often a kernel's loops turn.
+/// Writes a closure that returns the upper bound of the turns of a kernel's loops.
 fn turns(bound: &Bound) -> String {
     let expression = bound.as_rust();
     let word = if expression.contains("word(") { "word" } else { "_" };
     format!("|{word}| {expression}")
 }
 
-/// A kernel's lane function and its instances with their run-time tests, as Rust items: `VARIANTS` lists them.
+/// Writes a kernel's lane function and its instances as Rust items. `VARIANTS` lists the instances, and tests at run time
+/// whether the processor has the features that they need.
 pub fn lanes(library: &str, name: &str, function: &str, targets: &[Target]) -> String {
     let mut text = format!("use {library}::kernel::{{Variant, Words}};\nuse {library}::lanes::*;\n");
     text.push_str(function);

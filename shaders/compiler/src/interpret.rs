@@ -1,6 +1,5 @@
-//! What a program of the tree does, found by running it: one invocation at a time with plain jumps, which is
-//! its meaning, and many lanes at once under masks, as the printed lane code does it. For tests: both must
-//! leave the same bits in the buffers.
+//! Interprets programs, for tests: one invocation at a time with plain jumps, which defines the right results, and many lanes
+//! at once under masks, as lane code does. Both must leave the same bits in the buffers.
 
 use std::collections::BTreeSet;
 
@@ -10,34 +9,34 @@ use crate::uniform::{Region, Shape, Shapes, depth_of};
 /// The buffers of a dispatch.
 #[derive(Debug)]
 pub struct Memory<'a> {
-    /// Words, by binding number; none is empty.
+    /// Words of each buffer, by binding number. No buffer is empty.
     pub buffers: &'a mut [Vec<u32>],
-    /// Words an element of each.
+    /// Words per element of each buffer.
     pub strides: &'a [u32],
 }
 
-/// Why a program was not run to its end.
+/// Reasons why a program was not run to its end.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum Trap {
-    /// More statements than any test's program takes.
+    /// It ran more statements than any test's program should.
     #[error("it runs too long")]
     Endless,
-    /// A value or variable that nothing has set.
+    /// It used a value or variable that nothing has set.
     #[error("{0} is used before it is set")]
     Unset(String),
-    /// Something that the exactness rules leave undefined.
+    /// It did something that the exactness rules leave undefined.
     #[error("{0}: kernels hold no NaN, infinity, subnormal, or number out of range")]
     Inexact(String),
 }
 
-/// A mistake to make, for tests of the tests.
+/// A deliberate mistake, which tests must notice.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Fault {
-    /// Nothing is thought to diverge: every exit is a jump and no write is masked.
+    /// All exits are jumps and no write is masked, as if nothing diverged.
     NothingDiverges,
     /// Varying variables are written in all lanes.
     WritesUnmasked,
-    /// Buffers are written by idle lanes too.
+    /// Idle lanes write to buffers, too.
     StoresUnmasked,
     /// An exit leaves only the innermost mask.
     ExitsStayInOuterMasks,
@@ -47,11 +46,11 @@ pub enum Fault {
     LeftBlocksForgotten,
 }
 
-/// The most statements a run may take.
+/// Most statements of a run.
 const PATIENCE: u64 = 2_000_000;
 
 impl Memory<'_> {
-    /// Where a word lies, its element clamped into the buffer.
+    /// Index of a word, with its element clamped to those of the buffer.
     fn at(&self, address: &Address, element: u32) -> usize {
         let elements = self.buffers[address.buffer as usize].len() as u32 / self.strides[address.buffer as usize];
         let first = address
@@ -70,10 +69,10 @@ impl Memory<'_> {
     }
 }
 
-/// Runs one invocation and says how often its loops turned in all.
+/// Runs one invocation, and returns the number of turns that all its loops took.
 ///
 /// # Errors
-/// A program that does not end or uses what is not set; if `strict`, one that breaks the exactness rules.
+/// A program that runs too long or uses a value that isn't set, and if `strict`, one that breaks the exactness rules.
 pub fn run_invocation(
     program: &Program,
     memory: &mut Memory<'_>,
@@ -148,7 +147,7 @@ impl Invocation<'_, '_> {
         }
     }
 
-    /// Runs a block; the label that is being left, if one is.
+    /// Runs a block. Returns the label that an exit leaves, if it ended with one.
     fn block(&mut self, block: &Block) -> Result<Option<Label>, Trap> {
         for statement in block {
             if let Some(label) = self.statement(statement)? {
@@ -218,10 +217,10 @@ impl Invocation<'_, '_> {
     }
 }
 
-/// Runs `N` lanes of a workgroup, from `first_lane` on, under masks; `fault` makes a mistake.
+/// Runs `N` lanes of a workgroup, from `first_lane` on, under masks. `fault` is a mistake to make.
 ///
 /// # Errors
-/// A program that does not end or uses what is not set.
+/// A program that runs too long or uses a value that isn't set.
 pub fn run_lanes<const N: usize>(
     program: &Program,
     shapes: &Shapes,
@@ -250,7 +249,7 @@ pub fn run_lanes<const N: usize>(
     group.block(&program.body).map(|_| ())
 }
 
-/// The labels that are left by an exit: their blocks are printed as blocks, the others' are not.
+/// Labels with an exit. Only their blocks are printed as blocks.
 fn exits(program: &Program) -> BTreeSet<Label> {
     let mut exits = BTreeSet::new();
     visit(&program.body, &mut |statement| {
@@ -261,7 +260,7 @@ fn exits(program: &Program) -> BTreeSet<Label> {
     exits
 }
 
-/// The lanes that are active in a region, and how many regions enclose that one.
+/// Lanes that are active in a region, and the number of regions around that one.
 struct Mask<const N: usize> {
     lanes: [bool; N],
     depth: usize,
@@ -274,7 +273,7 @@ struct Group<'a, 'm, const N: usize> {
     workgroup: u32,
     first_lane: u32,
     fault: Option<Fault>,
-    /// What is uniform has the same bits in every lane.
+    /// Uniform values have the same bits in every lane.
     values: Vec<Option<[u32; N]>>,
     variables: Vec<Option<[u32; N]>>,
     arrays: Vec<Vec<[u32; N]>>,
@@ -294,7 +293,7 @@ impl<const N: usize> Group<'_, '_, N> {
         }
     }
 
-    /// A uniform value.
+    /// Returns a uniform value.
     fn scalar(&self, value: Value) -> Result<u32, Trap> {
         Ok(self.get(value)?[0])
     }
@@ -311,7 +310,7 @@ impl<const N: usize> Group<'_, '_, N> {
         self.masks.last().map_or([true; N], |mask| mask.lanes)
     }
 
-    /// Whether some lanes may be idle here that were active where something was declared.
+    /// Returns whether some lanes may be idle here that were active inside the first `home` regions.
     fn diverges(&self, home: usize) -> bool {
         match self.fault {
             Some(Fault::NothingDiverges | Fault::WritesUnmasked) => false,
@@ -348,7 +347,7 @@ impl<const N: usize> Group<'_, '_, N> {
         Ok(lanes)
     }
 
-    /// What a variable holds after a write.
+    /// Returns a variable's content after a write.
     fn written(&self, varies: bool, home: usize, value: Value, old: [u32; N]) -> Result<[u32; N], Trap> {
         let new = self.get(value)?;
         if !varies {
@@ -370,7 +369,7 @@ impl<const N: usize> Group<'_, '_, N> {
         Ok(None)
     }
 
-    /// Runs a block that is printed as one: what is computed in it is not known outside.
+    /// Runs a block that is printed as one, so that values computed in it are unknown outside.
     fn scope(&mut self, block: &Block) -> Result<Option<Label>, Trap> {
         let left = self.block(block)?;
         visit(block, &mut |statement| {
@@ -440,7 +439,7 @@ impl<const N: usize> Group<'_, '_, N> {
         Ok(None)
     }
 
-    /// Runs what a label's block holds, under a mask of its own or not.
+    /// Runs the block of a label, with a new mask if `masked`.
     fn enter(
         &mut self,
         label: Label,
@@ -554,7 +553,7 @@ fn unset_variable(program: &Program, variable: Variable) -> Trap {
     Trap::Unset(program.variables[variable.0 as usize].name.clone())
 }
 
-/// The bits that an operation makes of its operands' bits.
+/// Applies an operation to its operands' bits.
 fn apply(program: &Program, value: Value, [a, b, c]: [u32; 3]) -> u32 {
     let ty = program.ty(value);
     match program.op(value) {
@@ -659,7 +658,7 @@ fn compare<T: PartialOrd + Copy>(op: Binary, x: T, y: T) -> u32 {
     })
 }
 
-/// Whether an operation stays within the exactness rules.
+/// Returns whether an operation stays within the exactness rules.
 fn check(program: &Program, value: Value, operands: [u32; 3]) -> Result<(), Trap> {
     const WHOLE: i64 = 1 << 24;
     let ty = program.ty(value);

@@ -1,4 +1,4 @@
-//! Host structs from WGSL structs, so that no layout is stated twice.
+//! Writes host structs from WGSL structs, so that no layout is defined twice.
 
 use std::collections::BTreeSet;
 use std::fmt::Write;
@@ -8,18 +8,18 @@ use naga::{AddressSpace, ArraySize, Expression, Handle, Literal, Module, ScalarK
 /// A buffer that a kernel binds, in group 0.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Binding {
-    /// `@binding` number.
+    /// Number in `@binding`.
     pub binding: u32,
-    /// Its name in the WGSL.
+    /// Name in the WGSL.
     pub name: String,
-    /// `Uniform`, `Read` or `ReadWrite`: the names of `oneiro_shaders::BindingKind`.
+    /// `Uniform`, `Read` or `ReadWrite`, as in `oneiro_shaders::BindingKind`.
     pub kind: &'static str,
-    /// Bytes of one element of its array, or of the whole buffer if it is no array.
+    /// Bytes of one element of its array, or of the whole buffer if it isn't an array.
     pub stride: u32,
 }
 
 impl Binding {
-    /// As an element of a slice of `Binding`s.
+    /// Writes it as an element of a slice of `Binding`s.
     pub fn as_rust(&self) -> String {
         let Self {
             binding,
@@ -31,10 +31,10 @@ impl Binding {
     }
 }
 
-/// A kernel's bindings in ascending order.
+/// Lists a kernel's bindings in ascending order.
 ///
 /// # Errors
-/// A group other than 0, a gap, or an array with a length of its own.
+/// A group other than 0, a gap in the numbers, or an array of fixed length.
 pub(crate) fn bindings(module: &Module) -> Result<Vec<Binding>, String> {
     let mut bound = Vec::new();
     for (_, variable) in module.global_variables.iter() {
@@ -52,7 +52,7 @@ pub(crate) fn bindings(module: &Module) -> Result<Vec<Binding>, String> {
             _ => "Read",
         };
         let stride = match &module.types[variable.ty].inner {
-            // Its index would be clamped to its own length on a GPU, and to the buffer's here.
+            // A GPU would clamp its index to the array's length, and lane code to the buffer's.
             TypeInner::Array {
                 size: ArraySize::Constant(_),
                 ..
@@ -83,24 +83,26 @@ pub(crate) fn bindings(module: &Module) -> Result<Vec<Binding>, String> {
 /// A module-level constant as a Rust item.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Constant {
-    /// Its name.
+    /// Name in the WGSL.
     pub name: String,
-    /// Its definition.
+    /// Value in Rust.
+    pub value: String,
+    /// Definition in Rust.
     pub item: String,
 }
 
-/// Rust constants for all of a kernel's that are numbers, truth values, or vectors that are written out.
+/// Writes a kernel's constants in Rust: numbers, truth values, and vectors of which each component is given.
 pub(crate) fn constants(module: &Module) -> Vec<Constant> {
     let constant = |constant: &naga::Constant| {
         let name = constant.name.clone()?;
         let (ty, value) = value(module, constant.init)?;
         let item = format!("/// The WGSL constant `{name}`.\npub const {name}: {ty} = {value};\n");
-        Some(Constant { name, item })
+        Some(Constant { name, value, item })
     };
     module.constants.iter().filter_map(|(_, own)| constant(own)).collect()
 }
 
-/// A constant's type and value in Rust.
+/// Writes a constant's type and value in Rust.
 fn value(module: &Module, init: Handle<Expression>) -> Option<(String, String)> {
     let (ty, value) = match &module.global_expressions[init] {
         Expression::Literal(Literal::F32(x)) => ("f32", format!("{x:?}")),
@@ -121,19 +123,22 @@ fn value(module: &Module, init: Handle<Expression>) -> Option<(String, String)> 
     Some((ty.into(), value))
 }
 
-/// A struct of this ending is what four words of a buffer hold that has no struct of its own: its fields stand in the
-/// order in which the host fills them.
+/// Ending of the name of a struct that describes four words of a buffer whose type in WGSL is a plain vector. Its fields are
+/// in the order in which the host fills them.
 const CELL: &str = "Cell";
 
-/// Rust structs for every struct that a binding holds, and for cells.
+/// A buffer that the host copies without reading it: its struct may differ from kernel to kernel, and be padded.
+const STATE: &str = "state";
+
+/// Writes a Rust struct for each struct in a buffer other than [`STATE`], and for each cell.
 ///
 /// # Errors
-/// A struct whose WGSL layout Rust's `repr(C)` doesn't have; a cell that is not four words.
+/// A struct whose layout in WGSL isn't that of Rust's `repr(C)`; a cell that isn't four words.
 pub(crate) fn structs(module: &Module) -> Result<String, String> {
     let mut out = String::new();
     let mut written = BTreeSet::new();
     for (_, variable) in module.global_variables.iter() {
-        if variable.binding.is_none() {
+        if variable.binding.is_none() || variable.name.as_deref() == Some(STATE) {
             continue;
         }
         let ty = match module.types[variable.ty].inner {
@@ -156,7 +161,7 @@ pub(crate) fn structs(module: &Module) -> Result<String, String> {
     Ok(out)
 }
 
-/// Writes a struct, after those that it holds, unless it is already written.
+/// Writes a struct after those that it contains, unless it is already written.
 fn one(
     module: &Module,
     ty: Handle<Type>,

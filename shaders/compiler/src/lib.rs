@@ -1,7 +1,9 @@
-//! Compiles an exact subset of WGSL, at build time, to SPIR-V, to Rust lane code and to host structs.
+//! Compiles an exact subset of WGSL to SPIR-V, Rust lane code and host structs: the kernels that ship when Oneiro is built,
+//! and those with a user-defined task at run time.
 //!
-//! A kernel is a list of parts ([`Part`]), concatenated. [`compile`] parses and validates it, refuses what
-//! would not come out the same bits on every device, and writes its three forms.
+//! A kernel is a list of parts ([`Part`]), concatenated. [`compile`] parses and validates it, refuses everything that could
+//! give other bits on another device, and writes these forms. [`trees`] stops at the program from which lane code is
+//! printed, so that machine code can be made from it.
 
 pub mod bounds;
 pub mod declarations;
@@ -23,37 +25,37 @@ pub use bounds::Bound;
 pub use layout::{Binding, Constant};
 pub use source::{Part, Place, Refusal, Refusals, Source};
 
-/// The most lanes of any instance.
+/// Largest number of lanes of any instance.
 const LANES: u32 = 64;
 
-/// A kernel's three forms.
+/// A kernel's forms: SPIR-V, Rust lane code, and host structs.
 #[derive(Clone, Debug)]
 pub struct Compiled {
-    /// The paths of its parts, in order.
+    /// Paths of its parts, in order.
     pub parts: Vec<String>,
-    /// The joined WGSL.
+    /// Joined WGSL.
     pub wgsl: String,
     /// SPIR-V words.
     pub spirv: Vec<u32>,
-    /// Rust items: host structs; or why a struct of its buffers has no layout in Rust.
+    /// Host structs as Rust items, or the reasons why a buffer's struct has no layout in Rust.
     pub structs: Result<String, Refusals>,
-    /// Its constants.
+    /// Constants of its module.
     pub constants: Vec<Constant>,
-    /// What it binds, in ascending order.
+    /// Buffers that it binds, in ascending order.
     pub bindings: Vec<Binding>,
-    /// Invocations a workgroup.
+    /// Invocations per workgroup.
     pub workgroup_size: u32,
-    /// Rust: the lane function.
+    /// Lane function in Rust.
     pub lanes: String,
-    /// The most turns of its loops, or the loops that nothing bounds: see [`Compiled::bounded`].
+    /// Upper bound of the turns of its loops, or the loops that nothing bounds: see [`Compiled::bounded`].
     pub turns: Result<Bound, Refusals>,
 }
 
 impl Compiled {
-    /// Refuses loops that nothing bounds. Only test programs have any.
+    /// Refuses a kernel with loops that nothing bounds. No kernel that ships has any.
     ///
     /// # Errors
-    /// Each such loop.
+    /// A refusal for each of these loops.
     pub fn bounded(self) -> Result<Self, Refusals> {
         match self.turns {
             Ok(_) => Ok(self),
@@ -62,27 +64,27 @@ impl Compiled {
     }
 }
 
-/// A kernel's program before and after it is tidied, for tests that run both.
+/// A kernel's program, before and after it is tidied, with the results of the analyses.
 #[derive(Clone, Debug)]
 pub struct Trees {
-    /// As lowered.
+    /// Program as it was lowered. Tests compare the tidied one with it.
     pub raw: tree::Program,
-    /// As printed.
+    /// Tidied program, from which code is made.
     pub tidied: tree::Program,
-    /// What is uniform in the tidied program.
+    /// Uniformity of the tidied program's values.
     pub shapes: uniform::Shapes,
-    /// Words an element of each buffer.
+    /// Words per element of each buffer.
     pub strides: Vec<u32>,
-    /// The buffers' names.
+    /// Names of the buffers.
     pub buffers: Vec<String>,
-    /// The most turns of its loops, or the loops that nothing bounds.
+    /// Upper bound of the turns of its loops, or the loops that nothing bounds.
     pub turns: Result<Bound, Refusals>,
 }
 
 /// Compiles a kernel.
 ///
 /// # Errors
-/// Everything that was refused, each with its place.
+/// Everything that is refused, with its place.
 pub fn compile(name: &str, parts: &[Part]) -> Result<Compiled, Refusals> {
     let checked = Checked::new(parts)?;
     let Trees {
@@ -108,7 +110,7 @@ pub fn compile(name: &str, parts: &[Part]) -> Result<Compiled, Refusals> {
     })
 }
 
-/// A kernel's program.
+/// Lowers, tidies and analyses a kernel.
 ///
 /// # Errors
 /// As [`compile`].
@@ -148,7 +150,7 @@ impl Checked {
         Ok(Self { source, module, info })
     }
 
-    /// Lowers and tidies.
+    /// Lowers, tidies and analyses it.
     fn trees(&self) -> Result<Trees, Refusals> {
         let Self { source, module, info } = self;
         let place = |span| source.place_of(span);
@@ -179,7 +181,7 @@ impl Checked {
     }
 }
 
-/// A refusal of the whole kernel.
+/// Refuses the kernel as a whole.
 fn refused(source: &Source, message: String) -> Refusals {
     vec![Refusal {
         place: source.place(source.text.len()),

@@ -1,4 +1,4 @@
-//! From naga's IR to the compiler's own tree.
+//! Lowers naga's IR to a [`Program`].
 
 use std::collections::BTreeMap;
 
@@ -13,10 +13,13 @@ use crate::tree::{
     Address, Array, ArrayInfo, Binary, Block, Label, Op, Program, Statement, Ty, Unary, Value, Variable, VariableInfo,
 };
 
-/// Lowers a module's one entry point.
+/// Most values and blocks of a program: functions that call the next one twice would make it grow without end.
+const GREATEST_SIZE: usize = 100_000;
+
+/// Lowers the entry point of a module.
 ///
 /// # Errors
-/// Constructs that the lane code has no form for.
+/// Constructs that have no form in lane code.
 pub(crate) fn lower(source: &Source, module: &Module, info: &ModuleInfo) -> Result<Program, Refusals> {
     let mut lowering = Lowering {
         source,
@@ -36,25 +39,25 @@ pub(crate) fn lower(source: &Source, module: &Module, info: &ModuleInfo) -> Resu
     }
 }
 
-/// What an expression is: scalars in order, or where some lie.
+/// A lowered expression: scalars in order, or a place in memory.
 #[derive(Clone, Debug)]
 enum Lowered {
     Scalars(Vec<Value>),
     Place(Place),
 }
 
-/// Where a value of some type lies.
+/// Place of a value in memory.
 #[derive(Clone, Debug)]
 enum Place {
-    /// One variable a scalar.
+    /// A variable for each scalar.
     Variables(Vec<Variable>),
-    /// A whole local array, one array a scalar of its elements.
+    /// A whole local array, with an array for each scalar of its elements.
     Arrays(Vec<Array>),
     /// One element of a local array.
     Element(Vec<Array>, Value),
     /// A whole runtime-sized array.
     Buffer { buffer: u32, stride: u32 },
-    /// Something in a buffer.
+    /// Part of a buffer.
     InBuffer(Address),
 }
 
@@ -66,24 +69,24 @@ struct Lowering<'a> {
     info: &'a ModuleInfo,
     program: Program,
     globals: BTreeMap<Handle<naga::GlobalVariable>, Place>,
-    /// The blocks being written, innermost last.
+    /// Blocks being written, the innermost last.
     blocks: Vec<Block>,
-    /// Where in the WGSL the latest statement or expression stands.
+    /// Place of the latest statement or expression in the WGSL.
     here: Span,
 }
 
-/// One inlined call of a function.
+/// An inlined call of a function.
 struct Call<'a> {
     function: &'a Function,
     info: &'a FunctionInfo,
     arguments: Vec<Lowered>,
     locals: BTreeMap<Handle<naga::LocalVariable>, Place>,
     known: BTreeMap<Handle<Expression>, Lowered>,
-    /// Where returned scalars go and the label that ends the call, if it returns early.
+    /// Variables for returned scalars, and the label that ends the call, if it returns early.
     early: Option<(Vec<Variable>, Label)>,
-    /// What a trailing return returns.
+    /// Values of a return at the end.
     result: Option<Vec<Value>>,
-    /// Labels that `break` and `continue` leave, innermost last.
+    /// Labels that `break` and `continue` exit to, the innermost last.
     breaks: Vec<Label>,
     continues: Vec<Label>,
 }
@@ -128,7 +131,7 @@ impl<'a> Lowering<'a> {
         variable
     }
 
-    /// A type's scalars in order, each with its name and, in a buffer, its word.
+    /// Lists the scalars of a type in order: the ends of their names, their types, and their words in a buffer.
     fn scalars(&self, ty: Handle<Type>) -> Vec<(String, Ty, u32)> {
         match &self.module.types[ty].inner {
             TypeInner::Scalar(scalar) => vec![(String::new(), scalar_type(*scalar), 0)],
@@ -214,7 +217,7 @@ impl<'a> Lowering<'a> {
         Ok(())
     }
 
-    /// The bits of a constant expression's scalars.
+    /// Bits of a constant expression's scalars.
     fn constant_bits(&self, expression: Handle<Expression>) -> Vec<u32> {
         match &self.module.global_expressions[expression] {
             Expression::Literal(literal) => vec![literal_bits(*literal)],
@@ -229,7 +232,7 @@ impl<'a> Lowering<'a> {
         }
     }
 
-    /// A new place for a local or private variable.
+    /// Declares a local or private variable.
     fn local(&mut self, name: &str, ty: Handle<Type>, init: Option<&[u32]>) -> Place {
         let bits = |count: usize| {
             init.filter(|bits| bits.len() == count)
@@ -265,7 +268,7 @@ impl<'a> Lowering<'a> {
         Place::Variables(variables.collect())
     }
 
-    /// Inlines a call and gives the scalars that it returns.
+    /// Inlines a call. Returns the scalars that the function returns.
     fn call(
         &mut self,
         function: &'a Function,
@@ -305,7 +308,7 @@ impl<'a> Lowering<'a> {
         }
         self.block(&mut call, &function.body)?;
         let body = self.blocks.pop().expect("pushed above");
-        // The block stays a block of its own: its variables start anew with each call.
+        // A separate block, so that its variables are initialised at each call.
         self.push(Statement::Labeled {
             label,
             body,
@@ -319,7 +322,7 @@ impl<'a> Lowering<'a> {
         Ok(call.result.unwrap_or_default())
     }
 
-    /// The bits of a local variable's constant initial value.
+    /// Bits of a local variable's constant initial value.
     fn local_bits(&self, call: &Call<'_>, expression: Handle<Expression>) -> Lower<Vec<u32>> {
         Ok(match &call.function.expressions[expression] {
             Expression::Literal(literal) => vec![literal_bits(*literal)],
@@ -361,6 +364,13 @@ impl<'a> Lowering<'a> {
         use naga::Statement as S;
         if span.is_defined() && !matches!(statement, S::Emit(_)) {
             self.here = span;
+        }
+        if self.program.values.len() + self.program.labels as usize > GREATEST_SIZE {
+            let problem = format!(
+                "the kernel is too large with all its calls inlined; allowed: {GREATEST_SIZE} values and calls, some ten times \
+                 the largest kernel that ships"
+            );
+            return self.refuse(span, call, &problem);
         }
         match statement {
             S::Emit(range) => {
@@ -451,7 +461,7 @@ impl<'a> Lowering<'a> {
             S::Store { pointer, value } => {
                 let place = self.place(call, *pointer)?;
                 if let Place::Arrays(arrays) = place {
-                    // Only whole-array zero values and compositions come here.
+                    // Only zero values and compositions of whole arrays arrive here.
                     let values = self.all_scalars(call, *value)?;
                     for (at, value) in values.iter().enumerate() {
                         let index = self.constant((at / arrays.len()) as u32, Ty::U32);
@@ -509,7 +519,7 @@ impl<'a> Lowering<'a> {
         Ok(())
     }
 
-    /// A switch becomes a chain of comparisons in a block that `break` leaves.
+    /// Lowers a switch to a chain of comparisons in a block that `break` leaves.
     fn switch(
         &mut self,
         call: &mut Call<'a>,
@@ -579,7 +589,7 @@ impl<'a> Lowering<'a> {
         if let Some(known) = call.known.get(&handle) {
             return Ok(known.clone());
         }
-        // Constants, arguments and references to variables stand outside any Emit.
+        // Constants, arguments and references to variables are in no Emit.
         let lowered = self.expression(call, handle)?;
         if !matches!(call.function.expressions[handle], Expression::Literal(_)) {
             call.known.insert(handle, lowered.clone());
@@ -620,7 +630,7 @@ impl<'a> Lowering<'a> {
         }
     }
 
-    /// The type that a pointer points to.
+    /// Type that a pointer points to.
     fn pointee(&self, call: &Call<'_>, pointer: Handle<Expression>) -> TypeInner {
         match call.info[pointer].ty.inner_with(&self.module.types) {
             TypeInner::Pointer { base, .. } => self.module.types[*base].inner.clone(),
@@ -637,7 +647,7 @@ impl<'a> Lowering<'a> {
         }
     }
 
-    /// The words, relative to where it starts, of the scalars that a pointer points to.
+    /// Words of the scalars that a pointer points to, relative to the pointer.
     fn words_behind(&self, call: &Call<'_>, pointer: Handle<Expression>) -> Vec<u32> {
         match call.info[pointer].ty.inner_with(&self.module.types) {
             TypeInner::Pointer { base, .. } => self.scalars(*base).iter().map(|(_, _, word)| *word).collect(),
@@ -690,7 +700,7 @@ impl<'a> Lowering<'a> {
             Expression::LocalVariable(local) => return Ok(Lowered::Place(call.locals[local].clone())),
             Expression::Access { base, index } => {
                 let mut index = self.scalar(call, *index)?;
-                // Clamped as if unsigned, as SPIR-V's is.
+                // SPIR-V's is clamped as if it were unsigned.
                 if self.program.ty(index) == Ty::I32 {
                     index = self.value(Op::Bitcast(index), Ty::U32);
                 }
@@ -802,7 +812,7 @@ impl<'a> Lowering<'a> {
             .collect()
     }
 
-    /// `base[index]` for an index that is known only at run time.
+    /// Lowers `base[index]` with an index that is known only at run time.
     fn access(&mut self, call: &mut Call<'a>, base: Handle<Expression>, index: Value, span: Span) -> Lower<Lowered> {
         let place = match self.lowered(call, base)? {
             Lowered::Place(Place::Buffer { buffer, stride }) => Place::InBuffer(Address {
@@ -820,7 +830,7 @@ impl<'a> Lowering<'a> {
         Ok(Lowered::Place(place))
     }
 
-    /// `base.member` or `base[constant]`.
+    /// Lowers `base.member` or `base[constant]`.
     fn access_index(
         &mut self,
         call: &mut Call<'a>,
@@ -838,7 +848,7 @@ impl<'a> Lowering<'a> {
                 offset: 0,
             })));
         }
-        // Which of the base's scalars, and how many of them, the component is.
+        // Index and number of the component's scalars among those of the base, and its word.
         let inner = self.pointee(call, base);
         let (first, count, word) = match &inner {
             TypeInner::Vector { .. } => (index as usize, 1, index),
@@ -925,7 +935,7 @@ impl<'a> Lowering<'a> {
     }
 }
 
-/// Whether a function returns anywhere but as its last statement.
+/// Returns whether a function has a return other than its last statement.
 fn returns_early(block: &naga::Block, last_counts: bool) -> bool {
     let count = block.len();
     block.iter().enumerate().any(|(at, statement)| match statement {

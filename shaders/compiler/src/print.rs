@@ -1,5 +1,5 @@
-//! Rust lane code from the tree, in SPMD style: what is uniform stays a scalar, what varies is a value of all
-//! lanes, a branch on a varying condition runs when any lane is in it.
+//! Prints a program as Rust lane code in SPMD style. Uniform values are scalars, varying values hold all lanes, and a branch
+//! on a varying condition runs under a mask if any lane takes it.
 
 use std::collections::BTreeMap;
 use std::fmt::Write;
@@ -7,7 +7,7 @@ use std::fmt::Write;
 use crate::tree::{Address, Binary, Block, Label, Op, Program, Statement, Ty, Unary, Value, Variable, visit};
 use crate::uniform::{Region, Shape, Shapes, depth_of};
 
-/// Prints a program as one Rust function generic over the lanes.
+/// Prints a program as one Rust function that is generic over the type of the lanes.
 pub(crate) fn print(program: &Program, shapes: &Shapes, name: &str, strides: &[u32]) -> String {
     let mut uses = BTreeMap::new();
     visit(&program.body, &mut |statement| {
@@ -41,11 +41,11 @@ pub(crate) fn print(program: &Program, shapes: &Shapes, name: &str, strides: &[u
     )
 }
 
-/// A mask of the lanes that are active in a region.
+/// Mask of the lanes that are active in a region.
 #[derive(Clone, Debug)]
 struct Mask {
     name: String,
-    /// How many regions enclose the one that it is of.
+    /// Number of regions around that one.
     depth: usize,
 }
 
@@ -53,7 +53,7 @@ struct Printer<'a> {
     program: &'a Program,
     shapes: &'a Shapes,
     uses: BTreeMap<Value, u32>,
-    /// Values that stand where they are used.
+    /// Expressions of values that are written where they are used.
     texts: BTreeMap<Value, String>,
     regions: Vec<Region>,
     masks: Vec<Mask>,
@@ -64,7 +64,7 @@ struct Printer<'a> {
     masks_made: u32,
 }
 
-/// The longest expression that is written where it is used.
+/// Characters of the longest expression that is written where it is used.
 const INLINE: usize = 60;
 
 impl Printer<'_> {
@@ -72,7 +72,7 @@ impl Printer<'_> {
         let _ = writeln!(self.out, "{:indent$}{text}", "", indent = 4 * self.depth);
     }
 
-    /// The lanes that are active here; none if all are.
+    /// Mask of the lanes that are active here. `None` if all are.
     fn active(&self) -> Option<&str> {
         self.masks.last().map(|mask| mask.name.as_str())
     }
@@ -97,7 +97,7 @@ impl Printer<'_> {
         format!("{stem}{}", self.masks_made)
     }
 
-    /// A uniform value, or a linear value's number in lane 0.
+    /// Expression of a uniform value, or of a linear value in lane 0.
     fn scalar(&self, value: Value) -> String {
         if let Op::Constant(bits) = self.program.op(value) {
             return constant(bits, self.program.ty(value));
@@ -105,7 +105,7 @@ impl Printer<'_> {
         self.texts.get(&value).cloned().unwrap_or_else(|| self.name(value))
     }
 
-    /// A value for all lanes.
+    /// Expression of a value for all lanes.
     fn lanes(&self, value: Value) -> String {
         match (self.shapes.shape(value), self.program.ty(value)) {
             (Shape::Varying, _) => self.texts.get(&value).cloned().unwrap_or_else(|| self.name(value)),
@@ -117,7 +117,7 @@ impl Printer<'_> {
         }
     }
 
-    /// A varying value's bits, as stores take them.
+    /// Expression of a varying value's bits, as they are stored.
     fn bits(&self, value: Value) -> String {
         let lanes = self.lanes(value);
         match self.program.ty(value) {
@@ -128,12 +128,12 @@ impl Printer<'_> {
     }
 
     fn block(&mut self, block: &Block) {
-        for (at, statement) in block.iter().enumerate() {
-            self.statement(statement, at == 0 && self.regions.is_empty());
+        for statement in block {
+            self.statement(statement);
         }
     }
 
-    fn statement(&mut self, statement: &Statement, outermost: bool) {
+    fn statement(&mut self, statement: &Statement) {
         match statement {
             Statement::Let(value) => self.computed(*value),
             Statement::Load { targets, address } => self.load(targets, address),
@@ -203,7 +203,7 @@ impl Printer<'_> {
                 condition,
                 accept,
                 reject,
-            } => self.branch(*condition, accept, reject, outermost),
+            } => self.branch(*condition, accept, reject),
             Statement::Loop { label, body, .. } => {
                 self.regions.push(Region::Label(*label));
                 if self.shapes.loop_is_left_by_some(*label) {
@@ -244,10 +244,7 @@ impl Printer<'_> {
                     self.indented(body);
                     self.line("}");
                 } else {
-                    let first_in_kernel = self.regions.len() == 1;
-                    for statement in body {
-                        self.statement(statement, first_in_kernel);
-                    }
+                    self.block(body);
                 }
                 if masked {
                     self.masks.pop();
@@ -264,7 +261,7 @@ impl Printer<'_> {
         self.depth -= 1;
     }
 
-    fn branch(&mut self, condition: Value, accept: &Block, reject: &Block, outermost: bool) {
+    fn branch(&mut self, condition: Value, accept: &Block, reject: &Block) {
         if self.shapes.is_uniform(condition) {
             self.regions.push(Region::Branch(false));
             self.line(&format!("if {} {{", self.scalar(condition)));
@@ -310,13 +307,9 @@ impl Printer<'_> {
             self.line("}");
         }
         self.regions.pop();
-        let mut leaves = false;
-        for block in [accept, reject] {
-            visit(block, &mut |statement| {
-                leaves |= matches!(statement, Statement::Exit(_));
-            });
-        }
-        if let (true, true, Some(active)) = (outermost, leaves, self.active()) {
+        if self.shapes.ends_early(&self.regions, [accept, reject])
+            && let Some(active) = self.active()
+        {
             let text = format!("if !L::any({active}) {{ return; }}");
             self.line(&text);
         }
@@ -346,7 +339,7 @@ impl Printer<'_> {
         }
     }
 
-    /// Sets a value, or keeps its text for the one place that uses it.
+    /// Prints a value, or keeps its expression for its only use.
     fn computed(&mut self, value: Value) {
         let shape = self.shapes.shape(value);
         let text = if shape == Shape::Varying {

@@ -1,20 +1,20 @@
-//! Kernels are concatenated from parts; messages must still name the part and its line.
+//! Concatenates the parts of a kernel, and finds the part and line that a message is about.
 
 use std::fmt;
 
 /// One WGSL file of a kernel.
 #[derive(Clone, Debug)]
 pub struct Part {
-    /// What messages call it, such as `lib/numerics.wgsl`.
+    /// Name in messages, such as `lib/numerics.wgsl`.
     pub path: String,
-    /// Its text.
+    /// WGSL.
     pub text: String,
 }
 
-/// A kernel's parts, joined.
+/// Joined parts of a kernel.
 #[derive(Clone, Debug)]
 pub struct Source {
-    /// The joined text.
+    /// Joined text.
     pub text: String,
     parts: Vec<(String, usize)>,
 }
@@ -34,12 +34,12 @@ impl Source {
         Self { text, parts: starts }
     }
 
-    /// The parts' paths, in order.
+    /// Paths of the parts, in order.
     pub fn paths(&self) -> Vec<String> {
         self.parts.iter().map(|(path, _)| path.clone()).collect()
     }
 
-    /// Where a byte of the joined text comes from.
+    /// Finds the part that a byte of the joined text comes from.
     pub fn place(&self, byte: usize) -> Place {
         let before = &self.text[..byte.min(self.text.len())];
         let line = before.matches('\n').count();
@@ -57,7 +57,7 @@ impl Source {
         }
     }
 
-    /// Where a span of naga's comes from; the start of the text if it has none.
+    /// Finds where a span of naga's begins. An undefined span begins where the text does.
     pub fn place_of(&self, span: naga::Span) -> Place {
         self.place(span.to_range().map_or(0, |range| range.start))
     }
@@ -66,11 +66,11 @@ impl Source {
 /// A place in a part.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Place {
-    /// The part.
+    /// Path of the part.
     pub path: String,
-    /// Counted from 1.
+    /// Line, counted from 1.
     pub line: usize,
-    /// In characters, counted from 1.
+    /// Column in characters, counted from 1.
     pub column: usize,
 }
 
@@ -80,17 +80,17 @@ impl fmt::Display for Place {
     }
 }
 
-/// Why a kernel was refused.
+/// Reason why a kernel is refused.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("{place}: {}{message}", function.as_ref().map(|name| format!("in `{name}`: ")).unwrap_or_default())]
 pub struct Refusal {
-    /// Where.
+    /// Place that is refused.
     pub place: Place,
-    /// In which function, if in one.
+    /// Function around it, if there is one.
     pub function: Option<String>,
-    /// What, and what is allowed instead.
+    /// Problem, and what is allowed instead.
     pub message: String,
 }
 
-/// Refusals, at least one.
+/// One or more refusals.
 pub type Refusals = Vec<Refusal>;

@@ -1,4 +1,4 @@
-//! SPIR-V that a driver may not re-associate, fuse or re-round.
+//! Writes SPIR-V that a driver may not reassociate, contract or round otherwise.
 
 use naga::back::spv;
 use naga::proc::{BoundsCheckPolicies, BoundsCheckPolicy};
@@ -6,10 +6,10 @@ use naga::valid::ModuleInfo;
 
 /// Words before the first instruction.
 const HEADER: usize = 5;
-/// Which of them is the first id that is not used.
+/// Index of the word with the first unused id.
 const ID_BOUND: usize = 3;
 const OP_EXT_INST: u32 = 12;
-/// Of GLSL.std.450, as are the next.
+/// Numbers of instructions in GLSL.std.450.
 const F_MIN: u32 = 37;
 const F_MAX: u32 = 40;
 const F_CLAMP: u32 = 43;
@@ -22,7 +22,7 @@ const NO_CONTRACTION: u32 = 42;
 /// Writes a module with every option pinned and `NoContraction` on every float arithmetic result.
 ///
 /// # Errors
-/// What naga's writer says.
+/// Errors of naga's writer.
 pub(crate) fn write(module: &naga::Module, info: &ModuleInfo) -> Result<Vec<u32>, String> {
     let options = spv::Options {
         lang_version: (1, 3),
@@ -55,7 +55,7 @@ pub(crate) fn write(module: &naga::Module, info: &ModuleInfo) -> Result<Vec<u32>
     Ok(without_contraction(&without_clamps(&words), &[]))
 }
 
-/// Each binding keeps the number that the WGSL gives it.
+/// Gives each binding its number in the WGSL.
 fn own_place(binding: naga::ResourceBinding) -> (naga::ResourceBinding, spv::BindingInfo) {
     let info = spv::BindingInfo {
         descriptor_set: binding.group,
@@ -74,7 +74,7 @@ fn without_clamps(words: &[u32]) -> Vec<u32> {
             [head, ty, result, set, clamp @ F_CLAMP..=S_CLAMP, x, low, high] if opcode == OP_EXT_INST => {
                 let above = out[ID_BOUND];
                 out[ID_BOUND] += 1;
-                // The three minima, maxima and clamps stand in the same order.
+                // Minimum, maximum and clamp each have three instructions, in the same order of types.
                 let (min, max) = (clamp - F_CLAMP + F_MIN, clamp - F_CLAMP + F_MAX);
                 out.extend([head - (1 << 16), ty, above, set, max, x, low]);
                 out.extend([head - (1 << 16), ty, result, set, min, above, high]);
@@ -85,7 +85,8 @@ fn without_clamps(words: &[u32]) -> Vec<u32> {
     out
 }
 
-/// Decorates every float arithmetic result with `NoContraction`; as a negative control, not those of these numbers.
+/// Decorates all results of float arithmetic with `NoContraction`, apart from those whose indices are in `except`: tests
+/// expect such an omission to be noticed.
 pub fn without_contraction(words: &[u32], except: &[usize]) -> Vec<u32> {
     let results = float_arithmetic(words);
     let mut out = words[..HEADER].to_vec();
@@ -107,7 +108,7 @@ pub fn without_contraction(words: &[u32], except: &[usize]) -> Vec<u32> {
     out
 }
 
-/// The results of float arithmetic in a module, in order.
+/// Ids of the results of float arithmetic in a module, in order.
 pub fn float_arithmetic(words: &[u32]) -> Vec<u32> {
     // FNegate, FAdd, FSub, FMul, FDiv, FRem, FMod, VectorTimesScalar .. Dot
     let arithmetic = |opcode: u32| matches!(opcode, 127 | 129 | 131 | 133 | 136 | 140 | 141 | 142..=148);
@@ -117,7 +118,7 @@ pub fn float_arithmetic(words: &[u32]) -> Vec<u32> {
         .collect()
 }
 
-/// The results that carry `NoContraction`.
+/// Ids of the results with `NoContraction`.
 pub fn decorated(words: &[u32]) -> Vec<u32> {
     instructions(words)
         .filter(|(at, opcode, length)| *opcode == OP_DECORATE && *length == 3 && words[at + 2] == NO_CONTRACTION)
@@ -125,7 +126,7 @@ pub fn decorated(words: &[u32]) -> Vec<u32> {
         .collect()
 }
 
-/// Each instruction's place, opcode and length in words.
+/// Index, opcode and length in words of each instruction.
 fn instructions(words: &[u32]) -> impl Iterator<Item = (usize, u32, usize)> {
     let mut at = HEADER;
     std::iter::from_fn(move || {

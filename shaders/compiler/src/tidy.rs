@@ -1,13 +1,13 @@
-//! Passes that make a program smaller without changing what it does: unused values go, variables are declared
-//! where they are needed, values that are used outside a block that can be left become variables, and short
-//! varying branches become selections.
+//! Passes that make a program smaller without changing its results. They remove unused values and branches that are never
+//! taken, declare variables where they are needed, put values that are used outside a block with exits into variables, and
+//! turn short varying branches into selections.
 
 use std::collections::{BTreeMap, BTreeSet};
 
 use crate::tree::{Array, Binary, Block, Label, Op, Program, Statement, Value, Variable, visit};
 use crate::uniform::Shapes;
 
-/// Removes values that nothing uses and writes that nothing reads.
+/// Removes values that nothing uses, and writes that nothing reads.
 pub(crate) fn remove_unused(program: &mut Program) {
     loop {
         let mut used = BTreeSet::new();
@@ -45,7 +45,7 @@ pub(crate) fn remove_unused(program: &mut Program) {
     }
 }
 
-/// Keeps what a test says, inner blocks first.
+/// Keeps the statements for which `keep` returns true, beginning with those of inner blocks.
 fn sweep(block: &mut Block, keep: &mut impl FnMut(&Statement) -> bool) {
     for statement in block.iter_mut() {
         for inner in statement.blocks_mut() {
@@ -55,15 +55,15 @@ fn sweep(block: &mut Block, keep: &mut impl FnMut(&Statement) -> bool) {
     block.retain(|statement| keep(statement));
 }
 
-/// What a declaration declares.
+/// A variable or array that a statement declares.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 enum Local {
     Variable(Variable),
     Array(Array),
 }
 
-/// Moves each declaration to just before its first use, as deep as its uses allow: into a loop only if the
-/// variable is overwritten there before it is read, since it would start anew each time.
+/// Moves each declaration to just before its first use, in the innermost block with all uses. It only moves into a loop if
+/// the variable is written there before it is read, since each turn would initialise it again.
 pub(crate) fn sink_declarations(program: &mut Program) {
     let mut declared = Vec::new();
     visit(&program.body, &mut |statement| match statement {
@@ -105,7 +105,7 @@ fn sink(program: &Program, block: &mut Block, local: Local) -> bool {
         .any(|statement| statement.blocks_mut().any(|inner| sink(program, inner, local)))
 }
 
-/// Puts a declaration into the deepest block that may hold it, just before the first use.
+/// Puts a declaration into the innermost block possible, just before the first use.
 fn place(program: &Program, block: &mut Block, local: Local) {
     if !try_place(program, block, local, false) {
         block.insert(0, declaration(local));
@@ -136,7 +136,7 @@ fn try_place(program: &Program, block: &mut Block, local: Local, in_loop: bool) 
     true
 }
 
-/// Whether a statement, or one within it, uses a variable.
+/// Returns whether a statement, or one within it, uses a variable.
 fn mentions(program: &Program, statement: &Statement, local: Local) -> bool {
     let own = match (statement, local) {
         (Statement::Write(v, _), Local::Variable(own)) => *v == own,
@@ -153,7 +153,7 @@ fn mentions(program: &Program, statement: &Statement, local: Local) -> bool {
         .any(|inner| mentions(program, inner, local))
 }
 
-/// A value that is set in a block that can be left, and used after it, goes through a variable.
+/// Puts each value that is set in a block with exits, and used after it, into a variable.
 pub(crate) fn carry_values_out(program: &mut Program) {
     let mut exits = BTreeSet::new();
     visit(&program.body, &mut |statement| {
@@ -223,7 +223,7 @@ fn write_after(block: &mut Block, value: Value, variable: Variable) {
     }
 }
 
-/// Replaces values in a statement and all within it.
+/// Replaces values in a statement and in those of its blocks.
 fn substitute(program: &mut Program, statement: &mut Statement, with: &BTreeMap<Value, Value>) {
     let new = |value: &mut Value| {
         if let Some(other) = with.get(value) {
@@ -274,7 +274,7 @@ fn substitute(program: &mut Program, statement: &mut Statement, with: &BTreeMap<
     }
 }
 
-/// Replaces branches whose condition is a constant by the side that is taken.
+/// Replaces each branch whose condition is a constant by the side that is taken.
 pub(crate) fn take_constant_branches(program: &mut Program) {
     fn take(program: &Program, block: &mut Block) {
         for statement in std::mem::take(block) {
@@ -302,10 +302,10 @@ pub(crate) fn take_constant_branches(program: &mut Program) {
     program.body = body;
 }
 
-/// The greatest number of operations of a branch that becomes a selection.
+/// Most statements in a branch that becomes a selection.
 const SHORT: usize = 12;
 
-/// Turns short varying branches that only compute and assign into selections: `&&` and `||` arrive as such.
+/// Turns short varying branches that only compute and assign into selections. naga makes such branches of `&&` and `||`.
 pub(crate) fn select_short_branches(program: &mut Program, shapes: &Shapes) {
     let mut body = std::mem::take(&mut program.body);
     convert(program, shapes, &mut body);
@@ -358,7 +358,7 @@ fn convert(program: &mut Program, shapes: &Shapes, block: &mut Block) {
     *block = out;
 }
 
-/// Whether a branch only computes cheaply and assigns, and reads nothing that it has assigned.
+/// Returns whether a branch consists of few cheap operations and assignments, and reads no variable that it has assigned.
 fn is_short(program: &Program, block: &Block) -> bool {
     let mut written = BTreeSet::new();
     block.len() <= SHORT
@@ -370,7 +370,7 @@ fn is_short(program: &Program, block: &Block) -> bool {
             Statement::Let(value) => match program.op(*value) {
                 Op::Read(variable) => !written.contains(&variable),
                 Op::Binary(op, ..) => !matches!(op, Binary::Divide | Binary::Remainder),
-                // A conversion of a value that the branch was there to keep in range.
+                // The branch may be what keeps a number or index in range.
                 Op::Convert(_) | Op::ReadElement(..) | Op::Loaded => false,
                 _ => true,
             },

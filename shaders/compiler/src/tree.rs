@@ -1,49 +1,49 @@
-//! The compiler's own program: one structured body over scalars. Functions are inlined, vectors and structs
-//! are taken apart, and every jump is an exit from a labelled block, so that what follows needs no special
-//! case for `break`, `continue` or `return`.
+//! The compiler's intermediate representation of a program: one structured body over scalars. Functions are inlined, vectors
+//! and structs are split, and every jump is an exit from a labelled block, so that later passes need no special cases for
+//! `break`, `continue` and `return`.
 
 /// A scalar type.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Ty {
-    /// 32-bit float
+    /// 32-bit float.
     F32,
-    /// 32-bit signed integer
+    /// 32-bit signed integer.
     I32,
-    /// 32-bit unsigned integer
+    /// 32-bit unsigned integer.
     U32,
-    /// truth value
+    /// Truth value.
     Bool,
 }
 
-/// An index into [`Program::values`]: a value that is computed once where its statement stands.
+/// Index into [`Program::values`]. A value is computed once, by its statement.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct Value(pub u32);
-/// An index into [`Program::variables`].
+/// Index into [`Program::variables`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct Variable(pub u32);
-/// An index into [`Program::arrays`].
+/// Index into [`Program::arrays`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct Array(pub u32);
-/// A block that can be left.
+/// Name of a block that can be left.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct Label(pub u32);
 
-/// One operand.
+/// An operation on one operand.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Unary {
-    /// `-x`, wrapping on integers
+    /// `-x`; wraps for integers.
     Negate,
-    /// `!x` on bool, `~x` on integers
+    /// `!x` of a truth value, `~x` of an integer.
     Not,
-    /// absolute value, wrapping on integers
+    /// Absolute value; wraps for integers.
     Abs,
-    /// towards minus infinity
+    /// Rounds down.
     Floor,
-    /// towards zero
+    /// Rounds towards zero.
     Trunc,
 }
 
-/// Two operands of one type.
+/// An operation on two operands of one type.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[expect(missing_docs, reason = "they are WGSL's operators")]
 pub enum Binary {
@@ -68,7 +68,7 @@ pub enum Binary {
 }
 
 impl Binary {
-    /// Whether the result is a bool whatever the operands are.
+    /// Returns whether the result is a truth value for all types of operands.
     pub fn compares(self) -> bool {
         matches!(
             self,
@@ -77,35 +77,35 @@ impl Binary {
     }
 }
 
-/// How a value is computed.
+/// Operation that computes a value.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Op {
-    /// The bits of a constant; 0 or 1 for a bool.
+    /// Bits of a constant; 0 or 1 for a truth value.
     Constant(u32),
     /// `local_invocation_index`
     Lane,
     /// `workgroup_id.x`
     Workgroup,
-    /// One operand.
+    /// An operation on one operand.
     Unary(Unary, Value),
-    /// Two operands.
+    /// An operation on two operands.
     Binary(Binary, Value, Value),
     /// `condition ? accept : reject`
     Select {
-        /// A bool.
+        /// Truth value.
         condition: Value,
-        /// If it is true.
+        /// Taken if it is true.
         accept: Value,
-        /// If not.
+        /// Taken if it is false.
         reject: Value,
     },
-    /// A conversion of the number.
+    /// Converts between types.
     Convert(Value),
-    /// The same bits as another type.
+    /// Reinterprets the bits as another type.
     Bitcast(Value),
-    /// A variable's content.
+    /// Reads a variable.
     Read(Variable),
-    /// An array element's content.
+    /// Reads an element of an array.
     ReadElement(Array, Value),
     /// Set by a [`Statement::Load`].
     Loaded,
@@ -116,46 +116,46 @@ pub enum Op {
 pub struct Node {
     /// How it is computed.
     pub op: Op,
-    /// Its type.
+    /// Type.
     pub ty: Ty,
-    /// What the WGSL calls it, if it does.
+    /// Name in the WGSL, if it has one.
     pub name: Option<String>,
-    /// Where in the WGSL, for what may be refused.
+    /// Place in the WGSL, for operations that may be refused.
     pub span: naga::Span,
 }
 
 /// A scalar local variable.
 #[derive(Clone, Debug)]
 pub struct VariableInfo {
-    /// Its type.
+    /// Type.
     pub ty: Ty,
-    /// The bits it starts with, each time its function is entered.
+    /// Initial bits, at each call of its function.
     pub init: u32,
-    /// What the WGSL calls it.
+    /// Name in the WGSL.
     pub name: String,
 }
 
 /// A local array of scalars.
 #[derive(Clone, Debug)]
 pub struct ArrayInfo {
-    /// Its elements' type.
+    /// Type of its elements.
     pub ty: Ty,
-    /// The bits they start with.
+    /// Initial bits of the elements.
     pub init: Vec<u32>,
-    /// What the WGSL calls it.
+    /// Name in the WGSL.
     pub name: String,
 }
 
-/// Where in a buffer a word lies: word `element * stride + offset`, the element clamped into the buffer.
+/// Place of a word in a buffer: `element * stride + offset`, with the element clamped to those of the buffer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Address {
     /// Binding number.
     pub buffer: u32,
-    /// The element of the buffer's array; none if the buffer is no array.
+    /// Element of the buffer's array. `None` if the buffer isn't an array.
     pub element: Option<Value>,
-    /// Words an element.
+    /// Words per element.
     pub stride: u32,
-    /// Word within the element.
+    /// Index of the word in the element.
     pub offset: u32,
 }
 
@@ -166,65 +166,65 @@ pub enum Statement {
     Let(Value),
     /// Loads consecutive words.
     Load {
-        /// What they become.
+        /// Values that they become.
         targets: Vec<Value>,
-        /// The first word.
+        /// Address of the first word.
         address: Address,
     },
-    /// Where a variable begins to exist, with its initial value, each time this is passed.
+    /// Creates a variable with its initial value.
     Declare(Variable),
-    /// The same for an array.
+    /// Creates an array with its initial values.
     DeclareArray(Array),
     /// Writes a variable.
     Write(Variable, Value),
-    /// Writes an array element.
+    /// Writes an element of an array.
     WriteElement {
-        /// The array.
+        /// Array.
         array: Array,
-        /// Which.
+        /// Index of the element; beyond the last, the last one.
         index: Value,
-        /// What.
+        /// Value to write.
         value: Value,
-        /// Where in the WGSL.
+        /// Place in the WGSL.
         span: naga::Span,
     },
     /// Stores a word.
     Store {
-        /// Where.
+        /// Address of the word.
         address: Address,
-        /// What.
+        /// Value to write.
         value: Value,
-        /// Where in the WGSL.
+        /// Place in the WGSL.
         span: naga::Span,
     },
-    /// One of two blocks.
+    /// Runs one of two blocks.
     If {
-        /// A bool.
+        /// Truth value.
         condition: Value,
-        /// If it is true.
+        /// Taken if it is true.
         accept: Block,
-        /// If not.
+        /// Taken if it is false.
         reject: Block,
     },
-    /// A block again and again, until it is left.
+    /// Repeats a block until it is left.
     Loop {
-        /// Its own label.
+        /// Label that exits name.
         label: Label,
-        /// Its statements.
+        /// Statements in it.
         body: Block,
-        /// Where in the WGSL.
+        /// Place in the WGSL.
         span: naga::Span,
     },
-    /// A block that can be left early.
+    /// Runs a block that can be left early.
     Labeled {
-        /// Its label.
+        /// Label that exits name.
         label: Label,
-        /// Its statements.
+        /// Statements in it.
         body: Block,
-        /// What the inlined function is called, if it is one.
+        /// Name of the inlined function, if it is one.
         function: Option<String>,
     },
-    /// Leaves the block of that label.
+    /// Leaves the block or loop with this label.
     Exit(Label),
 }
 
@@ -234,32 +234,32 @@ pub type Block = Vec<Statement>;
 /// A kernel's entry point.
 #[derive(Clone, Debug, Default)]
 pub struct Program {
-    /// Every value.
+    /// Values of all statements.
     pub values: Vec<Node>,
-    /// Every variable.
+    /// Local variables.
     pub variables: Vec<VariableInfo>,
-    /// Every local array.
+    /// Local arrays.
     pub arrays: Vec<ArrayInfo>,
-    /// Labels given out.
+    /// Number of labels.
     pub labels: u32,
-    /// The whole body.
+    /// Statements.
     pub body: Block,
     /// Number of bindings.
     pub buffers: u32,
 }
 
 impl Program {
-    /// A value's type.
+    /// Returns the type of a value.
     pub fn ty(&self, value: Value) -> Ty {
         self.values[value.0 as usize].ty
     }
 
-    /// How a value is computed.
+    /// Operation that computes a value.
     pub fn op(&self, value: Value) -> Op {
         self.values[value.0 as usize].op
     }
 
-    /// A new value, not yet in any block.
+    /// Adds a value, which is not yet in any block.
     pub fn add(&mut self, op: Op, ty: Ty) -> Value {
         self.values.push(Node {
             op,
@@ -272,7 +272,7 @@ impl Program {
 }
 
 impl Op {
-    /// The values it is computed from.
+    /// Values that it is computed from.
     pub fn operands(self) -> impl Iterator<Item = Value> {
         let operands = match self {
             Self::Constant(_) | Self::Lane | Self::Workgroup | Self::Read(_) | Self::Loaded => [None; 3],
@@ -289,7 +289,7 @@ impl Op {
 }
 
 impl Statement {
-    /// The values that it uses itself, those of its blocks left out.
+    /// Values that it uses, without those that only its blocks use.
     pub fn operands(&self, program: &Program) -> Vec<Value> {
         match self {
             Self::Let(value) => program.op(*value).operands().collect(),
@@ -304,7 +304,7 @@ impl Statement {
         }
     }
 
-    /// The values that it sets itself.
+    /// Values that it sets, without those of its blocks.
     pub fn results(&self) -> &[Value] {
         match self {
             Self::Let(value) => std::slice::from_ref(value),
@@ -313,7 +313,7 @@ impl Statement {
         }
     }
 
-    /// Its blocks.
+    /// Blocks in it.
     pub fn blocks(&self) -> impl Iterator<Item = &Block> {
         let blocks = match self {
             Self::If { accept, reject, .. } => [Some(accept), Some(reject)],
@@ -323,7 +323,7 @@ impl Statement {
         blocks.into_iter().flatten()
     }
 
-    /// Its blocks, to be changed.
+    /// Blocks in it, to be changed.
     pub fn blocks_mut(&mut self) -> impl Iterator<Item = &mut Block> {
         let blocks = match self {
             Self::If { accept, reject, .. } => [Some(accept), Some(reject)],
@@ -334,7 +334,7 @@ impl Statement {
     }
 }
 
-/// Visits every statement, outer before inner, in order.
+/// Visits all statements in order, each before those of its blocks.
 pub fn visit(block: &[Statement], see: &mut impl FnMut(&Statement)) {
     for statement in block {
         see(statement);

@@ -1,35 +1,37 @@
-//! What is the same for all lanes. A fixpoint over data and control together: it starts with everything
-//! uniform and takes back what can't be.
+//! Finds which values are the same in all lanes: the fixpoint of an analysis of data flow and control flow together, which
+//! first assumes that all are, and drops those that can't be.
 
 use std::collections::BTreeSet;
 
 use crate::source::{Place, Refusal, Refusals};
-use crate::tree::{Array, Binary, Block, Label, Op, Program, Statement, Ty, Value, Variable};
+use crate::tree::{Array, Binary, Block, Label, Op, Program, Statement, Ty, Value, Variable, visit};
 
 /// How a value differs between lanes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Shape {
-    /// It does not.
+    /// The same in all lanes.
     Uniform,
-    /// By one from lane to lane: a uniform integer plus the lane's number.
+    /// A uniform integer plus the lane's number.
     Linear,
-    /// In any way.
+    /// Any values.
     Varying,
 }
 
-/// What the analysis found.
+/// Results of the analysis.
 #[derive(Clone, Debug, Default)]
 pub struct Shapes {
     values: Vec<Option<Shape>>,
     variables: BTreeSet<Variable>,
     arrays: BTreeSet<Array>,
-    /// Labels that some lanes leave for while others stay.
+    /// Labels that some lanes exit to while others stay.
     left_by_some: BTreeSet<Label>,
-    /// Loops that some lanes leave, to whatever label.
+    /// Loops that some lanes leave while others stay, whatever the label that they exit to.
     loops: BTreeSet<Label>,
+    /// The program's last block, unless all lanes leave it together somewhere.
+    last_block: Option<Label>,
 }
 
-/// Something that encloses a statement.
+/// A construct around a statement.
 #[derive(Clone, Copy, Debug)]
 pub enum Region {
     /// A branch of an `if`, and whether its condition varies.
@@ -39,7 +41,7 @@ pub enum Region {
 }
 
 impl Shapes {
-    /// How a value differs.
+    /// Returns how a value differs between lanes.
     pub fn shape(&self, value: Value) -> Shape {
         self.values
             .get(value.0 as usize)
@@ -48,32 +50,32 @@ impl Shapes {
             .unwrap_or(Shape::Uniform)
     }
 
-    /// Whether a value is the same for all lanes.
+    /// Returns whether a value is the same in all lanes.
     pub fn is_uniform(&self, value: Value) -> bool {
         self.shape(value) == Shape::Uniform
     }
 
-    /// Whether a variable's content differs.
+    /// Returns whether a variable's content differs between lanes.
     pub fn variable_varies(&self, variable: Variable) -> bool {
         self.variables.contains(&variable)
     }
 
-    /// Whether an array's content differs.
+    /// Returns whether an array's content differs between lanes.
     pub fn array_varies(&self, array: Array) -> bool {
         self.arrays.contains(&array)
     }
 
-    /// Whether some lanes leave for a label while others stay.
+    /// Returns whether some lanes exit to a label while others stay.
     pub fn is_left_by_some(&self, label: Label) -> bool {
         self.left_by_some.contains(&label)
     }
 
-    /// Whether a loop must watch that any lane is still in it.
+    /// Returns whether a loop must end when no lane is left in it.
     pub fn loop_is_left_by_some(&self, label: Label) -> bool {
         self.loops.contains(&label)
     }
 
-    /// Whether lanes that are active outside of these regions may be idle inside.
+    /// Returns whether lanes that are active outside these regions may be idle inside.
     pub fn diverges(&self, regions: &[Region]) -> bool {
         regions.iter().any(|region| match region {
             Region::Branch(varying) => *varying,
@@ -81,12 +83,13 @@ impl Shapes {
         })
     }
 
-    /// Whether an exit is taken by some of the lanes of its label's block only.
+    /// Returns whether only some of the lanes in its label's block may take an exit.
     pub fn exit_diverges(&self, regions: &[Region], label: Label) -> bool {
         self.diverges(&regions[depth_of(regions, label) + 1..])
     }
 
-    /// Whether all active lanes leave a labelled block together somewhere in its body; `regions` enclose the body.
+    /// Returns whether there is an exit in the body of a labelled block that all active lanes take together. `regions` are
+    /// those around the body.
     pub fn is_left_by_all(&self, label: Label, body: &Block, regions: &mut Vec<Region>) -> bool {
         body.iter().any(|statement| {
             let region = match statement {
@@ -103,9 +106,24 @@ impl Shapes {
             found
         })
     }
+
+    /// Returns whether a varying `if` with these branches, in these regions, is followed by a test that ends the program if
+    /// no lane is left in it. Lanes must exit in the branches, and the `if` must be directly in the program's last block:
+    /// deeper in, the test isn't worth its time.
+    pub fn ends_early(&self, regions: &[Region], branches: [&Block; 2]) -> bool {
+        let mut exits = false;
+        if let [Region::Label(label)] = regions
+            && self.last_block == Some(*label)
+        {
+            for block in branches {
+                visit(block, &mut |statement| exits |= matches!(statement, Statement::Exit(_)));
+            }
+        }
+        exits
+    }
 }
 
-/// Where a label's block is among the enclosing regions.
+/// Index of a label's block among the enclosing regions.
 ///
 /// # Panics
 /// If it is not among them.
@@ -119,7 +137,7 @@ pub fn depth_of(regions: &[Region], label: Label) -> usize {
 /// Analyses a program.
 ///
 /// # Errors
-/// A varying value stored at a uniform address of a buffer, a varying index into a local array.
+/// A varying value that is stored at a uniform address in a buffer, or a varying index into a local array.
 pub fn analyse(program: &Program, place: &dyn Fn(naga::Span) -> Place) -> Result<Shapes, Refusals> {
     let mut analysis = Analysis {
         program,
@@ -137,17 +155,22 @@ pub fn analyse(program: &Program, place: &dyn Fn(naga::Span) -> Place) -> Result
         analysis.refusals.clear();
         analysis.block(&program.body, &mut Vec::new());
     }
-    if analysis.refusals.is_empty() {
-        Ok(analysis.shapes)
-    } else {
-        Err(analysis.refusals)
+    if !analysis.refusals.is_empty() {
+        return Err(analysis.refusals);
     }
+    let mut shapes = analysis.shapes;
+    if let Some(Statement::Labeled { label, body, .. }) = program.body.last()
+        && !shapes.is_left_by_all(*label, body, &mut vec![Region::Label(*label)])
+    {
+        shapes.last_block = Some(*label);
+    }
+    Ok(shapes)
 }
 
 struct Analysis<'a> {
     program: &'a Program,
     shapes: Shapes,
-    /// How many regions enclose each declaration.
+    /// Number of regions around each declaration.
     homes: Vec<usize>,
     array_homes: Vec<usize>,
     changed: bool,
@@ -166,7 +189,7 @@ impl Analysis<'_> {
 
     fn set(&mut self, value: Value, shape: Shape) {
         let slot = &mut self.shapes.values[value.0 as usize];
-        // Monotone: a shape never goes back.
+        // Shapes only ever rise, so the analysis ends.
         let new = slot.map_or(shape, |old| old.max(shape));
         if *slot != Some(new) {
             *slot = Some(new);

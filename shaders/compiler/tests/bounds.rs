@@ -1,5 +1,5 @@
-//! How often loops turn at the most: never less than they do, exactly where that can be known, and a refusal where
-//! nothing is known.
+//! Upper bounds of loops' turns are never less than the turns that loops take, are exact where that is possible, and are
+//! refused where there is none.
 
 use oneiro_shader_compiler::interpret::{Memory, Trap, run_invocation};
 use oneiro_shader_compiler::{Part, Trees, compile, generate, trees};
@@ -50,7 +50,7 @@ fn bound(trees: &Trees, buffers: &[Vec<u32>]) -> Option<u64> {
     Some(trees.turns.as_ref().ok()?.value(&word))
 }
 
-/// The bound of a body, and how often its loops turn in truth.
+/// Returns the bound of a body, and the number of turns that its loops take.
 fn turns(body: &str) -> (u64, u64) {
     let trees = trees(&parts(body)).unwrap_or_else(|refusals| panic!("`{body}`: {}", refusals[0]));
     let mut buffers = memory();
@@ -135,6 +135,21 @@ fn loops_that_end_early_turn_no_oftener_than_is_said() {
         ("for (var i = 0u; i < select(3u, 7u, lane > 9u); i++) { sum += i; }", 8),
         ("for (var i = 0u; i < lane % 7u; i++) { sum += i; }", 7),
         ("for (var i = 0u; i < (lane & 7u); i++) { sum += i; }", 8),
+        // The sum of the start wraps around.
+        (
+            "let most = 4294967295u; for (var i = most + 5u; i < 10u; i++) { sum += i; }",
+            7,
+        ),
+        // At the first test, the counter may be beyond its end.
+        (
+            "var i = 50u; loop { for (var k = 0u; k < i; k++) { sum += k; } if (i < 3u) { } else { break; } continuing { i++; } }",
+            1 + 51,
+        ),
+        // Once it has counted, the counter is a step beyond.
+        (
+            "var i = 0u; loop { if (i < 3u) { } else { break; } continuing { i++; for (var k = 0u; k < i; k++) { sum += k; } } }",
+            4 + 3 * 5,
+        ),
     ] {
         let (bound, counted) = turns(body);
         assert!(counted <= bound, "{counted} turns of {bound}: {body}");
@@ -163,6 +178,12 @@ fn loops_without_a_bound_are_refused_with_their_line() {
         "loop { sum++; if (sum > lane) { break; } }",
         "for (var i = 0u; i < 7u; i++) { for (var k = 0u; k < lane; k++) { sum += k; } }",
         "if (lane > 3u) { loop { break; } }",
+        // A read from before a loop, or from another turn of it, is not the counter's.
+        "var i = 0u; let c = i; for (; c < 10u; i++) { sum += 1u; }",
+        "var i = 0u; let c = i; for (; i < 10u; i = c + 1u) { sum += 1u; }",
+        "for (var i = 0u; i <= min(worlds[0].count, 4294967295u) * min(worlds[0].cells, 4294967295u) * min(lane, 4294967295u); i++) { sum += 1u; }",
+        "var i = lane; loop { for (var k = 0u; k < i; k++) { sum += 1u; } if (i < 3u) { } else { break; } continuing { i++; } }",
+        "var i = lane; let c = i; for (i = 0u; i < 10u; i++) { for (var k = 0u; k < c; k++) { sum += 1u; } }",
     ] {
         let compiled = compile("kernel", &parts(body)).unwrap_or_else(|refusals| panic!("`{body}`: {}", refusals[0]));
         let Err(refusals) = compiled.bounded() else {
@@ -171,10 +192,46 @@ fn loops_without_a_bound_are_refused_with_their_line() {
         let message = refusals[0].to_string();
         assert!(
             message.starts_with("kernel:4:")
-                && message.contains(": in `main`: nothing known beforehand bounds this loop; write `for"),
+                && message.contains(": in `main`: this loop has no bound known before it runs; write `for"),
             "`{body}`: {message}"
         );
     }
+}
+
+/// Values that are shared again and again take no time.
+#[test]
+fn ends_of_shared_values_are_refused_soon() {
+    let doubled: Vec<String> = (0..60)
+        .map(|step| format!("let x{} = x{step} + x{step}; ", step + 1))
+        .collect();
+    let doubled = doubled.concat();
+    let body = format!("let x0 = min(worlds[0].count, MOST); {doubled} for (var i = 0u; i < x60; i++) {{ sum += i; }}");
+    let compiled = compile("kernel", &parts(&body)).unwrap();
+    assert!(compiled.bounded().is_err());
+    let long: Vec<String> = (0..5_000)
+        .map(|step| format!("let x{} = x{step} + 1u; ", step + 1))
+        .collect();
+    let long = long.concat();
+    let body = format!("let x0 = min(worlds[0].count, MOST); {long} for (var i = 0u; i < x5000; i++) {{ sum += i; }}");
+    let compiled = compile("kernel", &parts(&body)).unwrap();
+    assert!(compiled.bounded().is_err());
+    let nested: Vec<String> = (0..40)
+        .map(|level| {
+            format!(
+                "for (var i{} = 0u; i{} < i{level} + i{level}; i{}++) {{ ",
+                level + 1,
+                level + 1,
+                level + 1
+            )
+        })
+        .collect();
+    let body = format!(
+        "for (var i0 = 0u; i0 < min(worlds[0].count, MOST); i0++) {{ {} sum += 1u; {} }}",
+        nested.concat(),
+        "}".repeat(40)
+    );
+    let compiled = compile("kernel", &parts(&body)).unwrap();
+    assert!(compiled.bounded().is_err());
 }
 
 /// The loops of random kernels.

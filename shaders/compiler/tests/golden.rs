@@ -1,4 +1,4 @@
-//! What is printed for small kernels, to be read and compared. How the files are renewed, [`pinned`] says.
+//! The code printed for small kernels is kept in files, to be read and compared. See [`pinned`] for how to accept changes.
 
 use std::fs;
 use std::path::PathBuf;
@@ -14,7 +14,7 @@ fn folder() -> PathBuf {
     PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("tests/golden")
 }
 
-/// The kernel `tests/golden/NAME.wgsl` and what it becomes, `tests/golden/NAME.lanes`.
+/// Compares the code of each kernel `tests/golden/NAME.wgsl` with `tests/golden/NAME.lanes`.
 #[test]
 fn kernels_become_what_is_pinned() {
     let problems: Vec<String> = KERNELS

@@ -1,4 +1,4 @@
-//! Host structs have the layout of the WGSL's, or the kernel is refused.
+//! Host structs have the layout of those in the WGSL, or the kernel is refused.
 
 use oneiro_shader_compiler::{Binding, Compiled, Part, Refusals, compile};
 
@@ -19,7 +19,7 @@ fn refused(declarations: &str, words: &str) {
     assert!(message.contains(words), "`{declarations}`: {message}");
 }
 
-/// The generated text in one line, without its comments.
+/// Puts generated text on one line, without its comments.
 fn squeezed(text: &str) -> String {
     let code = text.lines().filter(|line| !line.trim_start().starts_with("//"));
     code.flat_map(str::split_whitespace).collect::<Vec<_>>().join(" ")
@@ -144,6 +144,6 @@ fn paddings_are_refused() {
         &bound("many: array<f32, 4>"),
         "`Item.many`: host structs hold only scalars, vectors and structs",
     );
-    // One that no buffer holds may be anything.
+    // A struct that is in no buffer may have any layout.
     compiled("struct Free { a: f32, at: vec3<f32>, many: array<f32, 3> } fn f(free: Free) {}").unwrap();
 }

@@ -8,9 +8,9 @@ use oneiro_shader_compiler::{Part, Trees, generate, trees};
 
 #[path = "../../../tests/seeds/mod.rs"]
 mod seeds;
-use seeds::{Outcome, Plan};
+use seeds::{Outcome, Plan, unless_refused};
 
-/// Invocations of the workgroup that are run.
+/// Number of invocations to run.
 const LANES: u32 = 16;
 const WORKGROUP: u32 = 1;
 const PLAN: Plan = Plan {
@@ -24,32 +24,22 @@ fn text(seed: u64) -> String {
     generate::kernel(seed, 20 + (seed % 80) as u32)
 }
 
-/// A generated kernel's program; none if it was refused for the one reason that the generator can't foresee.
+/// Returns a generated kernel's program, or `None` if it is refused as expected.
 fn program(seed: u64) -> Option<Trees> {
-    let part = |path: &str, text: String| Part {
+    let part = |path: &str, text: &str| Part {
         path: path.into(),
-        text,
+        text: text.into(),
     };
     let text = text(seed);
-    match trees(&[part("prelude", generate::PRELUDE.into()), part("kernel", text.clone())]) {
-        Ok(trees) => Some(trees),
-        Err(refusals) => {
-            for refusal in refusals {
-                assert!(
-                    refusal.message.contains("can't be indexed by what differs"),
-                    "seed {seed}: {refusal}\n{text}"
-                );
-            }
-            None
-        }
-    }
+    let program = trees(&[part("prelude", generate::PRELUDE), part("kernel", &text)]);
+    unless_refused(seed, &text, program)
 }
 
 fn buffers(seed: u64) -> Vec<Vec<u32>> {
     generate::buffers(seed, WORKGROUP + 1)
 }
 
-/// What the program means: each invocation by itself.
+/// Buffers after the raw program has run, one invocation at a time: the right result.
 fn meaning(trees: &Trees, seed: u64) -> Result<Vec<Vec<u32>>, Trap> {
     let mut buffers = buffers(seed);
     let mut memory = Memory {
@@ -62,7 +52,7 @@ fn meaning(trees: &Trees, seed: u64) -> Result<Vec<Vec<u32>>, Trap> {
     Ok(buffers)
 }
 
-/// What tidying left of it.
+/// Buffers after the tidied program has run, one invocation at a time.
 fn tidied(trees: &Trees, seed: u64) -> Result<Vec<Vec<u32>>, Trap> {
     let mut buffers = buffers(seed);
     let mut memory = Memory {
@@ -75,7 +65,7 @@ fn tidied(trees: &Trees, seed: u64) -> Result<Vec<Vec<u32>>, Trap> {
     Ok(buffers)
 }
 
-/// What lane code does.
+/// Buffers after the tidied program has run under masks.
 fn lanes<const N: usize>(trees: &Trees, seed: u64, fault: Option<Fault>) -> Result<Vec<Vec<u32>>, Trap> {
     let mut buffers = buffers(seed);
     let mut memory = Memory {
@@ -116,7 +106,7 @@ fn lanes_do_what_the_program_means() {
     PLAN.run(compare);
 }
 
-/// How many of some kernels a mistake changes.
+/// Number of kernels in which a mistake is noticed.
 fn seen(fault: Fault, kernels: u64) -> u64 {
     let shows = |seed: &u64| {
         let Some(trees) = program(*seed) else { return false };

@@ -1,4 +1,4 @@
-//! What is not exact on every device is refused, with its place; what is on the list is taken.
+//! Everything that could differ between devices is refused, with its place; everything on the list is accepted.
 
 use oneiro_shader_compiler::{Part, Refusals, compile};
 
@@ -25,13 +25,13 @@ fn check(kernel: &str) -> Result<(), Refusals> {
     compile("kernel", &[part("buffers", BUFFERS), part("kernel", kernel)]).map(|_| ())
 }
 
-/// A statement is refused at its line, with a message that holds these words.
+/// Checks that a statement is refused at its line, with a message that contains these words.
 fn refused(statement: &str, words: &str) {
     let kernel = format!("{START}    {statement}\n}}\n");
     assert_refused(&kernel, 7, statement, words);
 }
 
-/// A declaration is refused at its line.
+/// Checks that a declaration is refused at its line.
 fn refused_outside(declaration: &str, words: &str) {
     let kernel = format!("// A comment: 1.0 / 2.0\n{declaration}\n{START}}}\n");
     assert_refused(&kernel, 2, declaration, words);
@@ -154,7 +154,55 @@ fn functions() {
     refused_outside("const e = exp(1.0f);", "`exp` is not on the list");
     refused_outside(
         "fn abs(x: f32) -> f32 { return x; }\nfn f() { _ = abs(1.0f); }",
-        "hides a built-in function",
+        "`abs` shadows a WGSL built-in",
+    );
+}
+
+#[test]
+fn pointers_into_variables() {
+    let text = format!(
+        "{START}    var two = Two(u, u); increase(&two.a);\n}}\nfn increase(p: ptr<function, u32>) {{ *p += 1u; }}\nstruct Two {{ a: u32, b: u32 }}\n"
+    );
+    assert_refused(
+        &text,
+        7,
+        "increase(&two.a)",
+        "a pointer to a part of a variable can't be passed",
+    );
+}
+
+#[test]
+fn kernels_that_are_too_large() {
+    refused(
+        "var large = array<f32, 20000>(); _ = large[0];",
+        "this variable is too large; allowed: 65536 bytes",
+    );
+    refused(
+        "let large = array<f32, 20000>(); _ = large[0];",
+        "this value is too large; allowed: 65536 bytes",
+    );
+    refused_outside(
+        "var<private> large: array<f32, 20000>;",
+        "this variable is too large; allowed: 65536 bytes",
+    );
+    let mut lines = vec![
+        "@compute @workgroup_size(64) fn main() { _ = call40(1.0f); }".to_owned(),
+        "fn call0(x: f32) -> f32 { return x; }".to_owned(),
+    ];
+    lines.extend((0..40).map(|depth| {
+        let next = depth + 1;
+        format!("fn call{next}(x: f32) -> f32 {{ return call{depth}(x) + call{depth}(x + 1.0f); }}")
+    }));
+    let kernel = lines.join("\n");
+    let part = Part {
+        path: "kernel".into(),
+        text: kernel,
+    };
+    let refusals = compile("kernel", &[part]).unwrap_err();
+    assert!(
+        refusals[0].to_string().contains("too large with all its calls inlined"),
+        "{}",
+        refusals[0]
     );
 }
 
@@ -205,7 +253,7 @@ fn constants() {
         "const infinite = 0xff800000u; fn f() -> f32 { return bitcast<f32>(infinite); }",
         "not finite",
     );
-    // These two naga refuses.
+    // naga refuses these two.
     refused("out[lane] = 3e38f * 10.0f;", "infinite");
     refused("out[lane] = 1e39f;", "numeric literal not representable");
 }

@@ -1,4 +1,4 @@
-//! Messages name the part, its line and the column.
+//! Messages name the part, the line and the column.
 
 use oneiro_shader_compiler::{Part, Source, compile};
 
@@ -12,7 +12,7 @@ fn parts(texts: &[&str]) -> Vec<Part> {
 
 #[test]
 fn bytes_map_to_lines_of_parts() {
-    // The last line of a part need not end; a part may be empty.
+    // A part may be empty, or end without a line break.
     let source = Source::new(&parts(&["a\nb\n", "", "c", "\nd\n"]));
     assert_eq!(source.text, "a\nb\n\nc\n\nd\n");
     let places: Vec<_> = (0..=source.text.len())

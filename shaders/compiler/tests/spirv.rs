@@ -1,4 +1,4 @@
-//! SPIR-V: no float result without `NoContraction`, and modules that the validator takes.
+//! In SPIR-V, all float results have `NoContraction`, and the validator accepts the modules.
 
 use std::io::Write;
 use std::process::{Command, Stdio};
@@ -10,7 +10,7 @@ use oneiro_shader_compiler::{Part, compile, generate};
 mod skips;
 use skips::skipped;
 
-/// Float operations of every kind, on scalars and vectors, in functions and in branches.
+/// All kinds of float operations, on scalars and vectors, in functions and in branches.
 const OPERATIONS: &str = "
 @group(0) @binding(0) var<storage, read> numbers: array<vec4<f32>>;
 @group(0) @binding(1) var<storage, read_write> results: array<vec4<f32>>;
@@ -60,7 +60,7 @@ fn modules() -> Vec<(String, Vec<u32>)> {
     all
 }
 
-/// How many float results are not decorated.
+/// Number of float results that are not decorated.
 fn bare(words: &[u32]) -> usize {
     let decorated = decorated(words);
     float_arithmetic(words)
@@ -90,7 +90,7 @@ fn one_result_less_is_seen() {
     }
 }
 
-/// What `spirv-val` says of a module; none if it is not installed.
+/// Validates a module with `spirv-val`. Returns `None` if it is not installed.
 fn validate(words: &[u32]) -> Option<Result<(), String>> {
     let mut child = Command::new("spirv-val")
         .args(["--target-env", "vulkan1.1", "-"])
