@@ -2,13 +2,13 @@
 //! dependencies. The hash is part of the key of cached code.
 
 use std::path::{Path, PathBuf};
-use std::{env, fs};
+use std::{env, fs, io};
 
 fn main() {
-    let own = PathBuf::from(env::var("CARGO_MANIFEST_DIR").expect("cargo sets it"));
+    let package = PathBuf::from(env::var("CARGO_MANIFEST_DIR").expect("cargo sets it"));
     let mut hasher = blake3::Hasher::new();
     for path in ["src", "../compiler/src", "../../Cargo.lock"] {
-        add(&mut hasher, &own.join(path));
+        add(&mut hasher, &package.join(path));
     }
     println!("cargo::rustc-env=ONEIRO_SHADER_NATIVE={}", hasher.finalize().to_hex());
 }
@@ -17,14 +17,20 @@ fn main() {
 fn add(hasher: &mut blake3::Hasher, path: &Path) {
     println!("cargo::rerun-if-changed={}", path.display());
     if path.is_dir() {
-        let mut files: Vec<_> = fs::read_dir(path)
-            .and_then(Iterator::collect)
-            .unwrap_or_else(|error| panic!("{}: {error}", path.display()));
+        let mut files: Vec<_> = existing(path, fs::read_dir(path).and_then(Iterator::collect));
         files.sort_by_key(fs::DirEntry::path);
         for file in files {
             add(hasher, &file.path());
         }
-    } else if let Ok(text) = fs::read(path) {
-        hasher.update(blake3::hash(&text).as_bytes());
+    } else {
+        hasher.update(blake3::hash(&existing(path, fs::read(path))).as_bytes());
     }
+}
+
+/// Stops the build if a path can't be read: with a hash of less, code of other compilers could be loaded from the cache.
+fn existing<T>(path: &Path, content: io::Result<T>) -> T {
+    content.unwrap_or_else(|error| {
+        let path = path.display();
+        panic!("{path}: {error}; cached code is named by a hash of it, so it must be there")
+    })
 }

@@ -17,15 +17,15 @@ pub(crate) enum Form {
 
 /// Writes one function. Its parameters are the buffers, the workgroup, the first lane, and the budget of loop turns.
 /// Integer arithmetic wraps; floats are rounded after each operation. Memory accesses aren't checked: the emitter clamps indices.
+///
+/// It is a trait, although only Cranelift implements it, because a second backend, WebAssembly, is planned.
 pub(crate) trait Assembler {
-    /// A computed value, valid wherever its block has already run.
+    /// A computed value, valid wherever its block has already run. Pointers are values, too.
     type Value: Copy;
     /// A local variable of one form.
     type Variable: Copy;
     /// Memory that belongs to one call.
     type Array: Copy;
-    /// Address of the first word of one lane's element.
-    type Place: Copy;
     /// A block or loop that can be exited.
     type Label: Copy;
 
@@ -41,9 +41,9 @@ pub(crate) trait Assembler {
     /// A vector with the same scalar in every lane.
     fn splat(&mut self, ty: Ty, scalar: Self::Value) -> Self::Value;
     /// Extracts word `lane` from a vector of words.
-    fn lane(&mut self, vector: Self::Value, lane: u32) -> Self::Value;
+    fn extract_lane(&mut self, vector: Self::Value, lane: u32) -> Self::Value;
     /// Replaces word `lane`.
-    fn with_lane(&mut self, vector: Self::Value, lane: u32, word: Self::Value) -> Self::Value;
+    fn replace_lane(&mut self, vector: Self::Value, lane: u32, word: Self::Value) -> Self::Value;
 
     fn unary(&mut self, op: Unary, form: Form, a: Self::Value) -> Self::Value;
     /// `form` is the form of the operands, and of the result unless the operation is a comparison. A vector is shifted by a
@@ -54,32 +54,32 @@ pub(crate) trait Assembler {
     fn select(&mut self, condition: Self::Value, accept: Self::Value, reject: Self::Value) -> Self::Value;
     /// The same for vectors, lane by lane.
     fn blend(&mut self, ty: Ty, mask: Self::Value, accept: Self::Value, reject: Self::Value) -> Self::Value;
-    /// Converts between numbers, or a scalar truth value to a word. Out of range, the result may be any number.
+    /// Converts between numbers, or a scalar truth value to a word. Integers are rounded to the nearest float, and to even
+    /// ones between two. Floats are rounded towards zero, after `min(max(a, low), high)`, where the bounds are the least and
+    /// greatest floats that are integers of the type; this is WGSL's rule.
     fn convert(&mut self, from: Form, to: Ty, a: Self::Value) -> Self::Value;
     /// Reinterprets the bits as another type.
     fn bitcast(&mut self, from: Form, to: Ty, a: Self::Value) -> Self::Value;
-    /// Whether any lane of a mask is set, as a scalar.
+    /// Returns whether any lane of a mask is set, as a scalar.
     fn any(&mut self, mask: Self::Value) -> Self::Value;
 
-    /// Address of a word in a buffer.
-    fn place(&mut self, buffer: u32, index: Self::Value) -> Self::Place;
-    /// Addresses for each lane's index. Lanes outside the mask get an address that is safe to write to.
-    fn places(&mut self, buffer: u32, indices: Self::Value, mask: Option<Self::Value>) -> [Self::Place; 4];
+    /// Pointer to a word in a buffer.
+    fn buffer_pointer(&mut self, buffer: u32, index: Self::Value) -> Self::Value;
+    /// Pointers for each lane's index. Lanes outside the mask get a pointer to memory that may be overwritten.
+    fn buffer_pointers(&mut self, buffer: u32, indices: Self::Value, mask: Option<Self::Value>) -> [Self::Value; 4];
     /// Reserves this many words of memory.
     fn array(&mut self, words: u32) -> Self::Array;
-    /// Address of a word in an array.
-    fn place_in(&mut self, array: Self::Array, index: Self::Value) -> Self::Place;
-    /// One of two addresses, by a scalar condition.
-    fn choose(&mut self, condition: Self::Value, accept: Self::Place, reject: Self::Place) -> Self::Place;
-    /// Loads one number, or four consecutive ones, from `offset` words after a place.
-    fn load(&mut self, form: Form, place: Self::Place, offset: u32) -> Self::Value;
-    fn store(&mut self, form: Form, place: Self::Place, offset: u32, value: Self::Value);
-    /// Loads the word at `offset` after each place.
-    fn gather(&mut self, places: &[Self::Place; 4], offset: u32) -> Self::Value;
-    /// Loads the four words from `offset` after each place, as four vectors: the first words of all lanes, and so on.
-    fn gather_four(&mut self, places: &[Self::Place; 4], offset: u32) -> [Self::Value; 4];
-    /// Stores a word at `offset` after each place, in the order of the lanes.
-    fn scatter(&mut self, places: &[Self::Place; 4], offset: u32, words: Self::Value);
+    /// Pointer to a word in an array.
+    fn array_pointer(&mut self, array: Self::Array, index: Self::Value) -> Self::Value;
+    /// Loads one number, or four consecutive ones, from `offset` words after a pointer.
+    fn load(&mut self, form: Form, pointer: Self::Value, offset: u32) -> Self::Value;
+    fn store(&mut self, form: Form, pointer: Self::Value, offset: u32, value: Self::Value);
+    /// Loads the word at `offset` after each pointer.
+    fn gather(&mut self, pointers: &[Self::Value; 4], offset: u32) -> Self::Value;
+    /// Loads the four words from `offset` after each pointer, as four vectors: the first words of all lanes, and so on.
+    fn gather_four(&mut self, pointers: &[Self::Value; 4], offset: u32) -> [Self::Value; 4];
+    /// Stores a word at `offset` after each pointer, in the order of the lanes.
+    fn scatter(&mut self, pointers: &[Self::Value; 4], offset: u32, words: Self::Value);
 
     fn variable(&mut self, form: Form) -> Self::Variable;
     /// Reads a variable, which must have been set on every path to this point.

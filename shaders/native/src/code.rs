@@ -6,11 +6,11 @@ use crate::cache::Key;
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Code {
     /// Number of invocations that a call runs.
-    pub lanes: u32,
+    pub(crate) lanes: u32,
     /// Machine that it was compiled for, see [`crate::Target::description`].
-    pub target: String,
+    pub(crate) target: String,
     /// Words per element of each buffer.
-    pub strides: Vec<u32>,
+    pub(crate) strides: Vec<u32>,
     /// Instructions and constants.
     pub(crate) bytes: Vec<u8>,
 }
@@ -25,7 +25,7 @@ impl Code {
     }
 
     /// Converts the code to bytes, for [`Self::from_bytes`] with the same key.
-    pub fn to_bytes(&self, key: &Key) -> Vec<u8> {
+    pub(crate) fn to_bytes(&self, key: &Key) -> Vec<u8> {
         let mut bytes = MAGIC.to_vec();
         let number = |bytes: &mut Vec<u8>, number: usize| bytes.extend((number as u32).to_le_bytes());
         number(&mut bytes, self.lanes as usize);
@@ -43,7 +43,7 @@ impl Code {
     }
 
     /// Reads code from bytes. Returns `None` unless they are exactly what [`Self::to_bytes`] made with this key.
-    pub fn from_bytes(bytes: &[u8], key: &Key) -> Option<Self> {
+    pub(crate) fn from_bytes(bytes: &[u8], key: &Key) -> Option<Self> {
         let (bytes, checksum) = bytes.split_last_chunk::<{ blake3::OUT_LEN }>()?;
         if blake3::keyed_hash(key.as_bytes(), bytes) != *checksum {
             return None;
@@ -78,5 +78,33 @@ impl<'a> Reader<'a> {
         let (part, rest) = self.0.split_at_checked(length)?;
         self.0 = rest;
         Some(part)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::Target;
+
+    /// Bytes with any change, cut off anywhere, or with another key are no code.
+    #[test]
+    fn damaged_bytes_are_noticed() {
+        let target = Target::host().expect("this machine has machine code");
+        let code = Code {
+            lanes: 8,
+            target: target.description(),
+            strides: vec![1, 4],
+            bytes: (0..200).collect(),
+        };
+        let key = Key::new("text", 8, &target);
+        let whole = code.to_bytes(&key);
+        assert_eq!(Code::from_bytes(&whole, &key), Some(code));
+        for at in 0..whole.len() {
+            let mut changed = whole.clone();
+            changed[at] ^= 1;
+            assert_eq!(Code::from_bytes(&changed, &key), None, "byte {at} is changed");
+            assert_eq!(Code::from_bytes(&whole[..at], &key), None, "it is cut off at {at}");
+        }
+        assert_eq!(Code::from_bytes(&whole, &Key::new("other text", 8, &target)), None);
     }
 }

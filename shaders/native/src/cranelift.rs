@@ -1,10 +1,12 @@
 //! Machine code by Cranelift: vectors of 128 bits. Its optimiser is off, since values that it hoists out of loops are then
 //! spilled, which costs more than it saves.
 
+use std::mem::offset_of;
+
 use cranelift_codegen::control::ControlPlane;
 use cranelift_codegen::ir::condcodes::{FloatCC, IntCC};
 use cranelift_codegen::ir::immediates::V128Imm;
-use cranelift_codegen::ir::types::{F32, F32X4, I8, I32, I32X4, I64, I64X2};
+use cranelift_codegen::ir::types::{F32, F32X4, I8, I8X16, I32, I32X4, I64, I64X2};
 use cranelift_codegen::ir::{
     self, AbiParam, BlockArg, InstBuilder, MemFlagsData, Signature, StackSlot, StackSlotData, StackSlotKind, TrapCode,
     UserFuncName,
@@ -19,12 +21,19 @@ use target_lexicon::Architecture;
 
 use crate::assembler::{Assembler, Form};
 use crate::emit::emit;
-use crate::{Error, FRAME};
+use crate::{Error, FRAME, Words, longest_element};
 
 /// Bytes per word.
 const WORD: u32 = 4;
-/// Bytes of a [`crate::Words`]: address and length of a buffer.
-const BUFFER: i32 = 16;
+/// Layout of [`Words`] in bytes.
+const BUFFER: i32 = size_of::<Words>() as i32;
+const START: i32 = offset_of!(Words, start) as i32;
+const LENGTH: i32 = offset_of!(Words, len) as i32;
+const _: () = assert!(BUFFER == 16 && START == 0 && LENGTH == 8, "two words of 64 bits");
+/// Form of a word.
+const WORD_FORM: Form = Form::One(Ty::U32);
+/// Flags of conversions between types of one size.
+const BITCAST: MemFlagsData = MemFlagsData::new().with_endianness(ir::Endianness::Little);
 
 /// Settings of Cranelift for this machine, with all of its internal checks if `checked`.
 pub(crate) fn host(checked: bool) -> Result<OwnedTargetIsa, Error> {
@@ -75,51 +84,14 @@ pub(crate) fn compile(isa: &dyn TargetIsa, trees: &Trees, lanes: u32) -> Result<
     signature.returns.push(AbiParam::new(I32));
     let mut context = Context::new();
     context.func = ir::Function::with_name_signature(UserFuncName::user(0, 0), signature);
-    let mut of_function = FunctionBuilderContext::new();
-    let mut builder = FunctionBuilder::new(&mut context.func, &mut of_function);
-    let entry = builder.create_block();
-    builder.append_block_params_for_function_params(entry);
-    builder.switch_to_block(entry);
-    builder.seal_block(entry);
-    let &[buffers, workgroup, first_lane, turns] = builder.block_params(entry) else {
-        unreachable!("the signature has four parameters")
-    };
-    let flags = MemFlagsData::trusted();
-    let buffers = (0..trees.strides.len() as i32)
-        .map(|at| {
-            let start = builder.ins().load(isa.pointer_type(), flags, buffers, at * BUFFER);
-            let words = builder
-                .ins()
-                .load(isa.pointer_type(), flags, buffers, at * BUFFER + BUFFER / 2);
-            Buffer { start, words }
-        })
-        .collect();
-    let slot = |words| StackSlotData::new(StackSlotKind::ExplicitSlot, words * WORD, 4);
-    let longest = trees.strides.iter().max().copied().unwrap_or(1);
-    let sink = builder.create_sized_stack_slot(slot(longest));
-    let left = builder.declare_var(I64);
-    builder.def_var(left, turns);
-    let used_up = builder.create_block();
-    let mut asm = Clif {
-        is_x86: isa.triple().architecture == Architecture::X86_64,
-        builder,
-        buffers,
-        workgroup,
-        first_lane,
-        left,
-        used_up,
-        sink,
-        open: Vec::new(),
-    };
+    let mut builder_context = FunctionBuilderContext::new();
+    let mut asm = Clif::new(
+        isa,
+        FunctionBuilder::new(&mut context.func, &mut builder_context),
+        trees,
+    );
     emit(&mut asm, trees, lanes);
-    let Clif { mut builder, .. } = asm;
-    // The emitter ends with a return. The block after it is never reached, but must end as well.
-    builder.ins().trap(TrapCode::unwrap_user(1));
-    builder.switch_to_block(used_up);
-    builder.seal_block(used_up);
-    let result = builder.ins().iconst(I32, 1);
-    builder.ins().return_(&[result]);
-    builder.finalize(isa.frontend_config());
+    asm.end(isa);
     let compiled = context
         .compile(isa, &mut ControlPlane::default())
         .map_err(|error| match error.inner {
@@ -129,8 +101,8 @@ pub(crate) fn compile(isa: &dyn TargetIsa, trees: &Trees, lanes: u32) -> Result<
     let frame = compiled
         .buffer
         .frame_layout()
-        .map_or(0, |layout| layout.frame_to_fp_offset);
-    if u64::from(frame) > FRAME {
+        .ok_or_else(|| Error::Backend("the size of its frame is unknown".into()))?;
+    if u64::from(frame.frame_to_fp_offset) > FRAME {
         return Err(Error::TooLarge);
     }
     match compiled.buffer.relocs() {
@@ -167,7 +139,7 @@ struct Clif<'a> {
     workgroup: ir::Value,
     first_lane: ir::Value,
     /// Turns left for loops, and the block to go to when there are none.
-    left: Variable,
+    turns_left: Variable,
     used_up: ir::Block,
     /// Memory that idle lanes store to, as long as the longest element.
     sink: StackSlot,
@@ -182,7 +154,7 @@ fn scalar(ty: Ty) -> ir::Type {
     }
 }
 
-fn clif(form: Form) -> ir::Type {
+fn clif_type(form: Form) -> ir::Type {
     match form {
         Form::One(ty) => scalar(ty),
         Form::Four(Ty::F32) => F32X4,
@@ -190,16 +162,21 @@ fn clif(form: Form) -> ir::Type {
     }
 }
 
-/// Byte offset of a word. No element is large enough to overflow it.
+/// A scalar or a vector, as `form` is, of another type.
+fn like(form: Form, ty: Ty) -> ir::Type {
+    clif_type(match form {
+        Form::One(_) => Form::One(ty),
+        Form::Four(_) => Form::Four(ty),
+    })
+}
+
+/// Byte offset of a word. No element is large enough for it to overflow: [`FRAME`] limits elements, too.
 fn displacement(words: u32) -> i32 {
     (words * WORD) as i32
 }
 
-/// Form of a word.
-const WORD_FORM: Form = Form::One(Ty::U32);
-
 /// Properties of loads and stores: they never trap. Words are aligned; vectors may start at any word.
-fn of_words(form: Form) -> MemFlagsData {
+fn memory_flags(form: Form) -> MemFlagsData {
     match form {
         Form::One(_) => MemFlagsData::trusted(),
         Form::Four(_) => MemFlagsData::new().with_notrap(),
@@ -215,36 +192,84 @@ fn words(words: [u32; 4]) -> V128Imm {
     V128Imm(bytes)
 }
 
-impl Clif<'_> {
+fn stack_slot(builder: &mut FunctionBuilder<'_>, words: u32) -> StackSlot {
+    let data = StackSlotData::new(StackSlotKind::ExplicitSlot, words * WORD, 4);
+    builder.create_sized_stack_slot(data)
+}
+
+impl<'a> Clif<'a> {
+    /// Begins the function: loads the buffers' pointers and lengths.
+    fn new(isa: &dyn TargetIsa, mut builder: FunctionBuilder<'a>, trees: &Trees) -> Self {
+        let entry = builder.create_block();
+        builder.append_block_params_for_function_params(entry);
+        builder.switch_to_block(entry);
+        builder.seal_block(entry);
+        let &[buffers, workgroup, first_lane, turns] = builder.block_params(entry) else {
+            unreachable!("the signature has four parameters")
+        };
+        let mut load = |offset| {
+            let flags = MemFlagsData::trusted();
+            builder.ins().load(isa.pointer_type(), flags, buffers, offset)
+        };
+        let buffers = (0..trees.strides.len() as i32)
+            .map(|at| Buffer {
+                start: load(at * BUFFER + START),
+                words: load(at * BUFFER + LENGTH),
+            })
+            .collect();
+        let longest = longest_element(trees);
+        let turns_left = builder.declare_var(I64);
+        builder.def_var(turns_left, turns);
+        Self {
+            is_x86: isa.triple().architecture == Architecture::X86_64,
+            buffers,
+            workgroup,
+            first_lane,
+            turns_left,
+            used_up: builder.create_block(),
+            sink: stack_slot(&mut builder, longest),
+            open: Vec::new(),
+            builder,
+        }
+    }
+
+    /// Ends the function, whose emitted code ends with a return.
+    fn end(mut self, isa: &dyn TargetIsa) {
+        // The block after that return is never reached, but must end as well.
+        self.builder.ins().trap(TrapCode::unwrap_user(1));
+        self.start_sealed(self.used_up);
+        let result = self.builder.ins().iconst(I32, 1);
+        self.builder.ins().return_(&[result]);
+        self.builder.finalize(isa.frontend_config());
+    }
+
     fn vector(&mut self, bits: [u32; 4]) -> ir::Value {
         let constant = self.builder.func.dfg.constants.insert(words(bits).0.as_slice().into());
         self.builder.ins().vconst(I32X4, constant)
     }
 
     fn cast(&mut self, to: ir::Type, a: ir::Value) -> ir::Value {
-        let flags = MemFlagsData::new().with_endianness(ir::Endianness::Little);
         if self.builder.func.dfg.value_type(a) == to {
             a
         } else {
-            self.builder.ins().bitcast(to, flags, a)
+            self.builder.ins().bitcast(to, BITCAST, a)
         }
     }
 
-    /// The address of a word.
-    fn word_of(&mut self, start: ir::Value, index: ir::Value) -> ir::Value {
-        let index = self.builder.ins().uextend(I64, index);
+    /// Pointer to a word, given its index in 64 bits.
+    fn pointer(&mut self, start: ir::Value, index: ir::Value) -> ir::Value {
         let bytes = self.builder.ins().ishl_imm_u(index, 2);
         self.builder.ins().iadd(start, bytes)
     }
 
     /// Starts an unreachable block, for what follows a jump.
-    fn nowhere(&mut self) {
+    fn start_unreachable(&mut self) {
         let block = self.builder.create_block();
-        self.builder.switch_to_block(block);
-        self.builder.seal_block(block);
+        self.start_sealed(block);
     }
 
-    fn go_on(&mut self, block: ir::Block) {
+    /// Starts a block that no later code jumps to.
+    fn start_sealed(&mut self, block: ir::Block) {
         self.builder.switch_to_block(block);
         self.builder.seal_block(block);
     }
@@ -297,13 +322,51 @@ impl Clif<'_> {
         let mask = self.cast(F32X4, less);
         self.builder.ins().bitselect(mask, a, b)
     }
+
+    /// Converts floats to integers.
+    fn convert_to_integer(&mut self, form: Form, to: Ty, a: ir::Value) -> ir::Value {
+        let (low, high): (f32, f32) = if to == Ty::I32 {
+            (-2_147_483_648.0, 2_147_483_520.0)
+        } else {
+            (0.0, 4_294_967_040.0)
+        };
+        let [low, high] = [low, high].map(|bound| self.constant(form, bound.to_bits()));
+        if self.is_x86 && form == Form::Four(Ty::F32) {
+            return self.convert_to_integer_on_x86(to, a, low, high);
+        }
+        let above = self.extreme(form, a, low, false);
+        let within = self.extreme(form, above, high, true);
+        if to == Ty::I32 {
+            self.builder.ins().fcvt_to_sint_sat(like(form, to), within)
+        } else {
+            self.builder.ins().fcvt_to_uint_sat(like(form, to), within)
+        }
+    }
+
+    /// The same for vectors, with the instruction of x86, which makes `1 << 31` of all numbers that aren't signed integers.
+    fn convert_to_integer_on_x86(&mut self, to: Ty, a: ir::Value, low: ir::Value, high: ir::Value) -> ir::Value {
+        let form = Form::Four(Ty::F32);
+        if to == Ty::I32 {
+            // That is already the right result for NaN, which is kept here, and for numbers below the least integer.
+            let within = self.extreme(form, high, a, true);
+            return self.builder.ins().x86_cvtt2dq(I32X4, within);
+        }
+        let above = self.extreme(form, a, low, false);
+        let within = self.extreme(form, above, high, true);
+        // Of a number and the number less 2^32, one is a signed integer, and has the bits of the result.
+        let wrap = self.constant(form, 4_294_967_296.0_f32.to_bits());
+        let wrapped = self.builder.ins().fsub(within, wrap);
+        let [direct, wrapped] = [within, wrapped].map(|a| self.builder.ins().x86_cvtt2dq(I32X4, a));
+        let both = self.builder.ins().bxor(direct, wrapped);
+        let none = self.vector([1 << 31; 4]);
+        self.builder.ins().bxor(both, none)
+    }
 }
 
 impl Assembler for Clif<'_> {
     type Value = ir::Value;
     type Variable = Variable;
     type Array = StackSlot;
-    type Place = ir::Value;
     type Label = ir::Block;
 
     fn workgroup(&mut self) -> ir::Value {
@@ -348,14 +411,14 @@ impl Assembler for Clif<'_> {
         } else {
             value
         };
-        self.builder.ins().splat(clif(Form::Four(ty)), value)
+        self.builder.ins().splat(clif_type(Form::Four(ty)), value)
     }
 
-    fn lane(&mut self, vector: ir::Value, lane: u32) -> ir::Value {
+    fn extract_lane(&mut self, vector: ir::Value, lane: u32) -> ir::Value {
         self.builder.ins().extractlane(vector, lane as u8)
     }
 
-    fn with_lane(&mut self, vector: ir::Value, lane: u32, word: ir::Value) -> ir::Value {
+    fn replace_lane(&mut self, vector: ir::Value, lane: u32, word: ir::Value) -> ir::Value {
         self.builder.ins().insertlane(vector, word, lane as u8)
     }
 
@@ -421,102 +484,92 @@ impl Assembler for Clif<'_> {
         } else {
             self.builder.ins().bitselect(mask, accept, reject)
         };
-        self.cast(clif(Form::Four(ty)), words)
+        self.cast(clif_type(Form::Four(ty)), words)
     }
 
     fn convert(&mut self, from: Form, to: Ty, a: ir::Value) -> ir::Value {
         match (from, to) {
-            (Form::One(Ty::Bool), Ty::U32 | Ty::I32) => self.builder.ins().uextend(I32, a),
-            (Form::One(Ty::U32), Ty::F32) => self.builder.ins().fcvt_from_uint(F32, a),
-            (Form::One(Ty::I32), Ty::F32) => self.builder.ins().fcvt_from_sint(F32, a),
-            (Form::One(Ty::F32), Ty::U32) => self.builder.ins().fcvt_to_uint_sat(I32, a),
-            (Form::One(Ty::F32), Ty::I32) => self.builder.ins().fcvt_to_sint_sat(I32, a),
-            // Exact kernels convert no number of 2^24 or more.
-            (Form::Four(Ty::I32 | Ty::U32), Ty::F32) => self.builder.ins().fcvt_from_sint(F32X4, a),
-            (Form::Four(Ty::F32), Ty::I32 | Ty::U32) if self.is_x86 => self.builder.ins().x86_cvtt2dq(I32X4, a),
-            (Form::Four(Ty::F32), Ty::I32 | Ty::U32) => self.builder.ins().fcvt_to_sint_sat(I32X4, a),
+            (Form::One(Ty::F32) | Form::Four(Ty::F32), Ty::I32 | Ty::U32) => self.convert_to_integer(from, to, a),
+            (Form::One(Ty::Bool), Ty::I32 | Ty::U32) => self.builder.ins().uextend(I32, a),
+            (Form::One(Ty::I32) | Form::Four(Ty::I32), Ty::F32) => {
+                self.builder.ins().fcvt_from_sint(like(from, Ty::F32), a)
+            }
+            (Form::One(Ty::U32) | Form::Four(Ty::U32), Ty::F32) => {
+                self.builder.ins().fcvt_from_uint(like(from, Ty::F32), a)
+            }
             _ => a,
         }
     }
 
     fn bitcast(&mut self, from: Form, to: Ty, a: ir::Value) -> ir::Value {
-        let to = match from {
-            Form::One(_) => Form::One(to),
-            Form::Four(_) => Form::Four(to),
-        };
-        self.cast(clif(to), a)
+        self.cast(like(from, to), a)
     }
 
     fn any(&mut self, mask: ir::Value) -> ir::Value {
         self.builder.ins().vany_true(mask)
     }
 
-    fn place(&mut self, buffer: u32, index: ir::Value) -> ir::Value {
-        let start = self.buffers[buffer as usize].start;
-        self.word_of(start, index)
+    fn buffer_pointer(&mut self, buffer: u32, index: ir::Value) -> ir::Value {
+        let index = self.builder.ins().uextend(I64, index);
+        self.pointer(self.buffers[buffer as usize].start, index)
     }
 
-    fn places(&mut self, buffer: u32, indices: ir::Value, mask: Option<ir::Value>) -> [ir::Value; 4] {
+    fn buffer_pointers(&mut self, buffer: u32, indices: ir::Value, mask: Option<ir::Value>) -> [ir::Value; 4] {
         let start = self.buffers[buffer as usize].start;
         // Two indices at a time, since extracting from a vector is slower than shifting in a register.
-        let flags = MemFlagsData::new().with_endianness(ir::Endianness::Little);
-        let pairs = self.builder.ins().bitcast(I64X2, flags, indices);
+        let pairs = self.cast(I64X2, indices);
         let [low, high] = [0, 1].map(|pair| self.builder.ins().extractlane(pairs, pair));
-        [(low, false), (low, true), (high, false), (high, true)].map(|(pair, upper)| {
-            let index = if upper {
+        [(0, low), (1, low), (2, high), (3, high)].map(|(lane, pair)| {
+            let index = if lane % 2 == 1 {
                 self.builder.ins().ushr_imm_u(pair, 32)
             } else {
                 let word = self.builder.ins().ireduce(I32, pair);
                 self.builder.ins().uextend(I64, word)
             };
-            let bytes = self.builder.ins().ishl_imm_u(index, 2);
-            let place = self.builder.ins().iadd(start, bytes);
+            let pointer = self.pointer(start, index);
             let Some(mask) = mask else {
-                return place;
+                return pointer;
             };
-            let lane = u8::from(pair == high) * 2 + u8::from(upper);
-            let active = self.builder.ins().extractlane(mask, lane);
+            let active = self.extract_lane(mask, lane);
             let sink = self.builder.ins().stack_addr(I64, self.sink, 0);
-            self.builder.ins().select(active, place, sink)
+            self.select(active, pointer, sink)
         })
     }
 
     fn array(&mut self, words: u32) -> StackSlot {
-        let data = StackSlotData::new(StackSlotKind::ExplicitSlot, words * WORD, 4);
-        self.builder.create_sized_stack_slot(data)
+        stack_slot(&mut self.builder, words)
     }
 
-    fn place_in(&mut self, array: StackSlot, index: ir::Value) -> ir::Value {
+    fn array_pointer(&mut self, array: StackSlot, index: ir::Value) -> ir::Value {
         let start = self.builder.ins().stack_addr(I64, array, 0);
-        self.word_of(start, index)
+        let index = self.builder.ins().uextend(I64, index);
+        self.pointer(start, index)
     }
 
-    fn choose(&mut self, condition: ir::Value, accept: ir::Value, reject: ir::Value) -> ir::Value {
-        self.builder.ins().select(condition, accept, reject)
-    }
-
-    fn load(&mut self, form: Form, place: ir::Value, offset: u32) -> ir::Value {
+    fn load(&mut self, form: Form, pointer: ir::Value, offset: u32) -> ir::Value {
         let offset = displacement(offset);
-        self.builder.ins().load(clif(form), of_words(form), place, offset)
+        self.builder
+            .ins()
+            .load(clif_type(form), memory_flags(form), pointer, offset)
     }
 
-    fn store(&mut self, form: Form, place: ir::Value, offset: u32, value: ir::Value) {
+    fn store(&mut self, form: Form, pointer: ir::Value, offset: u32, value: ir::Value) {
         let offset = displacement(offset);
-        self.builder.ins().store(of_words(form), value, place, offset);
+        self.builder.ins().store(memory_flags(form), value, pointer, offset);
     }
 
-    fn gather(&mut self, places: &[ir::Value; 4], offset: u32) -> ir::Value {
-        let word = self.load(WORD_FORM, places[0], offset);
+    fn gather(&mut self, pointers: &[ir::Value; 4], offset: u32) -> ir::Value {
+        let word = self.load(WORD_FORM, pointers[0], offset);
         let mut words = self.builder.ins().scalar_to_vector(I32X4, word);
-        for (lane, place) in (1..).zip(&places[1..]) {
-            let word = self.load(WORD_FORM, *place, offset);
-            words = self.with_lane(words, lane, word);
+        for (lane, pointer) in (1..).zip(&pointers[1..]) {
+            let word = self.load(WORD_FORM, *pointer, offset);
+            words = self.replace_lane(words, lane, word);
         }
         words
     }
 
-    fn gather_four(&mut self, places: &[ir::Value; 4], offset: u32) -> [ir::Value; 4] {
-        let rows = places.map(|place| self.load(Form::Four(Ty::U32), place, offset));
+    fn gather_four(&mut self, pointers: &[ir::Value; 4], offset: u32) -> [ir::Value; 4] {
+        let rows = pointers.map(|pointer| self.load(Form::Four(Ty::U32), pointer, offset));
         // Interleaved words and joined halves of two vectors: x86 and ARM have instructions for both.
         let mut shuffle = |a, b, order: [u8; 4]| {
             let mut bytes = [0; 16];
@@ -524,17 +577,15 @@ impl Assembler for Clif<'_> {
                 *byte = order[at / 4] * 4 + at as u8 % 4;
             }
             let mask = self.builder.func.dfg.immediates.push(bytes.as_slice().into());
-            let flags = MemFlagsData::new().with_endianness(ir::Endianness::Little);
-            let a = self.builder.ins().bitcast(ir::types::I8X16, flags, a);
-            let b = self.builder.ins().bitcast(ir::types::I8X16, flags, b);
+            let [a, b] = [a, b].map(|row| self.cast(I8X16, row));
             let bytes = self.builder.ins().shuffle(a, b, mask);
-            self.builder.ins().bitcast(I32X4, flags, bytes)
+            self.cast(I32X4, bytes)
         };
-        let [low_turns, high_turns, lows, highs] = [[0, 4, 1, 5], [2, 6, 3, 7], [0, 1, 4, 5], [2, 3, 6, 7]];
-        let low_01 = shuffle(rows[0], rows[1], low_turns);
-        let high_01 = shuffle(rows[0], rows[1], high_turns);
-        let low_23 = shuffle(rows[2], rows[3], low_turns);
-        let high_23 = shuffle(rows[2], rows[3], high_turns);
+        let [interleave_low, interleave_high, lows, highs] = [[0, 4, 1, 5], [2, 6, 3, 7], [0, 1, 4, 5], [2, 3, 6, 7]];
+        let low_01 = shuffle(rows[0], rows[1], interleave_low);
+        let high_01 = shuffle(rows[0], rows[1], interleave_high);
+        let low_23 = shuffle(rows[2], rows[3], interleave_low);
+        let high_23 = shuffle(rows[2], rows[3], interleave_high);
         [
             shuffle(low_01, low_23, lows),
             shuffle(low_01, low_23, highs),
@@ -543,15 +594,15 @@ impl Assembler for Clif<'_> {
         ]
     }
 
-    fn scatter(&mut self, places: &[ir::Value; 4], offset: u32, words: ir::Value) {
-        for (lane, place) in (0..).zip(places) {
-            let word = self.lane(words, lane);
-            self.store(WORD_FORM, *place, offset, word);
+    fn scatter(&mut self, pointers: &[ir::Value; 4], offset: u32, words: ir::Value) {
+        for (lane, pointer) in (0..).zip(pointers) {
+            let word = self.extract_lane(words, lane);
+            self.store(WORD_FORM, *pointer, offset, word);
         }
     }
 
     fn variable(&mut self, form: Form) -> Variable {
-        self.builder.declare_var(clif(form))
+        self.builder.declare_var(clif_type(form))
     }
 
     fn get(&mut self, variable: Variable) -> ir::Value {
@@ -565,7 +616,7 @@ impl Assembler for Clif<'_> {
     fn begin_if(&mut self, condition: ir::Value) {
         let [accept, reject, after] = [(); 3].map(|()| self.builder.create_block());
         self.branch(condition, accept, reject);
-        self.go_on(accept);
+        self.start_sealed(accept);
         self.open.push(Open::If(reject, after));
     }
 
@@ -574,7 +625,7 @@ impl Assembler for Clif<'_> {
             unreachable!("an `else` stands in an `if`")
         };
         self.jump(after);
-        self.go_on(reject);
+        self.start_sealed(reject);
         self.open.push(Open::Else(after));
     }
 
@@ -586,7 +637,7 @@ impl Assembler for Clif<'_> {
             unreachable!("an `if` was begun")
         };
         self.jump(after);
-        self.go_on(after);
+        self.start_sealed(after);
     }
 
     fn begin_block(&mut self) -> ir::Block {
@@ -600,7 +651,7 @@ impl Assembler for Clif<'_> {
             unreachable!("a block was begun")
         };
         self.jump(after);
-        self.go_on(after);
+        self.start_sealed(after);
     }
 
     fn begin_loop(&mut self) -> ir::Block {
@@ -617,26 +668,26 @@ impl Assembler for Clif<'_> {
         };
         self.jump(head);
         self.builder.seal_block(head);
-        self.go_on(after);
+        self.start_sealed(after);
     }
 
     fn leave(&mut self, label: ir::Block) {
         self.jump(label);
-        self.nowhere();
+        self.start_unreachable();
     }
 
     fn count_turn(&mut self) {
-        let left = self.get(self.left);
+        let turns = self.get(self.turns_left);
         let any = self.builder.create_block();
-        self.branch(left, any, self.used_up);
-        self.go_on(any);
-        let left = self.builder.ins().iadd_imm_s(left, -1);
-        self.set(self.left, left);
+        self.branch(turns, any, self.used_up);
+        self.start_sealed(any);
+        let turns = self.builder.ins().iadd_imm_s(turns, -1);
+        self.set(self.turns_left, turns);
     }
 
     fn finish(&mut self) {
         let done = self.builder.ins().iconst(I32, 0);
         self.builder.ins().return_(&[done]);
-        self.nowhere();
+        self.start_unreachable();
     }
 }

@@ -4,15 +4,17 @@
 //!
 //! Idle lanes can't reach memory outside the buffers either: indices are clamped in all lanes.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 
 use oneiro_shader_compiler::Trees;
 use oneiro_shader_compiler::tree::{
-    Address, Array, Binary, Block, Label, Op, Program, Statement, Ty, Unary, Value, Variable, visit,
+    Array, Binary, Block, Label, Op, Program, Statement, Ty, Unary, Value, Variable, visit,
 };
 use oneiro_shader_compiler::uniform::{Region, Shape, Shapes, depth_of};
 
 use crate::assembler::{Assembler, Form, LANES};
+
+mod buffers;
 
 const WORD: Form = Form::One(Ty::U32);
 const WORDS: Form = Form::Four(Ty::U32);
@@ -36,7 +38,8 @@ pub(crate) fn emit<A: Assembler>(asm: &mut A, trees: &Trees, lanes: u32) {
         masks: Vec::new(),
         labels: vec![None; program.labels as usize],
         last: Vec::new(),
-        places: Vec::new(),
+        pointers: BTreeMap::new(),
+        known: Vec::new(),
         stored_to: None,
         scratch: None,
     };
@@ -90,14 +93,14 @@ enum Storage<T, M> {
 #[derive(Clone, Debug)]
 struct Mask<T> {
     parts: Vec<T>,
-    /// Number of regions around its own.
+    /// Number of regions around that one.
     depth: usize,
 }
 
 /// An element of a buffer in one vector: binding number, index, words per element, and number of the vector.
 type Element = (u32, Value, u32, usize);
-/// Addresses of four lanes' words.
-type Places<P> = [P; LANES as usize];
+/// Pointers to four lanes' words.
+type Pointers<V> = [V; LANES as usize];
 
 struct Emitter<'a, A: Assembler> {
     program: &'a Program,
@@ -119,10 +122,11 @@ struct Emitter<'a, A: Assembler> {
     labels: Vec<Option<A::Label>>,
     /// Index of each buffer's last element, as a scalar and as a vector.
     last: Vec<(A::Value, A::Value)>,
-    /// Elements whose addresses are already computed at this point.
-    places: Vec<(Element, Places<A::Place>)>,
-    /// The element last stored to under the current mask, with the addresses of its active lanes.
-    stored_to: Option<(Element, Vec<Places<A::Place>>)>,
+    /// Pointers that are already computed at this point, and their elements in the order in which they were.
+    pointers: BTreeMap<Element, Pointers<A::Value>>,
+    known: Vec<Element>,
+    /// The element last stored to under the current mask, with the pointers of its active lanes.
+    stored_to: Option<(Element, Vec<Pointers<A::Value>>)>,
     /// Memory of one word per lane.
     scratch: Option<A::Array>,
 }
@@ -248,7 +252,7 @@ impl<A: Assembler> Emitter<'_, A> {
         self.parts[value.0 as usize * self.vectors + k] = Some(part);
     }
 
-    fn varying(&mut self, value: Value, k: usize, place: Option<A::Place>) -> A::Value {
+    fn varying(&mut self, value: Value, k: usize, pointer: Option<A::Value>) -> A::Value {
         let ty = self.program.ty(value);
         match self.program.op(value) {
             Op::Constant(_) | Op::Lane | Op::Workgroup | Op::Loaded => unreachable!("it does not vary by itself"),
@@ -257,8 +261,8 @@ impl<A: Assembler> Emitter<'_, A> {
                 self.asm.get(part)
             }
             Op::ReadElement(array, index) => {
-                if let Some(place) = place {
-                    return self.asm.load(Form::Four(Self::stored(ty)), place, k as u32 * LANES);
+                if let Some(pointer) = pointer {
+                    return self.asm.load(Form::Four(Self::stored(ty)), pointer, k as u32 * LANES);
                 }
                 let part = self.element_variable(array, index, k);
                 self.asm.get(part)
@@ -283,7 +287,7 @@ impl<A: Assembler> Emitter<'_, A> {
                 }
             }
             Op::Convert(a) => {
-                let from = self.program.ty(a);
+                let from = self.type_to_convert(a);
                 let a = self.part(a, k);
                 match (from, ty) {
                     (Ty::Bool, Ty::F32 | Ty::I32 | Ty::U32) => {
@@ -304,6 +308,18 @@ impl<A: Assembler> Emitter<'_, A> {
                 self.asm.bitcast(Form::Four(from), ty, a)
             }
         }
+    }
+
+    /// Type from which a value is converted: its own, or that of signed integers if it is sure to be less than 2^31. These
+    /// have the same bits, and are converted in one instruction on all processors.
+    fn type_to_convert(&self, value: Value) -> Ty {
+        let is = |value, fits: fn(u32) -> bool| matches!(self.program.op(value), Op::Constant(bits) if fits(bits));
+        let is_small = match (self.program.ty(value), self.program.op(value)) {
+            (Ty::U32, Op::Binary(Binary::And, a, b)) => [a, b].into_iter().any(|mask| is(mask, |bits| bits < 1 << 31)),
+            (Ty::U32, Op::Binary(Binary::ShiftRight, _, count)) => is(count, |count| count % 32 > 0),
+            _ => false,
+        };
+        if is_small { Ty::I32 } else { self.program.ty(value) }
     }
 
     /// The given bits in lanes where the mask is set, else 0.
@@ -327,9 +343,9 @@ impl<A: Assembler> Emitter<'_, A> {
         // Vectors have no such instruction.
         let mut out = vector;
         for lane in 0..LANES {
-            let operands = [vector, with].map(|vector| self.asm.lane(vector, lane));
+            let operands = [vector, with].map(|vector| self.asm.extract_lane(vector, lane));
             let result = self.operation(op, ty, operands[0], operands[1]);
-            out = self.asm.with_lane(out, lane, result);
+            out = self.asm.replace_lane(out, lane, result);
         }
         out
     }
@@ -385,16 +401,11 @@ impl<A: Assembler> Emitter<'_, A> {
         let memory = self.asm.array(info.init.len() as u32 * words);
         self.arrays[slot] = Some(Storage::Memory(memory, home));
         let zero = self.word(0);
-        let start = self.asm.place_in(memory, zero);
+        let start = self.asm.array_pointer(memory, zero);
         let ty = Self::stored(info.ty);
         for (at, &bits) in (0..).zip(&info.init) {
             if varies {
-                let bits = if info.ty == Ty::Bool {
-                    0_u32.wrapping_sub(bits)
-                } else {
-                    bits
-                };
-                let value = self.asm.constant(Form::Four(ty), bits);
+                let value = self.asm.constant(Form::Four(info.ty), bits);
                 for k in 0..self.vectors as u32 {
                     self.asm.store(Form::Four(ty), start, at * words + k * LANES, value);
                 }
@@ -430,8 +441,8 @@ impl<A: Assembler> Emitter<'_, A> {
         local.parts[(index as usize).min(elements - 1) * each + k]
     }
 
-    /// Address of an element, if its array is in memory.
-    fn element_place(&mut self, array: Array, index: Value) -> Option<A::Place> {
+    /// Pointer to an element, if its array is in memory.
+    fn element_pointer(&mut self, array: Array, index: Value) -> Option<A::Value> {
         let Storage::Memory(memory, _) = *self.storage(array) else {
             return None;
         };
@@ -440,16 +451,16 @@ impl<A: Assembler> Emitter<'_, A> {
         let (index, last, words) = (self.scalar(index), self.word(last), self.word(words));
         let clamped = self.arithmetic(Binary::Min, index, last);
         let at = self.arithmetic(Binary::Multiply, clamped, words);
-        Some(self.asm.place_in(memory, at))
+        Some(self.asm.array_pointer(memory, at))
     }
 
     fn uniform_element(&mut self, array: Array, index: Value) -> A::Value {
         let ty = self.element_type(array);
-        let Some(place) = self.element_place(array, index) else {
+        let Some(pointer) = self.element_pointer(array, index) else {
             let variable = self.element_variable(array, index, 0);
             return self.asm.get(variable);
         };
-        let value = self.asm.load(Form::One(Self::stored(ty)), place, 0);
+        let value = self.asm.load(Form::One(Self::stored(ty)), pointer, 0);
         if ty == Ty::Bool {
             let zero = self.word(0);
             self.arithmetic(Binary::NotEqual, value, zero)
@@ -461,14 +472,14 @@ impl<A: Assembler> Emitter<'_, A> {
     fn write_uniform_element(&mut self, array: Array, index: Value, value: Value) {
         let ty = self.element_type(array);
         let mut scalar = self.scalar(value);
-        let Some(place) = self.element_place(array, index) else {
+        let Some(pointer) = self.element_pointer(array, index) else {
             let variable = self.element_variable(array, index, 0);
             return self.asm.set(variable, scalar);
         };
         if ty == Ty::Bool {
             scalar = self.asm.convert(Form::One(ty), Ty::U32, scalar);
         }
-        self.asm.store(Form::One(Self::stored(ty)), place, 0, scalar);
+        self.asm.store(Form::One(Self::stored(ty)), pointer, 0, scalar);
     }
 
     /// Mask for writing a local that was declared inside `home` regions. `None` if every lane that was active there is
@@ -490,26 +501,26 @@ impl<A: Assembler> Emitter<'_, A> {
         self.asm.set(part, new);
     }
 
-    fn write_varying_element(&mut self, array: Array, index: Value, value: Value, k: usize, place: Option<A::Place>) {
+    fn write_varying_element(&mut self, array: Array, index: Value, value: Value, k: usize, pointer: Option<A::Value>) {
         let ty = self.element_type(array);
         let new = self.part(value, k);
         let home = match self.storage(array) {
             Storage::Variables(local) => local.home,
             Storage::Memory(_, home) => *home,
         };
-        let Some(place) = place else {
+        let Some(pointer) = pointer else {
             let variable = self.element_variable(array, index, k);
             return self.write_variable(variable, home, ty, new, k);
         };
         let (form, offset) = (Form::Four(Self::stored(ty)), k as u32 * LANES);
         let new = match self.written_under(home, k) {
             Some(active) => {
-                let old = self.asm.load(form, place, offset);
+                let old = self.asm.load(form, pointer, offset);
                 self.asm.blend(Self::stored(ty), active, new, old)
             }
             None => new,
         };
-        self.asm.store(form, place, offset, new);
+        self.asm.store(form, pointer, offset, new);
     }
 
     // Masks: one vector of truth values for each vector of lanes.
@@ -563,9 +574,11 @@ impl<A: Assembler> Emitter<'_, A> {
 
     /// Emits a block that may be skipped: what was computed in it isn't available after it.
     fn scope(&mut self, block: &Block) {
-        let known = self.places.len();
+        let known = self.known.len();
         self.block(block);
-        self.places.truncate(known);
+        for element in self.known.drain(known..) {
+            self.pointers.remove(&element);
+        }
     }
 
     fn block(&mut self, block: &Block) {
@@ -582,19 +595,19 @@ impl<A: Assembler> Emitter<'_, A> {
             Statement::Store { address, value, .. } => self.store(address, *value),
             Statement::If { .. } | Statement::Loop { .. } | Statement::Labeled { .. } | Statement::Exit(_) => {
                 self.stored_to = None;
-                self.jump(statement);
+                self.emit_control(statement);
                 self.stored_to = None;
             }
             _ => {
-                let place = self.once(statement);
+                let pointer = self.emit_once(statement);
                 for k in 0..self.vectors {
-                    self.vector(statement, k, place);
+                    self.emit_vector(statement, k, pointer);
                 }
             }
         }
     }
 
-    fn jump(&mut self, statement: &Statement) {
+    fn emit_control(&mut self, statement: &Statement) {
         match statement {
             Statement::If {
                 condition,
@@ -608,8 +621,8 @@ impl<A: Assembler> Emitter<'_, A> {
         }
     }
 
-    /// Emits what a statement does once. Returns the address of its vectors if they are consecutive in memory.
-    fn once(&mut self, statement: &Statement) -> Option<A::Place> {
+    /// Emits what a statement does once. Returns a pointer to its vectors if they are consecutive in memory.
+    fn emit_once(&mut self, statement: &Statement) -> Option<A::Value> {
         match statement {
             Statement::Let(value) if self.shapes.shape(*value) != Shape::Varying => {
                 let scalar = self.uniform(*value);
@@ -617,7 +630,7 @@ impl<A: Assembler> Emitter<'_, A> {
             }
             Statement::Let(value) => {
                 if let Op::ReadElement(array, index) = self.program.op(*value) {
-                    return self.element_place(array, index);
+                    return self.element_pointer(array, index);
                 }
             }
             Statement::Load { targets, address } => match self.varying_element(address) {
@@ -643,7 +656,7 @@ impl<A: Assembler> Emitter<'_, A> {
                 array, index, value, ..
             } => {
                 if self.shapes.array_varies(*array) {
-                    return self.element_place(*array, *index);
+                    return self.element_pointer(*array, *index);
                 }
                 self.write_uniform_element(*array, *index, *value);
             }
@@ -653,15 +666,15 @@ impl<A: Assembler> Emitter<'_, A> {
     }
 
     /// Emits what a statement does with one vector.
-    fn vector(&mut self, statement: &Statement, k: usize, place: Option<A::Place>) {
+    fn emit_vector(&mut self, statement: &Statement, k: usize, pointer: Option<A::Value>) {
         match statement {
             Statement::Let(value) if self.shapes.shape(*value) == Shape::Varying => {
-                let part = self.varying(*value, k, place);
+                let part = self.varying(*value, k, pointer);
                 self.hold_part(*value, k, part);
             }
             Statement::Let(value) => self.spread(*value, k),
             Statement::Load { targets, address } => match self.varying_element(address) {
-                Some(element) => self.load(targets, address, element, k, place),
+                Some(element) => self.load(targets, address, element, k, pointer),
                 None => targets.iter().for_each(|target| self.spread(*target, k)),
             },
             Statement::Write(variable, value) if self.shapes.variable_varies(*variable) => {
@@ -673,7 +686,7 @@ impl<A: Assembler> Emitter<'_, A> {
             }
             Statement::WriteElement {
                 array, index, value, ..
-            } if self.shapes.array_varies(*array) => self.write_varying_element(*array, *index, *value, k, place),
+            } if self.shapes.array_varies(*array) => self.write_varying_element(*array, *index, *value, k, pointer),
             _ => {}
         }
     }
@@ -684,11 +697,11 @@ impl<A: Assembler> Emitter<'_, A> {
         if masked {
             self.push_live();
         }
-        let own = self.asm.begin_loop();
-        self.labels[label.0 as usize] = Some(own);
+        let end = self.asm.begin_loop();
+        self.labels[label.0 as usize] = Some(end);
         if let (true, Some(active)) = (masked, self.active()) {
             self.begin_if_none(&active);
-            self.asm.leave(own);
+            self.asm.leave(end);
             self.asm.end_if();
         }
         self.asm.count_turn();
@@ -756,22 +769,7 @@ impl<A: Assembler> Emitter<'_, A> {
             self.masks.pop();
         }
         self.regions.pop();
-        self.finish_early([accept, reject]);
-    }
-
-    /// After branches in which lanes may have left the program, returns if all lanes have.
-    fn finish_early(&mut self, branches: [&Block; 2]) {
-        let is_program =
-            |label| matches!(self.program.body.last(), Some(Statement::Labeled { label: own, .. }) if *own == label);
-        let in_program = matches!(self.regions.as_slice(), [Region::Label(label)] if is_program(*label));
-        let mut leaves = false;
-        for block in branches {
-            visit(block, &mut |statement| {
-                leaves |= matches!(statement, Statement::Exit(_));
-            });
-        }
-        if in_program
-            && leaves
+        if self.shapes.ends_early(&self.regions, [accept, reject])
             && let Some(active) = self.active()
         {
             self.begin_if_none(&active);
@@ -782,251 +780,22 @@ impl<A: Assembler> Emitter<'_, A> {
 
     fn exit(&mut self, label: Label) {
         if !self.shapes.exit_diverges(&self.regions, label) {
-            let own = self.labels[label.0 as usize].expect("an exit stands in its label's block");
-            self.asm.leave(own);
+            let end = self.labels[label.0 as usize].expect("an exit stands in its label's block");
+            self.asm.leave(end);
             return;
         }
         let depth = depth_of(&self.regions, label);
-        let gone = self.active().expect("a varying exit stands under a mask");
+        let leaving = self.active().expect("a varying exit stands under a mask");
         for mask in self.masks.clone() {
             if mask.depth < depth {
                 continue;
             }
-            for (part, gone) in mask.parts.iter().zip(&gone) {
-                let old = self.asm.get(*part);
-                let others = self.not(*gone);
-                let left = self.and(old, others);
-                self.asm.set(*part, left);
+            for (part, leaving) in mask.parts.iter().zip(&leaving) {
+                let before = self.asm.get(*part);
+                let others = self.not(*leaving);
+                let after = self.and(before, others);
+                self.asm.set(*part, after);
             }
         }
-    }
-
-    // Buffers.
-
-    /// Element of an address, unless it is the same for all lanes.
-    fn varying_element(&self, address: &Address) -> Option<Value> {
-        address.element.filter(|element| !self.shapes.is_uniform(*element))
-    }
-
-    /// Whether the lanes' elements are consecutive words.
-    fn is_consecutive(&self, address: &Address, element: Value) -> bool {
-        self.shapes.shape(element) == Shape::Linear && address.stride == 1
-    }
-
-    /// Address of a uniform element, clamped.
-    fn place(&mut self, address: &Address) -> A::Place {
-        let Some(element) = address.element else {
-            let zero = self.word(0);
-            return self.asm.place(address.buffer, zero);
-        };
-        let key = (address.buffer, element, address.stride, 0);
-        if let Some((_, known)) = self.places.iter().find(|(other, _)| *other == key) {
-            return known[0];
-        }
-        let element = self.scalar(element);
-        let (last, _) = self.last[address.buffer as usize];
-        let mut index = self.arithmetic(Binary::Min, element, last);
-        if address.stride != 1 {
-            let stride = self.word(address.stride);
-            index = self.arithmetic(Binary::Multiply, index, stride);
-        }
-        let place = self.asm.place(address.buffer, index);
-        self.places.push((key, [place; LANES as usize]));
-        place
-    }
-
-    /// Addresses of the elements of a vector's lanes, clamped.
-    fn places(&mut self, address: &Address, element: Value, k: usize, mask: Option<A::Value>) -> Places<A::Place> {
-        let elements = self.part(element, k);
-        let (_, lasts) = self.last[address.buffer as usize];
-        let mut indices = self.asm.binary(Binary::Min, WORDS, elements, lasts);
-        let stride = address.stride;
-        if stride.is_power_of_two() && stride > 1 {
-            let count = self.word(stride.trailing_zeros());
-            indices = self.asm.binary(Binary::ShiftLeft, WORDS, indices, count);
-        } else if stride > 1 {
-            let strides = self.asm.constant(WORDS, stride);
-            indices = self.asm.binary(Binary::Multiply, WORDS, indices, strides);
-        }
-        self.asm.places(address.buffer, indices, mask)
-    }
-
-    /// The same without a mask, computed only once.
-    fn known_places(&mut self, address: &Address, element: Value, k: usize) -> Places<A::Place> {
-        let key = (address.buffer, element, address.stride, k);
-        if let Some((_, known)) = self.places.iter().find(|(other, _)| *other == key) {
-            return *known;
-        }
-        let places = self.places(address, element, k, None);
-        self.places.push((key, places));
-        places
-    }
-
-    fn load_uniform(&mut self, targets: &[Value], address: &Address) {
-        let place = self.place(address);
-        for (word, target) in (0..).zip(targets) {
-            let ty = self.program.ty(*target);
-            let scalar = self.asm.load(Form::One(ty), place, address.offset + word);
-            self.hold_scalar(*target, scalar);
-        }
-    }
-
-    fn load(&mut self, targets: &[Value], address: &Address, element: Value, k: usize, place: Option<A::Place>) {
-        if let (Some(place), [target]) = (place, targets) {
-            let form = Form::Four(self.program.ty(*target));
-            let part = self.asm.load(form, place, k as u32 * LANES);
-            return self.hold_part(*target, k, part);
-        }
-        let places = self.known_places(address, element, k);
-        let words = if let [_] = targets {
-            vec![self.asm.gather(&places, address.offset)]
-        } else {
-            self.asm.gather_four(&places, address.offset).to_vec()
-        };
-        for (target, words) in targets.iter().zip(words) {
-            let ty = self.program.ty(*target);
-            let part = self.asm.bitcast(WORDS, ty, words);
-            self.hold_part(*target, k, part);
-        }
-    }
-
-    /// Whether all lanes' consecutive words lie within the buffer.
-    fn within(&mut self, address: &Address, first: A::Value) -> A::Value {
-        let (last, _) = self.last[address.buffer as usize];
-        let others = self.word(self.vectors as u32 * LANES - 1);
-        let room = self.arithmetic(Binary::Subtract, last, others);
-        let enough = self.arithmetic(Binary::LessEqual, others, last);
-        let within = self.arithmetic(Binary::LessEqual, first, room);
-        self.asm.binary(Binary::And, Form::One(Ty::Bool), enough, within)
-    }
-
-    /// Address of the lanes' consecutive words: in the buffer, or in a copy in the rare case that they reach beyond its end.
-    fn consecutive(&mut self, address: &Address, element: Value) -> A::Place {
-        let first = self.scalar(element);
-        let within = self.within(address, first);
-        let scratch = self.scratch();
-        let beyond = self.asm.unary(Unary::Not, Form::One(Ty::Bool), within);
-        self.asm.begin_if(beyond);
-        self.each_word(address, first, scratch, true);
-        self.asm.end_if();
-        self.choose(within, address, first, scratch)
-    }
-
-    /// Address of the words from `first` on if they are `within` the buffer, else of their copy.
-    fn choose(&mut self, within: A::Value, address: &Address, first: A::Value, scratch: A::Array) -> A::Place {
-        let place = self.asm.place(address.buffer, first);
-        let zero = self.word(0);
-        let copy = self.asm.place_in(scratch, zero);
-        self.asm.choose(within, place, copy)
-    }
-
-    /// Memory of one word per lane, for use within one statement.
-    fn scratch(&mut self) -> A::Array {
-        let words = self.vectors as u32 * LANES;
-        *self.scratch.get_or_insert_with(|| self.asm.array(words))
-    }
-
-    /// Copies the lanes' words one by one, with clamped indices: to `scratch` if `load`, else from it.
-    fn each_word(&mut self, address: &Address, first: A::Value, scratch: A::Array, load: bool) {
-        let lane = self.asm.variable(WORD);
-        let (zero, one) = (self.word(0), self.word(1));
-        self.asm.set(lane, zero);
-        let label = self.asm.begin_loop();
-        let at = self.asm.get(lane);
-        let element = self.arithmetic(Binary::Add, first, at);
-        let (last, _) = self.last[address.buffer as usize];
-        let index = self.arithmetic(Binary::Min, element, last);
-        let place = self.asm.place(address.buffer, index);
-        let copy = self.asm.place_in(scratch, at);
-        if load {
-            let word = self.asm.load(WORD, place, 0);
-            self.asm.store(WORD, copy, 0, word);
-        } else {
-            let word = self.asm.load(WORD, copy, 0);
-            self.asm.store(WORD, place, 0, word);
-        }
-        let next = self.arithmetic(Binary::Add, at, one);
-        self.asm.set(lane, next);
-        let lanes = self.word(self.vectors as u32 * LANES);
-        let all = self.arithmetic(Binary::Equal, next, lanes);
-        self.asm.begin_if(all);
-        self.asm.leave(label);
-        self.asm.end_if();
-        self.asm.end_loop();
-    }
-
-    fn store(&mut self, address: &Address, value: Value) {
-        let active = self.active();
-        let Some(element) = self.varying_element(address) else {
-            return self.store_uniform(address, value, active.as_deref());
-        };
-        let words: Vec<_> = (0..self.vectors).map(|k| self.stored_words(value, k)).collect();
-        if active.is_none() && self.is_consecutive(address, element) {
-            return self.store_consecutive(address, element, &words);
-        }
-        let places = self.active_places(address, element, active.as_deref());
-        for (places, words) in places.iter().zip(words) {
-            self.asm.scatter(places, address.offset, words);
-        }
-    }
-
-    /// The words of a vector in the form in which they are stored.
-    fn stored_words(&mut self, value: Value, k: usize) -> A::Value {
-        let part = self.part(value, k);
-        match self.program.ty(value) {
-            Ty::Bool => self.masked_bits(part, 1),
-            ty => self.asm.bitcast(Form::Four(ty), Ty::U32, part),
-        }
-    }
-
-    fn store_uniform(&mut self, address: &Address, value: Value, active: Option<&[A::Value]>) {
-        let scalar = self.scalar(value);
-        let word = match self.program.ty(value) {
-            Ty::Bool => self.asm.convert(Form::One(Ty::Bool), Ty::U32, scalar),
-            ty => self.asm.bitcast(Form::One(ty), Ty::U32, scalar),
-        };
-        let place = self.place(address);
-        if let Some(active) = active {
-            let any = self.any(active);
-            self.asm.begin_if(any);
-        }
-        self.asm.store(WORD, place, address.offset, word);
-        if active.is_some() {
-            self.asm.end_if();
-        }
-    }
-
-    fn store_consecutive(&mut self, address: &Address, element: Value, words: &[A::Value]) {
-        let first = self.scalar(element);
-        let within = self.within(address, first);
-        let scratch = self.scratch();
-        let place = self.choose(within, address, first, scratch);
-        for (k, words) in (0..).zip(words) {
-            self.asm.store(WORDS, place, k * LANES, *words);
-        }
-        let beyond = self.asm.unary(Unary::Not, Form::One(Ty::Bool), within);
-        self.asm.begin_if(beyond);
-        self.each_word(address, first, scratch, false);
-        self.asm.end_if();
-    }
-
-    /// Addresses of the active lanes' elements. The last ones are kept, since a struct is stored word by word.
-    fn active_places(
-        &mut self,
-        address: &Address,
-        element: Value,
-        active: Option<&[A::Value]>,
-    ) -> Vec<Places<A::Place>> {
-        let key = (address.buffer, element, address.stride, 0);
-        if let Some((_, known)) = self.stored_to.as_ref().filter(|(other, _)| *other == key) {
-            return known.clone();
-        }
-        let mut places = Vec::new();
-        for k in 0..self.vectors {
-            let mask = active.map(|active| active[k]);
-            places.push(self.places(address, element, k, mask));
-        }
-        self.stored_to = Some((key, places.clone()));
-        places
     }
 }

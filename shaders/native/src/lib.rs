@@ -26,14 +26,14 @@ mod cache;
 mod code;
 mod cranelift;
 mod emit;
-mod memory;
+mod run;
 
 use cranelift_codegen::isa::OwnedTargetIsa;
 use oneiro_shader_compiler::Trees;
 
 pub use cache::{Cache, Key};
 pub use code::Code;
-pub use memory::{Native, Stopped, Words};
+pub use run::{Native, Stopped, Words};
 
 /// Numbers of lanes that code can be compiled for.
 pub const LANES: [u32; 3] = [4, 8, 16];
@@ -50,6 +50,9 @@ pub enum Error {
     /// A number of lanes that isn't in [`LANES`].
     #[error("{0} lanes; allowed: 4, 8, 16")]
     Lanes(u32),
+    /// The local arrays of all lanes and one element of a buffer don't fit on a thread's stack.
+    #[error("the kernel's local arrays take {0} bytes; allowed: at most {FRAME}")]
+    Arrays(u64),
     /// The kernel is too large for the code generator, or its variables for a thread's stack.
     #[error("the kernel is too large to be compiled, or its local variables take more than {FRAME} bytes")]
     TooLarge,
@@ -105,15 +108,9 @@ impl Target {
     /// Compiles a program for the given number of lanes.
     ///
     /// # Errors
-    /// [`Error::Lanes`], [`Error::TooLarge`] or [`Error::Backend`].
+    /// [`Error::Lanes`], [`Error::Arrays`], [`Error::TooLarge`] or [`Error::Backend`].
     pub fn compile(&self, trees: &Trees, lanes: u32) -> Result<Code, Error> {
-        if !LANES.contains(&lanes) {
-            return Err(Error::Lanes(lanes));
-        }
-        let words: u64 = trees.tidied.arrays.iter().map(|array| array.init.len() as u64).sum();
-        if words * u64::from(4 * lanes) > FRAME {
-            return Err(Error::TooLarge);
-        }
+        check_size(trees, lanes)?;
         Ok(Code {
             lanes,
             target: self.description(),
@@ -121,4 +118,22 @@ impl Target {
             bytes: cranelift::compile(&*self.isa, trees, lanes)?,
         })
     }
+}
+
+/// Refuses numbers of lanes that there is no code for, and local arrays that a stack doesn't hold.
+fn check_size(trees: &Trees, lanes: u32) -> Result<(), Error> {
+    if !LANES.contains(&lanes) {
+        return Err(Error::Lanes(lanes));
+    }
+    let elements: u64 = trees.tidied.arrays.iter().map(|array| array.init.len() as u64).sum();
+    let bytes = 4 * (elements * u64::from(lanes) + u64::from(longest_element(trees)));
+    if bytes > FRAME {
+        return Err(Error::Arrays(bytes));
+    }
+    Ok(())
+}
+
+/// Words of the longest element of any buffer.
+fn longest_element(trees: &Trees) -> u32 {
+    trees.strides.iter().max().copied().unwrap_or(1)
 }

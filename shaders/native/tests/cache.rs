@@ -1,7 +1,9 @@
-//! Cached code is found by its own key, and by no other.
+//! Cached code is found by its own key, and by no other; only where nobody else could have written it; and the oldest is
+//! deleted when there is too much.
 
-use std::fs;
-use std::path::PathBuf;
+use std::fs::{self, File};
+use std::path::{Path, PathBuf};
+use std::time::{Duration, SystemTime};
 
 use oneiro_shader_compiler::generate;
 use oneiro_shader_native::{Cache, Code, Error, Key, Native, Target};
@@ -24,18 +26,18 @@ fn text(number: u32) -> String {
     )
 }
 
-fn compiled(number: u32, lanes: u32) -> Code {
+fn compiled(number: u32) -> Code {
     let trees = program(&text(number)).expect("it is exact");
     Target::host()
         .expect("this machine has machine code")
-        .compile(&trees, lanes)
+        .compile(&trees, 4)
         .expect("it compiles")
 }
 
-fn key(number: u32, lanes: u32) -> Key {
+fn key(number: u32) -> Key {
     Key::new(
         &text(number),
-        lanes,
+        4,
         &Target::host().expect("this machine has machine code"),
     )
 }
@@ -53,58 +55,44 @@ fn folder(test: &str) -> PathBuf {
     folder
 }
 
+/// Paths in a directory, in order.
+fn entries(folder: &Path) -> Vec<PathBuf> {
+    let entries = fs::read_dir(folder).expect("it is there");
+    let mut paths: Vec<_> = entries.map(|entry| entry.expect("it is there").path()).collect();
+    paths.sort();
+    paths
+}
+
 #[test]
 fn code_is_compiled_once() {
     let cache = Cache::new(folder("once"));
-    let key = key(7, 8);
-    assert_eq!(cache.load(&key), None);
-    let first = cache
-        .load_or(&key, || Ok::<_, Error>(compiled(7, 8)))
-        .expect("it compiles");
-    let again = cache
-        .load_or::<Error>(&key, || panic!("it is kept"))
-        .expect("it is there");
-    assert_eq!(first, again);
-    assert_eq!(stored(&again), 7);
+    assert_eq!(cache.load(&key(7)), None);
+    let load = || cache.load_or(&key(7), || Ok::<_, Error>(compiled(7)));
+    let first = load().expect("it compiles");
+    assert_eq!(stored(&first), 7);
+    assert_eq!(load().expect("it is there"), first);
+    // Other code under this key shows that it is read, and not compiled again.
+    cache.save(&key(7), &compiled(8)).expect("the folder can be written");
+    assert_eq!(stored(&load().expect("it is there")), 8);
 }
 
-#[test]
-fn a_key_is_all_that_code_is_made_from() {
-    assert_eq!(key(7, 8), key(7, 8));
-    assert_ne!(key(7, 8), key(8, 8));
-    assert_ne!(key(7, 8), key(7, 16));
-}
-
-/// An entry with any changed byte, or cut off anywhere, is compiled and saved again.
+/// A damaged entry is compiled and saved again.
 #[test]
 fn a_damaged_entry_is_replaced() {
     let folder = folder("damaged");
-    let (cache, key) = (Cache::new(&folder), key(7, 4));
-    let code = compiled(7, 4);
-    let whole = code.to_bytes(&key);
-    assert_eq!(Code::from_bytes(&whole, &key).as_ref(), Some(&code));
-    for at in 0..whole.len() {
-        let mut changed = whole.clone();
-        changed[at] ^= 1;
-        assert_eq!(Code::from_bytes(&changed, &key), None, "byte {at} is changed");
-        assert_eq!(Code::from_bytes(&whole[..at], &key), None, "it is cut off at {at}");
-    }
-    cache.save(&key, &code).expect("the folder can be written");
-    let entries: Vec<_> = fs::read_dir(&folder)
-        .expect("it is there")
-        .map(|entry| entry.expect("it is there").path())
-        .collect();
-    let [entry] = entries.as_slice() else {
-        panic!("{entries:?}")
-    };
+    let cache = Cache::new(&folder);
+    cache.save(&key(7), &compiled(7)).expect("the folder can be written");
+    let paths = entries(&folder);
+    let [entry] = paths.as_slice() else { panic!("{paths:?}") };
+    let whole = fs::read(entry).expect("it is there");
     let mut damaged = whole.clone();
     damaged[whole.len() / 2] ^= 0x40;
     fs::write(entry, &damaged).expect("it can be written");
     let mut compilations = 0;
     for _ in 0..2 {
-        let found = cache.load_or(&key, || {
+        let found = cache.load_or(&key(7), || {
             compilations += 1;
-            Ok::<_, Error>(compiled(7, 4))
+            Ok::<_, Error>(compiled(7))
         });
         assert_eq!(stored(&found.expect("it compiles")), 7);
     }
@@ -117,30 +105,83 @@ fn a_damaged_entry_is_replaced() {
 fn a_renamed_entry_is_not_found() {
     let folder = folder("renamed");
     let cache = Cache::new(&folder);
-    let [seven, eight] = [7, 8].map(|number| key(number, 4));
-    for (key, number) in [(seven, 7), (eight, 8)] {
+    for number in [7, 8] {
         cache
-            .save(&key, &compiled(number, 4))
+            .save(&key(number), &compiled(number))
             .expect("the folder can be written");
     }
-    let mut entries: Vec<_> = fs::read_dir(&folder)
-        .expect("it is there")
-        .map(|entry| entry.expect("it is there").path())
-        .collect();
-    entries.sort();
-    fs::copy(&entries[0], &entries[1]).expect("it can be copied");
-    let found = [seven, eight].map(|key| cache.load(&key));
+    let paths = entries(&folder);
+    fs::copy(&paths[0], &paths[1]).expect("it can be copied");
+    let found = [7, 8].map(|number| cache.load(&key(number)));
     assert_eq!(found.iter().filter(|code| code.is_some()).count(), 1);
 }
 
 #[test]
-fn code_for_another_machine_is_refused() {
-    let mut code = compiled(7, 4);
-    code.target = code.target.replacen('-', "-other-", 1);
-    let key = key(7, 4);
-    let foreign = Code::from_bytes(&code.to_bytes(&key), &key).expect("it is whole");
-    let error = Native::new(&foreign).unwrap_err();
-    assert!(matches!(error, Error::Foreign { .. }), "{error}");
+fn the_oldest_entries_are_deleted() {
+    let folder = folder("full");
+    let size = {
+        let cache = Cache::new(&folder);
+        cache.save(&key(0), &compiled(0)).expect("the folder can be written");
+        fs::metadata(&entries(&folder)[0]).expect("it is there").len()
+    };
+    // Not an entry, so it neither counts nor is deleted.
+    let other = folder.join("other");
+    fs::write(&other, vec![0; 10 * size as usize]).expect("it can be written");
+    let cache = Cache::new(&folder).with_capacity(3 * size + size / 2);
+    let start = SystemTime::now() - Duration::from_secs(1000);
+    for number in 0..6 {
+        let before = entries(&folder);
+        cache
+            .save(&key(number), &compiled(number))
+            .expect("the folder can be written");
+        let age = Duration::from_secs(u64::from(number));
+        for path in entries(&folder)
+            .iter()
+            .filter(|path| !before.contains(path) || number == 0)
+        {
+            let file = File::options().append(true).open(path).expect("it is there");
+            file.set_modified(start + age).expect("it is the user's");
+        }
+    }
+    let found: Vec<_> = (0..6).filter(|number| cache.load(&key(*number)).is_some()).collect();
+    assert_eq!(found, [3, 4, 5]);
+    assert!(other.exists());
+}
+
+/// Neither a directory nor an entry that others can write to, or that belongs to someone else, is read or written.
+#[cfg(unix)]
+#[test]
+fn what_others_can_write_is_not_used() {
+    use std::os::unix::fs::{PermissionsExt, chown};
+    let folder = folder("others");
+    let cache = Cache::new(&folder);
+    let save = || cache.save(&key(7), &compiled(7));
+    save().expect("the folder can be written");
+    let entry = entries(&folder).remove(0);
+    let mode = |path: &Path| fs::metadata(path).expect("it is there").permissions().mode() & 0o777;
+    assert_eq!((mode(&folder), mode(&entry)), (0o700, 0o600));
+    let set_mode = |path: &Path, mode| {
+        fs::set_permissions(path, fs::Permissions::from_mode(mode)).expect("it is the user's");
+    };
+    for others in [0o020, 0o002] {
+        set_mode(&folder, 0o700 | others);
+        assert!(cache.load(&key(7)).is_none());
+        assert!(save().is_err());
+        set_mode(&folder, 0o755);
+        assert!(cache.load(&key(7)).is_some());
+        set_mode(&entry, 0o600 | others);
+        assert!(cache.load(&key(7)).is_none());
+        save().expect("the folder is the user's");
+        assert!(cache.load(&key(7)).is_some(), "saving replaces the entry");
+    }
+    // Only a superuser can give files away.
+    if chown(&entry, Some(1), None).is_ok() {
+        assert!(cache.load(&key(7)).is_none());
+        save().expect("the folder is the user's");
+        chown(&folder, Some(1), None).expect("a superuser can");
+        assert!(cache.load(&key(7)).is_none());
+        assert!(save().is_err());
+    }
 }
 
 #[test]
@@ -149,11 +190,11 @@ fn without_a_folder_nothing_is_kept() {
     fs::create_dir_all(folder.parent().expect("it has one")).expect("it can be created");
     // A file where the folder should be: no rights would stop a superuser.
     fs::write(&folder, "").expect("it can be written");
-    let (cache, key) = (Cache::new(folder.join("kernels")), key(7, 4));
-    assert!(cache.save(&key, &compiled(7, 4)).is_err());
+    let cache = Cache::new(folder.join("kernels"));
+    assert!(cache.save(&key(7), &compiled(7)).is_err());
     for _ in 0..2 {
         let code = cache
-            .load_or(&key, || Ok::<_, Error>(compiled(7, 4)))
+            .load_or(&key(7), || Ok::<_, Error>(compiled(7)))
             .expect("it compiles");
         assert_eq!(stored(&code), 7);
     }

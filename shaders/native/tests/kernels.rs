@@ -6,7 +6,7 @@ use std::path::Path;
 use std::time::Instant;
 
 use oneiro_shader_compiler::{generate, trees};
-use oneiro_shader_native::{Cache, Error, Key, LANES, Native, Stopped, Target, Words};
+use oneiro_shader_native::{Cache, Code, Error, Key, LANES, Native, Stopped, Target, Words};
 
 #[path = "../../catalogue.rs"]
 #[allow(dead_code, reason = "these tests need no host structs")]
@@ -27,9 +27,11 @@ fn corpus() -> Vec<(String, String)> {
         let name = path.file_stem().expect("it has a name").to_string_lossy();
         (name.into_owned(), fs::read_to_string(path).expect("it is text"))
     };
-    files
+    let mut corpus: Vec<_> = files
         .map(|file| read(&file.expect("it can be listed").path()))
-        .collect()
+        .collect();
+    corpus.sort();
+    corpus
 }
 
 #[test]
@@ -202,25 +204,157 @@ fn buffers_that_do_not_fit_are_refused() {
     assert_eq!(size.to_string(), "buffer 3 has 3 words; allowed: 4 to 4294967295");
 }
 
+/// Conversions give WGSL's results for all inputs, in scalars and in vectors: floats out of range become the least or
+/// greatest float that is an integer of the type.
 #[test]
-fn arrays_that_a_stack_does_not_hold_are_refused() {
-    let of_length = |length: u32| {
+fn conversions_saturate_and_round() {
+    const LEAST: i32 = i32::MIN;
+    const GREATEST: i32 = 0x7fff_ff80;
+    const GREATEST_UNSIGNED: u32 = 0xffff_ff00;
+    let floats: [(f32, i32, u32); 26] = [
+        (0.0, 0, 0),
+        (-0.0, 0, 0),
+        (f32::from_bits(1), 0, 0),
+        (0.99, 0, 0),
+        (-0.5, 0, 0),
+        (-0.99, 0, 0),
+        (-1.0, -1, 0),
+        (-1.5, -1, 0),
+        (2.75, 2, 2),
+        (8_388_607.5, 8_388_607, 8_388_607),
+        (-16_777_215.0, -16_777_215, 0),
+        (16_777_216.0, 16_777_216, 16_777_216),
+        (2_147_483_520.0, GREATEST, 0x7fff_ff80),
+        (2_147_483_648.0, GREATEST, 1 << 31),
+        (2_147_483_904.0, GREATEST, (1 << 31) + 256),
+        (-2_147_483_520.0, -GREATEST, 0),
+        (-2_147_483_648.0, LEAST, 0),
+        (-2_147_483_904.0, LEAST, 0),
+        (4_294_967_040.0, GREATEST, GREATEST_UNSIGNED),
+        (4_294_967_296.0, GREATEST, GREATEST_UNSIGNED),
+        (f32::MAX, GREATEST, GREATEST_UNSIGNED),
+        (f32::MIN, LEAST, 0),
+        (f32::INFINITY, GREATEST, GREATEST_UNSIGNED),
+        (f32::NEG_INFINITY, LEAST, 0),
+        // `max(NaN, low)` is the least number.
+        (f32::NAN, LEAST, 0),
+        (-f32::NAN, LEAST, 0),
+    ];
+    let integers = [
+        1,
+        16_777_216,
+        16_777_217,
+        16_777_219,
+        0x7fff_ffbf,
+        0x7fff_ffc0,
+        0x7fff_ffff,
+        0x8000_0000,
+        0x8000_0001,
+        0x8000_0080,
+        0x8000_0081,
+        0x8000_0180,
+        0xfeff_ffff,
+        0xffff_0000,
+        0xffff_fe80,
+        0xffff_ff7f,
+        0xffff_ff80,
+        0xffff_ffff,
+    ];
+    let conversions = |word: &str| {
+        let all = [
+            format!("u32(i32(bitcast<f32>({word})))"),
+            format!("u32(bitcast<f32>({word}))"),
+            format!("bitcast<u32>(f32(i32({word})))"),
+            format!("bitcast<u32>(f32({word}))"),
+            format!("bitcast<u32>(f32({word} >> 1u))"),
+            format!("bitcast<u32>(f32({word} & 0x7fffffffu))"),
+            format!("bitcast<u32>(f32({word} & 0xfffffffeu))"),
+        ];
+        let store = |(at, value): (usize, &String)| format!("results[base + {at}u] = {value};");
+        all.iter().enumerate().map(store).collect::<String>()
+    };
+    let kernel = |word: &str| {
         let text = format!(
             "@compute @workgroup_size(64)
             fn main(@builtin(workgroup_id) workgroup: vec3<u32>, @builtin(local_invocation_index) lane: u32) {{
-                var local: array<u32, {length}>;
-                for (var i = 0u; i < {length}u; i++) {{ local[i] = lane + i; }}
-                results[lane * 16u] = local[settings.a];
-            }}"
+                let base = lane * 16u;
+                {}
+            }}",
+            conversions(word)
         );
-        let trees = program(&text).expect("it is exact");
-        Target::host()
-            .expect("this machine has machine code")
-            .compile(&trees, 16)
+        program(&text).expect("it is exact")
     };
-    assert!(of_length(1000).is_ok());
-    let error = of_length(5_000).unwrap_err();
-    assert!(matches!(error, Error::TooLarge), "{error}");
+    let (uniform, varying) = (kernel("settings.a"), kernel("words[lane]"));
+    let words: Vec<u32> = floats.iter().map(|(x, ..)| x.to_bits()).chain(integers).collect();
+    let check = |at: usize, found: &[u32]| {
+        let word = words[at];
+        if let Some((x, signed, unsigned)) = floats.get(at) {
+            assert_eq!(found[..2], [*signed as u32, *unsigned], "{x:e}");
+        }
+        let of_words = [word, word >> 1, word & 0x7fff_ffff, word & 0xffff_fffe].map(|word| word as f32);
+        let expected = [word as i32 as f32, of_words[0], of_words[1], of_words[2], of_words[3]];
+        assert_eq!(found[2..7], expected.map(f32::to_bits), "{word:#x}");
+    };
+    let one = Extent {
+        workgroups: 0..1,
+        lanes: 64,
+    };
+    for lanes in LANES {
+        let native_varying = native(&varying, lanes);
+        let mut buffers = generate::buffers(0, 1);
+        buffers[2][..words.len()].copy_from_slice(&words);
+        let found = run(&native_varying, buffers, &one, TURNS).expect("it has no loops");
+        for (at, found) in found[5].chunks_exact(16).enumerate().take(words.len()) {
+            check(at, found);
+        }
+        let native_uniform = native(&uniform, lanes);
+        for (at, word) in words.iter().enumerate() {
+            let mut buffers = generate::buffers(0, 1);
+            buffers[0][0] = *word;
+            let found = run(&native_uniform, buffers, &one, TURNS).expect("it has no loops");
+            check(at, &found[5]);
+        }
+    }
+}
+
+/// A kernel with a local array whose elements all take part in the result, and its result in the first lane.
+fn sum_of_array(length: u32) -> (Result<Code, Error>, u32) {
+    let text = format!(
+        "@compute @workgroup_size(64)
+        fn main(@builtin(workgroup_id) workgroup: vec3<u32>, @builtin(local_invocation_index) lane: u32) {{
+            var local: array<u32, {length}>;
+            for (var i = 0u; i < {length}u; i++) {{ local[i] = lane + i; }}
+            var sum = 0u;
+            for (var i = 0u; i < {length}u; i++) {{ sum += local[i]; }}
+            results[lane * 16u] = sum;
+        }}"
+    );
+    let target = Target::host().expect("this machine has machine code");
+    let code = target.compile(&program(&text).expect("it is exact"), 16);
+    (code, (0..length).sum())
+}
+
+#[test]
+fn arrays_that_a_stack_does_not_hold_are_refused() {
+    let (code, sum) = sum_of_array(4000);
+    let native = Native::new(&code.expect("it fits")).expect("there is memory");
+    let one = Extent {
+        workgroups: 0..1,
+        lanes: 16,
+    };
+    let found = run(&native, generate::buffers(0, 1), &one, TURNS).expect("it ends");
+    for (lane, words) in (0..16).zip(found[5].chunks_exact(16)) {
+        assert_eq!(words[0], sum + 4000 * lane);
+    }
+    // It fits with the longest element of a buffer. With few registers there is then too little for anything else.
+    if cfg!(target_arch = "x86_64") {
+        assert!(matches!(sum_of_array(4095).0, Err(Error::TooLarge)));
+    }
+    let error = sum_of_array(4096).0.unwrap_err();
+    assert_eq!(
+        error.to_string(),
+        "the kernel's local arrays take 262176 bytes; allowed: at most 262144"
+    );
 }
 
 #[test]

@@ -11,7 +11,7 @@ mod common;
 #[path = "../../../tests/seeds/mod.rs"]
 mod seeds;
 use common::{Extent, TURNS, meaning, native, program, run};
-use seeds::{Outcome, Plan};
+use seeds::{Outcome, Plan, unless_refused};
 
 const PLAN: Plan = Plan {
     kernels: 600,
@@ -28,7 +28,7 @@ const EXTENT: Extent = Extent {
 
 fn compare(seed: u64) -> Outcome {
     let text = generate::kernel(seed, 20 + (seed % 80) as u32);
-    let Ok(trees) = program(&text) else {
+    let Some(trees) = unless_refused(seed, &text, program(&text)) else {
         return Outcome::Refused;
     };
     let buffers = generate::buffers(seed, EXTENT.workgroups.end);

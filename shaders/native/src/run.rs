@@ -1,6 +1,7 @@
 //! Code in executable memory, which is never written to again.
 
 use std::ffi::c_void;
+use std::io;
 
 use memmap2::{Mmap, MmapMut};
 use wasmtime_internal_jit_icache_coherence as icache;
@@ -17,10 +18,10 @@ pub struct Words {
     pub len: usize,
 }
 
-/// Reasons why a call stopped early.
+/// Reasons why a call stopped early, or didn't begin.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum Stopped {
-    /// Its loops used up their turns.
+    /// Its loops used up this budget of turns.
     #[error("the kernel's loops turned {0} times, and had not ended")]
     TurnsUsedUp(u64),
     /// The number of buffers isn't the kernel's.
@@ -72,8 +73,10 @@ impl Native {
         memory.copy_from_slice(&code.bytes);
         let memory = memory.make_exec()?;
         // SAFETY: the range is that of the mapping, which stays where it is.
-        unsafe { icache::clear_cache(memory.as_ptr().cast::<c_void>(), memory.len()) }?;
-        icache::pipeline_flush_mt()?;
+        let cleared = unsafe { icache::clear_cache(memory.as_ptr().cast::<c_void>(), memory.len()) };
+        // Their error has another type on each system.
+        cleared.map_err(|error| io::Error::other(error.to_string()))?;
+        icache::pipeline_flush_mt().map_err(|error| io::Error::other(error.to_string()))?;
         // SAFETY: a function with this signature starts there, compiled for this machine. It is only called through `Self`,
         // which owns the memory.
         let entry = unsafe { std::mem::transmute::<*const u8, Entry>(memory.as_ptr()) };
@@ -93,7 +96,7 @@ impl Native {
     /// Runs invocations `first_lane..first_lane + lanes` of one workgroup. Their loops may take `turns` turns in all.
     ///
     /// # Errors
-    /// See [`Stopped`]. A kernel that has used up its turns leaves the buffers as they are at that point.
+    /// See [`Stopped`]. A call that uses up its turns leaves the buffers as they are at that point.
     ///
     /// # Safety
     /// Every buffer must be valid for reads for its whole length, and those that the kernel writes also for writes. While a
@@ -117,5 +120,38 @@ impl Native {
             0 => Ok(()),
             _ => Err(Stopped::TurnsUsedUp(turns)),
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use oneiro_shader_compiler::{Part, trees};
+
+    use super::*;
+
+    #[test]
+    fn code_for_another_machine_is_refused() {
+        let part = Part {
+            path: "empty.wgsl".into(),
+            text: "@compute @workgroup_size(64) fn main() {}".into(),
+        };
+        let target = Target::host().expect("this machine has machine code");
+        let mut code = target
+            .compile(&trees(&[part]).expect("it is exact"), 4)
+            .expect("it compiles");
+        assert!(Native::new(&code).is_ok());
+        code.target = code.target.replacen('-', "-other-", 1);
+        let error = Native::new(&code).unwrap_err();
+        assert!(matches!(error, Error::Foreign { .. }), "{error}");
+    }
+
+    /// Callers can make it an error of their own.
+    #[test]
+    fn reasons_are_errors() {
+        fn boxed(stopped: Stopped) -> Box<dyn std::error::Error + Send + Sync> {
+            stopped.into()
+        }
+        let message = boxed(Stopped::TurnsUsedUp(7)).to_string();
+        assert_eq!(message, "the kernel's loops turned 7 times, and had not ended");
     }
 }

@@ -1,0 +1,248 @@
+//! Loads and stores. Indices are clamped in all lanes, idle ones too; idle lanes store to memory that nothing reads.
+
+use oneiro_shader_compiler::tree::{Address, Binary, Ty, Unary, Value};
+use oneiro_shader_compiler::uniform::Shape;
+
+use super::{Element, Emitter, Pointers, WORD, WORDS};
+use crate::assembler::{Assembler, Form, LANES};
+
+impl<A: Assembler> Emitter<'_, A> {
+    /// Element of an address, unless it is the same for all lanes.
+    pub(super) fn varying_element(&self, address: &Address) -> Option<Value> {
+        address.element.filter(|element| !self.shapes.is_uniform(*element))
+    }
+
+    /// Returns whether the lanes' elements are consecutive words.
+    pub(super) fn is_consecutive(&self, address: &Address, element: Value) -> bool {
+        self.shapes.shape(element) == Shape::Linear && address.stride == 1
+    }
+
+    /// Pointer to a uniform element, clamped.
+    fn pointer(&mut self, address: &Address) -> A::Value {
+        let Some(element) = address.element else {
+            let zero = self.word(0);
+            return self.asm.buffer_pointer(address.buffer, zero);
+        };
+        let key = (address.buffer, element, address.stride, 0);
+        if let Some(known) = self.pointers.get(&key) {
+            return known[0];
+        }
+        let element = self.scalar(element);
+        let (last, _) = self.last[address.buffer as usize];
+        let mut index = self.arithmetic(Binary::Min, element, last);
+        if address.stride != 1 {
+            let stride = self.word(address.stride);
+            index = self.arithmetic(Binary::Multiply, index, stride);
+        }
+        let pointer = self.asm.buffer_pointer(address.buffer, index);
+        self.hold_pointers(key, [pointer; LANES as usize]);
+        pointer
+    }
+
+    /// Pointers to the elements of a vector's lanes, clamped.
+    fn pointers(&mut self, address: &Address, element: Value, k: usize, mask: Option<A::Value>) -> Pointers<A::Value> {
+        let elements = self.part(element, k);
+        let (_, lasts) = self.last[address.buffer as usize];
+        let mut indices = self.asm.binary(Binary::Min, WORDS, elements, lasts);
+        let stride = address.stride;
+        if stride.is_power_of_two() && stride > 1 {
+            let count = self.word(stride.trailing_zeros());
+            indices = self.asm.binary(Binary::ShiftLeft, WORDS, indices, count);
+        } else if stride > 1 {
+            let strides = self.asm.constant(WORDS, stride);
+            indices = self.asm.binary(Binary::Multiply, WORDS, indices, strides);
+        }
+        self.asm.buffer_pointers(address.buffer, indices, mask)
+    }
+
+    /// The same without a mask, computed only once.
+    fn known_pointers(&mut self, address: &Address, element: Value, k: usize) -> Pointers<A::Value> {
+        let key = (address.buffer, element, address.stride, k);
+        if let Some(known) = self.pointers.get(&key) {
+            return *known;
+        }
+        let pointers = self.pointers(address, element, k, None);
+        self.hold_pointers(key, pointers);
+        pointers
+    }
+
+    fn hold_pointers(&mut self, element: Element, pointers: Pointers<A::Value>) {
+        self.pointers.insert(element, pointers);
+        self.known.push(element);
+    }
+
+    pub(super) fn load_uniform(&mut self, targets: &[Value], address: &Address) {
+        let pointer = self.pointer(address);
+        for (word, target) in (0..).zip(targets) {
+            let ty = self.program.ty(*target);
+            let scalar = self.asm.load(Form::One(ty), pointer, address.offset + word);
+            self.hold_scalar(*target, scalar);
+        }
+    }
+
+    pub(super) fn load(
+        &mut self,
+        targets: &[Value],
+        address: &Address,
+        element: Value,
+        k: usize,
+        pointer: Option<A::Value>,
+    ) {
+        if let (Some(pointer), [target]) = (pointer, targets) {
+            let form = Form::Four(self.program.ty(*target));
+            let part = self.asm.load(form, pointer, k as u32 * LANES);
+            return self.hold_part(*target, k, part);
+        }
+        let pointers = self.known_pointers(address, element, k);
+        let words = if let [_] = targets {
+            vec![self.asm.gather(&pointers, address.offset)]
+        } else {
+            self.asm.gather_four(&pointers, address.offset).to_vec()
+        };
+        for (target, words) in targets.iter().zip(words) {
+            let ty = self.program.ty(*target);
+            let part = self.asm.bitcast(WORDS, ty, words);
+            self.hold_part(*target, k, part);
+        }
+    }
+
+    /// Returns whether all lanes' consecutive words lie within the buffer.
+    fn within(&mut self, address: &Address, first: A::Value) -> A::Value {
+        let (last, _) = self.last[address.buffer as usize];
+        let others = self.word(self.vectors as u32 * LANES - 1);
+        let room = self.arithmetic(Binary::Subtract, last, others);
+        let enough = self.arithmetic(Binary::LessEqual, others, last);
+        let within = self.arithmetic(Binary::LessEqual, first, room);
+        self.asm.binary(Binary::And, Form::One(Ty::Bool), enough, within)
+    }
+
+    /// Pointer to the lanes' consecutive words: in the buffer, or in a copy in the rare case that they reach beyond its end.
+    pub(super) fn consecutive(&mut self, address: &Address, element: Value) -> A::Value {
+        let first = self.scalar(element);
+        let within = self.within(address, first);
+        let scratch = self.scratch();
+        let beyond = self.asm.unary(Unary::Not, Form::One(Ty::Bool), within);
+        self.asm.begin_if(beyond);
+        self.each_word(address, first, scratch, true);
+        self.asm.end_if();
+        self.buffer_or_copy(within, address, first, scratch)
+    }
+
+    /// Pointer to the words from `first` on if they are `within` the buffer, else to their copy.
+    fn buffer_or_copy(&mut self, within: A::Value, address: &Address, first: A::Value, scratch: A::Array) -> A::Value {
+        let pointer = self.asm.buffer_pointer(address.buffer, first);
+        let zero = self.word(0);
+        let copy = self.asm.array_pointer(scratch, zero);
+        self.asm.select(within, pointer, copy)
+    }
+
+    /// Memory of one word per lane, for use within one statement.
+    fn scratch(&mut self) -> A::Array {
+        let words = self.vectors as u32 * LANES;
+        *self.scratch.get_or_insert_with(|| self.asm.array(words))
+    }
+
+    /// Copies the lanes' words one by one, with clamped indices: to `scratch` if `load`, else from it.
+    fn each_word(&mut self, address: &Address, first: A::Value, scratch: A::Array, load: bool) {
+        let lane = self.asm.variable(WORD);
+        let (zero, one) = (self.word(0), self.word(1));
+        self.asm.set(lane, zero);
+        let label = self.asm.begin_loop();
+        let at = self.asm.get(lane);
+        let element = self.arithmetic(Binary::Add, first, at);
+        let (last, _) = self.last[address.buffer as usize];
+        let index = self.arithmetic(Binary::Min, element, last);
+        let pointer = self.asm.buffer_pointer(address.buffer, index);
+        let copy = self.asm.array_pointer(scratch, at);
+        if load {
+            let word = self.asm.load(WORD, pointer, 0);
+            self.asm.store(WORD, copy, 0, word);
+        } else {
+            let word = self.asm.load(WORD, copy, 0);
+            self.asm.store(WORD, pointer, 0, word);
+        }
+        let next = self.arithmetic(Binary::Add, at, one);
+        self.asm.set(lane, next);
+        let lanes = self.word(self.vectors as u32 * LANES);
+        let all = self.arithmetic(Binary::Equal, next, lanes);
+        self.asm.begin_if(all);
+        self.asm.leave(label);
+        self.asm.end_if();
+        self.asm.end_loop();
+    }
+
+    pub(super) fn store(&mut self, address: &Address, value: Value) {
+        let active = self.active();
+        let Some(element) = self.varying_element(address) else {
+            return self.store_uniform(address, value, active.as_deref());
+        };
+        let words: Vec<_> = (0..self.vectors).map(|k| self.stored_words(value, k)).collect();
+        if active.is_none() && self.is_consecutive(address, element) {
+            return self.store_consecutive(address, element, &words);
+        }
+        let pointers = self.active_pointers(address, element, active.as_deref());
+        for (pointers, words) in pointers.iter().zip(words) {
+            self.asm.scatter(pointers, address.offset, words);
+        }
+    }
+
+    /// The words of a vector in the form in which they are stored.
+    fn stored_words(&mut self, value: Value, k: usize) -> A::Value {
+        let part = self.part(value, k);
+        match self.program.ty(value) {
+            Ty::Bool => self.masked_bits(part, 1),
+            ty => self.asm.bitcast(Form::Four(ty), Ty::U32, part),
+        }
+    }
+
+    fn store_uniform(&mut self, address: &Address, value: Value, active: Option<&[A::Value]>) {
+        let scalar = self.scalar(value);
+        let word = match self.program.ty(value) {
+            Ty::Bool => self.asm.convert(Form::One(Ty::Bool), Ty::U32, scalar),
+            ty => self.asm.bitcast(Form::One(ty), Ty::U32, scalar),
+        };
+        let pointer = self.pointer(address);
+        if let Some(active) = active {
+            let any = self.any(active);
+            self.asm.begin_if(any);
+        }
+        self.asm.store(WORD, pointer, address.offset, word);
+        if active.is_some() {
+            self.asm.end_if();
+        }
+    }
+
+    fn store_consecutive(&mut self, address: &Address, element: Value, words: &[A::Value]) {
+        let first = self.scalar(element);
+        let within = self.within(address, first);
+        let scratch = self.scratch();
+        let pointer = self.buffer_or_copy(within, address, first, scratch);
+        for (k, words) in (0..).zip(words) {
+            self.asm.store(WORDS, pointer, k * LANES, *words);
+        }
+        let beyond = self.asm.unary(Unary::Not, Form::One(Ty::Bool), within);
+        self.asm.begin_if(beyond);
+        self.each_word(address, first, scratch, false);
+        self.asm.end_if();
+    }
+
+    /// Pointers to the active lanes' elements. The last ones are kept, since a struct is stored word by word.
+    fn active_pointers(
+        &mut self,
+        address: &Address,
+        element: Value,
+        active: Option<&[A::Value]>,
+    ) -> Vec<Pointers<A::Value>> {
+        let key = (address.buffer, element, address.stride, 0);
+        if let Some((_, known)) = self.stored_to.as_ref().filter(|(other, _)| *other == key) {
+            return known.clone();
+        }
+        let mut pointers = Vec::new();
+        for k in 0..self.vectors {
+            let mask = active.map(|active| active[k]);
+            pointers.push(self.pointers(address, element, k, mask));
+        }
+        self.stored_to = Some((key, pointers.clone()));
+        pointers
+    }
+}
