@@ -10,7 +10,7 @@ use oneiro_shader_compiler::{Compiled, Constant, compile};
 
 #[path = "catalogue.rs"]
 mod catalogue;
-use catalogue::{CATALOGUE, Entry, parts};
+use catalogue::{CATALOGUE, COMPOSED, Entry, parts};
 
 fn main() {
     let wgsl = PathBuf::from(env::var("CARGO_MANIFEST_DIR").expect("cargo sets it")).join("wgsl");
@@ -66,7 +66,7 @@ fn main() {
         .iter()
         .map(|entry| format!("&{}", entry.name.to_uppercase()))
         .collect();
-    let shipped: BTreeSet<_> = CATALOGUE.iter().flat_map(|entry| entry.parts).collect();
+    let shipped: BTreeSet<_> = CATALOGUE.iter().flat_map(|entry| entry.parts).chain(COMPOSED).collect();
     text.push_str("/// Every part of the kernels: path and text.\npub static PARTS: &[(&str, &str)] = &[\n");
     for part in shipped {
         let file = "env!(\"CARGO_MANIFEST_DIR\"), \"/wgsl/";

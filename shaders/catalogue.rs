@@ -17,13 +17,13 @@ pub(crate) struct Entry {
 
 /// A life: its physics are those of the simulator made from samples, or of what stands in for the robot itself.
 macro_rules! life {
-    ($name:literal, sampled, $controller:literal) => {
+    ($name:literal, sampled, $controller:tt) => {
         life!($name, "life", true, $controller, "robot/differential", "sensor/sampled", "physics/sliding", "physics/sampled")
     };
-    ($name:literal, surrogate, $controller:literal) => {
+    ($name:literal, surrogate, $controller:tt) => {
         life!($name, "surrogate", false, $controller, "lib/individual", "physics/sliding", "robot/wheels", "sensor/rays", "physics/surrogate")
     };
-    ($name:literal, $module:literal, $wide:literal, $controller:literal, $($physics:literal),+) => {
+    ($name:literal, $module:literal, $wide:literal, [$($controller:literal),+], $($physics:literal),+) => {
         Entry {
             name: $name,
             module: $module,
@@ -33,10 +33,12 @@ macro_rules! life {
                 "lib/geometry",
                 "lib/batch",
                 "lib/rollout",
+                "lib/genes",
                 "robot/motors",
                 "sensor/readings",
-                "lib/task",
-                $controller,
+                "sensor/no_others",
+                "lib/interface",
+                $($controller,)+
                 "task/avoidance",
                 $($physics,)+
                 "life",
@@ -48,12 +50,24 @@ macro_rules! life {
 
 /// The catalogue of kernels: one part a slot (robot, sensor, physics, controller, task).
 pub(crate) const CATALOGUE: &[Entry] = &[
-    life!("life_perceptron", sampled, "controller/perceptron"),
-    life!("life_hidden", sampled, "controller/hidden"),
-    life!("life_recurrent", sampled, "controller/recurrent"),
-    life!("surrogate_perceptron", surrogate, "controller/perceptron"),
-    life!("surrogate_hidden", surrogate, "controller/hidden"),
-    life!("surrogate_recurrent", surrogate, "controller/recurrent"),
+    life!(
+        "life_perceptron",
+        sampled,
+        ["controller/memoryless", "controller/perceptron"]
+    ),
+    life!("life_hidden", sampled, ["controller/memoryless", "controller/hidden"]),
+    life!("life_recurrent", sampled, ["controller/recurrent"]),
+    life!(
+        "surrogate_perceptron",
+        surrogate,
+        ["controller/memoryless", "controller/perceptron"]
+    ),
+    life!(
+        "surrogate_hidden",
+        surrogate,
+        ["controller/memoryless", "controller/hidden"]
+    ),
+    life!("surrogate_recurrent", surrogate, ["controller/recurrent"]),
     Entry {
         name: "forager",
         module: "forager",
@@ -62,6 +76,7 @@ pub(crate) const CATALOGUE: &[Entry] = &[
             "lib/random",
             "lib/batch",
             "lib/rollout",
+            "lib/genes",
             "lib/forager",
             "lib/circle",
             "lib/food",
@@ -109,6 +124,9 @@ pub(crate) const CATALOGUE: &[Entry] = &[
         wide: true,
     },
 ];
+
+/// Parts that only kernels composed at run time have.
+pub(crate) const COMPOSED: &[&str] = &["lib/user"];
 
 /// Reads the parts of a kernel.
 pub(crate) fn parts(wgsl: &Path, entry: &Entry) -> Vec<Part> {

@@ -95,7 +95,7 @@ impl Facts {
             genes: world.genes(),
             robots: world.robots(),
             may_end_early: world.may_end_early(),
-            loops: turns(1) - begin_loops,
+            loops: turns(1).saturating_sub(begin_loops),
             begin_loops,
         }
     }
@@ -416,7 +416,8 @@ impl Batch {
             if !self.worlds.0.facts[world as usize].may_end_early {
                 return records.to_vec();
             }
-            // From an early end on there are no records. No controller's outputs are both 0.
+            // From an early end on there are no records. One that is all zero would be of a robot that stands at (0, 0), looks
+            // along x, senses nothing, wants both wheels backwards at full speed and has earned nothing.
             let lived = records.iter().rposition(|record| *record != Record::default());
             records[..lived.map_or(0, |last| last + 1)].to_vec()
         };

@@ -1,24 +1,24 @@
-//! Kernels composed when the program runs: a shipped kernel with a task of the user's own in place of its task. Nothing is
-//! rebuilt, and the results are the same bits on every device, as those of the kernels that ship.
+//! Kernels composed when the program runs: a shipped kernel with a user's sensors, controller or task in place of its own.
+//! Nothing is rebuilt, and results are the same bits on every device, like those of the kernels that ship.
 //!
-//! A task is one WGSL part, see `docs/extend.md`:
+//! Each is one WGSL part, see `docs/extend.md`:
 //!
 //! ```
 //! use std::sync::Arc;
-//! use oneiro::compose::{OwnTask, TaskPart};
+//! use oneiro::compose::{Kind, OwnPart, OwnParts, Part};
 //! use oneiro::world::{Task, World, WorldSpec};
 //!
-//! let part = TaskPart::new("turn.wgsl", "
+//! let part = Part::new(Kind::Task, "turn.wgsl", "
 //!     struct TaskValues {
-//!         most: f32, // 0.1, 0 to 0.5 turns: how much of a turn counts in a cycle
+//!         most: f32, // 0.1, 0 to 0.5 turns: greatest turn that counts in a cycle
 //!     }
 //!     fn task_cycle(life: Life, now: Experience, before: TaskState) -> Reward {
-//!         return Reward(min(abs(now.moved.turn), task_values(life.world).most), before);
+//!         return Reward(min(abs(now.moved.turn), task_values(life).most), before);
 //!     }")?;
-//! let task = OwnTask::new(Arc::new(part), &[("most", 0.2)])?;
+//! let task = OwnPart::new(Arc::new(part), &[("most", 0.2)])?;
 //! let world = World::new(WorldSpec {
 //!     task: Task::Own,
-//!     own_task: Some(Arc::new(task)),
+//!     own: OwnParts::from([task]),
 //!     ..WorldSpec::miglino1995()
 //! })?;
 //! assert_eq!(world.genes(), 18);
@@ -34,16 +34,43 @@ mod part;
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
+use oneiro_shaders::Kernel;
+
 use crate::parameter::{Allowed, Datum, Invalid};
 
-pub use part::TaskPart;
+pub use part::Part;
+
+/// Most genes of a user's controller.
+pub const GREATEST_GENES: u32 = 1024;
+
+/// A kind of part that a user may write.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Kind {
+    /// Sensors beside the robot's eight sensors of proximity.
+    Sensor,
+    /// Mapping from readings to commands of the wheels.
+    Controller,
+    /// Rewards, and the end of a life.
+    Task,
+}
+
+impl Kind {
+    /// The word that its functions' names and its keys in an experiment begin with.
+    pub fn word(self) -> &'static str {
+        match self {
+            Self::Sensor => "sensor",
+            Self::Controller => "controller",
+            Self::Task => "task",
+        }
+    }
+}
 
 /// Reasons why a part is refused: one line for each problem, with file, line, column, and what to write instead.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("{}", .0.join("\n"))]
 pub struct Refused(Vec<String>);
 
-/// A value that a part declares: a field of its struct `TaskValues`, with the comment
+/// A value that a part declares: a field of its struct `TaskValues` (or `ControllerValues`, `SensorValues`), with the comment
 /// `DEFAULT, LEAST to GREATEST UNIT: MEANING`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Value {
@@ -59,19 +86,20 @@ pub struct Value {
     pub about: String,
 }
 
-/// A task of the user's own, and its values.
+/// A part with its values.
 #[derive(Clone, Debug, PartialEq)]
-pub struct OwnTask {
-    part: Arc<TaskPart>,
+pub struct OwnPart {
+    part: Arc<Part>,
     values: Vec<f32>,
 }
 
-impl OwnTask {
+impl OwnPart {
     /// Sets values by name; the others have their defaults.
     ///
     /// # Errors
     /// A value that the part doesn't declare, or that isn't allowed.
-    pub fn new(part: Arc<TaskPart>, given: &[(&str, f64)]) -> Result<Self, Invalid> {
+    pub fn new(part: Arc<Part>, given: &[(&str, f64)]) -> Result<Self, Invalid> {
+        let key = |name: &str| format!("{}.values.{name}", part.kind().word());
         for (name, _) in given {
             if !part.values().iter().any(|value| value.name == *name) {
                 let names: Vec<_> = part.values().iter().map(|value| value.name.as_str()).collect();
@@ -80,24 +108,24 @@ impl OwnTask {
                 } else {
                     names.join(", ")
                 };
-                let problem = format!("is no value of {}; allowed: {allowed}", part.path());
-                return Err(Invalid::new(format!("task.values.{name}"), problem));
+                let problem = format!("isn't a value of {}; allowed: {allowed}", part.path());
+                return Err(Invalid::new(key(name), problem));
             }
         }
-        let value = |value: &Value| {
+        let checked = |value: &Value| {
             let given = given.iter().find(|(name, _)| *name == value.name);
-            let own = given.map_or(value.default, |(_, own)| *own as f32);
-            let checked = value.allowed.check(&Datum::Single(own), |_| None);
-            checked.map_err(|problem| Invalid::new(format!("task.values.{}", value.name), problem))?;
+            let number = given.map_or(value.default, |(_, number)| *number as f32);
+            let checked = value.allowed.check(&Datum::Single(number), |_| None);
+            checked.map_err(|problem| Invalid::new(key(&value.name), problem))?;
             // Zero has one sign.
-            Ok(if own == 0.0 { 0.0 } else { own })
+            Ok(if number == 0.0 { 0.0 } else { number })
         };
-        let values = part.values().iter().map(value).collect::<Result<_, Invalid>>()?;
+        let values = part.values().iter().map(checked).collect::<Result<_, Invalid>>()?;
         Ok(Self { part, values })
     }
 
     /// The part.
-    pub fn part(&self) -> &TaskPart {
+    pub fn part(&self) -> &Part {
         &self.part
     }
 
@@ -108,10 +136,74 @@ impl OwnTask {
     }
 
     /// The values as cells of four words.
-    pub(crate) fn cells(&self) -> Vec<[u32; 4]> {
+    fn cells(&self) -> impl Iterator<Item = [u32; 4]> {
         let cell = |values: &[f32]| std::array::from_fn(|at| values.get(at).map_or(0, |value| value.to_bits()));
-        self.values.chunks(4).map(cell).collect()
+        self.values.chunks(4).map(cell)
     }
+}
+
+/// The parts of a world that a user wrote, at most one of each kind.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct OwnParts(BTreeMap<Kind, Arc<OwnPart>>);
+
+impl<const N: usize> From<[OwnPart; N]> for OwnParts {
+    /// Of several parts of one kind, takes the last.
+    fn from(parts: [OwnPart; N]) -> Self {
+        let mut all = Self::default();
+        for part in parts {
+            all.insert(Arc::new(part));
+        }
+        all
+    }
+}
+
+impl OwnParts {
+    /// Adds a part, in place of the one of its kind.
+    pub fn insert(&mut self, part: Arc<OwnPart>) {
+        self.0.insert(part.part.kind(), part);
+    }
+
+    /// The part of a kind.
+    pub fn get(&self, kind: Kind) -> Option<&OwnPart> {
+        self.0.get(&kind).map(|part| &**part)
+    }
+
+    /// Whether everything is shipped.
+    pub fn is_empty(&self) -> bool {
+        self.0.is_empty()
+    }
+
+    /// All parts, in the order of their kinds.
+    pub fn iter(&self) -> impl Iterator<Item = &OwnPart> {
+        self.0.values().map(|part| &**part)
+    }
+
+    /// Names of the readings of a user's sensors.
+    pub(crate) fn readings(&self) -> Arc<[String]> {
+        self.get(Kind::Sensor)
+            .map_or_else(Arc::default, |own| own.part.readings().into())
+    }
+
+    /// All values, in cells of four words; those of each part begin a cell.
+    pub(crate) fn cells(&self) -> Vec<[u32; 4]> {
+        self.iter().flat_map(OwnPart::cells).collect()
+    }
+
+    /// A kernel with these parts instead of its own.
+    ///
+    /// # Errors
+    /// `KIND.part`: everything that is wrong with the parts.
+    pub(crate) fn compose(&self, base: &'static Kernel) -> Result<Composed, Invalid> {
+        part::compose(base, self)
+    }
+}
+
+/// A kernel composed at run time.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Composed {
+    pub(crate) kernel: &'static Kernel,
+    /// Number of genes of a user's controller, if there is one.
+    pub(crate) genes: Option<usize>,
 }
 
 /// The number with the fewest digits that is this one in single precision.

@@ -15,6 +15,8 @@ use crate::evaluator::{Control, Device, Error, Evaluator};
 
 /// Cycles between checks for cancellation: some ten milliseconds of 64 rollouts.
 const CHUNK: u32 = 16_384;
+/// Most turns of loops between such checks, for kernels that loop much in a cycle.
+const TURNS_OF_CHUNK: u32 = 10_000_000;
 
 /// The CPU evaluator: a pool of threads, and for each batch the lane code that suits its size.
 #[derive(Debug)]
@@ -125,7 +127,7 @@ impl Cpu {
             .map(|part| Lives {
                 part,
                 code: &code,
-                chunk: self.chunk,
+                chunk: self.chunk.min((TURNS_OF_CHUNK / part.loops()).max(1)),
                 control,
                 steps,
                 fitness: written(fitness.next().unwrap_or_default()),
@@ -143,8 +145,8 @@ impl Cpu {
         Ok(result)
     }
 
-    /// The named lane code, or that with the shortest estimated time of those compiled with this program. If there are
-    /// few rollouts, narrow ones keep more threads busy. A kernel composed at run time has only one.
+    /// Returns the lane code that was asked for by name, or else the one with the shortest estimated time of those compiled
+    /// with this program. With few rollouts, narrow ones keep more threads busy. A kernel composed at run time has only one.
     fn choose(&self, kernel: &'static Kernel, parts: &[Part<'_>]) -> Result<LaneCode, Error> {
         if let Some(name) = self.variant
             && let Some(code) = LaneCode::named(kernel, name)?
@@ -313,7 +315,7 @@ fn written<T: bytemuck::Pod>(items: &mut [T]) -> Words {
 
 /// Floating-point mode of a thread.
 mod float_mode {
-    /// Whether this thread rounds to nearest and keeps subnormals, which is every thread's default.
+    /// Returns whether this thread rounds to nearest and keeps subnormals, which is every thread's default.
     #[cfg(target_arch = "x86_64")]
     pub(super) fn is_default() -> bool {
         const FLUSH_TO_ZERO: u32 = 1 << 15;
@@ -325,7 +327,7 @@ mod float_mode {
         mode & (FLUSH_TO_ZERO | ROUNDING | DENORMALS_ARE_ZERO) == 0
     }
 
-    /// Whether this thread rounds to nearest and keeps subnormals, which is every thread's default.
+    /// Returns whether this thread rounds to nearest and keeps subnormals, which is every thread's default.
     #[cfg(target_arch = "aarch64")]
     pub(super) fn is_default() -> bool {
         const FLUSH_TO_ZERO: u64 = 1 << 24;
@@ -337,7 +339,7 @@ mod float_mode {
         mode & (FLUSH_TO_ZERO | ROUNDING | FLUSH_INPUTS) == 0
     }
 
-    /// Whether this thread rounds to nearest and keeps subnormals, found by trial because no register tells.
+    /// Returns whether this thread rounds to nearest and keeps subnormals, found by trial because no register tells.
     #[cfg(not(any(target_arch = "x86_64", target_arch = "aarch64")))]
     pub(super) fn is_default() -> bool {
         use std::hint::black_box;

@@ -124,13 +124,13 @@ pub struct Foraging {
 #[rustfmt::skip]
 pub fn parameters<T: AsMut<Foraging>>() -> Vec<Parameter<T>> {
     vec![
-        row("arena.radius_mm", "mm", Number(100.0, 10_000.0), "paper",
+        row("arena.radius_mm", "mm", Number(100.0, 10_000.0), "O'Dowd et al. 2014, section 4.5",
             "Radius of the arena.", |own, _| Some(&mut own.as_mut().arena_radius)),
-        row("arena.nest_radius_mm", "mm", NumberUpTo(10.0, 1.0, "arena.radius_mm"), "paper; its centre on the wall",
+        row("arena.nest_radius_mm", "mm", NumberUpTo(10.0, 1.0, "arena.radius_mm"), "O'Dowd et al. 2014, section 4.5; its centre on the wall is ours",
             "Radius of the nest, whose centre is on the wall.", |own, _| Some(&mut own.as_mut().nest_radius)),
-        row("arena.food_items", "", Whole(0, forager::GREATEST_ITEMS.into()), "paper",
+        row("arena.food_items", "", Whole(0, forager::GREATEST_ITEMS.into()), "O'Dowd et al. 2014, section 4.5",
             "Items of food in the arena at all times.", |own, _| Some(&mut own.as_mut().food_items)),
-        row("arena.food_radius_mm", "mm", NumberUpTo(1.0, 1.0, "arena.radius_mm"), "ours: the paper gives no size",
+        row("arena.food_radius_mm", "mm", NumberUpTo(1.0, 1.0, "arena.radius_mm"), "ours: no size in O'Dowd et al. 2014, section 4.5",
             "How near a robot's centre must come to an item to take it.", |own, _| Some(&mut own.as_mut().food_radius)),
         row("arena.lamp_behind_wall_mm", "mm", Number(10.0, 10_000.0), "ours",
             "How far behind the wall the lamp is.", |own, _| Some(&mut own.as_mut().lamp_behind_wall)),

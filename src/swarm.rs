@@ -113,11 +113,11 @@ pub struct Swarm {
 #[rustfmt::skip]
 pub fn parameters<T: AsMut<Swarm>>() -> Vec<Parameter<T>> {
     vec![
-        row("robots", "", Whole(1, GREATEST_ROBOTS.into()), "paper",
+        row("robots", "", Whole(1, GREATEST_ROBOTS.into()), "O'Dowd et al. 2014, section 4.5",
             "Robots.", |own, _| Some(&mut own.as_mut().robots)),
         row("robot.individuals", "", Whole(0, i64::MAX as u64), "ours: the seed of how robots differ",
             "The seed from which the differences between robots are drawn.", |own, _| Some(&mut own.as_mut().individuals)),
-        row("messages.range_mm", "mm", Number(0.0, 10_000.0), "paper",
+        row("messages.range_mm", "mm", Number(0.0, 10_000.0), "O'Dowd et al. 2014, section 4.3",
             "How far messages reach, between centres.", |own, _| Some(&mut own.as_mut().range)),
         row("messages.heard", "", Number(0.0, 1.0), "ours; arm",
             "Chance that a robot in range is heard, once a second.", |own, _| Some(&mut own.as_mut().heard)),

@@ -11,7 +11,7 @@ use oneiro_shaders::{Kernel, life};
 
 use crate::arena::Arena;
 use crate::batch::{Buffers, WorldKind, Worlds};
-use crate::compose::OwnTask;
+use crate::compose::{Composed, Kind, OwnParts};
 use crate::parameter::Invalid;
 use crate::surrogate::Surrogate;
 use crate::tables::{MotorStates, MotorTable, SENSOR_NAMES, SensorTables};
@@ -37,8 +37,7 @@ pub struct Robot {
 /// case.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Collision {
-    /// Undoes both move and turn, as in the simulator of Miglino et al. 1995: without noise, a robot that touches
-    /// something stays where it is.
+    /// Undoes both move and turn, as Evorobot does: without noise, a robot that touches something stays where it is.
     #[default]
     Undo,
     /// Keeps the turn and undoes the move.
@@ -108,42 +107,76 @@ pub enum Controller {
     },
     /// 8 inputs and the 2 previous outputs, 2 logistic outputs: 22 genes.
     Recurrent,
+    /// A user's controller, in [`WorldSpec::own`].
+    Own,
 }
 
 impl Controller {
+    /// Genes of a shipped controller that reads the eight sensors of proximity.
+    pub fn layout(self) -> GeneLayout {
+        GeneLayout {
+            controller: self,
+            readings: Arc::default(),
+            own: 0,
+        }
+    }
+}
+
+/// Names of the outputs of the cycle before, which the recurrent controller reads.
+pub(crate) const PREVIOUS: [&str; 2] = ["previous_left", "previous_right"];
+
+/// Genes of a controller: their number and their names.
+#[derive(Clone, Debug, PartialEq)]
+pub struct GeneLayout {
+    controller: Controller,
+    /// Names of the readings of a user's sensors.
+    readings: Arc<[String]>,
+    /// Number of genes of a user's controller.
+    own: usize,
+}
+
+impl GeneLayout {
     /// Number of genes.
-    pub fn genes(self) -> usize {
-        match self {
-            Self::Perceptron => life::PERCEPTRON_GENES as usize,
-            Self::Hidden { units } => (life::HIDDEN_UNIT_GENES * units + life::HIDDEN_OUTPUT_GENES) as usize,
-            Self::Recurrent => life::RECURRENT_GENES as usize,
+    pub fn genes(&self) -> usize {
+        // The constants are those of kernels with the eight sensors alone. Each output or hidden unit weighs each reading.
+        let own = self.readings.len();
+        match self.controller {
+            Controller::Perceptron => life::PERCEPTRON_GENES as usize + 2 * own,
+            Controller::Hidden { units } => {
+                (life::HIDDEN_UNIT_GENES as usize + own) * units as usize + life::HIDDEN_OUTPUT_GENES as usize
+            }
+            Controller::Recurrent => life::RECURRENT_GENES as usize + 2 * own,
+            Controller::Own => self.own,
         }
     }
 
     /// Name of each gene, in the order of a genome: the weight of an input to a unit or an output, such as
-    /// `left_90_to_right`, or a bias, such as `bias_right`.
-    pub fn gene_names(self) -> Vec<String> {
+    /// `left_90_to_right`, or a bias, such as `bias_right`. Those of a user's controller are numbered, from `gene_0`.
+    pub fn names(&self) -> Vec<String> {
         const OUTPUTS: [&str; 2] = ["left", "right"];
-        let inputs = |inputs: &[&str], to: &str| -> Vec<String> {
+        let readings = self.readings.iter().map(String::as_str);
+        let readings: Vec<&str> = SENSOR_NAMES.into_iter().chain(readings).collect();
+        let weights = |inputs: &[&str], to: &str| -> Vec<String> {
             let weights = inputs.iter().map(|input| format!("{input}_to_{to}"));
             weights.chain([format!("bias_{to}")]).collect()
         };
-        match self {
-            Self::Perceptron => OUTPUTS.iter().flat_map(|to| inputs(&SENSOR_NAMES, to)).collect(),
-            Self::Hidden { units } => {
+        match self.controller {
+            Controller::Perceptron => OUTPUTS.iter().flat_map(|to| weights(&readings, to)).collect(),
+            Controller::Hidden { units } => {
                 let unit = |unit: u32| {
-                    let weights = OUTPUTS.map(|to| format!("unit_{unit}_to_{to}"));
-                    inputs(&SENSOR_NAMES, &format!("unit_{unit}"))
+                    let to_outputs = OUTPUTS.map(|to| format!("unit_{unit}_to_{to}"));
+                    weights(&readings, &format!("unit_{unit}"))
                         .into_iter()
-                        .chain(weights)
+                        .chain(to_outputs)
                 };
                 let biases = OUTPUTS.map(|to| format!("bias_{to}"));
                 (0..units).flat_map(unit).chain(biases).collect()
             }
-            Self::Recurrent => {
-                let all = [&SENSOR_NAMES[..], &["previous_left", "previous_right"]].concat();
-                OUTPUTS.iter().flat_map(|to| inputs(&all, to)).collect()
+            Controller::Recurrent => {
+                let inputs = [&readings[..], &PREVIOUS].concat();
+                OUTPUTS.iter().flat_map(|to| weights(&inputs, to)).collect()
             }
+            Controller::Own => (0..self.own).map(|index| format!("gene_{index}")).collect(),
         }
     }
 }
@@ -180,7 +213,7 @@ pub enum Activation {
 /// Task that fitness measures.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Task {
-    /// A task of the user's own: [`WorldSpec::own_task`].
+    /// A user's task, in [`WorldSpec::own`].
     Own,
     /// Equation 1 of Miglino et al. 1995, summed over the cycles of a life.
     Avoidance {
@@ -247,8 +280,9 @@ pub struct WorldSpec {
     pub controller: Controller,
     /// Task that fitness measures.
     pub task: Task,
-    /// The task and its values if `task` is [`Task::Own`], else `None`.
-    pub own_task: Option<Arc<OwnTask>>,
+    /// Sensors that a user wrote, the controller if `controller` is [`Controller::Own`], and the task if `task` is
+    /// [`Task::Own`].
+    pub own: OwnParts,
     /// Start of lives.
     pub start: Start,
     /// Length of a life in cycles of 100 ms, 1 to 1,000,000.
@@ -266,7 +300,7 @@ impl WorldSpec {
             noise: Noise::NONE,
             controller: Controller::Perceptron,
             task: Task::AVOIDANCE,
-            own_task: None,
+            own: OwnParts::default(),
             start: Start::Random,
             cycles: 500,
         }
@@ -281,6 +315,7 @@ pub struct World(Arc<Checked>);
 struct Checked {
     spec: WorldSpec,
     kernel: &'static Kernel,
+    genes: GeneLayout,
     packed: pack::Packed,
 }
 
@@ -302,12 +337,22 @@ impl World {
     /// The first invalid value: its path, the value itself, and the allowed values.
     pub fn new(mut spec: WorldSpec) -> Result<Self, Invalid> {
         check::check(&mut spec)?;
-        let kernel = kernel(&spec)?;
+        let Composed { kernel, genes } = spec.own.compose(kernel(&spec))?;
         let packed = pack::Packed::new(&spec)?;
-        let world = Self(Arc::new(Checked { spec, kernel, packed }));
-        if world.spec().own_task.is_some() {
-            // How often its loops turn depends on the world.
-            Worlds::new(&[&world]).map_err(|invalid| Invalid::new("task.part", invalid.problem))?;
+        let world = Self(Arc::new(Checked {
+            genes: GeneLayout {
+                readings: spec.own.readings(),
+                own: genes.unwrap_or(0),
+                ..spec.controller.layout()
+            },
+            spec,
+            kernel,
+            packed,
+        }));
+        if let Some(own) = world.spec().own.iter().last() {
+            // The turns of its loops depend on the world.
+            let key = format!("{}.part", own.part().kind().word());
+            Worlds::new(&[&world]).map_err(|invalid| Invalid::new(key, invalid.problem))?;
         }
         Ok(world)
     }
@@ -319,12 +364,12 @@ impl World {
 
     /// Number of genes of a controller that lives in it.
     pub fn genes(&self) -> usize {
-        self.0.spec.controller.genes()
+        self.0.genes.genes()
     }
 
-    /// Name of each gene.
-    pub fn gene_names(&self) -> Vec<String> {
-        self.0.spec.controller.gene_names()
+    /// Genes of its controller.
+    pub fn gene_layout(&self) -> &GeneLayout {
+        &self.0.genes
     }
 
     /// Number of cycles of a life.
@@ -343,21 +388,15 @@ impl World {
     }
 }
 
-fn kernel(spec: &WorldSpec) -> Result<&'static Kernel, Invalid> {
-    let shipped = match (spec.controller, &spec.surrogate) {
-        (Controller::Perceptron, None) => &oneiro_shaders::LIFE_PERCEPTRON,
+/// The shipped kernel of a world, with a perceptron in the place of a user's controller.
+fn kernel(spec: &WorldSpec) -> &'static Kernel {
+    match (spec.controller, &spec.surrogate) {
+        (Controller::Perceptron | Controller::Own, None) => &oneiro_shaders::LIFE_PERCEPTRON,
         (Controller::Hidden { .. }, None) => &oneiro_shaders::LIFE_HIDDEN,
         (Controller::Recurrent, None) => &oneiro_shaders::LIFE_RECURRENT,
-        (Controller::Perceptron, Some(_)) => &oneiro_shaders::SURROGATE_PERCEPTRON,
+        (Controller::Perceptron | Controller::Own, Some(_)) => &oneiro_shaders::SURROGATE_PERCEPTRON,
         (Controller::Hidden { .. }, Some(_)) => &oneiro_shaders::SURROGATE_HIDDEN,
         (Controller::Recurrent, Some(_)) => &oneiro_shaders::SURROGATE_RECURRENT,
-    };
-    match &spec.own_task {
-        None => Ok(shipped),
-        Some(task) => {
-            let composed = task.part().kernel(shipped);
-            composed.map_err(|refused| Invalid::new("task.part", refused.to_string()))
-        }
     }
 }
 
@@ -376,7 +415,7 @@ impl WorldKind for World {
     }
 
     fn may_end_early(&self) -> bool {
-        self.0.spec.own_task.is_some()
+        self.0.spec.own.get(Kind::Task).is_some()
     }
 
     fn pack(&self, buffers: &mut Buffers) -> life::World {

@@ -45,7 +45,7 @@ impl fmt::Debug for Turns {
 pub struct Kernel {
     /// Its name in the catalogue, or that of a kernel composed when the program runs.
     pub name: &'static str,
-    /// The paths of the parts that its WGSL is made of, in order.
+    /// The paths of the shipped parts that its WGSL is made of, in order; none of a kernel composed when the program runs.
     pub parts: &'static [&'static str],
     /// The concatenated WGSL, for adapters that take no SPIR-V.
     pub wgsl: &'static str,

@@ -29,7 +29,7 @@ fn main(@builtin(workgroup_id) workgroup: vec3<u32>, @builtin(local_invocation_i
 
     let end = min(dispatch.step_end, worlds[world].steps);
     for (var step = dispatch.step_begin; step < end; step++) {
-        if (is_over(own)) {
+        if (is_over(life, own)) {
             break;
         }
         let lived = cycle(life, step, own);
@@ -49,5 +49,5 @@ fn main(@builtin(workgroup_id) workgroup: vec3<u32>, @builtin(local_invocation_i
     }
 
     state[slot] = kept(own);
-    fitness[slot] = stored(score(own));
+    fitness[slot] = stored(score(life, own));
 }

@@ -123,7 +123,8 @@ impl Packed {
             let words: &[u32] = match (buffer, element) {
                 ("dispatch", None) => bytemuck::cast_slice(std::slice::from_ref(&dispatch)),
                 ("worlds", None) => bytemuck::cast_slice(std::slice::from_ref(&self.worlds[world])),
-                ("tables", Some(cell)) => &self.tables[cell as usize],
+                // A kernel clamps an index that is too large.
+                ("tables", Some(cell)) => &self.tables[(cell as usize).min(self.tables.len() - 1)],
                 // A rollout's own values are unbounded.
                 _ => return u32::MAX,
             };

@@ -1,23 +1,28 @@
-//! Stands in for tasks of the user's own in builds without the feature `native`, and on processors that code can't be
-//! generated for.
+//! Stands in for users' parts in builds without the feature `native`, and on processors that code can't be generated for.
 
 use oneiro_shaders::Kernel;
 
-use super::{Refused, Value};
+use super::{Composed, Kind, OwnParts, Refused, Value};
+use crate::parameter::Invalid;
 
-/// A task of the user's own. This program has none.
+/// A user's part. This program has none.
 #[derive(Clone, Debug, PartialEq)]
-pub enum TaskPart {}
+pub enum Part {}
 
-impl TaskPart {
+impl Part {
     /// Refuses every part.
     ///
     /// # Errors
     /// Always.
-    pub fn new(path: &str, _: &str) -> Result<Self, Refused> {
+    pub fn new(_: Kind, path: &str, _: &str) -> Result<Self, Refused> {
         Err(Refused(vec![format!(
-            "{path}: this program can't compose kernels; allowed: the tasks that ship with it"
+            "{path}: this program can't compose kernels; allowed: what ships with it"
         )]))
+    }
+
+    /// Its kind.
+    pub fn kind(&self) -> Kind {
+        match *self {}
     }
 
     /// The path of its file.
@@ -30,7 +35,13 @@ impl TaskPart {
         match *self {}
     }
 
-    pub(crate) fn kernel(&self, _: &'static Kernel) -> Result<&'static Kernel, Refused> {
+    /// Names of the readings of sensors; none of other kinds.
+    pub fn readings(&self) -> &[String] {
         match *self {}
     }
+}
+
+#[expect(clippy::unnecessary_wraps, reason = "it stands in for one that refuses")]
+pub(super) fn compose(kernel: &'static Kernel, _: &OwnParts) -> Result<Composed, Invalid> {
+    Ok(Composed { kernel, genes: None })
 }

@@ -4,8 +4,9 @@
 use oneiro_shaders::life;
 
 use super::parameters::{COORDINATE, LENGTH, PARAMETERS};
-use super::{Collision, Noise, Robot, Task, WorldSpec, pack};
+use super::{Collision, Controller, Noise, Robot, Task, WorldSpec, pack};
 use crate::arena::{Arena, Field, Wall};
+use crate::compose::Kind;
 pub(super) use crate::parameter::LEAST;
 use crate::parameter::{self, Invalid, allowed_number, integer, number};
 use crate::tables::{GREATEST_READING, MotorTable, SensorTable, SensorTables};
@@ -33,9 +34,15 @@ pub(super) fn check(spec: &mut WorldSpec) -> Result<(), Invalid> {
             return Err(Invalid::new("robot.collision", problem));
         }
     }
-    if (spec.task == Task::Own) != spec.own_task.is_some() {
-        let problem = "and `own_task` disagree; allowed: `Task::Own` with an own task, or another task without";
-        return Err(Invalid::new("task.kind", problem));
+    let own = [
+        (Kind::Controller, spec.controller == Controller::Own),
+        (Kind::Task, spec.task == Task::Own),
+    ];
+    for (kind, is_own) in own {
+        if is_own != spec.own.get(kind).is_some() {
+            let problem = "and `own` disagree; allowed: `Own` with a part of this kind, or another without";
+            return Err(Invalid::new(format!("{}.kind", kind.word()), problem));
+        }
     }
     if let Task::Avoidance { new_cell, .. } = spec.task
         && new_cell > 0.0

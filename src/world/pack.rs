@@ -62,12 +62,15 @@ impl Packed {
             let radius = robot.body_radius;
             buffers.add_shared_table(surrogate, radius.to_bits() as usize, || surrogate.cells(radius))
         });
-        let task_values = spec.own_task.as_ref().map_or(0, |task| buffers.add_table(task.cells()));
+        let own_values = match spec.own.cells() {
+            cells if cells.is_empty() => 0,
+            cells => buffers.add_table(cells),
+        };
         life::World {
             first_shape,
             motor_table,
             numbers,
-            task_values,
+            own_values,
             ..self.world
         }
     }
@@ -149,7 +152,7 @@ fn world(spec: &WorldSpec, random_start: u32, start: [f32; 3], shapes: u32) -> l
         turn_before_move: zero(spec.robot.turn_before_move),
         hidden: match spec.controller {
             Controller::Hidden { units } => units,
-            Controller::Perceptron | Controller::Recurrent => 0,
+            Controller::Perceptron | Controller::Recurrent | Controller::Own => 0,
         },
         task_choices,
         new_cell: zero(new_cell),
@@ -160,7 +163,7 @@ fn world(spec: &WorldSpec, random_start: u32, start: [f32; 3], shapes: u32) -> l
             Collision::KeepTurn => life::KEEP_TURN,
             Collision::Slide => life::SLIDE,
         },
-        task_values: 0,
+        own_values: 0,
     }
 }
 

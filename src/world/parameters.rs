@@ -13,7 +13,6 @@ pub const COORDINATE: Allowed = Number(-1e5, 1e5);
 /// Range of lengths of bodies, arenas and blocks, mm.
 pub const LENGTH: Allowed = Number(1.0, 1e5);
 
-const PAPER: &str = "paper";
 const OURS: &str = "ours";
 const CLASS: Allowed = Text("a class of the sensor tables");
 
@@ -21,11 +20,11 @@ const CLASS: Allowed = Text("a class of the sensor tables");
 #[rustfmt::skip]
 pub fn parameters<T: AsMut<WorldSpec>>() -> Vec<Parameter<T>> {
     vec![
-        row("cycles", "cycles of 100 ms", Whole(1, 1_000_000), PAPER,
+        row("cycles", "cycles of 100 ms", Whole(1, 1_000_000), "Miglino et al. 1995, section 3.1",
             "Length of a life: 500 cycles are 50 s.", |own, _| Some(&mut own.as_mut().cycles)),
-        row("robot.body_radius_mm", "mm", LENGTH, PAPER,
+        row("robot.body_radius_mm", "mm", LENGTH, "Miglino et al. 1995, section 3.1",
             "Radius of the round body.", |own, _| Some(&mut own.as_mut().robot.body_radius)),
-        row("robot.collision", "", Any, "the paper, whose simulator undoes",
+        row("robot.collision", "", Any, "Evorobot",
             "What a collision does: undo, unless it is given.", |own, _| Some(&mut own.as_mut().robot.collision)),
         row("robot.turn_before_move", "", Number(0.0, 1.0), "Evorobot",
             "Share of a cycle's turn that is made before its displacement.", |own, _| Some(&mut own.as_mut().robot.turn_before_move)),
@@ -61,32 +60,32 @@ pub fn parameters<T: AsMut<WorldSpec>>() -> Vec<Parameter<T>> {
             "Direction of its length, counter-clockwise from the x axis.", |own, index| Some(&mut own.as_mut().arena.blocks.get_mut(index)?.heading)),
         row("arena.blocks[].class", "", CLASS, "",
             "Its class; none is built in, `oneiro sample` makes one.", |own, index| Some(&mut own.as_mut().arena.blocks.get_mut(index)?.class)),
-        row("noise.sensor", "", Number(-1.0, 1.0), PAPER,
+        row("noise.sensor", "", Number(-1.0, 1.0), "Miglino et al. 1995, section 4",
             "A uniform number from this range is added to each activation; the paper's sensor noise is [0.0, 0.4].", |own, _| Some(&mut own.as_mut().noise.sensor)),
-        row("noise.walk_range_mm", "mm", Number(0.0, 1000.0), PAPER,
+        row("noise.walk_range_mm", "mm", Number(0.0, 1000.0), "Miglino et al. 1995, section 4",
             "Conservative noise: what is perceived is displaced by a random walk within plus and minus this; 30 in the paper.", |own, _| Some(&mut own.as_mut().noise.walk_range)),
-        row("noise.walk_step_mm", "mm", Number(0.0, 2000.0), "ours: the paper says \"a small random value\"",
+        row("noise.walk_step_mm", "mm", Number(0.0, 2000.0), "ours: \"a small random value\" in Miglino et al. 1995, section 3.2.1",
             "Greatest step of that walk in a cycle, in x and y each; at most twice the range.", |own, _| Some(&mut own.as_mut().noise.walk_step)),
-        row("noise.motor", "", Number(0.0, 1.0), "ours: the paper gives no amount",
+        row("noise.motor", "", Number(0.0, 1.0), "ours: no amount in Miglino et al. 1995, section 3.2.2",
             "Relative uniform noise of each cycle's displacement and turn.", |own, _| Some(&mut own.as_mut().noise.motor)),
-        row("controller.kind", "", Any, PAPER,
+        row("controller.kind", "", Any, "Miglino et al. 1995, section 3.3, figure 5",
             "How genes become wheel commands.", |own, _| Some(&mut own.as_mut().controller)),
-        row("controller.units", "", Whole(1, life::GREATEST_HIDDEN.into()), "ours: the paper has no hidden layer",
+        row("controller.units", "", Whole(1, life::GREATEST_HIDDEN.into()), "ours: no hidden layer in Miglino et al. 1995, section 3.3",
             "Hidden units.", |own, _| match &mut own.as_mut().controller {
                 Controller::Hidden { units } => Some(units),
                 _ => None,
             }),
-        row("task.kind", "", Any, PAPER,
+        row("task.kind", "", Any, "Miglino et al. 1995, section 3.1, equation 1",
             "What fitness is given for.", |own, _| Some(&mut own.as_mut().task)),
-        row("task.speed", "", Any, "the paper's remark that driving to and fro \"will score relatively high\"",
+        row("task.speed", "", Any, "Miglino et al. 1995, section 5: driving to and fro \"will score relatively high\"",
             "V of equation 1.", |own, _| match &mut own.as_mut().task { Task::Avoidance { speed, .. } => Some(speed), Task::Own => None }),
-        row("task.difference", "", Any, "Floreano and Mondada, whose formula the paper takes; it prints the square",
+        row("task.difference", "", Any, "Floreano and Mondada, whose formula Miglino et al. 1995 take; their section 3.1, equation 1, prints the square",
             "DV of equation 1.", |own, _| match &mut own.as_mut().task { Task::Avoidance { difference, .. } => Some(difference), Task::Own => None }),
         row("task.activation", "", Any, OURS,
             "I of equation 1.", |own, _| match &mut own.as_mut().task { Task::Avoidance { activation, .. } => Some(activation), Task::Own => None }),
-        row("task.new_cell", "", Number(0.0, 1000.0), "none in the paper, whose conclusion proposes such a term",
+        row("task.new_cell", "", Number(0.0, 1000.0), "none in Miglino et al. 1995, whose section 5 proposes such a term",
             "Fitness for each cell of 50 mm that a robot enters for the first time; for fields of up to 128 such cells.", |own, _| match &mut own.as_mut().task { Task::Avoidance { new_cell, .. } => Some(new_cell), Task::Own => None }),
-        row("start.kind", "", Any, PAPER,
+        row("start.kind", "", Any, "Miglino et al. 1995, section 3.1",
             "Where lives start.", |own, _| Some(&mut own.as_mut().start)),
         row("start.x_mm", "mm", COORDINATE, "",
             "x of the start.", |own, _| match &mut own.as_mut().start { Start::At { x, .. } => Some(x), Start::Random => None }),
@@ -118,6 +117,11 @@ impl Choice for Controller {
             "recurrent",
             Self::Recurrent,
             "both outputs are fed back as inputs: 22 genes",
+        ),
+        (
+            "own",
+            Self::Own,
+            "a controller of your own, in WGSL: see docs/extend.md",
         ),
     ];
 }

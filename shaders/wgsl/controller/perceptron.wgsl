@@ -1,10 +1,12 @@
-// Eight readings to two outputs in [0, 1], one layer. Genes: for each output eight weights and a bias, 18 in all.
+// The readings to two outputs in [0, 1], one layer. Genes: for each output a weight per reading and a bias, 18 in all for
+// eight readings.
 
-const PERCEPTRON_GENES: u32 = 18u;
+const PERCEPTRON_GENES: u32 = 2u * (INPUTS + 1u);
 
-fn control(life: Life, readings: Readings, previous: vec2<f32>) -> vec2<f32> {
-    return vec2<f32>(
-        logistic(weighed(life, 0u, readings) + gene(life, 8u)),
-        logistic(weighed(life, 9u, readings) + gene(life, 17u)),
+fn commands(life: Life, step: u32, readings: Readings, before: ControllerState) -> Command {
+    let outputs = vec2<f32>(
+        logistic(weighed(life, 0u, readings) + gene(life, INPUTS)),
+        logistic(weighed(life, INPUTS + 1u, readings) + gene(life, 2u * INPUTS + 1u)),
     );
+    return Command(outputs, before);
 }

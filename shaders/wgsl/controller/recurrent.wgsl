@@ -1,11 +1,31 @@
-// Eight readings and the two outputs of the cycle before to two outputs in [0, 1]. Genes: for each output
-// eight weights, the weights of the previous left and right outputs, and a bias; 22 in all.
+// The readings and the two outputs of the cycle before to two outputs in [0, 1]. Genes: for each output a weight per reading,
+// the weights of the previous left and right outputs, and a bias; 22 in all for eight readings.
 
-const RECURRENT_GENES: u32 = 22u;
+const RECURRENT_GENES: u32 = 2u * (INPUTS + 3u);
 
-fn control(life: Life, readings: Readings, previous: vec2<f32>) -> vec2<f32> {
-    return vec2<f32>(
-        logistic(weighed(life, 0u, readings) + gene(life, 8u) * previous.x + gene(life, 9u) * previous.y + gene(life, 10u)),
-        logistic(weighed(life, 11u, readings) + gene(life, 19u) * previous.x + gene(life, 20u) * previous.y + gene(life, 21u)),
-    );
+// The outputs of the cycle before.
+struct ControllerState {
+    left: f32,
+    right: f32,
+}
+
+fn controller_begin(life: Life) -> ControllerState {
+    return ControllerState(0.0f, 0.0f);
+}
+
+fn controller_kept(own: ControllerState) -> ControllerState {
+    return ControllerState(stored(own.left), stored(own.right));
+}
+
+fn commands(life: Life, step: u32, readings: Readings, before: ControllerState) -> Command {
+    let left = logistic(fed_back(life, 0u, readings, before));
+    let right = logistic(fed_back(life, INPUTS + 3u, readings, before));
+    return Command(vec2<f32>(left, right), ControllerState(left, right));
+}
+
+// The input of an output unit whose first gene is `index`.
+fn fed_back(life: Life, index: u32, readings: Readings, before: ControllerState) -> f32 {
+    let previous = index + INPUTS;
+    return weighed(life, index, readings) + gene(life, previous) * before.left + gene(life, previous + 1u) * before.right
+        + gene(life, previous + 2u);
 }

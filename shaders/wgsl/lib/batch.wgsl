@@ -66,8 +66,8 @@ struct World {
     numbers: u32,
     // what a collision does, for the kernels that have a choice: UNDO, KEEP_TURN or SLIDE
     collision: u32,
-    // first cell of the values of a task of the user's own
-    task_values: u32,
+    // first cell of the values of parts that a user wrote
+    own_values: u32,
 }
 
 // An object. Of a wall where it starts, where it goes and its direction over its squared length; of others where

@@ -8,8 +8,10 @@ const STREAM_SENSOR: u32 = 1u;
 const STREAM_ACTUATOR: u32 = 2u;
 const STREAM_ENVIRONMENT: u32 = 3u;
 const STREAM_BEHAVIOUR: u32 = 4u;
-// Of tasks of the user's own.
+// For parts that a user wrote.
 const STREAM_TASK: u32 = 5u;
+const STREAM_CONTROLLER: u32 = 6u;
+const STREAM_OWN_SENSOR: u32 = 7u;
 
 // Four random words: the block-th four of a stream at a step (of the life, not of the chunk; block < 2^16).
 fn random_words(key: vec2<u32>, stream: u32, step: u32, block: u32) -> vec4<u32> {

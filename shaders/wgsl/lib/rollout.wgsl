@@ -48,10 +48,6 @@ struct Life {
     genes: u32,
 }
 
-fn gene(life: Life, index: u32) -> f32 {
-    return bitcast<f32>(inputs[life.genes + index * LANES]);
-}
-
 // Where a life starts: x and y in mm, heading in turns.
 fn first_pose(life: Life) -> vec3<f32> {
     if (worlds[life.world].random_start != 0u) {

@@ -82,10 +82,10 @@ fn cycle(life: Life, step: u32, before: State) -> Cycle {
     ));
 }
 
-fn is_over(own: State) -> bool {
+fn is_over(life: Life, own: State) -> bool {
     return false;
 }
 
-fn score(own: State) -> f32 {
+fn score(life: Life, own: State) -> f32 {
     return own.fitness;
 }

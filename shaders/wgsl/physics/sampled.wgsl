@@ -3,6 +3,8 @@
 // What a rollout keeps from one dispatch to the next, and its fitness so far.
 struct State {
     task: TaskState,
+    controller: ControllerState,
+    sensor: SensorState,
     x: f32,
     y: f32,
     heading: f32,
@@ -10,21 +12,21 @@ struct State {
     // what the conservative noise displaces perception by
     shift_x: f32,
     shift_y: f32,
-    // the controller's last outputs
-    left: f32,
-    right: f32,
 }
 
 fn first_state(life: Life) -> State {
     let pose = first_pose(life);
     let shift = first_shift(life);
-    return State(task_begin(life, pose), pose.x, pose.y, pose.z, 0.0f, shift.x, shift.y, 0.0f, 0.0f);
+    return State(
+        task_begin(life, pose), controller_begin(life), sensor_begin(life, pose),
+        pose.x, pose.y, pose.z, 0.0f, shift.x, shift.y,
+    );
 }
 
 fn kept(own: State) -> State {
     return State(
-        task_kept(own.task), stored(own.x), stored(own.y), stored(own.heading), stored(own.fitness),
-        stored(own.shift_x), stored(own.shift_y), stored(own.left), stored(own.right),
+        task_kept(own.task), controller_kept(own.controller), sensor_kept(own.sensor),
+        stored(own.x), stored(own.y), stored(own.heading), stored(own.fitness), stored(own.shift_x), stored(own.shift_y),
     );
 }
 
@@ -40,9 +42,14 @@ fn cycle(life: Life, step: u32, before: State) -> Cycle {
         own.shift_y = next.y;
     }
     let seen = vec2<f32>(pose.x + shift.x, pose.y + shift.y);
-    let real = sense(world, pose, seen);
+    let sensed = sensors_read(life, step, pose, own.sensor);
+    own.sensor = sensed.state;
+    var real = sense(world, pose, seen);
+    real.own = sensed.readings;
     let perceived = with_noise(life, step, real);
-    let outputs = control(life, perceived, vec2<f32>(own.left, own.right));
+    let command = commands(life, step, perceived, own.controller);
+    own.controller = command.state;
+    let outputs = command.outputs;
     let moved = motion(life, step, outputs);
     let reached = moved_pose(world, pose, moved);
     let collided = touches(world, vec2<f32>(reached.x, reached.y));
@@ -62,15 +69,13 @@ fn cycle(life: Life, step: u32, before: State) -> Cycle {
     let reward = task_cycle(life, Experience(step, pose, end, real, perceived, outputs, moved, collided), own.task);
     own.task = reward.state;
     own.fitness += reward.earned;
-    own.left = outputs.x;
-    own.right = outputs.y;
     return Cycle(own, recorded(pose, seen, real, perceived, outputs, moved, collided, reward.earned, own.fitness));
 }
 
-fn is_over(own: State) -> bool {
-    return task_ends(own.task);
+fn is_over(life: Life, own: State) -> bool {
+    return task_ends(life, own.task);
 }
 
-fn score(own: State) -> f32 {
-    return task_score(own.task, own.fitness);
+fn score(life: Life, own: State) -> f32 {
+    return task_score(life, own.task, own.fitness);
 }

@@ -4,35 +4,34 @@
 // What a rollout keeps from one dispatch to the next, and its fitness so far.
 struct State {
     task: TaskState,
+    controller: ControllerState,
+    sensor: SensorState,
     x: f32,
     y: f32,
     heading: f32,
     fitness: f32,
-    // the controller's last outputs
-    left: f32,
-    right: f32,
     // where its sensors were last read, and its wheels' speeds in mm/s
     read_x: f32,
     read_y: f32,
     read_heading: f32,
     speed_left: f32,
     speed_right: f32,
-    unused_a: u32,
 }
 
 fn first_state(life: Life) -> State {
     let pose = first_pose(life);
     return State(
-        task_begin(life, pose), pose.x, pose.y, pose.z, 0.0f, 0.0f, 0.0f, pose.x, pose.y, pose.z, 0.0f, 0.0f, 0u,
+        task_begin(life, pose), controller_begin(life), sensor_begin(life, pose),
+        pose.x, pose.y, pose.z, 0.0f, pose.x, pose.y, pose.z, 0.0f, 0.0f,
     );
 }
 
 fn kept(own: State) -> State {
     return State(
-        task_kept(own.task),
-        stored(own.x), stored(own.y), stored(own.heading), stored(own.fitness), stored(own.left), stored(own.right),
+        task_kept(own.task), controller_kept(own.controller), sensor_kept(own.sensor),
+        stored(own.x), stored(own.y), stored(own.heading), stored(own.fitness),
         stored(own.read_x), stored(own.read_y), stored(own.read_heading),
-        stored(own.speed_left), stored(own.speed_right), 0u,
+        stored(own.speed_left), stored(own.speed_right),
     );
 }
 
@@ -40,8 +39,14 @@ fn cycle(life: Life, step: u32, before: State) -> Cycle {
     let world = life.world;
     var own = before;
     let pose = vec3<f32>(own.x, own.y, own.heading);
-    let readings = sense_by_rays(life, step, vec3<f32>(own.read_x, own.read_y, own.read_heading));
-    let outputs = control(life, readings, vec2<f32>(own.left, own.right));
+    let read_at = vec3<f32>(own.read_x, own.read_y, own.read_heading);
+    let sensed = sensors_read(life, step, read_at, own.sensor);
+    own.sensor = sensed.state;
+    var readings = sense_by_rays(life, step, read_at);
+    readings.own = sensed.readings;
+    let command = commands(life, step, readings, own.controller);
+    own.controller = command.state;
+    let outputs = command.outputs;
     let moved = commanded(world, outputs);
     let end = reached(world, pose, vec2<f32>(own.speed_left, own.speed_right), moved);
     let heading = end.pose.z - floor(end.pose.z);
@@ -63,18 +68,16 @@ fn cycle(life: Life, step: u32, before: State) -> Cycle {
     own.heading = heading;
     own.task = reward.state;
     own.fitness += reward.earned;
-    own.left = outputs.x;
-    own.right = outputs.y;
     own.speed_left = end.left;
     own.speed_right = end.right;
     let seen = vec2<f32>(before.read_x, before.read_y);
     return Cycle(own, recorded(pose, seen, readings, readings, outputs, moved, end.collided, reward.earned, own.fitness));
 }
 
-fn is_over(own: State) -> bool {
-    return task_ends(own.task);
+fn is_over(life: Life, own: State) -> bool {
+    return task_ends(life, own.task);
 }
 
-fn score(own: State) -> f32 {
-    return task_score(own.task, own.fitness);
+fn score(life: Life, own: State) -> f32 {
+    return task_score(life, own.task, own.fitness);
 }

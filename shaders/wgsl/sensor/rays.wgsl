@@ -390,6 +390,7 @@ fn sense_by_rays(life: Life, step: u32, pose: vec3<f32>) -> Readings {
     return Readings(
         four_read_out(lone.first, traced.first, strength, a, scale),
         four_read_out(lone.last, traced.last, strength, b, scale),
+        SensorReadings(),
     );
 }
 

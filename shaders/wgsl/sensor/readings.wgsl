@@ -1,10 +1,14 @@
-// Eight readings, what controllers and tasks take from them, and where in a table of samples an object is found.
+// What controllers and tasks get of the sensors, and where in a table of samples an object is found.
 
-// One value a sensor, in [0, 1].
+// Activations of the eight sensors of proximity, in [0, 1], and the readings of a user's sensors.
 struct Readings {
     first: vec4<f32>,
     last: vec4<f32>,
+    own: SensorReadings,
 }
+
+// Number of readings.
+const INPUTS: u32 = 8u + OWN_READINGS;
 
 // A sum of readings as an activation, clipped to 1.
 fn activation(sum: u32, scale: f32) -> f32 {
@@ -24,14 +28,14 @@ fn bearing_of(world: u32, heading: f32, to: vec2<f32>, inverse: f32) -> u32 {
     return min(u32(share * worlds[world].bearings_per_turn), worlds[world].bearings - 1u);
 }
 
-// The greatest of eight readings.
+// The greatest of the eight activations.
 fn highest(r: Readings) -> f32 {
     let a = max(max(r.first.x, r.first.y), max(r.first.z, r.first.w));
     let b = max(max(r.last.x, r.last.y), max(r.last.z, r.last.w));
     return max(a, b);
 }
 
-// The sum of eight readings, each times its gene; gene `index` weighs the first.
+// The sum of all readings, each times its gene; gene `index` weighs the first.
 fn weighed(life: Life, index: u32, r: Readings) -> f32 {
     var sum = gene(life, index) * r.first.x;
     sum += gene(life, index + 1u) * r.first.y;
@@ -41,5 +45,5 @@ fn weighed(life: Life, index: u32, r: Readings) -> f32 {
     sum += gene(life, index + 5u) * r.last.y;
     sum += gene(life, index + 6u) * r.last.z;
     sum += gene(life, index + 7u) * r.last.w;
-    return sum;
+    return plus_weighed(life, index + 8u, r.own, sum);
 }

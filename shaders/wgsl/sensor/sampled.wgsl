@@ -73,6 +73,7 @@ fn sense(world: u32, pose: vec3<f32>, at: vec2<f32>) -> Readings {
     return Readings(
         vec4<f32>(activation(even.x, scale), activation(odd.x, scale), activation(even.y, scale), activation(odd.y, scale)),
         vec4<f32>(activation(even.z, scale), activation(odd.z, scale), activation(even.w, scale), activation(odd.w, scale)),
+        SensorReadings(),
     );
 }
 

@@ -65,10 +65,10 @@ fn task_cycle(life: Life, now: Experience, before: TaskState) -> Reward {
     return next;
 }
 
-fn task_ends(own: TaskState) -> bool {
+fn task_ends(life: Life, own: TaskState) -> bool {
     return false;
 }
 
-fn task_score(own: TaskState, sum: f32) -> f32 {
+fn task_score(life: Life, own: TaskState, sum: f32) -> f32 {
     return sum;
 }

@@ -1,0 +1,81 @@
+// What parts that a user wrote may ask of the world, beside functions of numbers, and the limit of what they answer.
+// docs/extend.md lists what they may call.
+
+// Four random numbers in [0, 1) of a stream at a cycle. Each number from 0 to 65535 gives others.
+fn random(life: Life, stream: u32, step: u32, number: u32) -> vec4<f32> {
+    return units(random_words(life.key, stream, step, number));
+}
+
+// Whether a robot's body touches something where its centre is at a point, mm.
+fn blocked(life: Life, at: vec2<f32>) -> bool {
+    return touches(life.world, at);
+}
+
+// Distance in mm from a point to the nearest object along a ray, up to 100 m. The heading is in turns. Without an object,
+// `most`, which is also the greatest distance that is returned.
+fn distance_along(life: Life, start: vec2<f32>, heading: f32, most: f32) -> f32 {
+    let ahead = cosine_sine(heading);
+    let first = worlds[life.world].first_shape;
+    let end = first + shape_count(life.world);
+    var nearest = most;
+    for (var shape = first; shape < end; shape++) {
+        let to = vec2<f32>(shapes[shape].x - start.x, shapes[shape].y - start.y);
+        if (shapes[shape].kind == ROUND) {
+            let along = to.x * ahead.x + to.y * ahead.y;
+            let aside = to.x * ahead.y - to.y * ahead.x;
+            let half = shapes[shape].radius * shapes[shape].radius - aside * aside;
+            if ((half > 0.0f) & (along > 0.0f)) {
+                nearest = min(nearest, max(along - root(half), 0.0f));
+            }
+        } else if (shapes[shape].kind == BLOCK) {
+            let own = within(shape, start);
+            let axis = vec2<f32>(shapes[shape].unit_x, shapes[shape].unit_y);
+            let own_ahead = vec2<f32>(ahead.x * axis.x + ahead.y * axis.y, ahead.y * axis.x - ahead.x * axis.y);
+            let half = vec2<f32>(shapes[shape].half_length, shapes[shape].half_width);
+            nearest = min(nearest, to_block(own, own_ahead, half, most));
+        } else {
+            let span = vec2<f32>(shapes[shape].length_x, shapes[shape].length_y);
+            nearest = min(nearest, to_wall(to, span, ahead, most));
+        }
+    }
+    return nearest;
+}
+
+// Distance along a ray to a wall that starts at `to` and spans `span`; `most` if the ray misses it.
+fn to_wall(to: vec2<f32>, span: vec2<f32>, ahead: vec2<f32>, most: f32) -> f32 {
+    let across = ahead.x * span.y - ahead.y * span.x;
+    if (abs(across) < 0x1p-20f) {
+        return most;
+    }
+    let inverse = reciprocal(across);
+    let distance = (to.x * span.y - to.y * span.x) * inverse;
+    let share = (to.x * ahead.y - to.y * ahead.x) * inverse;
+    return select(most, distance, (distance >= 0.0f) & (share >= 0.0f) & (share <= 1.0f));
+}
+
+// Distance along a ray to a block from a point given in the block's own coordinates; 0 from inside it, `most` if the ray
+// misses it.
+fn to_block(start: vec2<f32>, ahead: vec2<f32>, half: vec2<f32>, most: f32) -> f32 {
+    let x = within_slab(start.x, ahead.x, half.x);
+    let y = within_slab(start.y, ahead.y, half.y);
+    let enter = max(max(x.x, y.x), 0.0f);
+    let leave = min(x.y, y.y);
+    return select(most, enter, enter <= leave);
+}
+
+// Distances at which a ray enters and leaves the space between -half and half of one axis.
+fn within_slab(start: f32, ahead: f32, half: f32) -> vec2<f32> {
+    if (abs(ahead) < 0x1p-20f) {
+        return select(vec2<f32>(1.0f, -1.0f), vec2<f32>(-0x1p30f, 0x1p30f), vec2<bool>(abs(start) <= half));
+    }
+    let inverse = reciprocal(ahead);
+    let a = (-half - start) * inverse;
+    let b = (half - start) * inverse;
+    return vec2<f32>(min(a, b), max(a, b));
+}
+
+// A number in a range; 0 for one that is not a number, which devices would convert in different ways.
+fn limited(x: f32, low: f32, high: f32) -> f32 {
+    let is_no_number = (bitcast<u32>(x) & 0x7fffffffu) > 0x7f800000u;
+    return select(clamp(x, low, high), 0.0f, is_no_number);
+}

@@ -1,0 +1,28 @@
+// No sensors beside the eight of proximity.
+
+const OWN_READINGS: u32 = 0u;
+
+// No struct is empty.
+struct SensorReadings {
+    unused: u32,
+}
+
+struct SensorState {
+    unused: u32,
+}
+
+fn sensor_begin(life: Life, pose: vec3<f32>) -> SensorState {
+    return SensorState(0u);
+}
+
+fn sensor_kept(own: SensorState) -> SensorState {
+    return own;
+}
+
+fn sensors_read(life: Life, step: u32, pose: vec3<f32>, before: SensorState) -> Sensed {
+    return Sensed(SensorReadings(0u), before);
+}
+
+fn plus_weighed(life: Life, index: u32, own: SensorReadings, sum: f32) -> f32 {
+    return sum;
+}

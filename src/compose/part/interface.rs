@@ -1,0 +1,110 @@
+//! What each kind of part declares and may use. `shaders/wgsl/lib/interface.wgsl` has the kernel's side.
+
+use crate::compose::Kind;
+
+/// A function of a part.
+pub(super) struct Function {
+    /// Its head.
+    pub(super) text: &'static str,
+    /// The body that it has if the part leaves it out; `None` if the part must have it.
+    pub(super) default: Option<&'static str>,
+}
+
+impl Function {
+    pub(super) fn name(&self) -> &'static str {
+        let name = self.text.trim_start_matches("fn ");
+        name.split_once('(').map_or(name, |(name, _)| name)
+    }
+}
+
+/// The interface of a kind of part.
+pub(super) struct Interface {
+    pub(super) kind: Kind,
+    /// The word that its structs' names begin with.
+    pub(super) title: &'static str,
+    pub(super) functions: &'static [Function],
+    /// Other declarations that it must have, and their form.
+    pub(super) others: &'static [(&'static str, &'static str)],
+    /// Structs of the kernel that it declares, all or some.
+    pub(super) structs: &'static [&'static str],
+    /// What parts of this kind may call or construct of the kernel, beside what all may.
+    pub(super) calls: &'static [&'static str],
+}
+
+impl Interface {
+    /// Name of the constant with the first cell of a part's values, counted from the first part's.
+    pub(super) fn first_value(&self) -> String {
+        format!("FIRST_{}_VALUE", self.kind.word().to_uppercase())
+    }
+}
+
+/// The interface of a kind.
+pub(super) fn of(kind: Kind) -> Interface {
+    match kind {
+        Kind::Sensor => SENSOR,
+        Kind::Controller => CONTROLLER,
+        Kind::Task => TASK,
+    }
+}
+
+const SENSOR: Interface = Interface {
+    kind: Kind::Sensor,
+    title: "Sensor",
+    functions: &[
+        Function {
+            text: "fn sensor_cycle(life: Life, step: u32, pose: vec3<f32>, before: SensorState) -> Sensed",
+            default: None,
+        },
+        Function {
+            text: "fn sensor_begin(life: Life, pose: vec3<f32>) -> SensorState",
+            default: Some("return SensorState();"),
+        },
+    ],
+    others: &[("SensorReadings", "struct SensorReadings { NAME: f32, .. }")],
+    structs: &["SensorReadings", "SensorState"],
+    calls: &["Sensed"],
+};
+
+const CONTROLLER: Interface = Interface {
+    kind: Kind::Controller,
+    title: "Controller",
+    functions: &[
+        Function {
+            text: "fn controller_cycle(life: Life, step: u32, readings: Readings, before: ControllerState) -> Command",
+            default: None,
+        },
+        Function {
+            text: "fn controller_begin(life: Life) -> ControllerState",
+            default: Some("return ControllerState();"),
+        },
+    ],
+    others: &[("CONTROLLER_GENES", "const CONTROLLER_GENES: u32 = NUMBER;")],
+    structs: &["ControllerState"],
+    calls: &["Command", "gene", "weighed"],
+};
+
+const TASK: Interface = Interface {
+    kind: Kind::Task,
+    title: "Task",
+    functions: &[
+        Function {
+            text: "fn task_cycle(life: Life, now: Experience, before: TaskState) -> Reward",
+            default: None,
+        },
+        Function {
+            text: "fn task_begin(life: Life, pose: vec3<f32>) -> TaskState",
+            default: Some("return TaskState();"),
+        },
+        Function {
+            text: "fn task_ends(life: Life, own: TaskState) -> bool",
+            default: Some("return false;"),
+        },
+        Function {
+            text: "fn task_score(life: Life, own: TaskState, sum: f32) -> f32",
+            default: Some("return sum;"),
+        },
+    ],
+    others: &[],
+    structs: &["TaskState"],
+    calls: &["Reward"],
+};

@@ -1,0 +1,180 @@
+//! Composition of a kernel from shipped parts and users' parts.
+
+use std::collections::BTreeMap;
+use std::fmt::Write;
+use std::panic;
+use std::path::Path;
+use std::sync::{Mutex, PoisonError};
+
+use oneiro_shader_compiler as compiler;
+use oneiro_shader_compiler::declarations::declarations;
+use oneiro_shader_compiler::{Compiled, Refusal, compile};
+use oneiro_shaders::kernel::Turns;
+use oneiro_shaders::{Binding, Kernel, PARTS, WordOf};
+
+use super::interface;
+use crate::compose::{Composed, GREATEST_GENES, Kind, OwnParts, Refused};
+use crate::parameter::Invalid;
+
+/// Stands for a path in messages about generated declarations.
+pub(super) const GENERATED: &str = "what Oneiro adds";
+
+/// The functions that users' parts may call.
+pub(super) const USER: &str = "lib/user.wgsl";
+
+/// The shipped part in whose place a user's stands.
+fn is_replaced(path: &str, kind: Kind) -> bool {
+    match kind {
+        Kind::Sensor => path == "sensor/no_others.wgsl",
+        Kind::Controller => path.starts_with("controller/") || path == "lib/genes.wgsl",
+        Kind::Task => path.starts_with("task/"),
+    }
+}
+
+/// Composes a kernel. Each is composed once and stays for the rest of the program.
+pub(in crate::compose) fn compose(base: &'static Kernel, parts: &OwnParts) -> Result<Composed, Invalid> {
+    static COMPOSED: Mutex<BTreeMap<String, Composed>> = Mutex::new(BTreeMap::new());
+    if parts.is_empty() {
+        return Ok(Composed {
+            kernel: base,
+            genes: None,
+        });
+    }
+    let mut name = base.name.to_owned();
+    for own in parts.iter() {
+        let stem = Path::new(&own.part.path)
+            .file_stem()
+            .unwrap_or_default()
+            .to_string_lossy();
+        let hash = blake3::hash(own.part.text.as_bytes()).to_hex();
+        let _ = write!(name, "+{stem}-{}", &hash[..16]);
+    }
+    // A poisoned lock is fine: entries are added complete or not at all.
+    let known = || COMPOSED.lock().unwrap_or_else(PoisonError::into_inner);
+    if let Some(composed) = known().get(&name) {
+        return Ok(*composed);
+    }
+    let (kernel, genes) = new(base, parts, &name).map_err(|refusals| invalid(parts, &refusals))?;
+    let leaked = || Composed {
+        kernel: Box::leak(Box::new(kernel)),
+        genes,
+    };
+    Ok(*known().entry(name).or_insert_with(leaked))
+}
+
+/// Names the key of the part that is refused first.
+fn invalid(parts: &OwnParts, refusals: &[Refusal]) -> Invalid {
+    let is_refused = |path: &str| refusals.iter().any(|refusal| refusal.place.path == path);
+    let refused = parts.iter().find(|own| is_refused(&own.part.path));
+    let Some(own) = refused.or_else(|| parts.iter().next()) else {
+        return Invalid::new("part", "there is none");
+    };
+    // Some mistakes only show in a shipped part, such as a function of the user's that calls its caller.
+    let through = if refused.is_none() {
+        format!("{}: ", own.part.path)
+    } else {
+        String::new()
+    };
+    let problem = format!("{through}{}", Refused::all(refusals));
+    Invalid::new(format!("{}.part", own.part.kind.word()), problem)
+}
+
+fn new(base: &'static Kernel, own: &OwnParts, name: &str) -> Result<(Kernel, Option<usize>), Vec<Refusal>> {
+    let part = |path: &str, text: &str| compiler::Part {
+        path: path.to_owned(),
+        text: text.to_owned(),
+    };
+    let is_kept = |path: &str| own.iter().all(|own| !is_replaced(path, own.part.kind));
+    let is_needed = |path: &str| path == USER || base.parts.contains(&path) && is_kept(path);
+    let mut parts: Vec<_> = PARTS
+        .iter()
+        .filter(|(path, _)| is_needed(path))
+        .map(|(path, text)| part(path, text))
+        .collect();
+    let mut generated = String::new();
+    let mut cells = 0;
+    for own in own.iter() {
+        let first = interface::of(own.part.kind).first_value();
+        let _ = writeln!(generated, "const {first}: u32 = {cells}u;\n{}", own.part.generated);
+        cells += own.part.values.len().div_ceil(4);
+    }
+    // The user's parts come last, so that a mistake in them changes no place in another.
+    let shipped = parts.len();
+    parts.push(part(GENERATED, &generated));
+    parts.extend(own.iter().map(|own| part(&own.part.path, &own.part.text)));
+    let mut compiled = compiled(&parts);
+    if compiled
+        .as_ref()
+        .is_err_and(|refusals| refusals[0].place.path == GENERATED)
+    {
+        // What is generated repeats names of theirs: read those first, so that the mistake is found where it was made.
+        parts[shipped..].rotate_left(1);
+        compiled = self::compiled(&parts);
+    }
+    let compiled = compiled?;
+    let genes = match own.get(Kind::Controller) {
+        Some(own) => Some(genes(&part(&own.part.path, &own.part.text), &compiled)?),
+        None => None,
+    };
+    let bindings = base.bindings.iter().zip(&compiled.bindings);
+    let bindings: Vec<_> = bindings
+        .map(|(binding, own)| Binding {
+            stride: own.stride,
+            ..*binding
+        })
+        .collect();
+    let turns = compiled.turns?;
+    let kernel = Kernel {
+        name: name.to_owned().leak(),
+        parts: &[],
+        wgsl: compiled.wgsl.leak(),
+        spirv: compiled.spirv.leak(),
+        entry_point: base.entry_point,
+        workgroup_size: compiled.workgroup_size,
+        bindings: bindings.leak(),
+        turns: Turns(Box::leak(Box::new(move |word: &WordOf<'_>| turns.value(word)))),
+        variants: &[],
+    };
+    Ok((kernel, genes))
+}
+
+/// Compiles parts. Whatever a user writes must not end the program.
+fn compiled(parts: &[compiler::Part]) -> Result<Compiled, Vec<Refusal>> {
+    let compiled = panic::catch_unwind(|| compile("composed", parts).and_then(Compiled::bounded));
+    compiled.unwrap_or_else(|_| Err(vec![failed(parts)]))
+}
+
+/// The refusal of what the compiler can't cope with.
+fn failed(parts: &[compiler::Part]) -> Refusal {
+    Refusal {
+        place: compiler::Place {
+            path: parts.last().map(|part| part.path.clone()).unwrap_or_default(),
+            line: 1,
+            column: 1,
+        },
+        function: None,
+        message: "the compiler failed on this part, which is a mistake in Oneiro: please report it with the part"
+            .into(),
+    }
+}
+
+/// The number of genes that a controller declares.
+fn genes(part: &compiler::Part, compiled: &Compiled) -> Result<usize, Vec<Refusal>> {
+    const NAME: &str = "CONTROLLER_GENES";
+    let value = compiled.constants.iter().find(|constant| constant.name == NAME);
+    let number = value.and_then(|constant| constant.value.parse::<u32>().ok());
+    if let Some(number) = number.filter(|number| (1..=GREATEST_GENES).contains(number)) {
+        return Ok(number as usize);
+    }
+    let place = declarations(part)
+        .into_iter()
+        .find(|declared| declared.name == NAME)
+        .map(|declared| declared.place);
+    Err(vec![Refusal {
+        place: place.expect("a controller has this constant"),
+        function: None,
+        message: format!(
+            "`{NAME}` isn't a number of genes; write `const {NAME}: u32 = NUMBER;`, 1 to {GREATEST_GENES}"
+        ),
+    }])
+}
