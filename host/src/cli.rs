@@ -77,7 +77,13 @@ pub(crate) struct New {
     /// Write an experiment with a swarm
     #[arg(long)]
     pub(crate) swarm: bool,
-    /// Write an experiment with a task of your own, and the task, TASK.wgsl, to change as you like
+    /// Write an experiment with sensors of your own, and the sensors, SENSOR.wgsl, to change as you like
+    #[arg(long, value_name = "SENSOR", conflicts_with = "swarm")]
+    pub(crate) sensor: Option<String>,
+    /// The same with a controller, CONTROLLER.wgsl
+    #[arg(long, value_name = "CONTROLLER", conflicts_with = "swarm")]
+    pub(crate) controller: Option<String>,
+    /// The same with a task, TASK.wgsl
     #[arg(long, value_name = "TASK", conflicts_with = "swarm")]
     pub(crate) task: Option<String>,
 }

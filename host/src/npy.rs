@@ -5,12 +5,14 @@ pub(crate) fn header(shape: &[usize]) -> Vec<u8> {
     let lengths: Vec<String> = shape.iter().map(usize::to_string).collect();
     // A single length keeps its comma.
     let lengths = lengths.join(", ") + if shape.len() == 1 { "," } else { "" };
-    let mut text = format!("{{'descr': '<f4', 'fortran_order': False, 'shape': ({lengths}), }}");
+    let text = format!("{{'descr': '<f4', 'fortran_order': False, 'shape': ({lengths}), }}");
     // The format wants the numbers to start at a multiple of 64 bytes, after a line end.
-    let padding = (64 - (MAGIC.len() + 2 + text.len() + 1) % 64) % 64;
-    text.extend(std::iter::repeat_n(' ', padding));
-    text.push('\n');
-    [MAGIC, &(text.len() as u16).to_le_bytes(), text.as_bytes()].concat()
+    let start = MAGIC.len() + 2;
+    let end = (start + text.len() + 1).next_multiple_of(64);
+    let mut bytes = [MAGIC, &((end - start) as u16).to_le_bytes(), text.as_bytes()].concat();
+    bytes.resize(end - 1, b' ');
+    bytes.push(b'\n');
+    bytes
 }
 
 const MAGIC: &[u8] = b"\x93NUMPY\x01\x00";

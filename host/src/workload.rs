@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use oneiro::arena::Arena;
 use oneiro::batch::{Batch, Rollout, TraceRequest, Worlds};
+use oneiro::compose::OwnParts;
 use oneiro::foraging::{Foraging, Light};
 use oneiro::parameter::Invalid;
 use oneiro::random::{Key, pcg4d};
@@ -108,7 +109,7 @@ pub(crate) fn worlds(controller: Controller, robot: &Robot) -> Result<Vec<World>
                 arena: arena.clone(),
                 noise,
                 controller,
-                own_task: None,
+                own: OwnParts::default(),
                 task: Task::Avoidance {
                     speed: speeds[turn % 2],
                     difference: differences[turn / 2 % 2],

@@ -42,11 +42,11 @@ pub(crate) fn run(arguments: &Best, console: Console) -> Result {
     };
     let own_seed = arguments.experiment.as_ref().and(experiment.settings().seed);
     let seed = arguments.seed.or(own_seed).unwrap_or(1);
-    let controller = experiment.world().spec().controller;
+    let layout = experiment.world().gene_layout();
     let which = Which::All {
         individuals: arguments.individuals,
     };
-    let subjects = Subjects::read(&named, controller, which)?.distinct();
+    let subjects = Subjects::read(&named, layout, which)?.distinct();
     let all = Lives {
         worlds: std::slice::from_ref(experiment.world()),
         genomes: &subjects.genomes,
@@ -80,7 +80,7 @@ pub(crate) fn run(arguments: &Best, console: Console) -> Result {
         let mut own = json!(row);
         own["lives"] = lives.into();
         own["seed"] = seed.into();
-        own["gene_names"] = json!(controller.gene_names());
+        own["gene_names"] = json!(layout.names());
         own["genome"] = genome.iter().copied().map(decimal).collect();
         own
     };

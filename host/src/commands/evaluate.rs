@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 use std::fs::{self, OpenOptions};
 use std::io::Write;
+use std::ops::Range;
 use std::path::{Path, PathBuf};
 
 use oneiro::batch::Record;
@@ -56,7 +57,7 @@ pub(crate) fn run(arguments: &Evaluate, console: Console) -> Result {
     } else {
         Which::Champion
     };
-    let subjects = Subjects::read(&named, spec.controller, which)?;
+    let subjects = Subjects::read(&named, experiment.world().gene_layout(), which)?;
     let worlds = match &arguments.starts {
         Some(path) => starts::read(path, &spec)?,
         None => vec![World::new(spec.clone())?],
@@ -87,7 +88,7 @@ pub(crate) fn run(arguments: &Evaluate, console: Console) -> Result {
     let results = progress::watched(lives.steps(), "evaluating", console, &control, || -> Result<_> {
         let evaluator: &mut dyn Evaluator = evaluator.as_mut();
         if watched {
-            lives.traced(evaluator, &control, &mut watch)?;
+            lives.traced(evaluator, &control, cycles, &mut watch)?;
             Ok(watch.ended)
         } else {
             let each = |fitness| (fitness, Measures::default());
@@ -136,20 +137,21 @@ impl<'a> Watch<'a> {
 }
 
 impl Observer for Watch<'_> {
-    fn observe(&mut self, life: LifeIndex, first: u32, records: &[Record]) -> Result {
-        let new = || (0.0, Meter::new(self.field, self.cycles));
-        let (fitness, meter) = self.under_way.entry(life).or_insert_with(new);
+    fn observe(&mut self, life: LifeIndex, cycles: &Range<u32>, records: &[Record], fitness: f32) -> Result {
+        let new = || (f32::NAN, Meter::new(self.field, self.cycles));
+        let (own, meter) = self.under_way.entry(life).or_insert_with(new);
         for record in records {
             meter.add(record);
         }
-        let lived = &records[..records.len().min((self.cycles - first.min(self.cycles)) as usize)];
-        if let Some(record) = lived.last() {
-            *fitness = record.fitness;
+        // The cycle after the last only says where the life ended.
+        let lived = if cycles.end <= self.cycles { records } else { &[] };
+        if cycles.end == self.cycles {
+            *own = fitness;
         }
         if let Some(directory) = self.directory {
-            write_trace(directory, life, first, lived)?;
+            write_trace(directory, life, cycles.start, lived)?;
         }
-        if first + records.len() as u32 == self.records
+        if cycles.end == self.records
             && let Some((fitness, meter)) = self.under_way.remove(&life)
         {
             self.ended[life.genome * self.trials + life.number] = (fitness, meter.finish());

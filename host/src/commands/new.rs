@@ -3,13 +3,15 @@
 use std::fs;
 use std::path::Path;
 
+use oneiro::compose;
+
 use crate::cli::New;
 use crate::console::Console;
 use crate::exit::{Failure, Result};
-use crate::experiment::reference::{self, Kind};
+use crate::experiment::reference::{self, Template};
 use crate::files;
 
-/// Writes `NAME.toml`, and `TASK.wgsl` if a task is named.
+/// Writes `NAME.toml`, and a file for each part that is named.
 pub(crate) fn run(arguments: &New, console: Console) -> Result {
     let name = plain(
         "NAME",
@@ -17,27 +19,46 @@ pub(crate) fn run(arguments: &New, console: Console) -> Result {
         arguments.name.strip_suffix(".toml").unwrap_or(&arguments.name),
     )?;
     let path = format!("{name}.toml");
-    let task = arguments.task.as_ref().map(|task| {
-        let task = plain("--task", "a task", task.strip_suffix(".wgsl").unwrap_or(task))?;
-        Ok::<_, Failure>(format!("{task}.wgsl"))
-    });
-    let task = task.transpose()?;
-    let kind = match &task {
-        Some(part) => Kind::OwnTask(part),
-        None if arguments.swarm => Kind::Swarm,
-        None => Kind::Single,
-    };
-    files::write_new(Path::new(&path), reference::example(name, kind).as_bytes())?;
-    let mut written = path.clone();
-    if let Some(part) = &task {
-        files::write_new(Path::new(part), reference::TASK.as_bytes()).inspect_err(|_| {
-            // Both or none; the error that follows says what to do.
-            let _ = fs::remove_file(&path);
-        })?;
-        written = format!("{path} and {part}");
+    let mut parts = Vec::new();
+    for (kind, part) in [
+        (compose::Kind::Sensor, &arguments.sensor),
+        (compose::Kind::Controller, &arguments.controller),
+        (compose::Kind::Task, &arguments.task),
+    ] {
+        if let Some(part) = part {
+            let word = kind.word();
+            let stem = part.strip_suffix(".wgsl").unwrap_or(part);
+            let file = format!("{}.wgsl", plain(&format!("--{word}"), &format!("a {word}"), stem)?);
+            if parts.iter().any(|(_, other)| *other == file) {
+                let problem = format!("--{word}: {file} is named twice; allowed: a file for each part");
+                return Err(Failure::input(problem));
+            }
+            parts.push((kind, file));
+        }
     }
+    let template = match &parts[..] {
+        [] if arguments.swarm => Template::Swarm,
+        [] => Template::Single,
+        parts => Template::Own(parts),
+    };
+    let mut files = vec![(path.clone(), reference::example(name, template))];
+    files.extend(
+        parts
+            .iter()
+            .map(|(kind, file)| (file.clone(), reference::part(*kind).to_owned())),
+    );
+    for (index, (file, text)) in files.iter().enumerate() {
+        files::write_new(Path::new(file), text.as_bytes()).inspect_err(|_| {
+            // All or none; the error that follows says what to do.
+            for (written, _) in &files[..index] {
+                let _ = fs::remove_file(written);
+            }
+        })?;
+    }
+    let written: Vec<&str> = files.iter().map(|(file, _)| file.as_str()).collect();
     console.say(format!(
-        "wrote {written}; next: oneiro check {path}, then oneiro run {path}"
+        "wrote {}; next: oneiro check {path}, then oneiro run {path}",
+        written.join(", ")
     ));
     Ok(())
 }

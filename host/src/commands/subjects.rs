@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
-use oneiro::world::Controller;
+use oneiro::world::GeneLayout;
 use rayon::prelude::*;
 
 use super::list;
@@ -145,8 +145,8 @@ impl Subjects {
     ///
     /// # Errors
     /// As [`genomes::read`]; exit 3 if a run's controller takes another number of genes; as [`SingleRun::champion`].
-    pub(super) fn read(named: &[Named], controller: Controller, which: Which) -> Result<Self> {
-        let genes = controller.genes();
+    pub(super) fn read(named: &[Named], layout: &GeneLayout, which: Which) -> Result<Self> {
+        let genes = layout.genes();
         let (mut values, mut sources) = (Vec::new(), Vec::new());
         let mut add = |path: &Path, population: &Population| {
             if population.genes() != genes {
@@ -162,8 +162,8 @@ impl Subjects {
         };
         for named in named {
             match named {
-                Named::File(path) => add(path, &genomes::read(path, controller)?)?,
-                Named::Sweep(champions) => add(champions.path(), &champions.genomes(controller)?)?,
+                Named::File(path) => add(path, &genomes::read(path, layout)?)?,
+                Named::Sweep(champions) => add(champions.path(), &champions.genomes(layout)?)?,
                 Named::Run(run) => match which {
                     Which::Champion => add(run.directory(), &run.champion()?.alone())?,
                     Which::LastGeneration => add(run.directory(), &run.population()?)?,

@@ -20,6 +20,9 @@ pub(super) fn invalid(key: &str, problem: impl Display) -> Checked {
 /// Checks what neither rows nor the world check.
 pub(super) fn check(settings: &Settings) -> Checked {
     name(&settings.name)?;
+    if settings.sensor.part.is_none() && !settings.sensor.values.is_empty() {
+        return invalid("sensor.values", "are given; allowed: only with `sensor.part`");
+    }
     arena(settings)?;
     evolution(&settings.evolution)?;
     finalists(settings.finalists)

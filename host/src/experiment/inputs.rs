@@ -4,11 +4,11 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, PoisonError};
 
-use oneiro::compose::{OwnTask, TaskPart};
+use oneiro::compose::{Kind, OwnPart, Part};
 use oneiro::tables::{self, MotorStates, MotorTable, SensorTables};
-use oneiro::world::Controller;
+use oneiro::world::GeneLayout;
 
-use super::settings::{BUILT_IN, SensorFiles, Settings, TaskFile};
+use super::settings::{BUILT_IN, PartFile, SensorFiles, Settings};
 use super::source::Source;
 use crate::evolve::Population;
 use crate::exit::{Failure, Result};
@@ -41,16 +41,18 @@ pub(crate) struct Files {
     contents: Mutex<BTreeMap<PathBuf, Arc<Content>>>,
     sensors: Mutex<BTreeMap<Vec<PathBuf>, Tables<SensorTables>>>,
     motors: Mutex<BTreeMap<(PathBuf, MotorStates), Tables<MotorTable>>>,
-    tasks: Mutex<BTreeMap<PathBuf, Arc<TaskPart>>>,
+    parts: Mutex<BTreeMap<(Kind, PathBuf), Arc<Part>>>,
+    /// The same files by whether a setting names them rather than the experiment, and by their names there.
+    named: Mutex<BTreeMap<(bool, String), Arc<Content>>>,
 }
 
 impl Files {
-    /// All files read so far, with their paths.
-    pub(crate) fn contents(&self) -> Vec<(PathBuf, Arc<Content>)> {
-        let contents = self.contents.lock().unwrap_or_else(PoisonError::into_inner);
-        contents
-            .iter()
-            .map(|(path, content)| (path.clone(), Arc::clone(content)))
+    /// Files that settings named so far, or those that experiments did.
+    pub(crate) fn named(&self, by_settings: bool) -> Vec<(String, Arc<Content>)> {
+        let named = self.named.lock().unwrap_or_else(PoisonError::into_inner);
+        let chosen = named.iter().filter(|((by, _), _)| *by == by_settings);
+        chosen
+            .map(|((_, name), content)| (name.clone(), Arc::clone(content)))
             .collect()
     }
 }
@@ -158,26 +160,26 @@ impl<'a> Inputs<'a> {
         Ok(found.tables)
     }
 
-    /// Reads a task of the user's own.
-    pub(super) fn task(&mut self, task: &TaskFile) -> Result<Arc<OwnTask>> {
-        const KEY: &str = "task.part";
-        if task.part.is_empty() {
-            let problem = "there is no key `part`; allowed: the file of the task, .wgsl";
-            return Err(self.source.invalid("task", problem));
-        }
-        let (path, content) = self.take(KEY, &task.part)?;
-        let read = |path: &PathBuf| {
+    /// Reads a user's part.
+    pub(super) fn part(&mut self, kind: Kind, file: &PartFile) -> Result<Arc<OwnPart>> {
+        let word = kind.word();
+        let Some(name) = &file.part else {
+            let problem = format!("there is no key `part`; allowed: the file of the {word}, .wgsl");
+            return Err(self.source.invalid(word, problem));
+        };
+        let (path, content) = self.take(&format!("{word}.part"), name)?;
+        let read = |(kind, path): &(Kind, PathBuf)| {
             let text = files::as_text(path, content.bytes.clone())?;
-            let part = TaskPart::new(&path.display().to_string(), &text);
+            let part = Part::new(*kind, &path.display().to_string(), &text);
             part.map(Arc::new).map_err(Failure::input)
         };
-        let part = known(&self.files.tasks, path, read)?;
-        let values: Vec<_> = task
+        let part = known(&self.files.parts, (kind, path), read)?;
+        let values: Vec<_> = file
             .values
             .iter()
             .map(|(name, value)| (name.as_str(), *value))
             .collect();
-        let own = OwnTask::new(part, &values);
+        let own = OwnPart::new(part, &values);
         own.map(Arc::new)
             .map_err(|invalid| self.source.invalid(&invalid.field, &invalid.problem))
     }
@@ -186,7 +188,7 @@ impl<'a> Inputs<'a> {
     pub(super) fn init(
         &mut self,
         file: Option<&str>,
-        controller: Controller,
+        layout: &GeneLayout,
         population: u32,
     ) -> Result<Option<Population>> {
         const KEY: &str = "evolution.init";
@@ -194,7 +196,7 @@ impl<'a> Inputs<'a> {
             return Ok(None);
         };
         let (path, _) = self.take(KEY, file)?;
-        let genomes = genomes::read(&path, controller).map_err(|failure| self.source.invalid(KEY, failure))?;
+        let genomes = genomes::read(&path, layout).map_err(|failure| self.source.invalid(KEY, failure))?;
         if genomes.len() != population as usize {
             let problem = format!(
                 "{} holds {} genomes; allowed: as many as evolution.population, {population}",
@@ -218,12 +220,8 @@ impl<'a> Inputs<'a> {
 
     /// Adds a file, checks its hash if one is given, and returns its path and content.
     fn take(&mut self, key: &str, file: &str) -> Result<(PathBuf, Arc<Content>)> {
-        // Files on the command line are relative to the working directory.
-        let path = if self.source.is_typed(key) {
-            file.into()
-        } else {
-            self.directory.join(file)
-        };
+        let folder = self.source.folder_of(key);
+        let path = folder.unwrap_or(self.directory).join(file);
         let read = |path: &PathBuf| {
             files::bytes(path).map(|bytes| {
                 let hash = blake3::hash(&bytes).to_hex().to_string();
@@ -232,6 +230,9 @@ impl<'a> Inputs<'a> {
         };
         let content =
             known(&self.files.contents, path.clone(), read).map_err(|failure| self.source.invalid(key, failure))?;
+        let mut named = self.files.named.lock().unwrap_or_else(PoisonError::into_inner);
+        named.insert((folder.is_some(), file.into()), Arc::clone(&content));
+        drop(named);
         let name = path.file_name().unwrap_or_default().to_string_lossy();
         let input = Input {
             named: file.into(),
@@ -275,7 +276,9 @@ pub(super) fn rename(settings: &mut Settings, inputs: &[Input]) {
         files.iter_mut().for_each(rename);
     }
     rename(&mut settings.robot.motors);
-    rename(&mut settings.task.part);
+    for kind in [Kind::Sensor, Kind::Controller, Kind::Task] {
+        settings.part_mut(kind).part.iter_mut().for_each(rename);
+    }
     settings.evolution.init.iter_mut().for_each(rename);
     settings.files = inputs
         .iter()

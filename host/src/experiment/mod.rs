@@ -20,7 +20,7 @@ use crate::exit::Result;
 use crate::files;
 pub(crate) use inputs::DIRECTORY as INPUTS;
 use inputs::Inputs;
-pub(crate) use inputs::{Files, Input};
+pub(crate) use inputs::{Content, Files, Input};
 pub(crate) use settings::GREATEST_SEED;
 use settings::Settings;
 use source::{Parsed, Setting, Source};
@@ -72,13 +72,13 @@ impl Experiment {
         let world = world::world(&settings, &source, &mut inputs)?;
         let init = inputs.init(
             settings.evolution.init.as_deref(),
-            world.spec().controller,
+            world.gene_layout(),
             settings.evolution.population,
         )?;
         let (inputs, warnings) = inputs.finish()?;
         inputs::rename(&mut settings, &inputs);
-        if let Some(own) = &world.spec().own_task {
-            settings.task.values = own.named_values();
+        for own in world.spec().own.iter() {
+            settings.part_mut(own.part().kind()).values = own.named_values();
         }
         let mut with_seed = Settings {
             seed: Some(0),

@@ -1,6 +1,7 @@
 //! Reference of all settings: the commented experiment of `oneiro new`, the listing of `oneiro keys`, and
 //! `docs/configuration.md`.
 
+use oneiro::compose;
 use oneiro::parameter::Parameter;
 use serde::Serialize;
 
@@ -29,15 +30,20 @@ pub(crate) fn single() -> Vec<Entry> {
     entries::<Settings>()
 }
 
-/// All keys of an experiment with a task of the user's own, in this file.
-fn single_with(part: &str) -> Vec<Entry> {
+/// All keys of an experiment with user-defined parts, in these files.
+fn single_with(parts: &[(compose::Kind, String)]) -> Vec<Entry> {
     let mut entries = single();
-    entries.retain(|entry| entry.place().0 != "task" || entry.only_with == Some("own") || entry.key == "task.kind");
-    for entry in &mut entries {
-        match entry.key {
-            "task.kind" => entry.default = Some("\"own\"".into()),
-            "task.part" => (entry.only_with, entry.default) = (None, Some(format!("{part:?}"))),
-            _ => {}
+    for (kind, file) in parts {
+        let word = kind.word();
+        let [chosen, part] = ["kind", "part"].map(|key| format!("{word}.{key}"));
+        let is_shipped = |entry: &Entry| entry.place().0 == word && entry.only_with != Some("own");
+        entries.retain(|entry| !is_shipped(entry) || *kind == compose::Kind::Sensor || entry.key == chosen);
+        for entry in &mut entries {
+            if entry.key == chosen {
+                entry.default = Some("\"own\"".into());
+            } else if entry.key == part {
+                (entry.only_with, entry.default) = (None, Some(format!("{file:?}")));
+            }
         }
     }
     entries
@@ -140,39 +146,49 @@ impl Entry {
     }
 }
 
-/// A task to start from, as a part in WGSL.
-pub(crate) const TASK: &str = include_str!("task.wgsl");
+/// A part to start from, in WGSL.
+pub(crate) fn part(kind: compose::Kind) -> &'static str {
+    match kind {
+        compose::Kind::Sensor => include_str!("parts/sensor.wgsl"),
+        compose::Kind::Controller => include_str!("parts/controller.wgsl"),
+        compose::Kind::Task => include_str!("parts/task.wgsl"),
+    }
+}
 
-/// Kinds of experiments to start from.
+/// Experiments to start from.
 #[derive(Clone, Copy, Debug)]
-pub(crate) enum Kind<'a> {
+pub(crate) enum Template<'a> {
     /// Single robots and a task that ships.
     Single,
-    /// Single robots and a task of the user's own, in this file.
-    OwnTask(&'a str),
+    /// Single robots and user-defined parts, in these files.
+    Own(&'a [(compose::Kind, String)]),
     /// A swarm.
     Swarm,
 }
 
 /// An experiment with every value at its default, each with a comment.
-pub(crate) fn example(name: &str, kind: Kind<'_>) -> String {
-    let (what, entries) = match kind {
-        Kind::Swarm => (
+pub(crate) fn example(name: &str, template: Template<'_>) -> String {
+    let (what, entries) = match template {
+        Template::Swarm => (
             "E-pucks learn to forage: the study of O'Dowd, Studley and Winfield, \"The distributed co-evolution of an \
              on-board simulator and controller for swarm robot behaviours\", 2014."
                 .to_owned(),
             swarm(),
         ),
-        Kind::Single => (
+        Template::Single => (
             "A Khepera learns to avoid obstacles: the study of Miglino, Lund and Nolfi, \"Evolving mobile robots in \
              simulated and real environments\", Artificial Life 2(4), 1995, in its condition without noise."
                 .to_owned(),
             single(),
         ),
-        Kind::OwnTask(part) => (
-            format!("A Khepera learns a task of your own: what {part} says (docs/extend.md)."),
-            single_with(part),
-        ),
+        Template::Own(parts) => {
+            let parts_named: Vec<_> = parts
+                .iter()
+                .map(|(kind, file)| format!("the {} of {file}", kind.word()))
+                .collect();
+            let about = format!("A Khepera with {} (docs/extend.md).", parts_named.join(" and "));
+            (about, single_with(parts))
+        }
     };
     let rest = "Every value stands here as it would be if its line were missing. Any of them can be changed for one run, \
                 such as --set seed=3. Files are looked for from where this file lies. `oneiro keys` and \

@@ -6,10 +6,11 @@ use std::sync::LazyLock;
 
 use oneiro::arena::Arena;
 use oneiro::batch::GREATEST_GENE;
+use oneiro::compose::Kind;
 use oneiro::parameter::Allowed::{Any, Number, Text, Whole, WholeUpTo};
 use oneiro::parameter::{Choice, Choices, Datum, Field, Parameter, Select, row};
 use oneiro::tables::MotorStates;
-use oneiro::world::{self, LENGTH, Noise, Task, WorldSpec};
+use oneiro::world::{self, Controller, LENGTH, Noise, Task, WorldSpec};
 
 use super::values::Described;
 use crate::evolve::genetic;
@@ -31,8 +32,10 @@ pub(crate) struct Settings {
     pub(crate) arena: ArenaSize,
     /// Everything else about the world; its arena has only the objects that the experiment lists.
     pub(crate) world: WorldSpec,
-    /// The task of the user's own, if the world's is.
-    pub(crate) task: TaskFile,
+    /// Sensors that the user wrote, and the controller and the task if the world's are user-defined.
+    pub(crate) sensor: PartFile,
+    pub(crate) controller: PartFile,
+    pub(crate) task: PartFile,
     /// The genetic algorithm.
     pub(crate) evolution: genetic::Settings,
     /// Individuals that live again after the last generation.
@@ -68,7 +71,9 @@ impl Default for Settings {
                 },
                 ..WorldSpec::miglino1995()
             },
-            task: TaskFile::default(),
+            sensor: PartFile::default(),
+            controller: PartFile::default(),
+            task: PartFile::default(),
             evolution: genetic::Settings::default(),
             finalists: Finalists { count: 20, lives: 100 },
             record: Record {
@@ -76,6 +81,17 @@ impl Default for Settings {
                 individuals: true,
             },
             files: BTreeMap::new(),
+        }
+    }
+}
+
+impl Settings {
+    /// The user's part of a kind.
+    pub(super) fn part_mut(&mut self, kind: Kind) -> &mut PartFile {
+        match kind {
+            Kind::Sensor => &mut self.sensor,
+            Kind::Controller => &mut self.controller,
+            Kind::Task => &mut self.task,
         }
     }
 }
@@ -98,13 +114,12 @@ impl Described for Settings {
 
 #[rustfmt::skip]
 fn rows() -> Vec<Parameter<Settings>> {
-    const PAPER: &str = "paper";
     const OURS: &str = "ours";
     let gene = Number(-f64::from(GREATEST_GENE), GREATEST_GENE.into());
     let mut rows = head(|own: &mut Settings, _| Some(&mut own.name), |own, _| Some(&mut own.seed));
     rows.extend(world::parameters());
     insert(&mut rows, "cycles", [
-        row("trials", "", Whole(1, 10_000), PAPER,
+        row("trials", "", Whole(1, 10_000), "Miglino et al. 1995, section 3.1",
             "Lives of each individual in each generation.", |own, _| Some(&mut own.trials)),
         row("trial_score", "", Any, OURS,
             "What several lives of an individual count as.", |own, _| Some(&mut own.trial_score)),
@@ -114,17 +129,31 @@ fn rows() -> Vec<Parameter<Settings>> {
             "Sampled sensors: the Khepera that is built in, or a file for each class of object.", |own, _| Some(&mut own.robot.tables)),
         row("robot.motors", "", Text("\"khepera\" or a file"), OURS,
             "Sampled motors: the Khepera that is built in, or a file.", |own, _| Some(&mut own.robot.motors)),
-        row("robot.states", "", Any, "ours: the paper says 20 x 20",
+        row("robot.states", "", Any, "ours: which 20; 20 x 20 states in Miglino et al. 1995, section 3.2.2",
             "Which of the sampled speeds are a wheel's states.", |own, _| Some(&mut own.robot.states)),
     ]);
+    let file = Text("a file, .wgsl");
+    let values = Text("a table of numbers, by the names that the part declares");
+    insert(&mut rows, "noise.motor", [
+        row("sensor.part", "", file, OURS,
+            "Sensors of your own beside the eight of proximity, in WGSL: see docs/extend.md.", |own, _| Some(&mut own.sensor.part)),
+        row("sensor.values", "", values, OURS,
+            "Values of those sensors; each has the default that the part declares.", |own, _| Some(&mut own.sensor.values)),
+    ]);
+    insert(&mut rows, "controller.kind", [
+        row("controller.part", "", file, OURS,
+            "A controller of your own.", |own, _| (own.world.controller == Controller::Own).then_some(&mut own.controller.part)),
+        row("controller.values", "", values, OURS,
+            "Values of that controller; each has the default that the part declares.", |own, _| (own.world.controller == Controller::Own).then_some(&mut own.controller.values)),
+    ]);
     insert(&mut rows, "task.kind", [
-        row("task.part", "", Text("a file, .wgsl"), OURS,
+        row("task.part", "", file, OURS,
             "A task of your own.", |own, _| (own.world.task == Task::Own).then_some(&mut own.task.part)),
-        row("task.values", "", Text("a table of numbers, by the names that the part declares"), OURS,
+        row("task.values", "", values, OURS,
             "Values of that task; each has the default that the part declares.", |own, _| (own.world.task == Task::Own).then_some(&mut own.task.values)),
     ]);
     insert(&mut rows, "robot.turn_before_move", [
-        row("arena.preset", "", Text(Arena::NAMES.join(", ").leak()), PAPER,
+        row("arena.preset", "", Text(Arena::NAMES.join(", ").leak()), "Miglino et al. 1995, section 3.1; where its obstacles stand is ours",
             "An arena of the catalogue; or, in its place, one of your own by the keys that follow.", |own, _| Some(&mut own.arena.preset)),
         row("arena.width_mm", "mm", LENGTH, OURS,
             "Width of an arena of your own; its lower left corner is at (0, 0).", |own, _| Some(&mut own.arena.width_mm)),
@@ -132,15 +161,15 @@ fn rows() -> Vec<Parameter<Settings>> {
             "Its height.", |own, _| Some(&mut own.arena.height_mm)),
     ]);
     rows.extend([
-        row("evolution.population", "", Whole(1, 1_000_000), PAPER,
+        row("evolution.population", "", Whole(1, 1_000_000), "Miglino et al. 1995, section 3.4",
             "Individuals.", |own: &mut Settings, _| Some(&mut own.evolution.population)),
-        row("evolution.parents", "", WholeUpTo(1, "evolution.population"), PAPER,
+        row("evolution.parents", "", WholeUpTo(1, "evolution.population"), "Miglino et al. 1995, section 3.4",
             "How many of the best make the next generation, equally many copies each.", |own, _| Some(&mut own.evolution.parents)),
-        row("evolution.generations", "", Whole(1, 1_000_000), PAPER,
+        row("evolution.generations", "", Whole(1, 1_000_000), "Miglino et al. 1995, section 3.4",
             "Generations that are evaluated.", |own, _| Some(&mut own.evolution.generations)),
-        row("evolution.elite", "", WholeUpTo(0, "evolution.parents"), "ours: the paper mentions none",
+        row("evolution.elite", "", WholeUpTo(0, "evolution.parents"), "ours: none mentioned in Miglino et al. 1995, section 3.4",
             "How many of the best also keep one copy without mutation.", |own, _| Some(&mut own.evolution.elite)),
-        row("evolution.initial", "", gene, "ours: the paper gives no range",
+        row("evolution.initial", "", gene, "ours: no range in Miglino et al. 1995, section 3.4",
             "Range of the uniform initial genes.", |own, _| Some(&mut own.evolution.initial)),
         row("evolution.init", "", Text("a file, .npy or .csv, individuals x genes"), OURS,
             "Instead of random genes, those of this file.", |own, _| Some(&mut own.evolution.init)),
@@ -152,11 +181,11 @@ fn rows() -> Vec<Parameter<Settings>> {
             "Lives of each finalist, with common random numbers that evolution never used.", |own, _| Some(&mut own.finalists.lives)),
         row("evolution.mutation.kind", "", Any, OURS,
             "What mutation does to a gene.", |own, _| Some(&mut own.evolution.mutation.kind)),
-        row("evolution.mutation.rate", "", Number(0.0, 1.0), PAPER,
+        row("evolution.mutation.rate", "", Number(0.0, 1.0), "Miglino et al. 1995, section 3.4",
             "Chance of a change.", |own, _| Some(&mut own.evolution.mutation.rate)),
-        row("evolution.mutation.per", "", Any, "ours: the paper says \"25 %\", and not of what",
+        row("evolution.mutation.per", "", Any, "ours: \"25%\", and not of what, in Miglino et al. 1995, section 3.4",
             "What that chance is drawn for.", |own, _| Some(&mut own.evolution.mutation.per)),
-        row("evolution.mutation.amount", "", Number(0.0, GREATEST_GENE.into()), "ours: the paper gives no size",
+        row("evolution.mutation.amount", "", Number(0.0, GREATEST_GENE.into()), "ours: no size in Miglino et al. 1995, section 3.4",
             "Size of the change: the greatest that is added, or its standard deviation.", |own, _| Some(&mut own.evolution.mutation.amount)),
         row("record.checkpoint_every", "generations", Whole(1, u32::MAX.into()), OURS,
             "Generations from one checkpoint to the next: what a power cut costs at most.", |own, _| Some(&mut own.record.checkpoint_every)),
@@ -249,11 +278,11 @@ impl Field for SensorFiles {
     }
 }
 
-/// A task of the user's own.
+/// A user's part.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub(crate) struct TaskFile {
-    /// The file of its part.
-    pub(crate) part: String,
+pub(crate) struct PartFile {
+    /// Its file.
+    pub(crate) part: Option<String>,
     /// Values that the part declares, by name.
     pub(crate) values: BTreeMap<String, f64>,
 }

@@ -4,11 +4,13 @@
 use std::cell::OnceCell;
 use std::fmt::Display;
 use std::ops::Range;
+use std::path::{Path, PathBuf};
 
 use serde::Deserialize;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
+use super::values::meant;
 use crate::exit::{Failure, Result};
 
 /// Values of a file, parsed once for any number of settings that override them.
@@ -63,8 +65,8 @@ struct Text {
     content: String,
     /// Offset of its start in all texts together.
     start: usize,
-    /// Whether it comes from the command line.
-    is_typed: bool,
+    /// Folder from which files that it names are looked for; `None` for the experiment's.
+    folder: Option<PathBuf>,
 }
 
 /// A key or an element of a list.
@@ -85,12 +87,12 @@ pub(crate) struct Setting {
     place: String,
     /// `key = value`
     line: String,
-    /// Whether it comes from the command line rather than a file.
-    is_typed: bool,
+    /// Folder from which files that it names are looked for; `None` for the experiment's.
+    folder: Option<PathBuf>,
 }
 
 impl Setting {
-    /// Parses `key=value` from the command line.
+    /// Parses `key=value` from the command line. Files are looked for from the working directory.
     ///
     /// # Errors
     /// Exit 2 without `=`.
@@ -103,7 +105,7 @@ impl Setting {
         Ok(Self {
             place: format!("--set {setting}"),
             line: toml_line(key, value),
-            is_typed: true,
+            folder: Some(PathBuf::new()),
         })
     }
 
@@ -120,7 +122,15 @@ impl Setting {
         Self {
             place,
             line: format!("{key} = {value}"),
-            is_typed: false,
+            folder: None,
+        }
+    }
+
+    /// Looks for the files that it names from this folder.
+    pub(crate) fn in_folder(self, folder: &Path) -> Self {
+        Self {
+            folder: Some(folder.to_owned()),
+            ..self
         }
     }
 }
@@ -137,12 +147,12 @@ impl<'a> Source<'a> {
             keys: OnceCell::new(),
         };
         let mut start = file.text.len() + 1;
-        for Setting { place, line, is_typed } in set {
+        for Setting { place, line, folder } in set {
             source.set.push(Text {
                 name: place.clone(),
                 content: line.clone(),
                 start,
-                is_typed: *is_typed,
+                folder: folder.clone(),
             });
             start += line.len() + 1;
         }
@@ -189,10 +199,10 @@ impl<'a> Source<'a> {
         Failure::input(format_args!("{place}: {key}: {problem}"))
     }
 
-    /// Whether a value comes from the command line; files that it names are relative to the working directory.
-    pub(crate) fn is_typed(&self, key: &str) -> bool {
+    /// Folder from which the files that a value names are looked for; `None` for the experiment's.
+    pub(crate) fn folder_of(&self, key: &str) -> Option<&Path> {
         let start = self.start_of(key).unwrap_or_default();
-        self.setting(start).is_some_and(|setting| setting.is_typed)
+        self.setting(start)?.folder.as_deref()
     }
 
     /// The setting at a place; `None` if the place is in the file.
@@ -361,6 +371,10 @@ fn plain(message: &str) -> String {
         other if other.starts_with("struct ") => "a table of keys",
         other => other.strip_prefix("one of ").unwrap_or(other),
     };
+    let key = problem
+        .strip_prefix("unknown field `")
+        .map(|key| key.trim_end_matches('`'));
+    let meant = key.map_or_else(String::new, |key| meant(expected.split('`').skip(1).step_by(2), key));
     let problem = problem
         .replace("unknown field", "unknown key")
         .replace("unknown variant", "unknown choice")
@@ -369,5 +383,5 @@ fn plain(message: &str) -> String {
         .replace("floating point", "number")
         .replace("map", "table")
         .replace("sequence", "list");
-    format!("{problem}; allowed: {}", allowed.replace('`', ""))
+    format!("{problem}; allowed: {}{meant}", allowed.replace('`', ""))
 }

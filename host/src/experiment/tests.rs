@@ -781,11 +781,11 @@ fn examples_are_those_of_the_rows() {
     let shipped = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../experiments/khepera-avoidance.toml");
     holds(
         &shipped,
-        &reference::example("khepera-avoidance", reference::Kind::Single),
+        &reference::example("khepera-avoidance", reference::Template::Single),
     )
     .unwrap();
     let scratch = Scratch::new("new-swarm");
-    let path = scratch.write("own.toml", reference::example("own", reference::Kind::Swarm));
+    let path = scratch.write("own.toml", reference::example("own", reference::Template::Swarm));
     let swarm = runs::read(&path, &[]).unwrap();
     let empty = scratch.write("empty/own.toml", "[swarm]");
     let empty = runs::read(&empty, &[]).unwrap();

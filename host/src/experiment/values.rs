@@ -100,14 +100,17 @@ fn unknown<T: Described>(path: &str, source: &Source<'_>) -> Failure {
         let sibling = below.and_then(|below| below.split(['.', '[']).next());
         siblings.extend(sibling.filter(|sibling| !siblings.contains(sibling)));
     }
-    let meant = nearest(T::rows().iter().map(|row| row.key), &key);
-    let meant = meant.map_or_else(String::new, |key| format!("; did you mean {key}?"));
+    let meant = meant(T::rows().iter().map(|row| row.key), &key);
     let problem = format!("unknown key `{own}`; allowed: {}{meant}", siblings.join(", "));
     source.invalid_key(path, problem)
 }
 
-/// The key most similar to the written one: a typo, or the same key in another table.
-fn nearest(keys: impl Iterator<Item = &'static str>, written: &str) -> Option<&'static str> {
+/// Suggests the key most similar to the written one: a typo, or the same key in another table.
+pub(super) fn meant<'a>(keys: impl Iterator<Item = &'a str>, written: &str) -> String {
+    nearest(keys, written).map_or_else(String::new, |key| format!("; did you mean {key}?"))
+}
+
+fn nearest<'a>(keys: impl Iterator<Item = &'a str>, written: &str) -> Option<&'a str> {
     const ALIKE: f64 = 0.7;
     let last = |key: &str| key.rsplit('.').next().unwrap_or_default().to_owned();
     let likeness = |key: &str| {

@@ -1,7 +1,8 @@
 //! The world of an experiment's robots.
 
 use oneiro::arena::Arena;
-use oneiro::world::{Noise, Robot, Task, World, WorldSpec};
+use oneiro::compose::{Kind, OwnParts};
+use oneiro::world::{Controller, Noise, Robot, Task, World, WorldSpec};
 
 use super::inputs::Inputs;
 use super::settings::Settings;
@@ -11,10 +12,20 @@ use crate::exit::Result;
 /// Makes the world; its errors are reported with the place in the experiment.
 pub(super) fn world(settings: &Settings, source: &Source<'_>, inputs: &mut Inputs<'_>) -> Result<World> {
     let own = settings.world.clone();
-    let own_task = match own.task {
-        Task::Own => Some(inputs.task(&settings.task)?),
-        Task::Avoidance { .. } => None,
-    };
+    let mut parts = OwnParts::default();
+    for (kind, file, is_own) in [
+        (Kind::Sensor, &settings.sensor, settings.sensor.part.is_some()),
+        (
+            Kind::Controller,
+            &settings.controller,
+            own.controller == Controller::Own,
+        ),
+        (Kind::Task, &settings.task, own.task == Task::Own),
+    ] {
+        if is_own {
+            parts.insert(inputs.part(kind, file)?);
+        }
+    }
     World::new(WorldSpec {
         robot: Robot {
             sensors: inputs.sensors(&settings.robot.tables)?,
@@ -22,7 +33,7 @@ pub(super) fn world(settings: &Settings, source: &Source<'_>, inputs: &mut Input
             ..own.robot
         },
         arena: arena(settings, own.arena),
-        own_task,
+        own: parts,
         noise: Noise {
             // A step is meaningless without a range to walk in.
             walk_step: if own.noise.walk_range == 0.0 {

@@ -5,7 +5,7 @@ mod npy;
 use std::path::Path;
 
 use oneiro::batch::GREATEST_GENE;
-use oneiro::world::Controller;
+use oneiro::world::GeneLayout;
 use serde::Deserialize;
 
 use crate::columns;
@@ -15,24 +15,25 @@ use crate::files;
 
 /// Reads genomes of a controller:
 /// - `.npy`: float32 or float64, of the shape rows x genes, or genes alone for one genome;
-/// - `.csv`: one genome per line. There may be a header; if it has the controller's [gene names](Controller::gene_names),
+/// - `.csv`: one genome per line. There may be a header; if it has the controller's [gene names](GeneLayout::names),
 ///   columns are found by name, and other columns are ignored;
 /// - `.json`: one genome, in the format of a run's `champion.json`.
 ///
 /// # Errors
 /// Exit 3: there is no such file, no genome in it, another shape, or a gene that isn't a number or is beyond
 /// [`GREATEST_GENE`]; with the file and the row, counted from 1.
-pub(crate) fn read(path: &Path, controller: Controller) -> Result<Population> {
+pub(crate) fn read(path: &Path, layout: &GeneLayout) -> Result<Population> {
     let bytes = files::bytes(path)?;
     let extension = path
         .extension()
         .and_then(|extension| extension.to_str())
         .map(str::to_ascii_lowercase);
-    let genes = controller.genes();
+    let genes = layout.genes();
     let genomes = match extension.as_deref() {
         Some("npy") => npy::parse(&bytes, genes),
-        Some("csv") => columns::read(&bytes, &controller.gene_names(), |gene, shown| checked(gene, &shown))
-            .map(|(values, _)| values),
+        Some("csv") => {
+            columns::read(&bytes, &layout.names(), |gene, shown| checked(gene, &shown)).map(|(values, _)| values)
+        }
         Some("json") => from_json(&bytes, genes),
         _ => Err("has an unknown extension; allowed: .npy, .csv, .json".to_owned()),
     };

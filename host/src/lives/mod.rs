@@ -65,9 +65,9 @@ impl Keys {
 
 /// Receives the traces of lives, piece by piece.
 pub(crate) trait Observer {
-    /// Takes the records of a life's next cycles, of which `first` is the first. Lives come in any order, the pieces of
-    /// a life in theirs.
-    fn observe(&mut self, life: LifeIndex, first: u32, records: &[Record]) -> Result;
+    /// Takes the records of a life's next cycles, and its fitness if it ended with the last of them. There are fewer records
+    /// than cycles if the life ended before. Lives come in any order, the pieces of a life in theirs.
+    fn observe(&mut self, life: LifeIndex, cycles: &Range<u32>, records: &[Record], fitness: f32) -> Result;
 }
 
 /// Identifies one of the lives.
@@ -101,7 +101,7 @@ impl Lives<'_> {
         Ok(all)
     }
 
-    /// Passes all traces to an observer, with a record for each cycle.
+    /// Passes all traces to an observer, with a record for each cycle, in pieces of which one ends with the cycle `cut`.
     ///
     /// # Errors
     /// As the evaluator's and the observer's.
@@ -109,6 +109,7 @@ impl Lives<'_> {
         &self,
         evaluator: &mut dyn Evaluator,
         control: &Control,
+        cut: u32,
         observer: &mut dyn Observer,
     ) -> Result {
         let cycles = self.worlds[0].cycles();
@@ -116,15 +117,18 @@ impl Lives<'_> {
         let stretch = (RECORDS / LANES / groups) as u32;
         for chunk in self.chunks(groups) {
             let (rollouts, worlds) = (self.rollouts(&chunk), self.packed(&chunk)?);
-            let mut states = Vec::new();
-            for first in (0..cycles).step_by(stretch as usize) {
-                let end = first.saturating_add(stretch).min(cycles);
+            let (mut states, mut first) = (Vec::new(), 0);
+            while first < cycles {
+                let end = first
+                    .saturating_add(stretch)
+                    .min(if first < cut { cut } else { cycles });
                 let batch: Batch = worlds.stretch(&rollouts, first..end, &states, Some(TraceRequest { every: 1 }))?;
                 let outcome = evaluator.evaluate(&batch, control)?;
-                for (life, records) in chunk.lives.clone().zip(&outcome.traces) {
-                    observer.observe(self.at(life), first, records)?;
+                let lived = outcome.traces.iter().zip(outcome.fitness);
+                for (life, (records, fitness)) in chunk.lives.clone().zip(lived) {
+                    observer.observe(self.at(life), &(first..end), records, fitness)?;
                 }
-                states = outcome.states;
+                (states, first) = (outcome.states, end);
             }
         }
         Ok(())
@@ -283,12 +287,16 @@ mod tests {
     /// Traces are complete, and their last fitness is the fitness, also if lives are cut into stretches.
     #[test]
     fn traces_are_complete_however_lives_are_cut() {
-        struct Seen(Vec<Vec<Record>>);
+        /// Traces, and whether a piece ended at the cut.
+        struct Seen(Vec<Vec<Record>>, bool);
         impl Observer for Seen {
-            fn observe(&mut self, life: LifeIndex, first: u32, records: &[Record]) -> Result {
+            fn observe(&mut self, life: LifeIndex, cycles: &Range<u32>, records: &[Record], fitness: f32) -> Result {
                 let own = &mut self.0[life.genome * 2 + life.number];
-                assert_eq!(own.len(), first as usize);
+                assert_eq!(own.len(), cycles.start as usize);
                 own.extend(records);
+                assert_eq!(own.len(), cycles.end as usize);
+                assert_eq!(own.last().unwrap().fitness.to_bits(), fitness.to_bits());
+                self.1 |= cycles.end == 7;
                 Ok(())
             }
         }
@@ -308,8 +316,9 @@ mod tests {
             };
             let mut cpu = oneiro::cpu::Cpu::new(Some(2)).unwrap();
             let fitness = lives.fitness(&mut cpu, &Control::new()).unwrap();
-            let mut seen = Seen(vec![Vec::new(); fitness.len()]);
-            lives.traced(&mut cpu, &Control::new(), &mut seen).unwrap();
+            let mut seen = Seen(vec![Vec::new(); fitness.len()], false);
+            lives.traced(&mut cpu, &Control::new(), 7, &mut seen).unwrap();
+            assert!(seen.1, "one piece ends at the cut");
             for (fitness, trace) in fitness.iter().zip(&seen.0) {
                 assert_eq!(trace.len(), cycles as usize);
                 assert_eq!(trace.last().unwrap().fitness.to_bits(), fitness.to_bits());

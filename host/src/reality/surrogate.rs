@@ -156,7 +156,7 @@ fn holding((left, right): (i32, i32)) -> Option<Vec<f32>> {
         let output = ((f64::from(speed) + 10.0) / 20.0).clamp(0.001, 0.999);
         Some((output / (1.0 - output)).ln() as f32)
     };
-    let mut genes = vec![0.0; Controller::Perceptron.genes()];
+    let mut genes = vec![0.0; Controller::Perceptron.layout().genes()];
     (genes[8], genes[17]) = (bias(left)?, bias(right)?);
     Some(genes)
 }

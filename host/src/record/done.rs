@@ -25,23 +25,27 @@ pub(crate) struct Done {
 
 /// Hash of a run's results, as in its `DONE`, from the contents of its files.
 pub(crate) fn result_of(experiment: blake3::Hash, results: &[&str], files: &[(&str, &[u8])]) -> String {
-    let hash = |(name, bytes): &(&str, &[u8])| ((*name).to_owned(), blake3::hash(bytes).to_hex().to_string());
-    Done::new(
-        experiment.to_hex().to_string(),
-        files.iter().map(hash).collect(),
-        results,
-    )
-    .result
+    result(&experiment.to_hex(), results, |name| {
+        let (_, bytes) = files.iter().find(|(own, _)| *own == name)?;
+        Some(blake3::hash(bytes).to_hex())
+    })
+}
+
+/// Hash of results, from the hash of each file.
+fn result<S: AsRef<str>>(experiment: &str, results: &[&str], hash_of: impl Fn(&str) -> Option<S>) -> String {
+    let mut lines = [experiment, "  experiment\n"].concat();
+    for name in results {
+        lines += hash_of(name).as_ref().map_or("", AsRef::as_ref);
+        lines.extend(["  ", name, "\n"]);
+    }
+    blake3::hash(lines.as_bytes()).to_hex().to_string()
 }
 
 impl Done {
     /// Makes it from an experiment, files with their hashes, and the names of the results among them.
     fn new(experiment: String, files: BTreeMap<String, String>, results: &[&str]) -> Self {
-        let line = |name: &str| format!("{}  {name}\n", files.get(name).map_or("", String::as_str));
-        let own: String = results.iter().map(|name| line(name)).collect();
-        let lines = format!("{experiment}  experiment\n") + &own;
         Self {
-            result: blake3::hash(lines.as_bytes()).to_hex().to_string(),
+            result: result(&experiment, results, |name| files.get(name)),
             experiment,
             files,
         }

@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use oneiro::world::Controller;
+use oneiro::world::GeneLayout;
 
 use super::store::Store;
 use super::{Plan, Sweep, contents};
@@ -28,7 +28,7 @@ impl Champions {
         let (sweep, plan) = Store::open(directory)?.sweep()?;
         let path = directory.join(contents::CHAMPIONS);
         let refused = |problem: &str| Err(Failure::input(format_args!("{}: {problem}", directory.display())));
-        if plan.controllers.contains(&None) {
+        if plan.layouts.contains(&None) {
             return refused("is of swarms, whose controllers live among others; allowed: sweeps of single robots");
         }
         if !path.is_file() {
@@ -46,12 +46,12 @@ impl Champions {
     ///
     /// # Errors
     /// Exit 3 when a run's controller takes another number of genes, and when the file is not what was written.
-    pub(crate) fn genomes(&self, controller: Controller) -> Result<Population> {
-        let genes = controller.genes();
-        let mut others = self.plan.controllers.iter().flatten().map(|other| other.genes());
+    pub(crate) fn genomes(&self, layout: &GeneLayout) -> Result<Population> {
+        let genes = layout.genes();
+        let mut others = self.plan.layouts.iter().flatten().map(GeneLayout::genes);
         match others.find(|other| *other != genes) {
             Some(other) => Err(genomes::other_size(&self.path, other, genes)),
-            None => genomes::read(&self.path, controller),
+            None => genomes::read(&self.path, layout),
         }
     }
 }

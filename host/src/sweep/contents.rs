@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use oneiro::world::Controller;
+use oneiro::world::GeneLayout;
 use toml::Value;
 
 use super::file::Axis;
@@ -57,15 +57,15 @@ pub(super) fn columns_of_generations(own: &[Column]) -> Vec<Column> {
 }
 
 /// The run, and the genes of all cells' controllers by their names. Nothing of runs without champions.
-pub(super) fn columns_of_champions(controllers: &[Option<Controller>]) -> Vec<Column> {
-    let mut kinds: Vec<Controller> = Vec::new();
-    for &controller in controllers.iter().flatten() {
-        if !kinds.contains(&controller) {
-            kinds.push(controller);
+pub(super) fn columns_of_champions(layouts: &[Option<GeneLayout>]) -> Vec<Column> {
+    let mut kinds: Vec<&GeneLayout> = Vec::new();
+    for layout in layouts.iter().flatten() {
+        if !kinds.contains(&layout) {
+            kinds.push(layout);
         }
     }
     let mut columns = Vec::new();
-    for name in kinds.into_iter().flat_map(Controller::gene_names) {
+    for name in kinds.into_iter().flat_map(GeneLayout::names) {
         let gene = GENE.clone().named(name);
         if !columns.contains(&gene) {
             columns.push(gene);
@@ -121,7 +121,7 @@ fn other_entries() -> Vec<Entry> {
 }
 
 /// The files of a sweep's directory: its tables with their columns, once for each format, and all others.
-fn entries(tables: [Vec<Column>; 3], factors: &[Column], also_parquet: bool) -> Vec<Entry> {
+fn entries(tables: [Vec<Column>; 3], factors: &[Column], also_parquet: bool, names_files: bool) -> Vec<Entry> {
     let [results, generations, champions] = tables;
     let mut all = vec![
         Entry::table(RESULTS, "one row per run; written when all runs are finished", &results),
@@ -152,6 +152,9 @@ fn entries(tables: [Vec<Column>; 3], factors: &[Column], also_parquet: bool) -> 
         "runs/",
         "written by `oneiro sweep extract`: run directories",
     ));
+    if names_files {
+        all.push(Entry::file("sweep/", "the files that the sweep's file names"));
+    }
     all.extend(other_entries());
     all
 }
@@ -164,13 +167,14 @@ pub(super) fn describe(directory: &Path, sweep: &Sweep, plan: &Plan) -> Result {
     let tables = [
         sweep.columns(plan),
         columns_of_generations(plan.columns),
-        columns_of_champions(&plan.controllers),
+        columns_of_champions(&plan.layouts),
     ];
     let factors = sweep.file().axes.iter().flat_map(Axis::factors);
     let factors: Vec<Column> = factors
         .map(|factor| Column::text("", SWEPT).named(factor.clone()))
         .collect();
-    let entries = entries(tables, &factors, cfg!(feature = "parquet"));
+    let names_files = sweep.files(true).iter().any(|(name, _)| Path::new(name).is_relative());
+    let entries = entries(tables, &factors, cfg!(feature = "parquet"), names_files);
     contents::describe(directory, &format!("{}: a sweep of oneiro", sweep.name()), &entries)
 }
 
@@ -189,7 +193,7 @@ pub(crate) fn all_entries(outcomes: Vec<Column>, steps: &[Column], champions: bo
         columns_of_generations(steps),
         champions,
     ];
-    entries(tables, &[key], true)
+    entries(tables, &[key], true, true)
 }
 
 fn holds<'a>(values: impl Iterator<Item = &'a Value>) -> Holds {

@@ -30,7 +30,7 @@
 //! ```
 
 use std::collections::BTreeSet;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use rand::distr::Distribution;
 use serde::Deserialize;
@@ -124,26 +124,28 @@ pub(crate) struct SweepFile {
     pub(crate) seeds: Vec<u64>,
     pub(crate) seeds_place: String,
     /// Values that all runs share.
-    pub(crate) set: Vec<Setting>,
+    set: Vec<Setting>,
     /// The sweep's cells are all combinations of their levels; the last axis varies fastest.
     pub(crate) axes: Vec<Axis>,
     pub(crate) reality: Option<Reality>,
     pub(crate) reality_place: String,
+    /// Folder from which the files that its values name are looked for.
+    folder: PathBuf,
 }
 
 impl SweepFile {
-    /// Reads and checks a sweep file.
+    /// Reads and checks a sweep file. The files that its values name are looked for from `folder`.
     ///
     /// # Errors
     /// Exit 3: the file, the line and column in it, the problem and the allowed values.
-    pub(crate) fn read(path: &Path) -> Result<Self> {
+    pub(crate) fn read(path: &Path, folder: &Path) -> Result<Self> {
         let text = files::text(path)?;
         let file = Parsed::new(path.display().to_string(), &text)?;
-        Self::of(&file, &path.file_stem().unwrap_or_default().to_string_lossy())
+        Self::of(&file, &path.file_stem().unwrap_or_default().to_string_lossy(), folder)
     }
 
     /// Checks a file's values; the sweep is called `name` if the file doesn't name it.
-    fn of(file: &Parsed<'_>, name: &str) -> Result<Self> {
+    fn of(file: &Parsed<'_>, name: &str, folder: &Path) -> Result<Self> {
         let (written, source): (Written, _) = Source::read(file, &[])?;
         let seeds = seeds(&written.seeds, &source)?;
         let set = leaves("set", &written.set, &source)?;
@@ -182,11 +184,22 @@ impl SweepFile {
             experiment: written.experiment,
             seeds,
             seeds_place: source.place_of("seeds"),
-            set: set.into_iter().map(Leaf::setting).collect(),
+            set: set
+                .iter()
+                .map(|leaf| Setting::at(leaf.place.clone(), &leaf.key, &leaf.value).in_folder(folder))
+                .collect(),
             axes,
             reality: written.reality,
             reality_place: source.place_of("reality"),
+            folder: folder.to_owned(),
         })
+    }
+
+    /// The values that a cell changes in the experiment.
+    pub(crate) fn settings(&self, cell: usize) -> Vec<Setting> {
+        let swept = self.keys().zip(self.values(cell));
+        let swept = swept.map(|(key, (value, place))| Setting::at(place.clone(), key, value).in_folder(&self.folder));
+        self.set.iter().cloned().chain(swept).collect()
     }
 
     /// Number of cells.
@@ -221,12 +234,6 @@ struct Leaf {
     key: String,
     value: Value,
     place: String,
-}
-
-impl Leaf {
-    fn setting(self) -> Setting {
-        Setting::at(self.place, &self.key, &self.value)
-    }
 }
 
 /// The values below a table of the file, in the order of the file.
@@ -533,11 +540,12 @@ fn check_reality(reality: &Reality, source: &Source<'_>) -> Result {
 
 #[cfg(test)]
 mod tests {
+
     use super::*;
 
     fn read(text: &str) -> Result<SweepFile> {
         let text = format!("experiment = \"e.toml\"\n{text}");
-        SweepFile::of(&Parsed::new("s.toml".into(), &text)?, "s")
+        SweepFile::of(&Parsed::new("s.toml".into(), &text)?, "s", Path::new("/sweeps"))
     }
 
     fn refusal(text: &str) -> String {
@@ -607,6 +615,37 @@ mod tests {
         assert_eq!(drawn, [1, 2, 3, 4]);
         let refused = refusal(&text.replace("samples = 4", "samples = 5"));
         assert!(refused.contains("only 4 different draws"), "{refused}");
+    }
+
+    /// The example in docs/sweeps.md has every key: one that is added here must be added there.
+    #[test]
+    fn every_key_is_documented() {
+        let page = include_str!("../../../docs/sweeps.md");
+        let (_, text) = page.split_once("```toml\n").unwrap();
+        let (text, _) = text.split_once("```").unwrap();
+        let file = Parsed::new("docs/sweeps.md".into(), text).unwrap();
+        SweepFile::of(&file, "", Path::new("")).unwrap();
+        let (written, _): (Written, _) = Source::read(&file, &[]).unwrap();
+        let Written {
+            name,
+            experiment: _,
+            seeds: WrittenSeeds::Range(_),
+            set,
+            grid,
+            list,
+            random:
+                Some(WrittenRandom {
+                    samples: _,
+                    seed,
+                    ranges,
+                }),
+            reality: Some(Reality { robots: _, severity }),
+        } = written
+        else {
+            panic!("{written:?}");
+        };
+        assert!(!name.is_empty() && seed > 0 && severity > 0.0 && text.contains("severity = "));
+        assert!(!set.is_empty() && !grid.is_empty() && !list.is_empty() && !ranges.is_empty());
     }
 
     #[test]

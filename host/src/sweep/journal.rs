@@ -10,11 +10,12 @@
 
 use std::collections::BTreeSet;
 use std::fs::{self, File, OpenOptions};
-use std::io::{self, Read, Seek, SeekFrom, Write};
+use std::io::{self, BufReader, Read, Write};
 use std::path::{Path, PathBuf};
 use std::sync::mpsc::{self, SyncSender};
 use std::thread::{self, JoinHandle};
 
+use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use super::RunIndex;
@@ -50,7 +51,7 @@ pub(crate) struct Line {
 impl Line {
     fn encode(&self) -> String {
         let json = serde_json::to_string(self).expect("numbers and words");
-        format!("{} {json}\n", tag(&json))
+        [&tag(&json), " ", &json, "\n"].concat()
     }
 
     fn decode(line: &str) -> Option<Self> {
@@ -94,10 +95,12 @@ impl Logged {
             whole: whole as u64,
             ..Self::default()
         };
-        for (bytes, number) in text[..whole].split_inclusive(|&byte| byte == b'\n').zip(1..) {
-            let line = std::str::from_utf8(bytes)
-                .ok()
-                .and_then(|line| Line::decode(line.trim_end_matches('\n')));
+        let lines = text[..whole].par_split_inclusive(|&byte| byte == b'\n');
+        let decoded = lines.map(|bytes| {
+            let line = std::str::from_utf8(bytes).ok()?;
+            Line::decode(line.trim_end_matches('\n'))
+        });
+        for (line, number) in decoded.collect::<Vec<_>>().into_iter().zip(1..) {
             match line {
                 Some(line) if line.from + line.bytes <= there => logged.lines.push(line),
                 Some(line) => logged.problems.push(format!(
@@ -118,7 +121,9 @@ impl Logged {
 /// Reader of the tables of generations of finished runs.
 pub(crate) struct Generations {
     path: PathBuf,
-    file: File,
+    file: BufReader<File>,
+    /// Position in the file.
+    at: u64,
 }
 
 impl Generations {
@@ -126,7 +131,11 @@ impl Generations {
     pub(crate) fn open(directory: &Path) -> Result<Self> {
         let path = directory.join(GENERATIONS);
         let file = File::open(&path).map_err(|error| Failure::storage(&path, &error))?;
-        Ok(Self { path, file })
+        Ok(Self {
+            path,
+            file: BufReader::with_capacity(1 << 16, file),
+            at: 0,
+        })
     }
 
     /// Reads a run's lines.
@@ -135,10 +144,12 @@ impl Generations {
     /// Exit 5 if they aren't what was written.
     pub(crate) fn of(&mut self, line: &Line) -> Result<String> {
         let mut bytes = vec![0; line.bytes as usize];
+        // Most runs follow each other, so that they are in the buffer.
         self.file
-            .seek(SeekFrom::Start(line.from))
-            .and_then(|_| self.file.read_exact(&mut bytes))
+            .seek_relative(line.from as i64 - self.at as i64)
+            .and_then(|()| self.file.read_exact(&mut bytes))
             .map_err(|error| Failure::storage(&self.path, &error))?;
+        self.at = line.from + line.bytes;
         let damaged = || {
             Failure::corrupt(format_args!(
                 "{}: the generations of run {}, {} bytes from {} on, are damaged; remove the line of this run from \
@@ -217,7 +228,7 @@ pub(crate) struct Journal {
 }
 
 enum Entry {
-    Done(Outcome, blake3::Hash),
+    Done(Vec<(Outcome, blake3::Hash)>),
     UnderWay(Vec<Saved>),
 }
 
@@ -228,7 +239,7 @@ impl Journal {
     /// Exit 75 if another process writes there, exit 6 if writing fails.
     pub(crate) fn begin(directory: &Path, identity: blake3::Hash, session: Session) -> Result<(Self, Begun)> {
         /// Most entries that may wait for the disk; beyond that, the main loop waits too.
-        const WAITING: usize = 1024;
+        const WAITING: usize = 4;
         fs::create_dir_all(directory).map_err(|error| Failure::storage(directory, &error))?;
         let Some(lock) = try_lock(directory)? else {
             return Err(Failure::stopped(format_args!(
@@ -294,12 +305,12 @@ impl Journal {
         Ok((journal, begun))
     }
 
-    /// Records a finished run.
+    /// Records finished runs with their ids.
     ///
     /// # Errors
     /// Nothing can be written any more; [`Journal::close`] says why.
-    pub(crate) fn done(&self, outcome: Outcome, id: blake3::Hash) -> Result {
-        self.write(Entry::Done(outcome, id))
+    pub(crate) fn done(&self, outcomes: Vec<(Outcome, blake3::Hash)>) -> Result {
+        self.write(Entry::Done(outcomes))
     }
 
     /// Records runs in progress, which can be resumed from here whatever happens.
@@ -343,6 +354,9 @@ fn note(directory: &Path, sessions: &[Session]) -> Result {
     disk::note(&directory.join(SESSIONS), text.as_bytes())
 }
 
+/// Bytes that are written at a time.
+const PIECE: usize = 1 << 18;
+
 /// The journal's thread.
 struct Writer {
     results: Appended,
@@ -354,22 +368,34 @@ struct Writer {
 }
 
 impl Writer {
+    /// Writes the generations before the results that refer to them.
+    fn write_pieces(&mut self) -> Result {
+        self.generations.write_piece()?;
+        self.results.write_piece()
+    }
+
     fn write(&mut self, entry: Entry) -> Result {
         match entry {
-            Entry::Done(outcome, id) => {
-                let generations = outcome.generations.as_bytes();
-                let line = Line {
-                    run: outcome.run,
-                    id: id.to_hex().to_string(),
-                    cells: outcome.cells,
-                    champion: outcome.champion,
-                    result: outcome.result,
-                    from: self.generations.bytes,
-                    bytes: generations.len() as u64,
-                    blake3: blake3::hash(generations).to_hex().to_string(),
-                };
-                self.generations.push(generations)?;
-                self.results.push(line.encode().as_bytes())
+            Entry::Done(outcomes) => {
+                for (outcome, id) in outcomes {
+                    let generations = &outcome.generations;
+                    let line = Line {
+                        run: outcome.run,
+                        id: id.to_hex().to_string(),
+                        cells: outcome.cells,
+                        champion: outcome.champion,
+                        result: outcome.result,
+                        from: self.generations.bytes,
+                        bytes: generations.len() as u64,
+                        blake3: blake3::hash(generations.as_bytes()).to_hex().to_string(),
+                    };
+                    self.generations.push(generations.as_bytes());
+                    self.results.push(line.encode().as_bytes());
+                    if self.generations.piece.len() + self.results.piece.len() >= PIECE {
+                        self.write_pieces()?;
+                    }
+                }
+                self.write_pieces()
             }
             Entry::UnderWay(runs) => {
                 // Runs that have left the checkpoint must be on disk before it is written.
@@ -389,7 +415,11 @@ impl Writer {
 struct Appended {
     path: PathBuf,
     file: File,
+    /// Length with the piece.
     bytes: u64,
+    /// Bytes that are not in the file yet: short runs finish by the thousand, and a call to the system for each would cost
+    /// more than the run.
+    piece: Vec<u8>,
 }
 
 impl Appended {
@@ -403,17 +433,25 @@ impl Appended {
             Ok(file)
         };
         match open() {
-            Ok(file) => Ok(Self { path, file, bytes }),
+            Ok(file) => Ok(Self {
+                path,
+                file,
+                bytes,
+                piece: Vec::new(),
+            }),
             Err(error) => Err(Failure::storage(&path, &error)),
         }
     }
 
-    fn push(&mut self, bytes: &[u8]) -> Result {
-        self.file
-            .write_all(bytes)
-            .map_err(|error| Failure::storage(&self.path, &error))?;
+    fn push(&mut self, bytes: &[u8]) {
+        self.piece.extend(bytes);
         self.bytes += bytes.len() as u64;
-        Ok(())
+    }
+
+    fn write_piece(&mut self) -> Result {
+        let written = self.file.write_all(&self.piece);
+        self.piece.clear();
+        written.map_err(|error| Failure::storage(&self.path, &error))
     }
 
     fn sync(&self) -> Result {

@@ -29,13 +29,13 @@ pub(crate) mod work;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use oneiro::world::Controller;
+use oneiro::world::GeneLayout;
 use rayon::prelude::*;
 
 use crate::contents::Column;
 use crate::exit::{Failure, Result};
 use crate::experiment::source::{Parsed, Setting};
-use crate::experiment::{self, Files};
+use crate::experiment::{self, Content, Files};
 use crate::files;
 use crate::reality::site::Site;
 use crate::runs::{self, Experiment, Reality, Recording, Shown};
@@ -71,8 +71,8 @@ pub(crate) struct Plan {
     /// Columns of each run's table of generations, and its first line.
     pub(crate) columns: &'static [Column],
     pub(crate) head: Vec<u8>,
-    /// The controller of each cell's robots, if they have one of their own.
-    pub(crate) controllers: Vec<Option<Controller>>,
+    /// Genes of each cell's controllers; `None` for swarms.
+    pub(crate) layouts: Vec<Option<GeneLayout>>,
     /// Columns that reports show.
     pub(crate) shown: Shown,
 }
@@ -91,20 +91,19 @@ impl Sweep {
     /// # Errors
     /// Exit 3: the file, the line and column in it, the problem and the allowed values.
     pub(crate) fn read(path: &Path) -> Result<Self> {
-        let file = SweepFile::read(path)?;
-        let experiment = path.parent().unwrap_or(Path::new("")).join(&file.experiment);
+        let folder = path.parent().unwrap_or(Path::new(""));
+        let file = SweepFile::read(path, folder)?;
+        let experiment = folder.join(&file.experiment);
         Self::of(path, file, experiment)
     }
 
-    /// Reads a sweep whose file had another name, and whose experiment has moved.
+    /// Reads a sweep whose file had another name, whose experiment has moved, and the files that it names to a folder.
     ///
     /// # Errors
     /// As [`Sweep::read`].
-    pub(crate) fn moved(name: &str, path: &Path, experiment: PathBuf) -> Result<Self> {
-        let file = SweepFile {
-            name: name.into(),
-            ..SweepFile::read(path)?
-        };
+    pub(crate) fn moved(name: &str, path: &Path, experiment: PathBuf, folder: &Path) -> Result<Self> {
+        let mut file = SweepFile::read(path, folder)?;
+        file.name = name.into();
         Self::of(path, file, experiment)
     }
 
@@ -135,9 +134,14 @@ impl Sweep {
         &self.file
     }
 
-    /// Path and text of the experiment's file, and the files that experiments have named so far.
-    pub(crate) fn experiment(&self) -> (&Path, &str, &Files) {
-        (&self.experiment, &self.text, &self.files)
+    /// Path and text of the experiment's file.
+    pub(crate) fn experiment(&self) -> (&Path, &str) {
+        (&self.experiment, &self.text)
+    }
+
+    /// Files that cells have named so far: those of the sweep's file, or those of the experiment's.
+    pub(crate) fn files(&self, of_sweep: bool) -> Vec<(String, Arc<Content>)> {
+        self.files.named(of_sweep)
     }
 
     /// Number of runs.
@@ -171,7 +175,7 @@ impl Sweep {
         runs::of(
             &self.experiment,
             &self.parsed()?,
-            &self.settings_of(cell),
+            &self.file.settings(cell),
             &self.files,
             None,
         )
@@ -182,23 +186,13 @@ impl Sweep {
     /// # Errors
     /// As [`Sweep::cell`].
     pub(crate) fn single_of(&self, cell: usize, set: &[Setting]) -> Result<experiment::Experiment> {
-        let all = [&self.settings_of(cell), set].concat();
+        let all = [&self.file.settings(cell), set].concat();
         experiment::Experiment::of(&self.experiment, &self.parsed()?, &all, &self.files)
     }
 
     /// Parses the experiment's values.
     fn parsed(&self) -> Result<Parsed<'_>> {
         Parsed::new(self.experiment.display().to_string(), &self.text)
-    }
-
-    /// The values that a cell changes in the experiment.
-    fn settings_of(&self, cell: usize) -> Vec<Setting> {
-        let swept = self
-            .file
-            .keys()
-            .zip(self.file.values(cell))
-            .map(|(key, (value, place))| Setting::at(place.clone(), key, value));
-        self.file.set.iter().cloned().chain(swept).collect()
     }
 
     fn cell_of_file(&self, experiment: &Parsed<'_>, cell: usize) -> Result<Arc<dyn Experiment>> {
@@ -213,7 +207,7 @@ impl Sweep {
         runs::of(
             &self.experiment,
             experiment,
-            &self.settings_of(cell),
+            &self.file.settings(cell),
             &self.files,
             reality,
         )
@@ -230,8 +224,8 @@ impl Sweep {
             let own = self.cell_of_file(&experiment, cell)?;
             let identities = own.identities();
             let ids: Vec<_> = self.file.seeds.iter().map(|&seed| identities.of(seed)).collect();
-            let controller = own.single().map(|single| single.world().spec().controller);
-            Ok((ids, own.steps(), own.kernel(), own.bytes(), controller))
+            let layout = own.single().map(|single| single.world().gene_layout().clone());
+            Ok((ids, own.steps(), own.kernel(), own.bytes(), layout))
         };
         // All are collected first, so that the error is always the first one, whichever thread found it.
         let all: Vec<Result<_>> = (0..cells).into_par_iter().map(of_cell).collect();
@@ -244,15 +238,15 @@ impl Sweep {
             outcomes: first.outcomes(),
             columns: first.columns(),
             head: first.tables(Recording::Tables).swap_remove(0).head,
-            controllers: Vec::with_capacity(cells),
+            layouts: Vec::with_capacity(cells),
             shown: first.shown(),
         };
         for cell in all {
-            let (ids, steps, kernel, bytes, controller) = cell?;
+            let (ids, steps, kernel, bytes, layout) = cell?;
             plan.ids.extend(ids);
             plan.steps.push(steps);
             plan.kernels.push(kernel);
-            plan.controllers.push(controller);
+            plan.layouts.push(layout);
             plan.bytes = plan.bytes.max(bytes);
         }
         self.refuse_twins(&plan)?;

@@ -113,6 +113,7 @@ impl<'a> Table<'a> {
             reader: csv::ReaderBuilder::new()
                 .has_headers(false)
                 .flexible(true)
+                .buffer_capacity(1 << 18)
                 .from_reader(file),
             row: StringRecord::new(),
             columns: columns.iter().map(Column::new).collect(),

@@ -3,7 +3,8 @@
 //! | file | contents |
 //! |---|---|
 //! | `sweep.json` | the origin, see [`Made`]; written after everything else that each process brings |
-//! | `sweep.toml`, `experiment/` | the sweep's file and the experiment's, and the files that they name |
+//! | `sweep.toml`, `sweep/` | the sweep's file, and the files that it names |
+//! | `experiment/` | the experiment's file, and the files that it names |
 //! | `shard-I-of-N/` | a process's [journal](super::journal) |
 //! | `results.csv`, `generations.csv`, `champions.csv` | the [tables](super::tables) of all runs, once all are done |
 
@@ -25,6 +26,7 @@ use crate::exit::{Failure, Result};
 
 const MADE: &str = "sweep.json";
 const SWEEP: &str = "sweep.toml";
+const NAMED: &str = "sweep";
 const EXPERIMENT: &str = "experiment";
 const LOCK: &str = "lock";
 const SHARD: &str = "shard-";
@@ -81,6 +83,8 @@ pub(crate) struct Made {
     kernels: String,
     /// Path of the experiment's file in the directory.
     experiment: PathBuf,
+    /// Path of the folder in the directory from which the files that the sweep's file names are looked for.
+    folder: PathBuf,
     /// Name of the sweep.
     pub(crate) name: String,
     pub(crate) runs: usize,
@@ -132,6 +136,7 @@ impl Made {
             program: env!("CARGO_PKG_VERSION").into(),
             kernels: kernels(),
             experiment: PathBuf::new(),
+            folder: PathBuf::new(),
             name: sweep.name().into(),
             runs: sweep.runs(),
             cells: sweep.file().cells(),
@@ -250,8 +255,10 @@ impl Store {
         if Self::made(directory)?.is_some() {
             return Ok(());
         }
+        let [folder, experiment] = bring(directory, sweep)?;
         let made = Made {
-            experiment: bring(directory, sweep)?,
+            experiment,
+            folder,
             ..made
         };
         let mut text = serde_json::to_string_pretty(&made).expect("numbers and words");
@@ -314,8 +321,9 @@ impl Store {
     /// # Errors
     /// Exit 3 if this program would give other results for it.
     pub(crate) fn sweep(&self) -> Result<(Sweep, Plan)> {
-        let [file, experiment] = [Path::new(SWEEP), &self.made.experiment].map(|name| self.directory.join(name));
-        let sweep = Sweep::moved(&self.made.name, &file, experiment)?;
+        let paths = [Path::new(SWEEP), &self.made.experiment, &self.made.folder];
+        let [file, experiment, folder] = paths.map(|name| self.directory.join(name));
+        let sweep = Sweep::moved(&self.made.name, &file, experiment, &folder)?;
         let plan = sweep.plan()?;
         match Made::new(&sweep, &plan).differs_from(&self.made) {
             None => Ok((sweep, plan)),
@@ -429,7 +437,7 @@ fn refuse_others(directory: &Path) -> Result {
         .map_err(|error| Failure::storage(directory, &error))?;
     let is_begun = directory.join(LOCK).is_file();
     let is_own = |name: &OsString| {
-        [LOCK, SWEEP, EXPERIMENT, README].iter().any(|own| name == *own)
+        [LOCK, SWEEP, NAMED, EXPERIMENT, README].iter().any(|own| name == *own)
             || name.to_string_lossy().ends_with(disk::TEMPORARY)
     };
     if names.iter().all(|name| is_begun && is_own(name)) {
@@ -442,16 +450,27 @@ fn refuse_others(directory: &Path) -> Result {
 }
 
 /// Copies the sweep's file, the experiment's, and the files that they name, so that the directory can be moved. Files
-/// with absolute paths stay where they are. Returns the new path of the experiment's file.
-fn bring(directory: &Path, sweep: &Sweep) -> Result<PathBuf> {
-    let (experiment, text, files) = sweep.experiment();
-    let beside = experiment.parent().unwrap_or(Path::new(""));
-    let files: Vec<_> = files
-        .contents()
-        .into_iter()
-        .filter_map(|(path, content)| Some((path.strip_prefix(beside).ok()?.to_owned(), content)))
-        .filter(|(name, _)| name.is_relative())
-        .collect();
+/// with absolute paths stay where they are. Returns the new paths of the folder from which the sweep's file names files, and
+/// of the experiment's file.
+fn bring(directory: &Path, sweep: &Sweep) -> Result<[PathBuf; 2]> {
+    let (experiment, text) = sweep.experiment();
+    let name = PathBuf::from(experiment.file_name().unwrap_or_default());
+    let named = |of_sweep| {
+        let files = sweep.files(of_sweep).into_iter();
+        files.map(|(name, content)| (name.into(), content.bytes.clone()))
+    };
+    let own = (name.clone(), text.as_bytes().to_vec());
+    let experiment = copied(directory, EXPERIMENT, std::iter::once(own).chain(named(false)))?.join(name);
+    let folder = copied(directory, NAMED, named(true))?;
+    let path = sweep.path();
+    let bytes = fs::read(path).map_err(|error| Failure::unreadable(path, &error))?;
+    disk::write(&directory.join(SWEEP), &bytes)?;
+    Ok([folder, experiment])
+}
+
+/// Copies files with relative names below a folder of the directory, and returns the folder that the names start from.
+fn copied(directory: &Path, root: &str, files: impl Iterator<Item = (PathBuf, Vec<u8>)>) -> Result<PathBuf> {
+    let files: Vec<_> = files.filter(|(name, _)| name.is_relative()).collect();
     // Nested as deep as names lead up, so that all of them stay inside.
     let is_up = |part: &Component<'_>| *part == Component::ParentDir;
     let ups = files
@@ -459,23 +478,15 @@ fn bring(directory: &Path, sweep: &Sweep) -> Result<PathBuf> {
         .map(|(name, _)| name.components().filter(is_up).count())
         .max();
     let below = std::iter::repeat_n("below", ups.unwrap_or(0));
-    let own: PathBuf = std::iter::once(EXPERIMENT).chain(below).collect();
-    let copy = |name: &Path, bytes: &[u8]| {
+    let own: PathBuf = std::iter::once(root).chain(below).collect();
+    for (name, bytes) in files {
         let path = directory.join(&own).join(name);
         let parent = path.parent().unwrap_or(directory);
         fs::create_dir_all(parent).map_err(|error| Failure::storage(parent, &error))?;
-        disk::write(&path, bytes)?;
-        disk::sync_directory(parent)
-    };
-    let name = Path::new(experiment.file_name().unwrap_or_default());
-    copy(name, text.as_bytes())?;
-    for (name, content) in &files {
-        copy(name, &content.bytes)?;
+        disk::write(&path, &bytes)?;
+        disk::sync_directory(parent)?;
     }
-    let path = sweep.path();
-    let bytes = fs::read(path).map_err(|error| Failure::unreadable(path, &error))?;
-    disk::write(&directory.join(SWEEP), &bytes)?;
-    Ok(own.join(name))
+    Ok(own)
 }
 
 #[cfg(test)]

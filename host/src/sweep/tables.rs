@@ -5,10 +5,11 @@ use std::collections::BTreeMap;
 use std::collections::btree_map::Entry;
 use std::fmt::Write as _;
 use std::fs::File;
-use std::io::{BufWriter, Write};
+use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};
 
-use oneiro::world::Controller;
+use oneiro::world::GeneLayout;
+use rayon::prelude::*;
 use toml::Value;
 
 use super::contents::{CHAMPIONS, GENERATIONS, RESULTS, columns_of_champions, columns_of_generations};
@@ -18,7 +19,6 @@ use super::{Plan, RunIndex, Sweep};
 use crate::contents::Column;
 use crate::engine::disk;
 use crate::exit::{Failure, Result};
-use crate::report::csv::Csv;
 
 /// Tables written by [`write()`].
 #[derive(Debug)]
@@ -54,37 +54,53 @@ fn text(value: &Value) -> String {
 /// Exit 1 if runs are missing, exit 5 if recorded data is damaged, exit 6 if writing fails.
 pub(crate) fn write(directory: &Path, sweep: &Sweep, plan: &Plan, finished: &AllFinished) -> Result<Written> {
     finished.is_all_of(sweep)?;
-    let mut hasher = blake3::Hasher::new();
-    let results = directory.join(RESULTS);
-    disk::write_through(&results, |file| {
-        let mut table = Table::new(&results, file, &mut hasher);
-        write_results(&mut table, sweep, plan, finished)?;
-        table.finish()
-    })?;
-    let generations = directory.join(GENERATIONS);
-    disk::write_through(&generations, |file| {
-        let mut table = Table::new(&generations, file, &mut hasher);
-        write_generations(&mut table, plan, finished)?;
-        table.finish()
-    })?;
+    let [results, generations, champions] = [RESULTS, GENERATIONS, CHAMPIONS].map(|name| directory.join(name));
+    let genes = columns_of_champions(&plan.layouts);
+    // Where runs are short, their tables are a third of the work.
+    let (hash, written) = rayon::join(
+        || -> Result<String> {
+            let mut hasher = blake3::Hasher::new();
+            disk::write_through(&results, |file| {
+                let mut table = Table::new(&results, file, &mut hasher);
+                write_results(&mut table, sweep, plan, finished)?;
+                table.finish()
+            })?;
+            disk::write_through(&generations, |file| {
+                let mut table = Table::new(&generations, file, &mut hasher);
+                write_generations(&mut table, plan, finished)?;
+                table.finish()
+            })?;
+            Ok(hasher.finalize().to_hex().to_string())
+        },
+        || match &genes[..] {
+            [] => Ok(()),
+            genes => disk::write_through(&champions, |file| {
+                let written = write_champions(file, genes, sweep, plan, finished);
+                written.map_err(|error| Failure::storage(&champions, &error.into()))
+            }),
+        },
+    );
+    let hash = hash?;
+    written?;
     let mut tables = vec![
         (results, sweep.columns(plan)),
         (generations, columns_of_generations(plan.columns)),
     ];
-    let genes = columns_of_champions(&plan.controllers);
     if !genes.is_empty() {
-        let champions = directory.join(CHAMPIONS);
-        disk::write(&champions, champions_table(&genes, sweep, plan, finished).as_bytes())?;
         tables.push((champions, genes));
     }
-    let mut files: Vec<PathBuf> = tables.iter().map(|(table, _)| table.clone()).collect();
-    for (table, columns) in &tables {
-        files.extend(also_as_parquet(table, columns)?);
+    let converted = tables
+        .par_iter()
+        .map(|(table, columns)| also_as_parquet(table, columns));
+    let converted: Vec<Result<_>> = converted.collect();
+    let mut files: Vec<PathBuf> = tables.into_iter().map(|(table, _)| table).collect();
+    for parquet in converted {
+        files.extend(parquet?);
     }
     disk::sync_directory(directory)?;
     Ok(Written {
         runs: finished.runs.len(),
-        hash: hasher.finalize().to_hex().to_string(),
+        hash,
         files,
     })
 }
@@ -104,28 +120,27 @@ fn also_as_parquet(_table: &Path, _columns: &[Column]) -> Result<Option<PathBuf>
 }
 
 fn write_results(table: &mut Table<'_>, sweep: &Sweep, plan: &Plan, finished: &AllFinished) -> Result {
-    let mut line = |cells: Vec<String>| {
-        let mut row = csv::Writer::from_writer(Vec::new());
-        // Writing to memory can't fail.
-        let _ = row.write_record(&cells);
-        table.push(&row.into_inner().unwrap_or_default())
+    let path = table.path;
+    let mut rows = csv::Writer::from_writer(&mut table.rows);
+    let mut write = || -> csv::Result<()> {
+        rows.write_record(sweep.columns(plan).iter().map(|column| column.name.as_bytes()))?;
+        let (mut cell, mut levels) = (0, sweep.levels(0));
+        for (&run, Finished { line, .. }) in &finished.runs {
+            if sweep.cell_of(run) != cell {
+                cell = sweep.cell_of(run);
+                levels = sweep.levels(cell);
+            }
+            rows.write_field(run.to_string())?;
+            rows.write_field(&line.id)?;
+            levels.iter().try_for_each(|level| rows.write_field(level))?;
+            rows.write_field(sweep.seed_of(run).to_string())?;
+            line.cells.iter().try_for_each(|cell| rows.write_field(cell))?;
+            rows.write_field(&line.result)?;
+            rows.write_record(None::<&[u8]>)?;
+        }
+        Ok(rows.flush()?)
     };
-    line(
-        sweep
-            .columns(plan)
-            .into_iter()
-            .map(|column| column.name.into_owned())
-            .collect(),
-    )?;
-    for (&run, Finished { line: known, .. }) in &finished.runs {
-        let mut cells = vec![run.to_string(), plan.ids[run as usize].to_hex().to_string()];
-        cells.extend(sweep.levels(sweep.cell_of(run)));
-        cells.push(sweep.seed_of(run).to_string());
-        cells.extend(known.cells.iter().cloned());
-        cells.push(known.result.clone());
-        line(cells)?;
-    }
-    Ok(())
+    write().map_err(|error| Failure::storage(path, &error.into()))
 }
 
 fn write_generations(table: &mut Table<'_>, plan: &Plan, finished: &AllFinished) -> Result {
@@ -147,57 +162,83 @@ fn write_generations(table: &mut Table<'_>, plan: &Plan, finished: &AllFinished)
     Ok(())
 }
 
-/// The genes of each run's champion. Genes that its controller doesn't have are empty.
-fn champions_table(columns: &[Column], sweep: &Sweep, plan: &Plan, finished: &AllFinished) -> String {
+/// Writes the genes of each run's champion. Genes that its controller doesn't have are empty.
+fn write_champions(
+    out: &mut File,
+    columns: &[Column],
+    sweep: &Sweep,
+    plan: &Plan,
+    finished: &AllFinished,
+) -> csv::Result<()> {
     let genes = &columns[1..];
-    let positions = |controller: Controller| -> Vec<Option<usize>> {
-        let names = controller.gene_names();
+    let positions = |layout: &GeneLayout| -> Vec<Option<usize>> {
+        let names = layout.names();
         let position = |gene: &Column| names.iter().position(|name| *name == gene.name);
         genes.iter().map(position).collect()
     };
     // The positions of the columns' genes in each controller's genome: a sweep has few controllers and many runs.
-    let mut known: Vec<(Option<Controller>, Vec<Option<usize>>)> = vec![(None, vec![None; genes.len()])];
-    let mut table = Csv::new(columns);
+    let mut known: Vec<(Option<&GeneLayout>, Vec<Option<usize>>)> = vec![(None, vec![None; genes.len()])];
+    let mut rows = csv::Writer::from_writer(out);
+    rows.write_record(columns.iter().map(|column| column.name.as_bytes()))?;
+    let mut cell = String::new();
     for (&run, Finished { line, .. }) in &finished.runs {
-        let controller = plan.controllers[sweep.cell_of(run)];
-        if known.iter().all(|(other, _)| *other != controller) {
-            known.push((controller, controller.map_or_else(Vec::new, positions)));
+        let layout = plan.layouts[sweep.cell_of(run)].as_ref();
+        if known.iter().all(|(other, _)| *other != layout) {
+            known.push((layout, layout.map_or_else(Vec::new, positions)));
         }
-        let own = known.iter().find(|(other, _)| *other == controller);
-        let cells = own.into_iter().flat_map(|(_, positions)| positions).map(|position| {
-            let value = position.and_then(|position| line.champion.get(position));
-            value.map(ToString::to_string).unwrap_or_default()
-        });
-        table.row(std::iter::once(run.to_string()).chain(cells));
+        let own = known.iter().find(|(other, _)| *other == layout);
+        rows.write_field(run.to_string())?;
+        for position in own.into_iter().flat_map(|(_, positions)| positions) {
+            cell.clear();
+            if let Some(gene) = position.and_then(|position| line.champion.get(position)) {
+                // Writing to a string can't fail.
+                let _ = write!(cell, "{gene}");
+            }
+            rows.write_field(&cell)?;
+        }
+        rows.write_record(None::<&[u8]>)?;
     }
-    table.text()
+    Ok(rows.flush()?)
+}
+
+/// A table under way. Long pieces are hashed and written faster.
+struct Table<'a> {
+    path: &'a Path,
+    rows: BufWriter<Hashed<'a>>,
 }
 
 /// A file that is hashed as it is written.
-struct Table<'a> {
-    path: &'a Path,
-    file: BufWriter<&'a mut File>,
+struct Hashed<'a> {
+    file: &'a mut File,
     hasher: &'a mut blake3::Hasher,
 }
 
 impl<'a> Table<'a> {
     fn new(path: &'a Path, file: &'a mut File, hasher: &'a mut blake3::Hasher) -> Self {
-        Self {
-            path,
-            file: BufWriter::with_capacity(1 << 20, file),
-            hasher,
-        }
+        const PIECE: usize = 1 << 18;
+        let rows = BufWriter::with_capacity(PIECE, Hashed { file, hasher });
+        Self { path, rows }
     }
 
     fn push(&mut self, bytes: &[u8]) -> Result {
-        self.hasher.update(bytes);
-        self.file
-            .write_all(bytes)
-            .map_err(|error| Failure::storage(self.path, &error))
+        let written = self.rows.write_all(bytes);
+        written.map_err(|error| Failure::storage(self.path, &error))
     }
 
     fn finish(mut self) -> Result {
-        self.file.flush().map_err(|error| Failure::storage(self.path, &error))
+        self.rows.flush().map_err(|error| Failure::storage(self.path, &error))
+    }
+}
+
+impl Write for Hashed<'_> {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        let written = self.file.write(bytes)?;
+        self.hasher.update(&bytes[..written]);
+        Ok(written)
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        self.file.flush()
     }
 }
 

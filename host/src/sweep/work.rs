@@ -175,15 +175,11 @@ impl Runs for Work<'_> {
             .collect::<Result<_>>()?;
         let plan = self.plan;
         // With short runs, a fast device would wait for one thread's hashes.
-        let outcomes: Vec<Outcome> = finished
+        let outcomes = finished
             .into_par_iter()
-            .map(|(run, job, recorded)| outcome(plan, run, job, &recorded))
+            .map(|(run, job, recorded)| Ok((outcome(plan, run, job, &recorded)?, plan.ids[run])))
             .collect::<Result<_>>()?;
-        for outcome in outcomes {
-            let id = self.plan.ids[outcome.run as RunNumber];
-            self.journal.done(outcome, id)?;
-        }
-        Ok(())
+        self.journal.done(outcomes)
     }
 
     fn pause(&mut self, under_way: &UnderWay<'_, Box<dyn Job>>) -> Result {

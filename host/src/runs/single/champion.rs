@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use oneiro::random::Key;
-use oneiro::world::Controller;
+use oneiro::world::GeneLayout;
 use serde::{Deserialize, Serialize};
 
 use super::{CHAMPION, CHAMPION_GENES, LUCKIEST, LUCKIEST_GENES};
@@ -50,7 +50,7 @@ pub(super) struct Individual<'a> {
     pub(super) seed: u64,
     /// Keys of its lives in its generation.
     pub(super) keys: Vec<Key>,
-    pub(super) controller: Controller,
+    pub(super) layout: &'a GeneLayout,
 }
 
 impl Individual<'_> {
@@ -86,7 +86,7 @@ impl Individual<'_> {
             individual: *individual,
             seed: self.seed,
             keys: self.keys.iter().map(|Key([a, b])| format!("{a:08x}{b:08x}")).collect(),
-            gene_names: self.appraisal.map_or_else(Vec::new, |_| self.controller.gene_names()),
+            gene_names: self.appraisal.map_or_else(Vec::new, |_| self.layout.names()),
             genome: genome.clone(),
         };
         let mut text = serde_json::to_vec_pretty(&file).expect("numbers and words");
@@ -124,9 +124,9 @@ impl IndividualFile {
 ///
 /// # Errors
 /// Exit 5 if the files aren't what was written.
-pub(super) fn read(directory: &Path, [file, genes]: [&str; 2], controller: Controller) -> Result<Champion> {
+pub(super) fn read(directory: &Path, [file, genes]: [&str; 2], layout: &GeneLayout) -> Result<Champion> {
     let own = read_file(directory, file)?;
-    let genomes = genomes::read(&directory.join(genes), controller).map_err(Failure::corrupt)?;
+    let genomes = genomes::read(&directory.join(genes), layout).map_err(Failure::corrupt)?;
     Ok(Champion {
         generation: own.generation,
         individual: own.individual,

@@ -2,8 +2,9 @@
 
 use std::path::Path;
 
+use oneiro::compose::{Kind, OwnPart};
 use oneiro::parameter::Choice;
-use oneiro::world::{Noise, Start, WorldSpec};
+use oneiro::world::{Noise, Start};
 use serde_json::json;
 
 use crate::console::{Console, counted};
@@ -26,17 +27,17 @@ pub(super) fn run(experiment: &Experiment, picture: Option<&Path>, console: Cons
             "genes": experiment.world().genes(),
             "free_share": experiment.world().free_share(),
             "robot_steps": experiment.steps(),
-            "gene_names": experiment.world().gene_names(),
+            "gene_names": experiment.world().gene_layout().names(),
             "settings": experiment.values(),
         }));
     }
     console.data(summary(experiment))
 }
 
-/// The task, and the values of one of the user's own.
-fn task(spec: &WorldSpec) -> String {
-    let Some(own) = &spec.own_task else {
-        return spec.task.word().to_owned();
+/// The file and the values of a user's part, or the word for what ships.
+fn part(own: Option<&OwnPart>, shipped: &str) -> String {
+    let Some(own) = own else {
+        return shipped.to_owned();
     };
     let values = own.named_values();
     let shown = own.part().values().iter().map(|value| {
@@ -91,12 +92,23 @@ fn summary(experiment: &Experiment) -> String {
                 100.0 * world.free_share()
             ),
         ),
+        (
+            "sensors",
+            match spec.own.get(Kind::Sensor) {
+                Some(own) => format!("8 of proximity, and {}", part(Some(own), "")),
+                None => "8 of proximity".to_owned(),
+            },
+        ),
         ("noise", noise(spec.noise)),
         (
             "controller",
-            format!("{}, {} genes", spec.controller.word(), world.genes()),
+            format!(
+                "{}; {} genes",
+                part(spec.own.get(Kind::Controller), spec.controller.word()),
+                world.genes()
+            ),
         ),
-        ("task", task(spec)),
+        ("task", part(spec.own.get(Kind::Task), spec.task.word())),
         (
             "start",
             match spec.start {
@@ -150,7 +162,7 @@ fn summary(experiment: &Experiment) -> String {
         ),
     ];
     let lines = lines.map(|(what, value)| format!("  {what:<12}{value}\n"));
-    let names = world.gene_names();
+    let names = world.gene_layout().names();
     let genes = names
         .iter()
         .enumerate()

@@ -349,7 +349,7 @@ impl Job for Evolving {
             appraisal,
             seed: self.seed,
             keys: self.keys(own),
-            controller: self.single.experiment.world().spec().controller,
+            layout: self.single.experiment.world().gene_layout(),
         };
         let mut files = individual(champion, appraisal).champion().to_vec();
         if let Some(&own) = self.appraisals().first() {

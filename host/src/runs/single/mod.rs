@@ -216,8 +216,8 @@ impl Single {
 /// # Errors
 /// Exit 5 if the files aren't what was written.
 pub(crate) fn champion(run: &Recorded<'_>, experiment: &Experiment) -> Result<Champion> {
-    let controller = experiment.world().spec().controller;
-    champion::read(run.directory, [CHAMPION, CHAMPION_GENES], controller)
+    let layout = experiment.world().gene_layout();
+    champion::read(run.directory, [CHAMPION, CHAMPION_GENES], layout)
 }
 
 /// The genomes that a finished run has recorded and the files that have them: the champion, the luckiest if there are
@@ -230,10 +230,10 @@ pub(crate) fn all_genomes(
     experiment: &Experiment,
     individuals: bool,
 ) -> Result<Vec<(&'static str, Population)>> {
-    let controller = experiment.world().spec().controller;
+    let layout = experiment.world().gene_layout();
     let mut all = vec![(CHAMPION_GENES, champion(run, experiment)?.alone())];
     if experiment.finalists() > 0 {
-        let luckiest = champion::read(run.directory, [LUCKIEST, LUCKIEST_GENES], controller)?;
+        let luckiest = champion::read(run.directory, [LUCKIEST, LUCKIEST_GENES], layout)?;
         all.push((LUCKIEST_GENES, luckiest.alone()));
     }
     all.push(if individuals {
@@ -250,8 +250,8 @@ pub(crate) fn all_genomes(
 /// # Errors
 /// As [`champion()`].
 pub(crate) fn population(run: &Recorded<'_>, experiment: &Experiment) -> Result<Population> {
-    let controller = experiment.world().spec().controller;
-    genomes::read(&run.directory.join(POPULATION), controller).map_err(Failure::corrupt)
+    let layout = experiment.world().gene_layout();
+    genomes::read(&run.directory.join(POPULATION), layout).map_err(Failure::corrupt)
 }
 
 /// Reads a run's table of generations.

@@ -130,7 +130,7 @@ pub(super) fn run(
 
 /// The one genome of a file.
 fn genome(file: &Path, experiment: &Experiment) -> Result<Vec<f32>> {
-    let all = genomes::read(file, experiment.world().spec().controller)?;
+    let all = genomes::read(file, experiment.world().gene_layout())?;
     if all.len() > 1 {
         let (file, count) = (file.display(), all.len());
         return Err(Failure::input(format_args!(

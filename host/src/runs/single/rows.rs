@@ -1,5 +1,7 @@
 //! The table of generations.
 
+use std::fmt::Write as _;
+
 use crate::contents::{Column, head};
 use crate::evolve::Generation;
 
@@ -95,7 +97,13 @@ impl Row {
             nan,
         } = self;
         let bits = best.to_bits();
-        format!("{generation},{best},{peak:.6},{mean:.6},{least},{deviation:.6},{individual},{nan},{bits:08x}\n")
+        let mut line = String::with_capacity(128);
+        // Writing to a string can't fail.
+        let _ = writeln!(
+            line,
+            "{generation},{best},{peak:.6},{mean:.6},{least},{deviation:.6},{individual},{nan},{bits:08x}"
+        );
+        line
     }
 
     /// Parses a table, or returns a problem with its line.
@@ -111,20 +119,23 @@ impl Row {
     }
 
     fn parse_line(line: &str) -> Option<Self> {
-        let cells: Vec<&str> = line.split(',').collect();
-        let [generation, _, peak, mean, least, deviation, individual, nan, bits] = cells[..] else {
-            return None;
+        let (line, bits) = line.rsplit_once(',')?;
+        let mut cells = line.split(',');
+        let row = Self {
+            generation: cells.next()?.parse().ok()?,
+            // Its bits are exact.
+            best: cells
+                .next()
+                .and(u32::from_str_radix(bits, 16).ok())
+                .map(f32::from_bits)?,
+            peak: cells.next()?.parse().ok()?,
+            mean: cells.next()?.parse().ok()?,
+            least: cells.next()?.parse().ok()?,
+            deviation: cells.next()?.parse().ok()?,
+            individual: cells.next()?.parse().ok()?,
+            nan: cells.next()?.parse().ok()?,
         };
-        Some(Self {
-            generation: generation.parse().ok()?,
-            best: f32::from_bits(u32::from_str_radix(bits, 16).ok()?),
-            peak: peak.parse().ok()?,
-            mean: mean.parse().ok()?,
-            least: least.parse().ok()?,
-            deviation: deviation.parse().ok()?,
-            individual: individual.parse().ok()?,
-            nan: nan.parse().ok()?,
-        })
+        cells.next().is_none().then_some(row)
     }
 }
 

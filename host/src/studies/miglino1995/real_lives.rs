@@ -97,7 +97,7 @@ impl<'a> RealLives<'a> {
             .collect();
         let genomes: Vec<Vec<f32>> = keys
             .iter()
-            .map(|key| wanderer(*key, self.world.controller.genes()))
+            .map(|key| wanderer(*key, self.world.controller.layout().genes()))
             .collect();
         let lives: Vec<Life<'_>> = turn
             .iter()

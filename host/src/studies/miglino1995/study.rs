@@ -273,7 +273,7 @@ impl<'a> Study<'a> {
             evolution: Genetic::new(
                 &self.settings.evolution(),
                 seed,
-                self.simulator.controller.genes(),
+                self.simulator.controller.layout().genes(),
                 None,
             ),
             simulated: Vec::new(),
@@ -505,7 +505,7 @@ impl<'a> Study<'a> {
         let surrogate = self.settings.surrogate();
         let genomes: Vec<Vec<f32>> = (0..LIVES)
             .map(|life| {
-                (0..self.simulator.controller.genes() as u32)
+                (0..self.simulator.controller.layout().genes() as u32)
                     .map(|gene| (pcg4d([life as u32, gene, 1995, 2])[0] >> 8) as f32 / 1_677_721.6 - 5.0)
                     .collect()
             })

@@ -244,7 +244,7 @@ impl Study {
         });
         self.arm.assumptions(std::iter::once(runs).chain(rows), |name| {
             match name.strip_prefix("swarm.") {
-                None => Some("paper: 10"),
+                None => Some("O'Dowd et al. 2014, section 4.5: 10"),
                 Some(key) => listed.iter().find(|(own, ..)| own == key).map(|(.., source)| *source),
             }
         })

@@ -23,7 +23,7 @@ fn task_begin(life: Life, pose: vec3<f32>) -> TaskState {
 
 // What a cycle earns, and what the task remembers of it.
 fn task_cycle(life: Life, now: Experience, before: TaskState) -> Reward {
-    let own = task_values(life.world);
+    let own = task_values(life);
     let away = vec2<f32>(now.end.x - before.start.x, now.end.y - before.start.y);
     let distance = root(squared_length(away));
     var next = before;
@@ -33,11 +33,11 @@ fn task_cycle(life: Life, now: Experience, before: TaskState) -> Reward {
 }
 
 // Whether the life is over before its time.
-fn task_ends(own: TaskState) -> bool {
+fn task_ends(life: Life, own: TaskState) -> bool {
     return own.arrived != 0u;
 }
 
 // The fitness, of what all cycles earned in sum.
-fn task_score(own: TaskState, sum: f32) -> f32 {
+fn task_score(life: Life, own: TaskState, sum: f32) -> f32 {
     return sum;
 }
