@@ -1,10 +1,11 @@
-//! Tasks of a user's own: composed when the program runs, the same bits on the CPU and a GPU, and refused with file, line and
-//! column if anything is wrong.
+//! Users' sensors, controllers and tasks: composed when the program runs, the same bits on the CPU and a GPU, and refused with
+//! file, line and column if anything is wrong.
 
 use std::sync::Arc;
 
+use oneiro::arena::{Arena, Block, Obstacle};
 use oneiro::batch::{Batch, Rollout, TraceRequest};
-use oneiro::compose::{OwnTask, TaskPart};
+use oneiro::compose::{Kind, OwnPart, OwnParts, Part};
 use oneiro::cpu::Cpu;
 use oneiro::evaluator::{Control, Evaluator};
 use oneiro::random::Key;
@@ -19,6 +20,81 @@ fn task_cycle(life: Life, now: Experience, before: TaskState) -> Reward {
     let turning = root(0.5f * abs(moved.left - moved.right));
     let earned = speed * (1.0f - turning) * (1.0f - highest(now.real));
     return Reward(select(earned, 0.0f, now.collided), before);
+}
+";
+
+/// The shipped perceptron as the user would write it.
+const PERCEPTRON: &str = "
+const CONTROLLER_GENES: u32 = 2u * (INPUTS + 1u);
+fn controller_cycle(life: Life, step: u32, readings: Readings, before: ControllerState) -> Command {
+    let left = logistic(weighed(life, 0u, readings) + gene(life, INPUTS));
+    let right = logistic(weighed(life, INPUTS + 1u, readings) + gene(life, 2u * INPUTS + 1u));
+    return Command(vec2f(left, right), before);
+}
+";
+
+/// The shipped recurrent controller, with its memory.
+const RECURRENT: &str = "
+const CONTROLLER_GENES: u32 = 2u * INPUTS + 6u;
+struct ControllerState { outputs: vec2<f32> }
+fn controller_cycle(life: Life, step: u32, readings: Readings, before: ControllerState) -> Command {
+    let n = INPUTS;
+    let old = before.outputs;
+    let left = weighed(life, 0u, readings) + gene(life, n) * old.x + gene(life, n + 1u) * old.y + gene(life, n + 2u);
+    let right = weighed(life, n + 3u, readings) + gene(life, 2u * n + 3u) * old.x + gene(life, 2u * n + 4u) * old.y + gene(life, 2u * n + 5u);
+    let outputs = vec2<f32>(logistic(left), logistic(right));
+    return Command(outputs, ControllerState(outputs));
+}
+";
+
+/// The shipped controller with three hidden units.
+const HIDDEN: &str = "
+const CONTROLLER_GENES: u32 = 3u * (INPUTS + 3u) + 2u;
+fn controller_cycle(life: Life, step: u32, readings: Readings, before: ControllerState) -> Command {
+    let biases = CONTROLLER_GENES - 2u;
+    var sums = vec2<f32>(gene(life, biases), gene(life, biases + 1u));
+    for (var unit = 0u; unit < 3u; unit++) {
+        let first = unit * (INPUTS + 3u);
+        let output = logistic(weighed(life, first, readings) + gene(life, first + INPUTS));
+        sums.x += gene(life, first + INPUTS + 1u) * output;
+        sums.y += gene(life, first + INPUTS + 2u) * output;
+    }
+    return Command(vec2<f32>(logistic(sums.x), logistic(sums.y)), before);
+}
+";
+const WRITTEN_AGAIN: [(&str, Controller); 3] = [
+    (PERCEPTRON, Controller::Perceptron),
+    (HIDDEN, Controller::Hidden { units: 3 }),
+    (RECURRENT, Controller::Recurrent),
+];
+
+/// Two more sensors: a range finder that looks ahead, and a compass with noise that remembers its last reading.
+const SENSORS: &str = "
+struct SensorValues {
+    range: f32, // 300, 1 to 2000 mm: of the range finder
+    noise: f32, // 0.1, 0 to 1: of the compass
+}
+struct SensorReadings {
+    ahead: f32,
+    north: f32,
+}
+struct SensorState { north: f32 }
+fn sensor_begin(life: Life, pose: vec3f) -> SensorState {
+    return SensorState(cosine_sine(pose.z).y);
+}
+fn sensor_cycle(life: Life, step: u32, pose: vec3<f32>, before: SensorState) -> Sensed {
+    let own = sensor_values(life);
+    let ahead = distance_along(life, vec2<f32>(pose.x, pose.y), pose.z, own.range) * reciprocal(own.range);
+    let noise = own.noise * (random(life, STREAM_OWN_SENSOR, step, 0u).x - 0.5f);
+    let north = 0.5f * (before.north + cosine_sine(pose.z).y) + noise;
+    return Sensed(SensorReadings(ahead, north), SensorState(north));
+}
+";
+
+/// A task that rewards what the sensors read.
+const ROOM: &str = "
+fn task_cycle(life: Life, now: Experience, before: TaskState) -> Reward {
+    return Reward(now.real.own.ahead + 0.25f * now.perceived.own.north, before);
 }
 ";
 
@@ -41,7 +117,7 @@ fn task_begin(life: Life, pose: vec3<f32>) -> TaskState {
     return TaskState(vec2<f32>(pose.x, pose.y), 0u, 0.0f, 0u);
 }
 fn task_cycle(life: Life, now: Experience, before: TaskState) -> Reward {
-    let own = task_values(life.world);
+    let own = task_values(life);
     var next = before;
     let x = now.end.x - before.start.x;
     let y = now.end.y - before.start.y;
@@ -50,22 +126,26 @@ fn task_cycle(life: Life, now: Experience, before: TaskState) -> Reward {
     next.done = select(0u, 1u, next.farthest > own.far);
     return Reward(own.weight_a * now.moved.left + own.weight_b * now.moved.right + own.last * now.outputs.x, next);
 }
-fn task_ends(own: TaskState) -> bool {
+fn task_ends(life: Life, own: TaskState) -> bool {
     return own.done != 0u;
 }
-fn task_score(own: TaskState, sum: f32) -> f32 {
+fn task_score(life: Life, own: TaskState, sum: f32) -> f32 {
     return sum + own.farthest + f32(own.cycles);
 }
 ";
 
-fn part(text: &str) -> Arc<TaskPart> {
-    Arc::new(TaskPart::new("own.wgsl", text).unwrap_or_else(|refused| panic!("{refused}")))
+fn part(kind: Kind, text: &str) -> Arc<Part> {
+    Arc::new(Part::new(kind, "own.wgsl", text).unwrap_or_else(|refused| panic!("{refused}")))
+}
+
+fn own(kind: Kind, text: &str, values: &[(&str, f64)]) -> OwnPart {
+    OwnPart::new(part(kind, text), values).unwrap_or_else(|invalid| panic!("{invalid}"))
 }
 
 fn world(text: &str, values: &[(&str, f64)], change: &dyn Fn(&mut WorldSpec)) -> World {
     let mut spec = WorldSpec {
         task: Task::Own,
-        own_task: Some(Arc::new(OwnTask::new(part(text), values).unwrap())),
+        own: OwnParts::from([own(Kind::Task, text, values)]),
         noise: Noise::SENSOR,
         cycles: 200,
         ..WorldSpec::miglino1995()
@@ -112,7 +192,7 @@ fn the_shipped_task_written_again_has_its_bits() {
         let own = world(SAME, &[], &|spec| spec.controller = controller);
         let shipped = World::new(WorldSpec {
             task: Task::AVOIDANCE,
-            own_task: None,
+            own: OwnParts::default(),
             ..own.spec().clone()
         })
         .unwrap();
@@ -157,18 +237,235 @@ fn a_task_has_values_a_state_an_end_and_a_score() {
     assert_ne!(heavier, fitness);
 }
 
+fn surrogate(spec: &mut WorldSpec) {
+    spec.noise = Noise::NONE;
+    spec.surrogate = Some(Arc::new(Surrogate::drawn(1, Differences::all(1.0))));
+}
+
 #[test]
-fn surrogates_have_the_task_too() {
-    let own = world(WHOLE, &[], &|spec| {
-        spec.noise = Noise::NONE;
-        spec.surrogate = Some(Arc::new(Surrogate::drawn(1, Differences::all(1.0))));
-    });
-    assert_eq!(fitness(&own), fitness(&own));
+fn surrogates_have_users_parts_too() {
+    let [same, shipped] = [
+        world(SAME, &[], &surrogate),
+        World::new(WorldSpec {
+            task: Task::AVOIDANCE,
+            own: OwnParts::default(),
+            ..world(SAME, &[], &surrogate).spec().clone()
+        })
+        .unwrap(),
+    ];
     assert!(
-        own.kernel().name.starts_with("surrogate_perceptron+own-"),
+        same.kernel().name.starts_with("surrogate_perceptron+own-"),
         "{}",
-        own.kernel().name
+        same.kernel().name
     );
+    assert_eq!(fitness(&same), fitness(&shipped));
+}
+
+#[test]
+fn the_shipped_controllers_written_again_have_their_bits() {
+    for (text, controller) in WRITTEN_AGAIN {
+        for change in [&|_: &mut WorldSpec| {}, &surrogate as &dyn Fn(&mut WorldSpec)] {
+            let mut spec = WorldSpec {
+                controller,
+                noise: Noise::SENSOR,
+                cycles: 200,
+                ..WorldSpec::miglino1995()
+            };
+            change(&mut spec);
+            let shipped = World::new(spec.clone()).unwrap();
+            spec.controller = Controller::Own;
+            spec.own = OwnParts::from([own(Kind::Controller, text, &[])]);
+            let written = World::new(spec).unwrap();
+            assert_eq!(written.genes(), shipped.genes());
+            assert_eq!(written.gene_layout().names()[3], "gene_3");
+            assert_eq!(fitness(&written), fitness(&shipped), "{controller:?}");
+        }
+    }
+}
+
+/// A world with every kind of part.
+fn everything(text: &str) -> World {
+    World::new(WorldSpec {
+        controller: Controller::Own,
+        task: Task::Own,
+        own: OwnParts::from([
+            own(Kind::Sensor, SENSORS, &[("range", 500.0)]),
+            own(Kind::Controller, text, &[]),
+            own(Kind::Task, ROOM, &[]),
+        ]),
+        noise: Noise::SENSOR,
+        cycles: 200,
+        ..WorldSpec::miglino1995()
+    })
+    .unwrap()
+}
+
+#[test]
+fn sensors_reach_shipped_and_own_controllers_alike() {
+    let sensors = |range: f64| own(Kind::Sensor, SENSORS, &[("range", range)]);
+    let shipped = |controller, range| {
+        World::new(WorldSpec {
+            controller,
+            own: OwnParts::from([sensors(range), own(Kind::Task, ROOM, &[])]),
+            ..everything(PERCEPTRON).spec().clone()
+        })
+        .unwrap()
+    };
+    for ((text, controller), genes) in WRITTEN_AGAIN.into_iter().zip([22, 41, 26]) {
+        let (written, shipped) = (everything(text), shipped(controller, 500.0));
+        assert_eq!((written.genes(), shipped.genes()), (genes, genes));
+        assert_eq!(shipped.gene_layout().names().len(), genes);
+        let bits = fitness(&written);
+        assert_eq!(bits, fitness(&shipped), "{controller:?}");
+        assert_ne!(bits[0], bits[1]);
+    }
+    let names = shipped(Controller::Perceptron, 500.0).gene_layout().names();
+    assert_eq!(
+        names[8..12],
+        ["ahead_to_left", "north_to_left", "bias_left", "left_90_to_right"]
+    );
+    let [far, near] = [500.0, 300.0].map(|range| fitness(&shipped(Controller::Perceptron, range)));
+    assert_ne!(far, near, "the range shows");
+}
+
+/// A world with a controller whose commands are these expressions, of which `wild` is not a number.
+fn commanded_world(left: &str, right: &str) -> World {
+    let text = format!(
+        "const CONTROLLER_GENES: u32 = 3u;
+        fn controller_cycle(life: Life, step: u32, readings: Readings, before: ControllerState) -> Command {{
+            let large = 3e38f * (10.0f + readings.first.x);
+            let wild = large - large;
+            return Command(vec2<f32>({left}, {right}), before);
+        }}"
+    );
+    let spec = WorldSpec {
+        controller: Controller::Own,
+        own: OwnParts::from([own(Kind::Controller, &text, &[])]),
+        noise: Noise::SENSOR,
+        cycles: 100,
+        ..WorldSpec::miglino1995()
+    };
+    World::new(spec).unwrap()
+}
+
+fn commanded(left: &str, right: &str) -> Vec<u32> {
+    fitness(&commanded_world(left, right))
+}
+
+#[test]
+fn commands_and_genes_stay_in_their_range() {
+    let plain = commanded("1.0f", "0.0f");
+    assert_ne!(plain, commanded("0.9f", "0.0f"));
+    assert_eq!(plain, commanded("5.0f", "-3.0f"));
+    assert_eq!(plain, commanded("3e38f", "wild"));
+    // Beyond a controller's genes are those of others.
+    let last = commanded("0.5f + 0.2f * gene(life, 2u)", "0.6f");
+    assert_eq!(last, commanded("0.5f + 0.2f * gene(life, 3u)", "0.6f"));
+    assert_eq!(last, commanded("0.5f + 0.2f * gene(life, 5000u + step)", "0.6f"));
+    assert_ne!(last, commanded("0.5f + 0.2f * gene(life, 1u)", "0.6f"));
+}
+
+#[test]
+fn readings_stay_in_their_range() {
+    let read = |reading: &str| {
+        let text = format!(
+            "struct SensorReadings {{ only: f32 }}
+            fn sensor_cycle(life: Life, step: u32, pose: vec3<f32>, before: SensorState) -> Sensed {{
+                let large = 3e38f * (10.0f + pose.z);
+                let wild = large - large;
+                return Sensed(SensorReadings({reading}), before);
+            }}"
+        );
+        let spec = WorldSpec {
+            own: OwnParts::from([own(Kind::Sensor, &text, &[])]),
+            cycles: 100,
+            ..WorldSpec::miglino1995()
+        };
+        fitness(&World::new(spec).unwrap())
+    };
+    assert_eq!(read("1000.0f"), read("3e37f"));
+    assert_eq!(read("0.0f"), read("wild"));
+    assert_ne!(read("0.0f"), read("0.25f"));
+}
+
+/// Distances along rays, against the same in double precision, for walls, round obstacles and blocks.
+#[test]
+fn rays_end_at_the_nearest_object() {
+    let arena = Arena {
+        obstacles: vec![Obstacle {
+            x: 300.0,
+            y: 250.0,
+            radius: 40.0,
+            class: "round".into(),
+        }],
+        blocks: vec![Block {
+            x: 150.0,
+            y: 120.0,
+            length: 80.0,
+            width: 40.0,
+            heading: 0.1,
+            class: "wall".into(),
+        }],
+        ..Arena::rectangle(500.0, 400.0)
+    };
+    let sensor = "
+struct SensorReadings { ahead: f32 }
+fn sensor_cycle(life: Life, step: u32, pose: vec3<f32>, before: SensorState) -> Sensed {
+    let heading = 0.02f + f32(step) * 0.013f;
+    return Sensed(SensorReadings(distance_along(life, vec2<f32>(210.0f, 190.0f), heading, 250.0f)), before);
+}";
+    let task = "
+struct TaskState { all: f32 }
+fn task_cycle(life: Life, now: Experience, before: TaskState) -> Reward {
+    return Reward(now.real.own.ahead, TaskState(now.real.own.ahead));
+}
+fn task_score(life: Life, own: TaskState, sum: f32) -> f32 { return own.all; }";
+    let mut met = [0_u32; 4];
+    for step in 0..77_u32 {
+        let world = World::new(WorldSpec {
+            arena: arena.clone(),
+            task: Task::Own,
+            own: OwnParts::from([own(Kind::Sensor, sensor, &[]), own(Kind::Task, task, &[])]),
+            cycles: step + 1,
+            ..WorldSpec::miglino1995()
+        })
+        .unwrap();
+        let measured = f32::from_bits(fitness(&world)[0]);
+        let angle = (0.02 + f64::from(step) * 0.013) * std::f64::consts::TAU;
+        let (expected, object) = nearest((210.0, 190.0), angle);
+        met[object] += 1;
+        assert!(
+            (f64::from(measured) - expected).abs() < 2e-3,
+            "step {step}: {measured} {expected}"
+        );
+    }
+    assert!(met.iter().all(|count| *count > 0), "{met:?}");
+}
+
+/// The distance from a point to the nearest object of the test above, by small steps; and which it is: nothing, a wall, the
+/// obstacle or the block.
+fn nearest((x, y): (f64, f64), angle: f64) -> (f64, usize) {
+    let object = |distance: f64| {
+        let (x, y) = (x + distance * angle.cos(), y + distance * angle.sin());
+        let turn = 0.1 * std::f64::consts::TAU;
+        let (from_x, from_y) = (x - 150.0, y - 120.0);
+        let along = from_x * turn.cos() + from_y * turn.sin();
+        let across = from_y * turn.cos() - from_x * turn.sin();
+        if !(0.0..=500.0).contains(&x) || !(0.0..=400.0).contains(&y) {
+            1
+        } else if (x - 300.0).hypot(y - 250.0) < 40.0 {
+            2
+        } else if along.abs() < 40.0 && across.abs() < 20.0 {
+            3
+        } else {
+            0
+        }
+    };
+    let steps = (0..250_000_u32).map(|step| f64::from(step) * 1e-3);
+    let hit = steps
+        .map(|distance| (distance, object(distance)))
+        .find(|(_, object)| *object != 0);
+    hit.unwrap_or((250.0, 0))
 }
 
 /// Long lives in many dispatches keep the task's state.
@@ -187,25 +484,52 @@ fn dispatches_cut_a_life_without_a_trace() {
 fn a_gpu_has_the_same_bits() {
     use oneiro::gpu::{Choice, Gpu};
     let mut gpu = Gpu::open(&Choice::Best).unwrap();
-    for text in [SAME, WHOLE] {
-        let world = world(text, &[], &|_| {});
+    for world in [
+        world(SAME, &[], &|_| {}),
+        world(WHOLE, &[], &|_| {}),
+        everything(PERCEPTRON),
+        everything(RECURRENT),
+        commanded_world("5.0f", "wild"),
+    ] {
         let batch = batch(&world, 2_000, None);
         let [cpu, gpu] = [&mut Cpu::new(Some(2)).unwrap() as &mut dyn Evaluator, &mut gpu]
             .map(|evaluator| evaluator.evaluate(&batch, &Control::new()).unwrap().fitness);
-        let differing = cpu.iter().zip(&gpu).filter(|(a, b)| a.to_bits() != b.to_bits()).count();
-        assert_eq!(differing, 0);
+        let bits = |fitness: Vec<f32>| fitness.into_iter().map(f32::to_bits).collect::<Vec<_>>();
+        assert_eq!(bits(cpu), bits(gpu));
     }
+}
+
+/// The reasons why a part is refused, when it is read or when a world is made of it.
+fn refusal(kind: Kind, text: &str) -> String {
+    let part = match Part::new(kind, "own.wgsl", text) {
+        Ok(part) => OwnPart::new(Arc::new(part), &[]).unwrap(),
+        Err(refused) => return refused.to_string(),
+    };
+    let mut spec = WorldSpec {
+        own: OwnParts::from([part]),
+        ..WorldSpec::miglino1995()
+    };
+    match kind {
+        Kind::Sensor => {}
+        Kind::Controller => spec.controller = Controller::Own,
+        Kind::Task => spec.task = Task::Own,
+    }
+    World::new(spec).map_or_else(|invalid| invalid.problem, |_| "it is taken".to_owned())
 }
 
 #[test]
 fn mistakes_are_refused_with_their_place() {
-    let mut problems = Vec::new();
     let cycle =
         "fn task_cycle(life: Life, now: Experience, before: TaskState) -> Reward { return Reward(0.0f, before); }";
-    for (text, message) in [
+    let first = |statement: &str| SAME.replace("let moved =", &format!("{statement} let moved ="));
+    let cases = [
         (
             "fn reward() {}".to_owned(),
-            "own.wgsl: has no function `task_cycle`; allowed: `fn task_cycle(life: Life",
+            "own.wgsl: has no function `task_cycle`; write `fn task_cycle(life: Life",
+        ),
+        (
+            SAME.replace("now: Experience", "now: u32"),
+            "own.wgsl:2:4: `task_cycle` has other parameters or another result; write `fn task_cycle(life: Life, now: Exp",
         ),
         (
             SAME.replace("1.0f - turning", "sqrt(turning)"),
@@ -220,12 +544,57 @@ fn mistakes_are_refused_with_their_place() {
             "own.wgsl:3:21: invalid field accessor `mood`",
         ),
         (
-            SAME.replace("let moved", "fitness[0] = 1.0f; let moved"),
-            "own.wgsl:3:5: `fitness` is a buffer that only the kernel may use",
+            first("fitness[0] = 1.0f;"),
+            "own.wgsl:3:5: `fitness` is a buffer of the kernel's",
+        ),
+        (
+            first("//\rfitness[0] = 1.0f;\n"),
+            "`fitness` is a buffer of the kernel's",
+        ),
+        (
+            first("//\u{2028}fitness[0] = 1.0f;\n"),
+            "`fitness` is a buffer of the kernel's",
+        ),
+        (first("if 0X2E+2 > 1 {}"), "it is taken"),
+        (
+            first("if 0X2E+inputs[0] > 1u {}"),
+            "`inputs` is a buffer of the kernel's",
+        ),
+        (
+            first("let steps = dispatch.step_end;"),
+            "`dispatch` is a buffer of the kernel's",
+        ),
+        (
+            first("if blocked(Life(1u, life.key, 0u), vec2f(0.0f, 0.0f)) { }"),
+            "own.wgsl:3:16: `Life` can't be called from here; allowed: reciprocal, root",
+        ),
+        (
+            first("let other = life.world + 1u;"),
+            "own.wgsl:3:22: `.world` of a life is only for the kernel",
+        ),
+        (
+            first("let cell = cell_at(0u, vec2f(0.0f, 0.0f));"),
+            "own.wgsl:3:16: `cell_at` can't be called from here; allowed: reciprocal, root",
         ),
         (
             format!("@group(0) @binding(9) var<storage, read_write> mine: array<u32>;\n{cycle}"),
-            "own.wgsl: declares a buffer",
+            "own.wgsl:1:52: declares a buffer or a global variable; allowed: structs, constants and functions",
+        ),
+        (
+            format!("var<private> mine: u32;\n{cycle}"),
+            "own.wgsl:1:14: declares a buffer or a global variable",
+        ),
+        (
+            format!("fn task_kept(own: TaskState) -> TaskState {{ return own; }}\n{cycle}"),
+            "own.wgsl:1:4: `task_kept` is a name of Oneiro's; choose another",
+        ),
+        (
+            format!("fn within(x: f32) -> f32 {{ return x; }}\n{cycle}"),
+            "own.wgsl:1:4: `within` is a name of Oneiro's; choose another",
+        ),
+        (
+            format!("struct vec2f {{ x: f32 }}\n{cycle}"),
+            "own.wgsl:1:8: `vec2f` shadows a WGSL built-in",
         ),
         (
             format!("struct TaskState {{ on: bool }}\n{cycle}"),
@@ -233,29 +602,86 @@ fn mistakes_are_refused_with_their_place() {
         ),
         (
             format!("struct TaskValues {{\n  a: f32,\n}}\n{cycle}"),
-            "own.wgsl:2:3: in `TaskValues`: `a`: its comment",
+            "own.wgsl:2:3: in `TaskValues`: `a`: its comment doesn't say which values are allowed; write `a: f32, // DEFAULT",
         ),
         (
             format!("struct TaskValues {{\n  a: f32, // 3, 0 to 2: more\n}}\n{cycle}"),
             "the default is 3; allowed: 0 to 2",
         ),
         (
-            SAME.replace(
-                "let moved =",
-                "for (var i = 0u; i < u32(now.step * now.step); i += 0u) {} let moved =",
-            ),
-            "own.wgsl:3:5: in `task_cycle`: nothing known beforehand bounds this loop",
+            first("for (var i = 0u; i < u32(now.step * now.step); i += 0u) {}"),
+            "own.wgsl:3:5: in `task_cycle`: this loop has no bound known before it runs",
+        ),
+        (
+            first("var i = 0u; let stale = i; for (; stale < 10u; i++) {}"),
+            "own.wgsl:3:32: in `task_cycle`: this loop has no bound known before it runs",
         ),
         (
             format!("{cycle}\n@compute @workgroup_size(64) fn main() {{}}"),
-            "own.wgsl:2:",
+            "own.wgsl:2:33: `main` is a name of Oneiro's",
         ),
         (format!("{cycle} fn ,"), "own.wgsl:1:"),
-    ] {
-        let refused = match TaskPart::new("own.wgsl", &text) {
-            Ok(_) => "it is taken".to_owned(),
-            Err(refused) => refused.to_string(),
-        };
+    ];
+    let cases = cases.into_iter().map(|(text, message)| (Kind::Task, text, message));
+    let controller = [
+        (
+            RECURRENT.replace("2u * INPUTS + 6u", "0u"),
+            "own.wgsl:2:7: `CONTROLLER_GENES` isn't a number of genes; write `const",
+        ),
+        (
+            RECURRENT.replace("2u * INPUTS + 6u", "1025u"),
+            "`const CONTROLLER_GENES: u32 = NUMBER;`, 1 to 1024",
+        ),
+        (
+            RECURRENT.replace("CONTROLLER_GENES", "GENES"),
+            "own.wgsl: has no `CONTROLLER_GENES`; write `const CONTROLLER_GENES",
+        ),
+        (
+            RECURRENT.replace("old = before.outputs", "old = before.outputs.z"),
+            "own.wgsl:6:",
+        ),
+    ];
+    let controller = controller.into_iter().chain([
+        (
+            RECURRENT.replace("const CONTROLLER_GENES: u32", "const CONTROLLER_GENES"),
+            "own.wgsl:2:7: `CONTROLLER_GENES` is declared otherwise; write `const CONTROLLER_GENES: u32 = NUMBER;`",
+        ),
+        (
+            RECURRENT.replace("let outputs", "var next = before; increase(&next.outputs); let outputs")
+                + "fn increase(p: ptr<function, vec2<f32>>) { *p += 1.0f; }",
+            "own.wgsl:9:24: in `controller_cycle`: a pointer to a part of a variable can't be passed",
+        ),
+        (
+            RECURRENT.replace("ControllerState(outputs)", "ControllerState(outputs, 1.0f)"),
+            "own.wgsl:10:",
+        ),
+        (format!("\u{feff}{RECURRENT}"), "it is taken"),
+    ]);
+    let sensor = [
+        (
+            SENSORS.replace("ahead: f32", "ahead: u32"),
+            "own.wgsl:7:5: in `SensorReadings`: `ahead` isn't an f32",
+        ),
+        (
+            SENSORS.replace("    ahead: f32", "    left_90: f32"),
+            "own.wgsl:7:5: in `SensorReadings`: `left_90` is a reading that the robot has already",
+        ),
+        (
+            SENSORS.replace("SensorReadings", "Seen"),
+            "own.wgsl: has no `SensorReadings`; write `struct SensorReadings",
+        ),
+        (
+            SENSORS.replace("let own =", "let x = gene(life, 0u); let own ="),
+            "`gene` can't be called from here",
+        ),
+    ];
+    let others = controller.map(|(text, message)| (Kind::Controller, text, message));
+    let others = others
+        .into_iter()
+        .chain(sensor.map(|(text, message)| (Kind::Sensor, text, message)));
+    let mut problems = Vec::new();
+    for (kind, text, message) in cases.chain(others) {
+        let refused = refusal(kind, &text);
         if !refused.contains(message) {
             problems.push(format!("{text}\n{refused}\nexpected: {message}"));
         }
@@ -271,10 +697,9 @@ fn a_cycle_of_too_many_loops_is_refused() {
         "var sum = 0.0f; for (var i = 0u; i < 4000000000u; i++) { sum = 0.5f * sum + 1.0f; } let moved = now.moved;",
     );
     let text = text.replace("Reward(select(earned", "Reward(sum + select(earned");
-    let task = OwnTask::new(part(&text), &[]).unwrap();
     let refused = World::new(WorldSpec {
         task: Task::Own,
-        own_task: Some(Arc::new(task)),
+        own: OwnParts::from([own(Kind::Task, &text, &[])]),
         ..WorldSpec::miglino1995()
     });
     let refused = refused.unwrap_err().to_string();
@@ -287,14 +712,14 @@ fn a_cycle_of_too_many_loops_is_refused() {
 
 #[test]
 fn values_are_checked() {
-    let problem = |values: &[(&str, f64)]| OwnTask::new(part(WHOLE), values).unwrap_err().to_string();
+    let problem = |values: &[(&str, f64)]| OwnPart::new(part(Kind::Task, WHOLE), values).unwrap_err().to_string();
     assert_eq!(
         problem(&[("fat", 1.0)]),
-        "task.values.fat: is no value of own.wgsl; allowed: far, bonus, weight_a, weight_b, last"
+        "task.values.fat: isn't a value of own.wgsl; allowed: far, bonus, weight_a, weight_b, last"
     );
     assert_eq!(problem(&[("far", 1.0)]), "task.values.far: is 1; allowed: 10 to 1000");
     assert!(problem(&[("last", f64::NAN)]).contains("is NaN"));
-    let values = part(WHOLE).values().to_vec();
+    let values = part(Kind::Task, WHOLE).values().to_vec();
     assert_eq!(
         (values[0].unit.as_str(), values[0].about.as_str()),
         ("mm", "distance from the start that ends a life")
@@ -314,12 +739,22 @@ fn blocks<'a>(page: &'a str, language: &str) -> Vec<&'a str> {
 fn the_parts_of_the_documentation_are_taken() {
     let page = include_str!("../docs/extend.md");
     let parts = blocks(page, "wgsl");
-    assert_eq!(parts.len(), 2);
-    for text in parts {
-        assert!(
-            fitness(&world(text, &[], &|_| {}))
-                .iter()
-                .any(|bits| f32::from_bits(*bits) > 0.0)
-        );
+    let kind = |text: &str| {
+        let kinds = [Kind::Sensor, Kind::Controller, Kind::Task];
+        kinds
+            .into_iter()
+            .find(|kind| text.contains(&format!("fn {}_cycle", kind.word())))
+            .unwrap()
+    };
+    let kinds: Vec<Kind> = parts.iter().map(|text| kind(text)).collect();
+    assert_eq!(kinds, [Kind::Task, Kind::Controller, Kind::Sensor, Kind::Task]);
+    for task in [0, 3] {
+        let world = World::new(WorldSpec {
+            controller: Controller::Own,
+            own: OwnParts::from([1, 2, task].map(|index| own(kinds[index], parts[index], &[]))),
+            ..world(SAME, &[], &|_| {}).spec().clone()
+        });
+        let fitness = fitness(&world.unwrap());
+        assert!(fitness.iter().any(|bits| f32::from_bits(*bits) > 0.0));
     }
 }

@@ -1,5 +1,6 @@
 //! A stranger's task, with the program alone: every step of docs/extend.md, in a directory of its own.
 
+use std::collections::BTreeSet;
 use std::fs;
 
 mod place;
@@ -78,6 +79,86 @@ fn the_five_minutes() {
         .exits(3)
         .says(&["--task", "allowed"]);
     place.run(&["new", "third", "--task", "own", "--swarm"]).exits(2);
+}
+
+/// Lives that a task ends early have their fitness and measures.
+#[test]
+fn lives_that_end_early_are_evaluated_and_measured() {
+    let place = Place::new("own-ends");
+    place.good(&["new", "far", "--task", "far-away"]);
+    let set = ["--set", "evolution.generations=5", "--set", "task.values.goal=100"];
+    place.good(&[&["run", "far.toml", "--seed", "1", "--out", "run"][..], &set, &CPU].concat());
+    let lives = ["--genomes", "run", "--trials", "20", "--seed", "3"];
+    let plain = place.good(&[&["evaluate"][..], &lives, &CPU].concat());
+    let traced = place.good(&[&["evaluate", "--measures", "--traces", "traces"][..], &lives, &CPU].concat());
+    let lines = |text: &str| text.lines().skip(1).map(str::to_owned).collect::<Vec<_>>();
+    let (plain, traced) = (lines(&plain), lines(&traced));
+    assert_eq!((plain.len(), traced.len()), (20, 20));
+    let mut ended = 0;
+    for (trial, (plain, traced)) in plain.iter().zip(&traced).enumerate() {
+        assert!(traced.starts_with(plain.as_str()), "{plain}\n{traced}");
+        let cells: Vec<&str> = traced.split(',').collect();
+        let distance: f64 = cells[6].parse().unwrap();
+        assert!(distance > 50.0, "{traced}");
+        let cycles = place.text(format!("traces/trace-0-{trial}.csv")).lines().count() - 1;
+        ended += u32::from(cycles < 500);
+    }
+    assert!(ended > 10, "{ended} of 20 lives arrive");
+}
+
+/// Every kind of part that `oneiro new` writes, together and alone.
+#[test]
+fn each_part_runs_as_it_is_written() {
+    let place = Place::new("own-parts");
+    let parts = ["--sensor", "eyes", "--controller", "brain", "--task", "goal"];
+    place.good(&["new", "none"]);
+    let mut tables = BTreeSet::new();
+    let some = [
+        ("all", &parts[..]),
+        ("one", &parts[..2]),
+        ("two", &parts[2..4]),
+        ("none", &[]),
+    ];
+    for (name, parts) in some {
+        for file in ["eyes.wgsl", "brain.wgsl", "goal.wgsl"] {
+            let _ = fs::remove_file(place.at(file));
+        }
+        if !parts.is_empty() {
+            place.good(&[&["new", name], parts].concat());
+        }
+        let experiment = format!("{name}.toml");
+        place.good(&["check", &experiment]);
+        let set = ["--set", "evolution.generations=3", "--set", "cycles=100", "--seed", "1"];
+        place.good(&[&["run", &experiment, "--out", name][..], &set, &CPU].concat());
+        #[cfg(feature = "gpu")]
+        {
+            let gpu = format!("{name}-gpu");
+            place.good(
+                &[
+                    &["run", &experiment, "--out", &gpu, "--backend", "gpu:0", "--quiet"][..],
+                    &set,
+                ]
+                .concat(),
+            );
+            assert_eq!(result(&place, name), result(&place, &gpu));
+        }
+        place.good(&["audit", name]);
+        tables.insert(place.text(format!("{name}/generations.csv")));
+    }
+    assert_eq!(tables.len(), some.len(), "each part changes what evolves");
+    let genes = place.good(&["check", "all/config.toml", "--json"]);
+    assert!(genes.contains("\"genes\": 22") && genes.contains("gene_21"), "{genes}");
+    let genes = place.good(&["check", "one/config.toml"]);
+    assert!(
+        genes.contains("ahead_to_left") && genes.contains("range = 300 mm, noise = 0.02"),
+        "{genes}"
+    );
+    let champion = place.text("one/champion.json");
+    assert!(champion.contains("ahead_to_right"), "{champion}");
+    place
+        .run(&["new", "four", "--sensor", "same", "--task", "same"])
+        .exits(3)
+        .says(&["same.wgsl is named twice"]);
 }
 
 #[test]
@@ -167,7 +248,7 @@ fn mistakes_name_the_file_and_the_place() {
     for (set, words) in [
         (
             "task.values.radus=3",
-            &["task.values.radus", "is no value of", "radius, width"][..],
+            &["task.values.radus", "isn't a value of", "radius, width"][..],
         ),
         (
             "task.values.radius=3",
@@ -176,6 +257,7 @@ fn mistakes_name_the_file_and_the_place() {
         ("task.values.radius=\"far\"", &["task.values"]),
         ("task.speed=signed", &["task.speed", "only with kind = \"avoidance\""]),
         ("task.part=none.wgsl", &["task.part", "none.wgsl"]),
+        ("sensor.values.range=3", &["sensor.values", "only with `sensor.part`"]),
         ("task.part=circles.toml", &["has no function `task_cycle`"]),
     ] {
         place.run(&["check", "circles.toml", "--set", set]).exits(3).says(words);
@@ -208,8 +290,10 @@ fn machine_code_is_cached() {
         panic!("one kernel is kept: {:?}", entries());
     };
     let code = fs::read(entry).unwrap();
+    let written = || fs::metadata(entry).unwrap().modified().unwrap();
+    let before = written();
     assert_eq!(first, run(&place, "again", "cpu"));
-    assert_eq!(code, fs::read(entry).unwrap());
+    assert_eq!(before, written(), "the kernel is not compiled again");
     let mut damaged = code.clone();
     let middle = damaged.len() / 2;
     damaged[middle] ^= 1;

@@ -13,8 +13,11 @@ long() { cargo test --release --locked --workspace --features oneiro-host/parque
 say "long lives on every lane code and adapter; both studies with all their parts"
 long --test goldens --test program_goldens -- --ignored
 
-say "random kernels"
-long --test random
+say "random kernels, and parts with random mistakes"
+long --test random --test mutants
+
+say "the whole study of 1995, killed, on one thread and on a GPU"
+long --test reproduce settings
 
 say "runs and sweeps that are killed"
 long --test run survives_being_killed

@@ -64,7 +64,7 @@ fn differing(a: &[f32], b: &[f32]) -> Vec<usize> {
 fn first_difference(outcome: &Outcome, spec: &WorldSpec) -> Option<(usize, usize)> {
     let setting = witness::Setting::new(spec);
     for (rollout, trace) in outcome.traces.iter().enumerate() {
-        let genes = genes(rollout, spec.controller.genes());
+        let genes = genes(rollout, spec.controller.layout().genes());
         let mut life = witness::Life::new(&setting, &genes, Key::rollout(7, 0, rollout as u64, 0));
         assert_eq!(trace.len(), spec.cycles as usize);
         for (cycle, record) in trace.iter().enumerate() {

@@ -804,6 +804,13 @@ fn directories_say_what_is_in_them() {
         "single",
         &format!("experiment = \"small.toml\"\nseeds = [1, 2]\n{grid}{reality}"),
     );
+    sweep(
+        "files",
+        "experiment = \"small.toml\"\nseeds = [1, 2]\n[set]\nevolution.init = \"genes.npy\"\n",
+    );
+    assert!(place.at("files/sweep/genes.npy").exists());
+    place.good(&["sweep", "merge", "files", "--out", "joined"]);
+    assert!(place.at("joined/sweep/genes.npy").exists());
     let grid = "[grid]\nswarm.arena.radius_mm = [500, 600]\n";
     sweep(
         "swarms",

@@ -27,6 +27,26 @@ impl Place {
         child.wait().unwrap();
     }
 
+    /// Writes a shorter study of 1995 and names it; `tests/long.sh` takes the whole one.
+    fn short_study(&self) -> &'static [&'static str] {
+        if std::env::var_os("ONEIRO_LONG").is_some() {
+            return &[];
+        }
+        let experiments = Path::new(env!("CARGO_MANIFEST_DIR")).join("../experiments");
+        let mut study = fs::read_to_string(experiments.join("miglino1995/study.toml")).unwrap();
+        let path = experiments.join("khepera-avoidance.toml");
+        for (old, new) in [
+            ("\"../khepera-avoidance.toml\"", format!("\"{}\"", path.display())),
+            ("\n[set]\n", "\n[set]\nevolution.generations = 40\n".to_owned()),
+            ("\ngenerations = 20\n", "\ngenerations = 5\n".to_owned()),
+        ] {
+            assert_eq!(study.matches(old).count(), 1, "{old}");
+            study = study.replace(old, &new);
+        }
+        self.write("short.toml", study);
+        &["--study", "short.toml"]
+    }
+
     /// All files below a directory, with their bytes.
     fn files(&self, directory: &str) -> Vec<(PathBuf, Vec<u8>)> {
         fn collect(root: &Path, at: &Path, files: &mut Vec<(PathBuf, Vec<u8>)>) {
@@ -197,6 +217,7 @@ fn a_study_takes_recordings() {
 #[test]
 fn lives_in_sequence_are_a_function_of_the_settings() {
     let place = Place::new("sequence");
+    let short = place.short_study();
     let study = |out, more: &[&'static str]| {
         let study = [
             "reproduce",
@@ -208,7 +229,7 @@ fn lives_in_sequence_are_a_function_of_the_settings() {
             "--out",
             out,
         ];
-        [&study[..], more].concat()
+        [&study[..], short, more].concat()
     };
     let of_arm = |out, threads| {
         let arm = ["--arm", "real-starts-walk", "--quiet", "--threads", threads];
@@ -229,8 +250,10 @@ fn lives_in_sequence_are_a_function_of_the_settings() {
 #[test]
 fn a_study_is_a_function_of_its_settings() {
     let place = Place::new("study");
+    let short = place.short_study();
     let study = |out, more: &[&'static str]| {
         let mut arguments = vec!["reproduce", "miglino1995", "--runs", "2", "--quiet", "--out", out];
+        arguments.extend(short);
         arguments.extend(more);
         arguments
     };
@@ -256,7 +279,7 @@ fn a_study_is_a_function_of_its_settings() {
 
     let more = ["reproduce", "miglino1995", "--runs", "3", "--backend", "cpu"];
     place
-        .run(&[&more[..], &["--out", "whole"]].concat())
+        .run(&[&more[..], short, &["--out", "whole"]].concat())
         .exits(3)
         .says(&["another study's"]);
 

@@ -48,12 +48,12 @@ fn genes_have_names() {
         Controller::Recurrent,
     ];
     for controller in controllers {
-        let names = controller.gene_names();
-        assert_eq!(names.len(), controller.genes(), "{names:?}");
+        let names = controller.layout().names();
+        assert_eq!(names.len(), controller.layout().genes(), "{names:?}");
         let distinct: std::collections::BTreeSet<&String> = names.iter().collect();
         assert_eq!(distinct.len(), names.len(), "{names:?}");
     }
-    let [perceptron, hidden, recurrent] = controllers.map(Controller::gene_names);
+    let [perceptron, hidden, recurrent] = controllers.map(|controller| controller.layout().names());
     assert_eq!(
         [&perceptron[0], &perceptron[8], &perceptron[16]],
         ["left_90_to_left", "bias_left", "back_left_to_right"]

@@ -2,7 +2,9 @@
 
 use std::time::{Duration, Instant};
 
-/// What became of a kernel.
+use oneiro_shader_compiler::Refusals;
+
+/// Result of comparing a kernel.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Outcome {
     /// All ways to run it gave the same bits.
@@ -13,13 +15,28 @@ pub(crate) enum Outcome {
     Endless,
 }
 
-/// How many kernels to compare.
+/// Returns what was compiled from a generated kernel, or `None` if it was refused for the one reason that the generator
+/// can't foresee.
+///
+/// # Panics
+/// If it was refused for another reason.
+pub(crate) fn unless_refused<T>(seed: u64, text: &str, compiled: Result<T, Refusals>) -> Option<T> {
+    let refused = |refusals: Refusals| {
+        for refusal in refusals {
+            let is_expected = refusal.message.contains("can't be indexed by what differs");
+            assert!(is_expected, "seed {seed}: {refusal}\n{text}");
+        }
+    };
+    compiled.map_err(refused).ok()
+}
+
+/// Number of kernels to compare.
 pub(crate) struct Plan {
-    /// Most kernels.
+    /// Number of kernels if there is enough time.
     pub(crate) kernels: u64,
-    /// Kernels that are compared however long it takes.
+    /// Number of kernels that are compared however long it takes.
     pub(crate) least: u64,
-    /// Time after which no other kernel is begun.
+    /// Time after which no more kernels are begun.
     pub(crate) patience: Duration,
     /// Factor on number and time in `tests/long.sh`.
     pub(crate) long: u32,

@@ -245,6 +245,10 @@ sweep.toml:1:14: experiment: | none.toml: No such file
 sweep.toml:1:14: experiment:
 small.toml => sweep.toml
 sweep.toml:1:1: experiment: unknown key
+[grid] => [gird]
+sweep.toml:3:2: gird: unknown key `gird`; allowed: name, experiment, seeds, | ; did you mean grid?
++ [random] / sample = 2
+sweep.toml:4:1: random.sample: unknown key `sample`; allowed: samples, seed, ranges; did you mean samples?
 # Seeds.
 "1..3" => "3..1"
 sweep.toml:2:9: seeds: is "3..1", an empty range; allowed: the smaller seed first

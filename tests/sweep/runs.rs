@@ -142,27 +142,49 @@ fn are_done_again_with_a_directory_that_can_be_verified() {
     assert_eq!(place.data(&["sweep", "status", "joined"])["name"], "kinds");
 }
 
-/// Tables above the experiment are copied too: the directory doesn't depend on where it was made.
+/// Files are looked for from the folder of the file that names them, and copied, also those above it: the directory doesn't
+/// depend on where it was made.
 #[test]
 fn do_not_depend_on_where_their_sweep_was_made() {
     let place = Place::new("above");
     let tables = Path::new(env!("CARGO_MANIFEST_DIR")).join("../experiments/surrogate-1");
     copy(&tables, &place.at("tables"));
     fs::create_dir(place.at("deep")).unwrap();
-    place.write("deep/small.toml", EXPERIMENT);
+    place.write(
+        "deep/small.toml",
+        format!("robot.motors = \"../tables/motor.sam\"\n{EXPERIMENT}"),
+    );
     let sweep = r#"
         experiment = "deep/small.toml"
         seeds = "1..2"
         [set]
-        robot.tables = ["../tables/wall.sam", "../tables/round.sam"]
-        robot.motors = "../tables/motor.sam"
+        robot = { tables = ["tables/wall.sam", "tables/round.sam"] }
+        [grid]
+        robot.states = ["symmetric", "asymmetric"]
     "#;
     place.write("sweep.toml", sweep);
     let whole = place.swept("whole", &[]);
+    // The same from a folder beside, and with files as values that are swept.
+    let beside = sweep
+        .replace("deep/small", "../deep/small")
+        .replace("robot = {", "trials = 1 #")
+        .replace(
+            "[grid]",
+            "[grid]\nrobot.tables = [[\"../tables/wall.sam\", \"../tables/round.sam\"]]",
+        );
+    place.write("deep/sweep.toml", &beside);
+    let from = ["sweep", "run", "deep/sweep.toml", "--out", "beside", "--backend", "cpu"];
+    place.good(&from);
+    assert_eq!(
+        place.column("beside/results.csv", "result"),
+        place.column("whole/results.csv", "result")
+    );
     place.good(&super::sweep("parts", &["--shard", "1/2"]));
     place.good(&super::sweep("parts", &["--shard", "2/2"]));
     fs::rename(place.at("tables"), place.at("elsewhere")).unwrap();
+    place.good(&["sweep", "extract", "beside", "1", "--out", "other", "--backend", "cpu"]);
     assert_eq!(hash(&place.good(&["sweep", "merge", "parts", "--json"])), whole);
     place.good(&["sweep", "extract", "parts", "1", "--out", "run", "--backend", "cpu"]);
     assert_eq!(result(&place, "run"), place.column("parts/results.csv", "result")[1]);
+    assert_eq!(result(&place, "other"), result(&place, "run"));
 }

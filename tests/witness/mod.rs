@@ -492,6 +492,7 @@ impl<'a> Life<'a> {
                 }
                 sums.map(logistic)
             }
+            Controller::Own => unreachable!("the witness has the controllers that ship"),
         }
     }
 
