@@ -578,7 +578,7 @@ fn mistakes_are_refused_with_their_place() {
         ),
         (
             format!("@group(0) @binding(9) var<storage, read_write> mine: array<u32>;\n{cycle}"),
-            "own.wgsl:1:52: declares a buffer or a global variable; allowed: structs, constants and functions",
+            "own.wgsl:1:48: declares a buffer or a global variable; allowed: structs, constants and functions",
         ),
         (
             format!("var<private> mine: u32;\n{cycle}"),
