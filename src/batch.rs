@@ -1,12 +1,12 @@
 //! Batches: rollouts in any mix of worlds, checked and packed once, to be evaluated in one call.
 
 mod packing;
+mod trace;
 
 use std::ops::Range;
 use std::sync::Arc;
 
-/// One record of a trace: the pose at the start of a cycle, the sensor activations there, and the resulting action and
-/// reward.
+/// One record of a trace: the pose at the start of a cycle, and the resulting action and reward.
 pub use oneiro_shaders::life::Record;
 use oneiro_shaders::{Kernel, life};
 
@@ -15,6 +15,7 @@ use crate::random::Key;
 
 use packing::Packed;
 pub use packing::{Buffers, WorldKind};
+pub use trace::Trace;
 
 /// Rollouts per group: the kernels' workgroup size.
 pub const LANES: usize = life::LANES as usize;
@@ -31,7 +32,6 @@ pub const GREATEST_TRACE: u64 = 640 << 20;
 
 /// Most iterations of all loops in a cycle of a kernel composed at run time.
 pub const GREATEST_TURNS: u32 = 100_000;
-const WORDS_OF_RECORD: usize = size_of::<Record>() / size_of::<u32>();
 
 /// Words of a group's keys, which precede its genes.
 const KEY_WORDS: usize = life::KEY_WORDS as usize;
@@ -411,22 +411,24 @@ impl Batch {
             let world = self.groups[slot as usize / LANES].world;
             let end = self.worlds.0.packed.worlds[world as usize].steps.min(self.cycles.end);
             let own = end.saturating_sub(self.cycles.start).div_ceil(self.trace_every);
-            let records: &[Record] =
-                bytemuck::cast_slice(&trace[slot as usize * words..][..own as usize * WORDS_OF_RECORD]);
+            let width = self.record_words();
+            let lived = &trace[slot as usize * words..][..own as usize * width];
             if !self.worlds.0.facts[world as usize].may_end_early {
-                return records.to_vec();
+                return Trace::read(lived, width);
             }
             // From an early end on there are no records. One that is all zero would be of a robot that stands at (0, 0), looks
             // along x, senses nothing, wants both wheels backwards at full speed and has earned nothing.
-            let lived = records.iter().rposition(|record| *record != Record::default());
-            records[..lived.map_or(0, |last| last + 1)].to_vec()
+            let last = lived.iter().rposition(|word| *word != 0);
+            let records = last.map_or(0, |last| last / width + 1);
+            Trace::read(&lived[..records * width], width)
         };
         let gathered = |from: &[u32], slot: u32, words: usize| -> Vec<u32> {
             (0..words)
                 .map(|word| from[self.place(slot as usize, word, words)])
                 .collect()
         };
-        let is_life = self.kernel().stride("trace") == size_of::<Record>();
+        // Worlds of several robots have traces of single words.
+        let is_life = self.kernel().stride("trace") > size_of::<u32>();
         let each = |wanted: bool| if wanted { &self.slots[..] } else { &[] };
         Outcome {
             fitness: self.slots.iter().map(|&slot| fitness[slot as usize]).collect(),
@@ -461,7 +463,7 @@ pub struct Outcome {
     /// Fitness; higher is better. For a world of several robots, all food collected so far.
     pub fitness: Vec<f32>,
     /// Traces of single lives, each as long as its life; empty unless requested.
-    pub traces: Vec<Vec<Record>>,
+    pub traces: Vec<Trace>,
     /// Traces of worlds of several robots, as [`crate::swarm`] reads them.
     pub logs: Vec<Vec<u32>>,
     /// States for continuing each life; empty for whole lives.

@@ -8,6 +8,9 @@
 
 use std::sync::LazyLock;
 
+/// Details of a record in a forager's trace: the readings of the four sensors in front, from the left, as a share of the
+/// greatest; the behaviour's number; and 1 if it carries food.
+pub use oneiro_shaders::forager::Details;
 use oneiro_shaders::{Kernel, forager, life};
 
 use crate::batch::{Buffers, WorldKind};

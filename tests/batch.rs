@@ -103,7 +103,7 @@ fn equal_tables_are_packed_once() {
         let robot = Robot {
             sensors: Arc::new((**sensors).clone()),
             motors: Arc::new((**motors).clone()),
-            ..spec.robot
+            ..spec.robot.clone()
         };
         spec.robot = robot;
     };
@@ -235,7 +235,7 @@ fn traces_that_fill_the_memory_are_refused() {
         Some(TraceRequest { every: 1 }),
     );
     let invalid = invalid.unwrap_err();
-    let words = 128 * 1_000_000 * Record::FIELDS.len();
+    let words = 128 * 1_000_000 * (Record::FIELDS.len() + 16);
     assert!(
         invalid.field == "trace" && invalid.problem.contains(&format!("{words} words in all; allowed:")),
         "{invalid}"
@@ -283,7 +283,10 @@ fn outcomes_are_in_the_order_of_the_rollouts() {
     let result = PartResult {
         fitness: (0..slots).map(|slot| slot as f32).collect(),
         trace: (0..slots * 3)
-            .flat_map(|at| bytemuck::cast::<Record, [u32; Record::FIELDS.len()]>(record(at / 3, at % 3)))
+            .flat_map(|at| {
+                let words: [u32; Record::FIELDS.len()] = bytemuck::cast(record(at / 3, at % 3));
+                words.into_iter().chain([at as u32; 16])
+            })
             .collect(),
         states: Vec::new(),
     };
@@ -293,6 +296,10 @@ fn outcomes_are_in_the_order_of_the_rollouts() {
         assert_eq!(outcome.fitness[rollout], slot as f32);
         let own = if rollout % 2 == 0 { 1 } else { 3 };
         let expected: Vec<Record> = (0..own).map(|index| record(slot, index)).collect();
-        assert_eq!(outcome.traces[rollout], expected);
+        let trace = &outcome.traces[rollout];
+        assert_eq!(trace[..], expected);
+        for index in 0..own {
+            assert_eq!(trace.details(index), [(slot * 3 + index) as u32; 16]);
+        }
     }
 }

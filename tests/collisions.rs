@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use oneiro::arena::{Arena, Block, Field, Obstacle, Wall};
-use oneiro::batch::{Batch, Record, Rollout, TraceRequest};
+use oneiro::batch::{Batch, Record, Rollout, Trace, TraceRequest};
 use oneiro::cpu::Cpu;
 use oneiro::evaluator::{Control, Evaluator};
 use oneiro::random::{Key, pcg4d};
@@ -35,8 +35,7 @@ fn arena(walls: Vec<Wall>) -> Arena {
             height: 1000.0,
         },
         walls,
-        obstacles: Vec::new(),
-        blocks: Vec::new(),
+        ..Arena::default()
     }
 }
 
@@ -51,7 +50,7 @@ fn spec(arena: Arena, collision: Collision, [x, y, heading]: [f32; 3]) -> WorldS
     spec
 }
 
-fn lived(spec: &WorldSpec, genes: &[f32], rollouts: u64) -> Vec<Vec<Record>> {
+fn lived(spec: &WorldSpec, genes: &[f32], rollouts: u64) -> Vec<Trace> {
     let world = World::new(spec.clone()).unwrap();
     let rollout = |index| Rollout {
         world: 0,
@@ -82,7 +81,7 @@ fn driving(left: f32, right: f32) -> Vec<f32> {
 }
 
 /// Trace of a robot that drives straight ahead at full speed.
-fn ahead(spec: &WorldSpec) -> Vec<Record> {
+fn ahead(spec: &WorldSpec) -> Trace {
     lived(spec, &driving(1.0, 1.0), 1).remove(0)
 }
 

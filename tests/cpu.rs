@@ -1,6 +1,6 @@
 //! The CPU's results depend only on the batch, not on lanes, threads, chunks, or its division.
 
-use oneiro::batch::{Batch, PartResult};
+use oneiro::batch::{Batch, PartResult, Trace};
 use oneiro::cpu::Cpu;
 use oneiro::evaluator::{Control, Error, Evaluator};
 use oneiro::world::{Controller, World, WorldSpec};
@@ -20,8 +20,8 @@ fn worlds(controller: Controller) -> Vec<World> {
 fn bits(mut cpu: Cpu, batch: &Batch) -> (Vec<u32>, Vec<u32>) {
     let outcome = cpu.evaluate(batch, &Control::new()).unwrap();
     let fitness = outcome.fitness.iter().map(|fitness| fitness.to_bits()).collect();
-    let trace = outcome.traces.concat();
-    (fitness, bytemuck::cast_slice(&trace).to_vec())
+    let trace = outcome.traces.iter().flat_map(Trace::words).collect();
+    (fitness, trace)
 }
 
 fn cpu(threads: usize) -> Cpu {

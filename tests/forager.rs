@@ -1,9 +1,9 @@
 //! The on-board simulator of a foraging e-puck: its behaviour and its limits, its light, and the same bits everywhere.
 
-use oneiro::batch::{Batch, Outcome, Record, Rollout, TraceRequest, Worlds};
+use oneiro::batch::{Batch, Outcome, Record, Rollout, Trace, TraceRequest, Worlds};
 use oneiro::cpu::Cpu;
 use oneiro::evaluator::{Control, Evaluator};
-use oneiro::foraging::{Foraging, Light};
+use oneiro::foraging::{Details, Foraging, Light};
 use oneiro::random::{Key, pcg4d};
 
 /// Behaviours as traces number them.
@@ -106,10 +106,12 @@ fn food_and_motion_have_their_causes() {
         let mut total = 0.0;
         for (cycle, pair) in trace.windows(2).enumerate() {
             let [now, next] = [&pair[0], &pair[1]];
+            let carries = |cycle: usize| trace.details_as::<Details>(cycle).carries > 0.0;
+            let (carried, carries) = (carries(cycle), carries(cycle + 1));
             assert!(next.x.hypot(next.y) <= room, "{next:?}");
             assert!((next.x - now.x).hypot(next.y - now.y) <= fastest, "{now:?} {next:?}");
             let from_nest = (next.x + forager.arena_radius).hypot(next.y);
-            match (now.carries > 0.0, next.carries > 0.0) {
+            match (carried, carries) {
                 (false, true) => taken += 1,
                 (true, false) => {
                     brought += 1;
@@ -120,7 +122,7 @@ fn food_and_motion_have_their_causes() {
                 (true, true) => assert!(from_nest >= forager.nest_radius, "{next:?}"),
                 (false, false) => (),
             }
-            if now.carries == next.carries {
+            if carried == carries {
                 assert_eq!(now.reward, 0.0);
             }
             total += now.reward;
@@ -147,13 +149,18 @@ fn genes_select_behaviours_by_the_food_state() {
         for (without, expected_without) in values {
             let outcome = lived(&[forager], &[[with, without]; 20], 1);
             let mut avoided = 0;
-            for record in outcome.traces.concat() {
+            let details = |trace: &Trace| (0..trace.len()).map(|record| trace.details_as(record)).collect();
+            for record in outcome
+                .traces
+                .iter()
+                .flat_map(|trace| -> Vec<Details> { details(trace) })
+            {
                 let expected = if record.carries > 0.0 {
                     expected_with
                 } else {
                     expected_without
                 };
-                let near = [record.sensor_0, record.sensor_1, record.sensor_2, record.sensor_3]
+                let near = [record.front_0, record.front_1, record.front_2, record.front_3]
                     .into_iter()
                     .fold(0.0, f32::max)
                     > 235.0 / 4095.0;
@@ -246,10 +253,11 @@ fn random_search_turns_as_often_and_as_far_as_said() {
     let (mut straight, mut turns, mut turned) = (0_u32, 0_u32, 0.0);
     for trace in &outcome.traces {
         let is_turning = |record: &Record| (record.speed_right - record.speed_left).abs() > 0.3;
-        for pair in trace
-            .windows(2)
-            .filter(|pair| pair.iter().all(|record| record.behaviour == SEARCH))
-        {
+        let searches = |record: usize| trace.details_as::<Details>(record).behaviour == SEARCH;
+        for (first, pair) in trace.windows(2).enumerate() {
+            if !searches(first) || !searches(first + 1) {
+                continue;
+            }
             straight += u32::from(!is_turning(&pair[0]));
             turns += u32::from(!is_turning(&pair[0]) && is_turning(&pair[1]));
             if is_turning(&pair[0]) {

@@ -4,7 +4,7 @@
 
 use std::path::PathBuf;
 
-use oneiro::batch::Batch;
+use oneiro::batch::{Batch, Trace};
 use oneiro::cpu::Cpu;
 use oneiro::evaluator::{Control, Error, Evaluator};
 use oneiro::probe;
@@ -54,8 +54,7 @@ fn lived(batch: &Batch, evaluator: &mut dyn Evaluator) -> Option<Lived> {
         Err(Error::TooLarge(_)) => return None,
         Err(error) => panic!("{error}"),
     };
-    let records = outcome.traces.concat();
-    let mut trace = bytemuck::cast_slice::<_, u32>(&records).to_vec();
+    let mut trace: Vec<u32> = outcome.traces.iter().flat_map(Trace::words).collect();
     trace.extend(outcome.logs.concat());
     Some(Lived {
         fitness: outcome.fitness.iter().map(|fitness| fitness.to_bits()).collect(),

@@ -67,19 +67,13 @@ fn first_difference(outcome: &Outcome, spec: &WorldSpec) -> Option<(usize, usize
         let genes = genes(rollout, spec.controller.layout().genes());
         let mut life = witness::Life::new(&setting, &genes, Key::rollout(7, 0, rollout as u64, 0));
         assert_eq!(trace.len(), spec.cycles as usize);
-        for (cycle, record) in trace.iter().enumerate() {
+        for (cycle, (record, details)) in trace.lines().enumerate() {
             let pose = life.pose();
             let (seen, readings) = life.cycle(cycle as u32);
             let expected = [&pose[..], &seen, readings.as_flattened(), &[life.fitness]].concat();
-            #[rustfmt::skip]
-            let found = [
-                record.x, record.y, record.heading, record.seen_x, record.seen_y,
-                record.sensor_0, record.sensor_1, record.sensor_2, record.sensor_3,
-                record.sensor_4, record.sensor_5, record.sensor_6, record.sensor_7,
-                record.real_0, record.real_1, record.real_2, record.real_3,
-                record.real_4, record.real_5, record.real_6, record.real_7,
-                record.fitness,
-            ];
+            let place = [record.x, record.y, record.heading, record.seen_x, record.seen_y];
+            let readings: Vec<f32> = details.iter().map(|word| f32::from_bits(*word)).collect();
+            let found = [&place[..], &readings, &[record.fitness]].concat();
             // Records hold zero with its one sign.
             let same = |(expected, found): (&f32, &f32)| (expected + 0.0).to_bits() == found.to_bits();
             if !expected.iter().zip(&found).all(same) {

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use oneiro::arena::{Arena, Field, Wall};
-use oneiro::batch::{Batch, Record, Rollout, TraceRequest};
+use oneiro::batch::{Batch, Rollout, Trace, TraceRequest};
 use oneiro::cpu::Cpu;
 use oneiro::evaluator::{Control, Evaluator};
 use oneiro::random::{Key, pcg4d};
@@ -27,8 +27,7 @@ fn open(surrogate: Surrogate, start: [f32; 3]) -> World {
         name: "a wall".into(),
         field,
         walls: vec![wall],
-        obstacles: Vec::new(),
-        blocks: Vec::new(),
+        ..Arena::default()
     };
     let [x, y, heading] = start;
     World::new(WorldSpec {
@@ -54,11 +53,7 @@ fn reading(surrogate: &Surrogate, sensor: usize, gap: f32, off_axis: f64) -> f32
         key: Key([1, 2]),
     };
     let batch = Batch::new(&[world], &[rollout], Some(TraceRequest { every: 1 })).unwrap();
-    let r = evaluated(&mut scalar(), &batch)[0][0];
-    let all = [
-        r.sensor_0, r.sensor_1, r.sensor_2, r.sensor_3, r.sensor_4, r.sensor_5, r.sensor_6, r.sensor_7,
-    ];
-    all[sensor] * 1023.0
+    evaluated(&mut scalar(), &batch)[0].activations(0)[sensor] * 1023.0
 }
 
 fn quiet(seed: u64) -> Surrogate {
@@ -142,7 +137,7 @@ fn batch(world: World, lives: u32) -> Batch {
     Batch::new(&[world], &rollouts, Some(TraceRequest { every: 1 })).unwrap()
 }
 
-fn evaluated(evaluator: &mut dyn Evaluator, batch: &Batch) -> Vec<Vec<Record>> {
+fn evaluated(evaluator: &mut dyn Evaluator, batch: &Batch) -> Vec<Trace> {
     evaluator.evaluate(batch, &Control::new()).unwrap().traces
 }
 

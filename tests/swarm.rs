@@ -1,9 +1,9 @@
 //! The arena of a swarm: limits of its robots, their interactions, and the same bits everywhere.
 
-use oneiro::batch::{Rollout, TraceRequest, Worlds};
+use oneiro::batch::{Rollout, Trace, TraceRequest, Worlds};
 use oneiro::cpu::Cpu;
 use oneiro::evaluator::{Control, Evaluator};
-use oneiro::foraging::{Foraging, Light};
+use oneiro::foraging::{Details, Foraging, Light};
 use oneiro::random::Key;
 use oneiro::swarm::{Arena, Behaviour, Differences, Lamp, Line, Order, Seen, Simulated, Swarm, World};
 
@@ -719,11 +719,11 @@ fn one_robot_alone_forages_as_on_board() {
                 .collect();
             let batch = worlds.batch(&rollouts, Some(TraceRequest { every: 1 })).unwrap();
             let outcome = Cpu::new(None).unwrap().evaluate(&batch, &Control::new()).unwrap();
-            let brought = |cycles: &Vec<oneiro::batch::Record>| {
+            let brought = |trace: &Trace| {
+                let carries = |cycle: usize| trace.details_as::<Details>(cycle).carries > 0.0;
                 // The last cycle's deposit would show one cycle later, which is in neither minute.
-                cycles
-                    .windows(2)
-                    .filter(|pair| pair[0].carries > pair[1].carries)
+                (1..trace.len())
+                    .filter(|&cycle| carries(cycle - 1) && !carries(cycle))
                     .count()
             };
             alone.extend(outcome.traces.iter().map(brought).map(|count| count as f64));

@@ -6,7 +6,7 @@
 // What one cycle leads to, and its line of the trace.
 struct Cycle {
     next: State,
-    record: Record,
+    line: Line,
 }
 
 @compute @workgroup_size(64)
@@ -35,16 +35,14 @@ fn main(@builtin(workgroup_id) workgroup: vec3<u32>, @builtin(local_invocation_i
         let lived = cycle(life, step, own);
         own = lived.next;
         if (dispatch.trace_every > 0u && (step - dispatch.trace_begin) % dispatch.trace_every == 0u) {
-            let r = lived.record;
-            trace[slot * dispatch.trace_records + (step - dispatch.trace_begin) / dispatch.trace_every] = Record(
+            let r = lived.line.record;
+            let record = Record(
                 stored(r.x), stored(r.y), stored(r.heading), stored(r.seen_x), stored(r.seen_y),
-                stored(r.sensor_0), stored(r.sensor_1), stored(r.sensor_2), stored(r.sensor_3),
-                stored(r.sensor_4), stored(r.sensor_5), stored(r.sensor_6), stored(r.sensor_7),
-                stored(r.real_0), stored(r.real_1), stored(r.real_2), stored(r.real_3),
-                stored(r.real_4), stored(r.real_5), stored(r.real_6), stored(r.real_7),
                 stored(r.left), stored(r.right), stored(r.speed_left), stored(r.speed_right),
-                r.collided, stored(r.reward), stored(r.fitness), r.behaviour, r.carries,
+                r.collided, stored(r.reward), stored(r.fitness),
             );
+            trace[slot * dispatch.trace_records + (step - dispatch.trace_begin) / dispatch.trace_every] =
+                Line(record, details_kept(lived.line.details));
         }
     }
 

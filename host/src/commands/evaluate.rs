@@ -6,7 +6,7 @@ use std::io::Write;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 
-use oneiro::batch::Record;
+use oneiro::batch::Trace;
 use oneiro::evaluator::{Control, Evaluator};
 use oneiro::world::{self, World, WorldSpec};
 use serde_json::json;
@@ -21,7 +21,7 @@ use crate::lives::measures::{Measures, Meter};
 use crate::lives::{Keys, LifeIndex, Lives, Observer, starts};
 use crate::npy::npy;
 use crate::report::csv::{Csv, number};
-use crate::runs::single::trace::{trace_head, trace_lines};
+use crate::runs::single::trace::TraceTable;
 use crate::{device, files, progress};
 
 /// Most cycles of a world.
@@ -116,7 +116,8 @@ struct Watch<'a> {
     cycles: u32,
     records: u32,
     trials: usize,
-    directory: Option<&'a Path>,
+    /// Where traces go.
+    traces: Option<(&'a Path, TraceTable)>,
     under_way: BTreeMap<LifeIndex, (f32, Meter)>,
     /// Fitness and measures of each finished life, by genome.
     ended: Vec<Lived>,
@@ -129,7 +130,7 @@ impl<'a> Watch<'a> {
             cycles,
             records: spec.cycles,
             trials: lives.count,
-            directory,
+            traces: directory.map(|directory| (directory, TraceTable::new(&lives.worlds[0]))),
             under_way: BTreeMap::new(),
             ended: vec![(f32::NAN, Measures::default()); lives.genomes.len() * lives.count],
         }
@@ -137,19 +138,20 @@ impl<'a> Watch<'a> {
 }
 
 impl Observer for Watch<'_> {
-    fn observe(&mut self, life: LifeIndex, cycles: &Range<u32>, records: &[Record], fitness: f32) -> Result {
+    fn observe(&mut self, life: LifeIndex, cycles: &Range<u32>, records: &Trace, fitness: f32) -> Result {
         let new = || (f32::NAN, Meter::new(self.field, self.cycles));
         let (own, meter) = self.under_way.entry(life).or_insert_with(new);
         for record in records {
             meter.add(record);
         }
-        // The cycle after the last only says where the life ended.
-        let lived = if cycles.end <= self.cycles { records } else { &[] };
         if cycles.end == self.cycles {
             *own = fitness;
         }
-        if let Some(directory) = self.directory {
-            write_trace(directory, life, cycles.start, lived)?;
+        // The cycle after the last only says where the life ended.
+        if let Some((directory, table)) = &self.traces
+            && cycles.end <= self.cycles
+        {
+            write_trace(directory, table, life, cycles.start, records)?;
         }
         if cycles.end == self.records
             && let Some((fitness, meter)) = self.under_way.remove(&life)
@@ -161,12 +163,12 @@ impl Observer for Watch<'_> {
 }
 
 /// Writes the next lines of a life's trace.
-fn write_trace(directory: &Path, life: LifeIndex, first: u32, records: &[Record]) -> Result {
+fn write_trace(directory: &Path, table: &TraceTable, life: LifeIndex, first: u32, trace: &Trace) -> Result {
     let path = directory.join(format!("trace-{}-{}.csv", life.genome, life.number));
-    let lines = trace_lines(records, first, 1);
+    let lines = table.lines(trace, first, 1);
     if first == 0 {
         fs::create_dir_all(directory).map_err(|error| Failure::unreadable(directory, &error))?;
-        return files::write_new(&path, (trace_head() + &lines).as_bytes());
+        return files::write_new(&path, (table.head() + &lines).as_bytes());
     }
     let file = OpenOptions::new().append(true).open(&path);
     file.and_then(|mut file| file.write_all(lines.as_bytes()))
@@ -250,7 +252,7 @@ static OWN: [Column; 4] = [
     Column::number("fitness", "", "the rollout's fitness"),
     Column::text("bits", "the fitness as its 32 bits, in hex"),
 ];
-static MEASURES: [Measured; 5] = [
+static MEASURES: [Measured; 8] = [
     (
         Column::whole("collisions", "cycles", "those that end in a collision"),
         |measures| measures.collisions.into(),
@@ -269,6 +271,21 @@ static MEASURES: [Measured; 5] = [
         Column::number("stuck_s", "s", "time stuck: less than 50 mm in 10 s"),
         |measures| measures.stuck,
     ),
+    (
+        Column::number("mean_turning_turns_s", "turns/s", "the mean size of its turns"),
+        |measures| measures.turning,
+    ),
+    (
+        Column::number(
+            "end_x_mm",
+            "mm",
+            "x of the place where the life ends, or where its last cycle begins if it ends early",
+        ),
+        |measures| measures.end[0].into(),
+    ),
+    (Column::number("end_y_mm", "mm", "y of that place"), |measures| {
+        measures.end[1].into()
+    }),
 ];
 static SOURCE: Column = Column::text("source", "the file that has the genome");
 
@@ -336,6 +353,8 @@ mod tests {
             distance: 1234.5678,
             speed: 24.691_356,
             stuck: 9.9,
+            turning: 0.25,
+            end: [100.5, 20.0],
         };
         Table {
             sources: measures.then(|| vec!["a.npy".into(), "a, b.npy[3]".into()]),
@@ -353,10 +372,10 @@ mod tests {
         );
         let text = table(true).csv();
         assert!(text.starts_with(
-            "genome,trial,fitness,bits,collisions,cells,distance_mm,mean_speed_mm_s,stuck_s,source\n\
-             0,0,1.5,3fc00000,3,12,1234.57,24.6914,9.9,a.npy\n"
+            "genome,trial,fitness,bits,collisions,cells,distance_mm,mean_speed_mm_s,stuck_s,mean_turning_turns_s,end_x_mm,end_y_mm,source\n\
+             0,0,1.5,3fc00000,3,12,1234.57,24.6914,9.9,0.25,100.5,20,a.npy\n"
         ));
-        assert!(text.ends_with("1,1,3,40400000,3,12,1234.57,24.6914,9.9,\"a, b.npy[3]\"\n"));
+        assert!(text.ends_with("1,1,3,40400000,3,12,1234.57,24.6914,9.9,0.25,100.5,20,\"a, b.npy[3]\"\n"));
         assert_eq!(table(true).json()[3]["distance_mm"], 1234.57);
         assert_eq!(table(true).json()[3]["collisions"], 3);
     }

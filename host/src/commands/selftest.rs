@@ -3,7 +3,7 @@
 use std::sync::Arc;
 use std::thread;
 
-use oneiro::batch::{Batch, Outcome, PartResult, TraceRequest, Worlds};
+use oneiro::batch::{Batch, Outcome, PartResult, Trace, TraceRequest, Worlds};
 use oneiro::evaluator::{Control, Evaluator};
 use oneiro::foraging::Foraging;
 use oneiro::parameter::Invalid;
@@ -381,7 +381,15 @@ impl Reference {
     /// Number of records compared (words for worlds of several robots), and of those in which any number differs. (Zero
     /// has one sign there, and a NaN differs from everything.)
     fn trace(&self, other: &Outcome) -> (u64, u64) {
-        let (here, there) = (self.traces.traces.concat(), other.traces.concat());
+        let lines = |outcome: &Outcome| {
+            outcome
+                .traces
+                .iter()
+                .flat_map(Trace::lines)
+                .map(|(record, details)| (*record, details.to_vec()))
+                .collect::<Vec<_>>()
+        };
+        let (here, there) = (lines(&self.traces), lines(other));
         let (logs, others) = (self.traces.logs.concat(), other.logs.concat());
         (
             (here.len() + logs.len()) as u64,

@@ -23,7 +23,7 @@ use std::fmt;
 use std::ops::Range;
 use std::sync::Arc;
 
-use oneiro::batch::{Record, Rollout, TraceRequest, WorldKind};
+use oneiro::batch::{Rollout, Trace, TraceRequest, WorldKind};
 use serde::{Deserialize, Serialize};
 
 use crate::exit::Result;
@@ -140,7 +140,7 @@ impl fmt::Debug for Place {
 pub(crate) struct Results<'a> {
     pub(crate) fitness: &'a [f32],
     /// Traces of single lives; empty unless requested.
-    pub(crate) traces: &'a [Vec<Record>],
+    pub(crate) traces: &'a [Trace],
     /// Traces of worlds of several robots, as words of lines; empty unless requested.
     pub(crate) logs: &'a [Vec<u32>],
     /// Words per line of a log; at least as many as the lines of the world have.

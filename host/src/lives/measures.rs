@@ -29,6 +29,10 @@ pub(crate) struct Measures {
     /// Time stuck, s: the union of all stretches of [`PLACES`] successive places in which the robot goes less than 50
     /// mm.
     pub(crate) stuck: f64,
+    /// Turning on the way, mean of its size, turns/s.
+    pub(crate) turning: f64,
+    /// Position where the life ends, mm.
+    pub(crate) end: [f32; 2],
 }
 
 /// Takes the records of a life, one after another. Its memory doesn't grow with the life's length.
@@ -39,6 +43,7 @@ pub(crate) struct Meter {
     visited: BTreeSet<usize>,
     collisions: u32,
     distance: f64,
+    turned: f64,
     place: Option<Record>,
     /// Lengths of the last moves from place to place.
     moves: VecDeque<f64>,
@@ -59,6 +64,7 @@ impl Meter {
             visited: BTreeSet::new(),
             collisions: 0,
             distance: 0.0,
+            turned: 0.0,
             place: None,
             moves: VecDeque::with_capacity(PLACES),
             moved: 0,
@@ -72,6 +78,8 @@ impl Meter {
         if let Some(last) = self.place.replace(*record) {
             let length = distance(&last, record);
             self.distance += length;
+            let turn = f64::from(record.heading) - f64::from(last.heading);
+            self.turned += (turn - (turn + 0.5).floor()).abs();
             self.moved += 1;
             if self.moves.len() == PLACES - 1 {
                 self.moves.pop_front();
@@ -93,11 +101,14 @@ impl Meter {
     /// Measures of the life.
     pub(crate) fn finish(&self) -> Measures {
         let seconds = |moves: u32| f64::from(moves) / CYCLES_A_SECOND;
+        let duration = seconds(self.moved.max(1));
         Measures {
             collisions: self.collisions,
             cells: self.visited.len() as u32,
             distance: self.distance,
-            speed: self.distance / seconds(self.moved.max(1)),
+            speed: self.distance / duration,
+            turning: self.turned / duration,
+            end: self.place.map_or([f32::NAN; 2], |place| [place.x, place.y]),
             stuck: seconds(self.stuck),
         }
     }
@@ -187,8 +198,22 @@ mod tests {
         // 8 mm a cycle, from the first square into the eighth; the last place is in the ninth.
         let places: Vec<[f32; 2]> = (0..=50_u8).map(|cycle| [f32::from(cycle) * 8.0, 10.0]).collect();
         let measures = measured(&places);
+        assert_eq!((measures.end, measures.turning), ([400.0, 10.0], 0.0));
         assert_eq!((measures.collisions, measures.cells), (0, 8));
         assert_eq!((measures.distance, measures.speed, measures.stuck), (400.0, 80.0, 0.0));
+    }
+
+    #[test]
+    fn turns_count_by_their_size_across_a_whole_turn() {
+        let mut meter = Meter::new(FIELD, 3);
+        for heading in [0.95, 0.05, 0.95, 0.75] {
+            meter.add(&Record {
+                heading,
+                ..Record::default()
+            });
+        }
+        // 0.1, 0.1 and 0.2 turns in 0.3 s.
+        assert!((meter.finish().turning - 4.0 / 3.0).abs() < 1e-6);
     }
 
     #[test]

@@ -11,7 +11,7 @@ pub(crate) mod starts;
 
 use std::ops::Range;
 
-use oneiro::batch::{Batch, LANES, Outcome, Record, Rollout, TraceRequest, Worlds};
+use oneiro::batch::{Batch, LANES, Outcome, Rollout, Trace, TraceRequest, Worlds};
 use oneiro::evaluator::{Control, Evaluator};
 use oneiro::random::Key;
 use oneiro::world::World;
@@ -21,7 +21,7 @@ use crate::exit::Result;
 
 /// Groups of lanes per batch: enough for any device, and a few hundred megabytes at most.
 const GROUPS: usize = 1 << 12;
-/// Records of traces in memory at once: 126 MB.
+/// Records of traces in memory at once: 117 MB, and more with parts that a user wrote.
 const RECORDS: usize = 1 << 20;
 
 /// Some lives of each of some genomes.
@@ -67,7 +67,7 @@ impl Keys {
 pub(crate) trait Observer {
     /// Takes the records of a life's next cycles, and its fitness if it ended with the last of them. There are fewer records
     /// than cycles if the life ended before. Lives come in any order, the pieces of a life in theirs.
-    fn observe(&mut self, life: LifeIndex, cycles: &Range<u32>, records: &[Record], fitness: f32) -> Result;
+    fn observe(&mut self, life: LifeIndex, cycles: &Range<u32>, records: &Trace, fitness: f32) -> Result;
 }
 
 /// Identifies one of the lives.
@@ -288,12 +288,12 @@ mod tests {
     #[test]
     fn traces_are_complete_however_lives_are_cut() {
         /// Traces, and whether a piece ended at the cut.
-        struct Seen(Vec<Vec<Record>>, bool);
+        struct Seen(Vec<Trace>, bool);
         impl Observer for Seen {
-            fn observe(&mut self, life: LifeIndex, cycles: &Range<u32>, records: &[Record], fitness: f32) -> Result {
+            fn observe(&mut self, life: LifeIndex, cycles: &Range<u32>, records: &Trace, fitness: f32) -> Result {
                 let own = &mut self.0[life.genome * 2 + life.number];
                 assert_eq!(own.len(), cycles.start as usize);
-                own.extend(records);
+                own.append(records);
                 assert_eq!(own.len(), cycles.end as usize);
                 assert_eq!(own.last().unwrap().fitness.to_bits(), fitness.to_bits());
                 self.1 |= cycles.end == 7;
@@ -316,7 +316,7 @@ mod tests {
             };
             let mut cpu = oneiro::cpu::Cpu::new(Some(2)).unwrap();
             let fitness = lives.fitness(&mut cpu, &Control::new()).unwrap();
-            let mut seen = Seen(vec![Vec::new(); fitness.len()], false);
+            let mut seen = Seen(vec![Trace::default(); fitness.len()], false);
             lives.traced(&mut cpu, &Control::new(), 7, &mut seen).unwrap();
             assert!(seen.1, "one piece ends at the cut");
             for (fitness, trace) in fitness.iter().zip(&seen.0) {

@@ -5,7 +5,7 @@ pub(crate) mod sampling;
 pub(crate) mod site;
 mod surrogate;
 
-use oneiro::batch::Record;
+use oneiro::batch::Trace;
 use oneiro::evaluator;
 use oneiro::random::Key;
 use serde::{Deserialize, Serialize};
@@ -111,7 +111,7 @@ pub(crate) struct Lived {
     /// Its fitness.
     pub(crate) fitness: f32,
     /// A record each cycle, and one more with the pose at the end; empty if no trace was requested.
-    pub(crate) trace: Vec<Record>,
+    pub(crate) trace: Trace,
 }
 
 /// The reason why a call to reality failed.

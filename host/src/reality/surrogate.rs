@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use oneiro::arena::{Arena, Block, Field, Obstacle, Wall};
-use oneiro::batch::{Batch, Record, Rollout, TraceRequest};
+use oneiro::batch::{Batch, Rollout, Trace, TraceRequest};
 use oneiro::random::{Key, pcg4d};
 use oneiro::surrogate::Surrogate;
 use oneiro::tables::{MotorStates, MotorTable, SENSORS, SensorTable, SensorTables};
@@ -74,7 +74,7 @@ impl<'a> SurrogateRobot<'a> {
         start: Start,
         speeds: (i32, i32),
         cycles: u32,
-    ) -> Result<Vec<Record>, Trouble> {
+    ) -> Result<Trace, Trouble> {
         let genes = holding(speeds).ok_or_else(|| {
             let (left, right) = speeds;
             Trouble::Broken(format!("speeds {left} and {right}; allowed: -10 to 10"))
@@ -162,12 +162,9 @@ fn holding((left, right): (i32, i32)) -> Option<Vec<f32>> {
 }
 
 /// Readings of a record as the integers that the robot gave.
-fn readings(record: &Record) -> [u16; 8] {
-    let r = record;
-    [
-        r.sensor_0, r.sensor_1, r.sensor_2, r.sensor_3, r.sensor_4, r.sensor_5, r.sensor_6, r.sensor_7,
-    ]
-    .map(|activation| (f64::from(activation) * 1023.0 + 0.5) as u16)
+fn readings(trace: &Trace, record: usize) -> [u16; 8] {
+    let readings = trace.activations(record);
+    readings.map(|activation| (f64::from(activation) * 1023.0 + 0.5) as u16)
 }
 
 /// Turn from one heading to another, in turns counter-clockwise, -1/2 to 1/2.
@@ -196,9 +193,7 @@ impl Reality for SurrogateRobot<'_> {
         let mut arena = Arena {
             name: object.class.clone(),
             field: self.world.spec().arena.field,
-            walls: Vec::new(),
-            obstacles: Vec::new(),
-            blocks: Vec::new(),
+            ..Arena::default()
         };
         match object.shape {
             Shape::Wall => arena.walls.push(Wall {
@@ -234,11 +229,11 @@ impl Reality for SurrogateRobot<'_> {
         let start = Start::At { x, y, heading };
         let trace = self.held(self.grid(object), arena, start, (-1, 1), CYCLES)?;
         // The object lies in the direction 0, so that its bearing, clockwise, is the heading.
-        let moment = |record: &Record| Turned {
-            bearing: f64::from(record.heading),
-            readings: readings(record),
+        let moment = |record: usize| Turned {
+            bearing: f64::from(trace[record].heading),
+            readings: readings(&trace, record),
         };
-        Ok(trace.iter().map(moment).collect())
+        Ok((0..trace.len()).map(moment).collect())
     }
 
     fn drive(&mut self, speeds: (i32, i32)) -> Result<Driven, Trouble> {
@@ -256,7 +251,7 @@ impl Reality for SurrogateRobot<'_> {
         };
         let sensors = Arc::clone(&self.world.spec().robot.sensors);
         let trace = self.held(sensors, arena, start, speeds, CYCLES)?;
-        let [.., before, after] = trace.as_slice() else {
+        let [.., before, after] = &trace[..] else {
             return Err(Trouble::Broken("a life without a trace".into()));
         };
         let [along_x, along_y] = direction(f64::from(before.heading));
@@ -290,11 +285,11 @@ impl Reality for SurrogateRobot<'_> {
         if !traced {
             let lived = |fitness| Lived {
                 fitness,
-                trace: Vec::new(),
+                trace: Trace::default(),
             };
             return Ok(outcome.fitness.into_iter().map(lived).collect());
         }
-        let lived = |trace: Vec<Record>| Lived {
+        let lived = |trace: Trace| Lived {
             fitness: trace.get(cycles as usize - 1).map_or(0.0, |last| last.fitness),
             trace,
         };

@@ -1,6 +1,6 @@
 // What the kernels share whose rollouts are lives of one robot: who lives, where a life starts, and its trace.
 
-// One line of a trace: the pose at the start of a cycle, what was perceived there, and what came of it.
+// What a line of a trace has of every robot: the pose at the start of a cycle, and what came of it.
 struct Record {
     x: f32,
     y: f32,
@@ -8,24 +8,7 @@ struct Record {
     // where the readings are from: the pose, or where noise or age displaces it to
     seen_x: f32,
     seen_y: f32,
-    // the readings as perceived
-    sensor_0: f32,
-    sensor_1: f32,
-    sensor_2: f32,
-    sensor_3: f32,
-    sensor_4: f32,
-    sensor_5: f32,
-    sensor_6: f32,
-    sensor_7: f32,
-    // the same before sensor noise; of a forager, whose reward depends on none, 0
-    real_0: f32,
-    real_1: f32,
-    real_2: f32,
-    real_3: f32,
-    real_4: f32,
-    real_5: f32,
-    real_6: f32,
-    real_7: f32,
+    // outputs of the controller, and signed wheel speeds as shares of the greatest
     left: f32,
     right: f32,
     speed_left: f32,
@@ -33,13 +16,16 @@ struct Record {
     collided: f32,
     reward: f32,
     fitness: f32,
-    // of a forager: what it does, and 1 if it carries food
-    behaviour: f32,
-    carries: f32,
+}
+
+// A line of a trace. The details depend on the robot: what its sensors read, for example.
+struct Line {
+    record: Record,
+    details: Details,
 }
 
 @group(0) @binding(6) var<storage, read_write> state: array<State>;
-@group(0) @binding(8) var<storage, read_write> trace: array<Record>;
+@group(0) @binding(8) var<storage, read_write> trace: array<Line>;
 
 // Who lives: the world, the key of its random numbers, and the index of its first gene.
 struct Life {

@@ -39,6 +39,23 @@ fn kept(own: State) -> State {
     );
 }
 
+// What a trace has of a forager alone: what its sensors of proximity read in front, from the left, its behaviour, and 1
+// if it carries food.
+struct Details {
+    front_0: f32,
+    front_1: f32,
+    front_2: f32,
+    front_3: f32,
+    behaviour: f32,
+    carries: f32,
+}
+
+fn details_kept(own: Details) -> Details {
+    return Details(
+        stored(own.front_0), stored(own.front_1), stored(own.front_2), stored(own.front_3), own.behaviour, own.carries,
+    );
+}
+
 fn stored_all(v: vec4<f32>) -> vec4<f32> {
     return vec4<f32>(stored(v.x), stored(v.y), stored(v.z), stored(v.w));
 }
@@ -73,13 +90,14 @@ fn cycle(life: Life, step: u32, before: State) -> Cycle {
     let robot = robot_of(life.world);
     let share = reciprocal(robot.farthest);
     let apart = robot.half_turn_path * moved.turn;
-    return Cycle(own, Record(
+    let record = Record(
         pose.x, pose.y, pose.z, pose.x, pose.y,
-        deed.front.x, deed.front.y, deed.front.z, deed.front.w, 0.0f, 0.0f, 0.0f, 0.0f,
-        0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f,
         0.0f, 0.0f, (moved.forward - apart) * share, (moved.forward + apart) * share,
-        select(0.0f, 1.0f, collided), brought.earned, own.fitness, f32(deed.behaviour), select(0.0f, 1.0f, carried),
-    ));
+        select(0.0f, 1.0f, collided), brought.earned, own.fitness,
+    );
+    let front = deed.front;
+    let details = Details(front.x, front.y, front.z, front.w, f32(deed.behaviour), select(0.0f, 1.0f, carried));
+    return Cycle(own, Line(record, details));
 }
 
 fn is_over(life: Life, own: State) -> bool {

@@ -71,7 +71,8 @@ fn cycle(life: Life, step: u32, before: State) -> Cycle {
     own.speed_left = end.left;
     own.speed_right = end.right;
     let seen = vec2<f32>(before.read_x, before.read_y);
-    return Cycle(own, recorded(pose, seen, readings, readings, outputs, moved, end.collided, reward.earned, own.fitness));
+    let record = recorded(pose, seen, outputs, moved, end.collided, reward.earned, own.fitness);
+    return Cycle(own, Line(record, details(own, readings, readings)));
 }
 
 fn is_over(life: Life, own: State) -> bool {

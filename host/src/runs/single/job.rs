@@ -3,7 +3,7 @@
 
 use std::sync::Arc;
 
-use oneiro::batch::{Record, Rollout};
+use oneiro::batch::{Rollout, Trace};
 use oneiro::random::Key;
 use serde::{Deserialize, Serialize};
 
@@ -36,7 +36,7 @@ pub(super) struct Evolving {
     /// Scores of the last generation's offspring in the simulator, and of each of their lives in reality.
     simulated: Vec<f32>,
     real: Vec<f32>,
-    trace: Option<Vec<Record>>,
+    trace: Option<Trace>,
 }
 
 /// Purpose of the next request.

@@ -20,6 +20,7 @@ use std::path::Path;
 use std::sync::{Arc, OnceLock};
 
 use oneiro::batch::Worlds;
+use oneiro::world::World;
 use serde_json::json;
 
 use super::{Audit, Reality, Recorded, Recording, Replay, Shown, Summary, Table};
@@ -38,6 +39,7 @@ use champion::IndividualFile;
 use individuals::Individuals;
 use job::Evolving;
 use rows::Row;
+use trace::TraceTable;
 
 const GENERATIONS: &str = "generations.csv";
 const INDIVIDUALS: &str = "individuals.npy";
@@ -100,7 +102,7 @@ static OUTCOMES_OF_REALITY: [Column; 3] = [
 ];
 
 /// The files of a run's directory.
-fn files(has_finalists: bool, has_individuals: bool) -> Vec<Entry> {
+fn files(world: &World, has_finalists: bool, has_individuals: bool) -> Vec<Entry> {
     let mut all = vec![
         Entry::table(GENERATIONS, "one row per generation", &rows::COLUMNS),
         Entry::file(
@@ -130,7 +132,7 @@ fn files(has_finalists: bool, has_individuals: bool) -> Vec<Entry> {
     let record = "the champion's first life: one row per cycle, or per Nth cycle of a life of more than 10,000";
     let again = "written by `oneiro replay`: the replayed life, with the columns of `trace.csv`";
     all.extend([
-        Entry::table(TRACE, record, trace::columns()),
+        Entry::table(TRACE, record, TraceTable::new(world).columns()),
         Entry::file(PATH, "a picture of that life"),
         Entry::file(LEARNING_CURVE, "a picture of the evolution"),
         Entry::file(REPLAY, again),
@@ -142,7 +144,8 @@ fn files(has_finalists: bool, has_individuals: bool) -> Vec<Entry> {
 /// The files of the directory of any run.
 #[cfg(test)]
 pub(crate) fn all_contents() -> Vec<Entry> {
-    files(true, true)
+    let world = World::new(oneiro::world::WorldSpec::miglino1995()).expect("it is the paper's");
+    files(&world, true, true)
 }
 
 /// The columns of a run's table of steps.
@@ -362,6 +365,7 @@ impl super::Experiment for Single {
 
     fn contents(&self) -> Vec<Entry> {
         files(
+            self.experiment.world(),
             self.experiment.finalists() > 0,
             self.experiment.settings().record.individuals,
         )

@@ -1,9 +1,9 @@
 //! Pictures of a finished run: its champion's life and its learning curve.
 
-use oneiro::batch::Record;
+use oneiro::batch::{Record, Trace};
 
 use super::rows::Row;
-use super::trace::{trace_csv, trace_every};
+use super::trace::{TraceTable, trace_every};
 use super::{LEARNING_CURVE, PATH, TRACE};
 use crate::evolve::Champion;
 use crate::experiment::Experiment;
@@ -14,12 +14,15 @@ pub(super) fn all(
     experiment: &Experiment,
     seed: u64,
     champion: &Champion,
-    trace: &[Record],
+    trace: &Trace,
     rows: &[Row],
 ) -> [(&'static str, Vec<u8>); 3] {
     let every = trace_every(experiment);
     [
-        (TRACE, trace_csv(trace, every).into_bytes()),
+        (
+            TRACE,
+            TraceTable::new(experiment.world()).csv(trace, every).into_bytes(),
+        ),
         (PATH, path_svg(experiment, seed, champion, trace, every).into_bytes()),
         (LEARNING_CURVE, learning_curve_svg(experiment, seed, rows).into_bytes()),
     ]

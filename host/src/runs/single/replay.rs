@@ -9,7 +9,7 @@ use oneiro::world::{Start, World, WorldSpec};
 use serde_json::json;
 
 use super::job::{keys, score};
-use super::trace::trace_csv;
+use super::trace::TraceTable;
 use super::{Experiment, REPLAY, REPLAY_PATH, Recorded, Replay};
 use crate::console::{Console, decimal};
 use crate::engine::disk;
@@ -96,7 +96,7 @@ pub(super) fn run(
     fs::create_dir_all(directory).map_err(|error| Failure::unreadable(directory, &error))?;
     let (path, table) = (directory.join(REPLAY_PATH), directory.join(REPLAY));
     disk::write(&path, picture.as_bytes())?;
-    disk::write(&table, trace_csv(&trace, every).as_bytes())?;
+    disk::write(&table, TraceTable::new(&world).csv(&trace, every).as_bytes())?;
     let collisions = trace.iter().filter(|record| record.collided > 0.0).count();
     if console.json() {
         return console.json_data(&json!({

@@ -2,7 +2,10 @@
 
 use std::fmt::Write;
 
-use oneiro::batch::Record;
+use oneiro::batch::{Record, Trace};
+use oneiro::compose::{Detail, DetailKind, Scalar};
+use oneiro::tables::SENSOR_NAMES;
+use oneiro::world::World;
 
 use crate::contents::{Column, head};
 use crate::experiment::Experiment;
@@ -13,54 +16,118 @@ pub(super) fn trace_every(experiment: &Experiment) -> u32 {
     experiment.world().cycles().div_ceil(LONGEST)
 }
 
-/// A trace with a record each `every` cycles as CSV: a line a record.
-pub(crate) fn trace_csv(trace: &[Record], every: u32) -> String {
-    trace_head() + &trace_lines(trace, 0, every)
+/// The table of a world's traces.
+pub(crate) struct TraceTable {
+    cells: Vec<(Column, Cell)>,
 }
 
-/// The names of the columns.
-pub(crate) fn trace_head() -> String {
-    head(columns())
+/// What a column has of a line of a trace.
+enum Cell {
+    Record(fn(&Record) -> f32),
+    /// A word of the details.
+    Detail(usize, Scalar),
 }
 
-/// The columns of a trace.
-pub(super) fn columns() -> impl Iterator<Item = &'static Column> {
-    std::iter::once(&CYCLE).chain(COLUMNS.iter().map(|(column, _)| column))
-}
-
-/// Lines of a trace, from that of the cycle `first` on.
-pub(crate) fn trace_lines(trace: &[Record], first: u32, every: u32) -> String {
-    let mut text = String::with_capacity(trace.len() * 240);
-    for (record, index) in trace.iter().zip(0_u64..) {
-        // Writing to a string can't fail.
-        let _ = write!(text, "{}", u64::from(first) + index * u64::from(every));
-        for (_, value) in &COLUMNS {
-            let _ = write!(text, ",{}", value(record));
-        }
-        text.push('\n');
+impl TraceTable {
+    /// The pose at the start of the cycle, the perceived readings, the outputs and their results, the readings before noise,
+    /// where they were sensed, and what parts remember.
+    pub(crate) fn new(world: &World) -> Self {
+        let records = |columns: &'static [Recorded]| {
+            let cell = |(column, value): &Recorded| (column.clone(), Cell::Record(*value));
+            columns.iter().map(cell)
+        };
+        let details = |is_wanted: fn(DetailKind) -> bool| {
+            let wanted = world
+                .details()
+                .iter()
+                .enumerate()
+                .filter(move |(_, own)| is_wanted(own.kind));
+            wanted.map(|(index, own)| (column(own), Cell::Detail(index, own.scalar)))
+        };
+        let cells = records(&POSE)
+            .chain(details(|kind| kind == DetailKind::Perceived))
+            .chain(records(&ACTION))
+            .chain(details(|kind| kind == DetailKind::Real))
+            .chain(records(&SEEN))
+            .chain(details(|kind| matches!(kind, DetailKind::Memory(_))));
+        Self { cells: cells.collect() }
     }
-    text
+
+    /// Its columns.
+    pub(super) fn columns(&self) -> impl Iterator<Item = &Column> {
+        std::iter::once(&CYCLE).chain(self.cells.iter().map(|(column, _)| column))
+    }
+
+    /// A trace with a record each `every` cycles as CSV: a line a record.
+    pub(crate) fn csv(&self, trace: &Trace, every: u32) -> String {
+        self.head() + &self.lines(trace, 0, every)
+    }
+
+    /// The names of the columns.
+    pub(crate) fn head(&self) -> String {
+        head(self.columns())
+    }
+
+    /// Lines of a trace, from that of the cycle `first` on.
+    pub(crate) fn lines(&self, trace: &Trace, first: u32, every: u32) -> String {
+        let mut text = String::with_capacity(trace.len() * 8 * (1 + self.cells.len()));
+        for ((record, details), index) in trace.lines().zip(0_u64..) {
+            // Writing to a string can't fail.
+            let _ = write!(text, "{}", u64::from(first) + index * u64::from(every));
+            for (_, cell) in &self.cells {
+                let _ = match *cell {
+                    Cell::Record(value) => write!(text, ",{}", value(record)),
+                    Cell::Detail(word, Scalar::Float) => write!(text, ",{}", f32::from_bits(details[word])),
+                    Cell::Detail(word, Scalar::Unsigned) => write!(text, ",{}", details[word]),
+                    Cell::Detail(word, Scalar::Signed) => write!(text, ",{}", details[word].cast_signed()),
+                };
+            }
+            text.push('\n');
+        }
+        text
+    }
 }
 
-type Traced = (Column, fn(&Record) -> f32);
+/// The column of one of the details.
+fn column(detail: &Detail) -> Column {
+    const SAMPLED: Column = Column::number("", "0 to 1", "");
+    const OWN: Column = Column::number("", "", "");
+    let name = &detail.name;
+    let sampled = name.parse().ok().and_then(|sensor: usize| SENSOR_NAMES.get(sensor));
+    match (detail.kind, sampled) {
+        (DetailKind::Perceived, Some(sensor)) => SAMPLED
+            .named(format!("sensor_{name}"))
+            .about(format!("the perceived activation of `{sensor}`, noise included")),
+        (DetailKind::Perceived, None) => OWN
+            .named(format!("sensor_{name}"))
+            .about(format!("the reading `{name}` of the experiment's own sensors")),
+        (DetailKind::Real, sensor) => SAMPLED.named(format!("real_{name}")).about(format!(
+            "the activation of `{}` before sensor noise",
+            sensor.unwrap_or(&name.as_str())
+        )),
+        (DetailKind::Memory(part), _) => {
+            let word = part.word();
+            let own = match detail.scalar {
+                Scalar::Float => OWN,
+                Scalar::Unsigned | Scalar::Signed => Column::whole("", "", ""),
+            };
+            own.named(format!("{word}.{name}"))
+                .about(format!("`{name}` of the {word}'s memory after the cycle"))
+        }
+    }
+}
+
+type Recorded = (Column, fn(&Record) -> f32);
 
 static CYCLE: Column = Column::whole("cycle", "100 ms", "its number, from 0");
-/// Columns after `cycle`: the pose at the start of the cycle, the perceived activations, the outputs and their results, then
-/// the activations before sensor noise and where they were sensed. New columns go at the end, since scripts may select
-/// columns by position.
 #[rustfmt::skip]
-static COLUMNS: [Traced; 28] = [
+static POSE: [Recorded; 3] = [
     (Column::number("x_mm", "mm", "x at the start of the cycle"), |record| record.x),
     (Column::number("y_mm", "mm", "y at the start of the cycle"), |record| record.y),
     (Column::number("heading_turns", "turns", "the heading at the start of the cycle, counter-clockwise from the x axis"), |record| record.heading),
-    (Column::number("sensor_0", "0 to 1", "the perceived activation of `left_90`, noise included"), |record| record.sensor_0),
-    (Column::number("sensor_1", "0 to 1", "the perceived activation of `left_45`, noise included"), |record| record.sensor_1),
-    (Column::number("sensor_2", "0 to 1", "the perceived activation of `left_10`, noise included"), |record| record.sensor_2),
-    (Column::number("sensor_3", "0 to 1", "the perceived activation of `right_10`, noise included"), |record| record.sensor_3),
-    (Column::number("sensor_4", "0 to 1", "the perceived activation of `right_45`, noise included"), |record| record.sensor_4),
-    (Column::number("sensor_5", "0 to 1", "the perceived activation of `right_90`, noise included"), |record| record.sensor_5),
-    (Column::number("sensor_6", "0 to 1", "the perceived activation of `back_right`, noise included"), |record| record.sensor_6),
-    (Column::number("sensor_7", "0 to 1", "the perceived activation of `back_left`, noise included"), |record| record.sensor_7),
+];
+#[rustfmt::skip]
+static ACTION: [Recorded; 7] = [
     (Column::number("output_left", "0 to 1", "the controller's output for the left wheel"), |record| record.left),
     (Column::number("output_right", "0 to 1", "the controller's output for the right wheel"), |record| record.right),
     (Column::number("speed_left", "-1 to 1", "the selected speed of the left wheel as a share of the greatest"), |record| record.speed_left),
@@ -68,37 +135,54 @@ static COLUMNS: [Traced; 28] = [
     (Column::number("collided", "", "1 if the cycle ended in a collision, else 0"), |record| record.collided),
     (Column::number("reward", "", "the reward of the cycle"), |record| record.reward),
     (Column::number("fitness", "", "the sum of the rewards up to and including this cycle"), |record| record.fitness),
-    (Column::number("real_0", "0 to 1", "the activation of `left_90` before sensor noise"), |record| record.real_0),
-    (Column::number("real_1", "0 to 1", "the activation of `left_45` before sensor noise"), |record| record.real_1),
-    (Column::number("real_2", "0 to 1", "the activation of `left_10` before sensor noise"), |record| record.real_2),
-    (Column::number("real_3", "0 to 1", "the activation of `right_10` before sensor noise"), |record| record.real_3),
-    (Column::number("real_4", "0 to 1", "the activation of `right_45` before sensor noise"), |record| record.real_4),
-    (Column::number("real_5", "0 to 1", "the activation of `right_90` before sensor noise"), |record| record.real_5),
-    (Column::number("real_6", "0 to 1", "the activation of `back_right` before sensor noise"), |record| record.real_6),
-    (Column::number("real_7", "0 to 1", "the activation of `back_left` before sensor noise"), |record| record.real_7),
+];
+#[rustfmt::skip]
+static SEEN: [Recorded; 2] = [
     (Column::number("seen_x_mm", "mm", "x of the place where the activations were sensed, displaced by conservative noise"), |record| record.seen_x),
     (Column::number("seen_y_mm", "mm", "y of that place"), |record| record.seen_y),
 ];
 
 #[cfg(test)]
 mod tests {
+    use oneiro::batch::{Batch, Rollout, TraceRequest};
+    use oneiro::evaluator::{Control, Evaluator};
+    use oneiro::random::Key;
+    use oneiro::world::WorldSpec;
+
     use super::*;
 
     #[test]
     fn a_line_a_record() {
-        let record = Record {
-            x: 1.5,
-            fitness: 0.1,
-            seen_y: 7.25,
-            ..Record::default()
+        let world = World::new(WorldSpec {
+            cycles: 7,
+            ..WorldSpec::miglino1995()
+        })
+        .unwrap();
+        let rollout = Rollout {
+            world: 0,
+            genes: &[0.5; 18],
+            key: Key([1, 2]),
         };
-        let text = trace_csv(&[Record::default(), record], 5);
-        let lines: Vec<&str> = text.lines().collect();
-        assert!(lines[0].starts_with("cycle,x_mm,") && lines[0].ends_with(",seen_x_mm,seen_y_mm"));
-        assert_eq!(
-            lines[2],
-            "5,1.5,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0.1,0,0,0,0,0,0,0,0,0,7.25"
-        );
-        assert!(lines.iter().all(|line| line.split(',').count() == 29));
+        let table = TraceTable::new(&world);
+        let batch = Batch::new(&[world], &[rollout], Some(TraceRequest { every: 5 })).unwrap();
+        let mut cpu = oneiro::cpu::Cpu::new(Some(1)).unwrap();
+        let outcome = cpu.evaluate(&batch, &Control::new()).unwrap();
+        let trace = &outcome.traces[0];
+        let text = table.csv(trace, 5);
+        let lines: Vec<Vec<&str>> = text.lines().map(|line| line.split(',').collect()).collect();
+        assert_eq!(lines.len(), 3);
+        assert!(lines.iter().all(|line| line.len() == 29));
+        let cell = |name: &str| lines[2][lines[0].iter().position(|column| *column == name).unwrap()];
+        assert_eq!((lines[0][0], lines[0][28]), ("cycle", "seen_y_mm"));
+        assert_eq!(lines[2][0], "5");
+        for (name, value) in [
+            ("x_mm", trace[1].x),
+            ("sensor_7", trace.activations(1)[7]),
+            ("real_0", f32::from_bits(trace.details(1)[8])),
+            ("fitness", trace[1].fitness),
+            ("seen_y_mm", trace[1].seen_y),
+        ] {
+            assert_eq!(cell(name), value.to_string(), "{name}");
+        }
     }
 }

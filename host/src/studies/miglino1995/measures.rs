@@ -1,6 +1,7 @@
 //! Measures of champions' lives and of the differences between reality and simulator.
 
-use oneiro::batch::Record;
+use oneiro::batch::{Record, Trace};
+use oneiro::tables::SENSORS;
 use oneiro::world::{Start, World, WorldSpec};
 
 use super::results::{DifferenceEffect, Discrepancy, Life};
@@ -10,9 +11,9 @@ use crate::lives::measures::{Grid, PLACES, distance, is_stuck, moves};
 const TERM: usize = 5;
 /// One simulated and two real lives from the same start.
 pub(super) struct Pair {
-    pub(super) simulated: Vec<Record>,
-    pub(super) real: Vec<Record>,
-    pub(super) again: Vec<Record>,
+    pub(super) simulated: Trace,
+    pub(super) real: Trace,
+    pub(super) again: Trace,
 }
 
 /// Cumulative distances between two lives at cycles 5, 10, .. in mm (equation 2).
@@ -70,27 +71,28 @@ impl Sums {
     }
 }
 
+/// A moment of a life.
+pub(super) struct Moment {
+    pub(super) record: Record,
+    pub(super) activations: [f32; SENSORS],
+}
+
 /// Root mean square changes of activations, position and heading.
-pub(super) fn effect(name: &str, with: &[Record], without: &[Record]) -> DifferenceEffect {
-    let mean = |change: &dyn Fn(&Record, &Record) -> f64| {
+pub(super) fn effect(name: &str, with: &[Moment], without: &[Moment]) -> DifferenceEffect {
+    let mean = |change: &dyn Fn(&Moment, &Moment) -> f64| {
         let sum: f64 = with.iter().zip(without).map(|(a, b)| change(a, b)).sum();
         (sum / with.len() as f64).sqrt()
-    };
-    let sensors = |r: &Record| {
-        [
-            r.sensor_0, r.sensor_1, r.sensor_2, r.sensor_3, r.sensor_4, r.sensor_5, r.sensor_6, r.sensor_7,
-        ]
     };
     let square = |a: f32, b: f32| (f64::from(a) - f64::from(b)) * (f64::from(a) - f64::from(b));
     DifferenceEffect {
         name: name.into(),
         activation: mean(&|a, b| {
-            let pairs = sensors(a).into_iter().zip(sensors(b));
+            let pairs = a.activations.into_iter().zip(b.activations);
             pairs.map(|(a, b)| square(a, b)).sum::<f64>() / 8.0
         }),
-        displacement: mean(&|a, b| square(a.x, b.x) + square(a.y, b.y)),
+        displacement: mean(&|a, b| square(a.record.x, b.record.x) + square(a.record.y, b.record.y)),
         turn: mean(&|a, b| {
-            let turn = f64::from(a.heading) - f64::from(b.heading);
+            let turn = f64::from(a.record.heading) - f64::from(b.record.heading);
             let degrees = 360.0 * (turn - (turn + 0.5).floor());
             degrees * degrees
         }),

@@ -5,14 +5,14 @@ use std::ops::Range;
 use std::sync::Arc;
 
 use oneiro::arena::Field;
-use oneiro::batch::{Batch, Record, Rollout, TraceRequest};
+use oneiro::batch::{Batch, Rollout, Trace, TraceRequest};
 use oneiro::random::{Key, pcg4d};
 use oneiro::surrogate::{Difference, Differences, Surrogate};
 use oneiro::tables::SensorTables;
 use oneiro::world::{Robot, Start, Task, World, WorldSpec};
 
 use super::evolving::{Evolving, Trial, by_run, lives};
-use super::measures::{Cells, Pair, Sums, effect};
+use super::measures::{Cells, Moment, Pair, Sums, effect};
 use super::real_lives::RealLives;
 use super::results::{Champion, Condition, Controls, DifferenceEffect, Level, Run, Transferred};
 use super::settings::Settings;
@@ -510,7 +510,7 @@ impl<'a> Study<'a> {
                     .collect()
             })
             .collect();
-        let after = |differences| -> Result<Vec<Record>> {
+        let after = |differences| -> Result<Vec<Moment>> {
             let world = World::new(WorldSpec {
                 surrogate: Some(Arc::new(Surrogate {
                     differences,
@@ -530,7 +530,11 @@ impl<'a> Study<'a> {
                 .collect();
             let batch = Batch::new(&[world], &rollouts, Some(TraceRequest { every: 1 }))?;
             let traces = self.evaluations.evaluate(&batch)?.traces;
-            Ok(traces.into_iter().map(|trace| trace[CYCLE]).collect())
+            let moment = |trace: Trace| Moment {
+                record: trace[CYCLE],
+                activations: trace.activations(CYCLE),
+            };
+            Ok(traces.into_iter().map(moment).collect())
         };
         let without = after(Differences::all(0.0))?;
         Difference::ALL

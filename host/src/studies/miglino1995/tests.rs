@@ -97,11 +97,7 @@ fn without_severity_reality_is_the_simulator_in(arena: &Arena) {
     let mut same = 0;
     let mut seen = 0;
     for (a, b) in simulated.traces.iter().zip(&real.traces) {
-        let first = [a[0], b[0]].map(|r| {
-            [
-                r.sensor_0, r.sensor_1, r.sensor_2, r.sensor_3, r.sensor_4, r.sensor_5, r.sensor_6, r.sensor_7,
-            ]
-        });
+        let first = [a.activations(0), b.activations(0)];
         same += usize::from(first[0] == first[1]);
         seen += usize::from(first[0].iter().any(|reading| *reading > 0.0));
     }
