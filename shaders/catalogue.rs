@@ -18,7 +18,7 @@ pub(crate) struct Entry {
 /// A life: its physics are those of the simulator made from samples, or of what stands in for the robot itself.
 macro_rules! life {
     ($name:literal, sampled, $controller:tt) => {
-        life!($name, "life", true, $controller, "robot/differential", "sensor/sampled", "physics/sliding", "physics/sampled")
+        life!($name, "life", true, $controller, "robot/differential", "sensor/sampled", "lib/walk", "physics/sliding", "physics/sampled")
     };
     ($name:literal, surrogate, $controller:tt) => {
         life!($name, "surrogate", false, $controller, "lib/individual", "physics/sliding", "robot/wheels", "sensor/rays", "physics/surrogate")
@@ -34,8 +34,10 @@ macro_rules! life {
                 "lib/batch",
                 "lib/rollout",
                 "lib/genes",
+                "lib/motion",
                 "robot/motors",
                 "sensor/readings",
+                "sensor/details",
                 "sensor/no_others",
                 "lib/interface",
                 $($controller,)+
@@ -126,7 +128,7 @@ pub(crate) const CATALOGUE: &[Entry] = &[
 ];
 
 /// Parts that only kernels composed at run time have.
-pub(crate) const COMPOSED: &[&str] = &["lib/user"];
+pub(crate) const COMPOSED: &[&str] = &["lib/user", "robot/arcs", "sensor/kinds"];
 
 /// Reads the parts of a kernel.
 pub(crate) fn parts(wgsl: &Path, entry: &Entry) -> Vec<Part> {

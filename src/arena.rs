@@ -18,6 +18,12 @@ pub struct Arena {
     pub obstacles: Vec<Obstacle>,
     /// Rectangular obstacles.
     pub blocks: Vec<Block>,
+    /// Lights, for the light sensors of described robots.
+    pub lights: Vec<Light>,
+    /// Grey of the floor, from 0 for black to 1 for white, for the ground sensors of described robots. `None`: white.
+    pub floor: Option<f32>,
+    /// Patches of the floor; of several at one place the last counts.
+    pub patches: Vec<Patch>,
 }
 
 /// A rectangle, mm.
@@ -75,6 +81,57 @@ pub struct Block {
     pub class: String,
 }
 
+/// A light at the height of the sensors. Objects between hide it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Light {
+    /// Position.
+    pub x: f32,
+    /// Position.
+    pub y: f32,
+    /// Brightness: what a sensor that faces it reads from nearby.
+    pub brightness: f32,
+}
+
+/// A patch of the floor, mm: a disc, or a rectangle at any angle.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Patch {
+    /// Centre.
+    pub x: f32,
+    /// Centre.
+    pub y: f32,
+    /// Radius of a disc.
+    pub radius: Option<f32>,
+    /// Sides of a rectangle.
+    pub sides: Option<[f32; 2]>,
+    /// Direction of its first side in turns, counter-clockwise from the x axis, `0..1`.
+    pub heading: f32,
+    /// Grey, from 0 for black to 1 for white.
+    pub grey: f32,
+}
+
+impl Default for Light {
+    fn default() -> Self {
+        Self {
+            x: f32::NAN,
+            y: f32::NAN,
+            brightness: 1.0,
+        }
+    }
+}
+
+impl Default for Patch {
+    fn default() -> Self {
+        Self {
+            x: f32::NAN,
+            y: f32::NAN,
+            radius: None,
+            sides: None,
+            heading: 0.0,
+            grey: 0.0,
+        }
+    }
+}
+
 /// All zeros, with the class `wall`.
 impl Default for Wall {
     fn default() -> Self {
@@ -112,27 +169,43 @@ impl Default for Block {
     }
 }
 
+/// A heading as a unit vector, exactly along an axis if it is nearly so.
+pub(crate) fn axis(heading: f32) -> Vec2 {
+    const NEARLY: f64 = 1e-6;
+    let degrees = 360.0 * f64::from(heading);
+    let [x, y] = [cosine(degrees), cosine(degrees - 90.0)].map(|part| if part.abs() < NEARLY { 0.0 } else { part });
+    Vec2::new(x as f32, y as f32)
+}
+
 impl Block {
     /// Direction of its length as a unit vector, exactly along an axis if it is nearly so.
     pub fn axis(&self) -> Vec2 {
-        const NEARLY: f64 = 1e-6;
-        let degrees = 360.0 * f64::from(self.heading);
-        let [x, y] = [cosine(degrees), cosine(degrees - 90.0)].map(|part| if part.abs() < NEARLY { 0.0 } else { part });
-        Vec2::new(x as f32, y as f32)
+        axis(self.heading)
     }
 
     /// Corners, in order around the block.
     pub fn corners(&self) -> [Vec2; 4] {
-        let along = 0.5 * self.length * self.axis();
-        let across = 0.5 * self.width * self.axis().perp();
-        let centre = Vec2::new(self.x, self.y);
-        [
-            centre - along - across,
-            centre + along - across,
-            centre + along + across,
-            centre - along + across,
-        ]
+        corners(Vec2::new(self.x, self.y), self.axis(), [self.length, self.width])
     }
+}
+
+impl Patch {
+    /// Corners of a rectangle, in order around it.
+    pub fn corners(&self) -> Option<[Vec2; 4]> {
+        let sides = self.sides?;
+        Some(corners(Vec2::new(self.x, self.y), axis(self.heading), sides))
+    }
+}
+
+/// Corners of a rectangle, in order around it, given the direction of its first side.
+fn corners(centre: Vec2, axis: Vec2, [length, width]: [f32; 2]) -> [Vec2; 4] {
+    let (along, across) = (0.5 * length * axis, 0.5 * width * axis.perp());
+    [
+        centre - along - across,
+        centre + along - across,
+        centre + along + across,
+        centre - along + across,
+    ]
 }
 
 impl Arena {
@@ -250,6 +323,10 @@ impl Arena {
             low = low.min(corner);
             high = high.max(corner);
         }
+        for light in &self.lights {
+            low = low.min(Vec2::new(light.x, light.y));
+            high = high.max(Vec2::new(light.x, light.y));
+        }
         let size = high - low;
         Field {
             x: low.x,
@@ -263,7 +340,6 @@ impl Arena {
     fn enclosed(width: f32, height: f32, corners: &[[f32; 2]]) -> Self {
         let next = corners.iter().cycle().skip(1);
         Self {
-            name: String::new(),
             field: Field {
                 x: 0.0,
                 y: 0.0,
@@ -279,8 +355,7 @@ impl Arena {
                     class: "wall".into(),
                 })
                 .collect(),
-            obstacles: Vec::new(),
-            blocks: Vec::new(),
+            ..Self::default()
         }
     }
 

@@ -36,7 +36,10 @@ use std::sync::Arc;
 
 use oneiro_shaders::Kernel;
 
+use crate::arena::Arena;
+use crate::differential::Build;
 use crate::parameter::{Allowed, Datum, Invalid};
+use crate::tables::SENSORS;
 
 pub use part::Part;
 
@@ -84,6 +87,52 @@ pub struct Value {
     pub unit: String,
     /// Its meaning.
     pub about: String,
+}
+
+/// A type of numbers that parts remember.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Scalar {
+    /// `f32`
+    Float,
+    /// `u32`
+    Unsigned,
+    /// `i32`
+    Signed,
+}
+
+impl Scalar {
+    /// Its name in WGSL.
+    pub fn wgsl(self) -> &'static str {
+        match self {
+            Self::Float => "f32",
+            Self::Unsigned => "u32",
+            Self::Signed => "i32",
+        }
+    }
+}
+
+/// What one of the details in a trace is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum DetailKind {
+    /// A reading that the controller got.
+    Perceived,
+    /// A reading before sensor noise.
+    Real,
+    /// What a part remembered after the cycle.
+    Memory(Kind),
+}
+
+/// One of the details in the trace of a life, see [`Trace::details`](crate::batch::Trace::details).
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Detail {
+    /// Its name: the sensor's number or name, or the field of a part's memory.
+    pub name: String,
+    /// What it is.
+    pub kind: DetailKind,
+    /// Type of its word.
+    pub scalar: Scalar,
+    /// Its value in a cycle, in WGSL.
+    pub(crate) expression: String,
 }
 
 /// A part with its values.
@@ -184,17 +233,59 @@ impl OwnParts {
             .map_or_else(Arc::default, |own| own.part.readings().into())
     }
 
+    /// Details in the trace of a robot with these parts.
+    pub(crate) fn details(&self, robot: &Build) -> Vec<Detail> {
+        // Names, and where they are in the kernel's `Readings`.
+        let readings: Vec<(String, String)> = match robot {
+            Build::Sampled => (0..SENSORS)
+                .map(|sensor| {
+                    let (half, component) = (["first", "last"][sensor / 4], ["x", "y", "z", "w"][sensor % 4]);
+                    (sensor.to_string(), format!("{half}.{component}"))
+                })
+                .collect(),
+            Build::Differential(own) => {
+                let names = own.sensors.iter().map(|sensor| sensor.name.clone());
+                names.map(|name| (name.clone(), name)).collect()
+            }
+        };
+        let mut details = Vec::new();
+        for (kind, of) in [(DetailKind::Perceived, "perceived"), (DetailKind::Real, "real")] {
+            details.extend(readings.iter().map(|(name, place)| Detail {
+                name: name.clone(),
+                kind,
+                scalar: Scalar::Float,
+                expression: format!("{of}.{place}"),
+            }));
+        }
+        details.extend(self.readings().iter().map(|name| Detail {
+            name: name.clone(),
+            kind: DetailKind::Perceived,
+            scalar: Scalar::Float,
+            expression: format!("perceived.own.{name}"),
+        }));
+        for own in self.iter() {
+            let kind = own.part.kind();
+            details.extend(own.part.memory().iter().map(|(name, scalar)| Detail {
+                name: name.clone(),
+                kind: DetailKind::Memory(kind),
+                scalar: *scalar,
+                expression: format!("own.{}.{name}", kind.word()),
+            }));
+        }
+        details
+    }
+
     /// All values, in cells of four words; those of each part begin a cell.
     pub(crate) fn cells(&self) -> Vec<[u32; 4]> {
         self.iter().flat_map(OwnPart::cells).collect()
     }
 
-    /// A kernel with these parts instead of its own.
+    /// A kernel with these parts, and the sensors and motors of this robot in this arena, instead of its own.
     ///
     /// # Errors
-    /// `KIND.part`: everything that is wrong with the parts.
-    pub(crate) fn compose(&self, base: &'static Kernel) -> Result<Composed, Invalid> {
-        part::compose(base, self)
+    /// `KIND.part`: everything that is wrong with the parts. `robot.sensors`: a name that WGSL doesn't allow.
+    pub(crate) fn compose(&self, base: &'static Kernel, robot: &Build, arena: &Arena) -> Result<Composed, Invalid> {
+        part::compose(base, self, robot, arena)
     }
 }
 

@@ -8,6 +8,7 @@ mod cells;
 mod code;
 pub mod compose;
 pub mod cpu;
+pub mod differential;
 pub mod evaluator;
 pub mod exact;
 pub mod foraging;

@@ -29,6 +29,9 @@ pub const SENSOR_NAMES: [&str; SENSORS] = [
     "back_left",
 ];
 
+/// Names of the outputs of the cycle before, which the recurrent controller reads beside the sensors.
+pub(crate) const PREVIOUS: [&str; 2] = ["previous_left", "previous_right"];
+
 /// Greatest reading of a sensor: ten bits.
 pub const GREATEST_READING: u16 = 1023;
 

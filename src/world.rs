@@ -11,10 +11,11 @@ use oneiro_shaders::{Kernel, life};
 
 use crate::arena::Arena;
 use crate::batch::{Buffers, WorldKind, Worlds};
-use crate::compose::{Composed, Kind, OwnParts};
+use crate::compose::{Composed, Detail, Kind, OwnParts};
+use crate::differential::Build;
 use crate::parameter::Invalid;
 use crate::surrogate::Surrogate;
-use crate::tables::{MotorStates, MotorTable, SENSOR_NAMES, SensorTables};
+use crate::tables::{MotorStates, MotorTable, PREVIOUS, SENSOR_NAMES, SENSORS, SensorTables};
 
 pub use parameters::{COORDINATE, LENGTH, parameters};
 
@@ -31,6 +32,8 @@ pub struct Robot {
     pub turn_before_move: f32,
     /// Effect of a collision.
     pub collision: Collision,
+    /// Whether sensors and motors are those that were sampled, or described.
+    pub build: Build,
 }
 
 /// Effect of a collision: a cycle after which the robot's body would touch something. Such a cycle earns nothing in any
@@ -44,6 +47,8 @@ pub enum Collision {
     KeepTurn,
     /// Lets the body slide along what it would touch, and turn. In a corner it stops.
     Slide,
+    /// Lets the body move into contact, and stick there for the rest of its life, as Kheperax does.
+    Stick,
 }
 
 impl Robot {
@@ -55,6 +60,15 @@ impl Robot {
             motors: MotorTable::khepera(MotorStates::Symmetric20),
             turn_before_move: 0.0,
             collision: Collision::Undo,
+            build: Build::Sampled,
+        }
+    }
+
+    /// Names of its readings.
+    fn readings(&self) -> Vec<String> {
+        match &self.build {
+            Build::Sampled => SENSOR_NAMES.map(str::to_owned).into(),
+            Build::Differential(own) => own.sensors.iter().map(|sensor| sensor.name.clone()).collect(),
         }
     }
 }
@@ -98,38 +112,35 @@ impl Noise {
 /// Mapping from sensors to wheel commands, with weights and biases as genes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Controller {
-    /// 8 inputs, 2 logistic outputs: 18 genes.
+    /// All readings to 2 logistic outputs: 18 genes for 8 readings.
     Perceptron,
-    /// 8 inputs, `units` hidden logistic units, 2 logistic outputs: `11 units + 2` genes.
+    /// All readings to `units` hidden logistic units to 2 logistic outputs: `11 units + 2` genes for 8 readings.
     Hidden {
         /// Number of hidden units, 1 to 32.
         units: u32,
     },
-    /// 8 inputs and the 2 previous outputs, 2 logistic outputs: 22 genes.
+    /// All readings and the 2 previous outputs to 2 logistic outputs: 22 genes for 8 readings.
     Recurrent,
     /// A user's controller, in [`WorldSpec::own`].
     Own,
 }
 
 impl Controller {
-    /// Genes of a shipped controller that reads the eight sensors of proximity.
+    /// Genes of a shipped controller that reads the eight sampled sensors of proximity.
     pub fn layout(self) -> GeneLayout {
         GeneLayout {
             controller: self,
-            readings: Arc::default(),
+            readings: SENSOR_NAMES.map(str::to_owned).into(),
             own: 0,
         }
     }
 }
 
-/// Names of the outputs of the cycle before, which the recurrent controller reads.
-pub(crate) const PREVIOUS: [&str; 2] = ["previous_left", "previous_right"];
-
 /// Genes of a controller: their number and their names.
 #[derive(Clone, Debug, PartialEq)]
 pub struct GeneLayout {
     controller: Controller,
-    /// Names of the readings of a user's sensors.
+    /// Names of all readings.
     readings: Arc<[String]>,
     /// Number of genes of a user's controller.
     own: usize,
@@ -138,14 +149,15 @@ pub struct GeneLayout {
 impl GeneLayout {
     /// Number of genes.
     pub fn genes(&self) -> usize {
-        // The constants are those of kernels with the eight sensors alone. Each output or hidden unit weighs each reading.
-        let own = self.readings.len();
+        // The constants are those of kernels with eight readings. Each output or hidden unit weighs each reading.
+        let weights = self.readings.len();
+        let without = |genes: u32, units: usize| genes as usize - units * SENSORS;
         match self.controller {
-            Controller::Perceptron => life::PERCEPTRON_GENES as usize + 2 * own,
+            Controller::Perceptron => without(life::PERCEPTRON_GENES, 2) + 2 * weights,
             Controller::Hidden { units } => {
-                (life::HIDDEN_UNIT_GENES as usize + own) * units as usize + life::HIDDEN_OUTPUT_GENES as usize
+                (without(life::HIDDEN_UNIT_GENES, 1) + weights) * units as usize + life::HIDDEN_OUTPUT_GENES as usize
             }
-            Controller::Recurrent => life::RECURRENT_GENES as usize + 2 * own,
+            Controller::Recurrent => without(life::RECURRENT_GENES, 2) + 2 * weights,
             Controller::Own => self.own,
         }
     }
@@ -154,8 +166,7 @@ impl GeneLayout {
     /// `left_90_to_right`, or a bias, such as `bias_right`. Those of a user's controller are numbered, from `gene_0`.
     pub fn names(&self) -> Vec<String> {
         const OUTPUTS: [&str; 2] = ["left", "right"];
-        let readings = self.readings.iter().map(String::as_str);
-        let readings: Vec<&str> = SENSOR_NAMES.into_iter().chain(readings).collect();
+        let readings: Vec<&str> = self.readings.iter().map(String::as_str).collect();
         let weights = |inputs: &[&str], to: &str| -> Vec<String> {
             let weights = inputs.iter().map(|input| format!("{input}_to_{to}"));
             weights.chain([format!("bias_{to}")]).collect()
@@ -316,6 +327,7 @@ struct Checked {
     spec: WorldSpec,
     kernel: &'static Kernel,
     genes: GeneLayout,
+    details: Vec<Detail>,
     packed: pack::Packed,
 }
 
@@ -337,21 +349,25 @@ impl World {
     /// The first invalid value: its path, the value itself, and the allowed values.
     pub fn new(mut spec: WorldSpec) -> Result<Self, Invalid> {
         check::check(&mut spec)?;
-        let Composed { kernel, genes } = spec.own.compose(kernel(&spec))?;
+        let Composed { kernel, genes } = spec.own.compose(kernel(&spec), &spec.robot.build, &spec.arena)?;
         let packed = pack::Packed::new(&spec)?;
         let world = Self(Arc::new(Checked {
             genes: GeneLayout {
-                readings: spec.own.readings(),
+                readings: [spec.robot.readings(), spec.own.readings().to_vec()].concat().into(),
                 own: genes.unwrap_or(0),
                 ..spec.controller.layout()
             },
+            details: spec.own.details(&spec.robot.build),
             spec,
             kernel,
             packed,
         }));
-        if let Some(own) = world.spec().own.iter().last() {
+        if world.kernel().variants.is_empty() {
             // The turns of its loops depend on the world.
-            let key = format!("{}.part", own.part().kind().word());
+            let part = world.spec().own.iter().last();
+            let key = part.map_or("robot.sensors".into(), |own| {
+                format!("{}.part", own.part().kind().word())
+            });
             Worlds::new(&[&world]).map_err(|invalid| Invalid::new(key, invalid.problem))?;
         }
         Ok(world)
@@ -365,6 +381,11 @@ impl World {
     /// Number of genes of a controller that lives in it.
     pub fn genes(&self) -> usize {
         self.0.genes.genes()
+    }
+
+    /// Details of each record in a trace of its lives.
+    pub fn details(&self) -> &[Detail] {
+        &self.0.details
     }
 
     /// Genes of its controller.

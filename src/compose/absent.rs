@@ -2,7 +2,9 @@
 
 use oneiro_shaders::Kernel;
 
-use super::{Composed, Kind, OwnParts, Refused, Value};
+use super::{Composed, Kind, OwnParts, Refused, Scalar, Value};
+use crate::arena::Arena;
+use crate::differential::Build;
 use crate::parameter::Invalid;
 
 /// A user's part. This program has none.
@@ -39,9 +41,19 @@ impl Part {
     pub fn readings(&self) -> &[String] {
         match *self {}
     }
+
+    /// Its memory's scalars, and their types.
+    pub fn memory(&self) -> &[(String, Scalar)] {
+        match *self {}
+    }
 }
 
-#[expect(clippy::unnecessary_wraps, reason = "it stands in for one that refuses")]
-pub(super) fn compose(kernel: &'static Kernel, _: &OwnParts) -> Result<Composed, Invalid> {
-    Ok(Composed { kernel, genes: None })
+pub(super) fn compose(kernel: &'static Kernel, _: &OwnParts, robot: &Build, _: &Arena) -> Result<Composed, Invalid> {
+    match robot {
+        Build::Sampled => Ok(Composed { kernel, genes: None }),
+        Build::Differential(_) => Err(Invalid::new(
+            "robot.kind",
+            "is `differential`, but this program can't compose kernels; allowed: `sampled`",
+        )),
+    }
 }

@@ -12,7 +12,7 @@ use oneiro_shader_compiler as compiler;
 use oneiro_shader_compiler::declarations::declarations;
 use oneiro_shader_compiler::{Place, Refusal};
 
-use super::{Kind, Refused, Value};
+use super::{Kind, Refused, Scalar, Value};
 
 pub(super) use kernel::compose;
 
@@ -36,6 +36,7 @@ pub struct Part {
     generated: String,
     values: Vec<Value>,
     readings: Vec<String>,
+    memory: Vec<(String, Scalar)>,
 }
 
 impl Part {
@@ -61,10 +62,10 @@ impl Part {
         let readings = fields::readings(&part, &interface)
             .map_err(&mut collect)
             .unwrap_or_default();
-        let kept = fields::kept(&part, &interface)
+        let memory = fields::memory(&part, &interface)
             .map_err(&mut collect)
             .unwrap_or_default();
-        let generated = generate::missing(&interface, &declared, &kept, &values, &readings);
+        let generated = generate::missing(&interface, &declared, &memory, &values, &readings);
         problems.extend(check::problems(&part, &interface, &declared, &generated));
         if !problems.is_empty() {
             return Err(Refused(problems));
@@ -76,6 +77,10 @@ impl Part {
             generated,
             values,
             readings,
+            memory: memory
+                .into_iter()
+                .flat_map(|field| field.scalars.into_iter().map(move |scalar| (scalar, field.scalar)))
+                .collect(),
         })
     }
 
@@ -97,5 +102,10 @@ impl Part {
     /// Names of the readings of sensors; none of other kinds.
     pub fn readings(&self) -> &[String] {
         &self.readings
+    }
+
+    /// Its memory's scalars, such as `place.x`, and their types.
+    pub fn memory(&self) -> &[(String, Scalar)] {
+        &self.memory
     }
 }

@@ -7,6 +7,7 @@ use super::parameters::{COORDINATE, LENGTH, PARAMETERS};
 use super::{Collision, Controller, Noise, Robot, Task, WorldSpec, pack};
 use crate::arena::{Arena, Field, Wall};
 use crate::compose::Kind;
+use crate::differential::Build;
 pub(super) use crate::parameter::LEAST;
 use crate::parameter::{self, Invalid, allowed_number, integer, number};
 use crate::tables::{GREATEST_READING, MotorTable, SensorTable, SensorTables};
@@ -21,10 +22,35 @@ const GREATEST_CELLS: usize = life::GREATEST_CELLS as usize;
 pub(super) fn check(spec: &mut WorldSpec) -> Result<(), Invalid> {
     parameter::check(&PARAMETERS, spec)?;
     robot(&spec.robot)?;
-    arena(&spec.arena, &spec.robot.sensors)?;
+    let sampled = match &spec.robot.build {
+        Build::Sampled => {
+            for (list, is_empty) in [
+                ("lights", spec.arena.lights.is_empty()),
+                ("floor", spec.arena.floor.is_none()),
+                ("patches", spec.arena.patches.is_empty()),
+            ] {
+                if !is_empty {
+                    let problem = "is given, and no sensor of a sampled robot sees it; allowed: none, or \
+                                   robot.kind = \"differential\"";
+                    return Err(Invalid::new(format!("arena.{list}"), problem));
+                }
+            }
+            Some(&*spec.robot.sensors)
+        }
+        Build::Differential(own) => {
+            own.check(&spec.own.readings(), &spec.arena)?;
+            None
+        }
+    };
+    arena(&spec.arena, sampled)?;
     noise(&spec.noise)?;
     if let Some(surrogate) = &spec.surrogate {
         surrogate.check()?;
+        if spec.robot.build != Build::Sampled {
+            let problem =
+                "is `differential` in a surrogate's life; allowed: `sampled`, since surrogates differ from samples";
+            return Err(Invalid::new("robot.kind", problem));
+        }
         if spec.noise != Noise::NONE {
             let problem = "is not zero in a surrogate's life; allowed: none, since it has the noise of its own sensors";
             return Err(Invalid::new("noise", problem));
@@ -63,19 +89,21 @@ pub(super) fn check(spec: &mut WorldSpec) -> Result<(), Invalid> {
     }
     // A robot that moves no farther than its diameter per cycle can't jump over a wall.
     let diameter = 2.0 * spec.robot.body_radius;
-    let greatest = spec
-        .robot
-        .motors
-        .cells
-        .iter()
-        .fold(0.0_f32, |most, cell| cell.displacement.abs().max(most));
+    let (key, greatest) = match &spec.robot.build {
+        Build::Sampled => {
+            let cells = spec.robot.motors.cells.iter();
+            let displacements = cells.map(|cell| cell.displacement.abs());
+            ("robot.motors", displacements.fold(0.0, f32::max))
+        }
+        Build::Differential(own) => ("robot.greatest_speed_mm_s", 0.1 * own.greatest_speed),
+    };
     let farthest = greatest * (1.0 + spec.noise.motor);
     if farthest >= diameter {
         let problem = format!(
             "the greatest displacement of a cycle is {farthest} mm, noise included; \
              allowed: less than the body's diameter, {diameter} mm, so that no robot jumps over a wall"
         );
-        return Err(Invalid::new("robot.motors", problem));
+        return Err(Invalid::new(key, problem));
     }
     Ok(())
 }
@@ -155,7 +183,8 @@ fn motor_table(motors: &MotorTable) -> Result<(), Invalid> {
     Ok(())
 }
 
-fn arena(arena: &Arena, sensors: &SensorTables) -> Result<(), Invalid> {
+/// Checks an arena. Only where sensors are sampled do classes matter.
+fn arena(arena: &Arena, sampled: Option<&SensorTables>) -> Result<(), Invalid> {
     let Field { x, y, width, height } = arena.field;
     allowed_number("arena.field.x", x, COORDINATE)?;
     allowed_number("arena.field.y", y, COORDINATE)?;
@@ -168,6 +197,11 @@ fn arena(arena: &Arena, sensors: &SensorTables) -> Result<(), Invalid> {
     }
     for (index, wall) in arena.walls.iter().enumerate() {
         self::wall(&format!("arena.walls[{index}]"), wall)?;
+    }
+    let Some(sensors) = sampled else {
+        return Ok(());
+    };
+    for (index, wall) in arena.walls.iter().enumerate() {
         class(&format!("arena.walls[{index}].class"), &wall.class, sensors)?;
     }
     for (index, obstacle) in arena.obstacles.iter().enumerate() {

@@ -10,6 +10,7 @@ use super::{Activation, Collision, Controller, Difference, Speed, Start, Task, W
 use crate::arena::Field;
 use crate::batch::Buffers;
 use crate::cells::Cells;
+use crate::differential::Build;
 use crate::parameter::Invalid;
 use crate::surrogate::{self, Object};
 use crate::tables::{MotorTable, SensorTable};
@@ -51,17 +52,23 @@ impl Packed {
     pub(super) fn in_buffers(&self, spec: &WorldSpec, buffers: &mut Buffers) -> life::World {
         let robot = &spec.robot;
         let mut shapes = self.shapes.clone();
-        for shape in &mut shapes {
-            let class = shape.table as usize;
-            shape.table =
-                buffers.add_shared_table(&robot.sensors, class, || sensor_cells(&robot.sensors.classes[class]));
+        if robot.build == Build::Sampled {
+            for shape in &mut shapes {
+                let class = shape.table as usize;
+                shape.table =
+                    buffers.add_shared_table(&robot.sensors, class, || sensor_cells(&robot.sensors.classes[class]));
+            }
         }
         let first_shape = buffers.add_shapes(shapes);
         let motor_table = buffers.add_shared_table(&robot.motors, 0, || motor_cells(&robot.motors));
-        let numbers = spec.surrogate.as_ref().map_or(0, |surrogate| {
-            let radius = robot.body_radius;
-            buffers.add_shared_table(surrogate, radius.to_bits() as usize, || surrogate.cells(radius))
-        });
+        let radius = robot.body_radius;
+        let numbers = match (&spec.surrogate, &robot.build) {
+            (Some(surrogate), _) => {
+                buffers.add_shared_table(surrogate, radius.to_bits() as usize, || surrogate.cells(radius))
+            }
+            (None, Build::Differential(own)) => buffers.add_table(own.cells(radius, &spec.arena)),
+            (None, Build::Sampled) => 0,
+        };
         let own_values = match spec.own.cells() {
             cells if cells.is_empty() => 0,
             cells => buffers.add_table(cells),
@@ -162,6 +169,7 @@ fn world(spec: &WorldSpec, random_start: u32, start: [f32; 3], shapes: u32) -> l
             Collision::Undo => life::UNDO,
             Collision::KeepTurn => life::KEEP_TURN,
             Collision::Slide => life::SLIDE,
+            Collision::Stick => life::STICK,
         },
         own_values: 0,
     }
@@ -249,9 +257,17 @@ fn shapes(spec: &WorldSpec) -> Vec<life::Shape> {
 fn shape(spec: &WorldSpec, at: Vec2, radius: f32, class: &str, kind: Object, index: usize) -> life::Shape {
     let sensors = &spec.robot.sensors;
     let class = sensors.class(class).unwrap_or_default();
+    let views = match spec.robot.build {
+        Build::Sampled => sensors.classes[class].views,
+        Build::Differential(_) => 1,
+    };
     let contact = spec.robot.body_radius + radius;
     let surrogate = spec.surrogate.as_ref();
-    let reach = contact + surrogate.map_or(sensors.classes[class].reach(), |_| surrogate::SIGHT);
+    let reach = match (&spec.surrogate, &spec.robot.build) {
+        (Some(_), _) => contact + surrogate::SIGHT,
+        (None, Build::Sampled) => contact + sensors.classes[class].reach(),
+        (None, Build::Differential(own)) => radius + own.reach(spec.robot.body_radius),
+    };
     life::Shape {
         x: zero(at.x),
         y: zero(at.y),
@@ -259,7 +275,7 @@ fn shape(spec: &WorldSpec, at: Vec2, radius: f32, class: &str, kind: Object, ind
         contact_squared: contact * contact,
         reach_squared: reach * reach,
         table: class as u32,
-        views: sensors.classes[class].views,
+        views,
         radius: zero(radius),
         reflectivity: surrogate.map_or(1.0, |surrogate| surrogate.reflectivity(kind, index)),
         ..life::Shape::default()

@@ -4,7 +4,8 @@ use std::sync::LazyLock;
 
 use oneiro_shaders::life;
 
-use super::{Activation, Collision, Controller, Difference, Speed, Start, Task, WorldSpec};
+use super::{Activation, Collision, Controller, Difference, Robot, Speed, Start, Task, WorldSpec};
+use crate::differential::{Build, Differential};
 use crate::parameter::Allowed::{Any, Number, Text, Turns, Whole};
 use crate::parameter::{Allowed, Choice, Choices, Parameter, row};
 
@@ -22,12 +23,39 @@ pub fn parameters<T: AsMut<WorldSpec>>() -> Vec<Parameter<T>> {
     vec![
         row("cycles", "cycles of 100 ms", Whole(1, 1_000_000), "Miglino et al. 1995, section 3.1",
             "Length of a life: 500 cycles are 50 s.", |own, _| Some(&mut own.as_mut().cycles)),
+        row("robot.kind", "", Any, OURS,
+            "Whether sensors and motors are sampled or described: sampled, unless it is given.", |own, _| Some(&mut own.as_mut().robot.build)),
         row("robot.body_radius_mm", "mm", LENGTH, "Miglino et al. 1995, section 3.1",
             "Radius of the round body.", |own, _| Some(&mut own.as_mut().robot.body_radius)),
+        row("robot.wheel_base_mm", "mm", LENGTH, OURS,
+            "Distance between the wheels.", |own, _| Some(&mut described(own)?.wheel_base)),
+        row("robot.greatest_speed_mm_s", "mm/s", Number(0.01, 1e5), OURS,
+            "Greatest speed of a wheel.", |own, _| Some(&mut described(own)?.greatest_speed)),
+        row("robot.speeds", "", Whole(0, 1024), OURS,
+            "Number of speeds that a wheel can be given, evenly spaced from full speed backwards to full speed forwards; 0 for any speed.", |own, _| Some(&mut described(own)?.speeds)),
+        row("robot.sensors", "", Any, OURS,
+            "Sensors.", |own, _| Some(&mut described(own)?.sensors)),
+        row("robot.sensors[].name", "", Text("letters from a to z, digits and _, a letter first"), "",
+            "Name of a sensor.", |own, index| Some(&mut described(own)?.sensors.get_mut(index)?.name)),
+        row("robot.sensors[].kind", "", Any, "",
+            "What it measures.", |own, index| Some(&mut described(own)?.sensors.get_mut(index)?.kind)),
+        row("robot.sensors[].heading_turns", "turns", Number(-1.0, 1.0), "",
+            "Where it is on the body and where it looks, counter-clockwise from straight ahead.", |own, index| Some(&mut described(own)?.sensors.get_mut(index)?.heading)),
+        row("robot.sensors[].offset_mm", "mm", Number(0.0, 1e5), "",
+            "Distance of all but bumpers from the body's centre; the body's radius, unless it is given.", |own, index| Some(&mut described(own)?.sensors.get_mut(index)?.offset)),
+        row("robot.sensors[].range_mm", "mm", Number(0.01, 1e5), "",
+            "Range of all but ground sensors. Of a bumper: the gap between the body and an object below which it is pressed.", |own, index| Some(&mut described(own)?.sensors.get_mut(index)?.range)),
+        row("robot.sensors[].width_turns", "turns", Number(0.001, 1.0), "",
+            "Width of a bumper; half a turn, unless it is given.", |own, index| Some(&mut described(own)?.sensors.get_mut(index)?.width)),
+        row("robot.sensors[].law", "", Any, "",
+            "How a light sensor's reading falls with the distance in ranges, d: linear, unless it is given.", |own, index| Some(&mut described(own)?.sensors.get_mut(index)?.law)),
         row("robot.collision", "", Any, "Evorobot",
             "What a collision does: undo, unless it is given.", |own, _| Some(&mut own.as_mut().robot.collision)),
         row("robot.turn_before_move", "", Number(0.0, 1.0), "Evorobot",
-            "Share of a cycle's turn that is made before its displacement.", |own, _| Some(&mut own.as_mut().robot.turn_before_move)),
+            "Share of a cycle's turn that is made before its displacement.", |own, _| match own.as_mut().robot {
+                Robot { build: Build::Sampled, ref mut turn_before_move, .. } => Some(turn_before_move),
+                _ => None,
+            }),
         row("arena.walls", "", Any, OURS,
             "Walls of an arena of your own; its four sides, of the class wall, where there are none.", |own, _| Some(&mut own.as_mut().arena.walls)),
         row("arena.walls[].from_mm", "mm", COORDINATE, "",
@@ -60,6 +88,30 @@ pub fn parameters<T: AsMut<WorldSpec>>() -> Vec<Parameter<T>> {
             "Direction of its length, counter-clockwise from the x axis.", |own, index| Some(&mut own.as_mut().arena.blocks.get_mut(index)?.heading)),
         row("arena.blocks[].class", "", CLASS, "",
             "Its class; none is built in, `oneiro sample` makes one.", |own, index| Some(&mut own.as_mut().arena.blocks.get_mut(index)?.class)),
+        row("arena.lights", "", Any, OURS,
+            "Lights, for the light sensors of a described robot.", |own, _| Some(&mut own.as_mut().arena.lights)),
+        row("arena.lights[].x_mm", "mm", COORDINATE, "",
+            "x of a light.", |own, index| Some(&mut own.as_mut().arena.lights.get_mut(index)?.x)),
+        row("arena.lights[].y_mm", "mm", COORDINATE, "",
+            "y of it.", |own, index| Some(&mut own.as_mut().arena.lights.get_mut(index)?.y)),
+        row("arena.lights[].brightness", "", Number(0.0, 1000.0), "",
+            "What a sensor that faces it reads from nearby.", |own, index| Some(&mut own.as_mut().arena.lights.get_mut(index)?.brightness)),
+        row("arena.floor", "", Number(0.0, 1.0), OURS,
+            "Grey of the floor, for the ground sensors of a described robot, from 0 for black to 1 for white: white, unless it is given.", |own, _| Some(&mut own.as_mut().arena.floor)),
+        row("arena.patches", "", Any, OURS,
+            "Patches of the floor, discs and rectangles; of several at one place the last counts.", |own, _| Some(&mut own.as_mut().arena.patches)),
+        row("arena.patches[].x_mm", "mm", COORDINATE, "",
+            "x of a patch's centre.", |own, index| Some(&mut own.as_mut().arena.patches.get_mut(index)?.x)),
+        row("arena.patches[].y_mm", "mm", COORDINATE, "",
+            "y of its centre.", |own, index| Some(&mut own.as_mut().arena.patches.get_mut(index)?.y)),
+        row("arena.patches[].radius_mm", "mm", LENGTH, "",
+            "Radius of a disc.", |own, index| Some(&mut own.as_mut().arena.patches.get_mut(index)?.radius)),
+        row("arena.patches[].sides_mm", "mm", LENGTH, "",
+            "Both sides of a rectangle.", |own, index| Some(&mut own.as_mut().arena.patches.get_mut(index)?.sides)),
+        row("arena.patches[].heading_turns", "turns", Turns, "",
+            "Direction of a rectangle's first side, counter-clockwise from the x axis.", |own, index| Some(&mut own.as_mut().arena.patches.get_mut(index)?.heading)),
+        row("arena.patches[].grey", "", Number(0.0, 1.0), "",
+            "Its grey: 0 for black, 1 for white.", |own, index| Some(&mut own.as_mut().arena.patches.get_mut(index)?.grey)),
         row("noise.sensor", "", Number(-1.0, 1.0), "Miglino et al. 1995, section 4",
             "A uniform number from this range is added to each activation; the paper's sensor noise is [0.0, 0.4].", |own, _| Some(&mut own.as_mut().noise.sensor)),
         row("noise.walk_range_mm", "mm", Number(0.0, 1000.0), "Miglino et al. 1995, section 4",
@@ -96,6 +148,14 @@ pub fn parameters<T: AsMut<WorldSpec>>() -> Vec<Parameter<T>> {
     ]
 }
 
+/// The robot, if it is described rather than sampled.
+fn described<T: AsMut<WorldSpec>>(own: &mut T) -> Option<&mut Differential> {
+    match &mut own.as_mut().robot.build {
+        Build::Sampled => None,
+        Build::Differential(own) => Some(own),
+    }
+}
+
 /// Rows for worlds by themselves.
 pub(super) static PARAMETERS: LazyLock<Vec<Parameter<WorldSpec>>> = LazyLock::new(parameters);
 
@@ -107,16 +167,20 @@ impl AsMut<Self> for WorldSpec {
 
 impl Choice for Controller {
     const CHOICES: Choices<Self> = &[
-        ("perceptron", Self::Perceptron, "8 inputs, 2 logistic outputs: 18 genes"),
+        (
+            "perceptron",
+            Self::Perceptron,
+            "readings to 2 logistic outputs: 18 genes for 8 readings",
+        ),
         (
             "hidden",
             Self::Hidden { units: 4 },
-            "a layer of logistic units between: 11 genes a unit, and 2",
+            "a layer of logistic units between: 11 genes a unit for 8 readings, and 2",
         ),
         (
             "recurrent",
             Self::Recurrent,
-            "both outputs are fed back as inputs: 22 genes",
+            "both outputs are fed back as inputs: 22 genes for 8 readings",
         ),
         (
             "own",
@@ -124,6 +188,27 @@ impl Choice for Controller {
             "a controller of your own, in WGSL: see docs/extend.md",
         ),
     ];
+}
+
+impl Choice for Build {
+    const CHOICES: Choices<Self> = &[
+        ("sampled", Self::Sampled, "from tables of samples, as the Khepera"),
+        (
+            "differential",
+            Self::Differential(Differential {
+                wheel_base: f32::NAN,
+                greatest_speed: f32::NAN,
+                speeds: 0,
+                sensors: Vec::new(),
+            }),
+            "two wheels that obey at once, and the sensors listed: see docs/robots.md",
+        ),
+    ];
+
+    /// Experiments from before there was a choice keep their identity.
+    fn is_written(&self) -> bool {
+        *self != Self::Sampled
+    }
 }
 
 impl Choice for Collision {
@@ -134,6 +219,11 @@ impl Choice for Collision {
             "slide",
             Self::Slide,
             "the robot slides along what it would touch, and turns",
+        ),
+        (
+            "stick",
+            Self::Stick,
+            "the robot moves into contact, and stays there for the rest of its life",
         ),
     ];
 

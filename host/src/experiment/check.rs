@@ -57,9 +57,13 @@ pub(super) fn is_own_arena(settings: &Settings) -> bool {
         walls,
         obstacles,
         blocks,
+        lights,
+        floor,
+        patches,
         ..
     } = &settings.world.arena;
-    let is_empty = walls.is_empty() && obstacles.is_empty() && blocks.is_empty();
+    let has_objects = !walls.is_empty() || !obstacles.is_empty() || !blocks.is_empty();
+    let is_empty = !has_objects && lights.is_empty() && floor.is_none() && patches.is_empty();
     width_mm.is_some() || height_mm.is_some() || !is_empty
 }
 
@@ -76,11 +80,11 @@ fn arena(settings: &Settings) -> Checked {
         ),
         Some(_) if is_own_arena(settings) => invalid(
             "arena",
-            "has a preset and values of its own; allowed: preset, or width_mm, height_mm, walls, obstacles and blocks",
+            "has a preset and values of its own; allowed: preset, or width_mm, height_mm and objects of its own",
         ),
         None if is_own_arena(settings) && (width_mm.is_none() || height_mm.is_none()) => invalid(
             "arena",
-            "lacks its size; allowed: width_mm and height_mm, and with them walls, obstacles and blocks",
+            "lacks its size; allowed: width_mm and height_mm, and with them objects of its own",
         ),
         _ => Ok(()),
     }

@@ -71,14 +71,11 @@ fn entries<T: Described>() -> Vec<Entry> {
 fn entry<T: Described>(row: &Parameter<T>) -> Entry {
     let mut own = T::default();
     let mut only_with = None;
-    if (row.field)(&mut own, 0).is_none() {
-        if let Some((list, _)) = row.key.split_once("[]") {
-            let list = T::rows().iter().find(|row| row.key == list);
-            list.and_then(|list| (list.field)(&mut own, 0))
-                .map(|list| list.resize(1));
-        } else if let Some((kind, under)) = values::under(row) {
-            (only_with, own) = (Some(kind), under);
-        }
+    values::grow(row, &mut own);
+    if (row.field)(&mut own, 0).is_none()
+        && let Some((kind, under)) = values::under(row)
+    {
+        (only_with, own) = (Some(kind), under);
     }
     let field = (row.field)(&mut own, 0).expect("every row has its field somewhere");
     let default = field.get().filter(|datum| !values::is_open(datum));

@@ -7,6 +7,7 @@ use std::sync::LazyLock;
 use oneiro::arena::Arena;
 use oneiro::batch::GREATEST_GENE;
 use oneiro::compose::Kind;
+use oneiro::differential::Build;
 use oneiro::parameter::Allowed::{Any, Number, Text, Whole, WholeUpTo};
 use oneiro::parameter::{Choice, Choices, Datum, Field, Parameter, Select, row};
 use oneiro::tables::MotorStates;
@@ -126,17 +127,17 @@ fn rows() -> Vec<Parameter<Settings>> {
     ]);
     insert(&mut rows, "robot.body_radius_mm", [
         row("robot.tables", "", Text("\"khepera\" or a list of files"), OURS,
-            "Sampled sensors: the Khepera that is built in, or a file for each class of object.", |own, _| Some(&mut own.robot.tables)),
+            "Sampled sensors: the Khepera that is built in, or a file for each class of object.", |own, _| Some(&mut sampled(own)?.tables)),
         row("robot.motors", "", Text("\"khepera\" or a file"), OURS,
-            "Sampled motors: the Khepera that is built in, or a file.", |own, _| Some(&mut own.robot.motors)),
+            "Sampled motors: the Khepera that is built in, or a file.", |own, _| Some(&mut sampled(own)?.motors)),
         row("robot.states", "", Any, "ours: which 20; 20 x 20 states in Miglino et al. 1995, section 3.2.2",
-            "Which of the sampled speeds are a wheel's states.", |own, _| Some(&mut own.robot.states)),
+            "Which of the sampled speeds are a wheel's states.", |own, _| Some(&mut sampled(own)?.states)),
     ]);
     let file = Text("a file, .wgsl");
     let values = Text("a table of numbers, by the names that the part declares");
     insert(&mut rows, "noise.motor", [
         row("sensor.part", "", file, OURS,
-            "Sensors of your own beside the eight of proximity, in WGSL: see docs/extend.md.", |own, _| Some(&mut own.sensor.part)),
+            "Sensors of your own beside the robot's, in WGSL: see docs/extend.md.", |own, _| Some(&mut own.sensor.part)),
         row("sensor.values", "", values, OURS,
             "Values of those sensors; each has the default that the part declares.", |own, _| Some(&mut own.sensor.values)),
     ]);
@@ -195,6 +196,11 @@ fn rows() -> Vec<Parameter<Settings>> {
             "Hashes of the files that are named above, checked where they are given; a run's own `config.toml` has them all.", |own, _| Some(&mut own.files)),
     ]);
     rows
+}
+
+/// Samples that the robot is made from, if it is.
+fn sampled(own: &mut Settings) -> Option<&mut Robot> {
+    (own.world.robot.build == Build::Sampled).then_some(&mut own.robot)
 }
 
 /// Rows that all kinds of experiments begin with.

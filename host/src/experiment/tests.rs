@@ -584,11 +584,7 @@ fn keys_are_plain_and_unique() {
 /// Settings with a value of each row, even if that requires a list or a choice.
 fn with<T: Described>(row: &Parameter<T>) -> T {
     let mut own = values::under(row).map_or_else(T::default, |(_, own)| own);
-    for list in T::rows() {
-        if row.key.starts_with(&format!("{}[]", list.key)) {
-            (list.field)(&mut own, 0).unwrap().resize(1);
-        }
-    }
+    values::grow(row, &mut own);
     for row in T::rows() {
         if let Some(field) = (row.field)(&mut own, 0)
             && field.get().is_some_and(|datum| values::is_open(&datum))

@@ -131,7 +131,9 @@ fn set<T: Described>(leaf: &Leaf<T>, is_choice: bool, own: &mut T, source: &Sour
         let problem = format!("is given; allowed: only with kind = \"{condition}\"");
         return Err(source.invalid(&leaf.path, problem));
     };
-    if field.choices().is_empty() == is_choice || taken(field, &leaf.datum) {
+    // The choices of a list's elements come after the list, and no other value depends on them.
+    let comes_first = !field.choices().is_empty() && !leaf.path.contains('[');
+    if comes_first != is_choice || taken(field, &leaf.datum) {
         return Ok(());
     }
     let problem = format!("is {}; allowed: {}", leaf.datum, allowed(leaf.row, field));
@@ -161,15 +163,26 @@ pub(super) fn allowed<T>(row: &Parameter<T>, field: &dyn Field) -> String {
 
 /// The choice of its table's `kind` that a value requires, and settings with it.
 pub(super) fn under<T: Described>(row: &Parameter<T>) -> Option<(&'static str, T)> {
-    let (table, _) = row.key.rsplit_once('.')?;
+    let (list, _) = row.key.split_once("[]").unwrap_or((row.key, ""));
+    let (table, _) = list.rsplit_once('.')?;
     let kind = T::rows().iter().find(|kind| kind.key == format!("{table}.kind"))?;
     let words = (kind.field)(&mut T::default(), 0)?.choices();
     words.into_iter().find_map(|(word, _)| {
         let mut own = T::default();
         (kind.field)(&mut own, 0)?.set(&Datum::Word(word.into()));
+        grow(row, &mut own);
         (row.field)(&mut own, 0)?;
         Some((word, own))
     })
+}
+
+/// Adds an element to the list that a value belongs to, if it does.
+pub(super) fn grow<T: Described>(row: &Parameter<T>, own: &mut T) {
+    let list = row.key.split_once("[]").map(|(list, _)| list);
+    let list = list.and_then(|list| T::rows().iter().find(|row| row.key == list));
+    if let Some(list) = list.and_then(|list| (list.field)(own, 0)) {
+        list.resize(1);
+    }
 }
 
 /// All values as TOML, in the order of the rows. Single-precision numbers keep the digits they have in `given`.

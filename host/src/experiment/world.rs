@@ -50,7 +50,7 @@ pub(super) fn world(settings: &Settings, source: &Source<'_>, inputs: &mut Input
 
 /// The experiment's key for a field of the world: the same, except for the parts that come from files.
 fn key(field: &str) -> &str {
-    let files = [("robot.sensors", "robot.tables"), ("robot.motors", "robot.motors")];
+    let files = [("robot.sensors.", "robot.tables"), ("robot.motors", "robot.motors")];
     let found = files.iter().find(|(part, _)| field.starts_with(part));
     found.map_or(field, |(_, key)| key)
 }
@@ -71,6 +71,9 @@ fn arena(settings: &Settings, own: Arena) -> Arena {
         walls,
         obstacles: own.obstacles,
         blocks: own.blocks,
+        lights: own.lights,
+        floor: own.floor,
+        patches: own.patches,
         ..rectangle
     }
 }

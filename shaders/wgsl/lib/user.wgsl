@@ -14,32 +14,48 @@ fn blocked(life: Life, at: vec2<f32>) -> bool {
 // Distance in mm from a point to the nearest object along a ray, up to 100 m. The heading is in turns. Without an object,
 // `most`, which is also the greatest distance that is returned.
 fn distance_along(life: Life, start: vec2<f32>, heading: f32, most: f32) -> f32 {
+    return ray_in_world(life.world, start, heading, most);
+}
+
+fn ray_in_world(world: u32, start: vec2<f32>, heading: f32, most: f32) -> f32 {
     let ahead = cosine_sine(heading);
-    let first = worlds[life.world].first_shape;
-    let end = first + shape_count(life.world);
+    let first = worlds[world].first_shape;
+    let end = first + shape_count(world);
     var nearest = most;
     for (var shape = first; shape < end; shape++) {
-        let to = vec2<f32>(shapes[shape].x - start.x, shapes[shape].y - start.y);
-        if (shapes[shape].kind == ROUND) {
-            let along = to.x * ahead.x + to.y * ahead.y;
-            let aside = to.x * ahead.y - to.y * ahead.x;
-            let half = shapes[shape].radius * shapes[shape].radius - aside * aside;
-            if ((half > 0.0f) & (along > 0.0f)) {
-                nearest = min(nearest, max(along - root(half), 0.0f));
-            }
-        } else if (shapes[shape].kind == BLOCK) {
-            let own = within(shape, start);
-            let axis = vec2<f32>(shapes[shape].unit_x, shapes[shape].unit_y);
-            let own_ahead = vec2<f32>(ahead.x * axis.x + ahead.y * axis.y, ahead.y * axis.x - ahead.x * axis.y);
-            let half = vec2<f32>(shapes[shape].half_length, shapes[shape].half_width);
-            nearest = min(nearest, to_block(own, own_ahead, half, most));
-        } else {
-            let span = vec2<f32>(shapes[shape].length_x, shapes[shape].length_y);
-            nearest = min(nearest, to_wall(to, span, ahead, most));
-        }
+        nearest = min(nearest, ray_to_shape(shape, start, ahead, most));
     }
     return nearest;
 }
+
+// Distance along a ray to one object; `most` if the ray misses it.
+fn ray_to_shape(shape: u32, start: vec2<f32>, ahead: vec2<f32>, most: f32) -> f32 {
+    let to = vec2<f32>(shapes[shape].x - start.x, shapes[shape].y - start.y);
+    if (shapes[shape].kind == ROUND) {
+        if (squared_length(to) < shapes[shape].radius * shapes[shape].radius) {
+            return 0.0f;
+        }
+        let along = to.x * ahead.x + to.y * ahead.y;
+        let aside = to.x * ahead.y - to.y * ahead.x;
+        let half = shapes[shape].radius * shapes[shape].radius - aside * aside;
+        if ((half > 0.0f) & (along > 0.0f)) {
+            return max(along - root(half), 0.0f);
+        }
+        return most;
+    }
+    if (shapes[shape].kind == BLOCK) {
+        let own = within(shape, start);
+        let axis = vec2<f32>(shapes[shape].unit_x, shapes[shape].unit_y);
+        let own_ahead = vec2<f32>(ahead.x * axis.x + ahead.y * axis.y, ahead.y * axis.x - ahead.x * axis.y);
+        let half = vec2<f32>(shapes[shape].half_length, shapes[shape].half_width);
+        return to_block(own, own_ahead, half, most);
+    }
+    let span = vec2<f32>(shapes[shape].length_x, shapes[shape].length_y);
+    return to_wall(to, span, ahead, most);
+}
+
+// How far a wall goes beyond its ends for a ray, as a share of its length, so that no ray slips through where walls meet.
+const PAST_END: f32 = 0x1p-20f;
 
 // Distance along a ray to a wall that starts at `to` and spans `span`; `most` if the ray misses it.
 fn to_wall(to: vec2<f32>, span: vec2<f32>, ahead: vec2<f32>, most: f32) -> f32 {
@@ -50,7 +66,7 @@ fn to_wall(to: vec2<f32>, span: vec2<f32>, ahead: vec2<f32>, most: f32) -> f32 {
     let inverse = reciprocal(across);
     let distance = (to.x * span.y - to.y * span.x) * inverse;
     let share = (to.x * ahead.y - to.y * ahead.x) * inverse;
-    return select(most, distance, (distance >= 0.0f) & (share >= 0.0f) & (share <= 1.0f));
+    return select(most, distance, (distance >= 0.0f) & (share >= -PAST_END) & (share <= 1.0f + PAST_END));
 }
 
 // Distance along a ray to a block from a point given in the block's own coordinates; 0 from inside it, `most` if the ray

@@ -50,7 +50,13 @@ fn cycle(life: Life, step: u32, before: State) -> Cycle {
     let command = commands(life, step, perceived, own.controller);
     own.controller = command.state;
     let outputs = command.outputs;
-    let moved = motion(life, step, outputs);
+    var moved = motion(life, step, outputs);
+    if (worlds[world].collision == STICK) {
+        if (touches(world, vec2<f32>(pose.x, pose.y))) {
+            moved.displacement = 0.0f;
+            moved.turn = 0.0f;
+        }
+    }
     let reached = moved_pose(world, pose, moved);
     let collided = touches(world, vec2<f32>(reached.x, reached.y));
 
@@ -64,12 +70,17 @@ fn cycle(life: Life, step: u32, before: State) -> Cycle {
             own.x = at.x;
             own.y = at.y;
         }
+        if (worlds[world].collision == STICK) {
+            own.x = reached.x;
+            own.y = reached.y;
+        }
     }
     let end = vec3<f32>(own.x, own.y, own.heading);
     let reward = task_cycle(life, Experience(step, pose, end, real, perceived, outputs, moved, collided), own.task);
     own.task = reward.state;
     own.fitness += reward.earned;
-    return Cycle(own, recorded(pose, seen, real, perceived, outputs, moved, collided, reward.earned, own.fitness));
+    let record = recorded(pose, seen, outputs, moved, collided, reward.earned, own.fitness);
+    return Cycle(own, Line(record, details(own, real, perceived)));
 }
 
 fn is_over(life: Life, own: State) -> bool {

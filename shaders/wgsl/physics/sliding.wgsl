@@ -1,10 +1,11 @@
 // A body that slides along what it would touch.
 
 // What a collision does: a cycle that would end where the body touches something. It undoes the move and the turn, or
-// the move alone; or the body slides along, and turns.
+// the move alone; or the body slides along, and turns; or it gets there, and sticks for the rest of its life.
 const UNDO: u32 = 0u;
 const KEEP_TURN: u32 = 1u;
 const SLIDE: u32 = 2u;
+const STICK: u32 = 3u;
 
 // How near a body comes to what it slides along, mm: more than roundings make up for in arenas of a few metres.
 const GAP: f32 = 0x1p-8f;

@@ -3,14 +3,7 @@
 
 // The sampled motion for a pair of outputs (left, right), with the world's motor noise.
 fn motion(life: Life, step: u32, outputs: vec2<f32>) -> Motion {
-    let world = life.world;
-    var moved = commanded(world, outputs);
-    if (worlds[world].motor_noise > 0.0f) {
-        let draw = units(random_words(life.key, STREAM_ACTUATOR, step, 0u));
-        moved.displacement *= 1.0f + worlds[world].motor_noise * (2.0f * draw.x - 1.0f);
-        moved.turn *= 1.0f + worlds[world].motor_noise * (2.0f * draw.y - 1.0f);
-    }
-    return moved;
+    return noisy_motion(life, step, commanded(life.world, outputs));
 }
 
 // Where a motion leads from a pose (x and y in mm, heading in turns), were nothing in the way.

@@ -7,7 +7,7 @@ use oneiro_shader_compiler::declarations::{Declaration, access_of, calls, declar
 use oneiro_shaders::{KERNELS, LIFE_PERCEPTRON, PARTS};
 
 use super::interface::{Function, Interface};
-use super::kernel;
+use super::{generate, kernel};
 
 /// Functions of shipped parts that every part may call; `lib/numerics`, `lib/random` and `lib/user` have them.
 const CALLS: [&str; 13] = [
@@ -38,6 +38,7 @@ pub(super) fn problems(
     let mut taken = shipped_names();
     let calls = used_problems(part, interface, &taken);
     taken.extend(names(kernel::GENERATED, generated));
+    taken.extend(generate::COUNTS.map(str::to_owned));
     let mut problems = declared_problems(part, interface, declared, &taken);
     problems.extend(calls);
     problems
@@ -48,7 +49,8 @@ fn shipped_names() -> BTreeSet<String> {
     let is_composed = |path: &&str| {
         let life = |name: &str| name.starts_with("life_") || name.starts_with("surrogate_");
         let mut kernels = KERNELS.iter().filter(|kernel| life(kernel.name));
-        **path == *kernel::USER || kernels.any(|kernel| kernel.parts.contains(path))
+        let ships = KERNELS.iter().any(|kernel| kernel.parts.contains(path));
+        !ships || kernels.any(|kernel| kernel.parts.contains(path))
     };
     let shipped = PARTS.iter().filter(|(path, _)| is_composed(path));
     shipped.flat_map(|(path, text)| names(path, text)).collect()

@@ -4,10 +4,28 @@ use oneiro_shader_compiler as compiler;
 use oneiro_shader_compiler::declarations::{Member, members};
 
 use super::interface::Interface;
-use crate::compose::{Refused, Value, shortest};
+use crate::compose::{Refused, Scalar, Value, shortest};
 use crate::parameter::{Allowed, Datum};
-use crate::tables::SENSOR_NAMES;
-use crate::world::PREVIOUS;
+use crate::tables::{PREVIOUS, SENSOR_NAMES};
+
+/// A field of a part's memory.
+pub(super) struct Remembered {
+    /// Its type in WGSL.
+    pub(super) ty: String,
+    pub(super) scalar: Scalar,
+    /// Its scalars, such as `place.x`, `place.y`.
+    pub(super) scalars: Vec<String>,
+}
+
+impl Scalar {
+    /// The expression of a scalar as it is stored: zero has one sign.
+    pub(super) fn stored(self, expression: &str) -> String {
+        match self {
+            Self::Float => format!("stored({expression})"),
+            Self::Unsigned | Self::Signed => expression.to_owned(),
+        }
+    }
+}
 
 /// The fields of a struct that a part declares; none if it declares none.
 fn fields(part: &compiler::Part, name: &str) -> Result<Vec<Member>, Refused> {
@@ -85,7 +103,7 @@ pub(super) fn readings(part: &compiler::Part, interface: &Interface) -> Result<V
     let is_taken = |name: &str| SENSOR_NAMES.contains(&name) || PREVIOUS.contains(&name);
     if let Some(other) = list.iter().find(|member| is_taken(&member.name)) {
         let problem = format!(
-            "in `{NAME}`: `{}` is a reading that the robot has already; choose another name",
+            "in `{NAME}`: `{}` is a name of a shipped reading; choose another",
             other.name
         );
         return Err(Refused::at(&other.place, problem));
@@ -93,10 +111,10 @@ pub(super) fn readings(part: &compiler::Part, interface: &Interface) -> Result<V
     Ok(list.into_iter().map(|member| member.name).collect())
 }
 
-/// The expressions that keep each field of a part's state. Before a state is kept, zero gets one sign.
-pub(super) fn kept(part: &compiler::Part, interface: &Interface) -> Result<Vec<String>, Refused> {
+/// The fields of a part's memory.
+pub(super) fn memory(part: &compiler::Part, interface: &Interface) -> Result<Vec<Remembered>, Refused> {
     let name = format!("{}State", interface.title);
-    let mut kept = Vec::new();
+    let mut memory = Vec::new();
     for Member {
         name: field, ty, place, ..
     } in fields(part, &name)?
@@ -105,23 +123,29 @@ pub(super) fn kept(part: &compiler::Part, interface: &Interface) -> Result<Vec<S
             Some((vector, scalar)) => (vector, scalar),
             None => ("", ty.as_str()),
         };
-        let size = ["", "", "vec2", "vec3", "vec4"]
-            .iter()
-            .rposition(|name| *name == vector);
-        kept.push(match (scalar, size) {
-            ("u32" | "i32", Some(_)) => format!("own.{field}"),
-            ("f32", Some(1)) => format!("stored(own.{field})"),
-            ("f32", Some(size)) => {
-                let parts = ["x", "y", "z", "w"][..size].iter();
-                let parts: Vec<_> = parts.map(|part| format!("stored(own.{field}.{part})")).collect();
-                format!("{ty}({})", parts.join(", "))
-            }
-            _ => {
-                let problem =
-                    format!("in `{name}`: `{field}`: {ty} can't be kept; allowed: f32, u32, i32 and vectors of them");
-                return Err(Refused::at(&place, problem));
-            }
+        let components: Option<&[&str]> = match vector {
+            "" => Some(&[""]),
+            "vec2" => Some(&[".x", ".y"]),
+            "vec3" => Some(&[".x", ".y", ".z"]),
+            "vec4" => Some(&[".x", ".y", ".z", ".w"]),
+            _ => None,
+        };
+        let scalar = [Scalar::Float, Scalar::Unsigned, Scalar::Signed]
+            .into_iter()
+            .find(|known| known.wgsl() == scalar);
+        let (Some(components), Some(scalar)) = (components, scalar) else {
+            let problem =
+                format!("in `{name}`: `{field}`: {ty} can't be kept; allowed: f32, u32, i32 and vectors of them");
+            return Err(Refused::at(&place, problem));
+        };
+        memory.push(Remembered {
+            ty,
+            scalar,
+            scalars: components
+                .iter()
+                .map(|component| format!("{field}{component}"))
+                .collect(),
         });
     }
-    Ok(kept)
+    Ok(memory)
 }

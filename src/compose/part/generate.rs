@@ -4,14 +4,17 @@ use std::fmt::Write;
 
 use oneiro_shader_compiler::declarations::Declaration;
 
+use super::fields::Remembered;
 use super::interface::Interface;
-use crate::compose::{Kind, Value};
+use crate::arena::Arena;
+use crate::compose::{Detail, DetailKind, Kind, Scalar, Value};
+use crate::differential::{Differential, SensorKind};
 
 /// Declarations that a kernel needs and a part leaves out.
 pub(super) fn missing(
     interface: &Interface,
     declared: &[Declaration],
-    kept: &[String],
+    memory: &[Remembered],
     values: &[Value],
     readings: &[String],
 ) -> String {
@@ -19,7 +22,15 @@ pub(super) fn missing(
     let mut text = String::new();
     let is_declared = |name: &str| declared.iter().any(|own| own.name == name);
     if is_declared(&format!("{title}State")) {
-        let kept = kept.join(", ");
+        let kept = memory.iter().map(|field| {
+            let own: Vec<_> = field
+                .scalars
+                .iter()
+                .map(|scalar| field.scalar.stored(&format!("own.{scalar}")))
+                .collect();
+            format!("{}({})", field.ty, own.join(", "))
+        });
+        let kept = kept.collect::<Vec<_>>().join(", ");
         let _ = writeln!(
             text,
             "fn {word}_kept(own: {title}State) -> {title}State {{ return {title}State({kept}); }}"
@@ -88,5 +99,134 @@ fn plus_weighed(life: Life, index: u32, own: SensorReadings, sum: f32) -> f32 {{
 ",
         readings.len(),
         bounded.join(", "),
+    )
+}
+
+/// The details of a trace: each with the expression that it has in a cycle.
+pub(super) fn details(details: &[Detail]) -> String {
+    // No struct is empty.
+    let unused = [Detail {
+        name: String::new(),
+        kind: DetailKind::Real,
+        scalar: Scalar::Unsigned,
+        expression: "0u".into(),
+    }];
+    let details = if details.is_empty() { &unused } else { details };
+    let member = |(index, detail): (usize, &Detail)| format!("    d{index}: {},\n", detail.scalar.wgsl());
+    let members: String = details.iter().enumerate().map(member).collect();
+    let now: Vec<_> = details.iter().map(|detail| detail.expression.as_str()).collect();
+    let kept = |(index, detail): (usize, &Detail)| detail.scalar.stored(&format!("own.d{index}"));
+    let kept: Vec<_> = details.iter().enumerate().map(kept).collect();
+    format!(
+        "struct Details {{
+{members}}}
+fn details(own: State, real: Readings, perceived: Readings) -> Details {{
+    return Details({});
+}}
+fn details_kept(own: Details) -> Details {{
+    return Details({});
+}}
+",
+        now.join(", "),
+        kept.join(", "),
+    )
+}
+
+/// Constants that `readings` declares.
+pub(super) const COUNTS: [&str; 3] = ["FLOOR_CELL", "LIGHT_COUNT", "PATCH_COUNT"];
+
+/// The readings of a robot that is described: what `sensor/readings.wgsl` and `sensor/sampled.wgsl` have of a sampled one.
+pub(super) fn readings(robot: &Differential, arena: &Arena) -> String {
+    let count = robot.sensors.len();
+    let each = |line: &dyn Fn(usize, &str) -> String| -> String {
+        let names = robot.sensors.iter().map(|sensor| sensor.name.as_str());
+        names.enumerate().map(|(index, name)| line(index, name)).collect()
+    };
+    let fields = each(&|_, name| format!("    {name}: f32,\n"));
+    let sum = each(&|index, name| format!("    sum += gene(life, index + {index}u) * r.{name};\n"));
+    // Four numbers are drawn at a time.
+    let mut draws = String::new();
+    for draw in 0..count.div_ceil(4) {
+        let words = format!("random_words(life.key, STREAM_SENSOR, step, {draw}u)");
+        let _ = writeln!(draws, "        let n{draw} = units({words}) * span + low;");
+    }
+    let noisy = each(&|index, name| {
+        let noise = format!("n{}.{}", index / 4, ["x", "y", "z", "w"][index % 4]);
+        format!("        noisy.{name} = clamp(readings.{name} + {noise}, 0.0f, 1.0f);\n")
+    });
+    // One loop over all objects serves all sensors that measure objects.
+    let (mut numbers, mut objects, mut readings) = (String::new(), String::new(), String::new());
+    let mut highest = "0.0f".to_owned();
+    for (index, sensor) in robot.sensors.iter().enumerate() {
+        let _ = writeln!(numbers, "    let s{index} = sensor_of(world, {}u);", index + 1);
+        let _ = writeln!(numbers, "    let looks{index} = pose.z + s{index}.heading;");
+        let own = format!("s{index}, looks{index}");
+        let reading = match sensor.kind {
+            SensorKind::Distance | SensorKind::Proximity => {
+                let _ = writeln!(numbers, "    let ahead{index} = cosine_sine(looks{index});");
+                let _ = writeln!(numbers, "    var free{index} = s{index}.offset + s{index}.range;");
+                let nearest = format!("ray_to_shape(shape, at, ahead{index}, free{index})");
+                let _ = writeln!(objects, "            free{index} = min(free{index}, {nearest});");
+                let share = format!("range_share(s{index}, free{index})");
+                if sensor.kind == SensorKind::Distance {
+                    share
+                } else {
+                    highest = format!("max({highest}, r.{})", sensor.name);
+                    format!("1.0f - {share}")
+                }
+            }
+            SensorKind::Bumper => {
+                let _ = writeln!(numbers, "    var pressed{index} = 0.0f;");
+                let pressed = format!("max(pressed{index}, bumper_at(shape, to, {own}))");
+                let _ = writeln!(objects, "            pressed{index} = {pressed};");
+                format!("pressed{index}")
+            }
+            SensorKind::Light => format!("light_reading(world, at, {own})"),
+            SensorKind::Ground => format!("ground_reading(world, at, {own})"),
+        };
+        let _ = writeln!(readings, "        {reading},");
+    }
+    if !objects.is_empty() {
+        objects = format!(
+            "    let first = worlds[world].first_shape;
+    let end = first + shape_count(world);
+    for (var shape = first; shape < end; shape++) {{
+        let to = toward(shape, at);
+        if (squared_length(to) < shapes[shape].reach_squared) {{
+{objects}        }}
+    }}
+"
+        );
+    }
+    let (floor, lights, patches) = (1 + count, arena.lights.len(), arena.patches.len());
+    format!(
+        "struct Readings {{
+{fields}    own: SensorReadings,
+}}
+const INPUTS: u32 = {count}u + OWN_READINGS;
+const FLOOR_CELL: u32 = {floor}u;
+const LIGHT_COUNT: u32 = {lights}u;
+const PATCH_COUNT: u32 = {patches}u;
+fn sense(world: u32, pose: vec3<f32>, at: vec2<f32>) -> Readings {{
+{numbers}{objects}    return Readings(
+{readings}        SensorReadings(),
+    );
+}}
+fn with_noise(life: Life, step: u32, readings: Readings) -> Readings {{
+    let low = worlds[life.world].sensor_noise_low;
+    let span = worlds[life.world].sensor_noise_span;
+    var noisy = readings;
+    if (span > 0.0f) {{
+{draws}{noisy}    }}
+    return noisy;
+}}
+fn highest(r: Readings) -> f32 {{
+    return {highest};
+}}
+fn weighed(life: Life, index: u32, r: Readings) -> f32 {{
+    var sum = 0.0f;
+{sum}    return plus_weighed(life, index + {count}u, r.own, sum);
+}}
+"
     )
 }

@@ -12,8 +12,10 @@ use oneiro_shader_compiler::{Compiled, Refusal, compile};
 use oneiro_shaders::kernel::Turns;
 use oneiro_shaders::{Binding, Kernel, PARTS, WordOf};
 
-use super::interface;
+use super::{generate, interface};
+use crate::arena::Arena;
 use crate::compose::{Composed, GREATEST_GENES, Kind, OwnParts, Refused};
+use crate::differential::Build;
 use crate::parameter::Invalid;
 
 /// Stands for a path in messages about generated declarations.
@@ -21,6 +23,18 @@ pub(super) const GENERATED: &str = "what Oneiro adds";
 
 /// The functions that users' parts may call.
 pub(super) const USER: &str = "lib/user.wgsl";
+
+/// What a trace has of the shipped sensors alone.
+const DETAILS: &str = "sensor/details.wgsl";
+
+/// What only sampled robots have, and what stands in its place for one that is described.
+const SAMPLED: [&str; 4] = [
+    "sensor/readings.wgsl",
+    "sensor/sampled.wgsl",
+    "robot/motors.wgsl",
+    "robot/differential.wgsl",
+];
+const DIFFERENTIAL: [&str; 2] = ["robot/arcs.wgsl", "sensor/kinds.wgsl"];
 
 /// The shipped part in whose place a user's stands.
 fn is_replaced(path: &str, kind: Kind) -> bool {
@@ -32,15 +46,27 @@ fn is_replaced(path: &str, kind: Kind) -> bool {
 }
 
 /// Composes a kernel. Each is composed once and stays for the rest of the program.
-pub(in crate::compose) fn compose(base: &'static Kernel, parts: &OwnParts) -> Result<Composed, Invalid> {
+pub(in crate::compose) fn compose(
+    base: &'static Kernel,
+    parts: &OwnParts,
+    robot: &Build,
+    arena: &Arena,
+) -> Result<Composed, Invalid> {
     static COMPOSED: Mutex<BTreeMap<String, Composed>> = Mutex::new(BTreeMap::new());
-    if parts.is_empty() {
+    if parts.is_empty() && *robot == Build::Sampled {
         return Ok(Composed {
             kernel: base,
             genes: None,
         });
     }
+    let mut generated = generate::details(&parts.details(robot));
     let mut name = base.name.to_owned();
+    if let Build::Differential(robot) = robot {
+        let readings = generate::readings(robot, arena);
+        let hash = blake3::hash(readings.as_bytes()).to_hex();
+        let _ = write!(name, "+{}-sensors-{}", robot.sensors.len(), &hash[..16]);
+        generated += &readings;
+    }
     for own in parts.iter() {
         let stem = Path::new(&own.part.path)
             .file_stem()
@@ -54,7 +80,8 @@ pub(in crate::compose) fn compose(base: &'static Kernel, parts: &OwnParts) -> Re
     if let Some(composed) = known().get(&name) {
         return Ok(*composed);
     }
-    let (kernel, genes) = new(base, parts, &name).map_err(|refusals| invalid(parts, &refusals))?;
+    let (kernel, genes) =
+        new(base, parts, robot, generated, &name).map_err(|refusals| invalid(parts, robot, &refusals))?;
     let leaked = || Composed {
         kernel: Box::leak(Box::new(kernel)),
         genes,
@@ -63,7 +90,11 @@ pub(in crate::compose) fn compose(base: &'static Kernel, parts: &OwnParts) -> Re
 }
 
 /// Names the key of the part that is refused first.
-fn invalid(parts: &OwnParts, refusals: &[Refusal]) -> Invalid {
+fn invalid(parts: &OwnParts, robot: &Build, refusals: &[Refusal]) -> Invalid {
+    if *robot != Build::Sampled && refusals[0].place.path == GENERATED {
+        let problem = format!("{}; choose other names", Refused::all(refusals));
+        return Invalid::new("robot.sensors", problem);
+    }
     let is_refused = |path: &str| refusals.iter().any(|refusal| refusal.place.path == path);
     let refused = parts.iter().find(|own| is_refused(&own.part.path));
     let Some(own) = refused.or_else(|| parts.iter().next()) else {
@@ -79,19 +110,31 @@ fn invalid(parts: &OwnParts, refusals: &[Refusal]) -> Invalid {
     Invalid::new(format!("{}.part", own.part.kind.word()), problem)
 }
 
-fn new(base: &'static Kernel, own: &OwnParts, name: &str) -> Result<(Kernel, Option<usize>), Vec<Refusal>> {
+fn new(
+    base: &'static Kernel,
+    own: &OwnParts,
+    robot: &Build,
+    mut generated: String,
+    name: &str,
+) -> Result<(Kernel, Option<usize>), Vec<Refusal>> {
     let part = |path: &str, text: &str| compiler::Part {
         path: path.to_owned(),
         text: text.to_owned(),
     };
-    let is_kept = |path: &str| own.iter().all(|own| !is_replaced(path, own.part.kind));
-    let is_needed = |path: &str| path == USER || base.parts.contains(&path) && is_kept(path);
+    let is_sampled = *robot == Build::Sampled;
+    let is_kept = |path: &str| {
+        path != DETAILS
+            && (is_sampled || !SAMPLED.contains(&path))
+            && own.iter().all(|own| !is_replaced(path, own.part.kind))
+    };
+    let is_needed = |path: &str| {
+        path == USER || !is_sampled && DIFFERENTIAL.contains(&path) || base.parts.contains(&path) && is_kept(path)
+    };
     let mut parts: Vec<_> = PARTS
         .iter()
         .filter(|(path, _)| is_needed(path))
         .map(|(path, text)| part(path, text))
         .collect();
-    let mut generated = String::new();
     let mut cells = 0;
     for own in own.iter() {
         let first = interface::of(own.part.kind).first_value();

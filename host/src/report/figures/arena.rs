@@ -202,7 +202,30 @@ impl Sheet {
             f64::from(field.width) * self.scale,
             f64::from(field.height) * self.scale,
         );
-        svg.rectangle(corner, size, "fill=\"#f5f3ee\"");
+        // Black is a dark grey, so that paths are seen.
+        let grey = |share: f32| {
+            let grey = (70.0 + 185.0 * share) as u8;
+            format!("fill=\"rgb({grey} {grey} {grey})\"")
+        };
+        let floor = arena.floor.map_or_else(|| "fill=\"#f5f3ee\"".into(), grey);
+        svg.rectangle(corner, size, &floor);
+        for patch in &arena.patches {
+            let style = grey(patch.grey);
+            let at = self.place((f64::from(patch.x), f64::from(patch.y)));
+            match patch.corners() {
+                Some(corners) => svg.polygon(corners.map(|corner| self.place(corner.as_dvec2().into())), &style),
+                None => svg.circle(at, f64::from(patch.radius.unwrap_or(0.0)) * self.scale, &style, ""),
+            }
+        }
+        for light in &arena.lights {
+            let at = self.place((f64::from(light.x), f64::from(light.y)));
+            svg.circle(
+                at,
+                6.0,
+                "fill=\"#f4c430\" stroke=\"#a67c00\" stroke-width=\"1.5\"",
+                "a light",
+            );
+        }
         for obstacle in &arena.obstacles {
             let at = self.place((f64::from(obstacle.x), f64::from(obstacle.y)));
             let radius = f64::from(obstacle.radius) * self.scale;

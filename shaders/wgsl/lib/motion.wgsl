@@ -1,0 +1,35 @@
+// What motors do in a cycle, and what a trace has of it.
+
+// What one pair of motor commands does in one cycle.
+struct Motion {
+    // mm along the heading
+    displacement: f32,
+    // turns, counter-clockwise
+    turn: f32,
+    // signed wheel speeds as a share of the greatest, in [-1, 1]
+    left: f32,
+    right: f32,
+}
+
+// A motion with the world's motor noise.
+fn noisy_motion(life: Life, step: u32, commanded: Motion) -> Motion {
+    let world = life.world;
+    var moved = commanded;
+    if (worlds[world].motor_noise > 0.0f) {
+        let draw = units(random_words(life.key, STREAM_ACTUATOR, step, 0u));
+        moved.displacement *= 1.0f + worlds[world].motor_noise * (2.0f * draw.x - 1.0f);
+        moved.turn *= 1.0f + worlds[world].motor_noise * (2.0f * draw.y - 1.0f);
+    }
+    return moved;
+}
+
+// A cycle's part of a line of the trace. The readings are from the place `seen`.
+fn recorded(
+    pose: vec3<f32>, seen: vec2<f32>, outputs: vec2<f32>, moved: Motion, collided: bool, earned: f32, total: f32,
+) -> Record {
+    return Record(
+        pose.x, pose.y, pose.z, seen.x, seen.y,
+        outputs.x, outputs.y, moved.left, moved.right,
+        select(0.0f, 1.0f, collided), earned, total,
+    );
+}

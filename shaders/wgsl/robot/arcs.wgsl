@@ -1,0 +1,55 @@
+// A robot on two wheels that obey at once: the outputs are the wheels' speeds, from full speed backwards to full speed
+// forwards, and a cycle is an arc.
+
+const RADIANS_PER_TURN: f32 = 6.2831855f;
+
+// Its first cell of numbers.
+struct WheelsCell {
+    // mm in a cycle at full speed
+    farthest: f32,
+    // turns in a cycle for each unit by which the right wheel is faster
+    turn: f32,
+    // speeds of a wheel less one, and the inverse of that; 0 for any speed
+    steps: f32,
+    step: f32,
+}
+
+fn wheels_of(world: u32) -> WheelsCell {
+    let cell = numbers(world, 0u);
+    return WheelsCell(cell.x, cell.y, cell.z, cell.w);
+}
+
+// A wheel's speed for an output, from -1 to 1, exactly so at both ends.
+fn speed_of(wheels: WheelsCell, output: f32) -> f32 {
+    if (wheels.steps == 0.0f) {
+        return 2.0f * output - 1.0f;
+    }
+    let level = 2.0f * floor(output * wheels.steps + 0.5f) - wheels.steps;
+    let end = select(-1.0f, 1.0f, level > 0.0f);
+    return select(level * wheels.step, end, abs(level) == wheels.steps);
+}
+
+// The motion for a pair of outputs (left, right), with the world's motor noise.
+fn motion(life: Life, step: u32, outputs: vec2<f32>) -> Motion {
+    let world = life.world;
+    let wheels = wheels_of(world);
+    let left = speed_of(wheels, outputs.x);
+    let right = speed_of(wheels, outputs.y);
+    let moved = Motion(0.5f * (left + right) * wheels.farthest, (right - left) * wheels.turn, left, right);
+    return noisy_motion(life, step, moved);
+}
+
+// Where a motion leads from a pose (x and y in mm, heading in turns), were nothing in the way: along an arc, whose chord has
+// the direction of half the turn.
+fn moved_pose(world: u32, pose: vec3<f32>, moved: Motion) -> vec3<f32> {
+    let half = 0.5f * moved.turn;
+    let angle = RADIANS_PER_TURN * abs(half);
+    var chord = moved.displacement;
+    // Below, the chord is as long as the arc in single precision.
+    if (angle > 0x1p-12f) {
+        chord *= cosine_sine(abs(half)).y * reciprocal(angle);
+    }
+    let ahead = cosine_sine(pose.z + half);
+    let heading = pose.z + moved.turn;
+    return vec3<f32>(pose.x + chord * ahead.x, pose.y + chord * ahead.y, heading - floor(heading));
+}

@@ -1,0 +1,104 @@
+// Sensors of a robot that is described rather than sampled, of each kind. `looks` is where a sensor looks, in turns.
+
+// After the sensors come FLOOR_CELL, a cell with the floor's grey; LIGHT_COUNT lights of a cell each, x, y and brightness; and
+// PATCH_COUNT patches of the floor of two cells each.
+
+// A sensor's numbers.
+struct SensorCell {
+    // where it is on the body and looks, in turns, counter-clockwise from straight ahead
+    heading: f32,
+    // mm from the body's centre
+    offset: f32,
+    // mm; of a light sensor its law
+    range: f32,
+    // the inverse of the range; of a bumper half its width in turns
+    share: f32,
+}
+
+// The laws of light sensors; what is neither is 1 / (1 + d^2).
+const LAW_LINEAR: f32 = 0.0f;
+const LAW_EXPONENTIAL: f32 = 1.0f;
+
+fn sensor_of(world: u32, cell: u32) -> SensorCell {
+    let numbers = numbers(world, cell);
+    return SensorCell(numbers.x, numbers.y, numbers.z, numbers.w);
+}
+
+// A reading, 0 if it is so small that its product with a gene might be subnormal.
+fn flushed(x: f32) -> f32 {
+    return select(0.0f, x, x >= 0x1p-60f);
+}
+
+// A bumper's reading of one object, which lies in the direction `to`: 1 if its nearest point is within the bumper's width, and
+// nearer to the body than its range.
+fn bumper_at(shape: u32, to: vec2<f32>, sensor: SensorCell, looks: f32) -> f32 {
+    let reach = shapes[shape].contact + sensor.range;
+    var pressed = 0.0f;
+    if (squared_length(to) < reach * reach) {
+        let turned = direction(to) - looks;
+        let off = abs(turned - floor(turned + 0.5f));
+        // Within an object every side is pressed.
+        pressed = select(0.0f, 1.0f, (off <= sensor.share) | (squared_length(to) == 0.0f));
+    }
+    return pressed;
+}
+
+// The reading of a sensor whose ray is free up to a distance from the body's centre: a share of the range, 0 to 1. The ray begins
+// at the centre, so that a sensor within an object reads 0.
+fn range_share(sensor: SensorCell, free: f32) -> f32 {
+    let share = clamp((free - sensor.offset) * sensor.share, 0.0f, 1.0f);
+    return select(flushed(share), 1.0f, free >= sensor.offset + sensor.range);
+}
+
+// The brightness of all lights that no object hides, at most 1.
+fn light_reading(world: u32, at: vec2<f32>, sensor: SensorCell, looks: f32) -> f32 {
+    let place = at + sensor.offset * cosine_sine(looks);
+    var sum = 0.0f;
+    for (var index = 0u; index < LIGHT_COUNT; index++) {
+        let light = numbers(world, FLOOR_CELL + 1u + index);
+        let to = vec2<f32>(light.x - place.x, light.y - place.y);
+        let distance = root(max(squared_length(to), 0x1p-10f));
+        let toward_light = direction(to);
+        let turned = toward_light - looks;
+        // From a quarter turn off on it reads nothing.
+        let facing = 1.0f - 4.0f * abs(turned - floor(turned + 0.5f));
+        if (facing > 0.0f) {
+            // A light may stand at a wall.
+            if (ray_in_world(world, place, toward_light, distance) >= distance - 1.0f) {
+                sum += light.z * facing * brightness_share(sensor, distance);
+            }
+        }
+    }
+    return min(flushed(sum), 1.0f);
+}
+
+// The share of its brightness that a light has at a distance.
+fn brightness_share(sensor: SensorCell, distance: f32) -> f32 {
+    let d = distance * sensor.share;
+    if (sensor.range == LAW_LINEAR) {
+        return max(1.0f - d, 0.0f);
+    }
+    if (sensor.range == LAW_EXPONENTIAL) {
+        // e^-43 is 2e-19.
+        return exponential(max(-d, -43.0f));
+    }
+    return reciprocal(1.0f + d * d);
+}
+
+// The grey of the floor below the sensor.
+fn ground_reading(world: u32, at: vec2<f32>, sensor: SensorCell, looks: f32) -> f32 {
+    let place = at + sensor.offset * cosine_sine(looks);
+    var grey = numbers(world, FLOOR_CELL).x;
+    for (var index = 0u; index < PATCH_COUNT; index++) {
+        let first = FLOOR_CELL + 1u + LIGHT_COUNT + 2u * index;
+        let centre = numbers(world, first);
+        let size = numbers(world, first + 1u);
+        let from_centre = vec2<f32>(place.x - centre.x, place.y - centre.y);
+        let along = abs(from_centre.x * centre.z + from_centre.y * centre.w);
+        let across = abs(from_centre.y * centre.z - from_centre.x * centre.w);
+        let is_round = squared_length(from_centre) < size.z;
+        let is_within = (along <= size.x) & (across <= size.y) & (size.z == 0.0f);
+        grey = select(grey, size.w, is_round | is_within);
+    }
+    return grey;
+}
