@@ -4,8 +4,8 @@
 use std::sync::Arc;
 
 use oneiro::arena::{Arena, Block, Obstacle};
-use oneiro::batch::{Batch, Rollout, TraceRequest};
-use oneiro::compose::{Kind, OwnPart, OwnParts, Part};
+use oneiro::batch::{Batch, Rollout, Trace, TraceRequest};
+use oneiro::compose::{DetailKind, Kind, OwnPart, OwnParts, Part};
 use oneiro::cpu::Cpu;
 use oneiro::evaluator::{Control, Evaluator};
 use oneiro::random::Key;
@@ -328,6 +328,62 @@ fn sensors_reach_shipped_and_own_controllers_alike() {
     assert_ne!(far, near, "the range shows");
 }
 
+/// Traces have the readings of a user's sensors, and what each part remembers, of every type.
+#[test]
+fn traces_have_own_readings_and_memory() {
+    const TASK: &str = "
+    struct TaskState {
+        place: vec2<f32>,
+        cycles: u32,
+        down: vec3<i32>,
+    }
+    fn task_begin(life: Life, pose: vec3<f32>) -> TaskState {
+        return TaskState(vec2<f32>(0.0f, 0.0f), 5u, vec3<i32>(0, 0, 0));
+    }
+    fn task_cycle(life: Life, now: Experience, before: TaskState) -> Reward {
+        let down = vec3<i32>(-3, 7, -1 - i32(now.step));
+        let place = vec2<f32>(now.perceived.own.ahead, now.end.y);
+        return Reward(0.0f, TaskState(place, before.cycles + 1u, down));
+    }";
+    let world = World::new(WorldSpec {
+        task: Task::Own,
+        own: OwnParts::from([
+            own(Kind::Sensor, SENSORS, &[]),
+            own(Kind::Controller, RECURRENT, &[]),
+            own(Kind::Task, TASK, &[]),
+        ]),
+        ..everything(RECURRENT).spec().clone()
+    })
+    .unwrap();
+    let names: Vec<_> = world.details().iter().map(|detail| detail.name.as_str()).collect();
+    assert_eq!(names[..2], ["0", "1"]);
+    #[rustfmt::skip]
+    assert_eq!(
+        names[16..],
+        ["ahead", "north", "north", "outputs.x", "outputs.y", "place.x", "place.y", "cycles", "down.x", "down.y", "down.z"]
+    );
+    let kinds = |kind| world.details().iter().filter(|detail| detail.kind == kind).count();
+    assert_eq!((kinds(DetailKind::Perceived), kinds(DetailKind::Real)), (10, 8));
+    assert_eq!(kinds(DetailKind::Memory(Kind::Task)), 6);
+    let batch = batch(&world, 70, Some(TraceRequest { every: 3 }));
+    let outcome = Cpu::new(Some(2)).unwrap().evaluate(&batch, &Control::new()).unwrap();
+    for trace in &outcome.traces {
+        assert_eq!(trace.len(), 67);
+        for (index, (record, details)) in trace.lines().enumerate() {
+            let float = |word: usize| f32::from_bits(details[16 + word]);
+            let memory: Vec<f32> = (2..7).map(float).collect();
+            assert_eq!(memory[0], float(1), "the compass remembers its reading");
+            assert_eq!(memory[1..3], [record.left, record.right]);
+            assert_eq!(memory[3], float(0));
+            assert!((memory[4] - record.y).abs() < 10.0);
+            let step = 3 * index as u32;
+            let whole = &details[23..];
+            assert_eq!(whole[..3], [6 + step, (-3_i32).cast_unsigned(), 7]);
+            assert_eq!(whole[3].cast_signed(), -1 - step.cast_signed());
+        }
+    }
+}
+
 /// A world with a controller whose commands are these expressions, of which `wild` is not a number.
 fn commanded_world(left: &str, right: &str) -> World {
     let text = format!(
@@ -491,11 +547,13 @@ fn a_gpu_has_the_same_bits() {
         everything(RECURRENT),
         commanded_world("5.0f", "wild"),
     ] {
-        let batch = batch(&world, 2_000, None);
+        let batch = batch(&world, 2_000, Some(TraceRequest { every: 20 }));
         let [cpu, gpu] = [&mut Cpu::new(Some(2)).unwrap() as &mut dyn Evaluator, &mut gpu]
-            .map(|evaluator| evaluator.evaluate(&batch, &Control::new()).unwrap().fitness);
+            .map(|evaluator| evaluator.evaluate(&batch, &Control::new()).unwrap());
         let bits = |fitness: Vec<f32>| fitness.into_iter().map(f32::to_bits).collect::<Vec<_>>();
-        assert_eq!(bits(cpu), bits(gpu));
+        assert_eq!(bits(cpu.fitness), bits(gpu.fitness));
+        let words = |traces: &[Trace]| traces.iter().flat_map(Trace::words).collect::<Vec<_>>();
+        assert!(words(&cpu.traces) == words(&gpu.traces), "{}", world.kernel().name);
     }
 }
 
@@ -664,7 +722,7 @@ fn mistakes_are_refused_with_their_place() {
         ),
         (
             SENSORS.replace("    ahead: f32", "    left_90: f32"),
-            "own.wgsl:7:5: in `SensorReadings`: `left_90` is a reading that the robot has already",
+            "own.wgsl:7:5: in `SensorReadings`: `left_90` is a name of a shipped reading",
         ),
         (
             SENSORS.replace("SensorReadings", "Seen"),

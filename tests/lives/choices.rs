@@ -98,5 +98,6 @@ pub(crate) fn collisions() -> Vec<(String, WorldSpec)> {
         with("sliding", Collision::Slide, &|_| ()),
         with("sliding, motor noise", Collision::Slide, &|spec| spec.noise.motor = 0.2),
         with("sliding along a block", Collision::Slide, &beside_a_block),
+        with("sticking", Collision::Stick, &|_| ()),
     ]
 }

@@ -217,15 +217,21 @@ impl<'a> Setting<'a> {
         }
     }
 
-    /// Finds the objects within a robot's reach. Returns whether the robot is free; if not, some objects are missing.
+    /// Finds the objects within a robot's reach. Returns whether the robot is free; if not, some objects are missing, unless
+    /// it sticks.
     fn around(&self, x: f32, y: f32, near: &mut Vec<Near>) -> bool {
         near.clear();
+        let sticks = self.spec.robot.collision == Collision::Stick;
+        let mut is_free = true;
         for (object, index) in self.objects.iter().zip(0..) {
             let to = object.toward(x, y);
             let squared = squared(to);
             if squared < object.reach_squared {
                 if squared < object.contact_squared {
-                    return false;
+                    is_free = false;
+                    if !sticks {
+                        return false;
+                    }
                 }
                 near.push(Near {
                     object: index,
@@ -234,7 +240,7 @@ impl<'a> Setting<'a> {
                 });
             }
         }
-        true
+        is_free
     }
 
     /// Final position of a body that slides along what it would touch at its goal.
@@ -301,6 +307,8 @@ pub(crate) struct Life<'a> {
     /// Cells of the field that it has visited, by column and row.
     visited: std::collections::HashSet<(i32, i32)>,
     /// Sum of all rewards so far.
+    /// Whether it has stuck to what it touched.
+    sticks: bool,
     pub(crate) fitness: f32,
 }
 
@@ -338,6 +346,7 @@ impl<'a> Life<'a> {
             shift: [(2.0 * u[0] - 1.0) * range, (2.0 * u[1] - 1.0) * range],
             outputs: [0.0; 2],
             visited: std::collections::HashSet::new(),
+            sticks: false,
             fitness: 0.0,
         }
     }
@@ -365,7 +374,10 @@ impl<'a> Life<'a> {
         let real = sums.map(|sum| least(sum as i32 as f32 * scale, 1.0));
         let perceived = self.with_noise(step, real);
         let outputs = self.control(&perceived);
-        let moved = self.motion(step, outputs);
+        let mut moved = self.motion(step, outputs);
+        if self.sticks {
+            (moved.displacement, moved.turn) = (0.0, 0.0);
+        }
 
         let (cosine, sine) = if spec.robot.turn_before_move == 0.0 {
             self.facing
@@ -386,6 +398,12 @@ impl<'a> Life<'a> {
             let heading = self.heading + moved.turn;
             (self.x, self.y, self.heading) = (x, y, heading - floor(heading));
             self.facing = cosine_sine(self.heading);
+        } else if spec.robot.collision == Collision::Stick {
+            std::mem::swap(&mut self.near, &mut self.next_near);
+            let heading = self.heading + moved.turn;
+            (self.x, self.y, self.heading) = (x, y, heading - floor(heading));
+            self.facing = cosine_sine(self.heading);
+            self.sticks = true;
         } else if spec.robot.collision != Collision::Undo {
             if spec.robot.collision == Collision::Slide {
                 [self.x, self.y] = self.setting.slide([self.x, self.y], [x, y]);

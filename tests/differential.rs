@@ -1,0 +1,575 @@
+//! Robots that are described rather than sampled: their motion and sensors against geometry in double precision, the same bits on
+//! every device, and what is refused.
+
+use std::f64::consts::{PI, TAU};
+
+use oneiro::arena::{Arena, Block, Light, Obstacle, Patch};
+use oneiro::batch::{Batch, Rollout, Trace, TraceRequest};
+use oneiro::cpu::Cpu;
+use oneiro::differential::{Build, Differential, Law, Sensor, SensorKind};
+use oneiro::evaluator::{Control, Evaluator};
+use oneiro::random::{Key, pcg4d};
+use oneiro::surrogate::{Differences, Surrogate};
+use oneiro::world::{Collision, Controller, Noise, Start, World, WorldSpec};
+
+const RADIUS: f64 = 40.0;
+
+fn sensor(name: &str, kind: SensorKind, heading: f32, range: f32) -> Sensor {
+    Sensor {
+        name: name.into(),
+        kind,
+        heading,
+        range: Some(range),
+        ..Sensor::default()
+    }
+}
+
+fn robot() -> Differential {
+    Differential {
+        wheel_base: 60.0,
+        greatest_speed: 200.0,
+        speeds: 0,
+        sensors: vec![
+            sensor("ahead", SensorKind::Proximity, 0.0, 100.0),
+            sensor("left", SensorKind::Distance, 0.2, 150.0),
+            Sensor {
+                offset: Some(0.0),
+                ..sensor("back", SensorKind::Distance, -0.45, 90.0)
+            },
+            Sensor {
+                width: Some(0.3),
+                ..sensor("bump", SensorKind::Bumper, 0.0, 5.0)
+            },
+            sensor("right", SensorKind::Proximity, -0.2, 80.0),
+        ],
+    }
+}
+
+fn arena() -> Arena {
+    Arena {
+        blocks: vec![Block {
+            x: 420.0,
+            y: 420.0,
+            length: 120.0,
+            width: 60.0,
+            heading: 0.07,
+            class: "whatever".into(),
+        }],
+        obstacles: vec![Obstacle {
+            x: 180.0,
+            y: 400.0,
+            radius: 30.0,
+            class: "anything".into(),
+        }],
+        ..Arena::rectangle(600.0, 600.0)
+    }
+}
+
+fn spec(change: impl FnOnce(&mut WorldSpec, &mut Differential)) -> WorldSpec {
+    let mut own = robot();
+    let mut spec = WorldSpec {
+        arena: arena(),
+        cycles: 150,
+        ..WorldSpec::miglino1995()
+    };
+    spec.robot.body_radius = RADIUS as f32;
+    spec.robot.collision = Collision::Slide;
+    change(&mut spec, &mut own);
+    spec.robot.build = Build::Differential(own);
+    spec
+}
+
+fn batch(world: &World, lives: u32, traced: bool) -> Batch {
+    let gene = |life: u32, gene: usize| (pcg4d([life, gene as u32, 8, 8])[0] >> 8) as f32 / 4_194_304.0 - 2.0;
+    let genes: Vec<Vec<f32>> = (0..lives)
+        .map(|life| (0..world.genes()).map(|index| gene(life, index)).collect())
+        .collect();
+    let rollouts: Vec<_> = (0_u64..)
+        .zip(&genes)
+        .map(|(life, genes)| Rollout {
+            world: 0,
+            genes,
+            key: Key::rollout(5, 0, life, 0),
+        })
+        .collect();
+    let trace = traced.then_some(TraceRequest { every: 1 });
+    Batch::new(std::slice::from_ref(world), &rollouts, trace).unwrap()
+}
+
+fn traces(spec: WorldSpec, lives: u32) -> Vec<Trace> {
+    let world = World::new(spec).unwrap();
+    let outcome = Cpu::new(Some(2))
+        .unwrap()
+        .evaluate(&batch(&world, lives, true), &Control::new());
+    outcome.unwrap().traces
+}
+
+/// Each cycle is the arc on which wheels of those speeds roll.
+#[test]
+fn a_cycle_is_an_arc() {
+    let mut seen = 0;
+    for trace in traces(spec(|_, _| ()), 100) {
+        for pair in trace.windows(2).filter(|pair| pair[0].collided == 0.0) {
+            let [left, right] = [pair[0].left, pair[0].right].map(|output| 20.0 * (2.0 * f64::from(output) - 1.0));
+            let (x, y, heading) = (pair[0].x, pair[0].y, f64::from(pair[0].heading) * TAU);
+            let turn = (right - left) / 60.0;
+            // By 1,000 small steps.
+            let (mut x, mut y) = (f64::from(x), f64::from(y));
+            for part in 0..1000 {
+                let now = heading + turn * (f64::from(part) + 0.5) / 1000.0;
+                x += 0.5 * (left + right) / 1000.0 * now.cos();
+                y += 0.5 * (left + right) / 1000.0 * now.sin();
+            }
+            let found = [pair[1].x, pair[1].y].map(f64::from);
+            assert!((found[0] - x).hypot(found[1] - y) < 1e-3, "{pair:?} {x} {y}");
+            let off = f64::from(pair[1].heading) - (heading + turn) / TAU;
+            assert!((off - off.round()).abs() < 1e-5, "{pair:?}");
+            seen += u32::from(turn.abs() > 0.2);
+        }
+    }
+    assert!(seen > 100, "{seen} sharp turns");
+}
+
+/// The speeds of a wheel that has few of them: evenly spaced, and exactly 0 in the middle and 1 at the ends.
+#[test]
+fn wheels_have_as_many_speeds_as_they_are_given() {
+    for (count, least) in [(5, 5), (2, 2), (4, 4), (83, 60), (128, 90)] {
+        let mut speeds: Vec<f32> = Vec::new();
+        for trace in traces(spec(|_, robot| robot.speeds = count), 100) {
+            for record in &trace {
+                let steps = (count - 1) as f32;
+                let wanted = 2.0 * (record.left * steps + 0.5).floor() / steps - 1.0;
+                assert!((record.speed_left - wanted).abs() < 1e-6, "{record:?}");
+                speeds.extend([record.speed_left, record.speed_right]);
+            }
+        }
+        speeds.sort_by(f32::total_cmp);
+        speeds.dedup();
+        assert!(
+            (least..=count as usize).contains(&speeds.len()),
+            "{} of {count}",
+            speeds.len()
+        );
+        assert_eq!((speeds[0], *speeds.last().unwrap()), (-1.0, 1.0));
+        assert_eq!(speeds.contains(&0.0), count % 2 == 1);
+    }
+}
+
+/// With nothing in range a reading is exactly 1 or 0, whatever the rounding of range and offset.
+#[test]
+fn nothing_in_range_is_exact() {
+    for (range, offset) in [(47.0, None), (55.0, Some(35.5)), (110.0, Some(0.0)), (50.0, Some(36.7))] {
+        let empty = spec(|spec, robot| {
+            spec.arena = Arena {
+                walls: Vec::new(),
+                ..Arena::rectangle(600.0, 600.0)
+            };
+            robot.sensors = [SensorKind::Distance, SensorKind::Proximity]
+                .map(|kind| Sensor {
+                    offset,
+                    ..sensor(["far", "near"][kind as usize], kind, 0.1, range)
+                })
+                .into();
+        });
+        for trace in traces(empty, 5) {
+            for (_, details) in trace.lines() {
+                assert_eq!(details[..2], [1.0_f32.to_bits(), 0], "{range} {offset:?}");
+            }
+        }
+    }
+}
+
+/// Distance from a point to the nearest point of each object, and the direction of that point.
+fn objects([x, y]: [f64; 2]) -> [(f64, f64); 6] {
+    let to = |[px, py]: [f64; 2]| ((px - x).hypot(py - y), (py - y).atan2(px - x));
+    let (sine, cosine) = (0.07 * TAU).sin_cos();
+    let along = ((x - 420.0) * cosine + (y - 420.0) * sine).clamp(-60.0, 60.0);
+    let across = ((y - 420.0) * cosine - (x - 420.0) * sine).clamp(-30.0, 30.0);
+    let (distance, direction) = to([180.0, 400.0]);
+    [
+        to([0.0, y]),
+        to([600.0, y]),
+        to([x, 0.0]),
+        to([x, 600.0]),
+        (distance - 30.0, direction),
+        to([
+            420.0 + along * cosine - across * sine,
+            420.0 + along * sine + across * cosine,
+        ]),
+    ]
+}
+
+/// Distance along a ray to the nearest object, by small steps.
+fn ray([x, y]: [f64; 2], angle: f64, range: f64) -> f64 {
+    const STEP: f64 = 0.02;
+    let mut distance = 0.0;
+    while distance < range {
+        let at = [x + distance * angle.cos(), y + distance * angle.sin()];
+        let is_out = !(0.0..=600.0).contains(&at[0]) || !(0.0..=600.0).contains(&at[1]);
+        let least = objects(at)
+            .iter()
+            .fold(f64::MAX, |least, (distance, _)| least.min(*distance));
+        if is_out || least <= STEP / 2.0 {
+            return distance;
+        }
+        // Nothing is nearer than that.
+        distance += (0.9 * least).max(STEP);
+    }
+    range
+}
+
+#[test]
+fn sensors_read_what_geometry_says() {
+    let mut seen = [0; 5];
+    for trace in traces(spec(|_, _| ()), 60) {
+        for (record, details) in trace.lines().step_by(7) {
+            let readings: Vec<f64> = details[5..10]
+                .iter()
+                .map(|word| f64::from(f32::from_bits(*word)))
+                .collect();
+            let (at, heading) = (
+                [f64::from(record.x), f64::from(record.y)],
+                f64::from(record.heading) * TAU,
+            );
+            let measured = |turns: f64, offset: f64, range: f64| {
+                let angle = heading + turns * TAU;
+                let start = [at[0] + offset * angle.cos(), at[1] + offset * angle.sin()];
+                ray(start, angle, range) / range
+            };
+            let expected = [
+                1.0 - measured(0.0, RADIUS, 100.0),
+                measured(0.2, RADIUS, 150.0),
+                measured(-0.45, 0.0, 90.0),
+                f64::from(u8::from(objects(at).iter().any(|(distance, direction)| {
+                    let off = (direction - heading + PI).rem_euclid(TAU) - PI;
+                    distance - RADIUS < 5.0 && off.abs() <= 0.15 * TAU
+                }))),
+                1.0 - measured(-0.2, RADIUS, 80.0),
+            ];
+            for (sensor, (found, expected)) in readings.iter().zip(expected).enumerate() {
+                // At an edge a ray hits or misses, and a bumper is pressed or not.
+                if (found - expected).abs() > 2e-3 {
+                    seen[sensor] -= 20;
+                }
+                seen[sensor] += i32::from(*found > 0.0 && *found < 1.0 || sensor == 3 && *found == 1.0);
+            }
+        }
+    }
+    // Thousands of readings that aren't at an end of the scale, and few that differ.
+    assert!(seen.iter().all(|seen| *seen > 50), "{seen:?}");
+}
+
+/// Light by each law, hidden by objects, and the floor's grey, against the formulas in double precision.
+#[test]
+fn light_and_ground_are_read() {
+    let laws = [Law::Linear, Law::Exponential, Law::InverseSquare];
+    let eye = |index: usize, offset| Sensor {
+        law: Some(laws[index]),
+        offset,
+        ..sensor(
+            ["one", "two", "three"][index],
+            SensorKind::Light,
+            0.1 * index as f32,
+            300.0,
+        )
+    };
+    let spec = spec(|spec, robot| {
+        robot.sensors = vec![
+            eye(0, None),
+            eye(1, Some(0.0)),
+            eye(2, Some(10.0)),
+            Sensor {
+                range: None,
+                ..sensor("floor", SensorKind::Ground, 0.25, 0.0)
+            },
+        ];
+        let light = |x, y, brightness| Light { x, y, brightness };
+        spec.arena.lights = vec![light(300.0, 590.0, 0.9), light(60.0, 80.0, 0.5)];
+        spec.arena.floor = Some(0.75);
+        let patch = Patch {
+            x: 300.0,
+            y: 200.0,
+            ..Patch::default()
+        };
+        spec.arena.patches = vec![
+            Patch {
+                radius: Some(150.0),
+                grey: 0.5,
+                ..patch.clone()
+            },
+            Patch {
+                sides: Some([300.0, 80.0]),
+                heading: 0.15,
+                grey: 0.25,
+                ..patch
+            },
+        ];
+    });
+    let (mut lit, mut hidden, mut wrong, mut greys) = ([0; 3], 0, 0, Vec::new());
+    for trace in traces(spec, 100) {
+        for (record, details) in trace.lines().step_by(5) {
+            let readings: Vec<f64> = details[4..8]
+                .iter()
+                .map(|word| f64::from(f32::from_bits(*word)))
+                .collect();
+            let (at, heading) = (
+                [f64::from(record.x), f64::from(record.y)],
+                f64::from(record.heading) * TAU,
+            );
+            let place = |turns: f64, offset: f64| {
+                let angle = heading + turns * TAU;
+                [at[0] + offset * angle.cos(), at[1] + offset * angle.sin()]
+            };
+            for (index, offset) in [RADIUS, 0.0, 10.0].into_iter().enumerate() {
+                let turns = 0.1 * index as f64;
+                let own = place(turns, offset);
+                let mut sum = 0.0;
+                for [x, y, brightness] in [[300.0, 590.0, 0.9], [60.0, 80.0, 0.5]] {
+                    let (distance, direction) = ((x - own[0]).hypot(y - own[1]), (y - own[1]).atan2(x - own[0]));
+                    let off = ((direction - heading - turns * TAU + PI).rem_euclid(TAU) - PI).abs();
+                    let facing = (1.0 - off / (PI / 2.0)).max(0.0);
+                    if ray(own, direction, distance) < distance - 1.0 {
+                        hidden += u32::from(facing > 0.1);
+                        continue;
+                    }
+                    let d = distance / 300.0;
+                    let falloff = [(1.0 - d).max(0.0), (-d).exp(), 1.0 / (1.0 + d * d)][index];
+                    sum += brightness * facing * falloff;
+                }
+                if (readings[index] - sum.min(1.0)).abs() > 1e-3 {
+                    // A ray that grazes an object.
+                    wrong += 1;
+                }
+                lit[index] += u32::from(sum > 0.05);
+            }
+            let [x, y] = place(0.25, RADIUS);
+            let (sine, cosine) = (0.15 * TAU).sin_cos();
+            let (along, across) = (
+                (x - 300.0) * cosine + (y - 200.0) * sine,
+                (y - 200.0) * cosine - (x - 300.0) * sine,
+            );
+            let edges = [
+                along.abs() - 150.0,
+                across.abs() - 40.0,
+                (x - 300.0).hypot(y - 200.0) - 150.0,
+            ];
+            if edges.iter().all(|edge| edge.abs() > 0.1) {
+                let expected = if edges[0] < 0.0 && edges[1] < 0.0 {
+                    0.25
+                } else if edges[2] < 0.0 {
+                    0.5
+                } else {
+                    0.75
+                };
+                assert_eq!(readings[3], expected, "{record:?}");
+                greys.push(expected);
+            }
+        }
+    }
+    assert!(lit.iter().all(|count| *count > 100) && hidden > 20, "{lit:?} {hidden}");
+    assert!(wrong <= 20, "{wrong} of {lit:?}");
+    greys.sort_by(f64::total_cmp);
+    greys.dedup();
+    assert_eq!(greys, [0.25, 0.5, 0.75]);
+}
+
+/// Noise is added to each reading by itself, and clipped; the readings before it stay.
+#[test]
+fn noise_is_each_sensors_own() {
+    let noisy = spec(|spec, _| {
+        spec.noise = Noise {
+            sensor: (-0.2, 0.3),
+            motor: 0.1,
+            ..Noise::CONSERVATIVE
+        };
+    });
+    let (mut above, mut count) = ([0.0; 5], [0.0; 5]);
+    for trace in traces(noisy, 60) {
+        for (record, details) in trace.lines() {
+            let numbers: Vec<f32> = details.iter().map(|word| f32::from_bits(*word)).collect();
+            let (perceived, real) = numbers.split_at(5);
+            for sensor in 0..5 {
+                let added = perceived[sensor] - real[sensor];
+                assert!((0.0..=1.0).contains(&perceived[sensor]));
+                assert!((-0.2 - 1e-6..0.3 + 1e-6).contains(&added), "{added}");
+                if (0.3..0.7).contains(&real[sensor]) {
+                    // Nothing is clipped, and 0.3 of 0.5 are above 0.
+                    above[sensor] += f64::from(u8::from(added > 0.0));
+                    count[sensor] += 1.0;
+                }
+            }
+            assert_ne!((record.seen_x, record.seen_y), (record.x, record.y));
+        }
+    }
+    // The bumper is 0 or 1.
+    for sensor in [0, 1, 2, 4] {
+        let share = above[sensor] / count[sensor];
+        let enough = count[sensor] > 300.0 && (share - 0.6).abs() < 0.1;
+        assert!(enough, "{sensor}: {share} of {}", count[sensor]);
+    }
+}
+
+#[test]
+fn genes_are_named_by_the_sensors() {
+    for (controller, genes, name) in [
+        (Controller::Perceptron, 12, "back_to_left"),
+        (Controller::Hidden { units: 3 }, 26, "back_to_unit_0"),
+        (Controller::Recurrent, 16, "back_to_left"),
+    ] {
+        let world = World::new(spec(|spec, _| spec.controller = controller)).unwrap();
+        assert_eq!(world.genes(), genes);
+        assert_eq!(world.gene_layout().names().len(), genes);
+        assert_eq!(world.gene_layout().names()[2], name);
+        assert!(world.kernel().name.contains("+5-sensors-"), "{}", world.kernel().name);
+    }
+    let bare = World::new(spec(|_, robot| robot.sensors.clear())).unwrap();
+    assert_eq!(bare.gene_layout().names(), ["bias_left", "bias_right"]);
+}
+
+#[test]
+fn what_cannot_be_is_refused() {
+    let refused = |change: &dyn Fn(&mut WorldSpec, &mut Differential)| {
+        World::new(spec(|spec, robot| change(spec, robot)))
+            .unwrap_err()
+            .to_string()
+    };
+    for name in ["", "2nd", "Left", "a-b", "a b"] {
+        let text = refused(&|_, robot| robot.sensors[1].name = name.into());
+        assert!(text.starts_with("robot.sensors[1].name: is `"), "{text}");
+    }
+    let text = refused(&|_, robot| robot.sensors[3].name = "ahead".into());
+    assert!(
+        text.contains("robot.sensors[3].name: is `ahead`; allowed: a name that no other"),
+        "{text}"
+    );
+    let text = refused(&|_, robot| robot.speeds = 1);
+    assert!(text.starts_with("robot.speeds: is 1"), "{text}");
+    let text = refused(&|_, robot| robot.sensors[3].offset = Some(1.0));
+    assert!(text.starts_with("robot.sensors[3].offset_mm: is given"), "{text}");
+    for name in ["fn", "loop", "own"] {
+        let text = refused(&|_, robot| robot.sensors[0].name = name.into());
+        assert!(text.starts_with("robot.sensors"), "{text}");
+    }
+    let text = refused(&|_, robot| robot.greatest_speed = 900.0);
+    assert!(
+        text.starts_with("robot.greatest_speed_mm_s: the greatest displacement"),
+        "{text}"
+    );
+    let text = refused(&|_, robot| robot.wheel_base = f32::NAN);
+    assert!(text.starts_with("robot.wheel_base_mm"), "{text}");
+    let text = refused(&|_, robot| robot.sensors[2].range = Some(0.0));
+    assert!(text.starts_with("robot.sensors[2].range_mm"), "{text}");
+    let text = refused(&|_, robot| robot.sensors[2].range = None);
+    assert!(text.starts_with("robot.sensors[2].range_mm: is missing"), "{text}");
+    let text = refused(&|_, robot| robot.sensors[2].width = Some(0.5));
+    assert!(text.starts_with("robot.sensors[2].width_turns: is given"), "{text}");
+    let text = refused(&|_, robot| robot.sensors[2].law = Some(Law::Linear));
+    assert!(text.starts_with("robot.sensors[2].law: is given"), "{text}");
+    let text = refused(&|_, robot| robot.sensors[0].kind = SensorKind::Light);
+    assert!(text.starts_with("arena.lights: is empty"), "{text}");
+    let text = refused(&|spec, _| {
+        spec.arena.patches = vec![Patch {
+            x: 0.0,
+            y: 0.0,
+            ..Patch::default()
+        }];
+    });
+    assert!(text.starts_with("arena.patches[0]: has both"), "{text}");
+    let light = Light {
+        x: 1.0,
+        y: 1.0,
+        brightness: 1.0,
+    };
+    let sampled = World::new(WorldSpec {
+        arena: Arena {
+            lights: vec![light],
+            ..Arena::miglino1995()
+        },
+        ..WorldSpec::miglino1995()
+    });
+    assert!(sampled.unwrap_err().to_string().starts_with("arena.lights"));
+    let text = refused(&|spec, _| spec.surrogate = Some(Surrogate::drawn(1, Differences::all(1.0)).into()));
+    assert!(text.starts_with("robot.kind"), "{text}");
+}
+
+#[test]
+fn a_robot_that_sticks_stays_for_good() {
+    let sticking = spec(|spec, _| {
+        spec.robot.collision = Collision::Stick;
+        spec.start = Start::At {
+            x: 300.0,
+            y: 100.0,
+            heading: 0.1,
+        };
+    });
+    let mut stuck = 0;
+    for trace in traces(sticking, 60) {
+        let Some(first) = trace.iter().position(|record| record.collided > 0.0) else {
+            continue;
+        };
+        // The cycle of the collision is made, and is the last that is.
+        assert_ne!(
+            (trace[first].x, trace[first].y),
+            (trace[first + 1].x, trace[first + 1].y)
+        );
+        for record in &trace[first + 1..] {
+            assert_eq!((record.x, record.y), (trace[first + 1].x, trace[first + 1].y));
+            assert_eq!((record.heading, record.collided), (trace[first + 1].heading, 1.0));
+            assert_eq!(record.reward, 0.0);
+        }
+        stuck += 1;
+    }
+    assert!(stuck > 10, "{stuck}");
+}
+
+#[cfg(feature = "gpu")]
+#[test]
+fn a_gpu_has_the_same_bits() {
+    let noisy = |spec: &mut WorldSpec| {
+        spec.noise = Noise {
+            motor: 0.1,
+            ..Noise::SENSOR
+        };
+    };
+    let lit = |spec: &mut WorldSpec, robot: &mut Differential| {
+        let law = Some(Law::Exponential);
+        for (name, range) in [("eye", 5.0), ("other", 200.0)] {
+            robot.sensors.push(Sensor {
+                law,
+                ..sensor(name, SensorKind::Light, 0.1, range)
+            });
+        }
+        robot.sensors.push(Sensor {
+            range: None,
+            ..sensor("floor", SensorKind::Ground, 0.0, 0.0)
+        });
+        robot.speeds = 83;
+        spec.arena.lights = vec![Light {
+            x: 300.0,
+            y: 300.0,
+            brightness: 0.7,
+        }];
+        spec.arena.patches = vec![Patch {
+            x: 300.0,
+            y: 300.0,
+            radius: Some(200.0),
+            ..Patch::default()
+        }];
+    };
+    let specs = [
+        spec(|spec, _| noisy(spec)),
+        spec(|spec, _| spec.robot.collision = Collision::Stick),
+        spec(|spec, robot| lit(spec, robot)),
+    ];
+    for spec in specs {
+        let world = World::new(spec).unwrap();
+        let batch = batch(&world, 200, true);
+        let here = Cpu::new(Some(2)).unwrap().evaluate(&batch, &Control::new()).unwrap();
+        let mut gpu = oneiro::gpu::Gpu::open(&oneiro::gpu::Choice::Best).unwrap();
+        let there = gpu.evaluate(&batch, &Control::new()).unwrap();
+        let bits = |fitness: &[f32]| fitness.iter().map(|fitness| fitness.to_bits()).collect::<Vec<_>>();
+        assert_eq!(bits(&here.fitness), bits(&there.fitness));
+        let words = |traces: &[Trace]| traces.iter().flat_map(Trace::words).collect::<Vec<_>>();
+        assert!(words(&here.traces) == words(&there.traces));
+    }
+}

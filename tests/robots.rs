@@ -1,0 +1,231 @@
+//! Robots that an experiment describes: the one of docs/robots.md, and that of `kheperax.toml` beside Kheperax's rules, written
+//! again in double precision from their description alone.
+
+use std::f64::consts::{FRAC_PI_2, FRAC_PI_4, PI, TAU};
+use std::fmt::Write;
+use std::path::Path;
+
+use oneiro::random::pcg4d;
+
+mod place;
+use place::Place;
+
+const GENES: usize = 66;
+const POLICIES: usize = 200;
+
+/// Walls, in sides of the maze.
+const WALLS: [[[f64; 2]; 2]; 13] = [
+    [[0.0, 0.0], [1.0, 0.0]],
+    [[0.0, 0.0], [0.0, 1.0]],
+    [[0.0, 1.0], [1.0, 1.0]],
+    [[1.0, 1.0], [1.0, 0.0]],
+    [[0.25, 0.25], [0.25, 0.75]],
+    [[0.14, 0.45], [0.0, 0.65]],
+    [[0.25, 0.75], [0.0, 0.8]],
+    [[0.25, 0.75], [0.66, 0.875]],
+    [[0.355, 0.0], [0.525, 0.185]],
+    [[0.25, 0.5], [0.75, 0.215]],
+    [[1.0, 0.25], [0.435, 0.55]],
+    [[0.0, 0.8], [0.0, 1.0]],
+    [[0.355, 0.0], [1.0, 0.0]],
+];
+
+/// A policy's genes: first weights from -sqrt(3 / inputs) to that, biases 0.
+fn policy(number: usize) -> Vec<f32> {
+    let uniform = |gene: usize, inputs: f64| {
+        let [word, ..] = pcg4d([number as u32, gene as u32, 4, 2]);
+        ((f64::from(word) / f64::from(u32::MAX) * 2.0 - 1.0) * (3.0 / inputs).sqrt()) as f32
+    };
+    let gene = |gene: usize| match (gene, gene % 8) {
+        (64.., _) | (_, 5) => 0.0,
+        (_, 0..5) => uniform(gene, 5.0),
+        _ => uniform(gene, 8.0),
+    };
+    (0..GENES).map(gene).collect()
+}
+
+/// Distance and direction from a point to the nearest point of a wall.
+fn nearest([x, y]: [f64; 2], [from, to]: [[f64; 2]; 2]) -> (f64, f64) {
+    let (dx, dy) = (to[0] - from[0], to[1] - from[1]);
+    let share = (((x - from[0]) * dx + (y - from[1]) * dy) / (dx * dx + dy * dy)).clamp(0.0, 1.0);
+    let (px, py) = (from[0] + share * dx - x, from[1] + share * dy - y);
+    (px.hypot(py), py.atan2(px))
+}
+
+/// A laser's reading; -1 if no wall is within 0.2. Touching the end of a wall is a hit.
+fn laser([x, y]: [f64; 2], angle: f64) -> f64 {
+    const END: f64 = 1e-6;
+    let (cosine, sine) = (angle.cos(), angle.sin());
+    let hit = |[from, to]: &[[f64; 2]; 2]| {
+        let (dx, dy) = (to[0] - from[0], to[1] - from[1]);
+        let across = cosine * dy - sine * dx;
+        let distance = ((from[0] - x) * dy - (from[1] - y) * dx) / across;
+        let share = ((from[0] - x) * sine - (from[1] - y) * cosine) / across;
+        let is_hit = (0.0..=0.2).contains(&distance) && (-END..=1.0 + END).contains(&share);
+        is_hit.then_some(distance)
+    };
+    WALLS.iter().filter_map(hit).min_by(f64::total_cmp).unwrap_or(-1.0)
+}
+
+/// Right and left bumper: 1 while a wall touches the body on that side in front, else -1.
+fn bumpers(at: [f64; 2], angle: f64) -> [f64; 2] {
+    let mut pressed = [-1.0; 2];
+    for wall in WALLS {
+        let (distance, direction) = nearest(at, wall);
+        let off = (direction - angle + PI).rem_euclid(TAU) - PI;
+        if distance < 0.015 {
+            if off <= 0.0 && off > -FRAC_PI_2 {
+                pressed[0] = 1.0;
+            }
+            if (0.0..FRAC_PI_2).contains(&off) {
+                pressed[1] = 1.0;
+            }
+        }
+    }
+    pressed
+}
+
+/// A life of 250 steps: where it ends, its fitness without a target, and whether it ended at a wall.
+fn lived(genes: &[f32]) -> ([f64; 2], f64, bool) {
+    let gene = |index: usize| f64::from(genes[index]);
+    let ([mut x, mut y], mut angle, mut fitness) = ([0.15, 0.15], FRAC_PI_2, 0.0);
+    let mut touched = bumpers([x, y], angle);
+    let mut hit = false;
+    for _ in 0..250 {
+        let lasers = [-FRAC_PI_4, 0.0, FRAC_PI_4].map(|side| laser([x, y], angle + side));
+        let inputs = [lasers[0], lasers[1], lasers[2], touched[0], touched[1]];
+        let mut outputs = [gene(64), gene(65)];
+        for unit in 0..8 {
+            let sum: f64 = (0..5).map(|input| gene(8 * unit + input) * inputs[input]).sum();
+            let value = (sum + gene(8 * unit + 5)).max(0.0);
+            outputs[0] += gene(8 * unit + 6) * value;
+            outputs[1] += gene(8 * unit + 7) * value;
+        }
+        let [left, right] = outputs.map(|output| 0.025 * output.tanh());
+        fitness -= left * left + right * right;
+        touched = bumpers([x, y], angle);
+        hit = WALLS.iter().any(|wall| nearest([x, y], *wall).0 <= 0.015);
+        if !hit {
+            let turn = (right - left) / 0.03;
+            let chord = 0.5
+                * (left + right)
+                * if turn == 0.0 {
+                    1.0
+                } else {
+                    (0.5 * turn).sin() / (0.5 * turn)
+                };
+            x += chord * (angle + 0.5 * turn).cos();
+            y += chord * (angle + 0.5 * turn).sin();
+            angle += turn;
+        }
+    }
+    ([x, y], fitness, hit)
+}
+
+/// The page's example runs as it stands, and its files have its sensors' names.
+#[test]
+fn the_pages_robot_runs() {
+    let place = Place::new("own-robot");
+    let page = include_str!("../docs/robots.md");
+    let example = page
+        .split("```toml\n")
+        .nth(1)
+        .and_then(|rest| rest.split("```").next())
+        .unwrap();
+    place.write(
+        "own.toml",
+        format!("evolution.generations = 3\nevolution.population = 20\nevolution.parents = 4\n{example}"),
+    );
+    let checked = place.good(&["check", "own.toml"]);
+    for gene in ["left_to_left", "behind_to_right", "bias_right"] {
+        assert!(checked.contains(gene), "{checked}");
+    }
+    place.good(&[
+        "run",
+        "own.toml",
+        "--seed",
+        "1",
+        "--out",
+        "run",
+        "--backend",
+        "cpu",
+        "--quiet",
+    ]);
+    let trace = place.text("run/trace.csv");
+    let head = trace.lines().next().unwrap();
+    for column in ["sensor_left", "sensor_right", "sensor_behind", "real_behind"] {
+        assert!(head.split(',').any(|name| name == column), "{head}");
+    }
+    assert!(place.text("run/README.md").contains("`sensor_behind`"));
+    place.good(&["verify", "run"]);
+    place.good(&["replay", "run", "--backend", "cpu", "--quiet"]);
+    let bad = place.text("own.toml").replace("\"behind\"", "\"left\"");
+    place.write("bad.toml", bad);
+    place
+        .run(&["check", "bad.toml"])
+        .exits(3)
+        .says(&["robot.sensors[2].name: is `left`; allowed: a name that no other"]);
+    place
+        .run(&[
+            "check",
+            "own.toml",
+            "--set",
+            "arena.preset=open",
+            "--set",
+            "arena.floor=0.5",
+        ])
+        .exits(3)
+        .says(&["arena: has a preset and values of its own"]);
+    let both = ["run", "own.toml", "--seed", "1", "--set", "robot.tables=khepera"];
+    place.run(&both).exits(3).says(&["robot.tables"]);
+    let other = ["check", "own.toml", "--set", "robot.kind=sampled"];
+    place.run(&other).exits(3).says(&["robot.wheel_base_mm"]);
+}
+
+/// Most of 200 random policies end where the rules say, to a millimetre: chaos carries the rest away, as it does between
+/// single and double precision elsewhere.
+#[test]
+fn random_policies_end_where_the_rules_say() {
+    let place = Place::new("kheperax");
+    let mut genomes = String::new();
+    let policies: Vec<_> = (0..POLICIES).map(policy).collect();
+    for policy in &policies {
+        let numbers: Vec<_> = policy.iter().map(ToString::to_string).collect();
+        let _ = writeln!(genomes, "{}", numbers.join(","));
+    }
+    place.write("policies.csv", genomes);
+    let experiment = Path::new(env!("CARGO_MANIFEST_DIR")).join("../experiments/kheperax.toml");
+    let printed = place.good(&[
+        "evaluate",
+        &experiment.display().to_string(),
+        "--genomes",
+        "policies.csv",
+        "--seed",
+        "1",
+        "--measures",
+        "--set",
+        "task.values.goal=0",
+        "--backend",
+        "cpu",
+        "--json",
+        "--quiet",
+    ]);
+    let lives: Vec<serde_json::Value> = serde_json::from_str(&printed).unwrap();
+    assert_eq!(lives.len(), POLICIES);
+    let (mut same, mut at_a_wall, mut far) = (0, 0, 0);
+    for (life, policy) in lives.iter().zip(&policies) {
+        let number = |name: &str| life[name].as_f64().unwrap();
+        let ([x, y], fitness, hit) = lived(policy);
+        let (dx, dy) = (number("end_x_mm") - 1000.0 * x, number("end_y_mm") - 1000.0 * y);
+        if dx.hypot(dy) < 1.0 {
+            same += 1;
+            at_a_wall += u32::from(hit);
+            far += u32::from((x - 0.15).hypot(y - 0.15) > 0.1);
+            let off = (number("fitness") - fitness).abs();
+            assert!(off < 2e-3 * fitness.abs() + 1e-5, "{life} {fitness}");
+        }
+    }
+    println!("{same} of {POLICIES} end within 1 mm; {at_a_wall} of them at a wall, {far} over 100 mm from the start");
+    assert!(same >= 180, "{same}");
+    assert!(at_a_wall > 20 && far > 50, "{at_a_wall} {far}");
+}
