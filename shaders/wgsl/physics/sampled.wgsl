@@ -12,6 +12,8 @@ struct State {
     // what the conservative noise displaces perception by
     shift_x: f32,
     shift_y: f32,
+    // 1 once a body that sticks has touched something
+    stuck: u32,
 }
 
 fn first_state(life: Life) -> State {
@@ -19,7 +21,7 @@ fn first_state(life: Life) -> State {
     let shift = first_shift(life);
     return State(
         task_begin(life, pose), controller_begin(life), sensor_begin(life, pose),
-        pose.x, pose.y, pose.z, 0.0f, shift.x, shift.y,
+        pose.x, pose.y, pose.z, 0.0f, shift.x, shift.y, 0u,
     );
 }
 
@@ -27,6 +29,7 @@ fn kept(own: State) -> State {
     return State(
         task_kept(own.task), controller_kept(own.controller), sensor_kept(own.sensor),
         stored(own.x), stored(own.y), stored(own.heading), stored(own.fitness), stored(own.shift_x), stored(own.shift_y),
+        own.stuck,
     );
 }
 
@@ -51,12 +54,8 @@ fn cycle(life: Life, step: u32, before: State) -> Cycle {
     own.controller = command.state;
     let outputs = command.outputs;
     var moved = motion(life, step, outputs);
-    if (worlds[world].collision == STICK) {
-        if (touches(world, vec2<f32>(pose.x, pose.y))) {
-            moved.displacement = 0.0f;
-            moved.turn = 0.0f;
-        }
-    }
+    moved.displacement = select(moved.displacement, 0.0f, own.stuck != 0u);
+    moved.turn = select(moved.turn, 0.0f, own.stuck != 0u);
     let reached = moved_pose(world, pose, moved);
     let collided = touches(world, vec2<f32>(reached.x, reached.y));
 
@@ -73,6 +72,7 @@ fn cycle(life: Life, step: u32, before: State) -> Cycle {
         if (worlds[world].collision == STICK) {
             own.x = reached.x;
             own.y = reached.y;
+            own.stuck = select(own.stuck, 1u, collided);
         }
     }
     let end = vec3<f32>(own.x, own.y, own.heading);
