@@ -111,7 +111,7 @@ impl Scalar {
     }
 }
 
-/// What one of the details in a trace is.
+/// Kind of a trace detail.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum DetailKind {
     /// A reading that the controller got.
@@ -122,7 +122,7 @@ pub enum DetailKind {
     Memory(Kind),
 }
 
-/// One of the details in the trace of a life, see [`Trace::details`](crate::batch::Trace::details).
+/// A trace detail, see [`Trace::details`](crate::batch::Trace::details).
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Detail {
     /// Its name: the sensor's number or name, or the field of a part's memory.

@@ -126,8 +126,7 @@ impl Choice for SensorKind {
 }
 
 impl Differential {
-    /// What the kernel reads of it and of its arena, given the body's radius: the cells of `robot/arcs.wgsl` and
-    /// `sensor/kinds.wgsl`.
+    /// Kernel data for the robot and its arena: the cells that `robot/arcs.wgsl` and `sensor/kinds.wgsl` declare.
     pub(crate) fn cells(&self, body_radius: f32, arena: &Arena) -> Vec<[u32; 4]> {
         let farthest = 0.1 * f64::from(self.greatest_speed);
         let steps = self.speeds.saturating_sub(1) as f32;
@@ -180,7 +179,7 @@ impl Differential {
         1.0 + self.sensors.iter().map(reach).fold(0.0, f32::max)
     }
 
-    /// Checks what the rows of its values don't.
+    /// Checks conditions that involve several values.
     pub(crate) fn check(&self, readings: &[String], arena: &Arena) -> Result<(), Invalid> {
         if self.speeds == 1 {
             return Err(Invalid::new("robot.speeds", "is 1; allowed: 0, or 2 to 1024"));

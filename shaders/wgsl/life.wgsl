@@ -3,7 +3,7 @@
 // `physics/sampled` the simulator made from a robot's own samples, `physics/surrogate` what stands in for the
 // robot itself, `physics/foraging` an on-board simulator of a forager.
 
-// What one cycle leads to, and its line of the trace.
+// The state after a cycle, and the cycle's trace line.
 struct Cycle {
     next: State,
     line: Line,

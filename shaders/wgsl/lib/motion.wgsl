@@ -1,6 +1,6 @@
-// What motors do in a cycle, and what a trace has of it.
+// A robot's motion in one cycle, motor noise, and the record of the cycle.
 
-// What one pair of motor commands does in one cycle.
+// The effect of a pair of motor commands over one cycle.
 struct Motion {
     // mm along the heading
     displacement: f32,
@@ -23,7 +23,7 @@ fn noisy_motion(life: Life, step: u32, commanded: Motion) -> Motion {
     return moved;
 }
 
-// A cycle's part of a line of the trace. The readings are from the place `seen`.
+// The record of a cycle. `seen` is the position that the readings were taken from.
 fn recorded(
     pose: vec3<f32>, seen: vec2<f32>, outputs: vec2<f32>, moved: Motion, collided: bool, earned: f32, total: f32,
 ) -> Record {

@@ -1,6 +1,6 @@
-// What the kernels share whose rollouts are lives of one robot: who lives, where a life starts, and its trace.
+// Shared by all kernels that simulate one robot per rollout: the life, its start, and its trace.
 
-// What a line of a trace has of every robot: the pose at the start of a cycle, and what came of it.
+// The part of a trace line that all robots have: the pose at the start of a cycle, the action, and the reward.
 struct Record {
     x: f32,
     y: f32,
@@ -18,7 +18,7 @@ struct Record {
     fitness: f32,
 }
 
-// A line of a trace. The details depend on the robot: what its sensors read, for example.
+// One line of a trace. The details, such as sensor readings, depend on the robot.
 struct Line {
     record: Record,
     details: Details,

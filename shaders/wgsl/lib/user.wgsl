@@ -17,6 +17,7 @@ fn distance_along(life: Life, start: vec2<f32>, heading: f32, most: f32) -> f32 
     return ray_in_world(life.world, start, heading, most);
 }
 
+// The same in a world.
 fn ray_in_world(world: u32, start: vec2<f32>, heading: f32, most: f32) -> f32 {
     let ahead = cosine_sine(heading);
     let first = worlds[world].first_shape;

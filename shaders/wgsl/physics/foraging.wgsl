@@ -39,8 +39,8 @@ fn kept(own: State) -> State {
     );
 }
 
-// What a trace has of a forager alone: what its sensors of proximity read in front, from the left, its behaviour, and 1
-// if it carries food.
+// Trace details of a forager: its four front proximity readings from left to right, its behaviour, and 1 if it carries
+// food.
 struct Details {
     front_0: f32,
     front_1: f32,

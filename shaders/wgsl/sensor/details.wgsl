@@ -1,4 +1,4 @@
-// What a trace has of the eight sensors of proximity.
+// Trace details of a robot with eight sampled proximity sensors.
 
 struct Details {
     // activations as perceived

@@ -1,4 +1,4 @@
-// Sensors of a robot that is described rather than sampled, of each kind. `looks` is where a sensor looks, in turns.
+// Models of the sensors that an experiment can describe. `looks` is the direction that a sensor faces, in turns.
 
 // After the sensors come FLOOR_CELL, a cell with the floor's grey; LIGHT_COUNT lights of a cell each, x, y and brightness; and
 // PATCH_COUNT patches of the floor of two cells each.
@@ -43,8 +43,8 @@ fn bumper_at(shape: u32, to: vec2<f32>, sensor: SensorCell, looks: f32) -> f32 {
     return pressed;
 }
 
-// The reading of a sensor whose ray is free up to a distance from the body's centre: a share of the range, 0 to 1. The ray begins
-// at the centre, so that a sensor within an object reads 0.
+// The reading of a ray that is free up to a distance from the body's centre: a share of the range, 0 to 1. The ray begins at
+// the centre, so a sensor inside an object reads 0.
 fn range_share(sensor: SensorCell, free: f32) -> f32 {
     let share = clamp((free - sensor.offset) * sensor.share, 0.0f, 1.0f);
     return select(flushed(share), 1.0f, free >= sensor.offset + sensor.range);

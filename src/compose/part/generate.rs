@@ -102,7 +102,7 @@ fn plus_weighed(life: Life, index: u32, own: SensorReadings, sum: f32) -> f32 {{
     )
 }
 
-/// The details of a trace: each with the expression that it has in a cycle.
+/// The struct of a trace's details, and the functions that fill and store it.
 pub(super) fn details(details: &[Detail]) -> String {
     // No struct is empty.
     let unused = [Detail {
@@ -135,7 +135,7 @@ fn details_kept(own: Details) -> Details {{
 /// Constants that `readings` declares.
 pub(super) const COUNTS: [&str; 3] = ["FLOOR_CELL", "LIGHT_COUNT", "PATCH_COUNT"];
 
-/// The readings of a robot that is described: what `sensor/readings.wgsl` and `sensor/sampled.wgsl` have of a sampled one.
+/// The readings of a described robot, in place of `sensor/readings.wgsl` and `sensor/sampled.wgsl`.
 pub(super) fn readings(robot: &Differential, arena: &Arena) -> String {
     let count = robot.sensors.len();
     let each = |line: &dyn Fn(usize, &str) -> String| -> String {

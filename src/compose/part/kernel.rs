@@ -24,10 +24,10 @@ pub(super) const GENERATED: &str = "what Oneiro adds";
 /// The functions that users' parts may call.
 pub(super) const USER: &str = "lib/user.wgsl";
 
-/// What a trace has of the shipped sensors alone.
+/// Trace details of the shipped sensors; composed kernels generate their own.
 const DETAILS: &str = "sensor/details.wgsl";
 
-/// What only sampled robots have, and what stands in its place for one that is described.
+/// Parts that only sampled robots use, and those that described robots use instead.
 const SAMPLED: [&str; 4] = [
     "sensor/readings.wgsl",
     "sensor/sampled.wgsl",

@@ -21,7 +21,7 @@ pub(crate) struct TraceTable {
     cells: Vec<(Column, Cell)>,
 }
 
-/// What a column has of a line of a trace.
+/// Source of a column's values.
 enum Cell {
     Record(fn(&Record) -> f32),
     /// A word of the details.
