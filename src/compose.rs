@@ -38,6 +38,7 @@ use oneiro_shaders::Kernel;
 
 use crate::arena::Arena;
 use crate::differential::Build;
+use crate::network::Network;
 use crate::parameter::{Allowed, Datum, Invalid};
 use crate::tables::SENSORS;
 
@@ -273,6 +274,15 @@ impl OwnParts {
             }));
         }
         details
+    }
+
+    /// These parts, and a network as the controller.
+    pub(crate) fn with_network(&self, network: &Network, readings: &[String]) -> Result<Self, Invalid> {
+        let part = Part::new(Kind::Controller, "network", &network.wgsl(readings.len()));
+        let part = part.map_err(|refused| Invalid::new("controller.kind", refused.to_string()))?;
+        let mut all = self.clone();
+        all.insert(Arc::new(OwnPart::new(Arc::new(part), &[])?));
+        Ok(all)
     }
 
     /// All values, in cells of four words; those of each part begin a cell.

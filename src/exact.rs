@@ -28,6 +28,27 @@ pub fn exponential(x: f64) -> f64 {
     sum * f64::from_bits(((doublings as i64 + 1023) as u64) << 52)
 }
 
+/// Natural logarithm of a normal number, to 1e-15 of itself or of 1.
+pub fn logarithm(x: f64) -> f64 {
+    let exponent = ((x.to_bits() >> 52) & 0x7ff) as i32 - 1022;
+    // In [1/2, 1).
+    let mantissa = f64::from_bits(x.to_bits() & !(0x7ff << 52) | 1022 << 52);
+    let (doublings, m) = if mantissa < std::f64::consts::FRAC_1_SQRT_2 {
+        (exponent - 1, 2.0 * mantissa)
+    } else {
+        (exponent, mantissa)
+    };
+    // ln m = 2 artanh((m - 1) / (m + 1)), and that is below 0.172.
+    let ratio = (m - 1.0) / (m + 1.0);
+    let square = ratio * ratio;
+    let (mut sum, mut power) = (0.0, ratio);
+    for n in 0..12 {
+        sum += power / f64::from(2 * n + 1);
+        power *= square;
+    }
+    2.0 * sum + f64::from(doublings) * std::f64::consts::LN_2
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -38,6 +59,9 @@ mod tests {
             let x = f64::from(k) * 0.034;
             assert!((exponential(x) / x.exp() - 1.0).abs() < 1e-13, "exp {x}");
             assert!((cosine(x) - x.to_radians().cos()).abs() < 1e-13, "cos {x}");
+            let positive = (x.abs() + 1e-3) * 10_f64.powi(k / 200);
+            let difference = logarithm(positive) - positive.ln();
+            assert!(difference.abs() < 1e-15 * positive.ln().abs().max(1.0), "ln {positive}");
         }
     }
 }

@@ -14,6 +14,7 @@ pub mod exact;
 pub mod foraging;
 #[cfg(feature = "gpu")]
 pub mod gpu;
+pub mod network;
 pub mod parameter;
 pub mod pool;
 pub mod probe;

@@ -13,9 +13,10 @@ use crate::arena::Arena;
 use crate::batch::{Buffers, WorldKind, Worlds};
 use crate::compose::{Composed, Detail, Kind, OwnParts};
 use crate::differential::Build;
+use crate::network::Network;
 use crate::parameter::Invalid;
 use crate::surrogate::Surrogate;
-use crate::tables::{MotorStates, MotorTable, PREVIOUS, SENSOR_NAMES, SENSORS, SensorTables};
+use crate::tables::{MotorStates, MotorTable, PREVIOUS, SENSOR_NAMES, SensorTables};
 
 pub use parameters::{COORDINATE, LENGTH, parameters};
 
@@ -110,7 +111,7 @@ impl Noise {
 }
 
 /// Mapping from sensors to wheel commands, with weights and biases as genes.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq)]
 pub enum Controller {
     /// All readings to 2 logistic outputs: 18 genes for 8 readings.
     Perceptron,
@@ -121,74 +122,80 @@ pub enum Controller {
     },
     /// All readings and the 2 previous outputs to 2 logistic outputs: 22 genes for 8 readings.
     Recurrent,
+    /// A network that is described by its layers. Needs the feature `native`.
+    Network(Network),
     /// A user's controller, in [`WorldSpec::own`].
     Own,
 }
 
 impl Controller {
-    /// Genes of a shipped controller that reads the eight sampled sensors of proximity.
-    pub fn layout(self) -> GeneLayout {
-        GeneLayout {
-            controller: self,
-            readings: SENSOR_NAMES.map(str::to_owned).into(),
-            own: 0,
+    /// Genes of a controller with these readings, unless it is a user's.
+    fn genes(&self, readings: &[String]) -> Vec<Gene> {
+        const OUTPUTS: [&str; 2] = ["left", "right"];
+        let weights = |inputs: &[String], to: &str| -> Vec<Gene> {
+            let weights = inputs.iter().map(|input| format!("{input}_to_{to}"));
+            weights.chain([format!("bias_{to}")]).map(Gene::new).collect()
+        };
+        match self {
+            Self::Perceptron => OUTPUTS.iter().flat_map(|to| weights(readings, to)).collect(),
+            Self::Hidden { units } => {
+                let unit = |unit: u32| {
+                    let to_outputs = OUTPUTS.map(|to| Gene::new(format!("unit_{unit}_to_{to}")));
+                    weights(readings, &format!("unit_{unit}")).into_iter().chain(to_outputs)
+                };
+                let biases = OUTPUTS.map(|to| Gene::new(format!("bias_{to}")));
+                (0..*units).flat_map(unit).chain(biases).collect()
+            }
+            Self::Recurrent => {
+                let inputs = [readings, &PREVIOUS.map(str::to_owned)].concat();
+                OUTPUTS.iter().flat_map(|to| weights(&inputs, to)).collect()
+            }
+            Self::Network(network) => network.genes(readings),
+            Self::Own => Vec::new(),
         }
+    }
+
+    /// Genes of a shipped controller that reads the eight sampled sensors of proximity.
+    pub fn layout(&self) -> GeneLayout {
+        GeneLayout(self.genes(&SENSOR_NAMES.map(str::to_owned)).into())
     }
 }
 
-/// Genes of a controller: their number and their names.
+/// A gene of a controller.
 #[derive(Clone, Debug, PartialEq)]
-pub struct GeneLayout {
-    controller: Controller,
-    /// Names of all readings.
-    readings: Arc<[String]>,
-    /// Number of genes of a user's controller.
-    own: usize,
+pub struct Gene {
+    /// The weight of an input to a unit or an output, such as `left_90_to_right`, a bias, such as `bias_right`, or another
+    /// number of the controller. Those of a user's controller are numbered, from `gene_0`.
+    pub name: String,
+    /// Least and greatest value, if it has a range of its own.
+    pub range: Option<[f32; 2]>,
 }
+
+impl Gene {
+    /// A gene without a range of its own.
+    pub(crate) fn new(name: String) -> Self {
+        Self { name, range: None }
+    }
+}
+
+/// Genes of a controller, in the order of a genome.
+#[derive(Clone, Debug, PartialEq)]
+pub struct GeneLayout(Arc<[Gene]>);
 
 impl GeneLayout {
     /// Number of genes.
     pub fn genes(&self) -> usize {
-        // The constants are those of kernels with eight readings. Each output or hidden unit weighs each reading.
-        let weights = self.readings.len();
-        let without = |genes: u32, units: usize| genes as usize - units * SENSORS;
-        match self.controller {
-            Controller::Perceptron => without(life::PERCEPTRON_GENES, 2) + 2 * weights,
-            Controller::Hidden { units } => {
-                (without(life::HIDDEN_UNIT_GENES, 1) + weights) * units as usize + life::HIDDEN_OUTPUT_GENES as usize
-            }
-            Controller::Recurrent => without(life::RECURRENT_GENES, 2) + 2 * weights,
-            Controller::Own => self.own,
-        }
+        self.0.len()
     }
 
-    /// Name of each gene, in the order of a genome: the weight of an input to a unit or an output, such as
-    /// `left_90_to_right`, or a bias, such as `bias_right`. Those of a user's controller are numbered, from `gene_0`.
+    /// Name of each gene.
     pub fn names(&self) -> Vec<String> {
-        const OUTPUTS: [&str; 2] = ["left", "right"];
-        let readings: Vec<&str> = self.readings.iter().map(String::as_str).collect();
-        let weights = |inputs: &[&str], to: &str| -> Vec<String> {
-            let weights = inputs.iter().map(|input| format!("{input}_to_{to}"));
-            weights.chain([format!("bias_{to}")]).collect()
-        };
-        match self.controller {
-            Controller::Perceptron => OUTPUTS.iter().flat_map(|to| weights(&readings, to)).collect(),
-            Controller::Hidden { units } => {
-                let unit = |unit: u32| {
-                    let to_outputs = OUTPUTS.map(|to| format!("unit_{unit}_to_{to}"));
-                    weights(&readings, &format!("unit_{unit}"))
-                        .into_iter()
-                        .chain(to_outputs)
-                };
-                let biases = OUTPUTS.map(|to| format!("bias_{to}"));
-                (0..units).flat_map(unit).chain(biases).collect()
-            }
-            Controller::Recurrent => {
-                let inputs = [&readings[..], &PREVIOUS].concat();
-                OUTPUTS.iter().flat_map(|to| weights(&inputs, to)).collect()
-            }
-            Controller::Own => (0..self.own).map(|index| format!("gene_{index}")).collect(),
-        }
+        self.0.iter().map(|gene| gene.name.clone()).collect()
+    }
+
+    /// Range of each gene that has one of its own.
+    pub fn ranges(&self) -> Vec<Option<[f32; 2]>> {
+        self.0.iter().map(|gene| gene.range).collect()
     }
 }
 
@@ -349,15 +356,20 @@ impl World {
     /// The first invalid value: its path, the value itself, and the allowed values.
     pub fn new(mut spec: WorldSpec) -> Result<Self, Invalid> {
         check::check(&mut spec)?;
-        let Composed { kernel, genes } = spec.own.compose(kernel(&spec), &spec.robot.build, &spec.arena)?;
+        let readings = [spec.robot.readings(), spec.own.readings().to_vec()].concat();
+        let parts = match &spec.controller {
+            Controller::Network(network) => spec.own.with_network(network, &readings)?,
+            _ => spec.own.clone(),
+        };
+        let Composed { kernel, genes } = parts.compose(kernel(&spec), &spec.robot.build, &spec.arena)?;
         let packed = pack::Packed::new(&spec)?;
+        let genes = match (&spec.controller, genes) {
+            (Controller::Own, Some(count)) => (0..count).map(|index| Gene::new(format!("gene_{index}"))).collect(),
+            (controller, _) => controller.genes(&readings),
+        };
         let world = Self(Arc::new(Checked {
-            genes: GeneLayout {
-                readings: [spec.robot.readings(), spec.own.readings().to_vec()].concat().into(),
-                own: genes.unwrap_or(0),
-                ..spec.controller.layout()
-            },
-            details: spec.own.details(&spec.robot.build),
+            genes: GeneLayout(genes.into()),
+            details: parts.details(&spec.robot.build),
             spec,
             kernel,
             packed,
@@ -409,15 +421,15 @@ impl World {
     }
 }
 
-/// The shipped kernel of a world, with a perceptron in the place of a user's controller.
+/// The shipped kernel of a world, with a perceptron in place of a controller that is composed.
 fn kernel(spec: &WorldSpec) -> &'static Kernel {
-    match (spec.controller, &spec.surrogate) {
-        (Controller::Perceptron | Controller::Own, None) => &oneiro_shaders::LIFE_PERCEPTRON,
+    match (&spec.controller, &spec.surrogate) {
         (Controller::Hidden { .. }, None) => &oneiro_shaders::LIFE_HIDDEN,
         (Controller::Recurrent, None) => &oneiro_shaders::LIFE_RECURRENT,
-        (Controller::Perceptron | Controller::Own, Some(_)) => &oneiro_shaders::SURROGATE_PERCEPTRON,
+        (_, None) => &oneiro_shaders::LIFE_PERCEPTRON,
         (Controller::Hidden { .. }, Some(_)) => &oneiro_shaders::SURROGATE_HIDDEN,
         (Controller::Recurrent, Some(_)) => &oneiro_shaders::SURROGATE_RECURRENT,
+        (_, Some(_)) => &oneiro_shaders::SURROGATE_PERCEPTRON,
     }
 }
 

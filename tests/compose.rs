@@ -189,7 +189,7 @@ fn the_shipped_task_written_again_has_its_bits() {
         Controller::Hidden { units: 3 },
         Controller::Recurrent,
     ] {
-        let own = world(SAME, &[], &|spec| spec.controller = controller);
+        let own = world(SAME, &[], &|spec| spec.controller = controller.clone());
         let shipped = World::new(WorldSpec {
             task: Task::AVOIDANCE,
             own: OwnParts::default(),
@@ -266,7 +266,7 @@ fn the_shipped_controllers_written_again_have_their_bits() {
     for (text, controller) in WRITTEN_AGAIN {
         for change in [&|_: &mut WorldSpec| {}, &surrogate as &dyn Fn(&mut WorldSpec)] {
             let mut spec = WorldSpec {
-                controller,
+                controller: controller.clone(),
                 noise: Noise::SENSOR,
                 cycles: 200,
                 ..WorldSpec::miglino1995()
@@ -312,7 +312,7 @@ fn sensors_reach_shipped_and_own_controllers_alike() {
         .unwrap()
     };
     for ((text, controller), genes) in WRITTEN_AGAIN.into_iter().zip([22, 41, 26]) {
-        let (written, shipped) = (everything(text), shipped(controller, 500.0));
+        let (written, shipped) = (everything(text), shipped(controller.clone(), 500.0));
         assert_eq!((written.genes(), shipped.genes()), (genes, genes));
         assert_eq!(shipped.gene_layout().names().len(), genes);
         let bits = fitness(&written);

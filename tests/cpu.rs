@@ -36,7 +36,7 @@ fn every_lane_code_gives_the_same_bits() {
         "{names:?}"
     );
     for controller in CONTROLLERS {
-        let batch = batch(&worlds(controller), 150, Some(7));
+        let batch = batch(&worlds(controller.clone()), 150, Some(7));
         let expected = bits(cpu(1), &batch);
         assert!(
             expected.0.iter().filter(|&&bits| f32::from_bits(bits) > 1.0).count() > 50,

@@ -92,7 +92,7 @@ fn all_kernels_give_the_cpus_bits() {
     let mut gpu = gpu();
     assert!(gpu.device().exact, "{:?}", gpu.device());
     for controller in CONTROLLERS {
-        let worlds = worlds(controller);
+        let worlds = worlds(controller.clone());
         let batch = batch(&worlds, 300, Some(7));
         let expected = bits(&mut cpu(), &batch);
         assert!(
@@ -249,7 +249,7 @@ fn wgsl_serves_those_that_take_no_spirv() {
     let mut gpu = Gpu::open_with(&adapter, Path::Wgsl).unwrap();
     assert!(!gpu.device().exact);
     for controller in CONTROLLERS {
-        let batch = batch(&worlds(controller), 400, None);
+        let batch = batch(&worlds(controller.clone()), 400, None);
         let expected = bits(&mut cpu(), &batch);
         let differ = differing(&bits(&mut gpu, &batch), &expected).len();
         // The driver may round in its own way, which changes few lives this short.

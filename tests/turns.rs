@@ -116,7 +116,7 @@ fn lives_of_single_robots() {
     ] {
         let world = |change: &dyn Fn(&mut WorldSpec)| {
             let mut spec = WorldSpec {
-                controller,
+                controller: controller.clone(),
                 ..WorldSpec::miglino1995()
             };
             change(&mut spec);

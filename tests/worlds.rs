@@ -47,7 +47,7 @@ fn genes_have_names() {
         Controller::Hidden { units: 3 },
         Controller::Recurrent,
     ];
-    for controller in controllers {
+    for controller in &controllers {
         let names = controller.layout().names();
         assert_eq!(names.len(), controller.layout().genes(), "{names:?}");
         let distinct: std::collections::BTreeSet<&String> = names.iter().collect();

@@ -80,7 +80,7 @@ fn knowing_blocks(robot: &Robot) -> Robot {
 ///
 /// # Errors
 /// None, as the tests show.
-pub(crate) fn worlds(controller: Controller, robot: &Robot) -> Result<Vec<World>, Invalid> {
+pub(crate) fn worlds(controller: &Controller, robot: &Robot) -> Result<Vec<World>, Invalid> {
     let mut worlds = Vec::new();
     let robot = &knowing_blocks(robot);
     let speeds = [Speed::Unsigned, Speed::Signed];
@@ -108,7 +108,7 @@ pub(crate) fn worlds(controller: Controller, robot: &Robot) -> Result<Vec<World>
                 },
                 arena: arena.clone(),
                 noise,
-                controller,
+                controller: controller.clone(),
                 own: OwnParts::default(),
                 task: Task::Avoidance {
                     speed: speeds[turn % 2],
@@ -134,7 +134,7 @@ pub(crate) fn worlds(controller: Controller, robot: &Robot) -> Result<Vec<World>
 ///
 /// # Errors
 /// None, as the tests show.
-pub(crate) fn surrogates(controller: Controller, robot: &Robot) -> Result<Vec<World>, Invalid> {
+pub(crate) fn surrogates(controller: &Controller, robot: &Robot) -> Result<Vec<World>, Invalid> {
     let mut worlds = Vec::new();
     let robot = &knowing_blocks(robot);
     for arena in Arena::NAMES.into_iter().filter_map(Arena::named) {
@@ -144,7 +144,7 @@ pub(crate) fn surrogates(controller: Controller, robot: &Robot) -> Result<Vec<Wo
                 robot: robot.clone(),
                 surrogate: Some(Arc::new(Surrogate::drawn(seed, Differences::all(severity)))),
                 arena: arena.clone(),
-                controller,
+                controller: controller.clone(),
                 cycles: CYCLES,
                 ..WorldSpec::miglino1995()
             })?);
@@ -274,14 +274,14 @@ mod tests {
     #[test]
     fn worlds_are_allowed_and_of_every_kind() {
         for (_, controller) in CONTROLLERS {
-            let worlds = worlds(controller, &Robot::khepera()).unwrap();
+            let worlds = worlds(&controller, &Robot::khepera()).unwrap();
             assert_eq!(worlds.len(), Arena::NAMES.len() * noises().len());
             let tasks: Vec<Task> = worlds.iter().map(|world| world.spec().task).collect();
             let different = (0..tasks.len()).filter(|&i| !tasks[..i].contains(&tasks[i])).count();
             assert_eq!(different, 14, "twelve choices, and new cells in some");
             assert!(worlds.iter().any(|world| world.spec().start != Start::Random));
             assert!(batch(&Worlds::new(&worlds).unwrap(), 100, 1, None).is_ok());
-            let surrogates = surrogates(controller, &Robot::khepera()).unwrap();
+            let surrogates = surrogates(&controller, &Robot::khepera()).unwrap();
             assert_eq!(surrogates.len(), Arena::NAMES.len() * 3);
             assert!(batch(&Worlds::new(&surrogates).unwrap(), 100, 1, None).is_ok());
         }

@@ -6,7 +6,7 @@ use oneiro_shaders::life;
 use super::parameters::{COORDINATE, LENGTH, PARAMETERS};
 use super::{Collision, Controller, Noise, Robot, Task, WorldSpec, pack};
 use crate::arena::{Arena, Field, Wall};
-use crate::compose::Kind;
+use crate::compose::{GREATEST_GENES, Kind};
 use crate::differential::Build;
 pub(super) use crate::parameter::LEAST;
 use crate::parameter::{self, Invalid, allowed_number, integer, number};
@@ -59,6 +59,10 @@ pub(super) fn check(spec: &mut WorldSpec) -> Result<(), Invalid> {
             let problem = "is not `Undo` in a surrogate's life; allowed: `Undo`, since its slip says how it slides";
             return Err(Invalid::new("robot.collision", problem));
         }
+    }
+    if let Controller::Network(network) = &spec.controller {
+        let readings = [spec.robot.readings(), spec.own.readings().to_vec()].concat();
+        network.check(&readings, GREATEST_GENES)?;
     }
     let own = [
         (Kind::Controller, spec.controller == Controller::Own),

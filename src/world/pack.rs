@@ -159,7 +159,7 @@ fn world(spec: &WorldSpec, random_start: u32, start: [f32; 3], shapes: u32) -> l
         turn_before_move: zero(spec.robot.turn_before_move),
         hidden: match spec.controller {
             Controller::Hidden { units } => units,
-            Controller::Perceptron | Controller::Recurrent | Controller::Own => 0,
+            _ => 0,
         },
         task_choices,
         new_cell: zero(new_cell),

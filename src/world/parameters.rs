@@ -6,6 +6,7 @@ use oneiro_shaders::life;
 
 use super::{Activation, Collision, Controller, Difference, Robot, Speed, Start, Task, WorldSpec};
 use crate::differential::{Build, Differential};
+use crate::network::Network;
 use crate::parameter::Allowed::{Any, Number, Text, Turns, Whole};
 use crate::parameter::{Allowed, Choice, Choices, Parameter, row};
 
@@ -127,6 +128,26 @@ pub fn parameters<T: AsMut<WorldSpec>>() -> Vec<Parameter<T>> {
                 Controller::Hidden { units } => Some(units),
                 _ => None,
             }),
+        row("controller.outputs", "", Any, OURS,
+            "Source of the two outputs: weighted, unless it is given.", |own, _| Some(&mut network(own)?.outputs)),
+        row("controller.activation", "", Any, OURS,
+            "Activation function of weighted outputs: logistic, unless it is given.", |own, _| Some(&mut network(own)?.activation)),
+        row("controller.slope", "", Number(0.001, 1000.0), OURS,
+            "Factor of the sum in that function: 1, unless it is given.", |own, _| Some(&mut network(own)?.slope)),
+        row("controller.layers", "", Any, OURS,
+            "Layers between readings and outputs, in order.", |own, _| Some(&mut network(own)?.layers)),
+        row("controller.layers[].kind", "", Any, "",
+            "What its units are.", |own, index| Some(&mut network(own)?.layers.get_mut(index)?.kind)),
+        row("controller.layers[].units", "", Whole(1, 64), "",
+            "Number of units: 4, unless it is given.", |own, index| Some(&mut network(own)?.layers.get_mut(index)?.units)),
+        row("controller.layers[].activation", "", Any, "",
+            "Activation function of dense and Elman layers: logistic, unless it is given.", |own, index| Some(&mut network(own)?.layers.get_mut(index)?.activation)),
+        row("controller.layers[].slope", "", Number(0.001, 1000.0), "",
+            "Factor of the sum in that function: 1, unless it is given.", |own, index| Some(&mut network(own)?.layers.get_mut(index)?.slope)),
+        row("controller.layers[].biases", "", Any, "",
+            "Whether each unit has a bias: true, unless it is given.", |own, index| Some(&mut network(own)?.layers.get_mut(index)?.biases)),
+        row("controller.layers[].time_constants_s", "s", Number(0.1, 1e5), "ours: 0.1 to 5 s",
+            "Least and greatest time constant of a continuous-time layer.", |own, index| Some(&mut network(own)?.layers.get_mut(index)?.time_constants)),
         row("task.kind", "", Any, "Miglino et al. 1995, section 3.1, equation 1",
             "What fitness is given for.", |own, _| Some(&mut own.as_mut().task)),
         row("task.speed", "", Any, "Miglino et al. 1995, section 5: driving to and fro \"will score relatively high\"",
@@ -156,6 +177,14 @@ fn described<T: AsMut<WorldSpec>>(own: &mut T) -> Option<&mut Differential> {
     }
 }
 
+/// The controller, if it is a network described by its layers.
+fn network<T: AsMut<WorldSpec>>(own: &mut T) -> Option<&mut Network> {
+    match &mut own.as_mut().controller {
+        Controller::Network(network) => Some(network),
+        _ => None,
+    }
+}
+
 /// Rows for worlds by themselves.
 pub(super) static PARAMETERS: LazyLock<Vec<Parameter<WorldSpec>>> = LazyLock::new(parameters);
 
@@ -181,6 +210,16 @@ impl Choice for Controller {
             "recurrent",
             Self::Recurrent,
             "both outputs are fed back as inputs: 22 genes for 8 readings",
+        ),
+        (
+            "network",
+            Self::Network(Network {
+                layers: Vec::new(),
+                outputs: None,
+                activation: None,
+                slope: None,
+            }),
+            "a network of the layers listed: see docs/controllers.md",
         ),
         (
             "own",

@@ -21,7 +21,11 @@ pub(crate) fn world(cycles: u32, change: impl Fn(&mut WorldSpec)) -> World {
 
 /// All kinds of noise; and a chosen start, for a life of another length.
 pub(crate) fn worlds(controller: Controller, cycles: u32, short: u32) -> Vec<World> {
-    let noise = |noise| world(cycles, |spec| (spec.noise, spec.controller) = (noise, controller));
+    let noise = |noise| {
+        world(cycles, |spec| {
+            (spec.noise, spec.controller) = (noise, controller.clone())
+        })
+    };
     vec![
         noise(Noise::NONE),
         noise(Noise::SENSOR),
@@ -30,7 +34,7 @@ pub(crate) fn worlds(controller: Controller, cycles: u32, short: u32) -> Vec<Wor
             ..Noise::CONSERVATIVE
         }),
         world(short, |spec| {
-            spec.controller = controller;
+            spec.controller = controller.clone();
             spec.start = Start::At {
                 x: 100.0,
                 y: 80.0,
@@ -41,7 +45,7 @@ pub(crate) fn worlds(controller: Controller, cycles: u32, short: u32) -> Vec<Wor
 }
 
 /// Distinct genes from -5 to 5.
-fn genes(individual: usize, count: usize) -> Vec<f32> {
+pub(crate) fn genes(individual: usize, count: usize) -> Vec<f32> {
     let gene = |gene| pcg4d([individual as u32, gene, 0, 0])[3] as f32 / 2.0_f32.powi(32) * 10.0 - 5.0;
     (0..count as u32).map(gene).collect()
 }

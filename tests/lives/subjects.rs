@@ -110,8 +110,8 @@ fn subjects(specs: Vec<(String, WorldSpec)>, controllers: &[Controller], rollout
     let again = specs[0].clone();
     let all = controllers.iter().skip(1).map(|_| again.clone()).chain(specs);
     all.zip(controllers.iter().cycle())
-        .map(|((name, mut spec), &controller)| {
-            spec.controller = controller;
+        .map(|((name, mut spec), controller)| {
+            spec.controller = controller.clone();
             let world = World::new(spec).unwrap_or_else(|error| panic!("{name}: {error}"));
             let name = match controller {
                 Controller::Hidden { units } => format!("{name}, {units} hidden"),

@@ -489,7 +489,7 @@ impl<'a> Life<'a> {
 
     fn control(&self, readings: &[f32; 8]) -> [f32; 2] {
         let genes = self.genes;
-        match self.setting.spec.controller {
+        match &self.setting.spec.controller {
             Controller::Perceptron => {
                 let left = weighed(&genes[..9], readings) + genes[8];
                 let right = weighed(&genes[9..18], readings) + genes[17];
@@ -501,7 +501,7 @@ impl<'a> Life<'a> {
                 logistic(sum + own[8] * self.outputs[0] + own[9] * self.outputs[1] + own[10])
             }),
             Controller::Hidden { units } => {
-                let biases = 11 * units as usize;
+                let biases = 11 * *units as usize;
                 let mut sums = [genes[biases], genes[biases + 1]];
                 for own in genes[..biases].chunks_exact(11) {
                     let output = logistic(weighed(own, readings) + own[8]);
@@ -510,7 +510,9 @@ impl<'a> Life<'a> {
                 }
                 sums.map(logistic)
             }
-            Controller::Own => unreachable!("the witness has the controllers that ship"),
+            Controller::Network(_) | Controller::Own => {
+                unreachable!("the witness has the controllers of shipped kernels")
+            }
         }
     }
 

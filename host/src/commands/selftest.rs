@@ -117,10 +117,10 @@ pub(crate) fn run(arguments: &Selftest, console: Console) -> Result {
     }
     let mut subjects = Vec::new();
     for (name, controller) in workload::CONTROLLERS {
-        let lives = workload::worlds(controller, &robot)?;
+        let lives = workload::worlds(&controller, &robot)?;
         subjects.push((name.to_owned(), Lives::of_worlds(&lives)?, arguments.rollouts));
         // A surrogate's cycle takes some twenty times as long.
-        let surrogates = workload::surrogates(controller, &robot)?;
+        let surrogates = workload::surrogates(&controller, &robot)?;
         let name = format!("surrogate, {name}");
         subjects.push((name, Lives::of_worlds(&surrogates)?, arguments.rollouts / 20));
     }

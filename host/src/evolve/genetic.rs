@@ -122,29 +122,38 @@ impl Choice for MutationUnit {
     ];
 }
 
+/// The range of each gene that has one of its own. It replaces the initial range and the limits, and the amount of a mutation
+/// is as large in it as in the initial range.
+type Ranges = Vec<Option<[f32; 2]>>;
+
 /// The algorithm at one generation: a function of its settings, its seed and the fitness reported to it.
 #[derive(Clone, Debug)]
 pub(crate) struct Genetic {
     settings: Settings,
     seed: u64,
     generation: u32,
+    ranges: Ranges,
     population: Population,
 }
 
 impl Genetic {
-    /// Starts from random genes, or from those given: as many individuals as the settings say.
-    pub(crate) fn new(settings: &Settings, seed: u64, genes: usize, init: Option<Population>) -> Self {
-        let population = init.unwrap_or_else(|| initial(settings, seed, genes));
-        Self::at(settings, seed, 0, population)
+    /// Starts from random genes, one for each of `ranges`, or from those given: as many individuals as the settings say.
+    pub(crate) fn new(settings: &Settings, seed: u64, ranges: Ranges, init: Option<Population>) -> Self {
+        let population = init.unwrap_or_else(|| initial(settings, seed, &ranges));
+        Self {
+            ranges,
+            ..Self::at(settings, seed, 0, population)
+        }
     }
 
-    /// Starts from a generation of this number.
+    /// Starts from a generation of this number, of genes without ranges of their own.
     pub(crate) fn at(settings: &Settings, seed: u64, generation: u32, population: Population) -> Self {
         debug_assert_eq!(population.len(), settings.population as usize, "a whole population");
         Self {
             settings: settings.clone(),
             seed,
             generation,
+            ranges: vec![None; population.genes()],
             population,
         }
     }
@@ -152,7 +161,11 @@ impl Genetic {
     /// Hash of everything that decides its results besides fitness.
     fn owner(&self) -> blake3::Hash {
         let settings = (&self.settings, self.seed, self.population.genes());
-        blake3::hash(&serde_json::to_vec(&settings).expect("settings are numbers and words"))
+        let mut decisive = serde_json::to_vec(&settings).expect("settings are numbers and words");
+        if self.ranges.iter().any(Option::is_some) {
+            decisive.extend(serde_json::to_vec(&self.ranges).expect("ranges are numbers"));
+        }
+        blake3::hash(&decisive)
     }
 }
 
@@ -185,6 +198,7 @@ impl Optimizer for Genetic {
         let ranking = ranked(&fitness);
         let next = bred(
             &self.settings,
+            &self.ranges,
             self.seed,
             self.generation + 1,
             &self.population,
@@ -220,18 +234,33 @@ impl Optimizer for Genetic {
 }
 
 /// Generation 0.
-fn initial(settings: &Settings, seed: u64, genes: usize) -> Population {
+fn initial(settings: &Settings, seed: u64, ranges: &[Option<[f32; 2]>]) -> Population {
     let mut random = stream(seed, Stream::InitialGenes, 0);
-    let [low, high] = settings.initial;
-    let values = (0..settings.population as usize * genes)
-        .map(|_| kept(Uniform { low, high }.sample(&mut random), settings))
+    let genomes = (0..settings.population).flat_map(|_| ranges);
+    let values = genomes
+        .map(|&range| {
+            let [low, high] = initial_range(settings, range);
+            kept(Uniform { low, high }.sample(&mut random), settings, range)
+        })
         .collect();
-    Population::new(genes, values)
+    Population::new(ranges.len(), values)
+}
+
+/// The range of a gene's initial values.
+fn initial_range(settings: &Settings, own: Option<[f32; 2]>) -> [f64; 2] {
+    own.map_or(settings.initial, |range| range.map(f64::from))
 }
 
 /// Breeds the next generation: equally many copies of each parent, the best parent's first, all of them mutated but the
 /// first copy of each of the elite.
-fn bred(settings: &Settings, seed: u64, generation: u32, from: &Population, ranking: &[u32]) -> Population {
+fn bred(
+    settings: &Settings,
+    ranges: &[Option<[f32; 2]>],
+    seed: u64,
+    generation: u32,
+    from: &Population,
+    ranking: &[u32],
+) -> Population {
     let mut random = stream(seed, Stream::Mutation, generation);
     let copies = settings.population / settings.parents;
     let mut values = Vec::with_capacity(from.values.len());
@@ -240,7 +269,7 @@ fn bred(settings: &Settings, seed: u64, generation: u32, from: &Population, rank
             let start = values.len();
             values.extend_from_slice(from.genome(parent as usize));
             if copy > 0 || rank >= settings.elite {
-                mutate(&mut values[start..], settings, &mut random);
+                mutate(&mut values[start..], settings, ranges, &mut random);
             }
         }
     }
@@ -248,18 +277,22 @@ fn bred(settings: &Settings, seed: u64, generation: u32, from: &Population, rank
 }
 
 /// Mutates a genome as the settings say.
-fn mutate(genome: &mut [f32], settings: &Settings, random: &mut Pcg64) {
+fn mutate(genome: &mut [f32], settings: &Settings, ranges: &[Option<[f32; 2]>], random: &mut Pcg64) {
     let mutation = &settings.mutation;
     let chance = Chance(mutation.rate);
     if mutation.per == MutationUnit::Individual && !chance.sample(random) {
         return;
     }
-    for gene in genome {
+    for (gene, range) in genome.iter_mut().zip(ranges.iter().copied()) {
         if mutation.per == MutationUnit::Gene && !chance.sample(random) {
             continue;
         }
-        let [low, high] = settings.initial;
-        let amount = mutation.amount;
+        let [low, high] = initial_range(settings, range);
+        let width = |[low, high]: [f64; 2]| high - low;
+        let amount = match range {
+            Some(_) => mutation.amount * width([low, high]) / width(settings.initial),
+            None => mutation.amount,
+        };
         let changed = match mutation.kind {
             MutationKind::AddUniform => {
                 f64::from(*gene)
@@ -272,14 +305,15 @@ fn mutate(genome: &mut [f32], settings: &Settings, random: &mut Pcg64) {
             MutationKind::AddNormal => f64::from(*gene) + Normal { deviation: amount }.sample(random),
             MutationKind::Replace => Uniform { low, high }.sample(random),
         };
-        *gene = kept(changed, settings);
+        *gene = kept(changed, settings, range);
     }
 }
 
-/// Clamps a gene to the limits, and replaces a subnormal one by +0, as batches require.
-fn kept(gene: f64, settings: &Settings) -> f32 {
-    let [least, greatest] = settings
-        .limits
+/// Clamps a gene to its range or the limits, and replaces a subnormal one by +0, as batches require.
+fn kept(gene: f64, settings: &Settings, own: Option<[f32; 2]>) -> f32 {
+    let [least, greatest] = own
+        .map(|range| range.map(f64::from))
+        .or(settings.limits)
         .unwrap_or([-f64::from(GREATEST_GENE), f64::from(GREATEST_GENE)]);
     let gene = gene.clamp(least, greatest) as f32;
     if gene.is_normal() { gene } else { 0.0 }
@@ -308,7 +342,7 @@ mod tests {
     /// The genes were computed independently, with big integers. A change here changes every run.
     #[test]
     fn generations_0_and_1_have_known_hashes() {
-        let mut evolution = Genetic::new(&Settings::default(), 1, GENES, None);
+        let mut evolution = Genetic::new(&Settings::default(), 1, vec![None; GENES], None);
         assert_eq!(evolution.ask().len(), 100);
         assert_eq!(hash(evolution.ask()), "1dc38cf455d16ca3");
         let generation = evolution.tell(fitness(evolution.ask())).unwrap();
@@ -328,7 +362,7 @@ mod tests {
                 ..settings()
             },
             4,
-            GENES,
+            vec![None; GENES],
             None,
         );
         let generation = evolution.tell((0..20_u8).map(f32::from).collect()).unwrap();
@@ -347,7 +381,7 @@ mod tests {
             },
             ..settings()
         };
-        let mut evolution = Genetic::new(&settings, 5, GENES, None);
+        let mut evolution = Genetic::new(&settings, 5, vec![None; GENES], None);
         let generation = evolution.tell((0..20_u8).map(f32::from).collect()).unwrap();
         let is_copy = |index: usize, parent| evolution.ask().genome(index) == generation.population.genome(parent);
         assert!(is_copy(0, 19) && is_copy(5, 18));
@@ -375,7 +409,7 @@ mod tests {
                 },
                 ..Default::default()
             };
-            let mut evolution = Genetic::new(&settings, 6, GENES, None);
+            let mut evolution = Genetic::new(&settings, 6, vec![None; GENES], None);
             let generation = evolution
                 .tell((0..2000_u16).map(|index| -f32::from(index)).collect())
                 .unwrap();
@@ -419,13 +453,13 @@ mod tests {
             limits: Some([-0.5, 0.25]),
             ..settings()
         };
-        let mut evolution = Genetic::new(&limited, 7, GENES, None);
+        let mut evolution = Genetic::new(&limited, 7, vec![None; GENES], None);
         for _ in 0..5 {
             assert!(evolution.ask().values().iter().all(|gene| (-0.5..=0.25).contains(gene)));
             evolution.tell(fitness(evolution.ask())).unwrap();
         }
-        assert_eq!(kept(1e9, &settings()), GREATEST_GENE);
-        assert_eq!(kept(1e-40, &settings()).to_bits(), 0);
-        assert_eq!(kept(-1e-60, &settings()).to_bits(), 0);
+        assert_eq!(kept(1e9, &settings(), None), GREATEST_GENE);
+        assert_eq!(kept(1e-40, &settings(), None).to_bits(), 0);
+        assert_eq!(kept(-1e-60, &settings(), None).to_bits(), 0);
     }
 }

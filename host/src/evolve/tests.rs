@@ -16,7 +16,7 @@ fn genetic(seed: u64) -> Genetic {
         parents: 4,
         ..Default::default()
     };
-    Genetic::new(&settings, seed, GENES, None)
+    Genetic::new(&settings, seed, vec![None; GENES], None)
 }
 
 /// A mock evaluator: prefers genes near one half.

@@ -111,7 +111,7 @@ impl Experiment {
     /// The evolution of a run before its first generation. This is where the optimiser is chosen.
     pub(crate) fn evolution(&self, seed: u64) -> Evolution {
         let settings = &self.settings.evolution;
-        let genetic = Genetic::new(settings, seed, self.world.genes(), self.init.clone());
+        let genetic = Genetic::new(settings, seed, self.world.gene_layout().ranges(), self.init.clone());
         Evolution::new(genetic, settings.generations, None)
     }
 

@@ -31,10 +31,10 @@ pub(crate) fn read<T: Described>(given: &Table, own: &mut T, source: &Source<'_>
     for (key, value) in given {
         collect(key, value, source, &mut leaves)?;
     }
-    // Choices come first: some values exist only under one of them.
-    for is_choice in [true, false] {
+    // Kinds come first.
+    for kinds in [true, false] {
         for leaf in &leaves {
-            set(leaf, is_choice, own, source)?;
+            set(leaf, kinds, own, source)?;
         }
     }
     for row in T::rows() {
@@ -121,19 +121,22 @@ fn nearest<'a>(keys: impl Iterator<Item = &'a str>, written: &str) -> Option<&'a
     best.filter(|(likeness, _)| *likeness >= ALIKE).map(|(_, key)| key)
 }
 
-/// Sets one value, unless it is a choice and `is_choice` is false, or the other way round.
-fn set<T: Described>(leaf: &Leaf<T>, is_choice: bool, own: &mut T, source: &Source<'_>) -> Result {
+/// Whether other values exist only under one choice of this one. No value depends on the kind of a list's element.
+fn is_kind(key: &str) -> bool {
+    key.ends_with(".kind") && !key.contains("[]")
+}
+
+/// Sets one value, if it is such a kind and `kinds` is true, or if neither.
+fn set<T: Described>(leaf: &Leaf<T>, kinds: bool, own: &mut T, source: &Source<'_>) -> Result {
     let Some(field) = (leaf.row.field)(own, leaf.index) else {
-        if is_choice {
+        if kinds {
             return Ok(());
         }
         let condition = under(leaf.row).map_or("", |(word, _)| word);
         let problem = format!("is given; allowed: only with kind = \"{condition}\"");
         return Err(source.invalid(&leaf.path, problem));
     };
-    // The choices of a list's elements come after the list, and no other value depends on them.
-    let comes_first = !field.choices().is_empty() && !leaf.path.contains('[');
-    if comes_first != is_choice || taken(field, &leaf.datum) {
+    if is_kind(leaf.row.key) != kinds || taken(field, &leaf.datum) {
         return Ok(());
     }
     let problem = format!("is {}; allowed: {}", leaf.datum, allowed(leaf.row, field));

@@ -97,7 +97,7 @@ fn instead(function: &str) -> Option<&'static str> {
         "sin" => "`cosine_sine(turns).y`",
         "cos" => "`cosine_sine(turns).x`",
         "tan" => "`cosine_sine(turns).y * reciprocal(cosine_sine(turns).x)`",
-        "tanh" => "`2.0f * logistic(2.0f * x) - 1.0f`",
+        "tanh" => "`hyperbolic_tangent(x)`",
         "atan2" => "`direction(vec2<f32>(x, y))`, in turns",
         "length" => "`root(squared_length(v))`",
         "distance" => "`root(squared_length(vec2<f32>(a.x - b.x, a.y - b.y)))`",

@@ -96,3 +96,13 @@ fn limited(x: f32, low: f32, high: f32) -> f32 {
     let is_no_number = (bitcast<u32>(x) & 0x7fffffffu) > 0x7f800000u;
     return select(clamp(x, low, high), 0.0f, is_no_number);
 }
+
+// A number; 0 instead of one so small that its product with a gene might be subnormal.
+fn flushed(x: f32) -> f32 {
+    return select(0.0f, x, abs(x) >= 0x1p-60f);
+}
+
+// The hyperbolic tangent of every x. Absolute error 3e-7; exact for 0.
+fn hyperbolic_tangent(x: f32) -> f32 {
+    return 2.0f * logistic(2.0f * x) - 1.0f;
+}

@@ -24,11 +24,6 @@ fn sensor_of(world: u32, cell: u32) -> SensorCell {
     return SensorCell(numbers.x, numbers.y, numbers.z, numbers.w);
 }
 
-// A reading, 0 if it is so small that its product with a gene might be subnormal.
-fn flushed(x: f32) -> f32 {
-    return select(0.0f, x, x >= 0x1p-60f);
-}
-
 // A bumper's reading of one object, which lies in the direction `to`: 1 if its nearest point is within the bumper's width, and
 // nearer to the body than its range.
 fn bumper_at(shape: u32, to: vec2<f32>, sensor: SensorCell, looks: f32) -> f32 {

@@ -10,13 +10,15 @@ use super::interface::{Function, Interface};
 use super::{generate, kernel};
 
 /// Functions of shipped parts that every part may call; `lib/numerics`, `lib/random` and `lib/user` have them.
-const CALLS: [&str; 13] = [
+const CALLS: [&str; 15] = [
     "reciprocal",
     "root",
     "reciprocal_root",
     "exponential",
     "logarithm",
     "logistic",
+    "hyperbolic_tangent",
+    "flushed",
     "cosine_sine",
     "direction",
     "squared_length",

@@ -273,7 +273,7 @@ impl<'a> Study<'a> {
             evolution: Genetic::new(
                 &self.settings.evolution(),
                 seed,
-                self.simulator.controller.layout().genes(),
+                self.simulator.controller.layout().ranges(),
                 None,
             ),
             simulated: Vec::new(),

@@ -1,0 +1,435 @@
+//! Networks that are described by their layers. Each is written out as the WGSL of a controller, and composed like a user's.
+
+use std::fmt::Write;
+
+use crate::exact;
+use crate::parameter::{Choice, Choices, Invalid};
+use crate::world::Gene;
+
+/// A neural network from all readings to the commands of the two wheels.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Network {
+    /// Layers between readings and outputs, in order.
+    pub layers: Vec<Layer>,
+    /// Source of the outputs. `None`: weighted.
+    pub outputs: Option<Outputs>,
+    /// Activation function of weighted outputs. `None`: logistic.
+    pub activation: Option<Activation>,
+    /// Factor of the sum in that function. `None`: 1.
+    pub slope: Option<f32>,
+}
+
+/// A layer of units.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Layer {
+    /// What its units are.
+    pub kind: LayerKind,
+    /// Number of units, 1 to 64.
+    pub units: u32,
+    /// Activation function of dense and Elman layers. `None`: logistic.
+    pub activation: Option<Activation>,
+    /// Factor of the sum in that function. `None`: 1.
+    pub slope: Option<f32>,
+    /// Whether each unit has a bias. `None`: yes.
+    pub biases: Option<bool>,
+    /// Least and greatest time constant of a continuous-time layer, s. `None`: [`TIME_CONSTANTS`].
+    pub time_constants: Option<[f32; 2]>,
+}
+
+impl Default for Layer {
+    fn default() -> Self {
+        Self {
+            kind: LayerKind::Dense,
+            units: 4,
+            activation: None,
+            slope: None,
+            biases: None,
+            time_constants: None,
+        }
+    }
+}
+
+/// A kind of layer.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum LayerKind {
+    /// No memory.
+    Dense,
+    /// Each unit also weighs all units' outputs of the previous cycle (Elman 1990).
+    Elman,
+    /// Continuous-time recurrent units, `tau y' = -y + sum`, output `logistic(y + bias)` (Beer 1995), by Euler's method with the
+    /// cycle as its step. Each unit also weighs all units' outputs of the previous cycle, and has its time constant as a gene.
+    Ctrnn,
+    /// Long short-term memory (Hochreiter and Schmidhuber 1997; forget gates by Gers et al. 2000, with 1 added to their sums).
+    /// All gates also weigh all units' outputs of the previous cycle.
+    Lstm,
+}
+
+/// An activation function of a sum `x`.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Activation {
+    /// `1 / (1 + exp(-x))`.
+    #[default]
+    Logistic,
+    /// The hyperbolic tangent.
+    Tanh,
+    /// `x`, or 0 if `x` is negative; at most [`GREATEST_OUTPUT`].
+    Relu,
+    /// `x`, within plus and minus [`GREATEST_OUTPUT`].
+    Linear,
+    /// 1 if `x` is positive, else 0.
+    Step,
+}
+
+/// Source of a network's two outputs.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Outputs {
+    /// Two units that weigh all outputs of the last layer, or all readings if there is no layer.
+    #[default]
+    Weighted,
+    /// The first two units of the last layer.
+    FirstTwo,
+}
+
+/// Most layers.
+pub const GREATEST_LAYERS: usize = 8;
+/// Greatest output of a unit that is not bounded by its activation function, so that a gene times an output stays finite.
+pub const GREATEST_OUTPUT: f32 = 1000.0;
+/// Range of time constants unless it is given, s.
+pub const TIME_CONSTANTS: [f32; 2] = [0.1, 5.0];
+
+/// Duration of a cycle, s.
+const CYCLE: f64 = 0.1;
+
+impl Choice for LayerKind {
+    const CHOICES: Choices<Self> = &[
+        ("dense", Self::Dense, "no memory"),
+        (
+            "elman",
+            Self::Elman,
+            "each unit also weighs all units' outputs of the previous cycle",
+        ),
+        (
+            "ctrnn",
+            Self::Ctrnn,
+            "continuous-time recurrent units, each with its time constant as a gene",
+        ),
+        ("lstm", Self::Lstm, "long short-term memory"),
+    ];
+}
+
+impl Choice for Activation {
+    const CHOICES: Choices<Self> = &[
+        ("logistic", Self::Logistic, "1 / (1 + exp(-x))"),
+        ("tanh", Self::Tanh, "the hyperbolic tangent"),
+        ("relu", Self::Relu, "x, or 0 if x is negative; at most 1000"),
+        ("linear", Self::Linear, "x, from -1000 to 1000"),
+        ("step", Self::Step, "1 if x is positive, else 0"),
+    ];
+}
+
+impl Choice for Outputs {
+    const CHOICES: Choices<Self> = &[
+        (
+            "weighted",
+            Self::Weighted,
+            "two units that weigh all outputs of the last layer, or all readings if there is no layer",
+        ),
+        ("first_two", Self::FirstTwo, "the first two units of the last layer"),
+    ];
+}
+
+impl Activation {
+    /// Its value, in WGSL.
+    fn of(self, slope: Option<f32>, sum: &str) -> String {
+        let x = slope.map_or_else(|| sum.to_owned(), |slope| format!("{slope:?}f * {sum}"));
+        match self {
+            Self::Logistic => format!("logistic({x})"),
+            Self::Tanh => format!("hyperbolic_tangent({x})"),
+            Self::Relu => format!("flushed(clamp({x}, 0.0f, {GREATEST_OUTPUT:?}f))"),
+            Self::Linear => format!("flushed(clamp({x}, -{GREATEST_OUTPUT:?}f, {GREATEST_OUTPUT:?}f))"),
+            Self::Step => format!("select(0.0f, 1.0f, {x} > 0.0f)"),
+        }
+    }
+
+    /// The command that an output is, in WGSL: functions from 0 to 1 give the command, and others the speed, from -1 to 1.
+    fn command(self, output: &str) -> String {
+        match self {
+            Self::Logistic | Self::Step => output.to_owned(),
+            Self::Tanh | Self::Relu | Self::Linear => format!("0.5f + 0.5f * {output}"),
+        }
+    }
+}
+
+impl Layer {
+    /// The activation function that its outputs have the range of.
+    fn range(&self) -> Activation {
+        match self.kind {
+            LayerKind::Dense | LayerKind::Elman => self.activation.unwrap_or_default(),
+            LayerKind::Ctrnn => Activation::Logistic,
+            LayerKind::Lstm => Activation::Tanh,
+        }
+    }
+
+    /// The sums that a unit makes, by the endings of their genes' names.
+    fn sums(&self) -> &'static [&'static str] {
+        match self.kind {
+            LayerKind::Lstm => &["_input_gate", "_forget_gate", "_output_gate", "_candidate"],
+            _ => &[""],
+        }
+    }
+
+    fn has_biases(&self) -> bool {
+        self.biases.unwrap_or(true)
+    }
+
+    /// Number of outputs of the previous cycle that each unit weighs.
+    fn recurrent(&self) -> u32 {
+        if self.kind == LayerKind::Dense { 0 } else { self.units }
+    }
+
+    /// Number of genes of a sum.
+    fn sum_genes(&self, inputs: u32) -> u32 {
+        inputs + self.recurrent() + u32::from(self.has_biases())
+    }
+
+    /// Number of genes of a unit.
+    fn unit_genes(&self, inputs: u32) -> u32 {
+        self.sums().len() as u32 * self.sum_genes(inputs) + u32::from(self.kind == LayerKind::Ctrnn)
+    }
+
+    /// What its units remember: outputs of the previous cycle are `unit`.
+    fn memory(&self) -> &'static [&'static str] {
+        match self.kind {
+            LayerKind::Dense => &[],
+            LayerKind::Elman => &["unit"],
+            LayerKind::Ctrnn => &["state"],
+            LayerKind::Lstm => &["unit", "cell"],
+        }
+    }
+
+    /// Its part of a cycle in WGSL, from its first gene on: `unit_N` and so on are what it remembers, `layer_N` its outputs.
+    fn wgsl(&self, index: usize, first: u32, inputs: u32) -> String {
+        let (units, of_unit, of_sum) = (self.units, self.unit_genes(inputs), self.sum_genes(inputs));
+        let mut text = format!("    var layer_{index} = array<f32, {units}>();\n");
+        let is_ctrnn = self.kind == LayerKind::Ctrnn;
+        let output = if self.has_biases() {
+            let bias = first + inputs + units;
+            format!("logistic(state_{index}[unit] + gene(life, {bias}u + unit * {of_unit}u))")
+        } else {
+            format!("logistic(state_{index}[unit])")
+        };
+        if is_ctrnn {
+            let _ = writeln!(
+                text,
+                "    var unit_{index} = array<f32, {units}>();
+    for (var unit = 0u; unit < {units}u; unit++) {{
+        unit_{index}[unit] = {output};
+    }}"
+            );
+        }
+        let _ = writeln!(
+            text,
+            "    for (var unit = 0u; unit < {units}u; unit++) {{\n    let first = {first}u + unit * {of_unit}u;"
+        );
+        for (sum, ending) in self.sums().iter().enumerate() {
+            let (name, offset) = (format!("sum{ending}"), sum as u32 * of_sum);
+            let _ = writeln!(
+                text,
+                "    {}",
+                weighed(&name, &format!("first + {offset}u"), index, inputs)
+            );
+            if self.recurrent() > 0 {
+                let _ = writeln!(
+                    text,
+                    "    for (var other = 0u; other < {units}u; other++) {{
+        {name} += gene(life, first + {}u + other) * unit_{index}[other];
+    }}",
+                    offset + inputs
+                );
+            }
+            if self.has_biases() && !is_ctrnn {
+                let _ = writeln!(text, "    {name} += gene(life, first + {}u);", offset + of_sum - 1);
+            }
+        }
+        text += &match self.kind {
+            LayerKind::Dense | LayerKind::Elman => {
+                let output = self.activation.unwrap_or_default().of(self.slope, "sum");
+                format!("    layer_{index}[unit] = {output};\n")
+            }
+            LayerKind::Ctrnn => {
+                let rate = self.rate(&format!("gene(life, first + {}u)", of_unit - 1));
+                format!(
+                    "    let before_{index} = state_{index}[unit];
+    state_{index}[unit] = flushed(before_{index} + {rate} * flushed(sum - before_{index}));
+    layer_{index}[unit] = {output};
+"
+                )
+            }
+            LayerKind::Lstm => format!(
+                "    let kept = logistic(sum_forget_gate + 1.0f) * cell_{index}[unit];
+    cell_{index}[unit] = flushed(kept + logistic(sum_input_gate) * hyperbolic_tangent(sum_candidate));
+    layer_{index}[unit] = flushed(logistic(sum_output_gate) * hyperbolic_tangent(cell_{index}[unit]));
+"
+            ),
+        };
+        text + "    }\n"
+    }
+
+    /// The share of a cycle in a time constant, in WGSL. The constant is `least (greatest / least)^gene` for a gene from 0 to 1.
+    fn rate(&self, gene: &str) -> String {
+        let [least, greatest] = self.time_constants.unwrap_or(TIME_CONSTANTS).map(f64::from);
+        let fastest = (CYCLE / least) as f32;
+        let span = exact::logarithm(greatest / least) as f32;
+        format!("{fastest:?}f * exponential(-{span:?}f * clamp({gene}, 0.0f, 1.0f))")
+    }
+}
+
+impl Network {
+    /// Genes for these readings: of each unit, layer by layer, the weights of its inputs, of the outputs of the previous
+    /// cycle, and its bias; of an LSTM unit for each gate; of a continuous-time unit also its time constant. Then those of
+    /// weighted outputs.
+    pub(crate) fn genes(&self, readings: &[String]) -> Vec<Gene> {
+        let mut genes = Vec::new();
+        let mut inputs = readings.to_vec();
+        for (index, layer) in self.layers.iter().enumerate() {
+            let units: Vec<String> = (0..layer.units)
+                .map(|unit| format!("layer_{index}_unit_{unit}"))
+                .collect();
+            for unit in &units {
+                for sum in layer.sums() {
+                    let recurrent = &units[..layer.recurrent() as usize];
+                    let weights = inputs.iter().chain(recurrent);
+                    genes.extend(weights.map(|input| Gene::new(format!("{input}_to_{unit}{sum}"))));
+                    genes.extend(layer.has_biases().then(|| Gene::new(format!("bias_{unit}{sum}"))));
+                }
+                if layer.kind == LayerKind::Ctrnn {
+                    genes.push(Gene {
+                        name: format!("time_constant_{unit}"),
+                        range: Some([0.0, 1.0]),
+                    });
+                }
+            }
+            inputs = units;
+        }
+        if self.outputs.unwrap_or_default() == Outputs::Weighted {
+            for output in ["left", "right"] {
+                genes.extend(inputs.iter().map(|input| Gene::new(format!("{input}_to_{output}"))));
+                genes.push(Gene::new(format!("bias_{output}")));
+            }
+        }
+        genes
+    }
+
+    /// The controller as a part in WGSL, for so many readings.
+    pub(crate) fn wgsl(&self, readings: usize) -> String {
+        let (mut fields, mut cycle, mut kept) = (String::new(), String::new(), Vec::new());
+        let (mut first, mut inputs) = (0, readings as u32);
+        for (index, layer) in self.layers.iter().enumerate() {
+            for what in layer.memory() {
+                let names: Vec<_> = (0..layer.units)
+                    .map(|unit| format!("layer_{index}_{what}_{unit}"))
+                    .collect();
+                let _ = writeln!(fields, "    {}: f32,", names.join(": f32,\n    "));
+                let before: Vec<_> = names.iter().map(|name| format!("before.{name}")).collect();
+                let (units, before) = (layer.units, before.join(", "));
+                let _ = writeln!(cycle, "    var {what}_{index} = array<f32, {units}>({before});");
+                let array = if *what == "unit" { "layer" } else { what };
+                kept.extend((0..units).map(|unit| format!("{array}_{index}[{unit}]")));
+            }
+            cycle += &layer.wgsl(index, first, inputs);
+            first += layer.units * layer.unit_genes(inputs);
+            inputs = layer.units;
+        }
+        let outputs = match (self.outputs.unwrap_or_default(), self.layers.last()) {
+            (Outputs::FirstTwo, Some(layer)) => {
+                let last = self.layers.len() - 1;
+                [0, 1].map(|unit| layer.range().command(&format!("layer_{last}[{unit}]")))
+            }
+            _ => ["left", "right"].map(|name| {
+                let sum = weighed(name, &format!("{first}u"), self.layers.len(), inputs);
+                let _ = writeln!(cycle, "    {sum}\n    {name} += gene(life, {}u);", first + inputs);
+                first += inputs + 1;
+                let activation = self.activation.unwrap_or_default();
+                activation.command(&activation.of(self.slope, name))
+            }),
+        };
+        let [left, right] = outputs;
+        let (state, after) = if fields.is_empty() {
+            (String::new(), "before".to_owned())
+        } else {
+            let after = format!("ControllerState({})", kept.join(", "));
+            (format!("struct ControllerState {{\n{fields}}}\n"), after)
+        };
+        format!(
+            "const CONTROLLER_GENES: u32 = {first}u;
+{state}fn controller_cycle(life: Life, step: u32, readings: Readings, before: ControllerState) -> Command {{
+{cycle}    return Command(vec2<f32>({left}, {right}), {after});
+}}
+"
+        )
+    }
+
+    /// Checks conditions that involve several values.
+    pub(crate) fn check(&self, readings: &[String], greatest_genes: u32) -> Result<(), Invalid> {
+        let count = self.layers.len();
+        if count > GREATEST_LAYERS {
+            let problem = format!("has {count} elements; allowed: up to {GREATEST_LAYERS}");
+            return Err(Invalid::new("controller.layers", problem));
+        }
+        for (index, layer) in self.layers.iter().enumerate() {
+            let has_activation = matches!(layer.kind, LayerKind::Dense | LayerKind::Elman);
+            let is_ctrnn = layer.kind == LayerKind::Ctrnn;
+            for (key, is_given, is_allowed) in [
+                ("activation", layer.activation.is_some(), has_activation),
+                ("slope", layer.slope.is_some(), has_activation),
+                ("time_constants_s", layer.time_constants.is_some(), is_ctrnn),
+            ] {
+                if is_given && !is_allowed {
+                    let problem = format!("is given; allowed: not with kind = \"{}\"", layer.kind.word());
+                    return Err(Invalid::new(format!("controller.layers[{index}].{key}"), problem));
+                }
+            }
+            if let Some([least, greatest]) = layer.time_constants.filter(|[least, greatest]| least > greatest) {
+                let problem = format!("is [{least}, {greatest}]; allowed: the least and the greatest");
+                return Err(Invalid::new(
+                    format!("controller.layers[{index}].time_constants_s"),
+                    problem,
+                ));
+            }
+        }
+        if self.outputs == Some(Outputs::FirstTwo) {
+            if self.layers.last().is_none_or(|layer| layer.units < 2) {
+                let problem = "is `first_two`, and the last layer has no two units; allowed: `weighted`";
+                return Err(Invalid::new("controller.outputs", problem));
+            }
+            for (key, is_given) in [
+                ("activation", self.activation.is_some()),
+                ("slope", self.slope.is_some()),
+            ] {
+                if is_given {
+                    let problem = "is given; allowed: not with outputs = \"first_two\"";
+                    return Err(Invalid::new(format!("controller.{key}"), problem));
+                }
+            }
+        }
+        let genes = self.genes(readings).len();
+        if !(1..=greatest_genes as usize).contains(&genes) {
+            let problem = format!("make {genes} genes; allowed: up to {greatest_genes}");
+            return Err(Invalid::new("controller.layers", problem));
+        }
+        Ok(())
+    }
+}
+
+/// Declares the sum of all inputs of a layer, each times its gene; `first` is the index of the first of those genes.
+fn weighed(name: &str, first: &str, layer: usize, inputs: u32) -> String {
+    match layer.checked_sub(1) {
+        None => format!("var {name} = weighed(life, {first}, readings);"),
+        Some(before) => format!(
+            "var {name} = 0.0f;
+    for (var input = 0u; input < {inputs}u; input++) {{
+        {name} += gene(life, {first} + input) * layer_{before}[input];
+    }}"
+        ),
+    }
+}
