@@ -747,25 +747,54 @@ fn mistakes_are_refused_with_their_place() {
     assert!(problems.is_empty(), "{}", problems.join("\n\n"));
 }
 
-/// Nothing could stop it in time.
-#[test]
-fn a_cycle_of_too_many_loops_is_refused() {
+/// A task whose cycles loop up to an end.
+fn looping(end: &str, cycles: u32) -> Result<World, String> {
     let text = SAME.replace(
         "let moved = now.moved;",
-        "var sum = 0.0f; for (var i = 0u; i < 4000000000u; i++) { sum = 0.5f * sum + 1.0f; } let moved = now.moved;",
+        &format!(
+            "var sum = 0.0f; for (var i = 0u; i < {end}; i++) {{ sum = 0.5f * sum + 1.0f; }} let moved = now.moved;"
+        ),
     );
-    let text = text.replace("Reward(select(earned", "Reward(sum + select(earned");
-    let refused = World::new(WorldSpec {
+    let text = text.replace("Reward(select(earned", "Reward(sum + f32(now.step) + select(earned");
+    let world = World::new(WorldSpec {
         task: Task::Own,
         own: OwnParts::from([own(Kind::Task, &text, &[])]),
+        cycles,
         ..WorldSpec::miglino1995()
     });
-    let refused = refused.unwrap_err().to_string();
-    assert!(
-        refused.starts_with("task.part: loops up to 4")
-            && refused.ends_with("allowed: up to 100000, so that a run can be stopped"),
-        "{refused}"
-    );
+    world.map_err(|invalid| invalid.to_string())
+}
+
+/// Nothing could stop it in time. Of loops that turn more often from cycle to cycle, the last cycle counts.
+#[test]
+fn a_cycle_of_too_many_loops_is_refused() {
+    for (end, cycles, turns) in [
+        ("4000000000u", 500, "4"),
+        ("now.step * 250u", 500, "12"),
+        ("min(now.step, 200000u)", 150_000, "15"),
+    ] {
+        let refused = looping(end, cycles).unwrap_err();
+        assert!(
+            refused.starts_with(&format!("task.part: loops up to {turns}"))
+                && refused.ends_with("allowed: up to 100000, so that a run can be stopped"),
+            "{end}: {refused}"
+        );
+    }
+    assert!(looping("now.step * 150u", 500).is_ok());
+}
+
+/// A driver that leaves a dispatch after so many turns would show.
+#[cfg(feature = "gpu")]
+#[test]
+fn loops_that_grow_from_cycle_to_cycle_end_in_time_on_a_gpu() {
+    let mut gpu = oneiro::gpu::Gpu::open(&oneiro::gpu::Choice::Best).unwrap();
+    for (end, cycles) in [("min(now.step, 1500u)", 1500), ("now.step * 100u", 500)] {
+        let world = looping(end, cycles).unwrap();
+        let batch = batch(&world, 70, None);
+        let [cpu, gpu] = [&mut Cpu::new(Some(2)).unwrap() as &mut dyn Evaluator, &mut gpu]
+            .map(|evaluator| evaluator.evaluate(&batch, &Control::new()).unwrap().fitness);
+        assert_eq!(cpu, gpu, "{end}");
+    }
 }
 
 #[test]

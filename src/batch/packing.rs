@@ -113,10 +113,13 @@ impl Packed {
         packed
     }
 
-    /// Most iterations of a kernel's loops in the first `cycles` cycles of a life in a world, including its beginning.
+    /// Most iterations of a kernel's loops in the last `cycles` cycles of a life in a world, including its beginning: a loop that
+    /// counts up to the cycle's number turns most often there.
     pub(super) fn turns(&self, kernel: &Kernel, world: usize, cycles: u32) -> u32 {
+        let steps = self.worlds[world].steps;
         let dispatch = life::Dispatch {
-            step_end: cycles,
+            step_begin: steps.saturating_sub(cycles),
+            step_end: steps,
             ..life::Dispatch::default()
         };
         let word = |buffer: &str, element: Option<u64>, word: u32| {
