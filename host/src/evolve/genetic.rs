@@ -458,8 +458,57 @@ mod tests {
             assert!(evolution.ask().values().iter().all(|gene| (-0.5..=0.25).contains(gene)));
             evolution.tell(fitness(evolution.ask())).unwrap();
         }
+        assert_eq!(kept(1e9, &limited, Some([0.0, 3.0])), 3.0);
         assert_eq!(kept(1e9, &settings(), None), GREATEST_GENE);
         assert_eq!(kept(1e-40, &settings(), None).to_bits(), 0);
         assert_eq!(kept(-1e-60, &settings(), None).to_bits(), 0);
+    }
+
+    /// A gene with a range of its own covers it, and mutations change it as much in proportion as others.
+    #[test]
+    fn genes_have_ranges_of_their_own() {
+        let ranges: Ranges = (0..GENES).map(|gene| (gene % 2 == 1).then_some([10.0, 18.0])).collect();
+        for kind in [MutationKind::AddUniform, MutationKind::AddNormal, MutationKind::Replace] {
+            let settings = Settings {
+                population: 1000,
+                parents: 1000,
+                elite: 0,
+                limits: Some([-1.0, 1.0]),
+                mutation: Mutation {
+                    kind,
+                    rate: 1.0,
+                    amount: 0.125,
+                    ..Mutation::default()
+                },
+                ..Settings::default()
+            };
+            let mut evolution = Genetic::new(&settings, 8, ranges.clone(), None);
+            let first = evolution.ask().clone();
+            let generation = evolution.tell(vec![1.0; 1000]).unwrap();
+            let next = evolution.ask();
+            // Means of the change of genes, in widths of their ranges.
+            let (mut plain, mut ranged) = (0.0, 0.0);
+            for (child, &parent) in generation.ranking.iter().enumerate() {
+                let pairs = next.genome(child).iter().zip(first.genome(parent as usize));
+                for (gene, (new, old)) in pairs.enumerate() {
+                    let change = f64::from((new - old).abs()) / 9000.0;
+                    if gene % 2 == 1 {
+                        assert!((10.0..=18.0).contains(new) && (10.0..=18.0).contains(old));
+                        ranged += change / 8.0;
+                    } else {
+                        assert!((-1.0..=1.0).contains(new));
+                        plain += change / 2.0;
+                    }
+                }
+            }
+            assert!((plain / ranged - 1.0).abs() < 0.05, "{kind:?}: {plain} {ranged}");
+            assert!(plain > 0.01, "{plain}");
+        }
+        let [plain, ranged] = [vec![None; GENES], ranges].map(|ranges| Genetic::new(&settings(), 8, ranges, None));
+        assert!(
+            plain.clone().restore(&ranged.save()).is_err(),
+            "another optimiser's state"
+        );
+        assert!(ranged.clone().restore(&ranged.save()).is_ok());
     }
 }

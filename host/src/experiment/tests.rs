@@ -713,6 +713,53 @@ fn each_word_of_a_choice_is_taken_and_given_back() {
     each_kind!(check);
 }
 
+#[test]
+fn the_controllers_of_the_documents_are_taken() {
+    let scratch = Scratch::new("controllers");
+    let page = include_str!("../../../docs/controllers.md");
+    let examples = page
+        .split("```toml\n")
+        .skip(1)
+        .map(|rest| rest.split("```").next().unwrap());
+    let genes = examples.map(|example| read(&scratch, example, &[]).unwrap().world().genes());
+    let ctrnn = 5 * (8 + 5 + 2) + 2 * 6;
+    let elman = 4 * (8 + 4 + 1) + 2 * 5;
+    assert_eq!(genes.collect::<Vec<_>>(), [ctrnn, 18, elman]);
+}
+
+#[test]
+fn values_of_a_network_need_the_kind() {
+    let scratch = Scratch::new("networks");
+    assert_eq!(
+        refusal(&scratch, "[controller]\nactivation = \"tanh\"", &[]),
+        "test.toml:2:14: controller.activation: is given; allowed: only with kind = \"network\""
+    );
+    assert_eq!(
+        refusal(
+            &scratch,
+            "[controller]\nkind = \"network\"\n[[controller.layers]]\nkind = \"gru\"",
+            &[]
+        ),
+        "test.toml:4:8: controller.layers[0].kind: is \"gru\"; allowed: dense, elman, ctrnn, lstm"
+    );
+    assert_eq!(
+        refusal(
+            &scratch,
+            "[controller]\nkind = \"network\"\n[[controller.layers]]\nunits = 65",
+            &[]
+        ),
+        "test.toml:4:9: controller.layers[0].units: is 65; allowed: 1 to 64"
+    );
+    assert_eq!(
+        refusal(
+            &scratch,
+            "[controller]\nkind = \"network\"\n[[controller.layers]]\nslope = 2.0\nkind = \"lstm\"",
+            &[]
+        ),
+        "test.toml:4:9: controller.layers[0].slope: is given; allowed: not with kind = \"lstm\""
+    );
+}
+
 /// Keys named in the documents, in backticks and with an experiment's table, exist.
 #[test]
 fn documents_name_keys_that_there_are() {
