@@ -2,6 +2,7 @@
 
 use naga::valid::{Capabilities, ModuleInfo, ValidationFlags, Validator};
 
+use crate::explain::explained;
 use crate::source::{Refusal, Refusals, Source};
 
 /// Parses and validates a kernel.
@@ -39,12 +40,15 @@ pub(crate) fn parse(source: &Source) -> Result<(naga::Module, ModuleInfo), Refus
                 // The first is that of the whole function.
                 .min_by_key(ExactSizeIterator::len)
                 .map_or(0, |range| range.start);
-            let mut message = error.as_inner().to_string();
-            let mut cause = std::error::Error::source(error.as_inner());
-            while let Some(inner) = cause {
-                message = format!("{message}: {inner}");
-                cause = inner.source();
-            }
+            let message = explained(&module, error.as_inner()).unwrap_or_else(|| {
+                let mut message = error.as_inner().to_string();
+                let mut cause = std::error::Error::source(error.as_inner());
+                while let Some(inner) = cause {
+                    message = format!("{message}: {inner}");
+                    cause = inner.source();
+                }
+                message
+            });
             vec![Refusal {
                 place: source.place(byte),
                 function: None,

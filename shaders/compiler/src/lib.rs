@@ -8,6 +8,7 @@
 pub mod bounds;
 pub mod declarations;
 mod exact;
+mod explain;
 mod front;
 pub mod generate;
 pub mod instances;
