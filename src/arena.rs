@@ -107,6 +107,8 @@ pub struct Patch {
     pub heading: f32,
     /// Grey, from 0 for black to 1 for white.
     pub grey: f32,
+    /// Whether it charges the battery of a described robot whose centre is on it. `None`: it doesn't.
+    pub charges: Option<bool>,
 }
 
 impl Default for Light {
@@ -128,6 +130,7 @@ impl Default for Patch {
             sides: None,
             heading: 0.0,
             grey: 0.0,
+            charges: None,
         }
     }
 }

@@ -1,9 +1,9 @@
-//! Robots that are described by numbers rather than sampled: two wheels that obey at once, and sensors of a few kinds.
+//! Robots that are described by numbers rather than sampled: two wheels, sensors of a few kinds, and a battery.
 
 use std::f64::consts::TAU;
 
 use crate::arena::{self, Arena, Light, Patch};
-use crate::parameter::{Choice, Choices, Invalid};
+use crate::parameter::{Choice, Choices, Datum, Field, Invalid, number};
 use crate::tables::PREVIOUS;
 
 /// Origin of a robot's sensors and motors.
@@ -16,8 +16,14 @@ pub enum Build {
     Differential(Differential),
 }
 
-/// A robot on two wheels that obey at once. An output of 0 is full speed backwards, 1 full speed forwards, and each cycle is
-/// an arc.
+impl Build {
+    /// Whether such a robot may end its life.
+    pub(crate) fn may_end_life(&self) -> bool {
+        matches!(self, Self::Differential(own) if own.battery_ends_life == Some(true))
+    }
+}
+
+/// A robot on two wheels. An output of 0 commands full speed backwards, 1 full speed forwards, and each cycle is an arc.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Differential {
     /// Distance between the wheels, mm.
@@ -26,6 +32,14 @@ pub struct Differential {
     pub greatest_speed: f32,
     /// Number of speeds that a wheel can be given, evenly spaced; 0 for any speed.
     pub speeds: u32,
+    /// Greatest change of a wheel's speed, mm/s in a second. `None` or 0: wheels obey at once.
+    pub acceleration: Option<f32>,
+    /// Whole cycles from a command to its effect on the wheels, which stand still until the first one arrives. `None`: 0.
+    pub latency: Option<u32>,
+    /// Time that a full battery lasts, s, rounded to whole cycles of 100 ms. Its charge falls evenly. `None`: it has none.
+    pub battery: Option<f32>,
+    /// Whether its life ends when the battery is empty. `None`: it doesn't.
+    pub battery_ends_life: Option<bool>,
     /// Its sensors.
     pub sensors: Vec<Sensor>,
 }
@@ -37,17 +51,26 @@ pub struct Sensor {
     pub name: String,
     /// What it measures.
     pub kind: SensorKind,
-    /// Where it is on the body and where it looks, turns counter-clockwise from straight ahead.
+    /// Where it looks, turns counter-clockwise from straight ahead. None of a battery's.
     pub heading: f32,
-    /// Distance from the body's centre, mm; none of a bumper's. `None`: the body's radius.
+    /// Where it is on the body, turns counter-clockwise from straight ahead. `None`: where it looks. For rays and light.
+    pub bearing: Option<f32>,
+    /// Distance from the body's centre, mm; none of a bumper's and a battery's. `None`: the body's radius.
     pub offset: Option<f32>,
-    /// Range of all but ground sensors, mm. Of a bumper: the gap between body and object below which it is pressed.
+    /// Range of all but ground and battery sensors, mm. Of a bumper: the gap between body and object below which it is pressed.
     pub range: Option<f32>,
     /// Width of a bumper, turns. `None`: half a turn.
     pub width: Option<f32>,
     /// Of a light sensor. `None`: linear.
     pub law: Option<Law>,
+    /// Of a proximity sensor. `None`: linear.
+    pub response: Option<Response>,
 }
+
+/// What a sensor reads at some distances, from the nearest to the farthest, mm and 0 to 1 each: straight lines between them,
+/// and beyond either end the reading there, up to the sensor's range.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Response(pub Vec<[f32; 2]>);
 
 impl Default for Sensor {
     fn default() -> Self {
@@ -55,10 +78,12 @@ impl Default for Sensor {
             name: String::new(),
             kind: SensorKind::Proximity,
             heading: 0.0,
+            bearing: None,
             offset: None,
             range: None,
             width: None,
             law: None,
+            response: None,
         }
     }
 }
@@ -77,6 +102,8 @@ pub enum SensorKind {
     Light,
     /// Grey of the floor below it.
     Ground,
+    /// Charge of the robot's battery, from 1 for full to 0 for empty.
+    Battery,
 }
 
 /// How the brightness of a light falls with its distance in ranges, `d`.
@@ -122,10 +149,80 @@ impl Choice for SensorKind {
             Self::Ground,
             "grey of the floor below it, from 0 for black to 1 for white",
         ),
+        (
+            "battery",
+            Self::Battery,
+            "charge of the battery, from 1 for full to 0 for empty",
+        ),
     ];
 }
 
+impl Field for Response {
+    fn get(&self) -> Option<Datum> {
+        let points = self.0.iter().map(Field::get);
+        Some(Datum::List(points.flatten().collect()))
+    }
+
+    fn set(&mut self, datum: &Datum) -> bool {
+        let Datum::List(points) = datum else {
+            return false;
+        };
+        self.0 = vec![[0.0; 2]; points.len()];
+        self.0.iter_mut().zip(points).all(|(own, point)| own.set(point))
+    }
+
+    fn kind(&self) -> &'static str {
+        "a list of pairs of numbers"
+    }
+}
+
+/// First of the cells of sensors; before it are those of the wheels and of the drive.
+pub(crate) const FIRST_SENSOR: usize = 2;
+
 impl Differential {
+    /// A robot that obeys at once, without sensors and battery: the distance between its wheels, mm, and their greatest speed,
+    /// mm/s.
+    pub const fn new(wheel_base: f32, greatest_speed: f32) -> Self {
+        Self {
+            wheel_base,
+            greatest_speed,
+            speeds: 0,
+            acceleration: None,
+            latency: None,
+            battery: None,
+            battery_ends_life: None,
+            sensors: Vec::new(),
+        }
+    }
+
+    /// The cell with the floor's grey; each sensor has two before it.
+    pub(crate) fn floor_cell(&self) -> usize {
+        FIRST_SENSOR + 2 * self.sensors.len()
+    }
+
+    /// The responses of its sensors, each once.
+    fn responses(&self) -> Vec<&Response> {
+        let mut responses: Vec<&Response> = Vec::new();
+        for response in self.sensors.iter().filter_map(|sensor| sensor.response.as_ref()) {
+            if !responses.contains(&response) {
+                responses.push(response);
+            }
+        }
+        responses
+    }
+
+    /// The first cell of a sensor's response and the number of its points.
+    pub(crate) fn response_cells(&self, sensor: &Sensor, arena: &Arena) -> Option<[usize; 2]> {
+        let own = sensor.response.as_ref()?;
+        let responses = self.responses().into_iter();
+        let before: usize = responses
+            .take_while(|other| *other != own)
+            .map(|other| other.0.len())
+            .sum();
+        let first = self.floor_cell() + 1 + arena.lights.len() + 2 * arena.patches.len();
+        Some([first + before, own.0.len()])
+    }
+
     /// Kernel data for the robot and its arena: the cells that `robot/arcs.wgsl` and `sensor/kinds.wgsl` declare.
     pub(crate) fn cells(&self, body_radius: f32, arena: &Arena) -> Vec<[u32; 4]> {
         let farthest = 0.1 * f64::from(self.greatest_speed);
@@ -134,17 +231,23 @@ impl Differential {
             farthest as f32,
             (farthest / (TAU * f64::from(self.wheel_base))) as f32,
             steps,
-            if steps > 0.0 { 1.0 / steps } else { 0.0 },
+            inverse(steps),
         ];
+        let change = self.acceleration.unwrap_or(0.0) / (10.0 * self.greatest_speed);
+        let cycles = (10.0 * self.battery.unwrap_or(0.0)).round();
+        let drive = [change, inverse(change), cycles, inverse(cycles)];
         let sensor = |sensor: &Sensor| {
             let range = sensor.range.unwrap_or(1.0);
             let [range, share] = match sensor.kind {
                 SensorKind::Distance | SensorKind::Proximity => [range, 1.0 / range],
                 SensorKind::Bumper => [range, 0.5 * sensor.width.unwrap_or(0.5)],
                 SensorKind::Light => [f32::from(sensor.law.unwrap_or_default() as u8), 1.0 / range],
-                SensorKind::Ground => [0.0, 0.0],
+                SensorKind::Ground | SensorKind::Battery => [0.0, 0.0],
             };
-            [sensor.heading, sensor.offset.unwrap_or(body_radius), range, share]
+            [
+                [sensor.heading, sensor.offset.unwrap_or(body_radius), range, share],
+                [sensor.bearing.unwrap_or(0.0), 0.0, 0.0, 0.0],
+            ]
         };
         let light = |light: &Light| [light.x, light.y, light.brightness, 0.0];
         let patch = |patch: &Patch| {
@@ -156,11 +259,13 @@ impl Differential {
                 [0.5 * length, 0.5 * width, radius * radius, patch.grey],
             ]
         };
-        let cells = std::iter::once(wheels)
-            .chain(self.sensors.iter().map(sensor))
+        let cells = [wheels, drive]
+            .into_iter()
+            .chain(self.sensors.iter().flat_map(sensor))
             .chain([[arena.floor.unwrap_or(1.0), 0.0, 0.0, 0.0]])
             .chain(arena.lights.iter().map(light))
-            .chain(arena.patches.iter().flat_map(patch));
+            .chain(arena.patches.iter().flat_map(patch))
+            .chain(self.responses().into_iter().flat_map(Response::cells));
         // Zero has one sign.
         let bits = |number: f32| if number == 0.0 { 0 } else { number.to_bits() };
         cells.map(|cell| cell.map(bits)).collect()
@@ -173,7 +278,7 @@ impl Differential {
             match sensor.kind {
                 SensorKind::Distance | SensorKind::Proximity => sensor.offset.unwrap_or(body_radius) + range,
                 SensorKind::Bumper => body_radius + range,
-                SensorKind::Light | SensorKind::Ground => 0.0,
+                SensorKind::Light | SensorKind::Ground | SensorKind::Battery => 0.0,
             }
         };
         1.0 + self.sensors.iter().map(reach).fold(0.0, f32::max)
@@ -184,11 +289,44 @@ impl Differential {
         if self.speeds == 1 {
             return Err(Invalid::new("robot.speeds", "is 1; allowed: 0, or 2 to 1024"));
         }
-        let has_light = |sensor: &Sensor| sensor.kind == SensorKind::Light;
-        if arena.lights.is_empty() && self.sensors.iter().any(has_light) {
-            let problem = "is empty, and the robot has light sensors; allowed: one light and more";
-            return Err(Invalid::new("arena.lights", problem));
+        if let Some(acceleration) = self.acceleration
+            && acceleration != 0.0
+            && acceleration < LEAST_ACCELERATION
+        {
+            let problem = format!("is {acceleration}; allowed: 0, or {LEAST_ACCELERATION} and more");
+            return Err(Invalid::new("robot.acceleration_mm_s2", problem));
         }
+        if self.battery.is_none() && self.battery_ends_life == Some(true) {
+            return Err(Invalid::new("robot.battery_ends_life", ONLY_WITH_A_BATTERY));
+        }
+        self.check_arena(arena)?;
+        if self.sensors.len() > GREATEST_SENSORS {
+            let problem = format!("has {} elements; allowed: up to {GREATEST_SENSORS}", self.sensors.len());
+            return Err(Invalid::new("robot.sensors", problem));
+        }
+        for (index, sensor) in self.sensors.iter().enumerate() {
+            let Sensor { name, kind, .. } = sensor;
+            let is_other = |other: &Sensor| other.name == *name;
+            let is_taken = self.sensors[..index].iter().any(is_other) || readings.contains(name);
+            let checked = if is_taken || PREVIOUS.contains(&&**name) {
+                let problem = format!("is `{name}`; allowed: a name that no other reading has");
+                Err(Invalid::new("name", problem))
+            } else if *kind == SensorKind::Battery && self.battery.is_none() {
+                Err(Invalid::new("kind", "is battery; allowed: only with robot.battery_s"))
+            } else {
+                sensor.check()
+            };
+            let place = |invalid: Invalid| format!("robot.sensors[{index}].{}", invalid.field);
+            checked.map_err(|invalid| Invalid {
+                problem: invalid.problem.clone(),
+                field: place(invalid),
+            })?;
+        }
+        Ok(())
+    }
+
+    /// Checks the lights and patches of its arena.
+    fn check_arena(&self, arena: &Arena) -> Result<(), Invalid> {
         for (list, count) in [("lights", arena.lights.len()), ("patches", arena.patches.len())] {
             if count > GREATEST_SENSORS {
                 let problem = format!("has {count} elements; allowed: up to {GREATEST_SENSORS}");
@@ -200,47 +338,100 @@ impl Differential {
                 let problem = "has both a radius and sides, or neither; allowed: `radius_mm` or `sides_mm`";
                 return Err(Invalid::new(format!("arena.patches[{index}]"), problem));
             }
-        }
-        if self.sensors.len() > GREATEST_SENSORS {
-            let problem = format!("has {} elements; allowed: up to {GREATEST_SENSORS}", self.sensors.len());
-            return Err(Invalid::new("robot.sensors", problem));
-        }
-        for (index, sensor) in self.sensors.iter().enumerate() {
-            let problem =
-                |key: &str, problem: String| Err(Invalid::new(format!("robot.sensors[{index}].{key}"), problem));
-            let Sensor { name, kind, .. } = sensor;
-            if !is_identifier(name) {
-                let allowed = "letters from a to z, digits and _, a letter first";
-                return problem("name", format!("is `{name}`; allowed: {allowed}"));
-            }
-            let is_other = |other: &Sensor| other.name == *name;
-            if self.sensors[..index].iter().any(is_other) || readings.contains(name) || PREVIOUS.contains(&&**name) {
-                return problem(
-                    "name",
-                    format!("is `{name}`; allowed: a name that no other reading has"),
-                );
-            }
-            let has_range = *kind != SensorKind::Ground;
-            if has_range && sensor.range.is_none() {
-                return problem(
-                    "range_mm",
-                    format!("is missing; allowed: the range of the {} sensor", kind.word()),
-                );
-            }
-            for (key, is_given, is_allowed) in [
-                ("range_mm", sensor.range.is_some(), has_range),
-                ("offset_mm", sensor.offset.is_some(), *kind != SensorKind::Bumper),
-                ("width_turns", sensor.width.is_some(), *kind == SensorKind::Bumper),
-                ("law", sensor.law.is_some(), *kind == SensorKind::Light),
-            ] {
-                if is_given && !is_allowed {
-                    return problem(key, format!("is given; allowed: not with kind = \"{}\"", kind.word()));
-                }
+            if patch.charges == Some(true) && self.battery.is_none() {
+                return Err(Invalid::new(
+                    format!("arena.patches[{index}].charges"),
+                    ONLY_WITH_A_BATTERY,
+                ));
             }
         }
         Ok(())
     }
 }
+
+impl Sensor {
+    /// Checks conditions that involve several of its values; errors have keys without the sensor's place.
+    fn check(&self) -> Result<(), Invalid> {
+        use SensorKind::{Battery, Bumper, Distance, Ground, Light, Proximity};
+        let Self { name, kind, .. } = self;
+        if !is_identifier(name) {
+            let allowed = "letters from a to z, digits and _, a letter first";
+            return Err(Invalid::new("name", format!("is `{name}`; allowed: {allowed}")));
+        }
+        let has_range = !matches!(kind, Ground | Battery);
+        if has_range && self.range.is_none() {
+            let problem = format!("is missing; allowed: the range of the {} sensor", kind.word());
+            return Err(Invalid::new("range_mm", problem));
+        }
+        for (key, is_given, is_allowed) in [
+            ("heading_turns", self.heading != 0.0, *kind != Battery),
+            (
+                "bearing_turns",
+                self.bearing.is_some(),
+                matches!(kind, Distance | Proximity | Light),
+            ),
+            ("range_mm", self.range.is_some(), has_range),
+            ("offset_mm", self.offset.is_some(), !matches!(kind, Bumper | Battery)),
+            ("width_turns", self.width.is_some(), *kind == Bumper),
+            ("law", self.law.is_some(), *kind == Light),
+            ("response", self.response.is_some(), *kind == Proximity),
+        ] {
+            if is_given && !is_allowed {
+                let problem = format!("is given; allowed: not with kind = \"{}\"", kind.word());
+                return Err(Invalid::new(key, problem));
+            }
+        }
+        match &self.response {
+            Some(response) => response.check(self.range.unwrap_or(0.0)),
+            None => Ok(()),
+        }
+    }
+}
+
+impl Response {
+    /// Checks its points, which lie within a sensor's range.
+    fn check(&self, range: f32) -> Result<(), Invalid> {
+        let points = &self.0;
+        if !(2..=GREATEST_POINTS).contains(&points.len()) {
+            let problem = format!("has {} points; allowed: 2 to {GREATEST_POINTS}", points.len());
+            return Err(Invalid::new("response", problem));
+        }
+        for (index, &[distance, reading]) in points.iter().enumerate() {
+            number(format_args!("response[{index}][0]"), distance, 0.0..=range)?;
+            number(format_args!("response[{index}][1]"), reading, 0.0..=1.0)?;
+        }
+        let is_late = |[near, far]: &&[[f32; 2]; 2]| far[0] - near[0] < LEAST_STEP;
+        if let Some(&[[near, _], [far, _]]) = points.array_windows().find(is_late) {
+            let allowed = format!("each distance {LEAST_STEP} mm and more beyond the one before");
+            let problem = format!("goes from {near} to {far} mm; allowed: {allowed}");
+            return Err(Invalid::new("response", problem));
+        }
+        Ok(())
+    }
+
+    /// Kernel data: of each point its distance, its reading, and what the reading changes by for each mm to the next.
+    fn cells(&self) -> impl Iterator<Item = [f32; 4]> {
+        let next = self.0.iter().skip(1).map(Some).chain([None]);
+        self.0.iter().zip(next).map(|(&[distance, reading], next)| {
+            let slope = next.map_or(0.0, |next| (next[1] - reading) / (next[0] - distance));
+            [distance, reading, slope, 0.0]
+        })
+    }
+}
+
+/// The inverse of a number; 0 of 0.
+fn inverse(number: f32) -> f32 {
+    if number > 0.0 { 1.0 / number } else { 0.0 }
+}
+
+const ONLY_WITH_A_BATTERY: &str = "is true; allowed: only with robot.battery_s";
+
+/// Least acceleration of wheels that don't obey at once, mm/s in a second: below, changes of speed would get lost in roundings.
+const LEAST_ACCELERATION: f32 = 1.0;
+
+/// Most points of a sensor's response, and their least distance from each other, mm.
+pub const GREATEST_POINTS: usize = 32;
+const LEAST_STEP: f32 = 0.01;
 
 /// Most sensors of a robot, and most lights and patches of its arena.
 pub const GREATEST_SENSORS: usize = 64;

@@ -448,7 +448,8 @@ impl WorldKind for World {
     }
 
     fn may_end_early(&self) -> bool {
-        self.0.spec.own.get(Kind::Task).is_some()
+        let WorldSpec { own, robot, .. } = &self.0.spec;
+        own.get(Kind::Task).is_some() || robot.build.may_end_life()
     }
 
     fn pack(&self, buffers: &mut Buffers) -> life::World {

@@ -12,8 +12,13 @@ struct State {
     // what the conservative noise displaces perception by
     shift_x: f32,
     shift_y: f32,
-    // 1 once a body that sticks has touched something
-    stuck: u32,
+    robot: RobotState,
+}
+
+// A cycle's motion, and what the robot remembers after it.
+struct Driven {
+    motion: Motion,
+    state: RobotState,
 }
 
 fn first_state(life: Life) -> State {
@@ -21,7 +26,7 @@ fn first_state(life: Life) -> State {
     let shift = first_shift(life);
     return State(
         task_begin(life, pose), controller_begin(life), sensor_begin(life, pose),
-        pose.x, pose.y, pose.z, 0.0f, shift.x, shift.y, 0u,
+        pose.x, pose.y, pose.z, 0.0f, shift.x, shift.y, RobotState(),
     );
 }
 
@@ -29,7 +34,7 @@ fn kept(own: State) -> State {
     return State(
         task_kept(own.task), controller_kept(own.controller), sensor_kept(own.sensor),
         stored(own.x), stored(own.y), stored(own.heading), stored(own.fitness), stored(own.shift_x), stored(own.shift_y),
-        own.stuck,
+        robot_kept(own.robot),
     );
 }
 
@@ -47,15 +52,17 @@ fn cycle(life: Life, step: u32, before: State) -> Cycle {
     let seen = vec2<f32>(pose.x + shift.x, pose.y + shift.y);
     let sensed = sensors_read(life, step, pose, own.sensor);
     own.sensor = sensed.state;
-    var real = sense(world, pose, seen);
+    var real = sense(world, pose, seen, own.robot);
     real.own = sensed.readings;
     let perceived = with_noise(life, step, real);
     let command = commands(life, step, perceived, own.controller);
     own.controller = command.state;
     let outputs = command.outputs;
-    var moved = motion(life, step, outputs);
-    moved.displacement = select(moved.displacement, 0.0f, own.stuck != 0u);
-    moved.turn = select(moved.turn, 0.0f, own.stuck != 0u);
+    let driven = motion(life, step, outputs, own.robot);
+    own.robot = driven.state;
+    var moved = driven.motion;
+    moved.displacement = select(moved.displacement, 0.0f, own.robot.stuck != 0u);
+    moved.turn = select(moved.turn, 0.0f, own.robot.stuck != 0u);
     let reached = moved_pose(world, pose, moved);
     let collided = touches(world, vec2<f32>(reached.x, reached.y));
 
@@ -72,10 +79,11 @@ fn cycle(life: Life, step: u32, before: State) -> Cycle {
         if (worlds[world].collision == STICK) {
             own.x = reached.x;
             own.y = reached.y;
-            own.stuck = select(own.stuck, 1u, collided);
+            own.robot.stuck = select(own.robot.stuck, 1u, collided);
         }
     }
     let end = vec3<f32>(own.x, own.y, own.heading);
+    own.robot = robot_after(world, end, own.robot);
     let reward = task_cycle(life, Experience(step, pose, end, real, perceived, outputs, moved, collided), own.task);
     own.task = reward.state;
     own.fitness += reward.earned;
@@ -84,7 +92,7 @@ fn cycle(life: Life, step: u32, before: State) -> Cycle {
 }
 
 fn is_over(life: Life, own: State) -> bool {
-    return task_ends(life, own.task);
+    return task_ends(life, own.task) | robot_ends(life.world, own.robot);
 }
 
 fn score(life: Life, own: State) -> f32 {

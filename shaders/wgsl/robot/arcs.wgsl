@@ -1,5 +1,5 @@
-// A robot on two wheels that obey at once: the outputs are the wheels' speeds, from full speed backwards to full speed
-// forwards, and a cycle is an arc.
+// A robot on two wheels: the outputs command the wheels' speeds, from full speed backwards to full speed forwards, and a cycle
+// is an arc. What it remembers and in which order its commands take effect is generated.
 
 const RADIANS_PER_TURN: f32 = 6.2831855f;
 
@@ -29,14 +29,42 @@ fn speed_of(wheels: WheelsCell, output: f32) -> f32 {
     return select(level * wheels.step, end, abs(level) == wheels.steps);
 }
 
-// The motion for a pair of outputs (left, right), with the world's motor noise.
-fn motion(life: Life, step: u32, outputs: vec2<f32>) -> Motion {
-    let world = life.world;
-    let wheels = wheels_of(world);
-    let left = speed_of(wheels, outputs.x);
-    let right = speed_of(wheels, outputs.y);
-    let moved = Motion(0.5f * (left + right) * wheels.farthest, (right - left) * wheels.turn, left, right);
-    return noisy_motion(life, step, moved);
+// Its second cell of numbers.
+struct DriveCell {
+    // greatest change of a wheel's speed in a cycle, as a share of full speed, and the inverse of that; 0 for any change
+    change: f32,
+    changes: f32,
+    // cycles that a full battery lasts, and the inverse of that; 0 without a battery
+    cycles: f32,
+    cycle: f32,
+}
+
+fn drive_of(world: u32) -> DriveCell {
+    let cell = numbers(world, 1u);
+    return DriveCell(cell.x, cell.y, cell.z, cell.w);
+}
+
+// Two speeds of a wheel, as shares of full speed: at the end of a cycle, and the mean over it.
+struct WheelSpeed {
+    end: f32,
+    mean: f32,
+}
+
+// The speed of a wheel that is commanded to get from one speed to another: it changes evenly until it is there, or throughout
+// the cycle. Speeds within 1e-9 of each other count as equal.
+fn accelerated(drive: DriveCell, speed: f32, goal: f32) -> WheelSpeed {
+    let wanted = goal - speed;
+    let change = select(clamp(wanted, -drive.change, drive.change), 0.0f, abs(wanted) < 0x1p-30f);
+    let end = select(speed + change, goal, abs(wanted) <= drive.change);
+    // While it changes, which is this share of the cycle, it lags by half of the change in the mean.
+    let share = min(abs(change) * drive.changes, 1.0f);
+    return WheelSpeed(end, end - 0.5f * change * share);
+}
+
+// The motion of wheels with these speeds (left, right), as shares of full speed.
+fn rolled(wheels: WheelsCell, speeds: vec2<f32>) -> Motion {
+    let forward = 0.5f * (speeds.x + speeds.y) * wheels.farthest;
+    return Motion(forward, (speeds.y - speeds.x) * wheels.turn, speeds.x, speeds.y);
 }
 
 // Where a motion leads from a pose (x and y in mm, heading in turns), were nothing in the way: along an arc, whose chord has

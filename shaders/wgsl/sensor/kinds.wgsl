@@ -1,11 +1,13 @@
-// Models of the sensors that an experiment can describe. `looks` is the direction that a sensor faces, in turns.
+// Models of the sensors that an experiment can describe. `looks` is the direction that a sensor faces, in turns, and `place`
+// where it is.
 
-// After the sensors come FLOOR_CELL, a cell with the floor's grey; LIGHT_COUNT lights of a cell each, x, y and brightness; and
-// PATCH_COUNT patches of the floor of two cells each.
+// Sensors have two cells each, of which the second has the bearing of those that are elsewhere on the body than they look. After
+// them come FLOOR_CELL, a cell with the floor's grey; LIGHT_COUNT lights of a cell each, x, y and brightness; PATCH_COUNT patches
+// of the floor of two cells each; and the responses of sensors, a cell for each point.
 
-// A sensor's numbers.
+// A sensor's first cell.
 struct SensorCell {
-    // where it is on the body and looks, in turns, counter-clockwise from straight ahead
+    // where it looks, and is on the body unless it has a bearing, in turns, counter-clockwise from straight ahead
     heading: f32,
     // mm from the body's centre
     offset: f32,
@@ -14,6 +16,9 @@ struct SensorCell {
     // the inverse of the range; of a bumper half its width in turns
     share: f32,
 }
+
+// Most points of a response.
+const GREATEST_POINTS: u32 = 32u;
 
 // The laws of light sensors; what is neither is 1 / (1 + d^2).
 const LAW_LINEAR: f32 = 0.0f;
@@ -46,8 +51,7 @@ fn range_share(sensor: SensorCell, free: f32) -> f32 {
 }
 
 // The brightness of all lights that no object hides, at most 1.
-fn light_reading(world: u32, at: vec2<f32>, sensor: SensorCell, looks: f32) -> f32 {
-    let place = at + sensor.offset * cosine_sine(looks);
+fn light_reading(world: u32, place: vec2<f32>, sensor: SensorCell, looks: f32) -> f32 {
     var sum = 0.0f;
     for (var index = 0u; index < LIGHT_COUNT; index++) {
         let light = numbers(world, FLOOR_CELL + 1u + index);
@@ -81,19 +85,44 @@ fn brightness_share(sensor: SensorCell, distance: f32) -> f32 {
 }
 
 // The grey of the floor below the sensor.
-fn ground_reading(world: u32, at: vec2<f32>, sensor: SensorCell, looks: f32) -> f32 {
-    let place = at + sensor.offset * cosine_sine(looks);
+fn ground_reading(world: u32, place: vec2<f32>) -> f32 {
     var grey = numbers(world, FLOOR_CELL).x;
     for (var index = 0u; index < PATCH_COUNT; index++) {
-        let first = FLOOR_CELL + 1u + LIGHT_COUNT + 2u * index;
-        let centre = numbers(world, first);
-        let size = numbers(world, first + 1u);
-        let from_centre = vec2<f32>(place.x - centre.x, place.y - centre.y);
-        let along = abs(from_centre.x * centre.z + from_centre.y * centre.w);
-        let across = abs(from_centre.y * centre.z - from_centre.x * centre.w);
-        let is_round = squared_length(from_centre) < size.z;
-        let is_within = (along <= size.x) & (across <= size.y) & (size.z == 0.0f);
-        grey = select(grey, size.w, is_round | is_within);
+        let patch_grey = numbers(world, FLOOR_CELL + LIGHT_COUNT + 2u * index + 2u).w;
+        grey = select(grey, patch_grey, is_on_patch(world, index, place));
     }
     return grey;
+}
+
+// Whether a point is on a patch of the floor.
+fn is_on_patch(world: u32, index: u32, place: vec2<f32>) -> bool {
+    let first = FLOOR_CELL + 1u + LIGHT_COUNT + 2u * index;
+    let centre = numbers(world, first);
+    let size = numbers(world, first + 1u);
+    let from_centre = vec2<f32>(place.x - centre.x, place.y - centre.y);
+    let along = abs(from_centre.x * centre.z + from_centre.y * centre.w);
+    let across = abs(from_centre.y * centre.z - from_centre.x * centre.w);
+    let is_round = squared_length(from_centre) < size.z;
+    let is_within = (along <= size.x) & (across <= size.y) & (size.z == 0.0f);
+    return is_round | is_within;
+}
+
+// The reading of a ray that is free up to a distance from the body's centre, by a response of so many points from a cell on: a
+// straight line from each point to the next, and 0 if nothing is in range.
+fn response_reading(world: u32, sensor: SensorCell, free: f32, first: u32, points: u32) -> f32 {
+    let distance = max(free - sensor.offset, 0.0f);
+    var reading = numbers(world, first).y;
+    for (var index = 0u; index < min(points, GREATEST_POINTS); index++) {
+        // its distance and reading, and what the reading changes by for each mm beyond
+        let point = numbers(world, first + index);
+        reading = select(reading, point.y + (distance - point.x) * point.z, distance >= point.x);
+    }
+    return select(flushed(clamp(reading, 0.0f, 1.0f)), 0.0f, free >= sensor.offset + sensor.range);
+}
+
+// The charge of a battery that was full some cycles ago: from 1 for full to 0 for empty.
+fn battery_reading(world: u32, used: u32) -> f32 {
+    let drive = drive_of(world);
+    let charge = 1.0f - f32(used) * drive.cycle;
+    return select(flushed(charge), 0.0f, f32(used) >= drive.cycles);
 }

@@ -6,9 +6,9 @@ use oneiro_shader_compiler::declarations::Declaration;
 
 use super::fields::Remembered;
 use super::interface::Interface;
-use crate::arena::Arena;
+use crate::arena::{Arena, Patch};
 use crate::compose::{Detail, DetailKind, Kind, Scalar, Value};
-use crate::differential::{Differential, SensorKind};
+use crate::differential::{Differential, FIRST_SENSOR, SensorKind};
 
 /// Declarations that a kernel needs and a part leaves out.
 pub(super) fn missing(
@@ -132,6 +132,82 @@ fn details_kept(own: Details) -> Details {{
     )
 }
 
+/// What a described robot remembers and how it moves, in place of `robot/differential.wgsl`.
+pub(super) fn drive(robot: &Differential, arena: &Arena) -> String {
+    let latency = robot.latency.unwrap_or(0);
+    let is_slow = robot.acceleration.is_some_and(|acceleration| acceleration > 0.0);
+    // Fields beside `stuck`: the commands that are yet to take effect, the oldest first; the wheels' speeds; and the cycles since
+    // the battery was full.
+    let mut pairs: Vec<String> = (0..latency).map(|age| format!("command_{age}")).collect();
+    let mut steps = String::new();
+    if latency > 0 {
+        steps += "    let due = own.command_0;\n";
+        for age in 1..latency {
+            let _ = writeln!(steps, "    own.command_{} = own.command_{age};", age - 1);
+        }
+        let _ = writeln!(steps, "    own.command_{} = speeds;\n    speeds = due;", latency - 1);
+    }
+    if is_slow {
+        pairs.push("speeds".to_owned());
+        steps += "    let drive = drive_of(life.world);
+    let left = accelerated(drive, own.speeds.x, speeds.x);
+    let right = accelerated(drive, own.speeds.y, speeds.y);
+    own.speeds = vec2<f32>(left.end, right.end);
+    speeds = vec2<f32>(left.mean, right.mean);
+";
+    }
+    let (mut members, mut kept) = (String::new(), String::new());
+    for pair in pairs {
+        let _ = writeln!(members, "    {pair}: vec2<f32>,");
+        let _ = write!(kept, ", vec2<f32>(stored(own.{pair}.x), stored(own.{pair}.y))");
+    }
+    if robot.battery.is_some() {
+        members += "    used: u32,\n";
+        kept += ", own.used";
+    }
+    let after = charged(robot, arena);
+    let ends = if robot.battery_ends_life == Some(true) {
+        "f32(own.used) >= drive_of(world).cycles"
+    } else {
+        "false"
+    };
+    format!(
+        "struct RobotState {{
+    stuck: u32,
+{members}}}
+fn robot_kept(own: RobotState) -> RobotState {{
+    return RobotState(own.stuck{kept});
+}}
+fn motion(life: Life, step: u32, outputs: vec2<f32>, before: RobotState) -> Driven {{
+    let wheels = wheels_of(life.world);
+    var own = before;
+    var speeds = vec2<f32>(speed_of(wheels, outputs.x), speed_of(wheels, outputs.y));
+{steps}    return Driven(noisy_motion(life, step, rolled(wheels, speeds)), own);
+}}
+fn robot_after(world: u32, end: vec3<f32>, before: RobotState) -> RobotState {{
+    var own = before;
+{after}    return own;
+}}
+fn robot_ends(world: u32, own: RobotState) -> bool {{
+    return {ends};
+}}
+"
+    )
+}
+
+/// What a cycle takes from a battery, and what the floor gives back at its end.
+fn charged(robot: &Differential, arena: &Arena) -> String {
+    let charges = |(_, patch): &(usize, &Patch)| patch.charges == Some(true);
+    let charging = arena.patches.iter().enumerate().filter(charges);
+    let is_on = |(index, _): (usize, &Patch)| format!("is_on_patch(world, {index}u, vec2<f32>(end.x, end.y))");
+    let is_on: Vec<_> = charging.map(is_on).collect();
+    match (robot.battery, &is_on[..]) {
+        (None, _) => String::new(),
+        (Some(_), []) => "    own.used += 1u;\n".to_owned(),
+        (Some(_), is_on) => format!("    own.used = select(own.used + 1u, 0u, {});\n", is_on.join(" | ")),
+    }
+}
+
 /// Constants that `readings` declares.
 pub(super) const COUNTS: [&str; 3] = ["FLOOR_CELL", "LIGHT_COUNT", "PATCH_COUNT"];
 
@@ -158,21 +234,36 @@ pub(super) fn readings(robot: &Differential, arena: &Arena) -> String {
     let (mut numbers, mut objects, mut readings) = (String::new(), String::new(), String::new());
     let mut highest = "0.0f".to_owned();
     for (index, sensor) in robot.sensors.iter().enumerate() {
-        let _ = writeln!(numbers, "    let s{index} = sensor_of(world, {}u);", index + 1);
+        let cell = FIRST_SENSOR + 2 * index;
+        let _ = writeln!(numbers, "    let s{index} = sensor_of(world, {cell}u);");
         let _ = writeln!(numbers, "    let looks{index} = pose.z + s{index}.heading;");
         let own = format!("s{index}, looks{index}");
+        let bearing = match sensor.bearing {
+            Some(_) => format!("pose.z + numbers(world, {}u).x", cell + 1),
+            None => format!("looks{index}"),
+        };
+        let place = format!("at + s{index}.offset * cosine_sine({bearing})");
         let reading = match sensor.kind {
             SensorKind::Distance | SensorKind::Proximity => {
                 let _ = writeln!(numbers, "    let ahead{index} = cosine_sine(looks{index});");
                 let _ = writeln!(numbers, "    var free{index} = s{index}.offset + s{index}.range;");
-                let nearest = format!("ray_to_shape(shape, at, ahead{index}, free{index})");
+                let nearest = if sensor.bearing.is_some() {
+                    let _ = writeln!(numbers, "    let place{index} = {place};");
+                    format!("s{index}.offset + ray_to_shape(shape, place{index}, ahead{index}, s{index}.range)")
+                } else {
+                    format!("ray_to_shape(shape, at, ahead{index}, free{index})")
+                };
                 let _ = writeln!(objects, "            free{index} = min(free{index}, {nearest});");
                 let share = format!("range_share(s{index}, free{index})");
-                if sensor.kind == SensorKind::Distance {
-                    share
-                } else {
+                if sensor.kind == SensorKind::Proximity {
                     highest = format!("max({highest}, r.{})", sensor.name);
-                    format!("1.0f - {share}")
+                }
+                match (sensor.kind, robot.response_cells(sensor, arena)) {
+                    (_, Some([first, points])) => {
+                        format!("response_reading(world, s{index}, free{index}, {first}u, {points}u)")
+                    }
+                    (SensorKind::Distance, None) => share,
+                    (_, None) => format!("1.0f - {share}"),
                 }
             }
             SensorKind::Bumper => {
@@ -181,8 +272,9 @@ pub(super) fn readings(robot: &Differential, arena: &Arena) -> String {
                 let _ = writeln!(objects, "            pressed{index} = {pressed};");
                 format!("pressed{index}")
             }
-            SensorKind::Light => format!("light_reading(world, at, {own})"),
-            SensorKind::Ground => format!("ground_reading(world, at, {own})"),
+            SensorKind::Light => format!("light_reading(world, {place}, {own})"),
+            SensorKind::Ground => format!("ground_reading(world, {place})"),
+            SensorKind::Battery => "battery_reading(world, robot.used)".to_owned(),
         };
         let _ = writeln!(readings, "        {reading},");
     }
@@ -198,7 +290,7 @@ pub(super) fn readings(robot: &Differential, arena: &Arena) -> String {
 "
         );
     }
-    let (floor, lights, patches) = (1 + count, arena.lights.len(), arena.patches.len());
+    let (floor, lights, patches) = (robot.floor_cell(), arena.lights.len(), arena.patches.len());
     format!(
         "struct Readings {{
 {fields}    own: SensorReadings,
@@ -207,7 +299,7 @@ const INPUTS: u32 = {count}u + OWN_READINGS;
 const FLOOR_CELL: u32 = {floor}u;
 const LIGHT_COUNT: u32 = {lights}u;
 const PATCH_COUNT: u32 = {patches}u;
-fn sense(world: u32, pose: vec3<f32>, at: vec2<f32>) -> Readings {{
+fn sense(world: u32, pose: vec3<f32>, at: vec2<f32>, robot: RobotState) -> Readings {{
 {numbers}{objects}    return Readings(
 {readings}        SensorReadings(),
     );

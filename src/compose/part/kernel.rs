@@ -62,10 +62,10 @@ pub(in crate::compose) fn compose(
     let mut generated = generate::details(&parts.details(robot));
     let mut name = base.name.to_owned();
     if let Build::Differential(robot) = robot {
-        let readings = generate::readings(robot, arena);
-        let hash = blake3::hash(readings.as_bytes()).to_hex();
+        let described = generate::readings(robot, arena) + &generate::drive(robot, arena);
+        let hash = blake3::hash(described.as_bytes()).to_hex();
         let _ = write!(name, "+{}-sensors-{}", robot.sensors.len(), &hash[..16]);
-        generated += &readings;
+        generated += &described;
     }
     for own in parts.iter() {
         let stem = Path::new(&own.part.path)
