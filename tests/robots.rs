@@ -1,4 +1,4 @@
-//! Robots that an experiment describes: the one of docs/robots.md, and that of `kheperax.toml` beside Kheperax's rules, written
+//! Robots that an experiment describes: those of docs/robots.md, and that of `kheperax.toml` beside Kheperax's rules, written
 //! again in double precision from their description alone.
 
 use std::f64::consts::{FRAC_PI_2, FRAC_PI_4, PI, TAU};
@@ -122,20 +122,172 @@ fn lived(genes: &[f32]) -> ([f64; 2], f64, bool) {
     ([x, y], fitness, hit)
 }
 
+/// An example of the page, by its number, with little evolution.
+fn example(number: usize) -> String {
+    let page = include_str!("../docs/robots.md");
+    let block = page.split("```toml\n").nth(1 + number);
+    let text = block.and_then(|rest| rest.split("```").next()).unwrap();
+    format!("evolution.generations = 3\nevolution.population = 20\nevolution.parents = 4\n{text}")
+}
+
+/// Runs an experiment with the seed 1, and returns its champion's trace.
+fn traced(place: &Place, experiment: &str, out: &str) -> String {
+    let run = [
+        "run",
+        experiment,
+        "--seed",
+        "1",
+        "--out",
+        out,
+        "--backend",
+        "cpu",
+        "--quiet",
+    ];
+    place.good(&run);
+    place.good(&["verify", out]);
+    place.text(format!("{out}/trace.csv"))
+}
+
+/// A column of a trace.
+fn column(trace: &str, name: &str) -> Vec<f64> {
+    let mut lines = trace.lines();
+    let at = lines.next().unwrap().split(',').position(|column| column == name);
+    let at = at.unwrap_or_else(|| panic!("no column {name}"));
+    lines
+        .map(|line| line.split(',').nth(at).unwrap().parse().unwrap())
+        .collect()
+}
+
+/// The page's robots by name: `oneiro check` lists the sensors that the page lists, and each of them runs.
+#[test]
+fn robots_by_name_run() {
+    let place = Place::new("named-robots");
+    let room = "arena.width_mm = 1000\narena.height_mm = 1000\nevolution.generations = 2\nevolution.population = 10\nevolution.parents = 2";
+    for (name, robot, count, sensors) in [
+        (
+            "epuck",
+            "epuck, radius 35 mm, wheels 53 mm apart, up to 128.8 mm/s",
+            19,
+            "8 proximity (prox_0, prox_1, prox_2, prox_3, prox_4, prox_5, prox_6, prox_7), \
+             8 light (light_0, light_1, light_2, light_3, light_4, light_5, light_6, light_7), \
+             3 ground (ground_left, ground_centre, ground_right)",
+        ),
+        (
+            "thymio2",
+            "thymio2, radius 80 mm, wheels 94 mm apart, up to 166 mm/s",
+            9,
+            "7 proximity (prox_0, prox_1, prox_2, prox_3, prox_4, prox_5, prox_6), 2 ground (ground_left, ground_right)",
+        ),
+        (
+            "kheperax",
+            "kheperax, radius 15 mm, wheels 30 mm apart, up to 250 mm/s",
+            5,
+            "3 distance (right, ahead, left), 2 bumper (bump_right, bump_left)",
+        ),
+    ] {
+        let page = include_str!("../docs/robots.md");
+        assert!(page.contains(&format!("| `{name}` |")), "{name}");
+        let file = format!("{name}.toml");
+        place.write(&file, format!("{room}\nrobot.preset = \"{name}\"\n"));
+        let checked = place.good(&["check", &file]);
+        assert!(checked.contains(&format!("  robot       {robot}\n")), "{checked}");
+        assert!(checked.contains(&format!("  sensors     {sensors}\n")), "{checked}");
+        let trace = traced(&place, &file, name);
+        let head = trace.lines().next().unwrap();
+        let found = head.split(',').filter(|column| column.starts_with("sensor_")).count();
+        assert_eq!(found, count, "{head}");
+        let config = place.text(format!("{name}/config.toml"));
+        assert!(
+            !config.contains("preset") && config.contains("wheel_base_mm"),
+            "{config}"
+        );
+    }
+}
+
+/// The page's e-puck obeys late and slowly, and sees its lamp.
+#[test]
+fn the_pages_epuck_runs() {
+    let place = Place::new("page-epuck");
+    place.write("slow.toml", example(1));
+    let checked = place.good(&["check", "slow.toml"]);
+    let robot =
+        "epuck, radius 35 mm, wheels 53 mm apart, up to 80 mm/s, accelerates by up to 400 mm/s^2, obeys 1 cycle late";
+    assert!(
+        checked.contains(robot) && checked.contains("light_7_to_right"),
+        "{checked}"
+    );
+    let trace = traced(&place, "slow.toml", "run");
+    let [left, before] = ["speed_left", "output_left"].map(|name| column(&trace, name));
+    // Half of what 400 mm/s^2 add in a cycle, of 80 mm/s.
+    assert_eq!(left[0], 0.0);
+    assert!(
+        left[1].abs() <= 0.25 + 1e-6 && (before[0] != 0.5) == (left[1] != 0.0),
+        "{}",
+        left[1]
+    );
+    let change = left.windows(2).map(|pair| (pair[1] - pair[0]).abs());
+    assert!(change.fold(0.0, f64::max) <= 0.5 + 1e-6);
+    let light = column(&trace, "real_light_0");
+    assert!(light.iter().any(|reading| *reading > 0.0));
+    place.good(&["replay", "run", "--backend", "cpu", "--quiet"]);
+}
+
+/// The page's robot with a battery lives until it is empty, or as long as it charges.
+#[test]
+fn the_pages_battery_empties() {
+    let place = Place::new("page-battery");
+    place.write(
+        "battery.toml",
+        example(2).replace("battery_s = 60.0", "battery_s = 3.0"),
+    );
+    let checked = place.good(&["check", "battery.toml"]);
+    assert!(
+        checked.contains("up to 166 mm/s, a battery of 3 s, which ends life when it is empty"),
+        "{checked}"
+    );
+    let trace = traced(&place, "battery.toml", "run");
+    let energy = column(&trace, "real_energy");
+    assert!(energy.len() >= 30, "{}", energy.len());
+    for pair in energy.windows(2) {
+        let fallen = pair[0] - pair[1];
+        assert!((fallen - 1.0 / 30.0).abs() < 1e-5 || pair[1] == 1.0, "{pair:?}");
+    }
+    assert!(energy.iter().all(|charge| *charge > 0.0));
+    // A task of the user's own is rewarded by the reading's name.
+    place.write(
+        "energy.wgsl",
+        "fn task_cycle(life: Life, now: Experience, before: TaskState) -> Reward {
+            return Reward(now.real.energy, before);
+        }",
+    );
+    let own = ["--set", "task.kind=own", "--set", "task.part=energy.wgsl"];
+    let run = [
+        "run",
+        "battery.toml",
+        "--seed",
+        "1",
+        "--out",
+        "own",
+        "--backend",
+        "cpu",
+        "--quiet",
+    ];
+    place.good(&[&run[..], &own].concat());
+    let trace = place.text("own/trace.csv");
+    let (reward, energy) = (column(&trace, "reward"), column(&trace, "real_energy"));
+    assert!(
+        reward
+            .iter()
+            .zip(&energy)
+            .all(|(reward, energy)| (reward - energy).abs() < 1e-6)
+    );
+}
+
 /// The page's example runs as it stands, and its files have its sensors' names.
 #[test]
 fn the_pages_robot_runs() {
     let place = Place::new("own-robot");
-    let page = include_str!("../docs/robots.md");
-    let example = page
-        .split("```toml\n")
-        .nth(1)
-        .and_then(|rest| rest.split("```").next())
-        .unwrap();
-    place.write(
-        "own.toml",
-        format!("evolution.generations = 3\nevolution.population = 20\nevolution.parents = 4\n{example}"),
-    );
+    place.write("own.toml", example(0));
     let checked = place.good(&["check", "own.toml"]);
     for gene in ["left_to_left", "behind_to_right", "bias_right"] {
         assert!(checked.contains(gene), "{checked}");

@@ -3,9 +3,12 @@
 use std::fmt::Display;
 
 use oneiro::arena::Arena;
+use oneiro::differential::{Build, SensorKind};
 use oneiro::parameter::Invalid;
+use oneiro::world::WorldSpec;
 
 use super::settings::{ArenaSize, Finalists, Settings};
+use crate::console::counted;
 use crate::evolve::genetic;
 
 pub(super) type Checked = Result<(), Invalid>;
@@ -26,6 +29,19 @@ pub(super) fn check(settings: &Settings) -> Checked {
     arena(settings)?;
     evolution(&settings.evolution)?;
     finalists(settings.finalists)
+}
+
+/// A warning about a world that is valid and perhaps not what is meant.
+pub(super) fn warning(world: &WorldSpec) -> Option<String> {
+    let Build::Differential(robot) = &world.robot.build else {
+        return None;
+    };
+    let lights = robot.sensors.iter().filter(|sensor| sensor.kind == SensorKind::Light);
+    let sensors = lights.count();
+    (sensors > 0 && world.arena.lights.is_empty()).then(|| {
+        let sensors = counted(sensors as u32, "light sensor reads", "light sensors read");
+        format!("arena.lights is empty: the robot's {sensors} 0")
+    })
 }
 
 fn finalists(Finalists { count, lives }: Finalists) -> Checked {

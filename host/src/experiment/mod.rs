@@ -3,6 +3,7 @@
 mod check;
 mod inputs;
 pub(crate) mod reference;
+mod robots;
 pub(crate) mod settings;
 pub(crate) mod source;
 pub(crate) mod swarm;
@@ -57,6 +58,7 @@ impl Experiment {
     /// As [`Experiment::read`].
     pub(crate) fn of(path: &Path, file: &Parsed<'_>, set: &[Setting], files: &Files) -> Result<Self> {
         let (given, source): (Table, _) = Source::read(file, set)?;
+        let given = robots::described(given, &source)?;
         let mut settings = Settings::default();
         values::read(&given, &mut settings, &source)?;
         if settings.name.is_empty() {
@@ -75,7 +77,8 @@ impl Experiment {
             world.gene_layout(),
             settings.evolution.population,
         )?;
-        let (inputs, warnings) = inputs.finish()?;
+        let (inputs, mut warnings) = inputs.finish()?;
+        warnings.extend(check::warning(world.spec()));
         inputs::rename(&mut settings, &inputs);
         for own in world.spec().own.iter() {
             settings.part_mut(own.part().kind()).values = own.named_values();

@@ -13,6 +13,7 @@ use oneiro::parameter::{Choice, Choices, Datum, Field, Parameter, Select, row};
 use oneiro::tables::MotorStates;
 use oneiro::world::{self, Controller, LENGTH, Noise, Task, WorldSpec};
 
+use super::robots::{self, Preset};
 use super::values::Described;
 use crate::evolve::genetic;
 
@@ -27,7 +28,7 @@ pub(crate) struct Settings {
     pub(crate) trials: u32,
     /// How the fitness of several lives is combined.
     pub(crate) trial_score: TrialScore,
-    /// Samples that the robot is made from.
+    /// The robot's name, or the samples that it is made from.
     pub(crate) robot: Robot,
     /// Name or size of the arena.
     pub(crate) arena: ArenaSize,
@@ -55,6 +56,7 @@ impl Default for Settings {
             trials: 1,
             trial_score: TrialScore::Mean,
             robot: Robot {
+                preset: Preset::default(),
                 tables: SensorFiles::BuiltIn,
                 motors: BUILT_IN.into(),
                 states: MotorStates::Symmetric20,
@@ -124,6 +126,10 @@ fn rows() -> Vec<Parameter<Settings>> {
             "Lives of each individual in each generation.", |own, _| Some(&mut own.trials)),
         row("trial_score", "", Any, OURS,
             "What several lives of an individual count as.", |own, _| Some(&mut own.trial_score)),
+    ]);
+    insert(&mut rows, "robot.kind", [
+        row("robot.preset", "", Text(robots::names().leak()), OURS,
+            "A robot that ships, by name; keys that are given take the place of its own. A run's `config.toml` has its values instead of its name: see docs/robots.md.", |own, _| Some(&mut own.robot.preset)),
     ]);
     insert(&mut rows, "robot.body_radius_mm", [
         row("robot.tables", "", Text("\"khepera\" or a list of files"), OURS,
@@ -234,9 +240,11 @@ impl Choice for TrialScore {
     ];
 }
 
-/// Samples that the robot is made from.
+/// The robot's name, or the samples that it is made from.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Robot {
+    /// Robot by name that the experiment changes.
+    pub(crate) preset: Preset,
     pub(crate) tables: SensorFiles,
     pub(crate) motors: String,
     pub(crate) states: MotorStates,

@@ -1,6 +1,7 @@
 use std::fs;
 use std::path::PathBuf;
 
+use oneiro::differential::{Build, Differential};
 use oneiro::parameter::{Allowed, Datum, Parameter};
 use oneiro::world;
 
@@ -115,6 +116,68 @@ fn a_resolved_experiment_is_itself_again() {
     }
 }
 
+/// An arena that is large enough for a Thymio II.
+const ROOM: &str = "\narena.width_mm = 1000\narena.height_mm = 1000\n";
+
+/// A robot by name is its values: the same experiment as one that has them all, whatever becomes of the robot that ships.
+#[test]
+fn a_robot_by_name_is_its_values() {
+    let scratch = Scratch::new("preset");
+    for name in ["epuck", "thymio2", "kheperax"] {
+        let file = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join(format!("src/experiment/robots/{name}.toml"));
+        let text = fs::read_to_string(file).unwrap();
+        let written = read(&scratch, &format!("{ROOM}{text}"), &[]).unwrap();
+        let named = read(&scratch, &format!("{ROOM}robot.preset = \"{name}\""), &[]).unwrap();
+        assert_eq!(named.world().spec(), written.world().spec());
+        assert_eq!(named.identities().of(1), written.identities().of(1));
+        let resolved = named.resolved_toml(7);
+        assert!(!resolved.contains(name), "{resolved}");
+        assert_eq!(read(&scratch, &resolved, &[]).unwrap().resolved_toml(7), resolved);
+    }
+}
+
+#[test]
+fn a_robot_by_name_is_changed_key_by_key_and_its_sensors_as_a_whole() {
+    let scratch = Scratch::new("changed-preset");
+    let plain = read(&scratch, "robot.preset = \"epuck\"", &[]).unwrap();
+    let robot = |experiment: &Experiment| match experiment.world().spec().robot.build.clone() {
+        Build::Differential(robot) => robot,
+        Build::Sampled => panic!("is sampled"),
+    };
+    assert_eq!(robot(&plain).sensors.len(), 19);
+    let text = "robot.preset = \"epuck\"\nrobot.greatest_speed_mm_s = 80";
+    let slow = read(&scratch, text, &["robot.latency_cycles=2"]).unwrap();
+    assert_eq!(
+        robot(&slow),
+        Differential {
+            greatest_speed: 80.0,
+            latency: Some(2),
+            ..robot(&plain)
+        }
+    );
+    let text = format!("{ROOM}[robot]\npreset = \"epuck\"\nsensors = [{{ name = \"nose\", range_mm = 20 }}]");
+    let own = read(&scratch, &text, &[]).unwrap();
+    assert_eq!(robot(&own).sensors.len(), 1);
+    assert_eq!(robot(&own).sensors[0].name, "nose");
+    assert_eq!(own.world().spec().robot.body_radius, 35.0);
+    let other = read(&scratch, &text, &["robot.preset=thymio2"]).unwrap();
+    assert_eq!(other.world().spec().robot.body_radius, 80.0);
+}
+
+#[test]
+fn light_sensors_in_the_dark_are_warned_of() {
+    let scratch = Scratch::new("dark");
+    let dark = read(&scratch, "robot.preset = \"epuck\"", &[]).unwrap();
+    assert_eq!(
+        dark.warnings(),
+        ["arena.lights is empty: the robot's 8 light sensors read 0"]
+    );
+    let lit = "arena = { width_mm = 500, height_mm = 500, lights = [{ x_mm = 250, y_mm = 250 }] }";
+    let lit = read(&scratch, &format!("robot.preset = \"epuck\"\n{lit}"), &[]).unwrap();
+    let blind = read(&scratch, &format!("{ROOM}robot.preset = \"thymio2\""), &[]).unwrap();
+    assert!(lit.warnings().is_empty() && blind.warnings().is_empty());
+}
+
 #[test]
 fn recording_does_not_change_the_identity() {
     let scratch = Scratch::new("identity");
@@ -227,6 +290,46 @@ const REFUSED: &[(&str, &str)] = &[
     (
         "[robot]\nbody_radius_mm = 1",
         "robot.motors: the greatest displacement of a cycle is",
+    ),
+    (
+        "[robot]\npreset = \"epcuk\"",
+        "test.toml:2:10: robot.preset: is \"epcuk\"; allowed: epuck, thymio2, kheperax; did you mean epuck?",
+    ),
+    (
+        "[robot]\npreset = \"roomba\"",
+        "test.toml:2:10: robot.preset: is \"roomba\"; allowed: epuck, thymio2, kheperax",
+    ),
+    (
+        "[robot]\npreset = 3",
+        "test.toml:2:10: robot.preset: is 3; allowed: epuck, thymio2, kheperax",
+    ),
+    (
+        "[robot]\npreset = \"epuck\"\nkind = \"sampled\"",
+        "test.toml:3:8: robot.kind: is \"sampled\", and robot.preset is \"epuck\"; allowed: \"differential\"",
+    ),
+    (
+        "[robot]\npreset = \"epuck\"\ntables = \"khepera\"",
+        "test.toml:3:10: robot.tables: is given; allowed: only with kind = \"sampled\"",
+    ),
+    (
+        "[robot]\npreset = \"epuck\"\ngreatest_speed_mm_s = 900",
+        "test.toml:3:23: robot.greatest_speed_mm_s: the greatest displacement of a cycle is 90 mm",
+    ),
+    (
+        "[robot]\npreset = \"epuck\"\nacceleration_mm_s2 = 0.5",
+        "test.toml:3:22: robot.acceleration_mm_s2: is 0.5; allowed: 0, or 1 and more",
+    ),
+    (
+        "[robot]\npreset = \"epuck\"\nsensors = [{ name = \"one\", range_mm = 50, response = [[0, 1], [50, 2]] }]",
+        "test.toml:3:68: robot.sensors[0].response[1][1]: is 2; allowed: 0 to 1",
+    ),
+    (
+        "[robot]\npreset = \"epuck\"\nsensors = [{ name = \"one\", range_mm = 50, response = [0, 50] }]",
+        "test.toml:3:54: robot.sensors[0].response: is [0, 50]; allowed: 2 to 32 pairs of a distance in mm and a reading from 0 to 1",
+    ),
+    (
+        "[robot]\npreset = \"epuck\"\nsensors = [{ name = \"energy\", kind = \"battery\" }]",
+        "test.toml:3:38: robot.sensors[0].kind: is battery; allowed: only with robot.battery_s",
     ),
     (
         "[arena]\npreset = \"maze\"",

@@ -3,8 +3,9 @@
 use std::path::Path;
 
 use oneiro::compose::{Kind, OwnPart};
+use oneiro::differential::{Build, SensorKind};
 use oneiro::parameter::Choice;
-use oneiro::world::{Noise, Start};
+use oneiro::world::{Noise, Robot, Start};
 use serde_json::json;
 
 use crate::console::{Console, counted};
@@ -58,27 +59,12 @@ fn summary(experiment: &Experiment) -> String {
     let settings = experiment.settings();
     let world = experiment.world();
     let spec = world.spec();
-    let classes: Vec<&str> = spec
-        .robot
-        .sensors
-        .classes
-        .iter()
-        .map(|table| table.class.as_str())
-        .collect();
     let arena = &spec.arena;
     let evolution = &settings.evolution;
     let run = experiment.evolution(0);
     let optimizer = run.optimizer();
     let lines = [
-        (
-            "robot",
-            format!(
-                "radius {} mm, sensors sampled for {}, {states} x {states} motor states",
-                spec.robot.body_radius,
-                classes.join(", "),
-                states = spec.robot.motors.states,
-            ),
-        ),
+        ("robot", robot(&spec.robot, settings.robot.preset.0.as_deref())),
         (
             "arena",
             format!(
@@ -95,8 +81,8 @@ fn summary(experiment: &Experiment) -> String {
         (
             "sensors",
             match spec.own.get(Kind::Sensor) {
-                Some(own) => format!("8 of proximity, and {}", part(Some(own), "")),
-                None => "8 of proximity".to_owned(),
+                Some(own) => format!("{}, and {}", sensors(&spec.robot.build), part(Some(own), "")),
+                None => sensors(&spec.robot.build),
             },
         ),
         ("noise", noise(spec.noise)),
@@ -173,6 +159,54 @@ fn summary(experiment: &Experiment) -> String {
         lines.concat(),
         genes.collect::<String>()
     )
+}
+
+/// A robot's body and wheels, and its battery; the name if it is one that ships.
+fn robot(robot: &Robot, name: Option<&str>) -> String {
+    let radius = format!("radius {} mm", robot.body_radius);
+    let own = match &robot.build {
+        Build::Sampled => {
+            let classes: Vec<&str> = robot.sensors.classes.iter().map(|table| table.class.as_str()).collect();
+            let (classes, states) = (classes.join(", "), robot.motors.states);
+            return format!("{radius}, sensors sampled for {classes}, {states} x {states} motor states");
+        }
+        Build::Differential(own) => own,
+    };
+    let mut parts: Vec<String> = name.map(str::to_owned).into_iter().collect();
+    parts.extend([
+        radius,
+        format!("wheels {} mm apart", own.wheel_base),
+        format!("up to {} mm/s", own.greatest_speed),
+    ]);
+    parts.extend((own.speeds > 0).then(|| format!("{} speeds", own.speeds)));
+    let acceleration = own.acceleration.filter(|acceleration| *acceleration > 0.0);
+    parts.extend(acceleration.map(|acceleration| format!("accelerates by up to {acceleration} mm/s^2")));
+    let latency = own.latency.filter(|latency| *latency > 0);
+    parts.extend(latency.map(|latency| format!("obeys {} late", counted(latency, "cycle", "cycles"))));
+    parts.extend(own.battery.map(|seconds| {
+        let ends = own.battery_ends_life == Some(true);
+        let end = if ends { ", which ends life when it is empty" } else { "" };
+        format!("a battery of {seconds} s{end}")
+    }));
+    parts.join(", ")
+}
+
+/// The robot's own sensors by their kinds, with their names.
+fn sensors(build: &Build) -> String {
+    let Build::Differential(own) = build else {
+        return "8 of proximity".to_owned();
+    };
+    let of_kind = |(word, kind, _): &(&str, SensorKind, &str)| {
+        let sensors = own.sensors.iter().filter(|sensor| sensor.kind == *kind);
+        let names: Vec<&str> = sensors.map(|sensor| sensor.name.as_str()).collect();
+        (!names.is_empty()).then(|| format!("{} {word} ({})", names.len(), names.join(", ")))
+    };
+    let kinds: Vec<_> = SensorKind::CHOICES.iter().filter_map(of_kind).collect();
+    if kinds.is_empty() {
+        "none".to_owned()
+    } else {
+        kinds.join(", ")
+    }
 }
 
 fn noise(noise: Noise) -> String {
