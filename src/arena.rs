@@ -39,6 +39,24 @@ pub struct Field {
     pub height: f32,
 }
 
+impl Field {
+    /// The rectangle with this lower left and upper right corner.
+    fn between(low: Vec2, high: Vec2) -> Self {
+        let size = high - low;
+        Self {
+            x: low.x,
+            y: low.y,
+            width: size.x,
+            height: size.y,
+        }
+    }
+
+    /// Whether a point lies in it, edges included.
+    pub fn contains(&self, x: f32, y: f32) -> bool {
+        (self.x..=self.x + self.width).contains(&x) && (self.y..=self.y + self.height).contains(&y)
+    }
+}
+
 /// A wall from one point to another, mm.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Wall {
@@ -308,8 +326,24 @@ impl Arena {
         .called("octagon")
     }
 
-    /// The smallest rectangle around the field and all objects, for pictures.
+    /// The smallest rectangle around the field and all objects, in which robots start.
+    pub fn walled(&self) -> Field {
+        let [low, high] = self.around();
+        Field::between(low, high)
+    }
+
+    /// The smallest rectangle around the field, all objects and all lights, for pictures.
     pub fn bounds(&self) -> Field {
+        let [mut low, mut high] = self.around();
+        for light in &self.lights {
+            low = low.min(Vec2::new(light.x, light.y));
+            high = high.max(Vec2::new(light.x, light.y));
+        }
+        Field::between(low, high)
+    }
+
+    /// Lower left and upper right corner of the rectangle around the field and all objects.
+    fn around(&self) -> [Vec2; 2] {
         let Field { x, y, width, height } = self.field;
         let mut low = Vec2::new(x, y);
         let mut high = low + Vec2::new(width, height);
@@ -326,17 +360,7 @@ impl Arena {
             low = low.min(corner);
             high = high.max(corner);
         }
-        for light in &self.lights {
-            low = low.min(Vec2::new(light.x, light.y));
-            high = high.max(Vec2::new(light.x, light.y));
-        }
-        let size = high - low;
-        Field {
-            x: low.x,
-            y: low.y,
-            width: size.x,
-            height: size.y,
-        }
+        [low, high]
     }
 
     /// A closed chain of walls.

@@ -12,7 +12,7 @@ use oneiro_shaders::{Kernel, life};
 use crate::arena::Arena;
 use crate::batch::{Buffers, WorldKind, Worlds};
 use crate::compose::{Composed, Detail, Kind, OwnParts};
-use crate::differential::Build;
+use crate::differential::{Build, Sensor};
 use crate::network::Network;
 use crate::parameter::Invalid;
 use crate::surrogate::Surrogate;
@@ -62,6 +62,14 @@ impl Robot {
             turn_before_move: 0.0,
             collision: Collision::Undo,
             build: Build::Sampled,
+        }
+    }
+
+    /// The sensors of a described robot, in the order of their readings; none of a sampled one.
+    pub fn described_sensors(&self) -> &[Sensor] {
+        match &self.build {
+            Build::Sampled => &[],
+            Build::Differential(own) => &own.sensors,
         }
     }
 

@@ -314,9 +314,11 @@ fn what_cannot_be_is_refused() {
     assert!(text.starts_with("robot.speeds: is 1"), "{text}");
     let text = refused(&|_, robot| robot.sensors[3].offset = Some(1.0));
     assert!(text.starts_with("robot.sensors[3].offset_mm: is given"), "{text}");
-    for name in ["fn", "loop", "own"] {
-        let text = refused(&|_, robot| robot.sensors[0].name = name.into());
-        assert!(text.starts_with("robot.sensors"), "{text}");
+    for name in ["fn", "loop", "own", "target", "new", "struct"] {
+        let text = refused(&|_, robot| robot.sensors[2].name = name.into());
+        let expected =
+            format!("robot.sensors[2].name: is `{name}`; allowed: a name that is neither `own` nor a reserved");
+        assert!(text.starts_with(&expected), "{text}");
     }
     let text = refused(&|_, robot| robot.greatest_speed = 900.0);
     assert!(

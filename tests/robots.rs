@@ -381,3 +381,91 @@ fn random_policies_end_where_the_rules_say() {
     assert!(same >= 180, "{same}");
     assert!(at_a_wall > 20 && far > 50, "{at_a_wall} {far}");
 }
+
+/// A robot with sensors of several kinds in an arena with a light and a patch.
+const SEVERAL: &str = "cycles = 20
+start = { kind = \"at\", x_mm = 500.0, y_mm = 300.0, heading_turns = 0.0 }
+evolution = { population = 4, parents = 2, generations = 2, finalists = 0 }
+[robot]
+kind = \"differential\"
+body_radius_mm = 35.0
+wheel_base_mm = 53.0
+greatest_speed_mm_s = 128.8
+sensors = [
+    { name = \"left\", heading_turns = 0.05, range_mm = 50.0 },
+    { name = \"floor\", kind = \"ground\", offset_mm = 30.0 },
+    { name = \"right\", heading_turns = -0.05, range_mm = 50.0 },
+    { name = \"lamp\", kind = \"light\", range_mm = 500.0 },
+]
+[arena]
+width_mm = 1000.0
+height_mm = 600.0
+lights = [{ x_mm = 900.0, y_mm = 300.0 }]
+";
+
+#[test]
+fn a_described_robot_is_summed_up_and_drawn() {
+    let place = Place::new("summed-up");
+    place.write("several.toml", SEVERAL);
+    let check = ["check", "several.toml"];
+    let checked = place.good(&[&check[..], &["--out", "arena.svg"]].concat());
+    for line in [
+        "robot       radius 35 mm, wheels 53 mm apart, up to 128.8 mm/s\n",
+        "sensors     2 proximity, 1 ground, 1 light\n",
+    ] {
+        assert!(checked.contains(line), "{checked}");
+    }
+    let picture = place.text("arena.svg");
+    for hint in ["left: proximity", "floor: ground", "right: proximity", "lamp: light"] {
+        assert!(picture.contains(hint), "{picture}");
+    }
+    let json: serde_json::Value = serde_json::from_str(&place.good(&[&check[..], &["--json"]].concat())).unwrap();
+    assert_eq!(json["robot"], "radius 35 mm, wheels 53 mm apart, up to 128.8 mm/s");
+    assert_eq!(
+        json["sensors"],
+        serde_json::json!({"proximity": 2, "ground": 1, "light": 1})
+    );
+}
+
+#[test]
+fn starts_lights_and_sensors_that_are_out_of_place_are_named() {
+    let place = Place::new("out-of-place");
+    place.write("several.toml", SEVERAL);
+    for (change, words) in [
+        (
+            "start.x_mm=2000",
+            "--set start.x_mm=2000: start.x_mm: is 2000; allowed: 0 to 1000",
+        ),
+        (
+            "start.y_mm=-1",
+            "--set start.y_mm=-1: start.y_mm: is -1; allowed: 0 to 600",
+        ),
+    ] {
+        place
+            .run(&["check", "several.toml", "--set", change])
+            .exits(3)
+            .says(&[words]);
+    }
+    let run = ["run", "several.toml", "--seed", "1", "--out", "run", "--backend", "cpu"];
+    place.good(&run);
+    place
+        .run(&["replay", "run", "--start", "2000,300,0", "--backend", "cpu"])
+        .exits(3)
+        .says(&["--start 2000,300,0: start.x_mm: is 2000; allowed: 0 to 1000"]);
+    // What may be meant is done, with a warning.
+    let none = place.run(&["check", "several.toml"]).exits(0);
+    assert!(!none.stderr.contains("warning"), "{}", none.stderr);
+    let odd = SEVERAL
+        .replace("offset_mm = 30.0", "offset_mm = 2500.0")
+        .replace("x_mm = 900.0", "x_mm = 1200.0");
+    place.write("odd.toml", odd);
+    place.run(&["check", "odd.toml"]).exits(0).says(&[
+        "warning: odd.toml:11:54: robot.sensors[1].offset_mm: is 2500, which is off the body of 35 mm radius",
+        "warning: odd.toml:18:11: arena.lights[0]: is at (1200, 300) mm, outside the arena (0 to 1000 by 0 to 600 mm)",
+    ]);
+    place.write("word.toml", SEVERAL.replace("\"floor\"", "\"target\""));
+    place
+        .run(&["check", "word.toml"])
+        .exits(3)
+        .says(&["word.toml:11:14: robot.sensors[1].name: is `target`; allowed: a name that is neither `own` nor"]);
+}

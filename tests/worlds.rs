@@ -157,7 +157,7 @@ fn an_arena_without_objects_is_allowed() {
 #[expect(clippy::too_many_lines, reason = "a table of everything that is refused")]
 fn invalid_values_are_refused_by_name() {
     type Change = fn(&mut WorldSpec);
-    let cases: [(&str, &str, Change); 53] = [
+    let cases: [(&str, &str, Change); 55] = [
         ("cycles", "1 to 1000000", |spec| spec.cycles = 0),
         ("cycles", "1 to 1000000", |spec| spec.cycles = 1_000_001),
         ("controller.units", "1 to 32", |spec| {
@@ -201,6 +201,20 @@ fn invalid_values_are_refused_by_name() {
             spec.start = Start::At {
                 x: 1e6,
                 y: 0.0,
+                heading: 0.0,
+            }
+        }),
+        ("start.x_mm", "is 601; allowed: 0 to 600", |spec| {
+            spec.start = Start::At {
+                x: 601.0,
+                y: 90.0,
+                heading: 0.0,
+            }
+        }),
+        ("start.y_mm", "is -1; allowed: 0 to 350", |spec| {
+            spec.start = Start::At {
+                x: 90.0,
+                y: -1.0,
                 heading: 0.0,
             }
         }),

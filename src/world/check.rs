@@ -4,7 +4,7 @@
 use oneiro_shaders::life;
 
 use super::parameters::{COORDINATE, LENGTH, PARAMETERS};
-use super::{Collision, Controller, Noise, Robot, Task, WorldSpec, pack};
+use super::{Collision, Controller, Noise, Robot, Start, Task, WorldSpec, pack};
 use crate::arena::{Arena, Field, Wall};
 use crate::compose::{GREATEST_GENES, Kind};
 use crate::differential::Build;
@@ -43,6 +43,7 @@ pub(super) fn check(spec: &mut WorldSpec) -> Result<(), Invalid> {
         }
     };
     arena(&spec.arena, sampled)?;
+    start(spec.start, &spec.arena)?;
     noise(&spec.noise)?;
     if let Some(surrogate) = &spec.surrogate {
         surrogate.check()?;
@@ -215,6 +216,16 @@ fn arena(arena: &Arena, sampled: Option<&SensorTables>) -> Result<(), Invalid> {
         known_class(&format!("arena.blocks[{index}].class"), &block.class, sensors)?;
     }
     Ok(())
+}
+
+/// Checks that a start lies in the arena. Where a body is free is only known when its objects are packed.
+fn start(start: Start, arena: &Arena) -> Result<(), Invalid> {
+    let Start::At { x, y, .. } = start else {
+        return Ok(());
+    };
+    let walled = arena.walled();
+    number("start.x_mm", x, walled.x..=walled.x + walled.width)?;
+    number("start.y_mm", y, walled.y..=walled.y + walled.height)
 }
 
 fn wall(field: &str, wall: &Wall) -> Result<(), Invalid> {

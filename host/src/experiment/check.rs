@@ -2,8 +2,8 @@
 
 use std::fmt::Display;
 
-use oneiro::arena::Arena;
-use oneiro::differential::{Build, SensorKind};
+use oneiro::arena::{Arena, Field};
+use oneiro::differential::{Sensor, SensorKind};
 use oneiro::parameter::Invalid;
 use oneiro::world::WorldSpec;
 
@@ -31,17 +31,38 @@ pub(super) fn check(settings: &Settings) -> Checked {
     finalists(settings.finalists)
 }
 
-/// A warning about a world that is valid and perhaps not what is meant.
-pub(super) fn warning(world: &WorldSpec) -> Option<String> {
-    let Build::Differential(robot) = &world.robot.build else {
-        return None;
-    };
-    let lights = robot.sensors.iter().filter(|sensor| sensor.kind == SensorKind::Light);
-    let sensors = lights.count();
-    (sensors > 0 && world.arena.lights.is_empty()).then(|| {
-        let sensors = counted(sensors as u32, "light sensor reads", "light sensors read");
-        format!("arena.lights is empty: the robot's {sensors} 0")
-    })
+/// Keys of values of a world that are allowed but hardly meant, with the reason.
+pub(super) fn doubts(spec: &WorldSpec) -> Vec<(String, String)> {
+    let mut doubts = Vec::new();
+    let Field { x, y, width, height } = spec.arena.walled();
+    for (index, light) in spec.arena.lights.iter().enumerate() {
+        if !spec.arena.walled().contains(light.x, light.y) {
+            let problem = format!(
+                "is at ({}, {}) mm, outside the arena ({x} to {} by {y} to {} mm), whose walls hide it",
+                light.x,
+                light.y,
+                x + width,
+                y + height
+            );
+            doubts.push((format!("arena.lights[{index}]"), problem));
+        }
+    }
+    let radius = spec.robot.body_radius;
+    for (index, sensor) in spec.robot.described_sensors().iter().enumerate() {
+        if let Some(offset) = sensor.offset.filter(|offset| *offset > radius) {
+            let problem = format!(
+                "is {offset}, which is off the body of {radius} mm radius: beside a wall the sensor is beyond it"
+            );
+            doubts.push((format!("robot.sensors[{index}].offset_mm"), problem));
+        }
+    }
+    let is_light = |sensor: &&Sensor| sensor.kind == SensorKind::Light;
+    let blind = spec.robot.described_sensors().iter().filter(is_light).count();
+    if blind > 0 && spec.arena.lights.is_empty() {
+        let sensors = counted(blind as u32, "light sensor reads", "light sensors read");
+        doubts.push(("arena.lights".into(), format!("is empty: the robot's {sensors} 0")));
+    }
+    doubts
 }
 
 fn finalists(Finalists { count, lives }: Finalists) -> Checked {

@@ -78,7 +78,8 @@ impl Experiment {
             settings.evolution.population,
         )?;
         let (inputs, mut warnings) = inputs.finish()?;
-        warnings.extend(check::warning(world.spec()));
+        let doubts = check::doubts(world.spec()).into_iter();
+        warnings.extend(doubts.map(|(key, problem)| format!("{}: {key}: {problem}", source.place_of(&key))));
         inputs::rename(&mut settings, &inputs);
         for own in world.spec().own.iter() {
             settings.part_mut(own.part().kind()).values = own.named_values();
@@ -123,7 +124,7 @@ impl Experiment {
         &self.inputs
     }
 
-    /// Warnings about its files.
+    /// Warnings about its files and its values.
     pub(crate) fn warnings(&self) -> &[String] {
         &self.warnings
     }

@@ -3,6 +3,11 @@
 use crate::exact::{blank_comments, is_built_in, is_call, words};
 use crate::source::{Part, Place, Source};
 
+/// Whether WGSL keeps a word for itself, so that nothing can be named by it.
+pub fn is_reserved(word: &str) -> bool {
+    naga::keywords::wgsl::RESERVED.contains(&word)
+}
+
 /// A declaration outside of functions.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Declaration {

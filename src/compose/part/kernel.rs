@@ -7,7 +7,7 @@ use std::path::Path;
 use std::sync::{Mutex, PoisonError};
 
 use oneiro_shader_compiler as compiler;
-use oneiro_shader_compiler::declarations::declarations;
+use oneiro_shader_compiler::declarations::{declarations, is_reserved};
 use oneiro_shader_compiler::{Compiled, Refusal, compile};
 use oneiro_shaders::kernel::Turns;
 use oneiro_shaders::{Binding, Kernel, PARTS, WordOf};
@@ -15,7 +15,7 @@ use oneiro_shaders::{Binding, Kernel, PARTS, WordOf};
 use super::{generate, interface};
 use crate::arena::Arena;
 use crate::compose::{Composed, GREATEST_GENES, Kind, OwnParts, Refused};
-use crate::differential::Build;
+use crate::differential::{Build, Differential};
 use crate::parameter::Invalid;
 
 /// Stands for a path in messages about generated declarations.
@@ -62,6 +62,7 @@ pub(in crate::compose) fn compose(
     let mut generated = generate::details(&parts.details(robot));
     let mut name = base.name.to_owned();
     if let Build::Differential(robot) = robot {
+        check_names(robot)?;
         let described = generate::readings(robot, arena) + &generate::drive(robot, arena);
         let hash = blake3::hash(described.as_bytes()).to_hex();
         let _ = write!(name, "+{}-sensors-{}", robot.sensors.len(), &hash[..16]);
@@ -87,6 +88,20 @@ pub(in crate::compose) fn compose(
         genes,
     };
     Ok(*known().entry(name).or_insert_with(leaked))
+}
+
+/// Refuses names of sensors that no field of `Readings` can have: words of WGSL, and the one that holds a user's sensors.
+fn check_names(robot: &Differential) -> Result<(), Invalid> {
+    const OWN: &str = "own";
+    let is_taken = |name: &str| name == OWN || is_reserved(name);
+    match robot.sensors.iter().position(|sensor| is_taken(&sensor.name)) {
+        None => Ok(()),
+        Some(index) => {
+            let name = &robot.sensors[index].name;
+            let problem = format!("is `{name}`; allowed: a name that is neither `{OWN}` nor a reserved word of WGSL");
+            Err(Invalid::new(format!("robot.sensors[{index}].name"), problem))
+        }
+    }
 }
 
 /// Names the key of the part that is refused first.

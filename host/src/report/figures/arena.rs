@@ -3,6 +3,8 @@
 use glam::DVec2;
 use oneiro::arena::Arena;
 use oneiro::batch::Record;
+use oneiro::differential::{Sensor, SensorKind};
+use oneiro::parameter::Choice;
 
 use super::svg::{Anchor, INK, SOFT_INK, Svg, number, ramp, tick_step};
 
@@ -24,8 +26,9 @@ const PIECES: usize = 64;
 /// Duration of a cycle in seconds.
 const CYCLE: f64 = 0.1;
 
-/// Draws an arena, with a robot for scale where there is most room. `body_radius` is in mm.
-pub(crate) fn arena(arena: &Arena, body_radius: f32) -> String {
+/// Draws an arena, with a robot for scale where there is most room, and the sensors of a described one. `body_radius` is
+/// in mm.
+pub(crate) fn arena(arena: &Arena, body_radius: f32, sensors: &[Sensor]) -> String {
     let sheet = Sheet::new(arena);
     let title = format!(
         "{}: {} x {} mm",
@@ -34,7 +37,11 @@ pub(crate) fn arena(arena: &Arena, body_radius: f32) -> String {
         number_mm(arena.field.height)
     );
     let mut svg = sheet.start(arena, &title);
-    sheet.robot(&mut svg, roomiest(arena), 0.0, f64::from(body_radius), SOFT_INK, 0.06);
+    let at = roomiest(arena);
+    sheet.robot(&mut svg, at, 0.0, f64::from(body_radius), SOFT_INK, 0.06);
+    for sensor in sensors {
+        sheet.sensor(&mut svg, at, body_radius, sensor);
+    }
     sheet.foot(&mut svg);
     svg.finish()
 }
@@ -278,6 +285,49 @@ impl Sheet {
         svg.raw("</g>");
     }
 
+    /// Draws a sensor of a robot with the heading 0: a dot where it is, and a line along its ray or in the direction in
+    /// which it looks. A bumper is its arc of the body.
+    fn sensor(&self, svg: &mut Svg, at: (f64, f64), body_radius: f32, sensor: &Sensor) {
+        const COLOUR: &str = "#c1121f";
+        let (x, y) = self.place(at);
+        let [body, offset] = [body_radius, sensor.offset.unwrap_or(body_radius)].map(|mm| f64::from(mm) * self.scale);
+        let width = match sensor.kind {
+            SensorKind::Bumper => f64::from(sensor.width.unwrap_or(0.5)),
+            _ => 0.0,
+        };
+        // Half of a bumper's arc is on either side of its heading.
+        let turn = -360.0 * (f64::from(sensor.heading) + 0.5 * width);
+        svg.raw(&format!(
+            "<g transform=\"translate({} {}) rotate({})\" stroke=\"{COLOUR}\">",
+            number(x),
+            number(y),
+            number(turn)
+        ));
+        let hint = format!("{}: {}", sensor.name, sensor.kind.word());
+        let dot = format!("fill=\"{COLOUR}\"");
+        match sensor.kind {
+            SensorKind::Bumper => {
+                let arc = format!(
+                    "fill=\"none\" stroke-width=\"5\" pathLength=\"1\" stroke-dasharray=\"{} 1\"",
+                    number(width)
+                );
+                svg.circle((0.0, 0.0), body, &arc, &hint);
+            }
+            SensorKind::Ground => svg.circle((offset, 0.0), 2.5, &dot, &hint),
+            kind => {
+                let range = f64::from(sensor.range.unwrap_or(0.0)) * self.scale;
+                let (length, style) = match kind {
+                    SensorKind::Light => (0.5 * body, "stroke-width=\"1.2\" stroke-dasharray=\"3 2\""),
+                    // Beyond the picture there is nothing to see.
+                    _ => (range.min(2.0 * SIDE), "stroke-width=\"1.2\" stroke-opacity=\"0.5\""),
+                };
+                svg.line((offset, 0.0), (offset + length, 0.0), style);
+                svg.circle((offset, 0.0), 2.5, &dot, &hint);
+            }
+        }
+        svg.raw("</g>");
+    }
+
     /// Draws the path of the robot's centre, coloured by time, and its collisions.
     fn path(&self, svg: &mut Svg, trace: &[Record]) {
         let points: Vec<(f64, f64)> = trace
@@ -379,7 +429,7 @@ mod tests {
     #[test]
     fn everything_in_an_arena_is_drawn() {
         let miglino = Arena::miglino1995();
-        let text = arena(&miglino, 27.5);
+        let text = arena(&miglino, 27.5, &[]);
         assert_eq!(
             text.matches("<line").count(),
             miglino.walls.len() + 1 + 3,
@@ -395,12 +445,47 @@ mod tests {
     #[test]
     fn a_block_is_drawn_where_it_stands() {
         let miglino = Arena::miglino1995_block();
-        assert_eq!(arena(&miglino, 27.5).matches("<polygon").count(), 1);
+        assert_eq!(arena(&miglino, 27.5, &[]).matches("<polygon").count(), 1);
         // The block's long axis is tilted by 30 degrees and passes through (300, 175).
         let along = |mm: f64| (300.0 + mm * 0.75_f64.sqrt(), 175.0 + 0.5 * mm);
         for (mm, expected) in [(75.0, 20.0), (-75.0, 20.0), (0.0, -27.5), (50.0, -5.0)] {
             let room = clearance(&miglino, along(mm));
             assert!((room - expected).abs() < 1e-4, "{room} at {mm} mm along it");
+        }
+    }
+
+    #[test]
+    fn sensors_are_drawn_where_they_are_and_where_they_look() {
+        let sensor = |name: &str, kind, heading| Sensor {
+            name: name.into(),
+            kind,
+            heading,
+            range: Some(50.0),
+            ..Sensor::default()
+        };
+        let sensors = [
+            sensor("eye", SensorKind::Proximity, 0.25),
+            Sensor {
+                offset: Some(10.0),
+                ..sensor("floor", SensorKind::Ground, -0.125)
+            },
+            Sensor {
+                width: Some(0.2),
+                ..sensor("bump", SensorKind::Bumper, 0.0)
+            },
+        ];
+        // A pixel is a millimetre.
+        let text = arena(&Arena::rectangle(880.0, 440.0), 40.0, &sensors);
+        for part in [
+            "rotate(-90)\" stroke=\"#c1121f\"",
+            "x1=\"40\" y1=\"0\" x2=\"90\" y2=\"0\"",
+            "eye: proximity",
+            "rotate(45)\" stroke",
+            "cx=\"10\" cy=\"0\" r=\"2.5\" fill=\"#c1121f\"><title>floor: ground",
+            "rotate(-36)\" stroke",
+            "r=\"40\" fill=\"none\" stroke-width=\"5\" pathLength=\"1\" stroke-dasharray=\"0.2 1\"><title>bump: bumper",
+        ] {
+            assert!(text.contains(part), "{part} in {text}");
         }
     }
 

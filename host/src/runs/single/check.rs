@@ -1,14 +1,16 @@
 //! `oneiro check`: an experiment summarised and drawn.
 
+use std::collections::BTreeMap;
 use std::path::Path;
 
-use oneiro::compose::{Kind, OwnPart};
+use oneiro::compose::{Kind, OwnPart, OwnParts, Value};
 use oneiro::differential::{Build, SensorKind};
 use oneiro::parameter::Choice;
+use oneiro::tables::SENSORS;
 use oneiro::world::{Noise, Robot, Start};
 use serde_json::json;
 
-use crate::console::{Console, counted};
+use crate::console::{Console, counted, decimal};
 use crate::exit::Result;
 use crate::experiment::Experiment;
 use crate::experiment::settings::Finalists;
@@ -19,40 +21,89 @@ use crate::report::figures;
 pub(super) fn run(experiment: &Experiment, picture: Option<&Path>, console: Console) -> Result {
     let spec = experiment.world().spec();
     if let Some(path) = picture {
-        files::write_new(path, figures::arena(&spec.arena, spec.robot.body_radius).as_bytes())?;
+        let drawn = figures::arena(&spec.arena, spec.robot.body_radius, spec.robot.described_sensors());
+        files::write_new(path, drawn.as_bytes())?;
         console.say(format!("drew {}", path.display()));
     }
     if console.json() {
+        let values = values(&spec.own).into_iter().map(|(key, number, value)| {
+            json!({
+                "key": key,
+                "value": number,
+                "default": decimal(value.default),
+                "allowed": value.allowed.to_string(),
+                "unit": value.unit,
+                "about": value.about,
+            })
+        });
         return console.json_data(&json!({
             "name": experiment.name(),
+            "robot": robot(&spec.robot, experiment.settings().robot.preset.0.as_deref()),
+            "sensors": sensor_counts(&spec.robot).into_iter().collect::<BTreeMap<_, _>>(),
             "genes": experiment.world().genes(),
             "free_share": experiment.world().free_share(),
             "robot_steps": experiment.steps(),
             "gene_names": experiment.world().gene_layout().names(),
+            "part_values": values.collect::<Vec<_>>(),
             "settings": experiment.values(),
         }));
     }
     console.data(summary(experiment))
 }
 
-/// The file and the values of a user's part, or the word for what ships.
-fn part(own: Option<&OwnPart>, shipped: &str) -> String {
-    let Some(own) = own else {
-        return shipped.to_owned();
+/// The file of a user's part, or the word for what ships.
+fn part<'a>(own: Option<&'a OwnPart>, shipped: &'a str) -> &'a str {
+    own.map_or(shipped, |own| own.part().path())
+}
+
+/// The number of sensors of each kind, in the order in which the kinds are first named.
+fn sensor_counts(robot: &Robot) -> Vec<(&'static str, usize)> {
+    let mut counts: Vec<(&str, usize)> = Vec::new();
+    for sensor in robot.described_sensors() {
+        let kind = sensor.kind.word();
+        match counts.iter_mut().find(|(known, _)| *known == kind) {
+            Some((_, count)) => *count += 1,
+            None => counts.push((kind, 1)),
+        }
+    }
+    match robot.build {
+        Build::Sampled => vec![(SensorKind::Proximity.word(), SENSORS)],
+        Build::Differential(_) => counts,
+    }
+}
+
+/// The values that users' parts declare: key, value, and declaration.
+fn values(parts: &OwnParts) -> Vec<(String, f64, &Value)> {
+    let mut values = Vec::new();
+    for own in parts.iter() {
+        let word = own.part().kind().word();
+        let numbers = own.named_values();
+        for value in own.part().values() {
+            values.push((format!("{word}.values.{}", value.name), numbers[&value.name], value));
+        }
+    }
+    values
+}
+
+/// A line for each value of users' parts: the value, its default, what is allowed, and its meaning.
+fn value_lines(parts: &OwnParts) -> String {
+    let line = |(key, number, value): (String, f64, &Value)| {
+        let Value {
+            default,
+            allowed,
+            unit,
+            about,
+            ..
+        } = value;
+        let unit = if unit.is_empty() { "" } else { &format!(" {unit}") };
+        format!("    {key} = {number}{unit}: {about} (default: {default}; allowed: {allowed}{unit})\n")
     };
-    let values = own.named_values();
-    let shown = own.part().values().iter().map(|value| {
-        let unit = if value.unit.is_empty() {
-            String::new()
-        } else {
-            format!(" {}", value.unit)
-        };
-        format!("{} = {}{unit}", value.name, values[&value.name])
-    });
-    std::iter::once(own.part().path().to_owned())
-        .chain(shown)
-        .collect::<Vec<_>>()
-        .join(", ")
+    let lines: String = values(parts).into_iter().map(line).collect();
+    if lines.is_empty() {
+        lines
+    } else {
+        format!("  values of parts\n{lines}")
+    }
 }
 
 fn summary(experiment: &Experiment) -> String {
@@ -78,13 +129,7 @@ fn summary(experiment: &Experiment) -> String {
                 100.0 * world.free_share()
             ),
         ),
-        (
-            "sensors",
-            match spec.own.get(Kind::Sensor) {
-                Some(own) => format!("{}, and {}", sensors(&spec.robot.build), part(Some(own), "")),
-                None => sensors(&spec.robot.build),
-            },
-        ),
+        ("sensors", sensors(&spec.robot, spec.own.get(Kind::Sensor))),
         ("noise", noise(spec.noise)),
         (
             "controller",
@@ -94,7 +139,7 @@ fn summary(experiment: &Experiment) -> String {
                 world.genes()
             ),
         ),
-        ("task", part(spec.own.get(Kind::Task), spec.task.word())),
+        ("task", part(spec.own.get(Kind::Task), spec.task.word()).to_owned()),
         (
             "start",
             match spec.start {
@@ -154,9 +199,10 @@ fn summary(experiment: &Experiment) -> String {
         .enumerate()
         .map(|(gene, name)| format!("  {gene:>5}  {name}\n"));
     format!(
-        "{} is valid\n{}  genes\n{}",
+        "{} is valid\n{}{}  genes\n{}",
         experiment.name(),
         lines.concat(),
+        value_lines(&spec.own),
         genes.collect::<String>()
     )
 }
@@ -191,21 +237,27 @@ fn robot(robot: &Robot, name: Option<&str>) -> String {
     parts.join(", ")
 }
 
-/// The robot's own sensors by their kinds, with their names.
-fn sensors(build: &Build) -> String {
-    let Build::Differential(own) = build else {
-        return "8 of proximity".to_owned();
-    };
-    let of_kind = |(word, kind, _): &(&str, SensorKind, &str)| {
-        let sensors = own.sensors.iter().filter(|sensor| sensor.kind == *kind);
+/// The robot's sensors by their kinds, with their names, and the file of those that a user wrote.
+fn sensors(robot: &Robot, own: Option<&OwnPart>) -> String {
+    let kinds = sensor_counts(robot).into_iter().map(|(word, count)| {
+        let sensors = robot
+            .described_sensors()
+            .iter()
+            .filter(|sensor| sensor.kind.word() == word);
         let names: Vec<&str> = sensors.map(|sensor| sensor.name.as_str()).collect();
-        (!names.is_empty()).then(|| format!("{} {word} ({})", names.len(), names.join(", ")))
-    };
-    let kinds: Vec<_> = SensorKind::CHOICES.iter().filter_map(of_kind).collect();
-    if kinds.is_empty() {
+        let names = if names.is_empty() {
+            String::new()
+        } else {
+            format!(" ({})", names.join(", "))
+        };
+        format!("{count} {word}{names}")
+    });
+    let own = own.map(|own| own.part().path().to_owned());
+    let all: Vec<String> = kinds.chain(own).collect();
+    if all.is_empty() {
         "none".to_owned()
     } else {
-        kinds.join(", ")
+        all.join(", ")
     }
 }
 

@@ -14,7 +14,7 @@ pub(super) fn section(study: &Report<'_>) -> Section {
             study.arena.field.height,
             study.arena.obstacles.len()
         ),
-        &figures::arena(study.arena, study.body_radius),
+        &figures::arena(study.arena, study.body_radius, &[]),
     );
     for (place, table) in study.sensors.classes.iter().enumerate() {
         // The paper shows only the wall; other samples follow with the same wording.
