@@ -316,10 +316,9 @@ impl Differential {
             } else {
                 sensor.check()
             };
-            let place = |invalid: Invalid| format!("robot.sensors[{index}].{}", invalid.field);
-            checked.map_err(|invalid| Invalid {
-                problem: invalid.problem.clone(),
-                field: place(invalid),
+            checked.map_err(|Invalid { field, problem }| {
+                let dot = if field.is_empty() { "" } else { "." };
+                Invalid::new(format!("robot.sensors[{index}]{dot}{field}"), problem)
             })?;
         }
         Ok(())
@@ -335,7 +334,11 @@ impl Differential {
         }
         for (index, patch) in arena.patches.iter().enumerate() {
             if patch.radius.is_some() == patch.sides.is_some() {
-                let problem = "has both a radius and sides, or neither; allowed: `radius_mm` or `sides_mm`";
+                let problem = if patch.radius.is_some() {
+                    "has both `radius_mm` and `sides_mm`; allowed: one of them"
+                } else {
+                    "lacks `radius_mm` or `sides_mm`; allowed: one of them"
+                };
                 return Err(Invalid::new(format!("arena.patches[{index}]"), problem));
             }
             if patch.charges == Some(true) && self.battery.is_none() {
@@ -360,8 +363,11 @@ impl Sensor {
         }
         let has_range = !matches!(kind, Ground | Battery);
         if has_range && self.range.is_none() {
-            let problem = format!("is missing; allowed: the range of the {} sensor", kind.word());
-            return Err(Invalid::new("range_mm", problem));
+            let problem = format!(
+                "lacks `range_mm`; allowed: the range of the {} sensor in mm",
+                kind.word()
+            );
+            return Err(Invalid::new("", problem));
         }
         for (key, is_given, is_allowed) in [
             ("heading_turns", self.heading != 0.0, *kind != Battery),

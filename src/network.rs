@@ -94,7 +94,7 @@ pub enum Outputs {
 pub const GREATEST_LAYERS: usize = 8;
 /// Greatest output of a unit that is not bounded by its activation function, so that a gene times an output stays finite.
 pub const GREATEST_OUTPUT: f32 = 1000.0;
-/// Range of time constants unless it is given, s.
+/// Default range of time constants, s.
 pub const TIME_CONSTANTS: [f32; 2] = [0.1, 5.0];
 
 /// Duration of a cycle, s.

@@ -317,7 +317,8 @@ impl Display for Datum {
             Self::Flag(flag) => write!(f, "{flag}"),
             Self::Whole(number) => write!(f, "{number}"),
             Self::Single(number) => write!(f, "{number}"),
-            Self::Double(number) => write!(f, "{number}"),
+            // With its point, as a file has it.
+            Self::Double(number) => write!(f, "{number:?}"),
             Self::Word(word) => write!(f, "{word:?}"),
             Self::List(list) => {
                 let list: Vec<String> = list.iter().map(ToString::to_string).collect();

@@ -136,6 +136,7 @@ fn common_starts_are_the_first_genomes() {
         ]
         .concat(),
     );
+    assert!(place.text("traces/README.md").contains("`trace-GENOME-TRIAL.csv`"));
     for trial in 0..3 {
         let start = |genome: usize| {
             let text = place.text(format!("traces/trace-{genome}-{trial}.csv"));
@@ -541,12 +542,24 @@ fn a_champion_lives_from_another_start() {
 
     let moved = replay(&["--start", "100,90,0.125"]);
     assert_eq!(moved["compared"], false);
-    let trace = place.text("again/replay.csv");
+    let trace = place.text("again/replay-0.csv");
     assert!(trace.lines().nth(1).unwrap().starts_with("0,100,90,0.125,"), "{trace}");
     let both = replay(&["--start", "100,90,0.125", "--seed", "5", "--trial", "1"]);
     assert_ne!(both["bits"], moved["bits"]);
+    // Each trial has files and a fitness of its own, beside that of all.
+    assert_eq!(place.text("again/replay-0.csv"), trace);
+    assert!(place.at("again/replay-1.svg").exists());
+    let fitness = |trial: &str| replay(&["--seed", "5", "--trial", trial])["trial_fitness"].as_f64();
+    assert_eq!(
+        [fitness("0"), fitness("1")],
+        [0, 1].map(|trial: usize| lives[trial]["fitness"].as_f64())
+    );
     let words = place.good(&["replay", "runs/run-2", "--seed", "5", "--out", "again"]);
     assert!(words.contains("not compared"), "{words}");
+    assert!(
+        words.contains(" of 2 lives (mean) (bits ") && words.contains("\nlife 0: fitness "),
+        "{words}"
+    );
     place
         .run(&["replay", "runs/run-2", "--start", "3,3,0"])
         .exits(3)
@@ -901,7 +914,7 @@ fn the_best_of_what_was_recorded_has_the_best_mean() {
         (&drawn["compared"], &drawn["individual"]),
         (&Value::Bool(false), &Value::Null)
     );
-    let trace = place.text("again/replay.csv");
+    let trace = place.text("again/replay-0.csv");
     let (names, lines) = table(&trace);
     let fitness = names.iter().position(|name| *name == "fitness").unwrap();
     assert_eq!(lines[299][fitness].parse::<f64>().ok(), one[0]["fitness"].as_f64());

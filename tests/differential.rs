@@ -330,7 +330,10 @@ fn what_cannot_be_is_refused() {
     let text = refused(&|_, robot| robot.sensors[2].range = Some(0.0));
     assert!(text.starts_with("robot.sensors[2].range_mm"), "{text}");
     let text = refused(&|_, robot| robot.sensors[2].range = None);
-    assert!(text.starts_with("robot.sensors[2].range_mm: is missing"), "{text}");
+    assert!(
+        text.starts_with("robot.sensors[2]: lacks `range_mm`; allowed: the range"),
+        "{text}"
+    );
     let text = refused(&|_, robot| robot.sensors[2].width = Some(0.5));
     assert!(text.starts_with("robot.sensors[2].width_turns: is given"), "{text}");
     let text = refused(&|_, robot| robot.sensors[2].law = Some(Law::Linear));
@@ -342,7 +345,23 @@ fn what_cannot_be_is_refused() {
             ..Patch::default()
         }];
     });
-    assert!(text.starts_with("arena.patches[0]: has both"), "{text}");
+    assert!(
+        text.starts_with("arena.patches[0]: lacks `radius_mm` or `sides_mm`"),
+        "{text}"
+    );
+    let text = refused(&|spec, _| {
+        spec.arena.patches = vec![Patch {
+            x: 0.0,
+            y: 0.0,
+            radius: Some(10.0),
+            sides: Some([10.0; 2]),
+            ..Patch::default()
+        }];
+    });
+    assert!(
+        text.starts_with("arena.patches[0]: has both `radius_mm` and `sides_mm`"),
+        "{text}"
+    );
     let light = Light {
         x: 1.0,
         y: 1.0,

@@ -149,9 +149,24 @@ fn each_part_runs_as_it_is_written() {
     let genes = place.good(&["check", "all/config.toml", "--json"]);
     assert!(genes.contains("\"genes\": 22") && genes.contains("gene_21"), "{genes}");
     let genes = place.good(&["check", "one/config.toml"]);
-    assert!(
-        genes.contains("ahead_to_left") && genes.contains("range = 300 mm, noise = 0.02"),
-        "{genes}"
+    assert!(genes.contains("ahead_to_left"), "{genes}");
+    let range =
+        "sensor.values.range = 300 mm: greatest distance that it measures (default: 300; allowed: 1 to 2000 mm)\n";
+    assert!(genes.contains(range), "{genes}");
+    let new = place.text("all.toml");
+    let goal = "# goal = 250.0 # 10 to 10000 mm: distance from the start at which the life is over\n";
+    assert!(new.contains("\n[task.values]\n") && new.contains(goal), "{new}");
+    // A value's line can be taken as it stands.
+    place.write("set.toml", new.replace(goal, &goal[2..]).replace("250.0", "40.0"));
+    let set: serde_json::Value = serde_json::from_str(&place.good(&["check", "set.toml", "--json"])).unwrap();
+    let goal = &set["part_values"].as_array().unwrap()[2];
+    assert_eq!(
+        (goal["key"].as_str(), goal["value"].as_f64()),
+        (Some("task.values.goal"), Some(40.0))
+    );
+    assert_eq!(
+        (goal["allowed"].as_str(), goal["default"].as_f64()),
+        (Some("10 to 10000"), Some(250.0))
     );
     let champion = place.text("one/champion.json");
     assert!(champion.contains("ahead_to_right"), "{champion}");
@@ -159,6 +174,42 @@ fn each_part_runs_as_it_is_written() {
         .run(&["new", "four", "--sensor", "same", "--task", "same"])
         .exits(3)
         .says(&["same.wgsl is named twice"]);
+}
+
+/// The experiments that ship are in the program: each is written with its parts, and is what the repository has.
+#[test]
+fn examples_are_written_with_their_parts() {
+    let place = Place::new("examples");
+    let listed = place.good(&["new", "--example"]);
+    let names: Vec<&str> = listed
+        .lines()
+        .filter_map(|line| line.split_whitespace().next())
+        .collect();
+    assert_eq!(names, ["homing", "road-sign", "kheperax", "phototaxis"]);
+    let shipped = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../experiments");
+    for name in names {
+        place.good(&["new", "--example", name]);
+        let experiment = format!("{name}.toml");
+        assert_eq!(place.read(&experiment), fs::read(shipped.join(&experiment)).unwrap());
+        place.good(&["check", &experiment]);
+    }
+    place
+        .run(&["new", "--example", "homing"])
+        .exits(3)
+        .says(&["homing.toml: exists already"]);
+    // All or none.
+    fs::remove_file(place.at("homing.toml")).unwrap();
+    place
+        .run(&["new", "--example", "homing"])
+        .exits(3)
+        .says(&["homing/sensors.wgsl: exists already"]);
+    assert!(!place.at("homing.toml").exists());
+    place
+        .run(&["new", "--example", "moon"])
+        .exits(3)
+        .says(&["--example moon: is unknown; allowed: homing, road-sign, kheperax, phototaxis"]);
+    place.run(&["new", "mine", "--example", "homing"]).exits(2);
+    place.run(&["new"]).exits(2);
 }
 
 #[test]
@@ -254,7 +305,10 @@ fn mistakes_name_the_file_and_the_place() {
             "task.values.radius=3",
             &["task.values.radius: is 3; allowed: 50 to 1000"],
         ),
-        ("task.values.radius=\"far\"", &["task.values"]),
+        (
+            "task.values.radius=\"far\"",
+            &["task.values.radius: is \"far\"; allowed: numbers"],
+        ),
         ("task.speed=signed", &["task.speed", "only with kind = \"avoidance\""]),
         ("task.part=none.wgsl", &["task.part", "none.wgsl"]),
         ("sensor.values.range=3", &["sensor.values", "only with `sensor.part`"]),
@@ -266,7 +320,7 @@ fn mistakes_name_the_file_and_the_place() {
     place
         .run(&["check", "bare.toml"])
         .exits(3)
-        .says(&["bare.toml:1:1: task: there is no key `part`"]);
+        .says(&["bare.toml:1:1: task: lacks `part`; allowed: the file of the task, .wgsl"]);
     place.write("circles.wgsl", task.replace("root(", "sqrt("));
     for command in ["check", "run"] {
         let ran = place.run(&[command, "circles.toml"]).exits(3);

@@ -169,6 +169,30 @@ fn experiments_that_are_not_allowed_exit_with_3_and_say_where() {
             "[robot]\ntables = [\"none.sam\"]\n",
             &["bad.toml:2:", "robot.tables", "none.sam"],
         ),
+        (
+            "[noise]\nsensor = [0.02, -0.02]\n",
+            &["noise.sensor: is [0.02, -0.02]; allowed: [0, 0], or a smaller"],
+        ),
+        (
+            "[evolution]\ngenerations = 40.0\n",
+            &["bad.toml:2:15: evolution.generations: is 40.0; allowed: a whole number from 1 to 1000000, such as 40"],
+        ),
+        (
+            "[evoluton]\npopulation = 10\n",
+            &["bad.toml:1:2: evoluton: unknown key", "; did you mean evolution?"],
+        ),
+        (
+            "[evolution.mutatoin]\nrate = 0.1\n",
+            &["evolution.mutatoin: unknown key", "; did you mean evolution.mutation?"],
+        ),
+        (
+            "[start]\nkind = \"at\"\ny_mm = 90\nheading_turns = 0\n",
+            &["bad.toml:1:2: start: lacks `x_mm`; allowed: a number from -100000 to 100000 (mm)"],
+        ),
+        (
+            "experiment = \"small.toml\"\nseeds = \"1..3\"\n",
+            &["bad.toml: is a sweep, not an experiment: oneiro sweep run bad.toml --out DIR"],
+        ),
         ("cycles = \n", &["bad.toml:1:"]),
         ("[noise\n", &["bad.toml:1:"]),
         ("cycles = 1\ncycles = 2\n", &["bad.toml:2:"]),
@@ -189,7 +213,20 @@ fn experiments_that_are_not_allowed_exit_with_3_and_say_where() {
         .run(&["check", "small.toml", "--set", "noise.wind=1"])
         .exits(3)
         .says(&["--set noise.wind=1", "wind"]);
-    place.run(&["check", "none.toml"]).exits(3).says(&["none.toml"]);
+    let none = place.run(&["check", "none.toml"]).exits(3);
+    assert_eq!(none.stderr, "oneiro: none.toml: No such file or directory\n");
+    place
+        .run(&["check", "part.wgsl"])
+        .exits(3)
+        .says(&["part.wgsl: is a part, not an experiment"]);
+    place
+        .run(&["sweep", "run", "small.toml", "--out", "sweep"])
+        .exits(3)
+        .says(&["small.toml: is an experiment, not a sweep", "oneiro run small.toml"]);
+    place
+        .run(&["evaluate", "--genomes", "genes.npy", "small.toml"])
+        .exits(2)
+        .says(&["--genomes small.toml: isn't a file of genomes; an experiment goes before --genomes"]);
     place.run(&["check", "."]).exits(3);
     place.write("bytes.toml", [0xff, 0xfe, 0x00, 0x80]);
     place.run(&["check", "bytes.toml"]).exits(3).says(&["bytes.toml"]);
@@ -253,9 +290,10 @@ fn a_missing_device_exits_with_4() {
             ])
             .exits(4)
             .says(&["oneiro: "]);
-        place
+        let ran = place
             .run(&["run", "small.toml", "--out", "run", "--backend", backend])
             .exits(4);
+        assert!(!ran.stderr.contains("seed"), "{}", ran.stderr);
     }
     place
         .run(&["selftest", "--backend", "abacus"])

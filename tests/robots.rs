@@ -308,7 +308,13 @@ fn the_pages_robot_runs() {
     for column in ["sensor_left", "sensor_right", "sensor_behind", "real_behind"] {
         assert!(head.split(',').any(|name| name == column), "{head}");
     }
-    assert!(place.text("run/README.md").contains("`sensor_behind`"));
+    let readme = place.text("run/README.md");
+    for row in [
+        "| `sensor_behind` | 0 to 1  | the perceived reading of the distance sensor `behind`, noise included |",
+        "| `real_left`     | 0 to 1  | the reading of the proximity sensor `left` before sensor noise |",
+    ] {
+        assert!(readme.contains(row), "{readme}");
+    }
     place.good(&["verify", "run"]);
     place.good(&["replay", "run", "--backend", "cpu", "--quiet"]);
     let bad = place.text("own.toml").replace("\"behind\"", "\"left\"");

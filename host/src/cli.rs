@@ -73,7 +73,8 @@ pub(crate) enum Command {
 #[derive(Args, Debug)]
 pub(crate) struct New {
     /// The experiment's name. Writes NAME.toml, and never overwrites a file
-    pub(crate) name: String,
+    #[arg(required_unless_present = "example")]
+    pub(crate) name: Option<String>,
     /// Write an experiment with a swarm
     #[arg(long)]
     pub(crate) swarm: bool,
@@ -86,6 +87,15 @@ pub(crate) struct New {
     /// The same with a task, TASK.wgsl
     #[arg(long, value_name = "TASK", conflicts_with = "swarm")]
     pub(crate) task: Option<String>,
+    /// Write an experiment that ships with Oneiro, with its parts; without a name, list them
+    #[arg(
+        long,
+        value_name = "EXAMPLE",
+        num_args = 0..=1,
+        default_missing_value = "",
+        conflicts_with_all = ["name", "swarm", "sensor", "controller", "task"]
+    )]
+    pub(crate) example: Option<String>,
 }
 
 /// `oneiro keys`
@@ -146,6 +156,7 @@ pub(crate) struct Resume {
 
 /// `oneiro evaluate`
 #[derive(Args, Debug)]
+#[command(override_usage = "oneiro evaluate [OPTIONS] [EXPERIMENT] --genomes <FILE|DIR>...")]
 pub(crate) struct Evaluate {
     /// The experiment's TOML file, given before --genomes [default: that of the runs in --genomes]
     #[arg(value_hint = ValueHint::FilePath)]
@@ -172,8 +183,8 @@ pub(crate) struct Evaluate {
     /// The experiment's noise, or none of any kind
     #[arg(long, value_name = "on|off", value_enum, default_value_t = Noise::On)]
     pub(crate) noise: Noise,
-    /// Add collisions (cycles), cells of 50 mm visited, distance (mm), mean speed (mm/s) and time stuck (s: less than
-    /// 50 mm in 10 s)
+    /// Add columns: collisions (cycles), cells of 50 mm visited, distance (mm), mean speed (mm/s), time stuck (s: less than
+    /// 50 mm in 10 s), mean turning (turns/s), and where the life ends (mm)
     #[arg(long)]
     pub(crate) measures: bool,
     /// Write a trace of each rollout into this directory, which must be empty or new
@@ -242,7 +253,8 @@ pub(crate) struct Replay {
     /// The device that evaluates.
     #[command(flatten)]
     pub(crate) backend: Backend,
-    /// Write replay.svg and replay.csv into this directory [default: the run's directory]
+    /// Write replay.svg and replay.csv into this directory; with several trials, replay-K.svg and replay-K.csv of trial K
+    /// [default: the run's directory]
     #[arg(long, value_name = "DIR", value_hint = ValueHint::DirPath)]
     pub(crate) out: Option<PathBuf>,
     /// Which of the champion's trials to draw, from 0

@@ -80,7 +80,10 @@ impl Failure {
     pub(crate) fn storage(path: &Path, error: &io::Error) -> Self {
         let full = matches!(error.kind(), io::ErrorKind::StorageFull | io::ErrorKind::QuotaExceeded);
         let hint = if full { "; free some space and try again" } else { "" };
-        Self::new(Code::Storage, format_args!("{}: {error}{hint}", path.display()))
+        Self::new(
+            Code::Storage,
+            format_args!("{}: {}{hint}", path.display(), words(error)),
+        )
     }
 
     /// Exit 6, for a file that a library failed to write: the library's message, which names the path.
@@ -97,7 +100,7 @@ impl Failure {
             | io::ErrorKind::NotADirectory
             | io::ErrorKind::InvalidData
             | io::ErrorKind::InvalidInput
-            | io::ErrorKind::UnexpectedEof => Self::input(format_args!("{}: {error}", path.display())),
+            | io::ErrorKind::UnexpectedEof => Self::input(format_args!("{}: {}", path.display(), words(error))),
             _ => Self::storage(path, error),
         }
     }
@@ -150,6 +153,12 @@ impl From<evaluator::Error> for Failure {
             _ => Self::failed(error),
         }
     }
+}
+
+/// The system's message without the number of its error.
+fn words(error: &io::Error) -> String {
+    let text = error.to_string();
+    text.split(" (os error").next().unwrap_or_default().to_owned()
 }
 
 #[cfg(test)]

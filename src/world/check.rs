@@ -270,7 +270,7 @@ fn noise(noise: &Noise) -> Result<(), Invalid> {
     let (low, high) = noise.sensor;
     let span = high - low;
     if span < 0.0 || (span < LEAST && (low, high) != (0.0, 0.0)) {
-        let problem = format!("is ({low}, {high}); allowed: (0, 0), or a smaller and a greater number");
+        let problem = format!("is [{low:?}, {high:?}]; allowed: [0, 0], or a smaller and a greater number");
         return Err(Invalid::new("noise.sensor", problem));
     }
     // A longer step could leave the range on the other side after it is reflected.

@@ -56,6 +56,10 @@ fn general(name: &str) -> String {
     if name.strip_prefix("checkpoint-").is_some_and(numbers) {
         return "checkpoint-N".into();
     }
+    let replay = name.strip_prefix("replay-").and_then(|name| name.split_once('.'));
+    if let Some((_, extension)) = replay.filter(|(number, _)| numbers(number)) {
+        return format!("replay-K.{extension}");
+    }
     let shard = name.strip_prefix("shard-").and_then(|name| name.split_once("-of-"));
     match shard {
         Some((index, of)) if numbers(index) && numbers(of) => "shard-I-of-N".into(),

@@ -207,9 +207,9 @@ sweep.toml:2:1: | sedes: unknown key | allowed: | seeds
 [grid] => [gird]
 sweep.toml:3:2: | gird: unknown key | grid
 seeds = "1..3" => 
-sweep.toml | there is no key `seeds`
+sweep.toml | lacks `seeds`
 experiment = "small.toml" => 
-sweep.toml | there is no key `experiment`
+sweep.toml | lacks `experiment`
 + [reality] / robots = [1] / number = 3
 sweep.toml:5:1: reality.number: unknown key
 + [random] / samples = 1 / seeds = 3
@@ -335,7 +335,7 @@ sweep.toml:6:10: random.ranges.cycles: is 7; allowed:
 + [random] / samples = 2 / [random.ranges]
 random.ranges: is empty; allowed:
 + [random] / samples = 2
-sweep.toml:3: | there is no key `ranges`
+sweep.toml:3: | lacks `ranges`
 + [random] / samples = 0 / [random.ranges] / cycles = { from = 1, to = 3 }
 sweep.toml:4:11: random.samples: is 0; allowed: 1 to 1000000
 ~ cycles = { from = 1, to = 3 }

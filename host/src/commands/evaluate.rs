@@ -13,8 +13,8 @@ use serde_json::json;
 
 use super::subjects::{Common, Named, Subjects, Which};
 use crate::cli::{Evaluate, Noise};
-use crate::console::{Console, decimal};
-use crate::contents::Column;
+use crate::console::{Console, counted, decimal};
+use crate::contents::{Column, Entry, describe};
 use crate::exit::{Failure, Result};
 use crate::experiment::Experiment;
 use crate::lives::measures::{Measures, Meter};
@@ -30,6 +30,13 @@ const MOST_CYCLES: u32 = 1_000_000;
 /// Evaluates, and prints or writes one row for each genome and trial.
 pub(crate) fn run(arguments: &Evaluate, console: Console) -> Result {
     let sink = Sink::of(arguments)?;
+    let is_experiment = |path: &&PathBuf| path.extension().is_some_and(|extension| extension == "toml");
+    if let Some(path) = arguments.genomes.iter().find(is_experiment) {
+        let path = path.display();
+        return Err(Failure::usage(format_args!(
+            "--genomes {path}: isn't a file of genomes; an experiment goes before --genomes: oneiro evaluate {path} --genomes .."
+        )));
+    }
     let named = Named::all(&arguments.genomes)?;
     let common = Common {
         scores: true,
@@ -78,8 +85,9 @@ pub(crate) fn run(arguments: &Evaluate, console: Console) -> Result {
     };
     let mut evaluator = device::open(&arguments.backend)?;
     console.say(format!(
-        "{} genomes, {trials} trials, seed {seed}, on {}",
-        subjects.genomes.len(),
+        "{}, {}, seed {seed}, on {}",
+        counted(subjects.genomes.len() as u32, "genome", "genomes"),
+        counted(trials as u32, "trial", "trials"),
         device::name(evaluator.as_ref())
     ));
 
@@ -105,6 +113,11 @@ pub(crate) fn run(arguments: &Evaluate, console: Console) -> Result {
         results: results?,
         measures: arguments.measures,
     };
+    if let Some(directory) = &arguments.traces {
+        let about = "the life of a genome in a trial: one row per cycle";
+        let entry = Entry::table("trace-GENOME-TRIAL.csv", about, TraceTable::new(&worlds[0]).columns());
+        describe(directory, "Traces of oneiro", &[entry])?;
+    }
     device::tell_warnings(evaluator.as_ref(), console);
     sink.take(&table, console)
 }

@@ -4,20 +4,48 @@ use std::fs;
 use std::path::Path;
 
 use oneiro::compose;
+use serde_json::json;
 
 use crate::cli::New;
 use crate::console::Console;
 use crate::exit::{Failure, Result};
+use crate::experiment::examples::{EXAMPLES, Example};
 use crate::experiment::reference::{self, Template};
 use crate::files;
 
-/// Writes `NAME.toml`, and a file for each part that is named.
+/// Writes `NAME.toml`, and a file for each part that is named; or an example with its parts.
 pub(crate) fn run(arguments: &New, console: Console) -> Result {
-    let name = plain(
-        "NAME",
-        "an experiment",
-        arguments.name.strip_suffix(".toml").unwrap_or(&arguments.name),
-    )?;
+    match &arguments.example {
+        None => template(arguments, console),
+        Some(none) if none.is_empty() => list(console),
+        Some(name) => example(name, console),
+    }
+}
+
+/// Lists the examples.
+fn list(console: Console) -> Result {
+    if console.json() {
+        let all = EXAMPLES.iter().map(|own| json!({"name": own.name, "about": own.about}));
+        return console.json_data(&all.collect::<Vec<_>>());
+    }
+    let line = |own: &Example| format!("{:<12}{}\n", own.name, own.about);
+    console.data(EXAMPLES.iter().map(line).collect::<String>())
+}
+
+/// Writes an example and its parts.
+fn example(name: &str, console: Console) -> Result {
+    let Some(found) = EXAMPLES.iter().find(|own| own.name == name) else {
+        let names: Vec<&str> = EXAMPLES.iter().map(|own| own.name).collect();
+        let problem = format!("--example {name}: is unknown; allowed: {}", names.join(", "));
+        return Err(Failure::input(problem));
+    };
+    write(found.files, console)
+}
+
+/// Writes an experiment with every value at its default.
+fn template(arguments: &New, console: Console) -> Result {
+    let given = arguments.name.as_deref().unwrap_or_default();
+    let name = plain("NAME", "an experiment", given.strip_suffix(".toml").unwrap_or(given))?;
     let path = format!("{name}.toml");
     let mut parts = Vec::new();
     for (kind, part) in [
@@ -47,18 +75,33 @@ pub(crate) fn run(arguments: &New, console: Console) -> Result {
             .iter()
             .map(|(kind, file)| (file.clone(), reference::part(*kind).to_owned())),
     );
+    write(&files, console)
+}
+
+/// Writes files, an experiment's first, and says what to do next.
+fn write<Text: AsRef<str>>(files: &[(Text, Text)], console: Console) -> Result {
     for (index, (file, text)) in files.iter().enumerate() {
-        files::write_new(Path::new(file), text.as_bytes()).inspect_err(|_| {
+        let path = Path::new(file.as_ref());
+        let folder = path.parent().unwrap_or(path);
+        // The current directory has no name.
+        let made = if folder.as_os_str().is_empty() {
+            Ok(())
+        } else {
+            fs::create_dir_all(folder).map_err(|error| Failure::unreadable(folder, &error))
+        };
+        let written = made.and_then(|()| files::write_new(path, text.as_ref().as_bytes()));
+        written.inspect_err(|_| {
             // All or none; the error that follows says what to do.
             for (written, _) in &files[..index] {
-                let _ = fs::remove_file(written);
+                let _ = fs::remove_file(written.as_ref());
             }
         })?;
     }
-    let written: Vec<&str> = files.iter().map(|(file, _)| file.as_str()).collect();
+    let names: Vec<&str> = files.iter().map(|(file, _)| file.as_ref()).collect();
+    let path = names[0];
     console.say(format!(
         "wrote {}; next: oneiro check {path}, then oneiro run {path}",
-        written.join(", ")
+        names.join(", ")
     ));
     Ok(())
 }

@@ -9,28 +9,23 @@ use crate::console::Console;
 use crate::exit::{Failure, Result};
 use crate::record::{Done, Standing, standing};
 
-/// The seeds and their runs' directories. `own` is the experiment's seed; `name` makes the default name of a run's
-/// directory.
+/// The seeds and their runs' directories, and the seed if it was drawn. `own` is the experiment's seed; `name` makes the
+/// default name of a run's directory.
 pub(super) fn seeds_and_places(
     arguments: &cli::Run,
     own: Option<u64>,
-    console: Console,
     name: impl Fn(u64) -> String,
-) -> Vec<(u64, PathBuf)> {
+) -> (Vec<(u64, PathBuf)>, Option<u64>) {
     let usual = |seed: u64| Path::new("runs").join(name(seed));
     if let Some(seeds) = &arguments.seeds {
         let own = |seed| arguments.out.as_ref().map(|out| out.join(format!("seed-{seed}")));
-        return seeds
-            .clone()
-            .map(|seed| (seed, own(seed).unwrap_or_else(|| usual(seed))))
-            .collect();
+        let place = |seed| (seed, own(seed).unwrap_or_else(|| usual(seed)));
+        return (seeds.clone().map(place).collect(), None);
     }
-    let seed = arguments.seed.or(own).unwrap_or_else(|| {
-        let seed = drawn_seed();
-        console.say(format!("seed {seed}, drawn"));
-        seed
-    });
-    vec![(seed, arguments.out.clone().unwrap_or_else(|| usual(seed)))]
+    let given = arguments.seed.or(own);
+    let seed = given.unwrap_or_else(drawn_seed);
+    let place = (seed, arguments.out.clone().unwrap_or_else(|| usual(seed)));
+    (vec![place], given.is_none().then_some(seed))
 }
 
 /// Runs by their directories: finished ones with their results, and those still to be done with their seeds.

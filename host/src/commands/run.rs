@@ -20,7 +20,7 @@ pub(crate) fn run(arguments: &cli::Run, console: Console) -> Result {
         console.say(format!("warning: {warning}"));
     }
     let identities = experiment.identities();
-    let places = seeds_and_places(arguments, experiment.seed(), console, |seed| {
+    let (places, drawn) = seeds_and_places(arguments, experiment.seed(), |seed| {
         format!("{}-{seed}-{}", experiment.name(), &identities.of(seed).to_hex()[..8])
     });
     let Places { mut done, new } = sorted_out(places, |seed| identities.of(seed), console)?;
@@ -30,7 +30,11 @@ pub(crate) fn run(arguments: &cli::Run, console: Console) -> Result {
         directory,
     };
     let new = new.into_iter().map(place).collect();
-    done.extend(run_all(new, experiment.name(), &arguments.backend, console)?);
+    let title = match drawn {
+        None => experiment.name().to_owned(),
+        Some(seed) => format!("{}, seed {seed} (drawn),", experiment.name()),
+    };
+    done.extend(run_all(new, &title, &arguments.backend, console)?);
     let read = |(directory, done): &(PathBuf, Done)| Report::read(directory, done);
     let mut reports = done.iter().map(read).collect::<Result<Vec<_>>>()?;
     reports.sort_by_key(|report| report.seed);

@@ -4,7 +4,7 @@ use serde_json::json;
 
 use super::list;
 use crate::cli::Verify;
-use crate::console::Console;
+use crate::console::{Console, counted};
 use crate::exit::Result;
 use crate::record;
 
@@ -26,5 +26,9 @@ pub(crate) fn run(arguments: &Verify, console: Console) -> Result {
     if console.json() {
         console.json_data(&verified)?;
     }
+    console.say(format!(
+        "{} intact",
+        counted(verified.len() as u32, "run is", "runs are")
+    ));
     Ok(())
 }

@@ -164,7 +164,7 @@ impl<'a> Inputs<'a> {
     pub(super) fn part(&mut self, kind: Kind, file: &PartFile) -> Result<Arc<OwnPart>> {
         let word = kind.word();
         let Some(name) = &file.part else {
-            let problem = format!("there is no key `part`; allowed: the file of the {word}, .wgsl");
+            let problem = format!("lacks `part`; allowed: the file of the {word}, .wgsl");
             return Err(self.source.invalid(word, problem));
         };
         let (path, content) = self.take(&format!("{word}.part"), name)?;

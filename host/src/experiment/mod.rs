@@ -1,6 +1,7 @@
 //! An experiment: a run's complete configuration except its seed, from one TOML file.
 
 mod check;
+pub(crate) mod examples;
 mod inputs;
 pub(crate) mod reference;
 mod robots;

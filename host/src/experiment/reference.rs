@@ -7,7 +7,7 @@ use serde::Serialize;
 
 use super::settings::Settings;
 use super::swarm;
-use super::values::{self, Described};
+use super::values::{self, Described, unit_words};
 
 /// A key of an experiment.
 #[derive(Debug, Serialize)]
@@ -38,6 +38,9 @@ fn single_with(parts: &[(compose::Kind, String)]) -> Vec<Entry> {
         let [chosen, part] = ["kind", "part"].map(|key| format!("{word}.{key}"));
         let is_shipped = |entry: &Entry| entry.place().0 == word && entry.only_with != Some("own");
         entries.retain(|entry| !is_shipped(entry) || *kind == compose::Kind::Sensor || entry.key == chosen);
+        // The values have a table of their own.
+        let values = format!("{word}.values");
+        entries.retain(|entry| entry.key != values);
         for entry in &mut entries {
             if entry.key == chosen {
                 entry.default = Some("\"own\"".into());
@@ -131,15 +134,7 @@ impl Entry {
         let only = self
             .only_with
             .map_or_else(String::new, |kind| format!("; only with kind = {kind:?}"));
-        format!("{} Allowed: {allowed}{}{only}.", self.about, self.unit_words())
-    }
-
-    fn unit_words(&self) -> String {
-        if self.unit.is_empty() {
-            String::new()
-        } else {
-            format!(" ({})", self.unit)
-        }
+        format!("{} Allowed: {allowed}{}{only}.", self.about, unit_words(self.unit))
     }
 }
 
@@ -187,13 +182,19 @@ pub(crate) fn example(name: &str, template: Template<'_>) -> String {
             (about, single_with(parts))
         }
     };
-    let rest = "Every value stands here as it would be if its line were missing. Any of them can be changed for one run, \
-                such as --set seed=3. Files are looked for from where this file lies. `oneiro keys` and \
-                docs/configuration.md list all keys, and where each default is from.";
+    let but = match template {
+        Template::Own(_) => "the name and the parts that are your own",
+        Template::Single | Template::Swarm => "the name",
+    };
+    let rest = format!(
+        "Each value but {but} is the default: without its line it would be the same. Any of them can be changed for one \
+         run, such as --set seed=3. Files are looked for from where this file lies. `oneiro keys` and \
+         docs/configuration.md list all keys, and where each default is from."
+    );
     let mut text = format!(
         "{}#\n#     oneiro run {name}.toml --seed 1\n#\n{}\n",
         comment(&what),
-        comment(rest)
+        comment(&rest)
     );
     let mut table = "";
     for entry in &entries {
@@ -203,6 +204,7 @@ pub(crate) fn example(name: &str, template: Template<'_>) -> String {
             continue;
         }
         if own != table {
+            text += &values_of(table, template);
             text.extend(["\n[", own, "]\n"]);
             table = own;
         }
@@ -213,7 +215,34 @@ pub(crate) fn example(name: &str, template: Template<'_>) -> String {
             text += &entry.line(&entries);
         }
     }
-    text
+    text + &values_of(table, template)
+}
+
+/// The table of the values that the part of a table declares, as comments; nothing for a table without a part of its own.
+fn values_of(table: &str, template: Template<'_>) -> String {
+    let parts = match template {
+        Template::Own(parts) => parts,
+        Template::Single | Template::Swarm => &[],
+    };
+    let own = parts.iter().find(|(kind, _)| kind.word() == table);
+    let part = own.and_then(|(kind, file)| compose::Part::new(*kind, file, part(*kind)).ok());
+    let Some(part) = part.filter(|part| !part.values().is_empty()) else {
+        return String::new();
+    };
+    let value = |value: &compose::Value| {
+        let compose::Value {
+            name,
+            default,
+            allowed,
+            unit,
+            about,
+        } = value;
+        let space = if unit.is_empty() { "" } else { " " };
+        format!("# {name} = {default:?} # {allowed}{space}{unit}: {about}\n")
+    };
+    let values: String = part.values().iter().map(value).collect();
+    let head = comment(&format!("Values that {} declares, with their defaults.", part.path()));
+    format!("\n[{table}.values]\n{head}{values}")
 }
 
 /// Formats text as lines of a comment.
@@ -269,7 +298,7 @@ pub(crate) fn tables() -> String {
 fn line(entry: &Entry) -> String {
     let words = entry.choices.iter().map(|(word, about)| format!("`{word}`: {about}"));
     let allowed = if entry.choices.is_empty() {
-        format!("{}{}", entry.allowed, entry.unit_words())
+        format!("{}{}", entry.allowed, unit_words(entry.unit))
     } else {
         words.collect::<Vec<_>>().join("; ")
     };

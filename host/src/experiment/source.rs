@@ -359,7 +359,7 @@ fn list_value(path: String, name: &Range<usize>, value: &Spanned<DeValue<'_>>, k
 fn plain(message: &str) -> String {
     let Some((problem, expected)) = message.split_once(", expected ") else {
         return message
-            .replace("missing field", "there is no key")
+            .replace("missing field", "lacks")
             .replace("duplicate field", "a second key");
     };
     let allowed = match expected {

@@ -235,7 +235,7 @@ const REFUSED: &[(&str, &str)] = &[
     ),
     (
         "[noise]\nsensor = [0.4, 0.0]",
-        "test.toml:2:10: noise.sensor: is (0.4, 0); allowed: (0, 0), or a smaller and a greater number",
+        "test.toml:2:10: noise.sensor: is [0.4, 0.0]; allowed: [0, 0], or a smaller and a greater number",
     ),
     (
         "[noise]\nsensro = 1",
@@ -345,7 +345,7 @@ const REFUSED: &[(&str, &str)] = &[
     ),
     (
         "[arena]\nwidth_mm = 500\nheight_mm = 500\nwalls = [{ from_mm = [0, 0] }]",
-        "test.toml:4:10: arena.walls[0]: there is no key `to_mm`",
+        "test.toml:4:10: arena.walls[0]: lacks `to_mm`; allowed: two numbers from -100000 to 100000 (mm)",
     ),
     (
         "[arena]\nwidth_mm = 500\nheight_mm = 500\nobstacles = [{ x_mm = 1, y_mm = 1, radius_mm = -3 }]",
@@ -373,7 +373,7 @@ const REFUSED: &[(&str, &str)] = &[
     ),
     (
         "[start]\nkind = \"at\"\nx_mm = 3",
-        "test.toml:1:1: start: there is no key `y_mm`",
+        "test.toml:1:1: start: lacks `y_mm`; allowed: a number from -100000 to 100000 (mm)",
     ),
     (
         "[start]\nkind = \"at\"\nx_mm = 3\ny_mm = 3",

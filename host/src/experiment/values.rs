@@ -43,7 +43,9 @@ pub(crate) fn read<T: Described>(given: &Table, own: &mut T, source: &Source<'_>
             let name = row.name(index);
             if datum.is_some_and(|datum| is_open(&datum)) && !leaves.iter().any(|leaf| leaf.path == name) {
                 let (table, key) = name.rsplit_once('.').unwrap_or(("", &name));
-                return Err(source.invalid(table, format_args!("there is no key `{key}`")));
+                let field = (row.field)(own, index).map(|field| allowed(row, field));
+                let (words, unit) = (field.unwrap_or_default(), unit_words(row.unit));
+                return Err(source.invalid(table, format_args!("lacks `{key}`; allowed: {words}{unit}")));
             }
         }
     }
@@ -100,7 +102,9 @@ fn unknown<T: Described>(path: &str, source: &Source<'_>) -> Failure {
         let sibling = below.and_then(|below| below.split(['.', '[']).next());
         siblings.extend(sibling.filter(|sibling| !siblings.contains(sibling)));
     }
-    let meant = meant(T::rows().iter().map(|row| row.key), &key);
+    let keys = || T::rows().iter().map(|row| row.key);
+    let tables = keys().flat_map(|key| key.match_indices('.').map(|(end, _)| &key[..end]));
+    let meant = meant(keys().chain(tables.filter(|table| !table.contains('['))), &key);
     let problem = format!("unknown key `{own}`; allowed: {}{meant}", siblings.join(", "));
     source.invalid_key(path, problem)
 }
@@ -139,7 +143,24 @@ fn set<T: Described>(leaf: &Leaf<T>, kinds: bool, own: &mut T, source: &Source<'
     if is_kind(leaf.row.key) != kinds || taken(field, &leaf.datum) {
         return Ok(());
     }
-    let problem = format!("is {}; allowed: {}", leaf.datum, allowed(leaf.row, field));
+    if let Datum::Table(table) = &leaf.datum {
+        // A table by names is refused for one of its values.
+        let is_refused =
+            |(name, datum): &&(String, Datum)| !field.set(&Datum::Table(vec![(name.clone(), datum.clone())]));
+        if let Some((name, datum)) = table.iter().find(is_refused)
+            && let Some(kind) = field.kind().strip_prefix("a table of ")
+        {
+            let problem = format!("is {datum}; allowed: {kind}");
+            return Err(source.invalid(&format!("{}.{name}", leaf.path), problem));
+        }
+    }
+    let example = match leaf.datum {
+        Datum::Double(number) if field.kind() == "a whole number" && number.fract() == 0.0 => {
+            format!(", such as {number}")
+        }
+        _ => String::new(),
+    };
+    let problem = format!("is {}; allowed: {}{example}", leaf.datum, allowed(leaf.row, field));
     Err(source.invalid(&leaf.path, problem))
 }
 
@@ -161,6 +182,15 @@ pub(super) fn allowed<T>(row: &Parameter<T>, field: &dyn Field) -> String {
         ([one], _) => (*one).to_owned(),
         ([first, second], _) => format!("{first} or {second}"),
         (all, _) => all.join(", "),
+    }
+}
+
+/// A unit in words that follow a range.
+pub(super) fn unit_words(unit: &str) -> String {
+    if unit.is_empty() {
+        String::new()
+    } else {
+        format!(" ({unit})")
     }
 }
 

@@ -37,13 +37,15 @@ use serde::Deserialize;
 use toml::{Table, Value};
 
 use crate::evolve::random::{Stream, Uniform, logarithm, stream};
-use crate::exit::Result;
+use crate::exit::{Failure, Result};
 use crate::experiment::source::{Parsed, Setting, Source};
 use crate::experiment::{GREATEST_SEED, check_name};
 use crate::files;
 
 /// The most runs of a sweep.
 pub(crate) const GREATEST_RUNS: u64 = 10_000_000;
+/// Keys and tables of experiments that tell them from sweeps.
+const OF_EXPERIMENTS: [&str; 7] = ["cycles", "trials", "robot", "arena", "task", "evolution", "swarm"];
 /// Most seeds, and most draws from ranges.
 const GREATEST_COUNT: u64 = 1_000_000;
 
@@ -141,6 +143,12 @@ impl SweepFile {
     pub(crate) fn read(path: &Path, folder: &Path) -> Result<Self> {
         let text = files::text(path)?;
         let file = Parsed::new(path.display().to_string(), &text)?;
+        if !file.has("experiment") && OF_EXPERIMENTS.iter().any(|key| file.has(key)) {
+            let path = path.display();
+            return Err(Failure::input(format_args!(
+                "{path}: is an experiment, not a sweep, which names one: oneiro run {path}"
+            )));
+        }
         Self::of(&file, &path.file_stem().unwrap_or_default().to_string_lossy(), folder)
     }
 
@@ -655,7 +663,7 @@ mod tests {
             ("seeds = []", "s.toml:2:9: seeds: is empty"),
             ("seeds = [1, 2, 1]", "s.toml:2:16: seeds[2]: is 1 a second time"),
             ("seeds = 3", "s.toml:2:9: seeds: is neither"),
-            ("", "there is no key `seeds`"),
+            ("", "lacks `seeds`"),
             ("seeds = [1]\nfoo = 1", "s.toml:3:1: foo: unknown key `foo`"),
             ("seeds = [1]\n[grid]\na = 1", "s.toml:4:5: grid.a: is one value"),
             ("seeds = [1]\n[grid]\na = []", "s.toml:4:5: grid.a: is empty"),

@@ -52,8 +52,8 @@ const FITNESS: &str = "fitness.npy";
 const TRACE: &str = "trace.csv";
 const PATH: &str = "path.svg";
 const LEARNING_CURVE: &str = "learning-curve.svg";
-const REPLAY: &str = "replay.csv";
-const REPLAY_PATH: &str = "replay.svg";
+/// Files of a replay, without the life's number and the extension.
+const REPLAY: &str = "replay";
 
 /// What a run gives in a sweep's table of results.
 static OUTCOMES: [Column; 11] = [
@@ -130,22 +130,36 @@ fn files(world: &World, has_finalists: bool, has_individuals: bool) -> Vec<Entry
         ));
     }
     let record = "the champion's first life: one row per cycle, or per Nth cycle of a life of more than 10,000";
-    let again = "written by `oneiro replay`: the replayed life, with the columns of `trace.csv`";
     all.extend([
         Entry::table(TRACE, record, TraceTable::new(world).columns()),
         Entry::file(PATH, "a picture of that life"),
         Entry::file(LEARNING_CURVE, "a picture of the evolution"),
-        Entry::file(REPLAY, again),
-        Entry::file(REPLAY_PATH, "written by `oneiro replay`: a picture of that life"),
     ]);
     all
+}
+
+/// The files that `oneiro replay` adds: those of one life, or one pair for each of several lives.
+fn replays(has_several: bool) -> [Entry; 2] {
+    let (name, life) = if has_several {
+        (format!("{REPLAY}-K"), "life K of several, from 0")
+    } else {
+        (REPLAY.to_owned(), "the replayed life")
+    };
+    let table = format!("written by `oneiro replay`: {life}, with the columns of `{TRACE}`");
+    [
+        Entry::file(format!("{name}.csv"), table),
+        Entry::file(
+            format!("{name}.svg"),
+            "written by `oneiro replay`: a picture of that life",
+        ),
+    ]
 }
 
 /// The files of the directory of any run.
 #[cfg(test)]
 pub(crate) fn all_contents() -> Vec<Entry> {
     let world = World::new(oneiro::world::WorldSpec::miglino1995()).expect("it is the paper's");
-    files(&world, true, true)
+    [&files(&world, true, true)[..], &replays(false), &replays(true)].concat()
 }
 
 /// The columns of a run's table of steps.
@@ -364,11 +378,10 @@ impl super::Experiment for Single {
     }
 
     fn contents(&self) -> Vec<Entry> {
-        files(
-            self.experiment.world(),
-            self.experiment.finalists() > 0,
-            self.experiment.settings().record.individuals,
-        )
+        let settings = self.experiment.settings();
+        let has_finalists = self.experiment.finalists() > 0;
+        let files = files(self.experiment.world(), has_finalists, settings.record.individuals);
+        [&files[..], &replays(settings.trials > 1)].concat()
     }
 
     fn outcomes(&self) -> Vec<Column> {

@@ -4,13 +4,14 @@ use std::fs;
 use std::path::Path;
 
 use oneiro::batch::{Batch, Rollout, TraceRequest};
+use oneiro::parameter::Choice;
 use oneiro::random::Key;
 use oneiro::world::{Start, World, WorldSpec};
 use serde_json::json;
 
 use super::job::{keys, score};
 use super::trace::TraceTable;
-use super::{Experiment, REPLAY, REPLAY_PATH, Recorded, Replay};
+use super::{Experiment, REPLAY, Recorded, Replay};
 use crate::console::{Console, decimal};
 use crate::engine::disk;
 use crate::engine::handle::Engine;
@@ -94,7 +95,11 @@ pub(super) fn run(
 
     let directory = replay.out;
     fs::create_dir_all(directory).map_err(|error| Failure::unreadable(directory, &error))?;
-    let (path, table) = (directory.join(REPLAY_PATH), directory.join(REPLAY));
+    let stem = match settings.trials {
+        1 => REPLAY.to_owned(),
+        _ => format!("{REPLAY}-{}", replay.trial),
+    };
+    let [path, table] = ["svg", "csv"].map(|extension| directory.join(format!("{stem}.{extension}")));
     disk::write(&path, picture.as_bytes())?;
     disk::write(&table, TraceTable::new(&world).csv(&trace, every).as_bytes())?;
     let collisions = trace.iter().filter(|record| record.collided > 0.0).count();
@@ -106,6 +111,9 @@ pub(super) fn run(
             "fitness": decimal(own),
             "bits": format!("{bits:08x}"),
             "compared": !is_new,
+            "trial": replay.trial,
+            "trial_fitness": decimal(life),
+            "trial_bits": format!("{:08x}", life.to_bits()),
             "collisions": collisions,
             "path": path.display().to_string(),
             "trace": table.display().to_string(),
@@ -121,8 +129,16 @@ pub(super) fn run(
         Some(file) => file.display().to_string(),
         None => format!("generation {}, individual {}", champion.generation, champion.individual),
     };
+    let (all, one) = match settings.trials {
+        1 => (String::new(), String::new()),
+        trials => {
+            let (score, trial) = (settings.trial_score.word(), replay.trial);
+            let one = format!("\nlife {trial}: fitness {life} (bits {:08x})", life.to_bits());
+            (format!(" of {trials} lives ({score})"), one)
+        }
+    };
     console.data(format!(
-        "{who}: fitness {own} (bits {bits:08x}), {compared}\n{}\n{}",
+        "{who}: fitness {own}{all} (bits {bits:08x}), {compared}{one}\n{}\n{}",
         path.display(),
         table.display()
     ))

@@ -4,6 +4,8 @@ use std::fmt::Write;
 
 use oneiro::batch::{Record, Trace};
 use oneiro::compose::{Detail, DetailKind, Scalar};
+use oneiro::differential::Sensor;
+use oneiro::parameter::Choice;
 use oneiro::tables::SENSOR_NAMES;
 use oneiro::world::World;
 
@@ -42,7 +44,8 @@ impl TraceTable {
                 .iter()
                 .enumerate()
                 .filter(move |(_, own)| is_wanted(own.kind));
-            wanted.map(|(index, own)| (column(own), Cell::Detail(index, own.scalar)))
+            let sensors = world.spec().robot.described_sensors();
+            wanted.map(move |(index, own)| (column(own, sensors), Cell::Detail(index, own.scalar)))
         };
         let cells = records(&POSE)
             .chain(details(|kind| kind == DetailKind::Perceived))
@@ -54,7 +57,7 @@ impl TraceTable {
     }
 
     /// Its columns.
-    pub(super) fn columns(&self) -> impl Iterator<Item = &Column> {
+    pub(crate) fn columns(&self) -> impl Iterator<Item = &Column> {
         std::iter::once(&CYCLE).chain(self.cells.iter().map(|(column, _)| column))
     }
 
@@ -88,23 +91,28 @@ impl TraceTable {
     }
 }
 
-/// The column of one of the details.
-fn column(detail: &Detail) -> Column {
+/// The column of one of the details, given the sensors of a described robot.
+fn column(detail: &Detail, sensors: &[Sensor]) -> Column {
     const SAMPLED: Column = Column::number("", "0 to 1", "");
     const OWN: Column = Column::number("", "", "");
     let name = &detail.name;
     let sampled = name.parse().ok().and_then(|sensor: usize| SENSOR_NAMES.get(sensor));
-    match (detail.kind, sampled) {
-        (DetailKind::Perceived, Some(sensor)) => SAMPLED
+    let described = sensors.iter().find(|sensor| sensor.name == *name);
+    let robots = match (sampled, described) {
+        (Some(sensor), _) => Some(format!("activation of `{sensor}`")),
+        (None, Some(sensor)) => Some(format!("reading of the {} sensor `{name}`", sensor.kind.word())),
+        (None, None) => None,
+    };
+    match (detail.kind, robots) {
+        (DetailKind::Perceived, Some(reading)) => SAMPLED
             .named(format!("sensor_{name}"))
-            .about(format!("the perceived activation of `{sensor}`, noise included")),
-        (DetailKind::Perceived, None) => OWN
+            .about(format!("the perceived {reading}, noise included")),
+        (DetailKind::Real, Some(reading)) => SAMPLED
+            .named(format!("real_{name}"))
+            .about(format!("the {reading} before sensor noise")),
+        (DetailKind::Perceived | DetailKind::Real, None) => OWN
             .named(format!("sensor_{name}"))
             .about(format!("the reading `{name}` of the experiment's own sensors")),
-        (DetailKind::Real, sensor) => SAMPLED.named(format!("real_{name}")).about(format!(
-            "the activation of `{}` before sensor noise",
-            sensor.unwrap_or(&name.as_str())
-        )),
         (DetailKind::Memory(part), _) => {
             let word = part.word();
             let own = match detail.scalar {
@@ -134,7 +142,7 @@ static ACTION: [Recorded; 7] = [
     (Column::number("speed_right", "-1 to 1", "the selected speed of the right wheel as a share of the greatest"), |record| record.speed_right),
     (Column::number("collided", "", "1 if the cycle ended in a collision, else 0"), |record| record.collided),
     (Column::number("reward", "", "the reward of the cycle"), |record| record.reward),
-    (Column::number("fitness", "", "the sum of the rewards up to and including this cycle"), |record| record.fitness),
+    (Column::number("fitness", "", "the sum of the rewards up to and including this cycle; where a task of your own has `task_score`, the life's fitness is what that makes of the last sum"), |record| record.fitness),
 ];
 #[rustfmt::skip]
 static SEEN: [Recorded; 2] = [

@@ -281,9 +281,9 @@ fn distinction(comparison: Option<&Comparison>, group: usize) -> String {
         1.0 - comparison.a
     };
     let verdict = if comparison.p_holm < LEVEL {
-        "the two are told apart"
+        "a significant difference"
     } else {
-        "the two are not told apart"
+        "no significant difference"
     };
     format!(
         "A\u{a0}=\u{a0}{}, corrected p\u{a0}=\u{a0}{}, {verdict}",

@@ -1,0 +1,55 @@
+//! Experiments that ship, with their parts in WGSL: `oneiro new --example` writes them.
+
+/// An experiment and the files that it names.
+pub(crate) struct Example {
+    pub(crate) name: &'static str,
+    /// What a robot learns in it.
+    pub(crate) about: &'static str,
+    /// Relative paths and texts; the experiment's own file comes first.
+    pub(crate) files: &'static [(&'static str, &'static str)],
+}
+
+/// A file of `experiments/`: its path there, and its text.
+macro_rules! file {
+    ($path:literal) => {
+        ($path, include_str!(concat!("../../../experiments/", $path)))
+    };
+}
+
+/// All of them.
+pub(crate) static EXAMPLES: [Example; 4] = [
+    Example {
+        name: "homing",
+        about: "a Khepera with a battery returns to its charger",
+        files: &[
+            file!("homing.toml"),
+            file!("homing/sensors.wgsl"),
+            file!("homing/controller.wgsl"),
+            file!("homing/task.wgsl"),
+        ],
+    },
+    Example {
+        name: "road-sign",
+        about: "a Khepera turns at the end of a corridor to the side of the lamp that it passed",
+        files: &[
+            file!("road-sign.toml"),
+            file!("road-sign/sensors.wgsl"),
+            file!("road-sign/ctrnn.wgsl"),
+            file!("road-sign/task.wgsl"),
+        ],
+    },
+    Example {
+        name: "kheperax",
+        about: "a robot with three lasers and two bumpers finds its way through a maze",
+        files: &[
+            file!("kheperax.toml"),
+            file!("kheperax/network.wgsl"),
+            file!("kheperax/task.wgsl"),
+        ],
+    },
+    Example {
+        name: "phototaxis",
+        about: "a robot described by numbers finds a light behind obstacles",
+        files: &[file!("phototaxis.toml"), file!("phototaxis/task.wgsl")],
+    },
+];
