@@ -176,9 +176,6 @@ impl Field for Response {
     }
 }
 
-/// First of the cells of sensors; before it are those of the wheels and of the drive.
-pub(crate) const FIRST_SENSOR: usize = 2;
-
 impl Differential {
     /// A robot that obeys at once, without sensors and battery: the distance between its wheels, mm, and their greatest speed,
     /// mm/s.
@@ -195,13 +192,8 @@ impl Differential {
         }
     }
 
-    /// The cell with the floor's grey; each sensor has two before it.
-    pub(crate) fn floor_cell(&self) -> usize {
-        FIRST_SENSOR + 2 * self.sensors.len()
-    }
-
     /// The responses of its sensors, each once.
-    fn responses(&self) -> Vec<&Response> {
+    pub(crate) fn responses(&self) -> Vec<&Response> {
         let mut responses: Vec<&Response> = Vec::new();
         for response in self.sensors.iter().filter_map(|sensor| sensor.response.as_ref()) {
             if !responses.contains(&response) {
@@ -209,18 +201,6 @@ impl Differential {
             }
         }
         responses
-    }
-
-    /// The first cell of a sensor's response and the number of its points.
-    pub(crate) fn response_cells(&self, sensor: &Sensor, arena: &Arena) -> Option<[usize; 2]> {
-        let own = sensor.response.as_ref()?;
-        let responses = self.responses().into_iter();
-        let before: usize = responses
-            .take_while(|other| *other != own)
-            .map(|other| other.0.len())
-            .sum();
-        let first = self.floor_cell() + 1 + arena.lights.len() + 2 * arena.patches.len();
-        Some([first + before, own.0.len()])
     }
 
     /// Kernel data for the robot and its arena: the cells that `robot/arcs.wgsl` and `sensor/kinds.wgsl` declare.

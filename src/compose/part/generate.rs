@@ -8,7 +8,7 @@ use super::fields::Remembered;
 use super::interface::Interface;
 use crate::arena::{Arena, Patch};
 use crate::compose::{Detail, DetailKind, Kind, Scalar, Value};
-use crate::differential::{Differential, FIRST_SENSOR, SensorKind};
+use crate::differential::{Differential, Sensor, SensorKind};
 
 /// Declarations that a kernel needs and a part leaves out.
 pub(super) fn missing(
@@ -208,6 +208,26 @@ fn charged(robot: &Differential, arena: &Arena) -> String {
     }
 }
 
+/// The first cell of sensors; before it are those of the wheels and of the drive.
+const FIRST_SENSOR: usize = 2;
+
+/// The cell with the floor's grey; each sensor has two before it.
+fn floor_cell(robot: &Differential) -> usize {
+    FIRST_SENSOR + 2 * robot.sensors.len()
+}
+
+/// The first cell of a sensor's response and the number of its points.
+fn response_cells(robot: &Differential, arena: &Arena, sensor: &Sensor) -> Option<[usize; 2]> {
+    let own = sensor.response.as_ref()?;
+    let responses = robot.responses().into_iter();
+    let before: usize = responses
+        .take_while(|other| *other != own)
+        .map(|other| other.0.len())
+        .sum();
+    let first = floor_cell(robot) + 1 + arena.lights.len() + 2 * arena.patches.len();
+    Some([first + before, own.0.len()])
+}
+
 /// Constants that `readings` declares.
 pub(super) const COUNTS: [&str; 3] = ["FLOOR_CELL", "LIGHT_COUNT", "PATCH_COUNT"];
 
@@ -258,7 +278,7 @@ pub(super) fn readings(robot: &Differential, arena: &Arena) -> String {
                 if sensor.kind == SensorKind::Proximity {
                     highest = format!("max({highest}, r.{})", sensor.name);
                 }
-                match (sensor.kind, robot.response_cells(sensor, arena)) {
+                match (sensor.kind, response_cells(robot, arena, sensor)) {
                     (_, Some([first, points])) => {
                         format!("response_reading(world, s{index}, free{index}, {first}u, {points}u)")
                     }
@@ -290,7 +310,7 @@ pub(super) fn readings(robot: &Differential, arena: &Arena) -> String {
 "
         );
     }
-    let (floor, lights, patches) = (robot.floor_cell(), arena.lights.len(), arena.patches.len());
+    let (floor, lights, patches) = (floor_cell(robot), arena.lights.len(), arena.patches.len());
     format!(
         "struct Readings {{
 {fields}    own: SensorReadings,
