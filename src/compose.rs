@@ -42,7 +42,8 @@ use crate::network::Network;
 use crate::parameter::{Allowed, Datum, Invalid};
 use crate::tables::SENSORS;
 
-pub use part::Part;
+pub(crate) use part::too_many_turns;
+pub use part::{Part, Rule};
 
 /// Most genes of a user's controller.
 pub const GREATEST_GENES: u32 = 1024;
@@ -69,7 +70,8 @@ impl Kind {
     }
 }
 
-/// Reasons why a part is refused: one line for each problem, with file, line, column, and what to write instead.
+/// Reasons why a part is refused: one line for each problem, with file, line, column, what to write instead, and the name of
+/// the [`Rule`] that it breaks.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("{}", .0.join("\n"))]
 pub struct Refused(Vec<String>);

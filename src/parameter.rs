@@ -134,6 +134,22 @@ impl<C: Choice> Field for C {
     }
 }
 
+/// How alike two names are, 0 to 1. Keys with dots are compared by their last words too.
+pub fn likeness(name: &str, written: &str) -> f64 {
+    let last = |key: &str| key.rsplit('.').next().unwrap_or_default().to_owned();
+    let whole = strsim::normalized_damerau_levenshtein(name, written);
+    whole.max(0.99 * strsim::normalized_damerau_levenshtein(&last(name), &last(written)))
+}
+
+/// The name most like the written one: a typo, or the same key in another table. `None` if none is much like it.
+pub fn nearest<'a>(names: impl Iterator<Item = &'a str>, written: &str) -> Option<&'a str> {
+    const ALIKE: f64 = 0.7;
+    let best = names
+        .map(|name| (likeness(name, written), name))
+        .max_by(|a, b| a.0.total_cmp(&b.0));
+    best.filter(|(likeness, _)| *likeness >= ALIKE).map(|(_, name)| name)
+}
+
 /// Implements [`Field`] for a type: its name, the value from data, and data from the value.
 macro_rules! field {
     ($type:ty, $kind:literal, $from:expr, $to:expr) => {

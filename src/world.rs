@@ -11,7 +11,7 @@ use oneiro_shaders::{Kernel, life};
 
 use crate::arena::Arena;
 use crate::batch::{Buffers, WorldKind, Worlds};
-use crate::compose::{Composed, Detail, Kind, OwnParts};
+use crate::compose::{self, Composed, Detail, Kind, OwnParts};
 use crate::differential::{Build, Sensor};
 use crate::network::Network;
 use crate::parameter::Invalid;
@@ -388,7 +388,7 @@ impl World {
             let key = part.map_or("robot.sensors".into(), |own| {
                 format!("{}.part", own.part().kind().word())
             });
-            Worlds::new(&[&world]).map_err(|invalid| Invalid::new(key, invalid.problem))?;
+            Worlds::new(&[&world]).map_err(|invalid| Invalid::new(key, compose::too_many_turns(&invalid.problem)))?;
         }
         Ok(world)
     }

@@ -194,15 +194,44 @@ fn measures_are_those_of_the_traces() {
         cells.sort_unstable();
         cells.dedup();
         assert_eq!(row["cells"].as_u64(), Some(cells.len() as u64));
-        let moves: Vec<f64> = (1..300).map(|i| (x[i] - x[i - 1]).hypot(y[i] - y[i - 1])).collect();
-        let distance = row["distance_mm"].as_f64().unwrap();
+        let measure = |name: &str| row[name].as_f64().unwrap();
+        let near = |name: &str, expected: f64| {
+            let own = measure(name);
+            assert!(
+                (own - expected).abs() < 2e-5 * expected.abs().max(1.0),
+                "{name}: {own} {expected}"
+            );
+        };
         // The last cycle's move ends after the trace; a cycle goes 8.2 mm at most.
-        let most = moves.iter().sum::<f64>() + 8.2;
-        assert!((most - 8.21..=most + 0.01).contains(&distance), "{distance} {most}");
-        let speed = row["mean_speed_mm_s"].as_f64().unwrap();
-        assert!((speed - distance / 30.0).abs() < 1e-3 * speed.max(1.0), "{speed}");
-        let stands = row["source"] == "spin.csv";
-        assert_eq!(row["stuck_s"] == 30.0, stands, "{row}");
+        let (x, y) = (
+            [&x[..], &[measure("end_x_mm")]].concat(),
+            [&y[..], &[measure("end_y_mm")]].concat(),
+        );
+        let moves: Vec<f64> = (1..=300).map(|i| (x[i] - x[i - 1]).hypot(y[i] - y[i - 1])).collect();
+        assert!(moves[299] < 8.21, "{row}");
+        near("distance_mm", moves.iter().sum());
+        near("mean_speed_mm_s", moves.iter().sum::<f64>() / 30.0);
+        let is_stuck = |of: usize| {
+            let mut around = of.saturating_sub(98)..=of.min(201);
+            around.any(|first| moves[first..first + 99].iter().sum::<f64>() < 50.0)
+        };
+        near("stuck_s", (0..300).filter(|of| is_stuck(*of)).count() as f64 / 10.0);
+        assert_eq!(row["stuck_s"] == 30.0, row["source"] == "spin.csv", "{row}");
+        let heading = column("heading_turns");
+        let turns = (1..300).map(|i| (heading[i] - heading[i - 1]).abs());
+        let turned: f64 = turns.map(|turn| turn.min(1.0 - turn)).sum();
+        // The turn of the last cycle isn't in the trace.
+        let turning = measure("mean_turning_turns_s") * 30.0;
+        assert!((turned - 0.001..turned + 0.1).contains(&turning), "{turning} {turned}");
+        let room = |(x, y): (&f64, &f64)| {
+            let walls = x.min(600.0 - x).min(*y).min(350.0 - y);
+            let round = [180.0, 300.0, 420.0].map(|centre| (x - centre).hypot(y - 175.0) - 27.5);
+            (round.into_iter().fold(walls, f64::min) - 27.5).max(0.0)
+        };
+        near(
+            "wall_distance_mm",
+            x[..300].iter().zip(&y).map(room).sum::<f64>() / 300.0,
+        );
     }
     // A trace also serves as a list of starts.
     let along = place.evaluate(&["--genomes", "runs/run-2", "--starts", "traces/trace-0-0.csv"]);

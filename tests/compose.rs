@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use oneiro::arena::{Arena, Block, Obstacle};
 use oneiro::batch::{Batch, Rollout, Trace, TraceRequest};
-use oneiro::compose::{DetailKind, Kind, OwnPart, OwnParts, Part};
+use oneiro::compose::{DetailKind, Kind, OwnPart, OwnParts, Part, Rule};
 use oneiro::cpu::Cpu;
 use oneiro::evaluator::{Control, Evaluator};
 use oneiro::random::Key;
@@ -557,6 +557,9 @@ fn a_gpu_has_the_same_bits() {
     }
 }
 
+/// What `refusal` says of a part that isn't refused.
+const TAKEN: &str = "it is taken";
+
 /// The reasons why a part is refused, when it is read or when a world is made of it.
 fn refusal(kind: Kind, text: &str) -> String {
     let part = match Part::new(kind, "own.wgsl", text) {
@@ -572,7 +575,7 @@ fn refusal(kind: Kind, text: &str) -> String {
         Kind::Controller => spec.controller = Controller::Own,
         Kind::Task => spec.task = Task::Own,
     }
-    World::new(spec).map_or_else(|invalid| invalid.problem, |_| "it is taken".to_owned())
+    World::new(spec).map_or_else(|invalid| invalid.problem, |_| TAKEN.to_owned())
 }
 
 #[test]
@@ -613,7 +616,7 @@ fn mistakes_are_refused_with_their_place() {
             first("//\u{2028}fitness[0] = 1.0f;\n"),
             "`fitness` is a buffer of the kernel's",
         ),
-        (first("if 0X2E+2 > 1 {}"), "it is taken"),
+        (first("if 0X2E+2 > 1 {}"), TAKEN),
         (
             first("if 0X2E+inputs[0] > 1u {}"),
             "`inputs` is a buffer of the kernel's",
@@ -713,7 +716,7 @@ fn mistakes_are_refused_with_their_place() {
             RECURRENT.replace("ControllerState(outputs)", "ControllerState(outputs, 1.0f)"),
             "own.wgsl:10:",
         ),
-        (format!("\u{feff}{RECURRENT}"), "it is taken"),
+        (format!("\u{feff}{RECURRENT}"), TAKEN),
     ]);
     let sensor = [
         (
@@ -743,8 +746,172 @@ fn mistakes_are_refused_with_their_place() {
         if !refused.contains(message) {
             problems.push(format!("{text}\n{refused}\nexpected: {message}"));
         }
+        if message != TAKEN {
+            broken(&refused);
+        }
     }
     assert!(problems.is_empty(), "{}", problems.join("\n\n"));
+}
+
+/// The rules that the lines of a refusal end with.
+fn broken(refused: &str) -> Vec<Rule> {
+    let rule = |line: &str| {
+        let name = line.strip_suffix(']').and_then(|line| line.rsplit_once('['));
+        let known = name.and_then(|(_, name)| Rule::ALL.iter().find(|rule| rule.name() == name));
+        *known.unwrap_or_else(|| panic!("no rule ends `{line}`"))
+    };
+    refused.lines().map(rule).collect()
+}
+
+/// The smallest task.
+const NOTHING: &str =
+    "fn task_cycle(life: Life, now: Experience, before: TaskState) -> Reward { return Reward(0.0f, before); }\n";
+
+/// An example of a rule as a whole part.
+fn whole(example: &str) -> (Kind, String) {
+    let kinds = [Kind::Sensor, Kind::Controller, Kind::Task];
+    let has_cycle = |kind: &Kind| example.contains(&format!("fn {}_cycle", kind.word()));
+    match kinds.into_iter().find(has_cycle) {
+        Some(kind) => (kind, example.to_owned()),
+        None => (Kind::Task, format!("{example}{NOTHING}")),
+    }
+}
+
+#[test]
+fn each_rule_refuses_its_wrong_example_and_takes_its_right_one() {
+    let refused = |example: &str| {
+        let (kind, text) = whole(example);
+        refusal(kind, &text)
+    };
+    let (mut without, mut problems) = (Vec::new(), Vec::new());
+    for rule in Rule::ALL {
+        let Some([wrong, right]) = rule.examples() else {
+            without.push(*rule);
+            continue;
+        };
+        let [wrong, right] = [refused(wrong), refused(right)];
+        if wrong == TAKEN || broken(&wrong).iter().any(|own| own != rule) || right != TAKEN {
+            problems.push(format!("{rule}:\nwrong: {wrong}\nright: {right}"));
+        }
+    }
+    assert!(problems.is_empty(), "{}", problems.join("\n\n"));
+    assert_eq!(without, [Rule::Internal]);
+}
+
+#[test]
+fn rules_have_short_names_of_their_own() {
+    let is_short = |name: &str| name.len() <= 20 && name.bytes().all(|byte| byte.is_ascii_lowercase() || byte == b'-');
+    let mut names: Vec<_> = Rule::ALL.iter().map(|rule| rule.name()).collect();
+    assert!(names.iter().all(|name| is_short(name)), "{names:?}");
+    names.sort_unstable();
+    names.dedup();
+    assert_eq!(names.len(), Rule::ALL.len());
+    assert!(
+        Rule::ALL
+            .iter()
+            .all(|rule| rule.about().ends_with('.') && rule.why().ends_with('.'))
+    );
+}
+
+/// The places of a refusal's lines: line and column.
+fn places(refused: &str) -> Vec<String> {
+    let place = |line: &str| {
+        line.trim_start_matches("own.wgsl:")
+            .split(": ")
+            .next()
+            .unwrap_or_default()
+            .to_owned()
+    };
+    refused.lines().map(place).collect()
+}
+
+#[test]
+fn all_that_is_wrong_is_refused_at_once() {
+    // What declarations show, and what the text shows besides.
+    let declared = "struct TaskValues {
+    a: f32, // none
+    b: u32, // 1, 0 to 2: of it
+}
+struct TaskState { on: bool, many: array<f32, 3> }
+fn task_cycle(life: Life, now: Experience, before: TaskState) -> Reward {
+    let other = fitness[life.world] + fitness[life.genes] + 0.5;
+    return Reward(sqrt(other) + touches(0u, now.end.xy), before);
+}
+fn within() {}
+";
+    let refused = refusal(Kind::Task, declared);
+    assert_eq!(
+        places(&refused),
+        [
+            "2:5", "3:5", "5:20", "5:30", "7:17", "7:30", "7:39", "7:52", "7:61", "8:19", "8:33", "10:4"
+        ],
+        "{refused}"
+    );
+    // What shows when parts are compiled.
+    let compiled = "fn task_cycle(life: Life, now: Experience, before: TaskState) -> Reward {
+    var sum = now.end.x / 3.0f;
+    while (sum > 1.0f) { sum *= 0.5; }
+    var a = array<f32, 2>(1.0f, 2.0f);
+    let i = u32(now.end.x) << now.step;
+    return Reward(sum + a[i & 1u], before);
+}
+";
+    let refused = refusal(Kind::Task, compiled);
+    let expected = [
+        ("2:15", Rule::NoDivision),
+        ("3:5", Rule::LoopWithoutBound),
+        ("3:33", Rule::FloatSuffix),
+        ("5:13", Rule::ShiftCount),
+        ("6:25", Rule::SameIndex),
+    ];
+    assert_eq!(places(&refused), expected.map(|(place, _)| place), "{refused}");
+    assert_eq!(broken(&refused), expected.map(|(_, rule)| rule));
+}
+
+#[test]
+fn misspelt_names_are_answered_with_the_nearest() {
+    let task = |statement: &str| {
+        format!(
+            "const GREATEST: f32 = 2.0f;
+            fn task_cycle(life: Life, now: Experience, before: TaskState) -> Reward {{
+                let distance = now.end.x; {statement}
+                return Reward(twice_of(distance), before);
+            }}
+            fn twice_of(x: f32) -> f32 {{ return GREATEST * x; }}"
+        )
+    };
+    for (statement, words) in [
+        (
+            "_ = recirpocal(distance);",
+            "there is no function `recirpocal`; did you mean `reciprocal`? [unknown-name]",
+        ),
+        (
+            "_ = twice_off(distance);",
+            "there is no function `twice_off`; did you mean `twice_of`?",
+        ),
+        (
+            "_ = flor(distance);",
+            "there is no function `flor`; did you mean `floor`?",
+        ),
+        (
+            "_ = twice_of(distanse);",
+            "`distanse` (unknown identifier); did you mean `distance`?",
+        ),
+        ("_ = GREATES;", "did you mean `GREATEST`?"),
+        ("_ = STREAM_TASKS;", "did you mean `STREAM_TASK`?"),
+        (
+            "_ = now.colided;",
+            "invalid field accessor `colided` (invalid accessor); did you mean `collided`?",
+        ),
+        (
+            "_ = something_else(distance);",
+            "there is no function `something_else` [unknown-name]",
+        ),
+    ] {
+        let refused = refusal(Kind::Task, &task(statement));
+        assert!(refused.contains(words), "{refused}\nexpected: {words}");
+        assert_eq!(broken(&refused), [Rule::UnknownName]);
+    }
 }
 
 /// A task whose cycles loop up to an end.
@@ -776,7 +943,7 @@ fn a_cycle_of_too_many_loops_is_refused() {
         let refused = looping(end, cycles).unwrap_err();
         assert!(
             refused.starts_with(&format!("task.part: loops up to {turns}"))
-                && refused.ends_with("allowed: up to 100000, so that a run can be stopped"),
+                && refused.ends_with("allowed: up to 100000, so that a run can be stopped [too-many-turns]"),
             "{end}: {refused}"
         );
     }

@@ -106,6 +106,86 @@ fn lives_that_end_early_are_evaluated_and_measured() {
     assert!(ended > 10, "{ended} of 20 lives arrive");
 }
 
+/// What a task remembers at the end of a life is a measure, to the last bit, and so in its trace.
+#[test]
+fn what_a_task_remembers_is_measured() {
+    let place = Place::new("own-measures");
+    let task = "
+struct TaskState {
+    cycles: u32,
+    below: i32,
+    sum: f32,
+    place: vec2<f32>,
+}
+fn task_begin(life: Life, pose: vec3<f32>) -> TaskState {
+    return TaskState(4000000000u, -2000000000, 0.0f, vec2<f32>(pose.x, pose.y));
+}
+fn task_cycle(life: Life, now: Experience, before: TaskState) -> Reward {
+    let sum = before.sum + 0.1f;
+    let place = vec2<f32>(now.start.x, now.start.y);
+    return Reward(sum, TaskState(before.cycles + 1u, before.below - 1, sum, place));
+}
+fn task_ends(life: Life, own: TaskState) -> bool {
+    return own.cycles >= 4000000050u && random(life, STREAM_TASK, own.cycles, 0u).x < 0.02f;
+}
+";
+    place.write("counts.wgsl", task);
+    place.write(
+        "counts.toml",
+        "cycles = 100\n[task]\nkind = \"own\"\npart = \"counts.wgsl\"\n",
+    );
+    place.write("genomes.csv", "2,".repeat(17) + "-1\n");
+    let lives = [
+        "evaluate",
+        "counts.toml",
+        "--genomes",
+        "genomes.csv",
+        "--trials",
+        "30",
+        "--measures",
+    ];
+    let table = place.good(&[&lives[..], &["--traces", "traces"], &CPU].concat());
+    let split = |line: &str| line.split(',').map(str::to_owned).collect::<Vec<_>>();
+    let head = split(table.lines().next().unwrap());
+    let at = |head: &[String], name: &str| {
+        head.iter()
+            .position(|own| own == name)
+            .unwrap_or_else(|| panic!("{name}"))
+    };
+    let mut lengths = BTreeSet::new();
+    for (trial, row) in table.lines().skip(1).enumerate() {
+        let row = split(row);
+        let trace = place.text(format!("traces/trace-0-{trial}.csv"));
+        let columns = split(trace.lines().next().unwrap());
+        let lived = trace.lines().count() - 1;
+        let last = split(trace.lines().last().unwrap());
+        for name in ["cycles", "below", "sum", "place.x", "place.y"] {
+            let measure = &row[at(&head, &format!("end_task_{name}"))];
+            assert_eq!(
+                *measure,
+                last[at(&columns, &format!("task.{name}"))],
+                "{name} in life {trial}"
+            );
+        }
+        let sum = (0..lived).fold(0.0_f32, |sum, _| sum + 0.1);
+        assert_eq!(
+            row[at(&head, "end_task_cycles")],
+            (4_000_000_000 + lived as u64).to_string()
+        );
+        assert_eq!(
+            row[at(&head, "end_task_below")],
+            (-2_000_000_000 - lived as i64).to_string()
+        );
+        assert_eq!(row[at(&head, "end_task_sum")], sum.to_string());
+        assert_eq!(row[at(&head, "end_task_place.x")], last[at(&columns, "x_mm")]);
+        lengths.insert(lived);
+    }
+    assert!(lengths.len() > 5 && lengths.contains(&100), "{lengths:?}");
+    let json = place.good(&[&lives[..], &CPU, &["--json"]].concat());
+    let rows: serde_json::Value = serde_json::from_str(&json).unwrap();
+    assert!(rows[0]["end_task_cycles"].as_u64() > Some(4_000_000_049), "{json}");
+}
+
 /// Every kind of part that `oneiro new` writes, together and alone.
 #[test]
 fn each_part_runs_as_it_is_written() {
@@ -324,10 +404,112 @@ fn mistakes_name_the_file_and_the_place() {
     place.write("circles.wgsl", task.replace("root(", "sqrt("));
     for command in ["check", "run"] {
         let ran = place.run(&[command, "circles.toml"]).exits(3);
-        ran.says(&["circles.wgsl:18:19: `sqrt` is not on the list", "write `root(x)`"]);
+        ran.says(&[
+            "circles.wgsl:18:19: `sqrt` is not on the list",
+            "write `root(x)` [exact-functions]\n",
+        ]);
     }
     place.write("circles.wgsl", "struct TaskState { a: f32 }\n".repeat(2));
     place.run(&["check", "circles.toml"]).exits(3).says(&["circles.wgsl"]);
+}
+
+#[test]
+fn the_problems_of_all_parts_are_shown_at_once() {
+    let place = Place::new("own-problems");
+    place.good(&[
+        "new",
+        "all",
+        "--sensor",
+        "eyes",
+        "--controller",
+        "brain",
+        "--task",
+        "goal",
+    ]);
+    let change = |file: &str, from: &str, to: &str| {
+        let text = place.text(file);
+        assert!(text.contains(from), "{text}");
+        place.write(file, text.replacen(from, to, 1));
+    };
+    // What each file declares.
+    change("eyes.wgsl", "ahead: f32", "ahead: u32");
+    change("brain.wgsl", "sums: vec2<f32>", "sums: bool");
+    change("goal.wgsl", "// 250, 10 to", "// 10 to");
+    let refused = place.run(&["check", "all.toml"]).exits(3);
+    let refused = refused.says(&["eyes.wgsl:", "[reading-form]", "brain.wgsl:", "[state-types]"]);
+    assert_eq!(refused.says(&["goal.wgsl:", "[value-form]"]).stderr.lines().count(), 3);
+    // What shows when they are compiled together.
+    change("eyes.wgsl", "ahead: u32", "ahead: f32");
+    change("brain.wgsl", "sums: bool", "sums: vec2<f32>");
+    change("goal.wgsl", "// 10 to", "// 250, 10 to");
+    place.good(&["check", "all.toml"]);
+    change("eyes.wgsl", "* reciprocal(own.range)", "/ own.range");
+    change(
+        "brain.wgsl",
+        "let sum = ",
+        "for (var i = 0u; i < first; i = i) {} let sum = ",
+    );
+    change("goal.wgsl", "{\n    let", "{\n    let unused = 0.5;\n    let");
+    let refused = place.run(&["check", "all.toml"]).exits(3);
+    let refused = refused.says(&["eyes.wgsl:", "[no-division]", "brain.wgsl:", "[loop-without-bound]"]);
+    assert_eq!(
+        refused.says(&["goal.wgsl:", "[float-suffix]"]).stderr.lines().count(),
+        3
+    );
+}
+
+#[test]
+fn rules_are_explained() {
+    let place = Place::new("rules");
+    let one = place.good(&["check", "--explain", "no-division"]);
+    for words in [
+        "no-division: Floats are not divided",
+        "2.5 units",
+        "\n\nWrong:\n\n    fn mean",
+        "/ 3.0f;",
+        "\nRight:\n",
+    ] {
+        assert!(one.contains(words), "no `{words}` in\n{one}");
+    }
+    assert!(one.lines().all(|line| line.chars().count() <= 100), "{one}");
+    assert_eq!(
+        one,
+        place.good(&["check", "--explain", "[no-division]"]),
+        "as a refusal shows it"
+    );
+    let list = place.good(&["check", "--explain"]);
+    assert_eq!(list, place.good(&["check", "--explain", "list"]));
+    let names: Vec<&str> = list
+        .lines()
+        .skip(1)
+        .filter_map(|line| line.split_whitespace().next())
+        .collect();
+    for name in &names {
+        assert!(
+            place
+                .good(&["check", "--explain", name])
+                .starts_with(&format!("{name}: "))
+        );
+    }
+    assert!(names.len() > 30 && names.contains(&"loop-without-bound"), "{list}");
+    let document: serde_json::Value =
+        serde_json::from_str(&place.good(&["check", "--explain", "no-division", "--json"])).unwrap();
+    assert_eq!(document["rule"], "no-division");
+    assert!(document["wrong"].as_str().unwrap().contains("/ 3.0f") && document["why"].is_string());
+    let all: serde_json::Value = serde_json::from_str(&place.good(&["--json", "check", "--explain"])).unwrap();
+    let known: Vec<_> = all
+        .as_array()
+        .unwrap()
+        .iter()
+        .map(|rule| rule["rule"].as_str().unwrap())
+        .collect();
+    assert_eq!(known, names);
+    // An unknown name is answered with all, the nearest first.
+    let unknown = place.run(&["check", "--explain", "no-devision"]).exits(3);
+    let unknown = unknown.says(&["--explain: there is no rule `no-devision`; allowed: no-division, "]);
+    unknown.says(&names);
+    place.run(&["check"]).exits(2);
+    place.run(&["check", "some.toml", "--explain", "no-division"]).exits(2);
 }
 
 /// Machine code is kept in the user's cache, and made again where that is damaged.

@@ -159,7 +159,8 @@ fn mutants_are_refused_or_live() {
             Ok(()) => taken += 1,
             Err(message) => {
                 refused += 1;
-                if !is_placed(&message) || message.contains("mistake in Oneiro") {
+                // No mistake in a part breaks a rule of Oneiro's own files.
+                if !is_placed(&message) || !message.ends_with(']') || message.contains("[internal]") {
                     problems.push(format!("seed {seed}: {message}\n{text}"));
                 }
             }

@@ -5,6 +5,7 @@ use std::time::Duration;
 
 use clap::{Args, Parser, Subcommand, ValueHint};
 
+use crate::commands::rules;
 use crate::console::Output;
 use crate::device::Backend;
 use crate::studies::{miglino1995, odowd2014};
@@ -110,8 +111,13 @@ pub(crate) struct Keys {
 #[derive(Args, Debug)]
 pub(crate) struct Check {
     /// The experiment's TOML file
-    #[arg(value_hint = ValueHint::FilePath)]
-    pub(crate) experiment: PathBuf,
+    #[arg(value_hint = ValueHint::FilePath, required_unless_present = "explain")]
+    pub(crate) experiment: Option<PathBuf>,
+    /// Explain a rule that parts of your own keep, such as no-division: refusals end with its name. Without a name, list
+    /// all rules
+    #[arg(long, value_name = "RULE", num_args = 0..=1, default_missing_value = rules::ALL)]
+    #[arg(conflicts_with_all = ["experiment", "set", "out"])]
+    pub(crate) explain: Option<String>,
     /// Change a value of the experiment, such as noise.sensor=[0.0,0.4]. May be repeated
     #[arg(long = "set", value_name = "KEY=VALUE")]
     pub(crate) set: Vec<String>,
@@ -183,8 +189,8 @@ pub(crate) struct Evaluate {
     /// The experiment's noise, or none of any kind
     #[arg(long, value_name = "on|off", value_enum, default_value_t = Noise::On)]
     pub(crate) noise: Noise,
-    /// Add columns: collisions (cycles), cells of 50 mm visited, distance (mm), mean speed (mm/s), time stuck (s: less than
-    /// 50 mm in 10 s), mean turning (turns/s), and where the life ends (mm)
+    /// Add measures of behaviour, such as the distance driven, the mean distance to walls, and what a task of your own
+    /// remembers at the end: docs/measures.md lists them
     #[arg(long)]
     pub(crate) measures: bool,
     /// Write a trace of each rollout into this directory, which must be empty or new

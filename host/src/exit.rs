@@ -113,6 +113,14 @@ impl Failure {
         }
     }
 
+    /// Both failures: the code of the first, and the messages of both.
+    pub(crate) fn and(self, other: Self) -> Self {
+        match (self, other) {
+            (Self::Exit(code, error), Self::Exit(_, other)) => Self::new(code, format_args!("{error:#}\n{other:#}")),
+            (Self::BrokenPipe, _) | (_, Self::BrokenPipe) => Self::BrokenPipe,
+        }
+    }
+
     /// The same failure, with a place before its message.
     pub(crate) fn at(self, place: &str) -> Self {
         match self {

@@ -48,6 +48,40 @@ impl Part {
     }
 }
 
+/// A rule that a part may break. This program has no parts.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Rule {}
+
+impl Rule {
+    /// All rules.
+    pub const ALL: &[Self] = &[];
+
+    /// Its name.
+    pub fn name(self) -> &'static str {
+        match self {}
+    }
+
+    /// What it says, in one line.
+    pub fn about(self) -> &'static str {
+        match self {}
+    }
+
+    /// Why it exists.
+    pub fn why(self) -> &'static str {
+        match self {}
+    }
+
+    /// WGSL that breaks it, and the same as it should be.
+    pub fn examples(self) -> Option<[&'static str; 2]> {
+        match self {}
+    }
+}
+
+/// The problem with a kernel whose loops turn too often.
+pub(crate) fn too_many_turns(problem: &str) -> String {
+    problem.to_owned()
+}
+
 pub(super) fn compose(kernel: &'static Kernel, _: &OwnParts, robot: &Build, _: &Arena) -> Result<Composed, Invalid> {
     match robot {
         Build::Sampled => Ok(Composed { kernel, genes: None }),

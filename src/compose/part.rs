@@ -6,24 +6,35 @@ mod generate;
 mod interface;
 mod kernel;
 
-use std::fmt::Display;
-
 use oneiro_shader_compiler as compiler;
 use oneiro_shader_compiler::declarations::declarations;
-use oneiro_shader_compiler::{Place, Refusal};
+use oneiro_shader_compiler::{Place, Refusal, check_part};
+
+pub use oneiro_shader_compiler::Rule;
 
 use super::{Kind, Refused, Scalar, Value};
 
 pub(super) use kernel::compose;
 
 impl Refused {
-    fn at(place: &Place, problem: impl Display) -> Self {
-        Self(vec![format!("{place}: {problem}")])
-    }
-
     fn all(refusals: &[Refusal]) -> Self {
         Self(refusals.iter().map(ToString::to_string).collect())
     }
+}
+
+/// Refuses what stands at a place outside of functions.
+fn refusal(place: &Place, rule: Rule, message: impl Into<String>) -> Refusal {
+    Refusal {
+        place: place.clone(),
+        function: None,
+        rule,
+        message: message.into(),
+    }
+}
+
+/// The problem with a kernel whose loops turn too often, with the rule that it breaks.
+pub(crate) fn too_many_turns(problem: &str) -> String {
+    format!("{problem} [{}]", Rule::TooManyTurns)
 }
 
 /// A user's sensors, controller or task.
@@ -44,7 +55,8 @@ impl Part {
     /// world is made.
     ///
     /// # Errors
-    /// Everything that is wrong with its declarations, each with line and column and what to write instead.
+    /// Everything that is wrong with its declarations, each with line and column and what to write instead; and then also
+    /// all else that its text shows.
     pub fn new(kind: Kind, path: &str, text: &str) -> Result<Self, Refused> {
         // Some editors begin a file with a mark of its encoding.
         let text = text.trim_start_matches('\u{feff}');
@@ -55,20 +67,15 @@ impl Part {
         let interface = interface::of(kind);
         let declared = declarations(&part);
         let mut problems = Vec::new();
-        let mut collect = |refused: Refused| problems.extend(refused.0);
-        let values = fields::values(&part, &interface)
-            .map_err(&mut collect)
-            .unwrap_or_default();
-        let readings = fields::readings(&part, &interface)
-            .map_err(&mut collect)
-            .unwrap_or_default();
-        let memory = fields::memory(&part, &interface)
-            .map_err(&mut collect)
-            .unwrap_or_default();
+        let values = fields::values(&part, &interface, &mut problems);
+        let readings = fields::readings(&part, &interface, &mut problems);
+        let memory = fields::memory(&part, &interface, &mut problems);
         let generated = generate::missing(&interface, &declared, &memory, &values, &readings);
         problems.extend(check::problems(&part, &interface, &declared, &generated));
         if !problems.is_empty() {
-            return Err(Refused(problems));
+            problems.extend(check_part(&part));
+            problems.sort_by_key(|refusal| (refusal.place.line, refusal.place.column));
+            return Err(Refused::all(&problems));
         }
         Ok(Self {
             kind,

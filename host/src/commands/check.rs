@@ -1,13 +1,17 @@
-//! `oneiro check`: validates and summarises an experiment.
+//! `oneiro check`: validates and summarises an experiment, or explains a rule that its parts keep.
 
+use super::rules;
 use crate::cli::Check;
 use crate::console::Console;
 use crate::exit::Result;
 use crate::runs;
 
-/// Reads the experiment and prints a summary.
+/// Reads the experiment and prints a summary; without one, explains a rule.
 pub(crate) fn run(arguments: &Check, console: Console) -> Result {
-    let experiment = runs::read(&arguments.experiment, &arguments.set)?;
+    let Some(experiment) = &arguments.experiment else {
+        return rules::explain(arguments.explain.as_deref().unwrap_or(rules::ALL), console);
+    };
+    let experiment = runs::read(experiment, &arguments.set)?;
     for warning in experiment.warnings() {
         console.say(format!("warning: {warning}"));
     }

@@ -5,10 +5,11 @@ use std::fs::{self, OpenOptions};
 use std::io::Write;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use oneiro::batch::Trace;
 use oneiro::evaluator::{Control, Evaluator};
-use oneiro::world::{self, World, WorldSpec};
+use oneiro::world::{self, World};
 use serde_json::json;
 
 use super::subjects::{Common, Named, Subjects, Which};
@@ -17,10 +18,10 @@ use crate::console::{Console, counted, decimal};
 use crate::contents::{Column, Entry, describe};
 use crate::exit::{Failure, Result};
 use crate::experiment::Experiment;
-use crate::lives::measures::{Measures, Meter};
+use crate::lives::measures::{Descriptor, Frame, Measures, Meter, descriptors};
 use crate::lives::{Keys, LifeIndex, Lives, Observer, starts};
 use crate::npy::npy;
-use crate::report::csv::{Csv, number};
+use crate::report::csv::Csv;
 use crate::runs::single::trace::TraceTable;
 use crate::{device, files, progress};
 
@@ -92,7 +93,7 @@ pub(crate) fn run(arguments: &Evaluate, console: Console) -> Result {
     ));
 
     let control = Control::new();
-    let mut watch = Watch::new(&spec, cycles, &lives, arguments.traces.as_deref());
+    let mut watch = Watch::new(cycles, &lives, arguments.traces.as_deref());
     let results = progress::watched(lives.steps(), "evaluating", console, &control, || -> Result<_> {
         let evaluator: &mut dyn Evaluator = evaluator.as_mut();
         if watched {
@@ -111,7 +112,11 @@ pub(crate) fn run(arguments: &Evaluate, console: Console) -> Result {
         sources: Some(subjects.sources).filter(|_| named.len() > 1),
         trials,
         results: results?,
-        measures: arguments.measures,
+        measures: if arguments.measures {
+            descriptors(experiment.world())
+        } else {
+            Vec::new()
+        },
     };
     if let Some(directory) = &arguments.traces {
         let about = "the life of a genome in a trial: one row per cycle";
@@ -124,7 +129,7 @@ pub(crate) fn run(arguments: &Evaluate, console: Console) -> Result {
 
 /// Measures lives, and writes their traces.
 struct Watch<'a> {
-    field: oneiro::arena::Field,
+    frame: Arc<Frame>,
     /// Cycles of a life, and of its trace.
     cycles: u32,
     records: u32,
@@ -137,13 +142,14 @@ struct Watch<'a> {
 }
 
 impl<'a> Watch<'a> {
-    fn new(spec: &WorldSpec, cycles: u32, lives: &Lives<'_>, directory: Option<&'a Path>) -> Self {
+    fn new(cycles: u32, lives: &Lives<'_>, directory: Option<&'a Path>) -> Self {
+        let world = &lives.worlds[0];
         Self {
-            field: spec.arena.field,
+            frame: Arc::new(Frame::new(world, cycles)),
             cycles,
-            records: spec.cycles,
+            records: world.cycles(),
             trials: lives.count,
-            traces: directory.map(|directory| (directory, TraceTable::new(&lives.worlds[0]))),
+            traces: directory.map(|directory| (directory, TraceTable::new(world))),
             under_way: BTreeMap::new(),
             ended: vec![(f32::NAN, Measures::default()); lives.genomes.len() * lives.count],
         }
@@ -152,10 +158,10 @@ impl<'a> Watch<'a> {
 
 impl Observer for Watch<'_> {
     fn observe(&mut self, life: LifeIndex, cycles: &Range<u32>, records: &Trace, fitness: f32) -> Result {
-        let new = || (f32::NAN, Meter::new(self.field, self.cycles));
+        let new = || (f32::NAN, Meter::new(Arc::clone(&self.frame)));
         let (own, meter) = self.under_way.entry(life).or_insert_with(new);
-        for record in records {
-            meter.add(record);
+        for (record, details) in records.lines() {
+            meter.add(record, details);
         }
         if cycles.end == self.cycles {
             *own = fitness;
@@ -253,11 +259,9 @@ struct Table {
     sources: Option<Vec<String>>,
     trials: usize,
     results: Vec<Lived>,
-    /// Whether measures were requested.
-    measures: bool,
+    /// Measures that were requested.
+    measures: Vec<Descriptor>,
 }
-
-type Measured = (Column, fn(&Measures) -> f64);
 
 static OWN: [Column; 4] = [
     Column::whole("genome", "", "its number, from 0"),
@@ -265,48 +269,9 @@ static OWN: [Column; 4] = [
     Column::number("fitness", "", "the rollout's fitness"),
     Column::text("bits", "the fitness as its 32 bits, in hex"),
 ];
-static MEASURES: [Measured; 8] = [
-    (
-        Column::whole("collisions", "cycles", "those that end in a collision"),
-        |measures| measures.collisions.into(),
-    ),
-    (Column::whole("cells", "", "cells of 50 mm visited"), |measures| {
-        measures.cells.into()
-    }),
-    (Column::number("distance_mm", "mm", "the path's length"), |measures| {
-        measures.distance
-    }),
-    (
-        Column::number("mean_speed_mm_s", "mm/s", "the mean speed"),
-        |measures| measures.speed,
-    ),
-    (
-        Column::number("stuck_s", "s", "time stuck: less than 50 mm in 10 s"),
-        |measures| measures.stuck,
-    ),
-    (
-        Column::number("mean_turning_turns_s", "turns/s", "the mean size of its turns"),
-        |measures| measures.turning,
-    ),
-    (
-        Column::number(
-            "end_x_mm",
-            "mm",
-            "x of the place where the life ends, or where its last cycle begins if it ends early",
-        ),
-        |measures| measures.end[0].into(),
-    ),
-    (Column::number("end_y_mm", "mm", "y of that place"), |measures| {
-        measures.end[1].into()
-    }),
-];
 static SOURCE: Column = Column::text("source", "the file that has the genome");
 
 impl Table {
-    fn measures(&self) -> &'static [Measured] {
-        if self.measures { &MEASURES } else { &[] }
-    }
-
     fn rows(&self) -> impl Iterator<Item = (usize, usize, &Lived)> {
         let place = |index| (index / self.trials, index % self.trials);
         self.results.iter().enumerate().map(move |(index, lived)| {
@@ -323,8 +288,8 @@ impl Table {
                 "fitness": decimal(*fitness),
                 "bits": format!("{:08x}", fitness.to_bits()),
             });
-            for (column, value) in self.measures() {
-                row[&*column.name] = serde_json::from_str(&number(value(measures))).unwrap_or_default();
+            for descriptor in &self.measures {
+                row[&*descriptor.column.name] = serde_json::from_str(&descriptor.cell(measures)).unwrap_or_default();
             }
             if let Some(sources) = &self.sources {
                 row["source"] = sources[genome].as_str().into();
@@ -335,9 +300,10 @@ impl Table {
     }
 
     /// Formats fitness as the shortest decimal that reads back as the same number, with its bits; measures to six
-    /// digits.
+    /// digits,
+    /// and what a task remembers in full.
     fn csv(&self) -> String {
-        let measures = self.measures().iter().map(|(column, _)| column);
+        let measures = self.measures.iter().map(|descriptor| &descriptor.column);
         let source = self.sources.iter().map(|_| &SOURCE);
         let mut csv = Csv::new(OWN.iter().chain(measures).chain(source));
         for (genome, trial, (fitness, measures)) in self.rows() {
@@ -347,7 +313,7 @@ impl Table {
                 fitness.to_string(),
                 format!("{:08x}", fitness.to_bits()),
             ];
-            let numbers = self.measures().iter().map(|(_, value)| number(value(measures)));
+            let numbers = self.measures.iter().map(|descriptor| descriptor.cell(measures));
             let source = self.sources.iter().map(|sources| sources[genome].clone());
             csv.row(own.into_iter().chain(numbers).chain(source));
         }
@@ -357,9 +323,12 @@ impl Table {
 
 #[cfg(test)]
 mod tests {
+    use oneiro::world::WorldSpec;
+
     use super::*;
 
     fn table(measures: bool) -> Table {
+        let world = World::new(WorldSpec::miglino1995()).unwrap();
         let own = Measures {
             collisions: 3,
             cells: 12,
@@ -368,12 +337,14 @@ mod tests {
             stuck: 9.9,
             turning: 0.25,
             end: [100.5, 20.0],
+            wall_distance: 33.333_333,
+            memory: Vec::new(),
         };
         Table {
             sources: measures.then(|| vec!["a.npy".into(), "a, b.npy[3]".into()]),
             trials: 2,
-            results: [1.5, -0.1, 0.0, 3.0].map(|fitness| (fitness, own)).into(),
-            measures,
+            results: [1.5, -0.1, 0.0, 3.0].map(|fitness| (fitness, own.clone())).into(),
+            measures: if measures { descriptors(&world) } else { Vec::new() },
         }
     }
 
@@ -385,10 +356,10 @@ mod tests {
         );
         let text = table(true).csv();
         assert!(text.starts_with(
-            "genome,trial,fitness,bits,collisions,cells,distance_mm,mean_speed_mm_s,stuck_s,mean_turning_turns_s,end_x_mm,end_y_mm,source\n\
-             0,0,1.5,3fc00000,3,12,1234.57,24.6914,9.9,0.25,100.5,20,a.npy\n"
+            "genome,trial,fitness,bits,collisions,cells,distance_mm,mean_speed_mm_s,stuck_s,mean_turning_turns_s,end_x_mm,end_y_mm,wall_distance_mm,source\n\
+             0,0,1.5,3fc00000,3,12,1234.57,24.6914,9.9,0.25,100.5,20,33.3333,a.npy\n"
         ));
-        assert!(text.ends_with("1,1,3,40400000,3,12,1234.57,24.6914,9.9,0.25,100.5,20,\"a, b.npy[3]\"\n"));
+        assert!(text.ends_with("1,1,3,40400000,3,12,1234.57,24.6914,9.9,0.25,100.5,20,33.3333,\"a, b.npy[3]\"\n"));
         assert_eq!(table(true).json()[3]["distance_mm"], 1234.57);
         assert_eq!(table(true).json()[3]["collisions"], 3);
     }

@@ -19,6 +19,7 @@ mod replay;
 mod report;
 mod reproduce;
 mod resume;
+pub(crate) mod rules;
 mod run;
 pub(crate) mod sample;
 mod selftest;

@@ -1,7 +1,10 @@
 use std::fs;
 use std::path::Path;
 
+use oneiro::compose::Scalar;
+
 use super::*;
+use crate::lives::measures;
 use crate::{record, runs, studies, sweep};
 
 /// All directories, each with all that it may hold.
@@ -30,6 +33,20 @@ fn the_page_on_files_is_that_of_the_writers() {
     let text = fs::read_to_string(&path).unwrap();
     let (head, _) = text.split_once(MARK).unwrap();
     crate::experiment::tests::holds(&path, &format!("{head}{MARK}{}", page())).unwrap();
+}
+
+#[test]
+fn the_page_on_measures_is_that_of_the_writers() {
+    const MARK: &str = "move it here. -->\n";
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../docs/measures.md");
+    let text = fs::read_to_string(&path).unwrap();
+    let (head, _) = text.split_once(MARK).unwrap();
+    let own = [measures::remembered_as("NAME", Scalar::Float)];
+    let columns = measures::LIFE.iter().map(|(column, _)| column).chain(&own);
+    let rows =
+        columns.map(|Column { name, unit, about, .. }| [format!("`{name}`"), (*unit).to_owned(), about.to_string()]);
+    let table = table(["measure", "unit", "meaning"], &rows.collect::<Vec<_>>());
+    crate::experiment::tests::holds(&path, &format!("{head}{MARK}{table}")).unwrap();
 }
 
 #[test]

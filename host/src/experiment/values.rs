@@ -1,6 +1,6 @@
 //! Conversion between an experiment's TOML and its fields, by the rows that describe each value.
 
-use oneiro::parameter::{Allowed, Datum, Field, Parameter};
+use oneiro::parameter::{Allowed, Datum, Field, Parameter, nearest};
 use toml::{Table, Value};
 
 use super::source::Source;
@@ -112,17 +112,6 @@ fn unknown<T: Described>(path: &str, source: &Source<'_>) -> Failure {
 /// Suggests the key most similar to the written one: a typo, or the same key in another table.
 pub(super) fn meant<'a>(keys: impl Iterator<Item = &'a str>, written: &str) -> String {
     nearest(keys, written).map_or_else(String::new, |key| format!("; did you mean {key}?"))
-}
-
-fn nearest<'a>(keys: impl Iterator<Item = &'a str>, written: &str) -> Option<&'a str> {
-    const ALIKE: f64 = 0.7;
-    let last = |key: &str| key.rsplit('.').next().unwrap_or_default().to_owned();
-    let likeness = |key: &str| {
-        let whole = strsim::normalized_damerau_levenshtein(key, written);
-        whole.max(0.99 * strsim::normalized_damerau_levenshtein(&last(key), &last(written)))
-    };
-    let best = keys.map(|key| (likeness(key), key)).max_by(|a, b| a.0.total_cmp(&b.0));
-    best.filter(|(likeness, _)| *likeness >= ALIKE).map(|(_, key)| key)
 }
 
 /// Whether other values exist only under one choice of this one. No value depends on the kind of a list's element.

@@ -7,12 +7,12 @@ use oneiro::world::{Controller, Noise, Robot, Task, World, WorldSpec};
 use super::inputs::Inputs;
 use super::settings::Settings;
 use super::source::Source;
-use crate::exit::Result;
+use crate::exit::{Failure, Result};
 
 /// Makes the world; its errors are reported with the place in the experiment.
 pub(super) fn world(settings: &Settings, source: &Source<'_>, inputs: &mut Inputs<'_>) -> Result<World> {
     let own = settings.world.clone();
-    let mut parts = OwnParts::default();
+    let (mut parts, mut refused) = (OwnParts::default(), Vec::new());
     for (kind, file, is_own) in [
         (Kind::Sensor, &settings.sensor, settings.sensor.part.is_some()),
         (
@@ -23,8 +23,14 @@ pub(super) fn world(settings: &Settings, source: &Source<'_>, inputs: &mut Input
         (Kind::Task, &settings.task, own.task == Task::Own),
     ] {
         if is_own {
-            parts.insert(inputs.part(kind, file)?);
+            match inputs.part(kind, file) {
+                Ok(part) => parts.insert(part),
+                Err(failure) => refused.push(failure),
+            }
         }
+    }
+    if let Some(failure) = refused.into_iter().reduce(Failure::and) {
+        return Err(failure);
     }
     World::new(WorldSpec {
         robot: Robot {

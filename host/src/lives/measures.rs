@@ -1,12 +1,18 @@
 //! Measures of a robot's behaviour, from the trace of its life.
 //!
 //! The places of a life are the positions of the robot's centre at the beginning of each cycle, and at the end of the
-//! last.
+//! last. All numbers are made by operations that every processor rounds alike.
 
 use std::collections::{BTreeSet, VecDeque};
+use std::sync::Arc;
 
-use oneiro::arena::Field;
+use oneiro::arena::{Arena, Block, Field, Obstacle, Wall};
 use oneiro::batch::Record;
+use oneiro::compose::{DetailKind, Kind, Scalar};
+use oneiro::world::World;
+
+use crate::contents::Column;
+use crate::report::csv::number;
 
 /// Cycles per second.
 const CYCLES_A_SECOND: f64 = 10.0;
@@ -16,7 +22,7 @@ pub(crate) const PLACES: usize = 100;
 const STUCK: f64 = 50.0;
 
 /// Measures of a robot's behaviour.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) struct Measures {
     /// Cycles that end in a collision.
     pub(crate) collisions: u32,
@@ -33,13 +39,190 @@ pub(crate) struct Measures {
     pub(crate) turning: f64,
     /// Position where the life ends, mm.
     pub(crate) end: [f32; 2],
+    /// Free distance from the body's rim to the nearest wall, block or round obstacle at the beginning of a cycle, mean over
+    /// the cycles, mm; 0 where the body touches it.
+    pub(crate) wall_distance: f64,
+    /// What the task remembers after the last cycle: the words of its memory's scalars, in their order.
+    pub(crate) memory: Vec<u32>,
+}
+
+/// A measure by its name: what `oneiro evaluate --measures` lists.
+#[derive(Clone, Debug)]
+pub(crate) struct Descriptor {
+    /// Its name, unit and meaning.
+    pub(crate) column: Column,
+    source: Source,
+}
+
+/// Selects a measure of a life.
+type Measured = fn(&Measures) -> f64;
+
+/// Where a measure's value is.
+#[derive(Clone, Copy, Debug)]
+enum Source {
+    Life(Measured),
+    /// A scalar of the task's memory.
+    Memory(usize, Scalar),
+}
+
+impl Descriptor {
+    /// Its value in a life.
+    pub(crate) fn value(&self, measures: &Measures) -> f64 {
+        match self.source {
+            Source::Life(value) => value(measures),
+            Source::Memory(index, scalar) => {
+                let word = measures.memory.get(index).copied();
+                word.map_or(f64::NAN, |word| match scalar {
+                    Scalar::Float => f32::from_bits(word).into(),
+                    Scalar::Unsigned => word.into(),
+                    Scalar::Signed => word.cast_signed().into(),
+                })
+            }
+        }
+    }
+
+    /// Its value as a cell of a table: measures to six digits, what a task remembers in full.
+    pub(crate) fn cell(&self, measures: &Measures) -> String {
+        let value = self.value(measures);
+        match self.source {
+            Source::Life(_) => number(value),
+            Source::Memory(_, Scalar::Float) => (value as f32).to_string(),
+            Source::Memory(..) => value.to_string(),
+        }
+    }
+}
+
+/// The measures of lives in a world: those of every life, and what its task remembers.
+pub(crate) fn descriptors(world: &World) -> Vec<Descriptor> {
+    let own = LIFE.iter().map(|(column, value)| Descriptor {
+        column: column.clone(),
+        source: Source::Life(*value),
+    });
+    let remembered = world.details().iter().filter(|own| own.kind == MEMORY);
+    let remembered = remembered.enumerate().map(|(index, own)| Descriptor {
+        column: remembered_as(&own.name, own.scalar),
+        source: Source::Memory(index, own.scalar),
+    });
+    own.chain(remembered).collect()
+}
+
+/// Trace details that are measures at the end of a life.
+const MEMORY: DetailKind = DetailKind::Memory(Kind::Task);
+
+/// The column of a scalar that a task remembers.
+pub(crate) fn remembered_as(name: &str, scalar: Scalar) -> Column {
+    let column = match scalar {
+        Scalar::Float => Column::number("", "", ""),
+        Scalar::Unsigned | Scalar::Signed => Column::whole("", "", ""),
+    };
+    let about = format!("`{name}` of the task's memory after the last cycle");
+    column.named(format!("end_task_{name}")).about(about)
+}
+
+/// Measures of every life.
+#[rustfmt::skip]
+pub(crate) static LIFE: [(Column, Measured); 9] = [
+    (Column::whole("collisions", "cycles", "those that end in a collision"), |own| own.collisions.into()),
+    (Column::whole("cells", "", "cells of 50 mm visited"), |own| own.cells.into()),
+    (Column::number("distance_mm", "mm", "the path's length"), |own| own.distance),
+    (Column::number("mean_speed_mm_s", "mm/s", "the mean speed"), |own| own.speed),
+    (Column::number("stuck_s", "s", "time stuck: less than 50 mm in 10 s"), |own| own.stuck),
+    (Column::number("mean_turning_turns_s", "turns/s", "the mean size of its turns"), |own| own.turning),
+    (Column::number("end_x_mm", "mm", "x of the place where the life ends, or where its last cycle begins if it ends early"), |own| own.end[0].into()),
+    (Column::number("end_y_mm", "mm", "y of that place"), |own| own.end[1].into()),
+    (Column::number("wall_distance_mm", "mm", "the free distance from the body's rim to the nearest wall, block or round obstacle, 0 where it touches: mean over the cycles, at the start of each"), |own| own.wall_distance),
+];
+
+/// What the lives of a world are measured against.
+#[derive(Debug)]
+pub(crate) struct Frame {
+    grid: Grid,
+    arena: Arena,
+    body_radius: f64,
+    /// Indices of the task's memory among the trace's details.
+    memory: Vec<usize>,
+    /// Cycles of a life.
+    cycles: u32,
+}
+
+impl Frame {
+    /// Measures lives of `cycles` cycles. Records of later cycles only count as places: the first of them is where the life
+    /// ends.
+    pub(crate) fn new(world: &World, cycles: u32) -> Self {
+        let details = world.details().iter().enumerate();
+        let spec = world.spec();
+        Self {
+            grid: Grid::new(spec.arena.field),
+            arena: spec.arena.clone(),
+            body_radius: spec.robot.body_radius.into(),
+            memory: details
+                .filter(|(_, own)| own.kind == MEMORY)
+                .map(|(index, _)| index)
+                .collect(),
+            cycles,
+        }
+    }
+
+    /// Free distance from the rim of a body to the nearest object, mm.
+    fn room(&self, record: &Record) -> f64 {
+        let at = [record.x, record.y].map(f64::from);
+        let Arena {
+            walls,
+            obstacles,
+            blocks,
+            ..
+        } = &self.arena;
+        let walls = walls.iter().map(|wall| to_wall(wall, at));
+        let obstacles = obstacles.iter().map(|obstacle| to_obstacle(obstacle, at));
+        let blocks = blocks.iter().map(|block| to_block(block, at));
+        let nearest = walls.chain(obstacles).chain(blocks).fold(f64::INFINITY, f64::min);
+        (nearest - self.body_radius).max(0.0)
+    }
+}
+
+/// Distance of a point from a wall, which may have length 0.
+fn to_wall(wall: &Wall, at: [f64; 2]) -> f64 {
+    let [from, to] = [wall.from, wall.to].map(|end| end.map(f64::from));
+    let (along, own) = (apart(to, from), apart(at, from));
+    let length = dot(along, along);
+    let share = if length > 0.0 { dot(own, along) / length } else { 0.0 };
+    let share = share.clamp(0.0, 1.0);
+    size(apart(own, along.map(|part| share * part)))
+}
+
+/// Distance of a point from a round obstacle, 0 inside.
+fn to_obstacle(obstacle: &Obstacle, at: [f64; 2]) -> f64 {
+    let centre = [obstacle.x, obstacle.y].map(f64::from);
+    (size(apart(at, centre)) - f64::from(obstacle.radius)).max(0.0)
+}
+
+/// Distance of a point from a block, 0 inside. Its axis is that of the simulated lives, in f32.
+fn to_block(block: &Block, at: [f64; 2]) -> f64 {
+    let axis = block.axis().to_array().map(f64::from);
+    let own = apart(at, [block.x, block.y].map(f64::from));
+    let beyond = |along: f64, side: f32| (along.abs() - 0.5 * f64::from(side)).max(0.0);
+    size([
+        beyond(dot(own, axis), block.length),
+        beyond(dot(own, [-axis[1], axis[0]]), block.width),
+    ])
+}
+
+fn apart(a: [f64; 2], b: [f64; 2]) -> [f64; 2] {
+    [a[0] - b[0], a[1] - b[1]]
+}
+
+fn dot(a: [f64; 2], b: [f64; 2]) -> f64 {
+    a[0] * b[0] + a[1] * b[1]
+}
+
+fn size(a: [f64; 2]) -> f64 {
+    dot(a, a).sqrt()
 }
 
 /// Takes the records of a life, one after another. Its memory doesn't grow with the life's length.
 #[derive(Debug)]
 pub(crate) struct Meter {
-    grid: Grid,
-    cycles: u32,
+    frame: Arc<Frame>,
     visited: BTreeSet<usize>,
     collisions: u32,
     distance: f64,
@@ -52,15 +235,17 @@ pub(crate) struct Meter {
     stuck: u32,
     /// All earlier moves that can count have been counted.
     counted: u32,
+    /// Cycles so far, the sum of their free distances, and what the task remembers after the last.
+    lived: u32,
+    room: f64,
+    memory: Vec<u32>,
 }
 
 impl Meter {
-    /// Measures a life of `cycles` cycles. Records of later cycles only count as places: the first of them is where the
-    /// life ends.
-    pub(crate) fn new(field: Field, cycles: u32) -> Self {
+    /// Measures a life.
+    pub(crate) fn new(frame: Arc<Frame>) -> Self {
         Self {
-            grid: Grid::new(field),
-            cycles,
+            frame,
             visited: BTreeSet::new(),
             collisions: 0,
             distance: 0.0,
@@ -70,11 +255,14 @@ impl Meter {
             moved: 0,
             stuck: 0,
             counted: 0,
+            lived: 0,
+            room: 0.0,
+            memory: Vec::new(),
         }
     }
 
-    /// Takes the record of the next cycle.
-    pub(crate) fn add(&mut self, record: &Record) {
+    /// Takes the record of the next cycle, with its details.
+    pub(crate) fn add(&mut self, record: &Record, details: &[u32]) {
         if let Some(last) = self.place.replace(*record) {
             let length = distance(&last, record);
             self.distance += length;
@@ -90,12 +278,17 @@ impl Meter {
                 self.stuck += self.moved - first;
                 self.counted = self.moved;
             }
-            if self.moved >= self.cycles {
+            if self.moved >= self.frame.cycles {
                 return;
             }
         }
-        self.visited.insert(self.grid.cell(record));
+        self.visited.insert(self.frame.grid.cell(record));
         self.collisions += u32::from(record.collided > 0.0);
+        self.lived += 1;
+        self.room += self.frame.room(record);
+        self.memory.clear();
+        self.memory
+            .extend(self.frame.memory.iter().map(|&index| details[index]));
     }
 
     /// Measures of the life.
@@ -110,6 +303,8 @@ impl Meter {
             turning: self.turned / duration,
             end: self.place.map_or([f32::NAN; 2], |place| [place.x, place.y]),
             stuck: seconds(self.stuck),
+            wall_distance: self.room / f64::from(self.lived),
+            memory: self.memory.clone(),
         }
     }
 }
@@ -179,16 +374,27 @@ mod tests {
         height: 350.0,
     };
 
+    fn frame(arena: Arena, cycles: u32) -> Arc<Frame> {
+        Arc::new(Frame {
+            grid: Grid::new(FIELD),
+            arena,
+            body_radius: 30.0,
+            memory: Vec::new(),
+            cycles,
+        })
+    }
+
     /// Measures of a life with the given places.
     fn measured(places: &[[f32; 2]]) -> Measures {
-        let mut meter = Meter::new(FIELD, places.len() as u32 - 1);
+        let mut meter = Meter::new(frame(Arena::default(), places.len() as u32 - 1));
         for &[x, y] in places {
-            meter.add(&Record {
+            let record = Record {
                 x,
                 y,
                 collided: f32::from(u8::from(x > 500.0)),
                 ..Record::default()
-            });
+            };
+            meter.add(&record, &[]);
         }
         meter.finish()
     }
@@ -205,12 +411,13 @@ mod tests {
 
     #[test]
     fn turns_count_by_their_size_across_a_whole_turn() {
-        let mut meter = Meter::new(FIELD, 3);
+        let mut meter = Meter::new(frame(Arena::default(), 3));
         for heading in [0.95, 0.05, 0.95, 0.75] {
-            meter.add(&Record {
+            let record = Record {
                 heading,
                 ..Record::default()
-            });
+            };
+            meter.add(&record, &[]);
         }
         // 0.1, 0.1 and 0.2 turns in 0.3 s.
         assert!((meter.finish().turning - 4.0 / 3.0).abs() < 1e-6);
@@ -245,6 +452,105 @@ mod tests {
             "nobody is stuck in less than 100 places"
         );
         assert_eq!(measured(&still[..100]).stuck, 9.9);
+    }
+
+    /// Free distances against those to points all over each object.
+    #[test]
+    fn free_distances_end_at_the_nearest_object() {
+        let heading = 0.15;
+        let block = Block {
+            x: 400.0,
+            y: 200.0,
+            length: 120.0,
+            width: 60.0,
+            heading,
+            ..Block::default()
+        };
+        let obstacle = Obstacle {
+            x: 150.0,
+            y: 120.0,
+            radius: 40.0,
+            ..Obstacle::default()
+        };
+        let wall = |from, to| Wall {
+            from,
+            to,
+            ..Wall::default()
+        };
+        let arena = Arena {
+            walls: vec![wall([0.0, 0.0], [500.0, 20.0]), wall([250.0, 300.0], [250.0, 300.0])],
+            obstacles: vec![obstacle],
+            blocks: vec![block],
+            ..Arena::default()
+        };
+        let turn = f64::from(heading) * std::f64::consts::TAU;
+        let grid = || (0..=200_i16).flat_map(|a| (0..=200_i16).map(move |b| [a, b].map(|own| f64::from(own) / 200.0)));
+        let of_wall = grid().map(|[share, _]| [500.0 * share, 20.0 * share]);
+        let of_round = grid().map(|[share, angle]| {
+            let angle = angle * std::f64::consts::TAU;
+            [150.0 + 40.0 * share * angle.cos(), 120.0 + 40.0 * share * angle.sin()]
+        });
+        let of_block = grid().map(|[length, width]| {
+            let (along, across) = (120.0 * (length - 0.5), 60.0 * (width - 0.5));
+            let x = 400.0 + along * turn.cos() - across * turn.sin();
+            [x, 200.0 + along * turn.sin() + across * turn.cos()]
+        });
+        let points: Vec<[f64; 2]> = of_wall
+            .chain(of_round)
+            .chain(of_block)
+            .chain([[250.0, 300.0]])
+            .collect();
+        let frame = frame(arena, 1);
+        let mut touching = 0;
+        for [x, y] in grid().step_by(97).map(|share| share.map(|share| 600.0 * share - 20.0)) {
+            let record = Record {
+                x: x as f32,
+                y: y as f32,
+                ..Record::default()
+            };
+            let [x, y] = [record.x, record.y].map(f64::from);
+            let nearest = points
+                .iter()
+                .map(|point| (point[0] - x).hypot(point[1] - y))
+                .fold(f64::MAX, f64::min);
+            let (room, expected) = (frame.room(&record), (nearest - 30.0).max(0.0));
+            assert!(
+                room <= expected + 1e-4 && expected < room + 1.5,
+                "at {x}, {y}: {room}, {expected}"
+            );
+            touching += u32::from(room == 0.0);
+        }
+        assert!((30..300).contains(&touching), "{touching}");
+    }
+
+    /// The record after the last cycle is only the place where the life ends.
+    #[test]
+    fn distances_and_memory_are_those_of_the_cycles() {
+        let wall = Wall {
+            from: [0.0, 0.0],
+            to: [500.0, 0.0],
+            ..Wall::default()
+        };
+        let arena = Arena {
+            walls: vec![wall],
+            ..Arena::default()
+        };
+        let whole = Frame {
+            memory: vec![2, 0],
+            ..Arc::into_inner(frame(arena, 3)).unwrap()
+        };
+        let mut meter = Meter::new(Arc::new(whole));
+        for (y, word) in [(50.0, 1), (20.0, 2), (70.0, 3), (500.0, 4)] {
+            let record = Record {
+                x: 100.0,
+                y,
+                ..Record::default()
+            };
+            meter.add(&record, &[word, 9, 10 * word]);
+        }
+        let measures = meter.finish();
+        assert_eq!(measures.wall_distance, (20.0 + 0.0 + 40.0) / 3.0);
+        assert_eq!(measures.memory, [30, 3]);
     }
 
     #[test]

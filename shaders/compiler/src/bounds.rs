@@ -11,6 +11,7 @@
 use std::cell::Cell;
 use std::collections::BTreeMap;
 
+use crate::rules::Rule;
 use crate::source::{Place, Refusal, Refusals};
 use crate::tree::{Binary, Label, Op, Program, Statement, Ty, Value, Variable, visit};
 
@@ -292,6 +293,7 @@ impl Analysis<'_> {
         self.refusals.push(Refusal {
             place: (self.place)(span),
             function: self.functions.last().cloned(),
+            rule: Rule::LoopWithoutBound,
             message:
                 "this loop has no bound known before it runs; write `for (var i = 0u; i < end; i++)`, where `end` is a \
                       constant or `min(value, GREATEST)` of a value of the world and a constant, and both are u32"

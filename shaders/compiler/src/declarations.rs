@@ -1,6 +1,8 @@
 //! Declarations of a part, found in its text alone: a part by itself can't be parsed, since it uses what other parts declare.
 
-use crate::exact::{blank_comments, is_built_in, is_call, words};
+use std::collections::BTreeSet;
+
+use crate::exact::{CALLS, CONSTRUCTORS, blank_comments, is_built_in, is_call, words};
 use crate::source::{Part, Place, Source};
 
 /// Whether WGSL keeps a word for itself, so that nothing can be named by it.
@@ -35,9 +37,11 @@ pub struct Member {
     pub place: Place,
 }
 
+/// Words before the name of a declaration outside of functions.
+const KEYWORDS: [&str; 6] = ["fn", "struct", "const", "alias", "override", "var"];
+
 /// The declarations of a part, in order.
 pub fn declarations(part: &Part) -> Vec<Declaration> {
-    const KEYWORDS: [&str; 6] = ["fn", "struct", "const", "alias", "override", "var"];
     let text = blank_comments(&part.text);
     let source = Source::new(std::slice::from_ref(part));
     let (mut found, mut depth, mut seen, mut previous, mut in_space) = (Vec::new(), 0_i64, 0, "", false);
@@ -164,26 +168,52 @@ pub fn calls(part: &Part) -> Vec<(String, Place)> {
         .collect()
 }
 
-/// The first use of one of these names in a part, other than as a field's name.
-pub fn use_of<'a>(part: &Part, names: &[&'a str]) -> Option<(Place, &'a str)> {
+/// All names that a part gives to anything: functions, structs, constants, variables, parameters and fields.
+pub fn names(part: &Part) -> BTreeSet<String> {
+    let text = blank_comments(&part.text);
+    let mut previous = "";
+    let declared = words(&text).filter(|(at, word)| {
+        let follows = KEYWORDS.contains(&previous) || previous == "let";
+        previous = word;
+        follows || text[at + word.len()..].trim_start().starts_with(':')
+    });
+    declared.map(|(_, word)| word.to_owned()).collect()
+}
+
+/// Functions and types that WGSL has and a part may use.
+pub fn built_in() -> impl Iterator<Item = &'static str> {
+    CALLS.into_iter().chain(CONSTRUCTORS)
+}
+
+/// The word at a place in a part.
+pub fn word_at(part: &Part, place: &Place) -> Option<String> {
+    let text = blank_comments(&part.text);
+    let source = Source::new(std::slice::from_ref(part));
+    let found = words(&text).find(|(at, _)| source.place(*at) == *place);
+    found.map(|(_, word)| word.to_owned())
+}
+
+/// The uses of these names in a part, other than as a field's name.
+pub fn uses<'a>(part: &Part, names: &[&'a str]) -> Vec<(Place, &'a str)> {
     find(part, names, |before, after| {
         !before.trim_end().ends_with('.') && !after.trim_start().starts_with(':')
     })
 }
 
-/// The first access to a field with one of these names in a part.
-pub fn access_of<'a>(part: &Part, fields: &[&'a str]) -> Option<(Place, &'a str)> {
+/// The accesses to fields with these names in a part.
+pub fn accesses<'a>(part: &Part, fields: &[&'a str]) -> Vec<(Place, &'a str)> {
     find(part, fields, |before, _| before.trim_end().ends_with('.'))
 }
 
-/// The first of these names in a part whose surrounding text passes a test.
-fn find<'a>(part: &Part, names: &[&'a str], fits: impl Fn(&str, &str) -> bool) -> Option<(Place, &'a str)> {
+/// Where these names stand in a part and their surrounding text passes a test.
+fn find<'a>(part: &Part, names: &[&'a str], fits: impl Fn(&str, &str) -> bool) -> Vec<(Place, &'a str)> {
     let text = blank_comments(&part.text);
-    let (at, name) = words(&text).find_map(|(at, word)| {
+    let source = Source::new(std::slice::from_ref(part));
+    let found = words(&text).filter_map(|(at, word)| {
         let name = names.iter().find(|name| **name == word)?;
-        fits(&text[..at], &text[at + word.len()..]).then_some((at, *name))
-    })?;
-    Some((Source::new(std::slice::from_ref(part)).place(at), name))
+        fits(&text[..at], &text[at + word.len()..]).then(|| (source.place(at), *name))
+    });
+    found.collect()
 }
 
 #[cfg(test)]
@@ -241,15 +271,27 @@ mod tests {
     #[test]
     fn uses_accesses_and_calls_are_found() {
         let own = part("// fitness\nfn b(state: u32) { c.fitness = abs(1u); }\nfn d() { b(state[0]); root(2.0f); }");
-        let (place, name) = use_of(&own, &["fitness", "state"]).unwrap();
-        assert_eq!((place.to_string().as_str(), name), ("own.wgsl:3:12", "state"));
-        assert_eq!(use_of(&own, &["fitness"]), None);
-        assert_eq!(access_of(&own, &["state", "fitness"]).unwrap().1, "fitness");
-        assert_eq!(access_of(&own, &["state"]), None);
+        let shown = |found: Vec<(Place, &str)>| -> Vec<String> {
+            let shown = found.into_iter().map(|(place, name)| format!("{place} {name}"));
+            shown.collect()
+        };
+        assert_eq!(shown(uses(&own, &["fitness", "state"])), ["own.wgsl:3:12 state"]);
+        assert_eq!(shown(uses(&own, &["b", "root"])).len(), 3);
+        assert_eq!(shown(accesses(&own, &["state", "fitness"])), ["own.wgsl:2:22 fitness"]);
+        assert!(accesses(&own, &["state"]).is_empty());
         let called: Vec<_> = calls(&own)
             .into_iter()
             .map(|(name, place)| (name, place.line))
             .collect();
         assert_eq!(called, [("root".to_owned(), 3)]);
+        let names: Vec<_> = names(&own).into_iter().collect();
+        assert_eq!(names, ["b", "d", "state"]);
+        let place = |column| Place {
+            path: "own.wgsl".into(),
+            line: 3,
+            column,
+        };
+        assert_eq!(word_at(&own, &place(23)).as_deref(), Some("root"));
+        assert_eq!(word_at(&own, &place(24)), None);
     }
 }

@@ -10,12 +10,14 @@ use naga::{
     TypeInner, UnaryOperator,
 };
 
-use crate::source::{Place, Refusal, Refusals, Source};
+use crate::front::has_function;
+use crate::rules::Rule;
+use crate::source::{Part, Place, Refusal, Refusals, Source};
 
 /// Built-in functions that may be called.
-const CALLS: [&str; 8] = ["abs", "floor", "trunc", "select", "bitcast", "min", "max", "clamp"];
+pub(crate) const CALLS: [&str; 8] = ["abs", "floor", "trunc", "select", "bitcast", "min", "max", "clamp"];
 /// Types that may be constructed.
-const CONSTRUCTORS: [&str; 17] = [
+pub(crate) const CONSTRUCTORS: [&str; 17] = [
     "f32", "u32", "i32", "bool", "array", "vec2", "vec3", "vec4", "vec2f", "vec3f", "vec4f", "vec2u", "vec3u", "vec4u",
     "vec2i", "vec3i", "vec4i",
 ];
@@ -27,17 +29,26 @@ const GREATEST_LOCAL: u32 = 1 << 16;
 
 const TYPES: &str = "types are f32, i32, u32, bool, their vectors, arrays and structs";
 
+/// Refuses what the text of a part alone shows. Functions that it doesn't declare may be those of other parts, unless WGSL has
+/// one of that name.
+pub fn check_part(part: &Part) -> Refusals {
+    let mut refusals = check_source(&Source::new(std::slice::from_ref(part)));
+    refusals.retain(|refusal| refusal.rule != Rule::UnknownName);
+    refusals
+}
+
 /// Checks a kernel's text: only functions on the list are called, and float literals carry their `f`.
-pub(crate) fn check_source(source: &Source) -> Result<(), Refusals> {
+pub(crate) fn check_source(source: &Source) -> Refusals {
     let text = blank_comments(&source.text);
     let bytes = text.as_bytes();
     let mut declared = BTreeSet::new();
     let mut previous = "";
     let mut refusals = Vec::new();
-    let mut refuse = |at: usize, message: String| {
+    let mut refuse = |at: usize, rule: Rule, message: String| {
         refusals.push(Refusal {
             place: source.place(at),
             function: None,
+            rule,
             message,
         });
     };
@@ -45,7 +56,8 @@ pub(crate) fn check_source(source: &Source) -> Result<(), Refusals> {
         if matches!(previous, "fn" | "struct" | "alias") {
             declared.insert(word);
             if is_built_in(word) || is_unsupported(word) {
-                refuse(at, format!("`{word}` shadows a WGSL built-in; choose another name"));
+                let message = format!("`{word}` shadows a WGSL built-in; choose another name");
+                refuse(at, Rule::BuiltInName, message);
             }
         }
         previous = word;
@@ -55,29 +67,38 @@ pub(crate) fn check_source(source: &Source) -> Result<(), Refusals> {
         if is_number(word) {
             let float = word.contains('.') || word.contains(if is_hex(word) { ['p', 'P'] } else { ['e', 'E'] });
             if word.ends_with('h') {
-                refuse(at, format!("the constant `{word}` has 16 bits; floats are f32"));
+                let message = format!("the constant `{word}` has 16 bits; floats are f32");
+                refuse(at, Rule::SupportedTypes, message);
             } else if float && !word.ends_with('f') {
-                refuse(
-                    at,
-                    format!("the float constant `{word}` has no suffix and would be folded in f64; write `{word}f`"),
-                );
+                let message =
+                    format!("the float constant `{word}` has no suffix and would be folded in f64; write `{word}f`");
+                refuse(at, Rule::FloatSuffix, message);
             }
         } else if !attribute && is_call(&text[at + word.len()..]) {
-            if !is_built_in(word) && !declared.contains(word) {
-                refuse(
-                    at,
-                    format!(
-                        "`{word}` is not on the list of functions that are exact on every device: {}{}",
-                        CALLS.join(", "),
-                        instead(word).map_or_else(String::new, |other| format!("; write {other}")),
-                    ),
-                );
+            if is_built_in(word) || declared.contains(word) {
+                continue;
             }
+            if !is_unsupported(word) && !has_function(word) {
+                refuse(at, Rule::UnknownName, format!("there is no function `{word}`"));
+                continue;
+            }
+            let message = format!(
+                "`{word}` is not on the list of functions that are exact on every device: {}{}",
+                CALLS.join(", "),
+                instead(word).map_or_else(String::new, |other| format!("; write {other}")),
+            );
+            let rule = if is_unsupported(word) {
+                Rule::SupportedTypes
+            } else {
+                Rule::ExactFunctions
+            };
+            refuse(at, rule, message);
         } else if !attribute && !declared.contains(word) && is_unsupported(word) {
-            refuse(at, format!("`{word}` is not supported in kernels; {TYPES}"));
+            let message = format!("`{word}` is not supported in kernels; {TYPES}");
+            refuse(at, Rule::SupportedTypes, message);
         }
     }
-    if refusals.is_empty() { Ok(()) } else { Err(refusals) }
+    refusals
 }
 
 /// Whether a word before a parenthesis is WGSL's own, and allowed.
@@ -227,12 +248,13 @@ pub(crate) fn is_call(after: &str) -> bool {
 }
 
 /// Checks a kernel's IR against the closed list.
-pub(crate) fn check_module(source: &Source, module: &Module, info: &ModuleInfo) -> Result<(), Refusals> {
+pub(crate) fn check_module(source: &Source, module: &Module, info: &ModuleInfo) -> Refusals {
     let mut refusals = Vec::new();
-    let mut refuse = |span, message: &str| {
+    let mut refuse = |span, rule, message: &str| {
         refusals.push(Refusal {
             place: source.place_of(span),
             function: None,
+            rule,
             message: message.into(),
         });
     };
@@ -248,6 +270,7 @@ pub(crate) fn check_module(source: &Source, module: &Module, info: &ModuleInfo) 
         if refused {
             refuse(
                 module.types.get_span(handle),
+                Rule::SupportedTypes,
                 &format!("this type is not supported; {TYPES}"),
             );
         }
@@ -255,6 +278,7 @@ pub(crate) fn check_module(source: &Source, module: &Module, info: &ModuleInfo) 
     for (handle, _) in module.overrides.iter() {
         refuse(
             module.overrides.get_span(handle),
+            Rule::NoOverride,
             "override constants are not supported",
         );
     }
@@ -262,23 +286,22 @@ pub(crate) fn check_module(source: &Source, module: &Module, info: &ModuleInfo) 
     for (handle, expression) in module.global_expressions.iter() {
         let span = module.global_expressions.get_span(handle);
         if let Expression::Literal(literal) = expression
-            && let Some(message) = refused_literal(*literal, &text, span)
+            && let Some((rule, message)) = refused_literal(*literal, &text, span)
         {
-            refuse(span, message);
+            refuse(span, rule, message);
         }
     }
     for (handle, variable) in module.global_variables.iter() {
         use naga::AddressSpace::{Private, Storage, Uniform};
         if variable.space == Private && module.types[variable.ty].inner.size(module.to_ctx()) > GREATEST_LOCAL {
             let span = module.global_variables.get_span(handle);
-            refuse(
-                span,
-                &format!("this variable is too large; allowed: {GREATEST_LOCAL} bytes"),
-            );
+            let message = format!("this variable is too large; allowed: {GREATEST_LOCAL} bytes");
+            refuse(span, Rule::LargeVariable, &message);
         }
         if !matches!(variable.space, Private | Storage { .. } | Uniform) {
             refuse(
                 module.global_variables.get_span(handle),
+                Rule::Internal,
                 "this address space is not supported; allowed are private, uniform and storage",
             );
         }
@@ -315,40 +338,46 @@ pub(crate) fn check_module(source: &Source, module: &Module, info: &ModuleInfo) 
             if !allowed {
                 checker.refuse(
                     naga::Span::UNDEFINED,
+                    Rule::EntryPoint,
                     "an entry point may only take workgroup_id, local_invocation_index, local_invocation_id and \
                      global_invocation_id: other built-in values depend on how the work was cut",
                 );
             }
         }
     }
-    if refusals.is_empty() { Ok(()) } else { Err(refusals) }
+    refusals
 }
 
 fn is_allowed(scalar: naga::Scalar) -> bool {
     scalar.kind == ScalarKind::Bool || scalar.width == 4
 }
 
+/// The rule that something breaks, and the message.
+type Refused = (Rule, &'static str);
+
 /// The reason why a constant is refused: its value, or the way in which naga folded it.
-fn refused_literal(literal: Literal, text: &str, span: naga::Span) -> Option<&'static str> {
+fn refused_literal(literal: Literal, text: &str, span: naga::Span) -> Option<Refused> {
     let written = span.to_range().and_then(|range| text.get(range)).unwrap_or_default();
     match literal {
         Literal::F32(_) if written.contains(['/', '%']) => {
-            Some("a float constant is made by a division, which is not on the list; write its value")
+            let message = "a float constant is made by a division, which is not on the list; write its value";
+            Some((Rule::NoDivision, message))
         }
         Literal::F32(x) => refused_float(x),
         Literal::I32(_) | Literal::U32(_) | Literal::Bool(_) => None,
-        _ => Some("a constant is neither f32, i32, u32 nor bool"),
+        _ => Some((Rule::SupportedTypes, "a constant is neither f32, i32, u32 nor bool")),
     }
 }
 
-fn refused_float(x: f32) -> Option<&'static str> {
-    if x.is_nan() || x.is_infinite() {
-        Some("a constant is not finite")
+fn refused_float(x: f32) -> Option<Refused> {
+    let message = if !x.is_finite() {
+        "a constant is not finite"
     } else if x.is_subnormal() {
-        Some("a constant is subnormal")
+        "a constant is subnormal"
     } else {
-        None
-    }
+        return None;
+    };
+    Some((Rule::FiniteConstants, message))
 }
 
 struct Checker<'a> {
@@ -362,7 +391,7 @@ struct Checker<'a> {
 }
 
 impl Checker<'_> {
-    fn refuse(&mut self, span: naga::Span, message: &str) {
+    fn refuse(&mut self, span: naga::Span, rule: Rule, message: &str) {
         let place = if span.is_defined() {
             self.source.place_of(span)
         } else {
@@ -371,6 +400,7 @@ impl Checker<'_> {
         self.refusals.push(Refusal {
             place,
             function: self.function.name.clone(),
+            rule,
             message: message.into(),
         });
     }
@@ -399,24 +429,20 @@ impl Checker<'_> {
             .find(is_large);
         if let Some(handle) = large {
             let span = self.function.expressions.get_span(handle);
-            self.refuse(
-                span,
-                &format!("this value is too large; allowed: {GREATEST_LOCAL} bytes"),
-            );
+            let message = format!("this value is too large; allowed: {GREATEST_LOCAL} bytes");
+            self.refuse(span, Rule::LargeVariable, &message);
         }
         for (handle, local) in self.function.local_variables.iter() {
             if self.module.types[local.ty].inner.size(self.module.to_ctx()) > GREATEST_LOCAL {
                 let span = self.function.local_variables.get_span(handle);
-                self.refuse(
-                    span,
-                    &format!("this variable is too large; allowed: {GREATEST_LOCAL} bytes"),
-                );
+                let message = format!("this variable is too large; allowed: {GREATEST_LOCAL} bytes");
+                self.refuse(span, Rule::LargeVariable, &message);
             }
         }
         for (handle, expression) in self.function.expressions.iter() {
             let span = self.function.expressions.get_span(handle);
-            if let Some(message) = self.refused(expression, span) {
-                self.refuse(span, message);
+            if let Some((rule, message)) = self.refused(expression, span) {
+                self.refuse(span, rule, message);
             }
         }
         let function = self.function;
@@ -445,7 +471,8 @@ impl Checker<'_> {
         }
     }
 
-    fn refused(&self, expression: &Expression, span: naga::Span) -> Option<&'static str> {
+    fn refused(&self, expression: &Expression, span: naga::Span) -> Option<Refused> {
+        let internal = |message| Some((Rule::Internal, message));
         match expression {
             Expression::Literal(literal) => refused_literal(*literal, self.text, span),
             Expression::As {
@@ -460,7 +487,7 @@ impl Checker<'_> {
                 (UnaryOperator::Negate, ScalarKind::Float | ScalarKind::Sint)
                 | (UnaryOperator::LogicalNot, ScalarKind::Bool)
                 | (UnaryOperator::BitwiseNot, ScalarKind::Sint | ScalarKind::Uint) => None,
-                _ => Some("this unary operation is not on the list"),
+                _ => internal("this unary operation is not on the list"),
             },
             Expression::Binary { op, left, right } => self.refused_binary(*op, *left, *right),
             Expression::Math { fun, arg, .. } => {
@@ -468,13 +495,17 @@ impl Checker<'_> {
                 match fun {
                     MathFunction::Abs | MathFunction::Min | MathFunction::Max | MathFunction::Clamp => None,
                     MathFunction::Floor | MathFunction::Trunc if kind == ScalarKind::Float => None,
-                    _ => Some(
+                    _ => Some((
+                        Rule::ExactFunctions,
                         "this function is not exact on every device; allowed are abs, floor, trunc, min, max, clamp",
-                    ),
+                    )),
                 }
             }
             Expression::As { convert, .. } if convert.is_none_or(|width| width == 4 || width == 1) => None,
-            Expression::As { .. } => Some("only conversions between f32, i32, u32 and bool are on the list"),
+            Expression::As { .. } => Some((
+                Rule::SupportedTypes,
+                "only conversions between f32, i32, u32 and bool are on the list",
+            )),
             Expression::Constant(_)
             | Expression::ZeroValue(_)
             | Expression::Compose { .. }
@@ -488,10 +519,15 @@ impl Checker<'_> {
             | Expression::Load { .. }
             | Expression::Select { .. }
             | Expression::CallResult(_) => None,
-            Expression::ArrayLength(_) => Some("`arrayLength` depends on how a buffer was made, not on what is in it"),
-            Expression::Relational { .. } => Some("`all`, `any` and tests for NaN are not on the list"),
-            Expression::AtomicResult { .. } => Some("atomic operations have no fixed order"),
-            _ => Some("this expression is not on the list"),
+            Expression::ArrayLength(_) => {
+                internal("`arrayLength` depends on how a buffer was made, not on what is in it")
+            }
+            Expression::Relational { .. } => Some((
+                Rule::ExactFunctions,
+                "`all`, `any` and tests for NaN are not on the list",
+            )),
+            Expression::AtomicResult { .. } => internal("atomic operations have no fixed order"),
+            _ => internal("this expression is not on the list"),
         }
     }
 
@@ -500,19 +536,22 @@ impl Checker<'_> {
         op: BinaryOperator,
         left: Handle<Expression>,
         right: Handle<Expression>,
-    ) -> Option<&'static str> {
+    ) -> Option<Refused> {
         use BinaryOperator as Op;
         let kind = self.kind(left)?;
         match op {
-            Op::Divide if kind == ScalarKind::Float => {
-                Some("float division is not correctly rounded on every device; write `a * reciprocal(b)`")
-            }
-            Op::Modulo if kind == ScalarKind::Float => {
-                Some("float remainder is not exact on every device; write `a - b * floor(a * reciprocal(b))`")
-            }
-            Op::Divide | Op::Modulo if kind == ScalarKind::Sint => {
-                Some("signed division and remainder differ between devices; use unsigned integers")
-            }
+            Op::Divide if kind == ScalarKind::Float => Some((
+                Rule::NoDivision,
+                "float division is not correctly rounded on every device; write `a * reciprocal(b)`",
+            )),
+            Op::Modulo if kind == ScalarKind::Float => Some((
+                Rule::NoDivision,
+                "float remainder is not exact on every device; write `a - b * floor(a * reciprocal(b))`",
+            )),
+            Op::Divide | Op::Modulo if kind == ScalarKind::Sint => Some((
+                Rule::UnsignedDivision,
+                "signed division and remainder differ between devices; use unsigned integers",
+            )),
             Op::ShiftLeft | Op::ShiftRight => {
                 let expressions = &self.function.expressions;
                 let below_32 = |handle: Handle<Expression>| matches!(self.constants(handle)[..], [count] if count < 32);
@@ -526,7 +565,10 @@ impl Checker<'_> {
                     Expression::Compose { ref components, .. } => components.iter().all(|c| below_32(*c)),
                     _ => below_32(right),
                 };
-                (!safe).then_some("a shift's count must be a constant below 32, or masked with `& 31u`")
+                (!safe).then_some((
+                    Rule::ShiftCount,
+                    "a shift's count must be a constant below 32, or masked with `& 31u`",
+                ))
             }
             _ => None,
         }
@@ -554,6 +596,7 @@ impl Checker<'_> {
                     if arguments.iter().any(|argument| self.is_pointer_into(*argument)) {
                         self.refuse(
                             *span,
+                            Rule::WholePointers,
                             "a pointer to a part of a variable can't be passed; pass one to the whole, or return the value",
                         );
                     }
@@ -566,7 +609,7 @@ impl Checker<'_> {
                 Statement::Switch { cases, .. } => {
                     for case in cases {
                         if case.fall_through && !case.body.is_empty() {
-                            self.refuse(*span, "a case that falls through is not supported");
+                            self.refuse(*span, Rule::Internal, "a case that falls through is not supported");
                         }
                         self.check_block(&case.body);
                     }
@@ -578,11 +621,14 @@ impl Checker<'_> {
                 Statement::ControlBarrier(_) | Statement::MemoryBarrier(_) | Statement::WorkGroupUniformLoad { .. } => {
                     self.refuse(
                         *span,
+                        Rule::Internal,
                         "barriers are not supported: lanes of one workgroup run in separate calls",
                     );
                 }
-                Statement::Atomic { .. } => self.refuse(*span, "atomic operations have no fixed order"),
-                _ => self.refuse(*span, "this statement is not on the list"),
+                Statement::Atomic { .. } => {
+                    self.refuse(*span, Rule::Internal, "atomic operations have no fixed order");
+                }
+                _ => self.refuse(*span, Rule::Internal, "this statement is not on the list"),
             }
         }
     }

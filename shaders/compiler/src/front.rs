@@ -3,13 +3,27 @@
 use naga::valid::{Capabilities, ModuleInfo, ValidationFlags, Validator};
 
 use crate::explain::explained;
-use crate::source::{Refusal, Refusals, Source};
+use crate::rules::Rule;
+use crate::source::{Refusal, Source};
+
+/// What naga says of a name that nothing declares, and of a field that a struct doesn't have.
+const UNKNOWN: [&str; 2] = ["no definition in scope", "invalid field accessor"];
+
+fn is_unknown(message: &str) -> bool {
+    UNKNOWN.iter().any(|words| message.starts_with(words))
+}
+
+/// Whether WGSL has a function with this name. If so, naga only complains about its arguments.
+pub(crate) fn has_function(name: &str) -> bool {
+    let call = format!("fn {name}_() {{ _ = {name}(); }}");
+    naga::front::wgsl::parse_str(&call).map_or_else(|error| !is_unknown(error.message()), |_| true)
+}
 
 /// Parses and validates a kernel.
 ///
 /// # Errors
-/// Messages of naga, with the part and its line.
-pub(crate) fn parse(source: &Source) -> Result<(naga::Module, ModuleInfo), Refusals> {
+/// The first message of naga, with the part and its line.
+pub(crate) fn parse(source: &Source) -> Result<(naga::Module, ModuleInfo), Refusal> {
     let module = naga::front::wgsl::parse_str(&source.text).map_err(|error| {
         let byte = error
             .labels()
@@ -25,11 +39,13 @@ pub(crate) fn parse(source: &Source) -> Result<(naga::Module, ModuleInfo), Refus
         if !labels.is_empty() {
             message = format!("{message} ({})", labels.join("; "));
         }
-        vec![Refusal {
+        let is_unknown = is_unknown(&message);
+        Refusal {
             place: source.place(byte),
             function: None,
+            rule: if is_unknown { Rule::UnknownName } else { Rule::ValidWgsl },
             message,
-        }]
+        }
     })?;
     let info = Validator::new(ValidationFlags::all(), Capabilities::empty())
         .validate(&module)
@@ -49,11 +65,12 @@ pub(crate) fn parse(source: &Source) -> Result<(naga::Module, ModuleInfo), Refus
                 }
                 message
             });
-            vec![Refusal {
+            Refusal {
                 place: source.place(byte),
                 function: None,
+                rule: Rule::ValidWgsl,
                 message,
-            }]
+            }
         })?;
     Ok((module, info))
 }

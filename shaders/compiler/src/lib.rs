@@ -16,14 +16,19 @@ pub mod interpret;
 mod layout;
 mod lower;
 mod print;
+mod rules;
 mod source;
 pub mod spirv;
 mod tidy;
 pub mod tree;
 pub mod uniform;
 
+use std::collections::BTreeSet;
+
 pub use bounds::Bound;
+pub use exact::check_part;
 pub use layout::{Binding, Constant};
+pub use rules::Rule;
 pub use source::{Part, Place, Refusal, Refusals, Source};
 
 /// Largest number of lanes of any instance.
@@ -96,7 +101,7 @@ pub fn compile(name: &str, parts: &[Part]) -> Result<Compiled, Refusals> {
         ..
     } = checked.trees()?;
     let Checked { source, module, info } = &checked;
-    let refuse = |message: String| refused(source, message);
+    let refuse = |message: String| refused(source, Rule::Internal, message);
     let bindings = layout::bindings(module).map_err(refuse)?;
     Ok(Compiled {
         parts: source.paths(),
@@ -129,64 +134,119 @@ struct Checked {
 impl Checked {
     fn new(parts: &[Part]) -> Result<Self, Refusals> {
         let source = Source::new(parts);
-        exact::check_source(&source)?;
-        let (module, info) = front::parse(&source)?;
-        exact::check_module(&source, &module, &info)?;
-        let [entry] = module.entry_points.as_slice() else {
-            let count = module.entry_points.len();
-            return Err(refused(
-                &source,
-                format!("a kernel has one entry point, this has {count}"),
-            ));
+        let mut refusals = exact::check_source(&source);
+        if refusals
+            .iter()
+            .any(|refusal| matches!(refusal.rule, Rule::BuiltInName | Rule::SupportedTypes))
+        {
+            // Every use of these names would be refused, too.
+            return Err(in_order(refusals, &source));
+        }
+        let (module, info) = match front::parse(&source) {
+            Ok(parsed) => parsed,
+            Err(refusal) => {
+                if refusals.iter().all(|other| other.place != refusal.place) {
+                    refusals.push(refusal);
+                }
+                return Err(in_order(refusals, &source));
+            }
         };
-        if entry.name != "main" || entry.workgroup_size[1..] != [1, 1] {
-            let message = "the entry point must be `main` with a one-dimensional workgroup";
-            return Err(refused(&source, message.into()));
+        let of_module = exact::check_module(&source, &module, &info);
+        // What the text shows, the module often shows again: by the same rule, or as what no part can break.
+        let of_text: BTreeSet<_> = refusals.iter().map(|refusal| refusal.rule).collect();
+        let is_new = |rule| !of_text.contains(&rule) && (rule != Rule::Internal || of_text.is_empty());
+        refusals.extend(of_module.into_iter().filter(|refusal| is_new(refusal.rule)));
+        refusals.extend(entry_point(&source, &module));
+        let checked = Self { source, module, info };
+        if refusals.is_empty() {
+            return Ok(checked);
         }
-        if entry.workgroup_size[0] % LANES != 0 {
-            let message =
-                format!("a workgroup has a multiple of {LANES} invocations, the most lanes that run together");
-            return Err(refused(&source, message));
+        if refusals.iter().all(|refusal| refusal.rule.is_of_values())
+            && let Err(others) = checked.trees().and_then(|trees| trees.turns)
+        {
+            refusals.extend(others.into_iter().filter(|other| other.rule != Rule::Internal));
         }
-        Ok(Self { source, module, info })
+        Err(in_order(refusals, &checked.source))
     }
 
     /// Lowers, tidies and analyses it.
     fn trees(&self) -> Result<Trees, Refusals> {
         let Self { source, module, info } = self;
         let place = |span| source.place_of(span);
+        let bound = layout::bindings(module).map_err(|message| refused(source, Rule::Internal, message))?;
         let raw = lower::lower(source, module, info)?;
         let mut tidied = raw.clone();
         tidy::take_constant_branches(&mut tidied);
         tidy::carry_values_out(&mut tidied);
         tidy::remove_unused(&mut tidied);
         tidy::sink_declarations(&mut tidied);
-        let shapes = uniform::analyse(&tidied, &place)?;
+        let shapes = match uniform::analyse(&tidied, &place) {
+            Ok(shapes) => shapes,
+            Err(mut refusals) => {
+                refusals.extend(self.turns(&raw, &bound).err().unwrap_or_default());
+                return Err(in_order(refusals, source));
+            }
+        };
         tidy::select_short_branches(&mut tidied, &shapes);
         tidy::remove_unused(&mut tidied);
-        let bound = layout::bindings(module).map_err(|message| refused(source, message))?;
-        let buffer = |bound: &Binding| bounds::Buffer {
-            name: bound.name.clone(),
-            is_constant: bound.kind != "ReadWrite",
-            is_uniform: bound.kind == "Uniform",
-        };
-        let buffers: Vec<_> = bound.iter().map(buffer).collect();
         Ok(Trees {
-            turns: bounds::turns(&raw, &buffers, &place),
-            buffers: buffers.into_iter().map(|buffer| buffer.name).collect(),
+            turns: self.turns(&raw, &bound),
+            buffers: bound.iter().map(|buffer| buffer.name.clone()).collect(),
             shapes: uniform::analyse(&tidied, &place)?,
             raw,
             tidied,
             strides: bound.iter().map(|b| b.stride / 4).collect(),
         })
     }
+
+    /// Bounds the loops of its program.
+    fn turns(&self, raw: &tree::Program, bound: &[Binding]) -> Result<Bound, Refusals> {
+        let buffer = |bound: &Binding| bounds::Buffer {
+            name: bound.name.clone(),
+            is_constant: bound.kind != "ReadWrite",
+            is_uniform: bound.kind == "Uniform",
+        };
+        let buffers: Vec<_> = bound.iter().map(buffer).collect();
+        bounds::turns(raw, &buffers, &|span| self.source.place_of(span))
+            .map_err(|refusals| in_order(refusals, &self.source))
+    }
+}
+
+/// Refuses a kernel that doesn't begin at one `main`.
+fn entry_point(source: &Source, module: &naga::Module) -> Refusals {
+    let [entry] = module.entry_points.as_slice() else {
+        let count = module.entry_points.len();
+        let message = format!("a kernel has one entry point, this has {count}");
+        return refused(source, Rule::EntryPoint, message);
+    };
+    if entry.name != "main" || entry.workgroup_size[1..] != [1, 1] {
+        let message = "the entry point must be `main` with a one-dimensional workgroup";
+        return refused(source, Rule::Internal, message.into());
+    }
+    if entry.workgroup_size[0] % LANES != 0 {
+        let message = format!("a workgroup has a multiple of {LANES} invocations, the most lanes that run together");
+        return refused(source, Rule::Internal, message);
+    }
+    Refusals::new()
 }
 
 /// Refuses the kernel as a whole.
-fn refused(source: &Source, message: String) -> Refusals {
+fn refused(source: &Source, rule: Rule, message: String) -> Refusals {
     vec![Refusal {
         place: source.place(source.text.len()),
         function: None,
+        rule,
         message,
     }]
+}
+
+/// Refusals in the order of their places, each once: a function has a body at each of its calls.
+fn in_order(mut refusals: Refusals, source: &Source) -> Refusals {
+    let paths = source.paths();
+    refusals.sort_by_key(|Refusal { place, .. }| {
+        let part = paths.iter().position(|path| *path == place.path);
+        (part, place.line, place.column)
+    });
+    refusals.dedup();
+    refusals
 }

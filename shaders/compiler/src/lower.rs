@@ -8,6 +8,7 @@ use naga::{
     Span, SwitchValue, Type, TypeInner, UnaryOperator,
 };
 
+use crate::rules::Rule;
 use crate::source::{Refusal, Refusals, Source};
 use crate::tree::{
     Address, Array, ArrayInfo, Binary, Block, Label, Op, Program, Statement, Ty, Unary, Value, Variable, VariableInfo,
@@ -92,10 +93,11 @@ struct Call<'a> {
 }
 
 impl<'a> Lowering<'a> {
-    fn refuse<T>(&self, span: Span, call: &Call<'_>, message: &str) -> Lower<T> {
+    fn refuse<T>(&self, span: Span, call: &Call<'_>, rule: Rule, message: &str) -> Lower<T> {
         Err(Refusal {
             place: self.source.place_of(if span.is_defined() { span } else { self.here }),
             function: call.function.name.clone(),
+            rule,
             message: message.into(),
         })
     }
@@ -341,6 +343,7 @@ impl<'a> Lowering<'a> {
                 return self.refuse(
                     span,
                     call,
+                    Rule::Internal,
                     "this initial value is not supported; assign it after the declaration",
                 );
             }
@@ -370,7 +373,7 @@ impl<'a> Lowering<'a> {
                 "the kernel is too large with all its calls inlined; allowed: {GREATEST_SIZE} values and calls, some ten times \
                  the largest kernel that ships"
             );
-            return self.refuse(span, call, &problem);
+            return self.refuse(span, call, Rule::LargeKernel, &problem);
         }
         match statement {
             S::Emit(range) => {
@@ -493,7 +496,7 @@ impl<'a> Lowering<'a> {
                             };
                             Statement::Store { address, value, span }
                         }
-                        _ => return self.refuse(span, call, "a whole array can't be stored"),
+                        _ => return self.refuse(span, call, Rule::WholeArrays, "a whole array can't be stored"),
                     };
                     self.push(statement);
                 }
@@ -514,7 +517,7 @@ impl<'a> Lowering<'a> {
                     call.known.insert(*result, Lowered::Scalars(values));
                 }
             }
-            _ => return self.refuse(span, call, "this statement has no lane code"),
+            _ => return self.refuse(span, call, Rule::Internal, "this statement has no lane code"),
         }
         Ok(())
     }
@@ -602,7 +605,7 @@ impl<'a> Lowering<'a> {
             Lowered::Scalars(scalars) => Ok(scalars),
             Lowered::Place(_) => {
                 let span = call.function.expressions.get_span(handle);
-                self.refuse(span, call, "a pointer can't be used as a value")
+                self.refuse(span, call, Rule::Internal, "a pointer can't be used as a value")
             }
         }
     }
@@ -614,6 +617,7 @@ impl<'a> Lowering<'a> {
             _ => self.refuse(
                 call.function.expressions.get_span(handle),
                 call,
+                Rule::Internal,
                 "a scalar is needed here",
             ),
         }
@@ -625,6 +629,7 @@ impl<'a> Lowering<'a> {
             Lowered::Scalars(_) => self.refuse(
                 call.function.expressions.get_span(handle),
                 call,
+                Rule::Internal,
                 "a pointer is needed here",
             ),
         }
@@ -771,7 +776,7 @@ impl<'a> Lowering<'a> {
                         let above = self.componentwise(Binary::Max, &first, &second);
                         self.componentwise(Binary::Min, &above, &third)
                     }
-                    _ => return self.refuse(span, call, "this function has no lane code"),
+                    _ => return self.refuse(span, call, Rule::Internal, "this function has no lane code"),
                 }
             }
             Expression::As { expr, kind, convert } => {
@@ -797,7 +802,7 @@ impl<'a> Lowering<'a> {
                     })
                     .collect()
             }
-            _ => return self.refuse(span, call, "this expression has no lane code"),
+            _ => return self.refuse(span, call, Rule::Internal, "this expression has no lane code"),
         };
         Ok(Lowered::Scalars(scalars))
     }
@@ -824,7 +829,7 @@ impl<'a> Lowering<'a> {
             Lowered::Place(Place::Arrays(arrays)) => Place::Element(arrays, index),
             _ => {
                 let message = "only arrays in buffers and in local variables can be indexed at run time";
-                return self.refuse(span, call, message);
+                return self.refuse(span, call, Rule::IndexedArrays, message);
             }
         };
         Ok(Lowered::Place(place))
@@ -861,7 +866,7 @@ impl<'a> Lowering<'a> {
                 let count = self.scalars(*base).len();
                 (index as usize * count, count, index * stride / 4)
             }
-            _ => return self.refuse(span, call, "this has no components"),
+            _ => return self.refuse(span, call, Rule::Internal, "this has no components"),
         };
         Ok(match lowered {
             Lowered::Scalars(scalars) => Lowered::Scalars(scalars[first..first + count].to_vec()),
@@ -879,7 +884,9 @@ impl<'a> Lowering<'a> {
                 offset: address.offset + word,
                 ..address
             })),
-            Lowered::Place(Place::Buffer { .. }) => return self.refuse(span, call, "this has no components"),
+            Lowered::Place(Place::Buffer { .. }) => {
+                return self.refuse(span, call, Rule::Internal, "this has no components");
+            }
         })
     }
 
@@ -930,7 +937,7 @@ impl<'a> Lowering<'a> {
                 }
                 Ok(targets)
             }
-            _ => self.refuse(span, call, "a whole array can't be loaded"),
+            _ => self.refuse(span, call, Rule::WholeArrays, "a whole array can't be loaded"),
         }
     }
 }

@@ -2,6 +2,8 @@
 
 use std::fmt;
 
+use crate::rules::Rule;
+
 /// One WGSL file of a kernel.
 #[derive(Clone, Debug)]
 pub struct Part {
@@ -63,31 +65,36 @@ impl Source {
     }
 }
 
-/// A place in a part.
+/// A place in a part, or a part as a whole.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Place {
     /// Path of the part.
     pub path: String,
-    /// Line, counted from 1.
+    /// Line, counted from 1; 0 for the part as a whole.
     pub line: usize,
-    /// Column in characters, counted from 1.
+    /// Column in characters, counted from 1; 0 for the part as a whole.
     pub column: usize,
 }
 
 impl fmt::Display for Place {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        if self.line == 0 {
+            return f.write_str(&self.path);
+        }
         write!(f, "{}:{}:{}", self.path, self.line, self.column)
     }
 }
 
 /// Reason why a kernel is refused.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("{place}: {}{message}", function.as_ref().map(|name| format!("in `{name}`: ")).unwrap_or_default())]
+#[error("{place}: {}{message} [{rule}]", function.as_ref().map(|name| format!("in `{name}`: ")).unwrap_or_default())]
 pub struct Refusal {
     /// Place that is refused.
     pub place: Place,
     /// Function around it, if there is one.
     pub function: Option<String>,
+    /// Rule that is broken.
+    pub rule: Rule,
     /// Problem, and what is allowed instead.
     pub message: String,
 }

@@ -3,6 +3,7 @@
 
 use std::collections::BTreeSet;
 
+use crate::rules::Rule;
 use crate::source::{Place, Refusal, Refusals};
 use crate::tree::{Array, Binary, Block, Label, Op, Program, Statement, Ty, Value, Variable, visit};
 
@@ -179,10 +180,11 @@ struct Analysis<'a> {
 }
 
 impl Analysis<'_> {
-    fn refuse(&mut self, span: naga::Span, message: &str) {
+    fn refuse(&mut self, span: naga::Span, rule: Rule, message: &str) {
         self.refusals.push(Refusal {
             place: (self.place)(span),
             function: None,
+            rule,
             message: message.into(),
         });
     }
@@ -228,6 +230,7 @@ impl Analysis<'_> {
                     if !self.shapes.is_uniform(*index) {
                         self.refuse(
                             *span,
+                            Rule::SameIndex,
                             "a local array can't be indexed by what differs between invocations",
                         );
                     }
@@ -240,6 +243,7 @@ impl Analysis<'_> {
                     if fixed && !self.shapes.is_uniform(*value) {
                         self.refuse(
                             *span,
+                            Rule::Internal,
                             "invocations store different values at one address; the last would win",
                         );
                     }
@@ -284,6 +288,7 @@ impl Analysis<'_> {
                     let span = self.program.values[value.0 as usize].span;
                     self.refuse(
                         span,
+                        Rule::SameIndex,
                         "a local array can't be indexed by what differs between invocations",
                     );
                 }

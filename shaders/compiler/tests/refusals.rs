@@ -1,6 +1,9 @@
 //! Everything that could differ between devices is refused, with its place; everything on the list is accepted.
 
-use oneiro_shader_compiler::{Part, Refusals, compile};
+use oneiro_shader_compiler::Rule::{
+    ExactFunctions, FloatSuffix, LoopWithoutBound, NoDivision, SameIndex, ShiftCount, UnknownName, ValidWgsl,
+};
+use oneiro_shader_compiler::{Part, Refusals, Rule, compile};
 
 const BUFFERS: &str = "\
 @group(0) @binding(0) var<storage, read> numbers: array<f32>;
@@ -43,8 +46,12 @@ fn assert_refused(kernel: &str, line: usize, what: &str, words: &str) {
     };
     let place = format!("kernel:{line}:");
     let fits = |refusal: &String| refusal.starts_with(&place) && refusal.contains(words);
-    let refusals: Vec<_> = refusals.iter().map(ToString::to_string).collect();
-    assert!(refusals.iter().any(fits), "`{what}` at {place}: {refusals:#?}");
+    let messages: Vec<_> = refusals.iter().map(ToString::to_string).collect();
+    assert!(messages.iter().any(fits), "`{what}` at {place}: {messages:#?}");
+    // What a part can say is explained by a rule of its own; parts name no buffers.
+    let is_internal = refusals.iter().any(|refusal| refusal.rule == Rule::Internal);
+    let names_buffers = ["out", "<workgroup>"].iter().any(|words| what.contains(words));
+    assert!(!is_internal || names_buffers, "`{what}`: {messages:#?}");
 }
 
 fn taken(statement: &str) {
@@ -396,15 +403,89 @@ fn whole_kernels() {
     );
 }
 
-#[test]
-fn several_at_once() {
-    let kernel = format!("{START}    out[lane] = sin(x);\n    out[lane] = 2.0;\n}}\n");
-    let lines: Vec<_> = check(&kernel)
+/// The line of each refusal of some statements, the first of which is on line 1, and its rule.
+fn all_refused(statements: &[&str]) -> Vec<(usize, Rule)> {
+    let kernel = format!("{START}{}\n}}\n", statements.join("\n"));
+    let line = |place: usize| place - START.lines().count();
+    check(&kernel)
         .unwrap_err()
         .iter()
-        .map(|refusal| refusal.place.line)
-        .collect();
-    assert_eq!(lines, [7, 8]);
+        .map(|refusal| (line(refusal.place.line), refusal.rule))
+        .collect()
+}
+
+#[test]
+fn everything_is_refused_at_once() {
+    let of_values = [
+        "while (x < numbers[3]) { out[lane] = sin(x); }",
+        "out[lane] = 2.0;",
+        "out[lane] = x / 3.0f;",
+        "out_words[lane] = u << u;",
+        "out[lane] = sin(x) / 2.0;",
+    ];
+    // A function that has no form in lane code hides the loop.
+    let expected = [
+        (1, ExactFunctions),
+        (2, FloatSuffix),
+        (3, NoDivision),
+        (4, ShiftCount),
+        (5, ExactFunctions),
+        (5, NoDivision),
+        (5, FloatSuffix),
+    ];
+    assert_eq!(all_refused(&of_values), expected);
+    let loops = [
+        "for (var k = 0u; k < u; k++) { out[lane] = x / 3.0f; }",
+        "out[lane] = 0.5;",
+        "var a: array<f32, 4>; a[u & 3u] = 1.0f; out[lane] = a[0];",
+        "while (x < numbers[lane]) {}",
+    ];
+    let [first, suffix, index, last] = [
+        (1, LoopWithoutBound),
+        (2, FloatSuffix),
+        (3, SameIndex),
+        (4, LoopWithoutBound),
+    ];
+    assert_eq!(all_refused(&loops), [first, (1, NoDivision), suffix, index, last]);
+    assert_eq!(all_refused(&["", "", loops[2], loops[3]]), [index, last]);
+    // What can't be parsed hides what the text alone doesn't show, but nothing else.
+    let unparsed = [
+        "out[lane] = 2.0;",
+        "out[lane] = x / 3.0f;",
+        "out[lane] = sine(y);",
+        "out[lane] = sin(x);",
+    ];
+    let rules = [(1, FloatSuffix), (3, UnknownName), (4, ExactFunctions)];
+    assert_eq!(all_refused(&unparsed), rules);
+    let unparsed = ["out[lane] = 2.0;", "out[lane] = ;", "out[lane] = sin(x);"];
+    assert_eq!(
+        all_refused(&unparsed),
+        [(1, FloatSuffix), (2, ValidWgsl), (3, ExactFunctions)]
+    );
+    // A function is inlined at each of its calls, and refused once.
+    let twice = format!("{START}}}\nfn f(u: u32) {{ for (var k = 0u; k < u; k++) {{ _ = 1.0f / f32(u); }} }}\n");
+    let twice = twice.replace("let x", "f(words[lane]); f(words[lane] + 1u); let x");
+    let rules: Vec<_> = check(&twice).unwrap_err().iter().map(|refusal| refusal.rule).collect();
+    assert_eq!(rules, [LoopWithoutBound, NoDivision]);
+}
+
+/// A name that neither WGSL nor the kernel has is not said to be inexact.
+#[test]
+fn unknown_names() {
+    for (statement, words) in [
+        (
+            "out[lane] = recirpocal(x);",
+            "there is no function `recirpocal` [unknown-name]",
+        ),
+        (
+            "out[lane] = recirpocal;",
+            "no definition in scope for identifier: `recirpocal`",
+        ),
+        ("let w = v.length;", "invalid field accessor `length`"),
+    ] {
+        refused(statement, words);
+        assert_eq!(all_refused(&[statement]), [(1, UnknownName)]);
+    }
 }
 
 #[test]

@@ -3,11 +3,16 @@
 use std::collections::BTreeSet;
 
 use oneiro_shader_compiler as compiler;
-use oneiro_shader_compiler::declarations::{Declaration, access_of, calls, declarations, signature, use_of};
+use oneiro_shader_compiler::declarations::{
+    Declaration, accesses, built_in, calls, declarations, members, names, signature, uses, word_at,
+};
+use oneiro_shader_compiler::{Place, Refusal, Refusals, Rule};
 use oneiro_shaders::{KERNELS, LIFE_PERCEPTRON, PARTS};
 
-use super::interface::{Function, Interface};
-use super::{generate, kernel};
+use super::interface::{self, Function, Interface};
+use super::{generate, kernel, refusal};
+use crate::compose::OwnParts;
+use crate::parameter::nearest;
 
 /// Functions of shipped parts that every part may call; `lib/numerics`, `lib/random` and `lib/user` have them.
 const CALLS: [&str; 15] = [
@@ -29,6 +34,9 @@ const CALLS: [&str; 15] = [
 ];
 /// Fields that identify a rollout in its batch. What depends on them would depend on what else is in the batch.
 const PLACES_IN_THE_BATCH: [&str; 2] = ["world", "genes"];
+/// Structs and constants of the kernel that parts use.
+const STRUCTS: [&str; 6] = ["Experience", "Readings", "Motion", "Sensed", "Command", "Reward"];
+const CONSTANTS: [&str; 4] = ["INPUTS", "STREAM_TASK", "STREAM_CONTROLLER", "STREAM_OWN_SENSOR"];
 
 /// Everything that is wrong with what a part declares and uses, given what is generated for it.
 pub(super) fn problems(
@@ -36,10 +44,10 @@ pub(super) fn problems(
     interface: &Interface,
     declared: &[Declaration],
     generated: &str,
-) -> Vec<String> {
+) -> Refusals {
     let mut taken = shipped_names();
     let calls = used_problems(part, interface, &taken);
-    taken.extend(names(kernel::GENERATED, generated));
+    taken.extend(declared_names(kernel::GENERATED, generated));
     taken.extend(generate::COUNTS.map(str::to_owned));
     let mut problems = declared_problems(part, interface, declared, &taken);
     problems.extend(calls);
@@ -55,11 +63,11 @@ fn shipped_names() -> BTreeSet<String> {
         !ships || kernels.any(|kernel| kernel.parts.contains(path))
     };
     let shipped = PARTS.iter().filter(|(path, _)| is_composed(path));
-    shipped.flat_map(|(path, text)| names(path, text)).collect()
+    shipped.flat_map(|(path, text)| declared_names(path, text)).collect()
 }
 
-/// Names that a part declares.
-fn names(path: &str, text: &str) -> impl Iterator<Item = String> {
+/// Names that a part declares outside of functions.
+fn declared_names(path: &str, text: &str) -> impl Iterator<Item = String> {
     let part = compiler::Part {
         path: path.to_owned(),
         text: text.to_owned(),
@@ -73,18 +81,25 @@ fn declared_problems(
     interface: &Interface,
     declared: &[Declaration],
     taken: &BTreeSet<String>,
-) -> Vec<String> {
-    let path = &part.path;
-    let mut problems = Vec::new();
+) -> Refusals {
+    let whole = Place {
+        path: part.path.clone(),
+        line: 0,
+        column: 0,
+    };
+    let mut problems = Refusals::new();
+    let mut refuse = |place, rule, message| problems.push(refusal(place, rule, message));
     for required in interface.functions.iter().filter(|function| function.default.is_none()) {
         if declared.iter().all(|own| own.name != required.name()) {
             let (name, text) = (required.name(), required.text);
-            problems.push(format!("{path}: has no function `{name}`; write `{text} {{ .. }}`"));
+            let message = format!("has no function `{name}`; write `{text} {{ .. }}`");
+            refuse(&whole, Rule::MissingDeclaration, message);
         }
     }
     for (name, form) in interface.others {
         if declared.iter().all(|own| own.name != *name) {
-            problems.push(format!("{path}: has no `{name}`; write `{form}`"));
+            let message = format!("has no `{name}`; write `{form}`");
+            refuse(&whole, Rule::MissingDeclaration, message);
         }
     }
     for own in declared {
@@ -99,44 +114,45 @@ fn declared_problems(
         if let Some((_, form)) = form
             && (!form.starts_with(keyword.as_str()) || keyword == "const" && has != "u32")
         {
-            problems.push(format!("{place}: `{name}` is declared otherwise; write `{form}`"));
+            let message = format!("`{name}` is declared otherwise; write `{form}`");
+            refuse(place, Rule::DeclaredForm, message);
         } else if keyword == "var" {
-            problems.push(format!(
-                "{place}: declares a buffer or a global variable; allowed: structs, constants and functions, and memory in \
-                 `{}State`",
+            let message = format!(
+                "declares a buffer or a global variable; allowed: structs, constants and functions, and memory in `{}State`",
                 interface.title
-            ));
+            );
+            refuse(place, Rule::OwnBuffers, message);
         } else if let Some(Function { text, .. }) = expected {
             let wanted = text
                 .split_once('(')
                 .map(|(_, rest)| signature(&format!("({rest}")))
                 .unwrap_or_default();
             if keyword != "fn" || *has != wanted {
-                problems.push(format!(
-                    "{place}: `{name}` has other parameters or another result; write `{text}`"
-                ));
+                let message = format!("`{name}` has other parameters or another result; write `{text}`");
+                refuse(place, Rule::DeclaredForm, message);
             }
         } else if form.is_none() && !interface.structs.contains(&name.as_str()) && taken.contains(name) {
-            problems.push(format!("{place}: `{name}` is a name of Oneiro's; choose another"));
+            let message = format!("`{name}` is a name of Oneiro's; choose another");
+            refuse(place, Rule::ReservedName, message);
         }
     }
     problems
 }
 
 /// Problems with what a part uses of the rest of the kernel.
-fn used_problems(part: &compiler::Part, interface: &Interface, taken: &BTreeSet<String>) -> Vec<String> {
-    let mut problems = Vec::new();
+fn used_problems(part: &compiler::Part, interface: &Interface, taken: &BTreeSet<String>) -> Refusals {
+    let mut problems = Refusals::new();
+    let mut refuse = |place: &Place, rule, message| problems.push(refusal(place, rule, message));
     let buffers: Vec<_> = LIFE_PERCEPTRON.bindings.iter().map(|binding| binding.name).collect();
-    if let Some((place, name)) = use_of(part, &buffers) {
-        problems.push(format!(
-            "{place}: `{name}` is a buffer of the kernel's; choose another name for your own"
-        ));
+    for (place, name) in uses(part, &buffers) {
+        let message = format!("`{name}` is a buffer of the kernel's; choose another name for your own");
+        refuse(&place, Rule::KernelBuffers, message);
     }
-    if let Some((place, name)) = access_of(part, &PLACES_IN_THE_BATCH) {
-        problems.push(format!(
-            "{place}: `.{name}` of a life is only for the kernel: pass `life` itself on, and choose other names for fields of \
-             your own"
-        ));
+    for (place, name) in accesses(part, &PLACES_IN_THE_BATCH) {
+        let message = format!(
+            "`.{name}` of a life is only for the kernel: pass `life` itself on, and choose other names for fields of your own"
+        );
+        refuse(&place, Rule::BatchPlace, message);
     }
     for (name, place) in calls(part) {
         let is_allowed = [&CALLS, interface.calls, interface.structs]
@@ -149,10 +165,43 @@ fn used_problems(part: &compiler::Part, interface: &Interface, taken: &BTreeSet<
                 .copied()
                 .collect::<Vec<_>>()
                 .join(", ");
-            problems.push(format!(
-                "{place}: `{name}` can't be called from here; allowed: {allowed}, and your own functions"
-            ));
+            let message = format!("`{name}` can't be called from here; allowed: {allowed}, and your own functions");
+            refuse(&place, Rule::AllowedCalls, message);
         }
     }
     problems
+}
+
+/// Adds to the refusal of each unknown name of a user's part the name that was probably meant.
+pub(super) fn suggest(refusals: &mut [Refusal], parts: &[compiler::Part], own: &OwnParts) {
+    let own_part = |path: &str| {
+        let own = own.iter().find(|own| own.part().path() == path)?;
+        let part = parts.iter().find(|part| part.path == path)?;
+        Some((part, interface::of(own.part().kind())))
+    };
+    for refusal in refusals {
+        if refusal.rule == Rule::UnknownName
+            && let Some((part, interface)) = own_part(&refusal.place.path)
+            && let Some(written) = word_at(part, &refusal.place)
+            && let Some(name) = nearest(usable(parts, &interface, own).iter().map(String::as_str), &written)
+        {
+            refusal.message = format!("{}; did you mean `{name}`?", refusal.message);
+        }
+    }
+}
+
+/// Names that a part may use: WGSL's, those of the interface, and what users' parts declare.
+fn usable(parts: &[compiler::Part], interface: &Interface, own: &OwnParts) -> BTreeSet<String> {
+    let lists = [&CALLS[..], &CONSTANTS, interface.calls, interface.structs].concat();
+    let fields = parts
+        .iter()
+        .flat_map(|part| STRUCTS.iter().filter_map(|name| members(part, name)).flatten());
+    let declared = own.iter().flat_map(|own| {
+        let path = own.part().path();
+        let values = format!("{}_values", own.part().kind().word());
+        let part = parts.iter().find(|part| part.path == path);
+        part.map(names).unwrap_or_default().into_iter().chain([values])
+    });
+    let listed = built_in().chain(lists).map(str::to_owned);
+    listed.chain(fields.map(|field| field.name)).chain(declared).collect()
 }

@@ -2,9 +2,11 @@
 
 use oneiro_shader_compiler as compiler;
 use oneiro_shader_compiler::declarations::{Member, members};
+use oneiro_shader_compiler::{Refusals, Rule};
 
 use super::interface::Interface;
-use crate::compose::{Refused, Scalar, Value, shortest};
+use super::refusal;
+use crate::compose::{Scalar, Value, shortest};
 use crate::parameter::{Allowed, Datum};
 use crate::tables::{PREVIOUS, SENSOR_NAMES};
 
@@ -28,47 +30,54 @@ impl Scalar {
 }
 
 /// The fields of a struct that a part declares; none if it declares none.
-fn fields(part: &compiler::Part, name: &str) -> Result<Vec<Member>, Refused> {
-    let fields = members(part, name).unwrap_or_default();
+fn fields(part: &compiler::Part, name: &str, problems: &mut Refusals) -> Vec<Member> {
     let is_name = |name: &str| {
         name.starts_with(|c: char| c.is_alphabetic() || c == '_')
             && name.chars().all(|c| c.is_alphanumeric() || c == '_')
     };
-    match fields.iter().find(|field| !is_name(&field.name) || field.ty.is_empty()) {
-        Some(other) => Err(Refused::at(
-            &other.place,
-            format!("in `{name}`: isn't a field; write `NAME: TYPE`"),
-        )),
-        None => Ok(fields),
-    }
+    let mut fields = members(part, name).unwrap_or_default();
+    fields.retain(|field| {
+        let is_field = is_name(&field.name) && !field.ty.is_empty();
+        if !is_field {
+            let problem = format!("in `{name}`: isn't a field; write `NAME: TYPE`");
+            problems.push(refusal(&field.place, Rule::ValidWgsl, problem));
+        }
+        is_field
+    });
+    fields
 }
 
 /// The values that a part declares.
-pub(super) fn values(part: &compiler::Part, interface: &Interface) -> Result<Vec<Value>, Refused> {
+pub(super) fn values(part: &compiler::Part, interface: &Interface, problems: &mut Refusals) -> Vec<Value> {
     const FORM: &str = "f32, // DEFAULT, LEAST to GREATEST UNIT: MEANING";
     let name = format!("{}Values", interface.title);
     let mut values = Vec::new();
-    for member in fields(part, &name)? {
-        let refused = |problem: &str| {
-            let field = &member.name;
-            Refused::at(
-                &member.place,
-                format!("in `{name}`: `{field}`: {problem}; write `{field}: {FORM}`"),
-            )
-        };
-        if member.ty != "f32" {
-            return Err(refused("isn't an f32"));
+    for member in fields(part, &name, problems) {
+        match value(&member) {
+            Ok(value) => values.push(value),
+            Err(problem) => {
+                let field = &member.name;
+                let problem = format!("in `{name}`: `{field}`: {problem}; write `{field}: {FORM}`");
+                problems.push(refusal(&member.place, Rule::ValueForm, problem));
+            }
         }
-        let value = value(&member).ok_or_else(|| refused("its comment doesn't say which values are allowed"))?;
-        let checked = value.allowed.check(&Datum::Single(value.default), |_| None);
-        checked.map_err(|problem| refused(&format!("the default {problem}")))?;
-        values.push(value);
     }
-    Ok(values)
+    values
+}
+
+/// The value that a field declares, or what is wrong with it.
+fn value(member: &Member) -> Result<Value, String> {
+    if member.ty != "f32" {
+        return Err("isn't an f32".to_owned());
+    }
+    let value = described(member).ok_or("its comment doesn't say which values are allowed")?;
+    let checked = value.allowed.check(&Datum::Single(value.default), |_| None);
+    checked.map_err(|problem| format!("the default {problem}"))?;
+    Ok(value)
 }
 
 /// Reads `DEFAULT, LEAST to GREATEST UNIT: MEANING`.
-fn value(member: &Member) -> Option<Value> {
+fn described(member: &Member) -> Option<Value> {
     let (head, about) = member.comment.split_once(':')?;
     let (default, range) = head.split_once(',')?;
     let (least, after) = range.split_once(" to ")?;
@@ -86,38 +95,34 @@ fn value(member: &Member) -> Option<Value> {
 }
 
 /// Names of the readings that a part declares.
-pub(super) fn readings(part: &compiler::Part, interface: &Interface) -> Result<Vec<String>, Refused> {
+pub(super) fn readings(part: &compiler::Part, interface: &Interface, problems: &mut Refusals) -> Vec<String> {
     const NAME: &str = "SensorReadings";
     if !interface.structs.contains(&NAME) {
-        return Ok(Vec::new());
-    }
-    let list = fields(part, NAME)?;
-    if let Some(other) = list.iter().find(|member| member.ty != "f32") {
-        let problem = format!(
-            "in `{NAME}`: `{}` isn't an f32; allowed: one f32 per reading",
-            other.name
-        );
-        return Err(Refused::at(&other.place, problem));
+        return Vec::new();
     }
     // Genes are named by what they weigh.
     let is_taken = |name: &str| SENSOR_NAMES.contains(&name) || PREVIOUS.contains(&name);
-    if let Some(other) = list.iter().find(|member| is_taken(&member.name)) {
-        let problem = format!(
-            "in `{NAME}`: `{}` is a name of a shipped reading; choose another",
-            other.name
-        );
-        return Err(Refused::at(&other.place, problem));
+    let mut readings = Vec::new();
+    for Member { name, ty, place, .. } in fields(part, NAME, problems) {
+        if ty != "f32" {
+            let problem = format!("in `{NAME}`: `{name}` isn't an f32; allowed: one f32 per reading");
+            problems.push(refusal(&place, Rule::ReadingForm, problem));
+        } else if is_taken(&name) {
+            let problem = format!("in `{NAME}`: `{name}` is a name of a shipped reading; choose another");
+            problems.push(refusal(&place, Rule::ReservedName, problem));
+        }
+        readings.push(name);
     }
-    Ok(list.into_iter().map(|member| member.name).collect())
+    readings
 }
 
 /// The fields of a part's memory.
-pub(super) fn memory(part: &compiler::Part, interface: &Interface) -> Result<Vec<Remembered>, Refused> {
+pub(super) fn memory(part: &compiler::Part, interface: &Interface, problems: &mut Refusals) -> Vec<Remembered> {
     let name = format!("{}State", interface.title);
     let mut memory = Vec::new();
     for Member {
         name: field, ty, place, ..
-    } in fields(part, &name)?
+    } in fields(part, &name, problems)
     {
         let (vector, scalar) = match ty.strip_suffix('>').and_then(|ty| ty.split_once('<')) {
             Some((vector, scalar)) => (vector, scalar),
@@ -136,7 +141,8 @@ pub(super) fn memory(part: &compiler::Part, interface: &Interface) -> Result<Vec
         let (Some(components), Some(scalar)) = (components, scalar) else {
             let problem =
                 format!("in `{name}`: `{field}`: {ty} can't be kept; allowed: f32, u32, i32 and vectors of them");
-            return Err(Refused::at(&place, problem));
+            problems.push(refusal(&place, Rule::StateTypes, problem));
+            continue;
         };
         memory.push(Remembered {
             ty,
@@ -147,5 +153,5 @@ pub(super) fn memory(part: &compiler::Part, interface: &Interface) -> Result<Vec
                 .collect(),
         });
     }
-    Ok(memory)
+    memory
 }

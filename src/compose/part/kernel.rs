@@ -8,11 +8,11 @@ use std::sync::{Mutex, PoisonError};
 
 use oneiro_shader_compiler as compiler;
 use oneiro_shader_compiler::declarations::{declarations, is_reserved};
-use oneiro_shader_compiler::{Compiled, Refusal, compile};
+use oneiro_shader_compiler::{Compiled, Refusal, Refusals, Rule, compile};
 use oneiro_shaders::kernel::Turns;
 use oneiro_shaders::{Binding, Kernel, PARTS, WordOf};
 
-use super::{generate, interface};
+use super::{check, generate, interface, refusal};
 use crate::arena::Arena;
 use crate::compose::{Composed, GREATEST_GENES, Kind, OwnParts, Refused};
 use crate::differential::{Build, Differential};
@@ -107,7 +107,10 @@ fn check_names(robot: &Differential) -> Result<(), Invalid> {
 /// Names the key of the part that is refused first.
 fn invalid(parts: &OwnParts, robot: &Build, refusals: &[Refusal]) -> Invalid {
     if *robot != Build::Sampled && refusals[0].place.path == GENERATED {
-        let problem = format!("{}; choose other names", Refused::all(refusals));
+        let problem = format!(
+            "have names that can't be used; choose others: {}",
+            Refused::all(refusals)
+        );
         return Invalid::new("robot.sensors", problem);
     }
     let is_refused = |path: &str| refusals.iter().any(|refusal| refusal.place.path == path);
@@ -131,7 +134,7 @@ fn new(
     robot: &Build,
     mut generated: String,
     name: &str,
-) -> Result<(Kernel, Option<usize>), Vec<Refusal>> {
+) -> Result<(Kernel, Option<usize>), Refusals> {
     let part = |path: &str, text: &str| compiler::Part {
         path: path.to_owned(),
         text: text.to_owned(),
@@ -163,13 +166,16 @@ fn new(
     let mut compiled = compiled(&parts);
     if compiled
         .as_ref()
-        .is_err_and(|refusals| refusals[0].place.path == GENERATED)
+        .is_err_and(|refusals| refusals.iter().any(|refusal| refusal.place.path == GENERATED))
     {
         // What is generated repeats names of theirs: read those first, so that the mistake is found where it was made.
         parts[shipped..].rotate_left(1);
         compiled = self::compiled(&parts);
     }
-    let compiled = compiled?;
+    let compiled = compiled.map_err(|mut refusals| {
+        check::suggest(&mut refusals, &parts, own);
+        refusals
+    })?;
     let genes = match own.get(Kind::Controller) {
         Some(own) => Some(genes(&part(&own.part.path, &own.part.text), &compiled)?),
         None => None,
@@ -197,27 +203,24 @@ fn new(
 }
 
 /// Compiles parts. Whatever a user writes must not end the program.
-fn compiled(parts: &[compiler::Part]) -> Result<Compiled, Vec<Refusal>> {
+fn compiled(parts: &[compiler::Part]) -> Result<Compiled, Refusals> {
     let compiled = panic::catch_unwind(|| compile("composed", parts).and_then(Compiled::bounded));
     compiled.unwrap_or_else(|_| Err(vec![failed(parts)]))
 }
 
 /// The refusal of what the compiler can't cope with.
 fn failed(parts: &[compiler::Part]) -> Refusal {
-    Refusal {
-        place: compiler::Place {
-            path: parts.last().map(|part| part.path.clone()).unwrap_or_default(),
-            line: 1,
-            column: 1,
-        },
-        function: None,
-        message: "the compiler failed on this part, which is a mistake in Oneiro: please report it with the part"
-            .into(),
-    }
+    let place = compiler::Place {
+        path: parts.last().map(|part| part.path.clone()).unwrap_or_default(),
+        line: 1,
+        column: 1,
+    };
+    let message = "the compiler failed on this part, which is a mistake in Oneiro: please report it with the part";
+    refusal(&place, Rule::Internal, message)
 }
 
 /// The number of genes that a controller declares.
-fn genes(part: &compiler::Part, compiled: &Compiled) -> Result<usize, Vec<Refusal>> {
+fn genes(part: &compiler::Part, compiled: &Compiled) -> Result<usize, Refusals> {
     const NAME: &str = "CONTROLLER_GENES";
     let value = compiled.constants.iter().find(|constant| constant.name == NAME);
     let number = value.and_then(|constant| constant.value.parse::<u32>().ok());
@@ -228,11 +231,8 @@ fn genes(part: &compiler::Part, compiled: &Compiled) -> Result<usize, Vec<Refusa
         .into_iter()
         .find(|declared| declared.name == NAME)
         .map(|declared| declared.place);
-    Err(vec![Refusal {
-        place: place.expect("a controller has this constant"),
-        function: None,
-        message: format!(
-            "`{NAME}` isn't a number of genes; write `const {NAME}: u32 = NUMBER;`, 1 to {GREATEST_GENES}"
-        ),
-    }])
+    let message =
+        format!("`{NAME}` isn't a number of genes; write `const {NAME}: u32 = NUMBER;`, 1 to {GREATEST_GENES}");
+    let place = place.expect("a controller has this constant");
+    Err(vec![refusal(&place, Rule::GeneCount, message)])
 }

@@ -1,0 +1,507 @@
+//! The rules that a kernel's parts keep: why each exists, an example that breaks it, and one that keeps it.
+
+use std::fmt;
+
+/// Makes [`Rule`] of its table.
+macro_rules! rules {
+    ($($rule:ident $name:literal $about:literal why: $why:literal wrong: $wrong:literal right: $right:literal)*) => {
+        /// A rule that a refused kernel breaks.
+        #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+        pub enum Rule {
+            $(#[doc = $about] $rule,)*
+        }
+
+        impl Rule {
+            /// All rules.
+            pub const ALL: &[Self] = &[$(Self::$rule),*];
+
+            /// Its name, by which refusals end and `oneiro check --explain` finds it. Names don't change.
+            pub fn name(self) -> &'static str {
+                match self { $(Self::$rule => $name,)* }
+            }
+
+            /// What it says, in one line.
+            pub fn about(self) -> &'static str {
+                match self { $(Self::$rule => $about,)* }
+            }
+
+            /// Why it exists, in one paragraph.
+            pub fn why(self) -> &'static str {
+                match self { $(Self::$rule => $why,)* }
+            }
+
+            /// WGSL that breaks it and no other rule, and the same as it should be; `None` if no part can break it. Each is
+            /// a part, but for its function `.._cycle` where that has nothing to do with the rule.
+            pub fn examples(self) -> Option<[&'static str; 2]> {
+                let examples = match self { $(Self::$rule => [$wrong, $right],)* };
+                (!examples[0].is_empty()).then_some(examples)
+            }
+        }
+    };
+}
+
+impl Rule {
+    /// Whether it is about how values are computed: the loops of a kernel that breaks it can be bounded nevertheless.
+    pub(crate) fn is_of_values(self) -> bool {
+        use Rule::{ExactFunctions, FiniteConstants, FloatSuffix, NoDivision, ShiftCount, UnsignedDivision};
+        matches!(
+            self,
+            NoDivision | ExactFunctions | FloatSuffix | FiniteConstants | UnsignedDivision | ShiftCount
+        )
+    }
+}
+
+impl fmt::Display for Rule {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(self.name())
+    }
+}
+
+rules! {
+    NoDivision "no-division"
+        "Floats are not divided: multiply by `reciprocal(x)`."
+        why: "Devices round the quotient of two floats in different ways: Vulkan lets it be off by 2.5 units in the \
+              last place. One bit that differs in one cycle is another path a few cycles later, and the same seed no \
+              longer gives the same run. `reciprocal` is made of multiplications, which every device rounds alike. The \
+              remainder `%` is computed by a division and differs in the same way. A constant that is made by a \
+              division is refused too; write its value."
+        wrong: "\
+fn mean(a: f32, b: f32, c: f32) -> f32 {
+    return (a + b + c) / 3.0f;
+}
+"
+        right: "\
+fn mean(a: f32, b: f32, c: f32) -> f32 {
+    return (a + b + c) * 0.33333334f;
+}
+"
+
+    ExactFunctions "exact-functions"
+        "Of WGSL's own functions, only those are called that are exact on every device."
+        why: "WGSL only limits the errors of functions such as `sqrt`, `sin` and `exp`, and each driver computes them \
+              in its own way. For others, such as `dot` and `mix`, it leaves open in which order sums are made and \
+              whether products are rounded before they are added. Oneiro's own functions are made of operations that \
+              every device rounds alike."
+        wrong: "\
+fn length_of(v: vec2<f32>) -> f32 {
+    return sqrt(dot(v, v));
+}
+"
+        right: "\
+fn length_of(v: vec2<f32>) -> f32 {
+    return root(squared_length(v));
+}
+"
+
+    FloatSuffix "float-suffix"
+        "Constants of floats end in `f`."
+        why: "In WGSL a constant such as 0.1 has no type yet. What is computed from such constants may be computed in \
+              double precision and rounded once at the end, which gives other bits than rounding after each operation. \
+              A constant with an `f` is an f32 from the start."
+        wrong: "const HALF_LIFE: f32 = 0.1 * 3.0;\n"
+        right: "const HALF_LIFE: f32 = 0.1f * 3.0f;\n"
+
+    FiniteConstants "finite-constants"
+        "Constants are numbers: not infinite, not NaN, and no nearer to zero than 1.2e-38, other than zero."
+        why: "WGSL lets a device assume that no float is infinite or NaN, and drop what tests for them. Floats nearer \
+              to zero than 1.2e-38 (subnormal ones) count as zero on some devices and not on others."
+        wrong: "const TINY: f32 = 1e-40f;\n"
+        right: "const TINY: f32 = 1e-30f;\n"
+
+    SupportedTypes "supported-types"
+        "Types are f32, u32, i32, bool, and vectors, arrays and structs of them."
+        why: "Not every device has floats of 16 bits. Products of matrices leave open in which order sums are made. \
+              What textures and samplers return depends on the hardware, and what atomic variables hold depends on \
+              which life comes first."
+        wrong: "\
+fn turned(v: vec2<f32>, c: f32, s: f32) -> vec2<f32> {
+    var turn: mat2x2<f32>;
+    return v * c + vec2<f32>(-v.y, v.x) * s;
+}
+"
+        right: "\
+fn turned(v: vec2<f32>, c: f32, s: f32) -> vec2<f32> {
+    return v * c + vec2<f32>(-v.y, v.x) * s;
+}
+"
+
+    UnsignedDivision "unsigned-division"
+        "Integers are divided as u32 only."
+        why: "Vulkan leaves the remainder undefined if an operand is negative, and the quotient if it does not fit. \
+              Unsigned integers have no such cases, so that division and remainder of u32 are the same everywhere."
+        wrong: "\
+fn third(steps: i32) -> i32 {
+    return steps / 3;
+}
+"
+        right: "\
+fn third(steps: u32) -> u32 {
+    return steps / 3u;
+}
+"
+
+    ShiftCount "shift-count"
+        "Bits are shifted by a constant below 32, or by a number with `& 31u`."
+        why: "A shift by 32 bits or more is undefined in SPIR-V. Some processors then shift by the count's last five \
+              bits, and others return 0."
+        wrong: "\
+fn bit(index: u32) -> u32 {
+    return 1u << index;
+}
+"
+        right: "\
+fn bit(index: u32) -> u32 {
+    return 1u << (index & 31u);
+}
+"
+
+    NoOverride "no-override"
+        "Constants are declared by `const`, and values that an experiment sets in the part's struct of values."
+        why: "An `override` gets its value when a driver compiles the kernel. The CPU's code is not compiled by a \
+              driver, so nothing would set it there."
+        wrong: "override factor: f32 = 2.0f;\n"
+        right: "const FACTOR: f32 = 2.0f;\n"
+
+    LargeVariable "large-variable"
+        "A variable or value has at most 64 KB."
+        why: "Each of up to 64 lives that run side by side on a processor has its own copy of every variable. Larger \
+              ones would overflow the stack, which ends the program."
+        wrong: "\
+fn first() -> f32 {
+    var all: array<f32, 20000>;
+    return all[0];
+}
+"
+        right: "\
+fn first() -> f32 {
+    var all: array<f32, 200>;
+    return all[0];
+}
+"
+
+    LargeKernel "large-kernel"
+        "A kernel has at most 100,000 values and calls, with the body of each function in the place of each call."
+        why: "Each call is replaced by the body of its function, since lives that run side by side can't call \
+              different ones. Functions that call others many times multiply the kernel again and again, and compiling \
+              would not end."
+        wrong: "\
+fn a(x: f32) -> f32 { return 0.5f * x + 1.0f; }
+fn b(x: f32) -> f32 { return a(a(a(a(a(a(a(a(a(a(x)))))))))); }
+fn c(x: f32) -> f32 { return b(b(b(b(b(b(b(b(b(b(x)))))))))); }
+fn d(x: f32) -> f32 { return c(c(c(c(c(c(c(c(c(c(x)))))))))); }
+fn e(x: f32) -> f32 { return d(d(d(d(d(d(d(d(d(d(x)))))))))); }
+fn f(x: f32) -> f32 { return e(e(e(e(e(e(e(e(e(e(x)))))))))); }
+fn task_cycle(life: Life, now: Experience, before: TaskState) -> Reward {
+    return Reward(f(now.end.x), before);
+}
+"
+        right: "\
+fn a(x: f32) -> f32 { return 0.5f * x + 1.0f; }
+fn task_cycle(life: Life, now: Experience, before: TaskState) -> Reward {
+    var sum = now.end.x;
+    for (var i = 0u; i < 100u; i++) { sum = a(sum); }
+    return Reward(sum, before);
+}
+"
+
+    WholeArrays "whole-arrays"
+        "Arrays are read and written element by element."
+        why: "This limit is the compiler's: the elements of a local array stay where they are, and only one at a time \
+              is loaded or stored. An array that is declared with its elements is fine."
+        wrong: "\
+fn task_cycle(life: Life, now: Experience, before: TaskState) -> Reward {
+    var a = array<f32, 2>(now.end.x, now.end.y);
+    let b = a;
+    return Reward(b[0] + b[1], before);
+}
+"
+        right: "\
+fn task_cycle(life: Life, now: Experience, before: TaskState) -> Reward {
+    var a = array<f32, 2>(now.end.x, now.end.y);
+    return Reward(a[0] + a[1], before);
+}
+"
+
+    IndexedArrays "indexed-arrays"
+        "Only arrays that are declared by `var` have an index that is computed; vectors have a constant one."
+        why: "This limit is the compiler's: vectors and values that are declared by `let` are kept in registers, which \
+              have no addresses. An array that is declared by `var` is in memory."
+        wrong: "\
+fn task_cycle(life: Life, now: Experience, before: TaskState) -> Reward {
+    var sum = 0.0f;
+    for (var i = 0u; i < 3u; i++) { sum += now.end[i]; }
+    return Reward(sum, before);
+}
+"
+        right: "\
+fn task_cycle(life: Life, now: Experience, before: TaskState) -> Reward {
+    var pose = array<f32, 3>(now.end.x, now.end.y, now.end.z);
+    var sum = 0.0f;
+    for (var i = 0u; i < 3u; i++) { sum += pose[i]; }
+    return Reward(sum, before);
+}
+"
+
+    SameIndex "same-index"
+        "The index of a local array is the same in all lives: a constant, or a number that a loop counts."
+        why: "This limit is the compiler's: on a processor, 4 to 64 lives run side by side in one vector, and an \
+              element is loaded for all of them together. To choose by a number that differs from life to life, go \
+              through the array with `select`."
+        wrong: "\
+fn task_cycle(life: Life, now: Experience, before: TaskState) -> Reward {
+    var earned = array<f32, 3>(0.0f, 1.0f, 5.0f);
+    let zone = u32(clamp(0.01f * now.end.x, 0.0f, 2.0f));
+    return Reward(earned[zone], before);
+}
+"
+        right: "\
+fn task_cycle(life: Life, now: Experience, before: TaskState) -> Reward {
+    var earned = array<f32, 3>(0.0f, 1.0f, 5.0f);
+    let zone = u32(clamp(0.01f * now.end.x, 0.0f, 2.0f));
+    var sum = 0.0f;
+    for (var i = 0u; i < 3u; i++) { sum += select(0.0f, earned[i], i == zone); }
+    return Reward(sum, before);
+}
+"
+
+    WholePointers "whole-pointers"
+        "A pointer that is passed to a function points to a whole variable."
+        why: "SPIR-V, the form in which GPUs get a kernel, passes no pointer to a part of a variable. Return the new \
+              value, or pass a pointer to the whole."
+        wrong: "\
+struct Two { a: f32, b: f32 }
+fn double(p: ptr<function, f32>) { *p = 2.0f * *p; }
+fn sum(a: f32, b: f32) -> f32 {
+    var two = Two(a, b);
+    double(&two.a);
+    return two.a + two.b;
+}
+"
+        right: "\
+struct Two { a: f32, b: f32 }
+fn double(x: f32) -> f32 { return 2.0f * x; }
+fn sum(a: f32, b: f32) -> f32 {
+    var two = Two(a, b);
+    two.a = double(two.a);
+    return two.a + two.b;
+}
+"
+
+    LoopWithoutBound "loop-without-bound"
+        "Loops have a bound that is known before they run: `for (var i = 0u; i < end; i++)`, where `end` is a constant \
+         or `min(value, GREATEST)` of a value of the world and a constant, all of them u32."
+        why: "Nothing can stop a kernel on a GPU. A loop that doesn't end freezes the screen until the driver resets \
+              the device, and the run is lost. Software drivers leave long loops without saying so, and results \
+              differ. So Oneiro must know before the first cycle how often each loop turns at most."
+        wrong: "\
+fn task_cycle(life: Life, now: Experience, before: TaskState) -> Reward {
+    var sum = 0.0f;
+    var x = abs(now.end.x);
+    while (x > 1.0f) { x *= 0.5f; sum += 1.0f; }
+    return Reward(sum, before);
+}
+"
+        right: "\
+fn task_cycle(life: Life, now: Experience, before: TaskState) -> Reward {
+    var sum = 0.0f;
+    var x = abs(now.end.x);
+    for (var i = 0u; i < 40u; i++) {
+        if (x > 1.0f) { x *= 0.5f; sum += 1.0f; }
+    }
+    return Reward(sum, before);
+}
+"
+
+    TooManyTurns "too-many-turns"
+        "All loops of a cycle together, those of the simulator included, turn at most 100,000 times."
+        why: "A run is stopped between cycles, and a life is cut between cycles into pieces that are short enough for \
+              a GPU: drivers reset a device whose work takes longer than some seconds. So no cycle may take long."
+        wrong: "\
+fn task_cycle(life: Life, now: Experience, before: TaskState) -> Reward {
+    var sum = 0.0f;
+    for (var i = 0u; i < 1000000u; i++) { sum = 0.5f * sum + 1.0f; }
+    return Reward(sum, before);
+}
+"
+        right: "\
+fn task_cycle(life: Life, now: Experience, before: TaskState) -> Reward {
+    var sum = 0.0f;
+    for (var i = 0u; i < 100u; i++) { sum = 0.5f * sum + 1.0f; }
+    return Reward(sum, before);
+}
+"
+
+    EntryPoint "entry-point"
+        "A part declares plain functions, without `@compute` and its like."
+        why: "A kernel begins at one place, Oneiro's own, which gives each life its number, its genes and its random \
+              numbers. What an entry point of its own could read depends on how the work was cut."
+        wrong: "\
+@compute @workgroup_size(64)
+fn prepare() {}
+"
+        right: "fn prepare() {}\n"
+
+    BuiltInName "built-in-name"
+        "Nothing is declared with the name of a type or function of WGSL's that is in use."
+        why: "A function with the name of one that is known to be exact would pass for it, and a struct with the name \
+              of a type for that type."
+        wrong: "fn clamp(x: f32) -> f32 { return max(x, 0.0f); }\n"
+        right: "fn not_negative(x: f32) -> f32 { return max(x, 0.0f); }\n"
+
+    ReservedName "reserved-name"
+        "Nothing is declared with a name that Oneiro uses itself."
+        why: "A part is put together with Oneiro's own files into one kernel, in which each name is declared once. \
+              Names of readings also name genes, so that a reading of your own can't be called as one of the robot's."
+        wrong: "fn touches(x: f32) -> bool { return x < 27.5f; }\n"
+        right: "fn within_reach(x: f32) -> bool { return x < 27.5f; }\n"
+
+    OwnBuffers "own-buffers"
+        "A part declares no buffer and no variable outside of functions: what it remembers is in its struct of state."
+        why: "Oneiro makes a kernel's buffers, and would not fill one that it does not know. A variable outside of \
+              functions begins anew in each piece that a life is cut into, so that results would depend on the cuts. \
+              The state goes from cycle to cycle on every device."
+        wrong: "var<private> cycles: u32;\n"
+        right: "\
+struct TaskState { cycles: u32 }
+fn task_cycle(life: Life, now: Experience, before: TaskState) -> Reward {
+    return Reward(0.0f, TaskState(before.cycles + 1u));
+}
+"
+
+    KernelBuffers "kernel-buffers"
+        "The kernel's buffers, such as `worlds` and `fitness`, are not named in a part."
+        why: "They hold the genes, states and results of all lives of a batch. A part that reads or writes there \
+              reaches other lives, and results depend on what else is in the batch."
+        wrong: "fn best() -> f32 { return fitness[0]; }\n"
+        right: "fn best(own: TaskState, sum: f32) -> f32 { return sum; }\n"
+
+    BatchPlace "batch-place"
+        "The fields `world` and `genes` of a life are not read: `life` itself is passed on."
+        why: "They say where in its batch a life is. The same life has another place on another device, or beside \
+              other runs, so that a result that depends on its place could not be repeated."
+        wrong: "\
+fn task_cycle(life: Life, now: Experience, before: TaskState) -> Reward {
+    return Reward(f32(life.world), before);
+}
+"
+        right: "\
+fn task_cycle(life: Life, now: Experience, before: TaskState) -> Reward {
+    return Reward(random(life, STREAM_TASK, now.step, 0u).x, before);
+}
+"
+
+    AllowedCalls "allowed-calls"
+        "Of Oneiro's own functions, a part calls those that docs/extend.md lists."
+        why: "The others take indices into the kernel's buffers, with which a part could reach other lives, and they \
+              change from version to version."
+        wrong: "fn is_free(x: f32, y: f32) -> bool { return !touches(0u, vec2<f32>(x, y)); }\n"
+        right: "fn is_free(life: Life, x: f32, y: f32) -> bool { return !blocked(life, vec2<f32>(x, y)); }\n"
+
+    MissingDeclaration "missing-declaration"
+        "A part declares what the kernel calls: its function `.._cycle`, a controller's number of genes, sensors' readings."
+        why: "The kernel calls these functions by their names and uses these constants and structs. What else is \
+              missing has a default, but here none would make sense."
+        wrong: "\
+fn controller_cycle(life: Life, step: u32, readings: Readings, before: ControllerState) -> Command {
+    return Command(vec2<f32>(gene(life, 0u), gene(life, 1u)), before);
+}
+"
+        right: "\
+const CONTROLLER_GENES: u32 = 2u;
+fn controller_cycle(life: Life, step: u32, readings: Readings, before: ControllerState) -> Command {
+    return Command(vec2<f32>(gene(life, 0u), gene(life, 1u)), before);
+}
+"
+
+    DeclaredForm "declared-form"
+        "What the kernel calls has the parameters and the result that docs/extend.md gives."
+        why: "The kernel passes these arguments and takes this result. With others it could not be compiled, and the \
+              message would be about one of Oneiro's files."
+        wrong: "\
+fn task_cycle(now: Experience) -> f32 {
+    return now.moved.left;
+}
+"
+        right: "\
+fn task_cycle(life: Life, now: Experience, before: TaskState) -> Reward {
+    return Reward(now.moved.left, before);
+}
+"
+
+    ValueForm "value-form"
+        "A value that an experiment may set is an f32 with the comment `DEFAULT, LEAST to GREATEST UNIT: MEANING`."
+        why: "From this comment come the default, the check of what an experiment sets, and what `oneiro check` shows. \
+              Without limits a typing error would run for hours."
+        wrong: "\
+struct TaskValues {
+    radius: f32, // mm
+}
+"
+        right: "\
+struct TaskValues {
+    radius: f32, // 150, 50 to 1000 mm: of the circle
+}
+"
+
+    ReadingForm "reading-form"
+        "A reading of your own sensors is one f32."
+        why: "The controllers that ship weigh each reading by a gene of its own and name the gene after it, so that \
+              each field is one number."
+        wrong: "\
+struct SensorReadings { ahead: vec2<f32> }
+fn sensor_cycle(life: Life, step: u32, pose: vec3<f32>, before: SensorState) -> Sensed {
+    return Sensed(SensorReadings(cosine_sine(pose.z)), before);
+}
+"
+        right: "\
+struct SensorReadings { east: f32, north: f32 }
+fn sensor_cycle(life: Life, step: u32, pose: vec3<f32>, before: SensorState) -> Sensed {
+    let ahead = cosine_sine(pose.z);
+    return Sensed(SensorReadings(ahead.x, ahead.y), before);
+}
+"
+
+    StateTypes "state-types"
+        "A part's memory has fields of f32, u32, i32 and vectors of them."
+        why: "Between two pieces of a life its memory is words in a buffer, and each word is a column of the trace. A \
+              bool has no form in a buffer, and an array no name for each column."
+        wrong: "struct TaskState { found: bool }\n"
+        right: "struct TaskState { found: u32 }\n"
+
+    GeneCount "gene-count"
+        "A controller has 1 to 1024 genes, a number that is known when it is compiled."
+        why: "The optimiser makes so many numbers for each individual before any life begins."
+        wrong: "\
+const CONTROLLER_GENES: u32 = 0u;
+fn controller_cycle(life: Life, step: u32, readings: Readings, before: ControllerState) -> Command {
+    return Command(vec2<f32>(gene(life, 0u), gene(life, 1u)), before);
+}
+"
+        right: "\
+const CONTROLLER_GENES: u32 = 2u;
+fn controller_cycle(life: Life, step: u32, readings: Readings, before: ControllerState) -> Command {
+    return Command(vec2<f32>(gene(life, 0u), gene(life, 1u)), before);
+}
+"
+
+    UnknownName "unknown-name"
+        "Each name that is used is declared: in the part, in another part of the experiment, or in docs/extend.md."
+        why: "A name that nothing declares is usually misspelt; the message then has the one that is most like it."
+        wrong: "fn half_of(x: f32) -> f32 { return x * recirpocal(2.0f); }\n"
+        right: "fn half_of(x: f32) -> f32 { return x * reciprocal(2.0f); }\n"
+
+    ValidWgsl "valid-wgsl"
+        "A part is WGSL: its syntax and its types are those of the language."
+        why: "Parts are read by naga, the WGSL compiler that Firefox has, and the message is naga's. The language is \
+              described at https://www.w3.org/TR/WGSL/. A mistake in syntax hides what comes after it."
+        wrong: "fn count(x: f32) -> u32 { return x; }\n"
+        right: "fn count(x: f32) -> u32 { return u32(max(x, 0.0f)); }\n"
+
+    Internal "internal"
+        "Oneiro's own files keep these rules; no part can break them."
+        why: "Some of what the compiler refuses can't be written in a part: it concerns Oneiro's own buffers and its \
+              entry point. If a part is refused with this rule, the mistake is Oneiro's: please report it with the \
+              part."
+        wrong: ""
+        right: ""
+}
