@@ -11,7 +11,7 @@ use oneiro::evaluator::{Control, Evaluator};
 use oneiro::random::{Key, pcg4d};
 use oneiro::world::{Controller, Task, World, WorldSpec};
 
-const PARTS: [(Kind, &str); 6] = [
+const PARTS: [(Kind, &str); 8] = [
     (Kind::Sensor, include_str!("../host/src/experiment/parts/sensor.wgsl")),
     (Kind::Sensor, include_str!("../experiments/homing/sensors.wgsl")),
     (
@@ -21,6 +21,8 @@ const PARTS: [(Kind, &str); 6] = [
     (Kind::Controller, include_str!("../experiments/road-sign/ctrnn.wgsl")),
     (Kind::Task, include_str!("../host/src/experiment/parts/task.wgsl")),
     (Kind::Task, include_str!("../experiments/road-sign/task.wgsl")),
+    (Kind::Task, include_str!("../experiments/discrimination/task.wgsl")),
+    (Kind::Task, include_str!("../experiments/wall-following/task.wgsl")),
 ];
 
 /// Tokens that kernels don't expect.
