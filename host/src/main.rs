@@ -23,6 +23,8 @@ mod progress;
 mod reality;
 mod record;
 mod report;
+#[cfg_attr(not(test), expect(dead_code, reason = "commands read robots and stop them, and drive none"))]
+mod robots;
 mod runs;
 mod sealed;
 #[cfg(test)]

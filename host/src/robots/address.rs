@@ -1,0 +1,254 @@
+//! Addresses of robots, as typed on the command line.
+//!
+//! The protocol is part of an address only where it can't be told from the robot's answers: the Aseba protocol is
+//! binary, and a node that does not know it says nothing.
+
+use std::fmt;
+use std::num::IntErrorKind;
+use std::ops::RangeInclusive;
+use std::str::FromStr;
+
+/// Where a robot is.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) enum Address {
+    /// `surrogate:SEED`: a simulation that stands in for a robot.
+    Surrogate(u64),
+    /// At the end of a wire or a radio link.
+    Wire(Wire),
+}
+
+/// Where a real robot is, or an emulated one.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) enum Wire {
+    /// A robot that says itself what it is: a Khepera, an e-puck or an e-puck2.
+    Plain(Transport),
+    /// `aseba:..`: a node of an Aseba network, such as a Thymio II.
+    Aseba {
+        /// What leads to the network.
+        transport: Transport,
+        /// The node's number; none if there is only one that can drive.
+        node: Option<u16>,
+    },
+}
+
+/// What carries the bytes.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) enum Transport {
+    /// `serial:PATH` or `serial:PATH@BAUD`: a serial port, USB or Bluetooth (RFCOMM) included.
+    Serial {
+        /// The port's path or name, such as `/dev/ttyUSB0` or `COM3`.
+        path: String,
+        /// Bits per second; none if it has to be found out or does not matter.
+        baud: Option<u32>,
+    },
+    /// `tcp:HOST:PORT`
+    Tcp {
+        /// A name or an address; IPv6 in brackets.
+        host: String,
+        /// The port.
+        port: u16,
+    },
+}
+
+/// All forms of an address.
+pub(crate) const FORMS: &str = "serial:PATH, serial:PATH@BAUD, tcp:HOST:PORT, aseba:HOST:PORT, aseba:serial:PATH, \
+                                the last two also with #NODE, and surrogate:SEED";
+
+const BAUD_RATES: RangeInclusive<u32> = 300..=4_000_000;
+
+/// The part of an address that is wrong, and what is allowed there.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("robot {address}: {problem}")]
+pub(crate) struct Invalid {
+    address: String,
+    problem: String,
+}
+
+impl FromStr for Address {
+    type Err = Invalid;
+
+    fn from_str(text: &str) -> Result<Self, Invalid> {
+        parse(text).map_err(|problem| Invalid {
+            address: text.into(),
+            problem,
+        })
+    }
+}
+
+fn parse(text: &str) -> Result<Address, String> {
+    let (scheme, rest) = text
+        .split_once(':')
+        .ok_or_else(|| format!("says not how to reach it; allowed: {FORMS}"))?;
+    match scheme {
+        "surrogate" => number(rest, "seed", &(0..=u64::MAX)).map(Address::Surrogate),
+        "serial" => serial(rest).map(|transport| Address::Wire(Wire::Plain(transport))),
+        "tcp" => tcp(rest).map(|transport| Address::Wire(Wire::Plain(transport))),
+        "aseba" => aseba(rest).map(Address::Wire),
+        _ => Err(format!("`{scheme}` is no way to reach a robot; allowed: {FORMS}")),
+    }
+}
+
+fn aseba(text: &str) -> Result<Wire, String> {
+    let (place, node) = match text.rsplit_once('#') {
+        Some((place, node)) => (place, Some(number(node, "node", &(1..=u64::from(u16::MAX)))? as u16)),
+        None => (text, None),
+    };
+    let transport = match place.strip_prefix("serial:") {
+        Some(port) => serial(port)?,
+        None => tcp(place)?,
+    };
+    Ok(Wire::Aseba { transport, node })
+}
+
+fn serial(text: &str) -> Result<Transport, String> {
+    let (path, baud) = match text.rsplit_once('@') {
+        Some((path, baud)) => {
+            let allowed = u64::from(*BAUD_RATES.start())..=u64::from(*BAUD_RATES.end());
+            (path, Some(number(baud, "baud rate", &allowed)? as u32))
+        }
+        None => (text, None),
+    };
+    if path.is_empty() {
+        return Err("names no port; allowed: a path or a name, such as /dev/ttyUSB0 or COM3".into());
+    }
+    Ok(Transport::Serial {
+        path: path.into(),
+        baud,
+    })
+}
+
+fn tcp(text: &str) -> Result<Transport, String> {
+    let (host, port) = text
+        .rsplit_once(':')
+        .ok_or_else(|| format!("`{text}` has no port; allowed: HOST:PORT, such as 192.168.1.7:1000"))?;
+    let port = number(port, "port", &(1..=u64::from(u16::MAX)))? as u16;
+    let bare = host.strip_prefix('[').and_then(|host| host.strip_suffix(']'));
+    match bare.unwrap_or(host) {
+        "" => Err("names no host; allowed: a name or an address, IPv6 in brackets".into()),
+        host if bare.is_none() && host.contains(':') => Err(format!(
+            "`{host}` has colons; allowed: a name or an address, IPv6 in brackets"
+        )),
+        host => Ok(Transport::Tcp {
+            host: host.into(),
+            port,
+        }),
+    }
+}
+
+fn number(text: &str, what: &str, allowed: &RangeInclusive<u64>) -> Result<u64, String> {
+    let range = || format!("allowed: whole numbers from {} to {}", allowed.start(), allowed.end());
+    let digits = text.bytes().all(|byte| byte.is_ascii_digit());
+    match text.parse::<u64>() {
+        Ok(value) if digits && allowed.contains(&value) => Ok(value),
+        Err(error) if *error.kind() == IntErrorKind::Empty => Err(format!("has an empty {what}; {}", range())),
+        _ => Err(format!("`{text}` is no {what}; {}", range())),
+    }
+}
+
+impl fmt::Display for Address {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Surrogate(seed) => write!(f, "surrogate:{seed}"),
+            Self::Wire(wire) => wire.fmt(f),
+        }
+    }
+}
+
+impl fmt::Display for Wire {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Plain(transport) => transport.fmt(f),
+            Self::Aseba { transport, node } => {
+                let transport = transport.to_string();
+                write!(f, "aseba:{}", transport.strip_prefix("tcp:").unwrap_or(&transport))?;
+                node.map_or(Ok(()), |node| write!(f, "#{node}"))
+            }
+        }
+    }
+}
+
+impl fmt::Display for Transport {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Serial { path, baud: Some(baud) } => write!(f, "serial:{path}@{baud}"),
+            Self::Serial { path, baud: None } => write!(f, "serial:{path}"),
+            Self::Tcp { host, port } if host.contains(':') => write!(f, "tcp:[{host}]:{port}"),
+            Self::Tcp { host, port } => write!(f, "tcp:{host}:{port}"),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_form_is_read_and_shown_as_it_was() {
+        for text in [
+            "serial:/dev/ttyUSB0",
+            "serial:/dev/ttyUSB0@38400",
+            "serial:COM3@9600",
+            "serial:/dev/serial/by-path/pci-0000:00:14.0-usb-0:2:1.0-port0@115200",
+            "tcp:192.168.1.7:1000",
+            "tcp:[fe80::1]:1000",
+            "aseba:localhost:33333",
+            "aseba:localhost:33333#2",
+            "aseba:[::1]:33333",
+            "aseba:serial:/dev/ttyACM0",
+            "aseba:serial:/dev/ttyACM0@115200#33084",
+            "surrogate:7",
+        ] {
+            assert_eq!(text.parse::<Address>().unwrap().to_string(), text);
+        }
+        assert_eq!(
+            "aseba:serial:/dev/ttyACM0#2".parse::<Address>().unwrap(),
+            Address::Wire(Wire::Aseba {
+                transport: Transport::Serial {
+                    path: "/dev/ttyACM0".into(),
+                    baud: None
+                },
+                node: Some(2),
+            })
+        );
+        assert_eq!(
+            "tcp:[::1]:33333".parse::<Address>().unwrap(),
+            Address::Wire(Wire::Plain(Transport::Tcp {
+                host: "::1".into(),
+                port: 33333
+            }))
+        );
+    }
+
+    #[test]
+    fn errors_name_the_wrong_part_and_what_is_allowed() {
+        for (text, words) in [
+            ("", "allowed: serial:PATH, serial:PATH@BAUD, tcp:HOST:PORT"),
+            ("/dev/ttyUSB0", "says not how to reach it"),
+            ("usb:1", "`usb` is no way to reach a robot; allowed: serial:PATH"),
+            ("serial:", "names no port"),
+            ("serial:@9600", "names no port"),
+            (
+                "serial:/dev/ttyUSB0@fast",
+                "`fast` is no baud rate; allowed: whole numbers from 300 to 4000000",
+            ),
+            ("serial:/dev/ttyUSB0@+9600", "`+9600` is no baud rate"),
+            ("serial:/dev/ttyUSB0@", "has an empty baud rate"),
+            ("tcp:robot", "`robot` has no port"),
+            ("tcp::1000", "names no host"),
+            ("tcp:robot:0", "`0` is no port; allowed: whole numbers from 1 to 65535"),
+            ("tcp:robot:99999999999999999999", "is no port"),
+            ("tcp:fe80::1:1000", "`fe80::1` has colons"),
+            ("aseba:robot", "`robot` has no port"),
+            (
+                "aseba:robot:33333#x",
+                "`x` is no node; allowed: whole numbers from 1 to 65535",
+            ),
+            ("aseba:serial:", "names no port"),
+            ("surrogate:-1", "`-1` is no seed; allowed: whole numbers from 0"),
+        ] {
+            let refusal = text.parse::<Address>().unwrap_err().to_string();
+            assert!(refusal.starts_with(&format!("robot {text}: ")), "{refusal}");
+            assert!(refusal.contains(words), "{refusal}");
+        }
+    }
+}

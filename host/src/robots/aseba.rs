@@ -1,0 +1,481 @@
+//! The Aseba protocol: messages between a computer and the nodes of a network, over a serial line or TCP.
+//!
+//! A message has a length, a source, a type and a payload; all numbers are 16 bits, lowest byte first (Aseba,
+//! common/consts.h and transport/buffer/vm-buffer.c). A node of version 4 or less does not answer to the request for a list of
+//! nodes, so it is not found.
+
+use std::collections::VecDeque;
+use std::ops::Range;
+use std::time::Duration;
+
+use super::error::{Error, Result};
+use super::link::{self, Link};
+use super::talk::{garbage, persistently};
+
+/// The version that is claimed to nodes; all of them answer to it.
+const VERSION: u16 = 5;
+/// From this version on, a node describes one variable at a time when asked.
+const FRAGMENTS: u16 = 8;
+/// A node answers within 31 ms, a wireless one later.
+const PATIENCE: Duration = Duration::from_millis(300);
+/// No two parts of an answer are as far from each other.
+const SILENCE: Duration = Duration::from_millis(50);
+const SEND: Duration = Duration::from_millis(200);
+/// How long anything but silence is borne.
+const BABBLE: Duration = Duration::from_millis(800);
+/// A wireless dongle can lose many messages (Aseba, issue 538).
+const TRIES: u32 = 4;
+
+/// A Thymio II sends as many variables in one message.
+const MOST_WORDS: u16 = 47;
+
+const DESCRIPTION: u16 = 0x9000;
+const VARIABLE: u16 = 0x9001;
+const LOCAL_EVENT: u16 = 0x9002;
+const NATIVE_FUNCTION: u16 = 0x9003;
+const VARIABLES: u16 = 0x9005;
+const NODE_PRESENT: u16 = 0x900c;
+const STOP: u16 = 0xa006;
+const GET_VARIABLES: u16 = 0xa00b;
+const SET_VARIABLES: u16 = 0xa00c;
+const GET_DESCRIPTION: u16 = 0xa010;
+const LIST_NODES: u16 = 0xa011;
+const GET_FRAGMENT: u16 = 0xa015;
+
+/// A message.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) struct Message {
+    /// The node that sent it; 0 is the computer.
+    pub(crate) source: u16,
+    /// Its type.
+    pub(crate) kind: u16,
+    /// What depends on the type.
+    pub(crate) payload: Vec<u8>,
+}
+
+impl Message {
+    /// The longest payload.
+    const LONGEST: usize = 516;
+
+    /// A message to nodes.
+    fn new(kind: u16, words: impl IntoIterator<Item = u16>) -> Self {
+        Self {
+            source: 0,
+            kind,
+            payload: words.into_iter().flat_map(u16::to_le_bytes).collect(),
+        }
+    }
+
+    /// The message as it is sent.
+    fn frame(&self) -> Vec<u8> {
+        let head = [self.payload.len() as u16, self.source, self.kind].map(u16::to_le_bytes);
+        [&head.concat(), &self.payload[..]].concat()
+    }
+
+    /// Whether a program sent it, unasked.
+    fn is_event(&self) -> bool {
+        self.kind < 0x8000
+    }
+
+    fn reader(&self) -> Reader<'_> {
+        Reader(&self.payload)
+    }
+}
+
+/// Reads a payload from its front; `None` beyond its end.
+struct Reader<'a>(&'a [u8]);
+
+impl Reader<'_> {
+    fn word(&mut self) -> Option<u16> {
+        let (word, rest) = self.0.split_first_chunk()?;
+        self.0 = rest;
+        Some(u16::from_le_bytes(*word))
+    }
+
+    /// A string: its length in a byte, then UTF-8.
+    fn text(&mut self) -> Option<String> {
+        let (length, rest) = self.0.split_first()?;
+        let (text, rest) = rest.split_at_checked(usize::from(*length))?;
+        self.0 = rest;
+        String::from_utf8(text.into()).ok()
+    }
+}
+
+/// Splits a stream into messages. Holds less than one message between calls.
+#[derive(Debug, Default)]
+pub(crate) struct Messages(Vec<u8>);
+
+impl Messages {
+    /// Adds bytes, and returns the messages that they complete.
+    ///
+    /// # Errors
+    /// A length that no message has: the stream is out of step, and has no mark to find the next message by.
+    pub(crate) fn push(&mut self, bytes: &[u8]) -> std::result::Result<Vec<Message>, u16> {
+        self.0.extend_from_slice(bytes);
+        let (mut rest, mut messages) = (&self.0[..], Vec::new());
+        while let Some((head, after)) = rest.split_first_chunk::<6>() {
+            let [length, source, kind] =
+                [[head[0], head[1]], [head[2], head[3]], [head[4], head[5]]].map(u16::from_le_bytes);
+            if usize::from(length) > Message::LONGEST {
+                self.0.clear();
+                return Err(length);
+            }
+            let Some((payload, next)) = after.split_at_checked(usize::from(length)) else {
+                break;
+            };
+            messages.push(Message {
+                source,
+                kind,
+                payload: payload.into(),
+            });
+            rest = next;
+        }
+        let left = rest.len();
+        self.0.drain(..self.0.len() - left);
+        Ok(messages)
+    }
+}
+
+/// A node of a network.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) struct Node {
+    /// Its number.
+    pub(crate) id: u16,
+    /// Version of its protocol.
+    pub(crate) version: u16,
+    /// Its name, such as `thymio-II`.
+    pub(crate) name: String,
+    /// Names of its variables and their addresses.
+    pub(crate) variables: Vec<(String, Range<u16>)>,
+}
+
+impl Node {
+    /// Addresses of a variable.
+    pub(crate) fn variable(&self, name: &str) -> Option<Range<u16>> {
+        let variable = self.variables.iter().find(|(known, _)| known == name);
+        variable.map(|(_, addresses)| addresses.clone())
+    }
+}
+
+/// Head of a description.
+#[derive(Clone, Debug, PartialEq, Eq)]
+struct Head {
+    name: String,
+    version: u16,
+    /// Words of all variables, named and free.
+    words: u16,
+    /// Numbers of variables, local events and native functions.
+    counts: [u16; 3],
+}
+
+impl Head {
+    fn read(message: &Message) -> Option<Self> {
+        let mut reader = message.reader();
+        let name = reader.text()?;
+        let [version, _bytecode, _stack, words, variables, events, functions] = {
+            let mut words = [0; 7];
+            for word in &mut words {
+                *word = reader.word()?;
+            }
+            words
+        };
+        let is_whole = reader.0.is_empty() && !name.is_empty();
+        is_whole.then_some(Self {
+            name,
+            version,
+            words,
+            counts: [variables, events, functions],
+        })
+    }
+}
+
+/// A network.
+pub(crate) struct Network {
+    link: Box<dyn Link>,
+    messages: Messages,
+    /// Messages received, until they are looked at.
+    queue: VecDeque<Message>,
+}
+
+impl Network {
+    /// The network at the end of a link.
+    pub(crate) fn new(link: Box<dyn Link>) -> Self {
+        Self {
+            link,
+            messages: Messages::default(),
+            queue: VecDeque::new(),
+        }
+    }
+
+    /// The time on the link's clock.
+    pub(crate) fn now(&self) -> Duration {
+        self.link.now()
+    }
+
+    /// The link's address.
+    pub(crate) fn name(&self) -> &str {
+        self.link.name()
+    }
+
+    /// Opens the link again.
+    ///
+    /// # Errors
+    /// It can't be opened.
+    pub(crate) fn reopen(&mut self) -> Result {
+        self.clear();
+        self.link.reopen()
+    }
+
+    /// Lists the nodes that answer, with their protocols' versions.
+    ///
+    /// # Errors
+    /// None answers, or the link fails.
+    pub(crate) fn list(&mut self) -> Result<Vec<(u16, u16)>> {
+        self.persistently(|network| {
+            network.send(&[Message::new(LIST_NODES, [VERSION])])?;
+            let (mut nodes, mut until) = (Vec::new(), network.now() + PATIENCE);
+            while let Some(message) = network.message(until)? {
+                let version = message.reader().word().filter(|_| message.kind == NODE_PRESENT);
+                let node = version.map(|version| (message.source, version));
+                if let Some(node) = node.filter(|node| !nodes.contains(node)) {
+                    nodes.push(node);
+                    until = network.now() + PATIENCE;
+                }
+            }
+            nodes.sort_unstable();
+            if nodes.is_empty() {
+                Err(late("the list of nodes"))
+            } else {
+                Ok(nodes)
+            }
+        })
+    }
+
+    /// Asks a node for its description. A lost message must not shift the addresses of variables: a node of version 8 or
+    /// later is asked for one after the other; of another, all has to come.
+    ///
+    /// # Errors
+    /// The node does not answer, or the link fails.
+    pub(crate) fn describe(&mut self, id: u16, version: u16) -> Result<Node> {
+        let (head, variables) = if version >= FRAGMENTS {
+            let head = self.fragment(id, -1, Head::read)?;
+            let variables = (0..head.counts[0]).map(|index| self.fragment(id, index as i16, variable));
+            let variables = variables.collect::<Result<Vec<_>>>()?;
+            (head, variables)
+        } else {
+            self.persistently(|network| network.whole(id))?
+        };
+        let (mut named, mut next) = (Vec::new(), 0_u16);
+        for (size, name) in variables {
+            let end = next.checked_add(size).filter(|end| *end <= head.words);
+            let end = end.ok_or_else(|| garbage("the description", "more variables than it has room for"))?;
+            named.push((name, next..end));
+            next = end;
+        }
+        Ok(Node {
+            id,
+            version: head.version,
+            name: head.name,
+            variables: named,
+        })
+    }
+
+    /// A part of a description by its index; -1 is the head.
+    fn fragment<T>(&mut self, id: u16, index: i16, read: impl Fn(&Message) -> Option<T>) -> Result<T> {
+        let kind = if index < 0 { DESCRIPTION } else { VARIABLE };
+        self.persistently(|network| {
+            network.send(&[Message::new(GET_FRAGMENT, [id, VERSION, index as u16])])?;
+            network.part(id, kind, &read)
+        })
+    }
+
+    /// A whole description: the head, then variables, local events and native functions. Each message resets the time.
+    fn whole(&mut self, id: u16) -> Result<(Head, Vec<(u16, String)>)> {
+        self.send(&[Message::new(GET_DESCRIPTION, [id, VERSION])])?;
+        let head = self.part(id, DESCRIPTION, Head::read)?;
+        let [variables, events, functions] = head.counts;
+        let variables = (0..variables).map(|_| self.part(id, VARIABLE, variable));
+        let variables = variables.collect::<Result<Vec<_>>>()?;
+        for (kind, count) in [(LOCAL_EVENT, events), (NATIVE_FUNCTION, functions)] {
+            for _ in 0..count {
+                self.part(id, kind, |_| Some(()))?;
+            }
+        }
+        Ok((head, variables))
+    }
+
+    /// The next part of a description, which must be of this type.
+    fn part<T>(&mut self, id: u16, kind: u16, read: impl Fn(&Message) -> Option<T>) -> Result<T> {
+        let until = self.now() + PATIENCE;
+        while let Some(message) = self.message(until)? {
+            if message.source == id && (DESCRIPTION..=NATIVE_FUNCTION).contains(&message.kind) {
+                let part = read(&message).filter(|_| message.kind == kind);
+                return part.ok_or_else(|| garbage("a request for the description", &format!("{message:?}")));
+            }
+        }
+        Err(late("the description"))
+    }
+
+    /// Reads the words at some addresses.
+    ///
+    /// # Errors
+    /// The node does not answer, or the link fails.
+    pub(crate) fn get(&mut self, id: u16, addresses: &[u16]) -> Result<Vec<i16>> {
+        self.persistently(|network| network.exchange(id, &[], addresses))
+    }
+
+    /// Sets words by their addresses, and reads them back: a message that sets has no answer.
+    ///
+    /// # Errors
+    /// The node does not answer or holds other values, or the link fails.
+    pub(crate) fn set(&mut self, id: u16, values: &[(u16, i16)]) -> Result {
+        let addresses: Vec<u16> = values.iter().map(|(address, _)| *address).collect();
+        self.persistently(|network| {
+            let held = network.exchange(id, values, &addresses)?;
+            if held.iter().eq(values.iter().map(|(_, value)| value)) {
+                return Ok(());
+            }
+            Err(Error::Refused {
+                command: format!("the values {values:?} of variables"),
+                answer: format!("{held:?}"),
+            })
+        })
+    }
+
+    fn exchange(&mut self, id: u16, values: &[(u16, i16)], addresses: &[u16]) -> Result<Vec<i16>> {
+        let set = |(address, value): &(u16, i16)| Message::new(SET_VARIABLES, [id, *address, *value as u16]);
+        let get = |span: Range<u16>| Message::new(GET_VARIABLES, [id, span.start, span.end - span.start]);
+        let gets = spans(addresses).into_iter().map(get);
+        self.send(&values.iter().map(set).chain(gets).collect::<Vec<_>>())?;
+        let mut held: Vec<Option<i16>> = vec![None; addresses.len()];
+        let until = self.now() + PATIENCE;
+        while held.contains(&None) {
+            let message = self.message(until)?.ok_or_else(|| late("the values of variables"))?;
+            if message.source == id && message.kind == VARIABLES {
+                fill(&message, addresses, &mut held);
+            }
+        }
+        Ok(held.into_iter().flatten().collect())
+    }
+
+    /// Stops the program that a node runs. Its variables keep their values, the motors' targets among them.
+    ///
+    /// # Errors
+    /// The link fails.
+    pub(crate) fn halt(&mut self, id: u16) -> Result {
+        self.send(&[Message::new(STOP, [id])])
+    }
+
+    fn persistently<T>(&mut self, attempt: impl FnMut(&mut Self) -> Result<T>) -> Result<T> {
+        persistently(self, TRIES, attempt, Self::silence)
+    }
+
+    /// Sends messages in one piece: half a message would hold some nodes up.
+    fn send(&mut self, messages: &[Message]) -> Result {
+        // What came before answers nothing, whether it makes sense or not.
+        let mut buffer = [0; 1024];
+        for _ in 0..128 {
+            match self.link.waiting(&mut buffer)? {
+                0 => break,
+                count => drop(self.messages.push(&buffer[..count])),
+            }
+        }
+        self.queue.clear();
+        let bytes: Vec<u8> = messages.iter().flat_map(Message::frame).collect();
+        link::send_whole(&mut *self.link, &bytes, SEND)
+    }
+
+    fn take(&mut self, bytes: &[u8]) -> Result {
+        let messages = self.messages.push(bytes);
+        self.queue
+            .extend(messages.map_err(|length| garbage("a message", &format!("a message of {length} bytes")))?);
+        Ok(())
+    }
+
+    /// The next message; none once the time has passed.
+    fn message(&mut self, until: Duration) -> Result<Option<Message>> {
+        let mut buffer = [0; 1024];
+        loop {
+            if let Some(message) = self.queue.pop_front() {
+                return Ok(Some(message));
+            }
+            match self.link.read(&mut buffer, until)? {
+                0 => return Ok(None),
+                count => self.take(&buffer[..count])?,
+            }
+        }
+    }
+
+    fn clear(&mut self) {
+        self.messages = Messages::default();
+        self.queue.clear();
+    }
+
+    /// Gets back in step: discards what comes until neither an answer nor nonsense has come for a while. Events of programs
+    /// may go on for ever.
+    fn silence(&mut self) -> Result {
+        let end = self.now() + BABBLE;
+        let mut until = self.now() + SILENCE;
+        let mut buffer = [0; 1024];
+        loop {
+            match self.link.read(&mut buffer, until.min(end))? {
+                0 if until <= end => break,
+                0 => return Err(garbage("a pause", "a stream that does not end")),
+                count => match self.messages.push(&buffer[..count]) {
+                    Ok(messages) if messages.iter().all(Message::is_event) => {}
+                    _ => until = self.now() + SILENCE,
+                },
+            }
+        }
+        self.clear();
+        Ok(())
+    }
+}
+
+/// A named variable: its size in words, and its name.
+fn variable(message: &Message) -> Option<(u16, String)> {
+    let mut reader = message.reader();
+    let (size, name) = (reader.word()?, reader.text()?);
+    (reader.0.is_empty() && size > 0 && !name.is_empty()).then_some((size, name))
+}
+
+/// Few requests that cover addresses: each has an answer, and over TCP a second one may wait until the first is
+/// acknowledged. None is for more than a Thymio II sends in one message.
+fn spans(addresses: &[u16]) -> Vec<Range<u16>> {
+    let mut sorted = addresses.to_vec();
+    sorted.sort_unstable();
+    let mut spans: Vec<Range<u16>> = Vec::new();
+    for address in sorted {
+        match spans.last_mut() {
+            Some(span) if address - span.start < MOST_WORDS => span.end = address + 1,
+            _ => spans.push(address..address + 1),
+        }
+    }
+    spans
+}
+
+/// Puts the words of an answer, an address and what stands from there on, where they are wanted.
+fn fill(message: &Message, addresses: &[u16], held: &mut [Option<i16>]) {
+    let mut reader = message.reader();
+    let Some(start) = reader.word() else { return };
+    for address in start..=u16::MAX {
+        let Some(word) = reader.word() else { return };
+        for (_, held) in addresses
+            .iter()
+            .zip(&mut *held)
+            .filter(|(wanted, _)| **wanted == address)
+        {
+            *held = Some(word as i16);
+        }
+    }
+}
+
+fn late(what: &str) -> Error {
+    Error::TimedOut {
+        command: format!("a request for {what}"),
+        limit: PATIENCE,
+    }
+}
+
+#[cfg(test)]
+pub(super) mod tests;

@@ -1,0 +1,353 @@
+//! Robots on the wire: a driver for each protocol, behind one trait. Only a driver knows how many sensors its robot has.
+//!
+//! Firmware keeps the last speed for ever when its link falls silent, and a driver can't change that: who drives must be
+//! watched by something that stops the wheels.
+
+pub(crate) mod address;
+mod aseba;
+mod epuck;
+mod epuck2;
+pub(crate) mod error;
+mod khepera;
+pub(crate) mod link;
+pub(crate) mod recording;
+#[cfg(test)]
+mod script;
+mod talk;
+mod thymio;
+
+use std::fmt;
+use std::time::Duration;
+
+use address::{Transport, Wire};
+use error::{Error, Result};
+use link::Link;
+use recording::Recording;
+
+/// What a sensor measures.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub(crate) enum Kind {
+    /// Infra-red light reflected by objects: the nearer, the higher.
+    Proximity,
+    /// Ambient light: the brighter, the lower.
+    Light,
+    /// Infra-red light reflected by the floor: the paler, the higher.
+    Ground,
+    /// Distance of an object ahead.
+    Distance,
+    /// Acceleration along an axis.
+    Acceleration,
+    /// Angular speed about an axis.
+    Rotation,
+    /// Magnetic flux density along an axis.
+    Magnetism,
+    /// Loudness.
+    Sound,
+    /// Temperature.
+    Temperature,
+    /// 1 while a button is pressed.
+    Button,
+    /// Measured speed of a wheel, in the unit of its commands.
+    WheelSpeed,
+}
+
+impl fmt::Display for Kind {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Proximity => "proximity",
+            Self::Light => "light",
+            Self::Ground => "ground",
+            Self::Distance => "distance",
+            Self::Acceleration => "acceleration",
+            Self::Rotation => "rotation",
+            Self::Magnetism => "magnetism",
+            Self::Sound => "sound",
+            Self::Temperature => "temperature",
+            Self::Button => "button",
+            Self::WheelSpeed => "wheel_speed",
+        })
+    }
+}
+
+/// The sensors of one kind.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Group {
+    /// What they measure.
+    pub(crate) kind: Kind,
+    /// Their names, in the order of readings.
+    pub(crate) names: &'static [&'static str],
+    /// Unit of a reading; empty for the converter's own.
+    pub(crate) unit: &'static str,
+    /// Least and greatest reading that is usual. Where a link has no other check, any other is an error.
+    pub(crate) range: (f64, f64),
+}
+
+impl Group {
+    /// Whether these could be readings of the group.
+    fn accepts(&self, values: &[f64]) -> bool {
+        let (low, high) = self.range;
+        values.len() == self.names.len() && values.iter().all(|value| (low..=high).contains(value))
+    }
+}
+
+/// A robot's two wheels. Positive is forwards.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Wheels {
+    /// Unit of a commanded speed.
+    pub(crate) unit: &'static str,
+    /// Greatest speed, either way, in that unit.
+    pub(crate) greatest: i32,
+    /// One unit in mm/s.
+    pub(crate) mm_s: f64,
+    /// Distance between the wheels, mm.
+    pub(crate) base_mm: f64,
+    /// Travel of a wheel by one count of its odometer, mm; none without odometers.
+    pub(crate) mm_per_count: Option<f64>,
+}
+
+/// What a robot is and has.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Description {
+    /// Its kind.
+    pub(crate) robot: String,
+    /// Version of its firmware, in its own words.
+    pub(crate) firmware: String,
+    /// Its sensors.
+    pub(crate) sensors: Vec<Group>,
+    /// Its wheels.
+    pub(crate) wheels: Wheels,
+    /// Names of lights that can be switched.
+    pub(crate) lights: &'static [&'static str],
+}
+
+impl Description {
+    /// The sensors of some kinds, in the order of these.
+    ///
+    /// # Errors
+    /// The first kind that the robot lacks.
+    pub(crate) fn groups(&self, kinds: &[Kind]) -> Result<Vec<Group>> {
+        let group = |kind: &Kind| {
+            let group = self.sensors.iter().find(|group| group.kind == *kind);
+            group.copied().ok_or_else(|| {
+                let allowed: Vec<String> = self.sensors.iter().map(|group| group.kind.to_string()).collect();
+                self.lacks(&format!("sensors of {kind}"), &allowed.join(", "))
+            })
+        };
+        kinds.iter().map(group).collect()
+    }
+
+    /// Checks that the robot has a light.
+    ///
+    /// # Errors
+    /// It has fewer.
+    fn light(&self, light: usize) -> Result {
+        if light < self.lights.len() {
+            return Ok(());
+        }
+        let allowed = match self.lights.len() {
+            0 => "none".into(),
+            count => format!("0 to {}", count - 1),
+        };
+        Err(self.lacks(&format!("light {light}"), &allowed))
+    }
+
+    fn lacks(&self, what: &str, allowed: &str) -> Error {
+        Error::Unsupported {
+            robot: self.robot.clone(),
+            what: what.into(),
+            allowed: allowed.into(),
+        }
+    }
+}
+
+/// Readings of sensors at one moment. Times are of the link's clock.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Reading {
+    /// When it arrived.
+    pub(crate) at: Duration,
+    /// Greatest age of its oldest value then.
+    pub(crate) age: Duration,
+    /// One value a sensor, in the order of the kinds asked for and of the names in each.
+    pub(crate) values: Vec<f64>,
+}
+
+/// How far the wheels have turned. Times are of the link's clock.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Odometry {
+    /// When it arrived.
+    pub(crate) at: Duration,
+    /// Its greatest age then.
+    pub(crate) age: Duration,
+    /// Counts of the left and of the right wheel by the robot's own counters, continued where these wrap. They begin
+    /// anew when the robot restarts and when the link is opened again.
+    pub(crate) counts: [i64; 2],
+}
+
+/// The state of a battery.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Battery {
+    /// Its voltage, where the robot tells.
+    pub(crate) volts: Option<f64>,
+    /// Whether it should be charged now.
+    pub(crate) low: bool,
+}
+
+/// A robot with two wheels. A call returns once the robot has answered, where its protocol has answers, and never waits for
+/// ever. [`Error::Restarted`] is returned once by the first call after a restart that was noticed.
+pub(crate) trait Robot: Send {
+    /// What it is and has.
+    fn description(&self) -> &Description;
+
+    /// Reads all sensors of some kinds.
+    ///
+    /// # Errors
+    /// It lacks a kind, or the link fails.
+    fn sense(&mut self, kinds: &[Kind]) -> Result<Reading>;
+
+    /// Sets the speeds of the left and the right wheel, in the robot's unit. Speeds beyond the limit are set to the limit.
+    ///
+    /// # Errors
+    /// The link fails; the wheels may have any speed then.
+    fn drive(&mut self, left: i32, right: i32) -> Result;
+
+    /// Stops the wheels, and returns once the robot has confirmed it.
+    ///
+    /// # Errors
+    /// The robot has not: the wheels may be turning.
+    fn stop(&mut self) -> Result;
+
+    /// Switches a light of the description.
+    ///
+    /// # Errors
+    /// There is no such light, or the link fails.
+    fn light(&mut self, light: usize, on: bool) -> Result;
+
+    /// Reads the state of the battery.
+    ///
+    /// # Errors
+    /// The robot does not tell it, or the link fails.
+    fn battery(&mut self) -> Result<Battery>;
+
+    /// Reads how far the wheels have turned.
+    ///
+    /// # Errors
+    /// The robot has no odometers, or the link fails.
+    fn odometry(&mut self) -> Result<Odometry>;
+
+    /// Opens the link again, stops the wheels and makes sure that the same kind of robot answers.
+    ///
+    /// # Errors
+    /// The link can't be opened, or another robot answers.
+    fn reconnect(&mut self) -> Result;
+
+    /// Stops the wheels and closes the link.
+    ///
+    /// # Errors
+    /// The stop was not confirmed.
+    fn close(mut self: Box<Self>) -> Result {
+        self.stop()
+    }
+
+    /// Sets the speeds of the wheels in mm/s, to the nearest of the robot's own speeds. What is no number is 0.
+    ///
+    /// # Errors
+    /// As [`Robot::drive`].
+    fn drive_mm_s(&mut self, left: f64, right: f64) -> Result {
+        let unit = self.description().wheels.mm_s;
+        let [left, right] = [left, right].map(|speed| (speed / unit).round() as i32);
+        self.drive(left, right)
+    }
+}
+
+/// Counters of 16 bits that wrap, continued beyond. They must be read before a wheel has made 32,767 counts.
+#[derive(Clone, Copy, Debug, Default)]
+struct Unwrapped {
+    last: Option<[i16; 2]>,
+    total: [i64; 2],
+}
+
+impl Unwrapped {
+    fn next(&mut self, counts: [i16; 2]) -> [i64; 2] {
+        self.total = match self.last.replace(counts) {
+            None => counts.map(i64::from),
+            Some(last) => [0, 1].map(|wheel| self.total[wheel] + i64::from(counts[wheel].wrapping_sub(last[wheel]))),
+        };
+        self.total
+    }
+}
+
+/// Baud rates that Kheperas and e-pucks use, the likeliest first.
+const BAUD_RATES: [u32; 5] = [115_200, 9600, 38_400, 19_200, 57_600];
+
+/// Connects to a robot, finds out what it is, and stops its wheels.
+///
+/// # Errors
+/// The link can't be opened, or no known robot answers.
+pub(crate) fn connect(wire: &Wire, recording: Option<&Recording>) -> Result<Box<dyn Robot>> {
+    let open = |transport: &Transport, baud: u32| -> Result<Box<dyn Link>> {
+        let link = link::open(transport, baud)?;
+        Ok(match recording {
+            Some(recording) => recording.of(link),
+            None => link,
+        })
+    };
+    let transport = match wire {
+        Wire::Aseba { transport, node } => {
+            return Ok(Box::new(thymio::Thymio::connect(
+                open(transport, BAUD_RATES[0])?,
+                *node,
+            )?));
+        }
+        Wire::Plain(transport) => transport,
+    };
+    let (robots, rates) = match transport {
+        Transport::Tcp { .. } => {
+            // First, since a stray byte would put the e-puck2's radio out of step with its commands.
+            match epuck2::EPuck2::connect(open(transport, 0)?) {
+                Ok(robot) => return Ok(Box::new(robot)),
+                Err(error) if error.may_pass() => {}
+                Err(error) => return Err(error),
+            }
+            ("e-puck2 (Wi-Fi), e-puck or Khepera answers".into(), &BAUD_RATES[..1])
+        }
+        Transport::Serial { baud: Some(baud), .. } => {
+            (format!("e-puck or Khepera answers at {baud} baud"), &BAUD_RATES[..1])
+        }
+        Transport::Serial { baud: None, .. } => (
+            "e-puck or Khepera answers at 9600 to 115200 baud".into(),
+            &BAUD_RATES[..],
+        ),
+    };
+    for &baud in rates {
+        if let Some(robot) = recognise(open(transport, baud)?)? {
+            return Ok(robot);
+        }
+    }
+    Err(Error::Unknown {
+        link: transport.to_string(),
+        problem: format!(
+            "no {robots}; check that it is on, in the mode for remote control, and used by no other program; for a \
+             Thymio II, write aseba: before the address"
+        ),
+    })
+}
+
+/// The robot that talks in lines at the end of a link; none if nothing known answers. Neither question does anything to the
+/// other robot: an e-puck's `V` is unknown to a Khepera, whose `B` would switch an e-puck's light off.
+fn recognise(link: Box<dyn Link>) -> Result<Option<Box<dyn Robot>>> {
+    let mut epuck = epuck::EPuck::new(link);
+    match epuck.begin() {
+        Ok(()) => return Ok(Some(Box::new(epuck))),
+        Err(error) if error.may_pass() => {}
+        Err(error) => return Err(error),
+    }
+    let mut khepera = khepera::Khepera::new(epuck.into_link());
+    match khepera.begin() {
+        Ok(()) => Ok(Some(Box::new(khepera))),
+        Err(error) if error.may_pass() => Ok(None),
+        Err(error) => Err(error),
+    }
+}
+
+#[cfg(test)]
+mod tests;

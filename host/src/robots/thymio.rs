@@ -1,0 +1,293 @@
+//! Thymio II, and what else drives on an Aseba network.
+//!
+//! The robot runs a program of its own and shares its variables; to drive is to set the motors' targets. It has no
+//! time-out: it keeps them.
+
+use std::ops::Range;
+
+use super::aseba::{Network, Node};
+use super::epuck;
+use super::error::{Error, Result};
+use super::link::Link;
+use super::{Battery, Description, Group, Kind, Odometry, Reading, Robot, Wheels};
+
+/// A kind of robot on a network: names of its variables.
+struct Body {
+    /// Name for people.
+    name: &'static str,
+    /// How the names of its nodes begin.
+    node: &'static str,
+    /// Targets of the left and the right wheel.
+    targets: [&'static str; 2],
+    /// Sensors and the variables that hold them.
+    sensors: &'static [(Group, &'static [&'static str])],
+    wheels: Wheels,
+}
+
+/// From a Thymio II's firmware and its simulation in Enki: 500 units are 166 mm/s (a driver for ROS has 171); the firmware
+/// obeys up to 1000, its own behaviours go up to 600.
+const THYMIO: Body = Body {
+    name: "Thymio II",
+    node: "thymio",
+    targets: ["motor.left.target", "motor.right.target"],
+    sensors: &[
+        (
+            Group {
+                kind: Kind::Proximity,
+                names: &[
+                    "proximity_front_0",
+                    "proximity_front_1",
+                    "proximity_front_2",
+                    "proximity_front_3",
+                    "proximity_front_4",
+                    "proximity_back_0",
+                    "proximity_back_1",
+                ],
+                unit: "",
+                range: (0.0, 4500.0),
+            },
+            &["prox.horizontal"],
+        ),
+        (
+            Group {
+                kind: Kind::Ground,
+                names: &["ground_left", "ground_right"],
+                unit: "",
+                range: (0.0, 1023.0),
+            },
+            &["prox.ground.delta"],
+        ),
+        (
+            Group {
+                kind: Kind::Acceleration,
+                names: &["acceleration_x", "acceleration_y", "acceleration_z"],
+                unit: "",
+                range: (-32.0, 32.0),
+            },
+            &["acc"],
+        ),
+        (
+            Group {
+                kind: Kind::Button,
+                names: &[
+                    "button_backward",
+                    "button_left",
+                    "button_center",
+                    "button_forward",
+                    "button_right",
+                ],
+                unit: "",
+                range: (0.0, 1.0),
+            },
+            &[
+                "button.backward",
+                "button.left",
+                "button.center",
+                "button.forward",
+                "button.right",
+            ],
+        ),
+        (
+            Group {
+                kind: Kind::WheelSpeed,
+                names: &["wheel_speed_left", "wheel_speed_right"],
+                unit: THYMIO_UNIT,
+                range: (-1000.0, 1000.0),
+            },
+            &["motor.left.speed", "motor.right.speed"],
+        ),
+    ],
+    wheels: Wheels {
+        unit: THYMIO_UNIT,
+        greatest: 600,
+        mm_s: 0.332,
+        base_mm: 95.0,
+        mm_per_count: None,
+    },
+};
+const THYMIO_UNIT: &str = "1/500 of 166 mm/s";
+
+/// The e-puck of Aseba's playground: 1000 units are 128 mm/s. It has no odometers.
+const PLAYGROUND_EPUCK: Body = Body {
+    name: "e-puck (Aseba)",
+    node: "e-puck",
+    targets: ["speed.left", "speed.right"],
+    sensors: &[(epuck::PROXIMITY, &["prox"])],
+    wheels: Wheels {
+        mm_s: 0.128,
+        mm_per_count: None,
+        ..epuck::WHEELS
+    },
+};
+
+const BODIES: [Body; 2] = [THYMIO, PLAYGROUND_EPUCK];
+
+/// A robot on an Aseba network.
+pub(crate) struct Thymio {
+    network: Network,
+    node: Node,
+    body: &'static Body,
+    description: Description,
+}
+
+impl Thymio {
+    /// Finds the robot on a network, ends its program and stops it. `node` is its number, if there are several.
+    ///
+    /// # Errors
+    /// There is no robot that is known, there are several, or the link fails.
+    pub(crate) fn connect(link: Box<dyn Link>, node: Option<u16>) -> Result<Self> {
+        let mut network = Network::new(link);
+        let (node, body) = find(&mut network, node)?;
+        let mut robot = Self {
+            description: describe(&node, body),
+            network,
+            node,
+            body,
+        };
+        robot.begin()?;
+        Ok(robot)
+    }
+
+    /// Ends the program, which may set the targets as well, and stops.
+    fn begin(&mut self) -> Result {
+        self.network.halt(self.node.id)?;
+        self.stop()
+    }
+}
+
+/// The robot with this number, or the only one.
+fn find(network: &mut Network, wanted: Option<u16>) -> Result<(Node, &'static Body)> {
+    let (mut robots, mut others) = (Vec::new(), Vec::new());
+    for (id, version) in network.list()? {
+        if wanted.is_some_and(|wanted| wanted != id) {
+            others.push(format!("node {id}"));
+            continue;
+        }
+        let node = network.describe(id, version)?;
+        match BODIES.iter().find(|body| body.fits(&node)) {
+            Some(body) => robots.push((node, body)),
+            None => others.push(format!("node {id}, \"{}\"", node.name)),
+        }
+    }
+    if robots.len() == 1 {
+        return Ok(robots.remove(0));
+    }
+    let advice = "; check that the robot is on, or name another network";
+    let problem = match (robots.is_empty(), wanted) {
+        (false, _) => {
+            let names = robots.iter().map(|(node, _)| format!("#{} ({})", node.id, node.name));
+            let names: Vec<String> = names.collect();
+            format!(
+                "has several robots; add one of these to the address: {}",
+                names.join(", ")
+            )
+        }
+        (true, Some(id)) => format!(
+            "no robot has the number {id}, but there are {}{advice}",
+            others.join(", ")
+        ),
+        (true, None) => format!("has no robot that is known, but {}{advice}", others.join(", ")),
+    };
+    Err(Error::Unknown {
+        link: network.name().into(),
+        problem,
+    })
+}
+
+impl Body {
+    fn fits(&self, node: &Node) -> bool {
+        node.name.to_lowercase().starts_with(self.node) && self.targets.iter().all(|name| node.variable(name).is_some())
+    }
+
+    /// Sensors that a node has, with their addresses.
+    fn sensors<'a>(&'a self, node: &'a Node) -> impl Iterator<Item = (Group, Vec<u16>)> + 'a {
+        self.sensors.iter().filter_map(|(group, names)| {
+            let variables: Vec<Range<u16>> = names.iter().map(|name| node.variable(name)).collect::<Option<_>>()?;
+            let addresses: Vec<u16> = variables.into_iter().flatten().collect();
+            (addresses.len() == group.names.len()).then_some((*group, addresses))
+        })
+    }
+}
+
+fn describe(node: &Node, body: &Body) -> Description {
+    Description {
+        robot: body.name.into(),
+        firmware: format!("{}, node {}, protocol {}", node.name, node.id, node.version),
+        sensors: body.sensors(node).map(|(group, _)| group).collect(),
+        wheels: body.wheels,
+        // Lights are native functions, which only a program can call.
+        lights: &[],
+    }
+}
+
+impl Robot for Thymio {
+    fn description(&self) -> &Description {
+        &self.description
+    }
+
+    fn sense(&mut self, kinds: &[Kind]) -> Result<Reading> {
+        let start = self.network.now();
+        let groups = self.description.groups(kinds)?;
+        let known: Vec<_> = self.body.sensors(&self.node).collect();
+        let addresses: Vec<u16> = groups
+            .iter()
+            .filter_map(|group| known.iter().find(|(known, _)| known == group))
+            .flat_map(|(_, addresses)| addresses)
+            .copied()
+            .collect();
+        let values = self.network.get(self.node.id, &addresses)?;
+        let at = self.network.now();
+        Ok(Reading {
+            at,
+            age: at.saturating_sub(start),
+            values: values.into_iter().map(f64::from).collect(),
+        })
+    }
+
+    fn drive(&mut self, left: i32, right: i32) -> Result {
+        let greatest = self.body.wheels.greatest;
+        let speeds = [left, right].map(|speed| speed.clamp(-greatest, greatest) as i16);
+        let addresses = self.body.targets.iter().filter_map(|name| self.node.variable(name));
+        let values: Vec<(u16, i16)> = addresses.map(|address| address.start).zip(speeds).collect();
+        self.network.set(self.node.id, &values)
+    }
+
+    fn stop(&mut self) -> Result {
+        self.drive(0, 0)
+    }
+
+    fn light(&mut self, light: usize, _: bool) -> Result {
+        self.description.light(light)
+    }
+
+    /// Two measurements of the battery; their sum is in units of 1/397.8 V. Below 3.4 V the robot's light blinks.
+    fn battery(&mut self) -> Result<Battery> {
+        let both = self.node.variable("_vbat").filter(|addresses| addresses.len() == 2);
+        let addresses = both.ok_or_else(|| self.description.lacks("reading of its battery", "none"))?;
+        let both = self.network.get(self.node.id, &addresses.collect::<Vec<_>>())?;
+        let sum: f64 = both.into_iter().map(f64::from).sum();
+        let volts = sum / 397.8;
+        Ok(Battery {
+            volts: Some(volts),
+            low: volts < 3.4,
+        })
+    }
+
+    fn odometry(&mut self) -> Result<Odometry> {
+        Err(self
+            .description
+            .lacks("odometers", "sensors of wheel_speed, if it has them"))
+    }
+
+    fn reconnect(&mut self) -> Result {
+        self.network.reopen()?;
+        // Addresses may have changed with the firmware.
+        let (node, body) = find(&mut self.network, Some(self.node.id))?;
+        self.description = describe(&node, body);
+        (self.node, self.body) = (node, body);
+        self.begin()
+    }
+}
+
+#[cfg(test)]
+pub(super) mod tests;

@@ -1,0 +1,143 @@
+use super::super::aseba::tests::{from, head, named, words};
+use super::super::script::{Scripted, Step, hear, say};
+use super::*;
+
+const VARIABLES: u16 = 0x9005;
+
+/// Variables of a small Thymio II: names, sizes, and so addresses.
+const NAMES: [(&str, u16); 7] = [
+    ("_id", 1),
+    ("_vbat", 2),
+    ("motor.left.target", 1),
+    ("motor.right.target", 1),
+    ("motor.left.speed", 1),
+    ("motor.right.speed", 1),
+    ("prox.horizontal", 7),
+];
+
+fn to(kind: u16, payload: &[u16]) -> Vec<u8> {
+    from(0, kind, &words(payload))
+}
+
+fn listed(nodes: &[u16]) -> Vec<Step> {
+    let present: Vec<u8> = nodes.iter().flat_map(|id| from(*id, 0x900c, &words(&[5]))).collect();
+    vec![hear(to(0xa011, &[5])), say(present)]
+}
+
+fn described(id: u16, name: &str, names: &[(&str, u16)]) -> Vec<Step> {
+    let variables = names.iter().flat_map(|(name, size)| named(id, *size, name));
+    let description = head(id, name, 5, 586, [names.len() as u16, 0, 0]);
+    vec![
+        hear(to(0xa010, &[id, 5])),
+        say(description.into_iter().chain(variables).collect::<Vec<_>>()),
+    ]
+}
+
+/// Setting the targets at 3 and 4, and reading them back.
+fn driven(id: u16, left: i16, right: i16) -> Vec<Step> {
+    let (left, right) = (left as u16, right as u16);
+    let sent = [
+        to(0xa00c, &[id, 3, left]),
+        to(0xa00c, &[id, 4, right]),
+        to(0xa00b, &[id, 3, 2]),
+    ];
+    let held = from(id, VARIABLES, &words(&[3, left, right]));
+    vec![hear(sent.concat()), say(held)]
+}
+
+/// The program is ended, and the wheels stop.
+fn begun(id: u16) -> Vec<Step> {
+    [vec![hear(to(0xa006, &[id]))], driven(id, 0, 0)].concat()
+}
+
+/// What is said until the robot has begun.
+pub(crate) fn opening(id: u16) -> Vec<Step> {
+    [listed(&[id]), described(id, "thymio-II", &NAMES), begun(id)].concat()
+}
+
+fn connect(steps: Vec<Step>, node: Option<u16>) -> Result<Thymio> {
+    Thymio::connect(Box::new(Scripted::new(steps)), node)
+}
+
+fn robot(steps: Vec<Step>) -> Thymio {
+    connect([opening(1), steps].concat(), None).unwrap()
+}
+
+#[test]
+fn it_senses_and_drives() {
+    let proximity = [0, 1000, 4500, 0, 0, 7, 8];
+    let values = [&[5, 100, (-100_i16) as u16], &proximity[..]].concat();
+    let battery = [
+        hear(to(0xa00b, &[1, 1, 2])),
+        say(from(1, VARIABLES, &words(&[1, 676, 676]))),
+    ];
+    let steps = [
+        vec![hear(to(0xa00b, &[1, 5, 9])), say(from(1, VARIABLES, &words(&values)))],
+        driven(1, 600, -600),
+        driven(1, 301, 0),
+        battery.to_vec(),
+    ];
+    let mut robot = robot(steps.concat());
+    assert_eq!(robot.description().robot, "Thymio II");
+    assert_eq!(robot.description().firmware, "thymio-II, node 1, protocol 5");
+    let reading = robot.sense(&[Kind::Proximity, Kind::WheelSpeed]).unwrap();
+    assert_eq!(reading.values, [0., 1000., 4500., 0., 0., 7., 8., 100., -100.]);
+    robot.drive(9999, -9999).unwrap();
+    robot.drive_mm_s(100.0, 0.1).unwrap();
+    let battery = robot.battery().unwrap();
+    assert!(battery.low && (battery.volts.unwrap() - 3.3987).abs() < 1e-3);
+    // It has no such variable, so it has no such sensor.
+    assert!(
+        matches!(robot.sense(&[Kind::Ground]), Err(Error::Unsupported { allowed, .. })
+        if allowed == "proximity, wheel_speed")
+    );
+    assert!(matches!(robot.odometry(), Err(Error::Unsupported { .. })));
+    assert!(matches!(robot.light(0, true), Err(Error::Unsupported { allowed, .. }) if allowed == "none"));
+}
+
+#[test]
+fn the_playground_s_e_puck_is_another_body() {
+    let names = [("id", 1), ("x", 2), ("speed.left", 1), ("speed.right", 1), ("prox", 8)];
+    let steps = [listed(&[2]), described(2, "e-puck0", &names), begun(2)];
+    let robot = connect(steps.concat(), None).unwrap();
+    assert_eq!(robot.description().robot, "e-puck (Aseba)");
+    assert_eq!(robot.description().sensors.len(), 1);
+}
+
+#[test]
+fn of_several_robots_one_has_to_be_named() {
+    let described = |id| described(id, "thymio-II", &NAMES);
+    let steps = [listed(&[1, 2]), described(1), described(2)];
+    let words = connect(steps.concat(), None).err().unwrap().to_string();
+    assert!(
+        words.contains("add one of these to the address: #1 (thymio-II), #2 (thymio-II)"),
+        "{words}"
+    );
+    let steps = [listed(&[1, 2]), described(2), begun(2)];
+    assert!(connect(steps.concat(), Some(2)).is_ok());
+    let words = connect(listed(&[1, 2]), Some(3)).err().unwrap().to_string();
+    assert!(
+        words.contains("no robot has the number 3, but there are node 1, node 2"),
+        "{words}"
+    );
+}
+
+#[test]
+fn what_can_not_drive_is_no_robot() {
+    let steps = [listed(&[1]), described(1, "dummynode", &[("a", 1)])];
+    let words = connect(steps.concat(), None).err().unwrap().to_string();
+    assert!(
+        words.contains("has no robot that is known, but node 1, \"dummynode\""),
+        "{words}"
+    );
+    let steps = [listed(&[1]), described(1, "thymio-II", &NAMES[..3])];
+    assert!(matches!(connect(steps.concat(), None), Err(Error::Unknown { .. })));
+}
+
+#[test]
+fn a_lost_link_is_opened_again() {
+    let sent = driven(1, 5, 5).remove(0);
+    let mut robot = robot([vec![sent, Step::HangUp, Step::Reopen], opening(1)].concat());
+    assert!(matches!(robot.drive(5, 5), Err(Error::Disconnected { .. })));
+    robot.reconnect().unwrap();
+}
