@@ -54,7 +54,7 @@ fn traces(name: &str, genes: u32, range: f64) -> Vec<Vec<Row>> {
     ]);
     evaluated.exits(0).says(&[&format!("{GENOMES} genomes, 1 trials")]);
     (0..GENOMES)
-        .map(|genome| rows(&place.text(&format!("traces/trace-{genome}-0.csv"))))
+        .map(|genome| rows(&place.text(format!("traces/trace-{genome}-0.csv"))))
         .collect()
 }
 
