@@ -251,7 +251,7 @@ impl Layer {
                 let _ = writeln!(text, "    {name} += gene(life, first + {}u);", offset + of_sum - 1);
             }
         }
-        text += &match self.kind {
+        let own = match self.kind {
             LayerKind::Dense | LayerKind::Elman => {
                 let output = self.activation.unwrap_or_default().of(self.slope, "sum");
                 format!("    layer_{index}[unit] = {output};\n")
@@ -272,7 +272,7 @@ impl Layer {
 "
             ),
         };
-        text + "    }\n"
+        text + &own + "    }\n"
     }
 
     /// The share of a cycle in a time constant, in WGSL. The constant is `least (greatest / least)^gene` for a gene from 0 to 1.

@@ -23,7 +23,10 @@ mod progress;
 mod reality;
 mod record;
 mod report;
-#[cfg_attr(not(test), expect(dead_code, reason = "commands read robots and stop them, and drive none"))]
+#[cfg_attr(
+    not(test),
+    expect(dead_code, reason = "commands read robots and stop them, and drive none")
+)]
 mod robots;
 mod runs;
 mod sealed;
