@@ -233,7 +233,8 @@ fn each_part_runs_as_it_is_written() {
     let range =
         "sensor.values.range = 300 mm: greatest distance that it measures (default: 300; allowed: 1 to 2000 mm)\n";
     assert!(genes.contains(range), "{genes}");
-    let new = place.text("all.toml");
+    place.good(&[&["new", "again"], &parts[..]].concat());
+    let new = place.text("again.toml");
     let goal = "# goal = 250.0 # 10 to 10000 mm: distance from the start at which the life is over\n";
     assert!(new.contains("\n[task.values]\n") && new.contains(goal), "{new}");
     // A value's line can be taken as it stands.

@@ -187,7 +187,7 @@ fn experiments_that_are_not_allowed_exit_with_3_and_say_where() {
         ),
         (
             "[start]\nkind = \"at\"\ny_mm = 90\nheading_turns = 0\n",
-            &["bad.toml:1:2: start: lacks `x_mm`; allowed: a number from -100000 to 100000 (mm)"],
+            &["bad.toml:1:1: start: lacks `x_mm`; allowed: a number from -100000 to 100000 (mm)"],
         ),
         (
             "experiment = \"small.toml\"\nseeds = \"1..3\"\n",
@@ -225,8 +225,11 @@ fn experiments_that_are_not_allowed_exit_with_3_and_say_where() {
         .says(&["small.toml: is an experiment, not a sweep", "oneiro run small.toml"]);
     place
         .run(&["evaluate", "--genomes", "genes.npy", "small.toml"])
-        .exits(2)
-        .says(&["--genomes small.toml: isn't a file of genomes; an experiment goes before --genomes"]);
+        .exits(3)
+        .says(&[
+            "--genomes small.toml: isn't a file of genomes",
+            "an experiment goes before --genomes",
+        ]);
     place.run(&["check", "."]).exits(3);
     place.write("bytes.toml", [0xff, 0xfe, 0x00, 0x80]);
     place.run(&["check", "bytes.toml"]).exits(3).says(&["bytes.toml"]);

@@ -79,19 +79,19 @@ pub(crate) struct New {
     /// Write an experiment with a swarm
     #[arg(long)]
     pub(crate) swarm: bool,
-    /// Write an experiment with sensors of your own, and the sensors, SENSOR.wgsl, to change as you like
-    #[arg(long, value_name = "SENSOR", conflicts_with = "swarm")]
+    /// Write an experiment with sensors of your own, and the sensors, NAME.wgsl, to change as you like
+    #[arg(long, value_name = "NAME", conflicts_with = "swarm")]
     pub(crate) sensor: Option<String>,
-    /// The same with a controller, CONTROLLER.wgsl
-    #[arg(long, value_name = "CONTROLLER", conflicts_with = "swarm")]
+    /// The same with a controller
+    #[arg(long, value_name = "NAME", conflicts_with = "swarm")]
     pub(crate) controller: Option<String>,
-    /// The same with a task, TASK.wgsl
-    #[arg(long, value_name = "TASK", conflicts_with = "swarm")]
+    /// The same with a task
+    #[arg(long, value_name = "NAME", conflicts_with = "swarm")]
     pub(crate) task: Option<String>,
     /// Write an experiment that ships with Oneiro, with its parts; without a name, list them
     #[arg(
         long,
-        value_name = "EXAMPLE",
+        value_name = "NAME",
         num_args = 0..=1,
         default_missing_value = "",
         conflicts_with_all = ["name", "swarm", "sensor", "controller", "task"]

@@ -108,7 +108,9 @@ pub(crate) fn check(directory: &Path) {
     let tables: Vec<&String> = named.iter().filter(|name| is_table(name)).collect();
     assert!(readme.columns.keys().all(|table| tables.contains(&table)));
     for table in tables {
-        let text = fs::read_to_string(directory.join(table)).unwrap();
+        let mut names = fs::read_dir(directory).unwrap().map(|entry| entry.unwrap().file_name());
+        let name = names.find(|name| general(name.to_str().unwrap()) == *table).unwrap();
+        let text = fs::read_to_string(directory.join(name)).unwrap();
         let head: Vec<&str> = text.lines().next().unwrap().split(',').collect();
         let columns = readme.columns_of(table);
         assert!(

@@ -34,8 +34,8 @@ pub(crate) fn run(arguments: &Evaluate, console: Console) -> Result {
     let is_experiment = |path: &&PathBuf| path.extension().is_some_and(|extension| extension == "toml");
     if let Some(path) = arguments.genomes.iter().find(is_experiment) {
         let path = path.display();
-        return Err(Failure::usage(format_args!(
-            "--genomes {path}: isn't a file of genomes; an experiment goes before --genomes: oneiro evaluate {path} --genomes .."
+        return Err(Failure::input(format_args!(
+            "--genomes {path}: isn't a file of genomes; allowed: .npy, .csv, .json; an experiment goes before --genomes"
         )));
     }
     let named = Named::all(&arguments.genomes)?;
