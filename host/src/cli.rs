@@ -8,13 +8,14 @@ use clap::{Args, Parser, Subcommand, ValueHint};
 use crate::commands::rules;
 use crate::console::Output;
 use crate::device::Backend;
+use crate::robots::Kind;
 use crate::studies::{miglino1995, odowd2014};
 use crate::sweep::store::Shard;
 
 /// Evolves robot controllers in simulated lives, bit for bit the same on every device.
 ///
 /// Data go to standard output, messages to standard error. Exit codes: 0 done, 1 failed, 2 usage,
-/// 3 configuration or input invalid, 4 no usable device, 5 data corrupt, 6 disk full or I/O,
+/// 3 configuration or input invalid, 4 no usable device or robot, 5 data corrupt, 6 disk full or I/O,
 /// 75 stopped early and resumable, 130 aborted.
 #[derive(Debug, Parser)]
 #[command(name = "oneiro", version, propagate_version = true)]
@@ -62,6 +63,8 @@ pub(crate) enum Command {
     Tables(Tables),
     /// Sample a robot's sensors and motors into tables
     Sample(Sample),
+    /// Find robots on the wire, show what they sense, and stop them
+    Robot(Robot),
     /// Repeat a paper's whole study and judge its claims
     Reproduce(Reproduce),
     /// Run many evolutions as one job: a grid of values, each from many seeds
@@ -401,6 +404,56 @@ pub(crate) struct Sample {
     pub(crate) out: PathBuf,
 }
 
+/// `oneiro robot`
+#[derive(Args, Debug)]
+pub(crate) struct Robot {
+    /// Subcommand to run.
+    #[command(subcommand)]
+    pub(crate) command: RobotCommand,
+}
+
+/// Commands for robots on a wire or a radio link.
+#[derive(Debug, Subcommand)]
+pub(crate) enum RobotCommand {
+    /// List this machine's serial ports and the forms of addresses
+    List,
+    /// Connect to a robot, which stops its wheels, and print what it is, what it has and how fast it answers
+    Ping(RobotLink),
+    /// Show a robot's sensors live until Ctrl-C, its wheels stopped: bars on a terminal, else a line of JSON per reading
+    Watch(RobotWatch),
+    /// Stop a robot's wheels, and say whether it confirmed that
+    Stop(RobotLink),
+}
+
+/// A robot on the command line.
+#[derive(Args, Debug)]
+pub(crate) struct RobotLink {
+    /// Where the robot is, such as serial:/dev/ttyUSB0, tcp:192.168.1.7:1000 or aseba:serial:/dev/ttyACM0. `oneiro robot
+    /// list` has all forms
+    #[arg(value_name = "ADDRESS")]
+    pub(crate) address: String,
+    /// Record all bytes of the link in this file, never overwritten, for a bug report
+    #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath)]
+    pub(crate) record: Option<PathBuf>,
+}
+
+/// `oneiro robot watch`
+#[derive(Args, Debug)]
+pub(crate) struct RobotWatch {
+    /// The robot.
+    #[command(flatten)]
+    pub(crate) link: RobotLink,
+    /// Kinds of sensors [default: all that the robot has]
+    #[arg(long, value_name = "KIND,..", value_delimiter = ',')]
+    pub(crate) kinds: Vec<Kind>,
+    /// Readings per second, 0.1 to 100. Slow links give fewer
+    #[arg(long, value_name = "N", default_value_t = 10.0, value_parser = hertz)]
+    pub(crate) hz: f64,
+    /// End after N readings
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..))]
+    pub(crate) cycles: Option<u64>,
+}
+
 /// `oneiro reproduce`
 #[derive(Args, Debug)]
 pub(crate) struct Reproduce {
@@ -579,6 +632,14 @@ fn pose(text: &str) -> Result<[f32; 3], String> {
     pose.ok_or_else(|| "allowed: x and y in mm and a heading in turns, such as 100,90,0.125".to_owned())
 }
 
+/// Parses a number from 0.1 to 100.
+fn hertz(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(hertz) if (0.1..=100.0).contains(&hertz) => Ok(hertz),
+        _ => Err("allowed: a number from 0.1 to 100, such as 10".to_owned()),
+    }
+}
+
 /// Parses a number above 0 and up to 1.
 fn share(text: &str) -> Result<f64, String> {
     match text.parse::<f64>() {
@@ -611,6 +672,15 @@ mod tests {
         assert_eq!(pose("100, -90.5,0.125"), Ok([100.0, -90.5, 0.125]));
         for wrong in ["", "1,2", "1,2,3,4", "1,2,x", "1;2;3"] {
             assert!(pose(wrong).is_err(), "{wrong}");
+        }
+    }
+
+    #[test]
+    fn rates_have_limits() {
+        assert_eq!(hertz("0.1"), Ok(0.1));
+        assert_eq!(hertz("100"), Ok(100.0));
+        for wrong in ["0", "0.09", "100.1", "-1", "nan", "x", ""] {
+            assert!(hertz(wrong).is_err(), "{wrong}");
         }
     }
 

@@ -7,6 +7,8 @@ use std::path::Path;
 use oneiro::evaluator;
 use oneiro::parameter::Invalid;
 
+use crate::robots;
+
 /// Exit codes other than 0; the README lists them for users.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u8)]
@@ -17,7 +19,7 @@ pub(crate) enum Code {
     Usage = 2,
     /// A configuration or an input file is invalid or missing.
     Input = 3,
-    /// No usable device.
+    /// No usable device or robot.
     Device = 4,
     /// Recorded data are corrupt.
     Corrupt = 5,
@@ -61,7 +63,7 @@ impl Failure {
         Self::new(Code::Input, problem)
     }
 
-    /// Exit 4: no usable device.
+    /// Exit 4: no usable device or robot.
     pub(crate) fn device(problem: impl Display) -> Self {
         Self::new(Code::Device, problem)
     }
@@ -167,6 +169,15 @@ impl From<evaluator::Error> for Failure {
 fn words(error: &io::Error) -> String {
     let text = error.to_string();
     text.split(" (os error").next().unwrap_or_default().to_owned()
+}
+
+impl From<robots::error::Error> for Failure {
+    fn from(error: robots::error::Error) -> Self {
+        match error {
+            robots::error::Error::Unsupported { .. } => Self::input(error),
+            _ => Self::device(error),
+        }
+    }
 }
 
 #[cfg(test)]

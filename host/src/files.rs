@@ -108,16 +108,21 @@ pub(crate) fn must_be_new(path: &Path) -> Result {
 /// # Errors
 /// Exit 3 if the path exists or its directory doesn't, exit 6 if writing fails; a partial file is removed.
 pub(crate) fn write_new(path: &Path, bytes: &[u8]) -> Result {
-    let mut file = match OpenOptions::new().write(true).create_new(true).open(path) {
-        Ok(file) => file,
-        Err(error) if error.kind() == io::ErrorKind::AlreadyExists => return Err(exists(path)),
-        Err(error) => return Err(Failure::unreadable(path, &error)),
-    };
+    let file = OpenOptions::new().write(true).create_new(true).open(path);
+    let mut file = file.map_err(|error| uncreated(path, &error))?;
     file.write_all(bytes).and_then(|()| file.sync_all()).map_err(|error| {
         // If this fails too, the error that follows names the file.
         let _ = fs::remove_file(path);
         Failure::storage(path, &error)
     })
+}
+
+/// For a new file that the user named and that can't be created: exit 3 if it exists or its directory doesn't, else exit 6.
+pub(crate) fn uncreated(path: &Path, error: &io::Error) -> Failure {
+    match error.kind() {
+        io::ErrorKind::AlreadyExists => exists(path),
+        _ => Failure::unreadable(path, error),
+    }
 }
 
 fn exists(path: &Path) -> Failure {

@@ -20,6 +20,7 @@ mod report;
 mod reproduce;
 mod resume;
 pub(crate) mod rules;
+mod robot;
 mod run;
 pub(crate) mod sample;
 mod selftest;
@@ -48,6 +49,7 @@ pub(crate) fn run(command: Command, console: Console) -> Result {
         Command::Bench(arguments) => bench::run(&arguments, console),
         Command::Tables(arguments) => tables::run(&arguments, console),
         Command::Sample(arguments) => sample::run(&arguments, console),
+        Command::Robot(arguments) => robot::run(&arguments, console),
         Command::Reproduce(arguments) => reproduce::run(&arguments, console),
         Command::Sweep(arguments) => sweep::run(&arguments, console),
         Command::Completions(arguments) => completions::run(&arguments, console),

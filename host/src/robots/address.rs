@@ -50,9 +50,9 @@ pub(crate) enum Transport {
     },
 }
 
-/// All forms of an address.
+/// All forms of the address of a robot at the end of a link.
 pub(crate) const FORMS: &str = "serial:PATH, serial:PATH@BAUD, tcp:HOST:PORT, aseba:HOST:PORT, aseba:serial:PATH, \
-                                the last two also with #NODE, and surrogate:SEED";
+                                the last two also with #NODE";
 
 const BAUD_RATES: RangeInclusive<u32> = 300..=4_000_000;
 
@@ -78,7 +78,7 @@ impl FromStr for Address {
 fn parse(text: &str) -> Result<Address, String> {
     let (scheme, rest) = text
         .split_once(':')
-        .ok_or_else(|| format!("says not how to reach it; allowed: {FORMS}"))?;
+        .ok_or_else(|| format!("does not say how to reach it; allowed: {FORMS}"))?;
     match scheme {
         "surrogate" => number(rest, "seed", &(0..=u64::MAX)).map(Address::Surrogate),
         "serial" => serial(rest).map(|transport| Address::Wire(Wire::Plain(transport))),
@@ -223,7 +223,7 @@ mod tests {
     fn errors_name_the_wrong_part_and_what_is_allowed() {
         for (text, words) in [
             ("", "allowed: serial:PATH, serial:PATH@BAUD, tcp:HOST:PORT"),
-            ("/dev/ttyUSB0", "says not how to reach it"),
+            ("/dev/ttyUSB0", "does not say how to reach it"),
             ("usb:1", "`usb` is no way to reach a robot; allowed: serial:PATH"),
             ("serial:", "names no port"),
             ("serial:@9600", "names no port"),

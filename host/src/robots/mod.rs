@@ -25,7 +25,8 @@ use link::Link;
 use recording::Recording;
 
 /// What a sensor measures.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, clap::ValueEnum)]
+#[value(rename_all = "snake_case")]
 pub(crate) enum Kind {
     /// Infra-red light reflected by objects: the nearer, the higher.
     Proximity,
@@ -305,6 +306,8 @@ pub(crate) fn connect(wire: &Wire, recording: Option<&Recording>) -> Result<Box<
             // First, since a stray byte would put the e-puck2's radio out of step with its commands.
             match epuck2::EPuck2::connect(open(transport, 0)?) {
                 Ok(robot) => return Ok(Box::new(robot)),
+                // It has answered, and its wheels turn on.
+                Err(error @ Error::Refused { .. }) => return Err(error),
                 Err(error) if error.may_pass() => {}
                 Err(error) => return Err(error),
             }

@@ -206,3 +206,43 @@ fn kinds_and_lights_that_a_robot_lacks_are_named() {
     let words = description.light(2).unwrap_err().to_string();
     assert_eq!(words, "thing has no light 2; allowed: 0 to 1");
 }
+
+/// What is recorded over a real link plays back to the same readings, the stop at the end included. The robot sends less
+/// often than a real one: its answers are then far from the limits in time by which the driver decides.
+#[test]
+fn a_recording_over_tcp_plays_back() {
+    let listener = TcpListener::bind("127.0.0.1:0").unwrap();
+    let port = listener.local_addr().unwrap().port();
+    thread::spawn(move || {
+        let (mut stream, _) = listener.accept().unwrap();
+        stream.read_exact(&mut [0; 21]).unwrap();
+        while stream.write_all(&epuck2::tests::answer([7, 9])).is_ok() {
+            thread::sleep(Duration::from_millis(70));
+        }
+    });
+    let host = "127.0.0.1".into();
+    let path = std::env::temp_dir().join(format!("oneiro-recorded-{}", std::process::id()));
+    let recording = Recording::create(&path).unwrap();
+    let wire = Wire::Plain(Transport::Tcp { host, port });
+    let used = |robot: &mut dyn Robot| -> Vec<Reading> {
+        let kinds: Vec<Kind> = robot.description().sensors.iter().map(|group| group.kind).collect();
+        let readings = (0..3).map(|_| Reading {
+            at: Duration::ZERO,
+            age: Duration::ZERO,
+            ..robot.sense(&kinds).unwrap()
+        });
+        let readings = readings.collect();
+        robot.stop().unwrap();
+        readings
+    };
+    let mut robot = connect(&wire, Some(&recording)).unwrap();
+    let readings = used(&mut *robot);
+    drop(robot);
+    assert_eq!(recording.finish(), None);
+
+    let text = std::fs::read_to_string(&path).unwrap();
+    std::fs::remove_file(&path).unwrap();
+    let replay = recording::Replay::parse(&text).unwrap();
+    let mut again = epuck2::EPuck2::connect(Box::new(replay)).unwrap();
+    assert_eq!(used(&mut again), readings);
+}

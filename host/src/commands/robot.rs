@@ -1,0 +1,315 @@
+//! `oneiro robot`: finds robots on the wire, shows what they sense, and stops them.
+
+use std::path::Path;
+use std::time::{Duration, Instant};
+
+use serde_json::{Value, json};
+
+use crate::cli::{Robot as Arguments, RobotCommand, RobotLink};
+use crate::console::{Console, columns};
+use crate::exit::{Failure, Result};
+use crate::files;
+use crate::robots::address::{Address, FORMS, Wire};
+use crate::robots::error::{self, Error};
+use crate::robots::link;
+use crate::robots::recording::Recording;
+use crate::robots::{self, Battery, Description, Group, Kind, Robot};
+
+mod watch;
+
+/// Runs the subcommand.
+pub(crate) fn run(arguments: &Arguments, console: Console) -> Result {
+    match &arguments.command {
+        RobotCommand::List => list(console),
+        RobotCommand::Ping(link) => ping(link, console),
+        RobotCommand::Watch(arguments) => watch::run(arguments, console),
+        RobotCommand::Stop(link) => stop(link, console),
+    }
+}
+
+/// Prints the serial ports and the forms of addresses.
+fn list(console: Console) -> Result {
+    const ADDRESSES: [(&str, &str); 4] = [
+        (
+            "serial:PATH",
+            "Khepera, e-puck or e-puck2 at a serial port, USB or Bluetooth; serial:PATH@BAUD if it is slow to find",
+        ),
+        (
+            "tcp:HOST:PORT",
+            "e-puck2 over Wi-Fi (port 1000), or a serial port that a server passes on",
+        ),
+        (
+            "aseba:serial:PATH",
+            "Thymio II over USB or its radio dongle; #NODE after the path if there are several",
+        ),
+        (
+            "aseba:HOST:PORT",
+            "Thymio II behind an Aseba switch, or Aseba's simulator (port 33333); #NODE likewise",
+        ),
+    ];
+    let ports = link::ports();
+    if console.json() {
+        let port =
+            |(path, about): &(String, String)| json!({ "path": path, "about": about, "address": at_port(path, about) });
+        let form = |(form, robots): &(&str, &str)| json!({ "form": form, "robots": robots });
+        return console.json_data(&json!({
+            "ports": ports.iter().map(port).collect::<Vec<_>>(),
+            "addresses": ADDRESSES.iter().map(form).collect::<Vec<_>>(),
+        }));
+    }
+    let row = |(path, about): &(String, String)| vec![at_port(path, about), known(about).to_owned()];
+    let text = match &ports.iter().map(row).collect::<Vec<_>>()[..] {
+        [] => "no serial port was found\n".to_owned(),
+        rows => columns(&["address", "port"], rows),
+    };
+    let forms = ADDRESSES.map(|(form, robots)| vec![form.to_owned(), robots.to_owned()]);
+    console.data(format!("{text}\n{}", columns(&["form of address", "robots"], &forms)))
+}
+
+/// The address of a robot at a serial port. 0617 is the vendor of the Thymio II and of its dongle.
+fn at_port(path: &str, about: &str) -> String {
+    let scheme = if about.starts_with("USB 0617:") {
+        "aseba:serial"
+    } else {
+        "serial"
+    };
+    format!("{scheme}:{path}")
+}
+
+/// Text of a cell, which is never empty.
+fn known(text: &str) -> &str {
+    if text.is_empty() { "-" } else { text }
+}
+
+/// Prints what a robot is and has, and how fast it answers.
+fn ping(arguments: &RobotLink, console: Console) -> Result {
+    connected(arguments, console, |wire, robot| {
+        used(robot?, |robot| {
+            let battery = match robot.battery() {
+                Err(Error::Unsupported { .. }) => None,
+                told => Some(told?),
+            };
+            let description = robot.description().clone();
+            let timing = description.sensors.first().map(|group| Timing::of(robot, group.kind));
+            let timing = timing.transpose()?;
+            if console.json() {
+                return console.json_data(&described(wire, &description, battery, timing.as_ref()));
+            }
+            console.data(text(wire, &description, battery, timing.as_ref()))
+        })
+    })
+}
+
+/// Stops a robot's wheels. Connecting stops them, and closing stops them again.
+fn stop(arguments: &RobotLink, console: Console) -> Result {
+    connected(arguments, console, |wire, robot| {
+        let stopped = robot.and_then(|robot| {
+            let name = robot.description().robot.clone();
+            closed(robot).map(|()| name)
+        });
+        let robot = stopped.map_err(|error| unstopped(&error))?;
+        if console.json() {
+            return console.json_data(&json!({ "address": wire.to_string(), "robot": robot, "stopped": true }));
+        }
+        console.data(format!("stopped: the {robot} at {wire} has confirmed it"))
+    })
+}
+
+/// Says that the wheels may be turning, and what to do.
+fn unstopped(error: &Error) -> Failure {
+    Failure::device(format_args!(
+        "cannot stop: {error}. The wheels may be turning: lift the robot, then switch it off or reset it"
+    ))
+}
+
+/// Connects to the robot at an address, and finishes the recording of its link, whatever `work` returns.
+///
+/// # Errors
+/// Exit 3 for the address or the recording's path, exit 6 if the recording can't be written, and those of `work`.
+fn connected<T>(
+    arguments: &RobotLink,
+    console: Console,
+    work: impl FnOnce(&Wire, error::Result<Box<dyn Robot>>) -> Result<T>,
+) -> Result<T> {
+    let wire = wire(&arguments.address)?;
+    let recording = arguments.record.as_deref().map(recording).transpose()?;
+    console.say(format!("connecting to {wire}"));
+    let outcome = work(&wire, robots::connect(&wire, recording.as_ref()));
+    match (outcome, recording.and_then(Recording::finish)) {
+        (outcome, None) => outcome,
+        (Ok(_), Some(problem)) => Err(Failure::unwritten(problem)),
+        (Err(failure), Some(problem)) => {
+            console.say(problem);
+            Err(failure)
+        }
+    }
+}
+
+fn wire(address: &str) -> Result<Wire> {
+    match address.parse() {
+        Ok(Address::Wire(wire)) => Ok(wire),
+        Ok(Address::Surrogate(_)) => Err(Failure::input(format_args!(
+            "robot {address}: a surrogate has no link; allowed: {FORMS}"
+        ))),
+        Err(invalid) => Err(Failure::input(invalid)),
+    }
+}
+
+fn recording(path: &Path) -> Result<Recording> {
+    Recording::create(path).map_err(|error| files::uncreated(path, &error))
+}
+
+/// Uses a robot, and stops it however that ended.
+fn used(mut robot: Box<dyn Robot>, work: impl FnOnce(&mut dyn Robot) -> Result) -> Result {
+    let outcome = work(&mut *robot);
+    match (outcome, closed(robot)) {
+        (outcome, Ok(())) => outcome,
+        (Ok(()), Err(error)) => Err(unstopped(&error)),
+        (Err(failure), Err(error)) => Err(unstopped(&error).at(&failure.to_string())),
+    }
+}
+
+/// Stops a robot and closes its link. A restart that it reports first has stopped it, too, but is no confirmation.
+fn closed(mut robot: Box<dyn Robot>) -> error::Result {
+    match robot.stop() {
+        Err(Error::Restarted) => robot.close(),
+        outcome => outcome,
+    }
+}
+
+/// How long readings of sensors took.
+struct Timing {
+    kind: Kind,
+    /// In ascending order.
+    times: Vec<Duration>,
+    /// Greatest age of a value when it arrived.
+    age: Duration,
+}
+
+impl Timing {
+    const READINGS: usize = 20;
+
+    /// Reads sensors one time after another.
+    fn of(robot: &mut dyn Robot, kind: Kind) -> error::Result<Self> {
+        let (mut times, mut age) = (Vec::new(), Duration::ZERO);
+        for _ in 0..Self::READINGS {
+            let start = Instant::now();
+            age = age.max(robot.sense(&[kind])?.age);
+            times.push(start.elapsed());
+        }
+        times.sort_unstable();
+        Ok(Self { kind, times, age })
+    }
+
+    /// Least, median and greatest time, ms.
+    fn summary(&self) -> [f64; 3] {
+        let at = |index: usize| milliseconds(self.times[index]);
+        let middle = Self::READINGS / 2;
+        [at(0), f64::midpoint(at(middle - 1), at(middle)), at(Self::READINGS - 1)]
+    }
+}
+
+fn milliseconds(time: Duration) -> f64 {
+    (time.as_secs_f64() * 1e6).round() / 1e3
+}
+
+/// A description for JSON.
+fn described(wire: &Wire, description: &Description, battery: Option<Battery>, timing: Option<&Timing>) -> Value {
+    let group = |group: &Group| {
+        let (least, greatest) = group.range;
+        json!({
+            "kind": group.kind.to_string(),
+            "names": group.names,
+            "unit": group.unit,
+            "least": number(least),
+            "greatest": number(greatest),
+        })
+    };
+    let wheels = description.wheels;
+    let timing = timing.map(|timing| {
+        let [min, median, max] = timing.summary();
+        json!({
+            "kind": timing.kind.to_string(),
+            "readings": Timing::READINGS,
+            "min_ms": min,
+            "median_ms": median,
+            "max_ms": max,
+            "age_ms": milliseconds(timing.age),
+        })
+    });
+    json!({
+        "address": wire.to_string(),
+        "robot": description.robot,
+        "firmware": description.firmware,
+        "sensors": description.sensors.iter().map(group).collect::<Vec<_>>(),
+        "wheels": {
+            "unit": wheels.unit,
+            "greatest": wheels.greatest,
+            "unit_mm_s": wheels.mm_s,
+            "base_mm": wheels.base_mm,
+            "mm_per_count": wheels.mm_per_count,
+        },
+        "lights": description.lights,
+        "battery": battery.map(|battery| json!({ "volts": battery.volts, "low": battery.low })),
+        "round_trip": timing,
+    })
+}
+
+/// A description for people.
+fn text(wire: &Wire, description: &Description, battery: Option<Battery>, timing: Option<&Timing>) -> String {
+    let wheels = description.wheels;
+    let odometers = match wheels.mm_per_count {
+        Some(mm) => format!("a count of their odometers is {mm:.4} mm"),
+        None => "no odometers".to_owned(),
+    };
+    let battery = battery.map_or("not told".to_owned(), |battery| {
+        let volts = battery
+            .volts
+            .map_or("no voltage told".to_owned(), |volts| format!("{volts:.2} V"));
+        volts + if battery.low { ", low: charge it" } else { "" }
+    });
+    let lights = match description.lights {
+        [] => "none".to_owned(),
+        lights => lights.join(", "),
+    };
+    let timing = timing.map_or("no sensors to read".to_owned(), |timing| {
+        let [min, median, max] = timing.summary();
+        format!(
+            "{} readings of {}: min {min:.1} ms, median {median:.1} ms, max {max:.1} ms; values up to {:.0} ms old",
+            Timing::READINGS,
+            timing.kind,
+            milliseconds(timing.age)
+        )
+    });
+    let rows: Vec<Vec<String>> = description.sensors.iter().map(row).collect();
+    format!(
+        "{robot} at {wire}\nfirmware: {firmware}\nwheels: stopped; up to {greatest} {unit}, which is {mm_s:.0} mm/s; {base} mm \
+         apart; {odometers}\nbattery: {battery}\nlights: {lights}\nround trip: {timing}\n\n{sensors}",
+        robot = description.robot,
+        firmware = description.firmware,
+        greatest = wheels.greatest,
+        unit = wheels.unit,
+        mm_s = f64::from(wheels.greatest) * wheels.mm_s,
+        base = wheels.base_mm,
+        sensors = columns(&["sensors", "unit", "range", "names"], &rows),
+    )
+}
+
+fn row(group: &Group) -> Vec<String> {
+    let (least, greatest) = group.range;
+    vec![
+        group.kind.to_string(),
+        known(group.unit).to_owned(),
+        format!("{least} to {greatest}"),
+        group.names.join(", "),
+    ]
+}
+
+/// A number for JSON; whole ones without a point.
+fn number(value: f64) -> Value {
+    if value.fract() == 0.0 && value.abs() < 1e15 {
+        (value as i64).into()
+    } else {
+        value.into()
+    }
+}

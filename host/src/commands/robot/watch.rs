@@ -1,0 +1,189 @@
+//! `oneiro robot watch`: shows a robot's sensors live.
+
+use std::io::{self, IsTerminal};
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::thread;
+use std::time::{Duration, Instant};
+
+use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use serde_json::{Map, Value, json};
+
+use super::{connected, milliseconds, number, used};
+use crate::cli::RobotWatch;
+use crate::console::Console;
+use crate::engine::watcher::stop_signal;
+use crate::exit::{Failure, Result};
+use crate::robots::error::Error;
+use crate::robots::{Group, Kind, Reading, Robot};
+
+/// Shows readings until Ctrl-C, or until there are as many as wanted.
+pub(super) fn run(arguments: &RobotWatch, console: Console) -> Result {
+    connected(&arguments.link, console, |_, robot| {
+        used(robot?, |robot| readings(robot, arguments, console))
+    })
+}
+
+fn readings(robot: &mut dyn Robot, arguments: &RobotWatch, console: Console) -> Result {
+    let stop = stop_signal()?;
+    let kinds: Vec<Kind> = match &arguments.kinds[..] {
+        [] => robot.description().sensors.iter().map(|group| group.kind).collect(),
+        kinds => kinds.to_vec(),
+    };
+    let mut display = Display::new(&robot.description().groups(&kinds)?, console);
+    let (cycle, start) = (Duration::from_secs_f64(1.0 / arguments.hz), Instant::now());
+    let mut shown = 0;
+    while arguments.cycles.is_none_or(|cycles| shown < cycles) {
+        if stop.load(Ordering::Relaxed) {
+            return ended(shown, arguments.cycles, console);
+        }
+        match robot.sense(&kinds) {
+            Err(restarted @ Error::Restarted) => console.say(restarted.to_string()),
+            reading => {
+                display.show(&reading?, console)?;
+                shown += 1;
+            }
+        }
+        wait(start, cycle, &stop);
+    }
+    Ok(())
+}
+
+/// Ctrl-C is how a watch without an end is ended; one of a given length is cut short by it.
+fn ended(shown: u64, wanted: Option<u64>, console: Console) -> Result {
+    match wanted {
+        None => {
+            console.say("stopped by Ctrl-C");
+            Ok(())
+        }
+        Some(wanted) => Err(Failure::stopped(format_args!(
+            "stopped after {shown} of {wanted} readings"
+        ))),
+    }
+}
+
+/// Waits for the beginning of the next cycle; not as long if the program is to stop.
+fn wait(start: Instant, cycle: Duration, stop: &AtomicBool) {
+    const GLANCE: Duration = Duration::from_millis(20);
+    let past = start.elapsed().as_secs_f64() / cycle.as_secs_f64();
+    let next = start + cycle.mul_f64(past.floor() + 1.0);
+    while !stop.load(Ordering::Relaxed) {
+        match next.saturating_duration_since(Instant::now()) {
+            Duration::ZERO => return,
+            left => thread::sleep(left.min(GLANCE)),
+        }
+    }
+}
+
+/// What shows readings.
+enum Display {
+    /// One line of JSON for each.
+    Lines {
+        names: Vec<&'static str>,
+        first: Option<Duration>,
+    },
+    /// A table in place, with a row for each sensor.
+    Table {
+        rows: Vec<(&'static str, Group)>,
+        screen: ProgressBar,
+    },
+}
+
+impl Display {
+    fn new(groups: &[Group], console: Console) -> Self {
+        let rows = groups
+            .iter()
+            .flat_map(|group| group.names.iter().map(|name| (*name, *group)));
+        if console.json() || !io::stdout().is_terminal() {
+            let names = rows.map(|(name, _)| name).collect();
+            return Self::Lines { names, first: None };
+        }
+        let screen = ProgressBar::with_draw_target(None, ProgressDrawTarget::stdout());
+        let screen = match ProgressStyle::with_template("{msg}") {
+            Ok(style) => screen.with_style(style),
+            Err(_) => screen,
+        };
+        Self::Table {
+            rows: rows.collect(),
+            screen,
+        }
+    }
+
+    fn show(&mut self, reading: &Reading, console: Console) -> Result {
+        match self {
+            Self::Lines { names, first } => {
+                let first = *first.get_or_insert(reading.at);
+                let values = names.iter().zip(&reading.values);
+                let values: Map<String, Value> = values
+                    .map(|(name, value)| ((*name).to_owned(), number(*value)))
+                    .collect();
+                let time = milliseconds(reading.at.saturating_sub(first)) / 1e3;
+                let line = json!({ "time_s": time, "age_ms": milliseconds(reading.age), "values": values });
+                console.data(line.to_string())
+            }
+            Self::Table { rows, screen } => {
+                let lines = rows.iter().zip(&reading.values);
+                let lines: Vec<String> = lines.map(|((name, group), value)| row(name, group, *value)).collect();
+                screen.set_message(lines.join("\n"));
+                Ok(())
+            }
+        }
+    }
+}
+
+impl Drop for Display {
+    /// Leaves the last readings on the screen.
+    fn drop(&mut self) {
+        if let Self::Table { screen, .. } = self {
+            screen.abandon();
+        }
+    }
+}
+
+/// A sensor's name, its reading as a bar over its usual range, and the reading itself.
+fn row(name: &str, group: &Group, value: f64) -> String {
+    const WIDTH: usize = 32;
+    let (least, greatest) = group.range;
+    // Beyond the range the bar is empty or full.
+    let share = ((value - least) / (greatest - least)).clamp(0.0, 1.0);
+    let bar = "█".repeat((share * WIDTH as f64).round() as usize);
+    let shown = if value.fract() == 0.0 {
+        value.to_string()
+    } else {
+        format!("{value:.2}")
+    };
+    format!("{name:22} {bar:·<WIDTH$} {shown:>8} {}", group.unit)
+        .trim_end()
+        .to_owned()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::row;
+    use crate::robots::{Group, Kind};
+
+    #[test]
+    fn bars_are_as_long_as_the_share_of_the_range() {
+        let group = |unit, range| Group {
+            kind: Kind::Distance,
+            names: &["distance_front"],
+            unit,
+            range,
+        };
+        let drawn = |value, range| {
+            let row = row("distance_front", &group("mm", range), value);
+            row.chars().filter(|c| *c == '█').count()
+        };
+        assert_eq!([0.0, 50.0, 100.0].map(|value| drawn(value, (0.0, 100.0))), [0, 16, 32]);
+        assert_eq!([-32.0, 0.0, 32.0].map(|value| drawn(value, (-32.0, 32.0))), [0, 16, 32]);
+        assert_eq!([-1.0, 1e9].map(|value| drawn(value, (0.0, 100.0))), [0, 32]);
+        let bar = "█".repeat(8) + &"·".repeat(24);
+        assert_eq!(
+            row("distance_front", &group("mm", (0.0, 1000.0)), 250.0),
+            format!("distance_front         {bar}      250 mm")
+        );
+        assert_eq!(
+            row("x", &group("", (0.0, 1.0)), 0.254),
+            format!("x                      {bar}     0.25")
+        );
+    }
+}
