@@ -90,6 +90,7 @@ fn help_is_quick() {
         least = least.min(start.elapsed());
         for command in [
             "new", "check", "run", "resume", "evaluate", "best", "replay", "audit", "verify", "list", "devices",
+            "robot",
         ] {
             assert!(text.contains(command), "{text}");
         }

@@ -1,0 +1,380 @@
+//! `oneiro robot` against robots that are scripted here, over TCP: an e-puck2 and a Khepera, by their protocols, and ends
+//! of a link that are none.
+
+use std::io::{Read, Write};
+use std::net::{TcpListener, TcpStream};
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, Mutex};
+use std::thread;
+use std::time::{Duration, Instant};
+
+use serde_json::Value;
+
+mod place;
+use place::{Place, Ran};
+
+/// Listens, and gives each connection to `serve`. Returns the address.
+fn listen(serve: impl Fn(TcpStream) + Send + 'static) -> String {
+    let listener = TcpListener::bind("127.0.0.1:0").unwrap();
+    let address = format!("tcp:{}", listener.local_addr().unwrap());
+    thread::spawn(move || listener.incoming().for_each(|stream| serve(stream.unwrap())));
+    address
+}
+
+/// An e-puck2 on Wi-Fi. It is silent until the first command; then it sends its sensors every 20 ms, each block from
+/// before the last command was obeyed. Without commands it keeps its speeds for ever, also when the client is gone.
+#[derive(Clone, Default)]
+struct EPuck2 {
+    /// Left and right, steps/s.
+    speeds: Arc<Mutex<[i16; 2]>>,
+    /// It does not obey: its wheels turn on.
+    is_runaway: Arc<AtomicBool>,
+}
+
+impl EPuck2 {
+    const CYCLE: Duration = Duration::from_millis(20);
+
+    /// Starts it with turning wheels.
+    fn start(&self) -> String {
+        *self.speeds.lock().unwrap() = [300, -200];
+        let robot = self.clone();
+        listen(move |stream| robot.serve(stream))
+    }
+
+    /// Serves one client, until it is gone.
+    fn serve(&self, mut stream: TcpStream) {
+        let mut commands = Vec::new();
+        let mut has_begun = false;
+        // In 1/1000 of a step.
+        let mut counters = [0_i64; 2];
+        let mut buffer = [0; 256];
+        stream.set_read_timeout(Some(Self::CYCLE)).unwrap();
+        loop {
+            let block = self.block(counters.map(|counter| (counter / 1000) as i16));
+            match stream.read(&mut buffer) {
+                Ok(0) => return,
+                Ok(count) => commands.extend_from_slice(&buffer[..count]),
+                Err(_) => {}
+            }
+            // Of several commands only the last counts.
+            let whole = commands.len() / 21 * 21;
+            if let Some(command) = commands[..whole].chunks(21).next_back() {
+                assert_eq!(command[..2], [0x80, 2]);
+                has_begun = true;
+                if !self.is_runaway.load(Ordering::Relaxed) {
+                    let word = |at: usize| i16::from_le_bytes([command[at], command[at + 1]]);
+                    *self.speeds.lock().unwrap() = [word(3), word(5)];
+                }
+            }
+            commands.drain(..whole);
+            let speeds = *self.speeds.lock().unwrap();
+            for (counter, speed) in counters.iter_mut().zip(speeds) {
+                *counter += i64::from(speed) * Self::CYCLE.as_millis() as i64;
+            }
+            if has_begun && stream.write_all(&block).is_err() {
+                return;
+            }
+        }
+    }
+
+    /// A header and the sensors: proximity 100 to 107, light 3000 to 3007, 250 mm ahead, -5 degrees C, 3.9 V.
+    fn block(&self, steps: [i16; 2]) -> Vec<u8> {
+        let mut block = vec![0; 105];
+        let mut word = |at: usize, value: u16| block[1 + at..][..2].copy_from_slice(&value.to_le_bytes());
+        for sensor in 0..8 {
+            word(37 + 2 * sensor, 100 + sensor as u16);
+            word(53 + 2 * sensor, 3000 + sensor as u16);
+        }
+        word(69, 250);
+        word(79, steps[0] as u16);
+        word(81, steps[1] as u16);
+        word(83, 3195);
+        block[1 + 36] = -5_i8 as u8;
+        block[0] = 2;
+        block
+    }
+}
+
+/// A Khepera behind a server of serial ports, which answers a line of commands with a line.
+fn khepera() -> String {
+    listen(|mut stream| {
+        let (mut heard, mut byte) = (Vec::new(), [0]);
+        while let Ok(1) = stream.read(&mut byte) {
+            if !matches!(byte[0], b'\r' | b'\n') {
+                heard.push(byte[0]);
+                continue;
+            }
+            let answer: &[u8] = match &heard[..] {
+                b"" => b"",
+                b"B" => b"b,5.02,5.01\r\n",
+                b"D,0,0" => b"d\r\n",
+                b"N" => b"n,11,12,13,14,15,16,17,18\r\n",
+                b"O" => b"o,501,502,503,504,505,506,507,508\r\n",
+                b"E" => b"e,0,0\r\n",
+                _ => b"z,Protocol error\r\n",
+            };
+            heard.clear();
+            if stream.write_all(answer).is_err() {
+                return;
+            }
+        }
+    })
+}
+
+fn lines(text: &str) -> Vec<Value> {
+    text.lines().map(|line| serde_json::from_str(line).unwrap()).collect()
+}
+
+#[test]
+fn list_has_the_forms_of_addresses() {
+    let place = Place::new("list");
+    let text = place.good(&["robot", "list"]);
+    for form in ["serial:PATH", "tcp:HOST:PORT", "aseba:serial:PATH", "aseba:HOST:PORT"] {
+        assert!(text.contains(form), "{text}");
+    }
+    let list: Value = serde_json::from_str(&place.good(&["robot", "list", "--json"])).unwrap();
+    assert_eq!(list["addresses"].as_array().unwrap().len(), 4);
+    assert!(list["ports"].is_array());
+}
+
+#[test]
+fn ping_tells_what_an_e_puck2_is_and_stops_it() {
+    let place = Place::new("ping");
+    let robot = EPuck2::default();
+    let address = robot.start();
+    let text = place.good(&["robot", "ping", &address]);
+    for words in [
+        &format!("e-puck2 at {address}\n"),
+        "wheels: stopped; up to 1000 steps / s, which is 129 mm/s; 53 mm apart",
+        "battery: 3.90 V\n",
+        "round trip: 20 readings of acceleration: min ",
+        "proximity_0, proximity_1,",
+    ] {
+        assert!(text.contains(words), "no `{words}` in\n{text}");
+    }
+    assert_eq!(*robot.speeds.lock().unwrap(), [0, 0]);
+
+    let address = robot.start();
+    let told: Value = serde_json::from_str(&place.good(&["robot", "ping", &address, "--json"])).unwrap();
+    assert_eq!(told["robot"], "e-puck2");
+    assert_eq!(told["address"], address);
+    assert_eq!(told["wheels"]["greatest"], 1000);
+    assert_eq!(told["wheels"]["base_mm"], 53.0);
+    assert_eq!(told["battery"]["low"], false);
+    let sensors = told["sensors"].as_array().unwrap();
+    let distance = sensors.iter().find(|group| group["kind"] == "distance").unwrap();
+    assert_eq!(distance["unit"], "mm");
+    assert_eq!(distance["names"], serde_json::json!(["distance_front"]));
+    let [min, median, max] = ["min_ms", "median_ms", "max_ms"].map(|key| told["round_trip"][key].as_f64().unwrap());
+    assert!(0.0 <= min && min <= median && median <= max && max > 0.0, "{told}");
+}
+
+#[test]
+fn ping_tells_what_a_khepera_is() {
+    let place = Place::new("khepera");
+    let told: Value = serde_json::from_str(&place.good(&["robot", "ping", &khepera(), "--json"])).unwrap();
+    assert_eq!(told["robot"], "Khepera");
+    assert_eq!(told["firmware"], "5.02,5.01");
+    assert_eq!(told["battery"], Value::Null);
+    assert_eq!(told["lights"], serde_json::json!(["led_0", "led_1"]));
+}
+
+#[test]
+fn watch_prints_a_line_for_each_reading() {
+    let place = Place::new("watch");
+    let robot = EPuck2::default();
+    let address = robot.start();
+    let text = place.good(&["robot", "watch", &address, "--json", "--cycles", "5", "--hz", "50"]);
+    let readings = lines(&text);
+    assert_eq!(readings.len(), 5, "{text}");
+    for reading in &readings {
+        let values = &reading["values"];
+        assert_eq!(values["proximity_0"], 100);
+        assert_eq!(values["proximity_7"], 107);
+        assert_eq!(values["light_3"], 3003);
+        assert_eq!(values["distance_front"], 250);
+        assert_eq!(values["temperature"], -5);
+        assert!(reading["age_ms"].as_f64().unwrap() > 0.0);
+    }
+    let times: Vec<f64> = readings
+        .iter()
+        .map(|reading| reading["time_s"].as_f64().unwrap())
+        .collect();
+    assert!(times[0] == 0.0 && times.is_sorted() && times[4] > 0.02, "{times:?}");
+    assert_eq!(*robot.speeds.lock().unwrap(), [0, 0]);
+
+    // Standard output is no terminal here: without --json the lines are the same.
+    let kinds = [
+        "robot",
+        "watch",
+        &robot.start(),
+        "--kinds",
+        "distance,light",
+        "--cycles",
+        "1",
+    ];
+    let reading = &lines(&place.good(&kinds))[0];
+    assert_eq!(reading["values"].as_object().unwrap().len(), 9, "{reading}");
+}
+
+/// Its wheels are made to turn while it is watched, as if by somebody else.
+#[test]
+#[cfg(unix)]
+fn ctrl_c_ends_a_watch_and_stops_the_wheels() {
+    use std::process::{Command, Stdio};
+
+    for (cycles, code, words) in [
+        (&[][..], 0, "stopped by Ctrl-C"),
+        (&["--cycles", "100000"], 75, "of 100000 readings"),
+    ] {
+        let place = Place::new("ctrl-c");
+        let robot = EPuck2::default();
+        let address = robot.start();
+        let arguments = [&["robot", "watch", &address][..], cycles].concat();
+        let mut command = place.command(&arguments);
+        let mut program = command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
+        // The first line, of which the first byte is enough.
+        program.stdout.as_mut().unwrap().read_exact(&mut [0]).unwrap();
+        *robot.speeds.lock().unwrap() = [50, 50];
+        let id = program.id().to_string();
+        assert!(Command::new("kill").args(["-INT", &id]).status().unwrap().success());
+        let ran = Ran::new(&arguments, &program.wait_with_output().unwrap());
+        ran.exits(code).says(&[words]);
+        assert_eq!(*robot.speeds.lock().unwrap(), [0, 0]);
+    }
+}
+
+#[test]
+fn stop_says_whether_the_robot_confirmed_it() {
+    let place = Place::new("stop");
+    let robot = EPuck2::default();
+    let address = robot.start();
+    let text = place.good(&["robot", "stop", &address]);
+    assert_eq!(text, format!("stopped: the e-puck2 at {address} has confirmed it\n"));
+    assert_eq!(*robot.speeds.lock().unwrap(), [0, 0]);
+    let told: Value = serde_json::from_str(&place.good(&["robot", "stop", &robot.start(), "--json"])).unwrap();
+    assert_eq!(told["stopped"], true);
+
+    robot.is_runaway.store(true, Ordering::Relaxed);
+    let ran = place.run(&["robot", "stop", &robot.start()]).exits(4);
+    assert_eq!(ran.stdout, "");
+    ran.says(&[
+        "oneiro: cannot stop: ",
+        "still changing",
+        "The wheels may be turning: lift the robot",
+    ]);
+    assert_eq!(*robot.speeds.lock().unwrap(), [300, -200]);
+}
+
+#[test]
+fn a_recording_has_what_was_sent_and_received() {
+    let place = Place::new("record");
+    let address = EPuck2::default().start();
+    place.good(&["robot", "watch", &address, "--cycles", "2", "--record", "link.txt"]);
+    let text = place.text("link.txt");
+    assert!(text.starts_with("oneiro link recording 1\n"), "{text}");
+    // A stop at the beginning and at the end, and the sensors between.
+    let stop = format!(" > 8002{}", "00".repeat(19));
+    assert_eq!(text.lines().filter(|line| line.ends_with(&stop)).count(), 2, "{text}");
+    assert!(text.contains("640065006600670068"), "{text}");
+
+    // Nothing is overwritten, and the robot is left alone.
+    let robot = EPuck2::default();
+    let address = robot.start();
+    place.write("mine.txt", "mine");
+    place
+        .run(&["robot", "ping", &address, "--record", "mine.txt"])
+        .exits(3)
+        .says(&["mine.txt: exists already", "name another file"]);
+    assert_eq!(*robot.speeds.lock().unwrap(), [300, -200]);
+    assert_eq!(place.text("mine.txt"), "mine");
+}
+
+#[test]
+fn addresses_and_kinds_that_can_not_be_exit_with_3() {
+    let place = Place::new("addresses");
+    for (address, words) in [
+        (
+            "surrogate:1",
+            &["surrogate:1: a surrogate has no link", "allowed: serial:PATH"][..],
+        ),
+        (
+            "/dev/ttyUSB0",
+            &["does not say how to reach it", "allowed: serial:PATH"],
+        ),
+        ("tcp:localhost", &["has no port", "HOST:PORT"]),
+        ("usb:1", &["`usb` is no way to reach a robot", "aseba:HOST:PORT"]),
+    ] {
+        for command in ["ping", "watch", "stop"] {
+            place.run(&["robot", command, address]).exits(3).says(words);
+        }
+    }
+    let ran = place.run(&["robot", "watch", &khepera(), "--kinds", "ground"]).exits(3);
+    ran.says(&["Khepera has no sensors of ground; allowed: proximity, light, wheel_speed"]);
+    for arguments in [
+        &["--hz", "0"][..],
+        &["--hz", "1000"],
+        &["--cycles", "0"],
+        &["--kinds", "smell"],
+    ] {
+        let arguments = [&["robot", "watch", "tcp:127.0.0.1:9"], arguments].concat();
+        place.run(&arguments).exits(2);
+    }
+}
+
+/// Nobody listens, the other end is silent, hangs up, or sends what makes no sense.
+#[test]
+fn what_is_no_robot_exits_with_4_and_says_so_soon() {
+    let place = Place::new("nobody");
+    let closed = TcpListener::bind("127.0.0.1:0").unwrap().local_addr().unwrap();
+    let silent = listen(|mut stream| while let Ok(1..) = stream.read(&mut [0; 64]) {});
+    let garbage = listen(|mut stream| {
+        let mut state = 1_u32;
+        let mut noise = || {
+            // A linear congruential generator (Numerical Recipes).
+            state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+            (state >> 24) as u8
+        };
+        loop {
+            let bytes: Vec<u8> = (0..100).map(|_| noise()).collect();
+            if stream.write_all(&bytes).is_err() {
+                return;
+            }
+            thread::sleep(Duration::from_millis(5));
+        }
+    });
+    for (address, words) in [
+        (format!("tcp:{closed}"), "can't be opened"),
+        (listen(drop), "lost"),
+        (
+            silent.clone(),
+            "no e-puck2 (Wi-Fi), e-puck or Khepera answers; check that it is on",
+        ),
+        (
+            garbage.clone(),
+            "no e-puck2 (Wi-Fi), e-puck or Khepera answers; check that it is on",
+        ),
+        (
+            format!("aseba:{}", silent.trim_start_matches("tcp:")),
+            "check that the robot is on",
+        ),
+        (format!("aseba:{}", garbage.trim_start_matches("tcp:")), "check"),
+        (
+            "serial:/dev/there is no such port".to_owned(),
+            "check the path and the cable",
+        ),
+    ] {
+        let start = Instant::now();
+        place
+            .run(&["robot", "ping", &address])
+            .exits(4)
+            .says(&[words, &address]);
+        assert!(
+            start.elapsed() < Duration::from_secs(10),
+            "{address}: {:?}",
+            start.elapsed()
+        );
+        let ran = place.run(&["robot", "stop", &address]).exits(4);
+        ran.says(&["cannot stop: ", "The wheels may be turning"]);
+    }
+}
