@@ -116,7 +116,7 @@ impl Display {
                 let values: Map<String, Value> = values
                     .map(|(name, value)| ((*name).to_owned(), number(*value)))
                     .collect();
-                let time = milliseconds(reading.at.saturating_sub(first)) / 1e3;
+                let time = reading.at.saturating_sub(first).as_micros() as f64 / 1e6;
                 let line = json!({ "time_s": time, "age_ms": milliseconds(reading.age), "values": values });
                 console.data(line.to_string())
             }
