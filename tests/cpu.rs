@@ -12,7 +12,7 @@ fn world(change: impl Fn(&mut WorldSpec)) -> World {
     lives::world(120, change)
 }
 
-fn worlds(controller: Controller) -> Vec<World> {
+fn worlds(controller: &Controller) -> Vec<World> {
     lives::worlds(controller, 120, 37)
 }
 
@@ -36,7 +36,7 @@ fn every_lane_code_gives_the_same_bits() {
         "{names:?}"
     );
     for controller in CONTROLLERS {
-        let batch = batch(&worlds(controller.clone()), 150, Some(7));
+        let batch = batch(&worlds(&controller), 150, Some(7));
         let expected = bits(cpu(1), &batch);
         assert!(
             expected.0.iter().filter(|&&bits| f32::from_bits(bits) > 1.0).count() > 50,
@@ -53,7 +53,7 @@ fn every_lane_code_gives_the_same_bits() {
 
 #[test]
 fn threads_and_chunks_do_not_matter() {
-    let batch = batch(&worlds(Controller::Perceptron), 300, Some(10));
+    let batch = batch(&worlds(&Controller::Perceptron), 300, Some(10));
     let expected = bits(cpu(1), &batch);
     for threads in [1, 2, 3, 8] {
         for chunk in [1, 7, 37, 119, 120, 121, u32::MAX] {
@@ -67,7 +67,7 @@ fn threads_and_chunks_do_not_matter() {
 
 #[test]
 fn batch_size_and_other_swarms_do_not_matter() {
-    let worlds = worlds(Controller::Recurrent);
+    let worlds = worlds(&Controller::Recurrent);
     let all = bits(cpu(2), &batch(&worlds, 260, None)).0;
     for rollouts in [1, 2, 3, 15, 16, 17, 63, 64, 65, 129] {
         assert_eq!(
@@ -80,7 +80,7 @@ fn batch_size_and_other_swarms_do_not_matter() {
 
 #[test]
 fn parts_make_the_whole() {
-    let batch = batch(&worlds(Controller::Perceptron), 500, Some(40));
+    let batch = batch(&worlds(&Controller::Perceptron), 500, Some(40));
     let mut cpu = cpu(2);
     let whole = cpu.evaluate_part(&batch.all(), &Control::new()).unwrap();
     let mut parts = PartResult::default();
@@ -114,7 +114,7 @@ fn one_changed_constant_shows() {
 
 #[test]
 fn traces_tell_the_life() {
-    let worlds = worlds(Controller::Perceptron);
+    let worlds = worlds(&Controller::Perceptron);
     let batch = batch(&worlds, 8, Some(1));
     let outcome = cpu(2).evaluate(&batch, &Control::new()).unwrap();
     for (rollout, trace) in outcome.traces.iter().enumerate() {
@@ -143,7 +143,7 @@ fn traces_tell_the_life() {
 
 #[test]
 fn progress_counts_the_robots_steps() {
-    let batch = batch(&worlds(Controller::Perceptron), 333, None);
+    let batch = batch(&worlds(&Controller::Perceptron), 333, None);
     for name in Cpu::variants() {
         let control = Control::new();
         cpu(2)

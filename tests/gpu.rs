@@ -30,7 +30,7 @@ fn world(change: impl Fn(&mut WorldSpec)) -> World {
     lives::world(60, change)
 }
 
-fn worlds(controller: Controller) -> Vec<World> {
+fn worlds(controller: &Controller) -> Vec<World> {
     lives::worlds(controller, 60, 23)
 }
 
@@ -92,7 +92,7 @@ fn all_kernels_give_the_cpus_bits() {
     let mut gpu = gpu();
     assert!(gpu.device().exact, "{:?}", gpu.device());
     for controller in CONTROLLERS {
-        let worlds = worlds(controller.clone());
+        let worlds = worlds(&controller);
         let batch = batch(&worlds, 300, Some(7));
         let expected = bits(&mut cpu(), &batch);
         assert!(
@@ -174,7 +174,7 @@ fn no_contraction_is_what_makes_it_exact() {
 #[test]
 fn cuts_and_chunks_do_not_matter() {
     let mut gpu = gpu();
-    let batch = batch(&worlds(Controller::Recurrent), 500, Some(9));
+    let batch = batch(&worlds(&Controller::Recurrent), 500, Some(9));
     let expected = bits(&mut cpu(), &batch);
     for (groups, cycles) in [(1, u32::MAX), (2, 7), (3, 1), (u32::MAX, 59), (5, 60), (u32::MAX, 1)] {
         gpu.set_bounds(Bounds { groups, cycles });
@@ -208,7 +208,7 @@ fn no_driver_ends_a_long_life_early() {
 #[test]
 fn parts_are_as_good_as_the_whole() {
     let mut gpu = gpu();
-    let batch = batch(&worlds(Controller::Perceptron), 700, Some(30));
+    let batch = batch(&worlds(&Controller::Perceptron), 700, Some(30));
     let whole = cpu().evaluate_part(&batch.all(), &Control::new()).unwrap();
     let words = batch.trace_words();
     let mut slot = 0;
@@ -236,8 +236,8 @@ fn parts_are_as_good_as_the_whole() {
 fn earlier_batches_do_not_matter() {
     let mut gpu = gpu();
     let long = batch(&[world(|spec| spec.cycles = 90)], 200, Some(1));
-    let mixed = batch(&worlds(Controller::Perceptron), 260, Some(1));
-    let plain = batch(&worlds(Controller::Hidden { units: 32 }), 260, None);
+    let mixed = batch(&worlds(&Controller::Perceptron), 260, Some(1));
+    let plain = batch(&worlds(&Controller::Hidden { units: 32 }), 260, None);
     for batch in [&long, &mixed, &plain, &mixed, &long, &mixed] {
         assert_eq!(differing(&bits(&mut gpu, batch), &bits(&mut cpu(), batch)), NONE);
     }
@@ -249,7 +249,7 @@ fn wgsl_serves_those_that_take_no_spirv() {
     let mut gpu = Gpu::open_with(&adapter, Path::Wgsl).unwrap();
     assert!(!gpu.device().exact);
     for controller in CONTROLLERS {
-        let batch = batch(&worlds(controller.clone()), 400, None);
+        let batch = batch(&worlds(&controller), 400, None);
         let expected = bits(&mut cpu(), &batch);
         let differ = differing(&bits(&mut gpu, &batch), &expected).len();
         // The driver may round in its own way, which changes few lives this short.
@@ -261,7 +261,7 @@ fn wgsl_serves_those_that_take_no_spirv() {
 fn a_lost_device_is_an_error() {
     let mut gpu = gpu();
     gpu.set_bounds(Bounds { groups: 2, cycles: 10 });
-    let batch = batch(&worlds(Controller::Perceptron), 500, None);
+    let batch = batch(&worlds(&Controller::Perceptron), 500, None);
     gpu.lose_after(5, 1);
     for _ in 0..2 {
         let control = Control::new();
@@ -275,7 +275,7 @@ fn a_lost_device_is_an_error() {
 
 #[test]
 fn a_lost_device_is_opened_again_and_then_replaced() {
-    let batch = batch(&worlds(Controller::Perceptron), 500, Some(20));
+    let batch = batch(&worlds(&Controller::Perceptron), 500, Some(20));
     let expected = bits(&mut cpu(), &batch);
     // Number of dispatches until a loss, number of devices lost in a row, and number of warnings.
     for (dispatches, devices, warnings) in [(1, 1, 1), (7, 1, 1), (20, 1, 1), (1, 2, 2), (9, 2, 2)] {
@@ -316,7 +316,7 @@ fn a_cancel_is_prompt_and_leaves_the_device_in_order() {
     let took = canceller.join().unwrap().elapsed();
     assert!(took < Duration::from_secs(1), "{took:?}");
 
-    let batch = batch(&self::worlds(Controller::Perceptron), 200, Some(5));
+    let batch = batch(&self::worlds(&Controller::Perceptron), 200, Some(5));
     assert_eq!(differing(&bits(&mut gpu, &batch), &bits(&mut cpu(), &batch)), NONE);
 }
 

@@ -50,7 +50,7 @@ impl EPuck2 {
         let mut buffer = [0; 256];
         stream.set_read_timeout(Some(Self::CYCLE)).unwrap();
         loop {
-            let block = self.block(counters.map(|counter| (counter / 1000) as i16));
+            let block = Self::block(counters.map(|counter| (counter / 1000) as i16));
             match stream.read(&mut buffer) {
                 Ok(0) => return,
                 Ok(count) => commands.extend_from_slice(&buffer[..count]),
@@ -78,7 +78,7 @@ impl EPuck2 {
     }
 
     /// A header and the sensors: proximity 100 to 107, light 3000 to 3007, 250 mm ahead, -5 degrees C, 3.9 V.
-    fn block(&self, steps: [i16; 2]) -> Vec<u8> {
+    fn block(steps: [i16; 2]) -> Vec<u8> {
         let mut block = vec![0; 105];
         let mut word = |at: usize, value: u16| block[1 + at..][..2].copy_from_slice(&value.to_le_bytes());
         for sensor in 0..8 {

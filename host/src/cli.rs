@@ -428,8 +428,8 @@ pub(crate) enum RobotCommand {
 /// A robot on the command line.
 #[derive(Args, Debug)]
 pub(crate) struct RobotLink {
-    /// Where the robot is, such as serial:/dev/ttyUSB0, tcp:192.168.1.7:1000 or aseba:serial:/dev/ttyACM0. `oneiro robot
-    /// list` has all forms
+    /// Where the robot is, such as `serial:/dev/ttyUSB0`, `tcp:192.168.1.7:1000` or `aseba:serial:/dev/ttyACM0`.
+    /// `oneiro robot list` has all forms
     #[arg(value_name = "ADDRESS")]
     pub(crate) address: String,
     /// Record all bytes of the link in this file, never overwritten, for a bug report

@@ -20,10 +20,11 @@ pub(crate) fn world(cycles: u32, change: impl Fn(&mut WorldSpec)) -> World {
 }
 
 /// All kinds of noise; and a chosen start, for a life of another length.
-pub(crate) fn worlds(controller: Controller, cycles: u32, short: u32) -> Vec<World> {
+pub(crate) fn worlds(controller: &Controller, cycles: u32, short: u32) -> Vec<World> {
     let noise = |noise| {
         world(cycles, |spec| {
-            (spec.noise, spec.controller) = (noise, controller.clone())
+            spec.noise = noise;
+            spec.controller = controller.clone();
         })
     };
     vec![

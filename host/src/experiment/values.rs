@@ -116,7 +116,7 @@ pub(super) fn meant<'a>(keys: impl Iterator<Item = &'a str>, written: &str) -> S
 
 /// Whether other values exist only under one choice of this one. No value depends on the kind of a list's element.
 fn is_kind(key: &str) -> bool {
-    key.ends_with(".kind") && !key.contains("[]")
+    key.rsplit('.').next() == Some("kind") && !key.contains("[]")
 }
 
 /// Sets one value, if it is such a kind and `kinds` is true, or if neither.
