@@ -52,7 +52,7 @@ fn traces(name: &str, genes: u32, range: f64) -> Vec<Vec<Row>> {
         "--backend",
         "cpu",
     ]);
-    evaluated.exits(0).says(&[&format!("{GENOMES} genomes, 1 trials")]);
+    evaluated.exits(0).says(&[&format!("{GENOMES} genomes, 1 trial,")]);
     (0..GENOMES)
         .map(|genome| rows(&place.text(format!("traces/trace-{genome}-0.csv"))))
         .collect()

@@ -417,7 +417,7 @@ fn a_described_robot_is_summed_up_and_drawn() {
     let checked = place.good(&[&check[..], &["--out", "arena.svg"]].concat());
     for line in [
         "robot       radius 35 mm, wheels 53 mm apart, up to 128.8 mm/s\n",
-        "sensors     2 proximity, 1 ground, 1 light\n",
+        "sensors     2 proximity (left, right), 1 ground (floor), 1 light (lamp)\n",
     ] {
         assert!(checked.contains(line), "{checked}");
     }
@@ -466,7 +466,7 @@ fn starts_lights_and_sensors_that_are_out_of_place_are_named() {
         .replace("x_mm = 900.0", "x_mm = 1200.0");
     place.write("odd.toml", odd);
     place.run(&["check", "odd.toml"]).exits(0).says(&[
-        "warning: odd.toml:11:52: robot.sensors[1].offset_mm: is 2500, which is off the body of 35 mm radius",
+        "warning: odd.toml:11:52: robot.sensors[1].offset_mm: is 2500, which is far off the body of 35 mm radius",
         "warning: odd.toml:18:11: arena.lights[0]: is at (1200, 300) mm, outside the arena (0 to 1000 by 0 to 600 mm)",
     ]);
     place.write("word.toml", SEVERAL.replace("\"floor\"", "\"target\""));

@@ -49,9 +49,9 @@ pub(super) fn doubts(spec: &WorldSpec) -> Vec<(String, String)> {
     }
     let radius = spec.robot.body_radius;
     for (index, sensor) in spec.robot.described_sensors().iter().enumerate() {
-        if let Some(offset) = sensor.offset.filter(|offset| *offset > radius) {
+        if let Some(offset) = sensor.offset.filter(|offset| *offset > 2.0 * radius) {
             let problem = format!(
-                "is {offset}, which is off the body of {radius} mm radius: beside a wall the sensor is beyond it"
+                "is {offset}, which is far off the body of {radius} mm radius: beside a wall the sensor is beyond it"
             );
             doubts.push((format!("robot.sensors[{index}].offset_mm"), problem));
         }

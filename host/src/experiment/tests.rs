@@ -168,9 +168,13 @@ fn a_robot_by_name_is_changed_key_by_key_and_its_sensors_as_a_whole() {
 fn light_sensors_in_the_dark_are_warned_of() {
     let scratch = Scratch::new("dark");
     let dark = read(&scratch, "robot.preset = \"epuck\"", &[]).unwrap();
+    let place = scratch.0.join("test.toml");
     assert_eq!(
         dark.warnings(),
-        ["arena.lights is empty: the robot's 8 light sensors read 0"]
+        [format!(
+            "{}:1:1: arena.lights: is empty: the robot's 8 light sensors read 0",
+            place.display()
+        )]
     );
     let lit = "arena = { width_mm = 500, height_mm = 500, lights = [{ x_mm = 250, y_mm = 250 }] }";
     let lit = read(&scratch, &format!("robot.preset = \"epuck\"\n{lit}"), &[]).unwrap();
