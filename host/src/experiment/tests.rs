@@ -172,7 +172,7 @@ fn light_sensors_in_the_dark_are_warned_of() {
     assert_eq!(
         dark.warnings(),
         [format!(
-            "{}:1:1: arena.lights: is empty: the robot's 8 light sensors read 0",
+            "{}: arena.lights: is empty: the robot's 8 light sensors read 0",
             place.display()
         )]
     );
