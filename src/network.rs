@@ -320,7 +320,7 @@ impl Network {
         genes
     }
 
-    /// The controller as a part in WGSL, for so many readings.
+    /// Writes the network out as the WGSL of a controller. `readings` is the number of its inputs.
     pub(crate) fn wgsl(&self, readings: usize) -> String {
         let (mut fields, mut cycle, mut kept) = (String::new(), String::new(), Vec::new());
         let (mut first, mut inputs) = (0, readings as u32);

@@ -22,7 +22,7 @@ struct Row {
     reward: f64,
 }
 
-/// The traces of one life of each of so many random genomes, with genes between minus and plus `range`.
+/// Traces of [`GENOMES`] random genomes, one life each, with genes between minus and plus `range`.
 fn traces(name: &str, genes: u32, range: f64) -> Vec<Vec<Row>> {
     let place = Place::new(name);
     let mut genomes = String::new();

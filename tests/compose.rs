@@ -950,7 +950,7 @@ fn a_cycle_of_too_many_loops_is_refused() {
     assert!(looping("now.step * 150u", 500).is_ok());
 }
 
-/// A driver that leaves a dispatch after so many turns would show.
+/// Software drivers leave loops after a limited number of turns. If a dispatch exceeded it, results would differ.
 #[cfg(feature = "gpu")]
 #[test]
 fn loops_that_grow_from_cycle_to_cycle_end_in_time_on_a_gpu() {

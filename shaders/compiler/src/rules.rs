@@ -470,7 +470,7 @@ fn sensor_cycle(life: Life, step: u32, pose: vec3<f32>, before: SensorState) -> 
 
     GeneCount "gene-count"
         "A controller has 1 to 1024 genes, a number that is known when it is compiled."
-        why: "The optimiser makes so many numbers for each individual before any life begins."
+        why: "The optimiser has to know the number of genes before it creates the first individual."
         wrong: "\
 const CONTROLLER_GENES: u32 = 0u;
 fn controller_cycle(life: Life, step: u32, readings: Readings, before: ControllerState) -> Command {
