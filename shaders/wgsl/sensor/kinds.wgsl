@@ -107,8 +107,8 @@ fn is_on_patch(world: u32, index: u32, place: vec2<f32>) -> bool {
     return is_round | is_within;
 }
 
-// The reading of a ray that meets nothing up to `free` mm from the body's centre. The response curve has `points` points, in cells
-// from `first` on, joined by straight lines. 0 if nothing is in range.
+// The reading of a ray that meets nothing up to `free` mm from the body's centre. The response curve has `points` points, in
+// cells from `first` on, joined by straight lines. 0 if nothing is in range.
 fn response_reading(world: u32, sensor: SensorCell, free: f32, first: u32, points: u32) -> f32 {
     let distance = max(free - sensor.offset, 0.0f);
     var reading = numbers(world, first).y;
