@@ -40,6 +40,10 @@ fn with_block(spec: &mut WorldSpec) {
 }
 
 /// Gene names are right: without the weight of a named sensor, that sensor doesn't move the named output.
+fn at(x: f32, y: f32, heading: f32) -> Start {
+    Start::At { x, y, heading }
+}
+
 #[test]
 fn genes_have_names() {
     let controllers = [
@@ -197,48 +201,20 @@ fn invalid_values_are_refused_by_name() {
         }),
         ("noise.walk_step_mm", "twice", |spec| spec.noise.walk_step = 1.0),
         ("noise.motor", "0 to 1", |spec| spec.noise.motor = 1.01),
-        ("start.x_mm", "-100000 to 100000", |spec| {
-            spec.start = Start::At {
-                x: 1e6,
-                y: 0.0,
-                heading: 0.0,
-            }
-        }),
+        ("start.x_mm", "-100000 to 100000", |spec| spec.start = at(1e6, 0.0, 0.0)),
         ("start.x_mm", "is 601; allowed: 0 to 600", |spec| {
-            spec.start = Start::At {
-                x: 601.0,
-                y: 90.0,
-                heading: 0.0,
-            }
+            spec.start = at(601.0, 90.0, 0.0)
         }),
         ("start.y_mm", "is -1; allowed: 0 to 350", |spec| {
-            spec.start = Start::At {
-                x: 90.0,
-                y: -1.0,
-                heading: 0.0,
-            }
+            spec.start = at(90.0, -1.0, 0.0)
         }),
         ("start.heading_turns", "less than 1", |spec| {
-            spec.start = Start::At {
-                x: 90.0,
-                y: 90.0,
-                heading: 1.0,
-            }
+            spec.start = at(90.0, 90.0, 1.0)
         }),
         ("start.heading_turns", "0 to less than 1", |spec| {
-            spec.start = Start::At {
-                x: 90.0,
-                y: 90.0,
-                heading: -0.5,
-            }
+            spec.start = at(90.0, 90.0, -0.5)
         }),
-        ("start", "touches", |spec| {
-            spec.start = Start::At {
-                x: 20.0,
-                y: 90.0,
-                heading: 0.0,
-            }
-        }),
+        ("start", "touches", |spec| spec.start = at(20.0, 90.0, 0.0)),
         ("arena.width_mm", "1 to 100000", |spec| spec.arena.field.width = 0.5),
         ("arena.field.x", "is NaN", |spec| spec.arena.field.x = f32::NAN),
         ("arena.field", "free in 0 %", |spec| {

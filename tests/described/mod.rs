@@ -1,13 +1,16 @@
 //! A described robot, the arena that it lives in and its geometry in double precision, for tests of what it senses and does.
 
+#[allow(dead_code, reason = "other tests use the rest")]
+#[path = "../lives/mod.rs"]
+mod lives;
+
 use std::f64::consts::TAU;
 
 use oneiro::arena::{Arena, Block, Obstacle};
-use oneiro::batch::{Batch, Outcome, Rollout, Trace, TraceRequest};
+use oneiro::batch::{Batch, Outcome, Trace};
 use oneiro::cpu::Cpu;
 use oneiro::differential::{Build, Differential, Sensor, SensorKind};
 use oneiro::evaluator::{Control, Evaluator};
-use oneiro::random::{Key, pcg4d};
 use oneiro::world::{Collision, World, WorldSpec};
 
 pub(crate) const RADIUS: f64 = 40.0;
@@ -75,28 +78,17 @@ pub(crate) fn spec(change: impl FnOnce(&mut WorldSpec, &mut Differential)) -> Wo
     spec
 }
 
-pub(crate) fn batch(world: &World, lives: u32, traced: bool) -> Batch {
-    let gene = |life: u32, gene: usize| (pcg4d([life, gene as u32, 8, 8])[0] >> 8) as f32 / 4_194_304.0 - 2.0;
-    let genes: Vec<Vec<f32>> = (0..lives)
-        .map(|life| (0..world.genes()).map(|index| gene(life, index)).collect())
-        .collect();
-    let rollouts: Vec<_> = (0_u64..)
-        .zip(&genes)
-        .map(|(life, genes)| Rollout {
-            world: 0,
-            genes,
-            key: Key::rollout(5, 0, life, 0),
-        })
-        .collect();
-    let trace = traced.then_some(TraceRequest { every: 1 });
-    Batch::new(std::slice::from_ref(world), &rollouts, trace).unwrap()
+/// Traced lives in one world, with genes from -2 to 2.
+fn batch(world: &World, lives: usize) -> Batch {
+    let moderate = |_, genes: &mut [f32]| genes.iter_mut().for_each(|gene| *gene *= 0.4);
+    lives::batch_with(std::slice::from_ref(world), lives, Some(1), moderate)
 }
 
-pub(crate) fn traces(spec: WorldSpec, lives: u32) -> Vec<Trace> {
+pub(crate) fn traces(spec: WorldSpec, lives: usize) -> Vec<Trace> {
     let world = World::new(spec).unwrap();
     let outcome = Cpu::new(Some(2))
         .unwrap()
-        .evaluate(&batch(&world, lives, true), &Control::new());
+        .evaluate(&batch(&world, lives), &Control::new());
     outcome.unwrap().traces
 }
 
@@ -149,7 +141,7 @@ fn words(outcome: &Outcome) -> Vec<u32> {
 /// Whether lives have the same bits on one thread in stretches of seven cycles, on two threads, and on a GPU.
 pub(crate) fn assert_same_everywhere(spec: WorldSpec) {
     let world = World::new(spec).unwrap();
-    let batch = batch(&world, 200, true);
+    let batch = batch(&world, 200);
     let evaluated = |device: &mut dyn Evaluator| words(&device.evaluate(&batch, &Control::new()).unwrap());
     let here = evaluated(&mut Cpu::new(Some(2)).unwrap());
     assert!(

@@ -167,6 +167,61 @@ impl Genetic {
         }
         blake3::hash(&decisive)
     }
+
+    /// Breeds the next generation: equally many copies of each parent, the best parent's first, all of them mutated but the
+    /// first copy of each of the elite.
+    fn bred(&self, ranking: &[u32]) -> Population {
+        let mut random = stream(self.seed, Stream::Mutation, self.generation + 1);
+        let Settings {
+            population,
+            parents,
+            elite,
+            ..
+        } = self.settings;
+        let mut values = Vec::with_capacity(self.population.values.len());
+        for (rank, &parent) in (0..parents).zip(ranking) {
+            for copy in 0..population / parents {
+                let start = values.len();
+                values.extend_from_slice(self.population.genome(parent as usize));
+                if copy > 0 || rank >= elite {
+                    self.mutate(&mut values[start..], &mut random);
+                }
+            }
+        }
+        Population::new(self.population.genes, values)
+    }
+
+    /// Mutates a genome as the settings say.
+    fn mutate(&self, genome: &mut [f32], random: &mut Pcg64) {
+        let mutation = &self.settings.mutation;
+        let chance = Chance(mutation.rate);
+        if mutation.per == MutationUnit::Individual && !chance.sample(random) {
+            return;
+        }
+        for (gene, &range) in genome.iter_mut().zip(&self.ranges) {
+            if mutation.per == MutationUnit::Gene && !chance.sample(random) {
+                continue;
+            }
+            let [low, high] = initial_range(&self.settings, range);
+            let amount = match range {
+                Some(_) => mutation.amount * (high - low) / (self.settings.initial[1] - self.settings.initial[0]),
+                None => mutation.amount,
+            };
+            let changed = match mutation.kind {
+                MutationKind::AddUniform => {
+                    f64::from(*gene)
+                        + Uniform {
+                            low: -amount,
+                            high: amount,
+                        }
+                        .sample(random)
+                }
+                MutationKind::AddNormal => f64::from(*gene) + Normal { deviation: amount }.sample(random),
+                MutationKind::Replace => Uniform { low, high }.sample(random),
+            };
+            *gene = kept(changed, &self.settings, range);
+        }
+    }
 }
 
 impl Optimizer for Genetic {
@@ -196,14 +251,7 @@ impl Optimizer for Genetic {
             )));
         }
         let ranking = ranked(&fitness);
-        let next = bred(
-            &self.settings,
-            &self.ranges,
-            self.seed,
-            self.generation + 1,
-            &self.population,
-            &ranking,
-        );
+        let next = self.bred(&ranking);
         let number = self.generation;
         self.generation += 1;
         Ok(Generation {
@@ -249,64 +297,6 @@ fn initial(settings: &Settings, seed: u64, ranges: &[Option<[f32; 2]>]) -> Popul
 /// The range of a gene's initial values.
 fn initial_range(settings: &Settings, own: Option<[f32; 2]>) -> [f64; 2] {
     own.map_or(settings.initial, |range| range.map(f64::from))
-}
-
-/// Breeds the next generation: equally many copies of each parent, the best parent's first, all of them mutated but the
-/// first copy of each of the elite.
-fn bred(
-    settings: &Settings,
-    ranges: &[Option<[f32; 2]>],
-    seed: u64,
-    generation: u32,
-    from: &Population,
-    ranking: &[u32],
-) -> Population {
-    let mut random = stream(seed, Stream::Mutation, generation);
-    let copies = settings.population / settings.parents;
-    let mut values = Vec::with_capacity(from.values.len());
-    for (rank, &parent) in (0..settings.parents).zip(ranking) {
-        for copy in 0..copies {
-            let start = values.len();
-            values.extend_from_slice(from.genome(parent as usize));
-            if copy > 0 || rank >= settings.elite {
-                mutate(&mut values[start..], settings, ranges, &mut random);
-            }
-        }
-    }
-    Population::new(from.genes, values)
-}
-
-/// Mutates a genome as the settings say.
-fn mutate(genome: &mut [f32], settings: &Settings, ranges: &[Option<[f32; 2]>], random: &mut Pcg64) {
-    let mutation = &settings.mutation;
-    let chance = Chance(mutation.rate);
-    if mutation.per == MutationUnit::Individual && !chance.sample(random) {
-        return;
-    }
-    for (gene, range) in genome.iter_mut().zip(ranges.iter().copied()) {
-        if mutation.per == MutationUnit::Gene && !chance.sample(random) {
-            continue;
-        }
-        let [low, high] = initial_range(settings, range);
-        let width = |[low, high]: [f64; 2]| high - low;
-        let amount = match range {
-            Some(_) => mutation.amount * width([low, high]) / width(settings.initial),
-            None => mutation.amount,
-        };
-        let changed = match mutation.kind {
-            MutationKind::AddUniform => {
-                f64::from(*gene)
-                    + Uniform {
-                        low: -amount,
-                        high: amount,
-                    }
-                    .sample(random)
-            }
-            MutationKind::AddNormal => f64::from(*gene) + Normal { deviation: amount }.sample(random),
-            MutationKind::Replace => Uniform { low, high }.sample(random),
-        };
-        *gene = kept(changed, settings, range);
-    }
 }
 
 /// Clamps a gene to its range or the limits, and replaces a subnormal one by +0, as batches require.
