@@ -203,16 +203,16 @@ fn invalid_values_are_refused_by_name() {
         ("noise.motor", "0 to 1", |spec| spec.noise.motor = 1.01),
         ("start.x_mm", "-100000 to 100000", |spec| spec.start = at(1e6, 0.0, 0.0)),
         ("start.x_mm", "is 601; allowed: 0 to 600", |spec| {
-            spec.start = at(601.0, 90.0, 0.0)
+            spec.start = at(601.0, 90.0, 0.0);
         }),
         ("start.y_mm", "is -1; allowed: 0 to 350", |spec| {
-            spec.start = at(90.0, -1.0, 0.0)
+            spec.start = at(90.0, -1.0, 0.0);
         }),
         ("start.heading_turns", "less than 1", |spec| {
-            spec.start = at(90.0, 90.0, 1.0)
+            spec.start = at(90.0, 90.0, 1.0);
         }),
         ("start.heading_turns", "0 to less than 1", |spec| {
-            spec.start = at(90.0, 90.0, -0.5)
+            spec.start = at(90.0, 90.0, -0.5);
         }),
         ("start", "touches", |spec| spec.start = at(20.0, 90.0, 0.0)),
         ("arena.width_mm", "1 to 100000", |spec| spec.arena.field.width = 0.5),
