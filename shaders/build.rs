@@ -1,6 +1,6 @@
 //! Compiles the kernels of `wgsl/`. `catalogue.rs` is the place to add one.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeMap;
 use std::fmt::Write;
 use std::path::PathBuf;
 use std::{env, fs};
@@ -10,11 +10,13 @@ use oneiro_shader_compiler::{Compiled, Constant, compile};
 
 #[path = "catalogue.rs"]
 mod catalogue;
-use catalogue::{CATALOGUE, COMPOSED, Entry, parts};
+use catalogue::{CATALOGUE, Entry, parts};
 
 fn main() {
     let wgsl = PathBuf::from(env::var("CARGO_MANIFEST_DIR").expect("cargo sets it")).join("wgsl");
-    println!("cargo::rerun-if-changed={}", wgsl.display());
+    for part in CATALOGUE.iter().flat_map(|entry| entry.parts) {
+        println!("cargo::rerun-if-changed={}/{part}.wgsl", wgsl.display());
+    }
     let out = PathBuf::from(env::var("OUT_DIR").expect("cargo sets it"));
     let mut text = String::from("use crate::kernel::{Binding, BindingKind, Kernel};\n");
     let mut modules: Vec<(&str, String)> = Vec::new();
@@ -66,13 +68,6 @@ fn main() {
         .iter()
         .map(|entry| format!("&{}", entry.name.to_uppercase()))
         .collect();
-    let shipped: BTreeSet<_> = CATALOGUE.iter().flat_map(|entry| entry.parts).chain(COMPOSED).collect();
-    text.push_str("/// Every part of the kernels: path and text.\npub static PARTS: &[(&str, &str)] = &[\n");
-    for part in shipped {
-        let file = "env!(\"CARGO_MANIFEST_DIR\"), \"/wgsl/";
-        let _ = writeln!(text, "(\"{part}.wgsl\", include_str!(concat!({file}{part}.wgsl\"))),");
-    }
-    text.push_str("];\n");
     let _ = writeln!(
         text,
         "/// Every kernel.\npub static KERNELS: &[&Kernel] = &[{}];",

@@ -127,9 +127,6 @@ pub(crate) const CATALOGUE: &[Entry] = &[
     },
 ];
 
-/// Parts that only kernels composed at run time have.
-pub(crate) const COMPOSED: &[&str] = &["lib/user", "robot/arcs", "sensor/kinds"];
-
 /// Reads the parts of a kernel.
 pub(crate) fn parts(wgsl: &Path, entry: &Entry) -> Vec<Part> {
     let read = |name: &&str| {

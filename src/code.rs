@@ -20,11 +20,15 @@ pub(crate) enum LaneCode {
 }
 
 impl LaneCode {
-    /// Names of a kernel's lane codes that this processor can run: first those compiled with this program, from the widest,
-    /// then the one compiled at run time.
-    pub(crate) fn names(kernel: &'static Kernel) -> impl Iterator<Item = &'static str> {
-        let native = native::is_available().then_some(native::NAME);
-        ahead(kernel).map(|variant| variant.name).chain(native)
+    /// Names and numbers of lanes of a kernel's lane codes that this processor can run: first those compiled with this program
+    /// that have several lanes, then the one compiled at run time, then those with one lane.
+    pub(crate) fn all(kernel: &'static Kernel) -> impl Iterator<Item = (&'static str, u32)> {
+        let native = native::is_available().then_some((native::NAME, native::LANES));
+        let ahead = |is_wide: bool| {
+            let variants = ahead(kernel).filter(move |variant| (variant.lanes > 1) == is_wide);
+            variants.map(|variant| (variant.name, variant.lanes))
+        };
+        ahead(true).chain(native).chain(ahead(false))
     }
 
     /// Returns a kernel's lane code by name; `None` if this processor can't run one with that name.
@@ -71,7 +75,7 @@ impl LaneCode {
 }
 
 /// The lane codes compiled with this program that this processor can run.
-pub(crate) fn ahead(kernel: &'static Kernel) -> impl Iterator<Item = &'static Variant> {
+fn ahead(kernel: &'static Kernel) -> impl Iterator<Item = &'static Variant> {
     kernel.variants.iter().filter(|variant| (variant.available)())
 }
 

@@ -6,11 +6,11 @@ use std::num::NonZero;
 use std::thread;
 
 use oneiro_shaders::life::{Dispatch, Group};
-use oneiro_shaders::{Kernel, Variant, Words};
+use oneiro_shaders::{Kernel, Words};
 use rayon::prelude::*;
 
 use crate::batch::{Batch, LANES, Part, PartResult};
-use crate::code::{LaneCode, ahead};
+use crate::code::LaneCode;
 use crate::evaluator::{Control, Device, Error, Evaluator};
 
 /// Cycles between checks for cancellation: some ten milliseconds of 64 rollouts.
@@ -67,10 +67,12 @@ impl Cpu {
         })
     }
 
-    /// Names of the lane codes that this processor can run, such as `avx2x16`: those compiled with this program, widest
-    /// first, and `native128x16`, which is compiled at run time where that is possible.
+    /// Names of the lane codes that this processor can run, such as `avx2x16`, the fastest first: those compiled with this
+    /// program, and `native128x16`, which is compiled at run time where that is possible.
     pub fn variants() -> Vec<&'static str> {
-        LaneCode::names(&oneiro_shaders::LIFE_PERCEPTRON).collect()
+        LaneCode::all(&oneiro_shaders::LIFE_PERCEPTRON)
+            .map(|(name, _)| name)
+            .collect()
     }
 
     /// Always runs one lane code instead of choosing one for each batch. A kernel that isn't compiled so wide runs the
@@ -145,8 +147,8 @@ impl Cpu {
         Ok(result)
     }
 
-    /// Returns the lane code that was asked for by name, or else the one with the shortest estimated time of those compiled
-    /// with this program. With few rollouts, narrow ones keep more threads busy. A kernel composed at run time has only one.
+    /// Returns the lane code that was asked for by name, or else the one with the shortest estimated time. With few rollouts,
+    /// narrow ones keep more threads busy. A kernel composed at run time has only one.
     fn choose(&self, kernel: &'static Kernel, parts: &[Part<'_>]) -> Result<LaneCode, Error> {
         if let Some(name) = self.variant
             && let Some(code) = LaneCode::named(kernel, name)?
@@ -156,22 +158,22 @@ impl Cpu {
         if kernel.variants.is_empty() {
             return LaneCode::native(kernel);
         }
-        let named = |variant: &&Variant| {
+        let is_wanted = |name: &str| {
             self.variant
-                .is_none_or(|name| instruction_set(name) == instruction_set(variant.name))
+                .is_none_or(|wanted| instruction_set(wanted) == instruction_set(name))
         };
-        let time = |variant: &&Variant| {
-            let calls: usize = parts
-                .iter()
-                .map(|part| part.rollouts().div_ceil(variant.lanes as usize))
-                .sum();
-            calls.div_ceil(self.threads()) as f32 * cost(variant)
+        let time = |(name, lanes): (&str, u32)| {
+            let calls: usize = parts.iter().map(|part| part.rollouts().div_ceil(lanes as usize)).sum();
+            calls.div_ceil(self.threads()) as f32 * cost(name, lanes)
         };
-        ahead(kernel)
-            .filter(named)
-            .min_by(|a, b| time(a).total_cmp(&time(b)))
-            .map(LaneCode::Ahead)
-            .ok_or_else(|| Error::NoDevice(format!("this CPU has no lane code for the kernel {}", kernel.name)))
+        let fastest = LaneCode::all(kernel)
+            .filter(|(name, _)| is_wanted(name))
+            .min_by(|a, b| time(*a).total_cmp(&time(*b)));
+        let code = match fastest {
+            Some((name, _)) => LaneCode::named(kernel, name)?,
+            None => None,
+        };
+        code.ok_or_else(|| Error::NoDevice(format!("this CPU has no lane code for the kernel {}", kernel.name)))
     }
 }
 
@@ -201,15 +203,17 @@ fn instruction_set(name: &str) -> &str {
 
 /// Approximate time of one call of a lane code: microseconds for 500 cycles of the perceptron's kernel, measured on a
 /// server's core. It only affects the choice of a lane code.
-fn cost(variant: &Variant) -> f32 {
-    let each_lane = match variant.name {
-        name if name.starts_with("avx512") => 4.1,
-        name if name.starts_with("avx2") => 5.1,
-        name if name.starts_with("scalar") => 30.0,
-        name if name.starts_with("checked") => 170.0,
-        _ => 9.7,
+fn cost(name: &str, lanes: u32) -> f32 {
+    let each_lane = match instruction_set(name) {
+        "avx512" => 4.1,
+        "avx2" => 5.1,
+        "neon" => 9.7,
+        "scalar" => 30.0,
+        "checked" => 170.0,
+        // Compiled at run time.
+        _ => 10.0,
     };
-    45.0 + each_lane * variant.lanes as f32
+    45.0 + each_lane * lanes as f32
 }
 
 /// Rollouts of one group, and the destination of their results.

@@ -79,7 +79,7 @@ impl Case {
 
     /// Names of the lane codes that this processor can run.
     pub fn lane_codes(&self) -> impl Iterator<Item = &'static str> + use<> {
-        LaneCode::names(self.kernel)
+        LaneCode::all(self.kernel).map(|(name, _)| name)
     }
 
     /// Computes the case on this processor with the named lane code; `None` if the processor can't run it.

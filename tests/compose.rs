@@ -1,6 +1,8 @@
 //! Users' sensors, controllers and tasks: composed when the program runs, the same bits on the CPU and a GPU, and refused with
 //! file, line and column if anything is wrong.
 
+use std::fs;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use oneiro::arena::{Arena, Block, Obstacle};
@@ -180,6 +182,30 @@ fn fitness(world: &World) -> Vec<u32> {
         .evaluate(&batch(world, 300, None), &Control::new())
         .unwrap();
     outcome.fitness.iter().map(|fitness| fitness.to_bits()).collect()
+}
+
+/// The crate of parts names each file of its folder.
+#[test]
+fn every_part_is_listed() {
+    fn visit(folder: &Path, files: &mut Vec<PathBuf>) {
+        for entry in fs::read_dir(folder).unwrap() {
+            let path = entry.unwrap().path();
+            if path.is_dir() {
+                visit(&path, files);
+            } else if path.extension().is_some_and(|extension| extension == "wgsl") {
+                files.push(path);
+            }
+        }
+    }
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("shaders/wgsl");
+    let mut files = Vec::new();
+    visit(&root, &mut files);
+    files.sort();
+    let listed: Vec<_> = oneiro_shader_parts::PARTS
+        .iter()
+        .map(|(path, _)| root.join(path))
+        .collect();
+    assert_eq!(listed, files);
 }
 
 #[test]

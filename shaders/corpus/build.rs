@@ -23,7 +23,7 @@ const WRITTEN: [&str; 9] = [
 /// How many random kernels there are.
 const RANDOM: usize = 24;
 /// Instruction sets that random kernels take turns with.
-const X86: [&str; 3] = ["avx512", "avx2", "sse41"];
+const X86: [&str; 2] = ["avx512", "avx2"];
 /// Workgroups of each dispatch.
 const WORKGROUPS: u32 = 2;
 /// Which float operations of `folding` are the products of `(x * 0.1f) * 0.3f`. Mesa reassociates what may be

@@ -11,7 +11,7 @@ use crate::evaluator::Error;
 
 /// 16 lanes in vectors of 128 bits.
 pub(crate) const NAME: &str = "native128x16";
-const LANES: u32 = 16;
+pub(crate) const LANES: u32 = 16;
 
 /// Compiled code.
 #[derive(Clone, Debug)]

@@ -7,6 +7,7 @@ use crate::evaluator::Error;
 
 /// No lane code has this name.
 pub(crate) const NAME: &str = "";
+pub(crate) const LANES: u32 = 1;
 
 /// Code; there is none.
 #[derive(Clone, Copy, Debug)]

@@ -39,13 +39,6 @@ pub const TARGETS: &[Target] = &[
         vector: "Avx2",
     },
     Target {
-        arch: "target_arch = \"x86_64\"",
-        name: "sse41",
-        features: &["sse4.1"],
-        shapes: &[(4, 4)],
-        vector: "Sse41",
-    },
-    Target {
         arch: "target_arch = \"aarch64\"",
         name: "neon",
         features: &["neon"],

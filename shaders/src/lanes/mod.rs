@@ -70,8 +70,6 @@ mod checked;
 mod neon;
 mod pair;
 mod scalar;
-#[cfg(target_arch = "x86_64")]
-mod sse41;
 pub mod uniform;
 
 #[cfg(target_arch = "x86_64")]
@@ -83,8 +81,6 @@ pub use checked::Checked;
 pub use neon::Neon;
 pub use pair::Pair;
 pub use scalar::Scalar;
-#[cfg(target_arch = "x86_64")]
-pub use sse41::Sse41;
 
 #[cfg(target_arch = "arm")]
 compile_error!("NEON on 32-bit ARM flushes subnormals, and without it floats are not portable: use a 64-bit target");

@@ -7,7 +7,8 @@ use oneiro_shader_compiler::declarations::{
     Declaration, accesses, built_in, calls, declarations, members, names, signature, uses, word_at,
 };
 use oneiro_shader_compiler::{Place, Refusal, Refusals, Rule};
-use oneiro_shaders::{KERNELS, LIFE_PERCEPTRON, PARTS};
+use oneiro_shader_parts::PARTS;
+use oneiro_shaders::{KERNELS, LIFE_PERCEPTRON};
 
 use super::interface::{self, Function, Interface};
 use super::{generate, kernel, refusal};

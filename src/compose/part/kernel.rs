@@ -9,8 +9,9 @@ use std::sync::{Mutex, PoisonError};
 use oneiro_shader_compiler as compiler;
 use oneiro_shader_compiler::declarations::{declarations, is_reserved};
 use oneiro_shader_compiler::{Compiled, Refusal, Refusals, Rule, compile};
+use oneiro_shader_parts::PARTS;
 use oneiro_shaders::kernel::Turns;
-use oneiro_shaders::{Binding, Kernel, PARTS, WordOf};
+use oneiro_shaders::{Binding, Kernel, WordOf};
 
 use super::{check, generate, interface, refusal};
 use crate::arena::Arena;
