@@ -1,8 +1,10 @@
 //! Lane code: kernels as the CPU runs them, many lanes at a time.
 
+#[cfg_attr(not(feature = "compose"), path = "code/absent.rs")]
+mod interpreted;
 #[cfg_attr(
     not(all(feature = "native", any(target_arch = "x86_64", target_arch = "aarch64"))),
-    path = "code/no_native.rs"
+    path = "code/absent.rs"
 )]
 mod native;
 
@@ -17,11 +19,18 @@ pub(crate) enum LaneCode {
     Ahead(&'static Variant),
     /// Compiled at run time.
     Native(native::Code),
+    /// Not compiled.
+    Interpreted(interpreted::Code),
+}
+
+/// The name of the interpreter, among those of lane codes.
+pub(crate) fn interpreter() -> Option<&'static str> {
+    interpreted::is_available().then_some(interpreted::NAME)
 }
 
 impl LaneCode {
     /// Names and numbers of lanes of a kernel's lane codes that this processor can run: first those compiled with this program
-    /// that have several lanes, then the one compiled at run time, then those with one lane.
+    /// that have several lanes, then the one compiled at run time, then those with one lane. The interpreter isn't among them.
     pub(crate) fn all(kernel: &'static Kernel) -> impl Iterator<Item = (&'static str, u32)> {
         let native = native::is_available().then_some((native::NAME, native::LANES));
         let ahead = |is_wide: bool| {
@@ -37,17 +46,24 @@ impl LaneCode {
     /// [`Error::NoDevice`] if it can't be compiled.
     pub(crate) fn named(kernel: &'static Kernel, name: &str) -> Result<Option<Self>, Error> {
         if name == native::NAME && native::is_available() {
-            return Self::native(kernel).map(Some);
+            return native::compiled(kernel).map(Self::Native).map(Some);
+        }
+        if interpreter() == Some(name) {
+            return interpreted::compiled(kernel).map(Self::Interpreted).map(Some);
         }
         Ok(ahead(kernel).find(|variant| variant.name == name).map(Self::Ahead))
     }
 
-    /// Compiles a kernel, or returns its code if that was done before.
+    /// Compiles a kernel composed at run time, or prepares to interpret it where it can't be compiled.
     ///
     /// # Errors
-    /// [`Error::NoDevice`] if it can't be compiled.
-    pub(crate) fn native(kernel: &'static Kernel) -> Result<Self, Error> {
-        native::compiled(kernel).map(Self::Native)
+    /// [`Error::NoDevice`] if neither is possible.
+    pub(crate) fn composed(kernel: &'static Kernel) -> Result<Self, Error> {
+        if native::is_available() {
+            native::compiled(kernel).map(Self::Native)
+        } else {
+            interpreted::compiled(kernel).map(Self::Interpreted)
+        }
     }
 
     /// Number of lanes that a call runs.
@@ -55,6 +71,7 @@ impl LaneCode {
         match self {
             Self::Ahead(variant) => variant.lanes,
             Self::Native(code) => code.lanes(),
+            Self::Interpreted(code) => code.lanes(),
         }
     }
 
@@ -70,8 +87,15 @@ impl LaneCode {
             Self::Ahead(variant) => unsafe { (variant.run)(buffers, workgroup, first_lane) },
             // SAFETY: the caller guarantees it.
             Self::Native(code) => unsafe { code.run(buffers, workgroup, first_lane) },
+            // SAFETY: the caller guarantees it.
+            Self::Interpreted(code) => unsafe { code.run(buffers, workgroup, first_lane) },
         }
     }
+}
+
+/// Whether kernels composed at run time are interpreted, since they can't be compiled.
+pub(crate) fn interprets() -> bool {
+    interpreted::is_available() && !native::is_available()
 }
 
 /// The lane codes compiled with this program that this processor can run.

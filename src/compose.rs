@@ -25,10 +25,7 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
-#[cfg_attr(
-    not(all(feature = "native", any(target_arch = "x86_64", target_arch = "aarch64"))),
-    path = "compose/absent.rs"
-)]
+#[cfg_attr(not(feature = "compose"), path = "compose/absent.rs")]
 mod part;
 
 use std::collections::BTreeMap;

@@ -10,11 +10,13 @@ use oneiro_shaders::{Kernel, Words};
 use rayon::prelude::*;
 
 use crate::batch::{Batch, LANES, Part, PartResult};
-use crate::code::LaneCode;
+use crate::code::{LaneCode, interpreter, interprets};
 use crate::evaluator::{Control, Device, Error, Evaluator};
 
 /// Cycles between checks for cancellation: some ten milliseconds of 64 rollouts.
 const CHUNK: u32 = 16_384;
+/// Said of a processor that kernels can't be compiled for.
+const SLOW: &str = "; kernels composed at run time are interpreted, which is slow";
 /// Most turns of loops between such checks, for kernels that loop much in a cycle.
 const TURNS_OF_CHUNK: u32 = 10_000_000;
 
@@ -76,12 +78,13 @@ impl Cpu {
     }
 
     /// Always runs one lane code instead of choosing one for each batch. A kernel that isn't compiled so wide runs the
-    /// widest code of the same instruction set.
+    /// widest code of the same instruction set. `interpretedx1` is the interpreter, which is only chosen by itself for a kernel
+    /// composed at run time where that can't be compiled.
     ///
     /// # Errors
     /// [`Error::NoDevice`] if this processor can't run a lane code with that name.
     pub fn with_variant(mut self, name: &str) -> Result<Self, Error> {
-        let known = Self::variants();
+        let known: Vec<_> = Self::variants().into_iter().chain(interpreter()).collect();
         let Some(variant) = known.iter().find(|known| **known == name) else {
             let problem = format!("this CPU has no lane code `{name}`; allowed: {}", known.join(", "));
             return Err(Error::NoDevice(problem));
@@ -156,7 +159,7 @@ impl Cpu {
             return Ok(code);
         }
         if kernel.variants.is_empty() {
-            return LaneCode::native(kernel);
+            return LaneCode::composed(kernel);
         }
         let is_wanted = |name: &str| {
             self.variant
@@ -185,7 +188,11 @@ impl Evaluator for Cpu {
             .unwrap_or("no lane code");
         Device {
             name: "cpu".into(),
-            detail: format!("{widest}, {} threads", self.threads()),
+            detail: format!(
+                "{widest}, {} threads{}",
+                self.threads(),
+                if interprets() { SLOW } else { "" }
+            ),
             exact: true,
         }
     }

@@ -12,7 +12,7 @@ pub enum Build {
     /// The tables of [`Robot::sensors`](crate::world::Robot::sensors) and [`Robot::motors`](crate::world::Robot::motors).
     #[default]
     Sampled,
-    /// Numbers, which take the tables' place. Needs the feature `native`.
+    /// Numbers, which take the tables' place. Needs the feature `compose`.
     Differential(Differential),
 }
 

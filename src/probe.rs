@@ -8,7 +8,7 @@ use std::fmt;
 
 use oneiro_shaders::{Kernel, Words};
 
-use crate::code::LaneCode;
+use crate::code::{LaneCode, interpreter};
 
 pub use functions::functions;
 pub use operations::operations;
@@ -77,9 +77,9 @@ impl Case {
         (self.left.len() as u32).div_ceil(self.kernel.workgroup_size)
     }
 
-    /// Names of the lane codes that this processor can run.
+    /// Names of the lane codes that this processor can run, and of the interpreter.
     pub fn lane_codes(&self) -> impl Iterator<Item = &'static str> + use<> {
-        LaneCode::all(self.kernel).map(|(name, _)| name)
+        LaneCode::all(self.kernel).map(|(name, _)| name).chain(interpreter())
     }
 
     /// Computes the case on this processor with the named lane code; `None` if the processor can't run it.

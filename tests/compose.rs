@@ -561,6 +561,28 @@ fn dispatches_cut_a_life_without_a_trace() {
     assert_eq!(whole, cut);
 }
 
+/// So a processor that kernels can't be compiled for has the same results.
+#[test]
+fn the_interpreter_has_the_same_bits() {
+    for world in [everything(RECURRENT), world(WHOLE, &[], &|_| {})] {
+        let batch = batch(&world, 40, Some(TraceRequest { every: 3 }));
+        let lived = |mut cpu: Cpu| {
+            let outcome = cpu.evaluate(&batch, &Control::new()).unwrap();
+            let words: Vec<_> = outcome.traces.iter().flat_map(Trace::words).collect();
+            (
+                outcome
+                    .fitness
+                    .iter()
+                    .map(|fitness| fitness.to_bits())
+                    .collect::<Vec<_>>(),
+                words,
+            )
+        };
+        let interpreted = lived(Cpu::new(Some(2)).unwrap().with_variant("interpretedx1").unwrap());
+        assert!(interpreted == lived(Cpu::new(Some(2)).unwrap()));
+    }
+}
+
 #[cfg(feature = "gpu")]
 #[test]
 fn a_gpu_has_the_same_bits() {

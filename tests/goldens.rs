@@ -114,12 +114,19 @@ const NATIVE: bool = cfg!(all(
     any(target_arch = "x86_64", target_arch = "aarch64")
 ));
 
+/// The interpreter, a hundred times as slow as the slowest lane code.
+const INTERPRETER: &str = "interpretedx1";
+/// Of how many worlds the interpreter lives in one, unless `ONEIRO_LONG` is set.
+const SHARE: usize = 8;
+
+/// The CPU with one lane code.
+fn lane_code(name: &'static str) -> (String, Box<dyn Evaluator>) {
+    let cpu = Cpu::new(None).and_then(|cpu| cpu.with_variant(name));
+    (name.to_owned(), Box::new(cpu.expect("it is available")))
+}
+
 /// Devices that must agree, by name.
 fn devices() -> Vec<(String, Box<dyn Evaluator>)> {
-    let lane_code = |name: &'static str| -> (String, Box<dyn Evaluator>) {
-        let cpu = Cpu::new(None).and_then(|cpu| cpu.with_variant(name));
-        (name.to_owned(), Box::new(cpu.expect("it is available")))
-    };
     let lane_codes: Vec<_> = Cpu::variants().into_iter().map(lane_code).collect();
     assert!(
         lane_codes.iter().any(|(name, _)| name.starts_with("checked")),
@@ -155,6 +162,9 @@ fn adapters() -> Vec<(String, Box<dyn Evaluator>)> {
 #[test]
 fn lives_are_as_pinned() {
     let mut devices = devices();
+    if cfg!(feature = "compose") {
+        devices.push(lane_code(INTERPRETER));
+    }
     let mut files = ["tables.rows", "corpus.rows", "functions.rows", "long.rows"]
         .map(str::to_owned)
         .to_vec();
@@ -177,7 +187,9 @@ fn lives_are_as_pinned() {
         problems.extend(pinned::problem(&folder().join(&file), &found));
         files.push(file);
         for (device, evaluator) in others {
-            for ((subject, batch), expected) in subjects.iter().zip(&batches).zip(&expected) {
+            let is_slow = device == INTERPRETER && std::env::var_os("ONEIRO_LONG").is_none();
+            let lives = subjects.iter().zip(&batches).zip(&expected);
+            for ((subject, batch), expected) in lives.step_by(if is_slow { SHARE } else { 1 }) {
                 let Some(found) = lived(batch, &mut **evaluator) else {
                     println!("{device} is too small for {}: {}", kernel.name, subject.name);
                     continue;

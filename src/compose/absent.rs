@@ -1,4 +1,4 @@
-//! Stands in for users' parts in builds without the feature `native`, and on processors that code can't be generated for.
+//! Stands in for users' parts in builds without the feature `compose`.
 
 use oneiro_shaders::Kernel;
 

@@ -89,7 +89,7 @@ mod tests {
         assert_eq!(filled("a b"), "a b");
     }
 
-    #[cfg(feature = "native")]
+    #[cfg(feature = "compose")]
     #[test]
     fn the_page_on_rules_is_that_of_the_compiler() {
         use std::path::Path;

@@ -1,12 +1,23 @@
-//! Interprets programs, for tests: one invocation at a time with plain jumps, which defines the right results, and many lanes
-//! at once under masks, as lane code does. Both must leave the same bits in the buffers.
+//! Interprets programs: one invocation at a time with plain jumps, which defines the right results, and is how kernels run
+//! where nothing compiles them; and for tests many lanes at once under masks, as lane code does. Both must leave the same bits
+//! in the buffers.
 
 use std::collections::BTreeSet;
 
 use crate::tree::{Address, Array, Binary, Block, Label, Op, Program, Statement, Ty, Unary, Value, Variable, visit};
 use crate::uniform::{Region, Shape, Shapes, depth_of};
 
-/// The buffers of a dispatch.
+/// The buffers of a dispatch, by binding number.
+pub trait Buffers {
+    /// Number of elements of a buffer, at least 1.
+    fn elements(&self, buffer: u32) -> u32;
+    /// Loads a word.
+    fn load(&self, buffer: u32, index: usize) -> u32;
+    /// Stores a word.
+    fn store(&mut self, buffer: u32, index: usize, value: u32);
+}
+
+/// Buffers that the interpreter has to itself.
 #[derive(Debug)]
 pub struct Memory<'a> {
     /// Words of each buffer, by binding number. No buffer is empty.
@@ -49,56 +60,60 @@ pub enum Fault {
 /// Most statements of a run.
 const PATIENCE: u64 = 2_000_000;
 
-impl Memory<'_> {
-    /// Index of a word, with its element clamped to those of the buffer.
-    fn at(&self, address: &Address, element: u32) -> usize {
-        let elements = self.buffers[address.buffer as usize].len() as u32 / self.strides[address.buffer as usize];
-        let first = address
-            .element
-            .map_or(0, |_| element.min(elements - 1) * address.stride);
-        (first + address.offset) as usize
+impl Buffers for Memory<'_> {
+    fn elements(&self, buffer: u32) -> u32 {
+        self.buffers[buffer as usize].len() as u32 / self.strides[buffer as usize]
     }
 
-    fn load(&self, address: &Address, element: u32, word: usize) -> u32 {
-        self.buffers[address.buffer as usize][self.at(address, element) + word]
+    fn load(&self, buffer: u32, index: usize) -> u32 {
+        self.buffers[buffer as usize][index]
     }
 
-    fn store(&mut self, address: &Address, element: u32, value: u32) {
-        let at = self.at(address, element);
-        self.buffers[address.buffer as usize][at] = value;
+    fn store(&mut self, buffer: u32, index: usize, value: u32) {
+        self.buffers[buffer as usize][index] = value;
     }
 }
 
-/// Runs one invocation, and returns the number of turns that all its loops took.
+/// Index of a word, with its element clamped to those of the buffer.
+fn at(memory: &impl Buffers, address: &Address, element: u32) -> usize {
+    let last = memory.elements(address.buffer) - 1;
+    let first = address.element.map_or(0, |_| element.min(last) * address.stride);
+    (first + address.offset) as usize
+}
+
+/// Runs one invocation.
+///
+/// # Errors
+/// A program that uses a value that isn't set, which the compiler makes none of.
+pub fn run(program: &Program, memory: &mut impl Buffers, workgroup: u32, lane: u32) -> Result<(), Trap> {
+    let mut invocation = Invocation::new(program, memory, workgroup, lane);
+    invocation.block(&program.body)?;
+    Ok(())
+}
+
+/// Runs one invocation of a test, and returns the number of turns that all its loops took.
 ///
 /// # Errors
 /// A program that runs too long or uses a value that isn't set, and if `strict`, one that breaks the exactness rules.
 pub fn run_invocation(
     program: &Program,
-    memory: &mut Memory<'_>,
+    memory: &mut impl Buffers,
     workgroup: u32,
     lane: u32,
     strict: bool,
 ) -> Result<u64, Trap> {
     let mut invocation = Invocation {
-        program,
-        memory,
-        workgroup,
-        lane,
         strict,
-        values: vec![None; program.values.len()],
-        variables: vec![None; program.variables.len()],
-        arrays: vec![Vec::new(); program.arrays.len()],
         patience: PATIENCE,
-        turns: 0,
+        ..Invocation::new(program, memory, workgroup, lane)
     };
     invocation.block(&program.body)?;
     Ok(invocation.turns)
 }
 
-struct Invocation<'a, 'm> {
+struct Invocation<'a, M> {
     program: &'a Program,
-    memory: &'a mut Memory<'m>,
+    memory: &'a mut M,
     workgroup: u32,
     lane: u32,
     strict: bool,
@@ -109,7 +124,22 @@ struct Invocation<'a, 'm> {
     turns: u64,
 }
 
-impl Invocation<'_, '_> {
+impl<'a, M: Buffers> Invocation<'a, M> {
+    fn new(program: &'a Program, memory: &'a mut M, workgroup: u32, lane: u32) -> Self {
+        Self {
+            program,
+            memory,
+            workgroup,
+            lane,
+            strict: false,
+            values: vec![None; program.values.len()],
+            variables: vec![None; program.variables.len()],
+            arrays: vec![Vec::new(); program.arrays.len()],
+            patience: u64::MAX,
+            turns: 0,
+        }
+    }
+
     fn get(&self, value: Value) -> Result<u32, Trap> {
         match self.program.op(value) {
             Op::Constant(bits) => Ok(bits),
@@ -163,8 +193,9 @@ impl Invocation<'_, '_> {
             Statement::Let(value) => self.values[value.0 as usize] = Some(self.computed(*value)?),
             Statement::Load { targets, address } => {
                 let element = address.element.map_or(Ok(0), |element| self.get(element))?;
+                let first = at(self.memory, address, element);
                 for (word, target) in targets.iter().enumerate() {
-                    self.values[target.0 as usize] = Some(self.memory.load(address, element, word));
+                    self.values[target.0 as usize] = Some(self.memory.load(address.buffer, first + word));
                 }
             }
             Statement::Declare(variable) => {
@@ -189,7 +220,8 @@ impl Invocation<'_, '_> {
             Statement::Store { address, value, .. } => {
                 let element = address.element.map_or(Ok(0), |element| self.get(element))?;
                 let value = self.get(*value)?;
-                self.memory.store(address, element, value);
+                self.memory
+                    .store(address.buffer, at(self.memory, address, element), value);
             }
             Statement::If {
                 condition,
@@ -513,13 +545,22 @@ impl<const N: usize> Group<'_, '_, N> {
     fn load(&mut self, targets: &[Value], address: &Address) -> Result<(), Trap> {
         let elements = address.element.map_or(Ok([0; N]), |element| self.get(element))?;
         for (word, target) in targets.iter().enumerate() {
-            let mut lanes = elements.map(|element| self.memory.load(address, element, word));
+            let load = |element| {
+                self.memory
+                    .load(address.buffer, at(self.memory, address, element) + word)
+            };
+            let mut lanes = elements.map(load);
             if self.shapes.is_uniform(*target) {
                 lanes = [lanes[0]; N];
             }
             self.values[target.0 as usize] = Some(lanes);
         }
         Ok(())
+    }
+
+    fn store_word(&mut self, address: &Address, element: u32, value: u32) {
+        self.memory
+            .store(address.buffer, at(self.memory, address, element), value);
     }
 
     fn store(&mut self, address: &Address, value: Value) -> Result<(), Trap> {
@@ -531,13 +572,13 @@ impl<const N: usize> Group<'_, '_, N> {
         }
         if address.element.is_none_or(|element| self.shapes.is_uniform(element)) {
             if active.contains(&true) {
-                self.memory.store(address, elements[0], value[0]);
+                self.store_word(address, elements[0], value[0]);
             }
             return Ok(());
         }
         for k in 0..N {
             if active[k] {
-                self.memory.store(address, elements[k], value[k]);
+                self.store_word(address, elements[k], value[k]);
             }
         }
         Ok(())

@@ -82,8 +82,8 @@ pub use neon::Neon;
 pub use pair::Pair;
 pub use scalar::Scalar;
 
-#[cfg(target_arch = "arm")]
-compile_error!("NEON on 32-bit ARM flushes subnormals, and without it floats are not portable: use a 64-bit target");
+#[cfg(all(target_arch = "arm", target_feature = "neon"))]
+compile_error!("NEON on 32-bit ARM flushes subnormals: build for a target without it");
 #[cfg(all(target_arch = "x86", not(target_feature = "sse2")))]
 compile_error!("x87 arithmetic rounds twice: build for x86 with SSE2");
 

@@ -1,5 +1,5 @@
-//! Stands in for machine code compiled at run time in builds without the feature `native`, and on processors that code
-//! can't be generated for.
+//! Stands in for ways to run kernels that this build doesn't have: code compiled at run time without the feature `native` or
+//! on processors that it can't be generated for, and the interpreter without the feature `compose`.
 
 use oneiro_shaders::{Kernel, Words};
 
@@ -20,7 +20,7 @@ pub(crate) fn is_available() -> bool {
 pub(crate) fn compiled(kernel: &'static Kernel) -> Result<Code, Error> {
     let kernel = kernel.name;
     Err(Error::NoDevice(format!(
-        "{kernel} can't be compiled at run time in this program"
+        "this program can't run the kernel {kernel}, which is composed at run time"
     )))
 }
 

@@ -1,0 +1,97 @@
+//! Kernels run by the compiler's interpreter, where they can't be compiled at run time: slow, and the same bits.
+
+use std::collections::BTreeMap;
+use std::sync::{Arc, Mutex, PoisonError};
+
+use oneiro_shader_compiler::interpret::{self, Buffers};
+use oneiro_shader_compiler::{Part, Trees, trees};
+use oneiro_shaders::{Kernel, Words};
+
+use crate::evaluator::Error;
+
+/// One lane.
+pub(crate) const NAME: &str = "interpretedx1";
+
+/// A kernel's program.
+#[derive(Clone, Debug)]
+pub(crate) struct Code(Arc<Trees>);
+
+/// Whether kernels can be interpreted.
+pub(crate) fn is_available() -> bool {
+    true
+}
+
+/// Returns a kernel's program.
+///
+/// # Errors
+/// [`Error::NoDevice`] if its text is refused.
+pub(crate) fn compiled(kernel: &'static Kernel) -> Result<Code, Error> {
+    static PROGRAMS: Mutex<BTreeMap<&str, Code>> = Mutex::new(BTreeMap::new());
+    // A poisoned lock is fine: entries are added complete or not at all.
+    let mut programs = PROGRAMS.lock().unwrap_or_else(PoisonError::into_inner);
+    if let Some(code) = programs.get(kernel.name) {
+        return Ok(code.clone());
+    }
+    let part = Part {
+        path: format!("{}.wgsl", kernel.name),
+        text: kernel.wgsl.into(),
+    };
+    let refused = |problem| Error::NoDevice(format!("the kernel {} can't be interpreted: {problem}", kernel.name));
+    let code = Code(Arc::new(
+        trees(&[part]).map_err(|refusals| refused(refusals[0].to_string()))?,
+    ));
+    programs.insert(kernel.name, code.clone());
+    Ok(code)
+}
+
+impl Code {
+    /// Number of lanes that a call runs.
+    #[expect(clippy::unused_self, reason = "as that of code compiled at run time")]
+    pub(crate) fn lanes(&self) -> u32 {
+        1
+    }
+
+    /// Runs one lane of a workgroup.
+    ///
+    /// # Safety
+    /// As [`super::LaneCode::run`].
+    pub(crate) unsafe fn run(&self, buffers: &[Words], workgroup: u32, lane: u32) {
+        let strides = &self.0.strides;
+        let mut memory = Shared { buffers, strides };
+        let done = interpret::run(&self.0.tidied, &mut memory, workgroup, lane);
+        done.expect("kernels that compile set each value before they use it");
+    }
+}
+
+/// The buffers of a call, in which others run their own lanes meanwhile.
+struct Shared<'a> {
+    buffers: &'a [Words],
+    strides: &'a [u32],
+}
+
+impl Shared<'_> {
+    /// The address of a word.
+    fn at(&self, buffer: u32, index: usize) -> *mut u32 {
+        let words = &self.buffers[buffer as usize];
+        assert!(index < words.len, "word {index} of {}", words.len);
+        // SAFETY: the word is one of the buffer's.
+        unsafe { words.start.add(index) }
+    }
+}
+
+impl Buffers for Shared<'_> {
+    fn elements(&self, buffer: u32) -> u32 {
+        self.buffers[buffer as usize].len as u32 / self.strides[buffer as usize]
+    }
+
+    fn load(&self, buffer: u32, index: usize) -> u32 {
+        // SAFETY: the caller of `Code::run` guarantees that it is valid and that nobody writes it meanwhile.
+        unsafe { self.at(buffer, index).read() }
+    }
+
+    fn store(&mut self, buffer: u32, index: usize, value: u32) {
+        // SAFETY: the caller of `Code::run` guarantees that buffers which the kernel writes are valid for writes, and that
+        // nobody else accesses the words that this lane writes.
+        unsafe { self.at(buffer, index).write(value) };
+    }
+}
