@@ -266,7 +266,17 @@ fn examples_are_written_with_their_parts() {
         .lines()
         .filter_map(|line| line.split_whitespace().next())
         .collect();
-    assert_eq!(names, ["homing", "road-sign", "kheperax", "phototaxis"]);
+    assert_eq!(
+        names,
+        [
+            "homing",
+            "road-sign",
+            "kheperax",
+            "phototaxis",
+            "wall-following",
+            "discrimination"
+        ]
+    );
     let shipped = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../experiments");
     for name in names {
         place.good(&["new", "--example", name]);
@@ -285,12 +295,36 @@ fn examples_are_written_with_their_parts() {
         .exits(3)
         .says(&["homing/sensors.wgsl: exists already"]);
     assert!(!place.at("homing.toml").exists());
-    place
-        .run(&["new", "--example", "moon"])
-        .exits(3)
-        .says(&["--example moon: is unknown; allowed: homing, road-sign, kheperax, phototaxis"]);
+    place.run(&["new", "--example", "moon"]).exits(3).says(&[
+        "--example moon: is unknown; allowed: homing, road-sign, kheperax, phototaxis, wall-following, discrimination",
+    ]);
     place.run(&["new", "mine", "--example", "homing"]).exits(2);
     place.run(&["new"]).exits(2);
+}
+
+/// A gene with a range of its own starts in it, also from a file.
+#[test]
+fn first_genes_out_of_their_own_range_are_refused() {
+    let place = Place::new("init-range");
+    // One unit with 8 readings, itself, a bias and a time constant; two outputs with a weight and a bias each.
+    let genome = |time_constant: f32| {
+        let mut genes = vec!["1.0".to_owned(); 15];
+        genes[10] = time_constant.to_string();
+        genes.join(",") + "\n"
+    };
+    place.write(
+        "net.toml",
+        "[controller]\nkind = \"network\"\nlayers = [{ kind = \"ctrnn\", units = 1 }]\n\
+         [evolution]\npopulation = 2\nparents = 1\ninit = \"init.csv\"\n",
+    );
+    place.write("init.csv", genome(0.0) + &genome(1.0));
+    place.good(&["check", "net.toml"]);
+    place.write("init.csv", genome(0.5) + &genome(1.5));
+    place.run(&["check", "net.toml"]).exits(3).says(&[
+        "net.toml:7",
+        "evolution.init",
+        "time_constant_layer_0_unit_0 of genome 1 is 1.5; allowed: 0 to 1",
+    ]);
 }
 
 #[test]

@@ -118,13 +118,14 @@ pub(crate) fn run(arguments: &Evaluate, console: Console) -> Result {
             Vec::new()
         },
     };
+    device::tell_warnings(evaluator.as_ref(), console);
+    sink.take(&table, console)?;
     if let Some(directory) = &arguments.traces {
         let about = "the life of a genome in a trial: one row per cycle";
         let entry = Entry::table("trace-GENOME-TRIAL.csv", about, TraceTable::new(&worlds[0]).columns());
         describe(directory, "Traces of oneiro", &[entry])?;
     }
-    device::tell_warnings(evaluator.as_ref(), console);
-    sink.take(&table, console)
+    Ok(())
 }
 
 /// Measures lives, and writes their traces.

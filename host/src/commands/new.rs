@@ -28,7 +28,7 @@ fn list(console: Console) -> Result {
         let all = EXAMPLES.iter().map(|own| json!({"name": own.name, "about": own.about}));
         return console.json_data(&all.collect::<Vec<_>>());
     }
-    let line = |own: &Example| format!("{:<12}{}\n", own.name, own.about);
+    let line = |own: &Example| format!("{:<16}{}\n", own.name, own.about);
     console.data(EXAMPLES.iter().map(line).collect::<String>())
 }
 
@@ -87,7 +87,7 @@ fn write<Text: AsRef<str>>(files: &[(Text, Text)], console: Console) -> Result {
         let made = if folder.as_os_str().is_empty() {
             Ok(())
         } else {
-            fs::create_dir_all(folder).map_err(|error| Failure::unreadable(folder, &error))
+            fs::create_dir_all(folder).map_err(|error| files::uncreated(folder, &error))
         };
         let written = made.and_then(|()| files::write_new(path, text.as_ref().as_bytes()));
         written.inspect_err(|_| {
@@ -95,6 +95,8 @@ fn write<Text: AsRef<str>>(files: &[(Text, Text)], console: Console) -> Result {
             for (written, _) in &files[..index] {
                 let _ = fs::remove_file(written.as_ref());
             }
+            // It stays if it holds anything else.
+            let _ = fs::remove_dir(folder);
         })?;
     }
     let names: Vec<&str> = files.iter().map(|(file, _)| file.as_ref()).collect();

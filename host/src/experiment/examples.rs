@@ -17,7 +17,7 @@ macro_rules! file {
 }
 
 /// All of them.
-pub(crate) static EXAMPLES: [Example; 4] = [
+pub(crate) static EXAMPLES: [Example; 6] = [
     Example {
         name: "homing",
         about: "a Khepera with a battery returns to its charger",
@@ -51,5 +51,15 @@ pub(crate) static EXAMPLES: [Example; 4] = [
         name: "phototaxis",
         about: "a robot described by numbers finds a light behind obstacles",
         files: &[file!("phototaxis.toml"), file!("phototaxis/task.wgsl")],
+    },
+    Example {
+        name: "wall-following",
+        about: "a robot drives along the walls of a room at a distance",
+        files: &[file!("wall-following.toml"), file!("wall-following/task.wgsl")],
+    },
+    Example {
+        name: "discrimination",
+        about: "a Khepera finds a cylinder and stays with it, in a room whose walls look alike",
+        files: &[file!("discrimination.toml"), file!("discrimination/task.wgsl")],
     },
 ];

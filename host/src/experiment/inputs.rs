@@ -205,6 +205,19 @@ impl<'a> Inputs<'a> {
             );
             return Err(self.source.invalid(KEY, problem));
         }
+        let (names, ranges) = (layout.names(), layout.ranges());
+        for (index, genome) in genomes.genomes().enumerate() {
+            for (gene, &value) in genome.iter().enumerate() {
+                if let Some([least, greatest]) = ranges[gene]
+                    && !(least..=greatest).contains(&value)
+                {
+                    let (path, name) = (path.display(), &names[gene]);
+                    let problem =
+                        format!("{path}: {name} of genome {index} is {value}; allowed: {least} to {greatest}");
+                    return Err(self.source.invalid(KEY, problem));
+                }
+            }
+        }
         Ok(Some(genomes))
     }
 

@@ -126,7 +126,7 @@ pub(crate) static LIFE: [(Column, Measured); 9] = [
     (Column::whole("cells", "", "cells of 50 mm visited"), |own| own.cells.into()),
     (Column::number("distance_mm", "mm", "the path's length"), |own| own.distance),
     (Column::number("mean_speed_mm_s", "mm/s", "the mean speed"), |own| own.speed),
-    (Column::number("stuck_s", "s", "time stuck: less than 50 mm in 10 s"), |own| own.stuck),
+    (Column::number("stuck_s", "s", "time stuck: less than 50 mm in 9.9 s"), |own| own.stuck),
     (Column::number("mean_turning_turns_s", "turns/s", "the mean size of its turns"), |own| own.turning),
     (Column::number("end_x_mm", "mm", "x of the place where the life ends, or where its last cycle begins if it ends early"), |own| own.end[0].into()),
     (Column::number("end_y_mm", "mm", "y of that place"), |own| own.end[1].into()),
