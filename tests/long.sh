@@ -11,7 +11,7 @@ say() { printf '\n== %s (%s s so far)\n' "$*" "$SECONDS"; }
 long() { cargo test --release --locked --workspace --features oneiro-host/parquet "$@"; }
 
 say "long lives on every lane code and adapter; both studies with all their parts"
-long --test goldens --test program_goldens -- --include-ignored
+long --test goldens --test program_goldens --test parity -- --include-ignored
 
 say "random kernels, and parts with random mistakes"
 long --test random --test mutants

@@ -60,17 +60,36 @@ fn differing(a: &[f32], b: &[f32]) -> Vec<usize> {
         .collect()
 }
 
-/// First rollout and cycle in which a traced life differs from the witness's.
-fn first_difference(outcome: &Outcome, spec: &WorldSpec) -> Option<(usize, usize)> {
+/// A life as the witness has it: what a trace holds of each cycle, and the fitness.
+struct Witnessed {
+    cycles: Vec<Vec<f32>>,
+    fitness: f32,
+}
+
+/// The witness's lives of the first rollouts.
+fn witnessed(spec: &WorldSpec, rollouts: usize) -> Vec<Witnessed> {
     let setting = witness::Setting::new(spec);
-    for (rollout, trace) in outcome.traces.iter().enumerate() {
+    let lived = |rollout: usize| {
         let genes = genes(rollout, spec.controller.layout().genes());
         let mut life = witness::Life::new(&setting, &genes, Key::rollout(7, 0, rollout as u64, 0));
-        assert_eq!(trace.len(), spec.cycles as usize);
-        for (cycle, (record, details)) in trace.lines().enumerate() {
+        let cycle = |cycle| {
             let pose = life.pose();
-            let (seen, readings) = life.cycle(cycle as u32);
-            let expected = [&pose[..], &seen, readings.as_flattened(), &[life.fitness]].concat();
+            let (seen, readings) = life.cycle(cycle);
+            [&pose[..], &seen, readings.as_flattened(), &[life.fitness]].concat()
+        };
+        let cycles = (0..spec.cycles).map(cycle).collect();
+        let fitness = life.fitness;
+        Witnessed { cycles, fitness }
+    };
+    (0..rollouts).map(lived).collect()
+}
+
+/// First rollout and cycle in which a traced life differs from the witness's.
+fn first_difference(outcome: &Outcome, lives: &[Witnessed]) -> Option<(usize, usize)> {
+    assert_eq!(outcome.traces.len(), lives.len());
+    for (rollout, (trace, life)) in outcome.traces.iter().zip(lives).enumerate() {
+        assert_eq!(trace.len(), life.cycles.len());
+        for (cycle, ((record, details), expected)) in trace.lines().zip(&life.cycles).enumerate() {
             let place = [record.x, record.y, record.heading, record.seen_x, record.seen_y];
             let readings: Vec<f32> = details.iter().map(|word| f32::from_bits(*word)).collect();
             let found = [&place[..], &readings, &[record.fitness]].concat();
@@ -88,11 +107,12 @@ fn first_difference(outcome: &Outcome, spec: &WorldSpec) -> Option<(usize, usize
 #[test]
 fn every_instruction_set_agrees_with_the_witness() {
     for (name, spec) in specs().into_iter().chain(collisions()) {
+        let lives = witnessed(&spec, 100);
         for variant in Cpu::variants() {
             let mut cpu = Cpu::new(None)
                 .and_then(|cpu| cpu.with_variant(variant))
                 .expect("it is available");
-            let found = first_difference(&evaluate(&mut cpu, &spec, 100, true), &spec);
+            let found = first_difference(&evaluate(&mut cpu, &spec, 100, true), &lives);
             assert_eq!(
                 found, None,
                 "{name}: {variant} differs from the witness in this rollout and cycle"
@@ -112,7 +132,7 @@ fn one_constant_changed_by_one_ulp_is_seen() {
     }
     other.robot.motors = motors.into();
     let outcome = evaluate(&mut Cpu::new(None).expect("a CPU"), &spec, 100, true);
-    assert_ne!(first_difference(&outcome, &other), None);
+    assert_ne!(first_difference(&outcome, &witnessed(&other, 100)), None);
 }
 
 /// Recordings of a real robot, if the machine has some.
@@ -139,7 +159,8 @@ fn recorded(spec: &WorldSpec) -> Option<WorldSpec> {
 fn recordings_agree_with_the_witness() {
     for (name, spec) in specs().into_iter().take(4) {
         let Some(spec) = recorded(&spec) else { return };
-        let found = first_difference(&evaluate(&mut Cpu::new(None).expect("a CPU"), &spec, 200, true), &spec);
+        let outcome = evaluate(&mut Cpu::new(None).expect("a CPU"), &spec, 200, true);
+        let found = first_difference(&outcome, &witnessed(&spec, 200));
         assert_eq!(
             found, None,
             "{name}: differs from the witness in this rollout and cycle"
@@ -154,18 +175,23 @@ fn the_gpu_agrees_with_the_cpu() {
     let mut gpu = oneiro::backend::open("gpu:llvmpipe", oneiro::backend::Options::default()).expect("a Vulkan driver");
     assert!(gpu.device().exact, "{:?} is not exact", gpu.device());
     let mut cpu = Cpu::new(None).expect("a CPU");
+    let lives = if std::env::var_os("ONEIRO_LONG").is_some() {
+        4_000
+    } else {
+        1_000
+    };
     for (name, spec) in specs().into_iter().chain(collisions()) {
         for spec in [Some(spec.clone()), recorded(&spec)].into_iter().flatten() {
-            let traced = first_difference(&evaluate(&mut *gpu, &spec, 20, true), &spec);
+            let traced = first_difference(&evaluate(&mut *gpu, &spec, 20, true), &witnessed(&spec, 20));
             assert_eq!(
                 traced, None,
                 "{name}: differs from the witness in this rollout and cycle"
             );
-            let there = evaluate(&mut *gpu, &spec, 4_000, false).fitness;
-            let found = differing(&there, &evaluate(&mut cpu, &spec, 4_000, false).fitness);
+            let there = evaluate(&mut *gpu, &spec, lives, false).fitness;
+            let found = differing(&there, &evaluate(&mut cpu, &spec, lives, false).fitness);
             assert!(
                 found.is_empty(),
-                "{name}: {} of 4000 rollouts differ, the first is {}",
+                "{name}: {} of {lives} rollouts differ, the first is {}",
                 found.len(),
                 found[0]
             );
