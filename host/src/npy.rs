@@ -2,10 +2,13 @@
 
 /// The start of a `.npy` file (format 1.0) of little-endian f32, rows first.
 pub(crate) fn header(shape: &[usize]) -> Vec<u8> {
-    let lengths: Vec<String> = shape.iter().map(usize::to_string).collect();
+    let mut text = "{'descr': '<f4', 'fortran_order': False, 'shape': (".to_owned();
+    for (index, length) in shape.iter().enumerate() {
+        text += if index > 0 { ", " } else { "" };
+        text += &length.to_string();
+    }
     // A single length keeps its comma.
-    let lengths = lengths.join(", ") + if shape.len() == 1 { "," } else { "" };
-    let text = format!("{{'descr': '<f4', 'fortran_order': False, 'shape': ({lengths}), }}");
+    text += if shape.len() == 1 { ",), }" } else { "), }" };
     // The format wants the numbers to start at a multiple of 64 bytes, after a line end.
     let start = MAGIC.len() + 2;
     let end = (start + text.len() + 1).next_multiple_of(64);
@@ -20,6 +23,7 @@ const MAGIC: &[u8] = b"\x93NUMPY\x01\x00";
 /// A `.npy` file.
 pub(crate) fn npy(shape: &[usize], values: &[f32]) -> Vec<u8> {
     let mut bytes = header(shape);
+    bytes.reserve_exact(size_of_val(values));
     bytes.extend(values.iter().flat_map(|value| value.to_le_bytes()));
     bytes
 }

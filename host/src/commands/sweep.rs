@@ -19,7 +19,7 @@ use crate::runs::Shown;
 use crate::sweep::contents;
 use crate::sweep::estimate::{Estimate, estimates};
 use crate::sweep::file::Axis;
-use crate::sweep::journal::{self, Journal};
+use crate::sweep::journal::{self, Journal, Line};
 use crate::sweep::store::{AllFinished, Shard, Store};
 use crate::sweep::tables::{self, Written};
 use crate::sweep::work::Work;
@@ -162,15 +162,15 @@ fn sweep(arguments: &SweepRun, console: Console) -> Result {
         console.say(format!("warning: {warning}"));
     }
     let store = Store::prepare(&arguments.out, &sweep, &plan)?;
-    let mut finished = AllFinished::default();
-    store.finished(Some(&plan.ids), &mut finished)?;
+    let mut finished = all_finished(std::slice::from_ref(&store), &plan, console)?;
     let of_shard = shard.runs(all).count();
     let todo: Vec<RunIndex> = shard.runs(all).filter(|run| !finished.runs.contains_key(run)).collect();
     if todo.len() < of_shard {
         console.say(format!("{} of {of_shard} runs are already done", of_shard - todo.len()));
     }
     if !todo.is_empty() {
-        work(arguments, (&sweep, &plan), &store, shard, todo, began, console)?;
+        let lines = work(arguments, (&sweep, &plan), &store, shard, todo, began, console)?;
+        store.add(store.journal(shard), lines, Some(&plan.ids), &mut finished)?;
     }
     if shard != Shard::ALL {
         return said(console, &json!({"shard": shard.to_string(), "runs": of_shard}), || {
@@ -180,15 +180,10 @@ fn sweep(arguments: &SweepRun, console: Console) -> Result {
             )
         });
     }
-    let stores = [store];
-    let finished = all_finished(&stores, &plan, console)?;
-    print_written(
-        &tables::write(stores[0].directory(), &sweep, &plan, &finished)?,
-        console,
-    )
+    print_written(&tables::write(store.directory(), &sweep, &plan, &finished)?, console)
 }
 
-/// Does a shard's runs.
+/// Does a shard's runs. Returns all that it has done, now and before.
 fn work(
     arguments: &SweepRun,
     (sweep, plan): (&Sweep, &Plan),
@@ -197,7 +192,7 @@ fn work(
     mut todo: Vec<RunIndex>,
     began: Instant,
     console: Console,
-) -> Result {
+) -> Result<Vec<Line>> {
     let engine = device::engine(&arguments.backend)?;
     let session = Session::new(&arguments.backend.name, engine.description());
     let (journal, begun) = Journal::begin(&store.journal(shard), store.identity()?, session)?;
@@ -218,8 +213,8 @@ fn work(
     drop(watcher);
     device::close(engine, console);
     // The work ended because something could not be written; closing says what.
-    journal.close()?;
-    ended
+    let lines = journal.close()?;
+    ended.map(|()| lines)
 }
 
 /// Combines finished runs from directories of one sweep, and warns of damage.

@@ -251,8 +251,10 @@ impl<J: Job> Group<J> {
         let mut rollouts = Vec::new();
         let mut states = Vec::new();
         let mut counts = Vec::with_capacity(entries.len());
+        let mut indices = Vec::new();
         for request in requests {
-            let indices: Vec<usize> = request.worlds.iter().filter_map(|place| own.index(place)).collect();
+            indices.clear();
+            indices.extend(request.worlds.iter().filter_map(|place| own.index(place)));
             let before = rollouts.len();
             rollouts.extend(request.rollouts.map(|rollout| Rollout {
                 world: indices[rollout.world],

@@ -33,7 +33,8 @@ pub(crate) fn result_of(experiment: blake3::Hash, results: &[&str], files: &[(&s
 
 /// Hash of results, from the hash of each file.
 fn result<S: AsRef<str>>(experiment: &str, results: &[&str], hash_of: impl Fn(&str) -> Option<S>) -> String {
-    let mut lines = [experiment, "  experiment\n"].concat();
+    let mut lines = String::with_capacity(96 * (1 + results.len()));
+    lines.extend([experiment, "  experiment\n"]);
     for name in results {
         lines += hash_of(name).as_ref().map_or("", AsRef::as_ref);
         lines.extend(["  ", name, "\n"]);

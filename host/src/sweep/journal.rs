@@ -37,9 +37,9 @@ pub(crate) struct Line {
     pub(crate) id: String,
     /// Row of the table of results.
     pub(crate) cells: Vec<String>,
-    /// Its champion's genes, if it has a champion.
-    #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    pub(crate) champion: Vec<f32>,
+    /// Its champion's genes as text, with commas between them; empty if it has no champion.
+    #[serde(default, skip_serializing_if = "String::is_empty")]
+    pub(crate) champion: String,
     /// Hash of the results.
     pub(crate) result: String,
     /// Position of its generations in `generations.log`, their length, and their hash.
@@ -49,23 +49,29 @@ pub(crate) struct Line {
 }
 
 impl Line {
-    fn encode(&self) -> String {
-        let json = serde_json::to_string(self).expect("numbers and words");
-        [&tag(&json), " ", &json, "\n"].concat()
+    /// Appends it to a file's text.
+    fn encode(&self, text: &mut Vec<u8>) {
+        let start = text.len();
+        text.extend([b' '; TAG + 1]);
+        serde_json::to_writer(&mut *text, self).expect("numbers and words");
+        let tag = tag(&text[start + TAG + 1..]);
+        text[start..start + TAG].copy_from_slice(&tag);
+        text.push(b'\n');
     }
 
     fn decode(line: &str) -> Option<Self> {
         let (own, json) = line.split_at_checked(TAG)?;
         let json = json.strip_prefix(' ')?;
-        if own != tag(json) {
+        if own.as_bytes() != tag(json.as_bytes()) {
             return None;
         }
         serde_json::from_str(json).ok()
     }
 }
 
-fn tag(json: &str) -> String {
-    blake3::hash(json.as_bytes()).to_hex()[..TAG].to_owned()
+fn tag(json: &[u8]) -> [u8; TAG] {
+    let hex = blake3::hash(json).to_hex();
+    std::array::from_fn(|digit| hex.as_bytes()[digit])
 }
 
 /// Contents of a shard's logs.
@@ -174,8 +180,8 @@ pub(crate) struct Outcome {
     pub(crate) run: RunIndex,
     /// Cells of the table of results.
     pub(crate) cells: Vec<String>,
-    /// Its champion's genes, if it has a champion.
-    pub(crate) champion: Vec<f32>,
+    /// Its champion's genes, with commas between them; empty if it has no champion.
+    pub(crate) champion: String,
     /// Table of steps without its first line.
     pub(crate) generations: String,
     /// Hash of the results; a run directory of the same run has the same hash.
@@ -213,7 +219,7 @@ pub(crate) struct Begun {
     pub(crate) finished: BTreeSet<RunIndex>,
     /// Runs in progress.
     pub(crate) saved: Vec<Saved>,
-    /// Warnings about damaged files.
+    /// Warnings about damaged checkpoints.
     pub(crate) problems: Vec<String>,
 }
 
@@ -221,7 +227,7 @@ pub(crate) struct Begun {
 #[derive(Debug)]
 pub(crate) struct Journal {
     entries: SyncSender<Entry>,
-    writer: JoinHandle<Result>,
+    writer: JoinHandle<Result<Vec<Line>>>,
     directory: PathBuf,
     sessions: Vec<Session>,
     _lock: File,
@@ -251,15 +257,16 @@ impl Journal {
         let mut whole = logged.whole;
         if !logged.problems.is_empty() {
             // Unusable lines are removed: they would look good once new generations have grown into their place.
-            let lines: String = logged.lines.iter().map(Line::encode).collect();
-            disk::write(&directory.join(RESULTS), lines.as_bytes())?;
+            let mut lines = Vec::new();
+            logged.lines.iter().for_each(|line| line.encode(&mut lines));
+            disk::write(&directory.join(RESULTS), &lines)?;
             disk::sync_directory(directory)?;
             whole = lines.len() as u64;
         }
         let mut begun = Begun {
             finished: logged.lines.iter().map(|line| line.run).collect(),
             saved: Vec::new(),
-            problems: logged.problems,
+            problems: Vec::new(),
         };
         let found = checkpoint::list(directory)?;
         for (_, path) in &found {
@@ -288,9 +295,13 @@ impl Journal {
             directory: directory.to_owned(),
             identity,
             next: found.first().map_or(0, |(number, _)| number + 1),
+            lines: logged.lines,
         };
         let (entries, received) = mpsc::sync_channel::<Entry>(WAITING);
-        let writer = thread::spawn(move || received.into_iter().try_for_each(|entry| writer.write(entry)));
+        let writer = thread::spawn(move || {
+            received.into_iter().try_for_each(|entry| writer.write(entry))?;
+            Ok(writer.lines)
+        });
         let known = fs::read(directory.join(SESSIONS)).unwrap_or_default();
         let mut sessions: Vec<Session> = serde_json::from_slice(&known).unwrap_or_default();
         sessions.push(session);
@@ -326,11 +337,11 @@ impl Journal {
         sent.map_err(|_| Failure::failed("results can't be written"))
     }
 
-    /// Waits until everything is on disk.
+    /// Waits until everything is on disk. Returns all runs that the journal has.
     ///
     /// # Errors
     /// Exit 6 with what could not be written.
-    pub(crate) fn close(mut self) -> Result {
+    pub(crate) fn close(mut self) -> Result<Vec<Line>> {
         let Self { entries, writer, .. } = self;
         drop(entries);
         let written = writer
@@ -339,8 +350,9 @@ impl Journal {
         if let Some(session) = self.sessions.last_mut() {
             session.ended = Some(now());
         }
-        written?;
-        note(&self.directory, &self.sessions)
+        let lines = written?;
+        note(&self.directory, &self.sessions)?;
+        Ok(lines)
     }
 
     fn note(&self) -> Result {
@@ -365,6 +377,8 @@ struct Writer {
     identity: blake3::Hash,
     /// Number of the next checkpoint.
     next: u64,
+    /// Everything in the table of results.
+    lines: Vec<Line>,
 }
 
 impl Writer {
@@ -389,8 +403,9 @@ impl Writer {
                         bytes: generations.len() as u64,
                         blake3: blake3::hash(generations.as_bytes()).to_hex().to_string(),
                     };
-                    self.generations.push(generations.as_bytes());
-                    self.results.push(line.encode().as_bytes());
+                    self.generations.push(|piece| piece.extend(generations.as_bytes()));
+                    self.results.push(|piece| line.encode(piece));
+                    self.lines.push(line);
                     if self.generations.piece.len() + self.results.piece.len() >= PIECE {
                         self.write_pieces()?;
                     }
@@ -443,9 +458,10 @@ impl Appended {
         }
     }
 
-    fn push(&mut self, bytes: &[u8]) {
-        self.piece.extend(bytes);
-        self.bytes += bytes.len() as u64;
+    fn push(&mut self, append: impl FnOnce(&mut Vec<u8>)) {
+        let before = self.piece.len();
+        append(&mut self.piece);
+        self.bytes += (self.piece.len() - before) as u64;
     }
 
     fn write_piece(&mut self) -> Result {
@@ -471,13 +487,15 @@ mod tests {
             run: 5,
             id: "ab".into(),
             cells: vec!["1.5".into(), "NaN".into()],
-            champion: vec![0.1, -3.402_823_5e38, 1e-45],
+            champion: "0.1,-340282350000000000000000000000000000000".into(),
             result: "cd".into(),
             from: 10,
             bytes: 20,
             blake3: "ef".into(),
         };
-        let good = line.encode();
+        let mut good = Vec::new();
+        line.encode(&mut good);
+        let good = String::from_utf8(good).unwrap();
         assert_eq!(Line::decode(good.trim_end()), Some(line));
         for length in 0..good.len() - 1 {
             assert_eq!(Line::decode(&good[..length]), None);

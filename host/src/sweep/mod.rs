@@ -38,7 +38,7 @@ use crate::experiment::source::{Parsed, Setting};
 use crate::experiment::{self, Content, Files};
 use crate::files;
 use crate::reality::site::Site;
-use crate::runs::{self, Experiment, Reality, Recording, Shown};
+use crate::runs::{self, Experiment, Reality, Recording, Shown, Table};
 use file::SweepFile;
 
 /// Index of a run: by cell, then by seed.
@@ -68,9 +68,9 @@ pub(crate) struct Plan {
     pub(crate) bytes: u64,
     /// Columns of the results of a run.
     pub(crate) outcomes: Vec<Column>,
-    /// Columns of each run's table of generations, and its first line.
+    /// Each run's table of steps, and its columns.
+    pub(crate) table: Table,
     pub(crate) columns: &'static [Column],
-    pub(crate) head: Vec<u8>,
     /// Genes of each cell's controllers; `None` for swarms.
     pub(crate) layouts: Vec<Option<GeneLayout>>,
     /// Columns that reports show.
@@ -237,7 +237,7 @@ impl Sweep {
             bytes: 0,
             outcomes: first.outcomes(),
             columns: first.columns(),
-            head: first.tables(Recording::Tables).swap_remove(0).head,
+            table: first.tables(Recording::Tables).swap_remove(0),
             layouts: Vec::with_capacity(cells),
             shown: first.shown(),
         };

@@ -388,42 +388,57 @@ impl Store {
         for (_, directory) in self.journals()? {
             let Logged { lines, problems, .. } = Logged::read(&directory)?;
             all.problems.extend(problems);
-            let shard = all.shards.len();
-            for line in lines {
-                let is_known = match ids {
-                    Some(ids) => ids
-                        .get(line.run as usize)
-                        .is_some_and(|id| id.to_hex().as_str() == line.id),
-                    None => (line.run as usize) < self.made.runs,
-                };
-                if !is_known {
-                    return Err(Failure::corrupt(format_args!(
-                        "{}: has run {} with the id {}, which is none of this sweep's",
-                        directory.display(),
-                        line.run,
-                        line.id
-                    )));
-                }
-                if let Some(other) = all.runs.get(&line.run)
-                    && (&other.line.result, &other.line.cells, &other.line.blake3)
-                        != (&line.result, &line.cells, &line.blake3)
-                {
-                    return Err(Failure::corrupt(format_args!(
-                        "run {} has the result {} in {} and {} in {}; one of the machines can't be trusted: \
-                         `oneiro selftest` tells which",
-                        line.run,
-                        other.line.result,
-                        all.shards
-                            .get(other.shard)
-                            .map_or_else(|| directory.display(), |other| other.display()),
-                        line.result,
-                        directory.display()
-                    )));
-                }
-                all.runs.insert(line.run, Finished { shard, line });
-            }
-            all.shards.push(directory);
+            self.add(directory, lines, ids, all)?;
         }
+        Ok(())
+    }
+
+    /// Adds the finished runs of one shard.
+    ///
+    /// # Errors
+    /// As [`Store::finished`].
+    pub(crate) fn add(
+        &self,
+        directory: PathBuf,
+        lines: Vec<Line>,
+        ids: Option<&[blake3::Hash]>,
+        all: &mut AllFinished,
+    ) -> Result {
+        let shard = all.shards.len();
+        for line in lines {
+            let is_known = match ids {
+                Some(ids) => ids
+                    .get(line.run as usize)
+                    .is_some_and(|id| id.to_hex().as_str() == line.id),
+                None => (line.run as usize) < self.made.runs,
+            };
+            if !is_known {
+                return Err(Failure::corrupt(format_args!(
+                    "{}: has run {} with the id {}, which is none of this sweep's",
+                    directory.display(),
+                    line.run,
+                    line.id
+                )));
+            }
+            if let Some(other) = all.runs.get(&line.run)
+                && (&other.line.result, &other.line.cells, &other.line.blake3)
+                    != (&line.result, &line.cells, &line.blake3)
+            {
+                return Err(Failure::corrupt(format_args!(
+                    "run {} has the result {} in {} and {} in {}; one of the machines can't be trusted: \
+                         `oneiro selftest` tells which",
+                    line.run,
+                    other.line.result,
+                    all.shards
+                        .get(other.shard)
+                        .map_or_else(|| directory.display(), |other| other.display()),
+                    line.result,
+                    directory.display()
+                )));
+            }
+            all.runs.insert(line.run, Finished { shard, line });
+        }
+        all.shards.push(directory);
         Ok(())
     }
 }

@@ -144,7 +144,7 @@ fn write_results(table: &mut Table<'_>, sweep: &Sweep, plan: &Plan, finished: &A
 }
 
 fn write_generations(table: &mut Table<'_>, plan: &Plan, finished: &AllFinished) -> Result {
-    table.push(format!("run,{}", String::from_utf8_lossy(&plan.head)).as_bytes())?;
+    table.push(format!("run,{}", String::from_utf8_lossy(&plan.table.head)).as_bytes())?;
     let mut journals: BTreeMap<usize, Generations> = BTreeMap::new();
     let mut rows = String::new();
     for (run, Finished { shard, line }) in &finished.runs {
@@ -180,21 +180,17 @@ fn write_champions(
     let mut known: Vec<(Option<&GeneLayout>, Vec<Option<usize>>)> = vec![(None, vec![None; genes.len()])];
     let mut rows = csv::Writer::from_writer(out);
     rows.write_record(columns.iter().map(|column| column.name.as_bytes()))?;
-    let mut cell = String::new();
     for (&run, Finished { line, .. }) in &finished.runs {
         let layout = plan.layouts[sweep.cell_of(run)].as_ref();
         if known.iter().all(|(other, _)| *other != layout) {
             known.push((layout, layout.map_or_else(Vec::new, positions)));
         }
         let own = known.iter().find(|(other, _)| *other == layout);
+        let champion: Vec<&str> = line.champion.split(',').collect();
         rows.write_field(run.to_string())?;
         for position in own.into_iter().flat_map(|(_, positions)| positions) {
-            cell.clear();
-            if let Some(gene) = position.and_then(|position| line.champion.get(position)) {
-                // Writing to a string can't fail.
-                let _ = write!(cell, "{gene}");
-            }
-            rows.write_field(&cell)?;
+            let gene = position.and_then(|position| champion.get(position));
+            rows.write_field(gene.copied().unwrap_or_default())?;
         }
         rows.write_record(None::<&[u8]>)?;
     }

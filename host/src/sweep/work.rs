@@ -1,6 +1,7 @@
 //! A shard's runs as the engine's work: they start from the sweep's cells, and their results go to the shard's journal.
 
 use std::collections::BTreeMap;
+use std::fmt::Write as _;
 use std::sync::{Arc, Weak};
 use std::time::{Duration, Instant};
 
@@ -35,8 +36,8 @@ pub(crate) struct Work<'a> {
 struct Recorded {
     experiment: Arc<dyn Experiment>,
     done: u32,
-    /// Tables so far.
-    tables: Vec<(&'static str, Vec<u8>)>,
+    /// The table of steps so far. Individuals are not recorded in sweeps, so there is no other.
+    table: Vec<u8>,
 }
 
 impl<'a> Work<'a> {
@@ -99,7 +100,7 @@ impl<'a> Work<'a> {
             all.push(Saved {
                 run: run as RunIndex,
                 done: recorded.done,
-                tables: recorded.tables.iter().map(|(_, bytes)| bytes.clone()).collect(),
+                tables: vec![recorded.table.clone()],
                 job: job.save(),
             });
         }
@@ -113,17 +114,21 @@ fn no_tables() -> Failure {
 
 /// The outcome of a finished run.
 fn outcome(plan: &Plan, run: RunNumber, mut job: Box<dyn Job>, recorded: &Recorded) -> Result<Outcome> {
-    let (_, table) = &recorded.tables[0];
-    let table = std::str::from_utf8(table).map_err(Failure::failed)?;
+    let table = std::str::from_utf8(&recorded.table).map_err(Failure::failed)?;
     let finished = job.finish(table)?;
-    let tables = recorded.tables.iter().map(|(file, bytes)| (*file, &bytes[..]));
     let files = finished.files.iter().map(|(file, bytes)| (*file, &bytes[..]));
-    let files: Vec<_> = tables.chain(files).collect();
+    let files: Vec<_> = files.chain([(plan.table.file, table.as_bytes())]).collect();
+    let mut champion = String::with_capacity(16 * finished.champion.len());
+    for gene in &finished.champion {
+        let comma = if champion.is_empty() { "" } else { "," };
+        // Writing to a string can't fail.
+        let _ = write!(champion, "{comma}{gene}");
+    }
     Ok(Outcome {
         run: run as RunIndex,
         cells: finished.cells,
-        champion: finished.champion,
-        generations: table[plan.head.len()..].to_owned(),
+        champion,
+        generations: table[plan.table.head.len()..].to_owned(),
         result: result_of(plan.ids[run], recorded.experiment.results(), &files),
     })
 }
@@ -135,23 +140,22 @@ impl Runs for Work<'_> {
         let index = run as RunIndex;
         let experiment = self.experiment(self.sweep.cell_of(index))?;
         let seed = self.sweep.seed_of(index);
-        // Individuals are not recorded in sweeps.
-        let tables: Vec<_> = experiment.tables(Recording::Tables);
-        let saved = self.saved.remove(&index).and_then(|saved| {
+        let saved = self.saved.remove(&index).and_then(|mut saved| {
             let job = Arc::clone(&experiment).restored(seed, Recording::Tables, &saved.job);
             // A saved run that doesn't fit starts over.
-            (saved.tables.len() == tables.len()).then_some((job.ok()?, saved))
+            Some((job.ok()?, saved.done, saved.tables.pop()?))
         });
-        let (job, done, contents) = if let Some((job, saved)) = saved {
-            (job, saved.done, saved.tables)
-        } else {
-            let heads = tables.iter().map(|table| table.head.clone()).collect();
-            (Arc::clone(&experiment).job(seed, Recording::Tables)?, 0, heads)
+        let (job, done, table) = match saved {
+            Some(saved) => saved,
+            None => {
+                let job = Arc::clone(&experiment).job(seed, Recording::Tables)?;
+                (job, 0, self.plan.table.head.clone())
+            }
         };
         let recorded = Recorded {
             experiment,
             done,
-            tables: tables.iter().map(|table| table.file).zip(contents).collect(),
+            table,
         };
         self.under_way.insert(run, recorded);
         Ok(job)
@@ -161,9 +165,7 @@ impl Runs for Work<'_> {
         let recorded = self.recorded(run)?;
         recorded.done = step.progress.map_or(recorded.done, |progress| progress.done);
         for added in step.added {
-            if let Some((_, table)) = recorded.tables.iter_mut().find(|(file, _)| *file == added.file) {
-                table.extend(added.bytes);
-            }
+            recorded.table.extend(added.bytes);
         }
         Ok(())
     }

@@ -89,7 +89,8 @@ impl Individual<'_> {
             gene_names: self.appraisal.map_or_else(Vec::new, |_| self.layout.names()),
             genome: genome.clone(),
         };
-        let mut text = serde_json::to_vec_pretty(&file).expect("numbers and words");
+        let mut text = Vec::with_capacity(1024);
+        serde_json::to_writer_pretty(&mut text, &file).expect("numbers and words");
         text.push(b'\n');
         text
     }

@@ -351,7 +351,7 @@ impl Job for Evolving {
             keys: self.keys(own),
             layout: self.single.experiment.world().gene_layout(),
         };
-        let mut files = individual(champion, appraisal).champion().to_vec();
+        let mut files = Vec::from(individual(champion, appraisal).champion());
         if let Some(&own) = self.appraisals().first() {
             files.extend(individual(luckiest, Some(own)).luckiest());
         }
@@ -361,8 +361,8 @@ impl Job for Evolving {
             files.push((FITNESS, npy(&shape[..1], fitness)));
         }
         let corrupt = |problem| Failure::corrupt(format_args!("{GENERATIONS}: {problem}"));
-        let rows = Row::parse(table).map_err(corrupt)?;
         if let Some(trace) = &self.trace {
+            let rows = Row::parse(table).map_err(corrupt)?;
             files.extend(pictures::all(
                 &self.single.experiment,
                 self.seed,
@@ -371,14 +371,13 @@ impl Job for Evolving {
                 &rows,
             ));
         }
-        let last = rows.last().ok_or_else(|| corrupt("there is no generation".into()))?;
-        let nan: u64 = rows.iter().map(|row| u64::from(row.nan)).sum();
+        let ([peak, average], nan) = Row::outcome(table).ok_or_else(|| corrupt("there is no generation".into()))?;
         let mut cells = vec![
             luckiest.fitness.to_string(),
             luckiest.generation.to_string(),
             luckiest.individual.to_string(),
-            format!("{:.6}", last.peak),
-            format!("{:.6}", last.mean),
+            peak.to_owned(),
+            average.to_owned(),
             nan.to_string(),
         ];
         cells.extend(match appraisal {

@@ -118,6 +118,15 @@ impl Row {
         rows.collect()
     }
 
+    /// A table's last peak and mean as they stand there, and the number of NaN scores of all its generations; `None` if it has no
+    /// generation.
+    pub(super) fn outcome(table: &str) -> Option<([&str; 2], u64)> {
+        let rows = || table.lines().skip(1);
+        let mut last = rows().last()?.split(',').skip(2);
+        let nan = rows().map(|line| line.rsplit(',').nth(1)?.parse::<u64>().ok());
+        Some(([last.next()?, last.next()?], nan.sum::<Option<_>>()?))
+    }
+
     fn parse_line(line: &str) -> Option<Self> {
         let (line, bits) = line.rsplit_once(',')?;
         let mut cells = line.split(',');
@@ -182,10 +191,13 @@ mod tests {
         let rows: Vec<Row> = [[0.1, -3.5], [1e-9, 0.0]]
             .map(|fitness| Row::new(&generation(&fitness, &[0, 1]), 1))
             .to_vec();
-        let again = Row::parse(&(head(&COLUMNS) + &rows[0].line() + &rows[1].line())).unwrap();
+        let table = head(&COLUMNS) + &rows[0].line() + &rows[1].line();
+        let again = Row::parse(&table).unwrap();
         assert_eq!(again[0].best, 0.1);
         assert_eq!(again[1].best, 1e-9);
         assert_eq!(again.len(), 2);
+        assert_eq!(Row::outcome(&table), Some((["0.000000", "0.000000"], 0)));
+        assert_eq!(Row::outcome(&head(&COLUMNS)), None);
         assert!(Row::parse("").unwrap_err().contains("line 1"));
         assert!(Row::parse(&(head(&COLUMNS) + "1,2\n")).unwrap_err().contains("line 2"));
     }
