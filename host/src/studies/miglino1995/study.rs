@@ -1,5 +1,9 @@
 //! The study itself: evolves in simulation, transfers to reality, evolves on, and lets champions live again. Its
 //! results depend only on its settings and tables. Runs advance together so that their generations share each batch.
+//!
+//! Its runs are not [jobs](crate::engine::job) of the engine: a job's lives are rollouts in worlds, while real lives go to a
+//! [`Reality`](crate::reality::Reality), which may be a robot, and may each begin where the last one ended; and champions are
+//! compared with those of other runs. Only the simulated generations could be a job, and they share every batch as it is.
 
 use std::ops::Range;
 use std::sync::Arc;
