@@ -6,6 +6,8 @@ use std::fmt;
 
 use serde::{Deserialize, Serialize};
 
+use crate::statistics::{Probability, StudentT};
+
 /// Name of a claim's first effect if the claim is judged separately in several combinations of settings.
 pub(crate) const HOLDS_IN: &str = "combinations in which it holds";
 
@@ -56,6 +58,30 @@ pub(crate) struct Test {
     pub(crate) p: f64,
     /// p after Holm's correction over the family of tests named in the preregistration.
     pub(crate) p_holm: Option<f64>,
+}
+
+impl Test {
+    /// A test that belongs to no family yet.
+    pub(crate) fn new(
+        name: String,
+        (statistic, value): (&str, f64),
+        degrees_of_freedom: &[f64],
+        p: Probability,
+    ) -> Self {
+        Self {
+            name,
+            statistic: statistic.into(),
+            value,
+            degrees_of_freedom: degrees_of_freedom.into(),
+            p: p.value,
+            p_holm: None,
+        }
+    }
+
+    /// A t test.
+    pub(crate) fn t(name: String, StudentT { t, df, p }: StudentT) -> Self {
+        Self::new(name, ("t", t), &[df], p)
+    }
 }
 
 /// One claim and its verdict.

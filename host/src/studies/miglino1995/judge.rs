@@ -163,25 +163,12 @@ impl Judged<'_> {
         let mut tests = Vec::new();
         let (a, b) = (self.pooled(condition, one), self.pooled(condition, other));
         if let Ok(all) = anova(&[&a, &b]) {
-            tests.push(Test {
-                name: format!("{title}, {what}: individuals, one-way analysis of variance"),
-                statistic: "F".into(),
-                value: all.f,
-                degrees_of_freedom: vec![all.df_between, all.df_within],
-                p: all.p.value,
-                p_holm: None,
-            });
+            let name = format!("{title}, {what}: individuals, one-way analysis of variance");
+            tests.push(Test::new(name, ("F", all.f), &[all.df_between, all.df_within], all.p));
         }
         let means = |lives: Lives| self.each(condition, |run| mean_of(lives(run)));
         if let Ok(runs) = paired_t(&means(one), &means(other)) {
-            tests.push(Test {
-                name: format!("{title}, {what}{RUNS}paired t of the means"),
-                statistic: "t".into(),
-                value: runs.t,
-                degrees_of_freedom: vec![runs.df],
-                p: runs.p.value,
-                p_holm: None,
-            });
+            tests.push(Test::t(format!("{title}, {what}{RUNS}paired t of the means"), runs));
         }
         let mut rows = (Vec::new(), Vec::new(), Vec::new());
         for (group, run) in self.runs(condition).enumerate() {
@@ -194,14 +181,8 @@ impl Judged<'_> {
             }
         }
         if let Ok(model) = random_intercept(&rows.0, &rows.1, &rows.2) {
-            tests.push(Test {
-                name: format!("{title}, {what}: mixed model, runs as random intercepts"),
-                statistic: "z".into(),
-                value: model.z,
-                degrees_of_freedom: Vec::new(),
-                p: model.p.value,
-                p_holm: None,
-            });
+            let name = format!("{title}, {what}: mixed model, runs as random intercepts");
+            tests.push(Test::new(name, ("z", model.z), &[], model.p));
         }
         tests
     }
@@ -279,18 +260,8 @@ impl Judged<'_> {
     fn between(&self, name: &str, conditions: [Condition; 2], figure: impl Fn(&Run) -> f64) -> Option<Test> {
         let [a, b] = conditions.map(|condition| self.each(condition, &figure));
         let test = student_t(&a, &b).ok()?;
-        Some(Test {
-            name: format!(
-                "{} against {}, {name}{RUNS}t",
-                conditions[0].title(),
-                conditions[1].title()
-            ),
-            statistic: "t".into(),
-            value: test.t,
-            degrees_of_freedom: vec![test.df],
-            p: test.p.value,
-            p_holm: None,
-        })
+        let [one, other] = conditions.map(Condition::title);
+        Some(Test::t(format!("{one} against {other}, {name}{RUNS}t"), test))
     }
 
     fn sensors_differ(&self) -> Finding {
@@ -309,14 +280,10 @@ impl Judged<'_> {
         finding.note("fitness in its own robot minus in another, mean over runs", loss);
         let own = self.each(Without, |run| mean_of(&run.transferred.real));
         let other = self.each(Without, |run| mean_of(&run.transferred.other_robot));
-        finding.tests.extend(paired_t(&own, &other).ok().map(|test| Test {
-            name: format!("no noise, own robot against another{RUNS}paired t of the means"),
-            statistic: "t".into(),
-            value: test.t,
-            degrees_of_freedom: vec![test.df],
-            p: test.p.value,
-            p_holm: None,
-        }));
+        let name = format!("no noise, own robot against another{RUNS}paired t of the means");
+        finding
+            .tests
+            .extend(paired_t(&own, &other).ok().map(|test| Test::t(name, test)));
         finding.holds = Some(ratio >= 1.4 && loss > 0.0);
         finding
     }

@@ -311,14 +311,8 @@ impl Judged<'_> {
         };
         for case in [NoLight, Over, Opposite, OverThenOpposite, OppositeThenOver] {
             if let Ok(test) = student_t(&minutes(case), &minutes(Random)) {
-                finding.tests.push(Test {
-                    name: format!("the paper's, minute means, {} and Random Movement", case.title()),
-                    statistic: "t".into(),
-                    value: test.t,
-                    degrees_of_freedom: vec![test.df],
-                    p: test.p.value,
-                    p_holm: None,
-                });
+                let name = format!("the paper's, minute means, {} and Random Movement", case.title());
+                finding.tests.push(Test::t(name, test));
             }
         }
         for case in cases {
