@@ -9,6 +9,7 @@ use serde_json::{Value, json};
 use super::subjects::{Common, Named, Subjects, Which};
 use crate::cli::Best;
 use crate::console::{Console, columns, counted, decimal};
+use crate::engine::disk;
 use crate::evolve::appraisal::{Appraisal, by_mean};
 use crate::exit::{Failure, Result};
 use crate::experiment::Experiment;
@@ -86,8 +87,7 @@ pub(crate) fn run(arguments: &Best, console: Console) -> Result {
     };
     let champion = json(&rows[0], subjects.genomes.genome(best));
     if let Some(out) = &arguments.out {
-        let text = serde_json::to_string_pretty(&champion).map_err(Failure::failed)? + "\n";
-        files::write_new(out, text.as_bytes())?;
+        files::write_new(out, &disk::json(&champion))?;
         console.say(format!("wrote {}", out.display()));
     }
     if console.json() {

@@ -1,8 +1,11 @@
 //! Writing files that survive a power cut intact.
 
-use std::fs::{self, File};
+use std::fs::{self, File, OpenOptions};
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
+use std::thread;
+
+use serde::Serialize;
 
 use crate::exit::{Failure, Result};
 
@@ -47,6 +50,31 @@ fn replace(path: &Path, fill: impl FnOnce(&mut File) -> Result, sync: fn(&File) 
     })
 }
 
+/// Does tasks that wait for the disk, each on a thread of its own: together they wait hardly longer than one. Returns their
+/// results in order.
+///
+/// # Errors
+/// The error of the first task that has one; the others are done all the same.
+pub(crate) fn at_once<T: Send>(tasks: impl Iterator<Item = impl FnOnce() -> Result<T> + Send>) -> Result<Vec<T>> {
+    thread::scope(|scope| {
+        let threads: Vec<_> = tasks.map(|task| scope.spawn(task)).collect();
+        let crashed = |_| Err(Failure::failed("a writer of results crashed"));
+        let results: Vec<_> = threads
+            .into_iter()
+            .map(|thread| thread.join().unwrap_or_else(crashed))
+            .collect();
+        results.into_iter().collect()
+    })
+}
+
+/// The bytes of a JSON file that people read too.
+pub(crate) fn json(value: &impl Serialize) -> Vec<u8> {
+    let mut text = Vec::with_capacity(1024);
+    serde_json::to_writer_pretty(&mut text, value).expect("the program's own values are numbers, words and lists");
+    text.push(b'\n');
+    text
+}
+
 /// Waits until a directory's names are on disk.
 pub(crate) fn sync_directory(path: &Path) -> Result {
     // Elsewhere a directory can't be opened as a file, and the file system's journal takes care of renames.
@@ -56,6 +84,12 @@ pub(crate) fn sync_directory(path: &Path) -> Result {
             .map_err(|error| Failure::storage(path, &error))?;
     }
     Ok(())
+}
+
+/// Opens a file for locking, and creates it if it isn't there.
+pub(crate) fn lock_file(path: &Path) -> Result<File> {
+    let file = OpenOptions::new().create(true).truncate(false).write(true).open(path);
+    file.map_err(|error| Failure::storage(path, &error))
 }
 
 /// Reads the bytes of a file that the program itself has written.

@@ -77,9 +77,7 @@ impl Done {
 
     /// Writes a run's `DONE`.
     pub(super) fn write(&self, directory: &Path) -> Result {
-        let mut text = serde_json::to_string_pretty(self).expect("words");
-        text.push('\n');
-        disk::write(&directory.join(DONE), text.as_bytes())?;
+        disk::write(&directory.join(DONE), &disk::json(self))?;
         disk::sync_directory(directory)
     }
 }

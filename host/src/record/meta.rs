@@ -115,9 +115,7 @@ impl Meta {
 
     /// Writes a run's metadata.
     pub(super) fn write(&self, directory: &Path) -> Result {
-        let mut text = serde_json::to_string_pretty(self).expect("numbers and words");
-        text.push('\n');
-        disk::note(&directory.join(META), text.as_bytes())
+        disk::note(&directory.join(META), &disk::json(self))
     }
 }
 

@@ -1,6 +1,6 @@
 //! The one writer of a run's directory.
 
-use std::fs::{self, File, OpenOptions, TryLockError};
+use std::fs::{self, File, TryLockError};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -254,14 +254,15 @@ impl Recorder {
     fn checkpoint(&mut self, job: &dyn Job) -> Result {
         let saved = Saved {
             progress: self.progress,
-            tables: self
-                .tables
-                .iter_mut()
-                .map(|(_, log)| log.sync())
-                .collect::<Result<_>>()?,
+            tables: self.sync()?,
             job: job.save(),
         };
         checkpoint::write(&self.directory, self.progress.done.into(), 2, &self.identity, &saved)
+    }
+
+    /// Waits until all tables are on disk. Returns their extents.
+    fn sync(&mut self) -> Result<Vec<Extent>> {
+        disk::at_once(self.tables.iter_mut().map(|(_, log)| || log.sync()))
     }
 
     /// Writes a checkpoint and notes that the run was stopped.
@@ -278,18 +279,16 @@ impl Recorder {
 
     /// Writes the results, and `DONE` once all of them are on disk.
     pub(super) fn finish(&mut self, job: &mut dyn Job) -> Result<Done> {
-        for (_, log) in &mut self.tables {
-            log.sync()?;
-        }
+        self.sync()?;
         let mut files = vec![CONFIG];
         files.extend(self.tables.iter().map(|(file, _)| *file));
         let experiment = Arc::clone(&self.experiment);
         files.extend(experiment.inputs().iter().map(|input| input.name.as_str()));
         let table = disk::read_text(&self.directory.join(self.tables[0].0))?;
-        for (name, bytes) in job.finish(&table)?.files {
-            disk::write(&self.directory.join(name), &bytes)?;
-            files.push(name);
-        }
+        let results = job.finish(&table)?.files;
+        let write = |(name, bytes): &(&str, Vec<u8>)| disk::write(&self.directory.join(name), bytes);
+        disk::at_once(results.iter().map(|file| || write(file)))?;
+        files.extend(results.iter().map(|(name, _)| *name));
         disk::sync_directory(&self.directory)?;
         let done = Done::of(&self.directory, self.identity, &files, experiment.results())?;
         self.end(Status::Done)?;
@@ -311,8 +310,7 @@ pub(super) fn lock(directory: &Path) -> Result<File> {
 /// Like [`lock`], but returns `None` if another process writes there.
 pub(crate) fn try_lock(directory: &Path) -> Result<Option<File>> {
     let path = directory.join(LOCK);
-    let file = OpenOptions::new().create(true).truncate(false).write(true).open(&path);
-    let file = file.map_err(|error| Failure::storage(&path, &error))?;
+    let file = disk::lock_file(&path)?;
     match file.try_lock() {
         Ok(()) => Ok(Some(file)),
         Err(TryLockError::WouldBlock) => Ok(None),

@@ -305,6 +305,7 @@ impl Journal {
         let known = fs::read(directory.join(SESSIONS)).unwrap_or_default();
         let mut sessions: Vec<Session> = serde_json::from_slice(&known).unwrap_or_default();
         sessions.push(session);
+        disk::note(&directory.join(SESSIONS), &disk::json(&sessions))?;
         let journal = Self {
             entries,
             writer,
@@ -312,7 +313,6 @@ impl Journal {
             sessions,
             _lock: lock,
         };
-        journal.note()?;
         Ok((journal, begun))
     }
 
@@ -351,19 +351,9 @@ impl Journal {
             session.ended = Some(now());
         }
         let lines = written?;
-        note(&self.directory, &self.sessions)?;
+        disk::note(&self.directory.join(SESSIONS), &disk::json(&self.sessions))?;
         Ok(lines)
     }
-
-    fn note(&self) -> Result {
-        note(&self.directory, &self.sessions)
-    }
-}
-
-fn note(directory: &Path, sessions: &[Session]) -> Result {
-    let mut text = serde_json::to_string_pretty(sessions).expect("numbers and words");
-    text.push('\n');
-    disk::note(&directory.join(SESSIONS), text.as_bytes())
 }
 
 /// Bytes that are written at a time.

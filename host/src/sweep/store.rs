@@ -11,7 +11,7 @@
 use std::collections::BTreeMap;
 use std::ffi::OsString;
 use std::fmt;
-use std::fs::{self, OpenOptions};
+use std::fs;
 use std::io;
 use std::path::{Component, Path, PathBuf};
 use std::str::FromStr;
@@ -248,10 +248,8 @@ impl Store {
             None => Err(refusal),
         })?;
         let path = directory.join(LOCK);
-        let lock = OpenOptions::new().create(true).truncate(false).write(true).open(&path);
-        let _lock = lock
-            .and_then(|lock| lock.lock().map(|()| lock))
-            .map_err(|error| Failure::storage(&path, &error))?;
+        let lock = disk::lock_file(&path)?;
+        lock.lock().map_err(|error| Failure::storage(&path, &error))?;
         if Self::made(directory)?.is_some() {
             return Ok(());
         }
@@ -261,10 +259,8 @@ impl Store {
             folder,
             ..made
         };
-        let mut text = serde_json::to_string_pretty(&made).expect("numbers and words");
-        text.push('\n');
         super::contents::describe(directory, sweep, plan)?;
-        disk::write(&directory.join(MADE), text.as_bytes())?;
+        disk::write(&directory.join(MADE), &disk::json(&made))?;
         disk::sync_directory(directory)
     }
 

@@ -6,7 +6,7 @@ use oneiro::random::Key;
 use oneiro::world::GeneLayout;
 use serde::{Deserialize, Serialize};
 
-use super::{CHAMPION, CHAMPION_GENES, LUCKIEST, LUCKIEST_GENES};
+use super::CHAMPION;
 use crate::engine::disk;
 use crate::evolve::Champion;
 use crate::evolve::appraisal::Appraisal;
@@ -54,18 +54,10 @@ pub(super) struct Individual<'a> {
 }
 
 impl Individual<'_> {
-    /// Names and contents of the champion's files.
-    pub(super) fn champion(&self) -> [(&'static str, Vec<u8>); 2] {
-        [(CHAMPION, self.json()), (CHAMPION_GENES, self.genes())]
-    }
-
-    /// Names and contents of the luckiest individual's files.
-    pub(super) fn luckiest(&self) -> [(&'static str, Vec<u8>); 2] {
-        [(LUCKIEST, self.json()), (LUCKIEST_GENES, self.genes())]
-    }
-
-    fn genes(&self) -> Vec<u8> {
-        npy(&[self.own.genome.len()], &self.own.genome)
+    /// Its two files with their contents, such as `champion.json` and `champion.npy`.
+    pub(super) fn files(&self, [file, genes]: [&'static str; 2]) -> [(&'static str, Vec<u8>); 2] {
+        let genome = &self.own.genome;
+        [(file, self.json()), (genes, npy(&[genome.len()], genome))]
     }
 
     fn json(&self) -> Vec<u8> {
@@ -76,7 +68,7 @@ impl Individual<'_> {
             genome,
         } = self.own;
         let known = self.appraisal.filter(|appraisal| appraisal.mean.is_finite());
-        let file = IndividualFile {
+        disk::json(&IndividualFile {
             fitness: Some(*fitness).filter(|fitness| fitness.is_finite()),
             fitness_bits: format!("{:08x}", fitness.to_bits()),
             mean: known.map(|appraisal| to_six_places(appraisal.mean)),
@@ -88,11 +80,7 @@ impl Individual<'_> {
             keys: self.keys.iter().map(|Key([a, b])| format!("{a:08x}{b:08x}")).collect(),
             gene_names: self.appraisal.map_or_else(Vec::new, |_| self.layout.names()),
             genome: genome.clone(),
-        };
-        let mut text = Vec::with_capacity(1024);
-        serde_json::to_writer_pretty(&mut text, &file).expect("numbers and words");
-        text.push(b'\n');
-        text
+        })
     }
 }
 
@@ -121,7 +109,7 @@ impl IndividualFile {
     }
 }
 
-/// Reads an individual of a finished run from its two files, such as [`CHAMPION`] and [`CHAMPION_GENES`].
+/// Reads an individual of a finished run from its [two files](Individual::files).
 ///
 /// # Errors
 /// Exit 5 if the files aren't what was written.

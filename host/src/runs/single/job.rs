@@ -10,7 +10,10 @@ use serde::{Deserialize, Serialize};
 use super::champion::Individual;
 use super::rows::Row;
 use super::trace::trace_every;
-use super::{FITNESS, GENERATIONS, INDIVIDUALS, POPULATION, Places, Single, pictures};
+use super::{
+    CHAMPION, CHAMPION_GENES, FITNESS, GENERATIONS, INDIVIDUALS, LUCKIEST, LUCKIEST_GENES, POPULATION, Places, Single,
+    pictures,
+};
 use crate::engine::job::{Added, Finished, Job, Place, Progress, Request, Results, Stage, Step};
 use crate::evolve::appraisal::{Appraisal, by_mean};
 use crate::evolve::{Champion, Evolution, SavedEvolution, ranked};
@@ -351,9 +354,9 @@ impl Job for Evolving {
             keys: self.keys(own),
             layout: self.single.experiment.world().gene_layout(),
         };
-        let mut files = Vec::from(individual(champion, appraisal).champion());
+        let mut files = Vec::from(individual(champion, appraisal).files([CHAMPION, CHAMPION_GENES]));
         if let Some(&own) = self.appraisals().first() {
-            files.extend(individual(luckiest, Some(own)).luckiest());
+            files.extend(individual(luckiest, Some(own)).files([LUCKIEST, LUCKIEST_GENES]));
         }
         if let Some((genomes, fitness)) = &self.last {
             let shape = [fitness.len(), genomes.len() / fitness.len()];

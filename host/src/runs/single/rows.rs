@@ -2,6 +2,8 @@
 
 use std::fmt::Write as _;
 
+use serde::Deserialize;
+
 use crate::contents::{Column, head};
 use crate::evolve::Generation;
 
@@ -28,7 +30,7 @@ pub(super) static COLUMNS: [Column; 9] = [
 
 /// One row of `generations.csv`: statistics of a generation. NaN scores are counted and left out of the rest;
 /// statistics without any score are NaN.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Deserialize)]
 pub(crate) struct Row {
     /// Number, from 0.
     pub(crate) generation: u32,
@@ -109,42 +111,23 @@ impl Row {
     /// Parses a table, or returns a problem with its line.
     pub(super) fn parse(text: &str) -> Result<Vec<Self>, String> {
         let head = head(&COLUMNS);
-        let Some(lines) = text.strip_prefix(&*head) else {
+        if !text.starts_with(&head) {
             return Err(format!("line 1: is not {}", head.trim_end()));
-        };
-        let rows = lines.lines().zip(2..).map(|(line, number)| {
-            Self::parse_line(line).ok_or_else(|| format!("line {number}: is not a generation's"))
-        });
+        }
+        let rows = csv::Reader::from_reader(text.as_bytes()).into_deserialize();
+        let rows = rows
+            .zip(2..)
+            .map(|(row, number)| row.map_err(|_| format!("line {number}: is not a generation's")));
         rows.collect()
     }
 
-    /// A table's last peak and mean as they stand there, and the number of NaN scores of all its generations; `None` if it has no
-    /// generation.
+    /// A table's last peak and mean as they stand there, and the number of NaN scores of all its generations; `None` if it
+    /// has no generation.
     pub(super) fn outcome(table: &str) -> Option<([&str; 2], u64)> {
         let rows = || table.lines().skip(1);
         let mut last = rows().last()?.split(',').skip(2);
         let nan = rows().map(|line| line.rsplit(',').nth(1)?.parse::<u64>().ok());
         Some(([last.next()?, last.next()?], nan.sum::<Option<_>>()?))
-    }
-
-    fn parse_line(line: &str) -> Option<Self> {
-        let (line, bits) = line.rsplit_once(',')?;
-        let mut cells = line.split(',');
-        let row = Self {
-            generation: cells.next()?.parse().ok()?,
-            // Its bits are exact.
-            best: cells
-                .next()
-                .and(u32::from_str_radix(bits, 16).ok())
-                .map(f32::from_bits)?,
-            peak: cells.next()?.parse().ok()?,
-            mean: cells.next()?.parse().ok()?,
-            least: cells.next()?.parse().ok()?,
-            deviation: cells.next()?.parse().ok()?,
-            individual: cells.next()?.parse().ok()?,
-            nan: cells.next()?.parse().ok()?,
-        };
-        cells.next().is_none().then_some(row)
     }
 }
 
