@@ -10,7 +10,7 @@ use std::time::Duration;
 
 use super::error::{Error, Result};
 use super::link::{self, Link};
-use super::talk::{garbage, persistently};
+use super::talk::{Stepped, garbage, persistently};
 
 /// The version that is claimed to nodes; all of them answer to it.
 const VERSION: u16 = 5;
@@ -21,7 +21,7 @@ const PATIENCE: Duration = Duration::from_millis(300);
 /// No two parts of an answer are as far from each other.
 const SILENCE: Duration = Duration::from_millis(50);
 const SEND: Duration = Duration::from_millis(200);
-/// How long anything but silence is borne.
+/// Longest wait for a silence.
 const BABBLE: Duration = Duration::from_millis(800);
 /// A wireless dongle can lose many messages (Aseba, issue 538).
 const TRIES: u32 = 4;
@@ -34,8 +34,10 @@ const VARIABLE: u16 = 0x9001;
 const LOCAL_EVENT: u16 = 0x9002;
 const NATIVE_FUNCTION: u16 = 0x9003;
 const VARIABLES: u16 = 0x9005;
+const EXECUTION_STATE: u16 = 0x900a;
 const NODE_PRESENT: u16 = 0x900c;
 const STOP: u16 = 0xa006;
+const GET_EXECUTION_STATE: u16 = 0xa007;
 const GET_VARIABLES: u16 = 0xa00b;
 const SET_VARIABLES: u16 = 0xa00c;
 const GET_DESCRIPTION: u16 = 0xa010;
@@ -195,6 +197,7 @@ pub(crate) struct Network {
     messages: Messages,
     /// Messages received, until they are looked at.
     queue: VecDeque<Message>,
+    in_step: bool,
 }
 
 impl Network {
@@ -204,6 +207,7 @@ impl Network {
             link,
             messages: Messages::default(),
             queue: VecDeque::new(),
+            in_step: false,
         }
     }
 
@@ -223,6 +227,7 @@ impl Network {
     /// It can't be opened.
     pub(crate) fn reopen(&mut self) -> Result {
         self.clear();
+        self.in_step = false;
         self.link.reopen()
     }
 
@@ -343,10 +348,9 @@ impl Network {
     }
 
     fn exchange(&mut self, id: u16, values: &[(u16, i16)], addresses: &[u16]) -> Result<Vec<i16>> {
-        let set = |(address, value): &(u16, i16)| Message::new(SET_VARIABLES, [id, *address, *value as u16]);
         let get = |span: Range<u16>| Message::new(GET_VARIABLES, [id, span.start, span.end - span.start]);
         let gets = spans(addresses).into_iter().map(get);
-        self.send(&values.iter().map(set).chain(gets).collect::<Vec<_>>())?;
+        self.send(&sets(id, values).chain(gets).collect::<Vec<_>>())?;
         let mut held: Vec<Option<i16>> = vec![None; addresses.len()];
         let until = self.now() + PATIENCE;
         while held.contains(&None) {
@@ -361,13 +365,39 @@ impl Network {
     /// Stops the program that a node runs. Its variables keep their values, the motors' targets among them.
     ///
     /// # Errors
-    /// The link fails.
+    /// The node does not confirm it, or the link fails.
     pub(crate) fn halt(&mut self, id: u16) -> Result {
+        self.persistently(|network| {
+            let request = [STOP, GET_EXECUTION_STATE].map(|kind| Message::new(kind, [id]));
+            network.send(&request)?;
+            let until = network.now() + PATIENCE;
+            while let Some(message) = network.message(until)? {
+                if message.source == id && is_stopped(&message) {
+                    return Ok(());
+                }
+            }
+            Err(late("the end of its program"))
+        })
+    }
+
+    /// Tells a node to stop its program, without waiting for an answer.
+    ///
+    /// # Errors
+    /// The link fails.
+    pub(crate) fn tell_to_halt(&mut self, id: u16) -> Result {
         self.send(&[Message::new(STOP, [id])])
     }
 
+    /// Sets words of a node by their addresses, without a look at what it holds then.
+    ///
+    /// # Errors
+    /// The link fails.
+    pub(crate) fn put(&mut self, id: u16, values: &[(u16, i16)]) -> Result {
+        self.send(&sets(id, values).collect::<Vec<_>>())
+    }
+
     fn persistently<T>(&mut self, attempt: impl FnMut(&mut Self) -> Result<T>) -> Result<T> {
-        persistently(self, TRIES, attempt, Self::silence)
+        persistently(self, TRIES, attempt)
     }
 
     /// Sends messages in one piece: half a message would hold some nodes up.
@@ -410,10 +440,15 @@ impl Network {
         self.messages = Messages::default();
         self.queue.clear();
     }
+}
 
-    /// Gets back in step: discards what comes until neither an answer nor nonsense has come for a while. Events of programs
-    /// may go on for ever.
-    fn silence(&mut self) -> Result {
+impl Stepped for Network {
+    fn in_step(&mut self) -> &mut bool {
+        &mut self.in_step
+    }
+
+    /// Discards what comes until neither an answer nor nonsense has come for a while. Events of programs may go on for ever.
+    fn resynchronise(&mut self) -> Result {
         let end = self.now() + BABBLE;
         let mut until = self.now() + SILENCE;
         let mut buffer = [0; 1024];
@@ -437,6 +472,19 @@ fn variable(message: &Message) -> Option<(u16, String)> {
     let mut reader = message.reader();
     let (size, name) = (reader.word()?, reader.text()?);
     (reader.0.is_empty() && size > 0 && !name.is_empty()).then_some((size, name))
+}
+
+/// Messages that set words by their addresses.
+fn sets(id: u16, values: &[(u16, i16)]) -> impl Iterator<Item = Message> + '_ {
+    let set = move |(address, value): &(u16, i16)| Message::new(SET_VARIABLES, [id, *address, *value as u16]);
+    values.iter().map(set)
+}
+
+/// Whether a message says that its node runs no program: of the flags, 1 stands for a running event and 2 for a stop.
+fn is_stopped(message: &Message) -> bool {
+    let mut reader = message.reader();
+    let (_counter, flags) = (reader.word(), reader.word());
+    message.kind == EXECUTION_STATE && flags.is_some_and(|flags| flags & 3 == 2)
 }
 
 /// Few requests that cover addresses: each has an answer, and over TCP a second one may wait until the first is

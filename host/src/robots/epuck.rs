@@ -11,7 +11,7 @@ use std::time::Duration;
 
 use super::error::{Error, Result};
 use super::link::Link;
-use super::talk::{self, Talk, garbage, persistently};
+use super::talk::{self, Stepped, Talk, garbage, persistently};
 use super::{Battery, Description, Group, Kind, Odometry, Reading, Robot, Unwrapped, Wheels};
 
 /// In the lines that the robot sends when it starts, after a form feed and a bell.
@@ -24,6 +24,7 @@ const TRIES: u32 = 3;
 const LOW_PERCENT: u8 = 10;
 /// As many zeros as the longest binary command has arguments, and more: they complete it, and speeds become 0.
 const FLUSH: &[u8] = &[0; 21];
+const STOP: &str = "D,0,0\r";
 
 /// 1000 steps are a revolution of a wheel of 20.5 mm radius. An e-puck obeys up to 1000 steps/s, an e-puck2 up to 1100.
 pub(super) const WHEELS: Wheels = Wheels {
@@ -164,24 +165,24 @@ impl EPuck {
         self.talk.into_link()
     }
 
-    /// Makes sure that an e-puck answers, stops it, and finds out what it understands.
+    /// Stops what is there, makes sure that it is an e-puck, has the stop confirmed, and finds out what the firmware
+    /// understands.
     ///
     /// # Errors
     /// None answers.
     pub(crate) fn begin(&mut self) -> Result {
         self.dialect = Dialect::Text;
+        self.speeds = [0; 2];
         self.steps = Unwrapped::default();
-        talk::afresh(self, Self::resynchronise)?;
+        talk::afresh(self)?;
         self.stop()?;
         self.infrared = self.numbers("N\r", &[8, 10])?.len();
-        self.dialect = Dialect::Binary;
-        if let Err(error) = self.chain("Q", &[negative(b'Q')], 2) {
-            if !error.may_pass() {
-                return Err(error);
-            }
-            self.dialect = Dialect::Text;
-            self.resynchronise()?;
-        }
+        self.dialect = match self.persistently(|robot| robot.chain("Q", &[negative(b'Q')], 2)) {
+            Ok(_) => Dialect::Binary,
+            // It still answers in text.
+            Err(error) if error.may_pass() && *self.in_step() => Dialect::Text,
+            Err(error) => return Err(error),
+        };
         self.description.robot = if self.is_2() { "e-puck2" } else { "e-puck" }.into();
         self.description.sensors = self.sources().map(|source| source.group).collect();
         Ok(())
@@ -206,20 +207,8 @@ impl EPuck {
         }
     }
 
-    /// Gets back in step: zeros end a half-sent binary command, and CR a line; then the version is asked for. That must be
-    /// text: after a line's end the firmware takes what follows for text, binary or not.
-    fn resynchronise(&mut self) -> Result {
-        self.talk.send(&[FLUSH, b"\r"].concat())?;
-        self.talk.silence(SILENCE)?;
-        self.talk.send(b"V\r")?;
-        let line = self.talk.line("V")?;
-        self.description.firmware = talk::fields("V", &line)?.join(",");
-        // A second line has the hardware's version.
-        self.talk.silence(SILENCE)
-    }
-
     fn persistently<T>(&mut self, attempt: impl FnMut(&mut Self) -> Result<T>) -> Result<T> {
-        let outcome = persistently(self, TRIES, attempt, Self::resynchronise);
+        let outcome = persistently(self, TRIES, attempt);
         if matches!(outcome, Err(Error::Restarted)) {
             self.steps = Unwrapped::default();
             self.speeds = [0; 2];
@@ -227,12 +216,15 @@ impl EPuck {
         outcome
     }
 
+    /// Sends a line once and returns the numbers of the answer.
+    fn line(&mut self, line: &str, counts: &[usize]) -> Result<Vec<i64>> {
+        self.talk.send(line.as_bytes())?;
+        talk::numbers(line, &self.talk.line(line)?, counts, talk::ANY)
+    }
+
     /// Sends a line and returns the numbers of the answer.
     fn numbers(&mut self, line: &str, counts: &[usize]) -> Result<Vec<i64>> {
-        self.persistently(|robot| {
-            robot.talk.send(line.as_bytes())?;
-            talk::numbers(line, &robot.talk.line(line)?, counts, talk::ANY)
-        })
+        self.persistently(|robot| robot.line(line, counts))
     }
 
     /// Sends a chain of commands once and returns the words answered. `name` is for messages.
@@ -270,10 +262,11 @@ impl EPuck {
         let mut values = Vec::new();
         for source in sources {
             let line = source.letter.map(|letter| format!("{letter}\r")).unwrap_or_default();
-            let count = source.group.names.len();
-            let read = self.numbers(&line, &[self.words(source)])?;
-            let read: Vec<f64> = read.into_iter().take(count).map(|value| value as f64).collect();
-            values.extend(within(source.group, read)?);
+            values.extend(self.persistently(|robot| {
+                let read = robot.line(&line, &[robot.words(source)])?;
+                let read = read.into_iter().take(source.group.names.len());
+                within(source.group, read.map(|value| value as f64).collect())
+            })?);
         }
         Ok(values)
     }
@@ -314,6 +307,26 @@ fn within(group: Group, values: Vec<f64>) -> Result<Vec<f64>> {
     }
 }
 
+impl Stepped for EPuck {
+    fn in_step(&mut self) -> &mut bool {
+        self.talk.in_step()
+    }
+
+    /// Zeros end a half-sent binary command, and CR a line; then the version is asked for. That must be text: after a
+    /// line's end the firmware takes what follows for text, binary or not. Where the wheels should stand, a stop comes
+    /// before the question: it must also reach a robot whose answers don't arrive.
+    fn resynchronise(&mut self) -> Result {
+        let stop = if self.speeds == [0; 2] { STOP } else { "" };
+        self.talk.send(&[FLUSH, b"\r", stop.as_bytes()].concat())?;
+        self.talk.silence(SILENCE)?;
+        self.talk.send(b"V\r")?;
+        let line = self.talk.line("V")?;
+        self.description.firmware = talk::fields("V", &line)?.join(",");
+        // A second line has the hardware's version.
+        self.talk.silence(SILENCE)
+    }
+}
+
 impl Robot for EPuck {
     fn description(&self) -> &Description {
         &self.description
@@ -337,6 +350,9 @@ impl Robot for EPuck {
 
     fn drive(&mut self, left: i32, right: i32) -> Result {
         self.speeds = [left, right].map(|speed| speed.clamp(-WHEELS.greatest, WHEELS.greatest) as i16);
+        if self.speeds == [0; 2] {
+            return self.stop();
+        }
         let [left, right] = self.speeds;
         let ([a, b], [c, d]) = (left.to_le_bytes(), right.to_le_bytes());
         self.order(
@@ -346,8 +362,16 @@ impl Robot for EPuck {
         )
     }
 
+    /// In text, whatever the dialect: in binary four zeros would confirm it, and readings of sensors may begin so.
     fn stop(&mut self) -> Result {
-        self.drive(0, 0)
+        self.speeds = [0; 2];
+        self.persistently(|robot| {
+            robot.line(STOP, &[0])?;
+            match robot.line("E\r", &[2])?[..] {
+                [0, 0] => Ok(()),
+                ref speeds => Err(garbage("E", &format!("speeds {speeds:?} after a stop"))),
+            }
+        })
     }
 
     fn light(&mut self, light: usize, on: bool) -> Result {
@@ -363,11 +387,11 @@ impl Robot for EPuck {
 
     /// Asks in text, which says most: `b,RAW (PERCENT%)`, or before version 1.3 `b,1` if it is charged and `b,0` if not.
     fn battery(&mut self) -> Result<Battery> {
-        let line = self.persistently(|robot| {
+        let told = self.persistently(|robot| {
             robot.talk.send(b"b\r")?;
-            robot.talk.line("b")
+            battery(&robot.talk.line("b")?)
         })?;
-        Ok(match battery(&line)? {
+        Ok(match told {
             Charge::Flag(ok) => Battery { volts: None, low: !ok },
             Charge::Raw { raw, .. } if self.is_2() => charge(raw),
             Charge::Raw { percent, .. } => Battery {

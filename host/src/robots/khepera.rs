@@ -6,9 +6,9 @@
 use std::fmt::Write;
 use std::time::Duration;
 
-use super::error::Result;
+use super::error::{Error, Result};
 use super::link::Link;
-use super::talk::{self, Talk, persistently};
+use super::talk::{self, Stepped, Talk, persistently};
 use super::{Battery, Description, Group, Kind, Odometry, Reading, Robot, Wheels};
 
 /// In the lines that the robot sends when it starts (K-Team, "Khepera II FAQ").
@@ -194,6 +194,8 @@ impl Command {
 pub(crate) struct Khepera {
     talk: Talk,
     description: Description,
+    /// Speeds that were commanded last.
+    speeds: [i32; 2],
 }
 
 impl Khepera {
@@ -208,15 +210,17 @@ impl Khepera {
                 wheels: WHEELS,
                 lights: &["led_0", "led_1"],
             },
+            speeds: [0; 2],
         }
     }
 
-    /// Makes sure that a Khepera answers, and stops it.
+    /// Stops what is there, makes sure that it is a Khepera, and has the stop confirmed.
     ///
     /// # Errors
     /// None answers.
     pub(crate) fn begin(&mut self) -> Result {
-        talk::afresh(self, Self::resynchronise)?;
+        self.speeds = [0; 2];
+        talk::afresh(self)?;
         self.stop()
     }
 
@@ -226,31 +230,18 @@ impl Khepera {
     /// The robot refuses or has restarted, or the link fails.
     pub(crate) fn command(&mut self, command: &Command) -> Result<Answer> {
         let tries = if command.repeatable() { TRIES } else { 1 };
-        persistently(
-            self,
-            tries,
-            |robot| {
-                robot.talk.send(command.line().as_bytes())?;
-                robot.answer(command)
-            },
-            Self::resynchronise,
-        )
+        let outcome = persistently(self, tries, |robot| {
+            robot.talk.send(command.line().as_bytes())?;
+            robot.answer(command)
+        });
+        if matches!(outcome, Err(Error::Restarted)) {
+            self.speeds = [0; 2];
+        }
+        outcome
     }
 
     fn answer(&mut self, command: &Command) -> Result<Answer> {
         command.parse(&self.talk.line(&command.line())?)
-    }
-
-    /// Gets back in step: a late answer must not pass for that of the next command. Ends a half-sent command, waits for
-    /// silence, and asks for the version.
-    fn resynchronise(&mut self) -> Result {
-        self.talk.send(b"\r")?;
-        self.talk.silence(SILENCE)?;
-        self.talk.send(Command::Version.line().as_bytes())?;
-        if let Answer::Text(version) = self.answer(&Command::Version)? {
-            self.description.firmware = version;
-        }
-        Ok(())
     }
 
     fn numbers(&mut self, command: &Command) -> Result<Vec<i64>> {
@@ -258,6 +249,25 @@ impl Khepera {
             Answer::Numbers(numbers) => numbers,
             Answer::Text(_) => Vec::new(),
         })
+    }
+}
+
+impl Stepped for Khepera {
+    fn in_step(&mut self) -> &mut bool {
+        self.talk.in_step()
+    }
+
+    /// Ends a half-sent command, waits for silence, and asks for the version. Where the wheels should stand, a stop comes
+    /// before all that: it must also reach a robot whose answers don't arrive.
+    fn resynchronise(&mut self) -> Result {
+        let stop = if self.speeds == [0; 2] { "\rD,0,0\r" } else { "\r" };
+        self.talk.send(stop.as_bytes())?;
+        self.talk.silence(SILENCE)?;
+        self.talk.send(Command::Version.line().as_bytes())?;
+        if let Answer::Text(version) = self.answer(&Command::Version)? {
+            self.description.firmware = version;
+        }
+        Ok(())
     }
 }
 
@@ -283,8 +293,8 @@ impl Robot for Khepera {
     }
 
     fn drive(&mut self, left: i32, right: i32) -> Result {
-        let speeds = [left, right].map(|speed| speed.clamp(-WHEELS.greatest, WHEELS.greatest));
-        self.command(&Command::Drive(speeds)).map(|_| ())
+        self.speeds = [left, right].map(|speed| speed.clamp(-WHEELS.greatest, WHEELS.greatest));
+        self.command(&Command::Drive(self.speeds)).map(|_| ())
     }
 
     fn stop(&mut self) -> Result {

@@ -8,7 +8,7 @@ use super::link::Link;
 
 /// How long a link may take to accept a command.
 const SEND: Duration = Duration::from_millis(200);
-/// How long anything but silence is borne.
+/// Longest wait for a silence.
 const BABBLE: Duration = Duration::from_millis(800);
 
 /// Bytes received, until they are taken as lines or as they are. Holds a bounded number of bytes.
@@ -154,6 +154,7 @@ pub(crate) struct Talk {
     banner: Watch,
     /// How long an answer may take.
     patience: Duration,
+    in_step: bool,
 }
 
 impl Talk {
@@ -164,7 +165,13 @@ impl Talk {
             received: Received::default(),
             banner: Watch::new(banner),
             patience,
+            in_step: false,
         }
+    }
+
+    /// Whether no answer to an earlier command can still come.
+    pub(crate) fn in_step(&mut self) -> &mut bool {
+        &mut self.in_step
     }
 
     /// The link.
@@ -281,30 +288,57 @@ impl Talk {
     }
 }
 
+/// One end of a conversation that can fall out of step: an answer that comes late passes for that to a later command.
+pub(crate) trait Stepped {
+    /// Whether no answer to an earlier command can still come.
+    fn in_step(&mut self) -> &mut bool;
+
+    /// Gets back in step.
+    ///
+    /// # Errors
+    /// The robot does not answer, or the link fails.
+    fn resynchronise(&mut self) -> Result;
+}
+
+fn restore(robot: &mut impl Stepped) -> Result {
+    *robot.in_step() = false;
+    robot.resynchronise()?;
+    *robot.in_step() = true;
+    Ok(())
+}
+
 /// Gets in step with a robot that may have said anything before, its banner included: tries twice.
 ///
 /// # Errors
 /// That of the second attempt, or one that does not pass.
-pub(crate) fn afresh<R>(robot: &mut R, resynchronise: impl Fn(&mut R) -> Result) -> Result {
-    match resynchronise(robot) {
-        Err(error) if error.may_pass() || error == Error::Restarted => resynchronise(robot),
+pub(crate) fn afresh(robot: &mut impl Stepped) -> Result {
+    match restore(robot) {
+        Err(error) if error.may_pass() || error == Error::Restarted => restore(robot),
         outcome => outcome,
     }
 }
 
-/// Tries up to `tries` times, and restores order after each failure that may pass.
+/// Tries up to `tries` times, and gets back in step after each failure that may pass. Out of step, it does so before the
+/// first attempt.
 ///
 /// # Errors
-/// That of the last attempt; that of the restoration if it says more.
-pub(crate) fn persistently<R, T>(
+/// That of the last attempt; that of getting in step if it says more, or if no attempt could be made.
+pub(crate) fn persistently<R: Stepped, T>(
     robot: &mut R,
     tries: u32,
     mut attempt: impl FnMut(&mut R) -> Result<T>,
-    mut restore: impl FnMut(&mut R) -> Result,
 ) -> Result<T> {
+    if !*robot.in_step() {
+        restore(robot)?;
+    }
     let mut tried = 1;
     loop {
+        *robot.in_step() = false;
         match attempt(robot) {
+            Ok(done) => {
+                *robot.in_step() = true;
+                return Ok(done);
+            }
             Err(error) if error.may_pass() => {
                 restore(robot).map_err(|worse| if worse.may_pass() { error.clone() } else { worse })?;
                 if tried == tries {
@@ -312,7 +346,7 @@ pub(crate) fn persistently<R, T>(
                 }
                 tried += 1;
             }
-            outcome => return outcome,
+            Err(error) => return Err(error),
         }
     }
 }

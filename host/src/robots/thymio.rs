@@ -9,6 +9,7 @@ use super::aseba::{Network, Node};
 use super::epuck;
 use super::error::{Error, Result};
 use super::link::Link;
+use super::talk::Stepped;
 use super::{Battery, Description, Group, Kind, Odometry, Reading, Robot, Wheels};
 
 /// A kind of robot on a network: names of its variables.
@@ -153,16 +154,27 @@ impl Thymio {
         self.network.halt(self.node.id)?;
         self.stop()
     }
+
+    /// What sets the targets of the motors: addresses and speeds.
+    fn targets(&self, speeds: [i16; 2]) -> Vec<(u16, i16)> {
+        let addresses = self.body.targets.iter().filter_map(|name| self.node.variable(name));
+        addresses.map(|address| address.start).zip(speeds).collect()
+    }
 }
 
-/// The robot with this number, or the only one.
+/// The robot with this number, or the only one. Programs of nodes that may be it are ended before anything else is asked:
+/// they may drive.
 fn find(network: &mut Network, wanted: Option<u16>) -> Result<(Node, &'static Body)> {
-    let (mut robots, mut others) = (Vec::new(), Vec::new());
-    for (id, version) in network.list()? {
-        if wanted.is_some_and(|wanted| wanted != id) {
-            others.push(format!("node {id}"));
-            continue;
-        }
+    let (possible, others): (Vec<_>, Vec<_>) = network
+        .list()?
+        .into_iter()
+        .partition(|(id, _)| wanted.is_none_or(|wanted| wanted == *id));
+    for (id, _) in &possible {
+        network.tell_to_halt(*id)?;
+    }
+    let mut robots = Vec::new();
+    let mut others: Vec<String> = others.iter().map(|(id, _)| format!("node {id}")).collect();
+    for (id, version) in possible {
         let node = network.describe(id, version)?;
         match BODIES.iter().find(|body| body.fits(&node)) {
             Some(body) => robots.push((node, body)),
@@ -247,12 +259,14 @@ impl Robot for Thymio {
     fn drive(&mut self, left: i32, right: i32) -> Result {
         let greatest = self.body.wheels.greatest;
         let speeds = [left, right].map(|speed| speed.clamp(-greatest, greatest) as i16);
-        let addresses = self.body.targets.iter().filter_map(|name| self.node.variable(name));
-        let values: Vec<(u16, i16)> = addresses.map(|address| address.start).zip(speeds).collect();
-        self.network.set(self.node.id, &values)
+        self.network.set(self.node.id, &self.targets(speeds))
     }
 
     fn stop(&mut self) -> Result {
+        if !*self.network.in_step() {
+            // Getting back in step may fail: the robot must have heard of the stop before.
+            self.network.put(self.node.id, &self.targets([0; 2]))?;
+        }
         self.drive(0, 0)
     }
 

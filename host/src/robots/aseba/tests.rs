@@ -266,9 +266,54 @@ fn events_do_not_hold_a_request() {
     assert_eq!(network(lost.chain(answered)).get(1, &[5]), Ok(vec![42]));
 }
 
+/// What is sent to stop a program, and an answer with its flags.
+fn halted(flags: u16) -> [Step; 2] {
+    let sent = [STOP, GET_EXECUTION_STATE].map(|kind| Message::new(kind, [1]).frame());
+    [hear(sent.concat()), say(from(1, EXECUTION_STATE, &words(&[0, flags])))]
+}
+
+/// The dongle loses messages, and a state may be from before the stop.
+#[test]
+fn a_program_is_stopped_once_its_node_says_so() {
+    let [sent, runs] = halted(0);
+    let [_, stands] = halted(2);
+    let other = say(from(2, EXECUTION_STATE, &words(&[0, 2])));
+    let steps = [sent.clone(), other, runs.clone(), sent.clone(), runs.clone(), stands];
+    network(steps).halt(1).unwrap();
+    for flags in [0, 1, 3] {
+        let [sent, runs] = halted(flags);
+        let error = network(vec![[sent, runs]; TRIES as usize].concat())
+            .halt(1)
+            .unwrap_err();
+        assert!(matches!(error, Error::TimedOut { command, .. } if command.contains("end of its program")));
+    }
+    let short = [halted(2)[0].clone(), say(from(1, EXECUTION_STATE, &words(&[2])))];
+    assert!(network(vec![short; TRIES as usize].concat()).halt(1).is_err());
+}
+
 #[test]
 fn nonsense_that_waits_does_not_hold_a_stop() {
-    let link = Scripted::new([say([0xff; 8]), hear(Message::new(STOP, [1]).frame())]);
-    link.hand().advance(10);
-    Network::new(Box::new(link)).halt(1).unwrap();
+    let [sent, stands] = halted(2);
+    let link = Scripted::new([say([0xff; 8]), sent, stands]);
+    let hand = link.hand();
+    let mut network = Network::new(Box::new(link));
+    network.in_step = true;
+    hand.advance(10);
+    network.halt(1).unwrap();
+}
+
+/// Where order was not restored, that comes first.
+#[test]
+fn a_late_answer_does_not_pass_for_the_next() {
+    let ask = || hear(Message::new(GET_VARIABLES, [1, 5, 1]).frame());
+    let values = |value: u16| from(1, VARIABLES, &words(&[5, value]));
+    let babble = (0..85).map(|_| say([0xff; 8]));
+    let steps = [ask()]
+        .into_iter()
+        .chain(babble)
+        .chain([say(values(7)), ask(), say(values(42))]);
+    let mut network = network(steps);
+    network.in_step = true;
+    assert!(matches!(network.get(1, &[5]), Err(Error::Garbage { .. })));
+    assert_eq!(network.get(1, &[5]), Ok(vec![42]));
 }

@@ -8,9 +8,24 @@ pub(crate) const VERSION_2: &str = "v,Version 2.0 January 2018 GCtronic\r\nHW ve
 pub(crate) const EIGHT: &str = "n,1,2,3,4,5,6,7,8\r\n";
 const TEN: &str = "n,1,2,3,4,5,6,7,8,9,10\r\n";
 
-/// Getting back in step.
-fn resynchronised(version: &str) -> Vec<Step> {
+/// Getting back in step while the wheels turn.
+fn resynchronised_amid(version: &str) -> Vec<Step> {
     vec![hear([FLUSH, b"\r"].concat()), hear("V\r"), say(version)]
+}
+
+/// Getting back in step where the wheels should stand.
+fn resynchronised(version: &str) -> Vec<Step> {
+    vec![
+        hear([FLUSH, b"\rD,0,0\r"].concat()),
+        say("d\r\n"),
+        hear("V\r"),
+        say(version),
+    ]
+}
+
+/// A stop, and the speeds then.
+fn stopped(speeds: &str) -> Vec<Step> {
+    vec![hear("D,0,0\r"), say("d\r\n"), hear("E\r"), say(speeds)]
 }
 
 /// What follows a chain and its answer: the question for the speeds, and these.
@@ -23,14 +38,15 @@ fn chain(commands: &[u8], answer: &[i16], speeds: [i16; 2]) -> Vec<Step> {
 
 /// What is said until the robot has begun.
 pub(crate) fn opening(version: &str, infrared: &str, is_binary: bool) -> Vec<Step> {
-    let text = vec![hear("D,0,0\r"), say("d\r\n"), hear("N\r"), say(infrared)];
+    let text = vec![hear("N\r"), say(infrared)];
     // 0xaf is -'Q'.
     let probe = if is_binary {
         chain(&[0xaf], &[0, 0], [0, 0])
     } else {
-        [vec![hear([0xaf, 0xbb, 0])], resynchronised(version)].concat()
+        let unheard = [vec![hear([0xaf, 0xbb, 0])], resynchronised(version)].concat();
+        vec![unheard; TRIES as usize].concat()
     };
-    [resynchronised(version), text, probe].concat()
+    [resynchronised(version), stopped("e,0,0\r\n"), text, probe].concat()
 }
 
 fn begun(opening: Vec<Step>, steps: Vec<Step>) -> EPuck {
@@ -98,7 +114,7 @@ fn binary_chains_are_as_the_firmware_reads_them() {
             chain(&[0xbc, 0xf4, 0x01, 0x0c, 0xfe], &[], [500, -500]),
             chain(&[0xaf], &[-300, 400], [500, -500]),
             chain(&[0xb4, 9, 1], &[], [500, -500]),
-            chain(&[0xbc, 0, 0, 0, 0], &[], [0, 0]),
+            stopped("e,0,0\r\n"),
         ]
         .concat(),
     );
@@ -176,13 +192,17 @@ fn batteries_of_all_versions() {
 /// Each byte of a chain's answer lost or doubled, or all of it late: none is accepted, and the next attempt is in step.
 #[test]
 fn answers_out_of_step_are_never_accepted() {
-    let speeds = [0x0155, 0x02aa];
+    let drive = chain(&[0xbc, 0x55, 0x01, 0xaa, 0x02], &[], [0x0155, 0x02aa]);
+    answers_out_of_step([0x0155, 0x02aa], &drive, &resynchronised_amid(VERSION_1));
+    answers_out_of_step([0; 2], &stopped("e,0,0\r\n"), &resynchronised(VERSION_1));
+}
+
+fn answers_out_of_step(speeds: [i16; 2], drive: &[Step], resynchronised: &[Step]) {
     let [asked, whole] = &chain(&[0xaf], &[1234, 5678], speeds)[..] else {
         unreachable!()
     };
     let Step::Say(_, whole) = whole else { unreachable!() };
     let good = chain(&[0xaf], &[10, 20], speeds);
-    let drive = chain(&[0xbc, 0x55, 0x01, 0xaa, 0x02], &[], speeds);
     let spoilt: Vec<Vec<u8>> = (0..whole.len())
         .flat_map(|place| {
             let (mut less, mut more) = (whole.clone(), whole.clone());
@@ -194,22 +214,65 @@ fn answers_out_of_step_are_never_accepted() {
     for bytes in spoilt {
         let answer = if bytes.is_empty() { vec![] } else { vec![say(&bytes)] };
         let steps = [
-            drive.clone(),
+            drive.to_vec(),
             vec![asked.clone()],
             answer,
-            resynchronised(VERSION_1),
+            resynchronised.to_vec(),
             good.clone(),
         ];
         let mut robot = binary(steps.concat());
-        robot.drive(0x0155, 0x02aa).unwrap();
+        robot.drive(speeds[0].into(), speeds[1].into()).unwrap();
         assert_eq!(robot.odometry().unwrap().counts, [10, 20], "{bytes:?}");
     }
+}
+
+/// Where nothing is near, proximity sensors answer 0, and so does a robot that stands: what comes late of such an answer
+/// must not pass for that to a stop.
+#[test]
+fn zeros_of_sensors_do_not_confirm_a_stop() {
+    let zeros = [vec![hear("D,0,0\r"), say([0; 4])], resynchronised(VERSION_1)].concat();
+    let mut robot = binary([zeros.clone(), stopped("e,0,0\r\n")].concat());
+    robot.stop().unwrap();
+    let mut robot = binary([zeros.clone(), zeros.clone(), zeros].concat());
+    assert!(matches!(robot.stop(), Err(Error::TimedOut { .. })));
+    // Before the answer, and after it.
+    let amid = [hear("D,0,0\r"), say([0, 0, 0, 0, b'd', b'\r', b'\n'])].to_vec();
+    let after = [hear("D,0,0\r"), say("d\r\n"), hear("E\r"), say(b"\0\0\0\0e,0,0\r\n")].to_vec();
+    for steps in [amid, after] {
+        let steps = [steps, resynchronised(VERSION_1), stopped("e,0,0\r\n")];
+        binary(steps.concat()).stop().unwrap();
+    }
+}
+
+/// It obeys a remote control, for example.
+#[test]
+fn a_robot_that_keeps_its_speeds_has_not_stopped() {
+    let kept = [stopped("e,0,300\r\n"), resynchronised(VERSION_1)].concat();
+    for opening in [opening(VERSION_1, EIGHT, true), opening(VERSION_1, EIGHT, false)] {
+        let mut robot = begun(opening, vec![kept.clone(); TRIES as usize].concat());
+        let words = robot.stop().unwrap_err().to_string();
+        assert!(words.contains("[0, 300]"), "{words}");
+    }
+}
+
+/// One byte lost must not cost an e-puck2 its sensors that have no letter.
+#[test]
+fn the_question_for_binary_is_repeated() {
+    let opening = opening(VERSION_2, EIGHT, true);
+    let (before, probe) = opening.split_at(opening.len() - 2);
+    let lost = vec![probe[0].clone(), say([0; 7])];
+    let robot = begun([before, &lost, &resynchronised(VERSION_2), probe].concat(), vec![]);
+    assert_eq!(robot.dialect, Dialect::Binary);
+    // No answer even in text is no sign of old firmware.
+    let silent = vec![probe[0].clone(), hear([FLUSH, b"\rD,0,0\r"].concat()), hear("V\r")];
+    let mut robot = EPuck::new(Box::new(Scripted::new([before, &silent].concat())));
+    assert!(matches!(robot.begin(), Err(Error::TimedOut { .. })));
 }
 
 /// The remote control's key 5 stops an e-puck 1.x.
 #[test]
 fn another_s_speeds_are_noticed() {
-    let stopped = || [chain(&[0xaf], &[0, 0], [0, 0]), resynchronised(VERSION_1)].concat();
+    let stopped = || [chain(&[0xaf], &[0, 0], [0, 0]), resynchronised_amid(VERSION_1)].concat();
     let drive = chain(&[0xbc, 100, 0, 100, 0], &[], [100, 100]);
     let mut robot = binary([drive, stopped(), stopped(), stopped()].concat());
     robot.drive(100, 100).unwrap();
@@ -235,6 +298,21 @@ fn readings_out_of_range_are_asked_again() {
     assert!(matches!(error, Error::Garbage { command, .. } if command == "proximity sensors"));
 }
 
+/// An answer that makes no sense is asked for again in text as well.
+#[test]
+fn lines_out_of_range_are_asked_again() {
+    let bad = [
+        vec![hear("N\r"), say("n,4096,0,0,0,0,0,0,0\r\n")],
+        resynchronised(VERSION_1),
+    ]
+    .concat();
+    let mut robot = text([bad, vec![hear("N\r"), say(EIGHT)]].concat());
+    assert_eq!(robot.sense(&[Kind::Proximity]).unwrap().values[7], 8.0);
+    let bad = [vec![hear("b\r"), say("b,2\r\n")], resynchronised(VERSION_1)].concat();
+    let mut robot = text([bad, vec![hear("b\r"), say("b,1\r\n")]].concat());
+    assert!(!robot.battery().unwrap().low);
+}
+
 /// After a restart the step counters are 0, and so are the speeds.
 #[test]
 fn a_restart_is_reported_and_counters_begin_anew() {
@@ -244,8 +322,8 @@ fn a_restart_is_reported_and_counters_begin_anew() {
     for restart in [before, instead, amid] {
         let drive = chain(&[0xbc, 100, 0, 100, 0], &[], [100, 100]);
         let then = [chain(&[0xaf], &[900, 900], [100, 100]), restart];
-        let after = chain(&[0xaf], &[5, 6], [0, 0]);
-        let mut robot = binary([drive, then.concat(), after].concat());
+        let after = [resynchronised(VERSION_1), chain(&[0xaf], &[5, 6], [0, 0])];
+        let mut robot = binary([drive, then.concat(), after.concat()].concat());
         robot.drive(100, 100).unwrap();
         assert_eq!(robot.odometry().unwrap().counts, [900, 900]);
         assert_eq!(robot.odometry(), Err(Error::Restarted));
@@ -257,7 +335,7 @@ fn a_restart_is_reported_and_counters_begin_anew() {
 #[test]
 fn stray_lines_before_the_version_do_no_harm() {
     let stray = vec![say_after(0, "z,Command not found\r\nz,Command not found\r\n")];
-    let flushed = vec![hear([FLUSH, b"\r"].concat()), say("z,Command not found\r\n")];
+    let flushed = vec![hear([FLUSH, b"\rD,0,0\r"].concat()), say("z,Command not found\r\n")];
     let begin = [stray, flushed, opening(VERSION_1, EIGHT, true)[1..].to_vec()];
     let mut robot = EPuck::new(Box::new(Scripted::new(begin.concat())));
     robot.begin().unwrap();
@@ -265,10 +343,16 @@ fn stray_lines_before_the_version_do_no_harm() {
 
 #[test]
 fn what_is_no_e_puck_is_not_taken_for_one() {
-    let khepera = || vec![hear([FLUSH, b"\r"].concat()), hear("V\r"), say("z,Protocol error\r\n")];
+    let khepera = || {
+        vec![
+            hear([FLUSH, b"\rD,0,0\r"].concat()),
+            hear("V\r"),
+            say("z,Protocol error\r\n"),
+        ]
+    };
     let mut robot = EPuck::new(Box::new(Scripted::new([khepera(), khepera()].concat())));
     assert!(robot.begin().unwrap_err().may_pass());
-    let silent = || vec![hear([FLUSH, b"\r"].concat()), hear("V\r")];
+    let silent = || vec![hear([FLUSH, b"\rD,0,0\r"].concat()), hear("V\r")];
     let mut robot = EPuck::new(Box::new(Scripted::new([silent(), silent()].concat())));
     assert!(matches!(robot.begin(), Err(Error::TimedOut { .. })));
 }

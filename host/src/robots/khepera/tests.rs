@@ -13,14 +13,14 @@ fn exchanges<'a>(pairs: impl IntoIterator<Item = (&'a str, &'a str)>) -> Vec<Ste
         .collect()
 }
 
-/// Getting back in step.
+/// Getting back in step where the wheels should stand.
 fn resynchronised() -> Vec<Step> {
-    [vec![hear("\r")], exchanges([READY[0]])].concat()
+    [vec![hear("\rD,0,0\r"), say("d\r\n")], exchanges([READY[0]])].concat()
 }
 
 /// What is said until the robot has begun.
 pub(crate) fn opening() -> Vec<Step> {
-    [vec![hear("\r")], exchanges(READY)].concat()
+    [resynchronised(), exchanges([READY[1]])].concat()
 }
 
 /// A robot that has begun, and what it says then.
@@ -183,7 +183,11 @@ fn a_lost_answer_is_asked_for_again() {
 #[test]
 fn a_late_answer_does_not_pass_for_the_next() {
     let steps = [
-        vec![hear("N\r"), hear("\r"), say_after(20, "n,9,9,9,9,9,9,9,9\r\n")],
+        vec![
+            hear("N\r"),
+            hear("\rD,0,0\r"),
+            say_after(20, "n,9,9,9,9,9,9,9,9\r\nd\r\n"),
+        ],
         exchanges([READY[0], ("N\r", "n,1,2,3,4,5,6,7,8\r\n")]),
     ];
     let reading = robot(steps.concat()).sense(&[Kind::Proximity]).unwrap();
@@ -223,27 +227,48 @@ fn what_must_not_be_done_twice_is_tried_once() {
 
 #[test]
 fn silence_ends_within_half_a_second() {
-    let mut robot = robot([hear("D,0,0\r"), hear("\r"), hear("B\r")]);
+    let mut robot = robot([hear("D,0,0\r"), hear("\rD,0,0\r"), hear("B\r")]);
     let start = robot.talk.now();
     assert!(matches!(robot.stop(), Err(Error::TimedOut { command, .. }) if command == "D,0,0"));
     assert!(robot.talk.now() < start + Duration::from_millis(500));
 }
 
+/// Neither a command nor getting back in step after it is answered in time. The answer comes when the robot is told to
+/// stop, and has the right letter; the stop itself is lost.
+#[test]
+fn a_late_answer_does_not_confirm_a_stop() {
+    let steps = [
+        vec![hear("D,9,9\r"), hear("\r"), hear("B\r")],
+        vec![hear("\rD,0,0\r"), say("d\r\n"), say("b,5.02,5.01\r\n"), hear("B\r")],
+    ];
+    let mut robot = robot(steps.concat());
+    assert!(matches!(robot.drive(9, 9), Err(Error::TimedOut { command, .. }) if command == "D,9,9"));
+    assert!(matches!(robot.stop(), Err(Error::TimedOut { command, .. }) if command == "B"));
+}
+
+/// Where wheels turn, getting back in step leaves their speeds alone.
+#[test]
+fn a_lost_answer_does_not_stop_the_wheels() {
+    let steps = [
+        exchanges([("D,9,9\r", "d\r\n")]),
+        vec![hear("N\r"), hear("\r")],
+        exchanges([READY[0], ("N\r", "n,1,2,3,4,5,6,7,8\r\n")]),
+    ];
+    let mut robot = robot(steps.concat());
+    robot.drive(9, 9).unwrap();
+    robot.sense(&[Kind::Proximity]).unwrap();
+}
+
 /// The robot restarts before, in the middle of and after an answer. Then its wheels stand and its counters are 0.
 #[test]
 fn a_restart_is_reported_once() {
-    let before = [vec![say_after(0, BOOT)], exchanges([("H\r", "h,0,0\r\n")])];
-    let instead = [vec![hear("D,5,5\r"), say(BOOT)], exchanges([("H\r", "h,0,0\r\n")])];
-    let amid = [
-        vec![hear("D,5,5\r"), say("d"), say(BOOT)],
-        exchanges([("H\r", "h,0,0\r\n")]),
-    ];
-    let late = [
-        vec![hear("D,5,5\r"), say(&BOOT[..20]), say_after(120, &BOOT[20..])],
-        exchanges([("H\r", "h,0,0\r\n")]),
-    ];
-    for steps in [before, instead, amid, late] {
-        let mut robot = robot(steps.concat());
+    let before = vec![say_after(0, BOOT)];
+    let instead = vec![hear("D,5,5\r"), say(BOOT)];
+    let amid = vec![hear("D,5,5\r"), say("d"), say(BOOT)];
+    let late = vec![hear("D,5,5\r"), say(&BOOT[..20]), say_after(120, &BOOT[20..])];
+    for restart in [before, instead, amid, late] {
+        let after = [resynchronised(), exchanges([("H\r", "h,0,0\r\n")])];
+        let mut robot = robot([restart, after.concat()].concat());
         assert_eq!(robot.drive(5, 5), Err(Error::Restarted));
         assert_eq!(robot.odometry().unwrap().counts, [0, 0]);
     }
@@ -255,7 +280,7 @@ fn a_robot_that_has_just_started_is_recognised() {
     let mut khepera = Khepera::new(Box::new(Scripted::new(steps)));
     khepera.begin().unwrap();
     // The banner comes while the version is asked for.
-    let steps = [vec![hear("\r"), hear("B\r"), say(BOOT)], opening()].concat();
+    let steps = [vec![hear("\rD,0,0\r"), hear("B\r"), say(BOOT)], opening()].concat();
     let mut khepera = Khepera::new(Box::new(Scripted::new(steps)));
     khepera.begin().unwrap();
 }

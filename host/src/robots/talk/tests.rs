@@ -157,37 +157,56 @@ fn a_number_of_bytes_is_taken_and_no_more() {
     assert_eq!(talk.bytes("b", 4), Err(garbage("b", "more than 4 bytes")));
 }
 
+/// Counts what is done to it.
+struct Counted {
+    in_step: bool,
+    restored: Result,
+    attempts: usize,
+    restorations: usize,
+}
+
+impl Stepped for Counted {
+    fn in_step(&mut self) -> &mut bool {
+        &mut self.in_step
+    }
+
+    fn resynchronise(&mut self) -> Result {
+        self.restorations += 1;
+        self.restored.clone()
+    }
+}
+
 /// The order of events of `persistently`: an attempt, order restored, another attempt, as often as allowed.
 #[test]
 fn attempts_are_counted_and_order_is_restored_after_each() {
-    let run = |tries, outcomes: &[Result<u8>], restored: Result| {
-        let (mut attempts, mut restorations) = (0, 0);
-        let outcome = persistently(
-            &mut (),
-            tries,
-            |()| {
-                attempts += 1;
-                outcomes[attempts - 1].clone()
-            },
-            |()| {
-                restorations += 1;
-                restored.clone()
-            },
-        );
-        (outcome, attempts, restorations)
+    let run = |in_step, tries, outcomes: &[Result<u8>], restored: Result| {
+        let mut robot = Counted {
+            in_step,
+            restored,
+            attempts: 0,
+            restorations: 0,
+        };
+        let outcome = persistently(&mut robot, tries, |robot| {
+            robot.attempts += 1;
+            outcomes[robot.attempts - 1].clone()
+        });
+        (outcome, robot.attempts, robot.restorations, robot.in_step)
     };
     let late = || Error::TimedOut {
         command: "N".into(),
         limit: Duration::ZERO,
     };
-    assert_eq!(run(3, &[Ok(7)], Ok(())), (Ok(7), 1, 0));
-    assert_eq!(run(3, &[Err(late()), Err(late()), Ok(7)], Ok(())), (Ok(7), 3, 2));
-    assert_eq!(run(2, &[Err(late()), Err(late()), Ok(7)], Ok(())), (Err(late()), 2, 2));
-    assert_eq!(run(1, &[Err(late()), Ok(7)], Ok(())), (Err(late()), 1, 1));
-    assert_eq!(run(3, &[Err(Error::Restarted)], Ok(())), (Err(Error::Restarted), 1, 0));
-    assert_eq!(run(3, &[Err(late())], Err(garbage("B", "x"))), (Err(late()), 1, 1));
-    assert_eq!(
-        run(3, &[Err(late())], Err(Error::Restarted)),
-        (Err(Error::Restarted), 1, 1)
-    );
+    let bad = || garbage("B", "x");
+    let restart = || Error::Restarted;
+    assert_eq!(run(true, 3, &[Ok(7)], Ok(())), (Ok(7), 1, 0, true));
+    let late_twice = [Err(late()), Err(late()), Ok(7)];
+    assert_eq!(run(true, 3, &late_twice, Ok(())), (Ok(7), 3, 2, true));
+    assert_eq!(run(true, 2, &late_twice, Ok(())), (Err(late()), 2, 2, true));
+    assert_eq!(run(true, 1, &late_twice, Ok(())), (Err(late()), 1, 1, true));
+    assert_eq!(run(true, 3, &[Err(restart())], Ok(())), (Err(restart()), 1, 0, false));
+    assert_eq!(run(true, 3, &late_twice, Err(bad())), (Err(late()), 1, 1, false));
+    assert_eq!(run(true, 3, &late_twice, Err(restart())), (Err(restart()), 1, 1, false));
+    // Out of step, nothing is tried before order is restored.
+    assert_eq!(run(false, 3, &[Ok(7)], Ok(())), (Ok(7), 1, 1, true));
+    assert_eq!(run(false, 3, &[Ok(7)], Err(bad())), (Err(bad()), 0, 1, false));
 }

@@ -45,14 +45,22 @@ fn driven(id: u16, left: i16, right: i16) -> Vec<Step> {
     vec![hear(sent.concat()), say(held)]
 }
 
+/// Programs are ended, whatever the nodes are. The answers may come late.
+fn halted(nodes: &[u16]) -> Vec<Step> {
+    nodes.iter().map(|id| hear(to(0xa006, &[*id]))).collect()
+}
+
 /// The program is ended, and the wheels stop.
 fn begun(id: u16) -> Vec<Step> {
-    [vec![hear(to(0xa006, &[id]))], driven(id, 0, 0)].concat()
+    let halted = [to(0xa006, &[id]), to(0xa007, &[id])].concat();
+    let state = from(id, 0x900a, &words(&[0, 2]));
+    [vec![hear(halted), say(state)], driven(id, 0, 0)].concat()
 }
 
 /// What is said until the robot has begun.
 pub(crate) fn opening(id: u16) -> Vec<Step> {
-    [listed(&[id]), described(id, "thymio-II", &NAMES), begun(id)].concat()
+    let described = described(id, "thymio-II", &NAMES);
+    [listed(&[id]), halted(&[id]), described, begun(id)].concat()
 }
 
 fn connect(steps: Vec<Step>, node: Option<u16>) -> Result<Thymio> {
@@ -98,7 +106,7 @@ fn it_senses_and_drives() {
 #[test]
 fn the_playground_s_e_puck_is_another_body() {
     let names = [("id", 1), ("x", 2), ("speed.left", 1), ("speed.right", 1), ("prox", 8)];
-    let steps = [listed(&[2]), described(2, "e-puck0", &names), begun(2)];
+    let steps = [listed(&[2]), halted(&[2]), described(2, "e-puck0", &names), begun(2)];
     let robot = connect(steps.concat(), None).unwrap();
     assert_eq!(robot.description().robot, "e-puck (Aseba)");
     assert_eq!(robot.description().sensors.len(), 1);
@@ -107,13 +115,13 @@ fn the_playground_s_e_puck_is_another_body() {
 #[test]
 fn of_several_robots_one_has_to_be_named() {
     let described = |id| described(id, "thymio-II", &NAMES);
-    let steps = [listed(&[1, 2]), described(1), described(2)];
+    let steps = [listed(&[1, 2]), halted(&[1, 2]), described(1), described(2)];
     let words = connect(steps.concat(), None).err().unwrap().to_string();
     assert!(
         words.contains("add one of these to the address: #1 (thymio-II), #2 (thymio-II)"),
         "{words}"
     );
-    let steps = [listed(&[1, 2]), described(2), begun(2)];
+    let steps = [listed(&[1, 2]), halted(&[2]), described(2), begun(2)];
     assert!(connect(steps.concat(), Some(2)).is_ok());
     let words = connect(listed(&[1, 2]), Some(3)).err().unwrap().to_string();
     assert!(
@@ -124,14 +132,25 @@ fn of_several_robots_one_has_to_be_named() {
 
 #[test]
 fn what_can_not_drive_is_no_robot() {
-    let steps = [listed(&[1]), described(1, "dummynode", &[("a", 1)])];
+    let steps = [listed(&[1]), halted(&[1]), described(1, "dummynode", &[("a", 1)])];
     let words = connect(steps.concat(), None).err().unwrap().to_string();
     assert!(
         words.contains("has no robot that is known, but node 1, \"dummynode\""),
         "{words}"
     );
-    let steps = [listed(&[1]), described(1, "thymio-II", &NAMES[..3])];
+    let steps = [listed(&[1]), halted(&[1]), described(1, "thymio-II", &NAMES[..3])];
     assert!(matches!(connect(steps.concat(), None), Err(Error::Unknown { .. })));
+}
+
+/// Out of step, and the link babbles on: the robot may hear of the stop all the same.
+#[test]
+fn a_stop_is_sent_before_order_is_restored() {
+    let blind = [to(0xa00c, &[1, 3, 0]), to(0xa00c, &[1, 4, 0])].concat();
+    let steps = [vec![hear(blind)], (0..90).map(|_| say([0xff; 8])).collect()];
+    let mut robot = robot(steps.concat());
+    *robot.network.in_step() = false;
+    assert!(matches!(robot.stop(), Err(Error::Garbage { .. })));
+    robot.network.resynchronise().unwrap();
 }
 
 #[test]
