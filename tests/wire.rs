@@ -260,7 +260,7 @@ fn stop_says_whether_the_robot_confirmed_it() {
     assert_eq!(ran.stdout, "");
     ran.says(&[
         "oneiro: cannot stop: ",
-        "still changing",
+        "step counters have not stood still",
         "The wheels may be turning: lift the robot",
     ]);
     assert_eq!(*robot.speeds.lock().unwrap(), [300, -200]);

@@ -165,11 +165,11 @@ fn used(mut robot: Box<dyn Robot>, work: impl FnOnce(&mut dyn Robot) -> Result) 
     match (outcome, closed(robot)) {
         (outcome, Ok(())) => outcome,
         (Ok(()), Err(error)) => Err(unstopped(&error)),
-        (Err(failure), Err(error)) => Err(unstopped(&error).at(&failure.to_string())),
+        (Err(failure), Err(error)) => Err(unstopped(&error).and(failure)),
     }
 }
 
-/// Stops a robot and closes its link. A restart that it reports first has stopped it, too, but is no confirmation.
+/// Stops a robot and closes its link. A restart that it reports first is no confirmation.
 fn closed(mut robot: Box<dyn Robot>) -> error::Result {
     match robot.stop() {
         Err(Error::Restarted) => robot.close(),

@@ -70,10 +70,12 @@ pub(super) const ROTATION: Group = Group {
     unit: "",
     range: (-32_768.0, 32_767.0),
 };
-const SOUND: Group = Group {
+/// The greatest of some samples less the least: of 12 bits in an e-puck, of 16 in an e-puck2.
+pub(super) const SOUND: Group = Group {
     kind: Kind::Sound,
     names: &["sound_0", "sound_1", "sound_2"],
-    ..PROXIMITY
+    unit: "",
+    range: (0.0, 65_535.0),
 };
 pub(super) const GROUND: Group = Group {
     kind: Kind::Ground,
@@ -280,7 +282,7 @@ impl EPuck {
             let mut values = Vec::new();
             for source in sources {
                 let (answer, next) = rest.split_at(robot.words(source));
-                // A distance and the floor's brightness have no sign.
+                // Some of them have no sign, and 16 bits.
                 let number = |word: &i16| match source.group.range.0 {
                     0.0 => f64::from(*word as u16),
                     _ => f64::from(*word),
@@ -369,7 +371,9 @@ impl Robot for EPuck {
             robot.line(STOP, &[0])?;
             match robot.line("E\r", &[2])?[..] {
                 [0, 0] => Ok(()),
-                ref speeds => Err(garbage("E", &format!("speeds {speeds:?} after a stop"))),
+                ref speeds => Err(Error::StillTurning {
+                    seen: format!("its speeds are {speeds:?}"),
+                }),
             }
         })
     }

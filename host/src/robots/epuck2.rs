@@ -21,13 +21,16 @@ const PATIENCE: Duration = Duration::from_millis(1500);
 const SEND: Duration = Duration::from_millis(200);
 /// The longest cycle of the radio that is usual.
 const CYCLE: Duration = Duration::from_millis(50);
-/// The counters must stand for as long before the wheels are said to.
-const STANDSTILL: Duration = Duration::from_millis(100);
+/// The counters must stand for as long before the wheels are said to: they show 2 steps/s, which is 0.26 mm/s.
+const STANDSTILL: Duration = Duration::from_millis(500);
+/// So many answers in a row must show it. The radio sends one in 20 ms at most: however late they come and however close
+/// together, they span 0.2 s, and show 5 steps/s.
+const EQUAL: usize = 10;
 
 const SOUND: Group = Group {
     kind: Kind::Sound,
     names: &["sound_right", "sound_left", "sound_back", "sound_front"],
-    ..PROXIMITY
+    ..epuck::SOUND
 };
 const MAGNETISM: Group = Group {
     kind: Kind::Magnetism,
@@ -171,15 +174,15 @@ impl Answers {
     }
 }
 
-/// A block and when it came.
+/// A block and when it was taken.
 #[derive(Clone, Debug)]
 struct Arrival {
     block: Block,
     at: Duration,
+    /// The earliest time at which it can have come: that of the last look, unless it was waited for.
+    earliest: Duration,
     /// Greatest age of its readings.
     age: Duration,
-    /// Whether it was waited for; else it came earlier, at an unknown time.
-    awaited: bool,
 }
 
 /// An e-puck2 on Wi-Fi.
@@ -192,16 +195,21 @@ pub(crate) struct EPuck2 {
     newest: Option<Arrival>,
     /// Number of blocks so far.
     blocks: u64,
+    /// Whether any block has come, possible or not.
+    has_answered: bool,
+    /// When all that had come was taken.
+    looked: Duration,
     steps: Unwrapped,
 }
 
 impl EPuck2 {
-    /// Sends the first command, a stop, and waits until the robot has obeyed.
+    /// Sends the first command, a stop, and waits until the robot has obeyed. None if no e-puck2 answers.
     ///
     /// # Errors
-    /// No e-puck2 answers.
-    pub(crate) fn connect(link: Box<dyn Link>) -> Result<Self> {
+    /// An e-puck2 answers and does not stop, or the link fails.
+    pub(crate) fn connect(link: Box<dyn Link>) -> Result<Option<Self>> {
         let mut robot = Self {
+            looked: link.now(),
             link,
             description: Description {
                 robot: "e-puck2".into(),
@@ -214,10 +222,14 @@ impl EPuck2 {
             command: [0; 21],
             newest: None,
             blocks: 0,
+            has_answered: false,
             steps: Unwrapped::default(),
         };
-        robot.begin()?;
-        Ok(robot)
+        match robot.begin() {
+            Ok(()) => Ok(Some(robot)),
+            Err(error) if error.may_pass() && !robot.has_answered => Ok(None),
+            Err(error) => Err(error),
+        }
     }
 
     fn begin(&mut self) -> Result {
@@ -227,19 +239,22 @@ impl EPuck2 {
         self.stop()
     }
 
-    /// Takes what has come. Blocks that can't be are left out: the line between the processors has no checksum.
-    fn take(&mut self, bytes: &[u8], awaited: bool) -> Result {
+    /// Takes what has come, at `earliest` or later. Blocks that can't be are left out: the line between the processors has
+    /// no checksum. The readings of a block are from after the one before was sent. After a restart of the main processor
+    /// the radio passes on its last command again, so it gets another one.
+    fn take(&mut self, bytes: &[u8], earliest: Duration) -> Result {
         let blocks = self.answers.push(bytes);
         let blocks = blocks.map_err(|byte| garbage("a command", &format!("the unknown header {byte:#04x}")))?;
+        self.has_answered |= !blocks.is_empty();
         let at = self.link.now();
         for block in blocks.into_iter().filter(Block::is_sane) {
-            let since = self
-                .newest
-                .as_ref()
-                .map_or(CYCLE, |newest| at.saturating_sub(newest.at));
+            let newest = self.newest.as_ref();
+            let since = newest.map_or(CYCLE, |newest| at.saturating_sub(newest.earliest));
             if self.has_restarted(block.steps(), since) {
                 self.steps = Unwrapped::default();
                 self.newest = None;
+                self.set_speeds([0; 2]);
+                self.transmit()?;
                 return Err(Error::Restarted);
             }
             self.steps.next(block.steps());
@@ -247,8 +262,8 @@ impl EPuck2 {
             self.newest = Some(Arrival {
                 block,
                 at,
+                earliest,
                 age: since.max(CYCLE),
-                awaited,
             });
         }
         Ok(())
@@ -268,27 +283,40 @@ impl EPuck2 {
         // As much as an operating system keeps for a connection, and no more: this must end.
         for _ in 0..2048 {
             match self.link.waiting(&mut buffer)? {
-                0 => break,
-                count => self.take(&buffer[..count], false)?,
+                0 => {
+                    self.looked = self.link.now();
+                    break;
+                }
+                count => self.take(&buffer[..count], self.looked)?,
             }
         }
         Ok(())
     }
 
-    /// Waits for the next block.
-    fn next(&mut self) -> Result<Arrival> {
-        let (before, until) = (self.blocks, self.link.now() + PATIENCE);
+    /// Waits for the next block; none once the time has passed.
+    fn arrival(&mut self, until: Duration) -> Result<Option<Arrival>> {
+        let before = self.blocks;
         let mut buffer = [0; 4096];
         loop {
             match &self.newest {
-                Some(newest) if self.blocks > before => return Ok(newest.clone()),
+                Some(newest) if self.blocks > before => return Ok(Some(newest.clone())),
                 _ => {}
             }
-            match self.link.read(&mut buffer, until)? {
-                0 => return Err(silent(PATIENCE)),
-                count => self.take(&buffer[..count], true)?,
+            let count = self.link.read(&mut buffer, until)?;
+            if count < buffer.len() {
+                self.looked = self.link.now();
+            }
+            match count {
+                0 => return Ok(None),
+                _ => self.take(&buffer[..count], self.looked)?,
             }
         }
+    }
+
+    /// The next block.
+    fn next(&mut self) -> Result<Arrival> {
+        let until = self.link.now() + PATIENCE;
+        self.arrival(until)?.ok_or_else(|| silent(PATIENCE))
     }
 
     /// The newest block, if it came within a cycle; else the next one.
@@ -296,17 +324,29 @@ impl EPuck2 {
         self.drain()?;
         let oldest = self.link.now().saturating_sub(CYCLE);
         match &self.newest {
-            Some(newest) if newest.awaited && newest.at >= oldest => Ok(newest.clone()),
+            Some(newest) if newest.earliest >= oldest => Ok(newest.clone()),
             _ => self.next(),
         }
     }
 
-    /// Sends the command, in one piece: of a part the radio would wait for the rest. It is sent even if what has come makes
-    /// no sense, since it may be a stop.
+    fn set_speeds(&mut self, speeds: [i16; 2]) {
+        for (wheel, speed) in speeds.into_iter().enumerate() {
+            self.command[3 + 2 * wheel..][..2].copy_from_slice(&speed.to_le_bytes());
+        }
+    }
+
+    /// Sends the command. It is sent even if what has come makes no sense, since it may be a stop; after a restart a stop
+    /// was sent instead.
     fn send(&mut self) -> Result {
-        let drained = self.drain();
-        link::send_whole(&mut *self.link, &self.command, SEND)?;
-        drained
+        match self.drain() {
+            Err(Error::Restarted) => Err(Error::Restarted),
+            drained => self.transmit().and(drained),
+        }
+    }
+
+    /// Sends the command in one piece: of a part the radio would wait for the rest.
+    fn transmit(&mut self) -> Result {
+        link::send_whole(&mut *self.link, &self.command, SEND)
     }
 }
 
@@ -337,33 +377,34 @@ impl Robot for EPuck2 {
     }
 
     fn drive(&mut self, left: i32, right: i32) -> Result {
-        for (wheel, speed) in [left, right].into_iter().enumerate() {
-            let speed = speed.clamp(-WHEELS.greatest, WHEELS.greatest) as i16;
-            self.command[3 + 2 * wheel..][..2].copy_from_slice(&speed.to_le_bytes());
-        }
+        self.set_speeds([left, right].map(|speed| speed.clamp(-WHEELS.greatest, WHEELS.greatest) as i16));
         self.send()
     }
 
     /// A command has no answer of its own, so the step counters must stand still.
     fn stop(&mut self) -> Result {
         self.drive(0, 0)?;
-        let start = self.link.now();
-        let mut still: Option<([i16; 2], Duration)> = None;
-        loop {
-            let arrival = self.next()?;
-            let steps = arrival.block.steps();
-            match still {
-                Some((same, since)) if same == steps && arrival.at >= since + STANDSTILL => return Ok(()),
-                Some((same, _)) if same == steps => {}
-                _ => still = Some((steps, arrival.at)),
-            }
-            if arrival.at > start + PATIENCE {
-                return Err(Error::Refused {
-                    command: "the stop".into(),
-                    answer: format!("its step counters are at {steps:?} and still changing"),
-                });
+        let limit = PATIENCE + STANDSTILL;
+        let until = self.link.now() + limit;
+        let (mut first, mut equal): (Option<Arrival>, usize) = (None, 0);
+        while let Some(arrival) = self.arrival(until)? {
+            match &first {
+                Some(first) if first.block.steps() == arrival.block.steps() => {
+                    equal += 1;
+                    if equal >= EQUAL && arrival.at >= first.at + STANDSTILL {
+                        return Ok(());
+                    }
+                }
+                _ => (first, equal) = (Some(arrival), 1),
             }
         }
+        Err(first.map_or(silent(limit), |last| Error::StillTurning {
+            seen: format!(
+                "its step counters have not stood still for {} ms; they were at {:?} last",
+                STANDSTILL.as_millis(),
+                last.block.steps()
+            ),
+        }))
     }
 
     fn light(&mut self, light: usize, on: bool) -> Result {
@@ -404,6 +445,7 @@ impl Robot for EPuck2 {
         self.link.reopen()?;
         self.answers = Answers::default();
         self.newest = None;
+        self.looked = self.link.now();
         self.steps = Unwrapped::default();
         self.begin()
     }

@@ -37,9 +37,16 @@ pub(crate) enum Error {
         /// What it said.
         answer: String,
     },
-    /// The robot has restarted: it stands still, and its counters have begun at 0 again.
-    #[error("the robot has restarted; check its battery, place it again and go on")]
+    /// The robot has restarted: its counters have begun at 0 again, and so have its speeds, unless a program of its own
+    /// drives it.
+    #[error("the robot has restarted, and may drive by itself; stop it and check its battery before going on")]
     Restarted,
+    /// The robot answers, but its wheels have not stopped.
+    #[error("the robot was told to stop, but {seen}; tell it again, or lift it")]
+    StillTurning {
+        /// What shows it.
+        seen: String,
+    },
     /// The link is gone. The wheels may be turning.
     #[error("{link}: the connection is lost: {cause}; check the cable or the radio and connect again")]
     Disconnected {
@@ -91,7 +98,7 @@ impl Error {
     pub(crate) fn may_pass(&self) -> bool {
         matches!(
             self,
-            Self::TimedOut { .. } | Self::Garbage { .. } | Self::Refused { .. }
+            Self::TimedOut { .. } | Self::Garbage { .. } | Self::Refused { .. } | Self::StillTurning { .. }
         )
     }
 }

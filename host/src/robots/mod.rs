@@ -79,7 +79,7 @@ pub(crate) struct Group {
     pub(crate) names: &'static [&'static str],
     /// Unit of a reading; empty for the converter's own.
     pub(crate) unit: &'static str,
-    /// Least and greatest reading that is usual. Where a link has no other check, any other is an error.
+    /// Least and greatest reading. Where a link has no other check, any other is an error.
     pub(crate) range: (f64, f64),
 }
 
@@ -304,12 +304,8 @@ pub(crate) fn connect(wire: &Wire, recording: Option<&Recording>) -> Result<Box<
     let (robots, rates) = match transport {
         Transport::Tcp { .. } => {
             // First, since a stray byte would put the e-puck2's radio out of step with its commands.
-            match epuck2::EPuck2::connect(open(transport, 0)?) {
-                Ok(robot) => return Ok(Box::new(robot)),
-                // It has answered, and its wheels turn on.
-                Err(error @ Error::Refused { .. }) => return Err(error),
-                Err(error) if error.may_pass() => {}
-                Err(error) => return Err(error),
+            if let Some(robot) = epuck2::EPuck2::connect(open(transport, 0)?)? {
+                return Ok(Box::new(robot));
             }
             ("e-puck2 (Wi-Fi), e-puck or Khepera answers".into(), &BAUD_RATES[..1])
         }

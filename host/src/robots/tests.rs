@@ -140,7 +140,7 @@ fn no_call_panics_or_hangs_when_the_robot_goes_mad() {
         robot.begin().unwrap();
         Box::new(robot)
     };
-    let epuck2: Open = |link| Box::new(epuck2::EPuck2::connect(Box::new(link)).unwrap());
+    let epuck2: Open = |link| Box::new(epuck2::EPuck2::connect(Box::new(link)).unwrap().unwrap());
     let thymio: Open = |link| Box::new(thymio::Thymio::connect(Box::new(link), None).unwrap());
     let text = |lines: &[&str]| -> Vec<Vec<u8>> { lines.iter().map(|line| line.as_bytes().to_vec()).collect() };
     let as_1 = |is_binary| epuck::tests::opening(epuck::tests::VERSION_1, epuck::tests::EIGHT, is_binary);
@@ -245,6 +245,6 @@ fn a_recording_over_tcp_plays_back() {
     let text = std::fs::read_to_string(&path).unwrap();
     std::fs::remove_file(&path).unwrap();
     let replay = recording::Replay::parse(&text).unwrap();
-    let mut again = epuck2::EPuck2::connect(Box::new(replay)).unwrap();
+    let mut again = epuck2::EPuck2::connect(Box::new(replay)).unwrap().unwrap();
     assert_eq!(used(&mut again), readings);
 }

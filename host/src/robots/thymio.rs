@@ -267,7 +267,12 @@ impl Robot for Thymio {
             // Getting back in step may fail: the robot must have heard of the stop before.
             self.network.put(self.node.id, &self.targets([0; 2]))?;
         }
-        self.drive(0, 0)
+        self.drive(0, 0).map_err(|error| match error {
+            Error::Refused { answer, .. } => Error::StillTurning {
+                seen: format!("the targets of its motors are {answer}"),
+            },
+            error => error,
+        })
     }
 
     fn light(&mut self, light: usize, _: bool) -> Result {

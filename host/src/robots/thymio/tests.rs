@@ -142,6 +142,16 @@ fn what_can_not_drive_is_no_robot() {
     assert!(matches!(connect(steps.concat(), None), Err(Error::Unknown { .. })));
 }
 
+#[test]
+fn targets_that_stay_are_no_stop() {
+    let [sent, _] = &driven(1, 0, 0)[..] else {
+        unreachable!()
+    };
+    let held = say(from(1, VARIABLES, &words(&[3, 0, 200])));
+    let mut robot = robot(vec![[sent.clone(), held]; 4].concat());
+    assert!(matches!(robot.stop(), Err(Error::StillTurning { seen }) if seen.ends_with("are [0, 200]")));
+}
+
 /// Out of step, and the link babbles on: the robot may hear of the stop all the same.
 #[test]
 fn a_stop_is_sent_before_order_is_restored() {
