@@ -42,7 +42,7 @@ pub(crate) enum Error {
     #[error("the robot has restarted, and may drive by itself; stop it and check its battery before going on")]
     Restarted,
     /// The robot answers, but its wheels have not stopped.
-    #[error("the robot was told to stop, but {seen}; tell it again, or lift it")]
+    #[error("the robot was told to stop, but {seen}; tell it again")]
     StillTurning {
         /// What shows it.
         seen: String,
