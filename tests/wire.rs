@@ -133,7 +133,7 @@ fn list_has_the_forms_of_addresses() {
         assert!(text.contains(form), "{text}");
     }
     let list: Value = serde_json::from_str(&place.good(&["robot", "list", "--json"])).unwrap();
-    assert_eq!(list["addresses"].as_array().unwrap().len(), 4);
+    assert_eq!(list["addresses"].as_array().unwrap().len(), 5);
     assert!(list["ports"].is_array());
 }
 

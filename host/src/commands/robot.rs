@@ -9,9 +9,9 @@ use crate::cli::{Robot as Arguments, RobotCommand, RobotLink};
 use crate::console::{Console, columns};
 use crate::exit::{Failure, Result};
 use crate::files;
-use crate::robots::address::{Address, FORMS, Wire};
+use crate::robots::address::{self, Address, FORMS, Wire};
 use crate::robots::error::{self, Error};
-use crate::robots::link;
+use crate::robots::link::{self, Port};
 use crate::robots::recording::Recording;
 use crate::robots::{self, Battery, Description, Group, Kind, Robot};
 
@@ -29,51 +29,28 @@ pub(crate) fn run(arguments: &Arguments, console: Console) -> Result {
 
 /// Prints the serial ports and the forms of addresses.
 fn list(console: Console) -> Result {
-    const ADDRESSES: [(&str, &str); 4] = [
-        (
-            "serial:PATH",
-            "Khepera, e-puck or e-puck2 at a serial port, USB or Bluetooth; serial:PATH@BAUD if it is slow to find",
-        ),
-        (
-            "tcp:HOST:PORT",
-            "e-puck2 over Wi-Fi (port 1000), or a serial port that a server passes on",
-        ),
-        (
-            "aseba:serial:PATH",
-            "Thymio II over USB or its radio dongle; #NODE after the path if there are several",
-        ),
-        (
-            "aseba:HOST:PORT",
-            "Thymio II behind an Aseba switch, or Aseba's simulator (port 33333); #NODE likewise",
-        ),
-    ];
     let ports = link::ports();
     if console.json() {
-        let port =
-            |(path, about): &(String, String)| json!({ "path": path, "about": about, "address": at_port(path, about) });
+        let port = |port: &Port| json!({ "path": port.path, "about": port.about, "address": at_port(port) });
         let form = |(form, robots): &(&str, &str)| json!({ "form": form, "robots": robots });
         return console.json_data(&json!({
             "ports": ports.iter().map(port).collect::<Vec<_>>(),
-            "addresses": ADDRESSES.iter().map(form).collect::<Vec<_>>(),
+            "addresses": FORMS.iter().map(form).collect::<Vec<_>>(),
         }));
     }
-    let row = |(path, about): &(String, String)| vec![at_port(path, about), known(about).to_owned()];
+    let row = |port: &Port| vec![at_port(port), known(&port.about).to_owned()];
     let text = match &ports.iter().map(row).collect::<Vec<_>>()[..] {
         [] => "no serial port was found\n".to_owned(),
         rows => columns(&["address", "port"], rows),
     };
-    let forms = ADDRESSES.map(|(form, robots)| vec![form.to_owned(), robots.to_owned()]);
+    let forms = FORMS.map(|(form, robots)| vec![form.to_owned(), robots.to_owned()]);
     console.data(format!("{text}\n{}", columns(&["form of address", "robots"], &forms)))
 }
 
-/// The address of a robot at a serial port. 0617 is the vendor of the Thymio II and of its dongle.
-fn at_port(path: &str, about: &str) -> String {
-    let scheme = if about.starts_with("USB 0617:") {
-        "aseba:serial"
-    } else {
-        "serial"
-    };
-    format!("{scheme}:{path}")
+/// The address of a robot at a serial port.
+fn at_port(port: &Port) -> String {
+    let scheme = if port.is_thymio { "aseba:serial" } else { "serial" };
+    format!("{scheme}:{}", port.path)
 }
 
 /// Text of a cell, which is never empty.
@@ -149,7 +126,8 @@ fn wire(address: &str) -> Result<Wire> {
     match address.parse() {
         Ok(Address::Wire(wire)) => Ok(wire),
         Ok(Address::Surrogate(_)) => Err(Failure::input(format_args!(
-            "robot {address}: a surrogate has no link; allowed: {FORMS}"
+            "robot {address}: a surrogate has no link; allowed: {}",
+            address::forms()
         ))),
         Err(invalid) => Err(Failure::input(invalid)),
     }

@@ -22,7 +22,7 @@ pub(crate) enum Address {
 pub(crate) enum Wire {
     /// A robot that says itself what it is: a Khepera, an e-puck or an e-puck2.
     Plain(Transport),
-    /// `aseba:..`: a node of an Aseba network, such as a Thymio II.
+    /// `aseba:..`: a node of an Aseba network, such as a Thymio II. `tcp:` after it may be left out.
     Aseba {
         /// What leads to the network.
         transport: Transport,
@@ -50,9 +50,31 @@ pub(crate) enum Transport {
     },
 }
 
-/// All forms of the address of a robot at the end of a link.
-pub(crate) const FORMS: &str = "serial:PATH, serial:PATH@BAUD, tcp:HOST:PORT, aseba:HOST:PORT, aseba:serial:PATH, \
-                                the last two also with #NODE";
+/// Forms of the address of a robot at the end of a link, and the robots that have it.
+pub(crate) const FORMS: [(&str, &str); 5] = [
+    (
+        "serial:PATH",
+        "Khepera, e-puck or e-puck2 at a serial port, USB or Bluetooth",
+    ),
+    ("serial:PATH@BAUD", "the same, if it is slow to find"),
+    (
+        "tcp:HOST:PORT",
+        "e-puck2 over Wi-Fi (port 1000), or a serial port that a server passes on",
+    ),
+    (
+        "aseba:serial:PATH",
+        "Thymio II over USB or its radio dongle; #NODE after the path if there are several",
+    ),
+    (
+        "aseba:HOST:PORT",
+        "Thymio II behind an Aseba switch, or Aseba's simulator (port 33333); #NODE likewise",
+    ),
+];
+
+/// All forms, for messages.
+pub(crate) fn forms() -> String {
+    FORMS.map(|(form, _)| form).join(", ") + ", the last two also with #NODE"
+}
 
 const BAUD_RATES: RangeInclusive<u32> = 300..=4_000_000;
 
@@ -78,13 +100,13 @@ impl FromStr for Address {
 fn parse(text: &str) -> Result<Address, String> {
     let (scheme, rest) = text
         .split_once(':')
-        .ok_or_else(|| format!("does not say how to reach it; allowed: {FORMS}"))?;
+        .ok_or_else(|| format!("does not say how to reach it; allowed: {}", forms()))?;
     match scheme {
         "surrogate" => number(rest, "seed", &(0..=u64::MAX)).map(Address::Surrogate),
         "serial" => serial(rest).map(|transport| Address::Wire(Wire::Plain(transport))),
         "tcp" => tcp(rest).map(|transport| Address::Wire(Wire::Plain(transport))),
         "aseba" => aseba(rest).map(Address::Wire),
-        _ => Err(format!("`{scheme}` is no way to reach a robot; allowed: {FORMS}")),
+        _ => Err(format!("`{scheme}` is no way to reach a robot; allowed: {}", forms())),
     }
 }
 
@@ -95,7 +117,7 @@ fn aseba(text: &str) -> Result<Wire, String> {
     };
     let transport = match place.strip_prefix("serial:") {
         Some(port) => serial(port)?,
-        None => tcp(place)?,
+        None => tcp(place.strip_prefix("tcp:").unwrap_or(place))?,
     };
     Ok(Wire::Aseba { transport, node })
 }
@@ -210,6 +232,8 @@ mod tests {
                 node: Some(2),
             })
         );
+        let with_tcp = "aseba:tcp:localhost:33333#2".parse::<Address>().unwrap();
+        assert_eq!(with_tcp, "aseba:localhost:33333#2".parse().unwrap());
         assert_eq!(
             "tcp:[::1]:33333".parse::<Address>().unwrap(),
             Address::Wire(Wire::Plain(Transport::Tcp {

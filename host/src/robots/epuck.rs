@@ -16,7 +16,7 @@ use super::{Battery, Description, Group, Kind, Odometry, Reading, Robot, Unwrapp
 
 /// In the lines that the robot sends when it starts, after a form feed and a bell.
 const BANNER: &str = "WELCOME to the SerCom protocol";
-/// Bluetooth delays single answers by some 100 ms.
+/// Over a cable, or over what may be Bluetooth for all that the system tells: that delays single answers by some 100 ms.
 const PATIENCE: Duration = Duration::from_millis(500);
 const SILENCE: Duration = Duration::from_millis(60);
 const TRIES: u32 = 3;
@@ -188,6 +188,11 @@ impl EPuck {
         self.description.robot = if self.is_2() { "e-puck2" } else { "e-puck" }.into();
         self.description.sensors = self.sources().map(|source| source.group).collect();
         Ok(())
+    }
+
+    /// Whether an e-puck has answered, ever.
+    pub(crate) fn has_answered(&self) -> bool {
+        !self.description.firmware.is_empty()
     }
 
     /// Whether it is an e-puck2, by its version: "Version 2.0 January 2018 GCtronic".
@@ -425,8 +430,10 @@ impl Robot for EPuck {
     }
 
     fn reconnect(&mut self) -> Result {
+        let before = self.description.robot.clone();
         self.talk.link().reopen()?;
-        self.begin()
+        self.begin()?;
+        self.description.is_still(&before, self.talk.link().name())
     }
 }
 

@@ -1,5 +1,6 @@
 //! Reasons why a robot can't be used. Each message says what to do.
 
+use std::borrow::Cow;
 use std::io;
 use std::time::Duration;
 
@@ -7,9 +8,10 @@ use std::time::Duration;
 pub(crate) type Result<T = ()> = std::result::Result<T, Error>;
 
 /// Reason why a call to a robot failed.
-#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[derive(Clone, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize, thiserror::Error)]
+#[serde(rename_all = "snake_case")]
 pub(crate) enum Error {
-    /// The robot did not answer, or took no bytes, in time. Its wheels may be turning.
+    /// The robot did not answer in time. Its wheels may be turning.
     #[error(
         "no answer to {command} within {} ms; check that the robot is on and in range, and that no other program \
          talks to it",
@@ -19,6 +21,17 @@ pub(crate) enum Error {
         /// What was asked.
         command: String,
         /// How long the driver waited.
+        limit: Duration,
+    },
+    /// The link did not take all bytes in time. The wheels may be turning.
+    #[error(
+        "{bytes} bytes could not be sent within {} ms; check that the robot is on, and the flow control of its link",
+        limit.as_millis()
+    )]
+    Unsent {
+        /// How many there were.
+        bytes: usize,
+        /// How long the link had.
         limit: Duration,
     },
     /// What the robot sent is no answer to what was asked.
@@ -63,7 +76,7 @@ pub(crate) enum Error {
         /// The system's message.
         cause: String,
         /// What to do.
-        advice: &'static str,
+        advice: Cow<'static, str>,
     },
     /// No robot answers, none that is known, or several.
     #[error("{link}: {problem}")]
@@ -98,7 +111,11 @@ impl Error {
     pub(crate) fn may_pass(&self) -> bool {
         matches!(
             self,
-            Self::TimedOut { .. } | Self::Garbage { .. } | Self::Refused { .. } | Self::StillTurning { .. }
+            Self::TimedOut { .. }
+                | Self::Unsent { .. }
+                | Self::Garbage { .. }
+                | Self::Refused { .. }
+                | Self::StillTurning { .. }
         )
     }
 }

@@ -13,7 +13,7 @@ use super::{Battery, Description, Group, Kind, Odometry, Reading, Robot, Wheels}
 
 /// In the lines that the robot sends when it starts (K-Team, "Khepera II FAQ").
 const BANNER: &str = "ROM of minirobot KHEPERA";
-/// The longest answer takes 52 ms at 9600 baud, and Player's driver waits 100 ms.
+/// Over a cable. The longest answer takes 52 ms at 9600 baud, and Player's driver waits 100 ms.
 const PATIENCE: Duration = Duration::from_millis(150);
 /// Between two bytes of one answer there are 1.2 ms at 9600 baud, and up to 16 ms in an adapter to USB.
 const SILENCE: Duration = Duration::from_millis(50);
@@ -157,13 +157,15 @@ impl Command {
     /// How many numbers are answered, and their range; none if the answer is text.
     fn numbers(&self) -> Option<(usize, (i64, i64))> {
         let any = talk::ANY;
+        let of = |group: Group| (group.names.len(), (group.range.0 as i64, group.range.1 as i64));
         Some(match self {
             Self::Version | Self::Turret(..) => return None,
-            Self::Speeds => (2, (-255, 255)),
+            Self::Speeds => of(WHEEL_SPEED),
             Self::Positions => (2, any),
             Self::Analogue(_) => (1, (0, 1023)),
             Self::Status => (6, any),
-            Self::Proximity | Self::Ambient => (8, (0, 1023)),
+            Self::Proximity => of(PROXIMITY),
+            Self::Ambient => of(LIGHT),
             Self::ReadBus(_) => (1, (0, 255)),
             _ => (0, any),
         })
@@ -222,6 +224,11 @@ impl Khepera {
         self.speeds = [0; 2];
         talk::afresh(self)?;
         self.stop()
+    }
+
+    /// Whether a Khepera has answered, ever.
+    pub(crate) fn has_answered(&self) -> bool {
+        !self.description.firmware.is_empty()
     }
 
     /// Sends a command and returns the answer. A command that fails is repeated, unless that could do it twice.

@@ -7,7 +7,7 @@ use std::net::{TcpStream, ToSocketAddrs};
 use std::sync::LazyLock;
 use std::time::{Duration, Instant};
 
-use serialport::{DataBits, FlowControl, Parity, SerialPort, StopBits};
+use serialport::{DataBits, FlowControl, Parity, SerialPort, SerialPortType, StopBits};
 
 use super::address::Transport;
 use super::error::{Error, Result};
@@ -41,6 +41,11 @@ pub(crate) trait Link: Clock + Send {
     /// The link is lost, or did not take them until `until`; some may be sent then.
     fn write(&mut self, bytes: &[u8], until: Duration) -> Result;
 
+    /// How much later than over a cable an answer may come.
+    fn delay(&self) -> Duration {
+        Duration::ZERO
+    }
+
     /// Closes the link and opens it again.
     ///
     /// # Errors
@@ -48,17 +53,26 @@ pub(crate) trait Link: Clock + Send {
     fn reopen(&mut self) -> Result;
 }
 
-/// Opens a link. A serial port is opened at `baud`, unless its address says otherwise.
+/// TCP sends a lost packet again after 1 s at first (RFC 6298).
+const NETWORK_DELAY: Duration = Duration::from_secs(1);
+/// Most answers come within some 100 ms over Bluetooth, but GCtronic's driver for ROS waits for 10 s. Who drives can't wait
+/// as long: this is our own limit.
+const BLUETOOTH_DELAY: Duration = Duration::from_secs(2);
+/// Of a serial port whose address gives none, where it doesn't matter.
+const BAUD_RATE: u32 = 115_200;
+
+/// Opens a link.
 ///
 /// # Errors
 /// The link can't be opened.
-pub(crate) fn open(transport: &Transport, baud: u32) -> Result<Box<dyn Link>> {
+pub(crate) fn open(transport: &Transport) -> Result<Box<dyn Link>> {
     let name = transport.to_string();
     let mut link: Box<dyn Link> = match transport {
-        Transport::Serial { path, baud: given } => Box::new(Serial {
+        Transport::Serial { path, baud } => Box::new(Serial {
             name,
             path: path.clone(),
-            baud: given.unwrap_or(baud),
+            baud: baud.unwrap_or(BAUD_RATE),
+            is_bluetooth: is_bluetooth(path),
             port: None,
         }),
         Transport::Tcp { host, port } => Box::new(Tcp {
@@ -79,7 +93,7 @@ pub(crate) fn open(transport: &Transport, baud: u32) -> Result<Box<dyn Link>> {
 pub(crate) fn send_whole(link: &mut dyn Link, bytes: &[u8], limit: Duration) -> Result {
     let until = link.now() + limit;
     link.write(bytes, until).map_err(|error| match error {
-        Error::TimedOut { .. } => Error::Disconnected {
+        Error::Unsent { .. } => Error::Disconnected {
             link: link.name().into(),
             cause: format!("nothing was taken for {} ms", limit.as_millis()),
         },
@@ -87,36 +101,61 @@ pub(crate) fn send_whole(link: &mut dyn Link, bytes: &[u8], limit: Duration) -> 
     })
 }
 
-/// Serial ports of this machine that could lead to a robot: paths, and what the system knows of each.
-pub(crate) fn ports() -> Vec<(String, String)> {
-    let mut ports: Vec<_> = serialport::available_ports()
-        .unwrap_or_default()
-        .into_iter()
-        .map(|port| {
-            let about = match port.port_type {
-                serialport::SerialPortType::UsbPort(usb) => {
-                    let product = usb.product.unwrap_or_default();
-                    format!("USB {:04x}:{:04x} {product}", usb.vid, usb.pid)
-                        .trim_end()
-                        .into()
-                }
-                serialport::SerialPortType::BluetoothPort => "Bluetooth".into(),
-                serialport::SerialPortType::PciPort => "built in".into(),
-                serialport::SerialPortType::Unknown => String::new(),
-            };
-            (port.port_name, about)
-        })
-        .collect();
+/// A serial port of this machine.
+#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub(crate) struct Port {
+    pub(crate) path: String,
+    /// What the system knows of it, if anything.
+    pub(crate) about: String,
+    /// Whether a Thymio II or its dongle is there, by the vendor's number.
+    pub(crate) is_thymio: bool,
+    pub(crate) is_bluetooth: bool,
+}
+
+impl Port {
+    const THYMIO: u16 = 0x0617;
+
+    fn new(path: String, kind: SerialPortType) -> Self {
+        let is_thymio = matches!(&kind, SerialPortType::UsbPort(usb) if usb.vid == Self::THYMIO);
+        let is_bluetooth = kind == SerialPortType::BluetoothPort;
+        let about = match kind {
+            SerialPortType::UsbPort(usb) => {
+                let product = usb.product.unwrap_or_default();
+                let about = format!("USB {:04x}:{:04x} {product}", usb.vid, usb.pid);
+                about.trim_end().into()
+            }
+            SerialPortType::BluetoothPort => "Bluetooth".into(),
+            SerialPortType::PciPort => "built in".into(),
+            SerialPortType::Unknown => String::new(),
+        };
+        Self {
+            path,
+            about,
+            is_thymio,
+            is_bluetooth,
+        }
+    }
+}
+
+/// Serial ports of this machine that could lead to a robot.
+pub(crate) fn ports() -> Vec<Port> {
+    let listed = serialport::available_ports().unwrap_or_default().into_iter();
+    let mut ports: Vec<Port> = listed.map(|port| Port::new(port.port_name, port.port_type)).collect();
     // Bound Bluetooth channels, which the system lists among its terminals only.
     let terminals = fs::read_dir("/dev").into_iter().flatten().flatten();
     let channels = terminals.filter(|entry| entry.file_name().to_string_lossy().starts_with("rfcomm"));
     for path in channels.map(|entry| entry.path().display().to_string()) {
-        if ports.iter().all(|(port, _)| *port != path) {
-            ports.push((path, "Bluetooth".into()));
-        }
+        ports.retain(|port| port.path != path);
+        ports.push(Port::new(path, SerialPortType::BluetoothPort));
     }
     ports.sort();
     ports
+}
+
+/// Whether a path leads to a Bluetooth channel, as far as the system tells.
+pub(crate) fn is_bluetooth(path: &str) -> bool {
+    let real = fs::canonicalize(path).map_or(path.into(), |path| path.display().to_string());
+    ports().iter().any(|port| port.is_bluetooth && port.path == real)
 }
 
 fn wall() -> Duration {
@@ -151,8 +190,8 @@ fn all(
     while sent < bytes.len() {
         let left = until.saturating_sub(wall());
         if left.is_zero() {
-            return Err(Error::TimedOut {
-                command: format!("{} bytes that could not be sent", bytes.len()),
+            return Err(Error::Unsent {
+                bytes: bytes.len(),
                 limit: until.saturating_sub(start),
             });
         }
@@ -176,6 +215,7 @@ struct Serial {
     name: String,
     path: String,
     baud: u32,
+    is_bluetooth: bool,
     port: Option<Box<dyn SerialPort>>,
 }
 
@@ -228,6 +268,14 @@ impl Link for Serial {
         })
     }
 
+    fn delay(&self) -> Duration {
+        if self.is_bluetooth {
+            BLUETOOTH_DELAY
+        } else {
+            Duration::ZERO
+        }
+    }
+
     fn reopen(&mut self) -> Result {
         // A port is opened by one at a time.
         self.port = None;
@@ -246,7 +294,8 @@ impl Link for Serial {
                      log in again"
                 }
                 _ => "check the path and the cable, and that no other program has the port open",
-            },
+            }
+            .into(),
         })?;
         // A Thymio II is silent without DTR (its firmware). Pseudo-terminals have none.
         let _ = port.write_data_terminal_ready(true);
@@ -323,13 +372,18 @@ impl Link for Tcp {
         })
     }
 
+    fn delay(&self) -> Duration {
+        NETWORK_DELAY
+    }
+
     fn reopen(&mut self) -> Result {
         self.stream = None;
         let stream = self.connected().map_err(|error| Error::Unavailable {
             link: self.name.clone(),
             cause: error.to_string(),
             advice: "check the host and the port, that the robot is in the same network, and that no other program is \
-                     connected to it",
+                     connected to it"
+                .into(),
         })?;
         self.stream = Some(stream);
         Ok(())
@@ -348,7 +402,7 @@ mod tests {
         let listener = TcpListener::bind("127.0.0.1:0").unwrap();
         let port = listener.local_addr().unwrap().port();
         let host = "127.0.0.1".into();
-        let link = open(&Transport::Tcp { host, port }, 9600).unwrap();
+        let link = open(&Transport::Tcp { host, port }).unwrap();
         let (peer, _) = listener.accept().unwrap();
         (link, peer, listener)
     }
@@ -391,7 +445,7 @@ mod tests {
             let until = link.now() + Duration::from_millis(50);
             link.write(&megabyte, until).err()
         });
-        assert!(matches!(refused, Some(Error::TimedOut { .. })));
+        assert!(matches!(refused, Some(Error::Unsent { .. })));
         assert!(link.now() < start + LONG);
     }
 
@@ -416,7 +470,8 @@ mod tests {
         let (mut peer, port) = serialport::TTYPort::pair().unwrap();
         let path = port.name().unwrap();
         drop(port);
-        let mut link = open(&Transport::Serial { path, baud: None }, 38_400).unwrap();
+        let baud = Some(38_400);
+        let mut link = open(&Transport::Serial { path, baud }).unwrap();
         let mut buffer = [0; 16];
         assert_eq!(link.waiting(&mut buffer).unwrap(), 0);
         let until = link.now() + Duration::from_millis(30);
@@ -440,16 +495,42 @@ mod tests {
             let until = link.now() + Duration::from_millis(20);
             link.write(&[0; 1024], until).err()
         });
-        assert!(matches!(refused, Some(Error::TimedOut { .. })));
+        assert!(matches!(refused, Some(Error::Unsent { .. })));
         assert!(link.now() < start + LONG);
         drop(peer);
         assert!(matches!(link.read(&mut buffer, until), Err(Error::Disconnected { .. })));
     }
 
     #[test]
+    fn ports_say_what_the_system_knows() {
+        let usb = |vid, product: Option<&str>| {
+            let (pid, manufacturer, serial_number) = (0x000a, None, None);
+            SerialPortType::UsbPort(serialport::UsbPortInfo {
+                vid,
+                pid,
+                serial_number,
+                manufacturer,
+                product: product.map(Into::into),
+            })
+        };
+        for (kind, about, is_thymio, is_bluetooth) in [
+            (usb(0x0617, Some("Thymio-II")), "USB 0617:000a Thymio-II", true, false),
+            (usb(0x0403, None), "USB 0403:000a", false, false),
+            (SerialPortType::BluetoothPort, "Bluetooth", false, true),
+            (SerialPortType::Unknown, "", false, false),
+        ] {
+            let port = Port::new("/dev/x".into(), kind);
+            assert_eq!(
+                (&port.about[..], port.is_thymio, port.is_bluetooth),
+                (about, is_thymio, is_bluetooth)
+            );
+        }
+    }
+
+    #[test]
     fn what_can_not_be_opened_says_what_to_do() {
         let path = "/dev/there is no such port".into();
-        let refusal = open(&Transport::Serial { path, baud: None }, 9600).err().unwrap();
+        let refusal = open(&Transport::Serial { path, baud: None }).err().unwrap();
         let words = refusal.to_string();
         assert!(
             words.starts_with("serial:/dev/there is no such port: can't be opened: "),

@@ -54,19 +54,8 @@ pub(crate) enum Kind {
 
 impl fmt::Display for Kind {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(match self {
-            Self::Proximity => "proximity",
-            Self::Light => "light",
-            Self::Ground => "ground",
-            Self::Distance => "distance",
-            Self::Acceleration => "acceleration",
-            Self::Rotation => "rotation",
-            Self::Magnetism => "magnetism",
-            Self::Sound => "sound",
-            Self::Temperature => "temperature",
-            Self::Button => "button",
-            Self::WheelSpeed => "wheel_speed",
-        })
+        let name = clap::ValueEnum::to_possible_value(self);
+        name.map_or(Ok(()), |name| f.write_str(name.get_name()))
     }
 }
 
@@ -150,6 +139,23 @@ impl Description {
             count => format!("0 to {}", count - 1),
         };
         Err(self.lacks(&format!("light {light}"), &allowed))
+    }
+
+    /// Checks that the robot at a link is of the kind that it was.
+    ///
+    /// # Errors
+    /// It is another.
+    fn is_still(&self, before: &str, link: &str) -> Result {
+        if self.robot == before {
+            return Ok(());
+        }
+        Err(Error::Unknown {
+            link: link.into(),
+            problem: format!(
+                "{before} was there, and now {} answers; connect to it as a new robot",
+                self.robot
+            ),
+        })
     }
 
     fn lacks(&self, what: &str, allowed: &str) -> Error {
@@ -285,40 +291,49 @@ const BAUD_RATES: [u32; 5] = [115_200, 9600, 38_400, 19_200, 57_600];
 /// # Errors
 /// The link can't be opened, or no known robot answers.
 pub(crate) fn connect(wire: &Wire, recording: Option<&Recording>) -> Result<Box<dyn Robot>> {
-    let open = |transport: &Transport, baud: u32| -> Result<Box<dyn Link>> {
-        let link = link::open(transport, baud)?;
+    let open = |transport: &Transport| -> Result<Box<dyn Link>> {
+        let link = link::open(transport)?;
         Ok(match recording {
             Some(recording) => recording.of(link),
             None => link,
         })
     };
     let transport = match wire {
-        Wire::Aseba { transport, node } => {
-            return Ok(Box::new(thymio::Thymio::connect(
-                open(transport, BAUD_RATES[0])?,
-                *node,
-            )?));
-        }
+        Wire::Aseba { transport, node } => return Ok(Box::new(thymio::Thymio::connect(open(transport)?, *node)?)),
         Wire::Plain(transport) => transport,
     };
-    let (robots, rates) = match transport {
+    let (robots, transports) = match transport {
         Transport::Tcp { .. } => {
             // First, since a stray byte would put the e-puck2's radio out of step with its commands.
-            if let Some(robot) = epuck2::EPuck2::connect(open(transport, 0)?)? {
+            if let Some(robot) = epuck2::EPuck2::connect(open(transport)?)? {
                 return Ok(Box::new(robot));
             }
-            ("e-puck2 (Wi-Fi), e-puck or Khepera answers".into(), &BAUD_RATES[..1])
+            (
+                "e-puck2 (Wi-Fi), e-puck or Khepera answers".into(),
+                vec![transport.clone()],
+            )
         }
-        Transport::Serial { baud: Some(baud), .. } => {
-            (format!("e-puck or Khepera answers at {baud} baud"), &BAUD_RATES[..1])
-        }
-        Transport::Serial { baud: None, .. } => (
-            "e-puck or Khepera answers at 9600 to 115200 baud".into(),
-            &BAUD_RATES[..],
+        Transport::Serial { baud: Some(baud), .. } => (
+            format!("e-puck or Khepera answers at {baud} baud"),
+            vec![transport.clone()],
         ),
+        // A Bluetooth channel has no baud rate.
+        Transport::Serial { path, baud: None } if link::is_bluetooth(path) => {
+            ("e-puck or Khepera answers".into(), vec![transport.clone()])
+        }
+        Transport::Serial { path, baud: None } => {
+            let at = |baud| Transport::Serial {
+                path: path.clone(),
+                baud: Some(baud),
+            };
+            (
+                "e-puck or Khepera answers at 9600 to 115200 baud".into(),
+                BAUD_RATES.map(at).into(),
+            )
+        }
     };
-    for &baud in rates {
-        if let Some(robot) = recognise(open(transport, baud)?)? {
+    for transport in &transports {
+        if let Some(robot) = recognise(open(transport)?)? {
             return Ok(robot);
         }
     }
@@ -331,19 +346,22 @@ pub(crate) fn connect(wire: &Wire, recording: Option<&Recording>) -> Result<Box<
     })
 }
 
-/// The robot that talks in lines at the end of a link; none if nothing known answers. Neither question does anything to the
-/// other robot: an e-puck's `V` is unknown to a Khepera, whose `B` would switch an e-puck's light off.
+/// The robot that talks in lines at the end of a link; none if nothing known answers. An e-puck is asked for first: its `V`
+/// is unknown to a Khepera, but a Khepera's `B` would switch an e-puck's light off.
+///
+/// # Errors
+/// A robot answers and does not stop, or the link fails.
 fn recognise(link: Box<dyn Link>) -> Result<Option<Box<dyn Robot>>> {
     let mut epuck = epuck::EPuck::new(link);
     match epuck.begin() {
         Ok(()) => return Ok(Some(Box::new(epuck))),
-        Err(error) if error.may_pass() => {}
+        Err(error) if error.may_pass() && !epuck.has_answered() => {}
         Err(error) => return Err(error),
     }
     let mut khepera = khepera::Khepera::new(epuck.into_link());
     match khepera.begin() {
         Ok(()) => Ok(Some(Box::new(khepera))),
-        Err(error) if error.may_pass() => Ok(None),
+        Err(error) if error.may_pass() && !khepera.has_answered() => Ok(None),
         Err(error) => Err(error),
     }
 }

@@ -69,6 +69,7 @@ pub(crate) struct Scripted {
     steps: VecDeque<Step>,
     /// The most bytes that one read returns.
     chunk: usize,
+    delay: Duration,
     open: bool,
     /// What comes after the script.
     noise: Option<Noise>,
@@ -89,6 +90,7 @@ impl Scripted {
             last: Duration::from_secs(100),
             steps: steps.into_iter().collect(),
             chunk: usize::MAX,
+            delay: Duration::ZERO,
             open: true,
             noise: None,
         }
@@ -108,6 +110,12 @@ impl Scripted {
     /// The same, where bytes come in chunks of this size at most.
     pub(crate) fn in_chunks(mut self, chunk: usize) -> Self {
         self.chunk = chunk;
+        self
+    }
+
+    /// The same, which may delay answers by some milliseconds.
+    pub(crate) fn delayed(mut self, ms: u64) -> Self {
+        self.delay = Duration::from_millis(ms);
         self
     }
 
@@ -234,6 +242,10 @@ impl Link for Scripted {
             }
             step => panic!("{:?} was sent where the script has {step:?}", super::talk::shown(bytes)),
         }
+    }
+
+    fn delay(&self) -> Duration {
+        self.delay
     }
 
     fn reopen(&mut self) -> Result {

@@ -158,8 +158,9 @@ pub(crate) struct Talk {
 }
 
 impl Talk {
-    /// A conversation over a link.
+    /// A conversation over a link. `patience` is how long an answer may take over a cable.
     pub(crate) fn new(link: Box<dyn Link>, banner: &'static str, patience: Duration) -> Self {
+        let patience = patience + link.delay();
         Self {
             link,
             received: Received::default(),

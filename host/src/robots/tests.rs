@@ -45,6 +45,18 @@ fn what_says_nothing_known_is_not_recognised() {
     assert!(matches!(recognised(lost), Err(Error::Disconnected { .. })));
 }
 
+/// What has said what it is, and does not stop, is not asked whether it is something else.
+#[test]
+fn a_robot_that_does_not_stop_is_an_error() {
+    let epuck = epuck::tests::opening_that_keeps("e,5,5\r\n");
+    assert!(matches!(recognised(epuck), Err(Error::StillTurning { .. })));
+    let khepera = vec![hear("\rD,0,0\r"), hear("B\r"), say("b,5.02,5.01\r\n")];
+    let unanswered = [vec![hear("D,0,0\r")], khepera.clone()].concat();
+    let unanswered = vec![unanswered; 3].concat();
+    let steps = [asked_as_an_e_puck(None), khepera, unanswered];
+    assert!(matches!(recognised(steps.concat()), Err(Error::TimedOut { command, .. }) if command == "D,0,0"));
+}
+
 /// Listens, and for each connection answers what `answer` makes of the bytes so far, of which it takes what it has
 /// understood; as long as it does, it is asked again.
 fn listen(connections: usize, answer: impl Fn(&mut Vec<u8>) -> Vec<u8> + Send + 'static) -> Wire {
@@ -244,7 +256,7 @@ fn a_recording_over_tcp_plays_back() {
 
     let text = std::fs::read_to_string(&path).unwrap();
     std::fs::remove_file(&path).unwrap();
-    let replay = recording::Replay::parse(&text).unwrap();
-    let mut again = epuck2::EPuck2::connect(Box::new(replay)).unwrap().unwrap();
+    let mut replays = recording::replay::Replay::parse(&text).unwrap();
+    let mut again = epuck2::EPuck2::connect(Box::new(replays.remove(0))).unwrap().unwrap();
     assert_eq!(used(&mut again), readings);
 }

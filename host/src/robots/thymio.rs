@@ -299,12 +299,14 @@ impl Robot for Thymio {
     }
 
     fn reconnect(&mut self) -> Result {
+        let before = self.description.robot.clone();
         self.network.reopen()?;
         // Addresses may have changed with the firmware.
         let (node, body) = find(&mut self.network, Some(self.node.id))?;
         self.description = describe(&node, body);
         (self.node, self.body) = (node, body);
-        self.begin()
+        self.begin()?;
+        self.description.is_still(&before, self.network.name())
     }
 }
 

@@ -49,6 +49,12 @@ pub(crate) fn opening(version: &str, infrared: &str, is_binary: bool) -> Vec<Ste
     [resynchronised(version), stopped("e,0,0\r\n"), text, probe].concat()
 }
 
+/// An opening in which the robot never has the speeds 0.
+pub(crate) fn opening_that_keeps(speeds: &str) -> Vec<Step> {
+    let kept = [stopped(speeds), resynchronised(VERSION_1)].concat();
+    [resynchronised(VERSION_1), vec![kept; TRIES as usize].concat()].concat()
+}
+
 fn begun(opening: Vec<Step>, steps: Vec<Step>) -> EPuck {
     let mut robot = EPuck::new(Box::new(Scripted::new([opening, steps].concat())));
     robot.begin().unwrap();
@@ -365,6 +371,13 @@ fn a_lost_link_is_opened_again() {
     let mut robot = binary(steps.concat());
     assert!(matches!(robot.drive(1, 1), Err(Error::Disconnected { .. })));
     robot.reconnect().unwrap();
+}
+
+#[test]
+fn another_kind_of_robot_is_not_taken_for_the_one_before() {
+    let steps = [vec![Step::Reopen], opening(VERSION_2, EIGHT, true)].concat();
+    let words = binary(steps).reconnect().unwrap_err().to_string();
+    assert!(words.contains("e-puck was there, and now e-puck2 answers"), "{words}");
 }
 
 #[test]

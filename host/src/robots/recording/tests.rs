@@ -2,8 +2,10 @@ use std::fs;
 
 use super::super::Kind;
 use super::super::Robot;
+use super::super::error::Error;
 use super::super::khepera::Khepera;
 use super::super::script::{Scripted, Step, hear, say, say_after};
+use super::replay::Replay;
 use super::*;
 
 fn file(name: &str) -> std::path::PathBuf {
@@ -39,10 +41,93 @@ fn used(link: Box<dyn Link>) -> String {
         format!("{:?}", robot.begin()),
         format!("{:?}", robot.sense(&[Kind::Proximity]).map(|reading| reading.values)),
         format!("{:?}", robot.drive(5, 5)),
-        format!("{:?}", robot.odometry().is_err()),
+        format!("{:?}", robot.odometry().map(|odometry| odometry.counts)),
         format!("{:?}", robot.reconnect()),
     ];
     outcomes.join("\n")
+}
+
+/// The only link of a recording.
+fn replay(text: &str) -> Replay {
+    let mut replays = Replay::parse(text).unwrap();
+    assert_eq!(replays.len(), 1);
+    replays.remove(0)
+}
+
+/// A link whose calls all fail.
+struct Failing(Error);
+
+impl Clock for Failing {
+    fn now(&self) -> Duration {
+        Duration::from_millis(1500)
+    }
+}
+
+impl Link for Failing {
+    fn name(&self) -> &'static str {
+        "serial:/dev/x@9600"
+    }
+
+    fn read(&mut self, _: &mut [u8], _: Duration) -> Result<usize> {
+        Err(self.0.clone())
+    }
+
+    fn waiting(&mut self, _: &mut [u8]) -> Result<usize> {
+        Err(self.0.clone())
+    }
+
+    fn write(&mut self, _: &[u8], _: Duration) -> Result {
+        Err(self.0.clone())
+    }
+
+    fn reopen(&mut self) -> Result {
+        Err(self.0.clone())
+    }
+}
+
+/// Every error that a link returns, over two links in one file.
+#[test]
+fn errors_play_back_as_they_were() {
+    let link = || "serial:/dev/x@9600".to_owned();
+    let cause = "no \"such\" device \u{fc} {1}".to_owned();
+    let errors = [
+        Error::Unsent {
+            bytes: 21,
+            limit: Duration::from_micros(199_999),
+        },
+        Error::Disconnected {
+            link: link(),
+            cause: cause.clone(),
+        },
+        Error::Unavailable {
+            link: link(),
+            cause,
+            advice: "check the path".into(),
+        },
+    ];
+    let path = file("errors");
+    let recording = Recording::create(&path).unwrap();
+    for error in &errors {
+        let mut recorded = recording.of(Box::new(Failing(error.clone())));
+        recorded.write(b"x", Duration::ZERO).unwrap_err();
+        recorded.reopen().unwrap_err();
+        recorded.waiting(&mut [0]).unwrap_err();
+    }
+    assert_eq!(recording.finish(), None);
+    let text = fs::read_to_string(&path).unwrap();
+    fs::remove_file(&path).unwrap();
+    assert_eq!(text.matches("1.500000 = serial:/dev/x@9600\n").count(), 3, "{text}");
+    let replays = Replay::parse(&text).unwrap();
+    assert_eq!(replays.len(), errors.len());
+    for (mut replay, error) in replays.into_iter().zip(errors) {
+        assert_eq!(
+            (replay.name(), replay.now()),
+            ("serial:/dev/x@9600", Duration::from_millis(1500))
+        );
+        assert_eq!(replay.write(b"x", Duration::ZERO), Err(error.clone()));
+        assert_eq!(replay.reopen(), Err(error.clone()));
+        assert_eq!(replay.waiting(&mut [0]), Err(error));
+    }
 }
 
 #[test]
@@ -55,9 +140,10 @@ fn a_recording_plays_back_to_the_same_outcomes() {
     let text = fs::read_to_string(&path).unwrap();
     assert!(text.starts_with("oneiro link recording 1\n"));
     assert!(text.contains(" > 4e0d\n") && text.contains(" < 622c352e30322c352e30310d0a\n"));
-    assert_eq!(used(Box::new(Replay::parse(&text).unwrap())), outcomes);
+    assert!(outcomes.contains("Disconnected { link: \"script\", cause: \"hung up\" }"));
+    assert_eq!(used(Box::new(replay(&text))), outcomes);
     // Nothing is left over, and nothing is overwritten.
-    let mut replay = Replay::parse(&text).unwrap();
+    let mut replay = replay(&text);
     while replay.next("anything").is_ok() || !replay.is_over() {}
     assert!(Recording::create(&path).is_err());
     fs::remove_file(&path).unwrap();
@@ -66,8 +152,8 @@ fn a_recording_plays_back_to_the_same_outcomes() {
 /// A driver that does something else than it did is found out.
 #[test]
 fn another_driver_s_recording_does_not_play() {
-    let text = "oneiro link recording 1\n0.5 < \n0.6 > 5a\n";
-    let words = used(Box::new(Replay::parse(text).unwrap()));
+    let text = "oneiro link recording 1\n0.4 = script\n0.5 < \n0.6 > 5a\n";
+    let words = used(Box::new(replay(text)));
     assert!(
         words.contains("the recording has Sent([90]) and not Sent([13, 68, 44, 48, 44, 48, 13])"),
         "{words}"
@@ -92,11 +178,19 @@ fn what_is_no_recording_is_refused_with_its_line() {
         "nan < 00",
         "1 > \u{e9}",
         "1e99 < 00",
+        "1 x lost",
+        "1 x {\"lost\":{}}",
     ] {
-        let text = format!("oneiro link recording 1\n0.1 > 00\n{bad}\n");
+        let text = format!("oneiro link recording 1\n0.1 = script\n{bad}\n");
         let refusal = Replay::parse(&text).unwrap_err();
         assert!(refusal.starts_with("line 3:"), "{refusal}");
     }
+}
+
+#[test]
+fn an_event_before_the_first_link_is_refused() {
+    let refusal = Replay::parse("oneiro link recording 1\n0.1 > 00\n").unwrap_err();
+    assert!(refusal.starts_with("line 2:"), "{refusal}");
 }
 
 /// `/dev/full` takes nothing. The robot is driven all the same.

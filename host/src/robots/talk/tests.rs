@@ -136,6 +136,21 @@ fn an_answer_that_does_not_come_ends_in_time() {
     talk.silence(Duration::from_millis(50)).unwrap();
 }
 
+/// Over a network or Bluetooth answers may come later, whether the link is recorded or not.
+#[test]
+fn a_slow_link_is_waited_for() {
+    let link = || Box::new(Scripted::new([hear("N\r"), say_after(1099, "n,1\r\n")]).delayed(1000));
+    let path = std::env::temp_dir().join(format!("oneiro-slow-{}", std::process::id()));
+    let recording = super::super::recording::Recording::create(&path).unwrap();
+    for link in [link() as Box<dyn Link>, recording.of(link())] {
+        let mut talk = Talk::new(link, "WELCOME", Duration::from_millis(100));
+        talk.send(b"N\r").unwrap();
+        assert_eq!(talk.line("N\r").unwrap(), "n,1");
+    }
+    drop(recording);
+    std::fs::remove_file(&path).unwrap();
+}
+
 #[test]
 fn silence_ends_what_babbles_on() {
     let babble = (0..90).map(|_| say("x"));

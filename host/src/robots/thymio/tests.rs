@@ -170,3 +170,20 @@ fn a_lost_link_is_opened_again() {
     assert!(matches!(robot.drive(5, 5), Err(Error::Disconnected { .. })));
     robot.reconnect().unwrap();
 }
+
+#[test]
+fn another_kind_of_robot_is_not_taken_for_the_one_before() {
+    let names = [("motor.a", 3), ("speed.left", 1), ("speed.right", 1)];
+    let steps = [
+        vec![Step::Reopen],
+        listed(&[1]),
+        halted(&[1]),
+        described(1, "e-puck0", &names),
+        begun(1),
+    ];
+    let words = robot(steps.concat()).reconnect().unwrap_err().to_string();
+    assert!(
+        words.contains("Thymio II was there, and now e-puck (Aseba) answers"),
+        "{words}"
+    );
+}
