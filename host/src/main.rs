@@ -23,10 +23,6 @@ mod progress;
 mod reality;
 mod record;
 mod report;
-#[cfg_attr(
-    not(test),
-    expect(dead_code, reason = "commands read robots and stop them; drivers do more")
-)]
 mod robots;
 mod runs;
 mod sealed;

@@ -68,6 +68,13 @@ const WHEELS: Wheels = Wheels {
 
 /// A command, with pairs of arguments for the left and the right wheel.
 #[derive(Clone, Debug, PartialEq, Eq)]
+#[cfg_attr(
+    not(test),
+    expect(
+        dead_code,
+        reason = "the manual's whole table, of which a robot with two wheels needs a part"
+    )
+)]
 pub(crate) enum Command {
     /// `A`: gains of the speed controller: proportional, integral, derivative. Default 3800, 800, 100.
     SpeedGains([i32; 3]),

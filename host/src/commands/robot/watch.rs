@@ -5,6 +5,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread;
 use std::time::{Duration, Instant};
 
+use ::console::Term;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use serde_json::{Map, Value, json};
 
@@ -123,7 +124,8 @@ impl Display {
             Self::Table { rows, screen } => {
                 let lines = rows.iter().zip(&reading.values);
                 let lines: Vec<String> = lines.map(|((name, group), value)| row(name, group, *value)).collect();
-                screen.set_message(lines.join("\n"));
+                let height = usize::from(Term::stdout().size().0);
+                screen.set_message(fitted(lines, height));
                 Ok(())
             }
         }
@@ -137,6 +139,16 @@ impl Drop for Display {
             screen.abandon();
         }
     }
+}
+
+/// Lines that a terminal of some height shows, its last row left to the cursor; what is left out is counted.
+fn fitted(mut lines: Vec<String>, height: usize) -> String {
+    let most = height.saturating_sub(1).max(1);
+    if lines.len() > most {
+        let left = lines.split_off(most - 1).len();
+        lines.push(format!("{left} more rows; choose with --kinds"));
+    }
+    lines.join("\n")
 }
 
 /// A sensor's name, its reading as a bar over its usual range, and the reading itself.
@@ -158,8 +170,18 @@ fn row(name: &str, group: &Group, value: f64) -> String {
 
 #[cfg(test)]
 mod tests {
-    use super::row;
+    use super::{fitted, row};
     use crate::robots::{Group, Kind};
+
+    #[test]
+    fn a_table_fits_its_terminal_and_says_what_is_left_out() {
+        let lines = || (0..35).map(|line| line.to_string()).collect::<Vec<_>>();
+        assert_eq!(fitted(lines(), 36), lines().join("\n"));
+        let cut = fitted(lines(), 35);
+        assert!(cut.ends_with("\n32\n2 more rows; choose with --kinds"), "{cut}");
+        assert_eq!(cut.lines().count(), 34);
+        assert_eq!(fitted(lines(), 0), "35 more rows; choose with --kinds");
+    }
 
     #[test]
     fn bars_are_as_long_as_the_share_of_the_range() {

@@ -1,5 +1,6 @@
 //! Recordings, played back. For tests.
 
+use std::collections::VecDeque;
 use std::time::Duration;
 
 use super::super::error::{Error, Result};
@@ -10,7 +11,7 @@ use super::TITLE;
 #[derive(Debug)]
 pub(crate) struct Replay {
     name: String,
-    events: std::vec::IntoIter<(Duration, Event)>,
+    events: VecDeque<(Duration, Event)>,
     now: Duration,
 }
 
@@ -32,33 +33,32 @@ impl Replay {
         if lines.next().is_none_or(|(title, _)| title != TITLE) {
             return Err(format!("line 1: is no recording; allowed: \"{TITLE}\""));
         }
-        let mut links: Vec<(String, Duration, Vec<(Duration, Event)>)> = Vec::new();
+        let mut links: Vec<Self> = Vec::new();
         for (line, number) in lines {
             let bad = || format!("line {number}: \"{line}\" is no event of a link");
             let (now, what, rest) = fields(line).ok_or_else(bad)?;
             if what == "=" {
-                links.push((rest.into(), now, Vec::new()));
+                links.push(Self {
+                    name: rest.into(),
+                    events: VecDeque::new(),
+                    now,
+                });
             } else {
-                let (_, _, events) = links.last_mut().ok_or_else(bad)?;
-                events.push((now, event(what, rest).ok_or_else(bad)?));
+                let link = links.last_mut().ok_or_else(bad)?;
+                link.events.push_back((now, event(what, rest).ok_or_else(bad)?));
             }
         }
-        let replay = |(name, now, events): (String, Duration, Vec<_>)| Self {
-            name,
-            events: events.into_iter(),
-            now,
-        };
-        Ok(links.into_iter().map(replay).collect())
+        Ok(links)
     }
 
     /// Whether all of it has been played.
     pub(crate) fn is_over(&self) -> bool {
-        self.events.len() == 0
+        self.events.is_empty()
     }
 
     /// The next event, which must be what the recording has.
     pub(super) fn next(&mut self, asked: &str) -> Result<Event> {
-        let next = self.events.next();
+        let next = self.events.pop_front();
         let (at, event) = next.ok_or_else(|| self.departed(format!("the recording ends here, before {asked}")))?;
         self.now = at;
         match event {
