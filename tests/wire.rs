@@ -148,7 +148,7 @@ fn ping_tells_what_an_e_puck2_is_and_stops_it() {
         "wheels: stopped; up to 1000 steps / s, which is 129 mm/s; 53 mm apart",
         "battery: 3.90 V\n",
         "round trip: 20 readings of acceleration: min ",
-        "proximity_0, proximity_1,",
+        "prox_0, prox_1,",
     ] {
         assert!(text.contains(words), "no `{words}` in\n{text}");
     }
@@ -189,8 +189,8 @@ fn watch_prints_a_line_for_each_reading() {
     assert_eq!(readings.len(), 5, "{text}");
     for reading in &readings {
         let values = &reading["values"];
-        assert_eq!(values["proximity_0"], 100);
-        assert_eq!(values["proximity_7"], 107);
+        assert_eq!(values["prox_0"], 100);
+        assert_eq!(values["prox_7"], 107);
         assert_eq!(values["light_3"], 3003);
         assert_eq!(values["distance_front"], 250);
         assert_eq!(values["temperature"], -5);

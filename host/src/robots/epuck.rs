@@ -34,18 +34,11 @@ pub(super) const WHEELS: Wheels = Wheels {
     base_mm: 53.0,
     mm_per_count: Some(0.128_8),
 };
-/// Clockwise from the front right. 12 bits, less the ambient light, and not below 0.
+/// Clockwise from the front right, named as in the preset `epuck`. 12 bits, less the ambient light, and not below 0.
 pub(super) const PROXIMITY: Group = Group {
     kind: Kind::Proximity,
     names: &[
-        "proximity_0",
-        "proximity_1",
-        "proximity_2",
-        "proximity_3",
-        "proximity_4",
-        "proximity_5",
-        "proximity_6",
-        "proximity_7",
+        "prox_0", "prox_1", "prox_2", "prox_3", "prox_4", "prox_5", "prox_6", "prox_7",
     ],
     unit: "",
     range: (0.0, 4095.0),

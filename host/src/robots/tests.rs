@@ -201,6 +201,30 @@ fn no_call_panics_or_hangs_when_the_robot_goes_mad() {
     }
 }
 
+/// A controller that evolved on a preset finds its sensors on the robot by their names.
+#[test]
+fn sensors_have_the_names_of_presets() {
+    let thymio = thymio::THYMIO.sensors.iter().map(|(group, _)| *group);
+    let thymio: Vec<Group> = thymio
+        .filter(|group| matches!(group.kind, Kind::Proximity | Kind::Ground))
+        .collect();
+    for (preset, groups) in [
+        (
+            include_str!("../experiment/robots/epuck.toml"),
+            vec![epuck::PROXIMITY, epuck::LIGHT, epuck::GROUND],
+        ),
+        (include_str!("../experiment/robots/thymio2.toml"), thymio),
+    ] {
+        let preset: toml::Table = preset.parse().unwrap();
+        let sensors = preset["robot"]["sensors"].as_array().unwrap();
+        let names: Vec<&str> = sensors.iter().map(|sensor| sensor["name"].as_str().unwrap()).collect();
+        assert_eq!(
+            names,
+            groups.iter().flat_map(|group| group.names).copied().collect::<Vec<_>>()
+        );
+    }
+}
+
 #[test]
 fn kinds_and_lights_that_a_robot_lacks_are_named() {
     let description = Description {

@@ -13,7 +13,7 @@ use super::talk::Stepped;
 use super::{Battery, Description, Group, Kind, Odometry, Reading, Robot, Wheels};
 
 /// A kind of robot on a network: names of its variables.
-struct Body {
+pub(super) struct Body {
     /// Name for people.
     name: &'static str,
     /// How the names of its nodes begin.
@@ -21,13 +21,14 @@ struct Body {
     /// Targets of the left and the right wheel.
     targets: [&'static str; 2],
     /// Sensors and the variables that hold them.
-    sensors: &'static [(Group, &'static [&'static str])],
+    pub(super) sensors: &'static [(Group, &'static [&'static str])],
     wheels: Wheels,
 }
 
 /// From a Thymio II's firmware and its simulation in Enki: 500 units are 166 mm/s (a driver for ROS has 171); the firmware
-/// obeys up to 1000, its own behaviours go up to 600.
-const THYMIO: Body = Body {
+/// obeys up to 1000, its own behaviours go up to 600. The distance between the wheels is that driver's: Enki has 94 mm.
+/// Sensors have the names of the preset `thymio2`.
+pub(super) const THYMIO: Body = Body {
     name: "Thymio II",
     node: "thymio",
     targets: ["motor.left.target", "motor.right.target"],
@@ -35,15 +36,7 @@ const THYMIO: Body = Body {
         (
             Group {
                 kind: Kind::Proximity,
-                names: &[
-                    "proximity_front_0",
-                    "proximity_front_1",
-                    "proximity_front_2",
-                    "proximity_front_3",
-                    "proximity_front_4",
-                    "proximity_back_0",
-                    "proximity_back_1",
-                ],
+                names: &["prox_0", "prox_1", "prox_2", "prox_3", "prox_4", "prox_5", "prox_6"],
                 unit: "",
                 range: (0.0, 4500.0),
             },

@@ -250,6 +250,14 @@ fn zeros_of_sensors_do_not_confirm_a_stop() {
     }
 }
 
+#[test]
+fn silence_ends_in_time() {
+    let mut robot = binary(vec![hear("D,0,0\r"), hear([FLUSH, b"\rD,0,0\r"].concat()), hear("V\r")]);
+    let start = robot.talk.now();
+    assert!(matches!(robot.stop(), Err(Error::TimedOut { command, .. }) if command == "D,0,0"));
+    assert_eq!(robot.talk.now(), start + 2 * PATIENCE + SILENCE);
+}
+
 /// It obeys a remote control, for example.
 #[test]
 fn a_robot_that_keeps_its_speeds_has_not_stopped() {

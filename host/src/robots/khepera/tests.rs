@@ -230,6 +230,7 @@ fn silence_ends_within_half_a_second() {
     let mut robot = robot([hear("D,0,0\r"), hear("\rD,0,0\r"), hear("B\r")]);
     let start = robot.talk.now();
     assert!(matches!(robot.stop(), Err(Error::TimedOut { command, .. }) if command == "D,0,0"));
+    assert_eq!(robot.talk.now(), start + 2 * PATIENCE + SILENCE);
     assert!(robot.talk.now() < start + Duration::from_millis(500));
 }
 
