@@ -925,7 +925,7 @@ fn misspelt_names_are_answered_with_the_nearest() {
                 let distance = now.end.x; {statement}
                 return Reward(twice_of(distance), before);
             }}
-            fn twice_of(x: f32) -> f32 {{ return GREATEST * x; }}"
+            fn twice_of(x: f32) -> f32 {{ let inner = x; return GREATEST * inner; }}"
         )
     };
     for (statement, words) in [
@@ -955,6 +955,13 @@ fn misspelt_names_are_answered_with_the_nearest() {
             "_ = something_else(distance);",
             "there is no function `something_else` [unknown-name]",
         ),
+        // What is declared elsewhere is not what was meant, unless the function is given it.
+        ("_ = moved;", "`moved` (unknown identifier); did you mean `now.moved`?"),
+        (
+            "_ = now.outputs.left;",
+            "invalid field accessor `left` (invalid accessor) [unknown-name]",
+        ),
+        ("_ = inner;", "`inner` (unknown identifier) [unknown-name]"),
     ] {
         let refused = refusal(Kind::Task, &task(statement));
         assert!(refused.contains(words), "{refused}\nexpected: {words}");

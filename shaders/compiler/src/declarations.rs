@@ -78,14 +78,38 @@ fn nesting(byte: u8) -> i64 {
 
 /// The types of a function's parameters and its result, given what follows its name.
 pub fn signature(after: &str) -> String {
+    let (parameters, result) = head(after);
+    let types: Vec<_> = parameters.map(|(_, ty)| type_of(ty)).collect();
+    format!("({})->{}", types.join(","), type_of(result))
+}
+
+/// A function's parameters, each with its name and type, and its result, given what follows its name.
+fn head(after: &str) -> (impl Iterator<Item = (&str, &str)>, &str) {
     let header = after.split('{').next().unwrap_or_default();
     let (parameters, result) = header.rsplit_once("->").unwrap_or((header, ""));
     let parameters = parameters.trim().trim_start_matches('(').trim_end_matches(')');
-    let types: Vec<_> = split(parameters)
-        .filter_map(|(_, parameter)| parameter.split_once(':'))
-        .map(|(_, ty)| type_of(ty))
-        .collect();
-    format!("({})->{}", types.join(","), type_of(result))
+    (
+        split(parameters).filter_map(|(_, parameter)| parameter.split_once(':')),
+        result,
+    )
+}
+
+/// The parameters of the function that a place is in, each with its name and type.
+pub fn parameters_at(part: &Part, place: &Place) -> Vec<(String, String)> {
+    let text = blank_comments(&part.text);
+    let source = Source::new(std::slice::from_ref(part));
+    let is_before = |at: usize| {
+        let head = source.place(at);
+        (head.line, head.column) < (place.line, place.column)
+    };
+    let heads = words(&text).filter(|(at, word)| *word == "fn" && is_before(*at));
+    let after = heads
+        .last()
+        .and_then(|(at, _)| text[at..].find('(').map(|open| &text[at + open..]));
+    let (parameters, _) = head(after.unwrap_or_default());
+    parameters
+        .map(|(name, ty)| (name.trim().to_owned(), type_of(ty)))
+        .collect()
 }
 
 /// The type of a constant, given what follows its name.
@@ -293,5 +317,8 @@ mod tests {
         };
         assert_eq!(word_at(&own, &place(23)).as_deref(), Some("root"));
         assert_eq!(word_at(&own, &place(24)), None);
+        assert!(parameters_at(&own, &place(23)).is_empty());
+        let second = Place { line: 2, ..place(20) };
+        assert_eq!(parameters_at(&own, &second), [("state".to_owned(), "u32".to_owned())]);
     }
 }

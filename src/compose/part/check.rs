@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 
 use oneiro_shader_compiler as compiler;
 use oneiro_shader_compiler::declarations::{
-    Declaration, accesses, built_in, calls, declarations, members, names, signature, uses, word_at,
+    Declaration, accesses, built_in, calls, declarations, members, names, parameters_at, signature, uses, word_at,
 };
 use oneiro_shader_compiler::{Place, Refusal, Refusals, Rule};
 use oneiro_shader_parts::PARTS;
@@ -184,11 +184,29 @@ pub(super) fn suggest(refusals: &mut [Refusal], parts: &[compiler::Part], own: &
         if refusal.rule == Rule::UnknownName
             && let Some((part, interface)) = own_part(&refusal.place.path)
             && let Some(written) = word_at(part, &refusal.place)
-            && let Some(name) = nearest(usable(parts, &interface, own).iter().map(String::as_str), &written)
         {
-            refusal.message = format!("{}; did you mean `{name}`?", refusal.message);
+            let mut usable = usable(parts, &interface, own);
+            // It is declared, but not here.
+            usable.remove(&written);
+            let alike = || nearest(usable.iter().map(String::as_str), &written).map(str::to_owned);
+            if let Some(name) = field_of_parameter(parts, part, &refusal.place, &written).or_else(alike) {
+                refusal.message = format!("{}; did you mean `{name}`?", refusal.message);
+            }
         }
     }
+}
+
+/// The expression, such as `now.moved`, for a name that stands alone at a place and is a field of what the function around it
+/// is given.
+fn field_of_parameter(parts: &[compiler::Part], part: &compiler::Part, place: &Place, written: &str) -> Option<String> {
+    let is_alone = accesses(part, &[written]).iter().all(|(other, _)| other != place);
+    let has_field = |ty: &str| {
+        let fields = parts.iter().find_map(|part| members(part, ty));
+        fields.is_some_and(|fields| fields.iter().any(|field| field.name == written))
+    };
+    let parameters = parameters_at(part, place).into_iter().filter(|_| is_alone);
+    let (parameter, _) = parameters.into_iter().find(|(_, ty)| has_field(ty))?;
+    Some(format!("{parameter}.{written}"))
 }
 
 /// Names that a part may use: WGSL's, those of the interface, and what users' parts declare.
