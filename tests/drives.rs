@@ -357,6 +357,46 @@ fn sensors_look_from_their_bearings() {
     assert!(seen.iter().all(|seen| *seen > 200) && wrong <= 5, "{seen:?} {wrong}");
 }
 
+/// A sensor farther out than the body's rim may be beyond a wall, which it then touches, wherever it looks.
+#[test]
+fn no_sensor_sees_through_what_is_between_it_and_the_body() {
+    let far = |name, kind, bearing, heading| Sensor {
+        bearing,
+        offset: Some(90.0),
+        ..sensor(name, kind, heading, 150.0)
+    };
+    let world = spec(|_, robot| {
+        robot.sensors = vec![
+            far("plain", SensorKind::Distance, None, 0.2),
+            far("same", SensorKind::Distance, Some(0.2), 0.2),
+            far("aside", SensorKind::Proximity, Some(0.2), 0.45),
+            Sensor {
+                response: Some(Response(vec![[0.0, 0.75], [100.0, 0.25]])),
+                ..far("curve", SensorKind::Proximity, Some(0.2), 0.45)
+            },
+        ];
+    });
+    let (mut behind, mut free, mut wrong) = (0, 0, 0);
+    for trace in traces(world, 60) {
+        for (record, details) in trace.lines().step_by(7) {
+            let [plain, same, aside, curve] = [0, 1, 2, 3].map(|index| f64::from(f32::from_bits(details[4 + index])));
+            let [x, y, angle] = pose(record);
+            let at = angle + 0.2 * TAU;
+            let is_behind = ray([x, y], at, 90.0) < 90.0;
+            let looks = ray([x + 90.0 * at.cos(), y + 90.0 * at.sin()], angle + 0.45 * TAU, 150.0);
+            let expected = if is_behind { 1.0 } else { 1.0 - looks / 150.0 };
+            behind += u32::from(is_behind);
+            free += u32::from(!is_behind && aside > 0.0);
+            let is_right = (plain - same).abs() < 1e-4
+                && (aside - expected).abs() < 2e-3
+                && (!is_behind || (same, curve) == (0.0, 0.75));
+            // At an edge a ray hits or misses.
+            wrong += u32::from(!is_right);
+        }
+    }
+    assert!(behind > 100 && free > 100 && wrong <= 3, "{behind} {free} {wrong}");
+}
+
 /// A response is read between its points, beyond them, and not beyond the range; two sensors may share one.
 #[test]
 fn responses_are_lines_between_points() {

@@ -17,9 +17,6 @@ struct SensorCell {
     share: f32,
 }
 
-// Most points of a response.
-const GREATEST_POINTS: u32 = 32u;
-
 // The laws of light sensors; what is neither is 1 / (1 + d^2).
 const LAW_LINEAR: f32 = 0.0f;
 const LAW_EXPONENTIAL: f32 = 1.0f;
@@ -43,8 +40,17 @@ fn bumper_at(shape: u32, to: vec2<f32>, sensor: SensorCell, looks: f32) -> f32 {
     return pressed;
 }
 
-// The reading of a ray that is free up to a distance from the body's centre: a share of the range, 0 to 1. The ray begins at
-// the centre, so a sensor inside an object reads 0.
+// How far one object leaves a sensor's ray free, mm from the sensor and its offset besides. The sensor is elsewhere on the body,
+// in the direction `outward` from the centre, than it looks, `ahead`. What lies between the centre and its place leaves nothing.
+fn free_from_place(shape: u32, at: vec2<f32>, outward: vec2<f32>, ahead: vec2<f32>, sensor: SensorCell) -> f32 {
+    if (ray_to_shape(shape, at, outward, sensor.offset) < sensor.offset) {
+        return 0.0f;
+    }
+    return sensor.offset + ray_to_shape(shape, at + sensor.offset * outward, ahead, sensor.range);
+}
+
+// The reading of a ray that leaves `free` mm free, the sensor's offset included: a share of the range, 0 to 1. A ray begins at
+// the body's centre, or goes from there to the sensor's place first, so a sensor within an object or behind it reads 0.
 fn range_share(sensor: SensorCell, free: f32) -> f32 {
     let share = clamp((free - sensor.offset) * sensor.share, 0.0f, 1.0f);
     return select(flushed(share), 1.0f, free >= sensor.offset + sensor.range);
@@ -107,12 +113,12 @@ fn is_on_patch(world: u32, index: u32, place: vec2<f32>) -> bool {
     return is_round | is_within;
 }
 
-// The reading of a ray that meets nothing up to `free` mm from the body's centre. The response curve has `points` points, in
+// The reading of a ray that leaves `free` mm free, the sensor's offset included. The response curve has `points` points, in
 // cells from `first` on, joined by straight lines. 0 if nothing is in range.
 fn response_reading(world: u32, sensor: SensorCell, free: f32, first: u32, points: u32) -> f32 {
     let distance = max(free - sensor.offset, 0.0f);
     var reading = numbers(world, first).y;
-    for (var index = 0u; index < min(points, GREATEST_POINTS); index++) {
+    for (var index = 0u; index < points; index++) {
         // its distance and reading, and what the reading changes by for each mm beyond
         let point = numbers(world, first + index);
         reading = select(reading, point.y + (distance - point.x) * point.z, distance >= point.x);

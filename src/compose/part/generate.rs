@@ -262,14 +262,15 @@ pub(super) fn readings(robot: &Differential, arena: &Arena) -> String {
             Some(_) => format!("pose.z + numbers(world, {}u).x", cell + 1),
             None => format!("looks{index}"),
         };
-        let place = format!("at + s{index}.offset * cosine_sine({bearing})");
+        let outward = format!("cosine_sine({bearing})");
+        let place = format!("at + s{index}.offset * {outward}");
         let reading = match sensor.kind {
             SensorKind::Distance | SensorKind::Proximity => {
                 let _ = writeln!(numbers, "    let ahead{index} = cosine_sine(looks{index});");
                 let _ = writeln!(numbers, "    var free{index} = s{index}.offset + s{index}.range;");
                 let nearest = if sensor.bearing.is_some() {
-                    let _ = writeln!(numbers, "    let place{index} = {place};");
-                    format!("s{index}.offset + ray_to_shape(shape, place{index}, ahead{index}, s{index}.range)")
+                    let _ = writeln!(numbers, "    let outward{index} = {outward};");
+                    format!("free_from_place(shape, at, outward{index}, ahead{index}, s{index})")
                 } else {
                     format!("ray_to_shape(shape, at, ahead{index}, free{index})")
                 };
