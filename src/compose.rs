@@ -42,6 +42,9 @@ use crate::tables::SENSORS;
 pub(crate) use part::too_many_turns;
 pub use part::{Part, Rule};
 
+/// Stands for the path of a network, which is not in a file.
+const NETWORK: &str = "network";
+
 /// Most genes of a user's controller.
 pub const GREATEST_GENES: u32 = 1024;
 
@@ -184,6 +187,14 @@ impl OwnPart {
         names.zip(self.values.iter().map(|value| shortest(*value))).collect()
     }
 
+    /// The key in an experiment that it comes from.
+    pub(crate) fn key(&self) -> String {
+        match self.part.path() {
+            NETWORK => "controller.layers".to_owned(),
+            _ => format!("{}.part", self.part.kind().word()),
+        }
+    }
+
     /// The values as cells of four words.
     fn cells(&self) -> impl Iterator<Item = [u32; 4]> {
         let cell = |values: &[f32]| std::array::from_fn(|at| values.get(at).map_or(0, |value| value.to_bits()));
@@ -277,10 +288,14 @@ impl OwnParts {
 
     /// These parts, and a network as the controller.
     pub(crate) fn with_network(&self, network: &Network, readings: &[String]) -> Result<Self, Invalid> {
-        let part = Part::new(Kind::Controller, "network", &network.wgsl(readings.len()));
+        let part = Part::new(Kind::Controller, NETWORK, &network.wgsl(readings.len()));
         let part = part.map_err(|refused| Invalid::new("controller.kind", refused.to_string()))?;
+        let values = network.values().into_iter().map(|(_, value)| value);
         let mut all = self.clone();
-        all.insert(Arc::new(OwnPart::new(Arc::new(part), &[])?));
+        all.insert(Arc::new(OwnPart {
+            part: Arc::new(part),
+            values: values.collect(),
+        }));
         Ok(all)
     }
 
@@ -292,7 +307,8 @@ impl OwnParts {
     /// A kernel with these parts, and the sensors and motors of this robot in this arena, instead of its own.
     ///
     /// # Errors
-    /// `KIND.part`: everything that is wrong with the parts. `robot.sensors`: a name that WGSL doesn't allow.
+    /// `KIND.part`: everything that is wrong with the parts. `robot.sensors` and `robot.sensors[N].name`: names that WGSL doesn't
+    /// allow. `controller.layers`: a network that can't be compiled.
     pub(crate) fn compose(&self, base: &'static Kernel, robot: &Build, arena: &Arena) -> Result<Composed, Invalid> {
         part::compose(base, self, robot, arena)
     }

@@ -3,7 +3,7 @@
 use std::f64::consts::TAU;
 
 use crate::arena::{self, Arena, Light, Patch};
-use crate::parameter::{Choice, Choices, Datum, Field, Invalid, number};
+use crate::parameter::{Choice, Choices, Datum, Field, Invalid, length, number, only_where};
 use crate::tables::PREVIOUS;
 
 /// Origin of a robot's sensors and motors.
@@ -280,10 +280,7 @@ impl Differential {
             return Err(Invalid::new("robot.battery_ends_life", ONLY_WITH_A_BATTERY));
         }
         self.check_arena(arena)?;
-        if self.sensors.len() > GREATEST_SENSORS {
-            let problem = format!("has {} elements; allowed: up to {GREATEST_SENSORS}", self.sensors.len());
-            return Err(Invalid::new("robot.sensors", problem));
-        }
+        length("robot.sensors", self.sensors.len(), GREATEST_LIST)?;
         for (index, sensor) in self.sensors.iter().enumerate() {
             let Sensor { name, kind, .. } = sensor;
             let is_other = |other: &Sensor| other.name == *name;
@@ -296,10 +293,7 @@ impl Differential {
             } else {
                 sensor.check()
             };
-            checked.map_err(|Invalid { field, problem }| {
-                let dot = if field.is_empty() { "" } else { "." };
-                Invalid::new(format!("robot.sensors[{index}]{dot}{field}"), problem)
-            })?;
+            checked.map_err(|invalid| invalid.within(&format!("robot.sensors[{index}]")))?;
         }
         Ok(())
     }
@@ -307,10 +301,7 @@ impl Differential {
     /// Checks the lights and patches of its arena.
     fn check_arena(&self, arena: &Arena) -> Result<(), Invalid> {
         for (list, count) in [("lights", arena.lights.len()), ("patches", arena.patches.len())] {
-            if count > GREATEST_SENSORS {
-                let problem = format!("has {count} elements; allowed: up to {GREATEST_SENSORS}");
-                return Err(Invalid::new(format!("arena.{list}"), problem));
-            }
+            length(format!("arena.{list}"), count, GREATEST_LIST)?;
         }
         for (index, patch) in arena.patches.iter().enumerate() {
             if patch.radius.is_some() == patch.sides.is_some() {
@@ -349,24 +340,22 @@ impl Sensor {
             );
             return Err(Invalid::new("", problem));
         }
-        for (key, is_given, is_allowed) in [
-            ("heading_turns", self.heading != 0.0, *kind != Battery),
-            (
-                "bearing_turns",
-                self.bearing.is_some(),
-                matches!(kind, Distance | Proximity | Light),
-            ),
-            ("range_mm", self.range.is_some(), has_range),
-            ("offset_mm", self.offset.is_some(), !matches!(kind, Bumper | Battery)),
-            ("width_turns", self.width.is_some(), *kind == Bumper),
-            ("law", self.law.is_some(), *kind == Light),
-            ("response", self.response.is_some(), *kind == Proximity),
-        ] {
-            if is_given && !is_allowed {
-                let problem = format!("is given; allowed: not with kind = \"{}\"", kind.word());
-                return Err(Invalid::new(key, problem));
-            }
-        }
+        only_where(
+            format_args!("kind = \"{}\"", kind.word()),
+            &[
+                ("heading_turns", self.heading != 0.0, *kind != Battery),
+                (
+                    "bearing_turns",
+                    self.bearing.is_some(),
+                    matches!(kind, Distance | Proximity | Light),
+                ),
+                ("range_mm", self.range.is_some(), has_range),
+                ("offset_mm", self.offset.is_some(), !matches!(kind, Bumper | Battery)),
+                ("width_turns", self.width.is_some(), *kind == Bumper),
+                ("law", self.law.is_some(), *kind == Light),
+                ("response", self.response.is_some(), *kind == Proximity),
+            ],
+        )?;
         match &self.response {
             Some(response) => response.check(self.range.unwrap_or(0.0)),
             None => Ok(()),
@@ -419,8 +408,8 @@ const LEAST_ACCELERATION: f32 = 1.0;
 pub const GREATEST_POINTS: usize = 32;
 const LEAST_STEP: f32 = 0.01;
 
-/// Most sensors of a robot, and most lights and patches of its arena.
-pub const GREATEST_SENSORS: usize = 64;
+/// Most sensors of a robot, most lights and most patches of its arena.
+pub const GREATEST_LIST: usize = 64;
 
 fn is_identifier(name: &str) -> bool {
     name.starts_with(|c: char| c.is_ascii_lowercase())

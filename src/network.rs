@@ -3,7 +3,7 @@
 use std::fmt::Write;
 
 use crate::exact;
-use crate::parameter::{Choice, Choices, Invalid};
+use crate::parameter::{Choice, Choices, Invalid, length, only_where};
 use crate::world::Gene;
 
 /// A neural network from all readings to the commands of the two wheels.
@@ -139,9 +139,9 @@ impl Choice for Outputs {
 }
 
 impl Activation {
-    /// Its value, in WGSL.
-    fn of(self, slope: Option<f32>, sum: &str) -> String {
-        let x = slope.map_or_else(|| sum.to_owned(), |slope| format!("{slope:?}f * {sum}"));
+    /// Its value, in WGSL. The slope is the name of a value.
+    fn of(self, slope: Option<String>, sum: &str) -> String {
+        let x = slope.map_or_else(|| sum.to_owned(), |slope| format!("own.{slope} * {sum}"));
         match self {
             Self::Logistic => format!("logistic({x})"),
             Self::Tanh => format!("hyperbolic_tangent({x})"),
@@ -209,59 +209,79 @@ impl Layer {
 
     /// Its part of a cycle in WGSL, from its first gene on: `unit_N` and so on are what it remembers, `layer_N` its outputs.
     fn wgsl(&self, index: usize, first: u32, inputs: u32) -> String {
-        let (units, of_unit, of_sum) = (self.units, self.unit_genes(inputs), self.sum_genes(inputs));
-        let mut text = format!("    var layer_{index} = array<f32, {units}>();\n");
-        let is_ctrnn = self.kind == LayerKind::Ctrnn;
-        let output = if self.has_biases() {
-            let bias = first + inputs + units;
-            format!("logistic(state_{index}[unit] + gene(life, {bias}u + unit * {of_unit}u))")
-        } else {
-            format!("logistic(state_{index}[unit])")
-        };
-        if is_ctrnn {
-            let _ = writeln!(
-                text,
+        let (units, of_unit) = (self.units, self.unit_genes(inputs));
+        let output = self.ctrnn_output(index, first, inputs);
+        let past = if self.kind == LayerKind::Ctrnn {
+            format!(
                 "    var unit_{index} = array<f32, {units}>();
     for (var unit = 0u; unit < {units}u; unit++) {{
         unit_{index}[unit] = {output};
-    }}"
-            );
+    }}
+"
+            )
+        } else {
+            String::new()
+        };
+        let (sums, unit) = (self.weighed(index, inputs), self.unit(index, of_unit, &output));
+        format!(
+            "    var layer_{index} = array<f32, {units}>();
+{past}    for (var unit = 0u; unit < {units}u; unit++) {{
+    let first = {first}u + unit * {of_unit}u;
+{sums}{unit}    }}
+"
+        )
+    }
+
+    /// The output of a continuous-time unit, from its state.
+    fn ctrnn_output(&self, index: usize, first: u32, inputs: u32) -> String {
+        if !self.has_biases() {
+            return format!("logistic(state_{index}[unit])");
         }
-        let _ = writeln!(
-            text,
-            "    for (var unit = 0u; unit < {units}u; unit++) {{\n    let first = {first}u + unit * {of_unit}u;"
-        );
+        let (bias, of_unit) = (first + inputs + self.units, self.unit_genes(inputs));
+        format!("logistic(state_{index}[unit] + gene(life, {bias}u + unit * {of_unit}u))")
+    }
+
+    /// Declares a unit's sums of inputs, of outputs of the previous cycle, and of biases but those of continuous-time units.
+    fn weighed(&self, index: usize, inputs: u32) -> String {
+        let of_sum = self.sum_genes(inputs);
+        let mut text = String::new();
         for (sum, ending) in self.sums().iter().enumerate() {
             let (name, offset) = (format!("sum{ending}"), sum as u32 * of_sum);
-            let _ = writeln!(
-                text,
-                "    {}",
-                weighed(&name, &format!("first + {offset}u"), index, inputs)
-            );
+            let weighed = weighed(&name, &format!("first + {offset}u"), index, inputs);
+            let _ = writeln!(text, "    {weighed}");
             if self.recurrent() > 0 {
                 let _ = writeln!(
                     text,
-                    "    for (var other = 0u; other < {units}u; other++) {{
+                    "    for (var other = 0u; other < {}u; other++) {{
         {name} += gene(life, first + {}u + other) * unit_{index}[other];
     }}",
+                    self.units,
                     offset + inputs
                 );
             }
-            if self.has_biases() && !is_ctrnn {
+            if self.has_biases() && self.kind != LayerKind::Ctrnn {
                 let _ = writeln!(text, "    {name} += gene(life, first + {}u);", offset + of_sum - 1);
             }
         }
-        let own = match self.kind {
+        text
+    }
+
+    /// What a unit of so many genes makes of its sums.
+    fn unit(&self, index: usize, genes: u32, ctrnn_output: &str) -> String {
+        match self.kind {
             LayerKind::Dense | LayerKind::Elman => {
-                let output = self.activation.unwrap_or_default().of(self.slope, "sum");
+                let slope = self.slope.map(|_| slope(index));
+                let output = self.activation.unwrap_or_default().of(slope, "sum");
                 format!("    layer_{index}[unit] = {output};\n")
             }
             LayerKind::Ctrnn => {
-                let rate = self.rate(&format!("gene(life, first + {}u)", of_unit - 1));
+                let [fastest, span] = rates(index);
+                let gene = format!("clamp(gene(life, first + {}u), 0.0f, 1.0f)", genes - 1);
                 format!(
                     "    let before_{index} = state_{index}[unit];
-    state_{index}[unit] = flushed(before_{index} + {rate} * flushed(sum - before_{index}));
-    layer_{index}[unit] = {output};
+    let rate = own.{fastest} * exponential(-own.{span} * {gene});
+    state_{index}[unit] = flushed(before_{index} + rate * flushed(sum - before_{index}));
+    layer_{index}[unit] = {ctrnn_output};
 "
                 )
             }
@@ -271,17 +291,51 @@ impl Layer {
     layer_{index}[unit] = flushed(logistic(sum_output_gate) * hyperbolic_tangent(cell_{index}[unit]));
 "
             ),
-        };
-        text + &own + "    }\n"
+        }
     }
 
-    /// The share of a cycle in a time constant, in WGSL. The constant is `least (greatest / least)^gene` for a gene from 0 to 1.
-    fn rate(&self, gene: &str) -> String {
+    /// Its values, by name: the slope, if it has one, and of time constants the greatest share of one that a cycle is, and the
+    /// logarithm of the greatest by the least. A time constant is `least (greatest / least)^gene` for a gene from 0 to 1.
+    fn values(&self, index: usize) -> Vec<(String, f32)> {
+        let own = self.slope.map(|factor| (slope(index), factor)).into_iter();
+        if self.kind != LayerKind::Ctrnn {
+            return own.collect();
+        }
         let [least, greatest] = self.time_constants.unwrap_or(TIME_CONSTANTS).map(f64::from);
-        let fastest = (CYCLE / least) as f32;
-        let span = exact::logarithm(greatest / least) as f32;
-        format!("{fastest:?}f * exponential(-{span:?}f * clamp({gene}, 0.0f, 1.0f))")
+        let numbers = [CYCLE / least, exact::logarithm(greatest / least)].map(|number| number as f32);
+        own.chain(rates(index).into_iter().zip(numbers)).collect()
     }
+
+    /// Checks conditions that involve several of its values; errors have keys without the layer's place.
+    fn check(&self) -> Result<(), Invalid> {
+        let has_activation = matches!(self.kind, LayerKind::Dense | LayerKind::Elman);
+        let is_ctrnn = self.kind == LayerKind::Ctrnn;
+        only_where(
+            format_args!("kind = \"{}\"", self.kind.word()),
+            &[
+                ("activation", self.activation.is_some(), has_activation),
+                ("slope", self.slope.is_some(), has_activation),
+                ("time_constants_s", self.time_constants.is_some(), is_ctrnn),
+            ],
+        )?;
+        match self.time_constants {
+            Some([least, greatest]) if least > greatest => {
+                let problem = format!("is [{least}, {greatest}]; allowed: the least and the greatest");
+                Err(Invalid::new("time_constants_s", problem))
+            }
+            _ => Ok(()),
+        }
+    }
+}
+
+/// The name of a layer's slope among the values; that of weighted outputs follows those of the layers.
+fn slope(layer: usize) -> String {
+    format!("slope_{layer}")
+}
+
+/// The names of what a layer's time constants are made of, among the values.
+fn rates(layer: usize) -> [String; 2] {
+    [format!("fastest_{layer}"), format!("span_{layer}")]
 }
 
 impl Network {
@@ -350,7 +404,8 @@ impl Network {
                 let _ = writeln!(cycle, "    {sum}\n    {name} += gene(life, {}u);", first + inputs);
                 first += inputs + 1;
                 let activation = self.activation.unwrap_or_default();
-                activation.command(&activation.of(self.slope, name))
+                let slope = self.slope.map(|_| slope(self.layers.len()));
+                activation.command(&activation.of(slope, name))
             }),
         };
         let [left, right] = outputs;
@@ -360,61 +415,61 @@ impl Network {
             let after = format!("ControllerState({})", kept.join(", "));
             (format!("struct ControllerState {{\n{fields}}}\n"), after)
         };
+        let (values, own) = self.declared();
         format!(
             "const CONTROLLER_GENES: u32 = {first}u;
-{state}fn controller_cycle(life: Life, step: u32, readings: Readings, before: ControllerState) -> Command {{
-{cycle}    return Command(vec2<f32>({left}, {right}), {after});
+{values}{state}fn controller_cycle(life: Life, step: u32, readings: Readings, before: ControllerState) -> Command {{
+{own}{cycle}    return Command(vec2<f32>({left}, {right}), {after});
 }}
 "
         )
     }
 
+    /// The values that its WGSL declares, in order, so that networks that differ in them share a kernel.
+    pub(crate) fn values(&self) -> Vec<(String, f32)> {
+        let layers = self.layers.iter().enumerate();
+        let of_layers = layers.flat_map(|(index, layer)| layer.values(index));
+        let outputs = self.slope.map(|factor| (slope(self.layers.len()), factor));
+        of_layers.chain(outputs).collect()
+    }
+
+    /// The struct of its values and the statement that reads them, in WGSL.
+    fn declared(&self) -> (String, &'static str) {
+        let fields = self.values().into_iter();
+        let fields: String = fields
+            .map(|(name, _)| format!("    {name}: f32, // 1, 0 to 1000: of the network\n"))
+            .collect();
+        if fields.is_empty() {
+            return (fields, "");
+        }
+        let own = "    let own = controller_values(life);\n";
+        (format!("struct ControllerValues {{\n{fields}}}\n"), own)
+    }
+
     /// Checks conditions that involve several values.
     pub(crate) fn check(&self, readings: &[String], greatest_genes: u32) -> Result<(), Invalid> {
-        let count = self.layers.len();
-        if count > GREATEST_LAYERS {
-            let problem = format!("has {count} elements; allowed: up to {GREATEST_LAYERS}");
-            return Err(Invalid::new("controller.layers", problem));
-        }
+        length("controller.layers", self.layers.len(), GREATEST_LAYERS)?;
         for (index, layer) in self.layers.iter().enumerate() {
-            let has_activation = matches!(layer.kind, LayerKind::Dense | LayerKind::Elman);
-            let is_ctrnn = layer.kind == LayerKind::Ctrnn;
-            for (key, is_given, is_allowed) in [
-                ("activation", layer.activation.is_some(), has_activation),
-                ("slope", layer.slope.is_some(), has_activation),
-                ("time_constants_s", layer.time_constants.is_some(), is_ctrnn),
-            ] {
-                if is_given && !is_allowed {
-                    let problem = format!("is given; allowed: not with kind = \"{}\"", layer.kind.word());
-                    return Err(Invalid::new(format!("controller.layers[{index}].{key}"), problem));
-                }
-            }
-            if let Some([least, greatest]) = layer.time_constants.filter(|[least, greatest]| least > greatest) {
-                let problem = format!("is [{least}, {greatest}]; allowed: the least and the greatest");
-                return Err(Invalid::new(
-                    format!("controller.layers[{index}].time_constants_s"),
-                    problem,
-                ));
-            }
+            let place = format!("controller.layers[{index}]");
+            layer.check().map_err(|invalid| invalid.within(&place))?;
         }
         if self.outputs == Some(Outputs::FirstTwo) {
             if self.layers.last().is_none_or(|layer| layer.units < 2) {
                 let problem = "is `first_two`, and the last layer has no two units; allowed: `weighted`";
                 return Err(Invalid::new("controller.outputs", problem));
             }
-            for (key, is_given) in [
-                ("activation", self.activation.is_some()),
-                ("slope", self.slope.is_some()),
-            ] {
-                if is_given {
-                    let problem = "is given; allowed: not with outputs = \"first_two\"";
-                    return Err(Invalid::new(format!("controller.{key}"), problem));
-                }
-            }
+            let checked = only_where(
+                "outputs = \"first_two\"",
+                &[
+                    ("activation", self.activation.is_some(), false),
+                    ("slope", self.slope.is_some(), false),
+                ],
+            );
+            checked.map_err(|invalid| invalid.within("controller"))?;
         }
         let genes = self.genes(readings).len();
         if !(1..=greatest_genes as usize).contains(&genes) {
-            let problem = format!("make {genes} genes; allowed: up to {greatest_genes}");
+            let problem = format!("make {genes} genes; allowed: 1 to {greatest_genes}");
             return Err(Invalid::new("controller.layers", problem));
         }
         Ok(())

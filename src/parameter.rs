@@ -460,6 +460,29 @@ impl Invalid {
             problem: problem.into(),
         }
     }
+
+    /// The same with the key of the table around the value.
+    pub(crate) fn within(self, table: &str) -> Self {
+        let dot = if self.field.is_empty() { "" } else { "." };
+        Self::new(format!("{table}{dot}{}", self.field), self.problem)
+    }
+}
+
+/// Checks the number of a list's elements.
+pub(crate) fn length(field: impl Into<String>, count: usize, greatest: usize) -> Result<(), Invalid> {
+    if count <= greatest {
+        return Ok(());
+    }
+    let problem = format!("has {count} elements; allowed: up to {greatest}");
+    Err(Invalid::new(field, problem))
+}
+
+/// Refuses values that another value rules out. Each has its key, whether it is given, and whether it is allowed.
+pub(crate) fn only_where(other: impl Display, values: &[(&str, bool, bool)]) -> Result<(), Invalid> {
+    match values.iter().find(|(_, is_given, is_allowed)| *is_given && !is_allowed) {
+        None => Ok(()),
+        Some((key, ..)) => Err(Invalid::new(*key, format!("is given; allowed: not with {other}"))),
+    }
 }
 
 /// Checks a whole number that has no row.

@@ -331,6 +331,11 @@ impl WorldSpec {
             cycles: 500,
         }
     }
+
+    /// Names of all readings: the robot's, then those of a user's sensors.
+    fn readings(&self) -> Vec<String> {
+        [self.robot.readings(), self.own.readings().to_vec()].concat()
+    }
 }
 
 /// A checked world, ready for lives. Cheap to clone.
@@ -364,13 +369,13 @@ impl World {
     /// The first invalid value: its path, the value itself, and the allowed values.
     pub fn new(mut spec: WorldSpec) -> Result<Self, Invalid> {
         check::check(&mut spec)?;
-        let readings = [spec.robot.readings(), spec.own.readings().to_vec()].concat();
+        let readings = spec.readings();
         let parts = match &spec.controller {
             Controller::Network(network) => spec.own.with_network(network, &readings)?,
             _ => spec.own.clone(),
         };
         let Composed { kernel, genes } = parts.compose(kernel(&spec), &spec.robot.build, &spec.arena)?;
-        let packed = pack::Packed::new(&spec)?;
+        let packed = pack::Packed::new(&spec, &parts)?;
         let genes = match (&spec.controller, genes) {
             (Controller::Own, Some(count)) => (0..count).map(|index| Gene::new(format!("gene_{index}"))).collect(),
             (controller, _) => controller.genes(&readings),
@@ -384,11 +389,10 @@ impl World {
         }));
         if world.kernel().variants.is_empty() {
             // The turns of its loops depend on the world.
-            let part = world.spec().own.iter().last();
-            let key = part.map_or("robot.sensors".into(), |own| {
-                format!("{}.part", own.part().kind().word())
-            });
-            Worlds::new(&[&world]).map_err(|invalid| Invalid::new(key, compose::too_many_turns(&invalid.problem)))?;
+            Worlds::new(&[&world]).map_err(|invalid| {
+                let key = key_of_turns(world.spec(), &parts);
+                Invalid::new(key, compose::too_many_turns(&invalid.problem))
+            })?;
         }
         Ok(world)
     }
@@ -426,6 +430,21 @@ impl World {
     /// Kernel that simulates it.
     pub fn kernel(&self) -> &'static Kernel {
         self.0.kernel
+    }
+}
+
+/// The key of what makes a cycle's loops turn too often: the robot's sensors, if they do so without these parts, which are a
+/// user's and a network.
+fn key_of_turns(spec: &WorldSpec, parts: &OwnParts) -> String {
+    let without = || WorldSpec {
+        controller: Controller::Perceptron,
+        task: Task::AVOIDANCE,
+        own: OwnParts::default(),
+        ..spec.clone()
+    };
+    match spec.own.iter().last().or(parts.iter().last()) {
+        Some(own) if World::new(without()).is_ok() => own.key(),
+        _ => "robot.sensors".to_owned(),
     }
 }
 

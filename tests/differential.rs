@@ -2,11 +2,13 @@
 //! every device, and what is refused.
 
 use std::f64::consts::{PI, TAU};
+use std::sync::Arc;
 
 use oneiro::arena::{Arena, Light, Patch};
+use oneiro::compose::{Kind, OwnPart, OwnParts, Part};
 use oneiro::differential::{Differential, Law, Sensor, SensorKind};
 use oneiro::surrogate::{Differences, Surrogate};
-use oneiro::world::{Collision, Controller, Noise, Start, World, WorldSpec};
+use oneiro::world::{Collision, Controller, Noise, Start, Task, World, WorldSpec};
 
 mod described;
 use described::{RADIUS, assert_same_everywhere, objects, ray, sensor, spec, traces};
@@ -377,6 +379,46 @@ fn what_cannot_be_is_refused() {
     assert!(sampled.unwrap_err().to_string().starts_with("arena.lights"));
     let text = refused(&|spec, _| spec.surrogate = Some(Surrogate::drawn(1, Differences::all(1.0)).into()));
     assert!(text.starts_with("robot.kind"), "{text}");
+}
+
+/// Loops that turn too often are those of the robot's own sensors, or of a user's part.
+#[test]
+fn too_many_turns_name_what_makes_them() {
+    let refused = |sensors: usize, turns: u32| {
+        let text = format!(
+            "fn task_cycle(life: Life, now: Experience, before: TaskState) -> Reward {{
+                var sum = 0.0f;
+                for (var i = 0u; i < {turns}u; i++) {{ sum = 0.5f * sum + now.moved.left; }}
+                return Reward(sum, before);
+            }}"
+        );
+        let task = OwnPart::new(Arc::new(Part::new(Kind::Task, "own.wgsl", &text).unwrap()), &[]).unwrap();
+        let world = World::new(spec(|spec, robot| {
+            let lamp = |index: usize| sensor(&format!("lamp_{index}"), SensorKind::Light, 0.0, 500.0);
+            robot.sensors = (0..sensors).map(lamp).collect();
+            spec.arena.lights = vec![
+                Light {
+                    x: 300.0,
+                    y: 300.0,
+                    brightness: 1.0,
+                };
+                64
+            ];
+            spec.arena.obstacles = vec![spec.arena.obstacles[0].clone(); 40];
+            (spec.task, spec.own) = (Task::Own, OwnParts::from([task]));
+        }));
+        world.map_or_else(|invalid| invalid.to_string(), |_| "none".to_owned())
+    };
+    assert_eq!(refused(4, 10), "none");
+    assert!(
+        refused(4, 100_000).starts_with("task.part: loops up to 11"),
+        "{}",
+        refused(4, 100_000)
+    );
+    for turns in [10, 100_000] {
+        let problem = refused(64, turns);
+        assert!(problem.starts_with("robot.sensors: loops up to"), "{problem}");
+    }
 }
 
 #[test]

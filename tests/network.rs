@@ -8,8 +8,9 @@ use std::collections::HashMap;
 
 use lives::{batch, world};
 use oneiro::batch::Trace;
-use oneiro::compose::{DetailKind, Kind};
+use oneiro::compose::{DetailKind, Kind, OwnPart, OwnParts, Part};
 use oneiro::cpu::Cpu;
+use oneiro::differential::{Build, Differential, Sensor};
 use oneiro::evaluator::{Control, Evaluator};
 use oneiro::network::{Activation, Layer, LayerKind, Network, Outputs};
 use oneiro::surrogate::{Differences, Surrogate};
@@ -28,6 +29,14 @@ fn dense(units: u32, activation: Activation) -> Layer {
     Layer {
         activation: Some(activation),
         ..layer(LayerKind::Dense, units)
+    }
+}
+
+fn sensor(name: &str) -> Sensor {
+    Sensor {
+        name: name.into(),
+        range: Some(100.0),
+        ..Sensor::default()
     }
 }
 
@@ -355,6 +364,95 @@ fn genes_have_names_and_time_constants_a_range() {
     }
 }
 
+/// Slopes and time constants are values, so that a sweep of them has one kernel and its runs share batches.
+#[test]
+fn networks_that_differ_in_numbers_share_a_kernel() {
+    let with = |slope: f32, time_constants| Network {
+        layers: vec![
+            Layer {
+                slope: Some(slope),
+                activation: Some(Activation::Tanh),
+                ..layer(LayerKind::Elman, 3)
+            },
+            Layer {
+                time_constants,
+                ..layer(LayerKind::Ctrnn, 2)
+            },
+        ],
+        slope: Some(2.0 * slope),
+        ..Network::default()
+    };
+    let numbers = [
+        (0.3, None),
+        (0.4, None),
+        (0.3, Some([0.2, 30.0])),
+        (1.0, Some([1.0, 1.0])),
+    ];
+    let worlds = numbers.map(|(slope, time_constants)| of(&with(slope, time_constants), |_| {}));
+    assert!(worlds.iter().all(|own| std::ptr::eq(own.kernel(), worlds[0].kernel())));
+    let fitness = |worlds: &[World]| {
+        let outcome = Cpu::new(Some(2))
+            .unwrap()
+            .evaluate(&batch(worlds, 60, None), &Control::new());
+        outcome.unwrap().fitness
+    };
+    let alone = worlds.each_ref().map(|own| fitness(std::slice::from_ref(own)));
+    for (one, other) in [(0, 1), (0, 2), (2, 3)] {
+        assert_ne!(alone[one], alone[other], "the numbers show");
+    }
+    let together = fitness(&worlds);
+    for (index, own) in together.iter().enumerate() {
+        assert_eq!(own.to_bits(), alone[index % worlds.len()][index].to_bits());
+    }
+}
+
+/// Readings name genes, and so do units.
+#[test]
+fn a_reading_with_the_name_of_a_unit_is_refused() {
+    let named = |name: &str| {
+        let text = format!(
+            "struct SensorReadings {{ {name}: f32 }}
+            fn sensor_cycle(life: Life, step: u32, pose: vec3<f32>, before: SensorState) -> Sensed {{
+                return Sensed(SensorReadings(0.5f), before);
+            }}"
+        );
+        let part = Part::new(Kind::Sensor, "own.wgsl", &text).unwrap();
+        let mut robot = Differential::new(60.0, 100.0);
+        robot.sensors = ["ahead", name].map(|name| sensor(name)).to_vec();
+        let own = OwnParts::from([OwnPart::new(part.into(), &[]).unwrap()]);
+        (own, Build::Differential(robot))
+    };
+    let refused = |name: &str, kind: LayerKind, is_described: bool| {
+        let (own, build) = named(name);
+        let mut spec = WorldSpec {
+            controller: Controller::Network(Network {
+                layers: vec![layer(kind, 3)],
+                ..Network::default()
+            }),
+            ..WorldSpec::miglino1995()
+        };
+        if is_described {
+            spec.robot.build = build;
+        } else {
+            spec.own = own;
+        }
+        World::new(spec).map_or_else(|invalid| invalid.to_string(), |_| String::new())
+    };
+    let problem = "the reading `layer_0_unit_1` has the name of a unit of the network; allowed: another, since two genes \
+                   would be `layer_0_unit_1_to_layer_0_unit_0`";
+    let name = "layer_0_unit_1";
+    assert_eq!(
+        refused(name, LayerKind::Elman, true),
+        format!("robot.sensors[1].name: {problem}")
+    );
+    assert_eq!(
+        refused(name, LayerKind::Elman, false),
+        format!("sensor.part: {problem}")
+    );
+    assert_eq!(refused(name, LayerKind::Dense, true), "");
+    assert_eq!(refused("layer_0_unit_3", LayerKind::Elman, false), "");
+}
+
 #[test]
 fn mistakes_are_refused() {
     let first_two = |layers: Vec<Layer>| Network {
@@ -417,7 +515,11 @@ fn mistakes_are_refused() {
         ),
         (
             with(layer(LayerKind::Lstm, 16)),
-            "controller.layers: make 1634 genes; allowed: up to 1024",
+            "controller.layers: make 1634 genes; allowed: 1 to 1024",
+        ),
+        (
+            with(layer(LayerKind::Dense, 0)),
+            "controller.layers[0].units: is 0; allowed: 1 to 64",
         ),
         (
             Network {

@@ -1,6 +1,8 @@
 //! Limits of a world's numbers. They are far beyond any use, and keep every number that a kernel computes finite and
 //! normal, because machines differ in subnormals.
 
+use std::collections::BTreeSet;
+
 use oneiro_shaders::life;
 
 use super::parameters::{COORDINATE, LENGTH, PARAMETERS};
@@ -8,6 +10,7 @@ use super::{Collision, Controller, Noise, Robot, Start, Task, WorldSpec, pack};
 use crate::arena::{Arena, Field, Wall};
 use crate::compose::{GREATEST_GENES, Kind};
 use crate::differential::Build;
+use crate::network::Network;
 pub(super) use crate::parameter::LEAST;
 use crate::parameter::{self, Invalid, allowed_number, integer, number};
 use crate::tables::{GREATEST_READING, MotorTable, SensorTable, SensorTables};
@@ -24,17 +27,7 @@ pub(super) fn check(spec: &mut WorldSpec) -> Result<(), Invalid> {
     robot(&spec.robot)?;
     let sampled = match &spec.robot.build {
         Build::Sampled => {
-            for (list, is_empty) in [
-                ("lights", spec.arena.lights.is_empty()),
-                ("floor", spec.arena.floor.is_none()),
-                ("patches", spec.arena.patches.is_empty()),
-            ] {
-                if !is_empty {
-                    let problem = "is given, and no sensor of a sampled robot sees it; allowed: none, or \
-                                   robot.kind = \"differential\"";
-                    return Err(Invalid::new(format!("arena.{list}"), problem));
-                }
-            }
+            only_walls(&spec.arena)?;
             Some(&*spec.robot.sensors)
         }
         Build::Differential(own) => {
@@ -45,26 +38,77 @@ pub(super) fn check(spec: &mut WorldSpec) -> Result<(), Invalid> {
     arena(&spec.arena, sampled)?;
     start(spec.start, &spec.arena)?;
     noise(&spec.noise)?;
-    if let Some(surrogate) = &spec.surrogate {
-        surrogate.check()?;
-        if spec.robot.build != Build::Sampled {
-            let problem =
-                "is `differential` in a surrogate's life; allowed: `sampled`, since surrogates differ from samples";
-            return Err(Invalid::new("robot.kind", problem));
-        }
-        if spec.noise != Noise::NONE {
-            let problem = "is not zero in a surrogate's life; allowed: none, since it has the noise of its own sensors";
-            return Err(Invalid::new("noise", problem));
-        }
-        if spec.robot.collision != Collision::Undo {
-            let problem = "is not `Undo` in a surrogate's life; allowed: `Undo`, since its slip says how it slides";
-            return Err(Invalid::new("robot.collision", problem));
+    if let Some(own) = &spec.surrogate {
+        own.check()?;
+        surrogate(spec)?;
+    }
+    if let Controller::Network(own) = &spec.controller {
+        network(own, spec)?;
+    }
+    own_parts(spec)?;
+    new_cell(spec)?;
+    greatest_speed(spec)
+}
+
+/// Checks that an arena has nothing that only described robots see.
+fn only_walls(arena: &Arena) -> Result<(), Invalid> {
+    let lists = [
+        ("lights", arena.lights.is_empty()),
+        ("floor", arena.floor.is_none()),
+        ("patches", arena.patches.is_empty()),
+    ];
+    match lists.into_iter().find(|(_, is_empty)| !is_empty) {
+        None => Ok(()),
+        Some((list, _)) => {
+            let problem = "is given, and no sensor of a sampled robot sees it; allowed: none, or \
+                           robot.kind = \"differential\"";
+            Err(Invalid::new(format!("arena.{list}"), problem))
         }
     }
-    if let Controller::Network(network) = &spec.controller {
-        let readings = [spec.robot.readings(), spec.own.readings().to_vec()].concat();
-        network.check(&readings, GREATEST_GENES)?;
+}
+
+/// Checks the rest of a world in which a surrogate lives.
+fn surrogate(spec: &WorldSpec) -> Result<(), Invalid> {
+    if spec.robot.build != Build::Sampled {
+        let problem =
+            "is `differential` in a surrogate's life; allowed: `sampled`, since surrogates differ from samples";
+        return Err(Invalid::new("robot.kind", problem));
     }
+    if spec.noise != Noise::NONE {
+        let problem = "is not zero in a surrogate's life; allowed: none, since it has the noise of its own sensors";
+        return Err(Invalid::new("noise", problem));
+    }
+    if spec.robot.collision != Collision::Undo {
+        let problem = "is not `Undo` in a surrogate's life; allowed: `Undo`, since its slip says how it slides";
+        return Err(Invalid::new("robot.collision", problem));
+    }
+    Ok(())
+}
+
+/// Checks a network, and that its genes have different names.
+fn network(network: &Network, spec: &WorldSpec) -> Result<(), Invalid> {
+    let readings = spec.readings();
+    network.check(&readings, GREATEST_GENES)?;
+    let mut names = BTreeSet::new();
+    let genes = network.genes(&readings);
+    let Some(twice) = genes.iter().find(|gene| !names.insert(&gene.name)) else {
+        return Ok(());
+    };
+    let is_named = |reading: &String| twice.name.starts_with(&format!("{reading}_to_"));
+    let index = readings.iter().position(is_named).unwrap_or_default();
+    let key = match spec.robot.described_sensors().get(index) {
+        Some(_) => format!("robot.sensors[{index}].name"),
+        None => "sensor.part".to_owned(),
+    };
+    let problem = format!(
+        "the reading `{}` has the name of a unit of the network; allowed: another, since two genes would be `{}`",
+        readings[index], twice.name
+    );
+    Err(Invalid::new(key, problem))
+}
+
+/// Checks that a user's parts are there where a world asks for them.
+fn own_parts(spec: &WorldSpec) -> Result<(), Invalid> {
     let own = [
         (Kind::Controller, spec.controller == Controller::Own),
         (Kind::Task, spec.task == Task::Own),
@@ -75,24 +119,32 @@ pub(super) fn check(spec: &mut WorldSpec) -> Result<(), Invalid> {
             return Err(Invalid::new(format!("{}.kind", kind.word()), problem));
         }
     }
-    if let Task::Avoidance { new_cell, .. } = spec.task
-        && new_cell > 0.0
-    {
-        let Field { width, height, .. } = spec.arena.field;
-        let cells = pack::cells(width) * pack::cells(height);
-        if spec.surrogate.is_some() {
-            let problem = "is not zero in a surrogate's life; allowed: 0, since a robot does not know its place";
-            return Err(Invalid::new("task.new_cell", problem));
-        }
-        if cells > GREATEST_CELLS {
-            let problem = format!(
-                "is not zero in a field of {cells} cells; allowed: 0, or a field of up to {GREATEST_CELLS} cells of {} mm",
-                life::CELL
-            );
-            return Err(Invalid::new("task.new_cell", problem));
-        }
+    Ok(())
+}
+
+/// Checks the value of a new cell.
+fn new_cell(spec: &WorldSpec) -> Result<(), Invalid> {
+    if !matches!(spec.task, Task::Avoidance { new_cell, .. } if new_cell > 0.0) {
+        return Ok(());
     }
-    // A robot that moves no farther than its diameter per cycle can't jump over a wall.
+    let Field { width, height, .. } = spec.arena.field;
+    let cells = pack::cells(width) * pack::cells(height);
+    if spec.surrogate.is_some() {
+        let problem = "is not zero in a surrogate's life; allowed: 0, since a robot does not know its place";
+        return Err(Invalid::new("task.new_cell", problem));
+    }
+    if cells > GREATEST_CELLS {
+        let problem = format!(
+            "is not zero in a field of {cells} cells; allowed: 0, or a field of up to {GREATEST_CELLS} cells of {} mm",
+            life::CELL
+        );
+        return Err(Invalid::new("task.new_cell", problem));
+    }
+    Ok(())
+}
+
+/// Checks that no robot can jump over a wall, which it could if it moved farther than its diameter in a cycle.
+fn greatest_speed(spec: &WorldSpec) -> Result<(), Invalid> {
     let diameter = 2.0 * spec.robot.body_radius;
     let (key, greatest) = match &spec.robot.build {
         Build::Sampled => {

@@ -10,6 +10,7 @@ use super::{Activation, Collision, Controller, Difference, Speed, Start, Task, W
 use crate::arena::Field;
 use crate::batch::Buffers;
 use crate::cells::Cells;
+use crate::compose::OwnParts;
 use crate::differential::Build;
 use crate::parameter::Invalid;
 use crate::surrogate::{self, Object};
@@ -24,11 +25,13 @@ pub(super) struct Packed {
     pub(super) world: life::World,
     pub(super) shapes: Vec<life::Shape>,
     pub(super) free_share: f32,
+    /// Values of parts.
+    values: Vec<[u32; 4]>,
 }
 
 impl Packed {
-    /// Packs a specification whose numbers have been checked.
-    pub(super) fn new(spec: &WorldSpec) -> Result<Self, Invalid> {
+    /// Packs a specification whose numbers have been checked. `parts` are a user's, and a network.
+    pub(super) fn new(spec: &WorldSpec, parts: &OwnParts) -> Result<Self, Invalid> {
         let shapes = shapes(spec);
         let free = Free::of(spec.arena.field, &shapes);
         let (random_start, start) = match spec.start {
@@ -45,6 +48,7 @@ impl Packed {
             world: world(spec, random_start, start.map(zero), shapes.len() as u32),
             shapes,
             free_share: free.share,
+            values: parts.cells(),
         })
     }
 
@@ -69,9 +73,10 @@ impl Packed {
             (None, Build::Differential(own)) => buffers.add_table(own.cells(radius, &spec.arena)),
             (None, Build::Sampled) => 0,
         };
-        let own_values = match spec.own.cells() {
-            cells if cells.is_empty() => 0,
-            cells => buffers.add_table(cells),
+        let own_values = if self.values.is_empty() {
+            0
+        } else {
+            buffers.add_table(self.values.clone())
         };
         life::World {
             first_shape,

@@ -108,11 +108,16 @@ fn check_names(robot: &Differential) -> Result<(), Invalid> {
 /// Names the key of the part that is refused first.
 fn invalid(parts: &OwnParts, robot: &Build, refusals: &[Refusal]) -> Invalid {
     if *robot != Build::Sampled && refusals[0].place.path == GENERATED {
-        let problem = format!(
-            "have names that can't be used; choose others: {}",
-            Refused::all(refusals)
+        let is_of_names = matches!(
+            refusals[0].rule,
+            Rule::ReservedName | Rule::BuiltInName | Rule::UnknownName | Rule::ValidWgsl
         );
-        return Invalid::new("robot.sensors", problem);
+        let names = if is_of_names {
+            "have names that can't be used; choose others: "
+        } else {
+            ""
+        };
+        return Invalid::new("robot.sensors", format!("{names}{}", Refused::all(refusals)));
     }
     let is_refused = |path: &str| refusals.iter().any(|refusal| refusal.place.path == path);
     let refused = parts.iter().find(|own| is_refused(&own.part.path));
@@ -126,7 +131,7 @@ fn invalid(parts: &OwnParts, robot: &Build, refusals: &[Refusal]) -> Invalid {
         String::new()
     };
     let problem = format!("{through}{}", Refused::all(refusals));
-    Invalid::new(format!("{}.part", own.part.kind.word()), problem)
+    Invalid::new(own.key(), problem)
 }
 
 fn new(
