@@ -38,6 +38,7 @@ use crate::differential::Build;
 use crate::network::Network;
 use crate::parameter::{Allowed, Datum, Invalid};
 use crate::tables::SENSORS;
+use crate::world::Gene;
 
 pub(crate) use part::too_many_turns;
 pub use part::{Part, Rule};
@@ -244,25 +245,31 @@ impl OwnParts {
             .map_or_else(Arc::default, |own| own.part.readings().into())
     }
 
+    /// Names of all readings of a robot with these parts: its own, then those of a user's sensors.
+    pub(crate) fn readings_of(&self, robot: &Build) -> Vec<String> {
+        [robot.readings(), self.readings().to_vec()].concat()
+    }
+
+    /// The fields of the kernel's `Readings` that have them.
+    fn fields(&self, robot: &Build) -> Vec<String> {
+        let own = self.readings();
+        fields(robot)
+            .into_iter()
+            .chain(own.iter().map(|name| format!("own.{name}")))
+            .collect()
+    }
+
     /// Details in the trace of a robot with these parts.
     pub(crate) fn details(&self, robot: &Build) -> Vec<Detail> {
-        // Names, and where they are in the kernel's `Readings`.
-        let readings: Vec<(String, String)> = match robot {
-            Build::Sampled => (0..SENSORS)
-                .map(|sensor| {
-                    let (half, component) = (["first", "last"][sensor / 4], ["x", "y", "z", "w"][sensor % 4]);
-                    (sensor.to_string(), format!("{half}.{component}"))
-                })
-                .collect(),
-            Build::Differential(own) => {
-                let names = own.sensors.iter().map(|sensor| sensor.name.clone());
-                names.map(|name| (name.clone(), name)).collect()
-            }
+        let fields = fields(robot);
+        let name = |index: usize| match robot {
+            Build::Sampled => index.to_string(),
+            Build::Differential(_) => fields[index].clone(),
         };
         let mut details = Vec::new();
         for (kind, of) in [(DetailKind::Perceived, "perceived"), (DetailKind::Real, "real")] {
-            details.extend(readings.iter().map(|(name, place)| Detail {
-                name: name.clone(),
+            details.extend(fields.iter().enumerate().map(|(index, place)| Detail {
+                name: name(index),
                 kind,
                 scalar: Scalar::Float,
                 expression: format!("{of}.{place}"),
@@ -318,8 +325,17 @@ impl OwnParts {
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Composed {
     pub(crate) kernel: &'static Kernel,
-    /// Number of genes of a user's controller, if there is one.
-    pub(crate) genes: Option<usize>,
+    /// Genes of a user's controller, if there is one.
+    pub(crate) genes: Option<&'static [Gene]>,
+}
+
+/// The fields of the kernel's `Readings` that have the robot's, in order.
+fn fields(robot: &Build) -> Vec<String> {
+    let sampled = |sensor: usize| format!("{}.{}", ["first", "last"][sensor / 4], ["x", "y", "z", "w"][sensor % 4]);
+    match robot {
+        Build::Sampled => (0..SENSORS).map(sampled).collect(),
+        Build::Differential(_) => robot.readings(),
+    }
 }
 
 /// The number with the fewest digits that is this one in single precision.

@@ -4,7 +4,7 @@ use std::f64::consts::TAU;
 
 use crate::arena::{self, Arena, Light, Patch};
 use crate::parameter::{Choice, Choices, Datum, Field, Invalid, length, number, only_where};
-use crate::tables::PREVIOUS;
+use crate::tables::{PREVIOUS, SENSOR_NAMES};
 
 /// Origin of a robot's sensors and motors.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -17,6 +17,14 @@ pub enum Build {
 }
 
 impl Build {
+    /// Names of its readings.
+    pub(crate) fn readings(&self) -> Vec<String> {
+        match self {
+            Self::Sampled => SENSOR_NAMES.map(str::to_owned).into(),
+            Self::Differential(own) => own.sensors.iter().map(|sensor| sensor.name.clone()).collect(),
+        }
+    }
+
     /// Whether such a robot may end its life.
     pub(crate) fn may_end_life(&self) -> bool {
         matches!(self, Self::Differential(own) if own.battery_ends_life == Some(true))
@@ -411,7 +419,8 @@ const LEAST_STEP: f32 = 0.01;
 /// Most sensors of a robot, most lights and most patches of its arena.
 pub const GREATEST_LIST: usize = 64;
 
-fn is_identifier(name: &str) -> bool {
+/// Whether a name has letters from a to z, digits and _ only, a letter first.
+pub(crate) fn is_identifier(name: &str) -> bool {
     name.starts_with(|c: char| c.is_ascii_lowercase())
         && name
             .chars()

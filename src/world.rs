@@ -72,14 +72,6 @@ impl Robot {
             Build::Differential(own) => &own.sensors,
         }
     }
-
-    /// Names of its readings.
-    fn readings(&self) -> Vec<String> {
-        match &self.build {
-            Build::Sampled => SENSOR_NAMES.map(str::to_owned).into(),
-            Build::Differential(own) => own.sensors.iter().map(|sensor| sensor.name.clone()).collect(),
-        }
-    }
 }
 
 /// Noise of a simulated life. All zeros is the paper's "no noise".
@@ -173,7 +165,7 @@ impl Controller {
 #[derive(Clone, Debug, PartialEq)]
 pub struct Gene {
     /// The weight of an input to a unit or an output, such as `left_90_to_right`, a bias, such as `bias_right`, or another
-    /// number of the controller. Those of a user's controller are numbered, from `gene_0`.
+    /// number of the controller. A user's controller names its genes, or they are numbered, from `gene_0`.
     pub name: String,
     /// Least and greatest value, if it has a range of its own.
     pub range: Option<[f32; 2]>,
@@ -334,7 +326,7 @@ impl WorldSpec {
 
     /// Names of all readings: the robot's, then those of a user's sensors.
     fn readings(&self) -> Vec<String> {
-        [self.robot.readings(), self.own.readings().to_vec()].concat()
+        self.own.readings_of(&self.robot.build)
     }
 }
 
@@ -377,7 +369,7 @@ impl World {
         let Composed { kernel, genes } = parts.compose(kernel(&spec), &spec.robot.build, &spec.arena)?;
         let packed = pack::Packed::new(&spec, &parts)?;
         let genes = match (&spec.controller, genes) {
-            (Controller::Own, Some(count)) => (0..count).map(|index| Gene::new(format!("gene_{index}"))).collect(),
+            (Controller::Own, Some(own)) => own.to_vec(),
             (controller, _) => controller.genes(&readings),
         };
         let world = Self(Arc::new(Checked {

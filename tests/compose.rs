@@ -309,6 +309,97 @@ fn the_shipped_controllers_written_again_have_their_bits() {
     }
 }
 
+/// The shipped perceptron with named genes, which it reads by loops.
+const NAMED: &str = "
+struct ControllerGenes {
+    to_left: array<f32, INPUTS>, // weights of the left output
+    bias_left: f32, // -0.5 to 2: of the left output
+    to_right: array<f32, INPUTS>, // -3 to 3 per unit: weights of the right output
+    bias_right: f32,
+}
+fn controller_cycle(life: Life, step: u32, readings: Readings, before: ControllerState) -> Command {
+    var sums = vec2<f32>(0.0f, 0.0f);
+    for (var i = 0u; i < INPUTS; i++) {
+        sums.x += gene(life, TO_LEFT + i) * reading(readings, i);
+        sums.y += gene(life, TO_RIGHT + i) * reading(readings, i);
+    }
+    let left = logistic(sums.x + gene(life, BIAS_LEFT));
+    return Command(vec2<f32>(left, logistic(sums.y + gene(life, BIAS_RIGHT))), before);
+}
+";
+
+/// Names and ranges say nothing of what a controller computes; readings by their index are those by their names.
+#[test]
+fn genes_are_named_and_have_ranges() {
+    let [named, plain] = [NAMED, PERCEPTRON].map(everything);
+    assert_eq!(fitness(&named), fitness(&plain));
+    let (names, ranges) = (named.gene_layout().names(), named.gene_layout().ranges());
+    assert_eq!((names.len(), ranges.len()), (22, 22));
+    assert_eq!(
+        names[7..13],
+        [
+            "to_left_back_left",
+            "to_left_ahead",
+            "to_left_north",
+            "bias_left",
+            "to_right_left_90",
+            "to_right_left_45"
+        ]
+    );
+    assert_eq!((names[21].as_str(), ranges[21]), ("bias_right", None));
+    assert!(ranges[..10].iter().all(Option::is_none));
+    assert_eq!(ranges[10], Some([-0.5, 2.0]));
+    assert!(ranges[11..21].iter().all(|range| *range == Some([-3.0, 3.0])));
+    // The length of an array is any constant.
+    let counted = |length: &str, genes: usize| {
+        let text = format!(
+            "const UNITS = 3;
+            struct ControllerGenes {{ first: f32, many: array<f32, {length}>, last: f32 }}
+            fn controller_cycle(life: Life, step: u32, readings: Readings, before: ControllerState) -> Command {{
+                return Command(vec2<f32>(gene(life, MANY + 1u), gene(life, LAST)), before);
+            }}"
+        );
+        let names = everything(&text).gene_layout().names();
+        assert_eq!(names.len(), genes);
+        assert_eq!((names[1].as_str(), names[genes - 1].as_str()), ("many_0", "last"));
+        assert_eq!(names[genes - 2], format!("many_{}", genes - 3));
+    };
+    counted("4", 6);
+    counted("UNITS", 5);
+    counted("2u * (INPUTS + 1u)", 24);
+    counted("u32(UNITS) * INPUTS", 32);
+}
+
+#[test]
+fn readings_have_an_index() {
+    let rewarded = |earned: &str| {
+        let task = format!(
+            "fn task_cycle(life: Life, now: Experience, before: TaskState) -> Reward {{
+                return Reward({earned}, before);
+            }}"
+        );
+        let mut spec = everything(PERCEPTRON).spec().clone();
+        spec.own.insert(Arc::new(own(Kind::Task, &task, &[])));
+        fitness(&World::new(spec).unwrap())
+    };
+    for (index, name) in [
+        ("0u", "first.x"),
+        ("6u", "last.z"),
+        ("8u", "own.ahead"),
+        ("9u", "own.north"),
+        ("10u + now.step", "own.north"),
+    ] {
+        for readings in ["now.perceived", "now.real"] {
+            let by_name = rewarded(&format!("{readings}.{name}"));
+            assert_eq!(
+                rewarded(&format!("reading({readings}, {index})")),
+                by_name,
+                "{readings}.{name}"
+            );
+        }
+    }
+}
+
 /// A world with every kind of part.
 fn everything(text: &str) -> World {
     World::new(WorldSpec {
@@ -593,6 +684,7 @@ fn a_gpu_has_the_same_bits() {
         world(WHOLE, &[], &|_| {}),
         everything(PERCEPTRON),
         everything(RECURRENT),
+        everything(NAMED),
         commanded_world("5.0f", "wild"),
     ] {
         let batch = batch(&world, 2_000, Some(TraceRequest { every: 20 }));
@@ -730,6 +822,15 @@ fn mistakes_are_refused_with_their_place() {
             "own.wgsl:2:33: `main` is a name of Oneiro's",
         ),
         (format!("{cycle} fn ,"), "own.wgsl:1:"),
+        (
+            first("let x = now.real[now.step];"),
+            "own.wgsl:3:17: readings have names, and no index; write `reading(now.real, i)` [indexed-arrays]",
+        ),
+        (
+            first("let seen = now.perceived; let x = seen[0];"),
+            "own.wgsl:3:39: readings have names, and no index; write `reading(seen, i)` [indexed-arrays]",
+        ),
+        (first("var real = array<f32, 2>(1.0f, 2.0f); real[0] = real[1];"), TAKEN),
     ];
     let cases = cases.into_iter().map(|(text, message)| (Kind::Task, text, message));
     let controller = [
@@ -750,7 +851,71 @@ fn mistakes_are_refused_with_their_place() {
             "own.wgsl:6:",
         ),
     ];
-    let controller = controller.into_iter().chain([
+    let named = |fields: &str| {
+        let genes = NAMED.find("fn ").unwrap();
+        format!("struct ControllerGenes {{\n{fields}\n}}\n{}", &NAMED[genes..])
+    };
+    let all = "to_left: array<f32, INPUTS>,\nto_right: array<f32, INPUTS>,\nbias_left: f32,\nbias_right: f32";
+    let with = |field: &str| named(&format!("{field},\n{all}"));
+    let of_genes = [
+        (named(all), TAKEN),
+        (with("a: f32, // of it"), TAKEN),
+        (with("a: f32, // -1e6 to 1e6 mm: of it"), TAKEN),
+        (
+            with("a: u32"),
+            "own.wgsl:2:1: in `ControllerGenes`: `a`: isn't an f32 or an array of them, such as `array<f32, INPUTS>`; write `a: f32, // LEAST",
+        ),
+        (
+            with("a: array<f32>"),
+            "own.wgsl:2:1: in `ControllerGenes`: `a`: isn't an f32 or an array",
+        ),
+        (with("A: f32"), "`A`: its name has other than letters from a to z"),
+        (
+            with("lanes: f32"),
+            "own.wgsl:2:1: in `ControllerGenes`: the constant `LANES` of `lanes` is a name of Oneiro's",
+        ),
+        (
+            with("a: f32, // 1 to 0: of it"),
+            "`a`: its comment begins with a number, and isn't a range and a meaning",
+        ),
+        (with("a: f32, // 0 to 1"), "`a`: its comment begins with a number"),
+        (with("a: f32, // -1: of it"), "`a`: its comment begins with a number"),
+        (
+            with("a: f32, // 0 to 2e6: of it"),
+            "`a`: an end of its range is 2000000; allowed: -1000000 to 1000000",
+        ),
+        (
+            with("a: f32, // 0 to 1e-9: of it"),
+            "`a`: an end of its range is 1e-9; allowed: 0, or",
+        ),
+        (
+            with("a: f32, // 1 to 1: of it"),
+            "`a`: its range has one value, 1; make it a constant",
+        ),
+        (
+            with("a: array<f32, 1024>"),
+            "own.wgsl:1:8: `ControllerGenes` has more than 1024 genes; allowed: 1 to 1024",
+        ),
+        (with("a: array<f32, MANY>"), "own.wgsl:2:"),
+        (
+            with("to_left_left_90: f32"),
+            "own.wgsl:3:1: in `ControllerGenes`: `to_left`: another gene is called `to_left_left_90` as well",
+        ),
+        (with("a: f32") + "const A: u32 = 1u;", "`A` is a name of Oneiro's"),
+        (
+            named(all) + "const CONTROLLER_GENES: u32 = 3u;",
+            "`CONTROLLER_GENES` is the number of genes that `ControllerGenes` names; leave it out",
+        ),
+        (
+            named(""),
+            "own.wgsl: has no `CONTROLLER_GENES`; write `const CONTROLLER_GENES: u32 = NUMBER;`, or name the genes: `struct ControllerGenes",
+        ),
+        (
+            NAMED.replace("reading(readings, i);\n        sums.y", "readings[i];\n        sums.y"),
+            "own.wgsl:11:45: readings have names, and no index; write `reading(readings, i)` [indexed-arrays]",
+        ),
+    ];
+    let controller = controller.into_iter().chain(of_genes).chain([
         (
             RECURRENT.replace("const CONTROLLER_GENES: u32", "const CONTROLLER_GENES"),
             "own.wgsl:2:7: `CONTROLLER_GENES` is declared otherwise; write `const CONTROLLER_GENES: u32 = NUMBER;`",
@@ -1056,11 +1221,14 @@ fn the_parts_of_the_documentation_are_taken() {
             .unwrap()
     };
     let kinds: Vec<Kind> = parts.iter().map(|text| kind(text)).collect();
-    assert_eq!(kinds, [Kind::Task, Kind::Controller, Kind::Sensor, Kind::Task]);
-    for task in [0, 3] {
+    assert_eq!(
+        kinds,
+        [Kind::Task, Kind::Controller, Kind::Controller, Kind::Sensor, Kind::Task]
+    );
+    for (controller, task) in [(1, 0), (1, 4), (2, 4)] {
         let world = World::new(WorldSpec {
             controller: Controller::Own,
-            own: OwnParts::from([1, 2, task].map(|index| own(kinds[index], parts[index], &[]))),
+            own: OwnParts::from([controller, 3, task].map(|index| own(kinds[index], parts[index], &[]))),
             ..world(SAME, &[], &|_| {}).spec().clone()
         });
         let fitness = fitness(&world.unwrap());

@@ -381,6 +381,45 @@ fn what_cannot_be_is_refused() {
     assert!(text.starts_with("robot.kind"), "{text}");
 }
 
+/// A described robot's readings by their index, those of its own sensors first.
+#[test]
+fn readings_have_an_index() {
+    let fitness = |earned: &str| {
+        let sensor_text = "struct SensorReadings { east: f32 }
+            fn sensor_cycle(life: Life, step: u32, pose: vec3<f32>, before: SensorState) -> Sensed {
+                return Sensed(SensorReadings(cosine_sine(pose.z).x), before);
+            }";
+        let task = format!(
+            "fn task_cycle(life: Life, now: Experience, before: TaskState) -> Reward {{
+                return Reward({earned}, before);
+            }}"
+        );
+        let own = |kind, text: &str| {
+            let part = Part::new(kind, "own.wgsl", text).unwrap();
+            OwnPart::new(Arc::new(part), &[]).unwrap()
+        };
+        let traces = traces(
+            spec(|spec, _| {
+                spec.task = Task::Own;
+                spec.own = OwnParts::from([own(Kind::Sensor, sensor_text), own(Kind::Task, &task)]);
+            }),
+            40,
+        );
+        traces
+            .iter()
+            .map(|trace| trace[trace.len() - 1].fitness.to_bits())
+            .collect::<Vec<_>>()
+    };
+    for (index, name) in ["ahead", "left", "back", "bump", "right", "own.east", "own.east"]
+        .iter()
+        .enumerate()
+    {
+        let by_name = fitness(&format!("now.real.{name}"));
+        assert_eq!(fitness(&format!("reading(now.real, {index}u)")), by_name, "{name}");
+        assert!(by_name.iter().any(|bits| *bits != by_name[0]), "{name} shows");
+    }
+}
+
 /// Loops that turn too often are those of the robot's own sensors, or of a user's part.
 #[test]
 fn too_many_turns_name_what_makes_them() {

@@ -227,7 +227,24 @@ fn each_part_runs_as_it_is_written() {
     }
     assert_eq!(tables.len(), some.len(), "each part changes what evolves");
     let genes = place.good(&["check", "all/config.toml", "--json"]);
-    assert!(genes.contains("\"genes\": 22") && genes.contains("gene_21"), "{genes}");
+    for words in ["\"genes\": 22", "\"to_left_ahead\"", "\"paces_1\""] {
+        assert!(genes.contains(words), "{genes}");
+    }
+    let listed = place.good(&["check", "all/config.toml"]);
+    assert!(
+        listed.contains("     19  biases_1\n     20  paces_0, 0.02 to 1\n"),
+        "{listed}"
+    );
+    // Genes start in their range, and stay there.
+    let champion: serde_json::Value = serde_json::from_str(&place.text("all/champion.json")).unwrap();
+    let genome = champion["genome"].as_array().unwrap();
+    assert_eq!(champion["gene_names"][20], "paces_0");
+    assert!(
+        genome[20..]
+            .iter()
+            .all(|gene| (0.02..=1.0).contains(&gene.as_f64().unwrap())),
+        "{champion}"
+    );
     let genes = place.good(&["check", "one/config.toml"]);
     assert!(genes.contains("ahead_to_left"), "{genes}");
     let range =
@@ -481,8 +498,8 @@ fn the_problems_of_all_parts_are_shown_at_once() {
     change("eyes.wgsl", "* reciprocal(own.range)", "/ own.range");
     change(
         "brain.wgsl",
-        "let sum = ",
-        "for (var i = 0u; i < first; i = i) {} let sum = ",
+        "let left = ",
+        "for (var i = 0u; i < step; i = i) {} let left = ",
     );
     change("goal.wgsl", "{\n    let", "{\n    let unused = 0.5;\n    let");
     let refused = place.run(&["check", "all.toml"]).exits(3);

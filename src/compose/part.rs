@@ -16,6 +16,8 @@ use super::{Kind, Refused, Scalar, Value};
 
 pub(super) use kernel::compose;
 
+use fields::GeneField;
+
 impl Refused {
     fn all(refusals: &[Refusal]) -> Self {
         Self(refusals.iter().map(ToString::to_string).collect())
@@ -47,6 +49,7 @@ pub struct Part {
     generated: String,
     values: Vec<Value>,
     readings: Vec<String>,
+    genes: Vec<GeneField>,
     memory: Vec<(String, Scalar)>,
 }
 
@@ -70,7 +73,10 @@ impl Part {
         let values = fields::values(&part, &interface, &mut problems);
         let readings = fields::readings(&part, &interface, &mut problems);
         let memory = fields::memory(&part, &interface, &mut problems);
-        let generated = generate::missing(&interface, &declared, &memory, &values, &readings);
+        let genes = fields::genes(&part, &interface, &mut problems);
+        let mut generated = generate::missing(&interface, &declared, &memory, &values, &readings);
+        problems.extend(check::gene_problems(&genes));
+        generated += &generate::gene_constants(&genes);
         problems.extend(check::problems(&part, &interface, &declared, &generated));
         if !problems.is_empty() {
             problems.extend(check_part(&part));
@@ -84,6 +90,7 @@ impl Part {
             generated,
             values,
             readings,
+            genes,
             memory: memory
                 .into_iter()
                 .flat_map(|field| field.scalars.into_iter().map(move |scalar| (scalar, field.scalar)))

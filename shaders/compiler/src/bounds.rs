@@ -295,8 +295,8 @@ impl Analysis<'_> {
             function: self.functions.last().cloned(),
             rule: Rule::LoopWithoutBound,
             message:
-                "this loop has no bound known before it runs; write `for (var i = 0u; i < end; i++)`, where `end` is a \
-                      constant or `min(value, GREATEST)` of a value of the world and a constant, and both are u32"
+                "this loop has no bound known before it runs; write `for (var i = start; i < end; i += step)`, where `end` \
+                      is a constant or has a greatest value that shows, such as `min(x, 8u)`"
                     .into(),
         });
         Bound::Constant(0)

@@ -217,6 +217,14 @@ pub fn word_at(part: &Part, place: &Place) -> Option<String> {
     found.map(|(_, word)| word.to_owned())
 }
 
+/// The names in a part that an index follows, with their places.
+pub fn indexed(part: &Part) -> Vec<(String, Place)> {
+    let text = blank_comments(&part.text);
+    let source = Source::new(std::slice::from_ref(part));
+    let found = words(&text).filter(|(at, word)| text[at + word.len()..].trim_start().starts_with('['));
+    found.map(|(at, word)| (word.to_owned(), source.place(at))).collect()
+}
+
 /// The uses of these names in a part, other than as a field's name.
 pub fn uses<'a>(part: &Part, names: &[&'a str]) -> Vec<(Place, &'a str)> {
     find(part, names, |before, after| {
@@ -308,6 +316,11 @@ mod tests {
             .map(|(name, place)| (name, place.line))
             .collect();
         assert_eq!(called, [("root".to_owned(), 3)]);
+        let indexed: Vec<_> = indexed(&own)
+            .into_iter()
+            .map(|(name, place)| (name, place.column))
+            .collect();
+        assert_eq!(indexed, [("state".to_owned(), 12)]);
         let names: Vec<_> = names(&own).into_iter().collect();
         assert_eq!(names, ["b", "d", "state"]);
         let place = |column| Place {

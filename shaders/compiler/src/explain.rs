@@ -67,7 +67,7 @@ impl<'a> Types<'a> {
                 expression: None,
                 expected_ty: Some(expected),
             } => format!(
-                "it can end without a result; write `return VALUE;`, a {}",
+                "it can end without a result; write `return VALUE;`, of type {}",
                 self.name(*expected)
             ),
             FunctionError::InvalidReturnType {
@@ -120,7 +120,8 @@ impl<'a> Types<'a> {
             } => {
                 let (left, right) = (self.inner(lhs_type), self.inner(rhs_type));
                 let hint = conversion(&left, &right);
-                format!("`{}` can't join {left} and {right}; allowed: one type{hint}", sign(*op))
+                let operator = sign(*op);
+                format!("`{operator}` takes operands of one type; here they are {left} and {right}{hint}")
             }
             ExpressionError::SelectValuesTypeMismatch { accept, reject } => {
                 let (reject, accept) = (self.inner(reject), self.inner(accept));

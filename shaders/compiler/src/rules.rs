@@ -288,11 +288,14 @@ fn sum(a: f32, b: f32) -> f32 {
 "
 
     LoopWithoutBound "loop-without-bound"
-        "Loops have a bound that is known before they run: `for (var i = 0u; i < end; i++)`, where `end` is a constant \
-         or `min(value, GREATEST)` of a value of the world and a constant, all of them u32."
+        "Loops have a bound that is known before they run: `for (var i = start; i < end; i += step)`, where `end` is a \
+         constant or has a greatest value that shows, such as `min(x, 8u)`."
         why: "Nothing can stop a kernel on a GPU. A loop that doesn't end freezes the screen until the driver resets \
               the device, and the run is lost. Software drivers leave long loops without saying so, and results \
-              differ. So Oneiro must know before the first cycle how often each loop turns at most."
+              differ. So Oneiro must know before the first cycle how often each loop turns at most. The counter is a u32 \
+              that nothing else changes, and `step` a constant. Besides `min(x, 8u)`, `end` may be `x % 8u`, `x & 7u`, a \
+              `select` of such, the counter of a loop around it, and sums and products of these. With `<=` or a step above \
+              1, the greatest `end` plus the step must be below 2^32 - 1, or the counter could begin again from 0."
         wrong: "\
 fn task_cycle(life: Life, now: Experience, before: TaskState) -> Reward {
     var sum = 0.0f;
@@ -342,7 +345,7 @@ fn prepare() {}
         right: "fn prepare() {}\n"
 
     BuiltInName "built-in-name"
-        "Nothing is declared with the name of a type or function of WGSL's that is in use."
+        "Nothing has the name of a WGSL type or function that parts use."
         why: "A function with the name of one that is known to be exact would pass for it, and a struct with the name \
               of a type for that type."
         wrong: "fn clamp(x: f32) -> f32 { return max(x, 0.0f); }\n"
@@ -351,7 +354,7 @@ fn prepare() {}
     ReservedName "reserved-name"
         "Nothing is declared with a name that Oneiro uses itself."
         why: "A part is put together with Oneiro's own files into one kernel, in which each name is declared once. \
-              Names of readings also name genes, so that a reading of your own can't be called as one of the robot's."
+              Names of readings also name genes, so a reading of your own can't have the name of one of the robot's."
         wrong: "fn touches(x: f32) -> bool { return x < 27.5f; }\n"
         right: "fn within_reach(x: f32) -> bool { return x < 27.5f; }\n"
 
@@ -398,7 +401,7 @@ fn task_cycle(life: Life, now: Experience, before: TaskState) -> Reward {
         right: "fn is_free(life: Life, x: f32, y: f32) -> bool { return !blocked(life, vec2<f32>(x, y)); }\n"
 
     MissingDeclaration "missing-declaration"
-        "A part declares what the kernel calls: its function `.._cycle`, a controller's number of genes, sensors' readings."
+        "A part declares what the kernel calls: its function `.._cycle`, a controller's genes, sensors' readings."
         why: "The kernel calls these functions by their names and uses these constants and structs. What else is \
               missing has a default, but here none would make sense."
         wrong: "\
@@ -445,8 +448,8 @@ struct TaskValues {
 
     ReadingForm "reading-form"
         "A reading of your own sensors is one f32."
-        why: "The controllers that ship weigh each reading by a gene of its own and name the gene after it, so that \
-              each field is one number."
+        why: "The controllers that ship weigh each reading by a gene of its own and name the gene after it, so each \
+              field must be one number."
         wrong: "\
 struct SensorReadings { ahead: vec2<f32> }
 fn sensor_cycle(life: Life, step: u32, pose: vec3<f32>, before: SensorState) -> Sensed {
@@ -458,6 +461,32 @@ struct SensorReadings { east: f32, north: f32 }
 fn sensor_cycle(life: Life, step: u32, pose: vec3<f32>, before: SensorState) -> Sensed {
     let ahead = cosine_sine(pose.z);
     return Sensed(SensorReadings(ahead.x, ahead.y), before);
+}
+"
+
+    GeneForm "gene-form"
+        "A named gene is an f32 or an array of them, and its range, if it has one of its own, the comment `LEAST to GREATEST \
+         UNIT: MEANING`."
+        why: "Genes are columns of tables and have constants by their names, so that these are in lower case. A comment that \
+              begins with a number has to be a whole range: with half of one, a gene would evolve in the range of all others, \
+              and nothing would show it."
+        wrong: "\
+struct ControllerGenes {
+    gain: f32, // 0 to: of the sensors
+    biases: vec2<f32>,
+}
+fn controller_cycle(life: Life, step: u32, readings: Readings, before: ControllerState) -> Command {
+    return Command(vec2<f32>(gene(life, 0u), gene(life, 1u)), before);
+}
+"
+        right: "\
+struct ControllerGenes {
+    gain: f32, // 0 to 5: of the sensors
+    biases: array<f32, 2>,
+}
+fn controller_cycle(life: Life, step: u32, readings: Readings, before: ControllerState) -> Command {
+    let near = gene(life, GAIN) * highest(readings);
+    return Command(vec2<f32>(near + gene(life, BIASES), near + gene(life, BIASES + 1u)), before);
 }
 "
 

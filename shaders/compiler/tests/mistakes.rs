@@ -30,7 +30,7 @@ fn mistakes_have_plain_words() {
         (
             "",
             "let y = x;",
-            "in `made`: it can end without a result; write `return VALUE;`, a Pair",
+            "in `made`: it can end without a result; write `return VALUE;`, of type Pair",
         ),
         (
             "",
@@ -55,12 +55,12 @@ fn mistakes_have_plain_words() {
         (
             "",
             "return Pair(x + n, vec2<f32>(x, x));",
-            "`+` can't join f32 and u32; allowed: one type; write `f32(x)` for the u32, or `1.0f` for a constant",
+            "`+` takes operands of one type; here they are f32 and u32; write `f32(x)` for the u32, or `1.0f` for a constant",
         ),
         (
             "",
             "return Pair(x, vec2<f32>(x, x) - vec3<f32>(x, x, x));",
-            "`-` can't join vec2<f32> and vec3<f32>; allowed: one type",
+            "`-` takes operands of one type; here they are vec2<f32> and vec3<f32>",
         ),
         (
             "",

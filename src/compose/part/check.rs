@@ -4,19 +4,21 @@ use std::collections::BTreeSet;
 
 use oneiro_shader_compiler as compiler;
 use oneiro_shader_compiler::declarations::{
-    Declaration, accesses, built_in, calls, declarations, members, names, parameters_at, signature, uses, word_at,
+    Declaration, accesses, built_in, calls, declarations, indexed, members, names, parameters_at, signature, uses,
+    word_at,
 };
 use oneiro_shader_compiler::{Place, Refusal, Refusals, Rule};
 use oneiro_shader_parts::PARTS;
 use oneiro_shaders::{KERNELS, LIFE_PERCEPTRON};
 
-use super::interface::{self, Function, Interface};
+use super::fields::GeneField;
+use super::interface::{self, Function, GENE_COUNT, GENES, Interface};
 use super::{generate, kernel, refusal};
 use crate::compose::OwnParts;
 use crate::parameter::nearest;
 
 /// Functions of shipped parts that every part may call; `lib/numerics`, `lib/random` and `lib/user` have them.
-const CALLS: [&str; 15] = [
+const CALLS: [&str; 16] = [
     "reciprocal",
     "root",
     "reciprocal_root",
@@ -29,6 +31,7 @@ const CALLS: [&str; 15] = [
     "direction",
     "squared_length",
     "highest",
+    generate::READING,
     "random",
     "blocked",
     "distance_along",
@@ -48,14 +51,27 @@ pub(super) fn problems(
 ) -> Refusals {
     let mut taken = shipped_names();
     let calls = used_problems(part, interface, &taken);
-    taken.extend(declared_names(kernel::GENERATED, generated));
-    taken.extend(generate::COUNTS.map(str::to_owned));
-    let mut problems = declared_problems(part, interface, declared, &taken);
+    let added: BTreeSet<_> = declared_names(kernel::GENERATED, generated).collect();
+    taken.extend(added.iter().cloned());
+    let mut problems = declared_problems(part, interface, declared, &taken, &added);
     problems.extend(calls);
     problems
 }
 
-/// Names that the shipped parts declare which users' parts are composed with.
+/// Problems with the constants of named genes.
+pub(super) fn gene_problems(genes: &[GeneField]) -> Refusals {
+    let taken = shipped_names();
+    let refused = genes.iter().filter(|gene| taken.contains(&gene.constant()));
+    let refusal = |gene: &GeneField| {
+        let (name, constant) = (&gene.name, gene.constant());
+        let problem =
+            format!("in `{GENES}`: the constant `{constant}` of `{name}` is a name of Oneiro's; choose another");
+        refusal(&gene.place, Rule::ReservedName, problem)
+    };
+    refused.map(refusal).collect()
+}
+
+/// Names of the parts that users' parts are composed with.
 fn shipped_names() -> BTreeSet<String> {
     let is_composed = |path: &&str| {
         let life = |name: &str| name.starts_with("life_") || name.starts_with("surrogate_");
@@ -64,7 +80,8 @@ fn shipped_names() -> BTreeSet<String> {
         !ships || kernels.any(|kernel| kernel.parts.contains(path))
     };
     let shipped = PARTS.iter().filter(|(path, _)| is_composed(path));
-    shipped.flat_map(|(path, text)| declared_names(path, text)).collect()
+    let declared = shipped.flat_map(|(path, text)| declared_names(path, text));
+    declared.chain(generate::NAMES.map(str::to_owned)).collect()
 }
 
 /// Names that a part declares outside of functions.
@@ -76,12 +93,14 @@ fn declared_names(path: &str, text: &str) -> impl Iterator<Item = String> {
     declarations(&part).into_iter().map(|declaration| declaration.name)
 }
 
-/// Problems with what a part declares or doesn't declare. `taken` are the names of the rest of the kernel.
+/// Problems with what a part declares or doesn't declare. `taken` are the names of the rest of the kernel, among them those that
+/// are `added` for this part.
 fn declared_problems(
     part: &compiler::Part,
     interface: &Interface,
     declared: &[Declaration],
     taken: &BTreeSet<String>,
+    added: &BTreeSet<String>,
 ) -> Refusals {
     let whole = Place {
         path: part.path.clone(),
@@ -98,8 +117,12 @@ fn declared_problems(
         }
     }
     for (name, form) in interface.others {
-        if declared.iter().all(|own| own.name != *name) {
-            let message = format!("has no `{name}`; write `{form}`");
+        if !added.contains(*name) && declared.iter().all(|own| own.name != *name) {
+            let instead = match *name {
+                GENE_COUNT => format!(", or name the genes: `struct {GENES} {{ NAME: f32, .. }}`"),
+                _ => String::new(),
+            };
+            let message = format!("has no `{name}`; write `{form}`{instead}");
             refuse(&whole, Rule::MissingDeclaration, message);
         }
     }
@@ -116,6 +139,9 @@ fn declared_problems(
             && (!form.starts_with(keyword.as_str()) || keyword == "const" && has != "u32")
         {
             let message = format!("`{name}` is declared otherwise; write `{form}`");
+            refuse(place, Rule::DeclaredForm, message);
+        } else if form.is_some() && added.contains(name) {
+            let message = format!("`{name}` is the number of genes that `{GENES}` names; leave it out");
             refuse(place, Rule::DeclaredForm, message);
         } else if keyword == "var" {
             let message = format!(
@@ -155,6 +181,15 @@ fn used_problems(part: &compiler::Part, interface: &Interface, taken: &BTreeSet<
         );
         refuse(&place, Rule::BatchPlace, message);
     }
+    for (name, place) in indexed(part) {
+        if let Some(readings) = readings_at(part, &name, &place) {
+            let message = format!(
+                "readings have names, and no index; write `{}({readings}, i)`",
+                generate::READING
+            );
+            refuse(&place, Rule::IndexedArrays, message);
+        }
+    }
     for (name, place) in calls(part) {
         let is_allowed = [&CALLS, interface.calls, interface.structs]
             .iter()
@@ -171,6 +206,28 @@ fn used_problems(part: &compiler::Part, interface: &Interface, taken: &BTreeSet<
         }
     }
     problems
+}
+
+/// The expression that a name at a place ends, if it is a struct of readings: a parameter, a field of what a task is given, or
+/// what a `let` of the same function made of one.
+fn readings_at(part: &compiler::Part, name: &str, place: &Place) -> Option<String> {
+    let before: Vec<_> = part.text.split('\n').take(place.line).collect();
+    let (line, above) = before.split_last()?;
+    let line: String = line.chars().take(place.column - 1).collect();
+    let is_inside = |c: char| c.is_alphanumeric() || c == '_' || c == '.';
+    let owner = &line[line.trim_end_matches(is_inside).len()..];
+    let whole = format!("{owner}{name}");
+    let parameters = parameters_at(part, place);
+    let is_given = |name: &str, ty: &str| parameters.iter().any(|(own, of)| own == name && of == ty);
+    let is_readings = |expression: &str| match expression.split_once('.') {
+        Some((owner, field)) => is_given(owner, "Experience") && ["real", "perceived"].contains(&field),
+        None => is_given(expression, "Readings"),
+    };
+    let text = above.join("\n") + "\n" + &line;
+    let function = &text[text.rfind("fn ").unwrap_or(0)..];
+    let made = function.rsplit_once(&format!("let {whole} ="));
+    let made = made.and_then(|(_, after)| after.split(';').next());
+    (is_readings(&whole) || made.is_some_and(|made| is_readings(made.trim()))).then_some(whole)
 }
 
 /// Adds to the refusal of each unknown name of a user's part the name that was probably meant.

@@ -2,11 +2,13 @@
 
 use oneiro_shader_compiler as compiler;
 use oneiro_shader_compiler::declarations::{Member, members};
-use oneiro_shader_compiler::{Refusals, Rule};
+use oneiro_shader_compiler::{Place, Refusals, Rule};
 
-use super::interface::Interface;
+use super::interface::{GENES, Interface};
 use super::refusal;
+use crate::batch::GREATEST_GENE;
 use crate::compose::{Scalar, Value, shortest};
+use crate::differential::is_identifier;
 use crate::parameter::{Allowed, Datum};
 use crate::tables::{PREVIOUS, SENSOR_NAMES};
 
@@ -17,6 +19,40 @@ pub(super) struct Remembered {
     pub(super) scalar: Scalar,
     /// Its scalars, such as `place.x`, `place.y`.
     pub(super) scalars: Vec<String>,
+}
+
+/// A field of a controller's genes: one gene, or an array of them.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct GeneField {
+    pub(super) name: String,
+    /// Number of an array's elements, an expression in WGSL.
+    pub(super) count: Option<String>,
+    /// Least and greatest value, if it has a range of its own.
+    pub(super) range: Option<[f32; 2]>,
+    pub(super) place: Place,
+}
+
+impl GeneField {
+    /// The constant with the index of its first gene.
+    pub(super) fn constant(&self) -> String {
+        self.name.to_ascii_uppercase()
+    }
+
+    /// Reads the number and the range of its genes, or says what is wrong with them.
+    fn read(&mut self, Member { name, ty, comment, .. }: &Member) -> Result<(), String> {
+        if !is_identifier(name) {
+            return Err("its name has other than letters from a to z, digits and _, or no letter first".to_owned());
+        }
+        let elements = ty.strip_prefix("array<f32,").and_then(|ty| ty.strip_suffix('>'));
+        if ty != "f32" && elements.is_none() {
+            return Err("isn't an f32 or an array of them, such as `array<f32, INPUTS>`".to_owned());
+        }
+        self.count = elements.map(str::to_owned);
+        if comment.starts_with(|c: char| c.is_ascii_digit() || "+-.".contains(c)) {
+            self.range = Some(gene_range(comment)?);
+        }
+        Ok(())
+    }
 }
 
 impl Scalar {
@@ -80,18 +116,65 @@ fn value(member: &Member) -> Result<Value, String> {
 fn described(member: &Member) -> Option<Value> {
     let (head, about) = member.comment.split_once(':')?;
     let (default, range) = head.split_once(',')?;
-    let (least, after) = range.split_once(" to ")?;
-    let (greatest, unit) = after.trim().split_once(' ').unwrap_or((after.trim(), ""));
-    let number = |text: &str| text.trim().parse::<f32>().ok().filter(|number| number.is_finite());
-    let (least, greatest) = (shortest(number(least)?), shortest(number(greatest)?));
-    (least <= greatest).then_some(())?;
+    let ([least, greatest], unit) = span(range)?;
     Some(Value {
         name: member.name.clone(),
         default: number(default)?,
-        allowed: Allowed::Number(least, greatest),
-        unit: unit.trim().to_owned(),
+        allowed: Allowed::Number(shortest(least), shortest(greatest)),
+        unit: unit.to_owned(),
         about: about.trim().to_owned(),
     })
+}
+
+/// Reads `LEAST to GREATEST UNIT`.
+fn span(text: &str) -> Option<([f32; 2], &str)> {
+    let (least, after) = text.split_once(" to ")?;
+    let (greatest, unit) = after.trim().split_once(' ').unwrap_or((after.trim(), ""));
+    let (least, greatest) = (number(least)?, number(greatest)?);
+    (least <= greatest).then_some(([least, greatest], unit.trim()))
+}
+
+fn number(text: &str) -> Option<f32> {
+    text.trim().parse::<f32>().ok().filter(|number| number.is_finite())
+}
+
+/// The genes that a controller names; none if it doesn't, or is no controller.
+pub(super) fn genes(part: &compiler::Part, interface: &Interface, problems: &mut Refusals) -> Vec<GeneField> {
+    const FORM: &str = "f32, // LEAST to GREATEST UNIT: MEANING";
+    if !interface.structs.contains(&GENES) {
+        return Vec::new();
+    }
+    let mut genes = Vec::new();
+    for member in fields(part, GENES, problems) {
+        let mut field = GeneField {
+            name: member.name.clone(),
+            count: None,
+            range: None,
+            place: member.place.clone(),
+        };
+        if let Err(problem) = field.read(&member) {
+            let field = &member.name;
+            let problem = format!("in `{GENES}`: `{field}`: {problem}; write `{field}: {FORM}`");
+            problems.push(refusal(&member.place, Rule::GeneForm, problem));
+        }
+        genes.push(field);
+    }
+    genes
+}
+
+/// Reads `LEAST to GREATEST UNIT: MEANING`.
+fn gene_range(comment: &str) -> Result<[f32; 2], String> {
+    let range = comment.split_once(':').and_then(|(head, _)| span(head));
+    let ([least, greatest], _) = range.ok_or("its comment begins with a number, and isn't a range and a meaning")?;
+    let allowed = Allowed::Number(f64::from(-GREATEST_GENE), f64::from(GREATEST_GENE));
+    for end in [least, greatest] {
+        let checked = allowed.check(&Datum::Single(end), |_| None);
+        checked.map_err(|problem| format!("an end of its range {problem}"))?;
+    }
+    if least == greatest {
+        return Err(format!("its range has one value, {least}; make it a constant"));
+    }
+    Ok([least, greatest])
 }
 
 /// Names of the readings that a part declares.

@@ -4,8 +4,8 @@ use std::fmt::Write;
 
 use oneiro_shader_compiler::declarations::Declaration;
 
-use super::fields::Remembered;
-use super::interface::Interface;
+use super::fields::{GeneField, Remembered};
+use super::interface::{GENE_COUNT, Interface};
 use crate::arena::{Arena, Patch};
 use crate::compose::{Detail, DetailKind, Kind, Scalar, Value};
 use crate::differential::{Differential, Sensor, SensorKind};
@@ -77,6 +77,37 @@ fn commands(life: Life, step: u32, readings: Readings, before: ControllerState) 
     return Command(vec2<f32>(limited(now.outputs.x, 0.0f, 1.0f), limited(now.outputs.y, 0.0f, 1.0f)), now.state);
 }
 ";
+
+/// Constants of named genes: the index of each field's first gene, and their number.
+pub(super) fn gene_constants(genes: &[GeneField]) -> String {
+    let (mut text, mut next) = (String::new(), "0u".to_owned());
+    for gene in genes {
+        let constant = gene.constant();
+        let _ = writeln!(text, "const {constant}: u32 = {next};");
+        let count = gene.count.as_deref().unwrap_or("1");
+        next = format!("{constant} + u32({count})");
+    }
+    if !genes.is_empty() {
+        let _ = writeln!(text, "const {GENE_COUNT}: u32 = {next};");
+    }
+    text
+}
+
+/// A reading by its index; beyond the last it is the last. `fields` are those of `Readings`, in order.
+pub(super) fn reading(fields: &[String]) -> String {
+    // A robot may have none.
+    let first = fields
+        .first()
+        .map_or_else(|| "0.0f".to_owned(), |field| format!("readings.{field}"));
+    let mut text = format!("fn {READING}(readings: Readings, index: u32) -> f32 {{\n    var reading = {first};\n");
+    for (index, field) in fields.iter().enumerate().skip(1) {
+        let _ = writeln!(
+            text,
+            "    reading = select(reading, readings.{field}, index >= {index}u);"
+        );
+    }
+    text + "    return reading;\n}\n"
+}
 
 /// What stands between a user's sensors and the kernel.
 fn sensor(readings: &[String]) -> String {
@@ -228,8 +259,11 @@ fn response_cells(robot: &Differential, arena: &Arena, sensor: &Sensor) -> Optio
     Some([first + before, own.0.len()])
 }
 
-/// Constants that `readings` declares.
-pub(super) const COUNTS: [&str; 3] = ["FLOOR_CELL", "LIGHT_COUNT", "PATCH_COUNT"];
+/// The function that `reading` declares.
+pub(super) const READING: &str = "reading";
+
+/// What is generated beside what parts of a sampled robot declare too.
+pub(super) const NAMES: [&str; 4] = ["FLOOR_CELL", "LIGHT_COUNT", "PATCH_COUNT", READING];
 
 /// The readings of a described robot, in place of `sensor/readings.wgsl` and `sensor/sampled.wgsl`.
 pub(super) fn readings(robot: &Differential, arena: &Arena) -> String {

@@ -23,7 +23,7 @@ pub(super) struct Interface {
     /// The word that its structs' names begin with.
     pub(super) title: &'static str,
     pub(super) functions: &'static [Function],
-    /// Other declarations that it must have, and their form.
+    /// Other declarations that it must have, or that are generated, and their form.
     pub(super) others: &'static [(&'static str, &'static str)],
     /// Structs of the kernel that it declares, all or some.
     pub(super) structs: &'static [&'static str],
@@ -65,6 +65,10 @@ const SENSOR: Interface = Interface {
     calls: &["Sensed"],
 };
 
+/// The number of a controller's genes, and the struct in which it may name them instead.
+pub(super) const GENE_COUNT: &str = "CONTROLLER_GENES";
+pub(super) const GENES: &str = "ControllerGenes";
+
 const CONTROLLER: Interface = Interface {
     kind: Kind::Controller,
     title: "Controller",
@@ -78,8 +82,8 @@ const CONTROLLER: Interface = Interface {
             default: Some("return ControllerState();"),
         },
     ],
-    others: &[("CONTROLLER_GENES", "const CONTROLLER_GENES: u32 = NUMBER;")],
-    structs: &["ControllerState"],
+    others: &[(GENE_COUNT, "const CONTROLLER_GENES: u32 = NUMBER;")],
+    structs: &["ControllerState", GENES],
     calls: &["Command", "gene", "weighed"],
 };
 

@@ -13,11 +13,13 @@ use oneiro_shader_parts::PARTS;
 use oneiro_shaders::kernel::Turns;
 use oneiro_shaders::{Binding, Kernel, WordOf};
 
-use super::{check, generate, interface, refusal};
+use super::interface::{GENE_COUNT, GENES};
+use super::{Part, check, generate, interface, refusal};
 use crate::arena::Arena;
 use crate::compose::{Composed, GREATEST_GENES, Kind, OwnParts, Refused};
 use crate::differential::{Build, Differential};
 use crate::parameter::Invalid;
+use crate::world::Gene;
 
 /// Stands for a path in messages about generated declarations.
 pub(super) const GENERATED: &str = "what Oneiro adds";
@@ -60,7 +62,7 @@ pub(in crate::compose) fn compose(
             genes: None,
         });
     }
-    let mut generated = generate::details(&parts.details(robot));
+    let mut generated = generate::details(&parts.details(robot)) + &generate::reading(&parts.fields(robot));
     let mut name = base.name.to_owned();
     if let Build::Differential(robot) = robot {
         check_names(robot)?;
@@ -86,7 +88,7 @@ pub(in crate::compose) fn compose(
         new(base, parts, robot, generated, &name).map_err(|refusals| invalid(parts, robot, &refusals))?;
     let leaked = || Composed {
         kernel: Box::leak(Box::new(kernel)),
-        genes,
+        genes: genes.map(|genes| &*genes.leak()),
     };
     Ok(*known().entry(name).or_insert_with(leaked))
 }
@@ -140,7 +142,7 @@ fn new(
     robot: &Build,
     mut generated: String,
     name: &str,
-) -> Result<(Kernel, Option<usize>), Refusals> {
+) -> Result<(Kernel, Option<Vec<Gene>>), Refusals> {
     let part = |path: &str, text: &str| compiler::Part {
         path: path.to_owned(),
         text: text.to_owned(),
@@ -175,7 +177,7 @@ fn new(
         .is_err_and(|refusals| refusals.iter().any(|refusal| refusal.place.path == GENERATED))
     {
         // What is generated repeats names of theirs: read those first, so that the mistake is found where it was made.
-        parts[shipped..].rotate_left(1);
+        parts.rotate_left(shipped + 1);
         compiled = self::compiled(&parts);
     }
     let compiled = compiled.map_err(|mut refusals| {
@@ -183,7 +185,7 @@ fn new(
         refusals
     })?;
     let genes = match own.get(Kind::Controller) {
-        Some(own) => Some(genes(&part(&own.part.path, &own.part.text), &compiled)?),
+        Some(controller) => Some(genes(&controller.part, &compiled, &own.readings_of(robot))?),
         None => None,
     };
     let bindings = base.bindings.iter().zip(&compiled.bindings);
@@ -225,20 +227,61 @@ fn failed(parts: &[compiler::Part]) -> Refusal {
     refusal(&place, Rule::Internal, message)
 }
 
-/// The number of genes that a controller declares.
-fn genes(part: &compiler::Part, compiled: &Compiled) -> Result<usize, Refusals> {
-    const NAME: &str = "CONTROLLER_GENES";
-    let value = compiled.constants.iter().find(|constant| constant.name == NAME);
-    let number = value.and_then(|constant| constant.value.parse::<u32>().ok());
-    if let Some(number) = number.filter(|number| (1..=GREATEST_GENES).contains(number)) {
-        return Ok(number as usize);
+/// The genes that a controller declares. `readings` are the names of all readings.
+fn genes(own: &Part, compiled: &Compiled, readings: &[String]) -> Result<Vec<Gene>, Refusals> {
+    let number = |name: &str| {
+        let value = compiled.constants.iter().find(|constant| constant.name == name);
+        value.and_then(|constant| constant.value.parse::<u32>().ok())
+    };
+    let count = number(GENE_COUNT).filter(|number| (1..=GREATEST_GENES).contains(number));
+    let Some(count) = count else {
+        return Err(vec![gene_count(own)]);
+    };
+    if own.genes.is_empty() {
+        return Ok((0..count).map(|index| Gene::new(format!("gene_{index}"))).collect());
     }
-    let place = declarations(part)
-        .into_iter()
-        .find(|declared| declared.name == NAME)
-        .map(|declared| declared.place);
-    let message =
-        format!("`{NAME}` isn't a number of genes; write `const {NAME}: u32 = NUMBER;`, 1 to {GREATEST_GENES}");
-    let place = place.expect("a controller has this constant");
-    Err(vec![refusal(&place, Rule::GeneCount, message)])
+    let mut genes: Vec<Gene> = Vec::new();
+    for (index, field) in own.genes.iter().enumerate() {
+        let end = own
+            .genes
+            .get(index + 1)
+            .map_or(Some(count), |next| number(&next.constant()));
+        let elements = end.unwrap_or(count).saturating_sub(genes.len() as u32) as usize;
+        let name = &field.name;
+        let names: Vec<String> = match field.count.as_deref() {
+            None => vec![name.clone()],
+            Some(INPUTS) => readings.iter().map(|reading| format!("{name}_{reading}")).collect(),
+            Some(_) => (0..elements).map(|element| format!("{name}_{element}")).collect(),
+        };
+        let is_taken = |own: &&String| genes.iter().any(|gene| gene.name == **own);
+        if let Some(twice) = names.iter().find(is_taken) {
+            let message =
+                format!("in `{GENES}`: `{name}`: another gene is called `{twice}` as well; choose another name");
+            return Err(vec![refusal(&field.place, Rule::GeneForm, message)]);
+        }
+        let range = field.range;
+        genes.extend(names.into_iter().map(|name| Gene { name, range }));
+    }
+    Ok(genes)
+}
+
+/// The number of readings.
+const INPUTS: &str = "INPUTS";
+
+/// The refusal of a controller's number of genes.
+fn gene_count(own: &Part) -> Refusal {
+    let part = compiler::Part {
+        path: own.path.clone(),
+        text: own.text.clone(),
+    };
+    let named = !own.genes.is_empty();
+    let name = if named { GENES } else { GENE_COUNT };
+    let declared = declarations(&part).into_iter().find(|declared| declared.name == name);
+    let place = declared.expect("a controller declares one of them").place;
+    let message = if named {
+        format!("`{GENES}` has more than {GREATEST_GENES} genes; allowed: 1 to {GREATEST_GENES}")
+    } else {
+        format!("`{name}` isn't a number of genes; write `const {name}: u32 = NUMBER;`, 1 to {GREATEST_GENES}")
+    };
+    refusal(&place, Rule::GeneCount, message)
 }

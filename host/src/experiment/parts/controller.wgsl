@@ -3,8 +3,13 @@
 //
 // As it stands: each motor sums all readings by its genes, and follows the sum slowly, by a gene of its own.
 
-// INPUTS is the number of readings. Genes: for each motor a weight per reading, a bias, and its pace.
-const CONTROLLER_GENES: u32 = 2u * (INPUTS + 2u);
+// The genes. INPUTS is the number of readings. Where a comment has a range, genes evolve in it.
+struct ControllerGenes {
+    to_left: array<f32, INPUTS>, // weights of the readings for the left motor
+    to_right: array<f32, INPUTS>, // weights of the readings for the right motor
+    biases: array<f32, 2>, // of the left and the right motor
+    paces: array<f32, 2>, // 0.02 to 1: share of the way to its sum that a motor goes in a cycle
+}
 
 // What the controller remembers during a life; all zero at its start.
 struct ControllerState {
@@ -13,14 +18,16 @@ struct ControllerState {
 
 // The commands of a cycle to the left and the right motor, 0 to 1, and what the controller remembers of it.
 fn controller_cycle(life: Life, step: u32, readings: Readings, before: ControllerState) -> Command {
-    let left = followed(life, 0u, readings, before.sums.x);
-    let right = followed(life, INPUTS + 2u, readings, before.sums.y);
-    return Command(vec2<f32>(logistic(left), logistic(right)), ControllerState(vec2<f32>(left, right)));
+    let left = weighed(life, TO_LEFT, readings) + gene(life, BIASES);
+    let right = weighed(life, TO_RIGHT, readings) + gene(life, BIASES + 1u);
+    let sums = vec2<f32>(
+        followed(before.sums.x, left, gene(life, PACES)),
+        followed(before.sums.y, right, gene(life, PACES + 1u)),
+    );
+    return Command(vec2<f32>(logistic(sums.x), logistic(sums.y)), ControllerState(sums));
 }
 
-// A motor's sum after a cycle, given the index of its first gene and the sum before.
-fn followed(life: Life, first: u32, readings: Readings, before: f32) -> f32 {
-    let sum = weighed(life, first, readings) + gene(life, first + INPUTS);
-    let pace = logistic(gene(life, first + INPUTS + 1u));
+// A motor's sum after a cycle, given the one before.
+fn followed(before: f32, sum: f32, pace: f32) -> f32 {
     return before + pace * (sum - before);
 }

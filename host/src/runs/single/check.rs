@@ -44,6 +44,7 @@ pub(super) fn run(experiment: &Experiment, picture: Option<&Path>, console: Cons
             "free_share": experiment.world().free_share(),
             "robot_steps": experiment.steps(),
             "gene_names": experiment.world().gene_layout().names(),
+            "gene_ranges": experiment.world().gene_layout().ranges(),
             "part_values": values.collect::<Vec<_>>(),
             "settings": experiment.values(),
         }));
@@ -193,11 +194,11 @@ fn summary(experiment: &Experiment) -> String {
         ),
     ];
     let lines = lines.map(|(what, value)| format!("  {what:<12}{value}\n"));
-    let names = world.gene_layout().names();
-    let genes = names
-        .iter()
-        .enumerate()
-        .map(|(gene, name)| format!("  {gene:>5}  {name}\n"));
+    let (names, ranges) = (world.gene_layout().names(), world.gene_layout().ranges());
+    let genes = names.iter().zip(ranges).enumerate().map(|(gene, (name, range))| {
+        let range = range.map_or_else(String::new, |[least, greatest]| format!(", {least} to {greatest}"));
+        format!("  {gene:>5}  {name}{range}\n")
+    });
     format!(
         "{} is valid\n{}{}  genes\n{}",
         experiment.name(),
