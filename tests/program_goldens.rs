@@ -25,8 +25,9 @@ struct Found {
 }
 
 /// Kinds of results, each with a test that computes it.
-const KINDS: [&str; 7] = [
+const KINDS: [&str; 8] = [
     "runs",
+    "described",
     "sweeps",
     "swarms",
     "miglino1995",
@@ -355,6 +356,58 @@ const REPLACED: &str = r#"
     rate = 0.3
 "#;
 
+/// A network of two kinds of layers with memory, one with time constants of its own range, and slopes.
+const NETWORK: &str = r#"
+    cycles = 50
+    [noise]
+    sensor = [-0.2, 0.2]
+    [controller]
+    kind = "network"
+    activation = "tanh"
+    slope = 0.5
+    [[controller.layers]]
+    kind = "ctrnn"
+    units = 3
+    time_constants_s = [0.2, 4.0]
+    [[controller.layers]]
+    kind = "lstm"
+    units = 2
+    biases = false
+    [evolution]
+    population = 12
+    parents = 3
+    generations = 6
+    finalists = 0
+    initial = [-3.0, 3.0]
+"#;
+
+/// A robot by name with wheels that accelerate and hear late, and a battery that a patch fills.
+const BATTERY: &str = r#"
+    cycles = 60
+    trials = 2
+    [robot]
+    preset = "epuck"
+    acceleration_mm_s2 = 400
+    latency_cycles = 2
+    battery_s = 2
+    battery_ends_life = true
+    [arena]
+    width_mm = 500
+    height_mm = 400
+    obstacles = [{ x_mm = 250, y_mm = 200, radius_mm = 40 }]
+    patches = [{ x_mm = 130, y_mm = 130, radius_mm = 125, charges = true }]
+    [noise]
+    sensor = [-0.05, 0.05]
+    motor = 0.05
+    [controller]
+    kind = "recurrent"
+    [evolution]
+    population = 12
+    parents = 3
+    generations = 6
+    finalists = 0
+"#;
+
 impl Place {
     fn evolve(&self, out: &str, experiment: &str, more: &[&str]) {
         let run = ["run", experiment, "--seed", "7", "--backend", "cpu", "--out", out];
@@ -413,6 +466,19 @@ fn runs_are_as_pinned() {
         found.run(&place, "resumed-finalists");
     }
     found.check("runs");
+}
+
+#[test]
+fn described_robots_and_networks_are_as_pinned() {
+    let place = Place::new("described");
+    let mut found = Found::default();
+    for (name, experiment) in [("network", NETWORK), ("battery", BATTERY)] {
+        let file = format!("{name}.toml");
+        place.write(&file, experiment);
+        place.evolve(name, &file, &[]);
+        found.run(&place, name);
+    }
+    found.check("described");
 }
 
 #[test]
