@@ -41,6 +41,7 @@ use crate::differential::Build;
 use crate::network::Network;
 use crate::parameter::{Allowed, Datum, Invalid};
 use crate::tables::SENSORS;
+use crate::world::Robot;
 
 pub(crate) use part::too_many_turns;
 pub use part::{Part, Rule};
@@ -296,7 +297,7 @@ impl OwnParts {
     ///
     /// # Errors
     /// `KIND.part`: everything that is wrong with the parts. `robot.sensors`: a name that WGSL doesn't allow.
-    pub(crate) fn compose(&self, base: &'static Kernel, robot: &Build, arena: &Arena) -> Result<Composed, Invalid> {
+    pub(crate) fn compose(&self, base: &'static Kernel, robot: &Robot, arena: &Arena) -> Result<Composed, Invalid> {
         part::compose(base, self, robot, arena)
     }
 }

@@ -10,7 +10,7 @@ use crate::compose::{GREATEST_GENES, Kind};
 use crate::differential::Build;
 pub(super) use crate::parameter::LEAST;
 use crate::parameter::{self, Invalid, allowed_number, integer, number};
-use crate::tables::{GREATEST_READING, MotorTable, SensorTable, SensorTables};
+use crate::tables::{self, GREATEST_READING, MotorTable, SENSORS, SensorTable, SensorTables};
 
 /// The sensors' sums of readings are 16 bits wide.
 pub(super) const GREATEST_SHAPES: usize = life::GREATEST_SHAPES as usize;
@@ -22,7 +22,7 @@ const GREATEST_CELLS: usize = life::GREATEST_CELLS as usize;
 pub(super) fn check(spec: &mut WorldSpec) -> Result<(), Invalid> {
     parameter::check(&PARAMETERS, spec)?;
     robot(&spec.robot)?;
-    let sampled = match &spec.robot.build {
+    match &spec.robot.build {
         Build::Sampled => {
             for (list, is_empty) in [
                 ("lights", spec.arena.lights.is_empty()),
@@ -35,14 +35,23 @@ pub(super) fn check(spec: &mut WorldSpec) -> Result<(), Invalid> {
                     return Err(Invalid::new(format!("arena.{list}"), problem));
                 }
             }
-            Some(&*spec.robot.sensors)
+            if let Some(index) = spec
+                .robot
+                .sensors
+                .classes
+                .iter()
+                .position(|table| table.sensors != SENSORS as u32)
+            {
+                let count = spec.robot.sensors.classes[index].sensors;
+                let problem = format!(
+                    "is {count}; allowed: {SENSORS}, a Khepera's, or robot.kind = \"differential\" with {count} sensors of the kind sampled"
+                );
+                return Err(Invalid::new(format!("robot.sensors.classes[{index}].sensors"), problem));
+            }
         }
-        Build::Differential(own) => {
-            own.check(&spec.own.readings(), &spec.arena)?;
-            None
-        }
-    };
-    arena(&spec.arena, sampled)?;
+        Build::Differential(own) => own.check(&spec.own.readings(), &spec.robot.sensors, &spec.arena)?,
+    }
+    arena(&spec.arena, spec.robot.tables())?;
     start(spec.start, &spec.arena)?;
     noise(&spec.noise)?;
     if let Some(surrogate) = &spec.surrogate {
@@ -94,13 +103,17 @@ pub(super) fn check(spec: &mut WorldSpec) -> Result<(), Invalid> {
     }
     // A robot that moves no farther than its diameter per cycle can't jump over a wall.
     let diameter = 2.0 * spec.robot.body_radius;
-    let (key, greatest) = match &spec.robot.build {
-        Build::Sampled => {
+    let described = match &spec.robot.build {
+        Build::Sampled => None,
+        Build::Differential(own) => own.greatest_speed,
+    };
+    let (key, greatest) = match described {
+        Some(speed) => ("robot.greatest_speed_mm_s", 0.1 * speed),
+        None => {
             let cells = spec.robot.motors.cells.iter();
             let displacements = cells.map(|cell| cell.displacement.abs());
             ("robot.motors", displacements.fold(0.0, f32::max))
         }
-        Build::Differential(own) => ("robot.greatest_speed_mm_s", 0.1 * own.greatest_speed),
     };
     let farthest = greatest * (1.0 + spec.noise.motor);
     if farthest >= diameter {
@@ -118,7 +131,7 @@ fn robot(robot: &Robot) -> Result<(), Invalid> {
     for (index, table) in robot.sensors.classes.iter().enumerate() {
         sensor_table(&format!("robot.sensors.classes[{index}]"), table)?;
         let first = &robot.sensors.classes[0];
-        let shape = |table: &SensorTable| (table.rows, table.bearings, table.nearest, table.spacing);
+        let shape = |table: &SensorTable| (table.sensors, table.rows, table.bearings, table.nearest, table.spacing);
         if shape(table) != shape(first) {
             let problem = format!(
                 "has another shape than the class {}; allowed: tables of one shape",
@@ -135,26 +148,27 @@ fn robot(robot: &Robot) -> Result<(), Invalid> {
 }
 
 fn sensor_table(field: &str, table: &SensorTable) -> Result<(), Invalid> {
+    integer(
+        &format!("{field}.sensors"),
+        table.sensors,
+        1..=tables::GREATEST_SENSORS as u32,
+    )?;
     integer(&format!("{field}.rows"), table.rows, 1..=1000)?;
     integer(&format!("{field}.bearings"), table.bearings, 4..=3600)?;
     number(format_args!("{field}.nearest"), table.nearest, 0.0..=10_000.0)?;
     number(format_args!("{field}.spacing"), table.spacing, 0.01..=1000.0)?;
     integer(&format!("{field}.views"), table.views, 1..=64)?;
-    let cells = table.cells();
-    if table.readings.len() != cells {
+    let count = table.cells() * table.sensors as usize;
+    if table.readings.len() != count {
         let problem = format!(
-            "has {} cells; allowed: views times rows times bearings, {cells}",
+            "has {} elements; allowed: views times rows times bearings times sensors, {count}",
             table.readings.len()
         );
         return Err(Invalid::new(format!("{field}.readings"), problem));
     }
-    if let Some(cell) = table
-        .readings
-        .iter()
-        .position(|cell| cell.iter().any(|&reading| reading > GREATEST_READING))
-    {
-        let problem = format!("is {:?}; allowed: 0 to {GREATEST_READING} each", table.readings[cell]);
-        return Err(Invalid::new(format!("{field}.readings[{cell}]"), problem));
+    if let Some(at) = table.readings.iter().position(|&reading| reading > GREATEST_READING) {
+        let problem = format!("is {}; allowed: 0 to {GREATEST_READING}", table.readings[at]);
+        return Err(Invalid::new(format!("{field}.readings[{at}]"), problem));
     }
     Ok(())
 }

@@ -236,12 +236,13 @@ impl Reality for Averaged<'_> {
 fn table(object: &Object, rows: &[Vec<[u16; SENSORS]>]) -> SensorTable {
     SensorTable {
         class: object.class.clone(),
+        sensors: SENSORS as u32,
         rows: ROWS,
         bearings: BEARINGS,
         nearest: NEAREST,
         spacing: SPACING,
         views: object.views(),
-        readings: rows.concat(),
+        readings: rows.iter().flat_map(|row| row.as_flattened()).copied().collect(),
     }
 }
 
@@ -330,7 +331,8 @@ mod tests {
             (20, 180, 5.0, 2.0)
         );
         for row in 0..20 {
-            for (bearing, cell) in table.readings[row * 180..][..180].iter().enumerate() {
+            for bearing in 0..180 {
+                let cell = table.cell(row * 180 + bearing);
                 let first = 0.25 + ((2.0 * bearing as f64 - 0.25) / 1.5).ceil().max(0.0) * 1.5;
                 assert_eq!(cell[..2], [first as u16, 5 + 2 * row as u16], "bearing {bearing}");
             }

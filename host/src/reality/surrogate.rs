@@ -6,7 +6,7 @@ use oneiro::arena::{Arena, Block, Field, Obstacle, Wall};
 use oneiro::batch::{Batch, Rollout, Trace, TraceRequest};
 use oneiro::random::{Key, pcg4d};
 use oneiro::surrogate::Surrogate;
-use oneiro::tables::{MotorStates, MotorTable, SENSORS, SensorTable, SensorTables};
+use oneiro::tables::{MotorStates, MotorTable, SensorTable, SensorTables};
 use oneiro::world::{Controller, Robot, Start, World, WorldSpec};
 
 use super::{Driven, Life, Lived, Object, Reality, Shape, Trouble, Turned};
@@ -62,7 +62,7 @@ impl<'a> SurrogateRobot<'a> {
             views: object.views(),
             ..self.world.spec().robot.sensors.classes[0].clone()
         };
-        grid.readings = vec![[0; SENSORS]; grid.cells()];
+        grid.readings = vec![0; grid.cells() * grid.sensors as usize];
         Arc::new(SensorTables::new(vec![grid]))
     }
 
