@@ -17,11 +17,9 @@ use oneiro::world::{Collision, Controller, Noise, World, WorldSpec};
 #[path = "lives/choices.rs"]
 mod choices;
 mod described;
-#[allow(dead_code, reason = "other tests use the rest")]
-mod lives;
 
 use choices::beside_a_block;
-use described::{RADIUS, assert_same_everywhere, objects, ray, sensor, spec, traces};
+use described::{RADIUS, assert_same_everywhere, lives, objects, ray, sensor, spec, traces};
 
 fn sampled(name: &str, column: Option<u32>) -> Sensor {
     Sensor {
@@ -343,7 +341,7 @@ fn what_cannot_be_is_refused() {
                 as &dyn Fn(&mut WorldSpec, &mut Differential),
         ),
         ("robot.sensors[1].column: is 64; allowed: 0 to 63", &|_, robot| {
-            robot.sensors[1].column = Some(64)
+            robot.sensors[1].column = Some(64);
         }),
         (
             "robot.sensors[2].column: is 2, the column of `s0`; allowed: one that no other sensor has",

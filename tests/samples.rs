@@ -43,9 +43,8 @@ sensors = [
         } else {
             String::new()
         };
-        text += &format!(
-            "    {{ name = \"{name}\", heading_turns = {heading:?}, {bearing}offset_mm = {offset:?}, range_mm = {range:?}{response} }},\n"
-        );
+        let looks = format!("heading_turns = {heading:?}, {bearing}offset_mm = {offset:?}, range_mm = {range:?}");
+        text += &["    { name = \"", name, "\", ", &looks, &response, " },\n"].concat();
     }
     place.write("own.toml", text + "]\n");
 }

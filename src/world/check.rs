@@ -107,13 +107,12 @@ pub(super) fn check(spec: &mut WorldSpec) -> Result<(), Invalid> {
         Build::Sampled => None,
         Build::Differential(own) => own.greatest_speed,
     };
-    let (key, greatest) = match described {
-        Some(speed) => ("robot.greatest_speed_mm_s", 0.1 * speed),
-        None => {
-            let cells = spec.robot.motors.cells.iter();
-            let displacements = cells.map(|cell| cell.displacement.abs());
-            ("robot.motors", displacements.fold(0.0, f32::max))
-        }
+    let (key, greatest) = if let Some(speed) = described {
+        ("robot.greatest_speed_mm_s", 0.1 * speed)
+    } else {
+        let cells = spec.robot.motors.cells.iter();
+        let displacements = cells.map(|cell| cell.displacement.abs());
+        ("robot.motors", displacements.fold(0.0, f32::max))
     };
     let farthest = greatest * (1.0 + spec.noise.motor);
     if farthest >= diameter {

@@ -87,8 +87,8 @@ pub(in crate::compose) fn compose(
     robot: &Robot,
     arena: &Arena,
 ) -> Result<Composed, Invalid> {
-    let (tables, robot) = (&robot.sensors, &robot.build);
     static COMPOSED: Mutex<BTreeMap<String, Composed>> = Mutex::new(BTreeMap::new());
+    let (tables, robot) = (&robot.sensors, &robot.build);
     if parts.is_empty() && *robot == Build::Sampled {
         return Ok(Composed {
             kernel: base,
