@@ -35,6 +35,8 @@ fn controller_cycle(life: Life, step: u32, readings: Readings, before: Controlle
 
 /// Farthest that a sensor may reach, mm.
 const MOST_SIGHT: f32 = 10_000.0;
+/// Least motion in a cycle, mm and turns: what is smaller is 0.
+const LEAST_WAY: f64 = 2e-6;
 /// Most rows of a table.
 const MOST_ROWS: f32 = 1000.0;
 
@@ -214,6 +216,8 @@ fn driven(trace: &Trace) -> Driven {
     let turn = turned(trace[0].heading, trace[1].heading);
     let [along_x, along_y] = direction(0.5 * turn);
     let displacement = f64::from(trace[1].x) * along_x + f64::from(trace[1].y) * along_y;
+    // Roundings of opposite speeds; a world allows no such small numbers.
+    let [displacement, turn] = [displacement, turn].map(|way| if way.abs() < LEAST_WAY { 0.0 } else { way });
     Driven { displacement, turn }
 }
 
