@@ -38,7 +38,7 @@ use crate::differential::Build;
 use crate::network::Network;
 use crate::parameter::{Allowed, Datum, Invalid};
 use crate::tables::SENSORS;
-use crate::world::Gene;
+use crate::world::{Gene, Robot};
 
 pub(crate) use part::too_many_turns;
 pub use part::{Part, Rule};
@@ -316,7 +316,7 @@ impl OwnParts {
     /// # Errors
     /// `KIND.part`: everything that is wrong with the parts. `robot.sensors` and `robot.sensors[N].name`: names that WGSL doesn't
     /// allow. `controller.layers`: a network that can't be compiled.
-    pub(crate) fn compose(&self, base: &'static Kernel, robot: &Build, arena: &Arena) -> Result<Composed, Invalid> {
+    pub(crate) fn compose(&self, base: &'static Kernel, robot: &Robot, arena: &Arena) -> Result<Composed, Invalid> {
         part::compose(base, self, robot, arena)
     }
 }

@@ -1,10 +1,11 @@
-//! Robots that are described by numbers rather than sampled: two wheels, sensors of a few kinds, and a battery.
+//! Robots that are described sensor by sensor: two wheels, sensors of a few kinds, and a battery. Sensors and motors may also be
+//! sampled.
 
 use std::f64::consts::TAU;
 
 use crate::arena::{self, Arena, Light, Patch};
 use crate::parameter::{Choice, Choices, Datum, Field, Invalid, length, number, only_where};
-use crate::tables::{PREVIOUS, SENSOR_NAMES};
+use crate::tables::{self, PREVIOUS, SENSOR_NAMES, SensorTables};
 
 /// Origin of a robot's sensors and motors.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -12,7 +13,7 @@ pub enum Build {
     /// The tables of [`Robot::sensors`](crate::world::Robot::sensors) and [`Robot::motors`](crate::world::Robot::motors).
     #[default]
     Sampled,
-    /// Numbers, which take the tables' place. Needs the feature `compose`.
+    /// Numbers, which take the tables' place but for what is of the kind sampled. Needs the feature `compose`.
     Differential(Differential),
 }
 
@@ -31,19 +32,24 @@ impl Build {
     }
 }
 
-/// A robot on two wheels. An output of 0 commands full speed backwards, 1 full speed forwards, and each cycle is an arc.
+/// A robot on two wheels. An output of 0 commands full speed backwards, 1 full speed forwards, and each cycle is an arc; or its
+/// motors are sampled.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Differential {
+    /// Whether [`Robot::motors`](crate::world::Robot::motors) drive it. Then it has none of the values up to `latency`.
+    pub sampled_motors: bool,
     /// Distance between the wheels, mm.
-    pub wheel_base: f32,
+    pub wheel_base: Option<f32>,
     /// Greatest speed of a wheel, mm/s.
-    pub greatest_speed: f32,
+    pub greatest_speed: Option<f32>,
     /// Number of speeds that a wheel can be given, evenly spaced; 0 for any speed.
     pub speeds: u32,
     /// Greatest change of a wheel's speed, mm/s in a second. `None` or 0: wheels obey at once.
     pub acceleration: Option<f32>,
     /// Whole cycles from a command to its effect on the wheels, which stand still until the first one arrives. `None`: 0.
     pub latency: Option<u32>,
+    /// Of sampled motors: share of a cycle's turn made before its displacement, 0 to 1. `None`: 0.
+    pub turn_before_move: Option<f32>,
     /// Time that a full battery lasts, s, rounded to whole cycles of 100 ms. Its charge falls evenly. `None`: it has none.
     pub battery: Option<f32>,
     /// Whether its life ends when the battery is empty. `None`: it doesn't.
@@ -73,6 +79,8 @@ pub struct Sensor {
     pub law: Option<Law>,
     /// Of a proximity sensor. `None`: linear.
     pub response: Option<Response>,
+    /// Of a sampled sensor: its column of the tables, from 0. `None`: its place among the robot's sampled sensors.
+    pub column: Option<u32>,
 }
 
 /// What a sensor reads at some distances, from the nearest to the farthest, mm and 0 to 1 each: straight lines between them,
@@ -92,6 +100,7 @@ impl Default for Sensor {
             width: None,
             law: None,
             response: None,
+            column: None,
         }
     }
 }
@@ -112,6 +121,8 @@ pub enum SensorKind {
     Ground,
     /// Charge of the robot's battery, from 1 for full to 0 for empty.
     Battery,
+    /// What was sampled: a column of [`Robot::sensors`](crate::world::Robot::sensors).
+    Sampled,
 }
 
 /// How the brightness of a light falls with its distance in ranges, `d`.
@@ -162,6 +173,7 @@ impl Choice for SensorKind {
             Self::Battery,
             "charge of the battery, from 1 for full to 0 for empty",
         ),
+        ("sampled", Self::Sampled, "a column of the robot's tables of samples"),
     ];
 }
 
@@ -188,16 +200,47 @@ impl Differential {
     /// A robot that obeys at once, without sensors and battery: the distance between its wheels, mm, and their greatest speed,
     /// mm/s.
     pub const fn new(wheel_base: f32, greatest_speed: f32) -> Self {
+        Self::driven(false, Some(wheel_base), Some(greatest_speed))
+    }
+
+    /// A robot that its sampled motors drive, without sensors and battery.
+    pub const fn sampled() -> Self {
+        Self::driven(true, None, None)
+    }
+
+    /// A robot whose drive is yet to be described.
+    pub(crate) const fn open() -> Self {
+        Self::driven(false, None, None)
+    }
+
+    const fn driven(sampled_motors: bool, wheel_base: Option<f32>, greatest_speed: Option<f32>) -> Self {
         Self {
+            sampled_motors,
             wheel_base,
             greatest_speed,
             speeds: 0,
             acceleration: None,
             latency: None,
+            turn_before_move: None,
             battery: None,
             battery_ends_life: None,
             sensors: Vec::new(),
         }
+    }
+
+    /// Whether it has a sensor that was sampled.
+    pub fn has_sampled_sensors(&self) -> bool {
+        self.sensors.iter().any(|sensor| sensor.kind == SensorKind::Sampled)
+    }
+
+    /// The column of the tables that each of its sensors reads; `None` for those that aren't sampled.
+    pub fn columns(&self) -> Vec<Option<u32>> {
+        let mut places = 0..;
+        let column = |sensor: &Sensor| {
+            let place = (sensor.kind == SensorKind::Sampled).then(|| places.next()).flatten();
+            place.map(|place| sensor.column.unwrap_or(place))
+        };
+        self.sensors.iter().map(column).collect()
     }
 
     /// The responses of its sensors, each once.
@@ -211,17 +254,20 @@ impl Differential {
         responses
     }
 
-    /// Kernel data for the robot and its arena: the cells that `robot/arcs.wgsl` and `sensor/kinds.wgsl` declare.
-    pub(crate) fn cells(&self, body_radius: f32, arena: &Arena) -> Vec<[u32; 4]> {
-        let farthest = 0.1 * f64::from(self.greatest_speed);
+    /// Kernel data for the robot and its arena: the cells that `robot/arcs.wgsl`, `robot/drive.wgsl` and `sensor/kinds.wgsl`
+    /// declare.
+    pub(crate) fn cells(&self, body_radius: f32, tables: &SensorTables, arena: &Arena) -> Vec<[u32; 4]> {
+        // Numbers of wheels that sampled motors don't use.
+        let [base, speed] = [self.wheel_base, self.greatest_speed].map(|given| given.unwrap_or(1.0));
+        let farthest = 0.1 * f64::from(speed);
         let steps = self.speeds.saturating_sub(1) as f32;
         let wheels = [
             farthest as f32,
-            (farthest / (TAU * f64::from(self.wheel_base))) as f32,
+            (farthest / (TAU * f64::from(base))) as f32,
             steps,
             inverse(steps),
         ];
-        let change = self.acceleration.unwrap_or(0.0) / (10.0 * self.greatest_speed);
+        let change = self.acceleration.unwrap_or(0.0) / (10.0 * speed);
         let cycles = (10.0 * self.battery.unwrap_or(0.0)).round();
         let drive = [change, inverse(change), cycles, inverse(cycles)];
         let sensor = |sensor: &Sensor| {
@@ -231,6 +277,7 @@ impl Differential {
                 SensorKind::Bumper => [range, 0.5 * sensor.width.unwrap_or(0.5)],
                 SensorKind::Light => [f32::from(sensor.law.unwrap_or_default() as u8), 1.0 / range],
                 SensorKind::Ground | SensorKind::Battery => [0.0, 0.0],
+                SensorKind::Sampled => [tables.reach(), 0.0],
             };
             [
                 [sensor.heading, sensor.offset.unwrap_or(body_radius), range, share],
@@ -260,12 +307,13 @@ impl Differential {
     }
 
     /// Greatest distance from the body's centre at which its sensors notice an object, mm, and a little more.
-    pub(crate) fn reach(&self, body_radius: f32) -> f32 {
+    pub(crate) fn reach(&self, body_radius: f32, tables: &SensorTables) -> f32 {
         let reach = |sensor: &Sensor| {
             let range = sensor.range.unwrap_or(0.0);
             match sensor.kind {
                 SensorKind::Distance | SensorKind::Proximity => sensor.offset.unwrap_or(body_radius) + range,
                 SensorKind::Bumper => body_radius + range,
+                SensorKind::Sampled => body_radius + tables.reach(),
                 SensorKind::Light | SensorKind::Ground | SensorKind::Battery => 0.0,
             }
         };
@@ -273,7 +321,8 @@ impl Differential {
     }
 
     /// Checks conditions that involve several values.
-    pub(crate) fn check(&self, readings: &[String], arena: &Arena) -> Result<(), Invalid> {
+    pub(crate) fn check(&self, readings: &[String], tables: &SensorTables, arena: &Arena) -> Result<(), Invalid> {
+        self.check_drive()?;
         if self.speeds == 1 {
             return Err(Invalid::new("robot.speeds", "is 1; allowed: 0, or 2 to 1024"));
         }
@@ -289,6 +338,7 @@ impl Differential {
         }
         self.check_arena(arena)?;
         length("robot.sensors", self.sensors.len(), GREATEST_LIST)?;
+        let columns = self.columns();
         for (index, sensor) in self.sensors.iter().enumerate() {
             let Sensor { name, kind, .. } = sensor;
             let is_other = |other: &Sensor| other.name == *name;
@@ -299,11 +349,61 @@ impl Differential {
             } else if *kind == SensorKind::Battery && self.battery.is_none() {
                 Err(Invalid::new("kind", "is battery; allowed: only with robot.battery_s"))
             } else {
-                sensor.check()
+                sensor.check().and_then(|()| self.check_column(index, &columns, tables))
             };
             checked.map_err(|invalid| invalid.within(&format!("robot.sensors[{index}]")))?;
         }
         Ok(())
+    }
+
+    /// Checks that either motors were sampled or wheels are described.
+    fn check_drive(&self) -> Result<(), Invalid> {
+        for (key, is_given, is_needed) in [
+            ("wheel_base_mm", self.wheel_base.is_some(), true),
+            ("greatest_speed_mm_s", self.greatest_speed.is_some(), true),
+            ("speeds", self.speeds != 0, false),
+            ("acceleration_mm_s2", self.acceleration.is_some(), false),
+            ("latency_cycles", self.latency.is_some(), false),
+        ] {
+            if is_given && self.sampled_motors {
+                let problem = "is given; allowed: not with robot.motors, whose samples have it";
+                return Err(Invalid::new(format!("robot.{key}"), problem));
+            }
+            if is_needed && !is_given && !self.sampled_motors {
+                let problem =
+                    format!("lacks `{key}`; allowed: `wheel_base_mm` and `greatest_speed_mm_s`, or sampled `motors`");
+                return Err(Invalid::new("robot", problem));
+            }
+        }
+        if self.turn_before_move.is_some() && !self.sampled_motors {
+            let problem = "is given; allowed: only with robot.motors, since the way of described wheels is an arc";
+            return Err(Invalid::new("robot.turn_before_move", problem));
+        }
+        Ok(())
+    }
+
+    /// Checks the column of a sensor that was sampled, given those of all; errors have keys without the sensor's place.
+    fn check_column(&self, index: usize, columns: &[Option<u32>], tables: &SensorTables) -> Result<(), Invalid> {
+        let Some(column) = columns[index] else {
+            return Ok(());
+        };
+        let problem = match tables.sensors() {
+            0 => "is 0, and there are no tables; allowed: a table for each class of object".to_owned(),
+            count if column >= count => {
+                format!(
+                    "is {column}; allowed: 0 to {}, since the tables have {count} sensors",
+                    count - 1
+                )
+            }
+            _ => match columns[..index].iter().position(|other| *other == Some(column)) {
+                Some(other) => {
+                    let other = &self.sensors[other].name;
+                    format!("is {column}, the column of `{other}`; allowed: one that no other sensor has")
+                }
+                None => return Ok(()),
+            },
+        };
+        Err(Invalid::new("column", problem))
     }
 
     /// Checks the lights and patches of its arena.
@@ -334,13 +434,13 @@ impl Differential {
 impl Sensor {
     /// Checks conditions that involve several of its values; errors have keys without the sensor's place.
     fn check(&self) -> Result<(), Invalid> {
-        use SensorKind::{Battery, Bumper, Distance, Ground, Light, Proximity};
+        use SensorKind::{Battery, Bumper, Distance, Ground, Light, Proximity, Sampled};
         let Self { name, kind, .. } = self;
         if !is_identifier(name) {
             let allowed = "letters from a to z, digits and _, a letter first";
             return Err(Invalid::new("name", format!("is `{name}`; allowed: {allowed}")));
         }
-        let has_range = !matches!(kind, Ground | Battery);
+        let has_range = !matches!(kind, Ground | Battery | Sampled);
         if has_range && self.range.is_none() {
             let problem = format!(
                 "lacks `range_mm`; allowed: the range of the {} sensor in mm",
@@ -351,17 +451,22 @@ impl Sensor {
         only_where(
             format_args!("kind = \"{}\"", kind.word()),
             &[
-                ("heading_turns", self.heading != 0.0, *kind != Battery),
+                ("heading_turns", self.heading != 0.0, !matches!(kind, Battery | Sampled)),
                 (
                     "bearing_turns",
                     self.bearing.is_some(),
                     matches!(kind, Distance | Proximity | Light),
                 ),
                 ("range_mm", self.range.is_some(), has_range),
-                ("offset_mm", self.offset.is_some(), !matches!(kind, Bumper | Battery)),
+                (
+                    "offset_mm",
+                    self.offset.is_some(),
+                    !matches!(kind, Bumper | Battery | Sampled),
+                ),
                 ("width_turns", self.width.is_some(), *kind == Bumper),
                 ("law", self.law.is_some(), *kind == Light),
                 ("response", self.response.is_some(), *kind == Proximity),
+                ("column", self.column.is_some(), *kind == Sampled),
             ],
         )?;
         match &self.response {
@@ -417,7 +522,7 @@ pub const GREATEST_POINTS: usize = 32;
 const LEAST_STEP: f32 = 0.01;
 
 /// Most sensors of a robot, most lights and most patches of its arena.
-pub const GREATEST_LIST: usize = 64;
+pub const GREATEST_LIST: usize = tables::GREATEST_SENSORS;
 
 /// Whether a name has letters from a to z, digits and _ only, a letter first.
 pub(crate) fn is_identifier(name: &str) -> bool {

@@ -14,10 +14,13 @@ pub use sam::Format;
 
 use crate::parameter::{Choice, Choices};
 
-/// Number of a robot's proximity sensors.
+/// Number of a Khepera's proximity sensors.
 pub const SENSORS: usize = 8;
 
-/// Names of the sensors: direction, and degrees from the heading.
+/// Most sensors of a table.
+pub const GREATEST_SENSORS: usize = 64;
+
+/// Names of a Khepera's sensors: direction, and degrees from the heading.
 pub const SENSOR_NAMES: [&str; SENSORS] = [
     "left_90",
     "left_45",
@@ -72,6 +75,8 @@ pub struct Import<T> {
 pub struct SensorTable {
     /// Class of object that was sampled, such as `wall` or `round`.
     pub class: String,
+    /// Number of sensors, 1 to 64; a Khepera has 8.
+    pub sensors: u32,
     /// Number of distances.
     pub rows: u32,
     /// Number of bearings in a full turn, clockwise from the heading: number k is the object at k / bearings turns.
@@ -84,15 +89,16 @@ pub struct SensorTable {
     /// whose direction from the block, relative to the block's length, is between k and k + 1 times `1 / (2 views)`
     /// turns. From the opposite side a block looks the same.
     pub views: u32,
-    /// Eight readings per cell, 0 to 1023, at `(view * rows + row) * bearings + bearing`.
-    pub readings: Vec<[u16; SENSORS]>,
+    /// Readings from 0 to 1023, at `cell * sensors + sensor`; the cell of a row and a bearing is
+    /// `(view * rows + row) * bearings + bearing`.
+    pub readings: Vec<u16>,
 }
 
 impl SensorTable {
     /// Reads a `.sam` or `.sample` file. The class is the file's name without its extension.
     ///
     /// A file begins with the line `sensors bearings rows nearest spacing`. Each row follows with a line `TURN row` and
-    /// a line of readings for each bearing; `END` ends the file. Readings are integers from 0 to 1023 in `.sam`, and
+    /// a line of readings for each bearing, one for each sensor; `END` ends the file. Readings are integers from 0 to 1023 in `.sam`, and
     /// these divided by 1023 in `.sample`. If an object was sampled from several points of view, their number is the
     /// sixth number of the first line, and the rows of all views follow one another with consecutive numbers. That is
     /// this project's own extension. `docs/khepera.md` has examples.
@@ -116,6 +122,11 @@ impl SensorTable {
     /// Formats the table as the text of a `.sam` file.
     pub fn text(&self) -> String {
         sam::print_sensors(self, Format::Sam)
+    }
+
+    /// Readings of all sensors in a cell, see [`SensorTable::readings`].
+    pub fn cell(&self, cell: usize) -> &[u16] {
+        &self.readings[cell * self.sensors as usize..][..self.sensors as usize]
     }
 
     /// Number of cells.
@@ -212,6 +223,16 @@ impl SensorTables {
         })
     }
 
+    /// Number of sensors; 0 without classes.
+    pub fn sensors(&self) -> u32 {
+        self.classes.first().map_or(0, |table| table.sensors)
+    }
+
+    /// Gap from the rim beyond which no object is sensed, mm; 0 without classes.
+    pub fn reach(&self) -> f32 {
+        self.classes.first().map_or(0.0, SensorTable::reach)
+    }
+
     /// Index of a class.
     pub fn class(&self, name: &str) -> Option<usize> {
         self.classes.iter().position(|table| table.class == name)
@@ -221,8 +242,8 @@ impl SensorTables {
 /// Shape of a table, for messages.
 fn shape(table: &SensorTable) -> String {
     format!(
-        "{} rows of {} bearings, from {} mm in steps of {} mm",
-        table.rows, table.bearings, table.nearest, table.spacing
+        "{} sensors, {} rows of {} bearings, from {} mm in steps of {} mm",
+        table.sensors, table.rows, table.bearings, table.nearest, table.spacing
     )
 }
 

@@ -20,16 +20,17 @@ use crate::tables::{MotorStates, MotorTable, PREVIOUS, SENSOR_NAMES, SensorTable
 
 pub use parameters::{COORDINATE, LENGTH, parameters};
 
-/// A robot with two wheels and sampled sensors and motors.
+/// A robot with two wheels.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Robot {
     /// Radius of the round body, mm. Khepera: 27.5 (Miglino et al. 1995).
     pub body_radius: f32,
-    /// Measured readings of its proximity sensors.
+    /// Measured readings of its proximity sensors; of a described robot those of its sensors of the kind sampled.
     pub sensors: Arc<SensorTables>,
-    /// Measured motions of its motors.
+    /// Measured motions of its motors; of a described robot if it has no wheels of its own.
     pub motors: Arc<MotorTable>,
-    /// Share of a cycle's turn made before its displacement, 0 to 1. With 0 it moves along the old heading.
+    /// Share of a cycle's turn made before its displacement, 0 to 1. With 0 it moves along the old heading. Described robots
+    /// have their own.
     pub turn_before_move: f32,
     /// Effect of a collision.
     pub collision: Collision,
@@ -70,6 +71,14 @@ impl Robot {
         match &self.build {
             Build::Sampled => &[],
             Build::Differential(own) => &own.sensors,
+        }
+    }
+
+    /// The tables that its sensors read, if any does.
+    pub fn tables(&self) -> Option<&SensorTables> {
+        match &self.build {
+            Build::Differential(own) if !own.has_sampled_sensors() => None,
+            _ => Some(&self.sensors),
         }
     }
 }
@@ -122,7 +131,7 @@ pub enum Controller {
     },
     /// All readings and the 2 previous outputs to 2 logistic outputs: 22 genes for 8 readings.
     Recurrent,
-    /// A network that is described by its layers. Needs the feature `native`.
+    /// A network that is described by its layers. Needs the feature `compose`.
     Network(Network),
     /// A user's controller, in [`WorldSpec::own`].
     Own,
@@ -366,7 +375,7 @@ impl World {
             Controller::Network(network) => spec.own.with_network(network, &readings)?,
             _ => spec.own.clone(),
         };
-        let Composed { kernel, genes } = parts.compose(kernel(&spec), &spec.robot.build, &spec.arena)?;
+        let Composed { kernel, genes } = parts.compose(kernel(&spec), &spec.robot, &spec.arena)?;
         let packed = pack::Packed::new(&spec, &parts)?;
         let genes = match (&spec.controller, genes) {
             (Controller::Own, Some(own)) => own.to_vec(),

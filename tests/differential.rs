@@ -322,12 +322,12 @@ fn what_cannot_be_is_refused() {
             format!("robot.sensors[2].name: is `{name}`; allowed: a name that is neither `own` nor a reserved");
         assert!(text.starts_with(&expected), "{text}");
     }
-    let text = refused(&|_, robot| robot.greatest_speed = 900.0);
+    let text = refused(&|_, robot| robot.greatest_speed = Some(900.0));
     assert!(
         text.starts_with("robot.greatest_speed_mm_s: the greatest displacement"),
         "{text}"
     );
-    let text = refused(&|_, robot| robot.wheel_base = f32::NAN);
+    let text = refused(&|_, robot| robot.wheel_base = Some(f32::NAN));
     assert!(text.starts_with("robot.wheel_base_mm"), "{text}");
     let text = refused(&|_, robot| robot.sensors[2].range = Some(0.0));
     assert!(text.starts_with("robot.sensors[2].range_mm"), "{text}");

@@ -242,7 +242,7 @@ fn long_lives_are_as_pinned() {
 fn tables_are_as_pinned() {
     let mut rows = Rows::default();
     for class in &SensorTables::khepera().classes {
-        let readings = class.readings.as_flattened().iter().map(|&reading| u32::from(reading));
+        let readings = class.readings.iter().map(|&reading| u32::from(reading));
         rows.words("sensors", &class.class, &readings.collect::<Vec<_>>());
     }
     for (name, states) in [

@@ -283,6 +283,31 @@ fn the_pages_battery_empties() {
     );
 }
 
+/// The page's tables are made of the page's robot, and the page's robot made from them runs.
+#[test]
+fn the_pages_tables_are_sampled_and_read() {
+    let place = Place::new("page-tables");
+    place.write("formulas.toml", example(4));
+    let sample = [
+        "sample",
+        "--robot",
+        "formulas.toml",
+        "--out",
+        "tables",
+        "--backend",
+        "cpu",
+    ];
+    let names: Vec<_> = (0..7).map(|index| format!("prox_{index}")).collect();
+    place.run(&sample).exits(0).says(&[&names.join(", ")]);
+    place.write("own.toml", example(5));
+    let trace = traced(&place, "own.toml", "run");
+    for sensor in ["left", "ahead", "right"] {
+        let readings = column(&trace, &format!("real_{sensor}"));
+        assert!(readings.iter().any(|reading| *reading > 0.0), "{sensor}");
+    }
+    place.good(&["replay", "run", "--backend", "cpu", "--quiet"]);
+}
+
 /// The page's example runs as it stands, and its files have its sensors' names.
 #[test]
 fn the_pages_robot_runs() {

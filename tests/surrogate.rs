@@ -117,7 +117,7 @@ fn beside_a_block(differences: Differences) -> World {
         views: 8,
         ..sensors.classes[0].clone()
     };
-    table.readings = vec![[0; 8]; table.cells()];
+    table.readings = vec![0; 8 * table.cells()];
     sensors.classes.push(table);
     spec.robot.sensors = Arc::new(sensors);
     World::new(spec).unwrap()

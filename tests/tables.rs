@@ -160,7 +160,7 @@ fn equal_tables_are_noticed() {
     let other = SensorTable {
         class: "small".into(),
         rows: 19,
-        readings: wall.readings[180..].to_vec(),
+        readings: wall.readings[8 * 180..].to_vec(),
         ..wall.clone()
     };
     other.write(folder.join("small.sam")).unwrap();
@@ -174,12 +174,7 @@ fn points_of_view_survive_a_round_trip() {
     let mut table = SensorTables::khepera().classes[0].clone();
     table.class = "block".into();
     table.views = 3;
-    let view = |view: u16| {
-        table
-            .readings
-            .iter()
-            .map(move |cell| cell.map(|reading| reading / view))
-    };
+    let view = |view: u16| table.readings.iter().map(move |reading| reading / view);
     table.readings = (1..=3).flat_map(view).collect();
     for name in ["block.sam", "block.sample"] {
         let path = folder.join(name);
@@ -206,7 +201,7 @@ fn shares_that_are_no_readings_are_rounded_with_a_warning() {
     text.push_str(&"0 0 0 0 0 0 0 0\n".repeat(3));
     text.push_str("END");
     let import = SensorTable::read(written(&folder, "mean.sample", &text)).unwrap();
-    assert_eq!(import.table.readings[0], [0, 1023, 512, 256, 1, 102, 0, 1023]);
+    assert_eq!(import.table.cell(0), [0, 1023, 512, 256, 1, 102, 0, 1023]);
     assert!(
         import.warnings[0].contains("3 readings are no multiples"),
         "{:?}",
@@ -239,12 +234,15 @@ fn bad_sensor_tables_are_refused_with_the_line() {
     let folder = scratch("bad_sensors");
     let good = SensorTable::read(written(&folder, "good.sam", &broken("", ""))).unwrap();
     assert_eq!(
-        (good.table.class.as_str(), good.table.readings[7]),
-        ("good", [1, 3, 2, 3, 4, 5, 6, 7])
+        (good.table.class.as_str(), good.table.cell(7)),
+        ("good", &[1, 3, 2, 3, 4, 5, 6, 7][..])
     );
 
-    let cases: [(&str, &str, Option<usize>, &str); 15] = [
-        ("8 4 2 5 2", "7 4 2 5 2", Some(1), "sensors 8"),
+    let cases: [(&str, &str, Option<usize>, &str); 18] = [
+        ("8 4 2 5 2", "0 4 2 5 2", Some(1), "sensors 1 to 64"),
+        ("8 4 2 5 2", "65 4 2 5 2", Some(1), "sensors 1 to 64"),
+        ("8 4 2 5 2", "7.5 4 2 5 2", Some(1), "sensors 1 to 64"),
+        ("8 4 2 5 2", "7 4 2 5 2", Some(3), "8 numbers; allowed: 7 integers"),
         ("8 4 2 5 2", "8 4 2 5", Some(1), "4 numbers"),
         ("8 4 2 5 2", "8 4 two 5 2", Some(1), "`two`"),
         ("8 4 2 5 2", "8 4.5 2 5 2", Some(1), "bearings 4 to 3600"),
@@ -329,13 +327,13 @@ fn bad_motor_tables_are_refused_with_the_line() {
 fn built_in_sensors_see_what_they_look_at() {
     // A wall at 15 mm straight ahead: the front sensors read it, the back ones don't.
     let wall = &SensorTables::khepera().classes[0];
-    let ahead = wall.readings[5 * 180];
+    let ahead = wall.cell(5 * 180);
     assert_eq!(ahead.len(), SENSORS);
     assert!(
         ahead[2] > 800 && ahead[3] > 800 && ahead[6] < 14 && ahead[7] < 14,
         "{ahead:?}"
     );
     // And to the right (clockwise).
-    let right = wall.readings[5 * 180 + 45];
+    let right = wall.cell(5 * 180 + 45);
     assert!(right[5] > 800 && right[0] < 14, "{right:?}");
 }

@@ -305,12 +305,12 @@ fn invalid_values_are_refused_by_name() {
         ("robot.sensors.reading_scale", "is 0;", |spec| {
             spec.robot.sensors = sensors(|sensors| sensors.reading_scale = 0.0);
         }),
-        ("robot.sensors.classes[1].readings[3]", "0 to 1023 each", |spec| {
-            spec.robot.sensors = sensors(|sensors| sensors.classes[1].readings[3][7] = 1024);
+        ("robot.sensors.classes[1].readings[31]", "0 to 1023", |spec| {
+            spec.robot.sensors = sensors(|sensors| sensors.classes[1].readings[8 * 3 + 7] = 1024);
         }),
         (
             "robot.sensors.classes[1].readings",
-            "views times rows times bearings, 3600",
+            "views times rows times bearings times sensors, 28800",
             |spec| {
                 spec.robot.sensors = sensors(|sensors| sensors.classes[1].readings.truncate(100));
             },

@@ -387,10 +387,10 @@ pub(crate) enum TablesCommand {
 /// `oneiro sample`
 #[derive(Args, Debug)]
 pub(crate) struct Sample {
-    /// Which robot: surrogate:SEED
+    /// Which robot: surrogate:SEED, or the described robot of an experiment, FILE.toml
     #[arg(long, value_name = "ROBOT", default_value = "surrogate:1")]
     pub(crate) robot: String,
-    /// How much the surrogate differs from the simulator made from its samples, 0 to 2
+    /// How much a surrogate differs from the simulator made from its samples, 0 to 2
     #[arg(long, value_name = "LAMBDA", default_value_t = miglino1995::settings::SEVERITY)]
     pub(crate) severity: f32,
     /// The objects to sample: wall, round, block

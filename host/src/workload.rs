@@ -65,8 +65,9 @@ fn knowing_blocks(robot: &Robot) -> Robot {
             // Readings up to the greatest, few of them large.
             (word >> 22 & word >> 12 & 1023) as u16
         };
-        table.readings = (0..table.cells())
-            .map(|cell| std::array::from_fn(|sensor| reading(cell, sensor)))
+        let count = table.sensors as usize;
+        table.readings = (0..table.cells() * count)
+            .map(|at| reading(at / count, at % count))
             .collect();
         sensors.classes.push(table);
     }

@@ -6,6 +6,7 @@ use super::{Composed, Kind, OwnParts, Refused, Scalar, Value};
 use crate::arena::Arena;
 use crate::differential::Build;
 use crate::parameter::Invalid;
+use crate::world::Robot;
 
 /// A user's part. This program has none.
 #[derive(Clone, Debug, PartialEq)]
@@ -82,8 +83,8 @@ pub(crate) fn too_many_turns(problem: &str) -> String {
     problem.to_owned()
 }
 
-pub(super) fn compose(kernel: &'static Kernel, _: &OwnParts, robot: &Build, _: &Arena) -> Result<Composed, Invalid> {
-    match robot {
+pub(super) fn compose(kernel: &'static Kernel, _: &OwnParts, robot: &Robot, _: &Arena) -> Result<Composed, Invalid> {
+    match robot.build {
         Build::Sampled => Ok(Composed { kernel, genes: None }),
         Build::Differential(_) => Err(Invalid::new(
             "robot.kind",

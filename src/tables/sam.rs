@@ -5,7 +5,7 @@ use std::io::Write as _;
 use std::path::Path;
 use std::str::FromStr;
 
-use super::{Error, GREATEST_READING, Import, MotorSamples, SENSORS, SensorTable};
+use super::{Error, GREATEST_READING, GREATEST_SENSORS, Import, MotorSamples, SensorTable};
 
 /// Format of a sensor table's readings.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -90,18 +90,19 @@ impl<'a> Lines<'a> {
         fault(self.path, Some(self.last), problem)
     }
 
-    /// Parses and checks the numbers of a line; `allowed` describes the whole line for the error.
-    fn numbers<T: FromStr, const N: usize>(
+    /// Parses and checks a line of as many numbers; `allowed` describes the whole line for the error.
+    fn numbers<T: FromStr>(
         &self,
         line: &str,
+        count: usize,
         allowed: &str,
         good: impl Fn(&T) -> bool,
-    ) -> Result<[T; N], Error> {
+    ) -> Result<Vec<T>, Error> {
         let numbers = self.all_numbers(line, allowed, good)?;
-        let count = numbers.len();
-        numbers
-            .try_into()
-            .map_err(|_| self.fault(format!("{count} numbers; allowed: {allowed}")))
+        if numbers.len() != count {
+            return Err(self.fault(format!("{} numbers; allowed: {allowed}", numbers.len())));
+        }
+        Ok(numbers)
     }
 
     fn all_numbers<T: FromStr>(&self, line: &str, allowed: &str, good: impl Fn(&T) -> bool) -> Result<Vec<T>, Error> {
@@ -116,7 +117,7 @@ impl<'a> Lines<'a> {
     }
 }
 
-const HEADER: &str = "sensors 8, bearings 4 to 3600, rows 1 to 1000, nearest 0 to 10000 mm, spacing 0.01 to 1000 mm, \
+const HEADER: &str = "sensors 1 to 64, bearings 4 to 3600, rows 1 to 1000, nearest 0 to 10000 mm, spacing 0.01 to 1000 mm, \
                       and of an object that was sampled from several points of view their number, 2 to 64";
 
 pub(super) fn parse_sensors(text: &str, path: &Path, format: Format) -> Result<Import<SensorTable>, Error> {
@@ -133,7 +134,7 @@ pub(super) fn parse_sensors(text: &str, path: &Path, format: Format) -> Result<I
         return Err(lines.fault(format!("{} numbers; allowed: {HEADER}", numbers.len())));
     };
     let whole = |n: f32, least: f32, most: f32| n.fract() == 0.0 && (least..=most).contains(&n);
-    if sensors != SENSORS as f32
+    if !whole(sensors, 1.0, GREATEST_SENSORS as f32)
         || !whole(bearings, 4.0, 3600.0)
         || !whole(rows, 1.0, 1000.0)
         || !(0.0..=10_000.0).contains(&nearest)
@@ -143,6 +144,11 @@ pub(super) fn parse_sensors(text: &str, path: &Path, format: Format) -> Result<I
         return Err(lines.fault(format!("`{header}`; allowed: {HEADER}")));
     }
     let (bearings, rows, views) = (bearings as u32, rows as u32, views as u32);
+    let count = sensors as usize;
+    let allowed = match format {
+        Format::Sam => format!("{count} integers from 0 to {GREATEST_READING}"),
+        Format::Sample => format!("{count} numbers from 0 to 1"),
+    };
 
     let mut readings = Vec::new();
     let mut rounded = 0_usize;
@@ -161,20 +167,19 @@ pub(super) fn parse_sensors(text: &str, path: &Path, format: Format) -> Result<I
         }
         for bearing in 0..bearings {
             let line = lines.expect(|| format!("bearing {bearing} of {bearings} in row {row} of {all_rows}"))?;
-            readings.push(match format {
-                Format::Sam => lines.numbers(line, "8 integers from 0 to 1023", |n| *n <= GREATEST_READING)?,
+            match format {
+                Format::Sam => readings.extend(lines.numbers(line, count, &allowed, |n: &u16| *n <= GREATEST_READING)?),
                 Format::Sample => {
-                    let allowed = "8 numbers from 0 to 1";
-                    let shares: [f64; SENSORS] = lines.numbers(line, allowed, |n| (0.0..=1.0).contains(n))?;
-                    shares.map(|share| {
+                    let shares = lines.numbers::<f64>(line, count, &allowed, |n| (0.0..=1.0).contains(n))?;
+                    readings.extend(shares.into_iter().map(|share| {
                         let exact = share * f64::from(GREATEST_READING);
                         let reading = (exact + 0.5).floor();
                         // Six decimals determine a reading to within 0.0005.
                         rounded += usize::from((exact - reading).abs() > 0.001);
                         reading as u16
-                    })
+                    }));
                 }
-            });
+            }
         }
     }
     match lines.next() {
@@ -205,6 +210,7 @@ pub(super) fn parse_sensors(text: &str, path: &Path, format: Format) -> Result<I
     Ok(Import {
         table: SensorTable {
             class,
+            sensors: count as u32,
             rows,
             bearings,
             nearest,
@@ -218,17 +224,19 @@ pub(super) fn parse_sensors(text: &str, path: &Path, format: Format) -> Result<I
 
 pub(super) fn print_sensors(table: &SensorTable, format: Format) -> String {
     let mut text = format!(
-        "{SENSORS} {} {} {} {}",
-        table.bearings, table.rows, table.nearest, table.spacing
+        "{} {} {} {} {}",
+        table.sensors, table.bearings, table.rows, table.nearest, table.spacing
     );
     // Writing to a string can't fail.
     if table.views > 1 {
         let _ = write!(text, " {}", table.views);
     }
     text.push('\n');
-    for (row, cells) in table.readings.chunks(table.bearings as usize).enumerate() {
+    let sensors = table.sensors.max(1) as usize;
+    let bearings = table.bearings.max(1) as usize;
+    for (row, cells) in table.readings.chunks(bearings * sensors).enumerate() {
         let _ = writeln!(text, "TURN {row}");
-        for cell in cells {
+        for cell in cells.chunks(sensors) {
             for (sensor, reading) in cell.iter().enumerate() {
                 let space = if sensor == 0 { "" } else { " " };
                 let _ = match format {

@@ -63,10 +63,10 @@ pub(super) const ROUND: [Response; SENSORS] = [
 pub(super) fn table(class: &str, responses: &[Response; SENSORS]) -> SensorTable {
     let (rows, bearings) = (20, 180);
     let readings = (0..rows * bearings)
-        .map(|cell| {
+        .flat_map(|cell| {
             let distance = 5.0 + 2.0 * f64::from(cell / bearings);
             let bearing = 2.0 * f64::from(cell % bearings);
-            std::array::from_fn(|sensor| {
+            (0..SENSORS).map(move |sensor| {
                 let share = share(&responses[sensor], distance, bearing - BEARINGS[sensor]);
                 let word = pcg4d([cell, sensor as u32, class.len() as u32, 0])[3];
                 let reading = (share * f64::from(GREATEST_READING) + 0.5).floor() as u16 + background(word);
@@ -76,6 +76,7 @@ pub(super) fn table(class: &str, responses: &[Response; SENSORS]) -> SensorTable
         .collect();
     SensorTable {
         class: class.into(),
+        sensors: SENSORS as u32,
         rows,
         bearings,
         nearest: 5.0,
@@ -152,7 +153,7 @@ mod tests {
     /// Distance at which a sensor's readings, along its axis, fall below a level.
     fn falls_through(table: &SensorTable, sensor: usize, level: f64) -> f64 {
         let bearing = (BEARINGS[sensor] / 2.0 + 180.5).floor() as usize % 180;
-        let reading = |row: usize| f64::from(table.readings[row * 180 + bearing][sensor]);
+        let reading = |row: usize| f64::from(table.cell(row * 180 + bearing)[sensor]);
         let row = (0..19)
             .rfind(|&row| reading(row) >= level && reading(row + 1) < level)
             .unwrap();
@@ -182,12 +183,8 @@ mod tests {
                 // Bearings are 2 degrees apart at both ends of the width.
                 for (width, at) in response.widths.into_iter().zip(WIDTHS_AT) {
                     let row = ((at - 5.0) / 2.0) as usize;
-                    let cells = &table.readings[row * 180..][..180];
-                    let measured = 2.0
-                        * cells
-                            .iter()
-                            .filter(|cell| f64::from(cell[sensor]) >= 0.5 * greatest)
-                            .count() as f64;
+                    let reads_half = |cell: &usize| f64::from(table.cell(*cell)[sensor]) >= 0.5 * greatest;
+                    let measured = 2.0 * (row * 180..(row + 1) * 180).filter(reads_half).count() as f64;
                     assert!(
                         (measured - width).abs() <= 4.0,
                         "{class} {sensor}: {measured} degrees at {at} mm, not {width}"
@@ -214,7 +211,7 @@ mod tests {
         for cell in 10 * 180..20 * 180 {
             for (sensor, bearing) in BEARINGS.into_iter().enumerate() {
                 if cosine(2.0 * (cell % 180) as f64 - bearing) < 0.0 {
-                    readings.push(f64::from(wall.readings[cell][sensor]));
+                    readings.push(f64::from(wall.cell(cell)[sensor]));
                 }
             }
         }

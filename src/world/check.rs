@@ -13,7 +13,7 @@ use crate::differential::Build;
 use crate::network::Network;
 pub(super) use crate::parameter::LEAST;
 use crate::parameter::{self, Invalid, allowed_number, integer, number};
-use crate::tables::{GREATEST_READING, MotorTable, SensorTable, SensorTables};
+use crate::tables::{self, GREATEST_READING, MotorTable, SENSORS, SensorTable, SensorTables};
 
 /// The sensors' sums of readings are 16 bits wide.
 pub(super) const GREATEST_SHAPES: usize = life::GREATEST_SHAPES as usize;
@@ -25,17 +25,14 @@ const GREATEST_CELLS: usize = life::GREATEST_CELLS as usize;
 pub(super) fn check(spec: &mut WorldSpec) -> Result<(), Invalid> {
     parameter::check(&PARAMETERS, spec)?;
     robot(&spec.robot)?;
-    let sampled = match &spec.robot.build {
+    match &spec.robot.build {
         Build::Sampled => {
             only_walls(&spec.arena)?;
-            Some(&*spec.robot.sensors)
+            eight_sensors(&spec.robot.sensors)?;
         }
-        Build::Differential(own) => {
-            own.check(&spec.own.readings(), &spec.arena)?;
-            None
-        }
-    };
-    arena(&spec.arena, sampled)?;
+        Build::Differential(own) => own.check(&spec.own.readings(), &spec.robot.sensors, &spec.arena)?,
+    }
+    arena(&spec.arena, spec.robot.tables())?;
     start(spec.start, &spec.arena)?;
     noise(&spec.noise)?;
     if let Some(own) = &spec.surrogate {
@@ -63,6 +60,21 @@ fn only_walls(arena: &Arena) -> Result<(), Invalid> {
             let problem = "is given, and no sensor of a sampled robot sees it; allowed: none, or \
                            robot.kind = \"differential\"";
             Err(Invalid::new(format!("arena.{list}"), problem))
+        }
+    }
+}
+
+/// Checks that tables are those of a sampled robot.
+fn eight_sensors(tables: &SensorTables) -> Result<(), Invalid> {
+    let is_other = |table: &SensorTable| table.sensors != SENSORS as u32;
+    match tables.classes.iter().position(is_other) {
+        None => Ok(()),
+        Some(index) => {
+            let count = tables.classes[index].sensors;
+            let problem = format!(
+                "is {count}; allowed: {SENSORS}, a Khepera's, or robot.kind = \"differential\" with {count} sensors of the kind sampled"
+            );
+            Err(Invalid::new(format!("robot.sensors.classes[{index}].sensors"), problem))
         }
     }
 }
@@ -146,13 +158,16 @@ fn new_cell(spec: &WorldSpec) -> Result<(), Invalid> {
 /// Checks that no robot can jump over a wall, which it could if it moved farther than its diameter in a cycle.
 fn greatest_speed(spec: &WorldSpec) -> Result<(), Invalid> {
     let diameter = 2.0 * spec.robot.body_radius;
-    let (key, greatest) = match &spec.robot.build {
-        Build::Sampled => {
-            let cells = spec.robot.motors.cells.iter();
-            let displacements = cells.map(|cell| cell.displacement.abs());
-            ("robot.motors", displacements.fold(0.0, f32::max))
-        }
-        Build::Differential(own) => ("robot.greatest_speed_mm_s", 0.1 * own.greatest_speed),
+    let described = match &spec.robot.build {
+        Build::Sampled => None,
+        Build::Differential(own) => own.greatest_speed,
+    };
+    let (key, greatest) = if let Some(speed) = described {
+        ("robot.greatest_speed_mm_s", 0.1 * speed)
+    } else {
+        let cells = spec.robot.motors.cells.iter();
+        let displacements = cells.map(|cell| cell.displacement.abs());
+        ("robot.motors", displacements.fold(0.0, f32::max))
     };
     let farthest = greatest * (1.0 + spec.noise.motor);
     if farthest >= diameter {
@@ -170,7 +185,7 @@ fn robot(robot: &Robot) -> Result<(), Invalid> {
     for (index, table) in robot.sensors.classes.iter().enumerate() {
         sensor_table(&format!("robot.sensors.classes[{index}]"), table)?;
         let first = &robot.sensors.classes[0];
-        let shape = |table: &SensorTable| (table.rows, table.bearings, table.nearest, table.spacing);
+        let shape = |table: &SensorTable| (table.sensors, table.rows, table.bearings, table.nearest, table.spacing);
         if shape(table) != shape(first) {
             let problem = format!(
                 "has another shape than the class {}; allowed: tables of one shape",
@@ -187,26 +202,27 @@ fn robot(robot: &Robot) -> Result<(), Invalid> {
 }
 
 fn sensor_table(field: &str, table: &SensorTable) -> Result<(), Invalid> {
+    integer(
+        &format!("{field}.sensors"),
+        table.sensors,
+        1..=tables::GREATEST_SENSORS as u32,
+    )?;
     integer(&format!("{field}.rows"), table.rows, 1..=1000)?;
     integer(&format!("{field}.bearings"), table.bearings, 4..=3600)?;
     number(format_args!("{field}.nearest"), table.nearest, 0.0..=10_000.0)?;
     number(format_args!("{field}.spacing"), table.spacing, 0.01..=1000.0)?;
     integer(&format!("{field}.views"), table.views, 1..=64)?;
-    let cells = table.cells();
-    if table.readings.len() != cells {
+    let count = table.cells() * table.sensors as usize;
+    if table.readings.len() != count {
         let problem = format!(
-            "has {} cells; allowed: views times rows times bearings, {cells}",
+            "has {} elements; allowed: views times rows times bearings times sensors, {count}",
             table.readings.len()
         );
         return Err(Invalid::new(format!("{field}.readings"), problem));
     }
-    if let Some(cell) = table
-        .readings
-        .iter()
-        .position(|cell| cell.iter().any(|&reading| reading > GREATEST_READING))
-    {
-        let problem = format!("is {:?}; allowed: 0 to {GREATEST_READING} each", table.readings[cell]);
-        return Err(Invalid::new(format!("{field}.readings[{cell}]"), problem));
+    if let Some(at) = table.readings.iter().position(|&reading| reading > GREATEST_READING) {
+        let problem = format!("is {}; allowed: 0 to {GREATEST_READING}", table.readings[at]);
+        return Err(Invalid::new(format!("{field}.readings[{at}]"), problem));
     }
     Ok(())
 }

@@ -14,7 +14,7 @@ use crate::compose::OwnParts;
 use crate::differential::Build;
 use crate::parameter::Invalid;
 use crate::surrogate::{self, Object};
-use crate::tables::{MotorTable, SensorTable};
+use crate::tables::{MotorTable, SENSORS, SensorTable};
 
 /// Points per side of the grid that is searched for free space.
 const GRID: usize = 64;
@@ -56,7 +56,7 @@ impl Packed {
     pub(super) fn in_buffers(&self, spec: &WorldSpec, buffers: &mut Buffers) -> life::World {
         let robot = &spec.robot;
         let mut shapes = self.shapes.clone();
-        if robot.build == Build::Sampled {
+        if robot.tables().is_some() {
             for shape in &mut shapes {
                 let class = shape.table as usize;
                 shape.table =
@@ -70,7 +70,7 @@ impl Packed {
             (Some(surrogate), _) => {
                 buffers.add_shared_table(surrogate, radius.to_bits() as usize, || surrogate.cells(radius))
             }
-            (None, Build::Differential(own)) => buffers.add_table(own.cells(radius, &spec.arena)),
+            (None, Build::Differential(own)) => buffers.add_table(own.cells(radius, &robot.sensors, &spec.arena)),
             (None, Build::Sampled) => 0,
         };
         let own_values = if self.values.is_empty() {
@@ -88,12 +88,21 @@ impl Packed {
     }
 }
 
-/// Packs a cell's eight readings into four words, the even sensors in the low halves.
+/// Packs eight readings of a cell into four words, the even sensors in the low halves. Of tables of more sensors the cells with the
+/// first eight of a point of view come before those with the next; what is beyond the last sensor is 0.
 fn sensor_cells(table: &SensorTable) -> Vec<[u32; 4]> {
-    let pack = |readings: &[u16; 8]| {
-        std::array::from_fn(|pair| u32::from(readings[2 * pair]) | u32::from(readings[2 * pair + 1]) << 16)
-    };
-    table.readings.iter().map(pack).collect()
+    let (sensors, view) = (table.sensors as usize, table.cells() / table.views as usize);
+    let mut cells = Vec::new();
+    for first in (0..table.cells()).step_by(view) {
+        for plane in (0..sensors).step_by(SENSORS) {
+            cells.extend((first..first + view).map(|cell| {
+                let readings = &table.cell(cell)[plane..];
+                let reading = |sensor: usize| readings.get(sensor).map_or(0, |&reading| u32::from(reading));
+                std::array::from_fn(|pair| reading(2 * pair) | reading(2 * pair + 1) << 16)
+            }));
+        }
+    }
+    cells
 }
 
 fn motor_cells(table: &MotorTable) -> Vec<[u32; 4]> {
@@ -161,7 +170,10 @@ fn world(spec: &WorldSpec, random_start: u32, start: [f32; 3], shapes: u32) -> l
         motor_scale: zero(motors.scale),
         motor_offset: zero(motors.offset),
         motor_noise: zero(spec.noise.motor),
-        turn_before_move: zero(spec.robot.turn_before_move),
+        turn_before_move: zero(match &spec.robot.build {
+            Build::Sampled => spec.robot.turn_before_move,
+            Build::Differential(own) => own.turn_before_move.unwrap_or(0.0),
+        }),
         hidden: match spec.controller {
             Controller::Hidden { units } => units,
             _ => 0,
@@ -262,16 +274,13 @@ fn shapes(spec: &WorldSpec) -> Vec<life::Shape> {
 fn shape(spec: &WorldSpec, at: Vec2, radius: f32, class: &str, kind: Object, index: usize) -> life::Shape {
     let sensors = &spec.robot.sensors;
     let class = sensors.class(class).unwrap_or_default();
-    let views = match spec.robot.build {
-        Build::Sampled => sensors.classes[class].views,
-        Build::Differential(_) => 1,
-    };
+    let views = spec.robot.tables().map_or(1, |tables| tables.classes[class].views);
     let contact = spec.robot.body_radius + radius;
     let surrogate = spec.surrogate.as_ref();
     let reach = match (&spec.surrogate, &spec.robot.build) {
         (Some(_), _) => contact + surrogate::SIGHT,
         (None, Build::Sampled) => contact + sensors.classes[class].reach(),
-        (None, Build::Differential(own)) => radius + own.reach(spec.robot.body_radius),
+        (None, Build::Differential(own)) => radius + own.reach(spec.robot.body_radius, sensors),
     };
     life::Shape {
         x: zero(at.x),

@@ -2,7 +2,7 @@
 
 #[allow(dead_code, reason = "other tests use the rest")]
 #[path = "../lives/mod.rs"]
-mod lives;
+pub(crate) mod lives;
 
 use std::f64::consts::TAU;
 

@@ -10,11 +10,7 @@ use oneiro::world::{Activation, Collision, Controller, Difference, Speed, Start,
 pub(crate) fn with_blocks(sensors: &SensorTables) -> Arc<SensorTables> {
     let mut own = sensors.clone();
     let wall = &sensors.classes[0];
-    let from = |view: usize| {
-        wall.readings
-            .iter()
-            .map(move |cell| cell.map(|reading| reading / (1 + view as u16)))
-    };
+    let from = |view: usize| wall.readings.iter().map(move |reading| reading / (1 + view as u16));
     own.classes.push(SensorTable {
         class: "block".into(),
         views: 5,

@@ -32,7 +32,7 @@ struct Object<'a> {
     contact: f32,
     contact_squared: f32,
     reach_squared: f32,
-    readings: &'a [[u16; 8]],
+    readings: &'a [u16],
 }
 
 /// Properties of a block besides its centre.
@@ -125,7 +125,7 @@ impl<'a> Object<'a> {
     }
 
     /// Readings for an object seen from a point.
-    fn seen_from(&self, x: f32, y: f32) -> &'a [[u16; 8]] {
+    fn seen_from(&self, x: f32, y: f32) -> &'a [u16] {
         let Some(block) = &self.block else {
             return self.readings;
         };
@@ -264,7 +264,7 @@ impl<'a> Setting<'a> {
     }
 
     /// Adds the readings of an object in some direction.
-    fn read(&self, readings: &[[u16; 8]], to: [f32; 2], squared: f32, contact: f32, heading: f32, sums: &mut [u32; 8]) {
+    fn read(&self, readings: &[u16], to: [f32; 2], squared: f32, contact: f32, heading: f32, sums: &mut [u32; 8]) {
         let inverse = reciprocal_root(most(squared, TOUCHING));
         let gap = squared * inverse - contact;
         let row = most((gap - self.nearest) * self.rows_per_mm, 0.0) as i32 as u32;
@@ -274,7 +274,7 @@ impl<'a> Setting<'a> {
         let clockwise = heading - direction_by(to[0], to[1], inverse);
         let share = clockwise - floor(clockwise);
         let bearing = ((share * self.bearings as f32) as i32 as u32).min(self.bearings - 1);
-        let cell = &readings[(row * self.bearings + bearing) as usize];
+        let cell = &readings[8 * (row * self.bearings + bearing) as usize..][..8];
         for (sum, &reading) in sums.iter_mut().zip(cell) {
             *sum += u32::from(reading);
         }

@@ -1,17 +1,25 @@
 //! `oneiro sample`: samples a robot's sensors and motors into tables that a simulator is made from.
 
+use std::path::Path;
+
 use oneiro::world::WorldSpec;
 
 use crate::cli::Sample;
-use crate::console::Console;
+use crate::console::{Console, counted};
 use crate::device;
 use crate::exit::{Failure, Result};
+use crate::experiment::Experiment;
 use crate::reality::Object;
-use crate::reality::sampling;
+use crate::reality::described::Described;
+use crate::reality::sampling::{self, Notebook};
 use crate::reality::site::{self, Site};
 
 /// Samples a robot and writes tables and pictures.
 pub(crate) fn run(arguments: &Sample, console: Console) -> Result {
+    let path = Path::new(&arguments.robot);
+    if path.extension().is_some_and(|extension| extension == "toml") {
+        return described(path, arguments, console);
+    }
     let site = Site::drawn(site::seed_of(&arguments.robot)?, arguments.severity);
     let objects = objects(&arguments.objects)?;
     let evaluations = device::engine(&arguments.backend)?;
@@ -25,6 +33,29 @@ pub(crate) fn run(arguments: &Sample, console: Console) -> Result {
         "wrote {} tables of sensors and one of motors to {}",
         samples.sensors.classes.len(),
         arguments.out.display()
+    ));
+    Ok(())
+}
+
+/// Samples the described robot of an experiment.
+fn described(path: &Path, arguments: &Sample, console: Console) -> Result {
+    let experiment = Experiment::read(path, &[])?;
+    let robot = Described::new(experiment.world().spec())
+        .map_err(|problem| Failure::input(format_args!("--robot {}: {problem}", path.display())))?;
+    let objects = objects(&arguments.objects)?;
+    let engine = device::engine(&arguments.backend)?;
+    Notebook::open(&arguments.out, &robot.describe())?;
+    let sensors = robot.sensors(&engine, &objects)?;
+    let motors = robot.motors(&engine)?;
+    sampling::write(&sensors, motors.as_ref(), &arguments.out)?;
+    device::close(engine, console);
+    let count = counted(sensors.sensors(), "sensor", "sensors");
+    console.say(format!(
+        "wrote {} of {count}{} to {}; their columns: {}",
+        counted(sensors.classes.len() as u32, "table", "tables"),
+        if motors.is_some() { " and one of motors" } else { "" },
+        arguments.out.display(),
+        robot.names().join(", ")
     ));
     Ok(())
 }

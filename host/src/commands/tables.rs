@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use oneiro::tables::{self, Format, GREATEST_READING, MotorSamples, SENSORS, SensorTable, SensorTables};
+use oneiro::tables::{self, Format, GREATEST_READING, MotorSamples, SensorTable, SensorTables};
 use serde::Serialize;
 
 use crate::cli::{Tables, TablesCommand};
@@ -140,8 +140,7 @@ const WIDTHS_AT: [f32; 3] = [9.0, 15.0, 21.0];
 
 fn moments(table: &SensorTable, view: usize, sensor: usize) -> Moments {
     let (rows, bearings) = (table.rows as usize, table.bearings as usize);
-    let reading =
-        |row: usize, bearing: usize| f64::from(table.readings[(view * rows + row) * bearings + bearing][sensor]);
+    let reading = |row: usize, bearing: usize| f64::from(table.cell((view * rows + row) * bearings + bearing)[sensor]);
     let degrees = 360.0 / bearings as f64;
     let half = 0.5 * f64::from(GREATEST_READING);
 
@@ -197,11 +196,12 @@ fn show_sensors(table: &SensorTable, out: Option<&Path>, console: Console) -> Re
         console.say(format!("drew {}", path.display()));
     }
     let moments: Vec<Moments> = (0..table.views as usize)
-        .flat_map(|view| (0..SENSORS).map(move |sensor| moments(table, view, sensor)))
+        .flat_map(|view| (0..table.sensors as usize).map(move |sensor| moments(table, view, sensor)))
         .collect();
     if console.json() {
         return console.json_data(&serde_json::json!({
             "class": table.class,
+            "sensor_count": table.sensors,
             "rows": table.rows,
             "bearings": table.bearings,
             "nearest_mm": table.nearest,
@@ -237,8 +237,9 @@ fn show_sensors(table: &SensorTable, out: Option<&Path>, console: Console) -> Re
         "21 mm",
     ];
     console.data(format!(
-        "{}: {} distances from {} mm in steps of {} mm, {} bearings, {}\n\n{}",
+        "{}: {}, {} distances from {} mm in steps of {} mm, {} bearings, {}\n\n{}",
         table.class,
+        counted(table.sensors, "sensor", "sensors"),
         table.rows,
         table.nearest,
         table.spacing,
@@ -274,15 +275,16 @@ fn show_motors(samples: &MotorSamples, console: Console) -> Result {
 mod tests {
     use super::*;
 
-    /// One sensor that sees from 80 to 100 degrees, fully at the nearest distance and half of it at the next.
+    /// Three sensors, of which the last sees from 80 to 100 degrees, fully at the nearest distance and half of it at the next.
     fn table() -> SensorTable {
-        let mut readings = vec![[0; SENSORS]; 3 * 36];
+        let mut readings = vec![0; 3 * 3 * 36];
         for bearing in 8..=10 {
-            readings[bearing][2] = 1000;
-            readings[36 + bearing][2] = 500;
+            readings[3 * bearing + 2] = 1000;
+            readings[3 * (36 + bearing) + 2] = 500;
         }
         SensorTable {
             class: "wall".into(),
+            sensors: 3,
             rows: 3,
             bearings: 36,
             nearest: 5.0,
@@ -312,11 +314,11 @@ mod tests {
     #[test]
     fn bearings_across_the_back_have_their_mean_there() {
         let mut table = table();
-        table.readings.fill([0; SENSORS]);
+        table.readings.fill(0);
         for bearing in [17, 18, 19] {
-            table.readings[bearing][6] = 900;
+            table.readings[3 * bearing + 1] = 900;
         }
-        let moments = moments(&table, 0, 6);
+        let moments = moments(&table, 0, 1);
         assert!((moments.bearing_degrees.abs() - 180.0).abs() < 1e-9, "{moments:?}");
     }
 

@@ -285,10 +285,14 @@ pub(super) fn rename(settings: &mut Settings, inputs: &[Input]) {
             file.clone_from(&input.name);
         }
     };
-    if let SensorFiles::Files(files) = &mut settings.robot.tables {
-        files.iter_mut().for_each(rename);
+    let robot = &mut settings.robot;
+    for tables in [Some(&mut robot.tables), robot.described.tables.as_mut()] {
+        if let Some(SensorFiles::Files(files)) = tables {
+            files.iter_mut().for_each(rename);
+        }
     }
-    rename(&mut settings.robot.motors);
+    rename(&mut robot.motors);
+    robot.described.motors.iter_mut().for_each(rename);
     for kind in [Kind::Sensor, Kind::Controller, Kind::Task] {
         settings.part_mut(kind).part.iter_mut().for_each(rename);
     }

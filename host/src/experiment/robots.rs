@@ -14,6 +14,15 @@ const ROBOTS: [(&str, &str); 3] = [
     ("kheperax", include_str!("robots/kheperax.toml")),
 ];
 
+/// Keys of wheels that are described.
+const WHEELS: [&str; 5] = [
+    "wheel_base_mm",
+    "greatest_speed_mm_s",
+    "speeds",
+    "acceleration_mm_s2",
+    "latency_cycles",
+];
+
 /// All names, separated by commas.
 pub(super) fn names() -> String {
     ROBOTS.map(|(name, _)| name).join(", ")
@@ -67,8 +76,12 @@ pub(super) fn described(mut given: Table, source: &Source<'_>) -> Result<Table> 
         );
         return Err(source.invalid("robot.kind", problem));
     }
+    // Sampled motors are in the place of wheels.
+    let has_motors = robot.contains_key("motors");
     for (key, value) in preset {
-        robot.entry(key).or_insert(value);
+        if !(has_motors && WHEELS.contains(&key.as_str())) {
+            robot.entry(key).or_insert(value);
+        }
     }
     Ok(given)
 }

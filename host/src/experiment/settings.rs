@@ -60,6 +60,7 @@ impl Default for Settings {
                 tables: SensorFiles::BuiltIn,
                 motors: BUILT_IN.into(),
                 states: MotorStates::Symmetric20,
+                described: Samples::default(),
             },
             arena: ArenaSize {
                 preset: Some(Arena::miglino1995().name),
@@ -133,11 +134,20 @@ fn rows() -> Vec<Parameter<Settings>> {
     ]);
     insert(&mut rows, "robot.body_radius_mm", [
         row("robot.tables", "", Text("\"khepera\" or a list of files"), OURS,
-            "Sampled sensors: the Khepera that is built in, or a file for each class of object.", |own, _| Some(&mut sampled(own)?.tables)),
+            "Sampled sensors: the Khepera that is built in, or a file for each class of object. Of a described robot those of its sensors of the kind sampled.", |own, _| match own.world.robot.build {
+                Build::Sampled => Some(&mut own.robot.tables),
+                Build::Differential(_) => Some(&mut own.robot.described.tables),
+            }),
         row("robot.motors", "", Text("\"khepera\" or a file"), OURS,
-            "Sampled motors: the Khepera that is built in, or a file.", |own, _| Some(&mut sampled(own)?.motors)),
+            "Sampled motors: the Khepera that is built in, or a file. A described robot has them in place of `wheel_base_mm` and `greatest_speed_mm_s`.", |own, _| match own.world.robot.build {
+                Build::Sampled => Some(&mut own.robot.motors),
+                Build::Differential(_) => Some(&mut own.robot.described.motors),
+            }),
         row("robot.states", "", Any, "ours: which 20; 20 x 20 states in Miglino et al. 1995, section 3.2.2",
-            "Which of the sampled speeds are a wheel's states.", |own, _| Some(&mut sampled(own)?.states)),
+            "Which of the sampled speeds are a wheel's states.", |own, _| match own.world.robot.build {
+                Build::Sampled => Some(&mut own.robot.states),
+                Build::Differential(_) => Some(&mut own.robot.described.states),
+            }),
     ]);
     let file = Text("a file, .wgsl");
     let values = Text("a table of numbers, by the names that the part declares");
@@ -204,11 +214,6 @@ fn rows() -> Vec<Parameter<Settings>> {
     rows
 }
 
-/// Samples that the robot is made from, if it is.
-fn sampled(own: &mut Settings) -> Option<&mut Robot> {
-    (own.world.robot.build == Build::Sampled).then_some(&mut own.robot)
-}
-
 /// Rows that all kinds of experiments begin with.
 pub(super) fn head<T>(name: Select<T>, seed: Select<T>) -> Vec<Parameter<T>> {
     let plain = Text("letters, digits, - and _, since directories are named so");
@@ -248,15 +253,26 @@ pub(crate) struct Robot {
     pub(crate) tables: SensorFiles,
     pub(crate) motors: String,
     pub(crate) states: MotorStates,
+    /// Samples that a described robot has.
+    pub(crate) described: Samples,
+}
+
+/// Samples that a described robot has, each if it is given.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(crate) struct Samples {
+    pub(crate) tables: Option<SensorFiles>,
+    pub(crate) motors: Option<String>,
+    pub(crate) states: Option<MotorStates>,
 }
 
 /// Name of the compiled-in tables.
 pub(crate) const BUILT_IN: &str = "khepera";
 
 /// Source of the sensor tables.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub(crate) enum SensorFiles {
     /// `"khepera"`
+    #[default]
     BuiltIn,
     /// `["wall.sam", "round.sam"]`
     Files(Vec<String>),

@@ -150,7 +150,7 @@ fn a_robot_by_name_is_changed_key_by_key_and_its_sensors_as_a_whole() {
     assert_eq!(
         robot(&slow),
         Differential {
-            greatest_speed: 80.0,
+            greatest_speed: Some(80.0),
             latency: Some(2),
             ..robot(&plain)
         }
@@ -313,7 +313,7 @@ const REFUSED: &[(&str, &str)] = &[
     ),
     (
         "[robot]\npreset = \"epuck\"\ntables = \"khepera\"",
-        "test.toml:3:10: robot.tables: is given; allowed: only with kind = \"sampled\"",
+        "test.toml:3:10: robot.tables: is given, and no sensor reads it; allowed: only with sensors of the kind sampled",
     ),
     (
         "[robot]\npreset = \"epuck\"\ngreatest_speed_mm_s = 900",

@@ -2,10 +2,11 @@
 
 use oneiro::arena::Arena;
 use oneiro::compose::{Kind, OwnParts};
+use oneiro::differential::Build;
 use oneiro::world::{Controller, Noise, Robot, Task, World, WorldSpec};
 
 use super::inputs::Inputs;
-use super::settings::Settings;
+use super::settings::{Samples, Settings};
 use super::source::Source;
 use crate::exit::{Failure, Result};
 
@@ -33,11 +34,7 @@ pub(super) fn world(settings: &Settings, source: &Source<'_>, inputs: &mut Input
         return Err(failure);
     }
     World::new(WorldSpec {
-        robot: Robot {
-            sensors: inputs.sensors(&settings.robot.tables)?,
-            motors: inputs.motors(&settings.robot.motors, settings.robot.states)?,
-            ..own.robot
-        },
+        robot: robot(settings, own.robot, source, inputs)?,
         arena: arena(settings, own.arena),
         own: parts,
         noise: Noise {
@@ -52,6 +49,43 @@ pub(super) fn world(settings: &Settings, source: &Source<'_>, inputs: &mut Input
         ..own
     })
     .map_err(|invalid| source.invalid(key(&invalid.field), &invalid.problem))
+}
+
+/// The robot with the samples that it is made from. Of a described one some sensors and the motors may be sampled.
+fn robot(settings: &Settings, mut own: Robot, source: &Source<'_>, inputs: &mut Inputs<'_>) -> Result<Robot> {
+    let files = &settings.robot;
+    let Build::Differential(described) = &mut own.build else {
+        return Ok(Robot {
+            sensors: inputs.sensors(&files.tables)?,
+            motors: inputs.motors(&files.motors, files.states)?,
+            ..own
+        });
+    };
+    let Samples { tables, motors, states } = &files.described;
+    match tables {
+        Some(tables) if described.has_sampled_sensors() => own.sensors = inputs.sensors(tables)?,
+        Some(_) => {
+            let problem = "is given, and no sensor reads it; allowed: only with sensors of the kind sampled";
+            return Err(source.invalid("robot.tables", problem));
+        }
+        None if described.has_sampled_sensors() => {
+            let problem =
+                "lacks `tables`, and has sensors of the kind sampled; allowed: \"khepera\" or a list of files";
+            return Err(source.invalid("robot", problem));
+        }
+        None => (),
+    }
+    match (motors, states) {
+        (Some(motors), states) => {
+            own.motors = inputs.motors(motors, states.unwrap_or_default())?;
+            described.sampled_motors = true;
+        }
+        (None, Some(_)) => {
+            return Err(source.invalid("robot.states", "is given; allowed: only with robot.motors"));
+        }
+        (None, None) => (),
+    }
+    Ok(own)
 }
 
 /// The experiment's key for a field of the world: the same, except for the parts that come from files.

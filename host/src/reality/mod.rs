@@ -1,6 +1,8 @@
 //! Reality: the place where a robot is sampled, and where transferred controllers are evaluated. Today it is always a
 //! surrogate.
 
+pub(crate) mod described;
+mod place;
 pub(crate) mod sampling;
 pub(crate) mod site;
 mod surrogate;

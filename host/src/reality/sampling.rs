@@ -16,16 +16,16 @@ use crate::progress;
 use crate::report::figures;
 
 /// Bearings of a turn.
-const BEARINGS: u32 = 180;
+pub(super) const BEARINGS: u32 = 180;
 /// Rows of a table.
 const ROWS: u32 = 20;
 /// From the rim to the object in the first row, mm.
 const NEAREST: f32 = 5.0;
 /// From one row to the next, mm.
-const SPACING: f32 = 2.0;
+pub(super) const SPACING: f32 = 2.0;
 
 /// The speeds of a wheel that any choice of 20 states takes, in the robot's unit.
-const SPEEDS: std::ops::RangeInclusive<i32> = -10..=10;
+pub(super) const SPEEDS: std::ops::RangeInclusive<i32> = -10..=10;
 
 /// A robot's samples.
 #[derive(Clone, Debug, PartialEq)]
@@ -134,13 +134,24 @@ pub(crate) fn take(
     let bar = progress::rows(rows(objects), "sampling", console);
     let samples = sample(reality, objects, &notebook, &|| bar.inc(1))?;
     bar.finish_and_clear();
-    for table in &samples.sensors.classes {
+    write(&samples.sensors, Some(&samples.motors), directory)?;
+    Ok(samples)
+}
+
+/// Writes `CLASS.sam` and `CLASS.svg` for each object, and `motor.sam` if motors were sampled.
+///
+/// # Errors
+/// Exit 6 if a file can't be written.
+pub(crate) fn write(sensors: &SensorTables, motors: Option<&MotorSamples>, directory: &Path) -> Result {
+    for table in &sensors.classes {
         disk::write(&directory.join(format!("{}.sam", table.class)), table.text().as_bytes())?;
         let picture = figures::sensor_table(table);
         disk::write(&directory.join(format!("{}.svg", table.class)), picture.as_bytes())?;
     }
-    disk::write(&directory.join("motor.sam"), samples.motors.text().as_bytes())?;
-    Ok(samples)
+    match motors {
+        Some(motors) => disk::write(&directory.join("motor.sam"), motors.text().as_bytes()),
+        None => Ok(()),
+    }
 }
 
 /// Samples a robot without saving rows: for a simulation, which takes a second.
@@ -236,12 +247,13 @@ impl Reality for Averaged<'_> {
 fn table(object: &Object, rows: &[Vec<[u16; SENSORS]>]) -> SensorTable {
     SensorTable {
         class: object.class.clone(),
+        sensors: SENSORS as u32,
         rows: ROWS,
         bearings: BEARINGS,
         nearest: NEAREST,
         spacing: SPACING,
         views: object.views(),
-        readings: rows.concat(),
+        readings: rows.iter().flat_map(|row| row.as_flattened()).copied().collect(),
     }
 }
 
@@ -251,7 +263,7 @@ fn motors_row(reality: &mut dyn Reality, left: i32) -> Result<Vec<Driven>> {
 }
 
 /// The motors' samples from their rows.
-fn motors(rows: &[Vec<Driven>]) -> MotorSamples {
+pub(super) fn motors(rows: &[Vec<Driven>]) -> MotorSamples {
     let all = || rows.iter().flatten();
     MotorSamples {
         speeds: SPEEDS.collect(),
@@ -330,7 +342,8 @@ mod tests {
             (20, 180, 5.0, 2.0)
         );
         for row in 0..20 {
-            for (bearing, cell) in table.readings[row * 180..][..180].iter().enumerate() {
+            for bearing in 0..180 {
+                let cell = table.cell(row * 180 + bearing);
                 let first = 0.25 + ((2.0 * bearing as f64 - 0.25) / 1.5).ceil().max(0.0) * 1.5;
                 assert_eq!(cell[..2], [first as u16, 5 + 2 * row as u16], "bearing {bearing}");
             }

@@ -2,13 +2,14 @@
 
 use std::sync::Arc;
 
-use oneiro::arena::{Arena, Block, Field, Obstacle, Wall};
+use oneiro::arena::{Arena, Field};
 use oneiro::batch::{Batch, Rollout, Trace, TraceRequest};
 use oneiro::random::{Key, pcg4d};
 use oneiro::surrogate::Surrogate;
-use oneiro::tables::{MotorStates, MotorTable, SENSORS, SensorTable, SensorTables};
+use oneiro::tables::{MotorStates, MotorTable, SensorTable, SensorTables};
 use oneiro::world::{Controller, Robot, Start, World, WorldSpec};
 
+use super::place::{arena, direction, turned};
 use super::{Driven, Life, Lived, Object, Reality, Shape, Trouble, Turned};
 use crate::engine::handle::Engine;
 
@@ -62,7 +63,7 @@ impl<'a> SurrogateRobot<'a> {
             views: object.views(),
             ..self.world.spec().robot.sensors.classes[0].clone()
         };
-        grid.readings = vec![[0; SENSORS]; grid.cells()];
+        grid.readings = vec![0; grid.cells() * grid.sensors as usize];
         Arc::new(SensorTables::new(vec![grid]))
     }
 
@@ -104,42 +105,6 @@ impl<'a> SurrogateRobot<'a> {
     }
 }
 
-/// Position of a block seen from a robot. The robot's direction from the block is `view` turns off the block's length,
-/// and its centre is `distance` mm from the block's nearest point, which lies straight ahead. Returns the block's
-/// centre, mm ahead and to the left, and the direction of its length, turns. `view` is from 0 to 1/2.
-fn seen_from(view: f64, sides: [f32; 2], distance: f32) -> [f32; 3] {
-    let [half_length, half_width] = sides.map(|side| 0.5 * f64::from(side));
-    let distance = f64::from(distance);
-    let [along, across] = direction(view);
-    // From the centre to where the distance is as wanted: in front of the end, of the long side, or of a corner.
-    let before_end = (half_length + distance) / along.abs();
-    let before_side = (half_width + distance) / across.abs();
-    let far = if before_end * across <= half_width {
-        before_end
-    } else if before_side * along.abs() <= half_length {
-        before_side
-    } else {
-        let corner = half_length * along.abs() + half_width * across;
-        let past = half_length * half_length + half_width * half_width - corner * corner;
-        corner + (distance * distance - past).sqrt()
-    };
-    // The robot in the block's frame, and the direction from there to the nearest point.
-    let (x, y) = (far * along, far * across);
-    let to_x = (x.clamp(-half_length, half_length) - x) / distance;
-    let to_y = (y.min(half_width) - y) / distance;
-    // The turn that takes that direction straight ahead takes the block's length to (to_x, -to_y).
-    let (mut low, mut high) = (0.0, 180.0);
-    for _ in 0..60 {
-        let middle = 0.5 * (low + high);
-        if oneiro::exact::cosine(middle) > to_x {
-            low = middle;
-        } else {
-            high = middle;
-        }
-    }
-    [-(to_x * x + to_y * y), to_y * x - to_x * y, low / 360.0].map(|number| number as f32)
-}
-
 /// Makes a batch of valid rollouts, which can only be too large.
 fn one_batch(worlds: &[World], rollouts: &[Rollout<'_>], traced: bool) -> Result<Batch, Trouble> {
     let trace = traced.then_some(TraceRequest { every: 1 });
@@ -167,12 +132,6 @@ fn readings(trace: &Trace, record: usize) -> [u16; 8] {
     readings.map(|activation| (f64::from(activation) * 1023.0 + 0.5) as u16)
 }
 
-/// Turn from one heading to another, in turns counter-clockwise, -1/2 to 1/2.
-fn turned(from: f32, to: f32) -> f64 {
-    let turn = f64::from(to) - f64::from(from);
-    turn - (turn + 0.5).floor()
-}
-
 impl Reality for SurrogateRobot<'_> {
     fn describe(&self) -> String {
         format!(
@@ -188,38 +147,10 @@ impl Reality for SurrogateRobot<'_> {
         const MARGIN: f32 = 0.01;
         /// Farther than any robot sees.
         const HALF_WALL: f32 = 1000.0;
+        let spec = self.world.spec();
         let [x, y] = self.place;
-        let rim = x + self.world.spec().robot.body_radius + gap + MARGIN;
-        let mut arena = Arena {
-            name: object.class.clone(),
-            field: self.world.spec().arena.field,
-            ..Arena::default()
-        };
-        match object.shape {
-            Shape::Wall => arena.walls.push(Wall {
-                from: [rim, y - HALF_WALL],
-                to: [rim, y + HALF_WALL],
-                class: object.class.clone(),
-            }),
-            Shape::Round { radius } => arena.obstacles.push(Obstacle {
-                x: rim + radius,
-                y,
-                radius,
-                class: object.class.clone(),
-            }),
-            Shape::Block { length, width } => {
-                let body = self.world.spec().robot.body_radius;
-                let [ahead, left, heading] = seen_from(view, [length, width], body + gap + MARGIN);
-                arena.blocks.push(Block {
-                    x: x + ahead,
-                    y: y + left,
-                    length,
-                    width,
-                    heading,
-                    class: object.class.clone(),
-                });
-            }
-        }
+        let apart = [spec.robot.body_radius, gap, MARGIN];
+        let arena = arena(object, view, self.place, &apart, HALF_WALL, spec.arena.field);
         let heading = match object.shape {
             Shape::Wall | Shape::Round { .. } => 0.0,
             // A block's nearest point is straight ahead except for rounding, so this keeps readings off the edges
@@ -295,12 +226,4 @@ impl Reality for SurrogateRobot<'_> {
         };
         Ok(outcome.traces.into_iter().map(lived).collect())
     }
-}
-
-/// Cosine and sine of turns, exactly rounded operations only: the tables must be the same everywhere.
-fn direction(turns: f64) -> [f64; 2] {
-    [
-        oneiro::exact::cosine(360.0 * turns),
-        oneiro::exact::cosine(360.0 * turns - 90.0),
-    ]
 }

@@ -9,6 +9,7 @@ use super::interface::{GENE_COUNT, Interface};
 use crate::arena::{Arena, Patch};
 use crate::compose::{Detail, DetailKind, Kind, Scalar, Value};
 use crate::differential::{Differential, Sensor, SensorKind};
+use crate::tables::{SENSORS, SensorTables};
 
 /// Declarations that a kernel needs and a part leaves out.
 pub(super) fn missing(
@@ -196,6 +197,17 @@ pub(super) fn drive(robot: &Differential, arena: &Arena) -> String {
         members += "    used: u32,\n";
         kept += ", own.used";
     }
+    let motion = if robot.sampled_motors {
+        "    return Driven(noisy_motion(life, step, commanded(life.world, outputs)), before);\n".to_owned()
+    } else {
+        format!(
+            "    let wheels = wheels_of(life.world);
+    var own = before;
+    var speeds = vec2<f32>(speed_of(wheels, outputs.x), speed_of(wheels, outputs.y));
+{steps}    return Driven(noisy_motion(life, step, rolled(wheels, speeds)), own);
+"
+        )
+    };
     let after = charged(robot, arena);
     let ends = if robot.battery_ends_life == Some(true) {
         "f32(own.used) >= drive_of(world).cycles"
@@ -210,11 +222,7 @@ fn robot_kept(own: RobotState) -> RobotState {{
     return RobotState(own.stuck{kept});
 }}
 fn motion(life: Life, step: u32, outputs: vec2<f32>, before: RobotState) -> Driven {{
-    let wheels = wheels_of(life.world);
-    var own = before;
-    var speeds = vec2<f32>(speed_of(wheels, outputs.x), speed_of(wheels, outputs.y));
-{steps}    return Driven(noisy_motion(life, step, rolled(wheels, speeds)), own);
-}}
+{motion}}}
 fn robot_after(world: u32, end: vec3<f32>, before: RobotState) -> RobotState {{
     var own = before;
 {after}    return own;
@@ -263,10 +271,73 @@ fn response_cells(robot: &Differential, arena: &Arena, sensor: &Sensor) -> Optio
 pub(super) const READING: &str = "reading";
 
 /// What is generated beside what parts of a sampled robot declare too.
-pub(super) const NAMES: [&str; 4] = ["FLOOR_CELL", "LIGHT_COUNT", "PATCH_COUNT", READING];
+pub(super) const NAMES: [&str; 5] = ["FLOOR_CELL", "LIGHT_COUNT", "PATCH_COUNT", "PLANES", READING];
 
-/// The readings of a described robot, in place of `sensor/readings.wgsl` and `sensor/sampled.wgsl`.
-pub(super) fn readings(robot: &Differential, arena: &Arena) -> String {
+/// The planes of eight sensors that a described robot's tables have, and those of them that its sensors read.
+struct Planes {
+    count: usize,
+    read: Vec<usize>,
+}
+
+impl Planes {
+    fn new(robot: &Differential, tables: &SensorTables) -> Self {
+        let mut read: Vec<_> = robot
+            .columns()
+            .into_iter()
+            .flatten()
+            .map(|column| column as usize / SENSORS)
+            .collect();
+        read.sort_unstable();
+        read.dedup();
+        Self {
+            count: (tables.sensors() as usize).div_ceil(SENSORS),
+            read,
+        }
+    }
+
+    /// What comes before the loop over objects: the sums of readings.
+    fn sums(&self) -> String {
+        let sum = |plane: &usize| format!("    var sums{plane} = vec4<u32>(0u);\n");
+        let sums: String = self.read.iter().map(sum).collect();
+        format!("    var seen = Sighted();\n    let plane = worlds[world].rows * worlds[world].bearings;\n{sums}")
+    }
+
+    /// What is done for each object: as in `sensor/sampled.wgsl`, one object of each layer is looked up. `sensor` is a sampled one.
+    fn of_an_object(&self, sensor: usize) -> String {
+        let sum = |plane: &usize| {
+            let table = format!("seen.table + {plane}u * plane");
+            format!("                sums{plane} += sampled(world, pose.z, seen.to, seen.contact, {table});\n")
+        };
+        let sums: String = self.read.iter().map(sum).collect();
+        format!(
+            "        let next = sighted(world, shape, pose, at, s{sensor}.range);
+        if (next.in_reach) {{
+            seen = next;
+        }}
+        if (shapes[shape].ends_layer != 0u) {{
+            if (seen.in_reach) {{
+{sums}            }}
+            seen.in_reach = false;
+        }}
+"
+        )
+    }
+
+    /// The reading of a column.
+    fn reading(column: usize) -> String {
+        let (plane, sensor) = (column / SENSORS, column % SENSORS);
+        let word = format!("sums{plane}.{}", ["x", "y", "z", "w"][sensor / 2]);
+        let sum = if sensor % 2 == 0 {
+            format!("{word} & 0xffffu")
+        } else {
+            format!("{word} >> 16u")
+        };
+        format!("activation({sum}, worlds[world].reading_scale)")
+    }
+}
+
+/// The readings of a described robot, in place of those of `sensor/readings.wgsl` and `sensor/sampled.wgsl`.
+pub(super) fn readings(robot: &Differential, tables: &SensorTables, arena: &Arena) -> String {
     let count = robot.sensors.len();
     let each = |line: &dyn Fn(usize, &str) -> String| -> String {
         let names = robot.sensors.iter().map(|sensor| sensor.name.as_str());
@@ -287,6 +358,7 @@ pub(super) fn readings(robot: &Differential, arena: &Arena) -> String {
     // One loop over all objects serves all sensors that measure objects.
     let (mut numbers, mut objects, mut readings) = (String::new(), String::new(), String::new());
     let mut highest = "0.0f".to_owned();
+    let (columns, planes) = (robot.columns(), Planes::new(robot, tables));
     for (index, sensor) in robot.sensors.iter().enumerate() {
         let cell = FIRST_SENSOR + 2 * index;
         let _ = writeln!(numbers, "    let s{index} = sensor_of(world, {cell}u);");
@@ -310,9 +382,6 @@ pub(super) fn readings(robot: &Differential, arena: &Arena) -> String {
                 };
                 let _ = writeln!(objects, "            free{index} = min(free{index}, {nearest});");
                 let share = format!("range_share(s{index}, free{index})");
-                if sensor.kind == SensorKind::Proximity {
-                    highest = format!("max({highest}, r.{})", sensor.name);
-                }
                 match (sensor.kind, response_cells(robot, arena, sensor)) {
                     (_, Some([first, points])) => {
                         format!("response_reading(world, s{index}, free{index}, {first}u, {points}u)")
@@ -330,22 +399,40 @@ pub(super) fn readings(robot: &Differential, arena: &Arena) -> String {
             SensorKind::Light => format!("light_reading(world, {place}, {own})"),
             SensorKind::Ground => format!("ground_reading(world, {place})"),
             SensorKind::Battery => "battery_reading(world, robot.used)".to_owned(),
+            SensorKind::Sampled => Planes::reading(columns[index].unwrap_or(0) as usize),
         };
+        if matches!(sensor.kind, SensorKind::Proximity | SensorKind::Sampled) {
+            highest = format!("max({highest}, r.{})", sensor.name);
+        }
         let _ = writeln!(readings, "        {reading},");
+    }
+    if !objects.is_empty() {
+        objects = format!(
+            "        let to = toward(shape, at);
+        if (squared_length(to) < shapes[shape].reach_squared) {{
+{objects}        }}
+"
+        );
+    }
+    if let Some(first) = columns.iter().position(Option::is_some) {
+        numbers += &planes.sums();
+        objects += &planes.of_an_object(first);
     }
     if !objects.is_empty() {
         objects = format!(
             "    let first = worlds[world].first_shape;
     let end = first + shape_count(world);
     for (var shape = first; shape < end; shape++) {{
-        let to = toward(shape, at);
-        if (squared_length(to) < shapes[shape].reach_squared) {{
-{objects}        }}
-    }}
+{objects}    }}
 "
         );
     }
     let (floor, lights, patches) = (floor_cell(robot), arena.lights.len(), arena.patches.len());
+    let counted = if planes.read.is_empty() {
+        String::new()
+    } else {
+        format!("const PLANES: u32 = {}u;\n", planes.count)
+    };
     format!(
         "struct Readings {{
 {fields}    own: SensorReadings,
@@ -354,7 +441,7 @@ const INPUTS: u32 = {count}u + OWN_READINGS;
 const FLOOR_CELL: u32 = {floor}u;
 const LIGHT_COUNT: u32 = {lights}u;
 const PATCH_COUNT: u32 = {patches}u;
-fn sense(world: u32, pose: vec3<f32>, at: vec2<f32>, robot: RobotState) -> Readings {{
+{counted}fn sense(world: u32, pose: vec3<f32>, at: vec2<f32>, robot: RobotState) -> Readings {{
 {numbers}{objects}    return Readings(
 {readings}        SensorReadings(),
     );

@@ -1,6 +1,6 @@
 //! Composition of a kernel from shipped parts and users' parts.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write;
 use std::panic;
 use std::path::Path;
@@ -19,7 +19,7 @@ use crate::arena::Arena;
 use crate::compose::{Composed, GREATEST_GENES, Kind, OwnParts, Refused};
 use crate::differential::{Build, Differential};
 use crate::parameter::Invalid;
-use crate::world::Gene;
+use crate::world::{Gene, Robot};
 
 /// Stands for a path in messages about generated declarations.
 pub(super) const GENERATED: &str = "what Oneiro adds";
@@ -30,14 +30,47 @@ pub(super) const USER: &str = "lib/user.wgsl";
 /// Trace details of the shipped sensors; composed kernels generate their own.
 const DETAILS: &str = "sensor/details.wgsl";
 
-/// Parts that only sampled robots use, and those that described robots use instead.
-const SAMPLED: [&str; 4] = [
-    "sensor/readings.wgsl",
-    "sensor/sampled.wgsl",
-    "robot/motors.wgsl",
-    "robot/differential.wgsl",
-];
-const DIFFERENTIAL: [&str; 2] = ["robot/arcs.wgsl", "sensor/kinds.wgsl"];
+/// Parts of sampled sensors and of sampled motors.
+const SENSORS: [&str; 2] = ["sensor/readings.wgsl", "sensor/sampled.wgsl"];
+const MOTORS: [&str; 2] = ["robot/motors.wgsl", "robot/differential.wgsl"];
+
+/// Parts that a described robot has, those of its sampled sensors, and that of the wheels that it has unless its motors are
+/// sampled.
+const DESCRIBED: [&str; 2] = ["robot/drive.wgsl", "sensor/kinds.wgsl"];
+const TABLES: &str = "sensor/tables.wgsl";
+const WHEELS: &str = "robot/arcs.wgsl";
+
+/// Whether a robot is made of a part, if the part is only of some robots.
+fn is_of_robot(path: &str, robot: &Build) -> Option<bool> {
+    let Build::Differential(own) = robot else {
+        return (DESCRIBED.contains(&path) || [TABLES, WHEELS].contains(&path)).then_some(false);
+    };
+    if SENSORS.contains(&path) || path == TABLES {
+        return Some(own.has_sampled_sensors());
+    }
+    if MOTORS.contains(&path) {
+        return Some(own.sampled_motors);
+    }
+    if path == WHEELS {
+        return Some(!own.sampled_motors);
+    }
+    DESCRIBED.contains(&path).then_some(true)
+}
+
+/// The text of a part without what is declared in its place; the rest stays on its lines.
+fn without(shipped: &compiler::Part, others: &BTreeSet<String>) -> String {
+    let mut lines: Vec<&str> = shipped.text.lines().collect();
+    for own in declarations(shipped).iter().filter(|own| others.contains(&own.name)) {
+        let first = own.place.line - 1;
+        // Shipped parts are formatted alike: what has a body ends with its brace on a line of its own.
+        let last = match own.keyword.as_str() {
+            "fn" | "struct" => lines[first..].iter().position(|line| *line == "}").unwrap_or(0),
+            _ => 0,
+        };
+        lines[first..=first + last].fill("");
+    }
+    lines.join("\n") + "\n"
+}
 
 /// The shipped part in whose place a user's stands.
 fn is_replaced(path: &str, kind: Kind) -> bool {
@@ -52,10 +85,11 @@ fn is_replaced(path: &str, kind: Kind) -> bool {
 pub(in crate::compose) fn compose(
     base: &'static Kernel,
     parts: &OwnParts,
-    robot: &Build,
+    robot: &Robot,
     arena: &Arena,
 ) -> Result<Composed, Invalid> {
     static COMPOSED: Mutex<BTreeMap<String, Composed>> = Mutex::new(BTreeMap::new());
+    let (tables, robot) = (&robot.sensors, &robot.build);
     if parts.is_empty() && *robot == Build::Sampled {
         return Ok(Composed {
             kernel: base,
@@ -66,7 +100,7 @@ pub(in crate::compose) fn compose(
     let mut name = base.name.to_owned();
     if let Build::Differential(robot) = robot {
         check_names(robot)?;
-        let described = generate::readings(robot, arena) + &generate::drive(robot, arena);
+        let described = generate::readings(robot, tables, arena) + &generate::drive(robot, arena);
         let hash = blake3::hash(described.as_bytes()).to_hex();
         let _ = write!(name, "+{}-sensors-{}", robot.sensors.len(), &hash[..16]);
         generated += &described;
@@ -147,19 +181,22 @@ fn new(
         path: path.to_owned(),
         text: text.to_owned(),
     };
-    let is_sampled = *robot == Build::Sampled;
-    let is_kept = |path: &str| {
-        path != DETAILS
-            && (is_sampled || !SAMPLED.contains(&path))
-            && own.iter().all(|own| !is_replaced(path, own.part.kind))
-    };
+    let is_kept = |path: &str| path != DETAILS && own.iter().all(|own| !is_replaced(path, own.part.kind));
     let is_needed = |path: &str| {
-        path == USER || !is_sampled && DIFFERENTIAL.contains(&path) || base.parts.contains(&path) && is_kept(path)
+        let is_of_robot = is_of_robot(path, robot);
+        path == USER || is_of_robot.unwrap_or_else(|| base.parts.contains(&path) && is_kept(path))
     };
+    let described: BTreeSet<_> = declarations(&part(GENERATED, &generated))
+        .into_iter()
+        .map(|own| own.name)
+        .collect();
     let mut parts: Vec<_> = PARTS
         .iter()
         .filter(|(path, _)| is_needed(path))
-        .map(|(path, text)| part(path, text))
+        .map(|(path, text)| match is_of_robot(path, robot) {
+            Some(true) => part(path, &without(&part(path, text), &described)),
+            _ => part(path, text),
+        })
         .collect();
     let mut cells = 0;
     for own in own.iter() {

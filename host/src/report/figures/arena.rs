@@ -286,9 +286,12 @@ impl Sheet {
     }
 
     /// Draws a sensor of a robot with the heading 0: a dot where it is, and a line along its ray or in the direction in
-    /// which it looks. A bumper is its arc of the body.
+    /// which it looks. A bumper is its arc of the body. Where a sampled sensor is, its tables don't say.
     fn sensor(&self, svg: &mut Svg, at: (f64, f64), body_radius: f32, sensor: &Sensor) {
         const COLOUR: &str = "#c1121f";
+        if sensor.kind == SensorKind::Sampled {
+            return;
+        }
         let (x, y) = self.place(at);
         let [body, offset] = [body_radius, sensor.offset.unwrap_or(body_radius)].map(|mm| f64::from(mm) * self.scale);
         let width = match sensor.kind {

@@ -24,7 +24,7 @@ pub(super) const HEAT: [[u8; 3]; 5] = [
 const SHADES: u16 = 32;
 /// The greatest reading.
 const GREATEST: u16 = 1023;
-/// Names of the sensors, in the order of the Khepera's answer.
+/// Names of a Khepera's sensors, in the order of its answer.
 pub(super) const NAMES: [&str; SENSORS] = [
     "left 90",
     "left 45",
@@ -36,21 +36,24 @@ pub(super) const NAMES: [&str; SENSORS] = [
     "back left",
 ];
 
-/// Rows of panels for one point of view.
-const ROWS: usize = SENSORS.div_ceil(COLUMNS);
 /// Room for a heading above each point of view, if there are several.
 const HEADING: f64 = 30.0;
 
 /// Draws each sensor's reading for an object at a bearing (clockwise, straight ahead in the middle) and a distance, by
 /// point of view.
 pub(crate) fn sensor_table(table: &SensorTable) -> String {
-    let views = table.views as usize;
+    let (views, sensors) = (table.views as usize, table.sensors as usize);
     let heading = if views > 1 { HEADING } else { 0.0 };
-    let view_height = ROWS as f64 * (PANEL.1 + GAP.1) + heading;
+    let view_height = sensors.div_ceil(COLUMNS) as f64 * (PANEL.1 + GAP.1) + heading;
     let width = LEFT + COLUMNS as f64 * (PANEL.0 + GAP.0);
     let height = TOP + views as f64 * view_height - 14.0;
+    let count = match sensors {
+        1 => "one sensor".to_owned(),
+        SENSORS => "eight sensors".to_owned(),
+        count => format!("{count} sensors"),
+    };
     let title = format!(
-        "Readings of eight sensors for an object of class \u{201c}{}\u{201d}",
+        "Readings of {count} for an object of class \u{201c}{}\u{201d}",
         table.class
     );
     let mut svg = Svg::new(width, height, &title);
@@ -74,12 +77,12 @@ pub(crate) fn sensor_table(table: &SensorTable) -> String {
             let style = format!("fill=\"{INK}\" font-weight=\"600\"");
             svg.words((LEFT, top), 14.0, Anchor::Start, &style, &words);
         }
-        for (sensor, name) in NAMES.iter().enumerate() {
+        for sensor in 0..sensors {
             let corner = (
                 LEFT + (sensor % COLUMNS) as f64 * (PANEL.0 + GAP.0),
                 top + heading + (sensor / COLUMNS) as f64 * (PANEL.1 + GAP.1),
             );
-            panel(&mut svg, table, view, sensor, name, corner);
+            panel(&mut svg, table, view, sensor, corner);
         }
     }
     svg.finish()
@@ -98,7 +101,7 @@ fn key(svg: &mut Svg, right: f64) {
     svg.words((right, 48.0), 12.0, Anchor::End, &style, &GREATEST.to_string());
 }
 
-fn panel(svg: &mut Svg, table: &SensorTable, view: usize, sensor: usize, name: &str, (left, top): (f64, f64)) {
+fn panel(svg: &mut Svg, table: &SensorTable, view: usize, sensor: usize, (left, top): (f64, f64)) {
     svg.rectangle((left, top), PANEL, &format!("fill=\"{}\"", colour(0)));
     for shade in 1..SHADES {
         let cells = cells_of(table, view, sensor, shade);
@@ -112,13 +115,14 @@ fn panel(svg: &mut Svg, table: &SensorTable, view: usize, sensor: usize, name: &
     }
     svg.rectangle((left, top), PANEL, "fill=\"none\" stroke=\"#a9acb3\"");
     let soft = format!("fill=\"{SOFT_INK}\"");
-    svg.words(
-        (left, top - 7.0),
-        13.0,
-        Anchor::Start,
-        &format!("fill=\"{INK}\""),
-        &format!("{sensor}: {name}"),
-    );
+    let ink = format!("fill=\"{INK}\"");
+    // Other robots name their sensors in their experiments.
+    let name = if table.sensors as usize == SENSORS {
+        format!("{sensor}: {}", NAMES[sensor])
+    } else {
+        sensor.to_string()
+    };
+    svg.words((left, top - 7.0), 13.0, Anchor::Start, &ink, &name);
     // The outer labels stay within the panel, clear of the next one's.
     let bearings = [
         (-180, Anchor::Start),
@@ -155,10 +159,9 @@ fn cells_of(table: &SensorTable, view: usize, sensor: usize, shade: u16) -> Stri
     let has_shade = |row: usize, column: usize| {
         // The bearing straight ahead, 0, is drawn in the middle.
         let bearing = (column + bearings.div_ceil(2)) % bearings;
-        table
-            .readings
-            .get((view * rows + row) * bearings + bearing)
-            .is_some_and(|cell| shade_of(cell[sensor]) == shade)
+        let cell = (view * rows + row) * bearings + bearing;
+        let reading = table.readings.get(cell * table.sensors as usize + sensor);
+        reading.is_some_and(|reading| shade_of(*reading) == shade)
     };
     let mut path = String::new();
     for row in 0..rows {
@@ -215,20 +218,21 @@ mod tests {
     fn a_reading_is_drawn_where_it_stands() {
         let mut table = SensorTable {
             class: "wall".into(),
+            sensors: 5,
             rows: 2,
             bearings: 4,
             nearest: 5.0,
             spacing: 2.0,
             views: 2,
-            readings: vec![[0; SENSORS]; 16],
+            readings: vec![0; 5 * 16],
         };
         // Nearest row, a quarter turn to the right.
-        table.readings[1][3] = 1023;
+        table.readings[5 + 3] = 1023;
         assert_eq!(cells_of(&table, 0, 3, SHADES - 1), "M150 65h50v65h-50z");
         assert_eq!(cells_of(&table, 0, 2, SHADES - 1), "");
         assert_eq!(cells_of(&table, 1, 3, SHADES - 1), "");
         // The same from the other point of view.
-        table.readings[8 + 1][2] = 1023;
+        table.readings[5 * (8 + 1) + 2] = 1023;
         assert_eq!(cells_of(&table, 1, 2, SHADES - 1), "M150 65h50v65h-50z");
     }
 }

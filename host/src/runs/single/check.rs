@@ -220,11 +220,11 @@ fn robot(robot: &Robot, name: Option<&str>) -> String {
         Build::Differential(own) => own,
     };
     let mut parts: Vec<String> = name.map(str::to_owned).into_iter().collect();
-    parts.extend([
-        radius,
-        format!("wheels {} mm apart", own.wheel_base),
-        format!("up to {} mm/s", own.greatest_speed),
-    ]);
+    parts.push(radius);
+    parts.extend(own.wheel_base.map(|base| format!("wheels {base} mm apart")));
+    parts.extend(own.greatest_speed.map(|speed| format!("up to {speed} mm/s")));
+    let states = robot.motors.states;
+    parts.extend(own.sampled_motors.then(|| format!("{states} x {states} motor states")));
     parts.extend((own.speeds > 0).then(|| format!("{} speeds", own.speeds)));
     let acceleration = own.acceleration.filter(|acceleration| *acceleration > 0.0);
     parts.extend(acceleration.map(|acceleration| format!("accelerates by up to {acceleration} mm/s^2")));
@@ -240,6 +240,17 @@ fn robot(robot: &Robot, name: Option<&str>) -> String {
 
 /// The robot's sensors by their kinds, with their names, and the file of those that a user wrote.
 fn sensors(robot: &Robot, own: Option<&OwnPart>) -> String {
+    let tables = robot.tables().filter(|_| robot.build != Build::Sampled);
+    let tables = tables.and_then(|tables| Some((tables, tables.classes.first()?)));
+    let tables = tables.map(|(tables, first)| {
+        let classes: Vec<&str> = tables.classes.iter().map(|table| table.class.as_str()).collect();
+        let (count, reach) = (counted(first.sensors, "sensor", "sensors"), first.reach());
+        format!(
+            "tables of {count} for {}, {} to {reach} mm from the rim",
+            classes.join(", "),
+            first.nearest
+        )
+    });
     let kinds = sensor_counts(robot).into_iter().map(|(word, count)| {
         let sensors = robot
             .described_sensors()
@@ -254,7 +265,7 @@ fn sensors(robot: &Robot, own: Option<&OwnPart>) -> String {
         format!("{count} {word}{names}")
     });
     let own = own.map(|own| own.part().path().to_owned());
-    let all: Vec<String> = kinds.chain(own).collect();
+    let all: Vec<String> = kinds.chain(tables).chain(own).collect();
     if all.is_empty() {
         "none".to_owned()
     } else {

@@ -14,9 +14,9 @@ use crate::exit::Result;
 fn average(one: &SensorTables, other: &SensorTables) -> SensorTables {
     let table = |table: &SensorTable| {
         let other = other.class(&table.class).map(|class| &other.classes[class]);
-        let readings = table.readings.iter().enumerate().map(|(cell, own)| {
-            let theirs = other.and_then(|other| other.readings.get(cell)).unwrap_or(own);
-            std::array::from_fn(|sensor| own[sensor].midpoint(theirs[sensor]))
+        let readings = table.readings.iter().enumerate().map(|(at, own)| {
+            let theirs = other.and_then(|other| other.readings.get(at)).unwrap_or(own);
+            own.midpoint(*theirs)
         });
         SensorTable {
             readings: readings.collect(),

@@ -1,7 +1,7 @@
 //! Refinement of sampled tables. A simulator looks its tables up by truncation; with enough interpolated points in
 //! between, that approximates interpolation at every lookup.
 
-use oneiro::tables::{SENSORS, SensorTable, SensorTables};
+use oneiro::tables::{SensorTable, SensorTables};
 
 /// Points of the finer table per sample, in distance and in bearing: 0.5 mm and 0.5 degrees if samples are 2 mm and 2
 /// degrees apart.
@@ -26,7 +26,7 @@ fn finer(table: &SensorTable) -> SensorTable {
         bearings,
         spacing: table.spacing / FINER as f32,
         readings: cells
-            .map(|(view, row, bearing)| between(table, view, row, bearing))
+            .flat_map(|(view, row, bearing)| between(table, view, row, bearing))
             .collect(),
         ..table.clone()
     }
@@ -34,13 +34,13 @@ fn finer(table: &SensorTable) -> SensorTable {
 
 /// Readings from one point of view at a point of the finer table: the mean of the four surrounding samples, weighted by
 /// proximity. Computed in integers and rounded once, halves up, so that all machines agree.
-fn between(table: &SensorTable, view: u32, row: u32, bearing: u32) -> [u16; SENSORS] {
+fn between(table: &SensorTable, view: u32, row: u32, bearing: u32) -> impl Iterator<Item = u16> {
     let here = [row / FINER, bearing / FINER];
     let next = [(here[0] + 1).min(table.rows - 1), (here[1] + 1) % table.bearings];
     let past = [row % FINER, bearing % FINER];
     let sample = |row: u32, bearing: u32| {
         let row = view * table.rows + row;
-        &table.readings[(row * table.bearings + bearing) as usize]
+        table.cell((row * table.bearings + bearing) as usize)
     };
     let around = [
         (sample(here[0], here[1]), (FINER - past[0]) * (FINER - past[1])),
@@ -48,7 +48,7 @@ fn between(table: &SensorTable, view: u32, row: u32, bearing: u32) -> [u16; SENS
         (sample(next[0], here[1]), past[0] * (FINER - past[1])),
         (sample(next[0], next[1]), past[0] * past[1]),
     ];
-    std::array::from_fn(|sensor| {
+    (0..table.sensors as usize).map(move |sensor| {
         let sum: u32 = around
             .iter()
             .map(|(readings, weight)| u32::from(readings[sensor]) * weight)
@@ -66,14 +66,13 @@ mod tests {
         let reading = |cell: u16, sensor: u16| (cell * 83 + sensor * 11) % 1024;
         SensorTable {
             class: "wall".into(),
+            sensors: 8,
             rows: 3,
             bearings: 4,
             nearest: 5.0,
             spacing: 2.0,
             views: 1,
-            readings: (0..12)
-                .map(|cell| std::array::from_fn(|sensor| reading(cell, sensor as u16)))
-                .collect(),
+            readings: (0..96).map(|at| reading(at / 8, at % 8)).collect(),
         }
     }
 
@@ -87,8 +86,8 @@ mod tests {
             for row in 0..20 {
                 for bearing in 0..180 {
                     assert_eq!(
-                        finer.readings[4 * row * 720 + 4 * bearing],
-                        table.readings[row * 180 + bearing],
+                        finer.cell(4 * row * 720 + 4 * bearing),
+                        table.cell(row * 180 + bearing),
                         "row {row}, bearing {bearing}"
                     );
                 }
@@ -100,7 +99,7 @@ mod tests {
     fn between_them_readings_change_in_proportion() {
         let table = table();
         let finer = finer(&table);
-        let at = |row: usize, bearing: usize| finer.readings[row * 16 + bearing][0];
+        let at = |row: usize, bearing: usize| finer.cell(row * 16 + bearing)[0];
         // The corners of the first square are 0 and 83, and in the next row 332 and 415.
         assert_eq!([at(0, 0), at(0, 1), at(0, 2), at(0, 3), at(0, 4)], [0, 21, 42, 62, 83]);
         assert_eq!([at(1, 0), at(2, 0), at(3, 0), at(4, 0)], [83, 166, 249, 332]);
@@ -111,11 +110,7 @@ mod tests {
     fn points_of_view_stay_apart() {
         let one = table();
         let other = SensorTable {
-            readings: one
-                .readings
-                .iter()
-                .map(|cell| cell.map(|reading| reading / 2))
-                .collect(),
+            readings: one.readings.iter().map(|reading| reading / 2).collect(),
             ..one.clone()
         };
         let both = SensorTable {
@@ -131,7 +126,7 @@ mod tests {
     fn bearings_close_the_turn_and_the_last_row_holds() {
         let table = table();
         let finer = finer(&table);
-        let at = |row: usize, bearing: usize| finer.readings[row * 16 + bearing][0];
+        let at = |row: usize, bearing: usize| finer.cell(row * 16 + bearing)[0];
         // Wraps from the last bearing, 249, to the first, 0.
         assert_eq!([at(0, 12), at(0, 14), at(0, 15)], [249, 125, 62]);
         for row in 9..12 {

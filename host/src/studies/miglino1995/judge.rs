@@ -609,8 +609,10 @@ fn half_gaps(table: &SensorTable) -> Vec<f64> {
     let half = f64::from(GREATEST_READING) / 2.0;
     let bearings = table.bearings as usize;
     let greatest = |row: usize, sensor: usize| {
-        let cells = &table.readings[row * bearings..][..bearings];
-        cells.iter().map(|cell| f64::from(cell[sensor])).fold(0.0, f64::max)
+        let cells = row * bearings..(row + 1) * bearings;
+        cells
+            .map(|cell| f64::from(table.cell(cell)[sensor]))
+            .fold(0.0, f64::max)
     };
     let gap = |row: f64| f64::from(table.nearest) + f64::from(table.spacing) * row;
     (0..SENSORS)
