@@ -75,7 +75,7 @@ fn leave_directories_of_other_sweeps_as_they_are() {
         (
             "version",
             Value::from(1),
-            "out: is of version 1 of the format \"oneiro sweep\"; allowed: version 2".into(),
+            "out: is of version 1 of the format \"oneiro sweep\"; allowed: version 3".into(),
         ),
     ] {
         let mut other = content.clone();

@@ -96,7 +96,7 @@ pub(crate) struct Made {
 }
 
 const FORMAT: &str = "oneiro sweep";
-const VERSION: u32 = 2;
+const VERSION: u32 = 3;
 
 /// Keys that every version writes.
 #[derive(Debug, Deserialize)]

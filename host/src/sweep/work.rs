@@ -145,12 +145,11 @@ impl Runs for Work<'_> {
             // A saved run that doesn't fit starts over.
             Some((job.ok()?, saved.done, saved.tables.pop()?))
         });
-        let (job, done, table) = match saved {
-            Some(saved) => saved,
-            None => {
-                let job = Arc::clone(&experiment).job(seed, Recording::Tables)?;
-                (job, 0, self.plan.table.head.clone())
-            }
+        let (job, done, table) = if let Some(saved) = saved {
+            saved
+        } else {
+            let job = Arc::clone(&experiment).job(seed, Recording::Tables)?;
+            (job, 0, self.plan.table.head.clone())
         };
         let recorded = Recorded {
             experiment,
