@@ -29,6 +29,8 @@ struct EPuck2 {
     speeds: Arc<Mutex<[i16; 2]>>,
     /// It does not obey: its wheels turn on.
     is_runaway: Arc<AtomicBool>,
+    /// It hangs up.
+    is_gone: Arc<AtomicBool>,
 }
 
 impl EPuck2 {
@@ -71,7 +73,8 @@ impl EPuck2 {
             for (counter, speed) in counters.iter_mut().zip(speeds) {
                 *counter += i64::from(speed) * Self::CYCLE.as_millis() as i64;
             }
-            if has_begun && stream.write_all(&block).is_err() {
+            let is_gone = self.is_gone.load(Ordering::Relaxed);
+            if is_gone || has_begun && stream.write_all(&block).is_err() {
                 return;
             }
         }
@@ -242,6 +245,33 @@ fn ctrl_c_ends_a_watch_and_stops_the_wheels() {
         ran.exits(code).says(&[words]);
         assert_eq!(*robot.speeds.lock().unwrap(), [0, 0]);
     }
+}
+
+/// The reading fails and so does the stop, for the same reason, which is said once.
+#[test]
+fn a_watch_that_fails_says_why_and_that_the_wheels_may_turn() {
+    use std::process::Stdio;
+
+    let place = Place::new("lost");
+    let robot = EPuck2::default();
+    let address = robot.start();
+    let arguments = ["robot", "watch", &address];
+    let mut command = place.command(&arguments);
+    let mut program = command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
+    program.stdout.as_mut().unwrap().read_exact(&mut [0]).unwrap();
+    robot.is_gone.store(true, Ordering::Relaxed);
+    let ran = Ran::new(&arguments, &program.wait_with_output().unwrap()).exits(4);
+    assert_eq!(
+        ran.stderr.matches("the connection is lost").count(),
+        1,
+        "{}",
+        ran.stderr
+    );
+    ran.says(&[
+        "cannot stop: ",
+        "the connection is lost",
+        "The wheels may be turning: lift the robot",
+    ]);
 }
 
 #[test]

@@ -143,6 +143,7 @@ fn used(mut robot: Box<dyn Robot>, work: impl FnOnce(&mut dyn Robot) -> Result) 
     match (outcome, closed(robot)) {
         (outcome, Ok(())) => outcome,
         (Ok(()), Err(error)) => Err(unstopped(&error)),
+        (Err(failure), Err(error)) if failure.to_string() == error.to_string() => Err(unstopped(&error)),
         (Err(failure), Err(error)) => Err(unstopped(&error).and(failure)),
     }
 }
