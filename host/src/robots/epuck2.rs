@@ -181,7 +181,7 @@ struct Arrival {
     at: Duration,
     /// The earliest time at which it can have come: that of the last look, unless it was waited for.
     earliest: Duration,
-    /// Greatest age of its readings.
+    /// Greatest age of its readings, but for the time that the network takes.
     age: Duration,
 }
 
@@ -240,16 +240,17 @@ impl EPuck2 {
     }
 
     /// Takes what has come, at `earliest` or later. Blocks that can't be are left out: the line between the processors has
-    /// no checksum. The readings of a block are from after the one before was sent. After a restart of the main processor
-    /// the radio passes on its last command again, so it gets another one.
+    /// no checksum. The readings of a block are from after the one before was sent; of blocks that come together, from after
+    /// those that came before them. After a restart of the main processor the radio passes on its last command again, so
+    /// it gets another one.
     fn take(&mut self, bytes: &[u8], earliest: Duration) -> Result {
         let blocks = self.answers.push(bytes);
         let blocks = blocks.map_err(|byte| garbage("a command", &format!("the unknown header {byte:#04x}")))?;
         self.has_answered |= !blocks.is_empty();
         let at = self.link.now();
+        let newest = self.newest.as_ref();
+        let since = newest.map_or(CYCLE, |newest| at.saturating_sub(newest.earliest));
         for block in blocks.into_iter().filter(Block::is_sane) {
-            let newest = self.newest.as_ref();
-            let since = newest.map_or(CYCLE, |newest| at.saturating_sub(newest.earliest));
             if self.has_restarted(block.steps(), since) {
                 self.steps = Unwrapped::default();
                 self.newest = None;

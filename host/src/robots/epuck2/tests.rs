@@ -224,6 +224,15 @@ fn a_reading_says_how_old_it_is() {
     robot.next().unwrap();
 }
 
+/// What the network held back is older than the time since the block before.
+#[test]
+fn readings_that_come_together_are_as_old_as_the_first_may_be() {
+    let late = [answer([1, 1]), answer([2, 2])].concat();
+    let mut robot = robot([say_after(700, late)]);
+    assert_eq!(robot.next().unwrap().age, Duration::from_millis(700));
+    assert_eq!(robot.odometry().unwrap().counts, [2, 2]);
+}
+
 /// A command has no answer: only the counters show that the wheels stand.
 #[test]
 fn a_stop_is_proved_by_the_counters() {
