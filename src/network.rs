@@ -435,10 +435,8 @@ impl Network {
 
     /// The struct of its values and the statement that reads them, in WGSL.
     fn declared(&self) -> (String, &'static str) {
-        let fields = self.values().into_iter();
-        let fields: String = fields
-            .map(|(name, _)| format!("    {name}: f32, // 1, 0 to 1000: of the network\n"))
-            .collect();
+        let field = |(name, _): (String, f32)| format!("    {name}: f32, // 1, 0 to 1000: of the network\n");
+        let fields: String = self.values().into_iter().map(field).collect();
         if fields.is_empty() {
             return (fields, "");
         }

@@ -418,7 +418,7 @@ fn a_reading_with_the_name_of_a_unit_is_refused() {
         );
         let part = Part::new(Kind::Sensor, "own.wgsl", &text).unwrap();
         let mut robot = Differential::new(60.0, 100.0);
-        robot.sensors = ["ahead", name].map(|name| sensor(name)).to_vec();
+        robot.sensors = ["ahead", name].map(sensor).to_vec();
         let own = OwnParts::from([OwnPart::new(part.into(), &[]).unwrap()]);
         (own, Build::Differential(robot))
     };

@@ -1,9 +1,16 @@
-//! The kernels' functions are as accurate as their comments in `lib/numerics.wgsl` say, and the same in every lane
-//! code.
+//! The kernels' functions are as accurate as their comments in `lib/numerics.wgsl` and `lib/user.wgsl` say, and the same in
+//! every lane code.
 
 use std::f64::consts::TAU;
+use std::sync::Arc;
 
+use oneiro::batch::{Batch, GREATEST_GENE, LEAST_GENE, Rollout, TraceRequest};
+use oneiro::compose::{Kind, OwnPart, OwnParts, Part};
+use oneiro::cpu::Cpu;
+use oneiro::evaluator::{Control, Evaluator};
 use oneiro::probe::{Case, Subject, functions};
+use oneiro::random::Key;
+use oneiro::world::{Controller, World, WorldSpec};
 
 /// Arguments of each function: a strided subset of all floats, for which `docs/numerics.md` has the errors.
 const ARGUMENTS: usize = 1 << 17;
@@ -89,6 +96,68 @@ fn errors_are_as_stated() {
     assert_error("exponential", relative("exponential", f64::exp), 1.9e-7);
     assert_error("logistic", absolute("logistic", |x| 1.0 / (1.0 + (-x).exp())), 1.5e-7);
     assert_error("logarithm", relative("logarithm", f64::ln), 1.0e-7);
+}
+
+/// What `lib/user.wgsl` adds, in a kernel that is composed: a controller that remembers the value at each of its genes.
+#[test]
+fn the_error_of_the_hyperbolic_tangent_is_as_stated() {
+    const GENES: usize = 1000;
+    let text = format!(
+        "const CONTROLLER_GENES: u32 = {GENES}u;
+        struct ControllerValues {{
+            factor: f32, // 1, 1 to 1e33: of the genes
+        }}
+        struct ControllerState {{ x: f32, y: f32 }}
+        fn controller_cycle(life: Life, step: u32, readings: Readings, before: ControllerState) -> Command {{
+            let x = gene(life, step) * controller_values(life).factor;
+            return Command(vec2<f32>(0.5f, 0.5f), ControllerState(x, hyperbolic_tangent(x)));
+        }}"
+    );
+    let part = Arc::new(Part::new(Kind::Controller, "tanh.wgsl", &text).unwrap());
+    let values = |factor: f64, least: f32| {
+        let own = OwnPart::new(Arc::clone(&part), &[("factor", factor)]).unwrap();
+        let world = World::new(WorldSpec {
+            controller: Controller::Own,
+            own: OwnParts::from([own]),
+            cycles: GENES as u32,
+            ..WorldSpec::miglino1995()
+        });
+        let span = GREATEST_GENE.to_bits() - least.to_bits();
+        let lives = ARGUMENTS / GENES;
+        let gene = |index: usize| {
+            let size = least.to_bits() + (u64::from(span) * (index / 2) as u64 / (ARGUMENTS / 2) as u64) as u32;
+            f32::from_bits(size | (index as u32 % 2) << 31)
+        };
+        let genes: Vec<f32> = (0..lives * GENES).map(gene).collect();
+        let rollout = |genes| Rollout {
+            world: 0,
+            genes,
+            key: Key::rollout(1, 0, 0, 0),
+        };
+        let rollouts: Vec<_> = genes.chunks(GENES).map(rollout).collect();
+        let batch = Batch::new(&[world.unwrap()], &rollouts, Some(TraceRequest { every: 1 })).unwrap();
+        let traces = Cpu::new(Some(2))
+            .unwrap()
+            .evaluate(&batch, &Control::new())
+            .unwrap()
+            .traces;
+        let pair = |details: &[u32]| [16, 17].map(|word| f32::from_bits(details[word]));
+        let pairs: Vec<_> = traces
+            .iter()
+            .flat_map(|trace| trace.lines().map(|(_, details)| pair(details)))
+            .collect();
+        assert_eq!(pairs.len(), genes.len());
+        for ([x, _], gene) in pairs.iter().zip(&genes) {
+            assert_eq!(*x, gene * factor as f32);
+        }
+        pairs
+    };
+    let error = |[x, y]: &[f32; 2]| (f64::from(*y) - f64::from(*x).tanh()).abs();
+    let greatest = values(1.0, LEAST_GENE).iter().map(error).fold(0.0, f64::max);
+    assert_error("hyperbolic_tangent", greatest, 3.0e-7);
+    for [x, y] in values(3e32, 1.0) {
+        assert_eq!(y, x.signum(), "{x:e}");
+    }
 }
 
 #[test]

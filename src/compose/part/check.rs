@@ -71,7 +71,7 @@ pub(super) fn gene_problems(genes: &[GeneField]) -> Refusals {
     refused.map(refusal).collect()
 }
 
-/// Names of the parts that users' parts are composed with.
+/// Names that are declared by the shipped parts which users' parts are composed with, and by what is generated beside them.
 fn shipped_names() -> BTreeSet<String> {
     let is_composed = |path: &&str| {
         let life = |name: &str| name.starts_with("life_") || name.starts_with("surrogate_");
@@ -81,7 +81,8 @@ fn shipped_names() -> BTreeSet<String> {
     };
     let shipped = PARTS.iter().filter(|(path, _)| is_composed(path));
     let declared = shipped.flat_map(|(path, text)| declared_names(path, text));
-    declared.chain(generate::NAMES.map(str::to_owned)).collect()
+    let generated = generate::COUNTS.into_iter().chain([generate::READING]);
+    declared.chain(generated.map(str::to_owned)).collect()
 }
 
 /// Names that a part declares outside of functions.

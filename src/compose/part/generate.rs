@@ -94,6 +94,9 @@ pub(super) fn gene_constants(genes: &[GeneField]) -> String {
     text
 }
 
+/// The function that `reading` declares.
+pub(super) const READING: &str = "reading";
+
 /// A reading by its index; beyond the last it is the last. `fields` are those of `Readings`, in order.
 pub(super) fn reading(fields: &[String]) -> String {
     // A robot may have none.
@@ -267,11 +270,8 @@ fn response_cells(robot: &Differential, arena: &Arena, sensor: &Sensor) -> Optio
     Some([first + before, own.0.len()])
 }
 
-/// The function that `reading` declares.
-pub(super) const READING: &str = "reading";
-
-/// What is generated beside what parts of a sampled robot declare too.
-pub(super) const NAMES: [&str; 5] = ["FLOOR_CELL", "LIGHT_COUNT", "PATCH_COUNT", "PLANES", READING];
+/// Constants that `readings` declares.
+pub(super) const COUNTS: [&str; 4] = ["FLOOR_CELL", "LIGHT_COUNT", "PATCH_COUNT", "PLANES"];
 
 /// The planes of eight sensors that a described robot's tables have, and those of them that its sensors read.
 struct Planes {
