@@ -250,15 +250,6 @@ impl OwnParts {
         [robot.readings(), self.readings().to_vec()].concat()
     }
 
-    /// The fields of the kernel's `Readings` that have them.
-    fn fields(&self, robot: &Build) -> Vec<String> {
-        let own = self.readings();
-        fields(robot)
-            .into_iter()
-            .chain(own.iter().map(|name| format!("own.{name}")))
-            .collect()
-    }
-
     /// Details in the trace of a robot with these parts.
     pub(crate) fn details(&self, robot: &Build) -> Vec<Detail> {
         let fields = fields(robot);

@@ -830,6 +830,10 @@ fn mistakes_are_refused_with_their_place() {
             first("let seen = now.perceived; let x = seen[0];"),
             "own.wgsl:3:39: readings have names, and no index; write `reading(seen, i)` [indexed-arrays]",
         ),
+        (
+            first("let seen: Readings = now.real; let x = seen[now.step];"),
+            "own.wgsl: an index follows what is neither an array nor a vector; fields have names, and readings `reading(",
+        ),
         (first("var real = array<f32, 2>(1.0f, 2.0f); real[0] = real[1];"), TAKEN),
     ];
     let cases = cases.into_iter().map(|(text, message)| (Kind::Task, text, message));

@@ -94,6 +94,15 @@ fn declared_names(path: &str, text: &str) -> impl Iterator<Item = String> {
     declarations(&part).into_iter().map(|declaration| declaration.name)
 }
 
+/// The place of a part as a whole.
+fn whole(part: &compiler::Part) -> Place {
+    Place {
+        path: part.path.clone(),
+        line: 0,
+        column: 0,
+    }
+}
+
 /// Problems with what a part declares or doesn't declare. `taken` are the names of the rest of the kernel, among them those that
 /// are `added` for this part.
 fn declared_problems(
@@ -103,11 +112,7 @@ fn declared_problems(
     taken: &BTreeSet<String>,
     added: &BTreeSet<String>,
 ) -> Refusals {
-    let whole = Place {
-        path: part.path.clone(),
-        line: 0,
-        column: 0,
-    };
+    let whole = whole(part);
     let mut problems = Refusals::new();
     let mut refuse = |place, rule, message| problems.push(refusal(place, rule, message));
     for required in interface.functions.iter().filter(|function| function.default.is_none()) {
@@ -231,7 +236,11 @@ fn readings_at(part: &compiler::Part, name: &str, place: &Place) -> Option<Strin
     (is_readings(&whole) || made.is_some_and(|made| is_readings(made.trim()))).then_some(whole)
 }
 
-/// Adds to the refusal of each unknown name of a user's part the name that was probably meant.
+/// What naga says, without a place, of an index of a struct or a number.
+const INDEXED: &str = "Invalid access into expression";
+
+/// Adds to the refusal of each unknown name of a user's part the name that was probably meant, and says which part has an index
+/// where none may be.
 pub(super) fn suggest(refusals: &mut [Refusal], parts: &[compiler::Part], own: &OwnParts) {
     let own_part = |path: &str| {
         let own = own.iter().find(|own| own.part().path() == path)?;
@@ -239,6 +248,17 @@ pub(super) fn suggest(refusals: &mut [Refusal], parts: &[compiler::Part], own: &
         Some((part, interface::of(own.part().kind())))
     };
     for refusal in refusals {
+        if refusal.message.starts_with(INDEXED)
+            && let Some(part) = parts
+                .iter()
+                .find(|part| own_part(&part.path).is_some() && !indexed(part).is_empty())
+        {
+            refusal.place = whole(part);
+            refusal.message =
+                "an index follows what is neither an array nor a vector; fields have names, and readings \
+                               `reading(readings, i)`"
+                    .to_owned();
+        }
         if refusal.rule == Rule::UnknownName
             && let Some((part, interface)) = own_part(&refusal.place.path)
             && let Some(written) = word_at(part, &refusal.place)

@@ -16,7 +16,7 @@ use oneiro_shaders::{Binding, Kernel, WordOf};
 use super::interface::{GENE_COUNT, GENES};
 use super::{Part, check, generate, interface, refusal};
 use crate::arena::Arena;
-use crate::compose::{Composed, GREATEST_GENES, Kind, OwnParts, Refused};
+use crate::compose::{Composed, GREATEST_GENES, Kind, OwnParts, Refused, fields};
 use crate::differential::{Build, Differential};
 use crate::parameter::Invalid;
 use crate::world::{Gene, Robot};
@@ -96,7 +96,11 @@ pub(in crate::compose) fn compose(
             genes: None,
         });
     }
-    let mut generated = generate::details(&parts.details(robot)) + &generate::reading(&parts.fields(robot));
+    let own = parts.readings();
+    let all = fields(robot)
+        .into_iter()
+        .chain(own.iter().map(|name| format!("own.{name}")));
+    let mut generated = generate::details(&parts.details(robot)) + &generate::reading(&all.collect::<Vec<_>>());
     let mut name = base.name.to_owned();
     if let Build::Differential(robot) = robot {
         check_names(robot)?;
