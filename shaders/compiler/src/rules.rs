@@ -225,7 +225,8 @@ fn task_cycle(life: Life, now: Experience, before: TaskState) -> Reward {
     IndexedArrays "indexed-arrays"
         "Only arrays that are declared by `var` have an index that is computed; vectors have a constant one."
         why: "This limit is the compiler's: vectors and values that are declared by `let` are kept in registers, which \
-              have no addresses. An array that is declared by `var` is in memory."
+              have no addresses. An array that is declared by `var` is in memory. Readings are the fields of a struct; \
+              `reading(readings, i)` gives one by its number."
         wrong: "\
 fn task_cycle(life: Life, now: Experience, before: TaskState) -> Reward {
     var sum = 0.0f;
@@ -467,9 +468,9 @@ fn sensor_cycle(life: Life, step: u32, pose: vec3<f32>, before: SensorState) -> 
     GeneForm "gene-form"
         "A named gene is an f32 or an array of them, and its range, if it has one of its own, the comment `LEAST to GREATEST \
          UNIT: MEANING`."
-        why: "Genes are columns of tables and have constants by their names, so that these are in lower case. A comment that \
-              begins with a number has to be a whole range: with half of one, a gene would evolve in the range of all others, \
-              and nothing would show it."
+        why: "Tables have a column for each gene, and its name in capitals is the constant of its index, so the name itself \
+              is in lower case. A comment that begins with a number has to be a whole range: with half of one, a gene would \
+              evolve in the range of all others, and nothing would show it."
         wrong: "\
 struct ControllerGenes {
     gain: f32, // 0 to: of the sensors
