@@ -136,6 +136,16 @@ fn tables_have_the_readings_of_the_formulas() {
         cells.count() as f64 / table.cells() as f64
     };
     assert!(felt(&block) < 0.95 * felt(&wall), "{} {}", felt(&block), felt(&wall));
+    // On a GPU it is the same robot.
+    if cfg!(feature = "gpu") {
+        place.good(&["sample", "--robot", "own.toml", "--backend", "gpu:0", "--out", "gpu"]);
+        for file in ["wall.sam", "round.sam", "motor.sam"] {
+            assert!(
+                place.read(format!("gpu/{file}")) == place.read(format!("tables/{file}")),
+                "{file}"
+            );
+        }
+    }
     // The program shows them.
     let shown = place.good(&["tables", "show", "tables/round.sam", "--out", "round.svg"]);
     assert!(shown.starts_with("round: 4 sensors, 30 distances from 0 mm"), "{shown}");
