@@ -136,6 +136,16 @@ fn tables_have_the_readings_of_the_formulas() {
         cells.count() as f64 / table.cells() as f64
     };
     assert!(felt(&block) < 0.95 * felt(&wall), "{} {}", felt(&block), felt(&wall));
+    // On a GPU it is the same robot.
+    if cfg!(feature = "gpu") {
+        place.good(&["sample", "--robot", "own.toml", "--backend", "gpu:0", "--out", "gpu"]);
+        for file in ["wall.sam", "round.sam", "motor.sam"] {
+            assert!(
+                place.read(format!("gpu/{file}")) == place.read(format!("tables/{file}")),
+                "{file}"
+            );
+        }
+    }
     // The program shows them.
     let shown = place.good(&["tables", "show", "tables/round.sam", "--out", "round.svg"]);
     assert!(shown.starts_with("round: 4 sensors, 30 distances from 0 mm"), "{shown}");
@@ -220,7 +230,7 @@ blocks = [{ x_mm = 420.0, y_mm = 320.0, length_mm = 110.0, width_mm = 55.0, head
     );
 }
 
-/// A run of such a robot is verified, replayed and repeated from the copies in its directory, and its files name its sensors.
+/// A run of such a robot is resumed, verified, replayed and repeated from the copies in its directory, and its files name its sensors.
 #[test]
 fn a_robot_made_from_tables_runs() {
     let place = Place::new("runs");
@@ -247,7 +257,20 @@ fn a_robot_made_from_tables_runs() {
     }
     let run = ["--seed", "1", "--backend", "cpu", "--quiet", "--out"];
     place.good(&[&["run", "twin.toml"], &run[..], &["run"]].concat());
+    #[cfg(unix)]
+    {
+        // Its last file can't be written.
+        fs::create_dir(place.at("stopped")).unwrap();
+        std::os::unix::fs::symlink("/dev/full", place.at("stopped/DONE.tmp")).unwrap();
+        let stopped = [&["run", "twin.toml"], &run[..], &["stopped"]].concat();
+        place.run(&stopped).exits(6);
+    }
     fs::remove_dir_all(place.at("tables")).unwrap();
+    #[cfg(unix)]
+    {
+        place.good(&["resume", "stopped", "--backend", "cpu"]);
+        assert!(place.read("stopped/champion.json") == place.read("run/champion.json"));
+    }
     place.good(&["verify", "run"]);
     place.good(&["replay", "run", "--backend", "cpu", "--quiet"]);
     let config = place.text("run/config.toml");

@@ -164,6 +164,32 @@ fn a_robot_by_name_is_changed_key_by_key_and_its_sensors_as_a_whole() {
     assert_eq!(other.world().spec().robot.body_radius, 80.0);
 }
 
+/// Sampled motors take the place of a robot's own wheels, and tables that of its sensors if it lists sampled ones.
+#[test]
+fn a_robot_by_name_takes_samples() {
+    let scratch = Scratch::new("sampled-preset");
+    let text = format!(
+        "{ROOM}[robot]\npreset = \"epuck\"\nmotors = \"khepera\"\nstates = \"evorobot\"\ntables = \"khepera\"\n\
+         sensors = [{{ name = \"nose\", kind = \"sampled\", column = 2 }}]"
+    );
+    let own = read(&scratch, &text, &[]).unwrap();
+    let robot = &own.world().spec().robot;
+    let Build::Differential(described) = &robot.build else {
+        panic!("is sampled");
+    };
+    assert!(described.sampled_motors && described.columns() == [Some(2)]);
+    assert_eq!((described.wheel_base, described.greatest_speed), (None, None));
+    assert_eq!((robot.body_radius, robot.motors.states), (35.0, 21));
+    // A run's file has what makes it, and is the same experiment.
+    let resolved = own.resolved_toml(1);
+    assert!(
+        resolved.contains("tables = \"khepera\"") && !resolved.contains("wheel_base_mm"),
+        "{resolved}"
+    );
+    let again = read(&scratch, &resolved, &[]).unwrap();
+    assert_eq!(again.resolved_toml(1), resolved);
+}
+
 #[test]
 fn light_sensors_in_the_dark_are_warned_of() {
     let scratch = Scratch::new("dark");
