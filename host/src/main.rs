@@ -25,7 +25,7 @@ mod record;
 mod report;
 #[cfg_attr(
     not(test),
-    expect(dead_code, reason = "commands read robots and stop them; drivers do more")
+    expect(dead_code, reason = "commands read robots, drive and stop them; drivers do more")
 )]
 mod robots;
 mod runs;

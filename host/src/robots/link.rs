@@ -119,7 +119,8 @@ pub(crate) fn ports() -> Vec<(String, String)> {
     ports
 }
 
-fn wall() -> Duration {
+/// The time on the clock of all links but those of tests.
+pub(super) fn wall() -> Duration {
     static START: LazyLock<Instant> = LazyLock::new(Instant::now);
     START.elapsed()
 }
