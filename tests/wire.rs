@@ -2,101 +2,17 @@
 //! of a link that are none.
 
 use std::io::{Read, Write};
-use std::net::{TcpListener, TcpStream};
-use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::{Arc, Mutex};
+use std::net::TcpListener;
+use std::sync::atomic::Ordering;
 use std::thread;
 use std::time::{Duration, Instant};
 
 use serde_json::Value;
 
+mod peers;
 mod place;
+use peers::{EPuck2, Noise, listen};
 use place::{Place, Ran};
-
-/// Listens, and gives each connection to `serve`. Returns the address.
-fn listen(serve: impl Fn(TcpStream) + Send + 'static) -> String {
-    let listener = TcpListener::bind("127.0.0.1:0").unwrap();
-    let address = format!("tcp:{}", listener.local_addr().unwrap());
-    thread::spawn(move || listener.incoming().for_each(|stream| serve(stream.unwrap())));
-    address
-}
-
-/// An e-puck2 on Wi-Fi. It is silent until the first command; then it sends its sensors every 20 ms, each block from
-/// before the last command was obeyed. Without commands it keeps its speeds for ever, also when the client is gone.
-#[derive(Clone, Default)]
-struct EPuck2 {
-    /// Left and right, steps/s.
-    speeds: Arc<Mutex<[i16; 2]>>,
-    /// It does not obey: its wheels turn on.
-    is_runaway: Arc<AtomicBool>,
-    /// It hangs up.
-    is_gone: Arc<AtomicBool>,
-}
-
-impl EPuck2 {
-    const CYCLE: Duration = Duration::from_millis(20);
-
-    /// Starts it with turning wheels.
-    fn start(&self) -> String {
-        *self.speeds.lock().unwrap() = [300, -200];
-        let robot = self.clone();
-        listen(move |stream| robot.serve(stream))
-    }
-
-    /// Serves one client, until it is gone.
-    fn serve(&self, mut stream: TcpStream) {
-        let mut commands = Vec::new();
-        let mut has_begun = false;
-        // In 1/1000 of a step.
-        let mut counters = [0_i64; 2];
-        let mut buffer = [0; 256];
-        stream.set_read_timeout(Some(Self::CYCLE)).unwrap();
-        loop {
-            let block = Self::block(counters.map(|counter| (counter / 1000) as i16));
-            match stream.read(&mut buffer) {
-                Ok(0) => return,
-                Ok(count) => commands.extend_from_slice(&buffer[..count]),
-                Err(_) => {}
-            }
-            // Of several commands only the last counts.
-            let whole = commands.len() / 21 * 21;
-            if let Some(command) = commands[..whole].chunks(21).next_back() {
-                assert_eq!(command[..2], [0x80, 2]);
-                has_begun = true;
-                if !self.is_runaway.load(Ordering::Relaxed) {
-                    let word = |at: usize| i16::from_le_bytes([command[at], command[at + 1]]);
-                    *self.speeds.lock().unwrap() = [word(3), word(5)];
-                }
-            }
-            commands.drain(..whole);
-            let speeds = *self.speeds.lock().unwrap();
-            for (counter, speed) in counters.iter_mut().zip(speeds) {
-                *counter += i64::from(speed) * Self::CYCLE.as_millis() as i64;
-            }
-            let is_gone = self.is_gone.load(Ordering::Relaxed);
-            if is_gone || has_begun && stream.write_all(&block).is_err() {
-                return;
-            }
-        }
-    }
-
-    /// A header and the sensors: proximity 100 to 107, light 3000 to 3007, 250 mm ahead, -5 degrees C, 3.9 V.
-    fn block(steps: [i16; 2]) -> Vec<u8> {
-        let mut block = vec![0; 105];
-        let mut word = |at: usize, value: u16| block[1 + at..][..2].copy_from_slice(&value.to_le_bytes());
-        for sensor in 0..8 {
-            word(37 + 2 * sensor, 100 + sensor as u16);
-            word(53 + 2 * sensor, 3000 + sensor as u16);
-        }
-        word(69, 250);
-        word(79, steps[0] as u16);
-        word(81, steps[1] as u16);
-        word(83, 3195);
-        block[1 + 36] = -5_i8 as u8;
-        block[0] = 2;
-        block
-    }
-}
 
 /// A Khepera behind a server of serial ports, which answers a line of commands with a line.
 fn khepera() -> String {
@@ -155,7 +71,7 @@ fn ping_tells_what_an_e_puck2_is_and_stops_it() {
     ] {
         assert!(text.contains(words), "no `{words}` in\n{text}");
     }
-    assert_eq!(*robot.speeds.lock().unwrap(), [0, 0]);
+    assert_eq!(robot.0.wheels().0, [0, 0]);
 
     let address = robot.start();
     let told: Value = serde_json::from_str(&place.good(&["robot", "ping", &address, "--json"])).unwrap();
@@ -204,7 +120,7 @@ fn watch_prints_a_line_for_each_reading() {
         .map(|reading| reading["time_s"].as_f64().unwrap())
         .collect();
     assert!(times[0] == 0.0 && times.is_sorted() && times[4] > 0.02, "{times:?}");
-    assert_eq!(*robot.speeds.lock().unwrap(), [0, 0]);
+    assert_eq!(robot.0.wheels().0, [0, 0]);
 
     // Standard output is no terminal here: without --json the lines are the same.
     let kinds = [
@@ -238,12 +154,12 @@ fn ctrl_c_ends_a_watch_and_stops_the_wheels() {
         let mut program = command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
         // The first line, of which the first byte is enough.
         program.stdout.as_mut().unwrap().read_exact(&mut [0]).unwrap();
-        *robot.speeds.lock().unwrap() = [50, 50];
+        robot.0.set([50, 50]);
         let id = program.id().to_string();
         assert!(Command::new("kill").args(["-INT", &id]).status().unwrap().success());
         let ran = Ran::new(&arguments, &program.wait_with_output().unwrap());
         ran.exits(code).says(&[words]);
-        assert_eq!(*robot.speeds.lock().unwrap(), [0, 0]);
+        assert_eq!(robot.0.wheels().0, [0, 0]);
     }
 }
 
@@ -259,7 +175,7 @@ fn a_watch_that_fails_says_why_and_that_the_wheels_may_turn() {
     let mut command = place.command(&arguments);
     let mut program = command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
     program.stdout.as_mut().unwrap().read_exact(&mut [0]).unwrap();
-    robot.is_gone.store(true, Ordering::Relaxed);
+    robot.0.is_gone.store(true, Ordering::Relaxed);
     let ran = Ran::new(&arguments, &program.wait_with_output().unwrap()).exits(4);
     assert_eq!(
         ran.stderr.matches("the connection is lost").count(),
@@ -281,11 +197,11 @@ fn stop_says_whether_the_robot_confirmed_it() {
     let address = robot.start();
     let text = place.good(&["robot", "stop", &address]);
     assert_eq!(text, format!("stopped: the e-puck2 at {address} has confirmed it\n"));
-    assert_eq!(*robot.speeds.lock().unwrap(), [0, 0]);
+    assert_eq!(robot.0.wheels().0, [0, 0]);
     let told: Value = serde_json::from_str(&place.good(&["robot", "stop", &robot.start(), "--json"])).unwrap();
     assert_eq!(told["stopped"], true);
 
-    robot.is_runaway.store(true, Ordering::Relaxed);
+    robot.0.is_runaway.store(true, Ordering::Relaxed);
     let ran = place.run(&["robot", "stop", &robot.start()]).exits(4);
     assert_eq!(ran.stdout, "");
     ran.says(&[
@@ -293,7 +209,7 @@ fn stop_says_whether_the_robot_confirmed_it() {
         "step counters have not stood still",
         "The wheels may be turning: lift the robot",
     ]);
-    assert_eq!(*robot.speeds.lock().unwrap(), [300, -200]);
+    assert_eq!(robot.0.wheels().0, [300, -200]);
 }
 
 #[test]
@@ -316,7 +232,7 @@ fn a_recording_has_what_was_sent_and_received() {
         .run(&["robot", "ping", &address, "--record", "mine.txt"])
         .exits(3)
         .says(&["mine.txt: exists already", "name another file"]);
-    assert_eq!(*robot.speeds.lock().unwrap(), [300, -200]);
+    assert_eq!(robot.0.wheels().0, [300, -200]);
     assert_eq!(place.text("mine.txt"), "mine");
 }
 
@@ -359,15 +275,9 @@ fn what_is_no_robot_exits_with_4_and_says_so_soon() {
     let closed = TcpListener::bind("127.0.0.1:0").unwrap().local_addr().unwrap();
     let silent = listen(|mut stream| while let Ok(1..) = stream.read(&mut [0; 64]) {});
     let garbage = listen(|mut stream| {
-        let mut state = 1_u32;
-        let mut noise = || {
-            // A linear congruential generator (Numerical Recipes).
-            state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
-            (state >> 24) as u8
-        };
+        let mut noise = Noise::new();
         loop {
-            let bytes: Vec<u8> = (0..100).map(|_| noise()).collect();
-            if stream.write_all(&bytes).is_err() {
+            if stream.write_all(&noise.bytes(100)).is_err() {
                 return;
             }
             thread::sleep(Duration::from_millis(5));

@@ -63,8 +63,11 @@ pub(crate) enum Command {
     Tables(Tables),
     /// Sample a robot's sensors and motors into tables
     Sample(Sample),
-    /// Find robots on the wire, show what they sense, and stop them
+    /// Find robots on the wire, show what they sense, drive them, and stop them
     Robot(Robot),
+    /// Own a robot's link for a program that drives, and stop the wheels when it dies, hangs or misses something
+    #[command(hide = true)]
+    Guard(Guard),
     /// Repeat a paper's whole study and judge its claims
     Reproduce(Reproduce),
     /// Run many evolutions as one job: a grid of values, each from many seeds
@@ -421,6 +424,11 @@ pub(crate) enum RobotCommand {
     Ping(RobotLink),
     /// Show a robot's sensors live until Ctrl-C, its wheels stopped: bars on a terminal, else a line of JSON per reading
     Watch(RobotWatch),
+    /// Drive a robot by keys or by a file, under a guard that stops the wheels when this program dies or hangs
+    ///
+    /// Keys: arrows or W, A, S, D drive forwards, turn left, drive backwards and turn right while one is held; + and - set
+    /// the speed; space stops, and R allows to go on; Q quits.
+    Drive(RobotDrive),
     /// Stop a robot's wheels, and say whether it confirmed that
     Stop(RobotLink),
 }
@@ -452,6 +460,46 @@ pub(crate) struct RobotWatch {
     /// End after N readings
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..))]
     pub(crate) cycles: Option<u64>,
+}
+
+/// `oneiro robot drive`
+#[derive(Args, Debug)]
+pub(crate) struct RobotDrive {
+    /// The robot, and the guard's values.
+    #[command(flatten)]
+    pub(crate) guard: Guard,
+    /// Speed at the beginning: mm/s, 1 to 1100, or a share of the greatest allowed, 1% to 100%
+    #[arg(long, value_name = "SPEED", default_value = "50", value_parser = speed)]
+    pub(crate) speed: Speed,
+    /// Drive by a file instead of keys. Each of its lines has seconds and the speeds of the left and the right wheel, mm/s
+    #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath)]
+    pub(crate) commands: Option<PathBuf>,
+    /// Print what would be sent, and open nothing
+    #[arg(long, conflicts_with = "record")]
+    pub(crate) dry_run: bool,
+}
+
+/// `oneiro guard`
+#[derive(Args, Debug)]
+pub(crate) struct Guard {
+    /// The robot.
+    #[command(flatten)]
+    pub(crate) link: RobotLink,
+    /// Kinds of sensors to read [default: all that the robot has]
+    #[arg(long, value_name = "KIND,..", value_delimiter = ',')]
+    pub(crate) kinds: Vec<Kind>,
+    /// Set a value of the guard, such as `expiry_ms=200`. May be repeated; docs/robots-on-the-wire.md lists them
+    #[arg(long, value_name = "KEY=VALUE")]
+    pub(crate) set: Vec<String>,
+}
+
+/// A speed on the command line.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum Speed {
+    /// In mm/s.
+    MmPerS(f64),
+    /// A share of the greatest, 0 to 1.
+    Share(f64),
 }
 
 /// `oneiro reproduce`
@@ -637,6 +685,19 @@ fn hertz(text: &str) -> Result<f64, String> {
     match text.parse::<f64>() {
         Ok(hertz) if (0.1..=100.0).contains(&hertz) => Ok(hertz),
         _ => Err("allowed: a number from 0.1 to 100, such as 10".to_owned()),
+    }
+}
+
+/// Parses a speed in mm/s, 1 to 1100, or as a share of the greatest, 1 % to 100 %.
+fn speed(text: &str) -> Result<Speed, String> {
+    let (number, is_share) = match text.strip_suffix('%') {
+        Some(number) => (number, true),
+        None => (text, false),
+    };
+    match number.trim_end().parse::<f64>() {
+        Ok(share) if is_share && (1.0..=100.0).contains(&share) => Ok(Speed::Share(share / 100.0)),
+        Ok(speed) if !is_share && (1.0..=1100.0).contains(&speed) => Ok(Speed::MmPerS(speed)),
+        _ => Err("allowed: 1 to 1100 mm/s, such as 50, or 1% to 100% of the greatest, such as 25%".to_owned()),
     }
 }
 

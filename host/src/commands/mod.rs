@@ -11,6 +11,7 @@ mod check;
 mod completions;
 mod devices;
 mod evaluate;
+mod guard;
 mod keys;
 mod list;
 mod new;
@@ -50,6 +51,7 @@ pub(crate) fn run(command: Command, console: Console) -> Result {
         Command::Tables(arguments) => tables::run(&arguments, console),
         Command::Sample(arguments) => sample::run(&arguments, console),
         Command::Robot(arguments) => robot::run(&arguments, console),
+        Command::Guard(arguments) => guard::run(arguments),
         Command::Reproduce(arguments) => reproduce::run(&arguments, console),
         Command::Sweep(arguments) => sweep::run(&arguments, console),
         Command::Completions(arguments) => completions::run(&arguments, console),

@@ -1,4 +1,4 @@
-//! `oneiro robot`: finds robots on the wire, shows what they sense, and stops them.
+//! `oneiro robot`: finds robots on the wire, shows what they sense, drives them, and stops them.
 
 use std::path::Path;
 use std::time::{Duration, Instant};
@@ -15,6 +15,7 @@ use crate::robots::link::{self, Port};
 use crate::robots::recording::Recording;
 use crate::robots::{self, Battery, Description, Group, Kind, Robot};
 
+mod drive;
 mod watch;
 
 /// Runs the subcommand.
@@ -23,6 +24,7 @@ pub(crate) fn run(arguments: &Arguments, console: Console) -> Result {
         RobotCommand::List => list(console),
         RobotCommand::Ping(link) => ping(link, console),
         RobotCommand::Watch(arguments) => watch::run(arguments, console),
+        RobotCommand::Drive(arguments) => drive::run(arguments, console),
         RobotCommand::Stop(link) => stop(link, console),
     }
 }
@@ -122,7 +124,11 @@ fn connected<T>(
     }
 }
 
-fn wire(address: &str) -> Result<Wire> {
+/// The link that an address names.
+///
+/// # Errors
+/// Exit 3: it is not valid, or names none.
+pub(super) fn wire(address: &str) -> Result<Wire> {
     match address.parse() {
         Ok(Address::Wire(wire)) => Ok(wire),
         Ok(Address::Surrogate(_)) => Err(Failure::input(format_args!(
@@ -133,7 +139,11 @@ fn wire(address: &str) -> Result<Wire> {
     }
 }
 
-fn recording(path: &Path) -> Result<Recording> {
+/// A recording in a new file.
+///
+/// # Errors
+/// Exit 3 or 6: it can't be created.
+pub(super) fn recording(path: &Path) -> Result<Recording> {
     Recording::create(path).map_err(|error| files::uncreated(path, &error))
 }
 

@@ -12,7 +12,7 @@ use std::time::Duration;
 use super::error::{Error, Result};
 use super::link::Link;
 use super::talk::{self, Stepped, Talk, garbage, persistently};
-use super::{Battery, Description, Group, Kind, Odometry, Reading, Robot, Unwrapped, Wheels};
+use super::{Battery, Description, Group, Kind, Odometry, Reading, Robot, Unwrapped, Wheels, is_tilted};
 
 /// In the lines that the robot sends when it starts, after a form feed and a bell.
 const BANNER: &str = "WELCOME to the SerCom protocol";
@@ -401,6 +401,14 @@ impl Robot for EPuck {
                 low: percent < LOW_PERCENT,
             },
         })
+    }
+
+    /// An e-puck's accelerometer has a zero of its own, which is unknown; an e-puck2's is at 0.
+    fn lifted(&mut self) -> Result<bool> {
+        if self.is_2() {
+            return Ok(is_tilted(&self.sense(&[Kind::Acceleration])?.values));
+        }
+        Err(self.description.lacks("sensors that tell whether it is lifted", "none"))
     }
 
     fn odometry(&mut self) -> Result<Odometry> {

@@ -14,7 +14,7 @@ use super::epuck::{self, ACCELERATION, DISTANCE, GROUND, LIGHT, LIGHTS, PROXIMIT
 use super::error::{Error, Result};
 use super::link::{self, Link};
 use super::talk::garbage;
-use super::{Battery, Description, Group, Kind, Odometry, Reading, Robot, Unwrapped};
+use super::{Battery, Description, Group, Kind, Odometry, Reading, Robot, Unwrapped, is_tilted};
 
 /// The radio pauses for 1 s after an error.
 const PATIENCE: Duration = Duration::from_millis(1500);
@@ -430,6 +430,10 @@ impl Robot for EPuck2 {
 
     fn battery(&mut self) -> Result<Battery> {
         Ok(epuck::charge(self.current()?.block.battery()))
+    }
+
+    fn lifted(&mut self) -> Result<bool> {
+        Ok(is_tilted(&self.sense(&[Kind::Acceleration])?.values))
     }
 
     fn odometry(&mut self) -> Result<Odometry> {

@@ -86,6 +86,9 @@ pub(crate) enum Error {
         /// What is wrong, and what to do.
         problem: String,
     },
+    /// The guard has ended the call for the sake of a stop.
+    #[error("ended for the sake of a stop")]
+    Interrupted,
     /// This robot does not have it.
     #[error("{robot} has no {what}; allowed: {allowed}")]
     Unsupported {

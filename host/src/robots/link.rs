@@ -158,7 +158,8 @@ pub(crate) fn is_bluetooth(path: &str) -> bool {
     ports().iter().any(|port| port.is_bluetooth && port.path == real)
 }
 
-fn wall() -> Duration {
+/// The time on the clock of all links but those of tests.
+pub(super) fn wall() -> Duration {
     static START: LazyLock<Instant> = LazyLock::new(Instant::now);
     START.elapsed()
 }

@@ -1,13 +1,14 @@
 //! Robots on the wire: a driver for each protocol, behind one trait. Only a driver knows how many sensors its robot has.
 //!
-//! Firmware keeps the last speed for ever when its link falls silent, and a driver can't change that: who drives must be
-//! watched by something that stops the wheels.
+//! Firmware keeps the last speed for ever when its link falls silent, and a driver can't change that: so whoever drives is
+//! watched by the guard, which stops the wheels.
 
 pub(crate) mod address;
 mod aseba;
 mod epuck;
 mod epuck2;
 pub(crate) mod error;
+pub(crate) mod guard;
 mod khepera;
 pub(crate) mod link;
 pub(crate) mod recording;
@@ -21,6 +22,7 @@ use std::time::Duration;
 
 use address::{Transport, Wire};
 use error::{Error, Result};
+use guard::Brake;
 use link::Link;
 use recording::Recording;
 
@@ -239,6 +241,16 @@ pub(crate) trait Robot: Send {
     /// The robot does not tell it, or the link fails.
     fn battery(&mut self) -> Result<Battery>;
 
+    /// Whether the robot is held in the air, as far as its sensors tell.
+    ///
+    /// # Errors
+    /// It has no sensors that tell, or the link fails.
+    fn lifted(&mut self) -> Result<bool> {
+        Err(self
+            .description()
+            .lacks("sensors that tell whether it is lifted", "none"))
+    }
+
     /// Reads how far the wheels have turned.
     ///
     /// # Errors
@@ -270,6 +282,14 @@ pub(crate) trait Robot: Send {
     }
 }
 
+/// Whether gravity, measured along three axes, is no longer near the third one: the robot is tilted by more than 30 degrees,
+/// as it is when somebody takes it up. Our own limit; no floor that these robots can climb is as steep.
+fn is_tilted(gravity: &[f64]) -> bool {
+    let length = gravity.iter().map(|part| part * part).sum::<f64>().sqrt();
+    // Without any acceleration it falls.
+    gravity[2].abs() <= length * 0.75_f64.sqrt()
+}
+
 /// Counters of 16 bits that wrap, continued beyond. They must be read before a wheel has made 32,767 counts.
 #[derive(Clone, Copy, Debug, Default)]
 struct Unwrapped {
@@ -295,8 +315,16 @@ const BAUD_RATES: [u32; 5] = [115_200, 9600, 38_400, 19_200, 57_600];
 /// # Errors
 /// The link can't be opened, or no known robot answers.
 pub(crate) fn connect(wire: &Wire, recording: Option<&Recording>) -> Result<Box<dyn Robot>> {
+    connect_braked(wire, recording, &Brake::default())
+}
+
+/// The same, with a brake on the link.
+///
+/// # Errors
+/// As [`connect`].
+fn connect_braked(wire: &Wire, recording: Option<&Recording>, brake: &Brake) -> Result<Box<dyn Robot>> {
     let open = |transport: &Transport| -> Result<Box<dyn Link>> {
-        let link = link::open(transport)?;
+        let link = brake.on(link::open(transport)?);
         Ok(match recording {
             Some(recording) => recording.of(link),
             None => link,

@@ -285,6 +285,14 @@ impl Robot for Thymio {
         })
     }
 
+    /// Both sensors of the ground see nothing. Each limit is that of the firmware's own behaviours (aseba-target-thymio2,
+    /// mode.c), which stop at it. A black floor looks the same.
+    fn lifted(&mut self) -> Result<bool> {
+        const LEAST: f64 = 130.0;
+        let ground = self.sense(&[Kind::Ground])?.values;
+        Ok(ground.iter().all(|delta| *delta < LEAST))
+    }
+
     fn odometry(&mut self) -> Result<Odometry> {
         Err(self
             .description

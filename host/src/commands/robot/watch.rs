@@ -98,14 +98,9 @@ impl Display {
             let names = rows.map(|(name, _)| name).collect();
             return Self::Lines { names, first: None };
         }
-        let screen = ProgressBar::with_draw_target(None, ProgressDrawTarget::stdout());
-        let screen = match ProgressStyle::with_template("{msg}") {
-            Ok(style) => screen.with_style(style),
-            Err(_) => screen,
-        };
         Self::Table {
             rows: rows.collect(),
-            screen,
+            screen: screen(),
         }
     }
 
@@ -123,9 +118,9 @@ impl Display {
             }
             Self::Table { rows, screen } => {
                 let lines = rows.iter().zip(&reading.values);
-                let lines: Vec<String> = lines.map(|((name, group), value)| row(name, group, *value)).collect();
+                let lines = lines.map(|((name, group), value)| row(name, group.unit, group.range, *value));
                 let height = usize::from(Term::stdout().size().0);
-                screen.set_message(fitted(lines, height));
+                screen.set_message(fitted(lines.collect(), height));
                 Ok(())
             }
         }
@@ -151,10 +146,18 @@ fn fitted(mut lines: Vec<String>, height: usize) -> String {
     lines.join("\n")
 }
 
+/// A screen that shows a text in place.
+pub(super) fn screen() -> ProgressBar {
+    let screen = ProgressBar::with_draw_target(None, ProgressDrawTarget::stdout());
+    match ProgressStyle::with_template("{msg}") {
+        Ok(style) => screen.with_style(style),
+        Err(_) => screen,
+    }
+}
+
 /// A sensor's name, its reading as a bar over its usual range, and the reading itself.
-fn row(name: &str, group: &Group, value: f64) -> String {
+pub(super) fn row(name: &str, unit: &str, (least, greatest): (f64, f64), value: f64) -> String {
     const WIDTH: usize = 32;
-    let (least, greatest) = group.range;
     // Beyond the range the bar is empty or full.
     let share = ((value - least) / (greatest - least)).clamp(0.0, 1.0);
     let bar = "█".repeat((share * WIDTH as f64).round() as usize);
@@ -163,7 +166,7 @@ fn row(name: &str, group: &Group, value: f64) -> String {
     } else {
         format!("{value:.2}")
     };
-    format!("{name:22} {bar:·<WIDTH$} {shown:>8} {}", group.unit)
+    format!("{name:22} {bar:·<WIDTH$} {shown:>8} {unit}")
         .trim_end()
         .to_owned()
 }
@@ -171,7 +174,6 @@ fn row(name: &str, group: &Group, value: f64) -> String {
 #[cfg(test)]
 mod tests {
     use super::{fitted, row};
-    use crate::robots::{Group, Kind};
 
     #[test]
     fn a_table_fits_its_terminal_and_says_what_is_left_out() {
@@ -185,14 +187,8 @@ mod tests {
 
     #[test]
     fn bars_are_as_long_as_the_share_of_the_range() {
-        let group = |unit, range| Group {
-            kind: Kind::Distance,
-            names: &["distance_front"],
-            unit,
-            range,
-        };
         let drawn = |value, range| {
-            let row = row("distance_front", &group("mm", range), value);
+            let row = row("distance_front", "mm", range, value);
             row.chars().filter(|c| *c == '█').count()
         };
         assert_eq!([0.0, 50.0, 100.0].map(|value| drawn(value, (0.0, 100.0))), [0, 16, 32]);
@@ -200,11 +196,11 @@ mod tests {
         assert_eq!([-1.0, 1e9].map(|value| drawn(value, (0.0, 100.0))), [0, 32]);
         let bar = "█".repeat(8) + &"·".repeat(24);
         assert_eq!(
-            row("distance_front", &group("mm", (0.0, 1000.0)), 250.0),
+            row("distance_front", "mm", (0.0, 1000.0), 250.0),
             format!("distance_front         {bar}      250 mm")
         );
         assert_eq!(
-            row("x", &group("", (0.0, 1.0)), 0.254),
+            row("x", "", (0.0, 1.0), 0.254),
             format!("x                      {bar}     0.25")
         );
     }

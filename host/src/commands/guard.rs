@@ -1,0 +1,27 @@
+//! `oneiro guard`: a process of its own that owns a robot's link, for a program that drives.
+
+use super::robot;
+use crate::cli::Guard;
+use crate::exit::{Failure, Result};
+use crate::robots::guard::process::{self, Options};
+use crate::robots::guard::values::Values;
+
+/// Guards a robot until the program at the other end of standard input is gone, or a signal comes.
+pub(crate) fn run(arguments: Guard) -> Result {
+    let code = match options(arguments) {
+        Ok(options) => process::run(options)
+            .map_err(|error| Failure::failed(format_args!("the guard can't listen for signals: {error}")))?,
+        Err(refusal) => process::refuse(&refusal),
+    };
+    // Whatever went wrong has been reported, and a thread may still wait for the link.
+    std::process::exit(code.into())
+}
+
+fn options(arguments: Guard) -> Result<Options> {
+    Ok(Options {
+        wire: robot::wire(&arguments.link.address)?,
+        values: Values::of(&arguments.set).map_err(Failure::input)?,
+        recording: arguments.link.record.as_deref().map(robot::recording).transpose()?,
+        kinds: arguments.kinds,
+    })
+}

@@ -1,0 +1,326 @@
+//! The thread that owns the robot. It does the guard's newest order, reads sensors between orders, and says what came of
+//! it. It may be held up by the link; the guard is not.
+
+use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
+use std::thread;
+use std::time::Duration;
+
+use super::{Brake, Order};
+use crate::robots::address::Wire;
+use crate::robots::error::{Error, Result};
+use crate::robots::link::wall;
+use crate::robots::recording::Recording;
+use crate::robots::{self, Description, Kind, Reading, Robot};
+
+/// Something that came of an order, and when, on the links' clock.
+#[derive(Clone, Debug)]
+pub(super) struct Event {
+    pub(super) at: Duration,
+    pub(super) news: News,
+}
+
+/// What came of an order.
+#[derive(Clone, Debug)]
+pub(super) enum News {
+    /// The robot is connected, and these kinds of sensors are read.
+    Connected(Description, Vec<Kind>),
+    /// It can't be: the thread has ended.
+    Refused(Error),
+    /// It has answered.
+    Answered,
+    /// A call has failed.
+    Failed(Error),
+    /// It has confirmed a stop.
+    Stopped(u64),
+    /// It has not confirmed a stop.
+    NotStopped(Error),
+    /// Readings.
+    Read(Kind, Reading),
+    /// Whether the battery is low.
+    Battery(bool),
+    /// Whether it is lifted.
+    Lifted(bool),
+}
+
+/// Tells the thread what to do.
+#[derive(Clone)]
+pub(super) struct Wheels(Arc<Shared>);
+
+struct Shared {
+    order: Mutex<Option<Order>>,
+    changed: Condvar,
+    brake: Brake,
+}
+
+impl Wheels {
+    /// Starts the thread, which connects to a robot first. It reads sensors of the given kinds, of all if there is none, and
+    /// gives its news to `tell`.
+    pub(super) fn start(
+        wire: Wire,
+        recording: Option<Recording>,
+        kinds: Vec<Kind>,
+        tell: impl Fn(Event) + Send + 'static,
+    ) -> (Self, thread::JoinHandle<Option<String>>) {
+        let wheels = Self(Arc::new(Shared {
+            order: Mutex::new(Some(Order::Stop(0))),
+            changed: Condvar::new(),
+            brake: Brake::default(),
+        }));
+        let shared = Arc::clone(&wheels.0);
+        let thread = thread::spawn(move || {
+            match connected(&wire, recording.as_ref(), &shared.brake, &kinds) {
+                Ok((robot, kinds)) => Hands::new(robot, kinds, shared, tell).work(),
+                Err(error) => tell(Event {
+                    at: wall(),
+                    news: News::Refused(error),
+                }),
+            }
+            recording.and_then(Recording::finish)
+        });
+        (wheels, thread)
+    }
+
+    /// Gives an order. A new stop does not wait for the call in progress.
+    pub(super) fn order(&self, order: Order) {
+        let mut current = self.0.lock();
+        if *current == Some(order) {
+            return;
+        }
+        if let Order::Stop(_) = order {
+            self.0.brake.press();
+        }
+        *current = Some(order);
+        self.0.changed.notify_one();
+    }
+
+    /// Ends the thread, after the call in progress.
+    pub(super) fn end(&self) {
+        *self.0.lock() = None;
+        self.0.brake.press();
+        self.0.changed.notify_one();
+    }
+}
+
+impl Shared {
+    fn lock(&self) -> MutexGuard<'_, Option<Order>> {
+        self.order.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// The order, with the brake released for as long as a call for it may take; none at the end.
+    fn take(&self, limit: impl Fn(Order) -> Option<Duration>) -> Option<Order> {
+        // Locked until the brake is released, so that the guard presses it before that or after.
+        let order = self.lock();
+        self.brake.release(limit((*order)?).map(|limit| wall() + limit));
+        *order
+    }
+
+    /// Waits a moment for a new order.
+    fn rest(&self) {
+        const MOMENT: Duration = Duration::from_millis(5);
+        // A moment that is cut short does no harm.
+        let _ = self.changed.wait_timeout(self.lock(), MOMENT);
+    }
+}
+
+/// The robot, and the kinds of sensors to read.
+fn connected(
+    wire: &Wire,
+    recording: Option<&Recording>,
+    brake: &Brake,
+    kinds: &[Kind],
+) -> Result<(Box<dyn Robot>, Vec<Kind>)> {
+    let mut robot = robots::connect_braked(wire, recording, brake)?;
+    let all = || robot.description().sensors.iter().map(|group| group.kind).collect();
+    let kinds = if kinds.is_empty() { all() } else { kinds.to_vec() };
+    match robot.description().groups(&kinds) {
+        Ok(_) => Ok((robot, kinds)),
+        // The lack is worse to know than a stop that failed, which connecting has just done.
+        Err(lack) => robot.stop().and(Err(lack)),
+    }
+}
+
+/// What is read from time to time.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Sense {
+    Kind(Kind),
+    Lifted,
+    Battery,
+}
+
+impl Sense {
+    /// Time between two readings.
+    fn period(self) -> Duration {
+        Duration::from_millis(match self {
+            Self::Kind(_) => 50,
+            Self::Lifted => 100,
+            Self::Battery => 1000,
+        })
+    }
+}
+
+/// The thread's own.
+struct Hands<T> {
+    robot: Box<dyn Robot>,
+    shared: Arc<Shared>,
+    tell: T,
+    /// What is read, and when next.
+    senses: Vec<(Sense, Duration)>,
+    /// What the robot was told last, and when.
+    told: Option<([f64; 2], Duration)>,
+    /// Whether the last call was for an order: then it is the sensors' turn.
+    was_order: bool,
+    /// Attempts to stop that have failed.
+    attempts: usize,
+    /// The stop that was confirmed last.
+    stopped: u64,
+}
+
+impl<T: Fn(Event)> Hands<T> {
+    /// A command is repeated after so long, in case something else has changed it.
+    const REPEAT: Duration = Duration::from_millis(100);
+    /// How long attempts to stop may take, in turn: an attempt begins by sending the stop, and ends by getting back in step,
+    /// for which two have no time.
+    const ATTEMPTS: [Duration; 3] = [
+        Duration::from_millis(250),
+        Duration::from_millis(250),
+        Duration::from_secs(1),
+    ];
+    /// A link that can't be opened is tried again after so long.
+    const PAUSE: Duration = Duration::from_millis(200);
+
+    fn new(robot: Box<dyn Robot>, kinds: Vec<Kind>, shared: Arc<Shared>, tell: T) -> Self {
+        let mut hands = Self {
+            senses: Vec::new(),
+            robot,
+            shared,
+            tell,
+            told: None,
+            was_order: false,
+            attempts: 0,
+            stopped: 0,
+        };
+        let now = wall();
+        let others = [Sense::Lifted, Sense::Battery];
+        let others = others.into_iter().filter(|sense| hands.has(*sense)).collect::<Vec<_>>();
+        let senses = kinds.iter().copied().map(Sense::Kind).chain(others);
+        hands.senses = senses.map(|sense| (sense, now)).collect();
+        hands.say(News::Connected(hands.robot.description().clone(), kinds));
+        hands
+    }
+
+    fn say(&self, news: News) {
+        (self.tell)(Event { at: wall(), news });
+    }
+
+    /// Whether the robot can be asked this.
+    fn has(&mut self, sense: Sense) -> bool {
+        let outcome = match sense {
+            Sense::Kind(_) => return true,
+            Sense::Lifted => self.robot.lifted().map(drop),
+            Sense::Battery => self.robot.battery().map(drop),
+        };
+        !matches!(outcome, Err(Error::Unsupported { .. }))
+    }
+
+    /// Works until the end is ordered. One call for each order that is taken: a new one is never kept waiting by two.
+    fn work(mut self) {
+        loop {
+            let (stopped, attempts) = (self.stopped, self.attempts);
+            let limit = |order| match order {
+                Order::Stop(number) if number != stopped => Some(Self::ATTEMPTS[attempts % Self::ATTEMPTS.len()]),
+                _ => None,
+            };
+            let Some(order) = self.shared.take(limit) else { return };
+            match order {
+                Order::Stop(number) if number != self.stopped => self.stop(number),
+                Order::Stop(_) => self.keep([0.0; 2]),
+                Order::Drive(speeds) => self.keep(speeds),
+            }
+        }
+    }
+
+    /// Attempts to stop.
+    fn stop(&mut self, number: u64) {
+        self.told = None;
+        match self.robot.stop() {
+            Ok(()) => {
+                (self.stopped, self.attempts) = (number, 0);
+                self.say(News::Answered);
+                self.say(News::Stopped(number));
+            }
+            // The guard has a newer order, or the attempt has taken its time.
+            Err(Error::Interrupted) => self.attempts += 1,
+            Err(Error::Restarted) => self.say(News::Failed(Error::Restarted)),
+            Err(error) => {
+                self.attempts += 1;
+                if !error.may_pass() || self.attempts.is_multiple_of(Self::ATTEMPTS.len()) {
+                    self.reconnect();
+                }
+                self.say(News::NotStopped(error));
+            }
+        }
+    }
+
+    /// Opens the link again, which stops the wheels too.
+    fn reconnect(&mut self) {
+        self.shared.brake.release(None);
+        if let Err(error) = self.robot.reconnect() {
+            self.say(News::NotStopped(error));
+            thread::sleep(Self::PAUSE);
+        }
+    }
+
+    /// Keeps the wheels at these speeds, and reads sensors in turn.
+    fn keep(&mut self, speeds: [f64; 2]) {
+        let now = wall();
+        let is_told = |(told, at): ([f64; 2], Duration)| told == speeds && now < at + Self::REPEAT;
+        let must_tell = !self.told.is_some_and(is_told);
+        let next = self.senses.iter_mut().min_by_key(|(_, due)| *due);
+        let next = next.filter(|(_, due)| *due <= now);
+        match next {
+            Some((sense, due)) if self.was_order || !must_tell => {
+                let sense = *sense;
+                *due = now + sense.period();
+                self.was_order = false;
+                self.sense(sense);
+            }
+            _ if must_tell => {
+                self.was_order = true;
+                self.told = Some((speeds, now));
+                // That it was sent says nothing of the robot: some links have no answer to it.
+                if let Err(error) = self.robot.drive_mm_s(speeds[0], speeds[1]) {
+                    self.failed(error);
+                }
+            }
+            _ => {
+                self.was_order = false;
+                self.shared.rest();
+            }
+        }
+    }
+
+    fn sense(&mut self, sense: Sense) {
+        let news = match sense {
+            Sense::Kind(kind) => self.robot.sense(&[kind]).map(|reading| News::Read(kind, reading)),
+            Sense::Lifted => self.robot.lifted().map(News::Lifted),
+            Sense::Battery => self.robot.battery().map(|battery| News::Battery(battery.low)),
+        };
+        match news {
+            Ok(news) => {
+                self.say(News::Answered);
+                self.say(news);
+            }
+            Err(error) => self.failed(error),
+        }
+    }
+
+    /// A call has failed: the robot may do anything, so nothing counts as told.
+    fn failed(&mut self, error: Error) {
+        self.told = None;
+        if error != Error::Interrupted {
+            self.say(News::Failed(error));
+            // It may fail again at once.
+            self.shared.rest();
+        }
+    }
+}

@@ -1,0 +1,171 @@
+//! A Khepera on a pseudo-terminal and a Thymio II over TCP.
+
+use std::io::{Read, Write};
+use std::net::TcpStream;
+use std::thread;
+use std::time::Duration;
+
+use serialport::{SerialPort, TTYPort};
+
+use crate::peers::{Body, Noise, listen};
+
+/// How long a robot waits for bytes before it looks at what is wrong with it.
+const GLANCE: Duration = Duration::from_millis(5);
+
+/// Starts a Khepera with turning wheels. It answers each line with a line.
+pub(crate) fn khepera(body: &Body) -> String {
+    let (mut port, slave) = TTYPort::pair().unwrap();
+    let address = format!("serial:{}@38400", slave.name().unwrap());
+    // One at a time can open it; until then, reading fails.
+    drop(slave);
+    body.set([5, -5]);
+    let body = body.clone();
+    thread::spawn(move || {
+        let (mut heard, mut noise, mut byte) = (Vec::new(), Noise::new(), [0]);
+        port.set_timeout(GLANCE).unwrap();
+        loop {
+            if Body::is(&body.is_deaf) {
+                thread::sleep(GLANCE);
+                continue;
+            }
+            if Body::is(&body.is_mad) {
+                // What nobody takes is lost.
+                let _ = port.write(&noise.bytes(20));
+            }
+            let Ok(1..) = port.read(&mut byte) else {
+                thread::sleep(GLANCE);
+                continue;
+            };
+            if !matches!(byte[0], b'\r' | b'\n') {
+                heard.push(byte[0]);
+                continue;
+            }
+            let line = String::from_utf8_lossy(&std::mem::take(&mut heard)).into_owned();
+            let answer = answer(&body, &line);
+            if !Body::is(&body.is_mad) {
+                let _ = port.write_all(answer.as_bytes());
+            }
+        }
+    });
+    address
+}
+
+fn answer(body: &Body, line: &str) -> String {
+    let fields: Vec<&str> = line.split(',').collect();
+    match fields[..] {
+        [""] => String::new(),
+        ["B"] => "b,5.02,5.01\r\n".into(),
+        ["D", left, right] => match (left.parse(), right.parse()) {
+            (Ok(left), Ok(right)) => {
+                body.obey([left, right]);
+                "d\r\n".into()
+            }
+            _ => "z,Protocol error\r\n".into(),
+        },
+        ["N"] => "n,11,12,13,14,15,16,17,18\r\n".into(),
+        ["O"] => "o,501,502,503,504,505,506,507,508\r\n".into(),
+        ["E"] => format!("e,{},{}\r\n", body.wheels().0[0], body.wheels().0[1]),
+        _ => "z,Protocol error\r\n".into(),
+    }
+}
+
+/// Variables of a Thymio II, with their sizes.
+const VARIABLES: [(&str, u16); 5] = [
+    ("_vbat", 2),
+    ("motor.left.target", 1),
+    ("motor.right.target", 1),
+    ("prox.horizontal", 7),
+    ("prox.ground.delta", 2),
+];
+
+/// Starts a Thymio II with turning wheels, behind a switch. It is node 1.
+pub(crate) fn thymio(body: &Body) -> String {
+    body.set([100, -100]);
+    let body = body.clone();
+    let address = listen(move |stream| serve(&body, stream));
+    address.replace("tcp:", "aseba:")
+}
+
+fn serve(body: &Body, mut stream: TcpStream) {
+    let (mut heard, mut noise, mut buffer) = (Vec::new(), Noise::new(), [0; 512]);
+    stream.set_read_timeout(Some(GLANCE)).unwrap();
+    loop {
+        if Body::is(&body.is_deaf) {
+            thread::sleep(GLANCE);
+            continue;
+        }
+        if Body::is(&body.is_mad) && stream.write_all(&noise.bytes(20)).is_err() {
+            return;
+        }
+        match stream.read(&mut buffer) {
+            Ok(0) => return,
+            Ok(count) => heard.extend_from_slice(&buffer[..count]),
+            Err(_) => continue,
+        }
+        while let Some((kind, words)) = take(&mut heard) {
+            let answer = message(body, kind, &words);
+            if !Body::is(&body.is_mad) && stream.write_all(&answer).is_err() {
+                return;
+            }
+        }
+    }
+}
+
+/// The next whole message: its type and its payload.
+fn take(heard: &mut Vec<u8>) -> Option<(u16, Vec<u16>)> {
+    let word = |at: usize| Some(u16::from_le_bytes([*heard.get(at)?, *heard.get(at + 1)?]));
+    let (length, kind) = (usize::from(word(0)?), word(4)?);
+    if heard.len() < 6 + length {
+        return None;
+    }
+    let words = (0..length / 2).map_while(|at| word(6 + 2 * at)).collect();
+    heard.drain(..6 + length);
+    Some((kind, words))
+}
+
+/// Does what a message says. Returns the answer.
+fn message(body: &Body, kind: u16, words: &[u16]) -> Vec<u8> {
+    let frame = |kind: u16, payload: &[u8]| {
+        let head = [payload.len() as u16, 1, kind].map(u16::to_le_bytes).concat();
+        [&head[..], payload].concat()
+    };
+    let bytes = |words: &[u16]| words.iter().flat_map(|word| word.to_le_bytes()).collect::<Vec<u8>>();
+    let text = |text: &str| [&[text.len() as u8], text.as_bytes()].concat();
+    match (kind, words) {
+        (0xa011, _) => frame(0x900c, &bytes(&[5])),
+        (0xa010, _) => {
+            let size: u16 = VARIABLES.iter().map(|(_, size)| size).sum();
+            let head = bytes(&[5, 100, 32, size, VARIABLES.len() as u16, 0, 0]);
+            let mut answer = frame(0x9000, &[text("thymio-II"), head].concat());
+            for (name, size) in VARIABLES {
+                answer.extend(frame(0x9001, &[bytes(&[size]), text(name)].concat()));
+            }
+            answer
+        }
+        (0xa00b, [_, start, count]) => {
+            let memory = memory(body);
+            let words = &memory[usize::from(*start)..][..usize::from(*count)];
+            frame(0x9005, &bytes(&[&[*start], words].concat()))
+        }
+        (0xa00c, [_, start, values @ ..]) => {
+            let mut speeds = body.wheels().0;
+            for (address, value) in (usize::from(*start)..).zip(values) {
+                // The targets are behind the battery's two words.
+                speeds[address - 2] = *value as i16;
+            }
+            body.obey(speeds);
+            Vec::new()
+        }
+        // To stop its program changes nothing.
+        _ => Vec::new(),
+    }
+}
+
+/// All variables: 4.0 V or 3.3 V, a pale floor or none.
+fn memory(body: &Body) -> Vec<u16> {
+    let half = if Body::is(&body.is_low) { 656 } else { 796 };
+    let ground = if Body::is(&body.is_lifted) { 20 } else { 800 };
+    let [left, right] = body.wheels().0.map(|speed| speed as u16);
+    let proximity = [0, 0, 1500, 0, 0, 0, 0];
+    [&[half, half, left, right][..], &proximity, &[ground; 2]].concat()
+}

@@ -1,0 +1,169 @@
+//! Robots that are scripted here, by their protocols and firmware. None of them has a time-out: each keeps its last speeds
+//! for ever.
+
+use std::io::{Read, Write};
+use std::net::{TcpListener, TcpStream};
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, Mutex};
+use std::thread;
+use std::time::{Duration, Instant};
+
+/// Listens, and gives each connection to `serve`. Returns the address.
+pub(crate) fn listen(serve: impl Fn(TcpStream) + Send + 'static) -> String {
+    let listener = TcpListener::bind("127.0.0.1:0").unwrap();
+    let address = format!("tcp:{}", listener.local_addr().unwrap());
+    thread::spawn(move || listener.incoming().for_each(|stream| serve(stream.unwrap())));
+    address
+}
+
+/// Random bytes (a linear congruential generator of Numerical Recipes).
+pub(crate) struct Noise(u32);
+
+impl Noise {
+    pub(crate) fn new() -> Self {
+        Self(1)
+    }
+
+    pub(crate) fn bytes(&mut self, count: usize) -> Vec<u8> {
+        let mut byte = || {
+            self.0 = self.0.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+            (self.0 >> 24) as u8
+        };
+        (0..count).map(|_| byte()).collect()
+    }
+}
+
+/// What a robot's wheels do, and what is wrong with it.
+#[derive(Clone)]
+pub(crate) struct Body {
+    /// Speeds in the robot's unit, and since when.
+    wheels: Arc<Mutex<([i16; 2], Instant)>>,
+    /// It does not obey: its wheels turn on.
+    pub(crate) is_runaway: Arc<AtomicBool>,
+    /// It hears and says nothing: the radio is lost.
+    pub(crate) is_deaf: Arc<AtomicBool>,
+    /// It hangs up.
+    pub(crate) is_gone: Arc<AtomicBool>,
+    /// It hears, but says nonsense.
+    pub(crate) is_mad: Arc<AtomicBool>,
+    /// It is held in the air.
+    pub(crate) is_lifted: Arc<AtomicBool>,
+    /// Its battery is low.
+    pub(crate) is_low: Arc<AtomicBool>,
+}
+
+impl Default for Body {
+    fn default() -> Self {
+        Self {
+            wheels: Arc::new(Mutex::new(([0; 2], Instant::now()))),
+            is_runaway: Arc::default(),
+            is_deaf: Arc::default(),
+            is_gone: Arc::default(),
+            is_mad: Arc::default(),
+            is_lifted: Arc::default(),
+            is_low: Arc::default(),
+        }
+    }
+}
+
+impl Body {
+    /// Speeds of the left and the right wheel, and since when they are these.
+    pub(crate) fn wheels(&self) -> ([i16; 2], Instant) {
+        *self.wheels.lock().unwrap()
+    }
+
+    /// Sets the speeds, as if by somebody else.
+    pub(crate) fn set(&self, speeds: [i16; 2]) {
+        let mut wheels = self.wheels.lock().unwrap();
+        if wheels.0 != speeds {
+            *wheels = (speeds, Instant::now());
+        }
+    }
+
+    /// Sets the speeds by a command.
+    pub(crate) fn obey(&self, speeds: [i16; 2]) {
+        if !self.is_runaway.load(Ordering::SeqCst) {
+            self.set(speeds);
+        }
+    }
+
+    /// Whether a flag is set.
+    pub(crate) fn is(flag: &AtomicBool) -> bool {
+        flag.load(Ordering::SeqCst)
+    }
+}
+
+/// An e-puck2 on Wi-Fi. It is silent until the first command; then it sends its sensors every 20 ms, each block from
+/// before the last command was obeyed. It keeps its speeds also when the client is gone.
+#[derive(Clone, Default)]
+pub(crate) struct EPuck2(pub(crate) Body);
+
+impl EPuck2 {
+    const CYCLE: Duration = Duration::from_millis(20);
+
+    /// Starts it with turning wheels.
+    pub(crate) fn start(&self) -> String {
+        self.0.set([300, -200]);
+        let robot = self.clone();
+        listen(move |stream| robot.serve(stream))
+    }
+
+    /// Serves one client, until it is gone.
+    fn serve(&self, mut stream: TcpStream) {
+        let (body, mut commands, mut noise) = (&self.0, Vec::new(), Noise::new());
+        let mut has_begun = false;
+        // In 1/1000 of a step.
+        let mut counters = [0_i64; 2];
+        let mut buffer = [0; 256];
+        stream.set_read_timeout(Some(Self::CYCLE)).unwrap();
+        loop {
+            if Body::is(&body.is_deaf) {
+                thread::sleep(Self::CYCLE);
+                continue;
+            }
+            let mut block = self.block(counters.map(|counter| (counter / 1000) as i16));
+            match stream.read(&mut buffer) {
+                Ok(0) => return,
+                Ok(count) => commands.extend_from_slice(&buffer[..count]),
+                Err(_) => {}
+            }
+            // Of several commands only the last counts.
+            let whole = commands.len() / 21 * 21;
+            if let Some(command) = commands[..whole].chunks(21).next_back() {
+                assert_eq!(command[..2], [0x80, 2]);
+                has_begun = true;
+                let word = |at: usize| i16::from_le_bytes([command[at], command[at + 1]]);
+                body.obey([word(3), word(5)]);
+            }
+            commands.drain(..whole);
+            for (counter, speed) in counters.iter_mut().zip(body.wheels().0) {
+                *counter += i64::from(speed) * Self::CYCLE.as_millis() as i64;
+            }
+            if Body::is(&body.is_mad) {
+                block = noise.bytes(105);
+            }
+            if Body::is(&body.is_gone) || has_begun && stream.write_all(&block).is_err() {
+                return;
+            }
+        }
+    }
+
+    /// A header and the sensors: gravity along the third axis unless it is lifted, proximity 100 to 107, light 3000 to
+    /// 3007, 250 mm ahead, -5 degrees C, 3.9 V or 3.4 V.
+    fn block(&self, steps: [i16; 2]) -> Vec<u8> {
+        let mut block = vec![0; 105];
+        let mut word = |at: usize, value: u16| block[1 + at..][..2].copy_from_slice(&value.to_le_bytes());
+        word(if Body::is(&self.0.is_lifted) { 0 } else { 4 }, 16_384);
+        for sensor in 0..8 {
+            word(37 + 2 * sensor, 100 + sensor as u16);
+            word(53 + 2 * sensor, 3000 + sensor as u16);
+        }
+        word(69, 250);
+        word(79, steps[0] as u16);
+        word(81, steps[1] as u16);
+        word(83, if Body::is(&self.0.is_low) { 2785 } else { 3195 });
+        block[1 + 36] = -5_i8 as u8;
+        block[0] = 2;
+        block
+    }
+}
