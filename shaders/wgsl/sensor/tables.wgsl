@@ -1,5 +1,5 @@
-// An object as the sampled sensors of a described robot find it in tables of any number of sensors. Where sensor/sampled.wgsl has
-// one cell of eight sensors, these tables have PLANES of them, those of one point of view after one another.
+// An object as the sampled sensors of a described robot see it. Their tables have any number of sensors, in planes of eight: a point
+// of view has PLANES planes, one after the other, and each is laid out as the one that sensor/sampled.wgsl looks up.
 
 // An object in a layer.
 struct Sighted {
