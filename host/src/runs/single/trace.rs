@@ -138,8 +138,8 @@ static POSE: [Recorded; 3] = [
 static ACTION: [Recorded; 7] = [
     (Column::number("output_left", "0 to 1", "the controller's output for the left wheel"), |record| record.left),
     (Column::number("output_right", "0 to 1", "the controller's output for the right wheel"), |record| record.right),
-    (Column::number("speed_left", "-1 to 1", "the selected speed of the left wheel as a share of the greatest"), |record| record.speed_left),
-    (Column::number("speed_right", "-1 to 1", "the selected speed of the right wheel as a share of the greatest"), |record| record.speed_right),
+    (Column::number("speed_left", "-1 to 1", "the speed of the left wheel as a share of the greatest: the selected one, or of a described robot the mean over the cycle"), |record| record.speed_left),
+    (Column::number("speed_right", "-1 to 1", "the speed of the right wheel, in the same way"), |record| record.speed_right),
     (Column::number("collided", "", "1 if the cycle ended in a collision, else 0"), |record| record.collided),
     (Column::number("reward", "", "the reward of the cycle"), |record| record.reward),
     (Column::number("fitness", "", "the sum of the rewards up to and including this cycle; where a task of your own has `task_score`, the life's fitness is what that makes of the last sum"), |record| record.fitness),
