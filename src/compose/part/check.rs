@@ -254,10 +254,8 @@ pub(super) fn suggest(refusals: &mut [Refusal], parts: &[compiler::Part], own: &
                 .find(|part| own_part(&part.path).is_some() && !indexed(part).is_empty())
         {
             refusal.place = whole(part);
-            refusal.message =
-                "an index follows what is neither an array nor a vector; fields have names, and readings \
-                               `reading(readings, i)`"
-                    .to_owned();
+            let message = "an index follows what is neither an array nor a vector; fields have names, and readings";
+            refusal.message = format!("{message} `{}(readings, i)`", generate::READING);
         }
         if refusal.rule == Rule::UnknownName
             && let Some((part, interface)) = own_part(&refusal.place.path)
