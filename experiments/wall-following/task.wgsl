@@ -4,8 +4,6 @@
 struct TaskValues {
     distance: f32, // 80, 1 to 100000 mm: from the robot's centre to what is on its right, square to its heading
     width: f32, // 40, 1 to 100000 mm: how far off that distance still earns something
-    // The experiment's `cycles` again. To count them and divide the sum at the end would need no value, but round differently
-    // from the results that docs/classics/wall-following.md has.
     cycles: f32, // 600, 1 to 100000: those of a life, so that the greatest fitness is 1
 }
 
