@@ -571,7 +571,9 @@ fn a_file_is_driven_to_its_end_and_recorded() {
         .filter_map(|line| line["left_mm_s"].as_f64())
         .fold(0.0, f64::max);
     assert_eq!(fastest, 30.0);
-    let values = lines.last().unwrap()["values"].as_object().unwrap();
+    let last = lines.last().unwrap();
+    assert_eq!((&last["state"], &last["left_mm_s"]), (&json!("standing"), &json!(0)));
+    let values = last["values"].as_object().unwrap();
     assert_eq!(values.len(), 8);
     assert_eq!(values["proximity_left_90"], 11);
     // D,4,4: 30 mm/s in units of 8.2 mm/s.

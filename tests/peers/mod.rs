@@ -153,7 +153,7 @@ impl EPuck2 {
     fn block(&self, steps: [i16; 2]) -> Vec<u8> {
         let mut block = vec![0; 105];
         let mut word = |at: usize, value: u16| block[1 + at..][..2].copy_from_slice(&value.to_le_bytes());
-        word(if Body::is(&self.0.is_lifted) { 0 } else { 4 }, 16_384);
+        word(if Body::is(&self.0.is_lifted) { 0 } else { 4 }, 768);
         for sensor in 0..8 {
             word(37 + 2 * sensor, 100 + sensor as u16);
             word(53 + 2 * sensor, 3000 + sensor as u16);

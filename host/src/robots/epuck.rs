@@ -403,10 +403,13 @@ impl Robot for EPuck {
         })
     }
 
-    /// An e-puck's accelerometer has a zero of its own, which is unknown; an e-puck2's is at 0.
+    /// Of an e-puck2, whose acceleration begins at 2048 here, and not over Wi-Fi (its main processor's firmware,
+    /// `e_get_acc_filtered`). Firmware of the e-puck differs in that.
     fn lifted(&mut self) -> Result<bool> {
+        const ZERO: f64 = 2048.0;
         if self.is_2() {
-            return Ok(is_tilted(&self.sense(&[Kind::Acceleration])?.values));
+            let gravity = self.sense(&[Kind::Acceleration])?.values;
+            return Ok(is_tilted(&gravity.iter().map(|part| part - ZERO).collect::<Vec<_>>()));
         }
         Err(self.description.lacks("sensors that tell whether it is lifted", "none"))
     }

@@ -432,6 +432,7 @@ impl Robot for EPuck2 {
         Ok(epuck::charge(self.current()?.block.battery()))
     }
 
+    /// An e-puck2 that stands upright measures about 768 along the third axis (its main processor's firmware, `e_get_acc`).
     fn lifted(&mut self) -> Result<bool> {
         Ok(is_tilted(&self.sense(&[Kind::Acceleration])?.values))
     }

@@ -282,12 +282,12 @@ pub(crate) trait Robot: Send {
     }
 }
 
-/// Whether gravity, measured along three axes, is no longer near the third one: the robot is tilted by more than 30 degrees,
+/// Whether gravity, measured along three axes, points away from the third one by more than 30 degrees: the robot is tilted,
 /// as it is when somebody takes it up. Our own limit; no floor that these robots can climb is as steep.
 fn is_tilted(gravity: &[f64]) -> bool {
     let length = gravity.iter().map(|part| part * part).sum::<f64>().sqrt();
     // Without any acceleration it falls.
-    gravity[2].abs() <= length * 0.75_f64.sqrt()
+    gravity[2] <= length * 0.75_f64.sqrt()
 }
 
 /// Counters of 16 bits that wrap, continued beyond. They must be read before a wheel has made 32,767 counts.

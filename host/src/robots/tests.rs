@@ -111,6 +111,24 @@ fn what_answers_nothing_over_tcp_is_reported() {
     );
 }
 
+#[test]
+fn a_robot_that_is_tilted_or_falls_is_lifted() {
+    let at = |degrees: f64| {
+        [
+            0.0,
+            800.0 * degrees.to_radians().sin(),
+            800.0 * degrees.to_radians().cos(),
+        ]
+    };
+    for degrees in [0.0, 29.0, -29.0] {
+        assert!(!is_tilted(&at(degrees)), "{degrees}");
+    }
+    for degrees in [31.0, -31.0, 90.0, 180.0] {
+        assert!(is_tilted(&at(degrees)), "{degrees}");
+    }
+    assert!(is_tilted(&[0.0; 3]));
+}
+
 /// Uses a robot whose other end has gone mad. Every call ends, and what is accepted could be. The first call is a reading:
 /// later ones are rarely in step.
 fn use_mad(robot: &mut dyn Robot, random: &mut Random, now: impl Fn() -> Duration) -> usize {

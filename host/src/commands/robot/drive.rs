@@ -57,18 +57,23 @@ pub(super) fn run(arguments: &RobotDrive, console: Console) -> Result {
         console,
     };
     let outcome = ride.go();
-    // The terminal is as before, and the last state on the screen, before anything more is said.
     let Ride {
-        client, driver, panel, ..
+        client,
+        driver,
+        mut panel,
+        ..
     } = ride;
-    drop((driver, panel));
+    let speed = driver.speed;
+    // The terminal is as before whatever comes now.
+    drop(driver);
     match (outcome, client) {
-        (Ok(()), client) => finished(client, &wire, console),
+        (Ok(()), client) => finished(client, &wire, panel.as_mut(), speed, console),
         (Err(End::Lost(lost)), mut client) => {
             client.kill();
+            drop(panel);
             Err(stopped_without(lost, &wire, console))
         }
-        (Err(End::Failed(failure)), client) => match finished(client, &wire, console) {
+        (Err(End::Failed(failure)), client) => match finished(client, &wire, panel.as_mut(), speed, console) {
             Ok(()) => Err(failure),
             Err(worse) => Err(worse.and(failure)),
         },
@@ -91,17 +96,17 @@ fn guard_arguments(arguments: &RobotDrive) -> Vec<OsString> {
     all
 }
 
-/// Waits until the guard has stopped the robot.
-fn finished(client: Client, wire: &Wire, console: Console) -> Result {
-    let mut said = false;
+/// Waits until the guard has stopped the robot, and shows that.
+fn finished(client: Client, wire: &Wire, panel: Option<&mut Panel>, speed: f64, console: Console) -> Result {
+    let mut shown = Ok(());
+    let mut panel = panel;
     let outcome = client.finish(|status| {
-        if status.cannot_stop && !said {
-            console.say(format!("cannot stop the robot yet: {}", problem(status)));
-            said = true;
+        if let (Some(panel), Ok(())) = (&mut panel, &shown) {
+            shown = panel.show(status, speed);
         }
     });
     match outcome {
-        Ok(None) => Ok(()),
+        Ok(None) => shown,
         Ok(Some((code, message))) => Err(failure(code, &message)),
         Err(lost) => Err(stopped_without(lost, wire, console)),
     }

@@ -79,6 +79,8 @@ fn every_sensor_is_read_from_its_place() {
     ];
     assert_eq!(reading.values, expected);
     assert_eq!(names, expected.len());
+    // Gravity is along the third axis.
+    assert_eq!(robot.lifted(), Ok(false));
     assert_eq!(robot.odometry().unwrap().counts, [-1000, 1500]);
     let battery = robot.battery().unwrap();
     assert_eq!(battery.volts, Some(3277.0 / 819.2));

@@ -105,7 +105,8 @@ mod tests {
     fn a_stop_need_not_wait_for_an_answer() {
         let brake = Brake::default();
         let script = Scripted::new([
-            hear("\r"),
+            hear("\rD,0,0\r"),
+            say("d\r\n"),
             hear("B\r"),
             say("b,5.02,5.01\r\n"),
             hear("D,0,0\r"),
@@ -114,7 +115,7 @@ mod tests {
             hear("N\r"),
             hear("D,0,0\r"),
             say("n,1,2,3,4,5,6,7,8\r\n"),
-            hear("\r"),
+            hear("\rD,0,0\r"),
             say_after(0, "d\r\n"),
             hear("B\r"),
             say("b,5.02,5.01\r\n"),

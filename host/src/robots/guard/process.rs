@@ -339,10 +339,11 @@ impl Process {
             self.heard.lasting.add(Condition::Terminated, is_ended);
             let inputs = self.heard.take(passed);
             self.wheels.order(guard.step(&inputs));
-            if guard.is_over() {
-                break (guard.state() != State::Standing).then(|| self.unstopped());
-            }
+            let (is_over, state) = (guard.is_over(), guard.state());
             self.tell(&mut said, now);
+            if is_over {
+                break (state != State::Standing).then(|| self.unstopped());
+            }
         };
         self.wheels.end();
         let unwritten = finished(thread).flatten().map(Failure::unwritten);

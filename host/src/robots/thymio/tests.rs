@@ -103,6 +103,24 @@ fn it_senses_and_drives() {
     assert!(matches!(robot.light(0, true), Err(Error::Unsupported { allowed, .. }) if allowed == "none"));
 }
 
+/// Only if both sensors of the ground see nothing: one alone is at an edge.
+#[test]
+fn it_is_lifted_where_there_is_no_ground() {
+    let names = [&NAMES[..], &[("prox.ground.delta", 2)]].concat();
+    let asked = |left: u16, right: u16| {
+        let ground = from(1, VARIABLES, &words(&[14, left, right]));
+        vec![hear(to(0xa00b, &[1, 14, 2])), say(ground)]
+    };
+    let steps = [
+        [listed(&[1]), described(1, "thymio-II", &names), begun(1)].concat(),
+        asked(130, 20),
+        asked(129, 20),
+    ];
+    let mut robot = connect(steps.concat(), None).unwrap();
+    assert_eq!([robot.lifted(), robot.lifted()], [Ok(false), Ok(true)]);
+    assert!(matches!(self::robot(vec![]).lifted(), Err(Error::Unsupported { .. })));
+}
+
 #[test]
 fn the_playground_s_e_puck_is_another_body() {
     let names = [("id", 1), ("x", 2), ("speed.left", 1), ("speed.right", 1), ("prox", 8)];
