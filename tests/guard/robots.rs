@@ -156,7 +156,8 @@ fn message(body: &Body, kind: u16, words: &[u16]) -> Vec<u8> {
             body.obey(speeds);
             Vec::new()
         }
-        // To stop its program changes nothing.
+        // Its program is stopped, which changes nothing else.
+        (0xa007, _) => frame(0x900a, &bytes(&[0, 2])),
         _ => Vec::new(),
     }
 }

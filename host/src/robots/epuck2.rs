@@ -26,6 +26,9 @@ const STANDSTILL: Duration = Duration::from_millis(500);
 /// So many answers in a row must show it. The radio sends one in 20 ms at most: however late they come and however close
 /// together, they span 0.2 s, and show 5 steps/s.
 const EQUAL: usize = 10;
+/// The same where a stop can't take that long to confirm: it shows 10 steps/s.
+const BRIEF_STANDSTILL: Duration = Duration::from_millis(100);
+const BRIEF_EQUAL: usize = 4;
 
 const SOUND: Group = Group {
     kind: Kind::Sound,
@@ -349,6 +352,32 @@ impl EPuck2 {
     fn transmit(&mut self) -> Result {
         link::send_whole(&mut *self.link, &self.command, SEND)
     }
+
+    /// Stops the wheels, and waits until their counters have stood still for a while, in so many answers.
+    fn stand(&mut self, standstill: Duration, answers: usize) -> Result {
+        self.drive(0, 0)?;
+        let limit = PATIENCE + standstill;
+        let until = self.link.now() + limit;
+        let (mut first, mut equal): (Option<Arrival>, usize) = (None, 0);
+        while let Some(arrival) = self.arrival(until)? {
+            match &first {
+                Some(first) if first.block.steps() == arrival.block.steps() => {
+                    equal += 1;
+                    if equal >= answers && arrival.at >= first.at + standstill {
+                        return Ok(());
+                    }
+                }
+                _ => (first, equal) = (Some(arrival), 1),
+            }
+        }
+        Err(first.map_or(silent(limit), |last| Error::StillTurning {
+            seen: format!(
+                "its step counters have not stood still for {} ms; they were at {:?} last",
+                standstill.as_millis(),
+                last.block.steps()
+            ),
+        }))
+    }
 }
 
 fn silent(limit: Duration) -> Error {
@@ -384,28 +413,11 @@ impl Robot for EPuck2 {
 
     /// A command has no answer of its own, so the step counters must stand still.
     fn stop(&mut self) -> Result {
-        self.drive(0, 0)?;
-        let limit = PATIENCE + STANDSTILL;
-        let until = self.link.now() + limit;
-        let (mut first, mut equal): (Option<Arrival>, usize) = (None, 0);
-        while let Some(arrival) = self.arrival(until)? {
-            match &first {
-                Some(first) if first.block.steps() == arrival.block.steps() => {
-                    equal += 1;
-                    if equal >= EQUAL && arrival.at >= first.at + STANDSTILL {
-                        return Ok(());
-                    }
-                }
-                _ => (first, equal) = (Some(arrival), 1),
-            }
-        }
-        Err(first.map_or(silent(limit), |last| Error::StillTurning {
-            seen: format!(
-                "its step counters have not stood still for {} ms; they were at {:?} last",
-                STANDSTILL.as_millis(),
-                last.block.steps()
-            ),
-        }))
+        self.stand(STANDSTILL, EQUAL)
+    }
+
+    fn stop_briefly(&mut self) -> Result {
+        self.stand(BRIEF_STANDSTILL, BRIEF_EQUAL)
     }
 
     fn light(&mut self, light: usize, on: bool) -> Result {

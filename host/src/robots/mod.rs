@@ -229,6 +229,14 @@ pub(crate) trait Robot: Send {
     /// The robot has not: the wheels may be turning.
     fn stop(&mut self) -> Result;
 
+    /// The same with a proof that takes no longer than a guard can wait, which may miss wheels that creep.
+    ///
+    /// # Errors
+    /// As [`Robot::stop`].
+    fn stop_briefly(&mut self) -> Result {
+        self.stop()
+    }
+
     /// Switches a light of the description.
     ///
     /// # Errors

@@ -13,8 +13,10 @@ pub(crate) struct Row {
     /// Least and greatest value allowed.
     pub(crate) range: (f64, f64),
     /// What it does.
+    #[cfg_attr(not(test), expect(dead_code, reason = "a test holds the documents to it"))]
     pub(crate) meaning: &'static str,
     /// Where default and range are from.
+    #[cfg_attr(not(test), expect(dead_code, reason = "a test holds the documents to it"))]
     pub(crate) source: &'static str,
     field: fn(&mut Values) -> &mut f64,
 }

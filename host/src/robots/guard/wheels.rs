@@ -242,7 +242,7 @@ impl<T: Fn(Event)> Hands<T> {
     /// Attempts to stop.
     fn stop(&mut self, number: u64) {
         self.told = None;
-        match self.robot.stop() {
+        match self.robot.stop_briefly() {
             Ok(()) => {
                 (self.stopped, self.attempts) = (number, 0);
                 self.say(News::Answered);

@@ -112,7 +112,7 @@ fn it_is_lifted_where_there_is_no_ground() {
         vec![hear(to(0xa00b, &[1, 14, 2])), say(ground)]
     };
     let steps = [
-        [listed(&[1]), described(1, "thymio-II", &names), begun(1)].concat(),
+        [listed(&[1]), halted(&[1]), described(1, "thymio-II", &names), begun(1)].concat(),
         asked(130, 20),
         asked(129, 20),
     ];
