@@ -7,6 +7,7 @@ use crate::evaluator::Error;
 
 /// No lane code has this name.
 pub(crate) const NAME: &str = "";
+#[allow(dead_code, reason = "of the interpreter nobody asks it")]
 pub(crate) const LANES: u32 = 1;
 
 /// Code; there is none.
