@@ -907,7 +907,7 @@ fn directories_of_the_first_version() {
         &["sweep", "merge", "sweep"],
     ] {
         place.run(arguments).exits(3).says(&[
-            "is of version 1 of the format \"oneiro sweep\"; allowed: version 2",
+            "is of version 1 of the format \"oneiro sweep\"; allowed: version 3",
             "begin again in another directory",
         ]);
     }
