@@ -116,8 +116,8 @@ const NATIVE: bool = cfg!(all(
 
 /// The interpreter, a hundred times as slow as the slowest lane code.
 const INTERPRETER: &str = "interpretedx1";
-/// Of how many worlds the interpreter lives in one, unless `ONEIRO_LONG` is set.
-const SHARE: usize = 8;
+/// Of how many worlds the interpreter lives in one, unless `ONEIRO_LONG` is set. ARM is emulated.
+const SHARE: usize = if cfg!(target_arch = "x86_64") { 8 } else { 64 };
 
 /// The CPU with one lane code.
 fn lane_code(name: &'static str) -> (String, Box<dyn Evaluator>) {
