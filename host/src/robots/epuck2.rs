@@ -23,7 +23,7 @@ const SEND: Duration = Duration::from_millis(200);
 const CYCLE: Duration = Duration::from_millis(50);
 /// The counters must stand for as long before the wheels are said to: they show 2 steps/s, which is 0.26 mm/s.
 const STANDSTILL: Duration = Duration::from_millis(500);
-/// So many answers in a row must show it. The radio sends one in 20 ms at most: however late they come and however close
+/// Number of consecutive answers that must show it. The radio sends one in 20 ms at most: however late they come and however close
 /// together, they span 0.2 s, and show 5 steps/s.
 const EQUAL: usize = 10;
 /// The same where a stop can't take that long to confirm: it shows 10 steps/s.
@@ -353,7 +353,8 @@ impl EPuck2 {
         link::send_whole(&mut *self.link, &self.command, SEND)
     }
 
-    /// Stops the wheels, and waits until their counters have stood still for a while, in so many answers.
+    /// Stops the wheels, and waits until `answers` consecutive answers, received over at least `standstill`, show the same
+    /// step counters.
     fn stand(&mut self, standstill: Duration, answers: usize) -> Result {
         self.drive(0, 0)?;
         let limit = PATIENCE + standstill;

@@ -209,7 +209,7 @@ pub(crate) struct Guard {
     age: Duration,
     /// What the newest command wants, mm/s.
     target: [f64; 2],
-    /// What the wheels are told, mm/s.
+    /// Commanded speeds of the wheels, mm/s.
     speeds: [f64; 2],
     /// Conditions that wait for a resume.
     latched: Conditions,
@@ -242,7 +242,7 @@ impl Guard {
         self.state
     }
 
-    /// What the wheels are told, mm/s.
+    /// Commanded speeds of the wheels, mm/s.
     pub(crate) fn speeds(&self) -> [f64; 2] {
         self.speeds
     }

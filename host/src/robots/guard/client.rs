@@ -36,8 +36,8 @@ pub(crate) enum Lost {
 impl Client {
     /// Between two looks.
     pub(crate) const CYCLE: Duration = Duration::from_millis(20);
-    /// A guard that was silent for so many looks, 1 s, hangs. It says something ten times a second once the robot is
-    /// connected.
+    /// Number of looks without a report, 1 s in all, after which the guard counts as hung. Once the robot is connected, it
+    /// reports ten times a second.
     const SILENCE: u32 = 50;
 
     /// Starts the guard of a robot, with these arguments.

@@ -103,9 +103,9 @@ pub(crate) struct Sensors {
 pub(crate) struct Status {
     /// What they do.
     pub(crate) state: State,
-    /// What the left wheel is told, mm/s.
+    /// Commanded speed of the left wheel, mm/s.
     pub(crate) left_mm_s: f64,
-    /// What the right wheel is told, mm/s.
+    /// Commanded speed of the right wheel, mm/s.
     pub(crate) right_mm_s: f64,
     /// Sequence number of the newest command.
     pub(crate) sequence: u64,

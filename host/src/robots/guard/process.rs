@@ -203,7 +203,7 @@ struct Heard {
     sequence: Option<u64>,
     /// Messages in a row that make no sense.
     errors: u32,
-    /// Conditions that hold until they are told to have ended.
+    /// Conditions that hold until a message or a reading ends them.
     lasting: Conditions,
     battery: Twice,
     lifted: Twice,

@@ -176,7 +176,7 @@ struct Hands<T> {
 }
 
 impl<T: Fn(Event)> Hands<T> {
-    /// A command is repeated after so long, in case something else has changed it.
+    /// Time after which a command is repeated, in case something else has changed it.
     const REPEAT: Duration = Duration::from_millis(100);
     /// How long attempts to stop may take, in turn: an attempt begins by sending the stop, and ends by getting back in step,
     /// for which two have no time.
@@ -185,7 +185,7 @@ impl<T: Fn(Event)> Hands<T> {
         Duration::from_millis(250),
         Duration::from_secs(1),
     ];
-    /// A link that can't be opened is tried again after so long.
+    /// Time after which a link that couldn't be opened is tried again.
     const PAUSE: Duration = Duration::from_millis(200);
 
     fn new(robot: Box<dyn Robot>, kinds: Vec<Kind>, shared: Arc<Shared>, tell: T) -> Self {

@@ -28,12 +28,12 @@ pub(super) struct Keys {
 }
 
 impl Keys {
-    /// A key counts as held for so long after it is pressed: most terminals repeat it after 250 to 500 ms. Where they take
+    /// How long a key counts as held after it is pressed: most terminals repeat it after 250 to 500 ms. Where they take
     /// longer, the wheels stop in between.
     const FIRST: Duration = Duration::from_millis(500);
     /// The same after it has repeated: terminals do so every 25 to 50 ms, and a network delays some.
     const AGAIN: Duration = Duration::from_millis(200);
-    /// The same key within so long is a repetition. The longest delay that is usual is 660 ms (X11).
+    /// The same key within this time is a repetition. The longest delay that is usual is 660 ms (X11).
     const REPEATS: Duration = Duration::from_millis(700);
 
     /// Takes bytes of the terminal. Returns what they do at once.
