@@ -303,12 +303,19 @@ impl OwnParts {
     }
 
     /// A kernel with these parts, and the sensors and motors of this robot in this arena, instead of its own.
+    /// `is_reported` says whether reality is reported to it, see [`crate::reported`].
     ///
     /// # Errors
     /// `KIND.part`: everything that is wrong with the parts. `robot.sensors` and `robot.sensors[N].name`: names that WGSL doesn't
     /// allow. `controller.layers`: a network that can't be compiled.
-    pub(crate) fn compose(&self, base: &'static Kernel, robot: &Robot, arena: &Arena) -> Result<Composed, Invalid> {
-        part::compose(base, self, robot, arena)
+    pub(crate) fn compose(
+        &self,
+        base: &'static Kernel,
+        robot: &Robot,
+        arena: &Arena,
+        is_reported: bool,
+    ) -> Result<Composed, Invalid> {
+        part::compose(base, self, robot, arena, is_reported)
     }
 }
 

@@ -19,6 +19,7 @@ pub mod parameter;
 pub mod pool;
 pub mod probe;
 pub mod random;
+pub mod reported;
 pub mod surrogate;
 pub mod swarm;
 pub mod tables;

@@ -368,14 +368,19 @@ impl World {
     ///
     /// # Errors
     /// The first invalid value: its path, the value itself, and the allowed values.
-    pub fn new(mut spec: WorldSpec) -> Result<Self, Invalid> {
+    pub fn new(spec: WorldSpec) -> Result<Self, Invalid> {
+        Self::composed(spec, false)
+    }
+
+    /// The same, with a kernel that reality is reported to, or one that simulates it.
+    pub(crate) fn composed(mut spec: WorldSpec, is_reported: bool) -> Result<Self, Invalid> {
         check::check(&mut spec)?;
         let readings = spec.readings();
         let parts = match &spec.controller {
             Controller::Network(network) => spec.own.with_network(network, &readings)?,
             _ => spec.own.clone(),
         };
-        let Composed { kernel, genes } = parts.compose(kernel(&spec), &spec.robot, &spec.arena)?;
+        let Composed { kernel, genes } = parts.compose(kernel(&spec), &spec.robot, &spec.arena, is_reported)?;
         let packed = pack::Packed::new(&spec, &parts)?;
         let genes = match (&spec.controller, genes) {
             (Controller::Own, Some(own)) => own.to_vec(),

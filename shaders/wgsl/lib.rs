@@ -32,6 +32,7 @@ parts![
     "life.wgsl",
     "physics/arena.wgsl",
     "physics/foraging.wgsl",
+    "physics/reported.wgsl",
     "physics/sampled.wgsl",
     "physics/sliding.wgsl",
     "physics/surrogate.wgsl",

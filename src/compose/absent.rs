@@ -83,7 +83,19 @@ pub(crate) fn too_many_turns(problem: &str) -> String {
     problem.to_owned()
 }
 
-pub(super) fn compose(kernel: &'static Kernel, _: &OwnParts, robot: &Robot, _: &Arena) -> Result<Composed, Invalid> {
+pub(super) fn compose(
+    kernel: &'static Kernel,
+    _: &OwnParts,
+    robot: &Robot,
+    _: &Arena,
+    is_reported: bool,
+) -> Result<Composed, Invalid> {
+    if is_reported {
+        return Err(Invalid::new(
+            "robot",
+            "lives outside of a kernel, but this program can't compose the kernel for that",
+        ));
+    }
     match robot.build {
         Build::Sampled => Ok(Composed { kernel, genes: None }),
         Build::Differential(_) => Err(Invalid::new(

@@ -113,6 +113,29 @@ pub(super) fn reading(fields: &[String]) -> String {
     text + "    return reading;\n}\n"
 }
 
+/// Numbers of a pose: x and y in mm, heading in turns.
+const POSE: usize = 3;
+
+/// Where reports stand before the genes of a rollout: the readings, the pose at the start of a life, and the pose at the end of
+/// a cycle.
+pub(super) fn reports(fields: &[String]) -> String {
+    let count = fields.len();
+    let mut text = format!(
+        "const REPORTED_START: u32 = {count}u;
+const REPORTED_END: u32 = {}u;
+const REPORTS: u32 = {}u;
+fn reported_readings(life: Life) -> Readings {{
+    var readings = Readings();
+",
+        count + POSE,
+        count + 2 * POSE
+    );
+    for (index, field) in fields.iter().enumerate() {
+        let _ = writeln!(text, "    readings.{field} = report(life, {index}u);");
+    }
+    text + "    return readings;\n}\n"
+}
+
 /// What stands between a user's sensors and the kernel.
 fn sensor(readings: &[String]) -> String {
     let (mut bounded, mut sum) = (Vec::new(), String::new());

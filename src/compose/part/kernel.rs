@@ -40,6 +40,10 @@ const DESCRIBED: [&str; 2] = ["robot/drive.wgsl", "sensor/kinds.wgsl"];
 const TABLES: &str = "sensor/tables.wgsl";
 const WHEELS: &str = "robot/arcs.wgsl";
 
+/// Physics of the simulator, and those in their place where reality is reported.
+const SIMULATED: &str = "physics/sampled.wgsl";
+const REPORTED: &str = "physics/reported.wgsl";
+
 /// Whether a robot is made of a part, if the part is only of some robots.
 fn is_of_robot(path: &str, robot: &Build) -> Option<bool> {
     let Build::Differential(own) = robot else {
@@ -87,18 +91,21 @@ pub(in crate::compose) fn compose(
     parts: &OwnParts,
     robot: &Robot,
     arena: &Arena,
+    is_reported: bool,
 ) -> Result<Composed, Invalid> {
     static COMPOSED: Mutex<BTreeMap<String, Composed>> = Mutex::new(BTreeMap::new());
     let (tables, robot) = (&robot.sensors, &robot.build);
-    if parts.is_empty() && *robot == Build::Sampled {
+    if parts.is_empty() && *robot == Build::Sampled && !is_reported {
         return Ok(Composed {
             kernel: base,
             genes: None,
         });
     }
     let own = parts.readings();
-    let all = fields(robot)
-        .into_iter()
+    let fields = fields(robot);
+    let all = fields
+        .iter()
+        .cloned()
         .chain(own.iter().map(|name| format!("own.{name}")));
     let mut generated = generate::details(&parts.details(robot)) + &generate::reading(&all.collect::<Vec<_>>());
     let mut name = base.name.to_owned();
@@ -108,6 +115,10 @@ pub(in crate::compose) fn compose(
         let hash = blake3::hash(described.as_bytes()).to_hex();
         let _ = write!(name, "+{}-sensors-{}", robot.sensors.len(), &hash[..16]);
         generated += &described;
+    }
+    if is_reported {
+        name += "+reported";
+        generated += &generate::reports(&fields);
     }
     for own in parts.iter() {
         let stem = Path::new(&own.part.path)
@@ -123,7 +134,7 @@ pub(in crate::compose) fn compose(
         return Ok(*composed);
     }
     let (kernel, genes) =
-        new(base, parts, robot, generated, &name).map_err(|refusals| invalid(parts, robot, &refusals))?;
+        new(base, parts, robot, is_reported, generated, &name).map_err(|refusals| invalid(parts, robot, &refusals))?;
     let leaked = || Composed {
         kernel: Box::leak(Box::new(kernel)),
         genes: genes.map(|genes| &*genes.leak()),
@@ -178,6 +189,7 @@ fn new(
     base: &'static Kernel,
     own: &OwnParts,
     robot: &Build,
+    is_reported: bool,
     mut generated: String,
     name: &str,
 ) -> Result<(Kernel, Option<Vec<Gene>>), Refusals> {
@@ -188,6 +200,9 @@ fn new(
     let is_kept = |path: &str| path != DETAILS && own.iter().all(|own| !is_replaced(path, own.part.kind));
     let is_needed = |path: &str| {
         let is_of_robot = is_of_robot(path, robot);
+        if is_reported && [SIMULATED, REPORTED].contains(&path) {
+            return path == REPORTED;
+        }
         path == USER || is_of_robot.unwrap_or_else(|| base.parts.contains(&path) && is_kept(path))
     };
     let described: BTreeSet<_> = declarations(&part(GENERATED, &generated))

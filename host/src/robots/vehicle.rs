@@ -1,0 +1,80 @@
+//! A robot as lives and sampling need it: it looks, drives, and keeps time. Behind it is the guard's process, or in tests a
+//! driver on a virtual clock.
+
+use std::time::Duration;
+
+use super::guard::message::Sensors;
+use crate::reality::Trouble;
+
+/// What a robot is, as far as lives and sampling have to know.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Profile {
+    /// Its kind.
+    pub(crate) robot: String,
+    /// Version of its firmware, in its own words.
+    pub(crate) firmware: String,
+    /// The sensors that are read, in the order of [`Moment::readings`].
+    pub(crate) sensors: Vec<Sensors>,
+    /// Greatest speed of a wheel that is allowed, mm/s.
+    pub(crate) greatest_mm_s: f64,
+    /// One of the robot's own units of speed, mm/s.
+    pub(crate) unit_mm_s: f64,
+    /// Distance between the wheels, mm.
+    pub(crate) base_mm: f64,
+    /// Whether it measures how far its wheels have turned.
+    pub(crate) has_odometers: bool,
+}
+
+/// What a robot senses at one moment. Times are of [`Vehicle::now`].
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Moment {
+    /// When the last of it arrived.
+    pub(crate) at: Duration,
+    /// Greatest age of a reading then.
+    pub(crate) age: Duration,
+    /// One value per sensor, in the sensors' own units.
+    pub(crate) readings: Vec<f64>,
+    /// Travel of the left and of the right wheel since the vehicle was opened, mm; none without odometers.
+    pub(crate) travel: Option<[f64; 2]>,
+}
+
+/// A robot with two wheels that is looked at and driven, cycle by cycle. After a [`Trouble`] its wheels stand, or its guard is
+/// stopping them; [`Vehicle::recover`] goes on.
+pub(crate) trait Vehicle {
+    /// What it is.
+    fn profile(&self) -> &Profile;
+
+    /// Time on its clock, which is a virtual one in tests.
+    fn now(&self) -> Duration;
+
+    /// Reads all sensors and the odometers.
+    ///
+    /// # Errors
+    /// See [`Trouble`].
+    fn look(&mut self) -> Result<Moment, Trouble>;
+
+    /// Sets the speeds of the left and of the right wheel, mm/s.
+    ///
+    /// # Errors
+    /// See [`Trouble`].
+    fn drive(&mut self, speeds: [f64; 2]) -> Result<(), Trouble>;
+
+    /// Goes on with the speeds set last until a moment of its clock, which may have passed.
+    ///
+    /// # Errors
+    /// See [`Trouble`].
+    fn keep_until(&mut self, until: Duration) -> Result<(), Trouble>;
+
+    /// Stops the wheels, and returns once the robot has confirmed it.
+    ///
+    /// # Errors
+    /// See [`Trouble`].
+    fn stop(&mut self) -> Result<(), Trouble>;
+
+    /// After a trouble that may pass, waits until the robot can be driven again; its wheels stand then. A person may have to put
+    /// it back, charge it or say so.
+    ///
+    /// # Errors
+    /// See [`Trouble`].
+    fn recover(&mut self) -> Result<(), Trouble>;
+}

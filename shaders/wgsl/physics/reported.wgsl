@@ -1,0 +1,84 @@
+// Life of a robot outside of the kernel: what it reads and where it gets to is reported, cycle by cycle, before a rollout's
+// genes. The controller decides, and the task rewards, as in the simulator.
+
+// What a rollout keeps from one dispatch to the next, and its fitness so far.
+struct State {
+    task: TaskState,
+    controller: ControllerState,
+    sensor: SensorState,
+    x: f32,
+    y: f32,
+    heading: f32,
+    fitness: f32,
+    robot: RobotState,
+}
+
+// A cycle's motion, and what the robot remembers after it.
+struct Driven {
+    motion: Motion,
+    state: RobotState,
+}
+
+fn report(life: Life, index: u32) -> f32 {
+    return bitcast<f32>(inputs[life.genes + index * LANES]);
+}
+
+// A pose, of which the first number is given.
+fn reported_pose(life: Life, first: u32) -> vec3<f32> {
+    return vec3<f32>(report(life, first), report(life, first + 1u), report(life, first + 2u));
+}
+
+// The life as the controller knows it: its genes are after the reports.
+fn of_genes(life: Life) -> Life {
+    return Life(life.world, life.key, life.genes + REPORTS * LANES);
+}
+
+fn first_state(life: Life) -> State {
+    let pose = reported_pose(life, REPORTED_START);
+    let own = of_genes(life);
+    return State(
+        task_begin(own, pose), controller_begin(own), sensor_begin(own, pose),
+        pose.x, pose.y, pose.z, 0.0f, RobotState(),
+    );
+}
+
+fn kept(own: State) -> State {
+    return State(
+        task_kept(own.task), controller_kept(own.controller), sensor_kept(own.sensor),
+        stored(own.x), stored(own.y), stored(own.heading), stored(own.fitness), robot_kept(own.robot),
+    );
+}
+
+fn cycle(life: Life, step: u32, before: State) -> Cycle {
+    let me = of_genes(life);
+    var own = before;
+    let pose = vec3<f32>(own.x, own.y, own.heading);
+    let sensed = sensors_read(me, step, pose, own.sensor);
+    own.sensor = sensed.state;
+    var readings = reported_readings(life);
+    readings.own = sensed.readings;
+    let command = commands(me, step, readings, own.controller);
+    own.controller = command.state;
+    let driven = motion(me, step, command.outputs, own.robot);
+    own.robot = driven.state;
+    let end = reported_pose(life, REPORTED_END);
+    own.x = end.x;
+    own.y = end.y;
+    own.heading = end.z;
+    own.robot = robot_after(life.world, end, own.robot);
+    let now = Experience(step, pose, end, readings, readings, command.outputs, driven.motion, false);
+    let reward = task_cycle(me, now, own.task);
+    own.task = reward.state;
+    own.fitness += reward.earned;
+    let seen = vec2<f32>(pose.x, pose.y);
+    let record = recorded(pose, seen, command.outputs, driven.motion, false, reward.earned, own.fitness);
+    return Cycle(own, Line(record, details(own, readings, readings)));
+}
+
+fn is_over(life: Life, own: State) -> bool {
+    return task_ends(of_genes(life), own.task) | robot_ends(life.world, own.robot);
+}
+
+fn score(life: Life, own: State) -> f32 {
+    return task_score(of_genes(life), own.task, own.fitness);
+}
