@@ -465,6 +465,15 @@ fn runs_are_as_pinned() {
         place.evolve_and_resume("resumed-finalists", "plain.toml", &finalists);
         found.run(&place, "resumed-finalists");
     }
+    let robot = [
+        "--set",
+        "reality.robot=\"surrogate:3\"",
+        "--set",
+        "reality.generations=2",
+    ];
+    let transferred = [&finalists[..], &robot].concat();
+    place.evolve("transferred", "noisy.toml", &transferred);
+    found.run(&place, "transferred");
     found.check("runs");
 }
 

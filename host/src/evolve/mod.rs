@@ -189,6 +189,11 @@ impl Evolution {
         Ok(generation)
     }
 
+    /// Begins the search for the luckiest life anew: what counted so far can't be compared with what follows.
+    pub(crate) fn forget_champion(&mut self) {
+        self.champion = None;
+    }
+
     /// All that it needs to continue.
     pub(crate) fn save(&self) -> SavedEvolution {
         SavedEvolution {

@@ -7,7 +7,7 @@ use oneiro::differential::{Sensor, SensorKind};
 use oneiro::parameter::Invalid;
 use oneiro::world::WorldSpec;
 
-use super::settings::{ArenaSize, Finalists, Settings};
+use super::settings::{ArenaSize, Finalists, Settings, Transfer};
 use crate::console::counted;
 use crate::evolve::genetic;
 
@@ -28,7 +28,23 @@ pub(super) fn check(settings: &Settings) -> Checked {
     }
     arena(settings)?;
     evolution(&settings.evolution)?;
-    finalists(settings.finalists)
+    finalists(settings.finalists)?;
+    reality(&settings.reality)
+}
+
+fn reality(transfer: &Transfer) -> Checked {
+    let is_given = [
+        ("reality.generations", transfer.generations.is_some()),
+        ("reality.severity", transfer.severity.is_some()),
+    ];
+    match transfer.site() {
+        Err(problem) => invalid("reality.robot", problem),
+        Ok(None) => match is_given.iter().find(|(_, is_given)| *is_given) {
+            Some((key, _)) => invalid(key, "is given; allowed: only with reality.robot"),
+            None => Ok(()),
+        },
+        Ok(Some(_)) => Ok(()),
+    }
 }
 
 /// Keys of values of a world that are allowed but hardly meant, with the reason.

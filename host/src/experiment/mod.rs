@@ -20,6 +20,7 @@ use crate::evolve::genetic::Genetic;
 use crate::evolve::{Evolution, Population};
 use crate::exit::Result;
 use crate::files;
+use crate::reality::site::Site;
 pub(crate) use inputs::DIRECTORY as INPUTS;
 use inputs::Inputs;
 pub(crate) use inputs::{Content, Files, Input};
@@ -68,11 +69,16 @@ impl Experiment {
         if values::at(&given, "arena.preset").is_none() && check::is_own_arena(&settings) {
             settings.arena.preset = None;
         }
+        settings.reality.complete(settings.evolution.generations);
         check::check(&settings).map_err(|invalid| source.invalid(&invalid.field, &invalid.problem))?;
         let directory = path.parent().unwrap_or(Path::new(""));
         let hashes = settings.files.clone();
         let mut inputs = Inputs::new(directory, &source, &hashes, files);
         let world = world::world(&settings, &source, &mut inputs)?;
+        if let Ok(Some(site)) = settings.reality.site() {
+            let world = site.world(world.spec());
+            world.map_err(|invalid| source.invalid("reality.robot", format!("can't live so: {invalid}")))?;
+        }
         let init = inputs.init(
             settings.evolution.init.as_deref(),
             world.gene_layout(),
@@ -155,6 +161,18 @@ impl Experiment {
         }
     }
 
+    /// The first generation that lives on the robot of [`settings::Transfer`], if there is one.
+    pub(crate) fn first_real(&self) -> Option<u32> {
+        let Settings { reality, evolution, .. } = &self.settings;
+        reality.robot.as_ref()?;
+        Some(evolution.generations - reality.generations?)
+    }
+
+    /// That robot.
+    pub(crate) fn site(&self) -> Option<Site> {
+        self.settings.reality.site().ok().flatten()
+    }
+
     /// Robot-steps of a run, excluding its trace. (If a whole population are finalists, the luckiest may be one of
     /// them; then there is one less.)
     pub(crate) fn steps(&self) -> u64 {
@@ -178,7 +196,7 @@ impl Experiment {
     /// The values that decide how its robots live.
     fn world_values(&self) -> Table {
         let mut world = self.values.clone();
-        for key in [&SCORE[..], &["name", "evolution", "record"]].concat() {
+        for key in [&SCORE[..], &["name", "evolution", "reality", "record"]].concat() {
             world.remove(key);
         }
         world

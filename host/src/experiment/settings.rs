@@ -16,6 +16,7 @@ use oneiro::world::{self, Controller, LENGTH, Noise, Task, WorldSpec};
 use super::robots::{self, Preset};
 use super::values::Described;
 use crate::evolve::genetic;
+use crate::reality::site::Site;
 
 /// A whole experiment.
 #[derive(Clone, Debug, PartialEq)]
@@ -42,6 +43,8 @@ pub(crate) struct Settings {
     pub(crate) evolution: genetic::Settings,
     /// Individuals that live again after the last generation.
     pub(crate) finalists: Finalists,
+    /// The robot on which the last generations live.
+    pub(crate) reality: Transfer,
     /// Files that a run writes, and when.
     pub(crate) record: Record,
     /// BLAKE3 hashes of the named files.
@@ -80,6 +83,7 @@ impl Default for Settings {
             task: PartFile::default(),
             evolution: genetic::Settings::default(),
             finalists: Finalists { count: 20, lives: 100 },
+            reality: Transfer::default(),
             record: Record {
                 checkpoint_every: 50,
                 individuals: true,
@@ -204,6 +208,12 @@ fn rows() -> Vec<Parameter<Settings>> {
             "What that chance is drawn for.", |own, _| Some(&mut own.evolution.mutation.per)),
         row("evolution.mutation.amount", "", Number(0.0, GREATEST_GENE.into()), "ours: no size in Miglino et al. 1995, section 3.4",
             "Size of the change: the greatest that is added, or its standard deviation.", |own, _| Some(&mut own.evolution.mutation.amount)),
+        row("reality.robot", "", Text(Site::ADDRESSES), OURS,
+            "The robot on which the last generations live, which were simulated before: a surrogate, which is the simulated Khepera of another individual.", |own, _| Some(&mut own.reality.robot)),
+        row("reality.generations", "", WholeUpTo(1, "evolution.generations"), "Miglino et al. 1995, section 4",
+            "How many of the last generations live there and are selected by what they do there; 20 with a robot, or all if there are fewer.", |own, _| Some(&mut own.reality.generations)),
+        row("reality.severity", "", Number(0.0, 10.0), "ours: the 1995 study was calibrated to it",
+            "How much a surrogate differs from its simulator; 1.75 with one.", |own, _| Some(&mut own.reality.severity)),
         row("record.checkpoint_every", "generations", Whole(1, u32::MAX.into()), OURS,
             "Generations from one checkpoint to the next: what a power cut costs at most.", |own, _| Some(&mut own.record.checkpoint_every)),
         row("record.individuals", "", Any, OURS,
@@ -333,6 +343,40 @@ pub(crate) struct Finalists {
     pub(crate) count: u32,
     /// Lives of each finalist.
     pub(crate) lives: u32,
+}
+
+/// The robot on which the last generations of an evolution live.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(crate) struct Transfer {
+    /// Its address, if there is one.
+    pub(crate) robot: Option<String>,
+    /// Number of those generations; given if there is a robot.
+    pub(crate) generations: Option<u32>,
+    /// How much a surrogate differs from its simulator; given if there is one.
+    pub(crate) severity: Option<f32>,
+}
+
+impl Transfer {
+    /// Gives what is not given its default, if there is a robot.
+    pub(super) fn complete(&mut self, generations: u32) {
+        /// As in Miglino et al. 1995.
+        const GENERATIONS: u32 = 20;
+        /// To which the 1995 study was calibrated.
+        const SEVERITY: f32 = 1.75;
+        if self.robot.is_some() {
+            self.generations.get_or_insert(GENERATIONS.min(generations));
+            self.severity.get_or_insert(SEVERITY);
+        }
+    }
+
+    /// The robot, if there is one.
+    ///
+    /// # Errors
+    /// The problem of its address.
+    pub(crate) fn site(&self) -> Result<Option<Site>, String> {
+        let at = |robot: &String| Site::at(robot, self.severity.unwrap_or_default());
+        self.robot.as_ref().map(at).transpose()
+    }
 }
 
 /// Files that a run writes, and when. None of this affects results.

@@ -398,6 +398,22 @@ const REFUSED: &[(&str, &str)] = &[
         "test.toml:3:9: controller.units: is 33; allowed: 1 to 32",
     ),
     (
+        "[reality]\ngenerations = 3",
+        "test.toml:2:15: reality.generations: is given; allowed: only with reality.robot",
+    ),
+    (
+        "[reality]\nrobot = \"surrogate\"",
+        "test.toml:2:9: reality.robot: no such robot; allowed: surrogate:SEED, such as surrogate:1",
+    ),
+    (
+        "[reality]\nrobot = \"surrogate:1\"\ngenerations = 201",
+        "test.toml:3:15: reality.generations: is 201; allowed: 1 to 200",
+    ),
+    (
+        "[reality]\nrobot = \"surrogate:1\"\n[robot]\npreset = \"kheperax\"",
+        "test.toml:2:9: reality.robot: can't live so: ",
+    ),
+    (
         "[start]\nx_mm = 3",
         "test.toml:2:8: start.x_mm: is given; allowed: only with kind = \"at\"",
     ),

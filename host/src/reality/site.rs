@@ -19,6 +19,17 @@ pub(crate) struct Site {
 }
 
 impl Site {
+    /// Forms of addresses.
+    pub(crate) const ADDRESSES: &str = "surrogate:SEED";
+
+    /// The robot at an address. Of a surrogate, all differences from its simulator are scaled by the severity.
+    ///
+    /// # Errors
+    /// The problem of the address.
+    pub(crate) fn at(address: &str, severity: f32) -> Result<Self, String> {
+        Ok(Self::drawn(parsed(address)?, severity))
+    }
+
     /// A surrogate with all differences from its simulator, scaled by the severity.
     pub(crate) fn drawn(seed: u64, severity: f32) -> Self {
         Self::surrogate(seed, Surrogate::drawn(seed, Differences::all(severity)))
@@ -77,12 +88,12 @@ impl Site {
 /// # Errors
 /// Exit 3 with the problem of the address.
 pub(crate) fn seed_of(address: &str) -> Result<u64, Failure> {
+    parsed(address).map_err(|problem| Failure::input(format_args!("--robot {address}: {problem}")))
+}
+
+fn parsed(address: &str) -> Result<u64, String> {
     let seed = address.strip_prefix("surrogate:").and_then(|seed| seed.parse().ok());
-    seed.ok_or_else(|| {
-        Failure::input(format_args!(
-            "--robot {address}: no such robot; allowed: surrogate:SEED, such as surrogate:1"
-        ))
-    })
+    seed.ok_or_else(|| format!("no such robot; allowed: {}, such as surrogate:1", Site::ADDRESSES))
 }
 
 #[cfg(test)]

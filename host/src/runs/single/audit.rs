@@ -6,7 +6,7 @@ use serde_json::{Value, json};
 
 use super::individuals::Individuals;
 use super::job::{keys, score};
-use super::{Audit, Experiment, Recorded};
+use super::{Audit, Recorded, Single};
 use crate::console::Console;
 use crate::engine::handle::Engine;
 use crate::exit::{Failure, Result};
@@ -18,14 +18,8 @@ const AT_ONCE: usize = 1 << 16;
 const LISTED: usize = 10;
 
 /// Evaluates a share of a run's individuals again.
-pub(super) fn run(
-    experiment: &Experiment,
-    run: &Recorded<'_>,
-    share: f64,
-    engine: &Engine,
-    console: Console,
-) -> Result<Audit> {
-    let report = Report::of(experiment, run, share, engine, console)?;
+pub(super) fn run(single: &Single, run: &Recorded<'_>, share: f64, engine: &Engine, console: Console) -> Result<Audit> {
+    let report = Report::of(single, run, share, engine, console)?;
     let different = report.differences.len();
     Ok(Audit {
         text: report.text(),
@@ -51,14 +45,19 @@ struct Difference {
 }
 
 impl Report {
-    fn of(experiment: &Experiment, run: &Recorded<'_>, share: f64, engine: &Engine, console: Console) -> Result<Self> {
+    fn of(single: &Single, run: &Recorded<'_>, share: f64, engine: &Engine, console: Console) -> Result<Self> {
+        let experiment = &single.experiment;
         let directory = run.directory;
         let individuals = Individuals::read(directory, experiment)?;
         let chosen = chosen(&individuals, run.seed, share);
         let settings = experiment.settings();
-        let world = experiment.world();
         let trials = settings.trials as usize;
-        let steps = (chosen.len() * trials) as u64 * u64::from(world.cycles());
+        let steps = (chosen.len() * trials) as u64 * u64::from(experiment.world().cycles());
+        let is_real = |index: &usize| {
+            let (generation, _) = individuals.place(*index);
+            experiment.first_real().is_some_and(|first| generation >= first)
+        };
+        let (real, simulated): (Vec<usize>, Vec<usize>) = chosen.iter().copied().partition(is_real);
         let differences = progress::watched(
             steps,
             "auditing",
@@ -66,7 +65,10 @@ impl Report {
             &engine.control,
             || -> Result<Vec<Difference>> {
                 let mut differences = Vec::new();
-                for some in chosen.chunks(AT_ONCE.div_ceil(trials)) {
+                let chunks = [&simulated, &real].map(|own| own.chunks(AT_ONCE.div_ceil(trials)));
+                for some in chunks.into_iter().flatten() {
+                    let (generation, _) = individuals.place(some[0]);
+                    let world = single.world_of(generation)?;
                     let rollouts: Vec<Rollout<'_>> = some
                         .iter()
                         .filter_map(|&index| Some((individuals.get(index)?.0, individuals.place(index))))
@@ -79,7 +81,7 @@ impl Report {
                         })
                         .collect();
                     // A run can't have written genes that a batch doesn't accept.
-                    let batch = Batch::new(std::slice::from_ref(world), &rollouts, None)
+                    let batch = Batch::new(std::slice::from_ref(&world), &rollouts, None)
                         .map_err(|invalid| Failure::corrupt(format_args!("{}: {invalid}", directory.display())))?;
                     let outcome = engine.evaluate(&batch)?;
                     for (&index, lives) in some.iter().zip(outcome.fitness.chunks_exact(trials)) {

@@ -179,6 +179,15 @@ fn summary(experiment: &Experiment) -> String {
             ),
         ),
         (
+            "reality",
+            match (&settings.reality.robot, experiment.first_real()) {
+                (Some(robot), Some(first)) => {
+                    format!("generations {first} to {} live on {robot}", evolution.generations - 1)
+                }
+                _ => "none".to_owned(),
+            },
+        ),
+        (
             "champion",
             match settings.finalists {
                 Finalists { count: 0, .. } => "the luckiest life of the run".to_owned(),

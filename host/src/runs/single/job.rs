@@ -172,6 +172,20 @@ impl Evolving {
         luckiest.ok_or_else(|| Failure::failed("a run has no generation"))
     }
 
+    /// Whether a generation lives on the robot of the experiment.
+    fn is_real(&self, generation: u32) -> bool {
+        let first = self.single.experiment.first_real();
+        first.is_some_and(|first| generation >= first)
+    }
+
+    /// Where a generation lives.
+    fn place_of(&self, generation: u32) -> &[Place] {
+        match &self.places.transfer {
+            Some(transfer) if self.is_real(generation) => std::slice::from_ref(transfer),
+            _ => std::slice::from_ref(&self.places.simulator),
+        }
+    }
+
     /// Keys of an individual's lives in its generation.
     fn keys(&self, individual: &Champion) -> Vec<Key> {
         let trials = self.single.experiment.settings().trials;
@@ -190,8 +204,8 @@ impl Evolving {
         })
     }
 
-    /// Each individual's lives in the simulator.
-    fn simulated_lives(&self) -> impl Iterator<Item = Rollout<'_>> {
+    /// Each individual's lives, in the simulator or on the robot.
+    fn lives(&self) -> impl Iterator<Item = Rollout<'_>> {
         let (seed, generation) = (self.seed, self.evolution.generation());
         let trials = self.single.experiment.settings().trials;
         let each = move |(genes, individual)| {
@@ -223,6 +237,9 @@ impl Evolving {
     /// Takes the fitness of a generation.
     fn bred(&mut self, fitness: &[f32]) -> Result<Step> {
         let settings = self.single.experiment.settings();
+        if self.single.experiment.first_real() == Some(self.evolution.generation()) {
+            self.evolution.forget_champion();
+        }
         let generation = self.evolution.tell(self.scores(fitness))?;
         let done = self.evolution.generation();
         let best = self.luckiest()?.fitness;
@@ -274,51 +291,44 @@ impl Job for Evolving {
         let purpose = self.purpose()?;
         let experiment = &self.single.experiment;
         let settings = experiment.settings();
-        let Places { simulator, reality } = &*self.places;
-        let simulator = std::slice::from_ref(simulator);
+        let reality = &self.places.reality[..];
+        let lived = match purpose {
+            Purpose::Generation => self.place_of(self.evolution.generation()),
+            Purpose::Finalists | Purpose::Trace => self.place_of(self.evolution.generation() - 1),
+            Purpose::Simulated => std::slice::from_ref(&self.places.simulator),
+            Purpose::Real => reality,
+        };
+        let kernel = lived.first().map_or("", |place| place.world.kernel().name);
         let individuals = self.evolution.ask().len() as u64;
         let life = u64::from(settings.world.cycles);
-        let kernel = |places: &[Place]| places.first().map_or("", |place| place.world.kernel().name);
-        Some(match purpose {
-            Purpose::Generation | Purpose::Simulated => Request {
-                stage: Stage::lives(kernel(simulator)),
-                worlds: simulator,
-                rollouts: Box::new(self.simulated_lives()),
-                states: &[],
-                steps: individuals * u64::from(settings.trials) * life,
-            },
-            Purpose::Finalists => Request {
-                stage: Stage::lives(kernel(simulator)),
-                worlds: simulator,
-                rollouts: Box::new(self.finalists_lives()),
-                states: &[],
-                steps: self.finalists.len() as u64 * u64::from(settings.finalists.lives) * life,
-            },
-            Purpose::Real => Request {
-                stage: Stage::lives(kernel(reality)),
-                worlds: reality,
-                rollouts: Box::new(self.real_lives()),
-                states: &[],
-                steps: individuals * reality.len() as u64 * life,
-            },
+        let mut stage = Stage::lives(kernel);
+        let (rollouts, lives): (Box<dyn Iterator<Item = Rollout<'_>>>, u64) = match purpose {
+            Purpose::Generation | Purpose::Simulated => {
+                let lives = individuals * u64::from(settings.trials);
+                (Box::new(self.lives()), lives)
+            }
+            Purpose::Finalists => {
+                let lives = self.finalists.len() as u64 * u64::from(settings.finalists.lives);
+                (Box::new(self.finalists_lives()), lives)
+            }
+            Purpose::Real => (Box::new(self.real_lives()), individuals * reality.len() as u64),
             Purpose::Trace => {
+                stage.trace_every = Some(trace_every(experiment));
                 let (champion, _) = self.champion().ok()?;
                 let life_again = Rollout {
                     world: 0,
                     genes: &champion.genome,
                     key: self.keys(champion)[0],
                 };
-                Request {
-                    stage: Stage {
-                        trace_every: Some(trace_every(experiment)),
-                        ..Stage::lives(kernel(simulator))
-                    },
-                    worlds: simulator,
-                    rollouts: Box::new(std::iter::once(life_again)),
-                    states: &[],
-                    steps: life,
-                }
+                (Box::new(std::iter::once(life_again)), 1)
             }
+        };
+        Some(Request {
+            stage,
+            worlds: lived,
+            rollouts,
+            states: &[],
+            steps: lives * life,
         })
     }
 

@@ -87,17 +87,17 @@ static OUTCOMES_OF_REALITY: [Column; 3] = [
     Column::number(
         "simulated",
         "",
-        "with `[reality]`: the mean simulated fitness of the last generation's offspring, before any selection",
+        "with the sweep's `[reality]`: the mean simulated fitness of the last generation's offspring, before any selection",
     ),
     Column::number(
         "real",
         "",
-        "with `[reality]`: the mean real fitness of the same offspring",
+        "with the sweep's `[reality]`: the mean real fitness of the same offspring",
     ),
     Column::number(
         "real_best",
         "",
-        "with `[reality]`: the highest real fitness of the same offspring",
+        "with the sweep's `[reality]`: the highest real fitness of the same offspring",
     ),
 ];
 
@@ -178,6 +178,8 @@ pub(crate) fn all_outcomes() -> Vec<Column> {
 #[derive(Debug)]
 pub(crate) struct Single {
     experiment: Experiment,
+    /// The robot on which the last generations live.
+    robot: Option<Site>,
     /// Robots that evaluate the last offspring in reality.
     sites: Vec<Site>,
     /// Made when the first run begins.
@@ -188,13 +190,16 @@ pub(crate) struct Single {
 #[derive(Debug)]
 struct Places {
     simulator: Place,
-    /// One world for each robot.
+    /// Where the last generations live, if that is somewhere else.
+    transfer: Option<Place>,
+    /// One world for each robot that evaluates the last offspring.
     reality: Vec<Place>,
 }
 
 impl Single {
     pub(super) fn new(experiment: Experiment, reality: Option<Reality<'_>>) -> Self {
         Self {
+            robot: experiment.site(),
             experiment,
             sites: reality.map_or_else(Vec::new, |reality| reality.sites),
             places: OnceLock::new(),
@@ -214,6 +219,7 @@ impl Single {
             })
         };
         let places = Places {
+            transfer: self.robot.as_ref().map(real).transpose()?,
             reality: self.sites.iter().map(real).collect::<Result<_>>()?,
             simulator: Place {
                 key,
@@ -221,6 +227,19 @@ impl Single {
             },
         };
         Ok(Arc::clone(self.places.get_or_init(|| Arc::new(places))))
+    }
+
+    /// The world of a generation's lives.
+    ///
+    /// # Errors
+    /// Exit 3 for a value that the world of the robot doesn't allow.
+    fn world_of(&self, generation: u32) -> Result<World> {
+        let simulator = self.experiment.world();
+        let is_real = self.experiment.first_real().is_some_and(|first| generation >= first);
+        match self.robot.as_ref().filter(|_| is_real) {
+            Some(robot) => Ok(robot.world(simulator.spec())?),
+            None => Ok(simulator.clone()),
+        }
     }
 
     fn has_reality(&self) -> bool {
@@ -467,10 +486,10 @@ impl super::Experiment for Single {
     }
 
     fn replay(&self, run: &Recorded<'_>, replay: &Replay<'_>, engine: &Engine, console: Console) -> Result {
-        replay::run(&self.experiment, run, replay, engine, console)
+        replay::run(self, run, replay, engine, console)
     }
 
     fn audit(&self, run: &Recorded<'_>, share: f64, engine: &Engine, console: Console) -> Result<Audit> {
-        audit::run(&self.experiment, run, share, engine, console)
+        audit::run(self, run, share, engine, console)
     }
 }

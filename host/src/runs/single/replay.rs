@@ -11,7 +11,7 @@ use serde_json::json;
 
 use super::job::{keys, score};
 use super::trace::TraceTable;
-use super::{Experiment, REPLAY, Recorded, Replay};
+use super::{Experiment, REPLAY, Recorded, Replay, Single};
 use crate::console::{Console, decimal};
 use crate::engine::disk;
 use crate::engine::handle::Engine;
@@ -23,12 +23,13 @@ use crate::report::figures;
 /// Simulates the champion's lives again, compares its score with the recorded one, and writes one life's path and
 /// trace. A life from another start, with other random numbers or of another genome is also written, but not compared.
 pub(super) fn run(
-    experiment: &Experiment,
+    single: &Single,
     run: &Recorded<'_>,
     replay: &Replay<'_>,
     engine: &Engine,
     console: Console,
 ) -> Result {
+    let experiment = &single.experiment;
     let champion = super::champion(run, experiment)?;
     let other = replay.genome.map(|file| genome(file, experiment)).transpose()?;
     let settings = experiment.settings();
@@ -40,11 +41,12 @@ pub(super) fn run(
         )));
     }
     let is_new = replay.start.is_some() || replay.seed.is_some() || other.is_some();
+    let lived_in = single.world_of(champion.generation)?;
     let world = match replay.start {
-        None => experiment.world().clone(),
+        None => lived_in,
         Some([x, y, heading]) => World::new(WorldSpec {
             start: Start::At { x, y, heading },
-            ..experiment.world().spec().clone()
+            ..lived_in.spec().clone()
         })
         .map_err(|invalid| Failure::input(format_args!("--start {x},{y},{heading}: {invalid}")))?,
     };
