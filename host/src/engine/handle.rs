@@ -9,7 +9,7 @@ use oneiro::batch::{Batch, Outcome};
 use oneiro::evaluator::{Control, Device, Error, Evaluator};
 
 use super::job::Job;
-use super::queue::Queue;
+use super::queue::{Queue, Work};
 use super::scheduler::{self, InMemory, Runs, Waiting};
 use super::watcher::Watch;
 
@@ -57,18 +57,18 @@ impl Engine {
         runs: &mut impl Runs,
         watch: &mut dyn Watch,
     ) -> crate::exit::Result {
-        let (batches, submitted) = mpsc::channel::<Batch>();
+        let (work, submitted) = mpsc::channel::<Work>();
         let (results, outcomes) = mpsc::channel();
         let queue = Queue {
-            batches,
+            work,
             outcomes,
             control: &self.control,
             stop: &self.stop,
         };
         thread::scope(|scope| {
             let worker = scope.spawn(move || {
-                for batch in submitted {
-                    if results.send(self.evaluate(&batch)).is_err() {
+                for work in submitted {
+                    if results.send(self.done(&work)).is_err() {
                         break;
                     }
                 }
@@ -99,6 +99,20 @@ impl Engine {
         let mut runs = InMemory(jobs.into_iter().map(Some).collect());
         self.run(waiting, most, &mut runs, watch)?;
         Ok(runs.0.into_iter().flatten().collect())
+    }
+
+    /// Does some work on this thread.
+    fn done(&self, work: &Work) -> Result<Outcome, Error> {
+        match work {
+            Work::Batch(batch) => self.evaluate(batch),
+            Work::Outside(lives) => {
+                let mut outcome = Outcome::default();
+                for lives in lives {
+                    outcome.fitness.extend(lives.live(&self.control)?);
+                }
+                Ok(outcome)
+            }
+        }
     }
 
     /// Evaluates one batch on this thread.

@@ -24,6 +24,7 @@ use std::ops::Range;
 use std::sync::Arc;
 
 use oneiro::batch::{Rollout, Trace, TraceRequest, WorldKind};
+use oneiro::evaluator::{self, Control};
 use serde::{Deserialize, Serialize};
 
 use crate::exit::Result;
@@ -76,6 +77,8 @@ pub(crate) struct Request<'a> {
     pub(crate) stage: Stage,
     /// Worlds of the rollouts; a rollout's `world` is an index into these.
     pub(crate) worlds: &'a [Place],
+    /// Where the rollouts are lived in place of their worlds, at [`Stage::OUTSIDE`].
+    pub(crate) outside: Option<&'a Arc<dyn Outside>>,
     /// Rollouts, in the order in which results are expected.
     pub(crate) rollouts: Box<dyn Iterator<Item = Rollout<'a>> + 'a>,
     /// To continue lives: each rollout's [`Results::states`] after the previous stretch.
@@ -99,6 +102,14 @@ pub(crate) struct Stage {
 }
 
 impl Stage {
+    /// Lives outside of the device.
+    pub(crate) const OUTSIDE: Self = Self {
+        kernel: "outside",
+        reached: 0,
+        cycles: None,
+        trace_every: None,
+    };
+
     /// Whole lives without a trace, for jobs whose steps are all alike.
     pub(crate) fn lives(kernel: &'static str) -> Self {
         Self {
@@ -118,6 +129,16 @@ impl Stage {
     pub(super) fn trace(&self) -> Option<TraceRequest> {
         self.trace_every.map(|every| TraceRequest { every })
     }
+}
+
+/// A place outside of the device where lives take their own time, such as a robot.
+pub(crate) trait Outside: fmt::Debug + Send + Sync {
+    /// Lives rollouts one after the other, and returns the fitness of each. Their `world` has no meaning. Lives that a stopped call
+    /// has completed are not repeated by the next.
+    ///
+    /// # Errors
+    /// [`evaluator::Error::Cancelled`] once `control` is cancelled; [`evaluator::Error::NoDevice`] for everything else.
+    fn live(&self, rollouts: &[Rollout<'_>], control: &Control) -> std::result::Result<Vec<f32>, evaluator::Error>;
 }
 
 /// A world of a request. Places with equal keys are one world: it is packed once, and rollouts of several jobs share

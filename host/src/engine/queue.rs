@@ -1,13 +1,17 @@
-//! Batches on their way to the device and back, and reasons for ending early.
+//! Work on its way to the device and back, and reasons for ending early.
 
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender};
 use std::time::Duration;
 
-use oneiro::batch::{Batch, Outcome};
+use std::sync::Arc;
+
+use oneiro::batch::{Batch, Outcome, Rollout};
 use oneiro::evaluator::{Control, Error};
 use oneiro::parameter::Invalid;
+use oneiro::random::Key;
 
+use super::job::Outside;
 use super::watcher::Watch;
 use crate::exit::Failure;
 
@@ -38,9 +42,52 @@ impl From<Invalid> for Interruption {
     }
 }
 
-/// Batches on their way to the device and back, so that jobs advance while it evaluates.
+/// What is evaluated at once.
+pub(super) enum Work {
+    /// By the device.
+    Batch(Batch),
+    /// In other places, one after the other.
+    Outside(Vec<Lives>),
+}
+
+/// Rollouts that are lived outside of the device.
+pub(super) struct Lives {
+    outside: Arc<dyn Outside>,
+    /// Genes and key of each.
+    rollouts: Vec<(Vec<f32>, Key)>,
+}
+
+impl Lives {
+    pub(super) fn new<'a>(outside: &Arc<dyn Outside>, rollouts: impl Iterator<Item = Rollout<'a>>) -> Self {
+        Self {
+            outside: Arc::clone(outside),
+            rollouts: rollouts.map(|rollout| (rollout.genes.to_vec(), rollout.key)).collect(),
+        }
+    }
+
+    /// Number of rollouts.
+    pub(super) fn len(&self) -> usize {
+        self.rollouts.len()
+    }
+
+    /// The fitness of each.
+    pub(super) fn live(&self, control: &Control) -> Result<Vec<f32>, Error> {
+        let rollouts: Vec<_> = self
+            .rollouts
+            .iter()
+            .map(|(genes, key)| Rollout {
+                world: 0,
+                genes,
+                key: *key,
+            })
+            .collect();
+        self.outside.live(&rollouts, control)
+    }
+}
+
+/// Work on its way to where it is done and back, so that jobs advance meanwhile.
 pub(super) struct Queue<'a> {
-    pub(super) batches: Sender<Batch>,
+    pub(super) work: Sender<Work>,
     pub(super) outcomes: Receiver<Result<Outcome, Error>>,
     /// Counts robot-steps and cancels work.
     pub(super) control: &'a Control,
@@ -48,10 +95,10 @@ pub(super) struct Queue<'a> {
 }
 
 impl Queue<'_> {
-    /// Hands a batch over; outcomes come back in the same order.
-    pub(super) fn submit(&self, batch: Batch) {
+    /// Hands work over; outcomes come back in the same order.
+    pub(super) fn submit(&self, work: Work) {
         // If the thread has ended, that is noticed when its outcome is awaited.
-        let _ = self.batches.send(batch);
+        let _ = self.work.send(work);
     }
 
     /// Waits for the next outcome.

@@ -5,12 +5,12 @@
 use std::collections::{HashMap, VecDeque};
 use std::time::{Duration, Instant};
 
-use oneiro::batch::{Batch, Outcome, Rollout, WorldKind, Worlds};
+use oneiro::batch::{Outcome, Rollout, WorldKind, Worlds};
 use oneiro::evaluator;
 use rayon::prelude::*;
 
 use super::job::{Job, Place, Request, Results, Stage, Step};
-use super::queue::{Interruption, Queue};
+use super::queue::{Interruption, Lives, Queue, Work};
 use super::watcher::Watch;
 use crate::exit::{Failure, Result};
 
@@ -236,7 +236,10 @@ impl Packed {
 
 impl<J: Job> Group<J> {
     /// Packs the next requests of jobs, all of one stage.
-    fn new(stage: Stage, entries: Vec<Entry<J>>, mut packed: Vec<Packed>) -> Result<(Self, Batch)> {
+    fn new(stage: Stage, entries: Vec<Entry<J>>, mut packed: Vec<Packed>) -> Result<(Self, Work)> {
+        if stage == Stage::OUTSIDE {
+            return Ok(Self::outside(entries, packed));
+        }
         let requests: Vec<Request<'_>> = entries.iter().filter_map(|entry| entry.job.ask()).collect();
         let fits = |known: &Packed| {
             let mut places = requests.iter().flat_map(|request| request.worlds);
@@ -282,7 +285,23 @@ impl<J: Job> Group<J> {
             entries,
             packed,
         };
-        Ok((group, batch))
+        Ok((group, Work::Batch(batch)))
+    }
+
+    /// The next requests of jobs that are lived outside of the device.
+    fn outside(entries: Vec<Entry<J>>, packed: Vec<Packed>) -> (Self, Work) {
+        let requests = entries.iter().filter_map(|entry| entry.job.ask());
+        let lives = requests.filter_map(|request| Some(Lives::new(request.outside?, request.rollouts)));
+        let lives: Vec<Lives> = lives.collect();
+        let group = Self {
+            stage: Stage::OUTSIDE,
+            counts: lives.iter().map(Lives::len).collect(),
+            steps: steps_of(&entries),
+            log_words: 0,
+            entries,
+            packed,
+        };
+        (group, Work::Outside(lives))
     }
 
     /// Lets all of its jobs take their step.
@@ -551,8 +570,8 @@ impl<R: Runs> Scheduler<'_, R> {
     }
 
     fn send(&mut self, stage: Stage, entries: Vec<Entry<R::Job>>, packed: Vec<Packed>) -> Result {
-        let (group, batch) = Group::new(stage, entries, packed)?;
-        self.queue.submit(batch);
+        let (group, work) = Group::new(stage, entries, packed)?;
+        self.queue.submit(work);
         self.groups.push_back(group);
         Ok(())
     }

@@ -155,7 +155,10 @@ impl Experiment {
 
     /// Number of individuals that live again after the last generation: the luckiest of the run and the best others.
     pub(crate) fn finalists(&self) -> u32 {
+        // On a robot they would take days.
+        let is_outside = self.site().is_some_and(|site| site.is_outside());
         match self.settings.finalists.count {
+            _ if is_outside => 0,
             0 => 0,
             count => 1 + count.min(self.settings.evolution.population),
         }

@@ -9,6 +9,7 @@ use oneiro::world::{Collision, Noise, Robot, World, WorldSpec};
 use super::surrogate::SurrogateRobot;
 use super::{Reality, Trouble};
 use crate::engine::handle::Engine;
+use crate::engine::job::Outside;
 use crate::exit::Failure;
 
 /// A robot in its surroundings. Today every robot is a surrogate.
@@ -41,6 +42,16 @@ impl Site {
             seed,
             surrogate: Arc::new(surrogate),
         }
+    }
+
+    /// Whether the robot is outside of the device, where a life can't be lived again.
+    pub(crate) fn is_outside(&self) -> bool {
+        false
+    }
+
+    /// The robot as a place of jobs' lives, if it is outside of the device. `simulator` has everything else about the lives.
+    pub(crate) fn outside(&self, _simulator: &World) -> Option<Result<Arc<dyn Outside>, Failure>> {
+        None
     }
 
     /// Hash of everything that decides how controllers perform there, apart from the world's other values.

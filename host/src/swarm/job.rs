@@ -330,6 +330,7 @@ impl Job for SwarmJob {
                     ..Stage::lives(oneiro_shaders::FORAGER.name)
                 },
                 worlds: &self.simulators,
+                outside: None,
                 rollouts: Box::new(self.rollouts_on_board()),
                 states: &[],
                 steps: controllers as u64 * u64::from(SECOND * plan.settings.clock.interval_s),
@@ -344,6 +345,7 @@ impl Job for SwarmJob {
                 trace_every: Some(SECOND),
             },
             worlds: &self.arena,
+            outside: None,
             rollouts: Box::new(std::iter::once(Rollout {
                 world: 0,
                 genes: &self.input,

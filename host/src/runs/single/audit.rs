@@ -52,12 +52,17 @@ impl Report {
         let chosen = chosen(&individuals, run.seed, share);
         let settings = experiment.settings();
         let trials = settings.trials as usize;
-        let steps = (chosen.len() * trials) as u64 * u64::from(experiment.world().cycles());
         let is_real = |index: &usize| {
             let (generation, _) = individuals.place(*index);
             experiment.first_real().is_some_and(|first| generation >= first)
         };
-        let (real, simulated): (Vec<usize>, Vec<usize>) = chosen.iter().copied().partition(is_real);
+        let (mut real, simulated): (Vec<usize>, Vec<usize>) = chosen.into_iter().partition(is_real);
+        if single.ends_outside() {
+            // A robot does not live the same life twice.
+            real.clear();
+        }
+        let audited = simulated.len() + real.len();
+        let steps = (audited * trials) as u64 * u64::from(experiment.world().cycles());
         let differences = progress::watched(
             steps,
             "auditing",
@@ -106,7 +111,7 @@ impl Report {
         Ok(Self {
             directory: directory.display().to_string(),
             recorded: individuals.len(),
-            audited: chosen.len(),
+            audited,
             differences,
         })
     }

@@ -13,7 +13,6 @@ use serde_json::json;
 use crate::console::{Console, counted, decimal};
 use crate::exit::Result;
 use crate::experiment::Experiment;
-use crate::experiment::settings::Finalists;
 use crate::files;
 use crate::report::figures;
 
@@ -189,12 +188,12 @@ fn summary(experiment: &Experiment) -> String {
         ),
         (
             "champion",
-            match settings.finalists {
-                Finalists { count: 0, .. } => "the luckiest life of the run".to_owned(),
-                Finalists { lives, .. } => format!(
-                    "the best mean of {lives} lives, of {} finalists",
-                    experiment.finalists()
-                ),
+            match experiment.finalists() {
+                0 => "the luckiest life of the run".to_owned(),
+                finalists => {
+                    let lives = settings.finalists.lives;
+                    format!("the best mean of {lives} lives, of {finalists} finalists")
+                }
             },
         ),
         (

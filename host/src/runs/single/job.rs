@@ -12,9 +12,9 @@ use super::rows::Row;
 use super::trace::trace_every;
 use super::{
     CHAMPION, CHAMPION_GENES, FITNESS, GENERATIONS, INDIVIDUALS, LUCKIEST, LUCKIEST_GENES, POPULATION, Places, Single,
-    pictures,
+    Transfer, pictures,
 };
-use crate::engine::job::{Added, Finished, Job, Place, Progress, Request, Results, Stage, Step};
+use crate::engine::job::{Added, Finished, Job, Outside, Place, Progress, Request, Results, Stage, Step};
 use crate::evolve::appraisal::{Appraisal, by_mean};
 use crate::evolve::{Champion, Evolution, SavedEvolution, ranked};
 use crate::exit::{Failure, Result};
@@ -116,7 +116,8 @@ impl Evolving {
     /// Chooses the individuals that live again after the last generation: the luckiest of the run, and the best others
     /// of the generation.
     fn chosen_finalists(&self) -> Result<Vec<Champion>> {
-        let count = self.single.experiment.settings().finalists.count as usize;
+        // One of them is the luckiest.
+        let count = self.single.experiment.finalists() as usize;
         let Some((genomes, fitness)) = self.last.as_ref().filter(|_| count > 0) else {
             return Ok(Vec::new());
         };
@@ -132,7 +133,9 @@ impl Evolving {
                 fitness: fitness[individual as usize],
                 genome: genomes[individual as usize * genes..][..genes].to_vec(),
             });
-        Ok(std::iter::once(luckiest.clone()).chain(others.take(count)).collect())
+        Ok(std::iter::once(luckiest.clone())
+            .chain(others.take(count - 1))
+            .collect())
     }
 
     /// Appraises the finalists by their lives; empty before they have lived.
@@ -160,7 +163,7 @@ impl Evolving {
             Some(Purpose::Simulated)
         } else if has_reality && self.real.is_empty() {
             Some(Purpose::Real)
-        } else if self.recording == Recording::Directory && self.trace.is_none() {
+        } else if self.recording == Recording::Directory && self.trace.is_none() && !self.single.ends_outside() {
             Some(Purpose::Trace)
         } else {
             None
@@ -178,10 +181,18 @@ impl Evolving {
         first.is_some_and(|first| generation >= first)
     }
 
-    /// Where a generation lives.
+    /// The robot outside of the device on which a generation lives, if it does.
+    fn outside_of(&self, generation: u32) -> Option<&Arc<dyn Outside>> {
+        match &self.places.transfer {
+            Some(Transfer::Outside(outside)) if self.is_real(generation) => Some(outside),
+            _ => None,
+        }
+    }
+
+    /// The world in which a generation lives; of those on a robot outside of the device it is the simulator.
     fn place_of(&self, generation: u32) -> &[Place] {
         match &self.places.transfer {
-            Some(transfer) if self.is_real(generation) => std::slice::from_ref(transfer),
+            Some(Transfer::World(place)) if self.is_real(generation) => std::slice::from_ref(place),
             _ => std::slice::from_ref(&self.places.simulator),
         }
     }
@@ -301,7 +312,11 @@ impl Job for Evolving {
         let kernel = lived.first().map_or("", |place| place.world.kernel().name);
         let individuals = self.evolution.ask().len() as u64;
         let life = u64::from(settings.world.cycles);
-        let mut stage = Stage::lives(kernel);
+        let outside = match purpose {
+            Purpose::Generation => self.outside_of(self.evolution.generation()),
+            _ => None,
+        };
+        let mut stage = outside.map_or_else(|| Stage::lives(kernel), |_| Stage::OUTSIDE);
         let (rollouts, lives): (Box<dyn Iterator<Item = Rollout<'_>>>, u64) = match purpose {
             Purpose::Generation | Purpose::Simulated => {
                 let lives = individuals * u64::from(settings.trials);
@@ -326,6 +341,7 @@ impl Job for Evolving {
         Some(Request {
             stage,
             worlds: lived,
+            outside,
             rollouts,
             states: &[],
             steps: lives * life,
@@ -374,8 +390,9 @@ impl Job for Evolving {
             files.push((FITNESS, npy(&shape[..1], fitness)));
         }
         let corrupt = |problem| Failure::corrupt(format_args!("{GENERATIONS}: {problem}"));
-        if let Some(trace) = &self.trace {
+        if self.recording == Recording::Directory {
             let rows = Row::parse(table).map_err(corrupt)?;
+            let trace = self.trace.as_ref();
             files.extend(pictures::all(
                 &self.single.experiment,
                 self.seed,

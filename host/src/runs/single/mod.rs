@@ -28,7 +28,7 @@ use crate::console::{Console, decimal};
 use crate::contents::{self, Column, Entry};
 use crate::engine::disk;
 use crate::engine::handle::Engine;
-use crate::engine::job::{Job, Place};
+use crate::engine::job::{Job, Outside, Place};
 use crate::evolve::{Champion, Population};
 use crate::exit::{Failure, Result};
 use crate::experiment::{Experiment, Identities, Input};
@@ -102,7 +102,7 @@ static OUTCOMES_OF_REALITY: [Column; 3] = [
 ];
 
 /// The files of a run's directory.
-fn files(world: &World, has_finalists: bool, has_individuals: bool) -> Vec<Entry> {
+fn files(world: &World, has_finalists: bool, has_individuals: bool, has_trace: bool) -> Vec<Entry> {
     let mut all = vec![
         Entry::table(GENERATIONS, "one row per generation", &rows::COLUMNS),
         Entry::file(
@@ -129,12 +129,12 @@ fn files(world: &World, has_finalists: bool, has_individuals: bool) -> Vec<Entry
              is its fitness)",
         ));
     }
-    let record = "the champion's first life: one row per cycle, or per Nth cycle of a life of more than 10,000";
-    all.extend([
-        Entry::table(TRACE, record, TraceTable::new(world).columns()),
-        Entry::file(PATH, "a picture of that life"),
-        Entry::file(LEARNING_CURVE, "a picture of the evolution"),
-    ]);
+    if has_trace {
+        let record = "the champion's first life: one row per cycle, or per Nth cycle of a life of more than 10,000";
+        all.push(Entry::table(TRACE, record, TraceTable::new(world).columns()));
+        all.push(Entry::file(PATH, "a picture of that life"));
+    }
+    all.push(Entry::file(LEARNING_CURVE, "a picture of the evolution"));
     all
 }
 
@@ -159,7 +159,7 @@ fn replays(has_several: bool) -> [Entry; 2] {
 #[cfg(test)]
 pub(crate) fn all_contents() -> Vec<Entry> {
     let world = World::new(oneiro::world::WorldSpec::miglino1995()).expect("it is the paper's");
-    [&files(&world, true, true)[..], &replays(false), &replays(true)].concat()
+    [&files(&world, true, true, true)[..], &replays(false), &replays(true)].concat()
 }
 
 /// The columns of a run's table of steps.
@@ -191,9 +191,18 @@ pub(crate) struct Single {
 struct Places {
     simulator: Place,
     /// Where the last generations live, if that is somewhere else.
-    transfer: Option<Place>,
+    transfer: Option<Transfer>,
     /// One world for each robot that evaluates the last offspring.
     reality: Vec<Place>,
+}
+
+/// Where the last generations live.
+#[derive(Debug)]
+enum Transfer {
+    /// In a world like others.
+    World(Place),
+    /// On a robot outside of the device.
+    Outside(Arc<dyn Outside>),
 }
 
 impl Single {
@@ -219,7 +228,13 @@ impl Single {
             })
         };
         let places = Places {
-            transfer: self.robot.as_ref().map(real).transpose()?,
+            transfer: match &self.robot {
+                None => None,
+                Some(site) => Some(match site.outside(simulator) {
+                    Some(outside) => Transfer::Outside(outside?),
+                    None => Transfer::World(real(site)?),
+                }),
+            },
             reality: self.sites.iter().map(real).collect::<Result<_>>()?,
             simulator: Place {
                 key,
@@ -240,6 +255,11 @@ impl Single {
             Some(robot) => Ok(robot.world(simulator.spec())?),
             None => Ok(simulator.clone()),
         }
+    }
+
+    /// Whether the last generation lives on a robot outside of the device: its lives can't be lived again.
+    fn ends_outside(&self) -> bool {
+        self.robot.as_ref().is_some_and(Site::is_outside)
     }
 
     fn has_reality(&self) -> bool {
@@ -399,7 +419,8 @@ impl super::Experiment for Single {
     fn contents(&self) -> Vec<Entry> {
         let settings = self.experiment.settings();
         let has_finalists = self.experiment.finalists() > 0;
-        let files = files(self.experiment.world(), has_finalists, settings.record.individuals);
+        let (has_individuals, has_trace) = (settings.record.individuals, !self.ends_outside());
+        let files = files(self.experiment.world(), has_finalists, has_individuals, has_trace);
         [&files[..], &replays(settings.trials > 1)].concat()
     }
 

@@ -9,23 +9,23 @@ use crate::evolve::Champion;
 use crate::experiment::Experiment;
 use crate::report::figures::{self, Series};
 
-/// Files with the trace of the champion's life, its path, and the learning curve.
+/// Files with the trace of the champion's life and its path, if it was traced, and the learning curve.
 pub(super) fn all(
     experiment: &Experiment,
     seed: u64,
     champion: &Champion,
-    trace: &Trace,
+    trace: Option<&Trace>,
     rows: &[Row],
-) -> [(&'static str, Vec<u8>); 3] {
+) -> Vec<(&'static str, Vec<u8>)> {
     let every = trace_every(experiment);
-    [
-        (
-            TRACE,
-            TraceTable::new(experiment.world()).csv(trace, every).into_bytes(),
-        ),
-        (PATH, path_svg(experiment, seed, champion, trace, every).into_bytes()),
-        (LEARNING_CURVE, learning_curve_svg(experiment, seed, rows).into_bytes()),
-    ]
+    let mut files = Vec::new();
+    if let Some(trace) = trace {
+        let table = TraceTable::new(experiment.world()).csv(trace, every);
+        files.push((TRACE, table.into_bytes()));
+        files.push((PATH, path_svg(experiment, seed, champion, trace, every).into_bytes()));
+    }
+    files.push((LEARNING_CURVE, learning_curve_svg(experiment, seed, rows).into_bytes()));
+    files
 }
 
 fn path_svg(experiment: &Experiment, seed: u64, champion: &Champion, trace: &[Record], every: u32) -> String {
