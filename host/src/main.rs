@@ -4,6 +4,8 @@ use std::process::ExitCode;
 
 use clap::Parser;
 
+#[expect(dead_code, reason = "the command comes next")]
+mod calibrate;
 mod cli;
 mod columns;
 mod commands;

@@ -163,21 +163,24 @@ impl Frame {
         }
     }
 
-    /// Free distance from the rim of a body to the nearest object, mm.
     fn room(&self, record: &Record) -> f64 {
-        let at = [record.x, record.y].map(f64::from);
-        let Arena {
-            walls,
-            obstacles,
-            blocks,
-            ..
-        } = &self.arena;
-        let walls = walls.iter().map(|wall| to_wall(wall, at));
-        let obstacles = obstacles.iter().map(|obstacle| to_obstacle(obstacle, at));
-        let blocks = blocks.iter().map(|block| to_block(block, at));
-        let nearest = walls.chain(obstacles).chain(blocks).fold(f64::INFINITY, f64::min);
-        (nearest - self.body_radius).max(0.0)
+        free_distance(&self.arena, self.body_radius, [record.x, record.y].map(f64::from))
     }
+}
+
+/// Free distance from the rim of a body at a place to the nearest object, mm.
+pub(crate) fn free_distance(arena: &Arena, body_radius: f64, at: [f64; 2]) -> f64 {
+    let Arena {
+        walls,
+        obstacles,
+        blocks,
+        ..
+    } = arena;
+    let walls = walls.iter().map(|wall| to_wall(wall, at));
+    let obstacles = obstacles.iter().map(|obstacle| to_obstacle(obstacle, at));
+    let blocks = blocks.iter().map(|block| to_block(block, at));
+    let nearest = walls.chain(obstacles).chain(blocks).fold(f64::INFINITY, f64::min);
+    (nearest - body_radius).max(0.0)
 }
 
 /// Distance of a point from a wall, which may have length 0.
