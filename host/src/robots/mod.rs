@@ -205,10 +205,7 @@ pub(crate) struct Battery {
 
 /// A robot with two wheels. A call returns once the robot has answered, where its protocol has answers, and never waits for
 /// ever. [`Error::Restarted`] is returned once by the first call after a restart that was noticed.
-#[cfg_attr(
-    not(test),
-    expect(dead_code, reason = "no command switches lights, reads odometers or connects again")
-)]
+#[cfg_attr(not(test), expect(dead_code, reason = "no command switches lights"))]
 pub(crate) trait Robot: Send {
     /// What it is and has.
     fn description(&self) -> &Description;

@@ -368,7 +368,7 @@ impl Ride {
         while Instant::now() < end {
             let Some(report) = self.client.report()? else { break };
             match report {
-                Report::Hello { .. } => {}
+                Report::Hello { .. } | Report::Travel { .. } | Report::Battery { .. } => {}
                 Report::Connected {
                     robot,
                     greatest_mm_s,
