@@ -101,6 +101,11 @@ impl Engine {
         Ok(runs.0.into_iter().flatten().collect())
     }
 
+    /// Set once the user stops the work.
+    pub(crate) fn stop(&self) -> &Arc<AtomicBool> {
+        &self.stop
+    }
+
     /// Evaluates one batch on this thread.
     ///
     /// # Errors

@@ -1,18 +1,19 @@
-//! Reality: the place where a robot is sampled, and where transferred controllers are evaluated. Today it is always a
-//! surrogate.
+//! Reality: the place where a robot is sampled, and where transferred controllers are evaluated: a surrogate, or a robot on a wire.
 
 pub(crate) mod described;
 mod place;
 pub(crate) mod sampling;
 pub(crate) mod site;
 mod surrogate;
+pub(crate) mod wander;
+pub(crate) mod wired;
 
 use oneiro::batch::Trace;
 use oneiro::evaluator;
 use oneiro::random::Key;
 use serde::{Deserialize, Serialize};
 
-use crate::exit::{Failure, Result};
+use crate::exit::{Code, Failure, Result};
 
 /// An object that a robot can be placed before.
 #[derive(Clone, Debug, PartialEq)]
@@ -140,6 +141,9 @@ pub(crate) enum Trouble {
     /// It fails for good.
     #[error("{0}")]
     Broken(String),
+    /// What it does can't be recorded, or what it has done can't be read.
+    #[error("{1}")]
+    Unrecorded(Code, String),
 }
 
 impl From<evaluator::Error> for Trouble {
@@ -155,7 +159,17 @@ impl From<Trouble> for Failure {
     fn from(trouble: Trouble) -> Self {
         match trouble {
             Trouble::Stopped => Self::stopped("stopped; run the same command again to continue"),
+            Trouble::Unrecorded(code, problem) => Self::of(code, problem),
             other => Self::device(other),
+        }
+    }
+}
+
+impl From<Failure> for Trouble {
+    fn from(failure: Failure) -> Self {
+        match failure {
+            Failure::Exit(code, error) => Self::Unrecorded(code, format!("{error:#}")),
+            Failure::BrokenPipe => Self::Stopped,
         }
     }
 }
