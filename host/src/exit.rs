@@ -48,6 +48,11 @@ impl Failure {
         Self::Exit(code, anyhow::anyhow!("{problem}"))
     }
 
+    /// Any exit code.
+    pub(crate) fn of(code: Code, problem: impl Display) -> Self {
+        Self::new(code, problem)
+    }
+
     /// Exit 1: a run, a check or a comparison failed.
     pub(crate) fn failed(problem: impl Display) -> Self {
         Self::new(Code::Failed, problem)

@@ -101,6 +101,11 @@ impl Engine {
         Ok(runs.0.into_iter().flatten().collect())
     }
 
+    /// Set once the user stops the work.
+    pub(crate) fn stop(&self) -> &Arc<AtomicBool> {
+        &self.stop
+    }
+
     /// Does some work on this thread.
     fn done(&self, work: &Work) -> Result<Outcome, Error> {
         match work {
@@ -108,7 +113,7 @@ impl Engine {
             Work::Outside(lives) => {
                 let mut outcome = Outcome::default();
                 for lives in lives {
-                    outcome.fitness.extend(lives.live(&self.control)?);
+                    outcome.fitness.extend(lives.live(&self.stop)?);
                 }
                 Ok(outcome)
             }

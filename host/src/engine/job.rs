@@ -22,9 +22,10 @@
 use std::fmt;
 use std::ops::Range;
 use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
 
 use oneiro::batch::{Rollout, Trace, TraceRequest, WorldKind};
-use oneiro::evaluator::{self, Control};
+use oneiro::evaluator;
 use serde::{Deserialize, Serialize};
 
 use crate::exit::Result;
@@ -137,8 +138,9 @@ pub(crate) trait Outside: fmt::Debug + Send + Sync {
     /// has completed are not repeated by the next.
     ///
     /// # Errors
-    /// [`evaluator::Error::Cancelled`] once `control` is cancelled; [`evaluator::Error::NoDevice`] for everything else.
-    fn live(&self, rollouts: &[Rollout<'_>], control: &Control) -> std::result::Result<Vec<f32>, evaluator::Error>;
+    /// [`evaluator::Error::Cancelled`] once `stop` is set; [`evaluator::Error::NoDevice`] for everything else.
+    fn live(&self, rollouts: &[Rollout<'_>], stop: &Arc<AtomicBool>)
+    -> std::result::Result<Vec<f32>, evaluator::Error>;
 }
 
 /// A world of a request. Places with equal keys are one world: it is packed once, and rollouts of several jobs share

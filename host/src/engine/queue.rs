@@ -71,7 +71,7 @@ impl Lives {
     }
 
     /// The fitness of each.
-    pub(super) fn live(&self, control: &Control) -> Result<Vec<f32>, Error> {
+    pub(super) fn live(&self, stop: &Arc<AtomicBool>) -> Result<Vec<f32>, Error> {
         let rollouts: Vec<_> = self
             .rollouts
             .iter()
@@ -81,7 +81,7 @@ impl Lives {
                 key: *key,
             })
             .collect();
-        self.outside.live(&rollouts, control)
+        self.outside.live(&rollouts, stop)
     }
 }
 

@@ -33,17 +33,35 @@ pub(super) fn check(settings: &Settings) -> Checked {
 }
 
 fn reality(transfer: &Transfer) -> Checked {
-    let is_given = [
-        ("reality.generations", transfer.generations.is_some()),
-        ("reality.severity", transfer.severity.is_some()),
+    const SURROGATE: &str = "with a surrogate as reality.robot";
+    const WIRE: &str = "with a robot on a wire as reality.robot";
+    let site = match transfer.site() {
+        Ok(site) => site,
+        Err(problem) => return invalid("reality.robot", problem),
+    };
+    let (is_some, is_wired) = (site.is_some(), site.is_some_and(|site| site.is_wired()));
+    let keys = [
+        (
+            "reality.generations",
+            transfer.generations.is_some(),
+            is_some,
+            "with reality.robot",
+        ),
+        (
+            "reality.severity",
+            transfer.severity.is_some(),
+            is_some && !is_wired,
+            SURROGATE,
+        ),
+        ("reality.starts", transfer.starts.is_some(), is_wired, WIRE),
+        ("reality.speed_mm_s", transfer.speed.is_some(), is_wired, WIRE),
     ];
-    match transfer.site() {
-        Err(problem) => invalid("reality.robot", problem),
-        Ok(None) => match is_given.iter().find(|(_, is_given)| *is_given) {
-            Some((key, _)) => invalid(key, "is given; allowed: only with reality.robot"),
-            None => Ok(()),
-        },
-        Ok(Some(_)) => Ok(()),
+    match keys
+        .iter()
+        .find(|(_, is_given, is_allowed, _)| *is_given && !is_allowed)
+    {
+        Some((key, .., condition)) => invalid(key, format_args!("is given; allowed: only {condition}")),
+        None => Ok(()),
     }
 }
 

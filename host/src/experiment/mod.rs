@@ -76,8 +76,8 @@ impl Experiment {
         let mut inputs = Inputs::new(directory, &source, &hashes, files);
         let world = world::world(&settings, &source, &mut inputs)?;
         if let Ok(Some(site)) = settings.reality.site() {
-            let world = site.world(world.spec());
-            world.map_err(|invalid| source.invalid("reality.robot", format!("can't live so: {invalid}")))?;
+            let allowed = site.allows(world.spec());
+            allowed.map_err(|problem| source.invalid("reality.robot", format!("can't live so: {problem}")))?;
         }
         let init = inputs.init(
             settings.evolution.init.as_deref(),
@@ -156,9 +156,9 @@ impl Experiment {
     /// Number of individuals that live again after the last generation: the luckiest of the run and the best others.
     pub(crate) fn finalists(&self) -> u32 {
         // On a robot they would take days.
-        let is_outside = self.site().is_some_and(|site| site.is_outside());
+        let is_wired = self.site().is_some_and(|site| site.is_wired());
         match self.settings.finalists.count {
-            _ if is_outside => 0,
+            _ if is_wired => 0,
             0 => 0,
             count => 1 + count.min(self.settings.evolution.population),
         }

@@ -2,6 +2,7 @@
 //! mobile robots in simulated and real environments", Artificial Life 2(4), 1995, without noise.
 
 use std::collections::BTreeMap;
+use std::path::PathBuf;
 use std::sync::LazyLock;
 
 use oneiro::arena::Arena;
@@ -17,6 +18,7 @@ use super::robots::{self, Preset};
 use super::values::Described;
 use crate::evolve::genetic;
 use crate::reality::site::Site;
+use crate::reality::wired;
 
 /// A whole experiment.
 #[derive(Clone, Debug, PartialEq)]
@@ -208,12 +210,16 @@ fn rows() -> Vec<Parameter<Settings>> {
             "What that chance is drawn for.", |own, _| Some(&mut own.evolution.mutation.per)),
         row("evolution.mutation.amount", "", Number(0.0, GREATEST_GENE.into()), "ours: no size in Miglino et al. 1995, section 3.4",
             "Size of the change: the greatest that is added, or its standard deviation.", |own, _| Some(&mut own.evolution.mutation.amount)),
-        row("reality.robot", "", Text(Site::ADDRESSES), OURS,
-            "The robot on which the last generations live, which were simulated before: a surrogate, which is the simulated Khepera of another individual.", |own, _| Some(&mut own.reality.robot)),
+        row("reality.robot", "", Text("an address, such as surrogate:1 or serial:/dev/ttyUSB0"), OURS,
+            "The robot on which the last generations live, after those that are simulated: on a wire (docs/robots-on-the-wire.md), or a surrogate, which stands in for a Khepera. Lives on a wire are recorded in the run's folder `lives`, and never repeated.", |own, _| Some(&mut own.reality.robot)),
         row("reality.generations", "", WholeUpTo(1, "evolution.generations"), "Miglino et al. 1995, section 4",
             "How many of the last generations live there and are selected by what they do there; 20 with a robot, or all if there are fewer.", |own, _| Some(&mut own.reality.generations)),
         row("reality.severity", "", Number(0.0, 10.0), "ours: the 1995 study was calibrated to it",
             "How much a surrogate differs from its simulator; 1.75 with one.", |own, _| Some(&mut own.reality.severity)),
+        row("reality.starts", "", Any, OURS,
+            "How lives on a wire get their starts; \"walk\" if it is not given.", |own, _| Some(&mut own.reality.starts)),
+        row("reality.speed_mm_s", "mm/s", Number(1.0, 2000.0), OURS,
+            "Speed of a robot's wheels on a wire at the controller's greatest output; 80, or that of the described robot, if it is not given.", |own, _| Some(&mut own.reality.speed)),
         row("record.checkpoint_every", "generations", Whole(1, u32::MAX.into()), OURS,
             "Generations from one checkpoint to the next: what a power cut costs at most.", |own, _| Some(&mut own.record.checkpoint_every)),
         row("record.individuals", "", Any, OURS,
@@ -354,6 +360,9 @@ pub(crate) struct Transfer {
     pub(crate) generations: Option<u32>,
     /// How much a surrogate differs from its simulator; given if there is one.
     pub(crate) severity: Option<f32>,
+    /// How lives on a wire get their starts, and speed of its wheels at the controller's greatest output, mm/s; if they are given.
+    pub(crate) starts: Option<wired::Starts>,
+    pub(crate) speed: Option<f32>,
 }
 
 impl Transfer {
@@ -365,7 +374,19 @@ impl Transfer {
         const SEVERITY: f32 = 1.75;
         if self.robot.is_some() {
             self.generations.get_or_insert(GENERATIONS.min(generations));
+        }
+        if let Ok(Some(Site::Surrogate { .. })) = self.site() {
             self.severity.get_or_insert(SEVERITY);
+        }
+    }
+
+    /// Values of lives on a robot on a wire. The run says where they are recorded.
+    fn values(&self) -> wired::Values {
+        wired::Values {
+            starts: self.starts.unwrap_or_default(),
+            speed_mm_s: self.speed.map(f64::from),
+            sensors: Vec::new(),
+            directory: PathBuf::new(),
         }
     }
 
@@ -374,7 +395,7 @@ impl Transfer {
     /// # Errors
     /// The problem of its address.
     pub(crate) fn site(&self) -> Result<Option<Site>, String> {
-        let at = |robot: &String| Site::at(robot, self.severity.unwrap_or_default());
+        let at = |robot: &String| Site::at(robot, self.severity.unwrap_or_default(), self.values());
         self.robot.as_ref().map(at).transpose()
     }
 }

@@ -1,18 +1,19 @@
-//! Reality: the place where a robot is sampled, and where transferred controllers are evaluated. Today it is always a
-//! surrogate.
+//! Reality: the place where a robot is sampled, and where transferred controllers are evaluated: a surrogate, or a robot on a wire.
 
 pub(crate) mod described;
 mod place;
 pub(crate) mod sampling;
 pub(crate) mod site;
 mod surrogate;
+pub(crate) mod wander;
+pub(crate) mod wired;
 
 use oneiro::batch::Trace;
 use oneiro::evaluator;
 use oneiro::random::Key;
 use serde::{Deserialize, Serialize};
 
-use crate::exit::{Failure, Result};
+use crate::exit::{Code, Failure, Result};
 
 /// An object that a robot can be placed before.
 #[derive(Clone, Debug, PartialEq)]
@@ -118,13 +119,6 @@ pub(crate) struct Lived {
 
 /// The reason why a call to reality failed.
 #[derive(Clone, Debug, thiserror::Error)]
-#[cfg_attr(
-    not(test),
-    expect(
-        dead_code,
-        reason = "a surrogate is always readable and in its place; a real robot is not"
-    )
-)]
 pub(crate) enum Trouble {
     /// The sensors could not be read, or not in time. A retry may work.
     #[error("the sensors can't be read: {0}")]
@@ -132,12 +126,24 @@ pub(crate) enum Trouble {
     /// The robot is lifted, stuck, or out of sight. A retry may work once it is put back.
     #[error("the robot has to be put back: {0}")]
     Displaced(String),
+    /// Its battery is low. A retry may work once it is charged.
+    #[error("the robot has to be charged: {0}")]
+    Discharged(String),
+    /// It was stopped for another reason that a person has to look at. A retry may work then.
+    #[error("the robot was stopped: {0}")]
+    Halted(String),
+    /// It does not confirm that its wheels stand.
+    #[error("cannot stop: {0}. The wheels may be turning: lift the robot, then switch it off or reset it")]
+    Runaway(String),
     /// The user stopped it.
     #[error("stopped")]
     Stopped,
     /// It fails for good.
     #[error("{0}")]
     Broken(String),
+    /// What it does can't be recorded, or what it has done can't be read.
+    #[error("{1}")]
+    Unrecorded(Code, String),
 }
 
 impl From<evaluator::Error> for Trouble {
@@ -153,7 +159,17 @@ impl From<Trouble> for Failure {
     fn from(trouble: Trouble) -> Self {
         match trouble {
             Trouble::Stopped => Self::stopped("stopped; run the same command again to continue"),
+            Trouble::Unrecorded(code, problem) => Self::of(code, problem),
             other => Self::device(other),
+        }
+    }
+}
+
+impl From<Failure> for Trouble {
+    fn from(failure: Failure) -> Self {
+        match failure {
+            Failure::Exit(code, error) => Self::Unrecorded(code, format!("{error:#}")),
+            Failure::BrokenPipe => Self::Stopped,
         }
     }
 }

@@ -1,34 +1,159 @@
 //! The site of reality: which robot it is, where it is, and how to reach it. Only this file names kinds of reality.
 
-use std::sync::Arc;
+use std::fmt;
+use std::path::Path;
+use std::sync::atomic::AtomicBool;
+use std::sync::{Arc, Mutex, PoisonError};
 
-use oneiro::parameter::Invalid;
+use oneiro::batch::Rollout;
+use oneiro::evaluator::Error;
 use oneiro::surrogate::{Differences, Surrogate};
 use oneiro::world::{Collision, Noise, Robot, World, WorldSpec};
 
 use super::surrogate::SurrogateRobot;
-use super::{Reality, Trouble};
+use super::wired::{self, Lives, Shared, WiredRobot};
+use super::{Life, Reality, Trouble};
+use crate::console::{Console, Output};
 use crate::engine::handle::Engine;
 use crate::engine::job::Outside;
 use crate::exit::Failure;
+use crate::robots::address::{Address, Wire};
+use crate::robots::guard::wheels::Wanted;
+use crate::robots::vehicle::Vehicle;
+use crate::robots::vehicle::guarded::{Guarded, Options};
 
-/// A robot in its surroundings. Today every robot is a surrogate.
+/// A robot in its surroundings.
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) struct Site {
-    seed: u64,
-    surrogate: Arc<Surrogate>,
+pub(crate) enum Site {
+    /// A simulation that stands in for it.
+    Surrogate {
+        /// Draws the randomness of sampling.
+        seed: u64,
+        /// The simulation.
+        surrogate: Arc<Surrogate>,
+    },
+    /// A robot at the end of a wire.
+    Wired(Wired),
+}
+
+/// A robot at the end of a wire. All clones share one connection, which the first opens that is needed.
+#[derive(Clone)]
+pub(crate) struct Wired {
+    wire: Wire,
+    values: wired::Values,
+    /// Settings of the guard.
+    guard: Vec<String>,
+    console: Console,
+    robot: Shared,
+}
+
+impl Wired {
+    /// A robot that is not connected yet. The guard has these settings, each written `KEY=VALUE`.
+    pub(crate) fn new(wire: Wire, values: wired::Values, guard: &[String], console: Console) -> Self {
+        // Simulated wheels obey at once; a later setting replaces this one.
+        let mut settings = vec!["acceleration_mm_s2=4000".to_owned()];
+        settings.extend_from_slice(guard);
+        Self {
+            wire,
+            values,
+            guard: settings,
+            console,
+            robot: Shared::default(),
+        }
+    }
+
+    /// Connects to the robot, if nobody has yet, and prepares its lives.
+    fn open(&self, stop: &Arc<AtomicBool>, spec: &WorldSpec) -> Result<WiredRobot, Failure> {
+        let kinds = wired::kinds(spec).map_err(Failure::input)?;
+        let mut robot = self.robot.lock();
+        let robot = match &mut *robot {
+            Some(robot) => robot,
+            none => {
+                let options = Options {
+                    wire: self.wire.clone(),
+                    wanted: Wanted { kinds, odometry: true },
+                    settings: self.guard.clone(),
+                    record: None,
+                };
+                none.insert(Guarded::open(&options, Arc::clone(stop), self.console)?)
+            }
+        };
+        let profile = robot.profile();
+        let lives = Lives::new(spec, profile, &self.values, self.console)?;
+        let name = format!("{} ({}) at {}", profile.robot, profile.firmware, self.wire);
+        Ok(WiredRobot::new(self.robot.clone(), lives, name))
+    }
+}
+
+impl fmt::Debug for Wired {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{} {:?} {:?}", self.wire, self.values, self.guard)
+    }
+}
+
+impl PartialEq for Wired {
+    fn eq(&self, other: &Self) -> bool {
+        (&self.wire, &self.values, &self.guard) == (&other.wire, &other.values, &other.guard)
+    }
+}
+
+/// The folder of a run's directory that has its lives on a robot.
+pub(crate) const LIVES: &str = "lives";
+
+/// A run's lives on a robot on a wire.
+struct OnWire {
+    wired: Wired,
+    spec: WorldSpec,
+    /// Opened for the first life.
+    robot: Mutex<Option<WiredRobot>>,
+}
+
+impl fmt::Debug for OnWire {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        self.wired.fmt(f)
+    }
+}
+
+impl Outside for OnWire {
+    fn live(&self, rollouts: &[Rollout<'_>], stop: &Arc<AtomicBool>) -> Result<Vec<f32>, Error> {
+        let failed = |failure: Failure| Error::NoDevice(failure.to_string());
+        let mut robot = self.robot.lock().unwrap_or_else(PoisonError::into_inner);
+        let robot = match &mut *robot {
+            Some(robot) => robot,
+            none => none.insert(self.wired.open(stop, &self.spec).map_err(failed)?),
+        };
+        let lives: Vec<Life<'_>> = rollouts
+            .iter()
+            .map(|rollout| Life {
+                genes: rollout.genes,
+                key: rollout.key,
+                start: None,
+            })
+            .collect();
+        match robot.live(&lives, false) {
+            Ok(lived) => Ok(lived.into_iter().map(|life| life.fitness).collect()),
+            Err(Trouble::Stopped) => Err(Error::Cancelled),
+            Err(trouble) => Err(failed(trouble.into())),
+        }
+    }
 }
 
 impl Site {
-    /// Forms of addresses.
-    pub(crate) const ADDRESSES: &str = "surrogate:SEED";
-
     /// The robot at an address. Of a surrogate, all differences from its simulator are scaled by the severity.
     ///
     /// # Errors
     /// The problem of the address.
-    pub(crate) fn at(address: &str, severity: f32) -> Result<Self, String> {
-        Ok(Self::drawn(parsed(address)?, severity))
+    pub(crate) fn at(address: &str, severity: f32, values: wired::Values) -> Result<Self, String> {
+        match address.parse() {
+            Ok(Address::Surrogate(seed)) => Ok(Self::drawn(seed, severity)),
+            Ok(Address::Wire(wire)) => Ok(Self::Wired(Wired::new(
+                wire,
+                values,
+                &[],
+                Console::new(Output::default()),
+            ))),
+            Err(invalid) => Err(format!("{invalid}")),
+        }
     }
 
     /// A surrogate with all differences from its simulator, scaled by the severity.
@@ -38,60 +163,99 @@ impl Site {
 
     /// A surrogate. The seed draws the randomness of sampling.
     pub(crate) fn surrogate(seed: u64, surrogate: Surrogate) -> Self {
-        Self {
+        Self::Surrogate {
             seed,
             surrogate: Arc::new(surrogate),
         }
     }
 
-    /// Whether the robot is outside of the device, where a life can't be lived again.
-    pub(crate) fn is_outside(&self) -> bool {
-        false
+    /// Whether lives take the time that they take, and can't be lived again.
+    pub(crate) fn is_wired(&self) -> bool {
+        matches!(self, Self::Wired(_))
     }
 
-    /// The robot as a place of jobs' lives, if it is outside of the device. `simulator` has everything else about the lives.
-    pub(crate) fn outside(&self, _simulator: &World) -> Option<Result<Arc<dyn Outside>, Failure>> {
-        None
+    /// The robot as a place of a run's lives, recorded in the run's directory; none for a surrogate, whose lives are rollouts in
+    /// [`Site::world`].
+    pub(crate) fn outside(&self, spec: &WorldSpec, directory: &Path) -> Option<Arc<dyn Outside>> {
+        let Self::Wired(wired) = self else { return None };
+        Some(Arc::new(OnWire {
+            wired: Wired {
+                values: wired::Values {
+                    directory: directory.join(LIVES),
+                    ..wired.values.clone()
+                },
+                ..wired.clone()
+            },
+            spec: spec.clone(),
+            robot: Mutex::new(None),
+        }))
     }
 
     /// Hash of everything that decides how controllers perform there, apart from the world's other values.
     pub(crate) fn hash(&self) -> blake3::Hash {
-        blake3::hash(format!("{:?}", self.surrogate).as_bytes())
+        match self {
+            Self::Surrogate { surrogate, .. } => blake3::hash(format!("{surrogate:?}").as_bytes()),
+            Self::Wired(wired) => blake3::hash(format!("{wired:?}").as_bytes()),
+        }
+    }
+
+    /// Whether lives of this specification are possible there, as far as that is known before a robot on a wire is connected.
+    ///
+    /// # Errors
+    /// The problem.
+    pub(crate) fn allows(&self, spec: &WorldSpec) -> Result<(), String> {
+        match self {
+            Self::Surrogate { .. } => self.world(spec).map(drop).map_err(|failure| failure.to_string()),
+            Self::Wired(_) => wired::kinds(spec).map(drop),
+        }
     }
 
     /// The world of its rollouts, for batches shared with others, if reality is a simulation. `spec` has everything
     /// except its noise and the effect of collisions.
     ///
     /// # Errors
-    /// The first value that the world doesn't allow.
-    pub(crate) fn world(&self, spec: &WorldSpec) -> Result<World, Invalid> {
-        World::new(WorldSpec {
-            surrogate: Some(Arc::clone(&self.surrogate)),
+    /// Exit 3: the first value that the world doesn't allow; a robot on a wire, always.
+    pub(crate) fn world(&self, spec: &WorldSpec) -> Result<World, Failure> {
+        let Self::Surrogate { surrogate, .. } = self else {
+            return Err(Failure::input(
+                "the robot is on a wire, and its lives can't be simulated; allowed: surrogate:SEED",
+            ));
+        };
+        let world = World::new(WorldSpec {
+            surrogate: Some(Arc::clone(surrogate)),
             noise: Noise::NONE,
             robot: Robot {
                 collision: Collision::Undo,
                 ..spec.robot.clone()
             },
             ..spec.clone()
-        })
+        })?;
+        Ok(world)
     }
 
-    /// The robot, ready to be sampled and driven. `spec` says how it is evaluated, except for its noise and the effect
-    /// of collisions.
+    /// The robot, ready for lives, and if it is a surrogate, to be sampled. `spec` says how it is evaluated, except for its noise and
+    /// the effect of collisions.
     ///
     /// # Errors
-    /// [`Trouble::Broken`] with the value that the world doesn't allow.
-    pub(crate) fn open<'a>(&self, engine: &'a Engine, spec: &WorldSpec) -> Result<Box<dyn Reality + 'a>, Trouble> {
-        let world = self
-            .world(spec)
-            .map_err(|invalid| Trouble::Broken(invalid.to_string()))?;
-        Ok(Box::new(SurrogateRobot::new(
-            engine,
-            self.seed,
-            Arc::clone(&self.surrogate),
-            world,
-        )))
+    /// Exit 3 with the value that the world doesn't allow; as the connection and the record of a robot on a wire.
+    pub(crate) fn open<'a>(&self, engine: &'a Engine, spec: &WorldSpec) -> Result<Box<dyn Reality + 'a>, Failure> {
+        match self {
+            Self::Surrogate { seed, surrogate } => {
+                let (surrogate, world) = (Arc::clone(surrogate), self.world(spec)?);
+                Ok(Box::new(SurrogateRobot::new(engine, *seed, surrogate, world)))
+            }
+            Self::Wired(wired) => Ok(Box::new(wired.open(engine.stop(), spec)?)),
+        }
     }
+}
+
+/// A robot's address.
+///
+/// # Errors
+/// Exit 3 with the problem of the address, and what is allowed.
+pub(crate) fn address(text: &str) -> Result<Address, Failure> {
+    text.parse()
+        .map_err(|invalid| Failure::input(format_args!("--robot: {invalid}")))
 }
 
 /// Parses the seed in a robot's address, `surrogate:SEED`, the value of `--robot`.
@@ -99,12 +263,12 @@ impl Site {
 /// # Errors
 /// Exit 3 with the problem of the address.
 pub(crate) fn seed_of(address: &str) -> Result<u64, Failure> {
-    parsed(address).map_err(|problem| Failure::input(format_args!("--robot {address}: {problem}")))
-}
-
-fn parsed(address: &str) -> Result<u64, String> {
     let seed = address.strip_prefix("surrogate:").and_then(|seed| seed.parse().ok());
-    seed.ok_or_else(|| format!("no such robot; allowed: {}, such as surrogate:1", Site::ADDRESSES))
+    seed.ok_or_else(|| {
+        Failure::input(format_args!(
+            "--robot {address}: no such robot; allowed: surrogate:SEED, such as surrogate:1"
+        ))
+    })
 }
 
 #[cfg(test)]

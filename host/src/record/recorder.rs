@@ -187,7 +187,7 @@ impl Recorder {
             Ok((file, log))
         };
         let tables = experiment
-            .tables(Recording::Directory)
+            .tables(Recording::Directory(directory))
             .into_iter()
             .map(create)
             .collect::<Result<_>>()?;
@@ -196,7 +196,10 @@ impl Recorder {
             best: f32::NAN,
         };
         let recorder = Self::new(directory, lock, experiment, seed, session, tables, progress)?;
-        Ok((recorder, Arc::clone(experiment).job(seed, Recording::Directory)?))
+        Ok((
+            recorder,
+            Arc::clone(experiment).job(seed, Recording::Directory(directory))?,
+        ))
     }
 
     fn new(
@@ -328,7 +331,8 @@ struct Good {
 impl Good {
     /// Reads a checkpoint of a run, or returns the problem with it.
     fn of(run: &SavedRun, saved: &Saved) -> std::result::Result<Self, String> {
-        let tables = run.experiment().tables(Recording::Directory);
+        let recording = Recording::Directory(run.directory());
+        let tables = run.experiment().tables(recording);
         if saved.tables.len() != tables.len() {
             return Err(format!("has other tables than {CONFIG} means"));
         }
@@ -337,7 +341,7 @@ impl Good {
             let prefix = prefix.ok_or_else(|| format!("{} is not what it was then", table.file))?;
             Ok::<_, String>((table.file, prefix))
         };
-        let job = Arc::clone(run.experiment()).restored(run.seed(), Recording::Directory, &saved.job);
+        let job = Arc::clone(run.experiment()).restored(run.seed(), recording, &saved.job);
         Ok(Self {
             progress: saved.progress,
             tables: tables

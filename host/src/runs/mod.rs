@@ -62,15 +62,15 @@ pub(crate) trait Experiment: Debug + Send + Sync {
     ///
     /// # Errors
     /// Exit 3 for a value that the world doesn't allow.
-    fn job(self: Arc<Self>, seed: u64, recording: Recording) -> Result<Box<dyn Job>>;
+    fn job(self: Arc<Self>, seed: u64, recording: Recording<'_>) -> Result<Box<dyn Job>>;
     /// Restores the job of a saved run.
     ///
     /// # Errors
     /// Exit 5 if the bytes aren't what a job of this run saves.
-    fn restored(self: Arc<Self>, seed: u64, recording: Recording, saved: &[u8]) -> Result<Box<dyn Job>>;
+    fn restored(self: Arc<Self>, seed: u64, recording: Recording<'_>, saved: &[u8]) -> Result<Box<dyn Job>>;
 
     /// Tables that runs append to, the table of steps first.
-    fn tables(&self, recording: Recording) -> Vec<Table>;
+    fn tables(&self, recording: Recording<'_>) -> Vec<Table>;
     /// Files of a run that contain only results, in the order in which they are hashed.
     fn results(&self) -> &'static [&'static str];
     /// The files of a run's directory that other kinds of runs don't have.
@@ -138,9 +138,9 @@ pub(crate) struct Replay<'a> {
 
 /// Where a run is recorded.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Recording {
-    /// In its own directory, with every individual, a trace and pictures.
-    Directory,
+pub(crate) enum Recording<'a> {
+    /// In this directory of its own, with every individual, a trace and pictures.
+    Directory(&'a Path),
     /// In a sweep's tables.
     Tables,
 }

@@ -12,7 +12,7 @@ use super::rows::Row;
 use super::trace::trace_every;
 use super::{
     CHAMPION, CHAMPION_GENES, FITNESS, GENERATIONS, INDIVIDUALS, LUCKIEST, LUCKIEST_GENES, POPULATION, Places, Single,
-    Transfer, pictures,
+    pictures,
 };
 use crate::engine::job::{Added, Finished, Job, Outside, Place, Progress, Request, Results, Stage, Step};
 use crate::evolve::appraisal::{Appraisal, by_mean};
@@ -28,7 +28,10 @@ pub(super) struct Evolving {
     single: Arc<Single>,
     places: Arc<Places>,
     seed: u64,
-    recording: Recording,
+    /// Whether it is recorded in a directory of its own.
+    has_directory: bool,
+    /// The robot on a wire on which the last generations live.
+    outside: Option<Arc<dyn Outside>>,
     evolution: Evolution,
     /// Genomes and scores of the last generation, after all have been evaluated.
     last: Option<Generation>,
@@ -70,11 +73,23 @@ struct Saved {
 const FINALISTS: u64 = 1 << 32;
 
 impl Evolving {
-    pub(super) fn new(single: Arc<Single>, seed: u64, recording: Recording) -> Result<Self> {
+    pub(super) fn new(single: Arc<Single>, seed: u64, recording: Recording<'_>) -> Result<Self> {
+        let outside = match (&single.robot, recording) {
+            (Some(robot), Recording::Directory(directory)) => {
+                robot.outside(single.experiment.world().spec(), directory)
+            }
+            (Some(robot), Recording::Tables) if robot.is_wired() => {
+                return Err(Failure::input(
+                    "reality.robot: is on a wire; allowed: with `oneiro run`, which lives one run after the other",
+                ));
+            }
+            _ => None,
+        };
         Ok(Self {
             places: single.places()?,
             seed,
-            recording,
+            has_directory: matches!(recording, Recording::Directory(_)),
+            outside,
             evolution: single.experiment.evolution(seed),
             single,
             last: None,
@@ -163,7 +178,7 @@ impl Evolving {
             Some(Purpose::Simulated)
         } else if has_reality && self.real.is_empty() {
             Some(Purpose::Real)
-        } else if self.recording == Recording::Directory && self.trace.is_none() && !self.single.ends_outside() {
+        } else if self.has_directory && self.trace.is_none() && !self.single.ends_outside() {
             Some(Purpose::Trace)
         } else {
             None
@@ -183,16 +198,13 @@ impl Evolving {
 
     /// The robot outside of the device on which a generation lives, if it does.
     fn outside_of(&self, generation: u32) -> Option<&Arc<dyn Outside>> {
-        match &self.places.transfer {
-            Some(Transfer::Outside(outside)) if self.is_real(generation) => Some(outside),
-            _ => None,
-        }
+        self.outside.as_ref().filter(|_| self.is_real(generation))
     }
 
     /// The world in which a generation lives; of those on a robot outside of the device it is the simulator.
     fn place_of(&self, generation: u32) -> &[Place] {
         match &self.places.transfer {
-            Some(Transfer::World(place)) if self.is_real(generation) => std::slice::from_ref(place),
+            Some(place) if self.is_real(generation) => std::slice::from_ref(place),
             _ => std::slice::from_ref(&self.places.simulator),
         }
     }
@@ -259,7 +271,7 @@ impl Evolving {
             file: GENERATIONS,
             bytes: line.into_bytes(),
         }];
-        if settings.record.individuals && self.recording == Recording::Directory {
+        if settings.record.individuals && self.has_directory {
             let genomes = generation.population.genomes().zip(&generation.fitness);
             let values = genomes.flat_map(|(genome, fitness)| genome.iter().chain([fitness]));
             added.push(Added {
@@ -390,7 +402,7 @@ impl Job for Evolving {
             files.push((FITNESS, npy(&shape[..1], fitness)));
         }
         let corrupt = |problem| Failure::corrupt(format_args!("{GENERATIONS}: {problem}"));
-        if self.recording == Recording::Directory {
+        if self.has_directory {
             let rows = Row::parse(table).map_err(corrupt)?;
             let trace = self.trace.as_ref();
             files.extend(pictures::all(

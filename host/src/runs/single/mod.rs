@@ -28,7 +28,7 @@ use crate::console::{Console, decimal};
 use crate::contents::{self, Column, Entry};
 use crate::engine::disk;
 use crate::engine::handle::Engine;
-use crate::engine::job::{Job, Outside, Place};
+use crate::engine::job::{Job, Place};
 use crate::evolve::{Champion, Population};
 use crate::exit::{Failure, Result};
 use crate::experiment::{Experiment, Identities, Input};
@@ -190,19 +190,10 @@ pub(crate) struct Single {
 #[derive(Debug)]
 struct Places {
     simulator: Place,
-    /// Where the last generations live, if that is somewhere else.
-    transfer: Option<Transfer>,
+    /// Where the last generations live, if that is another world.
+    transfer: Option<Place>,
     /// One world for each robot that evaluates the last offspring.
     reality: Vec<Place>,
-}
-
-/// Where the last generations live.
-#[derive(Debug)]
-enum Transfer {
-    /// In a world like others.
-    World(Place),
-    /// On a robot outside of the device.
-    Outside(Arc<dyn Outside>),
 }
 
 impl Single {
@@ -229,11 +220,8 @@ impl Single {
         };
         let places = Places {
             transfer: match &self.robot {
-                None => None,
-                Some(site) => Some(match site.outside(simulator) {
-                    Some(outside) => Transfer::Outside(outside?),
-                    None => Transfer::World(real(site)?),
-                }),
+                Some(site) if !site.is_wired() => Some(real(site)?),
+                _ => None,
             },
             reality: self.sites.iter().map(real).collect::<Result<_>>()?,
             simulator: Place {
@@ -257,9 +245,9 @@ impl Single {
         }
     }
 
-    /// Whether the last generation lives on a robot outside of the device: its lives can't be lived again.
+    /// Whether the last generation lives on a robot on a wire: its lives can't be lived again.
     fn ends_outside(&self) -> bool {
-        self.robot.as_ref().is_some_and(Site::is_outside)
+        self.robot.as_ref().is_some_and(Site::is_wired)
     }
 
     fn has_reality(&self) -> bool {
@@ -378,20 +366,20 @@ impl super::Experiment for Single {
         Ok(Worlds::new(std::slice::from_ref(self.experiment.world()))?)
     }
 
-    fn job(self: Arc<Self>, seed: u64, recording: Recording) -> Result<Box<dyn Job>> {
+    fn job(self: Arc<Self>, seed: u64, recording: Recording<'_>) -> Result<Box<dyn Job>> {
         Ok(Box::new(Evolving::new(self, seed, recording)?))
     }
 
-    fn restored(self: Arc<Self>, seed: u64, recording: Recording, saved: &[u8]) -> Result<Box<dyn Job>> {
+    fn restored(self: Arc<Self>, seed: u64, recording: Recording<'_>, saved: &[u8]) -> Result<Box<dyn Job>> {
         Ok(Box::new(Evolving::new(self, seed, recording)?.restored(saved)?))
     }
 
-    fn tables(&self, recording: Recording) -> Vec<Table> {
+    fn tables(&self, recording: Recording<'_>) -> Vec<Table> {
         let mut tables = vec![Table {
             file: GENERATIONS,
             head: contents::head(&rows::COLUMNS).into_bytes(),
         }];
-        if recording == Recording::Directory && self.experiment.settings().record.individuals {
+        if matches!(recording, Recording::Directory(_)) && self.experiment.settings().record.individuals {
             tables.push(Table {
                 file: INDIVIDUALS,
                 head: Individuals::header(&self.experiment),

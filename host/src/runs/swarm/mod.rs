@@ -160,15 +160,15 @@ impl Experiment for SwarmExperiment {
         Ok(Worlds::new(&[self.settings().simulator(Light::OverNest)])?)
     }
 
-    fn job(self: Arc<Self>, seed: u64, _: Recording) -> Result<Box<dyn Job>> {
+    fn job(self: Arc<Self>, seed: u64, _: Recording<'_>) -> Result<Box<dyn Job>> {
         Ok(Box::new(SwarmJob::new(self.plan(seed))))
     }
 
-    fn restored(self: Arc<Self>, seed: u64, _: Recording, saved: &[u8]) -> Result<Box<dyn Job>> {
+    fn restored(self: Arc<Self>, seed: u64, _: Recording<'_>, saved: &[u8]) -> Result<Box<dyn Job>> {
         Ok(Box::new(SwarmJob::restore(self.plan(seed), saved)?))
     }
 
-    fn tables(&self, _: Recording) -> Vec<Table> {
+    fn tables(&self, _: Recording<'_>) -> Vec<Table> {
         vec![Table {
             file: INTERVALS,
             head: head(&INTERVALS_COLUMNS).into_bytes(),

@@ -1,7 +1,8 @@
 //! Real lives and their starts. As preregistered, the robot is carried to a fresh place for each life; in other arms
 //! its lives follow one another, as for a robot that nobody picks up.
 
-use oneiro::random::{Key, pcg4d};
+use oneiro::random::Key;
+use oneiro::tables::SENSORS;
 use oneiro::world::{Start, World, WorldSpec};
 
 use super::evolving::{Evolving, Trial, by_run, lives};
@@ -10,10 +11,9 @@ use crate::engine::handle::Engine;
 use crate::evolve::Optimizer;
 use crate::exit::Result;
 use crate::reality::site::Site;
+use crate::reality::wander::{WALK, wanderer};
 use crate::reality::{Life, Lived, Reality, patiently};
 
-/// Cycles of 100 ms for which a robot drives about between two lives.
-const WALK: u32 = 100;
 /// First number of the drives between lives among an individual's lives.
 const WALKS: u64 = 16;
 
@@ -97,7 +97,7 @@ impl<'a> RealLives<'a> {
             .collect();
         let genomes: Vec<Vec<f32>> = keys
             .iter()
-            .map(|key| wanderer(*key, self.world.controller.layout().genes()))
+            .map(|key| wanderer(*key, SENSORS, self.world.controller.layout().genes()))
             .collect();
         let lives: Vec<Life<'_>> = turn
             .iter()
@@ -128,23 +128,6 @@ impl<'a> RealLives<'a> {
         });
         world.is_ok().then_some([x, y, heading])
     }
-}
-
-/// Genes of a perceptron, from its key alone: weights U(-5, 5), which turn in either direction before an object, and
-/// biases U(0, 5), which drive ahead in the open.
-fn wanderer(key: Key, genes: usize) -> Vec<f32> {
-    /// Genes of an output: eight weights, then its bias.
-    const OUTPUT: u32 = 9;
-    let gene = |gene: u32| {
-        let [word, ..] = pcg4d([key.0[0], key.0[1], gene, 1995]);
-        let share = (word >> 8) as f32 / (1 << 24) as f32;
-        if gene % OUTPUT == OUTPUT - 1 {
-            5.0 * share
-        } else {
-            10.0 * share - 5.0
-        }
-    };
-    (0..genes as u32).map(gene).collect()
 }
 
 #[cfg(test)]

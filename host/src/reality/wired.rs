@@ -1,0 +1,519 @@
+//! Lives on a robot at the end of a wire. Every 100 ms its sensors are looked at, the controller decides, and the wheels are told; the
+//! pose is that of its odometers. Controller and task run with the simulator's bits, so that a fitness can be computed again from
+//! the record of the life.
+
+mod late;
+mod logbook;
+mod senses;
+
+use std::f64::consts::TAU;
+use std::path::PathBuf;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::time::Duration;
+
+use oneiro::batch::{Batch, Rollout, Trace, TraceRequest};
+use oneiro::cpu::Cpu;
+use oneiro::differential::Build;
+use oneiro::evaluator::{Control, Evaluator};
+use oneiro::parameter::{Choice, Choices, Invalid};
+use oneiro::reported::{self, Reported};
+use oneiro::world::{World, WorldSpec};
+
+use self::late::Late;
+use self::logbook::{Cycle, Identity, Logbook, Row};
+use self::senses::Senses;
+use super::wander::{WALK, wanderer};
+use super::{Driven, Life, Lived, Object, Reality, Trouble, Turned};
+use crate::console::Console;
+use crate::exit::{Failure, Result};
+use crate::robots::Kind;
+use crate::robots::vehicle::guarded::Guarded;
+use crate::robots::vehicle::{Moment, Profile, Vehicle};
+
+/// A cycle of a life.
+const CYCLE: Duration = Duration::from_millis(100);
+/// Greatest speed of a robot with sampled motors, mm/s: 10 of the Khepera's units of 8 mm/s.
+const SAMPLED_SPEED: f64 = 80.0;
+
+/// How a life gets its start, unless it goes on where the last one ended.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, clap::ValueEnum)]
+pub(crate) enum Starts {
+    /// The robot drives about at random for 10 s before each life
+    #[default]
+    Walk,
+    /// Somebody puts the robot where the simulator would start, and presses Enter
+    Hand,
+}
+
+impl Choice for Starts {
+    const CHOICES: Choices<Self> = &[
+        (
+            "walk",
+            Self::Walk,
+            "the robot drives about at random for 10 s before each life",
+        ),
+        (
+            "hand",
+            Self::Hand,
+            "somebody puts the robot where the simulator would start, and presses Enter",
+        ),
+    ];
+}
+
+/// Values of lives on a robot.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Values {
+    /// How lives get their starts.
+    pub(crate) starts: Starts,
+    /// Speed of a wheel at the controller's greatest output, mm/s; the experiment's if none.
+    pub(crate) speed_mm_s: Option<f64>,
+    /// Names of the world's sensors and of the robot's, where they differ.
+    pub(crate) sensors: Vec<(String, String)>,
+    /// Where lives are recorded.
+    pub(crate) directory: PathBuf,
+}
+
+/// Kinds of sensors that lives in a world need.
+///
+/// # Errors
+/// A sensor of a kind that no robot on a wire has.
+pub(crate) fn kinds(spec: &WorldSpec) -> std::result::Result<Vec<Kind>, String> {
+    senses::kinds(spec)
+}
+
+/// Lives in a world, on any vehicle with the same profile.
+#[derive(Debug)]
+pub(crate) struct Lives {
+    spec: WorldSpec,
+    reported: Reported,
+    /// Hash of all that makes lives of the same genes and key differ but chance.
+    world: String,
+    cpu: Cpu,
+    senses: Senses,
+    starts: Starts,
+    /// Greatest speed, mm/s.
+    speed: f64,
+    /// Distance between the wheels, mm.
+    base: f64,
+    logbook: Logbook,
+    /// Where the robot is: x and y in mm, heading in turns. The middle of the field at first.
+    pose: [f64; 3],
+    console: Console,
+}
+
+/// What a life has come to.
+struct Done {
+    fitness: f32,
+    cycles: Vec<Cycle>,
+}
+
+impl Lives {
+    /// How often a life is begun again because readings were missing.
+    const ATTEMPTS: u32 = 3;
+
+    /// Prepares lives, and opens their record.
+    ///
+    /// # Errors
+    /// Exit 3: a sensor that the robot lacks, a speed that it can't have, a robot without odometers, or a world that is not valid; as
+    /// the record's.
+    pub(crate) fn new(spec: &WorldSpec, profile: &Profile, values: &Values, console: Console) -> Result<Self> {
+        let Profile { robot, base_mm, .. } = profile;
+        if !profile.has_odometers {
+            return Err(Failure::input(format_args!(
+                "the {robot} has no odometers; allowed: a robot that can tell how far its wheels have turned"
+            )));
+        }
+        let senses = Senses::new(spec, profile, &values.sensors).map_err(Failure::input)?;
+        let own = match &spec.robot.build {
+            Build::Differential(own) => own.greatest_speed.map_or(SAMPLED_SPEED, f64::from),
+            Build::Sampled => SAMPLED_SPEED,
+        };
+        let speed = values.speed_mm_s.unwrap_or(own);
+        if speed > profile.greatest_mm_s {
+            return Err(Failure::input(format_args!(
+                "the greatest speed is {speed} mm/s, and that of the {robot} {:.1} mm/s with its guard; allowed: a lower \
+                 --speed, or a higher --guard speed_mm_s",
+                profile.greatest_mm_s
+            )));
+        }
+        let mut cpu = Cpu::new(Some(1)).map_err(Failure::from)?;
+        let reported = Reported::new(spec)?;
+        warm_up(&reported, &mut cpu)?;
+        let sees = format!("{:?} {senses:?} {speed}", reported.world().spec());
+        let raw = profile
+            .sensors
+            .iter()
+            .flat_map(|sensors| sensors.names.clone())
+            .collect();
+        let names = [raw, senses.names().map(str::to_owned).collect()];
+        let field = spec.arena.field;
+        let middle = |from: f32, length: f32| f64::from(from) + 0.5 * f64::from(length);
+        Ok(Self {
+            logbook: Logbook::open(&values.directory, names)?,
+            spec: spec.clone(),
+            reported,
+            world: logbook::short(sees.as_bytes()),
+            cpu,
+            senses,
+            starts: values.starts,
+            speed,
+            base: *base_mm,
+            pose: [middle(field.x, field.width), middle(field.y, field.height), 0.0],
+            console,
+        })
+    }
+
+    /// Lives lives, one after the other. Those that are recorded as complete are not lived again.
+    ///
+    /// # Errors
+    /// See [`Trouble`]: those that nobody has ended in time, and those that do not pass.
+    pub(crate) fn live(
+        &mut self,
+        vehicle: &mut dyn Vehicle,
+        lives: &[Life<'_>],
+        traced: bool,
+    ) -> std::result::Result<Vec<Lived>, Trouble> {
+        let lived = |life| self.patiently(vehicle, life, traced);
+        lives.iter().map(lived).collect()
+    }
+
+    /// Lives a life until it is complete.
+    fn patiently(
+        &mut self,
+        vehicle: &mut dyn Vehicle,
+        life: &Life<'_>,
+        traced: bool,
+    ) -> std::result::Result<Lived, Trouble> {
+        let mut attempts = 1;
+        loop {
+            let trouble = match self.attempt(vehicle, life, traced) {
+                Err(
+                    trouble @ (Trouble::Displaced(_)
+                    | Trouble::Discharged(_)
+                    | Trouble::Halted(_)
+                    | Trouble::Runaway(_)),
+                ) => trouble,
+                Err(trouble @ Trouble::Unreadable(_)) if attempts < Self::ATTEMPTS => {
+                    attempts += 1;
+                    trouble
+                }
+                outcome => return outcome,
+            };
+            self.console.say(format!("cut short, and lived again: {trouble}"));
+            vehicle.recover()?;
+        }
+    }
+
+    fn attempt(
+        &mut self,
+        vehicle: &mut dyn Vehicle,
+        life: &Life<'_>,
+        traced: bool,
+    ) -> std::result::Result<Lived, Trouble> {
+        let identity = Identity::new(life.key, life.genes, &self.world);
+        if let Some(row) = self.logbook.complete(&identity).cloned() {
+            return self.recorded(&row, life, traced);
+        }
+        let start = self.place(vehicle, life)?;
+        let number = self.logbook.begin(identity, life.genes, start)?;
+        let mut late = Vec::new();
+        let outcome = self.cycles(vehicle, life, start, &mut late);
+        let late = Late::of_all(late);
+        let stopped = vehicle.stop();
+        let done = match outcome {
+            Ok(done) => done,
+            Err(trouble) => {
+                self.logbook.end(Err(trouble.to_string()), late)?;
+                return Err(trouble);
+            }
+        };
+        self.logbook.end(Ok(done.fitness), late)?;
+        let [_, median, high, _] = late.quantiles();
+        let battery = vehicle
+            .volts()
+            .map_or_else(String::new, |volts| format!(", battery {volts:.2} V"));
+        self.console.say(format!(
+            "life-{number}.csv: fitness {}, commands late by {median:.1} ms (median) and {high:.1} ms (99 %){battery}",
+            done.fitness
+        ));
+        stopped?;
+        self.lived(life, start, &done, traced)
+    }
+
+    /// A life that is on record, with its fitness computed again.
+    fn recorded(&mut self, row: &Row, life: &Life<'_>, traced: bool) -> std::result::Result<Lived, Trouble> {
+        let cycles = self.logbook.cycles(row)?;
+        let (fitness, _) = told(&self.reported, &mut self.cpu, life, row.start, &cycles)?;
+        if row.fitness().map(f32::to_bits) != Some(fitness.to_bits()) {
+            return Err(Failure::corrupt(format_args!(
+                "life {}: its table gives the fitness {fitness}, and the index has another",
+                row.number
+            ))
+            .into());
+        }
+        self.lived(life, row.start, &Done { fitness, cycles }, traced)
+    }
+
+    /// The result of a life, with a trace if it is wanted: a record more than cycles, with the pose at the end.
+    fn lived(
+        &mut self,
+        life: &Life<'_>,
+        start: [f32; 3],
+        done: &Done,
+        traced: bool,
+    ) -> std::result::Result<Lived, Trouble> {
+        let mut trace = Trace::default();
+        if traced && let Some(last) = done.cycles.last() {
+            let longer = Reported::new(&WorldSpec {
+                cycles: self.spec.cycles + 1,
+                ..self.spec.clone()
+            })
+            .map_err(broken)?;
+            let cycles = [&done.cycles[..], &[last.clone()]].concat();
+            trace = told(&longer, &mut self.cpu, life, start, &cycles)?.1;
+        }
+        Ok(Lived {
+            fitness: done.fitness,
+            trace,
+        })
+    }
+
+    /// Gets the robot to a life's start, and returns it.
+    fn place(&mut self, vehicle: &mut dyn Vehicle, life: &Life<'_>) -> std::result::Result<[f32; 3], Trouble> {
+        let here = self.pose.map(|number| number as f32);
+        if life.start == Some(here) {
+            return Ok(here);
+        }
+        if self.starts == Starts::Walk && life.start.is_none() {
+            self.walk(vehicle, life)?;
+            return Ok(self.pose.map(|number| number as f32));
+        }
+        let start = match life.start {
+            Some(start) => start,
+            None => self.drawn(life)?,
+        };
+        let [x, y, heading] = start;
+        vehicle.ask(&format!(
+            "put the robot at x = {x:.0} mm and y = {y:.0} mm, {:.0} degrees counter-clockwise from the x axis",
+            360.0 * heading
+        ))?;
+        self.pose = start.map(f64::from);
+        Ok(start)
+    }
+
+    /// Where the simulator would start a life.
+    fn drawn(&mut self, life: &Life<'_>) -> std::result::Result<[f32; 3], Trouble> {
+        let world = World::new(WorldSpec {
+            cycles: 1,
+            ..self.spec.clone()
+        });
+        let rollout = Rollout {
+            world: 0,
+            genes: life.genes,
+            key: life.key,
+        };
+        let trace = Some(TraceRequest { every: 1 });
+        let batch = Batch::new(&[world.map_err(broken)?], &[rollout], trace).map_err(broken)?;
+        let outcome = self.cpu.evaluate(&batch, &Control::new())?;
+        let record = outcome.traces.first().and_then(|trace| trace.first());
+        let record = record.ok_or_else(|| Trouble::Broken("a life without a trace".into()))?;
+        Ok([record.x, record.y, record.heading])
+    }
+
+    /// Drives about under random genes, and stops.
+    fn walk(&mut self, vehicle: &mut dyn Vehicle, life: &Life<'_>) -> std::result::Result<(), Trouble> {
+        let inputs = self.senses.names().count();
+        let genes = wanderer(life.key, inputs, 2 * (inputs + 1));
+        vehicle.drive([0.0; 2])?;
+        let mut now = vehicle.look()?;
+        let mut tick = vehicle.now();
+        for _ in 0..WALK {
+            let seen = self.senses.obstacles(&self.senses.activations(&now.readings));
+            let output = |genes: &[f32]| {
+                let weighed = genes.iter().zip(&seen).map(|(gene, seen)| f64::from(*gene) * seen);
+                let sum = f64::from(genes[inputs]) + weighed.sum::<f64>();
+                self.speed * (2.0 / (1.0 + (-sum).exp()) - 1.0)
+            };
+            let (left, right) = genes.split_at(inputs + 1);
+            vehicle.drive([output(left), output(right)])?;
+            tick = next(tick, vehicle.now());
+            vehicle.keep_until(tick)?;
+            let then = vehicle.look()?;
+            self.pose = moved(self.pose, way(&now, &then), self.base);
+            now = then;
+        }
+        vehicle.stop()
+    }
+
+    /// Lives the cycles of a life, and records them.
+    fn cycles(
+        &mut self,
+        vehicle: &mut dyn Vehicle,
+        life: &Life<'_>,
+        start: [f32; 3],
+        late: &mut Vec<f64>,
+    ) -> std::result::Result<Done, Trouble> {
+        let mut told = self.reported.begin(life.genes, life.key, start).map_err(broken)?;
+        let mut cycles = Vec::new();
+        // The guard lets it move before the first look.
+        vehicle.drive([0.0; 2])?;
+        let first = vehicle.look()?;
+        let begin = vehicle.now();
+        let (mut now, mut tick) = (first.clone(), begin);
+        loop {
+            let looked = vehicle.now();
+            let activations = self.senses.activations(&now.readings);
+            let Some(shares) = told.speeds(&mut self.cpu, &activations).map_err(failed)? else {
+                break;
+            };
+            let speeds = shares.map(|share| f64::from(share) * self.speed);
+            vehicle.drive(speeds)?;
+            let late_ms = milliseconds(vehicle.now().saturating_sub(tick));
+            late.push(late_ms);
+            tick = next(tick, vehicle.now());
+            vehicle.keep_until(tick)?;
+            let then = vehicle.look()?;
+            self.pose = moved(self.pose, way(&now, &then), self.base);
+            let end = self.pose.map(|number| number as f32);
+            let trace = told.moved(&mut self.cpu, end).map_err(failed)?;
+            let cycle = Cycle { activations, end };
+            self.logbook.record(&logbook::Lived {
+                cycle: &cycle,
+                time_s: looked.saturating_sub(begin).as_secs_f64(),
+                late_ms,
+                age_ms: milliseconds(now.age + looked.saturating_sub(now.at)),
+                readings: &now.readings,
+                speeds,
+                travel: then.travel.map(|_| way(&first, &then)),
+                reward: trace.first().map_or(0.0, |record| record.reward),
+            })?;
+            cycles.push(cycle);
+            now = then;
+        }
+        let fitness = told.fitness();
+        Ok(Done { fitness, cycles })
+    }
+}
+
+/// Evaluates a cycle that does not count: what is compiled at first use would make the first cycle late.
+fn warm_up(world: &Reported, cpu: &mut Cpu) -> Result {
+    let genes = vec![0.0; world.world().genes()];
+    let mut life = world.begin(&genes, oneiro::random::Key([0; 2]), [0.0; 3])?;
+    let readings = vec![0.0; world.readings()];
+    life.speeds(cpu, &readings).map_err(failed)?;
+    Ok(())
+}
+
+/// A life told again: its fitness and its trace.
+fn told(
+    world: &Reported,
+    cpu: &mut Cpu,
+    life: &Life<'_>,
+    start: [f32; 3],
+    cycles: &[Cycle],
+) -> std::result::Result<(f32, Trace), Trouble> {
+    let mut told = world.begin(life.genes, life.key, start).map_err(broken)?;
+    let mut trace = Trace::default();
+    for Cycle { activations, end } in cycles {
+        if told.speeds(cpu, activations).map_err(failed)?.is_none() {
+            break;
+        }
+        trace.append(&told.moved(cpu, *end).map_err(failed)?);
+    }
+    Ok((told.fitness(), trace))
+}
+
+/// When a cycle ends that began on time or late. One that is missed altogether is not made up for.
+fn next(tick: Duration, now: Duration) -> Duration {
+    let next = tick + CYCLE;
+    if now < next { next } else { now + CYCLE }
+}
+
+/// How far the wheels have turned from one moment to another, mm.
+fn way(from: &Moment, to: &Moment) -> [f64; 2] {
+    let [from, to] = [from, to].map(|moment| moment.travel.unwrap_or_default());
+    [to[0] - from[0], to[1] - from[1]]
+}
+
+/// The pose, mm and turns, after an arc on which the wheels, `base` mm apart, have travelled this far, mm.
+fn moved([x, y, heading]: [f64; 3], [left, right]: [f64; 2], base: f64) -> [f64; 3] {
+    let (ahead, turn) = (0.5 * (left + right), (right - left) / base);
+    let half = 0.5 * turn;
+    // The chord is shorter than the arc; where the turn is small, by less than a rounding.
+    let chord = if half.abs() < 1e-9 {
+        ahead
+    } else {
+        ahead * half.sin() / half
+    };
+    let (sin, cos) = (TAU * heading + half).sin_cos();
+    let heading = (heading + turn / TAU).rem_euclid(1.0);
+    // As a float32 it may be rounded up to a whole turn, which is 0.
+    let heading = if (heading as f32) < 1.0 { heading } else { 0.0 };
+    [x + chord * cos, y + chord * sin, heading]
+}
+
+fn milliseconds(time: Duration) -> f64 {
+    1000.0 * time.as_secs_f64()
+}
+
+fn broken(invalid: Invalid) -> Trouble {
+    Trouble::Broken(invalid.to_string())
+}
+
+fn failed(error: reported::Error) -> Trouble {
+    match error {
+        reported::Error::Invalid(invalid) => broken(invalid),
+        reported::Error::Device(error) => error.into(),
+    }
+}
+
+/// A robot on a wire that everything of a command shares.
+#[derive(Clone, Default)]
+pub(super) struct Shared(Arc<Mutex<Option<Guarded>>>);
+
+impl Shared {
+    pub(super) fn lock(&self) -> MutexGuard<'_, Option<Guarded>> {
+        self.0.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+/// A robot on a wire as a reality.
+pub(super) struct WiredRobot {
+    robot: Shared,
+    lives: Lives,
+    name: String,
+}
+
+impl WiredRobot {
+    /// Lives of a robot that is connected.
+    pub(super) fn new(robot: Shared, lives: Lives, name: String) -> Self {
+        Self { robot, lives, name }
+    }
+}
+
+impl Reality for WiredRobot {
+    fn describe(&self) -> String {
+        self.name.clone()
+    }
+
+    fn turn_before(&mut self, _: &Object, _: f64, _: f32) -> std::result::Result<Vec<Turned>, Trouble> {
+        Err(unsampled(&self.name))
+    }
+
+    fn drive(&mut self, _: (i32, i32)) -> std::result::Result<Driven, Trouble> {
+        Err(unsampled(&self.name))
+    }
+
+    fn live(&mut self, lives: &[Life<'_>], traced: bool) -> std::result::Result<Vec<Lived>, Trouble> {
+        match &mut *self.robot.lock() {
+            Some(robot) => self.lives.live(robot, lives, traced),
+            None => Err(Trouble::Broken(format!("{} is not connected", self.name))),
+        }
+    }
+}
+
+fn unsampled(name: &str) -> Trouble {
+    Trouble::Broken(format!(
+        "{name} is sampled by hand; allowed: oneiro sample, with somebody beside it"
+    ))
+}
