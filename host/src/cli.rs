@@ -63,6 +63,8 @@ pub(crate) enum Command {
     Tables(Tables),
     /// Sample a robot's sensors and motors into tables
     Sample(Sample),
+    /// Compare an experiment's simulator with recorded lives of the robot, and give the noise and the settings that follow
+    Calibrate(Calibrate),
     /// Find robots on the wire, show what they sense, drive them, and stop them
     Robot(Robot),
     /// Own a robot's link for a program that drives, and stop the wheels when it dies, hangs or misses something
@@ -405,6 +407,26 @@ pub(crate) struct Sample {
     /// Write tables and pictures into this directory. A sampling that was stopped continues there
     #[arg(long, value_name = "DIR", value_hint = ValueHint::DirPath)]
     pub(crate) out: PathBuf,
+}
+
+/// `oneiro calibrate`
+#[derive(Args, Debug)]
+pub(crate) struct Calibrate {
+    /// The experiment's TOML file
+    #[arg(value_hint = ValueHint::FilePath)]
+    pub(crate) experiment: PathBuf,
+    /// Directories of lives, which `oneiro evaluate --robot` and runs with `[reality]` on a wire have written. Any number of them
+    #[arg(long, value_name = "DIR", required = true, num_args = 1.., value_hint = ValueHint::DirPath)]
+    pub(crate) lives: Vec<PathBuf>,
+    /// Write a page with figures, the errors as a table, and the settings that follow into this directory, which must be empty or new
+    #[arg(long, value_name = "DIR", value_hint = ValueHint::DirPath)]
+    pub(crate) out: PathBuf,
+    /// Change a value of the experiment, such as noise.sensor=[0.0,0.4]. May be repeated
+    #[arg(long = "set", value_name = "KEY=VALUE")]
+    pub(crate) set: Vec<String>,
+    /// The device that evaluates.
+    #[command(flatten)]
+    pub(crate) backend: Backend,
 }
 
 /// `oneiro robot`

@@ -4,7 +4,6 @@ use std::process::ExitCode;
 
 use clap::Parser;
 
-#[expect(dead_code, reason = "the command comes next")]
 mod calibrate;
 mod cli;
 mod columns;

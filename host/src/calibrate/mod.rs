@@ -3,15 +3,18 @@
 //!
 //! | file | contents |
 //! |---|---|
+//! | [`logged`] | the lives, as they were recorded |
 //! | [`readings`] | errors of readings, by sensor and distance, and their age |
 //! | [`moves`] | gains of the wheels, the latency of commands, errors of moves |
 //! | [`page`] | the page with figures |
 
+pub(crate) mod logged;
 pub(crate) mod moves;
 pub(crate) mod page;
 pub(crate) mod readings;
 
 use oneiro::differential::Build;
+use oneiro::tables::SENSOR_NAMES;
 use oneiro::world::World;
 
 use crate::engine::handle::Engine;
@@ -90,6 +93,14 @@ impl Calibration {
             );
         }
         text
+    }
+}
+
+/// Names of the robot's own sensors, in the order of activations.
+pub(crate) fn sensors(world: &World) -> Vec<String> {
+    match &world.spec().robot.build {
+        Build::Sampled => SENSOR_NAMES.map(str::to_owned).into(),
+        Build::Differential(own) => own.sensors.iter().map(|sensor| sensor.name.clone()).collect(),
     }
 }
 

@@ -7,6 +7,7 @@ use crate::exit::Result;
 mod audit;
 mod bench;
 mod best;
+pub(crate) mod calibrate;
 mod check;
 mod completions;
 mod devices;
@@ -50,6 +51,7 @@ pub(crate) fn run(command: Command, console: Console) -> Result {
         Command::Bench(arguments) => bench::run(&arguments, console),
         Command::Tables(arguments) => tables::run(&arguments, console),
         Command::Sample(arguments) => sample::run(&arguments, console),
+        Command::Calibrate(arguments) => calibrate::run(&arguments, console),
         Command::Robot(arguments) => robot::run(&arguments, console),
         Command::Guard(arguments) => guard::run(arguments),
         Command::Reproduce(arguments) => reproduce::run(&arguments, console),

@@ -81,6 +81,12 @@ pub(crate) fn kinds(spec: &WorldSpec) -> std::result::Result<Vec<Kind>, String> 
     senses::kinds(spec)
 }
 
+/// Files of a directory of lives.
+#[cfg(test)]
+pub(crate) fn contents() -> Vec<crate::contents::Entry> {
+    logbook::all_contents()
+}
+
 /// Lives in a world, on any vehicle with the same profile.
 #[derive(Debug)]
 pub(crate) struct Lives {

@@ -410,6 +410,20 @@ static AFTER: [Column; 8] = [
     Column::number("reward", "", "what the task gave for the cycle"),
 ];
 
+/// Files of a directory of lives on some robot.
+#[cfg(test)]
+pub(super) fn all_contents() -> Vec<Entry> {
+    let columns = [
+        &BEFORE[..],
+        &[
+            Column::number("raw_SENSOR", "", "what the robot's sensor read"),
+            Column::number("SENSOR", "0 to 1", "the activation"),
+        ],
+        &AFTER,
+    ];
+    contents(&columns.concat())
+}
+
 /// Files of a directory of lives.
 fn contents(columns: &[Column]) -> Vec<Entry> {
     vec![

@@ -1,0 +1,177 @@
+//! `oneiro calibrate`: how well a simulator predicts a robot.
+
+use std::fs;
+
+use serde_json::json;
+
+use crate::calibrate::readings::{Errors, RANGES};
+use crate::calibrate::{self, Calibration, logged, page};
+use crate::cli::Calibrate;
+use crate::console::{Console, counted};
+use crate::contents::{Column, Entry, describe};
+use crate::engine::disk;
+use crate::exit::{Failure, Result};
+use crate::experiment::Experiment;
+use crate::report::csv::{Csv, known};
+use crate::report::numbers::significant;
+use crate::{device, files};
+
+const PAGE: &str = "calibration.html";
+const ERRORS: &str = "errors.csv";
+const SETTINGS: &str = "settings.toml";
+
+static COLUMNS: [Column; 6] = [
+    Column::text("sensor", "its name in the experiment"),
+    Column::text(
+        "distance",
+        "from the robot's rim to the nearest object; `all` for all distances",
+    ),
+    Column::whole("cycles", "", "cycles that were compared"),
+    Column::number(
+        "mean",
+        "",
+        "mean of what was read minus what was predicted, as activations",
+    ),
+    Column::number("deviation", "", "its standard deviation"),
+    Column::number("size", "", "the root of its mean square"),
+];
+
+/// Compares, and writes the page, the table and the settings.
+pub(crate) fn run(arguments: &Calibrate, console: Console) -> Result {
+    let out = &arguments.out;
+    let is_free = fs::read_dir(out).map_or(!out.exists(), |mut entries| entries.next().is_none());
+    if !is_free {
+        return Err(Failure::input(format_args!(
+            "--out {}: exists and is not empty, and nothing is overwritten; name another directory",
+            out.display()
+        )));
+    }
+    let experiment = Experiment::read(&arguments.experiment, &arguments.set)?;
+    let world = experiment.world();
+    let sensors = calibrate::sensors(world);
+    let mut lives = Vec::new();
+    for directory in &arguments.lives {
+        lives.extend(logged::lives(directory, &sensors)?);
+    }
+    if lives.is_empty() {
+        return Err(Failure::input(
+            "--lives: there is no complete life; allowed: one and more",
+        ));
+    }
+    let engine = device::engine(&arguments.backend)?;
+    let calibration = Calibration::of(world, &lives, &engine)?;
+    device::close(engine, console);
+    let settings = calibration.settings(world);
+    fs::create_dir_all(out).map_err(|error| files::uncreated(out, &error))?;
+    let html = page::page(experiment.name(), &calibration, &settings);
+    for (file, text) in [(PAGE, &html), (ERRORS, &errors(&calibration)), (SETTINGS, &settings)] {
+        disk::write(&out.join(file), text.as_bytes())?;
+    }
+    describe(out, "Calibration of a simulator by lives on a robot", &contents())?;
+    if console.json() {
+        return console.json_data(&value(&calibration));
+    }
+    console.data(format!("{}\n{settings}", summary(&calibration)))?;
+    console.say(format!("wrote {}", out.join(PAGE).display()));
+    Ok(())
+}
+
+/// The files of the directory.
+pub(crate) fn contents() -> Vec<Entry> {
+    vec![
+        Entry::file(PAGE, "the comparison, with figures"),
+        Entry::table(ERRORS, "errors of readings: one row per sensor and distance", &COLUMNS),
+        Entry::file(
+            SETTINGS,
+            "values for an experiment that follow, with comments; nothing uses them by itself",
+        ),
+    ]
+}
+
+/// Names of the ranges of distances, and of all.
+fn ranges() -> impl Iterator<Item = &'static str> {
+    RANGES.iter().map(|(_, name)| *name).chain(["all"])
+}
+
+fn errors(calibration: &Calibration) -> String {
+    let mut csv = Csv::new(&COLUMNS);
+    for sensor in &calibration.readings.sensors {
+        for (range, errors) in ranges().zip(&sensor.at) {
+            let Errors { count, mean, deviation } = *errors;
+            let [mean, deviation, size] = [mean, deviation, errors.size()].map(known);
+            csv.row([
+                sensor.name.clone(),
+                range.into(),
+                count.to_string(),
+                mean,
+                deviation,
+                size,
+            ]);
+        }
+    }
+    csv.text()
+}
+
+fn summary(calibration: &Calibration) -> String {
+    let readings = &calibration.readings;
+    let lives = counted(calibration.lives as u32, "life", "lives");
+    let mut text = format!(
+        "{lives}, {} cycles; readings are {:.0} ms old\n",
+        calibration.cycles,
+        1000.0 * readings.age
+    );
+    for sensor in &readings.sensors {
+        let all = sensor.at.last().map_or(f64::NAN, Errors::size);
+        text += &format!("  {:<16} error {}\n", sensor.name, significant(all, 3));
+    }
+    match &calibration.moves {
+        Some(moves) => {
+            let [left, right] = moves.gains.map(|gain| significant(gain, 4));
+            text += &format!(
+                "  wheels turn at {left} (left) and {right} (right) times their commands, {:.0} ms later\n",
+                1000.0 * moves.latency
+            );
+        }
+        None => text += "  the robot has no odometers, or nothing moved\n",
+    }
+    text
+}
+
+fn value(calibration: &Calibration) -> serde_json::Value {
+    let number = |x: f64| if x.is_finite() { json!(x) } else { json!(null) };
+    let readings = &calibration.readings;
+    let sensors: Vec<_> = readings
+        .sensors
+        .iter()
+        .map(|sensor| {
+            let at = ranges().zip(&sensor.at).map(|(range, errors)| {
+                json!({
+                    "distance": range,
+                    "cycles": errors.count,
+                    "mean": number(errors.mean),
+                    "deviation": number(errors.deviation),
+                })
+            });
+            json!({ "sensor": sensor.name, "errors": at.collect::<Vec<_>>() })
+        })
+        .collect();
+    let moves = calibration.moves.as_ref().map(|moves| {
+        json!({
+            "gains": moves.gains.map(number),
+            "latency_s": moves.latency,
+            "deviation_mm": moves.deviation.map(number),
+            "relative_deviation": number(moves.relative),
+            "noise": number(moves.noise()),
+        })
+    });
+    json!({
+        "lives": calibration.lives,
+        "cycles": calibration.cycles,
+        "compared": readings.compared,
+        "left_out": readings.left_out,
+        "reading_age_s": readings.age,
+        "sensor_noise": readings.noise(),
+        "sensors": sensors,
+        "moves": moves,
+    })
+}
