@@ -34,8 +34,12 @@ const VARIABLE: u16 = 0x9001;
 const LOCAL_EVENT: u16 = 0x9002;
 const NATIVE_FUNCTION: u16 = 0x9003;
 const VARIABLES: u16 = 0x9005;
+/// Messages from the first to the last of these say that a program has failed.
+const PROGRAM_FAILURES: [u16; 2] = [0x9006, 0x9009];
 const EXECUTION_STATE: u16 = 0x900a;
 const NODE_PRESENT: u16 = 0x900c;
+const SET_BYTECODE: u16 = 0xa001;
+const RUN: u16 = 0xa003;
 const STOP: u16 = 0xa006;
 const GET_EXECUTION_STATE: u16 = 0xa007;
 const GET_VARIABLES: u16 = 0xa00b;
@@ -149,6 +153,11 @@ pub(crate) struct Node {
     pub(crate) name: String,
     /// Names of its variables and their addresses.
     pub(crate) variables: Vec<(String, Range<u16>)>,
+    /// Words of memory without a name, behind the variables.
+    pub(crate) free: Range<u16>,
+    /// Number of its local events, and their names if they have come with the rest.
+    event_count: u16,
+    events: Vec<String>,
 }
 
 impl Node {
@@ -262,11 +271,11 @@ impl Network {
     /// # Errors
     /// The node does not answer, or the link fails.
     pub(crate) fn describe(&mut self, id: u16, version: u16) -> Result<Node> {
-        let (head, variables) = if version >= FRAGMENTS {
-            let head = self.fragment(id, -1, Head::read)?;
-            let variables = (0..head.counts[0]).map(|index| self.fragment(id, index as i16, variable));
+        let (head, variables, events) = if version >= FRAGMENTS {
+            let head = self.fragment(id, -1, DESCRIPTION, Head::read)?;
+            let variables = (0..head.counts[0]).map(|index| self.fragment(id, index as i16, VARIABLE, variable));
             let variables = variables.collect::<Result<Vec<_>>>()?;
-            (head, variables)
+            (head, variables, Vec::new())
         } else {
             self.persistently(|network| network.whole(id))?
         };
@@ -282,12 +291,28 @@ impl Network {
             version: head.version,
             name: head.name,
             variables: named,
+            free: next..head.words,
+            event_count: head.counts[1],
+            events,
         })
     }
 
+    /// Names of a node's local events, in order. A node that describes one thing at a time numbers them on from its variables.
+    ///
+    /// # Errors
+    /// The node does not answer, or the link fails.
+    pub(crate) fn events(&mut self, node: &Node) -> Result<Vec<String>> {
+        if node.version < FRAGMENTS {
+            return Ok(node.events.clone());
+        }
+        let first = node.variables.len() as i16;
+        (first..first + node.event_count as i16)
+            .map(|index| self.fragment(node.id, index, LOCAL_EVENT, event))
+            .collect()
+    }
+
     /// A part of a description by its index; -1 is the head.
-    fn fragment<T>(&mut self, id: u16, index: i16, read: impl Fn(&Message) -> Option<T>) -> Result<T> {
-        let kind = if index < 0 { DESCRIPTION } else { VARIABLE };
+    fn fragment<T>(&mut self, id: u16, index: i16, kind: u16, read: impl Fn(&Message) -> Option<T>) -> Result<T> {
         self.persistently(|network| {
             network.send(&[Message::new(GET_FRAGMENT, [id, VERSION, index as u16])])?;
             network.part(id, kind, &read)
@@ -295,18 +320,18 @@ impl Network {
     }
 
     /// A whole description: the head, then variables, local events and native functions. Each message resets the time.
-    fn whole(&mut self, id: u16) -> Result<(Head, Vec<(u16, String)>)> {
+    fn whole(&mut self, id: u16) -> Result<(Head, Vec<(u16, String)>, Vec<String>)> {
         self.send(&[Message::new(GET_DESCRIPTION, [id, VERSION])])?;
         let head = self.part(id, DESCRIPTION, Head::read)?;
         let [variables, events, functions] = head.counts;
         let variables = (0..variables).map(|_| self.part(id, VARIABLE, variable));
         let variables = variables.collect::<Result<Vec<_>>>()?;
-        for (kind, count) in [(LOCAL_EVENT, events), (NATIVE_FUNCTION, functions)] {
-            for _ in 0..count {
-                self.part(id, kind, |_| Some(()))?;
-            }
+        let events = (0..events).map(|_| self.part(id, LOCAL_EVENT, event));
+        let events = events.collect::<Result<Vec<_>>>()?;
+        for _ in 0..functions {
+            self.part(id, NATIVE_FUNCTION, |_| Some(()))?;
         }
-        Ok((head, variables))
+        Ok((head, variables, events))
     }
 
     /// The next part of a description, which must be of this type.
@@ -344,6 +369,59 @@ impl Network {
                 command: format!("the values {values:?} of variables"),
                 answer: format!("{held:?}"),
             })
+        })
+    }
+
+    /// Gives a node a program in place of its own, and runs it. Its variables are 0 then, or as before.
+    ///
+    /// # Errors
+    /// The node does not confirm that it runs, or the link fails.
+    pub(crate) fn load(&mut self, id: u16, bytecode: &[u16]) -> Result {
+        let set = Message::new(SET_BYTECODE, [id, 0].into_iter().chain(bytecode.iter().copied()));
+        self.persistently(|network| {
+            let others = [RUN, GET_EXECUTION_STATE].map(|kind| Message::new(kind, [id]));
+            network.send(&[&[set.clone()], &others[..]].concat())?;
+            let until = network.now() + PATIENCE;
+            while let Some(message) = network.message(until)? {
+                if message.source == id && runs(&message) == Some(true) {
+                    return Ok(());
+                }
+            }
+            Err(late("the beginning of a program"))
+        })
+    }
+
+    /// Sets words of a node by their addresses, and reads the first `count` of them back. Returns whether the node's program runs.
+    ///
+    /// # Errors
+    /// The node does not answer or holds other values, or the link fails.
+    pub(crate) fn set_running(&mut self, id: u16, values: &[(u16, i16)], count: usize) -> Result<bool> {
+        let addresses: Vec<u16> = values[..count].iter().map(|(address, _)| *address).collect();
+        self.persistently(|network| {
+            let get = |span: Range<u16>| Message::new(GET_VARIABLES, [id, span.start, span.end - span.start]);
+            let asked = spans(&addresses).into_iter().map(get);
+            let state = Message::new(GET_EXECUTION_STATE, [id]);
+            network.send(&sets(id, values).chain(asked).chain([state]).collect::<Vec<_>>())?;
+            let (mut held, mut is_running) = (vec![None; count], None);
+            let until = network.now() + PATIENCE;
+            while is_running.is_none() || held.contains(&None) {
+                let message = network.message(until)?.ok_or_else(|| late("the state of a program"))?;
+                if message.source != id {
+                    continue;
+                }
+                is_running = runs(&message).or(is_running);
+                if message.kind == VARIABLES {
+                    fill(&message, &addresses, &mut held);
+                }
+            }
+            let is_held = held.iter().zip(values).all(|(held, (_, value))| *held == Some(*value));
+            match is_running {
+                Some(true) if !is_held => Err(Error::Refused {
+                    command: format!("the values {:?} of variables", &values[..count]),
+                    answer: format!("{held:?}"),
+                }),
+                state => Ok(state == Some(true)),
+            }
         })
     }
 
@@ -474,10 +552,31 @@ fn variable(message: &Message) -> Option<(u16, String)> {
     (reader.0.is_empty() && size > 0 && !name.is_empty()).then_some((size, name))
 }
 
-/// Messages that set words by their addresses.
+/// A local event: its name.
+fn event(message: &Message) -> Option<String> {
+    message.reader().text().filter(|name| !name.is_empty())
+}
+
+/// Messages that set words by their addresses, one for words that follow one another.
 fn sets(id: u16, values: &[(u16, i16)]) -> impl Iterator<Item = Message> + '_ {
-    let set = move |(address, value): &(u16, i16)| Message::new(SET_VARIABLES, [id, *address, *value as u16]);
-    values.iter().map(set)
+    let set = move |words: &[(u16, i16)]| {
+        let values = words.iter().map(|(_, value)| *value as u16);
+        Message::new(SET_VARIABLES, [id, words[0].0].into_iter().chain(values))
+    };
+    values.chunk_by(|(one, _), (next, _)| *next == one + 1).map(set)
+}
+
+/// Whether a message says that its node runs its program, if it says anything of that: it does not if it was stopped, or has failed.
+fn runs(message: &Message) -> Option<bool> {
+    let [first, last] = PROGRAM_FAILURES;
+    if (first..=last).contains(&message.kind) {
+        return Some(false);
+    }
+    let mut reader = message.reader();
+    let (_counter, flags) = (reader.word(), reader.word());
+    flags
+        .filter(|_| message.kind == EXECUTION_STATE)
+        .map(|flags| flags & 2 == 0)
 }
 
 /// Whether a message says that its node runs no program: of the flags, 1 stands for a running event and 2 for a stop.

@@ -1,7 +1,9 @@
 //! Thymio II, and what else drives on an Aseba network.
 //!
 //! The robot runs a program of its own and shares its variables; to drive is to set the motors' targets. It has no
-//! time-out: it keeps them.
+//! time-out: it keeps them. So where it can, it gets a program that stops it (`fuse.rs`).
+
+mod fuse;
 
 use std::ops::Range;
 
@@ -11,6 +13,7 @@ use super::error::{Error, Result};
 use super::link::Link;
 use super::talk::Stepped;
 use super::{Battery, Description, Group, Kind, Odometry, Reading, Robot, Wheels};
+use fuse::Fuse;
 
 /// A kind of robot on a network: names of its variables.
 pub(super) struct Body {
@@ -122,6 +125,16 @@ pub(crate) struct Thymio {
     node: Node,
     body: &'static Body,
     description: Description,
+    fuse: Option<Armed>,
+}
+
+/// Whether the robot stops by itself.
+#[derive(Clone, Copy, Debug)]
+enum Armed {
+    /// It runs a fuse.
+    With(Fuse),
+    /// It can't.
+    Without,
 }
 
 impl Thymio {
@@ -137,6 +150,7 @@ impl Thymio {
             network,
             node,
             body,
+            fuse: None,
         };
         robot.begin()?;
         Ok(robot)
@@ -144,8 +158,41 @@ impl Thymio {
 
     /// Ends the program, which may set the targets as well, and stops.
     fn begin(&mut self) -> Result {
+        self.fuse = None;
         self.network.halt(self.node.id)?;
         self.stop()
+    }
+
+    /// Gives the robot its fuse, if it can have one and has none.
+    fn armed(&mut self) -> Result<Armed> {
+        if let Some(armed) = self.fuse {
+            return Ok(armed);
+        }
+        let events = self.network.events(&self.node)?;
+        let targets = self
+            .targets([0; 2])
+            .iter()
+            .map(|(address, _)| *address)
+            .collect::<Vec<_>>();
+        let armed = match Fuse::of(&self.node.free, [targets[0], targets[1]], &events) {
+            Some((fuse, program)) => {
+                self.network.load(self.node.id, &program)?;
+                Armed::With(fuse)
+            }
+            None => Armed::Without,
+        };
+        self.fuse = Some(armed);
+        Ok(armed)
+    }
+
+    /// Keeps the wheels at these speeds, until the fuse has burnt down.
+    fn keep(&mut self, fuse: Fuse, speeds: [i16; 2]) -> Result {
+        if self.network.set_running(self.node.id, &fuse.lit(speeds), 2)? {
+            return Ok(());
+        }
+        // Somebody has stopped its program, or it has restarted.
+        self.begin()?;
+        Err(Error::Restarted)
     }
 
     /// What sets the targets of the motors: addresses and speeds.
@@ -252,20 +299,28 @@ impl Robot for Thymio {
     fn drive(&mut self, left: i32, right: i32) -> Result {
         let greatest = self.body.wheels.greatest;
         let speeds = [left, right].map(|speed| speed.clamp(-greatest, greatest) as i16);
-        self.network.set(self.node.id, &self.targets(speeds))
+        match self.armed()? {
+            Armed::With(fuse) => self.keep(fuse, speeds),
+            Armed::Without => self.network.set(self.node.id, &self.targets(speeds)),
+        }
     }
 
     fn stop(&mut self) -> Result {
+        if let Some(Armed::With(fuse)) = self.fuse {
+            self.network.put(self.node.id, &fuse.out())?;
+        }
         if !*self.network.in_step() {
             // Getting back in step may fail: the robot must have heard of the stop before.
             self.network.put(self.node.id, &self.targets([0; 2]))?;
         }
-        self.drive(0, 0).map_err(|error| match error {
-            Error::Refused { answer, .. } => Error::StillTurning {
-                seen: format!("the targets of its motors are {answer}"),
-            },
-            error => error,
-        })
+        self.network
+            .set(self.node.id, &self.targets([0; 2]))
+            .map_err(|error| match error {
+                Error::Refused { answer, .. } => Error::StillTurning {
+                    seen: format!("the targets of its motors are {answer}"),
+                },
+                error => error,
+            })
     }
 
     fn light(&mut self, light: usize, _: bool) -> Result {

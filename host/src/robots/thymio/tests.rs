@@ -36,11 +36,7 @@ fn described(id: u16, name: &str, names: &[(&str, u16)]) -> Vec<Step> {
 /// Setting the targets at 3 and 4, and reading them back.
 fn driven(id: u16, left: i16, right: i16) -> Vec<Step> {
     let (left, right) = (left as u16, right as u16);
-    let sent = [
-        to(0xa00c, &[id, 3, left]),
-        to(0xa00c, &[id, 4, right]),
-        to(0xa00b, &[id, 3, 2]),
-    ];
+    let sent = [to(0xa00c, &[id, 3, left, right]), to(0xa00b, &[id, 3, 2])];
     let held = from(id, VARIABLES, &words(&[3, left, right]));
     vec![hear(sent.concat()), say(held)]
 }
@@ -173,12 +169,85 @@ fn targets_that_stay_are_no_stop() {
 /// Out of step, and the link babbles on: the robot may hear of the stop all the same.
 #[test]
 fn a_stop_is_sent_before_order_is_restored() {
-    let blind = [to(0xa00c, &[1, 3, 0]), to(0xa00c, &[1, 4, 0])].concat();
+    let blind = to(0xa00c, &[1, 3, 0, 0]);
     let steps = [vec![hear(blind)], (0..90).map(|_| say([0xff; 8])).collect()];
     let mut robot = robot(steps.concat());
     *robot.network.in_step() = false;
     assert!(matches!(robot.stop(), Err(Error::Garbage { .. })));
     robot.network.resynchronise().unwrap();
+}
+
+/// What a Thymio says that has the event `buttons`, the second of three.
+fn with_events() -> Vec<Step> {
+    let variables = NAMES.iter().flat_map(|(name, size)| named(1, *size, name));
+    let event = |name: &str| from(1, 0x9002, &[&[name.len() as u8], name.as_bytes(), &[0]].concat());
+    let description = head(1, "thymio-II", 5, 586, [NAMES.len() as u16, 3, 0]);
+    let events = ["prox", "buttons", "tap"].map(event).concat();
+    let all = description
+        .into_iter()
+        .chain(variables)
+        .chain(events)
+        .collect::<Vec<_>>();
+    let described = vec![hear(to(0xa010, &[1, 5])), say(all)];
+    [listed(&[1]), halted(&[1]), described, begun(1)].concat()
+}
+
+/// The fuse is uploaded, and runs. Behind the variables there are free words from 14 on.
+fn loaded() -> Vec<Step> {
+    let targets = [3, 4];
+    let (_, program) = Fuse::of(&(14..586), targets, &["prox".into(), "buttons".into()]).unwrap();
+    let sent = [
+        to(0xa001, &[&[1, 0], &program[..]].concat()),
+        to(0xa003, &[1]),
+        to(0xa007, &[1]),
+    ];
+    vec![hear(sent.concat()), say(from(1, 0x900a, &words(&[0, 0])))]
+}
+
+/// The fuse is lit; the robot holds what was wanted, and its program runs, or not.
+fn lit(left: i16, right: i16, flags: u16) -> Vec<Step> {
+    let (left, right) = (left as u16, right as u16);
+    let sent = [
+        to(0xa00c, &[1, 14, left, right, 10]),
+        to(0xa00b, &[1, 14, 2]),
+        to(0xa007, &[1]),
+    ];
+    let held = from(1, VARIABLES, &words(&[14, left, right]));
+    vec![
+        hear(sent.concat()),
+        say([held, from(1, 0x900a, &words(&[3, flags]))].concat()),
+    ]
+}
+
+#[test]
+fn a_robot_that_can_stop_by_itself_gets_a_fuse_before_it_moves() {
+    let put_out = vec![hear(to(0xa00c, &[1, 14, 0, 0, 0]))];
+    let steps = [
+        with_events(),
+        loaded(),
+        lit(100, -100, 0),
+        lit(5, 5, 1),
+        put_out,
+        driven(1, 0, 0),
+    ];
+    let mut robot = connect(steps.concat(), None).unwrap();
+    robot.drive(100, -100).unwrap();
+    robot.drive(5, 5).unwrap();
+    robot.stop().unwrap();
+}
+
+/// Somebody has stopped the program, or it has failed: it gets another.
+#[test]
+fn a_fuse_that_does_not_burn_is_a_restart() {
+    let failed = from(1, 0x9006, &words(&[3, 1, 2]));
+    let mut broken = lit(5, 5, 2);
+    broken[1] = say([from(1, VARIABLES, &words(&[14, 5, 5])), failed].concat());
+    for broken in [lit(5, 5, 2), broken] {
+        let steps = [with_events(), loaded(), broken, begun(1), loaded(), lit(6, 6, 0)];
+        let mut robot = connect(steps.concat(), None).unwrap();
+        assert_eq!(robot.drive(5, 5), Err(Error::Restarted));
+        robot.drive(6, 6).unwrap();
+    }
 }
 
 #[test]
