@@ -22,7 +22,7 @@ use oneiro::world::{World, WorldSpec};
 use self::late::Late;
 use self::logbook::{Cycle, Identity, Logbook, Row};
 use self::senses::Senses;
-use super::wander::{WALK, wanderer};
+use super::wander::wanderer;
 use super::{Driven, Life, Lived, Object, Reality, Trouble, Turned};
 use crate::console::Console;
 use crate::exit::{Failure, Result};
@@ -38,7 +38,7 @@ const SAMPLED_SPEED: f64 = 80.0;
 /// How a life gets its start, unless it goes on where the last one ended.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, clap::ValueEnum)]
 pub(crate) enum Starts {
-    /// The robot drives about at random for 10 s before each life
+    /// The robot drives about at random before each life
     #[default]
     Walk,
     /// Somebody puts the robot where the simulator would start, and presses Enter
@@ -50,6 +50,8 @@ pub(crate) enum Starts {
 pub(crate) struct Values {
     /// How lives get their starts.
     pub(crate) starts: Starts,
+    /// Cycles of 100 ms for which it drives about.
+    pub(crate) walk: u32,
     /// Speed of a wheel at the controller's greatest output, mm/s; the experiment's if none.
     pub(crate) speed_mm_s: Option<f64>,
     /// Names of the world's sensors and of the robot's, where they differ.
@@ -76,6 +78,8 @@ pub(crate) struct Lives {
     cpu: Cpu,
     senses: Senses,
     starts: Starts,
+    /// Cycles for which it drives about before a life.
+    walk: u32,
     /// Greatest speed, mm/s.
     speed: f64,
     /// Distance between the wheels, mm.
@@ -141,6 +145,7 @@ impl Lives {
             cpu,
             senses,
             starts: values.starts,
+            walk: values.walk,
             speed,
             base: *base_mm,
             pose: [middle(field.x, field.width), middle(field.y, field.height), 0.0],
@@ -312,7 +317,7 @@ impl Lives {
         vehicle.drive([0.0; 2])?;
         let mut now = vehicle.look()?;
         let mut tick = vehicle.now();
-        for _ in 0..WALK {
+        for _ in 0..self.walk {
             let seen = self.senses.obstacles(&self.senses.activations(&now.readings));
             let output = |genes: &[f32]| {
                 let weighed = genes.iter().zip(&seen).map(|(gene, seen)| f64::from(*gene) * seen);

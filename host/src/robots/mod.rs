@@ -16,7 +16,6 @@ pub(crate) mod recording;
 mod script;
 mod talk;
 mod thymio;
-#[expect(dead_code, reason = "lives on robots come next")]
 pub(crate) mod vehicle;
 
 use std::fmt;
