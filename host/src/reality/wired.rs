@@ -312,6 +312,9 @@ impl Lives {
 
     /// Drives about under random genes, and stops.
     fn walk(&mut self, vehicle: &mut dyn Vehicle, life: &Life<'_>) -> std::result::Result<(), Trouble> {
+        if self.walk == 0 {
+            return Ok(());
+        }
         let inputs = self.senses.names().count();
         let genes = wanderer(life.key, inputs, 2 * (inputs + 1));
         vehicle.drive([0.0; 2])?;
@@ -507,3 +510,6 @@ fn unsampled(name: &str) -> Trouble {
         "{name} is sampled by hand; allowed: oneiro sample, with somebody beside it"
     ))
 }
+
+#[cfg(test)]
+mod tests;
