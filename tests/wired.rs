@@ -1,8 +1,10 @@
 //! `oneiro evaluate --robot`: lives on a robot at the end of a wire, which keeps its last speed for ever.
 #![cfg(unix)]
 
+use std::net::UdpSocket;
 use std::process::Stdio;
-use std::sync::atomic::Ordering;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread;
 use std::time::{Duration, Instant};
 
@@ -295,6 +297,80 @@ fn what_ends_a_life_early_is_recorded() {
     assert_eq!(index.column("bits"), ["", ""]);
 }
 
+/// Poses are those of a tracker without its outliers. When it falls silent, the wheels stand, and the life is lived again once it sees
+/// the robot.
+#[test]
+fn a_tracker_says_where_the_robot_is() {
+    let place = placed("tracked", 20);
+    let body = Body::default();
+    let address = robots::khepera(&body);
+    let port = UdpSocket::bind("127.0.0.1:0").unwrap().local_addr().unwrap();
+    let sees = Arc::new(AtomicBool::new(true));
+    let is_seen = Arc::clone(&sees);
+    thread::spawn(move || {
+        let socket = UdpSocket::bind("127.0.0.1:0").unwrap();
+        for sighting in 0_u32.. {
+            thread::sleep(Duration::from_millis(30));
+            // Every tenth is of something else.
+            let x = if sighting % 10 == 9 {
+                3000.0
+            } else {
+                300.0 + 0.5 * f64::from(sighting)
+            };
+            let t = 0.03 * f64::from(sighting);
+            let line = format!("{{\"id\":3,\"t\":{t},\"x\":{x},\"y\":250.5,\"heading\":0.125}}\n");
+            // Nobody may listen.
+            if is_seen.load(Ordering::SeqCst) {
+                let _ = socket.send_to(line.as_bytes(), port);
+            }
+        }
+    });
+    let tracker = format!("udp:{port}#3");
+    let arguments = arguments(&address, &["--tracker", &tracker]);
+    let program = place
+        .command(&arguments)
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .unwrap();
+    let lines = |life: u32| {
+        let text = std::fs::read_to_string(place.at(format!("lives/life-{life}.csv")));
+        text.map_or(0, |text| text.lines().count())
+    };
+    wait("the second life", LONG, || lines(2) > 6);
+    sees.store(false, Ordering::SeqCst);
+    let event = Instant::now();
+    wait("the stop", LONG, || stands(&body));
+    let took = body.wheels().1 - event;
+    assert!(took < Duration::from_millis(800), "{took:?}");
+    thread::sleep(Duration::from_millis(500));
+    assert!(stands(&body));
+    sees.store(true, Ordering::SeqCst);
+    let ran = place::Ran::new(&["evaluate"], &program.wait_with_output().unwrap()).exits(0);
+    ran.says(&["the robot has to be put back: the tracker does not see the robot"]);
+    let index = Table::read(&place, "lives/lives.csv");
+    let status = index.column("status");
+    assert_eq!(status.len(), 5);
+    assert!(
+        status[1].contains("the tracker does not see the robot"),
+        "{}",
+        status[1]
+    );
+    assert!(
+        [0, 2, 3, 4]
+            .map(|life| status[life])
+            .iter()
+            .all(|status| *status == "complete")
+    );
+    for life in index.column("life") {
+        let table = Table::read(&place, &format!("lives/life-{life}.csv"));
+        let x = table.numbers("x_mm");
+        assert!(x.iter().all(|x| (300.0..1000.0).contains(x)) && x.is_sorted(), "{x:?}");
+        assert!(table.numbers("y_mm").iter().all(|y| *y == 250.5));
+        assert!(table.numbers("heading_turns").iter().all(|heading| *heading == 0.125));
+    }
+}
+
 #[test]
 fn what_can_not_be_lived_is_refused() {
     let place = placed("refused", 10);
@@ -344,6 +420,16 @@ fn what_can_not_be_lived_is_refused() {
             &["--robot", &robot, "--lives", "new", "--sensor", "left_90=prox_5"],
             3,
             &["the Khepera has no sensor prox_5 of the kind proximity; allowed: left_90=proximity_left_90"],
+        ),
+        (
+            &["--robot", &robot, "--lives", "new", "--tracker", "udp:5005"],
+            3,
+            &["udp:HOST:PORT#ID"],
+        ),
+        (
+            &["--robot", &robot, "--lives", "new", "--tracker", "udp:127.0.0.1:0"],
+            4,
+            &["no sighting of robot 0 within 5 s"],
         ),
         (
             &["--robot", &robot, "--lives", "new", "--guard", "expiry_ms=1"],

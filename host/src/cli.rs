@@ -239,6 +239,13 @@ pub(crate) struct OnRobot {
     /// Read a sensor of the experiment from one of the robot that has another name, such as left_90=prox_5. May be repeated
     #[arg(long = "sensor", value_name = "NAME=NAME", requires = "lives", value_parser = pair)]
     pub(crate) sensors: Vec<(String, String)>,
+    /// Listen here to a tracker that says where the robot is, such as udp:0.0.0.0:5005#1 for its robot 1 [default: its odometers]
+    #[arg(long, value_name = "ADDRESS", requires = "lives")]
+    pub(crate) tracker: Option<String>,
+    /// Age of a tracker's last sighting from which the robot counts as lost, and is stopped, 50 to 2000 ms
+    #[arg(long, value_name = "MS", default_value_t = 300, requires = "tracker",
+        value_parser = clap::value_parser!(u64).range(50..=2000))]
+    pub(crate) tracker_age: u64,
     /// Set a value of the guard, such as expiry_ms=200. May be repeated; docs/robots-on-the-wire.md lists them
     #[arg(long, value_name = "KEY=VALUE", requires = "lives")]
     pub(crate) guard: Vec<String>,

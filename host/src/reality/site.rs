@@ -69,12 +69,13 @@ impl Wired {
                     wanted: Wanted { kinds, odometry: true },
                     settings: self.guard.clone(),
                     record: None,
+                    tracker: self.values.tracker.clone(),
                 };
                 none.insert(Guarded::open(&options, Arc::clone(engine.stop()), self.console)?)
             }
         };
+        let lives = Lives::new(spec, robot, &self.values, self.console)?;
         let profile = robot.profile();
-        let lives = Lives::new(spec, profile, &self.values, self.console)?;
         let name = format!("{} ({}) at {}", profile.robot, profile.firmware, self.wire);
         Ok(WiredRobot::new(self.robot.clone(), lives, name))
     }

@@ -26,9 +26,9 @@ use super::wander::wanderer;
 use super::{Driven, Life, Lived, Object, Reality, Trouble, Turned};
 use crate::console::Console;
 use crate::exit::{Failure, Result};
-use crate::robots::Kind;
 use crate::robots::vehicle::guarded::Guarded;
 use crate::robots::vehicle::{Moment, Profile, Vehicle};
+use crate::robots::{Kind, tracker};
 
 /// A cycle of a life.
 const CYCLE: Duration = Duration::from_millis(100);
@@ -58,6 +58,8 @@ pub(crate) struct Values {
     pub(crate) sensors: Vec<(String, String)>,
     /// Where lives are recorded.
     pub(crate) directory: PathBuf,
+    /// What sees where the robot is; its odometers tell if there is none.
+    pub(crate) tracker: Option<tracker::Values>,
 }
 
 /// Kinds of sensors that lives in a world need.
@@ -105,11 +107,12 @@ impl Lives {
     /// # Errors
     /// Exit 3: a sensor that the robot lacks, a speed that it can't have, a robot without odometers, or a world that is not valid; as
     /// the record's.
-    pub(crate) fn new(spec: &WorldSpec, profile: &Profile, values: &Values, console: Console) -> Result<Self> {
+    pub(crate) fn new(spec: &WorldSpec, vehicle: &dyn Vehicle, values: &Values, console: Console) -> Result<Self> {
+        let profile = vehicle.profile();
         let Profile { robot, base_mm, .. } = profile;
-        if !profile.has_odometers {
+        if !profile.has_odometers && values.tracker.is_none() {
             return Err(Failure::input(format_args!(
-                "the {robot} has no odometers; allowed: a robot that can tell how far its wheels have turned"
+                "the {robot} has no odometers; allowed: a robot that can tell how far its wheels have turned, or --tracker"
             )));
         }
         let senses = Senses::new(spec, profile, &values.sensors).map_err(Failure::input)?;
@@ -270,6 +273,7 @@ impl Lives {
 
     /// Gets the robot to a life's start, and returns it.
     fn place(&mut self, vehicle: &mut dyn Vehicle, life: &Life<'_>) -> std::result::Result<[f32; 3], Trouble> {
+        self.pose = vehicle.seen().unwrap_or(self.pose);
         let here = self.pose.map(|number| number as f32);
         if life.start == Some(here) {
             return Ok(here);
@@ -287,8 +291,8 @@ impl Lives {
             "put the robot at x = {x:.0} mm and y = {y:.0} mm, {:.0} degrees counter-clockwise from the x axis",
             360.0 * heading
         ))?;
-        self.pose = start.map(f64::from);
-        Ok(start)
+        self.pose = vehicle.seen().unwrap_or(start.map(f64::from));
+        Ok(self.pose.map(|number| number as f32))
     }
 
     /// Where the simulator would start a life.
@@ -332,7 +336,7 @@ impl Lives {
             tick = next(tick, vehicle.now());
             vehicle.keep_until(tick)?;
             let then = vehicle.look()?;
-            self.pose = moved(self.pose, way(&now, &then), self.base);
+            self.pose = place(vehicle, self.pose, way(&now, &then), self.base);
             now = then;
         }
         vehicle.stop()
@@ -366,7 +370,7 @@ impl Lives {
             tick = next(tick, vehicle.now());
             vehicle.keep_until(tick)?;
             let then = vehicle.look()?;
-            self.pose = moved(self.pose, way(&now, &then), self.base);
+            self.pose = place(vehicle, self.pose, way(&now, &then), self.base);
             let end = self.pose.map(|number| number as f32);
             let trace = told.moved(&mut self.cpu, end).map_err(failed)?;
             let cycle = Cycle { activations, end };
@@ -426,6 +430,11 @@ fn next(tick: Duration, now: Duration) -> Duration {
 fn way(from: &Moment, to: &Moment) -> [f64; 2] {
     let [from, to] = [from, to].map(|moment| moment.travel.unwrap_or_default());
     [to[0] - from[0], to[1] - from[1]]
+}
+
+/// Where a tracker sees a robot, or where it is after the arc that its odometers tell.
+fn place(vehicle: &dyn Vehicle, pose: [f64; 3], way: [f64; 2], base: f64) -> [f64; 3] {
+    vehicle.seen().unwrap_or_else(|| moved(pose, way, base))
 }
 
 /// The pose, mm and turns, after an arc on which the wheels, `base` mm apart, have travelled this far, mm.

@@ -1,5 +1,7 @@
 //! `oneiro evaluate --robot`: the same lives on a robot, or on a surrogate.
 
+use std::time::Duration;
+
 use crate::cli::{Evaluate, OnRobot};
 use crate::console::{Console, counted};
 use crate::device;
@@ -9,6 +11,7 @@ use crate::reality::site::{self, Site, Wired};
 use crate::reality::wired::{Starts, Values};
 use crate::reality::{Life, Reality};
 use crate::robots::address::Address;
+use crate::robots::tracker;
 
 /// Lives all lives on a robot, one after the other, those of a surrogate all at once. Returns their fitness, by genome.
 ///
@@ -65,12 +68,19 @@ fn site(address: &str, values: &OnRobot, console: Console) -> Result<Site> {
             "--robot {address}: lacks --lives DIR; allowed: a directory where its lives are recorded"
         ))),
         (Address::Wire(wire), Some(directory)) => {
+            let limit = Duration::from_millis(values.tracker_age);
+            let tracker = values.tracker.as_deref().map(|text| {
+                tracker::Values::parse(text, limit)
+                    .map_err(|problem| Failure::input(format_args!("--tracker {text}: {problem}")))
+            });
+            let tracker = tracker.transpose()?;
             let own = Values {
                 starts: values.between,
                 walk: walk(values),
                 speed_mm_s: values.speed,
                 sensors: values.sensors.clone(),
                 directory: directory.clone(),
+                tracker,
             };
             Ok(Site::Wired(Wired::new(wire, own, &values.guard, console)))
         }

@@ -154,12 +154,13 @@ fn opened(spec: &WorldSpec, directory: &Path, walk: u32) -> Lives {
         speed_mm_s: None,
         sensors: Vec::new(),
         directory: directory.into(),
+        tracker: None,
     };
     let quiet = Console::new(Output {
         json: false,
         quiet: true,
     });
-    Lives::new(spec, &senses::tests::khepera(), &values, quiet).unwrap()
+    Lives::new(spec, &Mock::new(Vec::new()), &values, quiet).unwrap()
 }
 
 fn genes(life: u32) -> Vec<f32> {
@@ -397,9 +398,10 @@ fn records_that_are_not_what_was_written_are_refused() {
         speed_mm_s: None,
         sensors: Vec::new(),
         directory: place.0.clone(),
+        tracker: None,
     };
     let console = Console::new(Output::default());
-    let failure = Lives::new(&spec(5), &senses::tests::khepera(), &values, console).unwrap_err();
+    let failure = Lives::new(&spec(5), &Mock::new(Vec::new()), &values, console).unwrap_err();
     assert_eq!(failure.code(), 5);
     assert!(
         failure.to_string().contains("lives.csv: line 2 isn't what was written"),
