@@ -8,6 +8,7 @@ use clap::{Args, Parser, Subcommand, ValueHint};
 use crate::commands::rules;
 use crate::console::Output;
 use crate::device::Backend;
+use crate::reality::wired::Starts;
 use crate::robots::Kind;
 use crate::studies::{miglino1995, odowd2014};
 use crate::sweep::store::Shard;
@@ -207,12 +208,52 @@ pub(crate) struct Evaluate {
     /// The device that evaluates.
     #[command(flatten)]
     pub(crate) backend: Backend,
+    /// Lives on a robot instead.
+    #[command(flatten)]
+    pub(crate) on_robot: OnRobot,
     /// Change a value of the experiment, such as noise.sensor=[0.0,0.4]. May be repeated
     #[arg(long = "set", value_name = "KEY=VALUE")]
     pub(crate) set: Vec<String>,
     /// Write the results to this file (.csv or .npy, never overwritten); - is standard output
     #[arg(long, value_name = "FILE", default_value = "-", value_hint = ValueHint::FilePath)]
     pub(crate) out: PathBuf,
+}
+
+/// Lives on a robot, of `oneiro evaluate`.
+#[derive(Args, Debug)]
+pub(crate) struct OnRobot {
+    /// Live on a robot instead of in the simulation: at an address of `oneiro robot list`, such as serial:/dev/ttyUSB0, or on
+    /// the surrogate of a Khepera, such as surrogate:1
+    #[arg(long, value_name = "ADDRESS", conflicts_with_all = ["starts", "noise", "measures", "traces"])]
+    pub(crate) robot: Option<String>,
+    /// Record lives on a robot in this directory. Those that are complete there are not lived again
+    #[arg(long, value_name = "DIR", requires = "robot", value_hint = ValueHint::DirPath)]
+    pub(crate) lives: Option<PathBuf>,
+    /// What gives lives on a robot different starts
+    #[arg(long, value_name = "HOW", value_enum, default_value_t = Starts::Walk, requires = "lives")]
+    pub(crate) between: Starts,
+    /// How long a robot drives about at random before each life, 0 to 600 s; 0: a life starts where the last one has ended
+    #[arg(long, value_name = "SECONDS", default_value_t = 10.0, requires = "lives", value_parser = walk)]
+    pub(crate) walk: f64,
+    /// Speed of a robot's wheel at the controller's greatest output, mm/s [default: the experiment's; 80 for sampled motors]
+    #[arg(long, value_name = "MM_S", requires = "lives", value_parser = top_speed)]
+    pub(crate) speed: Option<f64>,
+    /// Read a sensor of the experiment from one of the robot that has another name, such as left_90=prox_5. May be repeated
+    #[arg(long = "sensor", value_name = "NAME=NAME", requires = "lives", value_parser = pair)]
+    pub(crate) sensors: Vec<(String, String)>,
+    /// Listen here to a tracker that says where the robot is, such as udp:0.0.0.0:5005#1 for its robot 1 [default: its odometers]
+    #[arg(long, value_name = "ADDRESS", requires = "lives")]
+    pub(crate) tracker: Option<String>,
+    /// Age of a tracker's last sighting from which the robot counts as lost, and is stopped, 50 to 2000 ms
+    #[arg(long, value_name = "MS", default_value_t = 300, requires = "tracker",
+        value_parser = clap::value_parser!(u64).range(50..=2000))]
+    pub(crate) tracker_age: u64,
+    /// Set a value of the guard, such as expiry_ms=200. May be repeated; docs/robots-on-the-wire.md lists them
+    #[arg(long, value_name = "KEY=VALUE", requires = "lives")]
+    pub(crate) guard: Vec<String>,
+    /// How much a surrogate differs from the simulator made from its samples, 0 to 2
+    #[arg(long, value_name = "LAMBDA", default_value_t = miglino1995::settings::SEVERITY, requires = "robot")]
+    pub(crate) severity: f32,
 }
 
 /// Whether lives have their experiment's noise.
@@ -731,6 +772,30 @@ fn speed(text: &str) -> Result<Speed, String> {
         Ok(share) if is_share && (1.0..=100.0).contains(&share) => Ok(Speed::Share(share / 100.0)),
         Ok(speed) if !is_share && (1.0..=1100.0).contains(&speed) => Ok(Speed::MmPerS(speed)),
         _ => Err("allowed: 1 to 1100 mm/s, such as 50, or 1% to 100% of the greatest, such as 25%".to_owned()),
+    }
+}
+
+/// Parses a time in seconds, 0 to 600.
+fn walk(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(seconds) if (0.0..=600.0).contains(&seconds) => Ok(seconds),
+        _ => Err("allowed: 0 to 600 s, such as 10".to_owned()),
+    }
+}
+
+/// Parses a speed in mm/s, 1 to 1100.
+fn top_speed(text: &str) -> Result<f64, String> {
+    match speed(text) {
+        Ok(Speed::MmPerS(speed)) => Ok(speed),
+        _ => Err("allowed: 1 to 1100 mm/s, such as 50".to_owned()),
+    }
+}
+
+/// Parses two names.
+fn pair(text: &str) -> Result<(String, String), String> {
+    match text.split_once('=') {
+        Some((own, robots)) if !own.is_empty() && !robots.is_empty() => Ok((own.into(), robots.into())),
+        _ => Err("allowed: the experiment's name, =, and the robot's, such as left_90=prox_5".to_owned()),
     }
 }
 

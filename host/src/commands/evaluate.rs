@@ -25,6 +25,8 @@ use crate::report::csv::Csv;
 use crate::runs::single::trace::TraceTable;
 use crate::{device, files, progress};
 
+mod on_robot;
+
 /// Most cycles of a world.
 const MOST_CYCLES: u32 = 1_000_000;
 
@@ -84,6 +86,19 @@ pub(crate) fn run(arguments: &Evaluate, console: Console) -> Result {
             ..Keys::of_seed(seed)
         },
     };
+    if let Some(address) = &arguments.on_robot.robot {
+        let results = on_robot::lived(address, arguments, &lives, console)?;
+        let table = Table {
+            sources: Some(subjects.sources).filter(|_| named.len() > 1),
+            trials,
+            results: results
+                .into_iter()
+                .map(|fitness| (fitness, Measures::default()))
+                .collect(),
+            measures: Vec::new(),
+        };
+        return sink.take(&table, console);
+    }
     let mut evaluator = device::open(&arguments.backend)?;
     console.say(format!(
         "{}, {}, seed {seed}, on {}",

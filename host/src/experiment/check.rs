@@ -55,6 +55,11 @@ fn reality(transfer: &Transfer) -> Checked {
         ),
         ("reality.starts", transfer.starts.is_some(), is_wired, WIRE),
         ("reality.speed_mm_s", transfer.speed.is_some(), is_wired, WIRE),
+        ("reality.walk_s", transfer.walk.is_some(), is_wired, WIRE),
+        ("reality.sensors", !transfer.sensors.is_empty(), is_wired, WIRE),
+        ("reality.tracker", transfer.tracker.is_some(), is_wired, WIRE),
+        ("reality.tracker_age_ms", transfer.tracker_age.is_some(), is_wired, WIRE),
+        ("reality.guard", !transfer.guard.is_empty(), is_wired, WIRE),
     ];
     match keys
         .iter()

@@ -171,6 +171,19 @@ impl Experiment {
         Some(evolution.generations - reality.generations?)
     }
 
+    /// Time of all lives on that robot, if it is on a wire, min.
+    pub(crate) fn robot_minutes(&self) -> Option<f64> {
+        let Settings {
+            reality,
+            evolution,
+            trials,
+            ..
+        } = &self.settings;
+        let walk = self.site()?.walk()?;
+        let lives = f64::from(reality.generations?) * f64::from(evolution.population) * f64::from(*trials);
+        Some(lives * f64::from(self.world.cycles() + walk) / 600.0)
+    }
+
     /// That robot.
     pub(crate) fn site(&self) -> Option<Site> {
         self.settings.reality.site().ok().flatten()

@@ -4,6 +4,7 @@
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 use std::sync::LazyLock;
+use std::time::Duration;
 
 use oneiro::arena::Arena;
 use oneiro::batch::GREATEST_GENE;
@@ -19,6 +20,7 @@ use super::values::Described;
 use crate::evolve::genetic;
 use crate::reality::site::Site;
 use crate::reality::wired;
+use crate::robots::tracker;
 
 /// A whole experiment.
 #[derive(Clone, Debug, PartialEq)]
@@ -220,6 +222,16 @@ fn rows() -> Vec<Parameter<Settings>> {
             "How lives on a wire get their starts; \"walk\" if it is not given.", |own, _| Some(&mut own.reality.starts)),
         row("reality.speed_mm_s", "mm/s", Number(1.0, 2000.0), OURS,
             "Speed of a robot's wheels on a wire at the controller's greatest output; 80, or that of the described robot, if it is not given.", |own, _| Some(&mut own.reality.speed)),
+        row("reality.walk_s", "s", Number(0.0, 600.0), OURS,
+            "How long a robot on a wire drives about at random before each life; 10 if it is not given. 0: a life starts where the last one has ended.", |own, _| Some(&mut own.reality.walk)),
+        row("reality.sensors", "", Text("a table of the robot's names, by the experiment's"), OURS,
+            "Sensors of a robot on a wire that have other names than the experiment's.", |own, _| Some(&mut own.reality.sensors)),
+        row("reality.tracker", "", Text("udp:HOST:PORT or udp:HOST:PORT#ID"), OURS,
+            "Where to listen to a tracker that says where a robot on a wire is; its odometers tell if it is not given.", |own, _| Some(&mut own.reality.tracker)),
+        row("reality.tracker_age_ms", "ms", Number(50.0, 2000.0), OURS,
+            "Age of a tracker's last sighting from which the robot counts as lost, and is stopped; 300 if it is not given.", |own, _| Some(&mut own.reality.tracker_age)),
+        row("reality.guard", "", Text("a table of the guard's values, by their names"), OURS,
+            "Values of the guard of a robot on a wire, which docs/robots-on-the-wire.md lists.", |own, _| Some(&mut own.reality.guard)),
         row("record.checkpoint_every", "generations", Whole(1, u32::MAX.into()), OURS,
             "Generations from one checkpoint to the next: what a power cut costs at most.", |own, _| Some(&mut own.record.checkpoint_every)),
         row("record.individuals", "", Any, OURS,
@@ -363,6 +375,15 @@ pub(crate) struct Transfer {
     /// How lives on a wire get their starts, and speed of its wheels at the controller's greatest output, mm/s; if they are given.
     pub(crate) starts: Option<wired::Starts>,
     pub(crate) speed: Option<f32>,
+    /// How long it drives about before a life, s.
+    pub(crate) walk: Option<f32>,
+    /// Names of its sensors, by the experiment's, where they differ.
+    pub(crate) sensors: BTreeMap<String, String>,
+    /// Where a tracker is listened to, and the age of its last sighting from which the robot counts as lost, ms.
+    pub(crate) tracker: Option<String>,
+    pub(crate) tracker_age: Option<f32>,
+    /// Values of its guard.
+    pub(crate) guard: BTreeMap<String, f64>,
 }
 
 impl Transfer {
@@ -381,22 +402,33 @@ impl Transfer {
     }
 
     /// Values of lives on a robot on a wire. The run says where they are recorded.
-    fn values(&self) -> wired::Values {
-        wired::Values {
+    fn values(&self) -> Result<wired::Values, String> {
+        const SIGHTING_MS: f32 = 300.0;
+        const WALK_S: f32 = 10.0;
+        let limit = Duration::from_secs_f32(self.tracker_age.unwrap_or(SIGHTING_MS) / 1000.0);
+        let tracker = self
+            .tracker
+            .as_ref()
+            .map(|tracker| tracker::Values::parse(tracker, limit));
+        let sensors = self.sensors.iter().map(|(own, robot)| (own.clone(), robot.clone()));
+        Ok(wired::Values {
             starts: self.starts.unwrap_or_default(),
+            walk: (10.0 * self.walk.unwrap_or(WALK_S)).round() as u32,
             speed_mm_s: self.speed.map(f64::from),
-            sensors: Vec::new(),
+            sensors: sensors.collect(),
             directory: PathBuf::new(),
-        }
+            tracker: tracker.transpose()?,
+        })
     }
 
     /// The robot, if there is one.
     ///
     /// # Errors
-    /// The problem of its address.
+    /// The problem of its address, or of its tracker's.
     pub(crate) fn site(&self) -> Result<Option<Site>, String> {
-        let at = |robot: &String| Site::at(robot, self.severity.unwrap_or_default(), self.values());
-        self.robot.as_ref().map(at).transpose()
+        let Some(robot) = &self.robot else { return Ok(None) };
+        let guard: Vec<String> = self.guard.iter().map(|(key, value)| format!("{key}={value}")).collect();
+        Site::at(robot, self.severity.unwrap_or_default(), self.values()?, &guard).map(Some)
     }
 }
 

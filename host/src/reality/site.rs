@@ -18,6 +18,7 @@ use crate::engine::handle::Engine;
 use crate::engine::job::Outside;
 use crate::exit::Failure;
 use crate::robots::address::{Address, Wire};
+use crate::robots::guard;
 use crate::robots::guard::wheels::Wanted;
 use crate::robots::vehicle::Vehicle;
 use crate::robots::vehicle::guarded::{Guarded, Options};
@@ -74,12 +75,13 @@ impl Wired {
                     wanted: Wanted { kinds, odometry: true },
                     settings: self.guard.clone(),
                     record: None,
+                    tracker: self.values.tracker.clone(),
                 };
                 none.insert(Guarded::open(&options, Arc::clone(stop), self.console)?)
             }
         };
+        let lives = Lives::new(spec, robot, &self.values, self.console)?;
         let profile = robot.profile();
-        let lives = Lives::new(spec, profile, &self.values, self.console)?;
         let name = format!("{} ({}) at {}", profile.robot, profile.firmware, self.wire);
         Ok(WiredRobot::new(self.robot.clone(), lives, name))
     }
@@ -139,19 +141,19 @@ impl Outside for OnWire {
 }
 
 impl Site {
-    /// The robot at an address. Of a surrogate, all differences from its simulator are scaled by the severity.
+    /// The robot at an address. Of a surrogate, all differences from its simulator are scaled by the severity; a robot on a wire has
+    /// values for its lives and for its guard.
     ///
     /// # Errors
-    /// The problem of the address.
-    pub(crate) fn at(address: &str, severity: f32, values: wired::Values) -> Result<Self, String> {
+    /// The problem of the address, or of the guard's values.
+    pub(crate) fn at(address: &str, severity: f32, values: wired::Values, guard: &[String]) -> Result<Self, String> {
         match address.parse() {
             Ok(Address::Surrogate(seed)) => Ok(Self::drawn(seed, severity)),
-            Ok(Address::Wire(wire)) => Ok(Self::Wired(Wired::new(
-                wire,
-                values,
-                &[],
-                Console::new(Output::default()),
-            ))),
+            Ok(Address::Wire(wire)) => {
+                guard::values::Values::of(guard).map_err(|problem| problem.to_string())?;
+                let console = Console::new(Output::default());
+                Ok(Self::Wired(Wired::new(wire, values, guard, console)))
+            }
             Err(invalid) => Err(format!("{invalid}")),
         }
     }
@@ -172,6 +174,14 @@ impl Site {
     /// Whether lives take the time that they take, and can't be lived again.
     pub(crate) fn is_wired(&self) -> bool {
         matches!(self, Self::Wired(_))
+    }
+
+    /// Cycles of 100 ms for which a robot on a wire drives about before each life; none of a surrogate.
+    pub(crate) fn walk(&self) -> Option<u32> {
+        match self {
+            Self::Wired(wired) => Some(wired.values.walk()),
+            Self::Surrogate { .. } => None,
+        }
     }
 
     /// The robot as a place of a run's lives, recorded in the run's directory; none for a surrogate, whose lives are rollouts in

@@ -22,13 +22,13 @@ use oneiro::world::{World, WorldSpec};
 use self::late::Late;
 use self::logbook::{Cycle, Identity, Logbook, Row};
 use self::senses::Senses;
-use super::wander::{WALK, wanderer};
+use super::wander::wanderer;
 use super::{Driven, Life, Lived, Object, Reality, Trouble, Turned};
 use crate::console::Console;
 use crate::exit::{Failure, Result};
-use crate::robots::Kind;
 use crate::robots::vehicle::guarded::Guarded;
 use crate::robots::vehicle::{Moment, Profile, Vehicle};
+use crate::robots::{Kind, tracker};
 
 /// A cycle of a life.
 const CYCLE: Duration = Duration::from_millis(100);
@@ -38,7 +38,7 @@ const SAMPLED_SPEED: f64 = 80.0;
 /// How a life gets its start, unless it goes on where the last one ended.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, clap::ValueEnum)]
 pub(crate) enum Starts {
-    /// The robot drives about at random for 10 s before each life
+    /// The robot drives about at random before each life
     #[default]
     Walk,
     /// Somebody puts the robot where the simulator would start, and presses Enter
@@ -65,12 +65,26 @@ impl Choice for Starts {
 pub(crate) struct Values {
     /// How lives get their starts.
     pub(crate) starts: Starts,
+    /// Cycles of 100 ms for which it drives about.
+    pub(crate) walk: u32,
     /// Speed of a wheel at the controller's greatest output, mm/s; the experiment's if none.
     pub(crate) speed_mm_s: Option<f64>,
     /// Names of the world's sensors and of the robot's, where they differ.
     pub(crate) sensors: Vec<(String, String)>,
     /// Where lives are recorded.
     pub(crate) directory: PathBuf,
+    /// What sees where the robot is; its odometers tell if there is none.
+    pub(crate) tracker: Option<tracker::Values>,
+}
+
+impl Values {
+    /// Cycles of 100 ms for which it drives about before each life.
+    pub(super) fn walk(&self) -> u32 {
+        match self.starts {
+            Starts::Walk => self.walk,
+            Starts::Hand => 0,
+        }
+    }
 }
 
 /// Kinds of sensors that lives in a world need.
@@ -97,6 +111,8 @@ pub(crate) struct Lives {
     cpu: Cpu,
     senses: Senses,
     starts: Starts,
+    /// Cycles for which it drives about before a life.
+    walk: u32,
     /// Greatest speed, mm/s.
     speed: f64,
     /// Distance between the wheels, mm.
@@ -122,11 +138,12 @@ impl Lives {
     /// # Errors
     /// Exit 3: a sensor that the robot lacks, a speed that it can't have, a robot without odometers, or a world that is not valid; as
     /// the record's.
-    pub(crate) fn new(spec: &WorldSpec, profile: &Profile, values: &Values, console: Console) -> Result<Self> {
+    pub(crate) fn new(spec: &WorldSpec, vehicle: &dyn Vehicle, values: &Values, console: Console) -> Result<Self> {
+        let profile = vehicle.profile();
         let Profile { robot, base_mm, .. } = profile;
-        if !profile.has_odometers {
+        if !profile.has_odometers && values.tracker.is_none() {
             return Err(Failure::input(format_args!(
-                "the {robot} has no odometers; allowed: a robot that can tell how far its wheels have turned"
+                "the {robot} has no odometers; allowed: a robot that can tell how far its wheels have turned, or --tracker"
             )));
         }
         let senses = Senses::new(spec, profile, &values.sensors).map_err(Failure::input)?;
@@ -162,6 +179,7 @@ impl Lives {
             cpu,
             senses,
             starts: values.starts,
+            walk: values.walk,
             speed,
             base: *base_mm,
             pose: [middle(field.x, field.width), middle(field.y, field.height), 0.0],
@@ -286,6 +304,7 @@ impl Lives {
 
     /// Gets the robot to a life's start, and returns it.
     fn place(&mut self, vehicle: &mut dyn Vehicle, life: &Life<'_>) -> std::result::Result<[f32; 3], Trouble> {
+        self.pose = vehicle.seen().unwrap_or(self.pose);
         let here = self.pose.map(|number| number as f32);
         if life.start == Some(here) {
             return Ok(here);
@@ -303,8 +322,8 @@ impl Lives {
             "put the robot at x = {x:.0} mm and y = {y:.0} mm, {:.0} degrees counter-clockwise from the x axis",
             360.0 * heading
         ))?;
-        self.pose = start.map(f64::from);
-        Ok(start)
+        self.pose = vehicle.seen().unwrap_or(start.map(f64::from));
+        Ok(self.pose.map(|number| number as f32))
     }
 
     /// Where the simulator would start a life.
@@ -328,12 +347,15 @@ impl Lives {
 
     /// Drives about under random genes, and stops.
     fn walk(&mut self, vehicle: &mut dyn Vehicle, life: &Life<'_>) -> std::result::Result<(), Trouble> {
+        if self.walk == 0 {
+            return Ok(());
+        }
         let inputs = self.senses.names().count();
         let genes = wanderer(life.key, inputs, 2 * (inputs + 1));
         vehicle.drive([0.0; 2])?;
         let mut now = vehicle.look()?;
         let mut tick = vehicle.now();
-        for _ in 0..WALK {
+        for _ in 0..self.walk {
             let seen = self.senses.obstacles(&self.senses.activations(&now.readings));
             let output = |genes: &[f32]| {
                 let weighed = genes.iter().zip(&seen).map(|(gene, seen)| f64::from(*gene) * seen);
@@ -345,7 +367,7 @@ impl Lives {
             tick = next(tick, vehicle.now());
             vehicle.keep_until(tick)?;
             let then = vehicle.look()?;
-            self.pose = moved(self.pose, way(&now, &then), self.base);
+            self.pose = place(vehicle, self.pose, way(&now, &then), self.base);
             now = then;
         }
         vehicle.stop()
@@ -379,7 +401,7 @@ impl Lives {
             tick = next(tick, vehicle.now());
             vehicle.keep_until(tick)?;
             let then = vehicle.look()?;
-            self.pose = moved(self.pose, way(&now, &then), self.base);
+            self.pose = place(vehicle, self.pose, way(&now, &then), self.base);
             let end = self.pose.map(|number| number as f32);
             let trace = told.moved(&mut self.cpu, end).map_err(failed)?;
             let cycle = Cycle { activations, end };
@@ -439,6 +461,11 @@ fn next(tick: Duration, now: Duration) -> Duration {
 fn way(from: &Moment, to: &Moment) -> [f64; 2] {
     let [from, to] = [from, to].map(|moment| moment.travel.unwrap_or_default());
     [to[0] - from[0], to[1] - from[1]]
+}
+
+/// Where a tracker sees a robot, or where it is after the arc that its odometers tell.
+fn place(vehicle: &dyn Vehicle, pose: [f64; 3], way: [f64; 2], base: f64) -> [f64; 3] {
+    vehicle.seen().unwrap_or_else(|| moved(pose, way, base))
 }
 
 /// The pose, mm and turns, after an arc on which the wheels, `base` mm apart, have travelled this far, mm.
@@ -523,3 +550,6 @@ fn unsampled(name: &str) -> Trouble {
         "{name} is sampled by hand; allowed: oneiro sample, with somebody beside it"
     ))
 }
+
+#[cfg(test)]
+mod tests;

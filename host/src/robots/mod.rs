@@ -16,6 +16,7 @@ pub(crate) mod recording;
 mod script;
 mod talk;
 mod thymio;
+pub(crate) mod tracker;
 pub(crate) mod vehicle;
 
 use std::fmt;

@@ -79,6 +79,11 @@ pub(crate) trait Vehicle {
         None
     }
 
+    /// Where a tracker sees it: x and y in mm, heading in turns, 0 to 1. None without a tracker, and while that has lost it.
+    fn seen(&self) -> Option<[f64; 3]> {
+        None
+    }
+
     /// Asks a person to do something with the robot, whose wheels stand, and waits until it is done.
     ///
     /// # Errors

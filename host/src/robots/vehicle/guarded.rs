@@ -4,6 +4,7 @@ use std::mem;
 use std::path::PathBuf;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::thread;
 use std::time::Duration;
 
 use super::person::Person;
@@ -17,6 +18,7 @@ use crate::robots::guard::message::{Report, Request, Status};
 use crate::robots::guard::wheels::Wanted;
 use crate::robots::guard::{Condition, State};
 use crate::robots::link::wall;
+use crate::robots::tracker::{self, Tracker};
 
 /// What to connect to, and how.
 #[derive(Clone, Debug)]
@@ -29,6 +31,8 @@ pub(crate) struct Options {
     pub(crate) settings: Vec<String>,
     /// Where the bytes of the link are recorded.
     pub(crate) record: Option<PathBuf>,
+    /// What sees where the robot is.
+    pub(crate) tracker: Option<tracker::Values>,
 }
 
 /// What the sensors of a kind, or the odometers, have told last.
@@ -59,6 +63,9 @@ pub(crate) struct Guarded {
     sent: Duration,
     /// Whether the guard lets it move; then any stop that was not ordered is a trouble.
     is_ready: bool,
+    tracker: Option<Tracker>,
+    /// What the guard knows of it: whether it has lost the robot.
+    is_lost: bool,
     stop: Arc<AtomicBool>,
     person: Option<Person>,
     console: Console,
@@ -69,6 +76,8 @@ impl Guarded {
     const REPEAT: Duration = Duration::from_millis(50);
     /// How long new readings may take. The guard reads each kind every 50 ms if the link is fast enough.
     const READINGS: Duration = Duration::from_millis(500);
+    /// How long a tracker may take to see the robot first.
+    const SIGHT: Duration = Duration::from_secs(5);
     /// How long the guard may take to stop the robot, or to let it move.
     const ANSWER: Duration = Duration::from_secs(3);
     /// How long a robot may wait for somebody if there is no terminal.
@@ -89,6 +98,7 @@ impl Guarded {
             wanted,
             settings,
             record,
+            tracker,
         } = options;
         console.say(format!("connecting to {wire}"));
         let mut client = Client::start(&wire.to_string(), wanted, settings, record.as_deref())?;
@@ -108,6 +118,7 @@ impl Guarded {
                     sensors,
                 })) => {
                     console.say(format!("connected: {robot}"));
+                    let tracker = tracker.as_ref().map(|values| seeing(values, greatest_mm_s, &stop));
                     return Ok(Self {
                         client: Some(client),
                         wire: wire.clone(),
@@ -127,6 +138,8 @@ impl Guarded {
                         speeds: [0.0; 2],
                         sent: wall(),
                         is_ready: false,
+                        tracker: tracker.transpose()?,
+                        is_lost: false,
                         stop,
                         person: None,
                         console,
@@ -177,6 +190,11 @@ impl Guarded {
             return Err(Trouble::Broken(Lost::Ended.to_string()));
         };
         let report = client.report_within(limit).map_err(|lost| self.lost(lost))?;
+        let is_lost = self.tracker.as_ref().is_some_and(|tracker| tracker.pose().is_none());
+        if is_lost != self.is_lost {
+            self.is_lost = is_lost;
+            self.send(Request::Tracker { lost: is_lost });
+        }
         if let Some((at, report)) = report {
             self.take(at, report)?;
         }
@@ -372,6 +390,10 @@ impl Vehicle for Guarded {
         self.volts
     }
 
+    fn seen(&self) -> Option<[f64; 3]> {
+        self.tracker.as_ref()?.pose()
+    }
+
     fn ask(&mut self, what: &str) -> Result<(), Trouble> {
         self.settle()?;
         let console = self.console;
@@ -442,6 +464,30 @@ impl Drop for Guarded {
             Err(lost) => self.console.ask(lost.stopped(&self.wire, self.console).to_string()),
         }
     }
+}
+
+/// A tracker that sees a robot which drives no faster than this, mm/s.
+///
+/// # Errors
+/// Exit 3: nobody can listen at its address; exit 4: it does not see the robot; exit 75 if `stop` is set.
+fn seeing(values: &tracker::Values, speed: f64, stop: &AtomicBool) -> Result<Tracker, Failure> {
+    let tracker = Tracker::listen(values, speed)?;
+    let until = wall() + Guarded::SIGHT;
+    while tracker.pose().is_none() {
+        if stop.load(Ordering::Relaxed) {
+            return Err(Trouble::Stopped.into());
+        }
+        if wall() >= until {
+            return Err(Failure::device(format_args!(
+                "--tracker udp:{}: no sighting of robot {} within {} s; check that the tracker sees it and sends here",
+                values.listen,
+                values.id,
+                Guarded::SIGHT.as_secs()
+            )));
+        }
+        thread::sleep(Client::CYCLE);
+    }
+    Ok(tracker)
 }
 
 /// Whether the guard lets a robot move that stands.

@@ -181,7 +181,12 @@ fn summary(experiment: &Experiment) -> String {
             "reality",
             match (&settings.reality.robot, experiment.first_real()) {
                 (Some(robot), Some(first)) => {
-                    format!("generations {first} to {} live on {robot}", evolution.generations - 1)
+                    let minutes = experiment.robot_minutes();
+                    let time = minutes.map_or_else(String::new, |minutes| format!(": {minutes:.1} robot-minutes"));
+                    format!(
+                        "generations {first} to {} live on {robot}{time}",
+                        evolution.generations - 1
+                    )
                 }
                 _ => "none".to_owned(),
             },
