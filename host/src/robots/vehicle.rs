@@ -1,6 +1,9 @@
 //! A robot as lives and sampling need it: it looks, drives, and keeps time. Behind it is the guard's process, or in tests a
 //! driver on a virtual clock.
 
+#[cfg(test)]
+pub(crate) mod direct;
+
 use std::time::Duration;
 
 use super::guard::message::Sensors;
