@@ -79,12 +79,12 @@ impl Object {
 }
 
 /// The sensors' readings at one moment of a turn on the spot.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Turned {
     /// The bearing of the object: turns clockwise from the heading, 0 to 1.
     pub(crate) bearing: f64,
-    /// Integers from 0 to 1023.
-    pub(crate) readings: [u16; 8],
+    /// Integers from 0 to 1023, as many at each moment.
+    pub(crate) readings: Vec<u16>,
 }
 
 /// The motion of one cycle of 100 ms under a pair of commands, once the wheels have reached their speeds.
