@@ -6,6 +6,7 @@ mod place;
 pub(crate) mod sampling;
 pub(crate) mod site;
 mod surrogate;
+pub(crate) mod turning;
 
 use oneiro::batch::Trace;
 use oneiro::evaluator;
