@@ -240,7 +240,11 @@ impl Program {
         for setting in settings {
             arguments.extend(["--set", setting]);
         }
-        let mut command = place.command(&arguments);
+        Self::of(place, &arguments)
+    }
+
+    fn of(place: Place, arguments: &[&str]) -> Self {
+        let mut command = place.command(arguments);
         let mut guard = command.stdin(Stdio::piped()).stdout(Stdio::piped()).spawn().unwrap();
         let stdout = BufReader::new(guard.stdout.take().unwrap());
         let (sender, reports) = mpsc::channel();
@@ -417,6 +421,40 @@ fn commands_expire() {
     program.sequence += 10;
     program.reach_speed(&body);
     program.exits(0);
+}
+
+/// How far the wheels have turned is reported where it is wanted, and the robot can tell.
+#[test]
+fn travel_is_reported_where_it_is_wanted() {
+    for (kind, wanted) in [(Kind::Khepera, true), (Kind::Khepera, false), (Kind::Thymio, true)] {
+        let body = Body::default();
+        let place = Place::new("travel");
+        let address = start(kind, &body);
+        let arguments = ["guard", &address, "--kinds", "proximity", "--odometry"];
+        let mut program = Program::of(place, &arguments[..if wanted { 5 } else { 4 }]);
+        program.reach_speed(&body);
+        let before = body.turned();
+        program.reports.try_iter().for_each(drop);
+        program.drive_until("half a second", LONG, |_| body.turned()[0] > before[0] + 5.0);
+        let reports: Vec<Value> = program.reports.try_iter().collect();
+        let travels: Vec<&Value> = reports.iter().filter_map(|report| report.get("travel")).collect();
+        if kind == Kind::Thymio || !wanted {
+            assert_eq!(travels, Vec::<&Value>::new());
+            continue;
+        }
+        // Pulses of 1/12 mm, one in 10 ms for a unit of speed. Readings are some ms old.
+        let expected = (body.turned()[0] - before[0]) * 100.0 / 12.0;
+        let way = |wheel| travels[travels.len() - 1][wheel].as_f64().unwrap() - travels[0][wheel].as_f64().unwrap();
+        assert!(
+            (way("left_mm") - expected).abs() < 15.0,
+            "{} of {expected} mm",
+            way("left_mm")
+        );
+        let count = 1.001 / 12.0;
+        assert!((way("left_mm") - way("right_mm")).abs() <= count);
+        assert!(travels.len() >= 8, "{} in half a second", travels.len());
+        program.exits(0);
+    }
 }
 
 /// The radio is lost while it drives: nothing can stop it, which is said in time; and it is stopped when the radio is back.

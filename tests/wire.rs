@@ -9,6 +9,7 @@ use std::time::{Duration, Instant};
 
 use serde_json::Value;
 
+#[allow(dead_code, reason = "other tests use the rest")]
 mod peers;
 mod place;
 use peers::{EPuck2, Noise, listen};

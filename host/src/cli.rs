@@ -67,7 +67,7 @@ pub(crate) enum Command {
     Robot(Robot),
     /// Own a robot's link for a program that drives, and stop the wheels when it dies, hangs or misses something
     #[command(hide = true)]
-    Guard(Guard),
+    Guard(GuardProcess),
     /// Repeat a paper's whole study and judge its claims
     Reproduce(Reproduce),
     /// Run many evolutions as one job: a grid of values, each from many seeds
@@ -480,6 +480,17 @@ pub(crate) struct RobotDrive {
 }
 
 /// `oneiro guard`
+#[derive(Args, Debug)]
+pub(crate) struct GuardProcess {
+    /// The robot, and the guard's values.
+    #[command(flatten)]
+    pub(crate) guard: Guard,
+    /// Read the odometers too, and report how far the wheels have turned
+    #[arg(long)]
+    pub(crate) odometry: bool,
+}
+
+/// A guarded robot on the command line.
 #[derive(Args, Debug)]
 pub(crate) struct Guard {
     /// The robot.

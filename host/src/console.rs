@@ -63,6 +63,13 @@ impl Console {
         self.data(text)
     }
 
+    /// Asks a person to do something, also if `--quiet` is given.
+    #[expect(clippy::unused_self, reason = "all that is printed goes through the console")]
+    pub(crate) fn ask(self, text: impl AsRef<str>) {
+        // If standard error is closed, there is nobody to read it.
+        let _ = writeln!(io::stderr(), "{}", text.as_ref());
+    }
+
     /// Prints a message, unless `--quiet` is given.
     pub(crate) fn say(self, text: impl AsRef<str>) {
         if !self.output.quiet {

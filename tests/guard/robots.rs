@@ -64,6 +64,11 @@ fn answer(body: &Body, line: &str) -> String {
         },
         ["N"] => "n,11,12,13,14,15,16,17,18\r\n".into(),
         ["O"] => "o,501,502,503,504,505,506,507,508\r\n".into(),
+        // Pulses, of which a unit of speed has one in 10 ms.
+        ["H"] => {
+            let [left, right] = body.turned().map(|turned| (100.0 * turned) as i64);
+            format!("h,{left},{right}\r\n")
+        }
         ["E"] => format!("e,{},{}\r\n", body.wheels().0[0], body.wheels().0[1]),
         _ => "z,Protocol error\r\n".into(),
     }

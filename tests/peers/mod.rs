@@ -38,6 +38,8 @@ impl Noise {
 pub(crate) struct Body {
     /// Speeds in the robot's unit, and since when.
     wheels: Arc<Mutex<([i16; 2], Instant)>>,
+    /// How far the wheels had turned when they got these speeds, in the unit of speed times 1 s.
+    turned: Arc<Mutex<[f64; 2]>>,
     /// It does not obey: its wheels turn on.
     pub(crate) is_runaway: Arc<AtomicBool>,
     /// It hears and says nothing: the radio is lost.
@@ -56,6 +58,7 @@ impl Default for Body {
     fn default() -> Self {
         Self {
             wheels: Arc::new(Mutex::new(([0; 2], Instant::now()))),
+            turned: Arc::default(),
             is_runaway: Arc::default(),
             is_deaf: Arc::default(),
             is_gone: Arc::default(),
@@ -76,8 +79,16 @@ impl Body {
     pub(crate) fn set(&self, speeds: [i16; 2]) {
         let mut wheels = self.wheels.lock().unwrap();
         if wheels.0 != speeds {
+            let mut turned = self.turned.lock().unwrap();
+            *turned = since(*wheels, *turned);
             *wheels = (speeds, Instant::now());
         }
+    }
+
+    /// How far the wheels have turned, in the unit of speed times 1 s.
+    pub(crate) fn turned(&self) -> [f64; 2] {
+        let wheels = self.wheels.lock().unwrap();
+        since(*wheels, *self.turned.lock().unwrap())
     }
 
     /// Sets the speeds by a command.
@@ -91,6 +102,12 @@ impl Body {
     pub(crate) fn is(flag: &AtomicBool) -> bool {
         flag.load(Ordering::SeqCst)
     }
+}
+
+/// How far wheels that had turned so far before have turned now.
+fn since((speeds, since): ([i16; 2], Instant), before: [f64; 2]) -> [f64; 2] {
+    let seconds = since.elapsed().as_secs_f64();
+    [0, 1].map(|wheel| before[wheel] + f64::from(speeds[wheel]) * seconds)
 }
 
 /// An e-puck2 on Wi-Fi. It is silent until the first command; then it sends its sensors every 20 ms, each block from

@@ -1,13 +1,14 @@
 //! `oneiro guard`: a process of its own that owns a robot's link, for a program that drives.
 
 use super::robot;
-use crate::cli::Guard;
+use crate::cli::GuardProcess;
 use crate::exit::{Failure, Result};
 use crate::robots::guard::process::{self, Options};
 use crate::robots::guard::values::Values;
+use crate::robots::guard::wheels::Wanted;
 
 /// Guards a robot until the program at the other end of standard input is gone, or a signal comes.
-pub(crate) fn run(arguments: Guard) -> Result {
+pub(crate) fn run(arguments: GuardProcess) -> Result {
     let code = match options(arguments) {
         Ok(options) => process::run(options)
             .map_err(|error| Failure::failed(format_args!("the guard can't listen for signals: {error}")))?,
@@ -17,11 +18,14 @@ pub(crate) fn run(arguments: Guard) -> Result {
     std::process::exit(code.into())
 }
 
-fn options(arguments: Guard) -> Result<Options> {
+fn options(GuardProcess { guard, odometry }: GuardProcess) -> Result<Options> {
     Ok(Options {
-        wire: robot::wire(&arguments.link.address)?,
-        values: Values::of(&arguments.set).map_err(Failure::input)?,
-        recording: arguments.link.record.as_deref().map(robot::recording).transpose()?,
-        kinds: arguments.kinds,
+        wire: robot::wire(&guard.link.address)?,
+        values: Values::of(&guard.set).map_err(Failure::input)?,
+        recording: guard.link.record.as_deref().map(robot::recording).transpose()?,
+        wanted: Wanted {
+            kinds: guard.kinds,
+            odometry,
+        },
     })
 }

@@ -13,7 +13,7 @@ use crate::robots::address::{self, Address, FORMS, Wire};
 use crate::robots::error::{self, Error};
 use crate::robots::link::{self, Port};
 use crate::robots::recording::Recording;
-use crate::robots::{self, Battery, Description, Group, Kind, Robot};
+use crate::robots::{self, Battery, Description, Group, Kind, Robot, closed, unstopped};
 
 mod drive;
 mod watch;
@@ -94,13 +94,6 @@ fn stop(arguments: &RobotLink, console: Console) -> Result {
     })
 }
 
-/// Says that the wheels may be turning, and what to do.
-fn unstopped(error: &Error) -> Failure {
-    Failure::device(format_args!(
-        "cannot stop: {error}. The wheels may be turning: lift the robot, then switch it off or reset it"
-    ))
-}
-
 /// Connects to the robot at an address, and finishes the recording of its link, whatever `work` returns.
 ///
 /// # Errors
@@ -155,14 +148,6 @@ fn used(mut robot: Box<dyn Robot>, work: impl FnOnce(&mut dyn Robot) -> Result) 
         (Ok(()), Err(error)) => Err(unstopped(&error)),
         (Err(failure), Err(error)) if failure.to_string() == error.to_string() => Err(unstopped(&error)),
         (Err(failure), Err(error)) => Err(unstopped(&error).and(failure)),
-    }
-}
-
-/// Stops a robot and closes its link. A restart that it reports first is no confirmation.
-fn closed(mut robot: Box<dyn Robot>) -> error::Result {
-    match robot.stop() {
-        Err(Error::Restarted) => robot.close(),
-        outcome => outcome,
     }
 }
 

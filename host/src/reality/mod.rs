@@ -119,13 +119,6 @@ pub(crate) struct Lived {
 
 /// The reason why a call to reality failed.
 #[derive(Clone, Debug, thiserror::Error)]
-#[cfg_attr(
-    not(test),
-    expect(
-        dead_code,
-        reason = "a surrogate is always readable and in its place; a real robot is not"
-    )
-)]
 pub(crate) enum Trouble {
     /// The sensors could not be read, or not in time. A retry may work.
     #[error("the sensors can't be read: {0}")]
@@ -133,6 +126,15 @@ pub(crate) enum Trouble {
     /// The robot is lifted, stuck, or out of sight. A retry may work once it is put back.
     #[error("the robot has to be put back: {0}")]
     Displaced(String),
+    /// Its battery is low. A retry may work once it is charged.
+    #[error("the robot has to be charged: {0}")]
+    Discharged(String),
+    /// It was stopped for another reason that a person has to look at. A retry may work then.
+    #[error("the robot was stopped: {0}")]
+    Halted(String),
+    /// It does not confirm that its wheels stand.
+    #[error("cannot stop: {0}. The wheels may be turning: lift the robot, then switch it off or reset it")]
+    Runaway(String),
     /// The user stopped it.
     #[error("stopped")]
     Stopped,

@@ -20,7 +20,7 @@ pub(crate) mod process;
 #[cfg(test)]
 mod tests;
 pub(crate) mod values;
-mod wheels;
+pub(crate) mod wheels;
 
 pub(crate) use brake::Brake;
 

@@ -28,6 +28,8 @@ use guard::Brake;
 use link::Link;
 use recording::Recording;
 
+use crate::exit::Failure;
+
 /// What a sensor measures.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, clap::ValueEnum)]
 #[value(rename_all = "snake_case")]
@@ -205,10 +207,7 @@ pub(crate) struct Battery {
 
 /// A robot with two wheels. A call returns once the robot has answered, where its protocol has answers, and never waits for
 /// ever. [`Error::Restarted`] is returned once by the first call after a restart that was noticed.
-#[cfg_attr(
-    not(test),
-    expect(dead_code, reason = "no command switches lights, reads odometers or connects again")
-)]
+#[cfg_attr(not(test), expect(dead_code, reason = "no command switches lights"))]
 pub(crate) trait Robot: Send {
     /// What it is and has.
     fn description(&self) -> &Description;
@@ -406,6 +405,24 @@ fn recognise(link: Box<dyn Link>) -> Result<Option<Box<dyn Robot>>> {
         Err(error) if error.may_pass() && !khepera.has_answered() => Ok(None),
         Err(error) => Err(error),
     }
+}
+
+/// Stops a robot and closes its link. A restart that it reports first is no confirmation.
+///
+/// # Errors
+/// The stop was not confirmed.
+pub(crate) fn closed(mut robot: Box<dyn Robot>) -> Result {
+    match robot.stop() {
+        Err(Error::Restarted) => robot.close(),
+        outcome => outcome,
+    }
+}
+
+/// Says that the wheels may be turning, and what to do.
+pub(crate) fn unstopped(error: &Error) -> Failure {
+    Failure::device(format_args!(
+        "cannot stop: {error}. The wheels may be turning: lift the robot, then switch it off or reset it"
+    ))
 }
 
 #[cfg(test)]

@@ -3,6 +3,8 @@
 
 #[cfg(test)]
 pub(crate) mod direct;
+pub(crate) mod guarded;
+pub(crate) mod person;
 
 use std::time::Duration;
 
@@ -73,6 +75,19 @@ pub(crate) trait Vehicle {
     /// # Errors
     /// See [`Trouble`].
     fn stop(&mut self) -> Result<(), Trouble>;
+
+    /// The voltage of its battery, where the robot tells it.
+    fn volts(&self) -> Option<f64> {
+        None
+    }
+
+    /// Asks a person to do something with the robot, whose wheels stand, and waits until it is done.
+    ///
+    /// # Errors
+    /// See [`Trouble`]; nobody is there.
+    fn ask(&mut self, what: &str) -> Result<(), Trouble> {
+        Err(Trouble::Broken(format!("nobody is there to be asked: {what}")))
+    }
 
     /// After a trouble that may pass, waits until the robot can be driven again; its wheels stand then. A person may have to put
     /// it back, charge it or say so.

@@ -1,6 +1,5 @@
 //! `oneiro robot drive`: drives a robot by keys or by a file, always through the guard.
 
-use std::ffi::OsString;
 use std::io::{self, IsTerminal, Read};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -12,16 +11,16 @@ use indicatif::ProgressBar;
 use serde_json::{Map, Value, json};
 use signal_hook::flag;
 
-use super::{closed, number, unstopped, watch, wire};
-use crate::cli::{RobotDrive, Speed};
+use super::{number, watch, wire};
+use crate::cli::{Guard as Guarded, RobotDrive, Speed};
 use crate::console::Console;
 use crate::engine::watcher::stop_signal;
-use crate::exit::{Code, Failure, Result};
-use crate::robots;
+use crate::exit::{Failure, Result};
 use crate::robots::address::Wire;
-use crate::robots::guard::client::{Client, Lost};
+use crate::robots::guard::client::{Client, Lost, failure};
 use crate::robots::guard::message::{Report, Request, Sensors, Status};
 use crate::robots::guard::values::Values;
+use crate::robots::guard::wheels::Wanted;
 use crate::robots::guard::{Condition, Guard, Inputs, Order, State};
 use keys::{Action, Keys};
 use script::Script;
@@ -47,8 +46,12 @@ pub(super) fn run(arguments: &RobotDrive, console: Console) -> Result {
         return rehearse(&wire, values, &mut driver, console);
     }
     console.say(format!("connecting to {wire}"));
-    let client = Client::start(&guard_arguments(arguments))
-        .map_err(|error| Failure::failed(format_args!("the guard can't be started: {error}")))?;
+    let Guarded { link, kinds, set } = &arguments.guard;
+    let wanted = Wanted {
+        kinds: kinds.clone(),
+        odometry: false,
+    };
+    let client = Client::start(&link.address, &wanted, set, link.record.as_deref())?;
     let mut ride = Ride {
         client,
         driver,
@@ -71,29 +74,13 @@ pub(super) fn run(arguments: &RobotDrive, console: Console) -> Result {
         (Err(End::Lost(lost)), mut client) => {
             client.kill();
             drop(panel);
-            Err(stopped_without(lost, &wire, console))
+            Err(lost.stopped(&wire, console))
         }
         (Err(End::Failed(failure)), client) => match finished(client, &wire, panel.as_mut(), speed, console) {
             Ok(()) => Err(failure),
             Err(worse) => Err(worse.and(failure)),
         },
     }
-}
-
-/// What the guard is started with.
-fn guard_arguments(arguments: &RobotDrive) -> Vec<OsString> {
-    let guard = &arguments.guard;
-    let mut all: Vec<OsString> = vec![(&guard.link.address).into()];
-    if let Some(record) = &guard.link.record {
-        all.extend(["--record".into(), record.into()]);
-    }
-    for kind in &guard.kinds {
-        all.extend(["--kinds".into(), kind.to_string().into()]);
-    }
-    for setting in &guard.set {
-        all.extend(["--set".into(), setting.into()]);
-    }
-    all
 }
 
 /// Waits until the guard has stopped the robot, and shows that.
@@ -108,31 +95,7 @@ fn finished(client: Client, wire: &Wire, panel: Option<&mut Panel>, speed: f64, 
     match outcome {
         Ok(None) => shown,
         Ok(Some((code, message))) => Err(failure(code, &message)),
-        Err(lost) => Err(stopped_without(lost, wire, console)),
-    }
-}
-
-/// A failure that the guard has reported.
-fn failure(code: u8, message: &str) -> Failure {
-    const INPUT: u8 = Code::Input as u8;
-    const STORAGE: u8 = Code::Storage as u8;
-    match code {
-        INPUT => Failure::input(message),
-        STORAGE => Failure::unwritten(message),
-        _ => Failure::device(message),
-    }
-}
-
-/// Stops the robot without its guard, whose process is gone.
-fn stopped_without(lost: Lost, wire: &Wire, console: Console) -> Failure {
-    console.say(format!(
-        "{lost}, and the wheels may be turning: stopping them without it"
-    ));
-    match robots::connect(wire, None).and_then(closed) {
-        Ok(()) => Failure::device(format_args!(
-            "{lost}; the robot was stopped without it, and has confirmed that"
-        )),
-        Err(error) => unstopped(&error),
+        Err(lost) => Err(lost.stopped(wire, console)),
     }
 }
 
@@ -368,7 +331,7 @@ impl Ride {
         while Instant::now() < end {
             let Some(report) = self.client.report()? else { break };
             match report {
-                Report::Hello { .. } => {}
+                Report::Hello { .. } | Report::Travel { .. } | Report::Battery { .. } => {}
                 Report::Connected {
                     robot,
                     greatest_mm_s,

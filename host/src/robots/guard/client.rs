@@ -1,22 +1,29 @@
 //! A program's side of the guard: starts it, sends it commands, and hears what it says.
 
-use std::ffi::OsString;
 use std::io::{self, BufRead, BufReader, Write};
+use std::path::Path;
 use std::process::{Child, ChildStdin, Command, Stdio};
 use std::sync::mpsc::{self, Receiver, RecvTimeoutError};
 use std::thread;
 use std::time::Duration;
 
 use super::message::{Report, Request, Status, VERSION};
+use super::wheels::Wanted;
+use crate::console::Console;
+use crate::exit::{Code, Failure};
+use crate::robots::address::Wire;
+use crate::robots::link::wall;
+use crate::robots::{self, closed, unstopped};
 
 /// A guard at work. When it is dropped the guard stops the robot and ends, and so it does when this process is killed.
 pub(crate) struct Client {
     child: Child,
     requests: Option<ChildStdin>,
-    reports: Receiver<Report>,
+    /// What the guard has said, and when, on the links' clock.
+    reports: Receiver<(Duration, Report)>,
     sequence: u64,
-    /// Looks in a row in which nothing was heard. Their number and not a time, since this process may be held up itself.
-    looks: u32,
+    /// Waiting in a row in which nothing was heard. Not the time since then, since this process may be held up itself.
+    silence: Duration,
     is_connected: bool,
     /// The exit code and the message with which it failed.
     failure: Option<(u8, String)>,
@@ -33,30 +40,74 @@ pub(crate) enum Lost {
     Hangs,
 }
 
+impl Lost {
+    /// Stops the robot without its guard. Returns the failure, which says what came of it.
+    pub(crate) fn stopped(self, wire: &Wire, console: Console) -> Failure {
+        console.say(format!(
+            "{self}, and the wheels may be turning: stopping them without it"
+        ));
+        match robots::connect(wire, None).and_then(closed) {
+            Ok(()) => Failure::device(format_args!(
+                "{self}; the robot was stopped without it, and has confirmed that"
+            )),
+            Err(error) => unstopped(&error),
+        }
+    }
+}
+
+/// A failure that the guard has reported.
+pub(crate) fn failure(code: u8, message: &str) -> Failure {
+    const INPUT: u8 = Code::Input as u8;
+    const STORAGE: u8 = Code::Storage as u8;
+    match code {
+        INPUT => Failure::input(message),
+        STORAGE => Failure::unwritten(message),
+        _ => Failure::device(message),
+    }
+}
+
 impl Client {
     /// Between two looks.
     pub(crate) const CYCLE: Duration = Duration::from_millis(20);
-    /// Number of looks without a report, 1 s in all, after which the guard counts as hung. Once the robot is connected, it
-    /// reports ten times a second.
-    const SILENCE: u32 = 50;
+    /// Waiting without a report after which the guard counts as hung. Once the robot is connected, it reports ten times a
+    /// second.
+    const SILENCE: Duration = Duration::from_secs(1);
 
-    /// Starts the guard of a robot, with these arguments.
+    /// Starts the guard of a robot with its settings, each written `KEY=VALUE`, and a file for a recording of the link.
     ///
     /// # Errors
-    /// The system can't start it.
-    pub(crate) fn start(arguments: &[OsString]) -> io::Result<Self> {
-        let mut child = Command::new(std::env::current_exe()?)
-            .arg("guard")
-            .args(arguments)
-            .stdin(Stdio::piped())
-            .stdout(Stdio::piped())
-            .spawn()?;
+    /// Exit 1: the system can't start it.
+    pub(crate) fn start(
+        address: &str,
+        wanted: &Wanted,
+        settings: &[String],
+        record: Option<&Path>,
+    ) -> Result<Self, Failure> {
+        let mut command = Command::new(std::env::current_exe().map_err(|error| unstarted(&error))?);
+        command.args(["guard", address]);
+        for kind in &wanted.kinds {
+            command.args(["--kinds", &kind.to_string()]);
+        }
+        for setting in settings {
+            command.args(["--set", setting]);
+        }
+        if wanted.odometry {
+            command.arg("--odometry");
+        }
+        if let Some(record) = record {
+            command.arg("--record").arg(record);
+        }
+        Self::of(command).map_err(|error| unstarted(&error))
+    }
+
+    fn of(mut command: Command) -> io::Result<Self> {
+        let mut child = command.stdin(Stdio::piped()).stdout(Stdio::piped()).spawn()?;
         let (sender, reports) = mpsc::channel();
         if let Some(stdout) = child.stdout.take() {
             thread::spawn(move || {
                 let lines = BufReader::new(stdout).lines().map_while(Result::ok);
                 for report in lines.filter_map(|line| serde_json::from_str(&line).ok()) {
-                    if sender.send(report).is_err() {
+                    if sender.send((wall(), report)).is_err() {
                         return;
                     }
                 }
@@ -67,7 +118,7 @@ impl Client {
             child,
             reports,
             sequence: 0,
-            looks: 0,
+            silence: Duration::ZERO,
             is_connected: false,
             failure: None,
         };
@@ -85,6 +136,11 @@ impl Client {
         });
     }
 
+    /// The number of the last command.
+    pub(crate) fn sequence(&self) -> u64 {
+        self.sequence
+    }
+
     /// Sends a request. A guard that does not take it is found out by its silence.
     pub(crate) fn send(&mut self, request: Request) {
         let line = serde_json::to_string(&request).unwrap_or_default() + "\n";
@@ -98,16 +154,27 @@ impl Client {
     /// # Errors
     /// The guard is gone, or has been silent for too long; until the robot is connected it may be silent.
     pub(crate) fn report(&mut self) -> Result<Option<Report>, Lost> {
-        match self.reports.recv_timeout(Self::CYCLE) {
-            Ok(report) => {
-                self.looks = 0;
+        let report = self.report_within(Self::CYCLE)?;
+        Ok(report.map(|(_, report)| report))
+    }
+
+    /// The next report and when it came, on the links' clock, if one comes in time.
+    ///
+    /// # Errors
+    /// As [`Client::report`].
+    pub(crate) fn report_within(&mut self, limit: Duration) -> Result<Option<(Duration, Report)>, Lost> {
+        match self.reports.recv_timeout(limit) {
+            Ok((at, report)) => {
+                self.silence = Duration::ZERO;
                 self.note(&report);
-                Ok(Some(report))
+                Ok(Some((at, report)))
             }
             Err(RecvTimeoutError::Disconnected) => Err(Lost::Ended),
             Err(RecvTimeoutError::Timeout) => {
-                self.looks += u32::from(self.is_connected);
-                if self.looks > Self::SILENCE {
+                if self.is_connected {
+                    self.silence += limit;
+                }
+                if self.silence > Self::SILENCE {
                     Err(Lost::Hangs)
                 } else {
                     Ok(None)
@@ -155,4 +222,8 @@ impl Client {
         let _ = self.child.kill();
         let _ = self.child.wait();
     }
+}
+
+fn unstarted(error: &io::Error) -> Failure {
+    Failure::failed(format_args!("the guard can't be started: {error}"))
 }

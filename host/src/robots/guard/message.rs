@@ -60,6 +60,12 @@ pub(crate) enum Report {
         firmware: String,
         /// Greatest speed of a wheel that is allowed, mm/s.
         greatest_mm_s: f64,
+        /// One of the robot's own units of speed, mm/s.
+        unit_mm_s: f64,
+        /// Distance between the wheels, mm.
+        base_mm: f64,
+        /// Whether it measures how far its wheels have turned.
+        has_odometers: bool,
         /// The sensors that are read.
         sensors: Vec<Sensors>,
     },
@@ -73,6 +79,25 @@ pub(crate) enum Report {
         age_ms: f64,
         /// The readings.
         values: Vec<f64>,
+    },
+    /// How far the wheels have turned since the first reading of the odometers, also where their counters have wrapped or begun
+    /// anew. Only if it is wanted.
+    Travel {
+        /// Of the left wheel, mm.
+        left_mm: f64,
+        /// Of the right wheel, mm.
+        right_mm: f64,
+        /// When it arrived, s since the guard began.
+        time_s: f64,
+        /// Its greatest age then, ms.
+        age_ms: f64,
+    },
+    /// The state of the battery, of robots that tell it.
+    Battery {
+        /// Its voltage, where the robot tells.
+        volts: Option<f64>,
+        /// Whether it should be charged now.
+        low: bool,
     },
     /// What the wheels do: at each change, and ten times a second.
     State(Status),

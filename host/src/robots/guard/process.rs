@@ -14,10 +14,9 @@ use signal_hook::flag;
 
 use super::message::{LONGEST, Report, Request, Status, VERSION, sensors};
 use super::values::Values;
-use super::wheels::{Event, News, Wheels};
+use super::wheels::{Event, News, Travel, Wanted, Wheels};
 use super::{Condition, Conditions, Guard, Inputs, State};
 use crate::exit::Failure;
-use crate::robots::Kind;
 use crate::robots::address::Wire;
 use crate::robots::error::Error;
 use crate::robots::link::wall;
@@ -34,8 +33,8 @@ const FAREWELL: Duration = Duration::from_secs(1);
 pub(crate) struct Options {
     /// The robot.
     pub(crate) wire: Wire,
-    /// Kinds of sensors to read; all if there is none.
-    pub(crate) kinds: Vec<Kind>,
+    /// What is read.
+    pub(crate) wanted: Wanted,
     /// Where the link is recorded.
     pub(crate) recording: Option<Recording>,
     /// The guard's values.
@@ -68,7 +67,7 @@ pub(crate) fn run(options: Options) -> io::Result<u8> {
     reports.send(Report::Hello { version: VERSION });
     listen(inbox.clone());
     let tell = move |event| drop(inbox.send(Input::Robot(event)));
-    let (wheels, thread) = Wheels::start(options.wire, options.recording, options.kinds, tell);
+    let (wheels, thread) = Wheels::start(options.wire, options.recording, options.wanted, tell);
     let process = Process {
         heard: Heard::new(options.values.clone()),
         values: options.values,
@@ -274,13 +273,13 @@ impl Heard {
     fn event(&mut self, Event { at, news }: Event) {
         let conditions = &mut self.next.conditions;
         match news {
-            News::Connected(..) | News::Refused(_) | News::Read(..) => {}
+            News::Connected(..) | News::Refused(_) | News::Read(..) | News::Travelled(_) => {}
             News::Answered => {
                 self.answered = self.answered.max(at);
                 self.problem = None;
             }
             News::Stopped(number) => self.confirmed = number,
-            News::Battery(low) => self.lasting.set(Condition::Battery, self.battery.push(low)),
+            News::Battery(battery) => self.lasting.set(Condition::Battery, self.battery.push(battery.low)),
             News::Lifted(lifted) => {
                 let lifted = self.lifted.push(lifted && self.values.lifted());
                 self.lasting.set(Condition::Lifted, lifted);
@@ -390,23 +389,39 @@ impl Process {
 
     /// Passes on what the robot says.
     fn robot(&mut self, event: &Event, start: Duration) {
+        let seconds = |at: Duration| at.saturating_sub(start).as_secs_f64();
+        let milliseconds = |age: Duration| 1000.0 * age.as_secs_f64();
         let report = match &event.news {
             News::Connected(description, kinds) => {
-                let greatest = f64::from(description.wheels.greatest) * description.wheels.mm_s;
+                let wheels = description.wheels;
+                let greatest = f64::from(wheels.greatest) * wheels.mm_s;
                 self.guard = Some(Guard::new(self.values.clone(), greatest));
                 self.heard.answered = event.at;
                 Report::Connected {
                     robot: description.robot.clone(),
                     firmware: description.firmware.clone(),
                     greatest_mm_s: greatest.min(self.values.speed_mm_s),
+                    unit_mm_s: wheels.mm_s,
+                    base_mm: wheels.base_mm,
+                    has_odometers: wheels.mm_per_count.is_some(),
                     sensors: sensors(description, kinds),
                 }
             }
             News::Read(kind, reading) => Report::Reading {
                 kind: kind.to_string(),
-                time_s: reading.at.saturating_sub(start).as_secs_f64(),
-                age_ms: 1000.0 * reading.age.as_secs_f64(),
+                time_s: seconds(reading.at),
+                age_ms: milliseconds(reading.age),
                 values: reading.values.clone(),
+            },
+            News::Travelled(Travel { at, age, mm }) => Report::Travel {
+                left_mm: mm[0],
+                right_mm: mm[1],
+                time_s: seconds(*at),
+                age_ms: milliseconds(*age),
+            },
+            News::Battery(battery) => Report::Battery {
+                volts: battery.volts,
+                low: battery.low,
             },
             _ => return,
         };
@@ -470,6 +485,7 @@ impl Process {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::robots::Battery;
 
     const HELLO: &str = r#"{"hello":{"version":1}}"#;
 
@@ -542,7 +558,7 @@ mod tests {
             let inputs = taken(&mut heard);
             (inputs.conditions.iter().collect::<Vec<_>>(), inputs.confirmed)
         };
-        let (low, full) = (News::Battery(true), News::Battery(false));
+        let [low, full] = [true, false].map(|low| News::Battery(Battery { volts: None, low }));
         assert_eq!(after(std::slice::from_ref(&low)), (vec![], 0));
         assert_eq!(after(&[full.clone(), low.clone()]), (vec![], 0));
         assert_eq!(after(std::slice::from_ref(&low)), (vec![Condition::Battery], 0));

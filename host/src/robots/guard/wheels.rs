@@ -10,7 +10,7 @@ use crate::robots::address::Wire;
 use crate::robots::error::{Error, Result};
 use crate::robots::link::wall;
 use crate::robots::recording::Recording;
-use crate::robots::{self, Description, Kind, Reading, Robot};
+use crate::robots::{self, Battery, Description, Kind, Odometry, Reading, Robot};
 
 /// Something that came of an order, and when, on the links' clock.
 #[derive(Clone, Debug)]
@@ -36,10 +36,32 @@ pub(super) enum News {
     NotStopped(Error),
     /// Readings.
     Read(Kind, Reading),
-    /// Whether the battery is low.
-    Battery(bool),
+    /// How far the wheels have turned.
+    Travelled(Travel),
+    /// The state of the battery.
+    Battery(Battery),
     /// Whether it is lifted.
     Lifted(bool),
+}
+
+/// How far the wheels have turned since the first reading.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Travel {
+    /// When it was read.
+    pub(super) at: Duration,
+    /// Its greatest age then.
+    pub(super) age: Duration,
+    /// Of the left and of the right wheel, mm.
+    pub(super) mm: [f64; 2],
+}
+
+/// What is read of a robot, beside what the guard itself needs.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Wanted {
+    /// Kinds of sensors; all if there is none.
+    pub(crate) kinds: Vec<Kind>,
+    /// Whether its odometers are read, if it has some.
+    pub(crate) odometry: bool,
 }
 
 /// Tells the thread what to do.
@@ -53,12 +75,11 @@ struct Shared {
 }
 
 impl Wheels {
-    /// Starts the thread, which connects to a robot first. It reads sensors of the given kinds, of all if there is none, and
-    /// gives its news to `tell`.
+    /// Starts the thread, which connects to a robot first. It reads what is wanted, and gives its news to `tell`.
     pub(super) fn start(
         wire: Wire,
         recording: Option<Recording>,
-        kinds: Vec<Kind>,
+        wanted: Wanted,
         tell: impl Fn(Event) + Send + 'static,
     ) -> (Self, thread::JoinHandle<Option<String>>) {
         let wheels = Self(Arc::new(Shared {
@@ -68,8 +89,8 @@ impl Wheels {
         }));
         let shared = Arc::clone(&wheels.0);
         let thread = thread::spawn(move || {
-            match connected(&wire, recording.as_ref(), &shared.brake, &kinds) {
-                Ok((robot, kinds)) => Hands::new(robot, kinds, shared, tell).work(),
+            match connected(&wire, recording.as_ref(), &shared.brake, &wanted.kinds) {
+                Ok((robot, kinds)) => Hands::new(robot, Wanted { kinds, ..wanted }, shared, tell).work(),
                 Err(error) => tell(Event {
                     at: wall(),
                     news: News::Refused(error),
@@ -143,6 +164,7 @@ fn connected(
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Sense {
     Kind(Kind),
+    Odometry,
     Lifted,
     Battery,
 }
@@ -151,10 +173,34 @@ impl Sense {
     /// Time between two readings.
     fn period(self) -> Duration {
         Duration::from_millis(match self {
-            Self::Kind(_) => 50,
+            Self::Kind(_) | Self::Odometry => 50,
             Self::Lifted => 100,
             Self::Battery => 1000,
         })
+    }
+}
+
+/// Counts of the wheels, continued where those of the robot begin anew.
+#[derive(Debug, Default)]
+struct Odometer {
+    last: Option<[i64; 2]>,
+    total: [i64; 2],
+}
+
+impl Odometer {
+    /// Takes the robot's counts. Returns those since the first.
+    fn add(&mut self, counts: [i64; 2]) -> [i64; 2] {
+        if let Some(last) = self.last.replace(counts) {
+            for (total, (now, last)) in self.total.iter_mut().zip(counts.into_iter().zip(last)) {
+                *total += now - last;
+            }
+        }
+        self.total
+    }
+
+    /// The robot's counts begin anew. What its wheels turn until they are read again is lost.
+    fn begin_anew(&mut self) {
+        self.last = None;
     }
 }
 
@@ -165,6 +211,7 @@ struct Hands<T> {
     tell: T,
     /// What is read, and when next.
     senses: Vec<(Sense, Duration)>,
+    odometer: Odometer,
     /// What the robot was told last, and when.
     told: Option<([f64; 2], Duration)>,
     /// Whether the last call was for an order: then it is the sensors' turn.
@@ -188,9 +235,10 @@ impl<T: Fn(Event)> Hands<T> {
     /// Time after which a link that couldn't be opened is tried again.
     const PAUSE: Duration = Duration::from_millis(200);
 
-    fn new(robot: Box<dyn Robot>, kinds: Vec<Kind>, shared: Arc<Shared>, tell: T) -> Self {
+    fn new(robot: Box<dyn Robot>, wanted: Wanted, shared: Arc<Shared>, tell: T) -> Self {
         let mut hands = Self {
             senses: Vec::new(),
+            odometer: Odometer::default(),
             robot,
             shared,
             tell,
@@ -200,11 +248,12 @@ impl<T: Fn(Event)> Hands<T> {
             stopped: 0,
         };
         let now = wall();
-        let others = [Sense::Lifted, Sense::Battery];
-        let others = others.into_iter().filter(|sense| hands.has(*sense)).collect::<Vec<_>>();
-        let senses = kinds.iter().copied().map(Sense::Kind).chain(others);
+        let others = [Sense::Odometry, Sense::Lifted, Sense::Battery];
+        let is_read = |sense: &Sense| (wanted.odometry || *sense != Sense::Odometry) && hands.has(*sense);
+        let others = others.into_iter().filter(is_read).collect::<Vec<_>>();
+        let senses = wanted.kinds.iter().copied().map(Sense::Kind).chain(others);
         hands.senses = senses.map(|sense| (sense, now)).collect();
-        hands.say(News::Connected(hands.robot.description().clone(), kinds));
+        hands.say(News::Connected(hands.robot.description().clone(), wanted.kinds));
         hands
     }
 
@@ -216,6 +265,7 @@ impl<T: Fn(Event)> Hands<T> {
     fn has(&mut self, sense: Sense) -> bool {
         let outcome = match sense {
             Sense::Kind(_) => return true,
+            Sense::Odometry => return self.robot.description().wheels.mm_per_count.is_some(),
             Sense::Lifted => self.robot.lifted().map(drop),
             Sense::Battery => self.robot.battery().map(drop),
         };
@@ -250,7 +300,10 @@ impl<T: Fn(Event)> Hands<T> {
             }
             // The guard has a newer order, or the attempt has taken its time.
             Err(Error::Interrupted) => self.attempts += 1,
-            Err(Error::Restarted) => self.say(News::Failed(Error::Restarted)),
+            Err(Error::Restarted) => {
+                self.odometer.begin_anew();
+                self.say(News::Failed(Error::Restarted));
+            }
             Err(error) => {
                 self.attempts += 1;
                 if !error.may_pass() || self.attempts.is_multiple_of(Self::ATTEMPTS.len()) {
@@ -264,6 +317,7 @@ impl<T: Fn(Event)> Hands<T> {
     /// Opens the link again, which stops the wheels too.
     fn reconnect(&mut self) {
         self.shared.brake.release(None);
+        self.odometer.begin_anew();
         if let Err(error) = self.robot.reconnect() {
             self.say(News::NotStopped(error));
             thread::sleep(Self::PAUSE);
@@ -303,7 +357,8 @@ impl<T: Fn(Event)> Hands<T> {
         let news = match sense {
             Sense::Kind(kind) => self.robot.sense(&[kind]).map(|reading| News::Read(kind, reading)),
             Sense::Lifted => self.robot.lifted().map(News::Lifted),
-            Sense::Battery => self.robot.battery().map(|battery| News::Battery(battery.low)),
+            Sense::Odometry => self.robot.odometry().map(|odometry| self.travelled(odometry)),
+            Sense::Battery => self.robot.battery().map(News::Battery),
         };
         match news {
             Ok(news) => {
@@ -314,13 +369,40 @@ impl<T: Fn(Event)> Hands<T> {
         }
     }
 
+    fn travelled(&mut self, Odometry { at, age, counts }: Odometry) -> News {
+        let mm = self.robot.description().wheels.mm_per_count.unwrap_or_default();
+        News::Travelled(Travel {
+            at,
+            age,
+            mm: self.odometer.add(counts).map(|count| count as f64 * mm),
+        })
+    }
+
     /// A call has failed: the robot may do anything, so nothing counts as told.
     fn failed(&mut self, error: Error) {
         self.told = None;
+        if error == Error::Restarted {
+            self.odometer.begin_anew();
+        }
         if error != Error::Interrupted {
             self.say(News::Failed(error));
             // It may fail again at once.
             self.shared.rest();
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn travel_goes_on_where_the_counts_begin_anew() {
+        let mut odometer = Odometer::default();
+        assert_eq!(odometer.add([100, -7]), [0, 0]);
+        assert_eq!(odometer.add([160, -17]), [60, -10]);
+        odometer.begin_anew();
+        assert_eq!(odometer.add([0, 3]), [60, -10]);
+        assert_eq!(odometer.add([-5, 13]), [55, 0]);
     }
 }

@@ -1,0 +1,538 @@
+//! A robot behind the guard's process, on the real clock.
+
+use std::mem;
+use std::path::PathBuf;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Duration;
+
+use super::person::Person;
+use super::{Moment, Profile, Vehicle};
+use crate::console::Console;
+use crate::exit::Failure;
+use crate::reality::Trouble;
+use crate::robots::address::Wire;
+use crate::robots::guard::client::{Client, Lost, failure};
+use crate::robots::guard::message::{Report, Request, Status};
+use crate::robots::guard::wheels::Wanted;
+use crate::robots::guard::{Condition, State};
+use crate::robots::link::wall;
+
+/// What to connect to, and how.
+#[derive(Clone, Debug)]
+pub(crate) struct Options {
+    /// The robot.
+    pub(crate) wire: Wire,
+    /// What is read of it.
+    pub(crate) wanted: Wanted,
+    /// Settings of the guard, each written `KEY=VALUE`.
+    pub(crate) settings: Vec<String>,
+    /// Where the bytes of the link are recorded.
+    pub(crate) record: Option<PathBuf>,
+}
+
+/// What the sensors of a kind, or the odometers, have told last.
+#[derive(Clone, Debug, Default)]
+struct Told {
+    /// When it arrived, and its age then.
+    at: Duration,
+    age: Duration,
+    values: Vec<f64>,
+    /// Whether it has not been looked at yet.
+    is_new: bool,
+}
+
+/// A robot that drives as long as this is alive and looks after it. When it is dropped the guard stops the robot and ends.
+pub(crate) struct Guarded {
+    /// None once the guard has ended.
+    client: Option<Client>,
+    wire: Wire,
+    profile: Profile,
+    /// One for each kind of sensors.
+    readings: Vec<Told>,
+    travel: Told,
+    volts: Option<f64>,
+    status: Option<Status>,
+    /// Speeds that were set last, mm/s.
+    speeds: [f64; 2],
+    /// When they were sent.
+    sent: Duration,
+    /// Whether the guard lets it move; then any stop that was not ordered is a trouble.
+    is_ready: bool,
+    stop: Arc<AtomicBool>,
+    person: Option<Person>,
+    console: Console,
+}
+
+impl Guarded {
+    /// Time after which speeds are sent again, so that they don't expire.
+    const REPEAT: Duration = Duration::from_millis(50);
+    /// How long new readings may take. The guard reads each kind every 50 ms if the link is fast enough.
+    const READINGS: Duration = Duration::from_millis(500);
+    /// How long the guard may take to stop the robot, or to let it move.
+    const ANSWER: Duration = Duration::from_secs(3);
+    /// How long a robot may wait for somebody if there is no terminal.
+    const PATIENCE: Duration = Duration::from_secs(600);
+    /// Between two attempts to go on without a terminal.
+    const PAUSE: Duration = Duration::from_secs(1);
+    /// How long a robot that was put back stands still, so that a hand can be taken away.
+    const HANDS_OFF: Duration = Duration::from_secs(2);
+
+    /// Connects to a robot. Everything that waits ends when `stop` is set.
+    ///
+    /// # Errors
+    /// Those of the guard: exit 3 for kinds of sensors that the robot lacks and settings that are not allowed, exit 4 for a
+    /// robot that does not answer; exit 75 if `stop` is set.
+    pub(crate) fn open(options: &Options, stop: Arc<AtomicBool>, console: Console) -> Result<Self, Failure> {
+        let Options {
+            wire,
+            wanted,
+            settings,
+            record,
+        } = options;
+        console.say(format!("connecting to {wire}"));
+        let mut client = Client::start(&wire.to_string(), wanted, settings, record.as_deref())?;
+        loop {
+            if stop.load(Ordering::Relaxed) {
+                return Err(Trouble::Stopped.into());
+            }
+            match client.report() {
+                Ok(Some(Report::Failed { code, message })) => return Err(failure(code, &message)),
+                Ok(Some(Report::Connected {
+                    robot,
+                    firmware,
+                    greatest_mm_s,
+                    unit_mm_s,
+                    base_mm,
+                    has_odometers,
+                    sensors,
+                })) => {
+                    console.say(format!("connected: {robot}"));
+                    return Ok(Self {
+                        client: Some(client),
+                        wire: wire.clone(),
+                        readings: vec![Told::default(); sensors.len()],
+                        travel: Told::default(),
+                        volts: None,
+                        profile: Profile {
+                            robot,
+                            firmware,
+                            sensors,
+                            greatest_mm_s,
+                            unit_mm_s,
+                            base_mm,
+                            has_odometers: has_odometers && wanted.odometry,
+                        },
+                        status: None,
+                        speeds: [0.0; 2],
+                        sent: wall(),
+                        is_ready: false,
+                        stop,
+                        person: None,
+                        console,
+                    });
+                }
+                Ok(_) => {}
+                Err(lost) => {
+                    client.kill();
+                    return Err(lost.stopped(wire, console));
+                }
+            }
+        }
+    }
+
+    /// The guard does nothing more: stops the robot without it.
+    fn lost(&mut self, lost: Lost) -> Trouble {
+        if let Some(mut client) = self.client.take() {
+            client.kill();
+            return Trouble::Broken(lost.stopped(&self.wire, self.console).to_string());
+        }
+        Trouble::Broken(lost.to_string())
+    }
+
+    fn send(&mut self, request: Request) {
+        if let Some(client) = &mut self.client {
+            client.send(request);
+        }
+    }
+
+    /// Sends the speeds.
+    fn tell(&mut self) {
+        self.sent = wall();
+        if let Some(client) = &mut self.client {
+            client.drive(self.speeds);
+        }
+    }
+
+    /// Lets the wheels stand. The guard stops them.
+    fn rest(&mut self) {
+        (self.speeds, self.is_ready) = ([0.0; 2], false);
+        self.tell();
+    }
+
+    /// Waits for one report of the guard, until a moment at most, and keeps the speeds from expiring.
+    fn hear(&mut self, until: Duration) -> Result<(), Trouble> {
+        let limit = until.saturating_sub(wall()).min(Client::CYCLE);
+        let Some(client) = &mut self.client else {
+            return Err(Trouble::Broken(Lost::Ended.to_string()));
+        };
+        let report = client.report_within(limit).map_err(|lost| self.lost(lost))?;
+        if let Some((at, report)) = report {
+            self.take(at, report)?;
+        }
+        if wall() >= self.sent + Self::REPEAT {
+            self.tell();
+        }
+        Ok(())
+    }
+
+    /// The same, unless the user has stopped the program.
+    fn attend(&mut self, until: Duration) -> Result<(), Trouble> {
+        if self.stop.load(Ordering::Relaxed) {
+            self.settle()?;
+            return Err(Trouble::Stopped);
+        }
+        self.hear(until)
+    }
+
+    /// Takes a report that came at this time.
+    fn take(&mut self, at: Duration, report: Report) -> Result<(), Trouble> {
+        let told = |age_ms: f64, values| Told {
+            at,
+            age: Duration::try_from_secs_f64(age_ms / 1000.0).unwrap_or_default(),
+            values,
+            is_new: true,
+        };
+        match report {
+            Report::Hello { .. } | Report::Connected { .. } => {}
+            Report::Reading {
+                kind, age_ms, values, ..
+            } => {
+                let kinds = self.profile.sensors.iter().zip(&mut self.readings);
+                for (_, newest) in kinds.filter(|(sensors, _)| sensors.kind == kind) {
+                    *newest = told(age_ms, values.clone());
+                }
+            }
+            Report::Travel {
+                left_mm,
+                right_mm,
+                age_ms,
+                ..
+            } => self.travel = told(age_ms, vec![left_mm, right_mm]),
+            Report::Battery { volts, .. } => self.volts = volts,
+            Report::State(status) => {
+                let trouble = trouble_of(&status);
+                self.status = Some(status);
+                if self.is_ready
+                    && let Some(trouble) = trouble
+                {
+                    self.rest();
+                    return Err(trouble);
+                }
+            }
+            Report::Failed { message, .. } => return Err(Trouble::Broken(message)),
+        }
+        Ok(())
+    }
+
+    /// Waits until the guard lets the robot move. It does so again by itself where only this program or the link was late.
+    fn get_ready(&mut self) -> Result<(), Trouble> {
+        self.rest();
+        let until = wall() + Self::ANSWER;
+        // What the guard said before it heard this is out of date.
+        let rest = self.client.as_ref().map_or(0, Client::sequence);
+        let is_new = |status: &Status| status.sequence >= rest;
+        while !self
+            .status
+            .as_ref()
+            .is_some_and(|status| is_new(status) && may_move(status))
+        {
+            if let Some(status) = self.status.as_ref().filter(|status| is_new(status)) {
+                if !passes(status)
+                    && let Some(trouble) = trouble_of(status)
+                {
+                    return Err(trouble);
+                }
+                self.send(Request::Resume);
+            }
+            if wall() >= until {
+                return Err(self.unready());
+            }
+            self.pause(Client::CYCLE)?;
+        }
+        self.is_ready = true;
+        Ok(())
+    }
+
+    /// Why it can't be driven, or does not stop.
+    fn unready(&self) -> Trouble {
+        let trouble = self.status.as_ref().and_then(trouble_of);
+        trouble.unwrap_or_else(|| Trouble::Unreadable("the robot does not confirm that its wheels stand".into()))
+    }
+
+    /// Stops the wheels, and waits until the robot has confirmed it.
+    fn settle(&mut self) -> Result<(), Trouble> {
+        self.rest();
+        let stop = self.client.as_ref().map_or(0, Client::sequence);
+        let until = wall() + Self::ANSWER;
+        let stands = |status: &Status| status.sequence >= stop && status.state == State::Standing;
+        while !self.status.as_ref().is_some_and(stands) {
+            if wall() >= until {
+                return Err(self.unready());
+            }
+            self.hear(until)?;
+        }
+        Ok(())
+    }
+
+    /// Attends to the guard for a while.
+    fn pause(&mut self, time: Duration) -> Result<(), Trouble> {
+        let until = wall() + time;
+        while wall() < until {
+            self.attend(until)?;
+        }
+        Ok(())
+    }
+
+    /// The person beside the robot.
+    fn person(&mut self) -> &Person {
+        self.person.get_or_insert_with(Person::at_terminal)
+    }
+
+    /// What was told last by all sensors, if all of it is new.
+    fn newest(&mut self) -> Option<Moment> {
+        let travel = self.profile.has_odometers.then_some(&self.travel);
+        if !self.readings.iter().chain(travel).all(|told| told.is_new) {
+            return None;
+        }
+        let all = || self.readings.iter().chain(travel);
+        let at = all().map(|told| told.at).max().unwrap_or_else(wall);
+        let age = all().map(|told| at - told.at + told.age).max().unwrap_or_default();
+        let moment = Moment {
+            at,
+            age,
+            readings: self.readings.iter().flat_map(|told| told.values.clone()).collect(),
+            travel: travel.map(|told| [told.values[0], told.values[1]]),
+        };
+        for told in self.readings.iter_mut().chain([&mut self.travel]) {
+            told.is_new = false;
+        }
+        Some(moment)
+    }
+}
+
+impl Vehicle for Guarded {
+    fn profile(&self) -> &Profile {
+        &self.profile
+    }
+
+    fn now(&self) -> Duration {
+        wall()
+    }
+
+    fn look(&mut self) -> Result<Moment, Trouble> {
+        let until = wall() + Self::READINGS;
+        loop {
+            if let Some(moment) = self.newest() {
+                return Ok(moment);
+            }
+            if wall() >= until {
+                self.rest();
+                let limit = Self::READINGS.as_millis();
+                return Err(Trouble::Unreadable(format!("no new readings within {limit} ms")));
+            }
+            self.attend(until)?;
+        }
+    }
+
+    fn drive(&mut self, speeds: [f64; 2]) -> Result<(), Trouble> {
+        if !self.is_ready {
+            self.get_ready()?;
+        }
+        self.speeds = speeds;
+        self.tell();
+        Ok(())
+    }
+
+    fn keep_until(&mut self, until: Duration) -> Result<(), Trouble> {
+        // Also what came before counts.
+        loop {
+            self.attend(until)?;
+            if wall() >= until {
+                return Ok(());
+            }
+        }
+    }
+
+    fn stop(&mut self) -> Result<(), Trouble> {
+        self.settle()
+    }
+
+    fn volts(&self) -> Option<f64> {
+        self.volts
+    }
+
+    fn ask(&mut self, what: &str) -> Result<(), Trouble> {
+        self.settle()?;
+        let console = self.console;
+        let person = self.person();
+        if !person.is_there() {
+            return Err(Trouble::Broken(format!(
+                "standard input is no terminal, so nobody can say when it is done: {what}"
+            )));
+        }
+        person.has_answered();
+        console.ask(format!("{what}; then press Enter"));
+        while !self.person().has_answered() {
+            self.pause(Client::CYCLE)?;
+        }
+        Ok(())
+    }
+
+    fn recover(&mut self) -> Result<(), Trouble> {
+        self.rest();
+        let console = self.console;
+        let until = wall() + Self::PATIENCE;
+        let mut asked = None;
+        loop {
+            self.pause(2 * Self::REPEAT)?;
+            let Some(status) = self.status.clone() else { continue };
+            let Some(trouble) = trouble_of(&status).filter(|_| !may_move(&status)) else {
+                if asked.is_some() {
+                    self.pause(Self::HANDS_OFF)?;
+                    if !self.status.as_ref().is_some_and(may_move) {
+                        continue;
+                    }
+                }
+                return Ok(());
+            };
+            if passes(&status) {
+                self.send(Request::Resume);
+                continue;
+            }
+            let is_there = self.person().is_there();
+            if mem::replace(&mut asked, Some(trouble.to_string())) != asked {
+                self.person().has_answered();
+                let when = if is_there { "; then press Enter" } else { "" };
+                console.ask(format!("{trouble}{when}"));
+            }
+            if is_there {
+                if self.person().has_answered() {
+                    self.send(Request::Resume);
+                    // If it is not over, it is said again.
+                    asked = None;
+                }
+            } else if wall() >= until {
+                return Err(trouble);
+            } else {
+                self.send(Request::Resume);
+                self.pause(Self::PAUSE)?;
+            }
+        }
+    }
+}
+
+impl Drop for Guarded {
+    /// Waits until the guard has stopped the robot.
+    fn drop(&mut self) {
+        let Some(client) = self.client.take() else { return };
+        match client.finish(|_| ()) {
+            Ok(None) => {}
+            Ok(Some((_, message))) => self.console.ask(message),
+            Err(lost) => self.console.ask(lost.stopped(&self.wire, self.console).to_string()),
+        }
+    }
+}
+
+/// Whether the guard lets a robot move that stands.
+fn may_move(status: &Status) -> bool {
+    status.state == State::Standing && status.reasons.is_empty() && !status.needs_resume
+}
+
+/// Whether only this program or the link was late or said nonsense, so that nobody has to look after the robot.
+fn passes(status: &Status) -> bool {
+    let may_pass = |reason: &Condition| {
+        matches!(
+            reason,
+            Condition::Silent | Condition::Expired | Condition::Late | Condition::Answers | Condition::Messages
+        )
+    };
+    !status.cannot_stop && status.reasons.iter().all(may_pass)
+}
+
+/// The trouble that a stop is; none if the robot was told to stand.
+fn trouble_of(status: &Status) -> Option<Trouble> {
+    let words: Vec<&str> = status.reasons.iter().copied().map(Condition::words).collect();
+    let words = words.join("; ");
+    if status.cannot_stop {
+        let problem = status.problem.as_deref();
+        let problem = problem.unwrap_or("it does not confirm that its wheels stand");
+        return Some(Trouble::Runaway(problem.into()));
+    }
+    let kind = |reason: &Condition| match reason {
+        Condition::Battery => 0,
+        Condition::Lifted | Condition::Tracker => 1,
+        Condition::Restarted | Condition::Operator => 2,
+        Condition::Closed | Condition::Terminated => 3,
+        _ => 4,
+    };
+    Some(match status.reasons.iter().map(kind).min()? {
+        0 => Trouble::Discharged(words),
+        1 => Trouble::Displaced(words),
+        2 => Trouble::Halted(words),
+        3 => Trouble::Broken(words),
+        _ => Trouble::Unreadable(words),
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn status(reasons: &[Condition]) -> Status {
+        Status {
+            state: State::Standing,
+            left_mm_s: 0.0,
+            right_mm_s: 0.0,
+            sequence: 1,
+            reasons: reasons.to_vec(),
+            needs_resume: !reasons.is_empty(),
+            cannot_stop: false,
+            problem: None,
+        }
+    }
+
+    /// Each reason for a stop, and all of them together, become the trouble that says what to do; only the lateness of this
+    /// program and of the link passes by itself.
+    #[test]
+    fn every_stop_of_the_guard_is_a_trouble() {
+        for reason in Condition::ALL {
+            let status = status(&[reason, Condition::Late]);
+            let (expected, by_itself) = match reason {
+                Condition::Battery => ("the robot has to be charged: the battery is low", false),
+                Condition::Lifted => ("the robot has to be put back: the robot was lifted", false),
+                Condition::Tracker => ("the robot has to be put back: the tracker", false),
+                Condition::Operator => ("the robot was stopped: stop was said", false),
+                Condition::Restarted => ("the robot was stopped: the robot has restarted", false),
+                Condition::Closed => ("the program that drives is gone", false),
+                Condition::Terminated => ("the guard was told to end", false),
+                _ => ("the sensors can't be read: ", true),
+            };
+            let trouble = trouble_of(&status).unwrap().to_string();
+            assert!(trouble.starts_with(expected), "{reason:?}: {trouble}");
+            assert!(trouble.contains(reason.words()), "{reason:?}: {trouble}");
+            assert_eq!((passes(&status), may_move(&status)), (by_itself, false), "{reason:?}");
+        }
+        let all = trouble_of(&status(&Condition::ALL)).unwrap();
+        assert!(matches!(all, Trouble::Discharged(_)));
+        let unstopped = Status {
+            cannot_stop: true,
+            problem: Some("no answer to D".into()),
+            ..status(&[Condition::Late])
+        };
+        assert!(!passes(&unstopped));
+        let trouble = trouble_of(&unstopped).unwrap().to_string();
+        assert!(trouble.starts_with("cannot stop: no answer to D. The wheels may be turning"));
+        assert!(trouble_of(&status(&[])).is_none() && may_move(&status(&[])));
+    }
+}
