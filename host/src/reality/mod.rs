@@ -143,6 +143,16 @@ pub(crate) enum Trouble {
     Broken(String),
 }
 
+impl Trouble {
+    /// Whether a retry may work.
+    pub(crate) fn may_pass(&self) -> bool {
+        matches!(
+            self,
+            Self::Unreadable(_) | Self::Displaced(_) | Self::Discharged(_) | Self::Halted(_)
+        )
+    }
+}
+
 impl From<evaluator::Error> for Trouble {
     fn from(error: evaluator::Error) -> Self {
         match error {

@@ -16,6 +16,8 @@ use super::{Driven, Trouble, Turned};
 use crate::robots::vehicle::{Moment, Profile, Vehicle};
 use signal::Signal;
 
+#[cfg(test)]
+pub(crate) mod mock;
 mod signal;
 
 type Result<T = ()> = std::result::Result<T, Trouble>;
@@ -342,7 +344,7 @@ pub(crate) fn drive(
 /// After this time wheels have the speeds that they were told, also within the guard's acceleration.
 const REACHED: Duration = Duration::from_millis(600);
 /// For how long a motion is measured.
-const DRIVEN: Duration = Duration::from_millis(1000);
+const DRIVEN: Duration = Duration::from_secs(1);
 
 /// Duration of a pair of speeds there and back, s.
 pub(crate) fn seconds_a_pair() -> f64 {
