@@ -97,7 +97,9 @@ impl Khepera {
             }
             ["N"] => {
                 let bearing = (state.heading.rem_euclid(1.0) * 180.0) as usize % 180;
-                let cell = SensorTables::khepera().classes[0].cell(state.row * 180 + bearing).to_vec();
+                let cell = SensorTables::khepera().classes[0]
+                    .cell(state.row * 180 + bearing)
+                    .to_vec();
                 let readings: String = cell.iter().map(|reading| format!(",{reading}")).collect();
                 format!("n{readings}\r\n")
             }
@@ -124,11 +126,29 @@ fn a_robot_alone_is_sampled() {
     let place = Place::new("alone");
     let robot = Khepera::new();
     let address = robot.start();
-    let sample = ["sample", "--robot", &address, "--objects", "wall", "--rows", "1", "--no-motors"];
-    let ran = place.run(&[&sample[..], &["--yes", "--json", "--out", "out"]].concat()).exits(0);
-    let lines: Vec<Value> = ran.stdout.lines().map(|line| serde_json::from_str(line).unwrap()).collect();
+    let sample = [
+        "sample",
+        "--robot",
+        &address,
+        "--objects",
+        "wall",
+        "--rows",
+        "1",
+        "--no-motors",
+    ];
+    let ran = place
+        .run(&[&sample[..], &["--yes", "--json", "--out", "out"]].concat())
+        .exits(0);
+    let lines: Vec<Value> = ran
+        .stdout
+        .lines()
+        .map(|line| serde_json::from_str(line).unwrap())
+        .collect();
     assert_eq!(lines.len(), 2, "{}", ran.stdout);
-    assert_eq!((&lines[0]["row"], &lines[0]["gap_mm"]), (&"wall-00".into(), &5.0.into()));
+    assert_eq!(
+        (&lines[0]["row"], &lines[0]["gap_mm"]),
+        (&"wall-00".into(), &5.0.into())
+    );
     assert!(lines[0]["drift_degrees"].as_f64().unwrap().abs() < 4.0, "{}", lines[0]);
     assert_eq!(lines[1], json!({ "tables": ["out/wall.sam"], "motors": null }));
     ran.says(&["row 1 of 1, 1 min left: put the robot's rim 5 mm from the wall"]);
@@ -164,7 +184,13 @@ impl Session {
         let path = slave.name().unwrap();
         slave.set_exclusive(false).unwrap();
         // As a shell has it.
-        assert!(Command::new("stty").args(["-F", &path, "sane"]).status().unwrap().success());
+        assert!(
+            Command::new("stty")
+                .args(["-F", &path, "sane"])
+                .status()
+                .unwrap()
+                .success()
+        );
         let input = File::options().read(true).write(true).open(&path).unwrap();
         let mut command = place.command(arguments);
         let command = command.stdin(input).stdout(Stdio::piped()).stderr(Stdio::piped());
@@ -182,7 +208,11 @@ impl Session {
     fn hears(&mut self, words: &str) {
         loop {
             let mut line = String::new();
-            assert!(self.lines.read_line(&mut line).unwrap() > 0, "no `{words}` in\n{}", self.said);
+            assert!(
+                self.lines.read_line(&mut line).unwrap() > 0,
+                "no `{words}` in\n{}",
+                self.said
+            );
             self.said += &line;
             if line.contains(words) {
                 return;
@@ -264,14 +294,34 @@ fn what_can_not_be_sampled_is_refused() {
     let place = Place::new("refused");
     let sample = ["sample", "--backend", "cpu", "--out", "out"];
     for (arguments, code, words) in [
-        (&["--robot", "surrogate:1", "--turns", "2"][..], 3, "--turns: is given with --robot surrogate:1; allowed: with"),
+        (
+            &["--robot", "surrogate:1", "--turns", "2"][..],
+            3,
+            "--turns: is given with --robot surrogate:1; allowed: with",
+        ),
         (&["--yes"], 3, "--yes: is given"),
-        (&["--robot", "tcp:127.0.0.1:9", "--yes", "--objects", "can:round"], 3, "`round` is no shape"),
+        (
+            &["--robot", "tcp:127.0.0.1:9", "--yes", "--objects", "can:round"],
+            3,
+            "`round` is no shape",
+        ),
         (&["--robot", "tcp:127.0.0.1:9", "--yes", "--set", "speed=1"], 3, "speed"),
-        (&["--robot", "tcp:127.0.0.1:9", "--yes"], 4, "tcp:127.0.0.1:9: can't be opened"),
+        (
+            &["--robot", "tcp:127.0.0.1:9", "--yes"],
+            4,
+            "tcp:127.0.0.1:9: can't be opened",
+        ),
         (&["--robot", "tcp:127.0.0.1:9", "--rows", "0"], 2, "--rows"),
-        (&["--robot", "tcp:127.0.0.1:9", "--spacing", "0"], 2, "allowed: a number from 0.01 to 1000"),
-        (&["--robot", "tcp:127.0.0.1:9", "--full-speed", "9", "--no-motors"], 2, "--no-motors"),
+        (
+            &["--robot", "tcp:127.0.0.1:9", "--spacing", "0"],
+            2,
+            "allowed: a number from 0.01 to 1000",
+        ),
+        (
+            &["--robot", "tcp:127.0.0.1:9", "--full-speed", "9", "--no-motors"],
+            2,
+            "--no-motors",
+        ),
     ] {
         place.run(&[&sample[..], arguments].concat()).exits(code).says(&[words]);
     }
@@ -280,6 +330,8 @@ fn what_can_not_be_sampled_is_refused() {
     place
         .run(&[&sample[..], &["--robot", &address, "--yes", "--full-speed", "250"]].concat())
         .exits(3)
-        .says(&["--full-speed 250: is beyond the greatest speed of the Khepera under the guard; allowed: up to 200 mm/s"]);
+        .says(&[
+            "--full-speed 250: is beyond the greatest speed of the Khepera under the guard; allowed: up to 200 mm/s",
+        ]);
     assert_eq!(robot.speeds(), [0, 0]);
 }

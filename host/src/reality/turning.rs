@@ -204,8 +204,8 @@ fn scaled(profile: &Profile, moment: &Moment) -> Vec<u16> {
 /// Those of the robot.
 pub(crate) fn pace(vehicle: &mut dyn Vehicle) -> Result<f64> {
     const LOOKS: usize = 15;
-    /// A turn takes 10 s at least.
-    const GREATEST_RATE: f64 = 0.1;
+    /// Some robots read their sensors ten times a second, however often they are asked: a bearing's interval in 100 ms.
+    const GREATEST_RATE: f64 = 10.0 / BEARINGS as f64;
     let (mut times, mut last) = (Vec::new(), vehicle.look()?.at);
     for _ in 0..LOOKS {
         let at = vehicle.look()?.at;

@@ -9,7 +9,7 @@ mod epuck;
 mod epuck2;
 pub(crate) mod error;
 pub(crate) mod guard;
-mod khepera;
+pub(crate) mod khepera;
 pub(crate) mod link;
 pub(crate) mod recording;
 #[cfg(test)]

@@ -158,12 +158,15 @@ impl<'a> Walk<'a> {
             // For motors it is placed once.
             if placed != Some(place) || !matches!(place, Place::Open(_)) {
                 let left = self.minutes(&steps, turning)?;
-                let words = format!(
+                let mut words = format!(
                     "row {} of {}, {left:.0} min left: {}",
                     at + 1,
                     steps.len(),
                     words(&place)
                 );
+                if !turning.1 {
+                    words += ". First it turns three times, to find out how, and is placed again";
+                }
                 match self.person.places(self.vehicle, &place, &words)? {
                     Answer::Back => {
                         at = at.saturating_sub(1);
@@ -246,13 +249,18 @@ impl<'a> Walk<'a> {
         Ok((seconds / 60.0).ceil())
     }
 
-    /// Takes a row and keeps it. Returns whether it is kept.
+    /// Takes a row and keeps it. Returns whether it is kept. If it is not known yet how the robot turns, that is all that is
+    /// measured: a row begins where the robot was placed, also if that is another day.
     fn take(&mut self, step: Step<'_>, turning: &mut (Turning, bool)) -> std::result::Result<bool, Taking> {
         match step {
             Step::Turn { object, number } => {
                 if !turning.1 {
                     *turning = (turning::measured(self.vehicle, turning.0.wheel_mm_s, self.stop)?, true);
                     self.notebook.save(TURNING, &turning.0)?;
+                    let percent = 100.0 * turning.0.apparent;
+                    self.console
+                        .say(format!("a whole turn is {percent:.1} % of what its wheels say"));
+                    return Ok(false);
                 }
                 let turn = turning::turn_before(self.vehicle, turning.0, self.plan.turns, self.stop)?;
                 let row = turn
