@@ -3,7 +3,7 @@
 
 #[path = "../../../tests/peers/khepera.rs"]
 #[allow(dead_code, reason = "tests of the program use the rest")]
-pub(super) mod khepera;
+pub(crate) mod khepera;
 mod tests;
 
 use std::collections::VecDeque;
@@ -12,6 +12,7 @@ use std::time::Duration;
 
 use super::error::{Error, Result};
 use super::link::{Clock, Link};
+use super::vehicle::direct::Hand;
 use khepera::{Body, Khepera};
 
 /// Bytes with the times of their arrival.
@@ -20,8 +21,8 @@ type Timed = Vec<(Duration, u8)>;
 type Change<T> = Box<dyn FnMut(T) -> T + Send>;
 
 /// A robot and its line.
-struct Line<B> {
-    robot: Khepera<B>,
+pub(crate) struct Line<B> {
+    pub(crate) robot: Khepera<B>,
     now: Duration,
     /// What is on the way to the program, in the order of arrival.
     coming: VecDeque<(Duration, u8)>,
@@ -72,7 +73,7 @@ impl<B: Body> Line<B> {
 }
 
 /// The program's end of a line, and a test's hand on the other end.
-struct Bench<B>(Arc<Mutex<Line<B>>>);
+pub(crate) struct Bench<B>(Arc<Mutex<Line<B>>>);
 
 impl<B> Clone for Bench<B> {
     fn clone(&self) -> Self {
@@ -81,7 +82,7 @@ impl<B> Clone for Bench<B> {
 }
 
 impl<B: Body> Bench<B> {
-    fn new(robot: Khepera<B>) -> Self {
+    pub(crate) fn new(robot: Khepera<B>) -> Self {
         Self(Arc::new(Mutex::new(Line {
             robot,
             now: Duration::from_secs(100),
@@ -95,7 +96,7 @@ impl<B: Body> Bench<B> {
         })))
     }
 
-    fn line(&self) -> MutexGuard<'_, Line<B>> {
+    pub(crate) fn line(&self) -> MutexGuard<'_, Line<B>> {
         self.0.lock().unwrap()
     }
 
@@ -122,6 +123,14 @@ impl<B: Body> Bench<B> {
 impl<B> Clock for Bench<B> {
     fn now(&self) -> Duration {
         self.0.lock().unwrap().now
+    }
+}
+
+impl<B: Body> Hand for Bench<B> {
+    fn pass_until(&mut self, until: Duration) {
+        let mut line = self.line();
+        line.now = line.now.max(until);
+        line.collect();
     }
 }
 

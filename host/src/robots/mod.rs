@@ -6,7 +6,7 @@
 pub(crate) mod address;
 mod aseba;
 #[cfg(test)]
-mod emulated;
+pub(crate) mod emulated;
 mod epuck;
 mod epuck2;
 pub(crate) mod error;

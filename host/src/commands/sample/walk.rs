@@ -496,4 +496,6 @@ fn lines(names: &[String], row: &Row) -> String {
 }
 
 #[cfg(test)]
+mod emulated;
+#[cfg(test)]
 mod tests;
