@@ -433,13 +433,15 @@ pub(crate) enum TablesCommand {
 /// `oneiro sample`
 #[derive(Args, Debug)]
 pub(crate) struct Sample {
-    /// Which robot: surrogate:SEED, or the described robot of an experiment, FILE.toml
+    /// Which robot: surrogate:SEED, the described robot of an experiment, FILE.toml, or a robot on the wire, such as
+    /// `serial:/dev/ttyUSB0`. `oneiro robot list` has all forms
     #[arg(long, value_name = "ROBOT", default_value = "surrogate:1")]
     pub(crate) robot: String,
     /// How much a surrogate differs from the simulator made from its samples, 0 to 2
     #[arg(long, value_name = "LAMBDA", default_value_t = miglino1995::settings::SEVERITY)]
     pub(crate) severity: f32,
-    /// The objects to sample: wall, round, block
+    /// The objects to sample: wall, round, block, or your own: CLASS:wall, CLASS:round:RADIUS or
+    /// CLASS:block:LENGTHxWIDTH, in mm, such as can:round:33
     #[arg(long, value_name = "OBJECT,..", value_delimiter = ',', default_value = "wall,round")]
     pub(crate) objects: Vec<String>,
     /// The device that evaluates.
@@ -448,6 +450,61 @@ pub(crate) struct Sample {
     /// Write tables and pictures into this directory. A sampling that was stopped continues there
     #[arg(long, value_name = "DIR", value_hint = ValueHint::DirPath)]
     pub(crate) out: PathBuf,
+    /// What a robot on the wire takes.
+    #[command(flatten)]
+    pub(crate) wired: SampleWired,
+}
+
+/// Options of `oneiro sample` for robots on the wire.
+#[derive(Args, Debug)]
+#[command(next_help_heading = "Robots on the wire")]
+pub(crate) struct SampleWired {
+    /// Wait for nobody to place the robot: a machine does, or a test
+    #[arg(long)]
+    pub(crate) yes: bool,
+    /// Turns before an object whose mean is taken, 1 to 20 [default: 1]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=20))]
+    pub(crate) turns: Option<u32>,
+    /// From the robot's rim to the object in the first row, 0 to 10000 mm [default: 5]
+    #[arg(long, value_name = "MM", value_parser = nearest)]
+    pub(crate) nearest: Option<f32>,
+    /// From one row to the next, 0.01 to 1000 mm [default: 2]
+    #[arg(long, value_name = "MM", value_parser = spacing)]
+    pub(crate) spacing: Option<f32>,
+    /// Rows, 1 to 1000 [default: 20]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1000))]
+    pub(crate) rows: Option<u32>,
+    /// Speed of a wheel in the state 10 of -10 to 10, 1 to 1100 mm/s [default: ten of the robot's own units if they are a
+    /// twentieth of its greatest speed, as a Khepera's, else the greatest that the guard allows]
+    #[arg(long, value_name = "MM_S", value_parser = wheel_speed)]
+    pub(crate) full_speed: Option<f64>,
+    /// Sample no motors
+    #[arg(long, conflicts_with = "full_speed")]
+    pub(crate) no_motors: bool,
+    /// Set a value of the guard, such as `link_ms=400`. May be repeated; docs/robots-on-the-wire.md lists them
+    #[arg(long, value_name = "KEY=VALUE")]
+    pub(crate) set: Vec<String>,
+    /// Record all bytes of the link in this file, never overwritten, for a bug report
+    #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath)]
+    pub(crate) record: Option<PathBuf>,
+}
+
+impl SampleWired {
+    /// The first option that is given.
+    pub(crate) fn given(&self) -> Option<&'static str> {
+        let given = [
+            (self.yes, "--yes"),
+            (self.turns.is_some(), "--turns"),
+            (self.nearest.is_some(), "--nearest"),
+            (self.spacing.is_some(), "--spacing"),
+            (self.rows.is_some(), "--rows"),
+            (self.full_speed.is_some(), "--full-speed"),
+            (self.no_motors, "--no-motors"),
+            (!self.set.is_empty(), "--set"),
+            (self.record.is_some(), "--record"),
+        ];
+        given.into_iter().find_map(|(is_given, name)| is_given.then_some(name))
+    }
 }
 
 /// `oneiro calibrate`
@@ -760,6 +817,29 @@ fn hertz(text: &str) -> Result<f64, String> {
         Ok(hertz) if (0.1..=100.0).contains(&hertz) => Ok(hertz),
         _ => Err("allowed: a number from 0.1 to 100, such as 10".to_owned()),
     }
+}
+
+/// Parses a number within a range.
+fn within(text: &str, low: f64, high: f64) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(number) if (low..=high).contains(&number) => Ok(number),
+        _ => Err(format!("allowed: a number from {low} to {high}")),
+    }
+}
+
+/// Parses the gap of the first row.
+fn nearest(text: &str) -> Result<f32, String> {
+    within(text, 0.0, 10_000.0).map(|gap| gap as f32)
+}
+
+/// Parses the distance between rows.
+fn spacing(text: &str) -> Result<f32, String> {
+    within(text, 0.01, 1000.0).map(|spacing| spacing as f32)
+}
+
+/// Parses a speed of wheels in mm/s.
+fn wheel_speed(text: &str) -> Result<f64, String> {
+    within(text, 1.0, 1100.0)
 }
 
 /// Parses a speed in mm/s, 1 to 1100, or as a share of the greatest, 1 % to 100 %.

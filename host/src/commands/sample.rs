@@ -3,19 +3,41 @@
 use std::path::Path;
 
 use oneiro::world::WorldSpec;
+use serde_json::json;
 
 use crate::cli::Sample;
 use crate::console::{Console, counted};
 use crate::device;
+use crate::engine::watcher::stop_signal;
 use crate::exit::{Failure, Result};
 use crate::experiment::Experiment;
-use crate::reality::Object;
 use crate::reality::described::Described;
-use crate::reality::sampling::{self, Notebook};
+use crate::reality::sampling::{self, Grid, Notebook};
 use crate::reality::site::{self, Site};
+use crate::robots::Kind;
+use crate::robots::address::{Address, Wire};
+use crate::robots::guard::wheels::Wanted;
+use crate::robots::vehicle::guarded::{Guarded, Options};
+use crate::robots::vehicle::{Profile, Vehicle};
+use objects::objects;
+use person::{AtTerminal, Nobody, Person};
+use walk::{Plan, Walk};
+
+mod objects;
+mod person;
+mod walk;
 
 /// Samples a robot and writes tables and pictures.
 pub(crate) fn run(arguments: &Sample, console: Console) -> Result {
+    if let Ok(Address::Wire(wire)) = arguments.robot.parse() {
+        return wired(wire, arguments, console);
+    }
+    if let Some(option) = arguments.wired.given() {
+        return Err(Failure::input(format_args!(
+            "{option}: is given with --robot {}; allowed: with a robot on the wire",
+            arguments.robot
+        )));
+    }
     let path = Path::new(&arguments.robot);
     if path.extension().is_some_and(|extension| extension == "toml") {
         return described(path, arguments, console);
@@ -60,21 +82,93 @@ fn described(path: &Path, arguments: &Sample, console: Console) -> Result {
     Ok(())
 }
 
-fn objects(names: &[String]) -> Result<Vec<Object>> {
-    let mut objects: Vec<Object> = Vec::new();
-    for name in names {
-        let object = Object::named(name).ok_or_else(|| {
-            Failure::input(format_args!(
-                "--objects {name}: no such object; allowed: {}",
-                Object::NAMES.join(", ")
-            ))
-        })?;
-        if objects.contains(&object) {
-            return Err(Failure::input(format_args!(
-                "--objects {name}: is given twice; allowed: each once"
-            )));
-        }
-        objects.push(object);
+/// Samples a robot on the wire: somebody places it for each row.
+fn wired(wire: Wire, arguments: &Sample, console: Console) -> Result {
+    let options = &arguments.wired;
+    let objects = objects(&arguments.objects)?;
+    let stop = stop_signal()?;
+    let mut nobody = Nobody::new(console);
+    let mut terminal = if options.yes {
+        None
+    } else {
+        Some(AtTerminal::new(console)?)
+    };
+    let person: &mut dyn Person = match &mut terminal {
+        Some(terminal) => terminal,
+        None => &mut nobody,
+    };
+    let wanted = Wanted {
+        kinds: vec![Kind::Proximity],
+        odometry: true,
+    };
+    let guarded = Options {
+        wire,
+        wanted,
+        settings: options.set.clone(),
+        record: options.record.clone(),
+        tracker: None,
+    };
+    let mut vehicle = Guarded::open(&guarded, stop.clone(), console)?;
+    let usual = Grid::USUAL;
+    let plan = Plan {
+        objects,
+        grid: Grid {
+            nearest: options.nearest.unwrap_or(usual.nearest),
+            spacing: options.spacing.unwrap_or(usual.spacing),
+            rows: options.rows.unwrap_or(usual.rows),
+        },
+        turns: options.turns.unwrap_or(1),
+        full_mm_s: if options.no_motors {
+            None
+        } else {
+            Some(full_speed(vehicle.profile(), options.full_speed)?)
+        },
+    };
+    let (sensors, motors) = Walk::new(&mut vehicle, person, &plan, &arguments.out, &stop, console)?.go()?;
+    sampling::write(&sensors, motors.as_ref(), &arguments.out)?;
+    let at = |name: &str| arguments.out.join(format!("{name}.sam")).display().to_string();
+    let tables: Vec<String> = sensors.classes.iter().map(|table| at(&table.class)).collect();
+    if console.json() {
+        let motors = motors.map(|_| at("motor"));
+        return console.data(json!({ "tables": tables, "motors": motors }).to_string());
     }
-    Ok(objects)
+    console.say(format!(
+        "wrote {}{} to {}",
+        counted(tables.len() as u32, "table of sensors", "tables of sensors"),
+        if motors.is_some() { " and one of motors" } else { "" },
+        arguments.out.display()
+    ));
+    Ok(())
+}
+
+/// The speed in the state 10 of a wheel, mm/s.
+///
+/// # Errors
+/// Exit 3: the robot has no odometers, or the speed is beyond its greatest.
+fn full_speed(profile: &Profile, given: Option<f64>) -> Result<f64> {
+    let Profile {
+        robot,
+        greatest_mm_s,
+        unit_mm_s,
+        ..
+    } = profile;
+    if !profile.has_odometers {
+        return Err(Failure::input(format_args!(
+            "the {robot} has no odometers, which measure its motors; allowed: --no-motors, and robot.wheel_base_mm and \
+             robot.greatest_speed_mm_s in the experiment"
+        )));
+    }
+    let own = 10.0 * unit_mm_s;
+    let usual = if own >= greatest_mm_s / 20.0 {
+        own.min(*greatest_mm_s)
+    } else {
+        *greatest_mm_s
+    };
+    match given {
+        Some(given) if given > *greatest_mm_s => Err(Failure::input(format_args!(
+            "--full-speed {given}: is beyond the greatest speed of the {robot} under the guard; allowed: up to \
+             {greatest_mm_s} mm/s, or more by --set speed_mm_s=.."
+        ))),
+        given => Ok(given.unwrap_or(usual)),
+    }
 }

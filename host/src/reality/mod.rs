@@ -5,6 +5,7 @@ mod place;
 pub(crate) mod sampling;
 pub(crate) mod site;
 mod surrogate;
+pub(crate) mod turning;
 pub(crate) mod wander;
 pub(crate) mod wired;
 
@@ -80,12 +81,12 @@ impl Object {
 }
 
 /// The sensors' readings at one moment of a turn on the spot.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Turned {
     /// The bearing of the object: turns clockwise from the heading, 0 to 1.
     pub(crate) bearing: f64,
-    /// Integers from 0 to 1023.
-    pub(crate) readings: [u16; 8],
+    /// Integers from 0 to 1023, as many at each moment.
+    pub(crate) readings: Vec<u16>,
 }
 
 /// The motion of one cycle of 100 ms under a pair of commands, once the wheels have reached their speeds.
@@ -144,6 +145,16 @@ pub(crate) enum Trouble {
     /// What it does can't be recorded, or what it has done can't be read.
     #[error("{1}")]
     Unrecorded(Code, String),
+}
+
+impl Trouble {
+    /// Whether a retry may work.
+    pub(crate) fn may_pass(&self) -> bool {
+        matches!(
+            self,
+            Self::Unreadable(_) | Self::Displaced(_) | Self::Discharged(_) | Self::Halted(_)
+        )
+    }
 }
 
 impl From<evaluator::Error> for Trouble {

@@ -1,10 +1,10 @@
 //! Sampling of a robot, by section 3.2 of Miglino et al. (1995): its readings of an object at each bearing and distance
 //! while it turns before the object, and its motion under each pair of speeds.
 
-use std::fs;
 use std::path::{Path, PathBuf};
+use std::{fs, io};
 
-use oneiro::tables::{MotorSamples, SENSORS, SensorTable, SensorTables};
+use oneiro::tables::{MotorSamples, SensorTable, SensorTables};
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 
@@ -16,16 +16,42 @@ use crate::progress;
 use crate::report::figures;
 
 /// Bearings of a turn.
-pub(super) const BEARINGS: u32 = 180;
-/// Rows of a table.
-const ROWS: u32 = 20;
-/// From the rim to the object in the first row, mm.
-const NEAREST: f32 = 5.0;
+pub(crate) const BEARINGS: u32 = 180;
 /// From one row to the next, mm.
-pub(super) const SPACING: f32 = 2.0;
+pub(super) const SPACING: f32 = Grid::USUAL.spacing;
 
 /// The speeds of a wheel that any choice of 20 states takes, in the robot's unit.
-pub(super) const SPEEDS: std::ops::RangeInclusive<i32> = -10..=10;
+pub(crate) const SPEEDS: std::ops::RangeInclusive<i32> = -10..=10;
+
+/// The distances at which an object is sampled.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Grid {
+    /// From the rim to the object in the first row, mm.
+    pub(crate) nearest: f32,
+    /// From one row to the next, mm.
+    pub(crate) spacing: f32,
+    /// Rows of each point of view.
+    pub(crate) rows: u32,
+}
+
+impl Grid {
+    /// The paper's.
+    pub(crate) const USUAL: Self = Self {
+        nearest: 5.0,
+        spacing: 2.0,
+        rows: 20,
+    };
+
+    /// Where the robot stands for a row of an object: the point of view, see [`Reality::turn_before`], and the gap in mm. The
+    /// rows of each point of view follow those of the one before; a view is sampled in its middle.
+    pub(crate) fn place(self, object: &Object, row: u32) -> (f64, f32) {
+        let view = (f64::from(row / self.rows) + 0.5) / f64::from(2 * object.views());
+        (view, self.nearest + (row % self.rows) as f32 * self.spacing)
+    }
+}
+
+/// Readings of all sensors at each bearing.
+pub(crate) type Row = Vec<Vec<u16>>;
 
 /// A robot's samples.
 #[derive(Clone, Debug, PartialEq)]
@@ -65,27 +91,68 @@ impl Notebook {
         Ok(Self { directory: Some(rows) })
     }
 
+    fn path(&self, name: &str) -> Option<PathBuf> {
+        let directory = self.directory.as_ref()?;
+        Some(directory.join(format!("{name}.json")))
+    }
+
+    /// Reads a row, if it was saved.
+    ///
+    /// # Errors
+    /// Exit 5 if it is corrupt.
+    pub(crate) fn read<T: DeserializeOwned>(&self, name: &str) -> Result<Option<T>> {
+        let Some(path) = self.path(name) else { return Ok(None) };
+        let Ok(bytes) = fs::read(&path) else { return Ok(None) };
+        let row = serde_json::from_slice(&bytes);
+        row.map(Some)
+            .map_err(|error| Failure::corrupt(format_args!("{}: {error}", path.display())))
+    }
+
+    /// Saves a row.
+    ///
+    /// # Errors
+    /// Exit 6 if it can't be written.
+    pub(crate) fn save<T: Serialize>(&self, name: &str, row: &T) -> Result {
+        let Some(path) = self.path(name) else { return Ok(()) };
+        disk::write(&path, &serde_json::to_vec(row).map_err(Failure::failed)?)
+    }
+
+    /// Removes a row, if it was saved, so that it is measured again.
+    ///
+    /// # Errors
+    /// Exit 6 if it can't be removed.
+    pub(crate) fn forget(&self, name: &str) -> Result {
+        match self.path(name).map(|path| (fs::remove_file(&path), path)) {
+            Some((Err(error), path)) if error.kind() != io::ErrorKind::NotFound => Err(Failure::storage(&path, &error)),
+            _ => Ok(()),
+        }
+    }
+
     /// Reads a row that was saved before, or measures and saves it.
     fn row<T: Serialize + DeserializeOwned>(&self, name: &str, take: impl FnOnce() -> Result<T>) -> Result<T> {
-        let Some(directory) = &self.directory else {
-            return take();
-        };
-        let path = directory.join(format!("{name}.json"));
-        if let Ok(bytes) = fs::read(&path) {
-            return serde_json::from_slice(&bytes)
-                .map_err(|error| Failure::corrupt(format_args!("{}: {error}", path.display())));
+        if let Some(row) = self.read(name)? {
+            return Ok(row);
         }
         let row = take()?;
-        let text = serde_json::to_vec(&row).map_err(Failure::failed)?;
-        disk::write(&path, &text)?;
+        self.save(name, &row)?;
         Ok(row)
     }
+}
+
+/// The name of a row of an object in a notebook.
+pub(crate) fn row_name(object: &Object, number: u32) -> String {
+    format!("{}-{number:02}", object.class)
+}
+
+/// The name of the motors' row for a speed of the left wheel in a notebook, by its index.
+pub(crate) fn motors_name(number: usize) -> String {
+    format!("motors-{number:02}")
 }
 
 /// The number of rows of a whole sampling.
 pub(crate) fn rows(objects: &[Object]) -> u64 {
     let views: u32 = objects.iter().map(Object::views).sum();
-    u64::from(ROWS * views) + SPEEDS.count() as u64
+    u64::from(Grid::USUAL.rows * views) + SPEEDS.count() as u64
 }
 
 /// Samples a robot before each object, and its motors; `done` is called after each row.
@@ -101,17 +168,15 @@ pub(crate) fn sample(
     let mut classes = Vec::new();
     for object in objects {
         let mut taken = Vec::new();
-        for number in 0..object.views() * ROWS {
-            taken.push(notebook.row(&format!("{}-{number:02}", object.class), || {
-                row(reality, object, number)
-            })?);
+        for number in 0..object.views() * Grid::USUAL.rows {
+            taken.push(notebook.row(&row_name(object, number), || row(reality, object, number))?);
             done();
         }
-        classes.push(table(object, &taken));
+        classes.push(table(object, Grid::USUAL, &taken));
     }
     let mut taken = Vec::new();
     for (number, left) in SPEEDS.enumerate() {
-        taken.push(notebook.row(&format!("motors-{number:02}"), || motors_row(reality, left))?);
+        taken.push(notebook.row(&motors_name(number), || motors_row(reality, left))?);
         done();
     }
     Ok(Samples {
@@ -159,11 +224,9 @@ pub(crate) fn sample_unkept(reality: &mut dyn Reality, objects: &[Object]) -> Re
     sample(reality, objects, &Notebook { directory: None }, &|| ())
 }
 
-/// One row of a sensor table: the first reading in each bearing's interval as the robot turns. The rows of each point
-/// of view follow those of the one before; a view is sampled in its middle.
-fn row(reality: &mut dyn Reality, object: &Object, row: u32) -> Result<Vec<[u16; SENSORS]>> {
-    let gap = NEAREST + (row % ROWS) as f32 * SPACING;
-    let view = (f64::from(row / ROWS) + 0.5) / f64::from(2 * object.views());
+/// One row of a sensor table: the first reading in each bearing's interval as the robot turns.
+fn row(reality: &mut dyn Reality, object: &Object, row: u32) -> Result<Row> {
+    let (view, gap) = Grid::USUAL.place(object, row);
     let turn = patiently(|| reality.turn_before(object, view, gap))?;
     binned(&turn).map_err(|bearing| {
         let low = f64::from(bearing) * 360.0 / f64::from(BEARINGS);
@@ -176,19 +239,29 @@ fn row(reality: &mut dyn Reality, object: &Object, row: u32) -> Result<Vec<[u16;
 }
 
 /// The first reading of each bearing's interval, or the first interval without one.
-fn binned(turn: &[Turned]) -> std::result::Result<Vec<[u16; SENSORS]>, u32> {
+fn binned(turn: &[Turned]) -> std::result::Result<Row, u32> {
     let cells = (0..).zip(first_readings(turn));
     cells.map(|(bearing, cell)| cell.ok_or(bearing)).collect()
 }
 
 /// The first reading of each bearing's interval, where there is one.
-fn first_readings(turn: &[Turned]) -> Vec<Option<[u16; SENSORS]>> {
+pub(super) fn first_readings(turn: &[Turned]) -> Vec<Option<Vec<u16>>> {
     let mut cells = vec![None; BEARINGS as usize];
     for moment in turn {
         let bearing = ((moment.bearing * f64::from(BEARINGS)) as usize).min(BEARINGS as usize - 1);
-        cells[bearing].get_or_insert(moment.readings);
+        cells[bearing].get_or_insert_with(|| moment.readings.clone());
     }
     cells
+}
+
+/// The rounded mean of each sensor's readings.
+pub(super) fn mean(cells: &[&[u16]]) -> Vec<u16> {
+    let count = cells.len() as u32;
+    let sum = |sensor: usize| cells.iter().map(|cell| u32::from(cell[sensor])).sum::<u32>();
+    let sensors = cells.first().map_or(0, |cell| cell.len());
+    (0..sensors)
+        .map(|sensor| ((sum(sensor) + count / 2) / count) as u16)
+        .collect()
 }
 
 /// A robot that turns before each object several times. Its reading at a bearing is the rounded mean over the turns.
@@ -214,24 +287,21 @@ impl Reality for Averaged<'_> {
 
     /// One reading for each bearing's interval that has readings in all turns.
     fn turn_before(&mut self, object: &Object, view: f64, gap: f32) -> std::result::Result<Vec<Turned>, Trouble> {
-        let mut sums = vec![(0, [0_u32; SENSORS]); BEARINGS as usize];
+        let mut turns = Vec::new();
         for _ in 0..self.turns {
-            let turn = first_readings(&self.robot.turn_before(object, view, gap)?);
-            for ((turns, sums), readings) in sums.iter_mut().zip(turn) {
-                let Some(readings) = readings else { continue };
-                *turns += 1;
-                for (sum, reading) in sums.iter_mut().zip(readings) {
-                    *sum += u32::from(reading);
-                }
-            }
+            turns.push(first_readings(&self.robot.turn_before(object, view, gap)?));
         }
-        let all = (0..).zip(sums).filter(|(_, (turns, _))| *turns == self.turns);
-        Ok(all
-            .map(|(bearing, (turns, sums)): (u32, _)| Turned {
+        let seen = |bearing: u32| {
+            let cells: Vec<&[u16]> = turns
+                .iter()
+                .filter_map(|turn| turn[bearing as usize].as_deref())
+                .collect();
+            (cells.len() == turns.len()).then(|| Turned {
                 bearing: (f64::from(bearing) + 0.5) / f64::from(BEARINGS),
-                readings: sums.map(|sum| ((sum + turns / 2) / turns) as u16),
+                readings: mean(&cells),
             })
-            .collect())
+        };
+        Ok((0..BEARINGS).filter_map(seen).collect())
     }
 
     fn drive(&mut self, speeds: (i32, i32)) -> std::result::Result<Driven, Trouble> {
@@ -244,16 +314,19 @@ impl Reality for Averaged<'_> {
 }
 
 /// A table from its rows.
-fn table(object: &Object, rows: &[Vec<[u16; SENSORS]>]) -> SensorTable {
+pub(crate) fn table(object: &Object, grid: Grid, rows: &[Row]) -> SensorTable {
     SensorTable {
         class: object.class.clone(),
-        sensors: SENSORS as u32,
-        rows: ROWS,
+        sensors: rows
+            .first()
+            .and_then(|row| row.first())
+            .map_or(0, |cell| cell.len() as u32),
+        rows: grid.rows,
         bearings: BEARINGS,
-        nearest: NEAREST,
-        spacing: SPACING,
+        nearest: grid.nearest,
+        spacing: grid.spacing,
         views: object.views(),
-        readings: rows.iter().flat_map(|row| row.as_flattened()).copied().collect(),
+        readings: rows.iter().flatten().flatten().copied().collect(),
     }
 }
 
@@ -263,7 +336,7 @@ fn motors_row(reality: &mut dyn Reality, left: i32) -> Result<Vec<Driven>> {
 }
 
 /// The motors' samples from their rows.
-pub(super) fn motors(rows: &[Vec<Driven>]) -> MotorSamples {
+pub(crate) fn motors(rows: &[Vec<Driven>]) -> MotorSamples {
     let all = || rows.iter().flatten();
     MotorSamples {
         speeds: SPEEDS.collect(),
@@ -303,7 +376,7 @@ mod tests {
                 let degrees = (0.25 + f64::from(cycle) * self.degrees_a_cycle) % 360.0;
                 Turned {
                     bearing: degrees / 360.0,
-                    readings: [degrees as u16, gap as u16, 0, 0, 0, 0, 0, 1023],
+                    readings: vec![degrees as u16, gap as u16, 0, 0, 0, 0, 0, 1023],
                 }
             };
             Ok((0..cycles).map(moment).collect())
@@ -373,7 +446,7 @@ mod tests {
                 Ok(seen
                     .map(|bearing| Turned {
                         bearing: (f64::from(bearing) + 0.1) / 180.0,
-                        readings: [bearing + self.turns, 1023, 0, 0, 0, 0, 0, u16::from(self.turns == 1)],
+                        readings: vec![bearing + self.turns, 1023, 0, 0, 0, 0, 0, u16::from(self.turns == 1)],
                     })
                     .collect())
             }

@@ -127,9 +127,11 @@ fn holding((left, right): (i32, i32)) -> Option<Vec<f32>> {
 }
 
 /// Readings of a record as the integers that the robot gave.
-fn readings(trace: &Trace, record: usize) -> [u16; 8] {
+fn readings(trace: &Trace, record: usize) -> Vec<u16> {
     let readings = trace.activations(record);
-    readings.map(|activation| (f64::from(activation) * 1023.0 + 0.5) as u16)
+    readings
+        .map(|activation| (f64::from(activation) * 1023.0 + 0.5) as u16)
+        .into()
 }
 
 impl Reality for SurrogateRobot<'_> {

@@ -133,7 +133,7 @@ pub(crate) struct EPuck {
     infrared: usize,
     /// Speeds that were commanded last.
     speeds: [i16; 2],
-    steps: Unwrapped,
+    steps: Unwrapped<16>,
 }
 
 impl EPuck {

@@ -202,7 +202,7 @@ pub(crate) struct EPuck2 {
     has_answered: bool,
     /// When all that had come was taken.
     looked: Duration,
-    steps: Unwrapped,
+    steps: Unwrapped<16>,
 }
 
 impl EPuck2 {
@@ -276,9 +276,8 @@ impl EPuck2 {
     /// Whether the counters have changed by more than the wheels can turn, the radio's pause included.
     fn has_restarted(&self, steps: [i16; 2], since: Duration) -> bool {
         let most = 1100.0 * (since + PATIENCE).as_secs_f64();
-        let changed =
-            |last: [i16; 2]| (0..2).any(|wheel| f64::from(steps[wheel].wrapping_sub(last[wheel])).abs() > most);
-        self.steps.last.is_some_and(changed)
+        let change = self.steps.change(steps);
+        change.is_some_and(|change| change.iter().any(|counts| counts.abs() as f64 > most))
     }
 
     /// Reads all that waits.

@@ -9,7 +9,7 @@ use std::time::Duration;
 use super::error::{Error, Result};
 use super::link::Link;
 use super::talk::{self, Stepped, Talk, persistently};
-use super::{Battery, Description, Group, Kind, Odometry, Reading, Robot, Wheels};
+use super::{Battery, Description, Group, Kind, Odometry, Reading, Robot, Unwrapped, Wheels};
 
 /// In the lines that the robot sends when it starts (K-Team, "Khepera II FAQ").
 const BANNER: &str = "ROM of minirobot KHEPERA";
@@ -205,6 +205,7 @@ pub(crate) struct Khepera {
     description: Description,
     /// Speeds that were commanded last.
     speeds: [i32; 2],
+    pulses: Unwrapped<32>,
 }
 
 impl Khepera {
@@ -220,6 +221,7 @@ impl Khepera {
                 lights: &["led_0", "led_1"],
             },
             speeds: [0; 2],
+            pulses: Unwrapped::default(),
         }
     }
 
@@ -229,6 +231,7 @@ impl Khepera {
     /// None answers.
     pub(crate) fn begin(&mut self) -> Result {
         self.speeds = [0; 2];
+        self.pulses = Unwrapped::default();
         talk::afresh(self)?;
         self.stop()
     }
@@ -250,6 +253,7 @@ impl Khepera {
         });
         if matches!(outcome, Err(Error::Restarted)) {
             self.speeds = [0; 2];
+            self.pulses = Unwrapped::default();
         }
         outcome
     }
@@ -331,7 +335,7 @@ impl Robot for Khepera {
         Ok(Odometry {
             at,
             age: at.saturating_sub(start),
-            counts: [counts[0], counts[1]],
+            counts: self.pulses.next([counts[0], counts[1]]),
         })
     }
 

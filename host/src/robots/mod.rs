@@ -5,11 +5,13 @@
 
 pub(crate) mod address;
 mod aseba;
+#[cfg(test)]
+pub(crate) mod emulated;
 mod epuck;
 mod epuck2;
 pub(crate) mod error;
 pub(crate) mod guard;
-mod khepera;
+pub(crate) mod khepera;
 pub(crate) mod link;
 pub(crate) mod recording;
 #[cfg(test)]
@@ -299,19 +301,30 @@ fn is_tilted(gravity: &[f64]) -> bool {
     gravity[2] <= length * 0.75_f64.sqrt()
 }
 
-/// Counters of 16 bits that wrap, continued beyond. They must be read before a wheel has made 32,767 counts.
+/// Counters of some bits, at most 32, that wrap, continued beyond. They must be read before a wheel has made half as many
+/// counts as they have.
 #[derive(Clone, Copy, Debug, Default)]
-struct Unwrapped {
-    last: Option<[i16; 2]>,
+struct Unwrapped<const BITS: u32> {
+    last: Option<[i64; 2]>,
     total: [i64; 2],
 }
 
-impl Unwrapped {
-    fn next(&mut self, counts: [i16; 2]) -> [i64; 2] {
-        self.total = match self.last.replace(counts) {
-            None => counts.map(i64::from),
-            Some(last) => [0, 1].map(|wheel| self.total[wheel] + i64::from(counts[wheel].wrapping_sub(last[wheel]))),
+impl<const BITS: u32> Unwrapped<BITS> {
+    /// By how much the counters have changed; none before they have been read.
+    fn change(&self, counts: [impl Into<i64>; 2]) -> Option<[i64; 2]> {
+        let counts = counts.map(Into::into);
+        let spare = i64::BITS - BITS;
+        let last = self.last?;
+        Some([0, 1].map(|wheel| (counts[wheel] - last[wheel]) << spare >> spare))
+    }
+
+    fn next(&mut self, counts: [impl Into<i64>; 2]) -> [i64; 2] {
+        let counts = counts.map(Into::into);
+        self.total = match self.change(counts) {
+            None => counts,
+            Some(change) => [0, 1].map(|wheel| self.total[wheel] + change[wheel]),
         };
+        self.last = Some(counts);
         self.total
     }
 }

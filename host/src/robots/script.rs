@@ -7,6 +7,7 @@ use std::time::Duration;
 
 use super::error::{Error, Result};
 use super::link::{Clock, Link};
+use super::vehicle::direct;
 
 /// What the other end does next.
 #[derive(Clone, Debug)]
@@ -57,6 +58,18 @@ impl Hand {
 
     fn set(&self, now: Duration) {
         self.0.store(now.as_micros() as u64, Ordering::Relaxed);
+    }
+}
+
+impl Clock for Hand {
+    fn now(&self) -> Duration {
+        Self::now(self)
+    }
+}
+
+impl direct::Hand for Hand {
+    fn pass_until(&mut self, until: Duration) {
+        self.set(until.max(Self::now(self)));
     }
 }
 

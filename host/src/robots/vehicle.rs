@@ -1,8 +1,10 @@
 //! A robot as lives and sampling need it: it looks, drives, and keeps time. Behind it is the guard's process, or in tests a
 //! driver on a virtual clock.
 
+#[cfg(test)]
+pub(crate) mod direct;
 pub(crate) mod guarded;
-mod person;
+pub(crate) mod person;
 
 use std::time::Duration;
 

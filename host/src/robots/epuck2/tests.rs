@@ -309,9 +309,9 @@ fn counters_wrap_and_a_restart_is_noticed() {
     assert_eq!(robot.next().map(|_| ()), Err(Error::Restarted));
     robot.next().unwrap();
     assert_eq!(robot.odometry().unwrap().counts, [1, 2]);
-    let mut unwrapped = Unwrapped::default();
-    assert_eq!(unwrapped.next([32_000, -32_000]), [32_000, -32_000]);
-    assert_eq!(unwrapped.next([-32_536, 32_536]), [33_000, -33_000]);
+    let mut unwrapped = Unwrapped::<16>::default();
+    assert_eq!(unwrapped.next([32_000_i16, -32_000]), [32_000, -32_000]);
+    assert_eq!(unwrapped.next([-32_536_i16, 32_536]), [33_000, -33_000]);
 }
 
 /// The radio drives the robot with its last command again, whether the restart is noticed before a command or amid

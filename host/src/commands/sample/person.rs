@@ -1,0 +1,172 @@
+//! Who places the robot: a person at a terminal, or nobody.
+
+use std::thread;
+use std::time::Duration;
+
+use super::walk::Place;
+use crate::console::Console;
+use crate::exit::{Failure, Result};
+use crate::reality::Trouble;
+use crate::robots::vehicle::{Vehicle, person};
+
+/// What a person wants.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Answer {
+    /// Go on.
+    Go,
+    /// The same again.
+    Again,
+    /// Back to the row before.
+    Back,
+    /// Stop here.
+    Quit,
+}
+
+/// Who places the robot and looks at its rows.
+pub(super) trait Person {
+    /// Places the robot: `words` say where.
+    ///
+    /// # Errors
+    /// There is no one to ask, or the robot fails.
+    fn places(&mut self, vehicle: &mut dyn Vehicle, place: &Place<'_>, words: &str) -> Result<Answer>;
+
+    /// Says whether a row is kept about which there is something to say; whether it is useless.
+    ///
+    /// # Errors
+    /// There is no one to ask, and it can't be kept.
+    fn judges(&mut self, vehicle: &mut dyn Vehicle, words: &str, is_useless: bool) -> Result<Answer>;
+
+    /// Hears that a row is kept.
+    fn keeps(&mut self) {}
+
+    /// Hears of a trouble that may pass. The row is taken again from the beginning.
+    ///
+    /// # Errors
+    /// The trouble, if it is one too many.
+    fn hears(&mut self, trouble: Trouble) -> Result;
+}
+
+/// A person at the terminal of standard input.
+pub(super) struct AtTerminal {
+    terminal: person::Person,
+    console: Console,
+}
+
+impl AtTerminal {
+    /// Listens to standard input.
+    ///
+    /// # Errors
+    /// Exit 3: it is no terminal.
+    pub(super) fn new(console: Console) -> Result<Self> {
+        let terminal = person::Person::at_terminal();
+        if !terminal.is_there() {
+            return Err(Failure::input(
+                "standard input is no terminal, and somebody has to place the robot for each row; allowed: a terminal, or \
+                 --yes where the robot or the object is moved otherwise",
+            ));
+        }
+        Ok(Self { terminal, console })
+    }
+
+    /// Asks until there is one of the answers, which begin with these letters; Enter alone is to go on. The robot is kept
+    /// standing meanwhile.
+    fn asks(&self, vehicle: &mut dyn Vehicle, words: &str, answers: &[(char, Answer)]) -> Result<Answer> {
+        const GLANCE: Duration = Duration::from_millis(50);
+        // What was typed before is no answer to this.
+        self.terminal.answer();
+        let mut is_troubled = false;
+        self.console.ask(words);
+        loop {
+            // Who places a robot may lift it, and pull at its cable.
+            match vehicle.keep_until(vehicle.now() + GLANCE) {
+                Ok(()) => {}
+                Err(trouble) if trouble.may_pass() => {
+                    is_troubled = true;
+                    thread::sleep(GLANCE);
+                }
+                Err(trouble) => return Err(trouble.into()),
+            }
+            let Some(line) = self.terminal.answer() else { continue };
+            let letter = line.trim().chars().next().map(|letter| letter.to_ascii_lowercase());
+            let answer = match letter {
+                None => Some(Answer::Go),
+                Some(letter) => answers
+                    .iter()
+                    .find(|(known, _)| *known == letter)
+                    .map(|(_, answer)| *answer),
+            };
+            match answer {
+                Some(answer) => {
+                    if is_troubled && answer != Answer::Quit {
+                        vehicle.recover()?;
+                    }
+                    return Ok(answer);
+                }
+                None => self.console.ask(words),
+            }
+        }
+    }
+}
+
+impl Person for AtTerminal {
+    fn places(&mut self, vehicle: &mut dyn Vehicle, _: &Place<'_>, words: &str) -> Result<Answer> {
+        let words = format!("\n{words}\nEnter: go on   S: the row before again   Q: quit");
+        self.asks(vehicle, &words, &[('s', Answer::Back), ('q', Answer::Quit)])
+    }
+
+    fn judges(&mut self, vehicle: &mut dyn Vehicle, words: &str, _: bool) -> Result<Answer> {
+        let words = format!("{words}\nEnter: keep it   R: repeat it   Q: quit");
+        self.asks(vehicle, &words, &[('r', Answer::Again), ('q', Answer::Quit)])
+    }
+
+    fn hears(&mut self, trouble: Trouble) -> Result {
+        self.console.say(format!("{trouble}; the row is taken again"));
+        Ok(())
+    }
+}
+
+/// Nobody: rows follow at once, and each is tried three times.
+pub(super) struct Nobody {
+    console: Console,
+    tries: u32,
+}
+
+impl Nobody {
+    const TRIES: u32 = 3;
+
+    pub(super) fn new(console: Console) -> Self {
+        Self { console, tries: 0 }
+    }
+}
+
+impl Person for Nobody {
+    fn places(&mut self, _: &mut dyn Vehicle, _: &Place<'_>, words: &str) -> Result<Answer> {
+        self.console.say(words);
+        Ok(Answer::Go)
+    }
+
+    fn judges(&mut self, _: &mut dyn Vehicle, words: &str, is_useless: bool) -> Result<Answer> {
+        self.console.say(words);
+        self.tries += 1;
+        if self.tries < Self::TRIES {
+            return Ok(Answer::Again);
+        }
+        if is_useless {
+            return Err(Failure::device(format_args!("{words}, three times")));
+        }
+        Ok(Answer::Go)
+    }
+
+    fn keeps(&mut self) {
+        self.tries = 0;
+    }
+
+    fn hears(&mut self, trouble: Trouble) -> Result {
+        self.tries += 1;
+        if self.tries >= Self::TRIES {
+            return Err(trouble.into());
+        }
+        self.console.say(format!("{trouble}; the row is taken again"));
+        Ok(())
+    }
+}
