@@ -1,7 +1,8 @@
 #!/usr/bin/env bash
 # long.sh: tests that take too long for tests/all.sh, on a machine where that has passed: both studies with all their
-# parts, large swarms compared with another physics engine, random kernels for a quarter of an hour, runs and sweeps that are
-# killed hundreds of times, long lives on every device, and a hundred thousand runs. Some two hours on two cores.
+# parts, large swarms compared with another physics engine, random kernels for a quarter of an hour, random bytes for
+# drivers of robots for ten minutes, runs and sweeps that are killed hundreds of times, long lives on every device, and a
+# hundred thousand runs. Some two hours on two cores.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 export ONEIRO_LONG=1
@@ -15,6 +16,9 @@ long --test goldens --test program_goldens --test parity -- --include-ignored
 
 say "random kernels, and parts with random mistakes"
 long --test random --test mutants
+
+say "anything over the links of robots"
+long --bin oneiro -- robots::fuzz a_file_may_have_anything
 
 say "the whole study of 1995, killed, on one thread and on a GPU"
 long --test reproduce settings

@@ -319,3 +319,54 @@ fn what_is_no_robot_exits_with_4_and_says_so_soon() {
         ran.says(&["cannot stop: ", "The wheels may be turning"]);
     }
 }
+
+/// What sends without an end is given up as well, and is not kept.
+#[test]
+#[cfg(target_os = "linux")]
+fn a_flood_ends_and_is_not_kept() {
+    use std::process::Stdio;
+
+    let place = Place::new("flood");
+    // A line without an end, lines, headers, and ever more nodes of a network.
+    let floods: [fn(u32) -> Vec<u8>; 4] = [
+        |_| vec![b'n'; 8192],
+        |_| b"n,1,2,3,4,5,6,7,8\r\n".repeat(400),
+        |_| [2; 8192].into(),
+        |turn| {
+            let node = |node: u32| [2, 0, node as u8, (node >> 8) as u8, 0x0c, 0x90, 5, 0];
+            (1000 * turn..1000 * (turn + 1)).flat_map(node).collect()
+        },
+    ];
+    for (index, flood) in floods.into_iter().enumerate() {
+        let address = listen(move |mut stream| {
+            for turn in 0.. {
+                if stream.write_all(&flood(turn)).is_err() {
+                    return;
+                }
+            }
+        });
+        for address in [address.clone(), format!("aseba:{}", address.trim_start_matches("tcp:"))] {
+            let arguments = ["robot", "ping", &address];
+            let start = Instant::now();
+            let mut program = place
+                .command(&arguments)
+                .stdout(Stdio::piped())
+                .stderr(Stdio::piped())
+                .spawn()
+                .unwrap();
+            let mut most = 0;
+            while program.try_wait().unwrap().is_none() {
+                let status = std::fs::read_to_string(format!("/proc/{}/status", program.id())).unwrap_or_default();
+                let peak = status.lines().find_map(|line| line.strip_prefix("VmHWM:"));
+                most = most.max(peak.map_or(0, |peak| peak.trim().trim_end_matches(" kB").parse().unwrap()));
+                assert!(start.elapsed() < Duration::from_mins(1), "flood {index} at {address}");
+                thread::sleep(Duration::from_millis(5));
+            }
+            println!("flood {index} at {address}: {:.1?}, {most} kB", start.elapsed());
+            Ran::new(&arguments, &program.wait_with_output().unwrap())
+                .exits(4)
+                .says(&[&address]);
+            assert!((1000..100_000).contains(&most), "flood {index} at {address}: {most} kB");
+        }
+    }
+}

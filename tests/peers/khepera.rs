@@ -177,7 +177,7 @@ impl<B: ?Sized> Khepera<B> {
     const FARTHEST: i64 = (1 << 23) - 2;
     /// What it sends when it starts.
     pub(crate) const BANNER: [&str; 2] = [
-        "ROM of minirobot KHEPERA, E. Franzi, K-Team, 1998, Rev. 5.01",
+        "ROM of minirobot KHEPERA, author, firm, date, Rev. 5.01",
         "Serial Communication Protocol",
     ];
     /// Longer commands are none.

@@ -147,6 +147,9 @@ fn tcp(text: &str) -> Result<Transport, String> {
     let bare = host.strip_prefix('[').and_then(|host| host.strip_suffix(']'));
     match bare.unwrap_or(host) {
         "" => Err("names no host; allowed: a name or an address, IPv6 in brackets".into()),
+        host if host.contains(['[', ']']) => Err(format!(
+            "`{host}` has a bracket of its own; allowed: a name or an address, IPv6 in brackets"
+        )),
         host if bare.is_none() && host.contains(':') => Err(format!(
             "`{host}` has colons; allowed: a name or an address, IPv6 in brackets"
         )),
@@ -182,7 +185,10 @@ impl fmt::Display for Wire {
             Self::Plain(transport) => transport.fmt(f),
             Self::Aseba { transport, node } => {
                 let transport = transport.to_string();
-                write!(f, "aseba:{}", transport.strip_prefix("tcp:").unwrap_or(&transport))?;
+                // A host may have a name that would be taken for a scheme.
+                let is_plain = |place: &&str| !["serial:", "tcp:"].iter().any(|scheme| place.starts_with(scheme));
+                let place = transport.strip_prefix("tcp:").filter(is_plain);
+                write!(f, "aseba:{}", place.unwrap_or(&transport))?;
                 node.map_or(Ok(()), |node| write!(f, "#{node}"))
             }
         }
@@ -216,6 +222,7 @@ mod tests {
             "aseba:localhost:33333",
             "aseba:localhost:33333#2",
             "aseba:[::1]:33333",
+            "aseba:tcp:serial:33333",
             "aseba:serial:/dev/ttyACM0",
             "aseba:serial:/dev/ttyACM0@115200#33084",
             "surrogate:7",
@@ -262,6 +269,8 @@ mod tests {
             ("tcp:robot:0", "`0` is no port; allowed: whole numbers from 1 to 65535"),
             ("tcp:robot:99999999999999999999", "is no port"),
             ("tcp:fe80::1:1000", "`fe80::1` has colons"),
+            ("tcp:[[fe80::1]]:1000", "`[fe80::1]` has a bracket of its own"),
+            ("tcp:[robot:1000", "`[robot` has a bracket of its own"),
             ("aseba:robot", "`robot` has no port"),
             (
                 "aseba:robot:33333#x",

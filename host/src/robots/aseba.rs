@@ -23,6 +23,8 @@ const SILENCE: Duration = Duration::from_millis(50);
 const SEND: Duration = Duration::from_millis(200);
 /// Longest wait for a silence.
 const BABBLE: Duration = Duration::from_millis(800);
+/// Longest wait for further nodes: a stream of them must end.
+const ROLL_CALL: Duration = Duration::from_secs(3);
 /// A wireless dongle can lose many messages (Aseba, issue 538).
 const TRIES: u32 = 4;
 
@@ -248,12 +250,13 @@ impl Network {
         self.persistently(|network| {
             network.send(&[Message::new(LIST_NODES, [VERSION])])?;
             let (mut nodes, mut until) = (Vec::new(), network.now() + PATIENCE);
+            let end = network.now() + ROLL_CALL;
             while let Some(message) = network.message(until)? {
                 let version = message.reader().word().filter(|_| message.kind == NODE_PRESENT);
                 let node = version.map(|version| (message.source, version));
                 if let Some(node) = node.filter(|node| !nodes.contains(node)) {
                     nodes.push(node);
-                    until = network.now() + PATIENCE;
+                    until = end.min(network.now() + PATIENCE);
                 }
             }
             nodes.sort_unstable();

@@ -166,7 +166,6 @@ impl EPuck {
     /// # Errors
     /// None answers.
     pub(crate) fn begin(&mut self) -> Result {
-        self.dialect = Dialect::Text;
         self.speeds = [0; 2];
         self.steps = Unwrapped::default();
         talk::afresh(self)?;
@@ -337,7 +336,7 @@ impl Robot for EPuck {
         let groups = self.description.groups(kinds)?;
         let sources: Vec<&Source> = groups
             .iter()
-            .filter_map(|group| self.sources().find(|source| source.group == *group))
+            .filter_map(|group| SOURCES.iter().find(|source| source.group == *group))
             .collect();
         let values = match self.dialect {
             Dialect::Text => self.in_text(&sources)?,

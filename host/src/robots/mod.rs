@@ -10,12 +10,14 @@ pub(crate) mod emulated;
 mod epuck;
 mod epuck2;
 pub(crate) mod error;
+#[cfg(test)]
+pub(crate) mod fuzz;
 pub(crate) mod guard;
 pub(crate) mod khepera;
 pub(crate) mod link;
 pub(crate) mod recording;
 #[cfg(test)]
-mod script;
+pub(crate) mod script;
 mod talk;
 mod thymio;
 pub(crate) mod tracker;

@@ -77,7 +77,14 @@ impl Simulated {
         self.look();
     }
 
-    /// Lives the next cycle with these speeds, in parts of a pulse / 10 ms. Returns the state after it.
+    /// Takes it to a pose in another arena.
+    pub(crate) fn bring(&mut self, arena: Arena, pose: [f32; 3]) {
+        self.spec.arena = arena;
+        self.place(pose);
+    }
+
+    /// Lives the next cycle with these speeds, in parts of a pulse / 10 ms. Returns the state after it, and the pose and the
+    /// activations at its beginning.
     fn live(&mut self, speeds: [i64; 2]) -> (Vec<u32>, [f32; 3], [f32; 8]) {
         let genes = genes(speeds);
         let rollout = Rollout {

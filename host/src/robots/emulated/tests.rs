@@ -692,4 +692,8 @@ fn a_simulated_robot_is_driven_over_the_wire() {
     bench.pass(1000);
     let stood = bench.line().robot.body.pose;
     assert_eq!(stood, [240.0, 90.0, 0.5], "its wheels stand");
+    let empty = oneiro::arena::Arena::rectangle(600.0, 600.0);
+    bench.line().robot.body.bring(empty, [300.0, 300.0, 0.0]);
+    let nothing = sensed(&mut *robot);
+    assert!(nothing.iter().all(|reading| *reading < 50.0), "{nothing:?}");
 }

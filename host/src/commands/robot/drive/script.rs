@@ -104,4 +104,32 @@ mod tests {
         }
         assert!(Script::parse("# nothing\n").unwrap_err().contains("no commands"));
     }
+
+    /// A file that is accepted ends, and has no speeds beyond the limits.
+    #[test]
+    fn a_file_may_have_anything() {
+        use crate::robots::fuzz::for_seeds;
+        use crate::robots::script::Random;
+
+        let known = "# a curve\n1.5 50 -50\n\n 0.5\t1100 30 # back\r\n3600 0 -1e3\n";
+        let mut accepted = 0;
+        for_seeds(5000, |seed| {
+            let mut random = Random(seed);
+            let bytes = match random.below(8) {
+                0 => random.bytes(100),
+                _ => random.mutated(known.as_bytes()),
+            };
+            let text = String::from_utf8_lossy(&bytes);
+            let Ok(script) = Script::parse(&text) else { return };
+            accepted += 1;
+            let (mut time, mut steps) = (Duration::ZERO, 0);
+            while let Some(speeds) = script.speeds(time) {
+                assert!(speeds.iter().all(|speed| speed.abs() <= Script::FASTEST), "{text:?}");
+                time += Duration::from_mins(1);
+                steps += 1;
+                assert!(steps < 10_000, "{text:?}");
+            }
+        });
+        assert!(accepted > 100, "{accepted}");
+    }
 }
