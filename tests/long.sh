@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # long.sh: tests that take too long for tests/all.sh, on a machine where that has passed: both studies with all their
-# parts, large swarms compared with another physics engine, random kernels for a quarter of an hour, runs and sweeps that are
+# parts, large swarms compared with another physics engine, random kernels and files for half an hour, runs and sweeps that are
 # killed hundreds of times, long lives on every device, and a hundred thousand runs. Some two hours on two cores.
 set -euo pipefail
 cd "$(dirname "$0")/.."
@@ -13,8 +13,9 @@ long() { cargo test --release --locked --workspace --features oneiro-host/parque
 say "long lives on every lane code and adapter; both studies with all their parts"
 long --test goldens --test program_goldens --test parity -- --include-ignored
 
-say "random kernels, and parts with random mistakes"
+say "random kernels; experiments, sweeps and parts with random mistakes"
 long --test random --test mutants
+long -p oneiro-host --bin oneiro mutants
 
 say "the whole study of 1995, killed, on one thread and on a GPU"
 long --test reproduce settings

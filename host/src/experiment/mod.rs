@@ -73,6 +73,7 @@ impl Experiment {
         let hashes = settings.files.clone();
         let mut inputs = Inputs::new(directory, &source, &hashes, files);
         let world = world::world(&settings, &source, &mut inputs)?;
+        check::memory(&settings, world.genes()).map_err(|invalid| source.invalid(&invalid.field, &invalid.problem))?;
         let init = inputs.init(
             settings.evolution.init.as_deref(),
             world.gene_layout(),
@@ -168,6 +169,11 @@ impl Experiment {
         let again = u64::from(self.finalists()) * u64::from(finalists.lives);
         let lives = individuals.saturating_mul((*trials).into()).saturating_add(again);
         lives.saturating_mul(self.world.cycles().into())
+    }
+
+    /// Approximate memory of a run in progress, in bytes.
+    pub(crate) fn bytes(&self) -> u64 {
+        check::bytes(&self.settings, self.world.genes())
     }
 
     /// Hash of everything that decides how its robots live. Experiments that differ only in their evolution share it.
@@ -288,5 +294,7 @@ fn text(values: &Table) -> String {
     toml::to_string(values).expect("values are tables of numbers, words and lists")
 }
 
+#[cfg(test)]
+mod mutants;
 #[cfg(test)]
 pub(crate) mod tests;

@@ -10,16 +10,16 @@ use super::*;
 use crate::runs;
 
 /// A temporary directory, removed when the test ends.
-struct Scratch(PathBuf);
+pub(super) struct Scratch(PathBuf);
 
 impl Scratch {
-    fn new(name: &str) -> Self {
+    pub(super) fn new(name: &str) -> Self {
         let path = std::env::temp_dir().join(format!("oneiro-{name}-{}", std::process::id()));
         fs::create_dir_all(&path).unwrap();
         Self(path)
     }
 
-    fn write(&self, name: &str, content: impl AsRef<[u8]>) -> PathBuf {
+    pub(super) fn write(&self, name: &str, content: impl AsRef<[u8]>) -> PathBuf {
         let path = self.0.join(name);
         fs::create_dir_all(path.parent().unwrap()).unwrap();
         fs::write(&path, content).unwrap();
@@ -469,6 +469,14 @@ const REFUSED: &[(&str, &str)] = &[
         "[files]\n\"a.sam\" = \"00\"",
         "a.sam: is a file that no other key names",
     ),
+    (
+        "sensor.part = \"/dev/zero\"",
+        "test.toml:1:15: sensor.part: /dev/zero: is a device; allowed: a file",
+    ),
+    (
+        "trials = 10000\n[evolution]\npopulation = 1000000",
+        "test.toml:3:14: evolution.population: is 1000000, of 18 genes with 10000 lives: 1266.7 GB of memory; allowed: up to 4 GB",
+    ),
     ("trials = 0", "test.toml:1:10: trials: is 0; allowed: 1 to 10000"),
     ("Ω = 1", "test.toml:1:1"),
 ];
@@ -484,6 +492,22 @@ fn refusals_say_where_and_what_is_allowed() {
         }
     }
     assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+}
+
+/// A value of any length is shown in part, between its place and what is allowed.
+#[test]
+fn long_values_are_shown_in_part() {
+    let scratch = Scratch::new("long");
+    let message = refusal(&scratch, &format!("name = \"{}\"", "é".repeat(100_000)), &[]);
+    assert!(message.starts_with("test.toml:1:8: name: is \"éé"), "{message}");
+    assert!(message.ends_with("since directories are named so"), "{message}");
+    assert!(
+        message.contains("é .. (") && message.contains(" characters) .. é"),
+        "{message}"
+    );
+    let message = refusal(&scratch, &"#".repeat(files::GREATEST_TEXT + 1), &[]);
+    assert_eq!(message, "test.toml: has 1048577 bytes; allowed: up to 1048576");
+    assert!(read(&scratch, &"#".repeat(files::GREATEST_TEXT), &[]).is_ok());
 }
 
 #[test]
