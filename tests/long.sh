@@ -17,6 +17,9 @@ say "random kernels; experiments, sweeps and parts with random mistakes"
 long --test random --test mutants
 long -p oneiro-host --bin oneiro mutants
 
+say "a hundred thousand lives of each well-known experiment on every device"
+long -p oneiro-host --test classics the_same_bits -- --nocapture
+
 say "the whole study of 1995, killed, on one thread and on a GPU"
 long --test reproduce settings
 

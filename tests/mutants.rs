@@ -56,8 +56,8 @@ const ODD: [&str; 24] = [
     "before",
 ];
 
-/// How long lives of one mutant may take on a busy machine.
-const PATIENCE: Duration = Duration::from_secs(30);
+/// How long lives of one mutant may take on a busy machine, where a kernel of the greatest size is compiled for a minute.
+const PATIENCE: Duration = Duration::from_secs(180);
 
 /// Mutants that are tried however long it takes.
 const LEAST: u32 = 300;

@@ -393,9 +393,15 @@ pub(crate) struct Sample {
     /// Which robot: surrogate:SEED, or the described robot of an experiment, FILE.toml
     #[arg(long, value_name = "ROBOT", default_value = "surrogate:1")]
     pub(crate) robot: String,
-    /// How much a surrogate differs from the simulator made from its samples, 0 to 2
-    #[arg(long, value_name = "LAMBDA", default_value_t = miglino1995::settings::SEVERITY)]
-    pub(crate) severity: f32,
+    #[arg(
+        long,
+        value_name = "LAMBDA",
+        help = format!(
+            "How much a surrogate differs from the simulator made from its samples, 0 to 2 [default: {}]",
+            miglino1995::settings::SEVERITY
+        )
+    )]
+    pub(crate) severity: Option<f32>,
     /// The objects to sample: wall, round, block
     #[arg(long, value_name = "OBJECT,..", value_delimiter = ',', default_value = "wall,round")]
     pub(crate) objects: Vec<String>,

@@ -13,6 +13,7 @@ use crate::reality::Object;
 use crate::reality::described::Described;
 use crate::reality::sampling::{self, Notebook};
 use crate::reality::site::{self, Site};
+use crate::studies::miglino1995::settings::SEVERITY;
 
 /// Samples a robot and writes tables and pictures.
 pub(crate) fn run(arguments: &Sample, console: Console) -> Result {
@@ -20,7 +21,8 @@ pub(crate) fn run(arguments: &Sample, console: Console) -> Result {
     if path.extension().is_some_and(|extension| extension == "toml") {
         return described(path, arguments, console);
     }
-    let site = Site::drawn(site::seed_of(&arguments.robot)?, arguments.severity);
+    let severity = arguments.severity.unwrap_or(SEVERITY);
+    let site = Site::drawn(site::seed_of(&arguments.robot)?, severity);
     let objects = objects(&arguments.objects)?;
     let evaluations = device::engine(&arguments.backend)?;
     let mut robot = site
@@ -39,6 +41,11 @@ pub(crate) fn run(arguments: &Sample, console: Console) -> Result {
 
 /// Samples the described robot of an experiment.
 fn described(path: &Path, arguments: &Sample, console: Console) -> Result {
+    if let Some(severity) = arguments.severity {
+        return Err(Failure::usage(format_args!(
+            "--severity {severity}: is given for a described robot, which has none; allowed: with --robot surrogate:SEED"
+        )));
+    }
     let experiment = Experiment::read(path, &[])?;
     let robot = Described::new(experiment.world().spec())
         .map_err(|problem| Failure::input(format_args!("--robot {}: {problem}", path.display())))?;

@@ -115,7 +115,7 @@ fn shipped(scratch: &Scratch) -> Vec<(PathBuf, String)> {
         let text = fs::read_to_string(root.join(format!("tests/resolved/{name}.toml"))).unwrap();
         texts.push((PathBuf::new(), text));
     }
-    for name in ["epuck", "thymio2"] {
+    for name in ["khepera", "epuck", "thymio2"] {
         let text = fs::read_to_string(root.join(format!("host/src/experiment/robots/{name}.toml"))).unwrap();
         let room = "\n[arena]\nwidth_mm = 1000.0\nheight_mm = 1000.0\nlights = [{ x_mm = 1.0, y_mm = 1.0 }]\n";
         texts.push((PathBuf::new(), text + room));

@@ -123,7 +123,7 @@ const ROOM: &str = "\narena.width_mm = 1000\narena.height_mm = 1000\n";
 #[test]
 fn a_robot_by_name_is_its_values() {
     let scratch = Scratch::new("preset");
-    for name in ["epuck", "thymio2", "kheperax"] {
+    for name in ["khepera", "epuck", "thymio2", "kheperax"] {
         let file = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join(format!("src/experiment/robots/{name}.toml"));
         let text = fs::read_to_string(file).unwrap();
         let written = read(&scratch, &format!("{ROOM}{text}"), &[]).unwrap();
@@ -323,15 +323,15 @@ const REFUSED: &[(&str, &str)] = &[
     ),
     (
         "[robot]\npreset = \"epcuk\"",
-        "test.toml:2:10: robot.preset: is \"epcuk\"; allowed: epuck, thymio2, kheperax; did you mean epuck?",
+        "test.toml:2:10: robot.preset: is \"epcuk\"; allowed: khepera, epuck, thymio2, kheperax; did you mean epuck?",
     ),
     (
         "[robot]\npreset = \"roomba\"",
-        "test.toml:2:10: robot.preset: is \"roomba\"; allowed: epuck, thymio2, kheperax",
+        "test.toml:2:10: robot.preset: is \"roomba\"; allowed: khepera, epuck, thymio2, kheperax",
     ),
     (
         "[robot]\npreset = 3",
-        "test.toml:2:10: robot.preset: is 3; allowed: epuck, thymio2, kheperax",
+        "test.toml:2:10: robot.preset: is 3; allowed: khepera, epuck, thymio2, kheperax",
     ),
     (
         "[robot]\npreset = \"epuck\"\nkind = \"sampled\"",
