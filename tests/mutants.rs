@@ -57,7 +57,7 @@ const ODD: [&str; 24] = [
 ];
 
 /// How long lives of one mutant may take on a busy machine, where a kernel of the greatest size is compiled for a minute.
-const PATIENCE: Duration = Duration::from_secs(180);
+const PATIENCE: Duration = Duration::from_mins(3);
 
 /// Mutants that are tried however long it takes.
 const LEAST: u32 = 300;
