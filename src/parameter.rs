@@ -141,10 +141,13 @@ pub fn likeness(name: &str, written: &str) -> f64 {
     whole.max(0.99 * strsim::normalized_damerau_levenshtein(&last(name), &last(written)))
 }
 
-/// The name most like the written one: a typo, or the same key in another table. `None` if none is much like it.
+/// The name most like the written one: a typo, or the same key in another table. `None` if none is much like it, or the
+/// written one is longer than any name.
 pub fn nearest<'a>(names: impl Iterator<Item = &'a str>, written: &str) -> Option<&'a str> {
     const ALIKE: f64 = 0.7;
+    const LONGEST: usize = 200;
     let best = names
+        .filter(|_| written.len() <= LONGEST)
         .map(|name| (likeness(name, written), name))
         .max_by(|a, b| a.0.total_cmp(&b.0));
     best.filter(|(likeness, _)| *likeness >= ALIKE).map(|(_, name)| name)

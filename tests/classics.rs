@@ -1,9 +1,10 @@
-//! Tasks of well-known experiments: rewards in traces beside those of the rules that `docs/classics` gives, written again in
-//! double precision.
+//! Well-known experiments: the bits of their lives on every device, and rewards in traces beside those of the rules that
+//! `docs/classics` gives, written again in double precision.
 
 use std::collections::HashMap;
 use std::fmt::Write;
 use std::path::Path;
+use std::time::Instant;
 
 use oneiro::random::pcg4d;
 
@@ -11,6 +12,147 @@ mod place;
 use place::Place;
 
 const GENOMES: usize = 30;
+
+/// The classics, and the avoidance that has lane code compiled ahead.
+const EXPERIMENTS: [&str; 7] = [
+    "homing",
+    "kheperax",
+    "road-sign",
+    "discrimination",
+    "wall-following",
+    "phototaxis",
+    "khepera-avoidance",
+];
+
+/// Lanes compiled at run time, with which all others are compared.
+const REFERENCE: &str = "cpu:native128x16";
+
+/// Random genomes of an experiment, one life each.
+struct Lives {
+    place: Place,
+    experiment: String,
+}
+
+impl Lives {
+    /// The first generation of a run.
+    fn new(experiment: &str, count: usize) -> Self {
+        let place = Place::new(&format!("{experiment}-{count}"));
+        let path = Path::new(env!("CARGO_MANIFEST_DIR")).join(format!("../experiments/{experiment}.toml"));
+        let experiment = path.display().to_string();
+        let values = [
+            format!("evolution.population={count}"),
+            format!("evolution.parents={}", count / 5),
+            "evolution.generations=1".to_owned(),
+            "evolution.finalists=0".to_owned(),
+        ];
+        let set = values.iter().flat_map(|value| ["--set", value]);
+        let run = [
+            "run",
+            &experiment,
+            "--seed",
+            "1",
+            "--out",
+            "run",
+            "--quiet",
+            "--backend",
+            REFERENCE,
+        ];
+        place.good(&run.into_iter().chain(set).collect::<Vec<_>>());
+        Self { place, experiment }
+    }
+
+    /// A line for each life on a device: the fitness and its bits, and the measures of behaviour if they are asked for, which are
+    /// made of all cycles.
+    fn lines(&self, genomes: &str, measured: bool, device: &str) -> Vec<String> {
+        let mut arguments = vec![
+            "evaluate",
+            &self.experiment,
+            "--genomes",
+            genomes,
+            "--trials",
+            "1",
+            "--seed",
+            "1",
+        ];
+        arguments.extend(["--backend", device, "--quiet"]);
+        arguments.extend(measured.then_some("--measures"));
+        self.place.good(&arguments).lines().skip(1).map(str::to_owned).collect()
+    }
+}
+
+/// Numbers of lives that are compared.
+struct Counts {
+    /// By their fitness.
+    plain: usize,
+    /// By their measures.
+    measured: usize,
+    /// By their measures, in the interpreter.
+    interpreted: usize,
+}
+
+/// Lives by code compiled at run time are those of code compiled ahead where there is some, of lavapipe, and of the
+/// interpreter. Genes that are off by a two-thousandth or less are noticed.
+#[test]
+fn the_same_bits_on_every_device() {
+    let counts = if std::env::var_os("ONEIRO_LONG").is_some() {
+        Counts {
+            plain: 100_000,
+            measured: 10_000,
+            interpreted: 1_000,
+        }
+    } else {
+        Counts {
+            plain: 300,
+            measured: 50,
+            interpreted: 10,
+        }
+    };
+    for experiment in EXPERIMENTS {
+        let gpu = cfg!(feature = "gpu").then_some("gpu:llvmpipe");
+        let ahead = match experiment {
+            "khepera-avoidance" => vec!["cpu", "cpu:scalarx1"],
+            _ => Vec::new(),
+        };
+        let others: Vec<&str> = gpu.into_iter().chain(ahead).collect();
+        for (count, measured, others) in [
+            (counts.plain, false, &others[..]),
+            (counts.measured, true, &others[..]),
+            (counts.interpreted, true, &["cpu:interpretedx1"]),
+        ] {
+            let lives = Lives::new(experiment, count);
+            let expected = lives.lines("run/population.npy", measured, REFERENCE);
+            assert_eq!(expected.len(), count);
+            for device in others {
+                let begin = Instant::now();
+                let found = lives.lines("run/population.npy", measured, device);
+                let different = found
+                    .iter()
+                    .zip(&expected)
+                    .filter(|(found, expected)| found != expected);
+                println!(
+                    "{experiment}: {count} lives on {device} in {:.1?}, measured: {measured}",
+                    begin.elapsed()
+                );
+                assert_eq!((found.len(), different.count()), (count, 0), "{experiment} on {device}");
+            }
+            if !measured {
+                let mut genomes = lives.place.read("run/population.npy");
+                let first = genomes.iter().position(|byte| *byte == b'\n').unwrap() + 1;
+                // 4,096 units in the last place. Motors have few speeds, so that a smaller change is seldom seen.
+                genomes[first..].chunks_exact_mut(4).for_each(|gene| gene[1] ^= 16);
+                lives.place.write("changed.npy", genomes);
+                let changed = lives.lines("changed.npy", measured, REFERENCE);
+                let noticed = changed
+                    .iter()
+                    .zip(&expected)
+                    .filter(|(changed, expected)| changed != expected)
+                    .count();
+                println!("{experiment}: {noticed} of {count} lives notice genes that are off by a two-thousandth");
+                assert!(noticed > 0, "{experiment}: other genes change nothing");
+            }
+        }
+    }
+}
 
 /// A row of a trace.
 struct Row {

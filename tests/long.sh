@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # long.sh: tests that take too long for tests/all.sh, on a machine where that has passed: both studies with all their
-# parts, large swarms compared with another physics engine, random kernels for a quarter of an hour, random bytes for
+# parts, large swarms compared with another physics engine, random kernels and files for half an hour, random bytes for
 # drivers of robots for ten minutes, runs and sweeps that are killed hundreds of times, long lives on every device, and a
 # hundred thousand runs. Some two hours on two cores.
 set -euo pipefail
@@ -14,8 +14,12 @@ long() { cargo test --release --locked --workspace --features oneiro-host/parque
 say "long lives on every lane code and adapter; both studies with all their parts"
 long --test goldens --test program_goldens --test parity -- --include-ignored
 
-say "random kernels, and parts with random mistakes"
+say "random kernels; experiments, sweeps and parts with random mistakes"
 long --test random --test mutants
+long -p oneiro-host --bin oneiro mutants
+
+say "a hundred thousand lives of each well-known experiment on every device"
+long -p oneiro-host --test classics the_same_bits -- --nocapture
 
 say "anything over the links of robots"
 long --bin oneiro -- robots::fuzz a_file_may_have_anything

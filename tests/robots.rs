@@ -165,6 +165,12 @@ fn robots_by_name_run() {
     let room = "arena.width_mm = 1000\narena.height_mm = 1000\nevolution.generations = 2\nevolution.population = 10\nevolution.parents = 2";
     for (name, robot, count, sensors) in [
         (
+            "khepera",
+            "khepera, radius 28.5 mm, wheels 52 mm apart, up to 82 mm/s",
+            8,
+            "8 proximity (left_90, left_45, left_10, right_10, right_45, right_90, back_right, back_left)",
+        ),
+        (
             "epuck",
             "epuck, radius 35 mm, wheels 53 mm apart, up to 128.8 mm/s",
             19,
@@ -451,7 +457,24 @@ fn a_described_robot_is_summed_up_and_drawn() {
         assert!(picture.contains(hint), "{picture}");
     }
     let json: serde_json::Value = serde_json::from_str(&place.good(&[&check[..], &["--json"]].concat())).unwrap();
-    assert_eq!(json["robot"], "radius 35 mm, wheels 53 mm apart, up to 128.8 mm/s");
+    let robot = serde_json::json!({
+        "kind": "differential", "preset": null, "body_radius_mm": 35.0, "wheel_base_mm": 53.0, "greatest_speed_mm_s": 128.8,
+        "speeds": null, "acceleration_mm_s2": null, "latency_cycles": null, "battery_s": null, "battery_ends_life": null,
+        "classes": null, "motor_states": null, "collision": "undo",
+    });
+    assert_eq!(json["robot"], robot);
+    place.write("sampled.toml", "");
+    let whole: serde_json::Value = serde_json::from_str(&place.good(&["check", "sampled.toml", "--json"])).unwrap();
+    let sampled = whole["robot"]
+        .as_object()
+        .unwrap()
+        .iter()
+        .filter(|(_, value)| !value.is_null());
+    let sampled: serde_json::Value = sampled.map(|(key, value)| (key.clone(), value.clone())).collect();
+    let robot = serde_json::json!({
+        "kind": "sampled", "body_radius_mm": 27.5, "classes": ["wall", "round"], "motor_states": 20, "collision": "undo",
+    });
+    assert_eq!(sampled, robot);
     assert_eq!(
         json["sensors"],
         serde_json::json!({"proximity": 2, "ground": 1, "light": 1})

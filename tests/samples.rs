@@ -245,6 +245,11 @@ fn a_robot_made_from_tables_runs() {
         "wall,round,block",
     ];
     place.good(&[&sample[..], &["--out", "tables"]].concat());
+    let refused = place.run(&[&sample[..], &["--severity", "1", "--out", "other"]].concat());
+    refused.exits(2).says(&[
+        "--severity 1: is given for a described robot",
+        "allowed: with --robot surrogate:SEED",
+    ]);
     from_tables(&place);
     let checked = place.good(&["check", "twin.toml", "--out", "twin.svg"]);
     for line in [

@@ -437,9 +437,15 @@ pub(crate) struct Sample {
     /// `serial:/dev/ttyUSB0`. `oneiro robot list` has all forms
     #[arg(long, value_name = "ROBOT", default_value = "surrogate:1")]
     pub(crate) robot: String,
-    /// How much a surrogate differs from the simulator made from its samples, 0 to 2
-    #[arg(long, value_name = "LAMBDA", default_value_t = miglino1995::settings::SEVERITY)]
-    pub(crate) severity: f32,
+    #[arg(
+        long,
+        value_name = "LAMBDA",
+        help = format!(
+            "How much a surrogate differs from the simulator made from its samples, 0 to 2 [default: {}]",
+            miglino1995::settings::SEVERITY
+        )
+    )]
+    pub(crate) severity: Option<f32>,
     /// The objects to sample: wall, round, block, or your own: CLASS:wall, CLASS:round:RADIUS or
     /// CLASS:block:LENGTHxWIDTH, in mm, such as can:round:33
     #[arg(long, value_name = "OBJECT,..", value_delimiter = ',', default_value = "wall,round")]

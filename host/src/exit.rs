@@ -108,6 +108,8 @@ impl Failure {
             | io::ErrorKind::InvalidData
             | io::ErrorKind::InvalidInput
             | io::ErrorKind::UnexpectedEof => Self::input(format_args!("{}: {}", path.display(), words(error))),
+            // Mostly since it is too long, so not all of it is shown.
+            io::ErrorKind::InvalidFilename => Self::input(format_args!("{:.200} ..: {}", path.display(), words(error))),
             _ => Self::storage(path, error),
         }
     }

@@ -7,12 +7,30 @@ use std::path::Path;
 
 use crate::exit::{Failure, Result};
 
-/// Reads the text of an input file.
+/// Most bytes of a file that a user writes: an experiment, a sweep, or a part. Reading one takes up to 300 times as much
+/// memory.
+pub(crate) const GREATEST_TEXT: usize = 1 << 20;
+
+/// Reads the text of a file that a user writes.
 ///
 /// # Errors
-/// Exit 3 if it doesn't exist or isn't text, exit 6 if reading fails otherwise.
+/// Exit 3 if it doesn't exist, isn't text, or has more than [`GREATEST_TEXT`] bytes; exit 6 if reading fails otherwise.
 pub(crate) fn text(path: &Path) -> Result<String> {
-    as_text(path, bytes(path)?)
+    as_written(path, bytes(path)?)
+}
+
+/// Converts the bytes of a file that a user writes to text.
+///
+/// # Errors
+/// Exit 3 if they aren't text, or more than [`GREATEST_TEXT`].
+pub(crate) fn as_written(path: &Path, bytes: Vec<u8>) -> Result<String> {
+    if bytes.len() > GREATEST_TEXT {
+        let (path, size) = (path.display(), bytes.len());
+        return Err(Failure::input(format_args!(
+            "{path}: has {size} bytes; allowed: up to {GREATEST_TEXT}"
+        )));
+    }
+    as_text(path, bytes)
 }
 
 /// Converts the bytes of an input file to text.
@@ -27,8 +45,12 @@ pub(crate) fn as_text(path: &Path, bytes: Vec<u8>) -> Result<String> {
 /// Reads an input file.
 ///
 /// # Errors
-/// Exit 3 if it doesn't exist, or is a directory, with what to name instead; exit 6 if reading fails otherwise.
+/// Exit 3 if it doesn't exist, or is a device or a directory, with what to name instead; exit 6 if reading fails otherwise.
 pub(crate) fn bytes(path: &Path) -> Result<Vec<u8>> {
+    if is_device(path) {
+        let path = path.display();
+        return Err(Failure::input(format_args!("{path}: is a device; allowed: a file")));
+    }
     fs::read(path).map_err(|error| {
         if path.is_dir() {
             Failure::input(instead_of_directory(path))
@@ -36,6 +58,17 @@ pub(crate) fn bytes(path: &Path) -> Result<Vec<u8>> {
             Failure::unreadable(path, &error)
         }
     })
+}
+
+/// Whether a path is that of a device, which may have no end.
+fn is_device(path: &Path) -> bool {
+    #[cfg(unix)]
+    if let Ok(metadata) = fs::metadata(path) {
+        use std::os::unix::fs::FileTypeExt;
+        return metadata.file_type().is_char_device() || metadata.file_type().is_block_device();
+    }
+    let _ = path;
+    false
 }
 
 /// Says that a directory was named instead of a file, and which of its files could be meant.

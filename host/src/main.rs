@@ -19,6 +19,9 @@ mod experiment;
 mod files;
 mod genomes;
 mod lives;
+#[cfg(test)]
+#[path = "../../tests/mutations/mod.rs"]
+mod mutations;
 mod npy;
 mod progress;
 mod reality;

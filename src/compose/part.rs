@@ -5,6 +5,7 @@ mod fields;
 mod generate;
 mod interface;
 mod kernel;
+mod limits;
 
 use oneiro_shader_compiler as compiler;
 use oneiro_shader_compiler::declarations::declarations;
@@ -67,6 +68,9 @@ impl Part {
             path: path.to_owned(),
             text: text.to_owned(),
         };
+        if let Some(refusal) = limits::problem(&part) {
+            return Err(Refused::all(&[refusal]));
+        }
         let interface = interface::of(kind);
         let declared = declarations(&part);
         let mut problems = Vec::new();

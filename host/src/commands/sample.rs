@@ -19,6 +19,7 @@ use crate::robots::address::{Address, Wire};
 use crate::robots::guard::wheels::Wanted;
 use crate::robots::vehicle::guarded::{Guarded, Options};
 use crate::robots::vehicle::{Profile, Vehicle};
+use crate::studies::miglino1995::settings::SEVERITY;
 use objects::objects;
 use person::{AtTerminal, Nobody, Person};
 use walk::{Plan, Walk};
@@ -29,6 +30,14 @@ mod walk;
 
 /// Samples a robot and writes tables and pictures.
 pub(crate) fn run(arguments: &Sample, console: Console) -> Result {
+    if let Some(severity) = arguments.severity
+        && !arguments.robot.starts_with("surrogate")
+    {
+        return Err(Failure::usage(format_args!(
+            "--severity {severity}: is given with --robot {}, which has none; allowed: with --robot surrogate:SEED",
+            arguments.robot
+        )));
+    }
     if let Ok(Address::Wire(wire)) = arguments.robot.parse() {
         return wired(wire, arguments, console);
     }
@@ -42,7 +51,8 @@ pub(crate) fn run(arguments: &Sample, console: Console) -> Result {
     if path.extension().is_some_and(|extension| extension == "toml") {
         return described(path, arguments, console);
     }
-    let site = Site::drawn(site::seed_of(&arguments.robot)?, arguments.severity);
+    let severity = arguments.severity.unwrap_or(SEVERITY);
+    let site = Site::drawn(site::seed_of(&arguments.robot)?, severity);
     let objects = objects(&arguments.objects)?;
     let evaluations = device::engine(&arguments.backend)?;
     let mut robot = site

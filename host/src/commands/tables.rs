@@ -56,7 +56,7 @@ fn built_in_names() -> String {
 
 /// Reads a table. A file with `TURN` lines holds sensors, one without holds motors.
 fn read(path: &Path, console: Console) -> Result<Table> {
-    let is_motors = files::text(path)?
+    let is_motors = files::as_text(path, files::bytes(path)?)?
         .lines()
         .all(|line| !line.trim_start().starts_with("TURN"));
     if is_motors && Format::of(path).map_err(refused)? == Format::Sam {

@@ -70,6 +70,33 @@ fn reality(transfer: &Transfer) -> Checked {
     }
 }
 
+/// Approximate memory of a run in progress, bytes: parents and offspring, each life's genes and what a batch adds to them, and a
+/// row for each generation.
+pub(super) fn bytes(settings: &Settings, genes: usize) -> u64 {
+    let (genes, population) = (genes as u64, u64::from(settings.evolution.population));
+    let lives = population * u64::from(settings.trials);
+    4 * (2 * population * genes + lives * (genes + 16)) + 64 * u64::from(settings.evolution.generations)
+}
+
+/// Checks that a generation fits into memory, once it is known how many genes an individual has.
+pub(super) fn memory(settings: &Settings, genes: usize) -> Checked {
+    const MOST: u64 = 4 << 30;
+    let bytes = bytes(settings, genes);
+    if bytes <= MOST {
+        return Ok(());
+    }
+    let (trials, population) = (settings.trials, settings.evolution.population);
+    let gigabytes = |bytes: u64| bytes as f64 / f64::from(1 << 30);
+    let problem = format!(
+        "is {population}, of {} with {}: {:.1} GB of memory; allowed: up to {} GB",
+        counted(genes as u32, "gene", "genes"),
+        counted(trials, "life", "lives"),
+        gigabytes(bytes),
+        gigabytes(MOST)
+    );
+    invalid("evolution.population", problem)
+}
+
 /// Keys of values of a world that are allowed but hardly meant, with the reason.
 pub(super) fn doubts(spec: &WorldSpec) -> Vec<(String, String)> {
     let mut doubts = Vec::new();

@@ -169,7 +169,7 @@ impl<'a> Inputs<'a> {
         };
         let (path, content) = self.take(&format!("{word}.part"), name)?;
         let read = |(kind, path): &(Kind, PathBuf)| {
-            let text = files::as_text(path, content.bytes.clone())?;
+            let text = files::as_written(path, content.bytes.clone())?;
             let part = Part::new(*kind, &path.display().to_string(), &text);
             part.map(Arc::new).map_err(Failure::input)
         };

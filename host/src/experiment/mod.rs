@@ -79,6 +79,7 @@ impl Experiment {
             let allowed = site.allows(world.spec());
             allowed.map_err(|problem| source.invalid("reality.robot", format!("can't live so: {problem}")))?;
         }
+        check::memory(&settings, world.genes()).map_err(|invalid| source.invalid(&invalid.field, &invalid.problem))?;
         let init = inputs.init(
             settings.evolution.init.as_deref(),
             world.gene_layout(),
@@ -204,6 +205,11 @@ impl Experiment {
         lives.saturating_mul(self.world.cycles().into())
     }
 
+    /// Approximate memory of a run in progress, in bytes.
+    pub(crate) fn bytes(&self) -> u64 {
+        check::bytes(&self.settings, self.world.genes())
+    }
+
     /// Hash of everything that decides how its robots live. Experiments that differ only in their evolution share it.
     pub(crate) fn world_identity(&self) -> blake3::Hash {
         blake3::hash(text(&self.world_values()).as_bytes())
@@ -322,5 +328,7 @@ fn text(values: &Table) -> String {
     toml::to_string(values).expect("values are tables of numbers, words and lists")
 }
 
+#[cfg(test)]
+mod mutants;
 #[cfg(test)]
 pub(crate) mod tests;

@@ -8,7 +8,8 @@ use super::values::meant;
 use crate::exit::Result;
 
 /// Names of robots, and what describes them: an experiment that has a robot only.
-const ROBOTS: [(&str, &str); 3] = [
+const ROBOTS: [(&str, &str); 4] = [
+    ("khepera", include_str!("robots/khepera.toml")),
     ("epuck", include_str!("robots/epuck.toml")),
     ("thymio2", include_str!("robots/thymio2.toml")),
     ("kheperax", include_str!("robots/kheperax.toml")),
@@ -126,6 +127,7 @@ mod tests {
         assert_eq!(
             found,
             [
+                "khepera: 8 proximity",
                 "epuck: 3 ground, 8 light, 8 proximity",
                 "thymio2: 2 ground, 7 proximity",
                 "kheperax: 2 bumper, 3 distance",
@@ -136,8 +138,16 @@ mod tests {
     /// Where the sources have sensors, mm from the middle between the wheels, and where they look, degrees.
     #[test]
     fn sensors_are_where_the_sources_have_them() {
-        let [(_, epuck), (_, thymio), (_, kheperax)] = ROBOTS;
+        let [(_, khepera), (_, epuck), (_, thymio), (_, kheperax)] = ROBOTS;
         for (text, name, [x, y], look) in [
+            (khepera, "left_90", [12.0, 24.5], 85.0),
+            (khepera, "left_45", [21.0, 18.5], 45.0),
+            (khepera, "left_10", [27.0, 7.5], 0.0),
+            (khepera, "right_10", [27.0, -7.5], 0.0),
+            (khepera, "right_45", [21.0, -18.5], -45.0),
+            (khepera, "right_90", [12.0, -24.5], -85.0),
+            (khepera, "back_right", [-26.0, -9.0], 180.0),
+            (khepera, "back_left", [-26.0, 9.0], 180.0),
             (epuck, "prox_0", [34.427, -10.525], -17.0),
             (epuck, "prox_1", [23.140, -27.578], -50.0),
             (epuck, "prox_2", [0.0, -36.0], -90.0),
@@ -216,7 +226,7 @@ mod tests {
             let cm = mm / 10.0;
             (73.0 - 0.03 * 0.03) / (cm * cm - 2.0 * 0.03 * cm + 73.0)
         };
-        let [(_, epuck), (_, thymio), _] = ROBOTS;
+        let [_, (_, epuck), (_, thymio), _] = ROBOTS;
         assert!(off(epuck, 50, argos) < 0.002);
         assert!(off(thymio, 140, enki) < 0.0035);
         assert!(off(epuck, 50, enki) > 0.1);
@@ -236,7 +246,7 @@ mod tests {
             (100.0, 1896.0),
             (120.0, 1511.0),
         ];
-        let [_, (_, thymio), _] = ROBOTS;
+        let [_, _, (_, thymio), _] = ROBOTS;
         for (at, value) in seen {
             let off = (read(thymio, at) - value / 4505.0).abs();
             assert!(off < 0.005, "{at}: {off}");

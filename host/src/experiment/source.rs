@@ -167,8 +167,12 @@ impl<'a> Source<'a> {
     fn merged(&self) -> Result<Spanned<DeTable<'_>>> {
         let mut whole = self.file.values.clone();
         for text in &self.set {
-            let table = DeTable::parse(&text.content)
-                .map_err(|error| Failure::input(format_args!("{}: {}", text.name, error.message())))?;
+            let table = DeTable::parse(&text.content).map_err(|error| {
+                refused(
+                    &text.name,
+                    format_args!("{}; allowed: KEY = VALUE in TOML", error.message()),
+                )
+            })?;
             merge(whole.get_mut(), moved_table(table.into_inner(), text.start));
         }
         Ok(whole)
@@ -189,14 +193,14 @@ impl<'a> Source<'a> {
     /// Error for a value that isn't allowed; `problem` names the value and the allowed ones. The place is that of the
     /// key, or of the nearest existing table around it.
     pub(crate) fn invalid(&self, key: &str, problem: impl Display) -> Failure {
-        Failure::input(format_args!("{}: {key}: {problem}", self.place_of(key)))
+        refused(&self.place_of(key), format_args!("{key}: {problem}"))
     }
 
     /// Error for a key that isn't allowed, whatever its value.
     pub(crate) fn invalid_key(&self, key: &str, problem: impl Display) -> Failure {
         let place = self.keys().iter().find(|known| known.path == key);
         let place = place.map_or_else(|| self.place_of(key), |known| self.place(known.name.start));
-        Failure::input(format_args!("{place}: {key}: {problem}"))
+        refused(&place, format_args!("{key}: {problem}"))
     }
 
     /// Folder from which the files that a value names are looked for; `None` for the experiment's.
@@ -212,9 +216,8 @@ impl<'a> Source<'a> {
 
     /// Error for a key that is given in two places.
     pub(crate) fn conflict(key: &str, place: &str, other: &str, first: &str) -> Failure {
-        Failure::input(format_args!(
-            "{place}: {key}: is already given, as {other} ({first}); allowed: each key once"
-        ))
+        let problem = format!("{key}: is already given, as {other} ({first}); allowed: each key once");
+        refused(place, problem)
     }
 
     /// Place of a key's value, or of the nearest existing table around it.
@@ -238,7 +241,7 @@ impl<'a> Source<'a> {
     /// Translates an error of serde into this program's wording.
     fn refusal(&self, error: &toml::de::Error) -> Failure {
         let Some(span) = error.span() else {
-            return Failure::input(format_args!("{}: {}", self.file.name, plain(error.message())));
+            return refused(&self.file.name, plain(error.message()));
         };
         // The innermost key around the place.
         let holds = |range: &Range<usize>| range.start <= span.start && span.end <= range.end;
@@ -250,11 +253,10 @@ impl<'a> Source<'a> {
             .max_by_key(|known| known.path.len())
             .map(|known| format!("{}: ", known.path));
         let message = plain(error.message());
-        Failure::input(format_args!(
-            "{}: {}{message}",
-            self.place(span.start),
-            key.unwrap_or_default()
-        ))
+        refused(
+            &self.place(span.start),
+            format_args!("{}{message}", key.unwrap_or_default()),
+        )
     }
 
     /// `file:line:column` of an offset, or the setting.
@@ -264,6 +266,20 @@ impl<'a> Source<'a> {
             None => place(&self.file.name, self.file.text, at),
         }
     }
+}
+
+/// Error for what stands at a place. Of a long problem the middle is left out: a value or a key, which may be of any length.
+fn refused(place: &str, problem: impl Display) -> Failure {
+    const HALF: usize = 1_000;
+    let problem = problem.to_string();
+    let count = problem.chars().count();
+    if count <= 2 * HALF {
+        return Failure::input(format_args!("{place}: {problem}"));
+    }
+    let first: String = problem.chars().take(HALF).collect();
+    let last: String = problem.chars().skip(count - HALF).collect();
+    let between = count - 2 * HALF;
+    Failure::input(format_args!("{place}: {first} .. ({between} characters) .. {last}"))
 }
 
 /// `file:line:column` of a byte.
@@ -360,6 +376,14 @@ fn plain(message: &str) -> String {
     let Some((problem, expected)) = message.split_once(", expected ") else {
         return message
             .replace("missing field", "lacks")
+            .replace(
+                "integer number overflowed",
+                "is too large; allowed: whole numbers up to 9223372036854775807",
+            )
+            .replace(
+                "floating-point number overflowed",
+                "is too large; allowed: numbers up to 1.7e308",
+            )
             .replace("duplicate field", "a second key");
     };
     let allowed = match expected {

@@ -10,16 +10,16 @@ use super::*;
 use crate::runs;
 
 /// A temporary directory, removed when the test ends.
-struct Scratch(PathBuf);
+pub(super) struct Scratch(PathBuf);
 
 impl Scratch {
-    fn new(name: &str) -> Self {
+    pub(super) fn new(name: &str) -> Self {
         let path = std::env::temp_dir().join(format!("oneiro-{name}-{}", std::process::id()));
         fs::create_dir_all(&path).unwrap();
         Self(path)
     }
 
-    fn write(&self, name: &str, content: impl AsRef<[u8]>) -> PathBuf {
+    pub(super) fn write(&self, name: &str, content: impl AsRef<[u8]>) -> PathBuf {
         let path = self.0.join(name);
         fs::create_dir_all(path.parent().unwrap()).unwrap();
         fs::write(&path, content).unwrap();
@@ -123,7 +123,7 @@ const ROOM: &str = "\narena.width_mm = 1000\narena.height_mm = 1000\n";
 #[test]
 fn a_robot_by_name_is_its_values() {
     let scratch = Scratch::new("preset");
-    for name in ["epuck", "thymio2", "kheperax"] {
+    for name in ["khepera", "epuck", "thymio2", "kheperax"] {
         let file = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join(format!("src/experiment/robots/{name}.toml"));
         let text = fs::read_to_string(file).unwrap();
         let written = read(&scratch, &format!("{ROOM}{text}"), &[]).unwrap();
@@ -323,15 +323,15 @@ const REFUSED: &[(&str, &str)] = &[
     ),
     (
         "[robot]\npreset = \"epcuk\"",
-        "test.toml:2:10: robot.preset: is \"epcuk\"; allowed: epuck, thymio2, kheperax; did you mean epuck?",
+        "test.toml:2:10: robot.preset: is \"epcuk\"; allowed: khepera, epuck, thymio2, kheperax; did you mean epuck?",
     ),
     (
         "[robot]\npreset = \"roomba\"",
-        "test.toml:2:10: robot.preset: is \"roomba\"; allowed: epuck, thymio2, kheperax",
+        "test.toml:2:10: robot.preset: is \"roomba\"; allowed: khepera, epuck, thymio2, kheperax",
     ),
     (
         "[robot]\npreset = 3",
-        "test.toml:2:10: robot.preset: is 3; allowed: epuck, thymio2, kheperax",
+        "test.toml:2:10: robot.preset: is 3; allowed: khepera, epuck, thymio2, kheperax",
     ),
     (
         "[robot]\npreset = \"epuck\"\nkind = \"sampled\"",
@@ -482,6 +482,14 @@ const REFUSED: &[(&str, &str)] = &[
         "[files]\n\"a.sam\" = \"00\"",
         "a.sam: is a file that no other key names",
     ),
+    (
+        "sensor.part = \"/dev/zero\"",
+        "test.toml:1:15: sensor.part: /dev/zero: is a device; allowed: a file",
+    ),
+    (
+        "trials = 10000\n[evolution]\npopulation = 1000000",
+        "test.toml:3:14: evolution.population: is 1000000, of 18 genes with 10000 lives: 1266.7 GB of memory; allowed: up to 4 GB",
+    ),
     ("trials = 0", "test.toml:1:10: trials: is 0; allowed: 1 to 10000"),
     ("Ω = 1", "test.toml:1:1"),
 ];
@@ -497,6 +505,22 @@ fn refusals_say_where_and_what_is_allowed() {
         }
     }
     assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+}
+
+/// A value of any length is shown in part, between its place and what is allowed.
+#[test]
+fn long_values_are_shown_in_part() {
+    let scratch = Scratch::new("long");
+    let message = refusal(&scratch, &format!("name = \"{}\"", "é".repeat(100_000)), &[]);
+    assert!(message.starts_with("test.toml:1:8: name: is \"éé"), "{message}");
+    assert!(message.ends_with("since directories are named so"), "{message}");
+    assert!(
+        message.contains("é .. (") && message.contains(" characters) .. é"),
+        "{message}"
+    );
+    let message = refusal(&scratch, &"#".repeat(files::GREATEST_TEXT + 1), &[]);
+    assert_eq!(message, "test.toml: has 1048577 bytes; allowed: up to 1048576");
+    assert!(read(&scratch, &"#".repeat(files::GREATEST_TEXT), &[]).is_ok());
 }
 
 #[test]

@@ -3,12 +3,12 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
-use oneiro::compose::{Kind, OwnPart, OwnParts, Value};
-use oneiro::differential::{Build, SensorKind};
+use oneiro::compose::{self, Kind, OwnPart, OwnParts};
+use oneiro::differential::{Build, Differential, SensorKind};
 use oneiro::parameter::Choice;
 use oneiro::tables::SENSORS;
 use oneiro::world::{Noise, Robot, Start};
-use serde_json::json;
+use serde_json::{Value, json};
 
 use crate::console::{Console, counted, decimal};
 use crate::exit::Result;
@@ -37,7 +37,7 @@ pub(super) fn run(experiment: &Experiment, picture: Option<&Path>, console: Cons
         });
         return console.json_data(&json!({
             "name": experiment.name(),
-            "robot": robot(&spec.robot, experiment.settings().robot.preset.0.as_deref()),
+            "robot": robot_values(&spec.robot, experiment.settings().robot.preset.0.as_deref()),
             "sensors": sensor_counts(&spec.robot).into_iter().collect::<BTreeMap<_, _>>(),
             "genes": experiment.world().genes(),
             "free_share": experiment.world().free_share(),
@@ -73,7 +73,7 @@ fn sensor_counts(robot: &Robot) -> Vec<(&'static str, usize)> {
 }
 
 /// The values that users' parts declare: key, value, and declaration.
-fn values(parts: &OwnParts) -> Vec<(String, f64, &Value)> {
+fn values(parts: &OwnParts) -> Vec<(String, f64, &compose::Value)> {
     let mut values = Vec::new();
     for own in parts.iter() {
         let word = own.part().kind().word();
@@ -87,8 +87,8 @@ fn values(parts: &OwnParts) -> Vec<(String, f64, &Value)> {
 
 /// A line for each value of users' parts: the value, its default, what is allowed, and its meaning.
 fn value_lines(parts: &OwnParts) -> String {
-    let line = |(key, number, value): (String, f64, &Value)| {
-        let Value {
+    let line = |(key, number, value): (String, f64, &compose::Value)| {
+        let compose::Value {
             default,
             allowed,
             unit,
@@ -249,6 +249,34 @@ fn robot(robot: &Robot, name: Option<&str>) -> String {
         format!("a battery of {seconds} s{end}")
     }));
     parts.join(", ")
+}
+
+/// The same as values by the names of their keys, null where the robot has none.
+fn robot_values(robot: &Robot, preset: Option<&str>) -> Value {
+    let own = match &robot.build {
+        Build::Sampled => None,
+        Build::Differential(own) => Some(own),
+    };
+    let number = |value: fn(&Differential) -> Option<f32>| own.and_then(value).map(decimal);
+    let has_sampled_motors = own.is_none_or(|own| own.sampled_motors);
+    let classes = robot
+        .tables()
+        .map(|tables| tables.classes.iter().map(|table| &table.class).collect::<Vec<_>>());
+    json!({
+        "kind": if own.is_some() { "differential" } else { "sampled" },
+        "preset": preset,
+        "body_radius_mm": decimal(robot.body_radius),
+        "wheel_base_mm": number(|own| own.wheel_base),
+        "greatest_speed_mm_s": number(|own| own.greatest_speed),
+        "speeds": own.map(|own| own.speeds).filter(|speeds| *speeds > 0),
+        "acceleration_mm_s2": number(|own| own.acceleration),
+        "latency_cycles": own.and_then(|own| own.latency),
+        "battery_s": number(|own| own.battery),
+        "battery_ends_life": own.and_then(|own| own.battery_ends_life),
+        "classes": classes,
+        "motor_states": has_sampled_motors.then_some(robot.motors.states),
+        "collision": robot.collision.word(),
+    })
 }
 
 /// The robot's sensors by their kinds, with their names, and the file of those that a user wrote.

@@ -356,10 +356,7 @@ impl super::Experiment for Single {
     }
 
     fn bytes(&self) -> u64 {
-        let evolution = &self.experiment.settings().evolution;
-        let genes = self.experiment.world().genes() as u64;
-        // Parents, offspring and a batch's inputs, and one row of the table per generation.
-        3 * u64::from(evolution.population) * genes * 4 + u64::from(evolution.generations) * 64
+        self.experiment.bytes()
     }
 
     fn sample(&self) -> Result<Worlds> {

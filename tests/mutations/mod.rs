@@ -1,0 +1,68 @@
+//! Texts as nobody would write them: words, lines or characters of a text deleted, doubled, swapped, replaced or repeated.
+
+use std::fs;
+
+use oneiro::random::pcg4d;
+
+/// Most copies of a repeated piece, and most bytes of them; a text that is longer is not changed any more.
+const MANY: u32 = 3_000;
+const LONG: usize = 100_000;
+
+/// Characters that few texts have a use for.
+const CHARACTERS: [&str; 6] = ["\0", "\r", "\u{e9}", "\u{202e}", "\u{feff}", "\u{1f916}"];
+
+/// Words, numbers, blanks and single signs.
+fn tokens(text: &str) -> Vec<&str> {
+    let mut tokens = Vec::new();
+    let mut rest = text;
+    while let Some(first) = rest.chars().next() {
+        let is_word = |c: char| c.is_alphanumeric() || c == '_' || c == '.';
+        let end = if is_word(first) {
+            rest.find(|c: char| !is_word(c)).unwrap_or(rest.len())
+        } else {
+            first.len_utf8()
+        };
+        tokens.push(&rest[..end]);
+        rest = &rest[end..];
+    }
+    tokens
+}
+
+/// A text with one to three changes, or so many that little is left of it; `odd` are pieces that it has no use for.
+pub(crate) fn mutant(text: &str, odd: &[&str], seed: u32) -> String {
+    let mut text = text.to_owned();
+    let changes = if seed % 16 == 15 { 200 } else { 1 + seed % 3 };
+    for change in 0..changes {
+        let [[unit, kind, a, b], [many, ..]] = [[1, 2], [3, 4]].map(|[c, d]| pcg4d([seed, change, c, d]));
+        let (mut pieces, odd) = match unit % 8 {
+            0 => (text.split_inclusive('\n').collect(), odd),
+            1 => (text.split("").collect(), &CHARACTERS[..]),
+            _ => (tokens(&text), odd),
+        };
+        let places: Vec<usize> = (0..pieces.len()).filter(|at| !pieces[*at].trim().is_empty()).collect();
+        if places.is_empty() || text.len() > LONG {
+            break;
+        }
+        let [a, other] = [a, b].map(|word| places[word as usize % places.len()]);
+        let repeated = pieces[a].repeat(((many % MANY) as usize).min(LONG / pieces[a].len()));
+        match kind % 16 {
+            0..3 => _ = pieces.remove(a),
+            3..6 => pieces.insert(a, pieces[a]),
+            6..9 => pieces.swap(a, other),
+            9..11 => pieces[a] = pieces[other],
+            11..14 => pieces[a] = odd[b as usize % odd.len()],
+            14 => pieces.truncate(a),
+            _ => pieces[a] = &repeated,
+        }
+        text = pieces.concat();
+    }
+    text
+}
+
+/// The most memory that this process has had, KB; 0 where the system doesn't tell.
+pub(crate) fn peak() -> u64 {
+    let status = fs::read_to_string("/proc/self/status").unwrap_or_default();
+    let line = status.lines().find_map(|line| line.strip_prefix("VmHWM:"));
+    line.and_then(|line| line.trim().trim_end_matches(" kB").parse().ok())
+        .unwrap_or(0)
+}
