@@ -17,7 +17,7 @@ mod aseba;
 mod place;
 mod skips;
 use aseba::client::Client;
-use aseba::{Pair, driven, in_a_network, live, pairs, pause, witness};
+use aseba::{Pair, SWITCH, Switch, driven, in_a_network, live, pairs, pause, witness};
 use place::Place;
 
 /// From an event to wheels that stand.
@@ -421,4 +421,32 @@ fn a_faster_simulator_is_driven_too() {
             );
         });
     }
+}
+
+/// Two robots behind a switch, which passes on what each says to all.
+#[test]
+fn robots_behind_a_switch_are_told_apart() {
+    if !in_a_network("robots_behind_a_switch_are_told_apart", "robots behind asebaswitch") {
+        return;
+    }
+    let world = ["thymio2", "e-puck"].map(|kind| Pair { kind, distance: 290.0 });
+    live(&pairs(&world), 4, 1, |playground| {
+        let targets = [0, 1].map(|pair| format!("tcp:localhost;{}", driven(pair)));
+        let (place, _switch) = (&playground.place, Switch::start(&targets));
+        let address = format!("aseba:127.0.0.1:{SWITCH}");
+        let ran = place.run(&["robot", "ping", &address]).exits(4);
+        ran.says(&["has several robots", "#1 (thymio-II), #3 (e-puck2)"]);
+        for (node, robot) in [(1, "Thymio II"), (3, "e-puck (Aseba)")] {
+            let told = place.good(&["robot", "ping", &format!("{address}#{node}"), "--json"]);
+            assert_eq!(serde_json::from_str::<Value>(&told).unwrap()["robot"], robot);
+        }
+        let mut witnesses = [0, 1].map(|pair| Client::connect(witness(pair)));
+        let before = witnesses.each_mut().map(nearness);
+        place.write("nearer.txt", "0.5 60 60\n");
+        place.good(&["robot", "drive", &format!("{address}#1"), "--commands", "nearer.txt"]);
+        let after = witnesses.each_mut().map(nearness);
+        assert!(after[0] > before[0] + 8 * NOISE, "{before:?} {after:?}");
+        assert!((after[1] - before[1]).abs() <= NOISE, "{before:?} {after:?}");
+        place.good(&["robot", "stop", &format!("{address}#3")]);
+    });
 }

@@ -167,6 +167,40 @@ impl Drop for Playground {
     }
 }
 
+/// Port of a switch.
+pub(crate) const SWITCH: u16 = 33300;
+
+/// A running `asebaswitch`, which joins networks.
+pub(crate) struct Switch(Child);
+
+impl Switch {
+    pub(crate) fn start(targets: &[String]) -> Self {
+        let mut command = Command::new("asebaswitch");
+        command.args(["-p", &SWITCH.to_string()]).args(targets);
+        let process = command
+            .stdin(Stdio::null())
+            .stdout(Stdio::null())
+            .stderr(Stdio::null())
+            .spawn();
+        let switch = Self(process.unwrap());
+        let start = Instant::now();
+        while !listens(SWITCH) {
+            assert!(start.elapsed() < START, "the switch does not start");
+            thread::sleep(Duration::from_millis(5));
+        }
+        // It connects to its targets after it listens.
+        pause();
+        switch
+    }
+}
+
+impl Drop for Switch {
+    fn drop(&mut self) {
+        let _ = self.0.kill();
+        let _ = self.0.wait();
+    }
+}
+
 /// Whether somebody listens at a port of this namespace. A connection would be a client.
 fn listens(port: u16) -> bool {
     const LISTEN: &str = "0A";
