@@ -14,6 +14,7 @@ use std::time::{Duration, Instant};
 use serde_json::{Value, json};
 
 mod aseba;
+#[allow(dead_code, reason = "other tests use the rest")]
 mod place;
 mod skips;
 use aseba::client::Client;
