@@ -7,8 +7,11 @@ use std::time::Duration;
 
 const DESCRIPTION: u16 = 0x9000;
 const VARIABLE: u16 = 0x9001;
+const EVENT: u16 = 0x9002;
 const VARIABLES: u16 = 0x9005;
 const PRESENT: u16 = 0x900c;
+const SET_BYTECODE: u16 = 0xa001;
+const RUN: u16 = 0xa003;
 const GET: u16 = 0xa00b;
 const SET: u16 = 0xa00c;
 const DESCRIBE: u16 = 0xa010;
@@ -20,6 +23,8 @@ pub(crate) struct Client {
     node: u16,
     /// Names of variables and their addresses.
     variables: Vec<(String, Range<u16>)>,
+    /// Names of events.
+    events: Vec<String>,
 }
 
 impl Client {
@@ -27,27 +32,53 @@ impl Client {
         let stream = TcpStream::connect(("127.0.0.1", port)).unwrap();
         stream.set_nodelay(true).unwrap();
         stream.set_read_timeout(Some(Duration::from_secs(5))).unwrap();
-        let (node, variables) = (0, Vec::new());
         let mut client = Self {
             stream,
-            node,
-            variables,
+            node: 0,
+            variables: Vec::new(),
+            events: Vec::new(),
         };
         client.send(LIST, &[5]);
         client.node = client.receive(PRESENT).0;
         client.send(DESCRIBE, &[client.node, 5]);
         let head = client.receive(DESCRIPTION).1;
-        // Behind the name: version, sizes of bytecode, stack and variables, and the number of variables.
+        // Behind the name: version, sizes of bytecode, stack and variables, and the numbers of variables and events.
         let at = 1 + usize::from(head[0]) + 8;
+        let [variables, events] = [at, at + 2].map(|at| u16::from_le_bytes([head[at], head[at + 1]]));
         let mut next = 0;
-        for _ in 0..u16::from_le_bytes([head[at], head[at + 1]]) {
+        for _ in 0..variables {
             let variable = client.receive(VARIABLE).1;
             let end = next + u16::from_le_bytes([variable[0], variable[1]]);
             let name = String::from_utf8(variable[3..].into()).unwrap();
             client.variables.push((name, next..end));
             next = end;
         }
+        for _ in 0..events {
+            let event = client.receive(EVENT).1;
+            let name = &event[1..][..event[0].into()];
+            client.events.push(String::from_utf8(name.into()).unwrap());
+        }
         client
+    }
+
+    /// Starts a program that counts an event in a variable behind the others, which gets a name.
+    pub(crate) fn count(&mut self, event: &str, counter: &str) {
+        let address = self.variables.last().unwrap().1.end;
+        let index = self.events.iter().position(|known| known == event).unwrap() as u16;
+        // A table of 3 words: its length, the event, and where its code begins; then load, 1, add, store, stop.
+        let code = [
+            3,
+            0xfffe - index,
+            3,
+            0x3000 | address,
+            0x1001,
+            0x8002,
+            0x4000 | address,
+            0,
+        ];
+        self.send(SET_BYTECODE, &[&[self.node, 0][..], &code].concat());
+        self.send(RUN, &[self.node]);
+        self.variables.push((counter.into(), address..address + 1));
     }
 
     fn send(&mut self, kind: u16, words: &[u16]) {
@@ -77,8 +108,13 @@ impl Client {
 
     /// Asks for a variable, without waiting for the answer.
     pub(crate) fn ask(&mut self, name: &str) {
-        let words = self.address(name);
-        self.send(GET, &[self.node, words.start, words.end - words.start]);
+        self.ask_all(name, name);
+    }
+
+    /// The same for all variables from one to another.
+    pub(crate) fn ask_all(&mut self, first: &str, last: &str) {
+        let (start, end) = (self.address(first).start, self.address(last).end);
+        self.send(GET, &[self.node, start, end - start]);
     }
 
     /// The answer to a question.

@@ -18,7 +18,7 @@ const INSIDE: &str = "ONEIRO_TEST_NETWORK";
 /// It may crash when a client connects within a second of the last one's end.
 const PAUSE: Duration = Duration::from_millis(1200);
 const START: Duration = Duration::from_secs(20);
-const FIRST_PORT: u16 = 33333;
+pub(crate) const FIRST_PORT: u16 = 33333;
 
 /// Runs the calling test again in a network namespace that has nothing but the loopback device. Returns whether this is
 /// that run.
@@ -215,13 +215,13 @@ fn listens(port: u16) -> bool {
         .any(is_port)
 }
 
-/// Starts the simulator for a scenario. If the simulator crashes, which is no failure of ours, the scenario begins anew, three
+/// Starts the simulator for a scenario, and returns what that does. If the simulator crashes, which is no failure of ours, the scenario begins anew, three
 /// times at most.
-pub(crate) fn live(world: &str, robots: u16, speed: u32, scenario: impl Fn(&Playground)) {
+pub(crate) fn live<T>(world: &str, robots: u16, speed: u32, scenario: impl Fn(&Playground) -> T) -> T {
     for _ in 0..3 {
         let mut playground = Playground::start(world, robots, speed);
         match catch_unwind(AssertUnwindSafe(|| scenario(&playground))) {
-            Ok(()) => return,
+            Ok(outcome) => return outcome,
             Err(_) if playground.has_crashed() => eprintln!("the playground has crashed"),
             Err(failure) => resume_unwind(failure),
         }
