@@ -1,5 +1,5 @@
-//! Clients that others wrote, from PyPI, read, drive and stop the robots that are scripted here, and the program reads the
-//! same of them. `tests/peers.sh` installs the clients.
+//! Clients that others wrote read, drive and stop the robots that are scripted here, and the program reads the same of them.
+//! `tests/peers.sh` installs the clients.
 #![cfg(unix)]
 
 use std::io::{BufRead, BufReader, Write};

@@ -13,6 +13,7 @@ use std::time::{Duration, Instant};
 
 use serde_json::{Value, json};
 
+#[allow(dead_code, reason = "other tests use the rest")]
 mod aseba;
 #[allow(dead_code, reason = "other tests use the rest")]
 mod place;

@@ -92,7 +92,9 @@ impl Things {
         live(&world, self.1 as u16, SPEED, |_| {
             let ports = FIRST_PORT..FIRST_PORT + self.1 as u16;
             let mut robots: Vec<Client> = ports.map(Client::connect).collect();
-            robots.iter_mut().for_each(|robot| robot.count("motor", "clock"));
+            for robot in &mut robots {
+                robot.count("motor", "clock");
+            }
             scenario(&mut robots)
         })
     }
@@ -142,9 +144,10 @@ fn sample(is_round: bool) -> Vec<[u16; SENSORS]> {
             let distance = BODY + (*row as f64 + 0.5) * SPACING;
             // The object is in the direction of the x axis, and bearings are clockwise from the heading.
             things.robot([x, y, (*bearing as f64 + 0.5) / BEARINGS as f64 * TAU]);
-            match is_round {
-                true => things.cylinder([x + distance + CYLINDER, y]),
-                false => things.wall([x + distance + 5.0, y], [10.0, 600.0]),
+            if is_round {
+                things.cylinder([x + distance + CYLINDER, y]);
+            } else {
+                things.wall([x + distance + 5.0, y], [10.0, 600.0]);
             }
         }
         table.extend(things.live([side; 2], |robots| {
@@ -299,7 +302,7 @@ fn lives(of: &[(&[f64], Pose)]) -> (Vec<f64>, usize) {
                     drive(&mut robots[index], [left, right].map(|speed| speed * GREATEST));
                     let nearest = readings.into_iter().fold(0.0, f64::max);
                     let straight = 1.0 - ((left - right).abs() / 2.0).sqrt();
-                    sums[index] += (left.abs() + right.abs()) / 2.0 * straight * (1.0 - nearest);
+                    sums[index] += f64::midpoint(left.abs(), right.abs()) * straight * (1.0 - nearest);
                 }
             }
             (sums, longest)

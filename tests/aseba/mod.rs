@@ -1,5 +1,6 @@
 //! Aseba's simulator `asebaplayground`, in a network namespace of its own since it listens on all addresses.
 
+use std::f64::consts::PI;
 use std::fmt::Write as _;
 use std::fs::{self, DirBuilder};
 use std::os::unix::fs::DirBuilderExt;
@@ -65,10 +66,7 @@ pub(crate) fn pairs(pairs: &[Pair]) -> String {
     let mut robots = String::new();
     for (row, pair) in pairs.iter().enumerate() {
         let y = 30.0 + 60.0 * row as f64;
-        let places = [
-            (pair.kind, 30.0, 0.0),
-            ("thymio2", 30.0 + pair.distance / 10.0, 3.141_592_65),
-        ];
+        let places = [(pair.kind, 30.0, 0.0), ("thymio2", 30.0 + pair.distance / 10.0, PI)];
         for (column, (kind, x, angle)) in places.into_iter().enumerate() {
             let index = 2 * row + column;
             let (port, node) = (FIRST_PORT + index as u16, index + 1);
