@@ -76,10 +76,22 @@ validator() {
     install spirv-tools || echo "no validator: SPIR-V will not be validated"
 }
 
+# Robots are driven in a simulator if it is available.
+simulator() {
+    local name
+    for name in asebaplayground asebaswitch faketime ip unshare; do
+        command -v "$name" >/dev/null && continue
+        say "installing a simulator of robots"
+        install aseba faketime iproute2 util-linux || echo "no asebaplayground: robots will not be driven in it"
+        return
+    done
+}
+
 software_vulkan
 arm_tools
 browser
 validator
+simulator
 
 say "formatting"
 cargo fmt --all --check
@@ -94,6 +106,7 @@ cargo test --release --locked -p oneiro-host --no-default-features --test run
 say "all tests"
 cargo test --release --locked --workspace --features oneiro-host/parquet
 tests/python.sh
+tests/peers.sh
 
 say "lane code for 64-bit ARM"
 tests/aarch64.sh

@@ -620,6 +620,22 @@ fn a_file_is_driven_to_its_end_and_recorded() {
     assert!(recorded.contains(" > 442c342c340d\n"), "{recorded}");
 }
 
+/// To connect takes longer than the file.
+#[test]
+fn a_file_begins_when_the_robot_is_ready() {
+    let place = Place::new("short");
+    place.write("short.txt", "0.2 30 30\n");
+    let body = Body::default();
+    let address = start(Kind::Thymio, &body);
+    let program = place
+        .command(&["robot", "drive", &address, "--commands", "short.txt"])
+        .spawn();
+    // 30 mm/s in units of 0.332 mm/s.
+    wait("driving", LONG, || body.wheels().0 == [90, 90]);
+    assert!(program.unwrap().wait().unwrap().success());
+    assert!(stands(&body));
+}
+
 #[test]
 fn what_can_not_be_driven_is_refused() {
     let place = Place::new("refusals");

@@ -1,8 +1,8 @@
 #!/usr/bin/env bash
 # long.sh: tests that take too long for tests/all.sh, on a machine where that has passed: both studies with all their
-# parts, large swarms compared with another physics engine, random kernels and files for half an hour, random bytes for
-# drivers of robots for ten minutes, runs and sweeps that are killed hundreds of times, long lives on every device, and a
-# hundred thousand runs. Some two hours on two cores.
+# parts, large swarms compared with another physics engine, champions that live in Aseba's simulator, random kernels and
+# files for half an hour, random bytes for drivers of robots for ten minutes, runs and sweeps that are killed hundreds of times,
+# long lives on every device, and a hundred thousand runs. Some two hours on two cores.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 export ONEIRO_LONG=1
@@ -33,6 +33,10 @@ long --test sweep after_kills
 
 say "crowds that another physics engine moves"
 long --test rapier -- --ignored
+
+say "a robot sampled in Aseba's simulator, and its champions there"
+# One at a time: the simulator has to keep up.
+long --test transfer -- --ignored --nocapture --test-threads=1
 
 say "a hundred thousand runs, in one go and in shards"
 cargo build --release --locked -p oneiro-host --features parquet

@@ -19,18 +19,7 @@ no_python() {
     exit 0
 }
 
-# Kept between calls, except for leftovers of an interrupted call.
-python=$folder/python/bin/python
-if ! "$python" -c 'import pandas, polars, pyarrow' 2>/dev/null; then
-    python3 -c 'import venv, ensurepip' 2>/dev/null || {
-        say "installing Python"
-        install python3 python3-venv || no_python "there is no python3 that makes virtual environments"
-    }
-    say "installing pandas, Polars and pyarrow"
-    python3 -m venv --clear "$folder/python" || no_python "python3 makes no virtual environment"
-    "$python" -m pip install --quiet --disable-pip-version-check --retries 2 --only-binary :all: \
-        pandas polars pyarrow || no_python "pandas, polars or pyarrow can't be had: is there a network?"
-fi
+python_with pandas,polars,pyarrow pandas polars pyarrow || no_python "$problem"
 
 scratch=$(mktemp -d)
 trap 'rm -rf "$scratch"' EXIT

@@ -247,7 +247,7 @@ fn a_robot_made_from_tables_runs() {
     place.good(&[&sample[..], &["--out", "tables"]].concat());
     let refused = place.run(&[&sample[..], &["--severity", "1", "--out", "other"]].concat());
     refused.exits(2).says(&[
-        "--severity 1: is given for a described robot",
+        "--severity 1: is given with --robot",
         "allowed: with --robot surrogate:SEED",
     ]);
     from_tables(&place);

@@ -75,13 +75,24 @@ fn answer(body: &Body, line: &str) -> String {
 }
 
 /// Variables of a Thymio II, with their sizes.
-const VARIABLES: [(&str, u16); 5] = [
+const VARIABLES: [(&str, u16); 13] = [
     ("_vbat", 2),
     ("motor.left.target", 1),
     ("motor.right.target", 1),
+    ("motor.left.speed", 1),
+    ("motor.right.speed", 1),
     ("prox.horizontal", 7),
     ("prox.ground.delta", 2),
+    ("acc", 3),
+    ("button.backward", 1),
+    ("button.left", 1),
+    ("button.center", 1),
+    ("button.forward", 1),
+    ("button.right", 1),
 ];
+/// Some of its events and of its native functions. A client may wait for the last function.
+const EVENTS: [&str; 2] = ["buttons", "motor"];
+const FUNCTIONS: [&str; 2] = ["leds.top", "sound.system"];
 
 /// Starts a Thymio II with turning wheels, behind a switch. It is node 1.
 pub(crate) fn thymio(body: &Body) -> String {
@@ -140,10 +151,25 @@ fn message(body: &Body, kind: u16, words: &[u16]) -> Vec<u8> {
         (0xa011, _) => frame(0x900c, &bytes(&[5])),
         (0xa010, _) => {
             let size: u16 = VARIABLES.iter().map(|(_, size)| size).sum();
-            let head = bytes(&[5, 100, 32, size, VARIABLES.len() as u16, 0, 0]);
+            let head = bytes(&[
+                5,
+                100,
+                32,
+                size,
+                VARIABLES.len() as u16,
+                EVENTS.len() as u16,
+                FUNCTIONS.len() as u16,
+            ]);
             let mut answer = frame(0x9000, &[text("thymio-II"), head].concat());
             for (name, size) in VARIABLES {
                 answer.extend(frame(0x9001, &[bytes(&[size]), text(name)].concat()));
+            }
+            for name in EVENTS {
+                answer.extend(frame(0x9002, &[text(name), text("an event")].concat()));
+            }
+            for name in FUNCTIONS {
+                let argument = [bytes(&[1, 1]), text("value")].concat();
+                answer.extend(frame(0x9003, &[text(name), text("a function"), argument].concat()));
             }
             answer
         }
@@ -167,11 +193,25 @@ fn message(body: &Body, kind: u16, words: &[u16]) -> Vec<u8> {
     }
 }
 
-/// All variables: 4.0 V or 3.3 V, a pale floor or none.
+/// All variables: 4.0 V or 3.3 V, a pale floor or none. The wheels have the speeds that they are told.
 fn memory(body: &Body) -> Vec<u16> {
     let half = if Body::is(&body.is_low) { 656 } else { 796 };
     let ground = if Body::is(&body.is_lifted) { 20 } else { 800 };
     let [left, right] = body.wheels().0.map(|speed| speed as u16);
-    let proximity = [0, 0, 1500, 0, 0, 0, 0];
-    [&[half, half, left, right][..], &proximity, &[ground; 2]].concat()
+    let (proximity, acceleration, buttons) = (
+        [1, 2, 1500, 4, 5, 6, 7],
+        [-1_i16, 2, 22].map(|word| word as u16),
+        [0, 1, 0, 0, 1],
+    );
+    let wheels = [left, right];
+    [
+        &[half, half][..],
+        &wheels,
+        &wheels,
+        &proximity,
+        &[ground; 2],
+        &acceleration,
+        &buttons,
+    ]
+    .concat()
 }

@@ -165,12 +165,22 @@ impl EPuck2 {
         }
     }
 
-    /// A header and the sensors: gravity along the third axis unless it is lifted, proximity 100 to 107, light 3000 to
-    /// 3007, 250 mm ahead, -5 degrees C, 3.9 V or 3.4 V.
+    /// A header and the sensors: gravity along the third axis unless it is lifted, rotation 21, -22 and 23, proximity 100 to
+    /// 107, light 3000 to 3007, 250 mm ahead, sound 71 to 74 and ground 901 to 903, -5 degrees C, 3.9 V or 3.4 V; acceleration
+    /// 9.5, orientation 120.25 and inclination 3.75; 1, 8 and 5 from a television's remote control.
     fn block(&self, steps: [i16; 2]) -> Vec<u8> {
         let mut block = vec![0; 105];
         let mut word = |at: usize, value: u16| block[1 + at..][..2].copy_from_slice(&value.to_le_bytes());
         word(if Body::is(&self.0.is_lifted) { 0 } else { 4 }, 768);
+        for (axis, rotation) in [21, -22, 23_i16].into_iter().enumerate() {
+            word(18 + 2 * axis, rotation as u16);
+        }
+        for sensor in 0..4 {
+            word(71 + 2 * sensor, 71 + sensor as u16);
+        }
+        for sensor in 0..3 {
+            word(90 + 2 * sensor, 901 + sensor as u16);
+        }
         for sensor in 0..8 {
             word(37 + 2 * sensor, 100 + sensor as u16);
             word(53 + 2 * sensor, 3000 + sensor as u16);
@@ -179,7 +189,11 @@ impl EPuck2 {
         word(79, steps[0] as u16);
         word(81, steps[1] as u16);
         word(83, if Body::is(&self.0.is_low) { 2785 } else { 3195 });
+        for (at, value) in [(6, 9.5_f32), (10, 120.25), (14, 3.75)] {
+            block[1 + at..][..4].copy_from_slice(&value.to_le_bytes());
+        }
         block[1 + 36] = -5_i8 as u8;
+        block[1 + 86..][..3].copy_from_slice(&[1, 8, 5]);
         block[0] = 2;
         block
     }

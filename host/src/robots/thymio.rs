@@ -357,6 +357,8 @@ impl Robot for Thymio {
     fn reconnect(&mut self) -> Result {
         let before = self.description.robot.clone();
         self.network.reopen()?;
+        // The wheels turn until they are told: to find the robot takes a third of a second.
+        self.network.put(self.node.id, &self.targets([0; 2]))?;
         // Addresses may have changed with the firmware.
         let (node, body) = find(&mut self.network, Some(self.node.id))?;
         self.description = describe(&node, body);

@@ -302,9 +302,11 @@ impl Ride {
             {
                 (start, is_ready) = (Instant::now(), true);
             }
-            let mut wish = self.driver.wish(start.elapsed())?;
+            // A file begins when the robot is ready; keys that were pressed before are forgotten.
+            let is_waiting = !is_ready && self.driver.is_script();
+            let now = if is_waiting { Duration::ZERO } else { start.elapsed() };
+            let mut wish = self.driver.wish(now)?;
             if !is_ready {
-                // Keys that were pressed meanwhile, and a file's first commands, are for later.
                 wish.speeds = [0.0; 2];
             }
             if wish.stops {

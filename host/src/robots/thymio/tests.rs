@@ -166,11 +166,15 @@ fn targets_that_stay_are_no_stop() {
     assert!(matches!(robot.stop(), Err(Error::StillTurning { seen }) if seen.ends_with("are [0, 200]")));
 }
 
+/// A stop whose answer nobody waits for.
+fn stopped_blindly() -> Step {
+    hear(to(0xa00c, &[1, 3, 0, 0]))
+}
+
 /// Out of step, and the link babbles on: the robot may hear of the stop all the same.
 #[test]
 fn a_stop_is_sent_before_order_is_restored() {
-    let blind = to(0xa00c, &[1, 3, 0, 0]);
-    let steps = [vec![hear(blind)], (0..90).map(|_| say([0xff; 8])).collect()];
+    let steps = [vec![stopped_blindly()], (0..90).map(|_| say([0xff; 8])).collect()];
     let mut robot = robot(steps.concat());
     *robot.network.in_step() = false;
     assert!(matches!(robot.stop(), Err(Error::Garbage { .. })));
@@ -253,7 +257,7 @@ fn a_fuse_that_does_not_burn_is_a_restart() {
 #[test]
 fn a_lost_link_is_opened_again() {
     let sent = driven(1, 5, 5).remove(0);
-    let mut robot = robot([vec![sent, Step::HangUp, Step::Reopen], opening(1)].concat());
+    let mut robot = robot([vec![sent, Step::HangUp, Step::Reopen, stopped_blindly()], opening(1)].concat());
     assert!(matches!(robot.drive(5, 5), Err(Error::Disconnected { .. })));
     robot.reconnect().unwrap();
 }
@@ -262,7 +266,7 @@ fn a_lost_link_is_opened_again() {
 fn another_kind_of_robot_is_not_taken_for_the_one_before() {
     let names = [("motor.a", 3), ("speed.left", 1), ("speed.right", 1)];
     let steps = [
-        vec![Step::Reopen],
+        vec![Step::Reopen, stopped_blindly()],
         listed(&[1]),
         halted(&[1]),
         described(1, "e-puck0", &names),

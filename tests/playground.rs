@@ -1,0 +1,454 @@
+//! `oneiro robot` and the guard against robots that others wrote: a Thymio II and an e-puck of Aseba's simulator. Whether and
+//! how far a robot moves is told by another robot of the simulator, which it drives towards.
+#![cfg(target_os = "linux")]
+
+use std::io::Write;
+use std::net::TcpStream;
+use std::os::unix::process::CommandExt;
+use std::process::{Child, ChildStdin, Command, Stdio};
+use std::sync::atomic::{AtomicBool, AtomicI16, Ordering};
+use std::sync::{Arc, Mutex};
+use std::thread::{self, JoinHandle};
+use std::time::{Duration, Instant};
+
+use serde_json::{Value, json};
+
+#[allow(dead_code, reason = "other tests use the rest")]
+mod aseba;
+#[allow(dead_code, reason = "other tests use the rest")]
+mod place;
+mod skips;
+use aseba::client::Client;
+use aseba::{Pair, SWITCH, Switch, driven, in_a_network, live, pairs, pause, witness};
+use place::Place;
+
+/// From an event to wheels that stand.
+const LIMIT: Duration = Duration::from_millis(500);
+/// For what has no limit but must happen.
+const LONG: Duration = Duration::from_secs(20);
+/// Readings of a robot that stands differ by less, and those of one that comes nearer at 80 mm/s by more, from one step of
+/// the simulator to the next.
+const NOISE: i16 = 25;
+
+/// A file that drives straight on at 80 mm/s.
+const STRAIGHT: &str = "straight.txt";
+/// A reading of the witness that a robot has nearly touched it.
+const CONTACT: i16 = 4000;
+
+/// Variables of a kind of robot: its targets, and its sensors of proximity.
+fn variables(kind: &str) -> ([&'static str; 2], &'static str) {
+    match kind {
+        "thymio2" => (["motor.left.target", "motor.right.target"], "prox.horizontal"),
+        _ => (["speed.left", "speed.right"], "prox"),
+    }
+}
+
+fn address(port: u16) -> String {
+    format!("aseba:127.0.0.1:{port}")
+}
+
+fn lines(text: &str) -> Vec<Value> {
+    text.lines().map(|line| serde_json::from_str(line).unwrap()).collect()
+}
+
+/// How near the driven robot is, as its witness sees it straight ahead: 0 for far, 4500 for contact.
+fn nearness(client: &mut Client) -> i16 {
+    client.get("prox.horizontal")[2]
+}
+
+/// A witness that looks as often as the simulator answers.
+struct Witness {
+    is_over: Arc<AtomicBool>,
+    seen: JoinHandle<Vec<(Instant, i16)>>,
+    newest: Arc<AtomicI16>,
+}
+
+impl Witness {
+    fn start(port: u16) -> Self {
+        let (is_over, newest) = (Arc::<AtomicBool>::default(), Arc::<AtomicI16>::default());
+        let (end, shown) = (Arc::clone(&is_over), Arc::clone(&newest));
+        let seen = thread::spawn(move || {
+            let (mut client, mut seen) = (Client::connect(port), Vec::new());
+            while !end.load(Ordering::SeqCst) {
+                let value = nearness(&mut client);
+                shown.store(value, Ordering::SeqCst);
+                seen.push((Instant::now(), value));
+            }
+            seen
+        });
+        Self { is_over, seen, newest }
+    }
+
+    /// Waits until the driven robot is this near.
+    #[track_caller]
+    fn wait_for(&self, nearness: i16) {
+        let start = Instant::now();
+        while self.newest.load(Ordering::SeqCst) < nearness {
+            assert!(start.elapsed() < LONG, "the robot does not come near");
+            thread::sleep(Duration::from_millis(1));
+        }
+    }
+
+    /// All that was seen.
+    fn end(self) -> Vec<(Instant, i16)> {
+        self.is_over.store(true, Ordering::SeqCst);
+        self.seen.join().unwrap()
+    }
+}
+
+/// When the robot stood, of what was seen: at the first reading after the last one that differs from where it stands at the
+/// end.
+fn stood(seen: &[(Instant, i16)]) -> Instant {
+    let last = seen.last().unwrap().1;
+    let moving = seen
+        .iter()
+        .rposition(|(_, value)| (value - last).abs() > NOISE)
+        .unwrap();
+    seen[moving + 1].0
+}
+
+fn signal(name: &str, id: &str) {
+    let status = Command::new("kill").args([name, "--", id]).status().unwrap();
+    assert!(status.success(), "kill {name} {id}");
+}
+
+/// A program that drives a robot straight on: `oneiro robot drive` with a file.
+fn drive(place: &Place, port: u16) -> Child {
+    let mut command = place.command(&["robot", "drive", &address(port), "--commands", STRAIGHT]);
+    let command = command.stdout(Stdio::null()).stderr(Stdio::piped()).process_group(0);
+    command.spawn().unwrap()
+}
+
+/// What drives a robot straight on.
+enum Driver {
+    Drive(Child),
+    /// The guard itself, with commands from here.
+    Guard(Child, Arc<Mutex<ChildStdin>>),
+}
+
+impl Driver {
+    fn guard(place: &Place, port: u16) -> Self {
+        let mut command = place.command(&["guard", &address(port)]);
+        let mut guard = command.stdin(Stdio::piped()).stdout(Stdio::null()).spawn().unwrap();
+        let requests = Arc::new(Mutex::new(guard.stdin.take().unwrap()));
+        let commands = Arc::downgrade(&requests);
+        thread::spawn(move || {
+            let say = |line: &str| {
+                // Until the driver ends, or the guard.
+                let requests = commands.upgrade();
+                requests.is_some_and(|requests| writeln!(requests.lock().unwrap(), "{line}").is_ok())
+            };
+            say(r#"{"hello":{"version":1}}"#);
+            let commands = (1..).map(|sequence| json!({"sequence": sequence, "left_mm_s": 80.0, "right_mm_s": 80.0}));
+            for command in commands {
+                if !say(&json!({ "command": command }).to_string()) {
+                    return;
+                }
+                thread::sleep(Duration::from_millis(20));
+            }
+        });
+        Self::Guard(guard, requests)
+    }
+
+    fn process(&self) -> &Child {
+        match self {
+            Self::Drive(process) | Self::Guard(process, _) => process,
+        }
+    }
+
+    /// Says something to the guard, between commands.
+    fn say(&self, line: &str) {
+        if let Self::Guard(_, requests) = self {
+            writeln!(requests.lock().unwrap(), "{line}").unwrap();
+        }
+    }
+
+    /// Ends it, or waits for its end.
+    fn end(self) {
+        let mut process = match self {
+            Self::Drive(process) => process,
+            Self::Guard(process, requests) => {
+                drop(requests);
+                process
+            }
+        };
+        process.wait().unwrap();
+    }
+}
+
+/// The process of a program's guard.
+fn guard(program: &Child) -> String {
+    let list = Command::new("ps")
+        .args(["-o", "pid=", "--ppid", &program.id().to_string()])
+        .output()
+        .unwrap();
+    String::from_utf8(list.stdout).unwrap().trim().to_owned()
+}
+
+/// What is there, what it senses, where it drives to, and that it stops: each compared with what a client of our own hears
+/// from the simulator.
+#[test]
+fn robots_are_found_watched_driven_and_stopped() {
+    if !in_a_network(
+        "robots_are_found_watched_driven_and_stopped",
+        "robots of Aseba's simulator",
+    ) {
+        return;
+    }
+    let kinds = [("thymio2", "Thymio II", 80.0), ("e-puck", "e-puck (Aseba)", 37.0)];
+    // The first pair of a kind drives 48 mm nearer: to the distance of the second, 10 mm more or less, which the others show.
+    let distances = |(kind, _, half)| {
+        let start = 80.0 + half + 110.0;
+        [start, start - 38.0, start - 58.0].map(|distance| Pair { kind, distance })
+    };
+    live(&pairs(&kinds.map(distances).concat()), 12, 1, |playground| {
+        thread::scope(|scope| {
+            for (index, (kind, robot, _)) in kinds.into_iter().enumerate() {
+                scope.spawn(move || obeys(&playground.place, kind, robot, 3 * index));
+            }
+        });
+    });
+}
+
+/// Goes through all commands with a robot: the driven one of the first of three pairs.
+fn obeys(place: &Place, kind: &str, robot: &str, first: usize) {
+    let address = address(driven(first));
+    let told: Value = serde_json::from_str(&place.good(&["robot", "ping", &address, "--json"])).unwrap();
+    assert_eq!(told["robot"], robot);
+    let median = told["round_trip"]["median_ms"].as_f64().unwrap();
+    assert!(median < 40.0, "{told}");
+    pause();
+
+    let watch = [
+        "robot",
+        "watch",
+        &address,
+        "--json",
+        "--cycles",
+        "5",
+        "--kinds",
+        "proximity",
+    ];
+    let readings = lines(&place.good(&watch));
+    assert_eq!(readings.len(), 5);
+    pause();
+    let own = Client::connect(driven(first)).get(variables(kind).1);
+    let mut felt = 0;
+    for reading in readings {
+        let values = reading["values"].as_object().unwrap();
+        assert_eq!(values.len(), own.len());
+        for (sensor, own) in own.iter().enumerate() {
+            let value = values[&format!("prox_{sensor}")].as_i64().unwrap() as i16;
+            assert!((value - own).abs() <= 3 * NOISE, "{kind} prox_{sensor}: {value} {own}");
+            felt += u32::from(value > 500);
+        }
+    }
+    // An e-puck sees less far.
+    assert!(kind != "thymio2" || felt >= 5, "nothing is near");
+    pause();
+
+    let before = nearness(&mut Client::connect(witness(first)));
+    let nearer = format!("{kind}.txt");
+    place.write(&nearer, "0.7 75 75\n");
+    place.good(&["robot", "drive", &address, "--commands", &nearer]);
+    pause();
+    let [near, least, greatest] = [0, 1, 2].map(|pair| nearness(&mut Client::connect(witness(first + pair))));
+    eprintln!("{kind}: {before}, then {near}, of {least} to {greatest}; median round trip {median} ms");
+    assert!(
+        before < least && (least..=greatest).contains(&near),
+        "{kind}: {before} {near} {least} {greatest}"
+    );
+    pause();
+
+    // It goes on without any client.
+    let (targets, _) = variables(kind);
+    let mut client = Client::connect(driven(first));
+    for (target, speed) in targets.into_iter().zip([-60, -60]) {
+        client.set(target, &[speed]);
+    }
+    // It has heard it all before the end.
+    client.get(targets[0]);
+    drop(client);
+    pause();
+    let before = nearness(&mut Client::connect(witness(first)));
+    assert!(before < near - 2 * NOISE, "{kind}: {near} {before}");
+    place.run(&["robot", "stop", &address]).exits(0);
+    pause();
+    let mut client = Client::connect(driven(first));
+    assert_eq!(targets.map(|target| client.get(target)[0]), [0, 0]);
+    let mut witness = Client::connect(witness(first));
+    let stands = nearness(&mut witness);
+    thread::sleep(LIMIT);
+    assert!((nearness(&mut witness) - stands).abs() <= NOISE, "{kind}");
+}
+
+/// What happens to the program that drives, to its guard, or to the link.
+const EVENTS: [&str; 7] = [
+    "kill -9 of the program",
+    "SIGSTOP of the program",
+    "Ctrl-C",
+    "SIGTERM of the guard",
+    "another client",
+    "operator",
+    "messages",
+];
+
+/// Whatever happens to the program that drives, the robot stands in time.
+#[test]
+fn the_wheels_stand_in_time_in_the_simulator() {
+    if !in_a_network(
+        "the_wheels_stand_in_time_in_the_simulator",
+        "the guard of robots of Aseba's simulator",
+    ) {
+        return;
+    }
+    let kinds = ["thymio2", "e-puck"];
+    let cases: Vec<_> = kinds
+        .into_iter()
+        .flat_map(|kind| EVENTS.map(|event| (kind, event)))
+        .collect();
+    let world: Vec<Pair> = cases.iter().map(|(kind, _)| Pair { kind, distance: 380.0 }).collect();
+    live(&pairs(&world), 2 * cases.len() as u16, 1, |playground| {
+        playground.place.write(STRAIGHT, "60 80 80\n");
+        // All at once, each with a pair of robots.
+        thread::scope(|scope| {
+            for (pair, (kind, event)) in cases.iter().enumerate() {
+                scope.spawn(move || stops(&playground.place, pair, kind, event));
+            }
+        });
+    });
+}
+
+fn stops(place: &Place, pair: usize, kind: &str, what: &str) {
+    let port = driven(pair);
+    let witness = Witness::start(witness(pair));
+    let driver = match what {
+        "operator" | "messages" => Driver::guard(place, port),
+        _ => Driver::Drive(drive(place, port)),
+    };
+    witness.wait_for(1300);
+    let id = driver.process().id().to_string();
+    let mut intruder = None;
+    let event = Instant::now();
+    match what {
+        "kill -9 of the program" => signal("-KILL", &id),
+        "SIGSTOP of the program" => signal("-STOP", &id),
+        "Ctrl-C" => signal("-INT", &format!("-{id}")),
+        "SIGTERM of the guard" => signal("-TERM", &guard(driver.process())),
+        // The simulator hangs up on the guard, which comes back.
+        "another client" => intruder = Some(TcpStream::connect(("127.0.0.1", port)).unwrap()),
+        "operator" => driver.say("\"stop\""),
+        _ => (0..3).for_each(|_| driver.say("{\"command\":{")),
+    }
+    if intruder.is_some() {
+        // A program that goes on would drive again once the link is back.
+        signal("-KILL", &id);
+    }
+    thread::sleep(Duration::from_millis(1200));
+    let seen = witness.end();
+    let took = stood(&seen).saturating_duration_since(event);
+    eprintln!(
+        "{kind}, {what}: {} ms, from 1300 to {}",
+        took.as_millis(),
+        seen.last().unwrap().1
+    );
+    assert!(took <= LIMIT, "{kind}, {what}: {took:?}");
+    assert!(seen.last().unwrap().1 < CONTACT, "{kind}, {what}");
+    if what == "SIGSTOP of the program" {
+        signal("-KILL", &id);
+    }
+    driver.end();
+}
+
+/// What remains: without its guard the robot drives on, until it touches the witness. This shows that the test above can
+/// fail.
+#[test]
+fn without_the_guard_the_robots_drive_on_in_the_simulator() {
+    if !in_a_network(
+        "without_the_guard_the_robots_drive_on_in_the_simulator",
+        "robots of Aseba's simulator without a guard",
+    ) {
+        return;
+    }
+    let pair = Pair {
+        kind: "thymio2",
+        distance: 380.0,
+    };
+    live(&pairs(&[pair]), 2, 1, |playground| {
+        let witness = Witness::start(witness(0));
+        playground.place.write(STRAIGHT, "60 80 80\n");
+        let mut program = drive(&playground.place, driven(0));
+        witness.wait_for(1300);
+        signal("-STOP", &program.id().to_string());
+        signal("-KILL", &guard(&program));
+        let event = Instant::now();
+        witness.wait_for(CONTACT);
+        assert!(event.elapsed() > LIMIT);
+        program.kill().unwrap();
+        program.wait().unwrap();
+        witness.end();
+    });
+}
+
+/// Simulators that are faster than real time: readings keep coming, and so do the robots.
+#[test]
+fn a_faster_simulator_is_driven_too() {
+    if !in_a_network(
+        "a_faster_simulator_is_driven_too",
+        "Aseba's simulator, faster than real time",
+    ) {
+        return;
+    }
+    for (speed, fastest) in [(1, 40.0), (10, 10.0), (100, 10.0)] {
+        // 0.5 s at 60 mm/s, on the simulator's clock.
+        let pair = Pair {
+            kind: "thymio2",
+            distance: 290.0,
+        };
+        live(&pairs(&[pair]), 2, speed, |playground| {
+            let (place, address) = (&playground.place, address(driven(0)));
+            let told: Value = serde_json::from_str(&place.good(&["robot", "ping", &address, "--json"])).unwrap();
+            let median = told["round_trip"]["median_ms"].as_f64().unwrap();
+            assert!(median < fastest, "x{speed}: {median} ms");
+            pause();
+            let mut witness = Client::connect(witness(0));
+            let before = nearness(&mut witness);
+            place.write("nearer.txt", format!("0.5 {0} {0}\n", 60.0 / f64::from(speed)));
+            place.good(&["robot", "drive", &address, "--commands", "nearer.txt"]);
+            let after = nearness(&mut witness);
+            eprintln!("x{speed}: median round trip {median} ms, from {before} to {after}");
+            assert!(
+                after > before + 8 * NOISE && after < CONTACT,
+                "x{speed}: {before} {after}"
+            );
+        });
+    }
+}
+
+/// Two robots behind a switch, which passes on what each says to all.
+#[test]
+fn robots_behind_a_switch_are_told_apart() {
+    if !in_a_network("robots_behind_a_switch_are_told_apart", "robots behind asebaswitch") {
+        return;
+    }
+    let world = ["thymio2", "e-puck"].map(|kind| Pair { kind, distance: 290.0 });
+    live(&pairs(&world), 4, 1, |playground| {
+        let targets = [0, 1].map(|pair| format!("tcp:localhost;{}", driven(pair)));
+        let (place, _switch) = (&playground.place, Switch::start(&targets));
+        let address = format!("aseba:127.0.0.1:{SWITCH}");
+        let ran = place.run(&["robot", "ping", &address]).exits(4);
+        ran.says(&["has several robots", "#1 (thymio-II), #3 (e-puck2)"]);
+        for (node, robot) in [(1, "Thymio II"), (3, "e-puck (Aseba)")] {
+            let told = place.good(&["robot", "ping", &format!("{address}#{node}"), "--json"]);
+            assert_eq!(serde_json::from_str::<Value>(&told).unwrap()["robot"], robot);
+        }
+        let mut witnesses = [0, 1].map(|pair| Client::connect(witness(pair)));
+        let before = witnesses.each_mut().map(nearness);
+        place.write("nearer.txt", "0.5 60 60\n");
+        place.good(&["robot", "drive", &format!("{address}#1"), "--commands", "nearer.txt"]);
+        let after = witnesses.each_mut().map(nearness);
+        assert!(after[0] > before[0] + 8 * NOISE, "{before:?} {after:?}");
+        assert!((after[1] - before[1]).abs() <= NOISE, "{before:?} {after:?}");
+        place.good(&["robot", "stop", &format!("{address}#3")]);
+    });
+}
