@@ -213,6 +213,27 @@ fn lives_are_recorded_and_not_lived_again() {
     refused.says(&["life 2: its table gives the fitness"]);
 }
 
+/// A Khepera at 9600 baud, where sensors, odometers and a command take 92 ms together.
+#[test]
+fn a_slow_link_is_fast_enough_for_cycles_of_100_ms() {
+    let place = placed("slow", 50);
+    let body = Body::default();
+    let address = robots::khepera_at(9600, true, &body);
+    place.run(&arguments(&address, &[])).exits(0);
+    let index = Table::read(&place, "lives/lives.csv");
+    for life in index.column("life") {
+        let table = Table::read(&place, &format!("lives/life-{life}.csv"));
+        let mut ages = table.numbers("age_ms");
+        ages.sort_by(f32::total_cmp);
+        let late = ["late_min_ms", "late_median_ms", "late_99_ms", "late_max_ms"]
+            .map(|name| index.numbers(name)[life.parse::<usize>().unwrap() - 1]);
+        eprintln!("late by {late:?} ms; age {} ms, at most {} ms", ages[25], ages[49]);
+        assert!(late[1] < 60.0, "{late:?}");
+        // The exchange itself takes 52 ms, and the next one begins up to 92 ms later.
+        assert!(ages[49] < 300.0, "{ages:?}");
+    }
+}
+
 /// Killed in the middle of a life: the wheels stand, and the next call lives that life again, and none that was complete.
 #[test]
 fn only_the_life_that_was_cut_short_is_lived_again() {

@@ -5,6 +5,7 @@ use oneiro::compose::Scalar;
 
 use super::*;
 use crate::lives::measures;
+use crate::reality::wired::logbook;
 use crate::{record, runs, studies, sweep};
 
 /// All directories, each with all that it may hold.
@@ -19,6 +20,7 @@ fn page() -> String {
         ("A run of a swarm", record::contents(swarm, false)),
         ("A sweep of single robots", of_single),
         ("A sweep of swarms", of_swarms),
+        ("Lives on a robot", logbook::all_contents()),
         ("The 1995 study", of_1995),
         ("The 2014 study", of_2014),
     ];
