@@ -1,6 +1,8 @@
 //! `oneiro evaluate --robot`: lives on a robot at the end of a wire, which keeps its last speed for ever.
 #![cfg(unix)]
 
+use std::fs::File;
+use std::io::Write;
 use std::net::UdpSocket;
 use std::process::Stdio;
 use std::sync::Arc;
@@ -12,6 +14,7 @@ use oneiro::cpu::Cpu;
 use oneiro::random::Key;
 use oneiro::reported::Reported;
 use oneiro::world::WorldSpec;
+use serialport::SerialPort;
 
 #[allow(dead_code, reason = "other tests use the rest")]
 mod peers;
@@ -213,6 +216,27 @@ fn lives_are_recorded_and_not_lived_again() {
     refused.says(&["life 2: its table gives the fitness"]);
 }
 
+/// A Khepera at 9600 baud, where sensors, odometers and a command take 92 ms together.
+#[test]
+fn a_slow_link_is_fast_enough_for_cycles_of_100_ms() {
+    let place = placed("slow", 50);
+    let body = Body::default();
+    let address = robots::khepera_at(9600, true, &body);
+    place.run(&arguments(&address, &[])).exits(0);
+    let index = Table::read(&place, "lives/lives.csv");
+    for life in index.column("life") {
+        let table = Table::read(&place, &format!("lives/life-{life}.csv"));
+        let mut ages = table.numbers("age_ms");
+        ages.sort_by(f32::total_cmp);
+        let late = ["late_min_ms", "late_median_ms", "late_99_ms", "late_max_ms"]
+            .map(|name| index.numbers(name)[life.parse::<usize>().unwrap() - 1]);
+        eprintln!("late by {late:?} ms; age {} ms, at most {} ms", ages[25], ages[49]);
+        assert!(late[1] < 20.0, "{late:?}");
+        // The exchange itself takes 52 ms, and the next one begins up to 92 ms later.
+        assert!(ages[49] < 300.0, "{ages:?}");
+    }
+}
+
 /// Killed in the middle of a life: the wheels stand, and the next call lives that life again, and none that was complete.
 #[test]
 fn only_the_life_that_was_cut_short_is_lived_again() {
@@ -368,6 +392,68 @@ fn a_tracker_says_where_the_robot_is() {
         assert!(x.iter().all(|x| (300.0..1000.0).contains(x)) && x.is_sorted(), "{x:?}");
         assert!(table.numbers("y_mm").iter().all(|y| *y == 250.5));
         assert!(table.numbers("heading_turns").iter().all(|heading| *heading == 0.125));
+    }
+}
+
+/// Somebody at a terminal puts the robot where the simulator starts the same life.
+#[test]
+fn lives_can_begin_where_somebody_puts_the_robot() {
+    let place = placed("hand", 5);
+    let body = Body::default();
+    let address = robots::khepera(&body);
+    let (mut terminal, slave) = serialport::TTYPort::pair().unwrap();
+    let input = File::options().read(true).write(true).open(slave.name().unwrap());
+    let arguments = arguments(&address, &["--between", "hand", "--common-starts"]);
+    let mut command = place.command(&arguments);
+    let program = command
+        .stdin(input.unwrap())
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn();
+    let program = program.unwrap();
+    let rows = || {
+        place
+            .at("lives/lives.csv")
+            .exists()
+            .then(|| Table::read(&place, "lives/lives.csv").rows.len())
+    };
+    wait("the index", LONG, || rows() == Some(0));
+    // It waits, however long that takes.
+    thread::sleep(Duration::from_secs(3));
+    assert!(stands(&body) && rows() == Some(0));
+    wait("all lives", LONG, || {
+        terminal.write_all(b"\n").unwrap();
+        thread::sleep(Duration::from_millis(200));
+        let index = Table::read(&place, "lives/lives.csv");
+        index.column("status") == ["complete"; 4]
+    });
+    let ran = place::Ran::new(&["evaluate"], &program.wait_with_output().unwrap()).exits(0);
+    let ran = ran.says(&[
+        "and the time to put it at each start",
+        "put the robot at x = ",
+        "; then press Enter",
+    ]);
+    assert_eq!(ran.stderr.matches("then press Enter").count(), 4);
+    let traces = [
+        "evaluate",
+        "short.toml",
+        "--genomes",
+        "genomes.csv",
+        "--trials",
+        "2",
+        "--common-starts",
+    ];
+    place.good(&[&traces[..], &["--traces", "traces"]].concat());
+    let index = Table::read(&place, "lives/lives.csv");
+    for (life, trace) in ["trace-0-0", "trace-0-1", "trace-1-0", "trace-1-1"].iter().enumerate() {
+        let simulated = Table::read(&place, &format!("traces/{trace}.csv"));
+        for (own, name) in [
+            ("start_x_mm", "x_mm"),
+            ("start_y_mm", "y_mm"),
+            ("start_heading_turns", "heading_turns"),
+        ] {
+            assert_eq!(index.numbers(own)[life], simulated.numbers(name)[0], "{trace}, {name}");
+        }
     }
 }
 

@@ -222,8 +222,8 @@ pub(crate) struct Evaluate {
 /// Lives on a robot, of `oneiro evaluate`.
 #[derive(Args, Debug)]
 pub(crate) struct OnRobot {
-    /// Live on a robot instead of in the simulation: at an address of `oneiro robot list`, such as serial:/dev/ttyUSB0, or on
-    /// the surrogate of a Khepera, such as surrogate:1
+    /// Live on a robot instead of in the simulation: at an address of `oneiro robot list`, such as `serial:/dev/ttyUSB0`, or
+    /// on the surrogate of a Khepera, such as `surrogate:1`
     #[arg(long, value_name = "ADDRESS", conflicts_with_all = ["starts", "noise", "measures", "traces"])]
     pub(crate) robot: Option<String>,
     /// Record lives on a robot in this directory. Those that are complete there are not lived again
@@ -238,17 +238,17 @@ pub(crate) struct OnRobot {
     /// Speed of a robot's wheel at the controller's greatest output, mm/s [default: the experiment's; 80 for sampled motors]
     #[arg(long, value_name = "MM_S", requires = "lives", value_parser = top_speed)]
     pub(crate) speed: Option<f64>,
-    /// Read a sensor of the experiment from one of the robot that has another name, such as left_90=prox_5. May be repeated
+    /// Read a sensor of the experiment from one of the robot that has another name, such as `left_90=prox_5`. May be repeated
     #[arg(long = "sensor", value_name = "NAME=NAME", requires = "lives", value_parser = pair)]
     pub(crate) sensors: Vec<(String, String)>,
-    /// Listen here to a tracker that says where the robot is, such as udp:0.0.0.0:5005#1 for its robot 1 [default: its odometers]
+    /// Listen here to a tracker that says where the robot is, such as `udp:0.0.0.0:5005#1` for its robot 1 [default: its odometers]
     #[arg(long, value_name = "ADDRESS", requires = "lives")]
     pub(crate) tracker: Option<String>,
     /// Age of a tracker's last sighting from which the robot counts as lost, and is stopped, 50 to 2000 ms
     #[arg(long, value_name = "MS", default_value_t = 300, requires = "tracker",
         value_parser = clap::value_parser!(u64).range(50..=2000))]
     pub(crate) tracker_age: u64,
-    /// Set a value of the guard, such as expiry_ms=200. May be repeated; docs/robots-on-the-wire.md lists them
+    /// Set a value of the guard, such as `expiry_ms=200`. May be repeated; docs/robots-on-the-wire.md lists them
     #[arg(long, value_name = "KEY=VALUE", requires = "lives")]
     pub(crate) guard: Vec<String>,
     /// How much a surrogate differs from the simulator made from its samples, 0 to 2

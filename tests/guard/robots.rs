@@ -14,8 +14,13 @@ const GLANCE: Duration = Duration::from_millis(5);
 
 /// Starts a Khepera with turning wheels. It answers each line with a line.
 pub(crate) fn khepera(body: &Body) -> String {
+    khepera_at(38_400, false, body)
+}
+
+/// The same at some baud rate. If it is slow, its lines take the time that they have at this rate, with 11 bits for each byte.
+pub(crate) fn khepera_at(baud: u32, is_slow: bool, body: &Body) -> String {
     let (mut port, slave) = TTYPort::pair().unwrap();
-    let address = format!("serial:{}@38400", slave.name().unwrap());
+    let address = format!("serial:{}@{baud}", slave.name().unwrap());
     // One at a time can open it; until then, reading fails.
     drop(slave);
     body.set([5, -5]);
@@ -42,6 +47,10 @@ pub(crate) fn khepera(body: &Body) -> String {
             }
             let line = String::from_utf8_lossy(&std::mem::take(&mut heard)).into_owned();
             let answer = answer(&body, &line);
+            if is_slow {
+                let bits = 11 * (line.len() + 1 + answer.len());
+                thread::sleep(Duration::from_secs_f64(bits as f64 / f64::from(baud)));
+            }
             if !Body::is(&body.is_mad) {
                 let _ = port.write_all(answer.as_bytes());
             }

@@ -5,7 +5,7 @@ use oneiro::compose::Scalar;
 
 use super::*;
 use crate::lives::measures;
-use crate::reality::wired;
+use crate::reality::wired::logbook;
 use crate::{commands, record, runs, studies, sweep};
 
 /// All directories, each with all that it may hold.
@@ -20,7 +20,7 @@ fn page() -> String {
         ("A run of a swarm", record::contents(swarm, false)),
         ("A sweep of single robots", of_single),
         ("A sweep of swarms", of_swarms),
-        ("Lives on a robot", wired::contents()),
+        ("Lives on a robot", logbook::all_contents()),
         ("A calibration", commands::calibrate::contents()),
         ("The 1995 study", of_1995),
         ("The 2014 study", of_2014),

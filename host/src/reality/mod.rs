@@ -11,6 +11,7 @@ pub(crate) mod wired;
 
 use oneiro::batch::Trace;
 use oneiro::evaluator;
+use oneiro::parameter::Invalid;
 use oneiro::random::Key;
 use serde::{Deserialize, Serialize};
 
@@ -163,6 +164,12 @@ impl From<evaluator::Error> for Trouble {
             evaluator::Error::Cancelled => Self::Stopped,
             error => Self::Broken(error.to_string()),
         }
+    }
+}
+
+impl From<Invalid> for Trouble {
+    fn from(invalid: Invalid) -> Self {
+        Self::Broken(invalid.to_string())
     }
 }
 

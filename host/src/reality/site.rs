@@ -52,7 +52,7 @@ impl Wired {
     /// A robot that is not connected yet. The guard has these settings, each written `KEY=VALUE`.
     pub(crate) fn new(wire: Wire, values: wired::Values, guard: &[String], console: Console) -> Self {
         // Simulated wheels obey at once; a later setting replaces this one.
-        let mut settings = vec!["acceleration_mm_s2=4000".to_owned()];
+        let mut settings = vec!["acceleration_mm_s2=10000".to_owned()];
         settings.extend_from_slice(guard);
         Self {
             wire,

@@ -3,7 +3,7 @@
 //! the record of the life.
 
 mod late;
-mod logbook;
+pub(crate) mod logbook;
 mod senses;
 
 use std::f64::consts::TAU;
@@ -15,7 +15,7 @@ use oneiro::batch::{Batch, Rollout, Trace, TraceRequest};
 use oneiro::cpu::Cpu;
 use oneiro::differential::Build;
 use oneiro::evaluator::{Control, Evaluator};
-use oneiro::parameter::{Choice, Choices, Invalid};
+use oneiro::parameter::{Choice, Choices};
 use oneiro::reported::{self, Reported};
 use oneiro::world::{World, WorldSpec};
 
@@ -93,12 +93,6 @@ impl Values {
 /// A sensor of a kind that no robot on a wire has.
 pub(crate) fn kinds(spec: &WorldSpec) -> std::result::Result<Vec<Kind>, String> {
     senses::kinds(spec)
-}
-
-/// Files of a directory of lives.
-#[cfg(test)]
-pub(crate) fn contents() -> Vec<crate::contents::Entry> {
-    logbook::all_contents()
 }
 
 /// Lives in a world, on any vehicle with the same profile.
@@ -291,9 +285,8 @@ impl Lives {
             let longer = Reported::new(&WorldSpec {
                 cycles: self.spec.cycles + 1,
                 ..self.spec.clone()
-            })
-            .map_err(broken)?;
-            let cycles = [&done.cycles[..], &[last.clone()]].concat();
+            })?;
+            let cycles = [&done.cycles[..], std::slice::from_ref(last)].concat();
             trace = told(&longer, &mut self.cpu, life, start, &cycles)?.1;
         }
         Ok(Lived {
@@ -338,7 +331,7 @@ impl Lives {
             key: life.key,
         };
         let trace = Some(TraceRequest { every: 1 });
-        let batch = Batch::new(&[world.map_err(broken)?], &[rollout], trace).map_err(broken)?;
+        let batch = Batch::new(&[world?], &[rollout], trace)?;
         let outcome = self.cpu.evaluate(&batch, &Control::new())?;
         let record = outcome.traces.first().and_then(|trace| trace.first());
         let record = record.ok_or_else(|| Trouble::Broken("a life without a trace".into()))?;
@@ -381,7 +374,7 @@ impl Lives {
         start: [f32; 3],
         late: &mut Vec<f64>,
     ) -> std::result::Result<Done, Trouble> {
-        let mut told = self.reported.begin(life.genes, life.key, start).map_err(broken)?;
+        let mut told = self.reported.begin(life.genes, life.key, start)?;
         let mut cycles = Vec::new();
         // The guard lets it move before the first look.
         vehicle.drive([0.0; 2])?;
@@ -440,7 +433,7 @@ fn told(
     start: [f32; 3],
     cycles: &[Cycle],
 ) -> std::result::Result<(f32, Trace), Trouble> {
-    let mut told = world.begin(life.genes, life.key, start).map_err(broken)?;
+    let mut told = world.begin(life.genes, life.key, start)?;
     let mut trace = Trace::default();
     for Cycle { activations, end } in cycles {
         if told.speeds(cpu, activations).map_err(failed)?.is_none() {
@@ -489,13 +482,9 @@ fn milliseconds(time: Duration) -> f64 {
     1000.0 * time.as_secs_f64()
 }
 
-fn broken(invalid: Invalid) -> Trouble {
-    Trouble::Broken(invalid.to_string())
-}
-
 fn failed(error: reported::Error) -> Trouble {
     match error {
-        reported::Error::Invalid(invalid) => broken(invalid),
+        reported::Error::Invalid(invalid) => invalid.into(),
         reported::Error::Device(error) => error.into(),
     }
 }

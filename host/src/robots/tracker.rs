@@ -219,10 +219,8 @@ mod tests {
         let tracker = Tracker::listen(&values, 200.0).unwrap();
         assert_eq!(tracker.pose(), None);
         let sender = UdpSocket::bind("127.0.0.1:0").unwrap();
-        let mut text = String::new();
-        for (t, heading) in [(1.0, -0.25), (1.1, 1.25)] {
-            text += &format!("{{\"id\":1,\"t\":{t},\"x\":10,\"y\":20,\"heading\":{heading}}}\n");
-        }
+        let line = |(t, heading)| format!("{{\"id\":1,\"t\":{t},\"x\":10,\"y\":20,\"heading\":{heading}}}\n");
+        let text = [(1.0, -0.25), (1.1, 1.25)].map(line).concat();
         sender.send_to(text.as_bytes(), free).unwrap();
         let start = wall();
         while tracker.pose() != Some([10.0, 20.0, 0.25]) {

@@ -353,20 +353,7 @@ impl Logbook {
 
     /// Columns of the lives' tables.
     fn columns(&self) -> Vec<Column> {
-        let [raw, own] = &self.names;
-        let raw = raw
-            .iter()
-            .map(|name| Column::number("", "", "what the robot's sensor read").named(format!("raw_{name}")));
-        let own = own
-            .iter()
-            .map(|name| Column::number("", "0 to 1", "the activation").named(name.clone()));
-        BEFORE
-            .iter()
-            .cloned()
-            .chain(raw)
-            .chain(own)
-            .chain(AFTER.iter().cloned())
-            .collect()
+        columns(&self.names)
     }
 
     /// Writes the index.
@@ -410,18 +397,27 @@ static AFTER: [Column; 8] = [
     Column::number("reward", "", "what the task gave for the cycle"),
 ];
 
-/// Files of a directory of lives on some robot.
+/// Columns of a life's table: the robot's names and the world's of what is sensed.
+fn columns([raw, own]: &[Vec<String>; 2]) -> Vec<Column> {
+    let raw = raw
+        .iter()
+        .map(|name| Column::number("", "", "what the robot's sensor read").named(format!("raw_{name}")));
+    let own = own
+        .iter()
+        .map(|name| Column::number("", "0 to 1", "the activation").named(name.clone()));
+    BEFORE
+        .iter()
+        .cloned()
+        .chain(raw)
+        .chain(own)
+        .chain(AFTER.iter().cloned())
+        .collect()
+}
+
+/// Files of any directory of lives.
 #[cfg(test)]
-pub(super) fn all_contents() -> Vec<Entry> {
-    let columns = [
-        &BEFORE[..],
-        &[
-            Column::number("raw_SENSOR", "", "what the robot's sensor read"),
-            Column::number("SENSOR", "0 to 1", "the activation"),
-        ],
-        &AFTER,
-    ];
-    contents(&columns.concat())
+pub(crate) fn all_contents() -> Vec<Entry> {
+    contents(&columns(&[["NAME".to_owned()].into(), ["NAME".to_owned()].into()]))
 }
 
 /// Files of a directory of lives.

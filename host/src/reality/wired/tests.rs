@@ -420,7 +420,7 @@ fn lives_start_where_the_driving_about_has_ended() {
     lives
         .live(&mut mock, &[life(&genes, 0), life(&genes, 1)], false)
         .unwrap();
-    assert_eq!(mock.now - begin, Duration::from_millis(2 * (2000 + 300)));
+    assert_eq!(mock.now.saturating_sub(begin), Duration::from_millis(2 * (2000 + 300)));
     let starts = ["start_x_mm", "start_y_mm"].map(|name| place.column("lives.csv", name));
     assert_ne!(starts[0][0], starts[0][1]);
     assert!(starts.iter().all(|start| start[0] != "750"));
@@ -432,7 +432,7 @@ fn lives_start_where_the_driving_about_has_ended() {
         ..life(&genes, number)
     };
     lives.live(&mut mock, &[at(here, 2)], false).unwrap();
-    assert_eq!(mock.now - begin, Duration::from_millis(300));
+    assert_eq!(mock.now.saturating_sub(begin), Duration::from_millis(300));
     let trouble = lives
         .live(&mut mock, &[at([100.0, 200.0, 0.25], 3)], false)
         .unwrap_err();

@@ -1,6 +1,5 @@
 //! A robot behind the guard's process, on the real clock.
 
-use std::mem;
 use std::path::PathBuf;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -81,7 +80,7 @@ impl Guarded {
     /// How long the guard may take to stop the robot, or to let it move.
     const ANSWER: Duration = Duration::from_secs(3);
     /// How long a robot may wait for somebody if there is no terminal.
-    const PATIENCE: Duration = Duration::from_secs(600);
+    const PATIENCE: Duration = Duration::from_mins(10);
     /// Between two attempts to go on without a terminal.
     const PAUSE: Duration = Duration::from_secs(1);
     /// How long a robot that was put back stands still, so that a hand can be taken away.
@@ -325,7 +324,10 @@ impl Guarded {
         }
         let all = || self.readings.iter().chain(travel);
         let at = all().map(|told| told.at).max().unwrap_or_else(wall);
-        let age = all().map(|told| at - told.at + told.age).max().unwrap_or_default();
+        let age = all()
+            .map(|told| at.saturating_sub(told.at) + told.age)
+            .max()
+            .unwrap_or_default();
         let moment = Moment {
             at,
             age,
@@ -433,7 +435,7 @@ impl Vehicle for Guarded {
                 continue;
             }
             let is_there = self.person().is_there();
-            if mem::replace(&mut asked, Some(trouble.to_string())) != asked {
+            if asked.replace(trouble.to_string()) != asked {
                 self.person().has_answered();
                 let when = if is_there { "; then press Enter" } else { "" };
                 console.ask(format!("{trouble}{when}"));
