@@ -100,8 +100,8 @@ impl Khepera {
                 let cell = SensorTables::khepera().classes[0]
                     .cell(state.row * 180 + bearing)
                     .to_vec();
-                let readings: String = cell.iter().map(|reading| format!(",{reading}")).collect();
-                format!("n{readings}\r\n")
+                let fields: Vec<String> = cell.iter().map(u16::to_string).collect();
+                format!("n,{}\r\n", fields.join(","))
             }
             ["H"] => format!("h,{},{}\r\n", state.counts[0].floor(), state.counts[1].floor()),
             _ => "z,Protocol error\r\n".into(),

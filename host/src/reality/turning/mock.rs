@@ -90,11 +90,11 @@ impl Mock {
     }
 
     fn pass(&mut self, time: Duration) {
+        const STEP: f64 = 1e-3;
         if let Some(put) = self.hands.lock().unwrap().take() {
             (self.class, self.row) = put.map_or((None, 0), |(class, row)| (Some(class), row));
             (self.heading, self.place, self.travel) = (0.0, [0.0; 2], [0.0; 2]);
         }
-        const STEP: f64 = 1e-3;
         let steps = (time.as_secs_f64() / STEP).round() as u32;
         for _ in 0..steps {
             let [left, right] = self.speeds.map(|speed| if self.is_stuck { 0.0 } else { speed * STEP });

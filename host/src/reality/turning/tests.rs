@@ -6,7 +6,7 @@ use super::mock::Mock;
 use super::*;
 use crate::robots::guard::message::Sensors;
 
-const GOES_ON: AtomicBool = AtomicBool::new(false);
+static GOES_ON: AtomicBool = AtomicBool::new(false);
 
 /// Measures how a mock turns, and takes all its rows.
 fn rows(mock: &mut Mock, aside: usize) -> Turning {

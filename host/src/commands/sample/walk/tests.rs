@@ -6,7 +6,7 @@ use super::*;
 use crate::console::Output;
 use crate::reality::turning::mock::{Hands, Mock};
 
-pub(super) const GOES_ON: AtomicBool = AtomicBool::new(false);
+pub(super) static GOES_ON: AtomicBool = AtomicBool::new(false);
 
 /// A directory that is removed at the end.
 pub(super) struct Scratch(pub(super) PathBuf);
