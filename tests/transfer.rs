@@ -489,4 +489,5 @@ fn champions_of_the_sampled_robot_live_in_the_simulator() {
     let [undo, slide, own] = means[..] else { unreachable!() };
     eprintln!("undo {undo:.1}, slide {slide:.1}, evolved in the simulator {own:.1}");
     eprintln!("shares of the last: undo {:.3}, slide {:.3}", undo / own, slide / own);
+    assert!(undo.min(slide) >= 0.9 * own);
 }

@@ -23,6 +23,7 @@ pub(crate) const FIRST_PORT: u16 = 33333;
 
 /// Runs the calling test again in a network namespace that has nothing but the loopback device. Returns whether this is
 /// that run.
+#[track_caller]
 pub(crate) fn in_a_network(test: &str, untested: &str) -> bool {
     if env::var_os(INSIDE).is_some() {
         return true;
