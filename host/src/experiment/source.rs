@@ -381,6 +381,10 @@ fn plain(message: &str) -> String {
                 "is too large; allowed: whole numbers up to 9223372036854775807",
             )
             .replace(
+                "u64 value was too large",
+                "is too large; allowed: whole numbers up to 9223372036854775807",
+            )
+            .replace(
                 "floating-point number overflowed",
                 "is too large; allowed: numbers up to 1.7e308",
             )

@@ -371,8 +371,9 @@ fn thymio_of(version: u16) -> Valid {
                     let values = memory.get(usize::from(*start)..end)?;
                     Some(from(1, 0x9005, &words(&[&[*start], values].concat())))
                 }
-                (0xa00c, [_, address, value]) => {
-                    *memory.get_mut(usize::from(*address))? = *value;
+                (0xa00c, [_, address, values @ ..]) => {
+                    let first = usize::from(*address);
+                    memory.get_mut(first..first + values.len())?.copy_from_slice(values);
                     None
                 }
                 _ => None,
