@@ -242,6 +242,14 @@ pub(crate) trait Robot: Send {
         self.stop()
     }
 
+    /// Lets the robot itself stop its wheels when commands cease to come, from the next one on, where it can do that.
+    ///
+    /// # Errors
+    /// The link fails.
+    fn arm(&mut self) -> Result {
+        Ok(())
+    }
+
     /// Switches a light of the description.
     ///
     /// # Errors

@@ -125,6 +125,8 @@ pub(crate) struct Thymio {
     node: Node,
     body: &'static Body,
     description: Description,
+    /// Whether it is to stop by itself, and whether it does; none if that has not been tried since it was connected.
+    is_to_stop: bool,
     fuse: Option<Armed>,
 }
 
@@ -150,6 +152,7 @@ impl Thymio {
             network,
             node,
             body,
+            is_to_stop: false,
             fuse: None,
         };
         robot.begin()?;
@@ -165,6 +168,9 @@ impl Thymio {
 
     /// Gives the robot its fuse, if it can have one and has none.
     fn armed(&mut self) -> Result<Armed> {
+        if !self.is_to_stop {
+            return Ok(Armed::Without);
+        }
         if let Some(armed) = self.fuse {
             return Ok(armed);
         }
@@ -183,6 +189,14 @@ impl Thymio {
         };
         self.fuse = Some(armed);
         Ok(armed)
+    }
+
+    /// Tells the fuse, if there is one, that nothing is wanted any more, without waiting for an answer.
+    fn put_out(&mut self) -> Result {
+        match self.fuse {
+            Some(Armed::With(fuse)) => self.network.put(self.node.id, &fuse.out()),
+            _ => Ok(()),
+        }
     }
 
     /// Keeps the wheels at these speeds, until the fuse has burnt down.
@@ -306,9 +320,7 @@ impl Robot for Thymio {
     }
 
     fn stop(&mut self) -> Result {
-        if let Some(Armed::With(fuse)) = self.fuse {
-            self.network.put(self.node.id, &fuse.out())?;
-        }
+        self.put_out()?;
         if !*self.network.in_step() {
             // Getting back in step may fail: the robot must have heard of the stop before.
             self.network.put(self.node.id, &self.targets([0; 2]))?;
@@ -321,6 +333,11 @@ impl Robot for Thymio {
                 },
                 error => error,
             })
+    }
+
+    fn arm(&mut self) -> Result {
+        self.is_to_stop = true;
+        self.armed().map(drop)
     }
 
     fn light(&mut self, light: usize, _: bool) -> Result {
@@ -354,10 +371,16 @@ impl Robot for Thymio {
             .lacks("odometers", "sensors of wheel_speed, if it has them"))
     }
 
+    /// Ends the fuse too, which would keep other programs from setting the motors' targets.
+    fn close(mut self: Box<Self>) -> Result {
+        self.begin()
+    }
+
     fn reconnect(&mut self) -> Result {
         let before = self.description.robot.clone();
         self.network.reopen()?;
         // The wheels turn until they are told: to find the robot takes a third of a second.
+        self.put_out()?;
         self.network.put(self.node.id, &self.targets([0; 2]))?;
         // Addresses may have changed with the firmware.
         let (node, body) = find(&mut self.network, Some(self.node.id))?;

@@ -67,7 +67,13 @@ pub(crate) fn run(options: Options) -> io::Result<u8> {
     reports.send(Report::Hello { version: VERSION });
     listen(inbox.clone());
     let tell = move |event| drop(inbox.send(Input::Robot(event)));
-    let (wheels, thread) = Wheels::start(options.wire, options.recording, options.wanted, tell);
+    let (wheels, thread) = Wheels::start(
+        options.wire,
+        options.recording,
+        options.wanted,
+        options.values.fuse(),
+        tell,
+    );
     let process = Process {
         heard: Heard::new(options.values.clone()),
         values: options.values,

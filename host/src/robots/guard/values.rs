@@ -22,7 +22,7 @@ pub(crate) struct Row {
 }
 
 /// All values, in the order of the documents.
-pub(crate) const ROWS: [Row; 9] = [
+pub(crate) const ROWS: [Row; 10] = [
     Row {
         key: "expiry_ms",
         unit: "ms",
@@ -96,6 +96,15 @@ pub(crate) const ROWS: [Row; 9] = [
         field: |values| &mut values.lifted,
     },
     Row {
+        key: "fuse",
+        unit: "",
+        default: 1.0,
+        range: (0.0, 1.0),
+        meaning: "1 gives a Thymio II a program that stops its wheels when no command has come for 0.5 s of its own clock. 0 is for simulators that run faster",
+        source: "ours",
+        field: |values| &mut values.fuse,
+    },
+    Row {
         key: "give_up_s",
         unit: "s",
         default: 60.0,
@@ -119,6 +128,7 @@ pub(crate) struct Values {
     pub(crate) acceleration_mm_s2: f64,
     errors: f64,
     lifted: f64,
+    fuse: f64,
     give_up_s: f64,
 }
 
@@ -133,6 +143,7 @@ impl Default for Values {
             acceleration_mm_s2: 0.0,
             errors: 0.0,
             lifted: 0.0,
+            fuse: 0.0,
             give_up_s: 0.0,
         };
         for row in &ROWS {
@@ -200,6 +211,11 @@ impl Values {
     /// Whether a lifted robot is stopped.
     pub(crate) fn lifted(&self) -> bool {
         self.lifted > 0.5
+    }
+
+    /// Whether a robot that can gets a program that stops it.
+    pub(crate) fn fuse(&self) -> bool {
+        self.fuse > 0.5
     }
 
     /// How long to try to stop before giving up.

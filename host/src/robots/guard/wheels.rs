@@ -80,6 +80,7 @@ impl Wheels {
         wire: Wire,
         recording: Option<Recording>,
         wanted: Wanted,
+        fuse: bool,
         tell: impl Fn(Event) + Send + 'static,
     ) -> (Self, thread::JoinHandle<Option<String>>) {
         let wheels = Self(Arc::new(Shared {
@@ -89,7 +90,7 @@ impl Wheels {
         }));
         let shared = Arc::clone(&wheels.0);
         let thread = thread::spawn(move || {
-            match connected(&wire, recording.as_ref(), &shared.brake, &wanted.kinds) {
+            match connected(&wire, recording.as_ref(), &shared.brake, &wanted.kinds, fuse) {
                 Ok((robot, kinds)) => Hands::new(robot, Wanted { kinds, ..wanted }, shared, tell).work(),
                 Err(error) => tell(Event {
                     at: wall(),
@@ -149,12 +150,18 @@ fn connected(
     recording: Option<&Recording>,
     brake: &Brake,
     kinds: &[Kind],
+    fuse: bool,
 ) -> Result<(Box<dyn Robot>, Vec<Kind>)> {
     let mut robot = robots::connect_braked(wire, recording, brake)?;
     let all = || robot.description().sensors.iter().map(|group| group.kind).collect();
     let kinds = if kinds.is_empty() { all() } else { kinds.to_vec() };
     match robot.description().groups(&kinds) {
-        Ok(_) => Ok((robot, kinds)),
+        Ok(_) => {
+            if fuse {
+                robot.arm()?;
+            }
+            Ok((robot, kinds))
+        }
         // The lack is worse to know than a stop that failed, which connecting has just done.
         Err(lack) => robot.stop().and(Err(lack)),
     }
@@ -280,12 +287,23 @@ impl<T: Fn(Event)> Hands<T> {
                 Order::Stop(number) if number != stopped => Some(Self::ATTEMPTS[attempts % Self::ATTEMPTS.len()]),
                 _ => None,
             };
-            let Some(order) = self.shared.take(limit) else { return };
+            let Some(order) = self.shared.take(limit) else {
+                return self.leave();
+            };
             match order {
                 Order::Stop(number) if number != self.stopped => self.stop(number),
                 Order::Stop(_) => self.keep([0.0; 2]),
                 Order::Drive(speeds) => self.keep(speeds),
             }
+        }
+    }
+
+    /// Leaves the robot as it was found, if its wheels stand.
+    fn leave(self) {
+        if self.attempts == 0 {
+            self.shared.brake.release(Some(wall() + Self::ATTEMPTS[0]));
+            // It stands: nothing depends on it.
+            let _ = self.robot.close();
         }
     }
 

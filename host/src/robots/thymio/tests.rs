@@ -235,6 +235,7 @@ fn a_robot_that_can_stop_by_itself_gets_a_fuse_before_it_moves() {
         driven(1, 0, 0),
     ];
     let mut robot = connect(steps.concat(), None).unwrap();
+    robot.arm().unwrap();
     robot.drive(100, -100).unwrap();
     robot.drive(5, 5).unwrap();
     robot.stop().unwrap();
@@ -249,6 +250,7 @@ fn a_fuse_that_does_not_burn_is_a_restart() {
     for broken in [lit(5, 5, 2), broken] {
         let steps = [with_events(), loaded(), broken, begun(1), loaded(), lit(6, 6, 0)];
         let mut robot = connect(steps.concat(), None).unwrap();
+        robot.arm().unwrap();
         assert_eq!(robot.drive(5, 5), Err(Error::Restarted));
         robot.drive(6, 6).unwrap();
     }
