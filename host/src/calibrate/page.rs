@@ -2,6 +2,7 @@
 
 use super::Calibration;
 use super::readings::{Errors, RANGES, SensorErrors};
+use crate::console::counted;
 use crate::report::figures::{Band, Panel, Spread, escaped, grid};
 use crate::report::numbers::{shown, significant};
 use crate::report::page::{Cell, Head, Row, Section, document, facts, figure, paragraph, table};
@@ -10,7 +11,7 @@ use crate::statistics::{mean, quantile};
 /// Bins of predicted activations in the figure.
 const BINS: usize = 10;
 /// Panels of the figure side by side.
-const ABREAST: usize = 3;
+const ABREAST: usize = 4;
 const COLOUR: &str = "#2b3a8f";
 
 /// The page as HTML. `settings` is what [`Calibration::settings`] gives.
@@ -22,8 +23,9 @@ pub(crate) fn page(name: &str, calibration: &Calibration, settings: &str) -> Str
         ..
     } = calibration;
     let lead = paragraph(&format!(
-        "How well the simulator of {name} predicts the robot, by {cycles} cycles of {lives} logged lives. Errors are what the robot read, \
-         as an activation from 0 to 1, minus what the simulator reads at the same place."
+        "How well the simulator of {name} predicts the robot, by {cycles} cycles of {}. Errors are what the robot read, \
+         as an activation from 0 to 1, minus what the simulator reads at the same place.",
+        counted(*lives as u32, "recorded life", "recorded lives")
     ));
     let age = facts(&[
         ("cycles compared", readings.compared.to_string()),
@@ -44,12 +46,12 @@ pub(crate) fn page(name: &str, calibration: &Calibration, settings: &str) -> Str
         &heads(),
         &readings.sensors.iter().map(row).collect::<Vec<_>>(),
     );
+    let lines = settings.lines().map(|line| escaped(line) + "\n").collect::<String>();
     let settings = format!(
-        "{}<pre>{}</pre>\n",
+        "{}<pre>{lines}</pre>\n",
         paragraph(
             "An experiment with these has a simulator whose errors are spread as the robot's. Nothing has been changed."
         ),
-        escaped(settings)
     );
     let section = |id: &'static str, title: &'static str, body: String| Section {
         id: id.into(),
