@@ -56,13 +56,26 @@ struct Sighting {
     heading: f64,
 }
 
+/// A place where the robot was seen, when, and by how many sightings in a row.
+#[derive(Clone, Copy, Debug)]
+struct Place {
+    sighting: Sighting,
+    at: Duration,
+    sightings: u32,
+}
+
 /// What a robot's sightings were.
 #[derive(Debug)]
 struct Seen {
     id: u64,
     /// Greatest speed of the robot, mm/s.
     speed: f64,
-    last: Option<(Sighting, Duration)>,
+    /// Age of the last sighting from which the robot counts as lost.
+    limit: Duration,
+    /// Where it is.
+    last: Option<Place>,
+    /// Where else it was seen, which may be a mistake.
+    other: Option<Place>,
 }
 
 impl Seen {
@@ -72,9 +85,12 @@ impl Seen {
     const RESTART: f64 = 1.0;
     /// Farthest from the origin, mm: a hundred metres.
     const FARTHEST: f64 = 1e5;
+    /// Sightings in a row, each within reach of the one before, that show where a robot is of which that was not known.
+    const CERTAIN: u32 = 3;
 
     /// Takes a line that has come now. One that is no sighting of the robot is dropped, and so are sightings out of order, beyond
-    /// all rooms, or farther from the last one than the robot can have driven since.
+    /// all rooms, or farther from the last one than the robot can have driven since. Where a robot is that was lost, or was never
+    /// seen, several sightings in a row must show.
     fn take(&mut self, line: &[u8], now: Duration) {
         let Ok(sighting) = serde_json::from_slice::<Sighting>(line) else {
             return;
@@ -84,14 +100,54 @@ impl Seen {
         if id != self.id || !is_number || x.is_nan() || y.is_nan() {
             return;
         }
-        if let Some((last, at)) = self.last {
-            let is_old = t <= last.t && t > last.t - Self::RESTART;
-            let reach = self.speed * now.saturating_sub(at).as_secs_f64() + Self::NOISE;
-            if is_old || (x - last.x).hypot(y - last.y) > reach {
-                return;
-            }
+        let newest = self.other.or(self.last).map(|place| place.sighting.t);
+        if newest.is_some_and(|newest| t <= newest && t > newest - Self::RESTART) {
+            return;
         }
-        self.last = Some((sighting, now));
+        let known = self.last.filter(|place| !self.is_lost(place, now));
+        if let Some(place) = known.filter(|place| self.follows(place, &sighting, now)) {
+            (self.last, self.other) = (Some(place.seen_again(sighting, now)), None);
+            return;
+        }
+        let other = match self.other.filter(|place| self.follows(place, &sighting, now)) {
+            Some(place) => place.seen_again(sighting, now),
+            None => Place {
+                sighting,
+                at: now,
+                sightings: 1,
+            },
+        };
+        if known.is_none() && other.sightings >= Self::CERTAIN {
+            (self.last, self.other) = (Some(other), None);
+        } else {
+            self.other = Some(other);
+        }
+    }
+
+    fn is_lost(&self, place: &Place, now: Duration) -> bool {
+        now.saturating_sub(place.at) > self.limit
+    }
+
+    /// Whether the robot can have driven from a place to where it is seen now.
+    fn follows(&self, place: &Place, sighting: &Sighting, now: Duration) -> bool {
+        let reach = self.speed * now.saturating_sub(place.at).as_secs_f64() + Self::NOISE;
+        (sighting.x - place.sighting.x).hypot(sighting.y - place.sighting.y) <= reach
+    }
+
+    /// Where the robot is, unless it is lost.
+    fn place(&self, now: Duration) -> Option<Sighting> {
+        let place = self.last.filter(|place| !self.is_lost(place, now))?;
+        Some(place.sighting)
+    }
+}
+
+impl Place {
+    fn seen_again(self, sighting: Sighting, at: Duration) -> Self {
+        Self {
+            sighting,
+            at,
+            sightings: self.sightings.saturating_add(1),
+        }
     }
 }
 
@@ -99,7 +155,6 @@ impl Seen {
 #[derive(Debug)]
 pub(crate) struct Tracker {
     seen: Arc<Mutex<Seen>>,
-    limit: Duration,
 }
 
 impl Tracker {
@@ -117,21 +172,19 @@ impl Tracker {
         let seen = Arc::new(Mutex::new(Seen {
             id: values.id,
             speed,
+            limit: values.limit,
             last: None,
+            other: None,
         }));
         let heard = Arc::downgrade(&seen);
         thread::spawn(move || hear(&socket, &heard));
-        Ok(Self {
-            seen,
-            limit: values.limit,
-        })
+        Ok(Self { seen })
     }
 
     /// Where the robot is: x and y in mm, heading in turns, 0 to 1. None if it is lost.
     pub(crate) fn pose(&self) -> Option<[f64; 3]> {
-        let (Sighting { x, y, heading, .. }, at) = lock(&self.seen).last?;
-        let is_lost = wall().saturating_sub(at) > self.limit;
-        (!is_lost).then_some([x, y, heading.rem_euclid(1.0)])
+        let Sighting { x, y, heading, .. } = lock(&self.seen).place(wall())?;
+        Some([x, y, heading.rem_euclid(1.0)])
     }
 }
 
@@ -164,21 +217,28 @@ mod tests {
         Duration::from_millis(ms)
     }
 
-    /// A robot with number 1 that drives at up to 200 mm/s.
+    /// Where a robot with number 1 is, which drives at up to 200 mm/s, at the time of the last line.
     fn seen(lines: &[(u64, &str)]) -> Option<[f64; 3]> {
         let mut seen = Seen {
             id: 1,
             speed: 200.0,
+            limit: LIMIT,
             last: None,
+            other: None,
         };
         for (at, line) in lines {
             seen.take(line.as_bytes(), ms(*at));
         }
-        seen.last
-            .map(|(sighting, _)| [sighting.x, sighting.y, sighting.heading])
+        let place = seen.place(ms(lines.last()?.0))?;
+        Some([place.x, place.y, place.heading])
     }
 
-    const FIRST: (u64, &str) = (0, r#"{"id":1,"t":5.0,"x":100,"y":100,"heading":0.5}"#);
+    /// It is seen until 200 ms.
+    const FIRST: [(u64, &str); 3] = [
+        (0, r#"{"id":1,"t":4.8,"x":100,"y":100,"heading":0.5}"#),
+        (100, r#"{"id":1,"t":4.9,"x":101,"y":100,"heading":0.5}"#),
+        (200, r#"{"id":1,"t":5.0,"x":100,"y":100,"heading":0.5}"#),
+    ];
 
     #[test]
     fn only_sightings_that_can_be_the_robots_count() {
@@ -201,14 +261,31 @@ mod tests {
             (r#"{"id":1,"t":5.1,"x":101,"y":100}"#, false),
             ("", false),
         ] {
-            let pose = seen(&[FIRST, (100, line)]).unwrap();
+            let pose = seen(&[&FIRST[..], &[(300, line)]].concat()).unwrap();
             assert_eq!(pose != [100.0, 100.0, 0.5], counts, "{line}");
         }
-        // The longer it was out of sight, the farther it may be.
-        let far = r#"{"id":1,"t":9.0,"x":500,"y":100,"heading":0.5}"#;
-        assert_eq!(seen(&[FIRST, (1800, far)]).unwrap()[0], 100.0);
-        assert_eq!(seen(&[FIRST, (2000, far)]).unwrap()[0], 500.0);
         assert_eq!(seen(&[(0, "{}")]), None);
+    }
+
+    /// Three sightings in a row show where a robot is that was lost or put elsewhere; a mistake does not, whenever it comes.
+    #[test]
+    fn a_mistake_is_no_place() {
+        const FAR: [(u64, &str); 4] = [
+            (600, r#"{"id":1,"t":5.4,"x":3000,"y":100,"heading":0.5}"#),
+            (650, r#"{"id":1,"t":5.45,"x":3001,"y":100,"heading":0.5}"#),
+            (700, r#"{"id":1,"t":5.5,"x":3002,"y":100,"heading":0.5}"#),
+            (750, r#"{"id":1,"t":5.55,"x":3003,"y":100,"heading":0.5}"#),
+        ];
+        const NEAR: (u64, &str) = (420, r#"{"id":1,"t":5.22,"x":110,"y":100,"heading":0.5}"#);
+        let at = |lines: &[&[(u64, &str)]]| seen(&lines.concat()).map(|pose| pose[0]);
+        assert_eq!(at(&[&FIRST[..2]]), None, "one more is needed");
+        assert_eq!(at(&[&FAR[..1], &FIRST[..2]]), None);
+        assert_eq!(at(&[&FIRST, &[NEAR]]), Some(110.0));
+        // While it is seen elsewhere it is where it was last, and then lost, until three say so.
+        assert_eq!(at(&[&FIRST, &[NEAR], &FAR[..2]]), Some(110.0));
+        assert_eq!(at(&[&FIRST, &FAR[..2]]), None);
+        assert_eq!(at(&[&FIRST, &FAR[..3]]), Some(3002.0));
+        assert_eq!(at(&[&FIRST, &[NEAR], &FAR]), Some(3003.0));
     }
 
     /// A local sender: what it sends is seen, and lost when it has been silent for the limit.
@@ -220,7 +297,7 @@ mod tests {
         assert_eq!(tracker.pose(), None);
         let sender = UdpSocket::bind("127.0.0.1:0").unwrap();
         let line = |(t, heading)| format!("{{\"id\":1,\"t\":{t},\"x\":10,\"y\":20,\"heading\":{heading}}}\n");
-        let text = [(1.0, -0.25), (1.1, 1.25)].map(line).concat();
+        let text = [(0.9, 0.0), (1.0, -0.25), (1.1, 1.25)].map(line).concat();
         sender.send_to(text.as_bytes(), free).unwrap();
         let start = wall();
         while tracker.pose() != Some([10.0, 20.0, 0.25]) {
