@@ -541,4 +541,6 @@ fn unsampled(name: &str) -> Trouble {
 }
 
 #[cfg(test)]
+mod emulated;
+#[cfg(test)]
 mod tests;
