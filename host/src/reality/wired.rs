@@ -253,8 +253,12 @@ impl Lives {
         let done = match outcome {
             Ok(done) => done,
             Err(trouble) => {
-                self.logbook.end(Err(trouble.to_string()), late)?;
-                return Err(trouble);
+                let ended = self.logbook.end(Err(trouble.to_string()), late);
+                // On a full disk it is the first failure that says what was lost.
+                return Err(match ended {
+                    Err(unrecorded) if trouble.may_pass() => unrecorded.into(),
+                    _ => trouble,
+                });
             }
         };
         self.logbook.end(Ok(done.fitness), late)?;
