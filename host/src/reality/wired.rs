@@ -57,7 +57,7 @@ impl Choice for Starts {
         (
             "walk",
             Self::Walk,
-            "the robot drives about at random for 10 s before each life",
+            "the robot drives about at random before each life",
         ),
         (
             "hand",
