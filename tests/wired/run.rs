@@ -143,6 +143,9 @@ fn a_run_ends_on_a_robot() {
     }
     assert_eq!(Table::read(&place, "again/errors.csv").head[0], "sensor");
     place.run(&[&calibrate[..], &["again"]].concat()).exits(3);
+    // They are no part of the results.
+    fs::remove_dir_all(place.at("out/lives")).unwrap();
+    place.run(&["verify", "out"]).exits(0);
 }
 
 /// Killed in the middle of a life, and stopped by Ctrl-C: the wheels stand, and no complete life is lived again.
@@ -306,5 +309,77 @@ fn a_full_disk_stops_the_wheels() {
             status.len() > 1 && status[1..].iter().all(|status| status == "complete"),
             "{status:?}"
         );
+    }
+}
+
+/// Two busy loops for each processor.
+struct Load(Vec<Child>);
+
+impl Load {
+    fn new() -> Self {
+        let loops = 2 * thread::available_parallelism().unwrap().get();
+        let busy = || Command::new("sh").args(["-c", "while :; do :; done"]).spawn().unwrap();
+        Self((0..loops).map(|_| busy()).collect())
+    }
+}
+
+impl Drop for Load {
+    fn drop(&mut self) {
+        for own in &mut self.0 {
+            own.kill().unwrap();
+            own.wait().unwrap();
+        }
+    }
+}
+
+/// Measures how late commands are at 10 Hz, on this machine as it is and with two busy loops for each processor.
+#[test]
+#[ignore = "measures for four minutes, for docs/measurements.md"]
+fn lateness_of_commands_under_load() {
+    for is_loaded in [false, true] {
+        let body = Body::default();
+        let address = robots::khepera_at(38_400, true, &body);
+        let place = placed("late", &address, 50);
+        let lines = (0..10).map(|_| genomes()[0].iter().map(f32::to_string).collect::<Vec<_>>().join(",") + "\n");
+        place.write("ten.csv", lines.collect::<String>());
+        let load = is_loaded.then(Load::new);
+        let own = [
+            "evaluate",
+            "wire.toml",
+            "--genomes",
+            "ten.csv",
+            "--trials",
+            "2",
+            "--robot",
+            &address,
+        ];
+        let lives = ["--walk", "0", "--lives", "out/lives"];
+        fs::create_dir(place.at("out")).unwrap();
+        place.run(&[&own[..], &lives].concat()).exits(0);
+        drop(load);
+        let status = status(&place, "out");
+        let index = Table::read(&place, "out/lives/lives.csv");
+        let complete = index
+            .column("life")
+            .into_iter()
+            .zip(&status)
+            .filter(|(_, status)| *status == "complete");
+        let tables: Vec<_> = complete
+            .map(|(life, _)| Table::read(&place, &format!("out/lives/life-{life}.csv")))
+            .collect();
+        let quantiles = |name: &str| {
+            let mut all: Vec<f32> = tables.iter().flat_map(|table| table.numbers(name)).collect();
+            all.sort_by(f32::total_cmp);
+            let count = all.len();
+            (count, all[count / 2], all[count * 99 / 100], all[count - 1])
+        };
+        eprintln!(
+            "with load: {is_loaded}; {} lives, {} complete",
+            status.len(),
+            tables.len()
+        );
+        for name in ["late_ms", "age_ms"] {
+            eprintln!("  {name}: count, median, 99 %, greatest: {:?}", quantiles(name));
+        }
     }
 }
