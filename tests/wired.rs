@@ -1,4 +1,4 @@
-//! `oneiro evaluate --robot`: lives on a robot at the end of a wire, which keeps its last speed for ever.
+//! Lives on a robot at the end of a wire, which keeps its last speed for ever: `oneiro evaluate --robot`, and runs that end on it.
 #![cfg(unix)]
 
 use std::fs::File;
@@ -22,6 +22,8 @@ mod place;
 #[allow(dead_code, reason = "other tests use the rest")]
 #[path = "guard/robots.rs"]
 mod robots;
+#[path = "wired/run.rs"]
+mod run;
 use peers::Body;
 use place::Place;
 

@@ -8,8 +8,8 @@ use clap::{Args, Parser, Subcommand, ValueHint};
 use crate::commands::rules;
 use crate::console::Output;
 use crate::device::Backend;
-use crate::reality::wired::Starts;
-use crate::robots::Kind;
+use crate::reality::wired::{self, Starts};
+use crate::robots::{Kind, tracker};
 use crate::studies::{miglino1995, odowd2014};
 use crate::sweep::store::Shard;
 
@@ -233,7 +233,7 @@ pub(crate) struct OnRobot {
     #[arg(long, value_name = "HOW", value_enum, default_value_t = Starts::Walk, requires = "lives")]
     pub(crate) between: Starts,
     /// How long a robot drives about at random before each life, 0 to 600 s; 0: a life starts where the last one has ended
-    #[arg(long, value_name = "SECONDS", default_value_t = 10.0, requires = "lives", value_parser = walk)]
+    #[arg(long, value_name = "SECONDS", default_value_t = wired::WALK_S, requires = "lives", value_parser = walk)]
     pub(crate) walk: f64,
     /// Speed of a robot's wheel at the controller's greatest output, mm/s [default: the experiment's; 80 for sampled motors]
     #[arg(long, value_name = "MM_S", requires = "lives", value_parser = top_speed)]
@@ -245,8 +245,8 @@ pub(crate) struct OnRobot {
     #[arg(long, value_name = "ADDRESS", requires = "lives")]
     pub(crate) tracker: Option<String>,
     /// Age of a tracker's last sighting from which the robot counts as lost, and is stopped, 50 to 2000 ms
-    #[arg(long, value_name = "MS", default_value_t = 300, requires = "tracker",
-        value_parser = clap::value_parser!(u64).range(50..=2000))]
+    #[arg(long, value_name = "MS", default_value_t = tracker::AGE_MS, requires = "tracker",
+        value_parser = clap::value_parser!(u64).range(tracker::AGES_MS))]
     pub(crate) tracker_age: u64,
     /// Set a value of the guard, such as `expiry_ms=200`. May be repeated; docs/robots-on-the-wire.md lists them
     #[arg(long, value_name = "KEY=VALUE", requires = "lives")]
@@ -864,7 +864,7 @@ fn speed(text: &str) -> Result<Speed, String> {
 /// Parses a time in seconds, 0 to 600.
 fn walk(text: &str) -> Result<f64, String> {
     match text.parse::<f64>() {
-        Ok(seconds) if (0.0..=600.0).contains(&seconds) => Ok(seconds),
+        Ok(seconds) if (0.0..=wired::LONGEST_WALK_S).contains(&seconds) => Ok(seconds),
         _ => Err("allowed: 0 to 600 s, such as 10".to_owned()),
     }
 }

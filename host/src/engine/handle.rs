@@ -9,7 +9,7 @@ use oneiro::batch::{Batch, Outcome};
 use oneiro::evaluator::{Control, Device, Error, Evaluator};
 
 use super::job::Job;
-use super::queue::{Queue, Work};
+use super::queue::{Interruption, Queue, Work};
 use super::scheduler::{self, InMemory, Runs, Waiting};
 use super::watcher::Watch;
 
@@ -107,9 +107,9 @@ impl Engine {
     }
 
     /// Does some work on this thread.
-    fn done(&self, work: &Work) -> Result<Outcome, Error> {
+    fn done(&self, work: &Work) -> Result<Outcome, Interruption> {
         match work {
-            Work::Batch(batch) => self.evaluate(batch),
+            Work::Batch(batch) => Ok(self.evaluate(batch)?),
             Work::Outside(lives) => {
                 let mut outcome = Outcome::default();
                 for lives in lives {

@@ -25,9 +25,9 @@ use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
 use oneiro::batch::{Rollout, Trace, TraceRequest, WorldKind};
-use oneiro::evaluator;
 use serde::{Deserialize, Serialize};
 
+use super::queue::Interruption;
 use crate::exit::Result;
 
 /// A state machine that asks for evaluations, takes their results, and can be saved and restored between any two steps.
@@ -138,9 +138,8 @@ pub(crate) trait Outside: fmt::Debug + Send + Sync {
     /// has completed are not repeated by the next.
     ///
     /// # Errors
-    /// [`evaluator::Error::Cancelled`] once `stop` is set; [`evaluator::Error::NoDevice`] for everything else.
-    fn live(&self, rollouts: &[Rollout<'_>], stop: &Arc<AtomicBool>)
-    -> std::result::Result<Vec<f32>, evaluator::Error>;
+    /// [`Error::Cancelled`](oneiro::evaluator::Error::Cancelled) once `stop` is set; [`Interruption::Outside`] for everything else.
+    fn live(&self, rollouts: &[Rollout<'_>], stop: &Arc<AtomicBool>) -> std::result::Result<Vec<f32>, Interruption>;
 }
 
 /// A world of a request. Places with equal keys are one world: it is packed once, and rollouts of several jobs share

@@ -15,6 +15,6 @@ pub(crate) mod disk;
 pub(crate) mod handle;
 pub(crate) mod job;
 pub(crate) mod log;
-mod queue;
+pub(crate) mod queue;
 pub(crate) mod scheduler;
 pub(crate) mod watcher;

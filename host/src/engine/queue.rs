@@ -20,6 +20,8 @@ use crate::exit::Failure;
 pub(crate) enum Interruption {
     /// The evaluator: all finished steps of jobs are complete and can be saved.
     Evaluation(Error),
+    /// A place outside of the device: likewise.
+    Outside(Failure),
     /// Anything else: only earlier records are safe.
     Other(Failure),
 }
@@ -71,7 +73,7 @@ impl Lives {
     }
 
     /// The fitness of each.
-    pub(super) fn live(&self, stop: &Arc<AtomicBool>) -> Result<Vec<f32>, Error> {
+    pub(super) fn live(&self, stop: &Arc<AtomicBool>) -> Result<Vec<f32>, Interruption> {
         let rollouts: Vec<_> = self
             .rollouts
             .iter()
@@ -88,7 +90,7 @@ impl Lives {
 /// Work on its way to where it is done and back, so that jobs advance meanwhile.
 pub(super) struct Queue<'a> {
     pub(super) work: Sender<Work>,
-    pub(super) outcomes: Receiver<Result<Outcome, Error>>,
+    pub(super) outcomes: Receiver<Result<Outcome, Interruption>>,
     /// Counts robot-steps and cancels work.
     pub(super) control: &'a Control,
     pub(super) stop: &'a AtomicBool,
@@ -112,7 +114,7 @@ impl Queue<'_> {
             let outcome = self.outcomes.recv_timeout(BLINK);
             watch.steps(self.control.steps());
             match outcome {
-                Ok(outcome) => return Ok(outcome?),
+                Ok(outcome) => return outcome,
                 Err(RecvTimeoutError::Timeout) => (),
                 Err(RecvTimeoutError::Disconnected) => return Err(Failure::failed("the evaluator crashed").into()),
             }

@@ -127,17 +127,21 @@ pub(super) fn run<R: Runs>(
         runs,
         queue,
     };
-    let ended = scheduler.work(watch);
-    let failure = match ended {
-        Ok(()) => None,
+    let ended = match scheduler.work(watch) {
         Err(Interruption::Other(failure)) => return Err(failure),
-        Err(Interruption::Evaluation(error)) => Some(error),
+        ended => ended,
     };
-    scheduler.end()?;
-    match failure {
-        None => Ok(()),
-        Some(evaluator::Error::Cancelled) => Err(Failure::stopped(scheduler.runs.stopped())),
-        Some(error) => Err(error.into()),
+    let saved = scheduler.end();
+    match ended {
+        Ok(()) => saved,
+        Err(Interruption::Evaluation(evaluator::Error::Cancelled)) => {
+            saved.and_then(|()| Err(Failure::stopped(scheduler.runs.stopped())))
+        }
+        Err(Interruption::Evaluation(error)) => saved.and_then(|()| Err(error.into())),
+        // A robot that can't be stopped must be known, whatever else fails.
+        Err(Interruption::Outside(failure) | Interruption::Other(failure)) => {
+            Err(saved.err().into_iter().fold(failure, Failure::and))
+        }
     }
 }
 

@@ -220,15 +220,15 @@ fn rows() -> Vec<Parameter<Settings>> {
             "How much a surrogate differs from its simulator; 1.75 with one.", |own, _| Some(&mut own.reality.severity)),
         row("reality.starts", "", Any, OURS,
             "How lives on a wire get their starts; \"walk\" if it is not given.", |own, _| Some(&mut own.reality.starts)),
-        row("reality.speed_mm_s", "mm/s", Number(1.0, 2000.0), OURS,
+        row("reality.speed_mm_s", "mm/s", Number(wired::SPEEDS_MM_S[0], wired::SPEEDS_MM_S[1]), OURS,
             "Speed of a robot's wheels on a wire at the controller's greatest output; 80, or that of the described robot, if it is not given.", |own, _| Some(&mut own.reality.speed)),
-        row("reality.walk_s", "s", Number(0.0, 600.0), OURS,
+        row("reality.walk_s", "s", Number(0.0, wired::LONGEST_WALK_S), OURS,
             "How long a robot on a wire drives about at random before each life; 10 if it is not given. 0: a life starts where the last one has ended.", |own, _| Some(&mut own.reality.walk)),
         row("reality.sensors", "", Text("a table of the robot's names, by the experiment's"), OURS,
             "Sensors of a robot on a wire that have other names than the experiment's.", |own, _| Some(&mut own.reality.sensors)),
         row("reality.tracker", "", Text("udp:HOST:PORT or udp:HOST:PORT#ID"), OURS,
             "Where to listen to a tracker that says where a robot on a wire is; its odometers tell if it is not given.", |own, _| Some(&mut own.reality.tracker)),
-        row("reality.tracker_age_ms", "ms", Number(50.0, 2000.0), OURS,
+        row("reality.tracker_age_ms", "ms", Number(*tracker::AGES_MS.start() as f64, *tracker::AGES_MS.end() as f64), OURS,
             "Age of a tracker's last sighting from which the robot counts as lost, and is stopped; 300 if it is not given.", |own, _| Some(&mut own.reality.tracker_age)),
         row("reality.guard", "", Text("a table of the guard's values, by their names"), OURS,
             "Values of the guard of a robot on a wire, which docs/robots-on-the-wire.md lists.", |own, _| Some(&mut own.reality.guard)),
@@ -403,9 +403,8 @@ impl Transfer {
 
     /// Values of lives on a robot on a wire. The run says where they are recorded.
     fn values(&self) -> Result<wired::Values, String> {
-        const SIGHTING_MS: f32 = 300.0;
-        const WALK_S: f32 = 10.0;
-        let limit = Duration::from_secs_f32(self.tracker_age.unwrap_or(SIGHTING_MS) / 1000.0);
+        let age = self.tracker_age.map_or(tracker::AGE_MS as f64, f64::from);
+        let limit = Duration::from_secs_f64(age / 1000.0);
         let tracker = self
             .tracker
             .as_ref()
@@ -413,7 +412,7 @@ impl Transfer {
         let sensors = self.sensors.iter().map(|(own, robot)| (own.clone(), robot.clone()));
         Ok(wired::Values {
             starts: self.starts.unwrap_or_default(),
-            walk: (10.0 * self.walk.unwrap_or(WALK_S)).round() as u32,
+            walk: wired::Values::cycles(self.walk.map_or(wired::WALK_S, f64::from)),
             speed_mm_s: self.speed.map(f64::from),
             sensors: sensors.collect(),
             directory: PathBuf::new(),

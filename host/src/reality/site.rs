@@ -16,6 +16,7 @@ use super::{Life, Reality, Trouble};
 use crate::console::{Console, Output};
 use crate::engine::handle::Engine;
 use crate::engine::job::Outside;
+use crate::engine::queue::Interruption;
 use crate::exit::Failure;
 use crate::robots::address::{Address, Wire};
 use crate::robots::guard;
@@ -117,12 +118,11 @@ impl fmt::Debug for OnWire {
 }
 
 impl Outside for OnWire {
-    fn live(&self, rollouts: &[Rollout<'_>], stop: &Arc<AtomicBool>) -> Result<Vec<f32>, Error> {
-        let failed = |failure: Failure| Error::NoDevice(failure.to_string());
+    fn live(&self, rollouts: &[Rollout<'_>], stop: &Arc<AtomicBool>) -> Result<Vec<f32>, Interruption> {
         let mut robot = self.robot.lock().unwrap_or_else(PoisonError::into_inner);
         let robot = match &mut *robot {
             Some(robot) => robot,
-            none => none.insert(self.wired.open(stop, &self.spec).map_err(failed)?),
+            none => none.insert(self.wired.open(stop, &self.spec).map_err(Interruption::Outside)?),
         };
         let lives: Vec<Life<'_>> = rollouts
             .iter()
@@ -134,8 +134,8 @@ impl Outside for OnWire {
             .collect();
         match robot.live(&lives, false) {
             Ok(lived) => Ok(lived.into_iter().map(|life| life.fitness).collect()),
-            Err(Trouble::Stopped) => Err(Error::Cancelled),
-            Err(trouble) => Err(failed(trouble.into())),
+            Err(Trouble::Stopped) => Err(Error::Cancelled.into()),
+            Err(trouble) => Err(Interruption::Outside(trouble.into())),
         }
     }
 }

@@ -22,7 +22,7 @@ use oneiro::world::{World, WorldSpec};
 use self::late::Late;
 use self::logbook::{Cycle, Identity, Logbook, Row};
 use self::senses::Senses;
-use super::wander::wanderer;
+use super::wander::{WALK, wanderer};
 use super::{Driven, Life, Lived, Object, Reality, Trouble, Turned};
 use crate::console::Console;
 use crate::exit::{Failure, Result};
@@ -34,6 +34,13 @@ use crate::robots::{Kind, tracker};
 const CYCLE: Duration = Duration::from_millis(100);
 /// Greatest speed of a robot with sampled motors, mm/s: 10 of the Khepera's units of 8 mm/s.
 const SAMPLED_SPEED: f64 = 80.0;
+
+/// How long a robot drives about before each life unless it is told otherwise, s.
+pub(crate) const WALK_S: f64 = WALK as f64 / 10.0;
+/// Speeds that a wheel may have at the controller's greatest output, mm/s: those that a guard allows.
+pub(crate) const SPEEDS_MM_S: [f64; 2] = [1.0, 1100.0];
+/// The longest that a robot drives about before a life, s.
+pub(crate) const LONGEST_WALK_S: f64 = 600.0;
 
 /// How a life gets its start, unless it goes on where the last one ended.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, clap::ValueEnum)]
@@ -50,7 +57,7 @@ impl Choice for Starts {
         (
             "walk",
             Self::Walk,
-            "the robot drives about at random for 10 s before each life",
+            "the robot drives about at random before each life",
         ),
         (
             "hand",
@@ -78,6 +85,11 @@ pub(crate) struct Values {
 }
 
 impl Values {
+    /// Cycles of 100 ms in a time, s.
+    pub(crate) fn cycles(seconds: f64) -> u32 {
+        (10.0 * seconds).round() as u32
+    }
+
     /// Cycles of 100 ms for which it drives about before each life.
     pub(super) fn walk(&self) -> u32 {
         match self.starts {
@@ -241,8 +253,12 @@ impl Lives {
         let done = match outcome {
             Ok(done) => done,
             Err(trouble) => {
-                self.logbook.end(Err(trouble.to_string()), late)?;
-                return Err(trouble);
+                let ended = self.logbook.end(Err(trouble.to_string()), late);
+                // On a full disk it is the first failure that says what was lost.
+                return Err(match ended {
+                    Err(unrecorded) if trouble.may_pass() => unrecorded.into(),
+                    _ => trouble,
+                });
             }
         };
         self.logbook.end(Ok(done.fitness), late)?;
@@ -540,5 +556,7 @@ fn unsampled(name: &str) -> Trouble {
     ))
 }
 
+#[cfg(test)]
+mod emulated;
 #[cfg(test)]
 mod tests;

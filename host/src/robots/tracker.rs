@@ -3,6 +3,7 @@
 
 use std::io::ErrorKind;
 use std::net::UdpSocket;
+use std::ops::RangeInclusive;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError, Weak};
 use std::thread;
 use std::time::Duration;
@@ -11,6 +12,11 @@ use serde::Deserialize;
 
 use super::link::wall;
 use crate::exit::Failure;
+
+/// Age of a tracker's last sighting from which a robot counts as lost, unless told otherwise, ms.
+pub(crate) const AGE_MS: u64 = 300;
+/// What it may be, ms.
+pub(crate) const AGES_MS: RangeInclusive<u64> = 50..=2000;
 
 /// Where a tracker's sightings arrive, and what counts.
 #[derive(Clone, Debug, PartialEq)]

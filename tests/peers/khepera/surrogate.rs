@@ -20,7 +20,8 @@ pub(crate) struct Simulated {
     spec: WorldSpec,
     worlds: Worlds,
     cpu: Cpu,
-    key: Key,
+    /// Draws its noise, from the next placing on.
+    pub(crate) key: Key,
     /// The next cycle, and the state before it; none at the start.
     cycle: u32,
     state: Option<Vec<u32>>,

@@ -76,7 +76,7 @@ fn site(address: &str, values: &OnRobot, console: Console) -> Result<Site> {
             let tracker = tracker.transpose()?;
             let own = Values {
                 starts: values.between,
-                walk: walk(values),
+                walk: Values::cycles(values.walk),
                 speed_mm_s: values.speed,
                 sensors: values.sensors.clone(),
                 directory: directory.clone(),
@@ -101,15 +101,13 @@ fn life<'a>(lives: &Lives<'a>, LifeIndex { genome, number }: LifeIndex) -> Life<
     }
 }
 
-/// Cycles of 100 ms for which the robot drives about before each life.
-fn walk(values: &OnRobot) -> u32 {
-    (10.0 * values.walk).round() as u32
-}
-
 /// How long all lives take at most.
 fn minutes(lives: usize, cycles: u32, values: &OnRobot) -> String {
     let (walk, before) = match values.between {
-        Starts::Walk => (walk(values), format!(", each after {} s of driving about", values.walk)),
+        Starts::Walk => (
+            Values::cycles(values.walk),
+            format!(", each after {} s of driving about", values.walk),
+        ),
         Starts::Hand => (0, ", and the time to put it at each start".to_owned()),
     };
     format!(

@@ -110,10 +110,10 @@ impl Vehicle for Mock {
 }
 
 /// A directory that is removed at the end.
-struct Place(PathBuf);
+pub(super) struct Place(pub(super) PathBuf);
 
 impl Place {
-    fn new(name: &str) -> Self {
+    pub(super) fn new(name: &str) -> Self {
         let path = std::env::temp_dir().join(format!("oneiro-wired-{name}-{}", std::process::id()));
         let _ = fs::remove_dir_all(&path);
         Self(path)
@@ -124,7 +124,7 @@ impl Place {
     }
 
     /// A column of a table.
-    fn column(&self, name: &str, column: &str) -> Vec<String> {
+    pub(super) fn column(&self, name: &str, column: &str) -> Vec<String> {
         let text = self.text(name);
         let mut reader = csv::Reader::from_reader(text.as_bytes());
         let at = reader.headers().unwrap().iter().position(|own| own == column).unwrap();
@@ -147,7 +147,7 @@ fn spec(cycles: u32) -> WorldSpec {
     }
 }
 
-fn opened(spec: &WorldSpec, directory: &Path, walk: u32) -> Lives {
+pub(super) fn opened(spec: &WorldSpec, directory: &Path, walk: u32) -> Lives {
     let values = Values {
         starts: Starts::Walk,
         walk,

@@ -33,7 +33,7 @@ use crate::evolve::{Champion, Population};
 use crate::exit::{Failure, Result};
 use crate::experiment::{Experiment, Identities, Input};
 use crate::genomes;
-use crate::reality::site::Site;
+use crate::reality::site::{LIVES, Site};
 use crate::report::numbers::significant;
 use champion::IndividualFile;
 use individuals::Individuals;
@@ -138,6 +138,12 @@ fn files(world: &World, has_finalists: bool, has_individuals: bool, has_trace: b
     all
 }
 
+/// The folder of a run that ends on a robot on a wire.
+fn lives() -> Entry {
+    let about = "every life on a robot on a wire, with a `README.md` of its own; only with `reality.robot`. `oneiro verify` leaves it out";
+    Entry::file(LIVES, about)
+}
+
 /// The files that `oneiro replay` adds: those of one life, or one pair for each of several lives.
 fn replays(has_several: bool) -> [Entry; 2] {
     let (name, life) = if has_several {
@@ -159,7 +165,13 @@ fn replays(has_several: bool) -> [Entry; 2] {
 #[cfg(test)]
 pub(crate) fn all_contents() -> Vec<Entry> {
     let world = World::new(oneiro::world::WorldSpec::miglino1995()).expect("it is the paper's");
-    [&files(&world, true, true, true)[..], &replays(false), &replays(true)].concat()
+    [
+        &files(&world, true, true, true)[..],
+        &[lives()],
+        &replays(false),
+        &replays(true),
+    ]
+    .concat()
 }
 
 /// The columns of a run's table of steps.
@@ -406,7 +418,11 @@ impl super::Experiment for Single {
         let has_finalists = self.experiment.finalists() > 0;
         let (has_individuals, has_trace) = (settings.record.individuals, !self.ends_outside());
         let files = files(self.experiment.world(), has_finalists, has_individuals, has_trace);
-        [&files[..], &replays(settings.trials > 1)].concat()
+        if self.ends_outside() {
+            [files, vec![lives()]].concat()
+        } else {
+            [&files[..], &replays(settings.trials > 1)].concat()
+        }
     }
 
     fn outcomes(&self) -> Vec<Column> {

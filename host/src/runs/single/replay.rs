@@ -18,6 +18,7 @@ use crate::engine::handle::Engine;
 use crate::exit::{Failure, Result};
 use crate::genomes;
 use crate::lives::Keys;
+use crate::reality::site::LIVES;
 use crate::report::figures;
 
 /// Simulates the champion's lives again, compares its score with the recorded one, and writes one life's path and
@@ -30,6 +31,13 @@ pub(super) fn run(
     console: Console,
 ) -> Result {
     let experiment = &single.experiment;
+    if single.ends_outside() {
+        let directory = run.directory.display();
+        return Err(Failure::input(format_args!(
+            "{directory}: its champion lived on a robot on a wire, and such a life can't be repeated; allowed: runs in a simulator. \
+             Its lives are in {directory}/{LIVES}, and `oneiro evaluate --genomes {directory}` lets it live in the simulator"
+        )));
+    }
     let champion = super::champion(run, experiment)?;
     let other = replay.genome.map(|file| genome(file, experiment)).transpose()?;
     let settings = experiment.settings();
