@@ -236,7 +236,7 @@ pub(crate) struct OnRobot {
     #[arg(long, value_name = "SECONDS", default_value_t = 10.0, requires = "lives", value_parser = walk)]
     pub(crate) walk: f64,
     /// Speed of a robot's wheel at the controller's greatest output, mm/s [default: the experiment's; 80 for sampled motors]
-    #[arg(long, value_name = "MM_S", requires = "lives", value_parser = top_speed)]
+    #[arg(long, value_name = "MM_S", requires = "lives", value_parser = wheel_speed)]
     pub(crate) speed: Option<f64>,
     /// Read a sensor of the experiment from one of the robot that has another name, such as `left_90=prox_5`. May be repeated
     #[arg(long = "sensor", value_name = "NAME=NAME", requires = "lives", value_parser = pair)]
@@ -251,9 +251,17 @@ pub(crate) struct OnRobot {
     /// Set a value of the guard, such as `expiry_ms=200`. May be repeated; docs/robots-on-the-wire.md lists them
     #[arg(long, value_name = "KEY=VALUE", requires = "lives")]
     pub(crate) guard: Vec<String>,
-    /// How much a surrogate differs from the simulator made from its samples, 0 to 2
-    #[arg(long, value_name = "LAMBDA", default_value_t = miglino1995::settings::SEVERITY, requires = "robot")]
-    pub(crate) severity: f32,
+    #[arg(
+        long,
+        value_name = "LAMBDA",
+        requires = "robot",
+        conflicts_with = "lives",
+        help = format!(
+            "How much a surrogate differs from the simulator made from its samples, 0 to 2 [default: {}]",
+            miglino1995::settings::SEVERITY
+        )
+    )]
+    pub(crate) severity: Option<f32>,
 }
 
 /// Whether lives have their experiment's noise.
@@ -861,20 +869,9 @@ fn speed(text: &str) -> Result<Speed, String> {
     }
 }
 
-/// Parses a time in seconds, 0 to 600.
+/// Parses a time in seconds.
 fn walk(text: &str) -> Result<f64, String> {
-    match text.parse::<f64>() {
-        Ok(seconds) if (0.0..=600.0).contains(&seconds) => Ok(seconds),
-        _ => Err("allowed: 0 to 600 s, such as 10".to_owned()),
-    }
-}
-
-/// Parses a speed in mm/s, 1 to 1100.
-fn top_speed(text: &str) -> Result<f64, String> {
-    match speed(text) {
-        Ok(Speed::MmPerS(speed)) => Ok(speed),
-        _ => Err("allowed: 1 to 1100 mm/s, such as 50".to_owned()),
-    }
+    within(text, 0.0, 600.0)
 }
 
 /// Parses two names.

@@ -150,7 +150,7 @@ impl Site {
         match address.parse() {
             Ok(Address::Surrogate(seed)) => Ok(Self::drawn(seed, severity)),
             Ok(Address::Wire(wire)) => {
-                guard::values::Values::of(guard).map_err(|problem| problem.to_string())?;
+                guard::values::Values::of(guard)?;
                 let console = Console::new(Output::default());
                 Ok(Self::Wired(Wired::new(wire, values, guard, console)))
             }
@@ -268,17 +268,17 @@ pub(crate) fn address(text: &str) -> Result<Address, Failure> {
         .map_err(|invalid| Failure::input(format_args!("--robot: {invalid}")))
 }
 
-/// Parses the seed in a robot's address, `surrogate:SEED`, the value of `--robot`.
+/// The seed in the address of a surrogate, `surrogate:SEED`, where `--robot` takes no other robot.
 ///
 /// # Errors
 /// Exit 3 with the problem of the address.
 pub(crate) fn seed_of(address: &str) -> Result<u64, Failure> {
-    let seed = address.strip_prefix("surrogate:").and_then(|seed| seed.parse().ok());
-    seed.ok_or_else(|| {
-        Failure::input(format_args!(
-            "--robot {address}: no such robot; allowed: surrogate:SEED, such as surrogate:1"
-        ))
-    })
+    match address.parse() {
+        Ok(Address::Surrogate(seed)) => Ok(seed),
+        _ => Err(Failure::input(format_args!(
+            "--robot {address}: is no surrogate; allowed: surrogate:SEED, such as surrogate:1"
+        ))),
+    }
 }
 
 #[cfg(test)]

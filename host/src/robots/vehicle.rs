@@ -5,11 +5,12 @@
 pub(crate) mod direct;
 pub(crate) mod guarded;
 pub(crate) mod person;
+pub(crate) mod trouble;
 
 use std::time::Duration;
 
 use super::guard::message::Sensors;
-use crate::reality::Trouble;
+use trouble::Trouble;
 
 /// What a robot is, as far as lives and sampling have to know.
 #[derive(Clone, Debug, PartialEq)]

@@ -3,11 +3,26 @@
 use std::thread;
 use std::time::Duration;
 
-use super::walk::Place;
 use crate::console::Console;
 use crate::exit::{Failure, Result};
-use crate::reality::Trouble;
+use crate::reality::{Object, Trouble};
 use crate::robots::vehicle::{Vehicle, person};
+
+/// Where the robot has to be.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Place<'a> {
+    /// Before an object.
+    Before {
+        /// The object.
+        object: &'a Object,
+        /// See [`Reality::turn_before`](crate::reality::Reality::turn_before).
+        view: f64,
+        /// From the robot's rim to the object, mm.
+        gap: f32,
+    },
+    /// On free ground, as far as this on all sides, mm.
+    Open(f64),
+}
 
 /// What a person wants.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

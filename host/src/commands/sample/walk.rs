@@ -6,7 +6,7 @@ use std::sync::atomic::AtomicBool;
 use oneiro::tables::{GREATEST_READING, MotorSamples, SensorTables};
 use serde_json::{Value, json};
 
-use super::person::{Answer, Person};
+use super::person::{Answer, Person, Place};
 use crate::console::Console;
 use crate::engine::disk;
 use crate::exit::{Failure, Result};
@@ -32,22 +32,6 @@ pub(super) struct Plan {
     pub(super) turns: u32,
     /// Speed of a wheel at 10 of -10 to 10, mm/s; none if motors are not sampled.
     pub(super) full_mm_s: Option<f64>,
-}
-
-/// Where the robot has to be.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) enum Place<'a> {
-    /// Before an object.
-    Before {
-        /// The object.
-        object: &'a Object,
-        /// See [`Reality::turn_before`](crate::reality::Reality::turn_before).
-        view: f64,
-        /// From the robot's rim to the object, mm.
-        gap: f32,
-    },
-    /// On free ground, as far as this on all sides, mm.
-    Open(f64),
 }
 
 /// One row.

@@ -2,8 +2,8 @@
 
 use std::time::Duration;
 
+use super::trouble::Trouble;
 use super::{Moment, Profile, Vehicle};
-use crate::reality::Trouble;
 use crate::robots::error::{Error, Result};
 use crate::robots::guard::message;
 use crate::robots::link::Clock;

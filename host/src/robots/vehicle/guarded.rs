@@ -7,10 +7,10 @@ use std::thread;
 use std::time::Duration;
 
 use super::person::Person;
+use super::trouble::Trouble;
 use super::{Moment, Profile, Vehicle};
 use crate::console::Console;
 use crate::exit::Failure;
-use crate::reality::Trouble;
 use crate::robots::address::Wire;
 use crate::robots::guard::client::{Client, Lost, failure};
 use crate::robots::guard::message::{Report, Request, Status};
