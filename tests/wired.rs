@@ -1,4 +1,4 @@
-//! `oneiro evaluate --robot`: lives on a robot at the end of a wire, which keeps its last speed for ever.
+//! `oneiro evaluate --robot`: lives on a robot on a wire, which keeps its last speed for ever.
 #![cfg(unix)]
 
 use std::fs::File;

@@ -18,7 +18,7 @@ pub(crate) struct Readings {
     pub(crate) sensors: Vec<SensorErrors>,
     /// Age of readings with the least squared error, s.
     pub(crate) age: f64,
-    /// Cycles compared, and cycles left out since the robot would have touched something where it was said to be.
+    /// Cycles compared, and cycles left out because the body would touch something at the recorded pose.
     pub(crate) compared: usize,
     pub(crate) left_out: usize,
 }

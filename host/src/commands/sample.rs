@@ -63,7 +63,7 @@ pub(crate) fn run(arguments: &Sample, console: Console) -> Result {
     let objects = objects(&arguments.objects)?;
     let evaluations = device::engine(&arguments.backend)?;
     let mut robot = site
-        .open(&evaluations, &WorldSpec::miglino1995())
+        .sampled(&evaluations, &WorldSpec::miglino1995())
         .map_err(|trouble| Failure::input(format_args!("--robot {}: {trouble}", arguments.robot)))?;
     let samples = sampling::take(&mut *robot, &objects, &arguments.out, console)?;
     drop(robot);
@@ -99,7 +99,7 @@ fn described(path: &Path, arguments: &Sample, console: Console) -> Result {
     Ok(())
 }
 
-/// Samples a robot on the wire: somebody places it for each row.
+/// Samples a robot on a wire: somebody places it for each row.
 fn wired(wire: Wire, arguments: &Sample, console: Console) -> Result {
     let options = &arguments.wired;
     let objects = objects(&arguments.objects)?;

@@ -118,9 +118,21 @@ pub(crate) struct Lived {
     pub(crate) trace: Trace,
 }
 
-/// A robot in its surroundings: a real one, or a simulation that stands in for it. Every call takes time and can fail; a
-/// call repeated after a [`Trouble`] starts anew.
+/// A robot in its surroundings, where controllers live: a real one, or a simulation that stands in for it. Every call takes time and
+/// can fail; a call repeated after a [`Trouble`] starts anew.
 pub(crate) trait Reality {
+    /// One line that says which robot this is.
+    fn describe(&self) -> String;
+
+    /// Evaluates rollouts, one after the other, each from its own start.
+    ///
+    /// # Errors
+    /// See [`Trouble`].
+    fn live(&mut self, lives: &[Life<'_>], traced: bool) -> std::result::Result<Vec<Lived>, Trouble>;
+}
+
+/// A robot that is sampled without a person. A robot on a wire is sampled row by row, see [`turning`], since somebody has to place it.
+pub(crate) trait Sampled {
     /// One line that says which robot this is.
     fn describe(&self) -> String;
 
@@ -137,12 +149,6 @@ pub(crate) trait Reality {
     /// # Errors
     /// See [`Trouble`].
     fn drive(&mut self, speeds: (i32, i32)) -> std::result::Result<Driven, Trouble>;
-
-    /// Evaluates rollouts, one after the other, each from its own start.
-    ///
-    /// # Errors
-    /// See [`Trouble`].
-    fn live(&mut self, lives: &[Life<'_>], traced: bool) -> std::result::Result<Vec<Lived>, Trouble>;
 }
 
 /// Retries a call whose failure may pass.

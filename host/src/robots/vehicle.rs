@@ -92,7 +92,7 @@ pub(crate) trait Vehicle {
     /// # Errors
     /// See [`Trouble`]; nobody is there.
     fn ask(&mut self, what: &str) -> Result<(), Trouble> {
-        Err(Trouble::Broken(format!("nobody is there to be asked: {what}")))
+        Err(Trouble::Broken(format!("nobody is there to do this: {what}")))
     }
 
     /// After a trouble that may pass, waits until the robot can be driven again; its wheels stand then. A person may have to put

@@ -15,7 +15,7 @@ pub(super) enum Place<'a> {
     Before {
         /// The object.
         object: &'a Object,
-        /// See [`Reality::turn_before`](crate::reality::Reality::turn_before).
+        /// See [`Sampled::turn_before`](crate::reality::Sampled::turn_before).
         view: f64,
         /// From the robot's rim to the object, mm.
         gap: f32,

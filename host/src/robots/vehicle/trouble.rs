@@ -5,7 +5,7 @@ use oneiro::parameter::Invalid;
 
 use crate::exit::{Code, Failure};
 
-/// The reason why a robot, or what stands in for it, did not do what it was asked to.
+/// The reason why a call to a robot, or to what stands in for it, failed.
 #[derive(Clone, Debug, thiserror::Error)]
 pub(crate) enum Trouble {
     /// The sensors could not be read, or not in time. A retry may work.
