@@ -19,7 +19,7 @@ pub enum Build {
 
 impl Build {
     /// Names of its readings.
-    pub(crate) fn readings(&self) -> Vec<String> {
+    pub fn readings(&self) -> Vec<String> {
         match self {
             Self::Sampled => SENSOR_NAMES.map(str::to_owned).into(),
             Self::Differential(own) => own.sensors.iter().map(|sensor| sensor.name.clone()).collect(),

@@ -19,7 +19,7 @@ mod peers;
 mod place;
 #[path = "guard/robots.rs"]
 mod robots;
-use peers::{Body, EPuck2};
+use peers::{Body, EPuck2, wait};
 use place::{Place, Ran};
 
 /// From an event to wheels that stand.
@@ -46,19 +46,6 @@ fn start(kind: Kind, body: &Body) -> String {
     }
 }
 
-fn stands(body: &Body) -> bool {
-    body.wheels().0 == [0, 0]
-}
-
-#[track_caller]
-fn wait(what: &str, limit: Duration, mut done: impl FnMut() -> bool) {
-    let start = Instant::now();
-    while !done() {
-        assert!(start.elapsed() < limit, "{what} did not happen within {limit:?}");
-        thread::sleep(Duration::from_millis(1));
-    }
-}
-
 /// Waits until the wheels turn as they are driven: alike, and at speed.
 #[track_caller]
 fn wait_for_speed(body: &Body) {
@@ -71,13 +58,13 @@ fn wait_for_speed(body: &Body) {
 /// Checks that the wheels stand soon after an event, and go on standing. Returns how soon.
 #[track_caller]
 fn stopped(what: &str, body: &Body, event: Instant) -> Duration {
-    wait(what, LONG, || stands(body));
+    wait(what, LONG, || body.stands());
     let since = body.wheels().1;
     assert!(since > event, "{what}: the wheels stood already");
     let took = since - event;
     assert!(took <= LIMIT, "{what}: the wheels stood after {took:?}");
     thread::sleep(Duration::from_millis(400));
-    assert!(stands(body), "{what}: the wheels turn again");
+    assert!(body.stands(), "{what}: the wheels turn again");
     took
 }
 
@@ -184,7 +171,7 @@ fn the_wheels_stand_in_time_whatever_happens_to_the_program() {
                 // A guard that was told to end is gone, and the program notices.
                 drive.program.try_wait().unwrap().is_some() && !is_alive(&guard)
             });
-            assert!(stands(&body), "{kind:?}, {what}");
+            assert!(body.stands(), "{kind:?}, {what}");
         }
     }
     eprint!("{table}");
@@ -201,11 +188,11 @@ fn without_the_guard_the_wheels_turn_on() {
         signal("-STOP", &id);
         signal("-KILL", &guard);
         thread::sleep(Duration::from_secs(1));
-        assert!(!stands(&body), "{kind:?}");
+        assert!(!body.stands(), "{kind:?}");
         let event = Instant::now();
         signal("-CONT", &id);
         drive.end().exits(4).says(&["the guard is gone", "stopped without it"]);
-        assert!(stands(&body), "{kind:?}");
+        assert!(body.stands(), "{kind:?}");
         let took = body.wheels().1 - event;
         eprintln!("{kind:?}, stopped by the program without its guard: {took:.1?}");
     }
@@ -219,7 +206,7 @@ fn a_guard_that_hangs_is_replaced() {
     wait_for_speed(&body);
     signal("-STOP", &drive.guard());
     drive.end().exits(4).says(&["the guard hangs", "stopped without it"]);
-    assert!(stands(&body));
+    assert!(body.stands());
 }
 
 /// A program that uses the guard itself.
@@ -314,7 +301,7 @@ impl Program {
     fn stands_in_spite_of_commands(&mut self, body: &Body) {
         let start = Instant::now();
         self.drive_until("the end", LONG, |_| {
-            assert!(stands(body));
+            assert!(body.stands());
             start.elapsed() > Duration::from_millis(600)
         });
     }
@@ -378,7 +365,7 @@ fn what_needs_a_resume_stops_the_robot_until_it_comes() {
             program.reach_speed(&body);
             let event = Instant::now();
             begin(&mut program, &body);
-            program.drive_until(&case, LONG, |_| stands(&body));
+            program.drive_until(&case, LONG, |_| body.stands());
             let since = body.wheels().1;
             assert!(since > event, "{case}: the wheels stood already");
             let took = since - event;
@@ -399,7 +386,7 @@ fn what_needs_a_resume_stops_the_robot_until_it_comes() {
         }
         program.reach_speed(&body);
         program.exits(0);
-        assert!(stands(&body), "{kind:?}");
+        assert!(body.stands(), "{kind:?}");
     }
 }
 
@@ -416,7 +403,7 @@ fn commands_expire() {
         program.command(80.0, 80.0);
     }
     thread::sleep(Duration::from_millis(200));
-    assert!(stands(&body));
+    assert!(body.stands());
     // A fresh one does.
     program.sequence += 10;
     program.reach_speed(&body);
@@ -470,15 +457,15 @@ fn a_link_that_does_not_carry_the_stop_is_said_in_time() {
         let took = event.elapsed();
         assert!(took <= LIMIT, "{kind:?}: said after {took:?}");
         eprintln!("{kind:?}, cannot stop said: {} ms", took.as_millis());
-        assert!(!stands(&body));
+        assert!(!body.stands());
         thread::sleep(Duration::from_millis(700));
         body.is_deaf.store(false, Ordering::SeqCst);
-        wait("the stop", LONG, || stands(&body));
+        wait("the stop", LONG, || body.stands());
         // It keeps on trying until the robot confirms.
         wait("the confirmation", LONG, || program.state()["state"] == "standing");
         assert_eq!(program.state()["cannot_stop"], false);
         program.exits(0);
-        assert!(stands(&body));
+        assert!(body.stands());
     }
 }
 
@@ -497,7 +484,7 @@ fn a_guard_that_can_not_stop_the_robot_ends_with_4() {
     assert_eq!(last["failed"]["code"], 4);
     let message = last["failed"]["message"].as_str().unwrap();
     assert!(message.starts_with("cannot stop: "), "{message}");
-    assert!(!stands(&body));
+    assert!(!body.stands());
 }
 
 /// A terminal in which keys are pressed: standard input is a pseudo-terminal.
@@ -527,7 +514,7 @@ fn keys_drive_while_they_are_held() {
     let mut program = program.unwrap();
     // The first line comes when the robot is connected.
     program.stdout.as_mut().unwrap().read_exact(&mut [0]).unwrap();
-    wait("standing", LONG, || stands(&body));
+    wait("standing", LONG, || body.stands());
     assert_ne!(modes(), before);
     let held = |terminal: &mut serialport::TTYPort, key: &[u8]| {
         for _ in 0..25 {
@@ -549,7 +536,7 @@ fn keys_drive_while_they_are_held() {
     terminal.write_all(b" ").unwrap();
     stopped("space", &body, event);
     held(&mut terminal, b"w");
-    assert!(stands(&body));
+    assert!(body.stands());
     terminal.write_all(b"r").unwrap();
     held(&mut terminal, b"w");
     assert_eq!(body.wheels().0, [360, 360]);
@@ -602,7 +589,7 @@ fn a_file_is_driven_to_its_end_and_recorded() {
         "link.txt",
     ];
     let text = place.good(&[&arguments[..], &["--kinds", "proximity"]].concat());
-    assert!(stands(&body));
+    assert!(body.stands());
     let lines: Vec<Value> = text.lines().map(|line| serde_json::from_str(line).unwrap()).collect();
     let fastest = lines
         .iter()
@@ -633,7 +620,7 @@ fn a_file_begins_when_the_robot_is_ready() {
     // 30 mm/s in units of 0.332 mm/s.
     wait("driving", LONG, || body.wheels().0 == [90, 90]);
     assert!(program.unwrap().wait().unwrap().success());
-    assert!(stands(&body));
+    assert!(body.stands());
 }
 
 #[test]

@@ -129,8 +129,14 @@ fn the_shipped_samples_are_those_of_their_robot() {
 fn invalid_samplings_are_refused() {
     let place = Place::new("refused");
     for (arguments, words) in [
-        (["--robot", "khepera:1"], "allowed: surrogate:SEED"),
-        (["--robot", "surrogate:x"], "allowed: surrogate:SEED"),
+        (
+            ["--robot", "khepera:1"],
+            "or surrogate:SEED for a simulated Khepera, or FILE.toml",
+        ),
+        (
+            ["--robot", "surrogate:x"],
+            "`x` is no seed; allowed: whole numbers from 0",
+        ),
         (["--severity", "3"], "surrogate.severity: is 3; allowed: 0 to 2"),
         (["--objects", "wall,cube"], "allowed: wall, round"),
         (["--objects", "wall,wall"], "is given twice"),

@@ -64,9 +64,9 @@ pub(crate) enum Command {
     Tables(Tables),
     /// Sample a robot's sensors and motors into tables
     Sample(Sample),
-    /// Compare an experiment's simulator with recorded lives of the robot, and give the noise and the settings that follow
+    /// Compare an experiment's simulator with recorded lives of the robot, and print the noise and the settings that follow
     Calibrate(Calibrate),
-    /// Find robots on the wire, show what they sense, drive them, and stop them
+    /// Find robots on a wire, show what they sense, drive them, and stop them
     Robot(Robot),
     /// Own a robot's link for a program that drives, and stop the wheels when it dies, hangs or misses something
     #[command(hide = true)]
@@ -222,38 +222,47 @@ pub(crate) struct Evaluate {
 /// Lives on a robot, of `oneiro evaluate`.
 #[derive(Args, Debug)]
 pub(crate) struct OnRobot {
-    /// Live on a robot instead of in the simulation: at an address of `oneiro robot list`, such as `serial:/dev/ttyUSB0`, or
-    /// on the surrogate of a Khepera, such as `surrogate:1`
+    /// Evaluate on a robot instead of in the simulation: at an address as `oneiro robot list` has them, such as
+    /// `serial:/dev/ttyUSB0`, or on the surrogate of a Khepera, such as `surrogate:1`
     #[arg(long, value_name = "ADDRESS", conflicts_with_all = ["starts", "noise", "measures", "traces"])]
     pub(crate) robot: Option<String>,
     /// Record lives on a robot in this directory. Those that are complete there are not lived again
     #[arg(long, value_name = "DIR", requires = "robot", value_hint = ValueHint::DirPath)]
     pub(crate) lives: Option<PathBuf>,
-    /// What gives lives on a robot different starts
+    /// How each life on a robot gets its start
     #[arg(long, value_name = "HOW", value_enum, default_value_t = Starts::Walk, requires = "lives")]
     pub(crate) between: Starts,
     /// How long a robot drives about at random before each life, 0 to 600 s; 0: a life starts where the last one has ended
     #[arg(long, value_name = "SECONDS", default_value_t = wired::WALK_S, requires = "lives", value_parser = walk)]
     pub(crate) walk: f64,
     /// Speed of a robot's wheel at the controller's greatest output, mm/s [default: the experiment's; 80 for sampled motors]
-    #[arg(long, value_name = "MM_S", requires = "lives", value_parser = top_speed)]
+    #[arg(long, value_name = "MM_S", requires = "lives", value_parser = wheel_speed)]
     pub(crate) speed: Option<f64>,
     /// Read a sensor of the experiment from one of the robot that has another name, such as `left_90=prox_5`. May be repeated
     #[arg(long = "sensor", value_name = "NAME=NAME", requires = "lives", value_parser = pair)]
     pub(crate) sensors: Vec<(String, String)>,
-    /// Listen here to a tracker that says where the robot is, such as `udp:0.0.0.0:5005#1` for its robot 1 [default: its odometers]
+    /// Listen at this address to a tracker that reports where the robot is, such as `udp:0.0.0.0:5005#1` for its robot 1
+    /// [default: poses from the odometers]
     #[arg(long, value_name = "ADDRESS", requires = "lives")]
     pub(crate) tracker: Option<String>,
-    /// Age of a tracker's last sighting from which the robot counts as lost, and is stopped, 50 to 2000 ms
+    /// Age of the tracker's last sighting at which the robot counts as lost and is stopped, 50 to 2000 ms
     #[arg(long, value_name = "MS", default_value_t = tracker::AGE_MS, requires = "tracker",
         value_parser = clap::value_parser!(u64).range(tracker::AGES_MS))]
     pub(crate) tracker_age: u64,
     /// Set a value of the guard, such as `expiry_ms=200`. May be repeated; docs/robots-on-the-wire.md lists them
     #[arg(long, value_name = "KEY=VALUE", requires = "lives")]
     pub(crate) guard: Vec<String>,
-    /// How much a surrogate differs from the simulator made from its samples, 0 to 2
-    #[arg(long, value_name = "LAMBDA", default_value_t = miglino1995::settings::SEVERITY, requires = "robot")]
-    pub(crate) severity: f32,
+    #[arg(
+        long,
+        value_name = "LAMBDA",
+        requires = "robot",
+        conflicts_with = "lives",
+        help = format!(
+            "How much a surrogate differs from the simulator made from its samples, 0 to 2 [default: {}]",
+            miglino1995::settings::SEVERITY
+        )
+    )]
+    pub(crate) severity: Option<f32>,
 }
 
 /// Whether lives have their experiment's noise.
@@ -433,7 +442,7 @@ pub(crate) enum TablesCommand {
 /// `oneiro sample`
 #[derive(Args, Debug)]
 pub(crate) struct Sample {
-    /// Which robot: surrogate:SEED, the described robot of an experiment, FILE.toml, or a robot on the wire, such as
+    /// Which robot: surrogate:SEED, the described robot of an experiment, FILE.toml, or a robot on a wire, such as
     /// `serial:/dev/ttyUSB0`. `oneiro robot list` has all forms
     #[arg(long, value_name = "ROBOT", default_value = "surrogate:1")]
     pub(crate) robot: String,
@@ -456,28 +465,28 @@ pub(crate) struct Sample {
     /// Write tables and pictures into this directory. A sampling that was stopped continues there
     #[arg(long, value_name = "DIR", value_hint = ValueHint::DirPath)]
     pub(crate) out: PathBuf,
-    /// What a robot on the wire takes.
+    /// Options for a robot on a wire.
     #[command(flatten)]
     pub(crate) wired: SampleWired,
 }
 
-/// Options of `oneiro sample` for robots on the wire.
+/// Options of `oneiro sample` for robots on a wire.
 #[derive(Args, Debug)]
-#[command(next_help_heading = "Robots on the wire")]
+#[command(next_help_heading = "Robots on a wire")]
 pub(crate) struct SampleWired {
-    /// Wait for nobody to place the robot: a machine does, or a test
+    /// Wait for nobody: a machine places the robot, or the object
     #[arg(long)]
     pub(crate) yes: bool,
-    /// Turns before an object whose mean is taken, 1 to 20 [default: 1]
+    /// Turns before an object, 1 to 20; a reading is their rounded mean [default: 1]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=20))]
     pub(crate) turns: Option<u32>,
-    /// From the robot's rim to the object in the first row, 0 to 10000 mm [default: 5]
+    /// Gap between the robot's rim and the object in the first row, 0 to 10000 mm [default: 5]
     #[arg(long, value_name = "MM", value_parser = nearest)]
     pub(crate) nearest: Option<f32>,
-    /// From one row to the next, 0.01 to 1000 mm [default: 2]
+    /// Distance from one row to the next, 0.01 to 1000 mm [default: 2]
     #[arg(long, value_name = "MM", value_parser = spacing)]
     pub(crate) spacing: Option<f32>,
-    /// Rows, 1 to 1000 [default: 20]
+    /// Number of rows, 1 to 1000 [default: 20]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1000))]
     pub(crate) rows: Option<u32>,
     /// Speed of a wheel in the state 10 of -10 to 10, 1 to 1100 mm/s [default: ten of the robot's own units if they are a
@@ -519,7 +528,7 @@ pub(crate) struct Calibrate {
     /// The experiment's TOML file
     #[arg(value_hint = ValueHint::FilePath)]
     pub(crate) experiment: PathBuf,
-    /// Directories of lives, which `oneiro evaluate --robot` and runs with `[reality]` on a wire have written. Any number of them
+    /// Directories of lives that `oneiro evaluate --robot`, or a run with `[reality]` on a wire, has written; any number of them
     #[arg(long, value_name = "DIR", required = true, num_args = 1.., value_hint = ValueHint::DirPath)]
     pub(crate) lives: Vec<PathBuf>,
     /// Write a page with figures, the errors as a table, and the settings that follow into this directory, which must be empty or new
@@ -594,7 +603,7 @@ pub(crate) struct RobotDrive {
     /// The robot, and the guard's values.
     #[command(flatten)]
     pub(crate) guard: Guard,
-    /// Speed at the beginning: mm/s, 1 to 1100, or a share of the greatest allowed, 1% to 100%
+    /// Initial speed: mm/s, 1 to 1100, or a share of the greatest allowed, 1% to 100%
     #[arg(long, value_name = "SPEED", default_value = "50", value_parser = speed)]
     pub(crate) speed: Speed,
     /// Drive by a file instead of keys. Each of its lines has seconds and the speeds of the left and the right wheel, mm/s
@@ -861,20 +870,9 @@ fn speed(text: &str) -> Result<Speed, String> {
     }
 }
 
-/// Parses a time in seconds, 0 to 600.
+/// Parses a time in seconds.
 fn walk(text: &str) -> Result<f64, String> {
-    match text.parse::<f64>() {
-        Ok(seconds) if (0.0..=wired::LONGEST_WALK_S).contains(&seconds) => Ok(seconds),
-        _ => Err("allowed: 0 to 600 s, such as 10".to_owned()),
-    }
-}
-
-/// Parses a speed in mm/s, 1 to 1100.
-fn top_speed(text: &str) -> Result<f64, String> {
-    match speed(text) {
-        Ok(Speed::MmPerS(speed)) => Ok(speed),
-        _ => Err("allowed: 1 to 1100 mm/s, such as 50".to_owned()),
-    }
+    within(text, 0.0, wired::LONGEST_WALK_S)
 }
 
 /// Parses two names.

@@ -7,8 +7,6 @@ use std::path::Path;
 use oneiro::evaluator;
 use oneiro::parameter::Invalid;
 
-use crate::robots;
-
 /// Exit codes other than 0; the README lists them for users.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u8)]
@@ -176,15 +174,6 @@ impl From<evaluator::Error> for Failure {
 fn words(error: &io::Error) -> String {
     let text = error.to_string();
     text.split(" (os error").next().unwrap_or_default().to_owned()
-}
-
-impl From<robots::error::Error> for Failure {
-    fn from(error: robots::error::Error) -> Self {
-        match error {
-            robots::error::Error::Unsupported { .. } => Self::input(error),
-            _ => Self::device(error),
-        }
-    }
 }
 
 #[cfg(test)]

@@ -37,6 +37,7 @@ mod statistics;
 mod studies;
 mod swarm;
 mod sweep;
+mod utc;
 mod workload;
 
 fn main() -> ExitCode {

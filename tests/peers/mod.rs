@@ -33,6 +33,16 @@ impl Noise {
     }
 }
 
+/// Waits until something has happened.
+#[track_caller]
+pub(crate) fn wait(what: &str, limit: Duration, mut done: impl FnMut() -> bool) {
+    let start = Instant::now();
+    while !done() {
+        assert!(start.elapsed() < limit, "{what} did not happen within {limit:?}");
+        thread::sleep(Duration::from_millis(1));
+    }
+}
+
 /// What a robot's wheels do, and what is wrong with it.
 #[derive(Clone)]
 pub(crate) struct Body {
@@ -96,6 +106,11 @@ impl Body {
         if !self.is_runaway.load(Ordering::SeqCst) {
             self.set(speeds);
         }
+    }
+
+    /// Whether the wheels stand.
+    pub(crate) fn stands(&self) -> bool {
+        self.wheels().0 == [0, 0]
     }
 
     /// Whether a flag is set.

@@ -44,7 +44,7 @@ fn wait_for_cycles(place: &Place, life: &str, cycles: usize) {
 
 /// Asserts that the wheels come to stand within half a second of an event, and waits until the guard is gone.
 fn stops(place: &Place, body: &Body, address: &str, event: Instant) {
-    wait("the stop", LONG, || stands(body));
+    wait("the stop", LONG, || body.stands());
     let took = body.wheels().1.saturating_duration_since(event);
     assert!(took < Duration::from_millis(500), "{took:?}");
     wait("the end of the guard", LONG, || {
@@ -79,7 +79,7 @@ fn a_run_ends_on_a_robot() {
     );
     let ran = place.run(&RUN).exits(0);
     ran.says(&["Khepera", "life-4.csv: fitness"]);
-    assert!(stands(&body));
+    assert!(body.stands());
     assert_eq!(status(&place, "out"), ["complete"; 4]);
     // Its fitness is that of its lives, in the order of the individuals.
     let index = Table::read(&place, "out/lives/lives.csv");
@@ -169,7 +169,7 @@ fn a_run_on_a_robot_goes_on() {
     let event = Instant::now();
     let signal = ["-INT", &program.id().to_string()];
     Command::new("kill").args(signal).status().unwrap();
-    wait("the stop", LONG, || stands(&body));
+    wait("the stop", LONG, || body.stands());
     let took = body.wheels().1.saturating_duration_since(event);
     assert!(took < Duration::from_millis(500), "{took:?}");
     ended(&["resume"], program).exits(75).says(&["oneiro resume"]);
@@ -180,7 +180,7 @@ fn a_run_on_a_robot_goes_on() {
     place.run(&["resume", "out"]).exits(0);
     let expected = [&expected[..], &["complete"; 2]].concat();
     assert_eq!(status(&place, "out"), expected);
-    assert!(stands(&body));
+    assert!(body.stands());
     assert_eq!(place.text("out/lives/life-1.csv"), first);
     let index = Table::read(&place, "out/lives/lives.csv");
     let complete = [0, 2, 4, 5];
@@ -294,7 +294,7 @@ fn a_full_disk_stops_the_wheels() {
             }
             program.try_wait().unwrap().is_some()
         });
-        assert!(stands(&body));
+        assert!(body.stands());
         // The next cycle could not be recorded, 100 ms later.
         let took = body.wheels().1.saturating_duration_since(grown);
         assert!(took < Duration::from_millis(100 + 500), "{took:?}");

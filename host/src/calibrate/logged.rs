@@ -7,16 +7,17 @@ use csv::StringRecord;
 use super::{Cycle, Logged};
 use crate::engine::disk;
 use crate::exit::{Failure, Result};
+use crate::reality::wired::logbook::{COMPLETE, INDEX, table};
 
 /// Reads the complete lives of a directory. `sensors` are the names of the robot's own sensors in the experiment.
 ///
 /// # Errors
 /// Exit 3 for a directory without lives, or with those of other sensors; exit 5 for files that aren't what was written.
 pub(crate) fn lives(directory: &Path, sensors: &[String]) -> Result<Vec<Logged>> {
-    let index = directory.join("lives.csv");
+    let index = directory.join(INDEX);
     if !index.is_file() {
         return Err(Failure::input(format_args!(
-            "{}: has no lives.csv; allowed: what `oneiro evaluate --robot --lives` has written, or the folder lives of a run",
+            "{}: has no {INDEX}; allowed: what `oneiro evaluate --robot --lives` has written, or the folder lives of a run",
             directory.display()
         )));
     }
@@ -26,11 +27,11 @@ pub(crate) fn lives(directory: &Path, sensors: &[String]) -> Result<Vec<Logged>>
         &["life", "status", "start_x_mm", "start_y_mm", "start_heading_turns"],
     )?
     .each(|cells| {
-        if cells.text(1) != "complete" {
+        if cells.text(1) != COMPLETE {
             return Some(Ok(()));
         }
         let start = [cells.number(2)?, cells.number(3)?, cells.number(4)?];
-        let path = directory.join(format!("life-{}.csv", cells.text(0)));
+        let path = directory.join(table(cells.text(0)));
         Some(life(&path, start, sensors).map(|life| lives.push(life)))
     })?;
     Ok(lives)

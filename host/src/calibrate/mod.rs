@@ -13,8 +13,9 @@ pub(crate) mod moves;
 pub(crate) mod page;
 pub(crate) mod readings;
 
+use std::fmt::Write as _;
+
 use oneiro::differential::Build;
-use oneiro::tables::SENSOR_NAMES;
 use oneiro::world::World;
 
 use crate::engine::handle::Engine;
@@ -76,31 +77,26 @@ impl Calibration {
             "# Noise that spreads readings and moves as the robot's are spread around the simulator's.\n[noise]\nsensor = [{low:.3}, {high:.3}]\n"
         );
         let Some(moves) = &self.moves else { return text };
-        text += &format!("motor = {:.3}\n", moves.noise());
+        // Writing to a string can't fail.
+        let _ = writeln!(text, "motor = {:.3}", moves.noise());
         if let Build::Differential(own) = &world.spec().robot.build
             && let Some(speed) = own.greatest_speed
         {
-            text += &format!(
+            let _ = writeln!(
+                text,
                 "\n# The wheels' speeds as they were measured, and how late commands took effect.\n[robot]\n\
-                 greatest_speed_mm_s = {:.1}\nlatency_cycles = {}\n",
+                 greatest_speed_mm_s = {:.1}\nlatency_cycles = {}",
                 f64::from(speed) * moves.mean_gain(),
                 (moves.latency / CYCLE).round()
             );
         } else if moves.is_far_off() {
-            text += &format!(
-                "\n# The wheels turn at {:.3} (left) and {:.3} (right) times their commanded speeds: sample the motors again.\n",
+            let _ = writeln!(
+                text,
+                "\n# The wheels turn at {:.3} (left) and {:.3} (right) times their commanded speeds: sample the motors again.",
                 moves.gains[0], moves.gains[1]
             );
         }
         text
-    }
-}
-
-/// Names of the robot's own sensors, in the order of activations.
-pub(crate) fn sensors(world: &World) -> Vec<String> {
-    match &world.spec().robot.build {
-        Build::Sampled => SENSOR_NAMES.map(str::to_owned).into(),
-        Build::Differential(own) => own.sensors.iter().map(|sensor| sensor.name.clone()).collect(),
     }
 }
 

@@ -1,4 +1,4 @@
-//! Moves: how far each wheel turns for what it is told, and how late.
+//! Moves: how far each wheel travels for what is commanded, and how late.
 
 use super::{Logged, half_width};
 use crate::statistics::{mean, variance};
@@ -25,17 +25,17 @@ const LEAST_WAY: f64 = 1.0;
 /// Difference of a gain from 1 that is worth another sampling of motors.
 const FAR_OFF: f64 = 0.03;
 
-/// What each wheel was told for each cycle, and how far it went, mm.
+/// Commanded and measured travel of each wheel in each cycle, mm.
 struct Ways {
-    told: [Vec<f64>; 2],
-    gone: [Vec<f64>; 2],
+    commanded: [Vec<f64>; 2],
+    travelled: [Vec<f64>; 2],
 }
 
 impl Ways {
     fn of(lives: &[Logged], latency: f64) -> Self {
         let mut ways = Self {
-            told: [Vec::new(), Vec::new()],
-            gone: [Vec::new(), Vec::new()],
+            commanded: [Vec::new(), Vec::new()],
+            travelled: [Vec::new(), Vec::new()],
         };
         for life in lives {
             for (index, pair) in life.cycles.windows(2).enumerate() {
@@ -43,27 +43,33 @@ impl Ways {
                     continue;
                 };
                 for wheel in 0..2 {
-                    let told = told(life, wheel, index, [pair[0].time - latency, pair[1].time - latency]);
-                    ways.told[wheel].push(told);
-                    ways.gone[wheel].push(after[wheel] - before[wheel]);
+                    let commanded = commanded(life, wheel, index, [pair[0].time - latency, pair[1].time - latency]);
+                    ways.commanded[wheel].push(commanded);
+                    ways.travelled[wheel].push(after[wheel] - before[wheel]);
                 }
             }
         }
         ways
     }
 
-    /// The gain of a wheel with the least squared error; NaN if it was never told to move.
+    /// The gain of a wheel with the least squared error; NaN if it was never commanded to move.
     fn gain(&self, wheel: usize) -> f64 {
-        let (told, gone) = (&self.told[wheel], &self.gone[wheel]);
-        let both: f64 = told.iter().zip(gone).map(|(told, gone)| told * gone).sum();
-        both / told.iter().map(|told| told * told).sum::<f64>()
+        let (commanded, travelled) = (&self.commanded[wheel], &self.travelled[wheel]);
+        let both: f64 = commanded
+            .iter()
+            .zip(travelled)
+            .map(|(commanded, travelled)| commanded * travelled)
+            .sum();
+        both / commanded.iter().map(|commanded| commanded * commanded).sum::<f64>()
     }
 
     /// Differences from gain times command, mm.
     fn errors(&self, wheel: usize) -> Vec<f64> {
         let gain = self.gain(wheel);
-        let pairs = self.told[wheel].iter().zip(&self.gone[wheel]);
-        pairs.map(|(told, gone)| gone - gain * told).collect()
+        let pairs = self.commanded[wheel].iter().zip(&self.travelled[wheel]);
+        pairs
+            .map(|(commanded, travelled)| travelled - gain * commanded)
+            .collect()
     }
 
     fn squares(&self) -> f64 {
@@ -74,8 +80,8 @@ impl Ways {
     }
 }
 
-/// The way that a wheel was told between two times, mm; `near` is the cycle of the later one, or one after it.
-fn told(life: &Logged, wheel: usize, near: usize, [from, to]: [f64; 2]) -> f64 {
+/// Commanded travel of a wheel between two times, mm; `near` is the cycle of the later one, or one after it.
+fn commanded(life: &Logged, wheel: usize, near: usize, [from, to]: [f64; 2]) -> f64 {
     let mut way = 0.0;
     let mut end = to;
     for cycle in life.cycles[..=near].iter().rev() {
@@ -105,12 +111,12 @@ impl Moves {
             return None;
         }
         let mut relative = Vec::new();
-        for wheel in 0..2 {
-            let expected = ways.told[wheel].iter().map(|told| gains[wheel] * told);
+        for (wheel, gain) in gains.iter().enumerate() {
+            let expected = ways.commanded[wheel].iter().map(|commanded| gain * commanded);
             let moving = expected
-                .zip(&ways.gone[wheel])
+                .zip(&ways.travelled[wheel])
                 .filter(|(expected, _)| expected.abs() >= LEAST_WAY);
-            relative.extend(moving.map(|(expected, gone)| gone / expected - 1.0));
+            relative.extend(moving.map(|(expected, travelled)| travelled / expected - 1.0));
         }
         Some(Self {
             gains,

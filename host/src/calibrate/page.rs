@@ -30,7 +30,7 @@ pub(crate) fn page(name: &str, calibration: &Calibration, settings: &str) -> Str
     let age = facts(&[
         ("cycles compared", readings.compared.to_string()),
         (
-            "cycles left out, since a body can't stand where the robot was said to be",
+            "cycles left out: at the recorded pose the body would touch something",
             readings.left_out.to_string(),
         ),
         ("age of readings", format!("{:.0} ms", 1000.0 * readings.age)),
@@ -73,8 +73,14 @@ fn moves(calibration: &Calibration) -> String {
     let [left, right] = moves.gains;
     let [left_deviation, right_deviation] = moves.deviation;
     facts(&[
-        ("speed of the left wheel, of what it was told", significant(left, 4)),
-        ("speed of the right wheel, of what it was told", significant(right, 4)),
+        (
+            "speed of the left wheel, as a share of the commanded one",
+            significant(left, 4),
+        ),
+        (
+            "speed of the right wheel, as a share of the commanded one",
+            significant(right, 4),
+        ),
         ("right over left", significant(right / left, 4)),
         (
             "time from a command to its effect",

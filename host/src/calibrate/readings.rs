@@ -18,7 +18,7 @@ pub(crate) struct Readings {
     pub(crate) sensors: Vec<SensorErrors>,
     /// Age of readings with the least squared error, s.
     pub(crate) age: f64,
-    /// Cycles compared, and cycles left out since the robot would have touched something where it was said to be.
+    /// Cycles compared, and cycles left out because the body would touch something at the recorded pose.
     pub(crate) compared: usize,
     pub(crate) left_out: usize,
 }
@@ -85,7 +85,7 @@ impl Readings {
             .collect::<Result<Vec<_>>>()?;
         let (oldest, step) = AGES;
         let ages = (0..=(oldest / step) as u32).map(|tried| f64::from(tried) * step);
-        let names = super::sensors(world);
+        let names = world.spec().robot.build.readings();
         let at = |age: f64| pairs(&lives, &predicted, age, names.len());
         let squares = |pairs: &[Vec<(f64, [f64; 2])>]| -> f64 {
             let all: Vec<f64> = pairs

@@ -1,11 +1,12 @@
 //! `oneiro calibrate`: how well a simulator predicts a robot.
 
+use std::fmt::Write as _;
 use std::fs;
 
 use serde_json::json;
 
 use crate::calibrate::readings::{Errors, RANGES};
-use crate::calibrate::{self, Calibration, logged, page};
+use crate::calibrate::{Calibration, logged, page};
 use crate::cli::Calibrate;
 use crate::console::{Console, counted};
 use crate::contents::{Column, Entry, describe};
@@ -48,7 +49,7 @@ pub(crate) fn run(arguments: &Calibrate, console: Console) -> Result {
     }
     let experiment = Experiment::read(&arguments.experiment, &arguments.set)?;
     let world = experiment.world();
-    let sensors = calibrate::sensors(world);
+    let sensors = world.spec().robot.build.readings();
     let mut lives = Vec::new();
     for directory in &arguments.lives {
         lives.extend(logged::lives(directory, &sensors)?);
@@ -122,13 +123,15 @@ fn summary(calibration: &Calibration) -> String {
     );
     for sensor in &readings.sensors {
         let all = sensor.at.last().map_or(f64::NAN, Errors::size);
-        text += &format!("  {:<16} error {}\n", sensor.name, significant(all, 3));
+        // Writing to a string can't fail.
+        let _ = writeln!(text, "  {:<16} error {}", sensor.name, significant(all, 3));
     }
     match &calibration.moves {
         Some(moves) => {
             let [left, right] = moves.gains.map(|gain| significant(gain, 4));
-            text += &format!(
-                "  wheels turn at {left} (left) and {right} (right) times their commands, {:.0} ms later\n",
+            let _ = writeln!(
+                text,
+                "  wheels turn at {left} (left) and {right} (right) times their commands, {:.0} ms later",
                 1000.0 * moves.latency
             );
         }

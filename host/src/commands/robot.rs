@@ -1,4 +1,4 @@
-//! `oneiro robot`: finds robots on the wire, shows what they sense, drives them, and stops them.
+//! `oneiro robot`: finds robots on a wire, shows what they sense, drives them, and stops them.
 
 use std::path::Path;
 use std::time::{Duration, Instant};

@@ -13,7 +13,7 @@ use crate::exit::{Failure, Result};
 use crate::experiment::Experiment;
 use crate::reality::described::Described;
 use crate::reality::sampling::{self, Grid, Notebook};
-use crate::reality::site::{self, Site};
+use crate::reality::site::Site;
 use crate::robots::Kind;
 use crate::robots::address::{Address, Wire};
 use crate::robots::guard::wheels::Wanted;
@@ -38,25 +38,32 @@ pub(crate) fn run(arguments: &Sample, console: Console) -> Result {
             arguments.robot
         )));
     }
-    if let Ok(Address::Wire(wire)) = arguments.robot.parse() {
-        return wired(wire, arguments, console);
-    }
+    let path = Path::new(&arguments.robot);
+    let is_experiment = path.extension().is_some_and(|extension| extension == "toml");
+    let seed = match (is_experiment, arguments.robot.parse()) {
+        (_, Ok(Address::Wire(wire))) => return wired(wire, arguments, console),
+        (_, Ok(Address::Surrogate(seed))) => Some(seed),
+        (true, Err(_)) => None,
+        (false, Err(invalid)) => {
+            return Err(Failure::input(format_args!(
+                "--robot: {invalid}, or FILE.toml, an experiment with a described robot"
+            )));
+        }
+    };
     if let Some(option) = arguments.wired.given() {
         return Err(Failure::input(format_args!(
-            "{option}: is given with --robot {}; allowed: with a robot on the wire",
+            "{option}: is given with --robot {}; allowed: with a robot on a wire",
             arguments.robot
         )));
     }
-    let path = Path::new(&arguments.robot);
-    if path.extension().is_some_and(|extension| extension == "toml") {
+    let Some(seed) = seed else {
         return described(path, arguments, console);
-    }
-    let severity = arguments.severity.unwrap_or(SEVERITY);
-    let site = Site::drawn(site::seed_of(&arguments.robot)?, severity);
+    };
+    let site = Site::drawn(seed, arguments.severity.unwrap_or(SEVERITY));
     let objects = objects(&arguments.objects)?;
     let evaluations = device::engine(&arguments.backend)?;
     let mut robot = site
-        .open(&evaluations, &WorldSpec::miglino1995())
+        .sampled(&evaluations, &WorldSpec::miglino1995())
         .map_err(|trouble| Failure::input(format_args!("--robot {}: {trouble}", arguments.robot)))?;
     let samples = sampling::take(&mut *robot, &objects, &arguments.out, console)?;
     drop(robot);
@@ -92,7 +99,7 @@ fn described(path: &Path, arguments: &Sample, console: Console) -> Result {
     Ok(())
 }
 
-/// Samples a robot on the wire: somebody places it for each row.
+/// Samples a robot on a wire: somebody places it for each row.
 fn wired(wire: Wire, arguments: &Sample, console: Console) -> Result {
     let options = &arguments.wired;
     let objects = objects(&arguments.objects)?;

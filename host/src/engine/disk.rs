@@ -1,6 +1,6 @@
 //! Writing files that survive a power cut intact.
 
-use std::fs::{self, File, OpenOptions};
+use std::fs::{self, File, OpenOptions, TryLockError};
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 use std::thread;
@@ -84,6 +84,23 @@ pub(crate) fn sync_directory(path: &Path) -> Result {
             .map_err(|error| Failure::storage(path, &error))?;
     }
     Ok(())
+}
+
+/// The file of a directory that the one process locks which writes there.
+pub(crate) const LOCK: &str = "lock";
+
+/// Locks a directory for this process, as long as the file is open; none if another process writes there.
+///
+/// # Errors
+/// Exit 6.
+pub(crate) fn try_lock(directory: &Path) -> Result<Option<File>> {
+    let path = directory.join(LOCK);
+    let file = lock_file(&path)?;
+    match file.try_lock() {
+        Ok(()) => Ok(Some(file)),
+        Err(TryLockError::WouldBlock) => Ok(None),
+        Err(TryLockError::Error(error)) => Err(Failure::storage(&path, &error)),
+    }
 }
 
 /// Opens a file for locking, and creates it if it isn't there.

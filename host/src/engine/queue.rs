@@ -1,10 +1,9 @@
 //! Work on its way to the device and back, and reasons for ending early.
 
+use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender};
 use std::time::Duration;
-
-use std::sync::Arc;
 
 use oneiro::batch::{Batch, Outcome, Rollout};
 use oneiro::evaluator::{Control, Error};

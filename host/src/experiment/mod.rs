@@ -77,7 +77,8 @@ impl Experiment {
         let world = world::world(&settings, &source, &mut inputs)?;
         if let Ok(Some(site)) = settings.reality.site() {
             let allowed = site.allows(world.spec());
-            allowed.map_err(|problem| source.invalid("reality.robot", format!("can't live so: {problem}")))?;
+            allowed
+                .map_err(|problem| source.invalid("reality.robot", format!("can't run this experiment: {problem}")))?;
         }
         check::memory(&settings, world.genes()).map_err(|invalid| source.invalid(&invalid.field, &invalid.problem))?;
         let init = inputs.init(

@@ -408,7 +408,7 @@ const REFUSED: &[(&str, &str)] = &[
     ),
     (
         "[reality]\nrobot = \"surrogate:1\"\n[robot]\npreset = \"kheperax\"",
-        "test.toml:2:9: reality.robot: can't live so: ",
+        "test.toml:2:9: reality.robot: can't run this experiment: ",
     ),
     (
         "[start]\nx_mm = 3",

@@ -6,7 +6,7 @@ use super::{Object, Shape};
 
 /// An arena with one object, of which the nearest point lies at the heading 0 from a robot's centre, mm, and at a distance that is
 /// the sum of these. A wall reaches as far as `half_wall` mm to both sides. `view` is as in
-/// [`Reality::turn_before`](super::Reality::turn_before).
+/// [`Sampled::turn_before`](super::Sampled::turn_before).
 pub(super) fn arena(
     object: &Object,
     view: f64,

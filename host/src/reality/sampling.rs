@@ -8,7 +8,7 @@ use oneiro::tables::{MotorSamples, SensorTable, SensorTables};
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 
-use super::{Driven, Life, Lived, Object, Reality, Trouble, Turned, patiently};
+use super::{Driven, Object, Sampled, Trouble, Turned, patiently};
 use crate::console::Console;
 use crate::engine::disk;
 use crate::exit::{Failure, Result};
@@ -42,7 +42,7 @@ impl Grid {
         rows: 20,
     };
 
-    /// Where the robot stands for a row of an object: the point of view, see [`Reality::turn_before`], and the gap in mm. The
+    /// Where the robot stands for a row of an object: the point of view, see [`Sampled::turn_before`], and the gap in mm. The
     /// rows of each point of view follow those of the one before; a view is sampled in its middle.
     pub(crate) fn place(self, object: &Object, row: u32) -> (f64, f32) {
         let view = (f64::from(row / self.rows) + 0.5) / f64::from(2 * object.views());
@@ -160,7 +160,7 @@ pub(crate) fn rows(objects: &[Object]) -> u64 {
 /// # Errors
 /// The robot's troubles; exit 6 if a row can't be saved.
 pub(crate) fn sample(
-    reality: &mut dyn Reality,
+    robot: &mut dyn Sampled,
     objects: &[Object],
     notebook: &Notebook,
     done: &dyn Fn(),
@@ -169,14 +169,14 @@ pub(crate) fn sample(
     for object in objects {
         let mut taken = Vec::new();
         for number in 0..object.views() * Grid::USUAL.rows {
-            taken.push(notebook.row(&row_name(object, number), || row(reality, object, number))?);
+            taken.push(notebook.row(&row_name(object, number), || row(robot, object, number))?);
             done();
         }
         classes.push(table(object, Grid::USUAL, &taken));
     }
     let mut taken = Vec::new();
     for (number, left) in SPEEDS.enumerate() {
-        taken.push(notebook.row(&motors_name(number), || motors_row(reality, left))?);
+        taken.push(notebook.row(&motors_name(number), || motors_row(robot, left))?);
         done();
     }
     Ok(Samples {
@@ -189,15 +189,10 @@ pub(crate) fn sample(
 ///
 /// # Errors
 /// The robot's troubles; exit 3 if the directory holds rows of another robot; exit 6 if a file can't be written.
-pub(crate) fn take(
-    reality: &mut dyn Reality,
-    objects: &[Object],
-    directory: &Path,
-    console: Console,
-) -> Result<Samples> {
-    let notebook = Notebook::open(directory, &reality.describe())?;
+pub(crate) fn take(robot: &mut dyn Sampled, objects: &[Object], directory: &Path, console: Console) -> Result<Samples> {
+    let notebook = Notebook::open(directory, &robot.describe())?;
     let bar = progress::rows(rows(objects), "sampling", console);
-    let samples = sample(reality, objects, &notebook, &|| bar.inc(1))?;
+    let samples = sample(robot, objects, &notebook, &|| bar.inc(1))?;
     bar.finish_and_clear();
     write(&samples.sensors, Some(&samples.motors), directory)?;
     Ok(samples)
@@ -220,14 +215,14 @@ pub(crate) fn write(sensors: &SensorTables, motors: Option<&MotorSamples>, direc
 }
 
 /// Samples a robot without saving rows: for a simulation, which takes a second.
-pub(crate) fn sample_unkept(reality: &mut dyn Reality, objects: &[Object]) -> Result<Samples> {
-    sample(reality, objects, &Notebook { directory: None }, &|| ())
+pub(crate) fn sample_unkept(robot: &mut dyn Sampled, objects: &[Object]) -> Result<Samples> {
+    sample(robot, objects, &Notebook { directory: None }, &|| ())
 }
 
 /// One row of a sensor table: the first reading in each bearing's interval as the robot turns.
-fn row(reality: &mut dyn Reality, object: &Object, row: u32) -> Result<Row> {
+fn row(robot: &mut dyn Sampled, object: &Object, row: u32) -> Result<Row> {
     let (view, gap) = Grid::USUAL.place(object, row);
-    let turn = patiently(|| reality.turn_before(object, view, gap))?;
+    let turn = patiently(|| robot.turn_before(object, view, gap))?;
     binned(&turn).map_err(|bearing| {
         let low = f64::from(bearing) * 360.0 / f64::from(BEARINGS);
         Failure::failed(format_args!(
@@ -266,13 +261,13 @@ pub(super) fn mean(cells: &[&[u16]]) -> Vec<u16> {
 
 /// A robot that turns before each object several times. Its reading at a bearing is the rounded mean over the turns.
 pub(crate) struct Averaged<'a> {
-    robot: &'a mut dyn Reality,
+    robot: &'a mut dyn Sampled,
     turns: u32,
 }
 
 impl<'a> Averaged<'a> {
     /// Averages over this number of turns, at least one.
-    pub(crate) fn new(robot: &'a mut dyn Reality, turns: u32) -> Self {
+    pub(crate) fn new(robot: &'a mut dyn Sampled, turns: u32) -> Self {
         Self {
             robot,
             turns: turns.max(1),
@@ -280,7 +275,7 @@ impl<'a> Averaged<'a> {
     }
 }
 
-impl Reality for Averaged<'_> {
+impl Sampled for Averaged<'_> {
     fn describe(&self) -> String {
         format!("{}, the mean of {} turns", self.robot.describe(), self.turns)
     }
@@ -307,10 +302,6 @@ impl Reality for Averaged<'_> {
     fn drive(&mut self, speeds: (i32, i32)) -> std::result::Result<Driven, Trouble> {
         self.robot.drive(speeds)
     }
-
-    fn live(&mut self, lives: &[Life<'_>], traced: bool) -> std::result::Result<Vec<Lived>, Trouble> {
-        self.robot.live(lives, traced)
-    }
 }
 
 /// A table from its rows.
@@ -331,8 +322,8 @@ pub(crate) fn table(object: &Object, grid: Grid, rows: &[Row]) -> SensorTable {
 }
 
 /// Measures one speed of the left wheel with each of the right.
-fn motors_row(reality: &mut dyn Reality, left: i32) -> Result<Vec<Driven>> {
-    SPEEDS.map(|right| patiently(|| reality.drive((left, right)))).collect()
+fn motors_row(robot: &mut dyn Sampled, left: i32) -> Result<Vec<Driven>> {
+    SPEEDS.map(|right| patiently(|| robot.drive((left, right)))).collect()
 }
 
 /// The motors' samples from their rows.
@@ -363,7 +354,7 @@ mod tests {
         }
     }
 
-    impl Reality for Wired {
+    impl Sampled for Wired {
         fn describe(&self) -> String {
             "a robot on a wire".into()
         }
@@ -388,10 +379,6 @@ mod tests {
                 displacement: f64::from(left + right),
                 turn: f64::from(right - left) / 100.0,
             })
-        }
-
-        fn live(&mut self, _: &[Life<'_>], _: bool) -> std::result::Result<Vec<Lived>, Trouble> {
-            Err(Trouble::Broken("it only turns".into()))
         }
     }
 
@@ -435,7 +422,7 @@ mod tests {
             blind: fn(turn: u16, bearing: u16) -> bool,
         }
 
-        impl Reality for Counting {
+        impl Sampled for Counting {
             fn describe(&self) -> String {
                 "it counts".into()
             }
@@ -452,10 +439,6 @@ mod tests {
             }
 
             fn drive(&mut self, _: (i32, i32)) -> std::result::Result<Driven, Trouble> {
-                Err(Trouble::Broken("it only turns".into()))
-            }
-
-            fn live(&mut self, _: &[Life<'_>], _: bool) -> std::result::Result<Vec<Lived>, Trouble> {
                 Err(Trouble::Broken("it only turns".into()))
             }
         }

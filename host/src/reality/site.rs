@@ -12,7 +12,7 @@ use oneiro::world::{Collision, Noise, Robot, World, WorldSpec};
 
 use super::surrogate::SurrogateRobot;
 use super::wired::{self, Lives, Shared, WiredRobot};
-use super::{Life, Reality, Trouble};
+use super::{Life, Reality, Sampled, Trouble};
 use crate::console::{Console, Output};
 use crate::engine::handle::Engine;
 use crate::engine::job::Outside;
@@ -34,11 +34,11 @@ pub(crate) enum Site {
         /// The simulation.
         surrogate: Arc<Surrogate>,
     },
-    /// A robot at the end of a wire.
+    /// A robot on a wire.
     Wired(Wired),
 }
 
-/// A robot at the end of a wire. All clones share one connection, which the first opens that is needed.
+/// A robot on a wire. All clones share one connection, which is opened when it is first needed.
 #[derive(Clone)]
 pub(crate) struct Wired {
     wire: Wire,
@@ -150,7 +150,7 @@ impl Site {
         match address.parse() {
             Ok(Address::Surrogate(seed)) => Ok(Self::drawn(seed, severity)),
             Ok(Address::Wire(wire)) => {
-                guard::values::Values::of(guard).map_err(|problem| problem.to_string())?;
+                guard::values::Values::of(guard)?;
                 let console = Console::new(Output::default());
                 Ok(Self::Wired(Wired::new(wire, values, guard, console)))
             }
@@ -226,11 +226,7 @@ impl Site {
     /// # Errors
     /// Exit 3: the first value that the world doesn't allow; a robot on a wire, always.
     pub(crate) fn world(&self, spec: &WorldSpec) -> Result<World, Failure> {
-        let Self::Surrogate { surrogate, .. } = self else {
-            return Err(Failure::input(
-                "the robot is on a wire, and its lives can't be simulated; allowed: surrogate:SEED",
-            ));
-        };
+        let (_, surrogate) = self.surrogate_of()?;
         let world = World::new(WorldSpec {
             surrogate: Some(Arc::clone(surrogate)),
             noise: Noise::NONE,
@@ -243,18 +239,42 @@ impl Site {
         Ok(world)
     }
 
-    /// The robot, ready for lives, and if it is a surrogate, to be sampled. `spec` says how it is evaluated, except for its noise and
-    /// the effect of collisions.
+    /// The robot, ready for lives. `spec` says how it is evaluated, except for its noise and the effect of collisions.
     ///
     /// # Errors
     /// Exit 3 with the value that the world doesn't allow; as the connection and the record of a robot on a wire.
     pub(crate) fn open<'a>(&self, engine: &'a Engine, spec: &WorldSpec) -> Result<Box<dyn Reality + 'a>, Failure> {
         match self {
-            Self::Surrogate { seed, surrogate } => {
-                let (surrogate, world) = (Arc::clone(surrogate), self.world(spec)?);
-                Ok(Box::new(SurrogateRobot::new(engine, *seed, surrogate, world)))
-            }
+            Self::Surrogate { .. } => Ok(Box::new(self.simulated(engine, spec)?)),
             Self::Wired(wired) => Ok(Box::new(wired.open(engine.stop(), spec)?)),
+        }
+    }
+
+    /// The robot, ready to be sampled without a person.
+    ///
+    /// # Errors
+    /// Exit 3 with the value that the world doesn't allow; for a robot on a wire, always.
+    pub(crate) fn sampled<'a>(&self, engine: &'a Engine, spec: &WorldSpec) -> Result<Box<dyn Sampled + 'a>, Failure> {
+        Ok(Box::new(self.simulated(engine, spec)?))
+    }
+
+    fn simulated<'a>(&self, engine: &'a Engine, spec: &WorldSpec) -> Result<SurrogateRobot<'a>, Failure> {
+        let (seed, surrogate) = self.surrogate_of()?;
+        Ok(SurrogateRobot::new(
+            engine,
+            seed,
+            Arc::clone(surrogate),
+            self.world(spec)?,
+        ))
+    }
+
+    /// The seed and the simulation of a surrogate.
+    fn surrogate_of(&self) -> Result<(u64, &Arc<Surrogate>), Failure> {
+        match self {
+            Self::Surrogate { seed, surrogate } => Ok((*seed, surrogate)),
+            Self::Wired(_) => Err(Failure::input(
+                "the robot is on a wire, and can't be simulated; allowed: surrogate:SEED",
+            )),
         }
     }
 }
@@ -268,17 +288,17 @@ pub(crate) fn address(text: &str) -> Result<Address, Failure> {
         .map_err(|invalid| Failure::input(format_args!("--robot: {invalid}")))
 }
 
-/// Parses the seed in a robot's address, `surrogate:SEED`, the value of `--robot`.
+/// The seed in the address of a surrogate, `surrogate:SEED`, where `--robot` takes no other robot.
 ///
 /// # Errors
 /// Exit 3 with the problem of the address.
 pub(crate) fn seed_of(address: &str) -> Result<u64, Failure> {
-    let seed = address.strip_prefix("surrogate:").and_then(|seed| seed.parse().ok());
-    seed.ok_or_else(|| {
-        Failure::input(format_args!(
-            "--robot {address}: no such robot; allowed: surrogate:SEED, such as surrogate:1"
-        ))
-    })
+    match address.parse() {
+        Ok(Address::Surrogate(seed)) => Ok(seed),
+        _ => Err(Failure::input(format_args!(
+            "--robot {address}: is no surrogate; allowed: surrogate:SEED, such as surrogate:1"
+        ))),
+    }
 }
 
 #[cfg(test)]

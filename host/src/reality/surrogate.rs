@@ -10,7 +10,7 @@ use oneiro::tables::{MotorStates, MotorTable, SensorTable, SensorTables};
 use oneiro::world::{Controller, Robot, Start, World, WorldSpec};
 
 use super::place::{arena, direction, turned};
-use super::{Driven, Life, Lived, Object, Reality, Shape, Trouble, Turned};
+use super::{Driven, Life, Lived, Object, Reality, Sampled, Shape, Trouble, Turned};
 use crate::engine::handle::Engine;
 
 /// A surrogate, in an arena of its own and on the sampling table.
@@ -134,7 +134,7 @@ fn readings(trace: &Trace, record: usize) -> Vec<u16> {
         .into()
 }
 
-impl Reality for SurrogateRobot<'_> {
+impl Sampled for SurrogateRobot<'_> {
     fn describe(&self) -> String {
         format!(
             "surrogate:{}, severity {}",
@@ -193,6 +193,12 @@ impl Reality for SurrogateRobot<'_> {
             displacement: x * along_x + y * along_y,
             turn: turned(before.heading, after.heading),
         })
+    }
+}
+
+impl Reality for SurrogateRobot<'_> {
+    fn describe(&self) -> String {
+        Sampled::describe(self)
     }
 
     fn live(&mut self, lives: &[Life<'_>], traced: bool) -> Result<Vec<Lived>, Trouble> {

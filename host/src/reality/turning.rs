@@ -2,7 +2,7 @@
 //!
 //! How far it has turned is known from its wheels, or without odometers from its commanded speeds and the clock. Neither is
 //! exact: wheels slip, and their distance is known to some per cent. But after a whole turn a robot reads the same again, so one
-//! measurement before an object tells how far its wheels go in a whole turn, and each turn goes on beyond its beginning as a check.
+//! measurement before an object shows how far its wheels travel in a whole turn, and each turn continues beyond its beginning as a check.
 
 use std::f64::consts::TAU;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -26,7 +26,7 @@ type Result<T = ()> = std::result::Result<T, Trouble>;
 const OVERLAP: f64 = 72.0 / 360.0;
 /// Of which this may be the error of a whole turn.
 const MOST_DRIFT: f64 = 12.0 / 360.0;
-/// Bearings without a reading are read in so many turns more.
+/// Most turns that are added to read the bearings without a reading.
 const MORE_TURNS: u32 = 2;
 /// Turns, by the wheels, in which a whole one is found.
 const MEASURED: f64 = 3.3;
@@ -61,11 +61,11 @@ pub(crate) struct Turn {
 /// How the end of some turns agrees with their beginning.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Overlap {
-    /// Readings are the same all the way: nothing can be said.
+    /// Readings are the same all the way round, so the end of a turn can't be recognised.
     Blank,
-    /// What is read is not what was read before.
+    /// Readings do not recur.
     Unlike,
-    /// Whole turns end this late, in turns, and the readings of a sensor then differ by so much in the mean, at most.
+    /// Whole turns end late by `drift`; the readings of any sensor then differ by `difference` at most, in the mean.
     Late {
         /// Turns.
         drift: f64,
@@ -76,7 +76,7 @@ pub(crate) enum Overlap {
 
 impl Turn {
     /// Readings in order of time.
-    #[cfg_attr(not(test), expect(dead_code, reason = "studies on robots come next"))]
+    #[cfg(test)]
     pub(crate) fn turned(&self) -> Vec<Turned> {
         self.signal.turned(f64::NEG_INFINITY, f64::INFINITY)
     }
@@ -102,7 +102,7 @@ impl Turn {
     }
 }
 
-/// Tells how far a robot has turned counter-clockwise, by its wheels or by the clock.
+/// Measures how far a robot has turned counter-clockwise, by its wheels or by the clock.
 struct Compass {
     base_mm: f64,
     travel: Option<[f64; 2]>,
@@ -133,11 +133,11 @@ impl Compass {
         }
     }
 
-    /// Turns on the spot with this speed of the right wheel, mm/s, until `is_over` says so of a moment and how far it has turned
-    /// then.
+    /// Turns on the spot with this speed of the right wheel, mm/s, until `is_over` is true of a moment and of how far the
+    /// robot has turned then.
     ///
     /// # Errors
-    /// Those of the robot; it has not turned for `limit` turns in the time that takes twice as much.
+    /// Those of the robot; it has not turned `limit` turns in twice the time that they take.
     fn sweep(
         &mut self,
         vehicle: &mut dyn Vehicle,
@@ -159,7 +159,7 @@ impl Compass {
             }
             if vehicle.now() > end {
                 vehicle.stop()?;
-                let problem = "its wheels have turned less than half as far as they were told: is it stuck?";
+                let problem = "its wheels have turned less than half as far as commanded: is it stuck?";
                 return Err(Trouble::Displaced(problem.into()));
             }
             vehicle.keep_until(vehicle.now())?;
@@ -204,7 +204,7 @@ fn scaled(profile: &Profile, moment: &Moment) -> Vec<u16> {
 /// Those of the robot.
 pub(crate) fn pace(vehicle: &mut dyn Vehicle) -> Result<f64> {
     const LOOKS: usize = 15;
-    /// Some robots read their sensors ten times a second, however often they are asked: a bearing's interval in 100 ms.
+    /// Some robots update their readings only ten times a second: a bearing's interval in 100 ms.
     const GREATEST_RATE: f64 = 10.0 / BEARINGS as f64;
     let (mut times, mut last) = (Vec::new(), vehicle.look()?.at);
     for _ in 0..LOOKS {
@@ -304,7 +304,7 @@ pub(crate) fn turn_before(vehicle: &mut dyn Vehicle, turning: Turning, turns: u3
 }
 
 /// Drives in the open with a pair of speeds, from -10 to 10 tenths of `full_mm_s`, measures the motion by the odometers, and
-/// drives back as long. `apparent` is as in [`Turning`]: turns by the wheels are as many times too many.
+/// drives back for as long. `apparent` is as in [`Turning`]: turns by the wheels are divided by it.
 ///
 /// # Errors
 /// Those of the robot; it has no odometers.
@@ -341,7 +341,7 @@ pub(crate) fn drive(
     })
 }
 
-/// After this time wheels have the speeds that they were told, also within the guard's acceleration.
+/// After this time the wheels have their commanded speeds, also within the guard's acceleration.
 const REACHED: Duration = Duration::from_millis(600);
 /// For how long a motion is measured.
 const DRIVEN: Duration = Duration::from_secs(1);
@@ -351,7 +351,7 @@ pub(crate) fn seconds_a_pair() -> f64 {
     2.0 * (REACHED + DRIVEN).as_secs_f64()
 }
 
-/// Farthest that a robot goes from its place with a pair of speeds up to `full_mm_s`, mm.
+/// Farthest that a robot drives from its place with a pair of speeds up to `full_mm_s`, mm.
 pub(crate) fn reach_mm(full_mm_s: f64) -> f64 {
     full_mm_s * (REACHED + DRIVEN).as_secs_f64()
 }

@@ -1,6 +1,6 @@
-//! Lives on a robot at the end of a wire. Every 100 ms its sensors are looked at, the controller decides, and the wheels are told; the
-//! pose is that of its odometers. Controller and task run with the simulator's bits, so that a fitness can be computed again from
-//! the record of the life.
+//! Lives on a robot on a wire. Every 100 ms its sensors are read, the controller decides, and the wheels get their commands; the pose
+//! is computed from its odometers, or a tracker reports it. Controller and task run with the simulator's bits, so that a fitness can be
+//! computed again from the record of the life.
 
 mod late;
 pub(crate) mod logbook;
@@ -23,7 +23,7 @@ use self::late::Late;
 use self::logbook::{Cycle, Identity, Logbook, Row};
 use self::senses::Senses;
 use super::wander::{WALK, wanderer};
-use super::{Driven, Life, Lived, Object, Reality, Trouble, Turned};
+use super::{Life, Lived, Reality, Trouble};
 use crate::console::Console;
 use crate::exit::{Failure, Result};
 use crate::robots::vehicle::guarded::Guarded;
@@ -54,11 +54,7 @@ pub(crate) enum Starts {
 
 impl Choice for Starts {
     const CHOICES: Choices<Self> = &[
-        (
-            "walk",
-            Self::Walk,
-            "the robot drives about at random before each life",
-        ),
+        ("walk", Self::Walk, "the robot drives about at random before each life"),
         (
             "hand",
             Self::Hand,
@@ -277,7 +273,7 @@ impl Lives {
     /// A life that is on record, with its fitness computed again.
     fn recorded(&mut self, row: &Row, life: &Life<'_>, traced: bool) -> std::result::Result<Lived, Trouble> {
         let cycles = self.logbook.cycles(row)?;
-        let (fitness, _) = told(&self.reported, &mut self.cpu, life, row.start, &cycles)?;
+        let (fitness, _) = replayed(&self.reported, &mut self.cpu, life, row.start, &cycles)?;
         if row.fitness().map(f32::to_bits) != Some(fitness.to_bits()) {
             return Err(Failure::corrupt(format_args!(
                 "life {}: its table gives the fitness {fitness}, and the index has another",
@@ -303,7 +299,7 @@ impl Lives {
                 ..self.spec.clone()
             })?;
             let cycles = [&done.cycles[..], std::slice::from_ref(last)].concat();
-            trace = told(&longer, &mut self.cpu, life, start, &cycles)?.1;
+            trace = replayed(&longer, &mut self.cpu, life, start, &cycles)?.1;
         }
         Ok(Lived {
             fitness: done.fitness,
@@ -390,7 +386,7 @@ impl Lives {
         start: [f32; 3],
         late: &mut Vec<f64>,
     ) -> std::result::Result<Done, Trouble> {
-        let mut told = self.reported.begin(life.genes, life.key, start)?;
+        let mut reported = self.reported.begin(life.genes, life.key, start)?;
         let mut cycles = Vec::new();
         // The guard lets it move before the first look.
         vehicle.drive([0.0; 2])?;
@@ -400,7 +396,7 @@ impl Lives {
         loop {
             let looked = vehicle.now();
             let activations = self.senses.activations(&now.readings);
-            let Some(shares) = told.speeds(&mut self.cpu, &activations).map_err(failed)? else {
+            let Some(shares) = reported.speeds(&mut self.cpu, &activations).map_err(failed)? else {
                 break;
             };
             let speeds = shares.map(|share| f64::from(share) * self.speed);
@@ -412,7 +408,7 @@ impl Lives {
             let then = vehicle.look()?;
             self.pose = place(vehicle, self.pose, way(&now, &then), self.base);
             let end = self.pose.map(|number| number as f32);
-            let trace = told.moved(&mut self.cpu, end).map_err(failed)?;
+            let trace = reported.moved(&mut self.cpu, end).map_err(failed)?;
             let cycle = Cycle { activations, end };
             self.logbook.record(&logbook::Lived {
                 cycle: &cycle,
@@ -427,7 +423,7 @@ impl Lives {
             cycles.push(cycle);
             now = then;
         }
-        let fitness = told.fitness();
+        let fitness = reported.fitness();
         Ok(Done { fitness, cycles })
     }
 }
@@ -441,23 +437,23 @@ fn warm_up(world: &Reported, cpu: &mut Cpu) -> Result {
     Ok(())
 }
 
-/// A life told again: its fitness and its trace.
-fn told(
+/// A recorded life, computed again: its fitness and its trace.
+fn replayed(
     world: &Reported,
     cpu: &mut Cpu,
     life: &Life<'_>,
     start: [f32; 3],
     cycles: &[Cycle],
 ) -> std::result::Result<(f32, Trace), Trouble> {
-    let mut told = world.begin(life.genes, life.key, start)?;
+    let mut reported = world.begin(life.genes, life.key, start)?;
     let mut trace = Trace::default();
     for Cycle { activations, end } in cycles {
-        if told.speeds(cpu, activations).map_err(failed)?.is_none() {
+        if reported.speeds(cpu, activations).map_err(failed)?.is_none() {
             break;
         }
-        trace.append(&told.moved(cpu, *end).map_err(failed)?);
+        trace.append(&reported.moved(cpu, *end).map_err(failed)?);
     }
-    Ok((told.fitness(), trace))
+    Ok((reported.fitness(), trace))
 }
 
 /// When a cycle ends that began on time or late. One that is missed altogether is not made up for.
@@ -534,26 +530,12 @@ impl Reality for WiredRobot {
         self.name.clone()
     }
 
-    fn turn_before(&mut self, _: &Object, _: f64, _: f32) -> std::result::Result<Vec<Turned>, Trouble> {
-        Err(unsampled(&self.name))
-    }
-
-    fn drive(&mut self, _: (i32, i32)) -> std::result::Result<Driven, Trouble> {
-        Err(unsampled(&self.name))
-    }
-
     fn live(&mut self, lives: &[Life<'_>], traced: bool) -> std::result::Result<Vec<Lived>, Trouble> {
         match &mut *self.robot.lock() {
             Some(robot) => self.lives.live(robot, lives, traced),
             None => Err(Trouble::Broken(format!("{} is not connected", self.name))),
         }
     }
-}
-
-fn unsampled(name: &str) -> Trouble {
-    Trouble::Broken(format!(
-        "{name} is sampled by hand; allowed: oneiro sample, with somebody beside it"
-    ))
 }
 
 #[cfg(test)]

@@ -89,7 +89,7 @@ impl Runs for Directories {
 
     fn begin(&mut self, run: RunNumber) -> Result<Box<dyn Job>> {
         let session = Session {
-            started: super::now(),
+            started: crate::utc::now(),
             ..self.session.clone()
         };
         let (recorder, job) = match &self.places[run] {

@@ -12,17 +12,17 @@ mod tests;
 
 pub(crate) use directories::{Directories, RunPlace};
 pub(crate) use done::{Done, result_of, verify};
-pub(crate) use meta::{Meta, Session, Status, now};
-pub(crate) use recorder::{Recorder, Standing, standing, try_lock};
+pub(crate) use meta::{Meta, Session, Status};
+pub(crate) use recorder::{Recorder, Standing, standing};
 pub(crate) use saved::{SavedRun, State, is_locked, is_run};
 pub(crate) use single::SingleRun;
 
 use crate::contents::Entry;
+use crate::engine::disk::LOCK;
 use crate::experiment::INPUTS;
 
 const CONFIG: &str = "config.toml";
 const META: &str = "meta.json";
-const LOCK: &str = "lock";
 const DONE: &str = "DONE";
 
 /// The files of a run's directory: those of its kind, among those that every run has.

@@ -1,12 +1,12 @@
 //! The one writer of a run's directory.
 
-use std::fs::{self, File, TryLockError};
+use std::fs::{self, File};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use serde::{Deserialize, Serialize};
 
-use super::{CONFIG, Done, LOCK, Meta, SavedRun, Session, Status};
+use super::{CONFIG, Done, Meta, SavedRun, Session, Status};
 use crate::contents::describe;
 use crate::engine::job::{Job, Progress, Step};
 use crate::engine::log::{Extent, Log, Prefix};
@@ -57,7 +57,7 @@ pub(crate) fn standing(directory: &Path, identity: blake3::Hash) -> Result<Stand
     let entries = fs::read_dir(directory).map_err(|error| Failure::unreadable(directory, &error))?;
     for entry in entries {
         let name = entry.map_err(|error| Failure::storage(directory, &error))?.file_name();
-        if name != LOCK && name != INPUTS && !name.to_string_lossy().ends_with(disk::TEMPORARY) {
+        if name != disk::LOCK && name != INPUTS && !name.to_string_lossy().ends_with(disk::TEMPORARY) {
             return refused("exists and holds other files");
         }
     }
@@ -302,23 +302,12 @@ impl Recorder {
 
 /// Keeps other processes from writing to a run's directory.
 pub(super) fn lock(directory: &Path) -> Result<File> {
-    try_lock(directory)?.ok_or_else(|| {
+    disk::try_lock(directory)?.ok_or_else(|| {
         Failure::input(format_args!(
             "{}: another process is working on this run; allowed: one at a time",
             directory.display()
         ))
     })
-}
-
-/// Like [`lock`], but returns `None` if another process writes there.
-pub(crate) fn try_lock(directory: &Path) -> Result<Option<File>> {
-    let path = directory.join(LOCK);
-    let file = disk::lock_file(&path)?;
-    match file.try_lock() {
-        Ok(()) => Ok(Some(file)),
-        Err(TryLockError::WouldBlock) => Ok(None),
-        Err(TryLockError::Error(error)) => Err(Failure::storage(&path, &error)),
-    }
 }
 
 /// A checkpoint that can be resumed from, and the tables at that time.

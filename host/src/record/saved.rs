@@ -4,7 +4,8 @@ use std::fs::{File, TryLockError};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use super::{CONFIG, Done, LOCK, Meta, Status};
+use super::{CONFIG, Done, Meta, Status};
+use crate::engine::disk::LOCK;
 use crate::exit::{Failure, Result};
 use crate::runs::{self, Experiment, Recorded};
 

@@ -100,14 +100,18 @@ impl FromStr for Address {
 fn parse(text: &str) -> Result<Address, String> {
     let (scheme, rest) = text
         .split_once(':')
-        .ok_or_else(|| format!("does not say how to reach it; allowed: {}", forms()))?;
+        .ok_or_else(|| format!("does not say how to reach it; {}", allowed()))?;
     match scheme {
         "surrogate" => number(rest, "seed", &(0..=u64::MAX)).map(Address::Surrogate),
         "serial" => serial(rest).map(|transport| Address::Wire(Wire::Plain(transport))),
         "tcp" => tcp(rest).map(|transport| Address::Wire(Wire::Plain(transport))),
         "aseba" => aseba(rest).map(Address::Wire),
-        _ => Err(format!("`{scheme}` is no way to reach a robot; allowed: {}", forms())),
+        _ => Err(format!("`{scheme}` is no way to reach a robot; {}", allowed())),
     }
+}
+
+fn allowed() -> String {
+    format!("allowed: {}, or surrogate:SEED for a simulated Khepera", forms())
 }
 
 fn aseba(text: &str) -> Result<Wire, String> {

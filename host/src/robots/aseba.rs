@@ -6,6 +6,7 @@
 
 use std::collections::VecDeque;
 use std::ops::Range;
+use std::slice;
 use std::time::Duration;
 
 use super::error::{Error, Result};
@@ -323,7 +324,7 @@ impl Network {
     }
 
     /// A whole description: the head, then variables, local events and native functions. Each message resets the time.
-    fn whole(&mut self, id: u16) -> Result<(Head, Vec<(u16, String)>, Vec<String>)> {
+    fn whole(&mut self, id: u16) -> Result<(Head, Vec<Variable>, Vec<String>)> {
         self.send(&[Message::new(GET_DESCRIPTION, [id, VERSION])])?;
         let head = self.part(id, DESCRIPTION, Head::read)?;
         let [variables, events, functions] = head.counts;
@@ -383,7 +384,7 @@ impl Network {
         let set = Message::new(SET_BYTECODE, [id, 0].into_iter().chain(bytecode.iter().copied()));
         self.persistently(|network| {
             let others = [RUN, GET_EXECUTION_STATE].map(|kind| Message::new(kind, [id]));
-            network.send(&[&[set.clone()], &others[..]].concat())?;
+            network.send(&[slice::from_ref(&set), &others[..]].concat())?;
             let until = network.now() + PATIENCE;
             while let Some(message) = network.message(until)? {
                 if message.source == id && runs(&message) == Some(true) {
@@ -548,8 +549,11 @@ impl Stepped for Network {
     }
 }
 
+/// The size in words and the name of a variable.
+type Variable = (u16, String);
+
 /// A named variable: its size in words, and its name.
-fn variable(message: &Message) -> Option<(u16, String)> {
+fn variable(message: &Message) -> Option<Variable> {
     let mut reader = message.reader();
     let (size, name) = (reader.word()?, reader.text()?);
     (reader.0.is_empty() && size > 0 && !name.is_empty()).then_some((size, name))

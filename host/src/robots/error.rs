@@ -4,6 +4,8 @@ use std::borrow::Cow;
 use std::io;
 use std::time::Duration;
 
+use crate::exit::Failure;
+
 /// The result of a call to a robot.
 pub(crate) type Result<T = ()> = std::result::Result<T, Error>;
 
@@ -120,5 +122,14 @@ impl Error {
                 | Self::Refused { .. }
                 | Self::StillTurning { .. }
         )
+    }
+}
+
+impl From<Error> for Failure {
+    fn from(error: Error) -> Self {
+        match error {
+            Error::Unsupported { .. } => Self::input(error),
+            _ => Self::device(error),
+        }
     }
 }

@@ -89,17 +89,17 @@ impl Condition {
     /// For people.
     pub(crate) fn words(self) -> &'static str {
         match self {
-            Self::Closed => "the program that drives is gone",
-            Self::Terminated => "the guard was told to end",
-            Self::Operator => "stop was said",
+            Self::Closed => "the program that drives has ended",
+            Self::Terminated => "the guard was ended by a signal",
+            Self::Operator => "the operator stopped it",
             Self::Tracker => "the tracker does not see the robot",
             Self::Battery => "the battery is low",
             Self::Lifted => "the robot was lifted",
-            Self::Messages => "the program's messages make no sense",
-            Self::Answers => "the robot's answers make no sense",
+            Self::Messages => "the program's messages are invalid",
+            Self::Answers => "the robot's answers are invalid",
             Self::Restarted => "the robot has restarted",
-            Self::Silent => "the program was silent for long",
-            Self::Expired => "no new command came in time",
+            Self::Silent => "the program has sent nothing for too long",
+            Self::Expired => "no new command arrived in time",
             Self::Late => "the robot did not answer in time",
         }
     }

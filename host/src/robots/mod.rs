@@ -1,4 +1,4 @@
-//! Robots on the wire: a driver for each protocol, behind one trait. Only a driver knows how many sensors its robot has.
+//! Robots on a wire: a driver for each protocol, behind one trait. Only a driver knows how many sensors its robot has.
 //!
 //! Firmware keeps the last speed for ever when its link falls silent, and a driver can't change that: so whoever drives is
 //! watched by the guard, which stops the wheels.
@@ -211,7 +211,6 @@ pub(crate) struct Battery {
 
 /// A robot with two wheels. A call returns once the robot has answered, where its protocol has answers, and never waits for
 /// ever. [`Error::Restarted`] is returned once by the first call after a restart that was noticed.
-#[cfg_attr(not(test), expect(dead_code, reason = "no command switches lights"))]
 pub(crate) trait Robot: Send {
     /// What it is and has.
     fn description(&self) -> &Description;
@@ -254,6 +253,7 @@ pub(crate) trait Robot: Send {
     ///
     /// # Errors
     /// There is no such light, or the link fails.
+    #[cfg_attr(not(test), expect(dead_code, reason = "no command switches lights"))]
     fn light(&mut self, light: usize, on: bool) -> Result;
 
     /// Reads the state of the battery.

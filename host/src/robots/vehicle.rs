@@ -5,11 +5,12 @@
 pub(crate) mod direct;
 pub(crate) mod guarded;
 pub(crate) mod person;
+pub(crate) mod trouble;
 
 use std::time::Duration;
 
 use super::guard::message::Sensors;
-use crate::reality::Trouble;
+use trouble::Trouble;
 
 /// What a robot is, as far as lives and sampling have to know.
 #[derive(Clone, Debug, PartialEq)]
@@ -91,7 +92,7 @@ pub(crate) trait Vehicle {
     /// # Errors
     /// See [`Trouble`]; nobody is there.
     fn ask(&mut self, what: &str) -> Result<(), Trouble> {
-        Err(Trouble::Broken(format!("nobody is there to be asked: {what}")))
+        Err(Trouble::Broken(format!("nobody is there to do this: {what}")))
     }
 
     /// After a trouble that may pass, waits until the robot can be driven again; its wheels stand then. A person may have to put

@@ -21,7 +21,8 @@ use serde::{Deserialize, Serialize};
 use super::RunIndex;
 use crate::engine::{checkpoint, disk};
 use crate::exit::{Failure, Result};
-use crate::record::{Session, now, try_lock};
+use crate::record::Session;
+use crate::utc::now;
 
 const RESULTS: &str = "results.log";
 const GENERATIONS: &str = "generations.log";
@@ -247,7 +248,7 @@ impl Journal {
         /// Most entries that may wait for the disk; beyond that, the main loop waits too.
         const WAITING: usize = 4;
         fs::create_dir_all(directory).map_err(|error| Failure::storage(directory, &error))?;
-        let Some(lock) = try_lock(directory)? else {
+        let Some(lock) = disk::try_lock(directory)? else {
             return Err(Failure::stopped(format_args!(
                 "{}: another process is working on this shard; run the same command again once it has finished",
                 directory.display()

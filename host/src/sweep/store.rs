@@ -21,14 +21,13 @@ use serde::{Deserialize, Serialize};
 use super::journal::{Line, Logged};
 use super::{Plan, RunIndex, Sweep};
 use crate::contents::README;
-use crate::engine::disk;
+use crate::engine::disk::{self, LOCK};
 use crate::exit::{Failure, Result};
 
 const MADE: &str = "sweep.json";
 const SWEEP: &str = "sweep.toml";
 const NAMED: &str = "sweep";
 const EXPERIMENT: &str = "experiment";
-const LOCK: &str = "lock";
 const SHARD: &str = "shard-";
 
 /// The share of a sweep's runs that one process does: every `of`-th run, beginning with number `index`.

@@ -12,6 +12,7 @@ use crate::reality::wired::{Starts, Values};
 use crate::reality::{Life, Reality};
 use crate::robots::address::Address;
 use crate::robots::tracker;
+use crate::studies::miglino1995::settings::SEVERITY;
 
 /// Lives all lives on a robot, one after the other, those of a surrogate all at once. Returns their fitness, by genome.
 ///
@@ -60,7 +61,7 @@ fn one_by_one(robot: &mut dyn Reality, all: &[(LifeIndex, Life<'_>)], console: C
 /// The robot at an address.
 fn site(address: &str, values: &OnRobot, console: Console) -> Result<Site> {
     match (site::address(address)?, &values.lives) {
-        (Address::Surrogate(seed), None) => Ok(Site::drawn(seed, values.severity)),
+        (Address::Surrogate(seed), None) => Ok(Site::drawn(seed, values.severity.unwrap_or(SEVERITY))),
         (Address::Surrogate(_), Some(_)) => Err(Failure::usage(format_args!(
             "--lives: {address} is simulated, and its lives need no record; allowed: with a robot on a wire"
         ))),

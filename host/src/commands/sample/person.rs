@@ -3,13 +3,28 @@
 use std::thread;
 use std::time::Duration;
 
-use super::walk::Place;
 use crate::console::Console;
 use crate::exit::{Failure, Result};
-use crate::reality::Trouble;
+use crate::reality::{Object, Trouble};
 use crate::robots::vehicle::{Vehicle, person};
 
-/// What a person wants.
+/// Where the robot has to be.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Place<'a> {
+    /// Before an object.
+    Before {
+        /// The object.
+        object: &'a Object,
+        /// See [`Sampled::turn_before`](crate::reality::Sampled::turn_before).
+        view: f64,
+        /// From the robot's rim to the object, mm.
+        gap: f32,
+    },
+    /// On free ground, as far as this on all sides, mm.
+    Open(f64),
+}
+
+/// What the person answers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Answer {
     /// Go on.
@@ -24,26 +39,26 @@ pub(super) enum Answer {
 
 /// Who places the robot and looks at its rows.
 pub(super) trait Person {
-    /// Places the robot: `words` say where.
+    /// Places the robot where `words` ask for it.
     ///
     /// # Errors
-    /// There is no one to ask, or the robot fails.
-    fn places(&mut self, vehicle: &mut dyn Vehicle, place: &Place<'_>, words: &str) -> Result<Answer>;
+    /// Nobody is there to ask, or the robot fails.
+    fn place(&mut self, vehicle: &mut dyn Vehicle, place: &Place<'_>, words: &str) -> Result<Answer>;
 
-    /// Says whether a row is kept about which there is something to say; whether it is useless.
+    /// Decides whether a doubtful row is kept: `words` are the doubts.
     ///
     /// # Errors
-    /// There is no one to ask, and it can't be kept.
-    fn judges(&mut self, vehicle: &mut dyn Vehicle, words: &str, is_useless: bool) -> Result<Answer>;
+    /// Nobody is there to ask, and the row is useless; or the robot fails.
+    fn decide(&mut self, vehicle: &mut dyn Vehicle, words: &str, is_useless: bool) -> Result<Answer>;
 
-    /// Hears that a row is kept.
-    fn keeps(&mut self) {}
+    /// Called for each row that is kept.
+    fn row_kept(&mut self) {}
 
-    /// Hears of a trouble that may pass. The row is taken again from the beginning.
+    /// Called for each trouble that may pass, after which the row is sampled again from the beginning.
     ///
     /// # Errors
-    /// The trouble, if it is one too many.
-    fn hears(&mut self, trouble: Trouble) -> Result;
+    /// The trouble, after too many of them.
+    fn troubled(&mut self, trouble: Trouble) -> Result;
 }
 
 /// A person at the terminal of standard input.
@@ -68,16 +83,16 @@ impl AtTerminal {
         Ok(Self { terminal, console })
     }
 
-    /// Asks until there is one of the answers, which begin with these letters; Enter alone is to go on. The robot is kept
-    /// standing meanwhile.
-    fn asks(&self, vehicle: &mut dyn Vehicle, words: &str, answers: &[(char, Answer)]) -> Result<Answer> {
+    /// Asks until one of the answers is given, which begin with these letters; Enter alone means to go on. The wheels stand
+    /// meanwhile.
+    fn ask(&self, vehicle: &mut dyn Vehicle, words: &str, answers: &[(char, Answer)]) -> Result<Answer> {
         const GLANCE: Duration = Duration::from_millis(50);
         // What was typed before is no answer to this.
         self.terminal.answer();
         let mut is_troubled = false;
         self.console.ask(words);
         loop {
-            // Who places a robot may lift it, and pull at its cable.
+            // Placing a robot may lift it, and pull at its cable.
             match vehicle.keep_until(vehicle.now() + GLANCE) {
                 Ok(()) => {}
                 Err(trouble) if trouble.may_pass() => {
@@ -109,17 +124,17 @@ impl AtTerminal {
 }
 
 impl Person for AtTerminal {
-    fn places(&mut self, vehicle: &mut dyn Vehicle, _: &Place<'_>, words: &str) -> Result<Answer> {
+    fn place(&mut self, vehicle: &mut dyn Vehicle, _: &Place<'_>, words: &str) -> Result<Answer> {
         let words = format!("\n{words}\nEnter: go on   S: the row before again   Q: quit");
-        self.asks(vehicle, &words, &[('s', Answer::Back), ('q', Answer::Quit)])
+        self.ask(vehicle, &words, &[('s', Answer::Back), ('q', Answer::Quit)])
     }
 
-    fn judges(&mut self, vehicle: &mut dyn Vehicle, words: &str, _: bool) -> Result<Answer> {
+    fn decide(&mut self, vehicle: &mut dyn Vehicle, words: &str, _: bool) -> Result<Answer> {
         let words = format!("{words}\nEnter: keep it   R: repeat it   Q: quit");
-        self.asks(vehicle, &words, &[('r', Answer::Again), ('q', Answer::Quit)])
+        self.ask(vehicle, &words, &[('r', Answer::Again), ('q', Answer::Quit)])
     }
 
-    fn hears(&mut self, trouble: Trouble) -> Result {
+    fn troubled(&mut self, trouble: Trouble) -> Result {
         self.console.say(format!("{trouble}; the row is taken again"));
         Ok(())
     }
@@ -140,12 +155,12 @@ impl Nobody {
 }
 
 impl Person for Nobody {
-    fn places(&mut self, _: &mut dyn Vehicle, _: &Place<'_>, words: &str) -> Result<Answer> {
+    fn place(&mut self, _: &mut dyn Vehicle, _: &Place<'_>, words: &str) -> Result<Answer> {
         self.console.say(words);
         Ok(Answer::Go)
     }
 
-    fn judges(&mut self, _: &mut dyn Vehicle, words: &str, is_useless: bool) -> Result<Answer> {
+    fn decide(&mut self, _: &mut dyn Vehicle, words: &str, is_useless: bool) -> Result<Answer> {
         self.console.say(words);
         self.tries += 1;
         if self.tries < Self::TRIES {
@@ -157,11 +172,11 @@ impl Person for Nobody {
         Ok(Answer::Go)
     }
 
-    fn keeps(&mut self) {
+    fn row_kept(&mut self) {
         self.tries = 0;
     }
 
-    fn hears(&mut self, trouble: Trouble) -> Result {
+    fn troubled(&mut self, trouble: Trouble) -> Result {
         self.tries += 1;
         if self.tries >= Self::TRIES {
             return Err(trouble.into());

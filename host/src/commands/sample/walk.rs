@@ -1,4 +1,4 @@
-//! The way through all rows of a robot on a wire: somebody places it, it turns or drives, and each row is kept at once.
+//! Sampling of a robot on a wire, row by row: somebody places it, it turns or drives, and each row is saved at once.
 
 use std::path::Path;
 use std::sync::atomic::AtomicBool;
@@ -6,7 +6,7 @@ use std::sync::atomic::AtomicBool;
 use oneiro::tables::{GREATEST_READING, MotorSamples, SensorTables};
 use serde_json::{Value, json};
 
-use super::person::{Answer, Person};
+use super::person::{Answer, Person, Place};
 use crate::console::Console;
 use crate::engine::disk;
 use crate::exit::{Failure, Result};
@@ -32,22 +32,6 @@ pub(super) struct Plan {
     pub(super) turns: u32,
     /// Speed of a wheel at 10 of -10 to 10, mm/s; none if motors are not sampled.
     pub(super) full_mm_s: Option<f64>,
-}
-
-/// Where the robot has to be.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) enum Place<'a> {
-    /// Before an object.
-    Before {
-        /// The object.
-        object: &'a Object,
-        /// See [`Reality::turn_before`](crate::reality::Reality::turn_before).
-        view: f64,
-        /// From the robot's rim to the object, mm.
-        gap: f32,
-    },
-    /// On free ground, as far as this on all sides, mm.
-    Open(f64),
 }
 
 /// One row.
@@ -167,7 +151,7 @@ impl<'a> Walk<'a> {
                 if !turning.1 {
                     words += ". First it turns three times, to find out how, and is placed again";
                 }
-                match self.person.places(self.vehicle, &place, &words)? {
+                match self.person.place(self.vehicle, &place, &words)? {
                     Answer::Back => {
                         at = at.saturating_sub(1);
                         self.notebook.forget(&steps[at].name())?;
@@ -196,7 +180,7 @@ impl<'a> Walk<'a> {
         if !trouble.may_pass() {
             return Err(trouble.into());
         }
-        self.person.hears(trouble)?;
+        self.person.troubled(trouble)?;
         Ok(self.vehicle.recover()?)
     }
 
@@ -249,8 +233,8 @@ impl<'a> Walk<'a> {
         Ok((seconds / 60.0).ceil())
     }
 
-    /// Takes a row and keeps it. Returns whether it is kept. If it is not known yet how the robot turns, that is all that is
-    /// measured: a row begins where the robot was placed, also if that is another day.
+    /// Takes a row and keeps it. Returns whether it is kept. As long as it is not known how the robot turns, only that is
+    /// measured: each row begins where the robot was placed, also on another day.
     fn take(&mut self, step: Step<'_>, turning: &mut (Turning, bool)) -> std::result::Result<bool, Taking> {
         match step {
             Step::Turn { object, number } => {
@@ -283,10 +267,10 @@ impl<'a> Walk<'a> {
                     )?);
                 }
                 self.notebook.save(&step.name(), &row)?;
-                self.person.keeps();
+                self.person.row_kept();
                 self.console
                     .say(format!("motors: {left} of the left wheel with all of the right"));
-                self.tell(&json!({ "row": step.name(), "left": left }))?;
+                self.print_json(&json!({ "row": step.name(), "left": left }))?;
                 Ok(true)
             }
         }
@@ -303,8 +287,8 @@ impl<'a> Walk<'a> {
             number % self.plan.grid.rows < self.plan.grid.rows / 2,
         );
         let (view, gap) = self.plan.grid.place(object, number);
-        self.console.say(lines(&names, row) + "\n" + &said(turn.overlap));
-        self.tell(&json!({
+        self.console.say(lines(&names, row) + "\n" + &end_of_turn(turn.overlap));
+        self.print_json(&json!({
             "row": name,
             "class": object.class,
             "view_turns": view,
@@ -319,14 +303,14 @@ impl<'a> Walk<'a> {
             let words: Vec<&str> = doubts.iter().map(|(words, _)| words.as_str()).collect();
             let is_useless = doubts.iter().any(|(_, is_useless)| *is_useless);
             let words = format!("{name}: {}", words.join("; "));
-            match self.person.judges(self.vehicle, &words, is_useless)? {
+            match self.person.decide(self.vehicle, &words, is_useless)? {
                 Answer::Go => {}
                 Answer::Quit => return Err(Trouble::Stopped.into()),
                 Answer::Again | Answer::Back => return Ok(false),
             }
         }
         self.notebook.save(&name, row)?;
-        self.person.keeps();
+        self.person.row_kept();
         let picture = figures::sensor_table(&sampling::table(
             object,
             self.plan.grid,
@@ -364,7 +348,7 @@ impl<'a> Walk<'a> {
         Ok((SensorTables::new(tables), motors.map(|rows| sampling::motors(&rows))))
     }
 
-    fn tell(&self, line: &Value) -> Result {
+    fn print_json(&self, line: &Value) -> Result {
         if self.console.json() {
             self.console.data(line.to_string())
         } else {
@@ -424,8 +408,8 @@ fn words(place: &Place<'_>) -> String {
     }
 }
 
-/// What is said of the end of a turn.
-fn said(overlap: Overlap) -> String {
+/// A line on the end of a turn.
+fn end_of_turn(overlap: Overlap) -> String {
     match overlap {
         Overlap::Blank => "whole turn: by the wheels; too little is sensed here to check it".into(),
         Overlap::Unlike => "whole turn: not recognised".into(),
@@ -436,7 +420,7 @@ fn said(overlap: Overlap) -> String {
     }
 }
 
-/// What may be wrong with a row, and whether it is useless then. In near rows something is read.
+/// What may be wrong with a row, and whether that makes it useless. In near rows the sensors must read something.
 fn doubts(overlap: Overlap, row: &Row, names: &[String], is_near: bool) -> Vec<(String, bool)> {
     let mut doubts = Vec::new();
     match overlap {

@@ -3,6 +3,7 @@
 //! A life is in the index before it begins, and complete there once its table is on disk; so whatever ends the program, no complete
 //! life is lived again, and what is left of another is marked as cut short.
 
+use std::fmt::Display;
 use std::fs::{self, File};
 use std::io::{BufRead, BufReader, Write};
 use std::path::{Path, PathBuf};
@@ -15,11 +16,13 @@ use crate::engine::disk;
 use crate::exit::{Failure, Result};
 use crate::files;
 use crate::npy::npy;
-use crate::record::{now, try_lock};
 use crate::report::csv::{Csv, known};
+use crate::utc::now;
 
-const INDEX: &str = "lives.csv";
-const COMPLETE: &str = "complete";
+/// The table of all lives.
+pub(crate) const INDEX: &str = "lives.csv";
+/// The status there of a life that was lived to its end.
+pub(crate) const COMPLETE: &str = "complete";
 const UNDER_WAY: &str = "under way";
 
 /// What makes a life the same when it is asked for again.
@@ -195,14 +198,14 @@ impl Logbook {
     pub(super) fn open(directory: &Path, names: [Vec<String>; 2]) -> Result<Self> {
         let index = directory.join(INDEX);
         let mut entries = fs::read_dir(directory).ok().into_iter().flatten();
-        if !index.exists() && entries.any(|entry| entry.is_ok_and(|entry| entry.file_name() != "lock")) {
+        if !index.exists() && entries.any(|entry| entry.is_ok_and(|entry| entry.file_name() != disk::LOCK)) {
             return Err(Failure::input(format_args!(
                 "--lives {}: has other files and no {INDEX}; allowed: a new directory, or one of lives",
                 directory.display()
             )));
         }
         fs::create_dir_all(directory).map_err(|error| files::uncreated(directory, &error))?;
-        let lock = try_lock(directory)?.ok_or_else(|| {
+        let lock = disk::try_lock(directory)?.ok_or_else(|| {
             let directory = directory.display();
             Failure::input(format_args!(
                 "--lives {directory}: another process records lives there; allowed: one at a time"
@@ -367,7 +370,8 @@ impl Logbook {
     }
 }
 
-fn table(number: u32) -> String {
+/// The table of a life, by its number.
+pub(crate) fn table(number: impl Display) -> String {
     format!("life-{number}.csv")
 }
 
@@ -426,7 +430,7 @@ fn contents(columns: &[Column]) -> Vec<Entry> {
         Entry::table(INDEX, "all lives: one row per life", &COLUMNS),
         Entry::table("life-NUMBER.csv", "a life: one row per cycle", columns),
         Entry::file("genome-HASH.npy", "the genes of a life, as `--genomes` takes them"),
-        Entry::file("lock", "keeps a second process from recording lives here"),
+        Entry::file(disk::LOCK, "keeps a second process from recording lives here"),
     ]
 }
 

@@ -50,9 +50,9 @@ const STOP: u16 = 0;
 const CONSTANT: u16 = 1 << 12;
 const LOAD: u16 = 3 << 12;
 const STORE: u16 = 4 << 12;
-const SUBTRACT: u16 = 8 << 12 | 3;
+const SUBTRACT: u16 = 0x8003;
 /// Goes on after the next word if the last value but one is greater than the last, else to the place that is the next word farther.
-const BRANCH_GREATER: u16 = 10 << 12 | 12;
+const BRANCH_GREATER: u16 = 0xa00c;
 /// The event at the start of a program; those of the node count down from the one before.
 const INIT: u16 = 0xffff;
 

@@ -2,14 +2,14 @@
 
 use std::time::Duration;
 
+use super::trouble::Trouble;
 use super::{Moment, Profile, Vehicle};
-use crate::reality::Trouble;
 use crate::robots::error::{Error, Result};
 use crate::robots::guard::message;
 use crate::robots::link::Clock;
 use crate::robots::{Kind, Robot};
 
-/// A clock that can be told to go on.
+/// A clock that can be advanced.
 pub(crate) trait Hand: Clock {
     /// Lets time pass until a moment, which may have passed.
     fn pass_until(&mut self, until: Duration);
@@ -102,7 +102,7 @@ impl<H: Hand> Vehicle for Direct<H> {
 
     fn recover(&mut self) -> std::result::Result<(), Trouble> {
         match self.robot.stop() {
-            // It is told once.
+            // A restart is reported once.
             Err(Error::Restarted) => self.stop(),
             outcome => outcome.map_err(|error| trouble(&error)),
         }

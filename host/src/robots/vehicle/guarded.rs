@@ -7,10 +7,10 @@ use std::thread;
 use std::time::Duration;
 
 use super::person::Person;
+use super::trouble::Trouble;
 use super::{Moment, Profile, Vehicle};
 use crate::console::Console;
 use crate::exit::Failure;
-use crate::reality::Trouble;
 use crate::robots::address::Wire;
 use crate::robots::guard::client::{Client, Lost, failure};
 use crate::robots::guard::message::{Report, Request, Status};
@@ -34,9 +34,9 @@ pub(crate) struct Options {
     pub(crate) tracker: Option<tracker::Values>,
 }
 
-/// What the sensors of a kind, or the odometers, have told last.
+/// The latest readings of the sensors of a kind, or of the odometers.
 #[derive(Clone, Debug, Default)]
-struct Told {
+struct Latest {
     /// When it arrived, and its age then.
     at: Duration,
     age: Duration,
@@ -52,8 +52,8 @@ pub(crate) struct Guarded {
     wire: Wire,
     profile: Profile,
     /// One for each kind of sensors.
-    readings: Vec<Told>,
-    travel: Told,
+    readings: Vec<Latest>,
+    travel: Latest,
     volts: Option<f64>,
     status: Option<Status>,
     /// Speeds that were set last, mm/s.
@@ -63,7 +63,7 @@ pub(crate) struct Guarded {
     /// Whether the guard lets it move; then any stop that was not ordered is a trouble.
     is_ready: bool,
     tracker: Option<Tracker>,
-    /// What the guard knows of it: whether it has lost the robot.
+    /// Whether the guard knows that the tracker has lost the robot.
     is_lost: bool,
     stop: Arc<AtomicBool>,
     person: Option<Person>,
@@ -121,8 +121,8 @@ impl Guarded {
                     return Ok(Self {
                         client: Some(client),
                         wire: wire.clone(),
-                        readings: vec![Told::default(); sensors.len()],
-                        travel: Told::default(),
+                        readings: vec![Latest::default(); sensors.len()],
+                        travel: Latest::default(),
                         volts: None,
                         profile: Profile {
                             robot,
@@ -169,7 +169,7 @@ impl Guarded {
     }
 
     /// Sends the speeds.
-    fn tell(&mut self) {
+    fn send_speeds(&mut self) {
         self.sent = wall();
         if let Some(client) = &mut self.client {
             client.drive(self.speeds);
@@ -179,7 +179,7 @@ impl Guarded {
     /// Lets the wheels stand. The guard stops them.
     fn rest(&mut self) {
         (self.speeds, self.is_ready) = ([0.0; 2], false);
-        self.tell();
+        self.send_speeds();
     }
 
     /// Waits for one report of the guard, until a moment at most, and keeps the speeds from expiring.
@@ -198,7 +198,7 @@ impl Guarded {
             self.take(at, report)?;
         }
         if wall() >= self.sent + Self::REPEAT {
-            self.tell();
+            self.send_speeds();
         }
         Ok(())
     }
@@ -214,7 +214,7 @@ impl Guarded {
 
     /// Takes a report that came at this time.
     fn take(&mut self, at: Duration, report: Report) -> Result<(), Trouble> {
-        let told = |age_ms: f64, values| Told {
+        let latest = |age_ms: f64, values| Latest {
             at,
             age: Duration::try_from_secs_f64(age_ms / 1000.0).unwrap_or_default(),
             values,
@@ -227,7 +227,7 @@ impl Guarded {
             } => {
                 let kinds = self.profile.sensors.iter().zip(&mut self.readings);
                 for (_, newest) in kinds.filter(|(sensors, _)| sensors.kind == kind) {
-                    *newest = told(age_ms, values.clone());
+                    *newest = latest(age_ms, values.clone());
                 }
             }
             Report::Travel {
@@ -235,7 +235,7 @@ impl Guarded {
                 right_mm,
                 age_ms,
                 ..
-            } => self.travel = told(age_ms, vec![left_mm, right_mm]),
+            } => self.travel = latest(age_ms, vec![left_mm, right_mm]),
             Report::Battery { volts, .. } => self.volts = volts,
             Report::State(status) => {
                 let trouble = trouble_of(&status);
@@ -256,7 +256,7 @@ impl Guarded {
     fn get_ready(&mut self) -> Result<(), Trouble> {
         self.rest();
         let until = wall() + Self::ANSWER;
-        // What the guard said before it heard this is out of date.
+        // Reports that the guard sent before it got this are out of date.
         let rest = self.client.as_ref().map_or(0, Client::sequence);
         let is_new = |status: &Status| status.sequence >= rest;
         while !self
@@ -316,26 +316,26 @@ impl Guarded {
         self.person.get_or_insert_with(Person::at_terminal)
     }
 
-    /// What was told last by all sensors, if all of it is new.
+    /// The latest readings of all sensors, if all of them are new.
     fn newest(&mut self) -> Option<Moment> {
         let travel = self.profile.has_odometers.then_some(&self.travel);
-        if !self.readings.iter().chain(travel).all(|told| told.is_new) {
+        if !self.readings.iter().chain(travel).all(|latest| latest.is_new) {
             return None;
         }
         let all = || self.readings.iter().chain(travel);
-        let at = all().map(|told| told.at).max().unwrap_or_else(wall);
+        let at = all().map(|latest| latest.at).max().unwrap_or_else(wall);
         let age = all()
-            .map(|told| at.saturating_sub(told.at) + told.age)
+            .map(|latest| at.saturating_sub(latest.at) + latest.age)
             .max()
             .unwrap_or_default();
         let moment = Moment {
             at,
             age,
-            readings: self.readings.iter().flat_map(|told| told.values.clone()).collect(),
-            travel: travel.map(|told| [told.values[0], told.values[1]]),
+            readings: self.readings.iter().flat_map(|latest| latest.values.clone()).collect(),
+            travel: travel.map(|latest| [latest.values[0], latest.values[1]]),
         };
-        for told in self.readings.iter_mut().chain([&mut self.travel]) {
-            told.is_new = false;
+        for latest in self.readings.iter_mut().chain([&mut self.travel]) {
+            latest.is_new = false;
         }
         Some(moment)
     }
@@ -370,7 +370,7 @@ impl Vehicle for Guarded {
             self.get_ready()?;
         }
         self.speeds = speeds;
-        self.tell();
+        self.send_speeds();
         Ok(())
     }
 
@@ -443,7 +443,7 @@ impl Vehicle for Guarded {
             if is_there {
                 if self.person().has_answered() {
                     self.send(Request::Resume);
-                    // If it is not over, it is said again.
+                    // If it is not over, it is printed again.
                     asked = None;
                 }
             } else if wall() >= until {
@@ -497,7 +497,7 @@ fn may_move(status: &Status) -> bool {
     status.state == State::Standing && status.reasons.is_empty() && !status.needs_resume
 }
 
-/// Whether only this program or the link was late or said nonsense, so that nobody has to look after the robot.
+/// Whether only this program or the link was late or garbled, so that nobody has to look after the robot.
 fn passes(status: &Status) -> bool {
     let may_pass = |reason: &Condition| {
         matches!(
@@ -508,7 +508,7 @@ fn passes(status: &Status) -> bool {
     !status.cannot_stop && status.reasons.iter().all(may_pass)
 }
 
-/// The trouble that a stop is; none if the robot was told to stand.
+/// The trouble that a stop is; none if the stop was commanded.
 fn trouble_of(status: &Status) -> Option<Trouble> {
     let words: Vec<&str> = status.reasons.iter().copied().map(Condition::words).collect();
     let words = words.join("; ");
@@ -560,10 +560,10 @@ mod tests {
                 Condition::Battery => ("the robot has to be charged: the battery is low", false),
                 Condition::Lifted => ("the robot has to be put back: the robot was lifted", false),
                 Condition::Tracker => ("the robot has to be put back: the tracker", false),
-                Condition::Operator => ("the robot was stopped: stop was said", false),
+                Condition::Operator => ("the robot was stopped: the operator stopped it", false),
                 Condition::Restarted => ("the robot was stopped: the robot has restarted", false),
-                Condition::Closed => ("the program that drives is gone", false),
-                Condition::Terminated => ("the guard was told to end", false),
+                Condition::Closed => ("the program that drives has ended", false),
+                Condition::Terminated => ("the guard was ended by a signal", false),
                 _ => ("the sensors can't be read: ", true),
             };
             let trouble = trouble_of(&status).unwrap().to_string();

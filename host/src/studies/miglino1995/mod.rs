@@ -223,7 +223,7 @@ fn hashes(robot: &Robot) -> Vec<String> {
 fn sampled(settings: &Settings, evaluations: &Engine, directory: &Path, console: Console) -> Result<Robot> {
     let objects = Object::of_the_paper();
     let site = settings.site();
-    let mut robot = site.open(evaluations, &settings.world())?;
+    let mut robot = site.sampled(evaluations, &settings.world())?;
     let samples = match settings.samples.turns {
         1 => sampling::take(&mut *robot, &objects, directory, console)?,
         turns => sampling::take(&mut Averaged::new(&mut *robot, turns), &objects, directory, console)?,
@@ -243,7 +243,7 @@ fn simulated_robot(settings: &Settings, sensors: SensorTables, motors: &MotorSam
 
 /// Samples a robot without saving the samples, and makes the simulated robot from them.
 fn sampled_unkept(settings: &Settings, site: &Site, evaluations: &Engine) -> Result<Robot> {
-    let mut robot = site.open(evaluations, &settings.world())?;
+    let mut robot = site.sampled(evaluations, &settings.world())?;
     let mut averaged = Averaged::new(&mut *robot, settings.samples.turns);
     let samples = sampling::sample_unkept(&mut averaged, &Object::of_the_paper())?;
     Ok(simulated_robot(settings, samples.sensors, &samples.motors))

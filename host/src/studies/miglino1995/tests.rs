@@ -43,7 +43,7 @@ fn worlds(seed: u64, differences: Differences, arena: Arena) -> [World; 2] {
     let settings = settings("main", 0.0);
     let spec = settings.world();
     let mut robot = Site::surrogate(seed, surrogate.clone())
-        .open(&evaluations, &spec)
+        .sampled(&evaluations, &spec)
         .unwrap();
     let objects: Vec<Object> = Object::NAMES.into_iter().filter_map(Object::named).collect();
     let samples = sample_unkept(&mut *robot, &objects).unwrap();

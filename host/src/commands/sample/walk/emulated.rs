@@ -65,7 +65,7 @@ struct Placer {
 }
 
 impl Person for Placer {
-    fn places(&mut self, _: &mut dyn Vehicle, place: &Place<'_>, _: &str) -> Result<Answer> {
+    fn place(&mut self, _: &mut dyn Vehicle, place: &Place<'_>, _: &str) -> Result<Answer> {
         if let Place::Open(_) = place {
             self.looks.set(self.motors);
         }
@@ -75,11 +75,11 @@ impl Person for Placer {
         Ok(Answer::Go)
     }
 
-    fn judges(&mut self, _: &mut dyn Vehicle, words: &str, _: bool) -> Result<Answer> {
+    fn decide(&mut self, _: &mut dyn Vehicle, words: &str, _: bool) -> Result<Answer> {
         panic!("{words}");
     }
 
-    fn hears(&mut self, trouble: Trouble) -> Result {
+    fn troubled(&mut self, trouble: Trouble) -> Result {
         panic!("{trouble}");
     }
 }

@@ -83,7 +83,7 @@ impl Hand {
 }
 
 impl Person for Hand {
-    fn places(&mut self, _: &mut dyn Vehicle, place: &Place<'_>, words: &str) -> Result<Answer> {
+    fn place(&mut self, _: &mut dyn Vehicle, place: &Place<'_>, words: &str) -> Result<Answer> {
         if self.patience == Some(self.placed.len()) {
             return Ok(Answer::Quit);
         }
@@ -99,12 +99,12 @@ impl Person for Hand {
         Ok(self.answer())
     }
 
-    fn judges(&mut self, _: &mut dyn Vehicle, words: &str, is_useless: bool) -> Result<Answer> {
+    fn decide(&mut self, _: &mut dyn Vehicle, words: &str, is_useless: bool) -> Result<Answer> {
         self.judged.push((words.to_owned(), is_useless));
         Ok(self.answer())
     }
 
-    fn hears(&mut self, trouble: Trouble) -> Result {
+    fn troubled(&mut self, trouble: Trouble) -> Result {
         self.heard.push(trouble.to_string());
         Ok(())
     }
