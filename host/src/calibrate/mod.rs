@@ -72,27 +72,29 @@ impl Calibration {
     /// Settings for an experiment, as TOML with comments: what is known of the robot, where the simulator has a value for it.
     pub(crate) fn settings(&self, world: &World) -> String {
         let [low, high] = self.readings.noise();
-        let mut text = format!(
+        let mut parts = vec![format!(
             "# Noise that spreads readings and moves as the robot's are spread around the simulator's.\n[noise]\nsensor = [{low:.3}, {high:.3}]\n"
-        );
-        let Some(moves) = &self.moves else { return text };
-        text += &format!("motor = {:.3}\n", moves.noise());
+        )];
+        let Some(moves) = &self.moves else {
+            return parts.concat();
+        };
+        parts.push(format!("motor = {:.3}\n", moves.noise()));
         if let Build::Differential(own) = &world.spec().robot.build
             && let Some(speed) = own.greatest_speed
         {
-            text += &format!(
+            parts.push(format!(
                 "\n# The wheels' speeds as they were measured, and how late commands took effect.\n[robot]\n\
                  greatest_speed_mm_s = {:.1}\nlatency_cycles = {}\n",
                 f64::from(speed) * moves.mean_gain(),
                 (moves.latency / CYCLE).round()
-            );
+            ));
         } else if moves.is_far_off() {
-            text += &format!(
+            parts.push(format!(
                 "\n# The wheels turn at {:.3} (left) and {:.3} (right) times their commanded speeds: sample the motors again.\n",
                 moves.gains[0], moves.gains[1]
-            );
+            ));
         }
-        text
+        parts.concat()
     }
 }
 

@@ -105,8 +105,8 @@ impl Moves {
             return None;
         }
         let mut relative = Vec::new();
-        for wheel in 0..2 {
-            let expected = ways.told[wheel].iter().map(|told| gains[wheel] * told);
+        for (wheel, gain) in gains.into_iter().enumerate() {
+            let expected = ways.told[wheel].iter().map(|told| gain * told);
             let moving = expected
                 .zip(&ways.gone[wheel])
                 .filter(|(expected, _)| expected.abs() >= LEAST_WAY);

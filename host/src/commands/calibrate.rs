@@ -115,26 +115,26 @@ fn errors(calibration: &Calibration) -> String {
 fn summary(calibration: &Calibration) -> String {
     let readings = &calibration.readings;
     let lives = counted(calibration.lives as u32, "life", "lives");
-    let mut text = format!(
+    let mut parts = vec![format!(
         "{lives}, {} cycles; readings are {:.0} ms old\n",
         calibration.cycles,
         1000.0 * readings.age
-    );
+    )];
     for sensor in &readings.sensors {
         let all = sensor.at.last().map_or(f64::NAN, Errors::size);
-        text += &format!("  {:<16} error {}\n", sensor.name, significant(all, 3));
+        parts.push(format!("  {:<16} error {}\n", sensor.name, significant(all, 3)));
     }
     match &calibration.moves {
         Some(moves) => {
             let [left, right] = moves.gains.map(|gain| significant(gain, 4));
-            text += &format!(
+            parts.push(format!(
                 "  wheels turn at {left} (left) and {right} (right) times their commands, {:.0} ms later\n",
                 1000.0 * moves.latency
-            );
+            ));
         }
-        None => text += "  the robot has no odometers, or nothing moved\n",
+        None => parts.push("  the robot has no odometers, or nothing moved\n".into()),
     }
-    text
+    parts.concat()
 }
 
 fn value(calibration: &Calibration) -> serde_json::Value {

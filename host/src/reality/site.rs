@@ -150,7 +150,7 @@ impl Site {
         match address.parse() {
             Ok(Address::Surrogate(seed)) => Ok(Self::drawn(seed, severity)),
             Ok(Address::Wire(wire)) => {
-                guard::values::Values::of(guard).map_err(|problem| problem.to_string())?;
+                guard::values::Values::of(guard)?;
                 let console = Console::new(Output::default());
                 Ok(Self::Wired(Wired::new(wire, values, guard, console)))
             }

@@ -54,11 +54,7 @@ pub(crate) enum Starts {
 
 impl Choice for Starts {
     const CHOICES: Choices<Self> = &[
-        (
-            "walk",
-            Self::Walk,
-            "the robot drives about at random before each life",
-        ),
+        ("walk", Self::Walk, "the robot drives about at random before each life"),
         (
             "hand",
             Self::Hand,

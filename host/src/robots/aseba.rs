@@ -170,6 +170,9 @@ impl Node {
     }
 }
 
+/// Sizes, in words, and names of variables.
+type Variables = Vec<(u16, String)>;
+
 /// Head of a description.
 #[derive(Clone, Debug, PartialEq, Eq)]
 struct Head {
@@ -323,7 +326,7 @@ impl Network {
     }
 
     /// A whole description: the head, then variables, local events and native functions. Each message resets the time.
-    fn whole(&mut self, id: u16) -> Result<(Head, Vec<(u16, String)>, Vec<String>)> {
+    fn whole(&mut self, id: u16) -> Result<(Head, Variables, Vec<String>)> {
         self.send(&[Message::new(GET_DESCRIPTION, [id, VERSION])])?;
         let head = self.part(id, DESCRIPTION, Head::read)?;
         let [variables, events, functions] = head.counts;
@@ -383,7 +386,7 @@ impl Network {
         let set = Message::new(SET_BYTECODE, [id, 0].into_iter().chain(bytecode.iter().copied()));
         self.persistently(|network| {
             let others = [RUN, GET_EXECUTION_STATE].map(|kind| Message::new(kind, [id]));
-            network.send(&[&[set.clone()], &others[..]].concat())?;
+            network.send(&[std::slice::from_ref(&set), &others[..]].concat())?;
             let until = network.now() + PATIENCE;
             while let Some(message) = network.message(until)? {
                 if message.source == id && runs(&message) == Some(true) {

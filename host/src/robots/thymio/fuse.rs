@@ -52,7 +52,7 @@ const LOAD: u16 = 3 << 12;
 const STORE: u16 = 4 << 12;
 const SUBTRACT: u16 = 8 << 12 | 3;
 /// Goes on after the next word if the last value but one is greater than the last, else to the place that is the next word farther.
-const BRANCH_GREATER: u16 = 10 << 12 | 12;
+const BRANCH_GREATER: u16 = 10 << 12 | 0xc;
 /// The event at the start of a program; those of the node count down from the one before.
 const INIT: u16 = 0xffff;
 
