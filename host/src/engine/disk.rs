@@ -4,6 +4,7 @@ use std::fs::{self, File, OpenOptions, TryLockError};
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 use std::thread;
+use std::time::Duration;
 
 use serde::Serialize;
 
@@ -94,13 +95,19 @@ pub(crate) const LOCK: &str = "lock";
 /// # Errors
 /// Exit 6.
 pub(crate) fn try_lock(directory: &Path) -> Result<Option<File>> {
+    /// A process that is being started has copies of this one's locks for a moment, those that have been released among them.
+    const ATTEMPTS: u32 = 4;
+    const MOMENT: Duration = Duration::from_millis(10);
     let path = directory.join(LOCK);
     let file = lock_file(&path)?;
-    match file.try_lock() {
-        Ok(()) => Ok(Some(file)),
-        Err(TryLockError::WouldBlock) => Ok(None),
-        Err(TryLockError::Error(error)) => Err(Failure::storage(&path, &error)),
+    for _ in 0..ATTEMPTS {
+        match file.try_lock() {
+            Ok(()) => return Ok(Some(file)),
+            Err(TryLockError::WouldBlock) => thread::sleep(MOMENT),
+            Err(TryLockError::Error(error)) => return Err(Failure::storage(&path, &error)),
+        }
     }
+    Ok(None)
 }
 
 /// Opens a file for locking, and creates it if it isn't there.
