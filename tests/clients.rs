@@ -68,7 +68,7 @@ fn assert_same(program: &Value, names: &[&str], client: &Value) {
 }
 
 #[test]
-#[ignore = "needs thymiodirect: tests/peers.sh"]
+#[ignore = "tests/peers.sh runs it, with the client thymiodirect from PyPI"]
 fn thymiodirect_has_a_thymio() {
     let body = Body::default();
     let address = robots::thymio(&body);
@@ -109,7 +109,7 @@ fn thymiodirect_has_a_thymio() {
 }
 
 #[test]
-#[ignore = "needs unifr-api-epuck: tests/peers.sh"]
+#[ignore = "tests/peers.sh runs it, with the client unifr-api-epuck from PyPI"]
 fn unifr_api_epuck_has_an_e_puck2() {
     let robot = EPuck2::default();
     let address = robot.start();

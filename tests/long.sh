@@ -36,7 +36,7 @@ long --test rapier -- --ignored
 
 say "a robot sampled in Aseba's simulator, and its champions there"
 # One at a time: the simulator has to keep up.
-long --test transfer -- --ignored --nocapture --test-threads=1
+long --test transfer -- --nocapture --test-threads=1
 
 say "a hundred thousand runs, in one go and in shards"
 cargo build --release --locked -p oneiro-host --features parquet
