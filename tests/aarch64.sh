@@ -18,12 +18,12 @@ command -v aarch64-linux-gnu-gcc >/dev/null || not_run "there is no linker (Debi
 folder=$(realpath -m "${CARGO_TARGET_DIR:-target}")
 has_library() { [ -d "$(rustc --print sysroot)/lib/rustlib/$arm/lib" ]; }
 has_library || timeout 60 rustup target add $arm >/dev/null 2>&1 || true
-emulated=(env CARGO_PROFILE_RELEASE_OPT_LEVEL=1)
+# A folder of its own: two compilers must not share one, and other stages build at the same time.
+emulated=(env CARGO_PROFILE_RELEASE_OPT_LEVEL=1 CARGO_TARGET_DIR="$folder/aarch64")
 if ! has_library; then
     say "getting Debian's compiler"
     problem=$(tests/debian-rust.sh "$folder/debian-rust") || not_run "$problem"
-    # Two compilers must not share a folder.
-    emulated+=(RUSTC="$folder/debian-rust/rustc" CARGO_TARGET_DIR="$folder/aarch64")
+    emulated+=(RUSTC="$folder/debian-rust/rustc")
 fi
 emulated+=(
     CARGO_TARGET_AARCH64_UNKNOWN_LINUX_GNU_LINKER=aarch64-linux-gnu-gcc

@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # all.sh [--with-slurm]: all checks, from a clean checkout: formatting, lints, the build without a GPU, all tests, the
-# docs, and on request a sweep on a real Slurm. One profile throughout, so that dependencies are built once.
+# docs, and on request a sweep on a real Slurm. All in the development profile, in which what computes is optimised (Cargo.toml).
 # Skipped tests are listed at the end, and are failures unless ONEIRO_MAY_SKIP names the missing thing: by default the
 # recordings of a real robot, which can't be installed. docs/testing.md has more; tests/long.sh has longer tests.
 set -euo pipefail
@@ -93,30 +93,42 @@ browser
 validator
 simulator
 
+# What runs beside other stages, with what they leave of the processors; its output is shown by `join`.
+beside=$(mktemp)
+setsid nice -n 19 tests/aarch64.sh >"$beside" 2>&1 &
+arm=$!
+trap 'kill -- -$arm 2>/dev/null || true; rm -f "$beside"' EXIT
+join() {
+    local code=0
+    wait $arm || code=$?
+    cat "$beside"
+    return $code
+}
+
 say "formatting"
 cargo fmt --all --check
 
 say "lints"
-cargo clippy --release --workspace --all-targets --features oneiro-host/parquet --locked -- -D warnings
+cargo clippy --workspace --all-targets --features oneiro-host/parquet --locked -- -D warnings
 
 # One test of the program: the lane code is that of the next stage, which runs all tests.
 say "the program without the GPU backend"
-cargo test --release --locked -p oneiro-host --no-default-features --test run
+cargo test --locked -p oneiro-host --no-default-features --test run
 
 say "all tests"
-cargo test --release --locked --workspace --features oneiro-host/parquet
+cargo test --locked --workspace --features oneiro-host/parquet
 tests/python.sh
 tests/peers.sh
 
-say "lane code for 64-bit ARM"
-tests/aarch64.sh
+say "lane code for 64-bit ARM, which ran beside all this"
+join
 
 if [ "$slurm" ]; then
     tests/slurm.sh
 fi
 
 say "documentation"
-RUSTDOCFLAGS="-D warnings" cargo doc --release --locked --workspace --no-deps --quiet
+RUSTDOCFLAGS="-D warnings" cargo doc --locked --workspace --no-deps --quiet
 
 say "what each stage took"
 printf '%s\n' "${stages[@]}"

@@ -25,9 +25,9 @@ scratch=$(mktemp -d)
 trap 'rm -rf "$scratch"' EXIT
 if [ -z "$sweep" ]; then
     say "a sweep"
-    [ -x "$folder/release/oneiro" ] || fail "build the program first: cargo build --release --features oneiro-host/parquet"
+    [ -x "$folder/debug/oneiro" ] || fail "build the program first: cargo build --features oneiro-host/parquet"
     sweep=$scratch/sweep
-    "$folder/release/oneiro" sweep run experiments/sweeps/small.toml --out "$sweep" --quiet
+    "$folder/debug/oneiro" sweep run experiments/sweeps/small.toml --out "$sweep" --quiet
 fi
 
 say "docs/sweeps.py on $sweep"

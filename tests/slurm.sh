@@ -8,7 +8,7 @@ cd "$(dirname "$0")/.."
 . tests/own-apt.sh
 
 target=$(realpath -m "${CARGO_TARGET_DIR:-target}")
-oneiro=$(realpath "${1:-$target/release/oneiro}")
+oneiro=$(realpath "${1:-$target/debug/oneiro}")
 slurm=$target/debian-slurm
 export PATH=$slurm/root/usr/bin:$slurm/root/usr/sbin:$PATH:/usr/sbin
 
