@@ -682,6 +682,46 @@ mod tests {
         );
     }
 
+    /// A robot on a wire has the values of an experiment whose last generations live on it, and none of a surrogate's.
+    #[test]
+    fn a_robot_on_a_wire_is_that_of_an_experiment() {
+        let asked = Asked {
+            robot: "serial:/dev/ttyS0@9600".parse().unwrap(),
+            tables: vec!["own".into()],
+            full: false,
+            ..under("main").asked
+        };
+        let settings = Settings::new(&shipped(), "square", asked).unwrap();
+        let Real::Wired(experiment) = &settings.robot else {
+            panic!("is simulated")
+        };
+        assert_eq!(experiment.first_real(), Some(200));
+        // 2,000 lives of 60 s.
+        assert_eq!(experiment.robot_minutes(), Some(2000.0));
+        assert_eq!(settings.evolution(), experiment.settings().evolution);
+        assert!(settings.site().is_wired() && settings.surrogate().is_none() && settings.other_site().is_none());
+        let own = settings.assumptions();
+        let own: Vec<_> = own.iter().filter(|own| own.name.starts_with("reality.")).collect();
+        let values: Vec<_> = own.iter().map(|own| (&*own.name, &*own.value, &*own.source)).collect();
+        let generations = settings.sources["reality.generations"].as_str();
+        let expected = [
+            ("reality.robot", "serial:/dev/ttyS0@9600", "--robot"),
+            ("reality.generations", "20", generations),
+            ("reality.starts", "walk", "ours"),
+            ("reality.walk_s", "10", "ours"),
+        ];
+        assert_eq!(values, expected);
+        let record = settings.record();
+        assert!(record.contains("\"robot\": \"serial:/dev/ttyS0@9600\"") && !record.contains("severity"));
+        // Three runs of 2,100 lives and a champion.
+        let time = settings.time(1).unwrap();
+        assert!(
+            time.starts_with("6303 lives of 50 s, each after 10 s of driving about: 105.0 robot-hours"),
+            "{time}"
+        );
+        assert_eq!(settings.time(0), None);
+    }
+
     /// The source of a value that doesn't exist would never be read.
     #[test]
     fn every_source_is_that_of_a_value() {
@@ -746,11 +786,14 @@ mod tests {
         let shipped = MIGLINO1995
             .text
             .replace("experiment = \"../khepera-avoidance.toml\"", "");
-        let refusal = |from: &str, to: &str| {
+        let refusal = |from: &str, to: &str, robot: &str| {
             assert!(shipped.contains(from), "{from}");
             std::fs::write(&path, shipped.replacen(from, to, 1)).unwrap();
             let file = StudyFile::open(&MIGLINO1995, Some(&path)).unwrap();
-            let asked = under("main").asked;
+            let asked = Asked {
+                robot: robot.parse().unwrap(),
+                ..under("main").asked
+            };
             Settings::new(&file, "main", asked).unwrap_err().to_string()
         };
         for (from, to, expected) in [
@@ -764,8 +807,28 @@ mod tests {
             ("noise.sensor = [0.0, 0.4]", "noise.sensors = [0.0, 0.4]", "own.toml:"),
             ("[selection]", "[selections]", "selections"),
         ] {
-            let refusal = refusal(from, to);
+            let refusal = refusal(from, to, "surrogate:3");
             assert!(refusal.contains("own.toml:") && refusal.contains(expected), "{refusal}");
+        }
+        for (values, expected) in [
+            ("walk = 5", "reality.walk: unknown key `walk`; allowed: robot, "),
+            ("walk_s = 1000", "reality.walk_s: is 1000; allowed: 0 to 600"),
+            (
+                "severity = 1.0",
+                "reality.severity: is given; allowed: only with a surrogate",
+            ),
+            ("guard.speed_mm_s = 5000", "reality.robot: "),
+            (
+                "generations = 3",
+                "reality.wire.generations: is given; allowed: reality.generations in its place",
+            ),
+            (
+                "robot = \"tcp:a:1\"",
+                "reality.wire.robot: is given; allowed: --robot in its place",
+            ),
+        ] {
+            let refusal = refusal("walk_s = 10.0", values, "tcp:localhost:1000");
+            assert!(refusal.contains(expected), "{refusal}");
         }
         std::fs::remove_dir_all(&directory).unwrap();
     }

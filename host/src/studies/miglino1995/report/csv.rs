@@ -77,7 +77,7 @@ static MEASURES: [Column; 7] = [
     Column::number(
         "collided",
         "0 to 1",
-        "the share of cycles that end in a collision; empty for a robot on a wire, which reports none",
+        "the share of cycles that end in a collision; empty where nothing reports them, as on a wire",
     ),
     Column::number(
         "forwards",

@@ -34,7 +34,7 @@ impl Place {
             ("experiment = \"../khepera-avoidance.toml\"\n", ""),
             ("[set]\n", &small),
             ("generations = 20\n", "generations = 3\n"),
-            ("[calibration]\n", "[reality.wire]\nwalk_s = 1.0\n\n[calibration]\n"),
+            ("walk_s = 10.0\n", "walk_s = 1.0\n"),
         ] {
             assert_eq!(text.matches(from).count(), 1, "{from}");
             text = text.replace(from, to);
