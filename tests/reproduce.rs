@@ -158,7 +158,7 @@ fn invalid_studies_are_refused() {
     place.write("wall.sam", "8 180 20 5 2\n");
     for (arguments, words) in [
         (&["--severity=-1"][..], "allowed: 0 to 2"),
-        (&["--robot", "mine"], "allowed: surrogate:SEED"),
+        (&["--robot", "mine"], "or surrogate:SEED for a simulated Khepera"),
         (&["--out", "full"], "is not empty and does not hold a study"),
         (&["--tables", "wall.sam,none.sam"], "wall.sam"),
         (&["--tables", "none.sam"], "none.sam"),
@@ -174,6 +174,58 @@ fn invalid_studies_are_refused() {
             .exits(3)
             .says(&["allowed: 2 to 1000"]);
         assert!(!place.at("few").exists(), "nothing was begun");
+    }
+}
+
+/// What only a surrogate has, and what a robot on a wire needs, is said before anything is connected or begun.
+#[test]
+fn studies_that_a_wire_can_not_have_are_refused() {
+    const ROBOT: &str = "serial:/dev/none@9600";
+    let place = Place::new("wire");
+    place.sample("own", &["--quiet"]).exits(0);
+    let tables = "--tables=own/wall.sam,own/round.sam,own/motor.sam";
+    for (arguments, code, words) in [
+        (
+            &[][..],
+            3,
+            "lacks --tables, the samples that its simulator is made from; take them with `oneiro sample --robot \
+             serial:/dev/none@9600 --objects wall,round --out samples`",
+        ),
+        (
+            &[tables, "--severity=1"],
+            3,
+            "--severity: is given with --robot serial:",
+        ),
+        (&[tables, "--full"], 3, "--full: is given with --robot serial:"),
+        (
+            &[tables, "--sensitivity"],
+            3,
+            "--sensitivity: is given with --robot serial:",
+        ),
+        (
+            &["--calibrate"],
+            2,
+            "'--robot <ROBOT>' cannot be used with '--calibrate'",
+        ),
+        (
+            &[tables, "--arm=half-severity"],
+            3,
+            "--arm half-severity: changes reality.severity_factor, which is given with --robot serial:",
+        ),
+        (&[tables, "--arm=ten-readings"], 3, "changes samples.turns"),
+        (&[tables, "--runs=0"], 3, "allowed: 1 to 1000"),
+    ] {
+        let study = [
+            "reproduce",
+            "miglino1995",
+            "--backend=cpu",
+            "--robot",
+            ROBOT,
+            "--out=none",
+        ];
+        let study = if code == 2 { &study[..5] } else { &study };
+        place.run(&[study, arguments].concat()).exits(code).says(&[words]);
+        assert!(!place.at("none").exists(), "nothing was begun");
     }
 }
 

@@ -1,4 +1,4 @@
-//! Lives on a robot on a wire, which keeps its last speed for ever: `oneiro evaluate --robot`, and runs that end on it.
+//! Lives on a robot on a wire, which keeps its last speed for ever: `oneiro evaluate --robot`, and runs and studies that end on it.
 #![cfg(unix)]
 
 use std::fs::File;
@@ -24,6 +24,8 @@ mod place;
 mod robots;
 #[path = "wired/run.rs"]
 mod run;
+#[path = "wired/study.rs"]
+mod study;
 use peers::{Body, wait};
 use place::Place;
 

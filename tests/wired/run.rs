@@ -35,7 +35,7 @@ fn ended(arguments: &[&str], program: Child) -> Ran {
 }
 
 /// Waits until a life has had some cycles.
-fn wait_for_cycles(place: &Place, life: &str, cycles: usize) {
+pub(super) fn wait_for_cycles(place: &Place, life: &str, cycles: usize) {
     let path = place.at(life);
     wait(life, LONG, || {
         fs::read_to_string(&path).is_ok_and(|text| text.lines().count() > cycles)
@@ -43,7 +43,7 @@ fn wait_for_cycles(place: &Place, life: &str, cycles: usize) {
 }
 
 /// Asserts that the wheels come to stand within half a second of an event, and waits until the guard is gone.
-fn stops(place: &Place, body: &Body, address: &str, event: Instant) {
+pub(super) fn stops(place: &Place, body: &Body, address: &str, event: Instant) {
     wait("the stop", LONG, || body.stands());
     let took = body.wheels().1.saturating_duration_since(event);
     assert!(took < Duration::from_millis(500), "{took:?}");
@@ -52,7 +52,7 @@ fn stops(place: &Place, body: &Body, address: &str, event: Instant) {
     });
 }
 
-fn status(place: &Place, directory: &str) -> Vec<String> {
+pub(super) fn status(place: &Place, directory: &str) -> Vec<String> {
     let index = Table::read(place, &format!("{directory}/lives/lives.csv"));
     index.column("status").into_iter().map(str::to_owned).collect()
 }

@@ -124,6 +124,11 @@ pub(crate) trait Reality {
     /// One line that says which robot this is.
     fn describe(&self) -> String;
 
+    /// Whether a life is on record, so that it takes no time.
+    fn has_lived(&self, _life: &Life<'_>) -> bool {
+        false
+    }
+
     /// Evaluates rollouts, one after the other, each from its own start.
     ///
     /// # Errors

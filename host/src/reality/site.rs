@@ -1,7 +1,7 @@
 //! The site of reality: which robot it is, where it is, and how to reach it. Only this file names kinds of reality.
 
 use std::fmt;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::atomic::AtomicBool;
 use std::sync::{Arc, Mutex, PoisonError};
 
@@ -21,6 +21,7 @@ use crate::exit::Failure;
 use crate::robots::address::{Address, Wire};
 use crate::robots::guard;
 use crate::robots::guard::wheels::Wanted;
+#[cfg(test)]
 use crate::robots::vehicle::Vehicle;
 use crate::robots::vehicle::guarded::{Guarded, Options};
 
@@ -64,6 +65,17 @@ impl Wired {
         }
     }
 
+    /// The same robot, whose lives are recorded in a directory.
+    fn recorded(&self, directory: PathBuf) -> Self {
+        Self {
+            values: wired::Values {
+                directory,
+                ..self.values.clone()
+            },
+            ..self.clone()
+        }
+    }
+
     /// Connects to the robot, if nobody has yet, and prepares its lives.
     fn open(&self, stop: &Arc<AtomicBool>, spec: &WorldSpec) -> Result<WiredRobot, Failure> {
         let kinds = wired::kinds(spec).map_err(Failure::input)?;
@@ -78,10 +90,10 @@ impl Wired {
                     record: None,
                     tracker: self.values.tracker.clone(),
                 };
-                none.insert(Guarded::open(&options, Arc::clone(stop), self.console)?)
+                none.insert(Box::new(Guarded::open(&options, Arc::clone(stop), self.console)?))
             }
         };
-        let lives = Lives::new(spec, robot, &self.values, self.console)?;
+        let lives = Lives::new(spec, &**robot, &self.values, self.console)?;
         let profile = robot.profile();
         let name = format!("{} ({}) at {}", profile.robot, profile.firmware, self.wire);
         Ok(WiredRobot::new(self.robot.clone(), lives, name))
@@ -184,18 +196,43 @@ impl Site {
         }
     }
 
+    /// How long some lives of so many cycles take at most, in words; none if it is simulated.
+    pub(crate) fn time(&self, lives: u64, cycles: u32) -> Option<String> {
+        match self {
+            Self::Wired(wired) => Some(wired.values.time(lives, cycles)),
+            Self::Surrogate { .. } => None,
+        }
+    }
+
+    /// The same site, with the lives on a wire recorded in a directory and told at a console.
+    pub(crate) fn recorded(&self, directory: PathBuf, console: Console) -> Self {
+        match self {
+            Self::Wired(wired) => Self::Wired(Wired {
+                console,
+                ..wired.recorded(directory)
+            }),
+            Self::Surrogate { .. } => self.clone(),
+        }
+    }
+
+    /// The same site with a robot that is connected, if it is on a wire.
+    #[cfg(test)]
+    pub(crate) fn connected(&self, vehicle: impl Vehicle + Send + 'static) -> Self {
+        match self {
+            Self::Wired(wired) => Self::Wired(Wired {
+                robot: Shared::of(vehicle),
+                ..wired.clone()
+            }),
+            Self::Surrogate { .. } => self.clone(),
+        }
+    }
+
     /// The robot as a place of a run's lives, recorded in the run's directory; none for a surrogate, whose lives are rollouts in
     /// [`Site::world`].
     pub(crate) fn outside(&self, spec: &WorldSpec, directory: &Path) -> Option<Arc<dyn Outside>> {
         let Self::Wired(wired) = self else { return None };
         Some(Arc::new(OnWire {
-            wired: Wired {
-                values: wired::Values {
-                    directory: directory.join(LIVES),
-                    ..wired.values.clone()
-                },
-                ..wired.clone()
-            },
+            wired: wired.recorded(directory.join(LIVES)),
             spec: spec.clone(),
             robot: Mutex::new(None),
         }))
@@ -288,26 +325,13 @@ pub(crate) fn address(text: &str) -> Result<Address, Failure> {
         .map_err(|invalid| Failure::input(format_args!("--robot: {invalid}")))
 }
 
-/// The seed in the address of a surrogate, `surrogate:SEED`, where `--robot` takes no other robot.
-///
-/// # Errors
-/// Exit 3 with the problem of the address.
-pub(crate) fn seed_of(address: &str) -> Result<u64, Failure> {
-    match address.parse() {
-        Ok(Address::Surrogate(seed)) => Ok(seed),
-        _ => Err(Failure::input(format_args!(
-            "--robot {address}: is no surrogate; allowed: surrogate:SEED, such as surrogate:1"
-        ))),
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
 
     #[test]
     fn addresses_are_parsed() {
-        assert_eq!(seed_of("surrogate:17").unwrap(), 17);
+        assert_eq!(address("surrogate:17").unwrap(), Address::Surrogate(17));
         for bad in [
             "surrogate",
             "surrogate:",
@@ -316,13 +340,7 @@ mod tests {
             "khepera:1",
             "",
         ] {
-            assert!(
-                seed_of(bad)
-                    .unwrap_err()
-                    .to_string()
-                    .contains("allowed: surrogate:SEED"),
-                "{bad}"
-            );
+            assert!(address(bad).unwrap_err().to_string().contains("allowed: "), "{bad}");
         }
     }
 

@@ -26,7 +26,6 @@ use super::wander::{WALK, wanderer};
 use super::{Life, Lived, Reality, Trouble};
 use crate::console::Console;
 use crate::exit::{Failure, Result};
-use crate::robots::vehicle::guarded::Guarded;
 use crate::robots::vehicle::{Moment, Profile, Vehicle};
 use crate::robots::{Kind, tracker};
 
@@ -92,6 +91,22 @@ impl Values {
             Starts::Walk => self.walk,
             Starts::Hand => 0,
         }
+    }
+
+    /// How long some lives of so many cycles take at most, in words.
+    pub(super) fn time(&self, lives: u64, cycles: u32) -> String {
+        let before = match self.starts {
+            Starts::Walk => format!(", each after {} s of driving about", f64::from(self.walk) / 10.0),
+            Starts::Hand => ", and the time to put it at each start".to_owned(),
+        };
+        let minutes = lives as f64 * f64::from(cycles + self.walk()) / 600.0;
+        let time = match minutes {
+            ..120.0 => format!("{minutes:.1} robot-minutes"),
+            _ => format!("{:.1} robot-hours", minutes / 60.0),
+        };
+        let noun = if lives == 1 { "life" } else { "lives" };
+        let seconds = f64::from(cycles) / 10.0;
+        format!("{lives} {noun} of {seconds} s{before}: {time}, less for those that are on record")
     }
 }
 
@@ -187,6 +202,12 @@ impl Lives {
             pose: [middle(field.x, field.width), middle(field.y, field.height), 0.0],
             console,
         })
+    }
+
+    /// Whether a life is recorded as complete.
+    pub(crate) fn has_lived(&self, life: &Life<'_>) -> bool {
+        let identity = Identity::new(life.key, life.genes, &self.world);
+        self.logbook.complete(&identity).is_some()
     }
 
     /// Lives lives, one after the other. Those that are recorded as complete are not lived again.
@@ -503,10 +524,19 @@ fn failed(error: reported::Error) -> Trouble {
 
 /// A robot on a wire that everything of a command shares.
 #[derive(Clone, Default)]
-pub(super) struct Shared(Arc<Mutex<Option<Guarded>>>);
+pub(super) struct Shared(Arc<Mutex<Connected>>);
+
+/// A robot, once somebody has connected to it.
+type Connected = Option<Box<dyn Vehicle + Send>>;
 
 impl Shared {
-    pub(super) fn lock(&self) -> MutexGuard<'_, Option<Guarded>> {
+    /// A robot that is connected.
+    #[cfg(test)]
+    pub(super) fn of(vehicle: impl Vehicle + Send + 'static) -> Self {
+        Self(Arc::new(Mutex::new(Some(Box::new(vehicle)))))
+    }
+
+    pub(super) fn lock(&self) -> MutexGuard<'_, Connected> {
         self.0.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
@@ -530,15 +560,19 @@ impl Reality for WiredRobot {
         self.name.clone()
     }
 
+    fn has_lived(&self, life: &Life<'_>) -> bool {
+        self.lives.has_lived(life)
+    }
+
     fn live(&mut self, lives: &[Life<'_>], traced: bool) -> std::result::Result<Vec<Lived>, Trouble> {
         match &mut *self.robot.lock() {
-            Some(robot) => self.lives.live(robot, lives, traced),
+            Some(robot) => self.lives.live(&mut **robot, lives, traced),
             None => Err(Trouble::Broken(format!("{} is not connected", self.name))),
         }
     }
 }
 
 #[cfg(test)]
-mod emulated;
+pub(crate) mod emulated;
 #[cfg(test)]
 mod tests;

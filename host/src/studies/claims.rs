@@ -21,6 +21,8 @@ pub(crate) enum Verdict {
     NotReproduced,
     /// Too few runs for its test, or its parts disagree.
     Undecided,
+    /// Something that its criterion needs was not measured.
+    NotMeasured,
 }
 
 impl fmt::Display for Verdict {
@@ -29,6 +31,7 @@ impl fmt::Display for Verdict {
             Self::Reproduced => "reproduced",
             Self::NotReproduced => "not_reproduced",
             Self::Undecided => "undecided",
+            Self::NotMeasured => "not_measured",
         })
     }
 }
@@ -130,6 +133,8 @@ pub(crate) struct Preregistered {
 pub(crate) struct Finding {
     /// Whether its criterion holds; `None` if the runs it needs are missing.
     pub(crate) holds: Option<bool>,
+    /// What its criterion needs and was not measured, and why, if so.
+    pub(crate) missing: Option<&'static str>,
     pub(crate) effects: Vec<Effect>,
     pub(crate) tests: Vec<Test>,
     /// Remark that depends on the results, in addition to the claim's fixed one.
@@ -137,6 +142,11 @@ pub(crate) struct Finding {
 }
 
 impl Finding {
+    /// The verdict by the claim's criterion, unless something is missing that it needs.
+    pub(crate) fn verdict(&self) -> Verdict {
+        self.missing.map_or_else(|| self.holds.into(), |_| Verdict::NotMeasured)
+    }
+
     /// Adds a figure. The paper's own figure comes from the table of claims.
     pub(crate) fn note(&mut self, name: impl Into<String>, value: f64) {
         self.effects.push(Effect {

@@ -2,6 +2,7 @@
 //! messages it produces.
 
 use std::fs;
+use std::ops::RangeInclusive;
 use std::path::{Path, PathBuf};
 
 use serde::Serialize;
@@ -185,7 +186,7 @@ pub(super) struct Directory {
 
 impl Directory {
     /// Creates the directory, or checks that an existing one belongs to this study.
-    fn open(path: &Path, study: &impl Reproduction) -> Result<Self> {
+    pub(super) fn open(path: &Path, study: &impl Reproduction) -> Result<Self> {
         let settings = path.join(SETTINGS);
         fs::create_dir_all(path).map_err(|error| Failure::storage(path, &error))?;
         let text = study.record();
@@ -246,13 +247,14 @@ impl Directory {
     }
 }
 
-/// Refuses a number of runs that is too small to have a spread, or too large.
-pub(super) fn check_runs(runs: u32, most: u32) -> Result {
-    if (2..=most).contains(&runs) {
+/// Refuses a number of runs that is too small to have a spread, unless one is allowed, or too large.
+pub(super) fn check_runs(runs: u32, allowed: &RangeInclusive<u32>) -> Result {
+    if allowed.contains(&runs) {
         return Ok(());
     }
+    let (least, most) = (allowed.start(), allowed.end());
     Err(Failure::input(format_args!(
-        "--runs {runs}: a test of runs needs at least two; allowed: 2 to {most}"
+        "--runs {runs}: a test of runs needs at least two; allowed: {least} to {most}"
     )))
 }
 

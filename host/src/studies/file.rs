@@ -202,6 +202,11 @@ impl Arm {
         self.changes.is_empty()
     }
 
+    /// Keys of the values that it replaces.
+    pub(crate) fn changed(&self) -> Vec<String> {
+        leaves(&self.changes).into_iter().map(|(key, _)| key).collect()
+    }
+
     fn settings(&self, file: &str) -> Vec<Setting> {
         let place = format!("{file}: arm {}", self.name);
         let values = leaves(&self.changes).into_iter();
@@ -217,7 +222,7 @@ impl Arm {
         values: impl IntoIterator<Item = (String, String)>,
         source: impl Fn(&str) -> Option<&'a str>,
     ) -> Vec<Assumption> {
-        let changed: Vec<String> = leaves(&self.changes).into_iter().map(|(key, _)| key).collect();
+        let changed = self.changed();
         let own = format!("arm {}: {}", self.name, self.words);
         let rows = values.into_iter().map(|(name, value)| {
             // In the study's file, the values of all conditions stand under `set`.

@@ -12,7 +12,7 @@ mod verdicts;
 /// The files of any directory of the 1995 study, and of the 2014 study.
 #[cfg(test)]
 pub(crate) fn all_contents() -> [Vec<crate::contents::Entry>; 2] {
-    [miglino1995::contents(true, true), odowd2014::contents(true)].map(|own| directory::contents(own, true))
+    [miglino1995::contents(true, true, true), odowd2014::contents(true)].map(|own| directory::contents(own, true))
 }
 
 /// The claims of the papers.

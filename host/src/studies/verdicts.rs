@@ -15,9 +15,11 @@ pub(super) fn summary(claims: &[Claim]) -> Section {
         "Each claim has a criterion that was fixed before anything was evolved. The main effect stands beside the \
          paper's own figure where it prints one, or where one follows from what it prints.",
     );
-    let verdicts = [Verdict::Reproduced, Verdict::NotReproduced, Verdict::Undecided];
+    let count = |verdict| claims.iter().filter(|claim| claim.verdict == verdict).count();
+    let mut verdicts = vec![Verdict::Reproduced, Verdict::NotReproduced, Verdict::Undecided];
+    verdicts.extend(Some(Verdict::NotMeasured).filter(|&verdict| count(verdict) > 0));
     let tally = joined(&verdicts, |&verdict| {
-        let count = claims.iter().filter(|claim| claim.verdict == verdict).count();
+        let count = count(verdict);
         let (class, words) = (class(verdict), words(verdict));
         format!("<span class=\"{class}\"><b>{count}</b>{words}</span>\n")
     });
@@ -183,7 +185,7 @@ pub(super) fn by_assumption(arms: &Sensitivity) -> Section {
     }
     let counts = (0..main.claims.len()).map(|column| {
         let asked = arms.all().filter_map(|one| one.claims.get(column));
-        let asked = asked.filter(|claim| claim.verdict != Verdict::Undecided);
+        let asked = asked.filter(|claim| matches!(claim.verdict, Verdict::Reproduced | Verdict::NotReproduced));
         let reproduced = asked.clone().filter(|claim| claim.verdict == Verdict::Reproduced);
         Cell::text(&format!("{}/{}", reproduced.count(), asked.count()))
     });
@@ -212,7 +214,7 @@ fn assumed(one: &Assumed) -> Row {
     let verdicts = one.claims.iter().map(|claim| match claim.verdict {
         Verdict::Reproduced => Cell::html(chip(claim.verdict, "yes")),
         Verdict::NotReproduced => Cell::html(chip(claim.verdict, "no")),
-        Verdict::Undecided => Cell::html(chip(claim.verdict, NONE)),
+        Verdict::Undecided | Verdict::NotMeasured => Cell::html(chip(claim.verdict, NONE)),
     });
     Row {
         cells: std::iter::once(Cell::html(what)).chain(verdicts).collect(),
@@ -229,7 +231,7 @@ fn class(verdict: Verdict) -> &'static str {
     match verdict {
         Verdict::Reproduced => "reproduced",
         Verdict::NotReproduced => "not-reproduced",
-        Verdict::Undecided => "undecided",
+        Verdict::Undecided | Verdict::NotMeasured => "undecided",
     }
 }
 
@@ -238,6 +240,7 @@ fn words(verdict: Verdict) -> &'static str {
         Verdict::Reproduced => "reproduced",
         Verdict::NotReproduced => "not reproduced",
         Verdict::Undecided => "undecided",
+        Verdict::NotMeasured => "not measured",
     }
 }
 

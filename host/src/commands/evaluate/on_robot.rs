@@ -3,12 +3,12 @@
 use std::time::Duration;
 
 use crate::cli::{Evaluate, OnRobot};
-use crate::console::{Console, counted};
+use crate::console::Console;
 use crate::device;
 use crate::exit::{Failure, Result};
 use crate::lives::{LifeIndex, Lives};
 use crate::reality::site::{self, Site, Wired};
-use crate::reality::wired::{Starts, Values};
+use crate::reality::wired::Values;
 use crate::reality::{Life, Reality};
 use crate::robots::address::Address;
 use crate::robots::tracker;
@@ -22,8 +22,8 @@ pub(super) fn lived(address: &str, arguments: &Evaluate, lives: &Lives<'_>, cons
     let site = site(address, &arguments.on_robot, console)?;
     let all: Vec<(LifeIndex, Life<'_>)> = indices(lives).map(|index| (index, life(lives, index))).collect();
     let spec = lives.worlds[0].spec();
-    if site.is_wired() {
-        console.say(minutes(all.len(), spec.cycles, &arguments.on_robot));
+    if let Some(time) = site.time(all.len() as u64, spec.cycles) {
+        console.say(time);
     }
     let engine = device::engine(&arguments.backend)?;
     let mut robot = site.open(&engine, spec)?;
@@ -100,21 +100,4 @@ fn life<'a>(lives: &Lives<'a>, LifeIndex { genome, number }: LifeIndex) -> Life<
         key: lives.keys.of(genome, number),
         start: None,
     }
-}
-
-/// How long all lives take at most.
-fn minutes(lives: usize, cycles: u32, values: &OnRobot) -> String {
-    let (walk, before) = match values.between {
-        Starts::Walk => (
-            Values::cycles(values.walk),
-            format!(", each after {} s of driving about", values.walk),
-        ),
-        Starts::Hand => (0, ", and the time to put it at each start".to_owned()),
-    };
-    format!(
-        "{} of {} s{before}: {:.1} robot-minutes, less for those that are on record",
-        counted(lives as u32, "life", "lives"),
-        f64::from(cycles) / 10.0,
-        lives as f64 * f64::from(cycles + walk) / 600.0
-    )
 }

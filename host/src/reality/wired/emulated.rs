@@ -29,19 +29,21 @@ use crate::robots::emulated::khepera::{Firmware, Khepera};
 use crate::robots::khepera;
 use crate::robots::vehicle::direct::Direct;
 
-const SEED: u64 = 5;
+pub(crate) const SEED: u64 = 5;
 const CYCLES: u32 = 30;
 /// Directories of lives that are written at the same time: the disk takes most of the time.
 const SHELVES: u64 = 20;
 /// A line that takes no time: 2 ns for a byte, which is the least that is not 0.
-const INSTANT: u32 = 4_000_000_000;
+pub(crate) const INSTANT: u32 = 4_000_000_000;
 
 /// A robot that somebody puts where lives start, and what it was told at each look and each command.
-struct Watched {
+pub(crate) struct Watched {
     own: Direct<Bench<Simulated>>,
-    bench: Bench<Simulated>,
+    pub(crate) bench: Bench<Simulated>,
     /// Where the next life starts, and the key of its noise.
-    next: ([f32; 3], Key),
+    pub(crate) next: ([f32; 3], Key),
+    /// The user stops it after as many looks.
+    pub(crate) looks: usize,
     readings: Vec<Vec<f64>>,
     /// Units that have arrived.
     units: Vec<[i32; 2]>,
@@ -59,6 +61,10 @@ impl Vehicle for Watched {
     }
 
     fn look(&mut self) -> std::result::Result<Moment, Trouble> {
+        if self.readings.len() >= self.looks {
+            self.own.stop()?;
+            return Err(Trouble::Stopped);
+        }
         let moment = self.own.look()?;
         self.readings.push(moment.readings.clone());
         self.poses.push(self.bench.line().robot.body.pose);
@@ -91,7 +97,8 @@ impl Vehicle for Watched {
     }
 }
 
-fn connected(baud: u32) -> Watched {
+/// Connects to a robot of its own, in the arena of the paper.
+pub(crate) fn connected(baud: u32) -> Watched {
     let body = Simulated::new(SEED, Arena::miglino1995(), [100.0, 90.0, 0.0]);
     let bench = Bench::new(Khepera::new(body, Firmware::ALL[0], baud));
     let mut robot = khepera::Khepera::new(Box::new(bench.clone()));
@@ -100,6 +107,7 @@ fn connected(baud: u32) -> Watched {
         own: Direct::new(Box::new(robot), bench.clone(), &[Kind::Proximity]),
         bench,
         next: ([0.0; 3], Key([0; 2])),
+        looks: usize::MAX,
         readings: Vec::new(),
         units: Vec::new(),
         poses: Vec::new(),

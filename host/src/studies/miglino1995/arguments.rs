@@ -10,19 +10,21 @@ use crate::studies::file::{ArmParser, MIGLINO1995};
 /// `oneiro reproduce miglino1995`
 #[derive(Args, Debug)]
 pub(crate) struct Arguments {
-    /// Runs of each condition, 2 to 1000 [default: 5, as in the paper]
+    /// Runs of each condition, 2 to 1000, or 1 on a wire [default: 5, as in the paper]
     #[arg(long, value_name = "N")]
     pub(crate) runs: Option<u32>,
     /// Seed of everything random but the robot
     #[arg(long, value_name = "N", default_value_t = 1)]
     pub(crate) seed: u64,
-    /// The robot to sample and to transfer to: surrogate:SEED
+    /// The robot to transfer to: surrogate:SEED, which is sampled first, or a robot on a wire, such as serial:/dev/ttyUSB0, which has
+    /// been sampled (--tables) and lives one life after the other; the same command continues
     #[arg(long, value_name = "ROBOT", default_value = "surrogate:1")]
     pub(crate) robot: String,
-    /// How much reality differs from its simulator, 0 to 2 [default: 1.75]
+    /// How much a surrogate differs from its simulator, 0 to 2 [default: 1.75]
     #[arg(long, value_name = "LAMBDA")]
     pub(crate) severity: Option<f32>,
-    /// Make the simulator from recordings of a robot instead of samples: wall, round and, if wanted, motors
+    /// Make the simulator from recordings of a robot instead of samples: wall, round and, if wanted, motors. A robot on a wire needs those
+    /// that `oneiro sample` has made of it
     #[arg(long, value_name = "FILE,..", value_delimiter = ',', value_hint = ValueHint::FilePath)]
     pub(crate) tables: Vec<PathBuf>,
     /// Add the controls of the real generations, and simulators of other noise and other tables (claim C11)

@@ -33,6 +33,14 @@ impl Trial {
             Self::Appraised(life) => 32 + u64::from(life),
         }
     }
+
+    /// What follows the name of an individual that lives again, for readers.
+    pub(super) fn again(self) -> &'static str {
+        match self {
+            Self::RealAgain => ", again",
+            _ => "",
+        }
+    }
 }
 
 /// A run in progress.

@@ -9,11 +9,10 @@ use crate::lives::measures::{Grid, PLACES, distance, is_stuck, moves};
 
 /// Cycles between terms of D (equation 2).
 const TERM: usize = 5;
-/// One simulated and two real lives from the same start.
+/// A simulated and a real life from the same start.
 pub(super) struct Pair {
     pub(super) simulated: Trace,
     pub(super) real: Trace,
-    pub(super) again: Trace,
 }
 
 /// Cumulative distances between two lives at cycles 5, 10, .. in mm (equation 2).
@@ -40,7 +39,8 @@ pub(super) struct Sums {
 }
 
 impl Sums {
-    pub(super) fn add(&mut self, pair: &Pair, other: &Pair) {
+    /// Adds two lives from a start, the real one lived again, and those of another champion.
+    pub(super) fn add(&mut self, pair: &Pair, again: &Trace, other: &Pair) {
         let add = |sums: &mut Vec<f64>, values: &mut dyn Iterator<Item = f64>| {
             for (index, value) in values.enumerate() {
                 if index == sums.len() {
@@ -50,7 +50,7 @@ impl Sums {
             }
         };
         add(&mut self.starts, &mut discrepancy(&pair.simulated, &pair.real));
-        add(&mut self.repeated, &mut discrepancy(&pair.real, &pair.again));
+        add(&mut self.repeated, &mut discrepancy(&pair.real, again));
         add(&mut self.unrelated, &mut discrepancy(&pair.simulated, &other.real));
         let whole = discrepancy(&pair.simulated, &pair.real).last().unwrap_or_default();
         // A robot that doesn't move counts as having gone 1 mm, which avoids a division by zero.
@@ -58,8 +58,9 @@ impl Sums {
         self.count += 1;
     }
 
+    /// The sums from the shared start, and the means over the others. Without others these are not there.
     pub(super) fn mean(self, shared: &Pair) -> Discrepancy {
-        let count = self.count.max(1) as f64;
+        let count = self.count as f64;
         let mean = |sums: Vec<f64>| sums.into_iter().map(|sum| sum / count).collect();
         Discrepancy {
             paper: discrepancy(&shared.simulated, &shared.real).collect(),

@@ -27,7 +27,8 @@ use crate::engine::handle::Engine;
 use crate::exit::{Failure, Result};
 use crate::reality::Object;
 use crate::reality::sampling::{self, Averaged};
-use crate::reality::site::{self, Site};
+use crate::reality::site::{self, LIVES, Site};
+use crate::robots::address::{Address, Wire};
 use crate::statistics::mean;
 use crate::studies::assumptions::Assumption;
 use crate::studies::claims::Claim;
@@ -41,7 +42,7 @@ use study::Study;
 
 /// Most runs of a condition.
 const GREATEST_RUNS: u32 = 1000;
-/// Runs of a condition that advance, and are saved, together.
+/// Runs of a condition that advance, and are saved, together, where reality is a simulation.
 const COHORT: u32 = 5;
 
 /// Runs or resumes the whole study.
@@ -59,15 +60,23 @@ pub(crate) fn run(arguments: &Arguments, console: Console) -> Result {
 
 /// The requested study, and with `--sensitivity` the study under every other arm too.
 fn whole(arguments: &Arguments, file: &StudyFile, evaluations: &Engine, console: Console) -> Result {
+    let robot = site::address(&arguments.robot)?;
+    let least = match &robot {
+        Address::Surrogate(_) => 2,
+        Address::Wire(wire) => {
+            of_a_wire(arguments, wire)?;
+            1
+        }
+    };
+    let allowed = least..=GREATEST_RUNS;
     if let Some(runs) = arguments.runs {
-        directory::check_runs(runs, GREATEST_RUNS)?;
+        directory::check_runs(runs, &allowed)?;
     }
-    let robot = site::seed_of(&arguments.robot)?;
     let under = |arm: &str| -> Result<Whole<'_>> {
         let mut asked = Asked {
             seed: arguments.seed,
             runs: arguments.runs,
-            robot,
+            robot: robot.clone(),
             severity: arguments.severity,
             full: arguments.full,
             tables: Vec::new(),
@@ -76,7 +85,7 @@ fn whole(arguments: &Arguments, file: &StudyFile, evaluations: &Engine, console:
         let recordings = recordings(&arguments.tables, states, console)?;
         asked.tables = recordings.as_ref().map(hashes).unwrap_or_default();
         let settings = Settings::new(file, arm, asked)?;
-        directory::check_runs(settings.runs, GREATEST_RUNS)?;
+        directory::check_runs(settings.runs, &allowed)?;
         Ok(Whole {
             settings,
             recordings,
@@ -93,11 +102,70 @@ fn whole(arguments: &Arguments, file: &StudyFile, evaluations: &Engine, console:
     directory::reproduce(&request, file, under, console)
 }
 
+/// Refuses options that only a surrogate has, and a robot on a wire without samples: somebody has to be there to take them.
+fn of_a_wire(arguments: &Arguments, wire: &Wire) -> Result {
+    let options = [
+        ("--severity", arguments.severity.is_some()),
+        ("--full", arguments.full),
+        ("--sensitivity", arguments.sensitivity),
+    ];
+    if let Some((option, _)) = options.iter().find(|(_, is_given)| *is_given) {
+        return Err(Failure::input(format_args!(
+            "{option}: is given with --robot {wire}; allowed: with a surrogate"
+        )));
+    }
+    if arguments.tables.is_empty() {
+        return Err(Failure::input(format_args!(
+            "--robot {wire}: lacks --tables, the samples that its simulator is made from; take them with `oneiro sample \
+             --robot {wire} --objects wall,round --out samples`, and add --tables \
+             samples/wall.sam,samples/round.sam,samples/motor.sam"
+        )));
+    }
+    Ok(())
+}
+
 /// A study under one arm, with a recorded robot if recordings are given.
 struct Whole<'a> {
     settings: Settings,
     recordings: Option<Robot>,
     evaluations: &'a Engine,
+}
+
+impl Whole<'_> {
+    /// Runs the study with reality at a site.
+    fn at(&self, site: Site, directory: &Directory, console: Console) -> Result<(Arc<SensorTables>, Results)> {
+        let Self {
+            settings, evaluations, ..
+        } = self;
+        let robot = match &self.recordings {
+            Some(robot) => robot.clone(),
+            None => sampled(settings, evaluations, &directory.join("robot"), console)?,
+        };
+        let study = Study::new(settings, robot.clone(), site, evaluations, console)?;
+        let begun = Instant::now();
+        let to_and_fro = study.to_and_fro()?;
+        let life_within_two_seconds = begun.elapsed().as_secs_f64() < 2.0 * to_and_fro.len() as f64;
+        let evolution = settings.evolution();
+        let results = Results {
+            simulated_generations: settings.simulated_generations(),
+            real_generations: settings.reality.generations,
+            population: evolution.population,
+            parents: evolution.parents,
+            cycles: settings.world().cycles,
+            assumptions: settings.assumptions(),
+            differences: study.differences()?,
+            to_and_fro,
+            life_within_two_seconds,
+            is_wired: settings.is_wired(),
+            variants: if settings.is_full() {
+                directory.kept("variants", || variants(settings, &study, &robot, evaluations))?
+            } else {
+                Vec::new()
+            },
+            runs: cohorts(settings, &study, evaluations, directory, console)?,
+        };
+        Ok((Arc::clone(study.sensors()), results))
+    }
 }
 
 impl Reproduction for Whole<'_> {
@@ -113,36 +181,8 @@ impl Reproduction for Whole<'_> {
     }
 
     fn run(&self, directory: &Directory, console: Console) -> Result<Self::Found> {
-        let Self {
-            settings, evaluations, ..
-        } = self;
-        let robot = match &self.recordings {
-            Some(robot) => robot.clone(),
-            None => sampled(settings, evaluations, &directory.join("robot"), console)?,
-        };
-        let study = Study::new(settings, robot.clone(), evaluations)?;
-        let begun = Instant::now();
-        let to_and_fro = study.to_and_fro()?;
-        let life_within_two_seconds = begun.elapsed().as_secs_f64() < 2.0 * to_and_fro.len() as f64;
-        let evolution = settings.evolution();
-        let results = Results {
-            simulated_generations: settings.simulated_generations(),
-            real_generations: settings.reality.generations,
-            population: evolution.population,
-            parents: evolution.parents,
-            cycles: settings.world().cycles,
-            assumptions: settings.assumptions(),
-            differences: study.differences()?,
-            to_and_fro,
-            life_within_two_seconds,
-            variants: if settings.is_full() {
-                directory.kept("variants", || variants(settings, &study, &robot, evaluations))?
-            } else {
-                Vec::new()
-            },
-            runs: cohorts(settings, &study, evaluations, directory, console)?,
-        };
-        Ok((Arc::clone(study.sensors()), results))
+        let site = self.settings.site().recorded(directory.join(LIVES), console);
+        self.at(site, directory, console)
     }
 
     fn judge(&self, (sensors, results): &Self::Found) -> Vec<Claim> {
@@ -154,7 +194,8 @@ impl Reproduction for Whole<'_> {
     }
 
     fn contents(&self) -> Vec<Entry> {
-        contents(self.recordings.is_none(), self.settings.is_full())
+        let settings = &self.settings;
+        contents(self.recordings.is_none(), settings.is_full(), settings.is_wired())
     }
 
     fn csv(&self, (_, results): &Self::Found) -> Vec<(&'static str, String)> {
@@ -177,8 +218,12 @@ impl Reproduction for Whole<'_> {
 }
 
 /// The files of the study's directory that other studies don't have.
-pub(super) fn contents(has_samples: bool, is_full: bool) -> Vec<Entry> {
+pub(super) fn contents(has_samples: bool, is_full: bool, is_wired: bool) -> Vec<Entry> {
     let mut all = report::contents(is_full);
+    if is_wired {
+        let lives = "with a robot on a wire: the record of all lives on it, from which a stopped study continues";
+        all.push(Entry::file(format!("{LIVES}/"), lives));
+    }
     if has_samples {
         let robot = "the sampled robot: a table and a picture per kind of object, the motors, and each row as sampled";
         all.push(Entry::file("robot/", robot));
@@ -251,7 +296,10 @@ fn sampled_unkept(settings: &Settings, site: &Site, evaluations: &Engine) -> Res
 
 /// The study's simulated half in other simulators.
 fn variants(settings: &Settings, study: &Study<'_>, own: &Robot, evaluations: &Engine) -> Result<Vec<Variant>> {
-    let other = sampled_unkept(settings, &settings.other_site(), evaluations)?;
+    let Some(site) = settings.other_site() else {
+        return Ok(Vec::new());
+    };
+    let other = sampled_unkept(settings, &site, evaluations)?;
     full::variants(settings, study, own, &other)
 }
 
@@ -264,17 +312,29 @@ fn cohorts(
     console: Console,
 ) -> Result<Vec<Run>> {
     let mut runs: Vec<Run> = Vec::new();
-    let life = u64::from(settings.world().cycles) * u64::from(settings.evolution().population);
-    // One step per generation, a few more for the transferred one.
-    let generations = settings.evolution().generations + 5 + settings.champion.lives;
-    let steps = 3 * u64::from(settings.runs) * u64::from(generations) * life + evaluations.control.steps();
-    progress::watched(steps, "evolving", console, &evaluations.control, || -> Result {
-        for first in (0..settings.runs).step_by(COHORT as usize) {
-            let numbers = first..(first + COHORT).min(settings.runs);
-            runs.extend(directory.kept(&format!("cohorts/{first:04}"), || study.cohort(numbers))?);
+    // The fewer runs at once on a wire, the sooner there is a whole one; its conditions take turns all the same.
+    let cohort = if settings.is_wired() { 1 } else { COHORT };
+    let saved = |first: u32| format!("cohorts/{first:04}");
+    let mut all = || -> Result {
+        for first in (0..settings.runs).step_by(cohort as usize) {
+            let numbers = first..(first + cohort).min(settings.runs);
+            runs.extend(directory.kept(&saved(first), || study.cohort(numbers))?);
         }
         Ok(())
-    })?;
+    };
+    if settings.is_wired() {
+        let left = (0..settings.runs).filter(|&first| !directory.join(&saved(first)).exists());
+        if let Some(time) = settings.time(left.count() as u32) {
+            console.say(time);
+        }
+        all()?;
+    } else {
+        let life = u64::from(settings.world().cycles) * u64::from(settings.evolution().population);
+        // One step per generation, a few more for the transferred one.
+        let generations = settings.evolution().generations + 5 + settings.champion.lives;
+        let steps = 3 * u64::from(settings.runs) * u64::from(generations) * life + evaluations.control.steps();
+        progress::watched(steps, "evolving", console, &evaluations.control, all)?;
+    }
     Ok(runs)
 }
 
@@ -284,7 +344,7 @@ fn calibrate(file: &StudyFile, seed: u64, evaluations: &Engine, console: Console
         let asked = Asked {
             seed,
             runs: None,
-            robot,
+            robot: Address::Surrogate(robot),
             severity,
             full: false,
             tables: Vec::new(),
@@ -302,7 +362,8 @@ fn calibrate(file: &StudyFile, seed: u64, evaluations: &Engine, console: Console
         for &robot in &robots {
             let settings = of(robot, Some(severity))?;
             let robot = sampled_unkept(&settings, &settings.site(), evaluations)?;
-            gaps.push(Study::new(&settings, robot, evaluations)?.gap_without_noise(runs)?);
+            let study = Study::new(&settings, robot, settings.site(), evaluations, console)?;
+            gaps.push(study.gap_without_noise(runs)?);
         }
         let mean = mean(&gaps);
         let row: Vec<String> = [f64::from(severity), mean]

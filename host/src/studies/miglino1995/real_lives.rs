@@ -1,12 +1,15 @@
 //! Real lives and their starts. As preregistered, the robot is carried to a fresh place for each life; in other arms
-//! its lives follow one another, as for a robot that nobody picks up.
+//! its lives follow one another, as for a robot that nobody picks up. A robot on a wire has one arena for all runs, and gets to its
+//! starts by itself.
 
+use oneiro::batch::Trace;
 use oneiro::random::Key;
 use oneiro::tables::SENSORS;
 use oneiro::world::{Start, World, WorldSpec};
 
 use super::evolving::{Evolving, Trial, by_run, lives};
 use super::settings::RealStarts;
+use crate::console::Console;
 use crate::engine::handle::Engine;
 use crate::evolve::Optimizer;
 use crate::exit::Result;
@@ -22,8 +25,10 @@ const WALKS: u64 = 16;
 pub(crate) struct RealLives<'a> {
     starts: RealStarts,
     robot: Box<dyn Reality + 'a>,
-    /// The same robot with lives of [`WALK`] cycles.
-    walker: Box<dyn Reality + 'a>,
+    /// The same robot with lives of [`WALK`] cycles, if it drives about between lives.
+    walker: Option<Box<dyn Reality + 'a>>,
+    /// Where each life is announced, if it takes the time that it takes.
+    announced: Option<Console>,
     world: WorldSpec,
     /// Where the last life of each run stopped: x and y in mm, heading in turns. `None` before the first life, or if
     /// rounding leaves the body touching an object, where no life can start. The next life then starts at a fresh free
@@ -35,16 +40,24 @@ impl<'a> RealLives<'a> {
     /// Places a robot in the world of `world`, before its first life.
     ///
     /// # Errors
-    /// Exit 3 with the reason why the world is invalid.
-    pub(crate) fn new(evaluations: &'a Engine, site: &Site, world: &WorldSpec, starts: RealStarts) -> Result<Self> {
-        let walk = WorldSpec {
+    /// Exit 3 with the reason why the world is invalid; as the connection and the record of a robot on a wire.
+    pub(crate) fn new(
+        evaluations: &'a Engine,
+        site: &Site,
+        world: &WorldSpec,
+        starts: RealStarts,
+        console: Console,
+    ) -> Result<Self> {
+        let walk = || WorldSpec {
             cycles: WALK,
             ..world.clone()
         };
+        let walker = (starts == RealStarts::Walk).then(|| site.open(evaluations, &walk()));
         Ok(Self {
             starts,
             robot: site.open(evaluations, world)?,
-            walker: site.open(evaluations, &walk)?,
+            walker: walker.transpose()?,
+            announced: site.is_wired().then_some(console),
             world: world.clone(),
             places: Vec::new(),
         })
@@ -54,6 +67,11 @@ impl<'a> RealLives<'a> {
     /// in `runs`, which must be the same in each call.
     pub(super) fn live(&mut self, runs: &[Evolving], trial: Trial) -> Result<Vec<Vec<f32>>> {
         let lives: Vec<Vec<Life<'_>>> = runs.iter().map(|run| lives(run, trial).collect()).collect();
+        if let Some(console) = self.announced {
+            let each = runs.iter().zip(lives);
+            let fitness = each.map(|(run, lives)| self.one_by_one(run, &lives, trial, console));
+            return fitness.collect();
+        }
         if self.starts == RealStarts::Fresh {
             let lived = patiently(|| self.robot.live(&lives.concat(), false))?;
             return Ok(by_run(runs, lived.into_iter().map(|life| life.fitness).collect()));
@@ -61,9 +79,7 @@ impl<'a> RealLives<'a> {
         self.places.resize(runs.len(), None);
         let mut fitness = vec![Vec::new(); runs.len()];
         for individual in 0..lives.iter().map(Vec::len).max().unwrap_or(0) {
-            if self.starts == RealStarts::Walk {
-                self.drive_about(runs, trial, individual as u64)?;
-            }
+            self.drive_about(runs, trial, individual as u64)?;
             let turn: Vec<usize> = (0..runs.len()).filter(|&run| individual < lives[run].len()).collect();
             let now: Vec<Life<'_>> = turn
                 .iter()
@@ -81,9 +97,47 @@ impl<'a> RealLives<'a> {
         Ok(fitness)
     }
 
-    /// Drives on from where the last lives stopped, under controllers with random genes that go straight ahead if they
-    /// see nothing.
+    /// The same for lives that are no part of the sequence: it goes on from where it was before.
+    pub(super) fn aside(&mut self, runs: &[Evolving], trial: Trial) -> Result<Vec<Vec<f32>>> {
+        let places = std::mem::take(&mut self.places);
+        let fitness = self.live(runs, trial)?;
+        self.places = places;
+        Ok(fitness)
+    }
+
+    /// Lives lives from starts of their own, with traces that have a record more than cycles.
+    pub(super) fn traced(&mut self, lives: &[Life<'_>]) -> Result<Vec<Trace>> {
+        let lived = match self.announced {
+            Some(_) => self.robot.live(lives, true)?,
+            None => patiently(|| self.robot.live(lives, true))?,
+        };
+        Ok(lived.into_iter().map(|lived| lived.trace).collect())
+    }
+
+    /// Lives the lives of a run's generation on a robot on a wire, which has a patience of its own.
+    fn one_by_one(&mut self, run: &Evolving, lives: &[Life<'_>], trial: Trial, console: Console) -> Result<Vec<f32>> {
+        let mut fitness = Vec::with_capacity(lives.len());
+        for (individual, life) in lives.iter().enumerate() {
+            if !self.robot.has_lived(life) {
+                console.say(format!(
+                    "{}, run {}: generation {}, individual {individual} (0 to {}){}",
+                    run.condition.title(),
+                    run.number,
+                    run.evolution.generation(),
+                    lives.len() - 1,
+                    trial.again()
+                ));
+            }
+            let lived = self.robot.live(std::slice::from_ref(life), false)?;
+            fitness.extend(lived.into_iter().map(|life| life.fitness));
+        }
+        Ok(fitness)
+    }
+
+    /// Drives on from where the last lives stopped, if that is how lives follow one another, under controllers with random genes
+    /// that go straight ahead if they see nothing.
     fn drive_about(&mut self, runs: &[Evolving], trial: Trial, individual: u64) -> Result<()> {
+        let Some(walker) = &mut self.walker else { return Ok(()) };
         let turn: Vec<usize> = (0..runs.len()).filter(|&run| self.places[run].is_some()).collect();
         if turn.is_empty() {
             return Ok(());
@@ -109,7 +163,7 @@ impl<'a> RealLives<'a> {
                 start: self.places[run],
             })
             .collect();
-        let lived = patiently(|| self.walker.live(&lives, true))?;
+        let lived = patiently(|| walker.live(&lives, true))?;
         for (run, lived) in turn.into_iter().zip(lived) {
             self.places[run] = self.stopped(&lived);
         }
@@ -132,11 +186,8 @@ impl<'a> RealLives<'a> {
 
 #[cfg(test)]
 mod tests {
-    use oneiro::world::Robot;
-
     use super::super::results::Condition;
     use super::super::settings::Settings;
-    use super::super::study::Study;
     use super::super::tests::{self, evaluations};
     use super::*;
 
@@ -148,7 +199,7 @@ mod tests {
     /// Lives some real lives of two runs' first generation; also returns where each run stopped.
     fn lived(arm: &str, numbers: &[u32]) -> (Vec<Vec<f32>>, Vec<Option<[f32; 3]>>) {
         let (settings, evaluations) = (settings(arm), evaluations());
-        let study = Study::new(&settings, Robot::khepera(), &evaluations).unwrap();
+        let study = tests::study(&settings, &evaluations);
         let runs: Vec<Evolving> = numbers
             .iter()
             .map(|&number| study.begin(Condition::None, number))
@@ -162,7 +213,7 @@ mod tests {
     #[test]
     fn a_life_starts_where_the_last_one_stopped() {
         let (settings, evaluations) = (settings("real-starts-continuing"), evaluations());
-        let study = Study::new(&settings, Robot::khepera(), &evaluations).unwrap();
+        let study = tests::study(&settings, &evaluations);
         let run = study.begin(Condition::None, 1);
         let world = settings.world();
         let mut robot = settings.site().open(&evaluations, &world).unwrap();

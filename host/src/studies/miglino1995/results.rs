@@ -62,6 +62,9 @@ pub(crate) struct Results {
     pub(crate) to_and_fro: Vec<f32>,
     /// Whether a simulated life took less than 2 s on this machine, a 25th of a real one.
     pub(crate) life_within_two_seconds: bool,
+    /// Whether reality is a robot on a wire, of which less is measured than of a surrogate.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub(crate) is_wired: bool,
     /// With `--full`: the study's simulated half in other simulators.
     pub(crate) variants: Vec<Variant>,
     /// Runs in the order of their numbers; within a number, in the order of the conditions.
@@ -165,7 +168,7 @@ pub(crate) struct Transferred {
     pub(crate) real: Vec<f32>,
     /// In reality again, from another start.
     pub(crate) real_again: Vec<f32>,
-    /// In another robot of the same kind, in the same surroundings.
+    /// In another robot of the same kind, in the same surroundings. Empty for a robot on a wire.
     pub(crate) other_robot: Vec<f32>,
 }
 
@@ -193,7 +196,7 @@ pub(crate) struct Life {
     pub(crate) fitness: f32,
     /// The robot's centre at the start of each cycle, mm.
     pub(crate) path: Vec<[f32; 2]>,
-    /// Share of cycles that end in a collision.
+    /// Share of cycles that end in a collision. NaN on a wire, where nothing reports collisions.
     pub(crate) collided: f64,
     /// Share of cycles in which both wheels turn forwards.
     pub(crate) forwards: f64,
@@ -212,7 +215,7 @@ pub(crate) struct Life {
 pub(crate) struct Discrepancy {
     /// Between the simulated and the real life from the shared start: the paper's Figure 12.
     pub(crate) paper: Vec<f64>,
-    /// The same, as the mean over 100 other starts.
+    /// The same, as the mean over 100 other starts. Like all that follow it is not there for a robot on a wire: empty, or NaN.
     pub(crate) starts: Vec<f64>,
     /// Last value of `starts` over the simulated path's length, as the mean over the 100 starts.
     pub(crate) per_length: f64,

@@ -8,16 +8,17 @@ use oneiro::tables::{MotorStates, SensorTables};
 use oneiro::world::{Noise, Robot, WorldSpec};
 use serde::de::IgnoredAny;
 use serde::{Deserialize, Serialize};
-use toml::Table;
+use toml::{Table, Value};
 
 use super::interpolation::interpolated;
 use super::results::{Condition, Family};
 use crate::evolve::genetic;
-use crate::exit::Result;
+use crate::exit::{Failure, Result};
 use crate::experiment::source::{Parsed, Setting, Source};
 use crate::experiment::values::Described;
 use crate::experiment::{Experiment, Files, settings};
 use crate::reality::site::Site;
+use crate::robots::address::{Address, Wire};
 use crate::studies::assumptions::Assumption;
 use crate::studies::file::{self, Arm, StudyFile};
 
@@ -32,13 +33,13 @@ pub(crate) struct Asked {
     pub(crate) seed: u64,
     /// Runs of each condition; `None` takes the file's number.
     pub(crate) runs: Option<u32>,
-    /// Seed of the surrogate robot and its surroundings.
-    pub(crate) robot: u64,
+    /// The robot: the seed of a surrogate and its surroundings, or where it is on a wire.
+    pub(crate) robot: Address,
     /// How much reality differs from its simulator; `None` takes the file's value.
     pub(crate) severity: Option<f32>,
     /// Whether to add controls and other simulators.
     pub(crate) full: bool,
-    /// Hashes of the files with the simulator's tables; empty if the tables are sampled from the surrogate.
+    /// Hashes of the files with the simulator's tables; empty if the tables are sampled from the surrogate, never for a robot on a wire.
     pub(crate) tables: Vec<String>,
 }
 
@@ -134,6 +135,9 @@ pub(crate) struct Reality {
     without: Option<String>,
     /// Starts of real lives.
     pub(crate) starts: RealStarts,
+    /// Values of a robot on a wire: those of an experiment's `[reality]` but its address and its generations.
+    #[serde(default, skip_serializing)]
+    wire: Table,
 }
 
 /// How the robot gets to the start of a life.
@@ -210,7 +214,16 @@ pub(crate) struct Simulator {
     pub(crate) world: WorldSpec,
 }
 
-/// A whole study. Studies with equal settings have equal reports.
+/// The robot of a study.
+#[derive(Debug)]
+enum Real {
+    /// A surrogate, by its seed.
+    Surrogate(u64),
+    /// A robot on a wire, by the experiment whose last generations live on it.
+    Wired(Box<Experiment>),
+}
+
+/// A whole study. Studies with equal settings have equal reports, but for what a robot on a wire does.
 #[derive(Debug)]
 pub(crate) struct Settings {
     /// Values from the command line.
@@ -230,6 +243,7 @@ pub(crate) struct Settings {
     pub(crate) variants: Vec<Simulator>,
     /// Experiments of the conditions.
     experiments: [Experiment; 3],
+    robot: Real,
     differences: Differences,
     sources: BTreeMap<String, String>,
 }
@@ -239,9 +253,12 @@ impl Settings {
     ///
     /// # Errors
     /// Exit 2 for an unknown arm. Exit 3: the file, line and column (or the arm), the key, the value found and the
-    /// values allowed.
+    /// values allowed; an arm that changes a surrogate, for a robot on a wire.
     pub(crate) fn new(file: &StudyFile, arm: &str, asked: Asked) -> Result<Self> {
         let arm = file.arm(arm)?;
+        if let Address::Wire(wire) = &asked.robot {
+            concerns(&arm, wire)?;
+        }
         file.under(&arm, |mut values: File, source| {
             check(&values, source)?;
             let severity = asked.severity.unwrap_or(values.reality.severity);
@@ -272,6 +289,15 @@ impl Settings {
                 }
             }
             let [none, sensor, conservative] = Condition::ALL.map(|condition| experiment(condition, Vec::new()));
+            let none = none?;
+            let robot = match &asked.robot {
+                Address::Surrogate(seed) => Real::Surrogate(seed.wrapping_add(values.reality.robot_offset)),
+                Address::Wire(wire) => {
+                    let simulated = none.settings().evolution.generations;
+                    let more = on_wire(wire, simulated, &values.reality, source)?;
+                    Real::Wired(Box::new(experiment(Condition::None, more)?))
+                }
+            };
             Ok(Self {
                 file: file.own_hash(),
                 runs: asked.runs.unwrap_or(values.runs),
@@ -284,7 +310,8 @@ impl Settings {
                 reality: values.reality,
                 calibration: values.calibration,
                 variants,
-                experiments: [none?, sensor?, conservative?],
+                experiments: [none, sensor?, conservative?],
+                robot,
                 differences,
                 sources: values.sources,
             })
@@ -297,19 +324,24 @@ impl Settings {
         struct Record {
             seed: u64,
             runs: u32,
-            robot: u64,
-            severity: f32,
+            robot: serde_json::Value,
+            #[serde(skip_serializing_if = "Option::is_none")]
+            severity: Option<f32>,
             arm: String,
             full: bool,
             tables: Vec<String>,
             #[serde(skip_serializing_if = "Option::is_none")]
             study: Option<String>,
         }
+        let (robot, severity) = match &self.asked.robot {
+            Address::Surrogate(seed) => ((*seed).into(), Some(self.severity)),
+            Address::Wire(wire) => (wire.to_string().into(), None),
+        };
         let record = Record {
             seed: self.asked.seed,
             runs: self.runs,
-            robot: self.asked.robot,
-            severity: self.severity,
+            robot,
+            severity,
             arm: self.arm.name.clone(),
             full: self.asked.full,
             tables: self.asked.tables.clone(),
@@ -372,48 +404,78 @@ impl Settings {
         }
     }
 
-    /// The robot's seed.
-    pub(crate) fn robot(&self) -> u64 {
-        self.asked.robot.wrapping_add(self.reality.robot_offset)
+    /// Whether the robot is on a wire.
+    pub(crate) fn is_wired(&self) -> bool {
+        matches!(self.robot, Real::Wired(_))
     }
 
-    /// The robot that is sampled and lives in reality.
-    pub(crate) fn surrogate(&self) -> Surrogate {
-        Surrogate::drawn(self.robot(), self.differences)
+    /// The surrogate that is sampled and lives in reality, and its seed; none if the robot is on a wire.
+    pub(crate) fn surrogate(&self) -> Option<(u64, Surrogate)> {
+        match self.robot {
+            Real::Surrogate(seed) => Some((seed, Surrogate::drawn(seed, self.differences))),
+            Real::Wired(_) => None,
+        }
     }
 
-    /// The site of reality with that robot.
+    /// The site of reality.
     pub(crate) fn site(&self) -> Site {
-        Site::surrogate(self.robot(), self.surrogate())
+        match &self.robot {
+            Real::Surrogate(seed) => Site::surrogate(*seed, Surrogate::drawn(*seed, self.differences)),
+            Real::Wired(experiment) => experiment.site().expect("it was made with a robot"),
+        }
     }
 
-    /// The site with another robot of the same kind in the same surroundings.
-    pub(crate) fn other_site(&self) -> Site {
+    /// The site with another robot of the same kind in the same surroundings, if reality is a simulation.
+    pub(crate) fn other_site(&self) -> Option<Site> {
+        let (seed, surrogate) = self.surrogate()?;
         let surrogate = Surrogate {
-            individual: Individual::drawn(self.robot().wrapping_add(1)),
-            ..self.surrogate()
+            individual: Individual::drawn(seed.wrapping_add(1)),
+            ..surrogate
         };
-        Site::surrogate(self.robot(), surrogate)
+        Some(Site::surrogate(seed, surrogate))
     }
 
-    /// Hash of the sampled robot's parameters, its surroundings and its reality's differences.
-    fn parameters_hash(&self) -> String {
-        let text = format!("{:?}", self.surrogate());
+    /// How real lives of a run follow one another. A robot on a wire gets to its starts by itself, or somebody takes it there.
+    pub(crate) fn starts(&self) -> RealStarts {
+        match self.robot {
+            Real::Surrogate(_) => self.reality.starts,
+            Real::Wired(_) => RealStarts::Fresh,
+        }
+    }
+
+    /// How long the lives of so many runs of each condition take on a wire at most, in words. The transferred generation lives
+    /// twice, the others once, and each run's champion once more.
+    pub(crate) fn time(&self, runs: u32) -> Option<String> {
+        let runs = u64::from(runs) * Condition::ALL.len() as u64;
+        let generations = u64::from(self.reality.generations) + 1;
+        let lives = runs * (generations * u64::from(self.evolution().population) + 1);
+        let time = self.site().time(lives, self.world().cycles).filter(|_| runs > 0)?;
+        Some(format!(
+            "{time}; for {runs} of them, those of the champions, somebody has to put the robot at the start"
+        ))
+    }
+
+    /// Hash of a sampled surrogate's parameters, its surroundings and its reality's differences.
+    fn parameters_hash(surrogate: &Surrogate) -> String {
+        let text = format!("{surrogate:?}");
         blake3::hash(text.as_bytes()).to_hex()[..16].to_owned()
     }
 
     /// Description of the robot and of its simulator's tables.
     pub(crate) fn describe(&self) -> String {
+        let tables = self.asked.tables.join(", ");
+        let Some((seed, surrogate)) = self.surrogate() else {
+            let robot = &self.asked.robot;
+            return format!("{robot}, on a wire; its simulator is made from its samples ({tables})");
+        };
         let reality = format!(
-            "surrogate:{}, severity {}, parameters {}",
-            self.robot(),
+            "surrogate:{seed}, severity {}, parameters {}",
             self.reality.severity,
-            self.parameters_hash()
+            Self::parameters_hash(&surrogate)
         );
-        if self.asked.tables.is_empty() {
+        if tables.is_empty() {
             format!("{reality}; its simulator is made from its samples")
         } else {
-            let tables = self.asked.tables.join(", ");
             format!(
                 "{reality}; the simulator is made from recordings of another robot ({tables}), to which the surrogate is fitted in nothing"
             )
@@ -445,12 +507,12 @@ impl Settings {
             let own = own.filter(|(key, value)| of_all.get(key) != Some(value));
             rows.extend(own.map(|(key, value)| (format!("conditions.{}.{key}", condition.name()), value)));
         }
-        let table = |values: toml::Value| values.as_table().map(file::leaves).unwrap_or_default();
+        let table = |values: Value| values.as_table().map(file::leaves).unwrap_or_default();
         let parts = [
-            ("samples", toml::Value::try_from(&self.samples)),
-            ("selection", toml::Value::try_from(&self.selection)),
-            ("champion", toml::Value::try_from(&self.champion)),
-            ("reality", toml::Value::try_from(&self.reality)),
+            ("samples", Value::try_from(&self.samples)),
+            ("selection", Value::try_from(&self.selection)),
+            ("champion", Value::try_from(&self.champion)),
+            ("reality", self.real_values()),
         ];
         for (name, values) in parts {
             let values = table(values.expect("values of a study are numbers and words"));
@@ -460,19 +522,71 @@ impl Settings {
                     .map(|(key, value)| (format!("{name}.{key}"), file::words(&value))),
             );
         }
-        let robot = format!(
-            "surrogate robot {}, parameters {}",
-            self.robot(),
-            self.parameters_hash()
-        );
-        rows.push(("reality.robot".into(), robot));
+        rows.extend(self.surrogate().map(|(seed, surrogate)| {
+            let parameters = Self::parameters_hash(&surrogate);
+            let robot = format!("surrogate robot {seed}, parameters {parameters}");
+            ("reality.robot".to_owned(), robot)
+        }));
         let of_row = |key: &str| {
             let described = settings::Settings::rows();
             described.iter().find(|row| row.key == key).map(|row| row.source)
         };
-        let source = |key: &str| self.sources.get(key).map(String::as_str).or_else(|| of_row(key));
+        let source = |key: &str| match key {
+            "reality.robot" if self.is_wired() => Some("--robot"),
+            key => self.sources.get(key).map(String::as_str).or_else(|| of_row(key)),
+        };
         self.arm.assumptions(rows, source)
     }
+
+    /// Values of reality: the study's, or for a robot on a wire those of its experiment.
+    fn real_values(&self) -> std::result::Result<Value, toml::ser::Error> {
+        match &self.robot {
+            Real::Surrogate(_) => Value::try_from(&self.reality),
+            Real::Wired(experiment) => Ok(experiment.values().remove("reality").unwrap_or(Table::new().into())),
+        }
+    }
+}
+
+/// Refuses an arm that changes what a robot on a wire does not have.
+fn concerns(arm: &Arm, wire: &Wire) -> Result {
+    let is_of_surrogate = |key: &String| {
+        let of_wire = key == "reality.generations" || key.starts_with("reality.wire.");
+        key == "samples.turns" || key.starts_with("reality.") && !of_wire
+    };
+    match arm.changed().into_iter().find(is_of_surrogate) {
+        Some(key) => Err(Failure::input(format_args!(
+            "--arm {}: changes {key}, which is given with --robot {wire}; allowed: with a surrogate",
+            arm.name
+        ))),
+        None => Ok(()),
+    }
+}
+
+/// Settings of an experiment whose last generations live on a robot on a wire, after those that are simulated.
+fn on_wire(wire: &Wire, simulated: u32, reality: &Reality, source: &Source<'_>) -> Result<Vec<Setting>> {
+    for (key, allowed) in [("robot", "--robot"), ("generations", "reality.generations")] {
+        if reality.wire.contains_key(key) {
+            let problem = format!("is given; allowed: {allowed} in its place");
+            return Err(source.invalid_key(&format!("reality.wire.{key}"), problem));
+        }
+    }
+    let own = file::leaves(&reality.wire).into_iter().map(|(key, value)| {
+        let place = source.place_of(&format!("reality.wire.{key}"));
+        Setting::at(place, &format!("reality.{key}"), &value)
+    });
+    let generations = source.place_of("reality.generations");
+    let all = u64::from(simulated) + u64::from(reality.generations);
+    let of_study = [
+        ("--robot".to_owned(), "reality.robot", Value::from(wire.to_string())),
+        (generations.clone(), "evolution.generations", (all as i64).into()),
+        (
+            generations,
+            "reality.generations",
+            i64::from(reality.generations).into(),
+        ),
+    ];
+    let of_study = of_study.map(|(place, key, value)| Setting::at(place, key, &value));
+    Ok(own.chain(of_study).collect())
 }
 
 fn check(values: &File, source: &Source<'_>) -> Result {
@@ -519,7 +633,7 @@ mod tests {
         let asked = Asked {
             seed: 1,
             runs: None,
-            robot: 3,
+            robot: Address::Surrogate(3),
             severity: None,
             full: true,
             tables: Vec::new(),
@@ -566,6 +680,46 @@ mod tests {
                 .iter()
                 .any(|own| own.name == "evolution.limits")
         );
+    }
+
+    /// A robot on a wire has the values of an experiment whose last generations live on it, and none of a surrogate's.
+    #[test]
+    fn a_robot_on_a_wire_is_that_of_an_experiment() {
+        let asked = Asked {
+            robot: "serial:/dev/ttyS0@9600".parse().unwrap(),
+            tables: vec!["own".into()],
+            full: false,
+            ..under("main").asked
+        };
+        let settings = Settings::new(&shipped(), "square", asked).unwrap();
+        let Real::Wired(experiment) = &settings.robot else {
+            panic!("is simulated")
+        };
+        assert_eq!(experiment.first_real(), Some(200));
+        // 2,000 lives of 60 s.
+        assert_eq!(experiment.robot_minutes(), Some(2000.0));
+        assert_eq!(settings.evolution(), experiment.settings().evolution);
+        assert!(settings.site().is_wired() && settings.surrogate().is_none() && settings.other_site().is_none());
+        let own = settings.assumptions();
+        let own: Vec<_> = own.iter().filter(|own| own.name.starts_with("reality.")).collect();
+        let values: Vec<_> = own.iter().map(|own| (&*own.name, &*own.value, &*own.source)).collect();
+        let generations = settings.sources["reality.generations"].as_str();
+        let expected = [
+            ("reality.robot", "serial:/dev/ttyS0@9600", "--robot"),
+            ("reality.generations", "20", generations),
+            ("reality.starts", "walk", "ours"),
+            ("reality.walk_s", "10", "ours"),
+        ];
+        assert_eq!(values, expected);
+        let record = settings.record();
+        assert!(record.contains("\"robot\": \"serial:/dev/ttyS0@9600\"") && !record.contains("severity"));
+        // Three runs of 2,100 lives and a champion.
+        let time = settings.time(1).unwrap();
+        assert!(
+            time.starts_with("6303 lives of 50 s, each after 10 s of driving about: 105.0 robot-hours"),
+            "{time}"
+        );
+        assert_eq!(settings.time(0), None);
     }
 
     /// The source of a value that doesn't exist would never be read.
@@ -632,11 +786,14 @@ mod tests {
         let shipped = MIGLINO1995
             .text
             .replace("experiment = \"../khepera-avoidance.toml\"", "");
-        let refusal = |from: &str, to: &str| {
+        let refusal = |from: &str, to: &str, robot: &str| {
             assert!(shipped.contains(from), "{from}");
             std::fs::write(&path, shipped.replacen(from, to, 1)).unwrap();
             let file = StudyFile::open(&MIGLINO1995, Some(&path)).unwrap();
-            let asked = under("main").asked;
+            let asked = Asked {
+                robot: robot.parse().unwrap(),
+                ..under("main").asked
+            };
             Settings::new(&file, "main", asked).unwrap_err().to_string()
         };
         for (from, to, expected) in [
@@ -650,8 +807,28 @@ mod tests {
             ("noise.sensor = [0.0, 0.4]", "noise.sensors = [0.0, 0.4]", "own.toml:"),
             ("[selection]", "[selections]", "selections"),
         ] {
-            let refusal = refusal(from, to);
+            let refusal = refusal(from, to, "surrogate:3");
             assert!(refusal.contains("own.toml:") && refusal.contains(expected), "{refusal}");
+        }
+        for (values, expected) in [
+            ("walk = 5", "reality.walk: unknown key `walk`; allowed: robot, "),
+            ("walk_s = 1000", "reality.walk_s: is 1000; allowed: 0 to 600"),
+            (
+                "severity = 1.0",
+                "reality.severity: is given; allowed: only with a surrogate",
+            ),
+            ("guard.speed_mm_s = 5000", "reality.robot: "),
+            (
+                "generations = 3",
+                "reality.wire.generations: is given; allowed: reality.generations in its place",
+            ),
+            (
+                "robot = \"tcp:a:1\"",
+                "reality.wire.robot: is given; allowed: --robot in its place",
+            ),
+        ] {
+            let refusal = refusal("walk_s = 10.0", values, "tcp:localhost:1000");
+            assert!(refusal.contains(expected), "{refusal}");
         }
         std::fs::remove_dir_all(&directory).unwrap();
     }

@@ -1,9 +1,14 @@
 //! The study itself: evolves in simulation, transfers to reality, evolves on, and lets champions live again. Its
 //! results depend only on its settings and tables. Runs advance together so that their generations share each batch.
 //!
-//! Its runs are not [jobs](crate::engine::job) of the engine: a job's lives are rollouts in worlds, while real lives go to a
-//! [`Reality`](crate::reality::Reality), which may be a robot, and may each begin where the last one ended; and champions are
-//! compared with those of other runs. Only the simulated generations could be a job, and they share every batch as it is.
+//! Its runs are not [jobs](crate::engine::job) of the engine, such as those of an experiment whose last generations live in reality. Such
+//! a job selects by the lives that it reports, and each life is a rollout of its own. Here selection may be by another criterion than
+//! fitness, real lives may each begin where the last one ended and have keys that differ from those of simulated ones, controls continue
+//! from the transferred generation in three other ways, and champions are compared with those of other runs. What a job could take is
+//! the loop over simulated generations, of ten lines, and these share every batch as it is.
+//!
+//! A robot on a wire needs no checkpoint: the simulated generations take seconds and come out alike each time, and of the real ones every
+//! complete life is on record. So a study that was stopped begins again, and lives what is missing.
 
 use std::ops::Range;
 use std::sync::Arc;
@@ -18,14 +23,15 @@ use oneiro::world::{Robot, Start, Task, World, WorldSpec};
 use super::evolving::{Evolving, Trial, by_run, lives};
 use super::measures::{Cells, Moment, Pair, Sums, effect};
 use super::real_lives::RealLives;
-use super::results::{Champion, Condition, Controls, DifferenceEffect, Level, Run, Transferred};
+use super::results::{Champion, Condition, Controls, DifferenceEffect, Level, Life, Run, Transferred};
 use super::settings::Settings;
+use crate::console::Console;
 use crate::engine::handle::Engine;
 use crate::evolve::Optimizer;
 use crate::evolve::genetic::Genetic;
 use crate::exit::{Failure, Result};
+use crate::reality;
 use crate::reality::site::Site;
-use crate::reality::{self, patiently};
 use crate::statistics::cohens_d;
 
 /// Number of best individuals whose mean is the peak.
@@ -41,6 +47,8 @@ const SHARED_START: [f32; 3] = [100.0, 90.0, 0.125];
 pub(crate) struct Study<'a> {
     settings: &'a Settings,
     evaluations: &'a Engine,
+    site: Site,
+    console: Console,
     /// The simulator without noise.
     simulator: WorldSpec,
     /// The robot's samples as taken: they set reality's grid, whatever the simulator looks up.
@@ -52,11 +60,17 @@ pub(crate) struct Study<'a> {
 }
 
 impl<'a> Study<'a> {
-    /// Prepares a study with the simulator made from a robot's samples.
+    /// Prepares a study with the simulator made from a robot's samples, and reality at a site.
     ///
     /// # Errors
     /// Exit 3 with the reason why a world is invalid.
-    pub(crate) fn new(settings: &'a Settings, robot: Robot, evaluations: &'a Engine) -> Result<Self> {
+    pub(crate) fn new(
+        settings: &'a Settings,
+        robot: Robot,
+        site: Site,
+        evaluations: &'a Engine,
+        console: Console,
+    ) -> Result<Self> {
         let sampled = Arc::clone(&robot.sensors);
         let simulator = WorldSpec {
             robot: Robot {
@@ -83,6 +97,8 @@ impl<'a> Study<'a> {
         Ok(Self {
             settings,
             evaluations,
+            site,
+            console,
             simulator,
             sampled,
             simulators,
@@ -113,15 +129,17 @@ impl<'a> Study<'a> {
             .map(|(number, condition)| self.begin(condition, number))
             .collect();
         self.evolve(&mut runs)?;
-        let mut robot = self.real_lives(&self.settings.site())?;
+        let mut robot = self.real_lives(&self.site)?;
         let transferred = self.transfer(&mut runs, &mut robot)?;
-        let champions = self.champions(&runs, &transferred)?;
+        let best = self.chosen(&runs, &transferred)?;
         let controls = if self.settings.is_full() {
             self.controls(&runs)?.into_iter().map(Some).collect()
         } else {
             vec![None; runs.len()]
         };
         let last = self.evolve_on(&mut runs, &transferred, &mut robot)?;
+        // On a wire somebody has to be there for these.
+        let champions = self.champions(&runs, best, &mut robot)?;
         let rest = transferred.into_iter().zip(champions).zip(last).zip(controls);
         Ok(runs
             .into_iter()
@@ -142,7 +160,7 @@ impl<'a> Study<'a> {
 
     /// Mean real fitness of each run's generation 219 under each alternative.
     fn controls(&self, runs: &[Evolving]) -> Result<Vec<Controls>> {
-        let robot = || self.real_lives(&self.settings.site());
+        let robot = || self.real_lives(&self.site);
         let means = |fitness: Vec<Vec<f32>>| fitness.iter().map(|own| level(own).average).collect::<Vec<_>>();
 
         let mut on = runs.to_vec();
@@ -206,7 +224,7 @@ impl<'a> Study<'a> {
                 }
             }
             let means = |fitness: Vec<Vec<f32>>| fitness.iter().map(|own| level(own).average).collect();
-            let mut robot = self.real_lives(&self.settings.site())?;
+            let mut robot = self.real_lives(&self.site)?;
             all.push((means(one(&runs)?), means(robot.live(&runs, Trial::Real)?)));
         }
         Ok(all)
@@ -217,7 +235,7 @@ impl<'a> Study<'a> {
         let mut runs: Vec<Evolving> = (0..runs).map(|number| self.begin(Condition::None, number)).collect();
         self.evolve(&mut runs)?;
         let simulated = self.simulate(&runs, Trial::Simulated)?;
-        let mut robot = self.real_lives(&self.settings.site())?;
+        let mut robot = self.real_lives(&self.site)?;
         let real = robot.live(&runs, Trial::Real)?;
         let [simulated, real] =
             [simulated, real].map(|fitness| fitness.into_iter().flatten().map(f64::from).collect::<Vec<_>>());
@@ -319,7 +337,8 @@ impl<'a> Study<'a> {
 
     /// Prepares a robot for real lives of runs.
     pub(super) fn real_lives(&self, site: &Site) -> Result<RealLives<'a>> {
-        RealLives::new(self.evaluations, site, &self.reality(), self.settings.reality.starts)
+        let (world, starts) = (self.reality(), self.settings.starts());
+        RealLives::new(self.evaluations, site, &world, starts, self.console)
     }
 
     /// Tests generation 200 in every environment. `robot` is the one that later generations will live on.
@@ -328,10 +347,11 @@ impl<'a> Study<'a> {
         let simulated_again = self.simulate(runs, Trial::SimulatedAgain)?;
         let quiet = self.simulate(runs, Trial::Quiet)?;
         let real = robot.live(runs, Trial::Real)?;
-        let mut again = self.real_lives(&self.settings.site())?;
-        let real_again = again.live(runs, Trial::RealAgain)?;
-        let mut other = self.real_lives(&self.settings.other_site())?;
-        let other_robot = other.live(runs, Trial::OtherRobot)?;
+        let real_again = robot.aside(runs, Trial::RealAgain)?;
+        let other_robot = match self.settings.other_site() {
+            Some(site) => self.real_lives(&site)?.live(runs, Trial::OtherRobot)?,
+            None => vec![Vec::new(); runs.len()],
+        };
         for (run, fitness) in runs.iter_mut().zip(&simulated) {
             run.simulated.push(level(fitness));
         }
@@ -356,51 +376,70 @@ impl<'a> Study<'a> {
             .collect())
     }
 
-    /// The best individual of each run's generation 200, with its simulated and real lives.
-    fn champions(&self, runs: &[Evolving], transferred: &[Transferred]) -> Result<Vec<Champion>> {
-        let best = self.chosen(runs, transferred)?;
-        let genomes: Vec<&[f32]> = runs
-            .iter()
-            .zip(&best)
-            .map(|(run, &(individual, _))| run.evolution.ask().genome(individual))
-            .collect();
-        let shared = self.pairs(runs, &genomes, &[SHARED_START], 0)?;
+    /// The best individuals of each run's generation 200, with their simulated and real lives.
+    fn champions(&self, runs: &[Evolving], best: Vec<Best>, robot: &mut RealLives<'_>) -> Result<Vec<Champion>> {
+        if self.settings.is_wired() {
+            let each = runs.iter().zip(&best);
+            let each = each.map(|(run, best)| format!("{}, individual {}", run.condition.title(), best.individual));
+            self.console.say(format!(
+                "run {}, champions of generation {}, each from the same start: {}",
+                runs.first().map_or(0, |run| run.number),
+                self.settings.simulated_generations(),
+                each.collect::<Vec<_>>().join("; ")
+            ));
+        }
+        let shared = self.pairs(runs, &best, &[SHARED_START], 0, robot)?;
         let mut sums: Vec<Sums> = runs.iter().map(|_| Sums::default()).collect();
         let starts = self.starts()?;
         for (index, some) in starts.chunks(STARTS_AT_ONCE).enumerate() {
-            let pairs = self.pairs(runs, &genomes, some, 1 + index * STARTS_AT_ONCE)?;
-            for pairs in pairs.chunks(runs.len()) {
-                for (index, (sums, pair)) in sums.iter_mut().zip(pairs).enumerate() {
-                    sums.add(pair, &pairs[unrelated(runs, index)]);
+            let first = 1 + index * STARTS_AT_ONCE;
+            let pairs = self.pairs(runs, &best, some, first, robot)?;
+            let again = robot.traced(&from_starts(runs, &best, some, first, self.after(), 2))?;
+            for (pairs, again) in pairs.chunks(runs.len()).zip(again.chunks(runs.len())) {
+                for (index, ((sums, pair), again)) in sums.iter_mut().zip(pairs).zip(again).enumerate() {
+                    sums.add(pair, again, &pairs[unrelated(runs, index)]);
                 }
             }
         }
         let cells = Cells::new(&self.simulator);
-        let rows = runs.iter().zip(&best).zip(genomes).zip(shared).zip(sums);
+        let real = |trace: &Trace| {
+            let life = cells.life(trace);
+            let collided = if self.settings.is_wired() {
+                f64::NAN
+            } else {
+                life.collided
+            };
+            Life { collided, ..life }
+        };
+        let rows = best.into_iter().zip(shared).zip(sums);
         Ok(rows
-            .map(|((((_, &(individual, mean)), genome), pair), sums)| Champion {
-                individual: individual as u32,
-                mean,
-                genome: genome.to_vec(),
+            .map(|((best, pair), sums)| Champion {
+                individual: best.individual as u32,
+                mean: best.mean,
+                genome: best.genome,
                 simulated: cells.life(&pair.simulated),
-                real: cells.life(&pair.real),
+                real: real(&pair.real),
                 discrepancy: sums.mean(&pair),
             })
             .collect())
     }
 
-    /// Index of each run's best individual, and its mean fitness if that decided.
-    fn chosen(&self, runs: &[Evolving], transferred: &[Transferred]) -> Result<Vec<(usize, Option<f64>)>> {
+    /// Each run's best individual.
+    fn chosen(&self, runs: &[Evolving], transferred: &[Transferred]) -> Result<Vec<Best>> {
         let lives = self.settings.champion.lives;
-        if lives == 1 {
-            return Ok(transferred.iter().map(|own| (best(&own.simulated), None)).collect());
-        }
-        let means = self.appraise(runs, 0..lives)?;
-        Ok(means
-            .iter()
-            .map(|means| {
-                let best = best(means);
-                (best, Some(means[best]))
+        let chosen: Vec<(usize, Option<f64>)> = if lives == 1 {
+            transferred.iter().map(|own| (best(&own.simulated), None)).collect()
+        } else {
+            let means = self.appraise(runs, 0..lives)?;
+            let chosen = means.iter().map(|means| (best(means), means));
+            chosen.map(|(best, means)| (best, Some(means[best]))).collect()
+        };
+        let each = runs.iter().zip(chosen);
+        Ok(each
+            .map(|(run, (individual, mean))| Best {
+                individual,
+                mean,
+                genome: run.evolution.ask().genome(individual).to_vec(),
             })
             .collect())
     }
@@ -418,9 +457,16 @@ impl<'a> Study<'a> {
         Ok(means)
     }
 
-    /// Lives one simulated and two real lives of each genome from each start, one cycle longer than usual to get the
-    /// final position. Sorted by start, then by run.
-    fn pairs(&self, runs: &[Evolving], genomes: &[&[f32]], starts: &[[f32; 3]], first: usize) -> Result<Vec<Pair>> {
+    /// Lives a simulated and a real life of each run's best from each start, one cycle longer than usual to get the final
+    /// position. Sorted by start, then by run.
+    fn pairs(
+        &self,
+        runs: &[Evolving],
+        best: &[Best],
+        starts: &[[f32; 3]],
+        first: usize,
+        robot: &mut RealLives<'_>,
+    ) -> Result<Vec<Pair>> {
         let mut simulators = Vec::new();
         for &[x, y, heading] in starts {
             for condition in Condition::ALL {
@@ -432,50 +478,37 @@ impl<'a> Study<'a> {
                 })?);
             }
         }
-        let lives = |trial: u64| -> Vec<(usize, Condition, reality::Life<'_>)> {
-            let each = |start: usize| {
-                runs.iter().zip(genomes).map(move |(run, genes)| {
-                    let generation = u64::from(self.settings.simulated_generations()) + 1_000_000;
-                    let life = reality::Life {
-                        genes,
-                        key: Key::rollout(run.seed, generation, (first + start) as u64, trial),
-                        start: Some(starts[start]),
-                    };
-                    (start, run.condition, life)
-                })
-            };
-            (0..starts.len()).flat_map(each).collect()
-        };
-        let simulated: Vec<_> = lives(0)
-            .into_iter()
-            .map(|(start, condition, life)| Rollout {
-                world: start * Condition::ALL.len() + condition as usize,
+        let lives = |trial| from_starts(runs, best, starts, first, self.after(), trial);
+        let simulated = lives(0);
+        let simulated: Vec<_> = simulated
+            .iter()
+            .enumerate()
+            .map(|(index, life)| Rollout {
+                world: index / runs.len() * Condition::ALL.len() + runs[index % runs.len()].condition as usize,
                 genes: life.genes,
                 key: life.key,
             })
             .collect();
         let batch = Batch::new(&simulators, &simulated, Some(TraceRequest { every: 1 }))?;
         let simulated = self.evaluations.evaluate(&batch)?.traces;
-        let mut robot = self.settings.site().open(self.evaluations, &self.reality())?;
-        let mut real = |trial| -> Result<Vec<reality::Lived>> {
-            let lives: Vec<_> = lives(trial).into_iter().map(|(_, _, life)| life).collect();
-            patiently(|| robot.live(&lives, true))
-        };
-        let (one, again) = (real(1)?, real(2)?);
-        let pairs = simulated.into_iter().zip(one).zip(again);
-        Ok(pairs
-            .map(|((simulated, real), again)| Pair {
-                simulated,
-                real: real.trace,
-                again: again.trace,
-            })
-            .collect())
+        let real = robot.traced(&lives(1))?;
+        let pairs = simulated.into_iter().zip(real);
+        Ok(pairs.map(|(simulated, real)| Pair { simulated, real }).collect())
     }
 
-    /// Free poses, uniformly distributed over the field and the same for all champions.
+    /// Number in the keys of champions' lives, in place of a generation's.
+    fn after(&self) -> u64 {
+        u64::from(self.settings.simulated_generations()) + 1_000_000
+    }
+
+    /// Free poses, uniformly distributed over the field and the same for all champions. None on a wire, where somebody would have
+    /// to put the robot at each.
     fn starts(&self) -> Result<Vec<[f32; 3]>> {
         /// At least a quarter of this many draws is free.
         const DRAWS: u32 = 100 * STARTS as u32;
+        if self.settings.is_wired() {
+            return Ok(Vec::new());
+        }
         let Field { x, y, width, height } = self.simulator.arena.field;
         let share = |word: u32| (word >> 8) as f32 / (1 << 24) as f32;
         let seed = self.settings.seed();
@@ -501,12 +534,14 @@ impl<'a> Study<'a> {
     }
 
     /// Effect of each difference between reality and simulator by itself, over the first cycles of the lives of random
-    /// controllers. Zero if the arm lacks the difference.
+    /// controllers. Zero if the arm lacks the difference. Of a robot on a wire they are not known.
     pub(crate) fn differences(&self) -> Result<Vec<DifferenceEffect>> {
         const LIVES: u64 = 4000;
         /// Not the first cycle, so that delays and lags show.
         const CYCLE: usize = 2;
-        let surrogate = self.settings.surrogate();
+        let Some((_, surrogate)) = self.settings.surrogate() else {
+            return Ok(Vec::new());
+        };
         let genomes: Vec<Vec<f32>> = (0..LIVES)
             .map(|life| {
                 (0..self.simulator.controller.layout().genes() as u32)
@@ -570,6 +605,35 @@ impl<'a> Study<'a> {
     }
 }
 
+/// The best individual of a run's generation 200.
+struct Best {
+    individual: usize,
+    /// Its mean fitness, if it was chosen by that.
+    mean: Option<f64>,
+    genome: Vec<f32>,
+}
+
+/// A life of each run's best from each of some starts, of which the first has a number. Sorted by start, then by run. `generation`
+/// and `trial` tell their keys from others.
+fn from_starts<'b>(
+    runs: &[Evolving],
+    best: &'b [Best],
+    starts: &[[f32; 3]],
+    first: usize,
+    generation: u64,
+    trial: u64,
+) -> Vec<reality::Life<'b>> {
+    let each = |(number, &start): (u64, &[f32; 3])| {
+        let lives = runs.iter().zip(best).map(move |(run, best)| reality::Life {
+            genes: &best.genome,
+            key: Key::rollout(run.seed, generation, number, trial),
+            start: Some(start),
+        });
+        lives.collect::<Vec<_>>()
+    };
+    (first as u64..).zip(starts).flat_map(each).collect()
+}
+
 /// Peak and average fitness.
 fn level(fitness: &[f32]) -> Level {
     let mut ranked: Vec<f64> = fitness.iter().map(|&fitness| f64::from(fitness)).collect();
@@ -617,7 +681,7 @@ mod tests {
     fn cells_visited_select_and_are_not_fitness() {
         let evaluations = evaluations();
         let settings = settings("cells-visited");
-        let study = Study::new(&settings, Robot::khepera(), &evaluations).unwrap();
+        let study = tests::study(&settings, &evaluations);
         let mut runs = begun(&study);
         let fitness = study.simulate(&runs, Trial::Simulated).unwrap();
         let by_fitness = {
@@ -651,13 +715,14 @@ mod tests {
         let evaluations = evaluations();
         let in_other_lives = |arm| {
             let settings = settings(arm);
-            let study = Study::new(&settings, Robot::khepera(), &evaluations).unwrap();
+            let study = tests::study(&settings, &evaluations);
             let mut runs = begun(&study);
             let mut robot = study.real_lives(&settings.site()).unwrap();
             let transferred = study.transfer(&mut runs, &mut robot).unwrap();
             let chosen = study.chosen(&runs, &transferred).unwrap();
             let others = study.appraise(&runs, 1000..1100).unwrap();
-            for ((&(individual, mean), own), others) in chosen.iter().zip(&transferred).zip(&others) {
+            for ((best, own), others) in chosen.iter().zip(&transferred).zip(&others) {
+                let (individual, mean) = (best.individual, best.mean);
                 match mean {
                     None => assert!(own.simulated.iter().all(|life| *life <= own.simulated[individual])),
                     // Other lives of the same individual.
@@ -665,7 +730,11 @@ mod tests {
                 }
                 assert_eq!(mean.is_some(), arm == "champion-by-mean");
             }
-            let fitness: Vec<f64> = chosen.iter().zip(&others).map(|((best, _), own)| own[*best]).collect();
+            let fitness: Vec<f64> = chosen
+                .iter()
+                .zip(&others)
+                .map(|(best, own)| own[best.individual])
+                .collect();
             fitness
         };
         let (by_life, by_mean) = (in_other_lives("main"), in_other_lives("champion-by-mean"));
@@ -678,7 +747,7 @@ mod tests {
     fn differences_that_an_arm_has_not_do_nothing() {
         let evaluations = evaluations();
         let settings = settings("only-motor-lag");
-        let study = Study::new(&settings, Robot::khepera(), &evaluations).unwrap();
+        let study = tests::study(&settings, &evaluations);
         for effect in study.differences().unwrap() {
             let change = effect.activation + effect.displacement + effect.turn;
             assert_eq!(change > 0.0, effect.name == "motor_lag", "{}: {change}", effect.name);

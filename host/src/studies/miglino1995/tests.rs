@@ -9,31 +9,42 @@ use oneiro::cpu::Cpu;
 use oneiro::evaluator::{Control, Evaluator};
 use oneiro::random::{Key, pcg4d};
 use oneiro::surrogate::{Differences, Surrogate};
-use oneiro::world::{World, WorldSpec};
+use oneiro::world::{Robot, World, WorldSpec};
 
 use super::settings::{Asked, Settings};
 use super::simulated_robot;
+use super::study::Study;
+use crate::console::{Console, Output};
 use crate::engine::handle::Engine;
 use crate::reality::Object;
 use crate::reality::sampling::sample_unkept;
 use crate::reality::site::Site;
+use crate::robots::address::Address;
 use crate::studies::file::{MIGLINO1995, StudyFile};
 
 pub(super) fn evaluations() -> Engine {
     Engine::new(Box::new(Cpu::new(None).unwrap()), Arc::new(AtomicBool::new(false)))
 }
 
+mod wired;
+
 /// A small study.
 pub(super) fn settings(arm: &str, severity: f32) -> Settings {
     let asked = Asked {
         seed: 1,
         runs: Some(2),
-        robot: 3,
+        robot: Address::Surrogate(3),
         severity: Some(severity),
         full: false,
         tables: Vec::new(),
     };
     Settings::new(&StudyFile::open(&MIGLINO1995, None).unwrap(), arm, asked).unwrap()
+}
+
+/// A study of the built-in robot.
+pub(super) fn study<'a>(settings: &'a Settings, evaluations: &'a Engine) -> Study<'a> {
+    let console = Console::new(Output::default());
+    Study::new(settings, Robot::khepera(), settings.site(), evaluations, console).unwrap()
 }
 
 /// The simulator made from a surrogate's samples, and the surrogate's own world.

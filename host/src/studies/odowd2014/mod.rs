@@ -41,7 +41,7 @@ const PAPERS_SECONDS: f64 = 34.0;
 /// Runs or resumes the whole study.
 pub(crate) fn run(arguments: &Arguments, console: Console) -> Result {
     if let Some(runs) = arguments.runs {
-        directory::check_runs(runs, GREATEST_RUNS)?;
+        directory::check_runs(runs, &(2..=GREATEST_RUNS))?;
     }
     if let Some(scale) = arguments.scale.iter().find(|scale| !(**scale > 0.0 && **scale <= 10.0)) {
         return Err(Failure::input(format_args!(
@@ -68,7 +68,7 @@ pub(crate) fn run(arguments: &Arguments, console: Console) -> Result {
             questions: arguments.questions && arm == arguments.arm,
         };
         let study = Study::new(&file, arm, &asked)?;
-        directory::check_runs(study.runs(), GREATEST_RUNS)?;
+        directory::check_runs(study.runs(), &(2..=GREATEST_RUNS))?;
         let evaluations = &evaluations;
         Ok(Whole { study, evaluations })
     };

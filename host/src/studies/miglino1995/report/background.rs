@@ -65,6 +65,9 @@ pub(super) fn section(study: &Report<'_>) -> Section {
 }
 
 fn differences(study: &Report<'_>) -> String {
+    if study.results.differences.is_empty() {
+        return String::new();
+    }
     let head = [
         Head::Text("Difference"),
         Head::Number("activation, 0 to 1"),

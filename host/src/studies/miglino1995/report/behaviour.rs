@@ -33,6 +33,12 @@ pub(super) fn section(study: &Report<'_>) -> Section {
         shown(life_seconds(study.results), DIGITS),
         shown(life_seconds(study.results), DIGITS),
     ));
+    if study.results.is_wired {
+        body.push_str(&paragraph(
+            "Somebody put the robot at that start. Its real path is that of its odometers, or of the tracker if there was one, and nothing \
+             reports its collisions.",
+        ));
+    }
     for condition in Condition::ALL {
         body.push_str(&trajectories(study, condition));
     }
@@ -127,30 +133,29 @@ fn discrepancies(results: &Results) -> String {
         grounds: &[],
         bands,
     };
-    let svg = figures::bands(
-        "Discrepancy of simulated and real behaviour",
-        &[
-            panel("From one start, as in the paper", single, &[]),
-            panel(
-                "From 100 starts",
-                starts,
-                &[
-                    (REPEATED, "two real lives"),
-                    (UNRELATED, "lives of two different individuals"),
-                ],
-            ),
-        ],
-    );
+    let mut panels = vec![panel("From one start, as in the paper", single, &[])];
+    if !results.is_wired {
+        let key = &[
+            (REPEATED, "two real lives"),
+            (UNRELATED, "lives of two different individuals"),
+        ];
+        panels.push(panel("From 100 starts", starts, key));
+    }
+    let svg = figures::bands("Discrepancy of simulated and real behaviour", &panels);
     let runs = Condition::ALL
         .map(|condition| runs_of(results, condition).count())
         .into_iter()
         .max()
         .unwrap_or(0);
+    let beside = if results.is_wired {
+        ""
+    } else {
+        " Beside it, as the paper does not have it, the mean of 100 starts, with what two real lives from one start and \
+         what two unrelated individuals give."
+    };
     let words = format!(
         "Discrepancy D of simulated and real paths, the sum of their distances every {EVERY} cycles (equation 2), mean \
-         of the best individuals of all runs; {}. Beside it, as the paper does not have it, the mean of 100 starts, \
-         with what two real lives from one start and what two unrelated individuals give. In the paper, conservative \
-         noise reduces D very much.",
+         of the best individuals of all runs; {}.{beside} In the paper, conservative noise reduces D very much.",
         spread_words(runs)
     );
     let head = [

@@ -1,7 +1,7 @@
 //! The numbers behind the figures, for readers who want to do their own statistics.
 
 use crate::contents::{Column, Entry};
-use crate::report::csv::{Csv, number};
+use crate::report::csv::{Csv, known, number};
 use crate::studies::miglino1995::results::{Family, Level, Life, Results, Run};
 
 static CONDITION: Column = Column::text("condition", "the simulator's noise: `none`, `sensor` or `conservative`");
@@ -28,7 +28,11 @@ static TRANSFERRED: [Column; 7] = [
     Column::number("quiet", "", "its fitness in simulation without noise"),
     Column::number("real", "", "its fitness in reality"),
     Column::number("real_again", "", "its fitness in another real life, from another start"),
-    Column::number("other_robot", "", "its fitness in another robot of the same kind"),
+    Column::number(
+        "other_robot",
+        "",
+        "its fitness in another robot of the same kind; empty for a robot on a wire, of which there is one",
+    ),
 ];
 static LAST: [Column; 2] = [
     Column::whole("individual", "", "its index in the generation"),
@@ -42,7 +46,11 @@ static DISCREPANCY: [Column; 6] = [
         "mm",
         "the sum of distances between the simulated and the real path, from the start that all share",
     ),
-    Column::number("starts", "mm", "the same sum, mean over 100 other starts"),
+    Column::number(
+        "starts",
+        "mm",
+        "the same sum, mean over 100 other starts; like the next two empty for a robot on a wire, which somebody would have to put there",
+    ),
     Column::number(
         "repeated",
         "mm",
@@ -60,13 +68,17 @@ static CHAMPIONS: [Column; 3] = [
     Column::number(
         "discrepancy_per_length",
         "",
-        "the last `starts` in `discrepancy.csv` divided by the length of the simulated path",
+        "the last `starts` in `discrepancy.csv` divided by the length of the simulated path; empty as that is",
     ),
 ];
 /// Of the champion's life in each environment.
 static MEASURES: [Column; 7] = [
     Column::number("fitness", "", "its fitness"),
-    Column::number("collided", "0 to 1", "the share of cycles that end in a collision"),
+    Column::number(
+        "collided",
+        "0 to 1",
+        "the share of cycles that end in a collision; empty where nothing reports them, as on a wire",
+    ),
     Column::number(
         "forwards",
         "0 to 1",
@@ -288,14 +300,14 @@ fn champions(results: &Results) -> String {
             life.length,
             f64::from(u8::from(life.stuck_in_corner)),
         ]
-        .map(number)
+        .map(known)
     };
     for run in &results.runs {
         let champion = &run.champion;
         let who = [
             run.seed.to_string(),
             champion.individual.to_string(),
-            number(champion.discrepancy.per_length),
+            known(champion.discrepancy.per_length),
         ];
         let lives = values(&champion.simulated).into_iter().chain(values(&champion.real));
         row(&mut table, run, who.into_iter().chain(lives));

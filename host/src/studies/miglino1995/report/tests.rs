@@ -129,6 +129,7 @@ pub(in crate::studies::miglino1995) fn results(runs: u32) -> Results {
     Results {
         to_and_fro: Vec::new(),
         life_within_two_seconds: true,
+        is_wired: false,
         variants: Vec::new(),
         simulated_generations: GENERATIONS,
         real_generations: REAL,
