@@ -13,7 +13,7 @@ use oneiro::world::{Collision, Noise, Robot, World, WorldSpec};
 use super::surrogate::SurrogateRobot;
 use super::wired::{self, Lives, Shared, WiredRobot};
 use super::{Life, Reality, Sampled, Trouble};
-use crate::console::{Console, Output};
+use crate::console::Console;
 use crate::engine::handle::Engine;
 use crate::engine::job::Outside;
 use crate::engine::queue::Interruption;
@@ -23,6 +23,10 @@ use crate::robots::guard;
 use crate::robots::guard::wheels::Wanted;
 use crate::robots::vehicle::Vehicle;
 use crate::robots::vehicle::guarded::{Guarded, Options};
+
+/// How much a surrogate differs from the simulator made from its samples, unless another value is given: chosen by the
+/// calibration of `docs/preregistration-1995.md`, on the condition without noise and on other robots.
+pub(crate) const SEVERITY: f32 = 1.75;
 
 /// A robot in its surroundings.
 #[derive(Clone, Debug, PartialEq)]
@@ -151,8 +155,7 @@ impl Site {
             Ok(Address::Surrogate(seed)) => Ok(Self::drawn(seed, severity)),
             Ok(Address::Wire(wire)) => {
                 guard::values::Values::of(guard)?;
-                let console = Console::new(Output::default());
-                Ok(Self::Wired(Wired::new(wire, values, guard, console)))
+                Ok(Self::Wired(Wired::new(wire, values, guard, Console::default())))
             }
             Err(invalid) => Err(format!("{invalid}")),
         }
@@ -184,9 +187,9 @@ impl Site {
         }
     }
 
-    /// The robot as a place of a run's lives, recorded in the run's directory; none for a surrogate, whose lives are rollouts in
-    /// [`Site::world`].
-    pub(crate) fn outside(&self, spec: &WorldSpec, directory: &Path) -> Option<Arc<dyn Outside>> {
+    /// The robot as a place of a run's lives, recorded in the run's directory, with messages on the run's console; none for a
+    /// surrogate, whose lives are rollouts in [`Site::world`].
+    pub(crate) fn outside(&self, spec: &WorldSpec, directory: &Path, console: Console) -> Option<Arc<dyn Outside>> {
         let Self::Wired(wired) = self else { return None };
         Some(Arc::new(OnWire {
             wired: Wired {
@@ -194,6 +197,7 @@ impl Site {
                     directory: directory.join(LIVES),
                     ..wired.values.clone()
                 },
+                console,
                 ..wired.clone()
             },
             spec: spec.clone(),
