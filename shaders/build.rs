@@ -26,7 +26,10 @@ fn main() {
     for entry in CATALOGUE {
         let compiled = compile(entry.name, &parts(&wgsl, entry)).and_then(Compiled::bounded);
         match compiled.and_then(|kernel| Ok((kernel.structs.clone()?, kernel))) {
-            Ok((structs, kernel)) => {
+            Ok((structs, mut kernel)) => {
+                if !has("SPIRV") {
+                    kernel.spirv.clear();
+                }
                 let items = instances::write(&out, "crate", entry.name, &kernel, &targets(entry));
                 text.push_str(&items.expect("OUT_DIR is writable"));
                 match modules.iter().find(|(name, _)| *name == entry.module) {
@@ -86,15 +89,23 @@ fn add_constants(all: &mut Vec<Constant>, own: &[Constant], module: &str) {
     }
 }
 
+/// Whether a feature of this crate is enabled.
+fn has(feature: &str) -> bool {
+    env::var_os(format!("CARGO_FEATURE_{feature}")).is_some()
+}
+
 /// What an entry is compiled for: each target's shapes, or only its narrowest.
 fn targets(entry: &Entry) -> Vec<Target> {
     let narrowest = |target: &Target| Target {
         shapes: &target.shapes[target.shapes.len() - 1..],
         ..*target
     };
+    let all = TARGETS
+        .iter()
+        .filter(|target| target.name != "checked" || has("CHECKED"));
     if entry.wide {
-        TARGETS.to_vec()
+        all.copied().collect()
     } else {
-        TARGETS.iter().map(narrowest).collect()
+        all.map(narrowest).collect()
     }
 }

@@ -113,7 +113,7 @@ cargo clippy --workspace --all-targets --features oneiro-host/parquet --locked -
 
 # One test of the program: the lane code is that of the next stage, which runs all tests.
 say "the program without the GPU backend"
-cargo test --locked -p oneiro-host --no-default-features --test run
+cargo test --locked -p oneiro-host --no-default-features --features oneiro/checked,oneiro-shaders/spirv --test run
 
 say "all tests"
 cargo test --locked --workspace --features oneiro-host/parquet

@@ -2,7 +2,7 @@
 # long.sh: tests that take too long for tests/all.sh, on a machine where that has passed: both studies with all their
 # parts, large swarms compared with another physics engine, champions that live in Aseba's simulator, random kernels and
 # files for half an hour, random bytes for drivers of robots for ten minutes, runs and sweeps that are killed hundreds of times,
-# long lives on every device, and a hundred thousand runs. Some two hours on two cores.
+# long lives on every device, the size of the program for a robot, and a hundred thousand runs. Some two hours on two cores.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 export ONEIRO_LONG=1
@@ -37,6 +37,14 @@ long --test rapier -- --ignored
 say "a robot sampled in Aseba's simulator, and its champions there"
 # One at a time: the simulator has to keep up.
 long --test transfer -- --nocapture --test-threads=1
+
+say "the program for a robot's computer"
+cargo build --profile robot --locked -p oneiro-host --no-default-features
+size=$(stat -c %s "$target/robot/oneiro")
+[ "$size" -lt 8000000 ] || {
+    echo "the program for a robot has $size bytes; allowed: fewer than 8,000,000" >&2
+    exit 1
+}
 
 say "a hundred thousand runs, in one go and in shards"
 cargo build --release --locked -p oneiro-host --features parquet

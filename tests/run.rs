@@ -2,7 +2,7 @@
 
 use std::fs;
 use std::path::{Path, PathBuf};
-use std::process::{Child, Stdio};
+use std::process::{Child, Command};
 use std::thread;
 use std::time::{Duration, Instant};
 
@@ -44,14 +44,6 @@ impl Place {
         place
     }
 
-    fn start(&self, arguments: &[&str]) -> Child {
-        self.command(arguments)
-            .stdout(Stdio::null())
-            .stderr(Stdio::null())
-            .spawn()
-            .unwrap()
-    }
-
     /// A file of a run.
     fn json(&self, run: &str, file: &str) -> Value {
         serde_json::from_slice(&self.read(Path::new(run).join(file))).unwrap()
@@ -87,6 +79,39 @@ impl Place {
         checkpoints.sort_by_key(|path| std::cmp::Reverse(number(path)));
         checkpoints
     }
+}
+
+/// A robot's computer needs no driver of GPUs, and nothing that this program doesn't use.
+#[test]
+fn the_program_for_a_robot_has_neither_gpus_nor_an_async_runtime() {
+    let packages = |features: &str| -> Vec<String> {
+        let tree = ["tree", "--offline", "--locked", "--edges", "normal", "--prefix", "none"];
+        let build = [
+            "--package",
+            "oneiro-host",
+            "--no-default-features",
+            "--features",
+            features,
+        ];
+        let mut cargo = Command::new(env!("CARGO"));
+        cargo.args(tree).args(build).current_dir(env!("CARGO_MANIFEST_DIR"));
+        let output = cargo.output().unwrap();
+        assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+        let text = String::from_utf8(output.stdout).unwrap();
+        let names = text.lines().filter_map(|line| line.split(' ').next());
+        names.map(str::to_owned).collect()
+    };
+    let is_refused = |name: &String| {
+        let runtimes = ["tokio", "smol", "pollster", "futures-executor"];
+        ["wgpu", "ash", "async-"].iter().any(|start| name.starts_with(start)) || runtimes.contains(&&**name)
+    };
+    for features in ["", "compose", "native"] {
+        let packages = packages(features);
+        assert!(packages.iter().any(|name| name == "serialport"), "{packages:?}");
+        let refused: Vec<&String> = packages.iter().filter(|name| is_refused(name)).collect();
+        assert!(refused.is_empty(), "with `{features}`: {refused:?}");
+    }
+    assert!(packages("gpu").iter().any(is_refused));
 }
 
 #[test]
@@ -294,7 +319,7 @@ mod unix {
     use std::os::unix::fs::symlink;
 
     fn signal(child: &Child, name: &str) {
-        let sent = std::process::Command::new("kill")
+        let sent = Command::new("kill")
             .args([name, &child.id().to_string()])
             .status()
             .unwrap();
@@ -312,12 +337,7 @@ mod unix {
         let mut arguments = vec!["run", "small.toml", "--seeds", "1..2", "--out", "stopped"];
         let mut stops = 0;
         for name in ["-INT", "-TERM"] {
-            let child = place
-                .command(&arguments)
-                .stdout(Stdio::piped())
-                .stderr(Stdio::piped())
-                .spawn()
-                .unwrap();
+            let child = place.start(&arguments);
             // From then on it handles signals. A fast machine may have finished already.
             let has_begun = || {
                 let meta = fs::read_to_string(place.at("stopped/seed-2/meta.json")).unwrap_or_default();

@@ -120,22 +120,27 @@ fn assert_row(table: &SensorTable, row: usize, of: usize) {
     }
 }
 
+/// The command that samples some rows of an object, without a directory.
+fn sample<'a>(address: &'a str, object: &'a str, rows: &'a str) -> [&'a str; 8] {
+    [
+        "sample",
+        "--robot",
+        address,
+        "--objects",
+        object,
+        "--rows",
+        rows,
+        "--no-motors",
+    ]
+}
+
 /// How far apart its wheels are, what is read and what is written, without a person.
 #[test]
 fn a_robot_alone_is_sampled() {
     let place = Place::new("alone");
     let robot = Khepera::new();
     let address = robot.start();
-    let sample = [
-        "sample",
-        "--robot",
-        &address,
-        "--objects",
-        "wall",
-        "--rows",
-        "1",
-        "--no-motors",
-    ];
+    let sample = sample(&address, "wall", "1");
     let ran = place
         .run(&[&sample[..], &["--yes", "--json", "--out", "out"]].concat())
         .exits(0);
@@ -241,21 +246,10 @@ fn a_person_places_a_robot_and_goes_on_after_ctrl_c() {
     place.write("out/rows/turning.json", TURNING);
     let robot = Khepera::new();
     let address = robot.start();
-    let sample = [
-        "sample",
-        "--robot",
-        &address,
-        "--objects",
-        "shelf:wall",
-        "--rows",
-        "2",
-        "--no-motors",
-        "--out",
-        "out",
-    ];
+    let sample = [&sample(&address, "shelf:wall", "2")[..], &["--out", "out"]].concat();
     let mut session = Session::start(&place, &sample);
     session.hears("row 1 of 2, 1 min left: put the robot's rim 5 mm from the shelf, a wall, heading straight at it");
-    session.hears("Enter: go on   S: the row before again   Q: quit");
+    session.hears("Enter: continue   S: repeat the previous row   Q: quit");
     robot.put(0);
     session.types("?\n");
     session.hears("Q: quit");

@@ -4,7 +4,7 @@
 use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};
-use std::process::{Child, Stdio};
+use std::process::Child;
 use std::thread;
 use std::time::{Duration, Instant};
 
@@ -13,6 +13,8 @@ use serde_json::Value;
 mod place;
 use place::{Place, Ran};
 
+#[cfg(all(target_os = "linux", target_env = "gnu"))]
+mod disk;
 #[cfg(all(target_os = "linux", target_env = "gnu"))]
 mod faults;
 #[cfg(all(target_os = "linux", target_env = "gnu"))]
@@ -138,14 +140,6 @@ impl Place {
     #[track_caller]
     fn swept(&self, out: &str, more: &[&str]) -> String {
         hash(&self.good(&sweep(out, more)))
-    }
-
-    fn start(&self, arguments: &[&str]) -> Child {
-        self.command(arguments)
-            .stdout(Stdio::piped())
-            .stderr(Stdio::piped())
-            .spawn()
-            .unwrap()
     }
 
     /// JSON output of a command that must succeed.
@@ -315,5 +309,5 @@ fn wait_for(mut is_so: impl FnMut() -> bool) {
 
 /// Outcome of a process that was started with pipes.
 fn ended(arguments: &[&str], child: Child) -> Ran {
-    Ran::new(arguments, &child.wait_with_output().unwrap())
+    Ran::ended(arguments, child)
 }

@@ -1,8 +1,9 @@
 //! `oneiro robot` against robots that are scripted here, over TCP: an e-puck2 and a Khepera, by their protocols, and ends
 //! of a link that are none.
 
-use std::io::{Read, Write};
+use std::io::{BufRead, BufReader, Read, Write};
 use std::net::TcpListener;
+use std::process::{Child, Stdio};
 use std::sync::atomic::Ordering;
 use std::thread;
 use std::time::{Duration, Instant};
@@ -12,7 +13,7 @@ use serde_json::Value;
 #[allow(dead_code, reason = "other tests use the rest")]
 mod peers;
 mod place;
-use peers::{EPuck2, Noise, listen};
+use peers::{EPuck2, Noise, listen, wait};
 use place::{Place, Ran};
 
 /// A Khepera behind a server of serial ports, which answers a line of commands with a line.
@@ -28,6 +29,7 @@ fn khepera() -> String {
                 b"" => b"",
                 b"B" => b"b,5.02,5.01\r\n",
                 b"D,0,0" => b"d\r\n",
+                b"L,1,1" | b"L,1,0" => b"l\r\n",
                 b"N" => b"n,11,12,13,14,15,16,17,18\r\n",
                 b"O" => b"o,501,502,503,504,505,506,507,508\r\n",
                 b"E" => b"e,0,0\r\n",
@@ -137,11 +139,64 @@ fn watch_prints_a_line_for_each_reading() {
     assert_eq!(reading["values"].as_object().unwrap().len(), 9, "{reading}");
 }
 
+/// After the restart a program of its own drives it: the watch stops it, and goes on.
+#[test]
+fn a_watch_stops_a_robot_that_has_restarted() {
+    let place = Place::new("restart");
+    let robot = EPuck2::default();
+    let address = robot.start();
+    let arguments = ["robot", "watch", &address, "--cycles", "40"];
+    let mut program = place.start(&arguments);
+    let mut lines = BufReader::new(program.stdout.take().unwrap()).lines();
+    lines.next().unwrap().unwrap();
+    // So that its counters are not at 0.
+    robot.0.set([300, 300]);
+    thread::sleep(Duration::from_millis(100));
+    robot.0.set([0, 0]);
+    robot.0.restarts.store(true, Ordering::SeqCst);
+    wait("the restart", Duration::from_secs(10), || !robot.0.stands());
+    let event = robot.0.wheels().1;
+    wait("the stop", Duration::from_secs(10), || robot.0.stands());
+    let took = robot.0.wheels().1 - event;
+    assert!(took < Duration::from_millis(500), "{took:?}");
+    assert_eq!(lines.count(), 39);
+    let ran = Ran::ended(&arguments, program).exits(0);
+    ran.says(&["the robot has restarted, and its wheels have been stopped"]);
+}
+
+#[test]
+fn lights_are_switched_by_name() {
+    let place = Place::new("light");
+    let robot = EPuck2::default();
+    let address = robot.start();
+    let text = place.good(&["robot", "light", &address, "led_1,led_2,body", "on"]);
+    assert_eq!(
+        text,
+        format!("switched on: led_1, led_2, body of the e-puck2 at {address}\n")
+    );
+    let lit = [&[0x11, 100, 100, 100][..], &[0; 9]].concat();
+    assert_eq!(*robot.0.lights.lock().unwrap(), lit);
+    assert!(robot.0.stands());
+    let told: Value =
+        serde_json::from_str(&place.good(&["robot", "light", &robot.start(), "led_2", "off", "--json"])).unwrap();
+    assert_eq!(
+        (&told["lights"], &told["state"]),
+        (&serde_json::json!(["led_2"]), &"off".into())
+    );
+    assert_eq!(*robot.0.lights.lock().unwrap(), [0; 13]);
+
+    let address = khepera();
+    place.good(&["robot", "light", &address, "led_1", "on"]);
+    let ran = place.run(&["robot", "light", &address, "led_1,led_2", "on"]).exits(3);
+    ran.says(&["Khepera has no light led_2; allowed: led_0, led_1"]);
+    place.run(&["robot", "light", &address, "led_1", "green"]).exits(2);
+}
+
 /// Its wheels are made to turn while it is watched, as if by somebody else.
 #[test]
 #[cfg(unix)]
 fn ctrl_c_ends_a_watch_and_stops_the_wheels() {
-    use std::process::{Command, Stdio};
+    use std::process::Command;
 
     for (cycles, code, words) in [
         (&[][..], 0, "stopped by Ctrl-C"),
@@ -151,14 +206,13 @@ fn ctrl_c_ends_a_watch_and_stops_the_wheels() {
         let robot = EPuck2::default();
         let address = robot.start();
         let arguments = [&["robot", "watch", &address][..], cycles].concat();
-        let mut command = place.command(&arguments);
-        let mut program = command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
+        let mut program = place.start(&arguments);
         // The first line, of which the first byte is enough.
         program.stdout.as_mut().unwrap().read_exact(&mut [0]).unwrap();
         robot.0.set([50, 50]);
         let id = program.id().to_string();
         assert!(Command::new("kill").args(["-INT", &id]).status().unwrap().success());
-        let ran = Ran::new(&arguments, &program.wait_with_output().unwrap());
+        let ran = Ran::ended(&arguments, program);
         ran.exits(code).says(&[words]);
         assert_eq!(robot.0.wheels().0, [0, 0]);
     }
@@ -167,17 +221,14 @@ fn ctrl_c_ends_a_watch_and_stops_the_wheels() {
 /// The reading fails and so does the stop, for the same reason, which is said once.
 #[test]
 fn a_watch_that_fails_says_why_and_that_the_wheels_may_turn() {
-    use std::process::Stdio;
-
     let place = Place::new("lost");
     let robot = EPuck2::default();
     let address = robot.start();
     let arguments = ["robot", "watch", &address];
-    let mut command = place.command(&arguments);
-    let mut program = command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
+    let mut program = place.start(&arguments);
     program.stdout.as_mut().unwrap().read_exact(&mut [0]).unwrap();
     robot.0.is_gone.store(true, Ordering::Relaxed);
-    let ran = Ran::new(&arguments, &program.wait_with_output().unwrap()).exits(4);
+    let ran = Ran::ended(&arguments, program).exits(4);
     assert_eq!(
         ran.stderr.matches("the connection is lost").count(),
         1,
@@ -320,12 +371,49 @@ fn what_is_no_robot_exits_with_4_and_says_so_soon() {
     }
 }
 
+/// Most memory that a process has had until now, kB; 0 if it has ended.
+#[cfg(target_os = "linux")]
+fn memory(program: &Child) -> u32 {
+    let status = std::fs::read_to_string(format!("/proc/{}/status", program.id())).unwrap_or_default();
+    let peak = status.lines().find_map(|line| line.strip_prefix("VmHWM:"));
+    peak.map_or(0, |peak| peak.trim().trim_end_matches(" kB").parse().unwrap())
+}
+
+/// A robot's computer is small.
+#[test]
+#[cfg(target_os = "linux")]
+fn a_watch_and_a_guard_need_little_memory() {
+    let place = Place::new("memory");
+    let address = EPuck2::default().start();
+    let limits = 1000..30_000;
+    let mut watch = place.start(&["robot", "watch", &address, "--cycles", "20"]);
+    let mut most = 0;
+    while watch.try_wait().unwrap().is_none() {
+        most = most.max(memory(&watch));
+        thread::sleep(Duration::from_millis(5));
+    }
+    println!("watch: {most} kB");
+    assert!(watch.wait().unwrap().success() && limits.contains(&most), "{most} kB");
+
+    let address = EPuck2::default().start();
+    let mut command = place.command(&["guard", &address]);
+    let mut guard = command.stdin(Stdio::piped()).stdout(Stdio::piped()).spawn().unwrap();
+    let mut input = guard.stdin.take().unwrap();
+    writeln!(input, "{}", serde_json::json!({ "hello": { "version": 1 } })).unwrap();
+    let reports = BufReader::new(guard.stdout.take().unwrap()).lines();
+    // Until it has read its sensors for a second.
+    assert_eq!(reports.take(50).flatten().count(), 50);
+    let most = memory(&guard);
+    println!("guard: {most} kB");
+    assert!(limits.contains(&most), "{most} kB");
+    drop(input);
+    assert!(guard.wait().unwrap().success());
+}
+
 /// What sends without an end is given up as well, and is not kept.
 #[test]
 #[cfg(target_os = "linux")]
 fn a_flood_ends_and_is_not_kept() {
-    use std::process::Stdio;
-
     let place = Place::new("flood");
     // A line without an end, lines, headers, and ever more nodes of a network.
     let floods: [fn(u32) -> Vec<u8>; 4] = [
@@ -348,24 +436,15 @@ fn a_flood_ends_and_is_not_kept() {
         for address in [address.clone(), format!("aseba:{}", address.trim_start_matches("tcp:"))] {
             let arguments = ["robot", "ping", &address];
             let start = Instant::now();
-            let mut program = place
-                .command(&arguments)
-                .stdout(Stdio::piped())
-                .stderr(Stdio::piped())
-                .spawn()
-                .unwrap();
+            let mut program = place.start(&arguments);
             let mut most = 0;
             while program.try_wait().unwrap().is_none() {
-                let status = std::fs::read_to_string(format!("/proc/{}/status", program.id())).unwrap_or_default();
-                let peak = status.lines().find_map(|line| line.strip_prefix("VmHWM:"));
-                most = most.max(peak.map_or(0, |peak| peak.trim().trim_end_matches(" kB").parse().unwrap()));
+                most = most.max(memory(&program));
                 assert!(start.elapsed() < Duration::from_mins(1), "flood {index} at {address}");
                 thread::sleep(Duration::from_millis(5));
             }
             println!("flood {index} at {address}: {:.1?}, {most} kB", start.elapsed());
-            Ran::new(&arguments, &program.wait_with_output().unwrap())
-                .exits(4)
-                .says(&[&address]);
+            Ran::ended(&arguments, program).exits(4).says(&[&address]);
             assert!((1000..100_000).contains(&most), "flood {index} at {address}: {most} kB");
         }
     }

@@ -13,6 +13,7 @@ use std::time::{Duration, Instant};
 use oneiro::cpu::Cpu;
 use oneiro::random::Key;
 use oneiro::reported::Reported;
+use oneiro::tables::SENSOR_NAMES;
 use oneiro::world::WorldSpec;
 use serialport::SerialPort;
 
@@ -99,17 +100,7 @@ fn arguments<'a>(address: &'a str, more: &[&'a str]) -> Vec<&'a str> {
 /// The fitness of a life, from its table alone.
 fn told_again(place: &Place, life: &str, genes: &[f32], key: &str, start: [f32; 3], cycles: u32) -> f32 {
     let table = Table::read(place, &format!("lives/life-{life}.csv"));
-    let names = [
-        "left_90",
-        "left_45",
-        "left_10",
-        "right_10",
-        "right_45",
-        "right_90",
-        "back_right",
-        "back_left",
-    ];
-    let activations = names.map(|name| table.numbers(name));
+    let activations = SENSOR_NAMES.map(|name| table.numbers(name));
     let ends = ["x_mm", "y_mm", "heading_turns"].map(|name| table.numbers(name));
     let world = Reported::new(&WorldSpec {
         cycles,
@@ -236,12 +227,7 @@ fn only_the_life_that_was_cut_short_is_lived_again() {
     let address = robots::khepera(&body);
     // On a busy machine the robot answers late.
     let arguments = arguments(&address, &["--guard", "link_ms=400"]);
-    let mut program = place
-        .command(&arguments)
-        .stdout(Stdio::piped())
-        .stderr(Stdio::piped())
-        .spawn()
-        .unwrap();
+    let mut program = place.start(&arguments);
     wait("the second life", LONG, || {
         let path = place.at("lives/life-2.csv");
         std::fs::read_to_string(path).is_ok_and(|text| text.lines().count() > 8)
@@ -278,12 +264,7 @@ fn what_ends_a_life_early_is_recorded() {
     let body = Body::default();
     let address = robots::khepera(&body);
     let arguments = arguments(&address, &[]);
-    let program = place
-        .command(&arguments)
-        .stdout(Stdio::piped())
-        .stderr(Stdio::piped())
-        .spawn()
-        .unwrap();
+    let program = place.start(&arguments);
     let lines = |life: u32| {
         let text = std::fs::read_to_string(place.at(format!("lives/life-{life}.csv")));
         text.map_or(0, |text| text.lines().count())
@@ -343,12 +324,7 @@ fn a_tracker_says_where_the_robot_is() {
     });
     let tracker = format!("udp:{port}#3");
     let arguments = arguments(&address, &["--tracker", &tracker]);
-    let program = place
-        .command(&arguments)
-        .stdout(Stdio::piped())
-        .stderr(Stdio::piped())
-        .spawn()
-        .unwrap();
+    let program = place.start(&arguments);
     let lines = |life: u32| {
         let text = std::fs::read_to_string(place.at(format!("lives/life-{life}.csv")));
         text.map_or(0, |text| text.lines().count())

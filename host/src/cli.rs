@@ -3,11 +3,12 @@
 use std::path::PathBuf;
 use std::time::Duration;
 
-use clap::{Args, Parser, Subcommand, ValueHint};
+use clap::{Args, Parser, Subcommand, ValueEnum, ValueHint};
 
 use crate::commands::rules;
 use crate::console::Output;
 use crate::device::Backend;
+use crate::reality::site::SEVERITY;
 use crate::reality::wired::{self, Starts};
 use crate::robots::{Kind, tracker};
 use crate::studies::{miglino1995, odowd2014};
@@ -259,7 +260,7 @@ pub(crate) struct OnRobot {
         conflicts_with = "lives",
         help = format!(
             "How much a surrogate differs from the simulator made from its samples, 0 to 2 [default: {}]",
-            miglino1995::settings::SEVERITY
+            SEVERITY
         )
     )]
     pub(crate) severity: Option<f32>,
@@ -451,7 +452,7 @@ pub(crate) struct Sample {
         value_name = "LAMBDA",
         help = format!(
             "How much a surrogate differs from the simulator made from its samples, 0 to 2 [default: {}]",
-            miglino1995::settings::SEVERITY
+            SEVERITY
         )
     )]
     pub(crate) severity: Option<f32>,
@@ -562,8 +563,10 @@ pub(crate) enum RobotCommand {
     /// Drive a robot by keys or by a file, under a guard that stops the wheels when this program dies or hangs
     ///
     /// Keys: arrows or W, A, S, D drive forwards, turn left, drive backwards and turn right while one is held; + and - set
-    /// the speed; space stops, and R allows to go on; Q quits.
+    /// the speed; space stops, and R resumes; Q quits.
     Drive(RobotDrive),
+    /// Switch lights of a robot on or off, its wheels stopped
+    Light(RobotLight),
     /// Stop a robot's wheels, and say whether it confirmed that
     Stop(RobotLink),
 }
@@ -595,6 +598,28 @@ pub(crate) struct RobotWatch {
     /// End after N readings
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..))]
     pub(crate) cycles: Option<u64>,
+}
+
+/// `oneiro robot light`
+#[derive(Args, Debug)]
+pub(crate) struct RobotLight {
+    /// The robot.
+    #[command(flatten)]
+    pub(crate) link: RobotLink,
+    /// The lights, such as `led_1`; `oneiro robot ping` lists a robot's lights
+    #[arg(value_name = "LIGHT,..", value_delimiter = ',', num_args = 1, required = true)]
+    pub(crate) lights: Vec<String>,
+    /// What they do
+    pub(crate) state: Switch,
+}
+
+/// What a light does.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum Switch {
+    /// It shines.
+    On,
+    /// It does not.
+    Off,
 }
 
 /// `oneiro robot drive`

@@ -7,7 +7,7 @@ use clap::Args;
 use crate::exit::{Failure, Result};
 
 /// Options for the output of all commands.
-#[derive(Args, Clone, Copy, Debug, Default)]
+#[derive(Args, Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(crate) struct Output {
     /// Print data as JSON
     #[arg(long, global = true, display_order = 900)]
@@ -18,7 +18,7 @@ pub(crate) struct Output {
 }
 
 /// Prints data and messages.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(crate) struct Console {
     output: Output,
 }

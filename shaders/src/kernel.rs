@@ -49,7 +49,8 @@ pub struct Kernel {
     pub parts: &'static [&'static str],
     /// The concatenated WGSL, for adapters that take no SPIR-V.
     pub wgsl: &'static str,
-    /// SPIR-V with `NoContraction` on every float arithmetic result, without float-control modes.
+    /// SPIR-V with `NoContraction` on every float arithmetic result, without float-control modes; empty without the feature
+    /// `spirv`.
     pub spirv: &'static [u32],
     /// Always `main`.
     pub entry_point: &'static str,

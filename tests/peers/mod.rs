@@ -62,6 +62,10 @@ pub(crate) struct Body {
     pub(crate) is_lifted: Arc<AtomicBool>,
     /// Its battery is low.
     pub(crate) is_low: Arc<AtomicBool>,
+    /// It restarts now, and then its wheels turn: a program of its own drives it.
+    pub(crate) restarts: Arc<AtomicBool>,
+    /// What its lights were set to, by the bytes of the last command.
+    pub(crate) lights: Arc<Mutex<Vec<u8>>>,
 }
 
 impl Default for Body {
@@ -75,6 +79,8 @@ impl Default for Body {
             is_mad: Arc::default(),
             is_lifted: Arc::default(),
             is_low: Arc::default(),
+            restarts: Arc::default(),
+            lights: Arc::default(),
         }
     }
 }
@@ -132,6 +138,7 @@ pub(crate) struct EPuck2(pub(crate) Body);
 
 impl EPuck2 {
     const CYCLE: Duration = Duration::from_millis(20);
+    const RESTART: Duration = Duration::from_secs(1);
 
     /// Starts it with turning wheels.
     pub(crate) fn start(&self) -> String {
@@ -153,6 +160,12 @@ impl EPuck2 {
                 thread::sleep(Self::CYCLE);
                 continue;
             }
+            // The radio says nothing meanwhile, and the counters begin at 0.
+            if body.restarts.swap(false, Ordering::SeqCst) {
+                thread::sleep(Self::RESTART);
+                body.set([50, 50]);
+                counters = [0; 2];
+            }
             let mut block = self.block(counters.map(|counter| (counter / 1000) as i16));
             match stream.read(&mut buffer) {
                 Ok(0) => return,
@@ -166,6 +179,7 @@ impl EPuck2 {
                 has_begun = true;
                 let word = |at: usize| i16::from_le_bytes([command[at], command[at + 1]]);
                 body.obey([word(3), word(5)]);
+                *body.lights.lock().unwrap() = command[7..20].into();
             }
             commands.drain(..whole);
             for (counter, speed) in counters.iter_mut().zip(body.wheels().0) {

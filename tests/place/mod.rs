@@ -2,7 +2,7 @@
 
 use std::fs;
 use std::path::{Path, PathBuf};
-use std::process::{Command, Output, Stdio};
+use std::process::{Child, Command, Output, Stdio};
 
 /// A temporary directory, removed when the test ends.
 pub(crate) struct Place(PathBuf);
@@ -46,9 +46,15 @@ impl Place {
         command
     }
 
+    /// Starts the program, with its output in pipes.
+    pub(crate) fn start(&self, arguments: &[&str]) -> Child {
+        let mut command = self.command(arguments);
+        command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap()
+    }
+
     /// Runs the program until it ends.
     pub(crate) fn run(&self, arguments: &[&str]) -> Ran {
-        Ran::new(arguments, &self.command(arguments).output().unwrap())
+        Ran::ended(arguments, self.start(arguments))
     }
 
     /// Runs a command that must succeed, and returns its standard output.
@@ -74,6 +80,11 @@ pub(crate) struct Ran {
 }
 
 impl Ran {
+    /// Waits for a program's end.
+    pub(crate) fn ended(arguments: &[&str], program: Child) -> Self {
+        Self::new(arguments, &program.wait_with_output().unwrap())
+    }
+
     pub(crate) fn new(arguments: &[&str], output: &Output) -> Self {
         let text = |bytes: &[u8]| String::from_utf8(bytes.to_vec()).unwrap();
         Self {

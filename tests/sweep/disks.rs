@@ -1,11 +1,10 @@
 //! Failing disks: at every call once, or out of space.
 
 use super::*;
+use disk::Disk;
 use faults::{Fault, Faults};
 use skips::skipped;
 use std::collections::BTreeSet;
-use std::fs::OpenOptions;
-use std::io::Write;
 use std::process::Command;
 
 /// Two runs of some generations, with a checkpoint after each.
@@ -127,33 +126,10 @@ fn may_be_full() {
     place.assert_goes_on("out", &["--threads", "1"]);
 }
 
-/// A file system of one megabyte, if it may be mounted.
-struct Small(PathBuf);
-
-impl Small {
-    fn mounted(place: &Place, name: &str) -> Option<Self> {
-        fs::create_dir(place.at(name)).unwrap();
-        let mount = Command::new("mount")
-            .args(["-t", "tmpfs", "-o", "size=1m", "tmpfs"])
-            .arg(place.at(name))
-            .output();
-        mount
-            .is_ok_and(|mount| mount.status.success())
-            .then(|| Self(place.at(name)))
-    }
-}
-
-impl Drop for Small {
-    fn drop(&mut self) {
-        // Nothing uses it any more.
-        let _ = Command::new("umount").arg("--lazy").arg(&self.0).status();
-    }
-}
-
 #[test]
 fn may_be_full_in_truth() {
     let place = Place::with("small", &long(100));
-    let Some(_small) = Small::mounted(&place, "disk") else {
+    let Some(disk) = Disk::mounted(place.at("disk"), 1) else {
         // A disk that fails as if it were full is tested in any case.
         skipped("disk", "a disk that is full: only root may mount a small one");
         return;
@@ -163,16 +139,11 @@ fn may_be_full_in_truth() {
     let mut child = place.start(&arguments);
     wait_for(|| place.checkpoints("disk/out").len() > 1);
     wait_for(|| {
-        let mut ballast = OpenOptions::new()
-            .create(true)
-            .append(true)
-            .open(place.at("disk/ballast"))
-            .unwrap();
-        while ballast.write_all(&[0; 4096]).is_ok() {}
+        disk.fill();
         child.try_wait().unwrap().is_some()
     });
     says_that_the_disk_is_full(ended(&arguments, child));
     // Its contents stay, and there is space again.
-    fs::remove_file(place.at("disk/ballast")).unwrap();
+    disk.free();
     place.assert_goes_on("disk/out", &["--threads", "1"]);
 }

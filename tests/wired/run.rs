@@ -1,7 +1,6 @@
 //! `oneiro run` whose last generation lives on a robot on a wire, and disks that are full.
 
-use std::fs::{self, OpenOptions};
-use std::path::PathBuf;
+use std::fs;
 use std::process::{Child, Command};
 
 use serde_json::Value;
@@ -9,8 +8,11 @@ use serde_json::Value;
 use super::place::Ran;
 use super::*;
 
+#[path = "../disk/mod.rs"]
+mod disk;
 #[path = "../skips/mod.rs"]
 mod skips;
+use disk::Disk;
 
 /// Evolves for three generations, the last one on a robot.
 fn placed(name: &str, robot: &str, cycles: u32) -> Place {
@@ -24,15 +26,6 @@ fn placed(name: &str, robot: &str, cycles: u32) -> Place {
 }
 
 const RUN: [&str; 6] = ["run", "wire.toml", "--seed", "5", "--out", "out"];
-
-fn started(place: &Place, arguments: &[&str]) -> Child {
-    let mut command = place.command(arguments);
-    command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap()
-}
-
-fn ended(arguments: &[&str], program: Child) -> Ran {
-    Ran::new(arguments, &program.wait_with_output().unwrap())
-}
 
 /// Waits until a life has had some cycles.
 pub(super) fn wait_for_cycles(place: &Place, life: &str, cycles: usize) {
@@ -123,6 +116,7 @@ fn a_run_ends_on_a_robot() {
     place.write("sweep.toml", "experiment = \"wire.toml\"\nseeds = [1, 2]\n");
     let refused = place.run(&["sweep", "run", "sweep.toml", "--out", "swept"]).exits(3);
     refused.says(&["reality.robot: is on a wire; allowed: with `oneiro run`"]);
+    assert!(!place.at("swept").exists());
     assert_eq!(body.wheels().1, since);
 
     // Its lives calibrate the simulator.
@@ -154,7 +148,7 @@ fn a_run_on_a_robot_goes_on() {
     let body = Body::default();
     let address = robots::khepera(&body);
     let place = placed("goes-on", &address, 15);
-    let mut program = started(&place, &RUN);
+    let mut program = place.start(&RUN);
     wait_for_cycles(&place, "out/lives/life-2.csv", 8);
     let event = Instant::now();
     program.kill().unwrap();
@@ -163,7 +157,7 @@ fn a_run_on_a_robot_goes_on() {
     assert_eq!(status(&place, "out"), ["complete", "under way"]);
     let first = place.text("out/lives/life-1.csv");
 
-    let program = started(&place, &["resume", "out"]);
+    let program = place.start(&["resume", "out"]);
     // The third is the second one's other attempt.
     wait_for_cycles(&place, "out/lives/life-4.csv", 8);
     let event = Instant::now();
@@ -172,7 +166,7 @@ fn a_run_on_a_robot_goes_on() {
     wait("the stop", LONG, || body.stands());
     let took = body.wheels().1.saturating_duration_since(event);
     assert!(took < Duration::from_millis(500), "{took:?}");
-    ended(&["resume"], program).exits(75).says(&["oneiro resume"]);
+    Ran::ended(&["resume"], program).exits(75).says(&["oneiro resume"]);
     let expected = ["complete", "the program ended", "complete", "stopped"];
     assert_eq!(status(&place, "out"), expected);
     assert!(place.good(&["list", "."]).contains("stopped"));
@@ -212,6 +206,8 @@ fn a_run_waits_for_its_robot() {
     let ran = place.run(&["resume", "out"]).exits(0);
     assert_eq!(ran.stderr.matches(": fitness").count(), 4);
     assert_eq!(status(&place, "out"), ["complete"; 4]);
+    let ran = place.run(&[&RUN[..5], &["hushed", "--quiet"]].concat()).exits(0);
+    assert_eq!(ran.stderr, "");
     let other = ["--set", "reality.robot=\"tcp:127.0.0.1:9\"", "--out", "nobody"];
     place
         .run(&[&RUN[..4], &other].concat())
@@ -223,35 +219,13 @@ fn a_run_waits_for_its_robot() {
         .says(&["tcp:127.0.0.1:9: can't be opened"]);
 }
 
-/// A small file system, if it may be mounted.
-struct Small(PathBuf);
-
-impl Small {
-    fn mounted(place: &Place) -> Option<Self> {
-        let own = Self(place.at("disk"));
-        fs::create_dir(&own.0).unwrap();
-        let mount = Command::new("mount")
-            .args(["-t", "tmpfs", "-o", "size=2m", "tmpfs"])
-            .arg(&own.0)
-            .output();
-        mount.is_ok_and(|mount| mount.status.success()).then_some(own)
-    }
-}
-
-impl Drop for Small {
-    fn drop(&mut self) {
-        // Nothing uses it any more.
-        let _ = Command::new("umount").arg("--lazy").arg(&self.0).status();
-    }
-}
-
 /// A disk that is full in the middle of a life ends it: the wheels stand, and it is lived again once there is space.
 #[test]
 fn a_full_disk_stops_the_wheels() {
     let body = Body::default();
     let address = robots::khepera(&body);
     let place = placed("full", &address, 60);
-    let Some(_small) = Small::mounted(&place) else {
+    let Some(disk) = Disk::mounted(place.at("disk"), 2) else {
         skips::skipped("disk", "lives on a disk that is full: only root may mount a small one");
         return;
     };
@@ -275,16 +249,10 @@ fn a_full_disk_stops_the_wheels() {
         (&evaluate[..], &evaluate[..], "disk/own"),
         (&run, &["resume", "disk/out"], "disk/out"),
     ] {
-        let mut program = started(&place, arguments);
+        let mut program = place.start(arguments);
         let table = format!("{directory}/lives/life-1.csv");
         wait_for_cycles(&place, &table, 5);
-        let mut ballast = OpenOptions::new()
-            .create(true)
-            .append(true)
-            .open(place.at("disk/ballast"))
-            .unwrap();
-        while ballast.write_all(&[0; 4096]).is_ok() {}
-        drop(ballast);
+        disk.fill();
         // Cycles are recorded until the file's last page is full.
         let size = || fs::metadata(place.at(&table)).unwrap().len();
         let (mut last, mut grown) = (size(), Instant::now());
@@ -298,10 +266,10 @@ fn a_full_disk_stops_the_wheels() {
         // The next cycle could not be recorded, 100 ms later.
         let took = body.wheels().1.saturating_duration_since(grown);
         assert!(took < Duration::from_millis(100 + 500), "{took:?}");
-        let ran = ended(arguments, program).exits(6);
+        let ran = Ran::ended(arguments, program).exits(6);
         ran.says(&["life-1.csv", "No space left on device", "free some space"]);
         assert!(last < 60 * 100, "{last}");
-        fs::remove_file(place.at("disk/ballast")).unwrap();
+        disk.free();
         place.run(again).exits(0);
         let status = status(&place, directory);
         assert_eq!(status[0], "the program ended");

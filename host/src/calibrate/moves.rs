@@ -176,8 +176,9 @@ mod tests {
                     let steps = ((to - from) * 1e4).round() as u32;
                     for step in 0..steps {
                         let at = from + (f64::from(step) + 0.5) / f64::from(steps) * (to - from) - latency;
-                        let told = (0..=cycle).rev().find(|earlier| time(*earlier) <= at);
-                        way += told.map_or(0.0, |told| speed(told, wheel as u32)) * (to - from) / f64::from(steps);
+                        let command = (0..=cycle).rev().find(|earlier| time(*earlier) <= at);
+                        way += command.map_or(0.0, |command| speed(command, wheel as u32)) * (to - from)
+                            / f64::from(steps);
                     }
                     let noise = 1.0 + spread * (2.0 * word(life, cycle, 3 + wheel as u32) - 1.0);
                     travel[wheel] += gains[wheel] * way * noise;

@@ -140,20 +140,13 @@ fn panels(sensors: &[SensorErrors]) -> String {
             title: &sensor.name,
             across: "predicted",
             up: "read",
-            from: 0.0,
-            to: 1.0,
-            low: 0.0,
-            high: 1.0,
-            share: 1.0,
-            change: None,
-            key: &[],
-            grounds: &[],
             bands: vec![Band {
                 label: "",
                 colour: COLOUR,
                 dash: "",
                 values: panel(sensor),
             }],
+            ..Panel::default()
         })
         .collect();
     grid(

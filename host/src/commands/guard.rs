@@ -1,4 +1,4 @@
-//! `oneiro guard`: a process of its own that owns a robot's link, for a program that drives.
+//! `oneiro guard`: a separate process that owns a robot's link, for a program that drives.
 
 use super::robot;
 use crate::cli::GuardProcess;

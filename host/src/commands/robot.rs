@@ -1,11 +1,11 @@
-//! `oneiro robot`: finds robots on a wire, shows what they sense, drives them, and stops them.
+//! `oneiro robot`: finds robots on a wire, shows what they sense, drives them, switches their lights, and stops them.
 
 use std::path::Path;
 use std::time::{Duration, Instant};
 
 use serde_json::{Value, json};
 
-use crate::cli::{Robot as Arguments, RobotCommand, RobotLink};
+use crate::cli::{Robot as Arguments, RobotCommand, RobotLight, RobotLink, Switch};
 use crate::console::{Console, columns};
 use crate::exit::{Failure, Result};
 use crate::files;
@@ -13,7 +13,7 @@ use crate::robots::address::{self, Address, FORMS, Wire};
 use crate::robots::error::{self, Error};
 use crate::robots::link::{self, Port};
 use crate::robots::recording::Recording;
-use crate::robots::{self, Battery, Description, Group, Kind, Robot, closed, unstopped};
+use crate::robots::{self, Battery, Description, Group, Kind, Robot, stopped, unstopped};
 
 mod drive;
 mod watch;
@@ -25,6 +25,7 @@ pub(crate) fn run(arguments: &Arguments, console: Console) -> Result {
         RobotCommand::Ping(link) => ping(link, console),
         RobotCommand::Watch(arguments) => watch::run(arguments, console),
         RobotCommand::Drive(arguments) => drive::run(arguments, console),
+        RobotCommand::Light(arguments) => light(arguments, console),
         RobotCommand::Stop(link) => stop(link, console),
     }
 }
@@ -66,7 +67,7 @@ fn ping(arguments: &RobotLink, console: Console) -> Result {
         used(robot?, |robot| {
             let battery = match robot.battery() {
                 Err(Error::Unsupported { .. }) => None,
-                told => Some(told?),
+                battery => Some(battery?),
             };
             let description = robot.description().clone();
             let timing = description.sensors.first().map(|group| Timing::of(robot, group.kind));
@@ -79,12 +80,39 @@ fn ping(arguments: &RobotLink, console: Console) -> Result {
     })
 }
 
+/// Switches lights of a robot.
+fn light(arguments: &RobotLight, console: Console) -> Result {
+    connected(&arguments.link, console, |wire, robot| {
+        used(robot?, |robot| {
+            let description = robot.description();
+            let numbers: error::Result<Vec<usize>> = arguments
+                .lights
+                .iter()
+                .map(|name| description.light_named(name))
+                .collect();
+            let name = description.robot.clone();
+            let is_on = arguments.state == Switch::On;
+            for light in numbers? {
+                robot.light(light, is_on)?;
+            }
+            let state = if is_on { "on" } else { "off" };
+            if console.json() {
+                return console.json_data(
+                    &json!({ "address": wire.to_string(), "robot": name, "lights": arguments.lights, "state": state }),
+                );
+            }
+            let lights = arguments.lights.join(", ");
+            console.data(format!("switched {state}: {lights} of the {name} at {wire}"))
+        })
+    })
+}
+
 /// Stops a robot's wheels. Connecting stops them, and closing stops them again.
 fn stop(arguments: &RobotLink, console: Console) -> Result {
     connected(arguments, console, |wire, robot| {
-        let stopped = robot.and_then(|robot| {
-            let name = robot.description().robot.clone();
-            closed(robot).map(|()| name)
+        let stopped = robot.and_then(|mut robot| {
+            stopped(&mut *robot)?;
+            Ok(robot.description().robot.clone())
         });
         let robot = stopped.map_err(|error| unstopped(&error))?;
         if console.json() {
@@ -143,7 +171,7 @@ pub(super) fn recording(path: &Path) -> Result<Recording> {
 /// Uses a robot, and stops it however that ended.
 fn used(mut robot: Box<dyn Robot>, work: impl FnOnce(&mut dyn Robot) -> Result) -> Result {
     let outcome = work(&mut *robot);
-    match (outcome, closed(robot)) {
+    match (outcome, stopped(&mut *robot)) {
         (outcome, Ok(())) => outcome,
         (Ok(()), Err(error)) => Err(unstopped(&error)),
         (Err(failure), Err(error)) if failure.to_string() == error.to_string() => Err(unstopped(&error)),
@@ -236,10 +264,10 @@ fn text(wire: &Wire, description: &Description, battery: Option<Battery>, timing
         Some(mm) => format!("a count of their odometers is {mm:.4} mm"),
         None => "no odometers".to_owned(),
     };
-    let battery = battery.map_or("not told".to_owned(), |battery| {
+    let battery = battery.map_or("not reported".to_owned(), |battery| {
         let volts = battery
             .volts
-            .map_or("no voltage told".to_owned(), |volts| format!("{volts:.2} V"));
+            .map_or("voltage not reported".to_owned(), |volts| format!("{volts:.2} V"));
         volts + if battery.low { ", low: charge it" } else { "" }
     });
     let lights = match description.lights {

@@ -18,7 +18,7 @@ use oneiro::world::{self, Controller, LENGTH, Noise, Task, WorldSpec};
 use super::robots::{self, Preset};
 use super::values::Described;
 use crate::evolve::genetic;
-use crate::reality::site::Site;
+use crate::reality::site::{SEVERITY, Site};
 use crate::reality::wired;
 use crate::robots::tracker;
 
@@ -391,8 +391,6 @@ impl Transfer {
     pub(super) fn complete(&mut self, generations: u32) {
         /// As in Miglino et al. 1995.
         const GENERATIONS: u32 = 20;
-        /// To which the 1995 study was calibrated.
-        const SEVERITY: f32 = 1.75;
         if self.robot.is_some() {
             self.generations.get_or_insert(GENERATIONS.min(generations));
         }

@@ -119,7 +119,7 @@ pub(crate) struct Lived {
 }
 
 /// A robot in its surroundings, where controllers live: a real one, or a simulation that stands in for it. Every call takes time and
-/// can fail; a call repeated after a [`Trouble`] starts anew.
+/// can fail; a call repeated after a [`Trouble`] starts over.
 pub(crate) trait Reality {
     /// One line that says which robot this is.
     fn describe(&self) -> String;

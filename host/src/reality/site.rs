@@ -13,7 +13,7 @@ use oneiro::world::{Collision, Noise, Robot, World, WorldSpec};
 use super::surrogate::SurrogateRobot;
 use super::wired::{self, Lives, Shared, WiredRobot};
 use super::{Life, Reality, Sampled, Trouble};
-use crate::console::{Console, Output};
+use crate::console::Console;
 use crate::engine::handle::Engine;
 use crate::engine::job::Outside;
 use crate::engine::queue::Interruption;
@@ -24,6 +24,10 @@ use crate::robots::guard::wheels::Wanted;
 #[cfg(test)]
 use crate::robots::vehicle::Vehicle;
 use crate::robots::vehicle::guarded::{Guarded, Options};
+
+/// How much a surrogate differs from the simulator made from its samples, unless another value is given: chosen by the
+/// calibration of `docs/preregistration-1995.md`, on the condition without noise and on other robots.
+pub(crate) const SEVERITY: f32 = 1.75;
 
 /// A robot in its surroundings.
 #[derive(Clone, Debug, PartialEq)]
@@ -65,9 +69,10 @@ impl Wired {
         }
     }
 
-    /// The same robot, whose lives are recorded in a directory.
-    fn recorded(&self, directory: PathBuf) -> Self {
+    /// The same robot, with its lives recorded in a directory, and messages on a console.
+    fn recorded(&self, directory: PathBuf, console: Console) -> Self {
         Self {
+            console,
             values: wired::Values {
                 directory,
                 ..self.values.clone()
@@ -163,8 +168,7 @@ impl Site {
             Ok(Address::Surrogate(seed)) => Ok(Self::drawn(seed, severity)),
             Ok(Address::Wire(wire)) => {
                 guard::values::Values::of(guard)?;
-                let console = Console::new(Output::default());
-                Ok(Self::Wired(Wired::new(wire, values, guard, console)))
+                Ok(Self::Wired(Wired::new(wire, values, guard, Console::default())))
             }
             Err(invalid) => Err(format!("{invalid}")),
         }
@@ -204,13 +208,10 @@ impl Site {
         }
     }
 
-    /// The same site, with the lives on a wire recorded in a directory and told at a console.
+    /// The same site, with the lives on a wire recorded in a directory, and messages on a console.
     pub(crate) fn recorded(&self, directory: PathBuf, console: Console) -> Self {
         match self {
-            Self::Wired(wired) => Self::Wired(Wired {
-                console,
-                ..wired.recorded(directory)
-            }),
+            Self::Wired(wired) => Self::Wired(wired.recorded(directory, console)),
             Self::Surrogate { .. } => self.clone(),
         }
     }
@@ -227,12 +228,12 @@ impl Site {
         }
     }
 
-    /// The robot as a place of a run's lives, recorded in the run's directory; none for a surrogate, whose lives are rollouts in
-    /// [`Site::world`].
-    pub(crate) fn outside(&self, spec: &WorldSpec, directory: &Path) -> Option<Arc<dyn Outside>> {
+    /// The robot as a place of a run's lives, recorded in the run's directory, with messages on the run's console; none for a
+    /// surrogate, whose lives are rollouts in [`Site::world`].
+    pub(crate) fn outside(&self, spec: &WorldSpec, directory: &Path, console: Console) -> Option<Arc<dyn Outside>> {
         let Self::Wired(wired) = self else { return None };
         Some(Arc::new(OnWire {
-            wired: wired.recorded(directory.join(LIVES)),
+            wired: wired.recorded(directory.join(LIVES), console),
             spec: spec.clone(),
             robot: Mutex::new(None),
         }))

@@ -22,7 +22,7 @@ mod signal;
 
 type Result<T = ()> = std::result::Result<T, Trouble>;
 
-/// A turn goes on for this part of a turn beyond its beginning.
+/// A turn is continued past a full revolution by this part of one.
 const OVERLAP: f64 = 72.0 / 360.0;
 /// Of which this may be the error of a whole turn.
 const MOST_DRIFT: f64 = 12.0 / 360.0;

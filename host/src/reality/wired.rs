@@ -34,14 +34,14 @@ const CYCLE: Duration = Duration::from_millis(100);
 /// Greatest speed of a robot with sampled motors, mm/s: 10 of the Khepera's units of 8 mm/s.
 const SAMPLED_SPEED: f64 = 80.0;
 
-/// How long a robot drives about before each life unless it is told otherwise, s.
+/// Default time for which a robot drives about before each life, s.
 pub(crate) const WALK_S: f64 = WALK as f64 / 10.0;
 /// Speeds that a wheel may have at the controller's greatest output, mm/s: those that a guard allows.
 pub(crate) const SPEEDS_MM_S: [f64; 2] = [1.0, 1100.0];
 /// The longest that a robot drives about before a life, s.
 pub(crate) const LONGEST_WALK_S: f64 = 600.0;
 
-/// How a life gets its start, unless it goes on where the last one ended.
+/// How the starts of lives are chosen.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, clap::ValueEnum)]
 pub(crate) enum Starts {
     /// The robot drives about at random before each life
@@ -75,7 +75,7 @@ pub(crate) struct Values {
     pub(crate) sensors: Vec<(String, String)>,
     /// Where lives are recorded.
     pub(crate) directory: PathBuf,
-    /// What sees where the robot is; its odometers tell if there is none.
+    /// The tracker that measures the pose; without one it comes from the odometers.
     pub(crate) tracker: Option<tracker::Values>,
 }
 
@@ -123,7 +123,7 @@ pub(crate) fn kinds(spec: &WorldSpec) -> std::result::Result<Vec<Kind>, String> 
 pub(crate) struct Lives {
     spec: WorldSpec,
     reported: Reported,
-    /// Hash of all that makes lives of the same genes and key differ but chance.
+    /// Hash of everything except chance in which lives of the same genes and key may differ.
     world: String,
     cpu: Cpu,
     senses: Senses,
@@ -140,7 +140,7 @@ pub(crate) struct Lives {
     console: Console,
 }
 
-/// What a life has come to.
+/// The outcome of a life.
 struct Done {
     fitness: f32,
     cycles: Vec<Cycle>,
@@ -160,7 +160,7 @@ impl Lives {
         let Profile { robot, base_mm, .. } = profile;
         if !profile.has_odometers && values.tracker.is_none() {
             return Err(Failure::input(format_args!(
-                "the {robot} has no odometers; allowed: a robot that can tell how far its wheels have turned, or --tracker"
+                "the {robot} has no odometers; allowed: a robot with odometers, or --tracker"
             )));
         }
         let senses = Senses::new(spec, profile, &values.sensors).map_err(Failure::input)?;
@@ -297,7 +297,7 @@ impl Lives {
         let (fitness, _) = replayed(&self.reported, &mut self.cpu, life, row.start, &cycles)?;
         if row.fitness().map(f32::to_bits) != Some(fitness.to_bits()) {
             return Err(Failure::corrupt(format_args!(
-                "life {}: its table gives the fitness {fitness}, and the index has another",
+                "life {}: its table gives the fitness {fitness}, but the index has another",
                 row.number
             ))
             .into());
@@ -328,7 +328,7 @@ impl Lives {
         })
     }
 
-    /// Gets the robot to a life's start, and returns it.
+    /// Moves the robot to a life's start, and returns that.
     fn place(&mut self, vehicle: &mut dyn Vehicle, life: &Life<'_>) -> std::result::Result<[f32; 3], Trouble> {
         self.pose = vehicle.seen().unwrap_or(self.pose);
         let here = self.pose.map(|number| number as f32);
@@ -489,7 +489,7 @@ fn way(from: &Moment, to: &Moment) -> [f64; 2] {
     [to[0] - from[0], to[1] - from[1]]
 }
 
-/// Where a tracker sees a robot, or where it is after the arc that its odometers tell.
+/// The pose that a tracker reports, or without one the pose at the end of the arc that the odometers have measured.
 fn place(vehicle: &dyn Vehicle, pose: [f64; 3], way: [f64; 2], base: f64) -> [f64; 3] {
     vehicle.seen().unwrap_or_else(|| moved(pose, way, base))
 }

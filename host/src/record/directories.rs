@@ -97,9 +97,9 @@ impl Runs for Directories {
                 experiment,
                 seed,
                 directory,
-            } => Recorder::create(directory, experiment, *seed, session)?,
+            } => Recorder::create(directory, experiment, *seed, session, self.console)?,
             RunPlace::Saved(saved) => {
-                let (recorder, job, warnings) = Recorder::resume(saved, session)?;
+                let (recorder, job, warnings) = Recorder::resume(saved, session, self.console)?;
                 for warning in warnings {
                     self.console.say(format!("warning: {warning}"));
                 }

@@ -7,6 +7,7 @@ use std::sync::Arc;
 use serde::{Deserialize, Serialize};
 
 use super::{CONFIG, Done, Meta, SavedRun, Session, Status};
+use crate::console::Console;
 use crate::contents::describe;
 use crate::engine::job::{Job, Progress, Step};
 use crate::engine::log::{Extent, Log, Prefix};
@@ -95,6 +96,7 @@ impl Recorder {
         experiment: &Arc<dyn Experiment>,
         seed: u64,
         session: Session,
+        console: Console,
     ) -> Result<(Self, Box<dyn Job>)> {
         fs::create_dir_all(directory).map_err(|error| Failure::storage(directory, &error))?;
         let lock = lock(directory)?;
@@ -116,7 +118,7 @@ impl Recorder {
         // From here on it is a run, and can be resumed.
         disk::write(&directory.join(CONFIG), experiment.resolved_toml(seed).as_bytes())?;
         disk::sync_directory(directory)?;
-        Self::begin(directory, lock, experiment, seed, session)
+        Self::begin(directory, lock, experiment, seed, session, console)
     }
 
     /// Resumes a run from its newest good checkpoint, or from the start if there was none yet. Cuts off what the tables
@@ -125,7 +127,11 @@ impl Recorder {
     /// # Errors
     /// Exit 3 if another process writes there, or if another version of the program wrote its checkpoints; exit 5 if
     /// there are checkpoints and none of them is good; exit 6 if writing fails.
-    pub(crate) fn resume(run: &SavedRun, session: Session) -> Result<(Self, Box<dyn Job>, Vec<String>)> {
+    pub(crate) fn resume(
+        run: &SavedRun,
+        session: Session,
+        console: Console,
+    ) -> Result<(Self, Box<dyn Job>, Vec<String>)> {
         let (directory, experiment, seed) = (run.directory(), run.experiment(), run.seed());
         let lock = lock(directory)?;
         let mut problems = Vec::new();
@@ -134,7 +140,7 @@ impl Recorder {
             let own = match checkpoint::read::<Saved>(&path, &run.identity()) {
                 Ok(saved) => {
                     is_other_version = false;
-                    Good::of(run, &saved)
+                    Good::of(run, &saved, console)
                 }
                 Err(problem) => {
                     is_other_version &= matches!(problem, Problem::Other(_));
@@ -157,7 +163,7 @@ impl Recorder {
             }
         }
         if problems.is_empty() {
-            let (recorder, job) = Self::begin(directory, lock, experiment, seed, session)?;
+            let (recorder, job) = Self::begin(directory, lock, experiment, seed, session, console)?;
             return Ok((recorder, job, problems));
         }
         if is_other_version {
@@ -180,14 +186,19 @@ impl Recorder {
         experiment: &Arc<dyn Experiment>,
         seed: u64,
         session: Session,
+        console: Console,
     ) -> Result<(Self, Box<dyn Job>)> {
+        let recording = Recording::Directory {
+            path: directory,
+            console,
+        };
         let create = |Table { file, head }| {
             let mut log = Log::create(directory.join(file))?;
             log.push(&head)?;
             Ok((file, log))
         };
         let tables = experiment
-            .tables(Recording::Directory(directory))
+            .tables(recording)
             .into_iter()
             .map(create)
             .collect::<Result<_>>()?;
@@ -196,10 +207,7 @@ impl Recorder {
             best: f32::NAN,
         };
         let recorder = Self::new(directory, lock, experiment, seed, session, tables, progress)?;
-        Ok((
-            recorder,
-            Arc::clone(experiment).job(seed, Recording::Directory(directory))?,
-        ))
+        Ok((recorder, Arc::clone(experiment).job(seed, recording)?))
     }
 
     fn new(
@@ -319,8 +327,11 @@ struct Good {
 
 impl Good {
     /// Reads a checkpoint of a run, or returns the problem with it.
-    fn of(run: &SavedRun, saved: &Saved) -> std::result::Result<Self, String> {
-        let recording = Recording::Directory(run.directory());
+    fn of(run: &SavedRun, saved: &Saved, console: Console) -> std::result::Result<Self, String> {
+        let recording = Recording::Directory {
+            path: run.directory(),
+            console,
+        };
         let tables = run.experiment().tables(recording);
         if saved.tables.len() != tables.len() {
             return Err(format!("has other tables than {CONFIG} means"));

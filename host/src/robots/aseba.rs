@@ -529,7 +529,7 @@ impl Stepped for Network {
         &mut self.in_step
     }
 
-    /// Discards what comes until neither an answer nor nonsense has come for a while. Events of programs may go on for ever.
+    /// Discards what comes until neither an answer nor nonsense has come for a while. Programs may emit events for ever.
     fn resynchronise(&mut self) -> Result {
         let end = self.now() + BABBLE;
         let mut until = self.now() + SILENCE;

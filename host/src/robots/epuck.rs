@@ -16,11 +16,12 @@ use super::{Battery, Description, Group, Kind, Odometry, Reading, Robot, Unwrapp
 
 /// In the lines that the robot sends when it starts, after a form feed and a bell.
 const BANNER: &str = "WELCOME to the SerCom protocol";
-/// Over a cable, or over what may be Bluetooth for all that the system tells: that delays single answers by some 100 ms.
+/// Over a cable, or over a port that may be Bluetooth without the system reporting it: Bluetooth delays single answers by some
+/// 100 ms.
 const PATIENCE: Duration = Duration::from_millis(500);
 const SILENCE: Duration = Duration::from_millis(60);
 const TRIES: u32 = 3;
-/// An e-puck of version 1.3 tells a share of its charge. Our own limit.
+/// An e-puck of version 1.3 reports its charge in percent. Our own limit.
 const LOW_PERCENT: u8 = 10;
 /// As many zeros as the longest binary command has arguments, and more: they complete it, and speeds become 0.
 const FLUSH: &[u8] = &[0; 21];
@@ -248,7 +249,7 @@ impl EPuck {
         }
     }
 
-    /// Sends a command without an answer of its own, in either dialect.
+    /// Sends a command whose answer has no values, in either dialect.
     fn order(&mut self, name: &str, line: &str, chain: &[u8]) -> Result {
         match self.dialect {
             Dialect::Text => self.numbers(line, &[0]).map(|_| ()),
@@ -410,7 +411,7 @@ impl Robot for EPuck {
             let gravity = self.sense(&[Kind::Acceleration])?.values;
             return Ok(is_tilted(&gravity.iter().map(|part| part - ZERO).collect::<Vec<_>>()));
         }
-        Err(self.description.lacks("sensors that tell whether it is lifted", "none"))
+        Err(self.description.lacks("sensors that show whether it is lifted", "none"))
     }
 
     fn odometry(&mut self) -> Result<Odometry> {

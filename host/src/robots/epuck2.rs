@@ -19,6 +19,8 @@ use super::{Battery, Description, Group, Kind, Odometry, Reading, Robot, Unwrapp
 /// The radio pauses for 1 s after an error.
 const PATIENCE: Duration = Duration::from_millis(1500);
 const SEND: Duration = Duration::from_millis(200);
+/// Less than the radio pauses when the main processor restarts, and more than a network usually holds answers back.
+const SILENCE: Duration = Duration::from_millis(500);
 /// The longest cycle of the radio that is usual.
 const CYCLE: Duration = Duration::from_millis(50);
 /// The counters must stand for as long before the wheels are said to: they show 2 steps/s, which is 0.26 mm/s.
@@ -216,7 +218,7 @@ impl EPuck2 {
             link,
             description: Description {
                 robot: "e-puck2".into(),
-                firmware: "Wi-Fi; it tells no version".into(),
+                firmware: "Wi-Fi; version not reported".into(),
                 sensors: LAYOUT.iter().map(|(group, ..)| *group).collect(),
                 wheels: WHEELS,
                 lights: LIGHTS,
@@ -273,11 +275,16 @@ impl EPuck2 {
         Ok(())
     }
 
-    /// Whether the counters have changed by more than the wheels can turn, the radio's pause included.
+    /// Whether the counters have restarted: after a silence both are 0 and were not, or they have changed by more than the
+    /// wheels can turn, the radio's pause included. The first answer after a restart has them from before the radio has passed
+    /// on its command.
     fn has_restarted(&self, steps: [i16; 2], since: Duration) -> bool {
+        let Some(change) = self.steps.change(steps) else {
+            return false;
+        };
         let most = 1100.0 * (since + PATIENCE).as_secs_f64();
-        let change = self.steps.change(steps);
-        change.is_some_and(|change| change.iter().any(|counts| counts.abs() as f64 > most))
+        let is_anew = since >= SILENCE && steps == [0; 2] && change != [0; 2];
+        is_anew || change.iter().any(|counts| counts.abs() as f64 > most)
     }
 
     /// Reads all that waits.

@@ -54,12 +54,12 @@ pub(crate) enum Error {
     },
     /// The robot has restarted: its counters have begun at 0 again, and so have its speeds, unless a program of its own
     /// drives it.
-    #[error("the robot has restarted, and may drive by itself; stop it and check its battery before going on")]
+    #[error("the robot has restarted, and may drive by itself; stop it and check its battery before you continue")]
     Restarted,
     /// The robot answers, but its wheels have not stopped.
-    #[error("the robot was told to stop, but {seen}; tell it again")]
+    #[error("the robot has not stopped: {seen}; try again")]
     StillTurning {
-        /// What shows it.
+        /// The evidence, as a clause.
         seen: String,
     },
     /// The link is gone. The wheels may be turning.

@@ -1,7 +1,7 @@
-//! All that reads what others send, fed with what nobody should: valid streams that are spoilt, cut and merged in all ways,
-//! and bytes without sense. Nothing panics, no call goes on for ever, and no reading is returned that can't be one.
+//! Fuzzing of all parsers of received bytes: valid streams that are damaged, cut and merged at random, and random bytes.
+//! Nothing panics, every call returns, and no impossible reading is returned.
 //!
-//! A failure names its seed. `ONEIRO_LONG` makes each of these tests go on for minutes.
+//! A failure names its seed. With `ONEIRO_LONG` each of these tests runs for minutes.
 
 use std::collections::VecDeque;
 use std::sync::{Arc, Mutex, MutexGuard};
@@ -43,7 +43,7 @@ pub(crate) fn for_seeds(seeds: u64, mut call: impl FnMut(u64)) {
 /// What a robot answers to bytes that it has heard at a time.
 type Answer = Box<dyn FnMut(&[u8], Duration) -> Vec<Vec<u8>> + Send>;
 
-/// What a robot that is well sends: what comes of bytes that it has heard, and what it sends unasked every 20 ms.
+/// What a working robot sends: its answers to the bytes that it receives, and what it sends unasked every 20 ms.
 struct Valid {
     answer: Answer,
     unasked: Option<Box<dyn FnMut() -> Vec<u8> + Send>>,
@@ -77,7 +77,7 @@ struct Air {
 impl Air {
     const CYCLE: Duration = Duration::from_millis(20);
 
-    /// Counts a call. It takes a moment, so that one can't go on for ever within it.
+    /// Counts a call, which takes a moment, so that no loop of calls can last for ever.
     fn call(&mut self) {
         self.calls += 1;
         assert!(self.calls < 1_000_000, "a loop without an end");

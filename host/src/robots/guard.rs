@@ -30,9 +30,9 @@ pub(crate) use brake::Brake;
 pub(crate) enum Condition {
     /// The program that drives is gone: its end of the pipe is closed.
     Closed,
-    /// The guard was told to end, by a signal.
+    /// A signal has asked the guard to end.
     Terminated,
-    /// Somebody said stop.
+    /// The operator has asked for a stop.
     Operator,
     /// The tracker does not see the robot.
     Tracker,
@@ -40,9 +40,9 @@ pub(crate) enum Condition {
     Battery,
     /// The robot has been lifted.
     Lifted,
-    /// Messages of the program make no sense, one after the other.
+    /// Several messages of the program in a row were invalid.
     Messages,
-    /// The robot's answers make no sense, also when asked again.
+    /// The robot's answers are invalid, also to repeated questions.
     Answers,
     /// The robot has restarted.
     Restarted,

@@ -152,7 +152,7 @@ pub(crate) fn ports() -> Vec<Port> {
     ports
 }
 
-/// Whether a path leads to a Bluetooth channel, as far as the system tells.
+/// Whether a path leads to a Bluetooth channel, as far as the system reports it.
 pub(crate) fn is_bluetooth(path: &str) -> bool {
     let real = fs::canonicalize(path).map_or(path.into(), |path| path.display().to_string());
     ports().iter().any(|port| port.is_bluetooth && port.path == real)

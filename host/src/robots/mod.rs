@@ -1,7 +1,7 @@
 //! Robots on a wire: a driver for each protocol, behind one trait. Only a driver knows how many sensors its robot has.
 //!
-//! Firmware keeps the last speed for ever when its link falls silent, and a driver can't change that: so whoever drives is
-//! watched by the guard, which stops the wheels.
+//! Firmware keeps the last speed for ever when its link falls silent, and a driver can't change that: so a program that drives
+//! does it through the guard, which stops the wheels.
 
 pub(crate) mod address;
 mod aseba;
@@ -105,7 +105,7 @@ pub(crate) struct Wheels {
     pub(crate) mm_per_count: Option<f64>,
 }
 
-/// What a robot is and has.
+/// Kind, firmware, sensors, wheels and lights of a robot.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Description {
     /// Its kind.
@@ -134,6 +134,22 @@ impl Description {
             })
         };
         kinds.iter().map(group).collect()
+    }
+
+    /// The number of a light, by its name.
+    ///
+    /// # Errors
+    /// The robot lacks it.
+    pub(crate) fn light_named(&self, name: &str) -> Result<usize> {
+        let light = self.lights.iter().position(|light| *light == name);
+        light.ok_or_else(|| {
+            let allowed = if self.lights.is_empty() {
+                "none".into()
+            } else {
+                self.lights.join(", ")
+            };
+            self.lacks(&format!("light {name}"), &allowed)
+        })
     }
 
     /// Checks that the robot has a light.
@@ -195,15 +211,15 @@ pub(crate) struct Odometry {
     pub(crate) at: Duration,
     /// Its greatest age then.
     pub(crate) age: Duration,
-    /// Counts of the left and of the right wheel by the robot's own counters, continued where these wrap. They begin
-    /// anew when the robot restarts and when the link is opened again.
+    /// Counts of the left and of the right wheel by the robot's own counters, continued where these wrap. They
+    /// start over when the robot restarts and when the link is reopened.
     pub(crate) counts: [i64; 2],
 }
 
 /// The state of a battery.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Battery {
-    /// Its voltage, where the robot tells.
+    /// Its voltage, if the robot reports it.
     pub(crate) volts: Option<f64>,
     /// Whether it should be charged now.
     pub(crate) low: bool,
@@ -241,7 +257,7 @@ pub(crate) trait Robot: Send {
         self.stop()
     }
 
-    /// Lets the robot itself stop its wheels when commands cease to come, from the next one on, where it can do that.
+    /// Makes the robot itself stop its wheels when no more commands arrive, from the next command on, if it can do that.
     ///
     /// # Errors
     /// The link fails.
@@ -253,23 +269,22 @@ pub(crate) trait Robot: Send {
     ///
     /// # Errors
     /// There is no such light, or the link fails.
-    #[cfg_attr(not(test), expect(dead_code, reason = "no command switches lights"))]
     fn light(&mut self, light: usize, on: bool) -> Result;
 
     /// Reads the state of the battery.
     ///
     /// # Errors
-    /// The robot does not tell it, or the link fails.
+    /// The robot does not report it, or the link fails.
     fn battery(&mut self) -> Result<Battery>;
 
-    /// Whether the robot is held in the air, as far as its sensors tell.
+    /// Whether the robot is held in the air, as far as its sensors show.
     ///
     /// # Errors
-    /// It has no sensors that tell, or the link fails.
+    /// It has no sensors that show it, or the link fails.
     fn lifted(&mut self) -> Result<bool> {
         Err(self
             .description()
-            .lacks("sensors that tell whether it is lifted", "none"))
+            .lacks("sensors that show whether it is lifted", "none"))
     }
 
     /// Reads how far the wheels have turned.
@@ -430,13 +445,13 @@ fn recognise(link: Box<dyn Link>) -> Result<Option<Box<dyn Robot>>> {
     }
 }
 
-/// Stops a robot and closes its link. A restart that it reports first is no confirmation.
+/// Stops a robot. A restart that it reports first is no confirmation.
 ///
 /// # Errors
 /// The stop was not confirmed.
-pub(crate) fn closed(mut robot: Box<dyn Robot>) -> Result {
+pub(crate) fn stopped(robot: &mut dyn Robot) -> Result {
     match robot.stop() {
-        Err(Error::Restarted) => robot.close(),
+        Err(Error::Restarted) => robot.stop(),
         outcome => outcome,
     }
 }

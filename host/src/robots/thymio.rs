@@ -379,7 +379,7 @@ impl Robot for Thymio {
     fn reconnect(&mut self) -> Result {
         let before = self.description.robot.clone();
         self.network.reopen()?;
-        // The wheels turn until they are told: to find the robot takes a third of a second.
+        // Stops the wheels first: finding the robot takes a third of a second.
         self.put_out()?;
         self.network.put(self.node.id, &self.targets([0; 2]))?;
         // Addresses may have changed with the firmware.

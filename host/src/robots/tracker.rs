@@ -13,7 +13,7 @@ use serde::Deserialize;
 use super::link::wall;
 use crate::exit::Failure;
 
-/// Age of a tracker's last sighting from which a robot counts as lost, unless told otherwise, ms.
+/// Default age of a tracker's last sighting at which the robot counts as lost, ms.
 pub(crate) const AGE_MS: u64 = 300;
 /// What it may be, ms.
 pub(crate) const AGES_MS: RangeInclusive<u64> = 50..=2000;
@@ -164,7 +164,7 @@ pub(crate) struct Tracker {
 }
 
 impl Tracker {
-    /// Between two looks at whether to go on.
+    /// Between two checks of whether to stop listening.
     const GLANCE: Duration = Duration::from_millis(100);
 
     /// Listens for a robot that drives no faster than this, mm/s.

@@ -77,7 +77,7 @@ pub(crate) trait Vehicle {
     /// See [`Trouble`].
     fn stop(&mut self) -> Result<(), Trouble>;
 
-    /// The voltage of its battery, where the robot tells it.
+    /// The voltage of its battery, if the robot reports it.
     fn volts(&self) -> Option<f64> {
         None
     }

@@ -52,6 +52,13 @@ pub(crate) trait Experiment: Debug + Send + Sync {
     fn kernel(&self) -> &'static str;
     /// Approximate memory of a run in progress, in bytes.
     fn bytes(&self) -> u64;
+    /// Checks that its runs can be those of a sweep.
+    ///
+    /// # Errors
+    /// Exit 3 with what is in the way.
+    fn check_sweep(&self) -> Result {
+        Ok(())
+    }
     /// Worlds for measuring a device's speed.
     ///
     /// # Errors
@@ -139,8 +146,13 @@ pub(crate) struct Replay<'a> {
 /// Where a run is recorded.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Recording<'a> {
-    /// In this directory of its own, with every individual, a trace and pictures.
-    Directory(&'a Path),
+    /// In a directory of its own, with every individual, a trace and pictures.
+    Directory {
+        /// The directory.
+        path: &'a Path,
+        /// Where a robot on a wire says what it does, and what a person has to do.
+        console: Console,
+    },
     /// In a sweep's tables.
     Tables,
 }

@@ -41,6 +41,7 @@ use crate::exit::{Failure, Result};
 use crate::experiment::source::{Parsed, Setting, Source};
 use crate::experiment::{GREATEST_SEED, check_name};
 use crate::files;
+use crate::reality::site::SEVERITY;
 
 /// The most runs of a sweep.
 pub(crate) const GREATEST_RUNS: u64 = 10_000_000;
@@ -89,13 +90,13 @@ struct WrittenRandom {
 pub(crate) struct Reality {
     /// Numbers of surrogates, each of them another robot in other surroundings.
     pub(crate) robots: Vec<u64>,
-    /// How much they differ from the simulator; the 1995 study was calibrated to 1.75.
+    /// How much they differ from the simulator.
     #[serde(default = "severity")]
     pub(crate) severity: f32,
 }
 
 fn severity() -> f32 {
-    1.75
+    SEVERITY
 }
 
 /// Some keys and the values they take in cells.

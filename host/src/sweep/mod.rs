@@ -222,6 +222,7 @@ impl Sweep {
         let experiment = self.parsed()?;
         let of_cell = |cell: usize| {
             let own = self.cell_of_file(&experiment, cell)?;
+            own.check_sweep()?;
             let identities = own.identities();
             let ids: Vec<_> = self.file.seeds.iter().map(|&seed| identities.of(seed)).collect();
             let layout = own.single().map(|single| single.world().gene_layout().clone());

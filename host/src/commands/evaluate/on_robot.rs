@@ -7,12 +7,11 @@ use crate::console::Console;
 use crate::device;
 use crate::exit::{Failure, Result};
 use crate::lives::{LifeIndex, Lives};
-use crate::reality::site::{self, Site, Wired};
+use crate::reality::site::{self, SEVERITY, Site, Wired};
 use crate::reality::wired::Values;
 use crate::reality::{Life, Reality};
 use crate::robots::address::Address;
 use crate::robots::tracker;
-use crate::studies::miglino1995::settings::SEVERITY;
 
 /// Lives all lives on a robot, one after the other, those of a surrogate all at once. Returns their fitness, by genome.
 ///

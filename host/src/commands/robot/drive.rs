@@ -35,7 +35,7 @@ const CYCLE: Duration = Client::CYCLE;
 /// Between two lines of output.
 const LINE: Duration = Duration::from_millis(100);
 
-const HELP: &str = "(+ -)   arrows or WASD: drive while held   space: stop   R: go on after a stop   Q: quit";
+const HELP: &str = "(+ -)   arrows or WASD: drive while held   space: stop   R: resume after a stop   Q: quit";
 
 /// Drives until the keys or the file say that it is over, or Ctrl-C.
 pub(super) fn run(arguments: &RobotDrive, console: Console) -> Result {
@@ -156,7 +156,7 @@ enum Hands {
         keys: Keys,
         bytes: Receiver<Vec<u8>>,
         terminal: Box<Terminal>,
-        /// Set when a stopped program goes on.
+        /// Set when a suspended program continues.
         continued: Arc<AtomicBool>,
     },
     /// A file.
@@ -403,7 +403,7 @@ fn headline(status: &Status) -> String {
         "" => String::new(),
         reasons => format!(": {reasons}"),
     };
-    let advice = if status.needs_resume { "; R to go on" } else { "" };
+    let advice = if status.needs_resume { "; R to resume" } else { "" };
     state + &reasons + advice
 }
 

@@ -15,7 +15,7 @@ use crate::console::Console;
 use crate::engine::watcher::stop_signal;
 use crate::exit::{Failure, Result};
 use crate::robots::error::Error;
-use crate::robots::{Group, Kind, Reading, Robot};
+use crate::robots::{Group, Kind, Reading, Robot, stopped, unstopped};
 
 /// Shows readings until Ctrl-C, or until there are as many as wanted.
 pub(super) fn run(arguments: &RobotWatch, console: Console) -> Result {
@@ -38,7 +38,11 @@ fn readings(robot: &mut dyn Robot, arguments: &RobotWatch, console: Console) -> 
             return ended(shown, arguments.cycles, console);
         }
         match robot.sense(&kinds) {
-            Err(restarted @ Error::Restarted) => console.say(restarted.to_string()),
+            // A program of its own may drive it now.
+            Err(Error::Restarted) => {
+                stopped(robot).map_err(|error| unstopped(&error))?;
+                console.say("the robot has restarted, and its wheels have been stopped; check its battery");
+            }
             reading => {
                 display.show(&reading?, console)?;
                 shown += 1;

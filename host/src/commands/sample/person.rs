@@ -27,11 +27,11 @@ pub(super) enum Place<'a> {
 /// What the person answers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Answer {
-    /// Go on.
+    /// Continue.
     Go,
-    /// The same again.
+    /// Repeat the same row.
     Again,
-    /// Back to the row before.
+    /// Repeat the previous row.
     Back,
     /// Stop here.
     Quit,
@@ -83,7 +83,7 @@ impl AtTerminal {
         Ok(Self { terminal, console })
     }
 
-    /// Asks until one of the answers is given, which begin with these letters; Enter alone means to go on. The wheels stand
+    /// Asks until one of the answers is given, which begin with these letters; Enter alone means to continue. The wheels stand
     /// meanwhile.
     fn ask(&self, vehicle: &mut dyn Vehicle, words: &str, answers: &[(char, Answer)]) -> Result<Answer> {
         const GLANCE: Duration = Duration::from_millis(50);
@@ -125,7 +125,7 @@ impl AtTerminal {
 
 impl Person for AtTerminal {
     fn place(&mut self, vehicle: &mut dyn Vehicle, _: &Place<'_>, words: &str) -> Result<Answer> {
-        let words = format!("\n{words}\nEnter: go on   S: the row before again   Q: quit");
+        let words = format!("\n{words}\nEnter: continue   S: repeat the previous row   Q: quit");
         self.ask(vehicle, &words, &[('s', Answer::Back), ('q', Answer::Quit)])
     }
 
@@ -135,7 +135,7 @@ impl Person for AtTerminal {
     }
 
     fn troubled(&mut self, trouble: Trouble) -> Result {
-        self.console.say(format!("{trouble}; the row is taken again"));
+        self.console.say(format!("{trouble}; the row will be repeated"));
         Ok(())
     }
 }
@@ -181,7 +181,7 @@ impl Person for Nobody {
         if self.tries >= Self::TRIES {
             return Err(trouble.into());
         }
-        self.console.say(format!("{trouble}; the row is taken again"));
+        self.console.say(format!("{trouble}; the row will be repeated"));
         Ok(())
     }
 }

@@ -69,7 +69,7 @@ impl Plan {
     }
 }
 
-/// All that takes part in it.
+/// A sampling in progress.
 pub(super) struct Walk<'a> {
     pub(super) vehicle: &'a mut dyn Vehicle,
     pub(super) person: &'a mut dyn Person,
@@ -81,7 +81,7 @@ pub(super) struct Walk<'a> {
 }
 
 impl<'a> Walk<'a> {
-    /// Begins it, or goes on with it.
+    /// Starts a sampling in a directory, or resumes the one that the directory holds.
     ///
     /// # Errors
     /// Exit 3 if the directory has rows of another robot, of other distances or of another object of the same class; exit 6 if
@@ -149,7 +149,7 @@ impl<'a> Walk<'a> {
                     words(&place)
                 );
                 if !turning.1 {
-                    words += ". First it turns three times, to find out how, and is placed again";
+                    words += ". First it turns three times, to measure its turns; then place it again";
                 }
                 match self.person.place(self.vehicle, &place, &words)? {
                     Answer::Back => {
@@ -184,7 +184,7 @@ impl<'a> Walk<'a> {
         Ok(self.vehicle.recover()?)
     }
 
-    /// How the robot turns, if that was measured; else at which speed, for an estimate.
+    /// The turns of the robot, if they were measured; otherwise its speed, for an estimate.
     fn turning(&mut self) -> Result<(Turning, bool)> {
         if let Some(known) = self.notebook.read(TURNING)? {
             return Ok((known, true));
@@ -233,8 +233,8 @@ impl<'a> Walk<'a> {
         Ok((seconds / 60.0).ceil())
     }
 
-    /// Takes a row and keeps it. Returns whether it is kept. As long as it is not known how the robot turns, only that is
-    /// measured: each row begins where the robot was placed, also on another day.
+    /// Takes a row and keeps it. Returns whether it is kept. Until the turns of the robot have been measured, only those
+    /// are: each row begins where the robot was placed, also on another day.
     fn take(&mut self, step: Step<'_>, turning: &mut (Turning, bool)) -> std::result::Result<bool, Taking> {
         match step {
             Step::Turn { object, number } => {
@@ -243,7 +243,7 @@ impl<'a> Walk<'a> {
                     self.notebook.save(TURNING, &turning.0)?;
                     let percent = 100.0 * turning.0.apparent;
                     self.console
-                        .say(format!("a whole turn is {percent:.1} % of what its wheels say"));
+                        .say(format!("a whole turn is {percent:.1} % of what its wheels measure"));
                     return Ok(false);
                 }
                 let turn = turning::turn_before(self.vehicle, turning.0, self.plan.turns, self.stop)?;
@@ -414,7 +414,7 @@ fn end_of_turn(overlap: Overlap) -> String {
         Overlap::Blank => "whole turn: by the wheels; too little is sensed here to check it".into(),
         Overlap::Unlike => "whole turn: not recognised".into(),
         Overlap::Late { drift, difference } => format!(
-            "whole turn: {:.1} degrees off; readings come again to {difference:.0} of {GREATEST_READING}",
+            "whole turn: {:.1} degrees off; readings repeat to within {difference:.0} of {GREATEST_READING}",
             360.0 * drift.abs()
         ),
     }
@@ -425,7 +425,8 @@ fn doubts(overlap: Overlap, row: &Row, names: &[String], is_near: bool) -> Vec<(
     let mut doubts = Vec::new();
     match overlap {
         Overlap::Unlike => {
-            let words = "after a whole turn it reads something else: it has not turned once, or something has moved";
+            let words =
+                "its readings differ after a whole turn: it has not turned exactly once, or something has moved";
             doubts.push((words.to_owned(), true));
         }
         Overlap::Late { drift, difference } => {

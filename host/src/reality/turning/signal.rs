@@ -4,7 +4,7 @@ use super::{Overlap, Turned};
 
 /// Samples of a turn on which readings are compared: half a degree.
 const STEPS: f64 = 720.0;
-/// A sensor's readings that differ less than this all the way tell nothing, of 1023.
+/// A sensor whose readings differ by less than this, of 1023, shows no pattern.
 const LEAST_CONTRAST: f64 = 50.0;
 
 /// Readings of all sensors by angle, in turns, in order of time. The angle hardly ever falls.
@@ -70,7 +70,7 @@ impl Signal {
         const LIKE: f64 = 0.25;
         let steps = Steps(self.steps());
         let window = at(0.0)..at(0.8);
-        if !steps.tells(window.clone()) {
+        if !steps.has_pattern(window.clone()) {
             return None;
         }
         let [least, most] = PERIODS.map(at);
@@ -78,7 +78,7 @@ impl Signal {
         if off > LIKE * steps.variance(window.clone()) {
             return None;
         }
-        // Two periods tell it twice as well.
+        // Two periods measure it twice as precisely.
         let near = at(2.0 * period);
         let margin = at(0.02);
         let (double, _) = steps.best(window, near - margin..=near + margin)?;
@@ -91,7 +91,7 @@ impl Signal {
         let steps = Steps(self.steps());
         let window = 0..at(length - most);
         let whole = at(f64::from(turns));
-        if !steps.tells(window.clone()) {
+        if !steps.has_pattern(window.clone()) {
             return Overlap::Blank;
         }
         let Some((shift, off)) = steps.best(window.clone(), whole - at(most)..=whole + at(most)) else {
@@ -117,7 +117,7 @@ struct Steps(Vec<Vec<f64>>);
 
 impl Steps {
     /// Whether a sensor's readings differ enough there to be recognised.
-    fn tells(&self, window: std::ops::Range<usize>) -> bool {
+    fn has_pattern(&self, window: std::ops::Range<usize>) -> bool {
         let within = || self.0.get(window.clone()).unwrap_or_default().iter();
         let sensors = self.0.first().map_or(0, Vec::len);
         (0..sensors).any(|sensor| {

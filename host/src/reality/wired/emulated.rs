@@ -36,7 +36,7 @@ const SHELVES: u64 = 20;
 /// A line that takes no time: 2 ns for a byte, which is the least that is not 0.
 pub(crate) const INSTANT: u32 = 4_000_000_000;
 
-/// A robot that somebody puts where lives start, and what it was told at each look and each command.
+/// A robot that is placed where lives start, and the record of its readings and commands.
 pub(crate) struct Watched {
     own: Direct<Bench<Simulated>>,
     pub(crate) bench: Bench<Simulated>,

@@ -1,4 +1,4 @@
-//! From what a robot's sensors read to what a world's controller knows of them.
+//! From the readings of a robot's sensors to the activations that a world's controller gets.
 
 use oneiro::differential::{Build, Sensor, SensorKind};
 use oneiro::parameter::Choice;
@@ -41,7 +41,7 @@ struct Sense {
     /// Which of the robot's readings it is.
     source: usize,
     law: Law,
-    /// What it tells of obstacles: 1 if it grows as they come nearer, -1 if it falls from 1, 0 if nothing.
+    /// How it responds to obstacles that come nearer: 1 if it grows, -1 if it falls from 1, 0 if it does not.
     nearness: f32,
 }
 
@@ -202,7 +202,7 @@ impl Senses {
             .collect()
     }
 
-    /// What activations tell of obstacles: 0 if there is none, 1 for the nearest. Others are 0.
+    /// How near obstacles are by each activation: 0 for none, 1 for the nearest. Sensors of something else give 0.
     pub(super) fn obstacles(&self, activations: &[f32]) -> Vec<f64> {
         let near = |(sense, activation): (&Sense, &f32)| match sense.nearness {
             0.0 => 0.0,

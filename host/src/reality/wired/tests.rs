@@ -14,7 +14,7 @@ use crate::exit::Code;
 /// What goes wrong, and at which look.
 type Troubles = BTreeMap<u32, Trouble>;
 
-/// A robot whose wheels obey at once and whose sensors read what they are told to, on a clock that only it moves on.
+/// A robot whose wheels take any speed at once and whose readings are given, on a clock that only its calls advance.
 struct Mock {
     profile: Profile,
     now: Duration,
@@ -196,8 +196,8 @@ fn simulated(spec: &WorldSpec, life: &Life<'_>) -> (Vec<[u16; 8]>, Trace, f32) {
     ((0..trace.len()).map(integers).collect(), trace, outcome.fitness[0])
 }
 
-/// A robot that reads what a simulated one read is told to do what that did, and gets its fitness, bit for bit; also when the record
-/// is all that there is.
+/// Given the readings of a simulated robot, a robot gets the same commands and the same fitness, bit for bit, and gets them again
+/// from the record alone.
 #[test]
 fn the_simulators_readings_give_its_commands_and_its_fitness() {
     let spec = spec(60);
@@ -409,7 +409,7 @@ fn records_that_are_not_what_was_written_are_refused() {
     );
 }
 
-/// It drives about for as long as it was told to, stops, and goes on from there; lives with a start of their own do not.
+/// A robot drives about for the given time, stops, and starts its life where it stands, unless the life has a given start.
 #[test]
 fn lives_start_where_the_driving_about_has_ended() {
     let place = Place::new("walk");

@@ -60,6 +60,26 @@ pub(crate) struct Panel<'a> {
     pub(crate) bands: Vec<Band<'a>>,
 }
 
+impl Default for Panel<'_> {
+    /// An empty panel with axes from 0 to 1.
+    fn default() -> Self {
+        Self {
+            title: "",
+            across: "",
+            up: "",
+            from: 0.0,
+            to: 1.0,
+            low: 0.0,
+            high: 1.0,
+            share: 1.0,
+            change: None,
+            key: &[],
+            grounds: &[],
+            bands: Vec::new(),
+        }
+    }
+}
+
 /// A stripe of values from `low` to `high` with the same meaning.
 #[derive(Clone, Copy)]
 pub(crate) struct Ground<'a> {
@@ -211,20 +231,17 @@ mod tests {
             title: "a < b",
             across: "generation",
             up: "fitness",
-            from: 0.0,
             to: 3.0,
-            low: 0.0,
             high: 10.0,
-            share: 1.0,
             change: Some((2.0, "simulation", "reality")),
             key: &[("2 3", "again")],
-            grounds: &[],
             bands: vec![Band {
                 label: "peak",
                 colour: "#123456",
                 dash: "",
                 values: evenly(0.0, 1.0, values),
             }],
+            ..Panel::default()
         }
     }
 

@@ -366,15 +366,7 @@ mod tests {
             title: "t",
             across: "generation",
             up: "fitness",
-            from: 0.0,
-            to: 1.0,
-            low: 0.0,
-            high: 1.0,
-            share: 1.0,
-            change: None,
-            key: &[],
-            grounds: &[],
-            bands: vec![],
+            ..Panel::default()
         };
         factor("t", &curves, &outcomes)
     }

@@ -245,7 +245,7 @@ fn the_age_of_a_reading_is_an_upper_bound() {
     }
 }
 
-/// Counters of 32 bits go on where they wrap, both ways, and begin anew after a restart.
+/// Counters of 32 bits are continued where they wrap, both ways, and start at 0 after a restart.
 #[test]
 fn odometers_go_on_where_counters_wrap() {
     let (bench, mut robot) = usual();
@@ -302,11 +302,11 @@ const CALLS: [(&str, Call); 5] = [
     }),
 ];
 
-/// Whatever the robot was in the midst of, it says once that it has restarted.
+/// Whatever it interrupts, a restart is reported once.
 #[test]
 fn a_restart_is_reported_once() {
     for (name, call) in CALLS {
-        // Between two calls, or so many bytes after the beginning of the answer.
+        // Between two calls, or after this number of bytes of the answer.
         for after in [None].into_iter().chain((0..=44).map(Some)) {
             let (bench, mut robot) = usual();
             robot.drive(40, 40).unwrap();
@@ -512,7 +512,7 @@ fn what_was_not_asked_for_is_no_answer() {
     }
 }
 
-/// A byte of an answer that is lost. Of numbers with several digits nobody can tell; here each has one.
+/// A byte of an answer that is lost. In a number of several digits that goes unnoticed; here each has one.
 #[test]
 fn a_lost_byte_is_noticed() {
     for lost in 0..45 {
@@ -537,7 +537,7 @@ fn a_lost_byte_is_noticed() {
 }
 
 /// Each byte of a stop may be lost, or become another that is no digit: the wheels stand if the driver says so. A digit that
-/// becomes another can't be told from the answer: the protocol has no check.
+/// becomes another can't be detected in the answer: the protocol has no check.
 #[test]
 fn a_stop_that_was_not_heard_is_not_confirmed() {
     for damaged in 0..6 {

@@ -314,6 +314,32 @@ fn counters_wrap_and_a_restart_is_noticed() {
     assert_eq!(unwrapped.next([-32_536_i16, 32_536]), [33_000, -33_000]);
 }
 
+/// Its counters were too small to show it by their change.
+#[test]
+fn counters_at_0_after_a_silence_are_a_restart() {
+    let mut restarted = robot([
+        say_after(20, answer([300, -20])),
+        say_after(1000, answer([0, 0])),
+        hear(command(0, 0)),
+        say_after(20, answer([4, 4])),
+    ]);
+    restarted.next().unwrap();
+    assert_eq!(restarted.next().map(|_| ()), Err(Error::Restarted));
+    restarted.next().unwrap();
+    assert_eq!(restarted.odometry().unwrap().counts, [4, 4]);
+    // Without a silence the wheels have turned back; and the radio also pauses by itself.
+    let mut back = robot([
+        say_after(20, answer([8, 8])),
+        say_after(20, answer([0, 0])),
+        say_after(1000, answer([0, 0])),
+        say_after(1000, answer([0, 300])),
+        say_after(1000, answer([0, 10])),
+    ]);
+    for _ in 0..5 {
+        back.next().unwrap();
+    }
+}
+
 /// The radio drives the robot with its last command again, whether the restart is noticed before a command or amid
 /// readings; and no later command brings the old speeds back.
 #[test]

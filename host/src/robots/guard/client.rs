@@ -13,7 +13,7 @@ use crate::console::Console;
 use crate::exit::{Code, Failure};
 use crate::robots::address::Wire;
 use crate::robots::link::wall;
-use crate::robots::{self, closed, unstopped};
+use crate::robots::{self, stopped, unstopped};
 
 /// A guard at work. When it is dropped the guard stops the robot and ends, and so it does when this process is killed.
 pub(crate) struct Client {
@@ -41,12 +41,12 @@ pub(crate) enum Lost {
 }
 
 impl Lost {
-    /// Stops the robot without its guard. Returns the failure, which says what came of it.
+    /// Stops the robot without its guard. Returns the failure to report, which says whether the robot has stopped.
     pub(crate) fn stopped(self, wire: &Wire, console: Console) -> Failure {
         console.say(format!(
             "{self}, and the wheels may be turning: stopping them without it"
         ));
-        match robots::connect(wire, None).and_then(closed) {
+        match robots::connect(wire, None).and_then(|mut robot| stopped(&mut *robot)) {
             Ok(()) => Failure::device(format_args!(
                 "{self}; the robot was stopped without it, and has confirmed that"
             )),

@@ -80,8 +80,8 @@ pub(crate) enum Report {
         /// The readings.
         values: Vec<f64>,
     },
-    /// How far the wheels have turned since the first reading of the odometers, also where their counters have wrapped or begun
-    /// anew. Only if it is wanted.
+    /// How far the wheels have turned since the first reading of the odometers, whether or not their counters have wrapped or
+    /// restarted since. Only if it is wanted.
     Travel {
         /// Of the left wheel, mm.
         left_mm: f64,
@@ -92,16 +92,16 @@ pub(crate) enum Report {
         /// Its greatest age then, ms.
         age_ms: f64,
     },
-    /// The state of the battery, of robots that tell it.
+    /// The state of the battery, if the robot reports it.
     Battery {
-        /// Its voltage, where the robot tells.
+        /// Its voltage, if the robot reports it.
         volts: Option<f64>,
         /// Whether it should be charged now.
         low: bool,
     },
     /// What the wheels do: at each change, and ten times a second.
     State(Status),
-    /// Why the guard ends, if not because it was told to.
+    /// Why the guard ends, if it was not asked to.
     Failed {
         /// The exit code.
         code: u8,

@@ -449,7 +449,7 @@ impl Process {
             problem: self.heard.problem.clone(),
         };
         let could_stop = said.as_ref().is_none_or(|(last, _)| !last.cannot_stop);
-        // What changes all the time is not worth a report of its own.
+        // What changes all the time is reported with the rest.
         let same = |last: &Status| {
             (last.state, &last.reasons, last.needs_resume, last.cannot_stop)
                 == (status.state, &status.reasons, status.needs_resume, status.cannot_stop)
@@ -528,7 +528,7 @@ mod tests {
             let inputs = taken(&mut heard);
             assert!(inputs.command.is_none() && inputs.conditions.is_empty());
         }
-        // A good one between them begins the count anew.
+        // A valid one between them restarts the count.
         heard.line(Some(&command(6)));
         for line in [None, Some("nonsense")] {
             heard.line(line);

@@ -190,7 +190,7 @@ fn every_condition_stops_every_state_in_one_step() {
     assert_eq!(cases, 13 * 4607 * 5 * 4);
 }
 
-/// The negative control of the table: with no condition, the same states go on, and standing ones may start.
+/// The negative control of the table: with no condition, moving states keep moving, and standing ones may start.
 #[test]
 fn without_a_condition_they_move() {
     for (name, mut guard) in states_that_can_move() {

@@ -1,5 +1,5 @@
-//! The thread that owns the robot. It does the guard's newest order, reads sensors between orders, and says what came of
-//! it. It may be held up by the link; the guard is not.
+//! The thread that owns the robot. It carries out the guard's newest order, reads sensors between orders, and reports the
+//! outcomes. The link may hold it up; the guard is never held up.
 
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::thread;
@@ -12,14 +12,14 @@ use crate::robots::link::wall;
 use crate::robots::recording::Recording;
 use crate::robots::{self, Battery, Description, Kind, Odometry, Reading, Robot};
 
-/// Something that came of an order, and when, on the links' clock.
+/// An outcome and its time on the links' clock.
 #[derive(Clone, Debug)]
 pub(super) struct Event {
     pub(super) at: Duration,
     pub(super) news: News,
 }
 
-/// What came of an order.
+/// The outcome of a call to the robot.
 #[derive(Clone, Debug)]
 pub(super) enum News {
     /// The robot is connected, and these kinds of sensors are read.
@@ -55,7 +55,7 @@ pub(super) struct Travel {
     pub(super) mm: [f64; 2],
 }
 
-/// What is read of a robot, beside what the guard itself needs.
+/// What is read from a robot, besides what the guard itself needs.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Wanted {
     /// Kinds of sensors; all if there is none.
@@ -187,7 +187,7 @@ impl Sense {
     }
 }
 
-/// Counts of the wheels, continued where those of the robot begin anew.
+/// Counts of the wheels, continued when the robot's own counters restart.
 #[derive(Debug, Default)]
 struct Odometer {
     last: Option<[i64; 2]>,
@@ -205,7 +205,7 @@ impl Odometer {
         self.total
     }
 
-    /// The robot's counts begin anew. What its wheels turn until they are read again is lost.
+    /// Notes that the robot's counters restart. Whatever its wheels turn until the next reading is lost.
     fn begin_anew(&mut self) {
         self.last = None;
     }
@@ -219,7 +219,7 @@ struct Hands<T> {
     /// What is read, and when next.
     senses: Vec<(Sense, Duration)>,
     odometer: Odometer,
-    /// What the robot was told last, and when.
+    /// The last command that was sent, and when.
     told: Option<([f64; 2], Duration)>,
     /// Whether the last call was for an order: then it is the sensors' turn.
     was_order: bool,
@@ -298,7 +298,7 @@ impl<T: Fn(Event)> Hands<T> {
         }
     }
 
-    /// Leaves the robot as it was found, if its wheels stand.
+    /// Closes the robot, if its wheels stand.
     fn leave(self) {
         if self.attempts == 0 {
             self.shared.brake.release(Some(wall() + Self::ATTEMPTS[0]));
@@ -396,7 +396,7 @@ impl<T: Fn(Event)> Hands<T> {
         })
     }
 
-    /// A call has failed: the robot may do anything, so nothing counts as told.
+    /// Handles a failed call: the robot may be doing anything, so no command counts as sent.
     fn failed(&mut self, error: Error) {
         self.told = None;
         if error == Error::Restarted {

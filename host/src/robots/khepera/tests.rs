@@ -234,7 +234,7 @@ fn silence_ends_within_half_a_second() {
     assert!(robot.talk.now() < start + Duration::from_millis(500));
 }
 
-/// Neither a command nor getting back in step after it is answered in time. The answer comes when the robot is told to
+/// Neither a command nor getting back in step after it is answered in time. The answer comes when the robot is ordered to
 /// stop, and has the right letter; the stop itself is lost.
 #[test]
 fn a_late_answer_does_not_confirm_a_stop() {

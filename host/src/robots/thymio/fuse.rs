@@ -1,4 +1,4 @@
-//! A fuse: a small program on the robot itself that stops its wheels unless it is told to go on.
+//! A fuse: a small program on the robot itself that stops its wheels unless commands keep arriving.
 //!
 //! The computer sets two wanted speeds and a count. At each event the program counts down and makes the wanted speeds the motors'
 //! targets; at 0 it makes the targets 0. So the wheels stop when the computer or the link is gone. The program is in the bytecode

@@ -24,13 +24,13 @@ use crate::robots::tracker::{self, Tracker};
 pub(crate) struct Options {
     /// The robot.
     pub(crate) wire: Wire,
-    /// What is read of it.
+    /// What is read from it.
     pub(crate) wanted: Wanted,
     /// Settings of the guard, each written `KEY=VALUE`.
     pub(crate) settings: Vec<String>,
     /// Where the bytes of the link are recorded.
     pub(crate) record: Option<PathBuf>,
-    /// What sees where the robot is.
+    /// The tracker that reports the pose, if any.
     pub(crate) tracker: Option<tracker::Values>,
 }
 
@@ -45,7 +45,7 @@ struct Latest {
     is_new: bool,
 }
 
-/// A robot that drives as long as this is alive and looks after it. When it is dropped the guard stops the robot and ends.
+/// A robot behind a guard. When this is dropped, the guard stops the robot and ends.
 pub(crate) struct Guarded {
     /// None once the guard has ended.
     client: Option<Client>,
@@ -81,7 +81,7 @@ impl Guarded {
     const ANSWER: Duration = Duration::from_secs(3);
     /// How long a robot may wait for somebody if there is no terminal.
     const PATIENCE: Duration = Duration::from_mins(10);
-    /// Between two attempts to go on without a terminal.
+    /// Between two attempts to resume without a terminal.
     const PAUSE: Duration = Duration::from_secs(1);
     /// How long a robot that was put back stands still, so that a hand can be taken away.
     const HANDS_OFF: Duration = Duration::from_secs(2);
@@ -153,7 +153,7 @@ impl Guarded {
         }
     }
 
-    /// The guard does nothing more: stops the robot without it.
+    /// The guard has ended or hangs: stops the robot without it.
     fn lost(&mut self, lost: Lost) -> Trouble {
         if let Some(mut client) = self.client.take() {
             client.kill();
@@ -375,7 +375,7 @@ impl Vehicle for Guarded {
     }
 
     fn keep_until(&mut self, until: Duration) -> Result<(), Trouble> {
-        // Also what came before counts.
+        // Reports that have arrived already are read too.
         loop {
             self.attend(until)?;
             if wall() >= until {
@@ -497,7 +497,7 @@ fn may_move(status: &Status) -> bool {
     status.state == State::Standing && status.reasons.is_empty() && !status.needs_resume
 }
 
-/// Whether only this program or the link was late or garbled, so that nobody has to look after the robot.
+/// Whether only this program or the link was late or garbled, so that no person is needed.
 fn passes(status: &Status) -> bool {
     let may_pass = |reason: &Condition| {
         matches!(

@@ -1,4 +1,4 @@
-//! What may go wrong with a robot, by what has to be done about it.
+//! Troubles with a robot, by what has to be done about each.
 
 use oneiro::evaluator;
 use oneiro::parameter::Invalid;

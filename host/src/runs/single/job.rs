@@ -75,20 +75,15 @@ const FINALISTS: u64 = 1 << 32;
 impl Evolving {
     pub(super) fn new(single: Arc<Single>, seed: u64, recording: Recording<'_>) -> Result<Self> {
         let outside = match (&single.robot, recording) {
-            (Some(robot), Recording::Directory(directory)) => {
-                robot.outside(single.experiment.world().spec(), directory)
-            }
-            (Some(robot), Recording::Tables) if robot.is_wired() => {
-                return Err(Failure::input(
-                    "reality.robot: is on a wire; allowed: with `oneiro run`, which lives one run after the other",
-                ));
+            (Some(robot), Recording::Directory { path, console }) => {
+                robot.outside(single.experiment.world().spec(), path, console)
             }
             _ => None,
         };
         Ok(Self {
             places: single.places()?,
             seed,
-            has_directory: matches!(recording, Recording::Directory(_)),
+            has_directory: matches!(recording, Recording::Directory { .. }),
             outside,
             evolution: single.experiment.evolution(seed),
             single,

@@ -371,6 +371,15 @@ impl super::Experiment for Single {
         self.experiment.bytes()
     }
 
+    fn check_sweep(&self) -> Result {
+        if self.ends_outside() {
+            return Err(Failure::input(
+                "reality.robot: is on a wire; allowed: with `oneiro run`, which lives one run after the other",
+            ));
+        }
+        Ok(())
+    }
+
     fn sample(&self) -> Result<Worlds> {
         Ok(Worlds::new(std::slice::from_ref(self.experiment.world()))?)
     }
@@ -388,7 +397,7 @@ impl super::Experiment for Single {
             file: GENERATIONS,
             head: contents::head(&rows::COLUMNS).into_bytes(),
         }];
-        if matches!(recording, Recording::Directory(_)) && self.experiment.settings().record.individuals {
+        if matches!(recording, Recording::Directory { .. }) && self.experiment.settings().record.individuals {
             tables.push(Table {
                 file: INDIVIDUALS,
                 head: Individuals::header(&self.experiment),

@@ -22,10 +22,6 @@ use crate::robots::address::{Address, Wire};
 use crate::studies::assumptions::Assumption;
 use crate::studies::file::{self, Arm, StudyFile};
 
-/// How much reality differs from its simulator: chosen by the calibration of `docs/preregistration-1995.md`, on the
-/// condition without noise and on other robots.
-pub(crate) const SEVERITY: f32 = 1.75;
-
 /// Values from the command line.
 #[derive(Clone, Debug)]
 pub(crate) struct Asked {
@@ -623,6 +619,7 @@ fn differences(reality: &Reality, source: &Source<'_>) -> Result<Differences> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::reality::site::SEVERITY;
     use crate::studies::file::MIGLINO1995;
 
     fn shipped() -> StudyFile {

@@ -174,11 +174,8 @@ fn panel<'a>(tables: &Tables<'a>, title: &'a str, curves: &Curves, lines: &[Draw
         to,
         low,
         high,
-        share: 1.0,
-        change: None,
-        key: &[],
-        grounds: &[],
         bands: lines.iter().map(band).collect(),
+        ..Panel::default()
     }
 }
 

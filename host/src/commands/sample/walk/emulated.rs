@@ -204,7 +204,7 @@ fn a_robot_is_sampled_into_the_tables_of_its_surrogate() {
     // Noise leads out of the range of five bearings in 3 % of the readings.
     assert!(inside > 55_800, "{inside}");
 
-    // Odometers count what is commanded: 100 pulses a second by unit, 12 in a mm. How far its body turns they don't tell.
+    // Odometers count what is commanded: 100 pulses a second by unit, 12 in a mm. They don't measure how far its body turns.
     let turning: Turning = serde_json::from_slice(&fs::read(whole.0.join("rows/turning.json")).unwrap()).unwrap();
     let wheels = 20.0 / 12.0 / (TAU * 53.0);
     assert_eq!(turning.wheel_mm_s, 8.2);

@@ -59,11 +59,11 @@ pub(super) fn plan(classes: &[&str], rows: u32, full_mm_s: Option<f64>) -> Plan 
     }
 }
 
-/// Puts the mock where it has to be, and notes what it is asked and told.
+/// Puts the mock where it has to be, and notes all questions and messages.
 #[derive(Default)]
 struct Hand {
     hands: Hands,
-    /// Answers to the first questions; then it goes on.
+    /// Answers to the first questions; all others are answered by Enter.
     answers: Vec<Answer>,
     placed: Vec<String>,
     judged: Vec<(String, bool)>,
@@ -153,7 +153,7 @@ fn a_person_is_told_where_to_put_the_robot() {
     assert_eq!(
         hand.placed[0],
         "row 1 of 27, 27 min left: put the robot's rim 5 mm from the wall, a wall, heading straight at it. Nothing else \
-         near it. First it turns three times, to find out how, and is placed again"
+         near it. First it turns three times, to measure its turns; then place it again"
     );
     let words = "put the robot's rim 9 mm from the round, a cylinder of 27.5 mm radius, heading straight at its middle";
     assert!(hand.placed[6].contains(words), "{}", hand.placed[6]);
@@ -288,7 +288,7 @@ fn saturated_dead_and_noisy_rows_are_doubted() {
         difference: 80.4,
     };
     assert!(of(noisy, row(1, 1), true)[0].contains("are 80 apart in the mean; allowed: 60 of 1023"));
-    assert!(of(Overlap::Unlike, row(1, 1), true)[0].contains("it has not turned once, or something has moved"));
+    assert!(of(Overlap::Unlike, row(1, 1), true)[0].contains("it has not turned exactly once, or something has moved"));
 }
 
 #[test]
