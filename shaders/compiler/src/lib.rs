@@ -30,6 +30,7 @@ pub use exact::check_part;
 pub use layout::{Binding, Constant};
 pub use rules::Rule;
 pub use source::{Part, Place, Refusal, Refusals, Source};
+pub use tidy::{remove_unused, rename};
 
 /// Largest number of lanes of any instance.
 const LANES: u32 = 64;
@@ -178,7 +179,7 @@ impl Checked {
         let mut tidied = raw.clone();
         tidy::take_constant_branches(&mut tidied);
         tidy::carry_values_out(&mut tidied);
-        tidy::remove_unused(&mut tidied);
+        remove_unused(&mut tidied);
         tidy::sink_declarations(&mut tidied);
         let shapes = match uniform::analyse(&tidied, &place) {
             Ok(shapes) => shapes,
@@ -188,7 +189,7 @@ impl Checked {
             }
         };
         tidy::select_short_branches(&mut tidied, &shapes);
-        tidy::remove_unused(&mut tidied);
+        remove_unused(&mut tidied);
         Ok(Trees {
             turns: self.turns(&raw, &bound),
             buffers: bound.iter().map(|buffer| buffer.name.clone()).collect(),

@@ -8,7 +8,7 @@ use crate::tree::{Array, Binary, Block, Label, Op, Program, Statement, Value, Va
 use crate::uniform::Shapes;
 
 /// Removes values that nothing uses, and writes that nothing reads.
-pub(crate) fn remove_unused(program: &mut Program) {
+pub fn remove_unused(program: &mut Program) {
     loop {
         let mut used = BTreeSet::new();
         let mut read = BTreeSet::new();
@@ -225,11 +225,17 @@ fn write_after(block: &mut Block, value: Value, variable: Variable) {
 
 /// Replaces values in a statement and in those of its blocks.
 fn substitute(program: &mut Program, statement: &mut Statement, with: &BTreeMap<Value, Value>) {
-    let new = |value: &mut Value| {
-        if let Some(other) = with.get(value) {
-            *value = *other;
+    rename(program, statement, &|value| with.get(&value).copied().unwrap_or(value));
+    for block in statement.blocks_mut() {
+        for inner in block {
+            substitute(program, inner, with);
         }
-    };
+    }
+}
+
+/// Replaces the values that a statement uses, without those that only its blocks use.
+pub fn rename(program: &mut Program, statement: &mut Statement, with: &impl Fn(Value) -> Value) {
+    let new = |value: &mut Value| *value = with(*value);
     match statement {
         Statement::Let(value) => match &mut program.values[value.0 as usize].op {
             Op::Unary(_, a) | Op::Convert(a) | Op::Bitcast(a) | Op::ReadElement(_, a) => new(a),
@@ -266,11 +272,6 @@ fn substitute(program: &mut Program, statement: &mut Statement, with: &BTreeMap<
         }
         Statement::If { condition, .. } => new(condition),
         _ => {}
-    }
-    for block in statement.blocks_mut() {
-        for inner in block {
-            substitute(program, inner, with);
-        }
     }
 }
 

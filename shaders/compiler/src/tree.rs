@@ -3,7 +3,7 @@
 //! `break`, `continue` and `return`.
 
 /// A scalar type.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Ty {
     /// 32-bit float.
     F32,
@@ -29,7 +29,7 @@ pub struct Array(pub u32);
 pub struct Label(pub u32);
 
 /// An operation on one operand.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Unary {
     /// `-x`; wraps for integers.
     Negate,
@@ -44,7 +44,7 @@ pub enum Unary {
 }
 
 /// An operation on two operands of one type.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[expect(missing_docs, reason = "they are WGSL's operators")]
 pub enum Binary {
     Add,
@@ -78,7 +78,7 @@ impl Binary {
 }
 
 /// Operation that computes a value.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Op {
     /// Bits of a constant; 0 or 1 for a truth value.
     Constant(u32),
@@ -147,7 +147,7 @@ pub struct ArrayInfo {
 }
 
 /// Place of a word in a buffer: `element * stride + offset`, with the element clamped to those of the buffer.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct Address {
     /// Binding number.
     pub buffer: u32,

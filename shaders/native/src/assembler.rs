@@ -82,12 +82,16 @@ pub(crate) trait Assembler {
     fn scatter(&mut self, pointers: &[Self::Value; 4], offset: u32, words: Self::Value);
 
     fn variable(&mut self, form: Form) -> Self::Variable;
+    /// Declares a variable that holds a pointer.
+    fn pointer_variable(&mut self) -> Self::Variable;
     /// Reads a variable, which must have been set on every path to this point.
     fn get(&mut self, variable: Self::Variable) -> Self::Value;
     fn set(&mut self, variable: Self::Variable, value: Self::Value);
 
     /// Begins the code that runs if the condition is true.
     fn begin_if(&mut self, condition: Self::Value);
+    /// The same for code that hardly ever runs.
+    fn begin_rare_if(&mut self, condition: Self::Value);
     /// Begins the code that runs if it is false. Optional.
     fn begin_else(&mut self);
     fn end_if(&mut self);

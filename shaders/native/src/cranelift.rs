@@ -144,6 +144,8 @@ struct Clif<'a> {
     /// Memory that idle lanes store to, as long as the longest element.
     sink: StackSlot,
     open: Vec<Open>,
+    /// Number of open constructs in code that hardly ever runs, of which the last is the `if` that it stands in.
+    rare: Option<usize>,
 }
 
 fn scalar(ty: Ty) -> ir::Type {
@@ -229,6 +231,7 @@ impl<'a> Clif<'a> {
             used_up: builder.create_block(),
             sink: stack_slot(&mut builder, longest),
             open: Vec::new(),
+            rare: None,
             builder,
         }
     }
@@ -262,9 +265,18 @@ impl<'a> Clif<'a> {
         self.builder.ins().iadd(start, bytes)
     }
 
+    /// Creates a block, which the code generator puts aside if it hardly ever runs.
+    fn create_block(&mut self) -> ir::Block {
+        let block = self.builder.create_block();
+        if self.rare.is_some() {
+            self.builder.set_cold_block(block);
+        }
+        block
+    }
+
     /// Starts an unreachable block, for what follows a jump.
     fn start_unreachable(&mut self) {
-        let block = self.builder.create_block();
+        let block = self.create_block();
         self.start_sealed(block);
     }
 
@@ -605,6 +617,10 @@ impl Assembler for Clif<'_> {
         self.builder.declare_var(clif_type(form))
     }
 
+    fn pointer_variable(&mut self) -> Variable {
+        self.builder.declare_var(I64)
+    }
+
     fn get(&mut self, variable: Variable) -> ir::Value {
         self.builder.use_var(variable)
     }
@@ -614,10 +630,18 @@ impl Assembler for Clif<'_> {
     }
 
     fn begin_if(&mut self, condition: ir::Value) {
-        let [accept, reject, after] = [(); 3].map(|()| self.builder.create_block());
+        let [accept, reject, after] = [(); 3].map(|()| self.create_block());
         self.branch(condition, accept, reject);
         self.start_sealed(accept);
         self.open.push(Open::If(reject, after));
+    }
+
+    fn begin_rare_if(&mut self, condition: ir::Value) {
+        self.begin_if(condition);
+        self.rare = Some(self.open.len());
+        if let Some(block) = self.builder.current_block() {
+            self.builder.set_cold_block(block);
+        }
     }
 
     fn begin_else(&mut self) {
@@ -630,6 +654,9 @@ impl Assembler for Clif<'_> {
     }
 
     fn end_if(&mut self) {
+        if self.rare == Some(self.open.len()) {
+            self.rare = None;
+        }
         if let Some(Open::If(..)) = self.open.last() {
             self.begin_else();
         }
@@ -641,7 +668,7 @@ impl Assembler for Clif<'_> {
     }
 
     fn begin_block(&mut self) -> ir::Block {
-        let after = self.builder.create_block();
+        let after = self.create_block();
         self.open.push(Open::Block(after));
         after
     }
@@ -655,7 +682,7 @@ impl Assembler for Clif<'_> {
     }
 
     fn begin_loop(&mut self) -> ir::Block {
-        let [head, after] = [(); 2].map(|()| self.builder.create_block());
+        let [head, after] = [(); 2].map(|()| self.create_block());
         self.jump(head);
         self.builder.switch_to_block(head);
         self.open.push(Open::Loop(head, after));
@@ -678,7 +705,7 @@ impl Assembler for Clif<'_> {
 
     fn count_turn(&mut self) {
         let turns = self.get(self.turns_left);
-        let any = self.builder.create_block();
+        let any = self.create_block();
         self.branch(turns, any, self.used_up);
         self.start_sealed(any);
         let turns = self.builder.ins().iadd_imm_s(turns, -1);

@@ -13,15 +13,18 @@ use oneiro_shader_compiler::tree::{
 use oneiro_shader_compiler::uniform::{Region, Shape, Shapes, depth_of};
 
 use crate::assembler::{Assembler, Form, LANES};
+use crate::share::shared;
 
 mod buffers;
 
 const WORD: Form = Form::One(Ty::U32);
 const WORDS: Form = Form::Four(Ty::U32);
+/// The bit of a float's sign.
+const SIGN: u32 = 1 << 31;
 
 /// Emits a program for a number of lanes that is a multiple of [`LANES`].
 pub(crate) fn emit<A: Assembler>(asm: &mut A, trees: &Trees, lanes: u32) {
-    let program = &trees.tidied;
+    let program = &shared(trees);
     let vectors = (lanes / LANES) as usize;
     let mut emitter = Emitter {
         program,
@@ -34,21 +37,19 @@ pub(crate) fn emit<A: Assembler>(asm: &mut A, trees: &Trees, lanes: u32) {
         arrays: vec![None; program.arrays.len()],
         indexed: indexed_arrays(program),
         shared: Vec::new(),
+        constants: Vec::new(),
         regions: Vec::new(),
         masks: Vec::new(),
         labels: vec![None; program.labels as usize],
-        last: Vec::new(),
+        ends: Vec::new(),
         pointers: BTreeMap::new(),
         known: Vec::new(),
         stored_to: None,
         scratch: None,
     };
     for (buffer, stride) in (0..).zip(&trees.strides) {
-        let elements = emitter.asm.elements(buffer, *stride);
-        let one = emitter.word(1);
-        let last = emitter.arithmetic(Binary::Subtract, elements, one);
-        let lasts = emitter.asm.splat(Ty::U32, last);
-        emitter.last.push((last, lasts));
+        let end = emitter.end(buffer, *stride, lanes);
+        emitter.ends.push(end);
     }
     emitter.scope(&program.body);
     emitter.asm.finish();
@@ -97,6 +98,16 @@ struct Mask<T> {
     depth: usize,
 }
 
+/// The end of a buffer.
+#[derive(Clone, Copy, Debug)]
+struct End<V> {
+    /// Index of the last element, as a scalar and as a vector.
+    last: V,
+    lasts: V,
+    /// Number of elements at which consecutive words of all lanes may start.
+    starts: V,
+}
+
 /// An element of a buffer in one vector: binding number, index, words per element, and number of the vector.
 type Element = (u32, Value, u32, usize);
 /// Pointers to four lanes' words.
@@ -115,13 +126,14 @@ struct Emitter<'a, A: Assembler> {
     variables: Vec<Option<Local<A::Variable>>>,
     arrays: Vec<Option<Storage<A::Variable, A::Array>>>,
     indexed: BTreeSet<Array>,
-    /// Constants and splats shared by the vectors of a statement.
+    /// Splats and constants shared by the vectors of a statement.
     shared: Vec<(Value, A::Value)>,
+    constants: Vec<((Ty, u32), A::Value)>,
     regions: Vec<Region>,
     masks: Vec<Mask<A::Variable>>,
     labels: Vec<Option<A::Label>>,
-    /// Index of each buffer's last element, as a scalar and as a vector.
-    last: Vec<(A::Value, A::Value)>,
+    /// Ends of the buffers.
+    ends: Vec<End<A::Value>>,
     /// Pointers that are already computed at this point, and their elements in the order in which they were.
     pointers: BTreeMap<Element, Pointers<A::Value>>,
     known: Vec<Element>,
@@ -132,6 +144,19 @@ struct Emitter<'a, A: Assembler> {
 }
 
 impl<A: Assembler> Emitter<'_, A> {
+    fn end(&mut self, buffer: u32, stride: u32, lanes: u32) -> End<A::Value> {
+        let elements = self.asm.elements(buffer, stride);
+        let [zero, one, others] = [0, 1, lanes - 1].map(|word| self.word(word));
+        let last = self.arithmetic(Binary::Subtract, elements, one);
+        let starts = self.arithmetic(Binary::Subtract, elements, others);
+        let holds_all = self.arithmetic(Binary::Greater, elements, others);
+        End {
+            last,
+            lasts: self.asm.splat(Ty::U32, last),
+            starts: self.asm.select(holds_all, starts, zero),
+        }
+    }
+
     // Scalars.
 
     fn word(&mut self, bits: u32) -> A::Value {
@@ -233,17 +258,20 @@ impl<A: Assembler> Emitter<'_, A> {
 
     // Vectors.
 
+    /// A vector with the same constant in every lane.
+    fn constant(&mut self, ty: Ty, bits: u32) -> A::Value {
+        if let Some((_, known)) = self.constants.iter().find(|(other, _)| *other == (ty, bits)) {
+            return *known;
+        }
+        let constant = self.asm.constant(Form::Four(ty), bits);
+        self.constants.push(((ty, bits), constant));
+        constant
+    }
+
     /// One vector of a value for all lanes.
     fn part(&mut self, value: Value, k: usize) -> A::Value {
         match self.program.op(value) {
-            Op::Constant(bits) => {
-                if let Some((_, known)) = self.shared.iter().find(|(other, _)| *other == value) {
-                    return *known;
-                }
-                let constant = self.asm.constant(Form::Four(self.program.ty(value)), bits);
-                self.shared.push((value, constant));
-                constant
-            }
+            Op::Constant(bits) => self.constant(self.program.ty(value), bits),
             _ => self.parts[value.0 as usize * self.vectors + k].expect("it is set before it is used"),
         }
     }
@@ -267,10 +295,7 @@ impl<A: Assembler> Emitter<'_, A> {
                 let part = self.element_variable(array, index, k);
                 self.asm.get(part)
             }
-            Op::Unary(op, a) => {
-                let a = self.part(a, k);
-                self.asm.unary(op, Form::Four(ty), a)
-            }
+            Op::Unary(op, a) => self.varying_unary(op, a, k),
             Op::Binary(op, a, b) => self.varying_binary(op, a, b, k),
             Op::Select {
                 condition,
@@ -324,8 +349,23 @@ impl<A: Assembler> Emitter<'_, A> {
 
     /// The given bits in lanes where the mask is set, else 0.
     fn masked_bits(&mut self, mask: A::Value, bits: u32) -> A::Value {
-        let bits = self.asm.constant(WORDS, bits);
+        let bits = self.constant(Ty::U32, bits);
         self.asm.binary(Binary::And, WORDS, mask, bits)
+    }
+
+    /// The size and the negative of floats only change their sign's bit.
+    fn varying_unary(&mut self, op: Unary, a: Value, k: usize) -> A::Value {
+        let ty = self.program.ty(a);
+        let vector = self.part(a, k);
+        let (op, bits) = match (op, ty) {
+            (Unary::Abs, Ty::F32) => (Binary::And, !SIGN),
+            (Unary::Negate, Ty::F32) => (Binary::Xor, SIGN),
+            _ => return self.asm.unary(op, Form::Four(ty), vector),
+        };
+        let words = self.asm.bitcast(Form::Four(ty), Ty::U32, vector);
+        let bits = self.constant(Ty::U32, bits);
+        let words = self.asm.binary(op, WORDS, words, bits);
+        self.asm.bitcast(WORDS, ty, words)
     }
 
     fn varying_binary(&mut self, op: Binary, a: Value, b: Value, k: usize) -> A::Value {
@@ -585,6 +625,7 @@ impl<A: Assembler> Emitter<'_, A> {
         for statement in block {
             self.statement(statement);
             self.shared.clear();
+            self.constants.clear();
         }
     }
 

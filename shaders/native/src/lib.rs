@@ -27,6 +27,7 @@ mod code;
 mod cranelift;
 mod emit;
 mod run;
+mod share;
 
 use cranelift_codegen::isa::OwnedTargetIsa;
 use oneiro_shader_compiler::Trees;

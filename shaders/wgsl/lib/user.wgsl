@@ -31,26 +31,40 @@ fn ray_in_world(world: u32, start: vec2<f32>, heading: f32, most: f32) -> f32 {
 
 // Distance along a ray to one object; `most` if the ray misses it.
 fn ray_to_shape(shape: u32, start: vec2<f32>, ahead: vec2<f32>, most: f32) -> f32 {
-    let to = vec2<f32>(shapes[shape].x - start.x, shapes[shape].y - start.y);
     if (shapes[shape].kind == ROUND) {
-        if (squared_length(to) < shapes[shape].radius * shapes[shape].radius) {
-            return 0.0f;
-        }
-        let along = to.x * ahead.x + to.y * ahead.y;
-        let aside = to.x * ahead.y - to.y * ahead.x;
-        let half = shapes[shape].radius * shapes[shape].radius - aside * aside;
-        if ((half > 0.0f) & (along > 0.0f)) {
-            return max(along - root(half), 0.0f);
-        }
-        return most;
+        return ray_to_round(shape, start, ahead, most);
     }
     if (shapes[shape].kind == BLOCK) {
-        let own = within(shape, start);
-        let axis = vec2<f32>(shapes[shape].unit_x, shapes[shape].unit_y);
-        let own_ahead = vec2<f32>(ahead.x * axis.x + ahead.y * axis.y, ahead.y * axis.x - ahead.x * axis.y);
-        let half = vec2<f32>(shapes[shape].half_length, shapes[shape].half_width);
-        return to_block(own, own_ahead, half, most);
+        return ray_to_block(shape, start, ahead, most);
     }
+    return ray_to_wall(shape, start, ahead, most);
+}
+
+// The same for a round obstacle, a block, and a wall.
+fn ray_to_round(shape: u32, start: vec2<f32>, ahead: vec2<f32>, most: f32) -> f32 {
+    let to = vec2<f32>(shapes[shape].x - start.x, shapes[shape].y - start.y);
+    if (squared_length(to) < shapes[shape].radius * shapes[shape].radius) {
+        return 0.0f;
+    }
+    let along = to.x * ahead.x + to.y * ahead.y;
+    let aside = to.x * ahead.y - to.y * ahead.x;
+    let half = shapes[shape].radius * shapes[shape].radius - aside * aside;
+    if ((half > 0.0f) & (along > 0.0f)) {
+        return max(along - root(half), 0.0f);
+    }
+    return most;
+}
+
+fn ray_to_block(shape: u32, start: vec2<f32>, ahead: vec2<f32>, most: f32) -> f32 {
+    let own = within(shape, start);
+    let axis = vec2<f32>(shapes[shape].unit_x, shapes[shape].unit_y);
+    let own_ahead = vec2<f32>(ahead.x * axis.x + ahead.y * axis.y, ahead.y * axis.x - ahead.x * axis.y);
+    let half = vec2<f32>(shapes[shape].half_length, shapes[shape].half_width);
+    return to_block(own, own_ahead, half, most);
+}
+
+fn ray_to_wall(shape: u32, start: vec2<f32>, ahead: vec2<f32>, most: f32) -> f32 {
+    let to = vec2<f32>(shapes[shape].x - start.x, shapes[shape].y - start.y);
     let span = vec2<f32>(shapes[shape].length_x, shapes[shape].length_y);
     return to_wall(to, span, ahead, most);
 }
@@ -61,13 +75,11 @@ const PAST_END: f32 = 0x1p-20f;
 // Distance along a ray to a wall that starts at `to` and spans `span`; `most` if the ray misses it.
 fn to_wall(to: vec2<f32>, span: vec2<f32>, ahead: vec2<f32>, most: f32) -> f32 {
     let across = ahead.x * span.y - ahead.y * span.x;
-    if (abs(across) < 0x1p-20f) {
-        return most;
-    }
-    let inverse = reciprocal(across);
+    let crosses = abs(across) >= 0x1p-20f;
+    let inverse = reciprocal(select(1.0f, across, crosses));
     let distance = (to.x * span.y - to.y * span.x) * inverse;
     let share = (to.x * ahead.y - to.y * ahead.x) * inverse;
-    return select(most, distance, (distance >= 0.0f) & (share >= -PAST_END) & (share <= 1.0f + PAST_END));
+    return select(most, distance, crosses & (distance >= 0.0f) & (share >= -PAST_END) & (share <= 1.0f + PAST_END));
 }
 
 // Distance along a ray to a block from a point given in the block's own coordinates; 0 from inside it, `most` if the ray

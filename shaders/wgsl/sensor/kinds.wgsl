@@ -26,18 +26,15 @@ fn sensor_of(world: u32, cell: u32) -> SensorCell {
     return SensorCell(numbers.x, numbers.y, numbers.z, numbers.w);
 }
 
-// A bumper's reading of one object, which lies in the direction `to`: 1 if its nearest point is within the bumper's width, and
-// nearer to the body than its range.
-fn bumper_at(shape: u32, to: vec2<f32>, sensor: SensorCell, looks: f32) -> f32 {
+// A bumper's reading of one object, whose nearest point lies at this squared distance and bearing: 1 if that is within the
+// bumper's width, and nearer to the body than its range.
+fn bumper_at(shape: u32, squared: f32, bearing: f32, sensor: SensorCell, looks: f32) -> f32 {
     let reach = shapes[shape].contact + sensor.range;
-    var pressed = 0.0f;
-    if (squared_length(to) < reach * reach) {
-        let turned = direction(to) - looks;
-        let off = abs(turned - floor(turned + 0.5f));
-        // Within an object every side is pressed.
-        pressed = select(0.0f, 1.0f, (off <= sensor.share) | (squared_length(to) == 0.0f));
-    }
-    return pressed;
+    let turned = bearing - looks;
+    let off = abs(turned - floor(turned + 0.5f));
+    // Within an object every side is pressed.
+    let faces = (off <= sensor.share) | (squared == 0.0f);
+    return select(0.0f, 1.0f, (squared < reach * reach) & faces);
 }
 
 // How far one object leaves a sensor's ray free, mm from the sensor and its offset besides. The sensor is elsewhere on the body,

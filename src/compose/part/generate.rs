@@ -359,6 +359,31 @@ impl Planes {
     }
 }
 
+/// How far an object leaves rays from the body's centre free. What the rays of one kind of object share is computed once.
+fn of_rays(rays: &[usize]) -> String {
+    if rays.is_empty() {
+        return String::new();
+    }
+    let meet = |kind: &str| {
+        let ray = |index: &usize| {
+            format!(
+                "                free{index} = min(free{index}, ray_to_{kind}(shape, at, ahead{index}, free{index}));\n"
+            )
+        };
+        rays.iter().map(ray).collect::<String>()
+    };
+    format!(
+        "            if (shapes[shape].kind == ROUND) {{
+{}            }} else if (shapes[shape].kind == BLOCK) {{
+{}            }} else {{
+{}            }}
+",
+        meet("round"),
+        meet("block"),
+        meet("wall"),
+    )
+}
+
 /// The readings of a described robot, in place of those of `sensor/readings.wgsl` and `sensor/sampled.wgsl`.
 pub(super) fn readings(robot: &Differential, tables: &SensorTables, arena: &Arena) -> String {
     let count = robot.sensors.len();
@@ -380,6 +405,7 @@ pub(super) fn readings(robot: &Differential, tables: &SensorTables, arena: &Aren
     });
     // One loop over all objects serves all sensors that measure objects.
     let (mut numbers, mut objects, mut readings) = (String::new(), String::new(), String::new());
+    let (mut rays, mut bumpers, mut widest) = (Vec::new(), String::new(), "0.0f".to_owned());
     let mut highest = "0.0f".to_owned();
     let (columns, planes) = (robot.columns(), Planes::new(robot, tables));
     for (index, sensor) in robot.sensors.iter().enumerate() {
@@ -397,13 +423,13 @@ pub(super) fn readings(robot: &Differential, tables: &SensorTables, arena: &Aren
             SensorKind::Distance | SensorKind::Proximity => {
                 let _ = writeln!(numbers, "    let ahead{index} = cosine_sine(looks{index});");
                 let _ = writeln!(numbers, "    var free{index} = s{index}.offset + s{index}.range;");
-                let nearest = if sensor.bearing.is_some() {
+                if sensor.bearing.is_some() {
                     let _ = writeln!(numbers, "    let outward{index} = {outward};");
-                    format!("free_from_place(shape, at, outward{index}, ahead{index}, s{index})")
+                    let nearest = format!("free_from_place(shape, at, outward{index}, ahead{index}, s{index})");
+                    let _ = writeln!(objects, "            free{index} = min(free{index}, {nearest});");
                 } else {
-                    format!("ray_to_shape(shape, at, ahead{index}, free{index})")
-                };
-                let _ = writeln!(objects, "            free{index} = min(free{index}, {nearest});");
+                    rays.push(index);
+                }
                 let share = format!("range_share(s{index}, free{index})");
                 match (sensor.kind, response_cells(robot, arena, sensor)) {
                     (_, Some([first, points])) => {
@@ -415,8 +441,9 @@ pub(super) fn readings(robot: &Differential, tables: &SensorTables, arena: &Aren
             }
             SensorKind::Bumper => {
                 let _ = writeln!(numbers, "    var pressed{index} = 0.0f;");
-                let pressed = format!("max(pressed{index}, bumper_at(shape, to, {own}))");
-                let _ = writeln!(objects, "            pressed{index} = {pressed};");
+                let pressed = format!("max(pressed{index}, bumper_at(shape, squared, bearing, {own}))");
+                let _ = writeln!(bumpers, "                pressed{index} = {pressed};");
+                widest = format!("max({widest}, s{index}.range)");
                 format!("pressed{index}")
             }
             SensorKind::Light => format!("light_reading(world, {place}, {own})"),
@@ -429,10 +456,22 @@ pub(super) fn readings(robot: &Differential, tables: &SensorTables, arena: &Aren
         }
         let _ = writeln!(readings, "        {reading},");
     }
+    objects += &of_rays(&rays);
+    if !bumpers.is_empty() {
+        let _ = write!(
+            objects,
+            "            let near = shapes[shape].contact + {widest};
+            if (squared < near * near) {{
+                let bearing = direction(to);
+{bumpers}            }}
+"
+        );
+    }
     if !objects.is_empty() {
         objects = format!(
             "        let to = toward(shape, at);
-        if (squared_length(to) < shapes[shape].reach_squared) {{
+        let squared = squared_length(to);
+        if (squared < shapes[shape].reach_squared) {{
 {objects}        }}
 "
         );

@@ -1,6 +1,6 @@
 //! Loads and stores. Indices are clamped in all lanes, idle ones too; idle lanes store to memory that nothing reads.
 
-use oneiro_shader_compiler::tree::{Address, Binary, Ty, Unary, Value};
+use oneiro_shader_compiler::tree::{Address, Binary, Ty, Value};
 use oneiro_shader_compiler::uniform::Shape;
 
 use super::{Element, Emitter, Pointers, WORD, WORDS};
@@ -28,7 +28,7 @@ impl<A: Assembler> Emitter<'_, A> {
             return known[0];
         }
         let element = self.scalar(element);
-        let (last, _) = self.last[address.buffer as usize];
+        let last = self.ends[address.buffer as usize].last;
         let mut index = self.arithmetic(Binary::Min, element, last);
         if address.stride != 1 {
             let stride = self.word(address.stride);
@@ -42,7 +42,7 @@ impl<A: Assembler> Emitter<'_, A> {
     /// Pointers to the elements of a vector's lanes, clamped.
     fn pointers(&mut self, address: &Address, element: Value, k: usize, mask: Option<A::Value>) -> Pointers<A::Value> {
         let elements = self.part(element, k);
-        let (_, lasts) = self.last[address.buffer as usize];
+        let lasts = self.ends[address.buffer as usize].lasts;
         let mut indices = self.asm.binary(Binary::Min, WORDS, elements, lasts);
         let stride = address.stride;
         if stride.is_power_of_two() && stride > 1 {
@@ -106,34 +106,31 @@ impl<A: Assembler> Emitter<'_, A> {
         }
     }
 
-    /// Returns whether all lanes' consecutive words lie within the buffer.
-    fn within(&mut self, address: &Address, first: A::Value) -> A::Value {
-        let (last, _) = self.last[address.buffer as usize];
-        let others = self.word(self.vectors as u32 * LANES - 1);
-        let room = self.arithmetic(Binary::Subtract, last, others);
-        let enough = self.arithmetic(Binary::LessEqual, others, last);
-        let within = self.arithmetic(Binary::LessEqual, first, room);
-        self.asm.binary(Binary::And, Form::One(Ty::Bool), enough, within)
+    /// Returns whether some lane's consecutive word lies beyond the buffer's end.
+    fn is_beyond(&mut self, address: &Address, first: A::Value) -> A::Value {
+        let starts = self.ends[address.buffer as usize].starts;
+        self.arithmetic(Binary::GreaterEqual, first, starts)
     }
 
     /// Pointer to the lanes' consecutive words: in the buffer, or in a copy in the rare case that they reach beyond its end.
     pub(super) fn consecutive(&mut self, address: &Address, element: Value) -> A::Value {
         let first = self.scalar(element);
-        let within = self.within(address, first);
+        let words = self.asm.pointer_variable();
+        let pointer = self.asm.buffer_pointer(address.buffer, first);
+        self.asm.set(words, pointer);
+        let beyond = self.is_beyond(address, first);
         let scratch = self.scratch();
-        let beyond = self.asm.unary(Unary::Not, Form::One(Ty::Bool), within);
-        self.asm.begin_if(beyond);
+        self.asm.begin_rare_if(beyond);
         self.each_word(address, first, scratch, true);
+        let copy = self.scratch_pointer(scratch);
+        self.asm.set(words, copy);
         self.asm.end_if();
-        self.buffer_or_copy(within, address, first, scratch)
+        self.asm.get(words)
     }
 
-    /// Pointer to the words from `first` on if they are `within` the buffer, else to their copy.
-    fn buffer_or_copy(&mut self, within: A::Value, address: &Address, first: A::Value, scratch: A::Array) -> A::Value {
-        let pointer = self.asm.buffer_pointer(address.buffer, first);
+    fn scratch_pointer(&mut self, scratch: A::Array) -> A::Value {
         let zero = self.word(0);
-        let copy = self.asm.array_pointer(scratch, zero);
-        self.asm.select(within, pointer, copy)
+        self.asm.array_pointer(scratch, zero)
     }
 
     /// Memory of one word per lane, for use within one statement.
@@ -150,7 +147,7 @@ impl<A: Assembler> Emitter<'_, A> {
         let label = self.asm.begin_loop();
         let at = self.asm.get(lane);
         let element = self.arithmetic(Binary::Add, first, at);
-        let (last, _) = self.last[address.buffer as usize];
+        let last = self.ends[address.buffer as usize].last;
         let index = self.arithmetic(Binary::Min, element, last);
         let pointer = self.asm.buffer_pointer(address.buffer, index);
         let copy = self.asm.array_pointer(scratch, at);
@@ -214,14 +211,20 @@ impl<A: Assembler> Emitter<'_, A> {
 
     fn store_consecutive(&mut self, address: &Address, element: Value, words: &[A::Value]) {
         let first = self.scalar(element);
-        let within = self.within(address, first);
+        let place = self.asm.pointer_variable();
+        let pointer = self.asm.buffer_pointer(address.buffer, first);
+        self.asm.set(place, pointer);
+        let beyond = self.is_beyond(address, first);
         let scratch = self.scratch();
-        let pointer = self.buffer_or_copy(within, address, first, scratch);
+        self.asm.begin_rare_if(beyond);
+        let copy = self.scratch_pointer(scratch);
+        self.asm.set(place, copy);
+        self.asm.end_if();
+        let pointer = self.asm.get(place);
         for (k, words) in (0..).zip(words) {
             self.asm.store(WORDS, pointer, k * LANES, *words);
         }
-        let beyond = self.asm.unary(Unary::Not, Form::One(Ty::Bool), within);
-        self.asm.begin_if(beyond);
+        self.asm.begin_rare_if(beyond);
         self.each_word(address, first, scratch, false);
         self.asm.end_if();
     }
