@@ -5,10 +5,10 @@ use std::path::Path;
 
 use oneiro::compose::{self, Kind, OwnPart, OwnParts};
 use oneiro::differential::{Build, Differential, SensorKind};
-use oneiro::foraging::Foraging;
+use oneiro::foraging::{Forager, Foraging};
 use oneiro::parameter::Choice;
 use oneiro::tables::SENSORS;
-use oneiro::world::{Noise, Robot, Start};
+use oneiro::world::{Noise, Robot, Start, WorldSpec};
 use serde_json::{Value, json};
 
 use crate::console::{Console, counted, decimal};
@@ -116,7 +116,6 @@ fn summary(experiment: &Experiment) -> String {
     let settings = experiment.settings();
     let world = experiment.world();
     let spec = world.spec();
-    let arena = &spec.arena;
     let evolution = &settings.evolution;
     let run = experiment.evolution(0);
     let optimizer = run.optimizer();
@@ -125,18 +124,16 @@ fn summary(experiment: &Experiment) -> String {
         (
             "arena",
             format!(
-                "{}, {} x {} mm, {}, {}, {}; {:.0} % of the field is free",
-                arena.name,
-                arena.field.width,
-                arena.field.height,
-                counted(arena.walls.len() as u32, "wall", "walls"),
-                counted(arena.obstacles.len() as u32, "round obstacle", "round obstacles"),
-                counted(arena.blocks.len() as u32, "block", "blocks"),
+                "{}; {:.0} % of the field is free",
+                arena(spec),
                 100.0 * world.free_share()
             ),
         ),
         ("sensors", sensors(&spec.robot, spec.own.get(Kind::Sensor))),
-        ("noise", noise(spec.noise)),
+        (
+            "noise",
+            foragers_noise(&spec.robot).unwrap_or_else(|| noise(spec.noise)),
+        ),
         (
             "controller",
             format!(
@@ -225,6 +222,40 @@ fn summary(experiment: &Experiment) -> String {
         value_lines(&spec.own),
         genes.collect::<String>()
     )
+}
+
+/// An arena's size, and what stands in it.
+fn arena(spec: &WorldSpec) -> String {
+    if let Build::Forager(Forager { foraging, .. }) = &spec.robot.build {
+        let food = counted(foraging.food_items, "item", "items");
+        return format!(
+            "round, radius {} mm, a nest of radius {} mm, {food} of food, the lamp {}",
+            foraging.arena_radius,
+            foraging.nest_radius,
+            foraging.light.word()
+        );
+    }
+    let arena = &spec.arena;
+    format!(
+        "{}, {} x {} mm, {}, {}, {}",
+        arena.name,
+        arena.field.width,
+        arena.field.height,
+        counted(arena.walls.len() as u32, "wall", "walls"),
+        counted(arena.obstacles.len() as u32, "round obstacle", "round obstacles"),
+        counted(arena.blocks.len() as u32, "block", "blocks"),
+    )
+}
+
+/// The noise that a forager has of its own.
+fn foragers_noise(robot: &Robot) -> Option<String> {
+    let Build::Forager(Forager { foraging, .. }) = &robot.build else {
+        return None;
+    };
+    let (light, wheels) = (foraging.light_noise, foraging.wheel_noise);
+    Some(format!(
+        "of proximity as measured, {light} of light, a share of {wheels} of each wheel's way"
+    ))
 }
 
 /// A robot's body and wheels, and its battery; the name if it is one that ships.
