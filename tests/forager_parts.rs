@@ -299,7 +299,7 @@ fn outputs_drive_arcs() {
             0.5 * (ways[0] + ways[1]),
             (ways[1] - ways[0]) / 53.0 / std::f64::consts::TAU,
         );
-        for record in trace.iter() {
+        for record in trace {
             for (found, expected) in [(record.x, x), (record.y, y)] {
                 assert!(
                     (f64::from(found) - expected).abs() < 1e-2,
