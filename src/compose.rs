@@ -33,12 +33,11 @@ use std::sync::Arc;
 
 use oneiro_shaders::Kernel;
 
-use crate::arena::Arena;
 use crate::differential::Build;
 use crate::network::Network;
 use crate::parameter::{Allowed, Datum, Invalid};
 use crate::tables::SENSORS;
-use crate::world::{Gene, Robot};
+use crate::world::{Gene, WorldSpec};
 
 pub(crate) use part::too_many_turns;
 pub use part::{Part, Rule};
@@ -255,7 +254,7 @@ impl OwnParts {
         let fields = fields(robot);
         let name = |index: usize| match robot {
             Build::Sampled => index.to_string(),
-            Build::Differential(_) => fields[index].clone(),
+            Build::Differential(_) | Build::Forager(_) => fields[index].clone(),
         };
         let mut details = Vec::new();
         for (kind, of) in [(DetailKind::Perceived, "perceived"), (DetailKind::Real, "real")] {
@@ -302,7 +301,7 @@ impl OwnParts {
         self.iter().flat_map(OwnPart::cells).collect()
     }
 
-    /// A kernel with these parts, and the sensors and motors of this robot in this arena, instead of its own.
+    /// A kernel with these parts, and the sensors and motors of this world's robot, instead of its own.
     /// `is_reported` says whether reality is reported to it, see [`crate::reported`].
     ///
     /// # Errors
@@ -311,11 +310,10 @@ impl OwnParts {
     pub(crate) fn compose(
         &self,
         base: &'static Kernel,
-        robot: &Robot,
-        arena: &Arena,
+        spec: &WorldSpec,
         is_reported: bool,
     ) -> Result<Composed, Invalid> {
-        part::compose(base, self, robot, arena, is_reported)
+        part::compose(base, self, spec, is_reported)
     }
 }
 
@@ -332,7 +330,7 @@ fn fields(robot: &Build) -> Vec<String> {
     let sampled = |sensor: usize| format!("{}.{}", ["first", "last"][sensor / 4], ["x", "y", "z", "w"][sensor % 4]);
     match robot {
         Build::Sampled => (0..SENSORS).map(sampled).collect(),
-        Build::Differential(_) => robot.readings(),
+        Build::Differential(_) | Build::Forager(_) => robot.readings(),
     }
 }
 

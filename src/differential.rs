@@ -4,6 +4,7 @@
 use std::f64::consts::TAU;
 
 use crate::arena::{self, Arena, Light, Patch};
+use crate::foraging::{self, Forager};
 use crate::parameter::{Choice, Choices, Datum, Field, Invalid, length, number, only_where};
 use crate::tables::{self, PREVIOUS, SENSOR_NAMES, SensorTables};
 
@@ -15,6 +16,9 @@ pub enum Build {
     Sampled,
     /// Numbers, which take the tables' place but for what is of the kind sampled. Needs the feature `compose`.
     Differential(Differential),
+    /// An e-puck in the on-board simulator of O'Dowd et al. 2014: [`Forager`]. It brings its own body and its own arena. Needs the
+    /// feature `compose`.
+    Forager(Forager),
 }
 
 impl Build {
@@ -23,6 +27,7 @@ impl Build {
         match self {
             Self::Sampled => SENSOR_NAMES.map(str::to_owned).into(),
             Self::Differential(own) => own.sensors.iter().map(|sensor| sensor.name.clone()).collect(),
+            Self::Forager(_) => foraging::READINGS.map(str::to_owned).into(),
         }
     }
 

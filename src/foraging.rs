@@ -13,14 +13,43 @@ use std::sync::LazyLock;
 pub use oneiro_shaders::forager::Details;
 use oneiro_shaders::{Kernel, forager, life};
 
+use crate::arena::{Arena, Field, Patch, Wall};
 use crate::batch::{Buffers, WorldKind};
 use crate::cells::Cells;
 use crate::exact::cosine;
 use crate::parameter::Allowed::{Number, NumberUpTo, Whole};
-use crate::parameter::{self, Invalid, Parameter, integer, number, row};
+use crate::parameter::{self, Choice, Choices, Invalid, Parameter, integer, number, row};
+use crate::world::Gene;
+
+/// Names of a forager's readings: sensors of proximity and of light by their bearings, degrees to the left and to the right, and
+/// whether it carries food.
+pub const READINGS: [&str; 13] = [
+    "near_left_17",
+    "near_left_50",
+    "near_right_50",
+    "near_right_17",
+    "light_left_17",
+    "light_left_50",
+    "light_right_50",
+    "light_right_17",
+    "light_left_90",
+    "light_left_150",
+    "light_right_150",
+    "light_right_90",
+    "carries",
+];
 
 /// Genes of a forager: `G0` and `G1`.
 pub const GENES: usize = forager::FORAGER_GENES as usize;
+
+/// Names of the genes, and their range.
+pub(crate) fn genes() -> Vec<Gene> {
+    let gene = |name: &str| Gene {
+        name: name.to_owned(),
+        range: Some([0.0, 0.99]),
+    };
+    ["with_food", "without_food"].map(gene).into()
+}
 
 /// Duration of a cycle in seconds.
 const CYCLE: f64 = 0.1;
@@ -73,6 +102,14 @@ impl Light {
     }
 }
 
+impl Choice for Light {
+    const CHOICES: Choices<Self> = &[
+        ("over_nest", Self::OverNest, "behind the nest"),
+        ("nowhere", Self::Nowhere, "there is none"),
+        ("opposite_nest", Self::OppositeNest, "on the other side of the arena"),
+    ];
+}
+
 /// One foraging robot and everything about its world: lengths in mm, speeds in mm/s and rad/s, times in s.
 /// [`parameters`] has the source of each value.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -123,56 +160,126 @@ pub struct Foraging {
     pub cycles: u32,
 }
 
+/// What may have a forager's values.
+pub trait AsForaging {
+    /// They, if it has them.
+    fn as_foraging(&mut self) -> Option<&mut Foraging>;
+}
+
 /// Rows of the values that experiments can set.
 #[rustfmt::skip]
-pub fn parameters<T: AsMut<Foraging>>() -> Vec<Parameter<T>> {
+pub fn parameters<T: AsForaging>() -> Vec<Parameter<T>> {
     vec![
         row("arena.radius_mm", "mm", Number(100.0, 10_000.0), "O'Dowd et al. 2014, section 4.5",
-            "Radius of the arena.", |own, _| Some(&mut own.as_mut().arena_radius)),
+            "Radius of the arena.", |own, _| Some(&mut own.as_foraging()?.arena_radius)),
         row("arena.nest_radius_mm", "mm", NumberUpTo(10.0, 1.0, "arena.radius_mm"), "O'Dowd et al. 2014, section 4.5; its centre on the wall is ours",
-            "Radius of the nest, whose centre is on the wall.", |own, _| Some(&mut own.as_mut().nest_radius)),
+            "Radius of the nest, whose centre is on the wall.", |own, _| Some(&mut own.as_foraging()?.nest_radius)),
         row("arena.food_items", "", Whole(0, forager::GREATEST_ITEMS.into()), "O'Dowd et al. 2014, section 4.5",
-            "Items of food in the arena at all times.", |own, _| Some(&mut own.as_mut().food_items)),
+            "Items of food in the arena at all times.", |own, _| Some(&mut own.as_foraging()?.food_items)),
         row("arena.food_radius_mm", "mm", NumberUpTo(1.0, 1.0, "arena.radius_mm"), "ours: no size in O'Dowd et al. 2014, section 4.5",
-            "How near a robot's centre must come to an item to take it.", |own, _| Some(&mut own.as_mut().food_radius)),
+            "How near a robot's centre must come to an item to take it.", |own, _| Some(&mut own.as_foraging()?.food_radius)),
         row("arena.lamp_behind_wall_mm", "mm", Number(10.0, 10_000.0), "ours",
-            "How far behind the wall the lamp is.", |own, _| Some(&mut own.as_mut().lamp_behind_wall)),
+            "How far behind the wall the lamp is.", |own, _| Some(&mut own.as_foraging()?.lamp_behind_wall)),
         row("arena.light_decay", "1/m", Number(0.001, 1000.0), "ARGoS; arms",
-            "The light fades as exp(-decay * metres).", |own, _| Some(&mut own.as_mut().light_decay)),
+            "The light fades as exp(-decay * metres).", |own, _| Some(&mut own.as_foraging()?.light_decay)),
         row("arena.ambient", "", Number(0.0, 1.0), "ours",
-            "What light sensors read without a lamp, of 1.", |own, _| Some(&mut own.as_mut().ambient)),
+            "What light sensors read without a lamp, of 1.", |own, _| Some(&mut own.as_foraging()?.ambient)),
         row("arena.light_noise", "", Number(0.0, 1.0), "ARGoS' form, our size; arms",
-            "Uniform noise of each light reading, plus and minus.", |own, _| Some(&mut own.as_mut().light_noise)),
+            "Uniform noise of each light reading, plus and minus.", |own, _| Some(&mut own.as_foraging()?.light_noise)),
         row("robot.body_radius_mm", "mm", NumberUpTo(1.0, 0.5, "arena.radius_mm"), "ARGoS, GCtronic",
-            "Radius of the body.", |own, _| Some(&mut own.as_mut().body_radius)),
+            "Radius of the body.", |own, _| Some(&mut own.as_foraging()?.body_radius)),
         row("robot.wheel_base_mm", "mm", NumberUpTo(1.0, 2.0, "robot.body_radius_mm"), "ARGoS, GCtronic",
-            "Distance of the wheels.", |own, _| Some(&mut own.as_mut().wheel_base)),
+            "Distance of the wheels.", |own, _| Some(&mut own.as_foraging()?.wheel_base)),
         row("robot.greatest_speed_mm_s", "mm/s", Number(1.0, 1000.0), "Webots, GCtronic",
-            "Greatest speed of a wheel.", |own, _| Some(&mut own.as_mut().greatest_speed)),
+            "Greatest speed of a wheel.", |own, _| Some(&mut own.as_foraging()?.greatest_speed)),
         row("robot.wheel_noise", "", Number(0.0, 0.5), "Enki",
-            "Uniform noise of each wheel's way in a cycle, as a share.", |own, _| Some(&mut own.as_mut().wheel_noise)),
+            "Uniform noise of each wheel's way in a cycle, as a share.", |own, _| Some(&mut own.as_foraging()?.wheel_noise)),
         row("robot.cruise_mm_s", "mm/s", NumberUpTo(0.0, 1.0, "robot.greatest_speed_mm_s"), "ours; arms",
-            "Speed straight on.", |own, _| Some(&mut own.as_mut().cruise)),
+            "Speed straight on.", |own, _| Some(&mut own.as_foraging()?.cruise)),
         row("robot.turn_rad_s", "rad/s", Number(0.01, 30.0), "ours",
-            "Speed of turns on the spot.", |own, _| Some(&mut own.as_mut().turn)),
+            "Speed of turns on the spot.", |own, _| Some(&mut own.as_foraging()?.turn)),
         row("robot.phototaxis_gain", "1/s", Number(0.0, 10.0), "ours",
-            "Phototaxis turns this many rad/s for each rad off the light.", |own, _| Some(&mut own.as_mut().phototaxis_gain)),
+            "Phototaxis turns this many rad/s for each rad off the light.", |own, _| Some(&mut own.as_foraging()?.phototaxis_gain)),
         row("robot.phototaxis_turn_rad_s", "rad/s", Number(0.0, 30.0), "ours",
-            "Greatest speed of its turns.", |own, _| Some(&mut own.as_mut().phototaxis_turn)),
+            "Greatest speed of its turns.", |own, _| Some(&mut own.as_foraging()?.phototaxis_turn)),
         row("robot.near_mm", "mm", Number(0.0, SIGHT.into()), "ours",
-            "What is nearer than this makes a robot turn away.", |own, _| Some(&mut own.as_mut().near)),
+            "What is nearer than this makes a robot turn away.", |own, _| Some(&mut own.as_foraging()?.near)),
         row("robot.escape_s", "s", Number(0.0, 1000.0), "ours; arms",
-            "How long it goes straight on once the obstacle is clear.", |own, _| Some(&mut own.as_mut().escape)),
+            "How long it goes straight on once the obstacle is clear.", |own, _| Some(&mut own.as_foraging()?.escape)),
         row("robot.search_interval_s", "s", Number(0.0, 1000.0), "ours",
-            "Mean time between the turns of random search.", |own, _| Some(&mut own.as_mut().search_interval)),
+            "Mean time between the turns of random search.", |own, _| Some(&mut own.as_foraging()?.search_interval)),
     ]
 }
 
 static PARAMETERS: LazyLock<Vec<Parameter<Foraging>>> = LazyLock::new(parameters);
 
-impl AsMut<Self> for Foraging {
-    fn as_mut(&mut self) -> &mut Self {
-        self
+impl AsForaging for Foraging {
+    fn as_foraging(&mut self) -> Option<&mut Foraging> {
+        Some(self)
+    }
+}
+
+/// A forager with any controller and any task, as a world's robot: see [`Build::Forager`](crate::differential::Build::Forager).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Forager {
+    /// Its body, its behaviours and its arena. The world has the start and the cycles of its lives.
+    pub foraging: Foraging,
+    /// Seconds from the start of a life in which food earns: those that are left.
+    pub food_earns: f32,
+}
+
+impl Forager {
+    /// A forager of the 2014 study.
+    pub const ODOWD2014: Self = Self {
+        foraging: Foraging::odowd2014(Light::OverNest),
+        food_earns: 60.0,
+    };
+
+    /// Its arena for pictures and measures: the nest, and tangents of the wall.
+    pub(crate) fn arena(&self) -> Arena {
+        const SIDES: u32 = 64;
+        let radius = f64::from(self.foraging.arena_radius);
+        let corner = |side: u32| {
+            let degrees = 360.0 * (f64::from(side) + 0.5) / f64::from(SIDES);
+            let away = radius / cosine(180.0 / f64::from(SIDES));
+            [away * cosine(degrees), away * cosine(degrees - 90.0)].map(|mm| mm as f32)
+        };
+        let wall = |side: u32| Wall {
+            from: corner(side),
+            to: corner((side + 1) % SIDES),
+            ..Wall::default()
+        };
+        let nest = Patch {
+            x: -self.foraging.arena_radius,
+            y: 0.0,
+            radius: Some(self.foraging.nest_radius),
+            grey: 0.75,
+            ..Patch::default()
+        };
+        Arena {
+            name: "round".into(),
+            field: Field {
+                x: -self.foraging.arena_radius,
+                y: -self.foraging.arena_radius,
+                width: 2.0 * self.foraging.arena_radius,
+                height: 2.0 * self.foraging.arena_radius,
+            },
+            walls: (0..SIDES).map(wall).collect(),
+            patches: vec![nest],
+            ..Arena::default()
+        }
+    }
+
+    /// Share of its field, 0 to 1, where its body doesn't touch the wall.
+    pub(crate) fn free_share(&self) -> f32 {
+        let free = 1.0 - self.foraging.body_radius / self.foraging.arena_radius;
+        std::f32::consts::FRAC_PI_4 * free * free
+    }
+
+    /// The kernel's cells of its values.
+    pub(crate) fn table(&self) -> Vec<[u32; 4]> {
+        let cells = self.foraging.cells(forager::FORAGER_CELLS, 1, self.food_earns.into());
+        cells.into_table()
     }
 }
 
@@ -195,7 +302,7 @@ impl Foraging {
     /// assert!(outcome.fitness.iter().sum::<f32>() > 0.0);
     /// # Ok::<(), Box<dyn std::error::Error>>(())
     /// ```
-    pub fn odowd2014(light: Light) -> Self {
+    pub const fn odowd2014(light: Light) -> Self {
         Self {
             arena_radius: 600.0,
             nest_radius: 200.0,

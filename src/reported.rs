@@ -32,6 +32,9 @@ use crate::world::{Collision, Noise, Robot, World, WorldSpec};
 /// Numbers of a pose: x and y in mm, heading in turns.
 const POSE: usize = 3;
 
+/// Why a forager can't live outside of its simulator.
+const FORAGER: &str = "is `forager`, whose food only its simulator knows; allowed: `sampled` or `differential`";
+
 /// A world whose reality is reported. Of its arena and its sensors only what a user's parts and the task ask for counts.
 #[derive(Clone, Debug)]
 pub struct Reported {
@@ -60,6 +63,7 @@ impl Reported {
     pub fn new(spec: &WorldSpec) -> Result<Self, Invalid> {
         let build = match &spec.robot.build {
             Build::Sampled => Build::Sampled,
+            Build::Forager(_) => return Err(Invalid::new("robot.kind", FORAGER)),
             Build::Differential(own) => Build::Differential(Differential {
                 acceleration: None,
                 latency: None,

@@ -152,12 +152,6 @@ impl AsMut<Self> for Swarm {
     }
 }
 
-impl AsMut<Foraging> for Swarm {
-    fn as_mut(&mut self) -> &mut Foraging {
-        &mut self.forager
-    }
-}
-
 impl Swarm {
     /// The surrogate of the 2014 study's arena.
     pub fn odowd2014(robots: u32) -> Self {

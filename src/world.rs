@@ -13,6 +13,7 @@ use crate::arena::Arena;
 use crate::batch::{Buffers, WorldKind, Worlds};
 use crate::compose::{self, Composed, Detail, Kind, OwnParts};
 use crate::differential::{Build, Sensor};
+use crate::foraging::{self, Forager};
 use crate::network::Network;
 use crate::parameter::Invalid;
 use crate::surrogate::Surrogate;
@@ -69,7 +70,7 @@ impl Robot {
     /// The sensors of a described robot, in the order of their readings; none of a sampled one.
     pub fn described_sensors(&self) -> &[Sensor] {
         match &self.build {
-            Build::Sampled => &[],
+            Build::Sampled | Build::Forager(_) => &[],
             Build::Differential(own) => &own.sensors,
         }
     }
@@ -78,6 +79,7 @@ impl Robot {
     pub fn tables(&self) -> Option<&SensorTables> {
         match &self.build {
             Build::Differential(own) if !own.has_sampled_sensors() => None,
+            Build::Forager(_) => None,
             _ => Some(&self.sensors),
         }
     }
@@ -133,6 +135,9 @@ pub enum Controller {
     Recurrent,
     /// A network that is described by its layers. Needs the feature `compose`.
     Network(Network),
+    /// A forager's behaviours: 2 genes choose between seeking the light, fleeing it and searching at random, with food and
+    /// without. Only for [`Build::Forager`].
+    Behaviours,
     /// A user's controller, in [`WorldSpec::own`].
     Own,
 }
@@ -160,6 +165,7 @@ impl Controller {
                 OUTPUTS.iter().flat_map(|to| weights(&inputs, to)).collect()
             }
             Self::Network(network) => network.genes(readings),
+            Self::Behaviours => foraging::genes(),
             Self::Own => Vec::new(),
         }
     }
@@ -242,6 +248,9 @@ pub enum Activation {
 pub enum Task {
     /// A user's task, in [`WorldSpec::own`].
     Own,
+    /// The seconds that are left when food is brought to the nest: equation 1 of O'Dowd et al. 2014. Only for
+    /// [`Build::Forager`].
+    Foraging,
     /// Equation 1 of Miglino et al. 1995, summed over the cycles of a life.
     Avoidance {
         /// Signed or unsigned V.
@@ -333,6 +342,26 @@ impl WorldSpec {
         }
     }
 
+    /// A forager in its arena, with its behaviours, its task and the start and the length of its lives.
+    pub fn foraging(forager: Forager) -> Self {
+        let own = forager.foraging;
+        Self {
+            robot: Robot {
+                body_radius: own.body_radius,
+                build: Build::Forager(forager),
+                ..Robot::khepera()
+            },
+            arena: Arena::default(),
+            controller: Controller::Behaviours,
+            task: Task::Foraging,
+            start: own
+                .start
+                .map_or(Start::Random, |[x, y, heading]| Start::At { x, y, heading }),
+            cycles: own.cycles,
+            ..Self::miglino1995()
+        }
+    }
+
     /// Names of all readings: the robot's, then those of a user's sensors.
     fn readings(&self) -> Vec<String> {
         self.own.readings_of(&self.robot.build)
@@ -380,7 +409,7 @@ impl World {
             Controller::Network(network) => spec.own.with_network(network, &readings)?,
             _ => spec.own.clone(),
         };
-        let Composed { kernel, genes } = parts.compose(kernel(&spec), &spec.robot, &spec.arena, is_reported)?;
+        let Composed { kernel, genes } = parts.compose(kernel(&spec), &spec, is_reported)?;
         let packed = pack::Packed::new(&spec, &parts)?;
         let genes = match (&spec.controller, genes) {
             (Controller::Own, Some(own)) => own.to_vec(),

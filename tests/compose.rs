@@ -10,6 +10,7 @@ use oneiro::batch::{Batch, Rollout, Trace, TraceRequest};
 use oneiro::compose::{DetailKind, Kind, OwnPart, OwnParts, Part, Rule};
 use oneiro::cpu::Cpu;
 use oneiro::evaluator::{Control, Evaluator};
+use oneiro::foraging::Forager;
 use oneiro::random::Key;
 use oneiro::surrogate::{Differences, Surrogate};
 use oneiro::world::{Controller, Noise, Task, World, WorldSpec};
@@ -1227,9 +1228,16 @@ fn the_parts_of_the_documentation_are_taken() {
     let kinds: Vec<Kind> = parts.iter().map(|text| kind(text)).collect();
     assert_eq!(
         kinds,
-        [Kind::Task, Kind::Controller, Kind::Controller, Kind::Sensor, Kind::Task]
+        [
+            Kind::Task,
+            Kind::Controller,
+            Kind::Controller,
+            Kind::Sensor,
+            Kind::Task,
+            Kind::Task
+        ]
     );
-    for (controller, task) in [(1, 0), (1, 4), (2, 4)] {
+    for (controller, task) in [(1, 0), (1, 5), (2, 5)] {
         let world = World::new(WorldSpec {
             controller: Controller::Own,
             own: OwnParts::from([controller, 3, task].map(|index| own(kinds[index], parts[index], &[]))),
@@ -1238,4 +1246,11 @@ fn the_parts_of_the_documentation_are_taken() {
         let fitness = fitness(&world.unwrap());
         assert!(fitness.iter().any(|bits| f32::from_bits(*bits) > 0.0));
     }
+    let forager = World::new(WorldSpec {
+        task: Task::Own,
+        own: OwnParts::from([own(kinds[4], parts[4], &[])]),
+        ..WorldSpec::foraging(Forager::ODOWD2014)
+    });
+    let fitness = fitness(&forager.unwrap());
+    assert!(fitness.iter().any(|bits| f32::from_bits(*bits) > 100.0));
 }

@@ -275,6 +275,116 @@ fn each_part_runs_as_it_is_written() {
 }
 
 /// The experiments that ship are in the program: each is written with its parts, and is what the repository has.
+/// The page's forager, and what `oneiro new --forager` writes: everything that other experiments can do.
+#[test]
+fn a_forager_takes_parts() {
+    let place = Place::new("own-forager");
+    place.write("bring.wgsl", block("wgsl", "is_new_way"));
+    place.write("bring.toml", block("toml", "\"forager\""));
+    let new = ["new", "forage", "--forager", "--controller", "brain", "--task", "goal"];
+    place.good(&new);
+    place.good(&["new", "study", "--forager"]);
+    let set = [
+        "--set",
+        "evolution.generations=3",
+        "--set",
+        "evolution.finalists=5",
+        "--seed",
+        "1",
+    ];
+    for (name, genes) in [("bring", 2), ("forage", 30), ("study", 2)] {
+        let experiment = format!("{name}.toml");
+        let checked = place.good(&["check", &experiment]);
+        assert!(checked.contains(&format!("; {genes} genes\n")), "{checked}");
+        place.good(&[&["run", &experiment, "--out", name][..], &set, &CPU].concat());
+        #[cfg(feature = "gpu")]
+        {
+            let gpu = format!("{name}-gpu");
+            let arguments = ["run", &experiment, "--out", &gpu, "--backend", "gpu:0", "--quiet"];
+            place.good(&[&arguments[..], &set].concat());
+            assert_eq!(result(&place, name), result(&place, &gpu));
+        }
+        // Its copies of the files are enough.
+        let again = format!("{name}-again");
+        let config = format!("{name}/config.toml");
+        place.good(&[&["run", &config, "--out", &again][..], &CPU].concat());
+        assert_eq!(result(&place, name), result(&place, &again));
+        place.good(&["audit", name]);
+        place.good(&["replay", name]);
+        let head = place.text(format!("{name}/trace.csv"));
+        assert!(
+            head.starts_with("cycle,x_mm,y_mm,heading_turns,sensor_near_left_17,"),
+            "{head}"
+        );
+    }
+    for (name, columns) in [
+        (
+            "bring",
+            &["sensor_carries", "real_carries", "task.carries", "task.way"][..],
+        ),
+        ("forage", &["task.brought", "controller.sums.x"]),
+    ] {
+        let trace = place.text(format!("{name}/trace.csv"));
+        let names: Vec<&str> = trace.lines().next().unwrap().split(',').collect();
+        assert!(columns.iter().all(|column| names.contains(column)), "{names:?}");
+    }
+    let measured = place.good(&["evaluate", "--genomes", "forage", "--measures", "--backend", "cpu"]);
+    assert!(
+        measured.contains(",end_task_brought,end_task_carries,end_task_way\n"),
+        "{measured}"
+    );
+    place.write(
+        "sweep.toml",
+        "experiment = \"forage.toml\"\nseeds = \"1..2\"\n[set]\nevolution.generations = 2\n\
+         [grid]\ntask.values.way = [0.0, 0.1]\narena.light = [\"over_nest\", \"nowhere\"]\n",
+    );
+    place.good(&[&["sweep", "run", "sweep.toml", "--out", "all", "--yes"], &CPU[..]].concat());
+    let table = place.text("all/results.csv");
+    assert_eq!(table.lines().count(), 9, "{table}");
+    for (set, problem) in [
+        (
+            "arena.preset=\"open\"",
+            "arena: has a preset, sides or objects; allowed: none of them, a forager's arena is round",
+        ),
+        ("noise.motor=0.1", "noise: is not zero in a forager's life"),
+        ("robot.collision=\"slide\"", "robot.collision: is given; allowed: none"),
+        ("arena.nest_radius_mm=601", "arena.nest_radius_mm: is 601"),
+        (
+            "reality.robot=\"surrogate:1\"",
+            "is `forager` in a surrogate's life; allowed: `sampled`",
+        ),
+        (
+            "reality.robot=\"serial:/dev/ttyUSB0\"",
+            "reality.robot: can't run this experiment: robot.kind is `forager`",
+        ),
+        ("robot.kind=\"sampled\"", "only with"),
+    ] {
+        place
+            .run(&["check", "bring.toml", "--set", set])
+            .exits(3)
+            .says(&[problem]);
+    }
+    place.write("khepera.toml", "task.kind = \"foraging\"");
+    place
+        .run(&["check", "khepera.toml"])
+        .exits(3)
+        .says(&["task.kind: is `foraging`; allowed: only with robot.kind = \"forager\""]);
+    place.write("light.toml", "arena.light = \"nowhere\"");
+    place
+        .run(&["check", "light.toml"])
+        .exits(3)
+        .says(&["arena.light: is given; allowed: only with robot.kind = \"forager\""]);
+    let goal = place.text("bring.wgsl");
+    place.write(
+        "bring.wgsl",
+        goal.replace("now.to_food, now.to_nest", "nest_of(0u).x, now.to_nest"),
+    );
+    place.run(&["check", "bring.toml"]).exits(3).says(&[
+        "bring.wgsl:8:22: `nest_of` can't be called from here",
+        "[allowed-calls]",
+    ]);
+}
+
 #[test]
 fn examples_are_written_with_their_parts() {
     let place = Place::new("examples");

@@ -89,6 +89,9 @@ pub(crate) struct New {
     /// Write an experiment with a swarm
     #[arg(long)]
     pub(crate) swarm: bool,
+    /// Write an experiment with a single e-puck that brings food to its nest
+    #[arg(long, conflicts_with = "swarm")]
+    pub(crate) forager: bool,
     /// Write an experiment with sensors of your own, and the sensors, NAME.wgsl, to change as you like
     #[arg(long, value_name = "NAME", conflicts_with = "swarm")]
     pub(crate) sensor: Option<String>,
@@ -104,7 +107,7 @@ pub(crate) struct New {
         value_name = "NAME",
         num_args = 0..=1,
         default_missing_value = "",
-        conflicts_with_all = ["name", "swarm", "sensor", "controller", "task"]
+        conflicts_with_all = ["name", "swarm", "forager", "sensor", "controller", "task"]
     )]
     pub(crate) example: Option<String>,
 }

@@ -3,10 +3,9 @@
 use oneiro_shaders::Kernel;
 
 use super::{Composed, Kind, OwnParts, Refused, Scalar, Value};
-use crate::arena::Arena;
 use crate::differential::Build;
-use crate::parameter::Invalid;
-use crate::world::Robot;
+use crate::parameter::{Choice, Invalid};
+use crate::world::WorldSpec;
 
 /// A user's part. This program has none.
 #[derive(Clone, Debug, PartialEq)]
@@ -86,8 +85,7 @@ pub(crate) fn too_many_turns(problem: &str) -> String {
 pub(super) fn compose(
     kernel: &'static Kernel,
     _: &OwnParts,
-    robot: &Robot,
-    _: &Arena,
+    spec: &WorldSpec,
     is_reported: bool,
 ) -> Result<Composed, Invalid> {
     if is_reported {
@@ -96,11 +94,12 @@ pub(super) fn compose(
             "lives outside of a kernel, but this program can't compose the kernel for that",
         ));
     }
-    match robot.build {
+    let kind = spec.robot.build.word();
+    match spec.robot.build {
         Build::Sampled => Ok(Composed { kernel, genes: None }),
-        Build::Differential(_) => Err(Invalid::new(
+        Build::Differential(_) | Build::Forager(_) => Err(Invalid::new(
             "robot.kind",
-            "is `differential`, but this program can't compose kernels; allowed: `sampled`",
+            format!("is `{kind}`, but this program can't compose kernels; allowed: `sampled`"),
         )),
     }
 }

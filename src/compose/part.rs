@@ -102,6 +102,14 @@ impl Part {
         })
     }
 
+    /// Its path and its text.
+    fn source(&self) -> compiler::Part {
+        compiler::Part {
+            path: self.path.clone(),
+            text: self.text.clone(),
+        }
+    }
+
     /// Its kind.
     pub fn kind(&self) -> Kind {
         self.kind

@@ -8,11 +8,13 @@ use oneiro_shaders::life;
 use super::parameters::{COORDINATE, LENGTH, PARAMETERS};
 use super::{Collision, Controller, Noise, Robot, Start, Task, WorldSpec, pack};
 use crate::arena::{Arena, Field, Wall};
+use crate::batch::WorldKind;
 use crate::compose::{GREATEST_GENES, Kind};
 use crate::differential::Build;
+use crate::foraging;
 use crate::network::Network;
 pub(super) use crate::parameter::LEAST;
-use crate::parameter::{self, Invalid, allowed_number, integer, number};
+use crate::parameter::{self, Choice, Invalid, allowed_number, integer, number};
 use crate::tables::{self, GREATEST_READING, MotorTable, SENSORS, SensorTable, SensorTables};
 
 /// The sensors' sums of readings are 16 bits wide.
@@ -24,6 +26,7 @@ const GREATEST_CELLS: usize = life::GREATEST_CELLS as usize;
 
 pub(super) fn check(spec: &mut WorldSpec) -> Result<(), Invalid> {
     parameter::check(&PARAMETERS, spec)?;
+    forager(spec)?;
     robot(&spec.robot)?;
     match &spec.robot.build {
         Build::Sampled => {
@@ -31,6 +34,7 @@ pub(super) fn check(spec: &mut WorldSpec) -> Result<(), Invalid> {
             eight_sensors(&spec.robot.sensors)?;
         }
         Build::Differential(own) => own.check(&spec.own.readings(), &spec.robot.sensors, &spec.arena)?,
+        Build::Forager(_) => (),
     }
     arena(&spec.arena, spec.robot.tables())?;
     start(spec.start, &spec.arena)?;
@@ -45,6 +49,64 @@ pub(super) fn check(spec: &mut WorldSpec) -> Result<(), Invalid> {
     own_parts(spec)?;
     new_cell(spec)?;
     greatest_speed(spec)
+}
+
+/// Checks what only foragers have, and gives them their arena and their body.
+fn forager(spec: &mut WorldSpec) -> Result<(), Invalid> {
+    let Build::Forager(mut own) = spec.robot.build else {
+        for (key, is_given, word) in [
+            (
+                "controller.kind",
+                spec.controller == Controller::Behaviours,
+                spec.controller.word(),
+            ),
+            ("task.kind", spec.task == Task::Foraging, spec.task.word()),
+        ] {
+            if is_given {
+                let problem = format!("is `{word}`; allowed: only with robot.kind = \"forager\"");
+                return Err(Invalid::new(key, problem));
+            }
+        }
+        return Ok(());
+    };
+    own.foraging.cycles = spec.cycles;
+    own.foraging.start = match spec.start {
+        Start::Random => None,
+        Start::At { x, y, heading } => Some([x, y, heading]),
+    };
+    own.foraging.check()?;
+    let arena = own.arena();
+    let readings = spec.own.readings();
+    let taken = readings.iter().find(|name| foraging::READINGS.contains(&name.as_str()));
+    let refused = [
+        (
+            "arena",
+            spec.arena != Arena::default() && spec.arena != arena,
+            "is given; allowed: none, a forager's is round (arena.radius_mm)".to_owned(),
+        ),
+        (
+            "noise",
+            spec.noise != Noise::NONE,
+            "is not zero in a forager's life; allowed: none, since it has its own (arena.light_noise, robot.wheel_noise)".to_owned(),
+        ),
+        (
+            "robot.collision",
+            spec.robot.collision != Collision::Undo,
+            "is given; allowed: none, the wall stops a forager, which still turns".to_owned(),
+        ),
+        (
+            "sensor.part",
+            taken.is_some(),
+            format!("has a reading called `{}` as a forager has; allowed: another name", taken.map_or("", String::as_str)),
+        ),
+    ];
+    if let Some((key, _, problem)) = refused.into_iter().find(|(_, is_refused, _)| *is_refused) {
+        return Err(Invalid::new(key, problem));
+    }
+    spec.robot.body_radius = own.foraging.body_radius;
+    spec.robot.build = Build::Forager(own);
+    spec.arena = arena;
+    Ok(())
 }
 
 /// Checks that an arena has nothing that only described robots see.
@@ -82,8 +144,9 @@ fn eight_sensors(tables: &SensorTables) -> Result<(), Invalid> {
 /// Checks the rest of a world in which a surrogate lives.
 fn surrogate(spec: &WorldSpec) -> Result<(), Invalid> {
     if spec.robot.build != Build::Sampled {
+        let kind = spec.robot.build.word();
         let problem =
-            "is `differential` in a surrogate's life; allowed: `sampled`, since surrogates differ from samples";
+            format!("is `{kind}` in a surrogate's life; allowed: `sampled`, since surrogates differ from samples");
         return Err(Invalid::new("robot.kind", problem));
     }
     if spec.noise != Noise::NONE {
@@ -161,6 +224,8 @@ fn greatest_speed(spec: &WorldSpec) -> Result<(), Invalid> {
     let described = match &spec.robot.build {
         Build::Sampled => None,
         Build::Differential(own) => own.greatest_speed,
+        // Its wall is a circle, which it is always within.
+        Build::Forager(_) => return Ok(()),
     };
     let (key, greatest) = if let Some(speed) = described {
         ("robot.greatest_speed_mm_s", 0.1 * speed)

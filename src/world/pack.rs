@@ -12,6 +12,7 @@ use crate::batch::Buffers;
 use crate::cells::Cells;
 use crate::compose::OwnParts;
 use crate::differential::Build;
+use crate::foraging::Forager;
 use crate::parameter::Invalid;
 use crate::surrogate::{self, Object};
 use crate::tables::{MotorTable, SENSORS, SensorTable};
@@ -32,6 +33,14 @@ pub(super) struct Packed {
 impl Packed {
     /// Packs a specification whose numbers have been checked. `parts` are a user's, and a network.
     pub(super) fn new(spec: &WorldSpec, parts: &OwnParts) -> Result<Self, Invalid> {
+        if let Build::Forager(own) = &spec.robot.build {
+            return Ok(Self {
+                world: forager(spec, own),
+                shapes: Vec::new(),
+                free_share: own.free_share(),
+                values: parts.cells(),
+            });
+        }
         let shapes = shapes(spec);
         let free = Free::of(spec.arena.field, &shapes);
         let (random_start, start) = match spec.start {
@@ -71,6 +80,7 @@ impl Packed {
                 buffers.add_shared_table(surrogate, radius.to_bits() as usize, || surrogate.cells(radius))
             }
             (None, Build::Differential(own)) => buffers.add_table(own.cells(radius, &robot.sensors, &spec.arena)),
+            (None, Build::Forager(own)) => buffers.add_table(own.table()),
             (None, Build::Sampled) => 0,
         };
         let own_values = if self.values.is_empty() {
@@ -173,6 +183,7 @@ fn world(spec: &WorldSpec, random_start: u32, start: [f32; 3], shapes: u32) -> l
         turn_before_move: zero(match &spec.robot.build {
             Build::Sampled => spec.robot.turn_before_move,
             Build::Differential(own) => own.turn_before_move.unwrap_or(0.0),
+            Build::Forager(_) => 0.0,
         }),
         hidden: match spec.controller {
             Controller::Hidden { units } => units,
@@ -189,6 +200,18 @@ fn world(spec: &WorldSpec, random_start: u32, start: [f32; 3], shapes: u32) -> l
             Collision::Stick => life::STICK,
         },
         own_values: 0,
+    }
+}
+
+/// A forager's world: what its physics read, and what a controller and a task that ship read beside.
+fn forager(spec: &WorldSpec, own: &Forager) -> life::World {
+    let shipped = world(spec, 0, [0.0; 3], 0);
+    life::World {
+        hidden: shipped.hidden,
+        task_choices: shipped.task_choices,
+        new_cell: shipped.new_cell,
+        cell_columns: shipped.cell_columns,
+        ..own.foraging.world()
     }
 }
 
@@ -281,6 +304,7 @@ fn shape(spec: &WorldSpec, at: Vec2, radius: f32, class: &str, kind: Object, ind
         (Some(_), _) => contact + surrogate::SIGHT,
         (None, Build::Sampled) => contact + sensors.classes[class].reach(),
         (None, Build::Differential(own)) => radius + own.reach(spec.robot.body_radius, sensors),
+        (None, Build::Forager(_)) => contact,
     };
     life::Shape {
         x: zero(at.x),

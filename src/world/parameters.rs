@@ -6,6 +6,7 @@ use oneiro_shaders::life;
 
 use super::{Activation, Collision, Controller, Difference, Robot, Speed, Start, Task, WorldSpec};
 use crate::differential::{Build, Differential};
+use crate::foraging::{self, AsForaging, Forager, Foraging};
 use crate::network::Network;
 use crate::parameter::Allowed::{Any, Number, Text, Turns, Whole};
 use crate::parameter::{Allowed, Choice, Choices, Parameter, row};
@@ -20,18 +21,29 @@ const CLASS: Allowed = Text("a class of the sensor tables");
 
 /// Rows of all values except tables and the size of the arena, which an experiment specifies in its own way.
 #[rustfmt::skip]
-pub fn parameters<T: AsMut<WorldSpec>>() -> Vec<Parameter<T>> {
-    vec![
+pub fn parameters<T: AsMut<WorldSpec> + AsForaging>() -> Vec<Parameter<T>> {
+    let mut rows: Vec<Parameter<T>> = vec![
         row("cycles", "cycles of 100 ms", Whole(1, 1_000_000), "Miglino et al. 1995, section 3.1",
             "Length of a life: 500 cycles are 50 s.", |own, _| Some(&mut own.as_mut().cycles)),
         row("robot.kind", "", Any, OURS,
-            "Whether the robot is sampled as a whole, or described sensor by sensor; default: sampled.", |own, _| Some(&mut own.as_mut().robot.build)),
+            "Whether the robot is sampled as a whole, described sensor by sensor, or a forager; default: sampled.", |own, _| Some(&mut own.as_mut().robot.build)),
         row("robot.body_radius_mm", "mm", LENGTH, "Miglino et al. 1995, section 3.1",
-            "Radius of the round body.", |own, _| Some(&mut own.as_mut().robot.body_radius)),
+            "Radius of the round body.", |own, _| match own.as_mut().robot {
+                Robot { build: Build::Forager(ref mut own), .. } => Some(&mut own.foraging.body_radius),
+                Robot { ref mut body_radius, .. } => Some(body_radius),
+            }),
         row("robot.wheel_base_mm", "mm", LENGTH, OURS,
-            "Distance between the wheels; not with `motors`.", |own, _| Some(&mut described(own)?.wheel_base)),
+            "Distance between the wheels; not with `motors`.", |own, _| match own.as_mut().robot.build {
+                Build::Forager(ref mut own) => Some(&mut own.foraging.wheel_base),
+                Build::Differential(ref mut own) => Some(&mut own.wheel_base),
+                Build::Sampled => None,
+            }),
         row("robot.greatest_speed_mm_s", "mm/s", Number(0.01, 1e5), OURS,
-            "Greatest speed of a wheel; not with `motors`.", |own, _| Some(&mut described(own)?.greatest_speed)),
+            "Greatest speed of a wheel; not with `motors`.", |own, _| match own.as_mut().robot.build {
+                Build::Forager(ref mut own) => Some(&mut own.foraging.greatest_speed),
+                Build::Differential(ref mut own) => Some(&mut own.greatest_speed),
+                Build::Sampled => None,
+            }),
         row("robot.speeds", "", Whole(0, 1024), OURS,
             "Number of speeds that a wheel can be given, evenly spaced from full speed backwards to full speed forwards; 0 for any speed.", |own, _| Some(&mut described(own)?.speeds)),
         row("robot.acceleration_mm_s2", "mm/s^2", Number(0.0, 1e6), OURS,
@@ -70,6 +82,7 @@ pub fn parameters<T: AsMut<WorldSpec>>() -> Vec<Parameter<T>> {
             "Share of a cycle's turn that is made before its displacement, of sampled motors.", |own, _| match own.as_mut().robot {
                 Robot { build: Build::Sampled, ref mut turn_before_move, .. } => Some(turn_before_move),
                 Robot { build: Build::Differential(ref mut own), .. } => Some(&mut own.turn_before_move),
+                Robot { build: Build::Forager(_), .. } => None,
             }),
         row("arena.walls", "", Any, OURS,
             "Walls of an arena of your own; its four sides, of the class wall, where there are none.", |own, _| Some(&mut own.as_mut().arena.walls)),
@@ -167,13 +180,13 @@ pub fn parameters<T: AsMut<WorldSpec>>() -> Vec<Parameter<T>> {
         row("task.kind", "", Any, "Miglino et al. 1995, section 3.1, equation 1",
             "What fitness is given for.", |own, _| Some(&mut own.as_mut().task)),
         row("task.speed", "", Any, "Miglino et al. 1995, section 5: driving to and fro \"will score relatively high\"",
-            "V of equation 1.", |own, _| match &mut own.as_mut().task { Task::Avoidance { speed, .. } => Some(speed), Task::Own => None }),
+            "V of equation 1.", |own, _| match &mut own.as_mut().task { Task::Avoidance { speed, .. } => Some(speed), _ => None }),
         row("task.difference", "", Any, "Floreano and Mondada, whose formula Miglino et al. 1995 take; their section 3.1, equation 1, prints the square",
-            "DV of equation 1.", |own, _| match &mut own.as_mut().task { Task::Avoidance { difference, .. } => Some(difference), Task::Own => None }),
+            "DV of equation 1.", |own, _| match &mut own.as_mut().task { Task::Avoidance { difference, .. } => Some(difference), _ => None }),
         row("task.activation", "", Any, OURS,
-            "I of equation 1.", |own, _| match &mut own.as_mut().task { Task::Avoidance { activation, .. } => Some(activation), Task::Own => None }),
+            "I of equation 1.", |own, _| match &mut own.as_mut().task { Task::Avoidance { activation, .. } => Some(activation), _ => None }),
         row("task.new_cell", "", Number(0.0, 1000.0), "none in Miglino et al. 1995, whose section 5 proposes such a term",
-            "Fitness for each cell of 50 mm that a robot enters for the first time; for fields of up to 128 such cells.", |own, _| match &mut own.as_mut().task { Task::Avoidance { new_cell, .. } => Some(new_cell), Task::Own => None }),
+            "Fitness for each cell of 50 mm that a robot enters for the first time; for fields of up to 128 such cells.", |own, _| match &mut own.as_mut().task { Task::Avoidance { new_cell, .. } => Some(new_cell), _ => None }),
         row("start.kind", "", Any, "Miglino et al. 1995, section 3.1",
             "Where lives start.", |own, _| Some(&mut own.as_mut().start)),
         row("start.x_mm", "mm", COORDINATE, "",
@@ -182,13 +195,35 @@ pub fn parameters<T: AsMut<WorldSpec>>() -> Vec<Parameter<T>> {
             "y of the start.", |own, _| match &mut own.as_mut().start { Start::At { y, .. } => Some(y), Start::Random => None }),
         row("start.heading_turns", "turns", Turns, OURS,
             "Heading at the start, counter-clockwise from the x axis.", |own, _| match &mut own.as_mut().start { Start::At { heading, .. } => Some(heading), Start::Random => None }),
-    ]
+    ];
+    let mut foragers = foraging::parameters();
+    foragers.extend([
+        row("arena.light", "", Any, "O'Dowd et al. 2014, Figure 2",
+            "Where the lamp is.", |own: &mut T, _| Some(&mut own.as_foraging()?.light)),
+        row("arena.food_earns_s", "s", Number(0.1, 1e5), "O'Dowd et al. 2014, section 4.5: a life",
+            "How long food earns something, from the start of a life on: the seconds that are left.", |own, _| match &mut own.as_mut().robot.build {
+                Build::Forager(own) => Some(&mut own.food_earns),
+                _ => None,
+            }),
+    ]);
+    foragers.retain(|own| rows.iter().all(|row| row.key != own.key));
+    rows.extend(foragers);
+    rows
+}
+
+impl AsForaging for WorldSpec {
+    fn as_foraging(&mut self) -> Option<&mut Foraging> {
+        match &mut self.robot.build {
+            Build::Forager(own) => Some(&mut own.foraging),
+            _ => None,
+        }
+    }
 }
 
 /// The robot, if it is described rather than sampled.
 fn described<T: AsMut<WorldSpec>>(own: &mut T) -> Option<&mut Differential> {
     match &mut own.as_mut().robot.build {
-        Build::Sampled => None,
+        Build::Sampled | Build::Forager(_) => None,
         Build::Differential(own) => Some(own),
     }
 }
@@ -238,6 +273,11 @@ impl Choice for Controller {
             "a network of the layers listed: see docs/controllers.md",
         ),
         (
+            "behaviours",
+            Self::Behaviours,
+            "a forager's: 2 genes choose what it does with food and without: see docs/epuck.md",
+        ),
+        (
             "own",
             Self::Own,
             "a controller of your own, in WGSL: see docs/extend.md",
@@ -252,6 +292,11 @@ impl Choice for Build {
             "differential",
             Self::Differential(Differential::open()),
             "two wheels, and the sensors listed: see docs/robots.md",
+        ),
+        (
+            "forager",
+            Self::Forager(Forager::ODOWD2014),
+            "an e-puck in a round arena with food, a nest and a lamp: see docs/epuck.md",
         ),
     ];
 
@@ -289,6 +334,11 @@ impl Choice for Task {
             "avoidance",
             Self::AVOIDANCE,
             "equation 1 of the paper: the sum over a life's cycles of V (1 - sqrt(DV)) (1 - I)",
+        ),
+        (
+            "foraging",
+            Self::Foraging,
+            "a forager's: the seconds that are left when food is brought to the nest",
         ),
         ("own", Self::Own, "a task of your own, in WGSL: see docs/extend.md"),
     ];

@@ -66,6 +66,7 @@ fn template(arguments: &New, console: Console) -> Result {
     }
     let template = match &parts[..] {
         [] if arguments.swarm => Template::Swarm,
+        parts if arguments.forager => Template::Forager(parts),
         [] => Template::Single,
         parts => Template::Own(parts),
     };
@@ -73,7 +74,7 @@ fn template(arguments: &New, console: Console) -> Result {
     files.extend(
         parts
             .iter()
-            .map(|(kind, file)| (file.clone(), reference::part(*kind).to_owned())),
+            .map(|(kind, file)| (file.clone(), reference::part(*kind, arguments.forager).to_owned())),
     );
     write(&files, console)
 }

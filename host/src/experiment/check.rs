@@ -3,7 +3,7 @@
 use std::fmt::Display;
 
 use oneiro::arena::{Arena, Field};
-use oneiro::differential::{Sensor, SensorKind};
+use oneiro::differential::{Build, Sensor, SensorKind};
 use oneiro::parameter::Invalid;
 use oneiro::world::WorldSpec;
 
@@ -151,6 +151,11 @@ pub(super) fn name(name: &str) -> Checked {
     )
 }
 
+/// Whether an experiment is of a forager, which has an arena of its own.
+pub(super) fn is_forager(settings: &Settings) -> bool {
+    matches!(settings.world.robot.build, Build::Forager(_))
+}
+
 /// Whether an experiment defines any part of an arena of its own.
 pub(super) fn is_own_arena(settings: &Settings) -> bool {
     let ArenaSize {
@@ -176,6 +181,12 @@ fn arena(settings: &Settings) -> Checked {
         width_mm,
         height_mm,
     } = &settings.arena;
+    if is_forager(settings) && (preset.is_some() || is_own_arena(settings)) {
+        return invalid(
+            "arena",
+            "has a preset, sides or objects; allowed: none of them, a forager's arena is round (arena.radius_mm)",
+        );
+    }
     match preset {
         Some(name) if Arena::named(name).is_none() => invalid(
             "arena.preset",

@@ -66,7 +66,8 @@ impl Experiment {
         if settings.name.is_empty() {
             settings.name = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
         }
-        if values::at(&given, "arena.preset").is_none() && check::is_own_arena(&settings) {
+        let has_own = check::is_own_arena(&settings) || check::is_forager(&settings);
+        if values::at(&given, "arena.preset").is_none() && has_own {
             settings.arena.preset = None;
         }
         settings.reality.complete(settings.evolution.generations);

@@ -2,7 +2,9 @@
 //! `docs/configuration.md`.
 
 use oneiro::compose;
+use oneiro::foraging::Forager;
 use oneiro::parameter::Parameter;
+use oneiro::world::WorldSpec;
 use serde::Serialize;
 
 use super::settings::Settings;
@@ -19,8 +21,11 @@ pub(crate) struct Entry {
     pub(crate) allowed: String,
     /// The allowed words with their meanings.
     pub(crate) choices: Vec<(&'static str, &'static str)>,
-    /// The `kind` of its table that the key requires, if it requires one.
+    /// The kind that the key requires, if it requires one.
     pub(crate) only_with: Option<&'static str>,
+    /// The key of that kind: `kind` for its table's.
+    #[serde(skip)]
+    kind: &'static str,
     pub(crate) source: &'static str,
     pub(crate) about: &'static str,
 }
@@ -30,9 +35,30 @@ pub(crate) fn single() -> Vec<Entry> {
     entries::<Settings>()
 }
 
-/// All keys of an experiment with user-defined parts, in these files.
-fn single_with(parts: &[(compose::Kind, String)]) -> Vec<Entry> {
-    let mut entries = single();
+/// Keys of an experiment with a forager.
+fn forager() -> Vec<Entry> {
+    let forager = || {
+        let mut own = Settings::default();
+        own.arena.preset = None;
+        own.world = WorldSpec::foraging(Forager::ODOWD2014);
+        own
+    };
+    // It brings its own body, noise and arena.
+    let is_its = |row: &Parameter<Settings>| {
+        let is_in = |mut own: Settings| (row.field)(&mut own, 0).is_some();
+        match row.key.split_once('.') {
+            Some(("arena", _)) => !is_in(Settings::default()),
+            Some(("robot", key)) => is_in(forager()) && !["preset", "collision"].contains(&key),
+            Some(("noise", _)) => false,
+            _ => true,
+        }
+    };
+    let rows = Settings::rows().iter().filter(|row| is_its(row));
+    by_table(rows.map(|row| entry(row, forager())).collect())
+}
+
+/// The keys of an experiment with user-defined parts, in these files.
+fn with_parts(mut entries: Vec<Entry>, parts: &[(compose::Kind, String)]) -> Vec<Entry> {
     for (kind, file) in parts {
         let word = kind.word();
         let [chosen, part] = ["kind", "part"].map(|key| format!("{word}.{key}"));
@@ -59,7 +85,11 @@ pub(crate) fn swarm() -> Vec<Entry> {
 
 /// One entry for each row, table by table.
 fn entries<T: Described>() -> Vec<Entry> {
-    let mut entries: Vec<Entry> = T::rows().iter().map(entry).collect();
+    by_table(T::rows().iter().map(|row| entry(row, T::default())).collect())
+}
+
+/// Sorts entries by the order in which their tables are first named.
+fn by_table(mut entries: Vec<Entry>) -> Vec<Entry> {
     let mut tables: Vec<&str> = Vec::new();
     for entry in &entries {
         let (table, _) = entry.place();
@@ -71,14 +101,14 @@ fn entries<T: Described>() -> Vec<Entry> {
     entries
 }
 
-fn entry<T: Described>(row: &Parameter<T>) -> Entry {
-    let mut own = T::default();
-    let mut only_with = None;
+/// The entry of a row, with the default that it has in an experiment.
+fn entry<T: Described>(row: &Parameter<T>, mut own: T) -> Entry {
+    let (mut only_with, mut kind) = (None, "kind");
     values::grow(row, &mut own);
     if (row.field)(&mut own, 0).is_none()
-        && let Some((kind, under)) = values::under(row)
+        && let Some(((key, word), under)) = values::under(row)
     {
-        (only_with, own) = (Some(kind), under);
+        (only_with, kind, own) = (Some(word), key, under);
     }
     let field = (row.field)(&mut own, 0).expect("every row has its field somewhere");
     let default = field.get().filter(|datum| !values::is_open(datum));
@@ -89,6 +119,7 @@ fn entry<T: Described>(row: &Parameter<T>) -> Entry {
         allowed: values::allowed(row, field),
         choices: field.choices(),
         only_with,
+        kind,
         source: row.source,
         about: row.about,
     }
@@ -133,16 +164,17 @@ impl Entry {
         };
         let only = self
             .only_with
-            .map_or_else(String::new, |kind| format!("; only with kind = {kind:?}"));
+            .map_or_else(String::new, |word| format!("; only with {} = {word:?}", self.kind));
         format!("{} Allowed: {allowed}{}{only}.", self.about, unit_words(self.unit))
     }
 }
 
 /// A part to start from, in WGSL.
-pub(crate) fn part(kind: compose::Kind) -> &'static str {
+pub(crate) fn part(kind: compose::Kind, is_foragers: bool) -> &'static str {
     match kind {
         compose::Kind::Sensor => include_str!("parts/sensor.wgsl"),
         compose::Kind::Controller => include_str!("parts/controller.wgsl"),
+        compose::Kind::Task if is_foragers => include_str!("parts/forager_task.wgsl"),
         compose::Kind::Task => include_str!("parts/task.wgsl"),
     }
 }
@@ -154,8 +186,18 @@ pub(crate) enum Template<'a> {
     Single,
     /// Single robots and user-defined parts, in these files.
     Own(&'a [(compose::Kind, String)]),
+    /// A forager, and user-defined parts, in these files.
+    Forager(&'a [(compose::Kind, String)]),
     /// A swarm.
     Swarm,
+}
+
+/// Parts and their files in words.
+fn named(parts: &[(compose::Kind, String)]) -> String {
+    let parts = parts
+        .iter()
+        .map(|(kind, file)| format!("the {} of {file}", kind.word()));
+    parts.collect::<Vec<_>>().join(" and ")
 }
 
 /// An experiment with every value at its default, each with a comment.
@@ -174,15 +216,22 @@ pub(crate) fn example(name: &str, template: Template<'_>) -> String {
             single(),
         ),
         Template::Own(parts) => {
-            let parts_named: Vec<_> = parts
-                .iter()
-                .map(|(kind, file)| format!("the {} of {file}", kind.word()))
-                .collect();
-            let about = format!("A Khepera with {} (docs/extend.md).", parts_named.join(" and "));
-            (about, single_with(parts))
+            let about = format!("A Khepera with {} (docs/extend.md).", named(parts));
+            (about, with_parts(single(), parts))
+        }
+        Template::Forager([]) => (
+            "An e-puck learns when to seek the light and when to flee it, to bring food to its nest: the on-board simulator of \
+             O'Dowd, Studley and Winfield, 2014 (docs/epuck.md)."
+                .to_owned(),
+            forager(),
+        ),
+        Template::Forager(parts) => {
+            let about = format!("An e-puck that brings food to its nest, with {} (docs/extend.md).", named(parts));
+            (about, with_parts(forager(), parts))
         }
     };
     let but = match template {
+        Template::Forager(_) => "the name, the kinds of robot, controller and task, and the cycles",
         Template::Own(_) => "the name and the parts that are your own",
         Template::Single | Template::Swarm => "the name",
     };
@@ -220,12 +269,13 @@ pub(crate) fn example(name: &str, template: Template<'_>) -> String {
 
 /// The table of the values that the part of a table declares, as comments; nothing for a table without a part of its own.
 fn values_of(table: &str, template: Template<'_>) -> String {
+    let is_foragers = matches!(template, Template::Forager(_));
     let parts = match template {
-        Template::Own(parts) => parts,
+        Template::Own(parts) | Template::Forager(parts) => parts,
         Template::Single | Template::Swarm => &[],
     };
     let own = parts.iter().find(|(kind, _)| kind.word() == table);
-    let part = own.and_then(|(kind, file)| compose::Part::new(*kind, file, part(*kind)).ok());
+    let part = own.and_then(|(kind, file)| compose::Part::new(*kind, file, part(*kind, is_foragers)).ok());
     let Some(part) = part.filter(|part| !part.values().is_empty()) else {
         return String::new();
     };
@@ -308,7 +358,7 @@ fn line(entry: &Entry) -> String {
         .map_or(String::new(), |default| format!("`{default}`"));
     let only = entry
         .only_with
-        .map_or_else(String::new, |kind| format!(" Only with `kind = \"{kind}\"`."));
+        .map_or_else(String::new, |word| format!(" Only with `{} = \"{word}\"`.", entry.kind));
     let cells = [
         format!("`{}`", entry.key),
         default,

@@ -10,6 +10,7 @@ use oneiro::arena::Arena;
 use oneiro::batch::GREATEST_GENE;
 use oneiro::compose::Kind;
 use oneiro::differential::Build;
+use oneiro::foraging::{AsForaging, Foraging};
 use oneiro::parameter::Allowed::{Any, Number, Text, Whole, WholeUpTo};
 use oneiro::parameter::{Choice, Choices, Datum, Field, Parameter, Select, row};
 use oneiro::tables::MotorStates;
@@ -114,6 +115,12 @@ impl AsMut<WorldSpec> for Settings {
     }
 }
 
+impl AsForaging for Settings {
+    fn as_foraging(&mut self) -> Option<&mut Foraging> {
+        self.world.as_foraging()
+    }
+}
+
 /// Integers in TOML are signed.
 pub(crate) const GREATEST_SEED: u64 = i64::MAX as u64;
 
@@ -145,16 +152,19 @@ fn rows() -> Vec<Parameter<Settings>> {
             "Sampled sensors: the Khepera that is built in, or a file for each class of object. Of a described robot those of its sensors of the kind sampled.", |own, _| match own.world.robot.build {
                 Build::Sampled => Some(&mut own.robot.tables),
                 Build::Differential(_) => Some(&mut own.robot.described.tables),
+                Build::Forager(_) => None,
             }),
         row("robot.motors", "", Text("\"khepera\" or a file"), OURS,
             "Sampled motors: the Khepera that is built in, or a file. A described robot has them in place of `wheel_base_mm` and `greatest_speed_mm_s`.", |own, _| match own.world.robot.build {
                 Build::Sampled => Some(&mut own.robot.motors),
                 Build::Differential(_) => Some(&mut own.robot.described.motors),
+                Build::Forager(_) => None,
             }),
         row("robot.states", "", Any, "ours: which 20; 20 x 20 states in Miglino et al. 1995, section 3.2.2",
             "Which of the sampled speeds are a wheel's states.", |own, _| match own.world.robot.build {
                 Build::Sampled => Some(&mut own.robot.states),
                 Build::Differential(_) => Some(&mut own.robot.described.states),
+                Build::Forager(_) => None,
             }),
     ]);
     let file = Text("a file, .wgsl");

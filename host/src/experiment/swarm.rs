@@ -3,7 +3,7 @@
 use std::path::Path;
 use std::sync::LazyLock;
 
-use oneiro::foraging::Foraging;
+use oneiro::foraging::{AsForaging, Foraging};
 use oneiro::parameter::{Allowed, Parameter};
 use oneiro::swarm::Swarm;
 use toml::Table;
@@ -44,9 +44,9 @@ impl AsMut<Swarm> for File {
     }
 }
 
-impl AsMut<Foraging> for File {
-    fn as_mut(&mut self) -> &mut Foraging {
-        &mut self.swarm.world.forager
+impl AsForaging for File {
+    fn as_foraging(&mut self) -> Option<&mut Foraging> {
+        Some(&mut self.swarm.world.forager)
     }
 }
 

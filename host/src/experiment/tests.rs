@@ -142,7 +142,7 @@ fn a_robot_by_name_is_changed_key_by_key_and_its_sensors_as_a_whole() {
     let plain = read(&scratch, "robot.preset = \"epuck\"", &[]).unwrap();
     let robot = |experiment: &Experiment| match experiment.world().spec().robot.build.clone() {
         Build::Differential(robot) => robot,
-        Build::Sampled => panic!("is sampled"),
+        Build::Sampled | Build::Forager(_) => panic!("is not described"),
     };
     assert_eq!(robot(&plain).sensors.len(), 19);
     let text = "robot.preset = \"epuck\"\nrobot.greatest_speed_mm_s = 80";

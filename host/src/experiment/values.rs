@@ -125,8 +125,8 @@ fn set<T: Described>(leaf: &Leaf<T>, kinds: bool, own: &mut T, source: &Source<'
         if kinds {
             return Ok(());
         }
-        let condition = under(leaf.row).map_or("", |(word, _)| word);
-        let problem = format!("is given; allowed: only with kind = \"{condition}\"");
+        let (key, word) = under(leaf.row).map_or(("kind", ""), |(kind, _)| kind);
+        let problem = format!("is given; allowed: only with {key} = \"{word}\"");
         return Err(source.invalid(&leaf.path, problem));
     };
     if is_kind(leaf.row.key) != kinds || taken(field, &leaf.datum) {
@@ -183,18 +183,22 @@ pub(super) fn unit_words(unit: &str) -> String {
     }
 }
 
-/// The choice of its table's `kind` that a value requires, and settings with it.
-pub(super) fn under<T: Described>(row: &Parameter<T>) -> Option<(&'static str, T)> {
+/// The choice that a value requires, of its table's `kind` or else of the robot's, as a key and a word; and settings with it.
+pub(super) fn under<T: Described>(row: &Parameter<T>) -> Option<((&'static str, &'static str), T)> {
+    const ROBOT: &str = "robot.kind";
     let (list, _) = row.key.split_once("[]").unwrap_or((row.key, ""));
     let (table, _) = list.rsplit_once('.')?;
-    let kind = T::rows().iter().find(|kind| kind.key == format!("{table}.kind"))?;
-    let words = (kind.field)(&mut T::default(), 0)?.choices();
-    words.into_iter().find_map(|(word, _)| {
-        let mut own = T::default();
-        (kind.field)(&mut own, 0)?.set(&Datum::Word(word.into()));
-        grow(row, &mut own);
-        (row.field)(&mut own, 0)?;
-        Some((word, own))
+    let own = format!("{table}.kind");
+    [(&*own, "kind"), (ROBOT, ROBOT)].into_iter().find_map(|(key, shown)| {
+        let kind = T::rows().iter().find(|kind| kind.key == key)?;
+        let words = (kind.field)(&mut T::default(), 0)?.choices();
+        words.into_iter().find_map(|(word, _)| {
+            let mut own = T::default();
+            (kind.field)(&mut own, 0)?.set(&Datum::Word(word.into()));
+            grow(row, &mut own);
+            (row.field)(&mut own, 0)?;
+            Some(((shown, word), own))
+        })
     })
 }
 

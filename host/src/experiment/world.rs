@@ -97,6 +97,9 @@ fn key(field: &str) -> &str {
 
 /// The arena from the catalogue, or one with the experiment's own size and objects.
 fn arena(settings: &Settings, own: Arena) -> Arena {
+    if let Build::Forager(_) = settings.world.robot.build {
+        return own;
+    }
     if let Some(preset) = settings.arena.preset.as_deref().and_then(Arena::named) {
         return preset;
     }

@@ -166,7 +166,7 @@ impl Lives {
         let senses = Senses::new(spec, profile, &values.sensors).map_err(Failure::input)?;
         let own = match &spec.robot.build {
             Build::Differential(own) => own.greatest_speed.map_or(SAMPLED_SPEED, f64::from),
-            Build::Sampled => SAMPLED_SPEED,
+            Build::Sampled | Build::Forager(_) => SAMPLED_SPEED,
         };
         let speed = values.speed_mm_s.unwrap_or(own);
         if speed > profile.greatest_mm_s {

@@ -1,7 +1,7 @@
 //! Settings of a swarm whose simulators evolve with its controllers, each described by a row. The defaults are those of
 //! O'Dowd, Studley and Winfield (2014), where the paper has them.
 
-use oneiro::foraging::{self, Foraging, Light};
+use oneiro::foraging::{self, AsForaging, Foraging, Light};
 use oneiro::parameter::Allowed::{Any, Number, Whole, WholeUpTo};
 use oneiro::parameter::{Choice, Choices, Datum, Parameter, row};
 use oneiro::swarm::{self, Swarm};
@@ -107,7 +107,7 @@ pub(crate) struct Clock {
 const GREATEST_MINUTES: u64 = 1_666;
 
 /// Rows of all values, for any type that holds them.
-pub(crate) fn parameters<T: AsMut<Settings> + AsMut<Swarm> + AsMut<Foraging>>() -> Vec<Parameter<T>> {
+pub(crate) fn parameters<T: AsMut<Settings> + AsMut<Swarm> + AsForaging>() -> Vec<Parameter<T>> {
     let mut rows = own_parameters();
     rows.splice(1..1, foraging::parameters().into_iter().chain(swarm::parameters()));
     rows
@@ -245,9 +245,9 @@ impl AsMut<Swarm> for Settings {
     }
 }
 
-impl AsMut<Foraging> for Settings {
-    fn as_mut(&mut self) -> &mut Foraging {
-        &mut self.world.forager
+impl AsForaging for Settings {
+    fn as_foraging(&mut self) -> Option<&mut Foraging> {
+        Some(&mut self.world.forager)
     }
 }
 

@@ -50,17 +50,36 @@ pub(super) fn problems(
     generated: &str,
 ) -> Refusals {
     let mut taken = shipped_names();
-    let calls = used_problems(part, interface, &taken);
+    let mut used = buffer_problems(part);
+    used.extend(call_problems(part, interface, &taken));
     let added: BTreeSet<_> = declared_names(kernel::GENERATED, generated).collect();
     taken.extend(added.iter().cloned());
     let mut problems = declared_problems(part, interface, declared, &taken, &added);
-    problems.extend(calls);
+    problems.extend(used);
     problems
+}
+
+/// Refuses parts that declare or call what only foragers are made of.
+pub(super) fn foragers(own: &OwnParts, taken: &BTreeSet<String>) -> Result<(), Refusals> {
+    let mut problems = Refusals::new();
+    for own in own.iter() {
+        let part = own.part().source();
+        let interface = interface::of(own.part().kind());
+        let declared = declarations(&part).into_iter();
+        let is_taken = |own: &Declaration| !interface.structs.contains(&own.name.as_str()) && taken.contains(&own.name);
+        problems.extend(declared.filter(is_taken).map(|own| taken_name(&own)));
+        problems.extend(call_problems(&part, &interface, taken));
+        problems.extend(constant_problems(&own.part().genes, taken));
+    }
+    if problems.is_empty() { Ok(()) } else { Err(problems) }
 }
 
 /// Problems with the constants of named genes.
 pub(super) fn gene_problems(genes: &[GeneField]) -> Refusals {
-    let taken = shipped_names();
+    constant_problems(genes, &shipped_names())
+}
+
+fn constant_problems(genes: &[GeneField], taken: &BTreeSet<String>) -> Refusals {
     let refused = genes.iter().filter(|gene| taken.contains(&gene.constant()));
     let refusal = |gene: &GeneField| {
         let (name, constant) = (&gene.name, gene.constant());
@@ -76,7 +95,7 @@ fn shipped_names() -> BTreeSet<String> {
     let is_composed = |path: &&str| {
         let life = |name: &str| name.starts_with("life_") || name.starts_with("surrogate_");
         let mut kernels = KERNELS.iter().filter(|kernel| life(kernel.name));
-        let ships = KERNELS.iter().any(|kernel| kernel.parts.contains(path));
+        let ships = KERNELS.iter().any(|kernel| kernel.parts.contains(path)) || kernel::is_of_foragers(path);
         !ships || kernels.any(|kernel| kernel.parts.contains(path))
     };
     let shipped = PARTS.iter().filter(|(path, _)| is_composed(path));
@@ -165,15 +184,21 @@ fn declared_problems(
                 refuse(place, Rule::DeclaredForm, message);
             }
         } else if form.is_none() && !interface.structs.contains(&name.as_str()) && taken.contains(name) {
-            let message = format!("`{name}` is a name of Oneiro's; choose another");
-            refuse(place, Rule::ReservedName, message);
+            let Refusal { rule, message, .. } = taken_name(own);
+            refuse(place, rule, message);
         }
     }
     problems
 }
 
-/// Problems with what a part uses of the rest of the kernel.
-fn used_problems(part: &compiler::Part, interface: &Interface, taken: &BTreeSet<String>) -> Refusals {
+/// The refusal of a declaration with a name that is taken.
+fn taken_name(own: &Declaration) -> Refusal {
+    let message = format!("`{}` is a name of Oneiro's; choose another", own.name);
+    refusal(&own.place, Rule::ReservedName, message)
+}
+
+/// Problems with what a part uses of the kernel's buffers and of what it is given.
+fn buffer_problems(part: &compiler::Part) -> Refusals {
     let mut problems = Refusals::new();
     let mut refuse = |place: &Place, rule, message| problems.push(refusal(place, rule, message));
     let buffers: Vec<_> = LIFE_PERCEPTRON.bindings.iter().map(|binding| binding.name).collect();
@@ -196,6 +221,12 @@ fn used_problems(part: &compiler::Part, interface: &Interface, taken: &BTreeSet<
             refuse(&place, Rule::IndexedArrays, message);
         }
     }
+    problems
+}
+
+/// Problems with what a part calls.
+fn call_problems(part: &compiler::Part, interface: &Interface, taken: &BTreeSet<String>) -> Refusals {
+    let mut problems = Refusals::new();
     for (name, place) in calls(part) {
         let is_allowed = [&CALLS, interface.calls, interface.structs]
             .iter()
@@ -208,7 +239,7 @@ fn used_problems(part: &compiler::Part, interface: &Interface, taken: &BTreeSet<
                 .collect::<Vec<_>>()
                 .join(", ");
             let message = format!("`{name}` can't be called from here; allowed: {allowed}, and your own functions");
-            refuse(&place, Rule::AllowedCalls, message);
+            problems.push(refusal(&place, Rule::AllowedCalls, message));
         }
     }
     problems

@@ -15,11 +15,10 @@ use oneiro_shaders::{Binding, Kernel, WordOf};
 
 use super::interface::{GENE_COUNT, GENES};
 use super::{Part, check, generate, interface, refusal};
-use crate::arena::Arena;
 use crate::compose::{Composed, GREATEST_GENES, Kind, OwnParts, Refused, fields};
 use crate::differential::{Build, Differential};
 use crate::parameter::Invalid;
-use crate::world::{Gene, Robot};
+use crate::world::{Controller, Gene, Task, WorldSpec};
 
 /// Stands for a path in messages about generated declarations.
 pub(super) const GENERATED: &str = "what Oneiro adds";
@@ -44,10 +43,52 @@ const WHEELS: &str = "robot/arcs.wgsl";
 const SIMULATED: &str = "physics/sampled.wgsl";
 const REPORTED: &str = "physics/reported.wgsl";
 
+/// Parts of foragers: what all have, and their controllers and their task.
+const FORAGER: [&str; 10] = [
+    "lib/circle.wgsl",
+    "lib/circle_rays.wgsl",
+    "lib/food.wgsl",
+    "lib/forager.wgsl",
+    "physics/forager.wgsl",
+    "robot/epuck.wgsl",
+    "robot/epuck_alone.wgsl",
+    "sensor/epuck.wgsl",
+    "sensor/foraging.wgsl",
+    "task/foraging.wgsl",
+];
+const OUTPUTS: &str = "controller/outputs.wgsl";
+const BEHAVIOURS: [&str; 2] = ["controller/behaviours.wgsl", "controller/foraging.wgsl"];
+const BRINGING: &str = "task/bringing.wgsl";
+
+/// Parts that all other robots have and foragers don't.
+const NOT_FORAGER: [&str; 3] = ["lib/walk.wgsl", "physics/sliding.wgsl", SIMULATED];
+
+/// Whether only foragers are made of a part.
+pub(super) fn is_of_foragers(path: &str) -> bool {
+    FORAGER.contains(&path) || BEHAVIOURS.contains(&path) || [OUTPUTS, BRINGING].contains(&path)
+}
+
+/// Whether a forager is made of a part, if the part is not of every robot.
+fn is_of_forager(path: &str, spec: &WorldSpec) -> Option<bool> {
+    let behaves = spec.controller == Controller::Behaviours;
+    let others = [&SENSORS[..], &MOTORS, &DESCRIBED, &[TABLES, WHEELS], &NOT_FORAGER];
+    match path {
+        _ if FORAGER.contains(&path) => Some(true),
+        _ if BEHAVIOURS.contains(&path) => Some(behaves),
+        OUTPUTS => Some(!behaves),
+        BRINGING => Some(spec.task == Task::Foraging),
+        _ if behaves && is_replaced(path, Kind::Controller) && path != GENES_PART => Some(false),
+        _ if spec.task == Task::Foraging && is_replaced(path, Kind::Task) => Some(false),
+        _ => others.iter().any(|list| list.contains(&path)).then_some(false),
+    }
+}
+
 /// Whether a robot is made of a part, if the part is only of some robots.
-fn is_of_robot(path: &str, robot: &Build) -> Option<bool> {
-    let Build::Differential(own) = robot else {
-        return (DESCRIBED.contains(&path) || [TABLES, WHEELS].contains(&path)).then_some(false);
+fn is_of_robot(path: &str, spec: &WorldSpec) -> Option<bool> {
+    let own = match &spec.robot.build {
+        Build::Sampled => return (DESCRIBED.contains(&path) || [TABLES, WHEELS].contains(&path)).then_some(false),
+        Build::Forager(_) => return is_of_forager(path, spec),
+        Build::Differential(own) => own,
     };
     if SENSORS.contains(&path) || path == TABLES {
         return Some(own.has_sampled_sensors());
@@ -76,11 +117,14 @@ fn without(shipped: &compiler::Part, others: &BTreeSet<String>) -> String {
     lines.join("\n") + "\n"
 }
 
+/// The genes of shipped controllers.
+const GENES_PART: &str = "lib/genes.wgsl";
+
 /// The shipped part in whose place a user's stands.
 fn is_replaced(path: &str, kind: Kind) -> bool {
     match kind {
         Kind::Sensor => path == "sensor/no_others.wgsl",
-        Kind::Controller => path.starts_with("controller/") || path == "lib/genes.wgsl",
+        Kind::Controller => path.starts_with("controller/") || path == GENES_PART,
         Kind::Task => path.starts_with("task/"),
     }
 }
@@ -89,12 +133,11 @@ fn is_replaced(path: &str, kind: Kind) -> bool {
 pub(in crate::compose) fn compose(
     base: &'static Kernel,
     parts: &OwnParts,
-    robot: &Robot,
-    arena: &Arena,
+    spec: &WorldSpec,
     is_reported: bool,
 ) -> Result<Composed, Invalid> {
     static COMPOSED: Mutex<BTreeMap<String, Composed>> = Mutex::new(BTreeMap::new());
-    let (tables, robot) = (&robot.sensors, &robot.build);
+    let (tables, robot) = (&spec.robot.sensors, &spec.robot.build);
     if parts.is_empty() && *robot == Build::Sampled && !is_reported {
         return Ok(Composed {
             kernel: base,
@@ -111,10 +154,19 @@ pub(in crate::compose) fn compose(
     let mut name = base.name.to_owned();
     if let Build::Differential(robot) = robot {
         check_names(robot)?;
-        let described = generate::readings(robot, tables, arena) + &generate::drive(robot, arena);
+        let described = generate::readings(robot, tables, &spec.arena) + &generate::drive(robot, &spec.arena);
         let hash = blake3::hash(described.as_bytes()).to_hex();
         let _ = write!(name, "+{}-sensors-{}", robot.sensors.len(), &hash[..16]);
         generated += &described;
+    }
+    if let Build::Forager(_) = robot {
+        name += "+forager";
+        name += if spec.controller == Controller::Behaviours {
+            "+behaviours"
+        } else {
+            ""
+        };
+        name += if spec.task == Task::Foraging { "+foraging" } else { "" };
     }
     if is_reported {
         name += "+reported";
@@ -134,7 +186,7 @@ pub(in crate::compose) fn compose(
         return Ok(*composed);
     }
     let (kernel, genes) =
-        new(base, parts, robot, is_reported, generated, &name).map_err(|refusals| invalid(parts, robot, &refusals))?;
+        new(base, parts, spec, is_reported, generated, &name).map_err(|refusals| invalid(parts, robot, &refusals))?;
     let leaked = || Composed {
         kernel: Box::leak(Box::new(kernel)),
         genes: genes.map(|genes| &*genes.leak()),
@@ -158,7 +210,7 @@ fn check_names(robot: &Differential) -> Result<(), Invalid> {
 
 /// Names the key of the part that is refused first.
 fn invalid(parts: &OwnParts, robot: &Build, refusals: &[Refusal]) -> Invalid {
-    if *robot != Build::Sampled && refusals[0].place.path == GENERATED {
+    if matches!(robot, Build::Differential(_)) && refusals[0].place.path == GENERATED {
         let is_of_names = matches!(
             refusals[0].rule,
             Rule::ReservedName | Rule::BuiltInName | Rule::UnknownName | Rule::ValidWgsl
@@ -188,7 +240,7 @@ fn invalid(parts: &OwnParts, robot: &Build, refusals: &[Refusal]) -> Invalid {
 fn new(
     base: &'static Kernel,
     own: &OwnParts,
-    robot: &Build,
+    spec: &WorldSpec,
     is_reported: bool,
     mut generated: String,
     name: &str,
@@ -199,24 +251,34 @@ fn new(
     };
     let is_kept = |path: &str| path != DETAILS && own.iter().all(|own| !is_replaced(path, own.part.kind));
     let is_needed = |path: &str| {
-        let is_of_robot = is_of_robot(path, robot);
+        let is_of_robot = is_of_robot(path, spec);
         if is_reported && [SIMULATED, REPORTED].contains(&path) {
             return path == REPORTED;
         }
         path == USER || is_of_robot.unwrap_or_else(|| base.parts.contains(&path) && is_kept(path))
     };
-    let described: BTreeSet<_> = declarations(&part(GENERATED, &generated))
+    let names = |parts: &[compiler::Part]| -> BTreeSet<String> {
+        let declared = parts.iter().flat_map(declarations);
+        declared.map(|own| own.name).collect()
+    };
+    let needed: Vec<_> = PARTS.iter().filter(|(path, _)| is_needed(path)).collect();
+    let (of_robot, others): (Vec<_>, Vec<_>) = needed
         .into_iter()
-        .map(|own| own.name)
-        .collect();
-    let mut parts: Vec<_> = PARTS
-        .iter()
-        .filter(|(path, _)| is_needed(path))
-        .map(|(path, text)| match is_of_robot(path, robot) {
-            Some(true) => part(path, &without(&part(path, text), &described)),
-            _ => part(path, text),
-        })
-        .collect();
+        .partition(|(path, _)| is_of_robot(path, spec) == Some(true));
+    let [of_robot, others] =
+        [of_robot, others].map(|parts| -> Vec<_> { parts.into_iter().map(|(path, text)| part(path, text)).collect() });
+    // What is generated for a described robot takes the place of its parts' declarations, and those of a forager that of others'.
+    let (instead, replaced, kept) = match &spec.robot.build {
+        Build::Forager(_) => (names(&of_robot), others, of_robot),
+        _ => (names(&[part(GENERATED, &generated)]), of_robot, others),
+    };
+    if let Build::Forager(_) = spec.robot.build {
+        check::foragers(own, &instead)?;
+    }
+    let replaced = replaced
+        .into_iter()
+        .map(|own| part(&own.path, &without(&own, &instead)));
+    let mut parts: Vec<_> = replaced.chain(kept).collect();
     let mut cells = 0;
     for own in own.iter() {
         let first = interface::of(own.part.kind).first_value();
@@ -241,7 +303,7 @@ fn new(
         refusals
     })?;
     let genes = match own.get(Kind::Controller) {
-        Some(controller) => Some(genes(&controller.part, &compiled, &own.readings_of(robot))?),
+        Some(controller) => Some(genes(&controller.part, &compiled, &own.readings_of(&spec.robot.build))?),
         None => None,
     };
     let bindings = base.bindings.iter().zip(&compiled.bindings);
@@ -326,10 +388,7 @@ const INPUTS: &str = "INPUTS";
 
 /// The refusal of a controller's number of genes.
 fn gene_count(own: &Part) -> Refusal {
-    let part = compiler::Part {
-        path: own.path.clone(),
-        text: own.text.clone(),
-    };
+    let part = own.source();
     let named = !own.genes.is_empty();
     let name = if named { GENES } else { GENE_COUNT };
     let declared = declarations(&part).into_iter().find(|declared| declared.name == name);

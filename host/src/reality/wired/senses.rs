@@ -76,6 +76,7 @@ fn wanted(spec: &WorldSpec) -> Vec<Wanted<'_>> {
                 sensor: Some(sensor),
             })
             .collect(),
+        Build::Forager(_) => Vec::new(),
     }
 }
 
@@ -99,6 +100,11 @@ fn kind_of(wanted: &Wanted<'_>) -> Result<Kind, String> {
 /// # Errors
 /// A sensor of a kind that no robot on a wire has.
 pub(super) fn kinds(spec: &WorldSpec) -> Result<Vec<Kind>, String> {
+    if let Build::Forager(_) = spec.robot.build {
+        return Err(
+            "robot.kind is `forager`, whose food only its simulator knows; allowed: another kind of robot".to_owned(),
+        );
+    }
     let mut kinds = Vec::new();
     for wanted in wanted(spec) {
         let kind = kind_of(&wanted)?;

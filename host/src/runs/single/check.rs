@@ -5,9 +5,10 @@ use std::path::Path;
 
 use oneiro::compose::{self, Kind, OwnPart, OwnParts};
 use oneiro::differential::{Build, Differential, SensorKind};
+use oneiro::foraging::{Forager, Foraging};
 use oneiro::parameter::Choice;
 use oneiro::tables::SENSORS;
-use oneiro::world::{Noise, Robot, Start};
+use oneiro::world::{Noise, Robot, Start, WorldSpec};
 use serde_json::{Value, json};
 
 use crate::console::{Console, counted, decimal};
@@ -69,6 +70,11 @@ fn sensor_counts(robot: &Robot) -> Vec<(&'static str, usize)> {
     match robot.build {
         Build::Sampled => vec![(SensorKind::Proximity.word(), SENSORS)],
         Build::Differential(_) => counts,
+        Build::Forager(_) => vec![
+            (SensorKind::Proximity.word(), 4),
+            (SensorKind::Light.word(), 8),
+            ("food", 1),
+        ],
     }
 }
 
@@ -110,7 +116,6 @@ fn summary(experiment: &Experiment) -> String {
     let settings = experiment.settings();
     let world = experiment.world();
     let spec = world.spec();
-    let arena = &spec.arena;
     let evolution = &settings.evolution;
     let run = experiment.evolution(0);
     let optimizer = run.optimizer();
@@ -119,18 +124,16 @@ fn summary(experiment: &Experiment) -> String {
         (
             "arena",
             format!(
-                "{}, {} x {} mm, {}, {}, {}; {:.0} % of the field is free",
-                arena.name,
-                arena.field.width,
-                arena.field.height,
-                counted(arena.walls.len() as u32, "wall", "walls"),
-                counted(arena.obstacles.len() as u32, "round obstacle", "round obstacles"),
-                counted(arena.blocks.len() as u32, "block", "blocks"),
+                "{}; {:.0} % of the field is free",
+                arena(spec),
                 100.0 * world.free_share()
             ),
         ),
         ("sensors", sensors(&spec.robot, spec.own.get(Kind::Sensor))),
-        ("noise", noise(spec.noise)),
+        (
+            "noise",
+            foragers_noise(&spec.robot).unwrap_or_else(|| noise(spec.noise)),
+        ),
         (
             "controller",
             format!(
@@ -221,6 +224,40 @@ fn summary(experiment: &Experiment) -> String {
     )
 }
 
+/// An arena's size, and what stands in it.
+fn arena(spec: &WorldSpec) -> String {
+    if let Build::Forager(Forager { foraging, .. }) = &spec.robot.build {
+        let food = counted(foraging.food_items, "item", "items");
+        return format!(
+            "round, radius {} mm, a nest of radius {} mm, {food} of food, the lamp {}",
+            foraging.arena_radius,
+            foraging.nest_radius,
+            foraging.light.word()
+        );
+    }
+    let arena = &spec.arena;
+    format!(
+        "{}, {} x {} mm, {}, {}, {}",
+        arena.name,
+        arena.field.width,
+        arena.field.height,
+        counted(arena.walls.len() as u32, "wall", "walls"),
+        counted(arena.obstacles.len() as u32, "round obstacle", "round obstacles"),
+        counted(arena.blocks.len() as u32, "block", "blocks"),
+    )
+}
+
+/// The noise that a forager has of its own.
+fn foragers_noise(robot: &Robot) -> Option<String> {
+    let Build::Forager(Forager { foraging, .. }) = &robot.build else {
+        return None;
+    };
+    let (light, wheels) = (foraging.light_noise, foraging.wheel_noise);
+    Some(format!(
+        "of proximity as measured, {light} of light, a share of {wheels} of each wheel's way"
+    ))
+}
+
 /// A robot's body and wheels, and its battery; the name if it is one that ships.
 fn robot(robot: &Robot, name: Option<&str>) -> String {
     let radius = format!("radius {} mm", robot.body_radius);
@@ -231,6 +268,14 @@ fn robot(robot: &Robot, name: Option<&str>) -> String {
             return format!("{radius}, sensors sampled for {classes}, {states} x {states} motor states");
         }
         Build::Differential(own) => own,
+        Build::Forager(own) => {
+            let Foraging {
+                wheel_base,
+                greatest_speed,
+                ..
+            } = own.foraging;
+            return format!("a forager, {radius}, wheels {wheel_base} mm apart, up to {greatest_speed} mm/s");
+        }
     };
     let mut parts: Vec<String> = name.map(str::to_owned).into_iter().collect();
     parts.push(radius);
@@ -254,20 +299,24 @@ fn robot(robot: &Robot, name: Option<&str>) -> String {
 /// The same as values by the names of their keys, null where the robot has none.
 fn robot_values(robot: &Robot, preset: Option<&str>) -> Value {
     let own = match &robot.build {
-        Build::Sampled => None,
         Build::Differential(own) => Some(own),
+        Build::Sampled | Build::Forager(_) => None,
+    };
+    let foraging = match &robot.build {
+        Build::Forager(own) => Some(own.foraging),
+        _ => None,
     };
     let number = |value: fn(&Differential) -> Option<f32>| own.and_then(value).map(decimal);
-    let has_sampled_motors = own.is_none_or(|own| own.sampled_motors);
+    let has_sampled_motors = own.map_or(foraging.is_none(), |own| own.sampled_motors);
     let classes = robot
         .tables()
         .map(|tables| tables.classes.iter().map(|table| &table.class).collect::<Vec<_>>());
     json!({
-        "kind": if own.is_some() { "differential" } else { "sampled" },
+        "kind": robot.build.word(),
         "preset": preset,
         "body_radius_mm": decimal(robot.body_radius),
-        "wheel_base_mm": number(|own| own.wheel_base),
-        "greatest_speed_mm_s": number(|own| own.greatest_speed),
+        "wheel_base_mm": foraging.map_or_else(|| number(|own| own.wheel_base), |own| Some(decimal(own.wheel_base))),
+        "greatest_speed_mm_s": foraging.map_or_else(|| number(|own| own.greatest_speed), |own| Some(decimal(own.greatest_speed))),
         "speeds": own.map(|own| own.speeds).filter(|speeds| *speeds > 0),
         "acceleration_mm_s2": number(|own| own.acceleration),
         "latency_cycles": own.and_then(|own| own.latency),

@@ -4,10 +4,11 @@ use std::fmt::Write;
 
 use oneiro::batch::{Record, Trace};
 use oneiro::compose::{Detail, DetailKind, Scalar};
-use oneiro::differential::Sensor;
+use oneiro::differential::Build;
+use oneiro::foraging;
 use oneiro::parameter::Choice;
 use oneiro::tables::SENSOR_NAMES;
-use oneiro::world::World;
+use oneiro::world::{Robot, World};
 
 use crate::contents::{Column, head};
 use crate::experiment::Experiment;
@@ -44,8 +45,8 @@ impl TraceTable {
                 .iter()
                 .enumerate()
                 .filter(move |(_, own)| is_wanted(own.kind));
-            let sensors = world.spec().robot.described_sensors();
-            wanted.map(move |(index, own)| (column(own, sensors), Cell::Detail(index, own.scalar)))
+            let robot = &world.spec().robot;
+            wanted.map(move |(index, own)| (column(own, robot), Cell::Detail(index, own.scalar)))
         };
         let cells = records(&POSE)
             .chain(details(|kind| kind == DetailKind::Perceived))
@@ -91,16 +92,18 @@ impl TraceTable {
     }
 }
 
-/// The column of one of the details, given the sensors of a described robot.
-fn column(detail: &Detail, sensors: &[Sensor]) -> Column {
+/// The column of one of the details of a robot.
+fn column(detail: &Detail, robot: &Robot) -> Column {
     const SAMPLED: Column = Column::number("", "0 to 1", "");
     const OWN: Column = Column::number("", "", "");
     let name = &detail.name;
     let sampled = name.parse().ok().and_then(|sensor: usize| SENSOR_NAMES.get(sensor));
-    let described = sensors.iter().find(|sensor| sensor.name == *name);
+    let described = robot.described_sensors().iter().find(|sensor| sensor.name == *name);
+    let is_foragers = matches!(robot.build, Build::Forager(_)) && foraging::READINGS.contains(&name.as_str());
     let robots = match (sampled, described) {
         (Some(sensor), _) => Some(format!("activation of `{sensor}`")),
         (None, Some(sensor)) => Some(format!("reading of the {} sensor `{name}`", sensor.kind.word())),
+        (None, None) if is_foragers => Some(format!("reading `{name}`")),
         (None, None) => None,
     };
     match (detail.kind, robots) {

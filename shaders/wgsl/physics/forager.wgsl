@@ -1,0 +1,119 @@
+// Life of a forager with any controller and any task: sense, act, drive, take food and bring it, reward. With the behaviours
+// and the task that ship its bits are those of `physics/foraging`.
+
+// What a rollout keeps from one dispatch to the next, and its fitness so far.
+struct State {
+    // where the food lies
+    food: Food,
+    task: TaskState,
+    controller: ControllerState,
+    sensor: SensorState,
+    x: f32,
+    y: f32,
+    heading: f32,
+    fitness: f32,
+    carries: u32,
+}
+
+// A forager's cycle, as a task sees it: that of any robot, and what became of the food.
+struct Experience {
+    step: u32,
+    start: vec3<f32>,
+    end: vec3<f32>,
+    // readings before and after sensor noise
+    real: Readings,
+    perceived: Readings,
+    // outputs of the controller, and the motion of the wheels
+    outputs: vec2<f32>,
+    moved: Motion,
+    // whether the wall stopped it
+    collided: bool,
+    // whether it took an item in this cycle, or brought one to the nest, and the seconds that were then left
+    took: bool,
+    brought: bool,
+    worth: f32,
+    // from the robot's centre at the end to that of the nest, and to the nearest item, mm
+    to_nest: f32,
+    to_food: f32,
+}
+
+fn first_state(life: Life) -> State {
+    let pose = first_pose(life);
+    return State(
+        first_food(life), task_begin(life, pose), controller_begin(life), sensor_begin(life, pose),
+        pose.x, pose.y, pose.z, 0.0f, 0u,
+    );
+}
+
+fn kept(own: State) -> State {
+    return State(
+        Food(
+            stored_all(own.food.x_first), stored_all(own.food.x_last),
+            stored_all(own.food.y_first), stored_all(own.food.y_last),
+        ),
+        task_kept(own.task), controller_kept(own.controller), sensor_kept(own.sensor),
+        stored(own.x), stored(own.y), stored(own.heading), stored(own.fitness), own.carries,
+    );
+}
+
+fn stored_all(v: vec4<f32>) -> vec4<f32> {
+    return vec4<f32>(stored(v.x), stored(v.y), stored(v.z), stored(v.w));
+}
+
+// Distance of the nearest item from a place, mm.
+fn nearest_food(food: Food, at: vec2<f32>) -> f32 {
+    let far = squares_from(food, at);
+    let least = min(far.first, far.last);
+    return root(min(min(least.x, least.y), min(least.z, least.w)));
+}
+
+fn cycle(life: Life, step: u32, before: State) -> Cycle {
+    let world = life.world;
+    var own = before;
+    let pose = vec3<f32>(own.x, own.y, own.heading);
+    let carried = own.carries != 0u;
+    let sensed = sensors_read(life, step, pose, own.sensor);
+    own.sensor = sensed.state;
+    let seen = sense(life, step, pose, carried, sensed.readings);
+    let acted = act(life, step, pose, seen.perceived, own.controller);
+    own.controller = acted.state;
+    let driven = driven(life, step, acted.wanted);
+    let reached = driven_pose(pose, driven);
+    let collided = touches(world, vec2<f32>(reached.x, reached.y));
+
+    // The wall stops a robot, which still turns.
+    own.x = select(reached.x, pose.x, collided);
+    own.y = select(reached.y, pose.y, collided);
+    own.heading = reached.z;
+    let at = vec2<f32>(own.x, own.y);
+    let brought = harvest(life, step, at, own.food, carried);
+    own.food = brought.food;
+    own.carries = select(0u, 1u, brought.carries);
+
+    // Wheel speeds as shares of the greatest.
+    let robot = robot_of(world);
+    let share = reciprocal(robot.farthest);
+    let apart = robot.half_turn_path * driven.turn;
+    let moved = Motion(
+        driven.forward, driven.turn, (driven.forward - apart) * share, (driven.forward + apart) * share,
+    );
+    let nest = nest_of(world);
+    let now = Experience(
+        step, pose, vec3<f32>(at, own.heading), seen.real, seen.perceived, acted.outputs, moved, collided,
+        brought.carries & !carried, carried & !brought.carries, brought.earned,
+        root(squared_length(vec2<f32>(at.x - nest.x, at.y - nest.y))), nearest_food(own.food, at),
+    );
+    let reward = task_cycle(life, now, own.task);
+    own.task = reward.state;
+    own.fitness += reward.earned;
+    let record = recorded(pose, vec2<f32>(pose.x, pose.y), acted.outputs, moved, collided, reward.earned, own.fitness);
+    return Cycle(own, Line(record, details(own, seen.real, seen.perceived)));
+}
+
+fn is_over(life: Life, own: State) -> bool {
+    return task_ends(life, own.task);
+}
+
+fn score(life: Life, own: State) -> f32 {
+    return task_score(life, own.task, own.fitness);
+}

@@ -1,0 +1,26 @@
+// Food is brought to the nest: equation 1 of O'Dowd, Studley and Winfield (2014), for any controller of a forager.
+
+// No struct is empty.
+struct TaskState {
+    unused: u32,
+}
+
+fn task_begin(life: Life, pose: vec3<f32>) -> TaskState {
+    return TaskState(0u);
+}
+
+fn task_kept(own: TaskState) -> TaskState {
+    return own;
+}
+
+fn task_cycle(life: Life, now: Experience, before: TaskState) -> Reward {
+    return Reward(now.worth, before);
+}
+
+fn task_ends(life: Life, own: TaskState) -> bool {
+    return false;
+}
+
+fn task_score(life: Life, own: TaskState, sum: f32) -> f32 {
+    return sum;
+}
