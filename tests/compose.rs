@@ -9,6 +9,7 @@ use oneiro::arena::{Arena, Block, Obstacle};
 use oneiro::batch::{Batch, Rollout, Trace, TraceRequest};
 use oneiro::compose::{DetailKind, Kind, OwnPart, OwnParts, Part, Rule};
 use oneiro::cpu::Cpu;
+use oneiro::differential::{Build, Differential};
 use oneiro::evaluator::{Control, Evaluator};
 use oneiro::foraging::Forager;
 use oneiro::random::Key;
@@ -743,7 +744,7 @@ fn mistakes_are_refused_with_their_place() {
         ),
         (
             SAME.replace("let moved = now.moved;", "let moved = now.mood;"),
-            "own.wgsl:3:21: invalid field accessor `mood`",
+            "own.wgsl:3:21: `Experience` has no field `mood`; allowed: step, start, end",
         ),
         (
             first("fitness[0] = 1.0f;"),
@@ -1111,32 +1112,204 @@ fn misspelt_names_are_answered_with_the_nearest() {
             "_ = flor(distance);",
             "there is no function `flor`; did you mean `floor`?",
         ),
-        (
-            "_ = twice_of(distanse);",
-            "`distanse` (unknown identifier); did you mean `distance`?",
-        ),
+        ("_ = twice_of(distanse);", "`distanse`; did you mean `distance`?"),
         ("_ = GREATES;", "did you mean `GREATEST`?"),
         ("_ = STREAM_TASKS;", "did you mean `STREAM_TASK`?"),
         (
             "_ = now.colided;",
-            "invalid field accessor `colided` (invalid accessor); did you mean `collided`?",
+            "`Experience` has no field `colided`; allowed: step, start, end, real, perceived, outputs, moved, collided; did \
+             you mean `collided`? [unknown-name]",
         ),
         (
             "_ = something_else(distance);",
             "there is no function `something_else` [unknown-name]",
         ),
         // What is declared elsewhere is not what was meant, unless the function is given it.
-        ("_ = moved;", "`moved` (unknown identifier); did you mean `now.moved`?"),
+        ("_ = moved;", "`moved`; did you mean `now.moved`?"),
         (
             "_ = now.outputs.left;",
-            "invalid field accessor `left` (invalid accessor) [unknown-name]",
+            "own.wgsl:3:59: `now.outputs` is a vec2<f32> and has no `left`; allowed: x, y [unknown-name]",
         ),
-        ("_ = inner;", "`inner` (unknown identifier) [unknown-name]"),
+        ("_ = inner;", "`inner` [unknown-name]"),
     ] {
         let refused = refusal(Kind::Task, &task(statement));
         assert!(refused.contains(words), "{refused}\nexpected: {words}");
         assert_eq!(broken(&refused), [Rule::UnknownName]);
     }
+}
+
+/// What is said of a task beside the sensors `SENSORS`, with a statement in its cycle.
+fn beside_sensors(build: Build, statement: &str) -> String {
+    let task = format!(
+        "struct TaskState {{ energy: f32, meals: u32 }}
+        fn task_cycle(life: Life, now: Experience, before: TaskState) -> Reward {{
+            var next = before; let nose: vec2<f32> = now.outputs; let seen = now.perceived;
+            {statement}
+            return Reward(0.0f, next);
+        }}"
+    );
+    let sensors = Part::new(Kind::Sensor, "sensors.wgsl", SENSORS).unwrap();
+    let sensors = OwnPart::new(Arc::new(sensors), &[]).unwrap();
+    let mut spec = WorldSpec {
+        task: Task::Own,
+        own: OwnParts::from([sensors, own(Kind::Task, &task, &[])]),
+        ..WorldSpec::miglino1995()
+    };
+    spec.robot.build = build;
+    let refused = World::new(spec);
+    refused.map_or_else(|invalid| invalid.problem, |_| TAKEN.to_owned())
+}
+
+#[test]
+fn fields_that_there_are_not_are_answered_with_those_that_there_are() {
+    const EXPERIENCE: &str =
+        "`Experience` has no field `{}`; allowed: step, start, end, real, perceived, outputs, moved, collided";
+    let experience = |field: &str| EXPERIENCE.replace("{}", field);
+    for (expression, message) in [
+        // A variable that has a similar name is none of the fields.
+        ("now.pose.xy", experience("pose")),
+        ("now.own.ahead", experience("own") + "; did you mean `now.real.own`?"),
+        (
+            "now.real.ahead",
+            "`Readings` has no field `ahead`; allowed: first, last, own; did you mean `now.real.own.ahead`?".into(),
+        ),
+        (
+            "seen.own.ahed",
+            "`SensorReadings` has no field `ahed`; allowed: ahead, north; did you mean `ahead`?".into(),
+        ),
+        (
+            "next.enery",
+            "`TaskState` has no field `enery`; allowed: energy, meals; did you mean `energy`?".into(),
+        ),
+        ("nose.z", "`nose` is a vec2<f32> and has no `z`; allowed: x, y".into()),
+        (
+            "sensor_values(life).nois",
+            "invalid field accessor `nois`; did you mean `noise`?".into(),
+        ),
+    ] {
+        let refused = beside_sensors(Build::Sampled, &format!("_ = {expression};"));
+        let (_, found) = refused.split_once(": ").unwrap();
+        assert_eq!(found, format!("{message} [unknown-name]"), "{expression}");
+    }
+    // No type is what it is made of, however names are repeated.
+    let circular = "let a = b.x; let b = a.y; _ = a.z;";
+    assert!(beside_sensors(Build::Sampled, circular).contains("no definition in scope for identifier: `b`"));
+    let described = Build::Differential(Differential::new(60.0, 100.0));
+    assert_eq!(
+        beside_sensors(described, "_ = now.real.first;"),
+        "own.wgsl:4:26: `Readings` has no field `first`; allowed: own; a described robot has none of the eight sensors of \
+         `first` and `last` [unknown-name]"
+    );
+}
+
+#[test]
+fn misspelt_functions_are_refused() {
+    let cycle =
+        "fn task_cycle(life: Life, now: Experience, before: TaskState) -> Reward { return Reward(0.0f, before); }";
+    let misspelt = |head: &str| format!("{cycle}\n{head}");
+    let refused = refusal(
+        Kind::Task,
+        &misspelt("fn task_end(life: Life, own: TaskState) -> bool { return true; }"),
+    );
+    assert_eq!(
+        refused,
+        "own.wgsl:2:4: nothing calls `task_end`; allowed: task_cycle, task_begin, task_ends, task_score, which Oneiro calls, \
+         and functions that a part calls or whose names don't begin with `task_`; did you mean `task_ends`? \
+         [uncalled-function]"
+    );
+    for (head, end) in [
+        ("fn task_beginn() {}", "did you mean `task_begin`? [uncalled-function]"),
+        (
+            "fn sensor_start() {}",
+            "names don't begin with `sensor_` [uncalled-function]",
+        ),
+        (
+            "fn controller_begins() {}",
+            "did you mean `controller_begin`? [uncalled-function]",
+        ),
+    ] {
+        assert!(refusal(Kind::Task, &misspelt(head)).ends_with(end), "{head}");
+    }
+    // What another part calls is no mistake.
+    let called =
+        cycle.replace("0.0f", "task_speed(now)") + "fn task_speed(now: Experience) -> f32 { return now.moved.left; }";
+    assert_eq!(refusal(Kind::Task, &called), TAKEN);
+    let shared = misspelt("fn task_place() -> f32 { return 1.0f; }");
+    let sensors = SENSORS.replace("let own =", "let place = task_place(); let own =");
+    let together = [own(Kind::Sensor, &sensors, &[]), own(Kind::Task, &shared, &[])];
+    let spec = WorldSpec {
+        task: Task::Own,
+        own: OwnParts::from(together),
+        ..WorldSpec::miglino1995()
+    };
+    assert!(World::new(spec).is_ok());
+}
+
+#[test]
+fn commas_and_braces_that_are_missing_are_named() {
+    let task = |fields: &str, end: &str| {
+        format!(
+            "struct TaskState {{ {fields} }}
+fn task_cycle(life: Life, now: Experience, before: TaskState) -> Reward {{
+    if now.collided {{ return Reward(-1.0f, before);{end}
+    return Reward(0.0f, before);
+}}
+fn task_ends(life: Life, own: TaskState) -> bool {{ return false; }}"
+        )
+    };
+    for (text, message) in [
+        (
+            task("energy: f32\n    meals: u32", "}"),
+            "own.wgsl:1:20: in `TaskState`: `energy`: a comma is missing after its type; write `energy: f32,` [valid-wgsl]",
+        ),
+        (
+            task("energy: f32", ""),
+            "own.wgsl:6:1: a `}` is missing before this: a `{` of line 2 or below is still open [valid-wgsl]",
+        ),
+        (
+            task("energy: f32", "}}"),
+            "own.wgsl:5:1: this `}` closes nothing; leave it out [valid-wgsl]",
+        ),
+        (
+            task("energy: f32", "}").trim_end_matches('}').to_owned(),
+            "own.wgsl:6:65: a `}` is missing before this: a `{` of line 6 or below is still open [valid-wgsl]",
+        ),
+    ] {
+        assert_eq!(refusal(Kind::Task, &text), message);
+    }
+    let values = "struct TaskValues {
+    a: f32 // 1, 0 to 2: of it
+    b: f32, // 1, 0 to 2: of it
+}";
+    assert!(
+        refusal(Kind::Task, &format!("{values}{}", task("energy: f32", "}"))).starts_with(
+            "own.wgsl:2:5: in `TaskValues`: `a`: a comma is missing after its type; write `a: f32,` [valid-wgsl]"
+        )
+    );
+    let readings = SENSORS.replace("ahead: f32,", "ahead: f32");
+    assert_eq!(
+        refusal(Kind::Sensor, &readings),
+        "own.wgsl:7:5: in `SensorReadings`: `ahead`: a comma is missing after its type; write `ahead: f32,` [valid-wgsl]"
+    );
+}
+
+#[test]
+fn no_part_reads_the_memory_of_another() {
+    const NO_MEMORY: &str = "no part can read another's memory; make what is shared a reading of the sensors, and read it as \
+        `now.real.own.NAME` in a task or as `readings.own.NAME` in a controller";
+    let asked = |call: &str| beside_sensors(Build::Sampled, &format!("_ = {call};"));
+    assert_eq!(
+        asked("sensor_state(life)"),
+        format!("own.wgsl:4:17: there is no function `sensor_state`; {NO_MEMORY} [unknown-name]")
+    );
+    let part = "fn task_cycle(life: Life, now: Experience, before: TaskState) -> Reward {
+    let other = sensor_begin(life, now.start);
+    return Reward(0.0f, before);
+}";
+    assert_eq!(
+        refusal(Kind::Task, part),
+        format!("own.wgsl:2:17: `sensor_begin` can't be called from here; {NO_MEMORY} [allowed-calls]")
+    );
 }
 
 /// A task whose cycles loop up to an end.

@@ -175,19 +175,25 @@ pub(crate) struct Resume {
 
 /// `oneiro evaluate`
 #[derive(Args, Debug)]
-#[command(override_usage = "oneiro evaluate [OPTIONS] [EXPERIMENT] --genomes <FILE|DIR>...")]
+#[command(override_usage = "oneiro evaluate [OPTIONS] [EXPERIMENT] --genomes <FILE|DIR>...
+       oneiro evaluate [OPTIONS] <EXPERIMENT> --random <N>")]
 pub(crate) struct Evaluate {
     /// The experiment's TOML file, given before --genomes [default: that of the runs in --genomes]
     #[arg(value_hint = ValueHint::FilePath)]
     pub(crate) experiment: Option<PathBuf>,
     /// .npy (f4 or f8, rows x genes), .csv (a genome per row; a header is optional), a run's champion.json, a run's
     /// directory (its champion), a directory of runs, or a sweep's directory (its champions). Any number of them
-    #[arg(long, value_name = "FILE|DIR", required = true, num_args = 1.., value_hint = ValueHint::AnyPath)]
+    #[arg(long, value_name = "FILE|DIR", required_unless_present = "random", num_args = 1.., value_hint = ValueHint::AnyPath)]
     pub(crate) genomes: Vec<PathBuf>,
+    /// Add N random genomes, each gene drawn by --seed from the range that an evolution's first generation has
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=100_000))]
+    pub(crate) random: Option<u32>,
     /// Of runs, take the whole last generation instead of the champion
     #[arg(long)]
     pub(crate) population: bool,
-    /// Seed of the rollouts' random numbers [default: the experiment's, else 1; 1 if only runs are given]
+    /// Seed of the rollouts' random numbers. With a run's own seed, genome G meets the starts and the random numbers of
+    /// individual G of that run's first generation: for lives that its evolution has not seen, take another [default: the
+    /// experiment's, else 1; 1 if only runs are given]
     #[arg(long, value_name = "N")]
     pub(crate) seed: Option<u64>,
     /// Rollouts of each genome [default: the experiment's]
@@ -202,6 +208,10 @@ pub(crate) struct Evaluate {
     /// The experiment's noise, or none of any kind
     #[arg(long, value_name = "on|off", value_enum, default_value_t = Noise::On)]
     pub(crate) noise: Noise,
+    /// One row for each genome instead of each rollout: mean fitness, standard deviation and the mean's 95 % confidence
+    /// interval
+    #[arg(long, conflicts_with = "measures")]
+    pub(crate) summary: bool,
     /// Add measures of behaviour, such as the distance driven, the mean distance to walls, and what a task of your own
     /// remembers at the end: docs/measures.md lists them
     #[arg(long)]
@@ -729,7 +739,9 @@ pub(crate) enum SweepCommand {
         /// The directory of a finished sweep
         #[arg(value_hint = ValueHint::DirPath)]
         dir: PathBuf,
-        /// The column of results.csv to compare cells by, higher being better [default: the experiment's]
+        /// The column of results.csv to compare cells by, higher being better [default: `champion_mean`, the mean of the
+        /// champion's fresh lives; `peak`, the last parents' mean, if there are cells without finalists; `real` with the
+        /// sweep's [reality]; `rate` of swarms]
         #[arg(long, value_name = "COLUMN")]
         outcome: Option<String>,
         /// Write report.html and its tables into this directory [default: the sweep's directory]

@@ -42,6 +42,11 @@ impl Part {
         match *self {}
     }
 
+    /// The functions that the kernel calls and that it has.
+    pub fn functions(&self) -> &[&'static str] {
+        match *self {}
+    }
+
     /// Its memory's scalars, and their types.
     pub fn memory(&self) -> &[(String, Scalar)] {
         match *self {}

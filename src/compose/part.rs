@@ -52,6 +52,7 @@ pub struct Part {
     readings: Vec<String>,
     genes: Vec<GeneField>,
     memory: Vec<(String, Scalar)>,
+    functions: Vec<&'static str>,
 }
 
 impl Part {
@@ -68,7 +69,7 @@ impl Part {
             path: path.to_owned(),
             text: text.to_owned(),
         };
-        if let Some(refusal) = limits::problem(&part) {
+        if let Some(refusal) = limits::problem(&part).or_else(|| limits::unbalanced(&part)) {
             return Err(Refused::all(&[refusal]));
         }
         let interface = interface::of(kind);
@@ -95,6 +96,12 @@ impl Part {
             values,
             readings,
             genes,
+            functions: interface
+                .functions
+                .iter()
+                .map(interface::Function::name)
+                .filter(|name| declared.iter().any(|own| own.name == *name))
+                .collect(),
             memory: memory
                 .into_iter()
                 .flat_map(|field| field.scalars.into_iter().map(move |scalar| (scalar, field.scalar)))
@@ -128,6 +135,11 @@ impl Part {
     /// Names of the readings of sensors; none of other kinds.
     pub fn readings(&self) -> &[String] {
         &self.readings
+    }
+
+    /// The functions that the kernel calls and that it has, such as `task_cycle`; the others have their defaults.
+    pub fn functions(&self) -> &[&'static str] {
+        &self.functions
     }
 
     /// Its memory's scalars, such as `place.x`, and their types.

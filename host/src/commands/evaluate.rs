@@ -16,12 +16,14 @@ use super::subjects::{Common, Named, Subjects, Which};
 use crate::cli::{Evaluate, Noise};
 use crate::console::{Console, counted, decimal};
 use crate::contents::{Column, Entry, describe};
+use crate::evolve::appraisal::Appraisal;
 use crate::exit::{Failure, Result};
 use crate::experiment::Experiment;
 use crate::lives::measures::{Descriptor, Frame, Measures, Meter, descriptors};
 use crate::lives::{Keys, LifeIndex, Lives, Observer, starts};
 use crate::npy::npy;
 use crate::report::csv::Csv;
+use crate::report::numbers::significant;
 use crate::runs::single::trace::TraceTable;
 use crate::{device, files, progress};
 
@@ -67,7 +69,11 @@ pub(crate) fn run(arguments: &Evaluate, console: Console) -> Result {
     } else {
         Which::Champion
     };
-    let subjects = Subjects::read(&named, experiment.world().gene_layout(), which)?;
+    let mut subjects = Subjects::read(&named, experiment.world().gene_layout(), which)?;
+    if let Some(count) = arguments.random {
+        subjects = subjects.with_random(&experiment.random_genomes(count, seed));
+    }
+    let files = named.len() + usize::from(arguments.random.is_some());
     let worlds = match &arguments.starts {
         Some(path) => starts::read(path, &spec)?,
         None => vec![World::new(spec.clone())?],
@@ -77,6 +83,10 @@ pub(crate) fn run(arguments: &Evaluate, console: Console) -> Result {
     } else {
         arguments.trials.unwrap_or(settings.trials) as usize
     };
+    if arguments.summary && trials < 2 {
+        let problem = "--summary: one rollout of each genome has no interval; allowed: with --trials 2 or more";
+        return Err(Failure::usage(problem));
+    }
     let lives = Lives {
         worlds: &worlds,
         genomes: &subjects.genomes,
@@ -89,7 +99,8 @@ pub(crate) fn run(arguments: &Evaluate, console: Console) -> Result {
     if let Some(address) = &arguments.on_robot.robot {
         let results = on_robot::lived(address, arguments, &lives, console)?;
         let table = Table {
-            sources: Some(subjects.sources).filter(|_| named.len() > 1),
+            sources: Some(subjects.sources).filter(|_| files > 1),
+            summary: arguments.summary,
             trials,
             results: results
                 .into_iter()
@@ -106,6 +117,9 @@ pub(crate) fn run(arguments: &Evaluate, console: Console) -> Result {
         counted(trials as u32, "trial", "trials"),
         device::name(evaluator.as_ref())
     ));
+    if subjects.genomes.len() > 1 && arguments.starts.is_none() && !arguments.common_starts {
+        console.say("each genome has starts and random numbers of its own; --common-starts gives all the same");
+    }
 
     let control = Control::new();
     let mut watch = Watch::new(cycles, &lives, arguments.traces.as_deref());
@@ -124,7 +138,8 @@ pub(crate) fn run(arguments: &Evaluate, console: Console) -> Result {
         }
     });
     let table = Table {
-        sources: Some(subjects.sources).filter(|_| named.len() > 1),
+        sources: Some(subjects.sources).filter(|_| files > 1),
+        summary: arguments.summary,
         trials,
         results: results?,
         measures: if arguments.measures {
@@ -236,6 +251,10 @@ impl Sink {
         files::must_be_new(out)?;
         match out.extension().and_then(|extension| extension.to_str()) {
             Some("csv") => Ok(Self::Csv(out.clone())),
+            Some("npy") if arguments.summary => Err(Failure::usage(format_args!(
+                "--out {}: has the fitness of each rollout; allowed with --summary: .csv, or - for standard output",
+                out.display()
+            ))),
             Some("npy") if arguments.measures => Err(Failure::usage(format_args!(
                 "--out {}: has fitness only; allowed with --measures: .csv, or - for standard output",
                 out.display()
@@ -273,6 +292,8 @@ type Lived = (f32, Measures);
 struct Table {
     /// Source of each genome, if they come from several files.
     sources: Option<Vec<String>>,
+    /// Whether it has a row for each genome instead of one for each rollout.
+    summary: bool,
     trials: usize,
     results: Vec<Lived>,
     /// Measures that were requested.
@@ -285,6 +306,18 @@ static OWN: [Column; 4] = [
     Column::number("fitness", "", "the rollout's fitness"),
     Column::text("bits", "the fitness as its 32 bits, in hex"),
 ];
+static SUMMARY: [Column; 6] = [
+    Column::whole("genome", "", "its number, from 0"),
+    Column::whole("lives", "", "its rollouts"),
+    Column::number("mean", "", "their mean fitness"),
+    Column::number("deviation", "", "the standard deviation of their fitness"),
+    Column::number(
+        "low",
+        "",
+        "the lower end of the mean's 95 % confidence interval, by Student's t",
+    ),
+    Column::number("high", "", "its upper end"),
+];
 static SOURCE: Column = Column::text("source", "the file that has the genome");
 
 impl Table {
@@ -296,7 +329,53 @@ impl Table {
         })
     }
 
+    /// The mean fitness of each genome.
+    fn appraisals(&self) -> impl Iterator<Item = Appraisal> {
+        self.results.chunks(self.trials).map(|lives| {
+            let fitness: Vec<f32> = lives.iter().map(|(fitness, _)| *fitness).collect();
+            Appraisal::of(&fitness)
+        })
+    }
+
+    /// A row for each genome.
+    fn json_summary(&self) -> Vec<serde_json::Value> {
+        let row = |(genome, own): (usize, Appraisal)| {
+            let mut row = json!({
+                "genome": genome,
+                "lives": own.lives,
+                "mean": own.mean,
+                "deviation": own.deviation,
+                "interval": own.interval(),
+            });
+            if let Some(sources) = &self.sources {
+                row["source"] = sources[genome].as_str().into();
+            }
+            row
+        };
+        self.appraisals().enumerate().map(row).collect()
+    }
+
+    /// The same as CSV, to six digits.
+    fn csv_summary(&self) -> String {
+        let mut csv = Csv::new(SUMMARY.iter().chain(self.sources.iter().map(|_| &SOURCE)));
+        for (genome, own) in self.appraisals().enumerate() {
+            let [low, high] = own.interval();
+            let numbers = [own.mean, own.deviation, low, high].map(|number| significant(number, 6));
+            let source = self.sources.iter().map(|sources| sources[genome].clone());
+            csv.row(
+                [genome.to_string(), own.lives.to_string()]
+                    .into_iter()
+                    .chain(numbers)
+                    .chain(source),
+            );
+        }
+        csv.text()
+    }
+
     fn json(&self) -> Vec<serde_json::Value> {
+        if self.summary {
+            return self.json_summary();
+        }
         let row = |(genome, trial, (fitness, measures)): (usize, usize, &Lived)| {
             let mut row = json!({
                 "genome": genome,
@@ -319,6 +398,9 @@ impl Table {
     /// digits,
     /// and what a task remembers in full.
     fn csv(&self) -> String {
+        if self.summary {
+            return self.csv_summary();
+        }
         let measures = self.measures.iter().map(|descriptor| &descriptor.column);
         let source = self.sources.iter().map(|_| &SOURCE);
         let mut csv = Csv::new(OWN.iter().chain(measures).chain(source));
@@ -358,6 +440,7 @@ mod tests {
         };
         Table {
             sources: measures.then(|| vec!["a.npy".into(), "a, b.npy[3]".into()]),
+            summary: false,
             trials: 2,
             results: [1.5, -0.1, 0.0, 3.0].map(|fitness| (fitness, own.clone())).into(),
             measures: if measures { descriptors(&world) } else { Vec::new() },
@@ -376,6 +459,17 @@ mod tests {
              0,0,1.5,3fc00000,3,12,1234.57,24.6914,9.9,0.25,100.5,20,33.3333,a.npy\n"
         ));
         assert!(text.ends_with("1,1,3,40400000,3,12,1234.57,24.6914,9.9,0.25,100.5,20,33.3333,\"a, b.npy[3]\"\n"));
+        let summary = |measures| Table {
+            summary: true,
+            ..table(measures)
+        };
+        assert_eq!(
+            summary(false).csv(),
+            "genome,lives,mean,deviation,low,high\n0,2,0.7,1.13137,-9.46496,10.865\n1,2,1.5,2.12132,-17.5593,20.5593\n"
+        );
+        assert!(summary(true).csv().ends_with("\"a, b.npy[3]\"\n"));
+        assert_eq!(summary(true).json()[1]["mean"], 1.5);
+        assert_eq!(summary(true).json()[1]["source"], "a, b.npy[3]");
         assert_eq!(table(true).json()[3]["distance_mm"], 1234.57);
         assert_eq!(table(true).json()[3]["collisions"], 3);
     }

@@ -181,6 +181,15 @@ impl Subjects {
         })
     }
 
+    /// Adds random genomes.
+    pub(super) fn with_random(mut self, random: &Population) -> Self {
+        self.sources
+            .extend((0..random.len()).map(|row| format!("random[{row}]")));
+        let values = [self.genomes.values(), random.values()].concat();
+        self.genomes = Population::new(random.genes(), values);
+        self
+    }
+
     /// Removes duplicate genomes, keeping the first source of each.
     pub(super) fn distinct(self) -> Self {
         let mut known = BTreeSet::new();

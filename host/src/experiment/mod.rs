@@ -16,8 +16,8 @@ use std::path::Path;
 use oneiro::world::World;
 use toml::{Table, Value};
 
-use crate::evolve::genetic::Genetic;
-use crate::evolve::{Evolution, Population};
+use crate::evolve::genetic::{self, Genetic};
+use crate::evolve::{Evolution, Optimizer, Population};
 use crate::exit::Result;
 use crate::files;
 use crate::reality::site::Site;
@@ -127,6 +127,16 @@ impl Experiment {
         let settings = &self.settings.evolution;
         let genetic = Genetic::new(settings, seed, self.world.gene_layout().ranges(), self.init.clone());
         Evolution::new(genetic, settings.generations, None)
+    }
+
+    /// Random genomes, drawn as the first generation of a run with this seed and of this size is.
+    pub(crate) fn random_genomes(&self, count: u32, seed: u64) -> Population {
+        let settings = genetic::Settings {
+            population: count,
+            ..self.settings.evolution.clone()
+        };
+        let genetic = Genetic::new(&settings, seed, self.world.gene_layout().ranges(), None);
+        genetic.ask().clone()
     }
 
     /// The files that it names, for a run's directory.

@@ -31,8 +31,9 @@ impl<'a> Parsed<'a> {
         match DeTable::parse(text) {
             Ok(values) => Ok(Self { name, text, values }),
             Err(error) => {
-                let place = place(&name, text, error.span().map_or(0, |span| span.start));
-                Err(Failure::input(format_args!("{place}: {}", error.message())))
+                let at = error.span().map_or(0, |span| span.start);
+                let (place, problem) = (place(&name, text, at), unparsed(error.message(), text, at));
+                Err(Failure::input(format_args!("{place}: {problem}")))
             }
         }
     }
@@ -214,6 +215,18 @@ impl<'a> Source<'a> {
         self.set.iter().rfind(|text| text.start <= at)
     }
 
+    /// Whether a value stands in the file, while a setting has another `kind` for its table: what only the file's kind has is
+    /// left out then.
+    pub(crate) fn is_of_replaced_kind(&self, key: &str) -> bool {
+        let list = key.split('[').next().unwrap_or_default();
+        let kind = list.rsplit_once('.').map(|(table, _)| format!("{table}.kind"));
+        let is_set = |key: &str| {
+            let known = self.keys().iter().find(|known| known.path == key)?;
+            Some(self.setting(known.value.start).is_some())
+        };
+        is_set(key) == Some(false) && kind.is_some_and(|kind| is_set(&kind) == Some(true))
+    }
+
     /// Error for a key that is given in two places.
     pub(crate) fn conflict(key: &str, place: &str, other: &str, first: &str) -> Failure {
         let problem = format!("{key}: is already given, as {other} ({first}); allowed: each key once");
@@ -265,6 +278,20 @@ impl<'a> Source<'a> {
             Some(setting) => setting.name.clone(),
             None => place(&self.file.name, self.file.text, at),
         }
+    }
+}
+
+/// The parser's message for what stands at a byte, with what to write instead where that shows.
+fn unparsed(message: &str, text: &str, at: usize) -> String {
+    let rest = text.get(at..).unwrap_or_default().lines().next().unwrap_or_default();
+    let value = rest.split('#').next().unwrap_or_default().trim();
+    match value.strip_suffix(';') {
+        Some("") => "a line of TOML ends without `;`; leave it out".to_owned(),
+        Some(value) => format!("a line of TOML ends without `;`; write `{}`", value.trim_end()),
+        None if message.starts_with("string values must be quoted") && !value.is_empty() => {
+            format!("words are quoted; write `\"{value}\"`")
+        }
+        None => message.to_owned(),
     }
 }
 

@@ -104,7 +104,19 @@ fn unknown<T: Described>(path: &str, source: &Source<'_>) -> Failure {
     }
     let keys = || T::rows().iter().map(|row| row.key);
     let tables = keys().flat_map(|key| key.match_indices('.').map(|(end, _)| &key[..end]));
-    let meant = meant(keys().chain(tables.filter(|table| !table.contains('['))), &key);
+    // A key of the same table is more likely than one of another.
+    let of_table = |name: &str| {
+        if table.is_empty() {
+            name.to_owned()
+        } else {
+            format!("{table}.{name}")
+        }
+    };
+    let sibling = nearest(siblings.iter().copied(), own).map(of_table);
+    let meant = match &sibling {
+        Some(sibling) => format!("; did you mean {sibling}?"),
+        None => meant(keys().chain(tables.filter(|table| !table.contains('['))), &key),
+    };
     let problem = format!("unknown key `{own}`; allowed: {}{meant}", siblings.join(", "));
     source.invalid_key(path, problem)
 }
@@ -122,7 +134,7 @@ fn is_kind(key: &str) -> bool {
 /// Sets one value, if it is such a kind and `kinds` is true, or if neither.
 fn set<T: Described>(leaf: &Leaf<T>, kinds: bool, own: &mut T, source: &Source<'_>) -> Result {
     let Some(field) = (leaf.row.field)(own, leaf.index) else {
-        if kinds {
+        if kinds || source.is_of_replaced_kind(&leaf.path) {
             return Ok(());
         }
         let (key, word) = under(leaf.row).map_or(("kind", ""), |(kind, _)| kind);

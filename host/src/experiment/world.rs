@@ -3,6 +3,7 @@
 use oneiro::arena::Arena;
 use oneiro::compose::{Kind, OwnParts};
 use oneiro::differential::Build;
+use oneiro::parameter::Invalid;
 use oneiro::world::{Controller, Noise, Robot, Task, World, WorldSpec};
 
 use super::inputs::Inputs;
@@ -33,6 +34,7 @@ pub(super) fn world(settings: &Settings, source: &Source<'_>, inputs: &mut Input
     if let Some(failure) = refused.into_iter().reduce(Failure::and) {
         return Err(failure);
     }
+    let paths: Vec<String> = parts.iter().map(|own| format!("{}:", own.part().path())).collect();
     World::new(WorldSpec {
         robot: robot(settings, own.robot, source, inputs)?,
         arena: arena(settings, own.arena),
@@ -48,7 +50,13 @@ pub(super) fn world(settings: &Settings, source: &Source<'_>, inputs: &mut Input
         },
         ..own
     })
-    .map_err(|invalid| source.invalid(key(&invalid.field), &invalid.problem))
+    .map_err(|Invalid { field, problem }| {
+        // What is wrong in a part has its own place.
+        if paths.iter().any(|path| problem.starts_with(path)) {
+            return Failure::input(problem);
+        }
+        source.invalid(key(&field), &problem)
+    })
 }
 
 /// The robot with the samples that it is made from. Of a described one some sensors and the motors may be sampled.

@@ -176,6 +176,16 @@ pub(crate) struct Shown {
     pub(crate) value: (&'static str, &'static str),
 }
 
+/// The outcome that runs with finalists are compared by: the mean of lives that no selection has seen.
+pub(crate) const CHAMPION_MEAN: &str = "champion_mean";
+
+impl Shown {
+    /// Whether runs without finalists lack the outcome.
+    pub(crate) fn needs_finalists(self) -> bool {
+        self.by.0 == CHAMPION_MEAN
+    }
+}
+
 /// A finished run in a few values.
 #[derive(Debug)]
 pub(crate) struct Summary {

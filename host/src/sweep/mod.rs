@@ -226,7 +226,7 @@ impl Sweep {
             let identities = own.identities();
             let ids: Vec<_> = self.file.seeds.iter().map(|&seed| identities.of(seed)).collect();
             let layout = own.single().map(|single| single.world().gene_layout().clone());
-            Ok((ids, own.steps(), own.kernel(), own.bytes(), layout))
+            Ok((ids, own.steps(), own.kernel(), own.bytes(), layout, own.shown()))
         };
         // All are collected first, so that the error is always the first one, whichever thread found it.
         let all: Vec<Result<_>> = (0..cells).into_par_iter().map(of_cell).collect();
@@ -243,7 +243,11 @@ impl Sweep {
             shown: first.shown(),
         };
         for cell in all {
-            let (ids, steps, kernel, bytes, layout) = cell?;
+            let (ids, steps, kernel, bytes, layout, shown) = cell?;
+            if shown.by != plan.shown.by && !shown.needs_finalists() {
+                // Not all cells have the outcome of the first.
+                plan.shown = shown;
+            }
             plan.ids.extend(ids);
             plan.steps.push(steps);
             plan.kernels.push(kernel);

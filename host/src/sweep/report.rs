@@ -143,7 +143,7 @@ fn facts(tables: &Tables<'_>, runs: &Runs, cells: &Cells<'_>) -> String {
     } else {
         format!("{} to {}", number(fewest), number(most))
     };
-    facts.push(("runs a cell", each));
+    facts.push(("runs a cell", each + &limit(cells.ranked.len(), most)));
     let factors: Vec<(&str, String)> = runs
         .factors
         .iter()
@@ -158,6 +158,20 @@ fn facts(tables: &Tables<'_>, runs: &Runs, cells: &Cells<'_>) -> String {
         format!("Evolutions side by side: what the swept {keys}, which settings are best, and how sure that is.")
     };
     format!("<p class=\"lead\">{lead}</p>\n{}", page::facts(&facts))
+}
+
+/// A note if cells have so few runs that no two of them can differ by the test of Mann and Whitney, whatever their outcomes.
+fn limit(cells: usize, runs: usize) -> String {
+    // Of all ways to rank the runs of two cells, two put those of one before all others.
+    let ways: f64 = (1..=runs).map(|run| (runs + run) as f64 / run as f64).product();
+    let least = 2.0 / ways;
+    if cells < 2 || runs == 0 || least < effects::LEVEL {
+        return String::new();
+    }
+    format!(
+        "; two cells of so few can't differ with p below {}: take more seeds",
+        probability(least)
+    )
 }
 
 /// A corrected probability, highlighted if it is low.

@@ -11,8 +11,9 @@
 use std::cell::Cell;
 use std::collections::BTreeMap;
 
+use crate::exact::blank_comments;
 use crate::rules::Rule;
-use crate::source::{Place, Refusal, Refusals};
+use crate::source::{Refusal, Refusals, Source};
 use crate::tree::{Binary, Label, Op, Program, Statement, Ty, Value, Variable, visit};
 
 /// A number that is known before a kernel runs, or that no run exceeds.
@@ -181,11 +182,7 @@ pub(crate) struct Buffer {
 ///
 /// # Errors
 /// Each loop without a bound.
-pub(crate) fn turns(
-    program: &Program,
-    buffers: &[Buffer],
-    place: &dyn Fn(naga::Span) -> Place,
-) -> Result<Bound, Refusals> {
+pub(crate) fn turns(program: &Program, buffers: &[Buffer], source: &Source) -> Result<Bound, Refusals> {
     let mut loaded = BTreeMap::new();
     visit(&program.body, &mut |statement| {
         if let Statement::Load { targets, address } = statement {
@@ -202,7 +199,7 @@ pub(crate) fn turns(
             .filter(|buffer| buffer.is_uniform)
             .map(|buffer| buffer.name.clone())
             .collect(),
-        place,
+        source,
         loaded,
         counts: BTreeMap::new(),
         visits: Cell::new(MOST_VISITS),
@@ -226,7 +223,7 @@ struct Analysis<'a> {
     program: &'a Program,
     buffers: &'a [Buffer],
     uniforms: Vec<String>,
-    place: &'a dyn Fn(naga::Span) -> Place,
+    source: &'a Source,
     /// Where values were loaded from: buffer, element, word.
     loaded: BTreeMap<Value, (u32, Option<Value>, u32)>,
     /// Upper bounds of the reads of counters within their loops. A read from before a loop is not among them: the counter may
@@ -264,6 +261,26 @@ struct Counted<'a> {
     counting: &'a [Statement],
 }
 
+/// What to write in place of a loop that nothing bounds, given its text.
+fn instead(text: &str) -> &'static str {
+    let text = blank_comments(text);
+    let Some(head) = text.strip_prefix("for") else {
+        return "bound it by a number, and test inside: `for (var i = 0u; i < 40u; i++) { if (condition) { .. } }`";
+    };
+    let head = head.split('{').next().unwrap_or_default();
+    let first = head.split(';').next().unwrap_or_default();
+    let (_, value) = first.split_once('=').unwrap_or_default();
+    let is_signed = first.contains("i32") || value.trim().bytes().all(|byte| byte.is_ascii_digit());
+    if head.contains("--") || head.contains("-=") {
+        "count upwards: `for (var i = 0u; i < 3u; i++)`, and use `2u - i`"
+    } else if is_signed && first.contains('=') {
+        "its counter is an i32, and has to be a u32: `for (var i = 0u; i < 3u; i++)`"
+    } else {
+        "write `for (var i = start; i < end; i += step)`, where `end` is a constant or has a greatest value that shows, \
+         such as `min(x, 8u)`"
+    }
+}
+
 impl Analysis<'_> {
     fn block(&mut self, block: &[Statement]) -> Bound {
         let mut all = Bound::Constant(0);
@@ -291,13 +308,13 @@ impl Analysis<'_> {
 
     fn refuse(&mut self, span: naga::Span) -> Bound {
         self.refusals.push(Refusal {
-            place: (self.place)(span),
+            place: self.source.place_of(span),
             function: self.functions.last().cloned(),
             rule: Rule::LoopWithoutBound,
-            message:
-                "this loop has no bound known before it runs; write `for (var i = start; i < end; i += step)`, where `end` \
-                      is a constant or has a greatest value that shows, such as `min(x, 8u)`"
-                    .into(),
+            message: format!(
+                "this loop has no bound known before it runs; {}",
+                instead(self.source.text_of(span))
+            ),
         });
         Bound::Constant(0)
     }

@@ -116,16 +116,33 @@ impl<'a> Types<'a> {
     fn expression(&self, handle: Handle<Expression>, error: &ExpressionError) -> Option<String> {
         Some(match error {
             ExpressionError::InvalidBinaryOperandTypes {
-                op, lhs_type, rhs_type, ..
+                op,
+                lhs_expr,
+                lhs_type,
+                rhs_expr,
+                rhs_type,
             } => {
                 let (left, right) = (self.inner(lhs_type), self.inner(rhs_type));
-                let hint = conversion(&left, &right);
+                let is_constant = |operand: &Handle<Expression>| {
+                    matches!(self.function.expressions[*operand], Expression::Literal(_))
+                };
                 let operator = sign(*op);
+                let hint = if left == "bool" && ["<", "<=", ">", ">="].contains(&operator) {
+                    format!("; write `a {operator} b && b {operator} c`")
+                } else {
+                    let needed = match (is_constant(lhs_expr), is_constant(rhs_expr)) {
+                        (false, true) if left != "i32" => &left,
+                        (true, false) if right != "i32" => &right,
+                        _ => "",
+                    };
+                    let of_type = |one| format!("; a constant of type {needed} is written `{one}`");
+                    constant(needed).map_or_else(|| alike(&left, &right), of_type)
+                };
                 format!("`{operator}` takes operands of one type; here they are {left} and {right}{hint}")
             }
             ExpressionError::SelectValuesTypeMismatch { accept, reject } => {
                 let (reject, accept) = (self.inner(reject), self.inner(accept));
-                let hint = conversion(&reject, &accept);
+                let hint = alike(&reject, &accept);
                 format!("`select` chooses between {reject} and {accept}; allowed: one type{hint}")
             }
             ExpressionError::SelectConditionNotABool { actual } => format!(
@@ -177,18 +194,38 @@ impl<'a> Types<'a> {
     }
 }
 
-/// How to make one of two types the other, if that is all.
-fn conversion(one: &str, other: &str) -> String {
-    let is_integer = |ty: &str| ["i32", "u32"].contains(&ty);
-    match (one, other) {
-        ("f32", integer) | (integer, "f32") if is_integer(integer) => {
-            format!("; write `f32(x)` for the {integer}, or `1.0f` for a constant")
+/// A constant of a type.
+fn constant(ty: &str) -> Option<&'static str> {
+    [("f32", "1.0f"), ("u32", "1u"), ("i32", "1")]
+        .into_iter()
+        .find_map(|(own, constant)| (own == ty).then_some(constant))
+}
+
+/// What to write for a value of one type where another is needed, if that is all; else nothing.
+pub(crate) fn conversion(found: &str, needed: &str) -> String {
+    match (constant(found), constant(needed)) {
+        (Some(_), Some(one)) => format!("; write `{needed}(x)`, or `{one}` for a constant"),
+        (None, Some(one)) if found == "bool" => {
+            format!("; write `select({}, {one}, x)`", one.replacen('1', "0", 1))
         }
-        ("i32", "u32") | ("u32", "i32") => "; write `u32(x)`, or `1u` for a constant".to_owned(),
+        (Some(one), None) if needed == "bool" => format!("; write `x != {}`", one.replacen('1', "0", 1)),
         _ => String::new(),
     }
 }
 
+/// How to make operands of two types those of one.
+fn alike(one: &str, other: &str) -> String {
+    match (one, other) {
+        ("f32", integer @ ("i32" | "u32")) | (integer @ ("i32" | "u32"), "f32") => {
+            format!("; write `f32(x)` for the {integer}, or `1.0f` for a constant")
+        }
+        ("bool", number) | (number, "bool") if constant(number).is_some() => {
+            conversion("bool", number) + " for the bool"
+        }
+        ("i32", "u32") | ("u32", "i32") => conversion("i32", "u32"),
+        _ => String::new(),
+    }
+}
 /// An operator as it is written.
 fn sign(op: BinaryOperator) -> &'static str {
     match op {

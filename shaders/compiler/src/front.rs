@@ -2,9 +2,11 @@
 
 use naga::valid::{Capabilities, ModuleInfo, ValidationFlags, Validator};
 
+use crate::exact::blank_comments;
 use crate::explain::explained;
 use crate::rules::Rule;
 use crate::source::{Refusal, Source};
+use crate::syntax::Mistake;
 
 /// What naga says of a name that nothing declares, and of a field that a struct doesn't have.
 const UNKNOWN: [&str; 2] = ["no definition in scope", "invalid field accessor"];
@@ -25,26 +27,26 @@ pub(crate) fn has_function(name: &str) -> bool {
 /// The first message of naga, with the part and its line.
 pub(crate) fn parse(source: &Source) -> Result<(naga::Module, ModuleInfo), Refusal> {
     let module = naga::front::wgsl::parse_str(&source.text).map_err(|error| {
-        let byte = error
-            .labels()
-            .next()
-            .and_then(|(span, _)| span.to_range())
-            .map_or(0, |range| range.start);
+        let places: Vec<_> = error.labels().filter_map(|(span, _)| span.to_range()).collect();
+        let byte = places.first().map_or(0, |range| range.start);
         let labels: Vec<_> = error
             .labels()
             .map(|(_, text)| text.to_owned())
             .filter(|text| !text.is_empty())
             .collect();
-        let mut message = error.message().to_owned();
-        if !labels.is_empty() {
-            message = format!("{message} ({})", labels.join("; "));
-        }
-        let is_unknown = is_unknown(&message);
+        let is_unknown = is_unknown(error.message());
+        let mistake = Mistake {
+            message: error.message(),
+            labels: &labels,
+            text: &blank_comments(&source.text),
+            at: byte,
+            other: places.get(1).map(|range| source.place(range.start).to_string()),
+        };
         Refusal {
             place: source.place(byte),
             function: None,
             rule: if is_unknown { Rule::UnknownName } else { Rule::ValidWgsl },
-            message,
+            message: mistake.explained(),
         }
     })?;
     let info = Validator::new(ValidationFlags::all(), Capabilities::empty())

@@ -19,6 +19,7 @@ mod print;
 mod rules;
 mod source;
 pub mod spirv;
+mod syntax;
 mod tidy;
 pub mod tree;
 pub mod uniform;
@@ -179,15 +180,21 @@ impl Checked {
         let mut tidied = raw.clone();
         tidy::take_constant_branches(&mut tidied);
         tidy::carry_values_out(&mut tidied);
+        // An index that nothing uses yet is refused too: its value will be used.
+        let unused = uniform::analyse(&tidied, &place).err().unwrap_or_default();
         remove_unused(&mut tidied);
         tidy::sink_declarations(&mut tidied);
         let shapes = match uniform::analyse(&tidied, &place) {
             Ok(shapes) => shapes,
             Err(mut refusals) => {
+                refusals.extend(unused);
                 refusals.extend(self.turns(&raw, &bound).err().unwrap_or_default());
                 return Err(in_order(refusals, source));
             }
         };
+        if unused.iter().any(|refusal| refusal.rule == Rule::SameIndex) {
+            return Err(in_order(unused, source));
+        }
         tidy::select_short_branches(&mut tidied, &shapes);
         remove_unused(&mut tidied);
         Ok(Trees {
@@ -208,8 +215,7 @@ impl Checked {
             is_uniform: bound.kind == "Uniform",
         };
         let buffers: Vec<_> = bound.iter().map(buffer).collect();
-        bounds::turns(raw, &buffers, &|span| self.source.place_of(span))
-            .map_err(|refusals| in_order(refusals, &self.source))
+        bounds::turns(raw, &buffers, &self.source).map_err(|refusals| in_order(refusals, &self.source))
     }
 }
 

@@ -432,6 +432,17 @@ fn task_cycle(life: Life, now: Experience, before: TaskState) -> Reward {
 }
 "
 
+    UncalledFunction "uncalled-function"
+        "A function whose name begins with `task_`, `controller_` or `sensor_` is called: by Oneiro, or by a part."
+        why: "Oneiro calls the functions of a part by their names and has a default for each that is missing. A name that \
+              is misspelt would be a missing function, and the run would go on with the default without saying so."
+        wrong: "\
+fn task_end(life: Life, own: TaskState) -> bool { return true; }
+"
+        right: "\
+fn task_ends(life: Life, own: TaskState) -> bool { return true; }
+"
+
     ValueForm "value-form"
         "A value that an experiment may set is an f32 with the comment `DEFAULT, LEAST to GREATEST UNIT: MEANING`."
         why: "From this comment come the default, the check of what an experiment sets, and what `oneiro check` shows. \

@@ -63,6 +63,13 @@ impl Source {
     pub fn place_of(&self, span: naga::Span) -> Place {
         self.place(span.to_range().map_or(0, |range| range.start))
     }
+
+    /// The text of a span of naga's.
+    pub(crate) fn text_of(&self, span: naga::Span) -> &str {
+        span.to_range()
+            .and_then(|range| self.text.get(range))
+            .unwrap_or_default()
+    }
 }
 
 /// A place in a part, or a part as a whole.

@@ -7,6 +7,11 @@ use crate::rules::Rule;
 use crate::source::{Place, Refusal, Refusals};
 use crate::tree::{Array, Binary, Block, Label, Op, Program, Statement, Ty, Value, Variable, visit};
 
+/// What is wrong with the index of a local array that differs between lanes, and what to write instead.
+const SAME_INDEX: &str = "the index of a local array has to be the same in all lives, a constant or the counter of a loop; \
+    go through the array: `for (var i = 0u; i < COUNT; i++)` with `x = select(x, a[i], i == index);` to read an element, \
+    and `a[i] = select(a[i], x, i == index);` to write one";
+
 /// How a value differs between lanes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Shape {
@@ -228,11 +233,7 @@ impl Analysis<'_> {
                 } => {
                     let home = self.array_homes[array.0 as usize];
                     if !self.shapes.is_uniform(*index) {
-                        self.refuse(
-                            *span,
-                            Rule::SameIndex,
-                            "a local array can't be indexed by what differs between invocations",
-                        );
+                        self.refuse(*span, Rule::SameIndex, SAME_INDEX);
                     }
                     if !self.shapes.is_uniform(*value) || self.shapes.diverges(&regions[home..]) {
                         self.changed |= self.shapes.arrays.insert(*array);
@@ -286,11 +287,7 @@ impl Analysis<'_> {
             Op::ReadElement(array, index) => {
                 if !self.shapes.is_uniform(index) {
                     let span = self.program.values[value.0 as usize].span;
-                    self.refuse(
-                        span,
-                        Rule::SameIndex,
-                        "a local array can't be indexed by what differs between invocations",
-                    );
+                    self.refuse(span, Rule::SameIndex, SAME_INDEX);
                 }
                 uniform_or_varying(!self.shapes.arrays.contains(&array))
             }

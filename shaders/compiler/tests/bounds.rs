@@ -192,7 +192,8 @@ fn loops_without_a_bound_are_refused_with_their_line() {
         let message = refusals[0].to_string();
         assert!(
             message.starts_with("kernel:4:")
-                && message.contains(": in `main`: this loop has no bound known before it runs; write `for"),
+                && message.contains(": in `main`: this loop has no bound known before it runs; ")
+                && message.contains("`for (var i = "),
             "`{body}`: {message}"
         );
     }

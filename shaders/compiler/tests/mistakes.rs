@@ -1,6 +1,6 @@
 //! Mistakes that naga finds are described in WGSL's words, with the types and names of the kernel.
 
-use oneiro_shader_compiler::{Part, compile};
+use oneiro_shader_compiler::{Compiled, Part, compile};
 
 /// A kernel with these declarations, and this body of a function that returns a `Pair`.
 fn refusal(declarations: &str, body: &str) -> String {
@@ -18,7 +18,7 @@ fn main(@builtin(local_invocation_index) lane: u32) {{ out[lane] = made(f32(lane
         path: "own.wgsl".into(),
         text,
     };
-    let refusals = compile("test", &[part]).unwrap_err();
+    let refusals = compile("test", &[part]).and_then(Compiled::bounded).unwrap_err();
     refusals[0].to_string()
 }
 
@@ -40,12 +40,12 @@ fn mistakes_have_plain_words() {
         (
             "",
             "return Pair(n, vec2<f32>(x, x));",
-            "value 1 of `Pair` is u32; allowed: first: f32; write `f32(x)` for the u32, or `1.0f` for a constant",
+            "value 1 of `Pair` is u32; allowed: first: f32; write `f32(x)`, or `1.0f` for a constant",
         ),
         (
             "",
             "return Pair(twice(x, x), vec2<f32>(x, x));",
-            "argument 2 of `twice` is f32; allowed: u32; write `f32(x)` for the u32, or `1.0f` for a constant",
+            "argument 2 of `twice` is f32; allowed: u32; write `u32(x)`, or `1u` for a constant",
         ),
         (
             "",
@@ -81,4 +81,144 @@ fn mistakes_have_plain_words() {
         }
     }
     assert!(problems.is_empty(), "{}", problems.join("\n\n"));
+}
+
+/// What a refusal says, without its place and its rule.
+fn said(declarations: &str, body: &str) -> String {
+    let refused = refusal(declarations, body);
+    let (_, message) = refused.split_once(": ").unwrap();
+    let (message, _) = message.rsplit_once(" [").unwrap();
+    message.to_owned()
+}
+
+#[test]
+fn habits_from_other_languages_are_answered() {
+    const LOOP: &str = "in `made`: this loop has no bound known before it runs; ";
+    const SAME_INDEX: &str = "the index of a local array has to be the same in all lives, a constant or the counter of a loop; \
+        go through the array: `for (var i = 0u; i < COUNT; i++)` with `x = select(x, a[i], i == index);` to read an element, \
+        and `a[i] = select(a[i], x, i == index);` to write one";
+    let whole = "return Pair(x, vec2<f32>(x, x));";
+    let cases = [
+        ("let y = x let z = x;", "expected `;`, found \"let\""),
+        (
+            "float foo = 0.0f;",
+            "`float foo` declares nothing in WGSL; write `var foo = 0.0f;`",
+        ),
+        (
+            "for (int i = 0; i < 3; i++) {}",
+            "`int i` declares nothing in WGSL; write `var i = 0u;`",
+        ),
+        (
+            "let y = x > 0.0f ? 1.0f : 0.0f;",
+            "WGSL has no `?`; write `select(b, a, condition)` for `condition ? a : b`",
+        ),
+        (
+            "# hello\n",
+            "WGSL has no `#`; write `//` before a comment, and `const NAME = VALUE;` for a `#define`",
+        ),
+        ("if x > 0.0f and x < 1.0f {}", "WGSL has no `and`; write `&&`"),
+        ("if x > 0.0f or x < 1.0f {}", "WGSL has no `or`; write `||`"),
+        (
+            "let y = 1.0f; y = 2.0f;",
+            "`y` is declared by `let`, and nothing can be assigned to it; declare it by `var`",
+        ),
+        (
+            "let y = 1.0f; y += 2.0f;",
+            "`y` is declared by `let`, and nothing can be assigned to it; declare it by `var`",
+        ),
+        (
+            "x = 2.0f;",
+            "`x` is a parameter, and nothing can be assigned to it; copy it: `var next = x;`",
+        ),
+        (
+            "var v = vec2<f32>(x, x); v.xy = vec2<f32>(x, 1.0f);",
+            "several components can't be assigned to at once; write `v.x = ..;` and so on, one by one",
+        ),
+        (
+            "var count = n; count = x > 0.0f;",
+            "the value is bool; allowed: u32; write `select(0u, 1u, x)`",
+        ),
+        (
+            "var count = n; count = 1.0f;",
+            "the value is f32; allowed: u32; write `u32(x)`, or `1u` for a constant",
+        ),
+        (
+            "var count = n; count = i32(x);",
+            "the value is i32; allowed: u32; write `u32(x)`, or `1u` for a constant",
+        ),
+        (
+            "var ends = false; ends = x;",
+            "the value is f32; allowed: bool; write `x != 0.0f`",
+        ),
+        (
+            "let y = n + 1.0f;",
+            "in `made`: `+` takes operands of one type; here they are u32 and f32; a constant of type u32 is written `1u`",
+        ),
+        (
+            "let y = 2u * x;",
+            "in `made`: `*` takes operands of one type; here they are u32 and f32; a constant of type f32 is written `1.0f`",
+        ),
+        (
+            "let y = n + (x > 0.0f);",
+            "in `made`: `+` takes operands of one type; here they are u32 and bool; write `select(0u, 1u, x)` for the bool",
+        ),
+        (
+            "let y = 0.0f < x < 1.0f;",
+            "in `made`: `<` takes operands of one type; here they are bool and f32; write `a < b && b < c`",
+        ),
+        (
+            "let y = pow(x, 2.0f);",
+            "`pow` is not on the list of functions that are exact on every device: abs, floor, trunc, select, bitcast, min, max, \
+             clamp; write `x * x` for a square, and `exponential(logarithm(x) * y)` for other powers of an x above 0",
+        ),
+        (
+            "var i = 0u; while (i < 3u) { i++; }",
+            "bound it by a number, and test inside: `for (var i = 0u; i < 40u; i++) { if (condition) { .. } }`",
+        ),
+        (
+            "for (var i = 0; i < 3; i++) {}",
+            "its counter is an i32, and has to be a u32: `for (var i = 0u; i < 3u; i++)`",
+        ),
+        (
+            "for (var i: i32 = 0; i < 3; i++) {}",
+            "its counter is an i32, and has to be a u32: `for (var i = 0u; i < 3u; i++)`",
+        ),
+        (
+            "for (var i = 3u; i > 0u; i--) {}",
+            "count upwards: `for (var i = 0u; i < 3u; i++)`, and use `2u - i`",
+        ),
+        (
+            "for (var i = 0u; i < n; i++) {}",
+            "write `for (var i = start; i < end; i += step)`, where `end` is a constant or has a greatest value that shows, \
+             such as `min(x, 8u)`",
+        ),
+        // Whether anything uses the element or not.
+        ("var a = array<f32, 2>(x, x); let y = a[n & 1u];", SAME_INDEX),
+        ("var a = array<f32, 2>(x, x); a[n & 1u] = 0.0f;", SAME_INDEX),
+    ];
+    let mut problems = Vec::new();
+    for (body, expected) in cases {
+        let is_loop = ["for (var", "var i = 0u; while"]
+            .iter()
+            .any(|start| body.starts_with(start));
+        let expected = format!("{}{expected}", if is_loop { LOOP } else { "" });
+        let found = said("", &format!("{body} {whole}"));
+        if found != expected {
+            problems.push(format!("{body}\n{found}\nexpected: {expected}"));
+        }
+    }
+    assert!(problems.is_empty(), "{}", problems.join("\n\n"));
+    let twice = "fn twice() {}";
+    assert_eq!(
+        refusal(twice, whole),
+        "own.wgsl:4:4: `twice` is declared at own.wgsl:3:4 already; choose another name [valid-wgsl]"
+    );
+    assert_eq!(
+        said("# hello", whole),
+        "WGSL has no `#`; write `//` before a comment, and `const NAME = VALUE;` for a `#define`"
+    );
+    assert_eq!(
+        said("let y = 1.0f;", whole),
+        "expected a declaration, `fn`, `struct`, `const` or `alias`, found `let`"
+    );
 }

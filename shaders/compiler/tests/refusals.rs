@@ -325,7 +325,7 @@ fn types() {
 
 #[test]
 fn indices() {
-    let message = "can't be indexed by what differs between invocations";
+    let message = "the index of a local array has to be the same in all lives";
     refused("var a: array<f32, 4>; a[u & 3u] = 1.0f; out[lane] = a[0];", message);
     refused("var a: array<f32, 4>; out[lane] = a[lane];", message);
     refused(

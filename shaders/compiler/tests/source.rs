@@ -51,7 +51,10 @@ fn each_stage_names_the_part() {
     for (part, problem) in [
         ("// the text\nfn f() {\n    _ = exp(1.0f);\n}", "exp"),
         ("// the parser\nfn f() {\n    let x = ;\n}", "expected expression"),
-        ("// the types\nfn f() {\n    var x = 1u; x = 1.0f;\n}", "type"),
+        (
+            "// the types\nfn f() {\n    var x = 1u; x = 1.0f;\n}",
+            "the value is f32",
+        ),
         ("// the IR\nfn f(x: f32) -> f32 {\n    return x / 2.0f;\n}", "division"),
     ] {
         let refusals = compile("kernel", &parts(&["const one = 1u;\n", part, main])).unwrap_err();

@@ -14,7 +14,7 @@ use oneiro_shaders::{KERNELS, LIFE_PERCEPTRON};
 use super::fields::GeneField;
 use super::interface::{self, Function, GENE_COUNT, GENES, Interface};
 use super::{generate, kernel, refusal};
-use crate::compose::OwnParts;
+use crate::compose::{Kind, OwnParts};
 use crate::parameter::nearest;
 
 /// Functions of shipped parts that every part may call; `lib/numerics`, `lib/random` and `lib/user` have them.
@@ -38,6 +38,9 @@ const CALLS: [&str; 16] = [
 ];
 /// Fields that identify a rollout in its batch. What depends on them would depend on what else is in the batch.
 const PLACES_IN_THE_BATCH: [&str; 2] = ["world", "genes"];
+/// What to write where a part asks for another's memory.
+const NO_MEMORY: &str = "no part can read another's memory; make what is shared a reading of the sensors, and read it as \
+    `now.real.own.NAME` in a task or as `readings.own.NAME` in a controller";
 /// Structs and constants of the kernel that parts use.
 const STRUCTS: [&str; 6] = ["Experience", "Readings", "Motion", "Sensed", "Command", "Reward"];
 const CONSTANTS: [&str; 4] = ["INPUTS", "STREAM_TASK", "STREAM_CONTROLLER", "STREAM_OWN_SENSOR"];
@@ -238,11 +241,50 @@ fn call_problems(part: &compiler::Part, interface: &Interface, taken: &BTreeSet<
                 .copied()
                 .collect::<Vec<_>>()
                 .join(", ");
-            let message = format!("`{name}` can't be called from here; allowed: {allowed}, and your own functions");
+            let message = if interface.is_of_another(&name) {
+                format!("`{name}` can't be called from here; {NO_MEMORY}")
+            } else {
+                format!("`{name}` can't be called from here; allowed: {allowed}, and your own functions")
+            };
             problems.push(refusal(&place, Rule::AllowedCalls, message));
         }
     }
     problems
+}
+
+/// Functions of users' parts that look like those that the kernel calls, and that nothing calls.
+pub(super) fn uncalled(parts: &[compiler::Part], own: &OwnParts) -> Refusals {
+    let users: Vec<_> = parts
+        .iter()
+        .filter(|part| own.iter().any(|own| own.part().path() == part.path))
+        .collect();
+    let mut refusals = Refusals::new();
+    for part in &users {
+        for Declaration {
+            keyword, name, place, ..
+        } in declarations(part)
+        {
+            let kinds = [Kind::Sensor, Kind::Controller, Kind::Task];
+            let prefix = kinds.map(|kind| (kind, format!("{}_", kind.word())));
+            let Some((kind, prefix)) = prefix.iter().find(|(_, prefix)| name.starts_with(prefix)) else {
+                continue;
+            };
+            let known: Vec<_> = interface::of(*kind).functions.iter().map(Function::name).collect();
+            let count: usize = users.iter().map(|part| uses(part, &[&name]).len()).sum();
+            if keyword != "fn" || known.contains(&name.as_str()) || count > 1 {
+                continue;
+            }
+            let meant = nearest(known.iter().copied(), &name);
+            let meant = meant.map_or_else(String::new, |meant| format!("; did you mean `{meant}`?"));
+            let message = format!(
+                "nothing calls `{name}`; allowed: {}, which Oneiro calls, and functions that a part calls or whose names don't \
+                 begin with `{prefix}`{meant}",
+                known.join(", ")
+            );
+            refusals.push(refusal(&place, Rule::UncalledFunction, message));
+        }
+    }
+    refusals
 }
 
 /// The expression that a name at a place ends, if it is a struct of readings: a parameter, a field of what a task is given, or
@@ -292,6 +334,21 @@ pub(super) fn suggest(refusals: &mut [Refusal], parts: &[compiler::Part], own: &
             && let Some((part, interface)) = own_part(&refusal.place.path)
             && let Some(written) = word_at(part, &refusal.place)
         {
+            let field = Field {
+                parts,
+                part,
+                written: &written,
+                place: &refusal.place,
+            };
+            if refusal.message.starts_with(ACCESSED) {
+                let any = || format!("{}{}", refusal.message, field.alike(own));
+                refusal.message = field.explained().unwrap_or_else(any);
+                continue;
+            }
+            if interface.is_of_another(&written) {
+                refusal.message = format!("{}; {NO_MEMORY}", refusal.message);
+                continue;
+            }
             let mut usable = usable(parts, &interface, own);
             // It is declared, but not here.
             usable.remove(&written);
@@ -300,6 +357,122 @@ pub(super) fn suggest(refusals: &mut [Refusal], parts: &[compiler::Part], own: &
                 refusal.message = format!("{}; did you mean `{name}`?", refusal.message);
             }
         }
+    }
+}
+
+/// What naga says of a field that a struct doesn't have.
+const ACCESSED: &str = "invalid field accessor";
+
+/// An access to a field that there isn't.
+struct Field<'a> {
+    parts: &'a [compiler::Part],
+    part: &'a compiler::Part,
+    written: &'a str,
+    place: &'a Place,
+}
+
+impl Field<'_> {
+    /// The fields that there are, and the one that was probably meant; `None` if the type of what has them isn't found.
+    fn explained(&self) -> Option<String> {
+        let Self { written, place, .. } = self;
+        let line = self.part.text.split('\n').nth(place.line - 1)?;
+        let line: String = line.chars().take(place.column - 1).collect();
+        let is_inside = |c: char| c.is_alphanumeric() || c == '_' || c == '.';
+        let owner = line[line.trim_end_matches(is_inside).len()..].trim_end_matches('.');
+        let above: Vec<_> = self.part.text.split('\n').take(place.line - 1).collect();
+        let above = above.join("\n") + "\n" + &line;
+        let ty = self.type_of(owner, &above[above.rfind("fn ").unwrap_or(0)..])?;
+        let Some(fields) = self.fields(&ty) else {
+            let count = ty.strip_prefix("vec")?.chars().next()?.to_digit(10)? as usize;
+            let components = ["x", "y", "z", "w"].get(..count)?.join(", ");
+            return Some(format!(
+                "`{owner}` is a {ty} and has no `{written}`; allowed: {components}"
+            ));
+        };
+        let deeper = || {
+            let has = |ty: &str| {
+                self.fields(ty)
+                    .is_some_and(|fields| fields.iter().any(|(name, _)| name == written))
+            };
+            let outer = fields.iter().find(|(_, ty)| has(ty));
+            outer.map(|(outer, _)| format!("{owner}.{outer}.{written}"))
+        };
+        let alike = || nearest(fields.iter().map(|(name, _)| name.as_str()), written).map(str::to_owned);
+        let of_khepera = ty == "Readings" && ["first", "last"].contains(written);
+        let meant = if of_khepera {
+            "; a described robot has none of the eight sensors of `first` and `last`".to_owned()
+        } else {
+            alike()
+                .or_else(deeper)
+                .map_or_else(String::new, |meant| format!("; did you mean `{meant}`?"))
+        };
+        let names: Vec<_> = fields.iter().map(|(name, _)| name.as_str()).collect();
+        Some(format!(
+            "`{ty}` has no field `{written}`; allowed: {}{meant}",
+            names.join(", ")
+        ))
+    }
+
+    /// Of the fields of all structs that parts use, the one that was probably meant, where the type isn't found.
+    fn alike(&self, own: &OwnParts) -> String {
+        let declared = self
+            .parts
+            .iter()
+            .filter(|part| own.iter().any(|own| own.part().path() == part.path));
+        let declared = declared.flat_map(declarations).filter(|own| own.keyword == "struct");
+        let structs = declared.map(|own| own.name).chain(STRUCTS.map(str::to_owned));
+        let fields: Vec<_> = structs.filter_map(|name| self.fields(&name)).flatten().collect();
+        let meant = nearest(fields.iter().map(|(name, _)| name.as_str()), self.written);
+        meant.map_or_else(String::new, |meant| format!("; did you mean `{meant}`?"))
+    }
+
+    /// The fields of a struct with their types.
+    fn fields(&self, ty: &str) -> Option<Vec<(String, String)>> {
+        let fields = self.parts.iter().find_map(|part| members(part, ty))?;
+        Some(fields.into_iter().map(|field| (field.name, field.ty)).collect())
+    }
+
+    /// The type of a name and of fields of it, such as `now.real`, as far as the text `above` in the same function shows it.
+    fn type_of(&self, expression: &str, above: &str) -> Option<String> {
+        let mut names = expression.split('.');
+        let root = names.next()?;
+        let parameters = parameters_at(self.part, self.place);
+        let parameter = parameters
+            .into_iter()
+            .find_map(|(name, ty)| (name == root).then_some(ty));
+        let ty = parameter.or_else(|| self.declared(root, above))?;
+        names.try_fold(ty, |ty, name| {
+            let fields = self.fields(&ty)?;
+            fields.into_iter().find_map(|(field, ty)| (field == name).then_some(ty))
+        })
+    }
+
+    /// The type of what `let` or `var` declares in a text: that which it says, or that of its value.
+    fn declared(&self, name: &str, above: &str) -> Option<String> {
+        let is_declared = |at: &usize| {
+            let before = above[..*at].trim_end();
+            let after = above[at + name.len()..].trim_start();
+            (before.ends_with("let") || before.ends_with("var")) && after.starts_with([':', '='])
+        };
+        let at = above.rmatch_indices(name).map(|(at, _)| at).find(is_declared)?;
+        let (head, value) = above[at..].split(';').next()?.split_once('=')?;
+        if let Some((_, ty)) = head.split_once(':') {
+            return Some(ty.split_whitespace().collect());
+        }
+        let value = value.trim();
+        let Some((called, _)) = value.split_once('(') else {
+            return self.type_of(value, &above[..at]);
+        };
+        if self.fields(called).is_some() {
+            return Some(called.to_owned());
+        }
+        let functions = self.parts.iter().flat_map(declarations);
+        let function = functions
+            .into_iter()
+            .find(|own| own.keyword == "fn" && own.name == called)?;
+        // Only what ends with the call has the type of its result.
+        let (_, result) = function.signature.rsplit_once("->")?;
+        value.ends_with(')').then(|| result.to_owned())
     }
 }
 

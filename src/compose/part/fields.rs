@@ -73,12 +73,25 @@ fn fields(part: &compiler::Part, name: &str, problems: &mut Refusals) -> Vec<Mem
     };
     let mut fields = members(part, name).unwrap_or_default();
     fields.retain(|field| {
-        let is_field = is_name(&field.name) && !field.ty.is_empty();
-        if !is_field {
-            let problem = format!("in `{name}`: isn't a field; write `NAME: TYPE`");
-            problems.push(refusal(&field.place, Rule::ValidWgsl, problem));
-        }
-        is_field
+        let problem = if !is_name(&field.name) || field.ty.is_empty() {
+            "isn't a field; write `NAME: TYPE`".to_owned()
+        } else if field.ty.contains(':') {
+            // The next field is taken for a part of its type.
+            let ty = ["f32", "u32", "i32"].into_iter().find(|ty| field.ty.starts_with(ty));
+            let ty = ty.unwrap_or("TYPE");
+            format!(
+                "`{0}`: a comma is missing after its type; write `{0}: {ty},`",
+                field.name
+            )
+        } else {
+            return true;
+        };
+        problems.push(refusal(
+            &field.place,
+            Rule::ValidWgsl,
+            format!("in `{name}`: {problem}"),
+        ));
+        false
     });
     fields
 }

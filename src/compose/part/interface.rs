@@ -38,6 +38,19 @@ impl Interface {
     }
 }
 
+impl Interface {
+    /// Whether a name is of a function that gives another kind's memory.
+    pub(super) fn is_of_another(&self, name: &str) -> bool {
+        let kinds = [Kind::Sensor, Kind::Controller, Kind::Task];
+        let mut others = kinds.into_iter().filter(|kind| *kind != self.kind).map(Kind::word);
+        others.any(|word| {
+            ["begin", "state", "kept", "cycle"]
+                .iter()
+                .any(|end| name == format!("{word}_{end}"))
+        })
+    }
+}
+
 /// The interface of a kind.
 pub(super) fn of(kind: Kind) -> Interface {
     match kind {

@@ -298,10 +298,15 @@ fn new(
         parts.rotate_left(shipped + 1);
         compiled = self::compiled(&parts);
     }
-    let compiled = compiled.map_err(|mut refusals| {
-        check::suggest(&mut refusals, &parts, own);
-        refusals
-    })?;
+    let mut refusals = check::uncalled(&parts, own);
+    let compiled = match compiled {
+        Ok(compiled) if refusals.is_empty() => compiled,
+        others => {
+            refusals.extend(others.err().unwrap_or_default());
+            check::suggest(&mut refusals, &parts, own);
+            return Err(refusals);
+        }
+    };
     let genes = match own.get(Kind::Controller) {
         Some(controller) => Some(genes(&controller.part, &compiled, &own.readings_of(&spec.robot.build))?),
         None => None,

@@ -59,6 +59,27 @@ pub(super) fn problem(part: &compiler::Part) -> Option<Refusal> {
     None
 }
 
+/// The first brace that is missing or closes nothing. What comes after it would be read as something else.
+pub(super) fn unbalanced(part: &compiler::Part) -> Option<Refusal> {
+    let source = Source::new(slice::from_ref(part));
+    let refuse = |at, message: String| Some(refusal(&source.place(at), Rule::ValidWgsl, message));
+    let mut open: Vec<usize> = Vec::new();
+    let missing = |open: &[usize]| {
+        let line = source.place(open[0]).line;
+        format!("a `}}` is missing before this: a `{{` of line {line} or below is still open")
+    };
+    for (at, token) in tokens(&part.text) {
+        match token {
+            "{" => open.push(at),
+            "}" if open.pop().is_none() => return refuse(at, "this `}` closes nothing; leave it out".into()),
+            "fn" | "struct" if !open.is_empty() => return refuse(at, missing(&open)),
+            _ => (),
+        }
+    }
+    let end = part.text.trim_end().len();
+    open.first().and_then(|_| refuse(end, missing(&open)))
+}
+
 /// Words, numbers and signs with their places, without blanks and comments.
 fn tokens(text: &str) -> impl Iterator<Item = (usize, &str)> {
     let is_word = |c: char| c.is_alphanumeric() || c == '_';

@@ -45,6 +45,7 @@ pub(super) fn run(experiment: &Experiment, picture: Option<&Path>, console: Cons
             "robot_steps": experiment.steps(),
             "gene_names": experiment.world().gene_layout().names(),
             "gene_ranges": experiment.world().gene_layout().ranges(),
+            "parts": spec.own.iter().map(part_value).collect::<Vec<_>>(),
             "part_values": values.collect::<Vec<_>>(),
             "settings": experiment.values(),
         }));
@@ -52,9 +53,29 @@ pub(super) fn run(experiment: &Experiment, picture: Option<&Path>, console: Cons
     console.data(summary(experiment))
 }
 
-/// The file of a user's part, or the word for what ships.
-fn part<'a>(own: Option<&'a OwnPart>, shipped: &'a str) -> &'a str {
-    own.map_or(shipped, |own| own.part().path())
+/// The file of a user's part with its functions and what it remembers, or the word for what ships.
+fn part(own: Option<&OwnPart>, shipped: &str) -> String {
+    let Some(part) = own.map(OwnPart::part) else {
+        return shipped.to_owned();
+    };
+    let memory: Vec<_> = part.memory().iter().map(|(name, _)| name.as_str()).collect();
+    let memory = if memory.is_empty() {
+        "nothing".to_owned()
+    } else {
+        memory.join(", ")
+    };
+    format!("{}: {}; remembers {memory}", part.path(), part.functions().join(", "))
+}
+
+/// The same as values by their names.
+fn part_value(own: &OwnPart) -> Value {
+    let part = own.part();
+    json!({
+        "kind": part.kind().word(),
+        "file": part.path(),
+        "functions": part.functions(),
+        "memory": part.memory().iter().map(|(name, _)| name).collect::<Vec<_>>(),
+    })
 }
 
 /// The number of sensors of each kind, in the order in which the kinds are first named.
@@ -142,7 +163,7 @@ fn summary(experiment: &Experiment) -> String {
                 world.genes()
             ),
         ),
-        ("task", part(spec.own.get(Kind::Task), spec.task.word()).to_owned()),
+        ("task", part(spec.own.get(Kind::Task), spec.task.word())),
         (
             "start",
             match spec.start {
@@ -354,7 +375,7 @@ fn sensors(robot: &Robot, own: Option<&OwnPart>) -> String {
         };
         format!("{count} {word}{names}")
     });
-    let own = own.map(|own| own.part().path().to_owned());
+    let own = own.map(|own| part(Some(own), ""));
     let all: Vec<String> = kinds.chain(tables).chain(own).collect();
     if all.is_empty() {
         "none".to_owned()

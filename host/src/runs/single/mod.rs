@@ -16,6 +16,8 @@ mod replay;
 mod rows;
 pub(crate) mod trace;
 
+use std::fs::File;
+use std::io::{BufRead, BufReader};
 use std::path::Path;
 use std::sync::{Arc, OnceLock};
 
@@ -23,7 +25,7 @@ use oneiro::batch::Worlds;
 use oneiro::world::World;
 use serde_json::json;
 
-use super::{Audit, Reality, Recorded, Recording, Replay, Shown, Summary, Table};
+use super::{Audit, CHAMPION_MEAN, Reality, Recorded, Recording, Replay, Shown, Summary, Table};
 use crate::console::{Console, decimal};
 use crate::contents::{self, Column, Entry};
 use crate::engine::disk;
@@ -68,7 +70,7 @@ static OUTCOMES: [Column; 11] = [
         "the number of NaN fitness values in the whole run; they ranked last",
     ),
     Column::number(
-        "champion_mean",
+        CHAMPION_MEAN,
         "",
         "the mean of the champion's fresh lives (`evolution.finalist_lives`); empty without finalists, when the champion is the \
          luckiest",
@@ -446,6 +448,8 @@ impl super::Experiment for Single {
     fn shown(&self) -> Shown {
         let by = if self.has_reality() {
             ("real", "mean fitness of the last offspring in reality")
+        } else if self.experiment.finalists() > 0 {
+            (CHAMPION_MEAN, "mean fitness of the champion's fresh lives")
         } else {
             ("peak", "mean fitness of the last generation's parents")
         };
@@ -489,8 +493,13 @@ impl super::Experiment for Single {
             let shown = |number: Option<f64>| number.map_or_else(|| "NaN".to_owned(), |number| significant(number, 6));
             let [low, high] = interval.map_or([None; 2], |bounds| bounds.map(Some)).map(shown);
             let mean = shown(mean);
+            let appraised = if mean == "NaN" {
+                format!("no mean of {lives} lives: the fitness of some is not a number (NaN)")
+            } else {
+                format!("mean {mean} of {lives} lives (95 %: {low} to {high})")
+            };
             line = format!(
-                "mean {mean} of {lives} lives (95 %: {low} to {high}), {who}\nluckiest  fitness {}, individual {} of \
+                "{appraised}, {who}\nluckiest  fitness {}, individual {} of \
                  generation {}",
                 luckiest.fitness.unwrap_or(f32::NAN),
                 luckiest.individual,
@@ -498,11 +507,18 @@ impl super::Experiment for Single {
             );
             cells.insert(0, ("mean", mean));
         }
+        let mut warnings = Vec::from_iter((nan > 0).then_some(warning));
+        // The trace of a life that ended before its first cycle has only its header.
+        let trace = File::open(run.directory.join(TRACE)).map(BufReader::new);
+        if trace.is_ok_and(|trace| trace.lines().take(2).count() == 1) {
+            let problem = "the champion's life ended before its first cycle: its task ended it at once";
+            warnings.push(format!("{}: {problem}", run.directory.display()));
+        }
         Ok(Summary {
             line: ("champion", line),
             values,
             cells,
-            warnings: if nan > 0 { vec![warning] } else { Vec::new() },
+            warnings,
         })
     }
 

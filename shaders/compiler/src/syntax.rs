@@ -1,0 +1,138 @@
+//! Plain words for the mistakes that naga finds while it parses, most of which are habits from other languages.
+
+use crate::exact::words;
+use crate::explain::conversion;
+
+/// What naga says of a mistake, what it says of the places that belong to it, and where the first of them is.
+pub(crate) struct Mistake<'a> {
+    pub(crate) message: &'a str,
+    pub(crate) labels: &'a [String],
+    /// The kernel without comments.
+    pub(crate) text: &'a str,
+    /// The first place, as a byte of the text.
+    pub(crate) at: usize,
+    /// The second place as `FILE:LINE:COLUMN`, such as that of a name's first definition.
+    pub(crate) other: Option<String>,
+}
+
+/// Names that other languages have for types, and a constant of each type.
+const TYPES: [(&str, &str); 11] = [
+    ("float", "0.0f"),
+    ("double", "0.0f"),
+    ("f32", "0.0f"),
+    ("int", "0"),
+    ("i32", "0"),
+    ("uint", "0u"),
+    ("unsigned", "0u"),
+    ("u32", "0u"),
+    ("bool", "false"),
+    ("auto", "0.0f"),
+    ("mut", "0.0f"),
+];
+
+impl Mistake<'_> {
+    /// What is wrong and what to write instead; else naga's own message, with what its labels add.
+    pub(crate) fn explained(&self) -> String {
+        self.expected()
+            .or_else(|| self.assigned())
+            .or_else(|| self.converted())
+            .or_else(|| self.redefined())
+            .unwrap_or_else(|| self.plain())
+    }
+
+    /// Naga's message, without what it says twice.
+    fn plain(&self) -> String {
+        const EMPTY: [&str; 2] = ["unknown identifier", "invalid accessor"];
+        let is_new = |label: &&String| {
+            let names = label.strip_prefix("definition of ").unwrap_or(label);
+            !EMPTY.contains(&label.as_str()) && !self.message.contains(names)
+        };
+        let labels: Vec<_> = self.labels.iter().filter(is_new).map(String::as_str).collect();
+        if labels.is_empty() {
+            return self.message.to_owned();
+        }
+        format!("{} ({})", self.message, labels.join("; "))
+    }
+
+    /// The word that begins at the first place.
+    fn word(&self) -> &str {
+        let word = words(&self.text[self.at..]).next();
+        word.map_or("", |(_, word)| word)
+    }
+
+    /// The word before the first place.
+    fn previous(&self) -> &str {
+        let before = self.text[..self.at].trim_end();
+        let start = before.rfind(|c: char| !c.is_alphanumeric() && c != '_');
+        &before[start.map_or(0, |start| start + 1)..]
+    }
+
+    /// What was found in place of what WGSL's grammar expects.
+    fn expected(&self) -> Option<String> {
+        let (expected, found) = self.message.split_once(", found ")?;
+        let found = found.trim_matches('"');
+        let instead = match found {
+            "#" => "WGSL has no `#`; write `//` before a comment, and `const NAME = VALUE;` for a `#define`".to_owned(),
+            "?" => "WGSL has no `?`; write `select(b, a, condition)` for `condition ? a : b`".to_owned(),
+            "and" => "WGSL has no `and`; write `&&`".to_owned(),
+            "or" => "WGSL has no `or`; write `||`".to_owned(),
+            _ if expected.starts_with("expected global item") => {
+                format!("expected a declaration, `fn`, `struct`, `const` or `alias`, found `{found}`")
+            }
+            _ if expected == "expected assignment or increment/decrement" => {
+                let previous = self.previous();
+                let (ty, constant) = TYPES.iter().find(|(ty, _)| *ty == previous)?;
+                let is_counter = self.text[..self.at]
+                    .trim_end()
+                    .trim_end_matches(previous)
+                    .ends_with('(');
+                let constant = if is_counter { "0u" } else { constant };
+                format!("`{ty} {found}` declares nothing in WGSL; write `var {found} = {constant};`")
+            }
+            _ => return None,
+        };
+        Some(instead)
+    }
+
+    /// What can't be assigned to.
+    fn assigned(&self) -> Option<String> {
+        if !self.message.starts_with("invalid left-hand side of assignment") {
+            return None;
+        }
+        let name = self.word();
+        if !self.labels.iter().any(|label| label.contains("immutable")) {
+            let (_, component) = self.text[self.at..].split(['=', ';']).next()?.trim().rsplit_once('.')?;
+            let is_several = component.len() > 1 && component.chars().all(|c| "xyzwrgba".contains(c));
+            return is_several.then(|| {
+                format!("several components can't be assigned to at once; write `{name}.x = ..;` and so on, one by one")
+            });
+        }
+        let before = &self.text[..self.at];
+        let function = &before[before.rfind("fn ").unwrap_or(0)..];
+        let is_let = words(function)
+            .zip(words(function).skip(1))
+            .any(|((_, one), (_, next))| one == "let" && next == name);
+        Some(if is_let {
+            format!("`{name}` is declared by `let`, and nothing can be assigned to it; declare it by `var`")
+        } else {
+            format!("`{name}` is a parameter, and nothing can be assigned to it; copy it: `var next = {name};`")
+        })
+    }
+
+    /// A value of another type than is needed.
+    fn converted(&self) -> Option<String> {
+        let types = self
+            .message
+            .strip_prefix("automatic conversions cannot convert elements of `")?;
+        let (found, needed) = types.strip_suffix('`')?.split_once("` to `")?;
+        let hint = conversion(found, needed);
+        Some(format!("the value is {found}; allowed: {needed}{hint}"))
+    }
+
+    /// A name that has two definitions.
+    fn redefined(&self) -> Option<String> {
+        let name = self.message.strip_prefix("redefinition of ")?;
+        let other = self.other.as_ref()?;
+        Some(format!("{name} is declared at {other} already; choose another name"))
+    }
+}
