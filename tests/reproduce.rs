@@ -202,7 +202,11 @@ fn studies_that_a_wire_can_not_have_are_refused() {
             3,
             "--sensitivity: is given with --robot serial:",
         ),
-        (&["--calibrate"], 2, "'--robot <ROBOT>' cannot be used with '--calibrate'"),
+        (
+            &["--calibrate"],
+            2,
+            "'--robot <ROBOT>' cannot be used with '--calibrate'",
+        ),
         (
             &[tables, "--arm=half-severity"],
             3,

@@ -122,6 +122,7 @@ fn a_study_on_a_robot_goes_on() {
     let ran = Session::start(&place, &arguments).ended(&arguments).exits(0);
     ran.says(&[
         "conservative noise, run 0: generation 4, individual 1 (0 to 1)\n",
+        "run 0, champions of generation 3, each from the same start: no noise, individual ",
         "put the robot at x = 100 mm and y = 90 mm, 45 degrees counter-clockwise from the x axis; then press Enter",
     ]);
     assert!(body.stands());

@@ -379,7 +379,14 @@ impl<'a> Study<'a> {
     /// The best individuals of each run's generation 200, with their simulated and real lives.
     fn champions(&self, runs: &[Evolving], best: Vec<Best>, robot: &mut RealLives<'_>) -> Result<Vec<Champion>> {
         if self.settings.is_wired() {
-            self.console.say("the champions live next, each from the same start");
+            let each = runs.iter().zip(&best);
+            let each = each.map(|(run, best)| format!("{}, individual {}", run.condition.title(), best.individual));
+            self.console.say(format!(
+                "run {}, champions of generation {}, each from the same start: {}",
+                runs.first().map_or(0, |run| run.number),
+                self.settings.simulated_generations(),
+                each.collect::<Vec<_>>().join("; ")
+            ));
         }
         let shared = self.pairs(runs, &best, &[SHARED_START], 0, robot)?;
         let mut sums: Vec<Sums> = runs.iter().map(|_| Sums::default()).collect();
