@@ -16,7 +16,7 @@ pub(crate) struct Arguments {
     /// Seed of everything random but the robot
     #[arg(long, value_name = "N", default_value_t = 1)]
     pub(crate) seed: u64,
-    /// The robot to transfer to: surrogate:SEED, which is sampled first, or a robot on a wire, such as serial:/dev/ttyUSB0, which has
+    /// The robot to transfer to: surrogate:SEED, which is sampled first, or a robot on a wire, such as `serial:/dev/ttyUSB0`, which has
     /// been sampled (--tables) and lives one life after the other; the same command continues
     #[arg(long, value_name = "ROBOT", default_value = "surrogate:1")]
     pub(crate) robot: String,
