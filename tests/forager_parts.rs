@@ -315,6 +315,32 @@ fn outputs_drive_arcs() {
     }
 }
 
+/// Each reading of light is that of its sensor, before noise by the law in docs/epuck.md in double precision.
+#[test]
+fn readings_of_light_follow_their_law() {
+    const BEARINGS: [f64; 8] = [17.0, 50.0, -50.0, -17.0, 90.0, 150.0, 210.0, 270.0];
+    for (light, lamp) in [(Light::OverNest, -700.0), (Light::OppositeNest, 700.0)] {
+        let world = World::new(spec(Foraging::odowd2014(light))).unwrap();
+        let outcome = lived(&batch(&world, 40, 25));
+        for (record, details) in outcome.traces.iter().flat_map(Trace::lines) {
+            let [x, y, heading] = [record.x, record.y, record.heading].map(f64::from);
+            for (name, bearing) in READINGS[4..12].iter().zip(BEARINGS) {
+                let axis = std::f64::consts::TAU * heading + bearing.to_radians();
+                let [to_x, to_y] = [lamp - x - 35.0 * axis.cos(), -y - 35.0 * axis.sin()];
+                let off = (to_y.atan2(to_x) - axis).sin().atan2((to_y.atan2(to_x) - axis).cos());
+                let facing = (1.0 - 2.0 * off.abs() / std::f64::consts::PI).max(0.0);
+                let expected = (0.1 + (-0.002 * to_x.hypot(to_y)).exp() * facing).min(1.0);
+                let found = |kind| f64::from(detail(&world, kind, name, details));
+                assert!((found(DetailKind::Real) - expected).abs() < 1e-4, "{name}: {expected}");
+                assert!(
+                    (found(DetailKind::Perceived) - expected).abs() < 0.0501,
+                    "{name}: {expected}"
+                );
+            }
+        }
+    }
+}
+
 /// Every controller that ships reads a forager's thirteen readings, and a user's; sensors of a user's see the round wall.
 #[test]
 fn all_controllers_read_all_readings() {
