@@ -121,6 +121,11 @@ fn foragers() -> Vec<Foraging> {
         start: Some([100.0, -50.0, 0.25]),
         ..foragers[0]
     });
+    // Nothing is near enough to be avoided: it runs into the wall.
+    foragers.push(Foraging {
+        near: 0.0,
+        ..foragers[2]
+    });
     foragers
 }
 
@@ -168,6 +173,7 @@ fn detail(world: &World, kind: DetailKind, name: &str, details: &[u32]) -> f32 {
 /// and readings. So has the task written again as a user's.
 #[test]
 fn what_ships_has_its_bits_as_parts() {
+    let mut collided = 0;
     for foraging in foragers() {
         let genomes: Vec<_> = (0..300).map(|life| genome(life, 2)).collect();
         let trace = Some(TraceRequest { every: 1 });
@@ -196,6 +202,7 @@ fn what_ships_has_its_bits_as_parts() {
                         ..*own
                     };
                     assert_eq!(without_outputs(record), shipped[cycle]);
+                    collided += u32::from(record.collided > 0.0);
                     let own: Details = shipped.details_as(cycle);
                     let read = |name| detail(&world, DetailKind::Perceived, name, details);
                     let near = ["near_left_17", "near_left_50", "near_right_50", "near_right_17"].map(read);
@@ -205,6 +212,7 @@ fn what_ships_has_its_bits_as_parts() {
             }
         }
     }
+    assert!(collided > 1000, "{collided} cycles ended at the wall");
 }
 
 /// All lane codes, the interpreter and the first adapter agree, with lives cut anywhere.
