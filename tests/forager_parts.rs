@@ -121,6 +121,11 @@ fn foragers() -> Vec<Foraging> {
         start: Some([100.0, -50.0, 0.25]),
         ..foragers[0]
     });
+    // Nothing is near enough to be avoided: it runs into the wall.
+    foragers.push(Foraging {
+        near: 0.0,
+        ..foragers[2]
+    });
     foragers
 }
 
@@ -168,6 +173,7 @@ fn detail(world: &World, kind: DetailKind, name: &str, details: &[u32]) -> f32 {
 /// and readings. So has the task written again as a user's.
 #[test]
 fn what_ships_has_its_bits_as_parts() {
+    let mut collided = 0;
     for foraging in foragers() {
         let genomes: Vec<_> = (0..300).map(|life| genome(life, 2)).collect();
         let trace = Some(TraceRequest { every: 1 });
@@ -196,6 +202,7 @@ fn what_ships_has_its_bits_as_parts() {
                         ..*own
                     };
                     assert_eq!(without_outputs(record), shipped[cycle]);
+                    collided += u32::from(record.collided > 0.0);
                     let own: Details = shipped.details_as(cycle);
                     let read = |name| detail(&world, DetailKind::Perceived, name, details);
                     let near = ["near_left_17", "near_left_50", "near_right_50", "near_right_17"].map(read);
@@ -205,6 +212,7 @@ fn what_ships_has_its_bits_as_parts() {
             }
         }
     }
+    assert!(collided > 1000, "{collided} cycles ended at the wall");
 }
 
 /// All lane codes, the interpreter and the first adapter agree, with lives cut anywhere.
@@ -311,6 +319,32 @@ fn outputs_drive_arcs() {
             x += forward * mean.cos();
             y += forward * mean.sin();
             heading += turn;
+        }
+    }
+}
+
+/// Each reading of light is that of its sensor, before noise by the law in docs/epuck.md in double precision.
+#[test]
+fn readings_of_light_follow_their_law() {
+    const BEARINGS: [f64; 8] = [17.0, 50.0, -50.0, -17.0, 90.0, 150.0, 210.0, 270.0];
+    for (light, lamp) in [(Light::OverNest, -700.0), (Light::OppositeNest, 700.0)] {
+        let world = World::new(spec(Foraging::odowd2014(light))).unwrap();
+        let outcome = lived(&batch(&world, 40, 25));
+        for (record, details) in outcome.traces.iter().flat_map(Trace::lines) {
+            let [x, y, heading] = [record.x, record.y, record.heading].map(f64::from);
+            for (name, bearing) in READINGS[4..12].iter().zip(BEARINGS) {
+                let axis = std::f64::consts::TAU * heading + bearing.to_radians();
+                let [to_x, to_y] = [lamp - x - 35.0 * axis.cos(), -y - 35.0 * axis.sin()];
+                let off = (to_y.atan2(to_x) - axis).sin().atan2((to_y.atan2(to_x) - axis).cos());
+                let facing = (1.0 - 2.0 * off.abs() / std::f64::consts::PI).max(0.0);
+                let expected = (0.1 + (-0.002 * to_x.hypot(to_y)).exp() * facing).min(1.0);
+                let found = |kind| f64::from(detail(&world, kind, name, details));
+                assert!((found(DetailKind::Real) - expected).abs() < 1e-4, "{name}: {expected}");
+                assert!(
+                    (found(DetailKind::Perceived) - expected).abs() < 0.0501,
+                    "{name}: {expected}"
+                );
+            }
         }
     }
 }
