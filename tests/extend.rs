@@ -575,6 +575,175 @@ fn mistakes_name_the_file_and_the_place() {
     place.run(&["check", "circles.toml"]).exits(3).says(&["circles.wgsl"]);
 }
 
+/// The files of a short evolution of the task that `oneiro new` writes.
+fn corridor(place: &Place) {
+    place.good(&["new", "corridor", "--task", "corridor-task"]);
+    let mut text = place.text("corridor.toml");
+    for (long, short) in [
+        ("\ngenerations = 200", "\ngenerations = 2"),
+        ("\npopulation = 100", "\npopulation = 20"),
+        ("\nparents = 20", "\nparents = 4"),
+        ("\ncycles = 500", "\ncycles = 40"),
+    ] {
+        assert!(text.contains(long), "{long}");
+        text = text.replace(long, short);
+    }
+    place.write("corridor.toml", text);
+}
+
+#[test]
+fn what_comes_after_a_run_is_as_the_page_says() {
+    let place = Place::new("afterwards");
+    corridor(&place);
+    let sweep = "experiment = \"corridor.toml\"\nseeds = \"1..2\"\n[grid]\nevolution.mutation.rate = [0.1, 0.2]\n";
+    place.write("sweep.toml", sweep);
+    let mut printed = Vec::new();
+    for line in block("sh", "oneiro sweep report").lines() {
+        let line = line.split('#').next().unwrap();
+        let arguments: Vec<&str> = line.split_whitespace().skip(1).collect();
+        printed.push((line.trim().to_owned(), place.good(&arguments)));
+    }
+    let of = |words: &str| {
+        let found = printed.iter().find(|(line, _)| line.contains(words));
+        found.unwrap_or_else(|| panic!("{words}")).1.lines().collect::<Vec<_>>()
+    };
+    assert_eq!(of("--genomes runs").len(), 1 + 5);
+    let random = of("--random 200");
+    assert_eq!(random.len(), 1 + 200);
+    assert_eq!(random[0], "genome,lives,mean,deviation,low,high");
+    // Cells are compared by what no selection has seen, and two runs are too few to differ.
+    let page = place.text("sweep/report.html");
+    for words in [
+        "<dd>mean fitness of the champion's fresh lives; more is better</dd>",
+        "<dd>2; two cells of so few can't differ with p below 0.333: take more seeds</dd>",
+    ] {
+        assert!(page.contains(words), "{page}");
+    }
+}
+
+/// Random genomes are those of the first generation of a run with the same seed.
+#[test]
+fn random_genomes_are_evaluated_and_summed_up() {
+    let place = Place::new("random-genomes");
+    corridor(&place);
+    let evaluate = |more: &[&str]| {
+        let fixed = [
+            "evaluate",
+            "corridor.toml",
+            "--random",
+            "20",
+            "--seed",
+            "3",
+            "--trials",
+            "1",
+            "--quiet",
+        ];
+        place.good(&[&fixed[..], more].concat())
+    };
+    let rows = evaluate(&[]);
+    let best = rows
+        .lines()
+        .skip(1)
+        .map(|row| row.split(',').nth(2).unwrap().parse::<f32>().unwrap());
+    let best = best.fold(f32::MIN, f32::max);
+    place.good(&[&["run", "corridor.toml", "--seed", "3", "--out", "run"], &CPU[..]].concat());
+    let first = place.text("run/generations.csv").lines().nth(1).unwrap().to_owned();
+    assert_eq!(
+        first.split(',').nth(1).unwrap().parse::<f32>().unwrap(),
+        best,
+        "{first}"
+    );
+    place
+        .run(&[
+            "evaluate",
+            "corridor.toml",
+            "--random",
+            "3",
+            "--trials",
+            "1",
+            "--summary",
+        ])
+        .exits(2)
+        .says(&["--summary: one rollout of each genome has no interval; allowed: with --trials 2 or more"]);
+    place.run(&["evaluate", "corridor.toml"]).exits(2).says(&["--genomes"]);
+    let noted = place
+        .run(&["evaluate", "corridor.toml", "--random", "2", "--trials", "2"])
+        .exits(0);
+    noted.says(&["each genome has starts and random numbers of its own; --common-starts gives all the same"]);
+}
+
+#[test]
+fn parts_are_shown_and_what_hardly_is_meant_is_told() {
+    let place = Place::new("shown-parts");
+    corridor(&place);
+    let checked = place.good(&["check", "corridor.toml"]);
+    let line = "  task        corridor-task.wgsl: task_cycle, task_begin, task_ends, task_score; remembers start.x, start.y, farthest, arrived\n";
+    assert!(checked.contains(line), "{checked}");
+    // A refusal has the place in the part alone.
+    let task = place.text("corridor-task.wgsl");
+    place.write("corridor-task.wgsl", task.replace("fn task_ends", "fn task_end"));
+    let refused = place.run(&["check", "corridor.toml"]).exits(3);
+    assert!(
+        refused.stderr.starts_with("oneiro: corridor-task.wgsl:"),
+        "{}",
+        refused.stderr
+    );
+    // A life that ends at once, and one whose fitness is not a number.
+    for (from, to, words) in [
+        (
+            "own.arrived != 0u",
+            "true",
+            "warning: run: the champion's life ended before its first cycle: its task ended it at once",
+        ),
+        (
+            "return Reward(",
+            "return Reward(reciprocal(0.0f * pose_of(now)) + ",
+            "no mean of 100 lives: the fitness of some is not a number (NaN)",
+        ),
+    ] {
+        let helper = "fn pose_of(now: Experience) -> f32 { return now.end.x; }\n";
+        place.write("corridor-task.wgsl", helper.to_owned() + &task.replace(from, to));
+        let ran = place
+            .run(&[
+                "run",
+                "corridor.toml",
+                "--seed",
+                "1",
+                "--out",
+                "run",
+                "--backend",
+                "cpu",
+            ])
+            .exits(0);
+        assert!(
+            format!("{}{}", ran.stdout, ran.stderr).contains(words),
+            "{}{}",
+            ran.stdout,
+            ran.stderr
+        );
+        fs::remove_dir_all(place.at("run")).unwrap();
+    }
+}
+
+/// What only the file's kind has is left out if a setting has another; what a setting says beside it is refused.
+#[test]
+fn a_kind_that_is_set_replaces_the_files() {
+    let place = Place::new("replaced-kind");
+    place.write("hidden.toml", "[controller]\nkind = \"hidden\"\nunits = 4\n");
+    let recurrent = ["check", "hidden.toml", "--set", "controller.kind=recurrent"];
+    assert!(place.good(&recurrent).contains("recurrent; "));
+    let refused = [&recurrent[..], &["--set", "controller.units=3"]].concat();
+    place
+        .run(&refused)
+        .exits(3)
+        .says(&["controller.units: is given; allowed: only with kind = \"hidden\""]);
+    place.write("hidden.toml", "[controller]\nkind = \"recurrent\"\nunits = 4\n");
+    place
+        .run(&["check", "hidden.toml"])
+        .exits(3)
+        .says(&["hidden.toml:3:9: controller.units: is given"]);
+}
+
 #[test]
 fn the_problems_of_all_parts_are_shown_at_once() {
     let place = Place::new("own-problems");

@@ -294,6 +294,18 @@ const REFUSED: &[(&str, &str)] = &[
         "test.toml:1:10: string values must be quoted, expected literal string",
     ),
     (
+        "cycles = 900;",
+        "test.toml:1:10: a line of TOML ends without `;`; write `900`",
+    ),
+    (
+        "name = graze # mine",
+        "test.toml:1:8: words are quoted; write `\"graze\"`",
+    ),
+    (
+        "[sensors.values]\nwidth = 3.0",
+        "test.toml:1:2: sensors: unknown key `sensors`; allowed: name, seed, cycles, trials, trial_score, robot, arena, noise, sensor, controller, task, start, evolution, reality, record, files; did you mean sensor?",
+    ),
+    (
         "[robot]\ntables = \"epuck\"",
         "test.toml:2:10: robot.tables: is \"epuck\"; allowed: \"khepera\" or a list of files",
     ),
