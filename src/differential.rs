@@ -6,6 +6,7 @@ use std::f64::consts::TAU;
 use crate::arena::{self, Arena, Light, Patch};
 use crate::parameter::{Choice, Choices, Datum, Field, Invalid, length, number, only_where};
 use crate::tables::{self, PREVIOUS, SENSOR_NAMES, SensorTables};
+use crate::world::Robot;
 
 /// Origin of a robot's sensors and motors.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -36,7 +37,7 @@ impl Build {
 /// motors are sampled.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Differential {
-    /// Whether [`Robot::motors`](crate::world::Robot::motors) drive it. Then it has none of the values up to `latency`.
+    /// Whether [`Robot::motors`](crate::world::Robot::motors) drive it. Then it has none of the values up to `speeds`.
     pub sampled_motors: bool,
     /// Distance between the wheels, mm.
     pub wheel_base: Option<f32>,
@@ -44,7 +45,9 @@ pub struct Differential {
     pub greatest_speed: Option<f32>,
     /// Number of speeds that a wheel can be given, evenly spaced; 0 for any speed.
     pub speeds: u32,
-    /// Greatest change of a wheel's speed, mm/s in a second. `None` or 0: wheels obey at once.
+    /// Greatest change of a wheel's speed, mm/s in a second. `None` or 0: wheels obey at once. Sampled motors need states
+    /// whose speeds ascend, and then move as their samples do at a cycle's mean speeds, see
+    /// [`MotorTable::full_speed`](crate::tables::MotorTable::full_speed).
     pub acceleration: Option<f32>,
     /// Whole cycles from a command to its effect on the wheels, which stand still until the first one arrives. `None`: 0.
     pub latency: Option<u32>,
@@ -243,6 +246,16 @@ impl Differential {
         self.sensors.iter().map(column).collect()
     }
 
+    /// Whether its wheels' speeds change gradually.
+    pub(crate) fn is_slow(&self) -> bool {
+        self.acceleration.is_some_and(|acceleration| acceleration > 0.0)
+    }
+
+    /// Whether its wheels obey cycles later.
+    pub(crate) fn is_late(&self) -> bool {
+        self.latency.is_some_and(|cycles| cycles > 0)
+    }
+
     /// The responses of its sensors, each once.
     pub(crate) fn responses(&self) -> Vec<&Response> {
         let mut responses: Vec<&Response> = Vec::new();
@@ -256,9 +269,11 @@ impl Differential {
 
     /// Kernel data for the robot and its arena: the cells that `robot/arcs.wgsl`, `robot/drive.wgsl` and `sensor/kinds.wgsl`
     /// declare.
-    pub(crate) fn cells(&self, body_radius: f32, tables: &SensorTables, arena: &Arena) -> Vec<[u32; 4]> {
-        // Numbers of wheels that sampled motors don't use.
-        let [base, speed] = [self.wheel_base, self.greatest_speed].map(|given| given.unwrap_or(1.0));
+    pub(crate) fn cells(&self, robot: &Robot, arena: &Arena) -> Vec<[u32; 4]> {
+        let (body_radius, tables) = (robot.body_radius, &robot.sensors);
+        // Sampled motors don't use the first cell.
+        let base = self.wheel_base.unwrap_or(1.0);
+        let speed = self.greatest_speed.or(robot.motors.full_speed()).unwrap_or(1.0);
         let farthest = 0.1 * f64::from(speed);
         let steps = self.speeds.saturating_sub(1) as f32;
         let wheels = [
@@ -321,7 +336,8 @@ impl Differential {
     }
 
     /// Checks conditions that involve several values.
-    pub(crate) fn check(&self, readings: &[String], tables: &SensorTables, arena: &Arena) -> Result<(), Invalid> {
+    pub(crate) fn check(&self, readings: &[String], robot: &Robot, arena: &Arena) -> Result<(), Invalid> {
+        let tables = &robot.sensors;
         self.check_drive()?;
         if self.speeds == 1 {
             return Err(Invalid::new("robot.speeds", "is 1; allowed: 0, or 2 to 1024"));
@@ -332,6 +348,11 @@ impl Differential {
         {
             let problem = format!("is {acceleration}; allowed: 0, or {LEAST_ACCELERATION} and more");
             return Err(Invalid::new("robot.acceleration_mm_s2", problem));
+        }
+        if self.sampled_motors && (self.is_slow() || self.is_late()) && robot.motors.full_speed().is_none() {
+            let problem = "have no speeds between states; allowed with acceleration or latency: 2 states and more of ascending \
+                           speeds, the same for both wheels, and a robot that goes forwards and backwards as they do";
+            return Err(Invalid::new("robot.motors", problem));
         }
         if self.battery.is_none() && self.battery_ends_life == Some(true) {
             return Err(Invalid::new("robot.battery_ends_life", ONLY_WITH_A_BATTERY));
@@ -362,8 +383,6 @@ impl Differential {
             ("wheel_base_mm", self.wheel_base.is_some(), true),
             ("greatest_speed_mm_s", self.greatest_speed.is_some(), true),
             ("speeds", self.speeds != 0, false),
-            ("acceleration_mm_s2", self.acceleration.is_some(), false),
-            ("latency_cycles", self.latency.is_some(), false),
         ] {
             if is_given && self.sampled_motors {
                 let problem = "is given; allowed: not with robot.motors, whose samples have it";

@@ -346,8 +346,8 @@ fn what_cannot_be_is_refused() {
             "robot.speeds: is given; allowed: not with robot.motors",
         ),
         (
-            "robot.acceleration_mm_s2=100",
-            "robot.acceleration_mm_s2: is given; allowed: not with robot.motors",
+            "robot.acceleration_mm_s2=0.1",
+            "robot.acceleration_mm_s2: is 0.1; allowed: 0, or 1 and more",
         ),
         (
             "robot.body_radius_mm=9",

@@ -40,6 +40,7 @@ parts![
     "probe/numerics.wgsl",
     "probe/operations.wgsl",
     "robot/arcs.wgsl",
+    "robot/between.wgsl",
     "robot/differential.wgsl",
     "robot/drive.wgsl",
     "robot/epuck.wgsl",

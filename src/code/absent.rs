@@ -30,7 +30,7 @@ impl Code {
         match self {}
     }
 
-    pub(crate) unsafe fn run(self, _: &[Words], _: u32, _: u32) {
+    pub(crate) unsafe fn run(self, _: &[Words], _: u32, _: u32, _: u64) -> Result<(), Error> {
         match self {}
     }
 }

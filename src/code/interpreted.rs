@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex, PoisonError};
 
-use oneiro_shader_compiler::interpret::{self, Buffers};
+use oneiro_shader_compiler::interpret::{self, Buffers, Trap};
 use oneiro_shader_compiler::{Part, Trees, trees};
 use oneiro_shaders::{Kernel, Words};
 
@@ -14,7 +14,10 @@ pub(crate) const NAME: &str = "interpretedx1";
 
 /// A kernel's program.
 #[derive(Clone, Debug)]
-pub(crate) struct Code(Arc<Trees>);
+pub(crate) struct Code {
+    trees: Arc<Trees>,
+    kernel: &'static str,
+}
 
 /// Whether kernels can be interpreted.
 pub(crate) fn is_available() -> bool {
@@ -37,9 +40,10 @@ pub(crate) fn compiled(kernel: &'static Kernel) -> Result<Code, Error> {
         text: kernel.wgsl.into(),
     };
     let refused = |problem| Error::NoDevice(format!("the kernel {} can't be interpreted: {problem}", kernel.name));
-    let code = Code(Arc::new(
-        trees(&[part]).map_err(|refusals| refused(refusals[0].to_string()))?,
-    ));
+    let code = Code {
+        trees: Arc::new(trees(&[part]).map_err(|refusals| refused(refusals[0].to_string()))?),
+        kernel: kernel.name,
+    };
     programs.insert(kernel.name, code.clone());
     Ok(code)
 }
@@ -53,13 +57,24 @@ impl Code {
 
     /// Runs one lane of a workgroup.
     ///
+    /// # Errors
+    /// [`Error::Unbounded`] if its loops turn more than `turns` times in all.
+    ///
     /// # Safety
     /// As [`super::LaneCode::run`].
-    pub(crate) unsafe fn run(&self, buffers: &[Words], workgroup: u32, lane: u32) {
-        let strides = &self.0.strides;
+    pub(crate) unsafe fn run(&self, buffers: &[Words], workgroup: u32, lane: u32, turns: u64) -> Result<(), Error> {
+        let strides = &self.trees.strides;
         let mut memory = Shared { buffers, strides };
-        let done = interpret::run(&self.0.tidied, &mut memory, workgroup, lane);
-        done.expect("kernels that compile set each value before they use it");
+        match interpret::run(&self.trees.tidied, &mut memory, workgroup, lane, turns) {
+            Err(Trap::Endless) => Err(Error::Unbounded {
+                kernel: self.kernel.to_owned(),
+                turns,
+            }),
+            done => {
+                done.expect("kernels that compile set each value before they use it");
+                Ok(())
+            }
+        }
     }
 }
 

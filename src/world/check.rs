@@ -30,7 +30,7 @@ pub(super) fn check(spec: &mut WorldSpec) -> Result<(), Invalid> {
             only_walls(&spec.arena)?;
             eight_sensors(&spec.robot.sensors)?;
         }
-        Build::Differential(own) => own.check(&spec.own.readings(), &spec.robot.sensors, &spec.arena)?,
+        Build::Differential(own) => own.check(&spec.own.readings(), &spec.robot, &spec.arena)?,
     }
     arena(&spec.arena, spec.robot.tables())?;
     start(spec.start, &spec.arena)?;

@@ -70,7 +70,7 @@ impl Packed {
             (Some(surrogate), _) => {
                 buffers.add_shared_table(surrogate, radius.to_bits() as usize, || surrogate.cells(radius))
             }
-            (None, Build::Differential(own)) => buffers.add_table(own.cells(radius, &robot.sensors, &spec.arena)),
+            (None, Build::Differential(own)) => buffers.add_table(own.cells(robot, &spec.arena)),
             (None, Build::Sampled) => 0,
         };
         let own_values = if self.values.is_empty() {

@@ -29,7 +29,7 @@ pub struct Memory<'a> {
 /// Reasons why a program was not run to its end.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum Trap {
-    /// It ran more statements than any test's program should.
+    /// Its loops turned more often than is allowed, or it ran more statements than any test's program should.
     #[error("it runs too long")]
     Endless,
     /// It used a value or variable that nothing has set.
@@ -81,12 +81,15 @@ fn at(memory: &impl Buffers, address: &Address, element: u32) -> usize {
     (first + address.offset) as usize
 }
 
-/// Runs one invocation.
+/// Runs one invocation, whose loops may take `turns` turns in all.
 ///
 /// # Errors
-/// A program that uses a value that isn't set, which the compiler makes none of.
-pub fn run(program: &Program, memory: &mut impl Buffers, workgroup: u32, lane: u32) -> Result<(), Trap> {
-    let mut invocation = Invocation::new(program, memory, workgroup, lane);
+/// [`Trap::Endless`] if they take more. A program that uses a value that isn't set, which the compiler makes none of.
+pub fn run(program: &Program, memory: &mut impl Buffers, workgroup: u32, lane: u32, turns: u64) -> Result<(), Trap> {
+    let mut invocation = Invocation {
+        turns_left: turns,
+        ..Invocation::new(program, memory, workgroup, lane)
+    };
     invocation.block(&program.body)?;
     Ok(())
 }
@@ -122,6 +125,7 @@ struct Invocation<'a, M> {
     arrays: Vec<Vec<u32>>,
     patience: u64,
     turns: u64,
+    turns_left: u64,
 }
 
 impl<'a, M: Buffers> Invocation<'a, M> {
@@ -137,6 +141,7 @@ impl<'a, M: Buffers> Invocation<'a, M> {
             arrays: vec![Vec::new(); program.arrays.len()],
             patience: u64::MAX,
             turns: 0,
+            turns_left: u64::MAX,
         }
     }
 
@@ -233,6 +238,7 @@ impl<'a, M: Buffers> Invocation<'a, M> {
             }
             Statement::Loop { label, body, .. } => loop {
                 self.patience = self.patience.checked_sub(1).ok_or(Trap::Endless)?;
+                self.turns_left = self.turns_left.checked_sub(1).ok_or(Trap::Endless)?;
                 self.turns += 1;
                 match self.block(body)? {
                     None => {}

@@ -193,7 +193,6 @@ fn details_kept(own: Details) -> Details {{
 /// What a described robot remembers and how it moves, in place of `robot/differential.wgsl`.
 pub(super) fn drive(robot: &Differential, arena: &Arena) -> String {
     let latency = robot.latency.unwrap_or(0);
-    let is_slow = robot.acceleration.is_some_and(|acceleration| acceleration > 0.0);
     // Fields beside `stuck`: the commands that are yet to take effect, the oldest first; the wheels' speeds; and the cycles since
     // the battery was full.
     let mut pairs: Vec<String> = (0..latency).map(|age| format!("command_{age}")).collect();
@@ -205,7 +204,7 @@ pub(super) fn drive(robot: &Differential, arena: &Arena) -> String {
         }
         let _ = writeln!(steps, "    own.command_{} = speeds;\n    speeds = due;", latency - 1);
     }
-    if is_slow {
+    if robot.is_slow() {
         pairs.push("speeds".to_owned());
         steps += "    let drive = drive_of(life.world);
     let left = accelerated(drive, own.speeds.x, speeds.x);
@@ -223,16 +222,28 @@ pub(super) fn drive(robot: &Differential, arena: &Arena) -> String {
         members += "    used: u32,\n";
         kept += ", own.used";
     }
-    let motion = if robot.sampled_motors {
-        "    return Driven(noisy_motion(life, step, commanded(life.world, outputs)), before);\n".to_owned()
-    } else {
-        format!(
+    let motion = match (robot.sampled_motors, steps.is_empty()) {
+        (true, true) => {
+            "    return Driven(noisy_motion(life, step, commanded(life.world, outputs)), before);\n".to_owned()
+        }
+        (true, false) => format!(
+            "    var own = before;
+    var speeds = commanded_speeds(life.world, outputs);
+{steps}    var moved = motion_between(life.world, speeds);
+    // Samples may have no speed 0.
+    if (step < {latency}u) {{
+        moved = Motion();
+    }}
+    return Driven(noisy_motion(life, step, moved), own);
+"
+        ),
+        (false, _) => format!(
             "    let wheels = wheels_of(life.world);
     var own = before;
     var speeds = vec2<f32>(speed_of(wheels, outputs.x), speed_of(wheels, outputs.y));
 {steps}    return Driven(noisy_motion(life, step, rolled(wheels, speeds)), own);
 "
-        )
+        ),
     };
     let after = charged(robot, arena);
     let ends = if robot.battery_ends_life == Some(true) {

@@ -30,9 +30,10 @@ pub(super) const USER: &str = "lib/user.wgsl";
 /// Trace details of the shipped sensors; composed kernels generate their own.
 const DETAILS: &str = "sensor/details.wgsl";
 
-/// Parts of sampled sensors and of sampled motors.
+/// Parts of sampled sensors and of sampled motors, and that of such motors of a described robot.
 const SENSORS: [&str; 2] = ["sensor/readings.wgsl", "sensor/sampled.wgsl"];
 const MOTORS: [&str; 2] = ["robot/motors.wgsl", "robot/differential.wgsl"];
+const BETWEEN: &str = "robot/between.wgsl";
 
 /// Parts that a described robot has, those of its sampled sensors, and that of the wheels that it has unless its motors are
 /// sampled.
@@ -47,12 +48,12 @@ const REPORTED: &str = "physics/reported.wgsl";
 /// Whether a robot is made of a part, if the part is only of some robots.
 fn is_of_robot(path: &str, robot: &Build) -> Option<bool> {
     let Build::Differential(own) = robot else {
-        return (DESCRIBED.contains(&path) || [TABLES, WHEELS].contains(&path)).then_some(false);
+        return (DESCRIBED.contains(&path) || [TABLES, WHEELS, BETWEEN].contains(&path)).then_some(false);
     };
     if SENSORS.contains(&path) || path == TABLES {
         return Some(own.has_sampled_sensors());
     }
-    if MOTORS.contains(&path) {
+    if MOTORS.contains(&path) || path == BETWEEN {
         return Some(own.sampled_motors);
     }
     if path == WHEELS {
