@@ -303,7 +303,6 @@ impl OwnParts {
     }
 
     /// A kernel with these parts, and the sensors and motors of this robot in this arena, instead of its own.
-    /// `is_reported` says whether reality is reported to it, see [`crate::reported`].
     ///
     /// # Errors
     /// `KIND.part`: everything that is wrong with the parts. `robot.sensors` and `robot.sensors[N].name`: names that WGSL doesn't
@@ -313,10 +312,21 @@ impl OwnParts {
         base: &'static Kernel,
         robot: &Robot,
         arena: &Arena,
-        is_reported: bool,
+        lives: Lives,
     ) -> Result<Composed, Invalid> {
-        part::compose(base, self, robot, arena, is_reported)
+        part::compose(base, self, robot, arena, lives)
     }
+}
+
+/// How robots live in a kernel.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Lives {
+    /// By its own physics: those of the simulator, or of a Khepera's surrogate.
+    Simulated,
+    /// Outside of it: reality is reported to it, see [`crate::reported`].
+    Reported,
+    /// As an individual that differs from its description.
+    Individual,
 }
 
 /// A kernel composed at run time.

@@ -5,6 +5,7 @@ use std::f64::consts::TAU;
 
 use crate::arena::{self, Arena, Light, Patch};
 use crate::parameter::{Choice, Choices, Datum, Field, Invalid, length, number, only_where};
+use crate::surrogate::{Mounting, Object, Surrogate};
 use crate::tables::{self, PREVIOUS, SENSOR_NAMES, SensorTables};
 use crate::world::Robot;
 
@@ -126,6 +127,18 @@ pub enum SensorKind {
     Battery,
     /// What was sampled: a column of [`Robot::sensors`](crate::world::Robot::sensors).
     Sampled,
+}
+
+impl SensorKind {
+    /// Whether it reads numbers between 0 and 1 off something outside of the robot.
+    pub(crate) fn is_analogue(self) -> bool {
+        !matches!(self, Self::Bumper | Self::Battery)
+    }
+
+    /// Whether the light of the surroundings is in its readings.
+    pub(crate) fn sees_light(self) -> bool {
+        matches!(self, Self::Proximity | Self::Light | Self::Sampled)
+    }
 }
 
 /// How the brightness of a light falls with its distance in ranges, `d`.
@@ -269,7 +282,8 @@ impl Differential {
 
     /// Kernel data for the robot and its arena: the cells that `robot/arcs.wgsl`, `robot/drive.wgsl` and `sensor/kinds.wgsl`
     /// declare.
-    pub(crate) fn cells(&self, robot: &Robot, arena: &Arena) -> Vec<[u32; 4]> {
+    /// Those of a surrogate are followed by its differences, `lib/differences.wgsl` says which.
+    pub(crate) fn cells(&self, robot: &Robot, arena: &Arena, surrogate: Option<&Surrogate>) -> Vec<[u32; 4]> {
         let (body_radius, tables) = (robot.body_radius, &robot.sensors);
         // Sampled motors don't use the first cell.
         let base = self.wheel_base.unwrap_or(1.0);
@@ -285,7 +299,8 @@ impl Differential {
         let change = self.acceleration.unwrap_or(0.0) / (10.0 * speed);
         let cycles = (10.0 * self.battery.unwrap_or(0.0)).round();
         let drive = [change, inverse(change), cycles, inverse(cycles)];
-        let sensor = |sensor: &Sensor| {
+        let sensor = |(index, sensor): (usize, &Sensor)| {
+            let mounting = surrogate.map_or(Mounting::TRUE, |surrogate| surrogate.mounting(index, sensor.kind));
             let range = sensor.range.unwrap_or(1.0);
             let [range, share] = match sensor.kind {
                 SensorKind::Distance | SensorKind::Proximity => [range, 1.0 / range],
@@ -295,38 +310,73 @@ impl Differential {
                 SensorKind::Sampled => [tables.reach(), 0.0],
             };
             [
-                [sensor.heading, sensor.offset.unwrap_or(body_radius), range, share],
-                [sensor.bearing.unwrap_or(0.0), 0.0, 0.0, 0.0],
+                [
+                    sensor.heading + mounting.heading,
+                    sensor.offset.unwrap_or(body_radius),
+                    range,
+                    share,
+                ],
+                [sensor.bearing.unwrap_or(0.0), mounting.strength, 0.0, 0.0],
             ]
         };
         let light = |light: &Light| [light.x, light.y, light.brightness, 0.0];
-        let patch = |patch: &Patch| {
+        let grey = |index: usize, grey: f32| match surrogate {
+            Some(surrogate) => (grey * surrogate.reflectivity(Object::Floor, index)).min(1.0),
+            None => grey,
+        };
+        let patch = |(index, patch): (usize, &Patch)| {
             let axis = arena::axis(patch.heading);
             let radius = patch.radius.unwrap_or(0.0);
             let [length, width] = patch.sides.unwrap_or_default();
             [
                 [patch.x, patch.y, axis.x, axis.y],
-                [0.5 * length, 0.5 * width, radius * radius, patch.grey],
+                [0.5 * length, 0.5 * width, radius * radius, grey(1 + index, patch.grey)],
             ]
         };
         let cells = [wheels, drive]
             .into_iter()
-            .chain(self.sensors.iter().flat_map(sensor))
-            .chain([[arena.floor.unwrap_or(1.0), 0.0, 0.0, 0.0]])
+            .chain(self.sensors.iter().enumerate().flat_map(sensor))
+            .chain([[grey(0, arena.floor.unwrap_or(1.0)), 0.0, 0.0, 0.0]])
             .chain(arena.lights.iter().map(light))
-            .chain(arena.patches.iter().flat_map(patch))
-            .chain(self.responses().into_iter().flat_map(Response::cells));
+            .chain(arena.patches.iter().enumerate().flat_map(patch))
+            .chain(self.responses().into_iter().flat_map(Response::cells))
+            .chain(
+                surrogate
+                    .into_iter()
+                    .flat_map(|surrogate| surrogate.differing(self.track(robot))),
+            );
         // Zero has one sign.
         let bits = |number: f32| if number == 0.0 { 0 } else { number.to_bits() };
         cells.map(|cell| cell.map(bits)).collect()
     }
 
-    /// Greatest distance from the body's centre at which its sensors notice an object, mm, and a little more.
-    pub(crate) fn reach(&self, body_radius: f32, tables: &SensorTables) -> f32 {
+    /// Number of cells before a surrogate's differences.
+    pub(crate) fn own_cells(&self, arena: &Arena) -> usize {
+        let points = self.responses().iter().map(|response| response.0.len()).sum::<usize>();
+        2 + 2 * self.sensors.len() + 1 + arena.lights.len() + 2 * arena.patches.len() + points
+    }
+
+    /// Distance between the wheels, mm. Of sampled motors that at which wheels that don't slip would turn as they do on the spot
+    /// at full speed; `None` if they don't turn there, or don't move at full speed.
+    fn track(&self, robot: &Robot) -> Option<f64> {
+        if let Some(base) = self.wheel_base {
+            return Some(base.into());
+        }
+        let cells = &robot.motors.cells;
+        let [ahead, around] = [cells.last()?, &cells[robot.motors.states.checked_sub(1)? as usize]];
+        let track = 2.0 * f64::from(ahead.displacement) / (TAU * f64::from(around.turn));
+        (1.0..=1e5).contains(&track).then_some(track)
+    }
+
+    /// Greatest distance from the body's centre at which its sensors notice an object, mm, and a little more. Those of a
+    /// surrogate may see farther.
+    pub(crate) fn reach(&self, body_radius: f32, tables: &SensorTables, is_surrogate: bool) -> f32 {
+        let farther = if is_surrogate { FARTHER } else { 1.0 };
         let reach = |sensor: &Sensor| {
             let range = sensor.range.unwrap_or(0.0);
             match sensor.kind {
-                SensorKind::Distance | SensorKind::Proximity => sensor.offset.unwrap_or(body_radius) + range,
+                SensorKind::Distance => sensor.offset.unwrap_or(body_radius) + range,
+                SensorKind::Proximity => sensor.offset.unwrap_or(body_radius) + farther * range,
                 SensorKind::Bumper => body_radius + range,
                 SensorKind::Sampled => body_radius + tables.reach(),
                 SensorKind::Light | SensorKind::Ground | SensorKind::Battery => 0.0,
@@ -532,6 +582,11 @@ fn inverse(number: f32) -> f32 {
 }
 
 const ONLY_WITH_A_BATTERY: &str = "is true; allowed: only with robot.battery_s";
+
+/// How much farther than its range a proximity sensor of a surrogate may see, as `lib/differences.wgsl` has it: at a severity of 2
+/// objects return at most 1.4 times the light of their surroundings, which have at most 1.6 times theirs, and sensors see at most
+/// 1.375 times as far.
+const FARTHER: f32 = 2.1;
 
 /// Least acceleration of wheels that don't obey at once, mm/s in a second: below, changes of speed would get lost in roundings.
 const LEAST_ACCELERATION: f32 = 1.0;

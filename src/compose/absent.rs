@@ -2,7 +2,7 @@
 
 use oneiro_shaders::Kernel;
 
-use super::{Composed, Kind, OwnParts, Refused, Scalar, Value};
+use super::{Composed, Kind, Lives, OwnParts, Refused, Scalar, Value};
 use crate::arena::Arena;
 use crate::differential::Build;
 use crate::parameter::Invalid;
@@ -88,9 +88,9 @@ pub(super) fn compose(
     _: &OwnParts,
     robot: &Robot,
     _: &Arena,
-    is_reported: bool,
+    lives: Lives,
 ) -> Result<Composed, Invalid> {
-    if is_reported {
+    if lives == Lives::Reported {
         return Err(Invalid::new(
             "robot",
             "lives outside of a kernel, but this program can't compose the kernel for that",

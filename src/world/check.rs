@@ -36,7 +36,7 @@ pub(super) fn check(spec: &mut WorldSpec) -> Result<(), Invalid> {
     start(spec.start, &spec.arena)?;
     noise(&spec.noise)?;
     if let Some(own) = &spec.surrogate {
-        own.check()?;
+        own.check(&spec.robot)?;
         surrogate(spec)?;
     }
     if let Controller::Network(own) = &spec.controller {
@@ -81,16 +81,11 @@ fn eight_sensors(tables: &SensorTables) -> Result<(), Invalid> {
 
 /// Checks the rest of a world in which a surrogate lives.
 fn surrogate(spec: &WorldSpec) -> Result<(), Invalid> {
-    if spec.robot.build != Build::Sampled {
-        let problem =
-            "is `differential` in a surrogate's life; allowed: `sampled`, since surrogates differ from samples";
-        return Err(Invalid::new("robot.kind", problem));
-    }
     if spec.noise != Noise::NONE {
         let problem = "is not zero in a surrogate's life; allowed: none, since it has the noise of its own sensors";
         return Err(Invalid::new("noise", problem));
     }
-    if spec.robot.collision != Collision::Undo {
+    if spec.robot.build == Build::Sampled && spec.robot.collision != Collision::Undo {
         let problem = "is not `Undo` in a surrogate's life; allowed: `Undo`, since its slip says how it slides";
         return Err(Invalid::new("robot.collision", problem));
     }

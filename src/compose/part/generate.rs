@@ -305,7 +305,7 @@ fn response_cells(robot: &Differential, arena: &Arena, sensor: &Sensor) -> Optio
 }
 
 /// Constants that `readings` declares.
-pub(super) const COUNTS: [&str; 4] = ["FLOOR_CELL", "LIGHT_COUNT", "PATCH_COUNT", "PLANES"];
+pub(super) const COUNTS: [&str; 5] = ["FLOOR_CELL", "LIGHT_COUNT", "PATCH_COUNT", "PLANES", "DIFFERENCES"];
 
 /// The planes of eight sensors that a described robot's tables have, and those of them that its sensors read.
 struct Planes {
@@ -370,8 +370,9 @@ impl Planes {
     }
 }
 
-/// The readings of a described robot, in place of those of `sensor/readings.wgsl` and `sensor/sampled.wgsl`.
-pub(super) fn readings(robot: &Differential, tables: &SensorTables, arena: &Arena) -> String {
+/// The readings of a described robot, in place of those of `sensor/readings.wgsl` and `sensor/sampled.wgsl`. Those of an individual
+/// differ from the description.
+pub(super) fn readings(robot: &Differential, tables: &SensorTables, arena: &Arena, is_individual: bool) -> String {
     let count = robot.sensors.len();
     let each = |line: &dyn Fn(usize, &str) -> String| -> String {
         let names = robot.sensors.iter().map(|sensor| sensor.name.as_str());
@@ -391,7 +392,12 @@ pub(super) fn readings(robot: &Differential, tables: &SensorTables, arena: &Aren
     });
     // One loop over all objects serves all sensors that measure objects.
     let (mut numbers, mut objects, mut readings) = (String::new(), String::new(), String::new());
-    let mut highest = "0.0f".to_owned();
+    let (mut read, mut highest) = (String::new(), "0.0f".to_owned());
+    if is_individual {
+        numbers += "    let gain = illumination(world, at);\n";
+    }
+    // How strong a sensor of an individual is.
+    let strength = |cell: usize| format!("numbers(world, {}u).y", cell + 1);
     let (columns, planes) = (robot.columns(), Planes::new(robot, tables));
     for (index, sensor) in robot.sensors.iter().enumerate() {
         let cell = FIRST_SENSOR + 2 * index;
@@ -407,18 +413,38 @@ pub(super) fn readings(robot: &Differential, tables: &SensorTables, arena: &Aren
         let reading = match sensor.kind {
             SensorKind::Distance | SensorKind::Proximity => {
                 let _ = writeln!(numbers, "    let ahead{index} = cosine_sine(looks{index});");
-                let _ = writeln!(numbers, "    var free{index} = s{index}.offset + s{index}.range;");
+                let seems = is_individual && sensor.kind == SensorKind::Proximity;
+                let ray = if seems {
+                    let _ = writeln!(numbers, "    let far{index} = farther(s{index});");
+                    let _ = writeln!(numbers, "    var seeming{index} = 1.0f;");
+                    format!("far{index}")
+                } else {
+                    format!("s{index}")
+                };
+                let _ = writeln!(numbers, "    var free{index} = {ray}.offset + {ray}.range;");
                 let nearest = if sensor.bearing.is_some() {
                     let _ = writeln!(numbers, "    let outward{index} = {outward};");
-                    format!("free_from_place(shape, at, outward{index}, ahead{index}, s{index})")
+                    format!("free_from_place(shape, at, outward{index}, ahead{index}, {ray})")
                 } else {
                     format!("ray_to_shape(shape, at, ahead{index}, free{index})")
                 };
-                let _ = writeln!(objects, "            free{index} = min(free{index}, {nearest});");
-                let share = format!("range_share(s{index}, free{index})");
+                let free = if seems {
+                    let _ = writeln!(objects, "            let here{index} = {nearest};");
+                    let _ = writeln!(
+                        objects,
+                        "            seeming{index} = select(seeming{index}, shapes[shape].reflectivity, here{index} < free{index});"
+                    );
+                    let _ = writeln!(objects, "            free{index} = min(free{index}, here{index});");
+                    let share = format!("seeming{index} * (seeming(gain) * {})", strength(cell));
+                    format!("seemingly_free(s{index}, free{index}, {share})")
+                } else {
+                    let _ = writeln!(objects, "            free{index} = min(free{index}, {nearest});");
+                    format!("free{index}")
+                };
+                let share = format!("range_share(s{index}, {free})");
                 match (sensor.kind, response_cells(robot, arena, sensor)) {
                     (_, Some([first, points])) => {
-                        format!("response_reading(world, s{index}, free{index}, {first}u, {points}u)")
+                        format!("response_reading(world, s{index}, {free}, {first}u, {points}u)")
                     }
                     (SensorKind::Distance, None) => share,
                     (_, None) => format!("1.0f - {share}"),
@@ -430,11 +456,31 @@ pub(super) fn readings(robot: &Differential, tables: &SensorTables, arena: &Aren
                 let _ = writeln!(objects, "            pressed{index} = {pressed};");
                 format!("pressed{index}")
             }
+            SensorKind::Light if is_individual => {
+                let more = format!("gain * {}", strength(cell));
+                format!("min(flushed(light_reading(world, {place}, {own}) * ({more})), 1.0f)")
+            }
             SensorKind::Light => format!("light_reading(world, {place}, {own})"),
+            SensorKind::Ground if is_individual => {
+                format!("min(ground_reading(world, {place}) * {}, 1.0f)", strength(cell))
+            }
             SensorKind::Ground => format!("ground_reading(world, {place})"),
             SensorKind::Battery => "battery_reading(world, robot.used)".to_owned(),
             SensorKind::Sampled => Planes::reading(columns[index].unwrap_or(0) as usize),
         };
+        if is_individual && sensor.kind.is_analogue() {
+            let ambient = if sensor.kind.sees_light() {
+                "own.ambient"
+            } else {
+                "0.0f"
+            };
+            let word = format!("w{}.{}", index / 4, ["x", "y", "z", "w"][index % 4]);
+            let name = &sensor.name;
+            let _ = writeln!(
+                read,
+                "    read.{name} = read_with(own, readings.{name}, {ambient}, {word});"
+            );
+        }
         if matches!(sensor.kind, SensorKind::Proximity | SensorKind::Sampled) {
             highest = format!("max({highest}, r.{})", sensor.name);
         }
@@ -462,6 +508,11 @@ pub(super) fn readings(robot: &Differential, tables: &SensorTables, arena: &Aren
         );
     }
     let (floor, lights, patches) = (floor_cell(robot), arena.lights.len(), arena.patches.len());
+    let individual = if is_individual {
+        individual(robot, arena, &read)
+    } else {
+        String::new()
+    };
     let counted = if planes.read.is_empty() {
         String::new()
     } else {
@@ -495,6 +546,27 @@ fn weighed(life: Life, index: u32, r: Readings) -> f32 {{
     var sum = 0.0f;
 {sum}    return plus_weighed(life, index + {count}u, r.own, sum);
 }}
-"
+{individual}"
+    )
+}
+
+/// Where an individual's differences are, and how its sensors are read out: `read` has a line for each.
+fn individual(robot: &Differential, arena: &Arena, read: &str) -> String {
+    let mut words = String::new();
+    for draw in 0..robot.sensors.len().div_ceil(4) {
+        let _ = writeln!(
+            words,
+            "    let w{draw} = random_words(life.key, STREAM_SENSOR, step, {draw}u);"
+        );
+    }
+    format!(
+        "const DIFFERENCES: u32 = {}u;
+fn read_out(life: Life, step: u32, readings: Readings) -> Readings {{
+    let own = reading_cell(life.world);
+{words}    var read = readings;
+{read}    return read;
+}}
+",
+        robot.own_cells(arena)
     )
 }

@@ -16,7 +16,7 @@ use oneiro_shaders::{Binding, Kernel, WordOf};
 use super::interface::{GENE_COUNT, GENES};
 use super::{Part, check, generate, interface, refusal};
 use crate::arena::Arena;
-use crate::compose::{Composed, GREATEST_GENES, Kind, OwnParts, Refused, fields};
+use crate::compose::{Composed, GREATEST_GENES, Kind, Lives, OwnParts, Refused, fields};
 use crate::differential::{Build, Differential};
 use crate::parameter::Invalid;
 use crate::world::{Gene, Robot};
@@ -41,9 +41,15 @@ const DESCRIBED: [&str; 2] = ["robot/drive.wgsl", "sensor/kinds.wgsl"];
 const TABLES: &str = "sensor/tables.wgsl";
 const WHEELS: &str = "robot/arcs.wgsl";
 
-/// Physics of the simulator, and those in their place where reality is reported.
-const SIMULATED: &str = "physics/sampled.wgsl";
-const REPORTED: &str = "physics/reported.wgsl";
+/// Physics by how a robot lives, and what else an individual's need.
+const fn physics(lives: Lives) -> &'static str {
+    match lives {
+        Lives::Simulated => "physics/sampled.wgsl",
+        Lives::Reported => "physics/reported.wgsl",
+        Lives::Individual => "physics/individual.wgsl",
+    }
+}
+const DIFFERENCES: &str = "lib/differences.wgsl";
 
 /// Whether a robot is made of a part, if the part is only of some robots.
 fn is_of_robot(path: &str, robot: &Build) -> Option<bool> {
@@ -92,11 +98,11 @@ pub(in crate::compose) fn compose(
     parts: &OwnParts,
     robot: &Robot,
     arena: &Arena,
-    is_reported: bool,
+    lives: Lives,
 ) -> Result<Composed, Invalid> {
     static COMPOSED: Mutex<BTreeMap<String, Composed>> = Mutex::new(BTreeMap::new());
     let (tables, robot) = (&robot.sensors, &robot.build);
-    if parts.is_empty() && *robot == Build::Sampled && !is_reported {
+    if parts.is_empty() && *robot == Build::Sampled && lives == Lives::Simulated {
         return Ok(Composed {
             kernel: base,
             genes: None,
@@ -112,14 +118,19 @@ pub(in crate::compose) fn compose(
     let mut name = base.name.to_owned();
     if let Build::Differential(robot) = robot {
         check_names(robot)?;
-        let described = generate::readings(robot, tables, arena) + &generate::drive(robot, arena);
+        let is_individual = lives == Lives::Individual;
+        let described = generate::readings(robot, tables, arena, is_individual) + &generate::drive(robot, arena);
         let hash = blake3::hash(described.as_bytes()).to_hex();
         let _ = write!(name, "+{}-sensors-{}", robot.sensors.len(), &hash[..16]);
         generated += &described;
     }
-    if is_reported {
-        name += "+reported";
-        generated += &generate::reports(&fields);
+    match lives {
+        Lives::Simulated => {}
+        Lives::Reported => {
+            name += "+reported";
+            generated += &generate::reports(&fields);
+        }
+        Lives::Individual => name += "+individual",
     }
     for own in parts.iter() {
         let stem = Path::new(&own.part.path)
@@ -135,7 +146,7 @@ pub(in crate::compose) fn compose(
         return Ok(*composed);
     }
     let (kernel, genes) =
-        new(base, parts, robot, is_reported, generated, &name).map_err(|refusals| invalid(parts, robot, &refusals))?;
+        new(base, parts, robot, lives, generated, &name).map_err(|refusals| invalid(parts, robot, &refusals))?;
     let leaked = || Composed {
         kernel: Box::leak(Box::new(kernel)),
         genes: genes.map(|genes| &*genes.leak()),
@@ -190,7 +201,7 @@ fn new(
     base: &'static Kernel,
     own: &OwnParts,
     robot: &Build,
-    is_reported: bool,
+    lives: Lives,
     mut generated: String,
     name: &str,
 ) -> Result<(Kernel, Option<Vec<Gene>>), Refusals> {
@@ -201,8 +212,15 @@ fn new(
     let is_kept = |path: &str| path != DETAILS && own.iter().all(|own| !is_replaced(path, own.part.kind));
     let is_needed = |path: &str| {
         let is_of_robot = is_of_robot(path, robot);
-        if is_reported && [SIMULATED, REPORTED].contains(&path) {
-            return path == REPORTED;
+        if [Lives::Simulated, Lives::Reported, Lives::Individual]
+            .map(physics)
+            .contains(&path)
+        {
+            // A Khepera's surrogate has a kernel of its own.
+            return path == physics(lives) && (lives != Lives::Simulated || base.parts.contains(&path));
+        }
+        if path == DIFFERENCES {
+            return lives == Lives::Individual;
         }
         path == USER || is_of_robot.unwrap_or_else(|| base.parts.contains(&path) && is_kept(path))
     };
