@@ -66,6 +66,14 @@ impl LaneCode {
         }
     }
 
+    /// Prepares to interpret a kernel and to check each of its operations.
+    ///
+    /// # Errors
+    /// [`Error::NoDevice`] if this program has no interpreter.
+    pub(crate) fn checked(kernel: &'static Kernel) -> Result<Self, Error> {
+        interpreted::checked(kernel).map(Self::Interpreted)
+    }
+
     /// Number of lanes that a call runs.
     pub(crate) fn lanes(&self) -> u32 {
         match self {

@@ -42,6 +42,8 @@ use crate::world::{Gene, Robot};
 
 pub(crate) use part::too_many_turns;
 pub use part::{Part, Rule};
+#[cfg(feature = "compose")]
+pub(crate) use part::{is_of_user, parts_of};
 
 /// Stands for the path of a network, which is not in a file.
 const NETWORK: &str = "network";
@@ -335,6 +337,8 @@ pub(crate) struct Composed {
     pub(crate) kernel: &'static Kernel,
     /// Genes of a user's controller, if there is one.
     pub(crate) genes: Option<&'static [Gene]>,
+    /// The paths of the files that its text is made of, and where each begins, in bytes; none of a kernel that ships.
+    pub(crate) files: &'static [(String, usize)],
 }
 
 /// The fields of the kernel's `Readings` that have the robot's, in order.

@@ -25,6 +25,7 @@ const TURNS_OF_CHUNK: u32 = 10_000_000;
 pub struct Cpu {
     pool: rayon::ThreadPool,
     variant: Option<&'static str>,
+    checks: bool,
     chunk: u32,
 }
 
@@ -65,6 +66,7 @@ impl Cpu {
         Ok(Self {
             pool,
             variant: None,
+            checks: false,
             chunk: CHUNK,
         })
     }
@@ -91,6 +93,14 @@ impl Cpu {
         };
         self.variant = Some(variant);
         Ok(self)
+    }
+
+    /// Interprets kernels and checks each operation: evaluations end with [`Error::Inexact`] at the first result that is not a
+    /// number, infinite or subnormal, or a number that is converted out of range. Slow.
+    #[must_use]
+    pub fn checking(mut self) -> Self {
+        self.checks = true;
+        self
     }
 
     /// Sets the number of cycles in one call of a kernel, at least 1. Results don't depend on it.
@@ -153,6 +163,9 @@ impl Cpu {
     /// Returns the lane code that was asked for by name, or else the one with the shortest estimated time. With few rollouts,
     /// narrow ones keep more threads busy. A kernel composed at run time has only one.
     fn choose(&self, kernel: &'static Kernel, parts: &[Part<'_>]) -> Result<LaneCode, Error> {
+        if self.checks {
+            return LaneCode::checked(kernel);
+        }
         if let Some(name) = self.variant
             && let Some(code) = LaneCode::named(kernel, name)?
         {

@@ -70,6 +70,15 @@ pub enum Error {
         /// Turns that its text allows.
         turns: u64,
     },
+    /// An operation on numbers has a result that devices may compute in different ways, of a [`Cpu`](crate::cpu::Cpu) that
+    /// [checks operations](crate::cpu::Cpu::checking).
+    #[error("{place}: {what}")]
+    Inexact {
+        /// File, line and column.
+        place: String,
+        /// The operation and its result.
+        what: String,
+    },
     /// An audited rollout has different bits on the CPU.
     #[error(
         "rollout {rollout}: {device} computed {there} (bits {:08x}), the CPU {here} (bits {:08x}); \

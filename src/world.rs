@@ -384,7 +384,7 @@ impl World {
             Controller::Network(network) => spec.own.with_network(network, &readings)?,
             _ => spec.own.clone(),
         };
-        let Composed { kernel, genes } = parts.compose(kernel(&spec), &spec.robot, &spec.arena, lives)?;
+        let Composed { kernel, genes, .. } = parts.compose(kernel(&spec), &spec.robot, &spec.arena, lives)?;
         let packed = pack::Packed::new(&spec, &parts)?;
         let genes = match (&spec.controller, genes) {
             (Controller::Own, Some(own)) => own.to_vec(),

@@ -97,7 +97,11 @@ pub(super) fn compose(
         ));
     }
     match robot.build {
-        Build::Sampled => Ok(Composed { kernel, genes: None }),
+        Build::Sampled => Ok(Composed {
+            kernel,
+            genes: None,
+            files: &[],
+        }),
         Build::Differential(_) => Err(Invalid::new(
             "robot.kind",
             "is `differential`, but this program can't compose kernels; allowed: `sampled`",

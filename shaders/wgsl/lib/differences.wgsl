@@ -1,4 +1,4 @@
-// How a described robot in its surroundings differs from its description: numbers in cells from DIFFERENCES on. Each cell's struct
+// How a described robot in its surroundings differs from its description: numbers in cells from DIFFERENCE_CELL on. Each cell's struct
 // says what is in it. The differences of single sensors are in their own cells.
 
 const WAVE_COUNT: u32 = 4u;
@@ -8,7 +8,7 @@ const WHEEL_CELL: u32 = 6u;
 
 // A wave of the illumination: its turns per mm, its phase in turns, and its amplitude.
 fn wave_of(world: u32, wave: u32) -> vec4<f32> {
-    return numbers(world, DIFFERENCES + wave);
+    return numbers(world, DIFFERENCE_CELL + wave);
 }
 
 // The noise of readings, alone and in proportion to them; the light of the surroundings; and how old readings are at the least, in
@@ -21,7 +21,7 @@ struct ReadingCell {
 }
 
 fn reading_cell(world: u32) -> ReadingCell {
-    let own = numbers(world, DIFFERENCES + READING_CELL);
+    let own = numbers(world, DIFFERENCE_CELL + READING_CELL);
     return ReadingCell(own.x, own.y, own.z, own.w);
 }
 
@@ -36,7 +36,7 @@ struct MovingCell {
 }
 
 fn moving_cell(world: u32) -> MovingCell {
-    let own = numbers(world, DIFFERENCES + MOVING_CELL);
+    let own = numbers(world, DIFFERENCE_CELL + MOVING_CELL);
     return MovingCell(own.x, own.y, own.z, own.w);
 }
 
@@ -50,7 +50,7 @@ struct WheelCell {
 }
 
 fn wheel_cell(world: u32) -> WheelCell {
-    let own = numbers(world, DIFFERENCES + WHEEL_CELL);
+    let own = numbers(world, DIFFERENCE_CELL + WHEEL_CELL);
     return WheelCell(own.x, own.y, own.z, own.w);
 }
 
@@ -65,15 +65,15 @@ fn illumination(world: u32, at: vec2<f32>) -> f32 {
 }
 
 // The share of a distance at which an object seems to be in so much more light: what returns falls with the distance's square.
-fn seeming(gain: f32) -> f32 {
+fn seeming_share(gain: f32) -> f32 {
     return select(reciprocal_root(gain), 1.0f, gain == 1.0f);
 }
 
 // How much farther than its range a proximity sensor may see.
-const FARTHER: f32 = 2.1f;
+const GREATEST_SIGHT: f32 = 2.1f;
 
-fn farther(sensor: SensorCell) -> SensorCell {
-    return SensorCell(sensor.heading, sensor.offset, FARTHER * sensor.range, sensor.share);
+fn with_farther_sight(sensor: SensorCell) -> SensorCell {
+    return SensorCell(sensor.heading, sensor.offset, GREATEST_SIGHT * sensor.range, sensor.share);
 }
 
 // What a ray leaves free, the sensor's offset included, if distances from the sensor seem so much shorter or longer.
@@ -82,12 +82,12 @@ fn seemingly_free(sensor: SensorCell, free: f32, share: f32) -> f32 {
 }
 
 // A reading with its noise, over the light of the surroundings.
-fn read_with(own: ReadingCell, reading: f32, ambient: f32, word: u32) -> f32 {
+fn read_with_noise(own: ReadingCell, reading: f32, ambient: f32, word: u32) -> f32 {
     return clamp(reading + ambient + nearly_normal(word) * (own.noise + own.noise_share * reading), 0.0f, 1.0f);
 }
 
 // How old readings are, in cycles: of the latency and, since sensors are read on their own clock, up to a period more.
-fn age_of(life: Life, step: u32) -> f32 {
+fn age_of_readings(life: Life, step: u32) -> f32 {
     let own = moving_cell(life.world);
     // Beyond the draws of the noise of 64 sensors.
     let early = unit(random_words(life.key, STREAM_SENSOR, step, 16u).x);
@@ -95,13 +95,13 @@ fn age_of(life: Life, step: u32) -> f32 {
 }
 
 // A number that follows another one a cycle long: what it is then, and its mean.
-fn followed(own: MovingCell, number: f32, goal: f32) -> vec2<f32> {
+fn lagging(own: MovingCell, number: f32, goal: f32) -> vec2<f32> {
     let away = flushed(number - goal);
     return vec2<f32>(goal + away * own.left_over, goal + away * own.mean);
 }
 
 // Displacement and turn of wheels that are not quite equal.
-fn by_wheels(world: u32, displacement: f32, turn: f32) -> vec2<f32> {
+fn by_unlike_wheels(world: u32, displacement: f32, turn: f32) -> vec2<f32> {
     let own = wheel_cell(world);
     return vec2<f32>(
         displacement + (own.mean * displacement + own.way * turn), turn + (own.mean * turn + own.turn * displacement),

@@ -63,12 +63,12 @@ fn cycle(life: Life, step: u32, before: State) -> Cycle {
 
     // What it does really.
     let moving = moving_cell(world);
-    let displacement = followed(moving, own.displacement, moved.displacement);
-    let turn = followed(moving, own.turn, moved.turn);
+    let displacement = lagging(moving, own.displacement, moved.displacement);
+    let turn = lagging(moving, own.turn, moved.turn);
     own.displacement = displacement.x;
     own.turn = turn.x;
     var really = moved;
-    let ridden = by_wheels(world, displacement.y, turn.y);
+    let ridden = by_unlike_wheels(world, displacement.y, turn.y);
     really.displacement = select(0.0f, ridden.x, is_free);
     really.turn = select(0.0f, ridden.y, is_free);
     let reached = moved_pose(world, pose, really);
@@ -104,7 +104,7 @@ fn cycle(life: Life, step: u32, before: State) -> Cycle {
     let reward = task_cycle(life, Experience(step, pose, end, readings, readings, outputs, moved, collided), own.task);
 
     // The next readings are of some moment before the end of this cycle.
-    let age = age_of(life, step);
+    let age = age_of_readings(life, step);
     own.read_x = end.x - age * (end.x - pose.x);
     own.read_y = end.y - age * (end.y - pose.y);
     own.read_heading = end.z - age * turned;

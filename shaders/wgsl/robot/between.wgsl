@@ -2,41 +2,41 @@
 // full speed; states have ascending ones.
 
 // The speed of a motor state.
-fn state_speed(world: u32, state: u32) -> f32 {
+fn speed_of_state(world: u32, state: u32) -> f32 {
     return bitcast<f32>(tables[worlds[world].motor_table + state * (worlds[world].motor_states + 1u)].z);
 }
 
 // The speeds of the states that a pair of outputs selects (left, right).
 fn commanded_speeds(world: u32, outputs: vec2<f32>) -> vec2<f32> {
     return vec2<f32>(
-        state_speed(world, motor_state(world, outputs.x)), state_speed(world, motor_state(world, outputs.y)),
+        speed_of_state(world, motor_state(world, outputs.x)), speed_of_state(world, motor_state(world, outputs.y)),
     );
 }
 
 // The state below a speed, and how far the speed is on its way to the next, 0 to 1.
-struct Between {
+struct BetweenStates {
     state: u32,
     share: f32,
 }
 
-fn between_states(world: u32, speed: f32) -> Between {
+fn between_states(world: u32, speed: f32) -> BetweenStates {
     var low = 0u;
     var high = worlds[world].motor_states - 1u;
     // 2^8 states at most.
     for (var turn = 0u; turn < 8u; turn++) {
         let middle = (low + high) / 2u;
         if (high - low > 1u) {
-            if (state_speed(world, middle) <= speed) {
+            if (speed_of_state(world, middle) <= speed) {
                 low = middle;
             } else {
                 high = middle;
             }
         }
     }
-    let below = state_speed(world, low);
-    let above = state_speed(world, high);
+    let below = speed_of_state(world, low);
+    let above = speed_of_state(world, high);
     let share = clamp((speed - below) * reciprocal(above - below), 0.0f, 1.0f);
-    return Between(low, select(share, 1.0f, speed >= above));
+    return BetweenStates(low, select(share, 1.0f, speed >= above));
 }
 
 // Displacement and turn of a pair of states.

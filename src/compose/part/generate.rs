@@ -305,7 +305,7 @@ fn response_cells(robot: &Differential, arena: &Arena, sensor: &Sensor) -> Optio
 }
 
 /// Constants that `readings` declares.
-pub(super) const COUNTS: [&str; 5] = ["FLOOR_CELL", "LIGHT_COUNT", "PATCH_COUNT", "PLANES", "DIFFERENCES"];
+pub(super) const COUNTS: [&str; 5] = ["FLOOR_CELL", "LIGHT_COUNT", "PATCH_COUNT", "PLANES", "DIFFERENCE_CELL"];
 
 /// The planes of eight sensors that a described robot's tables have, and those of them that its sensors read.
 struct Planes {
@@ -415,7 +415,7 @@ pub(super) fn readings(robot: &Differential, tables: &SensorTables, arena: &Aren
                 let _ = writeln!(numbers, "    let ahead{index} = cosine_sine(looks{index});");
                 let seems = is_individual && sensor.kind == SensorKind::Proximity;
                 let ray = if seems {
-                    let _ = writeln!(numbers, "    let far{index} = farther(s{index});");
+                    let _ = writeln!(numbers, "    let far{index} = with_farther_sight(s{index});");
                     let _ = writeln!(numbers, "    var seeming{index} = 1.0f;");
                     format!("far{index}")
                 } else {
@@ -435,7 +435,7 @@ pub(super) fn readings(robot: &Differential, tables: &SensorTables, arena: &Aren
                         "            seeming{index} = select(seeming{index}, shapes[shape].reflectivity, here{index} < free{index});"
                     );
                     let _ = writeln!(objects, "            free{index} = min(free{index}, here{index});");
-                    let share = format!("seeming{index} * (seeming(gain) * {})", strength(cell));
+                    let share = format!("seeming{index} * (seeming_share(gain) * {})", strength(cell));
                     format!("seemingly_free(s{index}, free{index}, {share})")
                 } else {
                     let _ = writeln!(objects, "            free{index} = min(free{index}, {nearest});");
@@ -478,7 +478,7 @@ pub(super) fn readings(robot: &Differential, tables: &SensorTables, arena: &Aren
             let name = &sensor.name;
             let _ = writeln!(
                 read,
-                "    read.{name} = read_with(own, readings.{name}, {ambient}, {word});"
+                "    read.{name} = read_with_noise(own, readings.{name}, {ambient}, {word});"
             );
         }
         if matches!(sensor.kind, SensorKind::Proximity | SensorKind::Sampled) {
@@ -560,7 +560,7 @@ fn individual(robot: &Differential, arena: &Arena, read: &str) -> String {
         );
     }
     format!(
-        "const DIFFERENCES: u32 = {}u;
+        "const DIFFERENCE_CELL: u32 = {}u;
 fn read_out(life: Life, step: u32, readings: Readings) -> Readings {{
     let own = reading_cell(life.world);
 {words}    var read = readings;

@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write;
 use std::panic;
 use std::path::Path;
-use std::sync::{Mutex, PoisonError};
+use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use oneiro_shader_compiler as compiler;
 use oneiro_shader_compiler::declarations::{declarations, is_reserved};
@@ -92,6 +92,36 @@ fn is_replaced(path: &str, kind: Kind) -> bool {
     }
 }
 
+static COMPOSED: Mutex<BTreeMap<String, Composed>> = Mutex::new(BTreeMap::new());
+
+/// Kernels composed so far. A poisoned lock is fine: entries are added complete or not at all.
+fn known() -> MutexGuard<'static, BTreeMap<String, Composed>> {
+    COMPOSED.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+/// The files that a kernel's text is made of.
+pub(crate) fn parts_of(kernel: &Kernel) -> Vec<compiler::Part> {
+    let composed = known().get(kernel.name).copied();
+    let files = composed.map_or(&[][..], |composed| composed.files);
+    if files.is_empty() {
+        let path = format!("{}.wgsl", kernel.name);
+        let text = kernel.wgsl.to_owned();
+        return vec![compiler::Part { path, text }];
+    }
+    let ends = files.iter().skip(1).map(|(_, begin)| *begin).chain([kernel.wgsl.len()]);
+    let part = |((path, begin), end): (&(String, usize), usize)| compiler::Part {
+        path: path.clone(),
+        text: kernel.wgsl[*begin..end].to_owned(),
+    };
+    files.iter().zip(ends).map(part).collect()
+}
+
+/// Whether a user wrote the file with this path, of a kernel that was composed.
+pub(crate) fn is_of_user(kernel: &Kernel, path: &str) -> bool {
+    let is_known = path == GENERATED || PARTS.iter().any(|(shipped, _)| *shipped == path);
+    kernel.variants.is_empty() && !is_known
+}
+
 /// Composes a kernel. Each is composed once and stays for the rest of the program.
 pub(in crate::compose) fn compose(
     base: &'static Kernel,
@@ -100,12 +130,12 @@ pub(in crate::compose) fn compose(
     arena: &Arena,
     lives: Lives,
 ) -> Result<Composed, Invalid> {
-    static COMPOSED: Mutex<BTreeMap<String, Composed>> = Mutex::new(BTreeMap::new());
     let (tables, robot) = (&robot.sensors, &robot.build);
     if parts.is_empty() && *robot == Build::Sampled && lives == Lives::Simulated {
         return Ok(Composed {
             kernel: base,
             genes: None,
+            files: &[],
         });
     }
     let own = parts.readings();
@@ -140,16 +170,15 @@ pub(in crate::compose) fn compose(
         let hash = blake3::hash(own.part.text.as_bytes()).to_hex();
         let _ = write!(name, "+{stem}-{}", &hash[..16]);
     }
-    // A poisoned lock is fine: entries are added complete or not at all.
-    let known = || COMPOSED.lock().unwrap_or_else(PoisonError::into_inner);
     if let Some(composed) = known().get(&name) {
         return Ok(*composed);
     }
-    let (kernel, genes) =
+    let (kernel, genes, files) =
         new(base, parts, robot, lives, generated, &name).map_err(|refusals| invalid(parts, robot, &refusals))?;
     let leaked = || Composed {
         kernel: Box::leak(Box::new(kernel)),
         genes: genes.map(|genes| &*genes.leak()),
+        files: files.leak(),
     };
     Ok(*known().entry(name).or_insert_with(leaked))
 }
@@ -197,6 +226,9 @@ fn invalid(parts: &OwnParts, robot: &Build, refusals: &[Refusal]) -> Invalid {
     Invalid::new(own.key(), problem)
 }
 
+/// A new kernel, the genes of a user's controller, and its files.
+type New = (Kernel, Option<Vec<Gene>>, Vec<(String, usize)>);
+
 fn new(
     base: &'static Kernel,
     own: &OwnParts,
@@ -204,7 +236,7 @@ fn new(
     lives: Lives,
     mut generated: String,
     name: &str,
-) -> Result<(Kernel, Option<Vec<Gene>>), Refusals> {
+) -> Result<New, Refusals> {
     let part = |path: &str, text: &str| compiler::Part {
         path: path.to_owned(),
         text: text.to_owned(),
@@ -259,6 +291,13 @@ fn new(
         check::suggest(&mut refusals, &parts, own);
         refusals
     })?;
+    let mut begin = 0;
+    let files = parts.iter().map(|part| {
+        let own = begin;
+        begin += part.text.len() + usize::from(!part.text.ends_with('\n'));
+        (part.path.clone(), own)
+    });
+    let files = files.collect();
     let genes = match own.get(Kind::Controller) {
         Some(controller) => Some(genes(&controller.part, &compiled, &own.readings_of(robot))?),
         None => None,
@@ -282,7 +321,7 @@ fn new(
         turns: Turns(Box::leak(Box::new(move |word: &WordOf<'_>| turns.value(word)))),
         variants: &[],
     };
-    Ok((kernel, genes))
+    Ok((kernel, genes, files))
 }
 
 /// Compiles parts. Whatever a user writes must not end the program.
