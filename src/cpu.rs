@@ -442,7 +442,7 @@ mod tests {
             };
             Batch::new(&[Understated(world.clone(), kernel)], &[rollout], None).unwrap()
         };
-        let compiled = crate::code::LaneCode::all(world.kernel()).map(|(name, _)| name);
+        let compiled = LaneCode::all(world.kernel()).map(|(name, _)| name);
         let names: Vec<_> = compiled
             .filter(|name| name.starts_with("native"))
             .chain(interpreter())
