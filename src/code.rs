@@ -66,6 +66,14 @@ impl LaneCode {
         }
     }
 
+    /// Prepares to interpret a kernel and to check each of its operations.
+    ///
+    /// # Errors
+    /// [`Error::NoDevice`] if this program has no interpreter.
+    pub(crate) fn checked(kernel: &'static Kernel) -> Result<Self, Error> {
+        interpreted::checked(kernel).map(Self::Interpreted)
+    }
+
     /// Number of lanes that a call runs.
     pub(crate) fn lanes(&self) -> u32 {
         match self {
@@ -75,21 +83,32 @@ impl LaneCode {
         }
     }
 
-    /// Runs its lanes of one workgroup, from `first_lane` on.
+    /// Runs its lanes of one workgroup, from `first_lane` on. Its loops may take `turns` turns in all, unless it was compiled
+    /// with this program.
+    ///
+    /// # Errors
+    /// [`Error::Unbounded`] if they take more.
     ///
     /// # Safety
     /// The buffers must be those of the kernel's bindings, in order, and not empty. All must be valid for reads for their
     /// whole length, and those that the kernel writes also for writes. While a call runs, no other may access the words that
     /// it writes.
-    pub(crate) unsafe fn run(&self, buffers: &[Words], workgroup: u32, first_lane: u32) {
+    pub(crate) unsafe fn run(
+        &self,
+        buffers: &[Words],
+        workgroup: u32,
+        first_lane: u32,
+        turns: u64,
+    ) -> Result<(), Error> {
         match self {
             // SAFETY: the variant is available; the caller guarantees the rest.
             Self::Ahead(variant) => unsafe { (variant.run)(buffers, workgroup, first_lane) },
             // SAFETY: the caller guarantees it.
-            Self::Native(code) => unsafe { code.run(buffers, workgroup, first_lane) },
+            Self::Native(code) => return unsafe { code.run(buffers, workgroup, first_lane, turns) },
             // SAFETY: the caller guarantees it.
-            Self::Interpreted(code) => unsafe { code.run(buffers, workgroup, first_lane) },
+            Self::Interpreted(code) => return unsafe { code.run(buffers, workgroup, first_lane, turns) },
         }
+        Ok(())
     }
 }
 

@@ -41,6 +41,8 @@ use crate::world::{Gene, WorldSpec};
 
 pub(crate) use part::too_many_turns;
 pub use part::{Part, Rule};
+#[cfg(feature = "compose")]
+pub(crate) use part::{is_of_user, parts_of};
 
 /// Stands for the path of a network, which is not in a file.
 const NETWORK: &str = "network";
@@ -302,7 +304,6 @@ impl OwnParts {
     }
 
     /// A kernel with these parts, and the sensors and motors of this world's robot, instead of its own.
-    /// `is_reported` says whether reality is reported to it, see [`crate::reported`].
     ///
     /// # Errors
     /// `KIND.part`: everything that is wrong with the parts. `robot.sensors` and `robot.sensors[N].name`: names that WGSL doesn't
@@ -311,10 +312,21 @@ impl OwnParts {
         &self,
         base: &'static Kernel,
         spec: &WorldSpec,
-        is_reported: bool,
+        lives: Lives,
     ) -> Result<Composed, Invalid> {
-        part::compose(base, self, spec, is_reported)
+        part::compose(base, self, spec, lives)
     }
+}
+
+/// How robots live in a kernel.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Lives {
+    /// By its own physics: those of the simulator, or of a Khepera's surrogate.
+    Simulated,
+    /// Outside of it: reality is reported to it, see [`crate::reported`].
+    Reported,
+    /// As an individual that differs from its description.
+    Individual,
 }
 
 /// A kernel composed at run time.
@@ -323,6 +335,8 @@ pub(crate) struct Composed {
     pub(crate) kernel: &'static Kernel,
     /// Genes of a user's controller, if there is one.
     pub(crate) genes: Option<&'static [Gene]>,
+    /// The paths of the files that its text is made of, and where each begins, in bytes; none of a kernel that ships.
+    pub(crate) files: &'static [(String, usize)],
 }
 
 /// The fields of the kernel's `Readings` that have the robot's, in order.

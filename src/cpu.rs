@@ -25,6 +25,7 @@ const TURNS_OF_CHUNK: u32 = 10_000_000;
 pub struct Cpu {
     pool: rayon::ThreadPool,
     variant: Option<&'static str>,
+    checks: bool,
     chunk: u32,
 }
 
@@ -65,6 +66,7 @@ impl Cpu {
         Ok(Self {
             pool,
             variant: None,
+            checks: false,
             chunk: CHUNK,
         })
     }
@@ -91,6 +93,14 @@ impl Cpu {
         };
         self.variant = Some(variant);
         Ok(self)
+    }
+
+    /// Interprets kernels and checks each operation: evaluations end with [`Error::Inexact`] at the first result that is not a
+    /// number, infinite or subnormal, or a number that is converted out of range. Slow.
+    #[must_use]
+    pub fn checking(mut self) -> Self {
+        self.checks = true;
+        self
     }
 
     /// Sets the number of cycles in one call of a kernel, at least 1. Results don't depend on it.
@@ -153,6 +163,9 @@ impl Cpu {
     /// Returns the lane code that was asked for by name, or else the one with the shortest estimated time. With few rollouts,
     /// narrow ones keep more threads busy. A kernel composed at run time has only one.
     fn choose(&self, kernel: &'static Kernel, parts: &[Part<'_>]) -> Result<LaneCode, Error> {
+        if self.checks {
+            return LaneCode::checked(kernel);
+        }
         if let Some(name) = self.variant
             && let Some(code) = LaneCode::named(kernel, name)?
         {
@@ -295,9 +308,10 @@ impl Lives<'_> {
                 self.fitness,
                 trace,
             ];
+            let turns = u64::from(part.begin_loops()) + u64::from(part.loops()) * u64::from(end - begin);
             // SAFETY: the buffers are those of the kernel's bindings, in order (a test compares their names), none is
             // empty, and the words of these lanes belong to this call alone.
-            unsafe { self.code.run(&buffers, 0, first_lane as u32) };
+            unsafe { self.code.run(&buffers, 0, first_lane as u32, turns) }?;
             if let Some(control) = self.steps {
                 control.add_steps(part.steps_of(&[active], &(begin..end)));
             }
@@ -363,7 +377,14 @@ mod float_mode {
 
 #[cfg(test)]
 mod tests {
+    use oneiro_shaders::kernel::Turns;
+    use oneiro_shaders::{WordOf, life};
+
     use super::*;
+    use crate::batch::{Buffers, Rollout, WorldKind};
+    use crate::parameter::Invalid;
+    use crate::random::Key;
+    use crate::world::{World, WorldSpec};
 
     #[test]
     fn buffers_are_in_the_order_of_the_bindings() {
@@ -377,6 +398,68 @@ mod tests {
             let names: Vec<&str> = kernel.bindings.iter().map(|binding| binding.name).collect();
             assert_eq!(names, NAMES, "{}", kernel.name);
             assert_eq!(kernel.workgroup_size as usize, LANES, "{}", kernel.name);
+        }
+    }
+
+    /// A world whose kernel is said to loop less than it does.
+    struct Understated(World, &'static Kernel);
+
+    impl WorldKind for Understated {
+        fn check(&self) -> Result<(), Invalid> {
+            Ok(())
+        }
+
+        fn kernel(&self) -> &'static Kernel {
+            self.1
+        }
+
+        fn genes(&self) -> usize {
+            self.0.genes()
+        }
+
+        fn pack(&self, buffers: &mut Buffers) -> life::World {
+            self.0.pack(buffers)
+        }
+    }
+
+    /// Loops that turn more often than a kernel's text allows end with an error, wherever code isn't compiled with the program.
+    #[test]
+    fn loops_beyond_their_bounds_end() {
+        let world = World::new(WorldSpec {
+            cycles: 40,
+            ..WorldSpec::miglino1995()
+        })
+        .unwrap();
+        let genes = vec![0.5; world.genes()];
+        let batch = |turns: fn(u64) -> u64| {
+            let own = world.kernel();
+            let turns = Turns(Box::leak(Box::new(move |word: &WordOf<'_>| turns((own.turns.0)(word)))));
+            let kernel = Box::leak(Box::new(Kernel { turns, ..*own }));
+            let rollout = Rollout {
+                world: 0,
+                genes: &genes,
+                key: Key::rollout(1, 0, 0, 0),
+            };
+            Batch::new(&[Understated(world.clone(), kernel)], &[rollout], None).unwrap()
+        };
+        let compiled = LaneCode::all(world.kernel()).map(|(name, _)| name);
+        let names: Vec<_> = compiled
+            .filter(|name| name.starts_with("native"))
+            .chain(interpreter())
+            .collect();
+        for name in names {
+            let mut cpu = Cpu::new(Some(1)).unwrap().with_variant(name).unwrap();
+            let mut evaluate = |turns| cpu.evaluate(&batch(turns), &Control::new());
+            let whole = evaluate(|turns| turns).unwrap().fitness;
+            assert!(whole[0].is_finite(), "{name}");
+            // They take more than an eighth of what the text allows.
+            let error = evaluate(|turns| turns / 8).unwrap_err();
+            assert!(matches!(error, Error::Unbounded { .. }), "{name}: {error}");
+            let text = error.to_string();
+            assert!(
+                text.starts_with("the loops of the kernel life_perceptron turned "),
+                "{text}"
+            );
         }
     }
 

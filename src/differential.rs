@@ -6,7 +6,9 @@ use std::f64::consts::TAU;
 use crate::arena::{self, Arena, Light, Patch};
 use crate::foraging::{self, Forager};
 use crate::parameter::{Choice, Choices, Datum, Field, Invalid, length, number, only_where};
+use crate::surrogate::{Mounting, Object, Surrogate};
 use crate::tables::{self, PREVIOUS, SENSOR_NAMES, SensorTables};
+use crate::world::Robot;
 
 /// Origin of a robot's sensors and motors.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -41,7 +43,7 @@ impl Build {
 /// motors are sampled.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Differential {
-    /// Whether [`Robot::motors`](crate::world::Robot::motors) drive it. Then it has none of the values up to `latency`.
+    /// Whether [`Robot::motors`](crate::world::Robot::motors) drive it. Then it has none of the values up to `speeds`.
     pub sampled_motors: bool,
     /// Distance between the wheels, mm.
     pub wheel_base: Option<f32>,
@@ -49,7 +51,9 @@ pub struct Differential {
     pub greatest_speed: Option<f32>,
     /// Number of speeds that a wheel can be given, evenly spaced; 0 for any speed.
     pub speeds: u32,
-    /// Greatest change of a wheel's speed, mm/s in a second. `None` or 0: wheels obey at once.
+    /// Greatest change of a wheel's speed, mm/s in a second. `None` or 0: wheels obey at once. Sampled motors need states
+    /// whose speeds ascend, and then move as their samples do at a cycle's mean speeds, see
+    /// [`MotorTable::full_speed`](crate::tables::MotorTable::full_speed).
     pub acceleration: Option<f32>,
     /// Whole cycles from a command to its effect on the wheels, which stand still until the first one arrives. `None`: 0.
     pub latency: Option<u32>,
@@ -128,6 +132,18 @@ pub enum SensorKind {
     Battery,
     /// What was sampled: a column of [`Robot::sensors`](crate::world::Robot::sensors).
     Sampled,
+}
+
+impl SensorKind {
+    /// Whether it reads numbers between 0 and 1 off something outside of the robot.
+    pub(crate) fn is_analogue(self) -> bool {
+        !matches!(self, Self::Bumper | Self::Battery)
+    }
+
+    /// Whether the light of the surroundings is in its readings.
+    pub(crate) fn sees_light(self) -> bool {
+        matches!(self, Self::Proximity | Self::Light | Self::Sampled)
+    }
 }
 
 /// How the brightness of a light falls with its distance in ranges, `d`.
@@ -248,6 +264,16 @@ impl Differential {
         self.sensors.iter().map(column).collect()
     }
 
+    /// Whether its wheels' speeds change gradually.
+    pub(crate) fn is_slow(&self) -> bool {
+        self.acceleration.is_some_and(|acceleration| acceleration > 0.0)
+    }
+
+    /// Whether its wheels obey cycles later.
+    pub(crate) fn is_late(&self) -> bool {
+        self.latency.is_some_and(|cycles| cycles > 0)
+    }
+
     /// The responses of its sensors, each once.
     pub(crate) fn responses(&self) -> Vec<&Response> {
         let mut responses: Vec<&Response> = Vec::new();
@@ -261,9 +287,12 @@ impl Differential {
 
     /// Kernel data for the robot and its arena: the cells that `robot/arcs.wgsl`, `robot/drive.wgsl` and `sensor/kinds.wgsl`
     /// declare.
-    pub(crate) fn cells(&self, body_radius: f32, tables: &SensorTables, arena: &Arena) -> Vec<[u32; 4]> {
-        // Numbers of wheels that sampled motors don't use.
-        let [base, speed] = [self.wheel_base, self.greatest_speed].map(|given| given.unwrap_or(1.0));
+    /// Those of a surrogate are followed by its differences, `lib/differences.wgsl` says which.
+    pub(crate) fn cells(&self, robot: &Robot, arena: &Arena, surrogate: Option<&Surrogate>) -> Vec<[u32; 4]> {
+        let (body_radius, tables) = (robot.body_radius, &robot.sensors);
+        // Sampled motors don't use the first cell.
+        let base = self.wheel_base.unwrap_or(1.0);
+        let speed = self.greatest_speed.or(robot.motors.full_speed()).unwrap_or(1.0);
         let farthest = 0.1 * f64::from(speed);
         let steps = self.speeds.saturating_sub(1) as f32;
         let wheels = [
@@ -275,7 +304,8 @@ impl Differential {
         let change = self.acceleration.unwrap_or(0.0) / (10.0 * speed);
         let cycles = (10.0 * self.battery.unwrap_or(0.0)).round();
         let drive = [change, inverse(change), cycles, inverse(cycles)];
-        let sensor = |sensor: &Sensor| {
+        let sensor = |(index, sensor): (usize, &Sensor)| {
+            let mounting = surrogate.map_or(Mounting::TRUE, |surrogate| surrogate.mounting(index, sensor.kind));
             let range = sensor.range.unwrap_or(1.0);
             let [range, share] = match sensor.kind {
                 SensorKind::Distance | SensorKind::Proximity => [range, 1.0 / range],
@@ -285,38 +315,73 @@ impl Differential {
                 SensorKind::Sampled => [tables.reach(), 0.0],
             };
             [
-                [sensor.heading, sensor.offset.unwrap_or(body_radius), range, share],
-                [sensor.bearing.unwrap_or(0.0), 0.0, 0.0, 0.0],
+                [
+                    sensor.heading + mounting.heading,
+                    sensor.offset.unwrap_or(body_radius),
+                    range,
+                    share,
+                ],
+                [sensor.bearing.unwrap_or(0.0), mounting.strength, 0.0, 0.0],
             ]
         };
         let light = |light: &Light| [light.x, light.y, light.brightness, 0.0];
-        let patch = |patch: &Patch| {
+        let grey = |index: usize, grey: f32| match surrogate {
+            Some(surrogate) => (grey * surrogate.reflectivity(Object::Floor, index)).min(1.0),
+            None => grey,
+        };
+        let patch = |(index, patch): (usize, &Patch)| {
             let axis = arena::axis(patch.heading);
             let radius = patch.radius.unwrap_or(0.0);
             let [length, width] = patch.sides.unwrap_or_default();
             [
                 [patch.x, patch.y, axis.x, axis.y],
-                [0.5 * length, 0.5 * width, radius * radius, patch.grey],
+                [0.5 * length, 0.5 * width, radius * radius, grey(1 + index, patch.grey)],
             ]
         };
         let cells = [wheels, drive]
             .into_iter()
-            .chain(self.sensors.iter().flat_map(sensor))
-            .chain([[arena.floor.unwrap_or(1.0), 0.0, 0.0, 0.0]])
+            .chain(self.sensors.iter().enumerate().flat_map(sensor))
+            .chain([[grey(0, arena.floor.unwrap_or(1.0)), 0.0, 0.0, 0.0]])
             .chain(arena.lights.iter().map(light))
-            .chain(arena.patches.iter().flat_map(patch))
-            .chain(self.responses().into_iter().flat_map(Response::cells));
+            .chain(arena.patches.iter().enumerate().flat_map(patch))
+            .chain(self.responses().into_iter().flat_map(Response::cells))
+            .chain(
+                surrogate
+                    .into_iter()
+                    .flat_map(|surrogate| surrogate.differing(self.track(robot))),
+            );
         // Zero has one sign.
         let bits = |number: f32| if number == 0.0 { 0 } else { number.to_bits() };
         cells.map(|cell| cell.map(bits)).collect()
     }
 
-    /// Greatest distance from the body's centre at which its sensors notice an object, mm, and a little more.
-    pub(crate) fn reach(&self, body_radius: f32, tables: &SensorTables) -> f32 {
+    /// Number of cells before a surrogate's differences.
+    pub(crate) fn own_cells(&self, arena: &Arena) -> usize {
+        let points = self.responses().iter().map(|response| response.0.len()).sum::<usize>();
+        2 + 2 * self.sensors.len() + 1 + arena.lights.len() + 2 * arena.patches.len() + points
+    }
+
+    /// Distance between the wheels, mm. Of sampled motors that at which wheels that don't slip would turn as they do on the spot
+    /// at full speed; `None` if they don't turn there, or don't move at full speed.
+    fn track(&self, robot: &Robot) -> Option<f64> {
+        if let Some(base) = self.wheel_base {
+            return Some(base.into());
+        }
+        let cells = &robot.motors.cells;
+        let [ahead, around] = [cells.last()?, &cells[robot.motors.states.checked_sub(1)? as usize]];
+        let track = 2.0 * f64::from(ahead.displacement) / (TAU * f64::from(around.turn));
+        (1.0..=1e5).contains(&track).then_some(track)
+    }
+
+    /// Greatest distance from the body's centre at which its sensors notice an object, mm, and a little more. Those of a
+    /// surrogate may see farther.
+    pub(crate) fn reach(&self, body_radius: f32, tables: &SensorTables, is_surrogate: bool) -> f32 {
+        let farther = if is_surrogate { FARTHER } else { 1.0 };
         let reach = |sensor: &Sensor| {
             let range = sensor.range.unwrap_or(0.0);
             match sensor.kind {
-                SensorKind::Distance | SensorKind::Proximity => sensor.offset.unwrap_or(body_radius) + range,
+                SensorKind::Distance => sensor.offset.unwrap_or(body_radius) + range,
+                SensorKind::Proximity => sensor.offset.unwrap_or(body_radius) + farther * range,
                 SensorKind::Bumper => body_radius + range,
                 SensorKind::Sampled => body_radius + tables.reach(),
                 SensorKind::Light | SensorKind::Ground | SensorKind::Battery => 0.0,
@@ -326,7 +391,8 @@ impl Differential {
     }
 
     /// Checks conditions that involve several values.
-    pub(crate) fn check(&self, readings: &[String], tables: &SensorTables, arena: &Arena) -> Result<(), Invalid> {
+    pub(crate) fn check(&self, readings: &[String], robot: &Robot, arena: &Arena) -> Result<(), Invalid> {
+        let tables = &robot.sensors;
         self.check_drive()?;
         if self.speeds == 1 {
             return Err(Invalid::new("robot.speeds", "is 1; allowed: 0, or 2 to 1024"));
@@ -337,6 +403,11 @@ impl Differential {
         {
             let problem = format!("is {acceleration}; allowed: 0, or {LEAST_ACCELERATION} and more");
             return Err(Invalid::new("robot.acceleration_mm_s2", problem));
+        }
+        if self.sampled_motors && (self.is_slow() || self.is_late()) && robot.motors.full_speed().is_none() {
+            let problem = "have no speeds between states; allowed with acceleration or latency: 2 states and more of ascending \
+                           speeds, the same for both wheels, and a robot that goes forwards and backwards as they do";
+            return Err(Invalid::new("robot.motors", problem));
         }
         if self.battery.is_none() && self.battery_ends_life == Some(true) {
             return Err(Invalid::new("robot.battery_ends_life", ONLY_WITH_A_BATTERY));
@@ -367,8 +438,6 @@ impl Differential {
             ("wheel_base_mm", self.wheel_base.is_some(), true),
             ("greatest_speed_mm_s", self.greatest_speed.is_some(), true),
             ("speeds", self.speeds != 0, false),
-            ("acceleration_mm_s2", self.acceleration.is_some(), false),
-            ("latency_cycles", self.latency.is_some(), false),
         ] {
             if is_given && self.sampled_motors {
                 let problem = "is given; allowed: not with robot.motors, whose samples have it";
@@ -518,6 +587,11 @@ fn inverse(number: f32) -> f32 {
 }
 
 const ONLY_WITH_A_BATTERY: &str = "is true; allowed: only with robot.battery_s";
+
+/// How much farther than its range a proximity sensor of a surrogate may see, as `lib/differences.wgsl` has it: at a severity of 2
+/// objects return at most 1.4 times the light of their surroundings, which have at most 1.6 times theirs, and sensors see at most
+/// 1.375 times as far.
+const FARTHER: f32 = 2.1;
 
 /// Least acceleration of wheels that don't obey at once, mm/s in a second: below, changes of speed would get lost in roundings.
 const LEAST_ACCELERATION: f32 = 1.0;

@@ -59,6 +59,26 @@ pub enum Error {
     /// A trace or a batch needs more memory than the device has.
     #[error("{0}")]
     TooLarge(String),
+    /// A kernel's loops turned more often than its text allows, so the machine code made of it at run time is wrong.
+    #[error(
+        "the loops of the kernel {kernel} turned {turns} times and had not ended, though its text says that they must: its machine \
+         code is wrong, which is a mistake in Oneiro; please report it with the experiment"
+    )]
+    Unbounded {
+        /// Name of the kernel.
+        kernel: String,
+        /// Turns that its text allows.
+        turns: u64,
+    },
+    /// An operation on numbers has a result that devices may compute in different ways, of a [`Cpu`](crate::cpu::Cpu) that
+    /// [checks operations](crate::cpu::Cpu::checking).
+    #[error("{place}: {what}")]
+    Inexact {
+        /// File, line and column.
+        place: String,
+        /// The operation and its result.
+        what: String,
+    },
     /// An audited rollout has different bits on the CPU.
     #[error(
         "rollout {rollout}: {device} computed {there} (bits {:08x}), the CPU {here} (bits {:08x}); \

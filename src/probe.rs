@@ -82,7 +82,8 @@ impl Case {
         LaneCode::all(self.kernel).map(|(name, _)| name).chain(interpreter())
     }
 
-    /// Computes the case on this processor with the named lane code; `None` if the processor can't run it.
+    /// Computes the case on this processor with the named lane code; `None` if the processor can't run it, or if its loops don't
+    /// end where they must.
     pub fn run(&self, lane_code: &str) -> Option<Vec<u32>> {
         let code = LaneCode::named(self.kernel, lane_code).ok()??;
         let mut results = vec![0; self.left.len()];
@@ -96,11 +97,12 @@ impl Case {
             },
         ];
         let size = self.kernel.workgroup_size;
+        let turns = (self.kernel.turns.0)(&|_: &str, _: Option<u64>, _: u32| u32::MAX);
         // Idle lanes aren't run.
         for first in (0..self.left.len() as u32).step_by(code.lanes() as usize) {
             // SAFETY: the buffers are those of the bindings of both probe kernels, and not empty; only the last is written,
             // by one call at a time.
-            unsafe { code.run(&buffers, first / size, first % size) };
+            unsafe { code.run(&buffers, first / size, first % size, turns) }.ok()?;
         }
         Some(results)
     }

@@ -23,6 +23,7 @@
 use oneiro_shaders::{Kernel, life};
 
 use crate::batch::{Buffers, GREATEST_GENE, Outcome, Rollout, Trace, TraceRequest, WorldKind, Worlds};
+use crate::compose::Lives;
 use crate::differential::{Build, Differential};
 use crate::evaluator::{self, Control, Evaluator};
 use crate::parameter::Invalid;
@@ -82,7 +83,7 @@ impl Reported {
                 noise: Noise::NONE,
                 ..spec.clone()
             },
-            true,
+            Lives::Reported,
         )?;
         Ok(Self {
             worlds: Worlds::new(&[Packed(&world, readings)])?,

@@ -1,18 +1,22 @@
-//! A surrogate of a real Khepera: an individual robot in its surroundings, simulated by physics that no table of
-//! samples contains. It takes the place of a real robot: it is sampled, and controllers are transferred to it.
+//! A surrogate of a real robot: an individual in its surroundings. Of a Khepera it is simulated by physics that no table of
+//! samples contains. It takes the place of a real robot: it is sampled, and controllers are transferred to it. One of a
+//! described robot differs from its description as much, see `docs/robots.md`; controllers are transferred to it.
 //!
 //! All of its random properties follow from seeds, by exactly rounded operations. The distributions are in
 //! [`Individual::drawn`] and [`Surroundings::drawn`]; `docs/preregistration-1995.md` explains them. Every difference
-//! from the simulator has a switch, and one severity scales them all. At severity 0 the robot behaves like its
-//! simulator except for rounding: its first readings are equal, and its motion is computed in smaller steps.
+//! from the simulator has a switch, and one severity scales them all. At severity 0 a Khepera behaves like its
+//! simulator except for rounding: its first readings are equal, and its motion is computed in smaller steps. A described robot
+//! then lives the simulator's lives without noise, bit for bit.
 
 use oneiro_shaders::surrogate as kernel;
 
 use crate::cells::Cells;
+use crate::differential::{Build, SensorKind};
 use crate::exact::{cosine, exponential};
 use crate::parameter::{Invalid, number};
 use crate::random::pcg4d;
 use crate::tables::SENSORS;
+use crate::world::{Collision, Robot};
 
 /// Objects farther than this from the rim, in mm, aren't sensed: no individual reads 1 of 1023 there.
 pub(crate) const SIGHT: f32 = 80.0;
@@ -22,6 +26,14 @@ const WHEEL_BASE: f64 = 53.0;
 /// Speed of a wheel at its greatest command, 10 units of 8.2 mm/s (`KiKS`; Nolfi's recordings).
 const FULL_SPEED: f64 = 82.0;
 const CYCLE_MS: f64 = 100.0;
+/// Amplitude of the field of light, and noise of reading: of 1023, and in proportion to the reading.
+const BRIGHTER: f64 = 0.3;
+const NOISE: f64 = 3.4;
+const NOISE_SHARE: f64 = 0.03;
+/// A Khepera's sensors look up to this many degrees aside, and see up to this share farther or less far than the middle of them:
+/// half readings at 20.2 to 29.5 mm.
+const ASIDE: f64 = 5.0;
+const STRONGER: f64 = (29.5 - 20.2) / (29.5 + 20.2);
 /// Rates are per step of a cycle's motion.
 const SUBSTEP_MS: f64 = CYCLE_MS / kernel::SUBSTEPS as f64;
 
@@ -63,6 +75,25 @@ impl Difference {
         Self::Slip,
     ];
 
+    /// Whether it changes anything for a robot. Of described robots, rays meet all objects anyway, so [`Difference::Geometry`] is
+    /// where their sensors look and how strong they are; described wheels drive arcs; and a robot that slides or sticks in the
+    /// simulator does so in reality.
+    pub fn acts_on(self, robot: &Robot) -> bool {
+        let Build::Differential(own) = &robot.build else {
+            return true;
+        };
+        let has = |is_such: &dyn Fn(SensorKind) -> bool| own.sensors.iter().any(|sensor| is_such(sensor.kind));
+        match self {
+            Self::Geometry => has(&|kind| kind.is_analogue() && kind != SensorKind::Sampled),
+            Self::Reflectivity => has(&|kind| matches!(kind, SensorKind::Proximity | SensorKind::Ground)),
+            Self::Illumination => has(&SensorKind::sees_light),
+            Self::ReadNoise => has(&SensorKind::is_analogue),
+            Self::Latency | Self::MotorLag | Self::Wheels => true,
+            Self::Arcs => own.sampled_motors && own.turn_before_move != Some(0.5),
+            Self::Slip => matches!(robot.collision, Collision::Undo | Collision::KeepTurn),
+        }
+    }
+
     /// Name in files and reports.
     pub fn name(self) -> &'static str {
         match self {
@@ -77,6 +108,24 @@ impl Difference {
             Self::Slip => "slip",
         }
     }
+}
+
+/// How a sensor of a described robot differs from its description.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Mounting {
+    /// Turns by which it looks aside.
+    pub(crate) heading: f32,
+    /// Of a proximity sensor: share of their distance at which objects seem to be. Of light and ground sensors: share of the
+    /// reading.
+    pub(crate) strength: f32,
+}
+
+impl Mounting {
+    /// No difference.
+    pub(crate) const TRUE: Self = Self {
+        heading: 0.0,
+        strength: 1.0,
+    };
 }
 
 /// Which differences are on, and their strength.
@@ -167,6 +216,7 @@ enum Source {
     Obstacle = 3,
     Light = 4,
     Block = 5,
+    Floor = 6,
 }
 
 /// Four random numbers in `0..1`.
@@ -190,7 +240,7 @@ impl Individual {
             let [strength, fade, width, bearing] = units(seed, Source::Sensor, index);
             let half = between(20.2, 29.5, strength);
             InfraRed {
-                bearing: BEARINGS[index] + between(-5.0, 5.0, bearing),
+                bearing: BEARINGS[index] + between(-ASIDE, ASIDE, bearing),
                 half,
                 twentieth: half + between(8.9, 13.6, 0.6 * strength + 0.4 * fade),
                 width: between(52.0, 92.0, 0.85 * strength + 0.15 * width),
@@ -222,6 +272,8 @@ pub enum Object {
     Obstacle,
     /// A rectangular obstacle.
     Block,
+    /// The floor, and after it its patches.
+    Floor,
 }
 
 /// Surroundings of a robot: light, and the reflectivity of objects.
@@ -261,6 +313,7 @@ impl Surroundings {
             Object::Wall => Source::Wall,
             Object::Obstacle => Source::Obstacle,
             Object::Block => Source::Block,
+            Object::Floor => Source::Floor,
         };
         let [share, ..] = units(self.seed, source, index);
         between(0.8, 1.2, share)
@@ -288,8 +341,20 @@ impl Surrogate {
         }
     }
 
-    /// Checks every number.
-    pub(crate) fn check(&self) -> Result<(), Invalid> {
+    /// Checks every number, and that something differs if anything is to.
+    pub(crate) fn check(&self, robot: &Robot) -> Result<(), Invalid> {
+        let is_on = |difference: &Difference| self.differences.on[*difference as usize];
+        let (acts, idle): (Vec<_>, Vec<_>) = Difference::ALL
+            .into_iter()
+            .partition(|difference| difference.acts_on(robot));
+        if !acts.iter().any(is_on) && idle.iter().any(is_on) {
+            let names =
+                |all: &mut dyn Iterator<Item = Difference>| all.map(Difference::name).collect::<Vec<_>>().join(", ");
+            let on = names(&mut idle.into_iter().filter(is_on));
+            let allowed = names(&mut acts.into_iter());
+            let problem = format!("are {on}, which change nothing for this robot; allowed with one of {allowed}");
+            return Err(Invalid::new("surrogate.differences", problem));
+        }
         number("surrogate.severity", self.differences.severity, 0.0..=2.0)?;
         number("surrogate.latency_ms", self.differences.latency_ms, 0.0..=100.0)?;
         for (index, sensor) in self.individual.sensors.iter().enumerate() {
@@ -318,6 +383,92 @@ impl Surrogate {
     pub(crate) fn reflectivity(&self, kind: Object, index: usize) -> f32 {
         let strength = self.differences.of(Difference::Reflectivity);
         (1.0 + strength * (self.surroundings.reflectivity(kind, index) - 1.0)) as f32
+    }
+
+    /// The share of its distance at which an object seems to be to a described robot: what returns falls with the square of the
+    /// distance.
+    pub(crate) fn seeming(&self, kind: Object, index: usize) -> f32 {
+        (1.0 / f64::from(self.reflectivity(kind, index)).sqrt()) as f32
+    }
+
+    /// How a sensor of a described robot differs from its description, by its index: as the bearing and the sight of a Khepera's
+    /// differ from the middle of all.
+    pub(crate) fn mounting(&self, index: usize, kind: SensorKind) -> Mounting {
+        let difference = self.differences.of(Difference::Geometry);
+        // Drawn together, an individual and its surroundings have one seed.
+        let [sight, .., aside] = units(self.surroundings.seed, Source::Sensor, index);
+        let turns = difference * between(-ASIDE, ASIDE, aside) / 360.0;
+        let stronger = 1.0 + difference * between(-STRONGER, STRONGER, sight);
+        match kind {
+            SensorKind::Distance => Mounting {
+                heading: in_kernel(turns),
+                strength: 1.0,
+            },
+            SensorKind::Proximity => Mounting {
+                heading: in_kernel(turns),
+                strength: in_kernel(1.0 / stronger),
+            },
+            SensorKind::Light => Mounting {
+                heading: in_kernel(turns),
+                strength: in_kernel(stronger),
+            },
+            SensorKind::Ground => Mounting {
+                heading: 0.0,
+                strength: in_kernel(stronger),
+            },
+            SensorKind::Bumper | SensorKind::Battery | SensorKind::Sampled => Mounting::TRUE,
+        }
+    }
+
+    /// Differences of a described robot as a whole, for the kernel. `track` is the distance between its wheels, mm, if it is known.
+    pub(crate) fn differing(&self, track: Option<f64>) -> Vec<[f32; 4]> {
+        let strength = |difference| self.differences.of(difference);
+        let light = strength(Difference::Illumination);
+        let amplitude = light * BRIGHTER / f64::from(kernel::WAVE_COUNT);
+        let wave = |wave: &Wave| [wave.turns_per_mm[0], wave.turns_per_mm[1], wave.phase, amplitude];
+        let noise = strength(Difference::ReadNoise);
+        let age = strength(Difference::Latency);
+        // What is left of a difference in speed after each step of a cycle, by the implicit Euler method.
+        let lag = strength(Difference::MotorLag);
+        let rest = lag / (1.0 + lag);
+        let (mut left_over, mut mean) = (1.0, 0.0);
+        for _ in 0..kernel::SUBSTEPS {
+            left_over *= rest;
+            mean += left_over / f64::from(kernel::SUBSTEPS);
+        }
+        let [left, right] = self.individual.wheels.map(|share| strength(Difference::Wheels) * share);
+        // A turn leads a wheel on a circle of half the track.
+        let circle = track.map_or(0.0, |track| std::f64::consts::PI * track);
+        let unlike = 0.5 * (right - left);
+        let cells = [
+            [
+                noise * NOISE / f64::from(kernel::GREATEST_READING),
+                noise * NOISE_SHARE,
+                light * self.surroundings.ambient,
+                age * f64::from(self.differences.latency_ms) / CYCLE_MS,
+            ],
+            [age * SUBSTEP_MS / CYCLE_MS, left_over, mean, self.slip()],
+            [
+                0.5 * (left + right),
+                unlike * circle,
+                if circle > 0.0 { unlike / circle } else { 0.0 },
+                0.0,
+            ],
+        ];
+        let waves = self.surroundings.waves.iter().map(wave);
+        waves.chain(cells).map(|cell| cell.map(in_kernel)).collect()
+    }
+
+    /// The share of a cycle's turn that a described robot makes before its displacement, given that of its sampled motors: an arc
+    /// makes half of it.
+    pub(crate) fn turn_before_move(&self, sampled: f32) -> f32 {
+        let arc = self.differences.strength(Difference::Arcs).min(1.0);
+        sampled + arc * (0.5 - sampled)
+    }
+
+    /// The share of sliding and turning that a stopped robot does.
+    fn slip(&self) -> f64 {
+        (0.5 * self.differences.of(Difference::Slip)).min(1.0)
     }
 
     /// Packs it for the kernel.
@@ -362,7 +513,7 @@ impl Surrogate {
                     turns_x: in_kernel(x),
                     turns_y: in_kernel(y),
                     phase: in_kernel(wave.phase),
-                    amplitude: in_kernel(light * 0.3 / 4.0),
+                    amplitude: in_kernel(light * BRIGHTER / 4.0),
                 },
             );
         }
@@ -371,8 +522,8 @@ impl Surrogate {
             kernel::SENSING,
             kernel::SensingCell {
                 geometry: in_kernel(strength(Difference::Geometry)),
-                noise: in_kernel(noise * 3.4 / f64::from(kernel::GREATEST_READING)),
-                noise_share: in_kernel(noise * 0.03),
+                noise: in_kernel(noise * NOISE / f64::from(kernel::GREATEST_READING)),
+                noise_share: in_kernel(noise * NOISE_SHARE),
                 ambient: in_kernel(light * self.surroundings.ambient),
             },
         );
@@ -383,7 +534,7 @@ impl Surrogate {
                 latency: in_kernel(age * f64::from(self.differences.latency_ms) / CYCLE_MS),
                 period: in_kernel(age * SUBSTEP_MS / CYCLE_MS),
                 arc: in_kernel(strength(Difference::Arcs).min(1.0)),
-                slip: in_kernel((0.5 * strength(Difference::Slip)).min(1.0)),
+                slip: in_kernel(self.slip()),
             },
         );
         let [left, right] = self

@@ -431,6 +431,29 @@ impl MotorTable {
         })
     }
 
+    /// Speed of a wheel whose share is 1, mm/s: that of the robot when both wheels have their fastest state. `None` if there are
+    /// no speeds between states: unless they are at least 2, have ascending speeds, the same for both wheels, and the robot goes
+    /// forwards or backwards as the fastest says.
+    pub fn full_speed(&self) -> Option<f32> {
+        /// Least difference between the speeds of two states.
+        const LEAST_STEP: f32 = 1e-4;
+        let states = self.states as usize;
+        let both = |state: usize| &self.cells[state * states + state];
+        let has_speeds = |(index, cell): (usize, &MotorCell)| {
+            let [left, right] = [both(index / states), both(index % states)].map(|cell| cell.left);
+            (cell.left, cell.right) == (left, right)
+        };
+        let ascends = |state: usize| both(state).left - both(state - 1).left >= LEAST_STEP;
+        let fastest = [0, states.checked_sub(1)?].map(both);
+        let fastest = fastest
+            .into_iter()
+            .max_by(|a, b| a.left.abs().total_cmp(&b.left.abs()))?;
+        let speed = 10.0 * fastest.displacement / fastest.left;
+        let is_between = states > 1 && (1..states).all(ascends) && self.cells.iter().enumerate().all(has_speeds);
+        // Slower robots than described ones aren't allowed either.
+        (is_between && speed >= 0.01).then_some(speed)
+    }
+
     /// Reads a motor `.sam` file, like [`MotorSamples::read`], and selects the states' speeds.
     ///
     /// # Errors

@@ -11,7 +11,7 @@ use oneiro_shaders::{Kernel, life};
 
 use crate::arena::Arena;
 use crate::batch::{Buffers, WorldKind, Worlds};
-use crate::compose::{self, Composed, Detail, Kind, OwnParts};
+use crate::compose::{self, Composed, Detail, Kind, Lives, OwnParts};
 use crate::differential::{Build, Sensor};
 use crate::foraging::{self, Forager};
 use crate::network::Network;
@@ -306,7 +306,7 @@ pub enum Start {
 pub struct WorldSpec {
     /// The body, its sensors and motors.
     pub robot: Robot,
-    /// The individual that lives, by its own physics. `None`: the simulator made from the robot's tables.
+    /// The individual that lives, by its own physics. `None`: the simulator made from the robot's tables or description.
     pub surrogate: Option<Arc<Surrogate>>,
     /// Walls and obstacles.
     pub arena: Arena,
@@ -398,18 +398,22 @@ impl World {
     /// # Errors
     /// The first invalid value: its path, the value itself, and the allowed values.
     pub fn new(spec: WorldSpec) -> Result<Self, Invalid> {
-        Self::composed(spec, false)
+        let lives = match (&spec.surrogate, &spec.robot.build) {
+            (Some(_), Build::Differential(_)) => Lives::Individual,
+            _ => Lives::Simulated,
+        };
+        Self::composed(spec, lives)
     }
 
-    /// The same, with a kernel that reality is reported to, or one that simulates it.
-    pub(crate) fn composed(mut spec: WorldSpec, is_reported: bool) -> Result<Self, Invalid> {
+    /// The same, with a kernel in which robots live so.
+    pub(crate) fn composed(mut spec: WorldSpec, lives: Lives) -> Result<Self, Invalid> {
         check::check(&mut spec)?;
         let readings = spec.readings();
         let parts = match &spec.controller {
             Controller::Network(network) => spec.own.with_network(network, &readings)?,
             _ => spec.own.clone(),
         };
-        let Composed { kernel, genes } = parts.compose(kernel(&spec), &spec, is_reported)?;
+        let Composed { kernel, genes, .. } = parts.compose(kernel(&spec), &spec, lives)?;
         let packed = pack::Packed::new(&spec, &parts)?;
         let genes = match (&spec.controller, genes) {
             (Controller::Own, Some(own)) => own.to_vec(),
@@ -485,7 +489,9 @@ fn key_of_turns(spec: &WorldSpec, parts: &OwnParts) -> String {
 
 /// The shipped kernel of a world, with a perceptron in place of a controller that is composed.
 fn kernel(spec: &WorldSpec) -> &'static Kernel {
-    match (&spec.controller, &spec.surrogate) {
+    // A described robot's surrogate is composed from the simulator's parts.
+    let surrogate = spec.surrogate.as_ref().filter(|_| spec.robot.build == Build::Sampled);
+    match (&spec.controller, surrogate) {
         (Controller::Hidden { .. }, None) => &oneiro_shaders::LIFE_HIDDEN,
         (Controller::Recurrent, None) => &oneiro_shaders::LIFE_RECURRENT,
         (_, None) => &oneiro_shaders::LIFE_PERCEPTRON,

@@ -3,11 +3,14 @@
 
 use std::collections::VecDeque;
 use std::f64::consts::TAU;
+use std::sync::Arc;
 
 use oneiro::arena::{Arena, Patch};
 use oneiro::batch::{Record, Trace};
 use oneiro::differential::{Differential, Response, Sensor, SensorKind};
-use oneiro::world::{Noise, World, WorldSpec};
+use oneiro::random::pcg4d;
+use oneiro::tables::{MotorCell, MotorTable};
+use oneiro::world::{Collision, Noise, World, WorldSpec};
 
 mod described;
 use described::{assert_same_everywhere, ray, sensor, spec, traces};
@@ -176,6 +179,207 @@ fn slow_and_quick_wheels_get_where_they_are_commanded() {
             }
         }
     }
+}
+
+/// Shares of full speed that sampled motors have: uneven, and none is 0.
+const SHARES: [f64; 7] = [-1.0, -0.7, -0.25, -0.1, 0.2, 0.45, 1.0];
+const STATES: usize = SHARES.len();
+
+/// Sampled motors of that many states. They bend: each pair of states goes and turns up to 20 % farther or less far than wheels
+/// would that don't slip.
+fn bent() -> MotorTable {
+    let cell = |at: usize| {
+        let [left, right] = [SHARES[at / STATES], SHARES[at % STATES]];
+        let [way, turn, ..] = pcg4d([at as u32, 3, 0, 0]).map(|word| 0.8 + 0.4 * f64::from(word) / 4_294_967_296.0);
+        // A cycle at full speed is measured exactly.
+        let way = if left * right == 1.0 { 1.0 } else { way };
+        MotorCell {
+            displacement: (0.05 * SPEED * (left + right) * way) as f32,
+            turn: (0.1 * SPEED * (right - left) / BASE / TAU * turn) as f32,
+            left: left as f32,
+            right: right as f32,
+        }
+    };
+    MotorTable {
+        states: STATES as u32,
+        cells: (0..STATES * STATES).map(cell).collect(),
+        scale: STATES as f32,
+        offset: 0.0,
+    }
+}
+
+/// Displacement and turn at speeds between those of the states, on the twisted plane through the four pairs around them.
+fn between(motors: &MotorTable, speeds: [f64; 2]) -> [f64; 2] {
+    let place = speeds.map(|speed| {
+        let below = (0..STATES - 1).rev().find(|state| SHARES[*state] <= speed).unwrap_or(0);
+        (below, (speed - SHARES[below]) / (SHARES[below + 1] - SHARES[below]))
+    });
+    let mut sum = [0.0; 2];
+    for corner in 0..4 {
+        let at = [corner / 2, corner % 2];
+        let [left, right] = [0, 1].map(|wheel| place[wheel].0 + at[wheel]);
+        let [a, b] = [0, 1].map(|wheel| {
+            if at[wheel] == 1 {
+                place[wheel].1
+            } else {
+                1.0 - place[wheel].1
+            }
+        });
+        let cell = &motors.cells[left * STATES + right];
+        sum[0] += a * b * f64::from(cell.displacement);
+        sum[1] += a * b * f64::from(cell.turn);
+    }
+    sum
+}
+
+/// Sampled motors hear late, change their speeds evenly, and move as their samples say between the speeds that were sampled.
+#[test]
+fn sampled_motors_accelerate_and_hear_late() {
+    let motors = bent();
+    assert_eq!(motors.full_speed(), Some(SPEED as f32));
+    for (acceleration, latency) in [
+        (Some(300.0), None),
+        (Some(2000.0), Some(1)),
+        (None, Some(3)),
+        (Some(0.0), Some(8)),
+        (Some(1e6), None),
+        (Some(700.0), Some(2)),
+    ] {
+        let world = restless(|spec, robot| {
+            spec.robot.motors = Arc::new(motors.clone());
+            spec.robot.collision = Collision::Undo;
+            *robot = Differential {
+                sensors: robot.sensors.clone(),
+                acceleration,
+                latency,
+                turn_before_move: Some(0.5),
+                ..Differential::sampled()
+            };
+        });
+        let late = latency.unwrap_or(0) as usize;
+        let change = acceleration.filter(|acceleration| *acceleration > 0.0);
+        let change = change.map_or(f64::INFINITY, |acceleration| 0.1 * f64::from(acceleration) / SPEED);
+        let (mut between_states, mut uneven) = (0, 0.0_f64);
+        for trace in traces(world, 40) {
+            let mut speeds = [0.0; 2];
+            for (cycle, pair) in trace.windows(2).enumerate() {
+                let [now, next] = [&pair[0], &pair[1]];
+                let due = cycle
+                    .checked_sub(late)
+                    .map(|then| [trace[then].left, trace[then].right]);
+                let mut means = [0.0; 2];
+                let mut each = [0.0; 2];
+                if let Some(due) = due {
+                    let goals = due.map(|output| SHARES[((output * STATES as f32) as usize).min(STATES - 1)]);
+                    for _ in 0..Wheels::STEPS {
+                        let step = change / f64::from(Wheels::STEPS);
+                        let before = speeds;
+                        for (speed, goal) in speeds.iter_mut().zip(goals) {
+                            *speed += (goal - *speed).clamp(-step, step);
+                        }
+                        let now = if step.is_finite() {
+                            [0, 1].map(|wheel| 0.5 * (before[wheel] + speeds[wheel]))
+                        } else {
+                            speeds
+                        };
+                        let moved = between(&motors, now);
+                        for axis in 0..2 {
+                            means[axis] += now[axis] / f64::from(Wheels::STEPS);
+                            each[axis] += moved[axis] / f64::from(Wheels::STEPS);
+                        }
+                    }
+                }
+                // The kernel's mean speeds are exact, those of small steps nearly.
+                for (found, mean) in [now.speed_left, now.speed_right].into_iter().zip(means) {
+                    assert!(
+                        (f64::from(found) - mean).abs() < 1e-6 + 5e-3 * change.min(2.0),
+                        "{now:?} {means:?}"
+                    );
+                }
+                let own = [now.speed_left, now.speed_right].map(f64::from);
+                let [way, turn] = if due.is_some() { between(&motors, own) } else { [0.0; 2] };
+                let ahead = pose(now)[2] + 0.5 * TAU * turn;
+                if now.collided == 0.0 {
+                    let end = [
+                        f64::from(now.x) + way * ahead.cos(),
+                        f64::from(now.y) + way * ahead.sin(),
+                    ];
+                    let off = (f64::from(next.x) - end[0]).hypot(f64::from(next.y) - end[1]);
+                    assert!(off < 1e-3, "{acceleration:?} {latency:?} {off} {now:?} {next:?}");
+                    assert!(
+                        apart(pose(next)[2], pose(now)[2] + TAU * turn) < 1e-5,
+                        "{now:?} {next:?}"
+                    );
+                }
+                uneven = uneven.max((way - each[0]).abs());
+                let is_of_state = |speed: &f64| SHARES.iter().any(|share| (share - speed).abs() < 1e-6);
+                between_states += usize::from(!own.iter().all(is_of_state));
+            }
+        }
+        println!("{acceleration:?} {latency:?}: {between_states} cycles between states, up to {uneven:.3} mm apart");
+        // At rest, before the first command, a wheel is between states, too.
+        assert_eq!(between_states > 3000, change.is_finite(), "{between_states}");
+        assert!(uneven < if change.is_finite() { 2.5 } else { 1e-4 }, "{uneven}");
+    }
+}
+
+/// Motors sampled of wheels that don't slip accelerate as those wheels.
+#[test]
+fn straight_samples_accelerate_as_wheels_do() {
+    let speeds: Vec<i32> = (-10..=10).collect();
+    let share = |speed: i32| (f64::from(speed) / 10.0) as f32;
+    let pairs = speeds
+        .iter()
+        .flat_map(|left| speeds.iter().map(move |right| (*left, *right)));
+    let cell = |(left, right): (i32, i32)| MotorCell {
+        displacement: (0.005 * SPEED * f64::from(left + right)) as f32,
+        turn: (0.01 * SPEED * f64::from(right - left) / BASE / TAU) as f32,
+        left: share(left),
+        right: share(right),
+    };
+    let motors = Arc::new(MotorTable {
+        states: 21,
+        cells: pairs.map(cell).collect(),
+        scale: 20.0,
+        offset: 0.5,
+    });
+    let slow = |own: Differential| {
+        restless(|spec, robot| {
+            spec.robot.motors = Arc::clone(&motors);
+            // Nothing is near, so that only a cycle's speeds tell robots apart.
+            spec.noise.sensor = (0.0, 0.9);
+            *robot = Differential {
+                sensors: Vec::new(),
+                acceleration: Some(450.0),
+                latency: Some(1),
+                ..own
+            };
+            robot
+                .sensors
+                .extend((0..4).map(|index| sensor(&format!("s{index}"), SensorKind::Proximity, 0.0, 0.01)));
+        })
+    };
+    let sampled = traces(slow(Differential::sampled()), 40);
+    let described = traces(
+        slow(Differential {
+            speeds: 21,
+            ..Differential::new(BASE as f32, SPEED as f32)
+        }),
+        40,
+    );
+    let mut compared = 0;
+    for (sampled, described) in sampled.iter().zip(&described) {
+        for (one, other) in sampled.iter().zip(described.iter()) {
+            assert_eq!((one.left, one.right), (other.left, other.right));
+            assert!((one.speed_left - other.speed_left).abs() < 2e-6, "{one:?} {other:?}");
+            assert!((one.speed_right - other.speed_right).abs() < 2e-6, "{one:?} {other:?}");
+            compared += 1;
+        }
+        // Collisions depend on the way within a cycle, the heading does not.
+        let [one, other] = [sampled, described].map(|trace| trace.last().unwrap());
+        assert!(apart(pose(one)[2], pose(other)[2]) < 1e-3, "{one:?} {other:?}");
+    }
+    assert_eq!(compared, 40 * 150);
 }
 
 /// A world with a battery of 5 s, and three patches of which two charge it.
@@ -462,11 +666,26 @@ fn all_devices_have_the_same_bits() {
         robot.sensors[0].response = Some(Response(vec![[0.0, 1.0], [20.0, 0.3], [90.0, 0.1]]));
         robot.sensors[1].bearing = Some(0.3);
     };
+    let sampled = |acceleration, latency| {
+        restless(|spec, robot| {
+            spec.robot.motors = Arc::new(bent());
+            spec.noise.motor = 0.1;
+            *robot = Differential {
+                sensors: robot.sensors.clone(),
+                acceleration,
+                latency,
+                ..Differential::sampled()
+            };
+        })
+    };
     let specs = [
         restless(|_, robot| robot.acceleration = Some(333.0)),
         restless(|_, robot| (robot.latency, robot.speeds) = (Some(8), 7)),
         charged(|_, _| ()),
         charged(all),
+        sampled(Some(700.0), Some(3)),
+        sampled(None, Some(1)),
+        sampled(Some(90.0), None),
     ];
     specs.into_iter().for_each(assert_same_everywhere);
 }

@@ -54,6 +54,68 @@ fn run(place: &Place, out: &str, backend: &str) -> String {
     result(place, out)
 }
 
+/// Arithmetic that devices may do in different ways is found with its line, in a user's part and in what it calls.
+#[test]
+fn inexact_arithmetic_is_named_with_its_line() {
+    let place = Place::new("inexact");
+    let part = |body: &str| {
+        format!(
+            "struct TaskState {{
+    heat: f32,
+}}
+fn task_begin(life: Life, pose: vec3<f32>) -> TaskState {{
+    return TaskState(1.0f);
+}}
+fn share(x: f32) -> f32 {{
+    return reciprocal(x);
+}}
+fn task_cycle(life: Life, now: Experience, before: TaskState) -> Reward {{
+{body}
+}}
+"
+        )
+    };
+    place.write(
+        "own.toml",
+        "cycles = 200\n[task]\nkind = \"own\"\npart = \"own.wgsl\"\n",
+    );
+    let check = ["check", "own.toml", "--lives", "6"];
+    for (body, words) in [
+        (
+            "    let heat = 0.5f * before.heat;\n    return Reward(heat, TaskState(heat));",
+            &["own.wgsl:11:16: 0.5f * 1.1754944e-38f is 5.877472e-39f, which is subnormal, in 6 of 6 lives"][..],
+        ),
+        (
+            "    let heat = before.heat *\n        (1e30f + now.start.x);\n    return Reward(0.0f, TaskState(heat));",
+            &["own.wgsl:11:16: 1e30f * 1e30f is inff, which is infinite, in 6 of 6 lives"],
+        ),
+        (
+            "    return Reward(share(max(now.moved.left - 2.0f, 0.0f)), before);",
+            &["own.wgsl:8:12: in lib/numerics.wgsl:", "in 6 of 6 lives"],
+        ),
+        (
+            "    let step = u32(now.start.x - 1e6f);\n    return Reward(f32(step), before);",
+            &["own.wgsl:11:16: u32(-999", "which is out of range"],
+        ),
+    ] {
+        place.write("own.wgsl", part(body));
+        place.good(&["check", "own.toml"]);
+        place.run(&check).exits(3).says(words);
+    }
+    place.write("own.wgsl", part("    return Reward(now.start.x, before);"));
+    place.run(&check).exits(0).says(&["6 lives: all numbers are exact"]);
+    // So are those of the page's parts, of what ships, and of a described robot's surrogate.
+    circles(&place);
+    place.write("described.toml", "cycles = 100\n[robot]\npreset = \"epuck\"\n");
+    place.write("plain.toml", "cycles = 100\n[controller]\nkind = \"hidden\"\n");
+    for file in ["circles.toml", "described.toml", "plain.toml"] {
+        place
+            .run(&["check", file, "--lives", "4"])
+            .exits(0)
+            .says(&["4 lives: all numbers are exact"]);
+    }
+}
+
 #[test]
 fn the_five_minutes() {
     let place = Place::new("five-minutes");

@@ -487,6 +487,25 @@ fn described_robots_and_networks_are_as_pinned() {
         place.evolve(name, &file, &[]);
         found.run(&place, name);
     }
+    // The last generations live as an individual.
+    let robot = [
+        "reality.robot=\"surrogate:3\"",
+        "reality.generations=2",
+        "noise.motor=0",
+    ];
+    let robot = robot.map(|value| ["--set", value]).concat();
+    place.evolve("transferred", "battery.toml", &robot);
+    found.run(&place, "transferred");
+    #[cfg(unix)]
+    {
+        place.evolve_and_resume("resumed", "battery.toml", &robot);
+        found.run(&place, "resumed");
+        let same = |file: &str| {
+            fs::read(place.at(format!("transferred/{file}"))).unwrap()
+                == fs::read(place.at(format!("resumed/{file}"))).unwrap()
+        };
+        assert!(same("population.npy") && same("generations.csv"));
+    }
     found.check("described");
 }
 

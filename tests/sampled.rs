@@ -151,6 +151,45 @@ fn sensors_read_the_columns_that_they_name() {
     }
 }
 
+/// Late commands are the same ones, later; wheels that accelerate at once obey at once.
+#[test]
+fn sampled_motors_hear_late_to_the_bit() {
+    let khepera = &kheperas()[1];
+    let drive = |acceleration, latency| {
+        let mut described = described_khepera(khepera, |_| None);
+        if let Build::Differential(own) = &mut described.robot.build {
+            (own.acceleration, own.latency) = (acceleration, latency);
+        }
+        described
+    };
+    let [own, at_once] = both(khepera, &drive(Some(0.0), Some(0)));
+    assert!(own == at_once);
+    let trace = &traces(drive(None, Some(4)), 20)[3];
+    let table = &khepera.robot.motors;
+    for (cycle, record) in trace.iter().enumerate() {
+        let due = cycle.checked_sub(4).map(|then| {
+            let [left, right] = [trace[then].left, trace[then].right].map(|output| (20.0 * output) as u32);
+            table.cells[(left.min(19) * table.states + right.min(19)) as usize]
+        });
+        let due = due.unwrap_or_default();
+        assert_eq!(
+            (record.speed_left, record.speed_right),
+            (due.left, due.right),
+            "{cycle}"
+        );
+    }
+    assert!(trace[4].x != trace[5].x && trace[0].x == trace[4].x);
+    // At 10^6 mm/s^2 a wheel has its speed within a hundredth of a cycle.
+    let [late, quick] = [None, Some(1e6)].map(|acceleration| traces(drive(acceleration, Some(4)), 20));
+    for (late, quick) in late.iter().zip(&quick) {
+        let [late, quick] = [late, quick].map(|trace| [trace[4].speed_left, trace[4].speed_right]);
+        assert!(
+            (late[0] - quick[0]).abs() < 1e-3 && (late[1] - quick[1]).abs() < 1e-3,
+            "{late:?} {quick:?}"
+        );
+    }
+}
+
 /// A battery that no sensor reads changes nothing.
 #[test]
 fn sampled_motors_go_with_a_battery() {
@@ -390,8 +429,11 @@ fn what_cannot_be_is_refused() {
             },
         ),
         (
-            "robot.latency_cycles: is given; allowed: not with robot.motors",
-            &|_, robot| {
+            "robot.motors: have no speeds between states; allowed with acceleration or latency: 2 states and more",
+            &|spec, robot| {
+                let mut motors = (*spec.robot.motors).clone();
+                motors.cells[3].left = 0.5;
+                spec.robot.motors = Arc::new(motors);
                 *robot = Differential {
                     latency: Some(1),
                     ..Differential::sampled()

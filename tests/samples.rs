@@ -90,8 +90,10 @@ fn tables_have_the_readings_of_the_formulas() {
     robot(&place);
     let sample = ["sample", "--robot", "own.toml", "--backend", "cpu", "--out"];
     let said = place.run(&[&sample[..], &["tables", "--objects", "wall,round,block"]].concat());
-    said.exits(0)
-        .says(&["wrote 3 tables of 4 sensors and one of motors to tables; their columns: nose, left, aside, tail"]);
+    said.exits(0).says(&[
+        "not sampled: floor, energy, since tables have readings by the distance and bearing of an object",
+        "wrote 3 tables of 4 sensors and one of motors to tables; their columns: nose, left, aside, tail",
+    ]);
     for class in ["wall", "round"] {
         let table = SensorTable::read(place.at(format!("tables/{class}.sam")))
             .unwrap()
@@ -346,8 +348,8 @@ fn what_cannot_be_is_refused() {
             "robot.speeds: is given; allowed: not with robot.motors",
         ),
         (
-            "robot.acceleration_mm_s2=100",
-            "robot.acceleration_mm_s2: is given; allowed: not with robot.motors",
+            "robot.acceleration_mm_s2=0.1",
+            "robot.acceleration_mm_s2: is 0.1; allowed: 0, or 1 and more",
         ),
         (
             "robot.body_radius_mm=9",

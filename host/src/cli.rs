@@ -137,6 +137,10 @@ pub(crate) struct Check {
     /// Draw the arena into this file (SVG)
     #[arg(long, value_name = "FILE.svg", value_hint = ValueHint::FilePath)]
     pub(crate) out: Option<PathBuf>,
+    /// Interpret this many lives of random genomes, and check that no number in them becomes infinite, subnormal or not a
+    /// number, which devices may treat in different ways
+    #[arg(long, value_name = "N", default_value_t = 0, conflicts_with = "explain")]
+    pub(crate) lives: u32,
 }
 
 /// `oneiro run`

@@ -3,10 +3,11 @@
 use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex, PoisonError};
 
-use oneiro_shader_compiler::interpret::{self, Buffers};
-use oneiro_shader_compiler::{Part, Trees, trees};
+use oneiro_shader_compiler::interpret::{self, Breach, Buffers, Trap};
+use oneiro_shader_compiler::{Part, Place, Trees, trees};
 use oneiro_shaders::{Kernel, Words};
 
+use crate::compose;
 use crate::evaluator::Error;
 
 /// One lane.
@@ -14,7 +15,12 @@ pub(crate) const NAME: &str = "interpretedx1";
 
 /// A kernel's program.
 #[derive(Clone, Debug)]
-pub(crate) struct Code(Arc<Trees>);
+pub(crate) struct Code {
+    trees: Arc<Trees>,
+    kernel: &'static Kernel,
+    /// Whether operations are checked.
+    checks: bool,
+}
 
 /// Whether kernels can be interpreted.
 pub(crate) fn is_available() -> bool {
@@ -37,11 +43,27 @@ pub(crate) fn compiled(kernel: &'static Kernel) -> Result<Code, Error> {
         text: kernel.wgsl.into(),
     };
     let refused = |problem| Error::NoDevice(format!("the kernel {} can't be interpreted: {problem}", kernel.name));
-    let code = Code(Arc::new(
-        trees(&[part]).map_err(|refusals| refused(refusals[0].to_string()))?,
-    ));
+    let code = Code {
+        trees: Arc::new(trees(&[part]).map_err(|refusals| refused(refusals[0].to_string()))?),
+        kernel,
+        checks: false,
+    };
     programs.insert(kernel.name, code.clone());
     Ok(code)
+}
+
+/// Returns a kernel's program, of which each operation is checked.
+///
+/// # Errors
+/// As [`compiled`].
+pub(crate) fn checked(kernel: &'static Kernel) -> Result<Code, Error> {
+    // Other texts have no names of files.
+    let trees = trees(&compose::parts_of(kernel)).map_err(|refusals| Error::NoDevice(refusals[0].to_string()))?;
+    Ok(Code {
+        trees: Arc::new(trees),
+        kernel,
+        checks: true,
+    })
 }
 
 impl Code {
@@ -53,13 +75,47 @@ impl Code {
 
     /// Runs one lane of a workgroup.
     ///
+    /// # Errors
+    /// [`Error::Unbounded`] if its loops turn more than `turns` times in all. [`Error::Inexact`] if operations are checked
+    /// and one of them is inexact.
+    ///
     /// # Safety
     /// As [`super::LaneCode::run`].
-    pub(crate) unsafe fn run(&self, buffers: &[Words], workgroup: u32, lane: u32) {
-        let strides = &self.0.strides;
+    pub(crate) unsafe fn run(&self, buffers: &[Words], workgroup: u32, lane: u32, turns: u64) -> Result<(), Error> {
+        let strides = &self.trees.strides;
         let mut memory = Shared { buffers, strides };
-        let done = interpret::run(&self.0.tidied, &mut memory, workgroup, lane);
-        done.expect("kernels that compile set each value before they use it");
+        let done = if self.checks {
+            // Tidied programs have other operations.
+            interpret::run_checked(&self.trees.raw, &mut memory, workgroup, lane, turns)
+        } else {
+            interpret::run(&self.trees.tidied, &mut memory, workgroup, lane, turns).map(|()| None)
+        };
+        match done {
+            Err(Trap::Endless) => Err(Error::Unbounded {
+                kernel: self.kernel.name.to_owned(),
+                turns,
+            }),
+            done => match done.expect("kernels that compile set each value before they use it") {
+                Some(breach) => Err(self.inexact(&breach)),
+                None => Ok(()),
+            },
+        }
+    }
+
+    /// The error of a breach. If it is in a function that a user's part calls, its place is that of the call.
+    fn inexact(&self, breach: &Breach) -> Error {
+        let places: Vec<_> = self.trees.places(breach.value).collect();
+        let is_of_user = |place: &&Place| compose::is_of_user(self.kernel, &place.path);
+        let place = places.iter().find(is_of_user).unwrap_or(&places[0]);
+        let called = if *place == places[0] {
+            String::new()
+        } else {
+            format!("in {}: ", places[0])
+        };
+        Error::Inexact {
+            place: place.to_string(),
+            what: called + &breach.what,
+        }
     }
 }
 

@@ -15,7 +15,10 @@ pub(crate) const LANES: u32 = 16;
 
 /// Compiled code.
 #[derive(Clone, Debug)]
-pub(crate) struct Code(Arc<native::Native>);
+pub(crate) struct Code {
+    native: Arc<native::Native>,
+    kernel: &'static str,
+}
 
 /// Whether code can be compiled for this processor.
 pub(crate) fn is_available() -> bool {
@@ -48,28 +51,48 @@ pub(crate) fn compiled(kernel: &'static Kernel) -> Result<Code, Error> {
         Some(cache) => cache.load_or(&native::Key::new(kernel.wgsl, LANES, &target), compile),
         None => compile(),
     }?;
-    let code = Code(Arc::new(native::Native::new(&code).map_err(failed)?));
+    let code = Code {
+        native: Arc::new(native::Native::new(&code).map_err(failed)?),
+        kernel: kernel.name,
+    };
     compiled.insert(kernel.name, code.clone());
     Ok(code)
 }
 
 impl Code {
     pub(crate) fn lanes(&self) -> u32 {
-        self.0.lanes()
+        self.native.lanes()
     }
 
     /// Runs its lanes of one workgroup, from `first_lane` on.
     ///
+    /// # Errors
+    /// [`Error::Unbounded`] if its loops turn more than `turns` times in all.
+    ///
     /// # Safety
     /// As [`super::LaneCode::run`].
-    pub(crate) unsafe fn run(&self, buffers: &[Words], workgroup: u32, first_lane: u32) {
+    pub(crate) unsafe fn run(
+        &self,
+        buffers: &[Words],
+        workgroup: u32,
+        first_lane: u32,
+        turns: u64,
+    ) -> Result<(), Error> {
         let words = |buffer: &Words| native::Words {
             start: buffer.start,
             len: buffer.len,
         };
         let buffers: Vec<_> = buffers.iter().map(words).collect();
         // SAFETY: the caller guarantees it.
-        let done = unsafe { self.0.run(&buffers, workgroup, first_lane, u64::MAX) };
-        done.expect("kernels that ship end, and their buffers are those of their bindings");
+        match unsafe { self.native.run(&buffers, workgroup, first_lane, turns) } {
+            Err(native::Stopped::TurnsUsedUp(turns)) => Err(Error::Unbounded {
+                kernel: self.kernel.to_owned(),
+                turns,
+            }),
+            done => {
+                done.expect("the buffers are those of its bindings");
+                Ok(())
+            }
+        }
     }
 }

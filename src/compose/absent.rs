@@ -2,7 +2,7 @@
 
 use oneiro_shaders::Kernel;
 
-use super::{Composed, Kind, OwnParts, Refused, Scalar, Value};
+use super::{Composed, Kind, Lives, OwnParts, Refused, Scalar, Value};
 use crate::differential::Build;
 use crate::parameter::{Choice, Invalid};
 use crate::world::WorldSpec;
@@ -91,9 +91,9 @@ pub(super) fn compose(
     kernel: &'static Kernel,
     _: &OwnParts,
     spec: &WorldSpec,
-    is_reported: bool,
+    lives: Lives,
 ) -> Result<Composed, Invalid> {
-    if is_reported {
+    if lives == Lives::Reported {
         return Err(Invalid::new(
             "robot",
             "lives outside of a kernel, but this program can't compose the kernel for that",
@@ -101,7 +101,11 @@ pub(super) fn compose(
     }
     let kind = spec.robot.build.word();
     match spec.robot.build {
-        Build::Sampled => Ok(Composed { kernel, genes: None }),
+        Build::Sampled => Ok(Composed {
+            kernel,
+            genes: None,
+            files: &[],
+        }),
         Build::Differential(_) | Build::Forager(_) => Err(Invalid::new(
             "robot.kind",
             format!("is `{kind}`, but this program can't compose kernels; allowed: `sampled`"),

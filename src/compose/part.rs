@@ -16,6 +16,7 @@ pub use oneiro_shader_compiler::Rule;
 use super::{Kind, Refused, Scalar, Value};
 
 pub(super) use kernel::compose;
+pub(crate) use kernel::{is_of_user, parts_of};
 
 use fields::GeneField;
 

@@ -33,14 +33,14 @@ pub(super) fn check(spec: &mut WorldSpec) -> Result<(), Invalid> {
             only_walls(&spec.arena)?;
             eight_sensors(&spec.robot.sensors)?;
         }
-        Build::Differential(own) => own.check(&spec.own.readings(), &spec.robot.sensors, &spec.arena)?,
+        Build::Differential(own) => own.check(&spec.own.readings(), &spec.robot, &spec.arena)?,
         Build::Forager(_) => (),
     }
     arena(&spec.arena, spec.robot.tables())?;
     start(spec.start, &spec.arena)?;
     noise(&spec.noise)?;
     if let Some(own) = &spec.surrogate {
-        own.check()?;
+        own.check(&spec.robot)?;
         surrogate(spec)?;
     }
     if let Controller::Network(own) = &spec.controller {
@@ -143,17 +143,15 @@ fn eight_sensors(tables: &SensorTables) -> Result<(), Invalid> {
 
 /// Checks the rest of a world in which a surrogate lives.
 fn surrogate(spec: &WorldSpec) -> Result<(), Invalid> {
-    if spec.robot.build != Build::Sampled {
-        let kind = spec.robot.build.word();
-        let problem =
-            format!("is `{kind}` in a surrogate's life; allowed: `sampled`, since surrogates differ from samples");
+    if let Build::Forager(_) = spec.robot.build {
+        let problem = "is `forager` in a surrogate's life; allowed: another kind, since food exists only in the simulator";
         return Err(Invalid::new("robot.kind", problem));
     }
     if spec.noise != Noise::NONE {
         let problem = "is not zero in a surrogate's life; allowed: none, since it has the noise of its own sensors";
         return Err(Invalid::new("noise", problem));
     }
-    if spec.robot.collision != Collision::Undo {
+    if spec.robot.build == Build::Sampled && spec.robot.collision != Collision::Undo {
         let problem = "is not `Undo` in a surrogate's life; allowed: `Undo`, since its slip says how it slides";
         return Err(Invalid::new("robot.collision", problem));
     }

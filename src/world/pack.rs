@@ -76,11 +76,13 @@ impl Packed {
         let motor_table = buffers.add_shared_table(&robot.motors, 0, || motor_cells(&robot.motors));
         let radius = robot.body_radius;
         let numbers = match (&spec.surrogate, &robot.build) {
-            (Some(surrogate), _) => {
+            (surrogate, Build::Differential(own)) => {
+                buffers.add_table(own.cells(robot, &spec.arena, surrogate.as_deref()))
+            }
+            (Some(surrogate), Build::Sampled) => {
                 buffers.add_shared_table(surrogate, radius.to_bits() as usize, || surrogate.cells(radius))
             }
-            (None, Build::Differential(own)) => buffers.add_table(own.cells(radius, &robot.sensors, &spec.arena)),
-            (None, Build::Forager(own)) => buffers.add_table(own.table()),
+            (_, Build::Forager(own)) => buffers.add_table(own.table()),
             (None, Build::Sampled) => 0,
         };
         let own_values = if self.values.is_empty() {
@@ -182,7 +184,12 @@ fn world(spec: &WorldSpec, random_start: u32, start: [f32; 3], shapes: u32) -> l
         motor_noise: zero(spec.noise.motor),
         turn_before_move: zero(match &spec.robot.build {
             Build::Sampled => spec.robot.turn_before_move,
-            Build::Differential(own) => own.turn_before_move.unwrap_or(0.0),
+            Build::Differential(own) => {
+                let own = own.turn_before_move.unwrap_or(0.0);
+                spec.surrogate
+                    .as_ref()
+                    .map_or(own, |surrogate| surrogate.turn_before_move(own))
+            }
             Build::Forager(_) => 0.0,
         }),
         hidden: match spec.controller {
@@ -301,11 +308,17 @@ fn shape(spec: &WorldSpec, at: Vec2, radius: f32, class: &str, kind: Object, ind
     let contact = spec.robot.body_radius + radius;
     let surrogate = spec.surrogate.as_ref();
     let reach = match (&spec.surrogate, &spec.robot.build) {
-        (Some(_), _) => contact + surrogate::SIGHT,
+        (Some(_), Build::Sampled) => contact + surrogate::SIGHT,
         (None, Build::Sampled) => contact + sensors.classes[class].reach(),
-        (None, Build::Differential(own)) => radius + own.reach(spec.robot.body_radius, sensors),
-        (None, Build::Forager(_)) => contact,
+        (_, Build::Differential(own)) => radius + own.reach(spec.robot.body_radius, sensors, surrogate.is_some()),
+        (_, Build::Forager(_)) => contact,
     };
+    let reflectivity = surrogate.map_or(1.0, |surrogate| match &spec.robot.build {
+        Build::Sampled => surrogate.reflectivity(kind, index),
+        // The share of its distance at which it seems to be.
+        Build::Differential(_) => surrogate.seeming(kind, index),
+        Build::Forager(_) => 1.0,
+    });
     life::Shape {
         x: zero(at.x),
         y: zero(at.y),
@@ -315,7 +328,7 @@ fn shape(spec: &WorldSpec, at: Vec2, radius: f32, class: &str, kind: Object, ind
         table: class as u32,
         views,
         radius: zero(radius),
-        reflectivity: surrogate.map_or(1.0, |surrogate| surrogate.reflectivity(kind, index)),
+        reflectivity,
         ..life::Shape::default()
     }
 }

@@ -138,7 +138,8 @@ fn words(outcome: &Outcome) -> Vec<u32> {
     fitness.chain(traces).collect()
 }
 
-/// Whether lives have the same bits on one thread in stretches of seven cycles, on two threads, and on a GPU.
+/// Whether lives have the same bits on one thread in stretches of seven cycles, on two threads, on a GPU, and interpreted with
+/// checks of each operation.
 pub(crate) fn assert_same_everywhere(spec: WorldSpec) {
     let world = World::new(spec).unwrap();
     let batch = batch(&world, 200);
@@ -148,6 +149,10 @@ pub(crate) fn assert_same_everywhere(spec: WorldSpec) {
         here == evaluated(&mut Cpu::new(Some(1)).unwrap().with_chunk(7)),
         "cut lives"
     );
+    // A few lives are interpreted, and each operation checked.
+    let few = self::batch(&world, 4);
+    let few = |device: &mut dyn Evaluator| words(&device.evaluate(&few, &Control::new()).unwrap());
+    assert!(few(&mut Cpu::new(Some(2)).unwrap()) == few(&mut Cpu::new(Some(2)).unwrap().checking()));
     #[cfg(feature = "gpu")]
     assert!(
         here == evaluated(&mut oneiro::gpu::Gpu::open(&oneiro::gpu::Choice::Best).unwrap()),

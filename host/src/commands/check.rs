@@ -15,5 +15,8 @@ pub(crate) fn run(arguments: &Check, console: Console) -> Result {
     for warning in experiment.warnings() {
         console.say(format!("warning: {warning}"));
     }
+    if arguments.lives > 0 {
+        experiment.check_lives(arguments.lives, console)?;
+    }
     experiment.check(arguments.out.as_deref(), console)
 }

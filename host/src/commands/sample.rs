@@ -87,6 +87,17 @@ fn described(path: &Path, arguments: &Sample, console: Console) -> Result {
     let motors = robot.motors(&engine)?;
     sampling::write(&sensors, motors.as_ref(), &arguments.out)?;
     device::close(engine, console);
+    let sensors_of_all = experiment.world().spec().robot.described_sensors().iter();
+    let others: Vec<_> = sensors_of_all
+        .map(|sensor| sensor.name.as_str())
+        .filter(|name| !robot.names().contains(name))
+        .collect();
+    if !others.is_empty() {
+        console.say(format!(
+            "not sampled: {}, since tables have readings by the distance and bearing of an object; describe them in the experiment",
+            others.join(", ")
+        ));
+    }
     let count = counted(sensors.sensors(), "sensor", "sensors");
     console.say(format!(
         "wrote {} of {count}{} to {}; their columns: {}",

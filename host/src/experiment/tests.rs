@@ -419,7 +419,7 @@ const REFUSED: &[(&str, &str)] = &[
         "test.toml:3:15: reality.generations: is 201; allowed: 1 to 200",
     ),
     (
-        "[reality]\nrobot = \"surrogate:1\"\n[robot]\npreset = \"kheperax\"",
+        "[reality]\nrobot = \"surrogate:1\"\n[task]\nnew_cell = 1.0\n[robot]\npreset = \"kheperax\"",
         "test.toml:2:9: reality.robot: can't run this experiment: ",
     ),
     (

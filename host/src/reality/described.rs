@@ -63,9 +63,10 @@ impl Described {
         let mut robot = own.clone();
         robot.sensors.retain(|sensor| sensor.kind == SensorKind::Proximity);
         if robot.sensors.is_empty() {
-            return Err(
-                "has no sensor of the kind proximity; allowed: one or more, since others have no tables".into(),
-            );
+            return Err("has no sensor of the kind proximity; allowed: one or more. Tables have readings by the distance and \
+                        bearing of an object, which those of other kinds don't measure: leave them in the experiment as they are \
+                        described"
+                .into());
         }
         let body_radius = spec.robot.body_radius;
         let sight = robot

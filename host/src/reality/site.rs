@@ -6,6 +6,7 @@ use std::sync::atomic::AtomicBool;
 use std::sync::{Arc, Mutex, PoisonError};
 
 use oneiro::batch::Rollout;
+use oneiro::differential::Build;
 use oneiro::evaluator::Error;
 use oneiro::surrogate::{Differences, Surrogate};
 use oneiro::world::{Collision, Noise, Robot, World, WorldSpec};
@@ -259,17 +260,21 @@ impl Site {
     }
 
     /// The world of its rollouts, for batches shared with others, if reality is a simulation. `spec` has everything
-    /// except its noise and the effect of collisions.
+    /// except its noise and the effect of a Khepera's collisions.
     ///
     /// # Errors
     /// Exit 3: the first value that the world doesn't allow; a robot on a wire, always.
     pub(crate) fn world(&self, spec: &WorldSpec) -> Result<World, Failure> {
         let (_, surrogate) = self.surrogate_of()?;
+        let collision = match spec.robot.build {
+            Build::Sampled => Collision::Undo,
+            Build::Differential(_) | Build::Forager(_) => spec.robot.collision,
+        };
         let world = World::new(WorldSpec {
             surrogate: Some(Arc::clone(surrogate)),
             noise: Noise::NONE,
             robot: Robot {
-                collision: Collision::Undo,
+                collision,
                 ..spec.robot.clone()
             },
             ..spec.clone()

@@ -106,6 +106,11 @@ pub(crate) trait Experiment: Debug + Send + Sync {
     /// # Errors
     /// As the command says.
     fn check(&self, picture: Option<&Path>, console: Console) -> Result;
+    /// `oneiro check --lives`: checks each operation in lives of random genomes.
+    ///
+    /// # Errors
+    /// Exit 3: the operations that devices may compute in different ways, each with its place.
+    fn check_lives(&self, lives: u32, console: Console) -> Result;
     /// `oneiro replay`: evaluates a finished run's champion again and draws it.
     ///
     /// # Errors

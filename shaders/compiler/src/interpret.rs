@@ -3,6 +3,7 @@
 //! in the buffers.
 
 use std::collections::BTreeSet;
+use std::num::FpCategory;
 
 use crate::tree::{Address, Array, Binary, Block, Label, Op, Program, Statement, Ty, Unary, Value, Variable, visit};
 use crate::uniform::{Region, Shape, Shapes, depth_of};
@@ -29,7 +30,7 @@ pub struct Memory<'a> {
 /// Reasons why a program was not run to its end.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum Trap {
-    /// It ran more statements than any test's program should.
+    /// Its loops turned more often than is allowed, or it ran more statements than any test's program should.
     #[error("it runs too long")]
     Endless,
     /// It used a value or variable that nothing has set.
@@ -81,14 +82,49 @@ fn at(memory: &impl Buffers, address: &Address, element: u32) -> usize {
     (first + address.offset) as usize
 }
 
-/// Runs one invocation.
+/// Runs one invocation, whose loops may take `turns` turns in all.
 ///
 /// # Errors
-/// A program that uses a value that isn't set, which the compiler makes none of.
-pub fn run(program: &Program, memory: &mut impl Buffers, workgroup: u32, lane: u32) -> Result<(), Trap> {
-    let mut invocation = Invocation::new(program, memory, workgroup, lane);
+/// [`Trap::Endless`] if they take more. A program that uses a value that isn't set, which the compiler makes none of.
+pub fn run(program: &Program, memory: &mut impl Buffers, workgroup: u32, lane: u32, turns: u64) -> Result<(), Trap> {
+    let mut invocation = Invocation {
+        turns_left: turns,
+        ..Invocation::new(program, memory, workgroup, lane)
+    };
     invocation.block(&program.body)?;
     Ok(())
+}
+
+/// An operation that broke the exactness rules.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Breach {
+    /// Its value.
+    pub value: Value,
+    /// The operation with its operands, and its result.
+    pub what: String,
+}
+
+/// Runs one invocation up to the first operation that breaks the exactness rules, if any does. Its loops may take `turns` turns in
+/// all.
+///
+/// # Errors
+/// As [`run`].
+pub fn run_checked(
+    program: &Program,
+    memory: &mut impl Buffers,
+    workgroup: u32,
+    lane: u32,
+    turns: u64,
+) -> Result<Option<Breach>, Trap> {
+    let mut invocation = Invocation {
+        strict: true,
+        turns_left: turns,
+        ..Invocation::new(program, memory, workgroup, lane)
+    };
+    match (invocation.block(&program.body), invocation.breach) {
+        (Err(Trap::Inexact(what)), Some(value)) => Ok(Some(Breach { value, what })),
+        (done, _) => done.map(|_| None),
+    }
 }
 
 /// Runs one invocation of a test, and returns the number of turns that all its loops took.
@@ -122,6 +158,9 @@ struct Invocation<'a, M> {
     arrays: Vec<Vec<u32>>,
     patience: u64,
     turns: u64,
+    turns_left: u64,
+    /// The value that broke the exactness rules.
+    breach: Option<Value>,
 }
 
 impl<'a, M: Buffers> Invocation<'a, M> {
@@ -137,6 +176,8 @@ impl<'a, M: Buffers> Invocation<'a, M> {
             arrays: vec![Vec::new(); program.arrays.len()],
             patience: u64::MAX,
             turns: 0,
+            turns_left: u64::MAX,
+            breach: None,
         }
     }
 
@@ -190,7 +231,13 @@ impl<'a, M: Buffers> Invocation<'a, M> {
     fn statement(&mut self, statement: &Statement) -> Result<Option<Label>, Trap> {
         self.patience = self.patience.checked_sub(1).ok_or(Trap::Endless)?;
         match statement {
-            Statement::Let(value) => self.values[value.0 as usize] = Some(self.computed(*value)?),
+            Statement::Let(value) => {
+                let computed = self.computed(*value);
+                if let Err(Trap::Inexact(_)) = computed {
+                    self.breach = Some(*value);
+                }
+                self.values[value.0 as usize] = Some(computed?);
+            }
             Statement::Load { targets, address } => {
                 let element = address.element.map_or(Ok(0), |element| self.get(element))?;
                 let first = at(self.memory, address, element);
@@ -233,6 +280,7 @@ impl<'a, M: Buffers> Invocation<'a, M> {
             }
             Statement::Loop { label, body, .. } => loop {
                 self.patience = self.patience.checked_sub(1).ok_or(Trap::Endless)?;
+                self.turns_left = self.turns_left.checked_sub(1).ok_or(Trap::Endless)?;
                 self.turns += 1;
                 match self.block(body)? {
                     None => {}
@@ -723,8 +771,57 @@ fn check(program: &Program, value: Value, operands: [u32; 3]) -> Result<(), Trap
     if ordinary && kept {
         return Ok(());
     }
-    Err(Trap::Inexact(format!(
-        "{:?} of {a:#x} and {b:#x} is {result:e}",
-        program.op(value)
-    )))
+    let class = match result.classify() {
+        _ if !kept => "out of range",
+        FpCategory::Nan => "not a number",
+        FpCategory::Infinite => "infinite",
+        _ => "subnormal",
+    };
+    let (operation, result) = (said(program, value, operands), shown(ty, result.to_bits()));
+    Err(Trap::Inexact(format!("{operation} is {result}, which is {class}")))
+}
+
+/// A number as WGSL has it.
+fn shown(ty: Ty, bits: u32) -> String {
+    match ty {
+        Ty::F32 => format!("{:?}f", f32::from_bits(bits)),
+        Ty::I32 => format!("{}i", bits as i32),
+        Ty::U32 => format!("{bits}u"),
+        Ty::Bool => (bits != 0).to_string(),
+    }
+}
+
+/// An operation on numbers, as WGSL has it.
+fn said(program: &Program, value: Value, operands: [u32; 3]) -> String {
+    let op = program.op(value);
+    let numbers = op.operands().zip(operands);
+    let numbers: Vec<_> = numbers
+        .map(|(operand, bits)| shown(program.ty(operand), bits))
+        .collect();
+    let symbol = match op {
+        Op::Binary(Binary::Add, ..) => " + ",
+        Op::Binary(Binary::Subtract, ..) => " - ",
+        Op::Binary(Binary::Multiply, ..) => " * ",
+        Op::Binary(Binary::Divide, ..) => " / ",
+        Op::Binary(Binary::Remainder, ..) => " % ",
+        Op::Binary(Binary::ShiftLeft, ..) => " << ",
+        Op::Binary(Binary::ShiftRight, ..) => " >> ",
+        _ => {
+            let function = match (op, program.ty(value)) {
+                (Op::Bitcast(_), _) => "bitcast<f32>",
+                (Op::Convert(_), Ty::F32) => "f32",
+                (Op::Convert(_), Ty::I32) => "i32",
+                (Op::Convert(_), _) => "u32",
+                (Op::Select { .. }, _) => "select",
+                (Op::Unary(Unary::Negate, _), _) => "-",
+                (Op::Unary(Unary::Abs, _), _) => "abs",
+                (Op::Unary(Unary::Floor, _), _) => "floor",
+                (Op::Unary(Unary::Trunc, _), _) => "trunc",
+                (Op::Binary(Binary::Min, ..), _) => "min",
+                _ => "max",
+            };
+            return format!("{function}({})", numbers.join(", "));
+        }
+    };
+    numbers.join(symbol)
 }

@@ -87,6 +87,19 @@ pub struct Trees {
     pub buffers: Vec<String>,
     /// Upper bound of the turns of its loops, or the loops that nothing bounds.
     pub turns: Result<Bound, Refusals>,
+    /// Its text.
+    pub source: Source,
+}
+
+impl Trees {
+    /// Places of a value of the raw program: its own, and then those of the calls around it, the innermost first.
+    pub fn places(&self, value: tree::Value) -> impl Iterator<Item = Place> {
+        let node = &self.raw.values[value.0 as usize];
+        let call = |index: u32| self.raw.calls[index as usize];
+        let calls = std::iter::successors(node.call.map(call), move |inner| inner.within.map(call));
+        let spans = std::iter::once(node.span).chain(calls.map(|call| call.span));
+        spans.map(|span| self.source.place_of(span))
+    }
 }
 
 /// Compiles a kernel.
@@ -203,6 +216,7 @@ impl Checked {
             shapes: uniform::analyse(&tidied, &place)?,
             raw,
             tidied,
+            source: source.clone(),
             strides: bound.iter().map(|b| b.stride / 4).collect(),
         })
     }

@@ -11,7 +11,8 @@ use naga::{
 use crate::rules::Rule;
 use crate::source::{Refusal, Refusals, Source};
 use crate::tree::{
-    Address, Array, ArrayInfo, Binary, Block, Label, Op, Program, Statement, Ty, Unary, Value, Variable, VariableInfo,
+    Address, Array, ArrayInfo, Binary, Block, CallInfo, Label, Op, Program, Statement, Ty, Unary, Value, Variable,
+    VariableInfo,
 };
 
 /// Most values and blocks of a program: functions that call the next one twice would make it grow without end.
@@ -30,6 +31,7 @@ pub(crate) fn lower(source: &Source, module: &Module, info: &ModuleInfo) -> Resu
         globals: BTreeMap::new(),
         blocks: vec![Vec::new()],
         here: Span::UNDEFINED,
+        called: None,
     };
     match lowering.entry() {
         Ok(()) => {
@@ -74,6 +76,8 @@ struct Lowering<'a> {
     blocks: Vec<Block>,
     /// Place of the latest statement or expression in the WGSL.
     here: Span,
+    /// The call that is being lowered.
+    called: Option<u32>,
 }
 
 /// An inlined call of a function.
@@ -111,6 +115,7 @@ impl<'a> Lowering<'a> {
 
     fn value(&mut self, op: Op, ty: Ty) -> Value {
         let value = self.program.add(op, ty);
+        self.program.values[value.0 as usize].call = self.called;
         if !matches!(op, Op::Constant(_)) {
             self.push(Statement::Let(value));
         }
@@ -512,7 +517,11 @@ impl<'a> Lowering<'a> {
                     lowered.push(self.lowered(call, *argument)?);
                 }
                 let name = callee.name.as_deref().unwrap_or("function");
+                let within = self.called;
+                self.program.calls.push(CallInfo { span, within });
+                self.called = Some(self.program.calls.len() as u32 - 1);
                 let values = self.call(callee, &self.info[*function], lowered, name)?;
+                self.called = within;
                 if let Some(result) = result {
                     call.known.insert(*result, Lowered::Scalars(values));
                 }
@@ -666,6 +675,7 @@ impl<'a> Lowering<'a> {
         if span.is_defined() {
             self.here = span;
         }
+        let first = self.program.values.len();
         let scalars = match &call.function.expressions[handle] {
             Expression::Literal(literal) => {
                 let (bits, ty) = (literal_bits(*literal), literal_type(*literal));
@@ -804,6 +814,10 @@ impl<'a> Lowering<'a> {
             }
             _ => return self.refuse(span, call, Rule::Internal, "this expression has no lane code"),
         };
+        // Those of operands have theirs already.
+        let own = self.program.values[first..].iter_mut();
+        own.filter(|value| !value.span.is_defined())
+            .for_each(|value| value.span = span);
         Ok(Lowered::Scalars(scalars))
     }
 

@@ -120,8 +120,19 @@ pub struct Node {
     pub ty: Ty,
     /// Name in the WGSL, if it has one.
     pub name: Option<String>,
-    /// Place in the WGSL, for operations that may be refused.
+    /// Place in the WGSL.
     pub span: naga::Span,
+    /// The call that it is computed in, an index into [`Program::calls`]; `None` in the entry point.
+    pub call: Option<u32>,
+}
+
+/// A call of a function, which was inlined.
+#[derive(Clone, Copy, Debug)]
+pub struct CallInfo {
+    /// Place in the WGSL.
+    pub span: naga::Span,
+    /// The call around it.
+    pub within: Option<u32>,
 }
 
 /// A scalar local variable.
@@ -246,6 +257,8 @@ pub struct Program {
     pub body: Block,
     /// Number of bindings.
     pub buffers: u32,
+    /// Calls of functions.
+    pub calls: Vec<CallInfo>,
 }
 
 impl Program {
@@ -266,6 +279,7 @@ impl Program {
             ty,
             name: None,
             span: naga::Span::UNDEFINED,
+            call: None,
         });
         Value(self.values.len() as u32 - 1)
     }

@@ -29,23 +29,6 @@ fn speed_of(wheels: WheelsCell, output: f32) -> f32 {
     return select(level * wheels.step, end, abs(level) == wheels.steps);
 }
 
-// Two speeds of a wheel, as shares of full speed: at the end of a cycle, and the mean over it.
-struct WheelSpeed {
-    end: f32,
-    mean: f32,
-}
-
-// The speed of a wheel that is commanded to get from one speed to another: it changes evenly until it is there, or throughout
-// the cycle. Speeds within 1e-9 of each other count as equal.
-fn accelerated(drive: DriveCell, speed: f32, goal: f32) -> WheelSpeed {
-    let wanted = goal - speed;
-    let change = select(clamp(wanted, -drive.change, drive.change), 0.0f, abs(wanted) < 0x1p-30f);
-    let end = select(speed + change, goal, abs(wanted) <= drive.change);
-    // While it changes, which is this share of the cycle, it lags by half of the change in the mean.
-    let share = min(abs(change) * drive.changes, 1.0f);
-    return WheelSpeed(end, end - 0.5f * change * share);
-}
-
 // The motion of wheels with these speeds (left, right), as shares of full speed.
 fn rolled(wheels: WheelsCell, speeds: vec2<f32>) -> Motion {
     let forward = 0.5f * (speeds.x + speeds.y) * wheels.farthest;

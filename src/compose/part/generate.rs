@@ -193,7 +193,6 @@ fn details_kept(own: Details) -> Details {{
 /// What a described robot remembers and how it moves, in place of `robot/differential.wgsl`.
 pub(super) fn drive(robot: &Differential, arena: &Arena) -> String {
     let latency = robot.latency.unwrap_or(0);
-    let is_slow = robot.acceleration.is_some_and(|acceleration| acceleration > 0.0);
     // Fields beside `stuck`: the commands that are yet to take effect, the oldest first; the wheels' speeds; and the cycles since
     // the battery was full.
     let mut pairs: Vec<String> = (0..latency).map(|age| format!("command_{age}")).collect();
@@ -205,7 +204,7 @@ pub(super) fn drive(robot: &Differential, arena: &Arena) -> String {
         }
         let _ = writeln!(steps, "    own.command_{} = speeds;\n    speeds = due;", latency - 1);
     }
-    if is_slow {
+    if robot.is_slow() {
         pairs.push("speeds".to_owned());
         steps += "    let drive = drive_of(life.world);
     let left = accelerated(drive, own.speeds.x, speeds.x);
@@ -223,16 +222,28 @@ pub(super) fn drive(robot: &Differential, arena: &Arena) -> String {
         members += "    used: u32,\n";
         kept += ", own.used";
     }
-    let motion = if robot.sampled_motors {
-        "    return Driven(noisy_motion(life, step, commanded(life.world, outputs)), before);\n".to_owned()
-    } else {
-        format!(
+    let motion = match (robot.sampled_motors, steps.is_empty()) {
+        (true, true) => {
+            "    return Driven(noisy_motion(life, step, commanded(life.world, outputs)), before);\n".to_owned()
+        }
+        (true, false) => format!(
+            "    var own = before;
+    var speeds = commanded_speeds(life.world, outputs);
+{steps}    var moved = motion_between(life.world, speeds);
+    // Samples may have no speed 0.
+    if (step < {latency}u) {{
+        moved = Motion();
+    }}
+    return Driven(noisy_motion(life, step, moved), own);
+"
+        ),
+        (false, _) => format!(
             "    let wheels = wheels_of(life.world);
     var own = before;
     var speeds = vec2<f32>(speed_of(wheels, outputs.x), speed_of(wheels, outputs.y));
 {steps}    return Driven(noisy_motion(life, step, rolled(wheels, speeds)), own);
 "
-        )
+        ),
     };
     let after = charged(robot, arena);
     let ends = if robot.battery_ends_life == Some(true) {
@@ -294,7 +305,7 @@ fn response_cells(robot: &Differential, arena: &Arena, sensor: &Sensor) -> Optio
 }
 
 /// Constants that `readings` declares.
-pub(super) const COUNTS: [&str; 4] = ["FLOOR_CELL", "LIGHT_COUNT", "PATCH_COUNT", "PLANES"];
+pub(super) const COUNTS: [&str; 5] = ["FLOOR_CELL", "LIGHT_COUNT", "PATCH_COUNT", "PLANES", "DIFFERENCE_CELL"];
 
 /// The planes of eight sensors that a described robot's tables have, and those of them that its sensors read.
 struct Planes {
@@ -384,8 +395,9 @@ fn of_rays(rays: &[usize]) -> String {
     )
 }
 
-/// The readings of a described robot, in place of those of `sensor/readings.wgsl` and `sensor/sampled.wgsl`.
-pub(super) fn readings(robot: &Differential, tables: &SensorTables, arena: &Arena) -> String {
+/// The readings of a described robot, in place of those of `sensor/readings.wgsl` and `sensor/sampled.wgsl`. Those of an individual
+/// differ from the description.
+pub(super) fn readings(robot: &Differential, tables: &SensorTables, arena: &Arena, is_individual: bool) -> String {
     let count = robot.sensors.len();
     let each = |line: &dyn Fn(usize, &str) -> String| -> String {
         let names = robot.sensors.iter().map(|sensor| sensor.name.as_str());
@@ -406,7 +418,12 @@ pub(super) fn readings(robot: &Differential, tables: &SensorTables, arena: &Aren
     // One loop over all objects serves all sensors that measure objects.
     let (mut numbers, mut objects, mut readings) = (String::new(), String::new(), String::new());
     let (mut rays, mut bumpers, mut widest) = (Vec::new(), String::new(), "0.0f".to_owned());
-    let mut highest = "0.0f".to_owned();
+    let (mut read, mut highest) = (String::new(), "0.0f".to_owned());
+    if is_individual {
+        numbers += "    let gain = illumination(world, at);\n";
+    }
+    // How strong a sensor of an individual is.
+    let strength = |cell: usize| format!("numbers(world, {}u).y", cell + 1);
     let (columns, planes) = (robot.columns(), Planes::new(robot, tables));
     for (index, sensor) in robot.sensors.iter().enumerate() {
         let cell = FIRST_SENSOR + 2 * index;
@@ -422,18 +439,43 @@ pub(super) fn readings(robot: &Differential, tables: &SensorTables, arena: &Aren
         let reading = match sensor.kind {
             SensorKind::Distance | SensorKind::Proximity => {
                 let _ = writeln!(numbers, "    let ahead{index} = cosine_sine(looks{index});");
-                let _ = writeln!(numbers, "    var free{index} = s{index}.offset + s{index}.range;");
-                if sensor.bearing.is_some() {
-                    let _ = writeln!(numbers, "    let outward{index} = {outward};");
-                    let nearest = format!("free_from_place(shape, at, outward{index}, ahead{index}, s{index})");
-                    let _ = writeln!(objects, "            free{index} = min(free{index}, {nearest});");
+                let seems = is_individual && sensor.kind == SensorKind::Proximity;
+                let ray = if seems {
+                    let _ = writeln!(numbers, "    let far{index} = with_farther_sight(s{index});");
+                    let _ = writeln!(numbers, "    var seeming{index} = 1.0f;");
+                    format!("far{index}")
                 } else {
-                    rays.push(index);
-                }
-                let share = format!("range_share(s{index}, free{index})");
+                    format!("s{index}")
+                };
+                let _ = writeln!(numbers, "    var free{index} = {ray}.offset + {ray}.range;");
+                let is_at_centre = sensor.bearing.is_none();
+                let nearest = if is_at_centre {
+                    format!("ray_to_shape(shape, at, ahead{index}, free{index})")
+                } else {
+                    let _ = writeln!(numbers, "    let outward{index} = {outward};");
+                    format!("free_from_place(shape, at, outward{index}, ahead{index}, {ray})")
+                };
+                let free = if seems {
+                    let _ = writeln!(objects, "            let here{index} = {nearest};");
+                    let _ = writeln!(
+                        objects,
+                        "            seeming{index} = select(seeming{index}, shapes[shape].reflectivity, here{index} < free{index});"
+                    );
+                    let _ = writeln!(objects, "            free{index} = min(free{index}, here{index});");
+                    let share = format!("seeming{index} * (seeming_share(gain) * {})", strength(cell));
+                    format!("seemingly_free(s{index}, free{index}, {share})")
+                } else {
+                    if is_at_centre {
+                        rays.push(index);
+                    } else {
+                        let _ = writeln!(objects, "            free{index} = min(free{index}, {nearest});");
+                    }
+                    format!("free{index}")
+                };
+                let share = format!("range_share(s{index}, {free})");
                 match (sensor.kind, response_cells(robot, arena, sensor)) {
                     (_, Some([first, points])) => {
-                        format!("response_reading(world, s{index}, free{index}, {first}u, {points}u)")
+                        format!("response_reading(world, s{index}, {free}, {first}u, {points}u)")
                     }
                     (SensorKind::Distance, None) => share,
                     (_, None) => format!("1.0f - {share}"),
@@ -446,11 +488,31 @@ pub(super) fn readings(robot: &Differential, tables: &SensorTables, arena: &Aren
                 widest = format!("max({widest}, s{index}.range)");
                 format!("pressed{index}")
             }
+            SensorKind::Light if is_individual => {
+                let more = format!("gain * {}", strength(cell));
+                format!("min(flushed(light_reading(world, {place}, {own}) * ({more})), 1.0f)")
+            }
             SensorKind::Light => format!("light_reading(world, {place}, {own})"),
+            SensorKind::Ground if is_individual => {
+                format!("min(ground_reading(world, {place}) * {}, 1.0f)", strength(cell))
+            }
             SensorKind::Ground => format!("ground_reading(world, {place})"),
             SensorKind::Battery => "battery_reading(world, robot.used)".to_owned(),
             SensorKind::Sampled => Planes::reading(columns[index].unwrap_or(0) as usize),
         };
+        if is_individual && sensor.kind.is_analogue() {
+            let ambient = if sensor.kind.sees_light() {
+                "own.ambient"
+            } else {
+                "0.0f"
+            };
+            let word = format!("w{}.{}", index / 4, ["x", "y", "z", "w"][index % 4]);
+            let name = &sensor.name;
+            let _ = writeln!(
+                read,
+                "    read.{name} = read_with_noise(own, readings.{name}, {ambient}, {word});"
+            );
+        }
         if matches!(sensor.kind, SensorKind::Proximity | SensorKind::Sampled) {
             highest = format!("max({highest}, r.{})", sensor.name);
         }
@@ -490,6 +552,11 @@ pub(super) fn readings(robot: &Differential, tables: &SensorTables, arena: &Aren
         );
     }
     let (floor, lights, patches) = (floor_cell(robot), arena.lights.len(), arena.patches.len());
+    let individual = if is_individual {
+        individual(robot, arena, &read)
+    } else {
+        String::new()
+    };
     let counted = if planes.read.is_empty() {
         String::new()
     } else {
@@ -523,6 +590,27 @@ fn weighed(life: Life, index: u32, r: Readings) -> f32 {{
     var sum = 0.0f;
 {sum}    return plus_weighed(life, index + {count}u, r.own, sum);
 }}
-"
+{individual}"
+    )
+}
+
+/// Where an individual's differences are, and how its sensors are read out: `read` has a line for each.
+fn individual(robot: &Differential, arena: &Arena, read: &str) -> String {
+    let mut words = String::new();
+    for draw in 0..robot.sensors.len().div_ceil(4) {
+        let _ = writeln!(
+            words,
+            "    let w{draw} = random_words(life.key, STREAM_SENSOR, step, {draw}u);"
+        );
+    }
+    format!(
+        "const DIFFERENCE_CELL: u32 = {}u;
+fn read_out(life: Life, step: u32, readings: Readings) -> Readings {{
+    let own = reading_cell(life.world);
+{words}    var read = readings;
+{read}    return read;
+}}
+",
+        robot.own_cells(arena)
     )
 }

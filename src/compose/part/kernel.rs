@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write;
 use std::panic;
 use std::path::Path;
-use std::sync::{Mutex, PoisonError};
+use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use oneiro_shader_compiler as compiler;
 use oneiro_shader_compiler::declarations::{declarations, is_reserved};
@@ -15,7 +15,7 @@ use oneiro_shaders::{Binding, Kernel, WordOf};
 
 use super::interface::{GENE_COUNT, GENES};
 use super::{Part, check, generate, interface, refusal};
-use crate::compose::{Composed, GREATEST_GENES, Kind, OwnParts, Refused, fields};
+use crate::compose::{Composed, GREATEST_GENES, Kind, Lives, OwnParts, Refused, fields};
 use crate::differential::{Build, Differential};
 use crate::parameter::Invalid;
 use crate::world::{Controller, Gene, Task, WorldSpec};
@@ -29,9 +29,10 @@ pub(super) const USER: &str = "lib/user.wgsl";
 /// Trace details of the shipped sensors; composed kernels generate their own.
 const DETAILS: &str = "sensor/details.wgsl";
 
-/// Parts of sampled sensors and of sampled motors.
+/// Parts of sampled sensors and of sampled motors, and that of such motors of a described robot.
 const SENSORS: [&str; 2] = ["sensor/readings.wgsl", "sensor/sampled.wgsl"];
 const MOTORS: [&str; 2] = ["robot/motors.wgsl", "robot/differential.wgsl"];
+const BETWEEN: &str = "robot/between.wgsl";
 
 /// Parts that a described robot has, those of its sampled sensors, and that of the wheels that it has unless its motors are
 /// sampled.
@@ -39,9 +40,15 @@ const DESCRIBED: [&str; 2] = ["robot/drive.wgsl", "sensor/kinds.wgsl"];
 const TABLES: &str = "sensor/tables.wgsl";
 const WHEELS: &str = "robot/arcs.wgsl";
 
-/// Physics of the simulator, and those in their place where reality is reported.
-const SIMULATED: &str = "physics/sampled.wgsl";
-const REPORTED: &str = "physics/reported.wgsl";
+/// Physics by how a robot lives, and what else an individual's need.
+const fn physics(lives: Lives) -> &'static str {
+    match lives {
+        Lives::Simulated => "physics/sampled.wgsl",
+        Lives::Reported => "physics/reported.wgsl",
+        Lives::Individual => "physics/individual.wgsl",
+    }
+}
+const DIFFERENCES: &str = "lib/differences.wgsl";
 
 /// Parts of foragers: what all have, and their controllers and their task.
 const FORAGER: [&str; 10] = [
@@ -61,7 +68,7 @@ const BEHAVIOURS: [&str; 2] = ["controller/behaviours.wgsl", "controller/foragin
 const BRINGING: &str = "task/bringing.wgsl";
 
 /// Parts that all other robots have and foragers don't.
-const NOT_FORAGER: [&str; 3] = ["lib/walk.wgsl", "physics/sliding.wgsl", SIMULATED];
+const NOT_FORAGER: [&str; 3] = ["lib/walk.wgsl", "physics/sliding.wgsl", physics(Lives::Simulated)];
 
 /// Whether only foragers are made of a part.
 pub(super) fn is_of_foragers(path: &str) -> bool {
@@ -71,7 +78,7 @@ pub(super) fn is_of_foragers(path: &str) -> bool {
 /// Whether a forager is made of a part, if the part is not of every robot.
 fn is_of_forager(path: &str, spec: &WorldSpec) -> Option<bool> {
     let behaves = spec.controller == Controller::Behaviours;
-    let others = [&SENSORS[..], &MOTORS, &DESCRIBED, &[TABLES, WHEELS], &NOT_FORAGER];
+    let others = [&SENSORS[..], &MOTORS, &DESCRIBED, &[TABLES, WHEELS, BETWEEN], &NOT_FORAGER];
     match path {
         _ if FORAGER.contains(&path) => Some(true),
         _ if BEHAVIOURS.contains(&path) => Some(behaves),
@@ -86,14 +93,16 @@ fn is_of_forager(path: &str, spec: &WorldSpec) -> Option<bool> {
 /// Whether a robot is made of a part, if the part is only of some robots.
 fn is_of_robot(path: &str, spec: &WorldSpec) -> Option<bool> {
     let own = match &spec.robot.build {
-        Build::Sampled => return (DESCRIBED.contains(&path) || [TABLES, WHEELS].contains(&path)).then_some(false),
+        Build::Sampled => {
+            return (DESCRIBED.contains(&path) || [TABLES, WHEELS, BETWEEN].contains(&path)).then_some(false);
+        }
         Build::Forager(_) => return is_of_forager(path, spec),
         Build::Differential(own) => own,
     };
     if SENSORS.contains(&path) || path == TABLES {
         return Some(own.has_sampled_sensors());
     }
-    if MOTORS.contains(&path) {
+    if MOTORS.contains(&path) || path == BETWEEN {
         return Some(own.sampled_motors);
     }
     if path == WHEELS {
@@ -129,19 +138,49 @@ fn is_replaced(path: &str, kind: Kind) -> bool {
     }
 }
 
+static COMPOSED: Mutex<BTreeMap<String, Composed>> = Mutex::new(BTreeMap::new());
+
+/// Kernels composed so far. A poisoned lock is fine: entries are added complete or not at all.
+fn known() -> MutexGuard<'static, BTreeMap<String, Composed>> {
+    COMPOSED.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+/// The files that a kernel's text is made of.
+pub(crate) fn parts_of(kernel: &Kernel) -> Vec<compiler::Part> {
+    let composed = known().get(kernel.name).copied();
+    let files = composed.map_or(&[][..], |composed| composed.files);
+    if files.is_empty() {
+        let path = format!("{}.wgsl", kernel.name);
+        let text = kernel.wgsl.to_owned();
+        return vec![compiler::Part { path, text }];
+    }
+    let ends = files.iter().skip(1).map(|(_, begin)| *begin).chain([kernel.wgsl.len()]);
+    let part = |((path, begin), end): (&(String, usize), usize)| compiler::Part {
+        path: path.clone(),
+        text: kernel.wgsl[*begin..end].to_owned(),
+    };
+    files.iter().zip(ends).map(part).collect()
+}
+
+/// Whether a user wrote the file with this path, of a kernel that was composed.
+pub(crate) fn is_of_user(kernel: &Kernel, path: &str) -> bool {
+    let is_known = path == GENERATED || PARTS.iter().any(|(shipped, _)| *shipped == path);
+    kernel.variants.is_empty() && !is_known
+}
+
 /// Composes a kernel. Each is composed once and stays for the rest of the program.
 pub(in crate::compose) fn compose(
     base: &'static Kernel,
     parts: &OwnParts,
     spec: &WorldSpec,
-    is_reported: bool,
+    lives: Lives,
 ) -> Result<Composed, Invalid> {
-    static COMPOSED: Mutex<BTreeMap<String, Composed>> = Mutex::new(BTreeMap::new());
     let (tables, robot) = (&spec.robot.sensors, &spec.robot.build);
-    if parts.is_empty() && *robot == Build::Sampled && !is_reported {
+    if parts.is_empty() && *robot == Build::Sampled && lives == Lives::Simulated {
         return Ok(Composed {
             kernel: base,
             genes: None,
+            files: &[],
         });
     }
     let own = parts.readings();
@@ -154,7 +193,9 @@ pub(in crate::compose) fn compose(
     let mut name = base.name.to_owned();
     if let Build::Differential(robot) = robot {
         check_names(robot)?;
-        let described = generate::readings(robot, tables, &spec.arena) + &generate::drive(robot, &spec.arena);
+        let is_individual = lives == Lives::Individual;
+        let described =
+            generate::readings(robot, tables, &spec.arena, is_individual) + &generate::drive(robot, &spec.arena);
         let hash = blake3::hash(described.as_bytes()).to_hex();
         let _ = write!(name, "+{}-sensors-{}", robot.sensors.len(), &hash[..16]);
         generated += &described;
@@ -168,9 +209,13 @@ pub(in crate::compose) fn compose(
         };
         name += if spec.task == Task::Foraging { "+foraging" } else { "" };
     }
-    if is_reported {
-        name += "+reported";
-        generated += &generate::reports(&fields);
+    match lives {
+        Lives::Simulated => {}
+        Lives::Reported => {
+            name += "+reported";
+            generated += &generate::reports(&fields);
+        }
+        Lives::Individual => name += "+individual",
     }
     for own in parts.iter() {
         let stem = Path::new(&own.part.path)
@@ -180,16 +225,15 @@ pub(in crate::compose) fn compose(
         let hash = blake3::hash(own.part.text.as_bytes()).to_hex();
         let _ = write!(name, "+{stem}-{}", &hash[..16]);
     }
-    // A poisoned lock is fine: entries are added complete or not at all.
-    let known = || COMPOSED.lock().unwrap_or_else(PoisonError::into_inner);
     if let Some(composed) = known().get(&name) {
         return Ok(*composed);
     }
-    let (kernel, genes) =
-        new(base, parts, spec, is_reported, generated, &name).map_err(|refusals| invalid(parts, robot, &refusals))?;
+    let (kernel, genes, files) =
+        new(base, parts, spec, lives, generated, &name).map_err(|refusals| invalid(parts, robot, &refusals))?;
     let leaked = || Composed {
         kernel: Box::leak(Box::new(kernel)),
         genes: genes.map(|genes| &*genes.leak()),
+        files: files.leak(),
     };
     Ok(*known().entry(name).or_insert_with(leaked))
 }
@@ -237,14 +281,17 @@ fn invalid(parts: &OwnParts, robot: &Build, refusals: &[Refusal]) -> Invalid {
     Invalid::new(own.key(), problem)
 }
 
+/// A new kernel, the genes of a user's controller, and its files.
+type New = (Kernel, Option<Vec<Gene>>, Vec<(String, usize)>);
+
 fn new(
     base: &'static Kernel,
     own: &OwnParts,
     spec: &WorldSpec,
-    is_reported: bool,
+    lives: Lives,
     mut generated: String,
     name: &str,
-) -> Result<(Kernel, Option<Vec<Gene>>), Refusals> {
+) -> Result<New, Refusals> {
     let part = |path: &str, text: &str| compiler::Part {
         path: path.to_owned(),
         text: text.to_owned(),
@@ -252,8 +299,16 @@ fn new(
     let is_kept = |path: &str| path != DETAILS && own.iter().all(|own| !is_replaced(path, own.part.kind));
     let is_needed = |path: &str| {
         let is_of_robot = is_of_robot(path, spec);
-        if is_reported && [SIMULATED, REPORTED].contains(&path) {
-            return path == REPORTED;
+        if [Lives::Simulated, Lives::Reported, Lives::Individual]
+            .map(physics)
+            .contains(&path)
+        {
+            // A Khepera's surrogate has a kernel of its own, and foragers their own physics.
+            let is_own = lives != Lives::Simulated || base.parts.contains(&path);
+            return path == physics(lives) && is_own && is_of_robot != Some(false);
+        }
+        if path == DIFFERENCES {
+            return lives == Lives::Individual;
         }
         path == USER || is_of_robot.unwrap_or_else(|| base.parts.contains(&path) && is_kept(path))
     };
@@ -307,6 +362,13 @@ fn new(
             return Err(refusals);
         }
     };
+    let mut begin = 0;
+    let files = parts.iter().map(|part| {
+        let own = begin;
+        begin += part.text.len() + usize::from(!part.text.ends_with('\n'));
+        (part.path.clone(), own)
+    });
+    let files = files.collect();
     let genes = match own.get(Kind::Controller) {
         Some(controller) => Some(genes(&controller.part, &compiled, &own.readings_of(&spec.robot.build))?),
         None => None,
@@ -330,7 +392,7 @@ fn new(
         turns: Turns(Box::leak(Box::new(move |word: &WordOf<'_>| turns.value(word)))),
         variants: &[],
     };
-    Ok((kernel, genes))
+    Ok((kernel, genes, files))
 }
 
 /// Compiles parts. Whatever a user writes must not end the program.

@@ -6,6 +6,7 @@
 //! | [`mod@rows`], [`individuals`], [`mod@champion`], [`trace`], [`pictures`] | the files of a run |
 //! | [`check`], [`replay`], [`audit`] | the commands of these names for such runs |
 
+mod arithmetic;
 mod audit;
 mod champion;
 mod check;
@@ -530,6 +531,10 @@ impl super::Experiment for Single {
 
     fn check(&self, picture: Option<&Path>, console: Console) -> Result {
         check::run(&self.experiment, picture, console)
+    }
+
+    fn check_lives(&self, lives: u32, console: Console) -> Result {
+        arithmetic::check(&self.experiment, lives, console)
     }
 
     fn replay(&self, run: &Recorded<'_>, replay: &Replay<'_>, engine: &Engine, console: Console) -> Result {

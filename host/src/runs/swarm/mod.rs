@@ -242,6 +242,13 @@ impl Experiment for SwarmExperiment {
         ))
     }
 
+    fn check_lives(&self, _: u32, _: Console) -> Result {
+        Err(Failure::usage(
+            "--lives: is given for a swarm, whose arithmetic is shipped and checked by the tests; allowed: experiments of single \
+             robots",
+        ))
+    }
+
     fn replay(&self, run: &Recorded<'_>, replay: &Replay<'_>, engine: &Engine, console: Console) -> Result {
         replay::run(self, run, replay, engine, console)
     }
