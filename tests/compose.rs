@@ -1194,6 +1194,10 @@ fn fields_that_there_are_not_are_answered_with_those_that_there_are() {
     // No type is what it is made of, however names are repeated.
     let circular = "let a = b.x; let b = a.y; _ = a.z;";
     assert!(beside_sensors(Build::Sampled, circular).contains("no definition in scope for identifier: `b`"));
+    // Nor is one looked up by a long chain.
+    let chain: Vec<String> = (1..5_000).map(|at| format!("let n{at} = n{};", at - 1)).collect();
+    let chain = format!("let n0 = now; {} _ = n4999.pose;", chain.concat());
+    assert!(beside_sensors(Build::Sampled, &chain).contains("invalid field accessor `pose`"));
     let described = Build::Differential(Differential::new(60.0, 100.0));
     assert_eq!(
         beside_sensors(described, "_ = now.real.first;"),
@@ -1407,10 +1411,11 @@ fn the_parts_of_the_documentation_are_taken() {
             Kind::Controller,
             Kind::Sensor,
             Kind::Task,
+            Kind::Task,
             Kind::Task
         ]
     );
-    for (controller, task) in [(1, 0), (1, 5), (2, 5)] {
+    for (controller, task) in [(1, 0), (1, 5), (2, 5), (1, 6)] {
         let world = World::new(WorldSpec {
             controller: Controller::Own,
             own: OwnParts::from([controller, 3, task].map(|index| own(kinds[index], parts[index], &[]))),

@@ -212,14 +212,9 @@ pub(crate) struct Evaluate {
     /// The experiment's noise, or none of any kind
     #[arg(long, value_name = "on|off", value_enum, default_value_t = Noise::On)]
     pub(crate) noise: Noise,
-    /// One row for each genome instead of each rollout: mean fitness, standard deviation and the mean's 95 % confidence
-    /// interval
-    #[arg(long, conflicts_with = "measures")]
-    pub(crate) summary: bool,
-    /// Add measures of behaviour, such as the distance driven, the mean distance to walls, and what a task of your own
-    /// remembers at the end: docs/measures.md lists them
-    #[arg(long)]
-    pub(crate) measures: bool,
+    /// What is written of the rollouts.
+    #[command(flatten)]
+    pub(crate) rows: Rows,
     /// Write a trace of each rollout into this directory, which must be empty or new
     #[arg(long, value_name = "DIR", value_hint = ValueHint::DirPath)]
     pub(crate) traces: Option<PathBuf>,
@@ -235,6 +230,19 @@ pub(crate) struct Evaluate {
     /// Write the results to this file (.csv or .npy, never overwritten); - is standard output
     #[arg(long, value_name = "FILE", default_value = "-", value_hint = ValueHint::FilePath)]
     pub(crate) out: PathBuf,
+}
+
+/// Rows and columns of results, of `oneiro evaluate`.
+#[derive(Args, Debug)]
+pub(crate) struct Rows {
+    /// One row for each genome instead of each rollout: mean fitness, standard deviation and the mean's 95 % confidence
+    /// interval
+    #[arg(long, conflicts_with = "measures")]
+    pub(crate) summary: bool,
+    /// Add measures of behaviour, such as the distance driven, the mean distance to walls, and what a task of your own
+    /// remembers at the end: docs/measures.md lists them
+    #[arg(long)]
+    pub(crate) measures: bool,
 }
 
 /// Lives on a robot, of `oneiro evaluate`.

@@ -59,7 +59,7 @@ pub(crate) fn run(arguments: &Evaluate, console: Console) -> Result {
     if arguments.noise == Noise::Off {
         spec.noise = world::Noise::NONE;
     }
-    let watched = arguments.measures || arguments.traces.is_some();
+    let watched = arguments.rows.measures || arguments.traces.is_some();
     if watched {
         // A life ends where its next cycle would begin.
         spec.cycles = (cycles + 1).min(MOST_CYCLES);
@@ -83,7 +83,7 @@ pub(crate) fn run(arguments: &Evaluate, console: Console) -> Result {
     } else {
         arguments.trials.unwrap_or(settings.trials) as usize
     };
-    if arguments.summary && trials < 2 {
+    if arguments.rows.summary && trials < 2 {
         let problem = "--summary: one rollout of each genome has no interval; allowed: with --trials 2 or more";
         return Err(Failure::usage(problem));
     }
@@ -100,7 +100,7 @@ pub(crate) fn run(arguments: &Evaluate, console: Console) -> Result {
         let results = on_robot::lived(address, arguments, &lives, console)?;
         let table = Table {
             sources: Some(subjects.sources).filter(|_| files > 1),
-            summary: arguments.summary,
+            summary: arguments.rows.summary,
             trials,
             results: results
                 .into_iter()
@@ -139,10 +139,10 @@ pub(crate) fn run(arguments: &Evaluate, console: Console) -> Result {
     });
     let table = Table {
         sources: Some(subjects.sources).filter(|_| files > 1),
-        summary: arguments.summary,
+        summary: arguments.rows.summary,
         trials,
         results: results?,
-        measures: if arguments.measures {
+        measures: if arguments.rows.measures {
             descriptors(experiment.world())
         } else {
             Vec::new()
@@ -251,11 +251,11 @@ impl Sink {
         files::must_be_new(out)?;
         match out.extension().and_then(|extension| extension.to_str()) {
             Some("csv") => Ok(Self::Csv(out.clone())),
-            Some("npy") if arguments.summary => Err(Failure::usage(format_args!(
+            Some("npy") if arguments.rows.summary => Err(Failure::usage(format_args!(
                 "--out {}: has the fitness of each rollout; allowed with --summary: .csv, or - for standard output",
                 out.display()
             ))),
-            Some("npy") if arguments.measures => Err(Failure::usage(format_args!(
+            Some("npy") if arguments.rows.measures => Err(Failure::usage(format_args!(
                 "--out {}: has fitness only; allowed with --measures: .csv, or - for standard output",
                 out.display()
             ))),

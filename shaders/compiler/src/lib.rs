@@ -57,9 +57,23 @@ pub struct Compiled {
     pub lanes: String,
     /// Upper bound of the turns of its loops, or the loops that nothing bounds: see [`Compiled::bounded`].
     pub turns: Result<Bound, Refusals>,
+    /// What would be refused if anything used it: see [`Compiled::used`].
+    pub unused: Refusals,
 }
 
 impl Compiled {
+    /// Refuses a kernel in which a local array has an index that differs between lives, whose element nothing uses yet.
+    ///
+    /// # Errors
+    /// A refusal for each of these indices.
+    pub fn used(self) -> Result<Self, Refusals> {
+        if self.unused.is_empty() {
+            Ok(self)
+        } else {
+            Err(self.unused)
+        }
+    }
+
     /// Refuses a kernel with loops that nothing bounds. No kernel that ships has any.
     ///
     /// # Errors
@@ -87,6 +101,8 @@ pub struct Trees {
     pub buffers: Vec<String>,
     /// Upper bound of the turns of its loops, or the loops that nothing bounds.
     pub turns: Result<Bound, Refusals>,
+    /// What would be refused if anything used it.
+    pub unused: Refusals,
     /// Its text.
     pub source: Source,
 }
@@ -113,6 +129,7 @@ pub fn compile(name: &str, parts: &[Part]) -> Result<Compiled, Refusals> {
         shapes,
         strides,
         turns,
+        unused,
         ..
     } = checked.trees()?;
     let Checked { source, module, info } = &checked;
@@ -128,6 +145,7 @@ pub fn compile(name: &str, parts: &[Part]) -> Result<Compiled, Refusals> {
         workgroup_size: module.entry_points[0].workgroup_size[0],
         lanes: print::print(&tidied, &shapes, name, &strides),
         turns,
+        unused,
     })
 }
 
@@ -193,7 +211,6 @@ impl Checked {
         let mut tidied = raw.clone();
         tidy::take_constant_branches(&mut tidied);
         tidy::carry_values_out(&mut tidied);
-        // An index that nothing uses yet is refused too: its value will be used.
         let unused = uniform::analyse(&tidied, &place).err().unwrap_or_default();
         remove_unused(&mut tidied);
         tidy::sink_declarations(&mut tidied);
@@ -205,13 +222,14 @@ impl Checked {
                 return Err(in_order(refusals, source));
             }
         };
-        if unused.iter().any(|refusal| refusal.rule == Rule::SameIndex) {
-            return Err(in_order(unused, source));
-        }
         tidy::select_short_branches(&mut tidied, &shapes);
         remove_unused(&mut tidied);
         Ok(Trees {
             turns: self.turns(&raw, &bound),
+            unused: in_order(
+                unused.into_iter().filter(|own| own.rule == Rule::SameIndex).collect(),
+                source,
+            ),
             buffers: bound.iter().map(|buffer| buffer.name.clone()).collect(),
             shapes: uniform::analyse(&tidied, &place)?,
             raw,

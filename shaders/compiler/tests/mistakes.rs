@@ -18,7 +18,10 @@ fn main(@builtin(local_invocation_index) lane: u32) {{ out[lane] = made(f32(lane
         path: "own.wgsl".into(),
         text,
     };
-    let refusals = compile("test", &[part]).and_then(Compiled::bounded).unwrap_err();
+    let refusals = compile("test", &[part])
+        .and_then(Compiled::bounded)
+        .and_then(Compiled::used)
+        .unwrap_err();
     refusals[0].to_string()
 }
 

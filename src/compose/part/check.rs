@@ -363,6 +363,9 @@ pub(super) fn suggest(refusals: &mut [Refusal], parts: &[compiler::Part], own: &
 /// What naga says of a field that a struct doesn't have.
 const ACCESSED: &str = "invalid field accessor";
 
+/// Most declarations, each of which names the one before, by which the type of an expression is looked up.
+const LONGEST_CHAIN: u32 = 20;
+
 /// An access to a field that there isn't.
 struct Field<'a> {
     parts: &'a [compiler::Part],
@@ -381,7 +384,7 @@ impl Field<'_> {
         let owner = line[line.trim_end_matches(is_inside).len()..].trim_end_matches('.');
         let above: Vec<_> = self.part.text.split('\n').take(place.line - 1).collect();
         let above = above.join("\n") + "\n" + &line;
-        let ty = self.type_of(owner, &above[above.rfind("fn ").unwrap_or(0)..])?;
+        let ty = self.type_of(owner, &above[above.rfind("fn ").unwrap_or(0)..], LONGEST_CHAIN)?;
         let Some(fields) = self.fields(&ty) else {
             let count = ty.strip_prefix("vec")?.chars().next()?.to_digit(10)? as usize;
             let components = ["x", "y", "z", "w"].get(..count)?.join(", ");
@@ -432,15 +435,17 @@ impl Field<'_> {
         Some(fields.into_iter().map(|field| (field.name, field.ty)).collect())
     }
 
-    /// The type of a name and of fields of it, such as `now.real`, as far as the text `above` in the same function shows it.
-    fn type_of(&self, expression: &str, above: &str) -> Option<String> {
+    /// The type of a name and of fields of it, such as `now.real`, as far as the text `above` in the same function shows it
+    /// by a chain of at most `most` declarations.
+    fn type_of(&self, expression: &str, above: &str, most: u32) -> Option<String> {
+        let most = most.checked_sub(1)?;
         let mut names = expression.split('.');
-        let root = names.next()?;
+        let root = names.next().filter(|root| !root.is_empty())?;
         let parameters = parameters_at(self.part, self.place);
         let parameter = parameters
             .into_iter()
             .find_map(|(name, ty)| (name == root).then_some(ty));
-        let ty = parameter.or_else(|| self.declared(root, above))?;
+        let ty = parameter.or_else(|| self.declared(root, above, most))?;
         names.try_fold(ty, |ty, name| {
             let fields = self.fields(&ty)?;
             fields.into_iter().find_map(|(field, ty)| (field == name).then_some(ty))
@@ -448,7 +453,7 @@ impl Field<'_> {
     }
 
     /// The type of what `let` or `var` declares in a text: that which it says, or that of its value.
-    fn declared(&self, name: &str, above: &str) -> Option<String> {
+    fn declared(&self, name: &str, above: &str, most: u32) -> Option<String> {
         let is_declared = |at: &usize| {
             let before = above[..*at].trim_end();
             let after = above[at + name.len()..].trim_start();
@@ -461,7 +466,7 @@ impl Field<'_> {
         }
         let value = value.trim();
         let Some((called, _)) = value.split_once('(') else {
-            return self.type_of(value, &above[..at]);
+            return self.type_of(value, &above[..at], most);
         };
         if self.fields(called).is_some() {
             return Some(called.to_owned());

@@ -397,7 +397,11 @@ fn new(
 
 /// Compiles parts. Whatever a user writes must not end the program.
 fn compiled(parts: &[compiler::Part]) -> Result<Compiled, Refusals> {
-    let compiled = panic::catch_unwind(|| compile("composed", parts).and_then(Compiled::bounded));
+    let compiled = panic::catch_unwind(|| {
+        compile("composed", parts)
+            .and_then(Compiled::bounded)
+            .and_then(Compiled::used)
+    });
     compiled.unwrap_or_else(|_| Err(vec![failed(parts)]))
 }
 
