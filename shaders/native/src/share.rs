@@ -149,7 +149,9 @@ impl Sharing<'_> {
     }
 
     fn change_all(&mut self, places: BTreeSet<Written>) {
-        places.into_iter().for_each(|place| self.change(place));
+        for place in places {
+            self.change(place);
+        }
     }
 
     fn block(&mut self, block: &mut Block) {
@@ -187,7 +189,9 @@ impl Sharing<'_> {
                 self.regions.push(Region::Branch(!self.shapes.is_uniform(*condition)));
                 let written = [accept, reject].map(|branch| self.scope(branch));
                 self.regions.pop();
-                written.into_iter().for_each(|written| self.change_all(written));
+                for written in written {
+                    self.change_all(written);
+                }
             }
             Statement::Loop { label, body, .. } => {
                 let written = written_in(body);
