@@ -67,6 +67,7 @@ pub(crate) fn shared(trees: &Trees) -> Program {
         writes: 0,
         regions: Vec::new(),
     };
+    sharing.constants();
     sharing.block(&mut body);
     program.body = body;
     remove_unused(&mut program);
@@ -98,6 +99,17 @@ impl Sharing<'_> {
         self.before.push((place, self.version(place)));
         self.writes += 1;
         self.versions.insert(place, self.writes);
+    }
+
+    /// Equal constants become one. They are known everywhere, whether a statement has them or not.
+    fn constants(&mut self) {
+        for value in (0..self.program.values.len() as u32).map(Value) {
+            if let Op::Constant(bits) = self.program.op(value) {
+                let constant = Computation::Op(Op::Constant(bits), self.program.ty(value), 0);
+                let first = *self.known.entry(constant).or_insert(value);
+                self.replaced.insert(value, first);
+            }
+        }
     }
 
     fn computation(&self, value: Value) -> Computation {
@@ -137,7 +149,9 @@ impl Sharing<'_> {
     }
 
     fn change_all(&mut self, places: BTreeSet<Written>) {
-        places.into_iter().for_each(|place| self.change(place));
+        for place in places {
+            self.change(place);
+        }
     }
 
     fn block(&mut self, block: &mut Block) {
@@ -175,7 +189,9 @@ impl Sharing<'_> {
                 self.regions.push(Region::Branch(!self.shapes.is_uniform(*condition)));
                 let written = [accept, reject].map(|branch| self.scope(branch));
                 self.regions.pop();
-                written.into_iter().for_each(|written| self.change_all(written));
+                for written in written {
+                    self.change_all(written);
+                }
             }
             Statement::Loop { label, body, .. } => {
                 let written = written_in(body);
@@ -193,6 +209,8 @@ impl Sharing<'_> {
 
     /// Lanes that exit miss what comes after. Unless all of them jump over it together, it is computed for them nevertheless.
     fn labeled(&mut self, label: Label, body: &mut Block) {
+        // An exit at the end is none.
+        body.pop_if(|last| matches!(last, Statement::Exit(own) if *own == label));
         self.regions.push(Region::Label(label));
         let exit = body.iter().position(|inner| exits_to(inner, label));
         let is_left_by_all = self.shapes.is_left_by_all(label, body, &mut self.regions);
@@ -229,6 +247,99 @@ impl Sharing<'_> {
         if let Statement::Write(variable, value) = *statement {
             let read = Computation::Op(Op::Read(variable), self.program.ty(value), self.version(place));
             self.hold(read, value);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use oneiro_shader_compiler::tree::Binary;
+    use oneiro_shader_compiler::{Part, trees};
+
+    use super::*;
+
+    /// Multiplications in a kernel before and after values are shared. `x` is a number of each lane, `s` the same for all.
+    fn multiplications(body: &str) -> [usize; 2] {
+        let text = format!(
+            "@group(0) @binding(0) var<storage, read> settings: array<f32>;
+            @group(0) @binding(1) var<storage, read_write> numbers: array<f32>;
+            fn cut(x: f32, off: bool) -> f32 {{
+                if (off) {{ return 1.0f; }}
+                return x * x;
+            }}
+            @compute @workgroup_size(64)
+            fn main(@builtin(local_invocation_index) lane: u32) {{
+                let s = settings[0];
+                let x = numbers[lane];
+                {body}
+            }}"
+        );
+        let path = "kernel.wgsl".to_owned();
+        let trees = trees(&[Part { path, text }]).expect("it is exact");
+        let count = |program: &Program| {
+            let mut count = 0;
+            visit(&program.body, &mut |statement| {
+                let results = statement.results().iter().map(|value| program.op(*value));
+                count += results
+                    .filter(|op| matches!(op, Op::Binary(Binary::Multiply, ..)))
+                    .count();
+            });
+            count
+        };
+        [count(&trees.tidied), count(&shared(&trees))]
+    }
+
+    /// What is known is not computed again; what was written since, or may have been jumped over, is.
+    #[test]
+    fn values_are_computed_once() {
+        for (body, expected) in [
+            ("numbers[lane] = (x * s) + (x * s);", [2, 1]),
+            ("numbers[lane] = (x * s) + (s * x);", [2, 2]),
+            // A buffer is stored to in between.
+            (
+                "numbers[lane] = 2.0f * numbers[lane]; numbers[lane] = 2.0f * numbers[lane];",
+                [2, 2],
+            ),
+            (
+                "numbers[lane] = 2.0f * settings[1]; numbers[lane + 1u] = 2.0f * settings[1];",
+                [2, 1],
+            ),
+            // Variables: written, written in one branch, written in each turn of a loop.
+            (
+                "var v = x; numbers[lane] = v * v; v = v; numbers[lane] = v * v;",
+                [2, 1],
+            ),
+            (
+                "var v = x; numbers[lane] = v * v; v += 1.0f; numbers[lane] = v * v;",
+                [2, 2],
+            ),
+            (
+                "var v = x; numbers[lane] = v * v; if (s > 1.0f) { v += s; } numbers[lane] = v * v;",
+                [2, 2],
+            ),
+            (
+                "var v = x; numbers[lane] = v * v;
+                for (var i = 0u; i < 3u; i++) { numbers[lane + i] = v * v; v += 1.0f; }",
+                [2, 2],
+            ),
+            (
+                "numbers[lane] = x * x; for (var i = 0u; i < 3u; i++) { numbers[lane + i] = x * x; }",
+                [2, 1],
+            ),
+            // What a branch computes isn't there after it; what was computed before it is there in it.
+            (
+                "if (x > 1.0f) { numbers[lane] = x * x; } numbers[lane] = x * x;",
+                [2, 2],
+            ),
+            (
+                "numbers[lane] = x * x; if (x > 1.0f) { numbers[lane + 1u] = x * x; }",
+                [2, 1],
+            ),
+            // After a return of some lanes the rest is computed for all; a return of all lanes jumps over it.
+            ("numbers[lane] = cut(x, x > 1.0f) + cut(x, x > 1.0f);", [2, 1]),
+            ("numbers[lane] = cut(x, s > 1.0f) + cut(x, s > 1.0f);", [2, 2]),
+        ] {
+            assert_eq!(multiplications(body), expected, "{body}");
         }
     }
 }
