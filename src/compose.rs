@@ -308,12 +308,7 @@ impl OwnParts {
     /// # Errors
     /// `KIND.part`: everything that is wrong with the parts. `robot.sensors` and `robot.sensors[N].name`: names that WGSL doesn't
     /// allow. `controller.layers`: a network that can't be compiled.
-    pub(crate) fn compose(
-        &self,
-        base: &'static Kernel,
-        spec: &WorldSpec,
-        lives: Lives,
-    ) -> Result<Composed, Invalid> {
+    pub(crate) fn compose(&self, base: &'static Kernel, spec: &WorldSpec, lives: Lives) -> Result<Composed, Invalid> {
         part::compose(base, self, spec, lives)
     }
 }

@@ -144,7 +144,8 @@ fn eight_sensors(tables: &SensorTables) -> Result<(), Invalid> {
 /// Checks the rest of a world in which a surrogate lives.
 fn surrogate(spec: &WorldSpec) -> Result<(), Invalid> {
     if let Build::Forager(_) = spec.robot.build {
-        let problem = "is `forager` in a surrogate's life; allowed: another kind, since food exists only in the simulator";
+        let problem =
+            "is `forager` in a surrogate's life; allowed: another kind, since food exists only in the simulator";
         return Err(Invalid::new("robot.kind", problem));
     }
     if spec.noise != Noise::NONE {

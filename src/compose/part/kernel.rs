@@ -78,7 +78,13 @@ pub(super) fn is_of_foragers(path: &str) -> bool {
 /// Whether a forager is made of a part, if the part is not of every robot.
 fn is_of_forager(path: &str, spec: &WorldSpec) -> Option<bool> {
     let behaves = spec.controller == Controller::Behaviours;
-    let others = [&SENSORS[..], &MOTORS, &DESCRIBED, &[TABLES, WHEELS, BETWEEN], &NOT_FORAGER];
+    let others = [
+        &SENSORS[..],
+        &MOTORS,
+        &DESCRIBED,
+        &[TABLES, WHEELS, BETWEEN],
+        &NOT_FORAGER,
+    ];
     match path {
         _ if FORAGER.contains(&path) => Some(true),
         _ if BEHAVIOURS.contains(&path) => Some(behaves),
