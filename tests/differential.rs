@@ -377,8 +377,11 @@ fn what_cannot_be_is_refused() {
         ..WorldSpec::miglino1995()
     });
     assert!(sampled.unwrap_err().to_string().starts_with("arena.lights"));
-    let text = refused(&|spec, _| spec.surrogate = Some(Surrogate::drawn(1, Differences::all(1.0)).into()));
-    assert!(text.starts_with("robot.kind"), "{text}");
+    let text = refused(&|spec, _| spec.surrogate = Some(Surrogate::drawn(1, Differences::all(2.5)).into()));
+    assert!(
+        text.starts_with("surrogate.severity: is 2.5; allowed: 0 to 2"),
+        "{text}"
+    );
 }
 
 /// A described robot's readings by their index, those of its own sensors first.
