@@ -17,9 +17,11 @@ use crate::evaluator::{Control, Device, Error, Evaluator};
 const CHUNK: u32 = 16_384;
 /// Said of a processor that kernels can't be compiled for.
 const SLOW: &str = "; kernels composed at run time are interpreted, which is slow";
-/// How many times the bound of its loops' turns a call of code made at run time may take before it is stopped. Some calls take
-/// more than the bound, such as those of `experiments/discrimination.toml`, so this is no exact limit.
-const MARGIN: u64 = 1000;
+/// How many times the bound of its loops' turns a call of code made at run time may take before it is stopped. The bound is that of
+/// one life. Of several lanes, some may leave a loop earlier than others; the pass in which the last ones leave it goes on to its end
+/// without any. So a loop may take one pass more than the bound says, which is at most twice as many for each loop around
+/// it: this is for ten.
+const MARGIN: u64 = 1 << 10;
 /// Most turns of loops between such checks, for kernels that loop much in a cycle.
 const TURNS_OF_CHUNK: u32 = 10_000_000;
 
@@ -145,7 +147,7 @@ impl Cpu {
             .map(|part| Lives {
                 part,
                 code: &code,
-                chunk: self.chunk.min((TURNS_OF_CHUNK / part.loops()).max(1)),
+                chunk: self.chunk.min((TURNS_OF_CHUNK / part.loops().max(1)).max(1)),
                 control,
                 steps,
                 fitness: written(fitness.next().unwrap_or_default()),

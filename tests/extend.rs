@@ -413,7 +413,7 @@ fn a_forager_takes_parts() {
         ("arena.nest_radius_mm=601", "arena.nest_radius_mm: is 601"),
         (
             "reality.robot=\"surrogate:1\"",
-            "is `forager` in a surrogate's life; allowed: `sampled`",
+            "is `forager` in a surrogate's life; allowed: another kind",
         ),
         (
             "reality.robot=\"serial:/dev/ttyUSB0\"",

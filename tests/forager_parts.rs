@@ -457,7 +457,8 @@ fn a_foragers_own_functions_are_closed() {
         ),
         (
             TASK.replace("BODY", "now.brougth"),
-            "own.wgsl:2:23: invalid field accessor `brougth` (invalid accessor); did you mean `brought`?",
+            "own.wgsl:2:23: `Experience` has no field `brougth`; allowed: step, start, end, real, perceived, outputs, moved, collided, took, \
+             brought, worth, to_nest, to_food; did you mean `brought`? [unknown-name]",
         ),
     ] {
         let invalid = with(&text, forager()).unwrap_err();
