@@ -357,7 +357,7 @@ fn what_cannot_be_is_refused() {
         ),
         (
             "robot.kind=sampled",
-            "robot.sensors: is given; allowed: only with kind = \"differential\"",
+            "robot.tables: is 4; allowed: 8, a Khepera's, or robot.kind = \"differential\"",
         ),
     ] {
         place
