@@ -97,7 +97,13 @@ simulator
 beside=$(mktemp)
 setsid nice -n 19 tests/aarch64.sh >"$beside" 2>&1 &
 arm=$!
-trap 'kill -- -$arm 2>/dev/null || true; rm -f "$beside"' EXIT
+finish() {
+    kill -- -$arm 2>/dev/null || true
+    rm -f "$beside"
+    say "what each stage took"
+    printf '%s\n' "${stages[@]}"
+}
+trap finish EXIT
 join() {
     local code=0
     wait $arm || code=$?
@@ -110,6 +116,9 @@ cargo fmt --all --check
 
 say "lints"
 cargo clippy --workspace --all-targets --features oneiro-host/parquet --locked -- -D warnings
+
+say "documentation"
+RUSTDOCFLAGS="-D warnings" cargo doc --locked --workspace --features oneiro-host/parquet --no-deps --quiet
 
 # One test of the program: the lane code is that of the next stage, which runs all tests.
 say "the program without the GPU backend"
@@ -126,12 +135,6 @@ join
 if [ "$slurm" ]; then
     tests/slurm.sh
 fi
-
-say "documentation"
-RUSTDOCFLAGS="-D warnings" cargo doc --locked --workspace --no-deps --quiet
-
-say "what each stage took"
-printf '%s\n' "${stages[@]}"
 
 say "what was skipped"
 skip_summary

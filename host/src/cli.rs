@@ -753,7 +753,7 @@ pub(crate) enum SweepCommand {
         dir: PathBuf,
         /// The column of results.csv to compare cells by, higher being better [default: `champion_mean`, the mean of the
         /// champion's fresh lives; `peak`, the last parents' mean, if there are cells without finalists; `real` with the
-        /// sweep's [reality]; `rate` of swarms]
+        /// sweep's `[reality]`; `rate` of swarms]
         #[arg(long, value_name = "COLUMN")]
         outcome: Option<String>,
         /// Write report.html and its tables into this directory [default: the sweep's directory]
