@@ -18,7 +18,7 @@ use super::record::{Case, Kind, RobotInterval, Run};
 use super::{Plan, tables};
 use crate::engine::job::{Added, Finished, Job, Place, Progress, Request, Results, Stage, Step};
 use crate::evolve::encapsulated::{Genome, any_gene};
-use crate::evolve::random::{Stream, below, shuffled, stream};
+use crate::evolve::random::{Stream, shuffled, stream};
 use crate::exchange::Exchange;
 use crate::exit::{Failure, Result};
 use crate::sealed;
@@ -67,15 +67,8 @@ impl SwarmJob {
     pub(crate) fn new(plan: Plan) -> Self {
         let settings = &plan.settings;
         let robots = settings.world.robots as usize;
-        let mut schedule = stream(plan.seed, Stream::Schedule, 0);
-        let clocks: Vec<Clock> = (0..robots)
-            .map(|_| Clock {
-                offset: below(settings.clock.offset_s as usize + 1, &mut schedule) as u32,
-                interval: settings.clock.interval_s,
-                installed: settings.clock.installed_s,
-            })
-            .collect();
-        let on_board = |(robot, clock): (usize, &Clock)| OnBoard::new(settings, *clock, robot_seed(plan.seed, robot));
+        let clocks = plan.clocks();
+        let on_board = |(robot, clock): (usize, &Clock)| OnBoard::new(settings, *clock, plan.robot_seed(robot));
         let state = State {
             robots: if settings.case == Case::Random {
                 Vec::new()
@@ -192,12 +185,7 @@ impl SwarmJob {
         self.state.robots.iter().zip(0..).flat_map(move |(own, robot)| {
             let scenario = own.scenario();
             let world = SCENARIOS.iter().position(|light| *light == scenario).unwrap_or(0);
-            let generation = u64::from(own.interval()) + 1;
-            own.controllers().iter().zip(0..).map(move |(genes, index)| Rollout {
-                world,
-                genes,
-                key: Key::rollout(seed, generation, robot, index),
-            })
+            own.rollouts(world, seed, robot)
         })
     }
 
@@ -478,12 +466,6 @@ fn place(world: Arc<impl WorldKind + Debug + Send + Sync + 'static>) -> Place {
         key: blake3::hash(format!("{world:?}").as_bytes()),
         world,
     }
-}
-
-/// The seed of a robot's own random numbers.
-fn robot_seed(seed: u64, robot: usize) -> u64 {
-    let Key([low, high]) = Key::rollout(seed, u64::MAX, robot as u64, 0);
-    u64::from(low) | u64::from(high) << 32
 }
 
 /// The middle of a scenario's bin.

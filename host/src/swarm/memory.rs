@@ -72,29 +72,10 @@ pub(crate) struct Memory<'a> {
 impl Memory<'_> {
     /// The message of a robot in a second; none before it is switched on.
     fn said(&self, sender: usize, at: u32, second: &Second) -> Option<Message> {
-        let robot = &self.robots[sender];
-        let now = robot.clock.interval_at(at)?;
-        let controller = robot.acts(at);
         let whose = self.whose[sender];
-        Some(match self.says {
-            Says::SoFar => Message {
-                sender,
-                interval: now,
-                simulator: robot.credited(now, self.credit),
-                fitness: second.earned[whose],
-                controller,
-            },
-            Says::LastWhole => {
-                let last = now.checked_sub(1)?;
-                Message {
-                    sender,
-                    interval: last,
-                    simulator: robot.credited(last, self.credit),
-                    fitness: *self.robots[whose].real.get(last as usize)?,
-                    controller,
-                }
-            }
-        })
+        let whole = |last: usize| self.robots[whose].real.get(last).copied();
+        let rules = (self.says, self.credit);
+        self.robots[sender].message(sender, at, rules, second.earned[whose], whole)
     }
 }
 

@@ -16,12 +16,15 @@ pub(crate) mod record;
 pub(crate) mod settings;
 pub(crate) mod tables;
 
+use oneiro::random::Key;
 use oneiro::swarm::{Lamp, SECOND};
 use serde::Serialize;
 
 use crate::engine::handle::Engine;
+use crate::evolve::random::{Stream, below, stream};
 use crate::exit::Result;
 use crate::swarm::record::{Case, Kind, Run};
+use clock::Clock;
 use job::SwarmJob;
 use settings::Settings;
 
@@ -42,6 +45,24 @@ impl Plan {
     /// The arena's lamp.
     pub(crate) fn lamp(&self) -> Lamp {
         self.settings.case.lamp(SECOND * self.settings.light_moves())
+    }
+
+    /// When each robot is switched on, and the times of its intervals.
+    pub(crate) fn clocks(&self) -> Vec<Clock> {
+        let times = &self.settings.clock;
+        let mut schedule = stream(self.seed, Stream::Schedule, 0);
+        let clock = |_| Clock {
+            offset: below(times.offset_s as usize + 1, &mut schedule) as u32,
+            interval: times.interval_s,
+            installed: times.installed_s,
+        };
+        (0..self.settings.world.robots).map(clock).collect()
+    }
+
+    /// The seed of a robot's own random numbers.
+    pub(crate) fn robot_seed(&self, robot: usize) -> u64 {
+        let Key([low, high]) = Key::rollout(self.seed, u64::MAX, robot as u64, 0);
+        u64::from(low) | u64::from(high) << 32
     }
 
     /// A hash of all that decides the run.

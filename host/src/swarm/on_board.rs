@@ -1,11 +1,13 @@
 //! The program on board of one robot: its simulator, its controllers, and its decisions at the end of each interval. It
 //! needs only its own fitness, the results of its simulations and the messages it heard.
 
+use oneiro::batch::Rollout;
 use oneiro::foraging::Light;
+use oneiro::random::Key;
 use serde::{Deserialize, Serialize};
 
 use super::clock::Clock;
-use super::settings::Settings;
+use super::settings::{Says, Settings};
 use crate::evolve::encapsulated::{Controllers, Genome, any_gene};
 use crate::evolve::random::{Stream, stream};
 use crate::exchange::Message;
@@ -75,6 +77,16 @@ impl OnBoard {
         self.controllers.genomes()
     }
 
+    /// Their lives in its simulator, which is world number `world` of a batch. `robot` is its number in the run with this seed.
+    pub(crate) fn rollouts(&self, world: usize, seed: u64, robot: u64) -> impl Iterator<Item = Rollout<'_>> {
+        let generation = u64::from(self.interval()) + 1;
+        self.controllers().iter().zip(0..).map(move |(genes, index)| Rollout {
+            world,
+            genes,
+            key: Key::rollout(seed, generation, robot, index),
+        })
+    }
+
     /// Whether this interval's controllers are still to be simulated.
     pub(crate) fn is_to_simulate(&self) -> bool {
         self.simulated.len() < self.simulators.len()
@@ -103,11 +115,50 @@ impl OnBoard {
         }
     }
 
-    /// The controller that acts in a second.
+    /// The controller that acts in a second: the one before, while the simulations that choose it are late.
     pub(crate) fn acts(&self, second: u32) -> Genome {
-        self.clock
-            .chosen_in(second)
-            .map_or(self.first, |interval| self.chosen[interval as usize])
+        let count = self.clock.chosen_in(second).map_or(0, |interval| interval as usize + 1);
+        let chosen = &self.chosen[..count.min(self.chosen.len())];
+        chosen.last().copied().unwrap_or(self.first)
+    }
+
+    /// What it broadcasts in a second; none before it is switched on. `so_far` is its fitness in this interval until then, and
+    /// `whole` gives that of an interval that has ended.
+    pub(crate) fn message(
+        &self,
+        sender: usize,
+        at: u32,
+        (says, credit): (Says, Credit),
+        so_far: f32,
+        whole: impl FnOnce(usize) -> Option<f32>,
+    ) -> Option<Message> {
+        let now = self.clock.interval_at(at)?;
+        let (interval, fitness) = match says {
+            Says::SoFar => (now, so_far),
+            Says::LastWhole => {
+                let last = now.checked_sub(1)?;
+                (last, whole(last as usize)?)
+            }
+        };
+        Some(Message {
+            sender,
+            interval,
+            simulator: self.credited(interval, credit),
+            fitness,
+            controller: self.acts(at),
+        })
+    }
+
+    /// Ends an interval that it has not lived through, or whose controllers were not simulated in time: its controllers and its
+    /// simulator stay as they are.
+    pub(crate) fn miss_interval(&mut self, real: f32) {
+        if self.is_to_simulate() {
+            let acting = self.chosen.last().copied().unwrap_or(self.first);
+            self.chosen.push(acting);
+            self.simulated.push(self.simulated.last().copied().unwrap_or(f32::NAN));
+        }
+        self.real.push(real);
+        self.simulators.push(self.simulator());
     }
 
     /// Ends an interval in which its real fitness was `real`: breeds its controllers, and takes over the best simulator

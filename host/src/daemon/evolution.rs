@@ -1,0 +1,128 @@
+//! The evolution on board: evaluates a robot's controllers in its simulator beside the control thread, at low priority and with a
+//! bounded share of a processor.
+
+use std::sync::mpsc::{self, Receiver, Sender, TryRecvError};
+use std::thread;
+use std::time::{Duration, Instant};
+
+use oneiro::batch::Worlds;
+use oneiro::cpu::Cpu;
+use oneiro::evaluator::{Control, Evaluator};
+use oneiro::swarm::SECOND;
+
+use crate::exit::{Failure, Result};
+use crate::swarm::Plan;
+use crate::swarm::on_board::OnBoard;
+
+/// The fitness of an interval's controllers.
+#[derive(Clone, Debug)]
+pub(crate) struct Simulated {
+    /// The interval.
+    pub(crate) interval: u32,
+    /// One for each controller.
+    pub(crate) fitness: Vec<f32>,
+    /// Time for which it kept a processor busy, at most.
+    pub(crate) worked: Duration,
+    /// Time from its beginning to its end.
+    pub(crate) taken: Duration,
+}
+
+/// Evaluates the controllers of a robot in its present simulator. After each second of their lives it rests for as long as
+/// leaves others the rest of a processor, of which it uses `share`.
+///
+/// # Errors
+/// Those of the evaluator.
+pub(crate) fn simulate(
+    plan: &Plan,
+    robot: usize,
+    own: &OnBoard,
+    device: &mut dyn Evaluator,
+    share: f64,
+) -> Result<Simulated> {
+    let (start, mut worked) = (Instant::now(), Duration::ZERO);
+    let worlds = Worlds::new(&[plan.settings.simulator(own.scenario())])?;
+    let rollouts: Vec<_> = own.rollouts(0, plan.seed, robot as u64).collect();
+    let cycles = SECOND * plan.settings.clock.interval_s;
+    let (mut states, mut fitness) = (Vec::new(), Vec::new());
+    for cycle in (0..cycles).step_by(SECOND as usize) {
+        let began = Instant::now();
+        let batch = worlds.stretch(&rollouts, cycle..cycle + SECOND, &states, None)?;
+        let outcome = device.evaluate(&batch, &Control::new())?;
+        (states, fitness) = (outcome.states, outcome.fitness);
+        let busy = began.elapsed();
+        worked += busy;
+        thread::sleep(busy.mul_f64(1.0 / share - 1.0));
+    }
+    Ok(Simulated {
+        interval: own.interval(),
+        fitness,
+        worked,
+        taken: start.elapsed(),
+    })
+}
+
+/// A thread that evaluates, one interval after the other.
+pub(crate) struct Evolution {
+    requests: Sender<OnBoard>,
+    results: Receiver<Result<Simulated>>,
+    /// The interval that was asked for last.
+    asked: Option<u32>,
+}
+
+impl Evolution {
+    /// Starts the thread, for a robot that may use a share of one processor.
+    pub(crate) fn start(plan: Plan, robot: usize, share: f64) -> Self {
+        let (requests, asked) = mpsc::channel::<OnBoard>();
+        let (sender, results) = mpsc::channel();
+        // It ends when nothing more can be asked for.
+        thread::spawn(move || {
+            yield_to_others();
+            let mut cpu = Cpu::new(Some(1)).map_err(Failure::device);
+            for own in asked {
+                let simulated = match &mut cpu {
+                    Ok(cpu) => simulate(&plan, robot, &own, cpu, share),
+                    Err(failure) => Err(Failure::device(failure.to_string())),
+                };
+                if sender.send(simulated).is_err() {
+                    return;
+                }
+            }
+        });
+        Self {
+            requests,
+            results,
+            asked: None,
+        }
+    }
+
+    /// Asks for the controllers of a robot's interval to be evaluated, once.
+    pub(crate) fn ask(&mut self, own: &OnBoard) {
+        if own.is_to_simulate() && self.asked.replace(own.interval()) != Some(own.interval()) {
+            // If the thread is gone, its last words say why.
+            let _ = self.requests.send(own.clone());
+        }
+    }
+
+    /// The result, if there is one; waits for it if `must_wait`.
+    ///
+    /// # Errors
+    /// Those of the evaluator.
+    pub(crate) fn result(&mut self, must_wait: bool) -> Result<Option<Simulated>> {
+        let result = if must_wait {
+            self.results.recv().map_err(|_| TryRecvError::Disconnected)
+        } else {
+            self.results.try_recv()
+        };
+        match result {
+            Ok(result) => result.map(Some),
+            Err(TryRecvError::Empty) => Ok(None),
+            Err(TryRecvError::Disconnected) => Err(Failure::failed("the thread that evolves has ended")),
+        }
+    }
+}
+
+/// Gives this thread, and those that it starts, the lowest priority. What it computes does not depend on that.
+fn yield_to_others() {
+    #[cfg(target_os = "linux")]
+    let _ = rustix::process::setpriority_process(None, 19);
+}

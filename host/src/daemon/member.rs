@@ -1,0 +1,283 @@
+//! One robot of a swarm on its own computer: what it makes of its sightings and of what it hears, cycle by cycle. The schedule and the
+//! evolution are those of the batched study (`swarm/`), without clock, files or sockets.
+
+use std::ops::Range;
+
+use oneiro::swarm::SECOND;
+use serde::{Deserialize, Serialize};
+
+use crate::evolve::encapsulated::Genome;
+use crate::exchange::Message;
+use crate::swarm::Plan;
+use crate::swarm::on_board::OnBoard;
+
+/// A cycle in s, as kernels count it.
+const CYCLE_S: f32 = 0.1;
+
+/// What the tracker says of the robot in a cycle.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(crate) struct Sighted {
+    /// Whether it carries food.
+    pub(crate) carries: bool,
+    /// Food that it has brought to the nest since the experiment began.
+    pub(crate) brought: u32,
+    /// The robots that it can hear, a bit each.
+    pub(crate) heard: u128,
+}
+
+/// A message and the second in which it was said.
+pub(crate) type Said = (u32, Message);
+
+/// An interval that has ended.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub(crate) struct Ended {
+    /// Its number, from 0, by the robot's own clock.
+    pub(crate) interval: u32,
+    /// The gene of the robot's simulator.
+    pub(crate) simulator: f32,
+    /// The gene of the simulator in which the acting controller was chosen.
+    pub(crate) chosen_under: f32,
+    /// The controller that acted at its end.
+    pub(crate) controller: Genome,
+    /// The robot's fitness.
+    pub(crate) real: f32,
+    /// The acting controller's fitness in the simulator in which it was chosen; none in the first interval.
+    pub(crate) simulated: Option<f32>,
+    /// Number of robots that it took messages from.
+    pub(crate) heard: u32,
+    /// Whether its next simulator came from another robot.
+    pub(crate) taken: bool,
+    /// Whether it did not live through all of it: its fitness is what it earned in the rest, and nothing evolved.
+    pub(crate) missed: bool,
+}
+
+/// What a cycle asks for.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(crate) struct Deeds {
+    /// The controller that acts; none before the robot is switched on.
+    pub(crate) controller: Option<Genome>,
+    /// What is to be broadcast.
+    pub(crate) say: Option<Said>,
+    /// What it has heard in the seconds that have ended.
+    pub(crate) heard: Vec<Said>,
+    /// Intervals that have ended.
+    pub(crate) ended: Vec<Ended>,
+    /// Whether the experiment is over.
+    pub(crate) is_over: bool,
+}
+
+/// A robot and its evolution.
+#[derive(Clone, Debug)]
+pub(crate) struct Member {
+    plan: Plan,
+    robot: usize,
+    state: State,
+    /// What has come in, for the second in which it was said.
+    inbox: Vec<Said>,
+    /// The robots that it could hear in this second, a bit each.
+    contacts: u128,
+    /// What it has heard in this interval.
+    messages: Vec<Message>,
+    /// The second that it lives in; none before the first cycle.
+    second: Option<u32>,
+    /// The cycle from which it has lived without interruption.
+    since: u32,
+    /// The first cycle of this interval.
+    began: u32,
+    /// Its fitness in this interval so far.
+    earned: f32,
+    /// Whether it carries food.
+    carries: bool,
+}
+
+/// What is saved of a robot between two intervals.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub(crate) struct State {
+    pub(crate) evolution: OnBoard,
+    /// Food that the tracker said it had brought.
+    pub(crate) brought: Option<u32>,
+}
+
+impl Member {
+    /// A robot before the experiment.
+    pub(crate) fn new(plan: Plan, robot: usize) -> Self {
+        let evolution = OnBoard::new(&plan.settings, plan.clocks()[robot], plan.robot_seed(robot));
+        Self::at(
+            plan,
+            robot,
+            State {
+                evolution,
+                brought: None,
+            },
+        )
+    }
+
+    /// A robot from where its state was saved.
+    pub(crate) fn at(plan: Plan, robot: usize, state: State) -> Self {
+        Self {
+            plan,
+            robot,
+            state,
+            inbox: Vec::new(),
+            contacts: 0,
+            messages: Vec::new(),
+            second: None,
+            since: 0,
+            began: 0,
+            earned: 0.0,
+            carries: false,
+        }
+    }
+
+    /// What has to be saved.
+    pub(crate) fn state(&self) -> &State {
+        &self.state
+    }
+
+    /// Its evolution on board.
+    pub(crate) fn evolution(&self) -> &OnBoard {
+        &self.state.evolution
+    }
+
+    /// Whether it carries food.
+    pub(crate) fn carries(&self) -> bool {
+        self.carries
+    }
+
+    /// Its fitness in this interval so far.
+    pub(crate) fn earned(&self) -> f32 {
+        self.earned
+    }
+
+    /// Takes the fitness of its controllers in its simulator, if these are still those of its interval.
+    pub(crate) fn take_simulated(&mut self, interval: u32, fitness: &[f32]) {
+        let own = &mut self.state.evolution;
+        if own.is_to_simulate() && own.interval() == interval && own.controllers().len() == fitness.len() {
+            own.take_simulated(fitness);
+        }
+    }
+
+    /// Takes a message that has come. It is heard if the robot can hear its sender in the second in which it was said: if the
+    /// tracker says so, or `is_near`.
+    pub(crate) fn hear(&mut self, said: Said, is_near: bool) {
+        /// More than all robots can say in the seconds that count.
+        const MOST: usize = 1024;
+        if self.inbox.len() < MOST {
+            self.contacts |= u128::from(is_near) << said.1.sender;
+            self.inbox.push(said);
+        }
+    }
+
+    /// Lives through a cycle of the experiment, which must be later than the one before. Until then `sighted` was seen of the
+    /// robot, if the tracker saw it.
+    pub(crate) fn cycle(&mut self, cycle: u32, sighted: Option<Sighted>) -> Deeds {
+        let mut deeds = Deeds::default();
+        if let Some(sighted) = sighted {
+            self.see(sighted, cycle);
+        }
+        let (second, last) = (cycle / SECOND, self.plan.settings.seconds());
+        let begins = self.second != Some(second);
+        if begins {
+            match self.second {
+                // What was said while it did not live is not heard.
+                None => self.since = cycle,
+                Some(before) => deeds.heard = self.listen(before..second),
+            }
+            self.second = Some(second);
+            self.contacts = 0;
+            self.inbox.retain(|(said, _)| *said >= second);
+            while self.has_ended(second.min(last)) {
+                let ended = self.end_interval();
+                deeds.ended.push(ended);
+                self.began = cycle;
+                self.earned = 0.0;
+            }
+        }
+        deeds.is_over = second >= last;
+        let own = &self.state.evolution;
+        if deeds.is_over || own.clock.interval_at(second).is_none() {
+            return deeds;
+        }
+        if own.clock.seconds_of(own.interval()).start == second && begins {
+            self.began = cycle;
+            self.earned = 0.0;
+            self.messages.clear();
+        }
+        let own = &self.state.evolution;
+        deeds.controller = Some(own.acts(second));
+        if begins {
+            let rules = &self.plan.settings.simulators;
+            let whole = |interval: usize| own.real.get(interval).copied();
+            let message = own.message(self.robot, second, (rules.says, rules.credit), self.earned, whole);
+            deeds.say = message.map(|message| (second, message));
+        }
+        deeds
+    }
+
+    /// Takes a sighting at the beginning of a cycle.
+    fn see(&mut self, sighted: Sighted, cycle: u32) {
+        self.carries = sighted.carries;
+        self.contacts |= sighted.heard;
+        let before = self.state.brought.replace(sighted.brought).unwrap_or_default();
+        // Equation 1 of O'Dowd, Studley and Winfield (2014), with the kernel's arithmetic. A tracker that has begun anew counts from 0.
+        let seconds = (cycle - self.began.min(cycle)) as f32 * CYCLE_S;
+        let worth = (self.plan.settings.clock.interval_s as f32 - seconds).max(0.0);
+        for _ in before..sighted.brought {
+            self.earned += worth;
+        }
+    }
+
+    /// What was heard in seconds that have ended: of each second every sender that was in contact, in the order of their numbers.
+    fn listen(&mut self, seconds: Range<u32>) -> Vec<Said> {
+        let is_heard = |(second, message): &&Said| {
+            seconds.contains(second) && message.sender != self.robot && self.contacts >> message.sender & 1 == 1
+        };
+        let mut heard: Vec<Said> = self.inbox.iter().filter(is_heard).copied().collect();
+        heard.sort_by_key(|(second, message)| (*second, message.sender));
+        heard.dedup_by_key(|(second, message)| (*second, message.sender));
+        self.messages.extend(heard.iter().map(|(_, message)| *message));
+        heard
+    }
+
+    /// Whether its interval is over when a second begins.
+    fn has_ended(&self, second: u32) -> bool {
+        let own = &self.state.evolution;
+        second >= own.clock.seconds_of(own.interval()).end
+    }
+
+    /// Ends its interval. If it has not lived through all of it, or its controllers are not simulated yet, nothing evolves.
+    fn end_interval(&mut self) -> Ended {
+        let own = &mut self.state.evolution;
+        let interval = own.interval();
+        let seconds = own.clock.seconds_of(interval);
+        let missed = own.is_to_simulate() || SECOND * seconds.start < self.since;
+        let messages = std::mem::take(&mut self.messages);
+        let real = self.earned;
+        let taken = if missed {
+            own.miss_interval(real);
+            false
+        } else {
+            own.end_interval(&self.plan.settings, real, &messages)
+        };
+        let last = seconds.end - 1;
+        let mut senders = messages.iter().map(|message| 1_u128 << message.sender);
+        Ended {
+            interval,
+            simulator: own.simulators[interval as usize],
+            chosen_under: own.chosen_under(interval),
+            controller: own.acts(last),
+            real,
+            simulated: own
+                .clock
+                .chosen_in(last)
+                .map(|chosen| own.simulated[chosen as usize])
+                .filter(|fitness| fitness.is_finite()),
+            heard: senders.by_ref().fold(0, |all, one| all | one).count_ones(),
+            taken,
+            missed,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests;

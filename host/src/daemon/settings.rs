@@ -1,0 +1,351 @@
+//! The file of a robot's daemon.
+//!
+//! ```toml
+//! experiment = "odowd2014.toml"                 # a swarm's experiment, relative to this file
+//! robot = 3                                     # its number, from 0
+//! address = "serial:/dev/rfcomm0"
+//! seed = 1
+//! directory = "state"                           # of the checkpoint, the record and the log, relative to this file
+//! key = "experiment.key"                        # shared by all robots and the operator
+//!
+//! [radio]
+//! listen = "0.0.0.0:4711"
+//! peers = ["10.0.0.11:4711", "10.0.0.1:4711"]   # the other robots and the operator, or a broadcast address
+//! contact = "tracker"
+//!
+//! [tracker]
+//! listen = "0.0.0.0:5005"
+//! age_ms = 300
+//!
+//! [beacon]
+//! limit_ms = 400
+//!
+//! [evolution]
+//! share = 0.8
+//!
+//! [guard]
+//! speed_mm_s = 128
+//! ```
+
+use std::collections::BTreeMap;
+use std::fmt::Display;
+use std::net::SocketAddr;
+use std::ops::RangeInclusive;
+use std::path::{Path, PathBuf};
+use std::time::Duration;
+
+use serde::{Deserialize, Serialize};
+
+use crate::exit::Result;
+use crate::experiment::GREATEST_SEED;
+use crate::experiment::source::{Parsed, Source};
+use crate::experiment::swarm::SwarmExperiment;
+use crate::files;
+use crate::robots::address::{Address, Wire, forms};
+use crate::robots::guard::values::Values;
+use crate::robots::tracker;
+use crate::swarm::Plan;
+
+/// Allowed limits of the beacon's silence, ms. The wheels take up to 0.1 s to stop after it.
+const BEACON_LIMITS_MS: RangeInclusive<u64> = 100..=450;
+/// Allowed shares of a processor.
+const SHARES: RangeInclusive<f64> = 0.01..=1.0;
+
+/// Keys of the file.
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct File {
+    experiment: PathBuf,
+    robot: u32,
+    address: String,
+    #[serde(default)]
+    seed: u64,
+    directory: PathBuf,
+    key: PathBuf,
+    radio: Radio,
+    #[serde(default)]
+    tracker: Tracker,
+    #[serde(default)]
+    beacon: Beacon,
+    #[serde(default)]
+    evolution: Evolution,
+    #[serde(default)]
+    guard: BTreeMap<String, f64>,
+}
+
+/// How datagrams reach the others.
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct Radio {
+    /// Address to listen at.
+    pub(crate) listen: SocketAddr,
+    /// The others and the operator.
+    pub(crate) peers: Vec<SocketAddr>,
+    /// Who is near enough to be heard.
+    #[serde(default)]
+    pub(crate) contact: Contact,
+}
+
+/// How a robot knows whom it meets.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub(crate) enum Contact {
+    /// The tracker's lines name the robots that it hears.
+    #[default]
+    Tracker,
+    /// It meets everybody whose datagrams arrive: the radio's own range decides.
+    Range,
+}
+
+/// The tracker.
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub(crate) struct Tracker {
+    /// Address to listen at.
+    pub(crate) listen: SocketAddr,
+    /// Age of the last sighting from which the robot counts as lost, ms.
+    age_ms: u64,
+}
+
+impl Default for Tracker {
+    fn default() -> Self {
+        Self {
+            listen: SocketAddr::from(([0; 4], 5005)),
+            age_ms: tracker::AGE_MS,
+        }
+    }
+}
+
+impl Tracker {
+    /// Age of the last sighting from which the robot counts as lost.
+    pub(crate) fn age(&self) -> Duration {
+        Duration::from_millis(self.age_ms)
+    }
+}
+
+/// The operator's beacon, without which the wheels stand.
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub(crate) struct Beacon {
+    limit_ms: u64,
+}
+
+impl Default for Beacon {
+    fn default() -> Self {
+        Self { limit_ms: 400 }
+    }
+}
+
+impl Beacon {
+    /// How long the beacon may be silent.
+    pub(crate) fn limit(&self) -> Duration {
+        Duration::from_millis(self.limit_ms)
+    }
+}
+
+/// The evolution on board.
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub(crate) struct Evolution {
+    /// Share of one processor's time that it may take.
+    pub(crate) share: f64,
+}
+
+impl Default for Evolution {
+    fn default() -> Self {
+        Self { share: 0.8 }
+    }
+}
+
+/// A daemon's checked values.
+#[derive(Clone, Debug)]
+pub(crate) struct Settings {
+    /// The swarm's run that it takes part in.
+    pub(crate) plan: Plan,
+    /// BLAKE3 hash of the experiment and the seed.
+    pub(crate) experiment: blake3::Hash,
+    /// The robot's number.
+    pub(crate) robot: u32,
+    /// Where the robot is.
+    pub(crate) wire: Wire,
+    /// Where the daemon keeps its files.
+    pub(crate) directory: PathBuf,
+    /// File of the experiment's key.
+    pub(crate) key: PathBuf,
+    pub(crate) radio: Radio,
+    pub(crate) tracker: Tracker,
+    pub(crate) beacon: Beacon,
+    pub(crate) evolution: Evolution,
+    /// Settings of the guard, each written `KEY=VALUE`.
+    pub(crate) guard: Vec<String>,
+}
+
+impl Settings {
+    /// Reads and checks a daemon's file and the experiment that it names.
+    ///
+    /// # Errors
+    /// Exit 3: the file, the line and the column, the key, the value found, and the values allowed.
+    pub(crate) fn read(path: &Path) -> Result<Self> {
+        let text = files::text(path)?;
+        let parsed = Parsed::new(path.display().to_string(), &text)?;
+        let (file, source): (File, _) = Source::read(&parsed, &[])?;
+        let directory = path.parent().unwrap_or(Path::new(""));
+        let experiment = directory.join(&file.experiment);
+        let text = files::text(&experiment)?;
+        let parsed = Parsed::new(experiment.display().to_string(), &text)?;
+        if !parsed.has("swarm") {
+            let problem = format!(
+                "is {}, which has no swarm; allowed: an experiment with a table [swarm]",
+                file.experiment.display()
+            );
+            return Err(source.invalid("experiment", problem));
+        }
+        let experiment = SwarmExperiment::of(&experiment, &parsed, &[])?;
+        check(&file, experiment.settings().world.robots, &source)?;
+        let wire = match file.address.parse() {
+            Ok(Address::Wire(wire)) => wire,
+            Ok(Address::Surrogate(_)) => {
+                let problem = format!("is {}, which has no link; allowed: {}", file.address, forms());
+                return Err(source.invalid("address", problem));
+            }
+            Err(invalid) => return Err(source.invalid("address", invalid)),
+        };
+        let guard: Vec<String> = file.guard.iter().map(|(key, value)| format!("{key}={value}")).collect();
+        Values::of(&guard).map_err(|problem| source.invalid("guard", problem))?;
+        Ok(Self {
+            experiment: experiment.identities().of(file.seed),
+            plan: experiment.plan(file.seed),
+            robot: file.robot,
+            wire,
+            directory: directory.join(file.directory),
+            key: directory.join(file.key),
+            radio: file.radio,
+            tracker: file.tracker,
+            beacon: file.beacon,
+            evolution: file.evolution,
+            guard,
+        })
+    }
+}
+
+/// Checks the ranges of values.
+fn check(file: &File, robots: u32, source: &Source<'_>) -> Result {
+    within("robot", &file.robot, &(0..=robots - 1), source)?;
+    within("seed", &file.seed, &(0..=GREATEST_SEED), source)?;
+    within("tracker.age_ms", &file.tracker.age_ms, &tracker::AGES_MS, source)?;
+    within("beacon.limit_ms", &file.beacon.limit_ms, &BEACON_LIMITS_MS, source)?;
+    within("evolution.share", &file.evolution.share, &SHARES, source)
+}
+
+fn within<T: PartialOrd + Display>(key: &str, value: &T, allowed: &RangeInclusive<T>, source: &Source<'_>) -> Result {
+    if allowed.contains(value) {
+        return Ok(());
+    }
+    let (least, greatest) = (allowed.start(), allowed.end());
+    Err(source.invalid(key, format_args!("is {value}; allowed: {least} to {greatest}")))
+}
+
+#[cfg(test)]
+mod tests {
+    use std::fs;
+
+    use super::*;
+
+    const FILE: &str = r#"
+experiment = "swarm.toml"
+robot = 3
+address = "serial:/dev/rfcomm0"
+seed = 5
+directory = "state"
+key = "experiment.key"
+[radio]
+listen = "127.0.0.1:4711"
+peers = ["127.0.0.1:4712"]
+[beacon]
+limit_ms = 300
+[guard]
+speed_mm_s = 128
+"#;
+
+    /// The values of the file in a directory of its own, with some text put in the place of another.
+    fn read(name: &str, replaced: &str, by: &str) -> Result<Settings> {
+        let directory = std::env::temp_dir().join(format!("oneiro-daemon-{name}-{}", std::process::id()));
+        fs::create_dir_all(&directory).unwrap();
+        assert!(FILE.contains(replaced), "{replaced}");
+        fs::write(directory.join("robot.toml"), FILE.replace(replaced, by)).unwrap();
+        fs::write(directory.join("swarm.toml"), "[swarm]\nrobots = 10\nminutes = 3\n").unwrap();
+        fs::write(directory.join("single.toml"), "trials = 1\n").unwrap();
+        let settings = Settings::read(&directory.join("robot.toml"));
+        fs::remove_dir_all(&directory).unwrap();
+        settings
+    }
+
+    #[test]
+    fn a_file_is_read_with_its_experiment() {
+        let settings = read("whole", "", "").unwrap();
+        assert_eq!(
+            (settings.robot, settings.plan.seed, settings.plan.settings.minutes),
+            (3, 5, 3)
+        );
+        assert!(settings.directory.ends_with("state") && settings.key.ends_with("experiment.key"));
+        assert_eq!(settings.guard, ["speed_mm_s=128"]);
+        assert_eq!(settings.beacon.limit(), Duration::from_millis(300));
+        assert_eq!(settings.tracker, Tracker::default());
+        assert_eq!(settings.radio.contact, Contact::Tracker);
+        let other = read("seed", "seed = 5", "seed = 6").unwrap();
+        assert_ne!(other.experiment, settings.experiment);
+    }
+
+    #[test]
+    fn what_is_not_allowed_is_refused_at_its_place() {
+        for (name, replaced, by, expected) in [
+            (
+                "robot",
+                "robot = 3",
+                "robot = 10",
+                "robot.toml:3:9: robot: is 10; allowed: 0 to 9",
+            ),
+            (
+                "limit",
+                "limit_ms = 300",
+                "limit_ms = 500",
+                "beacon.limit_ms: is 500; allowed: 100 to 450",
+            ),
+            (
+                "address",
+                "serial:/dev/rfcomm0",
+                "surrogate:1",
+                "which has no link; allowed: serial:PATH",
+            ),
+            (
+                "guard",
+                "speed_mm_s = 128",
+                "speed = 128",
+                "guard speed: is no value of the guard; allowed: expiry_ms",
+            ),
+            (
+                "kind",
+                "swarm.toml",
+                "single.toml",
+                "which has no swarm; allowed: an experiment with a table [swarm]",
+            ),
+            ("peer", "127.0.0.1:4712", "nowhere", "robot.toml:10:"),
+            (
+                "key",
+                "[radio]",
+                "[radio]\nrange = 3",
+                "radio.range: unknown key `range`; allowed: listen, peers, contact",
+            ),
+            (
+                "share",
+                "[beacon]",
+                "[evolution]\nshare = 0\n[beacon]",
+                "evolution.share",
+            ),
+        ] {
+            let refusal = read(name, replaced, by).unwrap_err();
+            assert_eq!(refusal.code(), 3);
+            assert!(refusal.to_string().contains(expected), "{refusal}");
+        }
+    }
+}
