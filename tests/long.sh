@@ -18,6 +18,9 @@ say "random kernels; experiments, sweeps and parts with random mistakes"
 long --test random --test mutants
 long -p oneiro-host --bin oneiro mutants
 
+say "five minutes of robots that are driven from outside"
+long --test swarm minds_outside
+
 say "a hundred thousand lives of each well-known experiment on every device"
 long -p oneiro-host --test classics the_same_bits -- --nocapture
 
