@@ -1,6 +1,8 @@
 //! Speed of arenas by the number of robots in a world and of worlds in a batch: `cargo bench --bench worlds`. It shows how many
-//! worlds fill the lanes of a processor, and the threads of a graphics adapter if there is one.
+//! worlds fill the lanes of a processor, and the threads of a graphics adapter if there is one. With `-- driven` it shows how
+//! fast a world of ten robots is that are driven from outside.
 
+use std::hint::black_box;
 use std::time::{Duration, Instant};
 
 use oneiro::batch::{Batch, Worlds};
@@ -22,6 +24,10 @@ const CYCLES: [usize; 2] = [50, 1200];
 const TURNS: usize = 7;
 
 fn main() {
+    #[cfg(feature = "compose")]
+    if std::env::args().any(|word| word == "driven") {
+        return driven();
+    }
     println!(
         "million robot-steps/s, the fastest of {TURNS} turns\n\n{:32}{:>9}{}",
         "",
@@ -37,6 +43,66 @@ fn main() {
         // Drivers in software refuse more robots: their loops are too long.
         lines(&gpu.device().name, &mut gpu, &ROBOTS[..3]);
     }
+}
+
+/// Cycles per second of a world of ten robots that are driven from outside, alone and with the behaviours of the study as
+/// their minds.
+#[cfg(feature = "compose")]
+fn driven() {
+    use oneiro::acting::Acting;
+    use oneiro::random::Key;
+    use oneiro::swarm::{Command, Drive, Driven, robot_key};
+
+    const TIMED: u32 = 5_000;
+    let swarm = Swarm::odowd2014(10);
+    let key = Key::rollout(1, 0, 0, 0);
+    let mut cpu = Cpu::new(Some(1)).expect("it is available");
+    let begin = |cpu: &mut Cpu| Driven::new(cpu, &swarm, Lamp::fixed(Light::OverNest), key).expect("a valid world");
+    let timed = |name: &str, cycle: &mut dyn FnMut()| {
+        let turn = |_| {
+            let start = Instant::now();
+            (0..TIMED / TURNS as u32).for_each(|_| cycle());
+            start.elapsed()
+        };
+        let fastest = (0..TURNS).map(turn).min().unwrap_or(Duration::MAX);
+        let rate = f64::from(TIMED / TURNS as u32) / fastest.as_secs_f64();
+        println!("{name:32}{rate:9.0} cycles/s");
+    };
+
+    let start = Instant::now();
+    let mut world = begin(&mut cpu);
+    println!(
+        "{:32}{:9.3} s",
+        "the first world is there after",
+        start.elapsed().as_secs_f64()
+    );
+    let command = |drive| Command {
+        drive: Some(drive),
+        begins: false,
+    };
+    let ahead = command(Drive {
+        forward: 8.0,
+        turn: 0.01,
+    });
+    timed("ten robots, driven", &mut || {
+        black_box(world.cycle(&mut cpu, &[ahead; 10]).expect("a cycle"));
+    });
+
+    let mut world = begin(&mut cpu);
+    let acting = Acting::new(&swarm.forager).expect("a valid robot");
+    let mut minds: Vec<_> = (0..10).map(|robot| Acting::begin(robot_key(key, robot))).collect();
+    let mut carries = [false; 10];
+    timed("ten robots and their minds", &mut || {
+        let each = minds.iter_mut().zip(world.readings()).zip(carries);
+        let commands: Vec<_> = each
+            .map(|((mind, readings), carries)| {
+                let deed = acting.cycle(mind, &mut cpu, [0.99, 0.5], readings, carries);
+                command(deed.expect("a deed").drive())
+            })
+            .collect();
+        let line = world.cycle(&mut cpu, &commands).expect("a cycle");
+        carries = std::array::from_fn(|robot| line.robots[robot].carries);
+    });
 }
 
 fn columns(cells: impl IntoIterator<Item: std::fmt::Display>) -> String {
@@ -75,7 +141,7 @@ fn swarms(robots: u32, worlds: usize) -> Batch {
 fn rate(evaluator: &mut dyn Evaluator, batch: &Batch) -> f64 {
     let turn = |_| {
         let start = Instant::now();
-        std::hint::black_box(evaluator.evaluate(batch, &Control::new()).expect("an evaluation"));
+        black_box(evaluator.evaluate(batch, &Control::new()).expect("an evaluation"));
         start.elapsed()
     };
     let fastest = (0..TURNS).map(turn).min().unwrap_or(Duration::MAX);

@@ -313,6 +313,14 @@ impl OwnParts {
     }
 }
 
+/// The kernel of swarms whose robots are driven from outside, see [`crate::swarm::Driven`].
+///
+/// # Errors
+/// This program can't compose kernels.
+pub(crate) fn driven() -> Result<&'static Kernel, Invalid> {
+    part::driven()
+}
+
 /// How robots live in a kernel.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Lives {

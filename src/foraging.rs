@@ -53,6 +53,8 @@ pub(crate) fn genes() -> Vec<Gene> {
 
 /// Duration of a cycle in seconds.
 const CYCLE: f64 = 0.1;
+/// Radians of a turn.
+const TURN: f64 = 2.0 * std::f64::consts::PI;
 
 /// Readings of an e-puck's proximity sensor by distance, of 4095, and the standard deviation of its noise as a share of
 /// the reading (the table of Webots' e-puck, calibrated on a robot): mm, reading, share.
@@ -219,6 +221,37 @@ impl AsForaging for Foraging {
     }
 }
 
+/// What a forager wants to drive in a cycle of 100 ms.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Drive {
+    /// Way of its centre, mm.
+    pub forward: f32,
+    /// Turns, counter-clockwise.
+    pub turn: f32,
+}
+
+impl Drive {
+    /// Speeds of the left and of the right wheel that drive it, mm/s. None is faster than the robot's wheels are, as in the simulator;
+    /// these have no noise.
+    pub fn wheels(&self, robot: &Foraging) -> [f32; 2] {
+        let body = robot.body();
+        let apart = body.half_turn_path * self.turn;
+        [self.forward - apart, self.forward + apart].map(|way| {
+            let way = way.clamp(-body.farthest, body.farthest);
+            (f64::from(way) / CYCLE) as f32
+        })
+    }
+
+    /// What wheels drive at these speeds of the left and of the right one, mm/s: the inverse of [`Drive::wheels`], to rounding.
+    pub fn of_wheels(speeds: [f32; 2], robot: &Foraging) -> Self {
+        let [left, right] = speeds.map(|speed| f64::from(speed) * CYCLE);
+        Self {
+            forward: (0.5 * (left + right)) as f32,
+            turn: ((right - left) / (TURN * f64::from(robot.wheel_base))) as f32,
+        }
+    }
+}
+
 /// A forager with any controller and any task, as a world's robot: see [`Build::Forager`](crate::differential::Build::Forager).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Forager {
@@ -347,9 +380,19 @@ impl Foraging {
         }
     }
 
+    /// The kernel's cell of its body and its wheels.
+    fn body(&self) -> forager::RobotCell {
+        let of = f64::from;
+        forager::RobotCell {
+            radius: in_kernel(of(self.body_radius)),
+            half_turn_path: in_kernel(0.5 * TURN * of(self.wheel_base)),
+            farthest: in_kernel(of(self.greatest_speed) * CYCLE),
+            wheel_noise: in_kernel(of(self.wheel_noise)),
+        }
+    }
+
     /// The kernel's cells of these values, `count` of them; food earns the time that remains of `seconds` seconds.
     pub(crate) fn cells(&self, count: u32, robots: u32, seconds: f64) -> Cells {
-        const TURN: f64 = 2.0 * std::f64::consts::PI;
         let of = f64::from;
         let (arena, nest, food) = (of(self.arena_radius), of(self.nest_radius), of(self.food_radius));
         let lamp = arena + of(self.lamp_behind_wall);
@@ -387,15 +430,7 @@ impl Foraging {
                 entries_per_mm: 1.0,
             },
         );
-        cells.put(
-            forager::ROBOT,
-            forager::RobotCell {
-                radius: in_kernel(of(self.body_radius)),
-                half_turn_path: in_kernel(0.5 * TURN * of(self.wheel_base)),
-                farthest: in_kernel(of(self.greatest_speed) * CYCLE),
-                wheel_noise: in_kernel(of(self.wheel_noise)),
-            },
-        );
+        cells.put(forager::ROBOT, self.body());
         cells.put(
             forager::DRIVING,
             forager::DrivingCell {

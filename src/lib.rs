@@ -1,5 +1,6 @@
 //! Oneiro evaluates robot controllers in simulated lives, millions at a time, with the same bits on every device.
 
+pub mod acting;
 pub mod arena;
 pub mod audit;
 pub mod backend;

@@ -8,6 +8,10 @@
 //!
 //! Worlds live on from stretch to stretch, and robots get new controllers in between: [`Arena`] is the interface to
 //! them, and [`Simulated`] implements it with an evaluator.
+//!
+//! The robots of a [`Driven`] world are driven from outside, cycle by cycle, by what its sensors read.
+
+mod driven;
 
 use std::sync::LazyLock;
 
@@ -19,6 +23,10 @@ use crate::foraging::{Foraging, Light, in_kernel};
 use crate::parameter::Allowed::{Any, Number, Whole};
 use crate::parameter::{self, Invalid, Parameter, integer, row};
 use crate::random::Key;
+
+pub use crate::acting::Readings;
+pub use crate::foraging::Drive;
+pub use driven::{Command, Driven, robot_key};
 
 /// Most robots of a world.
 pub const GREATEST_ROBOTS: u32 = kernel::GREATEST_ROBOTS;
@@ -399,7 +407,7 @@ pub enum Behaviour {
 }
 
 impl Behaviour {
-    fn of(number: u32) -> Self {
+    pub(crate) fn of(number: u32) -> Self {
         match number {
             kernel::FLEE_LIGHT => Self::FleeLight,
             kernel::SEARCH => Self::Search,

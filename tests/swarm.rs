@@ -7,6 +7,10 @@ use oneiro::foraging::{Details, Foraging, Light};
 use oneiro::random::Key;
 use oneiro::swarm::{Arena, Behaviour, Differences, Lamp, Line, Order, Seen, Simulated, Swarm, World};
 
+#[cfg(feature = "compose")]
+#[path = "swarm/driven.rs"]
+mod driven;
+
 /// Genes that seek the light with food and flee it without.
 const GOOD: [f32; 2] = [0.99, 0.0];
 

@@ -87,6 +87,13 @@ pub(crate) fn too_many_turns(problem: &str) -> String {
     problem.to_owned()
 }
 
+pub(super) fn driven() -> Result<&'static Kernel, Invalid> {
+    Err(Invalid::new(
+        "robots",
+        "are driven from outside of a kernel, but this program can't compose the kernel for that",
+    ))
+}
+
 pub(super) fn compose(
     kernel: &'static Kernel,
     _: &OwnParts,

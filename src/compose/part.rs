@@ -15,7 +15,7 @@ pub use oneiro_shader_compiler::Rule;
 
 use super::{Kind, Refused, Scalar, Value};
 
-pub(super) use kernel::compose;
+pub(super) use kernel::{compose, driven};
 pub(crate) use kernel::{is_of_user, parts_of};
 
 use fields::GeneField;

@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use oneiro::acting::Behaviours;
 use oneiro::arena::Arena;
 use oneiro::batch::{Batch, GREATEST_GENE, LEAST_GENE, Rollout, TraceRequest, Worlds};
 use oneiro::foraging::{Foraging, Light};
@@ -50,6 +51,7 @@ pub(crate) fn of_kernel(name: &str) -> Vec<Subject> {
         Some("surrogate") => surrogates(controllers),
         Some("forager") => foragers(),
         Some("swarm") => swarms(),
+        Some("acting") => behaviours(),
         _ => Vec::new(),
     }
 }
@@ -340,6 +342,61 @@ fn foragers() -> Vec<Subject> {
             name,
         })
         .collect()
+}
+
+/// Behaviours of foragers whose readings are reported: each value that counts, alone.
+fn behaviours() -> Vec<Subject> {
+    let base = Foraging::odowd2014(Light::Nowhere);
+    let all = [
+        ("as in 2014", base),
+        ("slow", Foraging { cruise: 20.0, ..base }),
+        ("slow turns", Foraging { turn: 0.5, ..base }),
+        (
+            "a small gain",
+            Foraging {
+                phototaxis_gain: 0.5,
+                ..base
+            },
+        ),
+        (
+            "slow turns to the light",
+            Foraging {
+                phototaxis_turn: 0.2,
+                ..base
+            },
+        ),
+        ("blind", Foraging { near: 0.0, ..base }),
+        (
+            "turns often",
+            Foraging {
+                search_interval: 0.5,
+                ..base
+            },
+        ),
+    ];
+    all.into_iter()
+        .map(|(name, foraging)| Subject {
+            worlds: Worlds::new(&[Behaviours { foraging, cycles: 200 }])
+                .unwrap_or_else(|error| panic!("{name}: {error}")),
+            genomes: (0..36).map(reported).collect(),
+            name: name.into(),
+        })
+        .collect()
+}
+
+/// Genes and readings of a rollout: nothing near, something on one side, the same on both sides, or next to nothing; light that
+/// differs from sensor to sensor; with food and without.
+fn reported(rollout: u32) -> Vec<f32> {
+    let number = |index: u32| (pcg4d([rollout, index, 0, 0x6163_7473])[0] >> 8) as f32 / 16_777_216.0;
+    let near = match rollout % 4 {
+        0 => [0.0; 4],
+        1 => std::array::from_fn(|sensor| number(sensor as u32)),
+        2 => [number(0); 4],
+        _ => [0.05, 0.0, 0.01, LEAST_GENE / 2.0],
+    };
+    let light: [f32; 8] = std::array::from_fn(|sensor| number(4 + sensor as u32));
+    let carries = f32::from(u8::from(rollout % 8 < 4));
+    [&thirds(rollout / 4)[..], &near, &light, &[carries]].concat()
 }
 
 /// Worlds with several robots: ten as in the 2014 study, with each difference alone, and large swarms.

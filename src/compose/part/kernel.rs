@@ -67,12 +67,15 @@ const OUTPUTS: &str = "controller/outputs.wgsl";
 const BEHAVIOURS: [&str; 2] = ["controller/behaviours.wgsl", "controller/foraging.wgsl"];
 const BRINGING: &str = "task/bringing.wgsl";
 
+/// The part of swarms whose robots are driven from outside.
+const DRIVEN: &str = "driven.wgsl";
+
 /// Parts that all other robots have and foragers don't.
 const NOT_FORAGER: [&str; 3] = ["lib/walk.wgsl", "physics/sliding.wgsl", physics(Lives::Simulated)];
 
-/// Whether only foragers are made of a part.
+/// Whether only foragers, alone or in swarms, are made of a part.
 pub(super) fn is_of_foragers(path: &str) -> bool {
-    FORAGER.contains(&path) || BEHAVIOURS.contains(&path) || [OUTPUTS, BRINGING].contains(&path)
+    FORAGER.contains(&path) || BEHAVIOURS.contains(&path) || [OUTPUTS, BRINGING, DRIVEN].contains(&path)
 }
 
 /// Whether a forager is made of a part, if the part is not of every robot.
@@ -122,12 +125,13 @@ fn without(shipped: &compiler::Part, others: &BTreeSet<String>) -> String {
     let mut lines: Vec<&str> = shipped.text.lines().collect();
     for own in declarations(shipped).iter().filter(|own| others.contains(&own.name)) {
         let first = own.place.line - 1;
-        // Shipped parts are formatted alike: what has a body ends with its brace on a line of its own.
+        // Shipped parts are formatted alike: attributes are on lines of their own, and what has a body ends with its brace on one.
+        let attributes = lines[..first].iter().rev().take_while(|line| line.starts_with('@')).count();
         let last = match own.keyword.as_str() {
             "fn" | "struct" => lines[first..].iter().position(|line| *line == "}").unwrap_or(0),
             _ => 0,
         };
-        lines[first..=first + last].fill("");
+        lines[first - attributes..=first + last].fill("");
     }
     lines.join("\n") + "\n"
 }
@@ -287,6 +291,72 @@ fn invalid(parts: &OwnParts, robot: &Build, refusals: &[Refusal]) -> Invalid {
     Invalid::new(own.key(), problem)
 }
 
+/// Composes the kernel of swarms whose robots are driven from outside: what its part declares takes the place of the same names.
+pub(in crate::compose) fn driven() -> Result<&'static Kernel, Invalid> {
+    const NAME: &str = "swarm+driven";
+    if let Some(composed) = known().get(NAME) {
+        return Ok(composed.kernel);
+    }
+    let base = &oneiro_shaders::SWARM;
+    let part = |path: &str| {
+        let shipped = PARTS.iter().find(|(shipped, _)| *shipped == path);
+        compiler::Part {
+            path: path.to_owned(),
+            text: shipped.map_or_else(String::new, |(_, text)| (*text).to_owned()),
+        }
+    };
+    let driven = part(DRIVEN);
+    let instead = declarations(&driven).into_iter().map(|own| own.name).collect();
+    let kept = base.parts.iter().map(|path| {
+        let shipped = part(path);
+        let text = without(&shipped, &instead);
+        compiler::Part { text, ..shipped }
+    });
+    let parts: Vec<_> = kept.chain([driven]).collect();
+    let made = compiled(&parts).and_then(|compiled| kernel(base, compiled, NAME));
+    let made = made.map_err(|refusals| Invalid::new("kernel", Refused::all(&refusals).to_string()))?;
+    let leaked = || Composed {
+        kernel: Box::leak(Box::new(made)),
+        genes: None,
+        files: files(&parts).leak(),
+    };
+    Ok(known().entry(NAME.to_owned()).or_insert_with(leaked).kernel)
+}
+
+/// The paths of a kernel's parts, and where each begins in its text.
+fn files(parts: &[compiler::Part]) -> Vec<(String, usize)> {
+    let mut begin = 0;
+    let file = |part: &compiler::Part| {
+        let own = begin;
+        begin += part.text.len() + usize::from(!part.text.ends_with('\n'));
+        (part.path.clone(), own)
+    };
+    parts.iter().map(file).collect()
+}
+
+/// A compiled kernel in place of another one that has the same buffers.
+fn kernel(base: &'static Kernel, compiled: Compiled, name: &str) -> Result<Kernel, Refusals> {
+    let bindings = base.bindings.iter().zip(&compiled.bindings);
+    let bindings: Vec<_> = bindings
+        .map(|(binding, own)| Binding {
+            stride: own.stride,
+            ..*binding
+        })
+        .collect();
+    let turns = compiled.turns?;
+    Ok(Kernel {
+        name: name.to_owned().leak(),
+        parts: &[],
+        wgsl: compiled.wgsl.leak(),
+        spirv: compiled.spirv.leak(),
+        entry_point: base.entry_point,
+        workgroup_size: compiled.workgroup_size,
+        bindings: bindings.leak(),
+        turns: Turns(Box::leak(Box::new(move |word: &WordOf<'_>| turns.value(word)))),
+        variants: &[],
+    })
+}
+
 /// A new kernel, the genes of a user's controller, and its files.
 type New = (Kernel, Option<Vec<Gene>>, Vec<(String, usize)>);
 
@@ -368,37 +438,11 @@ fn new(
             return Err(refusals);
         }
     };
-    let mut begin = 0;
-    let files = parts.iter().map(|part| {
-        let own = begin;
-        begin += part.text.len() + usize::from(!part.text.ends_with('\n'));
-        (part.path.clone(), own)
-    });
-    let files = files.collect();
     let genes = match own.get(Kind::Controller) {
         Some(controller) => Some(genes(&controller.part, &compiled, &own.readings_of(&spec.robot.build))?),
         None => None,
     };
-    let bindings = base.bindings.iter().zip(&compiled.bindings);
-    let bindings: Vec<_> = bindings
-        .map(|(binding, own)| Binding {
-            stride: own.stride,
-            ..*binding
-        })
-        .collect();
-    let turns = compiled.turns?;
-    let kernel = Kernel {
-        name: name.to_owned().leak(),
-        parts: &[],
-        wgsl: compiled.wgsl.leak(),
-        spirv: compiled.spirv.leak(),
-        entry_point: base.entry_point,
-        workgroup_size: compiled.workgroup_size,
-        bindings: bindings.leak(),
-        turns: Turns(Box::leak(Box::new(move |word: &WordOf<'_>| turns.value(word)))),
-        variants: &[],
-    };
-    Ok((kernel, genes, files))
+    Ok((kernel(base, compiled, name)?, genes, files(&parts)))
 }
 
 /// Compiles parts. Whatever a user writes must not end the program.

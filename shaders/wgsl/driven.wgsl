@@ -1,0 +1,85 @@
+// Worlds of robots that are driven from outside, cycle by cycle: what this part declares takes the place of the same names in
+// `swarm` and `controller/behaviours`. What the robots' sensors will read in the next cycle is kept after the words of all
+// robots. Step 0 begins a world, and step N is its cycle N - 1.
+
+// Where an order has a robot's drive, counted from its first gene, which is below 0 if the robot is not switched on.
+const DRIVE_FORWARD: u32 = ORDER_AFTER - ORDER_BEFORE;
+const DRIVE_TURN: u32 = DRIVE_FORWARD + 1u;
+
+// Readings of a robot: four of proximity and eight of light.
+const NEAR_READINGS: u32 = 0u;
+const LIGHT_READINGS: u32 = 4u;
+const READINGS: u32 = 12u;
+
+fn behave(life: Life, step: u32, pose: vec3<f32>, carries: bool, before: Memory) -> Deed {
+    let wanted = Drive(gene(life, DRIVE_FORWARD), gene(life, DRIVE_TURN));
+    return Deed(wanted, SEARCH, vec4<f32>(0.0f), before);
+}
+
+// The side of the lamp in a cycle.
+fn lamp_in(life: Life, step: u32) -> f32 {
+    return select(gene(life, LAMP_FIRST), gene(life, LAMP_THEN), f32(step) >= gene(life, LAMP_MOVES));
+}
+
+// A robot that is no longer switched on is as before it was, but for what it carries and has earned.
+fn switch_off(life: Life, base: u32) {
+    let count = robots(life.world);
+    for (var robot = 0u; robot < count; robot++) {
+        let order = life.genes + (ORDERS + robot * ORDER_WORDS) * LANES;
+        if (input(order + (ORDER_BEFORE + GENE_LADEN) * LANES) < 0.0f) {
+            let own = robot_at(base, robot);
+            state[own + BEHAVIOUR * LANES] = OFF;
+            put(own, WANTED, 0.0f);
+            put(own, WANTED + 1u, 0.0f);
+        }
+    }
+}
+
+// What all sensors will read in a cycle.
+fn perceive(life: Life, base: u32, step: u32) {
+    let count = robots(life.world);
+    for (var robot = 0u; robot < count; robot++) {
+        let own = robot_at(base, robot);
+        let pose = vec3<f32>(number(own, X), number(own, Y), number(own, HEADING));
+        let me = among(robot_life(life, own), base, robot, pose);
+        let at = robot_at(base, count) + robot * READINGS * LANES;
+        put_four(at, NEAR_READINGS, near(me, step, pose));
+        put_four(at, LIGHT_READINGS, light(me, step, 0u, pose));
+        put_four(at, LIGHT_READINGS + 4u, light(me, step, 1u, pose));
+    }
+}
+
+@compute @workgroup_size(64)
+fn main(@builtin(workgroup_id) workgroup: vec3<u32>, @builtin(local_invocation_index) lane: u32) {
+    let group = workgroup.x;
+    if (lane >= groups[group].rollouts) {
+        return;
+    }
+    let input_at = groups[group].inputs - dispatch.first_input + lane;
+    let world = groups[group].world;
+    let base = group * dispatch.state_words * LANES + lane;
+    let first_line = group * dispatch.trace_records * dispatch.record_words * LANES + lane;
+    var life = Life(
+        world, vec2<u32>(inputs[input_at], inputs[input_at + LANES]), input_at + KEY_WORDS * LANES, base,
+        vec4<f32>(0.0f), 0.0f, 1.0f,
+    );
+
+    if (dispatch.step_begin == 0u) {
+        begin(life, base);
+    }
+    let end = min(dispatch.step_end, worlds[world].steps);
+    for (var step = dispatch.step_begin; step < end; step++) {
+        if (step > 0u) {
+            life.lamp = lamp_in(life, step - 1u);
+            switch_off(life, base);
+            cycle(life, base, step - 1u);
+        }
+        life.lamp = lamp_in(life, step);
+        perceive(life, base, step);
+        let past = step - dispatch.trace_begin;
+        if (dispatch.trace_every > 0u && past % dispatch.trace_every == 0u) {
+            line(world, base, first_line + past / dispatch.trace_every * dispatch.record_words * LANES);
+        }
+    }
+    fitness[group * LANES + lane] = f32(word(base, HARVESTED));
+}

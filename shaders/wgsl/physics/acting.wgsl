@@ -1,0 +1,46 @@
+// Behaviours of a forager that lives outside of the kernel: what it reads is reported, and the trace says what it wants to
+// drive.
+
+// What a rollout keeps from one dispatch to the next: what its behaviours remember.
+struct State {
+    escape: f32,
+    straight: u32,
+    turn: f32,
+    wait: u32,
+}
+
+// Trace details: what it wants to drive, mm and turns in a cycle, and its behaviour.
+struct Details {
+    forward: f32,
+    turn: f32,
+    behaviour: u32,
+}
+
+fn first_state(life: Life) -> State {
+    return State(0.0f, 0u, 0.0f, 0u);
+}
+
+fn kept(own: State) -> State {
+    return State(stored(own.escape), own.straight, stored(own.turn), own.wait);
+}
+
+fn details_kept(own: Details) -> Details {
+    return Details(stored(own.forward), stored(own.turn), own.behaviour);
+}
+
+fn cycle(life: Life, step: u32, before: State) -> Cycle {
+    let nowhere = vec3<f32>(0.0f, 0.0f, 0.0f);
+    let memory = Memory(before.escape, before.straight, before.turn, before.wait);
+    let deed = behave(life, step, nowhere, carries(life), memory);
+    let next = State(deed.memory.escape, deed.memory.straight, deed.memory.turn, deed.memory.wait);
+    let record = Record(0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f);
+    return Cycle(next, Line(record, Details(deed.wanted.forward, deed.wanted.turn, deed.behaviour)));
+}
+
+fn is_over(life: Life, own: State) -> bool {
+    return false;
+}
+
+fn score(life: Life, own: State) -> f32 {
+    return 0.0f;
+}
