@@ -69,6 +69,8 @@ pub(crate) enum Command {
     Calibrate(Calibrate),
     /// Find robots on a wire, show what they sense, drive them, and stop them
     Robot(Robot),
+    /// Install, start, watch and stop a fleet of robots with a computer each, and collect its records
+    Fleet(Fleet),
     /// Own a robot's link for a program that drives, and stop the wheels when it dies, hangs or misses something
     #[command(hide = true)]
     Guard(GuardProcess),
@@ -696,6 +698,51 @@ pub(crate) enum Speed {
     MmPerS(f64),
     /// A share of the greatest, 0 to 1.
     Share(f64),
+}
+
+/// `oneiro fleet`
+#[derive(Args, Debug)]
+pub(crate) struct Fleet {
+    /// Subcommand to run.
+    #[command(subcommand)]
+    pub(crate) command: FleetCommand,
+}
+
+/// Commands for fleets.
+#[derive(Debug, Subcommand)]
+pub(crate) enum FleetCommand {
+    /// Check a fleet's file, and print what the other commands would do; nothing is done
+    Plan(FleetFile),
+    /// Copy the program, the experiment, robot.toml and the key to the robots' computers, and install the daemon there
+    Deploy(FleetWork),
+    /// Ask each computer by ssh whether its daemon runs, and what its log says last
+    Status(FleetFile),
+    /// Stop the daemons, and say of each robot whether its log confirms that its wheels stand
+    Stop(FleetWork),
+    /// Copy the robots' records to this machine, and merge their logs into one timeline
+    Collect(FleetWork),
+}
+
+/// A fleet's file, and some of its robots.
+#[derive(Args, Debug)]
+pub(crate) struct FleetFile {
+    /// The fleet's TOML file; docs/fleet.md has its keys
+    #[arg(value_hint = ValueHint::FilePath)]
+    pub(crate) fleet: PathBuf,
+    /// Only the robots of these numbers
+    #[arg(long, value_name = "N,..", value_delimiter = ',')]
+    pub(crate) robots: Vec<u32>,
+}
+
+/// Work on a fleet's robots.
+#[derive(Args, Debug)]
+pub(crate) struct FleetWork {
+    /// The fleet.
+    #[command(flatten)]
+    pub(crate) file: FleetFile,
+    /// End with exit code 0 if it worked for N robots or more [default: all]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
+    pub(crate) min: Option<u32>,
 }
 
 /// `oneiro reproduce`

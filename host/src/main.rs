@@ -19,6 +19,7 @@ mod exchange;
 mod exit;
 mod experiment;
 mod files;
+mod fleet;
 mod genomes;
 mod lives;
 #[cfg(test)]

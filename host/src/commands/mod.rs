@@ -12,6 +12,7 @@ mod check;
 mod completions;
 mod devices;
 mod evaluate;
+mod fleet;
 mod guard;
 mod keys;
 mod list;
@@ -54,6 +55,7 @@ pub(crate) fn run(command: Command, console: Console) -> Result {
         Command::Calibrate(arguments) => calibrate::run(&arguments, console),
         Command::Robot(arguments) => robot::run(&arguments, console),
         Command::Guard(arguments) => guard::run(arguments),
+        Command::Fleet(arguments) => fleet::run(&arguments, console),
         Command::Reproduce(arguments) => reproduce::run(&arguments, console),
         Command::Sweep(arguments) => sweep::run(&arguments, console),
         Command::Completions(arguments) => completions::run(&arguments, console),

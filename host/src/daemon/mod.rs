@@ -7,8 +7,14 @@
 //! | [`member`] | the robot as a member of its swarm: schedule, fitness, messages; without clock, files or sockets |
 //! | [`evolution`] | the thread that evaluates its controllers in its simulator |
 //! | [`air`] | what carries datagrams |
+//! | [`log`] | a line of JSON for each event |
+//! | [`notify`] | what systemd is told |
 
 pub(crate) mod air;
 pub(crate) mod evolution;
+#[cfg(unix)]
+pub(crate) mod log;
 pub(crate) mod member;
+#[cfg(unix)]
+pub(crate) mod notify;
 pub(crate) mod settings;

@@ -47,9 +47,9 @@ use crate::robots::tracker;
 use crate::swarm::Plan;
 
 /// Allowed limits of the beacon's silence, ms. The wheels take up to 0.1 s to stop after it.
-const BEACON_LIMITS_MS: RangeInclusive<u64> = 100..=450;
+pub(crate) const BEACON_LIMITS_MS: RangeInclusive<u64> = 100..=450;
 /// Allowed shares of a processor.
-const SHARES: RangeInclusive<f64> = 0.01..=1.0;
+pub(crate) const SHARES: RangeInclusive<f64> = 0.01..=1.0;
 
 /// Keys of the file.
 #[derive(Debug, Deserialize)]

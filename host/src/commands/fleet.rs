@@ -1,0 +1,275 @@
+//! `oneiro fleet`: installs, watches and stops a fleet of robots with a computer each, and collects its records.
+
+use serde_json::{Value, json};
+
+use crate::cli::{self, FleetCommand, FleetFile, FleetWork};
+use crate::console::{Console, columns};
+use crate::exit::{Code, Failure, Result};
+use crate::fleet::file::{Fleet, Robot};
+use crate::fleet::install::Stock;
+use crate::fleet::remote::{Remote, on_each};
+use crate::fleet::{Outcomes, collect, enough, service};
+
+/// Runs the subcommand.
+pub(super) fn run(arguments: &cli::Fleet, console: Console) -> Result {
+    match &arguments.command {
+        FleetCommand::Plan(arguments) => plan(arguments, console),
+        FleetCommand::Deploy(arguments) => deploy(arguments, console),
+        FleetCommand::Status(arguments) => status(arguments, console),
+        FleetCommand::Stop(arguments) => stop(arguments, console),
+        FleetCommand::Collect(arguments) => collected(arguments, console),
+    }
+}
+
+/// Prints what would be done.
+fn plan(arguments: &FleetFile, console: Console) -> Result {
+    let fleet = Fleet::read(&arguments.fleet)?;
+    let robots = fleet.chosen(&arguments.robots)?;
+    let stock = Stock::read(&fleet)?;
+    let settings = fleet.experiment.settings();
+    let minutes = f64::from(settings.minutes);
+    let battery = minutes + f64::from(settings.clock.offset_s) / 60.0;
+    let robot_minutes = minutes * robots.len() as f64;
+    if console.json() {
+        let robot = |robot: &&Robot| {
+            let files = stock.parcels(&fleet, robot);
+            let files = files
+                .iter()
+                .map(|file| json!({ "name": file.name, "bytes": file.bytes.len() }));
+            let remote = Remote::of(&fleet, robot);
+            json!({
+                "number": robot.number,
+                "host": robot.host,
+                "address": robot.address,
+                "radio": robot.radio,
+                "share": robot.share,
+                "directory": fleet.place(robot),
+                "files": files.collect::<Vec<_>>(),
+                "start": remote.shown(&service::start_command(&fleet, robot)),
+                "stop": remote.shown(&service::stop_command(&fleet, robot)),
+                "robot_toml": robot.toml,
+            })
+        };
+        return console.json_data(&json!({
+            "experiment": fleet.experiment.name(),
+            "seed": fleet.seed,
+            "minutes": settings.minutes,
+            "robot_minutes": robot_minutes,
+            "battery_minutes": battery,
+            "service": fleet.service,
+            "robots": robots.iter().map(robot).collect::<Vec<_>>(),
+        }));
+    }
+    let share = |robot: &Robot| {
+        robot
+            .share
+            .map_or_else(|| "default".to_owned(), |share| format!("{share} of a core"))
+    };
+    let row = |robot: &&Robot| {
+        let words = [
+            robot.host.clone(),
+            robot.address.clone(),
+            robot.radio.to_string(),
+            share(robot),
+        ];
+        std::iter::once(robot.number.to_string()).chain(words).collect()
+    };
+    let table = columns(
+        &["robot", "computer", "robot's address", "radio", "simulator"],
+        &robots.iter().map(row).collect::<Vec<_>>(),
+    );
+    let absent = settings.world.robots as usize - fleet.robots.len();
+    let absent = if absent > 0 {
+        format!("; the experiment has {absent} more, which stay away")
+    } else {
+        String::new()
+    };
+    let mut text = format!(
+        "{}, seed {}: {} robots for {minutes} min, {robot_minutes} robot-minutes; a battery must last {battery:.0} min{absent}\n\n{table}",
+        fleet.experiment.name(),
+        fleet.seed,
+        robots.len(),
+    );
+    if let Some(first) = robots.first() {
+        text += &example(&fleet, first, &stock);
+    }
+    console.data(text)
+}
+
+/// What one robot gets, and the commands on its computer.
+fn example(fleet: &Fleet, robot: &Robot, stock: &Stock) -> String {
+    let files = stock.parcels(fleet, robot);
+    let row = |file: &crate::fleet::install::Parcel<'_>| vec![file.name.to_owned(), file.bytes.len().to_string()];
+    let files = columns(&["file", "bytes"], &files.iter().map(row).collect::<Vec<_>>());
+    let remote = Remote::of(fleet, robot);
+    format!(
+        "\nEach robot's computer gets, here into {} of robot {}:\n\n{files}\nrobot.toml:\n\n{}\nstart: {}\nstop:  {}\n",
+        fleet.place(robot),
+        robot.number,
+        robot.toml,
+        remote.shown(&service::start_command(fleet, robot)),
+        remote.shown(&service::stop_command(fleet, robot)),
+    )
+}
+
+/// Installs all robots.
+fn deploy(arguments: &FleetWork, console: Console) -> Result {
+    let fleet = Fleet::read(&arguments.file.fleet)?;
+    let robots = fleet.chosen(&arguments.file.robots)?;
+    let stock = Stock::read(&fleet)?;
+    let outcomes = on_each(
+        &fleet,
+        &robots,
+        |robot, remote| stock.install(&fleet, robot, remote),
+        |robot, _| console.say(format!("robot {}: done with {}", robot.number, robot.host)),
+    );
+    summed_up(
+        &fleet,
+        &outcomes,
+        |installed| {
+            let sent = match &installed.sent[..] {
+                [] => "as it was".to_owned(),
+                sent => format!("sent {}, {} bytes", sent.join(", "), installed.bytes),
+            };
+            let warnings: Vec<String> = installed.warnings.iter().map(|own| format!("warning: {own}")).collect();
+            (
+                std::iter::once(sent).chain(warnings).collect::<Vec<_>>().join("; "),
+                json!(installed),
+            )
+        },
+        console,
+    )?;
+    enough(&outcomes, arguments.min, "deploy")
+}
+
+/// Asks all daemons for their state.
+fn status(arguments: &FleetFile, console: Console) -> Result {
+    let fleet = Fleet::read(&arguments.fleet)?;
+    let robots = fleet.chosen(&arguments.robots)?;
+    let outcomes = on_each(
+        &fleet,
+        &robots,
+        |robot, remote| service::state(&fleet, robot, remote),
+        |_, _| (),
+    );
+    summed_up(
+        &fleet,
+        &outcomes,
+        |(state, last)| {
+            let last: Option<Value> = last.as_deref().and_then(|line| serde_json::from_str(line).ok());
+            let words = last.as_ref().map_or_else(|| "no log".to_owned(), said);
+            (
+                format!("{}; {words}", state.word()),
+                json!({ "state": state.word(), "last": last }),
+            )
+        },
+        console,
+    )?;
+    enough(&outcomes, None, "status")
+}
+
+/// The last line of a log for readers: the event and the time of day.
+fn said(line: &Value) -> String {
+    let word = |key: &str| line[key].as_str().unwrap_or("?").to_owned();
+    format!("last event `{}` at {}", word("event"), word("utc"))
+}
+
+/// Stops all daemons.
+fn stop(arguments: &FleetWork, console: Console) -> Result {
+    let fleet = Fleet::read(&arguments.file.fleet)?;
+    let robots = fleet.chosen(&arguments.file.robots)?;
+    let outcomes = on_each(
+        &fleet,
+        &robots,
+        |robot, remote| service::stop(&fleet, robot, remote),
+        |_, _| (),
+    );
+    summed_up(
+        &fleet,
+        &outcomes,
+        |()| ("stopped, wheels confirmed".to_owned(), json!(true)),
+        console,
+    )?;
+    enough(&outcomes, arguments.min, "stop")
+}
+
+/// Copies all records and merges them.
+fn collected(arguments: &FleetWork, console: Console) -> Result {
+    let fleet = Fleet::read(&arguments.file.fleet)?;
+    let robots = fleet.chosen(&arguments.file.robots)?;
+    let outcomes = on_each(
+        &fleet,
+        &robots,
+        |robot, remote| collect::copy(&fleet, robot, remote),
+        |robot, _| console.say(format!("robot {}: done with {}", robot.number, robot.host)),
+    );
+    summed_up(
+        &fleet,
+        &outcomes,
+        |own| {
+            let (files, bytes) = (own.files, own.bytes);
+            (
+                format!("{files} files, {bytes} bytes"),
+                json!({ "files": files, "bytes": bytes }),
+            )
+        },
+        console,
+    )?;
+    // What an earlier collection has of a robot that can't be reached now belongs to the record, too.
+    let here = |robot: &&Robot| fleet.collected(robot.number).is_dir();
+    let numbers: Vec<u32> = fleet
+        .robots
+        .iter()
+        .filter(|robot| here(robot))
+        .map(|robot| robot.number)
+        .collect();
+    if numbers.is_empty() {
+        return Err(Failure::of(Code::Device, "collect: no robot's record could be copied"));
+    }
+    let merged = collect::merge(&fleet, &numbers)?;
+    for warning in &merged.warnings {
+        console.say(format!("warning: {warning}"));
+    }
+    let residual = merged
+        .clocks
+        .iter()
+        .filter(|clock| clock.pairs > 0)
+        .map(|clock| clock.residual)
+        .fold(0.0, f64::max);
+    console.say(format!(
+        "{} lines of {} clocks in {}; clocks agree to {residual:.1} ms (the worst root mean square; {} has all)",
+        merged.lines,
+        merged.clocks.len(),
+        fleet.directory.join(collect::TIMELINE).display(),
+        crate::fleet::timeline::CLOCKS,
+    ));
+    enough(&outcomes, arguments.min, "collect")
+}
+
+/// Prints a table with what came of each robot.
+fn summed_up<T>(
+    fleet: &Fleet,
+    outcomes: &Outcomes<T>,
+    words: impl Fn(&T) -> (String, Value),
+    console: Console,
+) -> Result {
+    let host = |number: u32| fleet.robot(number).map(|robot| robot.host.clone()).unwrap_or_default();
+    if console.json() {
+        let row = |(number, outcome): &(u32, Result<T>)| match outcome {
+            Ok(own) => json!({ "robot": number, "host": host(*number), "done": words(own).1 }),
+            Err(failure) => json!({ "robot": number, "host": host(*number), "problem": failure.to_string() }),
+        };
+        return console.json_data(&outcomes.iter().map(row).collect::<Vec<_>>());
+    }
+    let row = |(number, outcome): &(u32, Result<T>)| {
+        let words = match outcome {
+            Ok(own) => words(own).0,
+            Err(failure) => format!("FAILED: {failure}"),
+        };
+        vec![number.to_string(), host(*number), words]
+    };
+    console.data(columns(
+        &["robot", "computer", "what came of it"],
+        &outcomes.iter().map(row).collect::<Vec<_>>(),
+    ))
+}

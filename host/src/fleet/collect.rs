@@ -1,0 +1,224 @@
+//! Copies of robots' records, and all logs as one timeline.
+
+use std::collections::BTreeSet;
+use std::fmt::Write;
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use super::file::{Fleet, Robot, STATE};
+use super::remote::Remote;
+use super::sha256;
+use super::timeline::{self, By, CLOCKS, CLOCKS_COLUMNS, Clock, Line};
+use crate::contents::{Entry, describe, head};
+use crate::engine::disk;
+use crate::exit::{Code, Failure, Result};
+use crate::files::by_numbers;
+use crate::swarm::tables::INTERVALS;
+
+/// All logs as one.
+pub(crate) const TIMELINE: &str = "timeline.jsonl";
+/// Attempts at a file that changes while it is read.
+const ATTEMPTS: u32 = 3;
+
+/// What came of a robot's record.
+#[derive(Debug)]
+pub(crate) struct Collected {
+    pub(crate) files: usize,
+    pub(crate) bytes: usize,
+}
+
+/// The files of a fleet's directory.
+pub(crate) fn contents() -> Vec<Entry> {
+    vec![
+        Entry::file(
+            "robot-N/",
+            "a copy of robot N's directory: its log, its checkpoint, its table of intervals",
+        ),
+        Entry::file(
+            TIMELINE,
+            "the events of all logs in the order of `time_ms`, the experiment's time in ms, one line of JSON each; null where nothing is \
+             known of the clock, at the end",
+        ),
+        Entry::table(
+            CLOCKS,
+            "one row per start of a daemon: how its clock was aligned",
+            &CLOCKS_COLUMNS,
+        ),
+        Entry::file(INTERVALS, "the tables of intervals of all robots, one below the other"),
+        Entry::file(
+            "operator.json",
+            "written by `oneiro fleet start`: the experiment's time so far, and how often it was started",
+        ),
+    ]
+}
+
+/// Copies a robot's directory. What is here already of it is replaced file by file.
+///
+/// # Errors
+/// Exit 4: the computer can't be reached or has no record; a file changes faster than it can be read. Exit 6: it can't be
+/// written here.
+pub(crate) fn copy(fleet: &Fleet, robot: &Robot, remote: Remote<'_>) -> Result<Collected> {
+    let there = format!("{}/{STATE}", fleet.place(robot));
+    let list = remote.text(&format!("cd {there} && find . -type f"))?;
+    let here = fleet.collected(robot.number);
+    let mut collected = Collected { files: 0, bytes: 0 };
+    for name in list.lines().filter_map(|line| line.trim().strip_prefix("./")) {
+        let Some(path) = below(&here, name) else {
+            continue;
+        };
+        let bytes = file(remote, &there, name)?;
+        let folder = path.parent().unwrap_or(&here);
+        fs::create_dir_all(folder).map_err(|error| Failure::storage(folder, &error))?;
+        disk::write(&path, &bytes)?;
+        collected.files += 1;
+        collected.bytes += bytes.len();
+    }
+    Ok(collected)
+}
+
+/// A file's place here; none for a name that a daemon doesn't write, or that is being written.
+fn below(here: &Path, name: &str) -> Option<PathBuf> {
+    let is_plain = |c: char| c.is_ascii_alphanumeric() || "._-/".contains(c);
+    let is_name = |part: &str| !part.is_empty() && part != ".." && !part.starts_with('-');
+    let is_written = name.chars().all(is_plain) && name.split('/').all(is_name) && !name.ends_with(disk::TEMPORARY);
+    is_written.then(|| here.join(name))
+}
+
+/// Reads a file as it is now: its hash, then so many bytes that it had then, since a log grows meanwhile.
+fn file(remote: Remote<'_>, directory: &str, name: &str) -> Result<Vec<u8>> {
+    let command = format!(
+        "cd {directory} && n=$(wc -c < {name}) && h=$(head -c $n {name} | sha256sum) && echo \"${{h%% *}}\" && head -c $n {name}"
+    );
+    for _ in 0..ATTEMPTS {
+        let answer = remote.run(&command)?;
+        let end = answer.iter().position(|byte| *byte == b'\n').unwrap_or(answer.len());
+        let (hash, bytes) = answer.split_at(end);
+        let bytes = bytes.get(1..).unwrap_or_default();
+        if sha256::hex(bytes).as_bytes() == hash.trim_ascii() {
+            return Ok(bytes.to_owned());
+        }
+    }
+    let problem = format!("{name} arrived {ATTEMPTS} times with another hash than it has there");
+    Err(Failure::of(Code::Device, problem))
+}
+
+/// What the merged record has.
+#[derive(Debug)]
+pub(crate) struct Merged {
+    pub(crate) lines: usize,
+    /// Lines that can't be read: torn by a power cut.
+    pub(crate) torn: usize,
+    pub(crate) clocks: Vec<Clock>,
+    /// What is not as one would like it.
+    pub(crate) warnings: Vec<String>,
+}
+
+/// Merges what was collected of these robots.
+///
+/// # Errors
+/// Exit 6 when reading or writing fails.
+pub(crate) fn merge(fleet: &Fleet, robots: &[u32]) -> Result<Merged> {
+    let (mut lines, mut torn, mut warnings) = (Vec::new(), 0, Vec::new());
+    for &robot in robots {
+        for path in logs(&fleet.collected(robot)) {
+            let text = disk::read(&path)?;
+            for line in String::from_utf8_lossy(&text).lines() {
+                match Line::read(robot, line) {
+                    Some(line) => lines.push(line),
+                    None => torn += 1,
+                }
+            }
+        }
+    }
+    let clocks = timeline::aligned(&lines);
+    write_timeline(&fleet.directory, &lines, &clocks)?;
+    let table: String = clocks.iter().map(Clock::row).collect();
+    disk::write(
+        &fleet.directory.join(CLOCKS),
+        (head(&CLOCKS_COLUMNS) + &table).as_bytes(),
+    )?;
+    warnings.extend(intervals(fleet, robots)?);
+    warnings.extend(clocks.iter().filter_map(|clock| match clock.by {
+        By::Beacon => Some(format!(
+            "robot {}, boot {}: was in contact with none of the others; placed by the beacon alone",
+            clock.robot, clock.boot
+        )),
+        By::Nothing => Some(format!(
+            "robot {}, boot {}: was in contact with none of the others and heard no beacon; its lines have no time",
+            clock.robot, clock.boot
+        )),
+        By::Reference | By::Contacts => None,
+    }));
+    if torn > 0 {
+        warnings.push(format!("{torn} torn lines of logs were left out"));
+    }
+    describe(&fleet.directory, "A fleet's record", &contents())?;
+    Ok(Merged {
+        lines: lines.len(),
+        torn,
+        clocks,
+        warnings,
+    })
+}
+
+/// Logs of a robot, the oldest first: `log-1.jsonl`, `log-2.jsonl`, and `log.jsonl`, which is written now.
+fn logs(directory: &Path) -> Vec<PathBuf> {
+    let is_log = |path: &PathBuf| {
+        let name = path.file_name().unwrap_or_default().to_string_lossy();
+        name == "log.jsonl" || name.starts_with("log-") && name.ends_with(".jsonl")
+    };
+    let entries = fs::read_dir(directory).into_iter().flatten().flatten();
+    let mut logs: Vec<PathBuf> = entries.map(|entry| entry.path()).filter(is_log).collect();
+    logs.sort_by(|a, b| by_numbers(a, b));
+    logs
+}
+
+/// Writes all lines in the order of their times; those of one time in the order of robots and of their logs.
+fn write_timeline(directory: &Path, lines: &[Line], clocks: &[Clock]) -> Result {
+    let time = |line: &Line| {
+        let clock = clocks
+            .iter()
+            .find(|clock| (clock.robot, clock.boot) == (line.robot, line.boot));
+        clock.and_then(|clock| clock.time(line.at_ms))
+    };
+    let mut placed: Vec<(Option<f64>, &Line)> = lines.iter().map(|line| (time(line), line)).collect();
+    placed.sort_by(|(a, _), (b, _)| a.unwrap_or(f64::INFINITY).total_cmp(&b.unwrap_or(f64::INFINITY)));
+    let mut text = String::new();
+    for (time, line) in placed {
+        // Writing to a string can't fail.
+        let _ = writeln!(text, "{}", line.placed(time));
+    }
+    disk::write(&directory.join(TIMELINE), text.as_bytes())
+}
+
+/// Joins the robots' tables of intervals. Returns a warning for each robot whose table is missing, or has other columns than the first.
+fn intervals(fleet: &Fleet, robots: &[u32]) -> Result<Vec<String>> {
+    let (mut warnings, mut table, mut heads) = (Vec::new(), String::new(), BTreeSet::new());
+    for &robot in robots {
+        let path = fleet.collected(robot).join(INTERVALS);
+        let Ok(text) = fs::read_to_string(&path) else {
+            warnings.push(format!("robot {robot}: has no {INTERVALS}"));
+            continue;
+        };
+        let (head, rows) = text.split_once('\n').unwrap_or((&text, ""));
+        if heads.is_empty() {
+            table = format!("{head}\n");
+        }
+        heads.insert(head.to_owned());
+        if heads.len() > 1 {
+            heads.remove(head);
+            warnings.push(format!(
+                "robot {robot}: its {INTERVALS} has other columns than the first; it was left out"
+            ));
+            continue;
+        }
+        table += rows;
+        if !table.ends_with('\n') {
+            table.push('\n');
+        }
+    }
+    if !heads.is_empty() {
+        disk::write(&fleet.directory.join(INTERVALS), table.as_bytes())?;
+    }
+    Ok(warnings)
+}

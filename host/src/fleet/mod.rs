@@ -1,0 +1,56 @@
+//! A fleet: robots with a computer each on which `oneiro on-board` runs, and the operator's machine, which installs, starts, watches
+//! and stops them and collects their records.
+//!
+//! | file | content |
+//! |---|---|
+//! | [`file`] | `fleet.toml`, and the `robot.toml` of each robot |
+//! | [`remote`] | commands and files for robots' computers, by the system's `ssh` |
+//! | [`install`] | what a robot's computer gets, and how it is checked there |
+//! | [`service`] | how the daemon is started and stopped there: by systemd, or as a process |
+//! | [`operator`] | the beacon, without which robots stand, and what robots report |
+//! | [`live`] | a fleet's life from the first robot that answers to the experiment's end |
+//! | [`table`] | what is known of the robots, for a terminal and as JSON |
+//! | [`collect`] | copies of robots' directories |
+//! | [`timeline`] | all logs as one, with clocks aligned by what robots heard of each other |
+
+pub(crate) mod collect;
+pub(crate) mod file;
+pub(crate) mod install;
+#[cfg_attr(
+    not(test),
+    expect(dead_code, reason = "`oneiro fleet start` calls it, as soon as there is a radio")
+)]
+pub(crate) mod live;
+#[cfg_attr(not(test), expect(dead_code, reason = "as `live`"))]
+pub(crate) mod operator;
+pub(crate) mod remote;
+pub(crate) mod service;
+mod sha256;
+#[cfg_attr(not(test), expect(dead_code, reason = "as `live`"))]
+pub(crate) mod table;
+pub(crate) mod timeline;
+
+use std::fmt::Display;
+
+use crate::exit::{Code, Failure, Result};
+
+/// What came of each robot: its number, and the problem if there was one.
+pub(crate) type Outcomes<T> = Vec<(u32, std::result::Result<T, Failure>)>;
+
+/// Says whether enough robots did what all were asked to.
+///
+/// # Errors
+/// Exit 4 with the number of those that failed, if fewer than `min` did it (without `min`: if any failed).
+pub(crate) fn enough<T>(outcomes: &Outcomes<T>, min: Option<u32>, what: impl Display) -> Result {
+    let failed = outcomes.iter().filter(|(_, outcome)| outcome.is_err()).count();
+    let done = outcomes.len() - failed;
+    if failed == 0 || min.is_some_and(|min| done >= min as usize) {
+        return Ok(());
+    }
+    let needed = min.map_or_else(String::new, |min| format!(", and --min asks for {min}"));
+    let problem = format!("{what}: {failed} of {} robots failed{needed}", outcomes.len());
+    Err(Failure::of(Code::Device, problem))
+}
+
+#[cfg(all(test, unix))]
+mod tests;

@@ -1,0 +1,117 @@
+//! What is known of a fleet's robots while they live, as a table for a terminal and as a line of JSON.
+
+use serde_json::{Value, json};
+
+use super::live::AWAY;
+use super::operator::{Ears, Known, Status};
+use crate::console::{columns, decimal};
+
+const HEAD: [&str; 10] = [
+    "robot",
+    "state",
+    "age s",
+    "interval",
+    "S0",
+    "real",
+    "simulated",
+    "food",
+    "V",
+    "problems",
+];
+
+/// The table, below a line with the experiment's time in ms.
+pub(crate) fn text(ears: &Ears, time: Option<i64>) -> String {
+    let rows: Vec<Vec<String>> = ears.robots.iter().map(|(number, known)| row(*number, known)).collect();
+    let food: u32 = ears
+        .robots
+        .values()
+        .filter_map(|known| Some(known.status.as_ref()?.brought))
+        .sum();
+    let (here, all) = (ears.present(AWAY), ears.robots.len());
+    let time = match time {
+        Some(time) => format!(
+            "{}:{:02} of the experiment, food {food}",
+            time / 60_000,
+            time / 1000 % 60
+        ),
+        None => "robots stand until enough are here".to_owned(),
+    };
+    let refused: u64 = ears.refused.values().sum();
+    let refused = if refused > 0 {
+        format!(", {refused} datagrams refused")
+    } else {
+        String::new()
+    };
+    format!(
+        "{time}; {here} of {all} robots here{refused}. Robots move only while this runs; Ctrl-C stops them\n\n{}",
+        columns(&HEAD, &rows)
+    )
+}
+
+fn row(number: u32, known: &Known) -> Vec<String> {
+    let age = known
+        .heard
+        .map_or_else(|| "never".to_owned(), |at| format!("{:.1}", at.elapsed().as_secs_f64()));
+    let mut cells = vec![number.to_string(), state(known), age];
+    match &known.status {
+        None => cells.resize(HEAD.len() - 1, String::new()),
+        Some(status) => cells.extend([
+            status.interval.to_string(),
+            format!("{:.2}", status.simulator),
+            format!("{:.1}", status.real),
+            format!("{:.1}", status.simulated),
+            format!("{}{}", status.brought, if status.carries { "+" } else { "" }),
+            status.volts.map_or_else(String::new, |volts| format!("{volts:.2}")),
+        ]),
+    }
+    cells.push(problems(known).join(", "));
+    cells
+}
+
+/// What a robot does, in a word.
+fn state(known: &Known) -> String {
+    match (&known.refused, &known.status, known.heard) {
+        (Some(_), ..) => "refused".to_owned(),
+        (None, _, None) => "silent".to_owned(),
+        (None, _, Some(at)) if at.elapsed() > AWAY => "away".to_owned(),
+        (None, Some(status), Some(_)) => status.state.clone(),
+        (None, None, Some(_)) => "ready".to_owned(),
+    }
+}
+
+fn problems(known: &Known) -> Vec<String> {
+    let own = known.status.iter().flat_map(|status| status.problems.iter().cloned());
+    known.refused.iter().cloned().chain(own).collect()
+}
+
+/// The same as JSON.
+pub(crate) fn json(ears: &Ears, time: Option<i64>) -> Value {
+    let robot = |(number, known): (&u32, &Known)| {
+        let status = |status: &Status| {
+            json!({
+                "milliseconds": status.milliseconds,
+                "interval": status.interval,
+                "simulator": decimal(status.simulator),
+                "real": decimal(status.real),
+                "simulated": decimal(status.simulated),
+                "controller": status.controller.map(decimal),
+                "brought": status.brought,
+                "carries": status.carries,
+                "pose": status.pose.map(decimal),
+                "volts": status.volts.map(decimal),
+            })
+        };
+        json!({
+            "robot": number,
+            "state": state(known),
+            "age_ms": known.heard.map(|at| at.elapsed().as_millis() as u64),
+            "status": known.status.as_ref().map(status),
+            "problems": problems(known),
+        })
+    };
+    json!({
+        "milliseconds": time,
+        "robots": ears.robots.iter().map(robot).collect::<Vec<_>>(),
+        "refused": ears.refused,
+    })
+}
