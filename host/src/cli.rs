@@ -71,6 +71,8 @@ pub(crate) enum Command {
     Robot(Robot),
     /// Install, start, watch and stop a fleet of robots with a computer each, and collect its records
     Fleet(Fleet),
+    /// Live on board of a robot of a swarm: act, evolve beside, and exchange simulators with robots that it meets
+    OnBoard(OnBoard),
     /// Own a robot's link for a program that drives, and stop the wheels when it dies, hangs or misses something
     #[command(hide = true)]
     Guard(GuardProcess),
@@ -664,6 +666,17 @@ pub(crate) struct RobotDrive {
     /// Print what would be sent, and open nothing
     #[arg(long, conflicts_with = "record")]
     pub(crate) dry_run: bool,
+}
+
+/// `oneiro on-board`
+#[derive(Args, Debug)]
+pub(crate) struct OnBoard {
+    /// The daemon's file
+    #[arg(value_name = "ROBOT.toml", value_hint = ValueHint::FilePath)]
+    pub(crate) file: PathBuf,
+    /// Live in the twin that conducts at this socket, instead of on a robot
+    #[arg(long, value_name = "PATH", hide = true)]
+    pub(crate) conductor: Option<PathBuf>,
 }
 
 /// `oneiro guard`

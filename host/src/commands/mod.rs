@@ -17,6 +17,7 @@ mod guard;
 mod keys;
 mod list;
 mod new;
+mod on_board;
 mod places;
 mod replay;
 mod report;
@@ -54,6 +55,7 @@ pub(crate) fn run(command: Command, console: Console) -> Result {
         Command::Sample(arguments) => sample::run(&arguments, console),
         Command::Calibrate(arguments) => calibrate::run(&arguments, console),
         Command::Robot(arguments) => robot::run(&arguments, console),
+        Command::OnBoard(arguments) => on_board::run(&arguments, console),
         Command::Guard(arguments) => guard::run(arguments),
         Command::Fleet(arguments) => fleet::run(&arguments, console),
         Command::Reproduce(arguments) => reproduce::run(&arguments, console),

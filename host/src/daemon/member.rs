@@ -1,13 +1,12 @@
 //! One robot of a swarm on its own computer: what it makes of its sightings and of what it hears, cycle by cycle. The schedule and the
 //! evolution are those of the batched study (`swarm/`), without clock, files or sockets.
 
-use std::ops::Range;
-
 use oneiro::swarm::SECOND;
 use serde::{Deserialize, Serialize};
 
 use crate::evolve::encapsulated::Genome;
-use crate::exchange::Message;
+use crate::exchange::contact::{Contact, Heard};
+use crate::exchange::{Exchange, Message};
 use crate::swarm::Plan;
 use crate::swarm::on_board::OnBoard;
 
@@ -21,12 +20,7 @@ pub(crate) struct Sighted {
     pub(crate) carries: bool,
     /// Food that it has brought to the nest since the experiment began.
     pub(crate) brought: u32,
-    /// The robots that it can hear, a bit each.
-    pub(crate) heard: u128,
 }
-
-/// A message and the second in which it was said.
-pub(crate) type Said = (u32, Message);
 
 /// An interval that has ended.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -56,10 +50,8 @@ pub(crate) struct Ended {
 pub(crate) struct Deeds {
     /// The controller that acts; none before the robot is switched on.
     pub(crate) controller: Option<Genome>,
-    /// What is to be broadcast.
-    pub(crate) say: Option<Said>,
-    /// What it has heard in the seconds that have ended.
-    pub(crate) heard: Vec<Said>,
+    /// What is to be broadcast, and the second in which it is said.
+    pub(crate) say: Option<(u32, Message)>,
     /// Intervals that have ended.
     pub(crate) ended: Vec<Ended>,
     /// Whether the experiment is over.
@@ -72,12 +64,8 @@ pub(crate) struct Member {
     plan: Plan,
     robot: usize,
     state: State,
-    /// What has come in, for the second in which it was said.
-    inbox: Vec<Said>,
-    /// The robots that it could hear in this second, a bit each.
-    contacts: u128,
-    /// What it has heard in this interval.
-    messages: Vec<Message>,
+    /// What it has heard, and from whom.
+    heard: Heard,
     /// The second that it lives in; none before the first cycle.
     second: Option<u32>,
     /// The cycle from which it has lived without interruption.
@@ -100,27 +88,24 @@ pub(crate) struct State {
 
 impl Member {
     /// A robot before the experiment.
-    pub(crate) fn new(plan: Plan, robot: usize) -> Self {
-        let evolution = OnBoard::new(&plan.settings, plan.clocks()[robot], plan.robot_seed(robot));
-        Self::at(
-            plan,
-            robot,
-            State {
-                evolution,
-                brought: None,
-            },
-        )
+    pub(crate) fn new(plan: Plan, robot: usize, contact: Contact) -> Self {
+        let state = State {
+            evolution: OnBoard::new(&plan.settings, plan.clocks()[robot], plan.robot_seed(robot)),
+            brought: None,
+        };
+        Self::at(plan, robot, contact, state)
     }
 
     /// A robot from where its state was saved.
-    pub(crate) fn at(plan: Plan, robot: usize, state: State) -> Self {
+    pub(crate) fn at(plan: Plan, robot: usize, contact: Contact, state: State) -> Self {
+        /// What comes early or late beside an interval and the time within which robots are switched on, s.
+        const SPARE: u32 = 5;
+        let clock = &plan.settings.clock;
         Self {
+            heard: Heard::new(contact, clock.interval_s + clock.offset_s + SPARE),
             plan,
             robot,
             state,
-            inbox: Vec::new(),
-            contacts: 0,
-            messages: Vec::new(),
             second: None,
             since: 0,
             began: 0,
@@ -157,15 +142,14 @@ impl Member {
         }
     }
 
-    /// Takes a message that has come. It is heard if the robot can hear its sender in the second in which it was said: if the
-    /// tracker says so, or `is_near`.
-    pub(crate) fn hear(&mut self, said: Said, is_near: bool) {
-        /// More than all robots can say in the seconds that count.
-        const MOST: usize = 1024;
-        if self.inbox.len() < MOST {
-            self.contacts |= u128::from(is_near) << said.1.sender;
-            self.inbox.push(said);
-        }
+    /// Takes a message of another robot, said in this second of the experiment. Returns whether it is new.
+    pub(crate) fn hear(&mut self, second: u32, message: Message) -> bool {
+        self.heard.hear(second, message)
+    }
+
+    /// Can hear these robots in a second, a bit each.
+    pub(crate) fn meet(&mut self, second: u32, robots: u128) {
+        self.heard.meet(second, robots);
     }
 
     /// Lives through a cycle of the experiment, which must be later than the one before. Until then `sighted` was seen of the
@@ -178,14 +162,9 @@ impl Member {
         let (second, last) = (cycle / SECOND, self.plan.settings.seconds());
         let begins = self.second != Some(second);
         if begins {
-            match self.second {
-                // What was said while it did not live is not heard.
-                None => self.since = cycle,
-                Some(before) => deeds.heard = self.listen(before..second),
+            if self.second.replace(second).is_none() {
+                self.since = cycle;
             }
-            self.second = Some(second);
-            self.contacts = 0;
-            self.inbox.retain(|(said, _)| *said >= second);
             while self.has_ended(second.min(last)) {
                 let ended = self.end_interval();
                 deeds.ended.push(ended);
@@ -201,7 +180,6 @@ impl Member {
         if own.clock.seconds_of(own.interval()).start == second && begins {
             self.began = cycle;
             self.earned = 0.0;
-            self.messages.clear();
         }
         let own = &self.state.evolution;
         deeds.controller = Some(own.acts(second));
@@ -217,7 +195,6 @@ impl Member {
     /// Takes a sighting at the beginning of a cycle.
     fn see(&mut self, sighted: Sighted, cycle: u32) {
         self.carries = sighted.carries;
-        self.contacts |= sighted.heard;
         let before = self.state.brought.replace(sighted.brought).unwrap_or_default();
         // Equation 1 of O'Dowd, Studley and Winfield (2014), with the kernel's arithmetic. A tracker that has begun anew counts from 0.
         let seconds = (cycle - self.began.min(cycle)) as f32 * CYCLE_S;
@@ -225,18 +202,6 @@ impl Member {
         for _ in before..sighted.brought {
             self.earned += worth;
         }
-    }
-
-    /// What was heard in seconds that have ended: of each second every sender that was in contact, in the order of their numbers.
-    fn listen(&mut self, seconds: Range<u32>) -> Vec<Said> {
-        let is_heard = |(second, message): &&Said| {
-            seconds.contains(second) && message.sender != self.robot && self.contacts >> message.sender & 1 == 1
-        };
-        let mut heard: Vec<Said> = self.inbox.iter().filter(is_heard).copied().collect();
-        heard.sort_by_key(|(second, message)| (*second, message.sender));
-        heard.dedup_by_key(|(second, message)| (*second, message.sender));
-        self.messages.extend(heard.iter().map(|(_, message)| *message));
-        heard
     }
 
     /// Whether its interval is over when a second begins.
@@ -251,7 +216,8 @@ impl Member {
         let interval = own.interval();
         let seconds = own.clock.seconds_of(interval);
         let missed = own.is_to_simulate() || SECOND * seconds.start < self.since;
-        let messages = std::mem::take(&mut self.messages);
+        let messages = self.heard.heard(self.robot, seconds.clone());
+        self.heard.forget_before(seconds.end);
         let real = self.earned;
         let taken = if missed {
             own.miss_interval(real);
@@ -260,7 +226,7 @@ impl Member {
             own.end_interval(&self.plan.settings, real, &messages)
         };
         let last = seconds.end - 1;
-        let mut senders = messages.iter().map(|message| 1_u128 << message.sender);
+        let senders = messages.iter().fold(0, |all, message| all | 1_u128 << message.sender);
         Ended {
             interval,
             simulator: own.simulators[interval as usize],
@@ -272,7 +238,7 @@ impl Member {
                 .chosen_in(last)
                 .map(|chosen| own.simulated[chosen as usize])
                 .filter(|fitness| fitness.is_finite()),
-            heard: senders.by_ref().fold(0, |all, one| all | one).count_ones(),
+            heard: senders.count_ones(),
             taken,
             missed,
         }

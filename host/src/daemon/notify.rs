@@ -7,36 +7,23 @@ use std::ffi::OsStr;
 use std::os::linux::net::SocketAddrExt;
 use std::os::unix::ffi::OsStrExt;
 use std::os::unix::net::{SocketAddr, UnixDatagram};
-use std::time::Duration;
 
 /// The connection to systemd, if it has started this process and wants to hear of it.
 #[derive(Debug)]
 pub(crate) struct Notify {
     socket: Option<(UnixDatagram, SocketAddr)>,
-    limit: Option<Duration>,
 }
 
 impl Notify {
     /// As the environment says.
     pub(crate) fn of_environment() -> Self {
-        let word = |name: &str| env::var(name).ok();
-        Self::new(
-            env::var_os("NOTIFY_SOCKET").as_deref(),
-            word("WATCHDOG_USEC").as_deref(),
-            word("WATCHDOG_PID").as_deref(),
-        )
+        Self::new(env::var_os("NOTIFY_SOCKET").as_deref())
     }
 
-    /// Of the values of `NOTIFY_SOCKET`, `WATCHDOG_USEC` and `WATCHDOG_PID`. A socket that can't be used is as none: the daemon works
-    /// without systemd, too.
-    fn new(socket: Option<&OsStr>, microseconds: Option<&str>, process: Option<&str>) -> Self {
-        let is_own = process.is_none_or(|process| process == std::process::id().to_string());
-        let microseconds = microseconds
-            .and_then(|text| text.parse().ok())
-            .filter(|limit| is_own && *limit > 0);
+    /// Of the value of `NOTIFY_SOCKET`. A socket that can't be used is as none: the daemon works without systemd, too.
+    fn new(socket: Option<&OsStr>) -> Self {
         Self {
             socket: socket.and_then(opened),
-            limit: microseconds.map(Duration::from_micros),
         }
     }
 
@@ -45,7 +32,7 @@ impl Notify {
         self.send("READY=1");
     }
 
-    /// The control thread lives. To be called at least once in [`Notify::period`].
+    /// The control thread lives. Said once a second, several times in the `WatchdogSec` of the daemon's unit.
     pub(crate) fn watchdog(&self) {
         self.send("WATCHDOG=1");
     }
@@ -58,11 +45,6 @@ impl Notify {
     /// One line for `systemctl status`.
     pub(crate) fn status(&self, words: &str) {
         self.send(&format!("STATUS={}", words.replace('\n', " ")));
-    }
-
-    /// How often systemd wants to hear from the daemon: half of the time after which it ends it.
-    pub(crate) fn period(&self) -> Option<Duration> {
-        self.limit.map(|limit| limit / 2)
     }
 
     /// Sends without waiting. If systemd doesn't take it, there is nobody else to tell.
@@ -109,7 +91,7 @@ mod tests {
             (&at_path, path.as_os_str().to_owned()),
             (&at_name, format!("@{name}").into()),
         ] {
-            let notify = Notify::new(Some(&address), None, None);
+            let notify = Notify::new(Some(&address));
             notify.ready();
             notify.watchdog();
             notify.status("two\nlines");
@@ -125,7 +107,7 @@ mod tests {
     fn nobody_waits_for_systemd() {
         let path = env::temp_dir().join(format!("oneiro-notify-full-{}", std::process::id()));
         let systemd = UnixDatagram::bind(&path).unwrap();
-        let notify = Notify::new(Some(path.as_os_str()), None, None);
+        let notify = Notify::new(Some(path.as_os_str()));
         for _ in 0..10_000 {
             notify.watchdog();
         }
@@ -134,19 +116,7 @@ mod tests {
         notify.watchdog();
         fs::remove_file(path).unwrap();
         notify.watchdog();
-        Notify::new(None, None, None).ready();
-        Notify::new(Some(OsStr::new("relative")), None, None).ready();
-    }
-
-    #[test]
-    fn the_watchdog_is_that_of_this_process() {
-        let own = std::process::id().to_string();
-        let period = |limit, process| Notify::new(None, limit, process).period();
-        assert_eq!(period(Some("5000000"), Some(&*own)), Some(Duration::from_millis(2500)));
-        assert_eq!(period(Some("5000000"), None), Some(Duration::from_millis(2500)));
-        assert_eq!(period(Some("5000000"), Some("1")), None);
-        assert_eq!(period(Some("0"), None), None);
-        assert_eq!(period(Some("soon"), None), None);
-        assert_eq!(period(None, None), None);
+        Notify::new(None).ready();
+        Notify::new(Some(OsStr::new("relative"))).ready();
     }
 }

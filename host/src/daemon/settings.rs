@@ -29,13 +29,15 @@
 
 use std::collections::BTreeMap;
 use std::fmt::Display;
-use std::net::SocketAddr;
 use std::ops::RangeInclusive;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
-use serde::{Deserialize, Serialize};
+use serde::Deserialize;
 
+pub(crate) use crate::exchange::contact::Contact;
+use crate::exchange::radio::beacon;
+pub(crate) use crate::exchange::radio::beacon::LIMITS_MS as BEACON_LIMITS_MS;
 use crate::exit::Result;
 use crate::experiment::GREATEST_SEED;
 use crate::experiment::source::{Parsed, Source};
@@ -46,8 +48,6 @@ use crate::robots::guard::values::Values;
 use crate::robots::tracker;
 use crate::swarm::Plan;
 
-/// Allowed limits of the beacon's silence, ms. The wheels take up to 0.1 s to stop after it.
-pub(crate) const BEACON_LIMITS_MS: RangeInclusive<u64> = 100..=450;
 /// Allowed shares of a processor.
 pub(crate) const SHARES: RangeInclusive<f64> = 0.01..=1.0;
 
@@ -78,23 +78,12 @@ struct File {
 #[serde(deny_unknown_fields)]
 pub(crate) struct Radio {
     /// Address to listen at.
-    pub(crate) listen: SocketAddr,
+    pub(crate) listen: String,
     /// The others and the operator.
-    pub(crate) peers: Vec<SocketAddr>,
+    pub(crate) peers: Vec<String>,
     /// Who is near enough to be heard.
     #[serde(default)]
     pub(crate) contact: Contact,
-}
-
-/// How a robot knows whom it meets.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub(crate) enum Contact {
-    /// The tracker's lines name the robots that it hears.
-    #[default]
-    Tracker,
-    /// It meets everybody whose datagrams arrive: the radio's own range decides.
-    Range,
 }
 
 /// The tracker.
@@ -102,7 +91,7 @@ pub(crate) enum Contact {
 #[serde(default, deny_unknown_fields)]
 pub(crate) struct Tracker {
     /// Address to listen at.
-    pub(crate) listen: SocketAddr,
+    pub(crate) listen: String,
     /// Age of the last sighting from which the robot counts as lost, ms.
     age_ms: u64,
 }
@@ -110,7 +99,7 @@ pub(crate) struct Tracker {
 impl Default for Tracker {
     fn default() -> Self {
         Self {
-            listen: SocketAddr::from(([0; 4], 5005)),
+            listen: "0.0.0.0:5005".into(),
             age_ms: tracker::AGE_MS,
         }
     }
@@ -132,7 +121,9 @@ pub(crate) struct Beacon {
 
 impl Default for Beacon {
     fn default() -> Self {
-        Self { limit_ms: 400 }
+        Self {
+            limit_ms: beacon::LIMIT_MS,
+        }
     }
 }
 
@@ -329,7 +320,7 @@ speed_mm_s = 128
                 "single.toml",
                 "which has no swarm; allowed: an experiment with a table [swarm]",
             ),
-            ("peer", "127.0.0.1:4712", "nowhere", "robot.toml:10:"),
+            ("peer", "\"127.0.0.1:4712\"", "3", "robot.toml:10:"),
             (
                 "key",
                 "[radio]",

@@ -3,12 +3,16 @@
 use std::collections::BTreeMap;
 use std::ops::Range;
 
+use serde::{Deserialize, Serialize};
+
 use super::{Exchange, Message};
 
 /// Who can hear whom.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
 pub(crate) enum Contact {
     /// Robots of which the tracker says so, or what reads their infra-red receivers: see [`Heard::meet`].
+    #[default]
     Tracker,
     /// Everybody whose datagrams arrive: the radio's own range decides.
     Range,

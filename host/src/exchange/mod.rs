@@ -1,10 +1,8 @@
 //! Exchange between robots: each broadcasts its simulator and the fitness earned with it, and robots within range hear
 //! it. The transport of messages is behind one trait.
 
-#[cfg_attr(not(test), expect(dead_code, reason = "what calls it comes next"))]
 pub(crate) mod contact;
 pub(crate) mod pairs;
-#[cfg_attr(not(test), expect(dead_code, reason = "what calls it comes next"))]
 pub(crate) mod radio;
 
 use std::ops::Range;

@@ -101,4 +101,7 @@ pub(crate) trait Vehicle {
     /// # Errors
     /// See [`Trouble`].
     fn recover(&mut self) -> Result<(), Trouble>;
+
+    /// Asks for permission to drive again after a trouble that may pass, and does not wait for it.
+    fn resume(&mut self) {}
 }

@@ -46,7 +46,9 @@ fn lived(plan: &Plan, sleeps: impl Fn(usize, u32) -> bool) -> Vec<Vec<Ended>> {
         key: Key::rollout(plan.seed, 0, 0, 0),
     };
     let mut arena = Simulated::new(&mut device, &control, &[plan.settings.swarm()], &[world]).unwrap();
-    let mut members: Vec<Member> = (0..robots).map(|robot| Member::new(plan.clone(), robot)).collect();
+    let mut members: Vec<Member> = (0..robots)
+        .map(|robot| Member::new(plan.clone(), robot, Contact::Tracker))
+        .collect();
     let mut sightings = vec![Sighted::default(); robots];
     let mut ended = vec![Vec::new(); robots];
     for cycle in 0..SECOND * plan.settings.seconds() {
@@ -55,7 +57,7 @@ fn lived(plan: &Plan, sleeps: impl Fn(usize, u32) -> bool) -> Vec<Vec<Ended>> {
         for (robot, own) in members.iter_mut().enumerate() {
             let mut deeds = Deeds::default();
             if sleeps(robot, cycle) {
-                *own = Member::at(plan.clone(), robot, own.state().clone());
+                *own = Member::at(plan.clone(), robot, Contact::Tracker, own.state().clone());
             } else {
                 if own.evolution().is_to_simulate() {
                     let result = simulate(plan, robot, own.evolution(), &mut on_board, 1.0).unwrap();
@@ -74,17 +76,17 @@ fn lived(plan: &Plan, sleeps: impl Fn(usize, u32) -> bool) -> Vec<Vec<Ended>> {
                 begins: begins.then_some(cycle),
             });
         }
-        for own in &mut members {
-            for said in &said {
-                own.hear(*said, false);
+        for (robot, own) in members.iter_mut().enumerate() {
+            for (second, message) in said.iter().filter(|(_, message)| message.sender != robot) {
+                own.hear(*second, *message);
             }
         }
         let lines = arena.live(cycle + 1, &[orders], 1).unwrap();
-        for (sighted, seen) in sightings.iter_mut().zip(&lines[0][0].robots) {
-            *sighted = Sighted {
+        for (robot, seen) in lines[0][0].robots.iter().enumerate() {
+            members[robot].meet(cycle / SECOND, seen.heard);
+            sightings[robot] = Sighted {
                 carries: seen.carries,
-                brought: sighted.brought + seen.brought,
-                heard: seen.heard,
+                brought: sightings[robot].brought + seen.brought,
             };
         }
     }

@@ -454,6 +454,11 @@ impl Vehicle for Guarded {
             }
         }
     }
+
+    fn resume(&mut self) {
+        self.rest();
+        self.send(Request::Resume);
+    }
 }
 
 impl Drop for Guarded {
