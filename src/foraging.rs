@@ -553,6 +553,31 @@ mod tests {
     }
 
     #[test]
+    fn drives_are_those_of_wheels_up_to_their_greatest_speed() {
+        let robot = Foraging::odowd2014(Light::Nowhere);
+        // 2 rad/s on the spot, 26.5 mm from the centre; and ahead at more than the wheels can.
+        let spot = Drive {
+            forward: 0.0,
+            turn: (0.2 / TURN) as f32,
+        };
+        let ahead = |forward| Drive { forward, turn: 0.01 };
+        let near = |[left, right]: [f32; 2], expected: [f32; 2]| {
+            assert!(
+                (left - expected[0]).abs() < 1e-3 && (right - expected[1]).abs() < 1e-3,
+                "{left}, {right}"
+            );
+        };
+        near(spot.wheels(&robot), [-53.0, 53.0]);
+        near(ahead(5.0).wheels(&robot), [33.3496, 66.6504]);
+        assert_eq!(ahead(50.0).wheels(&robot), [128.8; 2]);
+        assert_eq!(ahead(-50.0).wheels(&robot), [-128.8; 2]);
+        for drive in [spot, ahead(5.0), ahead(-1.0)] {
+            let again = Drive::of_wheels(drive.wheels(&robot), &robot);
+            assert!((again.forward - drive.forward).abs() < 1e-6 && (again.turn - drive.turn).abs() < 1e-7);
+        }
+    }
+
+    #[test]
     fn genes_select_scenarios_by_hundredths() {
         for (gene, light) in [
             (0.0, Light::OppositeNest),

@@ -44,6 +44,9 @@ say "a robot sampled in Aseba's simulator, and its champions there"
 # One at a time: the simulator has to keep up.
 long --test transfer -- --nocapture --test-threads=1
 
+say "instructions of an on-board generation on 64-bit ARM"
+tests/arm-instructions.sh
+
 say "the program for a robot's computer"
 cargo build --profile robot --locked -p oneiro-host --no-default-features
 size=$(stat -c %s "$target/robot/oneiro")

@@ -1,6 +1,7 @@
 //! Software drivers leave loops silently after a total number of iterations, and dispatches are cut accordingly: no
 //! kernel's loops may iterate more often than its compiler says. An interpreter counts them in real worlds.
 
+use oneiro::acting::Behaviours;
 use oneiro::batch::{Batch, LANES, Rollout, WorldKind, Worlds};
 use oneiro::foraging::{Foraging, Light};
 use oneiro::random::{Key, pcg4d};
@@ -141,6 +142,14 @@ fn lives_of_single_robots() {
 fn foragers() {
     let foragers = [Light::OverNest, Light::Nowhere].map(Foraging::odowd2014);
     hold("forager", &foragers, |rollout, count| {
+        (0..count).map(|index| gene(rollout, index)).collect()
+    });
+}
+
+#[test]
+fn behaviours() {
+    let foraging = Foraging::odowd2014(Light::Nowhere);
+    hold("acting", &[Behaviours { foraging, cycles: 50 }], |rollout, count| {
         (0..count).map(|index| gene(rollout, index)).collect()
     });
 }

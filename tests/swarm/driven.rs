@@ -176,6 +176,31 @@ fn minds_outside_live_as_the_swarm_does() {
     }
 }
 
+/// A world on every device that kernels composed at run time run on.
+#[test]
+fn driven_worlds_are_the_same_on_every_device() {
+    let lived = |device: &mut dyn Evaluator| -> (Vec<Line>, Vec<Readings>) {
+        let mut world = Driven::new(device, &swarm(Differences::ODOWD2014), lamp(), key()).unwrap();
+        let command = |robot: u32, cycle: u32| {
+            let turn = [-0.02, 0.0, 0.03][(robot + cycle) as usize % 3];
+            let drive = (cycle >= robot).then_some(Drive { forward: 8.0, turn });
+            let begins = cycle == 2 * robot;
+            Command { drive, begins }
+        };
+        let commands = |cycle| (0..ROBOTS).map(|robot| command(robot, cycle)).collect::<Vec<_>>();
+        let lines = (0..30).map(|cycle| world.cycle(device, &commands(cycle)).unwrap());
+        (lines.collect(), world.readings().to_vec())
+    };
+    let expected = lived(&mut Cpu::new(Some(1)).unwrap());
+    let mut interpreted = Cpu::new(Some(1)).unwrap().with_variant("interpretedx1").unwrap();
+    assert!(lived(&mut interpreted) == expected, "interpreted");
+    #[cfg(feature = "gpu")]
+    {
+        let mut gpu = oneiro::gpu::Gpu::open(&oneiro::gpu::Choice::Best).expect("these tests need an adapter");
+        assert!(lived(&mut gpu) == expected, "gpu");
+    }
+}
+
 /// Minds on every device: what is near comes and goes, so that they remember all that there is.
 #[test]
 fn minds_are_the_same_on_every_device() {
