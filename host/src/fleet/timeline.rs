@@ -296,10 +296,11 @@ fn guess(clocks: &mut [Clock], reference: usize, heard: &[Heard]) {
     let (mut known, mut next) = (vec![false; clocks.len()], vec![reference]);
     known[reference] = true;
     while let Some(own) = next.pop() {
-        for other in 0..clocks.len() {
+        let shift = clocks[own].shift;
+        for (other, clock) in clocks.iter_mut().enumerate() {
             let both = fastest.get(&(own, other)).zip(fastest.get(&(other, own)));
             if let (false, Some((there, back))) = (known[other], both) {
-                clocks[other].shift = clocks[own].shift - (there - back) / 2.0;
+                clock.shift = shift - (there - back) / 2.0;
                 known[other] = true;
                 next.push(other);
             }

@@ -126,7 +126,11 @@ fn without(shipped: &compiler::Part, others: &BTreeSet<String>) -> String {
     for own in declarations(shipped).iter().filter(|own| others.contains(&own.name)) {
         let first = own.place.line - 1;
         // Shipped parts are formatted alike: attributes are on lines of their own, and what has a body ends with its brace on one.
-        let attributes = lines[..first].iter().rev().take_while(|line| line.starts_with('@')).count();
+        let attributes = lines[..first]
+            .iter()
+            .rev()
+            .take_while(|line| line.starts_with('@'))
+            .count();
         let last = match own.keyword.as_str() {
             "fn" | "struct" => lines[first..].iter().position(|line| *line == "}").unwrap_or(0),
             _ => 0,
