@@ -286,6 +286,7 @@ mod tests {
 
     #[test]
     fn a_mind_is_restored_from_what_it_says() {
+        assert_eq!(oneiro_shaders::ACTING.stride("state"), size_of::<[u32; MEMORY]>());
         let acting = Acting::new(&Foraging::odowd2014(Light::Nowhere)).unwrap();
         let mut cpu = Cpu::new(Some(1)).unwrap();
         let mut mind = Acting::begin(Key::rollout(1, 2, 3, 4));

@@ -26,7 +26,7 @@ use crate::random::Key;
 
 pub use crate::acting::Readings;
 pub use crate::foraging::Drive;
-pub use driven::{Command, Driven, robot_key};
+pub use driven::{Command, Driven, GREATEST_DRIVEN, robot_key};
 
 /// Most robots of a world.
 pub const GREATEST_ROBOTS: u32 = kernel::GREATEST_ROBOTS;

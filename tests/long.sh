@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # long.sh: tests that take too long for tests/all.sh, on a machine where that has passed: both studies with all their
 # parts, large swarms compared with another physics engine, champions that live in Aseba's simulator, random kernels and
-# files for half an hour, random bytes for drivers of robots for ten minutes, runs and sweeps that are killed hundreds of times,
+# files for half an hour, random bytes for drivers of robots for ten minutes and by radio for another ten, runs and sweeps that are killed hundreds of times,
 # long lives on every device, the size of the program for a robot, and a hundred thousand runs. Some two hours on two cores.
 set -euo pipefail
 cd "$(dirname "$0")/.."
@@ -18,11 +18,17 @@ say "random kernels; experiments, sweeps and parts with random mistakes"
 long --test random --test mutants
 long -p oneiro-host --bin oneiro mutants
 
+say "five minutes of robots that are driven from outside"
+long --test swarm minds_outside
+
 say "a hundred thousand lives of each well-known experiment on every device"
 long -p oneiro-host --test classics the_same_bits -- --nocapture
 
 say "anything over the links of robots"
 long --bin oneiro -- robots::fuzz a_file_may_have_anything
+
+say "anything by radio, and two million forged or damaged datagrams"
+long --bin oneiro -- exchange::radio --nocapture
 
 say "the whole study of 1995, killed, on one thread and on a GPU"
 long --test reproduce settings

@@ -141,7 +141,19 @@ pub(crate) fn must_be_new(path: &Path) -> Result {
 /// # Errors
 /// Exit 3 if the path exists or its directory doesn't, exit 6 if writing fails; a partial file is removed.
 pub(crate) fn write_new(path: &Path, bytes: &[u8]) -> Result {
-    let file = OpenOptions::new().write(true).create_new(true).open(path);
+    write_as(&mut OpenOptions::new(), path, bytes)
+}
+
+/// Like [`write_new`], for a file that on Unix only its owner can read.
+pub(crate) fn write_secret(path: &Path, bytes: &[u8]) -> Result {
+    let mut options = OpenOptions::new();
+    #[cfg(unix)]
+    std::os::unix::fs::OpenOptionsExt::mode(&mut options, 0o600);
+    write_as(&mut options, path, bytes)
+}
+
+fn write_as(options: &mut OpenOptions, path: &Path, bytes: &[u8]) -> Result {
+    let file = options.write(true).create_new(true).open(path);
     let mut file = file.map_err(|error| uncreated(path, &error))?;
     file.write_all(bytes).and_then(|()| file.sync_all()).map_err(|error| {
         // If this fails too, the error that follows names the file.
@@ -165,9 +177,26 @@ fn exists(path: &Path) -> Failure {
     ))
 }
 
+/// Quotes a word for a shell.
+pub(crate) fn for_shell(word: &str) -> String {
+    let is_plain = |c: char| c.is_ascii_alphanumeric() || "-_./:=,".contains(c);
+    if !word.is_empty() && word.chars().all(is_plain) {
+        word.to_owned()
+    } else {
+        format!("'{}'", word.replace('\'', r"'\''"))
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn words_are_quoted_for_shells() {
+        assert_eq!(for_shell("/a/b-1.toml"), "/a/b-1.toml");
+        assert_eq!(for_shell("it's $HOME"), r"'it'\''s $HOME'");
+        assert_eq!(for_shell(""), "''");
+    }
 
     #[test]
     fn numbers_in_paths_count_as_numbers() {

@@ -6,8 +6,11 @@ use super::{Drive, Lamp, Line, Order, Readings, Swarm, Trouble};
 use crate::batch::{Buffers, GREATEST_GENE, Rollout, TraceRequest, WorldKind, Worlds};
 use crate::compose;
 use crate::evaluator::{Control, Evaluator};
-use crate::parameter::Invalid;
+use crate::parameter::{Invalid, integer};
 use crate::random::{Key, pcg4d};
+
+/// Most robots of a world that is driven: with more, its loops would be longer than those of kernels composed at run time may be.
+pub const GREATEST_DRIVEN: u32 = 80;
 
 /// Readings of a robot, which follow the swarm's own words of state.
 const READINGS: usize = 12;
@@ -72,10 +75,11 @@ impl Driven {
     /// Makes a world before its first cycle.
     ///
     /// # Errors
-    /// The first invalid value of the swarm; more robots than kernels composed at run time allow; those of the device. Without the
-    /// feature `compose`, always.
+    /// The first invalid value of the swarm; more than [`GREATEST_DRIVEN`] robots; those of the device. Without the feature `compose`,
+    /// always.
     pub fn new(device: &mut dyn Evaluator, swarm: &Swarm, lamp: Lamp, key: Key) -> Result<Self, Trouble> {
         swarm.check()?;
+        integer("robots", swarm.robots, 1..=GREATEST_DRIVEN)?;
         let packed = Packed {
             swarm: *swarm,
             kernel: compose::driven()?,

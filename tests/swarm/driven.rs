@@ -6,7 +6,8 @@ use oneiro::evaluator::{Control, Evaluator};
 use oneiro::foraging::{Drive, Light};
 use oneiro::random::{Key, pcg4d};
 use oneiro::swarm::{
-    Arena, Behaviour, Command, Differences, Driven, Lamp, Line, Order, Simulated, Swarm, Trouble, World, robot_key,
+    Arena, Behaviour, Command, Differences, Driven, GREATEST_DRIVEN, Lamp, Line, Order, Simulated, Swarm, Trouble,
+    World, robot_key,
 };
 
 use super::{apart, distance};
@@ -46,7 +47,7 @@ fn order(robot: u32, stretch: u32) -> Order {
         before: (!is_late).then(|| genes(stretch)),
         after: genes(stretch + 1),
         at: STRETCH * stretch + at % STRETCH,
-        begins: (robot % 2 == 0).then_some(STRETCH * stretch + begins % STRETCH),
+        begins: robot.is_multiple_of(2).then_some(STRETCH * stretch + begins % STRETCH),
     }
 }
 
@@ -190,7 +191,7 @@ fn minds_are_the_same_on_every_device() {
             };
             let genes = [0.99, [0.5, 0.0][cycle as usize / 60]];
             let deed = acting
-                .cycle(&mut mind, device, genes, &readings, cycle % 7 == 0)
+                .cycle(&mut mind, device, genes, &readings, cycle.is_multiple_of(7))
                 .unwrap();
             (deed, mind)
         };
@@ -340,6 +341,15 @@ fn what_is_no_command_is_refused_and_changes_nothing() {
         short.cycle(&mut cpu, &with(1.0, 0.0)),
         Err(Trouble::Invalid(_))
     ));
+    for (robots, is_allowed) in [(GREATEST_DRIVEN, true), (GREATEST_DRIVEN + 1, false)] {
+        let found = begin(&mut cpu, &Swarm { robots, ..swarm }).map_err(|trouble| trouble.to_string());
+        let expected = Err(format!("robots: is {robots}; allowed: 1 to 80"));
+        assert!(if is_allowed {
+            found.is_ok()
+        } else {
+            found.map(|_| ()) == expected
+        });
+    }
     let mut wrong = swarm;
     wrong.heard = 2.0;
     let invalid = begin(&mut cpu, &wrong).unwrap_err().to_string();

@@ -7,6 +7,7 @@ use std::time::Duration;
 use crate::cli::SweepRun;
 use crate::console::Console;
 use crate::exit::{Failure, Result};
+use crate::files::for_shell;
 use crate::sweep::Sweep;
 use crate::sweep::store::Shard;
 
@@ -25,7 +26,7 @@ const STOPPING: Duration = Duration::from_mins(2);
 /// Exit 6 if this directory has no name.
 pub(crate) fn script(sweep: &Sweep, arguments: &SweepRun) -> Result<String> {
     let whole = |path: &Path| match absolute(path) {
-        Ok(path) => Ok(quoted(&path.display().to_string())),
+        Ok(path) => Ok(for_shell(&path.display().to_string())),
         Err(error) => Err(Failure::storage(path, &error)),
     };
     let program = match env::current_exe() {
@@ -41,7 +42,7 @@ pub(crate) fn script(sweep: &Sweep, arguments: &SweepRun) -> Result<String> {
         "--out".into(),
         out.clone(),
     ];
-    let mut option = |name: &str, value: String| command.push(format!("{name} {}", quoted(&value)));
+    let mut option = |name: &str, value: String| command.push(format!("{name} {}", for_shell(&value)));
     option("--backend", backend.name.clone());
     option("--recheck", backend.recheck.to_string());
     option("--checkpoint-every", seconds(arguments.checkpoint_every));
@@ -75,16 +76,6 @@ fn folder() -> Result<String> {
     env::current_dir()
         .map(|folder| folder.display().to_string())
         .map_err(|error| Failure::storage(Path::new("."), &error))
-}
-
-/// Quotes a word for a shell.
-fn quoted(word: &str) -> String {
-    let is_plain = |c: char| c.is_ascii_alphanumeric() || "-_./:=,".contains(c);
-    if !word.is_empty() && word.chars().all(is_plain) {
-        word.to_owned()
-    } else {
-        format!("'{}'", word.replace('\'', r"'\''"))
-    }
 }
 
 fn seconds(time: Duration) -> String {
@@ -134,10 +125,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn words_and_times_are_written_for_shells_and_slurm() {
-        assert_eq!(quoted("/a/b-1.toml"), "/a/b-1.toml");
-        assert_eq!(quoted("it's $HOME"), r"'it'\''s $HOME'");
-        assert_eq!(quoted(""), "''");
+    fn times_are_written_for_shells_and_slurm() {
         assert_eq!(clock(Duration::from_hours(2)), "2:00:00");
         assert_eq!(clock(Duration::from_secs(61)), "0:02:00");
         assert_eq!(clock(Duration::from_hours(100)), "100:00:00");

@@ -17,10 +17,16 @@ use super::link::{Clock, Link};
 use super::recording::Recording;
 use super::recording::replay::Replay;
 use super::script::Random;
+use super::tracker::{Seen, lines};
 use super::{Kind, Robot, epuck, epuck2, recognise, thymio};
 
 /// Calls for each seed from 0 on: as many as `seeds`, or where `ONEIRO_LONG` is set for two minutes.
-pub(crate) fn for_seeds(seeds: u64, mut call: impl FnMut(u64)) {
+pub(crate) fn for_seeds(seeds: u64, call: impl FnMut(u64)) {
+    for_seeds_within(Duration::from_mins(2), seeds, call);
+}
+
+/// The same, for `long` where `ONEIRO_LONG` is set.
+pub(crate) fn for_seeds_within(long: Duration, seeds: u64, mut call: impl FnMut(u64)) {
     /// Says which seed it was.
     struct Seed(u64);
 
@@ -33,7 +39,7 @@ pub(crate) fn for_seeds(seeds: u64, mut call: impl FnMut(u64)) {
     }
 
     let (start, is_long) = (Instant::now(), std::env::var_os("ONEIRO_LONG").is_some());
-    let is_over = |seed: u64| seed >= seeds && (!is_long || start.elapsed() >= Duration::from_mins(2));
+    let is_over = |seed: u64| seed >= seeds && (!is_long || start.elapsed() >= long);
     for seed in (0..).take_while(|seed| !is_over(*seed)) {
         let seed = Seed(seed);
         call(seed.0);
@@ -588,6 +594,49 @@ fn a_message_to_the_guard_may_be_anything() {
     for open in ["[", "{\"command\":"] {
         assert!(serde_json::from_str::<Request>(&open.repeat(4096 / open.len())).is_err());
     }
+}
+
+/// A tracker's line that counts is a robot's, with numbers only.
+#[test]
+fn a_line_of_a_tracker_may_be_anything() {
+    let valid = [
+        r#"{"id":1,"t":12.3,"x":350.0,"y":-2e1,"heading":0.25}"#,
+        r#"{"id":1,"t":12.3,"x":350.0,"y":200.0,"heading":-0.25,"carries":true,"brought":4,"heard":[0,7,127,128]}"#,
+        r#"{"id":1,"t":12.3,"x":350.0,"y":200.0,"heading":7,"carries":null,"heard":[],"more":{"a":[1,"b"]}}"#,
+    ];
+    let mut accepted = 0;
+    for_seeds(20_000, |seed| {
+        let mut random = Random(seed);
+        let known = valid[random.below(valid.len())].as_bytes();
+        let line = match random.below(8) {
+            0 => random.bytes(200),
+            1 => [known, b"\n", known].concat(),
+            _ => random.mutated(known),
+        };
+        let mut seen = Seen::new(1, 200.0, Duration::from_millis(300));
+        // As often as it takes to be certain, by a clock that goes on.
+        for time in 0..3 {
+            let text = String::from_utf8_lossy(&line).replace("12.3", &format!("12.{time}"));
+            for line in lines(text.as_bytes()) {
+                let Some(sighting) = seen.take(line, Duration::from_millis(time)) else {
+                    continue;
+                };
+                accepted += 1;
+                let [x, y, heading] = sighting.pose();
+                assert!(
+                    x.is_finite() && y.is_finite() && (0.0..=1.0).contains(&heading),
+                    "{sighting:?}"
+                );
+            }
+        }
+    });
+    assert!(accepted > 1000, "{accepted}");
+    let nested = "[".repeat(2000);
+    let mut seen = Seen::new(1, 200.0, Duration::from_millis(300));
+    assert_eq!(
+        seen.take(format!("{{\"id\":1,\"heard\":{nested}").as_bytes(), Duration::ZERO),
+        None
+    );
 }
 
 /// A recording that is spoilt is refused by its line, or plays back to errors.

@@ -1,5 +1,7 @@
 //! A tracker: a program with a camera that says where robots are, one line of JSON for each sighting, over UDP:
 //! `{"id":1,"t":12.3,"x":350.0,"y":200.0,"heading":0.25}`, with the tracker's time in s, mm, and turns counter-clockwise from the x axis.
+//! In a swarm that forages, a line also says `"carries":true,"brought":4,"heard":[0,7]`: whether the robot carries virtual food, how many
+//! items it has brought to the nest since the experiment began, and the robots that it can hear now.
 
 use std::io::ErrorKind;
 use std::net::UdpSocket;
@@ -8,7 +10,7 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError, Weak};
 use std::thread;
 use std::time::Duration;
 
-use serde::Deserialize;
+use serde::{Deserialize, Deserializer};
 
 use super::link::wall;
 use crate::exit::Failure;
@@ -53,13 +55,41 @@ impl Values {
 }
 
 /// A line of a tracker. Other keys are left alone.
-#[derive(Clone, Copy, Debug, Deserialize)]
-struct Sighting {
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
+pub(crate) struct Sighting {
     id: u64,
     t: f64,
     x: f64,
     y: f64,
     heading: f64,
+    /// Whether the robot carries virtual food, where there is any.
+    #[serde(default)]
+    pub(crate) carries: Option<bool>,
+    /// Items of it that the robot has brought to the nest since the experiment began.
+    #[serde(default)]
+    pub(crate) brought: Option<u32>,
+    /// Robots that it can hear, a bit each, if the tracker knows.
+    #[serde(default, deserialize_with = "mask")]
+    pub(crate) heard: Option<u128>,
+}
+
+/// A list of robots' numbers as bits; others than 0 to 127 are left out.
+fn mask<'de, D: Deserializer<'de>>(list: D) -> Result<Option<u128>, D::Error> {
+    let robots = Option::<Vec<u64>>::deserialize(list)?;
+    let bit = |robot: u64| 1_u128.checked_shl(robot.try_into().ok()?);
+    Ok(robots.map(|robots| robots.into_iter().filter_map(bit).fold(0, |mask, bit| mask | bit)))
+}
+
+impl Sighting {
+    /// x and y in mm, heading in turns, 0 to 1.
+    pub(crate) fn pose(&self) -> [f64; 3] {
+        [self.x, self.y, self.heading.rem_euclid(1.0)]
+    }
+}
+
+/// The lines of a datagram.
+pub(crate) fn lines(datagram: &[u8]) -> impl Iterator<Item = &[u8]> {
+    datagram.split(|byte| *byte == b'\n')
 }
 
 /// A place where the robot was seen, when, and by how many sightings in a row.
@@ -72,7 +102,7 @@ struct Place {
 
 /// What a robot's sightings were.
 #[derive(Debug)]
-struct Seen {
+pub(crate) struct Seen {
     id: u64,
     /// Greatest speed of the robot, mm/s.
     speed: f64,
@@ -94,26 +124,38 @@ impl Seen {
     /// Sightings in a row, each within reach of the one before, that show where a robot is of which that was not known.
     const CERTAIN: u32 = 3;
 
+    /// A robot by its number that drives no faster than `speed`, mm/s, and counts as lost when its last sighting is older than
+    /// `limit`.
+    pub(crate) fn new(id: u64, speed: f64, limit: Duration) -> Self {
+        Self {
+            id,
+            speed,
+            limit,
+            last: None,
+            other: None,
+        }
+    }
+
     /// Takes a line that has come now. One that is no sighting of the robot is dropped, and so are sightings out of order, beyond
     /// all rooms, or farther from the last one than the robot can have driven since. Where a robot is that was lost, or was never
-    /// seen, several sightings in a row must show.
-    fn take(&mut self, line: &[u8], now: Duration) {
-        let Ok(sighting) = serde_json::from_slice::<Sighting>(line) else {
-            return;
-        };
-        let Sighting { id, t, x, y, heading } = sighting;
+    /// seen, several sightings in a row must show. Returns a sighting that shows where it is.
+    pub(crate) fn take(&mut self, line: &[u8], now: Duration) -> Option<Sighting> {
+        let sighting: Sighting = serde_json::from_slice(line).ok()?;
+        let Sighting {
+            id, t, x, y, heading, ..
+        } = sighting;
         let is_number = [t, heading].into_iter().all(f64::is_finite) && x.abs().max(y.abs()) <= Self::FARTHEST;
         if id != self.id || !is_number || x.is_nan() || y.is_nan() {
-            return;
+            return None;
         }
         let newest = self.other.or(self.last).map(|place| place.sighting.t);
         if newest.is_some_and(|newest| t <= newest && t > newest - Self::RESTART) {
-            return;
+            return None;
         }
         let known = self.last.filter(|place| !self.is_lost(place, now));
         if let Some(place) = known.filter(|place| self.follows(place, &sighting, now)) {
             (self.last, self.other) = (Some(place.seen_again(sighting, now)), None);
-            return;
+            return Some(sighting);
         }
         let other = match self.other.filter(|place| self.follows(place, &sighting, now)) {
             Some(place) => place.seen_again(sighting, now),
@@ -125,9 +167,10 @@ impl Seen {
         };
         if known.is_none() && other.sightings >= Self::CERTAIN {
             (self.last, self.other) = (Some(other), None);
-        } else {
-            self.other = Some(other);
+            return Some(sighting);
         }
+        self.other = Some(other);
+        None
     }
 
     fn is_lost(&self, place: &Place, now: Duration) -> bool {
@@ -141,7 +184,7 @@ impl Seen {
     }
 
     /// Where the robot is, unless it is lost.
-    fn place(&self, now: Duration) -> Option<Sighting> {
+    pub(crate) fn place(&self, now: Duration) -> Option<Sighting> {
         let place = self.last.filter(|place| !self.is_lost(place, now))?;
         Some(place.sighting)
     }
@@ -175,13 +218,7 @@ impl Tracker {
         let refused = |error| Failure::input(format_args!("--tracker udp:{}: {error}", values.listen));
         let socket = UdpSocket::bind(&values.listen).map_err(refused)?;
         socket.set_read_timeout(Some(Self::GLANCE)).map_err(refused)?;
-        let seen = Arc::new(Mutex::new(Seen {
-            id: values.id,
-            speed,
-            limit: values.limit,
-            last: None,
-            other: None,
-        }));
+        let seen = Arc::new(Mutex::new(Seen::new(values.id, speed, values.limit)));
         let heard = Arc::downgrade(&seen);
         thread::spawn(move || hear(&socket, &heard));
         Ok(Self { seen })
@@ -189,8 +226,7 @@ impl Tracker {
 
     /// Where the robot is: x and y in mm, heading in turns, 0 to 1. None if it is lost.
     pub(crate) fn pose(&self) -> Option<[f64; 3]> {
-        let Sighting { x, y, heading, .. } = lock(&self.seen).place(wall())?;
-        Some([x, y, heading.rem_euclid(1.0)])
+        Some(lock(&self.seen).place(wall())?.pose())
     }
 }
 
@@ -203,10 +239,9 @@ fn hear(socket: &UdpSocket, seen: &Weak<Mutex<Seen>>) {
     let mut buffer = [0; 2048];
     while let Some(seen) = seen.upgrade() {
         match socket.recv(&mut buffer) {
-            Ok(count) => {
-                let lines = buffer[..count].split(|byte| *byte == b'\n');
-                lines.for_each(|line| lock(&seen).take(line, wall()));
-            }
+            Ok(count) => lines(&buffer[..count]).for_each(|line| {
+                lock(&seen).take(line, wall());
+            }),
             Err(error) if matches!(error.kind(), ErrorKind::WouldBlock | ErrorKind::TimedOut) => {}
             Err(_) => thread::sleep(Tracker::GLANCE),
         }
@@ -225,13 +260,7 @@ mod tests {
 
     /// Where a robot with number 1 is, which drives at up to 200 mm/s, at the time of the last line.
     fn seen(lines: &[(u64, &str)]) -> Option<[f64; 3]> {
-        let mut seen = Seen {
-            id: 1,
-            speed: 200.0,
-            limit: LIMIT,
-            last: None,
-            other: None,
-        };
+        let mut seen = Seen::new(1, 200.0, LIMIT);
         for (at, line) in lines {
             seen.take(line.as_bytes(), ms(*at));
         }
@@ -292,6 +321,40 @@ mod tests {
         assert_eq!(at(&[&FIRST, &FAR[..2]]), None);
         assert_eq!(at(&[&FIRST, &FAR[..3]]), Some(3002.0));
         assert_eq!(at(&[&FIRST, &[NEAR], &FAR]), Some(3003.0));
+    }
+
+    /// Of a swarm's robot, only sightings that count say what it carries, has brought and hears.
+    #[test]
+    fn a_swarm_s_tracker_says_more() {
+        let mut seen = Seen::new(1, 200.0, LIMIT);
+        let mut take = |at: u64, x: f64, more: &str| {
+            let line = format!("{{\"id\":1,\"t\":{at},\"x\":{x},\"y\":0,\"heading\":-0.25{more}}}");
+            let sighting = seen.take(line.as_bytes(), ms(50 * at))?;
+            assert_eq!(sighting.pose(), [x, 0.0, 0.75]);
+            Some((sighting.carries, sighting.brought, sighting.heard))
+        };
+        let full = r#","carries":true,"brought":4,"heard":[0,7,127,128,18446744073709551615,7]"#;
+        assert_eq!(
+            (take(1, 0.0, full), take(2, 0.0, full)),
+            (None, None),
+            "not certain yet"
+        );
+        let heard = 1 << 127 | 0b1000_0001;
+        assert_eq!(take(3, 0.0, full), Some((Some(true), Some(4), Some(heard))));
+        assert_eq!(take(4, 0.0, ""), Some((None, None, None)));
+        assert_eq!(take(5, 0.0, r#","heard":[]"#), Some((None, None, Some(0))));
+        assert_eq!(take(5, 0.0, full), None, "the same again");
+        assert_eq!(take(6, 500.0, full), None, "somewhere else");
+        for bad in [
+            r#","carries":1"#,
+            r#","brought":-1"#,
+            r#","brought":1.5"#,
+            r#","heard":7"#,
+            r#","heard":[-1]"#,
+        ] {
+            assert_eq!(take(7, 0.0, bad), None, "{bad}");
+        }
+        assert_eq!(take(7, 0.0, r#","carries":false"#), Some((Some(false), None, None)));
     }
 
     /// A local sender: what it sends is seen, and lost when it has been silent for the limit.

@@ -9,6 +9,7 @@ use serde::{Serialize, Serializer};
 
 use crate::evolve::encapsulated::{Boundary, Breeding, Mutation};
 use crate::exchange::pairs::{Key, Leaves, Rules};
+use crate::exchange::radio::limits::Limits;
 use crate::swarm::record::{Case, Credit};
 
 /// All settings. Lengths in mm, times in s.
@@ -321,6 +322,20 @@ impl Settings {
         Mutation {
             deviation: self.simulators.mutation_scale,
             boundary: self.simulators.boundary,
+        }
+    }
+
+    /// What robots may say. At most every other cycle a robot brings food, which it has to take before, and that earns
+    /// the seconds that are left.
+    #[cfg_attr(not(test), expect(dead_code, reason = "for daemons"))]
+    pub(crate) fn limits(&self) -> Limits {
+        let interval = self.clock.interval_s;
+        Limits {
+            robots: self.world.robots as u16,
+            interval,
+            offset: self.clock.offset_s,
+            lag: u32::from(self.simulators.says == Says::LastWhole),
+            fitness: (swarm::SECOND * interval * interval) as f32 / 4.0,
         }
     }
 

@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
+use std::time::Duration;
 
 use oneiro::batch::{Rollout, TraceRequest, WorldKind, Worlds};
 use oneiro::cpu::Cpu;
@@ -14,7 +15,12 @@ use super::memory::{Memory, Second, Seconds};
 use super::on_board::OnBoard;
 use super::*;
 use crate::engine::job::{Job, Request, Results};
+use crate::exchange::contact::{Contact, Heard};
+use crate::exchange::radio::key::Key;
+use crate::exchange::radio::{Packet, Radio, Received, Refusal};
 use crate::exchange::{Exchange, Message};
+use crate::robots::script::Random;
+use crate::robots::tracker::Seen;
 use crate::swarm::record::{Credit, RobotInterval};
 use crate::swarm::settings::Says;
 
@@ -484,6 +490,95 @@ fn messages_are_looked_up_by_the_senders_clock() {
         (whole[0].interval, whole[0].fitness, whole[0].simulator),
         (0, 30.0, robots[1].simulators[0])
     );
+}
+
+/// What robots say by radio, and a tracker's lines, in any order and more than once: a robot has heard what it hears in the study.
+#[test]
+fn by_radio_robots_hear_what_they_hear_in_the_study() {
+    const ROBOTS: usize = 5;
+    let settings = exact();
+    let mut random = Random(3);
+    let mut robots: Vec<OnBoard> = [0, 2, 5, 3, 1].map(|offset| robot(&settings, offset)).into();
+    for (own, number) in robots.iter_mut().zip(1_u8..) {
+        own.end_interval(&settings, 30.0, &[said(f32::from(number) / 10.0, 40.0)]);
+        own.take_simulated(&[0.0; 10]);
+    }
+    let (mut seconds, mut whole) = (Seconds::new(130), Seconds::new(130));
+    for _ in 0..130 {
+        let second = Second {
+            heard: (0..ROBOTS)
+                .map(|own| random.next() as u128 % 32 & !(1 << own))
+                .collect(),
+            earned: (0..ROBOTS).map(|_| random.below(9000) as f32).collect(),
+            earned_after: vec![0.0; ROBOTS],
+        };
+        whole.push(Second {
+            heard: (0..ROBOTS).map(|own| 31 & !(1 << own)).collect(),
+            ..second.clone()
+        });
+        seconds.push(second);
+    }
+    let memory = |seconds| Memory {
+        seconds,
+        robots: &robots,
+        says: Says::SoFar,
+        credit: Credit::Matched,
+        whose: &[0, 1, 2, 3, 4],
+    };
+    let mut radios: Vec<Radio> = (0..ROBOTS as u16)
+        .map(|own| Radio::new(own, settings.limits(), &Key::of(1), [7; 32], 0))
+        .collect();
+    for (receiver, own) in robots.iter().enumerate() {
+        let interval = own.clock.seconds_of(1);
+        let mut heard = [Contact::Tracker, Contact::Range].map(|contact| Heard::new(contact, 70));
+        heard.iter_mut().for_each(|heard| heard.forget_before(interval.start));
+        let mut seen = Seen::new(receiver as u64, 200.0, Duration::from_millis(300));
+        let mut coming: Vec<(u32, Vec<u8>)> = Vec::new();
+        for at in interval.start - 3..interval.end {
+            // All that others say, some of it late or twice, and some of it among the tracker's lines.
+            for message in memory(&whole).heard(receiver, at..at + 1) {
+                let datagram = radios[message.sender].seal(&Packet::Pair { second: at, message });
+                for _ in 0..=random.below(2) {
+                    let late = u32::from(at + 1 < interval.end && random.below(4) == 0);
+                    coming.push((at + late, datagram.clone()));
+                }
+            }
+            for line in 0..10 {
+                let mask = seconds.get(at).unwrap().heard[receiver];
+                let list: Vec<usize> = (0..ROBOTS)
+                    .filter(|robot| mask >> robot & 1 == 1 && robot % 10 == line)
+                    .collect();
+                let time = f64::from(at) + line as f64 / 10.0;
+                let text =
+                    format!("{{\"id\":{receiver},\"t\":{time},\"x\":1,\"y\":2,\"heading\":0,\"heard\":{list:?}}}");
+                let now = Duration::from_secs_f64(time);
+                if let Some(robots) = seen.take(text.as_bytes(), now).and_then(|sighting| sighting.heard) {
+                    heard.iter_mut().for_each(|heard| heard.meet(at, robots));
+                }
+                let mut now_coming: Vec<_> = coming
+                    .extract_if(.., |(second, _)| *second <= at && random.below(3) == 0)
+                    .collect();
+                if line == 9 {
+                    now_coming.extend(coming.extract_if(.., |(second, _)| *second <= at));
+                }
+                for (_, datagram) in now_coming {
+                    match radios[receiver].open(&datagram, now, Some(at)) {
+                        Ok(Received {
+                            packet: Packet::Pair { second, message },
+                            ..
+                        }) => heard.iter_mut().for_each(|heard| {
+                            heard.hear(second, message);
+                        }),
+                        other => assert_eq!(other, Err(Refusal::Replayed)),
+                    }
+                }
+            }
+        }
+        let [by_tracker, by_range] = heard.map(|heard| heard.heard(receiver, interval.clone()));
+        assert!(by_tracker.len() > 60 && by_range.len() > by_tracker.len());
+        assert_eq!(by_tracker, memory(&seconds).heard(receiver, interval.clone()));
+        assert_eq!(by_range, memory(&whole).heard(receiver, interval));
+    }
 }
 
 /// The null gives each robot's fitness to one robot.

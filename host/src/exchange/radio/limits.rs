@@ -1,0 +1,110 @@
+//! What the values of a packet may be.
+
+use super::{OPERATOR, Packet, Refusal, Status};
+use crate::evolve::encapsulated::GREATEST;
+use crate::exchange::Message;
+
+/// How many seconds a pair may be from the receiver's own second. Robots that hear no beacon for half a second stand, and a pair is
+/// said when its second begins.
+pub(crate) const TOLERANCE: u32 = 2;
+
+/// The earliest and the latest time of an experiment, ms: a day before it begins, and the end of its last second.
+const TIMES: std::ops::Range<i64> = -86_400_000..(1 << 32) * 1000;
+
+/// What follows from an experiment for the values of packets.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Limits {
+    /// Robots, which have numbers below that.
+    pub(crate) robots: u16,
+    /// Seconds of an interval.
+    pub(crate) interval: u32,
+    /// Seconds within which robots are switched on.
+    pub(crate) offset: u32,
+    /// How many intervals before the present one is the one whose fitness robots report: 0 or 1.
+    pub(crate) lag: u32,
+    /// The greatest fitness that can be earned in an interval.
+    pub(crate) fitness: f32,
+}
+
+impl Limits {
+    /// Whether a sender is a robot of the experiment, or its operator.
+    pub(super) fn knows(&self, sender: u16) -> bool {
+        sender < self.robots || sender == OPERATOR
+    }
+
+    /// Checks all values of what a sender says, in this second of the receiver's, if it is known.
+    ///
+    /// # Errors
+    /// The name of the first that is not allowed.
+    pub(super) fn check(&self, packet: &Packet, sender: u16, second: Option<u32>) -> Result<(), Refusal> {
+        let is_operator = sender == OPERATOR;
+        let checks = match packet {
+            Packet::Pair { second: at, message } => {
+                let Message {
+                    interval,
+                    simulator,
+                    fitness,
+                    controller,
+                    ..
+                } = *message;
+                vec![
+                    ("kind", !is_operator),
+                    ("second", second.is_none_or(|second| at.abs_diff(second) <= TOLERANCE)),
+                    ("interval", self.is_interval(*at, interval)),
+                    ("simulator", is_gene(simulator)),
+                    ("fitness", self.is_fitness(fitness)),
+                    ("controller", controller.into_iter().all(is_gene)),
+                ]
+            }
+            Packet::Beacon { milliseconds, .. } => {
+                vec![("kind", is_operator), ("milliseconds", TIMES.contains(milliseconds))]
+            }
+            Packet::Status(status) => {
+                let Status {
+                    simulator,
+                    real,
+                    simulated,
+                    controller,
+                    pose,
+                    volts,
+                    ..
+                } = *status;
+                vec![
+                    ("kind", !is_operator),
+                    ("milliseconds", TIMES.contains(&status.milliseconds)),
+                    ("simulator", is_gene(simulator)),
+                    ("real", self.is_fitness(real)),
+                    ("simulated", simulated == UNKNOWN || self.is_fitness(simulated)),
+                    ("controller", controller.into_iter().all(is_gene)),
+                    ("pose", pose.into_iter().all(f32::is_finite)),
+                    ("volts", volts == UNKNOWN || (volts.is_finite() && volts >= 0.0)),
+                ]
+            }
+            Packet::Hello { .. } => Vec::new(),
+        };
+        match checks.into_iter().find(|(_, is_valid)| !is_valid) {
+            Some((name, _)) => Err(Refusal::OutOfRange(name)),
+            None => Ok(()),
+        }
+    }
+
+    /// Whether a robot that was switched on in time may report an interval in a second.
+    fn is_interval(&self, second: u32, interval: u32) -> bool {
+        let latest = second / self.interval;
+        let earliest = second.saturating_sub(self.offset) / self.interval;
+        let present = interval.checked_add(self.lag);
+        present.is_some_and(|present| (earliest..=latest).contains(&present))
+    }
+
+    fn is_fitness(&self, fitness: f32) -> bool {
+        (0.0..=self.fitness).contains(&fitness)
+    }
+}
+
+/// A status' value that is not known.
+const UNKNOWN: f32 = -1.0;
+
+/// Whether a number is a gene that kernels take: 0, or normal and up to 0.99.
+fn is_gene(gene: f32) -> bool {
+    gene.to_bits() == 0 || (gene.is_normal() && (0.0..=GREATEST as f32).contains(&gene))
+}
