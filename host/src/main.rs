@@ -10,7 +10,7 @@ mod columns;
 mod commands;
 mod console;
 mod contents;
-#[cfg_attr(not(test), expect(dead_code, reason = "what calls it comes next"))]
+#[expect(dead_code, reason = "what calls it comes next")]
 mod daemon;
 mod device;
 mod engine;

@@ -106,8 +106,6 @@ fn file(remote: Remote<'_>, directory: &str, name: &str) -> Result<Vec<u8>> {
 #[derive(Debug)]
 pub(crate) struct Merged {
     pub(crate) lines: usize,
-    /// Lines that can't be read: torn by a power cut.
-    pub(crate) torn: usize,
     pub(crate) clocks: Vec<Clock>,
     /// What is not as one would like it.
     pub(crate) warnings: Vec<String>,
@@ -155,7 +153,6 @@ pub(crate) fn merge(fleet: &Fleet, robots: &[u32]) -> Result<Merged> {
     describe(&fleet.directory, "A fleet's record", &contents())?;
     Ok(Merged {
         lines: lines.len(),
-        torn,
         clocks,
         warnings,
     })

@@ -327,7 +327,6 @@ impl Settings {
 
     /// What robots may say. At most every other cycle a robot brings food, which it has to take before, and that earns
     /// the seconds that are left.
-    #[cfg_attr(not(test), expect(dead_code, reason = "for daemons"))]
     pub(crate) fn limits(&self) -> Limits {
         let interval = self.clock.interval_s;
         Limits {
