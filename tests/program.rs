@@ -1,5 +1,6 @@
 //! The program from outside: what it prints, writes and refuses, and its exit codes.
 
+use std::fmt::Write;
 use std::fs;
 use std::path::Path;
 use std::time::{Duration, Instant};
@@ -931,9 +932,8 @@ fn a_fleet_is_planned_deployed_stopped_and_collected_without_a_robot_that_is_off
         own = place.at("").display(),
     );
     for robot in 0..3 {
-        text += &format!(
-            "[[robots]]\nnumber = {robot}\nhost = \"host-{robot}\"\naddress = \"tcp:10.0.1.{robot}:1000\"\nradio = \"10.0.0.1{robot}:4711\"\n"
-        );
+        let number = format!("number = {robot}\nhost = \"host-{robot}\"\nradio = \"10.0.0.1{robot}:4711\"");
+        writeln!(text, "[[robots]]\n{number}\naddress = \"tcp:10.0.1.{robot}:1000\"").unwrap();
         fs::create_dir(place.at(format!("host-{robot}"))).unwrap();
     }
     place.write("fleet.toml", text);

@@ -652,6 +652,10 @@ mod tests {
                 ":8:8: robots[0].host: is \"-oProxyCommand=x\"; allowed: a name",
             ),
             (
+                ROBOT_0.replace("pi@10.0.0.10", "-J10.0.0.9"),
+                "robots[0].host: is \"-J10.0.0.9\"",
+            ),
+            (
                 ROBOT_0.replace("pi@10.0.0.10", "pi;reboot"),
                 "robots[0].host: is \"pi;reboot\"",
             ),

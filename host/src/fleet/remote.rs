@@ -47,11 +47,10 @@ impl<'a> Remote<'a> {
 
     /// The command as a person would type it.
     pub(crate) fn shown(&self, command: &str) -> String {
-        let options: String = self.ssh.options.iter().map(|option| format!("{option} ")).collect();
-        format!(
-            "{} -o BatchMode=yes {options}{} '{command}'",
-            self.ssh.program, self.host
-        )
+        let options = self.ssh.options.iter().map(String::as_str);
+        let words = [&*self.ssh.program, "-o", "BatchMode=yes"].into_iter().chain(options);
+        let words: Vec<&str> = words.chain([self.host]).collect();
+        format!("{} '{command}'", words.join(" "))
     }
 
     /// Runs a command and returns what it wrote to standard output.

@@ -82,7 +82,7 @@ mod tests {
     fn hashes_are_those_that_nist_publishes() {
         for (text, hash) in [
             (
-                "".to_owned(),
+                String::new(),
                 "e3b0c44298fc1c149afbf4c8996fb92427ae41e4649b934ca495991b7852b855",
             ),
             (

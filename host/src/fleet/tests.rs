@@ -1,3 +1,4 @@
+use std::fmt::Write;
 use std::fs;
 use std::os::unix::fs::PermissionsExt;
 use std::path::{Path, PathBuf};
@@ -38,10 +39,8 @@ impl Place {
              [ssh]\nprogram = \"{root}/tests/fleet/ssh\"\noptions = [\"-F\", \"{own}\"]\ntimeout_s = 2\nparallel = 3\n"
         );
         for robot in 0..robots {
-            text += &format!(
-                "[[robots]]\nnumber = {robot}\nhost = \"host-{robot}\"\naddress = \"tcp:10.0.1.{robot}:1000\"\n\
-                 radio = \"10.0.0.1{robot}:4711\"\n"
-            );
+            let number = format!("number = {robot}\nhost = \"host-{robot}\"\nradio = \"10.0.0.1{robot}:4711\"");
+            writeln!(text, "[[robots]]\n{number}\naddress = \"tcp:10.0.1.{robot}:1000\"").unwrap();
         }
         text
     }
@@ -259,11 +258,9 @@ fn records_are_copied_and_merged_and_what_was_copied_before_stays() {
         let mut log = String::new();
         for second in 0..10_u32 {
             let (said, heard) = (1000 * second + 100 * robot, 1000 * second + 100 * (1 - robot) + 5);
-            log += &format!(
-                "{{\"at_ms\":{said},\"experiment_ms\":{said},\"boot\":1,\"event\":\"said\",\"sequence\":{second}}}\n\
-                 {{\"at_ms\":{heard},\"experiment_ms\":{heard},\"boot\":1,\"event\":\"heard\",\"sender\":{},\"sequence\":{second}}}\n",
-                1 - robot
-            );
+            let times = |at: u32| format!("\"at_ms\":{at},\"experiment_ms\":{at},\"boot\":1,\"sequence\":{second}");
+            writeln!(log, "{{{},\"event\":\"said\"}}", times(said)).unwrap();
+            writeln!(log, "{{{},\"event\":\"heard\",\"sender\":{}}}", times(heard), 1 - robot).unwrap();
         }
         log += "{\"at_ms\":99";
         fs::write(place.there(robot, "state/log.jsonl"), log).unwrap();

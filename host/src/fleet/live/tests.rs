@@ -1,3 +1,4 @@
+use std::fmt::Write;
 use std::net::UdpSocket;
 
 use super::super::operator::{self, VERSION};
@@ -90,8 +91,8 @@ fn fleet(name: &str) -> (Arc<Fleet>, [UdpSocket; 2]) {
     );
     for (number, robot) in robots.iter().enumerate() {
         let radio = robot.local_addr().unwrap();
-        text +=
-            &format!("[[robots]]\nnumber = {number}\nhost = \"h\"\nradio = \"{radio}\"\naddress = \"serial:/dev/x\"\n");
+        let table = "[[robots]]\nhost = \"h\"\naddress = \"serial:/dev/x\"";
+        writeln!(text, "{table}\nnumber = {number}\nradio = \"{radio}\"").unwrap();
     }
     std::fs::write(place.join("fleet.toml"), text).unwrap();
     (Arc::new(Fleet::read(&place.join("fleet.toml")).unwrap()), robots)
