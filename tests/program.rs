@@ -1,5 +1,6 @@
 //! The program from outside: what it prints, writes and refuses, and its exit codes.
 
+use std::fmt::Write;
 use std::fs;
 use std::path::Path;
 use std::time::{Duration, Instant};
@@ -915,4 +916,89 @@ fn directories_of_the_first_version() {
             "{name} was changed"
         );
     }
+}
+
+/// Three robots behind a script in the place of ssh, one of whose computers is off: commands name it, end with 4, and with 0 where two
+/// are enough.
+#[cfg(unix)]
+#[test]
+fn a_fleet_is_planned_deployed_stopped_and_collected_without_a_robot_that_is_off() {
+    let place = Place::new("fleet");
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("..").canonicalize().unwrap();
+    let mut text = format!(
+        "experiment = \"{root}/experiments/odowd2014-over.toml\"\nseed = 1\nkey = \"key\"\noperator = \"10.0.0.1:4711\"\n\
+         binary = \"daemon\"\nservice = \"process\"\n[ssh]\nprogram = \"{root}/tests/fleet/ssh\"\noptions = [\"-F\", \"{own}\"]\n",
+        root = root.display(),
+        own = place.at("").display(),
+    );
+    for robot in 0..3 {
+        let number = format!("number = {robot}\nhost = \"host-{robot}\"\nradio = \"10.0.0.1{robot}:4711\"");
+        writeln!(text, "[[robots]]\n{number}\naddress = \"tcp:10.0.1.{robot}:1000\"").unwrap();
+        fs::create_dir(place.at(format!("host-{robot}"))).unwrap();
+    }
+    place.write("fleet.toml", text);
+    place
+        .run(&["fleet", "plan", "fleet.toml"])
+        .exits(3)
+        .says(&["daemon: No such file"]);
+    fs::copy("/bin/sh", place.at("daemon")).unwrap();
+    place
+        .run(&["fleet", "plan", "fleet.toml"])
+        .exits(3)
+        .says(&["key: No such file"]);
+    place.run(&["fleet", "key", "key"]).exits(0).says(&["key: a new key"]);
+    place
+        .run(&["fleet", "key", "key"])
+        .exits(3)
+        .says(&["key: exists already"]);
+    let plan = place.json(&["fleet", "plan", "fleet.toml", "--json"]);
+    assert_eq!(
+        (&plan["minutes"], &plan["robot_minutes"]),
+        (&Value::from(50), &Value::from(150.0))
+    );
+    assert_eq!(plan["robots"][2]["files"][3]["bytes"], 65);
+    let text = place.good(&["fleet", "plan", "fleet.toml"]);
+    assert!(
+        text.contains("3 robots for 50 min, 150 robot-minutes") && text.contains("7 more, which stay away"),
+        "{text}"
+    );
+    assert!(!text.contains(place.text("key").trim()), "a key is never printed");
+    place.write("host-1/.state", "down");
+    let deployed = place.run(&["fleet", "deploy", "fleet.toml", "--json"]).exits(4);
+    deployed.says(&["deploy: 1 of 3 robots failed"]);
+    place
+        .run(&["fleet", "deploy", "fleet.toml", "--min", "3"])
+        .exits(4)
+        .says(&["and --min asks for 3"]);
+    let text = place.good(&["fleet", "deploy", "fleet.toml", "--min", "2"]);
+    assert!(
+        text.contains("1      host-1    FAILED: ssh: ") && text.contains("2      host-2    as it was"),
+        "{text}"
+    );
+    place.good(&["fleet", "deploy", "fleet.toml", "--robots", "0,2"]);
+    place
+        .run(&["fleet", "deploy", "fleet.toml", "--robots", "3"])
+        .exits(2)
+        .says(&["--robots 3: is not in the fleet; allowed: 0, 1, 2"]);
+    for robot in ["0", "2"] {
+        let state = format!("host-{robot}/oneiro/robot-{robot}/state");
+        fs::create_dir(place.at(&state)).unwrap();
+        place.write(
+            format!("{state}/log.jsonl"),
+            "{\"at_ms\":5,\"experiment_ms\":null,\"boot\":1,\"event\":\"end\",\"utc\":\"2026-01-01T00:00:00Z\",\"stopped\":true}\n",
+        );
+    }
+    let text = place.run(&["fleet", "status", "fleet.toml"]).exits(4).stdout;
+    assert!(
+        text.contains("stopped; last event `end` at 2026-01-01T00:00:00Z"),
+        "{text}"
+    );
+    let text = place.good(&["fleet", "stop", "fleet.toml", "--min", "2"]);
+    assert!(text.contains("stopped, wheels confirmed"), "{text}");
+    place
+        .run(&["fleet", "collect", "fleet.toml", "--min", "2"])
+        .exits(0)
+        .says(&["robot 0, boot 1: was in contact with none"]);
+    assert_eq!(place.text("fleet/timeline.jsonl").lines().count(), 2);
+    assert_eq!(place.text("fleet/clocks.csv").lines().count(), 3);
 }

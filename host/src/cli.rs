@@ -724,12 +724,20 @@ pub(crate) struct Fleet {
 /// Commands for fleets.
 #[derive(Debug, Subcommand)]
 pub(crate) enum FleetCommand {
+    /// Make the key that the robots of an experiment and the operator share
+    Key {
+        /// File to write it to, never overwritten; only its owner can read it
+        #[arg(value_hint = ValueHint::FilePath)]
+        file: PathBuf,
+    },
     /// Check a fleet's file, and print what the other commands would do; nothing is done
     Plan(FleetFile),
     /// Copy the program, the experiment, robot.toml and the key to the robots' computers, and install the daemon there
     Deploy(FleetWork),
+    /// Start the daemons, and let the robots live as long as this command runs: they stand without its beacon
+    Start(FleetStart),
     /// Ask each computer by ssh whether its daemon runs, and what its log says last
-    Status(FleetFile),
+    Status(FleetStatus),
     /// Stop the daemons, and say of each robot whether its log confirms that its wheels stand
     Stop(FleetWork),
     /// Copy the robots' records to this machine, and merge their logs into one timeline
@@ -745,6 +753,31 @@ pub(crate) struct FleetFile {
     /// Only the robots of these numbers
     #[arg(long, value_name = "N,..", value_delimiter = ',')]
     pub(crate) robots: Vec<u32>,
+}
+
+/// `oneiro fleet start`
+#[derive(Args, Debug)]
+pub(crate) struct FleetStart {
+    /// The fleet's TOML file
+    #[arg(value_hint = ValueHint::FilePath)]
+    pub(crate) fleet: PathBuf,
+    /// Begin when N robots are ready [default: all]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
+    pub(crate) min: Option<u32>,
+    /// How long to wait for them, such as 90s or 5m
+    #[arg(long, value_name = "TIME", default_value = "60s", value_parser = duration)]
+    pub(crate) wait: Duration,
+}
+
+/// `oneiro fleet status`
+#[derive(Args, Debug)]
+pub(crate) struct FleetStatus {
+    /// The fleet.
+    #[command(flatten)]
+    pub(crate) file: FleetFile,
+    /// Listen to what robots say for this long instead, such as 3s, without a beacon
+    #[arg(long, value_name = "TIME", value_parser = duration, conflicts_with = "robots")]
+    pub(crate) listen: Option<Duration>,
 }
 
 /// Work on a fleet's robots.

@@ -1,9 +1,14 @@
-//! `oneiro fleet`: installs, watches and stops a fleet of robots with a computer each, and collects its records.
+//! `oneiro fleet`: installs, starts, watches and stops a fleet of robots with a computer each, and collects its records.
+
+mod start;
+
+use std::path::Path;
 
 use serde_json::{Value, json};
 
-use crate::cli::{self, FleetCommand, FleetFile, FleetWork};
+use crate::cli::{self, FleetCommand, FleetFile, FleetStatus, FleetWork};
 use crate::console::{Console, columns};
+use crate::exchange::radio::key::Key;
 use crate::exit::{Code, Failure, Result};
 use crate::fleet::file::{Fleet, Robot};
 use crate::fleet::install::Stock;
@@ -13,12 +18,21 @@ use crate::fleet::{Outcomes, collect, enough, service};
 /// Runs the subcommand.
 pub(super) fn run(arguments: &cli::Fleet, console: Console) -> Result {
     match &arguments.command {
+        FleetCommand::Key { file } => key(file, console),
         FleetCommand::Plan(arguments) => plan(arguments, console),
         FleetCommand::Deploy(arguments) => deploy(arguments, console),
+        FleetCommand::Start(arguments) => start::run(arguments, console),
         FleetCommand::Status(arguments) => status(arguments, console),
         FleetCommand::Stop(arguments) => stop(arguments, console),
         FleetCommand::Collect(arguments) => collected(arguments, console),
     }
+}
+
+/// Makes a key.
+fn key(file: &Path, console: Console) -> Result {
+    Key::create(file)?;
+    console.say(format!("{}: a new key, which only you can read", file.display()));
+    Ok(())
 }
 
 /// Prints what would be done.
@@ -143,9 +157,12 @@ fn deploy(arguments: &FleetWork, console: Console) -> Result {
 }
 
 /// Asks all daemons for their state.
-fn status(arguments: &FleetFile, console: Console) -> Result {
-    let fleet = Fleet::read(&arguments.fleet)?;
-    let robots = fleet.chosen(&arguments.robots)?;
+fn status(arguments: &FleetStatus, console: Console) -> Result {
+    let fleet = Fleet::read(&arguments.file.fleet)?;
+    if let Some(time) = arguments.listen {
+        return start::listened(&fleet, time, console);
+    }
+    let robots = fleet.chosen(&arguments.file.robots)?;
     let outcomes = on_each(
         &fleet,
         &robots,

@@ -16,7 +16,7 @@ use crate::robots::recording::Recording;
 use crate::robots::{self, Battery, Description, Group, Kind, Robot, stopped, unstopped};
 
 mod drive;
-mod watch;
+pub(super) mod watch;
 
 /// Runs the subcommand.
 pub(crate) fn run(arguments: &Arguments, console: Console) -> Result {

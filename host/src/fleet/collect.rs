@@ -106,8 +106,6 @@ fn file(remote: Remote<'_>, directory: &str, name: &str) -> Result<Vec<u8>> {
 #[derive(Debug)]
 pub(crate) struct Merged {
     pub(crate) lines: usize,
-    /// Lines that can't be read: torn by a power cut.
-    pub(crate) torn: usize,
     pub(crate) clocks: Vec<Clock>,
     /// What is not as one would like it.
     pub(crate) warnings: Vec<String>,
@@ -155,7 +153,6 @@ pub(crate) fn merge(fleet: &Fleet, robots: &[u32]) -> Result<Merged> {
     describe(&fleet.directory, "A fleet's record", &contents())?;
     Ok(Merged {
         lines: lines.len(),
-        torn,
         clocks,
         warnings,
     })
@@ -165,7 +162,8 @@ pub(crate) fn merge(fleet: &Fleet, robots: &[u32]) -> Result<Merged> {
 fn logs(directory: &Path) -> Vec<PathBuf> {
     let is_log = |path: &PathBuf| {
         let name = path.file_name().unwrap_or_default().to_string_lossy();
-        name == "log.jsonl" || name.starts_with("log-") && name.ends_with(".jsonl")
+        let rest = name.strip_prefix("log").and_then(|rest| rest.strip_suffix(".jsonl"));
+        rest.is_some_and(|rest| rest.is_empty() || rest.starts_with('-'))
     };
     let entries = fs::read_dir(directory).into_iter().flatten().flatten();
     let mut logs: Vec<PathBuf> = entries.map(|entry| entry.path()).filter(is_log).collect();

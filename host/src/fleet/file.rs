@@ -604,7 +604,7 @@ mod tests {
         fs::write(directory.join(EXPERIMENT), &fleet.text).unwrap();
         let settings = crate::daemon::settings::Settings::read(&directory.join(ROBOT)).unwrap();
         assert_eq!(*settings.experiment.as_bytes(), fleet.hash());
-        assert_eq!(settings.radio.peers, [fleet.operator]);
+        assert_eq!(settings.radio.peers, [fleet.operator.to_string()]);
         assert_eq!(settings.guard, ["expiry_ms=200"]);
         fs::remove_dir_all(directory).unwrap();
     }
@@ -650,6 +650,10 @@ mod tests {
             (
                 ROBOT_0.replace("pi@10.0.0.10", "-oProxyCommand=x"),
                 ":8:8: robots[0].host: is \"-oProxyCommand=x\"; allowed: a name",
+            ),
+            (
+                ROBOT_0.replace("pi@10.0.0.10", "-J10.0.0.9"),
+                "robots[0].host: is \"-J10.0.0.9\"",
             ),
             (
                 ROBOT_0.replace("pi@10.0.0.10", "pi;reboot"),

@@ -5,6 +5,7 @@ use serde::Serialize;
 use super::file::{BINARY, EXPERIMENT, Fleet, KEY, ROBOT, Robot};
 use super::remote::Remote;
 use super::{service, sha256};
+use crate::exchange::radio::key::Key;
 use crate::exit::{Code, Failure, Result};
 use crate::files;
 
@@ -48,13 +49,8 @@ impl Stock {
                 "{path}: is no program for Linux (ELF); allowed: oneiro for the robots' computers"
             ))
         })?;
+        Key::read(&fleet.key)?;
         let key = files::bytes(&fleet.key)?;
-        if key.trim_ascii().len() != 64 || !key.trim_ascii().iter().all(u8::is_ascii_hexdigit) {
-            let path = fleet.key.display();
-            return Err(Failure::input(format_args!(
-                "{path}: is no key; allowed: 64 hexadecimal digits, as `oneiro fleet key FILE` makes them"
-            )));
-        }
         Ok(Self { binary, machine, key })
     }
 

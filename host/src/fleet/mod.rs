@@ -16,17 +16,11 @@
 pub(crate) mod collect;
 pub(crate) mod file;
 pub(crate) mod install;
-#[cfg_attr(
-    not(test),
-    expect(dead_code, reason = "`oneiro fleet start` calls it, as soon as there is a radio")
-)]
 pub(crate) mod live;
-#[cfg_attr(not(test), expect(dead_code, reason = "as `live`"))]
 pub(crate) mod operator;
 pub(crate) mod remote;
 pub(crate) mod service;
 mod sha256;
-#[cfg_attr(not(test), expect(dead_code, reason = "as `live`"))]
 pub(crate) mod table;
 pub(crate) mod timeline;
 

@@ -12,68 +12,29 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::thread::{self, JoinHandle};
 use std::time::{Duration, Instant};
 
-use super::file::Fleet;
+use super::file::{Fleet, Robot};
+use crate::exchange::radio::key::Key;
+use crate::exchange::radio::{LONGEST, OPERATOR, Packet, Radio, Refusal, Status};
 use crate::exit::{Code, Failure, Result};
 
 /// Time between two beacons: robots that allow for a silence of 400 ms may lose three in a row.
 const PERIOD: Duration = Duration::from_millis(100);
 /// How long robots may move without the watching program's leave.
 const LEAVE: Duration = Duration::from_secs(1);
-/// Longest datagram that is read.
-const LONGEST: usize = 2048;
+/// A radio that the beacon and the watching program share.
+pub(crate) type Shared = Arc<Mutex<Radio>>;
 
-/// What a robot says of itself.
-#[derive(Clone, Debug, PartialEq)]
-pub(crate) enum Said {
-    /// Before it has heard a beacon: its program's version, and its experiment.
-    Hello { program: String, experiment: [u8; 32] },
-    /// Once a second.
-    Status(Status),
-    /// What is meant for other robots.
-    Else,
+/// The operator's radio at its start number `boots`.
+///
+/// # Errors
+/// Exit 3: the key can't be read.
+pub(crate) fn radio(fleet: &Fleet, boots: u32) -> Result<Shared> {
+    let (key, limits) = (Key::read(&fleet.key)?, fleet.experiment.settings().limits());
+    let radio = Radio::new(OPERATOR, limits, &key, fleet.hash(), boots);
+    Ok(Arc::new(Mutex::new(radio)))
 }
 
-/// A robot's state, as it reports it.
-#[derive(Clone, Debug, PartialEq)]
-pub(crate) struct Status {
-    /// The experiment's time when it was sent, ms.
-    pub(crate) milliseconds: i64,
-    /// What it does, in a word.
-    pub(crate) state: String,
-    pub(crate) interval: u32,
-    /// Gene of its simulator.
-    pub(crate) simulator: f32,
-    /// Its fitness in this interval so far, and that of its controller in the simulator.
-    pub(crate) real: f32,
-    pub(crate) simulated: f32,
-    pub(crate) controller: [f32; 2],
-    /// Food that it has brought so far.
-    pub(crate) brought: u32,
-    pub(crate) carries: bool,
-    /// x and y in mm, heading in turns.
-    pub(crate) pose: [f32; 3],
-    /// Of its battery, unless that is not known.
-    pub(crate) volts: Option<f32>,
-    /// What is wrong with it, in words.
-    pub(crate) problems: Vec<String>,
-}
-
-/// Seals what the operator says and opens what robots say.
-pub(crate) trait Voice: Send {
-    /// A beacon: the experiment's time, and whether robots may move.
-    fn beacon(&mut self, milliseconds: i64, go: bool) -> Vec<u8>;
-
-    /// Who said a datagram, and what; or why it is refused. `now` is any monotonic time.
-    ///
-    /// # Errors
-    /// The reason in words.
-    fn open(&mut self, datagram: &[u8], now: Duration) -> std::result::Result<(u32, Said), String>;
-}
-
-/// A voice that the beacon and the watching program share.
-pub(crate) type Shared = Arc<Mutex<dyn Voice>>;
-
-fn locked<T: ?Sized>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+fn locked<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
     mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
@@ -121,11 +82,13 @@ impl Socket {
 
     /// The next datagram, if one has come.
     fn receive(&self, room: &mut [u8]) -> Option<usize> {
-        // An error of a datagram that was sent before (its receiver was not there) is none of one that comes.
-        match self.socket.recv(room) {
-            Ok(length) => Some(length),
-            Err(error) if error.kind() == io::ErrorKind::ConnectionRefused => Some(0),
-            Err(_) => None,
+        loop {
+            match self.socket.recv(room) {
+                Ok(length) => return Some(length),
+                // Of a datagram that was sent before: its receiver was not there.
+                Err(error) if error.kind() == io::ErrorKind::ConnectionRefused => (),
+                Err(_) => return None,
+            }
         }
     }
 }
@@ -167,7 +130,7 @@ impl Beacon {
     ///
     /// # Errors
     /// Exit 1 if there is no thread for it.
-    pub(crate) fn begin(socket: Arc<Socket>, voice: Shared, time: Time) -> Result<Self> {
+    pub(crate) fn begin(socket: Arc<Socket>, radio: Shared, time: Time) -> Result<Self> {
         let leave = Arc::new(Mutex::new(Instant::now() + LEAVE));
         let ends = Arc::new(AtomicBool::new(false));
         let (until, end) = (Arc::clone(&leave), Arc::clone(&ends));
@@ -175,7 +138,8 @@ impl Beacon {
             let mut next = Instant::now();
             while !end.load(Ordering::Relaxed) {
                 let go = Instant::now() < *locked(&until);
-                let beacon = locked(&*voice).beacon(time.now(), go);
+                let milliseconds = time.now();
+                let beacon = locked(&radio).seal(&Packet::Beacon { milliseconds, go });
                 socket.send(&beacon);
                 // After a pause of the machine, no beacons are made up for.
                 next = (next + PERIOD).max(Instant::now());
@@ -183,7 +147,8 @@ impl Beacon {
             }
             // Stand at once, rather than when the silence has lasted long enough; several, since datagrams get lost.
             for _ in 0..5 {
-                let beacon = locked(&*voice).beacon(time.now(), false);
+                let (milliseconds, go) = (time.now(), false);
+                let beacon = locked(&radio).seal(&Packet::Beacon { milliseconds, go });
                 socket.send(&beacon);
                 thread::sleep(PERIOD / 5);
             }
@@ -232,13 +197,13 @@ pub(crate) struct Known {
 /// All that robots said.
 pub(crate) struct Ears {
     socket: Arc<Socket>,
-    voice: Shared,
-    /// The experiment's hash, and this program's version.
-    experiment: [u8; 32],
+    radio: Shared,
     began: Instant,
+    /// The experiment's time, when it runs.
+    pub(crate) time: Option<Time>,
     pub(crate) robots: BTreeMap<u32, Known>,
     /// Datagrams that were refused, by reason.
-    pub(crate) refused: BTreeMap<String, u64>,
+    pub(crate) refused: BTreeMap<&'static str, u64>,
 }
 
 /// Version of the program.
@@ -246,17 +211,14 @@ pub(crate) const VERSION: &str = env!("CARGO_PKG_VERSION");
 
 impl Ears {
     /// Ears for all robots of a fleet.
-    pub(crate) fn new(fleet: &Fleet, socket: Arc<Socket>, voice: Shared) -> Self {
+    pub(crate) fn new(fleet: &Fleet, socket: Arc<Socket>, radio: Shared) -> Self {
+        let known = |robot: &Robot| (robot.number, Known::default());
         Self {
             socket,
-            voice,
-            experiment: fleet.hash(),
+            radio,
             began: Instant::now(),
-            robots: fleet
-                .robots
-                .iter()
-                .map(|robot| (robot.number, Known::default()))
-                .collect(),
+            time: None,
+            robots: fleet.robots.iter().map(known).collect(),
             refused: BTreeMap::new(),
         }
     }
@@ -264,47 +226,46 @@ impl Ears {
     /// Takes all that has come, but no more than a flood should cost at a time.
     pub(crate) fn listen(&mut self) {
         const MOST: usize = 1000;
-        let mut room = [0; LONGEST];
+        // One more, so that what is longer than any datagram shows.
+        let mut room = [0; LONGEST + 1];
         for _ in 0..MOST {
             let Some(length) = self.socket.receive(&mut room) else {
                 return;
             };
-            let opened = locked(&*self.voice).open(&room[..length], self.began.elapsed());
+            let second = self.time.and_then(|time| u32::try_from(time.now() / 1000).ok());
+            let opened = locked(&self.radio).open(&room[..length], self.began.elapsed(), second);
             match opened {
-                Ok((sender, said)) => self.take(sender, said),
-                Err(_) if length == 0 => (),
-                Err(reason) => *self.refused.entry(reason).or_default() += 1,
+                Ok(received) => self.take(received.sender.into(), received.packet),
+                Err(refusal) => self.refuse(&refusal),
             }
         }
     }
 
-    fn take(&mut self, sender: u32, said: Said) {
+    fn take(&mut self, sender: u32, packet: Packet) {
         let Some(robot) = self.robots.get_mut(&sender) else {
-            *self
-                .refused
-                .entry(format!("robot {sender} is not in the fleet"))
-                .or_default() += 1;
+            *self.refused.entry("not_in_the_fleet").or_default() += 1;
             return;
         };
         robot.heard = Some(Instant::now());
-        match said {
-            Said::Hello { program, experiment } => {
-                robot.refused = if program != VERSION {
-                    Some(format!("has oneiro {program}, this is {VERSION}: deploy again"))
-                } else if experiment != self.experiment {
-                    let [own, other] =
-                        [self.experiment, experiment].map(|hash| blake3::Hash::from_bytes(hash).to_hex());
-                    Some(format!(
-                        "has the experiment {}, this is {}: deploy again",
-                        &other[..12],
-                        &own[..12]
-                    ))
-                } else {
-                    None
-                };
+        match packet {
+            Packet::Hello { program, .. } => {
+                let other = format!("has oneiro {program}, and this is {VERSION}: deploy again");
+                robot.refused = (program != VERSION).then_some(other);
             }
-            Said::Status(status) => robot.status = Some(status),
-            Said::Else => (),
+            Packet::Status(status) => robot.status = Some(status),
+            Packet::Pair { .. } | Packet::Beacon { .. } => (),
+        }
+    }
+
+    /// Counts a datagram that is refused; a robot that lives another experiment is named.
+    fn refuse(&mut self, refusal: &Refusal) {
+        *self.refused.entry(refusal.reason()).or_default() += 1;
+        if let Refusal::OtherExperiment { sender, program, .. } = refusal
+            && program.is_some()
+            && let Some(robot) = self.robots.get_mut(&u32::from(*sender))
+        {
+            robot.heard = Some(Instant::now());
+            robot.refused = Some(format!("{refusal}: deploy again"));
         }
     }
 

@@ -47,11 +47,10 @@ impl<'a> Remote<'a> {
 
     /// The command as a person would type it.
     pub(crate) fn shown(&self, command: &str) -> String {
-        let options: String = self.ssh.options.iter().map(|option| format!("{option} ")).collect();
-        format!(
-            "{} -o BatchMode=yes {options}{} '{command}'",
-            self.ssh.program, self.host
-        )
+        let options = self.ssh.options.iter().map(String::as_str);
+        let words = [&*self.ssh.program, "-o", "BatchMode=yes"].into_iter().chain(options);
+        let words: Vec<&str> = words.chain([self.host]).collect();
+        format!("{} '{command}'", words.join(" "))
     }
 
     /// Runs a command and returns what it wrote to standard output.
@@ -106,8 +105,10 @@ impl<'a> Remote<'a> {
     /// Runs a command until it ends, or kills it when its time is over.
     fn ran(&self, command: &str, input: &[u8]) -> std::result::Result<Ran, String> {
         let mut ssh = Command::new(&self.ssh.program);
-        ssh.args(["-o", "BatchMode=yes", "-o", &format!("ConnectTimeout={CONNECT_S}")])
+        // Of an option that is given twice, ssh takes the first.
+        ssh.args(["-o", "BatchMode=yes"])
             .args(&self.ssh.options)
+            .args(["-o", &format!("ConnectTimeout={CONNECT_S}")])
             .args([self.host, command])
             .stdin(Stdio::piped())
             .stdout(Stdio::piped())
@@ -172,7 +173,7 @@ fn wait(child: &mut Child, until: Instant) -> Option<ExitStatus> {
 /// What to do about a message of `ssh`.
 fn hint(message: &str, host: &str) -> String {
     let has = |words: &str| message.contains(words);
-    let advice = if has("Permission denied") {
+    if has("Permission denied") {
         format!(
             "; it may ask for no password here: `ssh-copy-id {host}` once, then `ssh {host} true` must work by itself"
         )
@@ -184,8 +185,7 @@ fn hint(message: &str, host: &str) -> String {
         "; is it on, in this network, and does it run an ssh server?".to_owned()
     } else {
         String::new()
-    };
-    advice
+    }
 }
 
 /// Does the same for several robots, some of them at a time; what fails for one does not keep the others from it. `done` hears of

@@ -55,7 +55,7 @@ pub(super) fn unit_text(fleet: &Fleet, robot: &Robot, directory: &str, user: &st
         Some(line) => is_system.then_some(line),
         None => Some(line),
     });
-    let text: String = lines.map(|line| format!("{line}\n")).collect();
+    let text = lines.collect::<Vec<_>>().join("\n") + "\n";
     let target = if is_system {
         "multi-user.target"
     } else {

@@ -56,14 +56,12 @@ fn take(state: &mut [u32; 8], block: &[u8; 64]) {
         w[t] = w[t - 16].wrapping_add(s0).wrapping_add(w[t - 7]).wrapping_add(s1);
     }
     let mut v = *state;
-    for t in 0..64 {
+    for (k, word) in K.iter().zip(w) {
         let s1 = v[4].rotate_right(6) ^ v[4].rotate_right(11) ^ v[4].rotate_right(25);
         let choice = (v[4] & v[5]) ^ (!v[4] & v[6]);
-        let first = v[7]
-            .wrapping_add(s1)
-            .wrapping_add(choice)
-            .wrapping_add(K[t])
-            .wrapping_add(w[t]);
+        let first = [s1, choice, *k, word]
+            .iter()
+            .fold(v[7], |sum, next| sum.wrapping_add(*next));
         let s0 = v[0].rotate_right(2) ^ v[0].rotate_right(13) ^ v[0].rotate_right(22);
         let majority = (v[0] & v[1]) ^ (v[0] & v[2]) ^ (v[1] & v[2]);
         v.rotate_right(1);
@@ -84,7 +82,7 @@ mod tests {
     fn hashes_are_those_that_nist_publishes() {
         for (text, hash) in [
             (
-                "".to_owned(),
+                String::new(),
                 "e3b0c44298fc1c149afbf4c8996fb92427ae41e4649b934ca495991b7852b855",
             ),
             (

@@ -3,8 +3,9 @@
 use serde_json::{Value, json};
 
 use super::live::AWAY;
-use super::operator::{Ears, Known, Status};
+use super::operator::{Ears, Known};
 use crate::console::{columns, decimal};
+use crate::exchange::radio::Status;
 
 const HEAD: [&str; 10] = [
     "robot",
@@ -28,24 +29,17 @@ pub(crate) fn text(ears: &Ears, time: Option<i64>) -> String {
         .filter_map(|known| Some(known.status.as_ref()?.brought))
         .sum();
     let (here, all) = (ears.present(AWAY), ears.robots.len());
-    let time = match time {
-        Some(time) => format!(
-            "{}:{:02} of the experiment, food {food}",
-            time / 60_000,
-            time / 1000 % 60
-        ),
-        None => "robots stand until enough are here".to_owned(),
-    };
+    let time = time.map_or_else(String::new, |time| {
+        format!("{}:{:02} of the experiment, ", time / 60_000, time / 1000 % 60)
+    });
     let refused: u64 = ears.refused.values().sum();
     let refused = if refused > 0 {
         format!(", {refused} datagrams refused")
     } else {
         String::new()
     };
-    format!(
-        "{time}; {here} of {all} robots here{refused}. Robots move only while this runs; Ctrl-C stops them\n\n{}",
-        columns(&HEAD, &rows)
-    )
+    let table = columns(&HEAD, &rows);
+    format!("{time}food {food}; {here} of {all} robots here{refused}\n\n{table}")
 }
 
 fn row(number: u32, known: &Known) -> Vec<String> {
@@ -59,9 +53,9 @@ fn row(number: u32, known: &Known) -> Vec<String> {
             status.interval.to_string(),
             format!("{:.2}", status.simulator),
             format!("{:.1}", status.real),
-            format!("{:.1}", status.simulated),
+            known_value(status.simulated).map_or_else(String::new, |fitness| format!("{fitness:.1}")),
             format!("{}{}", status.brought, if status.carries { "+" } else { "" }),
-            status.volts.map_or_else(String::new, |volts| format!("{volts:.2}")),
+            known_value(status.volts).map_or_else(String::new, |volts| format!("{volts:.2}")),
         ]),
     }
     cells.push(problems(known).join(", "));
@@ -74,14 +68,22 @@ fn state(known: &Known) -> String {
         (Some(_), ..) => "refused".to_owned(),
         (None, _, None) => "silent".to_owned(),
         (None, _, Some(at)) if at.elapsed() > AWAY => "away".to_owned(),
-        (None, Some(status), Some(_)) => status.state.clone(),
+        (None, Some(status), Some(_)) => format!("state {}", status.state),
         (None, None, Some(_)) => "ready".to_owned(),
     }
 }
 
 fn problems(known: &Known) -> Vec<String> {
-    let own = known.status.iter().flat_map(|status| status.problems.iter().cloned());
+    let bits = known.status.as_ref().map_or(0, |status| status.problems);
+    let own = (0..u32::BITS)
+        .filter(|bit| bits >> bit & 1 == 1)
+        .map(|bit| format!("problem {bit}"));
     known.refused.iter().cloned().chain(own).collect()
+}
+
+/// A value of a status that may be unknown.
+fn known_value(value: f32) -> Option<f32> {
+    (value >= 0.0).then_some(value)
 }
 
 /// The same as JSON.
@@ -93,12 +95,12 @@ pub(crate) fn json(ears: &Ears, time: Option<i64>) -> Value {
                 "interval": status.interval,
                 "simulator": decimal(status.simulator),
                 "real": decimal(status.real),
-                "simulated": decimal(status.simulated),
+                "simulated": known_value(status.simulated).map(decimal),
                 "controller": status.controller.map(decimal),
                 "brought": status.brought,
                 "carries": status.carries,
                 "pose": status.pose.map(decimal),
-                "volts": status.volts.map(decimal),
+                "volts": known_value(status.volts).map(decimal),
             })
         };
         json!({

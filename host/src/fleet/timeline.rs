@@ -191,7 +191,7 @@ impl Clock {
 }
 
 /// A message from one clock to another, each by its number.
-struct Heard {
+struct Message {
     from: usize,
     to: usize,
     said: f64,
@@ -254,7 +254,7 @@ fn clocks(lines: &[Line]) -> Vec<Clock> {
 }
 
 /// All messages of which the logs have both ends. Numbers of messages never repeat, in no start of a sender.
-fn messages(lines: &[Line], number: &BTreeMap<(u32, u32), usize>) -> Vec<Heard> {
+fn messages(lines: &[Line], number: &BTreeMap<(u32, u32), usize>) -> Vec<Message> {
     let clock = |line: &Line| number[&(line.robot, line.boot)];
     let said = lines.iter().filter(|line| line.is("said"));
     let said: BTreeMap<(u64, u64), &Line> = said
@@ -262,7 +262,7 @@ fn messages(lines: &[Line], number: &BTreeMap<(u32, u32), usize>) -> Vec<Heard> 
         .collect();
     let of = |line: &Line| {
         let said = said.get(&(line.whole("sender")?, line.whole("sequence")?))?;
-        (said.robot != line.robot).then(|| Heard {
+        (said.robot != line.robot).then(|| Message {
             from: clock(said),
             to: clock(line),
             said: said.at_ms,
@@ -273,7 +273,7 @@ fn messages(lines: &[Line], number: &BTreeMap<(u32, u32), usize>) -> Vec<Heard> 
 }
 
 /// The clocks that messages in both directions tie together; of several such groups the one with the most lines.
-fn most_tied(clocks: &[Clock], heard: &[Heard]) -> Vec<usize> {
+fn most_tied(clocks: &[Clock], heard: &[Message]) -> Vec<usize> {
     let ways: std::collections::BTreeSet<(usize, usize)> = heard.iter().map(|own| (own.from, own.to)).collect();
     let mut group: Vec<usize> = (0..clocks.len()).collect();
     for &(from, to) in ways.iter().filter(|(from, to)| ways.contains(&(*to, *from))) {
@@ -287,7 +287,7 @@ fn most_tied(clocks: &[Clock], heard: &[Heard]) -> Vec<usize> {
 }
 
 /// Sets all offsets by the fastest message of each direction of the whole time, from neighbour to neighbour.
-fn guess(clocks: &mut [Clock], reference: usize, heard: &[Heard]) {
+fn guess(clocks: &mut [Clock], reference: usize, heard: &[Message]) {
     let mut fastest: BTreeMap<(usize, usize), f64> = BTreeMap::new();
     for own in heard {
         let took = fastest.entry((own.from, own.to)).or_insert(f64::INFINITY);
@@ -296,10 +296,11 @@ fn guess(clocks: &mut [Clock], reference: usize, heard: &[Heard]) {
     let (mut known, mut next) = (vec![false; clocks.len()], vec![reference]);
     known[reference] = true;
     while let Some(own) = next.pop() {
-        for other in 0..clocks.len() {
+        let shift = clocks[own].shift;
+        for (other, clock) in clocks.iter_mut().enumerate() {
             let both = fastest.get(&(own, other)).zip(fastest.get(&(other, own)));
             if let (false, Some((there, back))) = (known[other], both) {
-                clocks[other].shift = clocks[own].shift - (there - back) / 2.0;
+                clock.shift = shift - (there - back) / 2.0;
                 known[other] = true;
                 next.push(other);
             }
@@ -308,8 +309,8 @@ fn guess(clocks: &mut [Clock], reference: usize, heard: &[Heard]) {
 }
 
 /// An equation for each window in which two clocks heard each other: how far they are apart by the fastest message of each direction.
-fn pairs(clocks: &[Clock], heard: &[Heard]) -> Vec<Equation> {
-    type Fastest<'a> = [Option<(f64, &'a Heard)>; 2];
+fn pairs(clocks: &[Clock], heard: &[Message]) -> Vec<Equation> {
+    type Fastest<'a> = [Option<(f64, &'a Message)>; 2];
     let mut windows: BTreeMap<(usize, usize, i64), Fastest<'_>> = BTreeMap::new();
     for own in heard
         .iter()

@@ -151,7 +151,7 @@ fn fitted(mut lines: Vec<String>, height: usize) -> String {
 }
 
 /// A screen that shows a text in place.
-pub(super) fn screen() -> ProgressBar {
+pub(in crate::commands) fn screen() -> ProgressBar {
     let screen = ProgressBar::with_draw_target(None, ProgressDrawTarget::stdout());
     match ProgressStyle::with_template("{msg}") {
         Ok(style) => screen.with_style(style),

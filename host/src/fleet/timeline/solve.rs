@@ -56,6 +56,11 @@ pub(super) fn solved(unknowns: usize, rows: &[Row]) -> Vec<f64> {
         vector.iter().zip(&scales).map(of).collect()
     };
     let dot = |a: &[f64], b: &[f64]| -> f64 { a.iter().zip(b).map(|(a, b)| a * b).sum() };
+    let add = |to: &mut [f64], share: f64, of: &[f64]| {
+        for (own, other) in to.iter_mut().zip(of) {
+            *own += share * other;
+        }
+    };
     let mut solution = vec![0.0; unknowns];
     let mut gradient = gathered(&|row| row.1);
     let mut direction = scaled(&gradient);
@@ -67,16 +72,12 @@ pub(super) fn solved(unknowns: usize, rows: &[Row]) -> Vec<f64> {
         }
         let curved = gathered(&|row| product(row, &direction));
         let step = size / dot(&direction, &curved);
-        for at in 0..unknowns {
-            solution[at] += step * direction[at];
-            gradient[at] -= step * curved[at];
-        }
-        let next = scaled(&gradient);
+        add(&mut solution, step, &direction);
+        add(&mut gradient, -step, &curved);
+        let mut next = scaled(&gradient);
         let new = dot(&gradient, &next);
-        for at in 0..unknowns {
-            direction[at] = next[at] + new / size * direction[at];
-        }
-        size = new;
+        add(&mut next, new / size, &direction);
+        (direction, size) = (next, new);
     }
     solution
 }

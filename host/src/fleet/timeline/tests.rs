@@ -127,11 +127,11 @@ fn clocks_of_known_offset_and_drift_are_aligned_to_some_milliseconds() {
             assert!((clock.drift - true_drift).abs() < 3e-6, "{clock:?}: {true_drift}");
         }
         // The control: with the same offsets and no rates, the same clocks are tens of milliseconds off.
-        let rigid: Vec<Clock> = clocks
-            .iter()
-            .cloned()
-            .map(|clock| Clock { drift: 0.0, ..clock })
-            .collect();
+        let rigid = |clock: &Clock| Clock {
+            drift: 0.0,
+            ..clock.clone()
+        };
+        let rigid: Vec<Clock> = clocks.iter().map(rigid).collect();
         assert!(made.greatest_error(&rigid, &all) > 40.0);
     }
 }

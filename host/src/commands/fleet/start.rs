@@ -1,0 +1,118 @@
+//! `oneiro fleet start`: lets robots live, and shows how they are.
+
+use std::io::{self, IsTerminal};
+use std::sync::Arc;
+use std::thread;
+use std::time::{Duration, Instant};
+
+use indicatif::ProgressBar;
+
+use crate::cli::FleetStart;
+use crate::commands::robot::watch::screen;
+use crate::console::Console;
+use crate::engine::watcher::stop_signal;
+use crate::exit::{Failure, Result};
+use crate::fleet::file::Fleet;
+use crate::fleet::live::{End, Options, Record, live};
+use crate::fleet::operator::{self, Ears, Socket};
+use crate::fleet::remote::on_each;
+use crate::fleet::{enough, service, table};
+
+/// Time between two tables on a terminal, and between two lines of JSON.
+const TABLE: Duration = Duration::from_millis(500);
+const LINE: Duration = Duration::from_secs(1);
+
+/// Starts all daemons and lets the robots live.
+pub(super) fn run(arguments: &FleetStart, console: Console) -> Result {
+    let fleet = Arc::new(Fleet::read(&arguments.fleet)?);
+    let stop = stop_signal()?;
+    let record = Record::next(&fleet)?;
+    let radio = operator::radio(&fleet, record.boots)?;
+    let robots = fleet.chosen(&[])?;
+    let started = on_each(
+        &fleet,
+        &robots,
+        |robot, remote| remote.run(&service::start_command(&fleet, robot)),
+        |robot, outcome| match outcome {
+            Ok(_) => console.say(format!("robot {}: its daemon runs", robot.number)),
+            Err(failure) => console.say(format!("robot {}: {failure}", robot.number)),
+        },
+    );
+    enough(&started, arguments.min, "start")?;
+    let options = Options {
+        min: arguments.min.map_or(robots.len(), |min| min as usize),
+        wait: arguments.wait,
+    };
+    console.say("robots move only while this command runs: Ctrl-C, or the end of this terminal, stops them");
+    let mut display = Display::new(console);
+    let end = live(&fleet, record, &radio, options, &stop, |ears, time| {
+        display.show(ears, time)
+    })?;
+    display.end();
+    let minutes = |milliseconds: i64| milliseconds as f64 / 60_000.0;
+    match end {
+        End::Over => {
+            console.say("the experiment is over, and robots stand: `oneiro fleet stop`, then `collect`");
+            Ok(())
+        }
+        End::Stopped(at) => Err(Failure::stopped(format_args!(
+            "stopped after {:.1} min of the experiment; robots stand, and their daemons run: `oneiro fleet start` goes on, `stop` ends them",
+            minutes(at)
+        ))),
+    }
+}
+
+/// Shows what robots say for a while, without a beacon.
+pub(super) fn listened(fleet: &Fleet, time: Duration, console: Console) -> Result {
+    let stop = stop_signal()?;
+    let socket = Arc::new(Socket::open(fleet)?);
+    // It says nothing, so it needs no number of its own.
+    let mut ears = Ears::new(fleet, socket, operator::radio(fleet, 0)?);
+    let began = Instant::now();
+    while began.elapsed() < time && !stop.load(std::sync::atomic::Ordering::Relaxed) {
+        ears.listen();
+        thread::sleep(Duration::from_millis(20));
+    }
+    if console.json() {
+        return console.json_data(&table::json(&ears, None));
+    }
+    console.data(table::text(&ears, None))
+}
+
+/// What shows the robots: a table in place on a terminal, else a line of JSON a second.
+struct Display {
+    screen: Option<ProgressBar>,
+    console: Console,
+    shown: Option<Instant>,
+}
+
+impl Display {
+    fn new(console: Console) -> Self {
+        let is_table = !console.json() && io::stdout().is_terminal();
+        Self {
+            screen: is_table.then(screen),
+            console,
+            shown: None,
+        }
+    }
+
+    fn show(&mut self, ears: &Ears, time: Option<i64>) -> Result {
+        let pause = if self.screen.is_some() { TABLE } else { LINE };
+        if self.shown.is_some_and(|shown| shown.elapsed() < pause) {
+            return Ok(());
+        }
+        self.shown = Some(Instant::now());
+        match &self.screen {
+            Some(screen) => screen.set_message(table::text(ears, time)),
+            None => self.console.data(table::json(ears, time).to_string())?,
+        }
+        Ok(())
+    }
+
+    /// Leaves the last table on the screen.
+    fn end(self) {
+        if let Some(screen) = self.screen {
+            screen.abandon();
+        }
+    }
+}
