@@ -1,8 +1,9 @@
 #!/usr/bin/env bash
 # long.sh: tests that take too long for tests/all.sh, on a machine where that has passed: both studies with all their
 # parts, large swarms compared with another physics engine, champions that live in Aseba's simulator, random kernels and
-# files for half an hour, random bytes for drivers of robots for ten minutes and by radio for another ten, runs and sweeps that are killed hundreds of times,
-# long lives on every device, the size of the program for a robot, and a hundred thousand runs. Some two hours on two cores.
+# files for half an hour, random bytes for drivers of robots for ten minutes and by radio for another ten, runs and sweeps
+# that are killed hundreds of times, long lives on every device, the size of the program for a robot, and a hundred
+# thousand runs. Some two hours on two cores.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 export ONEIRO_LONG=1

@@ -507,7 +507,7 @@ fn by_radio_robots_hear_what_they_hear_in_the_study() {
     for _ in 0..130 {
         let second = Second {
             heard: (0..ROBOTS)
-                .map(|own| random.next() as u128 % 32 & !(1 << own))
+                .map(|own| u128::from(random.next()) % 32 & !(1 << own))
                 .collect(),
             earned: (0..ROBOTS).map(|_| random.below(9000) as f32).collect(),
             earned_after: vec![0.0; ROBOTS],
@@ -531,7 +531,9 @@ fn by_radio_robots_hear_what_they_hear_in_the_study() {
     for (receiver, own) in robots.iter().enumerate() {
         let interval = own.clock.seconds_of(1);
         let mut heard = [Contact::Tracker, Contact::Range].map(|contact| Heard::new(contact, 70));
-        heard.iter_mut().for_each(|heard| heard.forget_before(interval.start));
+        for heard in &mut heard {
+            heard.forget_before(interval.start);
+        }
         let mut seen = Seen::new(receiver as u64, 200.0, Duration::from_millis(300));
         let mut coming: Vec<(u32, Vec<u8>)> = Vec::new();
         for at in interval.start - 3..interval.end {
@@ -543,33 +545,32 @@ fn by_radio_robots_hear_what_they_hear_in_the_study() {
                     coming.push((at + late, datagram.clone()));
                 }
             }
-            for line in 0..10 {
+            // Five lines a second, each with one robot more or less.
+            for line in 0..ROBOTS {
+                let time = f64::from(at) + line as f64 / 5.0;
+                let now = Duration::from_secs_f64(time);
                 let mask = seconds.get(at).unwrap().heard[receiver];
-                let list: Vec<usize> = (0..ROBOTS)
-                    .filter(|robot| mask >> robot & 1 == 1 && robot % 10 == line)
-                    .collect();
-                let time = f64::from(at) + line as f64 / 10.0;
+                let list = if mask >> line & 1 == 1 { vec![line] } else { Vec::new() };
                 let text =
                     format!("{{\"id\":{receiver},\"t\":{time},\"x\":1,\"y\":2,\"heading\":0,\"heard\":{list:?}}}");
-                let now = Duration::from_secs_f64(time);
-                if let Some(robots) = seen.take(text.as_bytes(), now).and_then(|sighting| sighting.heard) {
-                    heard.iter_mut().for_each(|heard| heard.meet(at, robots));
+                let robots = seen.take(text.as_bytes(), now).and_then(|sighting| sighting.heard);
+                for heard in &mut heard {
+                    heard.meet(at, robots.unwrap_or(0));
                 }
-                let mut now_coming: Vec<_> = coming
-                    .extract_if(.., |(second, _)| *second <= at && random.below(3) == 0)
-                    .collect();
-                if line == 9 {
-                    now_coming.extend(coming.extract_if(.., |(second, _)| *second <= at));
-                }
-                for (_, datagram) in now_coming {
-                    match radios[receiver].open(&datagram, now, Some(at)) {
-                        Ok(Received {
-                            packet: Packet::Pair { second, message },
-                            ..
-                        }) => heard.iter_mut().for_each(|heard| {
-                            heard.hear(second, message);
-                        }),
-                        other => assert_eq!(other, Err(Refusal::Replayed)),
+                let is_last = line == ROBOTS - 1;
+                let has_come = |(second, _): &mut (u32, Vec<u8>)| *second <= at && (is_last || random.below(3) == 0);
+                for (_, datagram) in coming.extract_if(.., has_come) {
+                    let opened = radios[receiver].open(&datagram, now, Some(at));
+                    let Ok(Received {
+                        packet: Packet::Pair { second, message },
+                        ..
+                    }) = opened
+                    else {
+                        assert_eq!(opened, Err(Refusal::Replayed));
+                        continue;
+                    };
+                    for heard in &mut heard {
+                        heard.hear(second, message);
                     }
                 }
             }

@@ -261,6 +261,8 @@ fn out_of_range() -> Vec<(u16, Packet, &'static str)> {
     all
 }
 
+type Change = fn(&mut Vec<u8>);
+
 /// Bodies that can't be read, with the right tag.
 fn unreadable(radio: &Radio, datagram: &[u8], choice: usize) -> Vec<u8> {
     retagged(radio, datagram, |bytes| match choice {
@@ -314,7 +316,6 @@ fn values_out_of_range_are_refused_by_their_names() {
         assert_eq!(opened, Err(Refusal::OutOfRange(name)));
     }
     let hello = sender.seal(&hello());
-    type Change = fn(&mut Vec<u8>);
     let spoilt: [(&[u8], &str, Change); 5] = [
         (&status, "carries", |bytes| bytes[25 + 37] = 2),
         (&hello, "program", |bytes| bytes[26] = b'\x1b'),
@@ -555,6 +556,23 @@ impl Attack {
         assert_eq!(refusal.as_ref().map(Refusal::reason), Some(reason), "{kind}");
     }
 
+    /// A datagram with the right tag that can't be read, or has a value out of range.
+    fn wrong(&mut self) -> Vec<u8> {
+        let choice = self.random.below(self.wrong.len() + 1);
+        let Some((sender, mut packet, name)) = self.wrong.get(choice).cloned() else {
+            let status = self.senders[0].seal(&Packet::Status(status()));
+            return unreadable(&self.senders[0], &status, self.random.below(5));
+        };
+        if let Packet::Pair { second, message } = &mut packet
+            && !["second", "interval"].contains(&name)
+        {
+            *second = self.now.as_secs() as u32;
+            message.interval = *second / 60;
+        }
+        let index = Self::NUMBERS.iter().position(|number| *number == sender).unwrap();
+        self.senders[index].seal(&packet)
+    }
+
     fn step(&mut self) {
         self.now += Duration::from_millis(500);
         let index = self.random.below(Self::NUMBERS.len());
@@ -602,24 +620,7 @@ impl Attack {
         self.offer("merged", &[&good[..25], &old[25..]].concat());
         self.offer("merged", &[&old[..25], &good[25..]].concat());
         // With the key, values that nobody may send.
-        let choice = self.random.below(self.wrong.len() + 1);
-        let wrong = match self.wrong.get(choice) {
-            Some((sender, packet, _)) => {
-                let index = Self::NUMBERS.iter().position(|number| number == sender).unwrap();
-                let mut packet = packet.clone();
-                if let (Packet::Pair { second, message }, Some((.., name))) = (&mut packet, self.wrong.get(choice))
-                    && !["second", "interval"].contains(name)
-                {
-                    *second = self.now.as_secs() as u32;
-                    message.interval = *second / 60;
-                }
-                self.senders[index].seal(&packet)
-            }
-            None => {
-                let status = self.senders[0].seal(&Packet::Status(status()));
-                unreadable(&self.senders[0], &status, self.random.below(5))
-            }
-        };
+        let wrong = self.wrong();
         self.refuse("out of range", &wrong, "out_of_range");
         // Good ones: at once, or later and in any order; and again.
         if self.random.below(4) == 0 {
