@@ -10,7 +10,7 @@ mod columns;
 mod commands;
 mod console;
 mod contents;
-#[expect(dead_code, reason = "what calls it comes next")]
+#[cfg_attr(not(test), expect(dead_code, reason = "what calls it comes next"))]
 mod daemon;
 mod device;
 mod engine;
@@ -19,6 +19,8 @@ mod exchange;
 mod exit;
 mod experiment;
 mod files;
+#[cfg_attr(not(test), expect(dead_code, reason = "what calls it comes next"))]
+mod fleet;
 mod genomes;
 mod lives;
 #[cfg(test)]

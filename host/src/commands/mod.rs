@@ -12,6 +12,8 @@ mod check;
 mod completions;
 mod devices;
 mod evaluate;
+#[expect(dead_code, reason = "the command line has it once there are daemons")]
+pub(crate) mod fleet;
 mod guard;
 mod keys;
 mod list;

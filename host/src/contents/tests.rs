@@ -6,7 +6,7 @@ use oneiro::compose::Scalar;
 use super::*;
 use crate::lives::measures;
 use crate::reality::wired::logbook;
-use crate::{commands, record, runs, studies, sweep};
+use crate::{commands, fleet, record, runs, studies, sweep};
 
 /// All directories, each with all that it may hold.
 fn page() -> String {
@@ -22,6 +22,7 @@ fn page() -> String {
         ("A sweep of swarms", of_swarms),
         ("Lives on a robot", logbook::all_contents()),
         ("A calibration", commands::calibrate::contents()),
+        ("A fleet's twin", fleet::twin::all_contents()),
         ("The 1995 study", of_1995),
         ("The 2014 study", of_2014),
     ];

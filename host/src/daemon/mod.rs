@@ -2,3 +2,4 @@
 //! robots that it meets.
 
 pub(crate) mod air;
+pub(crate) mod epuck;

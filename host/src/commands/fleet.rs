@@ -1,0 +1,4 @@
+//! `oneiro fleet`: robots that live on board.
+
+#[cfg(unix)]
+pub(crate) mod twin;
