@@ -742,6 +742,9 @@ pub(crate) enum FleetCommand {
     Stop(FleetWork),
     /// Copy the robots' records to this machine, and merge their logs into one timeline
     Collect(FleetWork),
+    /// Let the daemons of all robots live on this machine, with emulated e-pucks in one simulated arena, on a virtual clock
+    #[cfg(unix)]
+    Twin(crate::commands::fleet::twin::Twin),
 }
 
 /// A fleet's file, and some of its robots.

@@ -1,6 +1,8 @@
 //! `oneiro fleet`: installs, starts, watches and stops a fleet of robots with a computer each, and collects its records.
 
 mod start;
+#[cfg(unix)]
+pub(crate) mod twin;
 
 use std::path::Path;
 
@@ -25,6 +27,8 @@ pub(super) fn run(arguments: &cli::Fleet, console: Console) -> Result {
         FleetCommand::Status(arguments) => status(arguments, console),
         FleetCommand::Stop(arguments) => stop(arguments, console),
         FleetCommand::Collect(arguments) => collected(arguments, console),
+        #[cfg(unix)]
+        FleetCommand::Twin(arguments) => twin::run(arguments, console),
     }
 }
 

@@ -12,7 +12,7 @@ mod check;
 mod completions;
 mod devices;
 mod evaluate;
-mod fleet;
+pub(crate) mod fleet;
 mod guard;
 mod keys;
 mod list;

@@ -9,6 +9,7 @@ use crate::daemon::air::{Air, Sockets};
 use crate::daemon::control::Daemon;
 use crate::daemon::settings::Settings;
 use crate::exit::{Failure, Result};
+use crate::fleet::twin;
 use crate::robots::Kind;
 use crate::robots::guard::wheels::Wanted;
 use crate::robots::vehicle::Vehicle;
@@ -23,7 +24,10 @@ pub(crate) fn run(arguments: &cli::OnBoard, console: Console) -> Result {
             .map_err(|error| Failure::failed(format_args!("signals can't be listened to: {error}")))?;
     }
     let (vehicle, air): (Box<dyn Vehicle>, Box<dyn Air>) = match &arguments.conductor {
-        Some(_) => return Err(Failure::failed("no twin yet")),
+        Some(path) => {
+            let (vehicle, air) = twin::client::connect(path, settings.robot, Arc::clone(&stop))?;
+            (vehicle, air)
+        }
         None => {
             let options = Options {
                 wire: settings.wire.clone(),

@@ -23,6 +23,7 @@ fn page() -> String {
         ("Lives on a robot", logbook::all_contents()),
         ("A calibration", commands::calibrate::contents()),
         ("A fleet", fleet::collect::contents()),
+        ("A fleet's twin", fleet::twin::all_contents()),
         ("The 1995 study", of_1995),
         ("The 2014 study", of_2014),
     ];

@@ -11,6 +11,7 @@
 //! | [`live`] | a fleet's life from the first robot that answers to the experiment's end |
 //! | [`table`] | what is known of the robots, for a terminal and as JSON |
 //! | [`collect`] | copies of robots' directories |
+//! | [`twin`] | a fleet's daemons on this machine, in one arena and on one virtual clock |
 //! | [`timeline`] | all logs as one, with clocks aligned by what robots heard of each other |
 
 pub(crate) mod collect;
@@ -23,6 +24,8 @@ pub(crate) mod service;
 mod sha256;
 pub(crate) mod table;
 pub(crate) mod timeline;
+#[cfg(unix)]
+pub(crate) mod twin;
 
 use std::fmt::Display;
 

@@ -13,6 +13,7 @@ use serde::{Deserialize, Serialize};
 
 use values::Values;
 
+pub(crate) mod alone;
 mod brake;
 pub(crate) mod client;
 pub(crate) mod message;
@@ -267,6 +268,18 @@ impl Guard {
     pub(crate) fn is_over(&self) -> bool {
         let is_final = self.latched.iter().any(Condition::is_final);
         is_final && (self.state == State::Standing || self.waited >= self.values.give_up())
+    }
+
+    /// How long the wheels may turn yet, unless a command or an answer comes; none if they are not to turn.
+    fn validity(&self) -> Option<Duration> {
+        let expires = self.values.expiry().saturating_sub(self.age);
+        let is_late = self.values.link().saturating_sub(self.quiet);
+        (self.state == State::Moving).then_some(expires.min(is_late))
+    }
+
+    /// Whether wheels have not the speeds yet that the newest command wants.
+    fn is_speeding_up(&self) -> bool {
+        self.state == State::Moving && self.speeds != self.target
     }
 
     /// Decides what the wheels do next.

@@ -15,7 +15,7 @@ use signal_hook::flag;
 use super::message::{LONGEST, Report, Request, Status, VERSION, sensors};
 use super::values::Values;
 use super::wheels::{Event, News, Travel, Wanted, Wheels};
-use super::{Condition, Conditions, Guard, Inputs, State};
+use super::{Condition, Conditions, Guard, Inputs, Order, State};
 use crate::exit::Failure;
 use crate::robots::address::Wire;
 use crate::robots::error::Error;
@@ -23,7 +23,7 @@ use crate::robots::link::wall;
 use crate::robots::recording::Recording;
 
 /// Between two looks.
-const TICK: Duration = Duration::from_millis(10);
+pub(super) const TICK: Duration = Duration::from_millis(10);
 /// Between two reports of the state, if it does not change.
 const PULSE: Duration = Duration::from_millis(100);
 /// How long to wait for other threads at the end.
@@ -75,13 +75,11 @@ pub(crate) fn run(options: Options) -> io::Result<u8> {
         tell,
     );
     let process = Process {
-        heard: Heard::new(options.values.clone()),
-        values: options.values,
+        keeper: Keeper::new(options.values, wall()),
         inputs,
         ended,
         reports,
         wheels,
-        guard: None,
     };
     Ok(process.work(thread))
 }
@@ -221,7 +219,7 @@ struct Heard {
 }
 
 impl Heard {
-    fn new(values: Values) -> Self {
+    fn new(values: Values, now: Duration) -> Self {
         Self {
             values,
             next: Inputs::default(),
@@ -232,7 +230,7 @@ impl Heard {
             battery: Twice::default(),
             lifted: Twice::default(),
             confirmed: 0,
-            answered: wall(),
+            answered: now,
             problem: None,
         }
     }
@@ -304,100 +302,120 @@ impl Heard {
     }
 
     /// The inputs of the next step.
-    fn take(&mut self, passed: Duration) -> Inputs {
+    fn take(&mut self, passed: Duration, now: Duration) -> Inputs {
         let mut inputs = std::mem::take(&mut self.next);
         inputs.passed = passed;
         inputs.confirmed = self.confirmed;
-        inputs.quiet = wall().saturating_sub(self.answered);
+        inputs.quiet = now.saturating_sub(self.answered);
         inputs.conditions = inputs.conditions.or(self.lasting);
         inputs
     }
 }
 
-struct Process {
+/// What a guard hears, decides and reports, whatever its clock is and however it reads and writes.
+pub(super) struct Keeper {
     heard: Heard,
     values: Values,
-    inputs: Receiver<Input>,
-    /// Set by a signal.
-    ended: Arc<AtomicBool>,
-    reports: Reports,
-    wheels: Wheels,
     /// None until the robot is connected.
     guard: Option<Guard>,
+    /// When it began, and when it decided last.
+    start: Duration,
+    last: Duration,
+    /// What it reported last of its state, and when.
+    said: Option<(Status, Duration)>,
 }
 
-impl Process {
-    /// The most that is taken between two steps.
-    const MOST: usize = 1000;
-
-    /// Works until the end. Returns the exit code.
-    fn work(mut self, thread: JoinHandle<Option<String>>) -> u8 {
-        let (start, mut last, mut said) = (wall(), wall(), None);
-        let failure = loop {
-            if let Some(refusal) = self.hear(start) {
-                break Some(refusal);
-            }
-            let now = wall();
-            let passed = now.saturating_sub(std::mem::replace(&mut last, now));
-            let Some(guard) = &mut self.guard else { continue };
-            let is_ended = self.ended.load(Ordering::Relaxed);
-            self.heard.lasting.add(Condition::Terminated, is_ended);
-            let inputs = self.heard.take(passed);
-            self.wheels.order(guard.step(&inputs));
-            let (is_over, state) = (guard.is_over(), guard.state());
-            self.tell(&mut said, now);
-            if is_over {
-                break (state != State::Standing).then(|| self.unstopped());
-            }
-        };
-        self.wheels.end();
-        let unwritten = finished(thread).flatten().map(Failure::unwritten);
-        let failure = match (failure, unwritten) {
-            (Some(failure), Some(problem)) => Some(failure.and(problem)),
-            (failure, problem) => failure.or(problem),
-        };
-        let code = failure.as_ref().map_or(0, Failure::code);
-        if let Some(failure) = failure {
-            self.warn(&failure.to_string());
-            self.reports.fail(&failure);
+impl Keeper {
+    /// A guard that begins now.
+    pub(super) fn new(values: Values, now: Duration) -> Self {
+        Self {
+            heard: Heard::new(values.clone(), now),
+            values,
+            guard: None,
+            start: now,
+            last: now,
+            said: None,
         }
-        self.reports.finish();
-        code
     }
 
-    /// Takes all that has come, after a tick at most. Returns why there is no robot, if there is none.
-    fn hear(&mut self, start: Duration) -> Option<Failure> {
-        let mut input = match self.inputs.recv_timeout(TICK) {
-            Ok(input) => Some(input),
-            Err(RecvTimeoutError::Timeout) => None,
-            // The robot's thread has ended without a word, which it does not do.
-            Err(RecvTimeoutError::Disconnected) => return Some(Failure::device("the robot's thread has ended")),
-        };
-        // No more than a thread can send in a tick if something is wrong with it: a step must come.
-        for _ in 0..Self::MOST {
-            let Some(next) = input else { break };
-            match next {
-                Input::Line(line) => self.heard.line(line.as_deref()),
-                Input::Closed => self.heard.lasting.add(Condition::Closed, true),
-                Input::Robot(Event {
-                    news: News::Refused(error),
-                    ..
-                }) => return Some(error.into()),
-                Input::Robot(event) => {
-                    self.robot(&event, start);
-                    self.heard.event(event);
-                }
-            }
-            input = self.inputs.try_recv().ok();
-        }
-        None
+    /// Takes a message of the program; none if it was too long or no text.
+    pub(super) fn line(&mut self, line: Option<&str>) {
+        self.heard.line(line);
     }
 
-    /// Passes on what the robot says.
-    fn robot(&mut self, event: &Event, start: Duration) {
+    /// Notes that the program is gone.
+    pub(super) fn closed(&mut self) {
+        self.heard.lasting.add(Condition::Closed, true);
+    }
+
+    /// Takes news of the robot. Returns what to pass on.
+    pub(super) fn news(&mut self, event: Event) -> Option<Report> {
+        let report = self.robot(&event);
+        self.heard.event(event);
+        report
+    }
+
+    /// Decides what the robot is to do, once it is connected.
+    pub(super) fn step(&mut self, now: Duration) -> Option<Order> {
+        let passed = now.saturating_sub(std::mem::replace(&mut self.last, now));
+        let guard = self.guard.as_mut()?;
+        Some(guard.step(&self.heard.take(passed, now)))
+    }
+
+    /// Whether the guard may end: the wheels stand and nobody can drive them any more, or it has tried for long enough.
+    pub(super) fn is_over(&self) -> bool {
+        self.guard.as_ref().is_some_and(Guard::is_over)
+    }
+
+    /// How long the wheels may turn yet, if nothing more comes; none if they are not to turn.
+    pub(super) fn validity(&self) -> Option<Duration> {
+        self.guard.as_ref()?.validity()
+    }
+
+    /// How long it has nothing to decide and to report, if nothing comes.
+    pub(super) fn patience(&self) -> Duration {
+        let guard = self.guard.as_ref();
+        let is_speeding_up = guard.is_some_and(Guard::is_speeding_up);
+        let validity = self.validity().unwrap_or(PULSE);
+        if is_speeding_up { TICK } else { validity.min(PULSE) }
+    }
+
+    /// Its state, if it has changed, and from time to time.
+    pub(super) fn state(&mut self, now: Duration) -> Option<Status> {
+        let guard = self.guard.as_ref()?;
+        let [left_mm_s, right_mm_s] = guard.speeds();
+        let status = Status {
+            state: guard.state(),
+            left_mm_s,
+            right_mm_s,
+            sequence: self.heard.sequence.unwrap_or_default(),
+            reasons: guard.reasons().iter().collect(),
+            needs_resume: guard.needs_resume(),
+            cannot_stop: guard.cannot_stop(),
+            problem: self.heard.problem.clone(),
+        };
+        // What changes all the time is reported with the rest.
+        let same = |last: &Status| {
+            (last.state, &last.reasons, last.needs_resume, last.cannot_stop)
+                == (status.state, &status.reasons, status.needs_resume, status.cannot_stop)
+        };
+        if self
+            .said
+            .as_ref()
+            .is_some_and(|(last, at)| same(last) && now < *at + PULSE)
+        {
+            return None;
+        }
+        self.said = Some((status.clone(), now));
+        Some(status)
+    }
+
+    /// What to pass on of what the robot says.
+    fn robot(&mut self, event: &Event) -> Option<Report> {
+        let start = self.start;
         let seconds = |at: Duration| at.saturating_sub(start).as_secs_f64();
         let milliseconds = |age: Duration| 1000.0 * age.as_secs_f64();
-        let report = match &event.news {
+        Some(match &event.news {
             News::Connected(description, kinds) => {
                 let wheels = description.wheels;
                 let greatest = f64::from(wheels.greatest) * wheels.mm_s;
@@ -429,39 +447,8 @@ impl Process {
                 volts: battery.volts,
                 low: battery.low,
             },
-            _ => return,
-        };
-        self.reports.send(report);
-    }
-
-    /// Tells the state if it has changed, or from time to time.
-    fn tell(&mut self, said: &mut Option<(Status, Duration)>, now: Duration) {
-        let Some(guard) = &self.guard else { return };
-        let [left_mm_s, right_mm_s] = guard.speeds();
-        let status = Status {
-            state: guard.state(),
-            left_mm_s,
-            right_mm_s,
-            sequence: self.heard.sequence.unwrap_or_default(),
-            reasons: guard.reasons().iter().collect(),
-            needs_resume: guard.needs_resume(),
-            cannot_stop: guard.cannot_stop(),
-            problem: self.heard.problem.clone(),
-        };
-        let could_stop = said.as_ref().is_none_or(|(last, _)| !last.cannot_stop);
-        // What changes all the time is reported with the rest.
-        let same = |last: &Status| {
-            (last.state, &last.reasons, last.needs_resume, last.cannot_stop)
-                == (status.state, &status.reasons, status.needs_resume, status.cannot_stop)
-        };
-        if said.as_ref().is_some_and(|(last, at)| same(last) && now < *at + PULSE) {
-            return;
-        }
-        if status.cannot_stop && could_stop {
-            self.warn(&format!("cannot stop the robot yet: {}", self.unconfirmed()));
-        }
-        *said = Some((status.clone(), now));
-        self.reports.send(Report::State(status));
+            _ => return None,
+        })
     }
 
     /// Why a stop is not confirmed.
@@ -472,16 +459,104 @@ impl Process {
             .unwrap_or("it does not confirm that its wheels stand")
     }
 
-    fn unstopped(&self) -> Failure {
-        Failure::device(format_args!(
-            "cannot stop: {}. The wheels may be turning: lift the robot, then switch it off or reset it",
-            self.unconfirmed()
-        ))
+    /// The failure of a guard that has not stopped the robot; none if that stands.
+    fn unstopped(&self) -> Option<Failure> {
+        let stands = self.guard.as_ref().is_none_or(|guard| guard.state() == State::Standing);
+        (!stands).then(|| {
+            Failure::device(format_args!(
+                "cannot stop: {}. The wheels may be turning: lift the robot, then switch it off or reset it",
+                self.unconfirmed()
+            ))
+        })
+    }
+}
+
+struct Process {
+    keeper: Keeper,
+    inputs: Receiver<Input>,
+    /// Set by a signal.
+    ended: Arc<AtomicBool>,
+    reports: Reports,
+    wheels: Wheels,
+}
+
+impl Process {
+    /// The most that is taken between two steps.
+    const MOST: usize = 1000;
+
+    /// Works until the end. Returns the exit code.
+    fn work(mut self, thread: JoinHandle<Option<String>>) -> u8 {
+        let failure = loop {
+            if let Some(refusal) = self.hear() {
+                break Some(refusal);
+            }
+            let now = wall();
+            let is_ended = self.ended.load(Ordering::Relaxed);
+            self.keeper.heard.lasting.add(Condition::Terminated, is_ended);
+            let Some(order) = self.keeper.step(now) else { continue };
+            self.wheels.order(order);
+            self.tell(now);
+            if self.keeper.is_over() {
+                break self.keeper.unstopped();
+            }
+        };
+        self.wheels.end();
+        let unwritten = finished(thread).flatten().map(Failure::unwritten);
+        let failure = match (failure, unwritten) {
+            (Some(failure), Some(problem)) => Some(failure.and(problem)),
+            (failure, problem) => failure.or(problem),
+        };
+        let code = failure.as_ref().map_or(0, Failure::code);
+        if let Some(failure) = failure {
+            self.warn(&failure.to_string());
+            self.reports.fail(&failure);
+        }
+        self.reports.finish();
+        code
+    }
+
+    /// Takes all that has come, after a tick at most. Returns why there is no robot, if there is none.
+    fn hear(&mut self) -> Option<Failure> {
+        let mut input = match self.inputs.recv_timeout(TICK) {
+            Ok(input) => Some(input),
+            Err(RecvTimeoutError::Timeout) => None,
+            // The robot's thread has ended without a word, which it does not do.
+            Err(RecvTimeoutError::Disconnected) => return Some(Failure::device("the robot's thread has ended")),
+        };
+        // No more than a thread can send in a tick if something is wrong with it: a step must come.
+        for _ in 0..Self::MOST {
+            let Some(next) = input else { break };
+            match next {
+                Input::Line(line) => self.keeper.line(line.as_deref()),
+                Input::Closed => self.keeper.closed(),
+                Input::Robot(Event {
+                    news: News::Refused(error),
+                    ..
+                }) => return Some(error.into()),
+                Input::Robot(event) => {
+                    if let Some(report) = self.keeper.news(event) {
+                        self.reports.send(report);
+                    }
+                }
+            }
+            input = self.inputs.try_recv().ok();
+        }
+        None
+    }
+
+    /// Tells the state if it has changed, or from time to time.
+    fn tell(&mut self, now: Duration) {
+        let could_stop = self.keeper.said.as_ref().is_none_or(|(last, _)| !last.cannot_stop);
+        let Some(status) = self.keeper.state(now) else { return };
+        if status.cannot_stop && could_stop {
+            self.warn(&format!("cannot stop the robot yet: {}", self.keeper.unconfirmed()));
+        }
+        self.reports.send(Report::State(status));
     }
 
     /// Says something on standard error, once there is no program that would say it.
     fn warn(&self, message: &str) {
-        if self.heard.lasting.has(Condition::Closed) {
+        if self.keeper.heard.lasting.has(Condition::Closed) {
             // If it is closed as well, there is nobody to hear it.
             let _ = writeln!(io::stderr(), "oneiro guard: {message}");
         }
@@ -500,7 +575,7 @@ mod tests {
     }
 
     fn heard(lines: &[&str]) -> Heard {
-        let mut heard = Heard::new(Values::default());
+        let mut heard = Heard::new(Values::default(), wall());
         for line in lines {
             heard.line(Some(line));
         }
@@ -508,7 +583,7 @@ mod tests {
     }
 
     fn taken(heard: &mut Heard) -> Inputs {
-        heard.take(TICK)
+        heard.take(TICK, wall())
     }
 
     #[test]
@@ -596,7 +671,7 @@ mod tests {
     #[test]
     fn lifting_can_be_left_out() {
         let values = Values::of(&["lifted=0".to_owned()]).unwrap();
-        let mut heard = Heard::new(values);
+        let mut heard = Heard::new(values, wall());
         for _ in 0..3 {
             heard.event(Event {
                 at: wall(),

@@ -8,7 +8,7 @@ use std::time::Duration;
 use super::{Brake, Order};
 use crate::robots::address::Wire;
 use crate::robots::error::{Error, Result};
-use crate::robots::link::wall;
+use crate::robots::link::{Clock, wall};
 use crate::robots::recording::Recording;
 use crate::robots::{self, Battery, Description, Kind, Odometry, Reading, Robot};
 
@@ -91,7 +91,10 @@ impl Wheels {
         let shared = Arc::clone(&wheels.0);
         let thread = thread::spawn(move || {
             match connected(&wire, recording.as_ref(), &shared.brake, &wanted.kinds, fuse) {
-                Ok((robot, kinds)) => Hands::new(robot, Wanted { kinds, ..wanted }, shared, tell).work(),
+                Ok((robot, kinds)) => {
+                    let brake = shared.brake.clone();
+                    Hands::new(robot, Wanted { kinds, ..wanted }, Arc::clone(&shared), brake, tell).work(&shared);
+                }
                 Err(error) => tell(Event {
                     at: wall(),
                     news: News::Refused(error),
@@ -123,6 +126,33 @@ impl Wheels {
     }
 }
 
+/// The time in which calls to a robot are made.
+pub(super) trait Pace: Clock {
+    /// Lets time pass: a moment, or until there is something to do, which is known of that time only if nothing new comes.
+    fn rest(&self, until: Duration);
+
+    /// Lets this time pass.
+    fn pause(&self, time: Duration);
+}
+
+impl Pace for Arc<Shared> {
+    fn rest(&self, _: Duration) {
+        const MOMENT: Duration = Duration::from_millis(5);
+        // A moment that is cut short does no harm.
+        let _ = self.changed.wait_timeout(self.lock(), MOMENT);
+    }
+
+    fn pause(&self, time: Duration) {
+        thread::sleep(time);
+    }
+}
+
+impl Clock for Arc<Shared> {
+    fn now(&self) -> Duration {
+        wall()
+    }
+}
+
 impl Shared {
     fn lock(&self) -> MutexGuard<'_, Option<Order>> {
         self.order.lock().unwrap_or_else(PoisonError::into_inner)
@@ -135,13 +165,6 @@ impl Shared {
         self.brake.release(limit((*order)?).map(|limit| wall() + limit));
         *order
     }
-
-    /// Waits a moment for a new order.
-    fn rest(&self) {
-        const MOMENT: Duration = Duration::from_millis(5);
-        // A moment that is cut short does no harm.
-        let _ = self.changed.wait_timeout(self.lock(), MOMENT);
-    }
 }
 
 /// The robot, and the kinds of sensors to read.
@@ -152,7 +175,11 @@ fn connected(
     kinds: &[Kind],
     fuse: bool,
 ) -> Result<(Box<dyn Robot>, Vec<Kind>)> {
-    let mut robot = robots::connect_braked(wire, recording, brake)?;
+    ready(robots::connect_braked(wire, recording, brake)?, kinds, fuse)
+}
+
+/// A robot that is connected, and the kinds of sensors to read.
+pub(super) fn ready(mut robot: Box<dyn Robot>, kinds: &[Kind], fuse: bool) -> Result<(Box<dyn Robot>, Vec<Kind>)> {
     let all = || robot.description().sensors.iter().map(|group| group.kind).collect();
     let kinds = if kinds.is_empty() { all() } else { kinds.to_vec() };
     match robot.description().groups(&kinds) {
@@ -211,10 +238,11 @@ impl Odometer {
     }
 }
 
-/// The thread's own.
-struct Hands<T> {
+/// What calls the robot.
+pub(super) struct Hands<P, T> {
     robot: Box<dyn Robot>,
-    shared: Arc<Shared>,
+    pace: P,
+    brake: Brake,
     tell: T,
     /// What is read, and when next.
     senses: Vec<(Sense, Duration)>,
@@ -229,7 +257,19 @@ struct Hands<T> {
     stopped: u64,
 }
 
-impl<T: Fn(Event)> Hands<T> {
+impl<T: Fn(Event)> Hands<Arc<Shared>, T> {
+    /// Works until the end is ordered. One call for each order that is taken: a new one is never kept waiting by two.
+    fn work(mut self, shared: &Shared) {
+        loop {
+            let Some(order) = shared.take(|order| self.limit(order)) else {
+                return self.leave();
+            };
+            self.turn(order);
+        }
+    }
+}
+
+impl<P: Pace, T: Fn(Event)> Hands<P, T> {
     /// Time after which a command is repeated, in case something else has changed it.
     const REPEAT: Duration = Duration::from_millis(100);
     /// How long attempts to stop may take, in turn: an attempt begins by sending the stop, and ends by getting back in step,
@@ -242,19 +282,20 @@ impl<T: Fn(Event)> Hands<T> {
     /// Time after which a link that couldn't be opened is tried again.
     const PAUSE: Duration = Duration::from_millis(200);
 
-    fn new(robot: Box<dyn Robot>, wanted: Wanted, shared: Arc<Shared>, tell: T) -> Self {
+    pub(super) fn new(robot: Box<dyn Robot>, wanted: Wanted, pace: P, brake: Brake, tell: T) -> Self {
         let mut hands = Self {
             senses: Vec::new(),
             odometer: Odometer::default(),
             robot,
-            shared,
+            pace,
+            brake,
             tell,
             told: None,
             was_order: false,
             attempts: 0,
             stopped: 0,
         };
-        let now = wall();
+        let now = hands.pace.now();
         let others = [Sense::Odometry, Sense::Lifted, Sense::Battery];
         let is_read = |sense: &Sense| (wanted.odometry || *sense != Sense::Odometry) && hands.has(*sense);
         let others = others.into_iter().filter(is_read).collect::<Vec<_>>();
@@ -265,7 +306,8 @@ impl<T: Fn(Event)> Hands<T> {
     }
 
     fn say(&self, news: News) {
-        (self.tell)(Event { at: wall(), news });
+        let at = self.pace.now();
+        (self.tell)(Event { at, news });
     }
 
     /// Whether the robot can be asked this.
@@ -279,29 +321,27 @@ impl<T: Fn(Event)> Hands<T> {
         !matches!(outcome, Err(Error::Unsupported { .. }))
     }
 
-    /// Works until the end is ordered. One call for each order that is taken: a new one is never kept waiting by two.
-    fn work(mut self) {
-        loop {
-            let (stopped, attempts) = (self.stopped, self.attempts);
-            let limit = |order| match order {
-                Order::Stop(number) if number != stopped => Some(Self::ATTEMPTS[attempts % Self::ATTEMPTS.len()]),
-                _ => None,
-            };
-            let Some(order) = self.shared.take(limit) else {
-                return self.leave();
-            };
-            match order {
-                Order::Stop(number) if number != self.stopped => self.stop(number),
-                Order::Stop(_) => self.keep([0.0; 2]),
-                Order::Drive(speeds) => self.keep(speeds),
-            }
+    /// How long a call for an order may take, if it has a limit.
+    pub(super) fn limit(&self, order: Order) -> Option<Duration> {
+        match order {
+            Order::Stop(number) if number != self.stopped => Some(Self::ATTEMPTS[self.attempts % Self::ATTEMPTS.len()]),
+            _ => None,
+        }
+    }
+
+    /// Makes one call for an order, or rests if there is nothing to do.
+    pub(super) fn turn(&mut self, order: Order) {
+        match order {
+            Order::Stop(number) if number != self.stopped => self.stop(number),
+            Order::Stop(_) => self.keep([0.0; 2]),
+            Order::Drive(speeds) => self.keep(speeds),
         }
     }
 
     /// Closes the robot, if its wheels stand.
-    fn leave(self) {
+    pub(super) fn leave(self) {
         if self.attempts == 0 {
-            self.shared.brake.release(Some(wall() + Self::ATTEMPTS[0]));
+            self.brake.release(Some(self.pace.now() + Self::ATTEMPTS[0]));
             // It stands: nothing depends on it.
             let _ = self.robot.close();
         }
@@ -334,20 +374,22 @@ impl<T: Fn(Event)> Hands<T> {
 
     /// Opens the link again, which stops the wheels too.
     fn reconnect(&mut self) {
-        self.shared.brake.release(None);
+        self.brake.release(None);
         self.odometer.begin_anew();
         if let Err(error) = self.robot.reconnect() {
             self.say(News::NotStopped(error));
-            thread::sleep(Self::PAUSE);
+            self.pace.pause(Self::PAUSE);
         }
     }
 
     /// Keeps the wheels at these speeds, and reads sensors in turn.
     fn keep(&mut self, speeds: [f64; 2]) {
-        let now = wall();
+        let now = self.pace.now();
         let is_told = |(told, at): ([f64; 2], Duration)| told == speeds && now < at + Self::REPEAT;
         let must_tell = !self.told.is_some_and(is_told);
         let next = self.senses.iter_mut().min_by_key(|(_, due)| *due);
+        let repeat = self.told.map_or(now, |(_, at)| at + Self::REPEAT);
+        let until = next.as_ref().map_or(repeat, |(_, due)| repeat.min(*due));
         let next = next.filter(|(_, due)| *due <= now);
         match next {
             Some((sense, due)) if self.was_order || !must_tell => {
@@ -366,7 +408,7 @@ impl<T: Fn(Event)> Hands<T> {
             }
             _ => {
                 self.was_order = false;
-                self.shared.rest();
+                self.pace.rest(until);
             }
         }
     }
@@ -405,7 +447,7 @@ impl<T: Fn(Event)> Hands<T> {
         if error != Error::Interrupted {
             self.say(News::Failed(error));
             // It may fail again at once.
-            self.shared.rest();
+            self.pace.rest(self.pace.now() + Self::REPEAT);
         }
     }
 }

@@ -1,4 +1,4 @@
-//! A robot behind the guard's process, on the real clock.
+//! A robot behind a guard: its process on the real clock, or one on a virtual clock.
 
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -34,6 +34,75 @@ pub(crate) struct Options {
     pub(crate) tracker: Option<tracker::Values>,
 }
 
+/// What connects a program with its guard.
+pub(crate) trait Connection: Send {
+    /// The time on the guard's clock, which never goes back.
+    fn now(&self) -> Duration;
+
+    /// Sends a request. A guard that does not take it is found out by its silence.
+    fn send(&mut self, request: Request);
+
+    /// Sends new speeds, mm/s. They count until they expire.
+    fn drive(&mut self, speeds: [f64; 2]);
+
+    /// The number of the last command.
+    fn sequence(&self) -> u64;
+
+    /// The next report and when it came, if one comes in time.
+    ///
+    /// # Errors
+    /// The guard is gone, or has been silent for too long; until the robot is connected it may be silent.
+    fn report_within(&mut self, limit: Duration) -> Result<Option<(Duration, Report)>, Lost>;
+
+    /// Ends a guard that is lost, and stops the robot without it if possible. Returns the failure to report, which says whether
+    /// the robot has stopped.
+    fn without(self: Box<Self>, lost: Lost, console: Console) -> Failure;
+
+    /// Lets the guard stop the robot and end, and waits for that. Returns what there is to report, if anything.
+    fn leave(self: Box<Self>, console: Console) -> Option<String>;
+}
+
+/// A connection with the guard's process.
+struct Process {
+    client: Client,
+    wire: Wire,
+}
+
+impl Connection for Process {
+    fn now(&self) -> Duration {
+        wall()
+    }
+
+    fn send(&mut self, request: Request) {
+        self.client.send(request);
+    }
+
+    fn drive(&mut self, speeds: [f64; 2]) {
+        self.client.drive(speeds);
+    }
+
+    fn sequence(&self) -> u64 {
+        self.client.sequence()
+    }
+
+    fn report_within(&mut self, limit: Duration) -> Result<Option<(Duration, Report)>, Lost> {
+        self.client.report_within(limit)
+    }
+
+    fn without(mut self: Box<Self>, lost: Lost, console: Console) -> Failure {
+        self.client.kill();
+        lost.stopped(&self.wire, console)
+    }
+
+    fn leave(self: Box<Self>, console: Console) -> Option<String> {
+        match self.client.finish(|_| ()) {
+            Ok(None) => None,
+            Ok(Some((_, message))) => Some(message),
+            Err(lost) => Some(lost.stopped(&self.wire, console).to_string()),
+        }
+    }
+}
+
 /// The latest readings of the sensors of a kind, or of the odometers.
 #[derive(Clone, Debug, Default)]
 struct Latest {
@@ -48,8 +117,7 @@ struct Latest {
 /// A robot behind a guard. When this is dropped, the guard stops the robot and ends.
 pub(crate) struct Guarded {
     /// None once the guard has ended.
-    client: Option<Client>,
-    wire: Wire,
+    guard: Option<Box<dyn Connection>>,
     profile: Profile,
     /// One for each kind of sensors.
     readings: Vec<Latest>,
@@ -100,27 +168,45 @@ impl Guarded {
             tracker,
         } = options;
         console.say(format!("connecting to {wire}"));
-        let mut client = Client::start(&wire.to_string(), wanted, settings, record.as_deref())?;
+        let client = Client::start(&wire.to_string(), wanted, settings, record.as_deref())?;
+        let wire = wire.clone();
+        let mut own = Self::behind(Box::new(Process { client, wire }), wanted.odometry, stop, console)?;
+        if let Some(values) = tracker {
+            own.tracker = Some(seeing(values, own.profile.greatest_mm_s, &own.stop)?);
+        }
+        Ok(own)
+    }
+
+    /// Waits until a guard has connected to its robot. Everything that waits ends when `stop` is set.
+    ///
+    /// # Errors
+    /// As [`Guarded::open`].
+    pub(crate) fn behind(
+        mut guard: Box<dyn Connection>,
+        odometry: bool,
+        stop: Arc<AtomicBool>,
+        console: Console,
+    ) -> Result<Self, Failure> {
         loop {
             if stop.load(Ordering::Relaxed) {
                 return Err(Trouble::Stopped.into());
             }
-            match client.report() {
-                Ok(Some(Report::Failed { code, message })) => return Err(failure(code, &message)),
-                Ok(Some(Report::Connected {
-                    robot,
-                    firmware,
-                    greatest_mm_s,
-                    unit_mm_s,
-                    base_mm,
-                    has_odometers,
-                    sensors,
-                })) => {
+            match guard.report_within(Client::CYCLE) {
+                Ok(Some((_, Report::Failed { code, message }))) => return Err(failure(code, &message)),
+                Ok(Some((
+                    _,
+                    Report::Connected {
+                        robot,
+                        firmware,
+                        greatest_mm_s,
+                        unit_mm_s,
+                        base_mm,
+                        has_odometers,
+                        sensors,
+                    },
+                ))) => {
                     console.say(format!("connected: {robot}"));
-                    let tracker = tracker.as_ref().map(|values| seeing(values, greatest_mm_s, &stop));
                     return Ok(Self {
-                        client: Some(client),
-                        wire: wire.clone(),
                         readings: vec![Latest::default(); sensors.len()],
                         travel: Latest::default(),
                         volts: None,
@@ -131,13 +217,14 @@ impl Guarded {
                             greatest_mm_s,
                             unit_mm_s,
                             base_mm,
-                            has_odometers: has_odometers && wanted.odometry,
+                            has_odometers: has_odometers && odometry,
                         },
                         status: None,
                         speeds: [0.0; 2],
-                        sent: wall(),
+                        sent: guard.now(),
+                        guard: Some(guard),
                         is_ready: false,
-                        tracker: tracker.transpose()?,
+                        tracker: None,
                         is_lost: false,
                         stop,
                         person: None,
@@ -145,34 +232,33 @@ impl Guarded {
                     });
                 }
                 Ok(_) => {}
-                Err(lost) => {
-                    client.kill();
-                    return Err(lost.stopped(wire, console));
-                }
+                Err(lost) => return Err(guard.without(lost, console)),
             }
         }
     }
 
+    /// The time on the guard's clock.
+    fn time(&self) -> Duration {
+        self.guard.as_ref().map_or_else(wall, |guard| guard.now())
+    }
+
     /// The guard has ended or hangs: stops the robot without it.
     fn lost(&mut self, lost: Lost) -> Trouble {
-        if let Some(mut client) = self.client.take() {
-            client.kill();
-            return Trouble::Broken(lost.stopped(&self.wire, self.console).to_string());
-        }
-        Trouble::Broken(lost.to_string())
+        let failure = self.guard.take().map(|guard| guard.without(lost, self.console));
+        Trouble::Broken(failure.map_or_else(|| lost.to_string(), |failure| failure.to_string()))
     }
 
     fn send(&mut self, request: Request) {
-        if let Some(client) = &mut self.client {
-            client.send(request);
+        if let Some(guard) = &mut self.guard {
+            guard.send(request);
         }
     }
 
     /// Sends the speeds.
     fn send_speeds(&mut self) {
-        self.sent = wall();
-        if let Some(client) = &mut self.client {
-            client.drive(self.speeds);
+        self.sent = self.time();
+        if let Some(guard) = &mut self.guard {
+            guard.drive(self.speeds);
         }
     }
 
@@ -184,11 +270,11 @@ impl Guarded {
 
     /// Waits for one report of the guard, until a moment at most, and keeps the speeds from expiring.
     fn hear(&mut self, until: Duration) -> Result<(), Trouble> {
-        let limit = until.saturating_sub(wall()).min(Client::CYCLE);
-        let Some(client) = &mut self.client else {
+        let limit = until.saturating_sub(self.time()).min(Client::CYCLE);
+        let Some(guard) = &mut self.guard else {
             return Err(Trouble::Broken(Lost::Ended.to_string()));
         };
-        let report = client.report_within(limit).map_err(|lost| self.lost(lost))?;
+        let report = guard.report_within(limit).map_err(|lost| self.lost(lost))?;
         let is_lost = self.tracker.as_ref().is_some_and(|tracker| tracker.pose().is_none());
         if is_lost != self.is_lost {
             self.is_lost = is_lost;
@@ -197,7 +283,7 @@ impl Guarded {
         if let Some((at, report)) = report {
             self.take(at, report)?;
         }
-        if wall() >= self.sent + Self::REPEAT {
+        if self.time() >= self.sent + Self::REPEAT {
             self.send_speeds();
         }
         Ok(())
@@ -255,9 +341,9 @@ impl Guarded {
     /// Waits until the guard lets the robot move. It does so again by itself where only this program or the link was late.
     fn get_ready(&mut self) -> Result<(), Trouble> {
         self.rest();
-        let until = wall() + Self::ANSWER;
+        let until = self.time() + Self::ANSWER;
         // Reports that the guard sent before it got this are out of date.
-        let rest = self.client.as_ref().map_or(0, Client::sequence);
+        let rest = self.guard.as_ref().map_or(0, |guard| guard.sequence());
         let is_new = |status: &Status| status.sequence >= rest;
         while !self
             .status
@@ -272,7 +358,7 @@ impl Guarded {
                 }
                 self.send(Request::Resume);
             }
-            if wall() >= until {
+            if self.time() >= until {
                 return Err(self.unready());
             }
             self.pause(Client::CYCLE)?;
@@ -290,11 +376,11 @@ impl Guarded {
     /// Stops the wheels, and waits until the robot has confirmed it.
     fn settle(&mut self) -> Result<(), Trouble> {
         self.rest();
-        let stop = self.client.as_ref().map_or(0, Client::sequence);
-        let until = wall() + Self::ANSWER;
+        let stop = self.guard.as_ref().map_or(0, |guard| guard.sequence());
+        let until = self.time() + Self::ANSWER;
         let stands = |status: &Status| status.sequence >= stop && status.state == State::Standing;
         while !self.status.as_ref().is_some_and(stands) {
-            if wall() >= until {
+            if self.time() >= until {
                 return Err(self.unready());
             }
             self.hear(until)?;
@@ -304,8 +390,8 @@ impl Guarded {
 
     /// Attends to the guard for a while.
     fn pause(&mut self, time: Duration) -> Result<(), Trouble> {
-        let until = wall() + time;
-        while wall() < until {
+        let until = self.time() + time;
+        while self.time() < until {
             self.attend(until)?;
         }
         Ok(())
@@ -323,7 +409,7 @@ impl Guarded {
             return None;
         }
         let all = || self.readings.iter().chain(travel);
-        let at = all().map(|latest| latest.at).max().unwrap_or_else(wall);
+        let at = all().map(|latest| latest.at).max().unwrap_or_else(|| self.time());
         let age = all()
             .map(|latest| at.saturating_sub(latest.at) + latest.age)
             .max()
@@ -347,16 +433,16 @@ impl Vehicle for Guarded {
     }
 
     fn now(&self) -> Duration {
-        wall()
+        self.time()
     }
 
     fn look(&mut self) -> Result<Moment, Trouble> {
-        let until = wall() + Self::READINGS;
+        let until = self.time() + Self::READINGS;
         loop {
             if let Some(moment) = self.newest() {
                 return Ok(moment);
             }
-            if wall() >= until {
+            if self.time() >= until {
                 self.rest();
                 let limit = Self::READINGS.as_millis();
                 return Err(Trouble::Unreadable(format!("no new readings within {limit} ms")));
@@ -378,7 +464,7 @@ impl Vehicle for Guarded {
         // Reports that have arrived already are read too.
         loop {
             self.attend(until)?;
-            if wall() >= until {
+            if self.time() >= until {
                 return Ok(());
             }
         }
@@ -416,7 +502,7 @@ impl Vehicle for Guarded {
     fn recover(&mut self) -> Result<(), Trouble> {
         self.rest();
         let console = self.console;
-        let until = wall() + Self::PATIENCE;
+        let until = self.time() + Self::PATIENCE;
         let mut asked = None;
         loop {
             self.pause(2 * Self::REPEAT)?;
@@ -446,7 +532,7 @@ impl Vehicle for Guarded {
                     // If it is not over, it is printed again.
                     asked = None;
                 }
-            } else if wall() >= until {
+            } else if self.time() >= until {
                 return Err(trouble);
             } else {
                 self.send(Request::Resume);
@@ -464,11 +550,8 @@ impl Vehicle for Guarded {
 impl Drop for Guarded {
     /// Waits until the guard has stopped the robot.
     fn drop(&mut self) {
-        let Some(client) = self.client.take() else { return };
-        match client.finish(|_| ()) {
-            Ok(None) => {}
-            Ok(Some((_, message))) => self.console.ask(message),
-            Err(lost) => self.console.ask(lost.stopped(&self.wire, self.console).to_string()),
+        if let Some(message) = self.guard.take().and_then(|guard| guard.leave(self.console)) {
+            self.console.ask(message);
         }
     }
 }

@@ -1,0 +1,266 @@
+//! `oneiro fleet twin`: the fleet's daemons as processes of this machine, in one simulated arena.
+
+use std::fs::{self, File};
+use std::os::unix::process::CommandExt;
+use std::path::{Path, PathBuf};
+use std::process::{Child, Command, Stdio};
+use std::time::Duration;
+
+use clap::{Args, ValueHint};
+use oneiro::acting::Readings;
+use oneiro::cpu::Cpu;
+use oneiro::random::Key;
+use oneiro::swarm::{self as arena, Drive, Driven, Line, SECOND, Swarm};
+use toml::Table;
+
+use crate::console::{Console, counted};
+use crate::daemon::settings::Settings;
+use crate::engine::watcher::stop_signal;
+use crate::exchange::radio::key::Key as Secret;
+use crate::exchange::radio::{OPERATOR, Packet, Radio};
+use crate::exit::{Failure, Result};
+use crate::fleet::file::{self, Fleet};
+use crate::fleet::twin::conductor::{Conductor, Daemons, Operator, Outcome, Plan, World};
+use crate::fleet::twin::faults::Faults;
+use crate::progress;
+use crate::robots::guard::values::Values;
+use crate::swarm::clock::Clock;
+
+/// `oneiro fleet twin`
+#[derive(Args, Debug)]
+pub(crate) struct Twin {
+    /// The fleet's TOML file
+    #[arg(value_hint = ValueHint::FilePath)]
+    pub(crate) fleet: PathBuf,
+    /// A script of faults: packets lost, daemons killed, lines that hang, clocks that drift, full disks
+    #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath)]
+    pub(crate) faults: Option<PathBuf>,
+    /// The twin's directory, which must not exist
+    #[arg(long, value_name = "DIR", value_hint = ValueHint::DirPath)]
+    pub(crate) out: PathBuf,
+    /// How many times faster than in reality time passes at most, 0.1 to 10000 [default: as fast as possible]
+    #[arg(long, value_name = "X", value_parser = speed)]
+    pub(crate) speed: Option<f64>,
+}
+
+fn speed(text: &str) -> std::result::Result<f64, String> {
+    let value = text.parse().ok().filter(|value| (0.1..=10_000.0).contains(value));
+    value.ok_or_else(|| "allowed: 0.1 to 10000".to_owned())
+}
+
+/// Daemons that are processes: `oneiro on-board robot.toml --conductor SOCKET`.
+pub(crate) struct Processes {
+    directory: PathBuf,
+}
+
+impl Processes {
+    /// Prepares the daemons of a twin that has this directory: writes the settings of each robot, in the order of their numbers.
+    ///
+    /// # Errors
+    /// Exit 3: the directory exists; exit 6.
+    pub(crate) fn new(directory: &Path, settings: &[String]) -> Result<Self> {
+        crate::files::must_be_new(directory)?;
+        let own = Self {
+            directory: directory.to_owned(),
+        };
+        for (robot, settings) in (0..).zip(settings) {
+            let state = own.directory(robot);
+            fs::create_dir_all(&state).map_err(|error| Failure::storage(&state, &error))?;
+            crate::files::write_new(&own.file(robot, "toml"), settings.as_bytes())?;
+        }
+        Ok(own)
+    }
+
+    /// A file beside the directory of a robot.
+    fn file(&self, robot: u32, extension: &str) -> PathBuf {
+        self.directory(robot).with_extension(extension)
+    }
+}
+
+impl Daemons for Processes {
+    fn start(&mut self, robot: u32, socket: &Path) -> Result<Option<Child>> {
+        let said = self.file(robot, "stderr");
+        let stderr = File::options().create(true).append(true).open(&said);
+        let stderr = stderr.map_err(|error| Failure::storage(&said, &error))?;
+        let unstarted =
+            |error: std::io::Error| Failure::failed(format_args!("robot {robot}: can't be started: {error}"));
+        let mut daemon = Command::new(std::env::current_exe().map_err(unstarted)?);
+        daemon
+            .arg("on-board")
+            .arg(self.file(robot, "toml"))
+            .arg("--conductor")
+            .arg(socket)
+            .stdin(Stdio::null())
+            .stdout(Stdio::null())
+            .stderr(stderr)
+            // A Ctrl-C at the terminal is for the conductor.
+            .process_group(0);
+        daemon.spawn().map(Some).map_err(unstarted)
+    }
+
+    fn directory(&self, robot: u32) -> PathBuf {
+        self.directory.join("robots").join(robot.to_string())
+    }
+}
+
+/// The arena of the 2014 study, whose robots the daemons drive.
+struct Arena {
+    driven: Driven,
+    cpu: Cpu,
+    swarm: Swarm,
+    clocks: Vec<Clock>,
+    cycle: u32,
+}
+
+impl Arena {
+    /// The arena of an experiment with a seed.
+    ///
+    /// # Errors
+    /// It can't be made.
+    fn new(plan: &crate::swarm::Plan) -> Result<Self> {
+        let mut cpu = Cpu::new(Some(1))?;
+        let swarm = plan.settings.swarm();
+        let key = Key::rollout(plan.seed, 0, 0, 0);
+        let driven = Driven::new(&mut cpu, &swarm, plan.lamp(), key).map_err(Failure::failed)?;
+        Ok(Self {
+            driven,
+            cpu,
+            swarm,
+            clocks: plan.clocks(),
+            cycle: 0,
+        })
+    }
+}
+
+impl World for Arena {
+    fn readings(&self) -> Vec<Readings> {
+        self.driven.readings().to_vec()
+    }
+
+    fn cycle(&mut self, wheels: &[[f64; 2]]) -> Result<Line> {
+        let second = self.cycle / SECOND;
+        let command = |(clock, wheels): (&Clock, &[f64; 2])| {
+            let interval = clock.interval_at(second);
+            let begins = |interval| SECOND * clock.seconds_of(interval).start == self.cycle;
+            arena::Command {
+                drive: interval.map(|_| Drive::of_wheels(wheels.map(|speed| speed as f32), &self.swarm.forager)),
+                begins: interval.is_some_and(begins),
+            }
+        };
+        let commands: Vec<_> = self.clocks.iter().zip(wheels).map(command).collect();
+        self.cycle += 1;
+        self.driven.cycle(&mut self.cpu, &commands).map_err(Failure::failed)
+    }
+}
+
+/// The operator's radio.
+struct Voice(Radio);
+
+impl Operator for Voice {
+    fn beacon(&mut self, milliseconds: i64, go: bool) -> Vec<u8> {
+        self.0.seal(&Packet::Beacon { milliseconds, go })
+    }
+
+    fn hear(&mut self, datagram: &[u8], now: Duration) {
+        // What is refused is counted, and nobody here waits for what robots report.
+        let _ = self.0.open(datagram, now, None);
+    }
+}
+
+/// Lets the twin of a fleet live.
+///
+/// # Errors
+/// Exit 3: the fleet's file, the script, or a directory that exists; otherwise as [`live`].
+pub(crate) fn run(arguments: &Twin, console: Console) -> Result {
+    let fleet = Fleet::read(&arguments.fleet)?;
+    let plan = fleet.experiment.plan(fleet.seed);
+    let robots = plan.settings.world.robots;
+    let mut numbers: Vec<u32> = fleet.robots.iter().map(|robot| robot.number).collect();
+    numbers.sort_unstable();
+    if !numbers.iter().copied().eq(0..robots) {
+        return Err(Failure::input(format_args!(
+            "{}: has {} of the experiment's {robots} robots; allowed in a twin: all of them",
+            arguments.fleet.display(),
+            numbers.len()
+        )));
+    }
+    let faults = match &arguments.faults {
+        Some(path) => Faults::read(path, robots, plan.settings.seconds())?,
+        None => Faults::default(),
+    };
+    let settings: Vec<String> = (0..robots)
+        .map(|number| {
+            let robot = fleet.robots.iter().find(|robot| robot.number == number);
+            of_twin(robot.map_or("", |robot| &robot.toml), number)
+        })
+        .collect();
+    let key = Secret::read(&fleet.key)?;
+    let mut daemons = Processes::new(&arguments.out, &settings)?;
+    let place = arguments.out.join("robots");
+    crate::files::write_new(&place.join(file::EXPERIMENT), fleet.text.as_bytes())?;
+    let own_key = place.join(file::KEY);
+    fs::copy(&fleet.key, &own_key).map_err(|error| Failure::storage(&own_key, &error))?;
+    let guard = Settings::read(&daemons.file(0, "toml"))?.guard;
+    let limits = plan.settings.limits();
+    let of_conductor = Plan {
+        robots,
+        seconds: plan.settings.seconds(),
+        tracking_loss: plan.settings.world.differences.tracking_loss.into(),
+        guard: Values::of(&guard).map_err(Failure::input)?,
+        faults,
+        speed: arguments.speed,
+        directory: arguments.out.clone(),
+    };
+    let mut arena = Arena::new(&plan)?;
+    let mut voice = Voice(Radio::new(OPERATOR, limits, &key, fleet.hash(), 1));
+    live(of_conductor, &mut arena, &mut voice, &mut daemons, console)
+}
+
+/// The `robot.toml` of a robot's computer for the twin, where each robot has a directory beside the others'.
+fn of_twin(toml: &str, number: u32) -> String {
+    let mut table: Table = toml.parse().unwrap_or_default();
+    table.insert("directory".into(), number.to_string().into());
+    table.to_string()
+}
+
+/// Lets a twin live, and shows how far it is and what came of it.
+///
+/// # Errors
+/// Those of [`Conductor`]; exit 1 if daemons ended too early or with an error; exit 75 after Ctrl-C.
+fn live(
+    plan: Plan,
+    world: &mut dyn World,
+    operator: &mut dyn Operator,
+    daemons: &mut dyn Daemons,
+    console: Console,
+) -> Result {
+    let stop = stop_signal()?;
+    let directory = plan.directory.clone();
+    let bar = progress::rows(plan.seconds.into(), "twin", console);
+    let conductor = Conductor::new(plan, world, operator, daemons)?;
+    let outcome = conductor.run(&stop, |second| bar.set_position(second));
+    bar.finish_and_clear();
+    let outcome = outcome?;
+    show(&outcome, console)?;
+    if outcome.stopped {
+        return Err(Failure::stopped(format_args!(
+            "stopped after {} s; {} has the record until then",
+            outcome.seconds,
+            directory.display()
+        )));
+    }
+    if outcome.problems.is_empty() {
+        return Ok(());
+    }
+    Err(Failure::failed(outcome.problems.join("\n")))
+}
+
+fn show(outcome: &Outcome, console: Console) -> Result {
+    if console.json() {
+        return console.json_data(outcome);
+    }
+    let brought: u32 = outcome.brought.iter().sum();
+    let robots = counted(outcome.brought.len() as u32, "robot", "robots");
+    let (seconds, hash) = (outcome.seconds, &outcome.hash);
+    console.data(format!("{robots}, {seconds} s: {brought} items brought; record {hash}"))
+}
