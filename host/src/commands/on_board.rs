@@ -23,33 +23,25 @@ pub(crate) fn run(arguments: &cli::OnBoard, console: Console) -> Result {
         signal_hook::flag::register(signal, Arc::clone(&stop))
             .map_err(|error| Failure::failed(format_args!("signals can't be listened to: {error}")))?;
     }
-    let (vehicle, air): (Box<dyn Vehicle>, Box<dyn Air>) = match &arguments.conductor {
-        Some(path) => {
-            let (vehicle, air) = twin::client::connect(path, settings.robot, Arc::clone(&stop))?;
-            (vehicle, air)
-        }
-        None => {
-            let options = Options {
-                wire: settings.wire.clone(),
-                wanted: Wanted {
-                    kinds: vec![Kind::Proximity, Kind::Light],
-                    odometry: false,
-                },
-                settings: settings.guard.clone(),
-                record: None,
-                tracker: None,
-            };
-            // The port first: a daemon that can't listen must not wake a robot.
-            let air = Sockets::open(
-                &settings.radio.listen,
-                &settings.radio.peers,
-                Some(&settings.tracker.listen),
-            )?;
-            (
-                Box::new(Guarded::open(&options, Arc::clone(&stop), console)?),
-                Box::new(air),
-            )
-        }
+    let (vehicle, air): (Box<dyn Vehicle>, Box<dyn Air>) = if let Some(path) = &arguments.conductor {
+        let (vehicle, air) = twin::client::connect(path, settings.robot, Arc::clone(&stop))?;
+        (vehicle, air)
+    } else {
+        let Settings { radio, tracker, .. } = &settings;
+        // The sockets first: a daemon that can't listen must not wake a robot.
+        let air = Sockets::open(&radio.listen, &radio.peers, Some(&tracker.listen))?;
+        let options = Options {
+            wire: settings.wire.clone(),
+            wanted: Wanted {
+                kinds: vec![Kind::Proximity, Kind::Light],
+                odometry: false,
+            },
+            settings: settings.guard.clone(),
+            record: None,
+            tracker: None,
+        };
+        let vehicle = Guarded::open(&options, Arc::clone(&stop), console)?;
+        (Box::new(vehicle), Box::new(air))
     };
     Daemon::new(&settings, vehicle, air, arguments.conductor.is_some())?.live(&stop)
 }

@@ -527,6 +527,7 @@ impl<'a> Daemon<'a> {
             self.activity.word(),
             self.member.evolution().interval()
         );
+        self.notify.watchdog();
         self.notify.status(&words);
     }
 

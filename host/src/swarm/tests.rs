@@ -507,7 +507,7 @@ fn by_radio_robots_hear_what_they_hear_in_the_study() {
     for _ in 0..130 {
         let second = Second {
             heard: (0..ROBOTS)
-                .map(|own| u128::from(random.next()) % 32 & !(1 << own))
+                .map(|own| (u128::from(random.next()) % 32) & !(1 << own))
                 .collect(),
             earned: (0..ROBOTS).map(|_| random.below(9000) as f32).collect(),
             earned_after: vec![0.0; ROBOTS],

@@ -64,7 +64,7 @@ mod tests {
             let mut bucket = Bucket::default();
             let at_once = (0..1000).filter(|_| bucket.take(rate, start)).count();
             assert_eq!(at_once, rate.burst as usize);
-            assert!(!bucket.take(rate, start + rate.period - Duration::from_nanos(1)));
+            assert!(!bucket.take(rate, start + rate.period.saturating_sub(Duration::from_nanos(1))));
             assert!(bucket.take(rate, start + rate.period) && !bucket.take(rate, start + rate.period));
             // Twice as many as are allowed, for a long time: one half is taken.
             let (many, start) = (10_000, start + rate.period);

@@ -104,14 +104,16 @@ fn packets_arrive_as_they_were_sealed() {
     assert_eq!(receiver.refused(), &Refused::default());
 }
 
+fn in_hex(bytes: &[u8]) -> String {
+    let digits: Vec<String> = bytes.iter().map(|byte| format!("{byte:02x}")).collect();
+    digits.concat()
+}
+
 /// The bytes are those of the description, written out by hand.
 #[test]
 fn bytes_are_as_described() {
     let datagram = radio(OPERATOR, 2).seal(&beacon(0x0102_0304));
-    let hex: String = datagram[..datagram.len() - TAG]
-        .iter()
-        .map(|byte| format!("{byte:02x}"))
-        .collect();
+    let hex = in_hex(&datagram[..datagram.len() - TAG]);
     let expected = [
         "314f4e45",
         "0100",
@@ -124,10 +126,7 @@ fn bytes_are_as_described() {
     ];
     assert_eq!(hex, expected.concat());
     let datagram = radio(7, 0).seal(&pair(7, 0x0201, 8));
-    let hex: String = datagram[25..datagram.len() - TAG]
-        .iter()
-        .map(|byte| format!("{byte:02x}"))
-        .collect();
+    let hex = in_hex(&datagram[25..datagram.len() - TAG]);
     let expected = ["01020000", "08000000", "0000003f", "0080f642", "00000000", "a4707d3f"];
     assert_eq!(hex, expected.concat());
     // The tag is the first half of a keyed hash.

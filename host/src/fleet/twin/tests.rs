@@ -204,7 +204,7 @@ struct Place(PathBuf);
 
 impl Place {
     fn new(name: &str) -> Self {
-        let path = std::env::temp_dir().join(format!("oneiro-twin-{}-{name}", std::process::id()));
+        let path = env::temp_dir().join(format!("oneiro-twin-{}-{name}", std::process::id()));
         let _ = fs::remove_dir_all(&path);
         Self(path)
     }
