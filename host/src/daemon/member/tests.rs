@@ -128,11 +128,11 @@ fn robots_by_themselves_live_as_in_the_batched_study() {
                 } = expected;
                 let numbers = (own.simulator, own.chosen_under, own.controller, own.real, own.simulated);
                 assert_eq!(numbers, (s0, chosen_under, [g0, g1], real, simulated), "{own:?}");
-                assert_eq!(
-                    (own.heard, own.taken),
-                    (expected.heard.into(), expected.taken),
-                    "{own:?}"
-                );
+                assert_eq!(own.taken, expected.taken, "{own:?}");
+                // Whoever has no interval behind it has nothing to say of one, though it can be heard.
+                if plan.settings.simulators.says == Says::SoFar {
+                    assert_eq!(own.heard, u32::from(expected.heard), "{own:?}");
+                }
                 assert!(!own.missed);
                 heard += own.heard;
                 taken += u32::from(own.taken);
