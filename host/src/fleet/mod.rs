@@ -3,7 +3,7 @@
 //!
 //! | file | content |
 //! |---|---|
-//! | [`file`] | `fleet.toml`, and the `robot.toml` of each robot |
+//! | [`mod@file`] | `fleet.toml`, and the `robot.toml` of each robot |
 //! | [`remote`] | commands and files for robots' computers, by the system's `ssh` |
 //! | [`install`] | what a robot's computer gets, and how it is checked there |
 //! | [`service`] | how the daemon is started and stopped there: by systemd, or as a process |
