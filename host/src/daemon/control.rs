@@ -11,6 +11,7 @@ use oneiro::random::Key;
 use oneiro::swarm::SECOND;
 use serde_json::json;
 
+use super::activity::{Activity, Problems};
 use super::air::{Air, Channel};
 use super::evolution::Evolution;
 use super::keeper::{Keeper, Saved};
@@ -33,84 +34,6 @@ const MILLISECONDS: i64 = 100;
 const HALF_CYCLE: Duration = Duration::from_millis(50);
 /// Purpose of the random numbers of behaviours, among those of a robot's seed.
 const BEHAVIOUR: u64 = 1;
-
-/// What the robot does, for the operator.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[repr(u8)]
-pub(crate) enum Activity {
-    /// It has heard no beacon yet.
-    Waiting,
-    /// The operator lets it stand, or the beacon has fallen silent.
-    Standing,
-    /// It is to be switched on later.
-    Off,
-    /// It lives.
-    Living,
-    /// Something is in the way: see the problems.
-    Troubled,
-    /// The experiment is over.
-    Over,
-}
-
-impl Activity {
-    /// In a word, for logs.
-    pub(crate) fn word(self) -> &'static str {
-        match self {
-            Self::Waiting => "waiting",
-            Self::Standing => "standing",
-            Self::Off => "off",
-            Self::Living => "living",
-            Self::Troubled => "troubled",
-            Self::Over => "over",
-        }
-    }
-}
-
-/// Problems, a bit each.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub(crate) struct Problems(u32);
-
-impl Problems {
-    /// The tracker does not see the robot.
-    pub(crate) const TRACKER: u32 = 1;
-    /// The operator's beacon has fallen silent.
-    pub(crate) const BEACON: u32 = 2;
-    /// The robot can't be read or driven.
-    pub(crate) const ROBOT: u32 = 4;
-    /// Nothing can be saved.
-    pub(crate) const DISK: u32 = 8;
-
-    fn set(&mut self, problem: u32, holds: bool) {
-        self.0 = self.0 & !problem | if holds { problem } else { 0 };
-    }
-
-    fn has(self, problem: u32) -> bool {
-        self.0 & problem != 0
-    }
-
-    fn without(self, problem: u32) -> Self {
-        Self(self.0 & !problem)
-    }
-
-    /// Whether the wheels must stand.
-    fn any(self) -> bool {
-        self.0 != 0
-    }
-
-    /// Those that hold, in words.
-    pub(crate) fn words(self) -> Vec<&'static str> {
-        let all = [
-            (Self::TRACKER, "tracker"),
-            (Self::BEACON, "beacon"),
-            (Self::ROBOT, "robot"),
-            (Self::DISK, "disk"),
-        ];
-        all.into_iter()
-            .filter(|(bit, _)| self.has(*bit))
-            .map(|(_, word)| word)
-            .collect()
-    }
-}
 
 /// A daemon at work.
 pub(crate) struct Daemon<'a> {
@@ -555,7 +478,7 @@ impl<'a> Daemon<'a> {
                 .map_or([0.0; 3], |seen| seen.pose())
                 .map(|number| number as f32),
             volts: self.vehicle.volts().map_or(-1.0, |volts| volts as f32),
-            problems: self.problems.0,
+            problems: self.problems.bits(),
         }
     }
 

@@ -9,10 +9,12 @@
 //! | [`evolution`] | the thread that evaluates its controllers in its simulator |
 //! | [`epuck`] | the robot's readings as its behaviours have them |
 //! | [`keeper`] | checkpoint and table of intervals |
+//! | [`activity`] | what it does and what is in its way |
 //! | [`air`] | what carries datagrams |
 //! | [`log`] | a line of JSON for each event |
 //! | [`notify`] | what systemd is told |
 
+pub(crate) mod activity;
 pub(crate) mod air;
 #[cfg(unix)]
 pub(crate) mod control;

@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 
 use super::file::{Fleet, Robot, STATE};
 use super::remote::Remote;
-use super::sha256;
+use super::sha256_hex;
 use super::timeline::{self, By, CLOCKS, CLOCKS_COLUMNS, Clock, Line};
 use crate::contents::{Entry, describe, head};
 use crate::engine::disk;
@@ -94,7 +94,7 @@ fn file(remote: Remote<'_>, directory: &str, name: &str) -> Result<Vec<u8>> {
         let end = answer.iter().position(|byte| *byte == b'\n').unwrap_or(answer.len());
         let (hash, bytes) = answer.split_at(end);
         let bytes = bytes.get(1..).unwrap_or_default();
-        if sha256::hex(bytes).as_bytes() == hash.trim_ascii() {
+        if sha256_hex(bytes).as_bytes() == hash.trim_ascii() {
             return Ok(bytes.to_owned());
         }
     }

@@ -4,7 +4,7 @@ use serde::Serialize;
 
 use super::file::{BINARY, EXPERIMENT, Fleet, KEY, ROBOT, Robot};
 use super::remote::Remote;
-use super::{service, sha256};
+use super::{service, sha256_hex};
 use crate::exchange::radio::key::Key;
 use crate::exit::{Code, Failure, Result};
 use crate::files;
@@ -160,7 +160,7 @@ impl Computer {
     /// Whether a file is there already.
     fn has(&self, parcel: &Parcel<'_>) -> bool {
         let known = self.files.iter().find(|(_, name)| name == parcel.name);
-        known.is_some_and(|(hash, _)| *hash == sha256::hex(parcel.bytes))
+        known.is_some_and(|(hash, _)| *hash == sha256_hex(parcel.bytes))
     }
 }
 

@@ -21,7 +21,6 @@ pub(crate) mod live;
 pub(crate) mod operator;
 pub(crate) mod remote;
 pub(crate) mod service;
-mod sha256;
 pub(crate) mod table;
 pub(crate) mod timeline;
 #[cfg(unix)]
@@ -29,7 +28,14 @@ pub(crate) mod twin;
 
 use std::fmt::Display;
 
+use sha2::{Digest, Sha256};
+
 use crate::exit::{Code, Failure, Result};
+
+/// The hash that `sha256sum` prints: all that robots' computers can check before they have our program.
+fn sha256_hex(bytes: &[u8]) -> String {
+    format!("{:x}", Sha256::digest(bytes))
+}
 
 /// What came of each robot: its number, and the problem if there was one.
 pub(crate) type Outcomes<T> = Vec<(u32, std::result::Result<T, Failure>)>;

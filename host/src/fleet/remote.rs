@@ -13,7 +13,7 @@ use std::time::{Duration, Instant};
 
 use super::Outcomes;
 use super::file::{Fleet, Robot, Ssh};
-use super::sha256;
+use super::sha256_hex;
 use crate::exit::{Code, Failure, Result};
 
 /// Exit status of `ssh` itself.
@@ -73,7 +73,7 @@ impl<'a> Remote<'a> {
     /// As [`Remote::run`].
     pub(crate) fn put(&self, directory: &str, name: &str, mode: &str, bytes: &[u8]) -> Result {
         let new = format!(".{name}.new");
-        let hash = sha256::hex(bytes);
+        let hash = sha256_hex(bytes);
         let command = format!(
             "umask 077 && mkdir -p {directory} && cd {directory} && cat > {new} && h=$(sha256sum < {new}) && \
              if [ \"${{h%% *}}\" != {hash} ]; then rm -f {new}; echo {name} arrived damaged >&2; exit 1; fi && \

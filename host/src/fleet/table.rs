@@ -5,6 +5,7 @@ use serde_json::{Value, json};
 use super::live::AWAY;
 use super::operator::{Ears, Known};
 use crate::console::{columns, decimal};
+use crate::daemon::activity::{Activity, Problems};
 use crate::exchange::radio::Status;
 
 const HEAD: [&str; 10] = [
@@ -68,16 +69,18 @@ fn state(known: &Known) -> String {
         (Some(_), ..) => "refused".to_owned(),
         (None, _, None) => "silent".to_owned(),
         (None, _, Some(at)) if at.elapsed() > AWAY => "away".to_owned(),
-        (None, Some(status), Some(_)) => format!("state {}", status.state),
+        (None, Some(status), Some(_)) => match Activity::of(status.state) {
+            Some(activity) => activity.word().to_owned(),
+            None => format!("state {}", status.state),
+        },
         (None, None, Some(_)) => "ready".to_owned(),
     }
 }
 
+/// What is in a robot's way.
 fn problems(known: &Known) -> Vec<String> {
     let bits = known.status.as_ref().map_or(0, |status| status.problems);
-    let own = (0..u32::BITS)
-        .filter(|bit| bits >> bit & 1 == 1)
-        .map(|bit| format!("problem {bit}"));
+    let own = Problems::of(bits).words().into_iter().map(str::to_owned);
     known.refused.iter().cloned().chain(own).collect()
 }
 
