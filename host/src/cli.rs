@@ -745,6 +745,8 @@ pub(crate) enum FleetCommand {
     /// Let the daemons of all robots live on this machine, with emulated e-pucks in one simulated arena, on a virtual clock
     #[cfg(unix)]
     Twin(crate::commands::fleet::twin::Twin),
+    /// Compare records of a fleet or of its twins with batched runs of the experiment: food, simulators, genes
+    Compare(FleetCompare),
 }
 
 /// A fleet's file, and some of its robots.
@@ -792,6 +794,23 @@ pub(crate) struct FleetWork {
     /// End with exit code 0 if it worked for N robots or more [default: all]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
     pub(crate) min: Option<u32>,
+}
+
+/// `oneiro fleet compare`
+#[derive(Args, Debug)]
+pub(crate) struct FleetCompare {
+    /// The fleet's TOML file
+    #[arg(value_hint = ValueHint::FilePath)]
+    pub(crate) fleet: PathBuf,
+    /// Directories of twins, or of fleets after `oneiro fleet collect`, all of this experiment with any seeds
+    #[arg(required = true, value_name = "DIR", value_hint = ValueHint::DirPath)]
+    pub(crate) records: Vec<PathBuf>,
+    /// Seeds of the batched runs, both included
+    #[arg(long, value_name = "A..B", value_parser = seeds, default_value = "1001..1020")]
+    pub(crate) seeds: std::ops::RangeInclusive<u64>,
+    /// The device that evaluates them.
+    #[command(flatten)]
+    pub(crate) backend: Backend,
 }
 
 /// `oneiro reproduce`

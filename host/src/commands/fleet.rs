@@ -1,5 +1,6 @@
 //! `oneiro fleet`: installs, starts, watches and stops a fleet of robots with a computer each, and collects its records.
 
+mod compare;
 mod start;
 #[cfg(unix)]
 pub(crate) mod twin;
@@ -29,6 +30,7 @@ pub(super) fn run(arguments: &cli::Fleet, console: Console) -> Result {
         FleetCommand::Collect(arguments) => collected(arguments, console),
         #[cfg(unix)]
         FleetCommand::Twin(arguments) => twin::run(arguments, console),
+        FleetCommand::Compare(arguments) => compare::run(arguments, console),
     }
 }
 

@@ -27,8 +27,9 @@ const PAUSE: Duration = Duration::from_secs(1);
 
 /// The table of intervals: its file, and its columns.
 pub(crate) const INTERVALS: &str = "intervals.csv";
-pub(crate) static INTERVALS_COLUMNS: [Column; 10] = [
+pub(crate) static INTERVALS_COLUMNS: [Column; 12] = [
     Column::whole("interval", "", "its number, from 0, by the robot's own clock"),
+    Column::whole("robot", "", "its number, from 0"),
     Column::number("s0", "0 to 0.99", "the gene of its simulator"),
     Column::number(
         "chosen_under",
@@ -42,6 +43,11 @@ pub(crate) static INTERVALS_COLUMNS: [Column; 10] = [
     ),
     Column::number("g1", "0 to 0.99", "the gene of its behaviour without food"),
     Column::number("real", "", "its fitness during this interval"),
+    Column::whole(
+        "brought",
+        "items",
+        "food that it brought during this interval, as far as the tracker told",
+    ),
     Column::number(
         "simulated",
         "",
@@ -90,8 +96,8 @@ impl Saved {
             // Writing to a string can't fail.
             let _ = writeln!(
                 text,
-                "{},{},{},{g0},{g1},{},{simulated},{},{taken},{missed}",
-                own.interval, own.simulator, own.chosen_under, own.real, own.heard
+                "{},{},{},{},{g0},{g1},{},{},{simulated},{},{taken},{missed}",
+                own.interval, own.robot, own.simulator, own.chosen_under, own.real, own.brought, own.heard
             );
         }
         text

@@ -27,6 +27,8 @@ pub(crate) struct Sighted {
 pub(crate) struct Ended {
     /// Its number, from 0, by the robot's own clock.
     pub(crate) interval: u32,
+    /// The robot's number.
+    pub(crate) robot: u32,
     /// The gene of the robot's simulator.
     pub(crate) simulator: f32,
     /// The gene of the simulator in which the acting controller was chosen.
@@ -35,6 +37,8 @@ pub(crate) struct Ended {
     pub(crate) controller: Genome,
     /// The robot's fitness.
     pub(crate) real: f32,
+    /// Food that it brought, as far as the tracker told.
+    pub(crate) brought: u32,
     /// The acting controller's fitness in the simulator in which it was chosen; none in the first interval.
     pub(crate) simulated: Option<f32>,
     /// Number of robots that it took messages from.
@@ -72,8 +76,9 @@ pub(crate) struct Member {
     since: u32,
     /// The first cycle of this interval.
     began: u32,
-    /// Its fitness in this interval so far.
+    /// Its fitness in this interval so far, and the food that it has brought.
     earned: f32,
+    brought: u32,
     /// Whether it carries food.
     carries: bool,
 }
@@ -110,6 +115,7 @@ impl Member {
             since: 0,
             began: 0,
             earned: 0.0,
+            brought: 0,
             carries: false,
         }
     }
@@ -168,8 +174,7 @@ impl Member {
             while self.has_ended(second.min(last)) {
                 let ended = self.end_interval();
                 deeds.ended.push(ended);
-                self.began = cycle;
-                self.earned = 0.0;
+                self.begin(cycle);
             }
         }
         deeds.is_over = second >= last;
@@ -178,8 +183,7 @@ impl Member {
             return deeds;
         }
         if own.clock.seconds_of(own.interval()).start == second && begins {
-            self.began = cycle;
-            self.earned = 0.0;
+            self.begin(cycle);
         }
         let own = &self.state.evolution;
         deeds.controller = Some(own.acts(second));
@@ -192,6 +196,13 @@ impl Member {
         deeds
     }
 
+    /// Begins an interval.
+    fn begin(&mut self, cycle: u32) {
+        self.began = cycle;
+        self.earned = 0.0;
+        self.brought = 0;
+    }
+
     /// Takes a sighting at the beginning of a cycle.
     fn see(&mut self, sighted: Sighted, cycle: u32) {
         self.carries = sighted.carries;
@@ -201,6 +212,7 @@ impl Member {
         let worth = (self.plan.settings.clock.interval_s as f32 - seconds).max(0.0);
         for _ in before..sighted.brought {
             self.earned += worth;
+            self.brought += 1;
         }
     }
 
@@ -229,10 +241,12 @@ impl Member {
         let senders = messages.iter().fold(0, |all, message| all | 1_u128 << message.sender);
         Ended {
             interval,
+            robot: self.robot as u32,
             simulator: own.simulators[interval as usize],
             chosen_under: own.chosen_under(interval),
             controller: own.acts(last),
             real,
+            brought: self.brought,
             simulated: own
                 .clock
                 .chosen_in(last)

@@ -11,10 +11,12 @@
 //! | [`live`] | a fleet's life from the first robot that answers to the experiment's end |
 //! | [`table`] | what is known of the robots, for a terminal and as JSON |
 //! | [`collect`] | copies of robots' directories |
+//! | [`compare`] | what a fleet or its twins did, beside the batched study |
 //! | [`twin`] | a fleet's daemons on this machine, in one arena and on one virtual clock |
 //! | [`timeline`] | all logs as one, with clocks aligned by what robots heard of each other |
 
 pub(crate) mod collect;
+pub(crate) mod compare;
 pub(crate) mod file;
 pub(crate) mod install;
 pub(crate) mod live;

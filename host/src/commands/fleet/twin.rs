@@ -19,6 +19,7 @@ use crate::engine::watcher::stop_signal;
 use crate::exchange::radio::key::Key as Secret;
 use crate::exchange::radio::{OPERATOR, Packet, Radio};
 use crate::exit::{Failure, Result};
+use crate::experiment::GREATEST_SEED;
 use crate::fleet::file::{self, Fleet};
 use crate::fleet::twin::conductor::{Conductor, Daemons, Operator, Outcome, Plan, World};
 use crate::fleet::twin::faults::Faults;
@@ -35,6 +36,9 @@ pub(crate) struct Twin {
     /// A script of faults: packets lost, daemons killed, lines that hang, clocks that drift, full disks
     #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath)]
     pub(crate) faults: Option<PathBuf>,
+    /// Another seed than the fleet's
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(..=GREATEST_SEED))]
+    pub(crate) seed: Option<u64>,
     /// The twin's directory, which must not exist
     #[arg(long, value_name = "DIR", value_hint = ValueHint::DirPath)]
     pub(crate) out: PathBuf,
@@ -172,7 +176,8 @@ impl Operator for Voice {
 /// # Errors
 /// Exit 3: the fleet's file, the script, or a directory that exists; otherwise as [`live`].
 pub(crate) fn run(arguments: &Twin, console: Console) -> Result {
-    let fleet = Fleet::read(&arguments.fleet)?;
+    let mut fleet = Fleet::read(&arguments.fleet)?;
+    fleet.seed = arguments.seed.unwrap_or(fleet.seed);
     let plan = fleet.experiment.plan(fleet.seed);
     let robots = plan.settings.world.robots;
     let mut numbers: Vec<u32> = fleet.robots.iter().map(|robot| robot.number).collect();
@@ -191,7 +196,7 @@ pub(crate) fn run(arguments: &Twin, console: Console) -> Result {
     let settings: Vec<String> = (0..robots)
         .map(|number| {
             let robot = fleet.robots.iter().find(|robot| robot.number == number);
-            of_twin(robot.map_or("", |robot| &robot.toml), number)
+            of_twin(robot.map_or("", |robot| &robot.toml), number, fleet.seed)
         })
         .collect();
     let key = Secret::read(&fleet.key)?;
@@ -217,9 +222,10 @@ pub(crate) fn run(arguments: &Twin, console: Console) -> Result {
 }
 
 /// The `robot.toml` of a robot's computer for the twin, where each robot has a directory beside the others'.
-fn of_twin(toml: &str, number: u32) -> String {
+fn of_twin(toml: &str, number: u32, seed: u64) -> String {
     let mut table: Table = toml.parse().unwrap_or_default();
     table.insert("directory".into(), number.to_string().into());
+    table.insert("seed".into(), (seed as i64).into());
     table.to_string()
 }
 

@@ -1,0 +1,84 @@
+//! `oneiro fleet compare`: what a fleet or its twins did, beside the batched study.
+
+use serde_json::json;
+
+use crate::cli::FleetCompare;
+use crate::console::{Console, columns};
+use crate::device;
+use crate::exit::Result;
+use crate::fleet::compare::{Compared, Figures, LEVEL, batched, compare, of_directory};
+use crate::fleet::file::Fleet;
+
+/// Compares records with batched runs of the fleet's experiment.
+///
+/// # Errors
+/// Exit 3: the fleet's file, or a directory without a record; exit 4, 5 and 6.
+pub(crate) fn run(arguments: &FleetCompare, console: Console) -> Result {
+    let fleet = Fleet::read(&arguments.fleet)?;
+    let plan = fleet.experiment.plan(fleet.seed);
+    let records: Vec<Figures> = arguments
+        .records
+        .iter()
+        .map(|directory| of_directory(&plan, directory))
+        .collect::<Result<_>>()?;
+    let plans: Vec<_> = arguments
+        .seeds
+        .clone()
+        .map(|seed| fleet.experiment.plan(seed))
+        .collect();
+    let engine = device::engine(&arguments.backend)?;
+    let runs = batched(&plans, &engine)?;
+    device::close(engine, console);
+    let compared = compare(&records, &runs)?;
+    if console.json() {
+        return console.json_data(&json!({
+            "experiment": fleet.experiment.name(),
+            "level": LEVEL,
+            "figures": compared,
+            "fleet": records,
+            "batched": runs,
+        }));
+    }
+    let missed: u32 = records.iter().map(|run| run.missed).sum();
+    let (name, seeds) = (fleet.experiment.name(), &arguments.seeds);
+    console.data(format!(
+        "{name}: {} records of the fleet ({missed} intervals of robots missed), {} batched runs (seeds {} to {})\n\n{}",
+        records.len(),
+        runs.len(),
+        seeds.start(),
+        seeds.end(),
+        table(&compared)
+    ))
+}
+
+fn table(compared: &[Compared]) -> String {
+    let head = ["mean ± sd", "fleet", "batched", "difference", "90 % interval"];
+    let row = |own: &Compared| {
+        let side = |[mean, spread]: [f64; 2]| format!("{} ± {}", rounded(mean), rounded(spread));
+        let more = |value: f64| {
+            if own.is_share {
+                format!("{:+.1} %", 100.0 * value)
+            } else {
+                format!("{value:+.3}")
+            }
+        };
+        let [low, high] = own.interval.map(more);
+        vec![
+            own.figure.to_owned(),
+            side(own.fleet),
+            side(own.batched),
+            more(own.difference),
+            format!("{low} to {high}"),
+        ]
+    };
+    columns(&head, &compared.iter().map(row).collect::<Vec<_>>())
+}
+
+/// Four digits or so.
+fn rounded(value: f64) -> String {
+    if value.abs() < 10.0 {
+        format!("{value:.3}")
+    } else {
+        format!("{value:.1}")
+    }
+}
