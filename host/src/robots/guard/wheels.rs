@@ -272,6 +272,9 @@ impl<T: Fn(Event)> Hands<Arc<Shared>, T> {
 impl<P: Pace, T: Fn(Event)> Hands<P, T> {
     /// Time after which a command is repeated, in case something else has changed it.
     const REPEAT: Duration = Duration::from_millis(100);
+    /// Time after which a wheel that gains speed is told so: a command at every moment of it would leave the link no time for
+    /// sensors.
+    const GAIN: Duration = Duration::from_millis(20);
     /// How long attempts to stop may take, in turn: an attempt begins by sending the stop, and ends by getting back in step,
     /// for which two have no time.
     const ATTEMPTS: [Duration; 3] = [
@@ -385,11 +388,10 @@ impl<P: Pace, T: Fn(Event)> Hands<P, T> {
     /// Keeps the wheels at these speeds, and reads sensors in turn.
     fn keep(&mut self, speeds: [f64; 2]) {
         let now = self.pace.now();
-        let is_told = |(told, at): ([f64; 2], Duration)| told == speeds && now < at + Self::REPEAT;
-        let must_tell = !self.told.is_some_and(is_told);
+        let tell = self.told.map_or(now, |(told, at)| at + Self::patience(told, speeds));
+        let must_tell = tell <= now;
         let next = self.senses.iter_mut().min_by_key(|(_, due)| *due);
-        let repeat = self.told.map_or(now, |(_, at)| at + Self::REPEAT);
-        let until = next.as_ref().map_or(repeat, |(_, due)| repeat.min(*due));
+        let until = next.as_ref().map_or(tell, |(_, due)| tell.min(*due));
         let next = next.filter(|(_, due)| *due <= now);
         match next {
             Some((sense, due)) if self.was_order || !must_tell => {
@@ -410,6 +412,18 @@ impl<P: Pace, T: Fn(Event)> Hands<P, T> {
                 self.was_order = false;
                 self.pace.rest(until);
             }
+        }
+    }
+
+    /// How long after a command the next one is sent.
+    fn patience(told: [f64; 2], speeds: [f64; 2]) -> Duration {
+        let only_gains = |(told, speed): (f64, f64)| told * speed >= 0.0 && speed.abs() >= told.abs();
+        if told == speeds {
+            Self::REPEAT
+        } else if told.into_iter().zip(speeds).all(only_gains) {
+            Self::GAIN
+        } else {
+            Duration::ZERO
         }
     }
 
