@@ -364,7 +364,8 @@ impl<'a> Daemon<'a> {
         match outcome {
             // Who has asked for it looks at the flag.
             Ok(()) | Err(Trouble::Stopped) => Ok(()),
-            Err(trouble) if trouble.may_pass() => {
+            // The guard goes on stopping wheels that nobody has seen stand: who ends here helps nobody.
+            Err(trouble) if trouble.may_pass() || matches!(trouble, Trouble::Runaway(_)) => {
                 self.problems.set(Problems::ROBOT, true);
                 let words = trouble.to_string();
                 if self.trouble.replace(words.clone()) != Some(words.clone()) {

@@ -36,6 +36,8 @@ use crate::robots::guard::wheels::Wanted;
 const CYCLE: u64 = SECOND / 10;
 /// Time in which daemons connect to their robots, before the experiment's second 0, ns.
 const LEAD_IN: u64 = 3 * SECOND;
+/// How much earlier than the experiment daemons may end, whose clocks may be ahead, ns.
+const CLOCKS: u64 = SECOND;
 /// Time in which daemons end after the experiment, ns.
 const FAREWELL: u64 = 10 * SECOND;
 /// How long a daemon may take to start, and to compute, in real time.
@@ -607,8 +609,8 @@ impl<'a> Conductor<'a> {
 
     /// Looks at a robot that is watched.
     fn look(&mut self, mut stop: Stop) -> Result {
-        let standing = self.robots[stop.robot].body.standing();
-        if stop.look(self.now, standing, self.places[stop.robot]) {
+        let stood = self.robots[stop.robot].body.stood();
+        if stop.look(self.now, stood, self.places[stop.robot]) {
             return self.record.stop(&stop);
         }
         self.stops.push(stop);
@@ -804,7 +806,8 @@ impl<'a> Conductor<'a> {
         let robot = &mut self.robots[number as usize];
         let status = robot.process.take().and_then(|mut process| process.wait().ok());
         let has_failed = status.is_some_and(|status| !status.success() && status.code() != Some(75));
-        if has_failed || !self.is_over {
+        let is_early = !self.is_over && self.now + CLOCKS < self.end;
+        if has_failed || is_early {
             let at = self.time().unwrap_or_default() as f64 / SECOND as f64;
             let how = status.map_or_else(String::new, |status| format!(": {status}"));
             let problem = format!("robot {number}: the daemon ended at {at} s{how}");

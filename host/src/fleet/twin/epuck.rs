@@ -46,8 +46,9 @@ pub(super) struct EPuck {
     mode: Mode,
     /// Speeds of the left and of the right wheel, steps / s.
     speeds: [i16; 2],
-    /// Since when both are 0; none while a wheel turns.
+    /// Since when both are 0, none while a wheel turns; and when both were set to 0 last.
     standing: Option<u64>,
+    stood: u64,
     /// Travel of the wheels, [`STEP`] to a step. What is read has 16 bits.
     travel: [i64; 2],
     now: u64,
@@ -67,6 +68,7 @@ impl EPuck {
             mode: Mode::Idle,
             speeds: [0; 2],
             standing: Some(0),
+            stood: 0,
             travel: [0; 2],
             now: 0,
             coming: VecDeque::new(),
@@ -84,6 +86,11 @@ impl EPuck {
     /// Since when both wheels stand; none while one turns.
     pub(super) fn standing(&self) -> Option<u64> {
         self.standing
+    }
+
+    /// Since when both wheels stand, or when they stood last.
+    pub(super) fn stood(&self) -> u64 {
+        self.stood
     }
 
     /// Takes bytes that begin to be sent to it now.
@@ -153,6 +160,7 @@ impl EPuck {
             [0, 0] => self.standing.or(Some(self.now)),
             _ => None,
         };
+        self.stood = self.standing.unwrap_or(self.stood);
     }
 
     fn hear(&mut self, byte: u8) {

@@ -38,7 +38,7 @@ static STOPS_COLUMNS: [Column; 6] = [
     Column::number(
         "stood_ms",
         "ms",
-        "how long wheels turned after that; empty if they had not stopped when the fault, or 5 s, had passed",
+        "how long wheels turned after that until both stood; empty if they had not when the fault, or 5 s, had passed",
     ),
     Column::number("travel", "mm", "how far the robot went in the arena until then"),
 ];
@@ -238,7 +238,7 @@ pub(super) struct Stop {
     pub(super) fault: &'static str,
     pub(super) robot: usize,
     pub(super) turning: bool,
-    /// How long they turned after that; none if they turn yet.
+    /// How long they turned after that until they stood first; none if they have not stood yet.
     pub(super) stood: Option<u64>,
     /// Until when it is watched, on the conductor's clock.
     pub(super) until: u64,
@@ -251,13 +251,15 @@ impl Stop {
     /// How long a robot is watched at most, ns.
     pub(super) const LONGEST: u64 = 5 * SECOND;
 
-    /// Looks at the wheels, which stand since a moment of the conductor's clock or turn, at the end of a cycle. Returns whether the
-    /// watch is over.
-    pub(super) fn look(&mut self, now: u64, standing: Option<u64>, place: [f32; 2]) -> bool {
+    /// Looks at the wheels at the end of a cycle. They stand, or stood last, since a moment of the conductor's clock. Returns whether
+    /// the watch is over.
+    pub(super) fn look(&mut self, now: u64, stood: u64, place: [f32; 2]) -> bool {
         let [x, y] = [0, 1].map(|axis| f64::from(place[axis] - self.last[axis]));
         self.travel += x.hypot(y);
         self.last = place;
-        self.stood = standing.map(|since| since.saturating_sub(self.began));
+        if self.stood.is_none() && (!self.turning || stood >= self.began) {
+            self.stood = Some(stood.saturating_sub(self.began));
+        }
         // One cycle more, in which the arena's robot comes to a stop too.
         self.stood.is_some_and(|stood| now >= self.began + stood + SECOND / 5) || now >= self.until
     }
