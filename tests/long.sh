@@ -34,6 +34,9 @@ long --bin oneiro -- exchange::radio --nocapture
 say "the whole study of 1995, killed, on one thread and on a GPU"
 long --test reproduce settings
 
+say "a swarm of daemons of which a hundred are killed"
+long --test twins -- --ignored --nocapture
+
 say "runs and sweeps that are killed"
 long --test run survives_being_killed
 long --test sweep after_kills
