@@ -73,7 +73,7 @@ pub(crate) const ROWS: [Row; 10] = [
         unit: "mm/s^2",
         default: 400.0,
         range: (50.0, 10_000.0),
-        meaning: "How fast a wheel may speed up. It may slow down at once",
+        meaning: "How fast a wheel may speed up; it is told so every 20 ms. It may slow down at once",
         source: "ours: 200 mm/s after 0.5 s",
         field: |values| &mut values.acceleration_mm_s2,
     },

@@ -479,4 +479,18 @@ mod tests {
         assert_eq!(odometer.add([0, 3]), [60, -10]);
         assert_eq!(odometer.add([-5, 13]), [55, 0]);
     }
+
+    #[test]
+    fn only_a_gain_of_speed_can_wait() {
+        type Any = Hands<Arc<Shared>, fn(Event)>;
+        let told = [50.0, -20.0];
+        assert_eq!(Any::patience(told, told), Any::REPEAT);
+        for gain in [[54.0, -20.0], [50.0, -24.0], [54.0, -24.0]] {
+            assert_eq!(Any::patience(told, gain), Any::GAIN, "{gain:?}");
+        }
+        assert_eq!(Any::patience([0.0, 0.0], told), Any::GAIN);
+        for other in [[54.0, -19.0], [49.0, -20.0], [-54.0, -24.0], [0.0, 0.0]] {
+            assert_eq!(Any::patience(told, other), Duration::ZERO, "{other:?}");
+        }
+    }
 }
