@@ -23,7 +23,7 @@ use crate::report::figures::{Genes, Moment, SwarmReplay, Teller, live_page, live
 pub(crate) const PAGE: &str = "live.html";
 pub(crate) const SCRIPT: &str = "live.js";
 pub(crate) const REPLAY: &str = "replay.html";
-/// Robots' lines that the live page has, some 20 bytes each: half an hour of ten robots in full, then every other second.
+/// Robots' lines that the live page has, some 20 bytes each: 27 minutes of ten robots in full, then every other second.
 const MOST: usize = 16_384;
 /// Lines that wait for a slow disk.
 const WAITING: usize = 4;
