@@ -1001,4 +1001,25 @@ fn a_fleet_is_planned_deployed_stopped_and_collected_without_a_robot_that_is_off
         .says(&["robot 0, boot 1: was in contact with none"]);
     assert_eq!(place.text("fleet/timeline.jsonl").lines().count(), 2);
     assert_eq!(place.text("fleet/clocks.csv").lines().count(), 3);
+
+    place
+        .run(&["fleet", "replay", "fleet.toml"])
+        .exits(3)
+        .says(&["statuses.csv: is missing"]);
+    place.write(
+        "fleet/statuses.csv",
+        "second,robot,state,age_s,interval,s0,g0,g1,real,simulated,brought,carries,x,y,heading,volts,problems\n\
+         7,2,living,0.5,0,0.25,0.5,0.75,1.5,,3,1,10,20,0.5,,\n",
+    );
+    let page = place.good(&["fleet", "replay", "fleet.toml"]);
+    assert_eq!(page.trim(), "fleet/replay.html");
+    let page = place.text("fleet/replay.html");
+    assert!(
+        page.contains("\"times\":[70]") && page.contains("3 e-pucks forage"),
+        "{page}"
+    );
+    place
+        .run(&["fleet", "replay", "fleet"])
+        .exits(3)
+        .says(&["fleet: has no twin.csv and robots/0.toml; allowed: a fleet's file, or the directory of a twin"]);
 }

@@ -747,6 +747,12 @@ pub(crate) enum FleetCommand {
     Twin(crate::commands::fleet::twin::Twin),
     /// Compare records of a fleet or of its twins with batched runs of the experiment: food, simulators, genes
     Compare(FleetCompare),
+    /// Write a page that plays what robots said while `start` ran, or what a twin recorded
+    Replay {
+        /// The fleet's TOML file, or the directory of a twin
+        #[arg(value_name = "FLEET.toml|DIR", value_hint = ValueHint::AnyPath)]
+        record: PathBuf,
+    },
 }
 
 /// A fleet's file, and some of its robots.

@@ -16,7 +16,7 @@ use crate::exit::{Code, Failure, Result};
 use crate::fleet::file::{Fleet, Robot};
 use crate::fleet::install::Stock;
 use crate::fleet::remote::{Remote, on_each};
-use crate::fleet::{Outcomes, collect, enough, service};
+use crate::fleet::{Outcomes, collect, enough, page, service};
 
 /// Runs the subcommand.
 pub(super) fn run(arguments: &cli::Fleet, console: Console) -> Result {
@@ -31,6 +31,7 @@ pub(super) fn run(arguments: &cli::Fleet, console: Console) -> Result {
         #[cfg(unix)]
         FleetCommand::Twin(arguments) => twin::run(arguments, console),
         FleetCommand::Compare(arguments) => compare::run(arguments, console),
+        FleetCommand::Replay { record } => replay(record, console),
     }
 }
 
@@ -267,6 +268,22 @@ fn collected(arguments: &FleetWork, console: Console) -> Result {
         crate::fleet::timeline::CLOCKS,
     ));
     enough(&outcomes, arguments.min, "collect")
+}
+
+/// Writes a page that plays the record of a fleet, or of a twin.
+fn replay(record: &Path, console: Console) -> Result {
+    #[cfg(unix)]
+    let page = if record.is_dir() {
+        crate::fleet::twin::replay::write(record)?
+    } else {
+        page::replay(&Fleet::read(record)?)?
+    };
+    #[cfg(not(unix))]
+    let page = page::replay(&Fleet::read(record)?)?;
+    if console.json() {
+        return console.json_data(&json!({ "page": page.display().to_string() }));
+    }
+    console.data(page.display().to_string())
 }
 
 /// Prints a table with what came of each robot.

@@ -6,8 +6,10 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use super::file::{Fleet, Robot, STATE};
+use super::page::{PAGE, REPLAY, SCRIPT};
 use super::remote::Remote;
 use super::sha256_hex;
+use super::statuses::{STATUSES, STATUSES_COLUMNS};
 use super::timeline::{self, By, CLOCKS, CLOCKS_COLUMNS, Clock, Line};
 use crate::contents::{Entry, describe, head};
 use crate::engine::disk;
@@ -48,6 +50,20 @@ pub(crate) fn contents() -> Vec<Entry> {
         Entry::file(
             "operator.json",
             "written by `oneiro fleet start`: the experiment's time so far, and how often it was started",
+        ),
+        Entry::table(
+            STATUSES,
+            "one row per second and robot: what robots said while `oneiro fleet start` ran",
+            &STATUSES_COLUMNS,
+        ),
+        Entry::file(
+            PAGE,
+            "written by `oneiro fleet start`: a page that shows the robots while it runs; open it in a browser",
+        ),
+        Entry::file(SCRIPT, "what that page shows, written every second"),
+        Entry::file(
+            REPLAY,
+            "written by `oneiro fleet replay`: a page that plays `statuses.csv`",
         ),
     ]
 }

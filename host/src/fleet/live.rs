@@ -216,4 +216,4 @@ impl Revivals {
 }
 
 #[cfg(test)]
-mod tests;
+pub(super) mod tests;

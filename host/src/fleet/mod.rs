@@ -10,6 +10,8 @@
 //! | [`operator`] | the beacon, without which robots stand, and what robots report |
 //! | [`live`] | a fleet's life from the first robot that answers to the experiment's end |
 //! | [`table`] | what is known of the robots, for a terminal and as JSON |
+//! | [`statuses`] | what robots have said of themselves, as a table and as a page needs it |
+//! | [`page`] | the page that shows it in a browser, while robots live and afterwards |
 //! | [`collect`] | copies of robots' directories |
 //! | [`compare`] | what a fleet or its twins did, beside the batched study |
 //! | [`twin`] | a fleet's daemons on this machine, in one arena and on one virtual clock |
@@ -21,8 +23,10 @@ pub(crate) mod file;
 pub(crate) mod install;
 pub(crate) mod live;
 pub(crate) mod operator;
+pub(crate) mod page;
 pub(crate) mod remote;
 pub(crate) mod service;
+pub(crate) mod statuses;
 pub(crate) mod table;
 pub(crate) mod timeline;
 #[cfg(unix)]

@@ -64,7 +64,7 @@ fn row(number: u32, known: &Known) -> Vec<String> {
 }
 
 /// What a robot does, in a word.
-fn state(known: &Known) -> String {
+pub(super) fn state(known: &Known) -> String {
     match (&known.refused, &known.status, known.heard) {
         (Some(_), ..) => "refused".to_owned(),
         (None, _, None) => "silent".to_owned(),
@@ -78,14 +78,14 @@ fn state(known: &Known) -> String {
 }
 
 /// What is in a robot's way.
-fn problems(known: &Known) -> Vec<String> {
+pub(super) fn problems(known: &Known) -> Vec<String> {
     let bits = known.status.as_ref().map_or(0, |status| status.problems);
     let own = Problems::of(bits).words().into_iter().map(str::to_owned);
     known.refused.iter().cloned().chain(own).collect()
 }
 
 /// A value of a status that may be unknown.
-fn known_value(value: f32) -> Option<f32> {
+pub(super) fn known_value(value: f32) -> Option<f32> {
     (value >= 0.0).then_some(value)
 }
 

@@ -15,6 +15,7 @@ use crate::exit::{Failure, Result};
 use crate::fleet::file::Fleet;
 use crate::fleet::live::{End, Options, Record, live};
 use crate::fleet::operator::{self, Ears, Socket};
+use crate::fleet::page::{PAGE, Page};
 use crate::fleet::remote::on_each;
 use crate::fleet::{enough, service, table};
 
@@ -43,12 +44,27 @@ pub(super) fn run(arguments: &FleetStart, console: Console) -> Result {
         min: arguments.min.map_or(robots.len(), |min| min as usize),
         wait: arguments.wait,
     };
+    let mut page = Page::open(&fleet, record.milliseconds)?;
+    console.say(format!(
+        "{}: open it in a browser to see the robots",
+        fleet.directory.join(PAGE).display()
+    ));
     console.say("robots move only while this command runs: Ctrl-C, or the end of this terminal, stops them");
     let mut display = Display::new(console);
     let end = live(&fleet, record, &radio, options, &stop, |ears, time| {
+        page.look(&ears.robots, time);
         display.show(ears, time)
-    })?;
+    });
     display.end();
+    let how = match &end {
+        Ok(End::Over) => "The experiment is over: robots stand.".to_owned(),
+        Ok(End::Stopped(_)) => "\u{201c}oneiro fleet start\u{201d} was stopped: robots stand.".to_owned(),
+        Err(failure) => format!("Robots stand: {failure}."),
+    };
+    if let Err(failure) = page.end(how) {
+        console.say(format!("warning: the page is not complete: {failure}"));
+    }
+    let end = end?;
     let minutes = |milliseconds: i64| milliseconds as f64 / 60_000.0;
     match end {
         End::Over => {

@@ -75,7 +75,7 @@ fn socket() -> UdpSocket {
 }
 
 /// A fleet of two robots on loopback, and their sockets.
-fn fleet(name: &str) -> (Arc<Fleet>, [UdpSocket; 2]) {
+pub(in crate::fleet) fn fleet(name: &str) -> (Arc<Fleet>, [UdpSocket; 2]) {
     let (operator, robots) = (socket().local_addr().unwrap(), [socket(), socket()]);
     let root = std::path::Path::new(env!("CARGO_MANIFEST_DIR"))
         .join("..")
@@ -181,7 +181,7 @@ fn a_fleet_lives_with_those_that_may_take_part() {
                     "{text}"
                 );
                 assert!(
-                    text.contains("0      state 4") && text.contains("problem 0, problem 2"),
+                    text.contains("0      troubled") && text.contains("tracker, robot"),
                     "{text}"
                 );
                 assert!(

@@ -8,6 +8,7 @@ mod disk;
 mod epuck;
 pub(crate) mod faults;
 mod record;
+pub(crate) mod replay;
 #[cfg(test)]
 mod tests;
 mod wire;

@@ -8,14 +8,15 @@ use std::path::{Path, PathBuf};
 use std::sync::LazyLock;
 
 use oneiro::swarm::Line;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
+use super::super::page::REPLAY;
 use super::faults::{Event, Fate, SECOND};
 use crate::contents::{Column, Entry, head};
 use crate::exit::{Failure, Result};
 
 /// The files.
-const ARENA: &str = "twin.csv";
+pub(super) const ARENA: &str = "twin.csv";
 const FAULTS: &str = "faults.jsonl";
 const STOPS: &str = "stops.csv";
 
@@ -43,6 +44,20 @@ static STOPS_COLUMNS: [Column; 6] = [
     Column::number("travel", "mm", "how far the robot went in the arena until then"),
 ];
 
+/// A row of the arena's table.
+#[derive(Clone, Copy, Debug, Deserialize)]
+pub(super) struct Row {
+    pub(super) second: u32,
+    pub(super) robot: u32,
+    pub(super) x: f32,
+    pub(super) y: f32,
+    pub(super) heading: f32,
+    pub(super) carries: u8,
+    pub(super) brought: u32,
+    pub(super) left: f64,
+    pub(super) right: f64,
+}
+
 /// The files of a twin's directory.
 pub(crate) static CONTENTS: LazyLock<Vec<Entry>> = LazyLock::new(|| {
     vec![
@@ -53,6 +68,7 @@ pub(crate) static CONTENTS: LazyLock<Vec<Entry>> = LazyLock::new(|| {
         ),
         Entry::table(STOPS, "one row per fault of the script and robot", &STOPS_COLUMNS),
         Entry::file("robots", "a directory for each robot, with the daemon's own files"),
+        Entry::file(REPLAY, "written by `oneiro fleet replay`: a page that plays the twin"),
     ]
 });
 

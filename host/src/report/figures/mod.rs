@@ -1,7 +1,9 @@
-//! Pictures as SVG text, and a page that plays a swarm: each function takes data and returns a whole file.
+//! Pictures as SVG text, and pages that play a swarm: each function takes data and returns a whole file.
 
 mod arena;
 mod bands;
+#[cfg(test)]
+pub(crate) mod browser;
 mod curve;
 mod factor;
 mod foraging;
@@ -22,7 +24,9 @@ pub(crate) use heat::{HeatMap, Side, Square, heat_map};
 pub(crate) use journeys::{Journey, journeys};
 pub(crate) use network::network;
 pub(crate) use svg::escaped;
-pub(crate) use swarm::{Genes, SwarmReplay, swarm_page};
+pub(crate) use swarm::{
+    Act, BEHAVIOURS, Genes, Moment, Sight, SwarmReplay, Teller, live_page, live_script, moments, swarm_page,
+};
 pub(crate) use tables::sensor_table;
 
 /// Why an object that isn't round needs a sample for each point of view: Figure 4 of the 1995 study.

@@ -1,15 +1,9 @@
-// Plays what a swarm did. Its data are in the element `replay`; what each array holds stands in swarm.rs.
+// Plays what a swarm did, or shows what a fleet does. Its data are in the element `replay`; what each array holds stands in
+// swarm.rs. While a fleet lives, a script beside the page brings newer data every second.
 // A fragment such as #t=754&robot=3 opens the page at that second, paused, following that robot.
 (() => {
   'use strict';
 
-  const BEHAVIOURS = [
-    { name: 'flees the light', short: 'flees light', colour: '#2b3a8f' },
-    { name: 'searches at random', short: 'searches', colour: '#2a9d8f' },
-    { name: 'seeks the light', short: 'seeks light', colour: '#f4a23b' },
-    { name: 'avoids an obstacle', short: 'avoids', colour: '#d9485f' },
-    { name: 'is off', short: 'off', colour: '#c9ccd3' },
-  ];
   const INK = '#33363f';
   const SOFT_INK = '#74777f';
   const FLOOR = '#f5f3ee';
@@ -21,6 +15,11 @@
   const FONT = "system-ui, -apple-system, 'Segoe UI', 'Helvetica Neue', 'DejaVu Sans', Arial, sans-serif";
   const LIGHTS = { over: 'over the nest', none: 'off', opposite: 'opposite the nest' };
   const SPEEDS = [1, 2, 5, 10, 20, 50, 100];
+  // Position of a robot whose pose is unknown, and an age or a fitness that is.
+  const NOWHERE = -32768;
+  const UNKNOWN = 65535;
+  // Seconds without anything new after which a page that shows a fleet says so.
+  const SILENCE = 3;
   // Seconds of a trail, and of that of the robot that is followed.
   const TRAIL = 20;
   const LONG_TRAIL = 60;
@@ -28,45 +27,56 @@
   const NOTICE = 60;
 
   const element = (id) => document.getElementById(id);
-  const data = JSON.parse(element('replay').textContent);
-  const robots = data.robots;
-  const every = data.every / 10;
   const calm = matchMedia('(prefers-reduced-motion: reduce)');
 
   // Bytes as they were packed, little-endian, which every machine with a browser is.
   const bytes = (text) => Uint8Array.from(atob(text), (c) => c.charCodeAt(0)).buffer;
-  const xs = new Int16Array(bytes(data.x));
-  const ys = new Int16Array(bytes(data.y));
-  const headings = new Uint16Array(bytes(data.heading));
-  const states = new Uint16Array(bytes(data.state));
-  const earned = new Uint16Array(bytes(data.earned));
-  const foodXs = new Int16Array(bytes(data.food_x));
-  const foodYs = new Int16Array(bytes(data.food_y));
-  const heard = new Uint16Array(bytes(data.heard));
-  const lines = data.lines;
-  const items = lines > 0 ? foodXs.length / lines : 0;
 
+  let data = JSON.parse(element('replay').textContent);
+  const { names, acts } = data;
+  const robots = names.length;
+  let xs, ys, headings, states, earned, ages, problem, foodXs, foodYs, heard;
+  let lines, items, every, first, last;
   // Where the pairs of each line begin, and food brought up to it by each robot and in all.
-  const heardFrom = new Uint32Array(lines + 1);
-  const brought = new Uint16Array(lines * robots);
-  const broughtByAll = new Uint32Array(lines);
-  for (let line = 0, at = 0; line < lines; line++) {
-    heardFrom[line] = at + 1;
-    at += 1 + heard[at];
-    heardFrom[line + 1] = at + 1;
-    let all = line > 0 ? broughtByAll[line - 1] : 0;
-    for (let i = 0; i < robots; i++) {
-      const own = states[line * robots + i] >> 4;
-      brought[line * robots + i] = own + (line > 0 ? brought[(line - 1) * robots + i] : 0);
-      all += own;
+  let heardFrom, brought, broughtByAll;
+
+  function unpack(fresh) {
+    data = { ...data, ...fresh };
+    xs = new Int16Array(bytes(data.x));
+    ys = new Int16Array(bytes(data.y));
+    headings = new Uint16Array(bytes(data.heading));
+    states = new Uint16Array(bytes(data.state));
+    earned = new Uint16Array(bytes(data.earned));
+    ages = new Uint16Array(bytes(data.age || ''));
+    problem = new Uint16Array(bytes(data.problem || ''));
+    foodXs = new Int16Array(bytes(data.food_x));
+    foodYs = new Int16Array(bytes(data.food_y));
+    heard = new Uint16Array(bytes(data.heard));
+    lines = data.times.length;
+    items = lines > 0 ? foodXs.length / lines : 0;
+    first = lines > 0 ? timeOf(0) : 0;
+    last = lines > 0 ? timeOf(lines - 1) : 0;
+    every = lines > 1 ? timeOf(1) - first : 1;
+    heardFrom = new Uint32Array(lines + 1);
+    brought = new Uint16Array(lines * robots);
+    broughtByAll = new Uint32Array(lines);
+    for (let line = 0, at = 0; line < lines; line++) {
+      heardFrom[line] = at + 1;
+      at += 1 + heard[at];
+      heardFrom[line + 1] = at + 1;
+      let all = line > 0 ? broughtByAll[line - 1] : 0;
+      for (let i = 0; i < robots; i++) {
+        const own = states[line * robots + i] >> 5;
+        brought[line * robots + i] = own + (line > 0 ? brought[(line - 1) * robots + i] : 0);
+        all += own;
+      }
+      broughtByAll[line] = all;
     }
-    broughtByAll[line] = all;
   }
 
-  // A line shows what is after its cycles: the first is one interval after the beginning.
-  const timeOf = (line) => ((line + 1) * data.every) / 10;
-  const first = lines > 0 ? timeOf(0) : 0;
-  const last = lines > 0 ? timeOf(lines - 1) : 0;
+  // A line shows what is after its cycles.
+  const timeOf = (line) => data.times[line] / 10;
+  unpack({});
 
   let time = first;
   let playing = false;
@@ -75,22 +85,35 @@
   // What drawing a frame put where, for `drawn`.
   let put = { robots: [], sides: [], food: [] };
 
-  // The line at or before a time, and the share of the way to the next.
-  function locate(when) {
-    const place = Math.min(Math.max((when * 10) / data.every - 1, 0), Math.max(lines - 1, 0));
-    const line = Math.floor(place + 1e-9);
-    const share = place - line;
-    return { line, share: share < 1e-9 || line + 1 >= lines ? 0 : share };
+  // The last line up to a time, -1 before the first.
+  function lineAt(when) {
+    let [from, to] = [0, lines];
+    while (from < to) {
+      const middle = (from + to) >> 1;
+      if (data.times[middle] <= when * 10 + 1e-6) from = middle + 1;
+      else to = middle;
+    }
+    return from - 1;
   }
 
-  // Where a robot is: mm, and turns counter-clockwise. Between lines it goes straight and turns the shorter way.
+  // The line at or before a time, and the share of the way to the next.
+  function locate(when) {
+    const line = Math.max(lineAt(when), 0);
+    if (line + 1 >= lines) return { line, share: 0 };
+    const share = (when - timeOf(line)) / (timeOf(line + 1) - timeOf(line));
+    return { line, share: share < 1e-9 ? 0 : share };
+  }
+
+  // Where a robot is: mm, and turns counter-clockwise; null if that is unknown. Between lines it goes straight and turns the
+  // shorter way.
   function pose(robot, { line, share }) {
     const at = line * robots + robot;
+    if (xs[at] === NOWHERE) return null;
     let x = xs[at];
     let y = ys[at];
     let heading = headings[at];
-    if (share > 0) {
-      const next = at + robots;
+    const next = at + robots;
+    if (share > 0 && xs[next] !== NOWHERE) {
       x += share * (xs[next] - x);
       y += share * (ys[next] - y);
       heading += share * (((headings[next] - heading + 98304) & 65535) - 32768);
@@ -98,8 +121,8 @@
     return { x: x * data.unit, y: y * data.unit, heading: heading / 65536 };
   }
 
-  const behaviour = (robot, line) => BEHAVIOURS[states[line * robots + robot] & 7];
-  const carries = (robot, line) => ((states[line * robots + robot] >> 3) & 1) === 1;
+  const act = (robot, line) => acts[states[line * robots + robot] & 15];
+  const carries = (robot, line) => ((states[line * robots + robot] >> 4) & 1) === 1;
 
   function lightAt(when) {
     let now = data.lights[0][1];
@@ -308,9 +331,10 @@
       const older = who.map((robot) => pose(robot, { line, share: 0 }));
       pen.globalAlpha = strength * (1 - piece / pieces);
       pen.beginPath();
-      older.forEach(({ x, y }, i) => {
+      older.forEach((from, i) => {
+        if (!from || !newer[i]) return;
         pen.moveTo(...place(newer[i].x, newer[i].y));
-        pen.lineTo(...place(x, y));
+        pen.lineTo(...place(from.x, from.y));
       });
       pen.stroke();
       newer = older;
@@ -341,6 +365,7 @@
         for (let at = heardFrom[line]; at < heardFrom[line + 1] - 1; at++) {
           const [hearer, other] = [heard[at] >> 8, heard[at] & 255];
           if (followed >= 0 && (hearer === followed || other === followed) !== ours) continue;
+          if (!poses[hearer] || !poses[other]) continue;
           pen.moveTo(...place(poses[hearer].x, poses[hearer].y));
           pen.lineTo(...place(poses[other].x, poses[other].y));
         }
@@ -352,13 +377,13 @@
 
   function drawRobot(robot, { x, y, heading }, line) {
     const radius = data.body * view.scale;
-    const { colour } = behaviour(robot, line);
-    const off = behaviour(robot, line) === BEHAVIOURS[4];
+    const { colour, marks } = act(robot, line);
+    const [front, ink] = marks || ['#ffffff', '#ffffff'];
     pen.save();
     pen.translate(...place(x, y));
     pen.rotate(-2 * Math.PI * heading);
     const here = standing();
-    put.robots.push({ x: here.x, y: here.y, heading: here.heading });
+    put.robots.push({ name: names[robot], x: here.x, y: here.y, heading: here.heading });
     // On its side, where nothing else is painted on it.
     const { x: left, y: top } = pen.getTransform().transformPoint({ x: 0, y: 0.75 * radius });
     put.sides.push([left, top]);
@@ -382,7 +407,7 @@
     pen.lineTo(0.5 * radius, 0.5 * radius);
     pen.lineTo(0.5 * radius, -0.5 * radius);
     pen.closePath();
-    pen.fillStyle = off ? SOFT_INK : '#ffffff';
+    pen.fillStyle = front;
     pen.fill();
     pen.restore();
     const [middle, height] = place(x, y);
@@ -395,13 +420,13 @@
     if (radius >= 9.5) {
       // Behind the front, where there is room.
       const turn = 2 * Math.PI * heading;
-      const size = radius * (robot > 98 ? 0.72 : 0.84);
+      const size = radius * (names[robot] > 99 ? 0.72 : 0.84);
       pen.font = `700 ${size.toFixed(1)}px ${FONT}`;
       pen.textAlign = 'center';
       pen.textBaseline = 'middle';
-      pen.fillStyle = colour === BEHAVIOURS[2].colour || off ? INK : '#ffffff';
+      pen.fillStyle = ink;
       const shift = 0.24 * radius;
-      pen.fillText(robot + 1, middle - shift * Math.cos(turn), height + shift * Math.sin(turn) + 0.06 * size);
+      pen.fillText(names[robot], middle - shift * Math.cos(turn), height + shift * Math.sin(turn) + 0.06 * size);
     }
   }
 
@@ -440,6 +465,8 @@
     const poses = everyone.map((robot) => pose(robot, where));
     if (followed >= 0) {
       drawTrails(where, LONG_TRAIL, [followed], FOLLOWED, 2.4, 0.8);
+    }
+    if (poses[followed]) {
       disc(...place(poses[followed].x, poses[followed].y), data.range * view.scale);
       pen.strokeStyle = 'rgba(138, 63, 160, 0.45)';
       pen.lineWidth = 1.2;
@@ -448,10 +475,11 @@
       pen.setLineDash([]);
     }
     drawEncounters(where, when, poses);
-    for (const robot of everyone) drawRobot(robot, poses[robot], where.line);
+    const present = everyone.filter((robot) => poses[robot]);
+    for (const robot of present) drawRobot(robot, poses[robot], where.line);
     eachFlash(where, when, (line, strength) => {
-      for (const robot of everyone) {
-        const count = states[line * robots + robot] >> 4;
+      for (const robot of present) {
+        const count = states[line * robots + robot] >> 5;
         if (count === 0) continue;
         const [x, y] = place(poses[robot].x, poses[robot].y);
         const radius = data.body * view.scale;
@@ -468,7 +496,9 @@
 
   // ---- The robots' table.
 
-  const evolves = data.genes.some((changes) => changes.length > 0);
+  const evolves = data.genes.length > 0;
+  // Whether robots report themselves, and may fall silent.
+  const reports = 'age' in data;
   const GENES = [
     { name: 'S0', about: 'what its simulator assumes of the light', kind: 'scenario',
       bands: [['opposite the nest', 'opp.'], ['none', 'none'], ['over the nest', 'over']] },
@@ -503,15 +533,17 @@
 
   function foodCell(row) {
     const box = made('div', made('td', row, { className: 'food' }));
-    return { count: made('b', box), bar: made('u', box), shown: -1 };
+    return { count: made('b', box), bar: made('u', box), shown: '' };
   }
 
   function buildTable() {
     const table = element('robots');
+    table.className = reports ? 'reports' : '';
     const head = made('tr', made('thead', table));
     const columns = evolves ? GENES : [];
     made('th', head, { textContent: 'Robot', scope: 'col' });
     made('th', head, { textContent: 'Does', scope: 'col', className: 'does' });
+    if (reports) made('th', head, { textContent: 'Heard', scope: 'col', title: 'how long ago it said anything' });
     columns.forEach((gene, i) => {
       const cell = made('th', head, { scope: 'col', className: 'gene', title: gene.about });
       cell.append(`${gene.name} `);
@@ -526,6 +558,7 @@
       const row = made('tr', body, { className: 'all' });
       made('th', row, { textContent: 'All', scope: 'row' });
       made('td', row, { className: 'does' });
+      if (reports) made('td', row);
       // Many marks are fainter, so that it shows where they are close.
       row.style.setProperty('--faint', Math.min(0.5, Math.max(0.1, 5 / robots)));
       all = { strips: columns.map((gene) => strip(row, gene, robots)), food: foodCell(row) };
@@ -534,16 +567,19 @@
       const row = made('tr', body);
       const button = made('button', made('th', row, { scope: 'row' }), { type: 'button', className: 'who' });
       const dot = made('span', button, { className: 'dot' });
-      button.append(robot + 1);
-      button.title = `follow robot ${robot + 1}`;
-      button.setAttribute('aria-label', `Follow robot ${robot + 1}`);
+      button.append(names[robot]);
+      button.title = `follow robot ${names[robot]}`;
+      button.setAttribute('aria-label', `Follow robot ${names[robot]}`);
       button.addEventListener('click', (event) => {
         follow(followed === robot ? -1 : robot);
         // After a click the space bar is for playing again; who uses the keyboard stays where they are.
         if (event.detail > 0) button.blur();
       });
-      const does = made('td', row, { className: 'does' });
-      rows.push({ row, button, dot, does, strips: columns.map((gene) => strip(row, gene, 1)), food: foodCell(row) });
+      const cell = made('td', row, { className: 'does' });
+      const does = made('span', cell);
+      const reported = reports ? { problems: made('small', cell), age: made('td', row, { className: 'age' }) } : {};
+      const strips = columns.map((gene) => strip(row, gene, 1));
+      rows.push({ row, button, dot, does, strips, food: foodCell(row), ...reported });
     }
     element('note').textContent = evolves
       ? 'Each mark is a gene within the bands of what it means: the light is opposite the nest, there is none, or it is '
@@ -551,9 +587,15 @@
       : 'These robots do not evolve: they have no genes.';
   }
 
+  function ageText(robot, line) {
+    const age = ages[line * robots + robot];
+    return age === UNKNOWN ? 'never' : `${(age / 10).toFixed(1)} s ago`;
+  }
+
   function showFood(cell, count, most) {
-    if (cell.shown === count) return;
-    cell.shown = count;
+    const shown = `${count}/${most}`;
+    if (cell.shown === shown) return;
+    cell.shown = shown;
     cell.count.textContent = count;
     cell.bar.style.backgroundSize = `${most > 0 ? (100 * count) / most : 0}% 100%`;
   }
@@ -566,8 +608,8 @@
     scenarioNames.forEach((span, i) => {
       set(span, 'className', ['opposite', 'none', 'over'][i] === light ? 'true' : '');
     });
-    rows.forEach(({ row, button, dot, does, strips, food }, robot) => {
-      const { short, colour } = behaviour(robot, line);
+    rows.forEach(({ row, button, dot, does, strips, food, problems, age }, robot) => {
+      const { short, colour } = act(robot, line);
       const loaded = carries(robot, line);
       set(row, 'className', robot === followed ? 'followed' : '');
       const pressed = String(robot === followed);
@@ -583,6 +625,12 @@
       }
       set(does, 'textContent', short);
       showFood(food, brought[line * robots + robot], most);
+      if (reports) {
+        set(age, 'textContent', ageText(robot, line));
+        const text = data.problems[problem[line * robots + robot]];
+        set(problems, 'textContent', text);
+        set(problems, 'title', text);
+      }
       if (!evolves) return;
       const genes = genesAt(robot, when);
       strips.forEach((own, i) => {
@@ -629,7 +677,7 @@
     return [1, 2, 5, 10].map((factor) => factor * power).find((step) => step >= wanted - 1e-9);
   }
 
-  const barOf = (line) => Math.floor(((line + 1) * data.every - 1) / (10 * bars.width));
+  const barOf = (line) => Math.max(0, Math.floor((data.times[line] - 1) / (10 * bars.width)));
 
   function buildChart() {
     // Short runs have shorter bars.
@@ -687,8 +735,8 @@
     bars.counts.forEach((count, i) => {
       const x = chartX(i * bars.width) + 1.5;
       const width = Math.max(1, chartX((i + 1) * bars.width) - x - 1.5);
-      const from = Math.round((i * bars.width) / every) - 1;
-      const to = Math.min(line, Math.round(((i + 1) * bars.width) / every) - 1);
+      const from = i > 0 ? lineAt(i * bars.width) : -1;
+      const to = Math.min(line, lineAt((i + 1) * bars.width));
       const bar = (height, colour) => {
         p.fillStyle = colour;
         p.fillRect(x, chartY(height), width, base - chartY(height));
@@ -748,20 +796,20 @@
       item.innerHTML = `<svg width="18" height="18" viewBox="-9 -9 18 18" aria-hidden="true">${picture}</svg>`;
       item.append(text);
     };
-    const front = '<path d="M7 0L3.2 3.4V-3.4Z" fill="#ffffff"/>';
-    BEHAVIOURS.forEach(({ short, colour }) => {
-      const mark = short === 'off' ? front.replace('#ffffff', SOFT_INK) : front;
-      entry(`<circle r="7.5" fill="${colour}"/>${mark}`, short);
+    acts.filter(({ marks }) => marks).forEach(({ short, colour, marks: [front] }) => {
+      entry(`<circle r="7.5" fill="${colour}"/><path d="M7 0L3.2 3.4V-3.4Z" fill="${front}"/>`, short);
     });
     const grain = `fill="${FOOD}" stroke="${FOOD_EDGE}"`;
     entry(`<circle cx="-4.8" r="3.6" ${grain}/><circle cx="2" r="6" fill="#c9ccd3"/>`, 'with food');
+    if (!data.whole) return;
     entry(`<circle r="8" fill="#93b94a4d" stroke="#55741c8c"/><circle r="3" ${grain}/>`, 'food');
     entry(`<path d="M-8 4L8 -4" stroke="${ENCOUNTER}" stroke-width="2.4" stroke-linecap="round"/>`, 'heard');
   }
 
   function buildLights() {
-    if (last <= first) return;
     const strip = element('lights');
+    strip.replaceChildren();
+    if (last <= first) return;
     data.lights.forEach(([cycle, where], i) => {
       const from = Math.max(cycle / 10, first);
       const to = Math.min(i + 1 < data.lights.length ? data.lights[i + 1][0] / 10 : last, last);
@@ -813,17 +861,21 @@
   }
 
   function robotText(when) {
-    if (lines === 0) return '|There is nothing to play.';
+    if (lines === 0) return `|${data.live ? 'No robot has said anything yet.' : 'There is nothing to play.'}`;
     if (followed < 0) return '|Click a robot, or its number in the table, to follow it.';
     const { line } = locate(when);
+    const at = line * robots + followed;
     const others = [];
-    for (let at = heardFrom[line]; at < heardFrom[line + 1] - 1; at++) {
-      if (heard[at] >> 8 === followed) others.push((heard[at] & 255) + 1);
+    for (let pair = heardFrom[line]; pair < heardFrom[line + 1] - 1; pair++) {
+      if (heard[pair] >> 8 === followed) others.push(names[heard[pair] & 255]);
     }
-    const load = carries(followed, line) ? 'with food' : 'without food';
-    const score = (earned[line * robots + followed] / 10).toFixed(1);
-    const ears = others.length === 0 ? 'it heard nobody' : `it heard ${others.length > 6 ? `${others.length} others` : others.join(', ')}`;
-    return `Robot ${followed + 1} |${behaviour(followed, line).name}, ${load}; ${ears}; fitness in this interval ${score}.`;
+    const { name, marks } = act(followed, line);
+    const parts = [marks ? `${name}, ${carries(followed, line) ? 'with food' : 'without food'}` : name];
+    const many = others.length > 6 ? `${others.length} others` : others.join(', ');
+    if (data.whole) parts.push(others.length === 0 ? 'it heard nobody' : `it heard ${many}`);
+    if (reports && problem[at] > 0) parts.push(data.problems[problem[at]]);
+    if (earned[at] !== UNKNOWN) parts.push(`fitness in this interval ${(earned[at] / 10).toFixed(1)}`);
+    return `Robot ${names[followed]} |${parts.join('; ')}.`;
   }
 
   // ---- Playing.
@@ -884,7 +936,7 @@
 
   function follow(robot) {
     followed = robot;
-    say(robot < 0 ? 'Following no robot.' : `Following robot ${robot + 1}.`);
+    say(robot < 0 ? 'Following no robot.' : `Following robot ${names[robot]}.`);
     ask();
   }
 
@@ -902,6 +954,7 @@
     let best = { robot: -1, distance: Math.max(1.3 * data.body * view.scale, 14) };
     for (let robot = 0; robot < robots; robot++) {
       const at = pose(robot, where);
+      if (!at) continue;
       const [left, top] = place(at.x, at.y);
       const distance = Math.hypot(left - x, top - y);
       if (distance < best.distance) best = { robot, distance };
@@ -959,32 +1012,72 @@
     addEventListener('resize', refit);
   }
 
-  function start() {
+  // ---- What is new, while a fleet lives.
+
+  let arrived = performance.now();
+
+  function take(fresh) {
+    if (fresh.written === data.written) return;
+    arrived = performance.now();
+    // Who looks at the newest line sees the next one; who looks back stays there.
+    const isNewest = time >= last;
+    unpack(fresh);
+    time = isNewest ? last : Math.max(time, first);
+    spread();
+    fitChart();
+    ask();
+  }
+
+  function showNews() {
+    const silence = Math.floor((performance.now() - arrived) / 1000);
+    const back = time < last ? ' You are looking back: End shows what is now.' : '';
+    const silent = `Nothing new for ${silence} s: robots stand unless \u201coneiro fleet start\u201d runs.`;
+    const news = data.end || (silence >= SILENCE ? silent : 'Live.');
+    set(element('news'), 'textContent', news + back);
+  }
+
+  function look() {
+    const done = ({ target }) => {
+      target.remove();
+      showNews();
+      setTimeout(look, 1000);
+    };
+    // Another address each time, so that nothing old is taken from memory.
+    made('script', document.body, { src: `${data.live}?${Date.now()}`, onload: done, onerror: done });
+  }
+
+  // Fits what depends on how long the record is.
+  function spread() {
     const slider = element('when');
     slider.min = first;
     slider.max = last;
     slider.disabled = lines < 2;
     for (const id of ['play', 'back', 'forth']) element(id).disabled = lines < 2;
+    buildLights();
+    buildChart();
+  }
+
+  function start() {
     SPEEDS.forEach((times) => made('option', element('speed'), { textContent: `${times}\u00d7` }));
     setSpeed(SPEEDS.indexOf(speed));
     buildLegend();
-    buildLights();
     buildTable();
-    buildChart();
+    spread();
     fit();
     fitChart();
     listen();
     const wanted = new URLSearchParams(location.hash.slice(1));
-    const robot = Number(wanted.get('robot'));
-    if (Number.isInteger(robot) && robot >= 1 && robot <= robots) followed = robot - 1;
+    if (wanted.has('robot')) followed = names.indexOf(Number(wanted.get('robot')));
     if (wanted.has('t')) seek(Number(wanted.get('t')) || 0);
     show();
-    if (!wanted.has('t') && !calm.matches) play(true);
+    if (data.live) look();
+    else if (!wanted.has('t') && !calm.matches) play(true);
   }
 
-  // For tests: draws a time, and tells where robots and food were drawn, mm and turns, taken back from the canvas, and
-  // what colour the canvas has where a robot's side should be.
+  // `take` is for the script with newer data. `drawn` is for tests: it draws a time, and tells where robots and food were drawn,
+  // mm and turns, taken back from the canvas, and what colour the canvas has where a robot's side should be.
   window.oneiro = {
+    take,
     drawn(when) {
       play(false);
       seek(when);

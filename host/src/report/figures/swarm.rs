@@ -1,10 +1,11 @@
-//! A self-contained HTML page that plays what a swarm did.
+//! A self-contained HTML page that plays what a swarm did, or shows what a fleet does.
 //!
 //! Its data are JSON in which long lists of numbers are Base64 of little-endian 16-bit integers: fifty minutes of ten
 //! robots with a line per second take half a megabyte. Poses are rounded to 0.1 mm (1 mm in arenas more than 3 m
-//! across) and 1/65536 turn; counts are exact.
+//! across) and 1/65536 turn; counts are exact. The page of a fleet that lives loads newer data every second, by a script
+//! that is written beside it: a page that was opened as a file may load nothing else.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use oneiro::foraging::Light;
 use oneiro::swarm::{Behaviour, Lamp, Line, SECOND, Seen, Swarm};
@@ -18,6 +19,10 @@ const STYLE: &str = include_str!("swarm.css");
 const SCRIPT: &str = include_str!("swarm.js");
 /// Arena radius in mm up to which poses are in tenths of millimetres.
 const FINE: f32 = 1600.0;
+/// Position of a robot whose pose is unknown; others are clamped to one more.
+const NOWHERE: i16 = i16::MIN;
+/// An age or a fitness that is unknown; others are clamped to one less.
+const UNKNOWN: u16 = u16::MAX;
 
 /// Record of a swarm, to be played.
 pub(crate) struct SwarmReplay<'a> {
@@ -26,12 +31,143 @@ pub(crate) struct SwarmReplay<'a> {
     /// World of the swarm.
     pub(crate) swarm: &'a Swarm,
     pub(crate) lamp: Lamp,
-    /// Cycles between lines; the first line is after `every` cycles.
-    pub(crate) every: u32,
-    /// Recorded lines of the trace.
-    pub(crate) lines: &'a [Line],
+    /// What the robots are called, in their order.
+    pub(crate) names: &'a [u32],
+    /// What robots may do, 16 at most.
+    pub(crate) acts: &'a [Act],
+    /// Who tells what the lines hold.
+    pub(crate) teller: Teller,
+    /// What was recorded, in the order of time.
+    pub(crate) lines: &'a [Moment],
     /// Each robot's genes in the order of cycles; empty if robots don't evolve.
     pub(crate) genes: &'a [Vec<Genes>],
+}
+
+/// Who tells what a page's lines hold.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Teller {
+    /// The simulated arena, which knows everything.
+    Arena,
+    /// An arena's record without food on the floor and without who heard whom.
+    Record,
+    /// The robots, which may fall silent: neither food on the floor nor who heard whom is known, but their problems are.
+    Robots,
+}
+
+/// Something that a robot may do.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Act {
+    /// After "robot 3".
+    pub(crate) name: &'static str,
+    /// In a table.
+    pub(crate) short: &'static str,
+    /// The robot's colour.
+    pub(crate) colour: &'static str,
+    /// Colours of its front and of its number, or neither if such a robot is nowhere.
+    pub(crate) marks: Option<[&'static str; 2]>,
+}
+
+impl Act {
+    /// Colours on dark robots, and on light ones.
+    pub(crate) const LIGHT: Option<[&'static str; 2]> = Some(["#ffffff", "#ffffff"]);
+    pub(crate) const DARK: Option<[&'static str; 2]> = Some(["#74777f", "#33363f"]);
+}
+
+/// The behaviours of the 2014 study, in the order of [`Behaviour`].
+pub(crate) const BEHAVIOURS: [Act; 5] = [
+    Act {
+        name: "flees the light",
+        short: "flees light",
+        colour: "#2b3a8f",
+        marks: Act::LIGHT,
+    },
+    Act {
+        name: "searches at random",
+        short: "searches",
+        colour: "#2a9d8f",
+        marks: Act::LIGHT,
+    },
+    Act {
+        name: "seeks the light",
+        short: "seeks light",
+        colour: "#f4a23b",
+        marks: Some(["#ffffff", "#33363f"]),
+    },
+    Act {
+        name: "avoids an obstacle",
+        short: "avoids",
+        colour: "#d9485f",
+        marks: Act::LIGHT,
+    },
+    Act {
+        name: "is off",
+        short: "off",
+        colour: "#c9ccd3",
+        marks: Act::DARK,
+    },
+];
+
+/// A swarm after a cycle.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Moment {
+    /// Cycles since the experiment began.
+    pub(crate) cycle: u32,
+    /// Its robots, in their order.
+    pub(crate) robots: Vec<Sight>,
+    /// Positions of the food, mm.
+    pub(crate) food: Vec<[f32; 2]>,
+}
+
+/// What is known of a robot at a moment.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(crate) struct Sight {
+    /// Position in mm and heading in turns, if they are known.
+    pub(crate) pose: Option<[f32; 3]>,
+    /// What it does: an index of [`SwarmReplay::acts`].
+    pub(crate) act: usize,
+    /// Whether it carries food.
+    pub(crate) carries: bool,
+    /// Food that it has brought since the moment before.
+    pub(crate) brought: u32,
+    /// Fitness in this interval so far, if it is known.
+    pub(crate) earned: Option<f32>,
+    /// Robots that it has heard since the moment before, one bit each.
+    pub(crate) heard: u128,
+    /// Age of its last word in s, if there was one.
+    pub(crate) age: Option<f32>,
+    /// What is in its way.
+    pub(crate) problems: String,
+}
+
+impl Sight {
+    fn of(seen: &Seen) -> Self {
+        let act = match seen.behaviour {
+            Behaviour::FleeLight => 0,
+            Behaviour::Search => 1,
+            Behaviour::SeekLight => 2,
+            Behaviour::Avoid => 3,
+            Behaviour::Off => 4,
+        };
+        Self {
+            pose: Some([seen.x, seen.y, seen.heading]),
+            act,
+            carries: seen.carries,
+            brought: seen.brought,
+            earned: Some(seen.earned),
+            heard: seen.heard,
+            ..Self::default()
+        }
+    }
+}
+
+/// The moments of a trace that has a line every so many cycles, the first after as many.
+pub(crate) fn moments(lines: &[Line], every: u32) -> Vec<Moment> {
+    let of_line = |(number, line): (u32, &Line)| Moment {
+        cycle: number * every,
+        robots: line.robots.iter().map(Sight::of).collect(),
+        food: line.food.clone(),
+    };
+    (1..).zip(lines).map(of_line).collect()
 }
 
 /// Genes of a robot from a cycle on.
@@ -49,10 +185,28 @@ pub(crate) struct Genes {
 
 /// Makes the page.
 pub(crate) fn swarm_page(replay: &SwarmReplay<'_>) -> String {
+    page(replay, &facts(replay))
+}
+
+/// Makes the page of a swarm that lives, which loads a script of this name beside it every second.
+pub(crate) fn live_page(replay: &SwarmReplay<'_>, script: &str) -> String {
+    let mut facts = facts(replay);
+    facts.insert("live", json!(script));
+    page(replay, &facts)
+}
+
+/// Makes that script: what is known now. `written` differs each time, and `end` says how the swarm's life has ended, if it has.
+pub(crate) fn live_script(replay: &SwarmReplay<'_>, written: u64, end: Option<&str>) -> String {
+    let mut facts = facts(replay);
+    facts.extend([("written", json!(written)), ("end", json!(end))]);
+    format!("window.oneiro.take({});\n", json!(facts))
+}
+
+fn page(replay: &SwarmReplay<'_>, facts: &BTreeMap<&str, Value>) -> String {
     let title = escaped(replay.title);
     let lead = escaped(&lead(replay));
     // In a script element, a less-than sign could begin the end tag.
-    let data = data(replay).to_string().replace('<', "\\u003c");
+    let data = json!(facts).to_string().replace('<', "\\u003c");
     filled(
         PAGE,
         &[
@@ -81,40 +235,48 @@ fn filled(template: &str, parts: &[(&str, &str)]) -> String {
 /// Text below the title.
 fn lead(replay: &SwarmReplay<'_>) -> String {
     let SwarmReplay {
-        swarm, every, lines, ..
+        names, swarm, lines, ..
     } = replay;
-    let robots = match swarm.robots {
-        1 => "One e-puck".to_owned(),
-        count => format!("{count} e-pucks"),
+    let (robots, forage) = match names.len() {
+        1 => ("One e-puck".to_owned(), "forages"),
+        count => (format!("{count} e-pucks"), "forage"),
     };
     let across = number(f64::from(swarm.forager.arena_radius) / 500.0);
-    let seconds = lines.len() as f64 * f64::from(*every) / f64::from(SECOND);
-    let spacing = match f64::from(*every) / f64::from(SECOND) {
-        1.0 => "a line each second".to_owned(),
-        spacing => format!("a line each {} s", number(spacing)),
+    let seconds = |cycles: u32| f64::from(cycles) / f64::from(SECOND);
+    let length = match lines {
+        [] => String::new(),
+        [first, ..] => {
+            let last = seconds(lines[lines.len() - 1].cycle);
+            let spacing = match lines.get(1).map_or(first.cycle, |next| next.cycle - first.cycle) {
+                SECOND => "a line each second".to_owned(),
+                cycles => format!("a line each {} s", number(seconds(cycles))),
+            };
+            format!(": {} s, {spacing}", number(last))
+        }
     };
-    format!(
-        "{robots} {} for food in an arena {across} m across: {} s, {spacing}.",
-        if swarm.robots == 1 { "forages" } else { "forage" },
-        number(seconds)
-    )
+    format!("{robots} {forage} for food in an arena {across} m across{length}.")
 }
 
 /// All data for the script.
-fn data(replay: &SwarmReplay<'_>) -> Value {
-    let SwarmReplay {
-        swarm, every, lines, ..
-    } = replay;
+fn facts(replay: &SwarmReplay<'_>) -> BTreeMap<&'static str, Value> {
+    let SwarmReplay { swarm, lines, .. } = replay;
     let forager = &swarm.forager;
     let unit = if forager.arena_radius <= FINE { 0.1 } else { 1.0 };
     let robots = || lines.iter().flat_map(|line| &line.robots);
     let food = || lines.iter().flat_map(|line| &line.food);
-    let length = |mm: f32| (f64::from(mm) / unit).round() as i16 as u16;
+    let length = |mm: f32| ((f64::from(mm) / unit).round() as i16).max(NOWHERE + 1) as u16;
+    let place = |sight: &Sight, axis: usize| sight.pose.map_or(NOWHERE as u16, |pose| length(pose[axis]));
+    let problems: BTreeSet<&str> = robots().map(|sight| &*sight.problems).collect();
+    let problems: Vec<&str> = problems.into_iter().collect();
+    let problem = |sight: &Sight| problems.binary_search(&&*sight.problems).unwrap_or_default() as u16;
+    let act = |act: &Act| json!({ "name": act.name, "short": act.short, "colour": act.colour, "marks": act.marks });
     // Keys in alphabetical order, so that the page is always the same.
-    let facts: BTreeMap<&str, Value> = BTreeMap::from([
-        ("robots", json!(swarm.robots)),
-        ("lines", json!(lines.len())),
-        ("every", json!(every)),
+    let mut facts: BTreeMap<&str, Value> = BTreeMap::from([
+        ("names", json!(replay.names)),
+        ("acts", replay.acts.iter().map(act).collect()),
+        ("whole", json!(replay.teller == Teller::Arena)),
+        // Cycles of the lines.
+        ("times", lines.iter().map(|line| line.cycle).collect()),
         ("arena", json!(forager.arena_radius)),
         ("nest", json!(forager.nest_radius)),
         ("body", json!(forager.body_radius)),
@@ -127,21 +289,34 @@ fn data(replay: &SwarmReplay<'_>) -> Value {
         // Unit of positions, mm.
         ("unit", json!(unit)),
         // For each line, for each robot.
-        ("x", json!(packed(robots().map(|seen| length(seen.x))))),
-        ("y", json!(packed(robots().map(|seen| length(seen.y))))),
-        ("heading", json!(packed(robots().map(|seen| turns(seen.heading))))),
-        ("state", json!(packed(robots().map(state)))),
-        // In tenths.
+        ("x", json!(packed(robots().map(|sight| place(sight, 0))))),
+        ("y", json!(packed(robots().map(|sight| place(sight, 1))))),
         (
-            "earned",
-            json!(packed(robots().map(|seen| (10.0 * seen.earned).round() as u16))),
+            "heading",
+            json!(packed(
+                robots().map(|sight| sight.pose.map_or(0, |pose| turns(pose[2])))
+            )),
         ),
+        ("state", json!(packed(robots().map(state)))),
+        ("earned", json!(packed(robots().map(|sight| tenths(sight.earned))))),
         // For each line, for each item.
         ("food_x", json!(packed(food().map(|at| length(at[0]))))),
         ("food_y", json!(packed(food().map(|at| length(at[1]))))),
         ("heard", json!(packed(lines.iter().flat_map(heard)))),
     ]);
-    json!(facts)
+    if replay.teller == Teller::Robots {
+        facts.extend([
+            ("age", json!(packed(robots().map(|sight| tenths(sight.age))))),
+            ("problems", json!(problems)),
+            ("problem", json!(packed(robots().map(problem)))),
+        ]);
+    }
+    facts
+}
+
+/// Converts to tenths.
+fn tenths(value: Option<f32>) -> u16 {
+    value.map_or(UNKNOWN, |value| ((10.0 * value).round() as u16).min(UNKNOWN - 1))
 }
 
 /// Positions of the light with the cycles from which they hold.
@@ -180,24 +355,17 @@ fn turns(heading: f32) -> u16 {
     (f64::from(heading).rem_euclid(1.0) * 65_536.0).round() as u32 as u16
 }
 
-/// State in bits, from the lowest: 3 for its behaviour, 1 for whether it carries food, 12 for the food it has brought.
-fn state(seen: &Seen) -> u16 {
-    let behaviour = match seen.behaviour {
-        Behaviour::FleeLight => 0,
-        Behaviour::Search => 1,
-        Behaviour::SeekLight => 2,
-        Behaviour::Avoid => 3,
-        Behaviour::Off => 4,
-    };
-    behaviour | u16::from(seen.carries) << 3 | (seen.brought.min(0xfff) as u16) << 4
+/// State in bits, from the lowest: 4 for what it does, 1 for whether it carries food, 11 for the food it has brought.
+fn state(sight: &Sight) -> u16 {
+    (sight.act & 0xf) as u16 | u16::from(sight.carries) << 4 | (sight.brought.min(0x7ff) as u16) << 5
 }
 
 /// Who heard whom: the number of pairs, then each pair with the hearer in the upper half and the robot it heard in the
 /// lower half.
-fn heard(line: &Line) -> Vec<u16> {
+fn heard(line: &Moment) -> Vec<u16> {
     let mut words = vec![0];
-    for (hearer, seen) in line.robots.iter().enumerate() {
-        let others = (0..128).filter(|&other| seen.heard >> other & 1 == 1);
+    for (hearer, sight) in line.robots.iter().enumerate() {
+        let others = (0..128).filter(|&other| sight.heard >> other & 1 == 1);
         words.extend(others.map(|other: u16| (hearer as u16) << 8 | other));
     }
     words[0] = (words.len() - 1) as u16;
@@ -226,25 +394,21 @@ fn packed(words: impl Iterator<Item = u16>) -> String {
 
 #[cfg(test)]
 mod tests {
-    use std::fs;
-    use std::path::{Path, PathBuf};
-    use std::process::{Command, Stdio};
-    use std::thread;
-    use std::time::{Duration, Instant};
-
     use oneiro::cpu::Cpu;
     use oneiro::evaluator::Control;
     use oneiro::random::Key;
     use oneiro::swarm::{Arena as _, Order, Simulated, World};
 
+    use super::super::browser;
     use super::*;
 
     /// A made-up record of a swarm with made-up genes.
     struct Life {
         swarm: Swarm,
         lamp: Lamp,
-        every: u32,
+        names: Vec<u32>,
         lines: Vec<Line>,
+        moments: Vec<Moment>,
         genes: Vec<Vec<Genes>>,
     }
 
@@ -292,7 +456,8 @@ mod tests {
             Self {
                 swarm,
                 lamp,
-                every,
+                names: (1..=robots).collect(),
+                moments: moments(&lines, every),
                 lines,
                 genes,
             }
@@ -303,8 +468,10 @@ mod tests {
                 title: "Light Over Nest to Light Opposite Nest, run 1",
                 swarm: &self.swarm,
                 lamp: self.lamp,
-                every: self.every,
-                lines: &self.lines,
+                names: &self.names,
+                acts: &BEHAVIOURS,
+                teller: Teller::Arena,
+                lines: &self.moments,
                 genes: &self.genes,
             }
         }
@@ -375,8 +542,9 @@ mod tests {
         let data = read(&swarm_page(&life.replay()));
         let seen: Vec<&Seen> = life.lines.iter().flat_map(|line| &line.robots).collect();
         assert_eq!(seen.len(), 3 * 40);
-        assert_eq!(data["lines"], 40);
-        assert_eq!(data["state"], packed(seen.iter().map(|seen| state(seen))));
+        let times: Vec<u32> = (1..=40).map(|line| 5 * line).collect();
+        assert_eq!(data["times"], json!(times));
+        assert_eq!(data["state"], packed(seen.iter().map(|seen| state(&Sight::of(seen)))));
         assert_eq!(
             data["x"],
             packed(seen.iter().map(|seen| (10.0 * f64::from(seen.x)).round() as i16 as u16))
@@ -404,7 +572,7 @@ mod tests {
             robots: vec![seen(0), seen(1 << 127 | 1), seen(2)],
             food: Vec::new(),
         };
-        assert_eq!(heard(&line), [3, 1 << 8, 1 << 8 | 127, 2 << 8 | 1]);
+        assert_eq!(heard(&moments(&[line], 10)[0]), [3, 1 << 8, 1 << 8 | 127, 2 << 8 | 1]);
     }
 
     #[test]
@@ -419,7 +587,7 @@ mod tests {
         };
         let page = swarm_page(&without);
         let data = read(&page);
-        assert_eq!((&data["lines"], &data["genes"]), (&json!(1), &json!([])));
+        assert_eq!((&data["times"], &data["genes"]), (&json!([10]), &json!([])));
         assert!(page.contains("One e-puck forages"));
         let nothing = SwarmReplay {
             lines: &[],
@@ -431,91 +599,38 @@ mod tests {
     #[test]
     fn fifty_minutes_of_ten_robots_fit_in_a_megabyte() {
         let mut life = Life::of(10, 60, 10);
-        life.lines = life.lines.iter().cycle().take(3000).cloned().collect();
+        life.moments = life.moments.iter().cycle().take(3000).cloned().collect();
+        (1..)
+            .zip(&mut life.moments)
+            .for_each(|(line, moment)| moment.cycle = 10 * line);
         let page = swarm_page(&life.replay());
         assert!(page.len() < 1_000_000, "{}", page.len());
     }
 
-    /// A browser that runs without a display, if one is installed.
-    fn browser() -> Option<PathBuf> {
-        let folders: Vec<PathBuf> = std::env::split_paths(&std::env::var_os("PATH")?).collect();
-        ["chromium", "chromium-browser", "google-chrome"]
-            .iter()
-            .flat_map(|name| folders.iter().map(move |folder| folder.join(name)))
-            .find(|path| path.is_file())
-    }
-
-    /// The page's elements after its scripts have run.
-    fn opened(browser: &Path, folder: &Path, page: &str) -> String {
-        fs::create_dir_all(folder).unwrap();
-        let (file, elements) = (folder.join("page.html"), folder.join("elements.html"));
-        fs::write(&file, page).unwrap();
-        let mut running = Command::new(browser)
-            .args(["--headless", "--no-sandbox", "--disable-gpu", "--no-first-run"])
-            .args(["--disable-background-networking", "--disable-component-update"])
-            .args(["--disable-sync", "--disable-dev-shm-usage", "--window-size=1280,800"])
-            .arg(format!("--user-data-dir={}", folder.join("profile").display()))
-            .args(["--virtual-time-budget=2000", "--dump-dom"])
-            .arg(format!("file://{}", file.display()))
-            .stdout(fs::File::create(&elements).unwrap())
-            .stderr(Stdio::null())
-            .spawn()
-            .unwrap();
-        let begin = Instant::now();
-        while running.try_wait().unwrap().is_none() {
-            if begin.elapsed() > Duration::from_mins(2) {
-                running.kill().unwrap();
-                running.wait().unwrap();
-                panic!("the browser did not end within two minutes");
-            }
-            thread::sleep(Duration::from_millis(50));
-        }
-        fs::read_to_string(elements).unwrap()
-    }
-
     #[test]
     fn a_browser_draws_robots_and_food_in_place() {
-        let Some(browser) = browser() else {
-            crate::skips::skipped("browser", "the page of a swarm: there is no chromium");
-            return;
-        };
         let life = Life::of(10, 120, 10);
         let page = swarm_page(&life.replay());
-        // Without a display there are no frames, so a timer replaces them.
-        let frames = "<head><script>\n\
-            window.requestAnimationFrame = (then) => setTimeout(() => then(performance.now()), 16);\n\
-            </script>";
-        // Reports drawings and the effects of keys and clicks, or an error, as an element's text.
-        let ask = "<pre id=\"told\"></pre><script>\n\
-            const told = document.getElementById('told');\n\
+        // Drawings, and the effects of keys and clicks.
+        let ask = "\
             const at = (id) => document.getElementById(id);\n\
             const press = (key) => document.dispatchEvent(new KeyboardEvent('keydown', { key, bubbles: true }));\n\
             const soon = () => new Promise((then) => setTimeout(then, 200));\n\
-            (async () => {\n\
-              const drawn = [1, 2, 30, 60, 61, 119, 120, 60.5].map(window.oneiro.drawn);\n\
-              const acts = [];\n\
-              await soon(); press('ArrowRight'); press('ArrowRight'); press('ArrowLeft'); await soon();\n\
-              acts.push(at('when').value, at('clock').textContent);\n\
-              press(' '); acts.push(at('play').textContent); await soon(); press(' ');\n\
-              acts.push(at('play').textContent, Number(at('when').value) > 61);\n\
-              document.querySelectorAll('.who')[3].click(); await soon();\n\
-              acts.push(document.querySelectorAll('.who')[3].getAttribute('aria-pressed'));\n\
-              acts.push(at('robot').textContent.startsWith('Robot 4 '));\n\
-              press('Escape'); await soon(); acts.push(document.querySelectorAll('[aria-pressed=true]').length);\n\
-              press('End'); await soon(); acts.push(document.querySelector('.all .food').textContent);\n\
-              told.textContent = JSON.stringify({ drawn, acts });\n\
-            })().catch((problem) => { told.textContent = String(problem.stack); });\n\
-            </script></body>";
-        let folder = std::env::temp_dir().join(format!("oneiro-page-{}", std::process::id()));
-        let elements = opened(
-            &browser,
-            &folder,
-            &page.replace("<head>", frames).replace("</body>", ask),
-        );
-        let _ = fs::remove_dir_all(&folder);
-        let (_, after) = elements.split_once("<pre id=\"told\">").expect("the page was opened");
-        let text = after.split_once("</pre>").unwrap().0;
-        let told: Value = serde_json::from_str(text).unwrap_or_else(|_| panic!("{text}"));
+            const drawn = [1, 2, 30, 60, 61, 119, 120, 60.5].map(window.oneiro.drawn);\n\
+            const acts = [];\n\
+            await soon(); press('ArrowRight'); press('ArrowRight'); press('ArrowLeft'); await soon();\n\
+            acts.push(at('when').value, at('clock').textContent);\n\
+            press(' '); acts.push(at('play').textContent); await soon(); press(' ');\n\
+            acts.push(at('play').textContent, Number(at('when').value) > 61);\n\
+            document.querySelectorAll('.who')[3].click(); await soon();\n\
+            acts.push(document.querySelectorAll('.who')[3].getAttribute('aria-pressed'));\n\
+            acts.push(at('robot').textContent.startsWith('Robot 4 '));\n\
+            press('Escape'); await soon(); acts.push(document.querySelectorAll('[aria-pressed=true]').length);\n\
+            press('End'); await soon(); acts.push(document.querySelector('.all .food').textContent);\n\
+            return { drawn, acts };";
+        let Some(told) = browser::told("page", &page, ask) else {
+            return;
+        };
         let drawn = told["drawn"].as_array().unwrap();
         assert_eq!(drawn.len(), 8);
 

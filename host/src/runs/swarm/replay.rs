@@ -11,7 +11,7 @@ use crate::engine::disk;
 use crate::engine::handle::Engine;
 use crate::exit::{Failure, Result};
 use crate::experiment::swarm::SwarmExperiment;
-use crate::report::figures::{self, Genes, SwarmReplay};
+use crate::report::figures::{self, BEHAVIOURS, Genes, SwarmReplay, Teller};
 use crate::runs::{Recorded, Replay};
 use crate::swarm::record::RobotInterval;
 
@@ -56,8 +56,10 @@ pub(super) fn run(
         title: &format!("{}, seed {}", experiment.name(), recorded.seed),
         swarm: &settings.swarm(),
         lamp: settings.case.lamp(SECOND * settings.light_moves()),
-        every: SECOND,
-        lines: job.lines(),
+        names: &(1..=settings.world.robots).collect::<Vec<_>>(),
+        acts: &BEHAVIOURS,
+        teller: Teller::Arena,
+        lines: &figures::moments(job.lines(), SECOND),
         genes: &genes,
     });
     let directory = replay.out;
