@@ -141,17 +141,15 @@ pub(crate) struct Compared {
     pub(crate) fleet: [f64; 2],
     pub(crate) batched: [f64; 2],
     /// How much more the fleet has: a share of the batched runs' mean if `is_share`.
-    pub(crate) difference: f64,
-    /// The ends of its interval.
-    pub(crate) interval: [f64; 2],
+    /// None where that is 0.
+    pub(crate) difference: Option<f64>,
+    /// The ends of its interval; none where there is no share of a mean that may be 0.
+    pub(crate) interval: Option<[f64; 2]>,
     pub(crate) is_share: bool,
 }
 
 /// Compares the means of both sides, with bootstrap intervals.
-///
-/// # Errors
-/// A figure that has no interval, since it is 0 in all batched runs.
-pub(crate) fn compare(fleet: &[Figures], batched: &[Figures]) -> Result<Vec<Compared>> {
+pub(crate) fn compare(fleet: &[Figures], batched: &[Figures]) -> Vec<Compared> {
     type Figure = fn(&Figures) -> f64;
     let all: [(&str, Figure, bool); 3] = [
         ("food, items", |own| own.food, true),
@@ -166,20 +164,19 @@ pub(crate) fn compare(fleet: &[Figures], batched: &[Figures]) -> Result<Vec<Comp
         };
         let mut random = Pcg64::seed_from_u64(0);
         let of_both = |both: &[Vec<f64>]| difference(&both[0], &both[1]);
-        let Interval { low, high } = bootstrap_interval(&[&fleet, &batched], of_both, LEVEL, RESAMPLES, &mut random)
-            .map_err(|problem| Failure::failed(format_args!("{figure}: {problem}")))?;
+        let interval = bootstrap_interval(&[&fleet, &batched], of_both, LEVEL, RESAMPLES, &mut random);
         let side = |sample: &[f64]| {
             let spread = if sample.len() > 1 { variance(sample).sqrt() } else { 0.0 };
             [mean(sample), spread]
         };
-        Ok(Compared {
+        Compared {
             figure,
             fleet: side(&fleet),
             batched: side(&batched),
-            difference: difference(&fleet, &batched),
-            interval: [low, high],
+            difference: Some(difference(&fleet, &batched)).filter(|difference| difference.is_finite()),
+            interval: interval.ok().map(|Interval { low, high }| [low, high]),
             is_share,
-        })
+        }
     };
     all.into_iter().map(compared).collect()
 }

@@ -29,7 +29,7 @@ pub(crate) fn run(arguments: &FleetCompare, console: Console) -> Result {
     let engine = device::engine(&arguments.backend)?;
     let runs = batched(&plans, &engine)?;
     device::close(engine, console);
-    let compared = compare(&records, &runs)?;
+    let compared = compare(&records, &runs);
     if console.json() {
         return console.json_data(&json!({
             "experiment": fleet.experiment.name(),
@@ -62,13 +62,14 @@ fn table(compared: &[Compared]) -> String {
                 format!("{value:+.3}")
             }
         };
-        let [low, high] = own.interval.map(more);
+        let interval = own.interval.map(|ends| ends.map(more).join(" to "));
+        let unknown = || "none".to_owned();
         vec![
             own.figure.to_owned(),
             side(own.fleet),
             side(own.batched),
-            more(own.difference),
-            format!("{low} to {high}"),
+            own.difference.map_or_else(unknown, more),
+            interval.unwrap_or_else(unknown),
         ]
     };
     columns(&head, &compared.iter().map(row).collect::<Vec<_>>())

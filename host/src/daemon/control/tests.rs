@@ -299,7 +299,7 @@ fn it_goes_on_from_its_checkpoint() {
     let first = place.intervals();
     assert_eq!(first.len(), 1, "{first:?}");
     let on = place.settings().plan.clocks()[1].offset;
-    let worth: f32 = first[0].split(',').nth(5).unwrap().parse().unwrap();
+    let worth: f32 = first[0].split(',').nth(6).unwrap().parse().unwrap();
     // It was brought in second 28 of the experiment.
     assert!((worth - (60 - (28 - on)) as f32).abs() < 0.01, "{worth}");
     let last = bench.lock().said.last().unwrap().sequence;
