@@ -2,6 +2,7 @@
 //! clock. What they record depends on the script and the seed alone, wheels stand in time, and no interval is missing without a reason.
 
 use std::collections::{BTreeMap, BTreeSet};
+use std::fmt::Write as _;
 use std::fs;
 use std::path::Path;
 
@@ -30,8 +31,11 @@ fn fleet(place: &Place, robots: u32, minutes: u32) {
          [tracker]\nlisten = \"0.0.0.0:5005\"\n",
     );
     for robot in 0..robots {
-        file +=
-            &format!("[[robots]]\nnumber = {robot}\nhost = \"pi@10.0.1.{robot}\"\naddress = \"serial:/dev/rfcomm0\"\n");
+        writeln!(
+            file,
+            "[[robots]]\nnumber = {robot}\nhost = \"pi@10.0.1.{robot}\"\naddress = \"serial:/dev/rfcomm0\""
+        )
+        .unwrap();
     }
     place.write("fleet.toml", &file);
 }
@@ -120,7 +124,7 @@ fn daemons_live_through_faults_the_same_at_any_speed() {
         "{missed:?}"
     );
     // Another seed of the faults is another life.
-    place.write("others.toml", &faults.replace("seed = 2", "seed = 3"));
+    place.write("others.toml", faults.replace("seed = 2", "seed = 3"));
     let other = twin(&place, "other", &["--faults", "others.toml"]);
     assert_ne!(fast["hash"], other["hash"]);
 
@@ -167,7 +171,7 @@ fn a_study_survives_a_hundred_kills() {
     let place = Place::new("twin-kills");
     fleet(&place, 10, 50);
     let kills = "[[kill]]\ntimes = 100\nfrom_s = 30.0\nto_s = 2900.0\nfor_s = 3.0\n";
-    place.write("faults.toml", &format!("{PACKETS}{kills}"));
+    place.write("faults.toml", format!("{PACKETS}{kills}"));
     let outcome = twin(&place, "out", &["--faults", "faults.toml"]);
     assert_eq!(outcome["seconds"], 3000);
     stood_in_time(&place, "out");
