@@ -2,6 +2,7 @@
 
 #[cfg_attr(not(feature = "compose"), path = "code/absent.rs")]
 mod interpreted;
+#[allow(clippy::duplicate_mod, reason = "what is absent is absent alike")]
 #[cfg_attr(
     not(all(feature = "native", any(target_arch = "x86_64", target_arch = "aarch64"))),
     path = "code/absent.rs"

@@ -339,6 +339,7 @@ pub(crate) struct Composed {
     /// Genes of a user's controller, if there is one.
     pub(crate) genes: Option<&'static [Gene]>,
     /// The paths of the files that its text is made of, and where each begins, in bytes; none of a kernel that ships.
+    #[cfg_attr(not(feature = "compose"), expect(dead_code, reason = "no kernel is composed"))]
     pub(crate) files: &'static [(String, usize)],
 }
 

@@ -356,6 +356,7 @@ impl Differential {
     }
 
     /// Number of cells before a surrogate's differences.
+    #[cfg(feature = "compose")]
     pub(crate) fn own_cells(&self, arena: &Arena) -> usize {
         let points = self.responses().iter().map(|response| response.0.len()).sum::<usize>();
         2 + 2 * self.sensors.len() + 1 + arena.lights.len() + 2 * arena.patches.len() + points
