@@ -28,7 +28,7 @@ pub(crate) struct Figures {
     pub(crate) run: String,
     /// Food that all robots brought.
     pub(crate) food: f64,
-    /// In the last fifth of the intervals, the share of simulators that have the light where it is.
+    /// In the last fifth of the intervals (the last one at least), the share of simulators that have the light where it is.
     pub(crate) right: f64,
     /// The mean gene of simulators there.
     pub(crate) gene: f64,
@@ -57,7 +57,10 @@ fn figures(plan: &Plan, run: String, rows: impl IntoIterator<Item = Row>) -> Fig
     let (count, robots) = (intervals(plan), plan.settings.world.robots);
     let [_, light] = plan.settings.case.lights();
     let rows: Vec<Row> = rows.into_iter().filter(|row| row.interval < count).collect();
-    let late = || rows.iter().filter(|row| row.interval >= count - count / 5);
+    let late = || {
+        rows.iter()
+            .filter(|row| row.interval >= count.saturating_sub((count / 5).max(1)))
+    };
     let lived = rows.iter().filter(|row| row.missed == 0).count() as u32;
     Figures {
         run,
