@@ -808,8 +808,8 @@ pub(crate) struct FleetCompare {
     /// The fleet's TOML file
     #[arg(value_hint = ValueHint::FilePath)]
     pub(crate) fleet: PathBuf,
-    /// Directories of twins, or of fleets after `oneiro fleet collect`, all of this experiment with any seeds
-    #[arg(required = true, value_name = "DIR", value_hint = ValueHint::DirPath)]
+    /// Directories of twins, or of fleets after `oneiro fleet collect`, all of this experiment with any seeds [default: the fleet's own]
+    #[arg(value_name = "DIR", value_hint = ValueHint::DirPath)]
     pub(crate) records: Vec<PathBuf>,
     /// Seeds of the batched runs, both included
     #[arg(long, value_name = "A..B", value_parser = seeds, default_value = "1001..1020")]

@@ -1,5 +1,7 @@
 //! `oneiro fleet compare`: what a fleet or its twins did, beside the batched study.
 
+use std::slice;
+
 use serde_json::json;
 
 use crate::cli::FleetCompare;
@@ -16,8 +18,12 @@ use crate::fleet::file::Fleet;
 pub(crate) fn run(arguments: &FleetCompare, console: Console) -> Result {
     let fleet = Fleet::read(&arguments.fleet)?;
     let plan = fleet.experiment.plan(fleet.seed);
-    let records: Vec<Figures> = arguments
-        .records
+    let directories = if arguments.records.is_empty() {
+        slice::from_ref(&fleet.directory)
+    } else {
+        &arguments.records
+    };
+    let records: Vec<Figures> = directories
         .iter()
         .map(|directory| of_directory(&plan, directory))
         .collect::<Result<_>>()?;
