@@ -675,6 +675,7 @@ pub(crate) struct OnBoard {
     #[arg(value_name = "ROBOT.toml", value_hint = ValueHint::FilePath)]
     pub(crate) file: PathBuf,
     /// Live in the twin that conducts at this socket, instead of on a robot
+    #[cfg(unix)]
     #[arg(long, value_name = "PATH", hide = true)]
     pub(crate) conductor: Option<PathBuf>,
 }
@@ -743,7 +744,7 @@ pub(crate) enum FleetCommand {
     /// Copy the robots' records to this machine, and merge their logs into one timeline
     Collect(FleetWork),
     /// Let the daemons of all robots live on this machine, with emulated e-pucks in one simulated arena, on a virtual clock
-    #[cfg(unix)]
+    #[cfg(all(unix, feature = "twin"))]
     Twin(crate::commands::fleet::twin::Twin),
     /// Compare records of a fleet or of its twins with batched runs of the experiment: food, simulators, genes
     Compare(FleetCompare),

@@ -2,7 +2,7 @@
 
 mod compare;
 mod start;
-#[cfg(unix)]
+#[cfg(all(unix, feature = "twin"))]
 pub(crate) mod twin;
 
 use std::path::Path;
@@ -28,7 +28,7 @@ pub(super) fn run(arguments: &cli::Fleet, console: Console) -> Result {
         FleetCommand::Status(arguments) => status(arguments, console),
         FleetCommand::Stop(arguments) => stop(arguments, console),
         FleetCommand::Collect(arguments) => collected(arguments, console),
-        #[cfg(unix)]
+        #[cfg(all(unix, feature = "twin"))]
         FleetCommand::Twin(arguments) => twin::run(arguments, console),
         FleetCommand::Compare(arguments) => compare::run(arguments, console),
         FleetCommand::Replay { record } => replay(record, console),
@@ -272,13 +272,13 @@ fn collected(arguments: &FleetWork, console: Console) -> Result {
 
 /// Writes a page that plays the record of a fleet, or of a twin.
 fn replay(record: &Path, console: Console) -> Result {
-    #[cfg(unix)]
+    #[cfg(all(unix, feature = "twin"))]
     let page = if record.is_dir() {
         crate::fleet::twin::replay::write(record)?
     } else {
         page::replay(&Fleet::read(record)?)?
     };
-    #[cfg(not(unix))]
+    #[cfg(not(all(unix, feature = "twin")))]
     let page = page::replay(&Fleet::read(record)?)?;
     if console.json() {
         return console.json_data(&json!({ "page": page.display().to_string() }));

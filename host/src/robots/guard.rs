@@ -13,6 +13,7 @@ use serde::{Deserialize, Serialize};
 
 use values::Values;
 
+#[cfg(all(unix, feature = "twin"))]
 pub(crate) mod alone;
 mod brake;
 pub(crate) mod client;

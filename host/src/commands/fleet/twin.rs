@@ -45,6 +45,9 @@ pub(crate) struct Twin {
     /// How many times faster than in reality time passes at most, 0.1 to 10000 [default: as fast as possible]
     #[arg(long, value_name = "X", value_parser = speed)]
     pub(crate) speed: Option<f64>,
+    /// What daemons run instead of this program: one for robots, or a script that runs that under an emulator
+    #[arg(long, value_name = "FILE", value_hint = ValueHint::ExecutablePath)]
+    pub(crate) program: Option<PathBuf>,
 }
 
 fn speed(text: &str) -> std::result::Result<f64, String> {
@@ -55,17 +58,27 @@ fn speed(text: &str) -> std::result::Result<f64, String> {
 /// Daemons that are processes: `oneiro on-board robot.toml --conductor SOCKET`.
 pub(crate) struct Processes {
     directory: PathBuf,
+    program: PathBuf,
 }
 
 impl Processes {
     /// Prepares the daemons of a twin that has this directory: writes the settings of each robot, in the order of their numbers.
+    /// They run `program`, or this one.
     ///
     /// # Errors
-    /// Exit 3: the directory exists; exit 6.
-    pub(crate) fn new(directory: &Path, settings: &[String]) -> Result<Self> {
+    /// Exit 3: the directory exists, or the program does not; exit 6.
+    pub(crate) fn new(directory: &Path, settings: &[String], program: Option<&Path>) -> Result<Self> {
         crate::files::must_be_new(directory)?;
+        let program = match program {
+            Some(path) => path
+                .canonicalize()
+                .map_err(|error| Failure::input(format_args!("--program {}: {error}", path.display())))?,
+            None => std::env::current_exe()
+                .map_err(|error| Failure::failed(format_args!("this program can't be found: {error}")))?,
+        };
         let own = Self {
             directory: directory.to_owned(),
+            program,
         };
         for (robot, settings) in (0..).zip(settings) {
             let state = own.directory(robot);
@@ -88,7 +101,7 @@ impl Daemons for Processes {
         let stderr = stderr.map_err(|error| Failure::storage(&said, &error))?;
         let unstarted =
             |error: std::io::Error| Failure::failed(format_args!("robot {robot}: can't be started: {error}"));
-        let mut daemon = Command::new(std::env::current_exe().map_err(unstarted)?);
+        let mut daemon = Command::new(&self.program);
         daemon
             .arg("on-board")
             .arg(self.file(robot, "toml"))
@@ -201,7 +214,7 @@ pub(crate) fn run(arguments: &Twin, console: Console) -> Result {
         .collect();
     let key = Secret::read(&fleet.key)?;
     let mut arena = Arena::new(&plan)?;
-    let mut daemons = Processes::new(&arguments.out, &settings)?;
+    let mut daemons = Processes::new(&arguments.out, &settings, arguments.program.as_deref())?;
     let place = arguments.out.join("robots");
     crate::files::write_new(&place.join(file::EXPERIMENT), fleet.text.as_bytes())?;
     let own_key = place.join(file::KEY);

@@ -5,11 +5,10 @@
 //! participants go on, robot by robot, the guard before its daemon.
 
 use std::collections::BTreeMap;
-use std::io::ErrorKind;
-use std::os::unix::net::{UnixListener, UnixStream};
+use std::io::{self, ErrorKind};
+use std::os::unix::net::UnixListener;
 use std::path::{Path, PathBuf};
 use std::process::Child;
-use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread;
 use std::time::{Duration, Instant};
@@ -18,19 +17,16 @@ use nix::sys::signal::{Signal, kill};
 use nix::unistd::Pid;
 use oneiro::swarm::Line;
 
-use super::client::Lockstep;
 use super::clocks::LocalClock;
 use super::disk::SmallDisk;
 use super::epuck::EPuck;
 use super::faults::{self, Carrier, Event, Faults, OPERATOR, SECOND, TRACKER, What};
+use super::guard::Guard;
 use super::record::{Record, Stop};
 use super::wire::{Port, Time, Up, VERSION};
 use crate::daemon::epuck::{Activations, readings};
 use crate::exit::{Failure, Result};
-use crate::robots::Kind;
-use crate::robots::guard::alone;
 use crate::robots::guard::values::Values;
-use crate::robots::guard::wheels::Wanted;
 
 /// A cycle of the arena, ns, and the time between two beacons.
 const CYCLE: u64 = SECOND / 10;
@@ -123,8 +119,52 @@ struct Wait {
 }
 
 /// A participant.
+enum Player {
+    Daemon(Port),
+    Guard(Guard),
+}
+
+impl Player {
+    /// Gives it time, and takes what it says until it waits again.
+    ///
+    /// # Errors
+    /// It has ended, or takes too long.
+    fn turn(&mut self, time: Time) -> (Vec<Up>, io::Result<Wait>) {
+        let mut said = match self {
+            Self::Guard(guard) => guard.turn(time),
+            Self::Daemon(port) => match port.send(&[time]) {
+                Ok(()) => Vec::new(),
+                Err(error) => return (Vec::new(), Err(error)),
+            },
+        };
+        loop {
+            match said.pop() {
+                Some(Up::Wait { until, line, told }) => return (said, Ok(Wait { until, line, told })),
+                last => said.extend(last),
+            }
+            let next = match self {
+                Self::Guard(_) => Err(ErrorKind::UnexpectedEof.into()),
+                Self::Daemon(port) => port.receive(),
+            };
+            match next {
+                Ok(message) => said.push(message),
+                Err(error) => return (said, Err(error)),
+            }
+        }
+    }
+
+    /// Gives it no more time.
+    fn close(self) {
+        match self {
+            Self::Daemon(port) => port.close(),
+            Self::Guard(guard) => guard.close(),
+        }
+    }
+}
+
+/// A participant's place.
 struct Seat {
-    port: Port,
+    player: Player,
     wait: Wait,
     /// Lines for it.
     lines: Vec<String>,
@@ -134,10 +174,10 @@ struct Seat {
 }
 
 impl Seat {
-    /// A participant that has said who it is, and waits for the time.
-    fn new(port: Port) -> Self {
+    /// A participant that waits for the time.
+    fn new(player: Player) -> Self {
         Self {
-            port,
+            player,
             wait: Wait::default(),
             lines: Vec::new(),
             is_alone: false,
@@ -522,17 +562,17 @@ impl<'a> Conductor<'a> {
         let robot = &mut self.robots[number as usize];
         robot.process = process;
         robot.coming.clear();
-        robot.daemon = Some(Seat::new(port));
-        if let Some(old) = robot.guard.take() {
-            old.port.close();
+        robot.daemon = Some(Seat::new(Player::Daemon(port)));
+        let guard = Player::Guard(Guard::new(number, &self.plan.guard));
+        if let Some(old) = robot.guard.replace(Seat::new(guard)) {
+            old.player.close();
         }
-        robot.guard = Some(Seat::new(guarded(number, &self.plan.guard)?));
         Ok(())
     }
 
     /// The connection of a daemon that was started.
     fn accepted(&self, number: u32, process: Option<&mut Child>) -> Result<Port> {
-        let failed = |error: std::io::Error| Failure::storage(&self.socket, &error);
+        let failed = |error: io::Error| Failure::storage(&self.socket, &error);
         let place = format!("robot {number}");
         self.listener.set_nonblocking(true).map_err(failed)?;
         let (start, mut process) = (Instant::now(), process);
@@ -562,7 +602,7 @@ impl<'a> Conductor<'a> {
     fn leave(&mut self, number: u32, who: Who) {
         let robot = &mut self.robots[number as usize];
         if let Some(seat) = robot.seat(who).take() {
-            seat.port.close();
+            seat.player.close();
         }
         if let Some(other) = robot.seat(who.other()) {
             other.is_alone = true;
@@ -755,28 +795,24 @@ impl<'a> Conductor<'a> {
             datagrams,
         };
         seat.must_know = false;
-        let mut next = seat.port.send(&time).and_then(|()| seat.port.receive());
-        loop {
-            match next {
-                Ok(Up::Wait { until, line, told }) => {
-                    seat.wait = Wait { until, line, told };
-                    *self.robots[number as usize].seat(who) = Some(seat);
-                    return Ok(());
-                }
-                Ok(message) => self.take(number, who, message),
-                Err(error) if matches!(error.kind(), ErrorKind::WouldBlock | ErrorKind::TimedOut) => {
-                    let limit = COMPUTE.as_secs();
-                    let problem = format_args!("robot {number}: the daemon has not answered for {limit} s");
-                    return Err(Failure::failed(problem));
-                }
-                Err(_) => {
-                    *self.robots[number as usize].seat(who) = Some(seat);
-                    self.ended(number, who);
-                    return Ok(());
-                }
+        let (said, wait) = seat.player.turn(time);
+        said.into_iter().for_each(|message| self.take(number, who, message));
+        match wait {
+            Err(error) if matches!(error.kind(), ErrorKind::WouldBlock | ErrorKind::TimedOut) => {
+                let limit = COMPUTE.as_secs();
+                let problem = format_args!("robot {number}: the daemon has not answered for {limit} s");
+                return Err(Failure::failed(problem));
             }
-            next = seat.port.receive();
+            Err(_) => {
+                *self.robots[number as usize].seat(who) = Some(seat);
+                self.ended(number, who);
+            }
+            Ok(wait) => {
+                seat.wait = wait;
+                *self.robots[number as usize].seat(who) = Some(seat);
+            }
         }
+        Ok(())
     }
 
     /// Takes what a participant says.
@@ -847,7 +883,7 @@ impl<'a> Conductor<'a> {
             }
             for who in Who::ALL {
                 if let Some(seat) = robot.seat(who).take() {
-                    seat.port.close();
+                    seat.player.close();
                 }
             }
         }
@@ -871,27 +907,7 @@ fn signal(process: Option<&Child>, signal: Signal) {
     }
 }
 
-/// Starts a robot's guard, which gets its time from the conductor too.
-fn guarded(number: u32, values: &Values) -> Result<Port> {
-    let failed =
-        |error: std::io::Error| Failure::failed(format_args!("robot {number}: the guard can't be started: {error}"));
-    let (stream, other) = UnixStream::pair().map_err(failed)?;
-    let values = values.clone();
-    thread::spawn(move || {
-        let wanted = Wanted {
-            kinds: vec![Kind::Proximity, Kind::Light],
-            odometry: false,
-        };
-        if let Ok(lockstep) = Lockstep::begin(other, number, Arc::new(AtomicBool::new(false))) {
-            alone::guard(Box::new(lockstep.clone()), &lockstep, &wanted, &values);
-        }
-    });
-    let mut port = Port::new(stream);
-    hello(&mut port, number)?;
-    Ok(port)
-}
-
-/// Waits until a participant says who it is.
+/// Waits until a daemon says who it is.
 fn hello(port: &mut Port, number: u32) -> Result {
     match port.receive() {
         Ok(Up::Hello { version, robot }) if (version, robot) == (VERSION, number) => Ok(()),

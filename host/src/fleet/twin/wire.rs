@@ -1,7 +1,7 @@
 //! Messages between the conductor and those whom it gives time: daemons and guards. One side at a time has something to do: a
 //! participant does its work and then waits, the conductor lets time pass until there is something for it, and says so.
 //!
-//! A message is its length, 4 bytes, little endian, and then the message as postcard.
+//! To a daemon's process a message is its length, 4 bytes, little endian, and then the message as postcard.
 
 use std::io::{self, BufReader, Read, Write};
 use std::os::unix::net::UnixStream;
@@ -62,52 +62,38 @@ pub(super) struct Time {
 }
 
 /// One end of a connection.
-pub(super) struct Port {
-    reader: BufReader<UnixStream>,
-    /// Messages that are sent with the next one that is answered.
-    waiting: Vec<u8>,
-}
+pub(super) struct Port(BufReader<UnixStream>);
 
 impl Port {
     pub(super) fn new(stream: UnixStream) -> Self {
-        Self {
-            reader: BufReader::new(stream),
-            waiting: Vec::new(),
-        }
+        Self(BufReader::new(stream))
     }
 
+    #[cfg(feature = "twin")]
     /// Limits how long a message may take to come; for ever without a limit.
     pub(super) fn limit(&self, limit: Option<Duration>) -> io::Result<()> {
-        self.reader.get_ref().set_read_timeout(limit)
+        self.0.get_ref().set_read_timeout(limit)
     }
 
+    #[cfg(feature = "twin")]
     /// Ends the connection, also for the other end.
     pub(super) fn close(&self) {
         // It may be closed already.
-        let _ = self.reader.get_ref().shutdown(std::net::Shutdown::Both);
+        let _ = self.0.get_ref().shutdown(std::net::Shutdown::Both);
     }
 
-    /// Adds a message to those that are sent next.
-    pub(super) fn add(&mut self, message: &impl Serialize) {
-        let bytes = postcard::to_allocvec(message).unwrap_or_default();
-        self.waiting.extend((bytes.len() as u32).to_le_bytes());
-        self.waiting.extend(bytes);
-    }
-
-    /// Sends what was added, if anybody is there.
-    pub(super) fn flush(&mut self) {
-        let bytes = std::mem::take(&mut self.waiting);
-        let _ = self.reader.get_mut().write_all(&bytes);
-    }
-
-    /// Sends a message, after those that were added.
+    /// Sends messages.
     ///
     /// # Errors
     /// The other end is gone.
-    pub(super) fn send(&mut self, message: &impl Serialize) -> io::Result<()> {
-        self.add(message);
-        let bytes = std::mem::take(&mut self.waiting);
-        self.reader.get_mut().write_all(&bytes)
+    pub(super) fn send(&mut self, messages: &[impl Serialize]) -> io::Result<()> {
+        let mut all = Vec::new();
+        for message in messages {
+            let bytes = postcard::to_allocvec(message).unwrap_or_default();
+            all.extend((bytes.len() as u32).to_le_bytes());
+            all.extend(bytes);
+        }
+        self.0.get_mut().write_all(&all)
     }
 
     /// The next message.
@@ -116,7 +102,7 @@ impl Port {
     /// The other end is gone, or has sent what is no message.
     pub(super) fn receive<T: DeserializeOwned>(&mut self) -> io::Result<T> {
         let mut length = [0; 4];
-        self.reader.read_exact(&mut length)?;
+        self.0.read_exact(&mut length)?;
         let length = u32::from_le_bytes(length) as usize;
         if length > LONGEST {
             return Err(invalid(format!(
@@ -124,7 +110,7 @@ impl Port {
             )));
         }
         let mut bytes = vec![0; length];
-        self.reader.read_exact(&mut bytes)?;
+        self.0.read_exact(&mut bytes)?;
         postcard::from_bytes(&bytes).map_err(|error| invalid(error.to_string()))
     }
 }
@@ -146,8 +132,7 @@ mod tests {
             line: true,
             told: false,
         };
-        one.add(&Up::Line(vec![0, 255]));
-        one.send(&wait).unwrap();
+        one.send(&[Up::Line(vec![0, 255]), wait.clone()]).unwrap();
         assert_eq!(other.receive::<Up>().unwrap(), Up::Line(vec![0, 255]));
         assert_eq!(other.receive::<Up>().unwrap(), wait);
         let time = Time {
@@ -155,10 +140,10 @@ mod tests {
             datagrams: vec![(true, vec![1])],
             ..Time::default()
         };
-        other.send(&time).unwrap();
+        other.send(std::slice::from_ref(&time)).unwrap();
         assert_eq!(one.receive::<Time>().unwrap(), time);
         for bytes in [&[255, 255, 255, 255][..], &[1, 0, 0, 0, 77]] {
-            other.reader.get_mut().write_all(bytes).unwrap();
+            other.0.get_mut().write_all(bytes).unwrap();
             assert_eq!(one.receive::<Up>().unwrap_err().kind(), io::ErrorKind::InvalidData);
         }
         drop(other);
