@@ -51,13 +51,8 @@ long --test transfer -- --nocapture --test-threads=1
 say "instructions of an on-board generation on 64-bit ARM"
 tests/arm-instructions.sh
 
-say "the program for a robot's computer"
-cargo build --profile robot --locked -p oneiro-host --no-default-features
-size=$(stat -c %s "$target/robot/oneiro")
-[ "$size" -lt 8000000 ] || {
-    echo "the program for a robot has $size bytes; allowed: fewer than 8,000,000" >&2
-    exit 1
-}
+say "daemons on 32-bit and 64-bit ARM"
+tests/arm-daemons.sh
 
 say "a hundred thousand runs, in one go and in shards"
 cargo build --release --locked -p oneiro-host --features parquet

@@ -15,6 +15,7 @@ const LIGHT: [usize; SENSORS] = [7, 6, 1, 0, 5, 4, 3, 2];
 
 pub(crate) use oneiro::acting::Readings as Activations;
 
+#[cfg(any(test, feature = "twin"))]
 /// What a robot reads: eight sensors of proximity, then eight of light, 0 to 4095.
 pub(crate) type Raw = [u16; 2 * SENSORS];
 
@@ -36,6 +37,7 @@ pub(crate) fn activations(readings: &[f64]) -> Result<Activations, String> {
     })
 }
 
+#[cfg(any(test, feature = "twin"))]
 /// The nearest readings of a robot whose activations would be these. Its sensors of proximity that no behaviour uses read 0.
 pub(crate) fn readings(activations: &Activations) -> Raw {
     let raw = |share: f64| (GREATEST * share.clamp(0.0, 1.0)).round() as u16;

@@ -271,18 +271,6 @@ impl Guard {
         is_final && (self.state == State::Standing || self.waited >= self.values.give_up())
     }
 
-    /// How long the wheels may turn yet, unless a command or an answer comes; none if they are not to turn.
-    fn validity(&self) -> Option<Duration> {
-        let expires = self.values.expiry().saturating_sub(self.age);
-        let is_late = self.values.link().saturating_sub(self.quiet);
-        (self.state == State::Moving).then_some(expires.min(is_late))
-    }
-
-    /// Whether wheels have not the speeds yet that the newest command wants.
-    fn is_speeding_up(&self) -> bool {
-        self.state == State::Moving && self.speeds != self.target
-    }
-
     /// Decides what the wheels do next.
     pub(crate) fn step(&mut self, inputs: &Inputs) -> Order {
         self.age = self.age.saturating_add(inputs.passed);

@@ -445,18 +445,6 @@ fn recognise(link: Box<dyn Link>) -> Result<Option<Box<dyn Robot>>> {
     }
 }
 
-/// Connects to the robot that talks in lines at the end of a link, and stops its wheels.
-///
-/// # Errors
-/// No known robot answers, or the link fails.
-fn recognised(link: Box<dyn Link>) -> Result<Box<dyn Robot>> {
-    let name = link.name().to_owned();
-    recognise(link)?.ok_or_else(|| Error::Unknown {
-        link: name,
-        problem: "no e-puck or Khepera answers; check that it is on".into(),
-    })
-}
-
 /// Stops a robot. A restart that it reports first is no confirmation.
 ///
 /// # Errors

@@ -5,6 +5,7 @@
 
 use std::io::{self, BufReader, Read, Write};
 use std::os::unix::net::UnixStream;
+#[cfg(feature = "twin")]
 use std::time::Duration;
 
 use serde::de::DeserializeOwned;

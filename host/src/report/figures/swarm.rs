@@ -49,6 +49,7 @@ pub(crate) enum Teller {
     /// The simulated arena, which knows everything.
     Arena,
     /// An arena's record without food on the floor and without who heard whom.
+    #[cfg(feature = "twin")]
     Record,
     /// The robots, which may fall silent: neither food on the floor nor who heard whom is known, but their problems are.
     Robots,

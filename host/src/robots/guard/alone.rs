@@ -6,14 +6,14 @@ use std::rc::Rc;
 use std::sync::mpsc;
 use std::time::Duration;
 
-use super::Brake;
 use super::message::{Report, VERSION};
-use super::process::{Keeper, TICK};
+use super::process::{Keeper, PULSE, TICK};
 use super::values::Values;
 use super::wheels::{Event, Hands, Pace, Wanted, ready};
-use crate::robots::error::Result;
+use super::{Brake, Guard, State};
+use crate::robots::error::{Error, Result};
 use crate::robots::link::{Clock, Link};
-use crate::robots::recognised;
+use crate::robots::recognise;
 
 /// What connects a guard with its program, and gives it time.
 pub(crate) trait Pipe: Clock + Clone {
@@ -112,8 +112,41 @@ pub(crate) fn guard(link: Box<dyn Link>, pipe: &(impl Pipe + 'static), wanted: &
     }
 }
 
+impl Guard {
+    /// How long the wheels may turn yet, unless a command or an answer comes; none if they are not to turn.
+    fn validity(&self) -> Option<Duration> {
+        let expires = self.values.expiry().saturating_sub(self.age);
+        let is_late = self.values.link().saturating_sub(self.quiet);
+        (self.state == State::Moving).then_some(expires.min(is_late))
+    }
+
+    /// Whether wheels have not the speeds yet that the newest command wants.
+    fn is_speeding_up(&self) -> bool {
+        self.state == State::Moving && self.speeds != self.target
+    }
+}
+
+impl Keeper {
+    /// How long the wheels may turn yet, if nothing more comes; none if they are not to turn.
+    fn validity(&self) -> Option<Duration> {
+        self.guard.as_ref()?.validity()
+    }
+
+    /// How long it has nothing to decide and to report, if nothing comes.
+    fn patience(&self) -> Duration {
+        let is_speeding_up = self.guard.as_ref().is_some_and(Guard::is_speeding_up);
+        let validity = self.validity().unwrap_or(PULSE);
+        if is_speeding_up { TICK } else { validity.min(PULSE) }
+    }
+}
+
 type Connected = (Box<dyn crate::robots::Robot>, Vec<crate::robots::Kind>);
 
 fn connected(link: Box<dyn Link>, wanted: &Wanted, values: &Values) -> Result<Connected> {
-    ready(recognised(link)?, &wanted.kinds, values.fuse())
+    let name = link.name().to_owned();
+    let robot = recognise(link)?.ok_or_else(|| Error::Unknown {
+        link: name,
+        problem: "no e-puck or Khepera answers".into(),
+    })?;
+    ready(robot, &wanted.kinds, values.fuse())
 }

@@ -25,7 +25,7 @@ use crate::robots::recording::Recording;
 /// Between two looks.
 pub(super) const TICK: Duration = Duration::from_millis(10);
 /// Between two reports of the state, if it does not change.
-const PULSE: Duration = Duration::from_millis(100);
+pub(super) const PULSE: Duration = Duration::from_millis(100);
 /// How long to wait for other threads at the end.
 const FAREWELL: Duration = Duration::from_secs(1);
 
@@ -317,7 +317,7 @@ pub(super) struct Keeper {
     heard: Heard,
     values: Values,
     /// None until the robot is connected.
-    guard: Option<Guard>,
+    pub(super) guard: Option<Guard>,
     /// When it began, and when it decided last.
     start: Duration,
     last: Duration,
@@ -365,19 +365,6 @@ impl Keeper {
     /// Whether the guard may end: the wheels stand and nobody can drive them any more, or it has tried for long enough.
     pub(super) fn is_over(&self) -> bool {
         self.guard.as_ref().is_some_and(Guard::is_over)
-    }
-
-    /// How long the wheels may turn yet, if nothing more comes; none if they are not to turn.
-    pub(super) fn validity(&self) -> Option<Duration> {
-        self.guard.as_ref()?.validity()
-    }
-
-    /// How long it has nothing to decide and to report, if nothing comes.
-    pub(super) fn patience(&self) -> Duration {
-        let guard = self.guard.as_ref();
-        let is_speeding_up = guard.is_some_and(Guard::is_speeding_up);
-        let validity = self.validity().unwrap_or(PULSE);
-        if is_speeding_up { TICK } else { validity.min(PULSE) }
     }
 
     /// Its state, if it has changed, and from time to time.
