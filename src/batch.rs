@@ -262,6 +262,16 @@ impl Worlds {
         self.0.kernel
     }
 
+    /// Them as the kernel reads them.
+    pub(crate) fn packed(&self) -> &Packed {
+        &self.0.packed
+    }
+
+    /// Whether these are other worlds packed at the same time.
+    pub(crate) fn is_same(&self, other: &Self) -> bool {
+        Arc::ptr_eq(&self.0, &other.0)
+    }
+
     /// Words that each rollout keeps between stretches.
     pub fn state_words(&self) -> usize {
         self.0.state_words as usize
@@ -302,6 +312,11 @@ impl Batch {
         trace: Option<TraceRequest>,
     ) -> Result<Self, Invalid> {
         Worlds::new(worlds)?.batch(rollouts, trace)
+    }
+
+    /// The worlds of its rollouts.
+    pub(crate) fn worlds(&self) -> &Worlds {
+        &self.worlds
     }
 
     /// Number of rollouts.

@@ -8,7 +8,7 @@ use std::time::{Duration, Instant};
 use oneiro::batch::Batch;
 use oneiro::cpu::Cpu;
 use oneiro::evaluator::{Control, Error, Evaluator};
-use oneiro::gpu::{Bounds, Choice, FloatControls, Gpu, Path, Recovering, Run, adapters, find};
+use oneiro::gpu::{Bounds, Choice, FloatControls, Gpu, Path, Recovering, Run, Specialise, adapters, find};
 use oneiro::probe;
 use oneiro::surrogate::{Differences, Surrogate};
 use oneiro::world::{Controller, Noise, World, WorldSpec};
@@ -112,6 +112,91 @@ fn all_kernels_give_the_cpus_bits() {
             }
         });
         assert_eq!(differing(&bits(&mut gpu, &changed), &expected), [121], "{controller:?}");
+    }
+}
+
+/// Steps of a batch in a second, at the best of three.
+fn speed(gpu: &mut Gpu, batch: &Batch) -> f64 {
+    let lasted = (0..3).map(|_| {
+        let start = Instant::now();
+        gpu.evaluate_part(&batch.all(), &Control::new()).unwrap();
+        start.elapsed().as_secs_f64()
+    });
+    batch.steps() as f64 / lasted.fold(f64::INFINITY, f64::min)
+}
+
+/// Kernels that are specialised to their worlds give the generic ones' bits.
+#[cfg(feature = "compose")]
+#[test]
+fn specialised_kernels_give_the_same_bits() {
+    let mut gpu = gpu();
+    gpu.set_specialise(Specialise::Always);
+    let surrogate = |controller: &Controller| {
+        let mut worlds = worlds(controller);
+        for severity in [0.0, 0.5, 1.0] {
+            worlds.push(world(|spec| {
+                spec.controller = controller.clone();
+                spec.surrogate = Some(Arc::new(Surrogate::drawn(1, Differences::all(severity))));
+            }));
+        }
+        worlds
+    };
+    for controller in CONTROLLERS {
+        let all = surrogate(&controller);
+        for worlds in [&all[..4], &all[4..]] {
+            for trace in [None, Some(7)] {
+                let batch = batch(worlds, 300, trace);
+                let expected = bits(&mut cpu(), &batch);
+                let before = gpu.specialised_steps();
+                assert_eq!(
+                    differing(&bits(&mut gpu, &batch), &expected),
+                    NONE,
+                    "{controller:?} {trace:?}"
+                );
+                assert_eq!(gpu.specialised_steps() - before, batch.steps(), "{:?}", gpu.problems());
+            }
+        }
+    }
+}
+
+/// How much faster a specialised kernel is.
+#[cfg(feature = "compose")]
+#[test]
+#[ignore = "measures: with --nocapture"]
+fn specialised_kernels_are_faster() {
+    let kinds: [(&str, World); 4] = [
+        ("no noise", lives::world(500, |_| ())),
+        (
+            "all noise",
+            lives::world(500, |spec| {
+                spec.noise = Noise {
+                    motor: 0.1,
+                    ..Noise::CONSERVATIVE
+                }
+            }),
+        ),
+        (
+            "hidden",
+            lives::world(500, |spec| spec.controller = Controller::Hidden { units: 4 }),
+        ),
+        (
+            "surrogate",
+            lives::world(500, |spec| {
+                spec.surrogate = Some(Arc::new(Surrogate::drawn(1, Differences::all(0.5))));
+            }),
+        ),
+    ];
+    for (name, world) in kinds {
+        let batch = batch(&[world], 10_000, None);
+        let mut gpu = gpu();
+        let [generic, special] = [Specialise::Never, Specialise::Always].map(|when| {
+            gpu.set_specialise(when);
+            let start = Instant::now();
+            gpu.evaluate_part(&batch.all(), &Control::new()).unwrap();
+            let first = start.elapsed();
+            (speed(&mut gpu, &batch) / 1e6, first)
+        });
+        println!("{name}: {generic:.2?} {special:.2?} M steps/s, first batch");
     }
 }
 

@@ -92,10 +92,10 @@ impl<W: WorldKind + ?Sized> WorldKind for &W {
 
 /// Data that the rollouts of a batch share, in the kernel's form.
 #[derive(Debug, Default)]
-pub(super) struct Packed {
-    pub(super) worlds: Vec<life::World>,
-    pub(super) shapes: Vec<life::Shape>,
-    pub(super) tables: Vec<[u32; 4]>,
+pub(crate) struct Packed {
+    pub(crate) worlds: Vec<life::World>,
+    pub(crate) shapes: Vec<life::Shape>,
+    pub(crate) tables: Vec<[u32; 4]>,
 }
 
 impl Packed {

@@ -53,6 +53,65 @@ pub(super) struct Pipeline {
     pub(super) compute: wgpu::ComputePipeline,
 }
 
+/// Makes pipelines.
+pub(super) struct Maker {
+    raw: wgpu::Device,
+    path: Path,
+    float_controls: FloatControls,
+}
+
+impl Maker {
+    /// Compiles a kernel, or a variant of it that is given as SPIR-V.
+    pub(super) fn pipeline(&self, kernel: &Kernel, variant: Option<&[u32]>) -> Pipeline {
+        let label = Some(kernel.name);
+        let entries: Vec<_> = kernel.bindings.iter().map(layout_entry).collect();
+        let bindings = self.raw.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
+            label,
+            entries: &entries,
+        });
+        let layout = self.raw.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
+            label,
+            bind_group_layouts: &[Some(&bindings)],
+            immediate_size: 0,
+        });
+        let module = match self.path {
+            Path::Spirv => {
+                let words = spirv::with_modes(variant.unwrap_or(kernel.spirv), self.float_controls);
+                let descriptor = wgpu::ShaderModuleDescriptorPassthrough {
+                    label,
+                    entry_points: vec![wgpu::PassthroughShaderEntryPoint {
+                        name: kernel.entry_point.into(),
+                        workgroup_size: (kernel.workgroup_size, 1, 1),
+                    }]
+                    .into(),
+                    spirv: Some(words.into()),
+                    ..Default::default()
+                };
+                // SAFETY: naga wrote the module from a validated one, with every index clamped to its buffer and every
+                // loop ended by its own bound; the added modes are supported by the driver.
+                unsafe { self.raw.create_shader_module_passthrough(descriptor) }
+            }
+            Path::Wgsl => self.raw.create_shader_module(wgpu::ShaderModuleDescriptor {
+                label,
+                source: wgpu::ShaderSource::Wgsl(kernel.wgsl.into()),
+            }),
+        };
+        let compute = self.raw.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
+            label,
+            layout: Some(&layout),
+            module: &module,
+            entry_point: Some(kernel.entry_point),
+            compilation_options: wgpu::PipelineCompilationOptions::default(),
+            cache: None,
+        });
+        Pipeline {
+            kernel: kernel.name,
+            bindings,
+            compute,
+        }
+    }
+}
+
 /// An open device.
 #[derive(Debug)]
 pub(super) struct Device {
@@ -146,6 +205,15 @@ impl Device {
         self.pipelines.clear();
     }
 
+    /// What makes pipelines of this device, on any thread.
+    pub(super) fn maker(&self) -> Maker {
+        Maker {
+            raw: self.raw.clone(),
+            path: self.path,
+            float_controls: self.float_controls,
+        }
+    }
+
     /// Returns a kernel, which is compiled on first use.
     ///
     /// # Errors
@@ -155,59 +223,10 @@ impl Device {
         if let Some(pipeline) = self.pipelines.get(&key) {
             return Ok(Arc::clone(pipeline));
         }
-        let pipeline = Arc::new(self.compile(kernel));
+        let pipeline = Arc::new(self.maker().pipeline(kernel, None));
         self.check()?;
         self.pipelines.insert(key, Arc::clone(&pipeline));
         Ok(pipeline)
-    }
-
-    fn compile(&self, kernel: &Kernel) -> Pipeline {
-        let label = Some(kernel.name);
-        let entries: Vec<_> = kernel.bindings.iter().map(layout_entry).collect();
-        let bindings = self.raw.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
-            label,
-            entries: &entries,
-        });
-        let layout = self.raw.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
-            label,
-            bind_group_layouts: &[Some(&bindings)],
-            immediate_size: 0,
-        });
-        let module = match self.path {
-            Path::Spirv => {
-                let words = spirv::with_modes(kernel.spirv, self.float_controls);
-                let descriptor = wgpu::ShaderModuleDescriptorPassthrough {
-                    label,
-                    entry_points: vec![wgpu::PassthroughShaderEntryPoint {
-                        name: kernel.entry_point.into(),
-                        workgroup_size: (kernel.workgroup_size, 1, 1),
-                    }]
-                    .into(),
-                    spirv: Some(words.into()),
-                    ..Default::default()
-                };
-                // SAFETY: naga wrote the module from a validated one, with every index clamped to its buffer and every
-                // loop ended by its own bound; the added modes are supported by the driver.
-                unsafe { self.raw.create_shader_module_passthrough(descriptor) }
-            }
-            Path::Wgsl => self.raw.create_shader_module(wgpu::ShaderModuleDescriptor {
-                label,
-                source: wgpu::ShaderSource::Wgsl(kernel.wgsl.into()),
-            }),
-        };
-        let compute = self.raw.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
-            label,
-            layout: Some(&layout),
-            module: &module,
-            entry_point: Some(kernel.entry_point),
-            compilation_options: wgpu::PipelineCompilationOptions::default(),
-            cache: None,
-        });
-        Pipeline {
-            kernel: kernel.name,
-            bindings,
-            compute,
-        }
     }
 
     /// Submits commands.

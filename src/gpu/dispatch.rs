@@ -11,6 +11,7 @@ use oneiro_shaders::life::Dispatch;
 use super::buffers::{Bench, Scene};
 use super::device::{Device, Fault, Pipeline};
 use super::pace::Pace;
+use super::specialised::Variants;
 use crate::batch::{LANES, Part, PartResult};
 use crate::evaluator::Control;
 
@@ -45,7 +46,9 @@ impl Default for Bounds {
 pub(super) struct Lives {
     scene: Scene,
     benches: [Bench; 2],
-    paces: BTreeMap<&'static str, Pace>,
+    /// By kernel, of the generic one and of its variants.
+    paces: BTreeMap<&'static str, [Pace; 2]>,
+    pub(super) variants: Variants,
     pub(super) bounds: Bounds,
 }
 
@@ -73,7 +76,11 @@ impl Lives {
         groups: u32,
     ) -> Result<PartResult, Fault> {
         let pipeline = device.pipeline(part.kernel())?;
-        let cuts = cuts(part, Bytes::of(device, groups))?;
+        let bytes = Bytes {
+            one_world: self.variants.when.divides(part.group_table()),
+            ..Bytes::of(device, groups)
+        };
+        let cuts = cuts(part, bytes)?;
         self.scene.worlds.keep(device, bytemuck::cast_slice(part.worlds()));
         self.scene.shapes.keep(device, bytemuck::cast_slice(part.shapes()));
         self.scene.tables.keep(device, bytemuck::cast_slice(part.tables()));
@@ -99,7 +106,8 @@ impl Lives {
             control,
             scene: &self.scene,
             benches: &mut self.benches,
-            pace: self.paces.entry(pipeline.kernel).or_default(),
+            paces: self.paces.entry(pipeline.kernel).or_default(),
+            variants: &mut self.variants,
             most_cycles: [first, GREATEST_LOOPS / part.loops()].map(|most| self.bounds.cycles.min(most).max(1)),
             flights: VecDeque::new(),
             told_steps: 0,
@@ -126,6 +134,8 @@ struct Bytes {
     groups: usize,
     binding: u64,
     cut: u64,
+    /// Whether all groups of a cut have the same world.
+    one_world: bool,
 }
 
 impl Bytes {
@@ -135,6 +145,7 @@ impl Bytes {
             groups: limits.workgroups.min(groups).max(1) as usize,
             binding: limits.binding_bytes.min(limits.buffer_bytes),
             cut: CUT_BYTES,
+            one_world: false,
         }
     }
 }
@@ -148,6 +159,8 @@ struct Cut {
     inputs: Range<usize>,
     /// Cycles up to the end of the longest life.
     cycles: Range<u32>,
+    /// The world of all of its rollouts, if they have the same.
+    world: Option<u32>,
 }
 
 impl Cut {
@@ -187,7 +200,11 @@ fn cuts(part: &Part<'_>, bounds: Bytes) -> Result<Vec<Cut>, Fault> {
             let count = (end - start) as u64;
             let input = 4 * (inputs_end(end) - first_word) as u64;
             let largest = input.max(traced * count).max(fixed * count);
-            end - start <= bounds.groups && largest <= bounds.binding && input + (fixed + traced) * count <= bounds.cut
+            let is_of_world = !bounds.one_world || groups[end - 1].world == groups[start].world;
+            is_of_world
+                && end - start <= bounds.groups
+                && largest <= bounds.binding
+                && input + (fixed + traced) * count <= bounds.cut
         };
         // A cut has at least one group, whatever the target; the bindings hold it (32 hidden units are 90 kB).
         let mut end = start + 1;
@@ -199,7 +216,12 @@ fn cuts(part: &Part<'_>, bounds: Bytes) -> Result<Vec<Cut>, Fault> {
             .map(|g| part.worlds()[g.world as usize].steps)
             .max()
             .unwrap_or(0);
+        let world = groups[start].world;
         cuts.push(Cut {
+            world: groups[start..end]
+                .iter()
+                .all(|group| group.world == world)
+                .then_some(world),
             groups: start..end,
             inputs: first_word..inputs_end(end),
             cycles: batch.cycles().start..batch.cycles().end.min(cycles),
@@ -217,6 +239,8 @@ struct Flight {
     slots: u64,
     cycles: u32,
     steps: u64,
+    world: Option<u32>,
+    is_specialised: bool,
     /// Slots whose results it returns: those of its cut, if it is the cut's last dispatch.
     brings: Option<Range<usize>>,
 }
@@ -230,7 +254,8 @@ struct Run<'a> {
     control: &'a Control,
     scene: &'a Scene,
     benches: &'a mut [Bench; 2],
-    pace: &'a mut Pace,
+    paces: &'a mut [Pace; 2],
+    variants: &'a mut Variants,
     /// Most cycles of a dispatch that begins lives, and of others.
     most_cycles: [u32; 2],
     flights: VecDeque<Flight>,
@@ -246,14 +271,18 @@ impl Run<'_> {
             let bench = index % self.benches.len();
             let mut begin = cut.cycles.start;
             while begin < cut.cycles.end {
+                let variant = cut
+                    .world
+                    .and_then(|world| self.variants.ready(self.device, self.part, world));
                 // The next chunk can't be planned until the speed is known.
-                self.land_until(usize::from(self.pace.is_known()))?;
-                let cycles = self
-                    .pace
+                let pace = self.paces[usize::from(variant.is_some())];
+                self.land_until(usize::from(pace.is_known()))?;
+                let pace = self.paces[usize::from(variant.is_some())];
+                let cycles = pace
                     .cycles(cut.slots())
                     .min(self.most_cycles[usize::from(begin > 0)])
                     .min(cut.cycles.end - begin);
-                self.launch(cut, bench, begin..begin + cycles)?;
+                self.launch(cut, bench, begin..begin + cycles, variant.as_deref())?;
                 begin += cycles;
             }
         }
@@ -284,14 +313,21 @@ impl Run<'_> {
     }
 
     /// Submits a chunk of a cut.
-    fn launch(&mut self, cut: &Cut, bench_index: usize, cycles: Range<u32>) -> Result<(), Fault> {
+    fn launch(
+        &mut self,
+        cut: &Cut,
+        bench_index: usize,
+        cycles: Range<u32>,
+        variant: Option<&Pipeline>,
+    ) -> Result<(), Fault> {
+        let pipeline = variant.unwrap_or(self.pipeline);
         let part = self.part;
         let group_table = &part.group_table()[cut.groups.clone()];
         let batch = part.batch();
         let is_first = cycles.start == cut.cycles.start;
         let is_last = cycles.end == cut.cycles.end;
         let traced = part.trace_records() > 0;
-        let label = Some(self.pipeline.kernel);
+        let label = Some(pipeline.kernel);
         if is_first {
             self.make_room(cut, bench_index);
         }
@@ -327,13 +363,13 @@ impl Run<'_> {
             record_words: batch.record_words() as u32,
         };
         bench.dispatch.write(self.device, bytemuck::bytes_of(&dispatch));
-        let bind_group = bind(self.device, self.pipeline, self.kernel, self.scene, bench)?;
+        let bind_group = bind(self.device, pipeline, self.kernel, self.scene, bench)?;
         {
             let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor {
                 label,
                 timestamp_writes: None,
             });
-            pass.set_pipeline(&self.pipeline.compute);
+            pass.set_pipeline(&pipeline.compute);
             pass.set_bind_group(0, &bind_group, &[]);
             pass.dispatch_workgroups(group_table.len() as u32, 1, 1);
         }
@@ -355,6 +391,8 @@ impl Run<'_> {
             slots: cut.slots(),
             cycles: cycles.end - cycles.start,
             steps: part.steps_of(group_table, &cycles),
+            world: cut.world,
+            is_specialised: variant.is_some(),
             brings: is_last.then(|| cut.groups.start * LANES..cut.groups.end * LANES),
         });
         Ok(())
@@ -370,8 +408,13 @@ impl Run<'_> {
             self.device.wait(&flight.submission, self.control)?;
             // A dispatch begins when it is submitted, or when the one before is done.
             let now = Instant::now();
-            self.pace
-                .observe(flight.slots, flight.cycles, now - flight.submitted.max(self.landed));
+            let lasted = now - flight.submitted.max(self.landed);
+            self.paces[usize::from(flight.is_specialised)].observe(flight.slots, flight.cycles, lasted);
+            if flight.is_specialised {
+                self.variants.steps += flight.steps;
+            } else if let Some(world) = flight.world {
+                self.variants.spend(self.device, self.part, world, lasted);
+            }
             self.landed = now;
             self.control.add_steps(flight.steps);
             self.told_steps += flight.steps;
@@ -467,6 +510,7 @@ mod tests {
         groups: usize::MAX,
         binding: u64::MAX,
         cut: u64::MAX,
+        one_world: false,
     };
 
     #[test]

@@ -7,6 +7,11 @@ mod dispatch;
 mod pace;
 mod recovery;
 mod run;
+#[cfg(feature = "compose")]
+mod specialised;
+#[cfg(not(feature = "compose"))]
+#[path = "unspecialised.rs"]
+mod specialised;
 mod spirv;
 mod trust;
 
@@ -16,11 +21,40 @@ pub use dispatch::Bounds;
 pub use recovery::Recovering;
 pub use run::Run;
 
+use oneiro_shaders::life::Group;
+
 use device::{Device, Fault};
 use dispatch::Lives;
 
 use crate::batch::{Part, PartResult};
 use crate::evaluator::{self, Control, Error, Evaluator};
+
+/// When kernels are specialised to the worlds that they simulate. Results don't depend on it.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Specialise {
+    /// For a world that has kept the generic kernel busy for as long as compiling takes, in the background.
+    #[default]
+    Auto,
+    /// Before anything else.
+    Always,
+    /// Not at all.
+    Never,
+}
+
+impl Specialise {
+    /// Groups of a world that keep a device busy by themselves.
+    const GROUPS: usize = 16;
+
+    /// Whether a batch's worlds are simulated one after the other, each by a kernel of its own. Their groups lie together.
+    fn divides(self, groups: &[Group]) -> bool {
+        let worlds = groups.chunk_by(|a, b| a.world == b.world).count();
+        match self {
+            Self::Always => true,
+            Self::Auto => groups.len() >= Self::GROUPS * worlds,
+            Self::Never => false,
+        }
+    }
+}
 
 /// One GPU, real or not.
 #[derive(Debug)]
@@ -70,6 +104,7 @@ impl Gpu {
             .ok_or_else(|| Error::NoDevice(format!("{} is no longer there", old.name())))?;
         let mut gpu = Self::open_with(adapter, self.device.path())?;
         gpu.lives.bounds = self.lives.bounds;
+        gpu.lives.variants.when = self.lives.variants.when;
         gpu.device.doom = self.device.doom.next();
         Ok(gpu)
     }
@@ -88,6 +123,21 @@ impl Gpu {
     /// Sets limits on each dispatch, besides those of time and memory.
     pub fn set_bounds(&mut self, bounds: Bounds) {
         self.lives.bounds = bounds;
+    }
+
+    /// Sets when kernels are specialised.
+    pub fn set_specialise(&mut self, when: Specialise) {
+        self.lives.variants.when = when;
+    }
+
+    /// Why kernels could not be specialised, if any could not.
+    pub fn problems(&self) -> Vec<String> {
+        self.lives.variants.problems.iter().cloned().collect()
+    }
+
+    /// Robot-steps that specialised kernels have simulated so far.
+    pub fn specialised_steps(&self) -> u64 {
+        self.lives.variants.steps
     }
 
     /// Loses the device after a number of dispatches, and `devices` devices in all, each replacement after as many

@@ -1,6 +1,7 @@
 //! Parsing and validation by naga, with messages that name the part.
 
-use naga::valid::{Capabilities, ModuleInfo, ValidationFlags, Validator};
+use naga::WithSpan;
+use naga::valid::{Capabilities, ModuleInfo, ValidationError, ValidationFlags, Validator};
 
 use crate::exact::blank_comments;
 use crate::explain::explained;
@@ -19,6 +20,11 @@ fn is_unknown(message: &str) -> bool {
 pub(crate) fn has_function(name: &str) -> bool {
     let call = format!("fn {name}_() {{ _ = {name}(); }}");
     naga::front::wgsl::parse_str(&call).map_or_else(|error| !is_unknown(error.message()), |_| true)
+}
+
+/// Validates a module.
+pub(crate) fn validate(module: &naga::Module) -> Result<ModuleInfo, WithSpan<ValidationError>> {
+    Validator::new(ValidationFlags::all(), Capabilities::empty()).validate(module)
 }
 
 /// Parses and validates a kernel.
@@ -49,30 +55,28 @@ pub(crate) fn parse(source: &Source) -> Result<(naga::Module, ModuleInfo), Refus
             message: mistake.explained(),
         }
     })?;
-    let info = Validator::new(ValidationFlags::all(), Capabilities::empty())
-        .validate(&module)
-        .map_err(|error| {
-            let byte = error
-                .spans()
-                .filter_map(|(span, _)| span.to_range())
-                // The first is that of the whole function.
-                .min_by_key(ExactSizeIterator::len)
-                .map_or(0, |range| range.start);
-            let message = explained(&module, error.as_inner()).unwrap_or_else(|| {
-                let mut message = error.as_inner().to_string();
-                let mut cause = std::error::Error::source(error.as_inner());
-                while let Some(inner) = cause {
-                    message = format!("{message}: {inner}");
-                    cause = inner.source();
-                }
-                message
-            });
-            Refusal {
-                place: source.place(byte),
-                function: None,
-                rule: Rule::ValidWgsl,
-                message,
+    let info = validate(&module).map_err(|error| {
+        let byte = error
+            .spans()
+            .filter_map(|(span, _)| span.to_range())
+            // The first is that of the whole function.
+            .min_by_key(ExactSizeIterator::len)
+            .map_or(0, |range| range.start);
+        let message = explained(&module, error.as_inner()).unwrap_or_else(|| {
+            let mut message = error.as_inner().to_string();
+            let mut cause = std::error::Error::source(error.as_inner());
+            while let Some(inner) = cause {
+                message = format!("{message}: {inner}");
+                cause = inner.source();
             }
-        })?;
+            message
+        });
+        Refusal {
+            place: source.place(byte),
+            function: None,
+            rule: Rule::ValidWgsl,
+            message,
+        }
+    })?;
     Ok((module, info))
 }

@@ -643,7 +643,7 @@ fn unset_variable(program: &Program, variable: Variable) -> Trap {
 }
 
 /// Applies an operation to its operands' bits.
-fn apply(program: &Program, value: Value, [a, b, c]: [u32; 3]) -> u32 {
+pub(crate) fn apply(program: &Program, value: Value, [a, b, c]: [u32; 3]) -> u32 {
     let ty = program.ty(value);
     match program.op(value) {
         Op::Unary(op, _) => unary(op, ty, a),
@@ -747,12 +747,18 @@ fn compare<T: PartialOrd + Copy>(op: Binary, x: T, y: T) -> u32 {
     })
 }
 
+/// Returns whether a number is one that kernels may hold.
+pub(crate) fn is_ordinary(ty: Ty, bits: u32) -> bool {
+    let x = f32::from_bits(bits);
+    ty != Ty::F32 || x == 0.0 || x.is_normal()
+}
+
 /// Returns whether an operation stays within the exactness rules.
-fn check(program: &Program, value: Value, operands: [u32; 3]) -> Result<(), Trap> {
+pub(crate) fn check(program: &Program, value: Value, operands: [u32; 3]) -> Result<(), Trap> {
     const WHOLE: i64 = 1 << 24;
     let ty = program.ty(value);
     let result = f32::from_bits(apply(program, value, operands));
-    let ordinary = ty != Ty::F32 || result == 0.0 || result.is_normal();
+    let ordinary = is_ordinary(ty, result.to_bits());
     let [a, b, _] = operands;
     let kept = match program.op(value) {
         Op::Convert(from) => match (program.ty(from), ty) {

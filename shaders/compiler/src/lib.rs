@@ -5,6 +5,7 @@
 //! give other bits on another device, and writes these forms. [`trees`] stops at the program from which lane code is
 //! printed, so that machine code can be made from it.
 
+mod assemble;
 pub mod bounds;
 pub mod declarations;
 mod exact;
@@ -18,6 +19,7 @@ mod lower;
 mod print;
 mod rules;
 mod source;
+pub mod specialise;
 pub mod spirv;
 mod syntax;
 mod tidy;
@@ -157,7 +159,46 @@ pub fn trees(parts: &[Part]) -> Result<Trees, Refusals> {
     Checked::new(parts)?.trees()
 }
 
+/// A kernel from which variants for certain worlds are made.
+#[derive(Clone, Debug)]
+pub struct Generic {
+    checked: Checked,
+    raw: tree::Program,
+    /// Buffers that it binds, in ascending order.
+    pub bindings: Vec<Binding>,
+}
+
+impl Generic {
+    /// Parses and lowers a kernel.
+    ///
+    /// # Errors
+    /// As [`compile`].
+    pub fn new(parts: &[Part]) -> Result<Self, Refusals> {
+        let checked = Checked::new(parts)?;
+        let Checked { source, module, info } = &checked;
+        let bindings = layout::bindings(module).map_err(|message| refused(source, Rule::Internal, message))?;
+        let raw = lower::lower(source, module, info)?;
+        Ok(Self { raw, bindings, checked })
+    }
+
+    /// The program for what is known of the buffers.
+    pub fn program(&self, known: &specialise::Known<'_>) -> tree::Program {
+        specialise::specialise(&self.raw, known)
+    }
+
+    /// SPIR-V of a program of this kernel.
+    ///
+    /// # Errors
+    /// A mistake of this compiler or of naga.
+    pub fn spirv(&self, program: &tree::Program) -> Result<Vec<u32>, String> {
+        let module = assemble::module(program, &self.checked.module)?;
+        let info = front::validate(&module).map_err(|error| format!("{error:?}"))?;
+        spirv::write(&module, &info)
+    }
+}
+
 /// A kernel that has been parsed and found exact.
+#[derive(Clone, Debug)]
 struct Checked {
     source: Source,
     module: naga::Module,

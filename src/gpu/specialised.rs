@@ -1,0 +1,288 @@
+//! Variants of kernels for one world each: what the world says is constant in them. A variant is compiled in the background, once
+//! its world has kept the generic kernel busy for as long as compiling takes, and results never depend on which of them runs.
+
+use std::cell::RefCell;
+use std::collections::{BTreeMap, BTreeSet};
+use std::sync::mpsc::{self, Receiver};
+use std::sync::{Arc, OnceLock};
+use std::thread;
+use std::time::{Duration, Instant};
+
+use oneiro_shader_compiler::specialise::Known;
+use oneiro_shader_compiler::tree::{Statement, visit};
+use oneiro_shader_compiler::{Generic, Part as Source};
+use oneiro_shaders::Kernel;
+
+use super::Specialise;
+use super::device::{Device, Maker, Path, Pipeline};
+use crate::batch::{Part, Worlds};
+
+/// Time with the generic kernel after which a world gets a variant, until it is known how long compiling takes. To wait as long as
+/// that takes is never more than twice as slow as to know beforehand.
+const FIRST: Duration = Duration::from_millis(500);
+/// Most variants of a kernel that are kept.
+const MOST: usize = 64;
+
+/// A world of a batch, and whether its lives are traced.
+#[derive(Clone)]
+struct Scene {
+    kernel: &'static Kernel,
+    worlds: Worlds,
+    world: u32,
+    is_traced: bool,
+}
+
+impl Scene {
+    fn of(part: &Part<'_>, world: u32) -> Self {
+        Self {
+            kernel: part.kernel(),
+            worlds: part.batch().worlds().clone(),
+            world,
+            is_traced: part.trace_every() > 0,
+        }
+    }
+
+    /// What is known of a word of a buffer.
+    fn word(&self, buffer: u32, element: Option<u32>, offset: u32) -> Option<u32> {
+        let binding = self.kernel.bindings.get(buffer as usize)?;
+        let in_array = |words: &[u32]| {
+            let stride = binding.stride as usize / size_of::<u32>();
+            let last = (words.len() / stride).checked_sub(1)?;
+            words
+                .get((element? as usize).min(last) * stride + offset as usize)
+                .copied()
+        };
+        let packed = self.worlds.packed();
+        match binding.name {
+            // `trace_every` and `trace_records`
+            "dispatch" => (matches!(offset, 2 | 3) && !self.is_traced).then_some(0),
+            "groups" => (offset == 0).then_some(self.world),
+            "worlds" => in_array(bytemuck::cast_slice(&packed.worlds)),
+            "shapes" => in_array(bytemuck::cast_slice(&packed.shapes)),
+            "tables" => in_array(bytemuck::cast_slice(&packed.tables)),
+            _ => None,
+        }
+    }
+
+    /// Whether a word on which a variant relies is the same here.
+    fn has(&self, word: &Word) -> bool {
+        let element = if word.of_own_world {
+            Some(self.world)
+        } else {
+            word.element
+        };
+        self.word(word.buffer, element, word.offset) == Some(word.bits)
+    }
+}
+
+/// A word that a variant takes for constant.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+struct Word {
+    buffer: u32,
+    element: Option<u32>,
+    offset: u32,
+    bits: u32,
+    /// Whether the element is the world itself, wherever that is in its batch.
+    of_own_world: bool,
+}
+
+/// A variant.
+struct Variant {
+    /// It is right for every world with these words.
+    words: Vec<Word>,
+    pipeline: Arc<Pipeline>,
+}
+
+/// A variant in the making.
+struct Underway {
+    scene: Scene,
+    began: Instant,
+    made: Receiver<Result<Variant, String>>,
+}
+
+/// The variants of one kernel.
+#[derive(Default)]
+struct OfKernel {
+    generic: Arc<OnceLock<Result<Generic, String>>>,
+    ready: Vec<Variant>,
+    underway: Vec<Underway>,
+    /// Worlds that the generic kernel has simulated, and for how long.
+    spent: Vec<(Scene, Duration)>,
+}
+
+/// All variants on a device.
+#[derive(Default)]
+pub(super) struct Variants {
+    pub(super) when: Specialise,
+    kernels: BTreeMap<(&'static str, usize), OfKernel>,
+    /// How long the last one took to make.
+    cost: Option<Duration>,
+    /// Why one could not be made.
+    pub(super) problems: BTreeSet<String>,
+    /// Steps by variants.
+    pub(super) steps: u64,
+}
+
+impl std::fmt::Debug for Variants {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("Variants")
+            .field("when", &self.when)
+            .finish_non_exhaustive()
+    }
+}
+
+impl Variants {
+    fn of(&mut self, kernel: &'static Kernel) -> &mut OfKernel {
+        self.kernels
+            .entry((kernel.name, kernel.spirv.as_ptr().addr()))
+            .or_default()
+    }
+
+    /// The variant for a world of a part, if it is ready.
+    pub(super) fn ready(&mut self, device: &Device, part: &Part<'_>, world: u32) -> Option<Arc<Pipeline>> {
+        if self.when == Specialise::Never || device.path() != Path::Spirv {
+            return None;
+        }
+        let scene = Scene::of(part, world);
+        self.collect(scene.kernel);
+        let must = self.when == Specialise::Always;
+        let found = |own: &OfKernel| {
+            let fits = |variant: &&Variant| variant.words.iter().all(|word| scene.has(word));
+            own.ready.iter().find(fits).map(|variant| Arc::clone(&variant.pipeline))
+        };
+        let pipeline = found(self.of(scene.kernel));
+        if pipeline.is_some() || !must {
+            return pipeline;
+        }
+        self.begin(device, scene.clone());
+        while !self.of(scene.kernel).underway.is_empty() {
+            thread::sleep(Duration::from_millis(1));
+            self.collect(scene.kernel);
+        }
+        found(self.of(scene.kernel))
+    }
+
+    /// Notes that the generic kernel has simulated a world for some time, and begins to make a variant if that is worth it.
+    pub(super) fn spend(&mut self, device: &Device, part: &Part<'_>, world: u32, time: Duration) {
+        if self.when != Specialise::Auto || device.path() != Path::Spirv {
+            return;
+        }
+        let cost = self.cost.unwrap_or(FIRST);
+        let scene = Scene::of(part, world);
+        let own = self.of(scene.kernel);
+        let is_same = |other: &Scene| {
+            scene.is_traced == other.is_traced && scene.world == other.world && scene.worlds.is_same(&other.worlds)
+        };
+        if own.underway.iter().any(|underway| is_same(&underway.scene)) {
+            return;
+        }
+        let at = own
+            .spent
+            .iter()
+            .position(|(other, _)| is_same(other))
+            .unwrap_or_else(|| {
+                if own.spent.len() == MOST {
+                    own.spent.remove(0);
+                }
+                own.spent.push((scene.clone(), Duration::ZERO));
+                own.spent.len() - 1
+            });
+        own.spent[at].1 += time;
+        if own.spent[at].1 >= cost && own.underway.is_empty() {
+            own.spent.remove(at);
+            self.begin(device, scene);
+        }
+    }
+
+    /// Begins to make a variant.
+    fn begin(&mut self, device: &Device, scene: Scene) {
+        let (tell, made) = mpsc::channel();
+        let maker = device.maker();
+        let own = self.of(scene.kernel);
+        let generic = Arc::clone(&own.generic);
+        let of_thread = scene.clone();
+        own.underway.push(Underway {
+            scene,
+            began: Instant::now(),
+            made,
+        });
+        thread::spawn(move || tell.send(make(&generic, &of_thread, &maker)));
+    }
+
+    /// Takes what has been made.
+    fn collect(&mut self, kernel: &'static Kernel) {
+        let own = self.of(kernel);
+        let (mut problems, mut cost) = (Vec::new(), None);
+        own.underway.retain(|underway| match underway.made.try_recv() {
+            Err(mpsc::TryRecvError::Empty) => true,
+            Ok(Ok(variant)) => {
+                cost = Some(underway.began.elapsed());
+                if own.ready.len() == MOST {
+                    own.ready.remove(0);
+                }
+                own.ready.push(variant);
+                false
+            }
+            Ok(Err(problem)) => {
+                problems.push(problem);
+                false
+            }
+            Err(mpsc::TryRecvError::Disconnected) => {
+                problems.push("the compiler failed".to_owned());
+                false
+            }
+        });
+        self.cost = cost.or(self.cost);
+        if !problems.is_empty() {
+            // The generic kernel does it.
+            self.when = Specialise::Never;
+        }
+        self.problems.extend(problems);
+    }
+}
+
+/// Makes a variant.
+fn make(generic: &OnceLock<Result<Generic, String>>, scene: &Scene, maker: &Maker) -> Result<Variant, String> {
+    let parts = || {
+        [Source {
+            path: scene.kernel.name.into(),
+            text: scene.kernel.wgsl.into(),
+        }]
+    };
+    let parse = || Generic::new(&parts()).map_err(|refusals| format!("{}: {refusals:?}", scene.kernel.name));
+    let generic = generic.get_or_init(parse).as_ref().map_err(Clone::clone)?;
+    let is_worlds = |buffer: u32| {
+        scene
+            .kernel
+            .bindings
+            .get(buffer as usize)
+            .is_some_and(|own| own.name == "worlds")
+    };
+    let words = RefCell::new(BTreeSet::new());
+    let word = |buffer: u32, element: Option<u32>, offset: u32| {
+        let bits = scene.word(buffer, element, offset)?;
+        words.borrow_mut().insert(Word {
+            buffer,
+            element,
+            offset,
+            bits,
+            of_own_world: is_worlds(buffer) && element == Some(scene.world),
+        });
+        Some(bits)
+    };
+    let program = generic.program(&Known { word: &word });
+    // The world's own index is no constant of the variant if all that it leads to is.
+    let mut reads_worlds = false;
+    visit(&program.body, &mut |statement| {
+        reads_worlds |= matches!(statement, Statement::Load { address, .. } if is_worlds(address.buffer));
+    });
+    let is_index = |word: &Word| scene.kernel.bindings[word.buffer as usize].name == "groups";
+    let words: Vec<Word> = words
+        .into_inner()
+        .into_iter()
+        .filter(|word| reads_worlds || !is_index(word))
+        .collect();
+    let spirv = generic.spirv(&program)?;
+    let pipeline = Arc::new(maker.pipeline(scene.kernel, Some(&spirv)));
+    Ok(Variant { words, pipeline })
+}

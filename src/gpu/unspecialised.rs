@@ -1,0 +1,25 @@
+//! Without the feature `compose` there is no compiler in the program, and all kernels stay generic.
+
+use std::collections::BTreeSet;
+use std::sync::Arc;
+use std::time::Duration;
+
+use super::Specialise;
+use super::device::{Device, Pipeline};
+use crate::batch::Part;
+
+/// The variants of kernels: none.
+#[derive(Debug, Default)]
+pub(super) struct Variants {
+    pub(super) when: Specialise,
+    pub(super) problems: BTreeSet<String>,
+    pub(super) steps: u64,
+}
+
+impl Variants {
+    pub(super) fn ready(&mut self, _: &Device, _: &Part<'_>, _: u32) -> Option<Arc<Pipeline>> {
+        None
+    }
+
+    pub(super) fn spend(&mut self, _: &Device, _: &Part<'_>, _: u32, _: Duration) {}
+}
