@@ -75,6 +75,10 @@ impl Evaluator for Audited {
     fn warnings(&self) -> &[String] {
         self.evaluator.warnings()
     }
+
+    fn specialised_steps(&self) -> u64 {
+        self.evaluator.specialised_steps()
+    }
 }
 
 /// A pseudorandom number that depends only on the rollouts.

@@ -1,5 +1,7 @@
 //! Evaluators by the names that users give on the command line.
 
+use std::str::FromStr;
+
 use crate::cpu::Cpu;
 use crate::evaluator::{Error, Evaluator};
 use crate::pool::Pool;
@@ -7,6 +9,32 @@ use crate::pool::Pool;
 /// Names that [`open`] accepts, for messages.
 pub const BACKENDS: &str =
     "auto, cpu, cpu:LANES such as cpu:avx2x16, gpu, gpu:NAME or index, pool, pool:A+B.. of these";
+
+/// When kernels of GPUs are specialised: compiled again for one world, whose values are constants of the code then. Results don't depend
+/// on it, and it needs the feature `compose`.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Specialise {
+    /// For worlds that have kept the generic kernel busy for as long as compiling takes, in the background.
+    #[default]
+    Auto,
+    /// For every world, before its first cycle.
+    Always,
+    /// Not at all.
+    Never,
+}
+
+impl FromStr for Specialise {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        match text {
+            "auto" => Ok(Self::Auto),
+            "always" => Ok(Self::Always),
+            "never" => Ok(Self::Never),
+            _ => Err("allowed: auto, always, never".into()),
+        }
+    }
+}
 
 /// Options of a backend. They don't affect results.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -17,6 +45,8 @@ pub struct Options {
     pub chunk: Option<u32>,
     /// Share of a GPU's rollouts, 0 to 1, that run again on the CPU for comparison. Ignored on GPUs that aren't exact.
     pub audit_share: f64,
+    /// When kernels of GPUs are specialised.
+    pub specialise: Specialise,
 }
 
 /// Opens a backend:
@@ -121,6 +151,7 @@ mod gpus {
                 ..Bounds::default()
             });
         }
+        gpu.set_specialise(options.specialise);
         let exact = gpu.device().exact;
         let recovering = Box::new(Recovering::new(gpu, Box::new(cpu(options)?)));
         if options.audit_share > 0.0 && exact {

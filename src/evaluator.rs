@@ -132,6 +132,11 @@ pub trait Evaluator: Send {
     fn warnings(&self) -> &[String] {
         &[]
     }
+
+    /// Robot-steps that kernels specialised to their worlds have simulated so far.
+    fn specialised_steps(&self) -> u64 {
+        0
+    }
 }
 
 impl PartResult {

@@ -105,6 +105,11 @@ impl Evaluator for Pool {
     fn warnings(&self) -> &[String] {
         &self.warnings
     }
+
+    fn specialised_steps(&self) -> u64 {
+        let members = self.members.iter();
+        members.map(|member| member.evaluator.specialised_steps()).sum()
+    }
 }
 
 impl Pool {

@@ -681,6 +681,8 @@ fn the_interpreter_has_the_same_bits() {
 fn a_gpu_has_the_same_bits() {
     use oneiro::gpu::{Choice, Gpu};
     let mut gpu = Gpu::open(&Choice::Best).unwrap();
+    let mut specialised = Gpu::open(&Choice::Best).unwrap();
+    specialised.set_specialise(oneiro::backend::Specialise::Always);
     for world in [
         world(SAME, &[], &|_| {}),
         world(WHOLE, &[], &|_| {}),
@@ -690,12 +692,25 @@ fn a_gpu_has_the_same_bits() {
         commanded_world("5.0f", "wild"),
     ] {
         let batch = batch(&world, 2_000, Some(TraceRequest { every: 20 }));
-        let [cpu, gpu] = [&mut Cpu::new(Some(2)).unwrap() as &mut dyn Evaluator, &mut gpu]
-            .map(|evaluator| evaluator.evaluate(&batch, &Control::new()).unwrap());
-        let bits = |fitness: Vec<f32>| fitness.into_iter().map(f32::to_bits).collect::<Vec<_>>();
-        assert_eq!(bits(cpu.fitness), bits(gpu.fitness));
+        let before = specialised.specialised_steps();
+        let [cpu, others @ ..] = [
+            &mut Cpu::new(Some(2)).unwrap() as &mut dyn Evaluator,
+            &mut gpu,
+            &mut specialised,
+        ]
+        .map(|evaluator| evaluator.evaluate(&batch, &Control::new()).unwrap());
+        assert_eq!(
+            specialised.specialised_steps() - before,
+            batch.steps(),
+            "{:?}",
+            specialised.warnings()
+        );
+        let bits = |fitness: &[f32]| fitness.iter().copied().map(f32::to_bits).collect::<Vec<_>>();
         let words = |traces: &[Trace]| traces.iter().flat_map(Trace::words).collect::<Vec<_>>();
-        assert!(words(&cpu.traces) == words(&gpu.traces), "{}", world.kernel().name);
+        for other in others {
+            assert_eq!(bits(&cpu.fitness), bits(&other.fitness));
+            assert!(words(&cpu.traces) == words(&other.traces), "{}", world.kernel().name);
+        }
     }
 }
 

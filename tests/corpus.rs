@@ -3,8 +3,10 @@
 #![cfg(feature = "gpu")]
 
 use oneiro::gpu::{Choice, FloatControls, Gpu};
+use oneiro_shader_compiler::specialise::Known;
+use oneiro_shader_compiler::{Generic, Part};
 use oneiro_shader_corpus::{CASES, CONTROLS, Case, WORKGROUPS};
-use oneiro_shaders::Kernel;
+use oneiro_shaders::{BindingKind, Kernel};
 
 fn gpu() -> Gpu {
     Gpu::open(&Choice::Best).expect("these tests need an adapter")
@@ -31,6 +33,50 @@ fn every_kernel_does_what_the_program_means() {
             differences.len(),
             differences[0],
         );
+    }
+}
+
+/// A case's kernel, of whose constant words a share in four is known beforehand.
+fn specialised(case: &Case, share: u32) -> Kernel {
+    let part = Part {
+        path: case.kernel.name.into(),
+        text: case.kernel.wgsl.into(),
+    };
+    let generic = Generic::new(&[part]).unwrap_or_else(|refusals| panic!("{refusals:?}"));
+    let contents = case.buffers();
+    let word = |buffer: u32, element: Option<u32>, offset: u32| {
+        let binding = &case.kernel.bindings[buffer as usize];
+        let (words, stride) = (&contents[buffer as usize], binding.stride as usize / 4);
+        let is_array = binding.kind != BindingKind::Uniform;
+        if binding.kind == BindingKind::ReadWrite || (is_array && element.is_none()) {
+            return None;
+        }
+        let element = (element.unwrap_or(0) as usize).min(words.len() / stride - 1);
+        let index = element * stride + offset as usize;
+        (index as u32 % 4 < share).then(|| words[index])
+    };
+    let program = generic.program(&Known { word: &word });
+    let spirv = generic.spirv(&program);
+    Kernel {
+        spirv: Vec::leak(spirv.unwrap_or_else(|problem| panic!("{}: {problem}", case.kernel.name))),
+        ..*case.kernel
+    }
+}
+
+#[test]
+fn specialised_kernels_do_what_the_program_means() {
+    let mut gpu = gpu();
+    for case in CASES {
+        for share in [0, 2, 4] {
+            let differences = differences(&mut gpu, &specialised(case, share), case);
+            assert!(
+                differences.is_empty(),
+                "{} with {share} of 4 words known: {} words differ, the first of them (binding, word, found, expected) {:x?}",
+                case.kernel.name,
+                differences.len(),
+                differences[0],
+            );
+        }
     }
 }
 

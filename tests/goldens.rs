@@ -119,6 +119,9 @@ const INTERPRETER: &str = "interpretedx1";
 /// Of how many worlds the interpreter lives in one, unless `ONEIRO_LONG` is set. ARM is emulated.
 const SHARE: usize = if cfg!(target_arch = "x86_64") { 8 } else { 64 };
 
+/// What the names of devices end with whose kernels are compiled for each world.
+const SPECIALISED: &str = ", specialised";
+
 /// The CPU with one lane code.
 fn lane_code(name: &'static str) -> (String, Box<dyn Evaluator>) {
     let cpu = Cpu::new(None).and_then(|cpu| cpu.with_variant(name));
@@ -152,7 +155,14 @@ fn adapters() -> Vec<(String, Box<dyn Evaluator>)> {
         let gpu = oneiro::gpu::Gpu::open(&oneiro::gpu::Choice::Named(adapter.index().to_string()));
         let gpu = gpu.expect("an adapter that can be opened");
         match gpu.why_inexact() {
-            None => exact.push((adapter.name().to_owned(), Box::new(gpu))),
+            None => {
+                let name = adapter.name().to_owned();
+                // Kernels that are compiled for the world at hand.
+                let mut specialised = oneiro::gpu::Gpu::open_with(&adapter, oneiro::gpu::Path::Spirv).expect("again");
+                specialised.set_specialise(oneiro::backend::Specialise::Always);
+                exact.push((name.clone() + SPECIALISED, Box::new(specialised)));
+                exact.push((name, Box::new(gpu)));
+            }
             Some(why) => skips::skipped("exact-adapter", &format!("{}: {why}", adapter.name())),
         }
     }
@@ -187,7 +197,8 @@ fn lives_are_as_pinned() {
         problems.extend(pinned::problem(&folder().join(&file), &found));
         files.push(file);
         for (device, evaluator) in others {
-            let is_slow = device == INTERPRETER && std::env::var_os("ONEIRO_LONG").is_none();
+            let is_slow = device == INTERPRETER || device.ends_with(SPECIALISED);
+            let is_slow = is_slow && std::env::var_os("ONEIRO_LONG").is_none();
             let lives = subjects.iter().zip(&batches).zip(&expected);
             for ((subject, batch), expected) in lives.step_by(if is_slow { SHARE } else { 1 }) {
                 let Some(found) = lived(batch, &mut **evaluator) else {

@@ -5,10 +5,11 @@
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
+use oneiro::backend::Specialise;
 use oneiro::batch::Batch;
 use oneiro::cpu::Cpu;
 use oneiro::evaluator::{Control, Error, Evaluator};
-use oneiro::gpu::{Bounds, Choice, FloatControls, Gpu, Path, Recovering, Run, Specialise, adapters, find};
+use oneiro::gpu::{Bounds, Choice, FloatControls, Gpu, Path, Recovering, Run, adapters, find};
 use oneiro::probe;
 use oneiro::surrogate::{Differences, Surrogate};
 use oneiro::world::{Controller, Noise, World, WorldSpec};
@@ -153,7 +154,7 @@ fn specialised_kernels_give_the_same_bits() {
                     NONE,
                     "{controller:?} {trace:?}"
                 );
-                assert_eq!(gpu.specialised_steps() - before, batch.steps(), "{:?}", gpu.problems());
+                assert_eq!(gpu.specialised_steps() - before, batch.steps(), "{:?}", gpu.warnings());
             }
         }
     }

@@ -1,9 +1,11 @@
 //! The command line: its commands, arguments and help texts. What they do is in `commands`.
 
 use std::path::PathBuf;
+use std::str::FromStr;
 use std::time::Duration;
 
 use clap::{Args, Parser, Subcommand, ValueEnum, ValueHint};
+use oneiro::backend::Specialise;
 
 use crate::commands::rules;
 use crate::console::Output;
@@ -427,6 +429,9 @@ pub(crate) struct Bench {
     /// What to measure: all, cpu, gpu (every adapter), gpu:NAME or gpu:INDEX
     #[arg(long, value_name = "BACKEND", default_value = "all")]
     pub(crate) backend: String,
+    /// When a GPU's kernels are compiled again for the world: auto, always or never
+    #[arg(long, value_name = "WHEN", default_value = "auto", value_parser = Specialise::from_str)]
+    pub(crate) specialise: Specialise,
 }
 
 /// `oneiro tables`

@@ -1,9 +1,10 @@
 //! Opens the evaluators that the command line names.
 
+use std::str::FromStr;
 use std::thread;
 
 use clap::Args;
-use oneiro::backend::{self, Options};
+use oneiro::backend::{self, Options, Specialise};
 use oneiro::cpu::Cpu;
 use oneiro::evaluator::Evaluator;
 use oneiro::probe::Case;
@@ -25,6 +26,10 @@ pub(crate) struct Backend {
     /// Share of a GPU's rollouts that the CPU repeats and compares, 0 to 1
     #[arg(long, value_name = "SHARE", default_value_t = 0.01, value_parser = share_or_none)]
     pub(crate) recheck: f64,
+    /// When a GPU's kernels are compiled again for one world, which takes a moment and makes them several times as fast:
+    /// auto (for worlds with enough to do), always or never
+    #[arg(long, value_name = "WHEN", default_value = "auto", value_parser = Specialise::from_str)]
+    pub(crate) specialise: Specialise,
 }
 
 /// Opens the evaluator of `--backend`, `--threads` and `--recheck`.
@@ -35,6 +40,7 @@ pub(crate) fn open(arguments: &Backend) -> Result<Box<dyn Evaluator>> {
     let options = Options {
         threads: arguments.threads.map(usize::from),
         audit_share: arguments.recheck,
+        specialise: arguments.specialise,
         ..Options::default()
     };
     Ok(backend::open(&arguments.name, options)?)
@@ -155,7 +161,11 @@ impl Candidate {
     ///
     /// # Errors
     /// Exit 4: it can't run the kernels.
-    pub(crate) fn open(&self, chunk: Option<u32>) -> Result<Box<dyn Evaluator>> {
+    #[cfg_attr(
+        not(feature = "gpu"),
+        expect(unused_variables, reason = "only GPUs' kernels are specialised")
+    )]
+    pub(crate) fn open(&self, chunk: Option<u32>, specialise: Specialise) -> Result<Box<dyn Evaluator>> {
         Ok(match &self.way {
             Way::Cpu(lanes) => {
                 let cpu = Cpu::new(self.threads)?.with_variant(lanes)?;
@@ -168,6 +178,7 @@ impl Candidate {
             #[cfg(feature = "gpu")]
             Way::Gpu(adapter) => {
                 let mut gpu = oneiro::gpu::Gpu::open_with(adapter, path(adapter))?;
+                gpu.set_specialise(specialise);
                 if let Some(cycles) = chunk {
                     gpu.set_bounds(oneiro::gpu::Bounds {
                         cycles,

@@ -77,7 +77,7 @@ impl Lives {
     ) -> Result<PartResult, Fault> {
         let pipeline = device.pipeline(part.kernel())?;
         let bytes = Bytes {
-            one_world: self.variants.when.divides(part.group_table()),
+            one_world: super::divides(self.variants.when, part.group_table()),
             ..Bytes::of(device, groups)
         };
         let cuts = cuts(part, bytes)?;

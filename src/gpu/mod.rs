@@ -26,33 +26,20 @@ use oneiro_shaders::life::Group;
 use device::{Device, Fault};
 use dispatch::Lives;
 
+use crate::backend::Specialise;
 use crate::batch::{Part, PartResult};
 use crate::evaluator::{self, Control, Error, Evaluator};
 
-/// When kernels are specialised to the worlds that they simulate. Results don't depend on it.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Specialise {
-    /// For a world that has kept the generic kernel busy for as long as compiling takes, in the background.
-    #[default]
-    Auto,
-    /// Before anything else.
-    Always,
-    /// Not at all.
-    Never,
-}
+/// Groups of a world that keep a device busy by themselves.
+const GROUPS_OF_A_WORLD: usize = 16;
 
-impl Specialise {
-    /// Groups of a world that keep a device busy by themselves.
-    const GROUPS: usize = 16;
-
-    /// Whether a batch's worlds are simulated one after the other, each by a kernel of its own. Their groups lie together.
-    fn divides(self, groups: &[Group]) -> bool {
-        let worlds = groups.chunk_by(|a, b| a.world == b.world).count();
-        match self {
-            Self::Always => true,
-            Self::Auto => groups.len() >= Self::GROUPS * worlds,
-            Self::Never => false,
-        }
+/// Whether a batch's worlds are simulated one after the other, each by a kernel of its own. Their groups lie together.
+fn divides(when: Specialise, groups: &[Group]) -> bool {
+    let worlds = groups.chunk_by(|a, b| a.world == b.world).count();
+    match when {
+        Specialise::Always => true,
+        Specialise::Auto => groups.len() >= GROUPS_OF_A_WORLD * worlds,
+        Specialise::Never => false,
     }
 }
 
@@ -130,16 +117,6 @@ impl Gpu {
         self.lives.variants.when = when;
     }
 
-    /// Why kernels could not be specialised, if any could not.
-    pub fn problems(&self) -> Vec<String> {
-        self.lives.variants.problems.iter().cloned().collect()
-    }
-
-    /// Robot-steps that specialised kernels have simulated so far.
-    pub fn specialised_steps(&self) -> u64 {
-        self.lives.variants.steps
-    }
-
     /// Loses the device after a number of dispatches, and `devices` devices in all, each replacement after as many
     /// dispatches. For tests of recovery.
     #[doc(hidden)]
@@ -179,6 +156,14 @@ impl Evaluator for Gpu {
         self.lives
             .run(&mut self.device, part, control)
             .map_err(|fault| self.error(fault))
+    }
+
+    fn warnings(&self) -> &[String] {
+        &self.lives.variants.problems
+    }
+
+    fn specialised_steps(&self) -> u64 {
+        self.lives.variants.steps
     }
 }
 

@@ -64,4 +64,8 @@ impl Evaluator for Recovering {
     fn warnings(&self) -> &[String] {
         &self.warnings
     }
+
+    fn specialised_steps(&self) -> u64 {
+        self.gpu.as_ref().map_or(0, Evaluator::specialised_steps)
+    }
 }

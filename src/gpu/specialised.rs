@@ -13,8 +13,8 @@ use oneiro_shader_compiler::tree::{Statement, visit};
 use oneiro_shader_compiler::{Generic, Part as Source};
 use oneiro_shaders::Kernel;
 
-use super::Specialise;
 use super::device::{Device, Maker, Path, Pipeline};
+use crate::backend::Specialise;
 use crate::batch::{Part, Worlds};
 
 /// Time with the generic kernel after which a world gets a variant, until it is known how long compiling takes. To wait as long as
@@ -118,7 +118,7 @@ pub(super) struct Variants {
     /// How long the last one took to make.
     cost: Option<Duration>,
     /// Why one could not be made.
-    pub(super) problems: BTreeSet<String>,
+    pub(super) problems: Vec<String>,
     /// Steps by variants.
     pub(super) steps: u64,
 }

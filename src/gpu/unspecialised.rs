@@ -1,18 +1,17 @@
 //! Without the feature `compose` there is no compiler in the program, and all kernels stay generic.
 
-use std::collections::BTreeSet;
 use std::sync::Arc;
 use std::time::Duration;
 
-use super::Specialise;
 use super::device::{Device, Pipeline};
+use crate::backend::Specialise;
 use crate::batch::Part;
 
 /// The variants of kernels: none.
 #[derive(Debug, Default)]
 pub(super) struct Variants {
     pub(super) when: Specialise,
-    pub(super) problems: BTreeSet<String>,
+    pub(super) problems: Vec<String>,
     pub(super) steps: u64,
 }
 

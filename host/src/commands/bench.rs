@@ -3,6 +3,7 @@
 use std::fmt::Write;
 use std::time::{Duration, Instant};
 
+use oneiro::backend::Specialise;
 use oneiro::batch::{Batch, Rollout};
 use oneiro::evaluator::{Control, Evaluator};
 use oneiro::random::Key;
@@ -25,6 +26,8 @@ pub(crate) struct Plan {
     pub(crate) whole: Duration,
     /// Fewest and most repetitions.
     pub(crate) repetitions: (usize, usize),
+    /// When kernels of GPUs are specialised.
+    pub(crate) specialise: Specialise,
 }
 
 impl Plan {
@@ -35,6 +38,7 @@ impl Plan {
             longest: Duration::from_secs(12),
             whole: Duration::from_secs(25),
             repetitions: (3, 15),
+            specialise: Specialise::Auto,
         }
     }
 
@@ -45,6 +49,7 @@ impl Plan {
             longest: Duration::from_secs(4),
             whole: Duration::from_secs(3),
             repetitions: (3, 7),
+            specialise: Specialise::Auto,
         }
     }
 }
@@ -61,6 +66,8 @@ pub(crate) struct Cell {
     pub(crate) seconds: f64,
     pub(crate) repetitions: usize,
     pub(crate) steps_per_second: f64,
+    /// Share of the steps that a kernel specialised to the world has simulated.
+    pub(crate) specialised: f64,
     /// Speed relative to the scalar code on one thread, at the same batch size, or at the largest that it ran.
     pub(crate) ratio: Option<f64>,
     /// Rollouts of the batch that `ratio` compares with.
@@ -83,6 +90,7 @@ pub(crate) fn run(arguments: &Bench, console: Console) -> Result {
     } else {
         Plan::thorough()
     };
+    plan.specialise = arguments.specialise;
     if !arguments.rollouts.is_empty() {
         plan.sizes.clone_from(&arguments.rollouts);
         plan.sizes.sort_unstable();
@@ -149,7 +157,7 @@ pub(crate) fn measure(candidates: &[Candidate], plan: &Plan, console: Console) -
     let mut paces = Vec::new();
     for candidate in candidates {
         let start = Instant::now();
-        let mut evaluator = candidate.open(None)?;
+        let mut evaluator = candidate.open(None, plan.specialise)?;
         evaluator.evaluate(&smallest, &Control::new())?;
         let seconds = start.elapsed().as_secs_f64();
         firsts.push(First {
@@ -178,11 +186,19 @@ pub(crate) fn measure(candidates: &[Candidate], plan: &Plan, console: Console) -
             // The first batch of a size allocates its buffers.
             time(evaluators[i].as_mut(), &batch)?;
         }
+        let specialised = |evaluators: &[Box<dyn Evaluator>]| -> Vec<u64> {
+            evaluators
+                .iter()
+                .map(|evaluator| evaluator.specialised_steps())
+                .collect()
+        };
+        let before = specialised(&evaluators);
         for _ in 0..repetitions {
             for &i in &taking_part {
                 times[i].push(time(evaluators[i].as_mut(), &batch)?);
             }
         }
+        let after = specialised(&evaluators);
         for &i in &taking_part {
             let seconds = median(&mut times[i]);
             paces[i] = seconds / steps;
@@ -195,6 +211,7 @@ pub(crate) fn measure(candidates: &[Candidate], plan: &Plan, console: Console) -
                 seconds,
                 repetitions,
                 steps_per_second: steps / seconds,
+                specialised: (after[i] - before[i]) as f64 / (steps * repetitions as f64),
                 ratio: None,
                 ratio_rollouts: None,
             });

@@ -3,6 +3,7 @@
 use std::sync::Arc;
 use std::thread;
 
+use oneiro::backend::Specialise;
 use oneiro::batch::{Batch, Outcome, PartResult, Trace, TraceRequest, Worlds};
 use oneiro::evaluator::{Control, Evaluator};
 use oneiro::foraging::Foraging;
@@ -334,7 +335,8 @@ impl Reference {
         let traced = (lives.batch)(&lives.worlds, TRACED, SEED, Some(TraceRequest { every: 3 }))?;
         // One ulp shows at once in a trace, but late or never in a fitness that counts few events.
         let altered = (lives.batch)(&lives.altered, TRACED, SEED, Some(TraceRequest { every: 3 }))?;
-        let mut scalar = Candidate::scalar(thread::available_parallelism().map_or(1, usize::from)).open(None)?;
+        let mut scalar =
+            Candidate::scalar(thread::available_parallelism().map_or(1, usize::from)).open(None, Specialise::Never)?;
         let outcome = scalar.evaluate(&batch, &Control::new())?;
         let traces = scalar.evaluate(&traced, &Control::new())?;
         Ok(Self {
@@ -353,14 +355,21 @@ impl Reference {
         let lives_of = &self.name;
         let control = Control::new();
         let same = |what, counts| Check::same(format!("{lives_of}: {what}"), name, *exact, counts);
-        let mut evaluator = candidate.open(None)?;
+        let mut evaluator = candidate.open(None, Specialise::Never)?;
+        if candidate.threads.is_none() {
+            let mut specialised = candidate.open(None, Specialise::Always)?;
+            let lives = specialised.evaluate(&self.batch, &control)?;
+            checks.push(same("fitness, specialised", self.fitness(&lives)));
+            let lives = specialised.evaluate(&self.traced, &control)?;
+            checks.push(same("traces, specialised", self.trace(&lives)));
+        }
         if !candidate.is_scalar() {
             let lives = evaluator.evaluate(&self.batch, &control)?;
             checks.push(same("fitness", self.fitness(&lives)));
             let lives = evaluator.evaluate(&self.traced, &control)?;
             checks.push(same("traces", self.trace(&lives)));
         }
-        let mut cut = candidate.open(Some(CHUNK))?;
+        let mut cut = candidate.open(Some(CHUNK), Specialise::Never)?;
         let lives = in_parts(cut.as_mut(), &self.batch)?;
         checks.push(same("fitness, lives and batch cut", self.fitness(&lives)));
         let lives = evaluator.evaluate(&self.altered, &control)?;

@@ -2,6 +2,7 @@
 
 use std::time::{Duration, Instant};
 
+use oneiro::backend::Specialise;
 use oneiro::batch::{Rollout, Worlds};
 use oneiro::evaluator::{Control, Evaluator};
 use oneiro::random::Key;
@@ -35,6 +36,7 @@ pub(crate) fn estimates(sweep: &Sweep, steps: u64) -> Result<Vec<Estimate>> {
             name: name.clone(),
             threads: None,
             recheck: 0.0,
+            specialise: Specialise::default(),
         };
         // A device that can't be opened can't run the sweep.
         let Ok(mut evaluator) = device::open(&backend) else {
