@@ -262,11 +262,13 @@ impl Worlds {
         self.0.kernel
     }
 
+    #[cfg(all(feature = "gpu", feature = "compose"))]
     /// Them as the kernel reads them.
     pub(crate) fn packed(&self) -> &Packed {
         &self.0.packed
     }
 
+    #[cfg(all(feature = "gpu", feature = "compose"))]
     /// Whether these are other worlds packed at the same time.
     pub(crate) fn is_same(&self, other: &Self) -> bool {
         Arc::ptr_eq(&self.0, &other.0)
@@ -314,6 +316,7 @@ impl Batch {
         Worlds::new(worlds)?.batch(rollouts, trace)
     }
 
+    #[cfg(all(feature = "gpu", feature = "compose"))]
     /// The worlds of its rollouts.
     pub(crate) fn worlds(&self) -> &Worlds {
         &self.worlds

@@ -252,6 +252,7 @@ fn backends_open_by_name() {
         threads: Some(1),
         chunk: Some(9),
         audit_share: 0.0,
+        ..Options::default()
     };
     let batch = batch(100);
     let expected = fitness(&mut cpu(), &batch).unwrap();

@@ -522,7 +522,8 @@ mod tests {
             [Cut {
                 groups: 0..6,
                 inputs: 0..64 * (4 * 15 + 2 * 26),
-                cycles: 0..80
+                cycles: 0..80,
+                world: None
             }]
         );
         let part = cuts(&batch.part(1..5), ANY).expect("it fits");
@@ -531,7 +532,8 @@ mod tests {
             [Cut {
                 groups: 0..4,
                 inputs: 0..64 * (3 * 15 + 26),
-                cycles: 0..80
+                cycles: 0..80,
+                world: None
             }]
         );
         assert_eq!(cuts(&batch.part(2..2), ANY).expect("it fits"), []);
@@ -546,6 +548,7 @@ mod tests {
         let eight_records = (4 * LANES * 8 * plain.record_words()) as u64;
         for (batch, bounds, expected) in [
             (&plain, Bytes { groups: 4, ..ANY }, vec![0..4, 4..6]),
+            (&plain, Bytes { one_world: true, ..ANY }, vec![0..4, 4..6]),
             (
                 &plain,
                 Bytes {

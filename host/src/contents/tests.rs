@@ -23,6 +23,7 @@ fn page() -> String {
         ("Lives on a robot", logbook::all_contents()),
         ("A calibration", commands::calibrate::contents()),
         ("A fleet", fleet::collect::contents()),
+        #[cfg(feature = "twin")]
         ("A fleet's twin", fleet::twin::all_contents()),
         ("The 1995 study", of_1995),
         ("The 2014 study", of_2014),
@@ -32,6 +33,7 @@ fn page() -> String {
 }
 
 #[test]
+#[cfg_attr(not(feature = "twin"), ignore = "the page has the files of twins too")]
 fn the_page_on_files_is_that_of_the_writers() {
     const MARK: &str = "move it here. -->\n";
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../docs/files.md");

@@ -102,7 +102,7 @@ fn dissolved(block: Block, label: Label) -> Option<Block> {
 fn leaves(block: &[Statement], label: Label) -> bool {
     let mut found = false;
     visit(block, &mut |statement| {
-        found |= matches!(statement, Statement::Exit(left) if *left == label)
+        found |= matches!(statement, Statement::Exit(left) if *left == label);
     });
     found
 }
@@ -302,11 +302,9 @@ impl<'a> Assembling<'a> {
     fn place(&mut self, address: &Address, four: bool, out: &mut naga::Block) -> Result<Handle<Expression>, String> {
         let (mut place, mut ty) = self.buffers[&address.buffer];
         let mut word = address.offset;
-        if let TypeInner::Array { base, .. } = self.module.types[ty].inner {
-            if let Some(element) = address.element {
-                place = self.at(place, element, u32::MAX, out);
-                ty = base;
-            }
+        if let (TypeInner::Array { base, .. }, Some(element)) = (&self.module.types[ty].inner, address.element) {
+            ty = *base;
+            place = self.at(place, element, u32::MAX, out);
         }
         loop {
             let (index, inner) = match &self.module.types[ty].inner {

@@ -23,8 +23,9 @@ pub(crate) fn has_function(name: &str) -> bool {
 }
 
 /// Validates a module.
-pub(crate) fn validate(module: &naga::Module) -> Result<ModuleInfo, WithSpan<ValidationError>> {
-    Validator::new(ValidationFlags::all(), Capabilities::empty()).validate(module)
+pub(crate) fn validate(module: &naga::Module) -> Result<ModuleInfo, Box<WithSpan<ValidationError>>> {
+    let mut validator = Validator::new(ValidationFlags::all(), Capabilities::empty());
+    validator.validate(module).map_err(Box::new)
 }
 
 /// Parses and validates a kernel.

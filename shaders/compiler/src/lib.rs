@@ -178,7 +178,7 @@ impl Generic {
         let Checked { source, module, info } = &checked;
         let bindings = layout::bindings(module).map_err(|message| refused(source, Rule::Internal, message))?;
         let raw = lower::lower(source, module, info)?;
-        Ok(Self { raw, bindings, checked })
+        Ok(Self { checked, raw, bindings })
     }
 
     /// The program for what is known of the buffers.
@@ -192,7 +192,7 @@ impl Generic {
     /// A mistake of this compiler or of naga.
     pub fn spirv(&self, program: &tree::Program) -> Result<Vec<u32>, String> {
         let module = assemble::module(program, &self.checked.module)?;
-        let info = front::validate(&module).map_err(|error| format!("{error:?}"))?;
+        let info = front::validate(&module).map_err(|error| format!("{:?}", error.into_inner()))?;
         spirv::write(&module, &info)
     }
 }

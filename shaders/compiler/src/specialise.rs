@@ -214,7 +214,7 @@ impl Partial<'_> {
                 if is_left {
                     // Without exits it is no more than its statements.
                     let function = function.clone();
-                    self.place(new, inner, function, out);
+                    Self::place(new, inner, function, out);
                 } else {
                     out.append(&mut inner);
                 }
@@ -232,13 +232,13 @@ impl Partial<'_> {
     }
 
     /// Puts a block that can be left into its place: without its last exit, and without a label if that was the only one.
-    fn place(&mut self, label: Label, mut body: Block, function: Option<String>, out: &mut Block) {
+    fn place(label: Label, mut body: Block, function: Option<String>, out: &mut Block) {
         if matches!(body.last(), Some(Statement::Exit(last)) if *last == label) {
             body.pop();
         }
         let mut is_left = false;
         visit(&body, &mut |statement| {
-            is_left |= matches!(statement, Statement::Exit(left) if *left == label)
+            is_left |= matches!(statement, Statement::Exit(left) if *left == label);
         });
         if is_left {
             out.push(Statement::Labeled { label, body, function });
@@ -323,7 +323,7 @@ impl Partial<'_> {
         self.attempts.pop();
         if !self.has_failed {
             let is_left = self.leave(label, false);
-            self.place(new, all, None, out);
+            Self::place(new, all, None, out);
             return is_left;
         }
         if self
@@ -378,12 +378,11 @@ impl Partial<'_> {
         for (word, target) in (0..).zip(targets) {
             let ty = self.old.ty(*target);
             let bits = (self.known.word)(address.buffer, element, address.offset + word);
-            let new = match bits.filter(|bits| is_ordinary(ty, *bits)) {
-                Some(bits) => self.constant(bits, ty),
-                None => {
-                    is_known = false;
-                    self.new.add(Op::Loaded, ty)
-                }
+            let new = if let Some(bits) = bits.filter(|bits| is_ordinary(ty, *bits)) {
+                self.constant(bits, ty)
+            } else {
+                is_known = false;
+                self.new.add(Op::Loaded, ty)
             };
             self.values[target.0 as usize] = Some(new);
             loaded.push(new);

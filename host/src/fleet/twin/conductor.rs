@@ -796,7 +796,9 @@ impl<'a> Conductor<'a> {
         };
         seat.must_know = false;
         let (said, wait) = seat.player.turn(time);
-        said.into_iter().for_each(|message| self.take(number, who, message));
+        for message in said {
+            self.take(number, who, message);
+        }
         match wait {
             Err(error) if matches!(error.kind(), ErrorKind::WouldBlock | ErrorKind::TimedOut) => {
                 let limit = COMPUTE.as_secs();

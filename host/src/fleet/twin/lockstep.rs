@@ -77,10 +77,11 @@ impl Shared {
         } else {
             self.conductor.wait(said).ok()
         };
-        match time {
-            Some(time) => self.take(time),
+        if let Some(time) = time {
+            self.take(time);
+        } else {
             // Without the conductor nothing comes any more, and whoever waits must get on.
-            None => (self.lost, self.closed, self.now) = (true, true, until),
+            (self.lost, self.closed, self.now) = (true, true, until);
         }
     }
 }
