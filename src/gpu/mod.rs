@@ -20,6 +20,8 @@ pub use device::Path;
 pub use dispatch::Bounds;
 pub use recovery::Recovering;
 pub use run::Run;
+#[cfg(feature = "compose")]
+pub use specialised::specialised;
 
 use oneiro_shaders::life::Group;
 

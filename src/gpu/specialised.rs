@@ -243,21 +243,35 @@ impl Variants {
 
 /// Makes a variant.
 fn make(generic: &OnceLock<Result<Generic, String>>, scene: &Scene, maker: &Maker) -> Result<Variant, String> {
-    let parts = || {
-        [Source {
-            path: scene.kernel.name.into(),
-            text: scene.kernel.wgsl.into(),
-        }]
+    let generic = generic
+        .get_or_init(|| parsed(scene.kernel))
+        .as_ref()
+        .map_err(Clone::clone)?;
+    let (words, spirv) = compiled(generic, scene)?;
+    let pipeline = Arc::new(maker.pipeline(scene.kernel, Some(&spirv)));
+    Ok(Variant { words, pipeline })
+}
+
+/// SPIR-V of the kernel of a batch, specialised to one of its worlds, for tools that look at what a driver makes of it.
+///
+/// # Errors
+/// A mistake of the compiler.
+pub fn specialised(part: &Part<'_>, world: u32) -> Result<Vec<u32>, String> {
+    let scene = Scene::of(part, world);
+    Ok(compiled(&parsed(scene.kernel)?, &scene)?.1)
+}
+
+fn parsed(kernel: &Kernel) -> Result<Generic, String> {
+    let part = Source {
+        path: kernel.name.into(),
+        text: kernel.wgsl.into(),
     };
-    let parse = || Generic::new(&parts()).map_err(|refusals| format!("{}: {refusals:?}", scene.kernel.name));
-    let generic = generic.get_or_init(parse).as_ref().map_err(Clone::clone)?;
-    let is_worlds = |buffer: u32| {
-        scene
-            .kernel
-            .bindings
-            .get(buffer as usize)
-            .is_some_and(|own| own.name == "worlds")
-    };
+    Generic::new(&[part]).map_err(|refusals| format!("{}: {refusals:?}", kernel.name))
+}
+
+/// The words that a variant takes for constant, and its SPIR-V.
+fn compiled(generic: &Generic, scene: &Scene) -> Result<(Vec<Word>, Vec<u32>), String> {
+    let name_of = |buffer: u32| scene.kernel.bindings.get(buffer as usize).map_or("", |own| own.name);
     let words = RefCell::new(BTreeSet::new());
     let word = |buffer: u32, element: Option<u32>, offset: u32| {
         let bits = scene.word(buffer, element, offset)?;
@@ -266,7 +280,7 @@ fn make(generic: &OnceLock<Result<Generic, String>>, scene: &Scene, maker: &Make
             element,
             offset,
             bits,
-            of_own_world: is_worlds(buffer) && element == Some(scene.world),
+            of_own_world: name_of(buffer) == "worlds" && element == Some(scene.world),
         });
         Some(bits)
     };
@@ -274,15 +288,9 @@ fn make(generic: &OnceLock<Result<Generic, String>>, scene: &Scene, maker: &Make
     // The world's own index is no constant of the variant if all that it leads to is.
     let mut reads_worlds = false;
     visit(&program.body, &mut |statement| {
-        reads_worlds |= matches!(statement, Statement::Load { address, .. } if is_worlds(address.buffer));
+        reads_worlds |= matches!(statement, Statement::Load { address, .. } if name_of(address.buffer) == "worlds");
     });
-    let is_index = |word: &Word| scene.kernel.bindings[word.buffer as usize].name == "groups";
-    let words: Vec<Word> = words
-        .into_inner()
-        .into_iter()
-        .filter(|word| reads_worlds || !is_index(word))
-        .collect();
-    let spirv = generic.spirv(&program)?;
-    let pipeline = Arc::new(maker.pipeline(scene.kernel, Some(&spirv)));
-    Ok(Variant { words, pipeline })
+    let mut words: Vec<Word> = words.into_inner().into_iter().collect();
+    words.retain(|word| reads_worlds || name_of(word.buffer) != "groups");
+    Ok((words, generic.spirv(&program)?))
 }
