@@ -160,6 +160,32 @@ fn specialised_kernels_give_the_same_bits() {
     }
 }
 
+#[cfg(feature = "compose")]
+#[test]
+#[ignore = "takes minutes: tests/long.sh"]
+fn a_hundred_thousand_lives_are_the_same() {
+    let mut gpu = gpu();
+    gpu.set_specialise(Specialise::Always);
+    let noise = Noise {
+        motor: 0.1,
+        ..Noise::CONSERVATIVE
+    };
+    for controller in CONTROLLERS {
+        for severity in [None, Some(0.5)] {
+            let world = world(|spec| {
+                spec.noise = noise;
+                spec.controller = controller.clone();
+                spec.cycles = 100;
+                spec.surrogate = severity.map(|all| Arc::new(Surrogate::drawn(1, Differences::all(all))));
+            });
+            let batch = batch(&[world], 100_000, None);
+            let differ = differing(&bits(&mut gpu, &batch), &bits(&mut cpu(), &batch)).len();
+            println!("{controller:?}, severity {severity:?}: {differ} of 100,000 differ");
+            assert_eq!(differ, 0);
+        }
+    }
+}
+
 /// How much faster a specialised kernel is.
 #[cfg(feature = "compose")]
 #[test]
@@ -190,6 +216,9 @@ fn specialised_kernels_are_faster() {
     for (name, world) in kinds {
         let batch = batch(&[world], 10_000, None);
         let mut gpu = gpu();
+        let start = Instant::now();
+        let words = oneiro::gpu::specialised(&batch.all(), 0).unwrap().len();
+        let own = start.elapsed();
         let [generic, special] = [Specialise::Never, Specialise::Always].map(|when| {
             gpu.set_specialise(when);
             let start = Instant::now();
@@ -197,7 +226,7 @@ fn specialised_kernels_are_faster() {
             let first = start.elapsed();
             (speed(&mut gpu, &batch) / 1e6, first)
         });
-        println!("{name}: {generic:.2?} {special:.2?} M steps/s, first batch");
+        println!("{name}: {generic:.2?} {special:.2?} M steps/s, first batch; {words} words of SPIR-V in {own:.1?}");
     }
 }
 

@@ -15,6 +15,9 @@ long() { cargo test --release --locked --workspace --features oneiro-host/parque
 say "long lives on every lane code and adapter; both studies with all their parts"
 long --test goldens --test program_goldens --test parity -- --include-ignored
 
+say "a hundred thousand lives by specialised kernels"
+long --test gpu a_hundred_thousand -- --include-ignored --nocapture
+
 say "random kernels; experiments, sweeps and parts with random mistakes"
 long --test random --test mutants
 long -p oneiro-host --bin oneiro mutants
@@ -34,7 +37,7 @@ long --bin oneiro -- exchange::radio --nocapture
 say "the whole study of 1995, killed, on one thread and on a GPU"
 long --test reproduce settings
 
-say "a swarm of daemons of which a hundred are killed"
+say "a swarm of daemons of which a hundred are killed, and one that lives for a day"
 long --test twins -- --ignored --nocapture
 
 say "runs and sweeps that are killed"

@@ -207,3 +207,55 @@ fn a_study_survives_a_hundred_kills() {
     // One interval each at most, and one more where a robot was down at its end.
     assert!(missed.len() <= 2 * killed.len());
 }
+
+/// Resident memory of a process and of those that it has started, kB.
+fn memory(process: u32) -> u64 {
+    let read = |path: String| fs::read_to_string(path).unwrap_or_default();
+    let children = read(format!("/proc/{process}/task/{process}/children"));
+    let all = children.split_whitespace().filter_map(|child| child.parse().ok());
+    let own = |process: u32| {
+        let status = read(format!("/proc/{process}/status"));
+        let line = status.lines().find_map(|line| line.strip_prefix("VmRSS:"));
+        line.and_then(|own| own.trim_end_matches("kB").trim().parse::<u64>().ok())
+    };
+    all.chain([process]).filter_map(own).sum()
+}
+
+/// Three robots live for a day: their memory stays as it was in the second quarter, and only tables grow that have a row for each
+/// interval, and the arena's, which has one for each second.
+#[cfg(target_os = "linux")]
+#[test]
+#[ignore = "takes a quarter of an hour: tests/long.sh"]
+fn a_day_takes_no_more_memory() {
+    let place = Place::new("twin-day");
+    fleet(&place, 3, 24 * 60);
+    let mut twin = place.start(&["fleet", "twin", "fleet.toml", "--out", "out", "--json"]);
+    let mut taken = Vec::new();
+    let status = loop {
+        if let Some(status) = twin.try_wait().unwrap() {
+            break status;
+        }
+        taken.push(memory(twin.id()));
+        std::thread::sleep(std::time::Duration::from_millis(500));
+    };
+    assert!(status.success());
+    let quarter = taken.len() / 4;
+    let most = |range: std::ops::Range<usize>| taken[range].iter().copied().max().unwrap_or_default();
+    let (early, late) = (most(quarter..2 * quarter), most(3 * quarter..taken.len()));
+    println!("{early} kB in the second quarter of the day, {late} kB in the last");
+    assert!(late < early + early / 20, "{early} kB, and then {late} kB");
+    // A row has some 200 bytes at most.
+    let seconds = 24 * 3600;
+    let limits = [
+        ("out/twin.csv", 3 * seconds * 100),
+        ("out/faults.jsonl", 1),
+        ("out/stops.csv", 100),
+    ];
+    let intervals = (0..3).map(|robot| (format!("out/robots/{robot}/intervals.csv"), seconds / 20 * 200));
+    let all = limits.map(|(name, limit)| (name.to_owned(), limit));
+    for (name, limit) in all.into_iter().chain(intervals) {
+        let length = place.read(&name).len() as u64;
+        println!("{name}: {length} bytes");
+        assert!(length <= limit, "{name}: {length} bytes, of {limit}");
+    }
+}

@@ -5,7 +5,7 @@ use std::cell::RefCell;
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::mpsc::{self, Receiver};
 use std::sync::{Arc, OnceLock};
-use std::thread;
+use std::thread::{self, JoinHandle};
 use std::time::{Duration, Instant};
 
 use oneiro_shader_compiler::specialise::Known;
@@ -25,14 +25,14 @@ const MOST: usize = 64;
 
 /// A world of a batch, and whether its lives are traced.
 #[derive(Clone)]
-struct Scene {
+struct Setting {
     kernel: &'static Kernel,
     worlds: Worlds,
     world: u32,
     is_traced: bool,
 }
 
-impl Scene {
+impl Setting {
     fn of(part: &Part<'_>, world: u32) -> Self {
         Self {
             kernel: part.kernel(),
@@ -95,9 +95,10 @@ struct Variant {
 
 /// A variant in the making.
 struct Underway {
-    scene: Scene,
+    setting: Setting,
     began: Instant,
     made: Receiver<Result<Variant, String>>,
+    thread: JoinHandle<()>,
 }
 
 /// The variants of one kernel.
@@ -107,7 +108,7 @@ struct OfKernel {
     ready: Vec<Variant>,
     underway: Vec<Underway>,
     /// Worlds that the generic kernel has simulated, and for how long.
-    spent: Vec<(Scene, Duration)>,
+    spent: Vec<(Setting, Duration)>,
 }
 
 /// All variants on a device.
@@ -131,6 +132,15 @@ impl std::fmt::Debug for Variants {
     }
 }
 
+impl Drop for Variants {
+    /// A driver may not be unloaded while it compiles.
+    fn drop(&mut self) {
+        for underway in self.kernels.values_mut().flat_map(|own| own.underway.drain(..)) {
+            let _ = underway.thread.join();
+        }
+    }
+}
+
 impl Variants {
     fn of(&mut self, kernel: &'static Kernel) -> &mut OfKernel {
         self.kernels
@@ -143,23 +153,23 @@ impl Variants {
         if self.when == Specialise::Never || device.path() != Path::Spirv {
             return None;
         }
-        let scene = Scene::of(part, world);
-        self.collect(scene.kernel);
+        let setting = Setting::of(part, world);
+        self.collect(setting.kernel);
         let must = self.when == Specialise::Always;
         let found = |own: &OfKernel| {
-            let fits = |variant: &&Variant| variant.words.iter().all(|word| scene.has(word));
+            let fits = |variant: &&Variant| variant.words.iter().all(|word| setting.has(word));
             own.ready.iter().find(fits).map(|variant| Arc::clone(&variant.pipeline))
         };
-        let pipeline = found(self.of(scene.kernel));
+        let pipeline = found(self.of(setting.kernel));
         if pipeline.is_some() || !must {
             return pipeline;
         }
-        self.begin(device, scene.clone());
-        while !self.of(scene.kernel).underway.is_empty() {
+        self.begin(device, setting.clone());
+        while !self.of(setting.kernel).underway.is_empty() {
             thread::sleep(Duration::from_millis(1));
-            self.collect(scene.kernel);
+            self.collect(setting.kernel);
         }
-        found(self.of(scene.kernel))
+        found(self.of(setting.kernel))
     }
 
     /// Notes that the generic kernel has simulated a world for some time, and begins to make a variant if that is worth it.
@@ -168,12 +178,14 @@ impl Variants {
             return;
         }
         let cost = self.cost.unwrap_or(FIRST);
-        let scene = Scene::of(part, world);
-        let own = self.of(scene.kernel);
-        let is_same = |other: &Scene| {
-            scene.is_traced == other.is_traced && scene.world == other.world && scene.worlds.is_same(&other.worlds)
+        let setting = Setting::of(part, world);
+        let own = self.of(setting.kernel);
+        let is_same = |other: &Setting| {
+            setting.is_traced == other.is_traced
+                && setting.world == other.world
+                && setting.worlds.is_same(&other.worlds)
         };
-        if own.underway.iter().any(|underway| is_same(&underway.scene)) {
+        if own.underway.iter().any(|underway| is_same(&underway.setting)) {
             return;
         }
         let at = own
@@ -184,29 +196,33 @@ impl Variants {
                 if own.spent.len() == MOST {
                     own.spent.remove(0);
                 }
-                own.spent.push((scene.clone(), Duration::ZERO));
+                own.spent.push((setting.clone(), Duration::ZERO));
                 own.spent.len() - 1
             });
         own.spent[at].1 += time;
         if own.spent[at].1 >= cost && own.underway.is_empty() {
             own.spent.remove(at);
-            self.begin(device, scene);
+            self.begin(device, setting);
         }
     }
 
     /// Begins to make a variant.
-    fn begin(&mut self, device: &Device, scene: Scene) {
+    fn begin(&mut self, device: &Device, setting: Setting) {
         let (tell, made) = mpsc::channel();
         let maker = device.maker();
-        let own = self.of(scene.kernel);
+        let own = self.of(setting.kernel);
         let generic = Arc::clone(&own.generic);
-        let of_thread = scene.clone();
+        let of_thread = setting.clone();
+        let thread = thread::spawn(move || {
+            // Nobody may want it any more.
+            let _ = tell.send(make(&generic, &of_thread, &maker));
+        });
         own.underway.push(Underway {
-            scene,
+            setting,
             began: Instant::now(),
             made,
+            thread,
         });
-        thread::spawn(move || tell.send(make(&generic, &of_thread, &maker)));
     }
 
     /// Takes what has been made.
@@ -242,13 +258,13 @@ impl Variants {
 }
 
 /// Makes a variant.
-fn make(generic: &OnceLock<Result<Generic, String>>, scene: &Scene, maker: &Maker) -> Result<Variant, String> {
+fn make(generic: &OnceLock<Result<Generic, String>>, setting: &Setting, maker: &Maker) -> Result<Variant, String> {
     let generic = generic
-        .get_or_init(|| parsed(scene.kernel))
+        .get_or_init(|| parsed(setting.kernel))
         .as_ref()
         .map_err(Clone::clone)?;
-    let (words, spirv) = compiled(generic, scene)?;
-    let pipeline = Arc::new(maker.pipeline(scene.kernel, Some(&spirv)));
+    let (words, spirv) = compiled(generic, setting)?;
+    let pipeline = Arc::new(maker.pipeline(setting.kernel, Some(&spirv)));
     Ok(Variant { words, pipeline })
 }
 
@@ -257,8 +273,8 @@ fn make(generic: &OnceLock<Result<Generic, String>>, scene: &Scene, maker: &Make
 /// # Errors
 /// A mistake of the compiler.
 pub fn specialised(part: &Part<'_>, world: u32) -> Result<Vec<u32>, String> {
-    let scene = Scene::of(part, world);
-    Ok(compiled(&parsed(scene.kernel)?, &scene)?.1)
+    let setting = Setting::of(part, world);
+    Ok(compiled(&parsed(setting.kernel)?, &setting)?.1)
 }
 
 fn parsed(kernel: &Kernel) -> Result<Generic, String> {
@@ -270,17 +286,17 @@ fn parsed(kernel: &Kernel) -> Result<Generic, String> {
 }
 
 /// The words that a variant takes for constant, and its SPIR-V.
-fn compiled(generic: &Generic, scene: &Scene) -> Result<(Vec<Word>, Vec<u32>), String> {
-    let name_of = |buffer: u32| scene.kernel.bindings.get(buffer as usize).map_or("", |own| own.name);
+fn compiled(generic: &Generic, setting: &Setting) -> Result<(Vec<Word>, Vec<u32>), String> {
+    let name_of = |buffer: u32| setting.kernel.bindings.get(buffer as usize).map_or("", |own| own.name);
     let words = RefCell::new(BTreeSet::new());
     let word = |buffer: u32, element: Option<u32>, offset: u32| {
-        let bits = scene.word(buffer, element, offset)?;
+        let bits = setting.word(buffer, element, offset)?;
         words.borrow_mut().insert(Word {
             buffer,
             element,
             offset,
             bits,
-            of_own_world: name_of(buffer) == "worlds" && element == Some(scene.world),
+            of_own_world: name_of(buffer) == "worlds" && element == Some(setting.world),
         });
         Some(bits)
     };
