@@ -253,7 +253,7 @@ fn inexact(code: &str) -> Vec<String> {
 
 /// SPIR-V without its `NoContraction`.
 fn contractible(spirv: &[u32]) -> Vec<u32> {
-    const DECORATE: u32 = 3 << 16 | 71;
+    const DECORATE: u32 = 0x0003_0047;
     const NO_CONTRACTION: u32 = 42;
     let mut words = spirv[..5].to_vec();
     let mut rest = &spirv[5..];

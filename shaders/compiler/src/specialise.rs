@@ -212,10 +212,9 @@ impl Partial<'_> {
                 let ends = self.block(body, &mut inner);
                 let is_left = self.leave(*label, ends);
                 if is_left {
-                    // Without exits it is no more than its statements.
-                    let function = function.clone();
-                    Self::place(new, inner, function, out);
+                    Self::place(new, inner, function.clone(), out);
                 } else {
+                    // Without exits it is no more than its statements.
                     out.append(&mut inner);
                 }
                 return ends || is_left;
