@@ -1,0 +1,103 @@
+//! Operations of which one operand is a constant are left out only where that changes no bit, also of zeros of either sign.
+
+use oneiro_shader_compiler::interpret::{Memory, run_invocation};
+use oneiro_shader_compiler::specialise::Known;
+use oneiro_shader_compiler::tree::{Op, Program, Statement, visit};
+use oneiro_shader_compiler::{Generic, Part, trees};
+
+const KERNEL: &str = "
+@group(0) @binding(0) var<storage, read> numbers: array<f32>;
+@group(0) @binding(1) var<storage, read_write> results: array<u32>;
+@compute @workgroup_size(64)
+fn main(@builtin(local_invocation_index) lane: u32) {
+    let x = numbers[lane];
+    let n = bitcast<u32>(x);
+    let i = bitcast<i32>(n);
+    let b = x < 1.0f;
+    let at = lane * 32u;
+";
+
+/// What is stored of each number, as WGSL.
+const RESULTS: [&str; 24] = [
+    "bitcast<u32>(x + 0.0f)",
+    "bitcast<u32>(0.0f + x)",
+    "bitcast<u32>(x + -0.0f)",
+    "bitcast<u32>(x - 0.0f)",
+    "bitcast<u32>(x - -0.0f)",
+    "bitcast<u32>(0.0f - x)",
+    "bitcast<u32>(x * 1.0f)",
+    "bitcast<u32>(1.0f * x)",
+    "bitcast<u32>(x * 0.0f)",
+    "bitcast<u32>(max(x, 0.0f))",
+    "n + 0u",
+    "n - 0u",
+    "0u - n",
+    "n * 1u",
+    "n * 0u",
+    "n / 1u",
+    "n % 1u",
+    "(n & 0xffffffffu) | (n & 0u)",
+    "n ^ 0u",
+    "n << 0u",
+    "bitcast<u32>(i >> 0u)",
+    "bitcast<u32>(i * 1i)",
+    "select(0u, 1u, b & true)",
+    "select(0u, 1u, (b | true) & (b | false))",
+];
+
+#[test]
+fn operands_stand_for_results_where_no_bit_differs() {
+    let mut text = KERNEL.to_owned();
+    for (index, result) in RESULTS.iter().enumerate() {
+        text += &format!("    results[at + {index}u] = {result};\n");
+    }
+    text += "}\n";
+    let parts = [Part {
+        path: "kernel".into(),
+        text,
+    }];
+    let raw = trees(&parts).unwrap_or_else(|refusals| panic!("{refusals:?}")).raw;
+    let generic = Generic::new(&parts).unwrap();
+    let program = generic.program(&Known { word: &|_, _, _| None });
+    let mut numbers = vec![
+        0.0_f32,
+        -0.0,
+        1.0,
+        -1.0,
+        0.5,
+        f32::MIN_POSITIVE,
+        -f32::MIN_POSITIVE,
+        16_777_216.0,
+    ];
+    numbers.extend((8..64).map(|index| (index as f32 - 30.5) * 0.37));
+    let run = |program: &Program| {
+        let words = numbers.iter().map(|number| number.to_bits()).collect();
+        let mut buffers = vec![words, vec![0; 64 * 32]];
+        let strides = [1, 1];
+        for lane in 0..64 {
+            let mut memory = Memory {
+                buffers: &mut buffers,
+                strides: &strides,
+            };
+            run_invocation(program, &mut memory, 0, lane, true).unwrap();
+        }
+        buffers.pop().unwrap()
+    };
+    let (expected, found) = (run(&raw), run(&program));
+    for (at, (found, expected)) in found.iter().zip(&expected).enumerate() {
+        let what = RESULTS.get(at % 32).unwrap_or(&"");
+        assert_eq!(found, expected, "{what} of {}", numbers[at / 32]);
+    }
+    let operations = |program: &Program| {
+        let mut count = 0;
+        visit(&program.body, &mut |statement| {
+            count +=
+                u32::from(matches!(statement, Statement::Let(value) if matches!(program.op(*value), Op::Binary(..))));
+        });
+        count
+    };
+    assert!(
+        operations(&program) + 10 <= operations(&raw),
+        "most of them are left out"
+    );
+}
