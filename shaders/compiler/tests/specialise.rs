@@ -1,5 +1,7 @@
 //! Operations of which one operand is a constant are left out only where that changes no bit, also of zeros of either sign.
 
+use std::fmt::Write as _;
+
 use oneiro_shader_compiler::interpret::{Memory, run_invocation};
 use oneiro_shader_compiler::specialise::Known;
 use oneiro_shader_compiler::tree::{Op, Program, Statement, visit};
@@ -49,7 +51,7 @@ const RESULTS: [&str; 24] = [
 fn operands_stand_for_results_where_no_bit_differs() {
     let mut text = KERNEL.to_owned();
     for (index, result) in RESULTS.iter().enumerate() {
-        text += &format!("    results[at + {index}u] = {result};\n");
+        writeln!(text, "    results[at + {index}u] = {result};").unwrap();
     }
     text += "}\n";
     let parts = [Part {
