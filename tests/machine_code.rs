@@ -16,6 +16,7 @@ use oneiro::batch::{Batch, Rollout};
 use oneiro::random::Key;
 use oneiro::surrogate::{Differences, Surrogate};
 use oneiro::world::{Noise, World, WorldSpec};
+use oneiro_shader_compiler::spirv;
 use oneiro_shaders::{BindingKind, KERNELS, Kernel};
 
 mod pinned;
@@ -252,19 +253,9 @@ fn inexact(code: &str) -> Vec<String> {
 }
 
 /// SPIR-V without its `NoContraction`.
-fn contractible(spirv: &[u32]) -> Vec<u32> {
-    const DECORATE: u32 = 0x0003_0047;
-    const NO_CONTRACTION: u32 = 42;
-    let mut words = spirv[..5].to_vec();
-    let mut rest = &spirv[5..];
-    while let Some(&first) = rest.first() {
-        let (instruction, next) = rest.split_at((first >> 16) as usize);
-        if first != DECORATE || instruction.last() != Some(&NO_CONTRACTION) {
-            words.extend_from_slice(instruction);
-        }
-        rest = next;
-    }
-    words
+fn contractible(words: &[u32]) -> Vec<u32> {
+    let all: Vec<usize> = (0..spirv::float_arithmetic(words).len()).collect();
+    spirv::without_contraction(words, &all)
 }
 
 /// Compiles everything for the family that the environment names, and prints a row for each: a process of the test below.

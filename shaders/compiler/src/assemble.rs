@@ -132,7 +132,6 @@ struct Assembling<'a> {
     variables: BTreeMap<Variable, Handle<Expression>>,
     arrays: BTreeMap<Array, Handle<Expression>>,
     buffers: BTreeMap<u32, (Handle<Expression>, Handle<Type>)>,
-    flags: BTreeMap<Label, Handle<Expression>>,
     lane: Handle<Expression>,
     workgroup: Handle<Expression>,
     /// Loops around the statement at hand, the outermost first.
@@ -174,7 +173,6 @@ impl<'a> Assembling<'a> {
             variables: BTreeMap::new(),
             arrays: BTreeMap::new(),
             buffers: BTreeMap::new(),
-            flags: BTreeMap::new(),
             lane,
             workgroup,
             scopes: Vec::new(),
@@ -411,8 +409,12 @@ impl<'a> Assembling<'a> {
             Statement::Labeled { label, body, .. } if leaves(body, *label) => self.repeat(*label, body, true, out)?,
             Statement::Labeled { body, .. } => self.block(body, out)?,
             Statement::Exit(label) => {
-                if self.scopes.last().is_none_or(|innermost| innermost.label != *label) {
-                    let (flag, set) = (self.flags[label], self.literal(Ty::Bool, 1));
+                let scope = self.scopes.iter().rposition(|scope| scope.label == *label);
+                let at = scope.ok_or("an exit lies outside of its block")?;
+                if at + 1 < self.scopes.len()
+                    && let Some(flag) = self.scopes[at].flag
+                {
+                    let set = self.literal(Ty::Bool, 1);
                     Self::store(out, flag, set);
                 }
                 out.push(naga::Statement::Break, Span::UNDEFINED);
@@ -425,7 +427,6 @@ impl<'a> Assembling<'a> {
     fn repeat(&mut self, label: Label, block: &Block, once: bool, out: &mut naga::Block) -> Result<(), String> {
         let flag = is_left_from_within(block, label).then(|| self.local("left", TypeInner::Scalar(Scalar::BOOL)));
         if let Some(flag) = flag {
-            self.flags.insert(label, flag);
             let not = self.literal(Ty::Bool, 0);
             Self::store(out, flag, not);
         }
@@ -449,14 +450,12 @@ impl<'a> Assembling<'a> {
                 outer.insert(*left);
             }
         });
-        let innermost = self.scopes.last().map(|scope| scope.label);
         let flags: Vec<_> = self
             .scopes
             .iter()
             .filter(|scope| outer.contains(&scope.label))
             .filter_map(|scope| scope.flag)
             .collect();
-        debug_assert!(innermost.is_some() || flags.is_empty());
         for pointer in flags {
             let condition = self.emit(Expression::Load { pointer }, out);
             let mut accept = naga::Block::new();
