@@ -12,17 +12,24 @@ use std::process::Command;
 use std::sync::Arc;
 
 use ash::vk;
-use oneiro::batch::{Batch, Rollout};
-use oneiro::random::Key;
+use oneiro::batch::{Batch, Rollout, Worlds};
+use oneiro::cpu::Cpu;
+use oneiro::evaluator::{Control, Evaluator};
+use oneiro::foraging::{Foraging, Light};
+use oneiro::random::{Key, pcg4d};
+use oneiro::swarm::{Lamp, Order, Swarm};
 use oneiro::surrogate::{Differences, Surrogate};
 use oneiro::world::{Noise, World, WorldSpec};
 use oneiro_shader_compiler::spirv;
 use oneiro_shaders::{BindingKind, KERNELS, Kernel};
 
 mod pinned;
+#[path = "machine_code/rdna.rs"]
+mod rdna;
 mod skips;
 
 use pinned::Rows;
+use rdna::{Code, Issued};
 
 /// Families of cards: GCN, RDNA 1, 2 and 3.
 const FAMILIES: [&str; 4] = ["polaris10", "navi10", "navi21", "gfx1100"];
@@ -162,13 +169,33 @@ fn text(chars: &[std::ffi::c_char]) -> String {
     CStr::from_bytes_until_nul(&bytes).map_or_else(|_| String::new(), |text| text.to_string_lossy().into_owned())
 }
 
-/// Worlds to which kernels are specialised, by name.
-fn worlds() -> Vec<(&'static str, World)> {
+/// Rollouts of a group.
+const GROUP: u64 = 64;
+/// Cycles of which costs are counted, after those at the beginning of a life that are left out.
+const COUNTED: u32 = 32;
+const LEFT_OUT: u32 = 8;
+
+/// Lives of a group in worlds to which kernels are specialised, by name.
+fn batches() -> Vec<(&'static str, Batch)> {
     let world = |change: fn(&mut WorldSpec)| {
         let mut spec = WorldSpec::miglino1995();
+        spec.cycles = LEFT_OUT + COUNTED;
         change(&mut spec);
-        World::new(spec).unwrap()
+        let world = World::new(spec).unwrap();
+        let genes = world.genes();
+        batch(Worlds::new(&[world]).unwrap(), |index| genome(genes, index))
     };
+    let forager = Foraging {
+        cycles: LEFT_OUT + COUNTED,
+        ..Foraging::odowd2014(Light::OverNest)
+    };
+    let foragers = Worlds::new(&[forager]).unwrap();
+    let swarm = Swarm {
+        forager,
+        ..Swarm::odowd2014(10)
+    };
+    let lamp = Lamp::fixed(Light::OverNest);
+    let swarms = Worlds::new(&[swarm]).unwrap();
     vec![
         ("no noise", world(|_| ())),
         ("sensor noise", world(|spec| spec.noise = Noise::SENSOR)),
@@ -185,7 +212,63 @@ fn worlds() -> Vec<(&'static str, World)> {
             "surrogate",
             world(|spec| spec.surrogate = Some(Arc::new(Surrogate::drawn(1, Differences::all(0.5))))),
         ),
+        ("over nest", batch(foragers, |index| genome(2, index).iter().map(|gene| gene.abs()).collect())),
+        (
+            "ten robots",
+            batch(swarms, |index| {
+                let order = |robot| {
+                    let genes = genome(2, 10 * index + robot);
+                    Order::always([genes[0].abs(), genes[1].abs()])
+                };
+                swarm.inputs(&lamp, &(0..10).map(order).collect::<Vec<_>>())
+            }),
+        ),
     ]
+}
+
+/// Genes from -1 to 1.
+fn genome(genes: usize, index: u64) -> Vec<f32> {
+    let words = (0..genes as u32).step_by(4).flat_map(|block| pcg4d([index as u32, block, 0, 0]));
+    words.map(|word| (word >> 8) as f32 / 8_388_608.0 - 1.0).take(genes).collect()
+}
+
+fn batch(worlds: Worlds, genes: impl Fn(u64) -> Vec<f32>) -> Batch {
+    let genes: Vec<Vec<f32>> = (0..GROUP).map(genes).collect();
+    let rollouts: Vec<_> = (0..)
+        .zip(&genes)
+        .map(|(index, genes)| Rollout {
+            world: 0,
+            genes,
+            key: Key::rollout(0, 0, index, 0),
+        })
+        .collect();
+    worlds.stretch(&rollouts, 0..LEFT_OUT + COUNTED, &[], None).unwrap()
+}
+
+/// Lets a group live by machine code, and compares its bits with the processor's. Returns what a cycle issues.
+fn lived(name: &str, batch: &Batch, code: &str) -> String {
+    let part = batch.all();
+    let code = Code::new(code);
+    let until = |end| {
+        let mut buffers = oneiro::gpu::buffers(&part, end);
+        let issued = code.run(&mut buffers, 0);
+        (buffers, issued)
+    };
+    let (buffers, all) = until(LEFT_OUT + COUNTED);
+    let mut cpu = Cpu::new(Some(1)).unwrap();
+    let expected = cpu.evaluate_part(&part, &Control::new()).unwrap();
+    let bits: Vec<u32> = expected.fitness.iter().map(|fitness| fitness.to_bits()).collect();
+    assert_eq!(buffers[7], bits, "{name}");
+    assert!(expected.states == buffers[6], "{name}: states differ");
+    let (_, first) = until(LEFT_OUT);
+    let a_cycle = |figure: fn(Issued) -> u64| (figure(all) - figure(first)) as f64 / f64::from(COUNTED);
+    format!(
+        "{:.0} issued a cycle, of them {:.0} vector, {:.0} memory, {:.0} products",
+        a_cycle(Issued::all),
+        a_cycle(|issued| issued.vector),
+        a_cycle(|issued| issued.memory),
+        a_cycle(|issued| issued.products),
+    )
 }
 
 /// Every kernel, generic and specialised: its name, itself, and SPIR-V.
@@ -193,14 +276,7 @@ fn variants() -> Vec<(String, &'static Kernel, Vec<u32>)> {
     let generic = KERNELS
         .iter()
         .map(|kernel| (kernel.name.to_owned(), *kernel, kernel.spirv.to_vec()));
-    let specialised = worlds().into_iter().map(|(name, world)| {
-        let genes = vec![0.5; world.genes()];
-        let rollout = Rollout {
-            world: 0,
-            genes: &genes,
-            key: Key::rollout(0, 0, 0, 0),
-        };
-        let batch = Batch::new(&[world], &[rollout], None).unwrap();
+    let specialised = batches().into_iter().map(|(name, batch)| {
         let spirv = oneiro::gpu::specialised(&batch.all(), 0).unwrap();
         (format!("{}, {name}", batch.kernel().name), batch.kernel(), spirv)
     });
@@ -270,6 +346,10 @@ fn of_family() {
         let found = inexact(&compiled.text);
         assert!(found.is_empty(), "{family}: {name}: {found:#?}");
         assert!(compiled.text.lines().count() > 100, "{name}: {}", compiled.text);
+        if let Some(folder) = env::var_os("ONEIRO_MACHINE_CODE") {
+            let name = name.replace(", ", "-").replace(' ', "-");
+            std::fs::write(Path::new(&folder).join(format!("{family}-{name}.s")), &compiled.text).unwrap();
+        }
         let of = |name: &str| compiled.statistics.get(name).copied().unwrap_or_default();
         println!(
             "row {name} | {} instructions, {} bytes, {} VGPRs, {} SGPRs, {} spilled, {} waves, throughput {}",
@@ -281,6 +361,17 @@ fn of_family() {
             of("Subgroups per SIMD"),
             of("Inverse Throughput"),
         );
+    }
+    if family == "navi21" {
+        for (name, batch) in batches() {
+            let kernel = batch.kernel();
+            let own = oneiro::gpu::specialised(&batch.all(), 0).unwrap();
+            for (kind, spirv) in [("any world", kernel.spirv), ("this world", &own)] {
+                let compiled = device.compile(kernel, spirv).unwrap();
+                let figures = lived(name, &batch, &compiled.text);
+                println!("row {}, {name}, {kind} | {figures}", kernel.name);
+            }
+        }
     }
     // On families without fused operations at full rate the compiler makes none.
     if ["navi21", "gfx1100"].contains(&family.as_str()) {

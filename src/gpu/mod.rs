@@ -2,6 +2,8 @@
 
 mod adapter;
 mod buffers;
+#[cfg(feature = "compose")]
+mod cost;
 mod device;
 mod dispatch;
 mod pace;
@@ -20,6 +22,8 @@ pub use device::Path;
 pub use dispatch::Bounds;
 pub use recovery::Recovering;
 pub use run::Run;
+#[cfg(feature = "compose")]
+pub use cost::{Cost, buffers, cost};
 #[cfg(feature = "compose")]
 pub use specialised::specialised;
 

@@ -9,7 +9,7 @@ use std::thread::{self, JoinHandle};
 use std::time::{Duration, Instant};
 
 use oneiro_shader_compiler::specialise::Known;
-use oneiro_shader_compiler::tree::{Statement, visit};
+use oneiro_shader_compiler::tree::{Program, Statement, visit};
 use oneiro_shader_compiler::{Generic, Part as Source};
 use oneiro_shaders::Kernel;
 
@@ -25,15 +25,15 @@ const MOST: usize = 64;
 
 /// A world of a batch, and whether its lives are traced.
 #[derive(Clone)]
-struct Setting {
-    kernel: &'static Kernel,
+pub(super) struct Setting {
+    pub(super) kernel: &'static Kernel,
     worlds: Worlds,
     world: u32,
     is_traced: bool,
 }
 
 impl Setting {
-    fn of(part: &Part<'_>, world: u32) -> Self {
+    pub(super) fn of(part: &Part<'_>, world: u32) -> Self {
         Self {
             kernel: part.kernel(),
             worlds: part.batch().worlds().clone(),
@@ -77,7 +77,7 @@ impl Setting {
 
 /// A word that a variant takes for constant.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-struct Word {
+pub(super) struct Word {
     buffer: u32,
     element: Option<u32>,
     offset: u32,
@@ -277,7 +277,11 @@ pub fn specialised(part: &Part<'_>, world: u32) -> Result<Vec<u32>, String> {
     Ok(compiled(&parsed(setting.kernel)?, &setting)?.1)
 }
 
-fn parsed(kernel: &Kernel) -> Result<Generic, String> {
+/// A kernel from which variants are made.
+///
+/// # Errors
+/// A mistake of the compiler.
+pub(super) fn parsed(kernel: &Kernel) -> Result<Generic, String> {
     let part = Source {
         path: kernel.name.into(),
         text: kernel.wgsl.into(),
@@ -287,6 +291,12 @@ fn parsed(kernel: &Kernel) -> Result<Generic, String> {
 
 /// The words that a variant takes for constant, and its SPIR-V.
 fn compiled(generic: &Generic, setting: &Setting) -> Result<(Vec<Word>, Vec<u32>), String> {
+    let (words, program) = program(generic, setting);
+    Ok((words, generic.spirv(&program)?))
+}
+
+/// The words that a variant takes for constant, and its program.
+pub(super) fn program(generic: &Generic, setting: &Setting) -> (Vec<Word>, Program) {
     let name_of = |buffer: u32| setting.kernel.bindings.get(buffer as usize).map_or("", |own| own.name);
     let words = RefCell::new(BTreeSet::new());
     let word = |buffer: u32, element: Option<u32>, offset: u32| {
@@ -308,5 +318,5 @@ fn compiled(generic: &Generic, setting: &Setting) -> Result<(Vec<Word>, Vec<u32>
     });
     let mut words: Vec<Word> = words.into_inner().into_iter().collect();
     words.retain(|word| reads_worlds || name_of(word.buffer) != "groups");
-    Ok((words, generic.spirv(&program)?))
+    (words, program)
 }

@@ -5,6 +5,7 @@
 use std::collections::BTreeSet;
 use std::num::FpCategory;
 
+use crate::count::Watch;
 use crate::tree::{Address, Array, Binary, Block, Label, Op, Program, Statement, Ty, Unary, Value, Variable, visit};
 use crate::uniform::{Region, Shape, Shapes, depth_of};
 
@@ -127,6 +128,25 @@ pub fn run_checked(
     }
 }
 
+/// Runs one invocation, and notes each statement that it runs.
+///
+/// # Errors
+/// As [`run`].
+pub(crate) fn run_watched(
+    program: &Program,
+    memory: &mut impl Buffers,
+    workgroup: u32,
+    lane: u32,
+    watch: &mut Watch,
+) -> Result<(), Trap> {
+    let mut invocation = Invocation {
+        watch: Some(watch),
+        ..Invocation::new(program, memory, workgroup, lane)
+    };
+    invocation.block(&program.body)?;
+    Ok(())
+}
+
 /// Runs one invocation of a test, and returns the number of turns that all its loops took.
 ///
 /// # Errors
@@ -161,6 +181,8 @@ struct Invocation<'a, M> {
     turns_left: u64,
     /// The value that broke the exactness rules.
     breach: Option<Value>,
+    /// Sees every statement that is run.
+    watch: Option<&'a mut Watch>,
 }
 
 impl<'a, M: Buffers> Invocation<'a, M> {
@@ -178,6 +200,7 @@ impl<'a, M: Buffers> Invocation<'a, M> {
             turns: 0,
             turns_left: u64::MAX,
             breach: None,
+            watch: None,
         }
     }
 
@@ -230,6 +253,9 @@ impl<'a, M: Buffers> Invocation<'a, M> {
 
     fn statement(&mut self, statement: &Statement) -> Result<Option<Label>, Trap> {
         self.patience = self.patience.checked_sub(1).ok_or(Trap::Endless)?;
+        if let Some(watch) = &mut self.watch {
+            watch.see(statement);
+        }
         match statement {
             Statement::Let(value) => {
                 let computed = self.computed(*value);
@@ -278,16 +304,26 @@ impl<'a, M: Buffers> Invocation<'a, M> {
                 let branch = if self.get(*condition)? != 0 { accept } else { reject };
                 return self.block(branch);
             }
-            Statement::Loop { label, body, .. } => loop {
-                self.patience = self.patience.checked_sub(1).ok_or(Trap::Endless)?;
-                self.turns_left = self.turns_left.checked_sub(1).ok_or(Trap::Endless)?;
-                self.turns += 1;
-                match self.block(body)? {
-                    None => {}
-                    Some(left) if left == *label => break,
-                    outer => return Ok(outer),
+            Statement::Loop { label, body, .. } => {
+                let around = self.watch.as_ref().map_or(0, |watch| watch.turns());
+                let mut turn = 0;
+                let left = loop {
+                    self.patience = self.patience.checked_sub(1).ok_or(Trap::Endless)?;
+                    self.turns_left = self.turns_left.checked_sub(1).ok_or(Trap::Endless)?;
+                    self.turns += 1;
+                    turn += 1;
+                    if let Some(watch) = &mut self.watch {
+                        watch.turn(*label, turn, around);
+                    }
+                    if let Some(left) = self.block(body)? {
+                        break left;
+                    }
+                };
+                if let Some(watch) = &mut self.watch {
+                    watch.leave(around);
                 }
-            },
+                return Ok(Some(left).filter(|left| left != label));
+            }
             Statement::Labeled { label, body, .. } => {
                 return Ok(self.block(body)?.filter(|left| left != label));
             }

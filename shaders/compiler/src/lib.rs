@@ -7,6 +7,7 @@
 
 mod assemble;
 pub mod bounds;
+pub mod count;
 pub mod declarations;
 mod exact;
 mod explain;
@@ -179,6 +180,11 @@ impl Generic {
         let bindings = layout::bindings(module).map_err(|message| refused(source, Rule::Internal, message))?;
         let raw = lower::lower(source, module, info)?;
         Ok(Self { checked, raw, bindings })
+    }
+
+    /// The program for any world.
+    pub fn any(&self) -> &tree::Program {
+        &self.raw
     }
 
     /// The program for what is known of the buffers.
