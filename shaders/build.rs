@@ -6,7 +6,7 @@ use std::path::PathBuf;
 use std::{env, fs};
 
 use oneiro_shader_compiler::instances::{self, TARGETS, Target};
-use oneiro_shader_compiler::{Compiled, Constant, compile};
+use oneiro_shader_compiler::{Compiled, Constant, Indices, compile};
 
 #[path = "catalogue.rs"]
 mod catalogue;
@@ -24,7 +24,7 @@ fn main() {
     let mut constants: BTreeMap<&str, Vec<Constant>> = BTreeMap::new();
     let mut failed = false;
     for entry in CATALOGUE {
-        let compiled = compile(entry.name, &parts(&wgsl, entry)).and_then(Compiled::bounded);
+        let compiled = compile(entry.name, &parts(&wgsl, entry), Indices::Within).and_then(Compiled::bounded);
         match compiled.and_then(|kernel| Ok((kernel.structs.clone()?, kernel))) {
             Ok((structs, mut kernel)) => {
                 if !has("SPIRV") {

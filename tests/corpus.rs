@@ -4,7 +4,7 @@
 
 use oneiro::gpu::{Choice, FloatControls, Gpu};
 use oneiro_shader_compiler::specialise::Known;
-use oneiro_shader_compiler::{Generic, Part};
+use oneiro_shader_compiler::{Generic, Indices, Part};
 use oneiro_shader_corpus::{CASES, CONTROLS, Case, WORKGROUPS};
 use oneiro_shaders::{BindingKind, Kernel};
 
@@ -56,7 +56,7 @@ fn specialised(case: &Case, share: u32) -> Kernel {
         (index as u32 % 4 < share).then(|| words[index])
     };
     let program = generic.program(&Known { word: &word });
-    let spirv = generic.spirv(&program);
+    let spirv = generic.spirv(&program, Indices::Clamped);
     Kernel {
         spirv: Vec::leak(spirv.unwrap_or_else(|problem| panic!("{}: {problem}", case.kernel.name))),
         ..*case.kernel

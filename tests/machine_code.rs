@@ -17,8 +17,8 @@ use oneiro::cpu::Cpu;
 use oneiro::evaluator::{Control, Evaluator};
 use oneiro::foraging::{Foraging, Light};
 use oneiro::random::{Key, pcg4d};
-use oneiro::swarm::{Lamp, Order, Swarm};
 use oneiro::surrogate::{Differences, Surrogate};
+use oneiro::swarm::{Lamp, Order, Swarm};
 use oneiro::world::{Noise, World, WorldSpec};
 use oneiro_shader_compiler::spirv;
 use oneiro_shaders::{BindingKind, KERNELS, Kernel};
@@ -212,7 +212,12 @@ fn batches() -> Vec<(&'static str, Batch)> {
             "surrogate",
             world(|spec| spec.surrogate = Some(Arc::new(Surrogate::drawn(1, Differences::all(0.5))))),
         ),
-        ("over nest", batch(foragers, |index| genome(2, index).iter().map(|gene| gene.abs()).collect())),
+        (
+            "over nest",
+            batch(foragers, |index| {
+                genome(2, index).iter().map(|gene| gene.abs()).collect()
+            }),
+        ),
         (
             "ten robots",
             batch(swarms, |index| {
@@ -228,8 +233,13 @@ fn batches() -> Vec<(&'static str, Batch)> {
 
 /// Genes from -1 to 1.
 fn genome(genes: usize, index: u64) -> Vec<f32> {
-    let words = (0..genes as u32).step_by(4).flat_map(|block| pcg4d([index as u32, block, 0, 0]));
-    words.map(|word| (word >> 8) as f32 / 8_388_608.0 - 1.0).take(genes).collect()
+    let words = (0..genes as u32)
+        .step_by(4)
+        .flat_map(|block| pcg4d([index as u32, block, 0, 0]));
+    words
+        .map(|word| (word >> 8) as f32 / 8_388_608.0 - 1.0)
+        .take(genes)
+        .collect()
 }
 
 fn batch(worlds: Worlds, genes: impl Fn(u64) -> Vec<f32>) -> Batch {

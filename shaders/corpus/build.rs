@@ -6,7 +6,7 @@ use std::{env, fs};
 
 use oneiro_shader_compiler::instances::{self, Target};
 use oneiro_shader_compiler::interpret::{Memory, run_invocation};
-use oneiro_shader_compiler::{Compiled, Part, compile, generate, spirv, trees};
+use oneiro_shader_compiler::{Compiled, Indices, Part, compile, generate, spirv, trees};
 
 /// The hand-written kernels.
 const WRITTEN: [&str; 9] = [
@@ -126,7 +126,7 @@ impl Corpus {
         if changed < (WORKGROUPS * generate::WORKGROUP) as usize {
             return Err(format!("{name} changes only {changed} words"));
         }
-        let kernel = compile(name, &parts).expect("its program was made above");
+        let kernel = compile(name, &parts, Indices::Clamped).expect("its program was made above");
         self.add(name, &kernel);
         let constant = name.to_uppercase();
         let _ = writeln!(
@@ -142,7 +142,9 @@ impl Corpus {
     fn controls(&mut self, text: &str) -> String {
         let changed = text.replacen("0.3f", &format!("{:?}f", 0.3_f32.next_up()), 1);
         assert_ne!(changed, text, "folding.wgsl has no constant 0.3f");
-        let compiled = |name: &str, text: &str| compile(name, &parts(name, text)).expect("`folding` was compiled");
+        let compiled = |name: &str, text: &str| {
+            compile(name, &parts(name, text), Indices::Clamped).expect("`folding` was compiled")
+        };
         let changed = compiled("changed", &changed);
         let mut contracted = compiled("contracted", text);
         contracted.spirv = spirv::without_contraction(&contracted.spirv, &CONSTANT_PRODUCTS);

@@ -18,12 +18,12 @@ mod spirv;
 mod trust;
 
 pub use adapter::{Adapter, Choice, FloatControls, Limits, adapters, find};
+#[cfg(feature = "compose")]
+pub use cost::{Cost, buffers, cost};
 pub use device::Path;
 pub use dispatch::Bounds;
 pub use recovery::Recovering;
 pub use run::Run;
-#[cfg(feature = "compose")]
-pub use cost::{Cost, buffers, cost};
 #[cfg(feature = "compose")]
 pub use specialised::specialised;
 

@@ -10,7 +10,7 @@ use std::time::{Duration, Instant};
 
 use oneiro_shader_compiler::specialise::Known;
 use oneiro_shader_compiler::tree::{Program, Statement, visit};
-use oneiro_shader_compiler::{Generic, Part as Source};
+use oneiro_shader_compiler::{Generic, Indices, Part as Source};
 use oneiro_shaders::Kernel;
 
 use super::device::{Device, Maker, Path, Pipeline};
@@ -292,7 +292,10 @@ pub(super) fn parsed(kernel: &Kernel) -> Result<Generic, String> {
 /// The words that a variant takes for constant, and its SPIR-V.
 fn compiled(generic: &Generic, setting: &Setting) -> Result<(Vec<Word>, Vec<u32>), String> {
     let (words, program) = program(generic, setting);
-    Ok((words, generic.spirv(&program)?))
+    // What a user's part may do with an index is not known.
+    let ships = !setting.kernel.variants.is_empty();
+    let indices = if ships { Indices::Within } else { Indices::Clamped };
+    Ok((words, generic.spirv(&program, indices)?))
 }
 
 /// The words that a variant takes for constant, and its program.

@@ -117,7 +117,11 @@ impl Code {
 fn instruction(line: &str, labels: &HashMap<String, usize>) -> Instruction {
     let (name, rest) = line.split_once(' ').unwrap_or((line, ""));
     let mut own = Instruction {
-        name: name.trim_end_matches("_e32").trim_end_matches("_e64").trim_end_matches("_sdwa").to_owned(),
+        name: name
+            .trim_end_matches("_e32")
+            .trim_end_matches("_e64")
+            .trim_end_matches("_sdwa")
+            .to_owned(),
         operands: Vec::new(),
         target: 0,
         offset: 0,
@@ -164,7 +168,9 @@ fn instruction(line: &str, labels: &HashMap<String, usize>) -> Instruction {
 
 fn operand(token: &str, line: &str) -> Operand {
     // A number has a sign of its own.
-    let is_number = token.trim_start_matches('-').starts_with(|first: char| first.is_ascii_digit());
+    let is_number = token
+        .trim_start_matches('-')
+        .starts_with(|first: char| first.is_ascii_digit());
     let negative = !is_number && token.starts_with('-');
     let inner = if negative { &token[1..] } else { token };
     let absolute = inner.starts_with('|');
@@ -196,7 +202,11 @@ fn operand(token: &str, line: &str) -> Operand {
             Source::Constant(constant.unwrap_or_else(|| panic!("{line}: {token}")))
         }
     };
-    Operand { source, negative, absolute }
+    Operand {
+        source,
+        negative,
+        absolute,
+    }
 }
 
 struct Wave<'a> {
@@ -290,7 +300,7 @@ impl Wave<'_> {
             Source::Scalar(register) => register,
             other => panic!("{name}: {other:?} is no scalar register"),
         };
-        if let Some(compared) = name.strip_prefix("s_cmp_") {
+        if let Some(compared) = name.strip_prefix("s_cmp_").or_else(|| name.strip_prefix("s_cmpk_")) {
             let (a, b) = (self.scalar(at(0)), self.scalar(at(1)));
             self.scc = compare(compared, a, b);
             return;
@@ -369,7 +379,13 @@ impl Wave<'_> {
                     }
                     "s_mul_i32" => a.wrapping_mul(b),
                     "s_mul_hi_u32" => (u64::from(a) * u64::from(b) >> 32) as u32,
-                    "s_cselect_b32" => if self.scc { a } else { b },
+                    "s_cselect_b32" => {
+                        if self.scc {
+                            a
+                        } else {
+                            b
+                        }
+                    }
                     "s_bfm_b32" => ((1 << (a & 31)) - 1) << (b & 31),
                     "s_min_u32" => {
                         self.scc = a < b;
@@ -379,8 +395,9 @@ impl Wave<'_> {
                         self.scc = a > b;
                         a.max(b)
                     }
-                    "s_lshl1_add_u32" => {
-                        let sum = (u64::from(a) << 1) + u64::from(b);
+                    "s_lshl1_add_u32" | "s_lshl2_add_u32" | "s_lshl3_add_u32" | "s_lshl4_add_u32" => {
+                        let shift = u32::from(name.as_bytes()[6] - b'0');
+                        let sum = (u64::from(a) << shift) + u64::from(b);
                         self.scc = sum > u64::from(u32::MAX);
                         sum as u32
                     }
@@ -412,10 +429,16 @@ impl Wave<'_> {
             more => more[1..].parse::<usize>().unwrap(),
         };
         if name.starts_with("s_load") {
-            assert_eq!(at(1).source, Source::Scalar(DESCRIPTORS), "only descriptors lie in memory");
+            assert_eq!(
+                at(1).source,
+                Source::Scalar(DESCRIPTORS),
+                "only descriptors lie in memory"
+            );
             assert_eq!(words, DESCRIPTOR / 4);
             let binding = self.scalar(at(2)) as usize / DESCRIPTOR;
-            let Source::Scalar(to) = at(0).source else { panic!("{name}") };
+            let Source::Scalar(to) = at(0).source else {
+                panic!("{name}")
+            };
             self.scalars[to..to + 4].copy_from_slice(&[binding as u32, 0, 4 * self.buffers[binding].len() as u32, 0]);
             return;
         }
@@ -425,16 +448,24 @@ impl Wave<'_> {
         };
         if name.starts_with("s_buffer_load") {
             let (buffer, bytes) = descriptor(self, 1);
-            let Source::Scalar(to) = at(0).source else { panic!("{name}") };
+            let Source::Scalar(to) = at(0).source else {
+                panic!("{name}")
+            };
             let first = self.scalar(at(2)) as usize + own.offset;
             for word in 0..words {
                 let address = first + 4 * word;
-                self.scalars[to + word] = if address + 4 <= bytes { self.buffers[buffer][address / 4] } else { 0 };
+                self.scalars[to + word] = if address + 4 <= bytes {
+                    self.buffers[buffer][address / 4]
+                } else {
+                    0
+                };
             }
             return;
         }
         let (buffer, bytes) = descriptor(self, 2);
-        let Source::Vector(data) = at(0).source else { panic!("{name}") };
+        let Source::Vector(data) = at(0).source else {
+            panic!("{name}")
+        };
         for lane in (0..LANES).filter(|lane| self.is_active(*lane)).collect::<Vec<_>>() {
             let first = self.word(at(1), lane) as usize + self.scalar(at(3)) as usize + own.offset;
             for word in 0..words {
@@ -445,7 +476,11 @@ impl Wave<'_> {
                         self.buffers[buffer][address / 4] = self.vectors[data + word][lane];
                     }
                 } else {
-                    self.vectors[data + word][lane] = if is_within { self.buffers[buffer][address / 4] } else { 0 };
+                    self.vectors[data + word][lane] = if is_within {
+                        self.buffers[buffer][address / 4]
+                    } else {
+                        0
+                    };
                 }
             }
         }
@@ -474,28 +509,38 @@ impl Wave<'_> {
         match name {
             "v_readfirstlane_b32" => {
                 let first = self.wide(EXEC).trailing_zeros() as usize % LANES;
-                let Source::Scalar(to) = at(0).source else { panic!("{name}") };
+                let Source::Scalar(to) = at(0).source else {
+                    panic!("{name}")
+                };
                 self.scalars[to] = self.word(at(1), first);
                 return;
             }
             "v_readlane_b32" => {
-                let Source::Scalar(to) = at(0).source else { panic!("{name}") };
+                let Source::Scalar(to) = at(0).source else {
+                    panic!("{name}")
+                };
                 self.scalars[to] = self.word(at(1), self.scalar(at(2)) as usize % LANES);
                 return;
             }
             "v_writelane_b32" => {
-                let Source::Vector(to) = at(0).source else { panic!("{name}") };
+                let Source::Vector(to) = at(0).source else {
+                    panic!("{name}")
+                };
                 let lane = self.scalar(at(2)) as usize % LANES;
                 self.vectors[to][lane] = self.scalar(at(1));
                 return;
             }
             _ => {}
         }
-        let Source::Vector(to) = at(0).source else { panic!("{name}: {:?}", at(0)) };
+        let Source::Vector(to) = at(0).source else {
+            panic!("{name}: {:?}", at(0))
+        };
         for lane in (0..LANES).filter(|lane| self.is_active(*lane)).collect::<Vec<_>>() {
             match name {
                 "v_swap_b32" => {
-                    let Source::Vector(other) = at(1).source else { panic!("{name}") };
+                    let Source::Vector(other) = at(1).source else {
+                        panic!("{name}")
+                    };
                     let (a, b) = (self.vectors[to][lane], self.vectors[other][lane]);
                     (self.vectors[to][lane], self.vectors[other][lane]) = (b, a);
                 }
@@ -622,6 +667,7 @@ fn computed(own: &Instruction, [a, b, c]: [u32; 3]) -> u32 {
         "v_lshlrev_b32" => b << (a & 31),
         "v_lshrrev_b32" => b >> (a & 31),
         "v_ashrrev_i32" => (b.cast_signed() >> (a & 31)).cast_unsigned(),
+        "v_add_lshl_u32" => a.wrapping_add(b) << (c & 31),
         "v_lshl_add_u32" => (a << (b & 31)).wrapping_add(c),
         "v_lshl_or_b32" => a << (b & 31) | c,
         other => panic!("{other} is not known"),

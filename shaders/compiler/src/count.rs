@@ -48,10 +48,18 @@ impl Class {
     fn of(program: &Program, value: Value) -> Option<Self> {
         let operand_is_float = |operand: Value| program.ty(operand) == Ty::F32;
         Some(match program.op(value) {
-            Op::Constant(_) | Op::Lane | Op::Workgroup | Op::Bitcast(_) | Op::Read(_) | Op::ReadElement(..) | Op::Loaded => {
+            Op::Constant(_)
+            | Op::Lane
+            | Op::Workgroup
+            | Op::Bitcast(_)
+            | Op::Read(_)
+            | Op::ReadElement(..)
+            | Op::Loaded => {
                 return None;
             }
-            Op::Unary(Unary::Negate | Unary::Abs | Unary::Floor | Unary::Trunc, a) if operand_is_float(a) => Self::Float,
+            Op::Unary(Unary::Negate | Unary::Abs | Unary::Floor | Unary::Trunc, a) if operand_is_float(a) => {
+                Self::Float
+            }
             Op::Unary(..) => Self::Integer,
             Op::Binary(op, ..) if op.compares() => Self::Selection,
             Op::Binary(_, a, _) if operand_is_float(a) => Self::Float,
@@ -99,7 +107,10 @@ impl Sub for &Operations {
     fn sub(self, other: Self) -> Operations {
         let mut more = Operations::default();
         for (class, count) in &self.0 {
-            more.add(*class, count.saturating_sub(other.0.get(class).copied().unwrap_or_default()));
+            more.add(
+                *class,
+                count.saturating_sub(other.0.get(class).copied().unwrap_or_default()),
+            );
         }
         more
     }
@@ -189,7 +200,12 @@ pub fn count(program: &Program, memory: &mut impl Buffers, workgroup: u32, lanes
 
 fn add(program: &Program, block: &Block, times: &HashMap<usize, u64>, depth: usize, counted: &mut Counted) {
     for statement in block {
-        let times_of = |statement: &Statement| times.get(&std::ptr::from_ref(statement).addr()).copied().unwrap_or_default();
+        let times_of = |statement: &Statement| {
+            times
+                .get(&std::ptr::from_ref(statement).addr())
+                .copied()
+                .unwrap_or_default()
+        };
         let count = times_of(statement);
         let operations = &mut counted.operations;
         let mut inner = depth;

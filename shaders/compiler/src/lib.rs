@@ -13,6 +13,7 @@ mod exact;
 mod explain;
 mod front;
 pub mod generate;
+mod hoist;
 pub mod instances;
 pub mod interpret;
 mod layout;
@@ -34,6 +35,7 @@ pub use exact::check_part;
 pub use layout::{Binding, Constant};
 pub use rules::Rule;
 pub use source::{Part, Place, Refusal, Refusals, Source};
+pub use spirv::Indices;
 pub use tidy::{remove_unused, rename};
 
 /// Largest number of lanes of any instance.
@@ -121,11 +123,11 @@ impl Trees {
     }
 }
 
-/// Compiles a kernel.
+/// Compiles a kernel. `indices` are those of its SPIR-V; its other forms keep any index within its buffer.
 ///
 /// # Errors
 /// Everything that is refused, with its place.
-pub fn compile(name: &str, parts: &[Part]) -> Result<Compiled, Refusals> {
+pub fn compile(name: &str, parts: &[Part], indices: Indices) -> Result<Compiled, Refusals> {
     let checked = Checked::new(parts)?;
     let Trees {
         tidied,
@@ -141,7 +143,7 @@ pub fn compile(name: &str, parts: &[Part]) -> Result<Compiled, Refusals> {
     Ok(Compiled {
         parts: source.paths(),
         wgsl: source.text.clone(),
-        spirv: spirv::write(module, info).map_err(refuse)?,
+        spirv: spirv::write(module, info, indices).map_err(refuse)?,
         structs: layout::structs(module).map_err(refuse),
         constants: layout::constants(module),
         bindings,
@@ -196,10 +198,10 @@ impl Generic {
     ///
     /// # Errors
     /// A mistake of this compiler or of naga.
-    pub fn spirv(&self, program: &tree::Program) -> Result<Vec<u32>, String> {
+    pub fn spirv(&self, program: &tree::Program, indices: Indices) -> Result<Vec<u32>, String> {
         let module = assemble::module(program, &self.checked.module)?;
         let info = front::validate(&module).map_err(|error| format!("{:?}", error.into_inner()))?;
-        spirv::write(&module, &info)
+        spirv::write(&module, &info, indices)
     }
 }
 

@@ -1,11 +1,12 @@
 //! Evaluates a program in part: words of buffers that are known become constants, what follows from them is computed, branches that
-//! are never taken vanish, and short loops whose turns are known are written out.
+//! are never taken vanish, short loops whose turns are known are written out, and what does not change in a loop is computed before it.
 //!
 //! Results are the same to the last bit. A float is folded only where its result is zero or normal, by the arithmetic that every
 //! backend has, and no law of real numbers is used that floats don't obey.
 
 use std::collections::BTreeMap;
 
+use crate::hoist::hoist;
 use crate::interpret::{apply, check, is_ordinary};
 use crate::tidy::remove_unused;
 use crate::tree::{Address, Binary, Block, Label, Op, Program, Statement, Ty, Value, visit};
@@ -50,6 +51,7 @@ pub fn specialise(program: &Program, known: &Known<'_>) -> Program {
     let mut new = partial.new;
     new.body = body;
     remove_unused(&mut new);
+    hoist(&mut new);
     new
 }
 

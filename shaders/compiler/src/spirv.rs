@@ -19,11 +19,21 @@ const OP_TYPE_VOID: u32 = 19;
 const OP_TYPE_FORWARD_POINTER: u32 = 39;
 const NO_CONTRACTION: u32 = 42;
 
+/// Indices of elements of buffers.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Indices {
+    /// Any: beyond the last element is the last one.
+    Clamped,
+    /// Those of a kernel that was seen never to leave its buffers. Where one does nevertheless, the driver keeps it within the buffer's
+    /// memory, but no result is defined.
+    Within,
+}
+
 /// Writes a module with every option pinned and `NoContraction` on every float arithmetic result.
 ///
 /// # Errors
 /// Errors of naga's writer.
-pub(crate) fn write(module: &naga::Module, info: &ModuleInfo) -> Result<Vec<u32>, String> {
+pub(crate) fn write(module: &naga::Module, info: &ModuleInfo, indices: Indices) -> Result<Vec<u32>, String> {
     let options = spv::Options {
         lang_version: (1, 3),
         flags: spv::WriterFlags::empty(),
@@ -37,7 +47,10 @@ pub(crate) fn write(module: &naga::Module, info: &ModuleInfo) -> Result<Vec<u32>
         capabilities: None,
         bounds_check_policies: BoundsCheckPolicies {
             index: BoundsCheckPolicy::Restrict,
-            buffer: BoundsCheckPolicy::Restrict,
+            buffer: match indices {
+                Indices::Clamped => BoundsCheckPolicy::Restrict,
+                Indices::Within => BoundsCheckPolicy::Unchecked,
+            },
             image_load: BoundsCheckPolicy::Restrict,
             binding_array: BoundsCheckPolicy::Restrict,
         },

@@ -2,7 +2,7 @@
 //! refused where there is none.
 
 use oneiro_shader_compiler::interpret::{Memory, Trap, run_invocation};
-use oneiro_shader_compiler::{Part, Trees, compile, generate, trees};
+use oneiro_shader_compiler::{Indices, Part, Trees, compile, generate, trees};
 
 const BUFFERS: &str = "\
 struct World { count: u32, cells: u32, share: f32 }
@@ -185,7 +185,8 @@ fn loops_without_a_bound_are_refused_with_their_line() {
         "var i = lane; loop { for (var k = 0u; k < i; k++) { sum += 1u; } if (i < 3u) { } else { break; } continuing { i++; } }",
         "var i = lane; let c = i; for (i = 0u; i < 10u; i++) { for (var k = 0u; k < c; k++) { sum += 1u; } }",
     ] {
-        let compiled = compile("kernel", &parts(body)).unwrap_or_else(|refusals| panic!("`{body}`: {}", refusals[0]));
+        let compiled = compile("kernel", &parts(body), Indices::Clamped)
+            .unwrap_or_else(|refusals| panic!("`{body}`: {}", refusals[0]));
         let Err(refusals) = compiled.bounded() else {
             panic!("`{body}` is taken")
         };
@@ -207,14 +208,14 @@ fn ends_of_shared_values_are_refused_soon() {
         .collect();
     let doubled = doubled.concat();
     let body = format!("let x0 = min(worlds[0].count, MOST); {doubled} for (var i = 0u; i < x60; i++) {{ sum += i; }}");
-    let compiled = compile("kernel", &parts(&body)).unwrap();
+    let compiled = compile("kernel", &parts(&body), Indices::Clamped).unwrap();
     assert!(compiled.bounded().is_err());
     let long: Vec<String> = (0..5_000)
         .map(|step| format!("let x{} = x{step} + 1u; ", step + 1))
         .collect();
     let long = long.concat();
     let body = format!("let x0 = min(worlds[0].count, MOST); {long} for (var i = 0u; i < x5000; i++) {{ sum += i; }}");
-    let compiled = compile("kernel", &parts(&body)).unwrap();
+    let compiled = compile("kernel", &parts(&body), Indices::Clamped).unwrap();
     assert!(compiled.bounded().is_err());
     let nested: Vec<String> = (0..40)
         .map(|level| {
@@ -231,7 +232,7 @@ fn ends_of_shared_values_are_refused_soon() {
         nested.concat(),
         "}".repeat(40)
     );
-    let compiled = compile("kernel", &parts(&body)).unwrap();
+    let compiled = compile("kernel", &parts(&body), Indices::Clamped).unwrap();
     assert!(compiled.bounded().is_err());
 }
 

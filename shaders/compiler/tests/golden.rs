@@ -3,7 +3,7 @@
 use std::fs;
 use std::path::PathBuf;
 
-use oneiro_shader_compiler::{Binding, Part, compile};
+use oneiro_shader_compiler::{Binding, Indices, Part, compile};
 
 #[path = "../../../tests/pinned/mod.rs"]
 mod pinned;
@@ -22,7 +22,8 @@ fn kernels_become_what_is_pinned() {
         .filter_map(|name| {
             let path = format!("{name}.wgsl");
             let text = fs::read_to_string(folder().join(&path)).unwrap();
-            let compiled = compile(name, &[Part { path, text }]).unwrap_or_else(|refusals| panic!("{}", refusals[0]));
+            let compiled = compile(name, &[Part { path, text }], Indices::Clamped)
+                .unwrap_or_else(|refusals| panic!("{}", refusals[0]));
             let found = format!(
                 "// bindings\n{}\n// structs\n{}\n// lanes\n{}",
                 compiled.bindings.iter().map(Binding::as_rust).collect::<String>(),

@@ -1,6 +1,6 @@
 //! Host structs have the layout of those in the WGSL, or the kernel is refused.
 
-use oneiro_shader_compiler::{Binding, Compiled, Part, Refusals, compile};
+use oneiro_shader_compiler::{Binding, Compiled, Indices, Part, Refusals, compile};
 
 fn compiled(declarations: &str) -> Result<Compiled, Refusals> {
     let text = format!("{declarations}\n@compute @workgroup_size(64)\nfn main() {{}}\n");
@@ -8,7 +8,7 @@ fn compiled(declarations: &str) -> Result<Compiled, Refusals> {
         path: "kernel".into(),
         text,
     };
-    let kernel = compile("kernel", &[part])?;
+    let kernel = compile("kernel", &[part], Indices::Clamped)?;
     kernel.structs.clone()?;
     Ok(kernel)
 }
@@ -119,7 +119,7 @@ fn offsets_are_those_that_lane_code_uses() {
         path: "kernel".into(),
         text: text.into(),
     };
-    let lanes = compile("kernel", &[part]).unwrap().lanes;
+    let lanes = compile("kernel", &[part], Indices::Clamped).unwrap().lanes;
     // Words 3, 6 and 7 of 8.
     for access in ["n0, 8, 3)", "n0, 8, 6)", "n0, 8, 7)"] {
         assert!(lanes.contains(access), "{access} in\n{lanes}");

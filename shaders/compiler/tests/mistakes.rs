@@ -1,6 +1,6 @@
 //! Mistakes that naga finds are described in WGSL's words, with the types and names of the kernel.
 
-use oneiro_shader_compiler::{Compiled, Part, compile};
+use oneiro_shader_compiler::{Compiled, Indices, Part, compile};
 
 /// A kernel with these declarations, and this body of a function that returns a `Pair`.
 fn refusal(declarations: &str, body: &str) -> String {
@@ -18,7 +18,7 @@ fn main(@builtin(local_invocation_index) lane: u32) {{ out[lane] = made(f32(lane
         path: "own.wgsl".into(),
         text,
     };
-    let refusals = compile("test", &[part])
+    let refusals = compile("test", &[part], Indices::Clamped)
         .and_then(Compiled::bounded)
         .and_then(Compiled::used)
         .unwrap_err();

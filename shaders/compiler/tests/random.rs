@@ -7,7 +7,7 @@ use std::time::Duration;
 use oneiro_shader_compiler::interpret::{Fault, Memory, Trap, run_invocation, run_lanes};
 use oneiro_shader_compiler::specialise::Known;
 use oneiro_shader_compiler::tree::{Statement, visit};
-use oneiro_shader_compiler::{Generic, Part, Trees, generate, trees};
+use oneiro_shader_compiler::{Generic, Indices, Part, Trees, generate, trees};
 
 #[path = "../../../tests/seeds/mod.rs"]
 mod seeds;
@@ -131,7 +131,7 @@ fn specialised(trees: &Trees, seed: u64, share: u32) -> (Result<Vec<Vec<u32>>, T
     };
     let program = generic.program(&Known { word: &word });
     generic
-        .spirv(&program)
+        .spirv(&program, Indices::Clamped)
         .unwrap_or_else(|problem| panic!("seed {seed}: {problem}\n{}", text(seed)));
     let statements = |body: &[Statement]| {
         let mut count = 0;

@@ -3,7 +3,7 @@
 use oneiro_shader_compiler::Rule::{
     ExactFunctions, FloatSuffix, LoopWithoutBound, NoDivision, SameIndex, ShiftCount, UnknownName, ValidWgsl,
 };
-use oneiro_shader_compiler::{Part, Refusals, Rule, compile};
+use oneiro_shader_compiler::{Indices, Part, Refusals, Rule, compile};
 
 const BUFFERS: &str = "\
 @group(0) @binding(0) var<storage, read> numbers: array<f32>;
@@ -25,7 +25,12 @@ fn check(kernel: &str) -> Result<(), Refusals> {
         path: path.into(),
         text: text.into(),
     };
-    compile("kernel", &[part("buffers", BUFFERS), part("kernel", kernel)]).map(|_| ())
+    compile(
+        "kernel",
+        &[part("buffers", BUFFERS), part("kernel", kernel)],
+        Indices::Clamped,
+    )
+    .map(|_| ())
 }
 
 /// Checks that a statement is refused at its line, with a message that contains these words.
@@ -205,7 +210,7 @@ fn kernels_that_are_too_large() {
         path: "kernel".into(),
         text: kernel,
     };
-    let refusals = compile("kernel", &[part]).unwrap_err();
+    let refusals = compile("kernel", &[part], Indices::Clamped).unwrap_err();
     assert!(
         refusals[0].to_string().contains("too large with all its calls inlined"),
         "{}",

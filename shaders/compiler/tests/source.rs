@@ -1,6 +1,6 @@
 //! Messages name the part, the line and the column.
 
-use oneiro_shader_compiler::{Part, Source, compile};
+use oneiro_shader_compiler::{Indices, Part, Source, compile};
 
 fn parts(texts: &[&str]) -> Vec<Part> {
     let part = |(at, text): (usize, &&str)| Part {
@@ -40,7 +40,7 @@ fn bytes_map_to_lines_of_parts() {
 #[test]
 fn names_of_several_bytes_do_not_shift_lines() {
     let main = "// é∑\n@compute @workgroup_size(64)\nfn main() {\n    /* é\n */ let é = sin(1.0f);\n}";
-    let refusals = compile("kernel", &parts(&["// ü\n", main])).unwrap_err();
+    let refusals = compile("kernel", &parts(&["// ü\n", main]), Indices::Clamped).unwrap_err();
     assert_eq!(refusals.len(), 1);
     assert_eq!(refusals[0].place.to_string(), "part_1:5:13");
 }
@@ -57,7 +57,7 @@ fn each_stage_names_the_part() {
         ),
         ("// the IR\nfn f(x: f32) -> f32 {\n    return x / 2.0f;\n}", "division"),
     ] {
-        let refusals = compile("kernel", &parts(&["const one = 1u;\n", part, main])).unwrap_err();
+        let refusals = compile("kernel", &parts(&["const one = 1u;\n", part, main]), Indices::Clamped).unwrap_err();
         let refusal = refusals[0].to_string();
         assert!(
             refusal.starts_with("part_1:3:") && refusal.contains(problem),

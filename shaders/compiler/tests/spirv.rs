@@ -4,7 +4,7 @@ use std::io::Write;
 use std::process::{Command, Stdio};
 
 use oneiro_shader_compiler::spirv::{decorated, float_arithmetic, without_contraction};
-use oneiro_shader_compiler::{Part, compile, generate};
+use oneiro_shader_compiler::{Indices, Part, compile, generate};
 
 #[path = "../../../tests/skips/mod.rs"]
 mod skips;
@@ -44,7 +44,7 @@ fn part(path: &str, text: &str) -> Part {
 }
 
 fn spirv(parts: &[Part]) -> Vec<u32> {
-    compile("kernel", parts)
+    compile("kernel", parts, Indices::Clamped)
         .unwrap_or_else(|refusals| panic!("{}", refusals[0]))
         .spirv
 }

@@ -8,7 +8,7 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use oneiro_shader_compiler as compiler;
 use oneiro_shader_compiler::declarations::{declarations, is_reserved};
-use oneiro_shader_compiler::{Compiled, Refusal, Refusals, Rule, compile};
+use oneiro_shader_compiler::{Compiled, Indices, Refusal, Refusals, Rule, compile};
 use oneiro_shader_parts::PARTS;
 use oneiro_shaders::kernel::Turns;
 use oneiro_shaders::{Binding, Kernel, WordOf};
@@ -452,7 +452,7 @@ fn new(
 /// Compiles parts. Whatever a user writes must not end the program.
 fn compiled(parts: &[compiler::Part]) -> Result<Compiled, Refusals> {
     let compiled = panic::catch_unwind(|| {
-        compile("composed", parts)
+        compile("composed", parts, Indices::Clamped)
             .and_then(Compiled::bounded)
             .and_then(Compiled::used)
     });
