@@ -45,8 +45,10 @@ pub fn specialise(program: &Program, known: &Known<'_>) -> Program {
         branches: 0,
         attempts: Vec::new(),
         has_failed: false,
+        scopes: Scopes::default(),
     };
     let mut body = Vec::new();
+    partial.scopes.open();
     partial.block(&program.body, &mut body);
     let mut new = partial.new;
     new.body = body;
@@ -55,18 +57,18 @@ pub fn specialise(program: &Program, known: &Known<'_>) -> Program {
     new
 }
 
-/// Bits of variables and of elements of arrays, as far as they are known.
+/// The new values that variables and elements of arrays have, as far as they are known.
 #[derive(Clone)]
 struct State {
-    variables: Vec<Option<u32>>,
+    variables: Vec<Option<Value>>,
     /// Empty until the array is declared.
-    arrays: Vec<Vec<Option<u32>>>,
+    arrays: Vec<Vec<Option<Value>>>,
 }
 
 impl State {
     /// Forgets what differs from another state.
     fn join(&mut self, other: &Self) {
-        let differ = |(own, other): (&mut Option<u32>, &Option<u32>)| {
+        let differ = |(own, other): (&mut Option<Value>, &Option<Value>)| {
             if own != other {
                 *own = None;
             }
@@ -79,6 +81,46 @@ impl State {
                 own.clear();
             }
         }
+    }
+}
+
+/// Which values can be used at the statement at hand: those that were computed in a block around it.
+#[derive(Default)]
+struct Scopes {
+    /// Blocks around the statement, the outermost first.
+    open: Vec<usize>,
+    /// For each block the one that its statements went into, if it is no more than its statements; else itself.
+    within: Vec<usize>,
+    /// The block of each new value.
+    of_values: Vec<usize>,
+}
+
+impl Scopes {
+    fn open(&mut self) {
+        self.open.push(self.within.len());
+        self.within.push(self.within.len());
+    }
+
+    /// Closes the innermost block. `dissolves` is whether its statements are now those of the block around it.
+    fn close(&mut self, dissolves: bool) {
+        let closed = self.open.pop().expect("it was opened");
+        if dissolves {
+            self.within[closed] = self.open.last().copied().unwrap_or(closed);
+        }
+    }
+
+    /// Notes the block of all values up to a number that have none yet.
+    fn note(&mut self, values: usize) {
+        let own = self.open.last().copied().unwrap_or_default();
+        self.of_values.resize(values.max(self.of_values.len()), own);
+    }
+
+    fn is_visible(&self, value: Value) -> bool {
+        let mut scope = self.of_values[value.0 as usize];
+        while self.within[scope] != scope {
+            scope = self.within[scope];
+        }
+        self.open.contains(&scope)
     }
 }
 
@@ -114,6 +156,7 @@ struct Partial<'a> {
     attempts: Vec<Attempt>,
     /// Whether the innermost of them can't be.
     has_failed: bool,
+    scopes: Scopes,
 }
 
 impl Partial<'_> {
@@ -141,10 +184,23 @@ impl Partial<'_> {
         }
     }
 
+    /// A value that a variable or an element is known to have, if it can be used here.
+    fn kept(&self, value: Option<Value>) -> Option<Value> {
+        value.filter(|value| self.bits(*value).is_some() || self.scopes.is_visible(*value))
+    }
+
+    /// Adds a value that is computed here.
+    fn new_value(&mut self, op: Op, ty: Ty) -> Value {
+        self.scopes.note(self.new.values.len());
+        let new = self.new.add(op, ty);
+        self.scopes.note(self.new.values.len());
+        new
+    }
+
     /// Adds a value that stands for an old one, with its name and place.
     fn add(&mut self, old: Value, op: Op, out: &mut Block) {
         let node = &self.old.values[old.0 as usize];
-        let new = self.new.add(op, node.ty);
+        let new = self.new_value(op, node.ty);
         let own = &mut self.new.values[new.0 as usize];
         (own.name, own.span, own.call) = (node.name.clone(), node.span, node.call);
         out.push(Statement::Let(new));
@@ -163,17 +219,19 @@ impl Partial<'_> {
             Statement::Let(value) => self.compute(*value, out),
             Statement::Load { targets, address } => self.load(targets, address, out),
             Statement::Declare(variable) => {
-                self.state.variables[variable.0 as usize] = Some(self.old.variables[variable.0 as usize].init);
+                let info = &self.old.variables[variable.0 as usize];
+                self.state.variables[variable.0 as usize] = Some(self.constant(info.init, info.ty));
                 out.push(statement.clone());
             }
             Statement::DeclareArray(array) => {
-                let init = &self.old.arrays[array.0 as usize].init;
-                self.state.arrays[array.0 as usize] = init.iter().copied().map(Some).collect();
+                let info = &self.old.arrays[array.0 as usize];
+                let init = info.init.iter().map(|bits| Some(self.constant(*bits, info.ty)));
+                self.state.arrays[array.0 as usize] = init.collect();
                 out.push(statement.clone());
             }
             Statement::Write(variable, value) => {
                 let value = self.value(*value);
-                self.state.variables[variable.0 as usize] = self.bits(value);
+                self.state.variables[variable.0 as usize] = Some(value);
                 out.push(Statement::Write(*variable, value));
             }
             Statement::WriteElement {
@@ -183,12 +241,11 @@ impl Partial<'_> {
                 span,
             } => {
                 let (index, value) = (self.value(*index), self.value(*value));
-                let bits = self.bits(value);
                 let at = self.bits(index);
                 let elements = &mut self.state.arrays[array.0 as usize];
                 match (at, elements.len()) {
                     (_, 0) => {}
-                    (Some(at), length) => elements[(at as usize).min(length - 1)] = bits,
+                    (Some(at), length) => elements[(at as usize).min(length - 1)] = Some(value),
                     (None, _) => elements.fill(None),
                 }
                 let (array, span) = (*array, *span);
@@ -211,14 +268,11 @@ impl Partial<'_> {
             Statement::Labeled { label, body, function } => {
                 let mut inner = Vec::new();
                 let new = self.enter(*label);
+                self.scopes.open();
                 let ends = self.block(body, &mut inner);
                 let is_left = self.leave(*label, ends);
-                if is_left {
-                    Self::place(new, inner, function.clone(), out);
-                } else {
-                    // Without exits it is no more than its statements.
-                    out.append(&mut inner);
-                }
+                let dissolves = Self::place(new, inner, function.clone(), out);
+                self.scopes.close(dissolves);
                 return ends || is_left;
             }
             Statement::Loop { label, body, span } => return self.turns(*label, body, *span, out),
@@ -232,8 +286,9 @@ impl Partial<'_> {
         true
     }
 
-    /// Puts a block that can be left into its place: without its last exit, and without a label if that was the only one.
-    fn place(label: Label, mut body: Block, function: Option<String>, out: &mut Block) {
+    /// Puts a block that can be left into its place: without its last exit, and without a label if that was the only one. Returns whether
+    /// it then is no more than its statements.
+    fn place(label: Label, mut body: Block, function: Option<String>, out: &mut Block) -> bool {
         if matches!(body.last(), Some(Statement::Exit(last)) if *last == label) {
             body.pop();
         }
@@ -246,6 +301,7 @@ impl Partial<'_> {
         } else {
             out.append(&mut body);
         }
+        !is_left
     }
 
     /// Begins a block that can be left. Returns its new label.
@@ -292,9 +348,13 @@ impl Partial<'_> {
         self.branches += 1;
         let before = self.state.clone();
         let (mut accepted, mut rejected) = (Vec::new(), Vec::new());
+        self.scopes.open();
         let first = self.block(accept, &mut accepted);
+        self.scopes.close(false);
         let after = std::mem::replace(&mut self.state, before);
+        self.scopes.open();
         let second = !self.has_failed && self.block(reject, &mut rejected);
+        self.scopes.close(false);
         self.branches -= 1;
         match (first, second) {
             (true, true) => self.state.join(&after),
@@ -317,6 +377,7 @@ impl Partial<'_> {
         let new = self.enter(label);
         self.attempts.push(Attempt { label, values: start });
         let mut turns = 0;
+        self.scopes.open();
         while self.block(body, &mut all) && !self.has_failed {
             turns += 1;
             self.has_failed |= turns > TURNS;
@@ -324,9 +385,11 @@ impl Partial<'_> {
         self.attempts.pop();
         if !self.has_failed {
             let is_left = self.leave(label, false);
-            Self::place(new, all, None, out);
+            let dissolves = Self::place(new, all, None, out);
+            self.scopes.close(dissolves);
             return is_left;
         }
+        self.scopes.close(false);
         if self
             .attempts
             .first()
@@ -337,12 +400,15 @@ impl Partial<'_> {
         }
         self.has_failed = false;
         self.new.values.truncate(start);
+        self.scopes.of_values.truncate(start);
         self.constants.retain(|_, value| (value.0 as usize) < start);
         (self.state, self.labels) = before;
         self.forget(body);
         let new = self.enter(label);
         let mut inner = Vec::new();
+        self.scopes.open();
         self.block(body, &mut inner);
+        self.scopes.close(false);
         let is_left = self.leave(label, false);
         out.push(Statement::Loop {
             label: new,
@@ -383,7 +449,7 @@ impl Partial<'_> {
                 self.constant(bits, ty)
             } else {
                 is_known = false;
-                self.new.add(Op::Loaded, ty)
+                self.new_value(Op::Loaded, ty)
             };
             self.values[target.0 as usize] = Some(new);
             loaded.push(new);
@@ -394,7 +460,7 @@ impl Partial<'_> {
         for (new, target) in loaded.iter_mut().zip(targets) {
             if self.bits(*new).is_some() {
                 // Nothing uses it.
-                *new = self.new.add(Op::Loaded, self.old.ty(*target));
+                *new = self.new_value(Op::Loaded, self.old.ty(*target));
             }
         }
         let targets = loaded;
@@ -408,17 +474,18 @@ impl Partial<'_> {
         let ty = self.old.ty(old);
         let op = self.old.op(old);
         let known = match op {
-            Op::Read(variable) => self.state.variables[variable.0 as usize],
+            Op::Read(variable) => self.kept(self.state.variables[variable.0 as usize]),
             Op::ReadElement(array, index) => {
                 let index = self.value(index);
                 let elements = &self.state.arrays[array.0 as usize];
                 let at = self.bits(index).zip(elements.len().checked_sub(1));
-                at.and_then(|(at, last)| elements[(at as usize).min(last)])
+                let element = at.and_then(|(at, last)| elements[(at as usize).min(last)]);
+                self.kept(element)
             }
-            _ => self.folded(old),
+            _ => self.folded(old).map(|bits| self.constant(bits, ty)),
         };
-        if let Some(bits) = known {
-            self.values[old.0 as usize] = Some(self.constant(bits, ty));
+        if known.is_some() {
+            self.values[old.0 as usize] = known;
             return;
         }
         let new = match op {
