@@ -569,6 +569,9 @@ impl Wave<'_> {
                             _ => {}
                         }
                     }
+                    if name == "v_fmac_f32" {
+                        sources[2] = self.vectors[to][lane];
+                    }
                     self.vectors[to][lane] = computed(own, sources);
                 }
             }
@@ -632,7 +635,7 @@ fn computed(own: &Instruction, [a, b, c]: [u32; 3]) -> u32 {
         "v_sub_f32" => float(x - y),
         "v_subrev_f32" => float(y - x),
         "v_mul_f32" => float(x * y),
-        "v_fma_f32" => float(x.mul_add(y, z)),
+        "v_fma_f32" | "v_fmac_f32" | "v_fmaak_f32" | "v_fmamk_f32" => float(x.mul_add(y, z)),
         "v_min_f32" => float(least(x, y)),
         "v_max_f32" => float(greatest(x, y)),
         "v_min3_f32" => float(least(least(x, y), z)),

@@ -6,8 +6,12 @@ use crate::tree::{Array, Binary, Block, Op, Program, Statement, Ty, Unary, Value
 
 /// Most values that stay in registers throughout a loop because of this.
 const KEPT: usize = 48;
+/// Most statements of a loop that is changed. In a longer one the registers are worth more than the time: a surrogate's life would need
+/// 136 in place of 88 for a fiftieth of its instructions.
+const LONGEST: usize = 2_500;
 
-/// Moves what does not change in a loop before it. Loads are moved even where some turns do without them: they have no effect.
+/// Moves what does not change in a loop before it, unless another loop is around it. Loads are moved even if some turns do without them:
+/// they have no effect.
 pub(crate) fn hoist(program: &mut Program) {
     let mut body = std::mem::take(&mut program.body);
     hoist_all(program, &mut body);
@@ -17,12 +21,17 @@ pub(crate) fn hoist(program: &mut Program) {
 fn hoist_all(program: &Program, block: &mut Block) {
     let mut at = 0;
     while at < block.len() {
-        block[at].blocks_mut().for_each(|inner| hoist_all(program, inner));
         let mut moved = Vec::new();
-        if let Statement::Loop { body, .. } = &mut block[at] {
-            let changing = Changing::of(body);
-            let values = Hoisting::new(program, changing, body).values(body);
-            take(body, &values, &mut moved);
+        match &mut block[at] {
+            Statement::Loop { body, .. } => {
+                let mut statements = 0;
+                visit(body, &mut |_| statements += 1);
+                if statements <= LONGEST {
+                    let values = Hoisting::new(program, body).values(body);
+                    take(body, &values, &mut moved);
+                }
+            }
+            other => other.blocks_mut().for_each(|inner| hoist_all(program, inner)),
         }
         let count = moved.len();
         block.splice(at..at, moved);
@@ -66,12 +75,12 @@ struct Hoisting<'a> {
 }
 
 impl<'a> Hoisting<'a> {
-    fn new(program: &'a Program, changing: Changing, body: &'a Block) -> Self {
+    fn new(program: &'a Program, body: &'a Block) -> Self {
         let mut statements = Vec::new();
         collect(body, &mut statements);
         let mut own = Self {
             program,
-            changing,
+            changing: Changing::of(body),
             statements,
             varying: BTreeSet::new(),
             chosen: BTreeSet::new(),
@@ -156,7 +165,7 @@ impl<'a> Hoisting<'a> {
     }
 }
 
-/// Statements that set values in a loop's turn, but for those in loops within it: what is the same in its turns was moved out of them.
+/// Statements that set values in a loop's turn, but for those in loops within it.
 fn collect<'a>(block: &'a Block, all: &mut Vec<&'a Statement>) {
     for statement in block {
         match statement {

@@ -21,7 +21,7 @@ pub struct Known<'a> {
 /// Most turns of a loop that is written out.
 const TURNS: u32 = 32;
 /// Most values of all turns of a loop that is written out.
-const VALUES: usize = 4_000;
+const VALUES: usize = 2_000;
 
 /// Evaluates a program in part.
 pub fn specialise(program: &Program, known: &Known<'_>) -> Program {

@@ -127,35 +127,44 @@ fn act(life: Life, base: u32, robot: u32, step: u32) {
     put(own, PUSHED + 1u, to.y);
 }
 
-// A robot that overlaps others gives way by half of each overlap, and the wall keeps it in.
-fn push(world: u32, base: u32, robot: u32, from_field: u32, to_field: u32) {
+// Robots that overlap give way by half of each overlap, and the wall keeps them in. Of each pair the first one's turn moves both.
+fn push(world: u32, base: u32, from_field: u32, to_field: u32) {
     let body = robot_of(world).radius;
     let apart = 2.0f * body;
-    let count = robots(world);
-    let own = robot_at(base, robot);
-    let x = number(own, from_field);
-    let y = number(own, from_field + 1u);
-    var moved = vec2<f32>(x, y);
-    for (var other = 0u; other < count; other++) {
-        let at = robot_at(base, other);
-        let away = vec2<f32>(x - number(at, from_field), y - number(at, from_field + 1u));
-        let squared = squared_length(away);
-        // No robot is at its own place to a thousandth of a millimetre but itself.
-        if ((squared < apart * apart) & (squared > 0x1p-20f)) {
-            let share = 0.5f * (apart * reciprocal_root(squared) - 1.0f);
-            moved.x += share * away.x;
-            moved.y += share * away.y;
-        }
-    }
     let room = arena_of(world).radius - body;
-    let squared = squared_length(moved);
-    if (squared > room * room) {
-        let share = room * reciprocal_root(squared);
-        moved.x *= share;
-        moved.y *= share;
+    let count = robots(world);
+    for (var robot = 0u; robot < count; robot++) {
+        let own = robot_at(base, robot);
+        state[own + to_field * LANES] = word(own, from_field);
+        state[own + (to_field + 1u) * LANES] = word(own, from_field + 1u);
     }
-    put(own, to_field, moved.x);
-    put(own, to_field + 1u, moved.y);
+    for (var robot = 0u; robot < count; robot++) {
+        let own = robot_at(base, robot);
+        let x = number(own, from_field);
+        let y = number(own, from_field + 1u);
+        var moved = vec2<f32>(number(own, to_field), number(own, to_field + 1u));
+        for (var other = robot + 1u; other < count; other++) {
+            let at = robot_at(base, other);
+            let away = vec2<f32>(x - number(at, from_field), y - number(at, from_field + 1u));
+            let squared = squared_length(away);
+            // Bodies at one place to a thousandth of a millimetre have no direction to part in.
+            if ((squared < apart * apart) & (squared > 0x1p-20f)) {
+                let share = 0.5f * (apart * reciprocal_root(squared) - 1.0f);
+                moved.x += share * away.x;
+                moved.y += share * away.y;
+                put(at, to_field, number(at, to_field) - share * away.x);
+                put(at, to_field + 1u, number(at, to_field + 1u) - share * away.y);
+            }
+        }
+        let squared = squared_length(moved);
+        if (squared > room * room) {
+            let share = room * reciprocal_root(squared);
+            moved.x *= share;
+            moved.y *= share;
+        }
+        put(own, to_field, moved.x);
+        put(own, to_field + 1u, moved.y);
+    }
 }
 
 fn cycle(life: Life, base: u32, step: u32) {
@@ -166,9 +175,7 @@ fn cycle(life: Life, base: u32, step: u32) {
     for (var time = 0u; time < PUSHES; time++) {
         let from_field = PUSHED + 2u * (time & 1u);
         let to_field = PUSHED + 2u * ((time + 1u) & 1u);
-        for (var robot = 0u; robot < count; robot++) {
-            push(life.world, base, robot, from_field, to_field);
-        }
+        push(life.world, base, from_field, to_field);
     }
     for (var robot = 0u; robot < count; robot++) {
         let own = robot_at(base, robot);
