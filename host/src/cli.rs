@@ -147,6 +147,10 @@ pub(crate) struct Check {
     /// number, which devices may treat in different ways
     #[arg(long, value_name = "N", default_value_t = 0, conflicts_with = "explain")]
     pub(crate) lives: u32,
+    /// Count the operations of a cycle on a GPU, with and without a kernel of its own for this world, and the steps per second that cards
+    /// can do at most
+    #[arg(long, conflicts_with = "explain")]
+    pub(crate) cost: bool,
 }
 
 /// `oneiro run`

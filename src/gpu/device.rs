@@ -87,8 +87,9 @@ impl Maker {
                     spirv: Some(words.into()),
                     ..Default::default()
                 };
-                // SAFETY: naga wrote the module from a validated one, with every index clamped to its buffer and every
-                // loop ended by its own bound; the added modes are supported by the driver.
+                // SAFETY: naga wrote the module from a validated one, with every loop ended by its own bound. Indices are clamped to
+                // their buffers, or those of a kernel that was seen to stay within; wgpu asks the driver for robust access besides,
+                // which keeps any index within the buffer's memory. The added modes are supported by the driver.
                 unsafe { self.raw.create_shader_module_passthrough(descriptor) }
             }
             Path::Wgsl => self.raw.create_shader_module(wgpu::ShaderModuleDescriptor {

@@ -22,6 +22,8 @@ pub use adapter::{Adapter, Choice, FloatControls, Limits, adapters, find};
 pub use cost::{Cost, buffers, cost};
 pub use device::Path;
 pub use dispatch::Bounds;
+#[cfg(feature = "compose")]
+pub use oneiro_shader_compiler::count::{Class, Counted};
 pub use recovery::Recovering;
 pub use run::Run;
 #[cfg(feature = "compose")]

@@ -1,6 +1,6 @@
-//! `oneiro check`: validates and summarises an experiment, or explains a rule that its parts keep.
+//! `oneiro check`: validates and summarises an experiment, counts what its cycles cost, or explains a rule that its parts keep.
 
-use super::rules;
+use super::{cost, rules};
 use crate::cli::Check;
 use crate::console::Console;
 use crate::exit::Result;
@@ -17,6 +17,9 @@ pub(crate) fn run(arguments: &Check, console: Console) -> Result {
     }
     if arguments.lives > 0 {
         experiment.check_lives(arguments.lives, console)?;
+    }
+    if arguments.cost {
+        return cost::run(&experiment.sample()?, console);
     }
     experiment.check(arguments.out.as_deref(), console)
 }

@@ -10,6 +10,7 @@ mod best;
 pub(crate) mod calibrate;
 mod check;
 mod completions;
+pub(crate) mod cost;
 mod devices;
 mod evaluate;
 pub(crate) mod fleet;

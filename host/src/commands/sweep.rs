@@ -6,6 +6,7 @@ use std::time::Instant;
 use serde::Serialize;
 use serde_json::json;
 
+use super::cost::{self, Ceiling};
 use super::run::run_all;
 use super::slurm;
 use crate::cli::{self, SweepCommand, SweepPlan, SweepRun};
@@ -47,10 +48,10 @@ fn plan(arguments: &SweepPlan, console: Console) -> Result {
     let plan = sweep.plan()?;
     let all = sweep.runs();
     let steps = plan.steps(&sweep, 0..all as RunIndex);
-    let devices = if arguments.no_estimate {
-        Vec::new()
+    let (devices, cards) = if arguments.no_estimate {
+        (Vec::new(), Vec::new())
     } else {
-        estimates(&sweep, steps)?
+        (estimates(&sweep, steps)?, cost::at_most(&sweep.cell(0)?.sample()?)?)
     };
     let shown = if arguments.all || console.json() {
         all
@@ -80,6 +81,7 @@ fn plan(arguments: &SweepPlan, console: Console) -> Result {
             "keys": keys,
             "runs": runs,
             "devices": devices,
+            "cards_at_most": cards,
         }));
     }
     let row = |run: RunIndex| {
@@ -111,9 +113,22 @@ fn plan(arguments: &SweepPlan, console: Console) -> Result {
         let rows: Vec<Vec<String>> = devices.iter().map(device).collect();
         columns(&["here", "M steps/s", "all runs"], &rows)
     };
+    let elsewhere = if cards.is_empty() {
+        String::new()
+    } else {
+        let card = |own: &Ceiling| {
+            let rate = format!("{:.0}", own.steps_per_second / 1e6);
+            vec![own.card.to_owned(), rate, time(steps as f64 / own.steps_per_second)]
+        };
+        let rows: Vec<Vec<String>> = cards.iter().map(card).collect();
+        format!(
+            "\n{}",
+            columns(&["no card does more than", "M steps/s", "all runs"], &rows)
+        )
+    };
     console.data(format!(
         "{}: {all} runs, {} cells from {} each; {:.4} billion robot-steps; {} of memory for each run in progress\n\n\
-         {}{more}\n{here}",
+         {}{more}\n{here}{elsewhere}",
         sweep.name(),
         sweep.file().cells(),
         counted(sweep.file().seeds.len() as u32, "seed", "seeds"),

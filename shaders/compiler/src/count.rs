@@ -44,6 +44,21 @@ impl Class {
         Self::Branch,
     ];
 
+    /// What it is called.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Float => "float",
+            Self::Integer => "integer",
+            Self::Product => "integer product",
+            Self::Quotient => "integer quotient",
+            Self::Selection => "comparison or selection",
+            Self::Conversion => "conversion",
+            Self::Load => "word loaded",
+            Self::Store => "word stored",
+            Self::Branch => "branch or turn",
+        }
+    }
+
     /// The class of a value's operation; none if it costs nothing.
     fn of(program: &Program, value: Value) -> Option<Self> {
         let operand_is_float = |operand: Value| program.ty(operand) == Ty::F32;
