@@ -55,7 +55,10 @@ fn specialised(case: &Case, share: u32) -> Kernel {
         let index = element * stride + offset as usize;
         (index as u32 % 4 < share).then(|| words[index])
     };
-    let program = generic.program(&Known { word: &word });
+    let program = generic.program(&Known {
+        word: &word,
+        signed_zeros: true,
+    });
     let spirv = generic.spirv(&program, Indices::Clamped);
     Kernel {
         spirv: Vec::leak(spirv.unwrap_or_else(|problem| panic!("{}: {problem}", case.kernel.name))),

@@ -292,10 +292,17 @@ pub(super) fn parsed(kernel: &Kernel) -> Result<Generic, String> {
 /// The words that a variant takes for constant, and its SPIR-V.
 fn compiled(generic: &Generic, setting: &Setting) -> Result<(Vec<Word>, Vec<u32>), String> {
     let (words, program) = program(generic, setting);
-    // What a user's part may do with an index is not known.
-    let ships = !setting.kernel.variants.is_empty();
-    let indices = if ships { Indices::Within } else { Indices::Clamped };
+    let indices = if ships(setting.kernel) {
+        Indices::Within
+    } else {
+        Indices::Clamped
+    };
     Ok((words, generic.spirv(&program, indices)?))
+}
+
+/// Whether a kernel has no parts of a user's, of which it isn't known what they do with an index or with a zero's sign.
+fn ships(kernel: &Kernel) -> bool {
+    !kernel.variants.is_empty()
 }
 
 /// The words that a variant takes for constant, and its program.
@@ -313,7 +320,11 @@ pub(super) fn program(generic: &Generic, setting: &Setting) -> (Vec<Word>, Progr
         });
         Some(bits)
     };
-    let program = generic.program(&Known { word: &word });
+    let signed_zeros = !ships(setting.kernel);
+    let program = generic.program(&Known {
+        word: &word,
+        signed_zeros,
+    });
     // The world's own index is no constant of the variant if all that it leads to is.
     let mut reads_worlds = false;
     visit(&program.body, &mut |statement| {

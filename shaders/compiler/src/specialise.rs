@@ -2,20 +2,24 @@
 //! are never taken vanish, short loops whose turns are known are written out, and what does not change in a loop is computed before it.
 //!
 //! Results are the same to the last bit. A float is folded only where its result is zero or normal, by the arithmetic that every
-//! backend has, and no law of real numbers is used that floats don't obey.
+//! backend has, and no law of real numbers is used that floats don't obey. That zero times a number is zero, whatever the signs, is used
+//! where zeros' signs don't matter: walls along an axis have many zeros.
 
 use std::collections::BTreeMap;
 
 use crate::hoist::hoist;
 use crate::interpret::{apply, check, is_ordinary};
 use crate::tidy::remove_unused;
-use crate::tree::{Address, Binary, Block, Label, Op, Program, Statement, Ty, Value, visit};
+use crate::tree::{Address, Binary, Block, Label, Op, Program, Statement, Ty, Unary, Value, visit};
 
 /// What is known of a kernel's buffers before it runs.
 pub struct Known<'a> {
     /// The word of a buffer, by binding number, element and word within the element; the element is `None` if there is just one, or if
     /// it is not known. Elements beyond the last are the last. `None` for words that are not known, or that the kernel writes.
     pub word: &'a dyn Fn(u32, Option<u32>, u32) -> Option<u32>,
+    /// Whether a zero's sign may matter. It does to nothing in a kernel that keeps all that it stores from having one, and looks at the bits of
+    /// no float that may be zero.
+    pub signed_zeros: bool,
 }
 
 /// Most turns of a loop that is written out.
@@ -492,11 +496,15 @@ impl Partial<'_> {
             Op::Unary(op, a) => Op::Unary(op, self.value(a)),
             Op::Binary(op, a, b) => {
                 let (a, b) = (self.value(a), self.value(b));
-                if let Some(same) = self.same(op, a, b) {
-                    self.values[old.0 as usize] = Some(same);
+                let same = self.same(op, a, b).or_else(|| self.same_but_for_zeros(op, a, b));
+                if same.is_some() {
+                    self.values[old.0 as usize] = same;
                     return;
                 }
-                Op::Binary(op, a, b)
+                match op {
+                    Binary::Subtract if self.is_any_zero(a) => Op::Unary(Unary::Negate, b),
+                    _ => Op::Binary(op, a, b),
+                }
             }
             Op::Select {
                 condition,
@@ -507,6 +515,7 @@ impl Partial<'_> {
                 let taken = match self.bits(condition) {
                     Some(0) => Some(reject),
                     Some(_) => Some(accept),
+                    None if self.is_any_zero(accept) && self.is_any_zero(reject) => Some(accept),
                     None => (accept == reject).then_some(accept),
                 };
                 if taken.is_some() {
@@ -540,6 +549,22 @@ impl Partial<'_> {
         // What breaks the rules is left to the device: nobody relies on it.
         let is_computed = count > 0 && check(self.old, old, operands).is_ok();
         is_computed.then(|| apply(self.old, old, operands))
+    }
+
+    /// Whether a value is a zero of either sign, and that doesn't matter.
+    fn is_any_zero(&self, value: Value) -> bool {
+        let is_zero = |bits: u32| f32::from_bits(bits) == 0.0;
+        !self.known.signed_zeros && self.new.ty(value) == Ty::F32 && self.bits(value).is_some_and(is_zero)
+    }
+
+    /// What an operation of floats results in if one of them is zero, but for the sign of a zero.
+    fn same_but_for_zeros(&mut self, op: Binary, a: Value, b: Value) -> Option<Value> {
+        match (op, self.is_any_zero(a), self.is_any_zero(b)) {
+            (Binary::Multiply, true, _) | (Binary::Multiply, _, true) => Some(self.constant(0, Ty::F32)),
+            (Binary::Add, true, _) => Some(b),
+            (Binary::Add | Binary::Subtract, _, true) => Some(a),
+            _ => None,
+        }
     }
 
     /// The operand that an operation always results in.

@@ -129,7 +129,10 @@ fn specialised(trees: &Trees, seed: u64, share: u32) -> (Result<Vec<Vec<u32>>, T
         let is_known = (u64::from(index) ^ seed).wrapping_mul(0x9e37_79b9_7f4a_7c15) >> 32;
         (is_known % 4 < u64::from(share)).then(|| words[index as usize])
     };
-    let program = generic.program(&Known { word: &word });
+    let program = generic.program(&Known {
+        word: &word,
+        signed_zeros: true,
+    });
     generic
         .spirv(&program, Indices::Clamped)
         .unwrap_or_else(|problem| panic!("seed {seed}: {problem}\n{}", text(seed)));
