@@ -751,6 +751,57 @@ fn the_bench_measures_against_the_scalar_code() {
 }
 
 #[test]
+fn figures_are_shared_in_a_file() {
+    let place = Place::new("share");
+    let bench = [
+        "bench",
+        "--backend",
+        "cpu",
+        "--quick",
+        "--rollouts",
+        "64",
+        "--share",
+        "share.json",
+    ];
+    place.good(&bench);
+    let shared: Value = serde_json::from_str(&fs::read_to_string(place.at("share.json")).unwrap()).unwrap();
+    assert_eq!(shared["oneiro"], env!("CARGO_PKG_VERSION"));
+    assert_eq!(shared["devices"]["cpu"]["exact"], true);
+    assert!(!shared["bench"]["cells"].as_array().unwrap().is_empty(), "{shared}");
+    place.run(&bench).exits(3).says(&["share.json: exists already"]);
+}
+
+/// A kernel of its own takes fewer operations in every class, and the sum is that of the classes.
+#[cfg(feature = "gpu")]
+#[test]
+fn a_cycle_s_operations_are_counted() {
+    let place = Place::new("cost");
+    place.small_experiment();
+    let cost = place.json(&["check", "small.toml", "--cost", "--json"]);
+    let of = |kernel: &str| {
+        let all = cost[kernel]["operations"].as_f64().unwrap();
+        let classes = cost[kernel]["by_class"].as_object().unwrap();
+        let sum: f64 = classes.values().map(|count| count.as_f64().unwrap()).sum();
+        assert!((all - sum).abs() < 1e-6, "{cost}");
+        all
+    };
+    let (any, this) = (of("any_world"), of("this_world"));
+    assert!(300.0 < this && this < 0.7 * any, "{this} and {any}");
+    for card in cost["at_most"].as_array().unwrap() {
+        let steps = card["steps_per_second"].as_f64().unwrap();
+        assert!((1e9..1e12).contains(&steps), "{card}");
+    }
+    place.good(&["new", "swarm", "--swarm", "--quiet"]);
+    assert!(place.good(&["check", "swarm.toml", "--cost"]).contains("at most"));
+    place.write("sweep.toml", "experiment = \"small.toml\"\nseeds = \"1..3\"\n");
+    assert!(
+        place
+            .good(&["sweep", "plan", "sweep.toml"])
+            .contains("no card does more than")
+    );
+}
+
+#[test]
 fn the_cpu_is_a_device_and_exact() {
     let place = Place::new("devices");
     let devices = place.json(&["devices", "--json"]);

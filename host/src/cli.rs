@@ -436,6 +436,9 @@ pub(crate) struct Bench {
     /// When a GPU's kernels are compiled again for the world: auto, always or never
     #[arg(long, value_name = "WHEN", default_value = "auto", value_parser = Specialise::from_str)]
     pub(crate) specialise: Specialise,
+    /// Write the figures, the devices and their drivers into this file (.json, never overwritten), to send to others
+    #[arg(long, value_name = "FILE.json", value_hint = ValueHint::FilePath)]
+    pub(crate) share: Option<PathBuf>,
 }
 
 /// `oneiro tables`

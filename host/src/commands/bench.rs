@@ -1,6 +1,8 @@
 //! `oneiro bench`: robot-steps per second of each instruction set and adapter of this machine.
 
 use std::fmt::Write;
+use std::fs;
+use std::path::Path;
 use std::time::{Duration, Instant};
 
 use oneiro::backend::Specialise;
@@ -8,12 +10,14 @@ use oneiro::batch::{Batch, Rollout};
 use oneiro::evaluator::{Control, Evaluator};
 use oneiro::random::Key;
 use oneiro::world::{World, WorldSpec};
-use serde_json::json;
+use serde_json::{Value, json};
 
+use super::devices;
 use crate::cli::Bench;
 use crate::console::{Console, columns};
 use crate::device::{self, Candidate};
 use crate::exit::Result;
+use crate::files;
 use crate::workload;
 
 /// Batch sizes, and the time to measure each.
@@ -91,20 +95,31 @@ pub(crate) fn run(arguments: &Bench, console: Console) -> Result {
         Plan::thorough()
     };
     plan.specialise = arguments.specialise;
+    if let Some(path) = &arguments.share {
+        files::must_be_new(path)?;
+    }
     if !arguments.rollouts.is_empty() {
         plan.sizes.clone_from(&arguments.rollouts);
         plan.sizes.sort_unstable();
         plan.sizes.dedup();
     }
     let (cells, firsts) = measure(&timed(&arguments.backend)?, &plan, console)?;
+    let figures = json!({
+        "world": "miglino1995",
+        "controller": "perceptron",
+        "cycles": workload::CYCLES,
+        "cells": cells,
+        "first_results": firsts,
+    });
+    if let Some(path) = &arguments.share {
+        share(path, &figures)?;
+        console.say(format!(
+            "{} has these figures, the processor's name, the devices and their drivers, and nothing else of this machine",
+            path.display()
+        ));
+    }
     if console.json() {
-        return console.json_data(&json!({
-            "world": "miglino1995",
-            "controller": "perceptron",
-            "cycles": workload::CYCLES,
-            "cells": cells,
-            "first_results": firsts,
-        }));
+        return console.json_data(&figures);
     }
     let mut text = format!(
         "Million robot-steps per second, and times the scalar code on one thread.\n\
@@ -126,6 +141,29 @@ pub(crate) fn run(arguments: &Bench, console: Console) -> Result {
         );
     }
     console.data(text)
+}
+
+/// Writes the figures for others, with what they depend on.
+///
+/// # Errors
+/// Exit 3: the file exists. Exit 6: it can't be written.
+fn share(path: &Path, figures: &Value) -> Result {
+    let all = json!({
+        "oneiro": env!("CARGO_PKG_VERSION"),
+        "system": std::env::consts::OS,
+        "architecture": std::env::consts::ARCH,
+        "processor": processor(),
+        "devices": devices::value(),
+        "bench": figures,
+    });
+    files::write_new(path, format!("{all:#}\n").as_bytes())
+}
+
+/// The processor's name, where the system tells it in a file.
+fn processor() -> Option<String> {
+    let text = fs::read_to_string("/proc/cpuinfo").ok()?;
+    let line = text.lines().find(|line| line.starts_with("model name"))?;
+    Some(line.split_once(':')?.1.trim().to_owned())
 }
 
 /// The candidates to time: those of `--backend`, and the scalar code to compare them with.

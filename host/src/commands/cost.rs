@@ -84,8 +84,8 @@ mod counted {
     /// Lives that are counted together: those of a workgroup.
     const LIVES: u32 = 64;
     /// Cycles of which operations are counted, after those at the beginning of a life that are left out.
-    const COUNTED: u32 = 32;
-    const LEFT_OUT: u32 = 8;
+    const COUNTED: u32 = 8;
+    const LEFT_OUT: u32 = 4;
 
     /// Counts the operations of lives of random genomes in the first of these worlds.
     fn counted(worlds: &Worlds) -> Result<Cost> {

@@ -8,20 +8,31 @@ use serde_json::{Value, json};
 use crate::console::Console;
 use crate::exit::Result;
 
-/// Prints the CPU's instruction sets and the adapters.
-pub(crate) fn run(console: Console) -> Result {
-    let lanes: Vec<&str> = Cpu::variants()
+/// The CPU's lane codes, widest first, and its threads.
+fn cpu() -> (Vec<&'static str>, usize) {
+    let lanes = Cpu::variants()
         .into_iter()
         .filter(|name| !name.starts_with("checked"))
         .collect();
-    let threads = thread::available_parallelism().map_or(1, usize::from);
-    let adapters = adapters();
+    (lanes, thread::available_parallelism().map_or(1, usize::from))
+}
+
+/// The CPU and the adapters, as `--json` prints them.
+pub(super) fn value() -> Value {
+    let (lanes, threads) = cpu();
+    json!({
+        "cpu": { "lane_codes": lanes, "threads": threads, "exact": true },
+        "adapters": adapters().iter().map(Adapter::value).collect::<Vec<_>>(),
+    })
+}
+
+/// Prints the CPU's instruction sets and the adapters.
+pub(crate) fn run(console: Console) -> Result {
     if console.json() {
-        return console.json_data(&json!({
-            "cpu": { "lane_codes": lanes, "threads": threads, "exact": true },
-            "adapters": adapters.iter().map(Adapter::value).collect::<Vec<_>>(),
-        }));
+        return console.json_data(&value());
     }
+    let (lanes, threads) = cpu();
+    let adapters = adapters();
     let mut text = format!(
         "cpu: exact; {threads} threads; lane codes, widest first: {}\n",
         lanes.join(", ")
