@@ -802,6 +802,20 @@ fn a_cycle_s_operations_are_counted() {
 }
 
 #[test]
+fn a_sweep_has_a_directory_by_its_name() {
+    let place = Place::new("sweep-name");
+    place.small_experiment();
+    place.write("noise.toml", "experiment = \"small.toml\"\nseeds = \"1..2\"\n");
+    let run = ["sweep", "run", "noise.toml", "--backend", "cpu", "--quiet"];
+    place.good(&run);
+    assert!(place.at("sweeps/noise/results.csv").exists());
+    // Once more, nothing is left to do.
+    place.good(&run);
+    place.write("noise.toml", "experiment = \"small.toml\"\nseeds = \"1..3\"\n");
+    place.run(&run).exits(3).says(&["name another directory with --out"]);
+}
+
+#[test]
 fn the_cpu_is_a_device_and_exact() {
     let place = Place::new("devices");
     let devices = place.json(&["devices", "--json"]);

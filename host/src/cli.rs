@@ -930,9 +930,9 @@ pub(crate) struct SweepRun {
     /// The sweep's TOML file
     #[arg(value_hint = ValueHint::FilePath)]
     pub(crate) sweep: PathBuf,
-    /// The sweep's directory
+    /// The sweep's directory [default: sweeps/NAME, by the sweep's name]
     #[arg(long, value_name = "DIR", value_hint = ValueHint::DirPath)]
-    pub(crate) out: PathBuf,
+    pub(crate) out: Option<PathBuf>,
     /// Do every N-th run, beginning with the I-th. Any number of shards may run at once [default: in a Slurm array the
     /// task's shard, else all runs]
     #[arg(long, value_name = "I/N")]

@@ -4,6 +4,7 @@ use std::env;
 use std::path::{Path, absolute};
 use std::time::Duration;
 
+use super::sweep::directory;
 use crate::cli::SweepRun;
 use crate::console::Console;
 use crate::exit::{Failure, Result};
@@ -33,7 +34,7 @@ pub(crate) fn script(sweep: &Sweep, arguments: &SweepRun) -> Result<String> {
         Ok(program) => whole(&program)?,
         Err(error) => return Err(Failure::storage(Path::new("oneiro"), &error)),
     };
-    let out = whole(&arguments.out)?;
+    let out = whole(&directory(arguments, sweep))?;
     let backend = &arguments.backend;
     let mut command = vec![
         program.clone(),

@@ -138,6 +138,12 @@ fn plan(arguments: &SweepPlan, console: Console) -> Result {
     ))
 }
 
+/// The directory that a sweep is done in.
+pub(super) fn directory(arguments: &SweepRun, sweep: &Sweep) -> PathBuf {
+    let default = || Path::new("sweeps").join(sweep.name());
+    arguments.out.clone().unwrap_or_else(default)
+}
+
 /// Formats a duration.
 fn time(seconds: f64) -> String {
     match seconds {
@@ -176,7 +182,7 @@ fn sweep(arguments: &SweepRun, console: Console) -> Result {
     for warning in sweep.cell(0)?.warnings() {
         console.say(format!("warning: {warning}"));
     }
-    let store = Store::prepare(&arguments.out, &sweep, &plan)?;
+    let store = Store::prepare(&directory(arguments, &sweep), &sweep, &plan)?;
     let mut finished = all_finished(std::slice::from_ref(&store), &plan, console)?;
     let of_shard = shard.runs(all).count();
     let todo: Vec<RunIndex> = shard.runs(all).filter(|run| !finished.runs.contains_key(run)).collect();
