@@ -791,6 +791,12 @@ fn a_cycle_s_operations_are_counted() {
         let steps = card["steps_per_second"].as_f64().unwrap();
         assert!((1e9..1e12).contains(&steps), "{card}");
     }
+    place.good(&["new", "mine", "--task", "own", "--quiet"]);
+    let mine = place.json(&["check", "mine.toml", "--cost", "--json"]);
+    let lines = mine["lines"].as_array().unwrap();
+    let own = |line: &&Value| line["place"].as_str().unwrap().starts_with("own.wgsl:");
+    let dearest = lines.iter().find(own).unwrap();
+    assert!(dearest["operations"].as_f64() > Some(5.0), "{dearest}");
     place.good(&["new", "swarm", "--swarm", "--quiet"]);
     assert!(place.good(&["check", "swarm.toml", "--cost"]).contains("at most"));
     place.write("sweep.toml", "experiment = \"small.toml\"\nseeds = \"1..3\"\n");

@@ -1,12 +1,17 @@
 //! What a cycle costs a GPU: the operations of a kernel, counted by its compiler.
 
+use std::collections::BTreeMap;
+
+use oneiro_shader_compiler::Generic;
 use oneiro_shader_compiler::count::{self, Counted};
 use oneiro_shader_compiler::interpret::Memory;
 use oneiro_shader_compiler::tree::Program;
+use oneiro_shaders::Kernel;
 use oneiro_shaders::life::Dispatch;
 
 use super::specialised::{Setting, parsed, program};
 use crate::batch::Part;
+use crate::compose;
 
 /// What a group of rollouts does in a number of cycles, all of its rollouts together. What some of them do, the others wait for.
 #[derive(Clone, Debug)]
@@ -17,6 +22,21 @@ pub struct Cost {
     pub any: Counted,
     /// By the kernel that is specialised to the world.
     pub specialised: Counted,
+    /// Its operations by lines of the kernel's files, the dearest first. A line of a user's part has those of all that it calls.
+    pub lines: Vec<Line>,
+}
+
+/// A line of a kernel.
+#[derive(Clone, Debug)]
+pub struct Line {
+    /// Path of its file: a user's part, or one that ships.
+    pub path: String,
+    /// Number, counted from 1.
+    pub line: usize,
+    /// Its text.
+    pub text: String,
+    /// Operations.
+    pub operations: u64,
 }
 
 /// Counts what the first group of a part does in its cycles after the first `begin`.
@@ -33,11 +53,40 @@ pub fn cost(part: &Part<'_>, begin: u32) -> Result<Cost, String> {
         let (all, first) = (until(cycles.end)?, until(cycles.start + begin)?);
         Ok::<_, String>(all.since(&first))
     };
+    let specialised = of(&own)?;
     Ok(Cost {
         cycles: cycles.end - cycles.start - begin,
         any: of(generic.any())?,
-        specialised: of(&own)?,
+        lines: lines(setting.kernel, &generic, &own, &specialised),
+        specialised,
     })
+}
+
+/// Operations by lines.
+fn lines(kernel: &'static Kernel, generic: &Generic, program: &Program, counted: &Counted) -> Vec<Line> {
+    let mut all: BTreeMap<(String, usize), u64> = BTreeMap::new();
+    for (value, count) in &counted.values {
+        let mut places = generic.places(program, *value);
+        let of_user = places.iter().position(|place| compose::is_of_user(kernel, &place.path));
+        let place = places.swap_remove(of_user.unwrap_or_default());
+        *all.entry((place.path, place.line)).or_default() += count;
+    }
+    let texts: BTreeMap<String, String> = compose::parts_of(kernel)
+        .into_iter()
+        .map(|part| (part.path, part.text))
+        .collect();
+    let line = |((path, line), operations): ((String, usize), u64)| {
+        let text = texts.get(&path).and_then(|text| text.lines().nth(line - 1));
+        Line {
+            text: text.unwrap_or_default().trim().to_owned(),
+            path,
+            line,
+            operations,
+        }
+    };
+    let mut all: Vec<Line> = all.into_iter().map(line).collect();
+    all.sort_by_key(|line| std::cmp::Reverse(line.operations));
+    all
 }
 
 /// What the first group does from the part's first cycle to `end`.

@@ -19,7 +19,7 @@ mod trust;
 
 pub use adapter::{Adapter, Choice, FloatControls, Limits, adapters, find};
 #[cfg(feature = "compose")]
-pub use cost::{Cost, buffers, cost};
+pub use cost::{Cost, Line, buffers, cost};
 pub use device::Path;
 pub use dispatch::Bounds;
 #[cfg(feature = "compose")]

@@ -10,12 +10,13 @@ use std::time::{Duration, Instant};
 
 use oneiro_shader_compiler::specialise::Known;
 use oneiro_shader_compiler::tree::{Program, Statement, visit};
-use oneiro_shader_compiler::{Generic, Indices, Part as Source};
+use oneiro_shader_compiler::{Generic, Indices};
 use oneiro_shaders::Kernel;
 
 use super::device::{Device, Maker, Path, Pipeline};
 use crate::backend::Specialise;
 use crate::batch::{Part, Worlds};
+use crate::compose;
 
 /// Time with the generic kernel after which a world gets a variant, until it is known how long compiling takes. To wait as long as
 /// that takes is never more than twice as slow as to know beforehand.
@@ -282,11 +283,7 @@ pub fn specialised(part: &Part<'_>, world: u32) -> Result<Vec<u32>, String> {
 /// # Errors
 /// A mistake of the compiler.
 pub(super) fn parsed(kernel: &Kernel) -> Result<Generic, String> {
-    let part = Source {
-        path: kernel.name.into(),
-        text: kernel.wgsl.into(),
-    };
-    Generic::new(&[part]).map_err(|refusals| format!("{}: {refusals:?}", kernel.name))
+    Generic::new(&compose::parts_of(kernel)).map_err(|refusals| format!("{}: {refusals:?}", kernel.name))
 }
 
 /// The words that a variant takes for constant, and its SPIR-V.

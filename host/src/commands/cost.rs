@@ -86,6 +86,8 @@ mod counted {
     /// Cycles of which operations are counted, after those at the beginning of a life that are left out.
     const COUNTED: u32 = 8;
     const LEFT_OUT: u32 = 4;
+    /// Lines that are printed.
+    const DEAREST: usize = 12;
 
     /// Counts the operations of lives of random genomes in the first of these worlds.
     fn counted(worlds: &Worlds) -> Result<Cost> {
@@ -117,6 +119,17 @@ mod counted {
             |counted: &Counted, class: Class| a_cycle(counted.operations.0.get(&class).copied().unwrap_or_default());
         let all = |counted: &Counted| a_cycle(counted.operations.sum());
         let ceilings = ceilings(all(&cost.specialised));
+        let lines: Vec<_> = cost
+            .lines
+            .iter()
+            .map(|line| {
+                (
+                    format!("{}:{}", line.path, line.line),
+                    a_cycle(line.operations),
+                    &line.text,
+                )
+            })
+            .collect();
         if console.json() {
             let classes = |counted: &Counted| -> BTreeMap<&str, f64> {
                 Class::ALL
@@ -130,6 +143,10 @@ mod counted {
                 "any_world": { "operations": all(&cost.any), "by_class": classes(&cost.any) },
                 "this_world": { "operations": all(&cost.specialised), "by_class": classes(&cost.specialised) },
                 "at_most": ceilings,
+                "lines": lines
+                    .iter()
+                    .map(|(place, operations, text)| json!({ "place": place, "operations": operations, "text": text }))
+                    .collect::<Vec<_>>(),
             }));
         }
         let row = |name: &str, figures: [f64; 2]| {
@@ -145,12 +162,19 @@ mod counted {
             .iter()
             .map(|own| vec![own.card.to_owned(), format!("{:.1}", own.steps_per_second / 1e9)])
             .collect();
+        let dearest: Vec<_> = lines
+            .iter()
+            .take(DEAREST)
+            .map(|(place, operations, text)| vec![format!("{operations:.1}"), place.clone(), (*text).clone()])
+            .collect();
         console.data(format!(
             "Operations of a cycle, of {LIVES} lives of random genomes that a GPU runs together: what one of them does, all wait for.\n\n\
              {}\n\
+             This world's kernel by lines, the dearest first; a line of a part of your own has all that it calls.\n\n{}\n\
              Billion steps per second of this world's kernel, if a card issued an operation of every lane in every tick of its clock.\n\
              A card does less: how much less is known once it is measured.\n\n{}",
             columns(&["", "any world", "this world"], &rows),
+            columns(&["operations", "line", ""], &dearest),
             columns(&["card", "at most"], &cards),
         ))
     }

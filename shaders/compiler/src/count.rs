@@ -145,6 +145,8 @@ pub struct Turns {
 pub struct Counted {
     /// Operations that are issued.
     pub operations: Operations,
+    /// Those of each value that costs something.
+    pub values: BTreeMap<Value, u64>,
     /// Loops, in the order in which the program has them.
     pub loops: Vec<Turns>,
 }
@@ -154,8 +156,11 @@ impl Counted {
     #[must_use]
     pub fn since(&self, before: &Self) -> Self {
         let loops = self.loops.iter().zip(&before.loops);
+        let of = |value: &Value| before.values.get(value).copied().unwrap_or_default();
+        let values = self.values.iter().map(|(value, count)| (*value, count - of(value)));
         Self {
             operations: &self.operations - &before.operations,
+            values: values.filter(|(_, count)| *count > 0).collect(),
             loops: loops
                 .map(|(all, before)| Turns {
                     turns: all.turns - before.turns,
@@ -228,6 +233,7 @@ fn add(program: &Program, block: &Block, times: &HashMap<usize, u64>, depth: usi
             Statement::Let(value) => {
                 if let Some(class) = Class::of(program, *value) {
                     operations.add(class, count);
+                    counted.values.insert(*value, count);
                 }
             }
             Statement::Load { targets, .. } => operations.add(Class::Load, count * targets.len() as u64),

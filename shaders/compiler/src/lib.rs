@@ -115,11 +115,7 @@ pub struct Trees {
 impl Trees {
     /// Places of a value of the raw program: its own, and then those of the calls around it, the innermost first.
     pub fn places(&self, value: tree::Value) -> impl Iterator<Item = Place> {
-        let node = &self.raw.values[value.0 as usize];
-        let call = |index: u32| self.raw.calls[index as usize];
-        let calls = std::iter::successors(node.call.map(call), move |inner| inner.within.map(call));
-        let spans = std::iter::once(node.span).chain(calls.map(|call| call.span));
-        spans.map(|span| self.source.place_of(span))
+        self.source.places(&self.raw, value)
     }
 }
 
@@ -192,6 +188,11 @@ impl Generic {
     /// The program for what is known of the buffers.
     pub fn program(&self, known: &specialise::Known<'_>) -> tree::Program {
         specialise::specialise(&self.raw, known)
+    }
+
+    /// Places of a value of a program of this kernel: its own, and then those of the calls around it, the innermost first.
+    pub fn places(&self, program: &tree::Program, value: tree::Value) -> Vec<Place> {
+        self.checked.source.places(program, value).collect()
     }
 
     /// SPIR-V of a program of this kernel.

@@ -3,6 +3,7 @@
 use std::fmt;
 
 use crate::rules::Rule;
+use crate::tree::{Program, Value};
 
 /// One WGSL file of a kernel.
 #[derive(Clone, Debug)]
@@ -62,6 +63,15 @@ impl Source {
     /// Finds where a span of naga's begins. An undefined span begins where the text does.
     pub fn place_of(&self, span: naga::Span) -> Place {
         self.place(span.to_range().map_or(0, |range| range.start))
+    }
+
+    /// Places of a value of a program that was lowered from this: its own, and then those of the calls around it, the innermost first.
+    pub(crate) fn places(&self, program: &Program, value: Value) -> impl Iterator<Item = Place> {
+        let node = &program.values[value.0 as usize];
+        let call = |index: u32| program.calls[index as usize];
+        let calls = std::iter::successors(node.call.map(call), move |inner| inner.within.map(call));
+        let spans = std::iter::once(node.span).chain(calls.map(|call| call.span));
+        spans.map(|span| self.place_of(span))
     }
 
     /// The text of a span of naga's.

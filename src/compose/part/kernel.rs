@@ -163,17 +163,27 @@ fn known() -> MutexGuard<'static, BTreeMap<String, Composed>> {
 pub(crate) fn parts_of(kernel: &Kernel) -> Vec<compiler::Part> {
     let composed = known().get(kernel.name).copied();
     let files = composed.map_or(&[][..], |composed| composed.files);
-    if files.is_empty() {
-        let path = format!("{}.wgsl", kernel.name);
-        let text = kernel.wgsl.to_owned();
-        return vec![compiler::Part { path, text }];
-    }
+    let shipped;
+    let files = if files.is_empty() {
+        shipped = shipped_files(kernel);
+        &shipped
+    } else {
+        files
+    };
     let ends = files.iter().skip(1).map(|(_, begin)| *begin).chain([kernel.wgsl.len()]);
     let part = |((path, begin), end): (&(String, usize), usize)| compiler::Part {
         path: path.clone(),
         text: kernel.wgsl[*begin..end].to_owned(),
     };
     files.iter().zip(ends).map(part).collect()
+}
+
+/// The files of a kernel that ships, and where each begins in its text.
+fn shipped_files(kernel: &Kernel) -> Vec<(String, usize)> {
+    let place = |(path, text): &(&str, &str)| Some(((*path).to_owned(), kernel.wgsl.find(text)?));
+    let mut files: Vec<_> = PARTS.iter().filter_map(place).collect();
+    files.sort_by_key(|(_, begin)| *begin);
+    files
 }
 
 /// Whether a user wrote the file with this path, of a kernel that was composed.
