@@ -216,7 +216,7 @@ fn look_at(families: &[Family], command: impl Fn(&Family) -> Command) {
         for line in said.lines() {
             if let Some(own) = line.strip_prefix("driver Mesa ") {
                 // What follows is the distribution's.
-                version = own.split(['-', ' ']).next().unwrap_or_default().to_owned();
+                version = own.split(['-', ' ']).next().unwrap_or_default().into();
             }
             if let Some((name, figures)) = line.strip_prefix("row ").and_then(|row| row.split_once(" | ")) {
                 rows.text(family.name, name, figures);

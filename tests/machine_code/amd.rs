@@ -30,14 +30,17 @@ fn kind(name: &str) -> Kind {
     let Some(operation) = operation.strip_suffix("_f32") else {
         return Kind::Inexact;
     };
-    match operation.strip_suffix("_num").unwrap_or(operation) {
+    let operation = operation.strip_suffix("_num").unwrap_or(operation);
+    let exact = [
+        "add", "sub", "subrev", "floor", "trunc", "max", "min", "max3", "min3", "med3", "maxmin", "minmax",
+        // These round the product before they add.
+        "mad", "mac", "madak", "madmk",
+    ];
+    match operation {
         "mul" => Kind::Product,
-        "add" | "sub" | "subrev" | "floor" | "trunc" => Kind::Exact,
-        "max" | "min" | "max3" | "min3" | "med3" | "maxmin" | "minmax" => Kind::Exact,
-        // They round the product before they add.
-        "mad" | "mac" | "madak" | "madmk" => Kind::Exact,
         "fma" | "fmac" | "fmaak" | "fmamk" => Kind::Fused,
         "rcp" | "rcp_iflag" => Kind::Reciprocal,
+        _ if exact.contains(&operation) => Kind::Exact,
         _ => Kind::Inexact,
     }
 }

@@ -43,7 +43,7 @@ fn constant(operand: &str) -> Option<f32> {
 
 /// A product with a power of two is exact, so it does not matter when it is rounded.
 fn is_power_of_two(operand: &str) -> bool {
-    constant(operand).is_some_and(|value| value.is_normal() && value.to_bits() & 0x007f_ffff == 0)
+    constant(operand).is_some_and(|value| value.is_normal() && value.to_bits().trailing_zeros() >= 23)
 }
 
 /// What reads the result of an instruction before something else is written there.
