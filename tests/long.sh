@@ -2,8 +2,8 @@
 # long.sh: tests that take too long for tests/all.sh, on a machine where that has passed: both studies with all their
 # parts, large swarms compared with another physics engine, champions that live in Aseba's simulator, random kernels and
 # files for half an hour, random bytes for drivers of robots for ten minutes and by radio for another ten, runs and sweeps
-# that are killed hundreds of times, long lives on every device, the size of the program for a robot, and a hundred
-# thousand runs. Some two hours on two cores.
+# that are killed hundreds of times, long lives on every device, the size of the program for a robot, machine code
+# for cards that are not there, and a hundred thousand runs. Some two hours on two cores.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 export ONEIRO_LONG=1
@@ -17,6 +17,9 @@ long --test goldens --test program_goldens --test parity -- --include-ignored
 
 say "a hundred thousand lives by specialised kernels"
 long --test gpu a_hundred_thousand -- --include-ignored --nocapture
+
+say "machine code for cards of AMD, NVIDIA and Intel"
+tests/machine-code.sh --release --workspace --features oneiro-host/parquet
 
 say "random kernels; experiments, sweeps and parts with random mistakes"
 long --test random --test mutants
