@@ -4,6 +4,7 @@
 //! What instructions do is in AMD's "RDNA 2 Instruction Set Architecture" (2020). An instruction that is not known stops the run.
 
 use std::collections::HashMap;
+use std::num::FpCategory;
 
 const LANES: usize = 64;
 /// Numbers of scalar registers with names.
@@ -167,6 +168,11 @@ fn instruction(line: &str, labels: &HashMap<String, usize>) -> Instruction {
 }
 
 fn operand(token: &str, line: &str) -> Operand {
+    // Of an integer's bits.
+    let (token, is_negated) = match token.strip_prefix("neg(") {
+        Some(rest) => (rest.trim_end_matches(')'), true),
+        None => (token, false),
+    };
     // A number has a sign of its own.
     let is_number = token
         .trim_start_matches('-')
@@ -204,7 +210,7 @@ fn operand(token: &str, line: &str) -> Operand {
     };
     Operand {
         source,
-        negative,
+        negative: negative != is_negated,
         absolute,
     }
 }
@@ -305,8 +311,18 @@ impl Wave<'_> {
             self.scc = compare(compared, a, b);
             return;
         }
+        if let "s_bitcmp0_b32" | "s_bitcmp1_b32" = name {
+            let bit = self.scalar(at(0)) >> (self.scalar(at(1)) & 31) & 1;
+            self.scc = bit == u32::from(name == "s_bitcmp1_b32");
+            return;
+        }
         if let Some(kind) = name.strip_suffix("_b64") {
             let value = match kind {
+                "s_andn2_wrexec" => {
+                    let left = self.scalar_wide(at(1)) & !self.wide(EXEC);
+                    self.set_wide(EXEC, left);
+                    left
+                }
                 "s_mov" => self.scalar_wide(at(1)),
                 "s_not" => !self.scalar_wide(at(1)),
                 "s_and_saveexec" => {
@@ -378,6 +394,7 @@ impl Wave<'_> {
                         a.wrapping_sub(b)
                     }
                     "s_mul_i32" => a.wrapping_mul(b),
+                    "s_pack_hh_b32_b16" => a >> 16 | b & 0xffff_0000,
                     "s_mul_hi_u32" => (u64::from(a) * u64::from(b) >> 32) as u32,
                     "s_cselect_b32" => {
                         if self.scc {
@@ -386,7 +403,7 @@ impl Wave<'_> {
                             b
                         }
                     }
-                    "s_bfm_b32" => ((1 << (a & 31)) - 1) << (b & 31),
+                    "s_bfm_b32" => low_bits(a & 31) << (b & 31),
                     "s_min_u32" => {
                         self.scc = a < b;
                         a.min(b)
@@ -409,6 +426,7 @@ impl Wave<'_> {
                             "s_andn2_b32" => a & !b,
                             "s_lshl_b32" => a << (b & 31),
                             "s_lshr_b32" => a >> (b & 31),
+                            "s_bfe_u32" => a >> (b & 31) & low_bits(b >> 16 & 0x7f),
                             _ => panic!("{name} is not known"),
                         };
                         self.scc = value != 0;
@@ -583,6 +601,9 @@ impl Wave<'_> {
 fn compare(name: &str, a: u32, b: u32) -> bool {
     let (condition, ty) = name.rsplit_once('_').unwrap();
     match ty {
+        "f32" if condition == "class" => b >> class(a) & 1 != 0,
+        // Of a constant that signals, to look at the lowest bit of the other.
+        "f16" if condition == "class" && a == 0x7c01 => b & 1 != 0,
         "f32" => {
             let (a, b) = (f32::from_bits(a), f32::from_bits(b));
             match condition {
@@ -614,6 +635,24 @@ fn compare(name: &str, a: u32, b: u32) -> bool {
             }
         }
     }
+}
+
+/// The class of a float, by number, as `v_cmp_class` has them.
+fn class(bits: u32) -> u32 {
+    let float = f32::from_bits(bits);
+    let (negative, positive) = match float.classify() {
+        FpCategory::Nan => return u32::from(bits >> 22 & 1 != 0),
+        FpCategory::Infinite => (2, 9),
+        FpCategory::Normal => (3, 8),
+        FpCategory::Subnormal => (4, 7),
+        FpCategory::Zero => (5, 6),
+    };
+    if float.is_sign_negative() { negative } else { positive }
+}
+
+/// So many bits.
+fn low_bits(count: u32) -> u32 {
+    1_u32.checked_shl(count).map_or(u32::MAX, |next| next - 1)
 }
 
 /// The result of an operation on a lane's words.
@@ -666,6 +705,8 @@ fn computed(own: &Instruction, [a, b, c]: [u32; 3]) -> u32 {
         "v_not_b32" => !a,
         "v_or3_b32" => a | b | c,
         "v_and_or_b32" => a & b | c,
+        "v_bfe_u32" => a >> (b & 31) & low_bits(c & 31),
+        "v_bfi_b32" => a & b | !a & c,
         "v_bfrev_b32" => a.reverse_bits(),
         "v_lshlrev_b32" => b << (a & 31),
         "v_lshrrev_b32" => b >> (a & 31),
