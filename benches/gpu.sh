@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # gpu.sh [ONEIRO [BACKEND [FOLDER]]]: everything that docs/gpu.md asks of a card, by the program alone. Takes some 20 minutes on a fast
 # card. BACKEND is a name as of `oneiro devices`, such as gpu:0; by default the best GPU. FOLDER, `gpu-figures` by default, gets:
-#   devices.json        what is here
+#   devices.json        what is here, and registers and instructions of all kernels where the driver tells
 #   selftest.json       differing bits of both kinds of kernels, over lives of all worlds
 #   steps-*.json        steps per second of 10^3 to 10^7 rollouts, by the kernel for any world and by specialised ones
 #   cost.json           the operations of a cycle, and the most that cards can do
@@ -24,7 +24,7 @@ fi
 say() { echo "$(date +%T) $*" >&2; }
 
 say "what is here"
-"$oneiro" devices --json >devices.json
+"$oneiro" devices --explain --json >devices.json
 say "differing bits"
 "$oneiro" selftest --backend "$backend" --rollouts "$lives" --json >selftest.json || say "SOME BITS DIFFER: see selftest.json"
 for when in never always; do

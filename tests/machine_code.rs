@@ -9,6 +9,7 @@ use std::env;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
+use oneiro::gpu::{Compiled, Compiler};
 use oneiro_shader_compiler::spirv;
 use oneiro_shaders::{KERNELS, Kernel};
 
@@ -16,8 +17,6 @@ use oneiro_shaders::{KERNELS, Kernel};
 mod amd;
 #[path = "machine_code/code.rs"]
 mod code;
-#[path = "machine_code/device.rs"]
-mod device;
 #[path = "machine_code/intel.rs"]
 mod intel;
 #[path = "machine_code/lives.rs"]
@@ -30,7 +29,6 @@ mod rdna;
 mod skips;
 
 use code::Instruction;
-use device::{Compiled, NullDevice};
 use pinned::Rows;
 use rdna::Code;
 
@@ -127,15 +125,16 @@ fn contractible(words: &[u32]) -> Vec<u32> {
 fn of_family() {
     let Ok(name) = env::var(FAMILY) else { return };
     let family = OWN.iter().chain(&UNPACKED).find(|family| family.name == name).unwrap();
-    let device = NullDevice::open().unwrap();
+    let device = Compiler::first().unwrap();
     let compiled = |kernel: &Kernel, spirv: &[u32]| device.compile(kernel, spirv).unwrap();
     let inexact = |compiled: &Compiled| {
         let code: Vec<_> = compiled.text.lines().flat_map(family.vendor.read).collect();
         assert!(code.len() > 100, "{}", compiled.text);
+        assert_eq!(compiled.programs, 1, "all of the machine code is read");
         let found = code::inexact(&code);
         found.into_iter().map(str::to_owned).collect::<Vec<_>>()
     };
-    println!("\ndriver {}", device.driver);
+    println!("\ndriver {}", device.driver());
     for (kernel_name, kernel, spirv) in variants() {
         let compiled = compiled(kernel, &spirv);
         let found = inexact(&compiled);

@@ -828,6 +828,11 @@ fn the_cpu_is_a_device_and_exact() {
     assert_eq!(devices["cpu"]["exact"], true);
     let lanes = devices["cpu"]["lane_codes"].as_array().unwrap();
     assert!(lanes.iter().any(|lane| lane == "scalarx1"), "{devices}");
+    // Each driver says what it made of the kernels, or why it doesn't.
+    let explained = place.json(&["devices", "--explain", "--json"]);
+    for adapter in explained["adapters"].as_array().unwrap() {
+        assert!(!adapter["machine_code"].as_object().unwrap().is_empty(), "{adapter}");
+    }
 }
 
 /// Fails without an adapter: a software one is enough, and the test command installs it.

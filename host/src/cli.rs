@@ -58,7 +58,7 @@ pub(crate) enum Command {
     /// List the runs below a directory and their state
     List(List),
     /// List this machine's devices, and whether each is exact
-    Devices,
+    Devices(Devices),
     /// Check that this machine computes the same bits as every other
     Selftest(Selftest),
     /// Measure robot-steps per second
@@ -419,6 +419,14 @@ pub(crate) struct Selftest {
     /// Sensor tables to use instead of the built-in ones, such as wall.sam,round.sam
     #[arg(long, value_name = "FILE,..", value_delimiter = ',', value_hint = ValueHint::FilePath)]
     pub(crate) tables: Vec<PathBuf>,
+}
+
+/// `oneiro devices`
+#[derive(Args, Debug)]
+pub(crate) struct Devices {
+    /// Compile every kernel for each adapter, and print what its driver tells of the machine code: registers, instructions and the like
+    #[arg(long)]
+    pub(crate) explain: bool,
 }
 
 /// `oneiro bench`

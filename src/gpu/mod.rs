@@ -2,6 +2,8 @@
 
 mod adapter;
 mod buffers;
+#[cfg(any(windows, target_os = "linux", target_os = "android", target_os = "freebsd"))]
+mod compiler;
 #[cfg(feature = "compose")]
 mod cost;
 mod device;
@@ -18,6 +20,8 @@ mod spirv;
 mod trust;
 
 pub use adapter::{Adapter, Choice, FloatControls, Limits, adapters, find};
+#[cfg(any(windows, target_os = "linux", target_os = "android", target_os = "freebsd"))]
+pub use compiler::{Compiled, Compiler};
 #[cfg(feature = "compose")]
 pub use cost::{Cost, Line, buffers, cost};
 pub use device::Path;

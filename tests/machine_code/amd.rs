@@ -1,7 +1,7 @@
 //! AMD's machine code, as RADV prints it: `v_fma_f32 v46, 2.0, v46, 1.0 ; d613002e 03ca5cf4`.
 
 use super::code::{Instruction, Kind};
-use super::device::Compiled;
+use oneiro::gpu::Compiled;
 
 fn kind(name: &str) -> Kind {
     let is_of = |types: &[&str]| types.iter().any(|of| name.contains(of));
@@ -68,7 +68,7 @@ pub(crate) fn read(line: &str) -> Vec<Instruction<'_>> {
 }
 
 pub(crate) fn figures(compiled: &Compiled) -> String {
-    let of = |name: &str| compiled.statistic(name);
+    let of = |name: &str| compiled.statistic(name).unwrap();
     format!(
         "{} instructions, {} bytes, {} VGPRs, {} SGPRs, {} spilled, {} waves, throughput {}",
         of("Instructions"),

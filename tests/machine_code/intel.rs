@@ -1,7 +1,7 @@
 //! Intel's machine code, as ANV's compiler prints it: `(+f0.0) mul(8) g6<1>F g5<0,1,0>F 0x4f7ffffeF /* 4.29497e+09F */ { align1 };`.
 
 use super::code::{Instruction, Kind};
-use super::device::Compiled;
+use oneiro::gpu::Compiled;
 
 /// An operand's type: what is in capitals at its end.
 fn kind_of_number(operand: &str) -> &str {
@@ -72,12 +72,12 @@ pub(crate) fn read(line: &str) -> Vec<Instruction<'_>> {
 pub(crate) fn figures(compiled: &Compiled) -> String {
     format!(
         "{} instructions, {} lanes, {} live registers, {} spilled, {} filled, {} messages, {} cycles",
-        compiled.statistic("Instruction Count"),
+        compiled.statistic("Instruction Count").unwrap(),
         compiled.lanes,
-        compiled.statistic("Max live registers"),
-        compiled.statistic("Spill Count"),
-        compiled.statistic("Fill Count"),
-        compiled.statistic("SEND Count"),
-        compiled.statistic("Cycle Count"),
+        compiled.statistic("Max live registers").unwrap(),
+        compiled.statistic("Spill Count").unwrap(),
+        compiled.statistic("Fill Count").unwrap(),
+        compiled.statistic("SEND Count").unwrap(),
+        compiled.statistic("Cycle Count").unwrap(),
     )
 }

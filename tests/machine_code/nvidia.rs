@@ -1,7 +1,7 @@
 //! NVIDIA's machine code, as NVK's compiler prints it: `@!p0 r3 = ffma.ftz r3 r17 0x3ff2e190 // delay=6 wt=000001`.
 
 use super::code::{Instruction, Kind};
-use super::device::Compiled;
+use oneiro::gpu::Compiled;
 
 fn kind(name: &str) -> Kind {
     let mut parts = name.split('.');
@@ -43,9 +43,9 @@ pub(crate) fn read(line: &str) -> Vec<Instruction<'_>> {
 pub(crate) fn figures(compiled: &Compiled) -> String {
     format!(
         "{} instructions, {} bytes, {} registers, {} bytes of local memory",
-        compiled.statistic("Instruction count"),
-        compiled.statistic("Code Size"),
-        compiled.statistic("Number of GPRs"),
-        compiled.statistic("SLM Size"),
+        compiled.statistic("Instruction count").unwrap(),
+        compiled.statistic("Code Size").unwrap(),
+        compiled.statistic("Number of GPRs").unwrap(),
+        compiled.statistic("SLM Size").unwrap(),
     )
 }

@@ -153,7 +153,7 @@ fn share(path: &Path, figures: &Value) -> Result {
         "system": std::env::consts::OS,
         "architecture": std::env::consts::ARCH,
         "processor": processor(),
-        "devices": devices::value(),
+        "devices": devices::value(true),
         "bench": figures,
     });
     files::write_new(path, format!("{all:#}\n").as_bytes())

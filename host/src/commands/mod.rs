@@ -49,7 +49,7 @@ pub(crate) fn run(command: Command, console: Console) -> Result {
         Command::Audit(arguments) => audit::run(&arguments, console),
         Command::Verify(arguments) => verify::run(&arguments, console),
         Command::List(arguments) => list::run(&arguments, console),
-        Command::Devices => devices::run(console),
+        Command::Devices(arguments) => devices::run(&arguments, console),
         Command::Selftest(arguments) => selftest::run(&arguments, console),
         Command::Bench(arguments) => bench::run(&arguments, console),
         Command::Tables(arguments) => tables::run(&arguments, console),

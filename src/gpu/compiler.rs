@@ -1,38 +1,79 @@
-//! Mesa's drivers as compilers: devices that are not there, and what the drivers make of a kernel for them.
+//! Vulkan drivers as compilers: what they make of a kernel, where they tell. Nothing is run, so the card need not be there.
 
-use std::collections::BTreeMap;
 use std::ffi::CStr;
+use std::fmt;
 
 use ash::vk;
 use oneiro_shaders::{BindingKind, Kernel};
 
-/// A kernel's machine code for one family.
-pub(crate) struct Compiled {
-    statistics: BTreeMap<String, u64>,
+use super::adapter::Adapter;
+
+/// What a driver made of a kernel.
+#[derive(Clone, Debug)]
+pub struct Compiled {
+    /// Numbers such as registers, by the driver's own names.
+    pub statistics: Vec<(String, u64)>,
+    /// Programs that it consists of. What follows is the first one's.
+    pub programs: u32,
     /// Lanes that run in step.
-    pub(crate) lanes: u32,
-    pub(crate) text: String,
+    pub lanes: u32,
+    /// Machine code; empty if the driver doesn't show it.
+    pub text: String,
 }
 
 impl Compiled {
     /// A number that the driver gives by this name.
-    pub(crate) fn statistic(&self, name: &str) -> u64 {
-        let found = self.statistics.get(name).copied();
-        found.unwrap_or_else(|| panic!("no {name} among {:?}", self.statistics))
+    pub fn statistic(&self, name: &str) -> Option<u64> {
+        self.statistics
+            .iter()
+            .find(|(own, _)| own == name)
+            .map(|(_, value)| *value)
     }
 }
 
-/// A card that is not there.
-pub(crate) struct NullDevice {
+/// A driver's compiler for one device.
+pub struct Compiler {
     _entry: ash::Entry,
     instance: ash::Instance,
     device: ash::Device,
     executables: ash::khr::pipeline_executable_properties::Device,
-    pub(crate) driver: String,
+    driver: String,
 }
 
-impl NullDevice {
-    pub(crate) fn open() -> Result<Self, String> {
+impl fmt::Debug for Compiler {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("Compiler")
+            .field("driver", &self.driver)
+            .finish_non_exhaustive()
+    }
+}
+
+impl Compiler {
+    /// The compiler of the first device that the drivers list.
+    ///
+    /// # Errors
+    /// There is none, or its driver doesn't tell what it makes.
+    pub fn first() -> Result<Self, String> {
+        Self::open(|_| true)
+    }
+
+    /// The compiler of an adapter.
+    ///
+    /// # Errors
+    /// It is none of Vulkan's, or its driver doesn't tell what it makes.
+    pub fn of(adapter: &Adapter) -> Result<Self, String> {
+        Self::open(|properties| {
+            let name = properties.device_name_as_c_str().unwrap_or_default().to_string_lossy();
+            adapter.backend() == "vulkan" && name == adapter.name()
+        })
+    }
+
+    /// Version of the driver, as it says.
+    pub fn driver(&self) -> &str {
+        &self.driver
+    }
+
+    fn open(is_meant: impl Fn(&vk::PhysicalDeviceProperties) -> bool) -> Result<Self, String> {
         let said = |error: vk::Result| error.to_string();
         // SAFETY: the loader is the system's.
         let entry = unsafe { ash::Entry::load() }.map_err(|error| error.to_string())?;
@@ -40,34 +81,59 @@ impl NullDevice {
         let create = vk::InstanceCreateInfo::default().application_info(&version);
         // SAFETY: what is created from it is gone before it.
         let instance = unsafe { entry.create_instance(&create, None) }.map_err(said)?;
-        // SAFETY: the instance is alive.
-        let found = unsafe { instance.enumerate_physical_devices() }.map_err(said)?;
-        let physical = *found.first().ok_or("the driver lists no device")?;
-        let mut driver = vk::PhysicalDeviceDriverProperties::default();
-        let mut properties = vk::PhysicalDeviceProperties2::default().push_next(&mut driver);
-        // SAFETY: the instance is alive.
-        unsafe { instance.get_physical_device_properties2(physical, &mut properties) };
-        let queue = [vk::DeviceQueueCreateInfo::default().queue_priorities(&[1.0])];
-        let extensions = [vk::KHR_PIPELINE_EXECUTABLE_PROPERTIES_NAME.as_ptr()];
-        let mut features =
-            vk::PhysicalDevicePipelineExecutablePropertiesFeaturesKHR::default().pipeline_executable_info(true);
-        let create = vk::DeviceCreateInfo::default()
-            .queue_create_infos(&queue)
-            .enabled_extension_names(&extensions)
-            .push_next(&mut features);
-        // SAFETY: the instance is alive.
-        let device = unsafe { instance.create_device(physical, &create, None) }.map_err(said)?;
+        let opened = Self::device(&instance, is_meant);
+        let (device, driver) = opened.inspect_err(|_| {
+            // SAFETY: nothing was made from it.
+            unsafe { instance.destroy_instance(None) };
+        })?;
         Ok(Self {
             executables: ash::khr::pipeline_executable_properties::Device::new(&instance, &device),
-            driver: text(&driver.driver_info),
+            driver,
             _entry: entry,
             instance,
             device,
         })
     }
 
+    /// The device that is meant, and its driver's version.
+    fn device(
+        instance: &ash::Instance,
+        is_meant: impl Fn(&vk::PhysicalDeviceProperties) -> bool,
+    ) -> Result<(ash::Device, String), String> {
+        let said = |error: vk::Result| error.to_string();
+        let name = vk::KHR_PIPELINE_EXECUTABLE_PROPERTIES_NAME;
+        let extensions = [name.as_ptr()];
+        // SAFETY: the instance is alive, and so is what the structs that it gets point to.
+        unsafe {
+            let found = instance.enumerate_physical_devices().map_err(said)?;
+            let physical = found
+                .into_iter()
+                .find(|own| is_meant(&instance.get_physical_device_properties(*own)))
+                .ok_or("Vulkan's drivers list no such device")?;
+            let offered = instance.enumerate_device_extension_properties(physical).map_err(said)?;
+            if !offered.iter().any(|own| own.extension_name_as_c_str() == Ok(name)) {
+                return Err(format!("its driver does not tell ({})", name.to_string_lossy()));
+            }
+            let mut driver = vk::PhysicalDeviceDriverProperties::default();
+            let mut properties = vk::PhysicalDeviceProperties2::default().push_next(&mut driver);
+            instance.get_physical_device_properties2(physical, &mut properties);
+            let queue = [vk::DeviceQueueCreateInfo::default().queue_priorities(&[1.0])];
+            let mut features =
+                vk::PhysicalDevicePipelineExecutablePropertiesFeaturesKHR::default().pipeline_executable_info(true);
+            let create = vk::DeviceCreateInfo::default()
+                .queue_create_infos(&queue)
+                .enabled_extension_names(&extensions)
+                .push_next(&mut features);
+            let device = instance.create_device(physical, &create, None).map_err(said)?;
+            Ok((device, text(&driver.driver_info)))
+        }
+    }
+
     /// Compiles SPIR-V of a kernel.
-    pub(crate) fn compile(&self, kernel: &Kernel, spirv: &[u32]) -> Result<Compiled, vk::Result> {
+    ///
+    /// # Errors
+    /// What the driver says.
+    pub fn compile(&self, kernel: &Kernel, spirv: &[u32]) -> Result<Compiled, vk::Result> {
         let of = |binding: &oneiro_shaders::Binding| {
             vk::DescriptorSetLayoutBinding::default()
                 .binding(binding.binding)
@@ -100,9 +166,9 @@ impl NullDevice {
             let made = device.create_compute_pipelines(vk::PipelineCache::null(), &[create], None);
             let pipeline = made.map_err(|(_, error)| error)?[0];
             let info = vk::PipelineExecutableInfoKHR::default().pipeline(pipeline);
-            let lanes = self.lanes(pipeline)?;
+            let (programs, lanes) = self.programs(pipeline)?;
             let statistics = self.executables.get_pipeline_executable_statistics(&info)?;
-            let statistics = statistics.iter().map(|one| (text(&one.name), one.value.u64)).collect();
+            let statistics = statistics.iter().map(|one| (text(&one.name), number(one))).collect();
             let code = self.assembly(&info)?;
             device.destroy_pipeline(pipeline, None);
             device.destroy_shader_module(module, None);
@@ -110,31 +176,19 @@ impl NullDevice {
             device.destroy_descriptor_set_layout(sets[0], None);
             Ok(Compiled {
                 statistics,
+                programs,
                 lanes,
                 text: code,
             })
         }
     }
 
-    /// The lanes of the one program that a pipeline has: all of its machine code is looked at.
-    unsafe fn lanes(&self, pipeline: vk::Pipeline) -> Result<u32, vk::Result> {
-        let get = self.executables.fp().get_pipeline_executable_properties_khr;
+    /// The number of programs that a pipeline consists of, and the lanes of the first.
+    unsafe fn programs(&self, pipeline: vk::Pipeline) -> Result<(u32, u32), vk::Result> {
         let info = vk::PipelineInfoKHR::default().pipeline(pipeline);
-        let mut count = 0;
-        let mut only = vk::PipelineExecutablePropertiesKHR::default();
-        // SAFETY: asks for their number, then for one, into what has room for one.
-        unsafe {
-            get(
-                self.device.handle(),
-                &raw const info,
-                &raw mut count,
-                std::ptr::null_mut(),
-            )
-            .result()?;
-            assert_eq!(count, 1, "programs of a pipeline");
-            get(self.device.handle(), &raw const info, &raw mut count, &raw mut only).result()?;
-        }
-        Ok(only.subgroup_size)
+        // SAFETY: the pipeline was made with what this needs.
+        let all = unsafe { self.executables.get_pipeline_executable_properties(&info) }?;
+        Ok((all.len() as u32, all.first().map_or(0, |own| own.subgroup_size)))
     }
 
     /// The last of the compiler's representations, which is the machine code.
@@ -160,12 +214,23 @@ impl NullDevice {
     }
 }
 
-impl Drop for NullDevice {
+impl Drop for Compiler {
     fn drop(&mut self) {
         // SAFETY: nothing that was made from them is left.
         unsafe {
             self.device.destroy_device(None);
             self.instance.destroy_instance(None);
+        }
+    }
+}
+
+fn number(one: &vk::PipelineExecutableStatisticKHR<'_>) -> u64 {
+    // SAFETY: the format says which of them it is.
+    unsafe {
+        match one.format {
+            vk::PipelineExecutableStatisticFormatKHR::FLOAT64 => one.value.f64 as u64,
+            vk::PipelineExecutableStatisticFormatKHR::BOOL32 => one.value.b32.into(),
+            _ => one.value.u64,
         }
     }
 }
