@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 
 use oneiro_shader_compiler::interpret::{Memory, run_invocation};
 use oneiro_shader_compiler::specialise::Known;
-use oneiro_shader_compiler::tree::{Op, Program, Statement, visit};
+use oneiro_shader_compiler::tree::{Binary, Op, Program, Statement, visit};
 use oneiro_shader_compiler::{Generic, Part, trees};
 
 const KERNEL: &str = "
@@ -128,4 +128,42 @@ fn zeros_may_lose_their_signs() {
         found == expected || (is_zero(found) && is_zero(expected))
     });
     assert!(operations(&program) + 5 <= operations(&exact), "more are left out");
+}
+
+/// What does not change in a loop is loaded and multiplied before it; what a turn writes is not.
+#[test]
+fn loops_do_once_what_does_not_change() {
+    let text = "
+@group(0) @binding(0) var<storage, read> numbers: array<f32>;
+@group(0) @binding(1) var<storage, read_write> results: array<f32>;
+@compute @workgroup_size(64)
+fn main(@builtin(local_invocation_index) lane: u32) {
+    var sum = 0.0f;
+    for (var turn = 0u; turn < u32(numbers[0]); turn++) {
+        sum += numbers[lane] * 3.0f + results[lane];
+        results[lane] = sum;
+    }
+}
+";
+    let parts = [Part {
+        path: "kernel".into(),
+        text: text.into(),
+    }];
+    let known = Known {
+        word: &|_, _, _| None,
+        signed_zeros: true,
+    };
+    let program = Generic::new(&parts).unwrap().program(&known);
+    let (mut loads, mut products) = ([0; 2], 0);
+    visit(&program.body, &mut |statement| {
+        let Statement::Loop { body, .. } = statement else { return };
+        visit(body, &mut |statement| match statement {
+            Statement::Load { address, .. } => loads[address.buffer as usize] += 1,
+            Statement::Let(value) => {
+                products += u32::from(matches!(program.op(*value), Op::Binary(Binary::Multiply, ..)));
+            }
+            _ => {}
+        });
+    });
+    assert_eq!((loads, products), ([0, 1], 0), "only what turns write is loaded in them");
 }
