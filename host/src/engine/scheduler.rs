@@ -25,6 +25,27 @@ const GROUPS: usize = 4;
 /// Index of a run given to the scheduler.
 pub(crate) type RunNumber = usize;
 
+/// Time that the engine's thread has spent, by what it did or let other threads do.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Times {
+    /// Jobs took their steps: an evolution selects and mutates.
+    pub(crate) advance: Duration,
+    /// Their requests were packed into batches.
+    pub(crate) pack: Duration,
+    /// What they added was recorded.
+    pub(crate) record: Duration,
+    /// It waited for the device.
+    pub(crate) wait: Duration,
+}
+
+/// Does something, and adds how long it took.
+fn timed<T>(time: &mut Duration, work: impl FnOnce() -> T) -> T {
+    let began = Instant::now();
+    let done = work();
+    *time += began.elapsed();
+    done
+}
+
 /// A run that has not begun.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Waiting {
@@ -126,8 +147,11 @@ pub(super) fn run<R: Runs>(
         finished: Vec::new(),
         runs,
         queue,
+        times: Times::default(),
     };
-    let ended = match scheduler.work(watch) {
+    let ended = scheduler.work(watch);
+    watch.ended(&scheduler.times);
+    let ended = match ended {
         Err(Interruption::Other(failure)) => return Err(failure),
         ended => ended,
     };
@@ -424,6 +448,7 @@ struct Scheduler<'a, R: Runs> {
     finished: Vec<Entry<R::Job>>,
     runs: &'a mut R,
     queue: &'a Queue<'a>,
+    times: Times,
 }
 
 impl<R: Runs> Scheduler<'_, R> {
@@ -435,10 +460,10 @@ impl<R: Runs> Scheduler<'_, R> {
                 return Ok(());
             };
             let steps = group.steps;
-            let outcome = self.queue.receive(watch)?;
+            let outcome = timed(&mut self.times.wait, || self.queue.receive(watch))?;
             self.room.learn(steps);
             if let Some(mut group) = self.groups.pop_front() {
-                group.tell(&outcome)?;
+                timed(&mut self.times.advance, || group.tell(&outcome))?;
                 self.go_on(group)?;
             }
         }
@@ -574,7 +599,7 @@ impl<R: Runs> Scheduler<'_, R> {
     }
 
     fn send(&mut self, stage: Stage, entries: Vec<Entry<R::Job>>, packed: Vec<Packed>) -> Result {
-        let (group, work) = Group::new(stage, entries, packed)?;
+        let (group, work) = timed(&mut self.times.pack, || Group::new(stage, entries, packed))?;
         self.queue.submit(work);
         self.groups.push_back(group);
         Ok(())
@@ -582,6 +607,7 @@ impl<R: Runs> Scheduler<'_, R> {
 
     /// Records all steps that jobs have taken, after the device has got its next batch.
     fn record(&mut self, watch: &mut dyn Watch) -> Result {
+        let began = Instant::now();
         let mut has_advanced = false;
         let groups = self.groups.iter_mut().flat_map(|group| &mut group.entries);
         for entry in groups.chain(&mut self.ready).chain(&mut self.finished) {
@@ -602,6 +628,7 @@ impl<R: Runs> Scheduler<'_, R> {
             let under_way = listed(&self.groups, &self.ready);
             self.runs.pause(&under_way)?;
         }
+        self.times.record += began.elapsed();
         Ok(())
     }
 
