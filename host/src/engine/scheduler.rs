@@ -19,6 +19,8 @@ const BATCH: Duration = Duration::from_millis(30);
 /// Robot-steps of a batch before the device's speed is known, and the fewest and most.
 const FIRST_ROOM: f64 = 4e6;
 const ROOM: [f64; 2] = [1e6, 4e9];
+/// Number of jobs that are worth waking a thread for.
+const FEW: usize = 16;
 /// Most groups: two keep the device busy, others are remainders at other stages.
 const GROUPS: usize = 4;
 
@@ -260,6 +262,25 @@ impl Packed {
     fn index(&self, place: &Place) -> Option<usize> {
         self.indices.get(place.key.as_bytes()).copied()
     }
+
+    /// The rollouts of the next requests of some jobs, and how many each has.
+    fn rollouts<'a, J: Job>(&self, entries: &'a [Entry<J>]) -> (Vec<Rollout<'a>>, Vec<usize>) {
+        let mut rollouts = Vec::new();
+        let mut counts = Vec::with_capacity(entries.len());
+        let mut indices: Vec<usize> = Vec::new();
+        for job in entries.iter().map(|entry| &entry.job) {
+            indices.clear();
+            let places = job.ask().map_or(&[][..], |request| request.worlds);
+            indices.extend(places.iter().filter_map(|place| self.index(place)));
+            let before = rollouts.len();
+            job.rollouts(&mut rollouts);
+            for rollout in &mut rollouts[before..] {
+                rollout.world = indices[rollout.world];
+            }
+            counts.push(rollouts.len() - before);
+        }
+        (rollouts, counts)
+    }
 }
 
 impl<J: Job> Group<J> {
@@ -279,35 +300,25 @@ impl<J: Job> Group<J> {
         }
         let own = packed.iter().find(|known| known.kernel == stage.kernel);
         let own = own.ok_or_else(|| Failure::failed("a batch has no worlds"))?;
-        let mut rollouts = Vec::new();
-        let mut states = Vec::new();
-        let mut counts = Vec::with_capacity(entries.len());
-        let mut indices = Vec::new();
-        for request in requests {
-            indices.clear();
-            indices.extend(request.worlds.iter().filter_map(|place| own.index(place)));
-            let before = rollouts.len();
-            rollouts.extend(request.rollouts.map(|rollout| Rollout {
-                world: indices[rollout.world],
-                ..rollout
-            }));
-            counts.push(rollouts.len() - before);
-            states.extend(request.states.iter().cloned());
-        }
+        // Some lists for each processor, so that all have something to do to the end.
+        let share = entries.len().div_ceil(4 * rayon::current_num_threads()).max(FEW);
+        let lists = entries.par_chunks(share).map(|entries| own.rollouts(entries));
+        let (lists, counts): (Vec<_>, Vec<_>) = lists.unzip();
         let batch = match stage.stretch() {
-            None => own.worlds.batch(&rollouts, stage.trace())?,
+            None => own.worlds.batch_of(&lists, stage.trace())?,
             Some(cycles) => {
+                let mut states: Vec<_> = requests.iter().flat_map(|request| request.states).cloned().collect();
                 // Worlds that share a batch have states of the same length: that of the largest.
                 let words = own.worlds.state_words();
                 for state in &mut states {
                     state.resize(words, 0);
                 }
-                own.worlds.stretch(&rollouts, cycles, &states, stage.trace())?
+                own.worlds.stretch_of(&lists, cycles, &states, stage.trace())?
             }
         };
         let group = Self {
             stage,
-            counts,
+            counts: counts.concat(),
             steps: steps_of(&entries),
             log_words: batch.record_words(),
             entries,
@@ -318,9 +329,14 @@ impl<J: Job> Group<J> {
 
     /// The next requests of jobs that are lived outside of the device.
     fn outside(entries: Vec<Entry<J>>, packed: Vec<Packed>) -> (Self, Work) {
-        let requests = entries.iter().filter_map(|entry| entry.job.ask());
-        let lives = requests.filter_map(|request| Some(Lives::new(request.outside?, request.rollouts)));
-        let lives: Vec<Lives> = lives.collect();
+        let mut lives: Vec<Lives> = Vec::new();
+        for job in entries.iter().map(|entry| &entry.job) {
+            if let Some(outside) = job.ask().and_then(|request| request.outside) {
+                let mut rollouts = Vec::new();
+                job.rollouts(&mut rollouts);
+                lives.push(Lives::new(outside, &rollouts));
+            }
+        }
         let group = Self {
             stage: Stage::OUTSIDE,
             counts: lives.iter().map(Lives::len).collect(),
@@ -334,8 +350,6 @@ impl<J: Job> Group<J> {
 
     /// Lets all of its jobs take their step.
     fn tell(&mut self, outcome: &Outcome) -> Result {
-        /// Number of jobs that are worth waking a thread for.
-        const FEW: usize = 16;
         let mut rest = 0;
         let shares: Vec<_> = self
             .counts

@@ -211,7 +211,10 @@ fn evolved(runs: u32, stop: &Arc<AtomicBool>) -> Result<Turn> {
     let path = scratch.0.join("host.toml");
     let write = |path: &Path, text: &str| fs::write(path, text).map_err(|error| Failure::storage(path, &error));
     write(&scratch.0.join("default.toml"), "")?;
-    write(&path, &format!("experiment = \"default.toml\"\nseeds = \"1..{runs}\"\n"))?;
+    write(
+        &path,
+        &format!("experiment = \"default.toml\"\nseeds = \"1..{runs}\"\n"),
+    )?;
     let sweep = Sweep::read(&path)?;
     let plan = sweep.plan()?;
     let null = Null::default();
