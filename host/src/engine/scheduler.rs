@@ -9,7 +9,7 @@ use oneiro::batch::{Outcome, Rollout, WorldKind, Worlds};
 use oneiro::evaluator;
 use rayon::prelude::*;
 
-use super::job::{Job, Place, Request, Results, Stage, Step};
+use super::job::{Job, Place, Progress, Request, Results, Stage, Step};
 use super::queue::{Interruption, Lives, Queue, Work};
 use super::watcher::Watch;
 use crate::exit::{Failure, Result};
@@ -61,67 +61,84 @@ pub(crate) struct Waiting {
 pub(crate) trait Runs {
     /// Type of the jobs: of one kind, or boxed.
     type Job: Job;
+    /// Where the steps of a run in progress are recorded.
+    type Record: Record<Self::Job>;
 
     /// Begins a run, or resumes it from where it was saved.
     ///
     /// # Errors
     /// As the implementation says; all work ends.
-    fn begin(&mut self, run: RunNumber) -> Result<Self::Job>;
-
-    /// Records a step of a run. The job has taken this step, and no later one yet.
-    ///
-    /// # Errors
-    /// Exit 6 if writing fails; all work ends.
-    fn record(&mut self, run: RunNumber, job: &Self::Job, step: Step) -> Result;
+    fn begin(&mut self, run: RunNumber) -> Result<(Self::Job, Self::Record)>;
 
     /// Records the results of finished runs. All their steps have been recorded.
     ///
     /// # Errors
-    /// As [`Runs::record`].
-    fn finish(&mut self, finished: Vec<(RunNumber, Self::Job)>) -> Result;
+    /// As [`Record::add`].
+    fn finish(&mut self, finished: Vec<UnderWay<Self>>) -> Result;
 
-    /// Called from time to time with all jobs in progress, whose steps have all been recorded; may save them.
+    /// Called from time to time with all runs in progress, whose steps have all been recorded; may save them.
     ///
     /// # Errors
-    /// As [`Runs::record`].
-    fn pause(&mut self, _under_way: &UnderWay<'_, Self::Job>) -> Result {
+    /// As [`Record::add`].
+    fn pause(&mut self, _under_way: &[&UnderWay<Self>]) -> Result {
         Ok(())
     }
 
-    /// Called at the end with the jobs still in progress, to save them: none if all runs are finished, or all that had
+    /// Called at the end with the runs still in progress, to save them: none if all runs are finished, or all that had
     /// begun when the user or the device ended the work.
     ///
     /// # Errors
-    /// As [`Runs::record`].
-    fn end(&mut self, under_way: &UnderWay<'_, Self::Job>) -> Result;
+    /// As [`Record::add`].
+    fn end(&mut self, under_way: Vec<&mut UnderWay<Self>>) -> Result;
 
     /// Message that tells the user how to continue after a stop.
     fn stopped(&self) -> String;
 }
 
+/// The record of a run in progress. Those of several runs are written at the same time.
+pub(crate) trait Record<J>: Send + Sync {
+    /// Records a step. The job has taken this step, and no later one yet.
+    ///
+    /// # Errors
+    /// Exit 6 if writing fails; all work ends.
+    fn add(&mut self, job: &J, step: Step) -> Result;
+}
+
+/// A run that has begun and isn't finished.
+pub(crate) struct UnderWay<R: Runs + ?Sized> {
+    pub(crate) run: RunNumber,
+    pub(crate) job: R::Job,
+    pub(crate) record: R::Record,
+}
+
 /// Jobs that exist before they are run and stay in memory; they hold all of their results.
 pub(super) struct InMemory<J>(pub(super) Vec<Option<J>>);
 
-impl<J: Job> Runs for InMemory<J> {
-    type Job = J;
-
-    fn begin(&mut self, run: RunNumber) -> Result<J> {
-        let job = self.0.get_mut(run).and_then(Option::take);
-        job.ok_or_else(|| Failure::failed("a job was begun twice"))
-    }
-
-    fn record(&mut self, _: RunNumber, _: &J, _: Step) -> Result {
+/// Nothing is recorded.
+impl<J> Record<J> for () {
+    fn add(&mut self, _: &J, _: Step) -> Result {
         Ok(())
     }
+}
 
-    fn finish(&mut self, finished: Vec<(RunNumber, J)>) -> Result {
-        for (run, job) in finished {
+impl<J: Job> Runs for InMemory<J> {
+    type Job = J;
+    type Record = ();
+
+    fn begin(&mut self, run: RunNumber) -> Result<(J, ())> {
+        let job = self.0.get_mut(run).and_then(Option::take);
+        let job = job.ok_or_else(|| Failure::failed("a job was begun twice"))?;
+        Ok((job, ()))
+    }
+
+    fn finish(&mut self, finished: Vec<UnderWay<Self>>) -> Result {
+        for UnderWay { run, job, .. } in finished {
             self.0[run] = Some(job);
         }
         Ok(())
     }
 
-    fn end(&mut self, _: &UnderWay<'_, J>) -> Result {
+    fn end(&mut self, _: Vec<&mut UnderWay<Self>>) -> Result {
         Ok(())
     }
 
@@ -129,9 +146,6 @@ impl<J: Job> Runs for InMemory<J> {
         "stopped".into()
     }
 }
-
-/// Jobs that have begun and aren't finished.
-pub(crate) type UnderWay<'a, J> = [(RunNumber, &'a J)];
 
 /// As [`super::handle::Engine::run`].
 pub(super) fn run<R: Runs>(
@@ -171,10 +185,9 @@ pub(super) fn run<R: Runs>(
     }
 }
 
-/// A run in progress.
-struct Entry<J> {
-    run: RunNumber,
-    job: J,
+/// A run in progress, and what is to be done with it.
+struct Entry<R: Runs> {
+    own: UnderWay<R>,
     /// Its next request; `None` once it is finished.
     next: Option<Next>,
     /// Step that has not been recorded yet.
@@ -188,11 +201,10 @@ struct Next {
     steps: u64,
 }
 
-impl<J: Job> Entry<J> {
-    fn new(run: RunNumber, job: J) -> Self {
+impl<R: Runs> Entry<R> {
+    fn new(run: RunNumber, (job, record): (R::Job, R::Record)) -> Self {
         let mut entry = Self {
-            run,
-            job,
+            own: UnderWay { run, job, record },
             next: None,
             step: None,
         };
@@ -201,10 +213,27 @@ impl<J: Job> Entry<J> {
     }
 
     fn look(&mut self) {
-        self.next = self.job.ask().map(|request| Next {
+        self.next = self.own.job.ask().map(|request| Next {
             stage: request.stage,
             steps: request.steps,
         });
+    }
+
+    /// Takes a step.
+    fn tell(&mut self, results: &Results<'_>) -> Result {
+        self.step = Some(self.own.job.tell(results)?);
+        self.look();
+        Ok(())
+    }
+
+    /// Records its step. Returns the progress made.
+    fn record(&mut self) -> Result<Option<Progress>> {
+        let Some(step) = self.step.take() else {
+            return Ok(None);
+        };
+        let progress = step.progress;
+        self.own.record.add(&self.own.job, step)?;
+        Ok(progress)
     }
 
     fn is_at(&self, stage: &Stage) -> bool {
@@ -217,14 +246,14 @@ impl<J: Job> Entry<J> {
 }
 
 /// Robot-steps of the next requests of some jobs.
-fn steps_of<J: Job>(entries: &[Entry<J>]) -> f64 {
+fn steps_of<R: Runs>(entries: &[Entry<R>]) -> f64 {
     entries.iter().map(Entry::steps).sum()
 }
 
 /// Jobs whose requests are in one batch on the device.
-struct Group<J> {
+struct Group<R: Runs> {
     stage: Stage,
-    entries: Vec<Entry<J>>,
+    entries: Vec<Entry<R>>,
     /// Number of rollouts of each entry.
     counts: Vec<usize>,
     /// Robot-steps of the batch.
@@ -264,11 +293,11 @@ impl Packed {
     }
 
     /// The rollouts of the next requests of some jobs, and how many each has.
-    fn rollouts<'a, J: Job>(&self, entries: &'a [Entry<J>]) -> (Vec<Rollout<'a>>, Vec<usize>) {
+    fn rollouts<'a, R: Runs>(&self, entries: &'a [Entry<R>]) -> (Vec<Rollout<'a>>, Vec<usize>) {
         let mut rollouts = Vec::new();
         let mut counts = Vec::with_capacity(entries.len());
         let mut indices: Vec<usize> = Vec::new();
-        for job in entries.iter().map(|entry| &entry.job) {
+        for job in entries.iter().map(|entry| &entry.own.job) {
             indices.clear();
             let places = job.ask().map_or(&[][..], |request| request.worlds);
             indices.extend(places.iter().filter_map(|place| self.index(place)));
@@ -283,13 +312,13 @@ impl Packed {
     }
 }
 
-impl<J: Job> Group<J> {
+impl<R: Runs> Group<R> {
     /// Packs the next requests of jobs, all of one stage.
-    fn new(stage: Stage, entries: Vec<Entry<J>>, mut packed: Vec<Packed>) -> Result<(Self, Work)> {
+    fn new(stage: Stage, entries: Vec<Entry<R>>, mut packed: Vec<Packed>) -> Result<(Self, Work)> {
         if stage == Stage::OUTSIDE {
             return Ok(Self::outside(entries, packed));
         }
-        let requests: Vec<Request<'_>> = entries.iter().filter_map(|entry| entry.job.ask()).collect();
+        let requests: Vec<Request<'_>> = entries.iter().filter_map(|entry| entry.own.job.ask()).collect();
         let fits = |known: &Packed| {
             let mut places = requests.iter().flat_map(|request| request.worlds);
             known.kernel == stage.kernel && places.all(|place| known.index(place).is_some())
@@ -302,8 +331,8 @@ impl<J: Job> Group<J> {
         let own = own.ok_or_else(|| Failure::failed("a batch has no worlds"))?;
         // Some lists for each processor, so that all have something to do to the end.
         let share = entries.len().div_ceil(4 * rayon::current_num_threads()).max(FEW);
-        let lists = entries.par_chunks(share).map(|entries| own.rollouts(entries));
-        let (lists, counts): (Vec<_>, Vec<_>) = lists.unzip();
+        let lists = on_all(entries.chunks(share).collect(), 1, |entries| Ok(own.rollouts(entries)))?;
+        let (lists, counts): (Vec<_>, Vec<_>) = lists.into_iter().unzip();
         let batch = match stage.stretch() {
             None => own.worlds.batch_of(&lists, stage.trace())?,
             Some(cycles) => {
@@ -328,9 +357,9 @@ impl<J: Job> Group<J> {
     }
 
     /// The next requests of jobs that are lived outside of the device.
-    fn outside(entries: Vec<Entry<J>>, packed: Vec<Packed>) -> (Self, Work) {
+    fn outside(entries: Vec<Entry<R>>, packed: Vec<Packed>) -> (Self, Work) {
         let mut lives: Vec<Lives> = Vec::new();
-        for job in entries.iter().map(|entry| &entry.job) {
+        for job in entries.iter().map(|entry| &entry.own.job) {
             if let Some(outside) = job.ask().and_then(|request| request.outside) {
                 let mut rollouts = Vec::new();
                 job.rollouts(&mut rollouts);
@@ -351,34 +380,33 @@ impl<J: Job> Group<J> {
     /// Lets all of its jobs take their step.
     fn tell(&mut self, outcome: &Outcome) -> Result {
         let mut rest = 0;
-        let shares: Vec<_> = self
-            .counts
-            .iter()
-            .map(|count| {
-                rest += count;
-                rest - count..rest
-            })
-            .collect();
+        let shares = self.counts.iter().map(|count| {
+            rest += count;
+            rest - count..rest
+        });
         let log_words = self.log_words;
-        // With one thread, a fast device would have to wait.
-        self.entries
-            .par_iter_mut()
-            .zip(shares)
-            .with_min_len(FEW)
-            .map(|(entry, own)| {
-                let results = Results {
-                    fitness: outcome.fitness.get(own.clone()).unwrap_or_default(),
-                    traces: outcome.traces.get(own.clone()).unwrap_or_default(),
-                    logs: outcome.logs.get(own.clone()).unwrap_or_default(),
-                    log_words,
-                    states: outcome.states.get(own).unwrap_or_default(),
-                };
-                entry.step = Some(entry.job.tell(&results)?);
-                entry.look();
-                Ok(())
+        on_all(self.entries.iter_mut().zip(shares).collect(), FEW, |(entry, own)| {
+            entry.tell(&Results {
+                fitness: outcome.fitness.get(own.clone()).unwrap_or_default(),
+                traces: outcome.traces.get(own.clone()).unwrap_or_default(),
+                logs: outcome.logs.get(own.clone()).unwrap_or_default(),
+                log_words,
+                states: outcome.states.get(own).unwrap_or_default(),
             })
-            .collect()
+        })?;
+        Ok(())
     }
+}
+
+/// Does something with all items, on all processors if there are more than `few`. Of several errors it returns that of the
+/// first item.
+fn on_all<T: Send, U: Send>(items: Vec<T>, few: usize, work: impl Fn(T) -> Result<U> + Send + Sync) -> Result<Vec<U>> {
+    let done: Vec<Result<U>> = if items.len() > few {
+        items.into_par_iter().with_min_len(few).map(work).collect()
+    } else {
+        items.into_iter().map(work).collect()
+    };
+    done.into_iter().collect()
 }
 
 /// Waiting runs, by the kernel that they begin with, each queue in the given order.
@@ -455,11 +483,11 @@ struct Scheduler<'a, R: Runs> {
     queues: Queues,
     room: Room,
     /// Groups whose batches are with the device, in order.
-    groups: VecDeque<Group<R::Job>>,
+    groups: VecDeque<Group<R>>,
     /// Jobs waiting for a batch of their stage.
-    ready: Vec<Entry<R::Job>>,
+    ready: Vec<Entry<R>>,
     /// Finished jobs that have not been recorded as such.
-    finished: Vec<Entry<R::Job>>,
+    finished: Vec<Entry<R>>,
     runs: &'a mut R,
     queue: &'a Queue<'a>,
     times: Times,
@@ -485,7 +513,7 @@ impl<R: Runs> Scheduler<'_, R> {
 
     /// Sends a group off again, without the jobs that are finished or have come to another stage, and with others in
     /// their place.
-    fn go_on(&mut self, group: Group<R::Job>) -> Result {
+    fn go_on(&mut self, group: Group<R>) -> Result {
         let (unfinished, finished): (Vec<_>, Vec<_>) = group.entries.into_iter().partition(|own| own.next.is_some());
         self.finished.extend(finished);
         let stays = unfinished.iter().any(|own| own.is_at(&group.stage));
@@ -541,7 +569,7 @@ impl<R: Runs> Scheduler<'_, R> {
     /// Whether the device would soon be idle: fewer than two groups are large or can grow.
     fn wants_group(&self) -> bool {
         let lasts =
-            |group: &&Group<R::Job>| !self.room.has(group.entries.len(), group.steps) || self.queues.has(&group.stage);
+            |group: &&Group<R>| !self.room.has(group.entries.len(), group.steps) || self.queues.has(&group.stage);
         self.groups.len() < GROUPS && self.groups.iter().filter(lasts).count() < 2
     }
 
@@ -575,7 +603,7 @@ impl<R: Runs> Scheduler<'_, R> {
     }
 
     /// Adds jobs of a stage as long as there is room: first those that are ready, then waiting runs.
-    fn joined(&mut self, mut entries: Vec<Entry<R::Job>>, stage: &Stage) -> Result<Vec<Entry<R::Job>>> {
+    fn joined(&mut self, mut entries: Vec<Entry<R>>, stage: &Stage) -> Result<Vec<Entry<R>>> {
         let mut steps = steps_of(&entries);
         let mut ready = std::mem::take(&mut self.ready).into_iter();
         while self.room.has(entries.len(), steps)
@@ -612,7 +640,7 @@ impl<R: Runs> Scheduler<'_, R> {
         groups.sum::<usize>() + self.ready.len()
     }
 
-    fn send(&mut self, stage: Stage, entries: Vec<Entry<R::Job>>, packed: Vec<Packed>) -> Result {
+    fn send(&mut self, stage: Stage, entries: Vec<Entry<R>>, packed: Vec<Packed>) -> Result {
         let (group, work) = timed(&mut self.times.pack, || Group::new(stage, entries, packed))?;
         self.queue.submit(work);
         self.groups.push_back(group);
@@ -622,24 +650,20 @@ impl<R: Runs> Scheduler<'_, R> {
     /// Records all steps that jobs have taken, after the device has got its next batch.
     fn record(&mut self, watch: &mut dyn Watch) -> Result {
         let began = Instant::now();
-        let mut has_advanced = false;
         let groups = self.groups.iter_mut().flat_map(|group| &mut group.entries);
-        for entry in groups.chain(&mut self.ready).chain(&mut self.finished) {
-            if let Some(step) = entry.step.take() {
-                has_advanced = true;
-                let progress = step.progress;
-                self.runs.record(entry.run, &entry.job, step)?;
-                if let Some(progress) = progress {
-                    watch.advanced(progress);
-                }
-            }
+        let all = groups.chain(&mut self.ready).chain(&mut self.finished);
+        let new: Vec<_> = all.filter(|entry| entry.step.is_some()).collect();
+        let has_advanced = !new.is_empty();
+        for progress in on_all(new, FEW, Entry::record)?.into_iter().flatten() {
+            watch.advanced(progress);
         }
-        let finished: Vec<_> = self.finished.drain(..).map(|entry| (entry.run, entry.job)).collect();
+        let finished: Vec<_> = self.finished.drain(..).map(|entry| entry.own).collect();
         if !finished.is_empty() {
             self.runs.finish(finished)?;
         }
         if has_advanced {
-            let under_way = listed(&self.groups, &self.ready);
+            let groups = self.groups.iter().flat_map(|group| &group.entries);
+            let under_way: Vec<_> = groups.chain(&self.ready).map(|entry| &entry.own).collect();
             self.runs.pause(&under_way)?;
         }
         self.times.record += began.elapsed();
@@ -647,12 +671,8 @@ impl<R: Runs> Scheduler<'_, R> {
     }
 
     fn end(&mut self) -> Result {
-        let under_way = listed(&self.groups, &self.ready);
-        self.runs.end(&under_way)
+        let groups = self.groups.iter_mut().flat_map(|group| &mut group.entries);
+        let under_way = groups.chain(&mut self.ready).map(|entry| &mut entry.own).collect();
+        self.runs.end(under_way)
     }
-}
-
-fn listed<'a, J: Job>(groups: &'a VecDeque<Group<J>>, ready: &'a [Entry<J>]) -> Vec<(RunNumber, &'a J)> {
-    let groups = groups.iter().flat_map(|group| &group.entries);
-    groups.chain(ready).map(|own| (own.run, &own.job)).collect()
 }

@@ -242,14 +242,14 @@ fn mutate_each(genomes: &mut [f32], changes: &[Change], chance: Chance, random: 
     // Places of the words that said yes.
     let mut said = [0_u16; 2 * PIECE];
     for (number, piece) in genomes.chunks_mut(PIECE).enumerate() {
-        let (mut drawn, mut yes, mut is_yes) = (0, 0, false);
+        let (mut drawn, mut yes, mut is_yes) = (0, 0, 0);
         while drawn - yes < piece.len() {
             let word = random.next_u64();
             words[drawn] = word;
             said[yes] = drawn as u16;
             // The word after a yes is the change.
-            is_yes = (word >> 11 < bound) & !is_yes;
-            yes += usize::from(is_yes);
+            is_yes = usize::from(word >> 11 < bound) & (is_yes ^ 1);
+            yes += is_yes;
             drawn += 1;
         }
         for (before, &place) in said[..yes].iter().enumerate() {

@@ -4,7 +4,7 @@ use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 use std::time::Duration;
 
-use oneiro::batch::{Rollout, TraceRequest, WorldKind, Worlds};
+use oneiro::batch::{TraceRequest, WorldKind, Worlds};
 use oneiro::cpu::Cpu;
 use oneiro::foraging::Light;
 use oneiro::swarm::Line;
