@@ -36,7 +36,10 @@ pub(crate) struct Backend {
 pub(crate) const NULL: &str = "null";
 
 /// Refuses it: nothing lives on it, so what it answers must not be recorded or reported as fitness.
-fn refuse_null(name: &str) -> Result {
+///
+/// # Errors
+/// Exit 3.
+pub(crate) fn refuse_null(name: &str) -> Result {
     if name == NULL {
         return Err(Failure::input(format_args!(
             "--backend {NULL}: answers without simulating anything; allowed: with `oneiro bench`, which throws its answers away"

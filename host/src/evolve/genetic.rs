@@ -247,8 +247,9 @@ fn mutate_each(genomes: &mut [f32], changes: &[Change], chance: Chance, random: 
             let word = random.next_u64();
             words[drawn] = word;
             said[yes] = drawn as u16;
-            // The word after a yes is the change.
-            is_yes = usize::from(word >> 11 < bound) & (is_yes ^ 1);
+            // 1 if the word is below the bound, by the sign of the difference: a comparison might be compiled to a branch. The word
+            // after a yes is the change.
+            is_yes = ((word >> 11).wrapping_sub(bound) >> 63) as usize & !is_yes;
             yes += is_yes;
             drawn += 1;
         }

@@ -31,7 +31,7 @@ use crate::sweep::work::Work;
 const INDIVIDUALS: u64 = 100;
 const GENERATIONS: u64 = 200;
 /// Runs of the first sweep on each number of processors, which shows how many runs take the wanted time.
-const FIRST_RUNS: u32 = 100;
+const FIRST_RUNS: u32 = 20;
 /// Times that each number of processors is measured, in turns, so that a slowdown of the machine affects all alike.
 const TURNS: u32 = 3;
 /// Time between checkpoints, as in a sweep by default.
