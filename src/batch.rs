@@ -35,7 +35,7 @@ pub const GREATEST_TRACE: u64 = 640 << 20;
 /// Most iterations of all loops in a cycle of a kernel composed at run time.
 pub const GREATEST_TURNS: u32 = 100_000;
 
-/// Rollouts of a long list that are laid out by one thread.
+/// Most rollouts that one thread lays out at a time.
 const PIECE: usize = 4096;
 
 /// Words of a group's keys, which precede its genes.
@@ -162,7 +162,7 @@ impl Worlds {
     /// No rollout, or too many; an unknown world; genes that are too many, too few, not finite or beyond
     /// [`GREATEST_GENE`]; a trace with more than [`GREATEST_TRACE`] words.
     pub fn batch(&self, rollouts: &[Rollout<'_>], trace: Option<TraceRequest>) -> Result<Batch, Invalid> {
-        self.lives(&pieces(rollouts), 0..u32::MAX, &[], false, trace)
+        self.lives(&pieces([rollouts]), 0..u32::MAX, &[], false, trace)
     }
 
     /// As [`Worlds::batch`], of rollouts in several lists, one after the other. They are packed at the same time.
@@ -170,7 +170,7 @@ impl Worlds {
     /// # Errors
     /// As [`Worlds::batch`].
     pub fn batch_of(&self, lists: &[Vec<Rollout<'_>>], trace: Option<TraceRequest>) -> Result<Batch, Invalid> {
-        self.lives(&slices(lists), 0..u32::MAX, &[], false, trace)
+        self.lives(&pieces(lists.iter().map(Vec::as_slice)), 0..u32::MAX, &[], false, trace)
     }
 
     /// Checks and packs a stretch of lives, given by its first cycle and number of cycles, and requests the states for
@@ -187,7 +187,7 @@ impl Worlds {
         states: &[Vec<u32>],
         trace: Option<TraceRequest>,
     ) -> Result<Batch, Invalid> {
-        self.continued(&pieces(rollouts), cycles, states, trace)
+        self.continued(&pieces([rollouts]), cycles, states, trace)
     }
 
     /// As [`Worlds::stretch`], of rollouts in several lists, one after the other. They are packed at the same time.
@@ -201,7 +201,7 @@ impl Worlds {
         states: &[Vec<u32>],
         trace: Option<TraceRequest>,
     ) -> Result<Batch, Invalid> {
-        self.continued(&slices(lists), cycles, states, trace)
+        self.continued(&pieces(lists.iter().map(Vec::as_slice)), cycles, states, trace)
     }
 
     fn continued(
@@ -323,13 +323,9 @@ impl Worlds {
     }
 }
 
-/// A list of rollouts in pieces that are worth a thread each.
-fn pieces<'a>(rollouts: &'a [Rollout<'a>]) -> Vec<&'a [Rollout<'a>]> {
-    rollouts.chunks(PIECE).collect()
-}
-
-fn slices<'a>(lists: &'a [Vec<Rollout<'a>>]) -> Vec<&'a [Rollout<'a>]> {
-    lists.iter().map(Vec::as_slice).collect()
+/// Lists of rollouts in pieces that are worth a thread each.
+fn pieces<'a>(lists: impl IntoIterator<Item = &'a [Rollout<'a>]>) -> Vec<&'a [Rollout<'a>]> {
+    lists.into_iter().flat_map(|list| list.chunks(PIECE)).collect()
 }
 
 /// Checked rollouts, packed as the kernels read them: in groups of 64 slots that share a world. Rollouts keep their

@@ -90,6 +90,8 @@ pub(crate) struct Request<'a> {
     pub(crate) outside: Option<&'a Arc<dyn Outside>>,
     /// To continue lives: each rollout's [`Results::states`] after the previous stretch.
     pub(crate) states: &'a [Vec<u32>],
+    /// Number of its rollouts.
+    pub(crate) lives: usize,
     /// Total robot-steps of the rollouts: the room that the request takes in a batch.
     pub(crate) steps: u64,
 }

@@ -19,6 +19,8 @@ const BATCH: Duration = Duration::from_millis(30);
 /// Robot-steps of a batch before the device's speed is known, and the fewest and most.
 const FIRST_ROOM: f64 = 4e6;
 const ROOM: [f64; 2] = [1e6, 4e9];
+/// Most rollouts of a batch, unless a single job has more: of 18 genes they take some 120 MB, and fill any device.
+const MOST_LIVES: usize = 1 << 20;
 /// Number of jobs that are worth waking a thread for.
 const FEW: usize = 16;
 /// Most groups: two keep the device busy, others are remainders at other stages.
@@ -198,6 +200,7 @@ struct Entry<R: Runs> {
 #[derive(Clone, Copy)]
 struct Next {
     stage: Stage,
+    lives: usize,
     steps: u64,
 }
 
@@ -215,6 +218,7 @@ impl<R: Runs> Entry<R> {
     fn look(&mut self) {
         self.next = self.own.job.ask().map(|request| Next {
             stage: request.stage,
+            lives: request.lives,
             steps: request.steps,
         });
     }
@@ -243,11 +247,34 @@ impl<R: Runs> Entry<R> {
     fn steps(&self) -> f64 {
         self.next.map_or(0.0, |next| next.steps as f64)
     }
+
+    fn lives(&self) -> usize {
+        self.next.map_or(0, |next| next.lives)
+    }
 }
 
-/// Robot-steps of the next requests of some jobs.
-fn steps_of<R: Runs>(entries: &[Entry<R>]) -> f64 {
-    entries.iter().map(Entry::steps).sum()
+/// What the next requests of some jobs take of a batch.
+#[derive(Clone, Copy, Debug, Default)]
+struct Load {
+    jobs: usize,
+    lives: usize,
+    /// Robot-steps.
+    steps: f64,
+}
+
+impl Load {
+    fn of<'a, R: Runs + 'a>(entries: impl IntoIterator<Item = &'a Entry<R>>) -> Self {
+        entries.into_iter().fold(Self::default(), Self::and)
+    }
+
+    /// With another job.
+    fn and<R: Runs>(self, entry: &Entry<R>) -> Self {
+        Self {
+            jobs: self.jobs + 1,
+            lives: self.lives + entry.lives(),
+            steps: self.steps + entry.steps(),
+        }
+    }
 }
 
 /// Jobs whose requests are in one batch on the device.
@@ -256,8 +283,7 @@ struct Group<R: Runs> {
     entries: Vec<Entry<R>>,
     /// Number of rollouts of each entry.
     counts: Vec<usize>,
-    /// Robot-steps of the batch.
-    steps: f64,
+    load: Load,
     /// Words per line of a log.
     log_words: usize,
     packed: Vec<Packed>,
@@ -292,23 +318,23 @@ impl Packed {
         self.indices.get(place.key.as_bytes()).copied()
     }
 
-    /// The rollouts of the next requests of some jobs, and how many each has.
-    fn rollouts<'a, R: Runs>(&self, entries: &'a [Entry<R>]) -> (Vec<Rollout<'a>>, Vec<usize>) {
-        let mut rollouts = Vec::new();
-        let mut counts = Vec::with_capacity(entries.len());
+    /// The rollouts of the next requests of some jobs.
+    fn rollouts<'a, R: Runs>(&self, entries: &'a [Entry<R>]) -> Vec<Rollout<'a>> {
+        let mut rollouts = Vec::with_capacity(entries.iter().map(Entry::lives).sum());
         let mut indices: Vec<usize> = Vec::new();
-        for job in entries.iter().map(|entry| &entry.own.job) {
+        for entry in entries {
+            let job = &entry.own.job;
             indices.clear();
             let places = job.ask().map_or(&[][..], |request| request.worlds);
             indices.extend(places.iter().filter_map(|place| self.index(place)));
             let before = rollouts.len();
             job.rollouts(&mut rollouts);
+            debug_assert_eq!(rollouts.len() - before, entry.lives(), "as many as it said");
             for rollout in &mut rollouts[before..] {
                 rollout.world = indices[rollout.world];
             }
-            counts.push(rollouts.len() - before);
         }
-        (rollouts, counts)
+        rollouts
     }
 }
 
@@ -332,7 +358,6 @@ impl<R: Runs> Group<R> {
         // Some lists for each processor, so that all have something to do to the end.
         let share = entries.len().div_ceil(4 * rayon::current_num_threads()).max(FEW);
         let lists = on_all(entries.chunks(share).collect(), 1, |entries| Ok(own.rollouts(entries)))?;
-        let (lists, counts): (Vec<_>, Vec<_>) = lists.into_iter().unzip();
         let batch = match stage.stretch() {
             None => own.worlds.batch_of(&lists, stage.trace())?,
             Some(cycles) => {
@@ -347,8 +372,8 @@ impl<R: Runs> Group<R> {
         };
         let group = Self {
             stage,
-            counts: counts.concat(),
-            steps: steps_of(&entries),
+            counts: entries.iter().map(Entry::lives).collect(),
+            load: Load::of(&entries),
             log_words: batch.record_words(),
             entries,
             packed,
@@ -369,7 +394,7 @@ impl<R: Runs> Group<R> {
         let group = Self {
             stage: Stage::OUTSIDE,
             counts: lives.iter().map(Lives::len).collect(),
-            steps: steps_of(&entries),
+            load: Load::of(&entries),
             log_words: 0,
             entries,
             packed,
@@ -472,9 +497,9 @@ impl Room {
         self.steps = (0.75 * self.steps + 0.25 * aim).clamp(ROOM[0], ROOM[1]);
     }
 
-    /// Whether a batch with `jobs` jobs and `steps` robot-steps has room for another job.
-    fn has(&self, jobs: usize, steps: f64) -> bool {
-        jobs == 0 || (jobs < self.jobs && steps < self.steps)
+    /// Whether a batch with this load has room for another job.
+    fn has(&self, load: Load) -> bool {
+        load.jobs == 0 || (load.jobs < self.jobs && load.lives < MOST_LIVES && load.steps < self.steps)
     }
 }
 
@@ -501,7 +526,7 @@ impl<R: Runs> Scheduler<'_, R> {
             let Some(group) = self.groups.front() else {
                 return Ok(());
             };
-            let steps = group.steps;
+            let steps = group.load.steps;
             let outcome = timed(&mut self.times.wait, || self.queue.receive(watch))?;
             self.room.learn(steps);
             if let Some(mut group) = self.groups.pop_front() {
@@ -521,8 +546,13 @@ impl<R: Runs> Scheduler<'_, R> {
         let Some(stage) = first.map(|first| if stays { group.stage } else { first }) else {
             return Ok(());
         };
-        let (entries, others): (Vec<_>, Vec<_>) = unfinished.into_iter().partition(|own| own.is_at(&stage));
+        let (mut entries, others): (Vec<_>, Vec<_>) = unfinished.into_iter().partition(|own| own.is_at(&stage));
         self.ready.extend(others);
+        // Jobs may ask for more lives than before.
+        while entries.len() > 1 && Load::of(&entries).lives > MOST_LIVES {
+            let half = entries.split_off(entries.len() / 2);
+            self.ready.extend(half);
+        }
         let entries = self.joined(entries, &stage)?;
         self.send(stage, entries, group.packed)
     }
@@ -530,7 +560,9 @@ impl<R: Runs> Scheduler<'_, R> {
     /// Sends groups off while the device has less than two large batches to do.
     fn send_groups(&mut self) -> Result {
         loop {
-            let stage = if let Some(full) = self.full_stage() {
+            let stage = if self.groups.len() >= GROUPS {
+                return Ok(());
+            } else if let Some(full) = self.full_stage() {
                 full
             } else if !self.wants_group() {
                 return Ok(());
@@ -550,9 +582,9 @@ impl<R: Runs> Scheduler<'_, R> {
     fn full_stage(&self) -> Option<Stage> {
         let stages = self.ready.iter().filter_map(|own| own.next).map(|next| next.stage);
         let is_full = |stage: &Stage| {
-            let own = self.ready.iter().filter(|own| own.is_at(stage));
-            let (jobs, steps) = own.fold((0, 0.0), |(jobs, steps), own| (jobs + 1, steps + own.steps()));
-            !self.room.has(jobs, steps)
+            !self
+                .room
+                .has(Load::of(self.ready.iter().filter(|own| own.is_at(stage))))
         };
         let mut looked_at: Vec<Stage> = Vec::new();
         for stage in stages {
@@ -568,9 +600,8 @@ impl<R: Runs> Scheduler<'_, R> {
 
     /// Whether the device would soon be idle: fewer than two groups are large or can grow.
     fn wants_group(&self) -> bool {
-        let lasts =
-            |group: &&Group<R>| !self.room.has(group.entries.len(), group.steps) || self.queues.has(&group.stage);
-        self.groups.len() < GROUPS && self.groups.iter().filter(lasts).count() < 2
+        let lasts = |group: &&Group<R>| !self.room.has(group.load) || self.queues.has(&group.stage);
+        self.groups.iter().filter(lasts).count() < 2
     }
 
     /// Begins the next run, if one is waiting and there is room for it. Returns its first stage.
@@ -604,23 +635,20 @@ impl<R: Runs> Scheduler<'_, R> {
 
     /// Adds jobs of a stage as long as there is room: first those that are ready, then waiting runs.
     fn joined(&mut self, mut entries: Vec<Entry<R>>, stage: &Stage) -> Result<Vec<Entry<R>>> {
-        let mut steps = steps_of(&entries);
+        let mut load = Load::of(&entries);
         let mut ready = std::mem::take(&mut self.ready).into_iter();
-        while self.room.has(entries.len(), steps)
+        while self.room.has(load)
             && let Some(entry) = ready.next()
         {
             if entry.is_at(stage) {
-                steps += entry.steps();
+                load = load.and(&entry);
                 entries.push(entry);
             } else {
                 self.ready.push(entry);
             }
         }
         self.ready.extend(ready);
-        while self.queues.has(stage)
-            && self.under_way() + entries.len() < self.room.all
-            && self.room.has(entries.len(), steps)
-        {
+        while self.queues.has(stage) && self.under_way() + entries.len() < self.room.all && self.room.has(load) {
             if !self.begin(stage.kernel)? {
                 continue;
             }
@@ -628,7 +656,7 @@ impl<R: Runs> Scheduler<'_, R> {
                 // It was saved at another stage, or its stage covers other cycles.
                 break;
             };
-            steps += entry.steps();
+            load = load.and(&entry);
             entries.push(entry);
         }
         Ok(entries)

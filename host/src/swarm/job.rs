@@ -320,6 +320,7 @@ impl Job for SwarmJob {
                 worlds: &self.simulators,
                 outside: None,
                 states: &[],
+                lives: controllers,
                 steps: controllers as u64 * u64::from(SECOND * plan.settings.clock.interval_s),
             });
         }
@@ -334,6 +335,7 @@ impl Job for SwarmJob {
             worlds: &self.arena,
             outside: None,
             states: state.arena.as_slice(),
+            lives: 1,
             steps: u64::from(plan.settings.world.robots * SECOND * (end - start)),
         })
     }

@@ -348,14 +348,13 @@ impl Job for Evolving {
             worlds: lived,
             outside,
             states: &[],
+            lives: self.count(purpose) as usize,
             steps: self.count(purpose) * life,
         })
     }
 
     fn rollouts<'a>(&'a self, into: &mut Vec<Rollout<'a>>) {
-        let purpose = self.purpose();
-        into.reserve(purpose.map_or(0, |purpose| self.count(purpose) as usize));
-        match purpose {
+        match self.purpose() {
             // One after the other from within is faster than to be asked for each.
             Some(Purpose::Generation | Purpose::Simulated) => self.lives().for_each(|life| into.push(life)),
             Some(Purpose::Finalists) => self.finalists_lives().for_each(|life| into.push(life)),
