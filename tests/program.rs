@@ -754,7 +754,7 @@ fn the_bench_measures_against_the_scalar_code() {
 fn the_bench_measures_the_host() {
     let place = Place::new("bench-host");
     let temporary = place.at("temporary");
-    std::fs::create_dir(&temporary).unwrap();
+    fs::create_dir(&temporary).unwrap();
     let mut command = place.command(&[
         "bench",
         "--host",
@@ -781,7 +781,7 @@ fn the_bench_measures_the_host() {
     let sum: f64 = of_thread.map(|(_, share)| share.as_f64().unwrap()).sum();
     assert!((0.5..=1.0).contains(&sum), "{report}");
     assert_eq!(
-        std::fs::read_dir(&temporary).unwrap().count(),
+        fs::read_dir(&temporary).unwrap().count(),
         0,
         "what it records is removed"
     );
