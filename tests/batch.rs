@@ -309,11 +309,11 @@ fn lists_are_packed_as_one() {
         last.last_mut().unwrap().genes = &[f32::NAN; 18];
         let invalid = packed.batch_of(&bad, None).unwrap_err();
         assert_eq!(invalid.field, "rollouts[9999].genes[0]", "{sizes:?}");
-        let first = bad.iter_mut().find(|list| !list.is_empty()).unwrap();
-        first[0].genes = &[];
+        let first = bad.iter().position(|list| !list.is_empty()).unwrap();
+        bad[first][0].genes = &[];
         let invalid = packed.batch_of(&bad, None).unwrap_err();
         assert_eq!(invalid.field, "rollouts[0].genes", "{sizes:?}");
-        first[0].world = 2;
+        bad[first][0].world = 2;
         let invalid = packed.batch_of(&bad, None).unwrap_err();
         assert_eq!(invalid.field, "rollouts[0].world", "{sizes:?}");
     }

@@ -7,7 +7,7 @@ use super::*;
 fn are_the_same_on_any_number_of_processors() {
     let place = Place::with("processors", &SWEEP.replacen("1..3", "1..20", 1));
     let on = |processors: &str, out: &str| {
-        let mut command = place.command(&sweep(out, &["--json"]));
+        let mut command = place.command(&sweep(out, &[]));
         let ran = command.env("RAYON_NUM_THREADS", processors).output().unwrap();
         assert!(ran.status.success(), "{ran:?}");
         let report: Value = serde_json::from_slice(&ran.stdout).unwrap();
