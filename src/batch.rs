@@ -1,5 +1,6 @@
 //! Batches: rollouts in any mix of worlds, checked and packed once, to be evaluated in one call.
 
+mod layout;
 mod packing;
 mod trace;
 
@@ -13,6 +14,7 @@ use oneiro_shaders::{Kernel, life};
 use crate::parameter::Invalid;
 use crate::random::Key;
 
+use layout::Layout;
 use packing::Packed;
 pub use packing::{Buffers, WorldKind};
 pub use trace::Trace;
@@ -32,6 +34,9 @@ pub const GREATEST_TRACE: u64 = 640 << 20;
 
 /// Most iterations of all loops in a cycle of a kernel composed at run time.
 pub const GREATEST_TURNS: u32 = 100_000;
+
+/// Most rollouts that one thread lays out at a time.
+const PIECE: usize = 4096;
 
 /// Words of a group's keys, which precede its genes.
 const KEY_WORDS: usize = life::KEY_WORDS as usize;
@@ -157,7 +162,15 @@ impl Worlds {
     /// No rollout, or too many; an unknown world; genes that are too many, too few, not finite or beyond
     /// [`GREATEST_GENE`]; a trace with more than [`GREATEST_TRACE`] words.
     pub fn batch(&self, rollouts: &[Rollout<'_>], trace: Option<TraceRequest>) -> Result<Batch, Invalid> {
-        self.lives(rollouts, 0..u32::MAX, &[], false, trace)
+        self.lives(&pieces([rollouts]), 0..u32::MAX, &[], false, trace)
+    }
+
+    /// As [`Worlds::batch`], of rollouts in several lists, one after the other. They are packed at the same time.
+    ///
+    /// # Errors
+    /// As [`Worlds::batch`].
+    pub fn batch_of(&self, lists: &[Vec<Rollout<'_>>], trace: Option<TraceRequest>) -> Result<Batch, Invalid> {
+        self.lives(&pieces(lists.iter().map(Vec::as_slice)), 0..u32::MAX, &[], false, trace)
     }
 
     /// Checks and packs a stretch of lives, given by its first cycle and number of cycles, and requests the states for
@@ -174,17 +187,43 @@ impl Worlds {
         states: &[Vec<u32>],
         trace: Option<TraceRequest>,
     ) -> Result<Batch, Invalid> {
+        self.continued(&pieces([rollouts]), cycles, states, trace)
+    }
+
+    /// As [`Worlds::stretch`], of rollouts in several lists, one after the other. They are packed at the same time.
+    ///
+    /// # Errors
+    /// As [`Worlds::stretch`].
+    pub fn stretch_of(
+        &self,
+        lists: &[Vec<Rollout<'_>>],
+        cycles: Range<u32>,
+        states: &[Vec<u32>],
+        trace: Option<TraceRequest>,
+    ) -> Result<Batch, Invalid> {
+        self.continued(&pieces(lists.iter().map(Vec::as_slice)), cycles, states, trace)
+    }
+
+    fn continued(
+        &self,
+        lists: &[&[Rollout<'_>]],
+        cycles: Range<u32>,
+        states: &[Vec<u32>],
+        trace: Option<TraceRequest>,
+    ) -> Result<Batch, Invalid> {
         if cycles.is_empty() {
             let problem = format!("are {} to {}; allowed: one and more", cycles.start, cycles.end);
             return Err(Invalid::new("cycles", problem));
         }
         let words = self.0.state_words as usize;
-        let count = if cycles.start == 0 { 0 } else { rollouts.len() };
+        let rollouts = || lists.iter().copied().flatten();
+        let all = rollouts().count();
+        let count = if cycles.start == 0 { 0 } else { all };
         if states.len() != count || states.iter().any(|state| state.len() != words) {
             let problem = format!(
                 "there are {} for {} rollouts from cycle {} on; allowed: {count}, each of {words} words",
                 states.len(),
-                rollouts.len(),
+                all,
                 cycles.start
             );
             return Err(Invalid::new("states", problem));
@@ -193,29 +232,28 @@ impl Worlds {
             let world = self.0.packed.worlds.get(rollout.world);
             world.is_some_and(|world| world.steps <= cycles.start)
         };
-        if let Some(index) = rollouts.iter().position(ended) {
+        if let Some(index) = rollouts().position(ended) {
             let problem = format!("has ended by cycle {}; allowed: longer lives", cycles.start);
             return Err(Invalid::new(format!("rollouts[{index}]"), problem));
         }
-        self.lives(rollouts, cycles, states, true, trace)
+        self.lives(lists, cycles, states, true, trace)
     }
 
     fn lives(
         &self,
-        rollouts: &[Rollout<'_>],
+        lists: &[&[Rollout<'_>]],
         cycles: Range<u32>,
         states: &[Vec<u32>],
         keeps_states: bool,
         trace: Option<TraceRequest>,
     ) -> Result<Batch, Invalid> {
         let PackedWorlds { facts, packed, .. } = &*self.0;
-        let layout = Layout::new(facts, rollouts)?;
-        let inputs = layout.inputs(facts, rollouts)?;
+        let Layout { groups, slots, inputs } = Layout::new(facts, lists)?;
         let mut batch = Batch {
             worlds: self.clone(),
-            groups: layout.groups,
+            groups,
             inputs,
-            slots: layout.slots,
+            slots,
             states: Vec::new(),
             keeps_states,
             trace_every: trace.map_or(0, |trace| trace.every),
@@ -283,6 +321,11 @@ impl Worlds {
     pub fn genes(&self) -> Vec<usize> {
         self.0.facts.iter().map(|facts| facts.genes).collect()
     }
+}
+
+/// Lists of rollouts in pieces that are worth a thread each.
+fn pieces<'a>(lists: impl IntoIterator<Item = &'a [Rollout<'a>]>) -> Vec<&'a [Rollout<'a>]> {
+    lists.into_iter().flat_map(|list| list.chunks(PIECE)).collect()
 }
 
 /// Checked rollouts, packed as the kernels read them: in groups of 64 slots that share a world. Rollouts keep their
@@ -628,105 +671,4 @@ impl<'a> Part<'a> {
     pub fn trace_records(&self) -> u32 {
         self.batch.trace_records()
     }
-}
-
-/// Assignment of rollouts to slots.
-struct Layout {
-    groups: Vec<life::Group>,
-    slots: Vec<u32>,
-    /// Words of all inputs.
-    words: usize,
-}
-
-impl Layout {
-    fn new(facts: &[Facts], rollouts: &[Rollout<'_>]) -> Result<Self, Invalid> {
-        const GREATEST: usize = 1 << 28;
-        if rollouts.is_empty() || rollouts.len() > GREATEST {
-            let problem = format!("there are {}; allowed: 1 to {GREATEST}", rollouts.len());
-            return Err(Invalid::new("rollouts", problem));
-        }
-        let mut counts = vec![0_usize; facts.len()];
-        for (index, rollout) in rollouts.iter().enumerate() {
-            let Some(count) = counts.get_mut(rollout.world) else {
-                let problem = format!("is {}; allowed: 0 to {}", rollout.world, facts.len() - 1);
-                return Err(Invalid::new(format!("rollouts[{index}].world"), problem));
-            };
-            *count += 1;
-        }
-        let mut groups = Vec::new();
-        let mut words = 0_usize;
-        // Next free slot of each world.
-        let mut next = Vec::with_capacity(facts.len());
-        for (world, count) in counts.into_iter().enumerate() {
-            next.push(groups.len() * LANES);
-            for first in (0..count).step_by(LANES) {
-                let rollouts = (count - first).min(LANES) as u32;
-                groups.push(life::Group {
-                    world: world as u32,
-                    rollouts,
-                    inputs: words as u32,
-                });
-                words += (KEY_WORDS + facts[world].genes) * LANES;
-            }
-        }
-        if words > u32::MAX as usize {
-            let problem = format!(
-                "their genes and keys fill {words} words; allowed: up to {}: evaluate several batches",
-                u32::MAX
-            );
-            return Err(Invalid::new("rollouts", problem));
-        }
-        let slots = rollouts
-            .iter()
-            .map(|rollout| {
-                let slot = &mut next[rollout.world];
-                *slot += 1;
-                (*slot - 1) as u32
-            })
-            .collect();
-        Ok(Self { groups, slots, words })
-    }
-
-    /// Inputs of the groups: for each field 64 values, first the two words of the keys, then the genes.
-    fn inputs(&self, facts: &[Facts], rollouts: &[Rollout<'_>]) -> Result<Vec<u32>, Invalid> {
-        let mut inputs = vec![0_u32; self.words];
-        for (index, (rollout, &slot)) in rollouts.iter().zip(&self.slots).enumerate() {
-            let genes = facts[rollout.world].genes;
-            check_genes(index, rollout.genes, genes)?;
-            let slot = slot as usize;
-            let first = self.groups[slot / LANES].inputs as usize + slot % LANES;
-            // Strided writes stay within a group's few kilobytes.
-            let lane = &mut inputs[first..=first + (KEY_WORDS + genes - 1) * LANES];
-            lane[0] = rollout.key.0[0];
-            lane[LANES] = rollout.key.0[1];
-            for (value, &gene) in lane[KEY_WORDS * LANES..].iter_mut().step_by(LANES).zip(rollout.genes) {
-                *value = canonical(gene).to_bits();
-            }
-        }
-        Ok(inputs)
-    }
-}
-
-/// Converts a gene to the kernels' form.
-fn canonical(gene: f32) -> f32 {
-    if gene.abs() < LEAST_GENE { 0.0 } else { gene }
-}
-
-fn check_genes(rollout: usize, genes: &[f32], count: usize) -> Result<(), Invalid> {
-    if genes.len() != count {
-        let problem = format!(
-            "there are {}; allowed: {count}, as its world's controller takes",
-            genes.len()
-        );
-        return Err(Invalid::new(format!("rollouts[{rollout}].genes"), problem));
-    }
-    // NaN isn't within.
-    let within = |gene: &f32| gene.abs() <= GREATEST_GENE;
-    // One pass without branches; the fault is located only if there is one.
-    if genes.iter().fold(true, |good, gene| good & within(gene)) {
-        return Ok(());
-    }
-    let bad = genes.iter().position(|gene| !within(gene)).unwrap_or_default();
-    let problem = format!("is {}; allowed: -{GREATEST_GENE} to {GREATEST_GENE}", genes[bad]);
-    Err(Invalid::new(format!("rollouts[{rollout}].genes[{bad}]"), problem))
 }

@@ -265,6 +265,61 @@ fn worlds_serve_many_batches() {
     }
 }
 
+/// Lists that are packed at the same time make the batch of one list, and its errors.
+#[test]
+fn lists_are_packed_as_one() {
+    let worlds = [world(|spec| spec.cycles = 10), world(|spec| spec.cycles = 25)];
+    let packed = Worlds::new(&worlds).unwrap();
+    // More than one thread packs of one list, too.
+    let crowd = Crowd::new(&worlds, (0..10_000).map(|index| usize::from(index % 7 > 2)).collect());
+    let rollouts = crowd.rollouts();
+    let one = packed.batch(&rollouts, None).unwrap();
+    let words = |batch: &Batch| {
+        let part = batch.all();
+        let groups: Vec<_> = part
+            .group_table()
+            .iter()
+            .map(|group| (group.world, group.rollouts, group.inputs))
+            .collect();
+        let slots: Vec<_> = (0..batch.rollouts()).map(|rollout| batch.slot(rollout)).collect();
+        (groups, slots, part.inputs().to_vec())
+    };
+    // Idle slots are clear, of both worlds.
+    let (groups, _, inputs) = words(&one);
+    let idle: Vec<_> = groups
+        .iter()
+        .filter(|(_, rollouts, _)| *rollouts < LANES as u32)
+        .collect();
+    assert_eq!(idle.len(), 2);
+    for (_, rollouts, first) in idle {
+        let fields = inputs[*first as usize..].chunks_exact(LANES).take(20);
+        assert!(
+            fields
+                .flat_map(|field| &field[*rollouts as usize..])
+                .all(|&word| word == 0)
+        );
+    }
+    for sizes in [&[10_000][..], &[0, 1, 63, 64, 65, 0, 9807], &[5000, 5000]] {
+        let mut rest = rollouts.iter().copied();
+        let lists: Vec<Vec<Rollout<'_>>> = sizes.iter().map(|&size| rest.by_ref().take(size).collect()).collect();
+        let several = packed.batch_of(&lists, None).unwrap();
+        assert!(words(&several) == words(&one), "{sizes:?}");
+        let mut bad = lists.clone();
+        let last = bad.last_mut().unwrap();
+        last.last_mut().unwrap().genes = &[f32::NAN; 18];
+        let invalid = packed.batch_of(&bad, None).unwrap_err();
+        assert_eq!(invalid.field, "rollouts[9999].genes[0]", "{sizes:?}");
+        let first = bad.iter().position(|list| !list.is_empty()).unwrap();
+        bad[first][0].genes = &[];
+        let invalid = packed.batch_of(&bad, None).unwrap_err();
+        assert_eq!(invalid.field, "rollouts[0].genes", "{sizes:?}");
+        bad[first][0].world = 2;
+        let invalid = packed.batch_of(&bad, None).unwrap_err();
+        assert_eq!(invalid.field, "rollouts[0].world", "{sizes:?}");
+    }
+    assert_eq!(packed.batch_of(&[Vec::new()], None).unwrap_err().field, "rollouts");
+}
+
 #[test]
 fn outcomes_are_in_the_order_of_the_rollouts() {
     let worlds = [world(|spec| spec.cycles = 10), world(|spec| spec.cycles = 25)];

@@ -822,6 +822,77 @@ fn a_sweep_has_a_directory_by_its_name() {
 }
 
 #[test]
+fn the_bench_measures_the_host() {
+    let place = Place::new("bench-host");
+    let temporary = place.at("temporary");
+    fs::create_dir(&temporary).unwrap();
+    let mut command = place.command(&[
+        "bench",
+        "--host",
+        "--processors",
+        "1",
+        "--seconds",
+        "1",
+        "--json",
+        "--quiet",
+    ]);
+    let ran = command.env("TMPDIR", &temporary).output().unwrap();
+    assert!(ran.status.success(), "{ran:?}");
+    let report: Value = serde_json::from_slice(&ran.stdout).unwrap();
+    assert_eq!(
+        (&report["individuals"], &report["generations"]),
+        (&100.into(), &200.into())
+    );
+    let rows = report["rows"].as_array().unwrap();
+    assert_eq!(rows.len(), 1);
+    assert_eq!((&rows[0]["processors"], &rows[0]["ratio"]), (&1.into(), &1.0.into()));
+    assert!(rows[0]["individuals_per_second"].as_f64() > Some(0.0));
+    let shares = rows[0]["shares"].as_object().unwrap();
+    let of_thread = shares.iter().filter(|(name, _)| *name != "place");
+    let sum: f64 = of_thread.map(|(_, share)| share.as_f64().unwrap()).sum();
+    assert!((0.5..=1.0).contains(&sum), "{report}");
+    assert_eq!(
+        fs::read_dir(&temporary).unwrap().count(),
+        0,
+        "what it records is removed"
+    );
+
+    place
+        .run(&["bench", "--backend", "null", "--processors", "1024"])
+        .exits(3)
+        .says(&["--processors 1024", "allowed: 1 to "]);
+    place.run(&["bench", "--host", "--rollouts", "64"]).exits(2);
+    place.run(&["bench", "--seconds", "3"]).exits(2).says(&["--host"]);
+}
+
+/// Nothing lives on it: each command that records or reports fitness refuses it, and leaves nothing behind.
+#[test]
+fn the_device_that_answers_at_once_is_for_the_bench_alone() {
+    let place = Place::new("null");
+    place.small_experiment();
+    place.write("genomes.csv", csv(&three_genomes(), 18));
+    place.write("sweep.toml", "experiment = \"small.toml\"\nseeds = \"1..2\"\n");
+    let names = place.names();
+    for command in [
+        &["run", "small.toml", "--seed", "1"][..],
+        &["run", "small.toml", "--seeds", "1..2"],
+        &["sweep", "run", "sweep.toml", "--out", "out"],
+        &["sweep", "run", "sweep.toml", "--out", "out", "--print-slurm"],
+        &["evaluate", "small.toml", "--genomes", "genomes.csv"],
+        &["reproduce", "miglino1995", "--out", "out"],
+        &["reproduce", "odowd2014", "--out", "out"],
+        &["sample", "--robot", "surrogate:1", "--out", "out"],
+        &["selftest"],
+    ] {
+        place
+            .run(&[command, &["--backend", "null"]].concat())
+            .exits(3)
+            .says(&["--backend null: answers without simulating anything; allowed: with `oneiro bench`"]);
+        assert_eq!(place.names(), names, "{command:?}");
+    }
+}
+
+#[test]
 fn the_cpu_is_a_device_and_exact() {
     let place = Place::new("devices");
     let devices = place.json(&["devices", "--json"]);

@@ -438,7 +438,7 @@ pub(crate) struct Bench {
     /// Take seconds instead of minutes: smaller batches and fewer repetitions
     #[arg(long)]
     pub(crate) quick: bool,
-    /// What to measure: all, cpu, gpu (every adapter), gpu:NAME or gpu:INDEX
+    /// What to measure: all, cpu, gpu (every adapter), gpu:NAME or gpu:INDEX; null is the same as --host
     #[arg(long, value_name = "BACKEND", default_value = "all")]
     pub(crate) backend: String,
     /// When a GPU's kernels are compiled again for the world: auto, always or never
@@ -447,6 +447,16 @@ pub(crate) struct Bench {
     /// Write the figures, the devices and their drivers into this file (.json, never overwritten), to send to others
     #[arg(long, value_name = "FILE.json", value_hint = ValueHint::FilePath)]
     pub(crate) share: Option<PathBuf>,
+    /// Measure the host instead: individuals per second of a sweep on a device that answers at once, with all that a sweep
+    /// records, in a temporary directory
+    #[arg(long, conflicts_with_all = ["rollouts", "quick", "backend", "specialise", "share"])]
+    pub(crate) host: bool,
+    /// With --host: approximate time for each number of processors [default: 10]
+    #[arg(long, value_name = "N", conflicts_with_all = ["rollouts", "quick"], value_parser = clap::value_parser!(u32).range(1..=3600))]
+    pub(crate) seconds: Option<u32>,
+    /// With --host: numbers of processors [default: from 1 to all]
+    #[arg(long, value_name = "N,..", value_delimiter = ',', conflicts_with_all = ["rollouts", "quick"], value_parser = clap::value_parser!(u16).range(1..=1024))]
+    pub(crate) processors: Vec<u16>,
 }
 
 /// `oneiro tables`

@@ -32,11 +32,28 @@ pub(crate) struct Backend {
     pub(crate) specialise: Specialise,
 }
 
+/// The name of the device that answers at once, with which `oneiro bench` measures the host.
+pub(crate) const NULL: &str = "null";
+
+/// Refuses it: nothing lives on it, so what it answers must not be recorded or reported as fitness.
+///
+/// # Errors
+/// Exit 3.
+pub(crate) fn refuse_null(name: &str) -> Result {
+    if name == NULL {
+        return Err(Failure::input(format_args!(
+            "--backend {NULL}: answers without simulating anything; allowed: with `oneiro bench`, which throws its answers away"
+        )));
+    }
+    Ok(())
+}
+
 /// Opens the evaluator of `--backend`, `--threads` and `--recheck`.
 ///
 /// # Errors
-/// Exit 4 if there is no such device; the message lists those that exist.
+/// Exit 3 for the device that answers at once; exit 4 if there is no such device, and the message lists those that exist.
 pub(crate) fn open(arguments: &Backend) -> Result<Box<dyn Evaluator>> {
+    refuse_null(&arguments.name)?;
     let options = Options {
         threads: arguments.threads.map(usize::from),
         audit_share: arguments.recheck,
@@ -237,8 +254,9 @@ fn lanes_of(case: &Case, lanes: &str) -> Result<Vec<u32>> {
 /// `gpu:INDEX`. Those of the CPU come first, each instruction set with one thread and with all.
 ///
 /// # Errors
-/// Exit 4: there is no such adapter, or no such name.
+/// Exit 3 for the device that answers at once; exit 4: there is no such adapter, or no such name.
 pub(crate) fn candidates(which: &str) -> Result<Vec<Candidate>> {
+    refuse_null(which)?;
     let mut candidates = Vec::new();
     if matches!(which, "all" | "cpu") {
         let all = thread::available_parallelism().map_or(1, usize::from);

@@ -2,6 +2,23 @@
 
 use super::*;
 
+/// So many runs that they are bred, packed and recorded in several parts, on one processor and on several.
+#[test]
+fn are_the_same_on_any_number_of_processors() {
+    let place = Place::with("processors", &SWEEP.replacen("1..3", "1..20", 1));
+    let on = |processors: &str, out: &str| {
+        let mut command = place.command(&sweep(out, &[]));
+        let ran = command.env("RAYON_NUM_THREADS", processors).output().unwrap();
+        assert!(ran.status.success(), "{ran:?}");
+        let report: Value = serde_json::from_slice(&ran.stdout).unwrap();
+        assert_eq!(report["runs"], 80);
+        report["hash"].clone()
+    };
+    let one = on("1", "one");
+    assert_eq!(on("2", "two"), one);
+    assert_eq!(on("7", "seven"), one);
+}
+
 #[test]
 fn are_the_same_however_a_sweep_is_done() {
     let place = Place::with("same", SWEEP);

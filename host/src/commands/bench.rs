@@ -1,4 +1,8 @@
-//! `oneiro bench`: robot-steps per second of each instruction set and adapter of this machine.
+//! `oneiro bench`: robot-steps per second of each instruction set and adapter of this machine, or individuals per second of
+//! its host.
+
+mod host;
+mod null;
 
 use std::fmt::Write;
 use std::fs;
@@ -16,7 +20,7 @@ use super::devices;
 use crate::cli::Bench;
 use crate::console::{Console, columns};
 use crate::device::{self, Candidate};
-use crate::exit::Result;
+use crate::exit::{Failure, Result};
 use crate::files;
 use crate::workload;
 
@@ -89,6 +93,12 @@ pub(crate) struct First {
 
 /// Measures and prints a table.
 pub(crate) fn run(arguments: &Bench, console: Console) -> Result {
+    if arguments.host || arguments.backend == device::NULL {
+        return host::run(arguments, console);
+    }
+    if arguments.seconds.is_some() || !arguments.processors.is_empty() {
+        return Err(Failure::usage("--seconds and --processors are for --host"));
+    }
     let mut plan = if arguments.quick {
         Plan::quick()
     } else {

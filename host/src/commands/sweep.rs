@@ -163,6 +163,8 @@ fn size(bytes: u64) -> String {
 
 fn sweep(arguments: &SweepRun, console: Console) -> Result {
     let began = Instant::now();
+    // Before the sweep's directory is made.
+    device::refuse_null(&arguments.backend.name)?;
     let sweep = Sweep::read(&arguments.sweep)?;
     let all = sweep.runs();
     if all > UNASKED && !arguments.yes {

@@ -4,8 +4,8 @@
 //! The protocol:
 //!
 //! 1. A job's maker gives it to the [scheduler](super::scheduler), new or restored from the output of [`Job::save`].
-//! 2. The scheduler calls [`Job::ask`]. It puts the requests of jobs with equal [`Stage`]s into one batch and hands
-//!    that to the device. While the device works, jobs aren't changed, but may be saved.
+//! 2. The scheduler calls [`Job::ask`]. It puts the [rollouts](Job::rollouts) of jobs with equal [`Stage`]s into one batch and
+//!    hands that to the device. While the device works, jobs aren't changed, but may be saved.
 //! 3. The scheduler calls [`Job::tell`] with the job's share of the results, on any thread. The job takes a complete
 //!    step: it advances, or it fails and the run ends. The step's additions to the job's tables go to the recorder at
 //!    once, before the next step.
@@ -31,10 +31,14 @@ use super::queue::Interruption;
 use crate::exit::Result;
 
 /// A state machine that asks for evaluations, takes their results, and can be saved and restored between any two steps.
-pub(crate) trait Job: Send {
+pub(crate) trait Job: Send + Sync {
     /// Returns the next request, or `None` once the job is finished. Must be cheap: it is called several times per
     /// step.
     fn ask(&self) -> Option<Request<'_>>;
+
+    /// Appends the rollouts of the next request, in the order in which results are expected. Called once per step, on any
+    /// thread.
+    fn rollouts<'a>(&'a self, into: &mut Vec<Rollout<'a>>);
 
     /// Takes the results of the last request, in the order of its rollouts, and advances by one step.
     ///
@@ -59,6 +63,10 @@ impl Job for Box<dyn Job> {
         (**self).ask()
     }
 
+    fn rollouts<'a>(&'a self, into: &mut Vec<Rollout<'a>>) {
+        (**self).rollouts(into);
+    }
+
     fn tell(&mut self, results: &Results<'_>) -> Result<Step> {
         (**self).tell(results)
     }
@@ -76,14 +84,14 @@ impl Job for Box<dyn Job> {
 pub(crate) struct Request<'a> {
     /// Requests with equal stages may share a batch.
     pub(crate) stage: Stage,
-    /// Worlds of the rollouts; a rollout's `world` is an index into these.
+    /// Worlds of its rollouts; a rollout's `world` is an index into these.
     pub(crate) worlds: &'a [Place],
     /// Where the rollouts are lived in place of their worlds, at [`Stage::OUTSIDE`].
     pub(crate) outside: Option<&'a Arc<dyn Outside>>,
-    /// Rollouts, in the order in which results are expected.
-    pub(crate) rollouts: Box<dyn Iterator<Item = Rollout<'a>> + 'a>,
     /// To continue lives: each rollout's [`Results::states`] after the previous stretch.
     pub(crate) states: &'a [Vec<u32>],
+    /// Number of its rollouts.
+    pub(crate) lives: usize,
     /// Total robot-steps of the rollouts: the room that the request takes in a batch.
     pub(crate) steps: u64,
 }

@@ -59,10 +59,11 @@ pub(super) struct Lives {
 }
 
 impl Lives {
-    pub(super) fn new<'a>(outside: &Arc<dyn Outside>, rollouts: impl Iterator<Item = Rollout<'a>>) -> Self {
+    pub(super) fn new(outside: &Arc<dyn Outside>, rollouts: &[Rollout<'_>]) -> Self {
+        let own = rollouts.iter().map(|rollout| (rollout.genes.to_vec(), rollout.key));
         Self {
             outside: Arc::clone(outside),
-            rollouts: rollouts.map(|rollout| (rollout.genes.to_vec(), rollout.key)).collect(),
+            rollouts: own.collect(),
         }
     }
 

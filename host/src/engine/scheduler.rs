@@ -9,7 +9,7 @@ use oneiro::batch::{Outcome, Rollout, WorldKind, Worlds};
 use oneiro::evaluator;
 use rayon::prelude::*;
 
-use super::job::{Job, Place, Request, Results, Stage, Step};
+use super::job::{Job, Place, Progress, Request, Results, Stage, Step};
 use super::queue::{Interruption, Lives, Queue, Work};
 use super::watcher::Watch;
 use crate::exit::{Failure, Result};
@@ -19,11 +19,36 @@ const BATCH: Duration = Duration::from_millis(30);
 /// Robot-steps of a batch before the device's speed is known, and the fewest and most.
 const FIRST_ROOM: f64 = 4e6;
 const ROOM: [f64; 2] = [1e6, 4e9];
+/// Most rollouts of a batch, unless a single job has more: of 18 genes they take some 120 MB, and fill any device.
+const MOST_LIVES: usize = 1 << 20;
+/// Number of jobs that are worth waking a thread for.
+const FEW: usize = 16;
 /// Most groups: two keep the device busy, others are remainders at other stages.
 const GROUPS: usize = 4;
 
 /// Index of a run given to the scheduler.
 pub(crate) type RunNumber = usize;
+
+/// Time that the engine's thread has spent, by what it did or let other threads do.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Times {
+    /// Jobs took their steps: an evolution selects and mutates.
+    pub(crate) advance: Duration,
+    /// Their requests were packed into batches.
+    pub(crate) pack: Duration,
+    /// What they added was recorded.
+    pub(crate) record: Duration,
+    /// It waited for the device.
+    pub(crate) wait: Duration,
+}
+
+/// Does something, and adds how long it took.
+fn timed<T>(time: &mut Duration, work: impl FnOnce() -> T) -> T {
+    let began = Instant::now();
+    let done = work();
+    *time += began.elapsed();
+    done
+}
 
 /// A run that has not begun.
 #[derive(Clone, Copy, Debug)]
@@ -38,67 +63,84 @@ pub(crate) struct Waiting {
 pub(crate) trait Runs {
     /// Type of the jobs: of one kind, or boxed.
     type Job: Job;
+    /// Where the steps of a run in progress are recorded.
+    type Record: Record<Self::Job>;
 
     /// Begins a run, or resumes it from where it was saved.
     ///
     /// # Errors
     /// As the implementation says; all work ends.
-    fn begin(&mut self, run: RunNumber) -> Result<Self::Job>;
-
-    /// Records a step of a run. The job has taken this step, and no later one yet.
-    ///
-    /// # Errors
-    /// Exit 6 if writing fails; all work ends.
-    fn record(&mut self, run: RunNumber, job: &Self::Job, step: Step) -> Result;
+    fn begin(&mut self, run: RunNumber) -> Result<(Self::Job, Self::Record)>;
 
     /// Records the results of finished runs. All their steps have been recorded.
     ///
     /// # Errors
-    /// As [`Runs::record`].
-    fn finish(&mut self, finished: Vec<(RunNumber, Self::Job)>) -> Result;
+    /// As [`Record::add`].
+    fn finish(&mut self, finished: Vec<UnderWay<Self>>) -> Result;
 
-    /// Called from time to time with all jobs in progress, whose steps have all been recorded; may save them.
+    /// Called from time to time with all runs in progress, whose steps have all been recorded; may save them.
     ///
     /// # Errors
-    /// As [`Runs::record`].
-    fn pause(&mut self, _under_way: &UnderWay<'_, Self::Job>) -> Result {
+    /// As [`Record::add`].
+    fn pause(&mut self, _under_way: &[&UnderWay<Self>]) -> Result {
         Ok(())
     }
 
-    /// Called at the end with the jobs still in progress, to save them: none if all runs are finished, or all that had
+    /// Called at the end with the runs still in progress, to save them: none if all runs are finished, or all that had
     /// begun when the user or the device ended the work.
     ///
     /// # Errors
-    /// As [`Runs::record`].
-    fn end(&mut self, under_way: &UnderWay<'_, Self::Job>) -> Result;
+    /// As [`Record::add`].
+    fn end(&mut self, under_way: Vec<&mut UnderWay<Self>>) -> Result;
 
     /// Message that tells the user how to continue after a stop.
     fn stopped(&self) -> String;
 }
 
+/// The record of a run in progress. Those of several runs are written at the same time.
+pub(crate) trait Record<J>: Send + Sync {
+    /// Records a step. The job has taken this step, and no later one yet.
+    ///
+    /// # Errors
+    /// Exit 6 if writing fails; all work ends.
+    fn add(&mut self, job: &J, step: Step) -> Result;
+}
+
+/// A run that has begun and isn't finished.
+pub(crate) struct UnderWay<R: Runs + ?Sized> {
+    pub(crate) run: RunNumber,
+    pub(crate) job: R::Job,
+    pub(crate) record: R::Record,
+}
+
 /// Jobs that exist before they are run and stay in memory; they hold all of their results.
 pub(super) struct InMemory<J>(pub(super) Vec<Option<J>>);
 
-impl<J: Job> Runs for InMemory<J> {
-    type Job = J;
-
-    fn begin(&mut self, run: RunNumber) -> Result<J> {
-        let job = self.0.get_mut(run).and_then(Option::take);
-        job.ok_or_else(|| Failure::failed("a job was begun twice"))
-    }
-
-    fn record(&mut self, _: RunNumber, _: &J, _: Step) -> Result {
+/// Nothing is recorded.
+impl<J> Record<J> for () {
+    fn add(&mut self, _: &J, _: Step) -> Result {
         Ok(())
     }
+}
 
-    fn finish(&mut self, finished: Vec<(RunNumber, J)>) -> Result {
-        for (run, job) in finished {
+impl<J: Job> Runs for InMemory<J> {
+    type Job = J;
+    type Record = ();
+
+    fn begin(&mut self, run: RunNumber) -> Result<(J, ())> {
+        let job = self.0.get_mut(run).and_then(Option::take);
+        let job = job.ok_or_else(|| Failure::failed("a job was begun twice"))?;
+        Ok((job, ()))
+    }
+
+    fn finish(&mut self, finished: Vec<UnderWay<Self>>) -> Result {
+        for UnderWay { run, job, .. } in finished {
             self.0[run] = Some(job);
         }
         Ok(())
     }
 
-    fn end(&mut self, _: &UnderWay<'_, J>) -> Result {
+    fn end(&mut self, _: Vec<&mut UnderWay<Self>>) -> Result {
         Ok(())
     }
 
@@ -106,9 +148,6 @@ impl<J: Job> Runs for InMemory<J> {
         "stopped".into()
     }
 }
-
-/// Jobs that have begun and aren't finished.
-pub(crate) type UnderWay<'a, J> = [(RunNumber, &'a J)];
 
 /// As [`super::handle::Engine::run`].
 pub(super) fn run<R: Runs>(
@@ -126,8 +165,11 @@ pub(super) fn run<R: Runs>(
         finished: Vec::new(),
         runs,
         queue,
+        times: Times::default(),
     };
-    let ended = match scheduler.work(watch) {
+    let ended = scheduler.work(watch);
+    watch.ended(&scheduler.times);
+    let ended = match ended {
         Err(Interruption::Other(failure)) => return Err(failure),
         ended => ended,
     };
@@ -145,10 +187,9 @@ pub(super) fn run<R: Runs>(
     }
 }
 
-/// A run in progress.
-struct Entry<J> {
-    run: RunNumber,
-    job: J,
+/// A run in progress, and what is to be done with it.
+struct Entry<R: Runs> {
+    own: UnderWay<R>,
     /// Its next request; `None` once it is finished.
     next: Option<Next>,
     /// Step that has not been recorded yet.
@@ -159,14 +200,14 @@ struct Entry<J> {
 #[derive(Clone, Copy)]
 struct Next {
     stage: Stage,
+    lives: usize,
     steps: u64,
 }
 
-impl<J: Job> Entry<J> {
-    fn new(run: RunNumber, job: J) -> Self {
+impl<R: Runs> Entry<R> {
+    fn new(run: RunNumber, (job, record): (R::Job, R::Record)) -> Self {
         let mut entry = Self {
-            run,
-            job,
+            own: UnderWay { run, job, record },
             next: None,
             step: None,
         };
@@ -175,10 +216,28 @@ impl<J: Job> Entry<J> {
     }
 
     fn look(&mut self) {
-        self.next = self.job.ask().map(|request| Next {
+        self.next = self.own.job.ask().map(|request| Next {
             stage: request.stage,
+            lives: request.lives,
             steps: request.steps,
         });
+    }
+
+    /// Takes a step.
+    fn tell(&mut self, results: &Results<'_>) -> Result {
+        self.step = Some(self.own.job.tell(results)?);
+        self.look();
+        Ok(())
+    }
+
+    /// Records its step. Returns the progress made.
+    fn record(&mut self) -> Result<Option<Progress>> {
+        let Some(step) = self.step.take() else {
+            return Ok(None);
+        };
+        let progress = step.progress;
+        self.own.record.add(&self.own.job, step)?;
+        Ok(progress)
     }
 
     fn is_at(&self, stage: &Stage) -> bool {
@@ -188,21 +247,43 @@ impl<J: Job> Entry<J> {
     fn steps(&self) -> f64 {
         self.next.map_or(0.0, |next| next.steps as f64)
     }
+
+    fn lives(&self) -> usize {
+        self.next.map_or(0, |next| next.lives)
+    }
 }
 
-/// Robot-steps of the next requests of some jobs.
-fn steps_of<J: Job>(entries: &[Entry<J>]) -> f64 {
-    entries.iter().map(Entry::steps).sum()
+/// What the next requests of some jobs take of a batch.
+#[derive(Clone, Copy, Debug, Default)]
+struct Load {
+    jobs: usize,
+    lives: usize,
+    /// Robot-steps.
+    steps: f64,
+}
+
+impl Load {
+    fn of<'a, R: Runs + 'a>(entries: impl IntoIterator<Item = &'a Entry<R>>) -> Self {
+        entries.into_iter().fold(Self::default(), Self::and)
+    }
+
+    /// With another job.
+    fn and<R: Runs>(self, entry: &Entry<R>) -> Self {
+        Self {
+            jobs: self.jobs + 1,
+            lives: self.lives + entry.lives(),
+            steps: self.steps + entry.steps(),
+        }
+    }
 }
 
 /// Jobs whose requests are in one batch on the device.
-struct Group<J> {
+struct Group<R: Runs> {
     stage: Stage,
-    entries: Vec<Entry<J>>,
+    entries: Vec<Entry<R>>,
     /// Number of rollouts of each entry.
     counts: Vec<usize>,
-    /// Robot-steps of the batch.
-    steps: f64,
+    load: Load,
     /// Words per line of a log.
     log_words: usize,
     packed: Vec<Packed>,
@@ -236,15 +317,34 @@ impl Packed {
     fn index(&self, place: &Place) -> Option<usize> {
         self.indices.get(place.key.as_bytes()).copied()
     }
+
+    /// The rollouts of the next requests of some jobs.
+    fn rollouts<'a, R: Runs>(&self, entries: &'a [Entry<R>]) -> Vec<Rollout<'a>> {
+        let mut rollouts = Vec::with_capacity(entries.iter().map(Entry::lives).sum());
+        let mut indices: Vec<usize> = Vec::new();
+        for entry in entries {
+            let job = &entry.own.job;
+            indices.clear();
+            let places = job.ask().map_or(&[][..], |request| request.worlds);
+            indices.extend(places.iter().filter_map(|place| self.index(place)));
+            let before = rollouts.len();
+            job.rollouts(&mut rollouts);
+            debug_assert_eq!(rollouts.len() - before, entry.lives(), "as many as it said");
+            for rollout in &mut rollouts[before..] {
+                rollout.world = indices[rollout.world];
+            }
+        }
+        rollouts
+    }
 }
 
-impl<J: Job> Group<J> {
+impl<R: Runs> Group<R> {
     /// Packs the next requests of jobs, all of one stage.
-    fn new(stage: Stage, entries: Vec<Entry<J>>, mut packed: Vec<Packed>) -> Result<(Self, Work)> {
+    fn new(stage: Stage, entries: Vec<Entry<R>>, mut packed: Vec<Packed>) -> Result<(Self, Work)> {
         if stage == Stage::OUTSIDE {
             return Ok(Self::outside(entries, packed));
         }
-        let requests: Vec<Request<'_>> = entries.iter().filter_map(|entry| entry.job.ask()).collect();
+        let requests: Vec<Request<'_>> = entries.iter().filter_map(|entry| entry.own.job.ask()).collect();
         let fits = |known: &Packed| {
             let mut places = requests.iter().flat_map(|request| request.worlds);
             known.kernel == stage.kernel && places.all(|place| known.index(place).is_some())
@@ -255,36 +355,25 @@ impl<J: Job> Group<J> {
         }
         let own = packed.iter().find(|known| known.kernel == stage.kernel);
         let own = own.ok_or_else(|| Failure::failed("a batch has no worlds"))?;
-        let mut rollouts = Vec::new();
-        let mut states = Vec::new();
-        let mut counts = Vec::with_capacity(entries.len());
-        let mut indices = Vec::new();
-        for request in requests {
-            indices.clear();
-            indices.extend(request.worlds.iter().filter_map(|place| own.index(place)));
-            let before = rollouts.len();
-            rollouts.extend(request.rollouts.map(|rollout| Rollout {
-                world: indices[rollout.world],
-                ..rollout
-            }));
-            counts.push(rollouts.len() - before);
-            states.extend(request.states.iter().cloned());
-        }
+        // Some lists for each processor, so that all have something to do to the end.
+        let share = entries.len().div_ceil(4 * rayon::current_num_threads()).max(FEW);
+        let lists = on_all(entries.chunks(share).collect(), 1, |entries| Ok(own.rollouts(entries)))?;
         let batch = match stage.stretch() {
-            None => own.worlds.batch(&rollouts, stage.trace())?,
+            None => own.worlds.batch_of(&lists, stage.trace())?,
             Some(cycles) => {
+                let mut states: Vec<_> = requests.iter().flat_map(|request| request.states).cloned().collect();
                 // Worlds that share a batch have states of the same length: that of the largest.
                 let words = own.worlds.state_words();
                 for state in &mut states {
                     state.resize(words, 0);
                 }
-                own.worlds.stretch(&rollouts, cycles, &states, stage.trace())?
+                own.worlds.stretch_of(&lists, cycles, &states, stage.trace())?
             }
         };
         let group = Self {
             stage,
-            counts,
-            steps: steps_of(&entries),
+            counts: entries.iter().map(Entry::lives).collect(),
+            load: Load::of(&entries),
             log_words: batch.record_words(),
             entries,
             packed,
@@ -293,14 +382,19 @@ impl<J: Job> Group<J> {
     }
 
     /// The next requests of jobs that are lived outside of the device.
-    fn outside(entries: Vec<Entry<J>>, packed: Vec<Packed>) -> (Self, Work) {
-        let requests = entries.iter().filter_map(|entry| entry.job.ask());
-        let lives = requests.filter_map(|request| Some(Lives::new(request.outside?, request.rollouts)));
-        let lives: Vec<Lives> = lives.collect();
+    fn outside(entries: Vec<Entry<R>>, packed: Vec<Packed>) -> (Self, Work) {
+        let mut lives: Vec<Lives> = Vec::new();
+        for job in entries.iter().map(|entry| &entry.own.job) {
+            if let Some(outside) = job.ask().and_then(|request| request.outside) {
+                let mut rollouts = Vec::new();
+                job.rollouts(&mut rollouts);
+                lives.push(Lives::new(outside, &rollouts));
+            }
+        }
         let group = Self {
             stage: Stage::OUTSIDE,
             counts: lives.iter().map(Lives::len).collect(),
-            steps: steps_of(&entries),
+            load: Load::of(&entries),
             log_words: 0,
             entries,
             packed,
@@ -310,37 +404,34 @@ impl<J: Job> Group<J> {
 
     /// Lets all of its jobs take their step.
     fn tell(&mut self, outcome: &Outcome) -> Result {
-        /// Number of jobs that are worth waking a thread for.
-        const FEW: usize = 16;
         let mut rest = 0;
-        let shares: Vec<_> = self
-            .counts
-            .iter()
-            .map(|count| {
-                rest += count;
-                rest - count..rest
-            })
-            .collect();
+        let shares = self.counts.iter().map(|count| {
+            rest += count;
+            rest - count..rest
+        });
         let log_words = self.log_words;
-        // With one thread, a fast device would have to wait.
-        self.entries
-            .par_iter_mut()
-            .zip(shares)
-            .with_min_len(FEW)
-            .map(|(entry, own)| {
-                let results = Results {
-                    fitness: outcome.fitness.get(own.clone()).unwrap_or_default(),
-                    traces: outcome.traces.get(own.clone()).unwrap_or_default(),
-                    logs: outcome.logs.get(own.clone()).unwrap_or_default(),
-                    log_words,
-                    states: outcome.states.get(own).unwrap_or_default(),
-                };
-                entry.step = Some(entry.job.tell(&results)?);
-                entry.look();
-                Ok(())
+        on_all(self.entries.iter_mut().zip(shares).collect(), FEW, |(entry, own)| {
+            entry.tell(&Results {
+                fitness: outcome.fitness.get(own.clone()).unwrap_or_default(),
+                traces: outcome.traces.get(own.clone()).unwrap_or_default(),
+                logs: outcome.logs.get(own.clone()).unwrap_or_default(),
+                log_words,
+                states: outcome.states.get(own).unwrap_or_default(),
             })
-            .collect()
+        })?;
+        Ok(())
     }
+}
+
+/// Does something with all items, on all processors if there are more than `few`. Of several errors it returns that of the
+/// first item.
+fn on_all<T: Send, U: Send>(items: Vec<T>, few: usize, work: impl Fn(T) -> Result<U> + Send + Sync) -> Result<Vec<U>> {
+    let done: Vec<Result<U>> = if items.len() > few {
+        items.into_par_iter().with_min_len(few).map(work).collect()
+    } else {
+        items.into_iter().map(work).collect()
+    };
+    done.into_iter().collect()
 }
 
 /// Waiting runs, by the kernel that they begin with, each queue in the given order.
@@ -406,9 +497,9 @@ impl Room {
         self.steps = (0.75 * self.steps + 0.25 * aim).clamp(ROOM[0], ROOM[1]);
     }
 
-    /// Whether a batch with `jobs` jobs and `steps` robot-steps has room for another job.
-    fn has(&self, jobs: usize, steps: f64) -> bool {
-        jobs == 0 || (jobs < self.jobs && steps < self.steps)
+    /// Whether a batch with this load has room for another job.
+    fn has(&self, load: Load) -> bool {
+        load.jobs == 0 || (load.jobs < self.jobs && load.lives < MOST_LIVES && load.steps < self.steps)
     }
 }
 
@@ -417,13 +508,14 @@ struct Scheduler<'a, R: Runs> {
     queues: Queues,
     room: Room,
     /// Groups whose batches are with the device, in order.
-    groups: VecDeque<Group<R::Job>>,
+    groups: VecDeque<Group<R>>,
     /// Jobs waiting for a batch of their stage.
-    ready: Vec<Entry<R::Job>>,
+    ready: Vec<Entry<R>>,
     /// Finished jobs that have not been recorded as such.
-    finished: Vec<Entry<R::Job>>,
+    finished: Vec<Entry<R>>,
     runs: &'a mut R,
     queue: &'a Queue<'a>,
+    times: Times,
 }
 
 impl<R: Runs> Scheduler<'_, R> {
@@ -434,11 +526,11 @@ impl<R: Runs> Scheduler<'_, R> {
             let Some(group) = self.groups.front() else {
                 return Ok(());
             };
-            let steps = group.steps;
-            let outcome = self.queue.receive(watch)?;
+            let steps = group.load.steps;
+            let outcome = timed(&mut self.times.wait, || self.queue.receive(watch))?;
             self.room.learn(steps);
             if let Some(mut group) = self.groups.pop_front() {
-                group.tell(&outcome)?;
+                timed(&mut self.times.advance, || group.tell(&outcome))?;
                 self.go_on(group)?;
             }
         }
@@ -446,7 +538,7 @@ impl<R: Runs> Scheduler<'_, R> {
 
     /// Sends a group off again, without the jobs that are finished or have come to another stage, and with others in
     /// their place.
-    fn go_on(&mut self, group: Group<R::Job>) -> Result {
+    fn go_on(&mut self, group: Group<R>) -> Result {
         let (unfinished, finished): (Vec<_>, Vec<_>) = group.entries.into_iter().partition(|own| own.next.is_some());
         self.finished.extend(finished);
         let stays = unfinished.iter().any(|own| own.is_at(&group.stage));
@@ -454,8 +546,13 @@ impl<R: Runs> Scheduler<'_, R> {
         let Some(stage) = first.map(|first| if stays { group.stage } else { first }) else {
             return Ok(());
         };
-        let (entries, others): (Vec<_>, Vec<_>) = unfinished.into_iter().partition(|own| own.is_at(&stage));
+        let (mut entries, others): (Vec<_>, Vec<_>) = unfinished.into_iter().partition(|own| own.is_at(&stage));
         self.ready.extend(others);
+        // Jobs may ask for more lives than before.
+        while entries.len() > 1 && Load::of(&entries).lives > MOST_LIVES {
+            let half = entries.split_off(entries.len() / 2);
+            self.ready.extend(half);
+        }
         let entries = self.joined(entries, &stage)?;
         self.send(stage, entries, group.packed)
     }
@@ -463,7 +560,9 @@ impl<R: Runs> Scheduler<'_, R> {
     /// Sends groups off while the device has less than two large batches to do.
     fn send_groups(&mut self) -> Result {
         loop {
-            let stage = if let Some(full) = self.full_stage() {
+            let stage = if self.groups.len() >= GROUPS {
+                return Ok(());
+            } else if let Some(full) = self.full_stage() {
                 full
             } else if !self.wants_group() {
                 return Ok(());
@@ -483,9 +582,9 @@ impl<R: Runs> Scheduler<'_, R> {
     fn full_stage(&self) -> Option<Stage> {
         let stages = self.ready.iter().filter_map(|own| own.next).map(|next| next.stage);
         let is_full = |stage: &Stage| {
-            let own = self.ready.iter().filter(|own| own.is_at(stage));
-            let (jobs, steps) = own.fold((0, 0.0), |(jobs, steps), own| (jobs + 1, steps + own.steps()));
-            !self.room.has(jobs, steps)
+            !self
+                .room
+                .has(Load::of(self.ready.iter().filter(|own| own.is_at(stage))))
         };
         let mut looked_at: Vec<Stage> = Vec::new();
         for stage in stages {
@@ -501,9 +600,8 @@ impl<R: Runs> Scheduler<'_, R> {
 
     /// Whether the device would soon be idle: fewer than two groups are large or can grow.
     fn wants_group(&self) -> bool {
-        let lasts =
-            |group: &&Group<R::Job>| !self.room.has(group.entries.len(), group.steps) || self.queues.has(&group.stage);
-        self.groups.len() < GROUPS && self.groups.iter().filter(lasts).count() < 2
+        let lasts = |group: &&Group<R>| !self.room.has(group.load) || self.queues.has(&group.stage);
+        self.groups.iter().filter(lasts).count() < 2
     }
 
     /// Begins the next run, if one is waiting and there is room for it. Returns its first stage.
@@ -536,24 +634,21 @@ impl<R: Runs> Scheduler<'_, R> {
     }
 
     /// Adds jobs of a stage as long as there is room: first those that are ready, then waiting runs.
-    fn joined(&mut self, mut entries: Vec<Entry<R::Job>>, stage: &Stage) -> Result<Vec<Entry<R::Job>>> {
-        let mut steps = steps_of(&entries);
+    fn joined(&mut self, mut entries: Vec<Entry<R>>, stage: &Stage) -> Result<Vec<Entry<R>>> {
+        let mut load = Load::of(&entries);
         let mut ready = std::mem::take(&mut self.ready).into_iter();
-        while self.room.has(entries.len(), steps)
+        while self.room.has(load)
             && let Some(entry) = ready.next()
         {
             if entry.is_at(stage) {
-                steps += entry.steps();
+                load = load.and(&entry);
                 entries.push(entry);
             } else {
                 self.ready.push(entry);
             }
         }
         self.ready.extend(ready);
-        while self.queues.has(stage)
-            && self.under_way() + entries.len() < self.room.all
-            && self.room.has(entries.len(), steps)
-        {
+        while self.queues.has(stage) && self.under_way() + entries.len() < self.room.all && self.room.has(load) {
             if !self.begin(stage.kernel)? {
                 continue;
             }
@@ -561,7 +656,7 @@ impl<R: Runs> Scheduler<'_, R> {
                 // It was saved at another stage, or its stage covers other cycles.
                 break;
             };
-            steps += entry.steps();
+            load = load.and(&entry);
             entries.push(entry);
         }
         Ok(entries)
@@ -573,8 +668,8 @@ impl<R: Runs> Scheduler<'_, R> {
         groups.sum::<usize>() + self.ready.len()
     }
 
-    fn send(&mut self, stage: Stage, entries: Vec<Entry<R::Job>>, packed: Vec<Packed>) -> Result {
-        let (group, work) = Group::new(stage, entries, packed)?;
+    fn send(&mut self, stage: Stage, entries: Vec<Entry<R>>, packed: Vec<Packed>) -> Result {
+        let (group, work) = timed(&mut self.times.pack, || Group::new(stage, entries, packed))?;
         self.queue.submit(work);
         self.groups.push_back(group);
         Ok(())
@@ -582,36 +677,30 @@ impl<R: Runs> Scheduler<'_, R> {
 
     /// Records all steps that jobs have taken, after the device has got its next batch.
     fn record(&mut self, watch: &mut dyn Watch) -> Result {
-        let mut has_advanced = false;
+        let began = Instant::now();
         let groups = self.groups.iter_mut().flat_map(|group| &mut group.entries);
-        for entry in groups.chain(&mut self.ready).chain(&mut self.finished) {
-            if let Some(step) = entry.step.take() {
-                has_advanced = true;
-                let progress = step.progress;
-                self.runs.record(entry.run, &entry.job, step)?;
-                if let Some(progress) = progress {
-                    watch.advanced(progress);
-                }
-            }
+        let all = groups.chain(&mut self.ready).chain(&mut self.finished);
+        let new: Vec<_> = all.filter(|entry| entry.step.is_some()).collect();
+        let has_advanced = !new.is_empty();
+        for progress in on_all(new, FEW, Entry::record)?.into_iter().flatten() {
+            watch.advanced(progress);
         }
-        let finished: Vec<_> = self.finished.drain(..).map(|entry| (entry.run, entry.job)).collect();
+        let finished: Vec<_> = self.finished.drain(..).map(|entry| entry.own).collect();
         if !finished.is_empty() {
             self.runs.finish(finished)?;
         }
         if has_advanced {
-            let under_way = listed(&self.groups, &self.ready);
+            let groups = self.groups.iter().flat_map(|group| &group.entries);
+            let under_way: Vec<_> = groups.chain(&self.ready).map(|entry| &entry.own).collect();
             self.runs.pause(&under_way)?;
         }
+        self.times.record += began.elapsed();
         Ok(())
     }
 
     fn end(&mut self) -> Result {
-        let under_way = listed(&self.groups, &self.ready);
-        self.runs.end(&under_way)
+        let groups = self.groups.iter_mut().flat_map(|group| &mut group.entries);
+        let under_way = groups.chain(&mut self.ready).map(|entry| &mut entry.own).collect();
+        self.runs.end(under_way)
     }
-}
-
-fn listed<'a, J: Job>(groups: &'a VecDeque<Group<J>>, ready: &'a [Entry<J>]) -> Vec<(RunNumber, &'a J)> {
-    let groups = groups.iter().flat_map(|group| &group.entries);
-    groups.chain(ready).map(|own| (own.run, &own.job)).collect()
 }

@@ -9,6 +9,7 @@ use signal_hook::consts::{SIGINT, SIGTERM};
 use signal_hook::flag;
 
 use super::job::Progress;
+use super::scheduler::Times;
 use crate::console::Console;
 use crate::exit::{Code, Failure, Result};
 use crate::progress;
@@ -21,6 +22,8 @@ pub(crate) trait Watch {
     fn steps(&mut self, done: u64);
     /// Called when a job has advanced.
     fn advanced(&mut self, progress: Progress);
+    /// Called when the work has ended, with the time that its thread has spent.
+    fn ended(&mut self, _: &Times) {}
 }
 
 /// A flag that the first Ctrl-C or SIGTERM sets. The next Ctrl-C then ends the program at once, exit 130.

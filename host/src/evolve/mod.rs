@@ -95,7 +95,7 @@ impl Generation {
 }
 
 /// An algorithm that improves genomes by their fitness, generation after generation.
-pub(crate) trait Optimizer: Debug + Send {
+pub(crate) trait Optimizer: Debug + Send + Sync {
     /// The algorithm's name.
     fn name(&self) -> &'static str;
 
@@ -225,11 +225,26 @@ pub(crate) fn by_fitness(a: f32, b: f32) -> Ordering {
     b.partial_cmp(&a).unwrap_or_else(|| a.is_nan().cmp(&b.is_nan()))
 }
 
-/// Indices from the best to the worst; of equals, the lower index first.
+/// Indices from the best to the worst, as [`by_fitness`] says; of equals, the lower index first.
 pub(crate) fn ranked(fitness: &[f32]) -> Vec<u32> {
-    let mut ranking: Vec<u32> = (0..fitness.len() as u32).collect();
-    ranking.sort_by(|&a, &b| by_fitness(fitness[a as usize], fitness[b as usize]).then(a.cmp(&b)));
-    ranking
+    // Whole numbers of the same order are sorted several times as fast: the place of a score, then its index.
+    let mut places: Vec<u64> = fitness
+        .iter()
+        .zip(0_u64..)
+        .map(|(&fitness, index)| u64::from(descending(fitness)) << 32 | index)
+        .collect();
+    places.sort_unstable();
+    places.into_iter().map(|place| place as u32).collect()
+}
+
+/// A number that is the lower, the higher a score is: equal for zeros of either sign, and highest for NaN.
+fn descending(fitness: f32) -> u32 {
+    if fitness.is_nan() {
+        return u32::MAX;
+    }
+    // The bits of positive numbers ascend with them, those of negative ones descend.
+    let bits = (fitness + 0.0).to_bits();
+    if bits >> 31 == 1 { bits } else { !bits ^ 1 << 31 }
 }
 
 #[cfg(test)]

@@ -50,14 +50,30 @@ pub(crate) fn below(count: usize, random: &mut (impl Rng + ?Sized)) -> usize {
 }
 
 /// A number in `[0, 1)`, a multiple of 2^-53.
-fn unit(random: &mut (impl Rng + ?Sized)) -> f64 {
-    const SPACING: f64 = 1.0 / (1_u64 << 53) as f64;
-    (random.next_u64() >> 11) as f64 * SPACING
+pub(crate) fn unit(random: &mut (impl Rng + ?Sized)) -> f64 {
+    unit_of(random.next_u64())
 }
+
+/// The number in `[0, 1)` that [`unit`] makes of a random word.
+pub(crate) fn unit_of(word: u64) -> f64 {
+    const SPACING: f64 = 1.0 / UNITS as f64;
+    (word >> 11) as f64 * SPACING
+}
+
+/// How many numbers [`unit`] may give.
+const UNITS: u64 = 1 << 53;
 
 /// A yes or no, yes with this probability, 0 to 1.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Chance(pub(crate) f64);
+
+impl Chance {
+    /// The bound below which a random word's first 53 bits say yes: they are compared as whole numbers then, not as units.
+    pub(crate) fn bound(self) -> u64 {
+        // Exact: a power of two scales, and the least whole number that is not below has the same numbers below it.
+        (self.0 * UNITS as f64).ceil() as u64
+    }
+}
 
 impl Distribution<bool> for Chance {
     fn sample<R: Rng + ?Sized>(&self, random: &mut R) -> bool {
@@ -74,9 +90,16 @@ pub(crate) struct Uniform {
     pub(crate) high: f64,
 }
 
+impl Uniform {
+    /// The number at a share of the range, from 0 up to 1.
+    pub(crate) fn at(&self, share: f64) -> f64 {
+        self.low + (self.high - self.low) * share
+    }
+}
+
 impl Distribution<f64> for Uniform {
     fn sample<R: Rng + ?Sized>(&self, random: &mut R) -> f64 {
-        self.low + (self.high - self.low) * unit(random)
+        self.at(unit(random))
     }
 }
 

@@ -1,14 +1,13 @@
 //! Runs with a directory each, for the engine.
 
-use std::collections::BTreeMap;
 use std::path::PathBuf;
 use std::sync::Arc;
 
 use super::{Done, Recorder, SavedRun, Session};
 use crate::console::Console;
 use crate::engine::job::{Job, Step};
-use crate::engine::scheduler::{RunNumber, Runs, UnderWay, Waiting};
-use crate::exit::{Failure, Result};
+use crate::engine::scheduler::{Record, RunNumber, Runs, UnderWay, Waiting};
+use crate::exit::Result;
 use crate::runs::Experiment;
 
 /// A run to be done, and its place.
@@ -40,8 +39,9 @@ pub(crate) struct Directories {
     places: Vec<RunPlace>,
     session: Session,
     console: Console,
-    under_way: BTreeMap<RunNumber, Recorder>,
     done: Vec<(PathBuf, Done)>,
+    /// How each run that was stopped continues.
+    stopped: Vec<String>,
 }
 
 impl Directories {
@@ -54,8 +54,8 @@ impl Directories {
             places,
             session,
             console,
-            under_way: BTreeMap::new(),
             done: Vec::new(),
+            stopped: Vec::new(),
         }
     }
 
@@ -77,17 +77,19 @@ impl Directories {
     pub(crate) fn done(self) -> Vec<(PathBuf, Done)> {
         self.done
     }
+}
 
-    fn recorder(&mut self, run: RunNumber) -> Result<&mut Recorder> {
-        let recorder = self.under_way.get_mut(&run);
-        recorder.ok_or_else(|| Failure::failed("a run has no directory"))
+impl Record<Box<dyn Job>> for Recorder {
+    fn add(&mut self, job: &Box<dyn Job>, step: Step) -> Result {
+        self.record(&**job, step)
     }
 }
 
 impl Runs for Directories {
     type Job = Box<dyn Job>;
+    type Record = Recorder;
 
-    fn begin(&mut self, run: RunNumber) -> Result<Box<dyn Job>> {
+    fn begin(&mut self, run: RunNumber) -> Result<(Box<dyn Job>, Recorder)> {
         let session = Session {
             started: crate::utc::now(),
             ..self.session.clone()
@@ -106,39 +108,34 @@ impl Runs for Directories {
                 (recorder, job)
             }
         };
-        self.under_way.insert(run, recorder);
-        Ok(job)
+        Ok((job, recorder))
     }
 
-    fn record(&mut self, run: RunNumber, job: &Self::Job, step: Step) -> Result {
-        self.recorder(run)?.record(&**job, step)
-    }
-
-    fn finish(&mut self, finished: Vec<(RunNumber, Self::Job)>) -> Result {
-        for (run, mut job) in finished {
-            let recorder = self.recorder(run)?;
-            let done = recorder.finish(&mut *job)?;
-            let directory = recorder.directory().to_owned();
-            self.done.push((directory, done));
-            self.under_way.remove(&run);
+    fn finish(&mut self, finished: Vec<UnderWay<Self>>) -> Result {
+        for UnderWay {
+            mut job, mut record, ..
+        } in finished
+        {
+            let done = record.finish(&mut *job)?;
+            self.done.push((record.directory().to_owned(), done));
         }
         Ok(())
     }
 
-    fn end(&mut self, under_way: &UnderWay<'_, Box<dyn Job>>) -> Result {
-        for (run, job) in under_way {
-            self.recorder(*run)?.stop(&***job)?;
+    fn end(&mut self, mut under_way: Vec<&mut UnderWay<Self>>) -> Result {
+        under_way.sort_by_key(|own| own.run);
+        for UnderWay { job, record, .. } in under_way {
+            record.stop(&**job)?;
+            let directory = record.directory().display();
+            self.stopped
+                .push(format!("  oneiro resume {directory}  ({})", record.reached()));
         }
         Ok(())
     }
 
     fn stopped(&self) -> String {
-        let mut lines: Vec<String> = self
-            .under_way
-            .values()
-            .map(|run| format!("  oneiro resume {}  ({})", run.directory().display(), run.reached()))
-            .collect();
-        let unborn = self.places.len() - self.under_way.len() - self.done.len();
+        let mut lines = self.stopped.clone();
+        let unborn = self.places.len() - self.stopped.len() - self.done.len();
         if unborn > 0 {
             lines.push(format!(
                 "  the same command, once these are finished, for {unborn} runs that have not begun"

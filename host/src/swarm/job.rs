@@ -319,8 +319,8 @@ impl Job for SwarmJob {
                 },
                 worlds: &self.simulators,
                 outside: None,
-                rollouts: Box::new(self.rollouts_on_board()),
                 states: &[],
+                lives: controllers,
                 steps: controllers as u64 * u64::from(SECOND * plan.settings.clock.interval_s),
             });
         }
@@ -334,14 +334,22 @@ impl Job for SwarmJob {
             },
             worlds: &self.arena,
             outside: None,
-            rollouts: Box::new(std::iter::once(Rollout {
-                world: 0,
-                genes: &self.input,
-                key: Key::rollout(plan.seed, 0, 0, 0),
-            })),
             states: state.arena.as_slice(),
+            lives: 1,
             steps: u64::from(plan.settings.world.robots * SECOND * (end - start)),
         })
+    }
+
+    fn rollouts<'a>(&'a self, into: &mut Vec<Rollout<'a>>) {
+        if self.is_to_simulate() {
+            into.extend(self.rollouts_on_board());
+        } else if !self.is_finished() {
+            into.push(Rollout {
+                world: 0,
+                genes: &self.input,
+                key: Key::rollout(self.plan.seed, 0, 0, 0),
+            });
+        }
     }
 
     fn tell(&mut self, results: &Results<'_>) -> Result<Step> {

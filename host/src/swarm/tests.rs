@@ -4,7 +4,7 @@ use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 use std::time::Duration;
 
-use oneiro::batch::{Rollout, TraceRequest, WorldKind, Worlds};
+use oneiro::batch::{TraceRequest, WorldKind, Worlds};
 use oneiro::cpu::Cpu;
 use oneiro::foraging::Light;
 use oneiro::swarm::Line;
@@ -64,18 +64,15 @@ fn run_traced(plan: Plan) -> (Run, Vec<Line>) {
 /// Lets a swarm take its next step alone. Returns whether there was one.
 fn step(job: &mut SwarmJob, engine: &Engine) -> bool {
     let Some(Request {
-        stage,
-        worlds,
-        rollouts,
-        states,
-        ..
+        stage, worlds, states, ..
     }) = job.ask()
     else {
         return false;
     };
     let worlds: Vec<&dyn WorldKind> = worlds.iter().map(|place| &*place.world as _).collect();
     let worlds = Worlds::new(&worlds).unwrap();
-    let rollouts: Vec<Rollout<'_>> = rollouts.collect();
+    let mut rollouts = Vec::new();
+    job.rollouts(&mut rollouts);
     let batch = match stage.cycles {
         None => worlds.batch(&rollouts, None),
         Some([first, end]) => {

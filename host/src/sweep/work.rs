@@ -10,7 +10,7 @@ use rayon::prelude::*;
 use super::journal::{Journal, Outcome, Saved};
 use super::{Plan, RunIndex, Sweep};
 use crate::engine::job::{Job, Step};
-use crate::engine::scheduler::{RunNumber, Runs, UnderWay, Waiting};
+use crate::engine::scheduler::{Record, RunNumber, Runs, UnderWay, Waiting};
 use crate::exit::{Failure, Result};
 use crate::record::result_of;
 use crate::runs::{Experiment, Recording};
@@ -27,13 +27,12 @@ pub(crate) struct Work<'a> {
     cells: BTreeMap<usize, Weak<dyn Experiment>>,
     /// Runs from a checkpoint that have not been resumed yet.
     saved: BTreeMap<RunIndex, Saved>,
-    under_way: BTreeMap<RunNumber, Recorded>,
     checkpoint_every: Duration,
     checkpointed: Instant,
 }
 
-/// Records of a run in progress.
-struct Recorded {
+/// The record of a run in progress, in memory until it is finished.
+pub(crate) struct Recorded {
     experiment: Arc<dyn Experiment>,
     done: u32,
     /// The table of steps so far. Individuals are not recorded in sweeps, so there is no other.
@@ -54,7 +53,6 @@ impl<'a> Work<'a> {
             journal,
             cells: BTreeMap::new(),
             saved: saved.into_iter().map(|saved| (saved.run, saved)).collect(),
-            under_way: BTreeMap::new(),
             checkpoint_every,
             checkpointed: Instant::now(),
         }
@@ -85,31 +83,23 @@ impl<'a> Work<'a> {
         Ok(experiment)
     }
 
-    fn recorded(&mut self, run: RunNumber) -> Result<&mut Recorded> {
-        self.under_way.get_mut(&run).ok_or_else(no_tables)
-    }
-
-    fn checkpoint(&mut self, under_way: &UnderWay<'_, Box<dyn Job>>) -> Result {
+    fn checkpoint<'r>(&mut self, under_way: impl Iterator<Item = &'r UnderWay<Self>>) -> Result
+    where
+        Self: 'r,
+    {
         self.checkpointed = Instant::now();
+        let under_way: Vec<_> = under_way.collect();
+        let saved = under_way.into_par_iter().map(|UnderWay { run, job, record }| Saved {
+            run: *run as RunIndex,
+            done: record.done,
+            tables: vec![record.table.clone()],
+            job: job.save(),
+        });
         // Runs that are still to be resumed from an earlier checkpoint stay in the next one.
         let mut all: Vec<Saved> = self.saved.values().cloned().collect();
-        for &(run, job) in under_way {
-            let Some(recorded) = self.under_way.get(&run) else {
-                continue;
-            };
-            all.push(Saved {
-                run: run as RunIndex,
-                done: recorded.done,
-                tables: vec![recorded.table.clone()],
-                job: job.save(),
-            });
-        }
+        all.par_extend(saved);
         self.journal.checkpoint(all)
     }
-}
-
-fn no_tables() -> Failure {
-    Failure::failed("a run has no tables")
 }
 
 /// The outcome of a finished run.
@@ -133,10 +123,21 @@ fn outcome(plan: &Plan, run: RunNumber, mut job: Box<dyn Job>, recorded: &Record
     })
 }
 
+impl Record<Box<dyn Job>> for Recorded {
+    fn add(&mut self, _: &Box<dyn Job>, step: Step) -> Result {
+        self.done = step.progress.map_or(self.done, |progress| progress.done);
+        for added in step.added {
+            self.table.extend(added.bytes);
+        }
+        Ok(())
+    }
+}
+
 impl Runs for Work<'_> {
     type Job = Box<dyn Job>;
+    type Record = Recorded;
 
-    fn begin(&mut self, run: RunNumber) -> Result<Box<dyn Job>> {
+    fn begin(&mut self, run: RunNumber) -> Result<(Box<dyn Job>, Recorded)> {
         let index = run as RunIndex;
         let experiment = self.experiment(self.sweep.cell_of(index))?;
         let seed = self.sweep.seed_of(index);
@@ -156,43 +157,29 @@ impl Runs for Work<'_> {
             done,
             table,
         };
-        self.under_way.insert(run, recorded);
-        Ok(job)
+        Ok((job, recorded))
     }
 
-    fn record(&mut self, run: RunNumber, _: &Self::Job, step: Step) -> Result {
-        let recorded = self.recorded(run)?;
-        recorded.done = step.progress.map_or(recorded.done, |progress| progress.done);
-        for added in step.added {
-            recorded.table.extend(added.bytes);
-        }
-        Ok(())
-    }
-
-    fn finish(&mut self, finished: Vec<(RunNumber, Self::Job)>) -> Result {
-        let finished: Vec<_> = finished
-            .into_iter()
-            .map(|(run, job)| Ok((run, job, self.under_way.remove(&run).ok_or_else(no_tables)?)))
-            .collect::<Result<_>>()?;
+    fn finish(&mut self, finished: Vec<UnderWay<Self>>) -> Result {
         let plan = self.plan;
         // With short runs, a fast device would wait for one thread's hashes.
         let outcomes = finished
             .into_par_iter()
-            .map(|(run, job, recorded)| Ok((outcome(plan, run, job, &recorded)?, plan.ids[run])))
+            .map(|UnderWay { run, job, record }| Ok((outcome(plan, run, job, &record)?, plan.ids[run])))
             .collect::<Result<_>>()?;
         self.journal.done(outcomes)
     }
 
-    fn pause(&mut self, under_way: &UnderWay<'_, Box<dyn Job>>) -> Result {
+    fn pause(&mut self, under_way: &[&UnderWay<Self>]) -> Result {
         if self.checkpointed.elapsed() < self.checkpoint_every {
             return Ok(());
         }
-        self.checkpoint(under_way)
+        self.checkpoint(under_way.iter().copied())
     }
 
-    fn end(&mut self, under_way: &UnderWay<'_, Box<dyn Job>>) -> Result {
+    fn end(&mut self, under_way: Vec<&mut UnderWay<Self>>) -> Result {
         // Even if all runs are done: those of the last checkpoint are in the table of results now.
-        self.checkpoint(under_way)
+        self.checkpoint(under_way.into_iter().map(|own| &*own))
     }
 
     fn stopped(&self) -> String {

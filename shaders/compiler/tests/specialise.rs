@@ -156,7 +156,9 @@ fn main(@builtin(local_invocation_index) lane: u32) {
     let program = Generic::new(&parts).unwrap().program(&known);
     let (mut loads, mut products) = ([0; 2], 0);
     visit(&program.body, &mut |statement| {
-        let Statement::Loop { body, .. } = statement else { return };
+        let Statement::Loop { body, .. } = statement else {
+            return;
+        };
         visit(body, &mut |statement| match statement {
             Statement::Load { address, .. } => loads[address.buffer as usize] += 1,
             Statement::Let(value) => {
@@ -165,5 +167,9 @@ fn main(@builtin(local_invocation_index) lane: u32) {
             _ => {}
         });
     });
-    assert_eq!((loads, products), ([0, 1], 0), "only what turns write is loaded in them");
+    assert_eq!(
+        (loads, products),
+        ([0, 1], 0),
+        "only what turns write is loaded in them"
+    );
 }

@@ -4,7 +4,7 @@
 use std::sync::Arc;
 
 use oneiro::batch::{Rollout, Trace};
-use oneiro::random::Key;
+use oneiro::random::{Key, Keys};
 use serde::{Deserialize, Serialize};
 
 use super::champion::Individual;
@@ -213,34 +213,51 @@ impl Evolving {
     /// Lives of the finalists, all with the same random numbers.
     fn finalists_lives(&self) -> impl Iterator<Item = Rollout<'_>> {
         let lives = self.single.experiment.settings().finalists.lives;
+        let keys = Keys::new(self.seed, FINALISTS);
         self.finalists.iter().flat_map(move |finalist| {
             (0..lives).map(move |life| Rollout {
                 world: 0,
                 genes: &finalist.genome,
-                key: Key::rollout(self.seed, FINALISTS, 0, life.into()),
+                key: keys.of(0, life.into()),
             })
         })
     }
 
+    /// Number of lives for a purpose.
+    fn count(&self, purpose: Purpose) -> u64 {
+        let settings = self.single.experiment.settings();
+        let individuals = self.evolution.ask().len() as u64;
+        match purpose {
+            Purpose::Generation | Purpose::Simulated => individuals * u64::from(settings.trials),
+            Purpose::Finalists => self.finalists.len() as u64 * u64::from(settings.finalists.lives),
+            Purpose::Real => individuals * self.places.reality.len() as u64,
+            Purpose::Trace => 1,
+        }
+    }
+
     /// Each individual's lives, in the simulator or on the robot.
     fn lives(&self) -> impl Iterator<Item = Rollout<'_>> {
-        let (seed, generation) = (self.seed, self.evolution.generation());
+        let keys = Keys::new(self.seed, self.evolution.generation().into());
         let trials = self.single.experiment.settings().trials;
-        let each = move |(genes, individual)| {
-            keys(seed, generation, individual, trials).map(move |key| Rollout { world: 0, genes, key })
+        let each = move |(genes, individual): (_, u32)| {
+            (0..trials).map(move |trial| Rollout {
+                world: 0,
+                genes,
+                key: keys.of(individual.into(), trial.into()),
+            })
         };
         self.evolution.ask().genomes().zip(0..).flat_map(each)
     }
 
     /// A life of each individual with each robot of reality.
     fn real_lives(&self) -> impl Iterator<Item = Rollout<'_>> {
-        let (seed, generation) = (self.seed, self.evolution.generation());
+        let keys = Keys::new(self.seed, self.evolution.generation().into());
         (0..self.places.reality.len()).flat_map(move |robot| {
             let each = move |(genes, individual): (_, u32)| Rollout {
                 world: robot,
                 genes,
                 // Larger than the number of any simulated trial.
-                key: Key::rollout(seed, generation.into(), individual.into(), (1 << 32) + robot as u64),
+                key: keys.of(individual.into(), (1 << 32) + robot as u64),
             };
             self.evolution.ask().genomes().zip(0..).map(each)
         })
@@ -317,42 +334,38 @@ impl Job for Evolving {
             Purpose::Real => reality,
         };
         let kernel = lived.first().map_or("", |place| place.world.kernel().name);
-        let individuals = self.evolution.ask().len() as u64;
         let life = u64::from(settings.world.cycles);
         let outside = match purpose {
             Purpose::Generation => self.outside_of(self.evolution.generation()),
             _ => None,
         };
         let mut stage = outside.map_or_else(|| Stage::lives(kernel), |_| Stage::OUTSIDE);
-        let (rollouts, lives): (Box<dyn Iterator<Item = Rollout<'_>>>, u64) = match purpose {
-            Purpose::Generation | Purpose::Simulated => {
-                let lives = individuals * u64::from(settings.trials);
-                (Box::new(self.lives()), lives)
-            }
-            Purpose::Finalists => {
-                let lives = self.finalists.len() as u64 * u64::from(settings.finalists.lives);
-                (Box::new(self.finalists_lives()), lives)
-            }
-            Purpose::Real => (Box::new(self.real_lives()), individuals * reality.len() as u64),
-            Purpose::Trace => {
-                stage.trace_every = Some(trace_every(experiment));
-                let (champion, _) = self.champion().ok()?;
-                let life_again = Rollout {
-                    world: 0,
-                    genes: &champion.genome,
-                    key: self.keys(champion)[0],
-                };
-                (Box::new(std::iter::once(life_again)), 1)
-            }
-        };
+        if purpose == Purpose::Trace {
+            stage.trace_every = Some(trace_every(experiment));
+        }
         Some(Request {
             stage,
             worlds: lived,
             outside,
-            rollouts,
             states: &[],
-            steps: lives * life,
+            lives: self.count(purpose) as usize,
+            steps: self.count(purpose) * life,
         })
+    }
+
+    fn rollouts<'a>(&'a self, into: &mut Vec<Rollout<'a>>) {
+        match self.purpose() {
+            // One after the other from within is faster than to be asked for each.
+            Some(Purpose::Generation | Purpose::Simulated) => self.lives().for_each(|life| into.push(life)),
+            Some(Purpose::Finalists) => self.finalists_lives().for_each(|life| into.push(life)),
+            Some(Purpose::Real) => into.extend(self.real_lives()),
+            Some(Purpose::Trace) => into.extend(self.champion().ok().map(|(champion, _)| Rollout {
+                world: 0,
+                genes: &champion.genome,
+                key: self.keys(champion)[0],
+            })),
+            None => (),
+        }
     }
 
     fn tell(&mut self, results: &Results<'_>) -> Result<Step> {
@@ -443,7 +456,8 @@ impl Job for Evolving {
 
 /// Keys of an individual's lives.
 pub(crate) fn keys(seed: u64, generation: u32, individual: u32, trials: u32) -> impl Iterator<Item = Key> {
-    (0..trials).map(move |trial| Key::rollout(seed, generation.into(), individual.into(), trial.into()))
+    let own = Keys::new(seed, generation.into());
+    (0..trials).map(move |trial| own.of(individual.into(), trial.into()))
 }
 
 /// An individual's score: the mean or the minimum of its lives; NaN if one of them is.
