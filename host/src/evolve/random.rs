@@ -54,13 +54,13 @@ pub(crate) fn unit(random: &mut (impl Rng + ?Sized)) -> f64 {
     unit_of(random.next_u64())
 }
 
-/// The number in `[0, 1)` that [`unit`] makes of a random word.
+/// The number in `[0, 1)` that [`unit()`] makes of a random word.
 pub(crate) fn unit_of(word: u64) -> f64 {
     const SPACING: f64 = 1.0 / UNITS as f64;
     (word >> 11) as f64 * SPACING
 }
 
-/// How many numbers [`unit`] may give.
+/// How many numbers [`unit()`] may give.
 const UNITS: u64 = 1 << 53;
 
 /// A yes or no, yes with this probability, 0 to 1.
