@@ -69,7 +69,7 @@ fn on_all<T: Send, R: Send>(
     work: impl Fn(T) -> Result<R, Invalid> + Send + Sync,
 ) -> Result<Vec<R>, Invalid> {
     let done: Vec<Result<R, Invalid>> = if tasks.len() > 1 {
-        tasks.into_par_iter().map(work).collect()
+        tasks.into_par_iter().with_max_len(1).map(work).collect()
     } else {
         tasks.into_iter().map(work).collect()
     };

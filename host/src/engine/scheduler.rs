@@ -356,7 +356,7 @@ impl<R: Runs> Group<R> {
         let own = packed.iter().find(|known| known.kernel == stage.kernel);
         let own = own.ok_or_else(|| Failure::failed("a batch has no worlds"))?;
         // Some lists for each processor, so that all have something to do to the end.
-        let share = entries.len().div_ceil(4 * rayon::current_num_threads()).max(FEW);
+        let share = entries.len().div_ceil(8 * rayon::current_num_threads()).max(FEW);
         let lists = on_all(entries.chunks(share).collect(), 1, |entries| Ok(own.rollouts(entries)))?;
         let batch = match stage.stretch() {
             None => own.worlds.batch_of(&lists, stage.trace())?,
@@ -423,11 +423,11 @@ impl<R: Runs> Group<R> {
     }
 }
 
-/// Does something with all items, on all processors if there are more than `few`. Of several errors it returns that of the
-/// first item.
+/// Does something with all items, on all processors if there are more than `few`: in pieces of half as many, small enough that
+/// all processors finish together. Of several errors it returns that of the first item.
 fn on_all<T: Send, U: Send>(items: Vec<T>, few: usize, work: impl Fn(T) -> Result<U> + Send + Sync) -> Result<Vec<U>> {
     let done: Vec<Result<U>> = if items.len() > few {
-        items.into_par_iter().with_min_len(few).map(work).collect()
+        items.into_par_iter().with_max_len(few.div_ceil(2)).map(work).collect()
     } else {
         items.into_iter().map(work).collect()
     };

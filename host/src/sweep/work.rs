@@ -165,6 +165,7 @@ impl Runs for Work<'_> {
         // With short runs, a fast device would wait for one thread's hashes.
         let outcomes = finished
             .into_par_iter()
+            .with_max_len(1)
             .map(|UnderWay { run, job, record }| Ok((outcome(plan, run, job, &record)?, plan.ids[run])))
             .collect::<Result<_>>()?;
         self.journal.done(outcomes)
