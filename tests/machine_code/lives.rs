@@ -27,7 +27,7 @@ pub(crate) fn batches() -> Vec<(&'static str, Batch)> {
         change(&mut spec);
         let world = World::new(spec).unwrap();
         let genes = world.genes();
-        batch(Worlds::new(&[world]).unwrap(), |index| genome(genes, index))
+        batch(&Worlds::new(&[world]).unwrap(), |index| genome(genes, index))
     };
     let forager = Foraging {
         cycles: LEFT_OUT + COUNTED,
@@ -58,13 +58,13 @@ pub(crate) fn batches() -> Vec<(&'static str, Batch)> {
         ),
         (
             "over nest",
-            batch(foragers, |index| {
+            batch(&foragers, |index| {
                 genome(2, index).iter().map(|gene| gene.abs()).collect()
             }),
         ),
         (
             "ten robots",
-            batch(swarms, |index| {
+            batch(&swarms, |index| {
                 let order = |robot| {
                     let genes = genome(2, 10 * index + robot);
                     Order::always([genes[0].abs(), genes[1].abs()])
@@ -86,7 +86,7 @@ fn genome(genes: usize, index: u64) -> Vec<f32> {
         .collect()
 }
 
-fn batch(worlds: Worlds, genes: impl Fn(u64) -> Vec<f32>) -> Batch {
+fn batch(worlds: &Worlds, genes: impl Fn(u64) -> Vec<f32>) -> Batch {
     let genes: Vec<Vec<f32>> = (0..GROUP).map(genes).collect();
     let rollouts: Vec<_> = (0..)
         .zip(&genes)

@@ -187,8 +187,7 @@ fn operand(token: &str, line: &str) -> Operand {
         first.parse::<usize>().ok()
     };
     let source = match inner {
-        "vcc" => Source::Scalar(VCC),
-        "vcc_lo" => Source::Scalar(VCC),
+        "vcc" | "vcc_lo" => Source::Scalar(VCC),
         "vcc_hi" => Source::Scalar(VCC + 1),
         "exec" | "exec_lo" => Source::Scalar(EXEC),
         "exec_hi" => Source::Scalar(EXEC + 1),
@@ -359,7 +358,7 @@ impl Wave<'_> {
             return;
         }
         let immediate = |own: Operand| match own.source {
-            Source::Constant(bits) => bits as u16 as i16 as i32 as u32,
+            Source::Constant(bits) => i32::from(bits as u16 as i16) as u32,
             other => panic!("{name}: {other:?} is no constant"),
         };
         let old = self.scalars[register(0)];
@@ -395,7 +394,7 @@ impl Wave<'_> {
                     }
                     "s_mul_i32" => a.wrapping_mul(b),
                     "s_pack_hh_b32_b16" => a >> 16 | b & 0xffff_0000,
-                    "s_mul_hi_u32" => (u64::from(a) * u64::from(b) >> 32) as u32,
+                    "s_mul_hi_u32" => ((u64::from(a) * u64::from(b)) >> 32) as u32,
                     "s_cselect_b32" => {
                         if self.scc {
                             a
@@ -613,7 +612,7 @@ fn compare(name: &str, a: u32, b: u32) -> bool {
                 "ge" => a >= b,
                 "eq" => a == b,
                 "neq" => a != b,
-                "lg" => a < b || a > b,
+                "lg" => a.partial_cmp(&b).is_some_and(std::cmp::Ordering::is_ne),
                 "nlt" => !matches!(a.partial_cmp(&b), Some(std::cmp::Ordering::Less)),
                 _ => panic!("{name} is not known"),
             }
@@ -656,14 +655,19 @@ fn low_bits(count: u32) -> u32 {
 }
 
 /// The result of an operation on a lane's words.
-fn computed(own: &Instruction, [a, b, c]: [u32; 3]) -> u32 {
+#[expect(
+    clippy::many_single_char_names,
+    reason = "the operands' words, and the numbers that those are"
+)]
+fn computed(own: &Instruction, operands: [u32; 3]) -> u32 {
     let float = |result: f32| {
         let result = if own.scale == 1.0 { result } else { result * own.scale };
         let result = if own.clamp { result.clamp(0.0, 1.0) } else { result };
-        assert!(!result.is_nan(), "{own:?}: {a:#x} {b:#x} {c:#x}");
+        assert!(!result.is_nan(), "{own:?}: {operands:#x?}");
         result.to_bits()
     };
-    let [x, y, z] = [a, b, c].map(f32::from_bits);
+    let [a, b, c] = operands;
+    let [x, y, z] = operands.map(f32::from_bits);
     // Of zeros, the one of the negative sign is the lesser.
     let least = |x: f32, y: f32| if x.total_cmp(&y).is_lt() { x } else { y };
     let greatest = |x: f32, y: f32| if x.total_cmp(&y).is_lt() { y } else { x };
@@ -693,7 +697,7 @@ fn computed(own: &Instruction, [a, b, c]: [u32; 3]) -> u32 {
         "v_subrev_nc_u32" => b.wrapping_sub(a),
         "v_add3_u32" => a.wrapping_add(b).wrapping_add(c),
         "v_mul_lo_u32" => a.wrapping_mul(b),
-        "v_mul_hi_u32" => (u64::from(a) * u64::from(b) >> 32) as u32,
+        "v_mul_hi_u32" => ((u64::from(a) * u64::from(b)) >> 32) as u32,
         "v_mul_u32_u24" => (a & 0xff_ffff).wrapping_mul(b & 0xff_ffff),
         "v_mad_u32_u24" => (a & 0xff_ffff).wrapping_mul(b & 0xff_ffff).wrapping_add(c),
         "v_min_u32" => a.min(b),

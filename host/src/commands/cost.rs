@@ -44,6 +44,10 @@ pub(crate) struct Ceiling {
 ///
 /// # Errors
 /// A mistake of the compiler.
+#[cfg_attr(
+    not(all(feature = "gpu", feature = "compose")),
+    expect(clippy::unnecessary_wraps, reason = "nothing is counted that could fail")
+)]
 pub(super) fn at_most(worlds: &Worlds) -> Result<Vec<Ceiling>> {
     #[cfg(all(feature = "gpu", feature = "compose"))]
     return Ok(ceilings(counted::operations(worlds)?));

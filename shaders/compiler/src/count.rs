@@ -75,7 +75,6 @@ impl Class {
             Op::Unary(Unary::Negate | Unary::Abs | Unary::Floor | Unary::Trunc, a) if operand_is_float(a) => {
                 Self::Float
             }
-            Op::Unary(..) => Self::Integer,
             Op::Binary(op, ..) if op.compares() => Self::Selection,
             Op::Binary(_, a, _) if operand_is_float(a) => Self::Float,
             Op::Binary(Binary::Multiply, ..) => Self::Product,
@@ -83,7 +82,7 @@ impl Class {
                 Op::Constant(bits) if bits.is_power_of_two() => Self::Integer,
                 _ => Self::Quotient,
             },
-            Op::Binary(..) => Self::Integer,
+            Op::Unary(..) | Op::Binary(..) => Self::Integer,
             Op::Select { .. } => Self::Selection,
             Op::Convert(_) => Self::Conversion,
         })

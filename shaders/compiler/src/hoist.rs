@@ -114,8 +114,9 @@ impl<'a> Hoisting<'a> {
         match program.op(*value) {
             Op::Constant(_) | Op::Lane | Op::Workgroup | Op::Read(_) | Op::ReadElement(..) | Op::Loaded => false,
             Op::Bitcast(from) | Op::Unary(Unary::Negate | Unary::Not | Unary::Abs, from) => self.chosen.contains(&from),
-            Op::Convert(_) | Op::Unary(..) => true,
-            Op::Binary(Binary::Multiply | Binary::Divide | Binary::Remainder, ..) => true,
+            Op::Convert(_) | Op::Unary(..) | Op::Binary(Binary::Multiply | Binary::Divide | Binary::Remainder, ..) => {
+                true
+            }
             Op::Binary(_, a, _) if of_floats(a) => true,
             op => op.operands().any(|operand| self.chosen.contains(&operand)),
         }
