@@ -931,7 +931,22 @@ fn every_exact_adapter_gives_the_cpu_s_bits() {
     assert!(!exact.is_empty(), "no exact adapter: {devices}");
     let here = evaluate("cpu");
     for adapter in exact {
-        assert_eq!(evaluate(&format!("gpu:{}", adapter["index"])), here, "{adapter}");
+        let backend = format!("gpu:{}", adapter["index"]);
+        assert_eq!(evaluate(&backend), here, "{adapter}");
+        for (specialise, share) in [("never", 0.0), ("always", 1.0)] {
+            let ran = place.json(&[
+                "run",
+                "small.toml",
+                "--backend",
+                &backend,
+                "--specialise",
+                specialise,
+                "--out",
+                &format!("{specialise}-{}", adapter["index"]),
+                "--json",
+            ]);
+            assert_eq!(ran["specialised"], share, "{adapter}");
+        }
     }
 }
 

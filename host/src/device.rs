@@ -10,7 +10,7 @@ use oneiro::evaluator::Evaluator;
 use oneiro::probe::Case;
 
 use crate::console::Console;
-use crate::engine::handle::Engine;
+use crate::engine::handle::{Closed, Engine};
 use crate::engine::watcher::stop_signal;
 use crate::exit::{Failure, Result};
 
@@ -71,11 +71,14 @@ pub(crate) fn engine(arguments: &Backend) -> Result<Engine> {
     Ok(Engine::new(open(arguments)?, stop_signal()?))
 }
 
-/// Ends an engine, and prints its evaluator's warnings.
-pub(crate) fn close(engine: Engine, console: Console) {
-    for warning in engine.close() {
+/// Ends an engine, and prints its evaluator's warnings. Returns the share of the robot-steps that kernels specialised to their
+/// worlds have simulated.
+pub(crate) fn close(engine: Engine, console: Console) -> f64 {
+    let Closed { warnings, specialised } = engine.close();
+    for warning in warnings {
         console.say(format!("warning: {warning}"));
     }
+    specialised
 }
 
 /// Disables Mesa's device-select layer: without a desktop it prints to standard error, and its order of adapters isn't
@@ -141,6 +144,15 @@ impl Candidate {
             threads: Some(threads),
             exact: true,
             way: Way::Cpu(lanes),
+        }
+    }
+
+    /// The adapter, if it is one.
+    #[cfg(feature = "gpu")]
+    pub(crate) fn adapter(&self) -> Option<&oneiro::gpu::Adapter> {
+        match &self.way {
+            Way::Cpu(_) => None,
+            Way::Gpu(adapter) => Some(adapter),
         }
     }
 

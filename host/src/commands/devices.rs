@@ -3,12 +3,11 @@
 use std::thread;
 
 use oneiro::cpu::Cpu;
-#[cfg(feature = "gpu")]
-use oneiro_shaders::Kernel;
 use serde_json::{Value, json};
 
+use super::machine_code::MachineCode;
 use crate::cli::Devices;
-use crate::console::{Console, columns};
+use crate::console::Console;
 use crate::exit::Result;
 
 /// The CPU's lane codes, widest first, and its threads.
@@ -65,14 +64,8 @@ struct Adapter {
     /// Names and values.
     limits: Vec<(&'static str, u64)>,
     float_controls: Vec<(&'static str, bool)>,
-    /// What its driver tells of its machine code, or why it doesn't, if that was asked for.
-    explained: Option<std::result::Result<Vec<Explained>, String>>,
-}
-
-/// What a driver tells of a kernel's machine code.
-struct Explained {
-    kernel: String,
-    statistics: Vec<(String, u64)>,
+    /// What its driver tells of its machine code, if that was asked for.
+    machine_code: Option<MachineCode>,
 }
 
 impl Adapter {
@@ -113,7 +106,7 @@ impl Adapter {
         format!(
             "gpu:{index}: {name}\n  {exact}\n  {interface}, {kind}; driver: {driver}\n  limits: {}\n  float modes: {modes}\n{}",
             limits.join(", "),
-            self.machine_code(),
+            self.machine_code.as_ref().map(MachineCode::text).unwrap_or_default(),
         )
     }
 
@@ -134,36 +127,8 @@ impl Adapter {
             "why_not_exact": self.inexact,
             "limits": table(&self.limits.iter().map(|&(name, value)| (name, value.into())).collect::<Vec<_>>()),
             "float_controls": table(&self.float_controls.iter().map(|&(name, has)| (name, has.into())).collect::<Vec<_>>()),
-            "machine_code": self.explained.as_ref().map(|explained| match explained {
-                Ok(kernels) => kernels
-                    .iter()
-                    .map(|own| (own.kernel.clone(), own.statistics.iter().cloned().collect::<Value>()))
-                    .collect::<Value>(),
-                Err(why) => json!({ "why_not": why }),
-            }),
+            "machine_code": self.machine_code.as_ref().map(MachineCode::value),
         })
-    }
-
-    /// The machine code as a table.
-    fn machine_code(&self) -> String {
-        match &self.explained {
-            None => String::new(),
-            Some(Err(why)) => format!("  machine code: not known: {why}\n"),
-            Some(Ok(kernels)) => {
-                let names: Vec<&str> = kernels
-                    .first()
-                    .map_or(&[][..], |own| &own.statistics)
-                    .iter()
-                    .map(|(name, _)| name.as_str())
-                    .collect();
-                let row = |own: &Explained| {
-                    let figures = own.statistics.iter().map(|(_, value)| value.to_string());
-                    [vec![own.kernel.clone()], figures.collect()].concat()
-                };
-                let rows: Vec<Vec<String>> = kernels.iter().map(row).collect();
-                format!("\n{}\n", columns(&[&["kernel"], names.as_slice()].concat(), &rows))
-            }
-        }
     }
 }
 
@@ -171,60 +136,6 @@ impl Adapter {
 fn adapters(explains: bool) -> Vec<Adapter> {
     let all = oneiro::gpu::adapters();
     all.iter().map(|own| adapter(own, explains)).collect()
-}
-
-/// What an adapter's driver tells of all kernels, and of that of the 1995 world.
-#[cfg(all(
-    feature = "gpu",
-    any(windows, target_os = "linux", target_os = "android", target_os = "freebsd")
-))]
-fn explained(adapter: &oneiro::gpu::Adapter) -> std::result::Result<Vec<Explained>, String> {
-    let compiler = oneiro::gpu::Compiler::of(adapter)?;
-    let mut found = Vec::new();
-    let mut add = |name: String, kernel: &Kernel, spirv: &[u32]| {
-        let mut statistics = compiler
-            .compile(kernel, spirv)
-            .map_err(|error| error.to_string())?
-            .statistics;
-        // Hashes tell nobody anything.
-        statistics.retain(|(name, _)| !name.to_lowercase().contains("hash"));
-        found.push(Explained {
-            kernel: name,
-            statistics,
-        });
-        Ok::<_, String>(())
-    };
-    for kernel in oneiro_shaders::KERNELS
-        .iter()
-        .filter(|kernel| !kernel.name.starts_with("probe"))
-    {
-        add(kernel.name.into(), kernel, kernel.spirv)?;
-    }
-    #[cfg(feature = "compose")]
-    {
-        use oneiro::batch::{Batch, Rollout};
-        use oneiro::world::{World, WorldSpec};
-
-        let world = World::new(WorldSpec::miglino1995()).map_err(|error| error.to_string())?;
-        let genes = vec![0.5; world.genes()];
-        let rollout = Rollout {
-            world: 0,
-            genes: &genes,
-            key: oneiro::random::Key::rollout(0, 0, 0, 0),
-        };
-        let batch = Batch::new(&[world], &[rollout], None).map_err(|error| error.to_string())?;
-        let own = oneiro::gpu::specialised(&batch.all(), 0)?;
-        add(format!("{}, world of 1995", batch.kernel().name), batch.kernel(), &own)?;
-    }
-    Ok(found)
-}
-
-#[cfg(all(
-    feature = "gpu",
-    not(any(windows, target_os = "linux", target_os = "android", target_os = "freebsd"))
-))]
-fn explained(_: &oneiro::gpu::Adapter) -> std::result::Result<Vec<Explained>, String> {
-    Err("only drivers of Vulkan tell".into())
 }
 
 #[cfg(feature = "gpu")]
@@ -256,7 +167,7 @@ fn adapter(adapter: &oneiro::gpu::Adapter, explains: bool) -> Adapter {
             ("keep_special", floats.keep_special),
             ("keep_subnormal", floats.keep_subnormal),
         ],
-        explained: explains.then(|| explained(adapter)),
+        machine_code: explains.then(|| MachineCode::of(adapter)),
     }
 }
 

@@ -17,6 +17,7 @@ pub(crate) mod fleet;
 mod guard;
 mod keys;
 mod list;
+mod machine_code;
 mod new;
 mod on_board;
 mod places;

@@ -13,11 +13,13 @@ use crate::runs::Summary;
 /// Summary of a finished run.
 #[derive(Debug)]
 pub(super) struct Report {
-    directory: PathBuf,
+    pub(super) directory: PathBuf,
     pub(super) seed: u64,
     summary: Summary,
     /// Hash of the results.
-    result: String,
+    pub(super) result: String,
+    /// Share of the command's robot-steps that kernels specialised to their worlds have simulated, if the run was done now.
+    specialised: Option<f64>,
 }
 
 impl Report {
@@ -29,7 +31,16 @@ impl Report {
             seed: run.seed(),
             summary: run.experiment().summary(&run.recorded()?)?,
             result: done.result.clone(),
+            specialised: None,
         })
+    }
+
+    /// The report of a run that was done now.
+    pub(super) fn run_now(self, specialised: f64) -> Self {
+        Self {
+            specialised: Some(specialised),
+            ..self
+        }
     }
 
     fn cell(&self, column: &str) -> String {
@@ -47,6 +58,9 @@ impl Serialize for Report {
             map.serialize_entry(name, value)?;
         }
         map.serialize_entry("result", &self.result)?;
+        if let Some(specialised) = self.specialised {
+            map.serialize_entry("specialised", &specialised)?;
+        }
         map.end()
     }
 }

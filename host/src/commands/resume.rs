@@ -25,9 +25,10 @@ pub(crate) fn run(arguments: &cli::Resume, console: Console) -> Result {
     if !done.is_empty() {
         console.say(format!("{} of {} runs are already done", done.len(), directories.len()));
     }
-    done.extend(run_all(saved, "resuming", &arguments.backend, console)?);
-    done.sort_by(|(a, _), (b, _)| files::by_numbers(a, b));
+    let resumed = run_all(saved, "resuming", &arguments.backend, console)?;
     let read = |(directory, done): &(PathBuf, Done)| Report::read(directory, done);
-    let reports = done.iter().map(read).collect::<Result<Vec<_>>>()?;
+    let mut reports = done.iter().map(read).collect::<Result<Vec<_>>>()?;
+    reports.extend(resumed);
+    reports.sort_by(|a, b| files::by_numbers(&a.directory, &b.directory));
     report::print(&reports, directories.len() > 1, console)
 }

@@ -23,7 +23,7 @@ pub(crate) fn run(arguments: &cli::Run, console: Console) -> Result {
     let (places, drawn) = seeds_and_places(arguments, experiment.seed(), |seed| {
         format!("{}-{seed}-{}", experiment.name(), &identities.of(seed).to_hex()[..8])
     });
-    let Places { mut done, new } = sorted_out(places, |seed| identities.of(seed), console)?;
+    let Places { done, new } = sorted_out(places, |seed| identities.of(seed), console)?;
     let place = |(seed, directory)| RunPlace::New {
         experiment: Arc::clone(&experiment),
         seed,
@@ -34,20 +34,16 @@ pub(crate) fn run(arguments: &cli::Run, console: Console) -> Result {
         None => experiment.name().to_owned(),
         Some(seed) => format!("{}, seed {seed} (drawn),", experiment.name()),
     };
-    done.extend(run_all(new, &title, &arguments.backend, console)?);
+    let new = run_all(new, &title, &arguments.backend, console)?;
     let read = |(directory, done): &(PathBuf, Done)| Report::read(directory, done);
     let mut reports = done.iter().map(read).collect::<Result<Vec<_>>>()?;
+    reports.extend(new);
     reports.sort_by_key(|report| report.seed);
     report::print(&reports, arguments.seeds.is_some(), console)
 }
 
-/// Does runs, each in its own directory, and returns their results.
-pub(super) fn run_all(
-    places: Vec<RunPlace>,
-    title: &str,
-    backend: &Backend,
-    console: Console,
-) -> Result<Vec<(PathBuf, Done)>> {
+/// Does runs, each in its own directory.
+pub(super) fn run_all(places: Vec<RunPlace>, title: &str, backend: &Backend, console: Console) -> Result<Vec<Report>> {
     if places.is_empty() {
         return Ok(Vec::new());
     }
@@ -58,6 +54,8 @@ pub(super) fn run_all(
     let mut watcher = Watcher::new(runs.steps(), "", None, console);
     engine.run(runs.waiting(), Directories::MOST, &mut runs, &mut watcher)?;
     drop(watcher);
-    device::close(engine, console);
-    Ok(runs.done())
+    let specialised = device::close(engine, console);
+    let report =
+        |(directory, done): (PathBuf, Done)| Report::read(&directory, &done).map(|report| report.run_now(specialised));
+    runs.done().into_iter().map(report).collect()
 }

@@ -14,9 +14,10 @@ use oneiro::swarm::Swarm;
 use oneiro::tables::SensorTables;
 use oneiro::world::{Robot, World, WorldSpec};
 use serde::Serialize;
-use serde_json::json;
+use serde_json::{Value, json};
 
 use super::bench::{self, Plan};
+use super::machine_code::MachineCode;
 use crate::cli::Selftest;
 use crate::console::{Console, columns};
 use crate::device::{self, Candidate};
@@ -137,15 +138,28 @@ pub(crate) fn run(arguments: &Selftest, console: Console) -> Result {
     }
     let (cells, _) = bench::measure(&bench::timed(&arguments.backend)?, &Plan::quick(), console)?;
 
+    let machine_code = machine_code(&candidates);
     let bad = checks.iter().filter(|check| !check.verdict.is_good()).count();
     if console.json() {
-        console.json_data(&json!({ "passed": bad == 0, "checks": checks, "throughput": cells }))?;
+        let machine_code: Value = machine_code
+            .iter()
+            .map(|(name, own)| (name.clone(), own.value()))
+            .collect();
+        console.json_data(&json!({
+            "passed": bad == 0,
+            "checks": checks,
+            "throughput": cells,
+            "machine_code": machine_code,
+        }))?;
     } else {
         console.data(format!(
             "{}\nMillion robot-steps per second\n\n{}",
             table(&checks),
             bench::table(&cells)
         ))?;
+        for (name, own) in &machine_code {
+            console.data(format!("\nThe driver of {name}\n{}", own.text()))?;
+        }
     }
     if bad > 0 {
         return Err(Failure::failed(format_args!(
@@ -155,6 +169,20 @@ pub(crate) fn run(arguments: &Selftest, console: Console) -> Result {
     }
     console.say(format!("all {} checks passed", checks.len()));
     Ok(())
+}
+
+/// What the drivers of the adapters tell of the machine code, by the adapters' names.
+fn machine_code(candidates: &[Candidate]) -> Vec<(String, MachineCode)> {
+    #[cfg(feature = "gpu")]
+    return candidates
+        .iter()
+        .filter_map(|own| Some((own.name.clone(), MachineCode::of(own.adapter()?))))
+        .collect();
+    #[cfg(not(feature = "gpu"))]
+    {
+        let _ = candidates;
+        Vec::new()
+    }
 }
 
 /// Formats one line per check, followed by the differences.

@@ -7,6 +7,7 @@ use serde::Serialize;
 use serde_json::json;
 
 use super::cost::{self, Ceiling};
+use super::report::Report;
 use super::run::run_all;
 use super::slurm;
 use crate::cli::{self, SweepCommand, SweepPlan, SweepRun};
@@ -15,7 +16,7 @@ use crate::device;
 use crate::engine::disk;
 use crate::engine::watcher::Watcher;
 use crate::exit::{Failure, Result};
-use crate::record::{Done, RunPlace, Session, is_locked};
+use crate::record::{RunPlace, Session, is_locked};
 use crate::runs::Shown;
 use crate::sweep::contents;
 use crate::sweep::estimate::{Estimate, estimates};
@@ -191,22 +192,27 @@ fn sweep(arguments: &SweepRun, console: Console) -> Result {
     if todo.len() < of_shard {
         console.say(format!("{} of {of_shard} runs are already done", of_shard - todo.len()));
     }
+    let mut specialised = None;
     if !todo.is_empty() {
-        let lines = work(arguments, (&sweep, &plan), &store, shard, todo, began, console)?;
+        let (lines, share) = work(arguments, (&sweep, &plan), &store, shard, todo, began, console)?;
         store.add(store.journal(shard), lines, Some(&plan.ids), &mut finished)?;
+        specialised = Some(share);
     }
     if shard != Shard::ALL {
-        return said(console, &json!({"shard": shard.to_string(), "runs": of_shard}), || {
+        let json = json!({"shard": shard.to_string(), "runs": of_shard, "specialised": specialised});
+        return said(console, &json, || {
             format!(
                 "shard {shard}: {of_shard} runs are done; `oneiro sweep merge {}` joins all shards",
                 store.directory().display()
             )
         });
     }
-    print_written(&tables::write(store.directory(), &sweep, &plan, &finished)?, console)
+    let written = tables::write(store.directory(), &sweep, &plan, &finished)?;
+    print_written(&written, specialised, console)
 }
 
-/// Does a shard's runs. Returns all that it has done, now and before.
+/// Does a shard's runs. Returns all that it has done, now and before, and the share of the robot-steps that kernels specialised to
+/// their worlds have simulated now.
 fn work(
     arguments: &SweepRun,
     (sweep, plan): (&Sweep, &Plan),
@@ -215,7 +221,7 @@ fn work(
     mut todo: Vec<RunIndex>,
     began: Instant,
     console: Console,
-) -> Result<Vec<Line>> {
+) -> Result<(Vec<Line>, f64)> {
     let engine = device::engine(&arguments.backend)?;
     let session = Session::new(&arguments.backend.name, engine.description());
     let (journal, begun) = Journal::begin(&store.journal(shard), store.identity()?, session)?;
@@ -234,10 +240,10 @@ fn work(
     let most = arguments.jobs.map_or(usize::MAX, |jobs| jobs as usize).min(work.most());
     let ended = engine.run(waiting, most, &mut work, &mut watcher);
     drop(watcher);
-    device::close(engine, console);
+    let specialised = device::close(engine, console);
     // The work ended because something could not be written; closing says what.
     let lines = journal.close()?;
-    ended.map(|()| lines)
+    ended.map(|()| (lines, specialised))
 }
 
 /// Combines finished runs from directories of one sweep, and warns of damage.
@@ -252,12 +258,16 @@ fn all_finished(stores: &[Store], plan: &Plan, console: Console) -> Result<AllFi
     Ok(finished)
 }
 
-fn print_written(written: &Written, console: Console) -> Result {
+fn print_written(written: &Written, specialised: Option<f64>, console: Console) -> Result {
     let Written { runs, hash, files } = written;
-    said(console, &json!({"runs": runs, "hash": hash, "files": files}), || {
-        let files: Vec<String> = files.iter().map(|file| format!("  {}", file.display())).collect();
-        format!("{runs} runs, hash {hash}\n{}", files.join("\n"))
-    })
+    said(
+        console,
+        &json!({"runs": runs, "hash": hash, "files": files, "specialised": specialised}),
+        || {
+            let files: Vec<String> = files.iter().map(|file| format!("  {}", file.display())).collect();
+            format!("{runs} runs, hash {hash}\n{}", files.join("\n"))
+        },
+    )
 }
 
 /// Prints data as JSON or as text.
@@ -366,7 +376,7 @@ fn merge(dirs: &[PathBuf], out: Option<&Path>, console: Console) -> Result {
             tables::write(store.directory(), &sweep, &plan, &finished)?
         }
     };
-    print_written(&written, console)
+    print_written(&written, None, console)
 }
 
 fn reported(dir: &Path, outcome: Option<&str>, out: Option<&Path>, console: Console) -> Result {
@@ -450,7 +460,7 @@ fn extract(dir: &Path, run: &str, out: Option<&Path>, backend: &device::Backend,
         directory: directory.clone(),
     };
     let done = run_all(vec![place], sweep.name(), backend, console)?;
-    let Some((_, Done { result, .. })) = done.into_iter().next() else {
+    let Some(Report { result, .. }) = done.into_iter().next() else {
         return Err(Failure::failed("the run has no result"));
     };
     if let Some(known) = known

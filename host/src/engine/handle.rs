@@ -13,6 +13,14 @@ use super::queue::{Interruption, Queue, Work};
 use super::scheduler::{self, InMemory, Runs, Waiting};
 use super::watcher::Watch;
 
+/// What an engine says in the end.
+pub(crate) struct Closed {
+    /// Warnings of its evaluator.
+    pub(crate) warnings: Vec<String>,
+    /// Share of all robot-steps that kernels specialised to their worlds have simulated; 0 on CPUs.
+    pub(crate) specialised: f64,
+}
+
 /// The only holder of an evaluator: all jobs and all single evaluations of a command share it, and its stop flag.
 pub(crate) struct Engine {
     evaluator: Mutex<Box<dyn Evaluator>>,
@@ -132,9 +140,15 @@ impl Engine {
         evaluator.evaluate(batch, &self.control)
     }
 
-    /// Returns the evaluator's warnings after all work.
-    pub(crate) fn close(self) -> Vec<String> {
+    /// Ends after all work.
+    pub(crate) fn close(self) -> Closed {
         let evaluator = self.evaluator.into_inner().unwrap_or_else(PoisonError::into_inner);
-        evaluator.warnings().to_vec()
+        Closed {
+            warnings: evaluator.warnings().to_vec(),
+            specialised: match self.control.steps() {
+                0 => 0.0,
+                steps => evaluator.specialised_steps() as f64 / steps as f64,
+            },
+        }
     }
 }
