@@ -484,7 +484,6 @@ fn of_command_lines_say_what_is_allowed() {
     ] {
         refused(&place, &sweep("out", &[option, value]), 2, &[words]);
     }
-    refused(&place, &["sweep", "run", "sweep.toml"], 2, &["--out"]);
     place
         .run(&sweep("out", &["--backend", "abacus"]))
         .exits(4)
