@@ -10,11 +10,12 @@ use crate::pool::Pool;
 pub const BACKENDS: &str =
     "auto, cpu, cpu:LANES such as cpu:avx2x16, gpu, gpu:NAME or index, pool, pool:A+B.. of these";
 
-/// When kernels of GPUs are specialised: compiled again for one world, whose values are constants of the code then. Results don't depend
-/// on it, and it needs the feature `compose`.
+/// When kernels of GPUs, and those that processors run by code compiled at run time, are specialised: compiled again for one world,
+/// whose values are constants of the code then. Results don't depend on it, and it needs the feature `compose`.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Specialise {
-    /// For worlds that have kept the generic kernel busy for as long as compiling takes, in the background.
+    /// For worlds that have kept a GPU busy by the generic kernel for as long as compiling takes, or processors for 8 times as long; in
+    /// the background.
     #[default]
     Auto,
     /// For every world, before its first cycle.
@@ -45,7 +46,7 @@ pub struct Options {
     pub chunk: Option<u32>,
     /// Share of a GPU's rollouts, 0 to 1, that run again on the CPU for comparison. Ignored on GPUs that aren't exact.
     pub audit_share: f64,
-    /// When kernels of GPUs are specialised.
+    /// When kernels are specialised.
     pub specialise: Specialise,
 }
 
@@ -107,7 +108,7 @@ fn unknown(name: &str) -> Error {
 }
 
 fn cpu(options: Options) -> Result<Cpu, Error> {
-    let cpu = Cpu::new(options.threads)?;
+    let cpu = Cpu::new(options.threads)?.with_specialise(options.specialise);
     Ok(match options.chunk {
         Some(cycles) => cpu.with_chunk(cycles),
         None => cpu,

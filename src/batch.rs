@@ -300,13 +300,13 @@ impl Worlds {
         self.0.kernel
     }
 
-    #[cfg(all(feature = "gpu", feature = "compose"))]
+    #[cfg(all(feature = "compose", any(feature = "gpu", feature = "native")))]
     /// Them as the kernel reads them.
     pub(crate) fn packed(&self) -> &Packed {
         &self.0.packed
     }
 
-    #[cfg(all(feature = "gpu", feature = "compose"))]
+    #[cfg(all(feature = "compose", any(feature = "gpu", feature = "native")))]
     /// Whether these are other worlds packed at the same time.
     pub(crate) fn is_same(&self, other: &Self) -> bool {
         Arc::ptr_eq(&self.0, &other.0)
@@ -359,7 +359,7 @@ impl Batch {
         Worlds::new(worlds)?.batch(rollouts, trace)
     }
 
-    #[cfg(all(feature = "gpu", feature = "compose"))]
+    #[cfg(all(feature = "compose", any(feature = "gpu", feature = "native")))]
     /// The worlds of its rollouts.
     pub(crate) fn worlds(&self) -> &Worlds {
         &self.worlds

@@ -9,7 +9,15 @@ mod interpreted;
 )]
 mod native;
 
+#[cfg_attr(
+    not(all(feature = "native", any(target_arch = "x86_64", target_arch = "aarch64"))),
+    path = "code/unspecialised.rs"
+)]
+mod specialised;
+
 use oneiro_shaders::{Kernel, Variant, Words};
+
+pub(crate) use specialised::Specialised;
 
 use crate::evaluator::Error;
 

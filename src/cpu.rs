@@ -4,13 +4,15 @@ mod affinity;
 
 use std::num::NonZero;
 use std::thread;
+use std::time::Instant;
 
 use oneiro_shaders::life::{Dispatch, Group};
 use oneiro_shaders::{Kernel, Words};
 use rayon::prelude::*;
 
+use crate::backend::Specialise;
 use crate::batch::{Batch, LANES, Part, PartResult};
-use crate::code::{LaneCode, interpreter, interprets};
+use crate::code::{LaneCode, Specialised, interpreter, interprets};
 use crate::evaluator::{Control, Device, Error, Evaluator};
 
 /// Cycles between checks for cancellation: some ten milliseconds of 64 rollouts.
@@ -32,6 +34,7 @@ pub struct Cpu {
     variant: Option<&'static str>,
     checks: bool,
     chunk: u32,
+    specialised: Specialised,
 }
 
 impl Cpu {
@@ -73,6 +76,7 @@ impl Cpu {
             variant: None,
             checks: false,
             chunk: CHUNK,
+            specialised: Specialised::default(),
         })
     }
 
@@ -115,6 +119,13 @@ impl Cpu {
         self
     }
 
+    /// Sets when kernels compiled at run time are specialised to their worlds. Results don't depend on it.
+    #[must_use]
+    pub fn with_specialise(mut self, when: Specialise) -> Self {
+        self.specialised.set(when);
+        self
+    }
+
     /// The number of threads.
     pub fn threads(&self) -> usize {
         self.pool.current_num_threads()
@@ -139,14 +150,16 @@ impl Cpu {
             }
         }
         let steps = if report_progress { Some(control) } else { None };
+        let ready = self.specialised.ready(&code, &parts);
         let mut fitness = result.fitness.chunks_mut(LANES);
         let mut traces = result.trace.chunks_mut((LANES * batch.trace_words()).max(1));
         let mut states = result.states.chunks_mut(LANES * batch.state_words());
         let lives: Vec<Lives<'_>> = parts
             .iter()
-            .map(|part| Lives {
+            .enumerate()
+            .map(|(group, part)| Lives {
                 part,
-                code: &code,
+                code: ready.get(group).and_then(Option::as_ref).unwrap_or(&code),
                 chunk: self.chunk.min((TURNS_OF_CHUNK / part.loops().max(1)).max(1)),
                 control,
                 steps,
@@ -160,6 +173,7 @@ impl Cpu {
             .iter()
             .flat_map(|lives| (0..lives.calls()).map(move |call| (lives, call)))
             .collect();
+        let began = Instant::now();
         match calls[..] {
             // A thread takes longer to wake up than a cycle of one life to compute.
             [(lives, call)] if float_mode::is_default() => lives.run(call),
@@ -168,6 +182,7 @@ impl Cpu {
                 self.pool.install(run)
             }
         }?;
+        self.specialised.spend(&parts, &ready, began.elapsed());
         Ok(result)
     }
 
@@ -224,6 +239,10 @@ impl Evaluator for Cpu {
     fn evaluate_part(&mut self, part: &Part<'_>, control: &Control) -> Result<PartResult, Error> {
         let groups: Vec<u32> = part.groups().collect();
         self.run(part.batch(), &groups, control, true)
+    }
+
+    fn specialised_steps(&self) -> u64 {
+        self.specialised.steps()
     }
 }
 

@@ -24,6 +24,8 @@ pub mod reported;
 pub mod surrogate;
 pub mod swarm;
 pub mod tables;
+#[cfg(all(feature = "compose", any(feature = "gpu", feature = "native")))]
+mod variants;
 pub mod world;
 
 /// Compiles the program in the README as a test.

@@ -6,7 +6,8 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use oneiro::arena::{Arena, Block, Obstacle};
-use oneiro::batch::{Batch, Rollout, Trace, TraceRequest};
+use oneiro::backend::Specialise;
+use oneiro::batch::{Batch, Outcome, Rollout, Trace, TraceRequest};
 use oneiro::compose::{DetailKind, Kind, OwnPart, OwnParts, Part, Rule};
 use oneiro::cpu::Cpu;
 use oneiro::differential::{Build, Differential};
@@ -676,13 +677,23 @@ fn the_interpreter_has_the_same_bits() {
     }
 }
 
-#[cfg(feature = "gpu")]
+/// Evaluators with kernels for any world, and with kernels for the world at hand.
+fn evaluators() -> Vec<[Box<dyn Evaluator>; 2]> {
+    let cpu = |when| Box::new(Cpu::new(Some(2)).unwrap().with_specialise(when)) as Box<dyn Evaluator>;
+    #[cfg_attr(not(feature = "gpu"), expect(unused_mut, reason = "no GPU is added"))]
+    let mut evaluators = vec![[Specialise::Never, Specialise::Always].map(cpu)];
+    #[cfg(feature = "gpu")]
+    evaluators.push([Specialise::Never, Specialise::Always].map(|when| {
+        let mut gpu = oneiro::gpu::Gpu::open(&oneiro::gpu::Choice::Best).unwrap();
+        gpu.set_specialise(when);
+        Box::new(gpu) as Box<dyn Evaluator>
+    }));
+    evaluators
+}
+
 #[test]
-fn a_gpu_has_the_same_bits() {
-    use oneiro::gpu::{Choice, Gpu};
-    let mut gpu = Gpu::open(&Choice::Best).unwrap();
-    let mut specialised = Gpu::open(&Choice::Best).unwrap();
-    specialised.set_specialise(oneiro::backend::Specialise::Always);
+fn gpus_and_kernels_for_one_world_have_the_same_bits() {
+    let mut evaluators = evaluators();
     for world in [
         world(SAME, &[], &|_| {}),
         world(WHOLE, &[], &|_| {}),
@@ -692,24 +703,24 @@ fn a_gpu_has_the_same_bits() {
         commanded_world("5.0f", "wild"),
     ] {
         let batch = batch(&world, 2_000, Some(TraceRequest { every: 20 }));
-        let before = specialised.specialised_steps();
-        let [cpu, others @ ..] = [
-            &mut Cpu::new(Some(2)).unwrap() as &mut dyn Evaluator,
-            &mut gpu,
-            &mut specialised,
-        ]
-        .map(|evaluator| evaluator.evaluate(&batch, &Control::new()).unwrap());
-        assert_eq!(
-            specialised.specialised_steps() - before,
-            batch.steps(),
-            "{:?}",
-            specialised.warnings()
-        );
         let bits = |fitness: &[f32]| fitness.iter().copied().map(f32::to_bits).collect::<Vec<_>>();
         let words = |traces: &[Trace]| traces.iter().flat_map(Trace::words).collect::<Vec<_>>();
-        for other in others {
-            assert_eq!(bits(&cpu.fitness), bits(&other.fitness));
-            assert!(words(&cpu.traces) == words(&other.traces), "{}", world.kernel().name);
+        let mut expected: Option<Outcome> = None;
+        for (evaluator, steps) in evaluators
+            .iter_mut()
+            .flat_map(|pair| pair.iter_mut().zip([0, batch.steps()]))
+        {
+            let before = evaluator.specialised_steps();
+            let found = evaluator.evaluate(&batch, &Control::new()).unwrap();
+            let own = evaluator.specialised_steps() - before;
+            assert_eq!(own, steps, "{:?}", evaluator.warnings());
+            let expected = expected.get_or_insert_with(|| found.clone());
+            assert_eq!(bits(&expected.fitness), bits(&found.fitness));
+            assert!(
+                words(&expected.traces) == words(&found.traces),
+                "{}",
+                world.kernel().name
+            );
         }
     }
 }

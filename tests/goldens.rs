@@ -4,6 +4,7 @@
 
 use std::path::PathBuf;
 
+use oneiro::backend::Specialise;
 use oneiro::batch::{Batch, Trace};
 use oneiro::cpu::Cpu;
 use oneiro::evaluator::{Control, Error, Evaluator};
@@ -114,6 +115,8 @@ const NATIVE: bool = cfg!(all(
     any(target_arch = "x86_64", target_arch = "aarch64")
 ));
 
+/// The lane code that is compiled at run time.
+const NATIVE_CODE: &str = "native128x16";
 /// The interpreter, a hundred times as slow as the slowest lane code.
 const INTERPRETER: &str = "interpretedx1";
 /// Of how many worlds the interpreter lives in one, unless `ONEIRO_LONG` is set. ARM is emulated.
@@ -136,9 +139,18 @@ fn devices() -> Vec<(String, Box<dyn Evaluator>)> {
         "the lane code that traps is not there"
     );
     // Compiled at run time, where the library can.
-    let has_native = lane_codes.iter().any(|(name, _)| name == "native128x16");
+    let has_native = lane_codes.iter().any(|(name, _)| name == NATIVE_CODE);
     assert_eq!(has_native, NATIVE, "{:?}", Cpu::variants());
-    lane_codes.into_iter().chain(adapters()).collect()
+    // Compiled for the world at hand.
+    let specialised = NATIVE.then(|| {
+        let cpu = Cpu::new(None).and_then(|cpu| cpu.with_variant(NATIVE_CODE));
+        let cpu = cpu.expect("it is available").with_specialise(Specialise::Always);
+        (
+            NATIVE_CODE.to_owned() + SPECIALISED,
+            Box::new(cpu) as Box<dyn Evaluator>,
+        )
+    });
+    lane_codes.into_iter().chain(specialised).chain(adapters()).collect()
 }
 
 #[cfg(not(feature = "gpu"))]
@@ -159,7 +171,7 @@ fn adapters() -> Vec<(String, Box<dyn Evaluator>)> {
                 let name = adapter.name().to_owned();
                 // Kernels that are compiled for the world at hand.
                 let mut specialised = oneiro::gpu::Gpu::open_with(&adapter, oneiro::gpu::Path::Spirv).expect("again");
-                specialised.set_specialise(oneiro::backend::Specialise::Always);
+                specialised.set_specialise(Specialise::Always);
                 exact.push((name.clone() + SPECIALISED, Box::new(specialised)));
                 exact.push((name, Box::new(gpu)));
             }

@@ -441,7 +441,7 @@ pub(crate) struct Bench {
     /// What to measure: all, cpu, gpu (every adapter), gpu:NAME or gpu:INDEX; null is the same as --host
     #[arg(long, value_name = "BACKEND", default_value = "all")]
     pub(crate) backend: String,
-    /// When a GPU's kernels are compiled again for the world: auto, always or never
+    /// When kernels of GPUs, and those compiled at run time, are compiled again for the world: auto, always or never
     #[arg(long, value_name = "WHEN", default_value = "auto", value_parser = Specialise::from_str)]
     pub(crate) specialise: Specialise,
     /// Write the figures, the devices and their drivers into this file (.json, never overwritten), to send to others

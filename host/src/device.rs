@@ -190,14 +190,10 @@ impl Candidate {
     ///
     /// # Errors
     /// Exit 4: it can't run the kernels.
-    #[cfg_attr(
-        not(feature = "gpu"),
-        expect(unused_variables, reason = "only GPUs' kernels are specialised")
-    )]
     pub(crate) fn open(&self, chunk: Option<u32>, specialise: Specialise) -> Result<Box<dyn Evaluator>> {
         Ok(match &self.way {
             Way::Cpu(lanes) => {
-                let cpu = Cpu::new(self.threads)?.with_variant(lanes)?;
+                let cpu = Cpu::new(self.threads)?.with_variant(lanes)?.with_specialise(specialise);
                 Box::new(if let Some(cycles) = chunk {
                     cpu.with_chunk(cycles)
                 } else {

@@ -3,11 +3,13 @@
 use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex, PoisonError};
 
-use oneiro_shader_compiler::{Part, trees};
+use oneiro_shader_compiler::tree::Program;
+use oneiro_shader_compiler::{Generic, Part, trees};
 use oneiro_shader_native as native;
 use oneiro_shaders::{Kernel, Words};
 
 use crate::evaluator::Error;
+use crate::variants::Setting;
 
 /// 16 lanes in vectors of 128 bits.
 pub(crate) const NAME: &str = "native128x16";
@@ -57,6 +59,20 @@ pub(crate) fn compiled(kernel: &'static Kernel) -> Result<Code, Error> {
     };
     compiled.insert(kernel.name, code.clone());
     Ok(code)
+}
+
+/// Compiles a program of a kernel for a world.
+pub(crate) fn specialised(generic: &Generic, setting: &Setting, program: Program) -> Result<Code, String> {
+    let kernel = setting.kernel.name;
+    let trees = generic
+        .trees(program)
+        .map_err(|refusals| format!("{kernel}: {}", refusals[0]))?;
+    let said = |error: native::Error| format!("{kernel}: {error}");
+    let code = native::Target::host()
+        .and_then(|target| target.compile(&trees, LANES))
+        .map_err(said)?;
+    let native = Arc::new(native::Native::new(&code).map_err(said)?);
+    Ok(Code { native, kernel })
 }
 
 impl Code {

@@ -9,9 +9,9 @@ use oneiro_shader_compiler::tree::Program;
 use oneiro_shaders::Kernel;
 use oneiro_shaders::life::Dispatch;
 
-use super::specialised::{Setting, parsed, program};
 use crate::batch::Part;
 use crate::compose;
+use crate::variants::{Setting, parsed, program};
 
 /// What a group of rollouts does in a number of cycles, all of its rollouts together. What some of them do, the others wait for.
 #[derive(Clone, Debug)]

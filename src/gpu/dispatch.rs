@@ -11,7 +11,7 @@ use oneiro_shaders::life::Dispatch;
 use super::buffers::{Bench, Scene};
 use super::device::{Device, Fault, Pipeline};
 use super::pace::Pace;
-use super::specialised::Variants;
+use super::specialised::{self, Variants};
 use crate::batch::{LANES, Part, PartResult};
 use crate::evaluator::Control;
 
@@ -273,7 +273,7 @@ impl Run<'_> {
             while begin < cut.cycles.end {
                 let variant = cut
                     .world
-                    .and_then(|world| self.variants.ready(self.device, self.part, world));
+                    .and_then(|world| specialised::ready(self.variants, self.device, self.part, world));
                 // The next chunk can't be planned until the speed is known.
                 let pace = self.paces[usize::from(variant.is_some())];
                 self.land_until(usize::from(pace.is_known()))?;
@@ -413,7 +413,7 @@ impl Run<'_> {
             if flight.is_specialised {
                 self.variants.steps += flight.steps;
             } else if let Some(world) = flight.world {
-                self.variants.spend(self.device, self.part, world, lasted);
+                specialised::spend(self.variants, self.device, self.part, world, lasted);
             }
             self.landed = now;
             self.control.add_steps(flight.steps);

@@ -15,10 +15,8 @@ pub(super) struct Variants {
     pub(super) steps: u64,
 }
 
-impl Variants {
-    pub(super) fn ready(&mut self, _: &Device, _: &Part<'_>, _: u32) -> Option<Arc<Pipeline>> {
-        None
-    }
-
-    pub(super) fn spend(&mut self, _: &Device, _: &Part<'_>, _: u32, _: Duration) {}
+pub(super) fn ready(_: &mut Variants, _: &Device, _: &Part<'_>, _: u32) -> Option<Arc<Pipeline>> {
+    None
 }
+
+pub(super) fn spend(_: &mut Variants, _: &Device, _: &Part<'_>, _: u32, _: Duration) {}

@@ -195,6 +195,14 @@ impl Generic {
         self.checked.source.places(program, value).collect()
     }
 
+    /// A program of this kernel tidied and analysed, from which lane code is made.
+    ///
+    /// # Errors
+    /// A mistake of this compiler.
+    pub fn trees(&self, program: tree::Program) -> Result<Trees, Refusals> {
+        self.checked.trees_of(program)
+    }
+
     /// SPIR-V of a program of this kernel.
     ///
     /// # Errors
@@ -254,10 +262,14 @@ impl Checked {
 
     /// Lowers, tidies and analyses it.
     fn trees(&self) -> Result<Trees, Refusals> {
-        let Self { source, module, info } = self;
+        self.trees_of(lower::lower(&self.source, &self.module, &self.info)?)
+    }
+
+    /// Tidies and analyses a program of it.
+    fn trees_of(&self, raw: tree::Program) -> Result<Trees, Refusals> {
+        let Self { source, module, .. } = self;
         let place = |span| source.place_of(span);
         let bound = layout::bindings(module).map_err(|message| refused(source, Rule::Internal, message))?;
-        let raw = lower::lower(source, module, info)?;
         let mut tidied = raw.clone();
         tidy::take_constant_branches(&mut tidied);
         tidy::carry_values_out(&mut tidied);
