@@ -25,8 +25,9 @@ struct Found {
 }
 
 /// Kinds of results, each with a test that computes it.
-const KINDS: [&str; 8] = [
+const KINDS: [&str; 9] = [
     "runs",
+    "optimisers",
     "described",
     "sweeps",
     "swarms",
@@ -475,6 +476,63 @@ fn runs_are_as_pinned() {
     place.evolve("transferred", "noisy.toml", &transferred);
     found.run(&place, "transferred");
     found.check("runs");
+}
+
+/// Each optimiser, and a genetic algorithm with each selection.
+#[test]
+fn optimisers_are_as_pinned() {
+    const HEAD: &str = "
+        cycles = 40
+        trials = 2
+        [record]
+        checkpoint_every = 1
+        [evolution]
+        population = 12
+        generations = 7
+        finalists = 3
+        finalist_lives = 4
+    ";
+    const OPTIMISERS: [(&str, &str); 8] = [
+        ("cma-es", "kind = \"cma-es\"\ncommon_random_numbers = true"),
+        (
+            "sep-cma-es",
+            "kind = \"sep-cma-es\"\n[evolution.strategy]\nactive = false",
+        ),
+        (
+            "open-es",
+            "kind = \"open-es\"\n[evolution.strategy]\nlearning_rate = 0.05",
+        ),
+        ("random", "kind = \"random\""),
+        (
+            "uniform",
+            "parents = 5\nelite = 2\nlimits = [-1, 1]\n[evolution.selection]\nkind = \"uniform\"\n\
+             [evolution.mutation]\nkind = \"evostick\"\nrate = 0.5",
+        ),
+        (
+            "rank",
+            "[evolution.selection]\nkind = \"rank\"\npressure = 1.1\n[evolution.crossover]\nkind = \"uniform\"\n\
+             [evolution.mutation]\nkind = \"add_vector\"\nrate = 1.0\namount = 0.3",
+        ),
+        (
+            "roulette",
+            "[evolution.selection]\nkind = \"roulette\"\n[evolution.crossover]\nkind = \"one_point\"\nrate = 0.3",
+        ),
+        (
+            "tournament",
+            "elite = 1\n[evolution.selection]\nkind = \"tournament\"\nsize = 3\n[evolution.crossover]\nkind = \"two_point\"",
+        ),
+    ];
+    let place = Place::new("optimisers");
+    let mut found = Found::default();
+    for (name, optimiser) in OPTIMISERS {
+        let file = format!("{name}.toml");
+        place.write(&file, &format!("{HEAD}{optimiser}\n"));
+        place.evolve(name, &file, &[]);
+        found.run(&place, name);
+        place.good(&["verify", name]);
+        place.good(&["audit", name, "--share", "1", "--backend", "cpu"]);
+    }
+    found.check("optimisers");
 }
 
 #[test]

@@ -2,16 +2,26 @@
 //! devices or files.
 
 pub(crate) mod appraisal;
+pub(crate) mod cma;
 pub(crate) mod encapsulated;
 pub(crate) mod genetic;
+mod open_es;
 pub(crate) mod random;
+mod random_search;
+mod saved;
+pub(crate) mod settings;
 
 use std::cmp::Ordering;
 use std::fmt::Debug;
 
+use cma::Cma;
+use genetic::Genetic;
+use open_es::OpenEs;
+use random_search::RandomSearch;
 use serde::{Deserialize, Serialize};
+use settings::{Kind, Ranges, Settings};
 
-use crate::exit::Result;
+use crate::exit::{Failure, Result};
 
 /// Genomes of equal length, one after the other.
 #[derive(Clone, Debug, PartialEq)]
@@ -126,6 +136,38 @@ pub(crate) trait Optimizer: Debug + Send + Sync {
     fn restore(&mut self, saved: &[u8]) -> Result;
 }
 
+/// Checks that there is a score for each genome that an optimiser asked for.
+///
+/// # Errors
+/// Exit 1 with both numbers.
+fn checked_count(optimizer: &dyn Optimizer, fitness: &[f32]) -> Result {
+    let asked = optimizer.ask().len();
+    if fitness.len() == asked {
+        return Ok(());
+    }
+    Err(Failure::failed(format_args!(
+        "generation {}: {} scores for {asked} individuals; allowed: one for each",
+        optimizer.generation(),
+        fitness.len()
+    )))
+}
+
+/// The optimiser that an experiment chooses, before its first generation; `ranges` are those of genes that have their own, and
+/// `init` the first individuals, if they are given.
+pub(crate) fn optimizer(
+    settings: &Settings,
+    seed: u64,
+    ranges: Ranges,
+    init: Option<Population>,
+) -> Box<dyn Optimizer> {
+    match settings.kind {
+        Kind::Genetic => Box::new(Genetic::new(settings, seed, ranges, init)),
+        Kind::CmaEs | Kind::SepCmaEs => Box::new(Cma::new(settings, seed, &ranges)),
+        Kind::OpenEs => Box::new(OpenEs::new(settings, seed, &ranges)),
+        Kind::Random => Box::new(RandomSearch::new(settings, seed, &ranges)),
+    }
+}
+
 /// One run's evolution: an optimiser, for a number of generations, and the luckiest life so far.
 #[derive(Debug)]
 pub(crate) struct Evolution {
@@ -136,9 +178,9 @@ pub(crate) struct Evolution {
 
 impl Evolution {
     /// Evolves with an optimiser for `generations` generations. `champion` is that of earlier generations, if any.
-    pub(crate) fn new(optimizer: impl Optimizer + 'static, generations: u32, champion: Option<Champion>) -> Self {
+    pub(crate) fn new(optimizer: Box<dyn Optimizer>, generations: u32, champion: Option<Champion>) -> Self {
         Self {
-            optimizer: Box::new(optimizer),
+            optimizer,
             generations,
             champion,
         }

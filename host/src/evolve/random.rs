@@ -23,6 +23,14 @@ pub(crate) enum Stream {
     Intervention = 5,
     /// Values of a sweep that are drawn from ranges.
     Samples = 6,
+    /// Parents, a stream for each generation that they lead to.
+    Selection = 7,
+    /// Second parents and their genes, a stream for each generation that they lead to.
+    Crossover = 8,
+    /// Samples of an evolution strategy, a stream for each generation.
+    Sampling = 9,
+    /// Where an evolution strategy begins, again a stream for each generation.
+    Beginning = 10,
 }
 
 /// The stream of a run for a purpose and a generation: a function of these three alone, so that no generator's state is

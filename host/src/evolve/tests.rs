@@ -1,22 +1,61 @@
 //! Properties of every optimiser, and of an evolution with any.
 
-use super::genetic::{Genetic, Settings};
+use oneiro::parameter::Choice;
+
+use super::settings::{CrossoverKind, MutationKind, SelectionKind};
 use super::*;
 
 const GENES: usize = 18;
 
 /// Every optimiser, of a population of 20, from a seed.
 fn all(seed: u64) -> Vec<Box<dyn Optimizer>> {
-    vec![Box::new(genetic(seed))]
+    let all = Kind::CHOICES.iter().map(|&(_, kind, _)| kind);
+    let bred = SelectionKind::CHOICES.iter().map(|&(_, kind, _)| selecting(kind, seed));
+    all.map(|kind| of(kind, seed)).chain(bred).collect()
 }
 
-fn genetic(seed: u64) -> Genetic {
-    let settings = Settings {
+/// An optimiser of a population of 20.
+fn of(kind: Kind, seed: u64) -> Box<dyn Optimizer> {
+    made(
+        Settings {
+            kind,
+            ..Settings::default()
+        },
+        seed,
+    )
+}
+
+fn made(settings: Settings, seed: u64) -> Box<dyn Optimizer> {
+    let mut settings = Settings {
         population: 20,
         parents: 4,
-        ..Default::default()
+        ..settings
     };
-    Genetic::new(&settings, seed, vec![None; GENES], None)
+    settings.complete(GENES, true);
+    optimizer(&settings, seed, vec![None; GENES], None)
+}
+
+/// A genetic algorithm with a selection, and with one of the crossovers and mutations that goes with no other.
+fn selecting(kind: SelectionKind, seed: u64) -> Box<dyn Optimizer> {
+    let (crossover, mutation) = match kind {
+        SelectionKind::Truncation => (CrossoverKind::Uniform, MutationKind::Replace),
+        SelectionKind::Uniform => (CrossoverKind::None, MutationKind::EvoStick),
+        SelectionKind::Rank => (CrossoverKind::TwoPoint, MutationKind::AddVector),
+        SelectionKind::Roulette => (CrossoverKind::OnePoint, MutationKind::AddUniform),
+        SelectionKind::Tournament => (CrossoverKind::None, MutationKind::AddNormal),
+    };
+    let mut settings = Settings {
+        elite: 2,
+        ..Settings::default()
+    };
+    settings.selection.kind = kind;
+    settings.crossover.kind = crossover;
+    settings.mutation.kind = mutation;
+    made(settings, seed)
+}
+
+fn genetic(seed: u64) -> Box<dyn Optimizer> {
+    of(Kind::Genetic, seed)
 }
 
 /// A mock evaluator: prefers genes near one half.
@@ -73,10 +112,13 @@ fn another_number_of_scores_is_refused_without_a_change() {
     }
 }
 
-/// A NaN counts as the worst, whatever its sign: an optimiser continues as if that individual had the least score of all.
+/// A NaN counts as the worst, whatever its sign: an optimiser continues as if that individual had the least score of all. A
+/// roulette wheel is by scores, not by ranks: there a NaN has no chance.
 #[test]
 fn nan_is_the_worst_and_is_counted() {
-    for (mut with, mut without) in all(3).into_iter().zip(all(3)) {
+    let is_by_ranks = |(kind, _): &(usize, _)| *kind != Kind::CHOICES.len() + 3;
+    let pairs = all(3).into_iter().zip(all(3)).enumerate().filter(is_by_ranks);
+    for (_, (mut with, mut without)) in pairs {
         let mut scores: Vec<f32> = (0..20_u8).map(f32::from).collect();
         let mut nan = scores.clone();
         (nan[7], scores[7]) = (-f32::NAN, -1.0);

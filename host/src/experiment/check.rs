@@ -9,7 +9,8 @@ use oneiro::world::WorldSpec;
 
 use super::settings::{ArenaSize, Finalists, Settings, Transfer};
 use crate::console::counted;
-use crate::evolve::genetic;
+use crate::evolve::cma;
+use crate::evolve::settings::{self as optimiser, Kind, SelectionKind};
 
 pub(super) type Checked = Result<(), Invalid>;
 
@@ -76,6 +77,30 @@ pub(super) fn bytes(settings: &Settings, genes: usize) -> u64 {
     let (genes, population) = (genes as u64, u64::from(settings.evolution.population));
     let lives = population * u64::from(settings.trials);
     4 * (2 * population * genes + lives * (genes + 16)) + 64 * u64::from(settings.evolution.generations)
+}
+
+/// Checks what depends on how many genes an individual has, and on a population that follows from it.
+pub(super) fn genes(settings: &Settings, genes: usize) -> Checked {
+    let evolution = &settings.evolution;
+    if evolution.kind == Kind::CmaEs && genes > cma::MOST_GENES {
+        let problem = format!(
+            "is \"cma-es\" with {genes} genes; allowed: up to {}, or sep-cma-es",
+            cma::MOST_GENES
+        );
+        return invalid("evolution.kind", problem);
+    }
+    let population = evolution.population;
+    match evolution.kind {
+        Kind::CmaEs | Kind::SepCmaEs if population < cma::LEAST_POPULATION => invalid(
+            "evolution.population",
+            format_args!("is {population}; allowed: {} or more", cma::LEAST_POPULATION),
+        ),
+        Kind::OpenEs if population % 2 == 1 => invalid(
+            "evolution.population",
+            format_args!("is {population}; allowed: an even number, since samples are mirrored"),
+        ),
+        _ => Ok(()),
+    }
 }
 
 /// Checks that a generation fits into memory, once it is known how many genes an individual has.
@@ -204,8 +229,14 @@ fn arena(settings: &Settings) -> Checked {
     }
 }
 
-fn evolution(evolution: &genetic::Settings) -> Checked {
-    if !evolution.population.is_multiple_of(evolution.parents) {
+fn evolution(evolution: &optimiser::Settings) -> Checked {
+    let is_truncated = evolution.kind == Kind::Genetic && evolution.selection.kind == SelectionKind::Truncation;
+    if is_truncated && evolution.elite > evolution.parents {
+        let (elite, parents) = (evolution.elite, evolution.parents);
+        let problem = format!("is {elite}; allowed: 0 to {parents}, evolution.parents");
+        return invalid("evolution.elite", problem);
+    }
+    if is_truncated && !evolution.population.is_multiple_of(evolution.parents) {
         return invalid(
             "evolution.parents",
             format_args!(

@@ -455,6 +455,53 @@ const REFUSED: &[(&str, &str)] = &[
         "test.toml:2:9: evolution.elite: is 21; allowed: 0 to 20",
     ),
     (
+        "[evolution]\nkind = \"cmaes\"",
+        "test.toml:2:8: evolution.kind: is \"cmaes\"; allowed: genetic, cma-es, sep-cma-es, open-es, random",
+    ),
+    (
+        "[evolution]\nkind = \"cma-es\"\nelite = 1",
+        "test.toml:3:9: evolution.elite: is given; allowed: only with kind = \"genetic\"",
+    ),
+    (
+        "[evolution]\nkind = \"random\"\n[evolution.mutation]\nrate = 0.1",
+        "test.toml:4:8: evolution.mutation.rate: is given; allowed: only with evolution.kind = \"genetic\"",
+    ),
+    (
+        "[evolution.strategy]\nsigma = 0.1",
+        "test.toml:2:9: evolution.strategy.sigma: is given; allowed: only with evolution.kind = \"cma-es\" or \"sep-cma-es\" or \
+         \"open-es\"",
+    ),
+    (
+        "[evolution]\nkind = \"open-es\"\npopulation = 41",
+        "test.toml:3:14: evolution.population: is 41; allowed: an even number, since samples are mirrored",
+    ),
+    (
+        "[evolution]\nkind = \"sep-cma-es\"\npopulation = 3",
+        "test.toml:3:14: evolution.population: is 3; allowed: 4 or more",
+    ),
+    (
+        "[controller]\nkind = \"hidden\"\nunits = 10\n[evolution]\nkind = \"cma-es\"",
+        "test.toml:5:8: evolution.kind: is \"cma-es\" with 112 genes; allowed: up to 100, or sep-cma-es",
+    ),
+    (
+        "[evolution]\nparents = 5\n[evolution.selection]\nkind = \"rank\"",
+        "test.toml:2:11: evolution.parents: is given; allowed: only with evolution.selection.kind = \"truncation\" or \
+         \"uniform\"",
+    ),
+    (
+        "[evolution.selection]\nkind = \"rank\"\npressure = 2.5",
+        "test.toml:3:12: evolution.selection.pressure: is 2.5; allowed: 1 to 2",
+    ),
+    (
+        "[evolution.crossover]\nkind = \"one_point\"\nshare = 0.5",
+        "test.toml:3:9: evolution.crossover.share: is given; allowed: only with kind = \"uniform\"",
+    ),
+    (
+        "[evolution.mutation]\nkind = \"evostick\"\nper = \"gene\"",
+        "test.toml:3:7: evolution.mutation.per: is given; allowed: only with kind = \"add_uniform\" or \"add_normal\" or \
+         \"replace\"",
+    ),
+    (
         "[evolution]\ninitial = [1, 1]",
         "test.toml:2:11: evolution.initial: is [1, 1]; allowed: a smaller and a greater number",
     ),
@@ -765,7 +812,7 @@ fn keys_are_plain_and_unique() {
 
 /// Settings with a value of each row, even if that requires a list or a choice.
 fn with<T: Described>(row: &Parameter<T>) -> T {
-    let mut own = values::under(row).map_or_else(T::default, |(_, own)| own);
+    let mut own = values::under(row, None).map_or_else(T::default, |(_, own)| own);
     values::grow(row, &mut own);
     for row in T::rows() {
         if let Some(field) = (row.field)(&mut own, 0)

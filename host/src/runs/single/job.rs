@@ -18,7 +18,7 @@ use crate::engine::job::{Added, Finished, Job, Outside, Place, Progress, Request
 use crate::evolve::appraisal::{Appraisal, by_mean};
 use crate::evolve::{Champion, Evolution, SavedEvolution, ranked};
 use crate::exit::{Failure, Result};
-use crate::experiment::settings::TrialScore;
+use crate::experiment::settings::{Settings, TrialScore};
 use crate::npy::npy;
 use crate::runs::Recording;
 use crate::statistics::mean;
@@ -206,8 +206,8 @@ impl Evolving {
 
     /// Keys of an individual's lives in its generation.
     fn keys(&self, individual: &Champion) -> Vec<Key> {
-        let trials = self.single.experiment.settings().trials;
-        keys(self.seed, individual.generation, individual.individual, trials).collect()
+        let settings = self.single.experiment.settings();
+        keys(settings, self.seed, individual.generation, individual.individual).collect()
     }
 
     /// Lives of the finalists, all with the same random numbers.
@@ -238,8 +238,10 @@ impl Evolving {
     /// Each individual's lives, in the simulator or on the robot.
     fn lives(&self) -> impl Iterator<Item = Rollout<'_>> {
         let keys = Keys::new(self.seed, self.evolution.generation().into());
-        let trials = self.single.experiment.settings().trials;
+        let settings = self.single.experiment.settings();
+        let (trials, is_common) = (settings.trials, settings.evolution.has_common_numbers());
         let each = move |(genes, individual): (_, u32)| {
+            let individual = if is_common { 0 } else { individual };
             (0..trials).map(move |trial| Rollout {
                 world: 0,
                 genes,
@@ -278,7 +280,7 @@ impl Evolving {
         let generation = self.evolution.tell(self.scores(fitness))?;
         let done = self.evolution.generation();
         let best = self.luckiest()?.fitness;
-        let line = Row::new(&generation, settings.evolution.parents).line();
+        let line = Row::new(&generation, settings.evolution.best()).line();
         let mut added = vec![Added {
             file: GENERATIONS,
             bytes: line.into_bytes(),
@@ -454,10 +456,20 @@ impl Job for Evolving {
     }
 }
 
-/// Keys of an individual's lives.
-pub(crate) fn keys(seed: u64, generation: u32, individual: u32, trials: u32) -> impl Iterator<Item = Key> {
+/// Keys of an individual's lives: its own, or those of all in its generation.
+pub(crate) fn keys(
+    settings: &Settings,
+    seed: u64,
+    generation: u32,
+    individual: u32,
+) -> impl Iterator<Item = Key> + use<> {
     let own = Keys::new(seed, generation.into());
-    (0..trials).map(move |trial| own.of(individual.into(), trial.into()))
+    let individual = if settings.evolution.has_common_numbers() {
+        0
+    } else {
+        individual
+    };
+    (0..settings.trials).map(move |trial| own.of(individual.into(), trial.into()))
 }
 
 /// An individual's score: the mean or the minimum of its lives; NaN if one of them is.

@@ -59,7 +59,7 @@ pub(super) fn run(
         .map_err(|invalid| Failure::input(format_args!("--start {x},{y},{heading}: {invalid}")))?,
     };
     let keys: Vec<Key> = match replay.seed.or(other.as_ref().map(|_| 1)) {
-        None => keys(run.seed, champion.generation, champion.individual, settings.trials).collect(),
+        None => keys(settings, run.seed, champion.generation, champion.individual).collect(),
         Some(seed) => {
             let keys = Keys::of_seed(seed);
             (0..settings.trials as usize).map(|trial| keys.of(0, trial)).collect()
