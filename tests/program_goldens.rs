@@ -492,6 +492,10 @@ fn optimisers_are_as_pinned() {
         finalists = 3
         finalist_lives = 4
     ";
+    const BEHAVIOUR: &str = "descriptors = [\n\
+        { measure = \"end_x_mm\", least = 0, greatest = 600, cells = 6 },\n\
+        { measure = \"mean_turning_turns_s\", least = 0, greatest = 1, cells = 5 },\n]\n";
+    let behaving = |kind: &str, more: &str| format!("kind = \"{kind}\"\n{BEHAVIOUR}{more}");
     const OPTIMISERS: [(&str, &str); 8] = [
         ("cma-es", "kind = \"cma-es\"\ncommon_random_numbers = true"),
         (
@@ -524,11 +528,37 @@ fn optimisers_are_as_pinned() {
     ];
     let place = Place::new("optimisers");
     let mut found = Found::default();
-    for (name, optimiser) in OPTIMISERS {
+    let archives = [
+        ("map-elites", behaving("map-elites", "[evolution.archive]\niso = 0.1\noffset = -5")),
+        (
+            "map-elites-again",
+            behaving(
+                "map-elites",
+                "common_random_numbers = true\n[evolution.archive]\ncells = \"centroidal\"\ncentroids = 9\nreevaluated = 4\n\
+                 acceptance = \"mean\"",
+            ),
+        ),
+        ("novelty", behaving("novelty", "parents = 4\n[evolution.novelty]\nneighbours = 3\nadded = 2")),
+    ];
+    let archives = archives.iter().map(|(name, text)| (*name, text.as_str()));
+    for (name, optimiser) in OPTIMISERS.into_iter().chain(archives) {
         let file = format!("{name}.toml");
         place.write(&file, &format!("{HEAD}{optimiser}\n"));
         place.evolve(name, &file, &[]);
         found.run(&place, name);
+        if name.starts_with("map-elites") {
+            for table in ["archive.csv", "coverage.csv"] {
+                found.table(&place, name, table);
+            }
+            let (_, genes) = npy(&place.read(format!("{name}/archive.npy")));
+            found.content.numbers("archive", name, &genes);
+            // Every elite lives as it did.
+            let table = place.text(Path::new(name).join("archive.csv"));
+            for line in table.lines().skip(1) {
+                let cell = line.split(',').next().unwrap();
+                place.good(&["replay", name, "--elite", cell, "--backend", "cpu"]);
+            }
+        }
         place.good(&["verify", name]);
         place.good(&["audit", name, "--share", "1", "--backend", "cpu"]);
     }

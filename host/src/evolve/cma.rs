@@ -221,6 +221,8 @@ impl Distribution {
         }
         let lost = if is_slow { 0.0 } else { path * (2.0 - path) };
         let kept = 1.0 - rank_one * (1.0 - lost) - rank_mu * constants.weights.iter().sum::<f64>();
+        /// What `cma` adds to lengths that divide.
+        const NO_LENGTH: f64 = 1e-9;
         // A sample of a negative weight counts as if it were as long as they are on average.
         let scaled: Vec<f64> = ranked
             .iter()
@@ -230,12 +232,8 @@ impl Distribution {
                     return rank_mu * weight;
                 }
                 let white = axes.whitened(sample);
-                let square = dot(&white, &white);
-                if square > 0.0 {
-                    rank_mu * weight * n / square
-                } else {
-                    0.0
-                }
+                let length = dot(&white, &white).sqrt() + NO_LENGTH;
+                rank_mu * weight * n / (length * length)
             })
             .collect();
         if self.covariances.len() == genes {
@@ -503,8 +501,8 @@ impl Optimizer for Cma {
         &self.population
     }
 
-    fn tell(&mut self, fitness: Vec<f32>) -> Result<Generation> {
-        checked_count(self, &fitness)?;
+    fn tell(&mut self, fitness: Vec<f32>, behaviour: &[f64]) -> Result<Generation> {
+        checked_count(self, &fitness, behaviour)?;
         let ranking = ranked(&fitness);
         let number = self.state.generation;
         let population = self.population.clone();

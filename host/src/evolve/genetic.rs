@@ -418,8 +418,8 @@ impl Optimizer for Genetic {
         &self.population
     }
 
-    fn tell(&mut self, fitness: Vec<f32>) -> Result<Generation> {
-        checked_count(self, &fitness)?;
+    fn tell(&mut self, fitness: Vec<f32>, behaviour: &[f64]) -> Result<Generation> {
+        checked_count(self, &fitness, behaviour)?;
         let ranking = ranked(&fitness);
         let next = self.bred(&ranking, &fitness);
         let number = self.generation;
@@ -483,7 +483,7 @@ mod tests {
         let mut evolution = Genetic::new(&Settings::default(), 1, vec![None; GENES], None);
         assert_eq!(evolution.ask().len(), 100);
         assert_eq!(hash(evolution.ask()), "1dc38cf455d16ca3");
-        let generation = evolution.tell(fitness(evolution.ask())).unwrap();
+        let generation = evolution.tell(fitness(evolution.ask()), &[]).unwrap();
         assert_eq!(generation.number, 0);
         assert_eq!(hash(evolution.ask()), "3fd97b105ab87124");
     }
@@ -503,7 +503,7 @@ mod tests {
             vec![None; GENES],
             None,
         );
-        let generation = evolution.tell((0..20_u8).map(f32::from).collect()).unwrap();
+        let generation = evolution.tell((0..20_u8).map(f32::from).collect(), &[]).unwrap();
         for (index, genome) in evolution.ask().genomes().enumerate() {
             assert_eq!(genome, generation.population.genome(19 - index / 5));
         }
@@ -553,7 +553,7 @@ mod tests {
             ..settings()
         };
         let mut evolution = Genetic::new(&settings, 5, vec![None; GENES], None);
-        let generation = evolution.tell((0..20_u8).map(f32::from).collect()).unwrap();
+        let generation = evolution.tell((0..20_u8).map(f32::from).collect(), &[]).unwrap();
         let is_copy = |index: usize, parent| evolution.ask().genome(index) == generation.population.genome(parent);
         assert!(is_copy(0, 19) && is_copy(5, 18));
         assert!(!is_copy(1, 19) && !is_copy(10, 17));
@@ -573,7 +573,7 @@ mod tests {
         // Each genome is its index.
         let init = Population::new(1, (0..2000_u16).map(f32::from).collect());
         let mut evolution = Genetic::new(&settings, 3, vec![None], Some(init));
-        evolution.tell(fitness).unwrap();
+        evolution.tell(fitness, &[]).unwrap();
         let mut counts = vec![0.0; 2000];
         for genome in evolution.ask().genomes() {
             counts[genome[0] as usize] += 1.0;
@@ -676,7 +676,7 @@ mod tests {
                 };
                 let genes = (0..2000 * GENES).map(|gene| (gene / GENES % 2) as f32).collect();
                 let mut evolution = Genetic::new(&settings, 2, vec![None; GENES], Some(Population::new(GENES, genes)));
-                evolution.tell(vec![0.0; 2000]).unwrap();
+                evolution.tell(vec![0.0; 2000], &[]).unwrap();
                 let joints = |genome: &[f32]| genome.windows(2).filter(|pair| pair[0] != pair[1]).count();
                 let mixed: Vec<&[f32]> = evolution.ask().genomes().filter(|genome| joints(genome) > 0).collect();
                 let most = match kind {
@@ -770,7 +770,7 @@ mod tests {
             };
             let mut evolution = Genetic::new(&settings, 6, vec![None; GENES], None);
             let generation = evolution
-                .tell((0..2000_u16).map(|index| -f32::from(index)).collect())
+                .tell((0..2000_u16).map(|index| -f32::from(index)).collect(), &[])
                 .unwrap();
             let parent = generation.population.genome(0);
             let mut changes = Vec::new();
@@ -815,7 +815,7 @@ mod tests {
         let mut evolution = Genetic::new(&limited, 7, vec![None; GENES], None);
         for _ in 0..5 {
             assert!(evolution.ask().values().iter().all(|gene| (-0.5..=0.25).contains(gene)));
-            evolution.tell(fitness(evolution.ask())).unwrap();
+            evolution.tell(fitness(evolution.ask()), &[]).unwrap();
         }
         assert_eq!(kept(1e9, bounds(&limited, Some([0.0, 3.0]))), 3.0);
         let unlimited = bounds(&settings(), None);
@@ -844,7 +844,7 @@ mod tests {
             };
             let mut evolution = Genetic::new(&settings, 8, ranges.clone(), None);
             let first = evolution.ask().clone();
-            let generation = evolution.tell(vec![1.0; 1000]).unwrap();
+            let generation = evolution.tell(vec![1.0; 1000], &[]).unwrap();
             let next = evolution.ask();
             // Means of the change of genes, in widths of their ranges.
             let (mut plain, mut ranged) = (0.0, 0.0);

@@ -144,8 +144,8 @@ impl Optimizer for OpenEs {
         &self.population
     }
 
-    fn tell(&mut self, fitness: Vec<f32>) -> Result<Generation> {
-        checked_count(self, &fitness)?;
+    fn tell(&mut self, fitness: Vec<f32>, behaviour: &[f64]) -> Result<Generation> {
+        checked_count(self, &fitness, behaviour)?;
         let ranking = ranked(&fitness);
         let number = self.state.generation;
         let population = self.population.clone();
@@ -222,7 +222,7 @@ mod tests {
                 let rate = 0.01 * (1.0 - 0.999_f64.powi(step)).sqrt() / (1.0 - 0.9_f64.powi(step));
                 centre[gene] += rate * *mean / (square.sqrt() + 1e-8);
             }
-            strategy.tell(fitness.to_vec()).unwrap();
+            strategy.tell(fitness.to_vec(), &[]).unwrap();
             for (own, expected) in strategy.state.centre.iter().zip(&centre) {
                 assert!((own - expected).abs() < 1e-14, "step {step}: {own} {expected}");
             }

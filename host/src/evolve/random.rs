@@ -31,6 +31,10 @@ pub(crate) enum Stream {
     Sampling = 9,
     /// Where an evolution strategy begins, again a stream for each generation.
     Beginning = 10,
+    /// Samples of behaviour that centroids divide.
+    Centroids = 11,
+    /// Behaviours that an archive keeps, a stream for each generation.
+    Archive = 12,
 }
 
 /// The stream of a run for a purpose and a generation: a function of these three alone, so that no generator's state is

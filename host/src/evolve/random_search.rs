@@ -59,8 +59,8 @@ impl Optimizer for RandomSearch {
         &self.population
     }
 
-    fn tell(&mut self, fitness: Vec<f32>) -> Result<Generation> {
-        checked_count(self, &fitness)?;
+    fn tell(&mut self, fitness: Vec<f32>, behaviour: &[f64]) -> Result<Generation> {
+        checked_count(self, &fitness, behaviour)?;
         let number = self.generation;
         self.generation += 1;
         let next = self.drawn();

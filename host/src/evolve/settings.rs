@@ -16,6 +16,8 @@ pub(crate) enum Kind {
     CmaEs,
     SepCmaEs,
     OpenEs,
+    MapElites,
+    Novelty,
     Random,
 }
 
@@ -40,6 +42,16 @@ impl Choice for Kind {
             "open-es",
             Self::OpenEs,
             "evolution strategy with mirrored samples, ranks and Adam: Salimans et al. 2017",
+        ),
+        (
+            "map-elites",
+            Self::MapElites,
+            "an archive of the best of each kind of behaviour: Mouret and Clune 2015",
+        ),
+        (
+            "novelty",
+            Self::Novelty,
+            "the genetic algorithm, selecting by how new a behaviour is: Lehman and Stanley 2011",
         ),
         ("random", Self::Random, "random genomes in every generation: a control"),
     ];
@@ -77,6 +89,10 @@ pub(crate) struct Settings {
     pub(crate) crossover: Crossover,
     pub(crate) mutation: Mutation,
     pub(crate) strategy: Strategy,
+    /// Measures of behaviour, of optimisers that use it.
+    pub(crate) descriptors: Vec<Descriptor>,
+    pub(crate) archive: Archive,
+    pub(crate) novelty: Novelty,
 }
 
 impl Default for Settings {
@@ -95,15 +111,38 @@ impl Default for Settings {
             crossover: Crossover::default(),
             mutation: Mutation::default(),
             strategy: Strategy::default(),
+            descriptors: Vec::new(),
+            archive: Archive::default(),
+            novelty: Novelty::default(),
         }
     }
 }
 
 /// Values that are the experiment's only with some optimisers.
 impl Settings {
-    /// With the genetic algorithm.
+    /// With the genetic algorithm, also if it selects by novelty.
     pub(crate) fn genetic(&mut self) -> Option<&mut Self> {
-        (self.kind == Kind::Genetic).then_some(self)
+        self.is_genetic().then_some(self)
+    }
+
+    /// With an optimiser whose first individuals may be given.
+    pub(crate) fn begun(&mut self) -> Option<&mut Self> {
+        (self.is_genetic() || self.kind == Kind::MapElites).then_some(self)
+    }
+
+    /// With an optimiser that uses behaviour.
+    pub(crate) fn behaving(&mut self) -> Option<&mut Self> {
+        self.uses_behaviour().then_some(self)
+    }
+
+    /// With an archive of elites.
+    pub(crate) fn archived(&mut self) -> Option<&mut Archive> {
+        (self.kind == Kind::MapElites).then_some(&mut self.archive)
+    }
+
+    /// With novelty search.
+    pub(crate) fn novel(&mut self) -> Option<&mut Novelty> {
+        (self.kind == Kind::Novelty).then_some(&mut self.novelty)
     }
 
     /// With the genetic algorithm, if only the best become parents.
@@ -144,13 +183,13 @@ impl Settings {
             self.population = match self.kind {
                 Kind::CmaEs | Kind::SepCmaEs => super::cma::default_population(genes),
                 Kind::OpenEs => 40,
-                Kind::Genetic | Kind::Random => self.population,
+                _ => self.population,
             };
         }
         let sigma = match self.kind {
             Kind::CmaEs | Kind::SepCmaEs => 0.5,
             Kind::OpenEs => 0.02,
-            Kind::Genetic | Kind::Random => return,
+            _ => return,
         };
         self.strategy.sigma.get_or_insert(sigma);
         self.common.get_or_insert(self.kind == Kind::OpenEs);
@@ -161,16 +200,31 @@ impl Settings {
         self.common == Some(true)
     }
 
+    /// Whether a genetic algorithm breeds.
+    pub(crate) fn is_genetic(&self) -> bool {
+        matches!(self.kind, Kind::Genetic | Kind::Novelty)
+    }
+
+    /// Whether the optimiser uses behaviour.
+    pub(crate) fn uses_behaviour(&self) -> bool {
+        matches!(self.kind, Kind::MapElites | Kind::Novelty)
+    }
+
+    /// Whether the optimiser keeps an archive of elites.
+    pub(crate) fn has_archive(&self) -> bool {
+        self.kind == Kind::MapElites
+    }
+
     /// Whether only the best become parents.
     fn has_parents(&self) -> bool {
-        self.kind == Kind::Genetic && self.selection.kind.is_of_the_best()
+        self.is_genetic() && self.selection.kind.is_of_the_best()
     }
 
     /// How many of the best the statistics of a generation call its parents: those that become parents, or those that an evolution
     /// strategy moves to; else a fifth of the population, as in Miglino et al. 1995.
     pub(crate) fn best(&self) -> u32 {
         match self.kind {
-            Kind::Genetic if self.has_parents() => self.parents,
+            Kind::Genetic | Kind::Novelty if self.has_parents() => self.parents,
             Kind::CmaEs | Kind::SepCmaEs => (self.population / 2).max(1),
             _ => (self.population / 5).max(1),
         }
@@ -419,6 +473,135 @@ impl Default for Strategy {
     }
 }
 
+/// A measure of behaviour that an optimiser uses.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub(crate) struct Descriptor {
+    /// Its name.
+    pub(crate) measure: String,
+    /// Its range; NaN until it is given.
+    pub(crate) least: f32,
+    pub(crate) greatest: f32,
+    /// Cells that a grid divides the range into.
+    pub(crate) cells: u32,
+}
+
+impl Default for Descriptor {
+    fn default() -> Self {
+        Self {
+            measure: String::new(),
+            least: f32::NAN,
+            greatest: f32::NAN,
+            cells: 20,
+        }
+    }
+}
+
+impl Descriptor {
+    /// A value as a share of the range.
+    pub(crate) fn share(&self, value: f64) -> f64 {
+        let [least, greatest] = [self.least, self.greatest].map(f64::from);
+        (value - least) / (greatest - least)
+    }
+
+    #[cfg(test)]
+    pub(super) fn named(measure: &str, [least, greatest]: [f32; 2], cells: u32) -> Self {
+        Self {
+            measure: measure.into(),
+            least,
+            greatest,
+            cells,
+        }
+    }
+}
+
+/// Values of an archive of elites.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub(crate) struct Archive {
+    pub(crate) cells: Cells,
+    /// Cells, if they are not a grid's.
+    pub(crate) centroids: u32,
+    /// Standard deviations of variation: of each gene, in halves of the initial range, and along the line to another elite.
+    pub(crate) iso: f64,
+    pub(crate) line: f64,
+    /// Elites of each generation that are evaluated again.
+    pub(crate) reevaluated: u32,
+    pub(crate) acceptance: Acceptance,
+    /// The fitness that counts as nothing in the QD score.
+    pub(crate) offset: f64,
+}
+
+impl Default for Archive {
+    fn default() -> Self {
+        Self {
+            cells: Cells::Grid,
+            centroids: 1000,
+            iso: 0.01,
+            line: 0.2,
+            reevaluated: 0,
+            acceptance: Acceptance::Optimistic,
+            offset: 0.0,
+        }
+    }
+}
+
+/// How an archive's cells divide behaviour.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub(crate) enum Cells {
+    Grid,
+    Centroidal,
+}
+
+impl Choice for Cells {
+    const CHOICES: Choices<Self> = &[
+        ("grid", Self::Grid, "each descriptor's range is divided evenly"),
+        (
+            "centroidal",
+            Self::Centroidal,
+            "regions of equal size around centroids: Vassiliades et al. 2018",
+        ),
+    ];
+}
+
+/// What elites are compared by.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub(crate) enum Acceptance {
+    Optimistic,
+    Mean,
+}
+
+impl Choice for Acceptance {
+    const CHOICES: Choices<Self> = &[
+        (
+            "optimistic",
+            Self::Optimistic,
+            "the best score that they ever had, in the cell of that life",
+        ),
+        (
+            "mean",
+            Self::Mean,
+            "the mean of all their scores, in the cell of their mean behaviour",
+        ),
+    ];
+}
+
+/// Values of novelty search.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub(crate) struct Novelty {
+    /// Nearest behaviours whose mean distance is the novelty.
+    pub(crate) neighbours: u32,
+    /// Behaviours of each generation that are kept, drawn at random.
+    pub(crate) added: u32,
+}
+
+impl Default for Novelty {
+    fn default() -> Self {
+        Self {
+            neighbours: 15,
+            added: 6,
+        }
+    }
+}
+
 /// The range of each gene that has one of its own. It replaces the initial range and the limits, and the amount of a mutation
 /// is as large in it as in the initial range.
 pub(crate) type Ranges = Vec<Option<[f32; 2]>>;
@@ -468,6 +651,17 @@ impl Space {
             bounds,
         } = self.0[gene];
         kept(0.5 * (low + high) + 0.5 * (high - low) * at, bounds)
+    }
+
+    /// Half of a gene's initial range.
+    pub(super) fn half(&self, gene: usize) -> f64 {
+        let [low, high] = self.0[gene].initial;
+        0.5 * (high - low)
+    }
+
+    /// A gene within its bounds.
+    pub(super) fn kept(&self, gene: usize, value: f64) -> f32 {
+        kept(value, self.0[gene].bounds)
     }
 
     /// The place of a gene's bounds, counted in the same way.

@@ -5,12 +5,13 @@ use std::fmt::Display;
 use oneiro::arena::{Arena, Field};
 use oneiro::differential::{Build, Sensor, SensorKind};
 use oneiro::parameter::Invalid;
-use oneiro::world::WorldSpec;
+use oneiro::world::{World, WorldSpec};
 
 use super::settings::{ArenaSize, Finalists, Settings, Transfer};
 use crate::console::counted;
+use crate::lives::measures;
 use crate::evolve::cma;
-use crate::evolve::settings::{self as optimiser, Kind, SelectionKind};
+use crate::evolve::settings::{self as optimiser, Cells, Descriptor, Kind, SelectionKind};
 
 pub(super) type Checked = Result<(), Invalid>;
 
@@ -73,10 +74,18 @@ fn reality(transfer: &Transfer) -> Checked {
 
 /// Approximate memory of a run in progress, bytes: parents and offspring, each life's genes and what a batch adds to them, and a
 /// row for each generation.
+/// Of an optimiser that uses behaviour, each life's trace, a record of about so many bytes a cycle, and a whole archive.
 pub(super) fn bytes(settings: &Settings, genes: usize) -> u64 {
+    const RECORD: u64 = 160;
     let (genes, population) = (genes as u64, u64::from(settings.evolution.population));
     let lives = population * u64::from(settings.trials);
-    4 * (2 * population * genes + lives * (genes + 16)) + 64 * u64::from(settings.evolution.generations)
+    let behaviour = if settings.evolution.uses_behaviour() {
+        lives.saturating_mul(RECORD * u64::from(settings.world.cycles))
+    } else {
+        0
+    };
+    let own = 4 * (2 * population * genes + lives * (genes + 16)) + 64 * u64::from(settings.evolution.generations);
+    own.saturating_add(behaviour)
 }
 
 /// Checks what depends on how many genes an individual has, and on a population that follows from it.
@@ -101,6 +110,19 @@ pub(super) fn genes(settings: &Settings, genes: usize) -> Checked {
         ),
         _ => Ok(()),
     }
+}
+
+/// Checks that the world has the measures that describe behaviour.
+pub(super) fn measures(settings: &Settings, world: &World) -> Checked {
+    let known = measures::descriptors(world);
+    let names: Vec<&str> = known.iter().map(|own| &*own.column.name).collect();
+    for (index, own) in settings.evolution.descriptors.iter().enumerate() {
+        if !names.contains(&&*own.measure) {
+            let problem = format!("is {:?}; allowed: {}", own.measure, names.join(", "));
+            return invalid(&format!("evolution.descriptors[{index}].measure"), problem);
+        }
+    }
+    Ok(())
 }
 
 /// Checks that a generation fits into memory, once it is known how many genes an individual has.
@@ -229,8 +251,41 @@ fn arena(settings: &Settings) -> Checked {
     }
 }
 
+/// Checks measures of behaviour; whether there are such measures is known once there is a world.
+fn descriptors(evolution: &optimiser::Settings) -> Checked {
+    const MOST: usize = 6;
+    const MOST_CELLS: u64 = 1_000_000;
+    let descriptors = &evolution.descriptors;
+    if !evolution.uses_behaviour() {
+        return Ok(());
+    }
+    if descriptors.is_empty() || descriptors.len() > MOST {
+        let problem = format!("has {}; allowed: 1 to {MOST} measures of behaviour", descriptors.len());
+        return invalid("evolution.descriptors", problem);
+    }
+    for (index, Descriptor { least, greatest, measure, .. }) in descriptors.iter().enumerate() {
+        if least >= greatest || !(greatest - least).is_finite() {
+            let problem = format!("is {greatest}; allowed: above least, {least}");
+            return invalid(&format!("evolution.descriptors[{index}].greatest"), problem);
+        }
+        if descriptors[..index].iter().any(|other| other.measure == *measure) {
+            let problem = format!("is {measure:?}, again; allowed: each once");
+            return invalid(&format!("evolution.descriptors[{index}].measure"), problem);
+        }
+    }
+    let cells = descriptors.iter().try_fold(1_u64, |all, own| all.checked_mul(own.cells.into()));
+    if evolution.kind == Kind::MapElites
+        && evolution.archive.cells == Cells::Grid
+        && cells.is_none_or(|cells| cells > MOST_CELLS)
+    {
+        let problem = format!("have more than {MOST_CELLS} cells in all; allowed: up to that, or a centroidal archive");
+        return invalid("evolution.descriptors", problem);
+    }
+    Ok(())
+}
+
 fn evolution(evolution: &optimiser::Settings) -> Checked {
-    let is_truncated = evolution.kind == Kind::Genetic && evolution.selection.kind == SelectionKind::Truncation;
+    let is_truncated = evolution.is_genetic() && evolution.selection.kind == SelectionKind::Truncation;
     if is_truncated && evolution.elite > evolution.parents {
         let (elite, parents) = (evolution.elite, evolution.parents);
         let problem = format!("is {elite}; allowed: 0 to {parents}, evolution.parents");
@@ -245,6 +300,7 @@ fn evolution(evolution: &optimiser::Settings) -> Checked {
             ),
         );
     }
+    descriptors(evolution)?;
     let ranges = [
         ("evolution.initial", Some(evolution.initial)),
         ("evolution.limits", evolution.limits),

@@ -84,6 +84,7 @@ impl Experiment {
         let has_population = values::at(&given, "evolution.population").is_some();
         settings.evolution.complete(world.genes(), has_population);
         check::genes(&settings, world.genes()).map_err(|invalid| source.invalid(&invalid.field, &invalid.problem))?;
+        check::measures(&settings, &world).map_err(|invalid| source.invalid(&invalid.field, &invalid.problem))?;
         check::memory(&settings, world.genes()).map_err(|invalid| source.invalid(&invalid.field, &invalid.problem))?;
         let init = inputs.init(
             settings.evolution.init.as_deref(),

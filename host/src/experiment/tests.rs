@@ -456,15 +456,16 @@ const REFUSED: &[(&str, &str)] = &[
     ),
     (
         "[evolution]\nkind = \"cmaes\"",
-        "test.toml:2:8: evolution.kind: is \"cmaes\"; allowed: genetic, cma-es, sep-cma-es, open-es, random",
+        "test.toml:2:8: evolution.kind: is \"cmaes\"; allowed: genetic, cma-es, sep-cma-es, open-es, map-elites, \
+         novelty, random",
     ),
     (
         "[evolution]\nkind = \"cma-es\"\nelite = 1",
-        "test.toml:3:9: evolution.elite: is given; allowed: only with kind = \"genetic\"",
+        "test.toml:3:9: evolution.elite: is given; allowed: only with kind = \"genetic\" or \"novelty\"",
     ),
     (
         "[evolution]\nkind = \"random\"\n[evolution.mutation]\nrate = 0.1",
-        "test.toml:4:8: evolution.mutation.rate: is given; allowed: only with evolution.kind = \"genetic\"",
+        "test.toml:4:8: evolution.mutation.rate: is given; allowed: only with evolution.kind = \"genetic\" or \"novelty\"",
     ),
     (
         "[evolution.strategy]\nsigma = 0.1",
@@ -500,6 +501,41 @@ const REFUSED: &[(&str, &str)] = &[
         "[evolution.mutation]\nkind = \"evostick\"\nper = \"gene\"",
         "test.toml:3:7: evolution.mutation.per: is given; allowed: only with kind = \"add_uniform\" or \"add_normal\" or \
          \"replace\"",
+    ),
+    (
+        "[evolution]\nkind = \"novelty\"",
+        "test.toml:1:2: evolution.descriptors: has 0; allowed: 1 to 6 measures of behaviour",
+    ),
+    (
+        "[evolution]\nkind = \"map-elites\"\ndescriptors = [{ measure = \"end_x\", least = 0, greatest = 1 }]",
+        "test.toml:3:28: evolution.descriptors[0].measure: is \"end_x\"; allowed: collisions, cells, distance_mm, mean_speed_mm_s, \
+         stuck_s, mean_turning_turns_s, end_x_mm, end_y_mm, wall_distance_mm",
+    ),
+    (
+        "[evolution]\nkind = \"map-elites\"\ndescriptors = [{ measure = \"end_x_mm\", least = 0 }]",
+        "evolution.descriptors[0]: lacks `greatest`; allowed: a number",
+    ),
+    (
+        "[evolution]\nkind = \"map-elites\"\ndescriptors = [{ measure = \"end_x_mm\", least = 1, greatest = 1 }]",
+        "evolution.descriptors[0].greatest: is 1; allowed: above least, 1",
+    ),
+    (
+        "[evolution]\nkind = \"map-elites\"\n[[evolution.descriptors]]\nmeasure = \"cells\"\nleast = 0\ngreatest = 9\n\
+         [[evolution.descriptors]]\nmeasure = \"cells\"\nleast = 0\ngreatest = 9",
+        "evolution.descriptors[1].measure: is \"cells\", again; allowed: each once",
+    ),
+    (
+        "[evolution]\nkind = \"map-elites\"\n[[evolution.descriptors]]\nmeasure = \"cells\"\nleast = 0\ngreatest = 9\n\
+         cells = 1001\n[[evolution.descriptors]]\nmeasure = \"end_x_mm\"\nleast = 0\ngreatest = 9\ncells = 1000",
+        "evolution.descriptors: have more than 1000000 cells in all; allowed: up to that, or a centroidal archive",
+    ),
+    (
+        "[evolution.archive]\niso = 0.1",
+        "test.toml:2:7: evolution.archive.iso: is given; allowed: only with evolution.kind = \"map-elites\"",
+    ),
+    (
+        "[evolution]\ndescriptors = [{ measure = \"cells\", least = 0, greatest = 9 }]",
+        "evolution.descriptors: is given; allowed: only with kind = \"map-elites\" or \"novelty\"",
     ),
     (
         "[evolution]\ninitial = [1, 1]",

@@ -7,11 +7,12 @@ use oneiro::batch::{Rollout, Trace};
 use oneiro::random::{Key, Keys};
 use serde::{Deserialize, Serialize};
 
+use super::behaviour::Behaviour;
 use super::champion::Individual;
 use super::rows::Row;
 use super::trace::trace_every;
 use super::{
-    CHAMPION, CHAMPION_GENES, FITNESS, GENERATIONS, INDIVIDUALS, LUCKIEST, LUCKIEST_GENES, POPULATION, Places, Single,
+    CHAMPION, CHAMPION_GENES, COVERAGE, FITNESS, GENERATIONS, INDIVIDUALS, LUCKIEST, LUCKIEST_GENES, POPULATION, Places, Single,
     pictures,
 };
 use crate::engine::job::{Added, Finished, Job, Outside, Place, Progress, Request, Results, Stage, Step};
@@ -33,6 +34,8 @@ pub(super) struct Evolving {
     /// The robot on a wire on which the last generations live.
     outside: Option<Arc<dyn Outside>>,
     evolution: Evolution,
+    /// What measures the behaviour of individuals, if the optimiser uses it.
+    behaviour: Option<Behaviour>,
     /// Genomes and scores of the last generation, after all have been evaluated.
     last: Option<Generation>,
     /// Individuals that live again then, the luckiest of the run first. Empty if finalists are switched off.
@@ -86,6 +89,7 @@ impl Evolving {
             has_directory: matches!(recording, Recording::Directory { .. }),
             outside,
             evolution: single.experiment.evolution(seed),
+            behaviour: Behaviour::new(&single.experiment),
             single,
             last: None,
             finalists: Vec::new(),
@@ -134,6 +138,9 @@ impl Evolving {
         let luckiest = self.luckiest()?;
         let generation = self.evolution.generation() - 1;
         let genes = genomes.len() / fitness.len();
+        if let Some(archive) = self.evolution.optimizer().archive() {
+            return Ok(super::archive::finalists(archive, luckiest, count));
+        }
         let others = ranked(fitness)
             .into_iter()
             .filter(|&individual| (generation, individual) != (luckiest.generation, luckiest.individual))
@@ -272,12 +279,14 @@ impl Evolving {
     }
 
     /// Takes the fitness of a generation.
-    fn bred(&mut self, fitness: &[f32]) -> Result<Step> {
+    fn bred(&mut self, results: &Results<'_>) -> Result<Step> {
         let settings = self.single.experiment.settings();
+        let behaviour = self.behaviour.as_ref();
+        let behaviour = behaviour.map_or_else(Vec::new, |own| own.of(results.traces, settings.trials));
         if self.single.experiment.first_real() == Some(self.evolution.generation()) {
             self.evolution.forget_champion();
         }
-        let generation = self.evolution.tell(self.scores(fitness))?;
+        let generation = self.evolution.tell(self.scores(results.fitness), &behaviour)?;
         let done = self.evolution.generation();
         let best = self.luckiest()?.fitness;
         let line = Row::new(&generation, settings.evolution.best()).line();
@@ -291,6 +300,15 @@ impl Evolving {
             added.push(Added {
                 file: INDIVIDUALS,
                 bytes: values.flat_map(|value| value.to_le_bytes()).collect(),
+            });
+        }
+        if let Some(archive) = self.evolution.optimizer().archive()
+            && self.has_directory
+        {
+            let line = super::archive::line(generation.number, archive, settings.evolution.archive.offset);
+            added.push(Added {
+                file: COVERAGE,
+                bytes: line.into_bytes(),
             });
         }
         let is_finished = self.evolution.is_finished();
@@ -344,6 +362,8 @@ impl Job for Evolving {
         let mut stage = outside.map_or_else(|| Stage::lives(kernel), |_| Stage::OUTSIDE);
         if purpose == Purpose::Trace {
             stage.trace_every = Some(trace_every(experiment));
+        } else if purpose == Purpose::Generation && self.behaviour.is_some() {
+            stage.trace_every = Some(1);
         }
         Some(Request {
             stage,
@@ -372,7 +392,7 @@ impl Job for Evolving {
 
     fn tell(&mut self, results: &Results<'_>) -> Result<Step> {
         match self.purpose() {
-            Some(Purpose::Generation) => return self.bred(results.fitness),
+            Some(Purpose::Generation) => return self.bred(results),
             Some(Purpose::Finalists) => self.appraised = results.fitness.to_vec(),
             Some(Purpose::Simulated) => self.simulated = self.scores(results.fitness),
             Some(Purpose::Real) => self.real = results.fitness.to_vec(),
@@ -410,6 +430,9 @@ impl Job for Evolving {
             let shape = [fitness.len(), genomes.len() / fitness.len()];
             files.push((POPULATION, npy(&shape, genomes)));
             files.push((FITNESS, npy(&shape[..1], fitness)));
+        }
+        if let Some(archive) = self.evolution.optimizer().archive() {
+            files.extend(super::archive::files(archive, &self.single.experiment, self.seed, self.has_directory));
         }
         let corrupt = |problem| Failure::corrupt(format_args!("{GENERATIONS}: {problem}"));
         if self.has_directory {
