@@ -529,7 +529,10 @@ fn optimisers_are_as_pinned() {
     let place = Place::new("optimisers");
     let mut found = Found::default();
     let archives = [
-        ("map-elites", behaving("map-elites", "[evolution.archive]\niso = 0.1\noffset = -5")),
+        (
+            "map-elites",
+            behaving("map-elites", "[evolution.archive]\niso = 0.1\noffset = -5"),
+        ),
         (
             "map-elites-again",
             behaving(
@@ -538,7 +541,10 @@ fn optimisers_are_as_pinned() {
                  acceptance = \"mean\"",
             ),
         ),
-        ("novelty", behaving("novelty", "parents = 4\n[evolution.novelty]\nneighbours = 3\nadded = 2")),
+        (
+            "novelty",
+            behaving("novelty", "parents = 4\n[evolution.novelty]\nneighbours = 3\nadded = 2"),
+        ),
     ];
     let archives = archives.iter().map(|(name, text)| (*name, text.as_str()));
     for (name, optimiser) in OPTIMISERS.into_iter().chain(archives) {

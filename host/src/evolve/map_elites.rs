@@ -79,7 +79,10 @@ impl Cells {
                 cell * own.cells + place.clamp(0.0, f64::from(own.cells - 1)) as u32
             }),
             Self::Centroids(descriptors, centroids) => {
-                let shares = descriptors.iter().zip(behaviour).map(|(own, &value)| own.share(value).clamp(0.0, 1.0));
+                let shares = descriptors
+                    .iter()
+                    .zip(behaviour)
+                    .map(|(own, &value)| own.share(value).clamp(0.0, 1.0));
                 nearest(&shares.collect::<Vec<_>>(), centroids) as u32
             }
         })
@@ -317,7 +320,12 @@ impl Optimizer for MapElites {
     fn save(&self) -> Vec<u8> {
         // A population that a file gave is not bred again.
         let first = (self.generation == 0).then(|| self.population.values());
-        saved::seal(NAME, VERSION, &self.owner, &(self.generation, &self.archive.elites, first))
+        saved::seal(
+            NAME,
+            VERSION,
+            &self.owner,
+            &(self.generation, &self.archive.elites, first),
+        )
     }
 
     fn restore(&mut self, bytes: &[u8]) -> Result {

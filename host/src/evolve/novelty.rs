@@ -132,7 +132,10 @@ mod tests {
             ..Settings::default()
         };
         settings.novelty = Values { neighbours, added };
-        settings.descriptors = vec![Descriptor::named("x", [0.0, 10.0], 1), Descriptor::named("y", [-1.0, 1.0], 1)];
+        settings.descriptors = vec![
+            Descriptor::named("x", [0.0, 10.0], 1),
+            Descriptor::named("y", [-1.0, 1.0], 1),
+        ];
         Novelty::new(&settings, 1, vec![None; 3], None)
     }
 
@@ -156,7 +159,10 @@ mod tests {
         let behaviour = [0.0, 0.0, 0.1, 0.0, 0.2, 0.0, 10.0, 1.0];
         let asked = own.ask().clone();
         let generation = own.tell(vec![9.0, 8.0, 7.0, -1.0], &behaviour).unwrap();
-        assert_eq!((generation.ranking[0], &generation.fitness[..]), (0, &[9.0, 8.0, 7.0, -1.0][..]));
+        assert_eq!(
+            (generation.ranking[0], &generation.fitness[..]),
+            (0, &[9.0, 8.0, 7.0, -1.0][..])
+        );
         assert_eq!(own.archive.len(), 8);
         // The last individual is the parent of the first family: most of its genes are still there.
         let shared = |child: usize, parent| {

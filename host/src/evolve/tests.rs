@@ -18,7 +18,11 @@ fn all(seed: u64) -> Vec<Box<dyn Optimizer>> {
 fn tell(optimizer: &mut dyn Optimizer, fitness: Vec<f32>) -> Result<Generation> {
     let count = optimizer.descriptors();
     let genomes = optimizer.ask().genomes();
-    let behaviour: Vec<f64> = genomes.flat_map(|genome| &genome[..count]).copied().map(f64::from).collect();
+    let behaviour: Vec<f64> = genomes
+        .flat_map(|genome| &genome[..count])
+        .copied()
+        .map(f64::from)
+        .collect();
     optimizer.tell(fitness, &behaviour)
 }
 
@@ -187,7 +191,10 @@ fn missing_behaviour_is_refused_without_a_change() {
         let mut optimizer = of(kind, 2);
         let before = optimizer.save();
         for count in [0, 39, 41] {
-            let failure = optimizer.tell(vec![0.0; 20], &vec![0.0; count]).unwrap_err().to_string();
+            let failure = optimizer
+                .tell(vec![0.0; 20], &vec![0.0; count])
+                .unwrap_err()
+                .to_string();
             assert!(failure.contains("20 individuals; allowed: 40"), "{failure}");
             assert_eq!(optimizer.save(), before);
         }

@@ -9,9 +9,9 @@ use oneiro::world::{World, WorldSpec};
 
 use super::settings::{ArenaSize, Finalists, Settings, Transfer};
 use crate::console::counted;
-use crate::lives::measures;
 use crate::evolve::cma;
 use crate::evolve::settings::{self as optimiser, Cells, Descriptor, Kind, SelectionKind};
+use crate::lives::measures;
 
 pub(super) type Checked = Result<(), Invalid>;
 
@@ -263,7 +263,16 @@ fn descriptors(evolution: &optimiser::Settings) -> Checked {
         let problem = format!("has {}; allowed: 1 to {MOST} measures of behaviour", descriptors.len());
         return invalid("evolution.descriptors", problem);
     }
-    for (index, Descriptor { least, greatest, measure, .. }) in descriptors.iter().enumerate() {
+    for (
+        index,
+        Descriptor {
+            least,
+            greatest,
+            measure,
+            ..
+        },
+    ) in descriptors.iter().enumerate()
+    {
         if least >= greatest || !(greatest - least).is_finite() {
             let problem = format!("is {greatest}; allowed: above least, {least}");
             return invalid(&format!("evolution.descriptors[{index}].greatest"), problem);
@@ -273,7 +282,9 @@ fn descriptors(evolution: &optimiser::Settings) -> Checked {
             return invalid(&format!("evolution.descriptors[{index}].measure"), problem);
         }
     }
-    let cells = descriptors.iter().try_fold(1_u64, |all, own| all.checked_mul(own.cells.into()));
+    let cells = descriptors
+        .iter()
+        .try_fold(1_u64, |all, own| all.checked_mul(own.cells.into()));
     if evolution.kind == Kind::MapElites
         && evolution.archive.cells == Cells::Grid
         && cells.is_none_or(|cells| cells > MOST_CELLS)

@@ -618,6 +618,30 @@ fn long_values_are_shown_in_part() {
     assert!(read(&scratch, &"#".repeat(files::GREATEST_TEXT), &[]).is_ok());
 }
 
+/// What only the file's optimiser has is left out where a setting has another one.
+#[test]
+fn a_setting_of_the_optimiser_replaces_its_values() {
+    let scratch = Scratch::new("replaced-optimiser");
+    let text = "[evolution]\nparents = 10\nelite = 2\n[evolution.mutation]\nkind = \"add_normal\"\nrate = 0.5";
+    let population = |set: &[&str]| read(&scratch, text, set).unwrap().settings().evolution.population;
+    assert_eq!(population(&["evolution.kind=cma-es"]), 12);
+    assert_eq!(population(&["evolution.kind=open-es"]), 40);
+    let ranked = read(&scratch, text, &["evolution.selection.kind=rank"]).unwrap();
+    let evolution = &ranked.settings().evolution;
+    assert_eq!(
+        (evolution.population, evolution.elite, evolution.mutation.rate),
+        (100, 2, 0.5)
+    );
+    let text = ranked.resolved_toml(1);
+    assert!(text.contains("elite = 2") && !text.contains("parents"), "{text}");
+    // Given with it, it is refused.
+    let message = refusal(&scratch, "", &["evolution.kind=cma-es", "evolution.elite=1"]);
+    assert!(
+        message.contains("evolution.elite: is given; allowed: only with"),
+        "{message}"
+    );
+}
+
 #[test]
 fn refusals_of_settings_name_the_setting() {
     let scratch = Scratch::new("refused-sets");

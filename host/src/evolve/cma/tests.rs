@@ -94,7 +94,8 @@ fn evaluations(kind: Kind, seed: u64, value: fn(usize, f64) -> f64) -> u32 {
         if let Some(found) = values.iter().position(|value| *value <= 1e-9) {
             return generation * 10 + found as u32 + 1;
         }
-        cma.tell(values.iter().map(|value| -*value as f32).collect(), &[]).unwrap();
+        cma.tell(values.iter().map(|value| -*value as f32).collect(), &[])
+            .unwrap();
     }
     panic!("{kind:?}, seed {seed}: not found");
 }

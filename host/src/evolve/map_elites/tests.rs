@@ -9,7 +9,10 @@ fn settings(acceptance: Acceptance, reevaluated: u32) -> Settings {
     let mut settings = Settings {
         kind: Optimiser::MapElites,
         population: 16,
-        descriptors: vec![Descriptor::named("x", [-1.0, 1.0], 7), Descriptor::named("y", [0.0, 10.0], 5)],
+        descriptors: vec![
+            Descriptor::named("x", [-1.0, 1.0], 7),
+            Descriptor::named("y", [0.0, 10.0], 5),
+        ],
         ..Settings::default()
     };
     (settings.archive.acceptance, settings.archive.reevaluated) = (acceptance, reevaluated);
@@ -24,7 +27,8 @@ fn numbers(line: &str) -> Vec<f64> {
 #[test]
 fn its_archive_is_that_of_ribs() {
     let committed = || PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("src/evolve/map_elites/oracle.txt");
-    let path = std::env::var_os("ONEIRO_OPTIMISERS").map_or_else(committed, |own| PathBuf::from(own).join("archive.txt"));
+    let path =
+        std::env::var_os("ONEIRO_OPTIMISERS").map_or_else(committed, |own| PathBuf::from(own).join("archive.txt"));
     let text = std::fs::read_to_string(path).unwrap();
     let mut lines = text.lines();
     let [batch, batches, offset] = numbers(lines.next().unwrap())[..] else {
@@ -32,11 +36,17 @@ fn its_archive_is_that_of_ribs() {
     };
     let mut own = MapElites::new(&settings(Acceptance::Optimistic, 0), 1, &vec![None; 1], None);
     for _ in 0..batches as usize {
-        let scores: Vec<f32> = numbers(lines.next().unwrap()).iter().map(|score| *score as f32).collect();
+        let scores: Vec<f32> = numbers(lines.next().unwrap())
+            .iter()
+            .map(|score| *score as f32)
+            .collect();
         let behaviour = numbers(lines.next().unwrap());
         let status = numbers(lines.next().unwrap());
         let before = own.archive.clone();
-        let cells: Vec<u32> = behaviour.chunks_exact(2).map(|own_place| own.archive.cells.of(own_place).unwrap()).collect();
+        let cells: Vec<u32> = behaviour
+            .chunks_exact(2)
+            .map(|own_place| own.archive.cells.of(own_place).unwrap())
+            .collect();
         own.tell(scores.clone(), &behaviour).unwrap();
         for (individual, (&cell, status)) in cells.iter().zip(status).enumerate() {
             // 0: not added, 1: better than the elite before the batch, 2: the first of its cell.
@@ -45,7 +55,12 @@ fn its_archive_is_that_of_ribs() {
                 Some(elite) if f64::from(scores[individual]) > elite.fitness => 1.0,
                 Some(_) => 0.0,
             };
-            assert_eq!(status, expected, "generation {}, individual {individual}", own.generation - 1);
+            assert_eq!(
+                status,
+                expected,
+                "generation {}, individual {individual}",
+                own.generation - 1
+            );
         }
         let [elites, coverage, quality] = numbers(lines.next().unwrap())[..] else {
             panic!("three numbers")
@@ -61,7 +76,11 @@ fn its_archive_is_that_of_ribs() {
         };
         let elite = &own.archive.elites[&(cell as u32)];
         assert_eq!(elite.fitness, fitness);
-        assert_eq!(f64::from(elite.generation) * batch + f64::from(elite.individual), solution, "{cell}");
+        assert_eq!(
+            f64::from(elite.generation) * batch + f64::from(elite.individual),
+            solution,
+            "{cell}"
+        );
         left += 1;
     }
     assert_eq!(left, own.archive.elites.len());
@@ -104,7 +123,9 @@ fn centroids_divide_evenly() {
     let [own, other] = [&cells, &at_random].map(unevenness);
     println!("{own} and {other}");
     assert!(own < 0.35 && other > 0.4, "{own} and {other}");
-    let Cells::Centroids(_, centroids) = &cells else { panic!("centroids") };
+    let Cells::Centroids(_, centroids) = &cells else {
+        panic!("centroids")
+    };
     for (index, centroid) in centroids.chunks_exact(2).enumerate() {
         let behaviour = [2.0 * centroid[0] - 1.0, 10.0 * centroid[1]];
         assert_eq!(cells.of(&behaviour), Some(index as u32));
@@ -171,9 +192,8 @@ fn children_vary_along_lines() {
                 let near = f64::from(share(0)).min((1.0 - f64::from(share(0))).abs()).abs();
                 squares += near * near;
             } else {
-                let from = |parent: &[f32]| -> f64 {
-                    child.iter().zip(parent).map(|(a, b)| f64::from(a - b).powi(2)).sum()
-                };
+                let from =
+                    |parent: &[f32]| -> f64 { child.iter().zip(parent).map(|(a, b)| f64::from(a - b).powi(2)).sum() };
                 squares += from(parents[0]).min(from(parents[1]));
             }
         }

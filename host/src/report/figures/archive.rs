@@ -37,7 +37,11 @@ pub(crate) fn archive(title: &str, [across, up]: [(&str, [f64; 2]); 2], elites: 
     }
     plot.axes(&mut svg, across.0, up.0);
     for &[x, y, fitness] in elites {
-        let share = if high > low { (fitness - low) / (high - low) } else { 1.0 };
+        let share = if high > low {
+            (fitness - low) / (high - low)
+        } else {
+            1.0
+        };
         let at = |value: f64, [least, greatest]: [f64; 2]| value.clamp(least, greatest);
         let corner = (plot.x(at(x, across.1)) - 0.5 * SIDE, plot.y(at(y, up.1)) - 0.5 * SIDE);
         svg.rectangle(corner, (SIDE, SIDE), &format!("fill=\"{}\"", ramp(&HEAT, share)));

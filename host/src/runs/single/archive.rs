@@ -18,7 +18,11 @@ pub(super) static GROWTH: [Column; 5] = [
     Column::whole("generation", "", "its number, from 0"),
     Column::whole("elites", "", "cells that have one after it"),
     Column::number("coverage", "", "the share of all cells that have one"),
-    Column::number("qd_score", "", "the sum over all elites of what their fitness is above `evolution.archive.offset`"),
+    Column::number(
+        "qd_score",
+        "",
+        "the sum over all elites of what their fitness is above `evolution.archive.offset`",
+    ),
     Column::number("best", "", "the best elite's fitness"),
 ];
 
@@ -35,7 +39,11 @@ pub(super) static ELITES: [Column; 6] = [
         "by which the elite is compared: its best score, or the mean of all, as `evolution.archive.acceptance` says",
     ),
     Column::whole("evaluations", "", "how often it was evaluated"),
-    Column::whole("generation", "", "the generation of the evaluation that `oneiro replay --elite CELL` repeats"),
+    Column::whole(
+        "generation",
+        "",
+        "the generation of the evaluation that `oneiro replay --elite CELL` repeats",
+    ),
     Column::whole("individual", "", "its index in that generation"),
     Column::text("score_bits", "its score in that evaluation as 32 bits, in hex"),
 ];
@@ -43,7 +51,12 @@ pub(super) static ELITES: [Column; 6] = [
 /// All columns of the table of elites.
 pub(super) fn columns(experiment: &Experiment) -> Vec<Column> {
     let behaviour = experiment.settings().evolution.descriptors.iter().map(|own| {
-        Column::number("", "", "the elite's behaviour by this measure (docs/measures.md), in its unit").named(own.measure.clone())
+        Column::number(
+            "",
+            "",
+            "the elite's behaviour by this measure (docs/measures.md), in its unit",
+        )
+        .named(own.measure.clone())
     });
     ELITES.iter().cloned().chain(behaviour).collect()
 }
@@ -52,7 +65,10 @@ pub(super) fn columns(experiment: &Experiment) -> Vec<Column> {
 pub(super) fn line(generation: u32, archive: &Archive, offset: f64) -> String {
     let count = archive.elites().count();
     let coverage = count as f64 / archive.cells() as f64;
-    let best = archive.elites().map(|(_, elite)| elite.fitness).fold(f64::NAN, f64::max);
+    let best = archive
+        .elites()
+        .map(|(_, elite)| elite.fitness)
+        .fold(f64::NAN, f64::max);
     format!("{generation},{count},{coverage},{},{best}\n", archive.quality(offset))
 }
 
@@ -65,7 +81,9 @@ pub(super) fn finalists(archive: &Archive, luckiest: &Champion, count: usize) ->
         .into_iter()
         .filter(|elite| (elite.generation, elite.individual) != (luckiest.generation, luckiest.individual))
         .map(lived);
-    std::iter::once(luckiest.clone()).chain(others.take(count - 1)).collect()
+    std::iter::once(luckiest.clone())
+        .chain(others.take(count - 1))
+        .collect()
 }
 
 /// An elite as an individual of a generation.
@@ -139,7 +157,10 @@ pub(super) fn elite(run: &Recorded<'_>, experiment: &Experiment, cell: u32) -> R
     let mut cells = Vec::new();
     for (place, line) in table.lines().skip(1).enumerate() {
         let mut fields = line.split(',');
-        let own: u32 = fields.next().and_then(|own| own.parse().ok()).ok_or_else(|| corrupt(place + 2))?;
+        let own: u32 = fields
+            .next()
+            .and_then(|own| own.parse().ok())
+            .ok_or_else(|| corrupt(place + 2))?;
         cells.push(own);
         if own != cell {
             continue;

@@ -24,7 +24,11 @@ impl Behaviour {
         let own = |measure: &str| known.iter().find(|own| own.column.name == measure).cloned();
         Some(Self {
             frame: Arc::new(Frame::new(world, world.cycles())),
-            descriptors: evolution.descriptors.iter().filter_map(|wanted| own(&wanted.measure)).collect(),
+            descriptors: evolution
+                .descriptors
+                .iter()
+                .filter_map(|wanted| own(&wanted.measure))
+                .collect(),
         })
     }
 

@@ -12,8 +12,8 @@ use super::champion::Individual;
 use super::rows::Row;
 use super::trace::trace_every;
 use super::{
-    CHAMPION, CHAMPION_GENES, COVERAGE, FITNESS, GENERATIONS, INDIVIDUALS, LUCKIEST, LUCKIEST_GENES, POPULATION, Places, Single,
-    pictures,
+    CHAMPION, CHAMPION_GENES, COVERAGE, FITNESS, GENERATIONS, INDIVIDUALS, LUCKIEST, LUCKIEST_GENES, POPULATION,
+    Places, Single, pictures,
 };
 use crate::engine::job::{Added, Finished, Job, Outside, Place, Progress, Request, Results, Stage, Step};
 use crate::evolve::appraisal::{Appraisal, by_mean};
@@ -432,7 +432,12 @@ impl Job for Evolving {
             files.push((FITNESS, npy(&shape[..1], fitness)));
         }
         if let Some(archive) = self.evolution.optimizer().archive() {
-            files.extend(super::archive::files(archive, &self.single.experiment, self.seed, self.has_directory));
+            files.extend(super::archive::files(
+                archive,
+                &self.single.experiment,
+                self.seed,
+                self.has_directory,
+            ));
         }
         let corrupt = |problem| Failure::corrupt(format_args!("{GENERATIONS}: {problem}"));
         if self.has_directory {

@@ -150,10 +150,21 @@ fn files(world: &World, has_finalists: bool, has_individuals: bool, has_trace: b
 /// The files of a run with an archive of elites.
 fn archive_files(columns: &[Column]) -> [Entry; 4] {
     [
-        Entry::table(COVERAGE, "the archive's growth: one row per generation", &archive::GROWTH),
-        Entry::table(ARCHIVE, "the archive: one row per elite, with its behaviour in the last columns", columns),
+        Entry::table(
+            COVERAGE,
+            "the archive's growth: one row per generation",
+            &archive::GROWTH,
+        ),
+        Entry::table(
+            ARCHIVE,
+            "the archive: one row per elite, with its behaviour in the last columns",
+            columns,
+        ),
         Entry::file(ARCHIVE_GENES, "its genes (f32, elites x genes), in the same order"),
-        Entry::file(ARCHIVE_PICTURE, "a picture of the archive, if two measures describe behaviour"),
+        Entry::file(
+            ARCHIVE_PICTURE,
+            "a picture of the archive, if two measures describe behaviour",
+        ),
     ]
 }
 
@@ -448,7 +459,11 @@ impl super::Experiment for Single {
             LUCKIEST,
             LUCKIEST_GENES,
         ];
-        let first = if self.experiment.settings().evolution.has_archive() { 0 } else { 2 };
+        let first = if self.experiment.settings().evolution.has_archive() {
+            0
+        } else {
+            2
+        };
         match self.experiment.finalists() {
             0 => &ALL[first..7],
             _ => &ALL[first..],
