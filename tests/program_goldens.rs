@@ -495,7 +495,6 @@ fn optimisers_are_as_pinned() {
     const BEHAVIOUR: &str = "descriptors = [\n\
         { measure = \"end_x_mm\", least = 0, greatest = 600, cells = 6 },\n\
         { measure = \"mean_turning_turns_s\", least = 0, greatest = 1, cells = 5 },\n]\n";
-    let behaving = |kind: &str, more: &str| format!("kind = \"{kind}\"\n{BEHAVIOUR}{more}");
     const OPTIMISERS: [(&str, &str); 8] = [
         ("cma-es", "kind = \"cma-es\"\ncommon_random_numbers = true"),
         (
@@ -526,6 +525,7 @@ fn optimisers_are_as_pinned() {
             "elite = 1\n[evolution.selection]\nkind = \"tournament\"\nsize = 3\n[evolution.crossover]\nkind = \"two_point\"",
         ),
     ];
+    let behaving = |kind: &str, more: &str| format!("kind = \"{kind}\"\n{BEHAVIOUR}{more}");
     let place = Place::new("optimisers");
     let mut found = Found::default();
     let archives = [
@@ -549,7 +549,7 @@ fn optimisers_are_as_pinned() {
     let archives = archives.iter().map(|(name, text)| (*name, text.as_str()));
     for (name, optimiser) in OPTIMISERS.into_iter().chain(archives) {
         let file = format!("{name}.toml");
-        place.write(&file, &format!("{HEAD}{optimiser}\n"));
+        place.write(&file, format!("{HEAD}{optimiser}\n"));
         place.evolve(name, &file, &[]);
         found.run(&place, name);
         if name.starts_with("map-elites") {

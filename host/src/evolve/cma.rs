@@ -54,6 +54,10 @@ struct Constants {
 
 impl Constants {
     fn new(genes: usize, population: usize, is_full: bool, is_active: bool) -> Self {
+        /// The ninth root of 2.
+        const NINTH_ROOT: f64 = 1.080_059_738_892_306;
+        /// Mean size of a normal number: the square root of 2/pi.
+        const LENGTH_OF_ONE: f64 = 0.797_884_560_802_865_4;
         let (n, count) = (genes as f64, population as f64);
         let half = logarithm(0.5 * (count + 1.0));
         let raw: Vec<f64> = (1..=population).map(|place| half - logarithm(place as f64)).collect();
@@ -65,8 +69,7 @@ impl Constants {
         };
         let (sum, mass) = sums(&raw[..parents]);
         let path_sigma = ((mass + 2.0) / (n + mass + 3.0)).min(0.5);
-        // 2^(-n/9), of which the ninth root of 2 is the only part that is no product.
-        const NINTH_ROOT: f64 = 1.080_059_738_892_306_2;
+        // 2^(-n/9)
         let fading = (0..genes.min(10_000)).fold(1.0, |power, _| power / NINTH_ROOT);
         let factor = (3.0 * (1.0 - fading)).max(1.0);
         let excess = factor * ((mass - 1.0) / (n + 1.0)).sqrt() - 1.0;
@@ -95,7 +98,6 @@ impl Constants {
         } else {
             weights.extend(worse.iter().map(|_| 0.0));
         }
-        const LENGTH_OF_ONE: f64 = 0.797_884_560_802_865_4;
         let length = (1..genes).fold(LENGTH_OF_ONE, |length, genes| genes as f64 / length);
         Self {
             is_full,
@@ -179,6 +181,8 @@ impl Distribution {
 
     /// Adapts to samples, in deviations from the mean by the step size, from the best to the worst.
     fn update(&mut self, constants: &Constants, axes: &Axes, ranked: &[&[f64]]) {
+        /// What `cma` adds to lengths that divide.
+        const NO_LENGTH: f64 = 1e-9;
         let &Constants {
             mass,
             path_sigma,
@@ -221,8 +225,6 @@ impl Distribution {
         }
         let lost = if is_slow { 0.0 } else { path * (2.0 - path) };
         let kept = 1.0 - rank_one * (1.0 - lost) - rank_mu * constants.weights.iter().sum::<f64>();
-        /// What `cma` adds to lengths that divide.
-        const NO_LENGTH: f64 = 1e-9;
         // A sample of a negative weight counts as if it were as long as they are on average.
         let scaled: Vec<f64> = ranked
             .iter()

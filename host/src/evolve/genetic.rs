@@ -238,7 +238,7 @@ fn add_vector(genome: &mut [f32], changes: &[Change], random: &mut Pcg64) {
     }
 }
 
-/// Mutates a genome as EvoStick's program does: of a severe mutation 0.7 of genes are changed and 0.2 replaced, of another one all
+/// Mutates a genome as `EvoStick`'s program does: of a severe mutation 0.7 of genes are changed and 0.2 replaced, of another one all
 /// are changed but of those in the last fifth, if there are ten or more, 0.5, of which 0.2 are replaced.
 fn mutate_as_evostick(genome: &mut [f32], changes: &[Change], is_severe: bool, random: &mut Pcg64) {
     let count = genome.len();
@@ -701,7 +701,7 @@ mod tests {
         }
     }
 
-    /// EvoStick's mutation of 50 genes by its numbers, and the length of a vector that is added.
+    /// `EvoStick`'s mutation of 50 genes by its numbers, and the length of a vector that is added.
     #[test]
     fn whole_genomes_mutate_as_published() {
         const COUNT: usize = 4000;

@@ -80,15 +80,14 @@ mod tests {
                 .collect();
             let (values, vectors) = axes(&matrix, size);
             let greatest = matrix.iter().fold(0.0_f64, |most, value| most.max(value.abs()));
-            for index in 0..size * size {
+            for (index, expected) in matrix.iter().enumerate() {
                 let (row, column) = (index / size, index % size);
                 let again: f64 = (0..size)
                     .map(|k| vectors[row * size + k] * values[k] * vectors[column * size + k])
                     .sum();
                 assert!(
-                    (again - matrix[index]).abs() < 1e-13 * greatest,
-                    "{size}: {again} {}",
-                    matrix[index]
+                    (again - expected).abs() < 1e-13 * greatest,
+                    "{size}: {again} {expected}"
                 );
                 let right = product(&|row, k| vectors[row * size + k], row, column);
                 let expected = if row == column { 1.0 } else { 0.0 };

@@ -56,6 +56,7 @@ fn followed(text: &str, change: fn(&mut Constants)) -> f64 {
 /// Step by step, to the last digits. A rate that is wrong in its tenth digit is noticed.
 #[test]
 fn steps_are_those_of_cma() {
+    const ALLOWED: f64 = 1e-12;
     let mut files = 0;
     for entry in std::fs::read_dir(oracles()).unwrap() {
         let path = entry.unwrap().path();
@@ -64,7 +65,6 @@ fn steps_are_those_of_cma() {
         }
         files += 1;
         let text = std::fs::read_to_string(&path).unwrap();
-        const ALLOWED: f64 = 1e-12;
         let worst = followed(&text, |_| ());
         println!("{}: {worst:e}", path.display());
         assert!(worst < ALLOWED, "{}: {worst:e}", path.display());
@@ -187,13 +187,13 @@ fn it_begins_again_where_it_can_not_go_on() {
 /// Samples have the covariances that they are drawn with.
 #[test]
 fn samples_have_their_covariances() {
+    const COUNT: usize = 40_000;
     let mut distribution = Distribution::new(vec![0.0; 2], 1.0, true);
     distribution.covariances = vec![2.0, 1.2, 1.2, 1.0];
     let axes = distribution.axes();
     let mut random = stream(1, Stream::Sampling, 0);
     let normal = Normal { deviation: 1.0 };
     let mut sums = [0.0; 3];
-    const COUNT: usize = 40_000;
     for _ in 0..COUNT {
         let drawn = axes.coloured(&[normal.sample(&mut random), normal.sample(&mut random)]);
         for (sum, product) in sums
