@@ -149,6 +149,11 @@ mod tests {
             assert!((own - expected).abs() < 1e-7, "{novelty:?}");
         }
         assert!(novelty[3].is_nan());
+        let nearest = search(1, 0).novelty(&[0.0, 0.0, 0.3, 0.0, 0.0, 0.4]);
+        assert!(
+            (nearest[0] - 0.3).abs() < 1e-7 && (nearest[2] - 0.4).abs() < 1e-7,
+            "{nearest:?}"
+        );
         assert_eq!(search(9, 0).novelty(&[0.5, 0.5]), [0.0], "alone");
     }
 
